@@ -1,0 +1,1 @@
+"""chipwise: stock-aware feed and machining cycles for LinuxCNC."""
