@@ -3,6 +3,7 @@
 #include "sweep.h"
 
 #define CW_FINE_STEPS 24        /* halvings that find the lowest tool position over a cell */
+#define CW_FARTHEST 1e6         /* mm, a tip beyond this (or NaN) is no position */
 
 struct leg {                    /* a leg of the way with what all its cells share; mm */
     double x, y, z;             /* start of the tip */
@@ -16,12 +17,20 @@ struct leg {                    /* a leg of the way with what all its cells shar
 
 struct span { int first, last; };
 
+static int is_position(const double tip[3])
+{
+    int i;
+    for (i = 0; i < 3; i++)
+        if (!(tip[i] >= -CW_FARTHEST && tip[i] <= CW_FARTHEST)) return 0;
+    return 1;
+}
+
 void cw_sweep_place(struct cw_sweep *sweep, const double tip[3])
 {
     int i;
-    for (i = 0; i < 3; i++) sweep->at[i] = tip[i];
+    sweep->known = is_position(tip);
+    for (i = 0; i < 3; i++) sweep->at[i] = sweep->known ? tip[i] : 0.0;
     sweep->waiting = 0;
-    sweep->known = 1;
     sweep->trail = 0;
     sweep->row = -1;
 }
@@ -29,6 +38,7 @@ void cw_sweep_place(struct cw_sweep *sweep, const double tip[3])
 void cw_sweep_to(struct cw_sweep *sweep, const double tip[3])
 {
     int i, slot;
+    if (!is_position(tip)) return;
     if (!sweep->known) {
         cw_sweep_place(sweep, tip);
         return;
