@@ -66,6 +66,18 @@ def save(path, log, **facts):
         np.savez_compressed(handle, **log, **facts)
 
 
+def without_tail(log, period, idle_s):
+    """The log less the time at its end in which the program had already ended.
+
+    Only rows at rest are cut, so that no motion is ever lost.
+    """
+    count = len(log['sample'])
+    moving = np.flatnonzero((log['motion_type'] != 0) | (log['velocity'] > 0))
+    last = moving[-1] + 1 if len(moving) else 0
+    keep = max(last, count - int(round(idle_s / period)))
+    return {name: column[:keep] for name, column in log.items()}
+
+
 def lost_samples(log):
     """How many servo periods the log misses between its first and last row."""
     sample = log['sample']

@@ -15,6 +15,7 @@ import linuxcnc
 POLL_S = 0.010
 STEP_TIMEOUT_S = 30.0       # for every step but the program itself
 IDLE_POLLS = 20             # the interpreter is idle when it was this many times
+INTERP_ERROR = 5            # interp_return.hh; not among the module's constants
 
 
 class SessionError(Exception):
@@ -93,22 +94,29 @@ class Session:
                   lambda s: os.path.realpath(s.file or '') == os.path.realpath(program))
 
     def run_program(self):
-        """Run the open program until the interpreter stays idle."""
+        """Run the open program until the interpreter stays idle.
+
+        -> how long it has been idle when that is certain, s.
+        """
         self.command.auto(linuxcnc.AUTO_RUN, 0)
         self.command.wait_complete(STEP_TIMEOUT_S)
-        idle = 0
+        idle, idle_since = 0, 0.0
 
         def ended(status):
-            nonlocal idle
+            nonlocal idle, idle_since
             if status.paused and status.interp_state == linuxcnc.INTERP_PAUSED:
                 self.command.auto(linuxcnc.AUTO_RESUME)      # M0: nobody to press Start
             still = (status.interp_state == linuxcnc.INTERP_IDLE and status.inpos
                      and status.queue == 0)
             idle = idle + 1 if still else 0
+            idle_since = time.monotonic() if idle <= 1 else idle_since
             return idle >= IDLE_POLLS or status.task_state != linuxcnc.STATE_ON
         self.wait('end of program', ended, timeout=float('inf'))
         if self.status.task_state != linuxcnc.STATE_ON:
             raise SessionError('the machine went off while the program ran')
+        if self.status.interpreter_errcode == INTERP_ERROR:
+            self.failed = True
+        return time.monotonic() - idle_since
 
 
 def task_runs():
