@@ -1,0 +1,72 @@
+/* ahead.h - the section area along the way the tool is about to go.
+ *
+ * Who calls it: stock_tracker.comp, once per servo period.
+ * Source: JP3131045 looks at one whole block at a time; inside the controller the feed
+ * must fall before the load rises, because a drop of the override brakes at the planner's
+ * acceleration and not at once.
+ *
+ * Principle:
+ *  1. The way ahead is predicted from the last two steps: heading, curvature in XY and
+ *     slope are kept (a straight line, an arc, a helix).
+ *  2. The prediction has an origin. As long as the tool keeps to it, samples of the
+ *     section area taken ahead stay valid and only new ones at the far end are needed; as
+ *     soon as the tool leaves it, there is a new origin and the samples are taken again,
+ *     nearest first, a few per period.
+ *  3. A sample is taken before the tool cuts there; when the tool arrives, the load at the
+ *     tool is already known.
+ *  4. A controller wants few numbers: the places where the area rises above all before
+ *     them, at most CW_AHEAD_LEVELS of them. What lies behind the last sample is taken as
+ *     the worst this tool can meet, so that it can always still brake.
+ */
+#ifndef CHIPWISE_AHEAD_H
+#define CHIPWISE_AHEAD_H
+
+#include "section.h"
+
+#define CW_AHEAD_SAMPLES 128
+#define CW_AHEAD_LEVELS 8
+#define CW_AHEAD_SPACING 2.0    /* cells between samples */
+
+struct cw_ahead {
+    int known;                  /* there is an origin */
+    double origin[3];           /* mm */
+    double heading;             /* rad, in XY at the origin */
+    double level, slope;        /* horizontal and vertical part of a unit step */
+    double curvature;           /* rad/mm of horizontal travel, counter-clockwise positive */
+    double turn;                /* rad/mm seen in the step before, to be confirmed */
+    double last_heading, last_step;     /* rad, mm, of the step before */
+    double travelled;           /* mm since the origin */
+    double held;                /* mm2, load at the tool when the origin was set */
+    double speed;               /* mm/s, of the last step */
+    int first, count;           /* samples in use: numbers first .. first + count - 1 */
+    float area[CW_AHEAD_SAMPLES];       /* mm2, sample i at index i % CW_AHEAD_SAMPLES */
+    float depth[CW_AHEAD_SAMPLES];      /* mm above the tip */
+};
+
+struct cw_ahead_level {
+    double distance;            /* mm of travel until the area applies; 0: now */
+    double area;                /* mm2 */
+    double base;                /* mm2, of the first place given as this level */
+};
+
+struct cw_ahead_view {
+    double area, depth;         /* mm2, mm: at the tool now */
+    int contact;                /* some stock is met within `horizon` */
+    int levels;                 /* entries in use */
+    struct cw_ahead_level level[CW_AHEAD_LEVELS];       /* distance and area both rise */
+};
+
+/* Forgets origin and samples (tool change, new stock, jump). */
+void cw_ahead_reset(struct cw_ahead *ahead);
+
+/* The tool went from `from` to `to` (tips, mm) in `period` s. Takes at most `budget` samples
+ * up to `horizon` mm ahead. */
+void cw_ahead_step(struct cw_ahead *ahead, const struct cw_stock *stock, const struct cw_tool *tool,
+                   const double from[3], const double to[3], double period,
+                   double horizon, int budget);
+
+/* What is known for the next `horizon` mm. */
+void cw_ahead_look(const struct cw_ahead *ahead, const struct cw_stock *stock,
+                   const struct cw_tool *tool, double horizon, struct cw_ahead_view *view);
+
+#endif

@@ -1,0 +1,28 @@
+/* cw_math.h - the few numeric helpers every core file shares; the maths library
+ * comes from rtapi in the component and from libm elsewhere. */
+#ifndef CHIPWISE_MATH_H
+#define CHIPWISE_MATH_H
+
+#ifdef CHIPWISE_RTAPI
+#include "rtapi_math.h"
+#else
+#include <math.h>
+#endif
+
+#define CW_PI 3.14159265358979323846
+
+/* Finite: neither NaN nor infinite; spelt out so that no compiler flag can drop it. */
+static inline int cw_finite(double x)
+{
+    return x >= -1.7976931348623157e308 && x <= 1.7976931348623157e308;
+}
+
+static inline double cw_clamp(double x, double lo, double hi)
+{
+    return x < lo ? lo : (x > hi ? hi : x);
+}
+
+static inline double cw_min(double a, double b) { return a < b ? a : b; }
+static inline double cw_max(double a, double b) { return a > b ? a : b; }
+
+#endif

@@ -1,0 +1,167 @@
+/* section.c - see section.h; the numbers in brackets are those of its principle. */
+#include "cw_math.h"
+#include "section.h"
+
+#define CW_LEAST_NODES 16       /* round a band; multiples of 4, so that nodes lie on the sides */
+#define CW_MOST_NODES 96
+#define CW_NODE_CELLS 2.0       /* distance of nodes, in cells */
+#define CW_REFINE 3             /* points put into an interval in which the stock jumps */
+#define CW_JUMP 0.2             /* change from node to node, of the larger, that is a jump */
+#define CW_CLEAR 1.5            /* cells that keep a reading clear of what the tool has cut [4] */
+#define CW_THINNEST 1e-4        /* mm, contact below this is none */
+
+struct band {                   /* what the integral needs of one band, at one place */
+    double radius;              /* mm */
+    double low, high;           /* mm, machine Z of its edges */
+    double margin;              /* mm in front of the band where its stock is read [4] */
+    double fall;                /* direction cosine a falling tool adds: -dz * run / rise */
+};
+
+struct place {                  /* the tool's place and heading */
+    double x, y;                /* mm, axis */
+    double hx, hy;              /* horizontal part of the direction, normalised */
+    double level;               /* length of the horizontal part, 0..1 */
+};
+
+/* Height by which stock overlaps the band at the angle (c, s) from the heading [2]. In front
+ * it is read at the same distance beside the path, a margin clear of the tool [4]. */
+static double overlap(const struct cw_stock *stock, const struct place *at,
+                      const struct band *band, double c, double s)
+{
+    double side = band->radius * s, ahead = band->radius * c;
+    double outer = band->radius + band->margin;
+    double x, y, h;
+    if (c >= -1e-9 && band->margin > 0.0) ahead = sqrt(outer * outer - side * side);
+    x = at->x + ahead * at->hx - side * at->hy;
+    y = at->y + ahead * at->hy + side * at->hx;
+    h = cw_stock_above(stock, x, y, band->low);
+    return band->high < 1e300 && h > 0.0 ? h - cw_stock_above(stock, x, y, band->high) : h;
+}
+
+/* (n . d)+ of the band at an angle with cosine c, over the radial part of n [1]. */
+static double facing(const struct place *at, const struct band *band, double c)
+{
+    return cw_max(0.0, at->level * c + band->fall);
+}
+
+/* Adds points to an interval whose ends differ much, so that a wall is found between
+ * them; returns the interval's share of the integral (trapezia). */
+static double refine(const struct cw_stock *stock, const struct place *at, const struct band *band,
+                     const double from[2], double h0, double h1, double step)
+{
+    double part = step / (CW_REFINE + 1), turn_c = cos(part), turn_s = sin(part);
+    double c = from[0], s = from[1];
+    double last = h0 * facing(at, band, c), sum = 0.0;
+    int i;
+    for (i = 0; i <= CW_REFINE; i++) {
+        double next_c = c * turn_c - s * turn_s, value;
+        s = s * turn_c + c * turn_s;
+        c = next_c;
+        value = facing(at, band, c) * (i < CW_REFINE ? overlap(stock, at, band, c, s) : h1);
+        sum += 0.5 * (last + value) * part;
+        last = value;
+    }
+    return sum;
+}
+
+static int node_count(const struct cw_stock *stock, double radius)
+{
+    double n = 0.25 * 2.0 * CW_PI * radius / (CW_NODE_CELLS * stock->cell);
+    n = 4.0 * ceil(n);
+    return (int)cw_clamp(n, CW_LEAST_NODES, CW_MOST_NODES);
+}
+
+/* Integral over one band, mm2; raises *highest to the highest overlap met (mm). */
+static double band_area(const struct cw_stock *stock, const struct place *at,
+                        const struct band *band, double *highest)
+{
+    int n = node_count(stock, band->radius), i;
+    double step = 2.0 * CW_PI / n, turn_c = cos(step), turn_s = sin(step);
+    double c = -1.0, s = 0.0;               /* starts behind the tool */
+    double sum = 0.0, last_h = 0.0, last_f = facing(at, band, c);
+    if (last_f > 0.0) last_h = overlap(stock, at, band, c, s);
+    for (i = 0; i < n; i++) {
+        double before[2] = { c, s }, f, h = 0.0;
+        c = before[0] * turn_c - before[1] * turn_s;
+        s = before[1] * turn_c + before[0] * turn_s;
+        f = facing(at, band, c);
+        if (f > 0.0 || last_f > 0.0) h = overlap(stock, at, band, c, s);
+        if (f > 0.0 && h > *highest) *highest = h;
+        if (fabs(h - last_h) > CW_JUMP * cw_max(h, last_h) && (f > 0.0 || last_f > 0.0))
+            sum += refine(stock, at, band, before, last_h, h, step);
+        else
+            sum += 0.5 * (f * h + last_f * last_h) * step;
+        last_h = h;
+        last_f = f;
+    }
+    return sum * band->radius;
+}
+
+/* A flat band sweeps only when the tool falls: area in contact times the fall [1]. */
+static double flat_area(const struct cw_stock *stock, const struct place *at,
+                        const struct cw_tool_ring *ring, double z, double fall, double slab)
+{
+    int n = node_count(stock, ring->radius), i;
+    double step = 2.0 * CW_PI / n, turn_c = cos(step), turn_s = sin(step);
+    double c = 1.0, s = 0.0, sum = 0.0;
+    struct band band = { ring->radius, z, 1e301, 0.0, 0.0 };
+    for (i = 0; i < n; i++) {
+        double next_c = c * turn_c - s * turn_s;
+        sum += cw_min(1.0, overlap(stock, at, &band, c, s) / slab);
+        s = s * turn_c + c * turn_s;
+        c = next_c;
+    }
+    return sum * step * ring->radius * ring->run * fall;
+}
+
+/* Adds a band to the section; the highest contact above the tip is the depth. */
+static void add_band(const struct cw_stock *stock, const struct place *at,
+                     const struct band *band, double tip_z, struct cw_section *section)
+{
+    double highest = 0.0;
+    section->area += band_area(stock, at, band, &highest);
+    if (highest > 0.0) section->depth = cw_max(section->depth, highest + band->low - tip_z);
+}
+
+struct cw_section cw_section_at(const struct cw_stock *stock, const struct cw_tool *tool,
+                                const double tip[3], const double dir[3])
+{
+    struct cw_section result = { 0.0, 0.0 };
+    double clear = CW_CLEAR * stock->cell, z;
+    struct place at;
+    struct band band;
+    int i;
+
+    if (tip[2] >= stock->z_max || tool->radius <= 0.0) return result;
+    at.level = sqrt(dir[0] * dir[0] + dir[1] * dir[1]);
+    at.hx = at.level > 1e-9 ? dir[0] / at.level : 1.0;
+    at.hy = at.level > 1e-9 ? dir[1] / at.level : 0.0;
+    at.x = tip[0];
+    at.y = tip[1];
+    z = tip[2] + cw_min(0.0, dir[2]) * clear;
+
+    for (i = 0; i < tool->rings; i++) {
+        const struct cw_tool_ring *ring = &tool->ring[i];
+        if (ring->rise <= CW_THINNEST) {
+            double slab = cw_max(CW_THINNEST, -0.5 * dir[2] * clear);
+            if (dir[2] < 0.0)
+                result.area += flat_area(stock, &at, ring, z + ring->height, -dir[2], slab);
+            continue;
+        }
+        band.radius = ring->radius;
+        band.margin = at.level * (clear + 0.5 * ring->run);
+        band.low = z + ring->height - 0.5 * ring->rise;
+        band.high = band.low + ring->rise;
+        band.fall = -dir[2] * ring->run / ring->rise;
+        add_band(stock, &at, &band, tip[2], &result);
+    }
+    if (tip[2] + tool->shoulder < stock->z_max && at.level > 1e-9) {
+        band.radius = tool->radius;
+        band.margin = at.level * clear;
+        band.low = z + tool->shoulder;
+        band.high = 1e301;
+        band.fall = 0.0;
+        add_band(stock, &at, &band, tip[2], &result);
+    }
+    return result;
+}

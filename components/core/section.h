@@ -1,0 +1,36 @@
+/* section.h - the section area dV/ds: the volume a tool meets per mm of travel.
+ *
+ * Who calls it: ahead.c for every place the tool is about to reach; the shared library.
+ * Source: JP3131045 [0008], F = UQ x LC / VC; VC / LC for LC -> 0 is the section area.
+ *
+ * Principle:
+ *  1. A surface element dS of the tool with outward normal n, moving along the unit
+ *     direction d, sweeps (n . d)+ dS of volume per mm where it touches stock. The sum of
+ *     that over the tool is dV/ds; back-facing elements sweep nothing.
+ *  2. The tool is a stack of bands (tool.h) and a cylinder. On a band a column of stock
+ *     counts with the height by which it overlaps the band, so that nothing jumps when
+ *     a surface passes from one band to the next.
+ *  3. Counting the cells a step removes gives the volume but no load: the front moves
+ *     over the cells in jumps. The integral along the front reads heights interpolated
+ *     from cells that know how much of them is left.
+ *  4. The cells along the tool's own outline are partly cut already. Stock that a point of
+ *     the front will meet is therefore read further along the same way, where the tool has
+ *     not been: at the same distance beside the path, 1.5 cells outside the circle.
+ */
+#ifndef CHIPWISE_SECTION_H
+#define CHIPWISE_SECTION_H
+
+#include "stock.h"
+#include "tool.h"
+
+struct cw_section {
+    double area;                /* mm2 = mm3 per mm of travel */
+    double depth;               /* mm, highest stock above the tip met by the tool's surface */
+};
+
+/* Section area of `tool` with its tip at `tip` (mm) when it moves along the unit vector
+ * `dir`; the stock may already be cut by this very position [4]. */
+struct cw_section cw_section_at(const struct cw_stock *stock, const struct cw_tool *tool,
+                                const double tip[3], const double dir[3]);
+
+#endif

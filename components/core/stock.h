@@ -1,0 +1,106 @@
+/* stock.h - the stock as a height map whose cells know how much of them is left.
+ *
+ * Who calls it: sweep.c cuts it, section.c reads it, stock_tracker.comp owns it in
+ * realtime, remap/chipwise/stock/ and the tests through the shared library.
+ * Source: JP3131045 [0006]..[0009] ("material shape data WK", updated after every move).
+ * Departs from the source: the patent leaves the representation open.
+ *
+ * Principle:
+ *  1. The plane is divided into square cells. A cell holds the height of its uncut
+ *     part (`top`), how much lower its cut part lies (`drop`) and what share of the
+ *     cell that part is (`cut`). A wall that crosses a cell is known by `cut`, to
+ *     1/65535 of a cell, not to half a cell only.
+ *  2. A cut of share k to height z replaces, it is never added: parts cut from the
+ *     same side are nested, so the same cut twice changes nothing (cw_cell_cut).
+ *  3. Volume is the exact sum over the cells; what a cut removes is the difference.
+ *  4. A ring of empty cells round the map lets readers interpolate without tests.
+ *  5. All lengths mm, machine coordinates; the map knows no units but these.
+ *
+ * Memory: 8 bytes a cell plus the ring and the head. No pointers inside: the block
+ * may be mapped at different addresses by different processes.
+ */
+#ifndef CHIPWISE_STOCK_H
+#define CHIPWISE_STOCK_H
+
+#include <stdint.h>
+
+#define CW_STOCK_MAGIC 0x43575354u      /* "CWST" */
+#define CW_STOCK_VERSION 1u
+#define CW_FULL 65535                   /* a share or drop of one, in cell units */
+
+enum cw_stock_error {
+    CW_STOCK_OK = 0,
+    CW_STOCK_NOT_FINITE = 1,    /* a corner of the box is NaN or infinite */
+    CW_STOCK_EMPTY = 2,         /* max is not greater than min in some axis */
+    CW_STOCK_TOO_LARGE = 3      /* the box needs more cells than the map has */
+};
+
+struct cw_cell {
+    float top;                  /* mm, machine Z of the uncut part */
+    uint16_t drop;              /* cut part lies drop * drop_unit below top */
+    uint16_t cut;               /* share of the cell that is cut, 0..CW_FULL; 0: drop is 0 too */
+};
+
+struct cw_stock {
+    uint32_t magic, version;
+    volatile uint32_t generation;   /* odd while a cell or the head is being written */
+    uint32_t capacity;          /* cells behind this head, ring included */
+    double cell;                /* mm, side of a cell */
+    double x0, y0;              /* mm, machine coordinates of the map's corner (inside the ring) */
+    double z_min, z_max;        /* mm, bottom and top of the stock box */
+    double x_max, y_max;        /* mm, far corner of the stock box */
+    double drop_unit;           /* mm per step of cw_cell.drop */
+    int32_t nx, ny;             /* cells in use, ring not counted */
+    int32_t filled;             /* rows filled so far, ring included; ny + 2 when ready */
+    int32_t pad;
+    double removed;             /* mm3 cut since the map was defined */
+    struct cw_cell cells[];     /* (ny + 2) rows of (nx + 2) */
+};
+
+/* Cells, ring included, that a map of size_x by size_y mm needs; 0 when an argument is
+ * not a positive number or the count exceeds 2^28. */
+uint32_t cw_stock_cells(double cell, double size_x, double size_y);
+
+/* Bytes of a block with `cells` cells. */
+uint64_t cw_stock_bytes(uint32_t cells);
+
+/* Makes an empty map (no stock) in a block of cw_stock_bytes(capacity) bytes. */
+void cw_stock_init(struct cw_stock *stock, double cell, uint32_t capacity);
+
+/* Starts a new stock box, mm in machine coordinates. Returns a cw_stock_error; on an
+ * error the old stock stays as it is. The map is ready after cw_stock_fill said so. */
+int cw_stock_define(struct cw_stock *stock, const double min[3], const double max[3]);
+
+/* Fills at most max_cells cells of a defined map (at least one row); returns 1 when done. */
+int cw_stock_fill(struct cw_stock *stock, int max_cells);
+
+/* 1 when a box is defined and filled. */
+int cw_stock_ready(const struct cw_stock *stock);
+
+/* Volume left, mm3: the sum over all cells (offline use, visits the whole map). */
+double cw_stock_volume(const struct cw_stock *stock);
+
+/* Cuts share k (0..1) of a cell down to height z (mm); returns the volume removed, mm3. */
+double cw_cell_cut(const struct cw_stock *stock, struct cw_cell *cell, double k, double z);
+
+/* Mean height of a cell above `floor` (mm, parts below it count 0). */
+static inline double cw_cell_above(const struct cw_stock *stock, const struct cw_cell *cell,
+                                   double floor)
+{
+    double high = (double)cell->top - floor, low;
+    if (high <= 0.0) return 0.0;
+    if (!cell->cut) return high;
+    low = high - cell->drop * stock->drop_unit;
+    return high + (cell->cut * (1.0 / CW_FULL)) * ((low > 0.0 ? low : 0.0) - high);
+}
+
+/* Cell (ix, iy), -1 <= ix <= nx and -1 <= iy <= ny (the ring included). */
+static inline struct cw_cell *cw_stock_cell(const struct cw_stock *stock, int ix, int iy)
+{
+    return (struct cw_cell *)stock->cells + (long)(iy + 1) * (stock->nx + 2) + (ix + 1);
+}
+
+/* Stock above `floor` at a point, mm, interpolated between the four cells around it. */
+double cw_stock_above(const struct cw_stock *stock, double x, double y, double floor);
+
+#endif

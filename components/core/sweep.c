@@ -1,0 +1,327 @@
+/* sweep.c - see sweep.h; the numbers in brackets are those of its principle. */
+#include "cw_math.h"
+#include "sweep.h"
+
+#define CW_FINE_STEPS 24        /* halvings that find the lowest tool position over a cell */
+
+struct leg {                    /* a leg of the way with what all its cells share; mm */
+    double x, y, z;             /* start of the tip */
+    double dx, dy, dz;          /* to the end */
+    double length2;             /* of the XY part, squared */
+    double reach;               /* radius in which the tool can be below the stock's top */
+    double margin;              /* half the diagonal of a cell */
+    int flat;                   /* flat end and nothing to look for along the leg's slope */
+    int skip_disc, skip_back;   /* what `at` has cut already [4] */
+};
+
+struct span { int first, last; };
+
+void cw_sweep_place(struct cw_sweep *sweep, const double tip[3])
+{
+    int i;
+    for (i = 0; i < 3; i++) sweep->at[i] = tip[i];
+    sweep->waiting = 0;
+    sweep->known = 1;
+    sweep->trail = 0;
+    sweep->row = -1;
+}
+
+void cw_sweep_to(struct cw_sweep *sweep, const double tip[3])
+{
+    int i, slot;
+    if (!sweep->known) {
+        cw_sweep_place(sweep, tip);
+        return;
+    }
+    if (sweep->waiting < CW_SWEEP_QUEUE) sweep->waiting++;      /* else the newest is replaced [2] */
+    slot = sweep->waiting - 1;
+    for (i = 0; i < 3; i++) sweep->queue[slot][i] = tip[i];
+}
+
+/* Share of a cell inside a straight edge: `outside` is the distance of the cell's centre
+ * from the edge in cells (negative inside), (nx, ny) the edge's unit normal. */
+static double covered(double outside, double nx, double ny)
+{
+    double a = fabs(nx), b = fabs(ny), half, t = -outside, rest;
+    if (a < b) { double s = a; a = b; b = s; }
+    half = 0.5 * (a + b);
+    if (t >= half) return 1.0;
+    if (t <= -half) return 0.0;
+    if (fabs(t) <= 0.5 * (a - b)) return 0.5 + t / a;
+    rest = half - fabs(t);
+    rest = rest * rest / (2.0 * a * b);
+    return t > 0.0 ? 1.0 - rest : rest;
+}
+
+/* Distance^2 of a point (relative to the leg's start) from the tool's axis at t. */
+static double axis_distance2(const struct leg *leg, double px, double py, double t)
+{
+    double ex = px - t * leg->dx, ey = py - t * leg->dy;
+    return ex * ex + ey * ey;
+}
+
+/* Height of the tool over a point at t; the profile is held at its rim outside. */
+static double height_at(const struct leg *leg, const struct cw_tool *tool,
+                        double px, double py, double t)
+{
+    double r = sqrt(axis_distance2(leg, px, py, t));
+    return leg->z + t * leg->dz + cw_tool_height(tool, cw_min(r, tool->radius));
+}
+
+/* The part [lo, hi] of the leg in which the tool's disc covers the point; 0 if none. */
+static int covering(const struct leg *leg, double radius, double px, double py,
+                    double *lo, double *hi)
+{
+    double along = px * leg->dx + py * leg->dy;
+    double off2 = px * px + py * py - radius * radius;
+    double root;
+    *lo = 0.0;
+    *hi = 1.0;
+    if (leg->length2 <= 0.0) return off2 <= 0.0;
+    root = along * along - leg->length2 * off2;
+    if (root < 0.0) return 0;
+    root = sqrt(root);
+    *lo = cw_max(0.0, (along - root) / leg->length2);
+    *hi = cw_min(1.0, (along + root) / leg->length2);
+    return *lo <= *hi;
+}
+
+/* Lowest tool surface over a point along the leg. The height is convex in t (a convex
+ * profile of a distance that is convex in t, plus a straight slope): halving finds it [3]. */
+static double lowest(const struct leg *leg, const struct cw_tool *tool,
+                     double px, double py, double nearest)
+{
+    double lo, hi;
+    int i;
+    if (leg->dz == 0.0) return height_at(leg, tool, px, py, nearest);
+    if (!covering(leg, tool->radius, px, py, &lo, &hi))
+        return height_at(leg, tool, px, py, nearest);
+    if (cw_tool_is_flat(tool) || leg->length2 <= 0.0) {
+        double t = leg->dz < 0.0 ? hi : lo;
+        return height_at(leg, tool, px, py, t);
+    }
+    for (i = 0; i < CW_FINE_STEPS && hi - lo > 1e-7; i++) {
+        double t = 0.5 * (lo + hi);
+        double r = sqrt(axis_distance2(leg, px, py, t));
+        double outward = r > 1e-12 ? (t * leg->length2 - px * leg->dx - py * leg->dy) / r : 0.0;
+        if (leg->dz + cw_tool_slope(tool, r) * outward > 0.0) hi = t; else lo = t;
+    }
+    return height_at(leg, tool, px, py, 0.5 * (lo + hi));
+}
+
+/* Place on the leg nearest to a point. */
+static double nearest_on(const struct leg *leg, double px, double py)
+{
+    if (leg->length2 <= 0.0) return 0.0;
+    return cw_clamp((px * leg->dx + py * leg->dy) / leg->length2, 0.0, 1.0);
+}
+
+/* A cell under a tool that is not flat: four points of it, so that a slope and the line
+ * where it leaves the stock's top are known within the cell. */
+static double cut_curved(const struct leg *leg, const struct cw_stock *stock,
+                         const struct cw_tool *tool, struct cw_cell *cell, double px, double py)
+{
+    double step = stock->cell * 0.28867513459481287;    /* Gauss points: cell / (2 sqrt 3) */
+    double sum = 0.0;
+    int i, n = 0;
+    for (i = 0; i < 4; i++) {
+        double qx = px + (i & 1 ? step : -step), qy = py + (i & 2 ? step : -step);
+        double z = lowest(leg, tool, qx, qy, nearest_on(leg, qx, qy));
+        if (z < (double)cell->top) { sum += z; n++; }
+    }
+    return n ? cw_cell_cut(stock, cell, 0.25 * n, sum / n) : 0.0;
+}
+
+/* A cell on the outline of the sweep: the share inside, at the height of the middle of that
+ * share. */
+static double cut_edge(const struct leg *leg, const struct cw_stock *stock,
+                       const struct cw_tool *tool, struct cw_cell *cell,
+                       double px, double py, double t, double distance)
+{
+    double ex = (px - t * leg->dx) / distance, ey = (py - t * leg->dy) / distance;
+    double k = covered((distance - tool->radius) / stock->cell, ex, ey);
+    double inward;
+    if (k <= 0.0) return 0.0;
+    if (cw_tool_is_flat(tool)) return cw_cell_cut(stock, cell, k, lowest(leg, tool, px, py, t));
+    if (k >= 1.0) return cut_curved(leg, stock, tool, cell, px, py);
+    inward = distance - cw_max(tool->radius - 0.5 * k * stock->cell, 0.0);
+    return cw_cell_cut(stock, cell, k, lowest(leg, tool, px - inward * ex, py - inward * ey, t));
+}
+
+static double cut_cell(const struct leg *leg, const struct cw_stock *stock,
+                       const struct cw_tool *tool, struct cw_cell *cell, double px, double py)
+{
+    double t, distance2, inner, outer;
+    if (leg->z + cw_min(leg->dz, 0.0) >= (double)cell->top) return 0.0;
+    t = nearest_on(leg, px, py);
+    distance2 = axis_distance2(leg, px, py, t);
+    inner = tool->radius - leg->margin;
+    outer = leg->reach + leg->margin;
+    if (distance2 >= outer * outer) return 0.0;
+    if (inner <= 0.0 || distance2 > inner * inner)
+        return cut_edge(leg, stock, tool, cell, px, py, t, cw_max(sqrt(distance2), 1e-9));
+    if (leg->flat) return cw_cell_cut(stock, cell, 1.0, leg->z);
+    if (cw_tool_is_flat(tool)) return cw_cell_cut(stock, cell, 1.0, lowest(leg, tool, px, py, t));
+    return cut_curved(leg, stock, tool, cell, px, py);
+}
+
+/* Widens [lo, hi] by what a disc round (cx, cy) has on the row y. */
+static void widen_disc(double cx, double cy, double radius, double y, double *lo, double *hi)
+{
+    double d2 = radius * radius - (y - cy) * (y - cy);
+    if (d2 < 0.0) return;
+    d2 = sqrt(d2);
+    *lo = cw_min(*lo, cx - d2);
+    *hi = cw_max(*hi, cx + d2);
+}
+
+/* Widens [lo, hi] by where the row y crosses the straight side of the capsule. */
+static void widen_side(double x, double y0, double dx, double dy, double y, double *lo, double *hi)
+{
+    double t;
+    if (dy == 0.0) return;
+    t = (y - y0) / dy;
+    if (t < 0.0 || t > 1.0) return;
+    *lo = cw_min(*lo, x + t * dx);
+    *hi = cw_max(*hi, x + t * dx);
+}
+
+/* Columns of a row that the capsule, a margin wider, touches; empty: first > last [1]. */
+static struct span row_span(const struct leg *leg, const struct cw_stock *stock, int iy)
+{
+    double y = stock->y0 + (iy + 0.5) * stock->cell;
+    double radius = leg->reach + leg->margin;
+    double lo = 1e300, hi = -1e300;
+    double length = sqrt(leg->length2);
+    struct span span = { 0, -1 };
+
+    widen_disc(leg->x, leg->y, radius, y, &lo, &hi);
+    widen_disc(leg->x + leg->dx, leg->y + leg->dy, radius, y, &lo, &hi);
+    if (length > 0.0) {
+        double ox = -leg->dy / length * radius, oy = leg->dx / length * radius;
+        widen_side(leg->x + ox, leg->y + oy, leg->dx, leg->dy, y, &lo, &hi);
+        widen_side(leg->x - ox, leg->y - oy, leg->dx, leg->dy, y, &lo, &hi);
+    }
+    if (lo > hi) return span;
+    lo = floor((lo - stock->x0) / stock->cell);
+    hi = floor((hi - stock->x0) / stock->cell);
+    span.first = (int)cw_clamp(lo, 0.0, stock->nx);
+    span.last = (int)cw_clamp(hi, -1.0, stock->nx - 1.0);
+    return span;
+}
+
+/* Columns of the row inside the disc the tool has left behind [4]; empty: first > last. */
+static struct span row_skip(const struct leg *leg, const struct cw_stock *stock,
+                            const struct cw_tool *tool, int iy)
+{
+    double y = stock->y0 + (iy + 0.5) * stock->cell;
+    double radius = tool->radius - leg->margin;
+    double lo = 1e300, hi = -1e300;
+    struct span span = { 0, -1 };
+
+    if (!leg->skip_disc && !leg->skip_back) return span;
+    if (radius <= 0.0) return span;
+    widen_disc(leg->x, leg->y, radius, y, &lo, &hi);
+    if (lo > hi) return span;
+    if (leg->skip_back && !leg->skip_disc) {    /* only the half behind the direction of travel */
+        double cross = leg->x;
+        if (leg->dx != 0.0) cross -= (y - leg->y) * leg->dy / leg->dx;
+        if (leg->dx > 0.0) hi = cw_min(hi, cross - 2.0 * leg->margin);
+        else if (leg->dx < 0.0) lo = cw_max(lo, cross + 2.0 * leg->margin);
+        else if ((y - leg->y) * leg->dy > -2.0 * leg->margin * fabs(leg->dy)) return span;
+        if (lo > hi) return span;
+    }
+    lo = ceil((lo - stock->x0) / stock->cell - 0.5);
+    hi = floor((hi - stock->x0) / stock->cell - 0.5);
+    span.first = (int)cw_clamp(lo, -1.0, stock->nx);
+    span.last = (int)cw_clamp(hi, -1.0, stock->nx);
+    return span;
+}
+
+static struct leg make_leg(const struct cw_sweep *sweep, const struct cw_stock *stock,
+                           const struct cw_tool *tool)
+{
+    const double *from = sweep->at, *to = sweep->queue[0];
+    struct leg leg;
+    int level_or_up = to[2] >= from[2];
+
+    leg.x = from[0]; leg.y = from[1]; leg.z = from[2];
+    leg.dx = to[0] - from[0]; leg.dy = to[1] - from[1]; leg.dz = to[2] - from[2];
+    leg.length2 = leg.dx * leg.dx + leg.dy * leg.dy;
+    leg.margin = stock->cell * 0.7071067811865476;
+    leg.reach = cw_tool_reach(tool, stock->z_max - (leg.z + cw_min(leg.dz, 0.0)));
+    leg.flat = cw_tool_is_flat(tool) && leg.dz == 0.0;
+    leg.skip_disc = sweep->trail && level_or_up && (cw_tool_is_flat(tool) || leg.length2 <= 0.0);
+    leg.skip_back = sweep->trail && leg.dz == 0.0;
+    return leg;
+}
+
+/* Rows a leg touches. */
+static struct span leg_rows(const struct leg *leg, const struct cw_stock *stock)
+{
+    double radius = leg->reach + leg->margin;
+    double lo = cw_min(leg->y, leg->y + leg->dy) - radius;
+    double hi = cw_max(leg->y, leg->y + leg->dy) + radius;
+    struct span rows;
+    rows.first = (int)cw_clamp(floor((lo - stock->y0) / stock->cell), 0.0, stock->ny);
+    rows.last = (int)cw_clamp(floor((hi - stock->y0) / stock->cell), -1.0, stock->ny - 1.0);
+    if (leg->reach <= 0.0) rows.last = rows.first - 1;
+    return rows;
+}
+
+/* Cuts one row of a leg; returns the volume in mm3 and adds the cells visited. */
+static double cut_row(const struct leg *leg, const struct cw_stock *stock,
+                      const struct cw_tool *tool, int iy, long *visited)
+{
+    struct span span = row_span(leg, stock, iy);
+    struct span skip = row_skip(leg, stock, tool, iy);
+    double y = stock->y0 + (iy + 0.5) * stock->cell - leg->y;
+    double removed = 0.0;
+    int ix;
+    for (ix = span.first; ix <= span.last; ix++) {
+        if (ix >= skip.first && ix <= skip.last) {
+            ix = skip.last;
+            continue;
+        }
+        removed += cut_cell(leg, stock, tool, cw_stock_cell(stock, ix, iy),
+                            stock->x0 + (ix + 0.5) * stock->cell - leg->x, y);
+        (*visited)++;
+    }
+    return removed;
+}
+
+/* Takes the finished leg off the queue. */
+static void advance(struct cw_sweep *sweep)
+{
+    int i, j;
+    for (i = 0; i < 3; i++) sweep->at[i] = sweep->queue[0][i];
+    for (j = 1; j < sweep->waiting; j++)
+        for (i = 0; i < 3; i++) sweep->queue[j - 1][i] = sweep->queue[j][i];
+    sweep->waiting--;
+    sweep->trail = 1;
+    sweep->row = -1;
+}
+
+double cw_sweep_run(struct cw_sweep *sweep, struct cw_stock *stock, const struct cw_tool *tool,
+                    int max_cells, long *visited)
+{
+    double removed = 0.0;
+    long cells = 0;
+    stock->generation++;
+    while (sweep->waiting > 0 && cells < max_cells) {
+        struct leg leg = make_leg(sweep, stock, tool);
+        if (sweep->row < 0) {
+            struct span rows = leg_rows(&leg, stock);
+            sweep->row = rows.first;
+            sweep->row_end = rows.last;
+        }
+        for (; sweep->row <= sweep->row_end && cells < max_cells; sweep->row++, cells += 4)
+            removed += cut_row(&leg, stock, tool, sweep->row, &cells);
+        if (sweep->row > sweep->row_end) advance(sweep);
+        cells++;
+    }
+    stock->removed += removed;
+    stock->generation++;
+    if (visited) *visited += cells;
+    return removed;
+}

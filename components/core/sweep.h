@@ -1,0 +1,47 @@
+/* sweep.h - cutting the stock along the straight way between tool positions.
+ *
+ * Who calls it: stock_tracker.comp (a few cells of work per servo period) and, through
+ * the shared library, remap/chipwise/stock/ (a whole move at once).
+ * Source: JP3131045 [0007]: the envelope of the tool moved along the path (ENV) is taken
+ * from the material (WK) and its volume is VC.
+ *
+ * Principle:
+ *  1. The way of the tool is a chain of points; each leg sweeps a capsule in XY.
+ *  2. A leg is cut row by row. The work can stop after any row and go on in the next
+ *     period, so a period's cost has a bound; points that wait are kept in a short queue,
+ *     and when it is full the newest point replaces the last one that waits.
+ *  3. A cell well inside the capsule is cut to the lowest height any tool position of
+ *     the leg has over it; a cell on the outline is cut in that share of its area that
+ *     lies inside.
+ *  4. What the leg before has cut already (the disc behind a tool that does not descend)
+ *     is skipped, so the cost grows with the cells newly swept.
+ */
+#ifndef CHIPWISE_SWEEP_H
+#define CHIPWISE_SWEEP_H
+
+#include "stock.h"
+#include "tool.h"
+
+#define CW_SWEEP_QUEUE 16       /* positions that may wait for their turn */
+
+struct cw_sweep {
+    double at[3];               /* mm, tip: everything up to here is cut */
+    double queue[CW_SWEEP_QUEUE][3];    /* mm, tips still to go to, oldest first */
+    int waiting;                /* entries in use */
+    int known;                  /* `at` is a position of the tool */
+    int trail;                  /* the tool, as it is now, has cut all over at `at` */
+    int row, row_end;           /* rows of the leg to queue[0] still to be cut; row < 0: not begun */
+};
+
+/* Puts the tool at a place without cutting (start, tool change, after a jump). */
+void cw_sweep_place(struct cw_sweep *sweep, const double tip[3]);
+
+/* Queues a straight leg to `tip` (mm). */
+void cw_sweep_to(struct cw_sweep *sweep, const double tip[3]);
+
+/* Works on the queue until it is empty or about max_cells cells were visited; returns the
+ * volume removed, mm3. `*visited`, when not null, is increased by the cells visited. */
+double cw_sweep_run(struct cw_sweep *sweep, struct cw_stock *stock, const struct cw_tool *tool,
+                    int max_cells, long *visited);
+
+#endif

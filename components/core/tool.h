@@ -1,0 +1,65 @@
+/* tool.h - the cutting shape of a rotating tool, as a profile z = g(r).
+ *
+ * Who calls it: sweep.c (what a move removes), section.c (the load), stock_tracker.comp.
+ * Source: the APT cutter statement (diameter, corner radius, tip angle), reduced to
+ * the shapes mills use; JP3131045 [0006] calls this "tool shape data TS".
+ * Departs from APT: no lower-side angle below the tip and no undercut; the part
+ * of the tool above the profile is a cylinder of the full diameter.
+ *
+ * The profile, from the axis outwards, in mm above the tip:
+ *   r <= r_flat            flat end,            g = 0
+ *   r_flat < r <= r_arc    corner arc of radius `corner`, tangent to what is before and after
+ *   r_arc < r <= radius    cone of slope `slope` = 1 / tan(tip_angle / 2)
+ *   at r = radius          vertical wall, starts at height `shoulder`
+ */
+#ifndef CHIPWISE_TOOL_H
+#define CHIPWISE_TOOL_H
+
+#define CW_TOOL_RINGS 12        /* bands the end of the tool is divided into for section.c */
+
+enum cw_tool_error {
+    CW_TOOL_OK = 0,
+    CW_TOOL_DIAMETER = 1,       /* diameter not a finite number > 0 */
+    CW_TOOL_CORNER = 2,         /* corner radius negative, not finite or larger than the tool's radius */
+    CW_TOOL_ANGLE = 3,          /* tip angle not in [0, 180) degrees */
+    CW_TOOL_FLUTE = 4           /* flute length negative or not finite */
+};
+
+struct cw_tool_ring {           /* one band of the tool's end, seen as a surface of revolution */
+    double radius;              /* mm, of the band's middle */
+    double height;              /* mm above the tip, of the band's middle */
+    double rise;                /* mm, height of the band (0 on the flat end) */
+    double run;                 /* mm, radial width of the band */
+};
+
+struct cw_tool {
+    double radius;              /* mm */
+    double corner;              /* mm, radius of the corner or tip arc */
+    double slope;               /* mm rise per mm radius, of the cone; 0: no cone */
+    double flute;               /* mm, 0 = unknown */
+    double r_flat;              /* mm, end of the flat end */
+    double r_arc;               /* mm, end of the corner arc */
+    double arc_top;             /* mm, height of the profile at r_arc */
+    double shoulder;            /* mm, height of the profile at `radius` */
+    int rings;                  /* bands in use; 0 only for an invalid tool */
+    struct cw_tool_ring ring[CW_TOOL_RINGS];
+};
+
+/* Builds the profile. Lengths in mm, tip_angle the included angle in degrees (0: no
+ * cone). Returns a cw_tool_error; on an error *tool has radius 0 and cuts nothing. */
+int cw_tool_init(struct cw_tool *tool, double diameter, double corner_radius,
+                 double tip_angle, double flute_length);
+
+/* Height of the profile at distance r (mm, 0 <= r <= radius) from the axis, mm above the tip. */
+double cw_tool_height(const struct cw_tool *tool, double r);
+
+/* Slope dg/dr of the profile at r; large but finite where the arc is vertical. */
+double cw_tool_slope(const struct cw_tool *tool, double r);
+
+/* Largest r whose profile lies below `height` (mm above the tip), at most the radius. */
+double cw_tool_reach(const struct cw_tool *tool, double height);
+
+/* Whether the end is flat all over: every cell below it is cut to the same height. */
+int cw_tool_is_flat(const struct cw_tool *tool);
+
+#endif

@@ -1,0 +1,263 @@
+"""The C core (components/core/) from Python, through the shared library.
+
+Who calls it: the tests, bench/, bin/chipwise.  The same C files run in realtime inside
+stock_tracker and volumetric_feed; nothing is computed twice in another language here.
+
+All lengths mm, machine coordinates; areas mm2, volumes mm3, velocities mm/s.
+"""
+from __future__ import annotations
+
+import ctypes as C
+import os
+from pathlib import Path
+
+import numpy as np
+
+SAMPLES, LEVELS, QUEUE, RINGS = 128, 8, 16, 12
+CELL_DTYPE = np.dtype([("top", "<f4"), ("drop", "<u2"), ("cut", "<u2")])
+
+
+class CoreError(Exception):
+    """The core refused a value; the text says what, value, unit, rule."""
+
+
+class _Ring(C.Structure):
+    _fields_ = [(n, C.c_double) for n in ("radius", "height", "rise", "run")]
+
+
+class _Tool(C.Structure):
+    _fields_ = [(n, C.c_double) for n in ("radius", "corner", "slope", "flute", "r_flat",
+                                          "r_arc", "arc_top", "shoulder")] \
+        + [("rings", C.c_int), ("ring", _Ring * RINGS)]
+
+
+class _Head(C.Structure):
+    """struct cw_stock without its cells (stock.h)."""
+    _fields_ = [("magic", C.c_uint32), ("version", C.c_uint32), ("generation", C.c_uint32),
+                ("capacity", C.c_uint32)] \
+        + [(n, C.c_double) for n in ("cell", "x0", "y0", "z_min", "z_max", "x_max", "y_max",
+                                     "drop_unit")] \
+        + [("nx", C.c_int32), ("ny", C.c_int32), ("filled", C.c_int32), ("pad", C.c_int32),
+           ("removed", C.c_double)]
+
+
+class _Sweep(C.Structure):
+    _fields_ = [("at", C.c_double * 3), ("queue", C.c_double * 3 * QUEUE), ("waiting", C.c_int),
+                ("known", C.c_int), ("trail", C.c_int), ("row", C.c_int), ("row_end", C.c_int)]
+
+
+class _Section(C.Structure):
+    _fields_ = [("area", C.c_double), ("depth", C.c_double)]
+
+
+class _Ahead(C.Structure):
+    _fields_ = [("known", C.c_int), ("origin", C.c_double * 3)] \
+        + [(n, C.c_double) for n in ("heading", "level", "slope", "curvature", "turn",
+                                     "last_heading", "last_step", "travelled", "held", "speed")] \
+        + [("first", C.c_int), ("count", C.c_int), ("area", C.c_float * SAMPLES),
+           ("depth", C.c_float * SAMPLES)]
+
+
+class _Level(C.Structure):
+    _fields_ = [(n, C.c_double) for n in ("distance", "area", "base")]
+
+
+class _View(C.Structure):
+    _fields_ = [("area", C.c_double), ("depth", C.c_double), ("contact", C.c_int),
+                ("levels", C.c_int), ("level", _Level * LEVELS)]
+
+
+class FeedIn(C.Structure):
+    """struct cw_feed_in (feed.h): target, lower mm3/s; velocities mm/s; areas mm2."""
+    _fields_ = [("mode", C.c_int), ("target", C.c_double), ("lower", C.c_double),
+                ("programmed", C.c_double), ("requested", C.c_double), ("motion_type", C.c_int),
+                ("acceleration", C.c_double), ("floor", C.c_double), ("period", C.c_double),
+                ("ready", C.c_int), ("area", C.c_double),
+                ("ahead_distance", C.c_double * LEVELS), ("ahead_area", C.c_double * LEVELS)]
+
+
+class FeedOut(C.Structure):
+    """struct cw_feed_out (feed.h)."""
+    _fields_ = [("scale", C.c_double), ("limited_by", C.c_int)]
+
+
+_TOOL_ERRORS = {1: "diameter must be a number > 0 mm", 2: "corner radius must lie in 0..radius",
+                3: "tip angle must lie in 0..180 degrees (180 excluded)",
+                4: "flute length must be a number >= 0 mm"}
+_STOCK_ERRORS = {1: "a corner of the box is not a finite number",
+                 2: "the box's max must be greater than its min in X, Y and Z",
+                 3: "the box needs more cells than the map has"}
+
+
+def library_path() -> Path:
+    """Where the shared library is: $CHIPWISE_CORE, else build/ of this checkout."""
+    named = os.environ.get("CHIPWISE_CORE")
+    return Path(named) if named else Path(__file__).resolve().parents[3] / "build/libchipwise.so"
+
+
+def _load():
+    path = library_path()
+    if not path.exists():
+        raise CoreError(f"chipwise: core library {path} is missing; run `make build` first")
+    lib = C.CDLL(str(path))
+    vec, head = C.c_double * 3, C.c_void_p
+    for name, result, args in (
+            ("cw_tool_init", C.c_int, [C.POINTER(_Tool)] + [C.c_double] * 4),
+            ("cw_tool_height", C.c_double, [C.POINTER(_Tool), C.c_double]),
+            ("cw_tool_reach", C.c_double, [C.POINTER(_Tool), C.c_double]),
+            ("cw_stock_cells", C.c_uint32, [C.c_double] * 3),
+            ("cw_stock_bytes", C.c_uint64, [C.c_uint32]),
+            ("cw_stock_init", None, [head, C.c_double, C.c_uint32]),
+            ("cw_stock_define", C.c_int, [head, vec, vec]),
+            ("cw_stock_fill", C.c_int, [head, C.c_int]),
+            ("cw_stock_ready", C.c_int, [head]),
+            ("cw_stock_volume", C.c_double, [head]),
+            ("cw_stock_above", C.c_double, [head] + [C.c_double] * 3),
+            ("cw_sweep_place", None, [C.POINTER(_Sweep), vec]),
+            ("cw_sweep_to", None, [C.POINTER(_Sweep), vec]),
+            ("cw_sweep_run", C.c_double,
+             [C.POINTER(_Sweep), head, C.POINTER(_Tool), C.c_int, C.POINTER(C.c_long)]),
+            ("cw_section_at", _Section, [head, C.POINTER(_Tool), vec, vec]),
+            ("cw_ahead_reset", None, [C.POINTER(_Ahead)]),
+            ("cw_ahead_step", None, [C.POINTER(_Ahead), head, C.POINTER(_Tool), vec, vec,
+                                     C.c_double, C.c_double, C.c_int]),
+            ("cw_ahead_look", None, [C.POINTER(_Ahead), head, C.POINTER(_Tool), C.c_double,
+                                     C.POINTER(_View)]),
+            ("cw_feed", FeedOut, [C.POINTER(FeedIn), C.c_double])):
+        function = getattr(lib, name)
+        function.restype, function.argtypes = result, args
+    return lib
+
+
+_lib = None
+
+
+def library():
+    """The loaded shared library (loaded at first use)."""
+    global _lib
+    if _lib is None:
+        _lib = _load()
+    return _lib
+
+
+def _vec(values):
+    return (C.c_double * 3)(*[float(v) for v in values])
+
+
+class Tool:
+    """A rotating tool: diameter, corner_radius, flute_length in mm, tip_angle the included
+    angle in degrees (0: no cone).  Raises CoreError."""
+
+    def __init__(self, diameter, corner_radius=0.0, tip_angle=0.0, flute_length=0.0):
+        self.c = _Tool()
+        error = library().cw_tool_init(C.byref(self.c), diameter, corner_radius, tip_angle,
+                                       flute_length)
+        if error:
+            raise CoreError(f"tool: {_TOOL_ERRORS[error]} (diameter {diameter} mm, corner "
+                            f"{corner_radius} mm, tip {tip_angle} deg, flute {flute_length} mm)")
+
+    @property
+    def radius(self):
+        return self.c.radius
+
+    def height(self, r):
+        """Profile height in mm at distance r mm from the axis."""
+        return library().cw_tool_height(C.byref(self.c), r)
+
+
+class Stock:
+    """A stock box `low`..`high` (3 floats each, mm, machine coordinates) with square cells."""
+
+    def __init__(self, low, high, cell=0.25, capacity=None):
+        lib = library()
+        cells = capacity or lib.cw_stock_cells(cell, high[0] - low[0], high[1] - low[1])
+        if not cells:
+            raise CoreError(f"stock: {_STOCK_ERRORS[2]} (min {tuple(low)}, max {tuple(high)} mm)")
+        self._block = np.zeros(lib.cw_stock_bytes(cells), np.uint8)
+        self.address = self._block.ctypes.data
+        lib.cw_stock_init(self.address, cell, cells)
+        self.define(low, high)
+
+    def define(self, low, high):
+        """Starts over with a new box; raises CoreError and keeps the old stock if it does not fit."""
+        error = library().cw_stock_define(self.address, _vec(low), _vec(high))
+        if error:
+            raise CoreError(f"stock: {_STOCK_ERRORS[error]} (min {tuple(low)}, max {tuple(high)} mm)")
+        while not library().cw_stock_fill(self.address, 1 << 30):
+            pass
+
+    @property
+    def head(self):
+        return _Head.from_address(self.address)
+
+    @property
+    def cells(self):
+        """(ny, nx) view of the cells, dtype CELL_DTYPE, without the empty ring."""
+        head = self.head
+        start = C.sizeof(_Head)
+        count = (head.ny + 2) * (head.nx + 2)
+        grid = self._block[start:start + 8 * count].view(CELL_DTYPE)
+        return grid.reshape(head.ny + 2, head.nx + 2)[1:-1, 1:-1]
+
+    def volume(self):
+        """Volume left, mm3."""
+        return library().cw_stock_volume(self.address)
+
+    def above(self, x, y, floor):
+        """Interpolated height of the stock above `floor` at a point, mm."""
+        return library().cw_stock_above(self.address, x, y, floor)
+
+    def section(self, tool, tip, direction):
+        """Section area (mm2) and depth (mm) of `tool` at `tip` moving along the unit vector."""
+        met = library().cw_section_at(self.address, C.byref(tool.c), _vec(tip), _vec(direction))
+        return met.area, met.depth
+
+
+class Cutter:
+    """A tool on its way through a stock; `visited` counts the cells looked at."""
+
+    def __init__(self, stock, tool, tip):
+        self.stock, self.tool, self._sweep, self._visited = stock, tool, _Sweep(), C.c_long(0)
+        library().cw_sweep_place(C.byref(self._sweep), _vec(tip))
+
+    @property
+    def visited(self):
+        return self._visited.value
+
+    def to(self, tip, max_cells=(1 << 30)):
+        """Cuts the straight way to `tip` (mm); returns the volume removed, mm3."""
+        library().cw_sweep_to(C.byref(self._sweep), _vec(tip))
+        return self.run(max_cells)
+
+    def run(self, max_cells=(1 << 30)):
+        """Goes on with waiting legs for about max_cells cells; returns mm3."""
+        return library().cw_sweep_run(C.byref(self._sweep), self.stock.address,
+                                      C.byref(self.tool.c), max_cells, C.byref(self._visited))
+
+    @property
+    def waiting(self):
+        return self._sweep.waiting
+
+
+class Ahead:
+    """The look-ahead of one tool in one stock (ahead.h)."""
+
+    def __init__(self, stock, tool):
+        self.stock, self.tool, self.c = stock, tool, _Ahead()
+        library().cw_ahead_reset(C.byref(self.c))
+
+    def step(self, start, end, period, horizon, budget=6):
+        library().cw_ahead_step(C.byref(self.c), self.stock.address, C.byref(self.tool.c),
+                                _vec(start), _vec(end), period, horizon, budget)
+
+    def look(self, horizon):
+        """struct cw_ahead_view: area, depth, contact, levels, level[i].distance/.area."""
+        view = _View()
+        library().cw_ahead_look(C.byref(self.c), self.stock.address, C.byref(self.tool.c),
+                                horizon, C.byref(view))
+        return view
+
+
+def feed(values: FeedIn, last_scale: float = 1.0) -> FeedOut:
+    """The feed law for one period."""
+    return library().cw_feed(C.byref(values), last_scale)
