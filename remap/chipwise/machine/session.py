@@ -99,7 +99,8 @@ class Session:
         -> how long it has been idle when that is certain, s.
         """
         self.command.auto(linuxcnc.AUTO_RUN, 0)
-        self.command.wait_complete(STEP_TIMEOUT_S)
+        self.wait('start of program',
+                  lambda s: s.echo_serial_number >= self.command.serial)
         idle, idle_since = 0, 0.0
 
         def ended(status):
