@@ -1,0 +1,97 @@
+# chipwise: build, test, install.
+#
+#   make run        install what is missing, build, install, start the simulated mill
+#   make test       install what is missing, build, run every test
+#   make bench      the benchmarks; writes build/bench.json
+#   make build      components, the C core as a library, C test programs
+#   make install    DESTDIR and PREFIX honoured; make uninstall removes the same
+#   make deps       the Debian packages needed, only those missing
+#   make clean      remove build/
+#
+# The C core (components/core/*.c) is built three ways: into the components
+# (which include it), into build/libchipwise.so for Python, and into the C test
+# and benchmark programs.  LinuxCNC's own realtime flags apply to all three.
+
+PREFIX ?= /usr/local
+DESTDIR ?=
+PYTHON = /usr/bin/python3
+CC = gcc
+HALCOMPILE = halcompile
+
+COMPONENTS = $(sort $(wildcard components/*.comp))
+CORE       = $(sort $(wildcard components/core/*.c))
+HEADERS    = $(sort $(wildcard components/core/*.h))
+CORE_TESTS = $(sort $(wildcard tests/core/*.c))
+BENCHES    = $(sort $(wildcard bench/*.c))
+
+MODULES  = $(COMPONENTS:components/%.comp=build/modules/%.so)
+MANPAGES = $(COMPONENTS:components/%.comp=build/man/%.9)
+OBJECTS  = $(CORE:components/core/%.c=build/core/%.o)
+LIBRARY  = $(if $(CORE),build/libchipwise.so)
+PROGRAMS = $(CORE_TESTS:tests/core/%.c=build/tests/%) $(BENCHES:bench/%.c=build/bench/%)
+
+# As in LinuxCNC's Makefile.modinc; the warnings are ours.
+RTFLAGS = -Os -g -fno-fast-math -fno-unsafe-math-optimizations -mieee-fp \
+          -fno-builtin-sin -fno-builtin-cos -fno-builtin-sincos \
+          -fPIC -Wframe-larger-than=2560
+ifeq ($(filter x86_64 i686,$(shell uname -m)),)
+RTFLAGS := $(filter-out -mieee-fp,$(RTFLAGS))
+endif
+CFLAGS ?= -Wall -Wextra -Werror=implicit-function-declaration
+
+.PHONY: run test bench build install uninstall deps clean
+.DELETE_ON_ERROR:
+
+# The steps in their order, each a make of its own: what LinuxCNC's
+# development package provides is asked for only once it is there.
+run: deps
+	@$(MAKE) --no-print-directory build
+	@$(MAKE) --no-print-directory install
+	@tools/run
+
+test: deps
+	@$(MAKE) --no-print-directory build
+	@tools/test
+
+bench: deps
+	@$(MAKE) --no-print-directory build
+	@$(PYTHON) bench/run.py
+
+build: $(MODULES) $(MANPAGES) $(LIBRARY) $(PROGRAMS)
+
+# halcompile puts components/ on the include path, and the result into the
+# directory it is started in.
+build/modules/%.so: components/%.comp $(CORE) $(HEADERS)
+	@mkdir -p $(@D)
+	cd $(@D) && $(HALCOMPILE) --compile $(CURDIR)/$<
+
+build/man/%.9: components/%.comp
+	@mkdir -p $(@D)
+	@$(HALCOMPILE) --document --outfile=$@ $<
+
+build/core/%.o: components/core/%.c $(HEADERS)
+	@mkdir -p $(@D)
+	$(CC) $(RTFLAGS) $(CFLAGS) -Icomponents -c -o $@ $<
+
+build/libchipwise.so: $(OBJECTS)
+	$(CC) -shared -o $@ $^ -lm
+
+build/tests/%: tests/core/%.c $(OBJECTS) $(HEADERS)
+	@mkdir -p $(@D)
+	$(CC) $(RTFLAGS) $(CFLAGS) -Icomponents -o $@ $< $(OBJECTS) -lm
+
+build/bench/%: bench/%.c $(OBJECTS) $(HEADERS)
+	@mkdir -p $(@D)
+	$(CC) $(RTFLAGS) $(CFLAGS) -Icomponents -o $@ $< $(OBJECTS) -lm
+
+install: build
+	@$(PYTHON) tools/install.py install --destdir '$(DESTDIR)' --prefix '$(PREFIX)'
+
+uninstall:
+	@$(PYTHON) tools/install.py uninstall --destdir '$(DESTDIR)' --prefix '$(PREFIX)'
+
+deps:
+	@tools/deps
+
+clean:
+	rm -rf build

@@ -1,0 +1,58 @@
+"""The subcommands of bin/chipwise, one module each.
+
+A subcommand is a module here with
+
+    NAME, HELP                  as in `chipwise NAME` and `chipwise --help`
+    add_arguments(parser)       its own options
+    run(options)                does it; -> exit status (None: 0)
+
+and a line in COMMANDS.  An error the user can cause is a CommandError: its
+text is printed without a traceback.  To add one: write the module, name it
+below, describe it in docs/.
+"""
+
+import argparse
+import importlib
+import os
+import sys
+
+COMMANDS = ('demo',)
+
+
+class CommandError(Exception):
+    """Printed as `chipwise: TEXT`; what, value with unit, rule, remedy."""
+
+
+def build_parser():
+    """-> (parser, {name: module})."""
+    parser = argparse.ArgumentParser(
+        prog='chipwise', description='Stock-aware feed and cycles for LinuxCNC.')
+    subparsers = parser.add_subparsers(dest='command', metavar='COMMAND')
+    modules = {}
+    for module_name in COMMANDS:
+        module = importlib.import_module('chipwise.cli.' + module_name)
+        modules[module.NAME] = module
+        module.add_arguments(subparsers.add_parser(
+            module.NAME, help=module.HELP, description=module.__doc__,
+            formatter_class=argparse.RawDescriptionHelpFormatter))
+    return parser, modules
+
+
+def main(argv):
+    """-> exit status."""
+    parser, modules = build_parser()
+    options = parser.parse_args(argv)
+    if options.command is None:
+        parser.print_help()
+        return 2
+    try:
+        return modules[options.command].run(options) or 0
+    except CommandError as error:
+        print('chipwise: %s' % error, file=sys.stderr)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except OSError as error:
+        print('chipwise: %s' % error, file=sys.stderr)
+    except KeyboardInterrupt:
+        return 130
+    return 1

@@ -1,0 +1,78 @@
+"""Run the demo program on a headless simulated mill and print the summary.
+
+The program runs twice: as it stands, with the volumetric feed, and with the
+feed constant, as fast as the same largest removal rate allows.  The summary is
+that of the first run with `constant_feed_cycle_s` and `time_saved` (a share of
+the constant-feed time) added; one line of JSON.
+"""
+
+import json
+import os
+import re
+import tempfile
+
+from chipwise.machine import runner
+
+NAME = 'demo'
+HELP = 'run the demo program headless and compare it with constant feed'
+PROGRAM = os.path.join(runner.ROOT, 'nc_files', 'panel.ngc')
+FEED_ON = re.compile(r'\bM\s*251\b[^(;\n]*', re.IGNORECASE)
+
+
+def add_arguments(parser):
+    parser.add_argument('program', nargs='?', default=PROGRAM,
+                        help='another program (default: nc_files/panel.ngc)')
+    parser.add_argument('--speed', type=float, default=1.0, metavar='N',
+                        help='let time pass N times as fast (needs libfaketime)')
+    parser.add_argument('--timeout', type=float, default=3600.0, metavar='S',
+                        help='give up a run after S seconds of machine time')
+    parser.add_argument('--no-compare', action='store_true',
+                        help='leave out the constant-feed run')
+    parser.add_argument('--log', metavar='FILE',
+                        help='save the servo-period log of the first run (.npz, .csv)')
+
+
+def constant_feed(text):
+    """A program with every M251 turned into M252: F as programmed, always."""
+    return FEED_ON.sub('M252 ', text)
+
+
+def run_once(path, options, log=None):
+    from chipwise.cli import CommandError
+    try:
+        return runner.run_headless(path, speed=options.speed, timeout=options.timeout,
+                                   log=log)
+    except runner.RunError as error:
+        raise CommandError(error)
+
+
+def run(options):
+    from chipwise.cli import CommandError
+    if not os.path.isfile(options.program):
+        raise CommandError('program %s does not exist' % options.program)
+    if not 0 < options.speed <= 20:
+        raise CommandError('--speed %g is out of range; use more than 0 and up to 20'
+                           % options.speed)
+    summary = run_once(options.program, options, options.log)
+    status = summary.pop('exit_status')
+    if status == 0 and not options.no_compare:
+        status = compare(options, summary)
+    print(json.dumps(summary))
+    return status
+
+
+def compare(options, summary):
+    """Add the constant-feed run to the summary; -> exit status."""
+    with open(options.program) as handle:
+        text = constant_feed(handle.read())
+    with tempfile.TemporaryDirectory(prefix='chipwise-demo.') as folder:
+        path = os.path.join(folder, os.path.basename(options.program))
+        with open(path, 'w') as handle:
+            handle.write(text)
+        constant = run_once(path, options)
+    summary['constant_feed_cycle_s'] = constant['cycle_s']
+    summary['time_saved'] = (
+        round(1.0 - summary['cycle_s'] / constant['cycle_s'], 4)
+        if constant['cycle_s'] else None)
+    summary['errors'] += constant['errors']
+    return constant['exit_status']

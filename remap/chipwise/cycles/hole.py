@@ -1,0 +1,304 @@
+"""G12 / G13: a circular hole, its slug chopped or its pocket cleared.  HoleRequest -> moves; pure, mm.
+
+Called by glue/hole.py.  Chopping: JP H05-7134 B2, see geometry/chop.py; pocketing: Haas' I, K and Q.
+
+Order of work, and why:
+ 1. To the clearance plane over the first line: up before across before down, never through stock.
+ 2. Chop lines, each to FULL depth in its passes before the next (patent, fig. 5: lines first, then the circle).
+    A strip between two lines stays joined to the stock at both ends; a cell comes loose when its last line reaches
+    the final depth, and then it is small already.
+ 3. The circle, in passes.  At the last one the pieces at the rim come loose, one after the other, small.
+    Were the passes taken level by level through lines and circle, the same pieces would come loose at the last level,
+    but every level would cost all the rapids again.
+ 4. Up, and across to the centre: the tool stands on the clearance plane over the hole.
+
+Rapids run on the clearance plane or straight up and down above it; below it every move is a feed.
+
+Entry, never at the finished wall:
+ - a line is entered one tool radius inside its end (or at its middle, if shorter), run to that end and back across;
+ - the circle is met along an arc of radius a tangent to it (a = the tool's radius, or half the way from the centre);
+   the plunge stands a diameter of the tool or more from the wall's path, or at the centre of a small hole.
+ - where a slug or its pieces are left, that arc is first cut as a full circle, so that the half by which the tool
+   leaves is open before anything comes loose.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Optional
+
+from chipwise.errors import CycleError
+from chipwise.geometry import chop
+from chipwise.moves import Arc, Line, Rapid
+
+# Smallest radius of the tool's own circle. mm; LinuxCNC refuses arcs below 0.00127, the lead-in has half of this.
+MIN_PATH_RADIUS = 0.005
+
+# More passes in depth, or rings in a pocket, are a slip of the finger and would stall the preview.
+MAX_PASSES = 1000
+
+# Lengths closer than this are equal. mm; rounding of inch words is below 1e-5
+EQUAL = 1e-6
+
+
+@dataclass(frozen=True)
+class HoleRequest:
+    """A hole, in mm and absolute work coordinates.
+
+    x, y            centre
+    bottom          final depth
+    clearance       clearance plane
+    radius          I without K: radius of the finished hole.  With K: of the first ring
+    finished        K: radius of the finished pocket; None: no pocket, a slug is left
+    step            Q: radial step of the pocket
+    ccw             True: G13, False: G12
+    tool_radius     half the tool's diameter
+    chop_size       H: no loose piece may reach it; 0: do not chop
+    depth_step      J: deepest pass; None: one pass
+    feed            mm/min (mm per revolution under G95)
+    plunge_feed     E, same unit
+    start           (x, y, z) where the tool stands
+    """
+
+    x: float
+    y: float
+    bottom: float
+    clearance: float
+    radius: float
+    ccw: bool
+    tool_radius: float
+    feed: float
+    plunge_feed: float
+    start: tuple
+    finished: Optional[float] = None
+    step: Optional[float] = None
+    chop_size: float = 0.0
+    depth_step: Optional[float] = None
+
+
+def check(request):
+    """Raise CycleError for a request that cannot be done; every rule of the cycle's geometry stands here."""
+    r = request
+    if r.tool_radius <= 0:
+        raise CycleError("tool diameter {d} is not above 0 mm", "load a tool with a diameter", d=2 * r.tool_radius)
+    if r.radius <= 0:
+        raise CycleError("radius I{i} is not above 0", "use the radius of the hole", i=r.radius)
+    if r.radius - r.tool_radius < MIN_PATH_RADIUS:
+        raise CycleError("radius I{i} is not larger than the tool radius {t}", "use I above {t} or a smaller tool",
+                         i=r.radius, t=r.tool_radius)
+    if r.bottom >= r.clearance - EQUAL:
+        raise CycleError("final depth Z{z} is not below the clearance plane R{r}", "use Z below R or R above Z",
+                         z=r.bottom, r=r.clearance)
+    if r.feed <= 0:
+        raise CycleError("feed F is not above 0", "give F on this line or before")
+    if r.plunge_feed <= 0:
+        raise CycleError("plunge feed E is not above 0", "use E above 0, or leave it out for F/2")
+    if r.depth_step is not None and r.depth_step <= 0:
+        raise CycleError("depth per pass J{j} is not above 0", "use J above 0", j=r.depth_step)
+    if r.chop_size < 0:
+        raise CycleError("chop size {h} is negative", "set #<_chipwise_chop_size> to 0 (never chop) or more",
+                         h=r.chop_size)
+    if r.depth_step is not None and (r.clearance - r.bottom) / r.depth_step > MAX_PASSES:
+        raise CycleError(f"depth per pass J{{j}} needs more than {MAX_PASSES} passes from R to Z", "use a larger J",
+                         j=r.depth_step)
+    _check_pocket(r)
+
+
+def _check_pocket(r):
+    """The rules of K and Q."""
+    if r.finished is None:
+        if r.step is not None:
+            raise CycleError("step Q{q} without a finished radius K", "add K, or leave Q out", q=r.step)
+        return
+    if r.finished < r.radius - EQUAL:
+        raise CycleError("finished radius K{k} is smaller than the first radius I{i}", "use K of {i} or more",
+                         k=r.finished, i=r.radius)
+    if r.step is None:
+        raise CycleError("finished radius K{k} without a radial step Q", "add Q of at most {d}",
+                         k=r.finished, d=2 * r.tool_radius)
+    if r.step <= 0:
+        raise CycleError("radial step Q{q} is not above 0", "use Q above 0, at most {d}",
+                         q=r.step, d=2 * r.tool_radius)
+    if r.step > 2 * r.tool_radius + EQUAL:
+        raise CycleError("radial step Q{q} is larger than the tool ({d}) and would leave rings", "use Q up to {d}",
+                         q=r.step, d=2 * r.tool_radius)
+    if r.finished / r.step > MAX_PASSES:
+        raise CycleError(f"radial step Q{{q}} needs more than {MAX_PASSES} rings", "use a larger Q", q=r.step)
+
+
+def depths(clearance, bottom, depth_step):
+    """Z of each pass, mm: equal steps counted from the clearance plane (as G83 counts its pecks), none above J."""
+    total = clearance - bottom
+    count = 1 if depth_step is None else max(1, math.ceil(total / depth_step - EQUAL))
+    return [clearance - total * k / count for k in range(1, count)] + [bottom]
+
+
+def finished_radius(request):
+    """Radius (mm) of the hole as it will be: K, or I where there is no K."""
+    return request.radius if request.finished is None else request.finished
+
+
+def leaves_slug(request):
+    """Whether the circle leaves anything inside it."""
+    return request.finished is None and request.radius > 2 * request.tool_radius
+
+
+def chop_parts(request):
+    """Into how many parts along each axis the slug is divided; 1: not at all."""
+    if not leaves_slug(request):
+        return 1
+    return _cached_parts(2 * request.radius, request.tool_radius, request.chop_size)
+
+
+# The search for n is the only slow step (to 0.1 s); panels repeat few sizes, and the preview asks again.
+_cached_parts = lru_cache(maxsize=256)(chop.choose_parts)
+
+
+@lru_cache(maxsize=64)
+def hole_moves(request):
+    """The whole cycle as a tuple of moves (mm).  Raises CycleError, before any move, where it cannot be done."""
+    check(request)
+    passes = depths(request.clearance, request.bottom, request.depth_step)
+    moves = []
+    for line in _lines_in_order(request, len(passes)):
+        _cut_line(moves, request, line, passes)
+    if leaves_slug(request):
+        _cut_slug_circle(moves, request, passes, _wall_direction(request, _last_xy(moves, request.start)))
+    else:
+        _cut_pocket(moves, request, passes)
+    moves += [Rapid(z=request.clearance), Rapid(x=request.x, y=request.y)]
+    return tuple(moves)
+
+
+def _enter(moves, request, point):
+    """Over a point, on the clearance plane.
+
+    Within the cycle: up, then across.  At its start: up only if below the plane, across, then down to the plane.
+    """
+    if moves or request.start[2] < request.clearance - EQUAL:
+        moves.append(Rapid(z=request.clearance))
+    moves.append(Rapid(x=point[0], y=point[1]))
+    if len(moves) == 1 and request.start[2] > request.clearance + EQUAL:
+        moves.append(Rapid(z=request.clearance))
+
+
+def _last_xy(moves, start):
+    """Where the tool stands after moves."""
+    for move in reversed(moves):
+        if move.x is not None:
+            return move.x, move.y
+    return start[0], start[1]
+
+
+# ---- chop lines -------------------------------------------------------------------------------------------------
+
+
+def line_entry(segment, tool_radius):
+    """Where a directed line is entered: one tool radius inside its start, or its middle where it is short."""
+    (ax, ay), (bx, by) = segment
+    length = math.hypot(bx - ax, by - ay)
+    inset = min(tool_radius, length / 2) / length
+    return ax + (bx - ax) * inset, ay + (by - ay) * inset
+
+
+def _lines_in_order(request, pass_count):
+    """Directed chop lines, shortest travel first to last."""
+    parts = chop_parts(request)
+    if parts == 1:
+        return []
+    groups = chop.disc_lines(request.x, request.y, request.radius, request.tool_radius, parts)
+    return chop.order_lines(groups, request.start[:2], (request.x, request.y),
+                            entry_of=lambda s: line_entry(s, request.tool_radius),
+                            exit_of=lambda s: s[pass_count % 2])
+
+
+def _cut_line(moves, request, segment, passes):
+    """One line to full depth: plunge inside an end, out to that end, across to the other, and back for the next pass.
+
+    Starts with the rapids over its entry; ends where the last pass ends, still at depth.
+    """
+    start, end = segment
+    entry = line_entry(segment, request.tool_radius)
+    _enter(moves, request, entry)
+    for number, z in enumerate(passes):
+        if number:
+            entry = line_entry((start, end), request.tool_radius)
+            moves.append(Line(x=entry[0], y=entry[1], feed=request.feed))
+        moves.append(Line(z=z, feed=request.plunge_feed))
+        moves.append(Line(x=start[0], y=start[1], feed=request.feed))
+        moves.append(Line(x=end[0], y=end[1], feed=request.feed))
+        start, end = end, start
+
+
+# ---- circles ----------------------------------------------------------------------------------------------------
+
+
+def _wall_direction(request, here):
+    """The axis direction (unit vector) in which the circle is met: the nearest to where the tool is."""
+    ways = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))
+    return max(ways, key=lambda u: round(u[0] * (here[0] - request.x) + u[1] * (here[1] - request.y), 6))
+
+
+def _cut_slug_circle(moves, request, passes, toward):
+    """The circle around a slug: per pass plunge, lead circle, in along half of it, full turn, out along the rest."""
+    path = request.radius - request.tool_radius
+    lead = min(path / 2, request.tool_radius)
+    at = _point_on_ray(request, toward)
+    inside, centre, wall = at(path - 2 * lead), at(path - lead), at(path)
+    _enter(moves, request, inside)
+    for z in passes:
+        moves.append(Line(z=z, feed=request.plunge_feed))
+        moves.append(_arc(request, inside, centre))
+        moves.append(_arc(request, wall, centre))
+        moves.append(_arc(request, wall, (request.x, request.y)))
+        moves.append(_arc(request, inside, centre))
+
+
+def pocket_rings(request):
+    """Radii (mm) of the tool's circles in a pocket, rising: I, I + Q, ... K, less the tool's radius.
+
+    Departs from Haas where the first ring would leave a core (I above three tool radii, the plunge at the centre
+    included): then rings inside it, Q apart, come first, so that a pocket is always cleared.
+    """
+    first, last = request.radius - request.tool_radius, finished_radius(request) - request.tool_radius
+    rings = [first]
+    if request.finished is not None:
+        step = request.step
+        if first > 2 * request.tool_radius + EQUAL:
+            inner = math.ceil(first / step - EQUAL) - 1
+            rings = [first - step * k for k in range(inner, 0, -1)] + rings
+        outer = math.ceil((last - first) / step - EQUAL)
+        rings += [first + step * k for k in range(1, outer)]
+        if outer > 0:
+            rings.append(last)
+    return [ring for ring in rings if ring >= MIN_PATH_RADIUS]
+
+
+def _cut_pocket(moves, request, passes):
+    """Rings from the centre out, joined by half circles tangent to both; nothing is left standing."""
+    rings = pocket_rings(request)
+    centre = (request.x, request.y)
+    _enter(moves, request, centre)
+    for number, z in enumerate(passes):
+        if number:
+            moves.append(Line(x=centre[0], y=centre[1], feed=request.feed))
+        moves.append(Line(z=z, feed=request.plunge_feed))
+        before, side = 0.0, 1.0
+        for ring in rings:
+            at = _point_on_ray(request, (side, 0.0))
+            moves.append(_arc(request, at(ring), at((ring - before) / 2)))
+            moves.append(_arc(request, at(ring), centre))
+            before, side = ring, -side
+        at = _point_on_ray(request, (-side, 0.0))
+        lead = min(before / 2, request.tool_radius)
+        moves.append(_arc(request, at(before - 2 * lead), at(before - lead)))
+
+
+def _point_on_ray(request, toward):
+    """distance (mm) -> the point that far from the centre in a direction."""
+    return lambda distance: (request.x + toward[0] * distance, request.y + toward[1] * distance)
+
+
+def _arc(request, end, centre):
+    """An arc at feed in the cycle's sense."""
+    return Arc(x=end[0], y=end[1], cx=centre[0], cy=centre[1], ccw=request.ccw, feed=request.feed)

@@ -1,0 +1,25 @@
+"""G12 / G13: words -> HoleRequest -> moves.  Called by remap.py through session.run_cycle."""
+
+from chipwise.cycles.hole import HoleRequest, hole_moves
+
+WORDS = "xyzrijkqeh"
+
+
+def request_of(ccw):
+    """The plan of G12 (ccw False) or G13 (ccw True) for session.run_cycle: State -> moves."""
+    return lambda state: hole_moves(_request(state, ccw))
+
+
+def _request(state, ccw):
+    """Words of the line -> HoleRequest (mm)."""
+    state.check_words(WORDS)
+    diameter = state.tool_diameter()
+    x, y = state.place()
+    clearance, bottom = state.heights()
+    depth_step = state.length("j")
+    return HoleRequest(
+        x=x, y=y, bottom=bottom, clearance=clearance,
+        radius=state.needed("i", "radius of the hole"), finished=state.length("k"), step=state.length("q"),
+        ccw=ccw, tool_radius=diameter / 2, chop_size=state.chop_size(),
+        depth_step=state.flute_length() if depth_step is None else depth_step,
+        feed=state.feed(), plunge_feed=state.plunge_feed(), start=state.position())

@@ -1,0 +1,162 @@
+"""What a cycle must know of the interpreter: words, units, position, tool, modes.
+
+The conversion between the program's units, the machine's and ours (mm) happens here and in emit.py, nowhere else.
+Read in LinuxCNC 2.9.0~pre1: interpmodule.cc (properties), pyblock.cc (blocks), interp_remap.cc (kwargs).
+"""
+
+import math
+
+import emccanon
+
+from chipwise.errors import MM_PER_INCH, CycleError
+from chipwise.settings import load_settings
+from chipwise.tools import tool_geometry
+
+# Words any line may carry besides those of the cycle: LinuxCNC deals with them before or after it.
+COMMON_WORDS = "fst"
+ALL_WORDS = "abcdefhijklpqrstuvwxyz"
+
+# g_modes index of G53 and others, and G53 itself (interp_internal.hh: GM_MODAL_0, G_53)
+_GM_MODAL_0, _G53 = 0, 530
+_FEED_PER_MINUTE, _INVERSE_TIME = 0, 1
+
+
+class State:
+    """The interpreter's state when a cycle is called."""
+
+    def __init__(self, interp, code, kwargs):
+        """interp: the interpreter; code: "G12"; kwargs: words as LinuxCNC passes them, `n` the line number."""
+        self.interp = interp
+        self.code = code
+        self.line_number = int(kwargs.get("n", 0))
+        self.words = {letter: value for letter, value in kwargs.items() if letter != "n"}
+        inch = interp.length_units == emccanon.CANON_UNITS.CANON_UNITS_INCHES
+        self.unit = "in" if inch else "mm"
+        self.unit_mm = MM_PER_INCH if inch else 1.0
+        self.incremental = bool(interp.distance_mode)
+        self.settings = load_settings()
+
+    # ---- modes ----------------------------------------------------------------------------------------------
+
+    def check_modes(self):
+        """Raise CycleError where a mode is active that no cycle works in."""
+        interp = self.interp
+        if interp.plane != emccanon.CANON_PLANE.CANON_PLANE_XY:
+            raise CycleError("the plane is not G17", "program G17 before")
+        if interp.cutter_comp_side:
+            raise CycleError("cutter compensation is on", "program G40 before")
+        if interp.feed_mode == _INVERSE_TIME:
+            raise CycleError("inverse time feed (G93) is on", "program G94 before")
+        if interp.params["_lathe_diameter_mode"]:
+            raise CycleError("lathe diameter mode (G7) is on", "program G8 before")
+        if self._block().g_modes[_GM_MODAL_0] == _G53:
+            raise CycleError("G53 on the line", "cycles work in work coordinates; leave G53 out")
+
+    # ---- words ----------------------------------------------------------------------------------------------
+
+    def _block(self):
+        """The block (line) that called the cycle."""
+        return self.interp.blocks[self.interp.remap_level]
+
+    def check_words(self, allowed):
+        """Raise CycleError for a word on the line that is none of `allowed` (lower-case letters).
+
+        LinuxCNC leaves this to the remap: words outside argspec are dropped in silence.
+        """
+        block = self._block()
+        for letter in ALL_WORDS:
+            if letter not in allowed and letter not in COMMON_WORDS and getattr(block, letter + "_flag"):
+                listed = " ".join(allowed.upper())
+                raise CycleError(f"word {letter.upper()} is not used here", f"words are {listed} F")
+
+    def number(self, letter):
+        """A word's plain value, None where absent."""
+        return self.words.get(letter)
+
+    def length(self, letter):
+        """A word in program units -> mm, None where absent."""
+        value = self.words.get(letter)
+        return None if value is None else value * self.unit_mm
+
+    def needed(self, letter, meaning):
+        """As length(), but an error where absent."""
+        value = self.length(letter)
+        if value is None:
+            raise CycleError(f"word {letter.upper()} ({meaning}) is missing", f"add {letter.upper()}")
+        return value
+
+    # ---- place and height -----------------------------------------------------------------------------------
+
+    def position(self):
+        """(x, y, z) of the tool, mm, work coordinates."""
+        interp = self.interp
+        return tuple(value * self.unit_mm for value in (interp.current_x, interp.current_y, interp.current_z))
+
+    def place(self):
+        """(x, y) from the words X Y: mm, absolute; an axis without a word stays where it is; G91: from here."""
+        here = self.position()
+        found = []
+        for letter, now in zip("xy", here):
+            value = self.length(letter)
+            found.append(now if value is None else now + value if self.incremental else value)
+        return tuple(found)
+
+    def heights(self):
+        """(clearance plane, final depth) from R and Z: mm, absolute.  G91: R from current Z, Z from R."""
+        now = self.position()[2]
+        depth = self.needed("z", "final depth")
+        plane = self.length("r")
+        if self.incremental:
+            clearance = now + (plane or 0.0)
+            return clearance, clearance + depth
+        return (now if plane is None else plane), depth
+
+    # ---- feeds ----------------------------------------------------------------------------------------------
+
+    def feed(self):
+        """Active feed, mm/min (mm/rev under G95); the line's own F is active already when a remap runs."""
+        if self.interp.feed_rate <= 0:
+            raise CycleError("no feed is set", "give F on this line or before")
+        return self.interp.feed_rate * self.unit_mm
+
+    def plunge_feed(self):
+        """E, or half the feed; same unit as feed()."""
+        return self.feed() / 2 if self.length("e") is None else self.length("e")
+
+    # ---- tool and settings ----------------------------------------------------------------------------------
+
+    def tool_diameter(self):
+        """Diameter (mm) of the tool in the spindle.  The tool table is in machine units, whatever G20/G21 says."""
+        tool = self.interp.tool_table[0]
+        if tool.toolno <= 0:
+            raise CycleError("no tool is in the spindle", "load one with T.. M6")
+        diameter = tool.diameter / emccanon.GET_EXTERNAL_LENGTH_UNITS()
+        if not diameter > 0:
+            raise CycleError(f"tool {tool.toolno} has a diameter of {{d}}, which is not above 0",
+                             "give it a D in the tool table", d=diameter)
+        return diameter
+
+    def flute_length(self):
+        """Flute length (mm) of the tool in the spindle, None where unknown."""
+        geometry = tool_geometry(self.settings.path("TOOL_GEOMETRY"), self.interp.tool_table[0].toolno)
+        return None if geometry is None else geometry.flute_length
+
+    def parameter(self, name):
+        """A global named parameter, None where the program has not set it."""
+        return self.interp.params[name] if name in self.interp.params.globals() else None
+
+    def chop_size(self):
+        """H (mm): 0 with the word H0, else #<_chipwise_chop_size> in program units, else [CHIPWISE]CHOP_SIZE."""
+        word = self.number("h")
+        if word is not None:
+            if word != 0:
+                raise CycleError(f"word H{word:g} is not H0",
+                                 "H0 means do not chop; the chop size is #<_chipwise_chop_size>")
+            return 0.0
+        size = self.parameter("_chipwise_chop_size")
+        if size is None:
+            return self.settings["CHOP_SIZE"]
+        if not math.isfinite(size) or size < 0:
+            raise CycleError("chop size {h} is negative", "set #<_chipwise_chop_size> to 0 (never chop) or more",
+                             h=size * self.unit_mm)
+        return size * self.unit_mm

@@ -1,0 +1,1 @@
+"""Driving a whole LinuxCNC from outside and reading what it did."""

@@ -1,0 +1,131 @@
+"""The log of a run: one row per servo period, and the figures drawn from it.
+
+hal/headless.hal samples in realtime, bin/chipwise-headless collects, the tests
+check the figures against their own model of the stock.  Pure apart from
+load_text() and save(): no HAL, no LinuxCNC.
+
+Lengths are machine units as HAL has them, volumes and areas mm; a removal rate
+is mm3/min.
+"""
+
+import numpy as np
+
+# (name in the log, HAL pin, type); the types in this order are the sampler's
+# cfg string in hal/headless.hal.
+COLUMNS = (
+    ('x', 'axis.x.pos-cmd', 'f'),
+    ('y', 'axis.y.pos-cmd', 'f'),
+    ('z', 'axis.z.pos-cmd', 'f'),
+    ('tool_offset_z', 'motion.tooloffset.z', 'f'),
+    ('motion_type', 'motion.motion-type', 's'),
+    ('velocity', 'motion.current-vel', 'f'),
+    ('requested_velocity', 'motion.requested-vel', 'f'),
+    ('adaptive_feed', 'motion.adaptive-feed', 'f'),
+    ('removed_volume', 'stock-tracker.0.removed-volume', 'f'),
+    ('section_area', 'stock-tracker.0.section-area', 'f'),
+    ('rate_target', 'volumetric-feed.0.mrr-target', 'f'),
+    ('limited_by', 'volumetric-feed.0.limited-by', 's'),
+    ('line', 'motion.program-line', 's'),
+    ('rapid_contact', 'stock-tracker.0.rapid-contact', 'b'),
+    ('flute_excess', 'stock-tracker.0.flute-excess', 'b'),
+)
+NAMES = tuple(name for name, _pin, _type in COLUMNS)
+
+FEED_MOTION = (2, 3)        # motion.motion-type of a feed move and an arc
+RATE_WINDOW_S = 0.010       # a rate is the volume removed in a window this long
+OVER_TARGET = 1.10          # a window counts as over the target from this ratio on
+
+
+def load_text(path):
+    """The output of `halsampler -t` -> {name: (n,) array}; `sample` counts periods.
+
+    A line `overrun` stands where samples were lost; the counter shows the gap.
+    """
+    with open(path) as handle:
+        lines = [line for line in handle if line[:1].isdigit()]
+    width = len(COLUMNS) + 1
+    if lines and len(lines[-1].split()) != width:
+        lines.pop()
+    rows = np.loadtxt(lines, ndmin=2) if lines else np.zeros((0, width))
+    log = {name: rows[:, 1 + i] for i, name in enumerate(NAMES)}
+    log['sample'] = rows[:, 0].astype(np.int64)
+    for name, _pin, kind in COLUMNS:
+        if kind != 'f':
+            log[name] = log[name].astype(np.int32)
+    return log
+
+
+def save(path, log, **facts):
+    """Write a log as .csv or, with every other ending, as .npz with the facts."""
+    if path.endswith('.csv'):
+        names = ('sample',) + NAMES
+        np.savetxt(path, np.column_stack([log[name] for name in names]),
+                   fmt='%.9g', delimiter=',', header=','.join(names), comments='')
+        return
+    with open(path, 'wb') as handle:
+        np.savez_compressed(handle, **log, **facts)
+
+
+def without_tail(log, period, idle_s):
+    """The log less the time at its end in which the program had already ended.
+
+    Only rows at rest are cut, so that no motion is ever lost.
+    """
+    count = len(log['sample'])
+    moving = np.flatnonzero((log['motion_type'] != 0) | (log['velocity'] > 0))
+    last = moving[-1] + 1 if len(moving) else 0
+    keep = max(last, count - int(round(idle_s / period)))
+    return {name: column[:keep] for name, column in log.items()}
+
+
+def lost_samples(log):
+    """How many servo periods the log misses between its first and last row."""
+    sample = log['sample']
+    return int(sample[-1] - sample[0] + 1 - len(sample)) if len(sample) else 0
+
+
+def cutting_windows(log, period, window=RATE_WINDOW_S):
+    """-> (rate, target): mm3/min in each window spent cutting.
+
+    Cutting is: a feed move or an arc all through the window, and volume
+    removed in it.  Windows with lost samples are left out.
+    """
+    step = max(1, int(round(window / period)))
+    last = len(log['sample']) // step * step
+    if last < step + 1:
+        return np.zeros(0), np.zeros(0)
+    start = np.arange(0, len(log['sample']) - step, step)
+    end = start + step
+    feeding = np.isin(log['motion_type'], FEED_MOTION)
+    before = np.concatenate([[0], np.cumsum(feeding)])
+    volume = log['removed_volume'][end] - log['removed_volume'][start]
+    whole = log['sample'][end] - log['sample'][start] == step
+    cutting = whole & (before[end + 1] - before[start] == step + 1) & (volume > 0)
+    rate = volume[cutting] / (step * period) * 60.0
+    return rate, log['rate_target'][start][cutting]
+
+
+def volume_removed(log):
+    """mm3 over the run; a new stock (volume back at 0) starts a new sum."""
+    steps = np.diff(log['removed_volume'])
+    return float(steps[steps > 0].sum())
+
+
+def figures(log, period):
+    """-> the summary's figures that come from the log; None where unknown."""
+    count = len(log['sample'])
+    span = log['sample'][-1] - log['sample'][0] + 1 if count else 0
+    result = {'cycle_s': round(float(span) * period, 3),
+              'volume_mm3': round(volume_removed(log), 3),
+              'rate_target': None, 'rate_mean': None, 'rate_peak': None,
+              'over_target_share': None}
+    rate, target = cutting_windows(log, period)
+    if len(rate):
+        result['rate_mean'] = round(float(rate.mean()), 3)
+        result['rate_peak'] = round(float(rate.max()), 3)
+    aimed = target > 0
+    if aimed.any():
+        result['rate_target'] = round(float(np.median(target[aimed])), 3)
+        over = rate[aimed] > OVER_TARGET * target[aimed]
+        result['over_target_share'] = round(float(over.mean()), 5)
+    return result

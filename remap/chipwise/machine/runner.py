@@ -1,0 +1,66 @@
+"""Run a program on a LinuxCNC of its own and return the summary.
+
+    summary = run_headless('nc_files/panel.ngc', speed=5)
+
+Called by `chipwise demo` and by the tests.  The machine is
+configs/mill_headless.ini in bin/chipwise-sandbox, so nothing of the system is
+touched and several can run at once.
+"""
+
+import json
+import os
+import subprocess
+import tempfile
+
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.dirname(
+    os.path.realpath(__file__)))))
+SANDBOX = os.path.join(ROOT, 'bin', 'chipwise-sandbox')
+HEADLESS = os.path.join(ROOT, 'configs', 'mill_headless.ini')
+GRACE_S = 60.0          # real time for start and end, beside the program's own
+TAIL_LINES = 25         # of LinuxCNC's output in an error
+
+
+class RunError(Exception):
+    """LinuxCNC ended without a summary; str() ends with its last words."""
+
+
+def run_headless(program, ini=HEADLESS, speed=1.0, timeout=3600.0, log=None,
+                 output=None, env=None, sandbox_options=()):
+    """-> the summary (dict) of one run; it has `exit_status` besides its own keys.
+
+    program          path of the G-code program
+    speed            let time pass that many times as fast
+    timeout          s of the machine's time for the whole run
+    log              save the servo-period log there (.npz, .csv)
+    output           keep what LinuxCNC printed there
+    env              more environment variables
+    sandbox_options  more options of chipwise-sandbox
+    """
+    with tempfile.TemporaryDirectory(prefix='chipwise-run.') as folder:
+        summary_path = os.path.join(folder, 'summary.json')
+        variables = dict(os.environ)
+        variables.pop('DISPLAY', None)
+        variables.update(
+            CHIPWISE_PROGRAM=os.path.abspath(program), CHIPWISE_TIMEOUT='%g' % timeout,
+            CHIPWISE_SUMMARY=summary_path,
+            CHIPWISE_REPORT=os.path.join(folder, 'report.jsonl'))
+        if log:
+            variables['CHIPWISE_LOG'] = os.path.abspath(log)
+        variables.update(env or {})
+        command = [SANDBOX, '--timeout', '%g' % (timeout / speed + GRACE_S),
+                   '--speed', '%g' % speed, *sandbox_options,
+                   '--', 'linuxcnc', '-r', os.path.abspath(ini)]
+        done = subprocess.run(command, env=variables, text=True, errors='replace',
+                              stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                              stderr=subprocess.STDOUT)
+        if output:
+            with open(output, 'w') as handle:
+                handle.write(done.stdout)
+        if not os.path.exists(summary_path):
+            tail = '\n'.join(done.stdout.splitlines()[-TAIL_LINES:])
+            raise RunError('LinuxCNC ended with status %d and no summary:\n%s'
+                           % (done.returncode, tail))
+        with open(summary_path) as handle:
+            summary = json.load(handle)
+        summary['exit_status'] = done.returncode
+        return summary

@@ -1,0 +1,44 @@
+"""What a cycle hands to the glue: a tuple of moves.
+
+Lengths in mm, feeds in mm/min (mm per revolution under G95), absolute work coordinates in the XY plane.
+None for an axis means: unchanged.  Frozen, so that whole tuples can be cached and compared.
+"""
+
+from dataclasses import dataclass
+from typing import Optional
+
+
+@dataclass(frozen=True)
+class Rapid:
+    """A traverse (G0)."""
+
+    x: Optional[float] = None
+    y: Optional[float] = None
+    z: Optional[float] = None
+
+
+@dataclass(frozen=True)
+class Line:
+    """A straight cut (G1)."""
+
+    x: Optional[float] = None
+    y: Optional[float] = None
+    z: Optional[float] = None
+    feed: float = 0.0
+
+
+@dataclass(frozen=True)
+class Arc:
+    """A circular cut (G2, or G3 where ccw) about (cx, cy); z not None makes a helix.
+
+    End point equal to start point means a full turn; turns counts started turns as LinuxCNC's P word does.
+    """
+
+    x: float
+    y: float
+    cx: float
+    cy: float
+    ccw: bool
+    z: Optional[float] = None
+    feed: float = 0.0
+    turns: int = 1

@@ -1,0 +1,38 @@
+"""What the cycles did, for a program that watches a run.
+
+A cycle calls record('hole', chopped=True, largest_piece_mm=7.5); the line goes
+to the file named by the environment variable CHIPWISE_REPORT, one JSON object
+per line, and nowhere when the variable is not set.  Called by remap/ while the
+task reads ahead (`self.task == 1`), never in the preview; read by
+bin/chipwise-headless.
+"""
+
+import json
+import os
+
+VARIABLE = 'CHIPWISE_REPORT'
+
+
+def record(kind, **figures):
+    """Append one line; a report that cannot be written never stops a cycle."""
+    path = os.environ.get(VARIABLE)
+    if not path:
+        return
+    try:
+        line = json.dumps(dict(figures, kind=kind), default=str) + '\n'
+        handle = os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o666)
+        try:
+            os.write(handle, line.encode())
+        finally:
+            os.close(handle)
+    except (OSError, TypeError, ValueError):
+        pass
+
+
+def read(path):
+    """-> list of the dicts recorded in a file; [] where there is none."""
+    try:
+        with open(path) as handle:
+            return [json.loads(line) for line in handle if line.strip()]
+    except FileNotFoundError:
+        return []

@@ -1,0 +1,135 @@
+"""Every [CHIPWISE] key of the INI file: name, default, unit and check, in one table.
+
+Called by the glue (remaps), by bin/chipwise and by the wiring scripts.  The INI file is the one named by the
+environment variable INI_FILE_NAME, which linuxcnc, AXIS and `rs274 -i` all set.  It is read by a few lines of our
+own: the module `linuxcnc` is not importable everywhere a remap runs, and configparser refuses repeated keys (REMAP).
+"""
+
+import math
+import os
+from dataclasses import dataclass
+from typing import Any, Callable
+
+from chipwise.errors import CycleError
+
+SECTION = "CHIPWISE"
+
+
+def _number(text):
+    """Text -> finite float."""
+    value = float(text)
+    if not math.isfinite(value):
+        raise ValueError
+    return value
+
+
+def _whole(text):
+    """Text -> int; 3.0 is not one."""
+    return int(text, 10)
+
+
+def _pair(text):
+    """"300 200" -> (300.0, 200.0)."""
+    first, second = text.replace(",", " ").split()
+    return _number(first), _number(second)
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One key: its default, unit, how text becomes a value, which values are allowed and how that rule reads."""
+
+    default: Any
+    unit: str
+    parse: Callable[[str], Any]
+    allowed: Callable[[Any], bool]
+    rule: str
+
+
+SETTINGS = {
+    "CELL": Setting(0.25, "mm", _number, lambda v: 0.01 <= v <= 10, "a length from 0.01 to 10 mm"),
+    "MAP_SIZE": Setting((300.0, 200.0), "mm", _pair, lambda v: min(v) > 0, "two lengths above 0 mm, X and Y"),
+    "CHOP_SIZE": Setting(0.0, "mm", _number, lambda v: v >= 0, "a length of 0 mm (never chop) or more"),
+    "TOOL_GEOMETRY": Setting("", "path", str, lambda v: True, "the path of a TOML file"),
+    "ANALOG_OUT": Setting(0, "", _whole, lambda v: 0 <= v <= 63, "a whole number from 0 to 63"),
+    "APPROACH_ANGLE": Setting(30.0, "deg", _number, lambda v: 0 < v <= 90, "an angle above 0, up to 90 degrees"),
+    "RAMP_ANGLE": Setting(3.0, "deg", _number, lambda v: 0 < v <= 90, "an angle above 0, up to 90 degrees"),
+}
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Values by key, and the folder that relative paths are relative to."""
+
+    values: tuple
+    folder: str
+
+    def __getitem__(self, key):
+        return dict(self.values)[key]
+
+    def path(self, key):
+        """A path setting as a usable path, "" where unset; relative means relative to the INI file."""
+        value = self[key]
+        return os.path.join(self.folder, os.path.expanduser(value)) if value else ""
+
+
+def read_section(lines, section=SECTION):
+    """INI lines -> {KEY: text} of one section.  The first of several equal keys counts, as in LinuxCNC."""
+    found, inside = {}, False
+    for line in lines:
+        line = line.strip()
+        if line.startswith("["):
+            inside = line[1:].partition("]")[0].strip().upper() == section
+        elif inside and line and line[0] not in "#;":
+            key, equals, text = line.partition("=")
+            if equals:
+                # a trailing comment starts with " #", as in LinuxCNC's own INI files
+                found.setdefault(key.strip().upper(), text.partition(" #")[0].strip())
+    return found
+
+
+def parse_settings(found, folder=""):
+    """{KEY: text} -> Settings.  Raises CycleError for an unknown key, an unreadable or a forbidden value."""
+    for key in found:
+        if key not in SETTINGS:
+            raise CycleError(f"[{SECTION}]{key} is no setting", "known are " + ", ".join(sorted(SETTINGS)))
+    values = []
+    for key, setting in SETTINGS.items():
+        value = setting.default
+        if key in found:
+            try:
+                value = setting.parse(found[key])
+                good = setting.allowed(value)
+            except ValueError:
+                good = False
+            if not good:
+                raise CycleError(f"[{SECTION}]{key} = {_braceless(found[key])} is not {setting.rule}",
+                                 "correct the INI file")
+        values.append((key, value))
+    return Settings(tuple(values), folder)
+
+
+def _braceless(text):
+    """Braces would be taken for lengths in a message's template."""
+    return text.replace("{", "{{").replace("}", "}}")
+
+
+_cache = {}
+
+
+def load_settings(ini_path=None):
+    """The settings of an INI file (default: INI_FILE_NAME; without any: the defaults).
+
+    Cached by path and time of change.  Raises CycleError where the file or a value cannot be used.
+    """
+    path = ini_path or os.environ.get("INI_FILE_NAME", "")
+    if not path:
+        return parse_settings({})
+    try:
+        stamp = (os.path.abspath(path), os.stat(path).st_mtime_ns)
+        if stamp not in _cache:
+            with open(path, encoding="utf-8", errors="replace") as ini:
+                _cache.clear()
+                _cache[stamp] = parse_settings(read_section(ini), os.path.dirname(stamp[0]))
+    except OSError as error:
+        raise CycleError(f"INI file {_braceless(path)}: {error.strerror}", "correct INI_FILE_NAME") from error
+    return _cache[stamp]

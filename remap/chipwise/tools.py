@@ -1,0 +1,123 @@
+"""Tool geometry: what LinuxCNC's tool table has no column for.
+
+Called by the cycles' glue (flute length), by the stock tracker's wiring (shape) and by bin/chipwise.  One TOML file,
+named by [CHIPWISE]TOOL_GEOMETRY, one table per tool number, lengths in mm, angles in degrees:
+
+    [tool.3]
+    shape = "bull"            # flat (default), ball, bull, vee, tapered-ball
+    corner_radius = 0.5       # bull, tapered-ball
+    tip_angle = 90            # included; vee, tapered-ball
+    flute_length = 12
+    flutes = 2
+    max_removal_rate = 9000   # mm3/min
+"""
+
+import os
+import tomllib
+from dataclasses import dataclass
+from typing import Optional
+
+from chipwise.errors import CycleError
+
+SHAPES = ("flat", "ball", "bull", "vee", "tapered-ball")
+_REQUIRED = {"bull": ("corner_radius",), "vee": ("tip_angle",), "tapered-ball": ("corner_radius", "tip_angle")}
+
+
+@dataclass(frozen=True)
+class ToolGeometry:
+    """One tool.  None: not given."""
+
+    shape: str = "flat"
+    corner_radius: Optional[float] = None      # mm
+    tip_angle: Optional[float] = None          # degrees, included
+    flute_length: Optional[float] = None       # mm
+    flutes: Optional[int] = None
+    max_removal_rate: Optional[float] = None   # mm3/min
+
+
+_NUMBERS = {
+    # key: (smallest, is the smallest itself allowed, largest, rule)
+    "corner_radius": (0.0, True, 1e4, "a length of 0 mm or more"),
+    "tip_angle": (0.0, False, 179.999, "an angle above 0 and below 180 degrees"),
+    "flute_length": (0.0, False, 1e4, "a length above 0 mm"),
+    "flutes": (1, True, 100, "a whole number from 1 to 100"),
+    "max_removal_rate": (0.0, False, 1e12, "a rate above 0 mm3/min"),
+}
+
+
+def _fail(path, tool, text, remedy):
+    """Raise the message naming file, tool, key and rule."""
+    where = os.path.basename(path) + (f": tool {tool}" if tool is not None else "")
+    sentence = f"{where}: {text}".replace("{", "{{").replace("}", "}}")
+    raise CycleError(sentence, remedy)
+
+
+def _check_number(path, tool, key, value):
+    """One numeric key's value, or CycleError."""
+    low, closed, high, rule = _NUMBERS[key]
+    good = isinstance(value, (int, float)) and not isinstance(value, bool)
+    good = good and (isinstance(value, int) or key != "flutes")
+    if not (good and (value > low or (closed and value == low)) and value <= high):
+        _fail(path, tool, f"{key} = {value!r} is not {rule}", "correct the file")
+    return value
+
+
+def _parse_tool(path, tool, table):
+    """One [tool.N] table -> ToolGeometry."""
+    if not isinstance(table, dict):
+        _fail(path, tool, "is not a table", f"write [tool.{tool}]")
+    for key in table:
+        if key != "shape" and key not in _NUMBERS:
+            _fail(path, tool, f"{key} is no key", "known are shape, " + ", ".join(_NUMBERS))
+    shape = table.get("shape", "flat")
+    if shape not in SHAPES:
+        _fail(path, tool, f"shape = {shape!r} is unknown", "use one of " + ", ".join(SHAPES))
+    for key in _REQUIRED.get(shape, ()):
+        if key not in table:
+            _fail(path, tool, f"shape {shape} needs {key}", f"add {key} = ...")
+    numbers = {key: _check_number(path, tool, key, table[key]) for key in _NUMBERS if key in table}
+    return ToolGeometry(shape=shape, **numbers)
+
+
+def parse_tools(text, path="tools.toml"):
+    """TOML text -> {tool number: ToolGeometry}.  Raises CycleError naming file, tool, key and rule."""
+    try:
+        document = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        _fail(path, None, f"is not TOML: {error}", "correct the file")
+    for key in document:
+        if key != "tool":
+            _fail(path, None, f"[{key}] is unknown", "use [tool.N], N the tool number")
+    tables = document.get("tool", {})
+    if not isinstance(tables, dict):
+        _fail(path, None, "tool is not a table", "use [tool.N], N the tool number")
+    tools = {}
+    for name, table in tables.items():
+        if not name.isascii() or not name.isdigit():
+            _fail(path, name, "is no tool number", "use [tool.N], N a whole number")
+        tools[int(name)] = _parse_tool(path, int(name), table)
+    return tools
+
+
+_cache = {}
+
+
+def load_tools(path):
+    """{tool number: ToolGeometry} of a file; {} where path is "".  Cached by path and time of change."""
+    if not path:
+        return {}
+    try:
+        stamp = (os.path.abspath(path), os.stat(path).st_mtime_ns)
+        if stamp not in _cache:
+            with open(path, encoding="utf-8") as file:
+                text = file.read()
+            _cache.clear()
+            _cache[stamp] = parse_tools(text, path)
+    except (OSError, UnicodeDecodeError) as error:
+        _fail(path, None, f"cannot be read: {getattr(error, 'strerror', None) or error}", "correct [CHIPWISE]TOOL_GEOMETRY")
+    return _cache[stamp]
+
+
+def tool_geometry(path, number):
+    """The ToolGeometry of one tool, None where the file does not name it."""
+    return load_tools(path).get(number)

@@ -1,0 +1,3 @@
+"""Named by [PYTHON]TOPLEVEL: what LinuxCNC's interpreter imports when it starts.  `remap` holds the codes."""
+
+import remap  # noqa: F401  looked up by REMAP=... python=name

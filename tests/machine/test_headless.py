@@ -1,0 +1,140 @@
+"""bin/chipwise-headless on the simulated mill: what it runs, reports and refuses."""
+
+import json
+import os
+import re
+import subprocess
+
+import numpy as np
+import pytest
+
+from chipwise.machine import runner
+
+pytestmark = pytest.mark.machine
+
+SPEED = 10
+KEYS = {'program', 'finished', 'cycle_s', 'volume_mm3', 'rate_target', 'rate_mean',
+        'rate_peak', 'over_target_share', 'holes_chopped', 'largest_piece_mm', 'errors'}
+SQUARE = 'G21 G90 G17 G40\nG0 X10 Y10 Z20\nF1200\nG1 X60\nG2 X60 Y30 I0 J10\nG1 X10\nM2\n'
+
+
+def run(tmp_path, text, **options):
+    program = tmp_path / 'program.ngc'
+    program.write_text(text)
+    options.setdefault('speed', SPEED)
+    options.setdefault('timeout', 120)
+    return runner.run_headless(str(program), **options)
+
+
+def test_program_runs_to_its_end(tmp_path):
+    """50 mm + a half circle of 10 mm + 50 mm at 20 mm/s, after the rapids."""
+    log = str(tmp_path / 'log.npz')
+    summary = run(tmp_path, SQUARE, log=log)
+    assert summary['exit_status'] == 0
+    assert set(summary) == KEYS | {'exit_status'}
+    assert summary['program'] == 'program.ngc'
+    assert summary['finished'] is True
+    assert summary['errors'] == []
+    feed_s = (50 + np.pi * 10 + 50) / 20
+    rapid_s = 70 / 100 + 100 / 500          # Z from 90 to 20 at 100 mm/s, 500 mm/s2
+    assert summary['cycle_s'] == pytest.approx(feed_s + rapid_s, abs=0.5)
+
+    data = np.load(log)
+    assert data['period'] == 0.001
+    assert data['units_per_mm'] == 1.0
+    assert len(data['sample']) == pytest.approx(summary['cycle_s'] / 0.001, abs=1)
+    assert (np.diff(data['sample']) == 1).all()
+    end = [data[axis][-1] for axis in 'xyz']
+    assert end == pytest.approx([10, 30, 20], abs=1e-5)
+    assert set(data['motion_type']) >= {1, 2, 3}
+    # the clock is honest at this speed: the log's positions move at the logged velocity
+    step = np.sqrt(sum(np.diff(data[axis]) ** 2 for axis in 'xyz')) / 0.001
+    assert np.abs(step - data['velocity'][1:]).max() < 0.5
+    assert step.max() < 100.5
+
+
+def test_log_as_csv(tmp_path):
+    log = tmp_path / 'log.csv'
+    run(tmp_path, 'G21 G90 F600\nG1 X5\nM2\n', log=str(log))
+    header = log.read_text().split('\n', 1)[0].split(',')
+    assert header[:4] == ['sample', 'x', 'y', 'z']
+    assert np.loadtxt(str(log), delimiter=',', skiprows=1).shape[1] == len(header)
+
+
+def test_tool_change_and_pause_need_nobody(tmp_path):
+    summary = run(tmp_path, 'G21 G90 F1000\nT1 M6\nG43\nG0 Z80\nM0\nG1 X5\nT2 M6\nM30\n')
+    assert (summary['exit_status'], summary['finished']) == (0, True)
+
+
+@pytest.mark.parametrize('text, words', [
+    ('G21 G90 F1000\nG0 X5\nG1 X9999\nM2\n', "exceed X's positive limit"),
+    ('G21 G90\nG0 X5\nG1 X6\nM2\n', 'zero feed rate'),
+    ('G21 G90\nG0 X5\nQ\nM2\n', ''),
+    ('G21 G90\nG0 X5\n', 'program end'),
+])
+def test_operator_error_is_reported(tmp_path, text, words):
+    summary = run(tmp_path, text)
+    assert summary['exit_status'] == 1
+    assert summary['finished'] is False
+    assert any(words in error for error in summary['errors'])
+
+
+def test_endless_program_is_given_up(tmp_path):
+    summary = run(tmp_path, 'G21 G90 F6000\nO1 while [1]\nG1 X50\nG1 X0\nO1 endwhile\nM2\n',
+                  timeout=15)
+    assert summary['exit_status'] == 1
+    assert summary['finished'] is False
+    assert summary['cycle_s'] < 30
+    assert 'end of program' in summary['errors'][0]
+
+
+def test_missing_program(tmp_path):
+    summary = runner.run_headless(str(tmp_path / 'none.ngc'), speed=SPEED, timeout=60)
+    assert summary['exit_status'] == 1
+    assert 'none.ngc does not exist' in summary['errors'][0]
+
+
+def test_killed_task_does_not_hang_it(tmp_path):
+    """milltask is killed while the program runs; the display program notices."""
+    program = tmp_path / 'long.ngc'
+    program.write_text('G21 G90 F60\nG1 X300\nM2\n')
+    summary_path = tmp_path / 'summary.json'
+    script = ('linuxcnc -r %s & main=$!; sleep 4; kill -9 $(pidof milltask); wait $main'
+              % runner.HEADLESS)
+    env = dict(os.environ, CHIPWISE_PROGRAM=str(program), CHIPWISE_TIMEOUT='100',
+               CHIPWISE_SUMMARY=str(summary_path))
+    env.pop('DISPLAY', None)
+    done = subprocess.run([runner.SANDBOX, '--timeout', '60', '--', 'sh', '-c', script],
+                          env=env, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                          stderr=subprocess.STDOUT)
+    assert done.returncode == 1, done.stdout
+    summary = json.loads(summary_path.read_text())
+    assert summary['finished'] is False
+    assert 'task has ended' in summary['errors'][0]
+
+
+def test_report_of_the_cycles_reaches_the_summary(tmp_path):
+    """The task inherits CHIPWISE_REPORT; only the real run counts, not a preview."""
+    (tmp_path / 'toplevel.py').write_text('import remap\n')
+    (tmp_path / 'remap.py').write_text(
+        'import sys\nsys.path.insert(0, %r)\n'
+        'from chipwise import report\n'
+        'def m405(self, **words):\n'
+        '    if self.task:\n'
+        '        report.record("hole", chopped=True, largest_piece_mm=words["q"])\n'
+        '    return 0\n' % os.path.join(runner.ROOT, 'remap'))
+    text = open(runner.HEADLESS).read()
+    text = re.sub(r'\.\./', runner.ROOT + '/', text)
+    text = re.sub(r'= mill\.tbl', '= %s/configs/mill.tbl' % runner.ROOT, text)
+    text = re.sub(r'TOOL_GEOMETRY = ', 'TOOL_GEOMETRY = %s/configs/' % runner.ROOT, text)
+    text = re.sub(r'^REMAP *=.*\n|^TOPLEVEL.*\n|^PATH_PREPEND.*\n', '', text, flags=re.M)
+    text = text.replace('[PYTHON]', '[PYTHON]\nTOPLEVEL = %s/toplevel.py\nPATH_PREPEND = %s'
+                        % (tmp_path, tmp_path))
+    text = text.replace('[RS274NGC]', '[RS274NGC]\nREMAP = M405 modalgroup=10 argspec=q '
+                        'python=m405')
+    ini = tmp_path / 'own.ini'
+    ini.write_text(text)
+    summary = run(tmp_path, 'G21 G90 F600\nM405 Q3.5\nG1 X1\nM405 Q2\nM2\n', ini=str(ini))
+    assert summary['errors'] == []
+    assert summary['holes_chopped'] == 2
+    assert summary['largest_piece_mm'] == 3.5

@@ -1,0 +1,150 @@
+"""bin/chipwise-sandbox: what runs in it is alone, and nothing of it is left."""
+
+import os
+import subprocess
+import sys
+import time
+
+import pytest
+
+from chipwise.machine import runner
+
+pytestmark = pytest.mark.machine
+
+
+def sandbox(*arguments, env=None, **options):
+    return subprocess.run([runner.SANDBOX, *arguments], text=True, env=env,
+                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                          stderr=subprocess.STDOUT, **options)
+
+
+def test_command_is_an_ordinary_user_with_its_own_home():
+    done = sandbox('--require-isolation', '--', 'sh', '-c',
+                   'id -u; echo $HOME; touch $HOME/file && ls $HOME; ps -e -o pid= | wc -l')
+    uid, home, name, processes = done.stdout.split()
+    assert uid != '0'
+    assert not os.path.exists(home)
+    assert name == 'file'
+    assert int(processes) < 10
+
+
+@pytest.mark.parametrize('command, status', [
+    (['true'], 0), (['sh', '-c', 'exit 7'], 7), (['sh', '-c', 'kill -9 $$'], 137),
+    (['/no/such/command'], 127)])
+def test_exit_status(command, status):
+    assert sandbox('--', *command).returncode == status
+
+
+def test_timeout_kills_everything(tmp_path):
+    """A background process that refuses to end dies with its PID namespace."""
+    mark = str(tmp_path / 'alive')
+    script = '(trap "" TERM INT HUP; while :; do date > %s; sleep 0.1; done) & sleep 100' % mark
+    started = time.monotonic()
+    done = sandbox('--timeout', '1', '--', 'sh', '-c', script)
+    assert done.returncode == 124
+    assert time.monotonic() - started < 10
+    os.unlink(mark)
+    time.sleep(0.5)
+    assert not os.path.exists(mark)
+
+
+def test_orphans_die_when_the_command_ends(tmp_path):
+    mark = str(tmp_path / 'alive')
+    sandbox('--', 'sh', '-c', 'setsid sh -c "while :; do date > %s; sleep 0.1; done" & sleep 0.5'
+            % mark)
+    os.unlink(mark)
+    time.sleep(0.5)
+    assert not os.path.exists(mark)
+
+
+def test_a_kill_from_outside_leaves_nothing(tmp_path):
+    mark = str(tmp_path / 'alive')
+    process = subprocess.Popen(
+        [runner.SANDBOX, '--', 'sh', '-c', 'while :; do date > %s; sleep 0.1; done' % mark],
+        stdin=subprocess.DEVNULL)
+    while not os.path.exists(mark):
+        time.sleep(0.05)
+    process.kill()
+    process.wait()
+    time.sleep(0.3)
+    os.unlink(mark)
+    time.sleep(0.5)
+    assert not os.path.exists(mark)
+
+
+def test_configs_are_not_written_to():
+    configs = os.path.join(runner.ROOT, 'configs')
+    name = os.path.join(configs, 'written-by-test')
+    done = sandbox('--', 'sh', '-c', 'touch %s && ls %s' % (name, name))
+    assert done.stdout.strip() == name
+    assert not os.path.exists(name)
+
+
+def test_fresh_modules_without_installing(tmp_path):
+    """A component built a moment ago loads, and LinuxCNC's own still do."""
+    source = tmp_path / 'sandbox_probe.comp'
+    source.write_text('component sandbox_probe "For a test";\npin out s32 answer "42";\n'
+                      'function _;\nlicense "GPL";\nauthor "chipwise";\n;;\n'
+                      'FUNCTION(_) { answer = 42; }\n')
+    subprocess.run(['halcompile', '--compile', str(source)], cwd=tmp_path, check=True,
+                   stdout=subprocess.DEVNULL)
+    commands = tmp_path / 'probe.hal'
+    commands.write_text('loadrt threads name1=t period1=1000000\nloadrt sandbox_probe\n'
+                        'addf sandbox-probe.0 t\nstart\nloadusr -w sleep 0.2\n'
+                        'getp sandbox-probe.0.answer\n')
+    done = sandbox('--modules', str(tmp_path), '--', 'halrun', '-f', str(commands))
+    assert '42' in done.stdout.split(), done.stdout
+
+
+def test_four_machines_at_once(tmp_path):
+    """Each has its own HAL: each sees only the pin value it has set itself."""
+    count = 4
+    commands = tmp_path / 'one.hal'
+    commands.write_text('loadrt and2\nsetp and2.0.in0 $(VALUE)\nloadusr -w sleep 1.5\n'
+                        'getp and2.0.in0\n')
+    started = time.monotonic()
+    running = []
+    for number in range(count):
+        env = dict(os.environ, VALUE=str(number % 2))
+        running.append(subprocess.Popen(
+            [runner.SANDBOX, '--', 'halrun', '-f', str(commands)], env=env, text=True,
+            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT))
+    for number, process in enumerate(running):
+        text = process.communicate(timeout=60)[0]
+        assert process.returncode == 0, text
+        assert ('TRUE' in text.split()) == (number % 2 == 1), text
+    assert time.monotonic() - started < 6       # side by side, not one after the other
+
+
+def test_four_linuxcncs_at_once(tmp_path):
+    program = tmp_path / 'p.ngc'
+    command = ('import sys; sys.path.insert(0, %r); from chipwise.machine import runner; '
+               's = runner.run_headless(sys.argv[1], speed=5, timeout=100); '
+               'print(s["finished"], s["errors"], s["exit_status"])'
+               % os.path.join(runner.ROOT, 'remap'))
+    program.write_text('G21 G90 F3000\nG1 X100\nG1 Y50\nG1 X0\nM2\n')
+    running = [subprocess.Popen([sys.executable, '-c', command, str(program)], text=True,
+                                stdin=subprocess.DEVNULL, stdout=subprocess.PIPE)
+               for _number in range(4)]
+    for process in running:
+        assert process.communicate(timeout=120)[0].strip() == 'True [] 0'
+
+
+def test_speed():
+    """Ten seconds of sleep pass in about one."""
+    started = time.monotonic()
+    done = sandbox('--speed', '10', '--', 'sh', '-c', 'date +%s; sleep 10; date +%s')
+    first, last = (int(word) for word in done.stdout.split())
+    assert last - first in (10, 11)
+    assert time.monotonic() - started < 4
+
+
+def test_axis_starts(tmp_path):
+    """AXIS comes up under Xvfb with the metric mill, and its window shows."""
+    script = (
+        'linuxcnc -r %s/configs/mill.ini </dev/null & main=$!\n'
+        'for i in $(seq 80); do sleep 0.5; axis-remote --ping 2>/dev/null && break; done\n'
+        'axis-remote --ping || exit 3\n'
+        'sleep 1; axis-remote --quit; wait $main; echo left with $?\n' % runner.ROOT)
+    done = sandbox('--xvfb', '1024x768', '--timeout', '90', '--', 'sh', '-c', script)
+    assert 'left with 0' in done.stdout, done.stdout[-3000:]

@@ -1,0 +1,35 @@
+"""bin/chipwise: usage, errors without tracebacks, the demo's comparison program."""
+
+import os
+import subprocess
+
+from chipwise.cli import demo
+
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+
+
+def chipwise(*arguments):
+    return subprocess.run([os.path.join(ROOT, 'bin', 'chipwise'), *arguments], text=True,
+                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                          stderr=subprocess.PIPE)
+
+
+def test_usage():
+    assert chipwise('--help').returncode == 0
+    assert 'demo' in chipwise('--help').stdout
+    assert chipwise().returncode == 2
+    assert chipwise('no-such-command').returncode == 2
+
+
+def test_errors_have_no_traceback():
+    for arguments in (['demo', '/no/such/file.ngc'], ['demo', '--speed', '0', __file__]):
+        done = chipwise(*arguments)
+        assert done.returncode == 1
+        assert done.stderr.startswith('chipwise: ')
+        assert 'Traceback' not in done.stderr
+
+
+def test_constant_feed_program():
+    text = 'G21\nM250\nm251 Q3.6 P2 E3000 (fast)\nN10 G1 X1 F500\nM 251 Q1 ; again\nM252\nM2510\n'
+    assert demo.constant_feed(text) == (
+        'G21\nM250\nM252 (fast)\nN10 G1 X1 F500\nM252 ; again\nM252\nM2510\n')
