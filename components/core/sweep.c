@@ -122,22 +122,24 @@ static double lowest(const struct leg *leg, const struct cw_tool *tool,
 /* Place on the leg nearest to a point. */
 static double nearest_on(const struct leg *leg, double px, double py)
 {
-    if (leg->length2 <= 0.0) return 0.0;
+    if (leg->length2 <= 0.0) return leg->dz < 0.0 ? 1.0 : 0.0;      /* the lower end of a plunge */
     return cw_clamp((px * leg->dx + py * leg->dy) / leg->length2, 0.0, 1.0);
 }
 
-/* A cell under a tool that is not flat: four points of it, so that a slope and the line
- * where it leaves the stock's top are known within the cell. */
+/* A cell under a tool that is not flat: four points of it. In the stock's original top the
+ * points below it say what share is cut; a cell cut before stands for a slope itself, so
+ * only the mean of all four may be compared with it (else each pass would take a bit more). */
 static double cut_curved(const struct leg *leg, const struct cw_stock *stock,
                          const struct cw_tool *tool, struct cw_cell *cell, double px, double py)
 {
     double step = stock->cell * 0.28867513459481287;    /* Gauss points: cell / (2 sqrt 3) */
     double sum = 0.0;
+    int fresh = cell->top >= (float)stock->z_max;
     int i, n = 0;
     for (i = 0; i < 4; i++) {
         double qx = px + (i & 1 ? step : -step), qy = py + (i & 2 ? step : -step);
         double z = lowest(leg, tool, qx, qy, nearest_on(leg, qx, qy));
-        if (z < (double)cell->top) { sum += z; n++; }
+        if (!fresh || z < (double)cell->top) { sum += z; n++; }
     }
     return n ? cw_cell_cut(stock, cell, 0.25 * n, sum / n) : 0.0;
 }

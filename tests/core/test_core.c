@@ -388,13 +388,13 @@ static struct cw_feed_in calm(void)
 {
     struct cw_feed_in in;
     memset(&in, 0, sizeof in);
-    in.mode = CW_FEED_LIMIT;
+    in.kind = CW_FEED_LIMIT;
     in.target = 60.0;
     in.programmed = in.requested = 10.0;
-    in.motion_type = CW_MOTION_FEED;
-    in.acceleration = 500.0;
-    in.period = 0.001;
-    in.ready = 1;
+    in.motion = CW_MOTION_FEED;
+    in.accel = 500.0;
+    in.dt = 0.001;
+    in.trusted = 1;
     return in;
 }
 
@@ -403,18 +403,18 @@ static void test_feed_law(void)
     struct cw_feed_in in = calm();
     in.area = 12.0;                             /* 60 / 12 = 5 mm/s of 10 */
     NEAR(cw_feed(&in, 1.0).scale, 0.5, 1e-12);
-    CHECK(cw_feed(&in, 1.0).limited_by == CW_BY_STOCK_HERE);
+    CHECK(cw_feed(&in, 1.0).by == CW_BY_STOCK_HERE);
     in.area = 3.0;                              /* 20 mm/s allowed: F stays */
     NEAR(cw_feed(&in, 1.0).scale, 1.0, 0);
     in.area = 0.0;
-    in.ahead_area[3] = 60.0;                    /* 1 mm/s in 0.02 + 0.05 mm: sqrt(1 + 500 x 0.05) */
-    in.ahead_distance[3] = 0.07;                /* 0.02 = two periods at 10 mm/s */
+    in.next_area[3] = 60.0;                    /* 1 mm/s in 0.02 + 0.05 mm: sqrt(1 + 500 x 0.05) */
+    in.next_distance[3] = 0.07;                /* 0.02 = two periods at 10 mm/s */
     NEAR(cw_feed(&in, 1.0).scale, 0.50990195, 1e-6);
-    CHECK(cw_feed(&in, 1.0).limited_by == CW_BY_STOCK_AHEAD);
+    CHECK(cw_feed(&in, 1.0).by == CW_BY_STOCK_AHEAD);
     NEAR(cw_feed(&in, NAN).scale, 0.50990195, 1e-6);        /* unknown: as if at full speed */
     in.target = NAN;
     NEAR(cw_feed(&in, 1.0).scale, 1.0, 0);
-    CHECK(cw_feed(&in, 1.0).limited_by == CW_BY_FALLBACK);
+    CHECK(cw_feed(&in, 1.0).by == CW_BY_FALLBACK);
 }
 
 /* Whatever comes in, the scale is a number in [0, 1]. */
@@ -431,23 +431,23 @@ static void test_feed_hostile(void)
         double *field[8], last = 1.0;
         int k, hits = 1 + rand() % 6;
         field[0] = &in.target; field[1] = &in.lower; field[2] = &in.programmed;
-        field[3] = &in.requested; field[4] = &in.acceleration; field[5] = &in.floor;
-        field[6] = &in.period; field[7] = &in.area;
+        field[3] = &in.requested; field[4] = &in.accel; field[5] = &in.floor;
+        field[6] = &in.dt; field[7] = &in.area;
         in.area = 12.0;
-        in.mode = rand() % 6 - 1;
-        in.motion_type = rand() % 4;
-        in.ready = rand() % 8 != 0;
+        in.kind = rand() % 6 - 1;
+        in.motion = rand() % 4;
+        in.trusted = rand() % 8 != 0;
         for (k = 0; k < hits; k++) {
             int which = rand() % 11;
             double value = odd[rand() % n];
             if (which < 8) *field[which] = value;
-            else if (which == 8) in.ahead_area[rand() % CW_FEED_LEVELS] = value;
-            else if (which == 9) in.ahead_distance[rand() % CW_FEED_LEVELS] = value;
+            else if (which == 8) in.next_area[rand() % CW_FEED_LEVELS] = value;
+            else if (which == 9) in.next_distance[rand() % CW_FEED_LEVELS] = value;
             else last = value;
         }
         out = cw_feed(&in, last);
         if (!(out.scale >= 0.0 && out.scale <= 1.0)) bad++;
-        if (out.limited_by < CW_BY_NOTHING || out.limited_by > CW_BY_FALLBACK) bad++;
+        if (out.by < CW_BY_NOTHING || out.by > CW_BY_FALLBACK) bad++;
     }
     CHECK(bad == 0);
 }
