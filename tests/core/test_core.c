@@ -105,7 +105,7 @@ static void test_profiles(void)
     CHECK(cw_tool_is_flat(&flat) && !cw_tool_is_flat(&ball) && !cw_tool_is_flat(&vee));
 
     for (n = 0; n < 5; n++) {
-        double rise = 0.0, run = 0.0;
+        double rise = 0.0, plan = 0.0, front = 0.0, mean = 0.0;
         for (i = 0; i < 100; i++) {
             double a = each[n]->radius * i / 100, b = each[n]->radius * (i + 1) / 100;
             CHECK(cw_tool_height(each[n], b) >= cw_tool_height(each[n], a));
@@ -115,10 +115,14 @@ static void test_profiles(void)
         CHECK(each[n]->rings > 0 && each[n]->rings <= CW_TOOL_RINGS);
         for (i = 0; i < each[n]->rings; i++) {
             rise += each[n]->ring[i].rise;
-            run += each[n]->ring[i].run;
+            plan += 2.0 * each[n]->ring[i].radius * each[n]->ring[i].run;
+            front += 2.0 * each[n]->ring[i].radius * each[n]->ring[i].rise;
         }
+        for (i = 0; i < 20000; i++)             /* the same area, strip by strip in height */
+            mean += cw_tool_reach(each[n], each[n]->shoulder * (i + 0.5) / 20000);
         NEAR(rise, each[n]->shoulder, 1e-9);    /* the bands are the whole end */
-        NEAR(run, each[n]->radius, 1e-9);
+        NEAR(plan, each[n]->radius * each[n]->radius, 1e-9);
+        NEAR(front, 2.0 * mean * each[n]->shoulder / 20000, 1e-4 * each[n]->radius);
     }
 }
 
