@@ -16,6 +16,10 @@
  *  4. The cells along the tool's own outline are partly cut already. Stock that a point of
  *     the front will meet is therefore read further along the same way, where the tool has
  *     not been: at the same distance beside the path, 1.5 cells outside the circle.
+ *  5. A falling tool has cut down to its own surface already. Where nothing can be read in
+ *     front (below the tool and behind its axis) a band is read a cell outside its edge, where
+ *     the stock that touches it stands as high as the band; a flat end looks a fifth of a
+ *     cell lower.
  */
 #ifndef CHIPWISE_SECTION_H
 #define CHIPWISE_SECTION_H
