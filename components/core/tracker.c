@@ -127,7 +127,7 @@ static void look(struct cw_tracker *tracker, const struct cw_stock *stock,
 static void clear(struct cw_tracker_out *out)
 {
     int i;
-    out->is_ready = out->has_fault = out->code = 0;
+    out->has_stock = out->is_ready = out->has_fault = out->code = 0;
     out->here = out->deepest = out->rate = 0.0;
     out->over_flute = out->rapid_hit = 0;
     out->view.levels = 0;
@@ -171,5 +171,6 @@ void cw_tracker_step(struct cw_tracker *tracker, struct cw_stock *stock,
     out->rate = rate(tracker, stock->removed, in);
     out->code = current_fault(tracker, in);
     out->has_fault = out->code != CW_FAULT_NONE;
+    out->has_stock = ready;
     out->is_ready = ready && tracker->tool_error == 0 && !bad;
 }
