@@ -13,7 +13,7 @@ static struct cw_feed_out result(double scale, int by)
 {
     struct cw_feed_out out;
     out.scale = scale;
-    out.limited_by = by;
+    out.by = by;
     return out;
 }
 
@@ -21,14 +21,14 @@ static struct cw_feed_out result(double scale, int by)
 static int trusted(const struct cw_feed_in *in)
 {
     int i;
-    if (!in->ready) return 0;
+    if (!in->trusted) return 0;
     if (!cw_finite(in->target) || !(in->target > 0.0)) return 0;
     if (!cw_finite(in->area) || in->area < 0.0) return 0;
-    if (!cw_finite(in->acceleration) || !(in->acceleration > 0.0)) return 0;
-    if (in->mode == CW_FEED_WINDOW
+    if (!cw_finite(in->accel) || !(in->accel > 0.0)) return 0;
+    if (in->kind == CW_FEED_WINDOW
         && (!cw_finite(in->lower) || in->lower < 0.0 || in->lower > in->target)) return 0;
     for (i = 0; i < CW_FEED_LEVELS; i++)
-        if (!cw_finite(in->ahead_area[i]) || !cw_finite(in->ahead_distance[i])) return 0;
+        if (!cw_finite(in->next_area[i]) || !cw_finite(in->next_distance[i])) return 0;
     return 1;
 }
 
@@ -36,7 +36,7 @@ static int trusted(const struct cw_feed_in *in)
 static struct allowed stock_limit(const struct cw_feed_in *in, double last_scale)
 {
     struct allowed best = { 1e30, CW_BY_NOTHING };
-    double period = cw_finite(in->period) ? cw_clamp(in->period, 0.0, 0.1) : 0.0;
+    double period = cw_finite(in->dt) ? cw_clamp(in->dt, 0.0, 0.1) : 0.0;
     double late = CW_LATENCY * period * cw_clamp(last_scale, 0.0, 1.0) * in->requested;
     int i;
     if (in->area > CW_LEAST_AREA) {
@@ -45,10 +45,10 @@ static struct allowed stock_limit(const struct cw_feed_in *in, double last_scale
     }
     for (i = 0; i < CW_FEED_LEVELS; i++) {
         double there, room, velocity;
-        if (in->ahead_area[i] <= CW_LEAST_AREA) continue;
-        there = in->target / in->ahead_area[i];
-        room = cw_max(0.0, in->ahead_distance[i] - late);
-        velocity = sqrt(there * there + 2.0 * CW_BRAKING * in->acceleration * room);
+        if (in->next_area[i] <= CW_LEAST_AREA) continue;
+        there = in->target / in->next_area[i];
+        room = cw_max(0.0, in->next_distance[i] - late);
+        velocity = sqrt(there * there + 2.0 * CW_BRAKING * in->accel * room);
         if (velocity < best.velocity) {
             best.velocity = velocity;
             best.by = CW_BY_STOCK_AHEAD;
@@ -61,10 +61,10 @@ static struct allowed stock_limit(const struct cw_feed_in *in, double last_scale
 static struct allowed wanted(const struct cw_feed_in *in, double programmed)
 {
     struct allowed want = { programmed, CW_BY_NOTHING };
-    if (in->mode == CW_FEED_CONSTANT) {
+    if (in->kind == CW_FEED_CONSTANT) {
         want.velocity = in->requested;
         want.by = CW_BY_CEILING;
-    } else if (in->mode == CW_FEED_WINDOW && in->area * programmed < in->lower) {
+    } else if (in->kind == CW_FEED_WINDOW && in->area * programmed < in->lower) {
         double lifted = in->area > CW_LEAST_AREA ? in->lower / in->area : 1e30;
         want.by = lifted >= in->requested ? CW_BY_CEILING : CW_BY_STOCK_HERE;
         want.velocity = cw_min(lifted, in->requested);
@@ -77,8 +77,8 @@ struct cw_feed_out cw_feed(const struct cw_feed_in *in, double last_scale)
     double programmed, floor, scale;
     struct allowed want, stock;
 
-    if (in->mode < CW_FEED_LIMIT || in->mode > CW_FEED_WINDOW) return result(1.0, CW_BY_NOTHING);
-    if (in->motion_type != CW_MOTION_FEED && in->motion_type != CW_MOTION_ARC)
+    if (in->kind < CW_FEED_LIMIT || in->kind > CW_FEED_WINDOW) return result(1.0, CW_BY_NOTHING);
+    if (in->motion != CW_MOTION_FEED && in->motion != CW_MOTION_ARC)
         return result(1.0, CW_BY_NOTHING);
     if (!cw_finite(in->requested) || !(in->requested > 0.0)) return result(1.0, CW_BY_FALLBACK);
     programmed = in->requested;

@@ -29,22 +29,22 @@ enum cw_limited_by {
 #define CW_FEED_LEVELS 8        /* places ahead */
 
 struct cw_feed_in {
-    int mode;                   /* cw_feed_mode; anything else is off */
+    int kind;                   /* cw_feed_mode; anything else is off */
     double target, lower;       /* mm3/s */
     double programmed;          /* mm/s, F of the program; not positive: the same as requested */
     double requested;           /* mm/s, what the override is a factor of */
-    int motion_type;
-    double acceleration;        /* mm/s2, of the planner */
+    int motion;                 /* motion.motion-type */
+    double accel;               /* mm/s2, of the planner */
     double floor;               /* mm/s, never slower than this for the stock's sake */
-    double period;              /* s */
-    int ready;                  /* the areas can be trusted */
+    double dt;                  /* s */
+    int trusted;                /* the areas can be trusted */
     double area;                /* mm2, at the tool */
-    double ahead_distance[CW_FEED_LEVELS], ahead_area[CW_FEED_LEVELS];  /* mm, mm2; area <= 0: none */
+    double next_distance[CW_FEED_LEVELS], next_area[CW_FEED_LEVELS];    /* mm, mm2; area <= 0: none */
 };
 
 struct cw_feed_out {
     double scale;               /* of the requested velocity, [0, 1] */
-    int limited_by;             /* cw_limited_by */
+    int by;                     /* cw_limited_by */
 };
 
 /* `last_scale`: the scale given in the period before. */

@@ -1,4 +1,5 @@
 /* stock.c - see stock.h; the numbers in brackets are those of its principle. */
+#include <string.h>
 #include "cw_math.h"
 #include "stock.h"
 
@@ -75,12 +76,17 @@ static double inside(const struct cw_stock *stock, int i, double length)
     return cw_clamp(length / stock->cell - i, 0.0, 1.0);
 }
 
-/* One row of the fresh stock; iy == -1 and iy == ny are the empty ring [4]. */
+/* One row of the fresh stock; iy == -1 and iy == ny are the empty ring [4]. Rows inside the
+ * box are all alike: they are copied from the first one. */
 static void fill_row(struct cw_stock *stock, int iy)
 {
     struct cw_cell *cell = cw_stock_cell(stock, -1, iy);
     double row = iy < 0 || iy >= stock->ny ? 0.0 : inside(stock, iy, stock->y_max - stock->y0);
     int ix;
+    if (iy > 0 && row == 1.0) {
+        memcpy(cell, cw_stock_cell(stock, -1, 0), (stock->nx + 2) * sizeof *cell);
+        return;
+    }
     for (ix = -1; ix <= stock->nx; ix++, cell++) {
         double share = ix < 0 || ix >= stock->nx
             ? 0.0 : row * inside(stock, ix, stock->x_max - stock->x0);

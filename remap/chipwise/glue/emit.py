@@ -8,8 +8,7 @@ The lines carry absolute XYZ and incremental I J; what that needs (G90, G91.1) i
 path mode, feed mode and offsets are used as they are.
 """
 
-import emccanon
-
+from chipwise.glue.ceiling import set_canon_feed
 from chipwise.moves import Arc, Line, Rapid
 
 DECIMALS = 6  # of a mm or an inch: arcs then close far inside LinuxCNC's 0.0283 mm and 0.1 %
@@ -21,10 +20,10 @@ def set_feed(interp, feed):
     """Make `feed` (program units per minute, or per revolution under G95) the active feed.
 
     What Interp::convert_feed_rate does for an F word, without the word: the interpreter's value, then the canonical
-    call.  THE place for whatever else has to follow the feed in step with motion.
+    call, through ceiling.py, which knows whether the machine's feed is a ceiling above it.
     """
     interp.feed_rate = feed
-    emccanon.enqueue_SET_FEED_RATE(feed)
+    set_canon_feed(interp, feed)
 
 
 def _lines(state, moves):

@@ -101,6 +101,19 @@ class State:
             found.append(now if value is None else now + value if self.incremental else value)
         return tuple(found)
 
+    def machine_point(self, point):
+        """(x, y, z) mm, work coordinates -> mm, machine coordinates of the tool's tip (no tool offset in them).
+
+        As canon does: the G92 offset, then the G10 L2 R rotation, then the offset of the coordinate system.
+        """
+        interp, unit = self.interp, self.unit_mm
+        x, y, z = (value + unit * shift for value, shift in
+                   zip(point, (interp.axis_offset_x, interp.axis_offset_y, interp.axis_offset_z)))
+        angle = math.radians(interp.rotation_xy)
+        turned = x * math.cos(angle) - y * math.sin(angle), x * math.sin(angle) + y * math.cos(angle), z
+        return tuple(value + unit * shift for value, shift in
+                     zip(turned, (interp.origin_offset_x, interp.origin_offset_y, interp.origin_offset_z)))
+
     def heights(self):
         """(clearance plane, final depth) from R and Z: mm, absolute.  G91: R from current Z, Z from R."""
         now = self.position()[2]

@@ -63,22 +63,22 @@ class _Level(C.Structure):
 
 
 class _View(C.Structure):
-    _fields_ = [("area", C.c_double), ("depth", C.c_double), ("contact", C.c_int),
+    _fields_ = [("area", C.c_double), ("depth", C.c_double), ("nearest", C.c_double),
                 ("levels", C.c_int), ("level", _Level * LEVELS)]
 
 
 class FeedIn(C.Structure):
     """struct cw_feed_in (feed.h): target, lower mm3/s; velocities mm/s; areas mm2."""
-    _fields_ = [("mode", C.c_int), ("target", C.c_double), ("lower", C.c_double),
-                ("programmed", C.c_double), ("requested", C.c_double), ("motion_type", C.c_int),
-                ("acceleration", C.c_double), ("floor", C.c_double), ("period", C.c_double),
-                ("ready", C.c_int), ("area", C.c_double),
-                ("ahead_distance", C.c_double * LEVELS), ("ahead_area", C.c_double * LEVELS)]
+    _fields_ = [("kind", C.c_int), ("target", C.c_double), ("lower", C.c_double),
+                ("programmed", C.c_double), ("requested", C.c_double), ("motion", C.c_int),
+                ("accel", C.c_double), ("floor", C.c_double), ("dt", C.c_double),
+                ("trusted", C.c_int), ("area", C.c_double),
+                ("next_distance", C.c_double * LEVELS), ("next_area", C.c_double * LEVELS)]
 
 
 class FeedOut(C.Structure):
     """struct cw_feed_out (feed.h)."""
-    _fields_ = [("scale", C.c_double), ("limited_by", C.c_int)]
+    _fields_ = [("scale", C.c_double), ("by", C.c_int)]
 
 
 _TOOL_ERRORS = {1: "diameter must be a number > 0 mm", 2: "corner radius must lie in 0..radius",
@@ -251,7 +251,7 @@ class Ahead:
                                 _vec(start), _vec(end), period, horizon, budget)
 
     def look(self, horizon):
-        """struct cw_ahead_view: area, depth, contact, levels, level[i].distance/.area."""
+        """struct cw_ahead_view: area, depth, nearest, levels, level[i].distance/.area."""
         view = _View()
         library().cw_ahead_look(C.byref(self.c), self.stock.address, C.byref(self.tool.c),
                                 horizon, C.byref(view))

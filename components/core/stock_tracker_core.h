@@ -1,0 +1,22 @@
+/* stock_tracker_core.h - the core as one unit, for stock_tracker.comp.
+ *
+ * halcompile turns pin names into macros; included here, before them, the core keeps its
+ * names. The shared library and the C tests build the same files one by one. */
+#define CHIPWISE_RTAPI
+#include <stdlib.h>
+#include "core/tool.c"
+#include "core/stock.c"
+#include "core/sweep.c"
+#include "core/section.c"
+#include "core/ahead.c"
+#include "core/tracker.c"
+
+typedef struct cw_tracker cw_tracker_t;
+
+/* A decimal number as loadrt gives it; 0 (which no length may be) when it is none. */
+static double cw_decimal(const char *text)
+{
+    char *end;
+    double value = strtod(text, &end);
+    return end == text || *end ? 0.0 : value;
+}

@@ -1,0 +1,176 @@
+/* tracker.c - see tracker.h; the numbers in brackets are those of its principle. */
+#include "cw_math.h"
+#include "tracker.h"
+
+#define CW_FASTEST 5000.0       /* mm/s, no mill is faster; a longer step is a jump */
+#define CW_RAPID 1              /* motion.motion-type of a traverse */
+#define CW_DEFAULT_HORIZON 20.0 /* mm looked ahead where the acceleration is not known */
+#define CW_MARGIN_PERIODS 4.0   /* periods of travel looked ahead beyond braking */
+
+void cw_tracker_init(struct cw_tracker *tracker)
+{
+    char *byte = (char *)tracker;
+    unsigned i;
+    for (i = 0; i < sizeof *tracker; i++) byte[i] = 0;
+    tracker->tool_error = -1;
+    cw_ahead_reset(&tracker->ahead);
+}
+
+/* Forgets where the tool was: the next position is a new start. */
+static void lose_place(struct cw_tracker *tracker)
+{
+    tracker->tip_known = 0;
+    tracker->sweep.known = 0;
+    tracker->sweep.waiting = 0;
+    cw_ahead_reset(&tracker->ahead);
+}
+
+/* [1] Tip in mm; returns a cw_fault. */
+static int read_tip(const struct cw_tracker *tracker, const struct cw_tracker_in *in, double tip[3])
+{
+    double step2 = 0.0, most = CW_FASTEST * in->period;
+    int i;
+    if (!cw_finite(in->unit) || !(in->unit > 0.0)) return CW_FAULT_UNITS;
+    for (i = 0; i < 3; i++) {
+        tip[i] = (in->axis[i] - in->offset[i]) / in->unit;
+        if (!cw_finite(tip[i]) || fabs(tip[i]) > 1e6) return CW_FAULT_POSITION;
+        if (tracker->tip_known) step2 += (tip[i] - tracker->tip[i]) * (tip[i] - tracker->tip[i]);
+    }
+    return step2 > most * most ? CW_FAULT_JUMP : CW_FAULT_NONE;
+}
+
+/* [2] Starts a new stock on a rising edge; an impossible box leaves the old one. */
+static void serve_request(struct cw_tracker *tracker, struct cw_stock *stock,
+                          const struct cw_tracker_in *in)
+{
+    int rising = in->request && !tracker->last_request;
+    double low[3], high[3];
+    int i;
+    tracker->last_request = in->request;
+    if (!rising) return;
+    for (i = 0; i < 3; i++) {
+        low[i] = in->box_min[i] / in->unit;
+        high[i] = in->box_max[i] / in->unit;
+    }
+    tracker->box_error = cw_stock_define(stock, low, high);
+    if (tracker->box_error) return;
+    tracker->fault = CW_FAULT_NONE;
+    tracker->rate_filled = 0;
+    lose_place(tracker);
+}
+
+/* [3] Builds the tool when its numbers changed. */
+static void serve_tool(struct cw_tracker *tracker, const struct cw_tracker_in *in)
+{
+    double size[4];
+    int i, same = tracker->tool_error >= 0;
+    for (i = 0; i < 4; i++) {
+        size[i] = in->tool_size[i] / (i == 2 ? 1.0 : in->unit);
+        if (!(size[i] == tracker->built[i])) same = 0;
+    }
+    if (same) return;
+    tracker->tool_error = cw_tool_init(&tracker->tool, size[0], size[1], size[2], size[3]);
+    for (i = 0; i < 4; i++) tracker->built[i] = size[i];
+    tracker->sweep.known = 0;
+    tracker->sweep.waiting = 0;
+    cw_ahead_reset(&tracker->ahead);
+}
+
+/* [4] Queues and cuts the way since the last period. */
+static void cut(struct cw_tracker *tracker, struct cw_stock *stock, const double tip[3])
+{
+    if (!tracker->sweep.known) cw_sweep_place(&tracker->sweep, tracker->tip_known ? tracker->tip : tip);
+    cw_sweep_to(&tracker->sweep, tip);
+    cw_sweep_run(&tracker->sweep, stock, &tracker->tool, CW_CELLS_PER_PERIOD, 0);
+}
+
+/* Braking distance, some periods of travel, and never less than the tool's radius, mm. */
+static double horizon(const struct cw_tracker *tracker, const struct cw_tracker_in *in)
+{
+    double speed = tracker->ahead.speed, accel = in->accel / in->unit;
+    double braking = CW_DEFAULT_HORIZON;
+    if (cw_finite(accel) && accel > 0.0) braking = speed * speed / accel;
+    return cw_max(braking + CW_MARGIN_PERIODS * speed * in->period, tracker->tool.radius);
+}
+
+/* Removal rate over the window, mm3/min. */
+static double rate(struct cw_tracker *tracker, double removed, const struct cw_tracker_in *in)
+{
+    double wanted = cw_finite(in->window) ? in->window / in->period : 1.0;
+    int slots = (int)cw_clamp(wanted, 1.0, CW_RATE_SLOTS - 1.0), then;
+    double before;
+    if (slots > tracker->rate_filled) slots = tracker->rate_filled;
+    then = (tracker->rate_next - slots + CW_RATE_SLOTS) % CW_RATE_SLOTS;
+    before = slots ? tracker->rate_log[then] : removed;
+    tracker->rate_log[tracker->rate_next] = removed;
+    tracker->rate_next = (tracker->rate_next + 1) % CW_RATE_SLOTS;
+    if (tracker->rate_filled < CW_RATE_SLOTS - 1) tracker->rate_filled++;
+    return slots ? cw_max(0.0, (removed - before) / (slots * in->period) * 60.0) : 0.0;
+}
+
+/* [5] Looks ahead and fills what depends on it. */
+static void look(struct cw_tracker *tracker, const struct cw_stock *stock,
+                 const struct cw_tracker_in *in, const double tip[3], struct cw_tracker_out *out)
+{
+    double far = horizon(tracker, in);
+    if (tracker->tip_known)
+        cw_ahead_step(&tracker->ahead, stock, &tracker->tool, tracker->tip, tip, in->period,
+                      far, CW_SAMPLES_PER_PERIOD);
+    cw_ahead_look(&tracker->ahead, stock, &tracker->tool, far, &out->view);
+    out->here = out->view.area;
+    out->deepest = out->view.depth;
+    out->over_flute = tracker->tool.flute > 0.0 && out->here > 0.0 && in->motion > CW_RAPID
+        && out->deepest > tracker->tool.flute + stock->cell * 1e-3;
+    out->rapid_hit = in->motion == CW_RAPID && out->view.nearest < far;
+}
+
+static void clear(struct cw_tracker_out *out)
+{
+    int i;
+    out->has_stock = out->is_ready = out->has_fault = out->code = 0;
+    out->here = out->deepest = out->rate = 0.0;
+    out->over_flute = out->rapid_hit = 0;
+    out->view.levels = 0;
+    for (i = 0; i < CW_AHEAD_LEVELS; i++)
+        out->view.level[i].distance = out->view.level[i].area = 0.0;
+}
+
+static int current_fault(const struct cw_tracker *tracker, const struct cw_tracker_in *in)
+{
+    if (tracker->box_error) return tracker->box_error;
+    if (tracker->tool_error > 0 && in->cutting) return 10 + tracker->tool_error;
+    return tracker->fault;
+}
+
+void cw_tracker_step(struct cw_tracker *tracker, struct cw_stock *stock,
+                     const struct cw_tracker_in *in, struct cw_tracker_out *out)
+{
+    double tip[3] = { 0.0, 0.0, 0.0 };
+    int bad = read_tip(tracker, in, tip), i, ready;
+
+    clear(out);
+    if (bad == CW_FAULT_NONE || bad == CW_FAULT_JUMP) serve_request(tracker, stock, in);
+    ready = cw_stock_fill(stock, CW_CELLS_PER_PERIOD);
+    if (bad) {
+        if (bad != CW_FAULT_JUMP || in->cutting) tracker->fault = bad;
+        lose_place(tracker);
+    }
+    if (bad == CW_FAULT_NONE || bad == CW_FAULT_JUMP) {
+        serve_tool(tracker, in);
+        if (ready && tracker->tool_error == 0) {
+            if (in->cutting) cut(tracker, stock, tip);
+            else tracker->sweep.known = 0;
+            look(tracker, stock, in, tip, out);
+        } else {
+            cw_ahead_reset(&tracker->ahead);
+        }
+        for (i = 0; i < 3; i++) tracker->tip[i] = tip[i];
+        tracker->tip_known = 1;
+    }
+    out->removed_mm3 = stock->removed;
+    out->rate = rate(tracker, stock->removed, in);
+    out->code = current_fault(tracker, in);
+    out->has_fault = out->code != CW_FAULT_NONE;
+    out->has_stock = ready;
+    out->is_ready = ready && tracker->tool_error == 0 && !bad;
+}

@@ -1,0 +1,81 @@
+/* tracker.h - follows the machine and keeps the stock true: what stock_tracker.comp does in a
+ * servo period, without pins.
+ *
+ * Who calls it: stock_tracker.comp in realtime, the shared library for tests.
+ * Source: JP3131045 [0006]..[0009].
+ *
+ * Principle, one period:
+ *  1. Position in: tip = axis - tool offset, in mm. What cannot be a position is a fault,
+ *     and the tool is placed anew when positions are sound again.
+ *  2. A request for a new stock box starts filling the map, a part per period.
+ *  3. A tool whose numbers changed is built anew; nothing is cut by an unknown tool.
+ *  4. While cutting is enabled the way since the last period is queued and cut, at most
+ *     CW_CELLS_PER_PERIOD cells; what is left is cut in the next (sweep.h, 2).
+ *  5. The look-ahead takes its samples; its view and the sums go out.
+ */
+#ifndef CHIPWISE_TRACKER_H
+#define CHIPWISE_TRACKER_H
+
+#include "ahead.h"
+#include "sweep.h"
+
+#define CW_CELLS_PER_PERIOD 12000       /* cut or filled at most */
+#define CW_SAMPLES_PER_PERIOD 8         /* section areas taken ahead at most */
+#define CW_RATE_SLOTS 1024              /* periods the removal rate can be averaged over */
+
+enum cw_fault {
+    CW_FAULT_NONE = 0,
+    CW_FAULT_BOX_NOT_FINITE = 1,        /* 1..3: cw_stock_error of the last request */
+    CW_FAULT_BOX_EMPTY = 2,
+    CW_FAULT_BOX_TOO_LARGE = 3,
+    CW_FAULT_TOOL_DIAMETER = 11,        /* 11..14: 10 + cw_tool_error, only while cutting is enabled */
+    CW_FAULT_TOOL_CORNER = 12,
+    CW_FAULT_TOOL_ANGLE = 13,
+    CW_FAULT_TOOL_FLUTE = 14,
+    CW_FAULT_POSITION = 20,             /* a position is not finite */
+    CW_FAULT_JUMP = 21,                 /* a step no machine can make */
+    CW_FAULT_UNITS = 22                 /* units per mm not a finite number > 0 */
+};
+
+struct cw_tracker_in {
+    double axis[3], offset[3];          /* machine units */
+    double unit;                        /* machine units per mm */
+    int motion;                         /* motion.motion-type */
+    int cutting;                        /* cut what the tool meets */
+    double tool_size[4];                /* diameter, corner radius (machine units), tip angle (degrees), flute length */
+    double box_min[3], box_max[3];      /* machine units */
+    int request;                        /* level: a rising edge defines the stock */
+    double accel;                       /* machine units/s2; not positive: unknown */
+    double window;                      /* s, of the removal rate */
+    double period;                      /* s */
+};
+
+struct cw_tracker_out {
+    int has_stock, is_ready, has_fault, code;
+    double removed_mm3;                 /* since the stock was defined */
+    double rate;                        /* mm3/min over the window */
+    double here;                        /* mm2, section area at the tool */
+    double deepest;                     /* mm above the tip */
+    int over_flute, rapid_hit;
+    struct cw_ahead_view view;          /* distances in mm */
+};
+
+struct cw_tracker {
+    struct cw_tool tool;
+    double built[4];                    /* what the tool was built from, mm and degrees */
+    int tool_error;                     /* cw_tool_error of the last build; -1: not built */
+    struct cw_sweep sweep;
+    struct cw_ahead ahead;
+    double tip[3];                      /* mm, of the last period */
+    int tip_known, last_request, box_error, fault;
+    double rate_log[CW_RATE_SLOTS];     /* mm3 removed so far, a value per period */
+    int rate_next, rate_filled;
+};
+
+void cw_tracker_init(struct cw_tracker *tracker);
+
+/* One period. `stock` is a block made by cw_stock_init. */
+void cw_tracker_step(struct cw_tracker *tracker, struct cw_stock *stock,
+                     const struct cw_tracker_in *in, struct cw_tracker_out *out);
+
+#endif

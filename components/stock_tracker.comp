@@ -1,0 +1,152 @@
+component stock_tracker "Follow the tool, keep a model of the stock and tell the load to come";
+description """
+Keeps a height map of the stock in shared memory of its own, cuts it along the way the
+machine goes, and gives the section area: the volume of stock met per millimetre of travel,
+at the tool and on the way it is about to go. The removal rate is the section area times the
+velocity; volumetric_feed(9) turns that into a feed override.
+
+.B loadrt stock_tracker cell=0.25 size_x=300 size_y=200
+
+.B cell
+is the side of a map cell in mm (default 0.25),
+.B size_x, size_y
+the largest stock in mm (default 300 by 200). The map needs 8 bytes a cell. With count=N there
+are N trackers with a map each.
+
+Positions, tool sizes and the stock box are in machine units; volumes and areas in mm.
+
+Add the function to the servo thread after motion-controller.
+""";
+
+pin in float pos_x "X position command, machine units (axis.x.pos-cmd)";
+pin in float pos_y "Y position command, machine units (axis.y.pos-cmd)";
+pin in float pos_z "Z position command, machine units (axis.z.pos-cmd)";
+pin in float tool_offset_x "tool offset X, machine units (motion.tooloffset.x)";
+pin in float tool_offset_y "tool offset Y, machine units (motion.tooloffset.y)";
+pin in float tool_offset_z "tool offset Z, machine units (motion.tooloffset.z)";
+pin in s32 motion_type "motion.motion-type";
+pin in bit enable "while FALSE nothing is cut and the position is only followed (motion.coord-mode)";
+pin in float tool_diameter "machine units; not positive: no tool";
+pin in float tool_corner_radius "machine units";
+pin in float tool_tip_angle "included angle of the tip, degrees; 0: flat end";
+pin in float tool_flute_length "machine units; 0: unknown";
+pin in float min_x "stock box, machine coordinates, machine units";
+pin in float min_y "stock box, machine coordinates, machine units";
+pin in float min_z "stock box, machine coordinates, machine units";
+pin in float max_x "stock box, machine coordinates, machine units";
+pin in float max_y "stock box, machine coordinates, machine units";
+pin in float max_z "stock box, machine coordinates, machine units";
+pin in bit define "rising edge: fill the map with the box; ready is FALSE until that is done";
+
+pin out bit stock_defined "the map is filled with a stock";
+pin out bit ready "stock, tool and position are known";
+pin out bit fault "something is wrong, see fault-code";
+pin out s32 fault_code "0 none; stock box: 1 not finite, 2 empty, 3 larger than the map; tool: 11 diameter, 12 corner radius, 13 tip angle, 14 flute length; 20 position not finite, 21 position jumps, 22 units-per-mm";
+pin out float removed_volume "mm3 cut since define";
+pin out float mrr "removal rate, mm3/min, averaged over mrr-window";
+pin out float section_area "mm2: volume met per mm of travel, at the tool, now";
+pin out float depth "machine units: deepest stock above the tool's edge within its footprint";
+pin out bit flute_excess "depth exceeds the flute length while cutting";
+pin out bit rapid_contact "a traverse meets stock, or will within its braking distance";
+pin out float ahead_distance_#[8] "machine units of travel until ahead-area-N applies";
+pin out float ahead_area_#[8] "mm2; rises with N; 0: unused";
+
+param rw float units_per_mm = 1.0 "machine units per mm: 1 or 1/25.4";
+param rw float mrr_window = 0.02 "s, at most 1023 periods";
+param rw float acceleration = 0.0 "machine units/s2 the planner really uses; 0: unknown, look 20 mm ahead";
+param r s32 shm_key "key of the shared memory that holds the map";
+
+variable cw_tracker_t state;
+variable void *map;
+variable int map_id = -1;
+
+option extra_setup yes;
+option extra_cleanup yes;
+function _ fp;
+license "GPL";
+author "chipwise";
+see_also "volumetric_feed(9), chipwise_command(9)";
+include "core/stock_tracker_core.h";
+;;
+
+#include <rtapi_string.h>
+
+/* Module parameters: HAL has no float parameters, so lengths come as text. */
+static char *cell = "0.25";
+RTAPI_MP_STRING(cell, "side of a map cell, mm");
+static char *size_x = "300";
+RTAPI_MP_STRING(size_x, "largest stock in X, mm");
+static char *size_y = "200";
+RTAPI_MP_STRING(size_y, "largest stock in Y, mm");
+
+/* Makes the map of one instance: shared memory, so that other programs can read it. */
+EXTRA_SETUP() {
+    double side = cw_decimal(cell), x = cw_decimal(size_x), y = cw_decimal(size_y);
+    uint32_t cells = cw_stock_cells(side, x, y);
+    uint64_t bytes = cw_stock_bytes(cells);
+
+    if (!cells) {
+        rtapi_print_msg(RTAPI_MSG_ERR,
+            "chipwise: stock_tracker: no map with cell=%s size_x=%s size_y=%s mm: each must be a "
+            "number > 0 and the map have at most 268435456 cells; use a larger cell or a smaller "
+            "size\n", cell, size_x, size_y);
+        return -22;
+    }
+    shm_key = CW_STOCK_MAGIC + extra_arg;
+    map_id = rtapi_shmem_new(shm_key, comp_id, bytes);
+    if (map_id < 0 || rtapi_shmem_getptr(map_id, &map) < 0) {
+        rtapi_print_msg(RTAPI_MSG_ERR,
+            "chipwise: stock_tracker: no memory for a map of %llu bytes (cell=%s size_x=%s size_y=%s "
+            "mm); use a larger cell or a smaller size\n",
+            (unsigned long long)bytes, cell, size_x, size_y);
+        return -12;
+    }
+    memset(map, 0, bytes);      /* touches every page now, not in the servo thread */
+    cw_stock_init(map, side, cells);
+    cw_tracker_init(&state);
+    return 0;
+}
+
+/* __comp_inst is the name the pin and variable macros look through. */
+EXTRA_CLEANUP() {
+    struct __comp_state *__comp_inst;
+    for (__comp_inst = __comp_first_inst; __comp_inst; __comp_inst = __comp_inst->_next)
+        if (map_id >= 0) rtapi_shmem_delete(map_id, comp_id);
+}
+
+FUNCTION(_) {
+    struct cw_tracker_in in;
+    struct cw_tracker_out out;
+    int i;
+
+    in.axis[0] = pos_x; in.axis[1] = pos_y; in.axis[2] = pos_z;
+    in.offset[0] = tool_offset_x; in.offset[1] = tool_offset_y; in.offset[2] = tool_offset_z;
+    in.unit = units_per_mm;
+    in.motion = motion_type;
+    in.cutting = enable;
+    in.tool_size[0] = tool_diameter; in.tool_size[1] = tool_corner_radius;
+    in.tool_size[2] = tool_tip_angle; in.tool_size[3] = tool_flute_length;
+    in.box_min[0] = min_x; in.box_min[1] = min_y; in.box_min[2] = min_z;
+    in.box_max[0] = max_x; in.box_max[1] = max_y; in.box_max[2] = max_z;
+    in.request = define;
+    in.accel = acceleration;
+    in.window = mrr_window;
+    in.period = fperiod;
+
+    cw_tracker_step(&state, map, &in, &out);
+
+    stock_defined = out.has_stock;
+    ready = out.is_ready;
+    fault = out.has_fault;
+    fault_code = out.code;
+    removed_volume = out.removed_mm3;
+    mrr = out.rate;
+    section_area = out.here;
+    depth = out.deepest * units_per_mm;
+    flute_excess = out.over_flute;
+    rapid_contact = out.rapid_hit;
+    for (i = 0; i < CW_AHEAD_LEVELS; i++) {
+        ahead_distance(i) = i < out.view.levels ? out.view.level[i].distance * units_per_mm : 0.0;
+        ahead_area(i) = i < out.view.levels ? out.view.level[i].area : 0.0;
+    }
+}
