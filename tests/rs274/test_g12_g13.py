@@ -256,7 +256,9 @@ REFUSED = [
 
 
 def refused(before, line, code="G13"):
-    text = f"T1 M6\nG21 G90 G40 G94 G17\nG0 X0 Y0 Z20\n{before}\n(begin)\n{line.replace('G13', code)}\n(end)\nM2\n"
+    # rs274 keeps the last tool's data on T0 M6, so there no tool may have been loaded before
+    first = "" if before.startswith("T0") else "T1 M6\n"
+    text = f"{first}G21 G90 G40 G94 G17\nG0 X0 Y0 Z20\n{before}\n(begin)\n{line.replace('G13', code)}\n(end)\nM2\n"
     return run_rs274(text, tools={1: 2.0, 2: 0.0})
 
 
