@@ -5,6 +5,7 @@ environment variable INI_FILE_NAME, which linuxcnc, AXIS and `rs274 -i` all set.
 own: the module `linuxcnc` is not importable everywhere a remap runs, and configparser refuses repeated keys (REMAP).
 """
 
+import ctypes
 import math
 import os
 from dataclasses import dataclass
@@ -114,6 +115,16 @@ def _braceless(text):
     return text.replace("{", "{{").replace("}", "}}")
 
 
+def _ini_file_name():
+    """INI_FILE_NAME of the process, "" where unset.
+
+    rs274 sets it by setenv() after the embedded Python has started: os.environ, a copy made then, does not know.
+    """
+    getenv = ctypes.CDLL(None).getenv
+    getenv.restype = ctypes.c_char_p
+    return os.fsdecode(getenv(b"INI_FILE_NAME") or b"")
+
+
 _cache = {}
 
 
@@ -122,7 +133,7 @@ def load_settings(ini_path=None):
 
     Cached by path and time of change.  Raises CycleError where the file or a value cannot be used.
     """
-    path = ini_path or os.environ.get("INI_FILE_NAME", "")
+    path = ini_path or _ini_file_name()
     if not path:
         return parse_settings({})
     try:

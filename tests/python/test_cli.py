@@ -22,7 +22,7 @@ def test_usage():
 
 
 def test_errors_have_no_traceback():
-    for arguments in (['demo', '/no/such/file.ngc'], ['demo', '--speed', '0', __file__]):
+    for arguments in (['demo', '/no/such/file.ngc'], ['demo', '--speed', '-1', __file__]):
         done = chipwise(*arguments)
         assert done.returncode == 1
         assert done.stderr.startswith('chipwise: ')

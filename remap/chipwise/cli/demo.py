@@ -16,14 +16,16 @@ from chipwise.machine import runner
 NAME = 'demo'
 HELP = 'run the demo program headless and compare it with constant feed'
 PROGRAM = os.path.join(runner.ROOT, 'nc_files', 'panel.ngc')
+DEFAULT_SPEED = 5.0
 FEED_ON = re.compile(r'\bM\s*251\b[^(;\n]*', re.IGNORECASE)
 
 
 def add_arguments(parser):
     parser.add_argument('program', nargs='?', default=PROGRAM,
                         help='another program (default: nc_files/panel.ngc)')
-    parser.add_argument('--speed', type=float, default=1.0, metavar='N',
-                        help='let time pass N times as fast (needs libfaketime)')
+    parser.add_argument('--speed', type=float, metavar='N',
+                        help='let time pass N times as fast (default: %g where '
+                             'bin/chipwise-sandbox can, else 1)' % DEFAULT_SPEED)
     parser.add_argument('--timeout', type=float, default=3600.0, metavar='S',
                         help='give up a run after S seconds of machine time')
     parser.add_argument('--no-compare', action='store_true',
@@ -50,6 +52,8 @@ def run(options):
     from chipwise.cli import CommandError
     if not os.path.isfile(options.program):
         raise CommandError('program %s does not exist' % options.program)
+    if options.speed is None:
+        options.speed = DEFAULT_SPEED if runner.can_run_at(DEFAULT_SPEED) else 1.0
     if not 0 < options.speed <= 20:
         raise CommandError('--speed %g is out of range; use more than 0 and up to 20'
                            % options.speed)

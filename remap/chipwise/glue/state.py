@@ -16,9 +16,7 @@ from chipwise.tools import tool_geometry
 COMMON_WORDS = "fst"
 ALL_WORDS = "abcdefhijklpqrstuvwxyz"
 
-# g_modes index of G53 and others, and G53 itself (interp_internal.hh: GM_MODAL_0, G_53)
-_GM_MODAL_0, _G53 = 0, 530
-_FEED_PER_MINUTE, _INVERSE_TIME = 0, 1
+_INVERSE_TIME = 1  # interp_internal.hh: FEED_MODE
 
 
 class State:
@@ -39,7 +37,7 @@ class State:
     # ---- modes ----------------------------------------------------------------------------------------------
 
     def check_modes(self):
-        """Raise CycleError where a mode is active that no cycle works in."""
+        """Raise CycleError where a mode is active that no cycle works in.  (G53 on the line: LinuxCNC's own error.)"""
         interp = self.interp
         if interp.plane != emccanon.CANON_PLANE.CANON_PLANE_XY:
             raise CycleError("the plane is not G17", "program G17 before")
@@ -49,8 +47,6 @@ class State:
             raise CycleError("inverse time feed (G93) is on", "program G94 before")
         if interp.params["_lathe_diameter_mode"]:
             raise CycleError("lathe diameter mode (G7) is on", "program G8 before")
-        if self._block().g_modes[_GM_MODAL_0] == _G53:
-            raise CycleError("G53 on the line", "cycles work in work coordinates; leave G53 out")
 
     # ---- words ----------------------------------------------------------------------------------------------
 
