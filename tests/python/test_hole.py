@@ -24,9 +24,9 @@ def request(**changes):
 
 
 def random_case(rng):
-    """A hole with any mixture of diameter, tool and H, about half of them chopped."""
+    """A hole with any mixture of diameter, tool and H: from hardly larger than the tool to 60 tools across."""
     tool = rng.choice([rng.uniform(0.4, 3), rng.uniform(2, 12)])
-    d = tool * rng.uniform(1.02, rng.choice([2.5, 6, 30]))
+    d = tool * rng.uniform(1.02, rng.choice([2.5, 6, 30, 60]))
     return request(radius=d / 2, tool_radius=tool / 2, chop_size=rng.uniform(0.12, 1.3) * d,
                    x=rng.uniform(-50, 50), y=rng.uniform(-50, 50), ccw=rng.random() < 0.5,
                    depth_step=rng.choice([None, 1.1, 3.0]), start=(rng.uniform(-60, 60), rng.uniform(-60, 60), 5.0))

@@ -179,12 +179,15 @@ def test_a_canned_cycle_goes_on_afterwards():
     assert [(round(e.b[0]), round(e.b[2])) for e in drilled if e.kind == "feed"] == [(60, -3)]
 
 
-def test_other_codes_pass_through_untouched():
+def test_other_codes_pass_through_untouched(tmp_path):
+    """The same canonical calls as without the package."""
     text = "T1 M6\nG21 G90 F100\nG0 X1 Y2 Z3\nG1 X4\nG2 X6 Y4 I0 J2\nG3 X4 Y6 R2\nG81 X9 Y9 Z-1 R1\nG80\nG4 P0.1\nM2\n"
-    with_remaps = run_rs274(text, CHOP_SIZE=5)
-    without = run_rs274(text, ini=None)
-    assert with_remaps.output == without.output
-    assert len(with_remaps.elements) > 6
+    bare = write_ini(tmp_path, CHOP_SIZE=5)
+    bare.write_text(re.sub(r"(?m)^(REMAP|TOPLEVEL|PATH_PREPEND) =.*$", "", bare.read_text()).replace("[PYTHON]", ""))
+    assert "REMAP" not in bare.read_text()
+    with_package, without = run_rs274(text, CHOP_SIZE=5), run_rs274(text, ini=bare)
+    assert with_package.output == without.output
+    assert len(without.elements) > 6
 
 
 # ---- chop size ---------------------------------------------------------------------------------------------------
@@ -248,6 +251,7 @@ REFUSED = [
     ("G18", "G13 I10 Z-6 R2 F100", "the plane is not G17; program G17 before"),
     ("G41 D1 F100", "G13 I10 Z-6 R2 F100", "cutter compensation is on; program G40 before"),
     ("G93", "G13 I10 Z-6 R2 F100", "inverse time feed (G93) is on; program G94 before"),
+    ("G95", "G13 I10 Z-6 R2 F1", "feed per revolution (G95) without a spindle speed; program S above 0 before, or G94"),
     ("G7", "G13 I10 Z-6 R2 F100", "lathe diameter mode (G7) is on; program G8 before"),
     ("", "G53 G13 I10 Z-6 R2 F100", None),
     ("T0 M6", "G13 I10 Z-6 R2 F100", "no tool is in the spindle; load one with T.. M6"),
