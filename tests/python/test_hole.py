@@ -97,6 +97,17 @@ def test_no_piece_is_loose_before_it_is_small(r):
     assert worst < r.chop_size
 
 
+def test_random_holes_are_never_loose_too_early():
+    """The same over time, for a share of the random cases."""
+    rng = random.Random(random_seed() + 1)
+    for _ in range(max(1, random_count(500) // 50)):
+        r = request(radius=rng.uniform(5, 20), tool_radius=rng.uniform(0.5, 1.5), depth_step=rng.choice([None, 2.0]))
+        r = dataclasses.replace(r, chop_size=2 * r.radius * rng.uniform(0.22, 1.0))
+        elements = oracle.walk(hole.hole_moves(r), r.start)
+        worst = oracle.largest_loose_ever(elements, (r.x, r.y), r.radius, r.tool_radius, r.bottom, r.radius / 130, 6)
+        assert worst < r.chop_size, f"seed {random_seed() + 1}: {r}"
+
+
 # ---- what is cut, and in which order -----------------------------------------------------------------------------
 
 

@@ -133,6 +133,20 @@ def test_feeds():
     assert trace.feeds[-1] == pytest.approx(450)
 
 
+def test_inside_subs_and_loops(base):
+    """A cycle in a sub, called in a loop, with expressions and local parameters."""
+    sub = ("o100 sub\n#<n> = 0\no101 while [#<n> LT #1]\nG13 X[#2 + #<n> * 30] Y-5 I[2 * 5] Z-6 R2 J3 E200\n"
+           "#<n> = [#<n> + 1]\no101 endwhile\no100 endsub\n")
+    trace = run_preview(sub + program("o100 call [3] [10]", before="F600"))
+    assert trace.error == ""
+    found = trace.between("begin", "end")
+    each = len(base) - 1  # the second and third start on the clearance plane: no rapid down
+    assert len(found) == 1 + 3 * each
+    same_path(found[:len(base)], base, 1e-4)
+    for n in (1, 2):
+        judge(dataclasses.replace(REQUEST, x=10.0 + 30 * n), found[1 + n * each:1 + (n + 1) * each])
+
+
 def test_f_may_be_remapped(tmp_path):
     """With F remapped to Python, nothing of the rest of the program may run inside the cycle."""
     (tmp_path / "toplevel_f.py").write_text(
