@@ -24,9 +24,9 @@ def request(**changes):
 
 
 def random_case(rng):
-    """A hole with any mixture of diameter, tool and H, about half of them chopped."""
+    """A hole with any mixture of diameter, tool and H: from hardly larger than the tool to 60 tools across."""
     tool = rng.choice([rng.uniform(0.4, 3), rng.uniform(2, 12)])
-    d = tool * rng.uniform(1.02, rng.choice([2.5, 6, 30]))
+    d = tool * rng.uniform(1.02, rng.choice([2.5, 6, 30, 60]))
     return request(radius=d / 2, tool_radius=tool / 2, chop_size=rng.uniform(0.12, 1.3) * d,
                    x=rng.uniform(-50, 50), y=rng.uniform(-50, 50), ccw=rng.random() < 0.5,
                    depth_step=rng.choice([None, 1.1, 3.0]), start=(rng.uniform(-60, 60), rng.uniform(-60, 60), 5.0))
@@ -95,6 +95,17 @@ def test_no_piece_is_loose_before_it_is_small(r):
     # The ends of two lines touch the hole's circle in one point; the cell must see the bridge beside it.
     worst = oracle.largest_loose_ever(elements, (r.x, r.y), r.radius, r.tool_radius, r.bottom, r.radius / 200)
     assert worst < r.chop_size
+
+
+def test_random_holes_are_never_loose_too_early():
+    """The same over time, for a share of the random cases."""
+    rng = random.Random(random_seed() + 1)
+    for _ in range(max(1, random_count(500) // 50)):
+        r = request(radius=rng.uniform(5, 20), tool_radius=rng.uniform(0.5, 1.5), depth_step=rng.choice([None, 2.0]))
+        r = dataclasses.replace(r, chop_size=2 * r.radius * rng.uniform(0.22, 1.0))
+        elements = oracle.walk(hole.hole_moves(r), r.start)
+        worst = oracle.largest_loose_ever(elements, (r.x, r.y), r.radius, r.tool_radius, r.bottom, r.radius / 130, 6)
+        assert worst < r.chop_size, f"seed {random_seed() + 1}: {r}"
 
 
 # ---- what is cut, and in which order -----------------------------------------------------------------------------

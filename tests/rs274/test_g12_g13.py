@@ -133,6 +133,20 @@ def test_feeds():
     assert trace.feeds[-1] == pytest.approx(450)
 
 
+def test_inside_subs_and_loops(base):
+    """A cycle in a sub, called in a loop, with expressions and local parameters."""
+    sub = ("o100 sub\n#<n> = 0\no101 while [#<n> LT #1]\nG13 X[#2 + #<n> * 30] Y-5 I[2 * 5] Z-6 R2 J3 E200\n"
+           "#<n> = [#<n> + 1]\no101 endwhile\no100 endsub\n")
+    trace = run_preview(sub + program("o100 call [3] [10]", before="F600"))
+    assert trace.error == ""
+    found = trace.between("begin", "end")
+    each = len(base) - 1  # the second and third start on the clearance plane: no rapid down
+    assert len(found) == 1 + 3 * each
+    same_path(found[:len(base)], base, 1e-4)
+    for n in (1, 2):
+        judge(dataclasses.replace(REQUEST, x=10.0 + 30 * n), found[1 + n * each:1 + (n + 1) * each])
+
+
 def test_f_may_be_remapped(tmp_path):
     """With F remapped to Python, nothing of the rest of the program may run inside the cycle."""
     (tmp_path / "toplevel_f.py").write_text(
@@ -179,12 +193,15 @@ def test_a_canned_cycle_goes_on_afterwards():
     assert [(round(e.b[0]), round(e.b[2])) for e in drilled if e.kind == "feed"] == [(60, -3)]
 
 
-def test_other_codes_pass_through_untouched():
+def test_other_codes_pass_through_untouched(tmp_path):
+    """The same canonical calls as without the package."""
     text = "T1 M6\nG21 G90 F100\nG0 X1 Y2 Z3\nG1 X4\nG2 X6 Y4 I0 J2\nG3 X4 Y6 R2\nG81 X9 Y9 Z-1 R1\nG80\nG4 P0.1\nM2\n"
-    with_remaps = run_rs274(text, CHOP_SIZE=5)
-    without = run_rs274(text, ini=None)
-    assert with_remaps.output == without.output
-    assert len(with_remaps.elements) > 6
+    bare = write_ini(tmp_path, CHOP_SIZE=5)
+    bare.write_text(re.sub(r"(?m)^(REMAP|TOPLEVEL|PATH_PREPEND) =.*$", "", bare.read_text()).replace("[PYTHON]", ""))
+    assert "REMAP" not in bare.read_text()
+    with_package, without = run_rs274(text, CHOP_SIZE=5), run_rs274(text, ini=bare)
+    assert with_package.output == without.output
+    assert len(without.elements) > 6
 
 
 # ---- chop size ---------------------------------------------------------------------------------------------------
@@ -248,6 +265,7 @@ REFUSED = [
     ("G18", "G13 I10 Z-6 R2 F100", "the plane is not G17; program G17 before"),
     ("G41 D1 F100", "G13 I10 Z-6 R2 F100", "cutter compensation is on; program G40 before"),
     ("G93", "G13 I10 Z-6 R2 F100", "inverse time feed (G93) is on; program G94 before"),
+    ("G95", "G13 I10 Z-6 R2 F1", "feed per revolution (G95) without a spindle speed; program S above 0 before, or G94"),
     ("G7", "G13 I10 Z-6 R2 F100", "lathe diameter mode (G7) is on; program G8 before"),
     ("", "G53 G13 I10 Z-6 R2 F100", None),
     ("T0 M6", "G13 I10 Z-6 R2 F100", "no tool is in the spindle; load one with T.. M6"),

@@ -16,7 +16,7 @@ from chipwise.tools import tool_geometry
 COMMON_WORDS = "fst"
 ALL_WORDS = "abcdefhijklpqrstuvwxyz"
 
-_INVERSE_TIME = 1  # interp_internal.hh: FEED_MODE
+_INVERSE_TIME, _UNITS_PER_REVOLUTION = 1, 2  # interp_internal.hh: FEED_MODE
 
 
 class State:
@@ -45,6 +45,8 @@ class State:
             raise CycleError("cutter compensation is on", "program G40 before")
         if interp.feed_mode == _INVERSE_TIME:
             raise CycleError("inverse time feed (G93) is on", "program G94 before")
+        if interp.feed_mode == _UNITS_PER_REVOLUTION and not interp.speed[0] > 0:
+            raise CycleError("feed per revolution (G95) without a spindle speed", "program S above 0 before, or G94")
         if interp.params["_lathe_diameter_mode"]:
             raise CycleError("lathe diameter mode (G7) is on", "program G8 before")
 
