@@ -37,7 +37,8 @@ static struct allowed stock_limit(const struct cw_feed_in *in, double last_scale
 {
     struct allowed best = { 1e30, CW_BY_NOTHING };
     double period = cw_finite(in->dt) ? cw_clamp(in->dt, 0.0, 0.1) : 0.0;
-    double late = CW_LATENCY * period * cw_clamp(last_scale, 0.0, 1.0) * in->requested;
+    double last = cw_finite(last_scale) ? cw_clamp(last_scale, 0.0, 1.0) : 1.0;
+    double late = CW_LATENCY * period * last * in->requested;
     int i;
     if (in->area > CW_LEAST_AREA) {
         best.velocity = in->target / in->area;

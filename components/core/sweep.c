@@ -3,6 +3,7 @@
 #include "sweep.h"
 
 #define CW_FINE_STEPS 24        /* halvings that find the lowest tool position over a cell */
+#define CW_FARTHEST 1e6         /* mm, a tip beyond this (or NaN) is no position */
 
 struct leg {                    /* a leg of the way with what all its cells share; mm */
     double x, y, z;             /* start of the tip */
@@ -16,12 +17,20 @@ struct leg {                    /* a leg of the way with what all its cells shar
 
 struct span { int first, last; };
 
+static int is_position(const double tip[3])
+{
+    int i;
+    for (i = 0; i < 3; i++)
+        if (!(tip[i] >= -CW_FARTHEST && tip[i] <= CW_FARTHEST)) return 0;
+    return 1;
+}
+
 void cw_sweep_place(struct cw_sweep *sweep, const double tip[3])
 {
     int i;
-    for (i = 0; i < 3; i++) sweep->at[i] = tip[i];
+    sweep->known = is_position(tip);
+    for (i = 0; i < 3; i++) sweep->at[i] = sweep->known ? tip[i] : 0.0;
     sweep->waiting = 0;
-    sweep->known = 1;
     sweep->trail = 0;
     sweep->row = -1;
 }
@@ -29,6 +38,7 @@ void cw_sweep_place(struct cw_sweep *sweep, const double tip[3])
 void cw_sweep_to(struct cw_sweep *sweep, const double tip[3])
 {
     int i, slot;
+    if (!is_position(tip)) return;
     if (!sweep->known) {
         cw_sweep_place(sweep, tip);
         return;
@@ -112,22 +122,24 @@ static double lowest(const struct leg *leg, const struct cw_tool *tool,
 /* Place on the leg nearest to a point. */
 static double nearest_on(const struct leg *leg, double px, double py)
 {
-    if (leg->length2 <= 0.0) return 0.0;
+    if (leg->length2 <= 0.0) return leg->dz < 0.0 ? 1.0 : 0.0;      /* the lower end of a plunge */
     return cw_clamp((px * leg->dx + py * leg->dy) / leg->length2, 0.0, 1.0);
 }
 
-/* A cell under a tool that is not flat: four points of it, so that a slope and the line
- * where it leaves the stock's top are known within the cell. */
+/* A cell under a tool that is not flat: four points of it. In the stock's original top the
+ * points below it say what share is cut; a cell cut before stands for a slope itself, so
+ * only the mean of all four may be compared with it (else each pass would take a bit more). */
 static double cut_curved(const struct leg *leg, const struct cw_stock *stock,
                          const struct cw_tool *tool, struct cw_cell *cell, double px, double py)
 {
     double step = stock->cell * 0.28867513459481287;    /* Gauss points: cell / (2 sqrt 3) */
     double sum = 0.0;
+    int fresh = cell->top >= (float)stock->z_max;
     int i, n = 0;
     for (i = 0; i < 4; i++) {
         double qx = px + (i & 1 ? step : -step), qy = py + (i & 2 ? step : -step);
         double z = lowest(leg, tool, qx, qy, nearest_on(leg, qx, qy));
-        if (z < (double)cell->top) { sum += z; n++; }
+        if (!fresh || z < (double)cell->top) { sum += z; n++; }
     }
     return n ? cw_cell_cut(stock, cell, 0.25 * n, sum / n) : 0.0;
 }

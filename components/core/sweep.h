@@ -36,7 +36,7 @@ struct cw_sweep {
 /* Puts the tool at a place without cutting (start, tool change, after a jump). */
 void cw_sweep_place(struct cw_sweep *sweep, const double tip[3]);
 
-/* Queues a straight leg to `tip` (mm). */
+/* Queues a straight leg to `tip` (mm); a tip that is no finite position is passed over. */
 void cw_sweep_to(struct cw_sweep *sweep, const double tip[3]);
 
 /* Works on the queue until it is empty or about max_cells cells were visited; returns the

@@ -11,6 +11,14 @@ static double arc_height(const struct cw_tool *tool, double r)
     return tool->corner - (under > 0.0 ? sqrt(under) : 0.0);
 }
 
+/* Mean radius over the height of the arc's piece between the angles u and v (rad, from its
+ * lowest point): the band then has the arc's own area seen from the front. */
+static double arc_radius(const struct cw_tool *tool, double u, double v)
+{
+    double segment = 0.5 * (v - u) - 0.25 * (sin(2.0 * v) - sin(2.0 * u));
+    return tool->r_flat + tool->corner * segment / (cos(u) - cos(v));
+}
+
 /* Bands of equal angle on the arc, equal width on flat and cone: together at most CW_TOOL_RINGS. */
 static void build_rings(struct cw_tool *tool)
 {
@@ -28,13 +36,14 @@ static void build_rings(struct cw_tool *tool)
         for (i = 0; i < n; i++) {
             struct cw_tool_ring *ring = &tool->ring[tool->rings++];
             double a = r0 + span * i / n, b = r0 + span * (i + 1) / n;
+            ring->radius = 0.5 * (a + b);
             if (part == 1) {
                 double top = asin(cw_clamp(span / tool->corner, 0.0, 1.0));
                 a = r0 + tool->corner * sin(top * i / n);
                 b = r0 + tool->corner * sin(top * (i + 1) / n);
+                ring->radius = arc_radius(tool, top * i / n, top * (i + 1) / n);
             }
-            ring->radius = 0.5 * (a + b);
-            ring->run = b - a;
+            ring->run = 0.5 * (b * b - a * a) / ring->radius;
             ring->rise = cw_tool_height(tool, b) - cw_tool_height(tool, a);
             ring->height = 0.5 * (cw_tool_height(tool, b) + cw_tool_height(tool, a));
         }

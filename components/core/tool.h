@@ -26,10 +26,10 @@ enum cw_tool_error {
 };
 
 struct cw_tool_ring {           /* one band of the tool's end, seen as a surface of revolution */
-    double radius;              /* mm, of the band's middle */
+    double radius;              /* mm, mean over the band's height: 2 radius rise is its area from the front */
     double height;              /* mm above the tip, of the band's middle */
     double rise;                /* mm, height of the band (0 on the flat end) */
-    double run;                 /* mm, radial width of the band */
+    double run;                 /* mm, radial width: 2 pi radius run is its area from below */
 };
 
 struct cw_tool {
