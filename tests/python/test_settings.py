@@ -14,7 +14,7 @@ def test_defaults():
     found = parse("")
     assert {key: found[key] for key in settings.SETTINGS} == {
         "CELL": 0.25, "MAP_SIZE": (300.0, 200.0), "CHOP_SIZE": 0.0, "TOOL_GEOMETRY": "", "ANALOG_OUT": 0,
-        "APPROACH_ANGLE": 30.0, "RAMP_ANGLE": 3.0}
+        "ANALOG_IN": 0, "APPROACH_ANGLE": 30.0, "RAMP_ANGLE": 3.0}
     assert found.path("TOOL_GEOMETRY") == ""
 
 
@@ -31,7 +31,8 @@ def test_reads_one_section_only():
     ("CELL = nan", "[CHIPWISE]CELL = nan is not a length from 0.01 to 10 mm; correct the INI file"),
     ("MAP_SIZE = 300", "[CHIPWISE]MAP_SIZE = 300 is not two lengths above 0 mm, X and Y; correct the INI file"),
     ("CHOP_SIZE = {x}", "[CHIPWISE]CHOP_SIZE = {x} is not a length of 0 mm (never chop) or more; correct the INI file"),
-    ("ANALOG_OUT = 1.5", "[CHIPWISE]ANALOG_OUT = 1.5 is not a whole number from 0 to 63; correct the INI file"),
+    ("ANALOG_OUT = 1.5", "[CHIPWISE]ANALOG_OUT = 1.5 is not a whole number from 0 to 61 "
+                         "(three pins are used); correct the INI file"),
     ("RAMP_ANGLE = 91", "[CHIPWISE]RAMP_ANGLE = 91 is not an angle above 0, up to 90 degrees; correct the INI file"),
 ])
 def test_broken_values(line, message):
@@ -41,7 +42,7 @@ def test_broken_values(line, message):
 
 
 def test_unknown_key():
-    with pytest.raises(CycleError, match=r"\[CHIPWISE\]CHOPSIZE is no setting; known are ANALOG_OUT, "):
+    with pytest.raises(CycleError, match=r"\[CHIPWISE\]CHOPSIZE is no setting; known are ANALOG_IN, ANALOG_OUT, "):
         parse("[CHIPWISE]\nCHOPSIZE = 3")
 
 

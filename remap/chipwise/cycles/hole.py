@@ -150,8 +150,16 @@ def chop_parts(request):
     return _cached_parts(2 * request.radius, request.tool_radius, request.chop_size)
 
 
+def largest_piece(request):
+    """Size (mm) of the largest piece that comes loose; 0.0 where none does."""
+    if not leaves_slug(request):
+        return 0.0
+    return _cached_piece(2 * request.radius, request.tool_radius, chop_parts(request))
+
+
 # The search for n is the only slow step (to 0.1 s); panels repeat few sizes, and the preview asks again.
 _cached_parts = lru_cache(maxsize=256)(chop.choose_parts)
+_cached_piece = lru_cache(maxsize=256)(chop.disc_piece)
 
 
 @lru_cache(maxsize=64)

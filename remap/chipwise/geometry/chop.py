@@ -149,6 +149,13 @@ def flat_segments(groups):
     return [segment for group in groups for scan_line in group for segment in scan_line]
 
 
+def disc_piece(diameter, tool_radius, parts):
+    """Size (mm) of the largest piece of a circular hole's slug divided into `parts` (1: the slug itself)."""
+    radius = diameter / 2
+    slug = regions.outer_disc(0.0, 0.0, radius - 2 * tool_radius, SAGITTA)
+    return largest_piece(slug, flat_segments(disc_lines(0.0, 0.0, radius, tool_radius, parts)), tool_radius)
+
+
 def choose_parts(diameter, tool_radius, chop_size):
     """How many parts a circular hole must be divided into along each axis.
 
@@ -158,15 +165,12 @@ def choose_parts(diameter, tool_radius, chop_size):
     """
     parts = patent_parts(diameter, chop_size)
     radius = diameter / 2
-    slug_radius = radius - 2 * tool_radius
-    if parts == 1 or slug_radius <= 0:
+    if parts == 1 or radius <= 2 * tool_radius:
         return 1
-    slug = regions.outer_disc(0.0, 0.0, slug_radius, SAGITTA)
     cleared = math.ceil(radius / tool_radius) + 1
     parts = min(parts, max(cleared, MAX_PARTS))
     for n in range(parts, max(parts, cleared) + 1):
-        segments = flat_segments(disc_lines(0.0, 0.0, radius, tool_radius, n))
-        if largest_piece(slug, segments, tool_radius) < chop_size - PIECE_MARGIN:
+        if disc_piece(diameter, tool_radius, n) < chop_size - PIECE_MARGIN:
             return n
     if parts >= cleared:
         return parts
