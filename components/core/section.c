@@ -8,13 +8,17 @@
 #define CW_REFINE 3             /* points put into an interval in which the stock jumps */
 #define CW_JUMP 0.2             /* change from node to node, of the larger, that is a jump */
 #define CW_CLEAR 1.5            /* cells that keep a reading clear of what the tool has cut [4] */
+#define CW_SINK 0.2             /* cells below itself a falling flat end looks for stock [5] */
+#define CW_BEYOND 1.0           /* cells outside a falling band its stock is read [5] */
 #define CW_THINNEST 1e-4        /* mm, contact below this is none */
 
 struct band {                   /* what the integral needs of one band, at one place */
     double radius;              /* mm */
     double low, high;           /* mm, machine Z of its edges */
     double margin;              /* mm in front of the band where its stock is read [4] */
+    double push;                /* the horizontal part of the direction, see band_area */
     double fall;                /* direction cosine a falling tool adds: -dz * run / rise */
+    double outer;               /* mm, radius of the outer edge [5] */
 };
 
 struct place {                  /* the tool's place and heading */
@@ -31,7 +35,12 @@ static double overlap(const struct cw_stock *stock, const struct place *at,
     double side = band->radius * s, ahead = band->radius * c;
     double outer = band->radius + band->margin;
     double x, y, h;
-    if (c >= -1e-9 && band->margin > 0.0) ahead = sqrt(outer * outer - side * side);
+    if (c >= -1e-9 && band->margin > 0.0) {
+        ahead = sqrt(outer * outer - side * side);
+    } else {
+        ahead = band->outer * c;
+        side = band->outer * s;
+    }
     x = at->x + ahead * at->hx - side * at->hy;
     y = at->y + ahead * at->hy + side * at->hx;
     h = cw_stock_above(stock, x, y, band->low);
@@ -39,9 +48,9 @@ static double overlap(const struct cw_stock *stock, const struct place *at,
 }
 
 /* (n . d)+ of the band at an angle with cosine c, over the radial part of n [1]. */
-static double facing(const struct place *at, const struct band *band, double c)
+static double facing(const struct band *band, double c)
 {
-    return cw_max(0.0, at->level * c + band->fall);
+    return cw_max(0.0, band->push * c + band->fall);
 }
 
 /* Adds points to an interval whose ends differ much, so that a wall is found between
@@ -51,13 +60,13 @@ static double refine(const struct cw_stock *stock, const struct place *at, const
 {
     double part = step / (CW_REFINE + 1), turn_c = cos(part), turn_s = sin(part);
     double c = from[0], s = from[1];
-    double last = h0 * facing(at, band, c), sum = 0.0;
+    double last = h0 * facing(band, c), sum = 0.0;
     int i;
     for (i = 0; i <= CW_REFINE; i++) {
         double next_c = c * turn_c - s * turn_s, value;
         s = s * turn_c + c * turn_s;
         c = next_c;
-        value = facing(at, band, c) * (i < CW_REFINE ? overlap(stock, at, band, c, s) : h1);
+        value = facing(band, c) * (i < CW_REFINE ? overlap(stock, at, band, c, s) : h1);
         sum += 0.5 * (last + value) * part;
         last = value;
     }
@@ -71,20 +80,23 @@ static int node_count(const struct cw_stock *stock, double radius)
     return (int)cw_clamp(n, CW_LEAST_NODES, CW_MOST_NODES);
 }
 
-/* Integral over one band, mm2; raises *highest to the highest overlap met (mm). */
+/* Integral over one band, mm2; raises *highest to the highest overlap met (mm). Trapezia under
+ * a cosine miss (step / 2) / tan(step / 2) of it, which `push` makes up for. */
 static double band_area(const struct cw_stock *stock, const struct place *at,
-                        const struct band *band, double *highest)
+                        struct band *band, double *highest)
 {
     int n = node_count(stock, band->radius), i;
     double step = 2.0 * CW_PI / n, turn_c = cos(step), turn_s = sin(step);
     double c = -1.0, s = 0.0;               /* starts behind the tool */
-    double sum = 0.0, last_h = 0.0, last_f = facing(at, band, c);
+    double sum = 0.0, last_h = 0.0, last_f;
+    band->push = at->level * turn_s / (1.0 + turn_c) / (0.5 * step);
+    last_f = facing(band, c);
     if (last_f > 0.0) last_h = overlap(stock, at, band, c, s);
     for (i = 0; i < n; i++) {
         double before[2] = { c, s }, f, h = 0.0;
         c = before[0] * turn_c - before[1] * turn_s;
         s = before[1] * turn_c + before[0] * turn_s;
-        f = facing(at, band, c);
+        f = facing(band, c);
         if (f > 0.0 || last_f > 0.0) h = overlap(stock, at, band, c, s);
         if (f > 0.0 && h > *highest) *highest = h;
         if (fabs(h - last_h) > CW_JUMP * cw_max(h, last_h) && (f > 0.0 || last_f > 0.0))
@@ -104,7 +116,7 @@ static double flat_area(const struct cw_stock *stock, const struct place *at,
     int n = node_count(stock, ring->radius), i;
     double step = 2.0 * CW_PI / n, turn_c = cos(step), turn_s = sin(step);
     double c = 1.0, s = 0.0, sum = 0.0;
-    struct band band = { ring->radius, z, 1e301, 0.0, 0.0 };
+    struct band band = { ring->radius, z, 1e301, 0.0, 0.0, 0.0, ring->radius };
     for (i = 0; i < n; i++) {
         double next_c = c * turn_c - s * turn_s;
         sum += cw_min(1.0, overlap(stock, at, &band, c, s) / slab);
@@ -116,7 +128,7 @@ static double flat_area(const struct cw_stock *stock, const struct place *at,
 
 /* Adds a band to the section; the highest contact above the tip is the depth. */
 static void add_band(const struct cw_stock *stock, const struct place *at,
-                     const struct band *band, double tip_z, struct cw_section *section)
+                     struct band *band, double tip_z, struct cw_section *section)
 {
     double highest = 0.0;
     section->area += band_area(stock, at, band, &highest);
@@ -138,7 +150,7 @@ struct cw_section cw_section_at(const struct cw_stock *stock, const struct cw_to
                                 const double tip[3], const double dir[3], double clear)
 {
     struct cw_section result = { 0.0, 0.0 };
-    double z;
+    double z = tip[2], fall = cw_max(0.0, -dir[2]), sink = fall * CW_SINK * stock->cell;
     struct place at;
     struct band band;
     int i;
@@ -149,17 +161,17 @@ struct cw_section cw_section_at(const struct cw_stock *stock, const struct cw_to
     at.hy = at.level > 1e-9 ? dir[1] / at.level : 0.0;
     at.x = tip[0];
     at.y = tip[1];
-    z = tip[2] + cw_min(0.0, dir[2]) * clear;
 
     for (i = 0; i < tool->rings; i++) {
         const struct cw_tool_ring *ring = &tool->ring[i];
         if (ring->rise <= CW_THINNEST) {
-            double slab = cw_max(CW_THINNEST, -0.5 * dir[2] * clear);
-            if (dir[2] < 0.0)
-                result.area += flat_area(stock, &at, ring, z + ring->height, -dir[2], slab);
+            double slab = cw_max(CW_THINNEST, 0.5 * sink);
+            if (fall > 0.0)
+                result.area += flat_area(stock, &at, ring, z + ring->height - sink, fall, slab);
             continue;
         }
         band.radius = ring->radius;
+        band.outer = ring->radius + (clear > 0.0 ? 0.5 * ring->run + CW_BEYOND * stock->cell : 0.0);
         band.margin = clear > 0.0 ? at.level * (clear + 0.5 * ring->run) : 0.0;
         band.low = z + ring->height - 0.5 * ring->rise;
         band.high = band.low + ring->rise;
@@ -167,7 +179,7 @@ struct cw_section cw_section_at(const struct cw_stock *stock, const struct cw_to
         add_band(stock, &at, &band, tip[2], &result);
     }
     if (tip[2] + tool->shoulder < stock->z_max && at.level > 1e-9) {
-        band.radius = tool->radius;
+        band.radius = band.outer = tool->radius;
         band.margin = at.level * clear;
         band.low = z + tool->shoulder;
         band.high = 1e301;

@@ -19,6 +19,10 @@
  *     That is up to sqrt(2 R * 1.5 cells) ahead of the truth beside the tool, which shows
  *     where the stock ends. A place read that far before the tool gets there needs no such
  *     detour; ahead.c reads its places in time.
+ *  5. A falling tool has cut down to its own surface already. Where nothing can be read in
+ *     front (below the tool and behind its axis) a band is read a cell outside its edge, where
+ *     the stock that touches it stands as high as the band; a flat end looks a fifth of a
+ *     cell lower.
  */
 #ifndef CHIPWISE_SECTION_H
 #define CHIPWISE_SECTION_H

@@ -23,8 +23,8 @@ static double arc_radius(const struct cw_tool *tool, double u, double v)
 static void build_rings(struct cw_tool *tool)
 {
     const double edge[4] = { 0.0, tool->r_flat, tool->r_arc, tool->radius };
-    const int share[3] = { 4, 6, 2 };
-    int only_one = (tool->r_flat >= tool->radius) || (tool->corner <= 0.0);
+    const int share[3] = { 4, 8, 4 }, alone[3] = { 6, CW_TOOL_RINGS, CW_TOOL_RINGS };
+    int parts = (tool->r_flat > 0.0) + (tool->r_arc > tool->r_flat) + (tool->r_arc < tool->radius);
     int part, i, n;
 
     tool->rings = 0;
@@ -32,7 +32,7 @@ static void build_rings(struct cw_tool *tool)
         double r0 = edge[part];
         double span = edge[part + 1] - r0;
         if (span <= 1e-9 * tool->radius) continue;
-        n = only_one ? 6 : share[part];
+        n = parts > 1 ? share[part] : alone[part];
         for (i = 0; i < n; i++) {
             struct cw_tool_ring *ring = &tool->ring[tool->rings++];
             double a = r0 + span * i / n, b = r0 + span * (i + 1) / n;
