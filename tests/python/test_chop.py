@@ -49,6 +49,29 @@ def test_thin_cutter_needs_more_parts_than_the_patent():
     assert (50 / 12 - 0.8) * math.sqrt(2) < 5
 
 
+def test_parts_are_the_fewest_that_keep_the_promise():
+    """Against the plain search: the whole disc, every n from the patent's on, every piece measured."""
+    rng = random.Random(random_seed())
+    raised = 0
+    for _ in range(max(1, random_count(500) // 8)):
+        tool_radius = rng.uniform(0.2, 2)
+        d = tool_radius * rng.uniform(4.1, 60)
+        h = d * rng.uniform(0.12, 0.9)
+        slug = regions.outer_disc(0, 0, d / 2 - 2 * tool_radius, chop.SAGITTA)
+        n = chop.patent_parts(d, h)
+        while chop.largest_piece(slug, chop.flat_segments(chop.disc_lines(0, 0, d / 2, tool_radius, n)),
+                                 tool_radius) >= h - chop.PIECE_MARGIN:
+            n += 1
+        assert chop.choose_parts(d, tool_radius, h) == n, (d, tool_radius, h)
+        raised += n > chop.patent_parts(d, h)
+    assert raised > 0 or random_count(500) < 100
+
+
+@pytest.mark.parametrize("d, tool_radius, h, n", [(100, 0.1, 0.05, 501), (200, 0.5, 0.9, 201), (200, 0.05, 2, 133)])
+def test_extreme_sizes_end_soon(d, tool_radius, h, n):
+    assert chop.choose_parts(d, tool_radius, h) == n
+
+
 def test_no_slug_no_lines():
     assert chop.choose_parts(12, 3, 5) == 1
 

@@ -71,7 +71,7 @@ class _World:
         self.here = there
 
 
-def write_ini(folder, machine="mm", extra_remaps="", **settings):
+def write_ini(folder, machine="mm", **settings):
     """The repository's INI file of a machine, with [CHIPWISE] settings replaced; returns its path."""
     text = (ROOT / "configs" / ("mill.ini" if machine == "mm" else "mill_inch.ini")).read_text()
     settings.setdefault("TOOL_GEOMETRY", str(ROOT / "configs" / "tools.toml"))
@@ -80,7 +80,6 @@ def write_ini(folder, machine="mm", extra_remaps="", **settings):
         assert count == 1, key
     text = text.replace("PATH_PREPEND = remap", f"PATH_PREPEND = {ROOT / 'remap'}")
     text = text.replace("TOPLEVEL = remap/", f"TOPLEVEL = {ROOT / 'remap'}/")
-    text = text.replace("[TRAJ]", extra_remaps + "\n[TRAJ]")
     path = Path(folder) / "test.ini"
     path.write_text(text)
     return path

@@ -158,7 +158,7 @@ def test_f_may_be_remapped(tmp_path):
         "    return INTERP_OK\n"
         "remap.ff = ff\n")
     ini = write_ini(tmp_path)
-    text = ini.read_text().replace("/remap/toplevel.py", "/remap/none.py")
+    text = re.sub(r"(?m)^REMAP = F .*\n", "", ini.read_text())
     text = re.sub(r"TOPLEVEL = .*", f"TOPLEVEL = {tmp_path}/toplevel_f.py", text)
     text = text.replace("REMAP = G12", "REMAP = F python=ff\nREMAP = G12")
     ini.write_text(text)
@@ -179,8 +179,9 @@ def test_modal_state_afterwards(modes):
     line = "G13 I10 Z-6 R2 F77 Q1 K11" if "G90" in modes else "G13 I10 Z-8 R0 F77 Q1 K11"
     if "G20" in modes:
         line = "G13 I.4 Z-.2 R0 F3 Q.01 K.5"
+    # After a line whose F is remapped, the codes that preview and task show lag one line: hence (settle)
     trace = run_preview(f"T1 M6\n{modes.replace(' G80', '') if 'G80' in modes else modes}\n"
-                        f"{'G80' if 'G80' in modes else ''}\nF{'3' if 'G20' in modes else '77'}\n(begin)\n{line}\n(end)\nM2\n")
+                        f"{'G80' if 'G80' in modes else ''}\nF{'3' if 'G20' in modes else '77'}\n(settle)\n(begin)\n{line}\n(end)\nM2\n")
     assert trace.error == ""
     assert trace.modes("end") == trace.modes("begin")
     assert len(trace.between("begin", "end")) > 10
@@ -193,6 +194,12 @@ def test_a_canned_cycle_goes_on_afterwards():
     assert [(round(e.b[0]), round(e.b[2])) for e in drilled if e.kind == "feed"] == [(60, -3)]
 
 
+def canonical_calls(trace):
+    """What rs274 printed, without its line count and without the outputs that hand the programmed feed over."""
+    rows = [row.split(None, 1)[-1] for row in trace.output.splitlines()]
+    return [row for row in rows if "SET_MOTION_OUTPUT_VALUE" not in row]
+
+
 def test_other_codes_pass_through_untouched(tmp_path):
     """The same canonical calls as without the package."""
     text = "T1 M6\nG21 G90 F100\nG0 X1 Y2 Z3\nG1 X4\nG2 X6 Y4 I0 J2\nG3 X4 Y6 R2\nG81 X9 Y9 Z-1 R1\nG80\nG4 P0.1\nM2\n"
@@ -200,7 +207,7 @@ def test_other_codes_pass_through_untouched(tmp_path):
     bare.write_text(re.sub(r"(?m)^(REMAP|TOPLEVEL|PATH_PREPEND) =.*$", "", bare.read_text()).replace("[PYTHON]", ""))
     assert "REMAP" not in bare.read_text()
     with_package, without = run_rs274(text, CHOP_SIZE=5), run_rs274(text, ini=bare)
-    assert with_package.output == without.output
+    assert canonical_calls(with_package) == canonical_calls(without)
     assert len(without.elements) > 6
 
 
@@ -253,7 +260,8 @@ REFUSED = [
      "chop size -3 mm is negative; set #<_chipwise_chop_size> to 0 (never chop) or more"),
     ("", "G13 I10 Z-6 R2 F100 H1", "word H1 is not H0; H0 means do not chop; the chop size is #<_chipwise_chop_size>"),
     ("", "G13 I10 Z-6 R2 F100 J-1", "depth per pass J-1 mm is not above 0; use J above 0"),
-    ("", "G13 I10 Z-6 R2 F100 E0", "plunge feed E is not above 0; use E above 0, or leave it out for F/2"),
+    ("", "G13 I10 Z-6 R2 F100 E0", "plunge feed E0 mm/min is not above 0; use E above 0, or leave it out for F/2"),
+    ("S500 M3\nG95", "G13 I10 Z-6 R2 F1 E-.5", "plunge feed E-0.5 mm/rev is not above 0; use E above 0, or leave it out for F/2"),
     ("", "G13 I10 Z-6 R2 F100 K5 Q1", "finished radius K5 mm is smaller than the first radius I10 mm; use K of 10 mm or more"),
     ("", "G13 I5 Z-6 R2 F100 K9", "finished radius K9 mm without a radial step Q; add Q of at most 2 mm"),
     ("", "G13 I5 Z-6 R2 F100 K9 Q3", "radial step Q3 mm is larger than the tool (2 mm) and would leave rings; use Q up to 2 mm"),

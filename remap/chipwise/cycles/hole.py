@@ -90,9 +90,9 @@ def check(request):
         raise CycleError("final depth Z{z} is not below the clearance plane R{r}", "use Z below R or R above Z",
                          z=r.bottom, r=r.clearance)
     if r.feed <= 0:
-        raise CycleError("feed F is not above 0", "give F on this line or before")
+        raise CycleError("feed F{f}/min is not above 0", "give F on this line or before", f=r.feed)
     if r.plunge_feed <= 0:
-        raise CycleError("plunge feed E is not above 0", "use E above 0, or leave it out for F/2")
+        raise CycleError("plunge feed E{e}/min is not above 0", "use E above 0, or leave it out for F/2", e=r.plunge_feed)
     if r.depth_step is not None and r.depth_step <= 0:
         raise CycleError("depth per pass J{j} is not above 0", "use J above 0", j=r.depth_step)
     if r.chop_size < 0:

@@ -132,7 +132,13 @@ class State:
 
     def plunge_feed(self):
         """E, or half the feed; same unit as feed()."""
-        return self.feed() / 2 if self.length("e") is None else self.length("e")
+        plunge = self.length("e")
+        if plunge is None:
+            return self.feed() / 2
+        if plunge <= 0:
+            per = "rev" if self.interp.feed_mode == _UNITS_PER_REVOLUTION else "min"
+            raise CycleError(f"plunge feed E{{e}}/{per} is not above 0", "use E above 0, or leave it out for F/2", e=plunge)
+        return plunge
 
     # ---- tool and settings ----------------------------------------------------------------------------------
 
