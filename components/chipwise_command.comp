@@ -20,7 +20,9 @@ pin out float max_y "register 5";
 pin out float max_z "register 6";
 pin out bit define "TRUE while word is 7";
 pin out s32 mode "register 11, as of the last commit: mode of volumetric_feed(9)";
-pin out float mode_f "the same as float, for motion.analog-in-N: the interpreter checks it";
+pin in bit stock_defined "stock-tracker.N.stock-defined";
+pin in s32 fault_code "stock-tracker.N.fault-code";
+pin out float status "to motion.analog-in-N, where the codes look whether they were obeyed: mode + 10 if a stock is defined + 100 * fault-code";
 pin out float mrr_target "register 12, as of the last commit: mm3/min";
 pin out float mrr_lower "register 13, as of the last commit: mm3/min";
 
@@ -50,8 +52,8 @@ FUNCTION(_) {
     define = number == BOX_COMMIT;
     if (number == FEED_COMMIT) {
         mode = feed[0] >= 0.5 && feed[0] < 3.5 ? (int)(feed[0] + 0.5) : 0;
-        mode_f = mode;
         mrr_target = feed[1];
         mrr_lower = feed[2];
     }
+    status = mode + (stock_defined ? 10 : 0) + 100.0 * fault_code;
 }

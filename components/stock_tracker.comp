@@ -38,6 +38,7 @@ pin in float max_y "stock box, machine coordinates, machine units";
 pin in float max_z "stock box, machine coordinates, machine units";
 pin in bit define "rising edge: fill the map with the box; ready is FALSE until that is done";
 
+pin out bit stock_defined "the map is filled with a stock";
 pin out bit ready "stock, tool and position are known";
 pin out bit fault "something is wrong, see fault-code";
 pin out s32 fault_code "0 none; stock box: 1 not finite, 2 empty, 3 larger than the map; tool: 11 diameter, 12 corner radius, 13 tip angle, 14 flute length; 20 position not finite, 21 position jumps, 22 units-per-mm";
@@ -134,6 +135,7 @@ FUNCTION(_) {
 
     cw_tracker_step(&state, map, &in, &out);
 
+    stock_defined = out.has_stock;
     ready = out.is_ready;
     fault = out.has_fault;
     fault_code = out.code;

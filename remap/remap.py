@@ -3,7 +3,9 @@
 Each is called by the interpreter at read-ahead, with the words of its argspec: once in the preview, once in the task.
 """
 
-from chipwise.glue import hole, session
+from interpreter import INTERP_OK
+
+from chipwise.glue import hole, session, volumetric
 
 
 def g12(self, **words):
@@ -14,3 +16,24 @@ def g12(self, **words):
 def g13(self, **words):
     """G13: circular hole, cut counter-clockwise."""
     return session.run_cycle(self, "G13", words, hole.request_of(ccw=True))
+
+
+def m250(self, **words):
+    """M250: define the stock."""
+    yield from session.run_steps(self, "M250", words, volumetric.define_stock)
+
+
+def m251(self, **words):
+    """M251: volumetric feed on."""
+    yield from session.run_steps(self, "M251", words, volumetric.feed_on)
+
+
+def m252(self, **words):
+    """M252: volumetric feed off."""
+    yield from session.run_steps(self, "M252", words, volumetric.feed_off)
+
+
+def feed(self, **words):
+    """F: as built in, but known to M251's ceiling."""
+    volumetric.program_feed(self, self.blocks[self.remap_level].f_number)
+    return INTERP_OK

@@ -59,7 +59,7 @@ def pytest_configure(config):
 
 def pytest_collection_modifyitems(items):
     """Machine tests first, in as many processes as there are spare processors."""
-    groups = 2 if (os.cpu_count() or 1) > 2 else 1
+    groups = 2 if len(os.sched_getaffinity(0)) > 2 else 1
     machine = [item for item in items if item.get_closest_marker('machine')]
     for number, item in enumerate(machine):
         item.add_marker(pytest.mark.xdist_group('machine%d' % (number % groups)))

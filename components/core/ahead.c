@@ -83,23 +83,29 @@ static int on_course(const struct cw_ahead *ahead, const double cell, const doub
         && aim2 < CW_OFF_HEADING * CW_OFF_HEADING;
 }
 
-/* Load at the tool: between the sample behind and the one in front; a step of the load
- * counts from the sample behind on. */
+static double sample(const struct cw_ahead *ahead, int i)
+{
+    int last = ahead->first + ahead->count - 1;
+    i = i < ahead->first ? ahead->first : (i > last ? last : i);
+    return ahead->area[i % CW_AHEAD_SAMPLES];
+}
+
+/* Load at the tool: between the sample behind and the one in front. Interpolated heights
+ * smear an edge of the stock over a cell, and near an edge the load changes with the root
+ * of the way: a rise counts from the sample behind on, a fall one sample late [3]. */
 static double area_now(const struct cw_ahead *ahead, const struct cw_stock *stock)
 {
     double s = ahead->travelled / spacing(stock);      /* in samples */
     int i = (int)floor(s);
-    double a, b;
+    double past, a, b;
     if (ahead->count == 0) return ahead->held;
-    if (i < ahead->first) {
-        a = ahead->area[ahead->first % CW_AHEAD_SAMPLES];
-        return s < 0.0 ? cw_max(a, ahead->held) : a;
-    }
-    if (i + 1 >= ahead->first + ahead->count)
-        return ahead->area[(ahead->first + ahead->count - 1) % CW_AHEAD_SAMPLES];
-    a = ahead->area[i % CW_AHEAD_SAMPLES];
-    b = ahead->area[(i + 1) % CW_AHEAD_SAMPLES];
-    return b > CW_RISE * a ? b : a + (s - i) * (b - a);
+    past = sample(ahead, i - 1);
+    a = sample(ahead, i);
+    b = sample(ahead, i + 1);
+    if (i < ahead->first) past = cw_max(a, s < 1.0 ? ahead->held : 0.0);
+    if (b > CW_RISE * a) return cw_max(b, past);
+    if (past > CW_RISE * cw_min(a, b)) return past;
+    return a + (s - i) * (b - a);
 }
 
 /* Drops samples that lie behind, takes new ones in front, nearest first [2]. */
@@ -108,7 +114,8 @@ static void take_samples(struct cw_ahead *ahead, const struct cw_stock *stock,
 {
     double behind = ahead->travelled / spacing(stock);
     double wanted = (ahead->travelled + horizon) / spacing(stock) + 1.0;
-    int oldest = (int)floor(behind);
+    double untouched = cw_section_reach(stock, tool);
+    int oldest = (int)floor(behind) - 1;
     if (oldest < 0) oldest = 0;
     while (ahead->count > 0 && ahead->first < oldest) {
         ahead->first++;
@@ -118,10 +125,11 @@ static void take_samples(struct cw_ahead *ahead, const struct cw_stock *stock,
     while (budget-- > 0 && ahead->count < CW_AHEAD_SAMPLES
            && ahead->first + ahead->count <= wanted) {
         int i = ahead->first + ahead->count;
-        double tip[3], dir[3];
+        double at = i * spacing(stock), tip[3], dir[3];
+        double clear = at - ahead->travelled < untouched ? cw_section_clear(stock) : 0.0;
         struct cw_section met;
-        predict(ahead, i * spacing(stock), tip, dir);
-        met = cw_section_at(stock, tool, tip, dir);
+        predict(ahead, at, tip, dir);
+        met = cw_section_at(stock, tool, tip, dir, clear);
         ahead->area[i % CW_AHEAD_SAMPLES] = (float)met.area;
         ahead->depth[i % CW_AHEAD_SAMPLES] = (float)met.depth;
         ahead->count++;

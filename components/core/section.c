@@ -135,11 +135,21 @@ static void add_band(const struct cw_stock *stock, const struct place *at,
     if (highest > 0.0) section->depth = cw_max(section->depth, highest + band->low - tip_z);
 }
 
+double cw_section_clear(const struct cw_stock *stock)
+{
+    return CW_CLEAR * stock->cell;
+}
+
+double cw_section_reach(const struct cw_stock *stock, const struct cw_tool *tool)
+{
+    double clear = cw_section_clear(stock);
+    return sqrt((2.0 * tool->radius + clear) * clear);
+}
+
 struct cw_section cw_section_at(const struct cw_stock *stock, const struct cw_tool *tool,
-                                const double tip[3], const double dir[3])
+                                const double tip[3], const double dir[3], double clear)
 {
     struct cw_section result = { 0.0, 0.0 };
-    double clear = CW_CLEAR * stock->cell;
     double z = tip[2], fall = cw_max(0.0, -dir[2]), sink = fall * CW_SINK * stock->cell;
     struct place at;
     struct band band;
@@ -161,8 +171,8 @@ struct cw_section cw_section_at(const struct cw_stock *stock, const struct cw_to
             continue;
         }
         band.radius = ring->radius;
-        band.outer = ring->radius + 0.5 * ring->run + CW_BEYOND * stock->cell;
-        band.margin = at.level * (clear + 0.5 * ring->run);
+        band.outer = ring->radius + (clear > 0.0 ? 0.5 * ring->run + CW_BEYOND * stock->cell : 0.0);
+        band.margin = clear > 0.0 ? at.level * (clear + 0.5 * ring->run) : 0.0;
         band.low = z + ring->height - 0.5 * ring->rise;
         band.high = band.low + ring->rise;
         band.fall = -dir[2] * ring->run / ring->rise;

@@ -16,6 +16,9 @@
  *  4. The cells along the tool's own outline are partly cut already. Stock that a point of
  *     the front will meet is therefore read further along the same way, where the tool has
  *     not been: at the same distance beside the path, 1.5 cells outside the circle.
+ *     That is up to sqrt(2 R * 1.5 cells) ahead of the truth beside the tool, which shows
+ *     where the stock ends. A place read that far before the tool gets there needs no such
+ *     detour; ahead.c reads its places in time.
  *  5. A falling tool has cut down to its own surface already. Where nothing can be read in
  *     front (below the tool and behind its axis) a band is read a cell outside its edge, where
  *     the stock that touches it stands as high as the band; a flat end looks a fifth of a
@@ -33,8 +36,15 @@ struct cw_section {
 };
 
 /* Section area of `tool` with its tip at `tip` (mm) when it moves along the unit vector
- * `dir`; the stock may already be cut by this very position [4]. */
+ * `dir`. `clear`, mm: 0 where the stock is read before the tool is near (cw_section_reach);
+ * cw_section_clear() where it may already be cut by this very position [4]. */
 struct cw_section cw_section_at(const struct cw_stock *stock, const struct cw_tool *tool,
-                                const double tip[3], const double dir[3]);
+                                const double tip[3], const double dir[3], double clear);
+
+/* `clear` for a tool that has cut all around it, mm. */
+double cw_section_clear(const struct cw_stock *stock);
+
+/* Distance, mm, from which on a place ahead is untouched by what the tool has cut. */
+double cw_section_reach(const struct cw_stock *stock, const struct cw_tool *tool);
 
 #endif

@@ -84,13 +84,17 @@ static void cut(struct cw_tracker *tracker, struct cw_stock *stock, const double
     cw_sweep_run(&tracker->sweep, stock, &tracker->tool, CW_CELLS_PER_PERIOD, 0);
 }
 
-/* Braking distance, some periods of travel, and never less than the tool's radius, mm. */
-static double horizon(const struct cw_tracker *tracker, const struct cw_tracker_in *in)
+/* How far to look: braking distance and some periods of travel; never less than what lets
+ * places be read before the tool touches them, and the tool's radius, mm. */
+static double horizon(const struct cw_tracker *tracker, const struct cw_stock *stock,
+                      const struct cw_tracker_in *in)
 {
+    double least = cw_section_reach(stock, &tracker->tool) + 2.0 * CW_AHEAD_SPACING * stock->cell;
     double speed = tracker->ahead.speed, accel = in->accel / in->unit;
     double braking = CW_DEFAULT_HORIZON;
     if (cw_finite(accel) && accel > 0.0) braking = speed * speed / accel;
-    return cw_max(braking + CW_MARGIN_PERIODS * speed * in->period, tracker->tool.radius);
+    return cw_max(braking + CW_MARGIN_PERIODS * speed * in->period,
+                  cw_max(least, tracker->tool.radius));
 }
 
 /* Removal rate over the window, mm3/min. */
@@ -112,7 +116,7 @@ static double rate(struct cw_tracker *tracker, double removed, const struct cw_t
 static void look(struct cw_tracker *tracker, const struct cw_stock *stock,
                  const struct cw_tracker_in *in, const double tip[3], struct cw_tracker_out *out)
 {
-    double far = horizon(tracker, in);
+    double far = horizon(tracker, stock, in);
     if (tracker->tip_known)
         cw_ahead_step(&tracker->ahead, stock, &tracker->tool, tracker->tip, tip, in->period,
                       far, CW_SAMPLES_PER_PERIOD);
@@ -127,7 +131,7 @@ static void look(struct cw_tracker *tracker, const struct cw_stock *stock,
 static void clear(struct cw_tracker_out *out)
 {
     int i;
-    out->is_ready = out->has_fault = out->code = 0;
+    out->has_stock = out->is_ready = out->has_fault = out->code = 0;
     out->here = out->deepest = out->rate = 0.0;
     out->over_flute = out->rapid_hit = 0;
     out->view.levels = 0;
@@ -171,5 +175,6 @@ void cw_tracker_step(struct cw_tracker *tracker, struct cw_stock *stock,
     out->rate = rate(tracker, stock->removed, in);
     out->code = current_fault(tracker, in);
     out->has_fault = out->code != CW_FAULT_NONE;
+    out->has_stock = ready;
     out->is_ready = ready && tracker->tool_error == 0 && !bad;
 }

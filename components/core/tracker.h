@@ -51,7 +51,7 @@ struct cw_tracker_in {
 };
 
 struct cw_tracker_out {
-    int is_ready, has_fault, code;
+    int has_stock, is_ready, has_fault, code;
     double removed_mm3;                 /* since the stock was defined */
     double rate;                        /* mm3/min over the window */
     double here;                        /* mm2, section area at the tool */

@@ -2,21 +2,31 @@
 
 A cycle calls record('hole', chopped=True, largest_piece_mm=7.5); the line goes
 to the file named by the environment variable CHIPWISE_REPORT, one JSON object
-per line, and nowhere when the variable is not set.  Called by remap/ while the
-task reads ahead (`self.task == 1`), never in the preview; read by
-bin/chipwise-headless.
+per line; in a headless run (CHIPWISE_PROGRAM is set) without that variable to
+a file in HOME; else nowhere.  Called by remap/ while the task reads ahead
+(`self.task == 1`), never in the preview; read by bin/chipwise-headless.
 """
 
 import json
 import os
 
 VARIABLE = 'CHIPWISE_REPORT'
+HEADLESS = 'CHIPWISE_PROGRAM'
+DEFAULT = '~/.chipwise-report.jsonl'
+
+
+def place():
+    """-> path of the report, or None where nobody wants one."""
+    path = os.environ.get(VARIABLE)
+    if not path and os.environ.get(HEADLESS):
+        path = os.path.expanduser(DEFAULT)
+    return path or None
 
 
 def record(kind, **figures):
     """Append one line; a report that cannot be written never stops a cycle."""
-    path = os.environ.get(VARIABLE)
-    if not path:
+    path = place()
+    if path is None:
         return
     try:
         line = json.dumps(dict(figures, kind=kind), default=str) + '\n'

@@ -5,6 +5,7 @@ environment variable INI_FILE_NAME, which linuxcnc, AXIS and `rs274 -i` all set.
 own: the module `linuxcnc` is not importable everywhere a remap runs, and configparser refuses repeated keys (REMAP).
 """
 
+import ctypes
 import math
 import os
 from dataclasses import dataclass
@@ -50,7 +51,8 @@ SETTINGS = {
     "MAP_SIZE": Setting((300.0, 200.0), "mm", _pair, lambda v: min(v) > 0, "two lengths above 0 mm, X and Y"),
     "CHOP_SIZE": Setting(0.0, "mm", _number, lambda v: v >= 0, "a length of 0 mm (never chop) or more"),
     "TOOL_GEOMETRY": Setting("", "path", str, lambda v: True, "the path of a TOML file"),
-    "ANALOG_OUT": Setting(0, "", _whole, lambda v: 0 <= v <= 63, "a whole number from 0 to 63"),
+    "ANALOG_OUT": Setting(0, "", _whole, lambda v: 0 <= v <= 61, "a whole number from 0 to 61 (three pins are used)"),
+    "ANALOG_IN": Setting(0, "", _whole, lambda v: 0 <= v <= 63, "a whole number from 0 to 63"),
     "APPROACH_ANGLE": Setting(30.0, "deg", _number, lambda v: 0 < v <= 90, "an angle above 0, up to 90 degrees"),
     "RAMP_ANGLE": Setting(3.0, "deg", _number, lambda v: 0 < v <= 90, "an angle above 0, up to 90 degrees"),
 }
@@ -113,6 +115,16 @@ def _braceless(text):
     return text.replace("{", "{{").replace("}", "}}")
 
 
+def _ini_file_name():
+    """INI_FILE_NAME of the process, "" where unset.
+
+    rs274 sets it by setenv() after the embedded Python has started: os.environ, a copy made then, does not know.
+    """
+    getenv = ctypes.CDLL(None).getenv
+    getenv.restype = ctypes.c_char_p
+    return os.fsdecode(getenv(b"INI_FILE_NAME") or b"")
+
+
 _cache = {}
 
 
@@ -121,7 +133,7 @@ def load_settings(ini_path=None):
 
     Cached by path and time of change.  Raises CycleError where the file or a value cannot be used.
     """
-    path = ini_path or os.environ.get("INI_FILE_NAME", "")
+    path = ini_path or _ini_file_name()
     if not path:
         return parse_settings({})
     try:

@@ -113,8 +113,27 @@ def test_killed_task_does_not_hang_it(tmp_path):
     assert 'task has ended' in summary['errors'][0]
 
 
+def own_ini(tmp_path, source=runner.HEADLESS, **sections):
+    """A copy of a configuration outside configs/, with lines put into its sections.
+
+    A key given is put first and removed from where it was.
+    """
+    with open(source) as handle:
+        text = handle.read()
+    text = text.replace('../', runner.ROOT + '/')
+    text = re.sub(r'^(TOOL_TABLE|TOOL_GEOMETRY|TOPLEVEL|PATH_PREPEND) *= *(?!/)',
+                  r'\1 = %s/configs/' % runner.ROOT, text, flags=re.M)
+    for section, lines in sections.items():
+        for key in re.findall(r'^(\w+) *=', lines, flags=re.M):
+            text = re.sub(r'^%s *=.*\n' % key, '', text, flags=re.M)
+        text = text.replace('[%s]\n' % section, '[%s]\n%s\n' % (section, lines))
+    ini = tmp_path / 'own.ini'
+    ini.write_text(text)
+    return str(ini)
+
+
 def test_report_of_the_cycles_reaches_the_summary(tmp_path):
-    """The task inherits CHIPWISE_REPORT; only the real run counts, not a preview."""
+    """The task inherits the environment; only the real run counts, not a preview."""
     (tmp_path / 'toplevel.py').write_text('import remap\n')
     (tmp_path / 'remap.py').write_text(
         'import sys\nsys.path.insert(0, %r)\n'
@@ -123,18 +142,51 @@ def test_report_of_the_cycles_reaches_the_summary(tmp_path):
         '    if self.task:\n'
         '        report.record("hole", chopped=True, largest_piece_mm=words["q"])\n'
         '    return 0\n' % os.path.join(runner.ROOT, 'remap'))
-    text = open(runner.HEADLESS).read()
-    text = re.sub(r'\.\./', runner.ROOT + '/', text)
-    text = re.sub(r'= mill\.tbl', '= %s/configs/mill.tbl' % runner.ROOT, text)
-    text = re.sub(r'TOOL_GEOMETRY = ', 'TOOL_GEOMETRY = %s/configs/' % runner.ROOT, text)
-    text = re.sub(r'^REMAP *=.*\n|^TOPLEVEL.*\n|^PATH_PREPEND.*\n', '', text, flags=re.M)
-    text = text.replace('[PYTHON]', '[PYTHON]\nTOPLEVEL = %s/toplevel.py\nPATH_PREPEND = %s'
-                        % (tmp_path, tmp_path))
-    text = text.replace('[RS274NGC]', '[RS274NGC]\nREMAP = M405 modalgroup=10 argspec=q '
-                        'python=m405')
-    ini = tmp_path / 'own.ini'
-    ini.write_text(text)
-    summary = run(tmp_path, 'G21 G90 F600\nM405 Q3.5\nG1 X1\nM405 Q2\nM2\n', ini=str(ini))
+    ini = own_ini(tmp_path, PYTHON='TOPLEVEL = %s/toplevel.py\nPATH_PREPEND = %s'
+                  % (tmp_path, tmp_path),
+                  RS274NGC='REMAP = M405 modalgroup=10 argspec=q python=m405')
+    summary = run(tmp_path, 'G21 G90 F600\nM405 Q3.5\nG1 X1\nM405 Q2\nM2\n', ini=ini)
     assert summary['errors'] == []
     assert summary['holes_chopped'] == 2
     assert summary['largest_piece_mm'] == 3.5
+
+
+SLOTS = """G21 G90 G17 G40 G64 P0.01
+T1 M6
+M3 S10000
+M52 P1
+M250 P0 Q0 R-10 I40 J60 K10
+F1200
+M251 Q3.6 P2 E3000
+G0 X-10 Y20 Z10
+G0 Z-3
+G1 X50
+G0 Z10
+G0 X-10 Y24
+G0 Z-3
+G1 X50
+M252
+G0 Z10
+M2
+"""
+
+
+@pytest.mark.parametrize('machine', ['mill', 'mill_inch'])
+def test_figures_of_a_known_cut(tmp_path, machine):
+    """A 6 mm tool, 40 mm of stock, 3 mm deep: a full slot and one 4 mm beside it."""
+    ini = own_ini(tmp_path, os.path.join(runner.ROOT, 'configs', machine + '.ini'),
+                  DISPLAY='DISPLAY = %s/bin/chipwise-headless' % runner.ROOT)
+    with open(ini) as handle:
+        text = handle.read()
+    hal = 'HALFILE = %s/hal/' % runner.ROOT
+    with open(ini, 'w') as handle:
+        handle.write(text.replace(hal + 'chipwise.hal\n',
+                                  hal + 'chipwise.hal\n' + hal + 'headless.hal\n'))
+    log = str(tmp_path / 'log.npz')
+    summary = run(tmp_path, SLOTS, ini=ini, log=log)
+    assert (summary['exit_status'], summary['errors']) == (0, [])
+    assert summary['volume_mm3'] == pytest.approx((6 + 4) * 40 * 3, rel=0.005)
+    assert summary['rate_target'] == pytest.approx(3600)
+    assert summary['rate_mean'] == pytest.approx(3600, rel=0.03)
+    assert summary['over_target_share'] < 0.05
+    assert np.load(log)['units_per_mm'] == pytest.approx(1 if machine == 'mill' else 1 / 25.4)

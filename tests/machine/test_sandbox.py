@@ -14,8 +14,7 @@ pytestmark = pytest.mark.machine
 
 def sandbox(*arguments, env=None, **options):
     return subprocess.run([runner.SANDBOX, *arguments], text=True, env=env,
-                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                          stderr=subprocess.STDOUT, **options)
+                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, **options)
 
 
 def test_command_is_an_ordinary_user_with_its_own_home():
@@ -61,7 +60,7 @@ def test_a_kill_from_outside_leaves_nothing(tmp_path):
     mark = str(tmp_path / 'alive')
     process = subprocess.Popen(
         [runner.SANDBOX, '--', 'sh', '-c', 'while :; do date > %s; sleep 0.1; done' % mark],
-        stdin=subprocess.DEVNULL)
+        stdin=subprocess.DEVNULL, env=dict(os.environ, TMPDIR=str(tmp_path)))
     while not os.path.exists(mark):
         time.sleep(0.05)
     process.kill()

@@ -22,7 +22,7 @@ def test_usage():
 
 
 def test_errors_have_no_traceback():
-    for arguments in (['demo', '/no/such/file.ngc'], ['demo', '--speed', '0', __file__]):
+    for arguments in (['demo', '/no/such/file.ngc'], ['demo', '--speed', '-1', __file__]):
         done = chipwise(*arguments)
         assert done.returncode == 1
         assert done.stderr.startswith('chipwise: ')
@@ -30,6 +30,8 @@ def test_errors_have_no_traceback():
 
 
 def test_constant_feed_program():
-    text = 'G21\nM250\nm251 Q3.6 P2 E3000 (fast)\nN10 G1 X1 F500\nM 251 Q1 ; again\nM252\nM2510\n'
-    assert demo.constant_feed(text) == (
-        'G21\nM250\nM252 (fast)\nN10 G1 X1 F500\nM252 ; again\nM252\nM2510\n')
+    text = ('G21\nM250\nm251 Q3.6 P2 E3000 (fast, F900)\nN10 G1 X1 F500\nM 251 Q1 ; again F7\nM252\nM2510\n'
+            'G13 X1 I5 Z-1 E1200 F 80.5\nG12 I5 E9\n#<_ef>=3\n')
+    assert demo.constant_feed(text, 600) == (
+        'G21\nM250\nM252 (fast, F900)\nN10 G1 X1 F600.000\nM252 ; again F7\nM252\nM2510\n'
+        'G13 X1 I5 Z-1 E600.000 F 600.000\nG12 I5 E9.000\n#<_ef>=3\n')

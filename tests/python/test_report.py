@@ -7,7 +7,18 @@ from chipwise import report
 
 def test_nothing_without_the_variable(monkeypatch):
     monkeypatch.delenv(report.VARIABLE, raising=False)
+    monkeypatch.delenv(report.HEADLESS, raising=False)
+    assert report.place() is None
     report.record('hole', chopped=True)
+
+
+def test_a_headless_run_has_a_default(monkeypatch, tmp_path):
+    monkeypatch.delenv(report.VARIABLE, raising=False)
+    monkeypatch.setenv(report.HEADLESS, 'panel.ngc')
+    monkeypatch.setenv('HOME', str(tmp_path))
+    report.record('hole', chopped=True)
+    assert report.place().startswith(str(tmp_path))
+    assert len(report.read(report.place())) == 1
 
 
 def test_lines_come_back(monkeypatch, tmp_path):

@@ -16,7 +16,7 @@ import importlib
 import os
 import sys
 
-COMMANDS = ('demo',)
+COMMANDS = ('demo', 'load', 'monitor')
 
 
 class CommandError(Exception):

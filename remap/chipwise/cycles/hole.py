@@ -90,9 +90,9 @@ def check(request):
         raise CycleError("final depth Z{z} is not below the clearance plane R{r}", "use Z below R or R above Z",
                          z=r.bottom, r=r.clearance)
     if r.feed <= 0:
-        raise CycleError("feed F is not above 0", "give F on this line or before")
+        raise CycleError("feed F{f}/min is not above 0", "give F on this line or before", f=r.feed)
     if r.plunge_feed <= 0:
-        raise CycleError("plunge feed E is not above 0", "use E above 0, or leave it out for F/2")
+        raise CycleError("plunge feed E{e}/min is not above 0", "use E above 0, or leave it out for F/2", e=r.plunge_feed)
     if r.depth_step is not None and r.depth_step <= 0:
         raise CycleError("depth per pass J{j} is not above 0", "use J above 0", j=r.depth_step)
     if r.chop_size < 0:
@@ -150,8 +150,16 @@ def chop_parts(request):
     return _cached_parts(2 * request.radius, request.tool_radius, request.chop_size)
 
 
+def largest_piece(request):
+    """Size (mm) of the largest piece that comes loose; 0.0 where none does."""
+    if not leaves_slug(request):
+        return 0.0
+    return _cached_piece(2 * request.radius, request.tool_radius, chop_parts(request))
+
+
 # The search for n is the only slow step (to 0.1 s); panels repeat few sizes, and the preview asks again.
 _cached_parts = lru_cache(maxsize=256)(chop.choose_parts)
+_cached_piece = lru_cache(maxsize=256)(chop.disc_piece)
 
 
 @lru_cache(maxsize=64)

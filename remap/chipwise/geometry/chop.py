@@ -19,7 +19,6 @@ Where this departs from the patent:
 import math
 import random
 
-from chipwise.errors import CycleError
 from chipwise.geometry import regions
 
 # The promise is kept with this to spare: what the circle's polygon, rounded words and the machine's own following
@@ -29,11 +28,14 @@ PIECE_MARGIN = 0.01
 # How far a circle's polygon may reach beyond it. mm, well inside PIECE_MARGIN
 SAGITTA = 0.002
 
-# More lines than this per axis are never useful: a kerf is wider than their distance. It bounds the preview's time.
+# The patent's n is cut back to this, unless more is needed before kerfs overlap: it bounds the preview's time.
 MAX_PARTS = 200
 
 # A path shorter than this is no line. mm
 MIN_LINE = 1e-3
+
+# Lengths closer than this are equal. mm, rounding only
+EQUAL = 1e-9
 
 
 def enclosing_circle(points):
@@ -129,11 +131,11 @@ def region_lines(region, tool_radius, parts, slug):
     region  the finished shape; slug  what the contour pass leaves of it (shrunk by the tool's diameter).
     """
     reach = regions.shrink(region, tool_radius)
-    box = regions.bounds(slug)
+    limits = regions.bounds(slug)
     groups = []
     for axis in (0, 1):
         across = 1 - axis
-        low, high = box[across] - tool_radius, box[across + 2] + tool_radius
+        low, high = limits[across] - tool_radius, limits[across + 2] + tool_radius
         group = []
         for k in range(1, parts):
             at = low + (high - low) * k / parts
@@ -149,6 +151,18 @@ def flat_segments(groups):
     return [segment for group in groups for scan_line in group for segment in scan_line]
 
 
+def disc_piece(diameter, tool_radius, parts):
+    """Size (mm) of the largest piece of a circular hole's slug divided into `parts` (1: the slug itself)."""
+    radius = diameter / 2
+    slug = regions.outer_disc(0.0, 0.0, radius - 2 * tool_radius, SAGITTA)
+    return largest_piece(slug, flat_segments(disc_lines(0.0, 0.0, radius, tool_radius, parts)), tool_radius)
+
+
+def all_pieces_fit(region, segments, tool_radius, size):
+    """Whether every piece that kerfs leave of a region fits inside a circle of diameter < size (mm)."""
+    return all(piece_size(outline) < size for outline in regions.pieces(region, segments, tool_radius, reaching=size))
+
+
 def choose_parts(diameter, tool_radius, chop_size):
     """How many parts a circular hole must be divided into along each axis.
 
@@ -158,20 +172,38 @@ def choose_parts(diameter, tool_radius, chop_size):
     """
     parts = patent_parts(diameter, chop_size)
     radius = diameter / 2
-    slug_radius = radius - 2 * tool_radius
-    if parts == 1 or slug_radius <= 0:
+    if parts == 1 or radius <= 2 * tool_radius:
         return 1
-    slug = regions.outer_disc(0.0, 0.0, slug_radius, SAGITTA)
+    size = chop_size - PIECE_MARGIN
     cleared = math.ceil(radius / tool_radius) + 1
-    parts = min(parts, max(cleared, MAX_PARTS))
-    for n in range(parts, max(parts, cleared) + 1):
-        segments = flat_segments(disc_lines(0.0, 0.0, radius, tool_radius, n))
-        if largest_piece(slug, segments, tool_radius) < chop_size - PIECE_MARGIN:
-            return n
-    if parts >= cleared:
-        return parts
-    raise CycleError("chop size {chop_size} cannot be reached with tool radius {tool_radius}",
-                     "use a larger chop size or H0", chop_size=chop_size, tool_radius=tool_radius)
+    parts = min(max(parts, _parts_for_full_cells(diameter, tool_radius, size)), max(cleared, MAX_PARTS))
+    while parts < cleared and not _disc_pieces_fit(radius, tool_radius, size, parts):
+        parts += 1
+    return parts
+
+
+def _parts_for_full_cells(diameter, tool_radius, size):
+    """Smallest n whose full cells, squares of d/n - 2r, have a diagonal below size (mm).
+
+    A bound for the search: from n = 4 on, such a cell lies at the hole's centre.
+    """
+    if size <= 0:
+        return MAX_PARTS
+    n = math.floor(diameter / (size / math.sqrt(2) + 2 * tool_radius)) + 1
+    return n if n > 4 else 1
+
+
+def _disc_pieces_fit(radius, tool_radius, size, parts):
+    """all_pieces_fit for a hole (mm), looking at a quarter: the lines are symmetric about both axes.
+
+    The quarter is cut off along a line's middle (the axis for even n, the line beside it for odd), so pieces stay whole.
+    """
+    edge = -radius / parts if parts % 2 else 0.0
+    quarter = regions.box(edge, edge, radius, radius)
+    slug = regions.outer_disc(0.0, 0.0, radius - 2 * tool_radius, SAGITTA).intersection(quarter)
+    lines = [(start, end) for start, end in flat_segments(disc_lines(0.0, 0.0, radius, tool_radius, parts))
+             if max(start[0], end[0]) >= edge - EQUAL and max(start[1], end[1]) >= edge - EQUAL]
+    return all_pieces_fit(slug, lines, tool_radius, size)
 
 
 def travel(path, start, end, entry_of, exit_of):

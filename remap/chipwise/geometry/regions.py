@@ -60,10 +60,10 @@ def chords(region, axis, at):
 
     Returns a list of (low, high), mm, along the other axis, in rising order.
     """
-    box = bounds(region)
-    if box is None:
+    limits = bounds(region)
+    if limits is None:
         return []
-    low, high = box[1 - axis] - 1.0, box[3 - axis] + 1.0
+    low, high = limits[1 - axis] - 1.0, limits[3 - axis] + 1.0
     ends = [(at, low), (at, high)] if axis == 0 else [(low, at), (high, at)]
     cut = region.intersection(LineString(ends))
     found = []
@@ -74,12 +74,18 @@ def chords(region, axis, at):
     return sorted(found)
 
 
-def pieces(region, segments, half_width):
+def box(low_x, low_y, high_x, high_y):
+    """A rectangle, mm."""
+    return Polygon([(low_x, low_y), (high_x, low_y), (high_x, high_y), (low_x, high_y)])
+
+
+def pieces(region, segments, half_width, reaching=0.0):
     """What straight kerfs leave of a region.
 
     region      a region of this module
     segments    ((x0, y0), (x1, y1)) of each tool path, mm
     half_width  tool radius, mm
+    reaching    leave out pieces whose bounding box has a shorter diagonal (mm): they fit any circle of that diameter
     Returns the outlines of the pieces, each a list of (x, y): the corners of its convex hull, which have the same
     enclosing circle as the piece.
     """
@@ -87,7 +93,8 @@ def pieces(region, segments, half_width):
     left = region.difference(unary_union(kerfs)) if kerfs else region
     outlines = []
     for part in _parts(left):
-        if part.area > SLIVER_AREA:
+        low_x, low_y, high_x, high_y = part.bounds
+        if part.area > SLIVER_AREA and math.hypot(high_x - low_x, high_y - low_y) >= reaching:
             hull = MultiPoint(list(part.exterior.coords)).convex_hull
             ring = hull.exterior.coords if hull.geom_type == "Polygon" else hull.coords
             outlines.append(list(ring))

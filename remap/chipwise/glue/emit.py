@@ -8,23 +8,22 @@ The lines carry absolute XYZ and incremental I J; what that needs (G90, G91.1) i
 path mode, feed mode and offsets are used as they are.
 """
 
-import emccanon
-
+from chipwise.glue.ceiling import set_canon_feed
 from chipwise.moves import Arc, Line, Rapid
 
 DECIMALS = 6  # of a mm or an inch: arcs then close far inside LinuxCNC's 0.0283 mm and 0.1 %
 
-_ABSOLUTE, _INCREMENTAL = 0, 1
+_ABSOLUTE = 0  # interp_internal.hh: DISTANCE_MODE
 
 
 def set_feed(interp, feed):
     """Make `feed` (program units per minute, or per revolution under G95) the active feed.
 
     What Interp::convert_feed_rate does for an F word, without the word: the interpreter's value, then the canonical
-    call.  THE place for whatever else has to follow the feed in step with motion.
+    call, through ceiling.py, which knows whether the machine's feed is a ceiling above it.
     """
     interp.feed_rate = feed
-    emccanon.enqueue_SET_FEED_RATE(feed)
+    set_canon_feed(interp, feed)
 
 
 def _lines(state, moves):
@@ -54,25 +53,17 @@ def emit(interp, state, moves):
     """Execute all moves; distance modes, motion mode and feed are afterwards what they were, also after an error."""
     lines = list(_lines(state, moves))
     motion_mode, feed_before = interp.motion_mode, interp.feed_rate
-    distance_mode, arc_mode = interp.distance_mode, interp.ijk_distance_mode
-
-    def execute(text):
-        interp.execute(text, state.line_number)
-
+    modes_before = (f"{'G90' if interp.distance_mode == _ABSOLUTE else 'G91'} "
+                    f"{'G90.1' if interp.ijk_distance_mode == _ABSOLUTE else 'G91.1'}")
     try:
-        if distance_mode != _ABSOLUTE:
-            execute("G90")
-        if arc_mode != _INCREMENTAL:
-            execute("G91.1")
+        interp.execute("G90 G91.1", state.line_number)
         for text, feed in lines:
             if feed is not None and feed != interp.feed_rate:
                 set_feed(interp, feed)
-            execute(text)
+            interp.execute(text, state.line_number)
     finally:
         if interp.feed_rate != feed_before:
             set_feed(interp, feed_before)
-        if interp.distance_mode != distance_mode:
-            execute("G91")
-        if interp.ijk_distance_mode != arc_mode:
-            execute("G90.1")
+        # The motion mode first: executing a line is what copies the modes to where task and preview read them.
         interp.motion_mode = motion_mode
+        interp.execute(modes_before, state.line_number)

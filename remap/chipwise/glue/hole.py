@@ -1,13 +1,22 @@
 """G12 / G13: words -> HoleRequest -> moves.  Called by remap.py through session.run_cycle."""
 
-from chipwise.cycles.hole import HoleRequest, hole_moves
+from chipwise import report
+from chipwise.cycles.hole import HoleRequest, chop_parts, hole_moves, largest_piece
 
 WORDS = "xyzrijkqeh"
 
 
 def request_of(ccw):
     """The plan of G12 (ccw False) or G13 (ccw True) for session.run_cycle: State -> moves."""
-    return lambda state: hole_moves(_request(state, ccw))
+    return lambda state: _plan(state, _request(state, ccw))
+
+
+def _plan(state, request):
+    """The moves; the task, not the preview, also reports what will fall out."""
+    moves = hole_moves(request)
+    if state.interp.task:
+        report.record("hole", chopped=chop_parts(request) > 1, largest_piece_mm=largest_piece(request))
+    return moves
 
 
 def _request(state, ccw):

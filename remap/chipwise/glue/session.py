@@ -2,11 +2,12 @@
 
     program line -> REMAP= -> remap.py -> run_cycle -> read state and words -> plan (pure) -> emit -> interpreter
 
-run_cycle is the only place where errors become the operator's message.  A cycle is planned completely before its first
+refuse() is the only place where errors become the operator's message.  A cycle is planned completely before its first
 move is emitted, so one that cannot be done emits nothing.  Nothing here touches HAL or waits for the machine.
 """
 
-from interpreter import INTERP_ERROR, INTERP_OK
+import emccanon
+from interpreter import INTERP_ERROR, INTERP_EXECUTE_FINISH, INTERP_OK
 
 from chipwise.errors import CycleError
 from chipwise.glue import emit
@@ -22,19 +23,41 @@ def run_cycle(interp, code, kwargs, plan):
     plan    function of a State, giving moves in mm, absolute work coordinates
     Returns INTERP_OK or, with the message set, INTERP_ERROR: never an exception, never a traceback.
     """
-    unit = "mm"
     try:
         state = State(interp, code, kwargs)
-        unit = state.unit
         state.check_modes()
         moves = plan(state)
         emit.emit(interp, state, moves)
         return INTERP_OK
-    except CycleError as error:
+    except Exception as error:
+        return refuse(interp, code, error)
+
+
+def run_steps(interp, code, kwargs, steps):
+    """Run a code that has to wait for the machine: a generator, as LinuxCNC wants it then.
+
+    steps  generator function of a State; each `yield` in it waits until the machine has done all that was queued
+    Yields INTERP_EXECUTE_FINISH for those waits and in the end INTERP_OK or, with the message set, INTERP_ERROR.
+    """
+    try:
+        for _ in steps(State(interp, code, kwargs)):
+            yield INTERP_EXECUTE_FINISH
+        yield INTERP_OK
+    except GeneratorExit:  # the program was aborted while we waited
+        raise
+    except Exception as error:
+        yield refuse(interp, code, error)
+
+
+def refuse(interp, code, error):
+    """Any exception -> the operator's message; returns INTERP_ERROR."""
+    if isinstance(error, CycleError):
         error.code = error.code or code
-        interp.set_errormsg(error.text(unit))
-    except Exception as error:  # InterpreterException cannot be named in an except clause (2.9)
-        text = interp.get_errormsg() if type(error).__name__ == "InterpreterException" else ""
-        first_line = (text or f"{type(error).__name__}: {error}").strip().splitlines()[0]
-        interp.set_errormsg(f"chipwise: {code}: internal error: {first_line}"[:250])
+        inch = interp.length_units == emccanon.CANON_UNITS.CANON_UNITS_INCHES
+        interp.set_errormsg(error.text("in" if inch else "mm"))
+        return INTERP_ERROR
+    # InterpreterException cannot be named in an except clause (2.9)
+    text = interp.get_errormsg() if type(error).__name__ == "InterpreterException" else ""
+    first_line = (text or f"{type(error).__name__}: {error}").strip().splitlines()[0]
+    interp.set_errormsg(f"chipwise: {code}: internal error: {first_line}"[:250])
     return INTERP_ERROR

@@ -16,9 +16,7 @@ from chipwise.tools import tool_geometry
 COMMON_WORDS = "fst"
 ALL_WORDS = "abcdefhijklpqrstuvwxyz"
 
-# g_modes index of G53 and others, and G53 itself (interp_internal.hh: GM_MODAL_0, G_53)
-_GM_MODAL_0, _G53 = 0, 530
-_FEED_PER_MINUTE, _INVERSE_TIME = 0, 1
+_INVERSE_TIME, _UNITS_PER_REVOLUTION = 1, 2  # interp_internal.hh: FEED_MODE
 
 
 class State:
@@ -39,7 +37,7 @@ class State:
     # ---- modes ----------------------------------------------------------------------------------------------
 
     def check_modes(self):
-        """Raise CycleError where a mode is active that no cycle works in."""
+        """Raise CycleError where a mode is active that no cycle works in.  (G53 on the line: LinuxCNC's own error.)"""
         interp = self.interp
         if interp.plane != emccanon.CANON_PLANE.CANON_PLANE_XY:
             raise CycleError("the plane is not G17", "program G17 before")
@@ -47,10 +45,10 @@ class State:
             raise CycleError("cutter compensation is on", "program G40 before")
         if interp.feed_mode == _INVERSE_TIME:
             raise CycleError("inverse time feed (G93) is on", "program G94 before")
+        if interp.feed_mode == _UNITS_PER_REVOLUTION and not interp.speed[0] > 0:
+            raise CycleError("feed per revolution (G95) without a spindle speed", "program S above 0 before, or G94")
         if interp.params["_lathe_diameter_mode"]:
             raise CycleError("lathe diameter mode (G7) is on", "program G8 before")
-        if self._block().g_modes[_GM_MODAL_0] == _G53:
-            raise CycleError("G53 on the line", "cycles work in work coordinates; leave G53 out")
 
     # ---- words ----------------------------------------------------------------------------------------------
 
@@ -101,6 +99,19 @@ class State:
             found.append(now if value is None else now + value if self.incremental else value)
         return tuple(found)
 
+    def machine_point(self, point):
+        """(x, y, z) mm, work coordinates -> mm, machine coordinates of the tool's tip (no tool offset in them).
+
+        As canon does: the G92 offset, then the G10 L2 R rotation, then the offset of the coordinate system.
+        """
+        interp, unit = self.interp, self.unit_mm
+        x, y, z = (value + unit * shift for value, shift in
+                   zip(point, (interp.axis_offset_x, interp.axis_offset_y, interp.axis_offset_z)))
+        angle = math.radians(interp.rotation_xy)
+        turned = x * math.cos(angle) - y * math.sin(angle), x * math.sin(angle) + y * math.cos(angle), z
+        return tuple(value + unit * shift for value, shift in
+                     zip(turned, (interp.origin_offset_x, interp.origin_offset_y, interp.origin_offset_z)))
+
     def heights(self):
         """(clearance plane, final depth) from R and Z: mm, absolute.  G91: R from current Z, Z from R."""
         now = self.position()[2]
@@ -121,7 +132,13 @@ class State:
 
     def plunge_feed(self):
         """E, or half the feed; same unit as feed()."""
-        return self.feed() / 2 if self.length("e") is None else self.length("e")
+        plunge = self.length("e")
+        if plunge is None:
+            return self.feed() / 2
+        if plunge <= 0:
+            per = "rev" if self.interp.feed_mode == _UNITS_PER_REVOLUTION else "min"
+            raise CycleError(f"plunge feed E{{e}}/{per} is not above 0", "use E above 0, or leave it out for F/2", e=plunge)
+        return plunge
 
     # ---- tool and settings ----------------------------------------------------------------------------------
 

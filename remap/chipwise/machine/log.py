@@ -33,7 +33,7 @@ NAMES = tuple(name for name, _pin, _type in COLUMNS)
 
 FEED_MOTION = (2, 3)        # motion.motion-type of a feed move and an arc
 RATE_WINDOW_S = 0.010       # a rate is the volume removed in a window this long
-OVER_TARGET = 1.10          # a window counts as over the target from this ratio on
+OVER_TARGET = 1.02          # a window counts as over the target from this ratio on
 
 
 def load_text(path):
@@ -84,25 +84,39 @@ def lost_samples(log):
     return int(sample[-1] - sample[0] + 1 - len(sample)) if len(sample) else 0
 
 
-def cutting_windows(log, period, window=RATE_WINDOW_S):
-    """-> (rate, target): mm3/min in each window spent cutting.
+def _windows(log, period, window):
+    """-> (start, end) rows of the windows spent cutting.
 
     Cutting is: a feed move or an arc all through the window, and volume
     removed in it.  Windows with lost samples are left out.
     """
     step = max(1, int(round(window / period)))
-    last = len(log['sample']) // step * step
-    if last < step + 1:
-        return np.zeros(0), np.zeros(0)
-    start = np.arange(0, len(log['sample']) - step, step)
+    start = np.arange(0, max(0, len(log['sample']) - step), step)
     end = start + step
     feeding = np.isin(log['motion_type'], FEED_MOTION)
     before = np.concatenate([[0], np.cumsum(feeding)])
     volume = log['removed_volume'][end] - log['removed_volume'][start]
     whole = log['sample'][end] - log['sample'][start] == step
     cutting = whole & (before[end + 1] - before[start] == step + 1) & (volume > 0)
-    rate = volume[cutting] / (step * period) * 60.0
-    return rate, log['rate_target'][start][cutting]
+    return start[cutting], end[cutting]
+
+
+def cutting_windows(log, period, window=RATE_WINDOW_S):
+    """-> (rate, target): mm3/min in each window spent cutting."""
+    start, end = _windows(log, period, window)
+    rate = (log['removed_volume'][end] - log['removed_volume'][start]) / window * 60.0
+    return rate, log['rate_target'][start]
+
+
+def largest_section(log, period, units_per_mm=1.0):
+    """Largest section area met (mm2): volume removed per mm of travel, over windows of cutting."""
+    start, end = _windows(log, period, RATE_WINDOW_S)
+    volume = log['removed_volume'][end] - log['removed_volume'][start]
+    step = np.sqrt(sum(np.diff(log[axis], prepend=log[axis][:1]) ** 2 for axis in 'xyz'))
+    way = np.cumsum(step) / units_per_mm
+    length = way[end] - way[start]
+    met = volume[length > 0] / length[length > 0]
+    return float(met.max()) if len(met) else 0.0
 
 
 def volume_removed(log):

@@ -117,7 +117,8 @@ def _load():
             ("cw_sweep_to", None, [C.POINTER(_Sweep), vec]),
             ("cw_sweep_run", C.c_double,
              [C.POINTER(_Sweep), head, C.POINTER(_Tool), C.c_int, C.POINTER(C.c_long)]),
-            ("cw_section_at", _Section, [head, C.POINTER(_Tool), vec, vec]),
+            ("cw_section_at", _Section, [head, C.POINTER(_Tool), vec, vec, C.c_double]),
+            ("cw_section_clear", C.c_double, [head]),
             ("cw_ahead_reset", None, [C.POINTER(_Ahead)]),
             ("cw_ahead_step", None, [C.POINTER(_Ahead), head, C.POINTER(_Tool), vec, vec,
                                      C.c_double, C.c_double, C.c_int]),
@@ -207,9 +208,16 @@ class Stock:
         """Interpolated height of the stock above `floor` at a point, mm."""
         return library().cw_stock_above(self.address, x, y, floor)
 
-    def section(self, tool, tip, direction):
-        """Section area (mm2) and depth (mm) of `tool` at `tip` moving along the unit vector."""
-        met = library().cw_section_at(self.address, C.byref(tool.c), _vec(tip), _vec(direction))
+    def section(self, tool, tip, direction, clear=None):
+        """Section area (mm2) and depth (mm) of `tool` at `tip` moving along the unit vector.
+
+        clear (mm): how far readings keep clear of what the tool has cut; default: as for a tool
+        that has cut up to `tip`; 0: for a place the tool has not come near.
+        """
+        if clear is None:
+            clear = library().cw_section_clear(self.address)
+        met = library().cw_section_at(self.address, C.byref(tool.c), _vec(tip), _vec(direction),
+                                      clear)
         return met.area, met.depth
 
 

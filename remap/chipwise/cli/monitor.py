@@ -1,0 +1,183 @@
+"""Tell the realtime components the tool, and the operator what they found.
+
+Called by hal/chipwise.hal (`loadusr -Wn chipwise-monitor chipwise monitor`); a HAL component of
+its own that runs as long as LinuxCNC does.  The tool in the spindle comes from LinuxCNC's status,
+its shape from the file [CHIPWISE]TOOL_GEOMETRY; a change of either is seen within POLL_S.
+"""
+
+import os
+import signal
+import time
+
+from chipwise.errors import CycleError
+from chipwise.settings import load_settings
+from chipwise.tools import tool_geometry
+
+NAME = 'monitor'
+HELP = 'keep the HAL components informed (called by chipwise.hal)'
+
+COMPONENT = 'chipwise-monitor'
+POLL_S = 0.02
+FALLBACK = 5            # volumetric-feed.0.limited-by
+SETTLE_S = 0.1          # a fallback shorter than this is not worth a message
+
+FAULTS = {              # stock-tracker.0.fault-code (man stock_tracker)
+    1: 'the stock box has a corner that is not a number; define it again with M250',
+    2: 'the stock box has no extent in X, Y or Z; give M250 a size above 0',
+    3: 'the stock is larger than the map; enlarge [CHIPWISE]MAP_SIZE or its CELL, or use a smaller '
+       'box; the stock is what it was before',
+    11: 'the tool in the spindle has no diameter above 0; load a tool or give it a D in the tool table',
+    12: 'the corner radius of the tool is larger than the tool; correct the tool geometry file',
+    13: 'the tip angle of the tool is not below 180 degrees; correct the tool geometry file',
+    14: 'the flute length of the tool is negative; correct the tool geometry file',
+    20: 'an axis position is not a number; define the stock again with M250',
+    21: 'an axis position jumped, the stock is not known any more; define it again with M250',
+    22: 'units-per-mm is not above 0; see docs/Config.md'}
+
+
+def add_arguments(parser):
+    del parser
+
+
+class Tool:
+    """Shape of the tool in the spindle for the tracker's pins: machine units and degrees."""
+
+    def __init__(self, diameter=0.0, corner_radius=0.0, tip_angle=0.0, flute_length=0.0):
+        self.diameter = diameter
+        self.corner_radius = corner_radius
+        self.tip_angle = tip_angle
+        self.flute_length = flute_length
+
+
+def tool_shape(number, diameter, path, units):
+    """Tool for the pins: number and diameter (machine units) of LinuxCNC, the rest from the file
+    `path`, whose lengths are mm; `units`: machine units per mm.  Raises CycleError."""
+    if number <= 0 or not diameter > 0:
+        return Tool()
+    geometry = tool_geometry(path, number)
+    if geometry is None:
+        return Tool(diameter)
+    corner = {'ball': diameter / 2, 'bull': (geometry.corner_radius or 0.0) * units,
+              'tapered-ball': (geometry.corner_radius or 0.0) * units}.get(geometry.shape, 0.0)
+    tip = geometry.tip_angle if geometry.shape in ('vee', 'tapered-ball') else 0.0
+    return Tool(diameter, corner, tip or 0.0, (geometry.flute_length or 0.0) * units)
+
+
+class Monitor:
+    """One LinuxCNC, watched."""
+
+    def __init__(self, component, settings):
+        import linuxcnc
+        self.linuxcnc = linuxcnc
+        self.component = component
+        self.settings = settings
+        self.status = self.command = None
+        self.units = 1.0
+        self.said_fault = 0
+        self.fallback_since = None
+        self.said_fallback = False
+        self.said_tool = None
+
+    def connect(self):
+        """True when LinuxCNC's task answers; it starts after HAL."""
+        if self.status is None:
+            try:
+                status = self.linuxcnc.stat()
+                status.poll()
+                command = self.linuxcnc.command()
+            except self.linuxcnc.error:
+                return False
+            self.status, self.command = status, command
+        try:
+            self.status.poll()
+        except self.linuxcnc.error:
+            return False
+        self.units = self.status.linear_units or 1.0
+        return True
+
+    def say(self, text):
+        """An error message on the operator's screen, in the log where there is none."""
+        text = f'chipwise: {text}'
+        print(text, flush=True)
+        self.command.error_msg(text[:250])
+
+    def follow_tool(self):
+        """Tool in the spindle -> pins; what is wrong with its description is said once."""
+        tool = self.status.tool_table[0]
+        number = self.status.tool_in_spindle
+        path = self.settings.path('TOOL_GEOMETRY')
+        try:
+            shape = tool_shape(number, tool.diameter, path, self.units)
+            self.said_tool = None
+        except CycleError as error:
+            shape = Tool()
+            if self.said_tool != str(error):
+                self.said_tool = str(error)
+                self.say(str(error).removeprefix('chipwise: ')
+                         + '; the volumetric feed leaves F as programmed')
+        pins = self.component
+        pins['tool-number'] = number
+        pins['tool-corner-radius'] = shape.corner_radius
+        pins['tool-tip-angle'] = shape.tip_angle
+        pins['tool-flute-length'] = shape.flute_length
+        pins['tool-diameter'] = shape.diameter
+
+    def follow_faults(self, now):
+        """Faults and fallbacks -> messages, each once."""
+        code = self.component['fault-code'] if self.component['fault'] else 0
+        wanted = self.component['mode'] > 0 or 0 < code < 10 or code >= 20
+        if code and wanted and code != self.said_fault:
+            self.say(FAULTS.get(code, f'fault {code} of the stock tracker'))
+        if wanted or not code:
+            self.said_fault = code
+        if self.component['limited-by'] != FALLBACK:
+            self.fallback_since, self.said_fallback = None, False
+        elif self.fallback_since is None:
+            self.fallback_since = now
+        elif not self.said_fallback and now - self.fallback_since > SETTLE_S:
+            self.said_fallback = True
+            if not code:
+                self.say('no stock or no tool is known: the volumetric feed leaves F as '
+                         'programmed; define the stock with M250 and load a tool')
+
+    def step(self):
+        if self.connect():
+            self.follow_tool()
+            self.follow_faults(time.monotonic())
+
+
+def make_component():
+    import hal
+    component = hal.component(COMPONENT)
+    for name in ('tool-diameter', 'tool-corner-radius', 'tool-tip-angle', 'tool-flute-length'):
+        component.newpin(name, hal.HAL_FLOAT, hal.HAL_OUT)
+    component.newpin('tool-number', hal.HAL_S32, hal.HAL_OUT)
+    component.newpin('fault', hal.HAL_BIT, hal.HAL_IN)
+    for name in ('fault-code', 'limited-by', 'mode'):
+        component.newpin(name, hal.HAL_S32, hal.HAL_IN)
+    return component
+
+
+def leave(_number, _frame):
+    raise SystemExit(0)
+
+
+def run(options):
+    """Runs until LinuxCNC ends it."""
+    del options
+    from chipwise.cli import CommandError
+    signal.signal(signal.SIGTERM, leave)
+    os.environ.setdefault('INI_FILE_NAME', '')
+    try:
+        settings = load_settings()
+    except CycleError as error:
+        raise CommandError(str(error).removeprefix('chipwise: ')) from error
+    component = make_component()
+    monitor = Monitor(component, settings)
+    component.ready()
+    try:
+        while True:
+            monitor.step()
+            time.sleep(POLL_S)
+    finally:
+        component.exit()

@@ -1,0 +1,142 @@
+"""M250, M251, M252: stock and feed for the realtime components, in step with motion.
+
+Called by remap.py through session.run_steps.  Numbers go to chipwise_command (its man page has the registers) through
+two of motion's analog outputs, set as M68 does in its turn of the queue, and the codes wait for that (`yield`) and read
+back through an analog input whether they were obeyed.  In the preview the words are checked and nothing is done.
+
+What is queued are canonical calls, not lines: execute(line, number) after a `yield` takes the task down in 2.9.0~pre1
+(interpmodule.cc, wrap_interp_execute_2, leaves the call state of the waiting remap in place).
+"""
+
+import emccanon
+
+from chipwise.errors import MM_PER_INCH, CycleError
+from chipwise.glue.ceiling import Ceiling, set_canon_feed
+from chipwise.glue.workpiece import check_fits, stock_box
+
+# Registers of chipwise_command
+BOX_FIRST, BOX_COMMIT = 1, 7
+FEED_FIRST, FEED_COMMIT = 11, 17
+IDLE = 0
+
+OFF, LIMIT, CONSTANT, WINDOW = 0, 1, 2, 3
+_CM3_MM3, _IN3_MM3 = 1000.0, MM_PER_INCH ** 3
+
+FILL_TRIES, FILL_WAIT_S = 100, 0.05     # the map is filled a part per servo period
+
+
+def _send(state, first, values, commit):
+    """Queue the registers first, first + 1, .. and the commit, in step with motion."""
+    word = state.settings["ANALOG_OUT"]
+    for number, value in enumerate(values, first):
+        emccanon.SET_AUX_OUTPUT_VALUE(word, number)
+        emccanon.SET_AUX_OUTPUT_VALUE(word + 1, value)
+    emccanon.SET_AUX_OUTPUT_VALUE(word, commit)
+
+
+def _status(state):
+    """(mode, stock is defined, fault code) of the realtime side, now; (0, False, 0) where it is not there."""
+    value = round(emccanon.GET_EXTERNAL_ANALOG_INPUT(state.settings["ANALOG_IN"], 0.0))
+    return value % 10, value // 10 % 10 == 1, value // 100
+
+
+def define_stock(state):
+    """M250."""
+    state.check_words("pqrijk")
+    low, high = stock_box(state)
+    check_fits(state.settings, low, high)
+    if not state.interp.task:
+        return
+    units = emccanon.GET_EXTERNAL_LENGTH_UNITS()
+    _send(state, BOX_FIRST, [value * units for value in low + high], BOX_COMMIT)
+    for _ in range(FILL_TRIES):
+        emccanon.DWELL(FILL_WAIT_S)
+        yield
+        _mode, defined, fault = _status(state)
+        if defined or fault:
+            break
+    emccanon.SET_AUX_OUTPUT_VALUE(state.settings["ANALOG_OUT"], IDLE)
+    if not defined:
+        raise CycleError(f"the stock tracker did not take the stock (fault {fault})",
+                         "see its message; without one, load chipwise.hal ([HAL]HALFILE)")
+
+
+def _rate(state, letter, meaning):
+    """A removal rate word (cm3/min or in3/min) as mm3/min."""
+    value = state.number(letter)
+    unit = "in3/min" if state.unit == "in" else "cm3/min"
+    if value is None:
+        raise CycleError(f"word {letter.upper()} ({meaning}, {unit}) is missing", f"add {letter.upper()}")
+    if not value > 0:
+        raise CycleError(f"{meaning} {letter.upper()}{value:g} {unit} is not above 0", f"give {letter.upper()} above 0")
+    return value * (_IN3_MM3 if state.unit == "in" else _CM3_MM3)
+
+
+def _feed_words(state):
+    """(mode, target, lower, ceiling) of M251: mm3/min, mm/min; ceiling None where F stays the upper limit."""
+    state.check_words("qpre")
+    mode = state.number("p")
+    mode = LIMIT if mode is None else mode
+    if mode not in (LIMIT, CONSTANT, WINDOW):
+        raise CycleError(f"mode P{mode:g} is none of 1 (limit), 2 (constant), 3 (window)", "use P1, P2 or P3")
+    target = _rate(state, "q", "removal rate")
+    lower = _rate(state, "r", "lower removal rate") if mode == WINDOW else 0.0
+    if lower > target:
+        raise CycleError(f"lower removal rate R{state.number('r'):g} is above the upper one, Q{state.number('q'):g}",
+                         "give R below Q")
+    ceiling = state.length("e")
+    if ceiling is None and mode == CONSTANT:
+        raise CycleError("word E (ceiling of the feed) is missing", "mode P2 replaces F; add E")
+    if ceiling is not None and (mode == LIMIT or not ceiling > 0):
+        raise CycleError("ceiling E{e}/min is not above 0" if mode != LIMIT else "word E is not used in mode P1",
+                         "give E above 0" if mode != LIMIT else "leave E out, or use P2 or P3", e=ceiling)
+    return int(mode), target, lower, ceiling
+
+
+def feed_on(state):
+    """M251."""
+    mode, target, lower, ceiling = _feed_words(state)
+    if not state.interp.task:
+        return
+    yield from _no_ceiling(state)
+    _send(state, FEED_FIRST, [mode, target, lower], FEED_COMMIT)
+    emccanon.ENABLE_ADAPTIVE_FEED()
+    state.interp.adaptive_feed = True
+    yield
+    now, defined, _fault = _status(state)
+    if now != mode or not defined:
+        _send(state, FEED_FIRST, [OFF], FEED_COMMIT)
+        yield
+        if now != mode:
+            raise CycleError("the realtime side does not answer",
+                             "load chipwise.hal ([HAL]HALFILE) and see [CHIPWISE]ANALOG_OUT and ANALOG_IN")
+        raise CycleError("no stock is defined", "define it with M250 before")
+    Ceiling.value = ceiling
+    Ceiling.output = state.settings["ANALOG_OUT"] + 2
+    set_canon_feed(state.interp, state.interp.feed_rate)
+
+
+def feed_off(state):
+    """M252."""
+    state.check_words("")
+    if not state.interp.task:
+        return
+    yield from _no_ceiling(state)
+    _send(state, FEED_FIRST, [OFF, 0.0, 0.0], FEED_COMMIT)
+    yield
+
+
+def _no_ceiling(state):
+    """F is the machine's feed again, before the override may rise to 1."""
+    if Ceiling.value is None:
+        return
+    Ceiling.value = None
+    set_canon_feed(state.interp, state.interp.feed_rate)
+    emccanon.SET_AUX_OUTPUT_VALUE(Ceiling.output, 0.0)
+    yield
+
+
+def program_feed(interp, feed):
+    """The remapped F: what LinuxCNC does itself, and the ceiling where one is active."""
+    interp.feed_rate = feed
+    set_canon_feed(interp, feed)

@@ -1,0 +1,124 @@
+"""The stock of M250: words, or the WORKPIECE comment of the program, to a box in machine coordinates.
+
+Called by volumetric.py.  Comments as in docs/Gcodes.md:
+    (WORKPIECE,BOX,XMIN=..,YMIN=..,ZMIN=..,XMAX=..,YMAX=..,ZMAX=..)
+    (WORKPIECE,CYLINDER,AXIS=Z,X=..,Y=..,ZMIN=..,ZMAX=..,DIAMETER=..)
+"""
+
+import itertools
+import math
+import re
+
+from chipwise.errors import CycleError
+
+CORNER_WORDS, SIZE_WORDS = "pqr", "ijk"
+_COMMENT = re.compile(r"\(\s*WORKPIECE\s*,([^)]*)\)", re.IGNORECASE)
+_BOX_KEYS = ("XMIN", "YMIN", "ZMIN", "XMAX", "YMAX", "ZMAX")
+_CYLINDER_KEYS = ("X", "Y", "ZMIN", "ZMAX", "DIAMETER")
+
+
+def box_from_words(state):
+    """(low, high), mm, work coordinates, from P Q R I J K; None when none of them is given."""
+    given = [letter for letter in CORNER_WORDS + SIZE_WORDS if state.number(letter) is not None]
+    if not given:
+        return None
+    low = [state.needed(letter, f"minimum of the stock in {axis}") for letter, axis in zip(CORNER_WORDS, "XYZ")]
+    size = [state.needed(letter, f"size of the stock in {axis}") for letter, axis in zip(SIZE_WORDS, "XYZ")]
+    for letter, axis, value in zip(SIZE_WORDS, "XYZ", size):
+        if not value > 0:
+            raise CycleError(f"size of the stock in {axis}, {letter.upper()}{{size}}, is not above 0",
+                             f"give {letter.upper()} above 0", size=value)
+    return low, [a + b for a, b in zip(low, size)]
+
+
+def _fields(text):
+    """"BOX,XMIN=0,.." -> ("BOX", {"XMIN": 0.0, ..})."""
+    shape, _, rest = text.partition(",")
+    fields = {}
+    for part in filter(None, (piece.strip() for piece in rest.split(","))):
+        key, equals, value = (piece.strip().upper() for piece in part.partition("="))
+        if key == "AXIS":
+            if value != "Z":
+                raise CycleError(f"WORKPIECE comment: AXIS={value} is not Z", "use AXIS=Z")
+            continue
+        try:
+            fields[key] = float(value)
+            good = bool(equals) and math.isfinite(fields[key])
+        except ValueError:
+            good = False
+        if not good:
+            raise CycleError(f"WORKPIECE comment: {part} is not KEY=number", "correct the comment")
+    return shape.strip().upper(), fields
+
+
+def _need(fields, keys, shape):
+    missing = [key for key in keys if key not in fields]
+    unknown = [key for key in fields if key not in keys]
+    if missing or unknown:
+        what = f"lacks {', '.join(missing)}" if missing else f"has the unknown {', '.join(unknown)}"
+        raise CycleError(f"WORKPIECE comment: {shape} {what}", f"{shape} needs {', '.join(keys)}")
+    return [fields[key] for key in keys]
+
+
+def parse_comment(text):
+    """Inside of a WORKPIECE comment -> (low, high) in its own units; a cylinder as its box.
+
+    Raises CycleError for an unknown shape, missing, unknown or unreadable keys, and for no extent.
+    """
+    shape, fields = _fields(text)
+    if shape == "BOX":
+        values = _need(fields, _BOX_KEYS, shape)
+        low, high = values[:3], values[3:]
+    elif shape == "CYLINDER":
+        x, y, z_low, z_high, diameter = _need(fields, _CYLINDER_KEYS, shape)
+        low, high = [x - diameter / 2, y - diameter / 2, z_low], [x + diameter / 2, y + diameter / 2, z_high]
+    else:
+        raise CycleError(f"WORKPIECE comment: shape {shape or '(none)'} is unknown", "use BOX or CYLINDER")
+    for axis, a, b in zip("XYZ", low, high):
+        if not b > a:
+            raise CycleError(f"WORKPIECE comment: the stock has no extent in {axis} ({a:g} to {b:g})",
+                             "give a maximum above the minimum")
+    return low, high
+
+
+def find_comment(path, line_number):
+    """Inside of the last WORKPIECE comment up to a line of a program, else of the first one; None without."""
+    first = None
+    try:
+        with open(path, encoding="utf-8", errors="replace") as program:
+            for number, line in enumerate(program, 1):
+                match = _COMMENT.search(line)
+                if match and (first is None or number <= line_number):
+                    first = match.group(1)
+    except OSError:
+        return None
+    return first
+
+
+def stock_box(state):
+    """(low, high) in mm, machine coordinates of the tool tip, for the stock this M250 asks for."""
+    box = box_from_words(state)
+    if box is None:
+        text = find_comment(state.interp.filename, state.line_number)
+        if text is None:
+            raise CycleError("there are neither words nor a WORKPIECE comment",
+                             "give P Q R (corner) I J K (size), or add (WORKPIECE,BOX,XMIN=..,..) to the program")
+        low, high = parse_comment(text)
+        box = [v * state.unit_mm for v in low], [v * state.unit_mm for v in high]
+    return to_machine(state, *box)
+
+
+def to_machine(state, low, high):
+    """Work box -> machine box, mm.  A rotated one becomes the upright box around it: never less stock than there is."""
+    corners = [state.machine_point(corner) for corner in itertools.product(*zip(low, high))]
+    return tuple(map(min, zip(*corners))), tuple(map(max, zip(*corners)))
+
+
+def check_fits(settings, low, high):
+    """Raise CycleError where the box is larger than the map."""
+    room = settings["MAP_SIZE"]
+    size = [b - a for a, b in zip(low, high)]
+    if size[0] > room[0] + 1e-9 or size[1] > room[1] + 1e-9:
+        raise CycleError("the stock of {x} by {y} is larger than the map of {mx} by {my}",
+                         "enlarge [CHIPWISE]MAP_SIZE in the INI file or use a smaller box",
+                         x=size[0], y=size[1], mx=room[0], my=room[1])

@@ -1,0 +1,83 @@
+"""make install and uninstall: everything in its place, and nothing left behind."""
+
+import os
+import subprocess
+
+import pytest
+
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+
+
+def make(target, destdir, prefix='/usr/local'):
+    return subprocess.run(
+        ['make', '--no-print-directory', target, 'DESTDIR=%s' % destdir, 'PREFIX=' + prefix],
+        cwd=ROOT, text=True, check=True, stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT).stdout
+
+
+def everything(folder):
+    return sorted(os.path.relpath(os.path.join(place, name), folder)
+                  for place, folders, names in os.walk(folder) for name in folders + names)
+
+
+@pytest.mark.parametrize('prefix', ['/usr/local', '/opt/chip wise'])
+def test_install_and_uninstall(tmp_path, prefix):
+    destdir = tmp_path / 'root'
+    (destdir / 'usr').mkdir(parents=True)
+    (destdir / 'usr' / 'mine').write_text('stays')
+    before = everything(destdir)
+
+    make('install', destdir, prefix)
+    share = str(destdir) + prefix + '/share/chipwise'
+    for name in ('configs/mill.ini', 'hal/sim.hal', 'remap/toplevel.py', 'bin/chipwise-headless'):
+        assert os.path.isfile(os.path.join(share, name)), name
+    # the relative paths of the INI files hold where they are installed
+    assert os.path.samefile(share + '/configs/remap', share + '/remap')
+    assert os.path.isfile(share + '/configs/../bin/chipwise-headless')
+    for name in ('chipwise', 'chipwise-headless', 'chipwise-sandbox'):
+        assert os.access(str(destdir) + prefix + '/bin/' + name, os.X_OK)
+    installed = everything(destdir)
+    built = os.path.join(ROOT, 'build', 'modules')
+    for module in os.listdir(built) if os.path.isdir(built) else []:
+        assert any(path.endswith('/' + module) for path in installed), module
+    assert not [path for path in installed if path.endswith(('.pyc', '.var'))]
+
+    assert 'already installed' in make('install', destdir, prefix)
+    subprocess.run([str(destdir) + prefix + '/bin/chipwise', '--help'], check=True,
+                   stdout=subprocess.DEVNULL)
+
+    make('uninstall', destdir, prefix)
+    assert everything(destdir) == before
+    assert 'nothing is installed' in make('uninstall', destdir, prefix)
+
+
+def test_reinstall_replaces_and_removes(tmp_path):
+    """A changed file is renewed; one no longer part of the package goes."""
+    make('install', tmp_path)
+    share = tmp_path / 'usr/local/share/chipwise'
+    (share / 'hal/sim.hal').write_text('old')
+    (share / 'hal/gone.hal').write_text('of an earlier version')
+    manifest = share / 'manifest'
+    manifest.write_text(manifest.read_text() + 'f /usr/local/share/chipwise/hal/gone.hal\n')
+    make('install', tmp_path)
+    assert (share / 'hal/sim.hal').read_text() == open(ROOT + '/hal/sim.hal').read()
+    assert not (share / 'hal/gone.hal').exists()
+    make('uninstall', tmp_path)
+    assert everything(tmp_path) == []
+
+
+def test_never_replaces_what_is_not_ours(tmp_path):
+    path = tmp_path / 'usr/local/bin/chipwise'
+    path.parent.mkdir(parents=True)
+    path.write_text("someone else's")
+    with pytest.raises(subprocess.CalledProcessError) as failure:
+        make('install', tmp_path)
+    assert 'not from chipwise' in failure.value.output
+    assert everything(tmp_path) == ['usr', 'usr/local', 'usr/local/bin', 'usr/local/bin/chipwise']
+
+
+def test_build_twice_does_nothing():
+    subprocess.run(['make', 'build'], cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
+    done = subprocess.run(['make', '--no-print-directory', 'build'], cwd=ROOT, text=True,
+                          stdout=subprocess.PIPE)
+    assert 'Nothing to be done' in done.stdout
