@@ -184,8 +184,9 @@ def measured(case, cell=0.25, through="section", diameter_error=0.0):
         if through == "ahead":
             ahead.step(start, end, 0.001, 4.0, 8)
             areas[i] = ahead.look(4.0).area
-        elif case.steady[i]:
+        elif case.steady[i] and i % 2 == 0:
             areas[i] = stock.section(tool, end, (end - start) / np.linalg.norm(end - start))[0]
-    error = (areas - case.truth)[case.steady]
+    read = case.steady & ((np.arange(len(areas)) % 2 == 0) | (through == "ahead"))
+    error = (areas - case.truth)[read]
     scale = case.truth[case.steady].mean()
     return float(error.mean() / scale), float(error.std() / scale)
