@@ -23,6 +23,7 @@ import math
 import numpy as np
 
 HALVINGS = 60           # of the inside-test in Z: exhausts a double
+LEVEL_STEP = 0.002      # mm between positions of a sloping move: half of it is the error in Z
 PROFILE_POINTS = 4001   # radii at which the lower surface is tabulated
 
 
@@ -131,10 +132,14 @@ class ReferenceStock:
         np.minimum(self.z[window], surface, out=self.z[window])
 
     def move(self, tool, start, end, step=None):
-        """Cuts a straight move, positions `step` mm apart (default: the needles' distance)."""
+        """Cuts a straight move, positions `step` mm apart (default: the needles' distance) and
+        at most LEVEL_STEP in Z; a plunge needs its two ends only."""
         start, end = np.array(start, float), np.array(end, float)
         step = step or float(self.step.max())
-        count = max(1, math.ceil(np.linalg.norm(end - start) / step))
+        across = math.hypot(*(end - start)[:2])
+        count = max(1, math.ceil(across / step))
+        if across > 0.0:
+            count = max(count, math.ceil(abs(end[2] - start[2]) / LEVEL_STEP))
         for i in range(count + 1):
             self.touch(tool, start + (end - start) * (i / count))
 
