@@ -8,6 +8,7 @@ Called by `make install` and `make uninstall`.  What goes where:
   hal/chipwise*.hal        LinuxCNC's HAL library (HALFILE = chipwise.hal)
   build/man/*.9            PREFIX/share/man/man9
   build/libchipwise.so     PREFIX/lib/chipwise
+  configs/*.in             PREFIX/share/chipwise/configs, with the place filled in
   configs hal remap nc_files bin
                            PREFIX/share/chipwise, laid out as in the repository,
                            so that every relative path in the INI files holds
@@ -29,7 +30,7 @@ import sys
 
 ROOT = os.path.dirname(os.path.dirname(os.path.realpath(__file__)))
 TREES = ('configs', 'hal', 'remap', 'nc_files', 'bin')
-LEFT_OUT = ('.var', '.var.bak', '.expanded', '.pyc', '~', '.gitignore', '.gitkeep')
+LEFT_OUT = ('.in', '.var', '.var.bak', '.expanded', '.pyc', '~', '.gitignore', '.gitkeep')
 
 
 class InstallError(Exception):
@@ -62,6 +63,17 @@ def tree_files(tree):
                 yield os.path.relpath(os.path.join(folder, name), ROOT)
 
 
+def for_prefix(template, share):
+    """-> build/NAME, a copy of NAME.in with @SHARE@ replaced by where we install to."""
+    made = os.path.join(ROOT, 'build', os.path.basename(template).removesuffix('.in'))
+    os.makedirs(os.path.dirname(made), exist_ok=True)
+    with open(os.path.join(ROOT, template)) as handle:
+        text = handle.read().replace('@SHARE@', share)
+    with open(made, 'w') as handle:
+        handle.write(text)
+    return made
+
+
 def wanted(prefix):
     """-> {target: source file, or ('link', text)}."""
     module_dir, hallib = linuxcnc_directories()
@@ -74,6 +86,7 @@ def wanted(prefix):
     files('build/modules/*.so', module_dir)
     files('hal/chipwise*.hal', hallib)
     files('build/man/*.9', os.path.join(prefix, 'share', 'man', 'man9'))
+    plan[share + '/configs/chipwise.inc'] = for_prefix('configs/chipwise.inc.in', share)
     files('build/libchipwise.so', os.path.join(prefix, 'lib', 'chipwise'))
     if os.path.exists(os.path.join(ROOT, 'build', 'libchipwise.so')):
         plan[share + '/build/libchipwise.so'] = ('link', '../../../lib/chipwise/libchipwise.so')

@@ -34,6 +34,8 @@ FAULTS = {              # stock-tracker.0.fault-code (man stock_tracker)
     21: 'an axis position jumped, the stock is not known any more; define it again with M250',
     22: 'units-per-mm is not above 0; see docs/Config.md'}
 
+TOOL_FAULTS = (11, 12, 13, 14)
+
 
 def add_arguments(parser):
     del parser
@@ -122,23 +124,26 @@ class Monitor:
         pins['tool-flute-length'] = shape.flute_length
         pins['tool-diameter'] = shape.diameter
 
-    def follow_faults(self, now):
-        """Faults and fallbacks -> messages, each once."""
-        code = self.component['fault-code'] if self.component['fault'] else 0
-        wanted = self.component['mode'] > 0 or 0 < code < 10 or code >= 20
-        if code and wanted and code != self.said_fault:
-            self.say(FAULTS.get(code, f'fault {code} of the stock tracker'))
-        if wanted or not code:
-            self.said_fault = code
+    def falling_back(self, now):
+        """Whether the feed has fallen back to F for SETTLE_S: a tool may be missing until then."""
         if self.component['limited-by'] != FALLBACK:
-            self.fallback_since, self.said_fallback = None, False
+            self.fallback_since = None
         elif self.fallback_since is None:
             self.fallback_since = now
-        elif not self.said_fallback and now - self.fallback_since > SETTLE_S:
-            self.said_fallback = True
-            if not code:
-                self.say('no stock or no tool is known: the volumetric feed leaves F as '
-                         'programmed; define the stock with M250 and load a tool')
+        return self.fallback_since is not None and now - self.fallback_since > SETTLE_S
+
+    def follow_faults(self, now):
+        """Faults and fallbacks -> messages, each once.  A missing tool matters when it should cut."""
+        code = self.component['fault-code'] if self.component['fault'] else 0
+        falling_back = self.falling_back(now)
+        if code in TOOL_FAULTS and not falling_back and code != self.said_fault:
+            return
+        if code and code != self.said_fault and self.said_tool is None:
+            self.say(FAULTS.get(code, f'fault {code} of the stock tracker'))
+        self.said_fault = code
+        if falling_back and not code and not self.said_fallback:
+            self.say('no stock is known: the volumetric feed leaves F as programmed; define it with M250')
+        self.said_fallback = falling_back
 
     def step(self):
         if self.connect():

@@ -1,0 +1,85 @@
+#!/usr/bin/python3
+"""A display program that does what a test tells it: CHIPWISE_STEPS, a JSON list of steps, one answer each.
+
+    ["home"]                        E-stop reset, machine on, home all
+    ["mdi", "G0 X1"]                execute a line; answer: the operator errors it raised
+    ["jog", axis, distance, velocity]   jog in teleop mode, mm and mm/s; answer: [lowest adaptive-feed seen]
+    ["pins", name, ...]             answer: values, as text
+    ["position"]                    answer: [x, y, z] commanded, machine units
+    ["sleep", seconds]
+
+The answers go to CHIPWISE_ANSWERS as one JSON list.
+"""
+
+import json
+import os
+import sys
+import time
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..', 'remap'))
+
+import linuxcnc                                                 # noqa: E402
+
+from chipwise.machine import sampling, session                  # noqa: E402
+
+SETTLE_S = 0.3      # the monitor's messages come this late at most
+
+
+class Operator:
+    def __init__(self):
+        session.wait_for_task(time.monotonic() + 30)
+        self.machine = session.Session(time.monotonic() + 300)
+
+    def home(self):
+        self.machine.switch_on()
+        self.machine.home()
+
+    def errors(self):
+        time.sleep(SETTLE_S)
+        self.machine.poll()
+        found, self.machine.errors = self.machine.errors, []
+        return found
+
+    def mdi(self, line):
+        self.machine.set_mode(linuxcnc.MODE_MDI, 'MDI')
+        self.machine.command.mdi(line)
+        self.machine.command.wait_complete(120)
+        self.machine.wait('end of ' + line, lambda s: s.interp_state == linuxcnc.INTERP_IDLE and s.inpos, 120)
+        return self.errors()
+
+    def jog(self, axis, distance, velocity):
+        machine = self.machine
+        machine.set_mode(linuxcnc.MODE_MANUAL, 'manual')
+        machine.command.teleop_enable(1)
+        machine.wait('teleop', lambda s: s.motion_mode == linuxcnc.TRAJ_MODE_TELEOP)
+        machine.command.jog(linuxcnc.JOG_INCREMENT, False, axis, velocity, distance)
+        lowest, end = 1.0, time.monotonic() + abs(distance / velocity) + 0.5
+        while time.monotonic() < end:
+            lowest = min(lowest, float(self.pins('volumetric-feed.0.adaptive-feed')[0]))
+        return [lowest]
+
+    def pins(self, *names):
+        return [sampling.halcmd('getp', name).stdout.strip() for name in names]
+
+    def position(self):
+        self.machine.poll()
+        return list(self.machine.status.position[:3])
+
+    def sleep(self, seconds):
+        time.sleep(seconds)
+
+
+def main():
+    operator = Operator()
+    answers = []
+    try:
+        for name, *arguments in json.loads(os.environ['CHIPWISE_STEPS']):
+            answers.append(getattr(operator, name)(*arguments))
+    except session.SessionError as error:
+        answers.append('failed: %s' % error)
+    with open(os.environ['CHIPWISE_ANSWERS'], 'w') as handle:
+        json.dump(answers, handle)
+
+
+if __name__ == '__main__':
+    main()
