@@ -90,7 +90,7 @@ static double horizon(const struct cw_tracker *tracker, const struct cw_stock *s
                       const struct cw_tracker_in *in)
 {
     double least = cw_section_reach(stock, &tracker->tool) + 2.0 * CW_AHEAD_SPACING * stock->cell;
-    double speed = tracker->ahead.speed, accel = in->accel / in->unit;
+    double speed = tracker->ahead.course.speed, accel = in->accel / in->unit;
     double braking = CW_DEFAULT_HORIZON;
     if (cw_finite(accel) && accel > 0.0) braking = speed * speed / accel;
     return cw_max(braking + CW_MARGIN_PERIODS * speed * in->period,
