@@ -1,6 +1,6 @@
 """Cuts of known volume for the stock model.
 
-Who calls it: tests/python/test_stock.py, bench/accuracy.py.  `KNOWN` are closed forms of one
+Who calls it: tests/python/test_stock.py, bench/bench_accuracy.py.  `KNOWN` are closed forms of one
 layer; chains of moves (raster, helix) are compared with the reference model.
 Lengths mm, volumes mm3.
 """

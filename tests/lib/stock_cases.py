@@ -1,6 +1,6 @@
 """Cuts whose section area is known in closed form, and how well the core meets it.
 
-Who calls it: tests/python/test_section.py, bench/accuracy.py.
+Who calls it: tests/python/test_section.py, bench/bench_accuracy.py.
 
 A case is a way of the tool in steps as a servo period makes them (0.05 mm), what was cut
 before, and the true area at every step.  The truth of a tool that is not flat is the

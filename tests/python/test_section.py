@@ -13,7 +13,7 @@ SPREAD = {"side": 0.04}                         # allowed standard deviation; el
 SPREAD_ELSE = 0.02
 
 # What the core does not reach, with the measured mean and deviation in % and the cause.
-# bench/accuracy.py prints the table.
+# bench/bench_accuracy.py prints the table.
 MISSES = {
     ("section", "side bull 10 % 0 deg"): "-1.13/0.01: the wall between two rows of cells is read at a "
                                          "band's middle radius, half a cell steps on a 1 mm wide cut",

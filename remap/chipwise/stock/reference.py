@@ -1,6 +1,6 @@
 """A slow, obvious stock model in numpy: the judge of the C core in the tests.
 
-Who calls it: tests/python/, bench/accuracy.py.  Nothing here calls the C core or repeats
+Who calls it: tests/python/, bench/bench_accuracy.py.  Nothing here calls the C core or repeats
 its formulas:
 
 1. A tool is a solid given by an inside-test: a union of cylinder, sphere, torus and cone.

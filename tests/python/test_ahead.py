@@ -1,0 +1,186 @@
+"""The look-ahead: prediction of straight, arc and helix; stock seen in time; the worst case
+beyond what is known; numbers always."""
+import math
+
+import numpy as np
+import pytest
+
+from chipwise.stock import core
+from conftest import random_count, random_seed, write_replay
+
+CELL, STEP, PERIOD = 0.25, 0.02, 0.001
+SPACING = 2.0 * CELL                # between samples (ahead.h)
+LEVELS = 8
+# An edge of the stock may be reported this much too near or too far: the detour of a reading
+# clear of the cut is none for places ahead; a sample spacing, and one cell of interpolation.
+EARLY, LATE = 2 * SPACING + 1.5 * CELL, 0.0
+
+
+def stock(low=(-20, -20, -6), high=(20, 20, 0)):
+    return core.Stock(low, high, CELL)
+
+
+def drive(ahead, points, horizon=10.0, budget=8, cutter=None):
+    """Steps along points (n, 3); yields the view after each."""
+    for start, end in zip(points[:-1], points[1:]):
+        if cutter:
+            cutter.to(end)
+        ahead.step(start, end, PERIOD, horizon, budget)
+        yield ahead.look(horizon)
+
+
+def line(start, end):
+    start, end = np.array(start, float), np.array(end, float)
+    count = max(1, round(np.linalg.norm(end - start) / STEP))
+    return start + (end - start) * np.linspace(0, 1, count + 1)[:, None]
+
+
+def levels(view):
+    return [(view.level[i].distance, view.level[i].area) for i in range(view.levels)]
+
+
+def sound(view):
+    """Numbers only; distances and areas both rise."""
+    pairs = levels(view)
+    assert 1 <= len(pairs) <= LEVELS and np.isfinite(pairs).all()
+    assert math.isfinite(view.area) and math.isfinite(view.depth) and view.area >= 0.0
+    assert pairs[0][0] == 0.0
+    for (d0, a0), (d1, a1) in zip(pairs, pairs[1:]):
+        assert d1 >= d0 and a1 > a0
+    return pairs
+
+
+@pytest.mark.parametrize("angle", [0, 17, 45, 200])
+def test_a_wall_is_seen_in_time(angle):
+    """Air, then a block: the load is announced before the tool touches, at most EARLY too near, and
+    grows to the full area within the radius."""
+    a = math.radians(angle)
+    u, side = np.array([math.cos(a), math.sin(a)]), np.array([-math.sin(a), math.cos(a)])
+    box, tool = stock((-20, -20, -6), (20, 20, 0)), core.Tool(6)
+    # cut the half plane u < 0 away, so that the wall stands across the way; then come from there
+    clear = core.Cutter(box, core.Tool(12), [*(-6.0 * u - 25 * side), -6])
+    clear.to([*(-6.0 * u + 25 * side), -6])
+    way = line([*(-11.0 * u), -2], [*(-3.6 * u), -2])
+    seen = []
+    for tip, view in zip(way[1:], drive(core.Ahead(box, tool), way, 10.0)):
+        pairs = sound(view)
+        true = -(tip[:2] @ u) - 3.0         # travel until the front touches the plane
+        if true > 8.0 - 3.0:
+            continue
+        announced = next((d for d, area in pairs if area > 0.2), None)
+        assert announced is not None and announced <= true + LATE
+        if len(seen) > 30:                  # the first periods know the first samples only
+            assert announced >= true - EARLY
+            assert max(area for _, area in pairs) >= 12.0 * 0.97
+        seen.append(announced)
+    assert len(seen) > 50
+
+
+def test_levels_rise_with_the_entry():
+    """Entering a wall: every level lies above the true area up to the next one's distance."""
+    box, tool = stock((0, -20, -6), (40, 20, 0)), core.Tool(6)
+    way = line([-12, 0, -2], [-4, 0, -2])
+    for view in drive(core.Ahead(box, tool), way, 12.0, 30):
+        pass
+    pairs = sound(view)
+    assert len(pairs) >= 3
+    tip = way[-1][0]
+    for s in np.arange(0.0, 11.0, 0.1):
+        x = tip + s + 3.0                   # the foremost point
+        chord = 2 * math.sqrt(max(0.0, 9 - max(0.0, 3 - x) ** 2)) if x > 0 else 0.0
+        allowed = max((area for distance, area in pairs if distance <= s), default=0.0)
+        assert allowed >= 2.0 * chord * 0.97 - 1e-6, f"{s} mm ahead: {2 * chord} mm2, told {allowed}"
+
+
+@pytest.mark.parametrize("radius", [3.0, 6.0, 15.0])
+@pytest.mark.parametrize("ccw", [1, -1])
+@pytest.mark.parametrize("slope", [0.0, 0.05])
+def test_arc_and_helix_are_followed(radius, ccw, slope):
+    """On a circle the samples stay valid: the prediction is not started over, and what was taken
+    for the place ahead is what the tool meets there (a slot: D x depth, plus the floor of a helix)."""
+    tool, box = core.Tool(6), stock((-25, -25, -6), (25, 25, 0))
+    step = STEP
+    count = round(0.42 * 2 * math.pi * radius / step)
+    phi = ccw * np.arange(count + 1) * step / radius
+    way = np.column_stack([radius * np.cos(phi), radius * np.sin(phi),
+                           -1.5 - slope * step * np.arange(count + 1)])
+    ahead, cutter = core.Ahead(box, tool), core.Cutter(box, tool, way[0])
+    level = 1 / math.hypot(1, slope)
+    restarts, last, errors = 0, -1.0, []
+    for i, view in enumerate(drive(ahead, way, 3.0, 8, cutter)):
+        sound(view)
+        if ahead.c.travelled < last:
+            restarts += 1
+        last = ahead.c.travelled
+        if i * step > 5.0:
+            true = 6 * -way[i + 1][2] * level + math.pi * 9 * slope * level
+            errors.append(view.area / true - 1)
+    assert restarts <= 3
+    assert abs(np.mean(errors)) < 0.02 and np.std(errors) < 0.02
+
+
+def test_corner_starts_over():
+    """After a corner the way ahead is another one: the load of the new heading is given at once as
+    what is known, and soon as what is there."""
+    tool, box = core.Tool(6), stock()
+    ahead, cutter = core.Ahead(box, tool), core.Cutter(box, tool, (-10, 0, -2))
+    way = np.vstack([line((-10, 0, -2), (0, 0, -2)), line((0, 0, -2), (0, 10, -2))[1:]])
+    for i, view in enumerate(drive(ahead, way, 5.0, 8, cutter)):
+        sound(view)
+    assert view.area == pytest.approx(12.0, rel=0.02)
+    assert ahead.c.travelled > 9.0
+
+
+def test_unknown_is_the_worst():
+    """Beyond the last sample the full slot counts, at the distance of that sample."""
+    tool, box = core.Tool(6), stock((0, -20, -6), (40, 20, 0))
+    ahead = core.Ahead(box, tool)
+    ahead.step((-15, 0, -2), (-15 + STEP, 0, -2), PERIOD, 10.0, 3)
+    view = ahead.look(10.0)
+    distance, area = sound(view)[-1]
+    assert area == pytest.approx(12.0)
+    assert 0.0 < distance <= 3 * SPACING
+    for _ in range(40):                     # at rest: samples go on until the horizon
+        ahead.step((-15 + STEP, 0, -2), (-15 + STEP, 0, -2), PERIOD, 10.0, 3)
+    assert ahead.look(10.0).area == 0.0
+    assert sound(ahead.look(10.0)) == [(0.0, 0.0)]      # the wall is 12 mm away
+
+
+def test_nothing_known_is_no_load():
+    view = core.Ahead(stock(), core.Tool(6)).look(10.0)
+    assert (view.area, view.levels) == (0.0, 1)
+
+
+def test_nearest():
+    """`nearest` is the way to the first stock met."""
+    tool, box = core.Tool(6), stock((0, -20, -6), (40, 20, 0))
+    way = line([-12, 0, -2], [-5, 0, -2])
+    for view in drive(core.Ahead(box, tool), way, 12.0, 30):
+        pass
+    true = 5.0 - 3.0
+    assert true - EARLY <= view.nearest <= true + LATE
+    for view in drive(core.Ahead(box, tool), way - [30, 0, 0], 12.0, 30):
+        pass
+    assert view.nearest > 1e29
+
+
+def test_random_walk():
+    """Any finite way, jumps and stops included: sound levels in every period."""
+    seed, random = random_seed(), np.random.default_rng(random_seed())
+    for number in range(max(random_count(20), 20)):
+        shape = [(6, 0, 0), (4, 2, 0), (8, 0, 90)][random.integers(3)]
+        tool, box = core.Tool(*shape), stock()
+        ahead, cutter = core.Ahead(box, tool), None
+        points, heading = [random.uniform(-15, 15, 3) * [1, 1, 0.3]], random.uniform(0, 7)
+        cutter = core.Cutter(box, tool, points[0])
+        for _ in range(150):
+            heading += random.choice([0.0, 0.0, 0.01, 1.0]) * random.normal()
+            step = random.choice([0.0, 0.02, 0.02, 0.1, 3.0], p=[0.1, 0.4, 0.3, 0.19, 0.01])
+            slope = random.choice([0.0, 0.0, -0.2, 0.1])
+            points.append(points[-1] + step * np.array([math.cos(heading), math.sin(heading), slope]))
+        try:
+            for view in drive(ahead, points, float(random.uniform(0.0, 30.0)), int(random.integers(0, 9)), cutter):
+                sound(view)
+        except AssertionError as wrong:
+            path = write_replay("ahead_walk", {"tool": shape, "points": np.array(points).tolist()})
+            pytest.fail(f"walk {number} of seed {seed}: {wrong}; {path}")
