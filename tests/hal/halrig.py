@@ -109,6 +109,24 @@ class Way(Stimulus):
             self.jump(start + (to - start) * i / steps)
         return self
 
+    def move(self, to, speed, accel):
+        """As the planner does: speed up, cruise, brake to a stand (mm/s, mm/s2)."""
+        start, to = self.at.copy(), np.array(to, float)
+        length = np.linalg.norm(to - start)
+        speed = min(speed, np.sqrt(accel * length))
+        ramp = speed / accel
+        total = length / speed + ramp
+        for i in range(1, int(np.ceil(total / PERIOD_S)) + 1):
+            t = min(i * PERIOD_S, total)
+            if t < ramp:
+                s = 0.5 * accel * t * t
+            elif t < total - ramp:
+                s = speed * (t - 0.5 * ramp)
+            else:
+                s = length - 0.5 * accel * (total - t) ** 2
+            self.jump(start + (to - start) * s / length)
+        return self
+
     def define(self, periods=12):
         """A pulse on `define`, and time to fill the map."""
         self.set(define=1).stay(1).set(define=0)

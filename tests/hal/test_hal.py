@@ -47,3 +47,13 @@ def test_every_folder_is_complete():
     for path in halrig.HERE.glob("*/test.hal"):
         for name in ("README", "stimulus.py", "check.py"):
             assert (path.parent / name).exists(), f"{path.parent.name}/{name} is missing"
+
+
+@pytest.mark.xdist_group("hal_tracker_inch")
+def test_inch_and_metric_agree(trace_of):
+    """The same tool on the same way: the same numbers, to the rounding of the inch positions."""
+    mm, inch = trace_of("tracker_slot"), trace_of("tracker_inch")
+    for name, scale, unit in (("removed-volume", 1.0, "mm3"), ("section-area", 1.0, "mm2"),
+                              ("mrr", 1.0, "mm3/min"), ("depth", 25.4, "mm")):
+        limit = 2e-4 * mm[name].max()
+        halrig.within(mm, name, mm[name] - limit, mm[name] + limit, unit, scale * inch[name])
