@@ -97,6 +97,15 @@ static double horizon(const struct cw_tracker *tracker, const struct cw_stock *s
                   cw_max(least, tracker->tool.radius));
 }
 
+/* Way to a stand at the planner's acceleration, and that of the period it takes to know, mm.
+ * Not the horizon: a traverse that ends just above the stock is no contact. */
+static double stopping(const struct cw_tracker *tracker, const struct cw_tracker_in *in)
+{
+    double speed = tracker->ahead.speed, accel = in->accel / in->unit;
+    if (!cw_finite(accel) || !(accel > 0.0)) return CW_DEFAULT_HORIZON;
+    return 0.5 * speed * speed / accel + speed * in->period;
+}
+
 /* Removal rate over the window, mm3/min. */
 static double rate(struct cw_tracker *tracker, double removed, const struct cw_tracker_in *in)
 {
@@ -125,7 +134,7 @@ static void look(struct cw_tracker *tracker, const struct cw_stock *stock,
     out->deepest = out->view.depth;
     out->over_flute = tracker->tool.flute > 0.0 && out->here > 0.0 && in->motion > CW_RAPID
         && out->deepest > tracker->tool.flute + stock->cell * 1e-3;
-    out->rapid_hit = in->motion == CW_RAPID && out->view.nearest < far;
+    out->rapid_hit = in->motion == CW_RAPID && out->view.nearest <= stopping(tracker, in);
 }
 
 static void clear(struct cw_tracker_out *out)
