@@ -6,6 +6,7 @@
 #define CW_GRAIN 0.5            /* cells between the places the course is read from */
 #define CW_SAME 0.04            /* cells between an old and a new place that are taken as one */
 #define CW_NEAR 4.0             /* cells: an old sample this near may stand in for a new one */
+#define CW_ONWARD 0.9           /* cosine between old and new course where anything is carried over */
 #define CW_RISE 1.1             /* a sample this much above the one before is a step of the load */
 #define CW_TOUCH 1e-3           /* mm2, less is no contact */
 #define CW_GRAZE 2.0            /* cells, a strip of stock this wide is none: see touches() */
@@ -46,6 +47,15 @@ static double area_now(const struct cw_ahead *ahead, const struct cw_stock *stoc
     return a + (s - i) * (b - a);
 }
 
+/* Whether the new course goes on about where the old one pointed. */
+static int onward(const struct cw_course *old, const struct cw_course *new, double s)
+{
+    double at[3], was[3], is[3];
+    cw_course_at(old, s, at, was);
+    cw_course_at(new, 0.0, at, is);
+    return was[0] * is[0] + was[1] * is[1] + was[2] * is[2] > CW_ONWARD;
+}
+
 /* [2] The samples of the old course as far as they serve on the new one. `old` is the
  * course before, whose `travelled` is where the new one begins. */
 static void carry_over(struct cw_ahead *ahead, const struct cw_course *old, double step,
@@ -55,6 +65,7 @@ static void carry_over(struct cw_ahead *ahead, const struct cw_course *old, doub
     double gap = spacing(stock), begin = (old->travelled + step) / gap;
     int last = ahead->first + ahead->count - 1, n = 0, same = 0, i;
 
+    if (!old->known || !onward(old, &ahead->course, old->travelled + step)) last = ahead->first - 1;
     for (i = 0; i < CW_AHEAD_SAMPLES; i++) {
         double was[3], is[3], dir[3], off2, s = begin + i, share;
         int a = (int)floor(s), k;
@@ -125,9 +136,8 @@ void cw_ahead_step(struct cw_ahead *ahead, const struct cw_stock *stock, const s
     double now = old.known ? area_now(ahead, stock) : 0.0;
     if (cw_course_step(&ahead->course, from, to, period, CW_OFF_COURSE * stock->cell,
                        CW_GRAIN * stock->cell)) {
-        ahead->held = now;
-        if (old.known) carry_over(ahead, &old, ahead->course.last_step, stock);
-        else ahead->first = ahead->count = ahead->stale = 0;
+        carry_over(ahead, &old, ahead->course.last_step, stock);
+        ahead->held = ahead->count ? now : 0.0;
     }
     if (ahead->course.known) take_samples(ahead, stock, tool, horizon, budget);
 }
@@ -156,6 +166,13 @@ static double worst(const struct cw_course *course, const struct cw_stock *stock
     return 2.0 * tool->radius * depth * course->level + plunge;
 }
 
+/* How sudden the load rises from a sample to the next: 0 not at all, 1 a step, which may lie
+ * anywhere between them. */
+static double steepness(double before, double area)
+{
+    return cw_clamp((area - before) / ((CW_RISE - 1.0) * before + CW_TOUCH), 0.0, 1.0);
+}
+
 /* Whether a sample is contact. A wall the tool itself has cut is known to a part of a cell, and
  * on its way along it the tool seems to meet a strip at either side: measured, up to 1.9 cells
  * together. */
@@ -180,7 +197,7 @@ void cw_ahead_look(const struct cw_ahead *ahead, const struct cw_stock *stock,
     before = ahead->count ? sample(ahead, ahead->first) : 0.0;
     for (i = ahead->first; i < ahead->first + ahead->count; i++) {
         double at = i * gap - ahead->course.travelled;
-        double area = sample(ahead, i), early = area > CW_RISE * before ? gap : 0.0;
+        double area = sample(ahead, i), early = gap * steepness(before, area);
         if (at - gap <= 0.0 && view->depth < ahead->depth[i % CW_AHEAD_SAMPLES])
             view->depth = ahead->depth[i % CW_AHEAD_SAMPLES];
         if (at - gap > horizon) break;

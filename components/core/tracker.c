@@ -101,7 +101,7 @@ static double horizon(const struct cw_tracker *tracker, const struct cw_stock *s
  * Not the horizon: a traverse that ends just above the stock is no contact. */
 static double stopping(const struct cw_tracker *tracker, const struct cw_tracker_in *in)
 {
-    double speed = tracker->ahead.speed, accel = in->accel / in->unit;
+    double speed = tracker->ahead.course.speed, accel = in->accel / in->unit;
     if (!cw_finite(accel) || !(accel > 0.0)) return CW_DEFAULT_HORIZON;
     return 0.5 * speed * speed / accel + speed * in->period;
 }
