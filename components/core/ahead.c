@@ -2,87 +2,26 @@
 #include "cw_math.h"
 #include "ahead.h"
 
-#define CW_STILL 1e-6           /* mm, a step below this has no heading */
-#define CW_OFF_COURSE 0.25      /* cells the tool may stray from the prediction */
-#define CW_OFF_HEADING 0.02     /* rad, likewise: 0.4 mm at 20 mm ahead */
-#define CW_SHARP 0.2            /* rad in one step: a corner, not an arc */
+#define CW_OFF_COURSE 0.05      /* cells the tool may stray from its course */
+#define CW_GRAIN 0.5            /* cells between the places the course is read from */
+#define CW_SAME 0.04            /* cells between an old and a new place that are taken as one */
+#define CW_NEAR 4.0             /* cells: an old sample this near may stand in for a new one */
+#define CW_ONWARD 0.9           /* cosine between old and new course where anything is carried over */
 #define CW_RISE 1.1             /* a sample this much above the one before is a step of the load */
-#define CW_TOUCH 1e-3            /* mm2, less is no contact */
-#define CW_MERGE 1.15           /* levels closer than this are given as one */
+#define CW_TOUCH 1e-3           /* mm2, less is no contact */
+#define CW_GRAZE 2.0            /* cells, a strip of stock this wide is none: see touches() */
+#define CW_MERGE 1.03           /* levels closer than this are given as one */
 
 static double spacing(const struct cw_stock *stock) { return CW_AHEAD_SPACING * stock->cell; }
 
 void cw_ahead_reset(struct cw_ahead *ahead)
 {
-    ahead->known = 0;
-    ahead->first = ahead->count = 0;
-    ahead->turn = ahead->curvature = 0.0;
-    ahead->last_step = 0.0;
+    cw_course_reset(&ahead->course);
+    ahead->first = ahead->count = ahead->stale = 0;
     ahead->held = 0.0;
-    ahead->speed = 0.0;
 }
 
-static double wrap(double angle)
-{
-    while (angle > CW_PI) angle -= 2.0 * CW_PI;
-    while (angle < -CW_PI) angle += 2.0 * CW_PI;
-    return angle;
-}
-
-/* Place and direction on the predicted way, `s` mm of travel behind the origin [1]. */
-static void predict(const struct cw_ahead *ahead, double s, double tip[3], double dir[3])
-{
-    double flat = s * ahead->level, bend = ahead->curvature * flat;
-    double half = 0.5 * bend;
-    double chord = flat * (fabs(half) < 1e-6 ? 1.0 : sin(half) / half);
-    tip[0] = ahead->origin[0] + chord * cos(ahead->heading + half);
-    tip[1] = ahead->origin[1] + chord * sin(ahead->heading + half);
-    tip[2] = ahead->origin[2] + s * ahead->slope;
-    dir[0] = ahead->level * cos(ahead->heading + bend);
-    dir[1] = ahead->level * sin(ahead->heading + bend);
-    dir[2] = ahead->slope;
-}
-
-/* Curvature is believed when two steps running agree about it. */
-static double confirmed(const struct cw_ahead *ahead, double turn)
-{
-    double a = fabs(turn), b = fabs(ahead->turn);
-    if (turn * ahead->turn <= 0.0) return 0.0;
-    if (cw_max(a, b) > 1.5 * cw_min(a, b)) return 0.0;
-    return 0.5 * (turn + ahead->turn);
-}
-
-/* Starts a new prediction at the tip [2]. */
-static void new_origin(struct cw_ahead *ahead, const double tip[3], const double unit[3],
-                       double heading, double step, double turn)
-{
-    int i;
-    for (i = 0; i < 3; i++) ahead->origin[i] = tip[i];
-    ahead->level = sqrt(unit[0] * unit[0] + unit[1] * unit[1]);
-    ahead->slope = unit[2];
-    ahead->curvature = confirmed(ahead, turn);
-    ahead->heading = heading + 0.5 * ahead->curvature * step * ahead->level;
-    ahead->travelled = 0.0;
-    ahead->first = ahead->count = 0;
-    ahead->known = 1;
-}
-
-/* Whether the step that ended at `tip` keeps to the prediction. */
-static int on_course(const struct cw_ahead *ahead, const double cell, const double tip[3],
-                     const double unit[3], double step)
-{
-    double at[3], dir[3], off2 = 0.0, aim2 = 0.0;
-    int i;
-    if (!ahead->known) return 0;
-    predict(ahead, ahead->travelled + step, at, dir);
-    for (i = 0; i < 3; i++) {
-        off2 += (tip[i] - at[i]) * (tip[i] - at[i]);
-        aim2 += (unit[i] - dir[i]) * (unit[i] - dir[i]);
-    }
-    return off2 < CW_OFF_COURSE * CW_OFF_COURSE * cell * cell
-        && aim2 < CW_OFF_HEADING * CW_OFF_HEADING;
-}
-
+/* Area of a sample; the nearest one there is beyond the ends. */
 static double sample(const struct cw_ahead *ahead, int i)
 {
     int last = ahead->first + ahead->count - 1;
@@ -95,44 +34,97 @@ static double sample(const struct cw_ahead *ahead, int i)
  * of the way: a rise counts from the sample behind on, a fall one sample late [3]. */
 static double area_now(const struct cw_ahead *ahead, const struct cw_stock *stock)
 {
-    double s = ahead->travelled / spacing(stock);      /* in samples */
+    double s = ahead->course.travelled / spacing(stock);      /* in samples */
     int i = (int)floor(s);
     double past, a, b;
     if (ahead->count == 0) return ahead->held;
     past = sample(ahead, i - 1);
     a = sample(ahead, i);
     b = sample(ahead, i + 1);
-    if (i < ahead->first) past = cw_max(a, s < 1.0 ? ahead->held : 0.0);
+    if (i - 1 < ahead->first && s < 1.0) past = cw_max(a, ahead->held);
     if (b > CW_RISE * a) return cw_max(b, past);
     if (past > CW_RISE * cw_min(a, b)) return past;
     return a + (s - i) * (b - a);
 }
 
-/* Drops samples that lie behind, takes new ones in front, nearest first [2]. */
+/* Whether the new course goes on about where the old one pointed. */
+static int onward(const struct cw_course *old, const struct cw_course *new, double s)
+{
+    double at[3], was[3], is[3];
+    cw_course_at(old, s, at, was);
+    cw_course_at(new, 0.0, at, is);
+    return was[0] * is[0] + was[1] * is[1] + was[2] * is[2] > CW_ONWARD;
+}
+
+/* [2] The samples of the old course as far as they serve on the new one. `old` is the
+ * course before, whose `travelled` is where the new one begins. */
+static void carry_over(struct cw_ahead *ahead, const struct cw_course *old, double step,
+                       const struct cw_stock *stock)
+{
+    float area[CW_AHEAD_SAMPLES], depth[CW_AHEAD_SAMPLES];
+    double gap = spacing(stock), begin = (old->travelled + step) / gap;
+    int last = ahead->first + ahead->count - 1, n = 0, same = 0, i;
+
+    if (!old->known || !onward(old, &ahead->course, old->travelled + step)) last = ahead->first - 1;
+    for (i = 0; i < CW_AHEAD_SAMPLES; i++) {
+        double was[3], is[3], dir[3], off2, s = begin + i, share;
+        int a = (int)floor(s), k;
+        if (a < ahead->first || a + 1 > last) break;
+        cw_course_at(old, s * gap, was, dir);
+        cw_course_at(&ahead->course, i * gap, is, dir);
+        off2 = 0.0;
+        for (k = 0; k < 3; k++) off2 += (was[k] - is[k]) * (was[k] - is[k]);
+        if (off2 > CW_NEAR * CW_NEAR * stock->cell * stock->cell) break;
+        if (same == n && a + 1 < ahead->stale
+            && off2 < CW_SAME * CW_SAME * stock->cell * stock->cell) same++;
+        share = s - a;
+        area[n] = (float)(sample(ahead, a) + share * (sample(ahead, a + 1) - sample(ahead, a)));
+        depth[n] = (float)cw_max(ahead->depth[a % CW_AHEAD_SAMPLES],
+                                 ahead->depth[(a + 1) % CW_AHEAD_SAMPLES]);
+        n++;
+    }
+    for (i = 0; i < n; i++) {
+        ahead->area[i] = area[i];
+        ahead->depth[i] = depth[i];
+    }
+    ahead->first = 0;
+    ahead->count = n;
+    ahead->stale = same;
+}
+
+/* Takes sample i on the course. */
+static void take(struct cw_ahead *ahead, const struct cw_stock *stock, const struct cw_tool *tool,
+                 int i)
+{
+    double at = i * spacing(stock), tip[3], dir[3];
+    int near = at - ahead->course.travelled < cw_section_reach(stock, tool);
+    struct cw_section met;
+    cw_course_at(&ahead->course, at, tip, dir);
+    met = cw_section_at(stock, tool, tip, dir, near ? cw_section_clear(stock) : 0.0,
+                        ahead->course.curvature);
+    ahead->area[i % CW_AHEAD_SAMPLES] = (float)met.area;
+    ahead->depth[i % CW_AHEAD_SAMPLES] = (float)met.depth;
+}
+
+/* [1] Drops samples that lie behind, takes stale ones again and new ones in front, nearest
+ * first. */
 static void take_samples(struct cw_ahead *ahead, const struct cw_stock *stock,
                          const struct cw_tool *tool, double horizon, int budget)
 {
-    double behind = ahead->travelled / spacing(stock);
-    double wanted = (ahead->travelled + horizon) / spacing(stock) + 1.0;
-    double untouched = cw_section_reach(stock, tool);
-    int oldest = (int)floor(behind) - 1;
-    if (oldest < 0) oldest = 0;
+    double gap = spacing(stock);
+    int oldest = (int)floor(ahead->course.travelled / gap) - 1;
+    double wanted = (ahead->course.travelled + horizon) / gap + 1.0;
     while (ahead->count > 0 && ahead->first < oldest) {
         ahead->first++;
         ahead->count--;
     }
-    if (ahead->count == 0) ahead->first = (int)ceil(cw_max(ahead->travelled / spacing(stock), 0.0));
-    while (budget-- > 0 && ahead->count < CW_AHEAD_SAMPLES
-           && ahead->first + ahead->count <= wanted) {
-        int i = ahead->first + ahead->count;
-        double at = i * spacing(stock), tip[3], dir[3];
-        double clear = at - ahead->travelled < untouched ? cw_section_clear(stock) : 0.0;
-        struct cw_section met;
-        predict(ahead, at, tip, dir);
-        met = cw_section_at(stock, tool, tip, dir, clear);
-        ahead->area[i % CW_AHEAD_SAMPLES] = (float)met.area;
-        ahead->depth[i % CW_AHEAD_SAMPLES] = (float)met.depth;
-        ahead->count++;
+    if (ahead->count == 0)
+        ahead->first = (int)ceil(cw_max(ahead->course.travelled / gap, 0.0));
+    if (ahead->stale < ahead->first) ahead->stale = ahead->first;
+    while (budget-- > 0 && ahead->stale <= wanted
+           && ahead->stale - ahead->first < CW_AHEAD_SAMPLES) {
+        take(ahead, stock, tool, ahead->stale++);
+        if (ahead->stale > ahead->first + ahead->count) ahead->count = ahead->stale - ahead->first;
     }
 }
 
@@ -140,30 +132,14 @@ void cw_ahead_step(struct cw_ahead *ahead, const struct cw_stock *stock, const s
                    const double from[3], const double to[3], double period,
                    double horizon, int budget)
 {
-    double unit[3], step = 0.0, heading, turn = 0.0, flat;
-    int i;
-    for (i = 0; i < 3; i++) step += (to[i] - from[i]) * (to[i] - from[i]);
-    step = sqrt(step);
-    ahead->speed = step / period;
-    if (step > CW_STILL) {
-        for (i = 0; i < 3; i++) unit[i] = (to[i] - from[i]) / step;
-        flat = sqrt(unit[0] * unit[0] + unit[1] * unit[1]);
-        heading = flat > 1e-9 ? atan2(unit[1], unit[0]) : ahead->last_heading;
-        if (ahead->last_step > CW_STILL && flat > 1e-9) {
-            double change = wrap(heading - ahead->last_heading);
-            if (fabs(change) < CW_SHARP) turn = 2.0 * change / ((step + ahead->last_step) * flat);
-        }
-        if (on_course(ahead, stock->cell, to, unit, step)) {
-            ahead->travelled += step;
-        } else {
-            if (ahead->known) ahead->held = area_now(ahead, stock);
-            new_origin(ahead, to, unit, heading, step, turn);
-        }
-        ahead->turn = turn;
-        ahead->last_heading = heading;
-        ahead->last_step = step;
+    struct cw_course old = ahead->course;
+    double now = old.known ? area_now(ahead, stock) : 0.0;
+    if (cw_course_step(&ahead->course, from, to, period, CW_OFF_COURSE * stock->cell,
+                       CW_GRAIN * stock->cell)) {
+        carry_over(ahead, &old, ahead->course.last_step, stock);
+        ahead->held = ahead->count ? now : 0.0;
     }
-    if (ahead->known) take_samples(ahead, stock, tool, horizon, budget);
+    if (ahead->course.known) take_samples(ahead, stock, tool, horizon, budget);
 }
 
 /* Adds a level that lies above all before it; close ones become one, on the safe side [4]. */
@@ -181,36 +157,54 @@ static void add_level(struct cw_ahead_view *view, double distance, double area)
 }
 
 /* The worst this tool can meet at its depth: a full slot and a full plunge. */
-static double worst(const struct cw_ahead *ahead, const struct cw_stock *stock,
+static double worst(const struct cw_course *course, const struct cw_stock *stock,
                     const struct cw_tool *tool)
 {
-    double depth = cw_max(0.0, stock->z_max - ahead->origin[2]
-                               - cw_min(0.0, ahead->slope) * ahead->travelled);
-    double plunge = ahead->slope < 0.0 ? -ahead->slope * CW_PI * tool->radius * tool->radius : 0.0;
-    return 2.0 * tool->radius * depth * ahead->level + plunge;
+    double depth = cw_max(0.0, stock->z_max - course->origin[2]
+                               - cw_min(0.0, course->slope) * course->travelled);
+    double plunge = course->slope < 0.0 ? -course->slope * CW_PI * tool->radius * tool->radius : 0.0;
+    return 2.0 * tool->radius * depth * course->level + plunge;
+}
+
+/* How sudden the load rises from a sample to the next: 0 not at all, 1 a step, which may lie
+ * anywhere between them. */
+static double steepness(double before, double area)
+{
+    return cw_clamp((area - before) / ((CW_RISE - 1.0) * before + CW_TOUCH), 0.0, 1.0);
+}
+
+/* Whether a sample is contact. A wall the tool itself has cut is known to a part of a cell, and
+ * on its way along it the tool seems to meet a strip at either side: measured, up to 1.9 cells
+ * together. */
+static int touches(const struct cw_ahead *ahead, const struct cw_stock *stock, int i)
+{
+    double graze = CW_GRAZE * stock->cell * ahead->depth[i % CW_AHEAD_SAMPLES];
+    return ahead->area[i % CW_AHEAD_SAMPLES] > CW_TOUCH + graze;
 }
 
 void cw_ahead_look(const struct cw_ahead *ahead, const struct cw_stock *stock,
                    const struct cw_tool *tool, double horizon, struct cw_ahead_view *view)
 {
-    double gap = spacing(stock), reached = 0.0;
+    double gap = spacing(stock), reached = 0.0, before;
     int i;
-    view->area = ahead->known ? area_now(ahead, stock) : 0.0;
+    view->area = ahead->course.known ? area_now(ahead, stock) : 0.0;
     view->depth = 0.0;
-    view->nearest = view->area > CW_TOUCH ? 0.0 : 1e30;
+    view->nearest = 1e30;
     view->levels = 1;
     view->level[0].distance = 0.0;
     view->level[0].area = view->level[0].base = view->area;
-    if (!ahead->known) return;
+    if (!ahead->course.known) return;
+    before = ahead->count ? sample(ahead, ahead->first) : 0.0;
     for (i = ahead->first; i < ahead->first + ahead->count; i++) {
-        double at = i * gap - ahead->travelled;
-        double area = ahead->area[i % CW_AHEAD_SAMPLES];
+        double at = i * gap - ahead->course.travelled;
+        double area = sample(ahead, i), early = gap * steepness(before, area);
         if (at - gap <= 0.0 && view->depth < ahead->depth[i % CW_AHEAD_SAMPLES])
             view->depth = ahead->depth[i % CW_AHEAD_SAMPLES];
         if (at - gap > horizon) break;
         reached = cw_max(at, 0.0);
-        if (area > CW_TOUCH) view->nearest = cw_min(view->nearest, cw_max(0.0, at - gap));
-        if (at > 0.0) add_level(view, cw_max(0.0, at - gap), area);
+        if (touches(ahead, stock, i)) view->nearest = cw_min(view->nearest, cw_max(0.0, at - gap));
+        if (at > 0.0) add_level(view, cw_max(0.0, at - early), area);
+        before = area;
     }
-    if (reached < horizon && tool->radius > 0.0) add_level(view, reached, worst(ahead, stock, tool));
+    if (reached < horizon && tool->radius > 0.0) add_level(view, reached, worst(&ahead->course, stock, tool));
 }

@@ -6,14 +6,13 @@
  * acceleration and not at once.
  *
  * Principle:
- *  1. The way ahead is predicted from the last two steps: heading, curvature in XY and
- *     slope are kept (a straight line, an arc, a helix).
- *  2. The prediction has an origin. As long as the tool keeps to it, samples of the
- *     section area taken ahead stay valid and only new ones at the far end are needed; as
- *     soon as the tool leaves it, there is a new origin and the samples are taken again,
- *     nearest first, a few per period.
- *  3. A sample is taken before the tool cuts there; when the tool arrives, the load at the
- *     tool is already known.
+ *  1. The way ahead is the course (course.h). Samples of the section area are taken along
+ *     it, evenly, before the tool cuts there.
+ *  2. As long as the tool keeps to its course only new samples at the far end are needed.
+ *     On a new course the samples of the old one that lie on it are carried over; those
+ *     that lie near it stand in until they are taken again, nearest first, a few per
+ *     period; the rest is dropped.
+ *  3. When the tool arrives at a sample, the load at the tool is known already.
  *  4. A controller wants few numbers: the places where the area rises above all before
  *     them, at most CW_AHEAD_LEVELS of them. What lies behind the last sample is taken as
  *     the worst this tool can meet, so that it can always still brake.
@@ -21,6 +20,7 @@
 #ifndef CHIPWISE_AHEAD_H
 #define CHIPWISE_AHEAD_H
 
+#include "course.h"
 #include "section.h"
 
 #define CW_AHEAD_SAMPLES 128
@@ -28,17 +28,10 @@
 #define CW_AHEAD_SPACING 2.0    /* cells between samples */
 
 struct cw_ahead {
-    int known;                  /* there is an origin */
-    double origin[3];           /* mm */
-    double heading;             /* rad, in XY at the origin */
-    double level, slope;        /* horizontal and vertical part of a unit step */
-    double curvature;           /* rad/mm of horizontal travel, counter-clockwise positive */
-    double turn;                /* rad/mm seen in the step before, to be confirmed */
-    double last_heading, last_step;     /* rad, mm, of the step before */
-    double travelled;           /* mm since the origin */
-    double held;                /* mm2, load at the tool when the origin was set */
-    double speed;               /* mm/s, of the last step */
+    struct cw_course course;
+    double held;                /* mm2, load at the tool when the course began */
     int first, count;           /* samples in use: numbers first .. first + count - 1 */
+    int stale;                  /* number of the first one to be taken again */
     float area[CW_AHEAD_SAMPLES];       /* mm2, sample i at index i % CW_AHEAD_SAMPLES */
     float depth[CW_AHEAD_SAMPLES];      /* mm above the tip */
 };
@@ -56,7 +49,7 @@ struct cw_ahead_view {
     struct cw_ahead_level level[CW_AHEAD_LEVELS];       /* distance and area both rise */
 };
 
-/* Forgets origin and samples (tool change, new stock, jump). */
+/* Forgets course and samples (tool change, new stock, jump). */
 void cw_ahead_reset(struct cw_ahead *ahead);
 
 /* The tool went from `from` to `to` (tips, mm) in `period` s. Takes at most `budget` samples

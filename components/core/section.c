@@ -25,6 +25,7 @@ struct place {                  /* the tool's place and heading */
     double x, y;                /* mm, axis */
     double hx, hy;              /* horizontal part of the direction, normalised */
     double level;               /* length of the horizontal part, 0..1 */
+    double bend;                /* half the curvature of the way, 1/mm */
 };
 
 /* Height by which stock overlaps the band at the angle (c, s) from the heading [2]. In front
@@ -36,7 +37,9 @@ static double overlap(const struct cw_stock *stock, const struct place *at,
     double outer = band->radius + band->margin;
     double x, y, h;
     if (c >= -1e-9 && band->margin > 0.0) {
-        ahead = sqrt(outer * outer - side * side);
+        double front2 = ahead * ahead, ahead2 = outer * outer - side * side;
+        ahead = sqrt(ahead2);
+        side += at->bend * (ahead2 - front2);   /* the same distance beside a bent path */
     } else {
         ahead = band->outer * c;
         side = band->outer * s;
@@ -147,7 +150,8 @@ double cw_section_reach(const struct cw_stock *stock, const struct cw_tool *tool
 }
 
 struct cw_section cw_section_at(const struct cw_stock *stock, const struct cw_tool *tool,
-                                const double tip[3], const double dir[3], double clear)
+                                const double tip[3], const double dir[3], double clear,
+                                double curvature)
 {
     struct cw_section result = { 0.0, 0.0 };
     double z = tip[2], fall = cw_max(0.0, -dir[2]), sink = fall * CW_SINK * stock->cell;
@@ -159,6 +163,7 @@ struct cw_section cw_section_at(const struct cw_stock *stock, const struct cw_to
     at.level = sqrt(dir[0] * dir[0] + dir[1] * dir[1]);
     at.hx = at.level > 1e-9 ? dir[0] / at.level : 1.0;
     at.hy = at.level > 1e-9 ? dir[1] / at.level : 0.0;
+    at.bend = 0.5 * curvature;
     at.x = tip[0];
     at.y = tip[1];
 

@@ -37,9 +37,11 @@ struct cw_section {
 
 /* Section area of `tool` with its tip at `tip` (mm) when it moves along the unit vector
  * `dir`. `clear`, mm: 0 where the stock is read before the tool is near (cw_section_reach);
- * cw_section_clear() where it may already be cut by this very position [4]. */
+ * cw_section_clear() where it may already be cut by this very position [4]; the way then bends
+ * by `curvature` (rad/mm, counter-clockwise positive) to where the stock is read. */
 struct cw_section cw_section_at(const struct cw_stock *stock, const struct cw_tool *tool,
-                                const double tip[3], const double dir[3], double clear);
+                                const double tip[3], const double dir[3], double clear,
+                                double curvature);
 
 /* `clear` for a tool that has cut all around it, mm. */
 double cw_section_clear(const struct cw_stock *stock);

@@ -8,6 +8,7 @@
 #include "core/stock.c"
 #include "core/sweep.c"
 #include "core/section.c"
+#include "core/course.c"
 #include "core/ahead.c"
 #include "core/tracker.c"
 

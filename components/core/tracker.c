@@ -90,11 +90,20 @@ static double horizon(const struct cw_tracker *tracker, const struct cw_stock *s
                       const struct cw_tracker_in *in)
 {
     double least = cw_section_reach(stock, &tracker->tool) + 2.0 * CW_AHEAD_SPACING * stock->cell;
-    double speed = tracker->ahead.speed, accel = in->accel / in->unit;
+    double speed = tracker->ahead.course.speed, accel = in->accel / in->unit;
     double braking = CW_DEFAULT_HORIZON;
     if (cw_finite(accel) && accel > 0.0) braking = speed * speed / accel;
     return cw_max(braking + CW_MARGIN_PERIODS * speed * in->period,
                   cw_max(least, tracker->tool.radius));
+}
+
+/* Way to a stand at the planner's acceleration, and that of the period it takes to know, mm.
+ * Not the horizon: a traverse that ends just above the stock is no contact. */
+static double stopping(const struct cw_tracker *tracker, const struct cw_tracker_in *in)
+{
+    double speed = tracker->ahead.course.speed, accel = in->accel / in->unit;
+    if (!cw_finite(accel) || !(accel > 0.0)) return CW_DEFAULT_HORIZON;
+    return 0.5 * speed * speed / accel + speed * in->period;
 }
 
 /* Removal rate over the window, mm3/min. */
@@ -125,7 +134,7 @@ static void look(struct cw_tracker *tracker, const struct cw_stock *stock,
     out->deepest = out->view.depth;
     out->over_flute = tracker->tool.flute > 0.0 && out->here > 0.0 && in->motion > CW_RAPID
         && out->deepest > tracker->tool.flute + stock->cell * 1e-3;
-    out->rapid_hit = in->motion == CW_RAPID && out->view.nearest < far;
+    out->rapid_hit = in->motion == CW_RAPID && out->view.nearest <= stopping(tracker, in);
 }
 
 static void clear(struct cw_tracker_out *out)

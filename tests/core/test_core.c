@@ -337,7 +337,7 @@ static void test_hostile_tips(void)
                 CHECK(cw_stock_volume(stock) >= 0.0 && cw_stock_volume(stock) <= 500.001);
                 cut_to(&sweep, stock, &tool, 1, 0, -1);
                 CHECK(cw_finite(stock->removed) && stock->removed >= 0.0);
-                met = cw_section_at(stock, &tool, tip, unit, cw_section_clear(stock));
+                met = cw_section_at(stock, &tool, tip, unit, cw_section_clear(stock), 0.0);
                 CHECK(!(met.area < 0.0));
                 memset(&ahead, 0, sizeof ahead);
                 cw_ahead_reset(&ahead);
@@ -374,15 +374,15 @@ static void test_sections(void)
             double a = angle[n] * CW_PI / 180.0, down[3] = { 0, 0, -1 };
             double dir[3] = { cos(a), sin(a), 0 }, tip[3] = { 0.37, -0.21, shape[i].z };
             struct cw_tool tool = tool_of(shape[i].d, shape[i].corner, shape[i].tip);
-            struct cw_section met = cw_section_at(stock, &tool, tip, dir, cw_section_clear(stock));
+            struct cw_section met = cw_section_at(stock, &tool, tip, dir, cw_section_clear(stock), 0.0);
             NEAR(met.area, shape[i].want, 0.01 * shape[i].want);
             NEAR(met.depth, -shape[i].z, 0.03 * -shape[i].z);
             if (shape[i].corner == 0.0 && shape[i].tip == 0.0) {
-                met = cw_section_at(stock, &tool, tip, down, cw_section_clear(stock));       /* plunge: the disc */
+                met = cw_section_at(stock, &tool, tip, down, cw_section_clear(stock), 0.0);       /* plunge: the disc */
                 NEAR(met.area, CW_PI * 9, 0.01 * CW_PI * 9);
             }
             tip[2] = 0.5;
-            met = cw_section_at(stock, &tool, tip, dir, cw_section_clear(stock));            /* above the stock */
+            met = cw_section_at(stock, &tool, tip, dir, cw_section_clear(stock), 0.0);            /* above the stock */
             NEAR(met.area, 0.0, 0);
         }
     free(stock);

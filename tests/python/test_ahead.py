@@ -109,9 +109,9 @@ def test_arc_and_helix_are_followed(radius, ccw, slope):
     restarts, last, errors = 0, -1.0, []
     for i, view in enumerate(drive(ahead, way, 3.0, 8, cutter)):
         sound(view)
-        if ahead.c.travelled < last:
+        if ahead.c.course.travelled < last:
             restarts += 1
-        last = ahead.c.travelled
+        last = ahead.c.course.travelled
         if i * step > 5.0:
             true = 6 * -way[i + 1][2] * level + math.pi * 9 * slope * level
             errors.append(view.area / true - 1)
@@ -128,7 +128,7 @@ def test_corner_starts_over():
     for i, view in enumerate(drive(ahead, way, 5.0, 8, cutter)):
         sound(view)
     assert view.area == pytest.approx(12.0, rel=0.02)
-    assert ahead.c.travelled > 9.0
+    assert ahead.c.course.travelled > 9.0
 
 
 def test_unknown_is_the_worst():

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-SAMPLES, LEVELS, QUEUE, RINGS = 128, 8, 16, 12
+SAMPLES, LEVELS, QUEUE, RINGS, TRAIL = 128, 8, 16, 12, 32
 CELL_DTYPE = np.dtype([("top", "<f4"), ("drop", "<u2"), ("cut", "<u2")])
 
 
@@ -50,12 +50,16 @@ class _Section(C.Structure):
     _fields_ = [("area", C.c_double), ("depth", C.c_double)]
 
 
-class _Ahead(C.Structure):
+class _Course(C.Structure):
     _fields_ = [("known", C.c_int), ("origin", C.c_double * 3)] \
-        + [(n, C.c_double) for n in ("heading", "level", "slope", "curvature", "turn",
-                                     "last_heading", "last_step", "travelled", "held", "speed")] \
-        + [("first", C.c_int), ("count", C.c_int), ("area", C.c_float * SAMPLES),
-           ("depth", C.c_float * SAMPLES)]
+        + [(n, C.c_double) for n in ("heading", "level", "slope", "curvature", "travelled", "speed",
+                                     "last_heading", "last_step", "last_turn")] \
+        + [("place", C.c_double * 2 * TRAIL), ("newest", C.c_int), ("places", C.c_int)]
+
+
+class _Ahead(C.Structure):
+    _fields_ = [("course", _Course), ("held", C.c_double), ("first", C.c_int), ("count", C.c_int),
+                ("stale", C.c_int), ("area", C.c_float * SAMPLES), ("depth", C.c_float * SAMPLES)]
 
 
 class _Level(C.Structure):
@@ -117,7 +121,7 @@ def _load():
             ("cw_sweep_to", None, [C.POINTER(_Sweep), vec]),
             ("cw_sweep_run", C.c_double,
              [C.POINTER(_Sweep), head, C.POINTER(_Tool), C.c_int, C.POINTER(C.c_long)]),
-            ("cw_section_at", _Section, [head, C.POINTER(_Tool), vec, vec, C.c_double]),
+            ("cw_section_at", _Section, [head, C.POINTER(_Tool), vec, vec, C.c_double, C.c_double]),
             ("cw_section_clear", C.c_double, [head]),
             ("cw_ahead_reset", None, [C.POINTER(_Ahead)]),
             ("cw_ahead_step", None, [C.POINTER(_Ahead), head, C.POINTER(_Tool), vec, vec,
@@ -208,16 +212,16 @@ class Stock:
         """Interpolated height of the stock above `floor` at a point, mm."""
         return library().cw_stock_above(self.address, x, y, floor)
 
-    def section(self, tool, tip, direction, clear=None):
+    def section(self, tool, tip, direction, clear=None, curvature=0.0):
         """Section area (mm2) and depth (mm) of `tool` at `tip` moving along the unit vector.
 
         clear (mm): how far readings keep clear of what the tool has cut; default: as for a tool
-        that has cut up to `tip`; 0: for a place the tool has not come near.
+        that has cut up to `tip`; 0: for a place the tool has not come near.  curvature: of the way, rad/mm.
         """
         if clear is None:
             clear = library().cw_section_clear(self.address)
         met = library().cw_section_at(self.address, C.byref(tool.c), _vec(tip), _vec(direction),
-                                      clear)
+                                      clear, curvature)
         return met.area, met.depth
 
 
