@@ -96,7 +96,7 @@ def test_only_feed_moves(motion):
 def test_floor():
     assert law(area=600.0, floor=0.5) == (pytest.approx(0.05), FLOOR)
     assert law(area=12000.0, floor=0.0) == (pytest.approx(0.001), FLOOR)     # never stands still
-    assert law(area=12.1, floor=50.0, programmed=5.0) == (pytest.approx(0.5), FLOOR)    # floor <= F
+    assert law(area=600.0, floor=50.0, programmed=5.0) == (pytest.approx(0.5), FLOOR)   # F at most
 
 
 @pytest.mark.parametrize("bad", [

@@ -18,6 +18,7 @@ MISSES = {
     ("section", "side bull 10 % 0 deg"): "-1.13/0.01: the wall between two rows of cells is read at a "
                                          "band's middle radius, half a cell steps on a 1 mm wide cut",
     ("ahead", "side bull 10 % 0 deg"): "-1.10/0.00: as above",
+    ("ahead", "side flat 10 % 17 deg"): "1.42/3.16: samples differ by more than 10 %, see plunge ball",
     ("ahead", "plunge ball"): "3.3/6.7: a load that rises by more than 10 % from sample to sample (0.5 mm) "
                               "counts from the sample behind on, on the safe side",
     ("ahead", "plunge bull"): "0.6/2.6: likewise",
@@ -44,7 +45,7 @@ def test_section(name):
 
 
 @pytest.mark.parametrize("name", [name for name, case in CASES.items()
-                                  if case.kind in ("slot", "plunge", "arc", "chain") or "31 deg" in name])
+                                  if case.kind in ("slot", "plunge", "arc", "chain") or "31 deg" in name or ("ahead", name) in MISSES])
 def test_through_the_look_ahead(name):
     check(name, "ahead")
 
@@ -69,7 +70,7 @@ def test_slot_against_the_reference(shape):
 
 
 def test_side_truth_against_the_reference():
-    stock = reference.ReferenceStock((-10, -6, -4), (10, 6, 0), 0.03)
+    stock = reference.ReferenceStock((-10, -6, -4), (10, 6, 0), 0.05)
     tool = reference.ReferenceTool(6, 3, 0)
     stock.move(tool, (-12, -1.5, -2), (12, -1.5, -2))
     stock.move(tool, (-12, 0, -2), (0, 0, -2))

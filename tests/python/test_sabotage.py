@@ -1,0 +1,97 @@
+"""Every checker is seen to fail: the core is built with one fault at a time, and the test that
+guards against it must turn red.  Also the C tests under the sanitizers."""
+import os
+import shutil
+import subprocess
+import sys
+
+import pytest
+
+from conftest import ROOT
+
+CORE = ROOT / "components" / "core"
+C_TEST = ROOT / "tests" / "core" / "test_core.c"
+SANITIZE = ["-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=undefined"]
+
+# name: (file, text, faulty text, test that must fail)
+FAULTS = {
+    "outline a fifth of a cell too wide": (
+        "sweep.c", "t = -outside", "t = 0.2 - outside", "test_stock.py::test_known_volume[slot 17 deg-0.25]"),
+    "plunge misses its outline": (
+        "sweep.c", "leg->dz < 0.0 ? 1.0 : 0.0;", "0.0;", "test_stock.py::test_known_volume[plunge flat-0.25]"),
+    "round tool cuts a bit more each time": (
+        "sweep.c", "cell->top >= (float)stock->z_max", "1",
+        "test_stock.py::test_known_volume_in_servo_steps[ball groove 31 deg-0.25]"),
+    "shares are added": (
+        "stock.c", "cw_max(c, k), z)", "c + k, z)", "test_stock.py::test_layers_share_a_wall"),
+    "volume of a partly cut cell forgotten": (
+        "stock.h", "(low > 0.0 ? low : 0.0) - high)", "0.0)",
+        "test_stock.py::test_removed_and_left_are_the_box"),
+    "front read where the tool has cut": (
+        "section.c", "#define CW_CLEAR 1.5", "#define CW_CLEAR 0.1",
+        "test_section.py::test_section[slot flat 17 deg]"),
+    "bands too wide": (
+        "tool.c", "ring->run = 0.5 *", "ring->run = 0.6 *", "test_section.py::test_section[plunge ball]"),
+    "samples a place too far": (
+        "ahead.c", "add_level(view, cw_max(0.0, at - gap), area)", "add_level(view, at + gap, area)",
+        "test_ahead.py::test_a_wall_is_seen_in_time"),
+    "arcs taken for straight": (
+        "ahead.c", "return 0.5 * (turn + ahead->turn);", "return 0.0;",
+        "test_ahead.py::test_arc_and_helix_are_followed"),
+    "five percent too fast": (
+        "feed.c", "in->target / in->area", "1.05 * in->target / in->area", "test_feed.py::test_at_the_tool"),
+    "brakes too late": (
+        "feed.c", "#define CW_BRAKING 0.5", "#define CW_BRAKING 1.0",
+        "test_feed.py::test_ahead_is_braked_in_time"),
+    "no number comes through": (
+        "feed.c", "!cw_finite(in->area) || in->area < 0.0", "0", "test_feed.py::test_fallback_is_the_programmed_feed"),
+}
+
+
+def build(folder, faulty=None):
+    """The core as a shared library, with one text replaced; -> its path."""
+    source = folder / "core"
+    shutil.copytree(CORE, source)
+    if faulty:
+        name, text, wrong, _ = faulty
+        content = (source / name).read_text()
+        assert text in content, f"{name} no longer has `{text}`; give this fault a new text"
+        (source / name).write_text(content.replace(text, wrong))
+    library = folder / "libchipwise.so"
+    subprocess.run(["gcc", "-Os", "-fno-fast-math", "-w", "-shared", "-fPIC", "-o", str(library),
+                    *map(str, sorted(source.glob("*.c"))), "-lm"], check=True)
+    return library
+
+
+def outcome(library, test):
+    """Exit status of one test of tests/python run with another library."""
+    command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider",
+               str(ROOT / "tests" / "python") + "/" + test]
+    done = subprocess.run(command, cwd=ROOT, env={**os.environ, "CHIPWISE_CORE": str(library)},
+                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                          text=True, timeout=120)
+    return done.returncode, done.stdout
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_fault_is_seen(name, tmp_path):
+    status, text = outcome(build(tmp_path, FAULTS[name]), FAULTS[name][3])
+    assert status == 1, text            # 1: tests ran and some failed
+
+
+def test_without_fault(tmp_path):
+    """The same way of building and running, with no fault, is green."""
+    status, text = outcome(build(tmp_path), "test_feed.py")
+    assert status == 0, text
+
+
+@pytest.mark.parametrize("flags", [SANITIZE, ["-fno-fast-math", "-Wframe-larger-than=2560"]],
+                         ids=["sanitizers", "realtime flags"])
+def test_c_program(flags, tmp_path):
+    program = tmp_path / "test_core"
+    sources = [str(C_TEST), *map(str, sorted(CORE.glob("*.c")))]
+    subprocess.run(["gcc", "-std=gnu11", "-Os", "-Wall", "-Wextra", "-Werror", *flags, "-o", str(program),
+                    *sources, "-lm"], check=True)
+    done = subprocess.run([str(program)], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    assert done.returncode == 0, done.stdout
+    assert done.stdout.splitlines()[-1].endswith(" passed, 0 failed")
