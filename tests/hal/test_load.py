@@ -176,7 +176,7 @@ def test_a_large_map_is_read_while_the_tool_cuts(tmp_path):
     assert status == 0, out
     cutting, after = looks_of(tmp_path, "cutting", "after")
     assert cutting["shape"] == [800, 1200], cutting
-    assert cutting["inexact"] > 3 and cutting["first_removed"] < cutting["removed"], cutting
+    assert cutting["inexact"] > 0 and cutting["first_removed"] < cutting["removed"], cutting
     assert cutting["worst_mm3"] < 1e-2 and after["worst_mm3"] < 1e-2, (cutting, after)
     assert cutting["worst_inexact_mm3"] < 0.9 * 200, cutting    # 0.9 mm3 a period, 200 at most
     assert after["inexact"] == 0, after                         # it stands: all of one moment

@@ -23,7 +23,8 @@ from chipwise.stock.core import CELL_DTYPE, _Head
 MAGIC, VERSION = 0x43575354, 1      # stock.h
 FULL = 65535                        # stock.h, a share of one
 BAND_BYTES = 1 << 18                # copied between two looks at the generation: some 50 us
-TRIES = 6                           # to copy the map as a whole
+TRIES = 6                           # to copy the map as a whole; one where it is large
+LARGE_BYTES = 1 << 20               # takes longer to copy than a period
 TIMEOUT_S = 2.0                     # then the map is given up
 
 
@@ -89,7 +90,8 @@ class SharedStock:
             tries += 1
             if head.nx <= 0 or head.filled < head.ny + 2:
                 return None
-            exact = tries <= TRIES
+            large = (head.nx + 2) * (head.ny + 2) * CELL_DTYPE.itemsize > LARGE_BYTES
+            exact = tries <= (1 if large else TRIES)
             cells = self._whole(head) if exact else self._in_bands(head, end)
             if cells is not None:
                 return _snapshot(head, cells, exact)
