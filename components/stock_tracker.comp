@@ -58,7 +58,7 @@ param r s32 shm_key "key of the shared memory that holds the map";
 
 variable cw_tracker_t state;
 variable void *map;
-variable int map_id = -1;
+variable int map_id;
 
 option extra_setup yes;
 option extra_cleanup yes;
@@ -79,7 +79,16 @@ RTAPI_MP_STRING(size_x, "largest stock in X, mm");
 static char *size_y = "200";
 RTAPI_MP_STRING(size_y, "largest stock in Y, mm");
 
-/* Makes the map of one instance: shared memory, so that other programs can read it. */
+/* Takes away the map a killed LinuxCNC has left, which may be too small: deleting it as the last
+ * user does. One that another program still has attached stays. */
+static void remove_stale(int key)
+{
+    int old = rtapi_shmem_new(key, comp_id, 1);
+    if (old >= 0) rtapi_shmem_delete(old, comp_id);
+}
+
+/* Makes the map of one instance: shared memory, so that other programs can read it. Variables are
+ * zero here; halcompile gives them initial values only after this, so map_id has none. */
 EXTRA_SETUP() {
     double side = cw_decimal(cell), x = cw_decimal(size_x), y = cw_decimal(size_y);
     uint32_t cells = cw_stock_cells(side, x, y);
@@ -93,11 +102,13 @@ EXTRA_SETUP() {
         return -22;
     }
     shm_key = CW_STOCK_MAGIC + extra_arg;
+    remove_stale(shm_key);
     map_id = rtapi_shmem_new(shm_key, comp_id, bytes);
     if (map_id < 0 || rtapi_shmem_getptr(map_id, &map) < 0) {
+        if (map_id >= 0) rtapi_shmem_delete(map_id, comp_id);
         rtapi_print_msg(RTAPI_MSG_ERR,
             "chipwise: stock_tracker: no memory for a map of %llu bytes (cell=%s size_x=%s size_y=%s "
-            "mm); use a larger cell or a smaller size\n",
+            "mm); use a larger cell or a smaller size, or end the program that still has an old map\n",
             (unsigned long long)bytes, cell, size_x, size_y);
         return -12;
     }
@@ -107,18 +118,24 @@ EXTRA_SETUP() {
     return 0;
 }
 
-/* __comp_inst is the name the pin and variable macros look through. */
+/* The function may still run in a thread: it loses the map, gets a millisecond to end, then the
+ * map goes. __comp_inst is the name the pin and variable macros look through. */
 EXTRA_CLEANUP() {
     struct __comp_state *__comp_inst;
+    int i;
+    for (__comp_inst = __comp_first_inst; __comp_inst; __comp_inst = __comp_inst->_next) map = 0;
+    for (i = 0; i < 100; i++) rtapi_delay(10000);
     for (__comp_inst = __comp_first_inst; __comp_inst; __comp_inst = __comp_inst->_next)
-        if (map_id >= 0) rtapi_shmem_delete(map_id, comp_id);
+        rtapi_shmem_delete(map_id, comp_id);
 }
 
 FUNCTION(_) {
+    struct cw_stock *stock = map;
     struct cw_tracker_in in;
     struct cw_tracker_out out;
     int i;
 
+    if (!stock) return;
     in.axis[0] = pos_x; in.axis[1] = pos_y; in.axis[2] = pos_z;
     in.offset[0] = tool_offset_x; in.offset[1] = tool_offset_y; in.offset[2] = tool_offset_z;
     in.unit = units_per_mm;
@@ -133,7 +150,7 @@ FUNCTION(_) {
     in.window = mrr_window;
     in.period = fperiod;
 
-    cw_tracker_step(&state, map, &in, &out);
+    cw_tracker_step(&state, stock, &in, &out);
 
     stock_defined = out.has_stock;
     ready = out.is_ready;

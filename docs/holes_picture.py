@@ -62,7 +62,8 @@ def main():
     width, height = right + 2 * half, 2 * half + 2
     (DOCS / "holes.svg").write_text(
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width * SCALE:.0f}" height="{height * SCALE:.0f}" '
-        f'viewBox="{-half} {-half} {width} {height}">\n' + "\n".join(shapes) + "\n</svg>\n")
+        f'viewBox="{-half} {-half} {width} {height}">\n'
+        f'<rect x="{-half}" y="{-half}" width="{width}" height="{height}" fill="white"/>\n' + "\n".join(shapes) + "\n</svg>\n")
 
 
 if __name__ == "__main__":

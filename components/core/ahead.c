@@ -6,7 +6,8 @@
 #define CW_GRAIN 0.5            /* cells between the places the course is read from */
 #define CW_SAME 0.04            /* cells between an old and a new place that are taken as one */
 #define CW_NEAR 4.0             /* cells: an old sample this near may stand in for a new one */
-#define CW_ONWARD 0.9           /* cosine between old and new course where anything is carried over */
+#define CW_ONWARD 0.9           /* cosine between old and new course from which samples are carried over */
+#define CW_TURNED (-0.5)        /* and from which the load at the tool stays a lower bound */
 #define CW_RISE 1.1             /* a sample this much above the one before is a step of the load */
 #define CW_TOUCH 1e-3           /* mm2, less is no contact */
 #define CW_GRAZE 2.0            /* cells, a strip of stock this wide is none: see touches() */
@@ -47,13 +48,13 @@ static double area_now(const struct cw_ahead *ahead, const struct cw_stock *stoc
     return a + (s - i) * (b - a);
 }
 
-/* Whether the new course goes on about where the old one pointed. */
-static int onward(const struct cw_course *old, const struct cw_course *new, double s)
+/* Cosine between the old course at `s` and the beginning of the new one. */
+static double onward(const struct cw_course *old, const struct cw_course *new, double s)
 {
     double at[3], was[3], is[3];
     cw_course_at(old, s, at, was);
     cw_course_at(new, 0.0, at, is);
-    return was[0] * is[0] + was[1] * is[1] + was[2] * is[2] > CW_ONWARD;
+    return was[0] * is[0] + was[1] * is[1] + was[2] * is[2];
 }
 
 /* [2] The samples of the old course as far as they serve on the new one. `old` is the
@@ -65,7 +66,7 @@ static void carry_over(struct cw_ahead *ahead, const struct cw_course *old, doub
     double gap = spacing(stock), begin = (old->travelled + step) / gap;
     int last = ahead->first + ahead->count - 1, n = 0, same = 0, i;
 
-    if (!old->known || !onward(old, &ahead->course, old->travelled + step)) last = ahead->first - 1;
+    if (onward(old, &ahead->course, begin * gap) < CW_ONWARD) last = ahead->first - 1;
     for (i = 0; i < CW_AHEAD_SAMPLES; i++) {
         double was[3], is[3], dir[3], off2, s = begin + i, share;
         int a = (int)floor(s), k;
@@ -136,8 +137,10 @@ void cw_ahead_step(struct cw_ahead *ahead, const struct cw_stock *stock, const s
     double now = old.known ? area_now(ahead, stock) : 0.0;
     if (cw_course_step(&ahead->course, from, to, period, CW_OFF_COURSE * stock->cell,
                        CW_GRAIN * stock->cell)) {
-        carry_over(ahead, &old, ahead->course.last_step, stock);
-        ahead->held = ahead->count ? now : 0.0;
+        double step = ahead->course.last_step;
+        int turned = !old.known || onward(&old, &ahead->course, old.travelled + step) < CW_TURNED;
+        carry_over(ahead, &old, step, stock);
+        ahead->held = turned ? 0.0 : now;
     }
     if (ahead->course.known) take_samples(ahead, stock, tool, horizon, budget);
 }

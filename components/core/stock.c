@@ -54,7 +54,7 @@ int cw_stock_define(struct cw_stock *stock, const double min[3], const double ma
 {
     int error = check_box(stock, min, max);
     if (error) return error;
-    stock->generation++;
+    cw_stock_begin_write(stock);
     stock->x0 = min[0];
     stock->y0 = min[1];
     stock->z_min = min[2];
@@ -66,7 +66,7 @@ int cw_stock_define(struct cw_stock *stock, const double min[3], const double ma
     stock->drop_unit = (max[2] - min[2]) / CW_FULL;
     stock->filled = 0;
     stock->removed = 0.0;
-    stock->generation++;
+    cw_stock_end_write(stock);
     return CW_STOCK_OK;
 }
 
@@ -101,13 +101,13 @@ int cw_stock_fill(struct cw_stock *stock, int max_cells)
     int rows = stock->ny + 2;
     if (stock->nx <= 0) return 0;
     if (stock->filled >= rows) return 1;
-    stock->generation++;
+    cw_stock_begin_write(stock);
     do {
         fill_row(stock, stock->filled - 1);
         stock->filled++;
         max_cells -= stock->nx + 2;
     } while (stock->filled < rows && max_cells > 0);
-    stock->generation++;
+    cw_stock_end_write(stock);
     return stock->filled >= rows;
 }
 

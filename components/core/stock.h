@@ -94,6 +94,20 @@ static inline double cw_cell_above(const struct cw_stock *stock, const struct cw
     return high + (cell->cut * (1.0 / CW_FULL)) * ((low > 0.0 ? low : 0.0) - high);
 }
 
+/* Between these two cells and head may be written; a reader that sees the generation odd, or
+ * changed, has to read again. */
+static inline void cw_stock_begin_write(struct cw_stock *stock)
+{
+    stock->generation++;
+    __atomic_thread_fence(__ATOMIC_SEQ_CST);
+}
+
+static inline void cw_stock_end_write(struct cw_stock *stock)
+{
+    __atomic_thread_fence(__ATOMIC_SEQ_CST);
+    stock->generation++;
+}
+
 /* Cell (ix, iy), -1 <= ix <= nx and -1 <= iy <= ny (the ring included). */
 static inline struct cw_cell *cw_stock_cell(const struct cw_stock *stock, int ix, int iy)
 {

@@ -43,6 +43,8 @@ void cw_sweep_to(struct cw_sweep *sweep, const double tip[3])
         cw_sweep_place(sweep, tip);
         return;
     }
+    if (!sweep->waiting && sweep->trail && tip[0] == sweep->at[0] && tip[1] == sweep->at[1]
+        && tip[2] == sweep->at[2]) return;      /* it stands, and all is cut */
     if (sweep->waiting < CW_SWEEP_QUEUE) sweep->waiting++;      /* else the newest is replaced [2] */
     slot = sweep->waiting - 1;
     for (i = 0; i < 3; i++) sweep->queue[slot][i] = tip[i];
@@ -319,7 +321,8 @@ double cw_sweep_run(struct cw_sweep *sweep, struct cw_stock *stock, const struct
 {
     double removed = 0.0;
     long cells = 0;
-    stock->generation++;
+    if (!sweep->waiting) return 0.0;
+    cw_stock_begin_write(stock);
     while (sweep->waiting > 0 && cells < max_cells) {
         struct leg leg = make_leg(sweep, stock, tool);
         if (sweep->row < 0) {
@@ -333,7 +336,7 @@ double cw_sweep_run(struct cw_sweep *sweep, struct cw_stock *stock, const struct
         cells++;
     }
     stock->removed += removed;
-    stock->generation++;
+    cw_stock_end_write(stock);
     if (visited) *visited += cells;
     return removed;
 }

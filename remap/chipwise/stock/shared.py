@@ -1,0 +1,161 @@
+"""The stock map of a running stock_tracker, read from another process.
+
+Who calls it: bin/chipwise, tests.  The map lies in shared memory under the key the tracker shows as
+stock-tracker.N.shm-key (components/core/stock.h has the layout, core.py its copy for Python).
+The tracker writes while we read.  It makes `generation` odd before it writes and even after: a
+copy made between two equal even generations is one state of the map (a sequence lock).  A map too
+large to be copied between two periods in which the tool cuts is read in bands of rows, each of which is
+one state; the bands are then some periods apart.
+
+All lengths mm, machine coordinates.
+"""
+from __future__ import annotations
+
+import ctypes as C
+import os
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from chipwise.stock.core import CELL_DTYPE, _Head
+
+MAGIC, VERSION = 0x43575354, 1      # stock.h
+FULL = 65535                        # stock.h, a share of one
+BAND_BYTES = 1 << 18                # copied between two looks at the generation: some 50 us
+TRIES = 6                           # to copy the map as a whole; one where it is large
+LARGE_BYTES = 1 << 20               # takes longer to copy than a period
+TIMEOUT_S = 2.0                     # then the map is given up
+
+
+class SharedStockError(Exception):
+    """The map cannot be read; the text says what, which and what to do."""
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """One state of the stock."""
+    low: tuple                      # (x, y, z) of the box's lower corner, mm
+    high: tuple                     # (x, y, z) of its upper corner, mm
+    cell: float                     # mm
+    heights: np.ndarray             # (ny, nx) float, mm, machine Z: mean height of each cell
+    removed: float                  # mm3 since the stock was defined
+    generation: int                 # rises with every change; equal: nothing has changed
+    exact: bool                     # all of one moment; else bands of rows are of moments close by
+
+
+def mean_heights(cells, drop_unit):
+    """Mean height of cells (dtype CELL_DTYPE), mm."""
+    share = cells["cut"].astype(float) / FULL
+    return cells["top"].astype(float) - share * cells["drop"] * drop_unit
+
+
+class SharedStock:
+    """The map of one tracker in a buffer; attach() for that of a running LinuxCNC."""
+
+    def __init__(self, memory):
+        """`memory`: a writable buffer that starts with the map's head."""
+        self._memory = memory
+        self._head = _Head.from_buffer(memory)
+        self._held = ()
+        if (self._head.magic, self._head.version) != (MAGIC, VERSION):
+            raise SharedStockError(
+                f"chipwise: stock map: magic {self._head.magic:#x} version {self._head.version} is not "
+                f"{MAGIC:#x} version {VERSION}; use the stock_tracker of this chipwise")
+
+    def close(self):
+        """Lets the memory go; nothing can be read any more."""
+        self._head = self._memory = None
+        for held in self._held[1:]:
+            held.exit()
+        self._held = ()
+
+    @property
+    def defined(self):
+        """A stock is defined and filled."""
+        return self._head.nx > 0 and self._head.filled >= self._head.ny + 2
+
+    @property
+    def generation(self):
+        return self._head.generation
+
+    def snapshot(self, timeout_s=TIMEOUT_S):
+        """A Snapshot, or None where no stock is defined; SharedStockError after timeout_s."""
+        end = time.monotonic() + timeout_s
+        tries = 0
+        while time.monotonic() < end:
+            head = self._unmoved(lambda: _Head.from_buffer_copy(self._memory))
+            if head is None:
+                continue
+            tries += 1
+            if head.nx <= 0 or head.filled < head.ny + 2:
+                return None
+            large = (head.nx + 2) * (head.ny + 2) * CELL_DTYPE.itemsize > LARGE_BYTES
+            exact = tries <= (1 if large else TRIES)
+            cells = self._whole(head) if exact else self._in_bands(head, end)
+            if cells is not None:
+                return _snapshot(head, cells, exact)
+        raise SharedStockError(f"chipwise: stock map: it changed faster than it could be read for "
+                               f"{timeout_s:g} s; read it while the tool stands")
+
+    def _unmoved(self, read):
+        """What `read` gives, or None where the tracker wrote meanwhile."""
+        before = self._head.generation
+        if before % 2:
+            return None
+        found = read()
+        return found if self._head.generation == before else None
+
+    def _rows(self, head, first, count):
+        """Copy of rows of cells, ring included."""
+        width = head.nx + 2
+        start = C.sizeof(_Head) + first * width * CELL_DTYPE.itemsize
+        return np.frombuffer(self._memory, CELL_DTYPE, count * width, start).copy().reshape(-1, width)
+
+    def _whole(self, head):
+        """All cells as they are at the generation of `head`, or None."""
+        cells = self._unmoved(lambda: self._rows(head, 0, head.ny + 2))
+        return cells if self._head.generation == head.generation else None
+
+    def _in_bands(self, head, end):
+        """All cells, each band of rows of one moment, or None."""
+        at_once = max(1, BAND_BYTES // (CELL_DTYPE.itemsize * (head.nx + 2)))
+        bands, first = [], 0
+        while first < head.ny + 2 and time.monotonic() < end:
+            count = min(at_once, head.ny + 2 - first)
+            band = self._unmoved(lambda: self._rows(head, first, count))
+            if band is not None:
+                bands.append(band)
+                first += count
+        now = self._unmoved(lambda: _Head.from_buffer_copy(self._memory))
+        if first < head.ny + 2 or now is None or _box(now) != _box(head) or now.filled < now.ny + 2:
+            return None
+        return np.concatenate(bands)
+
+
+def _box(head):
+    return (head.x0, head.y0, head.z_min), (head.x_max, head.y_max, head.z_max)
+
+
+def _snapshot(head, cells, exact):
+    low, high = _box(head)
+    return Snapshot(low, high, head.cell, mean_heights(cells[1:-1, 1:-1], head.drop_unit),
+                    head.removed, head.generation, exact)
+
+
+def attach(tracker=0):
+    """The SharedStock of stock-tracker.<tracker> of the LinuxCNC that runs here."""
+    import hal                      # only where LinuxCNC is
+    component = hal.component(f"chipwise-map-{os.getpid()}-{tracker}")
+    try:
+        key = hal.get_value(f"stock-tracker.{tracker}.shm-key")
+    except RuntimeError as error:
+        component.exit()
+        raise SharedStockError(f"chipwise: stock map: there is no stock-tracker.{tracker}; start a LinuxCNC "
+                               "with chipwise.hal") from error
+    head = hal.shm(component, key, C.sizeof(_Head))
+    capacity = _Head.from_buffer_copy(head.getbuffer()).capacity
+    memory = hal.shm(component, key, C.sizeof(_Head) + capacity * CELL_DTYPE.itemsize)
+    stock = SharedStock(memory.getbuffer())
+    stock._held = (memory, component)
+    return stock
