@@ -180,3 +180,47 @@ def test_a_large_map_is_read_while_the_tool_cuts(tmp_path):
     assert cutting["worst_mm3"] < 1e-2 and after["worst_mm3"] < 1e-2, (cutting, after)
     assert cutting["worst_inexact_mm3"] < 0.9 * 200, cutting    # 0.9 mm3 a period, 200 at most
     assert after["inexact"] == 0, after                         # it stands: all of one moment
+
+
+@pytest.mark.parametrize("units", ["0", "-1", "nan", "inf"])
+def test_units_that_cannot_be(tmp_path, units):
+    """A fault, no crash; sound again with sound units and a stock."""
+    text = f"""
+loadrt threads name1=servo period1=1000000
+loadrt stock_tracker size_x=60 size_y=40
+loadrt volumetric_feed
+addf stock-tracker.0 servo
+addf volumetric-feed.0 servo
+setp stock-tracker.0.tool-diameter 6
+setp stock-tracker.0.min-z -10
+setp stock-tracker.0.max-x 60
+setp stock-tracker.0.max-y 40
+setp stock-tracker.0.units-per-mm {units}
+setp stock-tracker.0.mrr-window {units}
+setp volumetric-feed.0.units-per-mm {units}
+setp volumetric-feed.0.mode 1
+setp volumetric-feed.0.motion-type 2
+setp volumetric-feed.0.requested-vel 20
+setp volumetric-feed.0.programmed-vel 8
+setp stock-tracker.0.define 1
+start
+loadusr -w sleep 0.4
+getp stock-tracker.0.fault-code
+getp stock-tracker.0.ready
+getp stock-tracker.0.mrr
+getp volumetric-feed.0.adaptive-feed
+setp stock-tracker.0.define 0
+setp stock-tracker.0.units-per-mm 1
+loadusr -w sleep 0.4
+setp stock-tracker.0.define 1
+loadusr -w sleep 0.4
+getp stock-tracker.0.fault-code
+getp stock-tracker.0.ready
+"""
+    status, out = hal(tmp_path, text)
+    assert status == 0, out
+    said = [line for line in out.splitlines() if line[:1].isdigit() or line in ("TRUE", "FALSE")]
+    code, ready, rate, override, code_after, ready_after = said
+    assert (code, ready, float(rate)) == ("22", "FALSE", 0.0), out
+    assert 0.0 <= float(override) <= 1.0, out
+    assert (code_after, ready_after) == ("0", "TRUE"), out
