@@ -20,7 +20,7 @@ HALCOMPILE = halcompile
 
 COMPONENTS = $(sort $(wildcard components/*.comp))
 CORE       = $(sort $(wildcard components/core/*.c))
-HEADERS    = $(sort $(wildcard components/core/*.h))
+HEADERS    = $(sort $(wildcard components/*.h components/core/*.h))
 CORE_TESTS = $(sort $(wildcard tests/core/*.c))
 BENCHES    = $(sort $(wildcard bench/*.c))
 

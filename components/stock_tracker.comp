@@ -48,6 +48,7 @@ pin out float section_area "mm2: volume met per mm of travel, at the tool, now";
 pin out float depth "machine units: deepest stock above the tool's edge within its footprint";
 pin out bit flute_excess "depth exceeds the flute length while cutting";
 pin out bit rapid_contact "a traverse meets stock, or will within its braking distance";
+pin out bit path_known "the way ahead is the program's own, read from the motion planner; FALSE: it is predicted";
 pin out float ahead_distance_#[8] "machine units of travel until ahead-area-N applies";
 pin out float ahead_area_#[8] "mm2; rises with N; 0: unused";
 
@@ -57,6 +58,7 @@ param rw float acceleration = 0.0 "machine units/s2 the planner really uses; 0: 
 param r s32 shm_key "key of the shared memory that holds the map";
 
 variable cw_tracker_t state;
+variable cw_planner_t planner;
 variable void *map;
 variable int map_id;
 
@@ -115,6 +117,7 @@ EXTRA_SETUP() {
     memset(map, 0, bytes);      /* touches every page now, not in the servo thread */
     cw_stock_init(map, side, cells);
     cw_tracker_init(&state);
+    cw_planner_attach(&planner);
     return 0;
 }
 
@@ -150,6 +153,7 @@ FUNCTION(_) {
     in.window = mrr_window;
     in.period = fperiod;
 
+    cw_planner_follow(&planner, &in, cw_tracker_horizon(&state, stock, &in), &state.ahead.way);
     cw_tracker_step(&state, stock, &in, &out);
 
     stock_defined = out.has_stock;
@@ -162,6 +166,7 @@ FUNCTION(_) {
     depth = out.deepest * units_per_mm;
     flute_excess = out.over_flute;
     rapid_contact = out.rapid_hit;
+    path_known = state.ahead.on_way;
     for (i = 0; i < CW_AHEAD_LEVELS; i++) {
         ahead_distance(i) = i < out.view.levels ? out.view.level[i].distance * units_per_mm : 0.0;
         ahead_area(i) = i < out.view.levels ? out.view.level[i].area : 0.0;

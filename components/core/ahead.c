@@ -18,8 +18,9 @@ static double spacing(const struct cw_stock *stock) { return CW_AHEAD_SPACING * 
 void cw_ahead_reset(struct cw_ahead *ahead)
 {
     cw_course_reset(&ahead->course);
-    ahead->first = ahead->count = ahead->stale = 0;
-    ahead->held = 0.0;
+    cw_way_reset(&ahead->way);
+    ahead->first = ahead->count = ahead->stale = ahead->on_way = 0;
+    ahead->held = ahead->at = 0.0;
 }
 
 /* Area of a sample; the nearest one there is beyond the ends. */
@@ -35,7 +36,7 @@ static double sample(const struct cw_ahead *ahead, int i)
  * of the way: a rise counts from the sample behind on, a fall one sample late [3]. */
 static double area_now(const struct cw_ahead *ahead, const struct cw_stock *stock)
 {
-    double s = ahead->course.travelled / spacing(stock);      /* in samples */
+    double s = ahead->at / spacing(stock);      /* in samples */
     int i = (int)floor(s);
     double past, a, b;
     if (ahead->count == 0) return ahead->held;
@@ -52,8 +53,8 @@ static double area_now(const struct cw_ahead *ahead, const struct cw_stock *stoc
 static double onward(const struct cw_course *old, const struct cw_course *new, double s)
 {
     double at[3], was[3], is[3];
-    cw_course_at(old, s, at, was);
-    cw_course_at(new, 0.0, at, is);
+    cw_piece_at(&old->piece, s, at, was);
+    cw_piece_at(&new->piece, 0.0, at, is);
     return was[0] * is[0] + was[1] * is[1] + was[2] * is[2];
 }
 
@@ -71,8 +72,8 @@ static void carry_over(struct cw_ahead *ahead, const struct cw_course *old, doub
         double was[3], is[3], dir[3], off2, s = begin + i, share;
         int a = (int)floor(s), k;
         if (a < ahead->first || a + 1 > last) break;
-        cw_course_at(old, s * gap, was, dir);
-        cw_course_at(&ahead->course, i * gap, is, dir);
+        cw_piece_at(&old->piece, s * gap, was, dir);
+        cw_piece_at(&ahead->course.piece, i * gap, is, dir);
         off2 = 0.0;
         for (k = 0; k < 3; k++) off2 += (was[k] - is[k]) * (was[k] - is[k]);
         if (off2 > CW_NEAR * CW_NEAR * stock->cell * stock->cell) break;
@@ -97,12 +98,12 @@ static void carry_over(struct cw_ahead *ahead, const struct cw_course *old, doub
 static void take(struct cw_ahead *ahead, const struct cw_stock *stock, const struct cw_tool *tool,
                  int i)
 {
-    double at = i * spacing(stock), tip[3], dir[3];
-    int near = at - ahead->course.travelled < cw_section_reach(stock, tool);
+    double at = i * spacing(stock), tip[3], dir[3], curvature = ahead->course.piece.curvature;
+    int near = at - ahead->at < cw_section_reach(stock, tool);
     struct cw_section met;
-    cw_course_at(&ahead->course, at, tip, dir);
-    met = cw_section_at(stock, tool, tip, dir, near ? cw_section_clear(stock) : 0.0,
-                        ahead->course.curvature);
+    if (ahead->on_way) curvature = cw_way_at(&ahead->way, at, tip, dir);
+    else cw_piece_at(&ahead->course.piece, at, tip, dir);
+    met = cw_section_at(stock, tool, tip, dir, near ? cw_section_clear(stock) : 0.0, curvature);
     ahead->area[i % CW_AHEAD_SAMPLES] = (float)met.area;
     ahead->depth[i % CW_AHEAD_SAMPLES] = (float)met.depth;
 }
@@ -113,14 +114,16 @@ static void take_samples(struct cw_ahead *ahead, const struct cw_stock *stock,
                          const struct cw_tool *tool, double horizon, int budget)
 {
     double gap = spacing(stock);
-    int oldest = (int)floor(ahead->course.travelled / gap) - 1;
-    double wanted = (ahead->course.travelled + horizon) / gap + 1.0;
+    int oldest = (int)floor(ahead->at / gap) - 1;
+    double far = ahead->at + horizon, wanted;
+    if (ahead->on_way && far > ahead->way.end) far = ahead->way.end;
+    wanted = far / gap + 1.0;
     while (ahead->count > 0 && ahead->first < oldest) {
         ahead->first++;
         ahead->count--;
     }
     if (ahead->count == 0)
-        ahead->first = (int)ceil(cw_max(ahead->course.travelled / gap, 0.0));
+        ahead->first = (int)ceil(cw_max(ahead->at / gap, 0.0));
     if (ahead->stale < ahead->first) ahead->stale = ahead->first;
     while (budget-- > 0 && ahead->stale <= wanted
            && ahead->stale - ahead->first < CW_AHEAD_SAMPLES) {
@@ -129,20 +132,41 @@ static void take_samples(struct cw_ahead *ahead, const struct cw_stock *stock,
     }
 }
 
+/* [1] Changes between way and course, or begins anew on the way: nothing known counts. */
+static void begin_on(struct cw_ahead *ahead, int on_way)
+{
+    ahead->on_way = on_way;
+    ahead->first = ahead->count = ahead->stale = 0;
+}
+
+/* [2] The tool has left its course: what can be kept of the samples. */
+static void change_course(struct cw_ahead *ahead, const struct cw_course *old, double now,
+                          const struct cw_stock *stock)
+{
+    double step = ahead->course.last_step;
+    int turned = !old->known || onward(old, &ahead->course, old->travelled + step) < CW_TURNED;
+    carry_over(ahead, old, step, stock);
+    ahead->held = turned ? 0.0 : now;
+}
+
 void cw_ahead_step(struct cw_ahead *ahead, const struct cw_stock *stock, const struct cw_tool *tool,
                    const double from[3], const double to[3], double period,
                    double horizon, int budget)
 {
     struct cw_course old = ahead->course;
-    double now = old.known ? area_now(ahead, stock) : 0.0;
-    if (cw_course_step(&ahead->course, from, to, period, CW_OFF_COURSE * stock->cell,
-                       CW_GRAIN * stock->cell)) {
-        double step = ahead->course.last_step;
-        int turned = !old.known || onward(&old, &ahead->course, old.travelled + step) < CW_TURNED;
-        carry_over(ahead, &old, step, stock);
-        ahead->held = turned ? 0.0 : now;
+    double now = ahead->count ? area_now(ahead, stock) : 0.0;
+    int on_way = ahead->way.known && ahead->way.count > 0;
+    int new_course = cw_course_step(&ahead->course, from, to, period,
+                                    CW_OFF_COURSE * stock->cell, CW_GRAIN * stock->cell);
+    if (on_way != ahead->on_way || (on_way && ahead->way.fresh)) {
+        ahead->held = on_way && ahead->on_way ? now : 0.0;
+        begin_on(ahead, on_way);
+    } else if (!on_way && new_course) {
+        change_course(ahead, &old, now, stock);
     }
-    if (ahead->course.known) take_samples(ahead, stock, tool, horizon, budget);
+    ahead->way.fresh = 0;
+    ahead->at = on_way ? ahead->way.at : ahead->course.travelled;
+    if (on_way || ahead->course.known) take_samples(ahead, stock, tool, horizon, budget);
 }
 
 /* Adds a level that lies above all before it; close ones become one, on the safe side [4]. */
@@ -160,13 +184,15 @@ static void add_level(struct cw_ahead_view *view, double distance, double area)
 }
 
 /* The worst this tool can meet at its depth: a full slot and a full plunge. */
-static double worst(const struct cw_course *course, const struct cw_stock *stock,
-                    const struct cw_tool *tool)
+static double worst(const struct cw_ahead *ahead, const struct cw_stock *stock,
+                    const struct cw_tool *tool, double s)
 {
-    double depth = cw_max(0.0, stock->z_max - course->origin[2]
-                               - cw_min(0.0, course->slope) * course->travelled);
-    double plunge = course->slope < 0.0 ? -course->slope * CW_PI * tool->radius * tool->radius : 0.0;
-    return 2.0 * tool->radius * depth * course->level + plunge;
+    double tip[3], dir[3], depth, plunge;
+    if (ahead->on_way) cw_way_at(&ahead->way, s, tip, dir);
+    else cw_piece_at(&ahead->course.piece, s, tip, dir);
+    depth = cw_max(0.0, stock->z_max - tip[2]);
+    plunge = dir[2] < 0.0 ? -dir[2] * CW_PI * tool->radius * tool->radius : 0.0;
+    return 2.0 * tool->radius * depth * sqrt(dir[0] * dir[0] + dir[1] * dir[1]) + plunge;
 }
 
 /* How sudden the load rises from a sample to the next: 0 not at all, 1 a step, which may lie
@@ -190,16 +216,17 @@ void cw_ahead_look(const struct cw_ahead *ahead, const struct cw_stock *stock,
 {
     double gap = spacing(stock), reached = 0.0, before;
     int i;
-    view->area = ahead->course.known ? area_now(ahead, stock) : 0.0;
+    int known = ahead->on_way || ahead->course.known;
+    view->area = known ? area_now(ahead, stock) : 0.0;
     view->depth = 0.0;
     view->nearest = 1e30;
     view->levels = 1;
     view->level[0].distance = 0.0;
     view->level[0].area = view->level[0].base = view->area;
-    if (!ahead->course.known) return;
+    if (!known) return;
     before = ahead->count ? sample(ahead, ahead->first) : 0.0;
     for (i = ahead->first; i < ahead->first + ahead->count; i++) {
-        double at = i * gap - ahead->course.travelled;
+        double at = i * gap - ahead->at;
         double area = sample(ahead, i), early = gap * steepness(before, area);
         if (at - gap <= 0.0 && view->depth < ahead->depth[i % CW_AHEAD_SAMPLES])
             view->depth = ahead->depth[i % CW_AHEAD_SAMPLES];
@@ -209,5 +236,7 @@ void cw_ahead_look(const struct cw_ahead *ahead, const struct cw_stock *stock,
         if (at > 0.0) add_level(view, cw_max(0.0, at - early), area);
         before = area;
     }
-    if (reached < horizon && tool->radius > 0.0) add_level(view, reached, worst(&ahead->course, stock, tool));
+    if (ahead->on_way) horizon = cw_min(horizon, ahead->way.end - ahead->at);
+    if (reached < horizon && tool->radius > 0.0)
+        add_level(view, reached, worst(ahead, stock, tool, ahead->at + reached));
 }

@@ -6,16 +6,17 @@
  * acceleration and not at once.
  *
  * Principle:
- *  1. The way ahead is the course (course.h). Samples of the section area are taken along
- *     it, evenly, before the tool cuts there.
- *  2. As long as the tool keeps to its course only new samples at the far end are needed.
+ *  1. The way ahead is the program's own (way.h), or else the course (course.h). Samples of
+ *     the section area are taken along it, evenly, before the tool cuts there.
+ *  2. As long as the tool keeps to it only new samples at the far end are needed.
  *     On a new course the samples of the old one that lie on it are carried over; those
  *     that lie near it stand in until they are taken again, nearest first, a few per
  *     period; the rest is dropped.
  *  3. When the tool arrives at a sample, the load at the tool is known already.
  *  4. A controller wants few numbers: the places where the area rises above all before
  *     them, at most CW_AHEAD_LEVELS of them. What lies behind the last sample is taken as
- *     the worst this tool can meet, so that it can always still brake.
+ *     the worst this tool can meet, so that it can always still brake; behind the end of
+ *     the program's way it stops anyway.
  */
 #ifndef CHIPWISE_AHEAD_H
 #define CHIPWISE_AHEAD_H
@@ -28,7 +29,10 @@
 #define CW_AHEAD_SPACING 2.0    /* cells between samples */
 
 struct cw_ahead {
-    struct cw_course course;
+    struct cw_way way;          /* the program's own, where it is known */
+    struct cw_course course;    /* predicted, where not */
+    int on_way;                 /* which of the two the samples lie on */
+    double at;                  /* mm, place of the tool on it */
     double held;                /* mm2, load at the tool when the course began */
     int first, count;           /* samples in use: numbers first .. first + count - 1 */
     int stale;                  /* number of the first one to be taken again */
@@ -52,7 +56,7 @@ struct cw_ahead_view {
 /* Forgets course and samples (tool change, new stock, jump). */
 void cw_ahead_reset(struct cw_ahead *ahead);
 
-/* The tool went from `from` to `to` (tips, mm) in `period` s. Takes at most `budget` samples
+/* The tool went from `from` to `to` (tips, mm) in `period` s; `way` follows it already. Takes at most `budget` samples
  * up to `horizon` mm ahead. */
 void cw_ahead_step(struct cw_ahead *ahead, const struct cw_stock *stock, const struct cw_tool *tool,
                    const double from[3], const double to[3], double period,

@@ -19,7 +19,7 @@ struct motion {                 /* what one step says; mm, rad */
 void cw_course_reset(struct cw_course *course)
 {
     course->known = 0;
-    course->travelled = course->curvature = 0.0;
+    course->travelled = 0.0;
     course->last_step = course->last_turn = course->last_heading = 0.0;
     course->speed = 0.0;
     course->places = 0;
@@ -30,19 +30,6 @@ static double wrap(double angle)
     while (angle > CW_PI) angle -= 2.0 * CW_PI;
     while (angle < -CW_PI) angle += 2.0 * CW_PI;
     return angle;
-}
-
-void cw_course_at(const struct cw_course *course, double s, double tip[3], double dir[3])
-{
-    double flat = s * course->level, bend = course->curvature * flat;
-    double half = 0.5 * bend;
-    double chord = flat * (fabs(half) < 1e-6 ? 1.0 : sin(half) / half);
-    tip[0] = course->origin[0] + chord * cos(course->heading + half);
-    tip[1] = course->origin[1] + chord * sin(course->heading + half);
-    tip[2] = course->origin[2] + s * course->slope;
-    dir[0] = course->level * cos(course->heading + bend);
-    dir[1] = course->level * sin(course->heading + bend);
-    dir[2] = course->slope;
 }
 
 /* Heading and curvature from this step and the one before: exact on lines and arcs, once
@@ -126,13 +113,13 @@ static int on_course(const struct cw_course *course, const double tip[3], const 
     double at[3], dir[3], off2 = 0.0, level2, aim = 0.0;
     int i;
     if (!course->known) return 0;
-    cw_course_at(course, course->travelled + now->step, at, dir);
+    cw_piece_at(&course->piece, course->travelled + now->step, at, dir);
     for (i = 0; i < 3; i++) off2 += (tip[i] - at[i]) * (tip[i] - at[i]);
     level2 = dir[0] * dir[0] + dir[1] * dir[1];
     if (level2 > CW_LEVEL) aim = fabs(wrap(now->heading - atan2(dir[1], dir[0])));
     return off2 < tolerance * tolerance && aim < CW_OFF_HEADING
-        && fabs(now->unit[2] - course->slope) < CW_OFF_HEADING
-        && 0.5 * fabs(now->turn - course->curvature) * CW_NEXT * CW_NEXT < 2.0 * tolerance;
+        && fabs(now->unit[2] - course->piece.slope) < CW_OFF_HEADING
+        && 0.5 * fabs(now->turn - course->piece.curvature) * CW_NEXT * CW_NEXT < 2.0 * tolerance;
 }
 
 int cw_course_step(struct cw_course *course, const double from[3], const double to[3],
@@ -153,11 +140,11 @@ int cw_course_step(struct cw_course *course, const double from[3], const double 
         course->travelled += step;
         return 0;
     }
-    for (i = 0; i < 3; i++) course->origin[i] = to[i];
-    course->level = sqrt(now.unit[0] * now.unit[0] + now.unit[1] * now.unit[1]);
-    course->slope = now.unit[2];
-    course->heading = now.heading;
-    course->curvature = now.turn;
+    for (i = 0; i < 3; i++) course->piece.origin[i] = to[i];
+    course->piece.level = sqrt(now.unit[0] * now.unit[0] + now.unit[1] * now.unit[1]);
+    course->piece.slope = now.unit[2];
+    course->piece.heading = now.heading;
+    course->piece.curvature = now.turn;
     course->travelled = 0.0;
     course->known = 1;
     return 1;

@@ -1,8 +1,7 @@
 /* course.h - where the tool is going: the way ahead predicted from the way behind.
  *
  * Who calls it: ahead.c, once per servo period.
- * Source: none; LinuxCNC shows a component neither the path ahead nor the segment's geometry
- * (2.10 has motion.interp.* pins; they are not needed).
+ * Source: none. It serves where the planner's queue cannot be read (way.h, 3).
  *
  * Principle:
  *  1. A course is an origin, a heading, a curvature in XY and a slope: a line, an arc or a
@@ -16,15 +15,14 @@
 #ifndef CHIPWISE_COURSE_H
 #define CHIPWISE_COURSE_H
 
+#include "way.h"
+
 #define CW_TRAIL 32             /* places of the way behind that are kept */
 #define CW_TRAIL_ARM 12          /* places between the three the circle goes through */
 
 struct cw_course {
-    int known;                  /* there is an origin */
-    double origin[3];           /* mm */
-    double heading;             /* rad, in XY at the origin */
-    double level, slope;        /* horizontal and vertical part of a unit step */
-    double curvature;           /* rad per mm of horizontal travel, counter-clockwise positive */
+    int known;                  /* there is a piece */
+    struct cw_piece piece;      /* the way ahead, endless */
     double travelled;           /* mm since the origin */
     double speed;               /* mm/s, of the last step */
     double last_heading, last_step, last_turn;  /* rad, mm, rad/mm of the step before */
@@ -40,8 +38,5 @@ void cw_course_reset(struct cw_course *course);
  * a new one, 0 when the old one holds. */
 int cw_course_step(struct cw_course *course, const double from[3], const double to[3],
                    double period, double tolerance, double grain);
-
-/* Tip (mm) and direction (unit vector) `s` mm of travel behind the origin. */
-void cw_course_at(const struct cw_course *course, double s, double tip[3], double dir[3]);
 
 #endif

@@ -8,11 +8,15 @@
 #include "core/stock.c"
 #include "core/sweep.c"
 #include "core/section.c"
+#include "core/way.c"
 #include "core/course.c"
 #include "core/ahead.c"
 #include "core/tracker.c"
 
+#include "planner.h"
+
 typedef struct cw_tracker cw_tracker_t;
+typedef struct cw_planner cw_planner_t;
 
 /* A decimal number as loadrt gives it; 0 (which no length may be) when it is none. */
 static double cw_decimal(const char *text)

@@ -86,7 +86,7 @@ static void cut(struct cw_tracker *tracker, struct cw_stock *stock, const double
 
 /* How far to look: braking distance and some periods of travel; never less than what lets
  * places be read before the tool touches them, and the tool's radius, mm. */
-static double horizon(const struct cw_tracker *tracker, const struct cw_stock *stock,
+double cw_tracker_horizon(const struct cw_tracker *tracker, const struct cw_stock *stock,
                       const struct cw_tracker_in *in)
 {
     double least = cw_section_reach(stock, &tracker->tool) + 2.0 * CW_AHEAD_SPACING * stock->cell;
@@ -125,7 +125,7 @@ static double rate(struct cw_tracker *tracker, double removed, const struct cw_t
 static void look(struct cw_tracker *tracker, const struct cw_stock *stock,
                  const struct cw_tracker_in *in, const double tip[3], struct cw_tracker_out *out)
 {
-    double far = horizon(tracker, stock, in);
+    double far = cw_tracker_horizon(tracker, stock, in);
     if (tracker->tip_known)
         cw_ahead_step(&tracker->ahead, stock, &tracker->tool, tracker->tip, tip, in->period,
                       far, CW_SAMPLES_PER_PERIOD);

@@ -74,6 +74,10 @@ struct cw_tracker {
 
 void cw_tracker_init(struct cw_tracker *tracker);
 
+/* How far the core looks ahead in this period, mm. */
+double cw_tracker_horizon(const struct cw_tracker *tracker, const struct cw_stock *stock,
+                          const struct cw_tracker_in *in);
+
 /* One period. `stock` is a block made by cw_stock_init. */
 void cw_tracker_step(struct cw_tracker *tracker, struct cw_stock *stock,
                      const struct cw_tracker_in *in, struct cw_tracker_out *out);

@@ -116,7 +116,7 @@ def test_arc_and_helix_are_followed(radius, ccw, slope):
             true = 6 * -way[i + 1][2] * level + math.pi * 9 * slope * level
             errors.append(view.area / true - 1)
     assert restarts <= 3
-    assert ahead.c.course.curvature == pytest.approx(ccw / radius, rel=0.02)
+    assert ahead.c.course.piece.curvature == pytest.approx(ccw / radius, rel=0.02)
     assert abs(np.mean(errors)) < 0.02 and np.std(errors) < 0.02
 
 

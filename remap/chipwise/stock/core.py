@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-SAMPLES, LEVELS, QUEUE, RINGS, TRAIL = 128, 8, 16, 12, 32
+SAMPLES, LEVELS, QUEUE, RINGS, TRAIL, PIECES = 128, 8, 16, 12, 32, 160
 CELL_DTYPE = np.dtype([("top", "<f4"), ("drop", "<u2"), ("cut", "<u2")])
 
 
@@ -50,15 +50,27 @@ class _Section(C.Structure):
     _fields_ = [("area", C.c_double), ("depth", C.c_double)]
 
 
+class Piece(C.Structure):
+    """struct cw_piece (way.h): a line, arc or helix; mm, rad, rad/mm."""
+    _fields_ = [("origin", C.c_double * 3)] \
+        + [(n, C.c_double) for n in ("heading", "level", "slope", "curvature", "length")]
+
+
+class _Way(C.Structure):
+    _fields_ = [("known", C.c_int), ("fresh", C.c_int), ("at", C.c_double), ("begin", C.c_double),
+                ("key", C.c_long * PIECES), ("piece", Piece * PIECES), ("first", C.c_int),
+                ("count", C.c_int), ("end", C.c_double)]
+
+
 class _Course(C.Structure):
-    _fields_ = [("known", C.c_int), ("origin", C.c_double * 3)] \
-        + [(n, C.c_double) for n in ("heading", "level", "slope", "curvature", "travelled", "speed",
-                                     "last_heading", "last_step", "last_turn")] \
+    _fields_ = [("known", C.c_int), ("piece", Piece)] \
+        + [(n, C.c_double) for n in ("travelled", "speed", "last_heading", "last_step", "last_turn")] \
         + [("place", C.c_double * 2 * TRAIL), ("newest", C.c_int), ("places", C.c_int)]
 
 
 class _Ahead(C.Structure):
-    _fields_ = [("course", _Course), ("held", C.c_double), ("first", C.c_int), ("count", C.c_int),
+    _fields_ = [("way", _Way), ("course", _Course), ("on_way", C.c_int), ("at", C.c_double),
+                ("held", C.c_double), ("first", C.c_int), ("count", C.c_int),
                 ("stale", C.c_int), ("area", C.c_float * SAMPLES), ("depth", C.c_float * SAMPLES)]
 
 

@@ -1,0 +1,105 @@
+/* way.c - see way.h; the numbers in brackets are those of its principle. */
+#include "cw_math.h"
+#include "way.h"
+
+#define CW_SHORTEST 1e-7        /* mm, a piece shorter than this is none */
+#define CW_SAME_LENGTH 1e-5     /* mm: the planner has not changed a piece */
+
+void cw_piece_at(const struct cw_piece *piece, double s, double tip[3], double dir[3])
+{
+    double flat = s * piece->level, bend = piece->curvature * flat;
+    double half = 0.5 * bend;
+    double chord = flat * (fabs(half) < 1e-6 ? 1.0 : sin(half) / half);
+    tip[0] = piece->origin[0] + chord * cos(piece->heading + half);
+    tip[1] = piece->origin[1] + chord * sin(piece->heading + half);
+    tip[2] = piece->origin[2] + s * piece->slope;
+    dir[0] = piece->level * cos(piece->heading + bend);
+    dir[1] = piece->level * sin(piece->heading + bend);
+    dir[2] = piece->slope;
+}
+
+int cw_piece_line(struct cw_piece *piece, const double start[3], const double end[3])
+{
+    double dx = end[0] - start[0], dy = end[1] - start[1], dz = end[2] - start[2];
+    double flat = sqrt(dx * dx + dy * dy);
+    int i;
+    piece->length = sqrt(flat * flat + dz * dz);
+    if (!(piece->length > CW_SHORTEST) || !cw_finite(piece->length)) return 0;
+    for (i = 0; i < 3; i++) piece->origin[i] = start[i];
+    piece->heading = flat > 0.0 ? atan2(dy, dx) : 0.0;
+    piece->level = flat / piece->length;
+    piece->slope = dz / piece->length;
+    piece->curvature = 0.0;
+    return 1;
+}
+
+int cw_piece_arc(struct cw_piece *piece, const double centre[2], const double start[3],
+                 double angle, double rise)
+{
+    double rx = start[0] - centre[0], ry = start[1] - centre[1];
+    double radius = sqrt(rx * rx + ry * ry), flat = radius * fabs(angle);
+    int i;
+    piece->length = sqrt(flat * flat + rise * rise);
+    if (!(flat > CW_SHORTEST) || !cw_finite(piece->length)) return 0;
+    for (i = 0; i < 3; i++) piece->origin[i] = start[i];
+    piece->heading = atan2(ry, rx) + (angle > 0.0 ? 0.5 : -0.5) * CW_PI;
+    piece->level = flat / piece->length;
+    piece->slope = rise / piece->length;
+    piece->curvature = (angle > 0.0 ? 1.0 : -1.0) / radius;
+    return 1;
+}
+
+void cw_way_reset(struct cw_way *way)
+{
+    way->known = way->fresh = 0;
+    way->at = way->begin = way->end = 0.0;
+    way->first = way->count = 0;
+}
+
+static int slot(const struct cw_way *way, int n)
+{
+    return (way->first + n) % CW_WAY_PIECES;
+}
+
+void cw_way_follow(struct cw_way *way, long key, double length, double progress)
+{
+    while (way->count > 0 && way->key[slot(way, 0)] != key) {
+        way->begin += way->piece[slot(way, 0)].length;
+        way->first = slot(way, 1);
+        way->count--;
+    }
+    if (way->count == 0 || fabs(way->piece[slot(way, 0)].length - length) > CW_SAME_LENGTH) {
+        way->fresh = 1;
+        way->count = 0;
+        way->begin = way->end = 0.0;
+    }
+    way->at = way->begin + progress;
+    way->known = 1;
+}
+
+void cw_way_append(struct cw_way *way, long key, const struct cw_piece *piece)
+{
+    int n;
+    if (way->count >= CW_WAY_PIECES) return;
+    if (way->count == 0) way->end = way->begin;
+    n = slot(way, way->count++);
+    way->key[n] = key;
+    way->piece[n] = *piece;
+    way->end += piece->length;
+}
+
+void cw_way_retract(struct cw_way *way)
+{
+    if (way->count == 0) return;
+    way->end -= way->piece[slot(way, --way->count)].length;
+}
+
+double cw_way_at(const struct cw_way *way, double s, double tip[3], double dir[3])
+{
+    double begin = way->begin;
+    int n = 0;
+    while (n + 1 < way->count && s > begin + way->piece[slot(way, n)].length)
+        begin += way->piece[slot(way, n++)].length;
+    cw_piece_at(&way->piece[slot(way, n)], s - begin, tip, dir);
+    return way->piece[slot(way, n)].curvature;
+}

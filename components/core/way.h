@@ -1,0 +1,66 @@
+/* way.h - the way the tool is going, as far ahead as the braking distance and further.
+ *
+ * Who calls it: ahead.c, tracker.c; planner.h (HAL side) hands in the program's own pieces.
+ * Source: none.
+ *
+ * Principle:
+ *  1. A piece of way is an origin, a heading, a curvature in XY, a slope and a length: a
+ *     line, an arc or a helix.
+ *  2. The program's own way is a chain of pieces as the motion planner has them queued, blend
+ *     arcs included. Places on it are counted in mm from where the chain began; pieces the
+ *     tool has left are dropped, new ones appended, and the count goes on.
+ *  3. Where the planner cannot be read the way is one endless piece, the course (course.h).
+ */
+#ifndef CHIPWISE_WAY_H
+#define CHIPWISE_WAY_H
+
+#define CW_WAY_PIECES 160       /* pieces known ahead at most */
+
+struct cw_piece {
+    double origin[3];           /* mm, where it begins */
+    double heading;             /* rad, in XY at the origin */
+    double level, slope;        /* horizontal and vertical part of a unit step */
+    double curvature;           /* rad per mm of horizontal travel, counter-clockwise positive */
+    double length;              /* mm of travel; not used by a course */
+};
+
+struct cw_way {
+    int known;                  /* the planner's queue is being followed */
+    int fresh;                  /* the chain is a new one; cleared by who has seen it */
+    double at;                  /* mm, place of the tool */
+    double begin;               /* mm, place where the first piece begins */
+    long key[CW_WAY_PIECES];    /* the reader's names of the pieces */
+    struct cw_piece piece[CW_WAY_PIECES];       /* ring, `first` is the one the tool is on */
+    int first, count;
+    double end;                 /* mm, place where the last piece ends */
+};
+
+/* Tip (mm) and direction (unit vector) `s` mm behind the beginning of a piece. */
+void cw_piece_at(const struct cw_piece *piece, double s, double tip[3], double dir[3]);
+
+/* Fills a piece from a line: start and end, mm. Returns 0 when it has no length. */
+int cw_piece_line(struct cw_piece *piece, const double start[3], const double end[3]);
+
+/* Fills a piece from an arc or helix in XY: centre, start, angle (rad, counter-clockwise
+ * positive) and rise (mm). Returns 0 when it has no length. */
+int cw_piece_arc(struct cw_piece *piece, const double centre[2], const double start[3],
+                 double angle, double rise);
+
+/* Forgets the way. */
+void cw_way_reset(struct cw_way *way);
+
+/* The tool is `progress` mm into the piece named `key`, of `length` mm. Drops what lies behind;
+ * begins a new chain when the piece is not one of those known. */
+void cw_way_follow(struct cw_way *way, long key, double length, double progress);
+
+/* Appends a piece; ignored when there is no room. */
+void cw_way_append(struct cw_way *way, long key, const struct cw_piece *piece);
+
+/* Takes the last piece off again. */
+void cw_way_retract(struct cw_way *way);
+
+/* Tip and direction at the place `s` (mm, counted as `at` is), before and behind the ends too;
+ * returns the curvature there, rad/mm. */
+double cw_way_at(const struct cw_way *way, double s, double tip[3], double dir[3]);
+
+#endif

@@ -1,0 +1,243 @@
+/* planner.h - reads the program's own way ahead from LinuxCNC's motion planner.
+ *
+ * Who calls it: stock_tracker.comp, once per servo period, before the core.
+ * Source: LinuxCNC src/emc/motion/motion.h, src/emc/tp/{tp_types,tc_types,tcq}.h, read in
+ * 2.9.0~pre1, 2.9.5 and master (2026-08): the planner's state is the last member of the
+ * block of shared memory that motion makes; its queue lies in the memory of rtapi_app, where
+ * this component lives too.
+ *
+ * Departs from good manners: these structures are no interface. They come from the headers
+ * of the LinuxCNC this was compiled against, so:
+ *  1. Only read, never written. The block is attached read-only, and only if it exists.
+ *  2. Nothing is believed before it fits: the queue's size, its counts, the planner's cycle
+ *     time, and the planner's position, which must be the axes' to 0.001 units.
+ *  3. Whatever does not fit, the way is unknown in this period and the core predicts it.
+ */
+#ifndef CHIPWISE_PLANNER_H
+#define CHIPWISE_PLANNER_H
+
+#include <sys/shm.h>
+#include <motion.h>
+#include <tc_types.h>
+#include <tcq.h>
+
+#define CW_PLANNER_KEY 100      /* DEFAULT_SHMEM_KEY of motion */
+#define CW_CHORDS 16            /* an arc outside XY is read as this many chords */
+#define CW_FURTHER 2.0          /* mm read beyond the horizon */
+#define CW_READS 24             /* pieces read from the queue in a period at most */
+
+struct cw_planner {
+    const struct emcmot_internal_t *motion;     /* null: not there */
+    int item, part;             /* slot of the queue and part of it to be read next */
+    int tentative;              /* parts of the way's end that are read again in every period */
+};
+
+/* Attaches motion's memory; called while loading, not in realtime. */
+static void cw_planner_attach(struct cw_planner *planner)
+{
+    int id = shmget(CW_PLANNER_KEY, 0, 0);
+    struct shmid_ds about;
+    const char *block;
+    planner->motion = 0;
+    if (id < 0 || shmctl(id, IPC_STAT, &about) < 0) return;
+    if (about.shm_segsz < sizeof(struct emcmot_internal_t)) return;
+    block = shmat(id, 0, SHM_RDONLY);
+    if (block == (void *)-1) return;
+    planner->motion = (const struct emcmot_internal_t *)
+        (block + about.shm_segsz - sizeof(struct emcmot_internal_t));
+}
+
+static int cw_planner_near(double a, double b)
+{
+    return a - b < 1e-3 && b - a < 1e-3;
+}
+
+/* [2] The planner, when everything about it fits; else null. */
+static const TP_STRUCT *cw_planner_trusted(const struct cw_planner *planner,
+                                           const double axis[3], double period)
+{
+    const TP_STRUCT *tp;
+    if (!planner->motion) return 0;
+    tp = &planner->motion->coord_tp;
+    if (tp->queue.size != DEFAULT_TC_QUEUE_SIZE || !tp->queue.queue) return 0;
+    if (tp->queue._len < 0 || tp->queue._len > tp->queue.size) return 0;
+    if (tp->queue.start < 0 || tp->queue.start >= tp->queue.size) return 0;
+    if (!(tp->cycleTime > 0.5 * period && tp->cycleTime < 20.0 * period)) return 0;
+    if (tp->reverse_run) return 0;
+    if (!cw_planner_near(tp->currentPos.tran.x, axis[0])) return 0;
+    if (!cw_planner_near(tp->currentPos.tran.y, axis[1])) return 0;
+    if (!cw_planner_near(tp->currentPos.tran.z, axis[2])) return 0;
+    return tp;
+}
+
+static const TC_STRUCT *cw_planner_item(const TP_STRUCT *tp, int n)
+{
+    return &tp->queue.queue[(tp->queue.start + n) % tp->queue.size];
+}
+
+/* Axis position -> tip, mm. */
+static void cw_planner_tip(const struct cw_tracker_in *in, const PmCartesian *at, double tip[3])
+{
+    tip[0] = (at->x - in->offset[0]) / in->unit;
+    tip[1] = (at->y - in->offset[1]) / in->unit;
+    tip[2] = (at->z - in->offset[2]) / in->unit;
+}
+
+/* Place on a circle at a share of its angle. */
+static void cw_planner_on_circle(const PmCircle *circle, double share, PmCartesian *at)
+{
+    double c = cos(share * circle->angle), s = sin(share * circle->angle);
+    double grow = circle->radius != 0.0 ? 1.0 + share * circle->spiral / circle->radius : 1.0;
+    at->x = circle->center.x + grow * (c * circle->rTan.x + s * circle->rPerp.x) + share * circle->rHelix.x;
+    at->y = circle->center.y + grow * (c * circle->rTan.y + s * circle->rPerp.y) + share * circle->rHelix.y;
+    at->z = circle->center.z + grow * (c * circle->rTan.z + s * circle->rPerp.z) + share * circle->rHelix.z;
+}
+
+static int cw_planner_upright(const PmCartesian *normal)
+{
+    return normal->z > 0.999999 || normal->z < -0.999999;
+}
+
+/* How many parts a piece of the queue is read as: chords of an arc outside XY or a spiral,
+ * the straight beginning and the arc of a blend. */
+static int cw_planner_parts(const TC_STRUCT *tc)
+{
+    const PmCircle *circle = &tc->coords.circle.xyz;
+    if (tc->motion_type == TC_SPHERICAL) return 2;
+    if (tc->motion_type != TC_CIRCULAR) return 1;
+    if (cw_planner_upright(&circle->normal) && circle->spiral < 1e-3 && circle->spiral > -1e-3)
+        return 1;
+    return CW_CHORDS;
+}
+
+/* Blend arc: part 0 its straight beginning, part 1 the arc, as a chord outside XY. */
+static int cw_planner_blend(const SphericalArc *arc, int part, const struct cw_tracker_in *in,
+                            struct cw_piece *piece)
+{
+    PmCartesian bend = arc->start;
+    double a[3], b[3], centre[3];
+    bend.x += arc->line_length * arc->uTan.x;
+    bend.y += arc->line_length * arc->uTan.y;
+    bend.z += arc->line_length * arc->uTan.z;
+    if (part == 0) {
+        cw_planner_tip(in, &arc->start, a);
+        cw_planner_tip(in, &bend, b);
+        return cw_piece_line(piece, a, b);
+    }
+    cw_planner_tip(in, &bend, a);
+    cw_planner_tip(in, &arc->end, b);
+    if (!cw_planner_upright(&arc->binormal)) return cw_piece_line(piece, a, b);
+    cw_planner_tip(in, &arc->center, centre);
+    return cw_piece_arc(piece, centre, a, arc->binormal.z > 0.0 ? arc->angle : -arc->angle, b[2] - a[2]);
+}
+
+/* A part of a piece of the queue -> core; 0 when it has no length or cannot be used. */
+static int cw_planner_piece(const TC_STRUCT *tc, int part, const struct cw_tracker_in *in,
+                            struct cw_piece *piece)
+{
+    const PmCircle *circle = &tc->coords.circle.xyz;
+    int parts = cw_planner_parts(tc);
+    double a[3], b[3], centre[3];
+    PmCartesian from, to;
+    if (tc->motion_type == TC_SPHERICAL) return cw_planner_blend(&tc->coords.arc.xyz, part, in, piece);
+    if (tc->motion_type == TC_LINEAR) {
+        from = tc->coords.line.xyz.start;
+        to = tc->coords.line.xyz.end;
+    } else if (tc->motion_type == TC_CIRCULAR) {
+        cw_planner_on_circle(circle, (double)part / parts, &from);
+        cw_planner_on_circle(circle, (double)(part + 1) / parts, &to);
+    } else {
+        return 0;
+    }
+    cw_planner_tip(in, &from, a);
+    cw_planner_tip(in, &to, b);
+    if (tc->motion_type == TC_LINEAR || parts > 1) return cw_piece_line(piece, a, b);
+    cw_planner_tip(in, &circle->center, centre);
+    return cw_piece_arc(piece, centre, a, circle->normal.z > 0.0 ? circle->angle : -circle->angle,
+                        b[2] - a[2]);
+}
+
+static long cw_planner_key(const TP_STRUCT *tp, int n, int part)
+{
+    return (long)((tp->queue.start + n) % tp->queue.size) * CW_CHORDS + part;
+}
+
+/* The part of the queue's first piece the tool is on, and how far into it (mm); 0: none. */
+static int cw_planner_here(const TP_STRUCT *tp, const struct cw_tracker_in *in,
+                           struct cw_piece *piece, int *part, double *progress)
+{
+    const TC_STRUCT *tc = cw_planner_item(tp, 0), *next;
+    int parts = cw_planner_parts(tc), usable = 0;
+    double left = tc->progress / in->unit;
+    struct cw_piece candidate;
+    int i;
+    for (i = 0; i < parts; i++) {
+        if (!cw_planner_piece(tc, i, in, &candidate)) continue;
+        *piece = candidate;
+        *part = i;
+        *progress = left;
+        usable = 1;
+        if (left <= candidate.length) break;
+        left -= candidate.length;
+    }
+    if (!usable) return 0;
+    *progress = cw_min(*progress, piece->length);
+    if (tp->queue._len < 2) return 1;
+    next = cw_planner_item(tp, 1);      /* a parabolic blend runs on two pieces at once */
+    if (next->progress > 0.0 && next->progress < next->target) *progress += next->progress / in->unit;
+    return 1;
+}
+
+/* Appends what the queue holds behind the pieces known, up to the horizon. The queue's last
+ * piece, unless the tool is on it, may still be changed for a blend: it is tentative. */
+static void cw_planner_extend(struct cw_planner *planner, const TP_STRUCT *tp,
+                              const struct cw_tracker_in *in, double horizon, struct cw_way *way)
+{
+    int reads, n = 0, part = 0;
+    if (way->count > 0) {
+        n = (planner->item - tp->queue.start + tp->queue.size) % tp->queue.size;
+        part = planner->part;
+    }
+    for (reads = 0; reads < CW_READS && n < tp->queue._len; reads++) {
+        const TC_STRUCT *tc = cw_planner_item(tp, n);
+        int tentative = n > 0 && n == tp->queue._len - 1;
+        struct cw_piece piece;
+        if (way->end - way->at > horizon + CW_FURTHER || way->count >= CW_WAY_PIECES) return;
+        if (tc->motion_type == TC_RIGIDTAP) return;
+        if (part >= cw_planner_parts(tc)) {
+            n++;
+            part = 0;
+        } else {
+            if (cw_planner_piece(tc, part, in, &piece)) {
+                cw_way_append(way, cw_planner_key(tp, n, part), &piece);
+                planner->tentative += tentative;
+            }
+            part++;
+        }
+        if (!tentative) {
+            planner->item = (tp->queue.start + n) % tp->queue.size;
+            planner->part = part;
+        }
+    }
+}
+
+/* Follows the planner's queue: `way` is known afterwards, or not [3]. */
+static void cw_planner_follow(struct cw_planner *planner, const struct cw_tracker_in *in,
+                              double horizon, struct cw_way *way)
+{
+    const TP_STRUCT *tp = cw_planner_trusted(planner, in->axis, in->period);
+    struct cw_piece piece;
+    double progress = 0.0;
+    int part = 0;
+
+    if (!tp || tp->queue._len == 0 || !cw_planner_here(tp, in, &piece, &part, &progress)) {
+        cw_way_reset(way);
+        planner->tentative = 0;
+        return;
+    }
+    for (; planner->tentative > 0; planner->tentative--) cw_way_retract(way);
+    cw_way_follow(way, cw_planner_key(tp, 0, part), piece.length, progress);
+    cw_planner_extend(planner, tp, in, horizon, way);
+}
+
+#endif
