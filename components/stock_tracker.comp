@@ -55,6 +55,7 @@ pin out float ahead_area_#[8] "mm2; rises with N; 0: unused";
 param rw float units_per_mm = 1.0 "machine units per mm: 1 or 1/25.4";
 param rw float mrr_window = 0.02 "s, at most 1023 periods";
 param rw float acceleration = 0.0 "machine units/s2 the planner really uses; 0: unknown, look 20 mm ahead";
+param rw bit read_path = 1 "read the program's way ahead from the motion planner; FALSE: always predict it";
 param r s32 shm_key "key of the shared memory that holds the map";
 
 variable cw_tracker_t state;
@@ -153,7 +154,10 @@ FUNCTION(_) {
     in.window = mrr_window;
     in.period = fperiod;
 
-    cw_planner_follow(&planner, &in, cw_tracker_horizon(&state, stock, &in), &state.ahead.way);
+    if (read_path)
+        cw_planner_follow(&planner, &in, cw_tracker_horizon(&state, stock, &in), &state.ahead.way);
+    else
+        cw_way_reset(&state.ahead.way);
     cw_tracker_step(&state, stock, &in, &out);
 
     stock_defined = out.has_stock;

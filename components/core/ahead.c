@@ -31,9 +31,10 @@ static double sample(const struct cw_ahead *ahead, int i)
     return ahead->area[i % CW_AHEAD_SAMPLES];
 }
 
-/* Load at the tool: between the sample behind and the one in front. Interpolated heights
- * smear an edge of the stock over a cell, and near an edge the load changes with the root
- * of the way: a rise counts from the sample behind on, a fall one sample late [3]. */
+/* Load at the tool: the larger of the sample behind and the one in front, so that neither the
+ * noise of the readings nor a slow rise is taken too low. Interpolated heights smear an edge of
+ * the stock over a cell, and near an edge the load changes with the root of the way: a fall
+ * counts one sample late [3]. */
 static double area_now(const struct cw_ahead *ahead, const struct cw_stock *stock)
 {
     double s = ahead->at / spacing(stock);      /* in samples */
@@ -46,7 +47,7 @@ static double area_now(const struct cw_ahead *ahead, const struct cw_stock *stoc
     if (i - 1 < ahead->first && s < 1.0) past = cw_max(a, ahead->held);
     if (b > CW_RISE * a) return cw_max(b, past);
     if (past > CW_RISE * cw_min(a, b)) return past;
-    return a + (s - i) * (b - a);
+    return cw_max(a, b);
 }
 
 /* Cosine between the old course at `s` and the beginning of the new one. */

@@ -29,6 +29,14 @@ def _whole(text):
     return int(text, 10)
 
 
+def _switch(text):
+    """yes/no, true/false, on/off, 1/0 -> bool."""
+    known = {"yes": True, "true": True, "on": True, "1": True, "no": False, "false": False, "off": False, "0": False}
+    if text.lower() not in known:
+        raise ValueError
+    return known[text.lower()]
+
+
 def _pair(text):
     """"300 200" -> (300.0, 200.0)."""
     first, second = text.replace(",", " ").split()
@@ -53,6 +61,7 @@ SETTINGS = {
     "TOOL_GEOMETRY": Setting("", "path", str, lambda v: True, "the path of a TOML file"),
     "ANALOG_OUT": Setting(0, "", _whole, lambda v: 0 <= v <= 61, "a whole number from 0 to 61 (three pins are used)"),
     "ANALOG_IN": Setting(0, "", _whole, lambda v: 0 <= v <= 63, "a whole number from 0 to 63"),
+    "READ_PATH": Setting(True, "", _switch, lambda v: True, "yes or no"),
     "APPROACH_ANGLE": Setting(30.0, "deg", _number, lambda v: 0 < v <= 90, "an angle above 0, up to 90 degrees"),
     "RAMP_ANGLE": Setting(3.0, "deg", _number, lambda v: 0 < v <= 90, "an angle above 0, up to 90 degrees"),
 }

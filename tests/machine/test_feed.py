@@ -129,3 +129,38 @@ def test_limit_mode_is_never_faster_than_f(tmp_path):
     check_steady(data, judge(data))
     in_air = feeding & (data['x'] < -5)
     assert data['velocity'][in_air].max() == pytest.approx(400 / 60, rel=1e-3)
+
+
+ARC_INTO_STOCK = """
+G21 G90 G17 G64 P0.01
+T1 M6
+M250 P0 Q0 R-10 I100 J60 K10
+M251 Q12 P2 E3000
+S10000 M3
+F900
+G0 X-10 Y-3.2 Z5
+G0 Z-4
+G1 X50
+G3 X54 Y0.8 J4
+G3 X46 Y0.8 I-4
+G3 X50 Y-3.2 I4
+G1 X110
+G0 Z5
+M252
+M2
+"""
+
+
+@pytest.mark.parametrize('read_path, held', [('yes', True), ('no', False)])
+def test_an_arc_into_the_stock_is_seen_from_the_line_before(tmp_path, read_path, held):
+    """In air at 50 mm/s along the edge, then a tangent arc of 4 mm into it.  With the program's way read from the
+    planner the rate stays within 2 %; only predicted from the line (READ_PATH = no) it cannot, and the check sees it."""
+    program, log = tmp_path / 'arc.ngc', tmp_path / 'arc.npz'
+    program.write_text(ARC_INTO_STOCK)
+    runner.run_headless(str(program), speed=SPEED, log=str(log), timeout=200, settings={'READ_PATH': read_path})
+    with np.load(log) as stored:
+        data = {name: stored[name] for name in stored.files}
+    rates = judge(data)
+    worst = rates.rate[rates.cutting].max() / (12000 / 60)
+    print(f'READ_PATH = {read_path}: peak {worst:.4f} of the target')
+    assert (worst < 1.02) == held

@@ -91,6 +91,7 @@ def load(settings):
              f'size_y={size_y:.9g}'),
             ('loadrt', 'volumetric_feed'),
             ('setp', 'stock-tracker.0.units-per-mm', f'{units:.17g}'),
+            ('setp', 'stock-tracker.0.read-path', f"{settings['READ_PATH']:d}"),
             ('setp', 'stock-tracker.0.acceleration', f'{acceleration:.9g}'),
             ('setp', 'volumetric-feed.0.units-per-mm', f'{units:.17g}'),
             ('setp', 'volumetric-feed.0.acceleration', f'{acceleration:.9g}'),

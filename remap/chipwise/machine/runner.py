@@ -31,8 +31,19 @@ def can_run_at(speed):
                           stderr=subprocess.DEVNULL).returncode == 0
 
 
+def start_command(ini, settings):
+    """The command that starts LinuxCNC; other settings go into a copy of the INI file beside it,
+    which the sandbox throws away.  Of two equal keys the first counts."""
+    if not settings:
+        return ['linuxcnc', '-r', ini]
+    lines = ''.join('\n%s = %s' % pair for pair in settings.items())
+    copy = os.path.join(os.path.dirname(ini), 'settings-' + os.path.basename(ini))
+    script = "awk -v lines=\"$1\" '{print} /^\\[CHIPWISE\\]/ {print lines}' \"$2\" > \"$3\" && exec linuxcnc -r \"$3\""
+    return ['sh', '-c', script, 'sh', lines, ini, copy]
+
+
 def run_headless(program, ini=HEADLESS, speed=1.0, timeout=3600.0, log=None,
-                 output=None, env=None, sandbox_options=()):
+                 output=None, env=None, sandbox_options=(), settings=None):
     """-> the summary (dict) of one run; it has `exit_status` besides its own keys.
 
     program          path of the G-code program
@@ -42,6 +53,7 @@ def run_headless(program, ini=HEADLESS, speed=1.0, timeout=3600.0, log=None,
     output           keep what LinuxCNC printed there
     env              more environment variables
     sandbox_options  more options of chipwise-sandbox
+    settings         {key: value} that take the place of those in [CHIPWISE]
     """
     with tempfile.TemporaryDirectory(prefix='chipwise-run.') as folder:
         summary_path = os.path.join(folder, 'summary.json')
@@ -56,7 +68,7 @@ def run_headless(program, ini=HEADLESS, speed=1.0, timeout=3600.0, log=None,
         variables.update(env or {})
         command = [SANDBOX, '--timeout', '%g' % (timeout / speed + GRACE_S),
                    '--speed', '%g' % speed, *sandbox_options,
-                   '--', 'linuxcnc', '-r', os.path.abspath(ini)]
+                   '--', *start_command(os.path.abspath(ini), settings or {})]
         done = subprocess.run(command, env=variables, text=True, errors='replace',
                               stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                               stderr=subprocess.STDOUT)

@@ -140,6 +140,13 @@ def _load():
                                      C.c_double, C.c_double, C.c_int]),
             ("cw_ahead_look", None, [C.POINTER(_Ahead), head, C.POINTER(_Tool), C.c_double,
                                      C.POINTER(_View)]),
+            ("cw_piece_line", C.c_int, [C.POINTER(Piece), vec, vec]),
+            ("cw_piece_arc", C.c_int, [C.POINTER(Piece), C.c_double * 2, vec, C.c_double, C.c_double]),
+            ("cw_way_reset", None, [C.POINTER(_Way)]),
+            ("cw_way_follow", None, [C.POINTER(_Way), C.c_long, C.c_double, C.c_double]),
+            ("cw_way_append", None, [C.POINTER(_Way), C.c_long, C.POINTER(Piece)]),
+            ("cw_way_retract", None, [C.POINTER(_Way)]),
+            ("cw_way_at", C.c_double, [C.POINTER(_Way), C.c_double, vec, vec]),
             ("cw_feed", FeedOut, [C.POINTER(FeedIn), C.c_double])):
         function = getattr(lib, name)
         function.restype, function.argtypes = result, args
@@ -261,6 +268,44 @@ class Cutter:
     @property
     def waiting(self):
         return self._sweep.waiting
+
+
+def line(start, end):
+    """Piece of way from start to end (mm); None where it has no length."""
+    piece = Piece()
+    return piece if library().cw_piece_line(C.byref(piece), _vec(start), _vec(end)) else None
+
+
+def arc(centre, start, angle, rise=0.0):
+    """Piece of way about centre (x, y) from start, angle rad (counter-clockwise positive), rising
+    by `rise` mm; None where it has no length."""
+    piece = Piece()
+    done = library().cw_piece_arc(C.byref(piece), (C.c_double * 2)(*map(float, centre)), _vec(start),
+                                  angle, rise)
+    return piece if done else None
+
+
+class Way:
+    """A chain of pieces (way.h).  struct: the chain of an Ahead, else one of its own."""
+
+    def __init__(self, struct=None):
+        self.c = _Way() if struct is None else struct
+        library().cw_way_reset(C.byref(self.c))
+
+    def follow(self, key, length, progress):
+        library().cw_way_follow(C.byref(self.c), key, length, progress)
+
+    def append(self, key, piece):
+        library().cw_way_append(C.byref(self.c), key, C.byref(piece))
+
+    def retract(self):
+        library().cw_way_retract(C.byref(self.c))
+
+    def at(self, s):
+        """(tip, direction, curvature) at the place s mm."""
+        tip, direction = (C.c_double * 3)(), (C.c_double * 3)()
+        bend = library().cw_way_at(C.byref(self.c), s, tip, direction)
+        return tuple(tip), tuple(direction), bend
 
 
 class Ahead:
