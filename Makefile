@@ -57,7 +57,7 @@ bench: deps
 	@$(MAKE) --no-print-directory build
 	@$(PYTHON) bench/run.py
 
-build: $(MODULES) $(MANPAGES) $(LIBRARY) $(PROGRAMS)
+build: $(MODULES) $(MANPAGES) $(LIBRARY) $(PROGRAMS) build/bench/lib/fine_model.so
 
 # halcompile puts components/ on the include path, and the result into the
 # directory it is started in.
@@ -83,6 +83,11 @@ build/tests/%: tests/core/%.c $(OBJECTS) $(HEADERS)
 build/bench/%: bench/%.c $(OBJECTS) $(HEADERS)
 	@mkdir -p $(@D)
 	$(CC) $(RTFLAGS) $(CFLAGS) -Icomponents -o $@ $< $(OBJECTS) -lm
+
+# The benchmarks' own model of the stock: nothing of the core is in it.
+build/bench/lib/%.so: bench/lib/%.c
+	@mkdir -p $(@D)
+	$(CC) -O2 -fPIC -shared $(CFLAGS) -o $@ $< -lm
 
 install: build
 	@$(PYTHON) tools/install.py install --destdir '$(DESTDIR)' --prefix '$(PREFIX)'

@@ -1,0 +1,62 @@
+"""The control benchmark's own model of the stock (bench/lib/fine_model.c) against closed forms."""
+import ctypes as C
+import math
+
+import numpy as np
+import pytest
+
+R, DEPTH = 3.0, 4.0
+BOX = (-30.0, -30.0, -10.0), (30.0, 30.0, 0.0)
+
+
+def areas(root, tips):
+    """Area (mm2) of every step of a way (n, 3)."""
+    library = C.CDLL(str(root / "build" / "bench" / "lib" / "fine_model.so"))
+    tips = np.ascontiguousarray(tips, float)
+    wanted, area, vec = np.ones(len(tips), np.uint8), np.zeros(len(tips)), C.c_double * 3
+    library.fine_areas(C.c_double(R), vec(*BOX[0]), vec(*BOX[1]), tips.ctypes.data_as(C.c_void_p),
+                       wanted.ctypes.data_as(C.c_void_p), C.c_long(len(tips)), area.ctypes.data_as(C.c_void_p))
+    return area[:-1]
+
+
+def line(start, end, step=0.05):
+    start, end = np.array(start, float), np.array(end, float)
+    return start + (end - start) * np.linspace(0, 1, int(np.linalg.norm(end - start) / step) + 1)[:, None]
+
+
+@pytest.mark.parametrize("angle", (0, 17, 45))
+def test_slot(root, angle):
+    way = np.array([math.cos(math.radians(angle)), math.sin(math.radians(angle)), 0.0])
+    area = areas(root, line(-15 * way + [0, 0, -DEPTH], 15 * way + [0, 0, -DEPTH]))
+    assert area[200:] == pytest.approx(2 * R * DEPTH, rel=1e-4)
+
+
+@pytest.mark.parametrize("width", (0.3, 0.6, 2.0, 4.5))
+def test_side_cut(root, width):
+    first = line((-25, 0, -DEPTH), (25, 0, -DEPTH))
+    area = areas(root, np.concatenate([first, line((25, 0, 5), (-25, width, 5)),
+                                       line((-25, width, -DEPTH), (10, width, -DEPTH))]))
+    assert area[-300:] == pytest.approx(width * DEPTH, rel=2e-3)
+
+
+@pytest.mark.parametrize("radius", (3.0, 5.0, 15.0))
+def test_arc(root, radius):
+    a = np.arange(0.0, 3.0, 0.05 / radius)
+    area = areas(root, np.column_stack([radius * np.cos(a), radius * np.sin(a), np.full(a.shape, -DEPTH)]))
+    assert area[int(7 / 0.05):] == pytest.approx(2 * R * DEPTH, rel=2e-3)
+
+
+def test_ramp_and_plunge(root):
+    angle = math.radians(5.0)
+    path = line((-15, 0, -0.5), (15, 0, -0.5 - 30 * math.tan(angle)))
+    area = areas(root, path)
+    depth = -0.5 * (path[1:, 2] + path[:-1, 2])
+    want = 2 * R * depth * math.cos(angle) + math.pi * R * R * math.sin(angle)
+    assert area[200:] == pytest.approx(want[200:], rel=5e-3)
+    assert areas(root, line((0, 0, 0), (0, 0, -5)))[3:] == pytest.approx(math.pi * R * R, rel=1e-6)
+
+
+def test_volume_of_a_way_through_the_bottom(root):
+    """What goes below the box removes nothing there."""
+    path = line((0, 0, 1), (0, 0, -12))
+    assert (areas(root, path) * 0.05).sum() == pytest.approx(math.pi * R * R * 10, rel=2e-3)
