@@ -8,19 +8,23 @@
 #define CW_NEAR 4.0             /* cells: an old sample this near may stand in for a new one */
 #define CW_ONWARD 0.9           /* cosine between old and new course from which samples are carried over */
 #define CW_TURNED (-0.5)        /* and from which the load at the tool stays a lower bound */
+#define CW_GAP_RADII 0.0625     /* tool radii between samples; never below one cell nor above two */
 #define CW_RISE 1.1             /* a sample this much above the one before is a step of the load */
 #define CW_TOUCH 1e-3           /* mm2, less is no contact */
 #define CW_GRAZE 2.0            /* cells, a strip of stock this wide is none: see touches() */
 #define CW_MERGE 1.03           /* levels closer than this are given as one */
 
-static double spacing(const struct cw_stock *stock) { return CW_AHEAD_SPACING * stock->cell; }
+double cw_ahead_gap(const struct cw_stock *stock, const struct cw_tool *tool)
+{
+    return cw_clamp(CW_GAP_RADII * tool->radius, stock->cell, 2.0 * stock->cell);
+}
 
 void cw_ahead_reset(struct cw_ahead *ahead)
 {
     cw_course_reset(&ahead->course);
     cw_way_reset(&ahead->way);
     ahead->first = ahead->count = ahead->stale = ahead->on_way = 0;
-    ahead->held = ahead->at = 0.0;
+    ahead->held = ahead->at = ahead->gap = 0.0;
 }
 
 /* Area of a sample; the nearest one there is beyond the ends. */
@@ -35,9 +39,9 @@ static double sample(const struct cw_ahead *ahead, int i)
  * noise of the readings nor a slow rise is taken too low. Interpolated heights smear an edge of
  * the stock over a cell, and near an edge the load changes with the root of the way: a fall
  * counts one sample late [3]. */
-static double area_now(const struct cw_ahead *ahead, const struct cw_stock *stock)
+static double area_now(const struct cw_ahead *ahead)
 {
-    double s = ahead->at / spacing(stock);      /* in samples */
+    double s = ahead->at / ahead->gap;     /* in samples */
     int i = (int)floor(s);
     double past, a, b;
     if (ahead->count == 0) return ahead->held;
@@ -65,7 +69,7 @@ static void carry_over(struct cw_ahead *ahead, const struct cw_course *old, doub
                        const struct cw_stock *stock)
 {
     float area[CW_AHEAD_SAMPLES], depth[CW_AHEAD_SAMPLES];
-    double gap = spacing(stock), begin = (old->travelled + step) / gap;
+    double gap = ahead->gap, begin = (old->travelled + step) / gap;
     int last = ahead->first + ahead->count - 1, n = 0, same = 0, i;
 
     if (onward(old, &ahead->course, begin * gap) < CW_ONWARD) last = ahead->first - 1;
@@ -99,7 +103,7 @@ static void carry_over(struct cw_ahead *ahead, const struct cw_course *old, doub
 static void take(struct cw_ahead *ahead, const struct cw_stock *stock, const struct cw_tool *tool,
                  int i)
 {
-    double at = i * spacing(stock), tip[3], dir[3], curvature = ahead->course.piece.curvature;
+    double at = i * ahead->gap, tip[3], dir[3], curvature = ahead->course.piece.curvature;
     int near = at - ahead->at < cw_section_reach(stock, tool);
     struct cw_section met;
     if (ahead->on_way) curvature = cw_way_at(&ahead->way, at, tip, dir);
@@ -114,7 +118,7 @@ static void take(struct cw_ahead *ahead, const struct cw_stock *stock, const str
 static void take_samples(struct cw_ahead *ahead, const struct cw_stock *stock,
                          const struct cw_tool *tool, double horizon, int budget)
 {
-    double gap = spacing(stock);
+    double gap = ahead->gap;
     int oldest = (int)floor(ahead->at / gap) - 1;
     double far = ahead->at + horizon, wanted;
     if (ahead->on_way && far > ahead->way.end) far = ahead->way.end;
@@ -155,13 +159,15 @@ void cw_ahead_step(struct cw_ahead *ahead, const struct cw_stock *stock, const s
                    double horizon, int budget)
 {
     struct cw_course old = ahead->course;
-    double now = ahead->count ? area_now(ahead, stock) : 0.0;
+    double gap = cw_ahead_gap(stock, tool);
+    double now = ahead->count && ahead->gap > 0.0 ? area_now(ahead) : 0.0;
     int on_way = ahead->way.known && ahead->way.count > 0;
     int new_course = cw_course_step(&ahead->course, from, to, period,
                                     CW_OFF_COURSE * stock->cell, CW_GRAIN * stock->cell);
-    if (on_way != ahead->on_way || (on_way && ahead->way.fresh)) {
+    if (on_way != ahead->on_way || (on_way && ahead->way.fresh) || gap != ahead->gap) {
         ahead->held = on_way && ahead->on_way ? now : 0.0;
         begin_on(ahead, on_way);
+        ahead->gap = gap;
     } else if (!on_way && new_course) {
         change_course(ahead, &old, now, stock);
     }
@@ -215,10 +221,10 @@ static int touches(const struct cw_ahead *ahead, const struct cw_stock *stock, i
 void cw_ahead_look(const struct cw_ahead *ahead, const struct cw_stock *stock,
                    const struct cw_tool *tool, double horizon, struct cw_ahead_view *view)
 {
-    double gap = spacing(stock), reached = 0.0, before;
+    double gap = ahead->gap, reached = 0.0, before;
     int i;
     int known = ahead->on_way || ahead->course.known;
-    view->area = known ? area_now(ahead, stock) : 0.0;
+    view->area = known ? area_now(ahead) : 0.0;
     view->depth = 0.0;
     view->nearest = 1e30;
     view->levels = 1;

@@ -24,15 +24,15 @@
 #include "course.h"
 #include "section.h"
 
-#define CW_AHEAD_SAMPLES 128
+#define CW_AHEAD_SAMPLES 192
 #define CW_AHEAD_LEVELS 8
-#define CW_AHEAD_SPACING 2.0    /* cells between samples */
 
 struct cw_ahead {
     struct cw_way way;          /* the program's own, where it is known */
     struct cw_course course;    /* predicted, where not */
     int on_way;                 /* which of the two the samples lie on */
     double at;                  /* mm, place of the tool on it */
+    double gap;                 /* mm between samples; 0: not begun */
     double held;                /* mm2, load at the tool when the course began */
     int first, count;           /* samples in use: numbers first .. first + count - 1 */
     int stale;                  /* number of the first one to be taken again */
@@ -52,6 +52,9 @@ struct cw_ahead_view {
     int levels;                 /* entries in use */
     struct cw_ahead_level level[CW_AHEAD_LEVELS];       /* distance and area both rise */
 };
+
+/* Distance between samples for a tool, mm. */
+double cw_ahead_gap(const struct cw_stock *stock, const struct cw_tool *tool);
 
 /* Forgets course and samples (tool change, new stock, jump). */
 void cw_ahead_reset(struct cw_ahead *ahead);

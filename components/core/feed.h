@@ -2,10 +2,13 @@
  *
  * Who calls it: volumetric_feed.comp, once per servo period.
  * Source: JP3131045 [0008], F = UQ x LC / VC, here F = Q / A with the section area A = VC / LC;
- * [0013]: a range UQ1..UQ2 instead of one value (mode 3).
+ * [0013]: a range UQ1..UQ2 instead of one value (mode 3). A rate of its own for each tool is ours.
+ * Chip thickness: h(phi) = fz sin phi over the arc of engagement (M. E. Martellotti, An Analysis of
+ * the Milling Process, Trans. ASME 63, 1941; Y. Altintas, Manufacturing Automation, 2nd ed. 2012,
+ * ch. 2, has the mean over the arc); tool makers write its limit for light cuts, fz sqrt(ae / D).
  *
  * Principle:
- *  1. At the tool: v <= Q / A.
+ *  1. At the tool: v <= Q / A. Q is the smaller of what the program sets and the tool stands.
  *  2. Ahead: v^2 <= (Q / A_i)^2 + 2 a d_i for every area A_i at the distance d_i, so that
  *     braking ends where the load begins. `a` is half the planner's acceleration, because
  *     LinuxCNC gives a segment that blends only that half; d_i is shortened by the way
@@ -13,6 +16,15 @@
  *  3. The mode chooses between what the program asked for and what 1 and 2 allow.
  *  4. The result is a factor on the requested velocity in [0, 1], finite whatever comes in;
  *     whatever cannot be judged leaves the programmed feed.
+ *  5. While cutting, v stays between a lowest and a highest velocity, both also as a share of F;
+ *     its downward part below a plunge velocity. In air (modes 2, 3) v is a velocity of its own.
+ *     Where a limit of the cut holds ahead, 2 brakes to it.
+ *  6. Mean chip thickness, where a bound is set: with the engagement e = A / (depth x D) the arc is
+ *     phi = acos(1 - 2 e) and h = fz 2 e / phi, fz = v / (n z); so v <= h n z phi / (2 e). Departs
+ *     from the source: e comes from area and depth, so a stepped stock reads as a lighter cut than
+ *     its deepest part; an unknown e counts as the one with the thickest mean chip.
+ *  7. Easing: a drop passes at once; a rise is held back until it is more than the deadband, and
+ *     climbs at a bounded acceleration. What comes out is never above what the law allows.
  */
 #ifndef CHIPWISE_FEED_H
 #define CHIPWISE_FEED_H
@@ -28,6 +40,7 @@ enum cw_limited_by {
 #define CW_MOTION_ARC 3
 #define CW_FEED_LEVELS 8        /* places ahead */
 
+/* Numbers that switch a limit off are 0; a setting that is no number counts as 0. */
 struct cw_feed_in {
     int kind;                   /* cw_feed_mode; anything else is off */
     double target, lower;       /* mm3/s */
@@ -35,11 +48,22 @@ struct cw_feed_in {
     double requested;           /* mm/s, what the override is a factor of */
     int motion;                 /* motion.motion-type */
     double accel;               /* mm/s2, of the planner */
-    double floor;               /* mm/s, never slower than this for the stock's sake */
+    double floor;               /* mm/s, never slower than this for the stock's sake, F at most */
     double dt;                  /* s */
     int trusted;                /* the areas can be trusted */
     double area;                /* mm2, at the tool */
     double next_distance[CW_FEED_LEVELS], next_area[CW_FEED_LEVELS];    /* mm, mm2; area <= 0: none */
+    double tool_target;         /* mm3/s, what the tool stands; 0: unknown [1] */
+    double most;                /* mm/s, never faster while cutting [5] */
+    double floor_share, most_share;     /* the same as shares of F */
+    double air;                 /* mm/s where there is no stock [5] */
+    double plunge;              /* mm/s, of the downward part of the velocity while cutting [5] */
+    double upward;              /* vertical part of the direction, -1..1 */
+    double chip;                /* mm, bound of the mean chip thickness [6] */
+    double teeth;               /* cutting edges z */
+    double turns;               /* 1/s, spindle speed n, either sign */
+    double tool_width;          /* mm, D */
+    double stock_height;        /* mm, depth of cut; 0: unknown */
 };
 
 struct cw_feed_out {
@@ -47,7 +71,19 @@ struct cw_feed_out {
     int by;                     /* cw_limited_by */
 };
 
+struct cw_feed_easing {
+    double ramp, held;          /* mm/s: where the climb has got to, what was given out */
+    int begun;                  /* both are known */
+};
+
+/* The removal rate that counts, mm3/s [1]; 0 where there is none. */
+double cw_feed_target(const struct cw_feed_in *in);
+
 /* `last_scale`: the scale given in the period before. */
 struct cw_feed_out cw_feed(const struct cw_feed_in *in, double last_scale);
+
+/* [7] `law`: what cw_feed gave; `recover`: mm/s2, 0: at once; `deadband`: relative, 0..1. */
+struct cw_feed_out cw_feed_ease(struct cw_feed_easing *easing, const struct cw_feed_in *in,
+                                struct cw_feed_out law, double recover, double deadband);
 
 #endif

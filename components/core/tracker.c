@@ -89,7 +89,7 @@ static void cut(struct cw_tracker *tracker, struct cw_stock *stock, const double
 double cw_tracker_horizon(const struct cw_tracker *tracker, const struct cw_stock *stock,
                       const struct cw_tracker_in *in)
 {
-    double least = cw_section_reach(stock, &tracker->tool) + 2.0 * CW_AHEAD_SPACING * stock->cell;
+    double least = cw_section_reach(stock, &tracker->tool) + 2.0 * cw_ahead_gap(stock, &tracker->tool);
     double speed = tracker->ahead.course.speed, accel = in->accel / in->unit;
     double braking = CW_DEFAULT_HORIZON;
     if (cw_finite(accel) && accel > 0.0) braking = speed * speed / accel;

@@ -427,31 +427,35 @@ static void test_feed_hostile(void)
     const double odd[] = { NAN, INFINITY, -INFINITY, 0.0, -0.0, -1.0, 1.0, 60.0, 1e-9, 5e-324, 1e308,
                            -1e308, 1e-308 };
     const int n = sizeof odd / sizeof *odd;
+    struct cw_feed_easing easing = { 0.0, 0.0, 0 };
     int i, bad = 0;
     srand(20);
     for (i = 0; i < 300000; i++) {
         struct cw_feed_in in = calm();
         struct cw_feed_out out;
-        double *field[8], last = 1.0;
-        int k, hits = 1 + rand() % 6;
+        double *field[20], last = 1.0;
+        int k, hits = 1 + rand() % 9;
         field[0] = &in.target; field[1] = &in.lower; field[2] = &in.programmed;
         field[3] = &in.requested; field[4] = &in.accel; field[5] = &in.floor;
         field[6] = &in.dt; field[7] = &in.area;
+        for (k = 8; k < 20; k++) field[k] = &in.tool_target + (k - 8);  /* the doubles to the end */
         in.area = 12.0;
         in.kind = rand() % 6 - 1;
         in.motion = rand() % 4;
         in.trusted = rand() % 8 != 0;
         for (k = 0; k < hits; k++) {
-            int which = rand() % 11;
+            int which = rand() % 23;
             double value = odd[rand() % n];
-            if (which < 8) *field[which] = value;
-            else if (which == 8) in.next_area[rand() % CW_FEED_LEVELS] = value;
-            else if (which == 9) in.next_distance[rand() % CW_FEED_LEVELS] = value;
+            if (which < 20) *field[which] = value;
+            else if (which == 20) in.next_area[rand() % CW_FEED_LEVELS] = value;
+            else if (which == 21) in.next_distance[rand() % CW_FEED_LEVELS] = value;
             else last = value;
         }
         out = cw_feed(&in, last);
         if (!(out.scale >= 0.0 && out.scale <= 1.0)) bad++;
         if (out.by < CW_BY_NOTHING || out.by > CW_BY_FALLBACK) bad++;
+        last = cw_feed_ease(&easing, &in, out, odd[rand() % n], odd[rand() % n]).scale;
+        if (!(last >= 0.0 && last <= out.scale)) bad++;
     }
     CHECK(bad == 0);
 }

@@ -115,10 +115,12 @@ def test_no_requested_velocity(requested):
 
 
 def hostile(random):
-    names = ["target", "lower", "programmed", "requested", "accel", "floor", "dt", "area"]
+    names = ["target", "lower", "programmed", "requested", "accel", "floor", "dt", "area", "tool_target", "most",
+             "floor_share", "most_share", "air", "plunge", "upward", "chip", "teeth", "turns", "tool_width",
+             "stock_height"]
     case = {"kind": int(random.integers(-1, 6)), "motion": int(random.integers(0, 5)),
             "trusted": int(random.integers(0, 4) != 0), "last": 1.0, "ahead": []}
-    for name in random.choice(names, random.integers(1, 6), replace=False):
+    for name in random.choice(names, random.integers(1, 10), replace=False):
         case[str(name)] = ODD[random.integers(len(ODD))]
     if random.integers(2):
         case["ahead"] = [(ODD[random.integers(len(ODD))], ODD[random.integers(len(ODD))])
@@ -139,6 +141,22 @@ def test_hostile_input():
             pytest.fail(f"seed {seed}: scale {scale}, by {by}; {write_replay('feed', case)}")
 
 
+def test_hostile_easing():
+    """Whatever comes in, period after period: finite, 0 <= scale <= that of the law."""
+    seed, random = random_seed(), np.random.default_rng(random_seed())
+    easing = core.FeedEasing()
+    for _ in range(max(random_count(0), 20000)):
+        case = hostile(random)
+        values = dict(case)
+        last = values.pop("last")
+        given_now = given(**values)
+        law_now = core.feed(given_now, last)
+        recover, band = (ODD[random.integers(len(ODD))] for _ in range(2))
+        scale = core.ease(easing, given_now, law_now, recover, band).scale
+        if not 0.0 <= scale <= law_now.scale:
+            pytest.fail(f"seed {seed}: {scale} of {law_now.scale}; {write_replay('easing', case)}")
+
+
 def test_sound_random_input():
     """Never above Q/A (unless the floor lifts it) nor above F, and as fast as both allow."""
     random = np.random.default_rng(random_seed())
@@ -157,3 +175,140 @@ def test_monotone():
     assert all(b <= a + 1e-12 for a, b in zip(scales, scales[1:]))
     scales = [law(ahead=[(d, 60.0)])[0] for d in np.linspace(0.0, 5.0, 300)]
     assert all(b >= a - 1e-12 for a, b in zip(scales, scales[1:]))
+
+
+# --- limits beside the removal rate ------------------------------------------------------------
+
+def test_what_the_tool_stands():
+    """The smaller of Q and the tool's rate: 60 and 24 mm3/s on 12 mm2 are 5 and 2 mm/s."""
+    assert law(area=12.0, tool_target=24.0) == (pytest.approx(0.2), HERE)
+    assert law(area=12.0, tool_target=90.0) == (pytest.approx(0.5), HERE)
+    assert law(area=12.0, tool_target=0.0) == (pytest.approx(0.5), HERE)        # unknown
+    assert law(area=12.0, tool_target=math.nan, programmed=4.0) == (pytest.approx(0.4), FALLBACK)
+    # a window that begins above what the tool stands: held at that, no fallback
+    assert law(kind=WINDOW, lower=40.0, area=12.0, tool_target=24.0, programmed=1.0) == (pytest.approx(0.2), HERE)
+
+
+def test_fastest_while_cutting():
+    """most in mm/s and as a share of F, the smaller; not in air; braked to ahead."""
+    assert law(area=1.0, most=3.0) == (pytest.approx(0.3), CEILING)
+    assert law(area=1.0, programmed=4.0, kind=CONSTANT, most_share=1.5) == (pytest.approx(0.6), CEILING)
+    assert law(area=1.0, programmed=4.0, kind=CONSTANT, most_share=1.5, most=5.0)[0] == pytest.approx(0.5)
+    assert law(area=12.0, most=8.0) == (pytest.approx(0.5), HERE)               # the rate is the lower limit
+    assert law(area=0.0, most=3.0) == (1.0, NOTHING)
+    assert law(area=0.0, most=3.0, ahead=[(0.0, 1.0)]) == (pytest.approx(0.3), AHEAD)
+    assert law(area=0.0, most=3.0, ahead=[(0.07, 1.0)])[0] == pytest.approx(math.sqrt(9 + 500 * 0.05) / 10)
+    assert law(area=1.0, most=math.nan) == (1.0, NOTHING)
+
+
+def test_slowest_as_a_share():
+    assert law(area=600.0, floor_share=0.25, programmed=4.0) == (pytest.approx(0.1), FLOOR)
+    assert law(area=600.0, floor_share=0.25, floor=2.0, programmed=4.0) == (pytest.approx(0.2), FLOOR)
+    assert law(area=600.0, floor_share=7.0, programmed=4.0) == (pytest.approx(0.4), FLOOR)      # F at most
+    assert law(area=600.0, floor=2.0, most=1.0) == (pytest.approx(0.1), FLOOR)  # never above the highest
+
+
+def test_air():
+    """Modes 2 and 3 only, where nothing is met, still braking for what comes."""
+    assert law(kind=CONSTANT, air=6.0, programmed=2.0) == (pytest.approx(0.6), CEILING)
+    assert law(kind=WINDOW, air=6.0, programmed=2.0, lower=10.0) == (pytest.approx(0.6), CEILING)
+    assert law(kind=CONSTANT, air=60.0, programmed=2.0) == (1.0, CEILING)
+    assert law(kind=LIMIT, air=6.0) == (1.0, NOTHING)
+    assert law(kind=CONSTANT, air=6.0, area=1.0) == (1.0, CEILING)
+    assert law(kind=CONSTANT, air=6.0, ahead=[(0.0, 30.0)]) == (pytest.approx(0.2), AHEAD)
+
+
+def test_plunge():
+    """Its downward part: straight down at 1.5 mm/s, a ramp of 30 degrees at twice that."""
+    assert law(area=1.0, plunge=1.5, upward=-1.0) == (pytest.approx(0.15), CEILING)
+    assert law(area=1.0, plunge=1.5, upward=-0.5) == (pytest.approx(0.3), CEILING)
+    assert law(area=1.0, plunge=1.5, upward=0.5) == (1.0, NOTHING)
+    assert law(area=1.0, plunge=1.5, upward=0.0) == (1.0, NOTHING)
+    assert law(area=0.0, plunge=1.5, upward=-1.0) == (1.0, NOTHING)             # in air
+    assert law(area=0.0, plunge=1.5, upward=-1.0, ahead=[(0.0, 1.0)]) == (pytest.approx(0.15), AHEAD)
+    assert law(area=1.0, plunge=1.5, upward=math.nan) == (1.0, NOTHING)
+    assert law(area=1.0, plunge=1.5, upward=-99.0)[0] == pytest.approx(0.15)
+
+
+CHIP = dict(kind=CONSTANT, target=1e6, chip=0.02, teeth=2, turns=-100.0, tool_width=10.0, requested=100.0)
+
+
+def mean_of_the_arc(engagement):
+    """Mean of sin phi over the arc of engagement, summed up."""
+    n = 100000
+    end = math.acos(1 - 2 * engagement)
+    return sum(math.sin((i + 0.5) / n * end) for i in range(n)) / n
+
+
+@pytest.mark.parametrize("engagement", [0.01, 0.1, 0.5, 0.73, 1.0])
+def test_mean_chip(engagement):
+    """v = h n z / mean(sin phi): the mean is summed over the arc here."""
+    area = engagement * 10.0 * 4.0
+    speed = 0.02 * 100 * 2 / mean_of_the_arc(engagement)
+    assert law(area=area, stock_height=4.0, **CHIP) == (pytest.approx(speed / 100, rel=1e-6), HERE)
+
+
+def test_light_cut_is_the_tool_makers_rule():
+    """h = fz sqrt(ae / D) for a small ae, within 1 % at 2 %."""
+    speed = law(area=0.02 * 40, stock_height=4.0, **CHIP)[0] * 100
+    assert speed / (100 * 2) * math.sqrt(0.02) == pytest.approx(0.02, rel=0.01)
+
+
+def test_unknown_chip():
+    """An unknown engagement counts as the thickest mean chip; without spindle or teeth no bound."""
+    thickest = max(mean_of_the_arc(e / 100) for e in range(60, 90, 5))
+    speed = law(area=4.0, **CHIP)[0] * 100
+    assert speed == pytest.approx(0.02 * 100 * 2 / thickest, rel=1e-3)
+    for missing in ("chip", "teeth", "turns"):
+        assert law(area=4.0, **{**CHIP, missing: 0.0}) == (1.0, CEILING)
+        assert law(area=4.0, **{**CHIP, missing: math.nan}) == (1.0, CEILING)
+    assert law(area=1e9, stock_height=4.0, **{**CHIP, "target": 1e300})[0] == pytest.approx(0.04 * math.pi / 2)
+
+
+# --- easing ------------------------------------------------------------------------------------
+
+def eased(scales, recover=0.0, deadband=0.0):
+    """The scales of the law (limited by the stock here), one a period -> what is given out."""
+    easing, values = core.FeedEasing(), given()
+    return [core.ease(easing, values, core.FeedOut(scale, HERE), recover, deadband).scale for scale in scales]
+
+
+def test_drops_pass_at_once_and_rises_climb():
+    """500 mm/s2 in 1 ms at 10 mm/s: 0.05 a period."""
+    assert eased([0.5, 0.2, 0.4, 0.4, 0.4, 0.4, 0.4, 0.1], recover=500.0) == \
+        pytest.approx([0.5, 0.2, 0.25, 0.3, 0.35, 0.4, 0.4, 0.1])
+    assert eased([0.5, 0.2, 0.4]) == pytest.approx([0.5, 0.2, 0.4])
+
+
+def test_deadband_holds_rises_only():
+    """10 %: a rise to 0.55 is held, one to 0.56 passes; the smallest drop passes."""
+    assert eased([0.5, 0.54, 0.549, 0.56, 0.559, 0.6, 0.62], deadband=0.1) == \
+        pytest.approx([0.5, 0.5, 0.5, 0.56, 0.559, 0.559, 0.62])
+
+
+def test_deadband_and_climb():
+    """The climb goes on behind the deadband and shows in steps."""
+    scales = eased([0.2] + [0.4] * 6, recover=500.0, deadband=0.4)
+    assert scales == pytest.approx([0.2, 0.2, 0.3, 0.3, 0.3, 0.3, 0.3])
+    top = core.FeedEasing()
+    for scale, by, expected in ((0.5, HERE, 0.5), (0.52, NOTHING, 0.52), (0.51, HERE, 0.51), (0.53, CEILING, 0.53)):
+        assert core.ease(top, given(), core.FeedOut(scale, by), 0.0, 0.1).scale == pytest.approx(expected)
+
+
+def test_never_above_the_law():
+    random = np.random.default_rng(random_seed())
+    for recover, deadband in ((0.0, 0.2), (50.0, 0.0), (200.0, 0.05), (0.0, 5.0)):
+        scales = np.clip(0.5 + np.cumsum(random.normal(0, 0.02, 5000)), 0, 1)
+        assert np.all(np.array(eased(scales, recover, deadband)) <= scales + 1e-15)
+
+
+def test_easing_is_for_the_law_only():
+    """Fallback, rapids and mode 0 go through as they are, and the next feed move starts anew."""
+    easing = core.FeedEasing()
+    low = core.FeedOut(0.1, HERE)
+    for values, law_now in ((given(), core.FeedOut(0.9, FALLBACK)), (given(motion=1), core.FeedOut(1.0, NOTHING)),
+                            (given(kind=OFF), core.FeedOut(1.0, NOTHING))):
+        assert core.ease(easing, given(), low, 1.0, 0.5).scale == pytest.approx(0.1)
+        assert core.ease(easing, values, law_now, 1.0, 0.5).scale == law_now.scale
+        assert core.ease(easing, given(), core.FeedOut(0.3, HERE), 1.0, 0.5).scale == pytest.approx(0.3)
+        easing.begun = 0

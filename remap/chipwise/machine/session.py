@@ -13,7 +13,7 @@ import time
 import linuxcnc
 
 POLL_S = 0.010
-STEP_TIMEOUT_S = 30.0       # for every step but the program itself
+STEP_TIMEOUT_S = 200.0      # for every step but the program itself; in simulated time, which may be fast
 IDLE_POLLS = 20             # the interpreter is idle when it was this many times
 INTERP_ERROR = 5            # interp_return.hh; not among the module's constants
 

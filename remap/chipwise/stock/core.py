@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-SAMPLES, LEVELS, QUEUE, RINGS, TRAIL, PIECES = 128, 8, 16, 12, 32, 160
+SAMPLES, LEVELS, QUEUE, RINGS, TRAIL, PIECES = 192, 8, 16, 12, 32, 160
 CELL_DTYPE = np.dtype([("top", "<f4"), ("drop", "<u2"), ("cut", "<u2")])
 
 
@@ -69,7 +69,7 @@ class _Course(C.Structure):
 
 
 class _Ahead(C.Structure):
-    _fields_ = [("way", _Way), ("course", _Course), ("on_way", C.c_int), ("at", C.c_double),
+    _fields_ = [("way", _Way), ("course", _Course), ("on_way", C.c_int), ("at", C.c_double), ("gap", C.c_double),
                 ("held", C.c_double), ("first", C.c_int), ("count", C.c_int),
                 ("stale", C.c_int), ("area", C.c_float * SAMPLES), ("depth", C.c_float * SAMPLES)]
 
@@ -89,12 +89,34 @@ class FeedIn(C.Structure):
                 ("programmed", C.c_double), ("requested", C.c_double), ("motion", C.c_int),
                 ("accel", C.c_double), ("floor", C.c_double), ("dt", C.c_double),
                 ("trusted", C.c_int), ("area", C.c_double),
-                ("next_distance", C.c_double * LEVELS), ("next_area", C.c_double * LEVELS)]
+                ("next_distance", C.c_double * LEVELS), ("next_area", C.c_double * LEVELS)] \
+        + [(n, C.c_double) for n in ("tool_target", "most", "floor_share", "most_share", "air",
+                                     "plunge", "upward", "chip", "teeth", "turns", "tool_width",
+                                     "stock_height")]
 
 
 class FeedOut(C.Structure):
     """struct cw_feed_out (feed.h)."""
     _fields_ = [("scale", C.c_double), ("by", C.c_int)]
+
+
+class FeedEasing(C.Structure):
+    """struct cw_feed_easing (feed.h): what the easing remembers between periods."""
+    _fields_ = [("ramp", C.c_double), ("held", C.c_double), ("begun", C.c_int)]
+
+
+class ObeyIn(C.Structure):
+    """struct cw_obey_in (obey.h)."""
+    _fields_ = [("kind", C.c_int), ("motion", C.c_int)] \
+        + [(n, C.c_double) for n in ("programmed", "requested", "scale", "actual", "accel",
+                                     "most_override", "dt")] \
+        + [("index", C.c_int), ("told", C.c_int)]
+
+
+class Obey(C.Structure):
+    """struct cw_obey (obey.h)."""
+    _fields_ = [("explained", C.c_double), ("at_rest", C.c_double), ("above", C.c_int),
+                ("synchronised", C.c_int), ("disobeyed", C.c_int)]
 
 
 _TOOL_ERRORS = {1: "diameter must be a number > 0 mm", 2: "corner radius must lie in 0..radius",
@@ -147,7 +169,11 @@ def _load():
             ("cw_way_append", None, [C.POINTER(_Way), C.c_long, C.POINTER(Piece)]),
             ("cw_way_retract", None, [C.POINTER(_Way)]),
             ("cw_way_at", C.c_double, [C.POINTER(_Way), C.c_double, vec, vec]),
-            ("cw_feed", FeedOut, [C.POINTER(FeedIn), C.c_double])):
+            ("cw_feed", FeedOut, [C.POINTER(FeedIn), C.c_double]),
+            ("cw_feed_target", C.c_double, [C.POINTER(FeedIn)]),
+            ("cw_feed_ease", FeedOut, [C.POINTER(FeedEasing), C.POINTER(FeedIn), FeedOut,
+                                       C.c_double, C.c_double]),
+            ("cw_obey_step", C.c_int, [C.POINTER(Obey), C.POINTER(ObeyIn)])):
         function = getattr(lib, name)
         function.restype, function.argtypes = result, args
     return lib
@@ -330,3 +356,13 @@ class Ahead:
 def feed(values: FeedIn, last_scale: float = 1.0) -> FeedOut:
     """The feed law for one period."""
     return library().cw_feed(C.byref(values), last_scale)
+
+
+def ease(easing: FeedEasing, values: FeedIn, law: FeedOut, recover=0.0, deadband=0.0) -> FeedOut:
+    """The feed eased (feed.h, 7) for one period."""
+    return library().cw_feed_ease(C.byref(easing), C.byref(values), law, recover, deadband)
+
+
+def obeys(watch: Obey, values: ObeyIn) -> bool:
+    """One period of the watch over the override (obey.h); False once it is disobeyed."""
+    return not library().cw_obey_step(C.byref(watch), C.byref(values))

@@ -7,7 +7,7 @@ import random
 
 from halrig import Stimulus
 
-PERIOD_S, FLOOR = 0.001, 2.0                # s; mm/s, floor-vel in test.hal
+PERIOD_S, FLOOR = 0.001, 2.0                # s; mm/s, min-vel in test.hal
 SEED, HOSTILE = 2, 700
 NOTHING, HERE, AHEAD, FLOOR_BY, CEILING, FALLBACK = range(6)
 NAN, INF = math.nan, math.inf

@@ -1,0 +1,100 @@
+"""The watch over the override (obey.h): what an obedient machine does never trips it, M52 P0 does."""
+import math
+
+import numpy as np
+import pytest
+
+from chipwise.stock import core
+from conftest import random_seed
+
+DT, ACCEL, CEILING, F = 0.001, 500.0, 50.0, 10.0
+
+
+class Machine:
+    """A planner with one axis: it goes for override x requested velocity at `accel`, braking maybe weaker."""
+
+    def __init__(self, obedient=True, override=1.0, braking=0.43):
+        self.watch, self.velocity, self.scale = core.Obey(), 0.0, 1.0
+        self.obedient, self.override, self.braking = obedient, override, braking
+        self.inhibit = False
+
+    def step(self, scale, **changes):
+        """-> still obeys; the scale acts a period later."""
+        goal = self.override * CEILING * (self.scale if self.obedient else 1.0) * (not self.inhibit)
+        low, high = self.velocity - self.braking * ACCEL * DT, self.velocity + ACCEL * DT
+        self.velocity = min(max(goal, low), high)
+        self.scale = scale
+        values = core.ObeyIn(kind=2, motion=2, programmed=F, requested=CEILING, scale=scale, actual=self.velocity,
+                             accel=ACCEL, most_override=1.5, dt=DT)
+        for name, value in changes.items():
+            setattr(values, name, value)
+        return core.obeys(self.watch, values)
+
+
+def test_it_is_seen_in_time():
+    """From standstill: tripped as soon as the velocity passes what 150 % of F would be."""
+    machine = Machine(obedient=False)
+    for _ in range(200):
+        if not machine.step(0.1):
+            break
+    assert machine.velocity <= 1.5 * F * 1.02 + 7 * ACCEL * DT
+    assert not core.obeys(machine.watch, core.ObeyIn(kind=2, motion=2))      # kept while a move is there
+    assert core.obeys(machine.watch, core.ObeyIn(kind=2, motion=0))          # and let go with it
+
+
+def test_it_stops_and_stays_stopped():
+    machine = Machine(obedient=False)
+    for _ in range(2000):
+        machine.inhibit = not machine.step(0.1)
+    assert machine.velocity == 0.0 and machine.inhibit
+
+
+@pytest.mark.parametrize("override", [0.5, 1.0, 1.5])
+@pytest.mark.parametrize("braking", [0.3, 0.43, 1.0])
+def test_obedience_is_never_taken_for_it(override, braking):
+    """Random overrides, jumping and drifting, braking at any strength LinuxCNC has."""
+    random = np.random.default_rng(random_seed())
+    machine, scale = Machine(override=override, braking=braking), 1.0
+    for _ in range(20000):
+        if random.random() < 0.02:
+            scale = random.random()
+        scale = float(np.clip(scale + random.normal(0, 0.01), 0.001, 1))
+        assert machine.step(scale)
+
+
+def test_what_is_not_judged():
+    """No ceiling, other motions, mode 0, a move that follows the spindle."""
+    for changes in (dict(programmed=0.0), dict(programmed=CEILING), dict(motion=1), dict(motion=5), dict(kind=0)):
+        machine = Machine(obedient=False)
+        assert all(machine.step(0.01, **changes) for _ in range(300)), changes
+    machine = Machine(obedient=False)
+    assert machine.step(0.1, actual=0.0, index=1)
+    assert all(machine.step(0.1, actual=30.0) for _ in range(2000))
+    machine.step(0.1, actual=0.0)                                           # a tap turns round
+    assert all(machine.step(0.1, actual=30.0) for _ in range(200))
+    for _ in range(150):
+        machine.step(0.1, actual=0.0)                                       # it has ended
+    assert not all(machine.step(0.1, actual=30.0) for _ in range(50))
+
+
+def test_told():
+    """Somebody has read it from the status: at once, but only where it matters."""
+    assert not Machine().step(1.0, told=1)
+    assert Machine().step(1.0, told=1, programmed=0.0)
+    assert Machine().step(1.0, told=1, motion=1)
+
+
+def test_hostile():
+    """After any numbers: once nothing moves it obeys, and it sees the next disobedience as before."""
+    odd = [math.nan, math.inf, -math.inf, -1.0, 0.0, 1e308, 5e-324, 10.0]
+    random = np.random.default_rng(random_seed())
+    watch = core.Obey()
+    for _ in range(2000):
+        for _ in range(10):
+            core.obeys(watch, core.ObeyIn(2, 2, *(odd[random.integers(len(odd))] for _ in range(7))))
+        assert core.obeys(watch, core.ObeyIn(kind=2, motion=0))
+        for obedient in (True, False):
+            machine = Machine(obedient)
+            machine.watch = watch
+            assert all([machine.step(0.1) for _ in range(60)]) == obedient
+            assert core.obeys(watch, core.ObeyIn(kind=2, motion=0))
