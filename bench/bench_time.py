@@ -34,8 +34,8 @@ sys.path[:0] = [str(ROOT / "remap")]
 
 from chipwise.machine import runner              # noqa: E402
 
-SPEED = 8
-TOGETHER = 3                # runs at once
+SPEED = 4
+TOGETHER = 2                # runs at once
 FREE = 1000.0               # times the target: the stock never limits
 KEEP_MM = 0.05              # the way is judged in steps of this
 TURN = 0.03                 # rad, and wherever it turns by more

@@ -49,8 +49,8 @@ pin out float depth "machine units: deepest stock above the tool's edge within i
 pin out bit flute_excess "depth exceeds the flute length while cutting";
 pin out bit rapid_contact "a traverse meets stock, or will within its braking distance";
 pin out bit path_known "the way ahead is the program's own, read from the motion planner; FALSE: it is predicted";
-pin out float ahead_distance_#[8] "machine units of travel until ahead-area-N applies";
-pin out float ahead_area_#[8] "mm2; rises with N; 0: unused";
+pin out float ahead_distance_#[8] "machine units of travel until ahead-area-N applies; number 0: now";
+pin out float ahead_area_#[8] "mm2, never too low; rises with N; 0: unused";
 
 param rw float units_per_mm = 1.0 "machine units per mm: 1 or 1/25.4";
 param rw float mrr_window = 0.02 "s, at most 1023 periods";

@@ -35,23 +35,40 @@ static double sample(const struct cw_ahead *ahead, int i)
     return ahead->area[i % CW_AHEAD_SAMPLES];
 }
 
-/* Load at the tool: the larger of the sample behind and the one in front, so that neither the
- * noise of the readings nor a slow rise is taken too low. Interpolated heights smear an edge of
- * the stock over a cell, and near an edge the load changes with the root of the way: a fall
- * counts one sample late [3]. */
+/* Number of the sample the tool has passed last; *share: how far it is to the next, 0..1. */
+static int passed(const struct cw_ahead *ahead, double *share)
+{
+    double s = ahead->at / ahead->gap;
+    int i = (int)floor(s);
+    *share = s - i;
+    return i;
+}
+
+/* Load at the tool, as well as it is known: between the samples around it [3]. */
 static double area_now(const struct cw_ahead *ahead)
 {
-    double s = ahead->at / ahead->gap;     /* in samples */
-    int i = (int)floor(s);
-    double past, a, b;
+    double share;
+    int i;
     if (ahead->count == 0) return ahead->held;
+    i = passed(ahead, &share);
+    return sample(ahead, i) + share * (sample(ahead, i + 1) - sample(ahead, i));
+}
+
+/* Load at the tool, never too low: the larger of the samples around it, so that neither the noise
+ * of the readings nor a slow rise is missed. Interpolated heights smear an edge of the stock over
+ * a cell, and near an edge the load changes with the root of the way: a fall counts one sample
+ * late [3]. */
+static double most_now(const struct cw_ahead *ahead)
+{
+    double past, a, b, share;
+    int i;
+    if (ahead->count == 0) return ahead->held;
+    i = passed(ahead, &share);
     past = sample(ahead, i - 1);
     a = sample(ahead, i);
     b = sample(ahead, i + 1);
-    if (i - 1 < ahead->first && s < 1.0) past = cw_max(a, ahead->held);
-    if (b > CW_RISE * a) return cw_max(b, past);
-    if (past > CW_RISE * cw_min(a, b)) return past;
-    return cw_max(a, b);
+    if (i - 1 < ahead->first && ahead->at < ahead->gap) past = cw_max(a, ahead->held);
+    return past > CW_RISE * cw_min(a, b) ? cw_max(past, b) : cw_max(a, b);
 }
 
 /* Cosine between the old course at `s` and the beginning of the new one. */
@@ -160,7 +177,7 @@ void cw_ahead_step(struct cw_ahead *ahead, const struct cw_stock *stock, const s
 {
     struct cw_course old = ahead->course;
     double gap = cw_ahead_gap(stock, tool);
-    double now = ahead->count && ahead->gap > 0.0 ? area_now(ahead) : 0.0;
+    double now = ahead->count && ahead->gap > 0.0 ? most_now(ahead) : 0.0;
     int on_way = ahead->way.known && ahead->way.count > 0;
     int new_course = cw_course_step(&ahead->course, from, to, period,
                                     CW_OFF_COURSE * stock->cell, CW_GRAIN * stock->cell);
@@ -229,7 +246,7 @@ void cw_ahead_look(const struct cw_ahead *ahead, const struct cw_stock *stock,
     view->nearest = 1e30;
     view->levels = 1;
     view->level[0].distance = 0.0;
-    view->level[0].area = view->level[0].base = view->area;
+    view->level[0].area = view->level[0].base = known ? most_now(ahead) : 0.0;
     if (!known) return;
     before = ahead->count ? sample(ahead, ahead->first) : 0.0;
     for (i = ahead->first; i < ahead->first + ahead->count; i++) {

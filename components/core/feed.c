@@ -5,6 +5,7 @@
 #define CW_LEAST_AREA 1e-6      /* mm2, below this the tool is in air */
 #define CW_LEAST_SCALE 0.001    /* the stock never stops the machine altogether */
 #define CW_BRAKING 0.5          /* share of the acceleration a blending segment gets [2] */
+#define CW_AT_HAND 1.25         /* of the load at the tool: the same load, read with caution */
 #define CW_LATENCY 2.0          /* periods from reading a position to braking */
 #define CW_THICKEST 0.72462     /* largest mean chip thickness over fz: of 2 e / acos(1 - 2 e) [6] */
 #define CW_LEAST_DOWN 1e-3      /* a way less steep than this is level */
@@ -87,6 +88,12 @@ static double load_limit(const struct cw_feed_in *in, double area)
     return cw_min(cw_feed_target(in) / area, chip_limit(in, area));
 }
 
+/* Whether a place ahead is the load at the tool over again, on its safe side. */
+static int is_here(const struct cw_feed_in *in, int i)
+{
+    return in->next_distance[i] <= 0.0 && in->next_area[i] <= CW_AT_HAND * in->area;
+}
+
 /* Highest velocity the stock allows here and ahead, mm/s [1] [2]; `most`: while cutting [5]. */
 static struct allowed stock_limit(const struct cw_feed_in *in, double last_scale, double most)
 {
@@ -108,7 +115,7 @@ static struct allowed stock_limit(const struct cw_feed_in *in, double last_scale
         velocity = sqrt(there * there + 2.0 * CW_BRAKING * in->accel * room);
         if (velocity < best.velocity) {
             best.velocity = velocity;
-            best.by = CW_BY_STOCK_AHEAD;
+            best.by = is_here(in, i) ? CW_BY_STOCK_HERE : CW_BY_STOCK_AHEAD;
         }
     }
     return best;
