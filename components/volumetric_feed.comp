@@ -4,6 +4,8 @@ Turns the section area that stock_tracker(9) reports into a feed override: veloc
 rate / section area at the tool, and early enough ahead of it that the planner's braking is
 done where the load begins. Wire
 .B adaptive-feed
+or, where programs probe while F is replaced by a ceiling,
+.B override
 to motion.adaptive-feed; the program or the INI file must enable it with M52 P1.
 
 Modes: 0 off; 1 limit, never faster than the programmed feed; 2 constant, up to the requested
@@ -45,6 +47,7 @@ pin in bit index_enable "spindle.0.index-enable: the move waits for the spindle 
 pin in bit adaptive_off "LinuxCNC's status says that adaptive feed is disabled (chipwise-monitor.adaptive-off)";
 
 pin out float adaptive_feed = 1.0 "to motion.adaptive-feed, 0..1";
+pin out float override = 1.0 "to motion.adaptive-feed: adaptive-feed, but F over requested-vel in a probing move (motion type 5)";
 pin out s32 limited_by "0 nothing, 1 stock here, 2 stock ahead, 3 floor, 4 ceiling or another limit of the velocity, 5 fallback to the programmed feed";
 pin out float mrr_effective "the removal rate that counts, mm3/min: mrr-target or, where smaller, tool-max-rate; 0 in mode 0";
 pin out bit disobeyed "the machine does not obey the override, to motion.feed-inhibit";
@@ -134,7 +137,8 @@ FUNCTION(_) {
     out = cw_feed_ease(&easing, &in, out, recover_accel / units_per_mm, deadband);
 
     adaptive_feed = out.scale;
+    override = cw_feed_override(&in, out.scale);
     limited_by = out.by;
     mrr_effective = in.kind ? 60.0 * cw_feed_target(&in) : 0.0;
-    disobeyed = watch(__comp_inst, &in, out.scale);
+    disobeyed = watch(__comp_inst, &in, override);
 }

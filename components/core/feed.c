@@ -200,3 +200,11 @@ struct cw_feed_out cw_feed_ease(struct cw_feed_easing *easing, const struct cw_f
         easing->held = easing->ramp;
     return result(cw_clamp(easing->held / in->requested, 0.0, law.scale), law.by);
 }
+
+double cw_feed_override(const struct cw_feed_in *in, double scale)
+{
+    int on = in->kind >= CW_FEED_LIMIT && in->kind <= CW_FEED_WINDOW;
+    if (!on || in->motion != CW_MOTION_PROBING) return scale;
+    if (!cw_finite(in->requested) || !(in->requested > 0.0)) return scale;
+    return programmed_feed(in) / in->requested;
+}

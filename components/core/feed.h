@@ -25,6 +25,7 @@
  *     its deepest part; an unknown e counts as the one with the thickest mean chip.
  *  7. Easing: a drop passes at once; a rise is held back until it is more than the deadband, and
  *     climbs at a bounded acceleration. What comes out is never above what the law allows.
+ *  8. A probing move must go at F, not at the ceiling in its place: it gets an override of its own.
  */
 #ifndef CHIPWISE_FEED_H
 #define CHIPWISE_FEED_H
@@ -38,6 +39,7 @@ enum cw_limited_by {
 
 #define CW_MOTION_FEED 2        /* motion.motion-type */
 #define CW_MOTION_ARC 3
+#define CW_MOTION_PROBING 5
 #define CW_FEED_LEVELS 8        /* places ahead */
 
 /* Numbers that switch a limit off are 0; a setting that is no number counts as 0. */
@@ -85,5 +87,8 @@ struct cw_feed_out cw_feed(const struct cw_feed_in *in, double last_scale);
 /* [7] `law`: what cw_feed gave; `recover`: mm/s2, 0: at once; `deadband`: relative, 0..1. */
 struct cw_feed_out cw_feed_ease(struct cw_feed_easing *easing, const struct cw_feed_in *in,
                                 struct cw_feed_out law, double recover, double deadband);
+
+/* [8] What the machine is given: `scale`, but while probing F over the requested velocity. */
+double cw_feed_override(const struct cw_feed_in *in, double scale);
 
 #endif

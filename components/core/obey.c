@@ -36,7 +36,8 @@ static int follow_spindle(struct cw_obey *obey, const struct cw_obey_in *in, int
 
 int cw_obey_step(struct cw_obey *obey, const struct cw_obey_in *in)
 {
-    int feeding = in->motion == CW_MOTION_FEED || in->motion == CW_MOTION_ARC;
+    int feeding = in->motion == CW_MOTION_FEED || in->motion == CW_MOTION_ARC
+        || in->motion == CW_MOTION_PROBING;
     int on = in->kind >= CW_FEED_LIMIT && in->kind <= CW_FEED_WINDOW;
     int ceiling = speed(in->programmed) > 0.0 && speed(in->requested) > in->programmed;
     double dt = cw_finite(in->dt) ? cw_clamp(in->dt, 0.0, 0.1) : 0.0;

@@ -7,7 +7,7 @@
  * pin that tells whether adaptive feed is enabled, so the velocity is judged.
  *
  * Principle:
- *  1. Judged are feed moves and arcs while the requested velocity is a ceiling above F.
+ *  1. Judged are feed moves, arcs and probing while the requested velocity is a ceiling above F.
  *  2. Explained are the override times the requested velocity, or F, times the largest feed
  *     override the operator may set; what the machine did before, falling at a quarter of the
  *     planner's acceleration (braking is never that slow: feed.h, 2); and CW_OBEY_SLACK.

@@ -61,12 +61,64 @@ def check_memory(settings):
 
 
 def halcmd(*words):
-    """One halcmd command; raises CycleError with what it said."""
+    """One halcmd command; -> what it printed.  Raises CycleError with what it said."""
     done = subprocess.run(['halcmd', *words], text=True, stdin=subprocess.DEVNULL,
                           stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
     if done.returncode:
         said = done.stdout.strip().replace('{', '{{').replace('}', '}}')
         raise CycleError(f'halcmd {" ".join(words)}: {said}', 'see the lines above')
+    return done.stdout
+
+
+def signal_of(pin):
+    """-> name of the signal a pin is on, "" where it is on none."""
+    for line in halcmd('-s', 'show', 'pin', pin).splitlines():
+        words = line.split()
+        if len(words) >= 7 and words[4] == pin:
+            return words[6]
+    return ''
+
+
+def tap(source, signal, target):
+    """Connect one of LinuxCNC's output pins to `target`, by the signal it is on already, else by `signal`."""
+    found = signal_of(source)
+    halcmd(*(('net', found, target) if found else ('net', signal, source, target)))
+
+
+def max_feed_override():
+    """[DISPLAY]MAX_FEED_OVERRIDE, 1 where it is missing, as LinuxCNC has it."""
+    return float(ini_section('DISPLAY').get('MAX_FEED_OVERRIDE', '1'))
+
+
+def feed_parameters(settings, units, acceleration):
+    """{parameter of volumetric_feed: value}; feeds mm/min -> machine units/s."""
+    return {
+        'units-per-mm': units,
+        'acceleration': acceleration,
+        'min-vel': settings['MIN_FEED'] / 60 * units,
+        'max-vel': settings['MAX_FEED'] / 60 * units,
+        'min-scale': settings['MIN_FEED_SHARE'],
+        'max-scale': settings['MAX_FEED_SHARE'],
+        'air-vel': settings['AIR_FEED'] / 60 * units,
+        'plunge-vel': settings['PLUNGE_FEED'] / 60 * units,
+        'max-chip-thickness': settings['MAX_CHIP'],
+        'recover-accel': settings['RECOVERY'] * units,
+        'deadband': settings['DEADBAND'],
+        'max-override': max_feed_override()}
+
+
+def watch_the_machine(settings):
+    """What volumetric_feed has to know of motion and spindle, and how it stops a machine that does not obey."""
+    tap('motion.current-vel', 'chipwise-velocity', 'volumetric-feed.0.current-vel')
+    if signal_of('spindle.0.index-enable'):     # without an encoder nothing follows the spindle
+        tap('spindle.0.index-enable', '', 'volumetric-feed.0.index-enable')
+    if settings['MAX_CHIP']:
+        tap('spindle.0.speed-out-rps', 'chipwise-spindle-speed', 'volumetric-feed.0.spindle-speed')
+    if signal_of('motion.feed-inhibit'):
+        print('chipwise: motion.feed-inhibit is in use: a machine that does not obey the volumetric feed is stopped '
+              'by the program being aborted, not by feed-inhibit; join volumetric-feed.0.disobeyed to it (or2)')
+        return
+    halcmd('net', 'chipwise-disobeyed', 'volumetric-feed.0.disobeyed', 'motion.feed-inhibit')
 
 
 def run(options):
@@ -93,8 +145,8 @@ def load(settings):
             ('setp', 'stock-tracker.0.units-per-mm', f'{units:.17g}'),
             ('setp', 'stock-tracker.0.read-path', f"{settings['READ_PATH']:d}"),
             ('setp', 'stock-tracker.0.acceleration', f'{acceleration:.9g}'),
-            ('setp', 'volumetric-feed.0.units-per-mm', f'{units:.17g}'),
-            ('setp', 'volumetric-feed.0.acceleration', f'{acceleration:.9g}'),
+            *(('setp', f'volumetric-feed.0.{name}', f'{value:.17g}')
+              for name, value in feed_parameters(settings, units, acceleration).items()),
             ('net', 'chipwise-word', f'motion.analog-out-{first:02d}', 'chipwise-command.0.word'),
             ('net', 'chipwise-value', f'motion.analog-out-{first + 1:02d}',
              'chipwise-command.0.value'),
@@ -102,3 +154,4 @@ def load(settings):
              'volumetric-feed.0.programmed-vel'),
             ('net', 'chipwise-status', 'chipwise-command.0.status', f'motion.analog-in-{status:02d}')):
         halcmd(*words)
+    watch_the_machine(settings)

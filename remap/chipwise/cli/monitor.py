@@ -35,6 +35,9 @@ FAULTS = {              # stock-tracker.0.fault-code (man stock_tracker)
     22: 'units-per-mm is not above 0; see docs/Config.md'}
 
 TOOL_FAULTS = (11, 12, 13, 14)
+FEED_MOTION = (2, 3)    # motion type of a feed move and an arc
+DISOBEYED = ('the machine does not obey the volumetric feed and would go at its ceiling: adaptive feed is disabled '
+             '(M52 P0); the program is aborted; switch off with M252 before M52 P0')
 
 
 def add_arguments(parser):
@@ -42,13 +45,15 @@ def add_arguments(parser):
 
 
 class Tool:
-    """Shape of the tool in the spindle for the tracker's pins: machine units and degrees."""
+    """The tool in the spindle for the pins: machine units and degrees, mm3/min; 0: unknown."""
 
-    def __init__(self, diameter=0.0, corner_radius=0.0, tip_angle=0.0, flute_length=0.0):
+    def __init__(self, diameter=0.0, corner_radius=0.0, tip_angle=0.0, flute_length=0.0, flutes=0, max_rate=0.0):
         self.diameter = diameter
         self.corner_radius = corner_radius
         self.tip_angle = tip_angle
         self.flute_length = flute_length
+        self.flutes = flutes
+        self.max_rate = max_rate
 
 
 def tool_shape(number, diameter, path, units):
@@ -62,7 +67,8 @@ def tool_shape(number, diameter, path, units):
     corner = {'ball': diameter / 2, 'bull': (geometry.corner_radius or 0.0) * units,
               'tapered-ball': (geometry.corner_radius or 0.0) * units}.get(geometry.shape, 0.0)
     tip = geometry.tip_angle if geometry.shape in ('vee', 'tapered-ball') else 0.0
-    return Tool(diameter, corner, tip or 0.0, (geometry.flute_length or 0.0) * units)
+    return Tool(diameter, corner, tip or 0.0, (geometry.flute_length or 0.0) * units, geometry.flutes or 0,
+                geometry.max_removal_rate or 0.0)
 
 
 class Monitor:
@@ -78,6 +84,7 @@ class Monitor:
         self.said_fault = 0
         self.fallback_since = None
         self.said_fallback = False
+        self.said_disobeyed = False
         self.said_tool = None
 
     def connect(self):
@@ -122,6 +129,8 @@ class Monitor:
         pins['tool-corner-radius'] = shape.corner_radius
         pins['tool-tip-angle'] = shape.tip_angle
         pins['tool-flute-length'] = shape.flute_length
+        pins['tool-flutes'] = shape.flutes
+        pins['tool-max-rate'] = shape.max_rate
         pins['tool-diameter'] = shape.diameter
 
     def falling_back(self, now):
@@ -145,8 +154,26 @@ class Monitor:
             self.say('no stock is known: the volumetric feed leaves F as programmed; define it with M250')
         self.said_fallback = falling_back
 
+    def adaptive_feed_is_off(self):
+        """Whether the machine cuts with F replaced by the ceiling and no override: one snapshot of the status, so
+        that the move, the ceiling and the override belong together."""
+        status = self.status
+        programmed = status.aout[self.settings['ANALOG_OUT'] + 2]       # above 0 while F is replaced
+        return status.motion_type in FEED_MOTION and programmed > 0 and not status.adaptive_feed_enabled
+
+    def follow_override(self):
+        """Adaptive feed disabled -> pin; disobedience -> message once, and the program is aborted: feed-inhibit has
+        no effect while the spindle override is disabled (M49, M51 P0; LinuxCNC 2.9, motion/control.c)."""
+        self.component['adaptive-off'] = self.adaptive_feed_is_off()
+        disobeyed = self.component['disobeyed']
+        if disobeyed and not self.said_disobeyed:
+            self.command.abort()
+            self.say(DISOBEYED)
+        self.said_disobeyed = disobeyed
+
     def step(self):
         if self.connect():
+            self.follow_override()
             self.follow_tool()
             self.follow_faults(time.monotonic())
 
@@ -157,7 +184,11 @@ def make_component():
     for name in ('tool-diameter', 'tool-corner-radius', 'tool-tip-angle', 'tool-flute-length'):
         component.newpin(name, hal.HAL_FLOAT, hal.HAL_OUT)
     component.newpin('tool-number', hal.HAL_S32, hal.HAL_OUT)
-    component.newpin('fault', hal.HAL_BIT, hal.HAL_IN)
+    component.newpin('tool-max-rate', hal.HAL_FLOAT, hal.HAL_OUT)
+    component.newpin('tool-flutes', hal.HAL_FLOAT, hal.HAL_OUT)
+    component.newpin('adaptive-off', hal.HAL_BIT, hal.HAL_OUT)
+    for name in ('fault', 'disobeyed'):
+        component.newpin(name, hal.HAL_BIT, hal.HAL_IN)
     for name in ('fault-code', 'limited-by', 'mode'):
         component.newpin(name, hal.HAL_S32, hal.HAL_IN)
     return component

@@ -23,7 +23,7 @@ COLUMNS = (
     ('adaptive_feed', 'motion.adaptive-feed', 'f'),
     ('removed_volume', 'stock-tracker.0.removed-volume', 'f'),
     ('section_area', 'stock-tracker.0.section-area', 'f'),
-    ('rate_target', 'volumetric-feed.0.mrr-target', 'f'),
+    ('rate_target', 'volumetric-feed.0.mrr-effective', 'f'),
     ('limited_by', 'volumetric-feed.0.limited-by', 's'),
     ('line', 'motion.program-line', 's'),
     ('rapid_contact', 'stock-tracker.0.rapid-contact', 'b'),

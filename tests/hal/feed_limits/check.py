@@ -30,13 +30,25 @@ def check_easing(trace):
             f"eased-feed: {value:.6f} at {k * PERIOD_S:.3f} s, allowed: {factor:.6f} +- {SHARE:g}"
 
 
+def check_probing(trace):
+    """override: F of the ceiling while probing, adaptive-feed in all other rows of the cases."""
+    rows = trace.phases["probing"]
+    given, law = trace["override"][:rows.stop], trace["adaptive-feed"][:rows.stop].copy()
+    law[rows] = [0.5, 0.25, 1.0, 1.0, 1.0]
+    k = int(np.argmax(np.abs(given - law)))
+    assert abs(given[k] - law[k]) <= SHARE, \
+        f"override: {given[k]:.6f} at {k * PERIOD_S:.3f} s, allowed: {law[k]:.6f} +- {SHARE:g}"
+
+
 def check(trace):
+    within(trace, "override", 0.0, 1.0, "(override)")
     within(trace, "adaptive-feed", 0.0, 1.0, "(override)")
     within(trace, "eased-feed", 0.0, 1.0, "(override)")
     within(trace, "limited-by", 0, 5, "(pin)")
     within(trace, "eased-by", 0, 5, "(pin)")
     check_cases(trace)
     check_easing(trace)
+    check_probing(trace)
 
 
 SABOTAGE = {
@@ -53,6 +65,8 @@ SABOTAGE = {
     "rises at once": lambda t: t.put("eased-feed", "easing", 0.25, 5),
     "drops late": lambda t: t.but(eased_feed=lambda f: np.roll(f, 1)),
     "no deadband": lambda t: t.put("eased-feed", "easing", 5.5 / 40, 4),
+    "probing at the ceiling": lambda t: t.put("override", "probing", 1.0),
+    "override late": lambda t: t.but(override=lambda f: np.roll(f, 1)),
     "negative in hostile rows": lambda t: t.put("adaptive-feed", "hostile", -1e-6, 300),
     "NaN in hostile rows": lambda t: t.put("eased-feed", "hostile", np.nan, 33),
 }

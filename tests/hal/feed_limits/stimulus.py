@@ -59,6 +59,10 @@ case("chip", 32.0, CEILING, section_area=1.0, depth=1.0, tool_flutes=2, spindle_
 # mode 3 without a ceiling of its own: F is the requested velocity, whatever the rate would allow
 case("window without E", 32.0, CEILING, mode=3, section_area=0.1, programmed_vel=0.0)
 case("window without E", 10.0, HERE, mode=3, section_area=10.0, programmed_vel=0.0)
+# probing: adaptive-feed stays 1; override see check.py
+for changes in (dict(), dict(programmed_vel=10.0), dict(programmed_vel=0.0), dict(programmed_vel=90.0),
+                dict(mode=0, rate=0.0)):
+    case("probing", REQUESTED, NOTHING, motion_type=5, section_area=1000.0, **changes)
 # easing, instance 1: 0.5 mm/s a period, in steps of 10 %
 EASING = [10.0, 20.0, 4.0, 100.0, 10.0, 10.0, 10.0, 10.0, 10.0, 20.0]
 for area in EASING:

@@ -49,7 +49,7 @@ def stimulus():
     s.stay(10, motion_type=0, adaptive_off=0, mode=2)
     s.phase("not judged")
     s.stay(5, motion_type=1, current_vel=90.0)
-    s.stay(5, motion_type=5)
+    s.stay(5, motion_type=4)
     s.stay(5, motion_type=0, current_vel=0.0)
     s.stay(5, motion_type=2, programmed_vel=0.0)
     s.go(50.0)
