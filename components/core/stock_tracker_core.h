@@ -10,6 +10,7 @@
 #include "core/section.c"
 #include "core/course.c"
 #include "core/ahead.c"
+#include "core/guard.c"
 #include "core/tracker.c"
 
 typedef struct cw_tracker cw_tracker_t;

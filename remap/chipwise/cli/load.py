@@ -90,6 +90,9 @@ def load(settings):
             ('loadrt', 'stock_tracker', f"cell={settings['CELL']:.9g}", f'size_x={size_x:.9g}',
              f'size_y={size_y:.9g}'),
             ('loadrt', 'volumetric_feed'),
+            ('loadrt', 'chipwise_guard'),
+            ('setp', 'chipwise-guard.0.guard-rapid', f"{settings['GUARD_RAPID']:d}"),
+            ('setp', 'chipwise-guard.0.guard-flute', f"{settings['GUARD_FLUTE']:d}"),
             ('setp', 'stock-tracker.0.units-per-mm', f'{units:.17g}'),
             ('setp', 'stock-tracker.0.acceleration', f'{acceleration:.9g}'),
             ('setp', 'volumetric-feed.0.units-per-mm', f'{units:.17g}'),
@@ -101,3 +104,15 @@ def load(settings):
              'volumetric-feed.0.programmed-vel'),
             ('net', 'chipwise-status', 'chipwise-command.0.status', f'motion.analog-in-{status:02d}')):
         halcmd(*words)
+    if settings['GUARD_RAPID'] or settings['GUARD_FLUTE']:
+        connect_stop()
+
+
+def connect_stop():
+    """The guards' stop to both pins that hold the machine (man chipwise_guard says why both)."""
+    try:
+        halcmd('net', 'chipwise-stop', 'chipwise-guard.0.stop', 'motion.feed-inhibit', 'motion.feed-hold')
+    except CycleError as error:
+        raise CycleError(error.problem, 'where your own HAL files use motion.feed-inhibit or motion.feed-hold, let an or2 '
+                         'join them and chipwise-guard.0.stop there, and set [CHIPWISE]GUARD_RAPID = no and '
+                         'GUARD_FLUTE = no') from error

@@ -1,11 +1,13 @@
 """The stock map of a running stock_tracker, read from another process.
 
-Who calls it: bin/chipwise, tests.  The map lies in shared memory under the key the tracker shows as
+Who calls it: bin/chipwise, the monitor, tests.  The map lies in shared memory under the key the tracker shows as
 stock-tracker.N.shm-key (components/core/stock.h has the layout, core.py its copy for Python).
 The tracker writes while we read.  It makes `generation` odd before it writes and even after: a
 copy made between two equal even generations is one state of the map (a sequence lock).  A map too
 large to be copied between two periods in which the tool cuts is read in bands of rows, each of which is
 one state; the bands are then some periods apart.
+
+put() writes a whole stock, for which the tracker must have let the map go (stock-tracker.N.held).
 
 All lengths mm, machine coordinates.
 """
@@ -19,6 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from chipwise.stock.core import CELL_DTYPE, _Head
+from chipwise.stock.store import Head
 
 MAGIC, VERSION = 0x43575354, 1      # stock.h
 FULL = 65535                        # stock.h, a share of one
@@ -98,6 +101,46 @@ class SharedStock:
         raise SharedStockError(f"chipwise: stock map: it changed faster than it could be read for "
                                f"{timeout_s:g} s; read it while the tool stands")
 
+    @property
+    def cell(self):
+        """mm, side of a cell."""
+        return self._head.cell
+
+    @property
+    def capacity(self):
+        """Cells there is room for, ring included."""
+        return self._head.capacity
+
+    def take(self, timeout_s=TIMEOUT_S):
+        """(store.Head, cells with their ring) of one moment, or None where no stock is defined."""
+        end = time.monotonic() + timeout_s
+        while time.monotonic() < end:
+            head = self._unmoved(lambda: _Head.from_buffer_copy(self._memory))
+            if head is None:
+                continue
+            if head.nx <= 0 or head.filled < head.ny + 2:
+                return None
+            cells = self._whole(head)
+            if cells is not None:
+                low, high = _box(head)
+                return Head(head.cell, low, high, head.shape, head.nx, head.ny, head.removed), cells
+        raise SharedStockError(f"chipwise: stock map: it changed faster than it could be read for "
+                               f"{timeout_s:g} s; save it while the tool stands")
+
+    def put(self, found, cells):
+        """Makes a stock of store.read() the map's.  Only while the tracker holds still."""
+        head = self._head
+        head.generation += 1
+        head.nx = 0                                     # no stock until everything is there
+        start, raw = C.sizeof(_Head), cells.view(np.uint8).reshape(-1)
+        np.frombuffer(self._memory, np.uint8, raw.size, start)[:] = raw
+        (head.x0, head.y0, head.z_min), (head.x_max, head.y_max, head.z_max) = found.low, found.high
+        head.drop_unit = (found.high[2] - found.low[2]) / FULL
+        head.shape, head.removed = found.shape, found.removed
+        head.ny, head.filled = found.ny, found.ny + 2
+        head.nx = found.nx
+        head.generation += 1
+
     def _unmoved(self, read):
         """What `read` gives, or None where the tracker wrote meanwhile."""
         before = self._head.generation
@@ -143,19 +186,23 @@ def _snapshot(head, cells, exact):
                     head.removed, head.generation, exact)
 
 
-def attach(tracker=0):
-    """The SharedStock of stock-tracker.<tracker> of the LinuxCNC that runs here."""
+def attach(tracker=0, component=None):
+    """The SharedStock of stock-tracker.<tracker> of the LinuxCNC that runs here; component: the caller's
+    HAL component, where he has one."""
     import hal                      # only where LinuxCNC is
-    component = hal.component(f"chipwise-map-{os.getpid()}-{tracker}")
+    own = component is None
+    if own:
+        component = hal.component(f"chipwise-map-{os.getpid()}-{tracker}")
     try:
         key = hal.get_value(f"stock-tracker.{tracker}.shm-key")
     except RuntimeError as error:
-        component.exit()
+        if own:
+            component.exit()
         raise SharedStockError(f"chipwise: stock map: there is no stock-tracker.{tracker}; start a LinuxCNC "
                                "with chipwise.hal") from error
     head = hal.shm(component, key, C.sizeof(_Head))
     capacity = _Head.from_buffer_copy(head.getbuffer()).capacity
     memory = hal.shm(component, key, C.sizeof(_Head) + capacity * CELL_DTYPE.itemsize)
     stock = SharedStock(memory.getbuffer())
-    stock._held = (memory, component)
+    stock._held = (memory, component) if own else (memory,)
     return stock
