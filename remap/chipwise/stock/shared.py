@@ -69,9 +69,12 @@ class SharedStock:
     def close(self):
         """Lets the memory go; nothing can be read any more."""
         self._head = self._memory = None
-        for held in self._held[1:]:
-            held.exit()
+        if self._held:
+            self._held[0].close()
+        component = self._held[2:]
         self._held = ()
+        for one in component:
+            one.exit()
 
     @property
     def defined(self):
@@ -186,6 +189,29 @@ def _snapshot(head, cells, exact):
                     head.removed, head.generation, exact)
 
 
+class _Mapped:
+    """The memory under a key.  hal.shm(..).getbuffer() of 2.9 leaves the shape of its buffer unset (halmodule.cc,
+    shm_buffer_getbuffer): it works by luck, so the block is mapped here."""
+
+    def __init__(self, key):
+        self._libc = C.CDLL(None, use_errno=True)
+        self._libc.shmat.restype = C.c_void_p
+        self._libc.shmdt.argtypes = [C.c_void_p]
+        number = self._libc.shmget(C.c_int(key), C.c_size_t(C.sizeof(_Head)), 0o600)
+        self._address = self._libc.shmat(number, None, 0) if number >= 0 else None
+        if self._address in (None, C.c_void_p(-1).value):
+            self._address = None
+            raise SharedStockError(f"chipwise: stock map: there is no memory under the key {key:#x} "
+                                   f"({os.strerror(C.get_errno())}); start a LinuxCNC with chipwise.hal")
+        capacity = _Head.from_address(self._address).capacity
+        size = C.sizeof(_Head) + capacity * CELL_DTYPE.itemsize
+        self.memory = memoryview((C.c_char * size).from_address(self._address)).cast("B")
+
+    def close(self):
+        self.memory = None
+        self._libc.shmdt(self._address)
+
+
 def attach(tracker=0, component=None):
     """The SharedStock of stock-tracker.<tracker> of the LinuxCNC that runs here; component: the caller's
     HAL component, where he has one."""
@@ -200,9 +226,8 @@ def attach(tracker=0, component=None):
             component.exit()
         raise SharedStockError(f"chipwise: stock map: there is no stock-tracker.{tracker}; start a LinuxCNC "
                                "with chipwise.hal") from error
-    head = hal.shm(component, key, C.sizeof(_Head))
-    capacity = _Head.from_buffer_copy(head.getbuffer()).capacity
-    memory = hal.shm(component, key, C.sizeof(_Head) + capacity * CELL_DTYPE.itemsize)
-    stock = SharedStock(memory.getbuffer())
-    stock._held = (memory, component) if own else (memory,)
+    holder = hal.shm(component, key, C.sizeof(_Head))   # its end removes a map nobody else has any more
+    mapped = _Mapped(key)
+    stock = SharedStock(mapped.memory)
+    stock._held = (mapped, holder, component) if own else (mapped, holder)
     return stock
