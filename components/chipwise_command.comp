@@ -1,4 +1,4 @@
-component chipwise_command "Carry M250..M252 from the interpreter to the HAL, in step with motion";
+component chipwise_command "Carry M250..M254 from the interpreter to the HAL, in step with motion";
 description """
 The interpreter runs far ahead of the machine, so a code that must act when the machine gets
 there goes through motion's analog outputs, which M68 sets in their turn of the queue. Two
@@ -6,8 +6,9 @@ outputs carry any number of values: first the number of a register to
 .B word,
 then its content to
 .B value.
-Registers 1..6 are the stock box, 11..13 the feed. Nothing of them takes effect before the word
-that commits them (7: the stock, 17: the feed), so a program aborted in between changes nothing.
+Registers 1..6 are the stock box, 8 its shape, 11..13 the feed, 21 the slot of a file. Nothing of them takes effect before the word
+that commits them (7: the stock, 17: the feed, 27: save, 28: restore), so a program aborted in between
+changes nothing.
 """;
 
 pin in float word "motion.analog-out-N: number of the register that value goes to";
@@ -18,15 +19,21 @@ pin out float min_z "register 3";
 pin out float max_x "register 4";
 pin out float max_y "register 5";
 pin out float max_z "register 6";
+pin out s32 shape "register 8, as of the last commit: of the stock in its box, stock_tracker(9)";
 pin out bit define "TRUE while word is 7";
 pin out s32 mode "register 11, as of the last commit: mode of volumetric_feed(9)";
 pin in bit stock_defined "stock-tracker.N.stock-defined";
 pin in s32 fault_code "stock-tracker.N.fault-code";
-pin out float status "to motion.analog-in-N, where the codes look whether they were obeyed: mode + 10 if a stock is defined + 100 * fault-code";
+pin in s32 reply "chipwise-monitor.reply";
+pin out s32 request "to the monitor: 1 save while word is 27, 2 restore while it is 28, else 0";
+pin out s32 slot "register 21, as of the last commit: number of the file";
+pin out float status "to motion.analog-in-N, where the codes look whether they were obeyed: mode + 10 if a stock is defined + 100 * fault-code + 10000 * reply";
 pin out float mrr_target "register 12, as of the last commit: mm3/min";
 pin out float mrr_lower "register 13, as of the last commit: mm3/min";
 
 variable double box[6];
+variable int form;
+variable double number_of_file;
 variable double feed[3];
 function _ fp;
 license "GPL";
@@ -36,18 +43,28 @@ see_also "stock_tracker(9), volumetric_feed(9)";
 
 #define BOX_FIRST 1
 #define BOX_COMMIT 7
+#define BOX_SHAPE 8
 #define FEED_FIRST 11
 #define FEED_COMMIT 17
+#define FILE_SLOT 21
+#define SAVE_COMMIT 27
+#define RESTORE_COMMIT 28
 
 FUNCTION(_) {
     double w = word;
     int number = w > 0.5 && w < 100.0 ? (int)(w + 0.5) : 0;
 
     if (number >= BOX_FIRST && number < BOX_FIRST + 6) box[number - BOX_FIRST] = value;
+    if (number == BOX_SHAPE) form = value > 0.5 && value < 1.5;
+    if (number == FILE_SLOT) number_of_file = value;
     if (number >= FEED_FIRST && number < FEED_FIRST + 3) feed[number - FEED_FIRST] = value;
     if (number == BOX_COMMIT) {
         min_x = box[0]; min_y = box[1]; min_z = box[2];
         max_x = box[3]; max_y = box[4]; max_z = box[5];
+        if (!define) {                  /* the shape goes with this box only */
+            shape = form;
+            form = 0;
+        }
     }
     define = number == BOX_COMMIT;
     if (number == FEED_COMMIT) {
@@ -55,5 +72,8 @@ FUNCTION(_) {
         mrr_target = feed[1];
         mrr_lower = feed[2];
     }
-    status = mode + (stock_defined ? 10 : 0) + 100.0 * fault_code;
+    if (number == SAVE_COMMIT || number == RESTORE_COMMIT)
+        slot = number_of_file > -0.5 && number_of_file < 99.5 ? (int)(number_of_file + 0.5) : -1;
+    request = number == SAVE_COMMIT ? 1 : number == RESTORE_COMMIT ? 2 : 0;
+    status = mode + (stock_defined ? 10 : 0) + 100.0 * fault_code + 10000.0 * reply;
 }

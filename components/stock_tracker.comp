@@ -36,18 +36,23 @@ pin in float min_z "stock box, machine coordinates, machine units";
 pin in float max_x "stock box, machine coordinates, machine units";
 pin in float max_y "stock box, machine coordinates, machine units";
 pin in float max_z "stock box, machine coordinates, machine units";
+pin in s32 shape "of the stock in that box: 0 all of it, 1 the cylinder along Z inscribed in it";
 pin in bit define "rising edge: fill the map with the box; ready is FALSE until that is done";
+pin in bit hold "TRUE: another program has the map and writes a stock into it (chipwise monitor)";
+pin in float distance_to_go "motion.distance-to-go, machine units; not positive: unknown";
 
 pin out bit stock_defined "the map is filled with a stock";
 pin out bit ready "stock, tool and position are known";
 pin out bit fault "something is wrong, see fault-code";
-pin out s32 fault_code "0 none; stock box: 1 not finite, 2 empty, 3 larger than the map; tool: 11 diameter, 12 corner radius, 13 tip angle, 14 flute length; 20 position not finite, 21 position jumps, 22 units-per-mm";
-pin out float removed_volume "mm3 cut since define";
+pin out s32 fault_code "0 none; stock box: 1 not finite, 2 empty, 3 larger than the map, 4 a map that was written and cannot be one; tool: 11 diameter, 12 corner radius, 13 tip angle, 14 flute length; 20 position not finite, 21 position jumps, 22 units-per-mm";
+pin out float removed_volume "mm3 cut since define; of a restored stock since it was defined";
+pin out bit held "the map is not touched: answer to hold";
 pin out float mrr "removal rate, mm3/min, averaged over mrr-window";
 pin out float section_area "mm2: volume met per mm of travel, at the tool, now";
 pin out float depth "machine units: deepest stock above the tool's edge within its footprint";
-pin out bit flute_excess "depth exceeds the flute length while cutting";
+pin out bit flute_excess "the tool cuts stock higher than its flutes";
 pin out bit rapid_contact "a traverse meets stock, or will within its braking distance";
+pin out float rapid_distance "machine units to the stock a traverse is about to meet; 0: none seen";
 pin out bit path_known "the way ahead is the program's own, read from the motion planner; FALSE: it is predicted";
 pin out float ahead_distance_#[8] "machine units of travel until ahead-area-N applies; number 0: now";
 pin out float ahead_area_#[8] "mm2, never too low; rises with N; 0: unused";
@@ -149,7 +154,10 @@ FUNCTION(_) {
     in.tool_size[2] = tool_tip_angle; in.tool_size[3] = tool_flute_length;
     in.box_min[0] = min_x; in.box_min[1] = min_y; in.box_min[2] = min_z;
     in.box_max[0] = max_x; in.box_max[1] = max_y; in.box_max[2] = max_z;
+    in.form = shape;
     in.request = define;
+    in.foreign = hold;
+    in.to_go = distance_to_go;
     in.accel = acceleration;
     in.window = mrr_window;
     in.period = fperiod;
@@ -171,6 +179,8 @@ FUNCTION(_) {
     flute_excess = out.over_flute;
     rapid_contact = out.rapid_hit;
     path_known = state.ahead.on_way;
+    rapid_distance = out.rapid_mm * units_per_mm;
+    held = out.is_held;
     for (i = 0; i < CW_AHEAD_LEVELS; i++) {
         ahead_distance(i) = i < out.view.levels ? out.view.level[i].distance * units_per_mm : 0.0;
         ahead_area(i) = i < out.view.levels ? out.view.level[i].area : 0.0;

@@ -33,6 +33,16 @@ def m252(self, **words):
     yield from session.run_steps(self, "M252", words, volumetric.feed_off)
 
 
+def m253(self, **words):
+    """M253: save the stock."""
+    yield from session.run_steps(self, "M253", words, volumetric.save_stock)
+
+
+def m254(self, **words):
+    """M254: restore a saved stock."""
+    yield from session.run_steps(self, "M254", words, volumetric.restore_stock)
+
+
 def feed(self, **words):
     """F: as built in, but known to M251's ceiling."""
     volumetric.program_feed(self, self.blocks[self.remap_level].f_number)

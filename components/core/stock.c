@@ -33,7 +33,7 @@ void cw_stock_init(struct cw_stock *stock, double cell, uint32_t capacity)
     stock->drop_unit = 0.0;
     stock->nx = stock->ny = 0;
     stock->filled = 0;
-    stock->pad = 0;
+    stock->shape = CW_SHAPE_BOX;
     stock->removed = 0.0;
 }
 
@@ -50,7 +50,20 @@ static int check_box(const struct cw_stock *stock, const double min[3], const do
     return CW_STOCK_OK;
 }
 
+static double unit_of_drop(double low, double high) { return (high - low) / CW_FULL; }
+
+static int32_t cells_along(double cell, double low, double high)
+{
+    return (int32_t)ceil((high - low) / cell - 1e-9);
+}
+
 int cw_stock_define(struct cw_stock *stock, const double min[3], const double max[3])
+{
+    return cw_stock_define_shape(stock, min, max, CW_SHAPE_BOX);
+}
+
+int cw_stock_define_shape(struct cw_stock *stock, const double min[3], const double max[3],
+                          int shape)
 {
     int error = check_box(stock, min, max);
     if (error) return error;
@@ -61,13 +74,29 @@ int cw_stock_define(struct cw_stock *stock, const double min[3], const double ma
     stock->x_max = max[0];
     stock->y_max = max[1];
     stock->z_max = max[2];
-    stock->nx = (int32_t)ceil((max[0] - min[0]) / stock->cell - 1e-9);
-    stock->ny = (int32_t)ceil((max[1] - min[1]) / stock->cell - 1e-9);
-    stock->drop_unit = (max[2] - min[2]) / CW_FULL;
+    stock->nx = cells_along(stock->cell, min[0], max[0]);
+    stock->ny = cells_along(stock->cell, min[1], max[1]);
+    stock->drop_unit = unit_of_drop(min[2], max[2]);
+    stock->shape = shape == CW_SHAPE_CYLINDER ? CW_SHAPE_CYLINDER : CW_SHAPE_BOX;
     stock->filled = 0;
     stock->removed = 0.0;
     cw_stock_end_write(stock);
     return CW_STOCK_OK;
+}
+
+int cw_stock_sound(const struct cw_stock *stock, double cell, uint32_t capacity)
+{
+    double min[3] = { stock->x0, stock->y0, stock->z_min };
+    double max[3] = { stock->x_max, stock->y_max, stock->z_max };
+    if (stock->magic != CW_STOCK_MAGIC || stock->version != CW_STOCK_VERSION) return 0;
+    if (stock->cell != cell || stock->capacity != capacity) return 0;
+    if (stock->nx == 0) return 1;
+    if (check_box(stock, min, max)) return 0;
+    return stock->nx == cells_along(cell, min[0], max[0])
+        && stock->ny == cells_along(cell, min[1], max[1])
+        && stock->filled >= 0 && stock->filled <= stock->ny + 2
+        && stock->drop_unit == unit_of_drop(min[2], max[2])
+        && cw_finite(stock->removed) && stock->removed >= 0.0;
 }
 
 /* Share of the i-th cell along an axis that lies in a box `length` mm long. */
@@ -76,20 +105,58 @@ static double inside(const struct cw_stock *stock, int i, double length)
     return cw_clamp(length / stock->cell - i, 0.0, 1.0);
 }
 
-/* One row of the fresh stock; iy == -1 and iy == ny are the empty ring [4]. Rows inside the
+/* Integral of sqrt(1 - u^2) from 0 to u. */
+static double half_segment(double u) { return 0.5 * (u * sqrt(1.0 - u * u) + asin(u)); }
+
+/* Area of the unit disc to the left of x and below y. */
+static double disc_quadrant(double x, double y)
+{
+    double row;
+    x = cw_clamp(x, -1.0, 1.0);
+    y = cw_clamp(y, -1.0, 1.0);
+    if (x * x + y * y >= 1.0) {         /* the corner is outside: segments, or all but segments */
+        double left = 2.0 * half_segment(x) + 0.5 * CW_PI;
+        double below = 2.0 * half_segment(y) + 0.5 * CW_PI;
+        if (x < 0.0 && y < 0.0) return 0.0;
+        if (x < 0.0) return left;
+        if (y < 0.0) return below;
+        return left + below - CW_PI;
+    }
+    row = sqrt(1.0 - y * y);            /* the disc spans -row .. row at y */
+    return y * (x + row) + half_segment(x) + half_segment(row)
+        + (y >= 0.0 ? 0.5 * CW_PI - 2.0 * half_segment(row) : 0.0);
+}
+
+/* Share of a cell inside the ellipse inscribed in the box, exact. */
+static double in_cylinder(const struct cw_stock *stock, int ix, int iy)
+{
+    double a = 0.5 * (stock->x_max - stock->x0), b = 0.5 * (stock->y_max - stock->y0);
+    double w = stock->cell / a, h = stock->cell / b;
+    double x = ix * w - 1.0, y = iy * h - 1.0;          /* corner, in radii from the centre */
+    double near_x = cw_clamp(0.0, x, x + w), near_y = cw_clamp(0.0, y, y + h);
+    double far_x = cw_max(fabs(x), fabs(x + w)), far_y = cw_max(fabs(y), fabs(y + h));
+    if (near_x * near_x + near_y * near_y >= 1.0) return 0.0;
+    if (far_x * far_x + far_y * far_y <= 1.0) return 1.0;
+    return cw_clamp((disc_quadrant(x + w, y + h) - disc_quadrant(x, y + h)
+                     - disc_quadrant(x + w, y) + disc_quadrant(x, y)) / (w * h), 0.0, 1.0);
+}
+
+/* One row of the fresh stock; iy == -1 and iy == ny are the empty ring [4]. Rows inside a
  * box are all alike: they are copied from the first one. */
 static void fill_row(struct cw_stock *stock, int iy)
 {
     struct cw_cell *cell = cw_stock_cell(stock, -1, iy);
     double row = iy < 0 || iy >= stock->ny ? 0.0 : inside(stock, iy, stock->y_max - stock->y0);
     int ix;
-    if (iy > 0 && row == 1.0) {
+    if (iy > 0 && row == 1.0 && stock->shape == CW_SHAPE_BOX) {
         memcpy(cell, cw_stock_cell(stock, -1, 0), (stock->nx + 2) * sizeof *cell);
         return;
     }
     for (ix = -1; ix <= stock->nx; ix++, cell++) {
         double share = ix < 0 || ix >= stock->nx
             ? 0.0 : row * inside(stock, ix, stock->x_max - stock->x0);
+        if (share > 0.0 && stock->shape == CW_SHAPE_CYLINDER) share = in_cylinder(stock, ix, iy);
+        if (share < 0.5 / CW_FULL) share = 0.0;
         cell->top = (float)(share > 0.0 ? stock->z_max : stock->z_min);
         cell->cut = share > 0.0 ? (uint16_t)((1.0 - share) * CW_FULL + 0.5) : 0;
         cell->drop = cell->cut ? CW_FULL : 0;

@@ -32,7 +32,13 @@ enum cw_stock_error {
     CW_STOCK_OK = 0,
     CW_STOCK_NOT_FINITE = 1,    /* a corner of the box is NaN or infinite */
     CW_STOCK_EMPTY = 2,         /* max is not greater than min in some axis */
-    CW_STOCK_TOO_LARGE = 3      /* the box needs more cells than the map has */
+    CW_STOCK_TOO_LARGE = 3,     /* the box needs more cells than the map has */
+    CW_STOCK_UNSOUND = 4        /* another program has written what cannot be a map */
+};
+
+enum cw_stock_shape {
+    CW_SHAPE_BOX = 0,
+    CW_SHAPE_CYLINDER = 1       /* along Z, inscribed in the box: an ellipse where that is not square */
 };
 
 struct cw_cell {
@@ -52,7 +58,7 @@ struct cw_stock {
     double drop_unit;           /* mm per step of cw_cell.drop */
     int32_t nx, ny;             /* cells in use, ring not counted */
     int32_t filled;             /* rows filled so far, ring included; ny + 2 when ready */
-    int32_t pad;
+    int32_t shape;              /* cw_stock_shape */
     double removed;             /* mm3 cut since the map was defined */
     struct cw_cell cells[];     /* (ny + 2) rows of (nx + 2) */
 };
@@ -71,8 +77,16 @@ void cw_stock_init(struct cw_stock *stock, double cell, uint32_t capacity);
  * error the old stock stays as it is. The map is ready after cw_stock_fill said so. */
 int cw_stock_define(struct cw_stock *stock, const double min[3], const double max[3]);
 
+/* The same with a shape in the box; a number that is no shape means the box. */
+int cw_stock_define_shape(struct cw_stock *stock, const double min[3], const double max[3],
+                          int shape);
+
 /* Fills at most max_cells cells of a defined map (at least one row); returns 1 when done. */
 int cw_stock_fill(struct cw_stock *stock, int max_cells);
+
+/* 1 when the head, as another program has left it, can be that of a map with this cell and
+ * capacity; a map without a stock is sound too. */
+int cw_stock_sound(const struct cw_stock *stock, double cell, uint32_t capacity);
 
 /* 1 when a box is defined and filled. */
 int cw_stock_ready(const struct cw_stock *stock);

@@ -11,6 +11,7 @@
 #include "core/way.c"
 #include "core/course.c"
 #include "core/ahead.c"
+#include "core/guard.c"
 #include "core/tracker.c"
 
 #include "planner.h"

@@ -283,22 +283,25 @@ static struct span leg_rows(const struct leg *leg, const struct cw_stock *stock)
     return rows;
 }
 
-/* Cuts one row of a leg; returns the volume in mm3 and adds the cells visited. */
+/* Cuts one row of a leg, or a copy of its cells (`dry`); returns the volume in mm3 and adds the
+ * cells visited. */
 static double cut_row(const struct leg *leg, const struct cw_stock *stock,
-                      const struct cw_tool *tool, int iy, long *visited)
+                      const struct cw_tool *tool, int iy, int dry, long *visited)
 {
     struct span span = row_span(leg, stock, iy);
     struct span skip = row_skip(leg, stock, tool, iy);
     double y = stock->y0 + (iy + 0.5) * stock->cell - leg->y;
     double removed = 0.0;
+    struct cw_cell *cell, copy;
     int ix;
     for (ix = span.first; ix <= span.last; ix++) {
         if (ix >= skip.first && ix <= skip.last) {
             ix = skip.last;
             continue;
         }
-        removed += cut_cell(leg, stock, tool, cw_stock_cell(stock, ix, iy),
-                            stock->x0 + (ix + 0.5) * stock->cell - leg->x, y);
+        cell = cw_stock_cell(stock, ix, iy);
+        if (dry) { copy = *cell; cell = &copy; }
+        removed += cut_cell(leg, stock, tool, cell, stock->x0 + (ix + 0.5) * stock->cell - leg->x, y);
         (*visited)++;
     }
     return removed;
@@ -331,7 +334,7 @@ double cw_sweep_run(struct cw_sweep *sweep, struct cw_stock *stock, const struct
             sweep->row_end = rows.last;
         }
         for (; sweep->row <= sweep->row_end && cells < max_cells; sweep->row++, cells += 4)
-            removed += cut_row(&leg, stock, tool, sweep->row, &cells);
+            removed += cut_row(&leg, stock, tool, sweep->row, 0, &cells);
         if (sweep->row > sweep->row_end) advance(sweep);
         cells++;
     }
@@ -339,4 +342,25 @@ double cw_sweep_run(struct cw_sweep *sweep, struct cw_stock *stock, const struct
     cw_stock_end_write(stock);
     if (visited) *visited += cells;
     return removed;
+}
+
+double cw_sweep_meets(const struct cw_stock *stock, const struct cw_tool *tool,
+                      const double from[3], const double to[3], int trail, double enough,
+                      long *visited)
+{
+    struct cw_sweep sweep;
+    struct leg leg;
+    struct span rows;
+    double met = 0.0;
+    long cells = 0;
+    if (!is_position(from) || !is_position(to)) return 0.0;
+    cw_sweep_place(&sweep, from);
+    cw_sweep_to(&sweep, to);
+    sweep.trail = trail;
+    leg = make_leg(&sweep, stock, tool);
+    rows = leg_rows(&leg, stock);
+    for (; rows.first <= rows.last && met < enough; rows.first++, cells += 4)
+        met += cut_row(&leg, stock, tool, rows.first, 1, &cells);
+    if (visited) *visited += cells + 1;
+    return met;
 }

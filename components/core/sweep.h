@@ -44,4 +44,10 @@ void cw_sweep_to(struct cw_sweep *sweep, const double tip[3]);
 double cw_sweep_run(struct cw_sweep *sweep, struct cw_stock *stock, const struct cw_tool *tool,
                     int max_cells, long *visited);
 
+/* Volume (mm3) the straight way between two tips would remove; nothing is cut. `trail`: the tool
+ * has cut all over at `from`. Stops after a row when `enough` mm3 are found. */
+double cw_sweep_meets(const struct cw_stock *stock, const struct cw_tool *tool,
+                      const double from[3], const double to[3], int trail, double enough,
+                      long *visited);
+
 #endif

@@ -14,6 +14,7 @@ void cw_tracker_init(struct cw_tracker *tracker)
     for (i = 0; i < sizeof *tracker; i++) byte[i] = 0;
     tracker->tool_error = -1;
     cw_ahead_reset(&tracker->ahead);
+    cw_guard_reset(&tracker->guard);
 }
 
 /* Forgets where the tool was: the next position is a new start. */
@@ -23,6 +24,7 @@ static void lose_place(struct cw_tracker *tracker)
     tracker->sweep.known = 0;
     tracker->sweep.waiting = 0;
     cw_ahead_reset(&tracker->ahead);
+    cw_guard_reset(&tracker->guard);
 }
 
 /* [1] Tip in mm; returns a cw_fault. */
@@ -39,6 +41,14 @@ static int read_tip(const struct cw_tracker *tracker, const struct cw_tracker_in
     return step2 > most * most ? CW_FAULT_JUMP : CW_FAULT_NONE;
 }
 
+/* A stock nothing is known of but what the map says. */
+static void start_over(struct cw_tracker *tracker)
+{
+    tracker->fault = CW_FAULT_NONE;
+    tracker->rate_filled = 0;
+    lose_place(tracker);
+}
+
 /* [2] Starts a new stock on a rising edge; an impossible box leaves the old one. */
 static void serve_request(struct cw_tracker *tracker, struct cw_stock *stock,
                           const struct cw_tracker_in *in)
@@ -52,11 +62,26 @@ static void serve_request(struct cw_tracker *tracker, struct cw_stock *stock,
         low[i] = in->box_min[i] / in->unit;
         high[i] = in->box_max[i] / in->unit;
     }
-    tracker->box_error = cw_stock_define(stock, low, high);
-    if (tracker->box_error) return;
-    tracker->fault = CW_FAULT_NONE;
-    tracker->rate_filled = 0;
-    lose_place(tracker);
+    tracker->box_error = cw_stock_define_shape(stock, low, high, in->form);
+    if (!tracker->box_error) start_over(tracker);
+}
+
+/* [2] 1 while another program has the map. What it leaves there is the stock from then on. */
+static int serve_hold(struct cw_tracker *tracker, struct cw_stock *stock,
+                      const struct cw_tracker_in *in)
+{
+    if (in->foreign && !tracker->held) {
+        tracker->held_cell = stock->cell;
+        tracker->held_capacity = stock->capacity;
+        tracker->held_mm3 = stock->removed;
+    }
+    if (!in->foreign && tracker->held) {
+        tracker->box_error = cw_stock_sound(stock, tracker->held_cell, tracker->held_capacity)
+            ? CW_STOCK_OK : CW_STOCK_UNSOUND;
+        if (tracker->box_error) cw_stock_init(stock, tracker->held_cell, tracker->held_capacity);
+        start_over(tracker);
+    }
+    return tracker->held = in->foreign != 0;
 }
 
 /* [3] Builds the tool when its numbers changed. */
@@ -74,11 +99,18 @@ static void serve_tool(struct cw_tracker *tracker, const struct cw_tracker_in *i
     tracker->sweep.known = 0;
     tracker->sweep.waiting = 0;
     cw_ahead_reset(&tracker->ahead);
+    cw_guard_reset(&tracker->guard);
 }
 
 /* [4] Queues and cuts the way since the last period. */
-static void cut(struct cw_tracker *tracker, struct cw_stock *stock, const double tip[3])
+static void cut(struct cw_tracker *tracker, struct cw_stock *stock, const struct cw_tracker_in *in,
+                const double tip[3])
 {
+    if (in->motion > CW_RAPID && tracker->tip_known)
+        cw_guard_shank(&tracker->guard, stock, &tracker->tool, tracker->tip, tip,
+                       tracker->sweep.known && tracker->sweep.trail);
+    else
+        tracker->guard.excess = 0;
     if (!tracker->sweep.known) cw_sweep_place(&tracker->sweep, tracker->tip_known ? tracker->tip : tip);
     cw_sweep_to(&tracker->sweep, tip);
     cw_sweep_run(&tracker->sweep, stock, &tracker->tool, CW_CELLS_PER_PERIOD, 0);
@@ -95,15 +127,6 @@ double cw_tracker_horizon(const struct cw_tracker *tracker, const struct cw_stoc
     if (cw_finite(accel) && accel > 0.0) braking = speed * speed / accel;
     return cw_max(braking + CW_MARGIN_PERIODS * speed * in->period,
                   cw_max(least, tracker->tool.radius));
-}
-
-/* Way to a stand at the planner's acceleration, and that of the period it takes to know, mm.
- * Not the horizon: a traverse that ends just above the stock is no contact. */
-static double stopping(const struct cw_tracker *tracker, const struct cw_tracker_in *in)
-{
-    double speed = tracker->ahead.course.speed, accel = in->accel / in->unit;
-    if (!cw_finite(accel) || !(accel > 0.0)) return CW_DEFAULT_HORIZON;
-    return 0.5 * speed * speed / accel + speed * in->period;
 }
 
 /* Removal rate over the window, mm3/min. */
@@ -132,9 +155,31 @@ static void look(struct cw_tracker *tracker, const struct cw_stock *stock,
     cw_ahead_look(&tracker->ahead, stock, &tracker->tool, far, &out->view);
     out->here = out->view.area;
     out->deepest = out->view.depth;
-    out->over_flute = tracker->tool.flute > 0.0 && out->here > 0.0 && in->motion > CW_RAPID
-        && out->deepest > tracker->tool.flute + stock->cell * 1e-3;
-    out->rapid_hit = in->motion == CW_RAPID && out->view.nearest <= stopping(tracker, in);
+}
+
+/* [5] The guards: a traverse that meets stock, a shank that does. */
+static void guard(struct cw_tracker *tracker, const struct cw_stock *stock,
+                  const struct cw_tracker_in *in, const double tip[3], struct cw_tracker_out *out)
+{
+    struct cw_guard_in way;
+    int i, hit;
+    if (!tracker->tip_known || !in->cutting) {
+        cw_guard_reset(&tracker->guard);
+        return;
+    }
+    for (i = 0; i < 3; i++) {
+        way.from[i] = tracker->tip[i];
+        way.to[i] = tip[i];
+    }
+    way.period = in->period;
+    way.accel = in->accel / in->unit;
+    way.to_go = in->to_go / in->unit;
+    way.trail = tracker->sweep.trail && !tracker->sweep.waiting;
+    hit = in->motion == CW_RAPID && cw_guard_traverse(&tracker->guard, stock, &tracker->tool, &way);
+    if (in->motion != CW_RAPID) cw_guard_reset_line(&tracker->guard);
+    out->rapid_hit = hit;
+    out->rapid_mm = tracker->guard.distance;
+    out->over_flute = tracker->guard.excess;
 }
 
 static void clear(struct cw_tracker_out *out)
@@ -142,7 +187,8 @@ static void clear(struct cw_tracker_out *out)
     int i;
     out->has_stock = out->is_ready = out->has_fault = out->code = 0;
     out->here = out->deepest = out->rate = 0.0;
-    out->over_flute = out->rapid_hit = 0;
+    out->over_flute = out->rapid_hit = out->is_held = 0;
+    out->rapid_mm = 0.0;
     out->view.levels = 0;
     for (i = 0; i < CW_AHEAD_LEVELS; i++)
         out->view.level[i].distance = out->view.level[i].area = 0.0;
@@ -162,6 +208,12 @@ void cw_tracker_step(struct cw_tracker *tracker, struct cw_stock *stock,
     int bad = read_tip(tracker, in, tip), i, ready;
 
     clear(out);
+    if (serve_hold(tracker, stock, in)) {
+        lose_place(tracker);
+        out->is_held = 1;
+        out->removed_mm3 = tracker->held_mm3;
+        return;
+    }
     if (bad == CW_FAULT_NONE || bad == CW_FAULT_JUMP) serve_request(tracker, stock, in);
     ready = cw_stock_fill(stock, CW_CELLS_PER_PERIOD);
     if (bad) {
@@ -171,9 +223,10 @@ void cw_tracker_step(struct cw_tracker *tracker, struct cw_stock *stock,
     if (bad == CW_FAULT_NONE || bad == CW_FAULT_JUMP) {
         serve_tool(tracker, in);
         if (ready && tracker->tool_error == 0) {
-            if (in->cutting) cut(tracker, stock, tip);
+            if (in->cutting) cut(tracker, stock, in, tip);
             else tracker->sweep.known = 0;
             look(tracker, stock, in, tip, out);
+            guard(tracker, stock, in, tip, out);
         } else {
             cw_ahead_reset(&tracker->ahead);
         }

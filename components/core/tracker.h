@@ -7,16 +7,20 @@
  * Principle, one period:
  *  1. Position in: tip = axis - tool offset, in mm. What cannot be a position is a fault,
  *     and the tool is placed anew when positions are sound again.
- *  2. A request for a new stock box starts filling the map, a part per period.
+ *  2. A request for a new stock box starts filling the map, a part per period. While another
+ *     program writes the map (`foreign`) it is not touched at all; what stands in it afterwards
+ *     is the stock, if it can be one.
  *  3. A tool whose numbers changed is built anew; nothing is cut by an unknown tool.
  *  4. While cutting is enabled the way since the last period is queued and cut, at most
  *     CW_CELLS_PER_PERIOD cells; what is left is cut in the next (sweep.h, 2).
- *  5. The look-ahead takes its samples; its view and the sums go out.
+ *  5. The look-ahead takes its samples; its view, what the guards found (guard.h) and the sums go
+ *     out.
  */
 #ifndef CHIPWISE_TRACKER_H
 #define CHIPWISE_TRACKER_H
 
 #include "ahead.h"
+#include "guard.h"
 #include "sweep.h"
 
 #define CW_CELLS_PER_PERIOD 12000       /* cut or filled at most */
@@ -28,6 +32,7 @@ enum cw_fault {
     CW_FAULT_BOX_NOT_FINITE = 1,        /* 1..3: cw_stock_error of the last request */
     CW_FAULT_BOX_EMPTY = 2,
     CW_FAULT_BOX_TOO_LARGE = 3,
+    CW_FAULT_MAP = 4,
     CW_FAULT_TOOL_DIAMETER = 11,        /* 11..14: 10 + cw_tool_error, only while cutting is enabled */
     CW_FAULT_TOOL_CORNER = 12,
     CW_FAULT_TOOL_ANGLE = 13,
@@ -44,7 +49,10 @@ struct cw_tracker_in {
     int cutting;                        /* cut what the tool meets */
     double tool_size[4];                /* diameter, corner radius (machine units), tip angle (degrees), flute length */
     double box_min[3], box_max[3];      /* machine units */
+    int form;                           /* cw_stock_shape of the box */
     int request;                        /* level: a rising edge defines the stock */
+    int foreign;                         /* another program has the map */
+    double to_go;                       /* machine units to the end of the segment; not positive: unknown */
     double accel;                       /* machine units/s2; not positive: unknown */
     double window;                      /* s, of the removal rate */
     double period;                      /* s */
@@ -57,6 +65,8 @@ struct cw_tracker_out {
     double here;                        /* mm2, section area at the tool */
     double deepest;                     /* mm above the tip */
     int over_flute, rapid_hit;
+    double rapid_mm;                    /* mm to the stock a traverse meets; 0: none seen */
+    int is_held;                        /* the map is not touched: answer to `foreign` */
     struct cw_ahead_view view;          /* distances in mm */
 };
 
@@ -68,6 +78,10 @@ struct cw_tracker {
     struct cw_ahead ahead;
     double tip[3];                      /* mm, of the last period */
     int tip_known, last_request, box_error, fault;
+    struct cw_guard guard;
+    int held;                           /* another program had the map in the last period */
+    double held_cell, held_mm3;         /* cell and volume removed when it took it, mm, mm3 */
+    uint32_t held_capacity;
     double rate_log[CW_RATE_SLOTS];     /* mm3 removed so far, a value per period */
     int rate_next, rate_filled;
 };

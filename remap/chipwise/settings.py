@@ -43,6 +43,11 @@ def _pair(text):
     return _number(first), _number(second)
 
 
+def _yes_or_no(text):
+    """"yes" or "no" -> bool."""
+    return {"yes": True, "no": False}[text.lower()]
+
+
 @dataclass(frozen=True)
 class Setting:
     """One key: its default, unit, how text becomes a value, which values are allowed and how that rule reads."""
@@ -73,6 +78,11 @@ SETTINGS = {
     "DEADBAND": Setting(0.0, "", _number, lambda v: 0 <= v <= 1, "a share from 0 to 1"),
     "APPROACH_ANGLE": Setting(30.0, "deg", _number, lambda v: 0 < v <= 90, "an angle above 0, up to 90 degrees"),
     "RAMP_ANGLE": Setting(3.0, "deg", _number, lambda v: 0 < v <= 90, "an angle above 0, up to 90 degrees"),
+    "ALLOWANCE": Setting(0.0, "mm", _number, lambda v: 0 <= v <= 100, "a length from 0 to 100 mm"),
+    "STOCK_DIR": Setting("stock", "path", str, lambda v: v != "", "the path of a folder"),
+    "KEEP_STOCK": Setting(False, "", _yes_or_no, lambda v: True, "yes or no"),
+    "GUARD_RAPID": Setting(True, "", _yes_or_no, lambda v: True, "yes or no"),
+    "GUARD_FLUTE": Setting(True, "", _yes_or_no, lambda v: True, "yes or no"),
 }
 
 
@@ -119,7 +129,7 @@ def parse_settings(found, folder=""):
             try:
                 value = setting.parse(found[key])
                 good = setting.allowed(value)
-            except ValueError:
+            except (ValueError, KeyError):
                 good = False
             if not good:
                 raise CycleError(f"[{SECTION}]{key} = {_braceless(found[key])} is not {setting.rule}",

@@ -7,6 +7,13 @@
     ["pins", name, ...]             answer: values, as text
     ["position"]                    answer: [x, y, z] commanded, machine units
     ["sleep", seconds]
+    ["open", program]
+    ["run_until_stopped", seconds, line]   run from a line (0: the start) until a guard stops it
+                                    (answer true) or it ends (false)
+    ["run_until", axis, value]      run until the axis is past the value (machine units, rising)
+    ["abort"]
+    ["errors"]                      answer: the operator errors since the last time
+    ["map", name]                   saves the heights of the map as NAME (.npy); answer: [mm3 removed]
 
 The answers go to CHIPWISE_ANSWERS as one JSON list.
 """
@@ -67,6 +74,45 @@ class Operator:
 
     def sleep(self, seconds):
         time.sleep(seconds)
+
+    def open(self, program):
+        self.machine.open(program)
+
+    def start(self, line=0):
+        self.machine.set_mode(linuxcnc.MODE_AUTO, 'auto')
+        self.machine.command.auto(linuxcnc.AUTO_RUN, line)
+        self.machine.wait('start', lambda s: s.interp_state != linuxcnc.INTERP_IDLE)
+
+    def run_until_stopped(self, seconds, line=0):
+        self.start(line)
+        end, idle = time.monotonic() + seconds, 0
+        while time.monotonic() < end and idle < 20:
+            self.machine.poll()
+            status = self.machine.status
+            if self.pins('chipwise-guard.0.stop') == ['TRUE']:
+                self.machine.wait('stand', lambda s: s.current_vel == 0)
+                time.sleep(0.2)
+                return True
+            idle = idle + 1 if status.interp_state == linuxcnc.INTERP_IDLE and status.inpos else 0
+            time.sleep(0.01)
+        return False
+
+    def run_until(self, axis, value):
+        self.start()
+        self.machine.wait('axis %d at %g' % (axis, value), lambda s: s.position[axis] > value, 60)
+
+    def abort(self):
+        self.machine.command.abort()
+        self.machine.wait('abort', lambda s: s.interp_state == linuxcnc.INTERP_IDLE and s.inpos)
+
+    def map(self, name):
+        import numpy as np
+        from chipwise.stock import shared
+        stock = shared.attach()
+        seen = stock.snapshot()
+        np.save(name, seen.heights)
+        stock.close()
+        return [seen.removed]
 
 
 def main():

@@ -8,29 +8,13 @@ import subprocess
 import pytest
 
 from chipwise.machine import runner
+from machine.operate import SCRIPTED, operate
 
 pytestmark = pytest.mark.machine
 
-SCRIPTED = os.path.join(os.path.dirname(os.path.abspath(__file__)), 'scripted_display.py')
 BOX = 'M250 P0 Q0 R-10 I60 J40 K10'
 STATE = ['pins', 'stock-tracker.0.ready', 'stock-tracker.0.removed-volume', 'volumetric-feed.0.mode',
          'volumetric-feed.0.mrr-target']
-
-
-def operate(tmp_path, steps, ini='mill.ini', edit=''):
-    """Start LinuxCNC, do the steps (scripted_display.py), -> the answers.  edit: a sed command on the INI file."""
-    answers = tmp_path / 'answers.json'
-    configs = os.path.join(runner.ROOT, 'configs')      # a private copy inside the sandbox
-    script = (f"cd {configs} && sed -e 's#^DISPLAY = .*#DISPLAY = {SCRIPTED}#' -e '{edit or 'p;d'}' {ini} > scripted.ini"
-              " && exec linuxcnc -r scripted.ini")
-    env = dict(os.environ, CHIPWISE_STEPS=json.dumps([['home'], *steps]), CHIPWISE_ANSWERS=str(answers))
-    env.pop('DISPLAY', None)
-    done = subprocess.run([runner.SANDBOX, '--timeout', '120', '--', 'sh', '-c', script], env=env, text=True,
-                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
-    assert answers.exists(), done.stdout[-3000:]
-    found = json.loads(answers.read_text())
-    assert len(found) == len(steps) + 1, found[-1:] + [done.stdout[-2000:]]
-    return found[1:]
 
 
 def test_stock_and_feed_go_on_and_off(tmp_path):

@@ -108,17 +108,12 @@ def feed_parameters(settings, units, acceleration):
 
 
 def watch_the_machine(settings):
-    """What volumetric_feed has to know of motion and spindle, and how it stops a machine that does not obey."""
+    """What volumetric_feed has to know of motion and spindle."""
     tap('motion.current-vel', 'chipwise-velocity', 'volumetric-feed.0.current-vel')
     if signal_of('spindle.0.index-enable'):     # without an encoder nothing follows the spindle
         tap('spindle.0.index-enable', '', 'volumetric-feed.0.index-enable')
     if settings['MAX_CHIP']:
         tap('spindle.0.speed-out-rps', 'chipwise-spindle-speed', 'volumetric-feed.0.spindle-speed')
-    if signal_of('motion.feed-inhibit'):
-        print('chipwise: motion.feed-inhibit is in use: a machine that does not obey the volumetric feed is stopped '
-              'by the program being aborted, not by feed-inhibit; join volumetric-feed.0.disobeyed to it (or2)')
-        return
-    halcmd('net', 'chipwise-disobeyed', 'volumetric-feed.0.disobeyed', 'motion.feed-inhibit')
 
 
 def run(options):
@@ -142,6 +137,9 @@ def load(settings):
             ('loadrt', 'stock_tracker', f"cell={settings['CELL']:.9g}", f'size_x={size_x:.9g}',
              f'size_y={size_y:.9g}'),
             ('loadrt', 'volumetric_feed'),
+            ('loadrt', 'chipwise_guard'),
+            ('setp', 'chipwise-guard.0.guard-rapid', f"{settings['GUARD_RAPID']:d}"),
+            ('setp', 'chipwise-guard.0.guard-flute', f"{settings['GUARD_FLUTE']:d}"),
             ('setp', 'stock-tracker.0.units-per-mm', f'{units:.17g}'),
             ('setp', 'stock-tracker.0.read-path', f"{settings['READ_PATH']:d}"),
             ('setp', 'stock-tracker.0.acceleration', f'{acceleration:.9g}'),
@@ -155,3 +153,18 @@ def load(settings):
             ('net', 'chipwise-status', 'chipwise-command.0.status', f'motion.analog-in-{status:02d}')):
         halcmd(*words)
     watch_the_machine(settings)
+    connect_stop(settings['GUARD_RAPID'] or settings['GUARD_FLUTE'])
+
+
+def connect_stop(needed):
+    """The guards' stop to both pins that hold the machine (man chipwise_guard says why both).
+
+    needed: a guard is on; without them only a machine that does not obey would be stopped, and it is aborted too.
+    """
+    taken = [pin for pin in ('motion.feed-inhibit', 'motion.feed-hold') if signal_of(pin)]
+    if taken and needed:
+        raise CycleError(f'{" and ".join(taken)} is in use and the guards could not stop the machine',
+                         'let an or2 join your signal and chipwise-guard.0.stop there in your own HAL files after '
+                         'chipwise.hal, and set [CHIPWISE]GUARD_RAPID = no and GUARD_FLUTE = no')
+    if not taken:
+        halcmd('net', 'chipwise-stop', 'chipwise-guard.0.stop', 'motion.feed-inhibit', 'motion.feed-hold')

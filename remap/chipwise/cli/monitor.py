@@ -2,13 +2,15 @@
 
 Called by hal/chipwise.hal (`loadusr -Wn chipwise-monitor chipwise monitor`); a HAL component of
 its own that runs as long as LinuxCNC does.  The tool in the spindle comes from LinuxCNC's status,
-its shape from the file [CHIPWISE]TOOL_GEOMETRY; a change of either is seen within POLL_S.
+its shape from the file [CHIPWISE]TOOL_GEOMETRY; a change of either is seen within POLL_S.  What a guard stopped is
+told here, and cli/keeper.py, which runs here too, saves and restores the stock.
 """
 
 import os
 import signal
 import time
 
+from chipwise.cli.keeper import Keeper
 from chipwise.errors import CycleError
 from chipwise.settings import load_settings
 from chipwise.tools import tool_geometry
@@ -26,6 +28,7 @@ FAULTS = {              # stock-tracker.0.fault-code (man stock_tracker)
     2: 'the stock box has no extent in X, Y or Z; give M250 a size above 0',
     3: 'the stock is larger than the map; enlarge [CHIPWISE]MAP_SIZE or its CELL, or use a smaller '
        'box; the stock is what it was before',
+    4: 'the restored stock cannot be one; define it with M250',
     11: 'the tool in the spindle has no diameter above 0; load a tool or give it a D in the tool table',
     12: 'the corner radius of the tool is larger than the tool; correct the tool geometry file',
     13: 'the tip angle of the tool is not below 180 degrees; correct the tool geometry file',
@@ -38,6 +41,9 @@ TOOL_FAULTS = (11, 12, 13, 14)
 FEED_MOTION = (2, 3)    # motion type of a feed move and an arc
 DISOBEYED = ('the machine does not obey the volumetric feed and would go at its ceiling: adaptive feed is disabled '
              '(M52 P0); the program is aborted; switch off with M252 before M52 P0')
+
+RAPID_CONTACT, FLUTE_EXCESS, DISOBEYED = 1, 2, 3        # chipwise-guard.0.reason
+WAY_OUT = 'press Stop, then jog away'
 
 
 def add_arguments(parser):
@@ -86,6 +92,8 @@ class Monitor:
         self.said_fallback = False
         self.said_disobeyed = False
         self.said_tool = None
+        self.said_guard = 0
+        self.keeper = Keeper(component, settings, self.say)
 
     def connect(self):
         """True when LinuxCNC's task answers; it starts after HAL."""
@@ -108,7 +116,8 @@ class Monitor:
         """An error message on the operator's screen, in the log where there is none."""
         text = f'chipwise: {text}'
         print(text, flush=True)
-        self.command.error_msg(text[:250])
+        if self.command:
+            self.command.error_msg(text[:250])
 
     def follow_tool(self):
         """Tool in the spindle -> pins; what is wrong with its description is said once."""
@@ -171,11 +180,35 @@ class Monitor:
             self.say(DISOBEYED)
         self.said_disobeyed = disobeyed
 
+    def follow_guard(self):
+        """A stop by a guard -> one message with line and tool."""
+        reason = self.component['guard-reason']
+        if reason in (RAPID_CONTACT, FLUTE_EXCESS) and reason != self.said_guard:    # the third: follow_override
+            self.say(guard_text(reason, self.component['guard-line'], self.component['guard-distance'],
+                                self.component['guard-depth'], self.component['tool-number'],
+                                self.component['tool-diameter'], self.component['tool-flute-length'],
+                                'mm' if self.units > 0.5 else 'in'))
+        self.said_guard = reason
+
     def step(self):
         if self.connect():
             self.follow_override()
             self.follow_tool()
+            self.follow_guard()
             self.follow_faults(time.monotonic())
+            self.keeper.step(time.monotonic())
+
+
+def guard_text(reason, line, distance, depth, tool, diameter, flute, unit):
+    """The operator's message for a stop; lengths in machine units, `unit` their name."""
+    digits = 4 if unit == 'in' else 2
+    where = f'line {line}' if line > 0 else 'MDI'
+    who = f'tool {tool} ({diameter:.{digits}f} {unit})'
+    if reason == RAPID_CONTACT:
+        return (f'{where}: {who} would have met stock {distance:.{digits}f} {unit} on in this traverse and was stopped; '
+                f'{WAY_OUT}, and let the program retract higher ([CHIPWISE]GUARD_RAPID = no: no such guard)')
+    return (f'{where}: {who} cuts {depth:.{digits}f} {unit} deep, its flutes are {flute:.{digits}f} {unit} long, and was '
+            f'stopped; {WAY_OUT}, and cut in more passes ([CHIPWISE]GUARD_FLUTE = no: no such guard)')
 
 
 def make_component():
@@ -187,14 +220,19 @@ def make_component():
     component.newpin('tool-max-rate', hal.HAL_FLOAT, hal.HAL_OUT)
     component.newpin('tool-flutes', hal.HAL_FLOAT, hal.HAL_OUT)
     component.newpin('adaptive-off', hal.HAL_BIT, hal.HAL_OUT)
-    for name in ('fault', 'disobeyed'):
+    component.newpin('reply', hal.HAL_S32, hal.HAL_OUT)
+    component.newpin('hold', hal.HAL_BIT, hal.HAL_OUT)
+    for name in ('fault', 'disobeyed', 'held'):
         component.newpin(name, hal.HAL_BIT, hal.HAL_IN)
-    for name in ('fault-code', 'limited-by', 'mode'):
+    for name in ('guard-distance', 'guard-depth'):
+        component.newpin(name, hal.HAL_FLOAT, hal.HAL_IN)
+    for name in ('fault-code', 'limited-by', 'mode', 'request', 'slot', 'guard-reason', 'guard-line'):
         component.newpin(name, hal.HAL_S32, hal.HAL_IN)
     return component
 
 
 def leave(_number, _frame):
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)      # the stock may have to be saved in peace
     raise SystemExit(0)
 
 
@@ -216,4 +254,5 @@ def run(options):
             monitor.step()
             time.sleep(POLL_S)
     finally:
+        monitor.keeper.end()
         component.exit()

@@ -1,4 +1,4 @@
-"""M250, M251, M252: stock and feed for the realtime components, in step with motion.
+"""M250..M254: stock and feed for the realtime components, in step with motion.
 
 Called by remap.py through session.run_steps.  Numbers go to chipwise_command (its man page has the registers) through
 two of motion's analog outputs, set as M68 does in its turn of the queue, and the codes wait for that (`yield`) and read
@@ -12,17 +12,21 @@ import emccanon
 
 from chipwise.errors import MM_PER_INCH, CycleError
 from chipwise.glue.ceiling import Ceiling, set_canon_feed
-from chipwise.glue.workpiece import check_fits, stock_box
+from chipwise.glue.workpiece import check_fits, stock_of
+from chipwise.stock import reasons
 
 # Registers of chipwise_command
 BOX_FIRST, BOX_COMMIT = 1, 7
+BOX_SHAPE = 8
 FEED_FIRST, FEED_COMMIT = 11, 17
+FILE_SLOT, SAVE_COMMIT, RESTORE_COMMIT = 21, 27, 28
 IDLE = 0
 
 OFF, LIMIT, CONSTANT, WINDOW = 0, 1, 2, 3
 _CM3_MM3, _IN3_MM3 = 1000.0, MM_PER_INCH ** 3
 
 FILL_TRIES, FILL_WAIT_S = 100, 0.05     # the map is filled a part per servo period
+FILE_TRIES, FILE_WAIT_S = 600, 0.05     # the monitor reads or writes a file meanwhile
 
 
 def _send(state, first, values, commit):
@@ -37,18 +41,19 @@ def _send(state, first, values, commit):
 def _status(state):
     """(mode, stock is defined, fault code) of the realtime side, now; (0, False, 0) where it is not there."""
     value = round(emccanon.GET_EXTERNAL_ANALOG_INPUT(state.settings["ANALOG_IN"], 0.0))
-    return value % 10, value // 10 % 10 == 1, value // 100
+    return value % 10, value // 10 % 10 == 1, value // 100 % 100
 
 
 def define_stock(state):
     """M250."""
     state.check_words("pqrijk")
-    low, high = stock_box(state)
+    low, high, shape = stock_of(state)
     check_fits(state.settings, low, high)
     if not state.interp.task:
         return
     units = emccanon.GET_EXTERNAL_LENGTH_UNITS()
-    _send(state, BOX_FIRST, [value * units for value in low + high], BOX_COMMIT)
+    _send(state, BOX_SHAPE, [shape], IDLE)
+    _send(state, BOX_FIRST, [value * units for value in [*low, *high]], BOX_COMMIT)
     for _ in range(FILL_TRIES):
         emccanon.DWELL(FILL_WAIT_S)
         yield
@@ -59,6 +64,62 @@ def define_stock(state):
     if not defined:
         raise CycleError(f"the stock tracker did not take the stock (fault {fault})",
                          "see its message; without one, load chipwise.hal ([HAL]HALFILE)")
+
+
+def _slot(state):
+    """Word P of M253, M254: 0 to 9."""
+    state.check_words("p")
+    slot = state.number("p")
+    if slot is None:
+        raise CycleError("word P (slot) is missing", "add P0 to P9")
+    if slot not in range(reasons.SLOTS):
+        raise CycleError(f"slot P{slot:g} is none of 0 to {reasons.SLOTS - 1}", "use P0 to P9")
+    return int(slot)
+
+
+def _reply(state):
+    """What the monitor says of the request (reasons.py), now."""
+    return round(emccanon.GET_EXTERNAL_ANALOG_INPUT(state.settings["ANALOG_IN"], 0.0)) // 10000
+
+
+def _wait_for(state, answered):
+    """Wait until the monitor's reply is one; -> it, None after the time-out."""
+    for _ in range(FILE_TRIES):
+        yield
+        if answered(_reply(state)):
+            return _reply(state)
+        emccanon.DWELL(FILE_WAIT_S)
+    return None
+
+
+def _file_request(state, commit, what):
+    """M253, M254: have the monitor do something with the file of a slot, and wait for it."""
+    slot = _slot(state)
+    if not state.interp.task:
+        return
+    emccanon.SET_AUX_OUTPUT_VALUE(state.settings["ANALOG_OUT"], IDLE)
+    reply = yield from _wait_for(state, lambda now: now == reasons.IDLE)
+    if reply is not None:
+        _send(state, FILE_SLOT, [slot], commit)
+        reply = yield from _wait_for(state, lambda now: now not in (reasons.IDLE, reasons.BUSY))
+    emccanon.SET_AUX_OUTPUT_VALUE(state.settings["ANALOG_OUT"], IDLE)
+    if reply is None:
+        raise CycleError(f"slot {slot} was not {what}: chipwise-monitor gave no answer within "
+                         f"{FILE_TRIES * FILE_WAIT_S:g} s", "load chipwise.hal ([HAL]HALFILE) and see whether `halcmd show "
+                         "comp` has chipwise-monitor; restart LinuxCNC")
+    if reply != reasons.DONE:
+        problem, remedy = reasons.REASONS.get(reply, (f"reason {reply}", "see the log"))
+        raise CycleError(f"slot {slot} was not {what}: {problem}", remedy)
+
+
+def save_stock(state):
+    """M253."""
+    yield from _file_request(state, SAVE_COMMIT, "saved")
+
+
+def restore_stock(state):
+    """M254."""
+    yield from _file_request(state, RESTORE_COMMIT, "restored")
 
 
 def _rate(state, letter, meaning):

@@ -1,4 +1,4 @@
-"""The stock of M250: words, or the WORKPIECE comment of the program, to a box in machine coordinates.
+"""The stock of M250: words, or the WORKPIECE comment of the program, to a box or cylinder in machine coordinates.
 
 Called by volumetric.py.  Comments as in docs/Gcodes.md:
     (WORKPIECE,BOX,XMIN=..,YMIN=..,ZMIN=..,XMAX=..,YMAX=..,ZMAX=..)
@@ -12,6 +12,7 @@ import re
 from chipwise.errors import CycleError
 
 CORNER_WORDS, SIZE_WORDS = "pqr", "ijk"
+BOX, CYLINDER = 0, 1                # stock.h: cw_stock_shape
 _COMMENT = re.compile(r"\(\s*WORKPIECE\s*,([^)]*)\)", re.IGNORECASE)
 _BOX_KEYS = ("XMIN", "YMIN", "ZMIN", "XMAX", "YMAX", "ZMAX")
 _CYLINDER_KEYS = ("X", "Y", "ZMIN", "ZMAX", "DIAMETER")
@@ -61,7 +62,7 @@ def _need(fields, keys, shape):
 
 
 def parse_comment(text):
-    """Inside of a WORKPIECE comment -> (low, high) in its own units; a cylinder as its box.
+    """Inside of a WORKPIECE comment -> (low, high, shape) in its own units; of a cylinder the box around it.
 
     Raises CycleError for an unknown shape, missing, unknown or unreadable keys, and for no extent.
     """
@@ -78,7 +79,7 @@ def parse_comment(text):
         if not b > a:
             raise CycleError(f"WORKPIECE comment: the stock has no extent in {axis} ({a:g} to {b:g})",
                              "give a maximum above the minimum")
-    return low, high
+    return low, high, CYLINDER if shape == "CYLINDER" else BOX
 
 
 def find_comment(path, line_number):
@@ -95,17 +96,37 @@ def find_comment(path, line_number):
     return first
 
 
-def stock_box(state):
-    """(low, high) in mm, machine coordinates of the tool tip, for the stock this M250 asks for."""
-    box = box_from_words(state)
+def stock_of(state):
+    """(low, high, shape) in mm, machine coordinates of the tool tip, for the stock this M250 asks for."""
+    box, shape = box_from_words(state), BOX
     if box is None:
         text = find_comment(state.interp.filename, state.line_number)
         if text is None:
             raise CycleError("there are neither words nor a WORKPIECE comment",
                              "give P Q R (corner) I J K (size), or add (WORKPIECE,BOX,XMIN=..,..) to the program")
-        low, high = parse_comment(text)
+        low, high, shape = parse_comment(text)
         box = [v * state.unit_mm for v in low], [v * state.unit_mm for v in high]
-    return to_machine(state, *box)
+    low, high = cylinder_to_machine(state, *box) if shape == CYLINDER else to_machine(state, *box)
+    more = allowance(state)
+    return [v - more for v in low[:2]] + [low[2]], [v + more for v in high], shape
+
+
+def allowance(state):
+    """How much larger than said the stock is taken to be, at its sides and top, mm."""
+    value = state.parameter("_chipwise_allowance")
+    if value is None:
+        return state.settings["ALLOWANCE"]
+    if not 0 <= value * state.unit_mm <= 100:
+        raise CycleError("allowance {a} is not a length from 0 to {most}", "set #<_chipwise_allowance> to how much "
+                         "larger the stock may be", a=value * state.unit_mm, most=100)
+    return value * state.unit_mm
+
+
+def cylinder_to_machine(state, low, high):
+    """As to_machine(), of a cylinder along Z, which a rotation leaves as it is."""
+    radius = (high[0] - low[0]) / 2
+    x, y, bottom = state.machine_point([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]])
+    return [x - radius, y - radius, bottom], [x + radius, y + radius, bottom + high[2] - low[2]]
 
 
 def to_machine(state, low, high):

@@ -37,7 +37,7 @@ class _Head(C.Structure):
                 ("capacity", C.c_uint32)] \
         + [(n, C.c_double) for n in ("cell", "x0", "y0", "z_min", "z_max", "x_max", "y_max",
                                      "drop_unit")] \
-        + [("nx", C.c_int32), ("ny", C.c_int32), ("filled", C.c_int32), ("pad", C.c_int32),
+        + [("nx", C.c_int32), ("ny", C.c_int32), ("filled", C.c_int32), ("shape", C.c_int32),
            ("removed", C.c_double)]
 
 
@@ -147,6 +147,7 @@ def _load():
             ("cw_stock_bytes", C.c_uint64, [C.c_uint32]),
             ("cw_stock_init", None, [head, C.c_double, C.c_uint32]),
             ("cw_stock_define", C.c_int, [head, vec, vec]),
+            ("cw_stock_define_shape", C.c_int, [head, vec, vec, C.c_int]),
             ("cw_stock_fill", C.c_int, [head, C.c_int]),
             ("cw_stock_ready", C.c_int, [head]),
             ("cw_stock_volume", C.c_double, [head]),
@@ -216,9 +217,10 @@ class Tool:
 
 
 class Stock:
-    """A stock box `low`..`high` (3 floats each, mm, machine coordinates) with square cells."""
+    """A stock box `low`..`high` (3 floats each, mm, machine coordinates) with square cells; shape 1: the
+    cylinder along Z inscribed in it."""
 
-    def __init__(self, low, high, cell=0.25, capacity=None):
+    def __init__(self, low, high, cell=0.25, capacity=None, shape=0):
         lib = library()
         cells = capacity or lib.cw_stock_cells(cell, high[0] - low[0], high[1] - low[1])
         if not cells:
@@ -226,11 +228,11 @@ class Stock:
         self._block = np.zeros(lib.cw_stock_bytes(cells), np.uint8)
         self.address = self._block.ctypes.data
         lib.cw_stock_init(self.address, cell, cells)
-        self.define(low, high)
+        self.define(low, high, shape)
 
-    def define(self, low, high):
+    def define(self, low, high, shape=0):
         """Starts over with a new box; raises CoreError and keeps the old stock if it does not fit."""
-        error = library().cw_stock_define(self.address, _vec(low), _vec(high))
+        error = library().cw_stock_define_shape(self.address, _vec(low), _vec(high), shape)
         if error:
             raise CoreError(f"stock: {_STOCK_ERRORS[error]} (min {tuple(low)}, max {tuple(high)} mm)")
         while not library().cw_stock_fill(self.address, 1 << 30):

@@ -1,11 +1,13 @@
 """The stock map of a running stock_tracker, read from another process.
 
-Who calls it: bin/chipwise, tests.  The map lies in shared memory under the key the tracker shows as
+Who calls it: bin/chipwise, the monitor, tests.  The map lies in shared memory under the key the tracker shows as
 stock-tracker.N.shm-key (components/core/stock.h has the layout, core.py its copy for Python).
 The tracker writes while we read.  It makes `generation` odd before it writes and even after: a
 copy made between two equal even generations is one state of the map (a sequence lock).  A map too
 large to be copied between two periods in which the tool cuts is read in bands of rows, each of which is
 one state; the bands are then some periods apart.
+
+put() writes a whole stock, for which the tracker must have let the map go (stock-tracker.N.held).
 
 All lengths mm, machine coordinates.
 """
@@ -19,6 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from chipwise.stock.core import CELL_DTYPE, _Head
+from chipwise.stock.store import Head
 
 MAGIC, VERSION = 0x43575354, 1      # stock.h
 FULL = 65535                        # stock.h, a share of one
@@ -66,9 +69,12 @@ class SharedStock:
     def close(self):
         """Lets the memory go; nothing can be read any more."""
         self._head = self._memory = None
-        for held in self._held[1:]:
-            held.exit()
+        if self._held:
+            self._held[0].close()
+        component = self._held[2:]
         self._held = ()
+        for one in component:
+            one.exit()
 
     @property
     def defined(self):
@@ -97,6 +103,46 @@ class SharedStock:
                 return _snapshot(head, cells, exact)
         raise SharedStockError(f"chipwise: stock map: it changed faster than it could be read for "
                                f"{timeout_s:g} s; read it while the tool stands")
+
+    @property
+    def cell(self):
+        """mm, side of a cell."""
+        return self._head.cell
+
+    @property
+    def capacity(self):
+        """Cells there is room for, ring included."""
+        return self._head.capacity
+
+    def take(self, timeout_s=TIMEOUT_S):
+        """(store.Head, cells with their ring) of one moment, or None where no stock is defined."""
+        end = time.monotonic() + timeout_s
+        while time.monotonic() < end:
+            head = self._unmoved(lambda: _Head.from_buffer_copy(self._memory))
+            if head is None:
+                continue
+            if head.nx <= 0 or head.filled < head.ny + 2:
+                return None
+            cells = self._whole(head)
+            if cells is not None:
+                low, high = _box(head)
+                return Head(head.cell, low, high, head.shape, head.nx, head.ny, head.removed), cells
+        raise SharedStockError(f"chipwise: stock map: it changed faster than it could be read for "
+                               f"{timeout_s:g} s; save it while the tool stands")
+
+    def put(self, found, cells):
+        """Makes a stock of store.read() the map's.  Only while the tracker holds still."""
+        head = self._head
+        head.generation += 1
+        head.nx = 0                                     # no stock until everything is there
+        start, raw = C.sizeof(_Head), cells.view(np.uint8).reshape(-1)
+        np.frombuffer(self._memory, np.uint8, raw.size, start)[:] = raw
+        (head.x0, head.y0, head.z_min), (head.x_max, head.y_max, head.z_max) = found.low, found.high
+        head.drop_unit = (found.high[2] - found.low[2]) / FULL
+        head.shape, head.removed = found.shape, found.removed
+        head.ny, head.filled = found.ny, found.ny + 2
+        head.nx = found.nx
+        head.generation += 1
 
     def _unmoved(self, read):
         """What `read` gives, or None where the tracker wrote meanwhile."""
@@ -143,19 +189,45 @@ def _snapshot(head, cells, exact):
                     head.removed, head.generation, exact)
 
 
-def attach(tracker=0):
-    """The SharedStock of stock-tracker.<tracker> of the LinuxCNC that runs here."""
+class _Mapped:
+    """The memory under a key.  hal.shm(..).getbuffer() of 2.9 leaves the shape of its buffer unset (halmodule.cc,
+    shm_buffer_getbuffer): it works by luck, so the block is mapped here."""
+
+    def __init__(self, key):
+        self._libc = C.CDLL(None, use_errno=True)
+        self._libc.shmat.restype = C.c_void_p
+        self._libc.shmdt.argtypes = [C.c_void_p]
+        number = self._libc.shmget(C.c_int(key), C.c_size_t(C.sizeof(_Head)), 0o600)
+        self._address = self._libc.shmat(number, None, 0) if number >= 0 else None
+        if self._address in (None, C.c_void_p(-1).value):
+            self._address = None
+            raise SharedStockError(f"chipwise: stock map: there is no memory under the key {key:#x} "
+                                   f"({os.strerror(C.get_errno())}); start a LinuxCNC with chipwise.hal")
+        capacity = _Head.from_address(self._address).capacity
+        size = C.sizeof(_Head) + capacity * CELL_DTYPE.itemsize
+        self.memory = memoryview((C.c_char * size).from_address(self._address)).cast("B")
+
+    def close(self):
+        self.memory = None
+        self._libc.shmdt(self._address)
+
+
+def attach(tracker=0, component=None):
+    """The SharedStock of stock-tracker.<tracker> of the LinuxCNC that runs here; component: the caller's
+    HAL component, where he has one."""
     import hal                      # only where LinuxCNC is
-    component = hal.component(f"chipwise-map-{os.getpid()}-{tracker}")
+    own = component is None
+    if own:
+        component = hal.component(f"chipwise-map-{os.getpid()}-{tracker}")
     try:
         key = hal.get_value(f"stock-tracker.{tracker}.shm-key")
     except RuntimeError as error:
-        component.exit()
+        if own:
+            component.exit()
         raise SharedStockError(f"chipwise: stock map: there is no stock-tracker.{tracker}; start a LinuxCNC "
                                "with chipwise.hal") from error
-    head = hal.shm(component, key, C.sizeof(_Head))
-    capacity = _Head.from_buffer_copy(head.getbuffer()).capacity
-    memory = hal.shm(component, key, C.sizeof(_Head) + capacity * CELL_DTYPE.itemsize)
-    stock = SharedStock(memory.getbuffer())
-    stock._held = (memory, component)
+    holder = hal.shm(component, key, C.sizeof(_Head))   # its end removes a map nobody else has any more
+    mapped = _Mapped(key)
+    stock = SharedStock(mapped.memory)
+    stock._held = (mapped, holder, component) if own else (mapped, holder)
     return stock

@@ -47,12 +47,12 @@ def check_flute(trace):
                   "out of the stock again", "all clear"):
         always(trace.only(phase), "flute-excess", 0)
     part = trace.only("deeper than the flute")
-    row = np.argmax(part["pos-y"] <= 40.0 + R)              # the tool touches the box
+    row = np.argmax(part["pos-y"] < 40.0 + R - 0.15)        # the tool is in the box, a period or two
     said = part["flute-excess"] == 1
     index = np.arange(len(said))
-    require(part, "flute-excess", said | (index < row), "(pin)", "1 from the touch on")
-    require(part, "flute-excess", ~said | (part["pos-y"] <= 40.0 + R + 1.0), "(pin)",
-            "0 until 1 mm before the touch")
+    require(part, "flute-excess", said | (index < row), "(pin)", "1 from 0.15 mm after the touch on")
+    require(part, "flute-excess", ~said | (part["pos-y"] <= 40.0 + R), "(pin)",
+            "0 until the touch")
     volume = trace["removed-volume"][trace.phases["all clear"].stop - 1]
     slot = 2 * R * 10.0 + 0.5 * np.pi * R * R               # 10 mm past the edge, twice
     near("removed-volume", volume, (2.9 + 4.0) * slot, 0.003, "mm3", trace.t[-1])

@@ -1,0 +1,69 @@
+component chipwise_guard "Stop the machine before a traverse meets stock, and say why";
+description """
+Holds the machine when stock_tracker(9) sees a traverse that is about to meet stock, or a feed
+on which the shank cuts. The hold stays until the motion is over: the operator aborts the program
+(Stop, Esc) and may then jog or run what he likes. A rising edge of
+.B release
+lets the machine go on as it is, past this one place.
+
+.B stop
+belongs to both motion.feed-inhibit and motion.feed-hold. LinuxCNC 2.9 and 2.10 look at the first only while
+the spindle override is enabled (control.c: M51 P0 and M49 switch it off), at the second only while M53 P1 is on; with
+either of them a traverse, a feed and an arc brake at the planner's acceleration. A thread (G33,
+G76) ends first.
+
+Add the function to the servo thread after that of stock_tracker.
+""";
+
+pin in bit rapid_contact "stock-tracker.N.rapid-contact";
+pin in bit flute_excess "stock-tracker.N.flute-excess";
+pin in bit disobeyed "TRUE: the override is set but not obeyed";
+pin in float rapid_distance "stock-tracker.N.rapid-distance, machine units";
+pin in float depth "stock-tracker.N.depth, machine units";
+pin in s32 motion_type "motion.motion-type; 0 ends the hold";
+pin in bit coord_mode "motion.coord-mode; FALSE (jogging, homing) ends the hold";
+pin in s32 program_line "motion.program-line";
+pin in bit release "rising edge: go on past this place";
+
+pin out bit stop "to motion.feed-inhibit and motion.feed-hold";
+pin out s32 reason "of the stop: 0 none, 1 rapid contact, 2 flute excess, 3 disobeyed";
+pin out s32 line "of the program, where it came to that";
+pin out float distance "machine units the traverse had left until the stock, when it was stopped";
+pin out float deepest "machine units, depth of cut when it came to that";
+
+param rw bit guard_rapid = 1 "stop for rapid-contact";
+param rw bit guard_flute = 1 "stop for flute-excess";
+param rw bit guard_obeyed = 1 "stop for disobeyed";
+
+variable int was_released;
+variable int passing;
+function _ fp;
+license "GPL";
+author "chipwise";
+see_also "stock_tracker(9), volumetric_feed(9)";
+;;
+
+#define NOTHING 0
+#define RAPID 1
+#define FLUTE 2
+#define DISOBEYED 3
+
+FUNCTION(_) {
+    int moving = motion_type != 0 && coord_mode;
+    int found = rapid_contact && guard_rapid ? RAPID
+        : flute_excess && guard_flute ? FLUTE
+        : disobeyed && guard_obeyed ? DISOBEYED : NOTHING;
+    int released = release && !was_released;
+
+    was_released = release;
+    if (!moving || found != passing) passing = NOTHING;
+    if (released && reason != NOTHING) passing = reason;
+    if (!moving || released) reason = NOTHING;
+    else if (reason == NOTHING && found != NOTHING && found != passing) {
+        reason = found;
+        line = program_line;
+        distance = rapid_distance;
+        deepest = depth;
+    }
+    stop = reason != NOTHING;
+}

@@ -1,0 +1,62 @@
+/* guard.h - will this traverse meet stock, and does the shank meet it already?
+ *
+ * Who calls it: tracker.c, once per servo period, after the tool has cut its step.
+ * Source: none. The braking law of LinuxCNC is read in tp/tc.c, tcGetAccelFinal of 2.9.5:
+ * a segment that blends with its neighbour by a parabola brakes with half its acceleration.
+ *
+ * Principle:
+ *  1. A traverse is a straight line. A probe runs ahead of the tool on it and cuts copies of the
+ *     cells, as the sweep would (cw_sweep_meets). What the tool has cut itself is nested in what
+ *     it would cut again and so is no stock: walls of its own slot are seen exactly, not as
+ *     interpolated heights. A strip narrower than CW_GUARD_STRIP cells is none.
+ *  2. The probe keeps ahead by the braking distance, with a bound on the cells it visits.
+ *  3. Stock before the end of the segment is certain to be met: the traverse has to be stopped
+ *     from the braking distance at half the acceleration on. The tool then stands before it.
+ *  4. Behind the end of the segment the program may stop or turn before. There the traverse is
+ *     stopped only when it should be braking and is not, or brakes too little. Where the way to
+ *     go is not known it is stopped when it is at the braking distance and not braking.
+ *  5. A way that bends (a blend) is not judged; the line after it is.
+ *  6. The shank is a cylinder that begins where the flutes end. It must meet nothing on a feed.
+ */
+#ifndef CHIPWISE_GUARD_H
+#define CHIPWISE_GUARD_H
+
+#include "sweep.h"
+
+#define CW_GUARD_STRIP 0.5      /* cells, width of a strip of stock that is taken for none */
+
+struct cw_guard_in {
+    double from[3], to[3];      /* mm, tips of the last period and this one */
+    double period;              /* s */
+    double accel;               /* mm/s2, not above 0: unknown */
+    double to_go;               /* mm to the end of the segment, not above 0: unknown */
+    int trail;                  /* the tool has cut all over at `to`; 0: the map lags behind the tool */
+};
+
+struct cw_guard {
+    double origin[3], dir[3];   /* mm, the line the tool is on */
+    double gone;                /* mm travelled on it */
+    double clear;               /* mm on it that the probe has found free */
+    double hit_near, hit_far;   /* mm on it between which stock begins; hit_far < 0: none found */
+    int periods;                /* on this line */
+    double speed, slowing, slowing_before;      /* mm/s; mm/s2 of the last two periods */
+    double distance;            /* mm to the stock a traverse will meet; 0: none found */
+    struct cw_tool shank;
+    int excess;                 /* the last verdict of cw_guard_shank */
+};
+
+void cw_guard_reset(struct cw_guard *guard);
+
+/* Forgets the line only: the tool is on no traverse. */
+void cw_guard_reset_line(struct cw_guard *guard);
+
+/* 1 when the traverse on which the tool is has to be stopped. */
+int cw_guard_traverse(struct cw_guard *guard, const struct cw_stock *stock,
+                      const struct cw_tool *tool, const struct cw_guard_in *in);
+
+/* 1 when the step cuts stock above the flutes. Call it before the step is cut; `trail`: the tool
+ * has cut all over at `from`. */
+int cw_guard_shank(struct cw_guard *guard, const struct cw_stock *stock,
+                   const struct cw_tool *tool, const double from[3], const double to[3], int trail);
+
+#endif

@@ -1,0 +1,125 @@
+"""Saves and restores the stock: M253, M254, and from one run of LinuxCNC to the next.
+
+Called by monitor.py, in user space, while motion waits.  A restore goes
+    file -> store.read(): everything is checked, nothing touched yet
+    -> hold: the tracker lets the map go and answers with held
+    -> shared.put(): cells and head, the generation odd meanwhile
+    -> hold FALSE: the tracker looks at the head and takes the stock.
+The reply (stock/reasons.py) stays until the request is withdrawn, so that the interpreter can read it.
+"""
+
+import os
+import time
+
+from chipwise.stock import reasons
+
+HELD_TIMEOUT_S = 2.0        # for the tracker's answer; it answers in its next period
+SAVE, RESTORE = 1, 2        # chipwise-command.0.request
+
+
+class Keeper:
+    """The stock of one LinuxCNC and its files."""
+
+    def __init__(self, component, settings, say):
+        """component: the monitor's pins; say: function of a text for the operator."""
+        self.component, self.settings, self.say = component, settings, say
+        self.stock = None
+        self.served = 0
+        self.kept_is_due = settings['KEEP_STOCK']
+
+    def path(self, name):
+        return os.path.join(self.settings.path('STOCK_DIR'), name)
+
+    def step(self, _now):
+        """A request of the interpreter, or the stock of the last run, once."""
+        self.attach()
+        request = self.component['request']
+        if request != self.served:
+            self.served = request
+            self.component['reply'] = reasons.IDLE if not request else self.serve(request)
+        if self.kept_is_due:
+            self.kept_is_due = False
+            self.restore_kept()
+
+    def attach(self):
+        """The map, from the first period on: it has to be at hand when everything else has ended."""
+        if self.stock is None:
+            from chipwise.stock import shared
+            try:
+                self.stock = shared.attach(0, self.component)
+            except shared.SharedStockError as error:
+                self.say(str(error).removeprefix('chipwise: '))
+                raise SystemExit(1) from error
+
+    def serve(self, request):
+        """-> the reply."""
+        slot = self.component['slot']
+        if slot not in range(reasons.SLOTS):
+            return reasons.BAD_SLOT
+        self.component['reply'] = reasons.BUSY
+        from chipwise.stock import store
+        path = self.path(store.slot_name(slot))
+        return self.save(path) if request == SAVE else self.restore(path)
+
+    def save(self, path):
+        """The map to a file; -> the reply."""
+        from chipwise.stock import shared, store
+        try:
+            taken = self.stock.take()
+            if taken is None:
+                return reasons.NO_STOCK
+            store.write(path, *taken)
+        except store.StoreError as error:
+            return self.failed(error)
+        except shared.SharedStockError as error:
+            print(error, flush=True)
+            return reasons.NO_ANSWER
+        return reasons.DONE
+
+    def restore(self, path):
+        """A file to the map; -> the reply.  Whatever is wrong leaves the stock as it was."""
+        from chipwise.stock import store
+        try:
+            found = store.read(path, self.stock.cell, self.stock.capacity)
+        except store.StoreError as error:
+            return self.failed(error)
+        self.component['hold'] = True
+        try:
+            end = time.monotonic() + HELD_TIMEOUT_S
+            while not self.component['held']:
+                if time.monotonic() > end:
+                    return reasons.NO_ANSWER
+                time.sleep(0.001)
+            self.stock.put(*found)
+        finally:
+            self.component['hold'] = False
+        while self.component['held'] and time.monotonic() < end:
+            time.sleep(0.001)
+        return reasons.DONE
+
+    @staticmethod
+    def failed(error):
+        print(f'chipwise: stock file: {error}', flush=True)
+        return error.reply
+
+    # --- [CHIPWISE]KEEP_STOCK -----------------------------------------------------------------------------------
+
+    def restore_kept(self):
+        """The stock of the last run, at the start."""
+        from chipwise.stock import store
+        reply = self.restore(self.path(store.KEPT))
+        if reply not in (reasons.DONE, reasons.NO_FILE):
+            problem, remedy = reasons.REASONS[reply]
+            self.say(f'the stock of the last run is not there again ([CHIPWISE]KEEP_STOCK): {problem}; {remedy}')
+
+    def end(self):
+        """The stock for the next run.  Where there is none, none is to come back."""
+        if self.stock is None or not self.settings['KEEP_STOCK'] or self.kept_is_due:
+            return
+        from chipwise.stock import store
+        path = self.path(store.KEPT)
+        reply = self.save(path)
+        if reply == reasons.NO_STOCK and os.path.exists(path):
+            os.unlink(path)
+        elif reply not in (reasons.DONE, reasons.NO_STOCK):
+            print(f'chipwise: the stock is not kept: {reasons.REASONS[reply][0]}', flush=True)

@@ -1,0 +1,192 @@
+"""A stock in a file: what M253 saves and M254 restores.
+
+Who calls it: cli/monitor.py (the files and the map), glue/volumetric.py (names and reasons only).  Pure: no HAL, no
+LinuxCNC; the map is any buffer that starts with struct cw_stock (components/core/stock.h).
+
+A file holds, in this order
+    16 bytes    "chipwise stock\\r\\n" (a transfer as text breaks it)
+    4 bytes     length of the head, little endian
+    head        JSON: version, cell and box (mm, machine coordinates), shape, rows and columns, mm3 removed
+    cells       as in the map, ring included, zlib
+    32 bytes    SHA-256 of everything before
+write() makes a new file beside the old one and then takes its place: a write that is cut off leaves the old one.
+read() believes nothing: length, checksum, version, numbers and every cell are looked at before anything is given back.
+"""
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import os
+import struct
+import tempfile
+import zlib
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from chipwise.stock.core import CELL_DTYPE
+from chipwise.stock.reasons import BROKEN, DISK, NO_FILE, OTHER_CELL, OTHER_VERSION, TOO_LARGE
+
+MARK, VERSION = b"chipwise stock\r\n", 1
+DIGEST = 32
+MOST_HEAD = 4096                    # bytes
+MOST_CELLS = 1 << 28                # stock.c
+FULL = 65535                        # stock.h
+ENDING = ".stock"
+KEPT = "kept" + ENDING              # [CHIPWISE]KEEP_STOCK
+
+class StoreError(Exception):
+    """A file that cannot be used; `reply` is the number of the reason, the text has the details."""
+
+    def __init__(self, reply, detail):
+        super().__init__(detail)
+        self.reply = reply
+
+
+def slot_name(slot):
+    """File of a slot, within STOCK_DIR."""
+    return f"slot{slot}{ENDING}"
+
+
+@dataclass(frozen=True)
+class Head:
+    """What describes the cells; mm, machine coordinates, mm3."""
+    cell: float
+    low: tuple
+    high: tuple
+    shape: int
+    nx: int
+    ny: int
+    removed: float
+
+    @property
+    def count(self):
+        """Cells, ring included."""
+        return (self.nx + 2) * (self.ny + 2)
+
+
+def _check_head(head):
+    """Raise StoreError where the numbers cannot be those of a map."""
+    numbers = [head.cell, head.removed, *head.low, *head.high]
+    try:
+        good = (len(head.low) == len(head.high) == 3 and all(math.isfinite(v) and abs(v) < 1e6 for v in numbers[:1] + numbers[2:])
+                and math.isfinite(head.removed) and head.removed >= 0 and head.cell > 0 and head.shape in (0, 1)
+                and all(a < b for a, b in zip(head.low, head.high))
+                and type(head.nx) is int and type(head.ny) is int
+                and (head.nx, head.ny) == tuple(math.ceil((b - a) / head.cell - 1e-9)
+                                                for a, b in zip(head.low[:2], head.high[:2]))
+                and 0 < head.count <= MOST_CELLS)
+    except (TypeError, ValueError, OverflowError):
+        good = False
+    if not good:
+        raise StoreError(BROKEN, f"its head has numbers no map can have: {head}")
+
+
+def _check_cells(head, cells):
+    """Raise StoreError where a cell cannot be one of this stock; `cells` (ny + 2, nx + 2)."""
+    low, high = np.float32(head.low[2]), np.float32(head.high[2])
+    top, cut, drop = cells["top"], cells["cut"], cells["drop"]
+    tolerance = np.float32(1e-3 * (head.high[2] - head.low[2]) + 1e-6 * max(abs(low), abs(high)))
+    good = bool(np.isfinite(top).all()) and bool((top >= low - tolerance).all()) and bool((top <= high).all())
+    good = good and not ((cut == 0) & (drop != 0)).any() and not (cut == FULL).any()
+    ring = [cells[0], cells[-1], cells[:, 0], cells[:, -1]]
+    good = good and all((edge["top"] <= low).all() and not edge["cut"].any() for edge in ring)
+    if not good:
+        raise StoreError(BROKEN, "it has cells that cannot be in this stock")
+
+
+def pack(head, cells):
+    """Head and cells ((ny + 2, nx + 2), CELL_DTYPE) -> the bytes of a file."""
+    fields = dict(asdict(head), version=VERSION)
+    text = json.dumps(fields, sort_keys=True).encode()
+    body = MARK + struct.pack("<I", len(text)) + text + zlib.compress(np.ascontiguousarray(cells).tobytes(), 1)
+    return body + hashlib.sha256(body).digest()
+
+
+def unpack(data, most_cells=MOST_CELLS):
+    """The bytes of a file -> (head, cells).  Raises StoreError."""
+    start = len(MARK) + 4
+    if len(data) < start + DIGEST or not data.startswith(MARK):
+        raise StoreError(BROKEN, f"it does not begin as a stock file ({len(data)} bytes)")
+    if hashlib.sha256(data[:-DIGEST]).digest() != data[-DIGEST:]:
+        raise StoreError(BROKEN, f"its checksum is wrong ({len(data)} bytes)")
+    length, = struct.unpack_from("<I", data, len(MARK))
+    if length > min(MOST_HEAD, len(data) - start - DIGEST):
+        raise StoreError(BROKEN, f"its head of {length} bytes is too long")
+    head = _read_head(data[start:start + length])
+    if head.count > most_cells:
+        raise StoreError(TOO_LARGE, f"it has {head.count} cells, the map {most_cells}")
+    size = head.count * CELL_DTYPE.itemsize
+    unzip = zlib.decompressobj()
+    try:
+        raw = unzip.decompress(data[start + length:-DIGEST], size + 1)      # never more than it says
+    except zlib.error as error:
+        raise StoreError(BROKEN, f"its cells cannot be unpacked: {error}") from error
+    if len(raw) != size or not unzip.eof or unzip.unused_data:
+        raise StoreError(BROKEN, f"it has not the {head.count} cells its head speaks of")
+    cells = np.frombuffer(raw, CELL_DTYPE).reshape(head.ny + 2, head.nx + 2)
+    _check_cells(head, cells)
+    return head, cells
+
+
+def _read_head(text):
+    try:
+        fields = json.loads(text)
+        version = fields.pop("version")
+    except (ValueError, AttributeError, KeyError, RecursionError) as error:
+        raise StoreError(BROKEN, "its head cannot be read") from error
+    if version != VERSION:
+        raise StoreError(OTHER_VERSION, f"it has version {str(version)[:20]}, this chipwise reads {VERSION}")
+    try:
+        head = Head(**fields)
+        head = Head(float(head.cell), tuple(map(float, head.low)), tuple(map(float, head.high)), head.shape,
+                    head.nx, head.ny, float(head.removed))
+    except (TypeError, ValueError) as error:
+        raise StoreError(BROKEN, "its head lacks or has fields it should not") from error
+    _check_head(head)
+    return head
+
+
+def write(path, head, cells):
+    """Save; the file at `path` is the old one or the new one at any moment.  Raises StoreError."""
+    folder = os.path.dirname(os.path.abspath(path))
+    fresh = None
+    try:
+        os.makedirs(folder, exist_ok=True)
+        handle, fresh = tempfile.mkstemp(prefix=os.path.basename(path) + ".", suffix=".new", dir=folder)
+        with os.fdopen(handle, "wb") as file:
+            file.write(pack(head, cells))
+            file.flush()
+            os.fsync(file.fileno())
+        os.chmod(fresh, 0o644)
+        os.replace(fresh, path)
+        fresh = None
+        folder_handle = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(folder_handle)
+        finally:
+            os.close(folder_handle)
+    except OSError as error:
+        raise StoreError(DISK, f"{path}: {error.strerror}") from error
+    finally:
+        if fresh and os.path.exists(fresh):
+            os.unlink(fresh)
+
+
+def read(path, cell=None, most_cells=MOST_CELLS):
+    """-> (head, cells) of a file, for a map with this cell and room for so many.  Raises StoreError."""
+    try:
+        with open(path, "rb") as file:
+            data = file.read(most_cells * CELL_DTYPE.itemsize + MOST_HEAD * 16)
+    except FileNotFoundError as error:
+        raise StoreError(NO_FILE, f"{path} does not exist") from error
+    except OSError as error:
+        raise StoreError(DISK, f"{path}: {error.strerror}") from error
+    try:
+        head, cells = unpack(data, most_cells)
+    except StoreError as error:
+        raise StoreError(error.reply, f"{path}: {error}") from error
+    if cell is not None and head.cell != cell:
+        raise StoreError(OTHER_CELL, f"{path}: its cells are {head.cell:g} mm, those of the map {cell:g} mm")
+    return head, cells

@@ -1,0 +1,247 @@
+"""The guards on a running LinuxCNC: they stop what they must, in time, and nothing else."""
+
+import os
+import re
+
+import numpy as np
+import pytest
+
+from chipwise.machine import runner
+from machine.operate import operate
+
+pytestmark = pytest.mark.machine
+
+SPEED = 10
+BOX = 'M250 P0 Q0 R-10 I60 J40 K10'
+HEAD = 'G21 G90 G17 G40 G64 P0.01\nT1 M6\nM250 P0 Q0 R-10 I60 J40 K10\nM3 S10000\nF1200\n'
+GUARD = ['pins', 'chipwise-guard.0.stop', 'chipwise-guard.0.reason', 'motion.feed-inhibit', 'motion.feed-hold']
+
+
+def log_of(path):
+    with np.load(path) as stored:
+        return {name: stored[name] for name in stored.files}
+
+
+def crash(tmp_path, approach, target, **options):
+    """Run into the stock as a program; -> (answers, ..)."""
+    program = tmp_path / 'crash.ngc'
+    program.write_text(HEAD + approach + target + '\nG0 Z10\nM2\n')
+    steps = [['open', str(program)], ['run_until_stopped', 20], GUARD, ['position'], ['abort'], ['errors'], GUARD,
+             ['jog', 2, 15, 20], ['position'], ['mdi', 'G0 X-30 Y20'], ['position'], ['pins', 'stock-tracker.0.removed-volume']]
+    return operate(tmp_path, steps, **options)
+
+
+@pytest.mark.parametrize('approach, target, axis, edge, sign', [
+    ('G0 X-40 Y20\nG0 Z-5\n', 'G0 X30', 0, -3.0, 1),
+    ('G0 X-40 Y-40\nG0 Z-5\n', 'G0 X30 Y30', 0, -3.0, 1),
+    ('G0 X20 Y20 Z60\n', 'G0 Z-2', 2, 0.0, -1),
+])
+def test_a_traverse_stops_before_the_stock(tmp_path, approach, target, axis, edge, sign):
+    """Position, message, and the machine is usable afterwards; not a cell was cut."""
+    answers = crash(tmp_path, approach, target)
+    _open, stopped, guard, position, _abort, said, after, jogged, _up, moved, away, removed = answers
+    print('stopped', position, 'left', sign * (edge - position[axis]))
+    assert stopped is True
+    assert guard[:2] == ['TRUE', '1'] and guard[2:] == ['TRUE', 'TRUE']
+    left = sign * (edge - position[axis])
+    assert 0.0 < left < 25.0
+    line = HEAD.count('\n') + approach.count('\n') + 1
+    assert len(said) == 1, said
+    assert re.match(rf'chipwise: line {line}: tool 1 \(6.00 mm\) would have met stock [\d.]+ mm on in this traverse and was '
+                    r'stopped; press Stop, then jog away', said[0])
+    assert after == ['FALSE', '0', 'FALSE', 'FALSE']
+    assert jogged == [1.0] and moved == []
+    assert away[:2] == pytest.approx([-30, 20], abs=1e-5)
+    assert float(removed[0]) == 0.0
+
+
+def test_the_program_can_be_run_again(tmp_path):
+    """After the abort the same program stops at the same place, and a mended one runs to its end."""
+    program, mended = tmp_path / 'crash.ngc', tmp_path / 'mended.ngc'
+    program.write_text(HEAD + 'G0 X-40 Y20\nG0 Z-5\nG0 X30\nM2\n')
+    mended.write_text(HEAD + 'G0 Z5\nG0 X-40 Y20\nG0 Z-5\nG1 X30\nG0 Z5\nM2\n')
+    twice = [['run_until_stopped', 20], ['position'], ['abort'], ['errors']]
+    answers = operate(tmp_path, [['open', str(program)], *twice, ['mdi', 'G0 Z10'], *twice, ['mdi', 'G0 Z10'],
+                                 ['open', str(mended)], ['run_until_stopped', 40], ['errors']])
+    assert answers[1] is answers[6] is True
+    assert answers[2] == pytest.approx(answers[7], abs=0.2)
+    assert answers[-2:] == [False, []]
+
+
+def test_flute_excess_holds_the_feed(tmp_path):
+    """T6 has flutes of 3 mm: a feed 4 mm deep is held as the shank touches; one of 2.5 mm is not."""
+    program = tmp_path / 'deep.ngc'
+    program.write_text(HEAD.replace('T1', 'T1') + 'G0 Z5\nG0 X-10 Y10\nG0 Z-2.5\nG1 X70\nG0 Z5\nG0 X-10 Y30\nG0 Z-4\nG1 X70\nM2\n')
+    geometry = tmp_path / 'tools.toml'
+    geometry.write_text('[tool.1]\nshape = "flat"\nflute_length = 3\n')
+    answers = operate(tmp_path, [['open', str(program)], ['run_until_stopped', 40], GUARD, ['position'], ['abort'], ['errors'],
+                                 ['jog', 2, 15, 20], ['mdi', 'G0 X-30']],
+                      edit=f's#^TOOL_GEOMETRY = .*#TOOL_GEOMETRY = {geometry}#')
+    _open, stopped, guard, position, _abort, said, jogged, moved = answers
+    assert stopped is True and guard[:2] == ['TRUE', '2']
+    assert position[1] == pytest.approx(30, abs=1e-5)
+    assert -3.0 <= position[0] < -1.0           # touched, and stood after v^2/2A = 0.4 mm
+    assert said == ['chipwise: line 13: tool 1 (6.00 mm) cuts 4.00 mm deep, its flutes are 3.00 mm long, and was stopped; '
+                    'press Stop, then jog away, and cut in more passes ([CHIPWISE]GUARD_FLUTE = no: no such guard)']
+    assert jogged == [1.0] and moved == []
+
+
+def test_both_can_be_switched_off(tmp_path):
+    program = tmp_path / 'both.ngc'
+    program.write_text(HEAD + 'G0 Z5\nG0 X-10 Y10\nG0 Z-4\nG1 X20\nG0 X70\nG0 Z5\nM2\n')
+    geometry = tmp_path / 'tools.toml'
+    geometry.write_text('[tool.1]\nshape = "flat"\nflute_length = 3\n')
+    answers = operate(tmp_path, [['open', str(program)], ['run_until_stopped', 40], ['errors'], GUARD[:3],
+                                 ['pins', 'stock-tracker.0.removed-volume']],
+                      edit=f's#^TOOL_GEOMETRY = .*#TOOL_GEOMETRY = {geometry}#; s#^GUARD_\\(.*\\) = yes#GUARD_\\1 = no#')
+    assert answers[1:3] == [False, []] and answers[3] == ['FALSE', '0']
+    assert float(answers[4][0]) == pytest.approx(60 * 6 * 4, rel=0.003)
+
+
+def alarms(log):
+    """Rows of a log in which a guard would stop the machine."""
+    return np.flatnonzero((log['rapid_contact'] != 0) | (log['flute_excess'] != 0))
+
+
+def check_quiet(log):
+    rows = alarms(log)
+    assert len(rows) == 0, (f"{len(rows)} alarms, the first at line {log['line'][rows[0]]}, x {log['x'][rows[0]]:.3f} "
+                            f"y {log['y'][rows[0]]:.3f} z {log['z'][rows[0]]:.3f}")
+
+
+def test_the_checker_sees_an_alarm():
+    log = {name: np.zeros(5) for name in ('rapid_contact', 'flute_excess', 'line', 'x', 'y', 'z')}
+    check_quiet(log)
+    log['rapid_contact'][3] = 1
+    with pytest.raises(AssertionError, match='1 alarms'):
+        check_quiet(log)
+
+
+PROGRAMS = sorted(name for name in os.listdir(os.path.join(runner.ROOT, 'nc_files')) if name.endswith('.ngc'))
+
+
+@pytest.mark.parametrize('name', PROGRAMS)
+def test_no_false_alarm_on_our_programs(tmp_path, name):
+    log = tmp_path / 'log.npz'
+    summary = runner.run_headless(os.path.join(runner.ROOT, 'nc_files', name), speed=SPEED, log=str(log), timeout=1500)
+    assert summary['finished'] and summary['errors'] == [], summary
+    check_quiet(log_of(log))
+
+
+SANE = {
+    'own slot, back and forth, and a second pass deeper than the flutes': '''
+G0 X-10 Y20 Z5
+G0 Z-4
+G1 X50
+G0 X-10
+G0 X45
+G0 Z5
+G0 X-10
+G0 Z-8
+G1 X50
+G0 X-8
+G0 Z5
+''',
+    'a turned slot and its retraces': '''
+G0 X-8 Y3 Z5
+G0 Z-5
+G1 X50 Y33
+G0 X-8 Y3
+G0 X50 Y33
+G0 Z0.3
+G0 X30 Y10
+''',
+    'clearances of a tenth': '''
+G0 X-3.1 Y20 Z5
+G0 Z-3
+G0 Z0.1
+G0 X30
+G0 X50 Y5
+G0 X-3.1 Y-3.1
+G0 Z-5
+G0 X-3.1 Y43.1
+G0 X63.1
+G0 Z0.05
+G0 X10 Y10
+''',
+    'down to the surface itself': '''
+G0 X20 Y20 Z10
+G0 Z0
+G0 Z10
+G0 X-3 Y20
+G0 Z-5
+G0 Z10
+''',
+    'canned cycles': '''
+G0 X10 Y10 Z5
+G98 G81 X10 Y10 Z-6 R0.5
+X20
+G99 G83 X30 Y20 Z-9 R0.2 Q2
+X40
+G73 X50 Y20 Z-9 R0.2 Q2
+G82 X10 Y30 Z-4 R0.1 P0.1
+G85 X20 Y30 Z-4 R0.1
+G80
+G0 Z5
+''',
+    'tool change and probing': '''
+G0 X10 Y10 Z5
+G1 Z-4
+G1 X40
+G0 Z5
+T3 M6
+G43
+G0 X25 Y10
+G1 Z-2
+G1 X30
+G0 Z5
+T2 M6
+G0 X25 Y10
+G0 Z-3.9
+G0 X38
+G0 X12
+G0 Z5
+G38.3 Z-0.5 F100
+G0 Z10
+''',
+    'G64 without tolerance': '''
+G64
+G0 X-10 Y20 Z5
+G0 Z-4
+G1 X50
+G1 Y30
+G0 Y20
+G0 X-10
+G0 Y45
+G0 X30
+G0 Z2
+G0 X-5 Y-5
+G0 Z-5
+G0 X65
+G0 Y45
+G0 X-5
+G0 Y-5
+G0 Z5
+''',
+    'a pocket and its way about in it': '''
+G0 X30 Y20 Z5
+G13 X30 Y20 I4 K14 Q4 Z-6 R0.5 J3 E600
+G0 Z-5.9
+G0 X40
+G0 X20
+G0 X30 Y10
+G0 Y30
+G0 Z5
+''',
+}
+
+
+@pytest.mark.parametrize('what', SANE, ids=[name.replace(' ', '_') for name in SANE])
+def test_no_false_alarm(tmp_path, what):
+    program, log = tmp_path / 'sane.ngc', tmp_path / 'log.npz'
+    program.write_text(HEAD + 'G0 Z20' + SANE[what] + 'M2\n')
+    geometry = 's'      # flutes of tools.toml
+    del geometry
+    summary = runner.run_headless(str(program), speed=SPEED, log=str(log), timeout=300)
+    assert summary['finished'] and summary['errors'] == [], summary
+    check_quiet(log_of(log))
