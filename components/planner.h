@@ -157,6 +157,16 @@ static int cw_planner_piece(const TC_STRUCT *tc, int part, const struct cw_track
                         b[2] - a[2]);
 }
 
+/* Acceleration the planner may brake with along a piece, machine units/s2: as its own
+ * tcGetTangentialMaxAccel (tp/tc.c) has it. */
+static double cw_planner_accel(const TC_STRUCT *tc)
+{
+    double share = 1.0 - cw_max(tc->kink_accel_reduce, tc->kink_accel_reduce_prev);
+    if (tc->blend_prev || tc->term_cond == TC_TERM_COND_PARABOLIC) share *= 0.5;
+    if (tc->motion_type == TC_CIRCULAR || tc->motion_type == TC_SPHERICAL) share *= tc->acc_ratio_tan;
+    return tc->maxaccel * share;
+}
+
 static long cw_planner_key(const TP_STRUCT *tp, int n, int part)
 {
     return (long)((tp->queue.start + n) % tp->queue.size) * CW_CHORDS + part;
@@ -209,6 +219,7 @@ static void cw_planner_extend(struct cw_planner *planner, const TP_STRUCT *tp,
             part = 0;
         } else {
             if (cw_planner_piece(tc, part, in, &piece)) {
+                piece.accel = cw_planner_accel(tc) / in->unit;
                 cw_way_append(way, cw_planner_key(tp, n, part), &piece);
                 planner->tentative += tentative;
             }

@@ -56,6 +56,7 @@ pin out float rapid_distance "machine units to the stock a traverse is about to 
 pin out bit path_known "the way ahead is the program's own, read from the motion planner; FALSE: it is predicted";
 pin out float ahead_distance_#[8] "machine units of travel until ahead-area-N applies; number 0: now";
 pin out float ahead_area_#[8] "mm2, never too low; rises with N; 0: unused";
+pin out float ahead_accel_#[8] "machine units/s2 the planner can brake with until there, in the mean; 0: not known";
 
 param rw float units_per_mm = 1.0 "machine units per mm: 1 or 1/25.4";
 param rw float mrr_window = 0.02 "s, at most 1023 periods";
@@ -184,5 +185,6 @@ FUNCTION(_) {
     for (i = 0; i < CW_AHEAD_LEVELS; i++) {
         ahead_distance(i) = i < out.view.levels ? out.view.level[i].distance * units_per_mm : 0.0;
         ahead_area(i) = i < out.view.levels ? out.view.level[i].area : 0.0;
+        ahead_accel(i) = i < out.view.levels ? out.view.level[i].accel * units_per_mm : 0.0;
     }
 }

@@ -36,6 +36,7 @@ pin in float section_area "stock-tracker.N.section-area, mm2";
 pin in bit ready "stock-tracker.N.ready";
 pin in bit fault "stock-tracker.N.fault";
 pin in float ahead_distance_#[8] "stock-tracker.N.ahead-distance-M, machine units";
+pin in float ahead_accel_#[8] "stock-tracker.N.ahead-accel-M, machine units/s2; 0: half the acceleration";
 pin in float ahead_area_#[8] "stock-tracker.N.ahead-area-M, mm2";
 pin in float direction_z "vertical part of the tool's direction, -1 straight down, for plunge-vel";
 pin in float depth "stock-tracker.N.depth, machine units, for max-chip-thickness";
@@ -94,6 +95,7 @@ static void read_law(struct __comp_state *__comp_inst, long period, struct cw_fe
     in->area = section_area;
     for (i = 0; i < CW_FEED_LEVELS; i++) {
         in->next_distance[i] = ahead_distance(i) / per_mm;
+        in->next_accel[i] = ahead_accel(i) / per_mm;
         in->next_area[i] = ahead_area(i);
     }
     in->floor = min_vel / per_mm;

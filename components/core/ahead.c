@@ -207,6 +207,18 @@ static void add_level(struct cw_ahead_view *view, double distance, double area)
     view->levels++;
 }
 
+/* What the planner can brake with on the way to each level. */
+static void add_braking(const struct cw_ahead *ahead, struct cw_ahead_view *view)
+{
+    int i;
+    for (i = 0; i < view->levels; i++) {
+        struct cw_ahead_level *level = &view->level[i];
+        level->accel = 0.0;
+        if (ahead->on_way && level->distance > 0.0)
+            level->accel = cw_way_braking(&ahead->way, ahead->at + level->distance) / level->distance;
+    }
+}
+
 /* The worst this tool can meet at its depth: a full slot and a full plunge. */
 static double worst(const struct cw_ahead *ahead, const struct cw_stock *stock,
                     const struct cw_tool *tool, double s)
@@ -245,7 +257,7 @@ void cw_ahead_look(const struct cw_ahead *ahead, const struct cw_stock *stock,
     view->depth = 0.0;
     view->nearest = 1e30;
     view->levels = 1;
-    view->level[0].distance = 0.0;
+    view->level[0].distance = view->level[0].accel = 0.0;
     view->level[0].area = view->level[0].base = known ? most_now(ahead) : 0.0;
     if (!known) return;
     before = ahead->count ? sample(ahead, ahead->first) : 0.0;
@@ -263,4 +275,5 @@ void cw_ahead_look(const struct cw_ahead *ahead, const struct cw_stock *stock,
     if (ahead->on_way) horizon = cw_min(horizon, ahead->way.end - ahead->at);
     if (reached < horizon && tool->radius > 0.0)
         add_level(view, reached, worst(ahead, stock, tool, ahead->at + reached));
+    add_braking(ahead, view);
 }

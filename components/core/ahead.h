@@ -43,6 +43,7 @@ struct cw_ahead {
 struct cw_ahead_level {
     double distance;            /* mm of travel until the area applies; 0: now */
     double area;                /* mm2 */
+    double accel;               /* mm/s2, mean the planner may brake with until there; 0: not known */
     double base;                /* mm2, of the first place given as this level */
 };
 

@@ -44,7 +44,8 @@ static int trusted(const struct cw_feed_in *in)
     if (in->kind == CW_FEED_WINDOW
         && (!cw_finite(in->lower) || in->lower < 0.0 || in->lower > in->target)) return 0;
     for (i = 0; i < CW_FEED_LEVELS; i++)
-        if (!cw_finite(in->next_area[i]) || !cw_finite(in->next_distance[i])) return 0;
+        if (!cw_finite(in->next_area[i]) || !cw_finite(in->next_distance[i])
+            || !cw_finite(in->next_accel[i])) return 0;
     return 1;
 }
 
@@ -88,6 +89,13 @@ static double load_limit(const struct cw_feed_in *in, double area)
     return cw_min(cw_feed_target(in) / area, chip_limit(in, area));
 }
 
+/* Acceleration that braking until a place ahead can count on, mm/s2 [2]. */
+static double braking(const struct cw_feed_in *in, int i)
+{
+    if (in->next_accel[i] > 0.0) return cw_min(in->next_accel[i], in->accel);
+    return CW_BRAKING * in->accel;
+}
+
 /* Whether a place ahead is the load at the tool over again, on its safe side. */
 static int is_here(const struct cw_feed_in *in, int i)
 {
@@ -112,7 +120,7 @@ static struct allowed stock_limit(const struct cw_feed_in *in, double last_scale
         if (in->next_area[i] <= CW_LEAST_AREA) continue;
         there = cw_min(load_limit(in, in->next_area[i]), most);
         room = cw_max(0.0, in->next_distance[i] - late);
-        velocity = sqrt(there * there + 2.0 * CW_BRAKING * in->accel * room);
+        velocity = sqrt(there * there + 2.0 * braking(in, i) * room);
         if (velocity < best.velocity) {
             best.velocity = velocity;
             best.by = is_here(in, i) ? CW_BY_STOCK_HERE : CW_BY_STOCK_AHEAD;

@@ -10,9 +10,10 @@
  * Principle:
  *  1. At the tool: v <= Q / A. Q is the smaller of what the program sets and the tool stands.
  *  2. Ahead: v^2 <= (Q / A_i)^2 + 2 a d_i for every area A_i at the distance d_i, so that
- *     braking ends where the load begins. `a` is half the planner's acceleration, because
- *     LinuxCNC gives a segment that blends only that half; d_i is shortened by the way
- *     gone before the override takes effect.
+ *     braking ends where the load begins. `a` is what the planner can brake with until there
+ *     (on an arc that blends only a quarter of its acceleration), where the tracker knows
+ *     it; else half the acceleration, which is what a line that blends gets. d_i is
+ *     shortened by the way gone before the override takes effect.
  *  3. The mode chooses between what the program asked for and what 1 and 2 allow.
  *  4. The result is a factor on the requested velocity in [0, 1], finite whatever comes in;
  *     whatever cannot be judged leaves the programmed feed.
@@ -55,6 +56,7 @@ struct cw_feed_in {
     int trusted;                /* the areas can be trusted */
     double area;                /* mm2, at the tool */
     double next_distance[CW_FEED_LEVELS], next_area[CW_FEED_LEVELS];    /* mm, mm2; area <= 0: none */
+    double next_accel[CW_FEED_LEVELS];  /* mm/s2 the planner can brake with until there; 0: unknown */
     double tool_target;         /* mm3/s, what the tool stands; 0: unknown [1] */
     double most;                /* mm/s, never faster while cutting [5] */
     double floor_share, most_share;     /* the same as shares of F */

@@ -191,7 +191,7 @@ static void clear(struct cw_tracker_out *out)
     out->rapid_mm = 0.0;
     out->view.levels = 0;
     for (i = 0; i < CW_AHEAD_LEVELS; i++)
-        out->view.level[i].distance = out->view.level[i].area = 0.0;
+        out->view.level[i].distance = out->view.level[i].area = out->view.level[i].accel = 0.0;
 }
 
 static int current_fault(const struct cw_tracker *tracker, const struct cw_tracker_in *in)

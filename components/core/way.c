@@ -30,6 +30,7 @@ int cw_piece_line(struct cw_piece *piece, const double start[3], const double en
     piece->level = flat / piece->length;
     piece->slope = dz / piece->length;
     piece->curvature = 0.0;
+    piece->accel = 0.0;
     return 1;
 }
 
@@ -46,6 +47,7 @@ int cw_piece_arc(struct cw_piece *piece, const double centre[2], const double st
     piece->level = flat / piece->length;
     piece->slope = rise / piece->length;
     piece->curvature = (angle > 0.0 ? 1.0 : -1.0) / radius;
+    piece->accel = 0.0;
     return 1;
 }
 
@@ -102,4 +104,18 @@ double cw_way_at(const struct cw_way *way, double s, double tip[3], double dir[3
         begin += way->piece[slot(way, n++)].length;
     cw_piece_at(&way->piece[slot(way, n)], s - begin, tip, dir);
     return way->piece[slot(way, n)].curvature;
+}
+
+double cw_way_braking(const struct cw_way *way, double s)
+{
+    double begin = way->begin, sum = 0.0;
+    int n;
+    for (n = 0; n < way->count && begin < s; n++) {
+        const struct cw_piece *piece = &way->piece[slot(way, n)];
+        double end = begin + piece->length;
+        if (!(piece->accel > 0.0)) return 0.0;
+        sum += piece->accel * cw_max(0.0, cw_min(end, s) - cw_max(begin, way->at));
+        begin = end;
+    }
+    return sum;
 }

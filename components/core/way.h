@@ -22,6 +22,7 @@ struct cw_piece {
     double level, slope;        /* horizontal and vertical part of a unit step */
     double curvature;           /* rad per mm of horizontal travel, counter-clockwise positive */
     double length;              /* mm of travel; not used by a course */
+    double accel;               /* mm/s2 the planner may brake with along it; 0: not known */
 };
 
 struct cw_way {
@@ -62,5 +63,9 @@ void cw_way_retract(struct cw_way *way);
 /* Tip and direction at the place `s` (mm, counted as `at` is), before and behind the ends too;
  * returns the curvature there, rad/mm. */
 double cw_way_at(const struct cw_way *way, double s, double tip[3], double dir[3]);
+
+/* Sum of accel x length from the tool to the place `s`, mm2/s2: half of what braking takes off
+ * the square of the velocity. 0 where a piece's acceleration is not known. */
+double cw_way_braking(const struct cw_way *way, double s);
 
 #endif

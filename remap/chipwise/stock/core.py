@@ -53,7 +53,8 @@ class _Section(C.Structure):
 class Piece(C.Structure):
     """struct cw_piece (way.h): a line, arc or helix; mm, rad, rad/mm."""
     _fields_ = [("origin", C.c_double * 3)] \
-        + [(n, C.c_double) for n in ("heading", "level", "slope", "curvature", "length")]
+        + [(n, C.c_double) for n in ("heading", "level", "slope", "curvature", "length",
+                                     "accel")]
 
 
 class _Way(C.Structure):
@@ -75,7 +76,7 @@ class _Ahead(C.Structure):
 
 
 class _Level(C.Structure):
-    _fields_ = [(n, C.c_double) for n in ("distance", "area", "base")]
+    _fields_ = [(n, C.c_double) for n in ("distance", "area", "accel", "base")]
 
 
 class _View(C.Structure):
@@ -89,7 +90,8 @@ class FeedIn(C.Structure):
                 ("programmed", C.c_double), ("requested", C.c_double), ("motion", C.c_int),
                 ("accel", C.c_double), ("floor", C.c_double), ("dt", C.c_double),
                 ("trusted", C.c_int), ("area", C.c_double),
-                ("next_distance", C.c_double * LEVELS), ("next_area", C.c_double * LEVELS)] \
+                ("next_distance", C.c_double * LEVELS), ("next_area", C.c_double * LEVELS),
+                ("next_accel", C.c_double * LEVELS)] \
         + [(n, C.c_double) for n in ("tool_target", "most", "floor_share", "most_share", "air",
                                      "plunge", "upward", "chip", "teeth", "turns", "tool_width",
                                      "stock_height")]
