@@ -34,7 +34,7 @@ sys.path[:0] = [str(ROOT / "remap")]
 
 from chipwise.machine import runner              # noqa: E402
 
-SPEED = 4
+SPEED = 6
 TOGETHER = 2                # runs at once
 FREE = 1000.0               # times the target: the stock never limits
 KEEP_MM = 0.05              # the way is judged in steps of this

@@ -15,16 +15,27 @@
     ["errors"]                      answer: the operator errors since the last time
     ["map", name]                   saves the heights of the map as NAME (.npy); answer: [mm3 removed]
 
+    ["start", program text]         open and run a program; goes on at once
+    ["until", pin, ">" or "<", number]   wait for a pin; answer: its value
+    ["pause"], ["resume"], ["abort"], ["off"], ["on"]   as the buttons do; pause waits for standstill
+    ["step to end"]                 answer: how many single steps that took
+    ["finish"]                      wait for the end of the program; answer: the operator errors since the last answer
+    ["over", seconds, pin, ...]     answer: [lowest, highest] of each pin in that time
+    ["feed override", factor]       the operator's slider
+    ["hal", word, ...]              a halcmd command
+
 The answers go to CHIPWISE_ANSWERS as one JSON list.
 """
 
 import json
 import os
 import sys
+import tempfile
 import time
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..', 'remap'))
 
+import hal                                                      # noqa: E402
 import linuxcnc                                                 # noqa: E402
 
 from chipwise.machine import sampling, session                  # noqa: E402
@@ -36,6 +47,8 @@ class Operator:
     def __init__(self):
         session.wait_for_task(time.monotonic() + 30)
         self.machine = session.Session(time.monotonic() + 300)
+        self.component = hal.component('scripted-display')      # hal.get_value wants one
+        self.component.ready()
 
     def home(self):
         self.machine.switch_on()
@@ -78,13 +91,13 @@ class Operator:
     def open(self, program):
         self.machine.open(program)
 
-    def start(self, line=0):
+    def run_from(self, line=0):
         self.machine.set_mode(linuxcnc.MODE_AUTO, 'auto')
         self.machine.command.auto(linuxcnc.AUTO_RUN, line)
         self.machine.wait('start', lambda s: s.interp_state != linuxcnc.INTERP_IDLE)
 
     def run_until_stopped(self, seconds, line=0):
-        self.start(line)
+        self.run_from(line)
         end, idle = time.monotonic() + seconds, 0
         while time.monotonic() < end and idle < 20:
             self.machine.poll()
@@ -98,8 +111,39 @@ class Operator:
         return False
 
     def run_until(self, axis, value):
-        self.start()
+        self.run_from()
         self.machine.wait('axis %d at %g' % (axis, value), lambda s: s.position[axis] > value, 60)
+
+    def start(self, text):
+        with tempfile.NamedTemporaryFile('w', suffix='.ngc', delete=False) as program:
+            program.write(text)
+        self.machine.open(program.name)
+        self.machine.command.auto(linuxcnc.AUTO_RUN, 0)
+        self.machine.wait('start', lambda s: s.interp_state != linuxcnc.INTERP_IDLE)
+
+    def until(self, pin, relation, number):
+        above = relation == '>'
+        self.machine.wait(f'{pin} {relation} {number}', lambda _s: (hal.get_value(pin) > number) == above, 60)
+        return hal.get_value(pin)
+
+    def pause(self):
+        self.machine.command.auto(linuxcnc.AUTO_PAUSE)
+        self.machine.wait('pause', lambda s: s.paused and s.current_vel < 1e-9)
+
+    def resume(self):
+        self.machine.command.auto(linuxcnc.AUTO_RESUME)
+        self.machine.wait('resume', lambda s: not s.paused)
+
+    def step_to_end(self, most=20):
+        """Single steps until the program has ended; -> how many."""
+        for count in range(1, most + 1):
+            self.machine.command.auto(linuxcnc.AUTO_STEP)
+            self.machine.command.wait_complete(5)
+            time.sleep(0.2)
+            self.machine.wait('step', lambda s: s.current_vel < 1e-9, 60)
+            if self.machine.status.interp_state == linuxcnc.INTERP_IDLE:
+                return count
+        return None
 
     def abort(self):
         self.machine.command.abort()
@@ -114,13 +158,41 @@ class Operator:
         stock.close()
         return [seen.removed]
 
+    def off(self):
+        self.machine.command.state(linuxcnc.STATE_OFF)
+        self.machine.wait('off', lambda s: s.task_state != linuxcnc.STATE_ON and s.current_vel < 1e-9)
+        time.sleep(0.1)
+
+    def on(self):
+        self.machine.switch_on()
+
+    def finish(self):
+        self.machine.wait('end of program', lambda s: s.interp_state == linuxcnc.INTERP_IDLE and s.inpos, 120)
+        return self.errors()
+
+    def over(self, seconds, *pins):
+        end, found = time.monotonic() + seconds, [[float('inf'), float('-inf')] for _ in pins]
+        while time.monotonic() < end:
+            for span, pin in zip(found, pins):
+                value = float(hal.get_value(pin))
+                span[:] = min(span[0], value), max(span[1], value)
+            time.sleep(0.001)
+        return found
+
+    def feed_override(self, factor):
+        self.machine.command.feedrate(factor)
+        self.machine.wait('feed override', lambda s: abs(s.feedrate - factor) < 1e-6)
+
+    def hal(self, *words):
+        return sampling.halcmd(*words).stdout.strip()
+
 
 def main():
     operator = Operator()
     answers = []
     try:
         for name, *arguments in json.loads(os.environ['CHIPWISE_STEPS']):
-            answers.append(getattr(operator, name)(*arguments))
+            answers.append(getattr(operator, name.replace(' ', '_'))(*arguments))
     except session.SessionError as error:
         answers.append('failed: %s' % error)
     with open(os.environ['CHIPWISE_ANSWERS'], 'w') as handle:

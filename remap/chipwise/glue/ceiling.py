@@ -1,11 +1,13 @@
 """The ceiling of M251 P2 and P3: what becomes of F while the volumetric feed may go above it.
 
-Called by emit.set_feed (cycles), by volumetric.py (M251, M252) and by the remapped F.
+Called by emit.set_feed (cycles), by volumetric.py (M251, M252), by session.py and by the remapped F.
 
 LinuxCNC 2.9 clamps the adaptive feed to 1: it can slow the machine down but not speed it up.  So the canonical
 feed is set to the ceiling, the feed the program asked for goes to volumetric-feed.0.programmed-vel through an analog
 output that M67 sets in step with motion, and the override is below 1 from then on.  The interpreter itself keeps the
-program's F: #<_feed> and every cycle see what was programmed.
+program's F: #<_feed> and every cycle see what was programmed.  It forgets it wherever it has waited for the machine
+(tool change, M66, G38, abort, start of a program: Interp::synch() takes the canonical feed); restore_programmed() gives
+it back before one of our codes looks.
 
 The ceiling is set only after the machine has got to the M251 and its mode was read back (volumetric.py): without the
 realtime side F is never replaced.  One interpreter per process, so the state is the module's.
@@ -19,10 +21,50 @@ _FEED_PER_MINUTE = 0
 
 
 class Ceiling:
-    """mm/min, None while F is not replaced; the analog output that carries the programmed feed."""
+    """value: mm/min, None while F is not replaced; output: the analog output that carries the programmed feed;
+    programmed: F in mm/min as the program said it last, None in other feed modes than G94."""
 
     value = None
     output = None
+    programmed = None
+
+
+def begin(interp, value, output):
+    """From here on the ceiling `value` (mm/min) takes the place of F; the machine stands.
+
+    The first programmed feed goes out at once, too: what waits for the next move is lost in an abort, and without any
+    the realtime side would take the ceiling for F.
+    """
+    Ceiling.value, Ceiling.output, Ceiling.programmed = value, output, None
+    if value is not None:
+        emccanon.SET_AUX_OUTPUT_VALUE(output, 0.0)
+    set_canon_feed(interp, interp.feed_rate)
+
+
+def end(interp):
+    """F is the machine's feed again."""
+    Ceiling.value = None
+    set_canon_feed(interp, interp.feed_rate)
+    emccanon.SET_AUX_OUTPUT_VALUE(Ceiling.output, 0.0)
+
+
+def restore_programmed(interp):
+    """Give the interpreter the program's F back where it has taken the ceiling for it."""
+    if Ceiling.value is None or Ceiling.programmed is None or interp.feed_mode != _FEED_PER_MINUTE:
+        return
+    taken, replaced = interp.feed_rate * _unit_mm(interp), max(Ceiling.programmed, Ceiling.value)
+    if abs(taken - replaced) <= 1e-6 * replaced:
+        interp.feed_rate = Ceiling.programmed / _unit_mm(interp)
+
+
+def _unit_mm(interp):
+    """mm of a program unit."""
+    return MM_PER_INCH if interp.length_units == emccanon.CANON_UNITS.CANON_UNITS_INCHES else 1.0
+
+
+def _as_output(programmed):
+    """mm/min or None -> machine units/s for volumetric-feed.0.programmed-vel."""
+    return (programmed or 0.0) / 60.0 * emccanon.GET_EXTERNAL_LENGTH_UNITS()
 
 
 def set_canon_feed(interp, feed):
@@ -30,9 +72,11 @@ def set_canon_feed(interp, feed):
     if Ceiling.value is None:
         emccanon.enqueue_SET_FEED_RATE(feed)
         return
-    unit_mm = MM_PER_INCH if interp.length_units == emccanon.CANON_UNITS.CANON_UNITS_INCHES else 1.0
+    unit_mm = _unit_mm(interp)
     per_minute = interp.feed_mode == _FEED_PER_MINUTE
-    units = emccanon.GET_EXTERNAL_LENGTH_UNITS()
-    programmed = feed * unit_mm / 60.0 * units if per_minute else 0.0
-    emccanon.SET_MOTION_OUTPUT_VALUE(Ceiling.output, programmed)
+    first = not Ceiling.programmed
+    Ceiling.programmed = feed * unit_mm if per_minute else None
+    if first and Ceiling.programmed:    # see begin()
+        emccanon.SET_AUX_OUTPUT_VALUE(Ceiling.output, _as_output(Ceiling.programmed))
+    emccanon.SET_MOTION_OUTPUT_VALUE(Ceiling.output, _as_output(Ceiling.programmed))
     emccanon.enqueue_SET_FEED_RATE(max(feed, Ceiling.value / unit_mm) if per_minute else feed)

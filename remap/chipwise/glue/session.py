@@ -11,6 +11,7 @@ from interpreter import INTERP_ERROR, INTERP_EXECUTE_FINISH, INTERP_OK
 
 from chipwise.errors import CycleError
 from chipwise.glue import emit
+from chipwise.glue.ceiling import restore_programmed
 from chipwise.glue.state import State
 
 
@@ -24,6 +25,7 @@ def run_cycle(interp, code, kwargs, plan):
     Returns INTERP_OK or, with the message set, INTERP_ERROR: never an exception, never a traceback.
     """
     try:
+        restore_programmed(interp)
         state = State(interp, code, kwargs)
         state.check_modes()
         moves = plan(state)
@@ -40,6 +42,7 @@ def run_steps(interp, code, kwargs, steps):
     Yields INTERP_EXECUTE_FINISH for those waits and in the end INTERP_OK or, with the message set, INTERP_ERROR.
     """
     try:
+        restore_programmed(interp)
         for _ in steps(State(interp, code, kwargs)):
             yield INTERP_EXECUTE_FINISH
         yield INTERP_OK

@@ -11,6 +11,7 @@ What is queued are canonical calls, not lines: execute(line, number) after a `yi
 import emccanon
 
 from chipwise.errors import MM_PER_INCH, CycleError
+from chipwise.glue import ceiling as feed_ceiling
 from chipwise.glue.ceiling import Ceiling, set_canon_feed
 from chipwise.glue.workpiece import check_fits, stock_of
 from chipwise.stock import reasons
@@ -172,9 +173,7 @@ def feed_on(state):
             raise CycleError("the realtime side does not answer",
                              "load chipwise.hal ([HAL]HALFILE) and see [CHIPWISE]ANALOG_OUT and ANALOG_IN")
         raise CycleError("no stock is defined", "define it with M250 before")
-    Ceiling.value = ceiling
-    Ceiling.output = state.settings["ANALOG_OUT"] + 2
-    set_canon_feed(state.interp, state.interp.feed_rate)
+    feed_ceiling.begin(state.interp, ceiling, state.settings["ANALOG_OUT"] + 2)
 
 
 def feed_off(state):
@@ -191,9 +190,7 @@ def _no_ceiling(state):
     """F is the machine's feed again, before the override may rise to 1."""
     if Ceiling.value is None:
         return
-    Ceiling.value = None
-    set_canon_feed(state.interp, state.interp.feed_rate)
-    emccanon.SET_AUX_OUTPUT_VALUE(Ceiling.output, 0.0)
+    feed_ceiling.end(state.interp)
     yield
 
 

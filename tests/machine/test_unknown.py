@@ -1,0 +1,212 @@
+"""Whatever interrupts the volumetric feed: the feed is the programmed one or the override 1, and no cut is lost.
+
+A slot of 60 mm, 6 mm wide (T1) and 2 mm deep: 720 mm3, 12 mm2, at 6 cm3/min 8.33 mm/s, F 500 = 8.33 mm/s, E 50 mm/s.
+"""
+
+import math
+
+import pytest
+
+from test_codes import BOX, operate
+
+pytestmark = pytest.mark.machine
+
+AREA, RADIUS, DEPTH, WHOLE = 12.0, 3.0, 2.0, 720.0
+SLOT_VEL = 6000 / 60 / AREA                 # mm/s
+CEILING_VEL, F_VEL = 50.0, 5.0              # mm/s
+BEGIN = f'G21 G90 G64 P0.01\nT1 M6\n{BOX}\nM251 Q6 P2 E3000\nF300\nS10000 M3\n'
+SLOT = BEGIN + 'G0 X-10 Y20 Z5\nG0 Z-2\nG1 X70\nG0 Z5\nM252\nM2\n'
+FEED, BY, VELOCITY, VOLUME, TYPE = ('volumetric-feed.0.adaptive-feed', 'volumetric-feed.0.limited-by',
+                                    'motion.current-vel', 'stock-tracker.0.removed-volume', 'motion.motion-type')
+DISOBEYED = 'volumetric-feed.0.disobeyed'
+
+
+def cut_to(x):
+    """mm3 of the slot cut with the axis of the tool at x > 3 mm."""
+    return DEPTH * (2 * RADIUS * x + math.pi * RADIUS ** 2 / 2)
+
+
+def values(answer):
+    return [1.0 if v == 'TRUE' else 0.0 if v == 'FALSE' else float(v) for v in answer]
+
+
+def test_pause_and_resume(tmp_path):
+    """Paused in the cut: at rest, nothing cut, the override a sound number; then on to the whole slot."""
+    _start, _until, _pause, before, over, after, _resume, going, end, last = operate(tmp_path, [
+        ['start', SLOT], ['until', VOLUME, '>', 200], ['pause'], ['pins', VOLUME],
+        ['over', 0.5, FEED, VELOCITY, DISOBEYED], ['pins', VOLUME, BY],
+        ['resume'], ['until', VOLUME, '>', 500], ['finish'], ['pins', VOLUME, FEED, DISOBEYED]])
+    feed, velocity, disobeyed = over
+    assert 0 < feed[0] and feed[1] <= 1 and velocity[1] == 0 and disobeyed[1] == 0
+    assert values(after)[0] == values(before)[0] and 200 < values(before)[0] < 500 < going
+    assert end == []
+    assert values(last) == [pytest.approx(WHOLE, rel=0.003), 1.0, 0.0]
+
+
+def test_single_steps(tmp_path):
+    """From the middle of the cut to the end line by line: the same volume, no message."""
+    _start, _until, _pause, steps, errors, last = operate(tmp_path, [
+        ['start', SLOT], ['until', VOLUME, '>', 200], ['pause'], ['step to end'], ['finish'],
+        ['pins', VOLUME, DISOBEYED, FEED]])
+    assert steps is not None and steps >= 3
+    assert errors == []
+    assert values(last) == [pytest.approx(WHOLE, rel=0.003), 0.0, 1.0]
+
+
+def test_abort_in_the_cut_and_go_on(tmp_path):
+    """After the abort the map holds what the tool has cut, to its round front; the rest by MDI."""
+    *_, abort, state, position, on, rest, last = operate(tmp_path, [
+        ['start', SLOT], ['until', VOLUME, '>', 300], ['abort'],
+        ['pins', VOLUME, FEED, 'stock-tracker.0.ready', 'volumetric-feed.0.mode', DISOBEYED], ['position'],
+        ['mdi', 'G1 X70 F300'], ['mdi', 'M252'], ['pins', VOLUME, FEED]])
+    volume, feed, ready, mode, disobeyed = values(state)
+    assert (feed, ready, mode, disobeyed) == (1.0, 1.0, 2.0, 0.0)
+    assert volume == pytest.approx(cut_to(position[0]), rel=0.004) and volume < 600
+    assert (abort, on, rest) == (None, [], [])
+    assert values(last) == [pytest.approx(WHOLE, rel=0.003), 1.0]
+
+
+def test_machine_off_in_the_cut(tmp_path):
+    """Abort and machine off and on again, as E-stop does; the stock stays true."""
+    *_, state, position, _on, _mdi, last = operate(tmp_path, [
+        ['start', SLOT], ['until', VOLUME, '>', 300], ['off'], ['pins', VOLUME, FEED], ['position'], ['on'],
+        ['mdi', 'G1 X70 F300'], ['pins', VOLUME]])
+    assert values(state) == [pytest.approx(cut_to(position[0]), rel=0.004), 1.0]
+    assert values(last) == [pytest.approx(WHOLE, rel=0.003)]
+
+
+def test_probing_goes_at_the_programmed_feed(tmp_path):
+    """G38.2 with F replaced by the ceiling: adaptive-feed 1, the probe at F and not at E, the slot whole afterwards."""
+    program = SLOT.replace('G1 X70\n', 'G1 X70\nG0 Z20\nG0 X30\nF300\nG38.2 X45\nG0 X70\n')
+    _start, _type, over, _trip, end, last = operate(tmp_path, [
+        ['start', program], ['until', TYPE, '>', 4.5],
+        ['over', 1.0, FEED, VELOCITY, DISOBEYED, 'motion.requested-vel'], ['hal', 'setp', 'motion.probe-input', '1'],
+        ['finish'], ['pins', VOLUME, DISOBEYED]])
+    feed, velocity, disobeyed, requested = over
+    assert feed == [1.0, 1.0] and disobeyed[1] == 0
+    assert requested[1] == pytest.approx(CEILING_VEL)           # that is what LinuxCNC was told
+    assert velocity[1] == pytest.approx(F_VEL, rel=1e-3)        # and that is what it did
+    assert end == []
+    assert values(last) == [pytest.approx(WHOLE, rel=0.003), 0.0]
+
+
+@pytest.mark.parametrize('missing', ['tool', 'stock'])
+def test_without_tool_or_stock(tmp_path, missing):
+    """F as programmed, limited-by 5, said once."""
+    away = {'tool': ['mdi', 'T0 M6'], 'stock': ['hal', 'setp', 'stock-tracker.0.units-per-mm', '0']}[missing]
+    *_, over, end = operate(tmp_path, [
+        ['mdi', 'T1 M6'], ['mdi', BOX], ['mdi', 'M251 Q6 P2 E3000'], ['mdi', 'F300'], away,
+        ['start', 'G0 X-10 Y20 Z30\nG1 X70\nM2\n'], ['until', TYPE, '>', 1.5], ['sleep', 0.3],
+        ['over', 1.0, FEED, BY, VELOCITY, DISOBEYED], ['finish']])
+    feed, by, velocity, disobeyed = over
+    assert by == [5, 5] and disobeyed == [0, 0]
+    assert feed == pytest.approx([F_VEL / CEILING_VEL] * 2, rel=1e-6)
+    assert velocity == pytest.approx([F_VEL] * 2, rel=1e-3)
+    assert len(end) == 1 and end[0].startswith('chipwise: ')
+
+
+@pytest.mark.parametrize('override', [0.5, 1.5])
+def test_feed_override_of_the_operator(tmp_path, override):
+    """Modes 1 and 2 at 50 % and 150 %: the velocity follows, nothing is taken for disobedience."""
+    for start in (SLOT, SLOT.replace('P2 E3000', 'P1').replace('F300', 'F1500')):
+        _override, _start, _until, over, end, last = operate(tmp_path, [
+            ['feed override', override], ['start', start], ['until', VOLUME, '>', 200],
+            ['over', 0.5, VELOCITY, DISOBEYED], ['finish'], ['pins', VOLUME, DISOBEYED]])
+        assert over[0] == pytest.approx([override * SLOT_VEL] * 2, rel=0.03) and over[1][1] == 0
+        assert end == []
+        assert values(last) == [pytest.approx(WHOLE, rel=0.003), 0.0]
+
+
+SPINDLE = ('HALFILE = spindle.hal', """loadrt sim_spindle names=sim-spindle
+setp sim-spindle.scale 0.0166666667
+net spindle-index-enable spindle.0.index-enable <=> sim-spindle.index-enable
+net spindle-pos sim-spindle.position-fb => spindle.0.revs
+net spindle-speed-cmd spindle.0.speed-out => sim-spindle.velocity-cmd
+addf sim-spindle servo-thread
+""")
+
+
+def with_spindle(tmp_path):
+    """A sed command that gives the machine a spindle encoder, before chipwise.hal."""
+    path = tmp_path / 'spindle.hal'
+    path.write_text(SPINDLE[1])
+    return f's#^HALFILE = ../hal/chipwise.hal#HALFILE = {path}\\n&#'
+
+
+def test_moves_that_follow_the_spindle(tmp_path):
+    """G33 and G33.1 at 20 mm/s with F 5 mm/s and the override far down: the pitch, and no disobedience."""
+    program = BEGIN.replace('S10000', 'S600') + (
+        'G0 X-10 Y20 Z5\nG0 Z-2\nG33 X70 K2\nG0 Z10\nG33.1 Z-1 K2\nG33 Z8 K2\nG1 X60 F300\nM252\nM2\n')
+    _start, _type, over, end, last = operate(tmp_path, [
+        ['start', program], ['until', VOLUME, '>', 200], ['over', 1.0, VELOCITY, FEED, DISOBEYED], ['finish'],
+        ['pins', DISOBEYED, 'motion.feed-inhibit']], edit=with_spindle(tmp_path))
+    velocity, feed, disobeyed = over
+    assert velocity == pytest.approx([20.0, 20.0], rel=0.05) and feed[0] < 0.2 and disobeyed == [0, 0]
+    assert end == []
+    assert values(last) == [0.0, 0.0]
+
+
+@pytest.mark.parametrize('before, told', [
+    ('M52 P0\n', True),                     # the monitor reads it
+    ('M49\nM52 P0\n', True),                # feed-inhibit is ignored: the abort stops it
+    ('M52 P0\n', False)])                   # without the monitor: the velocity in realtime
+def test_m52_p0_is_stopped(tmp_path, before, told):
+    """Adaptive feed disabled at the ceiling: the machine stops within millimetres, the operator is told."""
+    program = SLOT.replace('G1 X70\n', f'G1 X20\n{before}G1 X70\n').replace('F300', 'F120')
+    blind = [] if told else [['hal', 'unlinkp', 'volumetric-feed.0.adaptive-off'],
+                             ['hal', 'unlinkp', 'chipwise-monitor.disobeyed']]
+    steps = [*blind, ['start', program], ['until', 'axis.x.pos-cmd', '>', 19.999], ['until', DISOBEYED, '>', 0.5],
+             ['over', 1.5, 'axis.x.pos-cmd'], ['over', 0.2, VELOCITY], ['abort'], ['pins', DISOBEYED],
+             ['finish'], ['mdi', 'M252'], ['pins', 'volumetric-feed.0.mode']]
+    answers = operate(tmp_path, steps)[len(blind):]
+    (_low, furthest), at_rest, _abort, let_go, said = answers[3][0], answers[4], answers[5], answers[6], answers[7]
+    print(f'stopped {furthest - 20:.3f} mm behind M52 P0')
+    assert furthest - 20 < 2.0
+    assert at_rest == [[0.0, 0.0]] and values(let_go) == [0.0]
+    assert [m for m in said if 'M252 before M52 P0' in m and m.startswith('chipwise: ')] == said
+    assert len(said) == told
+    assert values(answers[-1]) == [0.0]
+
+
+def test_window_without_a_ceiling(tmp_path):
+    """M251 P3 without E: F is the upper limit; where the rate at F is in the window F stays, above it Q counts."""
+    program = SLOT.replace('P2 E3000', 'P3 R1').replace('F300', 'F{}')
+    for feed, expected in ((300, 5.0), (900, SLOT_VEL)):
+        *_, over, end, last = operate(tmp_path, [
+            ['start', program.format(feed)], ['until', VOLUME, '>', 200],
+            ['over', 0.5, VELOCITY, 'motion.requested-vel'], ['finish'], ['pins', VOLUME, DISOBEYED]])
+        assert over[0] == pytest.approx([expected] * 2, rel=0.03)
+        assert over[1] == pytest.approx([feed / 60] * 2)
+        assert end == []
+        assert values(last) == [pytest.approx(WHOLE, rel=0.003), 0.0]
+
+
+def test_the_tool_of_the_moment_counts(tmp_path):
+    """max_removal_rate of the geometry file, taken on tool change: T2 (3 mm) stands 1.2 cm3/min of the 6 of M251."""
+    geometry = tmp_path / 'tools.toml'
+    geometry.write_text('[tool.2]\nmax_removal_rate = 1200\n')
+    program = BEGIN + ('G0 X-10 Y20 Z5\nG0 Z-2\nG1 X20\nG0 Z5\nT2 M6\nG0 X-10 Y30\nG0 Z-2\nG1 X70\nG0 Z5\n'
+                       'M252\nM2\n')
+    *_, first, _next, second, end = operate(tmp_path, [
+        ['start', program], ['until', VOLUME, '>', 100], ['over', 0.3, VELOCITY, 'volumetric-feed.0.mrr-effective'],
+        ['until', VOLUME, '>', 320], ['over', 0.3, VELOCITY, 'volumetric-feed.0.mrr-effective'], ['finish']],
+        edit=f's#^TOOL_GEOMETRY = .*#TOOL_GEOMETRY = {geometry}#')
+    assert first[0] == pytest.approx([SLOT_VEL] * 2, rel=0.03) and first[1] == [6000, 6000]
+    assert second[0] == pytest.approx([1200 / 60 / 6.0] * 2, rel=0.03) and second[1] == [1200, 1200]
+    assert end == []
+
+
+def test_f_outlives_a_tool_change(tmp_path):
+    """After M6 the interpreter takes the ceiling for its F; a cycle and M252 go by what the program said."""
+    program = BEGIN.replace('F300', 'F240') + (
+        'G0 X-10 Y20 Z20\nG1 X0\nT2 M6\nG1 X20\nG13 X30 Y20 I5 Z18\nM252\nG1 X60\nM2\n')
+    _start, _x, replaced, _arc, cycle, _mode, _moves, back, end = operate(tmp_path, [
+        ['start', program], ['until', 'axis.x.pos-cmd', '>', 1.0],
+        ['pins', 'volumetric-feed.0.programmed-vel', 'motion.requested-vel'],
+        ['until', TYPE, '>', 2.5], ['pins', 'volumetric-feed.0.programmed-vel'],
+        ['until', 'volumetric-feed.0.mode', '<', 0.5], ['until', 'motion.requested-vel', '>', 0.1],
+        ['over', 0.5, 'motion.requested-vel'], ['finish']])
+    assert values(replaced) == pytest.approx([4.0, CEILING_VEL])
+    assert values(cycle)[0] == pytest.approx(4.0)
+    assert back[0] == pytest.approx([4.0, 4.0])
+    assert end == []
