@@ -17,7 +17,7 @@
 
     ["start", program text]         open and run a program; goes on at once
     ["until", pin, ">" or "<", number]   wait for a pin; answer: its value
-    ["pause"], ["resume"], ["abort"], ["off"], ["on"]   as the buttons do; pause waits for standstill
+    ["pause"], ["resume"], ["reverse"], ["abort"], ["off"], ["on"]   as the buttons do; pause waits for standstill
     ["step to end"]                 answer: how many single steps that took
     ["finish"]                      wait for the end of the program; answer: the operator errors since the last answer
     ["over", seconds, pin, ...]     answer: [lowest, highest] of each pin in that time
@@ -133,6 +133,9 @@ class Operator:
     def resume(self):
         self.machine.command.auto(linuxcnc.AUTO_RESUME)
         self.machine.wait('resume', lambda s: not s.paused)
+
+    def reverse(self):
+        self.machine.command.auto(linuxcnc.AUTO_REVERSE)
 
     def step_to_end(self, most=20):
         """Single steps until the program has ended; -> how many."""

@@ -53,6 +53,17 @@ def test_single_steps(tmp_path):
     assert values(last) == [pytest.approx(WHOLE, rel=0.003), 0.0, 1.0]
 
 
+def test_reverse_run(tmp_path):
+    """Reverse pressed while paused and in the cut: LinuxCNC 2.9 runs forward again as long as the adaptive feed is
+    positive (motion/control.c); the override stays 0..1, nothing is lost."""
+    *_, over, errors, last = operate(tmp_path, [
+        ['start', SLOT], ['until', VOLUME, '>', 200], ['pause'], ['reverse'], ['resume'], ['sleep', 0.3], ['reverse'],
+        ['over', 1.0, FEED, DISOBEYED], ['finish'], ['pins', VOLUME, DISOBEYED]])
+    assert 0 < over[0][0] <= over[0][1] <= 1 and over[1][1] == 0
+    assert errors == []
+    assert values(last) == [pytest.approx(WHOLE, rel=0.003), 0.0]
+
+
 def test_abort_in_the_cut_and_go_on(tmp_path):
     """After the abort the map holds what the tool has cut, to its round front; the rest by MDI."""
     *_, abort, state, position, on, rest, last = operate(tmp_path, [

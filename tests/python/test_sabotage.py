@@ -43,6 +43,19 @@ FAULTS = {
     "brakes too late": (
         "feed.c", "#define CW_BRAKING 0.5", "#define CW_BRAKING 1.0",
         "test_feed.py::test_ahead_is_braked_in_time"),
+    "highest velocity not braked to": (
+        "feed.c", "in->next_area[i]), most)", "in->next_area[i]), CW_UNBOUND)",
+        "test_feed.py::test_fastest_while_cutting"),
+    "chip as at the small engagement": (
+        "feed.c", "2.0 * e / acos(1.0 - 2.0 * e)", "sqrt(e)", "test_feed.py::test_mean_chip"),
+    "rises at once": (
+        "feed.c", "cw_min(goal, ramp + step)", "goal", "test_feed.py::test_drops_pass_at_once_and_rises_climb"),
+    "braking taken for disobedience": (
+        "obey.c", "#define CW_OBEY_BRAKING 0.25", "#define CW_OBEY_BRAKING 2.0",
+        "test_obey.py::test_obedience_is_never_taken_for_it"),
+    "disobedience explained by the ceiling": (
+        "obey.c", "cw_max(scale * speed(in->requested)", "cw_max(speed(in->requested)",
+        "test_obey.py::test_it_is_seen_in_time"),
     "no number comes through": (
         "feed.c", "!cw_finite(in->area) || in->area < 0.0", "0", "test_feed.py::test_fallback_is_the_programmed_feed"),
 }
