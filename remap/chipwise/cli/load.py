@@ -47,6 +47,12 @@ def planner_acceleration():
     return min(numbers)
 
 
+def axis_accelerations():
+    """{axis: machine units/s2}, of those the INI file has; what a traverse brakes with."""
+    texts = {axis: ini_section('AXIS_' + axis.upper()).get('MAX_ACCELERATION') for axis in 'xyz'}
+    return {axis: float(text) for axis, text in texts.items() if text}
+
+
 def check_memory(settings):
     """Raise CycleError for a map that would take more than its share of the memory."""
     size_x, size_y = settings['MAP_SIZE']
@@ -95,6 +101,8 @@ def load(settings):
             ('setp', 'chipwise-guard.0.guard-flute', f"{settings['GUARD_FLUTE']:d}"),
             ('setp', 'stock-tracker.0.units-per-mm', f'{units:.17g}'),
             ('setp', 'stock-tracker.0.acceleration', f'{acceleration:.9g}'),
+            *(('setp', f'stock-tracker.0.acceleration-{axis}', f'{value:.9g}')
+              for axis, value in axis_accelerations().items()),
             ('setp', 'volumetric-feed.0.units-per-mm', f'{units:.17g}'),
             ('setp', 'volumetric-feed.0.acceleration', f'{acceleration:.9g}'),
             ('net', 'chipwise-word', f'motion.analog-out-{first:02d}', 'chipwise-command.0.word'),
