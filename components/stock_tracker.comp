@@ -62,6 +62,9 @@ param rw float units_per_mm = 1.0 "machine units per mm: 1 or 1/25.4";
 param rw float mrr_window = 0.02 "s, at most 1023 periods";
 param rw float acceleration = 0.0 "machine units/s2 the planner really uses; 0: unknown, look 20 mm ahead";
 param rw bit read_path = 1 "read the program's way ahead from the motion planner; FALSE: always predict it";
+param rw float acceleration_x = 0.0 "machine units/s2 of the axis, for the traverses' braking; 0: unknown, as acceleration";
+param rw float acceleration_y = 0.0 "machine units/s2";
+param rw float acceleration_z = 0.0 "machine units/s2";
 param r s32 shm_key "key of the shared memory that holds the map";
 
 variable cw_tracker_t state;
@@ -160,6 +163,9 @@ FUNCTION(_) {
     in.foreign = hold;
     in.to_go = distance_to_go;
     in.accel = acceleration;
+    in.axis_accel[0] = acceleration_x;
+    in.axis_accel[1] = acceleration_y;
+    in.axis_accel[2] = acceleration_z;
     in.window = mrr_window;
     in.period = fperiod;
 

@@ -7,6 +7,7 @@
 #define CW_GUARD_AIM 0.9998     /* cosine between step and line */
 #define CW_GUARD_STEADY 3       /* periods on a line before it is judged [5] */
 #define CW_GUARD_CELLS 3000     /* visited by the probe in a period, about [2] */
+#define CW_GUARD_HALVINGS 4     /* of a step, to find where in it stock begins */
 #define CW_GUARD_FREE 64        /* steps of the probe in a period, about */
 #define CW_GUARD_LEAST 1e-3     /* mm2, contact below this is none */
 #define CW_GUARD_LATE 3.0       /* periods of travel until the planner brakes, and one to spare */
@@ -74,6 +75,19 @@ static void follow(struct cw_guard *guard, const struct cw_stock *stock, const s
     guard->periods = 1;
 }
 
+/* What the planner uses along the line, mm/s2; 0: unknown. */
+static double accel_along(const struct cw_guard *guard, const struct cw_guard_in *in)
+{
+    double least = 1e30;
+    int i;
+    if (!cw_finite(in->accel) || !(in->accel > 0.0)) return 0.0;
+    for (i = 0; i < 3; i++) {
+        if (!cw_finite(in->axis_accel[i]) || !(in->axis_accel[i] > 0.0)) return in->accel;
+        if (fabs(guard->dir[i]) > 1e-9) least = cw_min(least, in->axis_accel[i] / fabs(guard->dir[i]));
+    }
+    return least;
+}
+
 static void place_on(const struct cw_guard *guard, double s, double tip[3])
 {
     int i;
@@ -84,8 +98,23 @@ static void place_on(const struct cw_guard *guard, double s, double tip[3])
 static double stopping(const struct cw_guard *guard, const struct cw_guard_in *in, double accel)
 {
     double late = CW_GUARD_LATE * guard->speed * in->period;
-    if (!cw_finite(accel) || !(accel > 0.0)) return CW_GUARD_BLIND;
+    if (!(accel > 0.0)) return CW_GUARD_BLIND;
     return 0.5 * guard->speed * guard->speed / accel + late;
+}
+
+/* Halves the step in which stock was met. */
+static void narrow(struct cw_guard *guard, const struct cw_stock *stock, const struct cw_tool *tool,
+                   long *visited)
+{
+    int i;
+    for (i = 0; i < CW_GUARD_HALVINGS; i++) {
+        double a[3], b[3], middle = 0.5 * (guard->hit_near + guard->hit_far), enough;
+        place_on(guard, guard->hit_near, a);
+        place_on(guard, middle, b);
+        enough = ignored(stock, cw_min(a[2], b[2]), middle - guard->hit_near);
+        if (cw_sweep_meets(stock, tool, a, b, 1, enough, visited) >= enough) guard->hit_far = middle;
+        else guard->hit_near = middle;
+    }
 }
 
 /* [2] Sends the probe on, up to `wanted` mm on the line; its steps end where the segment does. */
@@ -107,6 +136,7 @@ static void probe(struct cw_guard *guard, const struct cw_stock *stock, const st
             if (met >= enough) {
                 guard->hit_near = guard->clear;
                 guard->hit_far = next;
+                narrow(guard, stock, tool, &visited);
                 return;
             }
         }
@@ -115,25 +145,26 @@ static void probe(struct cw_guard *guard, const struct cw_stock *stock, const st
 }
 
 /* [3], [4] */
-static int must_stop(const struct cw_guard *guard, const struct cw_guard_in *in)
+static int must_stop(const struct cw_guard *guard, const struct cw_stock *stock,
+                     const struct cw_guard_in *in, double accel)
 {
     double near = guard->hit_near - guard->gone, far = guard->hit_far - guard->gone;
     double way = 0.5 * guard->speed * guard->speed, travel = guard->speed * in->period;
-    double slowing = cw_max(guard->slowing, guard->slowing_before);
-    if (near <= 0.0) return 1;
-    if (in->to_go > 0.0 && far <= in->to_go + CW_GUARD_LEAST)
-        return near <= stopping(guard, in, 0.5 * in->accel);
-    if (!(in->accel > 0.0)) return near <= CW_GUARD_BLIND;
-    if (cw_min(guard->slowing, guard->slowing_before) > CW_GUARD_BRAKING * in->accel)
+    double slowing = cw_max(guard->slowing, guard->slowing_before), thin = CW_GUARD_STRIP * stock->cell;
+    if (far <= -thin) return 1;
+    if (in->to_go > 0.0 && far + thin <= in->to_go)
+        return near <= stopping(guard, in, 0.5 * accel);
+    if (!(accel > 0.0)) return near <= CW_GUARD_BLIND;
+    if (cw_min(guard->slowing, guard->slowing_before) > CW_GUARD_BRAKING * accel)
         return far <= way / slowing - travel;
-    if (in->to_go > 0.0) return far <= way / in->accel - travel;
-    return near <= way / in->accel + travel;
+    if (in->to_go > 0.0) return far <= way / accel - travel;
+    return near <= way / accel + travel;
 }
 
 int cw_guard_traverse(struct cw_guard *guard, const struct cw_stock *stock,
                       const struct cw_tool *tool, const struct cw_guard_in *in)
 {
-    double step = 0.0, wanted;
+    double step = 0.0, wanted, accel;
     int i;
     for (i = 0; i < 3; i++) step += (in->to[i] - in->from[i]) * (in->to[i] - in->from[i]);
     step = sqrt(step);
@@ -141,11 +172,12 @@ int cw_guard_traverse(struct cw_guard *guard, const struct cw_stock *stock,
     if (!cw_finite(step)) return 0;
     follow(guard, stock, in, step);
     if (step < CW_GUARD_STILL || !in->trail) return 0;
-    wanted = guard->gone + cw_max(stopping(guard, in, 0.5 * in->accel), 2.0 * stock->cell);
+    accel = accel_along(guard, in);
+    wanted = guard->gone + cw_max(stopping(guard, in, 0.5 * accel), 2.0 * stock->cell);
     probe(guard, stock, tool, in, wanted + guard->speed * in->period);
     if (guard->hit_far < 0.0 || guard->periods < CW_GUARD_STEADY) return 0;
     guard->distance = cw_max(guard->hit_near - guard->gone, 0.0);
-    return must_stop(guard, in);
+    return must_stop(guard, stock, in, accel);
 }
 
 int cw_guard_shank(struct cw_guard *guard, const struct cw_stock *stock,

@@ -1,14 +1,16 @@
 /* guard.h - will this traverse meet stock, and does the shank meet it already?
  *
  * Who calls it: tracker.c, once per servo period, after the tool has cut its step.
- * Source: none. The braking law of LinuxCNC is read in tp/tc.c, tcGetAccelFinal of 2.9.5:
- * a segment that blends with its neighbour by a parabola brakes with half its acceleration.
+ * Source: none. LinuxCNC's braking as read in 2.9.5: a straight move accelerates as the slowest of
+ * its axes lets it (task/emccanon.cc, getStraightAcceleration); one that blends with its
+ * neighbour by a parabola with half of that (tp/tc.c).
  *
  * Principle:
  *  1. A traverse is a straight line. A probe runs ahead of the tool on it and cuts copies of the
  *     cells, as the sweep would (cw_sweep_meets). What the tool has cut itself is nested in what
  *     it would cut again and so is no stock: walls of its own slot are seen exactly, not as
- *     interpolated heights. A strip narrower than CW_GUARD_STRIP cells is none.
+ *     interpolated heights. A strip narrower than CW_GUARD_STRIP cells is none, nor is so thin
+ *     a layer at the end of the segment: a blend has left it there.
  *  2. The probe keeps ahead by the braking distance, with a bound on the cells it visits.
  *  3. Stock before the end of the segment is certain to be met: the traverse has to be stopped
  *     from the braking distance at half the acceleration on. The tool then stands before it.
@@ -28,7 +30,8 @@
 struct cw_guard_in {
     double from[3], to[3];      /* mm, tips of the last period and this one */
     double period;              /* s */
-    double accel;               /* mm/s2, not above 0: unknown */
+    double accel;               /* mm/s2, the least in any direction; not above 0: unknown */
+    double axis_accel[3];       /* mm/s2 of X, Y, Z; not above 0: only `accel` is known */
     double to_go;               /* mm to the end of the segment, not above 0: unknown */
     int trail;                  /* the tool has cut all over at `to`; 0: the map lags behind the tool */
 };

@@ -170,6 +170,7 @@ static void guard(struct cw_tracker *tracker, const struct cw_stock *stock,
     for (i = 0; i < 3; i++) {
         way.from[i] = tracker->tip[i];
         way.to[i] = tip[i];
+        way.axis_accel[i] = in->axis_accel[i] / in->unit;
     }
     way.period = in->period;
     way.accel = in->accel / in->unit;

@@ -54,6 +54,7 @@ struct cw_tracker_in {
     int foreign;                         /* another program has the map */
     double to_go;                       /* machine units to the end of the segment; not positive: unknown */
     double accel;                       /* machine units/s2; not positive: unknown */
+    double axis_accel[3];               /* of X, Y, Z, machine units/s2; not positive: unknown */
     double window;                      /* s, of the removal rate */
     double period;                      /* s */
 };

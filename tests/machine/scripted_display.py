@@ -13,6 +13,7 @@
     ["run_until", axis, value]      run until the axis is past the value (machine units, rising)
     ["abort"]
     ["errors"]                      answer: the operator errors since the last time
+    ["kill_monitor"]
     ["map", name]                   saves the heights of the map as NAME (.npy); answer: [mm3 removed]
 
     ["start", program text]         open and run a program; goes on at once
@@ -29,6 +30,7 @@ The answers go to CHIPWISE_ANSWERS as one JSON list.
 
 import json
 import os
+import signal
 import sys
 import tempfile
 import time
@@ -151,6 +153,14 @@ class Operator:
     def abort(self):
         self.machine.command.abort()
         self.machine.wait('abort', lambda s: s.interp_state == linuxcnc.INTERP_IDLE and s.inpos)
+
+    def kill_monitor(self):
+        for entry in filter(str.isdigit, os.listdir('/proc')):
+            with open(f'/proc/{entry}/cmdline', 'rb') as handle:
+                words = handle.read().split(b'\0')
+            if words[-2:-1] == [b'monitor']:
+                os.kill(int(entry), signal.SIGKILL)
+        time.sleep(0.3)
 
     def map(self, name):
         import numpy as np

@@ -47,6 +47,12 @@ def planner_acceleration():
     return min(numbers)
 
 
+def axis_accelerations():
+    """{axis: machine units/s2}, of those the INI file has; what a traverse brakes with."""
+    texts = {axis: ini_section('AXIS_' + axis.upper()).get('MAX_ACCELERATION') for axis in 'xyz'}
+    return {axis: float(text) for axis, text in texts.items() if text}
+
+
 def check_memory(settings):
     """Raise CycleError for a map that would take more than its share of the memory."""
     size_x, size_y = settings['MAP_SIZE']
@@ -145,6 +151,8 @@ def load(settings):
             ('setp', 'stock-tracker.0.acceleration', f'{acceleration:.9g}'),
             *(('setp', f'volumetric-feed.0.{name}', f'{value:.17g}')
               for name, value in feed_parameters(settings, units, acceleration).items()),
+            *(('setp', f'stock-tracker.0.acceleration-{axis}', f'{value:.9g}')
+              for axis, value in axis_accelerations().items()),
             ('net', 'chipwise-word', f'motion.analog-out-{first:02d}', 'chipwise-command.0.word'),
             ('net', 'chipwise-value', f'motion.analog-out-{first + 1:02d}',
              'chipwise-command.0.value'),

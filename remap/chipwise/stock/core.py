@@ -150,6 +150,7 @@ def _load():
             ("cw_stock_init", None, [head, C.c_double, C.c_uint32]),
             ("cw_stock_define", C.c_int, [head, vec, vec]),
             ("cw_stock_define_shape", C.c_int, [head, vec, vec, C.c_int]),
+            ("cw_stock_sound", C.c_int, [head, C.c_double, C.c_uint32]),
             ("cw_stock_fill", C.c_int, [head, C.c_int]),
             ("cw_stock_ready", C.c_int, [head]),
             ("cw_stock_volume", C.c_double, [head]),
