@@ -57,7 +57,7 @@ bench: deps
 	@$(MAKE) --no-print-directory build
 	@$(PYTHON) bench/run.py
 
-build: $(MODULES) $(MANPAGES) $(LIBRARY) $(PROGRAMS) build/bench/lib/fine_model.so
+build: $(MODULES) $(MANPAGES) $(LIBRARY) $(PROGRAMS) build/bench/lib/fine_model.so build/bench/lib/cost
 
 # halcompile puts components/ on the include path, and the result into the
 # directory it is started in.
@@ -88,6 +88,11 @@ build/bench/%: bench/%.c $(OBJECTS) $(HEADERS)
 build/bench/lib/%.so: bench/lib/%.c
 	@mkdir -p $(@D)
 	$(CC) -O2 -fPIC -shared $(CFLAGS) -o $@ $< -lm
+
+# The core as the components compile it: one unit, realtime flags.
+build/bench/lib/cost: bench/lib/cost.c $(CORE) $(HEADERS)
+	@mkdir -p $(@D)
+	$(CC) $(RTFLAGS) $(CFLAGS) -DULAPI -Icomponents -I/usr/include/linuxcnc -o $@ $< -lm
 
 install: build
 	@$(PYTHON) tools/install.py install --destdir '$(DESTDIR)' --prefix '$(PREFIX)'

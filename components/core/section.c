@@ -26,7 +26,45 @@ struct place {                  /* the tool's place and heading */
     double hx, hy;              /* horizontal part of the direction, normalised */
     double level;               /* length of the horizontal part, 0..1 */
     double bend;                /* half the curvature of the way, 1/mm */
+    double per_cell;            /* 1/mm, cells per mm */
 };
+
+/* Mean height of a cell's stock between low and high, above low. */
+static inline double cell_between(const struct cw_stock *stock, const struct cw_cell *cell,
+                                  double low, double high)
+{
+    double top = cell->top, uncut, rest;
+    if (top <= low) return 0.0;
+    uncut = (top < high ? top : high) - low;
+    if (!cell->cut) return uncut;
+    rest = top - cell->drop * stock->drop_unit;
+    rest = rest <= low ? 0.0 : (rest < high ? rest : high) - low;
+    return uncut + (cell->cut * (1.0 / CW_FULL)) * (rest - uncut);
+}
+
+/* Stock between low and high at a point, mm above low, interpolated between the four cells around
+ * it; one reading of the cells for both heights. */
+static inline double between(const struct cw_stock *stock, const struct place *at,
+                             double x, double y, double low, double high)
+{
+    double fx = (x - stock->x0) * at->per_cell + 0.5;   /* in cells; the ring's cell is number 0 */
+    double fy = (y - stock->y0) * at->per_cell + 0.5;
+    const struct cw_cell *a, *b;
+    double h0, h1;
+    int ix, iy;
+    if (!(fx >= 0.0 && fy >= 0.0 && fx < stock->nx + 1.0 && fy < stock->ny + 1.0)) return 0.0;
+    ix = (int)fx;
+    iy = (int)fy;
+    fx -= ix;
+    fy -= iy;
+    a = stock->cells + (long)iy * (stock->nx + 2) + ix;
+    b = a + stock->nx + 2;
+    h0 = cell_between(stock, a, low, high);
+    h0 += fx * (cell_between(stock, a + 1, low, high) - h0);
+    h1 = cell_between(stock, b, low, high);
+    h1 += fx * (cell_between(stock, b + 1, low, high) - h1);
+    return h0 + fy * (h1 - h0);
+}
 
 /* Height by which stock overlaps the band at the angle (c, s) from the heading [2]. In front
  * it is read at the same distance beside the path, a margin clear of the tool [4]. */
@@ -34,20 +72,28 @@ static double overlap(const struct cw_stock *stock, const struct place *at,
                       const struct band *band, double c, double s)
 {
     double side = band->radius * s, ahead = band->radius * c;
-    double outer = band->radius + band->margin;
-    double x, y, h;
     if (c >= -1e-9 && band->margin > 0.0) {
+        double outer = band->radius + band->margin;
         double front2 = ahead * ahead, ahead2 = outer * outer - side * side;
-        ahead = sqrt(ahead2);
+        ahead = cw_sqrt(ahead2);
         side += at->bend * (ahead2 - front2);   /* the same distance beside a bent path */
     } else {
         ahead = band->outer * c;
         side = band->outer * s;
     }
-    x = at->x + ahead * at->hx - side * at->hy;
-    y = at->y + ahead * at->hy + side * at->hx;
-    h = cw_stock_above(stock, x, y, band->low);
-    return band->high < 1e300 && h > 0.0 ? h - cw_stock_above(stock, x, y, band->high) : h;
+    return between(stock, at, at->x + ahead * at->hx - side * at->hy,
+                   at->y + ahead * at->hy + side * at->hx, band->low, band->high);
+}
+
+/* Sine and cosine of a step between nodes, at most 2 pi / CW_LEAST_NODES: to 1e-15, and a
+ * fraction of what the library's cost. */
+static void small_turn(double angle, double *c, double *s)
+{
+    double q = angle * angle;
+    *s = angle * (1.0 - q / 6.0 * (1.0 - q / 20.0 * (1.0 - q / 42.0 * (1.0 - q / 72.0
+                  * (1.0 - q / 110.0 * (1.0 - q / 156.0))))));
+    *c = 1.0 - q / 2.0 * (1.0 - q / 12.0 * (1.0 - q / 30.0 * (1.0 - q / 56.0
+                  * (1.0 - q / 90.0 * (1.0 - q / 132.0)))));
 }
 
 /* (n . d)+ of the band at an angle with cosine c, over the radial part of n [1]. */
@@ -61,10 +107,11 @@ static double facing(const struct band *band, double c)
 static double refine(const struct cw_stock *stock, const struct place *at, const struct band *band,
                      const double from[2], double h0, double h1, double step)
 {
-    double part = step / (CW_REFINE + 1), turn_c = cos(part), turn_s = sin(part);
+    double part = step / (CW_REFINE + 1), turn_c, turn_s;
     double c = from[0], s = from[1];
     double last = h0 * facing(band, c), sum = 0.0;
     int i;
+    small_turn(part, &turn_c, &turn_s);
     for (i = 0; i <= CW_REFINE; i++) {
         double next_c = c * turn_c - s * turn_s, value;
         s = s * turn_c + c * turn_s;
@@ -89,9 +136,15 @@ static double band_area(const struct cw_stock *stock, const struct place *at,
                         struct band *band, double *highest)
 {
     int n = node_count(stock, band->radius), i;
-    double step = 2.0 * CW_PI / n, turn_c = cos(step), turn_s = sin(step);
+    double step = 2.0 * CW_PI / n, turn_c, turn_s;
     double c = -1.0, s = 0.0;               /* starts behind the tool */
     double sum = 0.0, last_h = 0.0, last_f;
+    small_turn(step, &turn_c, &turn_s);
+    if (band->fall <= 0.0) {                /* or beside it: nothing behind can face ahead */
+        c = 0.0;
+        s = -1.0;
+        n /= 2;
+    }
     band->push = at->level * turn_s / (1.0 + turn_c) / (0.5 * step);
     last_f = facing(band, c);
     if (last_f > 0.0) last_h = overlap(stock, at, band, c, s);
@@ -117,9 +170,10 @@ static double flat_area(const struct cw_stock *stock, const struct place *at,
                         const struct cw_tool_ring *ring, double z, double fall, double slab)
 {
     int n = node_count(stock, ring->radius), i;
-    double step = 2.0 * CW_PI / n, turn_c = cos(step), turn_s = sin(step);
+    double step = 2.0 * CW_PI / n, turn_c, turn_s;
     double c = 1.0, s = 0.0, sum = 0.0;
     struct band band = { ring->radius, z, 1e301, 0.0, 0.0, 0.0, ring->radius };
+    small_turn(step, &turn_c, &turn_s);
     for (i = 0; i < n; i++) {
         double next_c = c * turn_c - s * turn_s;
         sum += cw_min(1.0, overlap(stock, at, &band, c, s) / slab);
@@ -146,7 +200,7 @@ double cw_section_clear(const struct cw_stock *stock)
 double cw_section_reach(const struct cw_stock *stock, const struct cw_tool *tool)
 {
     double clear = cw_section_clear(stock);
-    return sqrt((2.0 * tool->radius + clear) * clear);
+    return cw_sqrt((2.0 * tool->radius + clear) * clear);
 }
 
 struct cw_section cw_section_at(const struct cw_stock *stock, const struct cw_tool *tool,
@@ -160,10 +214,11 @@ struct cw_section cw_section_at(const struct cw_stock *stock, const struct cw_to
     int i;
 
     if (tip[2] >= stock->z_max || tool->radius <= 0.0) return result;
-    at.level = sqrt(dir[0] * dir[0] + dir[1] * dir[1]);
+    at.level = cw_sqrt(dir[0] * dir[0] + dir[1] * dir[1]);
     at.hx = at.level > 1e-9 ? dir[0] / at.level : 1.0;
     at.hy = at.level > 1e-9 ? dir[1] / at.level : 0.0;
     at.bend = 0.5 * curvature;
+    at.per_cell = 1.0 / stock->cell;
     at.x = tip[0];
     at.y = tip[1];
 
@@ -180,6 +235,7 @@ struct cw_section cw_section_at(const struct cw_stock *stock, const struct cw_to
         band.margin = clear > 0.0 ? at.level * (clear + 0.5 * ring->run) : 0.0;
         band.low = z + ring->height - 0.5 * ring->rise;
         band.high = band.low + ring->rise;
+        if (band.low >= stock->z_max) break;    /* bands rise outwards */
         band.fall = -dir[2] * ring->run / ring->rise;
         add_band(stock, &at, &band, tip[2], &result);
     }

@@ -3,15 +3,22 @@
 #include "sweep.h"
 
 #define CW_FINE_STEPS 24        /* halvings that find the lowest tool position over a cell */
+#define CW_GAUSS_REACH 0.41     /* cells from a cell's middle to the points it is read at */
+#define CW_FINE 1e-5            /* mm, and how near is near enough */
 #define CW_FARTHEST 1e6         /* mm, a tip beyond this (or NaN) is no position */
 
 struct leg {                    /* a leg of the way with what all its cells share; mm */
     double x, y, z;             /* start of the tip */
     double dx, dy, dz;          /* to the end */
-    double length2;             /* of the XY part, squared */
+    double length, length2;     /* of the XY part; squared */
+    double per_length2;         /* 1 / length2; 0 for a plunge */
     double reach;               /* radius in which the tool can be below the stock's top */
     double margin;              /* half the diagonal of a cell */
-    int flat;                   /* flat end and nothing to look for along the leg's slope */
+    double inner2, outer2;      /* mm2: nearer to the axis a cell is inside, from there on outside; -1: none is inside */
+    double cell_area;           /* mm2 */
+    float bottom;               /* lowest tip: nothing is cut below */
+    int flat_end;               /* the tool's end is flat */
+    int flat;                   /* and nothing is to be looked for along the leg's slope */
     int skip_disc, skip_back;   /* what `at` has cut already [4] */
 };
 
@@ -66,18 +73,29 @@ static double covered(double outside, double nx, double ny)
 }
 
 /* Distance^2 of a point (relative to the leg's start) from the tool's axis at t. */
-static double axis_distance2(const struct leg *leg, double px, double py, double t)
+static inline double axis_distance2(const struct leg *leg, double px, double py, double t)
 {
     double ex = px - t * leg->dx, ey = py - t * leg->dy;
     return ex * ex + ey * ey;
 }
 
-/* Height of the tool over a point at t; the profile is held at its rim outside. */
-static double height_at(const struct leg *leg, const struct cw_tool *tool,
-                        double px, double py, double t)
+/* Profile of the tool at the distance^2 r2 from its axis, held at its rim outside. */
+static inline double profile(const struct cw_tool *tool, double r2)
 {
-    double r = sqrt(axis_distance2(leg, px, py, t));
-    return leg->z + t * leg->dz + cw_tool_height(tool, cw_min(r, tool->radius));
+    double r;
+    if (r2 >= tool->radius * tool->radius) return tool->shoulder;
+    if (r2 <= tool->r_flat * tool->r_flat) return 0.0;
+    r = cw_sqrt(r2);
+    if (r > tool->r_arc) return tool->arc_top + tool->slope * (r - tool->r_arc);
+    r -= tool->r_flat;
+    r = tool->corner * tool->corner - r * r;
+    return r > 0.0 ? tool->corner - cw_sqrt(r) : tool->corner;
+}
+
+static inline double height_at(const struct leg *leg, const struct cw_tool *tool,
+                               double px, double py, double t)
+{
+    return leg->z + t * leg->dz + profile(tool, axis_distance2(leg, px, py, t));
 }
 
 /* The part [lo, hi] of the leg in which the tool's disc covers the point; 0 if none. */
@@ -92,14 +110,24 @@ static int covering(const struct leg *leg, double radius, double px, double py,
     if (leg->length2 <= 0.0) return off2 <= 0.0;
     root = along * along - leg->length2 * off2;
     if (root < 0.0) return 0;
-    root = sqrt(root);
-    *lo = cw_max(0.0, (along - root) / leg->length2);
-    *hi = cw_min(1.0, (along + root) / leg->length2);
+    root = cw_sqrt(root);
+    *lo = cw_max(0.0, (along - root) * leg->per_length2);
+    *hi = cw_min(1.0, (along + root) * leg->per_length2);
     return *lo <= *hi;
 }
 
+/* Whether the height over a point rises with t. */
+static int rises(const struct leg *leg, const struct cw_tool *tool, double px, double py, double t)
+{
+    double r = cw_sqrt(axis_distance2(leg, px, py, t));
+    double outward = t * leg->length2 - px * leg->dx - py * leg->dy;
+    if (r < 1e-12) return leg->dz > 0.0;
+    return leg->dz * r + cw_tool_slope(tool, cw_min(r, tool->radius)) * outward > 0.0;
+}
+
 /* Lowest tool surface over a point along the leg. The height is convex in t (a convex
- * profile of a distance that is convex in t, plus a straight slope): halving finds it [3]. */
+ * profile of a distance that is convex in t, plus a straight slope): it is at an end of the part
+ * that covers the point, or else halving finds it [3]. */
 static double lowest(const struct leg *leg, const struct cw_tool *tool,
                      double px, double py, double nearest)
 {
@@ -108,24 +136,23 @@ static double lowest(const struct leg *leg, const struct cw_tool *tool,
     if (leg->dz == 0.0) return height_at(leg, tool, px, py, nearest);
     if (!covering(leg, tool->radius, px, py, &lo, &hi))
         return height_at(leg, tool, px, py, nearest);
-    if (cw_tool_is_flat(tool) || leg->length2 <= 0.0) {
-        double t = leg->dz < 0.0 ? hi : lo;
-        return height_at(leg, tool, px, py, t);
-    }
-    for (i = 0; i < CW_FINE_STEPS && hi - lo > 1e-7; i++) {
+    if (cw_tool_is_flat(tool) || leg->length2 <= 0.0)
+        return height_at(leg, tool, px, py, leg->dz < 0.0 ? hi : lo);
+    if (!rises(leg, tool, px, py, hi)) return height_at(leg, tool, px, py, hi);
+    if (rises(leg, tool, px, py, lo)) return height_at(leg, tool, px, py, lo);
+    for (i = 0; i < CW_FINE_STEPS && (hi - lo) * leg->length > CW_FINE; i++) {
         double t = 0.5 * (lo + hi);
-        double r = sqrt(axis_distance2(leg, px, py, t));
-        double outward = r > 1e-12 ? (t * leg->length2 - px * leg->dx - py * leg->dy) / r : 0.0;
-        if (leg->dz + cw_tool_slope(tool, r) * outward > 0.0) hi = t; else lo = t;
+        if (rises(leg, tool, px, py, t)) hi = t; else lo = t;
     }
     return height_at(leg, tool, px, py, 0.5 * (lo + hi));
 }
 
 /* Place on the leg nearest to a point. */
-static double nearest_on(const struct leg *leg, double px, double py)
+static inline double nearest_on(const struct leg *leg, double px, double py)
 {
+    double t = (px * leg->dx + py * leg->dy) * leg->per_length2;
     if (leg->length2 <= 0.0) return leg->dz < 0.0 ? 1.0 : 0.0;      /* the lower end of a plunge */
-    return cw_clamp((px * leg->dx + py * leg->dy) / leg->length2, 0.0, 1.0);
+    return t < 0.0 ? 0.0 : (t > 1.0 ? 1.0 : t);
 }
 
 /* A cell under a tool that is not flat: four points of it. In the stock's original top the
@@ -156,26 +183,43 @@ static double cut_edge(const struct leg *leg, const struct cw_stock *stock,
     double k = covered((distance - tool->radius) / stock->cell, ex, ey);
     double inward;
     if (k <= 0.0) return 0.0;
-    if (cw_tool_is_flat(tool)) return cw_cell_cut(stock, cell, k, lowest(leg, tool, px, py, t));
+    if (cw_tool_is_flat(tool))
+        return cw_cell_cut(stock, cell, k, leg->flat ? leg->z : lowest(leg, tool, px, py, t));
     if (k >= 1.0) return cut_curved(leg, stock, tool, cell, px, py);
     inward = distance - cw_max(tool->radius - 0.5 * k * stock->cell, 0.0);
     return cw_cell_cut(stock, cell, k, lowest(leg, tool, px - inward * ex, py - inward * ey, t));
 }
 
-static double cut_cell(const struct leg *leg, const struct cw_stock *stock,
-                       const struct cw_tool *tool, struct cw_cell *cell, double px, double py)
+/* A cell well inside the sweep of a flat end. */
+static inline double cut_inside(const struct leg *leg, const struct cw_stock *stock,
+                                const struct cw_tool *tool, struct cw_cell *cell,
+                                double px, double py, double t)
 {
-    double t, distance2, inner, outer;
-    if (leg->z + cw_min(leg->dz, 0.0) >= (double)cell->top) return 0.0;
+    double z = leg->z, removed;
+    if (!leg->flat) {       /* most of a falling end's cells lie below its place at the leg's end */
+        if (leg->dz < 0.0 && axis_distance2(leg, px, py, 1.0) <= leg->inner2) z += leg->dz;
+        else z = lowest(leg, tool, px, py, t);
+    }
+    if (cell->cut) return cw_cell_cut(stock, cell, 1.0, z);
+    z = cw_max(z, stock->z_min);
+    removed = (double)cell->top - z;
+    if (removed <= 0.0) return 0.0;
+    cell->top = (float)z;
+    return removed * leg->cell_area;
+}
+
+/* One cell; its centre is (px, py) from the leg's start. */
+static inline double cut_cell(const struct leg *leg, const struct cw_stock *stock,
+                              const struct cw_tool *tool, struct cw_cell *cell, double px, double py)
+{
+    double t, distance2;
+    if (leg->bottom >= cell->top) return 0.0;
     t = nearest_on(leg, px, py);
     distance2 = axis_distance2(leg, px, py, t);
-    inner = tool->radius - leg->margin;
-    outer = leg->reach + leg->margin;
-    if (distance2 >= outer * outer) return 0.0;
-    if (inner <= 0.0 || distance2 > inner * inner)
-        return cut_edge(leg, stock, tool, cell, px, py, t, cw_max(sqrt(distance2), 1e-9));
-    if (leg->flat) return cw_cell_cut(stock, cell, 1.0, leg->z);
-    if (cw_tool_is_flat(tool)) return cw_cell_cut(stock, cell, 1.0, lowest(leg, tool, px, py, t));
+    if (distance2 >= leg->outer2) return 0.0;
+    if (distance2 > leg->inner2)
+        return cut_edge(leg, stock, tool, cell, px, py, t, cw_max(cw_sqrt(distance2), 1e-9));
+    if (leg->flat_end) return cut_inside(leg, stock, tool, cell, px, py, t);
     return cut_curved(leg, stock, tool, cell, px, py);
 }
 
@@ -184,7 +228,7 @@ static void widen_disc(double cx, double cy, double radius, double y, double *lo
 {
     double d2 = radius * radius - (y - cy) * (y - cy);
     if (d2 < 0.0) return;
-    d2 = sqrt(d2);
+    d2 = cw_sqrt(d2);
     *lo = cw_min(*lo, cx - d2);
     *hi = cw_max(*hi, cx + d2);
 }
@@ -200,22 +244,34 @@ static void widen_side(double x, double y0, double dx, double dy, double y, doub
     *hi = cw_max(*hi, x + t * dx);
 }
 
+/* Takes off [lo, hi] what lies behind the leg's start: there the leg does not come nearer than the
+ * one before did [4]. Cells of a curved end are read at four points, some way before their middle. */
+static void drop_behind(const struct leg *leg, const struct cw_stock *stock, double y,
+                        double *lo, double *hi)
+{
+    double keep = (leg->flat_end ? 0.0 : CW_GAUSS_REACH * stock->cell * leg->length)
+        + (y - leg->y) * leg->dy;
+    if (leg->dx > 0.0) *lo = cw_max(*lo, leg->x - keep / leg->dx);
+    else if (leg->dx < 0.0) *hi = cw_min(*hi, leg->x - keep / leg->dx);
+    else if (keep < 0.0) *hi = *lo - 1.0;
+}
+
 /* Columns of a row that the capsule, a margin wider, touches; empty: first > last [1]. */
 static struct span row_span(const struct leg *leg, const struct cw_stock *stock, int iy)
 {
     double y = stock->y0 + (iy + 0.5) * stock->cell;
     double radius = leg->reach + leg->margin;
     double lo = 1e300, hi = -1e300;
-    double length = sqrt(leg->length2);
     struct span span = { 0, -1 };
 
     widen_disc(leg->x, leg->y, radius, y, &lo, &hi);
     widen_disc(leg->x + leg->dx, leg->y + leg->dy, radius, y, &lo, &hi);
-    if (length > 0.0) {
-        double ox = -leg->dy / length * radius, oy = leg->dx / length * radius;
+    if (leg->length > 0.0) {
+        double ox = -leg->dy / leg->length * radius, oy = leg->dx / leg->length * radius;
         widen_side(leg->x + ox, leg->y + oy, leg->dx, leg->dy, y, &lo, &hi);
         widen_side(leg->x - ox, leg->y - oy, leg->dx, leg->dy, y, &lo, &hi);
     }
+    if (leg->skip_back) drop_behind(leg, stock, y, &lo, &hi);
     if (lo > hi) return span;
     lo = floor((lo - stock->x0) / stock->cell);
     hi = floor((hi - stock->x0) / stock->cell);
@@ -233,18 +289,9 @@ static struct span row_skip(const struct leg *leg, const struct cw_stock *stock,
     double lo = 1e300, hi = -1e300;
     struct span span = { 0, -1 };
 
-    if (!leg->skip_disc && !leg->skip_back) return span;
-    if (radius <= 0.0) return span;
+    if (!leg->skip_disc || radius <= 0.0) return span;
     widen_disc(leg->x, leg->y, radius, y, &lo, &hi);
     if (lo > hi) return span;
-    if (leg->skip_back && !leg->skip_disc) {    /* only the half behind the direction of travel */
-        double cross = leg->x;
-        if (leg->dx != 0.0) cross -= (y - leg->y) * leg->dy / leg->dx;
-        if (leg->dx > 0.0) hi = cw_min(hi, cross - 2.0 * leg->margin);
-        else if (leg->dx < 0.0) lo = cw_max(lo, cross + 2.0 * leg->margin);
-        else if ((y - leg->y) * leg->dy > -2.0 * leg->margin * fabs(leg->dy)) return span;
-        if (lo > hi) return span;
-    }
     lo = ceil((lo - stock->x0) / stock->cell - 0.5);
     hi = floor((hi - stock->x0) / stock->cell - 0.5);
     span.first = (int)cw_clamp(lo, -1.0, stock->nx);
@@ -257,16 +304,26 @@ static struct leg make_leg(const struct cw_sweep *sweep, const struct cw_stock *
 {
     const double *from = sweep->at, *to = sweep->queue[0];
     struct leg leg;
+    double inner;
     int level_or_up = to[2] >= from[2];
 
     leg.x = from[0]; leg.y = from[1]; leg.z = from[2];
     leg.dx = to[0] - from[0]; leg.dy = to[1] - from[1]; leg.dz = to[2] - from[2];
     leg.length2 = leg.dx * leg.dx + leg.dy * leg.dy;
+    leg.length = cw_sqrt(leg.length2);
+    leg.per_length2 = leg.length2 > 0.0 ? 1.0 / leg.length2 : 0.0;
     leg.margin = stock->cell * 0.7071067811865476;
+    leg.cell_area = stock->cell * stock->cell;
     leg.reach = cw_tool_reach(tool, stock->z_max - (leg.z + cw_min(leg.dz, 0.0)));
-    leg.flat = cw_tool_is_flat(tool) && leg.dz == 0.0;
-    leg.skip_disc = sweep->trail && level_or_up && (cw_tool_is_flat(tool) || leg.length2 <= 0.0);
-    leg.skip_back = sweep->trail && leg.dz == 0.0;
+    leg.bottom = (float)cw_max(leg.z + cw_min(leg.dz, 0.0), stock->z_min);
+    inner = tool->radius - leg.margin;
+    leg.inner2 = inner > 0.0 ? inner * inner : -1.0;
+    leg.outer2 = (leg.reach + leg.margin) * (leg.reach + leg.margin);
+    leg.flat_end = cw_tool_is_flat(tool);
+    leg.flat = leg.flat_end && leg.dz == 0.0;
+    leg.skip_disc = sweep->trail && level_or_up && (leg.flat_end || leg.length2 <= 0.0);
+    leg.skip_back = sweep->trail && level_or_up;
+    if (leg.skip_back && leg.length2 <= 0.0) leg.reach = 0.0;      /* a retract cuts nothing */
     return leg;
 }
 
