@@ -42,7 +42,7 @@ FEED_MOTION = (2, 3)    # motion type of a feed move and an arc
 DISOBEYED = ('the machine does not obey the volumetric feed and would go at its ceiling: adaptive feed is disabled '
              '(M52 P0); the program is aborted; switch off with M252 before M52 P0')
 
-RAPID_CONTACT, FLUTE_EXCESS, DISOBEYED = 1, 2, 3        # chipwise-guard.0.reason
+RAPID_CONTACT, FLUTE_EXCESS = 1, 2       # chipwise-guard.0.reason; 3 is told by follow_override
 WAY_OUT = 'press Stop, then jog away'
 
 
