@@ -9,8 +9,9 @@
 #define CW_GUARD_ROUND 1e-5     /* mm, the same where the step is small */
 #define CW_GUARD_STEADY 3       /* periods on a line before it is judged [5] */
 #define CW_GUARD_CELLS 3000     /* visited by the probe in a period, about [2] */
-#define CW_GUARD_HALVINGS 4     /* of a step, to find where in it stock begins */
-#define CW_GUARD_FREE 64        /* steps of the probe in a period, about */
+#define CW_GUARD_STEP 4.0       /* cells the probe goes on at once: each step costs the tool's outline */
+#define CW_GUARD_HALVINGS 6     /* of a step, to find where in it stock begins */
+#define CW_GUARD_FREE 16        /* steps of the probe in a period, about */
 #define CW_GUARD_LEAST 1e-3     /* mm2, contact below this is none */
 #define CW_GUARD_LATE 3.0       /* periods of travel until the planner brakes, and one to spare */
 #define CW_GUARD_BRAKING 0.3    /* share of the acceleration from which on it is braking [4] */
@@ -130,7 +131,7 @@ static void probe(struct cw_guard *guard, const struct cw_stock *stock, const st
     int steps = CW_GUARD_FREE;
     if (guard->clear < guard->gone) guard->clear = guard->gone;
     while (guard->hit_far < 0.0 && guard->clear < wanted && visited < CW_GUARD_CELLS && steps-- > 0) {
-        double a[3], b[3], next = guard->clear + stock->cell, enough, met;
+        double a[3], b[3], next = guard->clear + CW_GUARD_STEP * stock->cell, enough, met;
         if (end > guard->clear + CW_GUARD_LEAST && end < next) next = end;
         place_on(guard, guard->clear, a);
         place_on(guard, next, b);
