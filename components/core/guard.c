@@ -4,11 +4,14 @@
 
 #define CW_GUARD_STILL 1e-6     /* mm, a step below this is none */
 #define CW_GUARD_STRAY 0.02     /* cells the tool may stray from its line */
-#define CW_GUARD_AIM 0.9998     /* cosine between step and line */
+#define CW_GUARD_AIM 1e-4       /* rad between step and line; the probe is up to 20 mm ahead */
+#define CW_GUARD_SHARE 0.01     /* of a step the way to go may fall by more or less [5] */
+#define CW_GUARD_ROUND 1e-5     /* mm, the same where the step is small */
 #define CW_GUARD_STEADY 3       /* periods on a line before it is judged [5] */
 #define CW_GUARD_CELLS 3000     /* visited by the probe in a period, about [2] */
-#define CW_GUARD_HALVINGS 4     /* of a step, to find where in it stock begins */
-#define CW_GUARD_FREE 64        /* steps of the probe in a period, about */
+#define CW_GUARD_STEP 4.0       /* cells the probe goes on at once: each step costs the tool's outline */
+#define CW_GUARD_HALVINGS 6     /* of a step, to find where in it stock begins */
+#define CW_GUARD_FREE 16        /* steps of the probe in a period, about */
 #define CW_GUARD_LEAST 1e-3     /* mm2, contact below this is none */
 #define CW_GUARD_LATE 3.0       /* periods of travel until the planner brakes, and one to spare */
 #define CW_GUARD_BRAKING 0.3    /* share of the acceleration from which on it is braking [4] */
@@ -18,7 +21,7 @@ void cw_guard_reset_line(struct cw_guard *guard)
 {
     guard->periods = 0;
     guard->gone = guard->clear = guard->speed = guard->distance = 0.0;
-    guard->slowing = guard->slowing_before = 0.0;
+    guard->slowing = guard->slowing_before = guard->to_go = 0.0;
     guard->hit_near = 0.0;
     guard->hit_far = -1.0;
 }
@@ -49,18 +52,20 @@ static void follow(struct cw_guard *guard, const struct cw_stock *stock, const s
                    double step)
 {
     double speed = step / in->period, dir[3], off2 = 0.0, aim = 0.0;
-    int i;
+    int i, whole;
     guard->slowing_before = guard->slowing;
     guard->slowing = (guard->speed - speed) / in->period;
     guard->speed = speed;
+    whole = !(in->to_go > 0.0) || fabs(guard->to_go - in->to_go - step) < CW_GUARD_SHARE * step + CW_GUARD_ROUND;
+    guard->to_go = in->to_go;
     if (step < CW_GUARD_STILL) return;
     for (i = 0; i < 3; i++) {
         double off = in->to[i] - guard->origin[i] - guard->dir[i] * (guard->gone + step);
         dir[i] = (in->to[i] - in->from[i]) / step;
         off2 += off * off;
-        aim += dir[i] * guard->dir[i];
+        aim += (dir[i] - guard->dir[i]) * (dir[i] - guard->dir[i]);
     }
-    if (guard->periods > 0 && aim > CW_GUARD_AIM
+    if (whole && guard->periods > 0 && aim < CW_GUARD_AIM * CW_GUARD_AIM
         && off2 < CW_GUARD_STRAY * CW_GUARD_STRAY * stock->cell * stock->cell) {
         guard->gone += step;
         guard->periods++;
@@ -126,7 +131,7 @@ static void probe(struct cw_guard *guard, const struct cw_stock *stock, const st
     int steps = CW_GUARD_FREE;
     if (guard->clear < guard->gone) guard->clear = guard->gone;
     while (guard->hit_far < 0.0 && guard->clear < wanted && visited < CW_GUARD_CELLS && steps-- > 0) {
-        double a[3], b[3], next = guard->clear + stock->cell, enough, met;
+        double a[3], b[3], next = guard->clear + CW_GUARD_STEP * stock->cell, enough, met;
         if (end > guard->clear + CW_GUARD_LEAST && end < next) next = end;
         place_on(guard, guard->clear, a);
         place_on(guard, next, b);

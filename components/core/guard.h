@@ -17,7 +17,8 @@
  *  4. Behind the end of the segment the program may stop or turn before. There the traverse is
  *     stopped only when it should be braking and is not, or brakes too little. Where the way to
  *     go is not known it is stopped when it is at the braking distance and not braking.
- *  5. A way that bends (a blend) is not judged; the line after it is.
+ *  5. A blend is not judged; the line after it is. In a blend the way bends, or the way to go falls
+ *     by something else than the step, because it is that of one segment of the two.
  *  6. The shank is a cylinder that begins where the flutes end. It must meet nothing on a feed.
  */
 #ifndef CHIPWISE_GUARD_H
@@ -42,6 +43,7 @@ struct cw_guard {
     double clear;               /* mm on it that the probe has found free */
     double hit_near, hit_far;   /* mm on it between which stock begins; hit_far < 0: none found */
     int periods;                /* on this line */
+    double to_go;               /* mm, of the last period */
     double speed, slowing, slowing_before;      /* mm/s; mm/s2 of the last two periods */
     double distance;            /* mm to the stock a traverse will meet; 0: none found */
     struct cw_tool shank;

@@ -32,6 +32,7 @@ COLUMNS = (
 NAMES = tuple(name for name, _pin, _type in COLUMNS)
 
 FEED_MOTION = (2, 3)        # motion.motion-type of a feed move and an arc
+SETTLE_PERIODS = 20        # after the end of a move in which its last cells may still be cut
 RATE_WINDOW_S = 0.010       # a rate is the volume removed in a window this long
 OVER_TARGET = 1.02          # a window counts as over the target from this ratio on
 
@@ -120,8 +121,14 @@ def largest_section(log, period, units_per_mm=1.0):
 
 
 def volume_removed(log):
-    """mm3 over the run; a new stock (volume back at 0) starts a new sum."""
+    """mm3 over the run; a new stock (volume back at 0) starts a new sum, a restored one brings its own and adds nothing."""
     steps = np.diff(log['removed_volume'])
+    moving = np.asarray(log['motion_type']) != 0
+    if not moving.any():
+        return float(steps[steps > 0].sum())
+    row = np.arange(len(moving))
+    since = row - np.maximum.accumulate(np.where(moving, row, -SETTLE_PERIODS))     # periods since it moved
+    steps = np.where(since[1:] < SETTLE_PERIODS, steps, 0.0)
     return float(steps[steps > 0].sum())
 
 

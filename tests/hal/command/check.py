@@ -42,11 +42,28 @@ def check(trace):
     for k in range(len(scene.ODD_MODES)):
         feed_is(trace, f"odd mode {k}", 0, 100.0, 50.0)
     committing = np.zeros(len(trace["define"]), bool)
-    for phase in ("box A, commit", "box B, commit"):
+    for phase in ("box A, commit", "box B, commit", "shape: cylinder", "shape: no shape", "shape: box after it"):
         committing[trace.phases[phase]] = True
     require(trace, "define", (trace["define"] == 1) == committing, "(pin)",
             "1 just while the word is 7")
     check_status(trace)
+    check_shape(trace)
+    check_files(trace)
+
+
+def check_shape(trace):
+    for what, shape in (("cylinder", 1), ("no shape", 0), ("box after it", 0)):
+        always(trace.only("shape: " + what), "shape", shape)
+
+
+def check_files(trace):
+    for commit, slot, wanted in ((27, 4.0, 4), (28, 9.0, 9), (27, -3.0, -1), (28, "nan", -1)):
+        always(trace.only(f"file {commit} {slot}, registers"), "request", 0)
+        part = trace.only(f"file {commit} {slot}")
+        always(part, "request", commit - 26)
+        always(part, "slot", wanted)
+        assert part["status"][1] - part["status"][0] == 20000, "status: no reply in it, allowed: 10000 * reply"
+    always(trace.only("files over"), "request", 0)
 
 
 def check_status(trace):
@@ -76,5 +93,10 @@ SABOTAGE = {
     "odd mode taken": lambda t: t.put("mode", "odd mode 1", 4),
     "odd word commits": lambda t: t.put("define", "odd words", 1, 7),
     "status without fault": lambda t: t.but(status=lambda s: s % 100),
+    "shape stays": lambda t: t.put("shape", "shape: box after it", 1),
+    "no cylinder": lambda t: t.but(shape=lambda s: 0 * s),
+    "request stuck": lambda t: t.but(request=lambda r: np.maximum.accumulate(r)),
+    "slot of before": lambda t: t.but(slot=lambda s: 0 * s + 4),
+    "reply lost": lambda t: t.but(status=lambda s: s % 10000),
     "status stuck": lambda t: t.put("status", "status", 10.0),
 }

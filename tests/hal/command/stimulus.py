@@ -13,7 +13,7 @@ STATUS = ((0, 0), (1, 0), (0, 3), (1, 21))          # stock-defined, fault-code
 
 
 def stimulus():
-    rows = Stimulus({"word": [], "value": [], "stock-defined": [], "fault-code": []})
+    rows = Stimulus({"word": [], "value": [], "stock-defined": [], "fault-code": [], "reply": []})
 
     def send(first, values):
         for number, value in enumerate(values, first):
@@ -70,6 +70,22 @@ def stimulus():
         send(11, (mode,))
         for defined, code in STATUS:
             rows.add({"word": FEED_COMMIT, "stock-defined": defined, "fault-code": code})
+    for what, shape in (("cylinder", 1.0), ("no shape", 7.0), ("box after it", None)):
+        rows.phase("before the shape: " + what)
+        if shape is not None:
+            send(8, (shape,))
+        send(1, BOX_A)
+        rows.phase("shape: " + what)
+        rows.add({"word": BOX_COMMIT})
+        rows.add({"word": BOX_COMMIT})
+    for commit, slot in ((27, 4.0), (28, 9.0), (27, -3.0), (28, math.nan)):
+        rows.phase(f"file {commit} {slot}, registers")
+        send(21, (slot,))
+        rows.phase(f"file {commit} {slot}")
+        rows.add({"word": commit, "reply": 0})
+        rows.add({"word": commit, "reply": 2})
+    rows.phase("files over")
+    rows.add({"word": IDLE, "reply": 0})
     rows.phase("end")
     rows.add({})
     return rows

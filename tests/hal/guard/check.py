@@ -1,0 +1,30 @@
+"""Stop and reason in every phase; what was noted at the stop stays."""
+import numpy as np
+
+from halrig import HERE, always, load_module
+
+scene = load_module(HERE / "guard/stimulus.py")
+
+
+def check(trace):
+    for phase, (_inputs, stop, reason) in scene.PHASES.items():
+        always(trace.only(phase), "stop", stop)
+        always(trace.only(phase), "reason", reason)
+    for phases, values in ((("contact", "contact gone, standing", "flute while stopped"), (7, 12.5, 3.0)),
+                           (("flute", "released"), (9, 0.0, 4.5))):
+        for phase in phases:
+            for name, value in zip(("line", "distance", "deepest"), values):
+                always(trace.only(phase), name, value)
+
+
+SABOTAGE = {
+    "never stops": lambda t: t.but(stop=lambda s: 0 * s),
+    "never lets go": lambda t: t.but(stop=lambda s: np.maximum.accumulate(s)),
+    "a period late": lambda t: t.but(stop=lambda s: np.roll(s, 1)),
+    "no latch": lambda t: t.put("stop", "contact gone, standing", 0),
+    "stops a jog": lambda t: t.put("stop", "contact while jogging", 1, 2),
+    "another reason": lambda t: t.but(reason=lambda r: 3 - r),
+    "line of later": lambda t: t.put("line", "flute while stopped", 8, 3),
+    "distance NaN": lambda t: t.put("distance", "contact", np.nan),
+    "stops again after the release": lambda t: t.put("stop", "release kept down", 1, 2),
+}
