@@ -22,7 +22,8 @@ class CoreError(Exception):
 
 
 class _Ring(C.Structure):
-    _fields_ = [(n, C.c_double) for n in ("radius", "height", "rise", "run")]
+    _fields_ = [(n, C.c_double) for n in ("radius", "height", "rise", "run", "inner", "outer")] \
+        + [("straight", C.c_int)]
 
 
 class _Tool(C.Structure):
