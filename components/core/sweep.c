@@ -7,6 +7,8 @@
 #define CW_FINE 1e-5            /* mm, and how near is near enough */
 #define CW_FARTHEST 1e6         /* mm, a tip beyond this (or NaN) is no position */
 
+#define CW_INLINE inline __attribute__((always_inline))    /* what every cell goes through */
+
 struct leg {                    /* a leg of the way with what all its cells share; mm */
     double x, y, z;             /* start of the tip */
     double dx, dy, dz;          /* to the end */
@@ -73,26 +75,28 @@ static double covered(double outside, double nx, double ny)
 }
 
 /* Distance^2 of a point (relative to the leg's start) from the tool's axis at t. */
-static inline double axis_distance2(const struct leg *leg, double px, double py, double t)
+static CW_INLINE double axis_distance2(const struct leg *leg, double px, double py, double t)
 {
     double ex = px - t * leg->dx, ey = py - t * leg->dy;
     return ex * ex + ey * ey;
 }
 
 /* Profile of the tool at the distance^2 r2 from its axis, held at its rim outside. */
-static inline double profile(const struct cw_tool *tool, double r2)
+static CW_INLINE double profile(const struct cw_tool *tool, double r2)
 {
-    double r;
+    double r = 0.0, rest;
     if (r2 >= tool->radius * tool->radius) return tool->shoulder;
-    if (r2 <= tool->r_flat * tool->r_flat) return 0.0;
-    r = cw_sqrt(r2);
-    if (r > tool->r_arc) return tool->arc_top + tool->slope * (r - tool->r_arc);
-    r -= tool->r_flat;
-    r = tool->corner * tool->corner - r * r;
-    return r > 0.0 ? tool->corner - cw_sqrt(r) : tool->corner;
+    if (r2 > tool->r_arc * tool->r_arc) return tool->arc_top + tool->slope * (cw_sqrt(r2) - tool->r_arc);
+    if (tool->r_flat > 0.0) {
+        if (r2 <= tool->r_flat * tool->r_flat) return 0.0;
+        r = cw_sqrt(r2) - tool->r_flat;
+        r2 = r * r;
+    }
+    rest = tool->corner * tool->corner - r2;
+    return rest > 0.0 ? tool->corner - cw_sqrt(rest) : tool->corner;
 }
 
-static inline double height_at(const struct leg *leg, const struct cw_tool *tool,
+static double height_at(const struct leg *leg, const struct cw_tool *tool,
                                double px, double py, double t)
 {
     return leg->z + t * leg->dz + profile(tool, axis_distance2(leg, px, py, t));
@@ -148,7 +152,7 @@ static double lowest(const struct leg *leg, const struct cw_tool *tool,
 }
 
 /* Place on the leg nearest to a point. */
-static inline double nearest_on(const struct leg *leg, double px, double py)
+static CW_INLINE double nearest_on(const struct leg *leg, double px, double py)
 {
     double t = (px * leg->dx + py * leg->dy) * leg->per_length2;
     if (leg->length2 <= 0.0) return leg->dz < 0.0 ? 1.0 : 0.0;      /* the lower end of a plunge */
@@ -167,7 +171,9 @@ static double cut_curved(const struct leg *leg, const struct cw_stock *stock,
     int i, n = 0;
     for (i = 0; i < 4; i++) {
         double qx = px + (i & 1 ? step : -step), qy = py + (i & 2 ? step : -step);
-        double z = lowest(leg, tool, qx, qy, nearest_on(leg, qx, qy));
+        double t = nearest_on(leg, qx, qy), z = leg->z;
+        if (leg->dz == 0.0) z += profile(tool, axis_distance2(leg, qx, qy, t));
+        else z = lowest(leg, tool, qx, qy, t);
         if (!fresh || z < (double)cell->top) { sum += z; n++; }
     }
     return n ? cw_cell_cut(stock, cell, 0.25 * n, sum / n) : 0.0;
@@ -191,7 +197,7 @@ static double cut_edge(const struct leg *leg, const struct cw_stock *stock,
 }
 
 /* A cell well inside the sweep of a flat end. */
-static inline double cut_inside(const struct leg *leg, const struct cw_stock *stock,
+static CW_INLINE double cut_inside(const struct leg *leg, const struct cw_stock *stock,
                                 const struct cw_tool *tool, struct cw_cell *cell,
                                 double px, double py, double t)
 {
@@ -209,7 +215,7 @@ static inline double cut_inside(const struct leg *leg, const struct cw_stock *st
 }
 
 /* One cell; its centre is (px, py) from the leg's start. */
-static inline double cut_cell(const struct leg *leg, const struct cw_stock *stock,
+static CW_INLINE double cut_cell(const struct leg *leg, const struct cw_stock *stock,
                               const struct cw_tool *tool, struct cw_cell *cell, double px, double py)
 {
     double t, distance2;
