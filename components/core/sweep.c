@@ -3,6 +3,9 @@
 #include "sweep.h"
 
 #define CW_FINE_STEPS 24        /* halvings that find the lowest tool position over a cell */
+#define CW_WORK_ROW 8           /* work on a row */
+#define CW_WORK_LEVEL 5         /* work on a cell below an end that is not flat, in cells of a flat one */
+#define CW_WORK_SLOPE 15        /* the same, when the leg falls or rises */
 #define CW_GAUSS_REACH 0.41     /* cells from a cell's middle to the points it is read at */
 #define CW_FINE 1e-5            /* mm, and how near is near enough */
 #define CW_FARTHEST 1e6         /* mm, a tip beyond this (or NaN) is no position */
@@ -17,7 +20,9 @@ struct leg {                    /* a leg of the way with what all its cells shar
     double reach;               /* radius in which the tool can be below the stock's top */
     double margin;              /* half the diagonal of a cell */
     double inner2, outer2;      /* mm2: nearer to the axis a cell is inside, from there on outside; -1: none is inside */
+    double floor2;              /* mm2: nearer to the axis a cell lies below the flat part of the end; -1: there is none */
     double cell_area;           /* mm2 */
+    int work;                   /* of a cell, in cells of a flat end: what a period's bound counts [2] */
     float bottom;               /* lowest tip: nothing is cut below */
     int flat_end;               /* the tool's end is flat */
     int flat;                   /* and nothing is to be looked for along the leg's slope */
@@ -138,6 +143,8 @@ static double lowest(const struct leg *leg, const struct cw_tool *tool,
     double lo, hi;
     int i;
     if (leg->dz == 0.0) return height_at(leg, tool, px, py, nearest);
+    if (leg->dz < 0.0 && axis_distance2(leg, px, py, 1.0) <= tool->r_flat * tool->r_flat)
+        return leg->z + leg->dz;                /* nothing is lower than the end of the leg */
     if (!covering(leg, tool->radius, px, py, &lo, &hi))
         return height_at(leg, tool, px, py, nearest);
     if (cw_tool_is_flat(tool) || leg->length2 <= 0.0)
@@ -196,14 +203,14 @@ static double cut_edge(const struct leg *leg, const struct cw_stock *stock,
     return cw_cell_cut(stock, cell, k, lowest(leg, tool, px - inward * ex, py - inward * ey, t));
 }
 
-/* A cell well inside the sweep of a flat end. */
+/* A cell well inside the sweep of a flat end, or of the flat part of one. */
 static CW_INLINE double cut_inside(const struct leg *leg, const struct cw_stock *stock,
                                 const struct cw_tool *tool, struct cw_cell *cell,
                                 double px, double py, double t)
 {
     double z = leg->z, removed;
-    if (!leg->flat) {       /* most of a falling end's cells lie below its place at the leg's end */
-        if (leg->dz < 0.0 && axis_distance2(leg, px, py, 1.0) <= leg->inner2) z += leg->dz;
+    if (leg->dz != 0.0) {   /* most of a falling end's cells lie below its place at the leg's end */
+        if (leg->dz < 0.0 && axis_distance2(leg, px, py, 1.0) <= leg->floor2) z += leg->dz;
         else z = lowest(leg, tool, px, py, t);
     }
     if (cell->cut) return cw_cell_cut(stock, cell, 1.0, z);
@@ -225,7 +232,9 @@ static CW_INLINE double cut_cell(const struct leg *leg, const struct cw_stock *s
     if (distance2 >= leg->outer2) return 0.0;
     if (distance2 > leg->inner2)
         return cut_edge(leg, stock, tool, cell, px, py, t, cw_max(cw_sqrt(distance2), 1e-9));
-    if (leg->flat_end) return cut_inside(leg, stock, tool, cell, px, py, t);
+    if (distance2 <= leg->floor2 && (leg->flat_end || leg->dz == 0.0
+                                     || (leg->dz < 0.0 && axis_distance2(leg, px, py, 1.0) <= leg->floor2)))
+        return cut_inside(leg, stock, tool, cell, px, py, t);
     return cut_curved(leg, stock, tool, cell, px, py);
 }
 
@@ -291,7 +300,7 @@ static struct span row_skip(const struct leg *leg, const struct cw_stock *stock,
                             const struct cw_tool *tool, int iy)
 {
     double y = stock->y0 + (iy + 0.5) * stock->cell;
-    double radius = tool->radius - leg->margin;
+    double radius = cw_min(tool->r_flat, tool->radius) - leg->margin;
     double lo = 1e300, hi = -1e300;
     struct span span = { 0, -1 };
 
@@ -324,10 +333,13 @@ static struct leg make_leg(const struct cw_sweep *sweep, const struct cw_stock *
     leg.bottom = (float)cw_max(leg.z + cw_min(leg.dz, 0.0), stock->z_min);
     inner = tool->radius - leg.margin;
     leg.inner2 = inner > 0.0 ? inner * inner : -1.0;
+    inner = (tool->r_flat < tool->radius ? tool->r_flat : tool->radius) - leg.margin;
+    leg.floor2 = inner > 0.0 ? inner * inner : -1.0;
     leg.outer2 = (leg.reach + leg.margin) * (leg.reach + leg.margin);
     leg.flat_end = cw_tool_is_flat(tool);
     leg.flat = leg.flat_end && leg.dz == 0.0;
-    leg.skip_disc = sweep->trail && level_or_up && (leg.flat_end || leg.length2 <= 0.0);
+    leg.work = leg.flat_end ? 1 : (leg.dz == 0.0 ? CW_WORK_LEVEL : CW_WORK_SLOPE);
+    leg.skip_disc = sweep->trail && level_or_up && leg.floor2 > 0.0;
     leg.skip_back = sweep->trail && level_or_up;
     if (leg.skip_back && leg.length2 <= 0.0) leg.reach = 0.0;      /* a retract cuts nothing */
     return leg;
@@ -383,20 +395,23 @@ double cw_sweep_run(struct cw_sweep *sweep, struct cw_stock *stock, const struct
                     int max_cells, long *visited)
 {
     double removed = 0.0;
-    long cells = 0;
+    long cells = 0, work = 0;
     if (!sweep->waiting) return 0.0;
     cw_stock_begin_write(stock);
-    while (sweep->waiting > 0 && cells < max_cells) {
+    while (sweep->waiting > 0 && work < max_cells) {
         struct leg leg = make_leg(sweep, stock, tool);
         if (sweep->row < 0) {
             struct span rows = leg_rows(&leg, stock);
             sweep->row = rows.first;
             sweep->row_end = rows.last;
         }
-        for (; sweep->row <= sweep->row_end && cells < max_cells; sweep->row++, cells += 4)
+        for (; sweep->row <= sweep->row_end && work < max_cells; sweep->row++) {
+            long before = cells;
             removed += cut_row(&leg, stock, tool, sweep->row, &cells);
+            work += (cells - before) * leg.work + CW_WORK_ROW;
+        }
         if (sweep->row > sweep->row_end) advance(sweep);
-        cells++;
+        work++;
     }
     stock->removed += removed;
     cw_stock_end_write(stock);
