@@ -50,6 +50,7 @@ pin out bit held "the map is not touched: answer to hold";
 pin out float mrr "removal rate, mm3/min, averaged over mrr-window";
 pin out float section_area "mm2: volume met per mm of travel, at the tool, now";
 pin out float depth "machine units: deepest stock above the tool's edge within its footprint";
+pin out float direction_z "vertical part of the direction of travel, -1 (plunge) to 1";
 pin out bit flute_excess "the tool cuts stock higher than its flutes";
 pin out bit rapid_contact "a traverse meets stock, or will within its braking distance";
 pin out float rapid_distance "machine units to the stock a traverse is about to meet; 0: none seen";
@@ -183,6 +184,7 @@ FUNCTION(_) {
     mrr = out.rate;
     section_area = out.here;
     depth = out.deepest * units_per_mm;
+    direction_z = out.upward;
     flute_excess = out.over_flute;
     rapid_contact = out.rapid_hit;
     path_known = state.ahead.on_way;

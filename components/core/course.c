@@ -20,7 +20,7 @@ void cw_course_reset(struct cw_course *course)
 {
     course->known = 0;
     course->travelled = 0.0;
-    course->last_step = course->last_turn = course->last_heading = 0.0;
+    course->last_step = course->last_turn = course->last_heading = course->last_slope = 0.0;
     course->speed = 0.0;
     course->places = 0;
 }
@@ -57,6 +57,7 @@ static struct motion read_step(struct cw_course *course, const double from[3], c
     course->last_turn = turn;
     course->last_heading = middle;
     course->last_step = step;
+    course->last_slope = now.unit[2];
     return now;
 }
 

@@ -26,6 +26,7 @@ struct cw_course {
     double travelled;           /* mm since the origin */
     double speed;               /* mm/s, of the last step */
     double last_heading, last_step, last_turn;  /* rad, mm, rad/mm of the step before */
+    double last_slope;          /* vertical part of its direction */
     double place[CW_TRAIL][2];  /* mm, XY of the way behind, newest at `newest` */
     int newest, places;         /* places in use */
 };

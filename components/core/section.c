@@ -2,7 +2,7 @@
 #include "cw_math.h"
 #include "section.h"
 
-#define CW_LEAST_NODES 16       /* round a band; multiples of 4, so that nodes lie on the sides */
+#define CW_LEAST_NODES 8        /* round a band; multiples of 4, so that nodes lie on the sides */
 #define CW_MOST_NODES 96
 #define CW_NODE_CELLS 2.0       /* distance of nodes, in cells */
 #define CW_REFINE 3             /* points put into an interval in which the stock jumps */
@@ -10,6 +10,9 @@
 #define CW_CLEAR 1.5            /* cells that keep a reading clear of what the tool has cut [4] */
 #define CW_SINK 0.2             /* cells below itself a falling flat end looks for stock [5] */
 #define CW_BEYOND 1.0           /* cells outside a falling band its stock is read [5] */
+#define CW_WHOLE 0.9999         /* of a band in contact is all of it */
+#define CW_NARROW 0.6           /* inner over outer radius up to which a band's part has its own radius anyway [6] */
+#define CW_EVEN 0.02            /* of a band's rise, columns this alike belong to a level top [6] */
 #define CW_THINNEST 1e-4        /* mm, contact below this is none */
 
 struct band {                   /* what the integral needs of one band, at one place */
@@ -19,6 +22,7 @@ struct band {                   /* what the integral needs of one band, at one p
     double push;                /* the horizontal part of the direction, see band_area */
     double fall;                /* direction cosine a falling tool adds: -dz * run / rise */
     double outer;               /* mm, radius of the outer edge [5] */
+    const struct cw_tool_ring *ring;    /* null: a wall or a flat end */
 };
 
 struct place {                  /* the tool's place and heading */
@@ -30,7 +34,7 @@ struct place {                  /* the tool's place and heading */
 };
 
 /* Mean height of a cell's stock between low and high, above low. */
-static inline double cell_between(const struct cw_stock *stock, const struct cw_cell *cell,
+static inline __attribute__((always_inline)) double cell_between(const struct cw_stock *stock, const struct cw_cell *cell,
                                   double low, double high)
 {
     double top = cell->top, uncut, rest;
@@ -44,7 +48,7 @@ static inline double cell_between(const struct cw_stock *stock, const struct cw_
 
 /* Stock between low and high at a point, mm above low, interpolated between the four cells around
  * it; one reading of the cells for both heights. */
-static inline double between(const struct cw_stock *stock, const struct place *at,
+static inline __attribute__((always_inline)) double between(const struct cw_stock *stock, const struct place *at,
                              double x, double y, double low, double high)
 {
     double fx = (x - stock->x0) * at->per_cell + 0.5;   /* in cells; the ring's cell is number 0 */
@@ -96,10 +100,34 @@ static void small_turn(double angle, double *c, double *s)
                   * (1.0 - q / 90.0 * (1.0 - q / 132.0)))));
 }
 
-/* (n . d)+ of the band at an angle with cosine c, over the radial part of n [1]. */
-static double facing(const struct band *band, double c)
+/* Mean radius of the lowest part u (0..1) of a band, over that of all of it [6]. */
+static double part_radius(const struct cw_tool_ring *ring, double u)
 {
-    return cw_max(0.0, band->push * c + band->fall);
+    double a = ring->inner, b = ring->outer, r;
+    if (ring->straight) return (2.0 * a + u * (b - a)) / (a + b);
+    r = cw_sqrt(a * a + u * (b * b - a * a));
+    return (a * a + a * r + r * r) * (a + b) / ((a + r) * (a * a + a * b + b * b));
+}
+
+/* What a column of height h in contact with the band sweeps at an angle with cosine c: (n . d)+
+ * over the radial part of n, times h [1]; `even`: stock is as high beside it [6]. */
+static double swept(const struct band *band, double c, double h, int even)
+{
+    double push = band->push * c, fall = band->fall;
+    if (h <= 0.0) return 0.0;
+    if (band->ring && h < CW_WHOLE * band->ring->rise
+        && (even || band->ring->inner <= CW_NARROW * band->ring->outer)) {
+        double part = part_radius(band->ring, h / band->ring->rise);
+        push *= part;
+        if (band->ring->straight) fall *= part;
+    }
+    return cw_max(0.0, push + fall) * h;
+}
+
+/* Whether the band faces ahead at an angle with cosine c. */
+static int faces(const struct band *band, double c)
+{
+    return band->push * c + band->fall > 0.0;
 }
 
 /* Adds points to an interval whose ends differ much, so that a wall is found between
@@ -109,14 +137,14 @@ static double refine(const struct cw_stock *stock, const struct place *at, const
 {
     double part = step / (CW_REFINE + 1), turn_c, turn_s;
     double c = from[0], s = from[1];
-    double last = h0 * facing(band, c), sum = 0.0;
+    double last = swept(band, c, h0, 0), sum = 0.0;
     int i;
     small_turn(part, &turn_c, &turn_s);
     for (i = 0; i <= CW_REFINE; i++) {
         double next_c = c * turn_c - s * turn_s, value;
         s = s * turn_c + c * turn_s;
         c = next_c;
-        value = facing(band, c) * (i < CW_REFINE ? overlap(stock, at, band, c, s) : h1);
+        value = swept(band, c, i < CW_REFINE ? overlap(stock, at, band, c, s) : h1, 0);
         sum += 0.5 * (last + value) * part;
         last = value;
     }
@@ -135,10 +163,11 @@ static int node_count(const struct cw_stock *stock, double radius)
 static double band_area(const struct cw_stock *stock, const struct place *at,
                         struct band *band, double *highest)
 {
-    int n = node_count(stock, band->radius), i;
+    int n0 = node_count(stock, band->radius), n = n0, i;
     double step = 2.0 * CW_PI / n, turn_c, turn_s;
     double c = -1.0, s = 0.0;               /* starts behind the tool */
-    double sum = 0.0, last_h = 0.0, last_f;
+    double sum = 0.0, last_h = 0.0, alike = band->ring ? CW_EVEN * band->ring->rise : 0.0;
+    int faced;
     small_turn(step, &turn_c, &turn_s);
     if (band->fall <= 0.0) {                /* or beside it: nothing behind can face ahead */
         c = 0.0;
@@ -146,21 +175,24 @@ static double band_area(const struct cw_stock *stock, const struct place *at,
         n /= 2;
     }
     band->push = at->level * turn_s / (1.0 + turn_c) / (0.5 * step);
-    last_f = facing(band, c);
-    if (last_f > 0.0) last_h = overlap(stock, at, band, c, s);
+    faced = faces(band, c) || n < n0;
+    if (faced) last_h = overlap(stock, at, band, c, s);
     for (i = 0; i < n; i++) {
-        double before[2] = { c, s }, f, h = 0.0;
+        double before[2] = { c, s }, h = 0.0, change;
+        int face;
         c = before[0] * turn_c - before[1] * turn_s;
         s = before[1] * turn_c + before[0] * turn_s;
-        f = facing(band, c);
-        if (f > 0.0 || last_f > 0.0) h = overlap(stock, at, band, c, s);
-        if (f > 0.0 && h > *highest) *highest = h;
-        if (fabs(h - last_h) > CW_JUMP * cw_max(h, last_h) && (f > 0.0 || last_f > 0.0))
+        face = faces(band, c);
+        if (face || faced) h = overlap(stock, at, band, c, s);
+        if (face && h > *highest) *highest = h;
+        change = fabs(h - last_h);
+        if (change > CW_JUMP * cw_max(h, last_h) && (face || faced))
             sum += refine(stock, at, band, before, last_h, h, step);
         else
-            sum += 0.5 * (f * h + last_f * last_h) * step;
+            sum += 0.5 * step * (swept(band, c, h, change <= alike)
+                                 + swept(band, before[0], last_h, change <= alike));
         last_h = h;
-        last_f = f;
+        faced = face;
     }
     return sum * band->radius;
 }
@@ -172,7 +204,7 @@ static double flat_area(const struct cw_stock *stock, const struct place *at,
     int n = node_count(stock, ring->radius), i;
     double step = 2.0 * CW_PI / n, turn_c, turn_s;
     double c = 1.0, s = 0.0, sum = 0.0;
-    struct band band = { ring->radius, z, 1e301, 0.0, 0.0, 0.0, ring->radius };
+    struct band band = { ring->radius, z, 1e301, 0.0, 0.0, 0.0, ring->radius, 0 };
     small_turn(step, &turn_c, &turn_s);
     for (i = 0; i < n; i++) {
         double next_c = c * turn_c - s * turn_s;
@@ -230,6 +262,7 @@ struct cw_section cw_section_at(const struct cw_stock *stock, const struct cw_to
                 result.area += flat_area(stock, &at, ring, z + ring->height - sink, fall, slab);
             continue;
         }
+        band.ring = ring;
         band.radius = ring->radius;
         band.outer = ring->radius + (clear > 0.0 ? 0.5 * ring->run + CW_BEYOND * stock->cell : 0.0);
         band.margin = clear > 0.0 ? at.level * (clear + 0.5 * ring->run) : 0.0;
@@ -240,6 +273,7 @@ struct cw_section cw_section_at(const struct cw_stock *stock, const struct cw_to
         add_band(stock, &at, &band, tip[2], &result);
     }
     if (tip[2] + tool->shoulder < stock->z_max && at.level > 1e-9) {
+        band.ring = 0;
         band.radius = band.outer = tool->radius;
         band.margin = at.level * clear;
         band.low = z + tool->shoulder;

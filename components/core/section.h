@@ -23,6 +23,9 @@
  *     front (below the tool and behind its axis) a band is read a cell outside its edge, where
  *     the stock that touches it stands as high as the band; a flat end looks a fifth of a
  *     cell lower.
+ *  6. Where stock touches only the lower part of a band, that part's own mean radius counts: on an
+ *     arc the radius squared, on a cone the radius, is taken as linear in the height. Further
+ *     out that is so under a level top only; where columns differ, what is met slopes.
  */
 #ifndef CHIPWISE_SECTION_H
 #define CHIPWISE_SECTION_H

@@ -3,9 +3,14 @@
 #include "sweep.h"
 
 #define CW_FINE_STEPS 24        /* halvings that find the lowest tool position over a cell */
+#define CW_WORK_ROW 8           /* work on a row */
+#define CW_WORK_LEVEL 5         /* work on a cell below an end that is not flat, in cells of a flat one */
+#define CW_WORK_SLOPE 15        /* the same, when the leg falls or rises */
 #define CW_GAUSS_REACH 0.41     /* cells from a cell's middle to the points it is read at */
 #define CW_FINE 1e-5            /* mm, and how near is near enough */
 #define CW_FARTHEST 1e6         /* mm, a tip beyond this (or NaN) is no position */
+
+#define CW_INLINE inline __attribute__((always_inline))    /* what every cell goes through */
 
 struct leg {                    /* a leg of the way with what all its cells share; mm */
     double x, y, z;             /* start of the tip */
@@ -15,7 +20,9 @@ struct leg {                    /* a leg of the way with what all its cells shar
     double reach;               /* radius in which the tool can be below the stock's top */
     double margin;              /* half the diagonal of a cell */
     double inner2, outer2;      /* mm2: nearer to the axis a cell is inside, from there on outside; -1: none is inside */
+    double floor2;              /* mm2: nearer to the axis a cell lies below the flat part of the end; -1: there is none */
     double cell_area;           /* mm2 */
+    int work;                   /* of a cell, in cells of a flat end: what a period's bound counts [2] */
     float bottom;               /* lowest tip: nothing is cut below */
     int flat_end;               /* the tool's end is flat */
     int flat;                   /* and nothing is to be looked for along the leg's slope */
@@ -73,26 +80,28 @@ static double covered(double outside, double nx, double ny)
 }
 
 /* Distance^2 of a point (relative to the leg's start) from the tool's axis at t. */
-static inline double axis_distance2(const struct leg *leg, double px, double py, double t)
+static CW_INLINE double axis_distance2(const struct leg *leg, double px, double py, double t)
 {
     double ex = px - t * leg->dx, ey = py - t * leg->dy;
     return ex * ex + ey * ey;
 }
 
 /* Profile of the tool at the distance^2 r2 from its axis, held at its rim outside. */
-static inline double profile(const struct cw_tool *tool, double r2)
+static CW_INLINE double profile(const struct cw_tool *tool, double r2)
 {
-    double r;
+    double r = 0.0, rest;
     if (r2 >= tool->radius * tool->radius) return tool->shoulder;
-    if (r2 <= tool->r_flat * tool->r_flat) return 0.0;
-    r = cw_sqrt(r2);
-    if (r > tool->r_arc) return tool->arc_top + tool->slope * (r - tool->r_arc);
-    r -= tool->r_flat;
-    r = tool->corner * tool->corner - r * r;
-    return r > 0.0 ? tool->corner - cw_sqrt(r) : tool->corner;
+    if (r2 > tool->r_arc * tool->r_arc) return tool->arc_top + tool->slope * (cw_sqrt(r2) - tool->r_arc);
+    if (tool->r_flat > 0.0) {
+        if (r2 <= tool->r_flat * tool->r_flat) return 0.0;
+        r = cw_sqrt(r2) - tool->r_flat;
+        r2 = r * r;
+    }
+    rest = tool->corner * tool->corner - r2;
+    return rest > 0.0 ? tool->corner - cw_sqrt(rest) : tool->corner;
 }
 
-static inline double height_at(const struct leg *leg, const struct cw_tool *tool,
+static double height_at(const struct leg *leg, const struct cw_tool *tool,
                                double px, double py, double t)
 {
     return leg->z + t * leg->dz + profile(tool, axis_distance2(leg, px, py, t));
@@ -134,6 +143,8 @@ static double lowest(const struct leg *leg, const struct cw_tool *tool,
     double lo, hi;
     int i;
     if (leg->dz == 0.0) return height_at(leg, tool, px, py, nearest);
+    if (leg->dz < 0.0 && axis_distance2(leg, px, py, 1.0) <= tool->r_flat * tool->r_flat)
+        return leg->z + leg->dz;                /* nothing is lower than the end of the leg */
     if (!covering(leg, tool->radius, px, py, &lo, &hi))
         return height_at(leg, tool, px, py, nearest);
     if (cw_tool_is_flat(tool) || leg->length2 <= 0.0)
@@ -148,7 +159,7 @@ static double lowest(const struct leg *leg, const struct cw_tool *tool,
 }
 
 /* Place on the leg nearest to a point. */
-static inline double nearest_on(const struct leg *leg, double px, double py)
+static CW_INLINE double nearest_on(const struct leg *leg, double px, double py)
 {
     double t = (px * leg->dx + py * leg->dy) * leg->per_length2;
     if (leg->length2 <= 0.0) return leg->dz < 0.0 ? 1.0 : 0.0;      /* the lower end of a plunge */
@@ -167,7 +178,9 @@ static double cut_curved(const struct leg *leg, const struct cw_stock *stock,
     int i, n = 0;
     for (i = 0; i < 4; i++) {
         double qx = px + (i & 1 ? step : -step), qy = py + (i & 2 ? step : -step);
-        double z = lowest(leg, tool, qx, qy, nearest_on(leg, qx, qy));
+        double t = nearest_on(leg, qx, qy), z = leg->z;
+        if (leg->dz == 0.0) z += profile(tool, axis_distance2(leg, qx, qy, t));
+        else z = lowest(leg, tool, qx, qy, t);
         if (!fresh || z < (double)cell->top) { sum += z; n++; }
     }
     return n ? cw_cell_cut(stock, cell, 0.25 * n, sum / n) : 0.0;
@@ -190,14 +203,14 @@ static double cut_edge(const struct leg *leg, const struct cw_stock *stock,
     return cw_cell_cut(stock, cell, k, lowest(leg, tool, px - inward * ex, py - inward * ey, t));
 }
 
-/* A cell well inside the sweep of a flat end. */
-static inline double cut_inside(const struct leg *leg, const struct cw_stock *stock,
+/* A cell well inside the sweep of a flat end, or of the flat part of one. */
+static CW_INLINE double cut_inside(const struct leg *leg, const struct cw_stock *stock,
                                 const struct cw_tool *tool, struct cw_cell *cell,
                                 double px, double py, double t)
 {
     double z = leg->z, removed;
-    if (!leg->flat) {       /* most of a falling end's cells lie below its place at the leg's end */
-        if (leg->dz < 0.0 && axis_distance2(leg, px, py, 1.0) <= leg->inner2) z += leg->dz;
+    if (leg->dz != 0.0) {   /* most of a falling end's cells lie below its place at the leg's end */
+        if (leg->dz < 0.0 && axis_distance2(leg, px, py, 1.0) <= leg->floor2) z += leg->dz;
         else z = lowest(leg, tool, px, py, t);
     }
     if (cell->cut) return cw_cell_cut(stock, cell, 1.0, z);
@@ -209,7 +222,7 @@ static inline double cut_inside(const struct leg *leg, const struct cw_stock *st
 }
 
 /* One cell; its centre is (px, py) from the leg's start. */
-static inline double cut_cell(const struct leg *leg, const struct cw_stock *stock,
+static CW_INLINE double cut_cell(const struct leg *leg, const struct cw_stock *stock,
                               const struct cw_tool *tool, struct cw_cell *cell, double px, double py)
 {
     double t, distance2;
@@ -219,7 +232,9 @@ static inline double cut_cell(const struct leg *leg, const struct cw_stock *stoc
     if (distance2 >= leg->outer2) return 0.0;
     if (distance2 > leg->inner2)
         return cut_edge(leg, stock, tool, cell, px, py, t, cw_max(cw_sqrt(distance2), 1e-9));
-    if (leg->flat_end) return cut_inside(leg, stock, tool, cell, px, py, t);
+    if (distance2 <= leg->floor2 && (leg->flat_end || leg->dz == 0.0
+                                     || (leg->dz < 0.0 && axis_distance2(leg, px, py, 1.0) <= leg->floor2)))
+        return cut_inside(leg, stock, tool, cell, px, py, t);
     return cut_curved(leg, stock, tool, cell, px, py);
 }
 
@@ -285,7 +300,7 @@ static struct span row_skip(const struct leg *leg, const struct cw_stock *stock,
                             const struct cw_tool *tool, int iy)
 {
     double y = stock->y0 + (iy + 0.5) * stock->cell;
-    double radius = tool->radius - leg->margin;
+    double radius = cw_min(tool->r_flat, tool->radius) - leg->margin;
     double lo = 1e300, hi = -1e300;
     struct span span = { 0, -1 };
 
@@ -318,10 +333,13 @@ static struct leg make_leg(const struct cw_sweep *sweep, const struct cw_stock *
     leg.bottom = (float)cw_max(leg.z + cw_min(leg.dz, 0.0), stock->z_min);
     inner = tool->radius - leg.margin;
     leg.inner2 = inner > 0.0 ? inner * inner : -1.0;
+    inner = (tool->r_flat < tool->radius ? tool->r_flat : tool->radius) - leg.margin;
+    leg.floor2 = inner > 0.0 ? inner * inner : -1.0;
     leg.outer2 = (leg.reach + leg.margin) * (leg.reach + leg.margin);
     leg.flat_end = cw_tool_is_flat(tool);
     leg.flat = leg.flat_end && leg.dz == 0.0;
-    leg.skip_disc = sweep->trail && level_or_up && (leg.flat_end || leg.length2 <= 0.0);
+    leg.work = leg.flat_end ? 1 : (leg.dz == 0.0 ? CW_WORK_LEVEL : CW_WORK_SLOPE);
+    leg.skip_disc = sweep->trail && level_or_up && leg.floor2 > 0.0;
     leg.skip_back = sweep->trail && level_or_up;
     if (leg.skip_back && leg.length2 <= 0.0) leg.reach = 0.0;      /* a retract cuts nothing */
     return leg;
@@ -380,20 +398,23 @@ double cw_sweep_run(struct cw_sweep *sweep, struct cw_stock *stock, const struct
                     int max_cells, long *visited)
 {
     double removed = 0.0;
-    long cells = 0;
+    long cells = 0, work = 0;
     if (!sweep->waiting) return 0.0;
     cw_stock_begin_write(stock);
-    while (sweep->waiting > 0 && cells < max_cells) {
+    while (sweep->waiting > 0 && work < max_cells) {
         struct leg leg = make_leg(sweep, stock, tool);
         if (sweep->row < 0) {
             struct span rows = leg_rows(&leg, stock);
             sweep->row = rows.first;
             sweep->row_end = rows.last;
         }
-        for (; sweep->row <= sweep->row_end && cells < max_cells; sweep->row++, cells += 4)
+        for (; sweep->row <= sweep->row_end && work < max_cells; sweep->row++) {
+            long before = cells;
             removed += cut_row(&leg, stock, tool, sweep->row, 0, &cells);
+            work += (cells - before) * leg.work + CW_WORK_ROW;
+        }
         if (sweep->row > sweep->row_end) advance(sweep);
-        cells++;
+        work++;
     }
     stock->removed += removed;
     cw_stock_end_write(stock);

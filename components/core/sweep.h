@@ -13,8 +13,8 @@
  *  3. A cell well inside the capsule is cut to the lowest height any tool position of
  *     the leg has over it; a cell on the outline is cut in that share of its area that
  *     lies inside.
- *  4. What the leg before has cut already (the disc behind a tool that does not descend)
- *     is skipped, so the cost grows with the cells newly swept.
+ *  4. What the leg before has cut already (what lies behind a tool that does not descend, and
+ *     the disc below its flat part) is skipped, so the cost grows with the cells newly swept.
  */
 #ifndef CHIPWISE_SWEEP_H
 #define CHIPWISE_SWEEP_H
@@ -39,8 +39,9 @@ void cw_sweep_place(struct cw_sweep *sweep, const double tip[3]);
 /* Queues a straight leg to `tip` (mm); a tip that is no finite position is passed over. */
 void cw_sweep_to(struct cw_sweep *sweep, const double tip[3]);
 
-/* Works on the queue until it is empty or about max_cells cells were visited; returns the
- * volume removed, mm3. `*visited`, when not null, is increased by the cells visited. */
+/* Works on the queue until it is empty or as much was done as max_cells cells of a flat end need
+ * (a cell of another end counts several times); returns the volume removed, mm3. `*visited`,
+ * when not null, is increased by the cells visited. */
 double cw_sweep_run(struct cw_sweep *sweep, struct cw_stock *stock, const struct cw_tool *tool,
                     int max_cells, long *visited);
 

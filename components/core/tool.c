@@ -43,6 +43,9 @@ static void build_rings(struct cw_tool *tool)
                 b = r0 + tool->corner * sin(top * (i + 1) / n);
                 ring->radius = arc_radius(tool, top * i / n, top * (i + 1) / n);
             }
+            ring->inner = a;
+            ring->outer = b;
+            ring->straight = part == 2;
             ring->run = 0.5 * (b * b - a * a) / ring->radius;
             ring->rise = cw_tool_height(tool, b) - cw_tool_height(tool, a);
             ring->height = 0.5 * (cw_tool_height(tool, b) + cw_tool_height(tool, a));

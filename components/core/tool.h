@@ -30,6 +30,8 @@ struct cw_tool_ring {           /* one band of the tool's end, seen as a surface
     double height;              /* mm above the tip, of the band's middle */
     double rise;                /* mm, height of the band (0 on the flat end) */
     double run;                 /* mm, radial width: 2 pi radius run is its area from below */
+    double inner, outer;        /* mm, radii of its edges */
+    int straight;               /* a piece of the cone, not of the arc */
 };
 
 struct cw_tool {

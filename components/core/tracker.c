@@ -155,6 +155,7 @@ static void look(struct cw_tracker *tracker, const struct cw_stock *stock,
     cw_ahead_look(&tracker->ahead, stock, &tracker->tool, far, &out->view);
     out->here = out->view.area;
     out->deepest = out->view.depth;
+    out->upward = tracker->ahead.course.known ? tracker->ahead.course.last_slope : 0.0;
 }
 
 /* [5] The guards: a traverse that meets stock, a shank that does. */
@@ -187,7 +188,7 @@ static void clear(struct cw_tracker_out *out)
 {
     int i;
     out->has_stock = out->is_ready = out->has_fault = out->code = 0;
-    out->here = out->deepest = out->rate = 0.0;
+    out->here = out->deepest = out->rate = out->upward = 0.0;
     out->over_flute = out->rapid_hit = out->is_held = 0;
     out->rapid_mm = 0.0;
     out->view.levels = 0;

@@ -65,6 +65,7 @@ struct cw_tracker_out {
     double rate;                        /* mm3/min over the window */
     double here;                        /* mm2, section area at the tool */
     double deepest;                     /* mm above the tip */
+    double upward;                      /* vertical part of the direction, -1..1 */
     int over_flute, rapid_hit;
     double rapid_mm;                    /* mm to the stock a traverse meets; 0: none seen */
     int is_held;                        /* the map is not touched: answer to `foreign` */

@@ -22,7 +22,8 @@ class CoreError(Exception):
 
 
 class _Ring(C.Structure):
-    _fields_ = [(n, C.c_double) for n in ("radius", "height", "rise", "run")]
+    _fields_ = [(n, C.c_double) for n in ("radius", "height", "rise", "run", "inner", "outer")] \
+        + [("straight", C.c_int)]
 
 
 class _Tool(C.Structure):
@@ -65,7 +66,8 @@ class _Way(C.Structure):
 
 class _Course(C.Structure):
     _fields_ = [("known", C.c_int), ("piece", Piece)] \
-        + [(n, C.c_double) for n in ("travelled", "speed", "last_heading", "last_step", "last_turn")] \
+        + [(n, C.c_double) for n in ("travelled", "speed", "last_heading", "last_step", "last_turn",
+                                     "last_slope")] \
         + [("place", C.c_double * 2 * TRAIL), ("newest", C.c_int), ("places", C.c_int)]
 
 
