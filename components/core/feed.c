@@ -150,7 +150,7 @@ static struct allowed wanted(const struct cw_feed_in *in, double programmed)
 }
 
 /* Lowest velocity for the stock's sake, mm/s: below F, and below the highest [5]. */
-static double lowest(const struct cw_feed_in *in, double programmed, double most)
+static double slowest(const struct cw_feed_in *in, double programmed, double most)
 {
     double floor = cw_max(setting(in->floor), cw_min(setting(in->floor_share), 1.0) * programmed);
     floor = cw_min(cw_min(floor, programmed), most);
@@ -173,7 +173,7 @@ struct cw_feed_out cw_feed(const struct cw_feed_in *in, double last_scale)
     want = wanted(in, programmed);
     stock = stock_limit(in, last_scale, most);
     if (stock.velocity < want.velocity) want = stock;
-    floor = lowest(in, programmed, most);
+    floor = slowest(in, programmed, most);
     if (want.velocity < floor) {
         want.velocity = floor;
         want.by = CW_BY_FLOOR;

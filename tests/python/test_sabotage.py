@@ -36,10 +36,10 @@ FAULTS = {
         "ahead.c", "add_level(view, cw_max(0.0, at - early), area)", "add_level(view, at + gap, area)",
         "test_ahead.py::test_a_wall_is_seen_in_time"),
     "arcs taken for straight": (
-        "course.c", "course->curvature = now.turn;", "course->curvature = 0.0;",
+        "course.c", "course->piece.curvature = now.turn;", "course->piece.curvature = 0.0;",
         "test_ahead.py::test_arc_and_helix_are_followed"),
     "five percent too fast": (
-        "feed.c", "in->target / in->area", "1.05 * in->target / in->area", "test_feed.py::test_at_the_tool"),
+        "feed.c", "cw_feed_target(in) / area", "1.05 * cw_feed_target(in) / area", "test_feed.py::test_at_the_tool"),
     "brakes too late": (
         "feed.c", "#define CW_BRAKING 0.5", "#define CW_BRAKING 1.0",
         "test_feed.py::test_ahead_is_braked_in_time"),
