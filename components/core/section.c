@@ -4,6 +4,7 @@
 
 #define CW_LEAST_NODES 8        /* round a band; multiples of 4, so that nodes lie on the sides */
 #define CW_MOST_NODES 96
+#define CW_FLAT_NODES 24        /* round a ring of a flat end, at most: six rings make up for it */
 #define CW_NODE_CELLS 2.0       /* distance of nodes, in cells */
 #define CW_REFINE 3             /* points put into an interval in which the stock jumps */
 #define CW_JUMP 0.2             /* change from node to node, of the larger, that is a jump */
@@ -201,7 +202,7 @@ static double band_area(const struct cw_stock *stock, const struct place *at,
 static double flat_area(const struct cw_stock *stock, const struct place *at,
                         const struct cw_tool_ring *ring, double z, double fall, double slab)
 {
-    int n = node_count(stock, ring->radius), i;
+    int most = node_count(stock, ring->radius), n = most < CW_FLAT_NODES ? most : CW_FLAT_NODES, i;
     double step = 2.0 * CW_PI / n, turn_c, turn_s;
     double c = 1.0, s = 0.0, sum = 0.0;
     struct band band = { ring->radius, z, 1e301, 0.0, 0.0, 0.0, ring->radius, 0 };

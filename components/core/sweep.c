@@ -4,6 +4,7 @@
 
 #define CW_FINE_STEPS 24        /* halvings that find the lowest tool position over a cell */
 #define CW_WORK_ROW 8           /* work on a row */
+#define CW_WORK_RISE 3          /* work on a cell below a rising flat end */
 #define CW_WORK_LEVEL 5         /* work on a cell below an end that is not flat, in cells of a flat one */
 #define CW_WORK_SLOPE 15        /* the same, when the leg falls or rises */
 #define CW_GAUSS_REACH 0.41     /* cells from a cell's middle to the points it is read at */
@@ -196,25 +197,20 @@ static double cut_edge(const struct leg *leg, const struct cw_stock *stock,
     double k = covered((distance - tool->radius) / stock->cell, ex, ey);
     double inward;
     if (k <= 0.0) return 0.0;
-    if (cw_tool_is_flat(tool))
+    if (leg->flat_end)
         return cw_cell_cut(stock, cell, k, leg->flat ? leg->z : lowest(leg, tool, px, py, t));
     if (k >= 1.0) return cut_curved(leg, stock, tool, cell, px, py);
     inward = distance - cw_max(tool->radius - 0.5 * k * stock->cell, 0.0);
     return cw_cell_cut(stock, cell, k, lowest(leg, tool, px - inward * ex, py - inward * ey, t));
 }
 
-/* A cell well inside the sweep of a flat end, or of the flat part of one. */
+/* A cell well below a flat end, or the flat part of one, that is at height z. */
 static CW_INLINE double cut_inside(const struct leg *leg, const struct cw_stock *stock,
-                                const struct cw_tool *tool, struct cw_cell *cell,
-                                double px, double py, double t)
+                                   struct cw_cell *cell, double z)
 {
-    double z = leg->z, removed;
-    if (leg->dz != 0.0) {   /* most of a falling end's cells lie below its place at the leg's end */
-        if (leg->dz < 0.0 && axis_distance2(leg, px, py, 1.0) <= leg->floor2) z += leg->dz;
-        else z = lowest(leg, tool, px, py, t);
-    }
+    double removed;
     if (cell->cut) return cw_cell_cut(stock, cell, 1.0, z);
-    z = cw_max(z, stock->z_min);
+    if (z < stock->z_min) z = stock->z_min;
     removed = (double)cell->top - z;
     if (removed <= 0.0) return 0.0;
     cell->top = (float)z;
@@ -227,14 +223,15 @@ static CW_INLINE double cut_cell(const struct leg *leg, const struct cw_stock *s
 {
     double t, distance2;
     if (leg->bottom >= cell->top) return 0.0;
+    if (leg->dz <= 0.0 && axis_distance2(leg, px, py, 1.0) <= leg->floor2)
+        return cut_inside(leg, stock, cell, leg->z + leg->dz);
     t = nearest_on(leg, px, py);
     distance2 = axis_distance2(leg, px, py, t);
     if (distance2 >= leg->outer2) return 0.0;
     if (distance2 > leg->inner2)
         return cut_edge(leg, stock, tool, cell, px, py, t, cw_max(cw_sqrt(distance2), 1e-9));
-    if (distance2 <= leg->floor2 && (leg->flat_end || leg->dz == 0.0
-                                     || (leg->dz < 0.0 && axis_distance2(leg, px, py, 1.0) <= leg->floor2)))
-        return cut_inside(leg, stock, tool, cell, px, py, t);
+    if (distance2 <= leg->floor2 && (leg->flat_end || leg->dz == 0.0))
+        return cut_inside(leg, stock, cell, leg->dz == 0.0 ? leg->z : lowest(leg, tool, px, py, t));
     return cut_curved(leg, stock, tool, cell, px, py);
 }
 
@@ -338,7 +335,7 @@ static struct leg make_leg(const struct cw_sweep *sweep, const struct cw_stock *
     leg.outer2 = (leg.reach + leg.margin) * (leg.reach + leg.margin);
     leg.flat_end = cw_tool_is_flat(tool);
     leg.flat = leg.flat_end && leg.dz == 0.0;
-    leg.work = leg.flat_end ? 1 : (leg.dz == 0.0 ? CW_WORK_LEVEL : CW_WORK_SLOPE);
+    leg.work = leg.flat_end ? (leg.dz <= 0.0 ? 1 : CW_WORK_RISE) : (leg.dz == 0.0 ? CW_WORK_LEVEL : CW_WORK_SLOPE);
     leg.skip_disc = sweep->trail && level_or_up && leg.floor2 > 0.0;
     leg.skip_back = sweep->trail && level_or_up;
     if (leg.skip_back && leg.length2 <= 0.0) leg.reach = 0.0;      /* a retract cuts nothing */
@@ -366,19 +363,20 @@ static double cut_row(const struct leg *leg, const struct cw_stock *stock,
     struct span span = row_span(leg, stock, iy);
     struct span skip = row_skip(leg, stock, tool, iy);
     double y = stock->y0 + (iy + 0.5) * stock->cell - leg->y;
-    double removed = 0.0;
-    struct cw_cell *cell, copy;
-    int ix;
-    for (ix = span.first; ix <= span.last; ix++) {
-        if (ix >= skip.first && ix <= skip.last) {
-            ix = skip.last;
-            continue;
-        }
-        cell = cw_stock_cell(stock, ix, iy);
-        if (dry) { copy = *cell; cell = &copy; }
-        removed += cut_cell(leg, stock, tool, cell, stock->x0 + (ix + 0.5) * stock->cell - leg->x, y);
-        (*visited)++;
+    double x0 = stock->x0 + 0.5 * stock->cell - leg->x, removed = 0.0;
+    struct cw_cell *row = cw_stock_cell(stock, 0, iy);
+    struct span part[2] = { span, { 1, 0 } };
+    int i, ix;
+    if (skip.first <= skip.last) {              /* before it, and after it */
+        part[1] = span;
+        if (part[0].last >= skip.first) part[0].last = skip.first - 1;
+        if (part[1].first <= skip.last) part[1].first = skip.last + 1;
     }
+    for (i = 0; i < 2; i++)
+        for (ix = part[i].first; ix <= part[i].last; ix++, (*visited)++) {
+            struct cw_cell copy = row[ix];
+            removed += cut_cell(leg, stock, tool, dry ? &copy : &row[ix], x0 + ix * stock->cell, y);
+        }
     return removed;
 }
 
