@@ -1,6 +1,6 @@
 """The cost of the components beside LinuxCNC's own motion controller, in one run of the simulated mill.
 
-Called by bench/run.py (prints JSON rows).  nc_files/slots.ngc runs at the machine's own speed with
+Called by bench/run.py (prints JSON rows).  bench/nc/entry.ngc runs at the machine's own speed with
 bench/lib/timed_display, which reads the time pins of HAL (processor clocks of the last period)
 during feed moves.  Means and medians; the largest (tmax) holds what an ordinary kernel does in
 between, for every function alike.
@@ -20,7 +20,7 @@ sys.path[:0] = [str(ROOT / "remap")]
 from chipwise.machine import runner              # noqa: E402
 
 FUNCTIONS = ("motion-controller", "stock-tracker.0", "volumetric-feed.0", "chipwise-command.0")
-PROGRAM = ROOT / "nc_files" / "slots.ngc"
+PROGRAM = ROOT / "bench" / "nc" / "entry.ngc"
 
 
 def machine(folder):

@@ -16,7 +16,7 @@ Method:
  4. The constant feed with the same peak: the run's own peak rate (10 ms) over the largest area
     it met, by the same passes; plunges and steep ramps go as in the optimum.
 
-First version 2026-11; figures are of the simulated mill (configs/mill_headless.ini).
+Figures are of the simulated mill (configs/mill_headless.ini); docs/Benchmarks.md has a table.
 """
 import argparse
 import ctypes as C

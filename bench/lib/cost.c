@@ -6,8 +6,8 @@
  *     cost WAY TIMES diameter corner tip cell x0 y0 z0 x1 y1 z1 accel replays first last
  *
  * WAY: doubles x y z per period (mm); a row of NaN: a new stock here.  The way is gone through
- * `replays` times; TIMES gets two uint32 per period: ns of the first time and of the fastest,
- * and a third: cells newly swept... as removed volume in 1/1000 mm3.  first, last: the periods
+ * `replays` times; TIMES gets three uint32 per period: ns of the first time, ns of the fastest, and
+ * the volume removed in 1/1000 mm3.  first, last: the periods
  * to go through marked_period() and not plain_period(), for callgrind's --toggle-collect.
  */
 #define _GNU_SOURCE

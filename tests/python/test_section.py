@@ -51,6 +51,15 @@ def test_through_the_look_ahead(name):
     check(name, "ahead")
 
 
+@pytest.mark.parametrize("depth", (0.05, 0.1, 0.2, 0.5))
+@pytest.mark.parametrize("tool", ((6, 3, 0), (10, 2, 0), (8, 0, 90)))
+def test_shallow(tool, depth):
+    """A small depth, where a part of one band of the tool is all that touches."""
+    stock = core.Stock(stock_cases.LOW, stock_cases.HIGH, 0.25)
+    area, _ = stock.section(core.Tool(*tool), (0.13, -0.07, -depth), (math.cos(0.3), math.sin(0.3), 0.0))
+    assert area == pytest.approx(stock_cases.front_area(tool, depth), rel=MEAN)
+
+
 def test_wrong_tool_is_seen():
     """Sabotage: a core tool 2 % too thick fails the check of slots, arcs and plunges."""
     for name in ("slot flat 17 deg", "ramp flat 2 deg down, 31 deg", "plunge flat", "arc flat 3 R"):
