@@ -11,7 +11,6 @@
 #define CW_GAP_RADII 0.0625     /* tool radii between samples; never below one cell nor above two */
 #define CW_RISE 1.1             /* a sample this much above the one before is a step of the load */
 #define CW_TOUCH 1e-3           /* mm2, less is no contact */
-#define CW_GRAZE 2.0            /* cells, a strip of stock this wide is none: see touches() */
 #define CW_MERGE 1.03           /* levels closer than this are given as one */
 
 double cw_ahead_gap(const struct cw_stock *stock, const struct cw_tool *tool)
@@ -238,15 +237,6 @@ static double steepness(double before, double area)
     return cw_clamp((area - before) / ((CW_RISE - 1.0) * before + CW_TOUCH), 0.0, 1.0);
 }
 
-/* Whether a sample is contact. A wall the tool itself has cut is known to a part of a cell, and
- * on its way along it the tool seems to meet a strip at either side: measured, up to 1.9 cells
- * together. */
-static int touches(const struct cw_ahead *ahead, const struct cw_stock *stock, int i)
-{
-    double graze = CW_GRAZE * stock->cell * ahead->depth[i % CW_AHEAD_SAMPLES];
-    return ahead->area[i % CW_AHEAD_SAMPLES] > CW_TOUCH + graze;
-}
-
 void cw_ahead_look(const struct cw_ahead *ahead, const struct cw_stock *stock,
                    const struct cw_tool *tool, double horizon, struct cw_ahead_view *view)
 {
@@ -255,7 +245,6 @@ void cw_ahead_look(const struct cw_ahead *ahead, const struct cw_stock *stock,
     int known = ahead->on_way || ahead->course.known;
     view->area = known ? area_now(ahead) : 0.0;
     view->depth = 0.0;
-    view->nearest = 1e30;
     view->levels = 1;
     view->level[0].distance = view->level[0].accel = 0.0;
     view->level[0].area = view->level[0].base = known ? most_now(ahead) : 0.0;
@@ -268,7 +257,6 @@ void cw_ahead_look(const struct cw_ahead *ahead, const struct cw_stock *stock,
             view->depth = ahead->depth[i % CW_AHEAD_SAMPLES];
         if (at - gap > horizon) break;
         reached = cw_max(at, 0.0);
-        if (touches(ahead, stock, i)) view->nearest = cw_min(view->nearest, cw_max(0.0, at - gap));
         if (at > 0.0) add_level(view, cw_max(0.0, at - early), area);
         before = area;
     }

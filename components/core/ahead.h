@@ -49,7 +49,6 @@ struct cw_ahead_level {
 
 struct cw_ahead_view {
     double area, depth;         /* mm2, mm: at the tool now, the best estimate */
-    double nearest;             /* mm of travel to the first stock met; 1e30: none seen */
     int levels;                 /* entries in use */
     struct cw_ahead_level level[CW_AHEAD_LEVELS];       /* distance and area both rise; the
                                    first is at the tool now, never too low */

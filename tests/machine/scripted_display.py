@@ -14,6 +14,7 @@
     ["abort"]
     ["errors"]                      answer: the operator errors since the last time
     ["kill_monitor"]
+    ["messages"]                    answer: what was said that is no error, since the start
     ["map", name]                   saves the heights of the map as NAME (.npy); answer: [mm3 removed]
 
     ["start", program text]         open and run a program; goes on at once
@@ -61,6 +62,11 @@ class Operator:
         self.machine.poll()
         found, self.machine.errors = self.machine.errors, []
         return found
+
+    def messages(self):
+        time.sleep(SETTLE_S)
+        self.machine.poll()
+        return self.machine.messages
 
     def mdi(self, line):
         self.machine.set_mode(linuxcnc.MODE_MDI, 'MDI')

@@ -119,6 +119,20 @@ def test_broken_tool_geometry(tmp_path, text, words):
     assert answers[-1][0] == pytest.approx(10, abs=1e-6)
 
 
+def test_a_tool_the_geometry_file_does_not_name(tmp_path):
+    """A message, no error: the tool is cut with as a flat one, its depth not guarded."""
+    few = tmp_path / 'tools.toml'
+    few.write_text('[tool.2]\nflute_length = 12\n')
+    answers = operate(tmp_path, [['mdi', 'T1 M6'], ['messages'], ['pins', 'chipwise-monitor.tool-diameter',
+                                                                  'chipwise-monitor.tool-flute-length']],
+                      edit=f's#^TOOL_GEOMETRY = .*#TOOL_GEOMETRY = {few}#')
+    assert answers[0] == []
+    assert [m for m in answers[1] if m.startswith('chipwise')] == [
+        'chipwise: tools.toml: tool 1 is not named: taken as a flat end mill of unknown flute length; '
+        'add [tool.1] where that is wrong']
+    assert answers[2] == ['6', '0']
+
+
 def test_a_map_too_large_for_memory_stops_the_start(tmp_path):
     """LinuxCNC does not start with a map it could not hold; the message names value, rule and remedy."""
     configs = os.path.join(runner.ROOT, 'configs')

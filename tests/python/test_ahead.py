@@ -152,19 +152,6 @@ def test_nothing_known_is_no_load():
     assert (view.area, view.levels) == (0.0, 1)
 
 
-def test_nearest():
-    """`nearest` is the way to the first stock met."""
-    tool, box = core.Tool(6), stock((0, -20, -6), (40, 20, 0))
-    way = line([-12, 0, -2], [-5, 0, -2])
-    for view in drive(core.Ahead(box, tool), way, 12.0, 30):
-        pass
-    true = 5.0 - 3.0
-    assert true - EARLY <= view.nearest <= true + LATE
-    for view in drive(core.Ahead(box, tool), way - [30, 0, 0], 12.0, 30):
-        pass
-    assert view.nearest > 1e29
-
-
 def test_random_walk():
     """Any finite way, jumps and stops included: sound levels in every period."""
     seed, random = random_seed(), np.random.default_rng(random_seed())

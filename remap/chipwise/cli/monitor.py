@@ -92,6 +92,7 @@ class Monitor:
         self.said_fallback = False
         self.said_disobeyed = False
         self.said_tool = None
+        self.noted_tool = None
         self.said_guard = 0
         self.keeper = Keeper(component, settings, self.say)
 
@@ -127,6 +128,7 @@ class Monitor:
         try:
             shape = tool_shape(number, tool.diameter, path, self.units)
             self.said_tool = None
+            self.note_unknown_tool(number, path)
         except CycleError as error:
             shape = Tool()
             if self.said_tool != str(error):
@@ -141,6 +143,14 @@ class Monitor:
         pins['tool-flutes'] = shape.flutes
         pins['tool-max-rate'] = shape.max_rate
         pins['tool-diameter'] = shape.diameter
+
+    def note_unknown_tool(self, number, path):
+        """A tool the geometry file does not name is taken for a flat one: said once per change, no error."""
+        unknown = bool(path) and number > 0 and tool_geometry(path, number) is None
+        if unknown and self.noted_tool != number:
+            self.command.text_msg(f'chipwise: {os.path.basename(path)}: tool {number} is not named: taken as a flat end '
+                                  f'mill of unknown flute length; add [tool.{number}] where that is wrong'[:250])
+        self.noted_tool = number if unknown else None
 
     def falling_back(self, now):
         """Whether the feed has fallen back to F for SETTLE_S: a tool may be missing until then."""

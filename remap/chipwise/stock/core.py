@@ -82,7 +82,7 @@ class _Level(C.Structure):
 
 
 class _View(C.Structure):
-    _fields_ = [("area", C.c_double), ("depth", C.c_double), ("nearest", C.c_double),
+    _fields_ = [("area", C.c_double), ("depth", C.c_double),
                 ("levels", C.c_int), ("level", _Level * LEVELS)]
 
 
@@ -353,7 +353,7 @@ class Ahead:
                                 _vec(start), _vec(end), period, horizon, budget)
 
     def look(self, horizon):
-        """struct cw_ahead_view: area, depth, nearest, levels, level[i].distance/.area."""
+        """struct cw_ahead_view: area, depth, levels, level[i].distance/.area."""
         view = _View()
         library().cw_ahead_look(C.byref(self.c), self.stock.address, C.byref(self.tool.c),
                                 horizon, C.byref(view))
