@@ -80,10 +80,12 @@ class Operator:
         machine.set_mode(linuxcnc.MODE_MANUAL, 'manual')
         machine.command.teleop_enable(1)
         machine.wait('teleop', lambda s: s.motion_mode == linuxcnc.TRAJ_MODE_TELEOP)
+        there = machine.status.position[axis] + distance
         machine.command.jog(linuxcnc.JOG_INCREMENT, False, axis, velocity, distance)
-        lowest, end = 1.0, time.monotonic() + abs(distance / velocity) + 0.5
-        while time.monotonic() < end:
+        lowest, end = 1.0, time.monotonic() + abs(distance / velocity) + 30
+        while abs(machine.status.position[axis] - there) > 1e-6 and time.monotonic() < end:
             lowest = min(lowest, float(self.pins('volumetric-feed.0.adaptive-feed')[0]))
+            machine.poll()
         return [lowest]
 
     def pins(self, *names):
