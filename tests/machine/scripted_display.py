@@ -86,6 +86,8 @@ class Operator:
         while abs(machine.status.position[axis] - there) > 1e-6 and time.monotonic() < end:
             lowest = min(lowest, float(self.pins('volumetric-feed.0.adaptive-feed')[0]))
             machine.poll()
+        machine.wait('end of jog', lambda s: s.inpos)
+        time.sleep(0.5)         # the task still takes it for jogging
         return [lowest]
 
     def pins(self, *names):

@@ -169,7 +169,7 @@ class Monitor:
         if code and code != self.said_fault and self.said_tool is None:
             self.say(FAULTS.get(code, f'fault {code} of the stock tracker'))
         self.said_fault = code
-        if falling_back and not code and not self.said_fallback:
+        if falling_back and not code and not self.component['ready'] and not self.said_fallback:
             self.say('no stock is known: the volumetric feed leaves F as programmed; define it with M250')
         self.said_fallback = falling_back
 
@@ -232,7 +232,7 @@ def make_component():
     component.newpin('adaptive-off', hal.HAL_BIT, hal.HAL_OUT)
     component.newpin('reply', hal.HAL_S32, hal.HAL_OUT)
     component.newpin('hold', hal.HAL_BIT, hal.HAL_OUT)
-    for name in ('fault', 'disobeyed', 'held'):
+    for name in ('ready', 'fault', 'disobeyed', 'held'):
         component.newpin(name, hal.HAL_BIT, hal.HAL_IN)
     for name in ('guard-distance', 'guard-depth'):
         component.newpin(name, hal.HAL_FLOAT, hal.HAL_IN)
