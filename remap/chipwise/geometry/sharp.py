@@ -1,0 +1,95 @@
+"""Sharp outer corners by choice: the rolling arc replaced by its two tangents.
+
+Called by offset.py.  A sharp corner leaves no dwell mark of the cutting edge on the
+workpiece's corner.  Departure from common practice (which extends without asking): a
+corner stays round where its tip would come nearer than the radius to any part of the
+contour, or would meet another part of the path, or would lie further out than TIP tool radii.
+"""
+from dataclasses import replace
+
+import numpy as np
+
+from . import elements, search
+from .elements import Elements
+from .intersect import meetings
+from .judge import depths
+from .paths import Feet, SpotPath
+from .tolerances import DEPTH_MM, NODE_MM
+
+# Longest distance from the corner to the tip of a sharp corner, in tool radii: turns up to
+# 120 degrees become sharp.
+TIP = 2.0
+
+
+def sharpen(paths, judge, side, radius):
+    """Paths with rolling arcs replaced by tangents where that is safe."""
+    return tuple(p if isinstance(p, SpotPath) else _sharpened(p, judge, side, radius)
+                 for p in paths)
+
+
+def _tips(path, side, radius):
+    """Indices (k,) of whole rolling arcs that may become sharp, and their tips (k, 2)."""
+    e, feet = path.elements, path.feet
+    turn = e.sweep
+    corner = (feet.t0 == 1.0) & (feet.t1 == 1.0) & e.is_arc & (side * turn > 1e-3) \
+        & (np.abs(turn) <= 2.0 * np.arccos(1.0 / TIP) + 1e-9)
+    index = np.flatnonzero(corner)
+    reach = radius / np.cos(0.5 * turn[index])
+    return index, e.centre[index] + e.middle[index] * reach[:, None]
+
+
+def _safe(path, index, tip, judge, radius):
+    """Which tips (k,) bool keep clear of the contour and of the rest of the path."""
+    e = path.elements
+    share = np.linspace(0.0, 1.0, 9)[1:]
+    ok = np.ones(len(index), bool)
+    for end in (e.start[index], e.end[index]):
+        for s in share:
+            ok &= depths(judge, end + (tip - end) * s, radius) <= DEPTH_MM
+    legs = elements.join((e, elements.make_lines(e.start[index], tip),
+                          elements.make_lines(tip, e.end[index])))
+    low, high = elements.boxes(legs)
+    a, b = search.pairs(search.build(low, high), NODE_MM)
+    beyond = np.flatnonzero((b >= len(e)))
+    met = meetings(legs, elements.lengths(legs), a[beyond], b[beyond])
+    n, k = len(e), len(index)
+    for i, j, point in ((met.a, met.b, met.point), (met.b, met.a, met.point)):
+        leg = np.flatnonzero(j >= n)
+        which = (j[leg] - n) % max(k, 1)
+        own = np.minimum(np.hypot(*(point[leg] - e.start[index[which]]).T),
+                         np.hypot(*(point[leg] - e.end[index[which]]).T)) <= 2.0 * NODE_MM
+        sister = (i[leg] >= n) & ((i[leg] - n) % max(k, 1) == which)
+        ok[which[~own & ~sister]] = False
+    return ok
+
+
+def _sharpened(path, judge, side, radius):
+    index, tip = _tips(path, side, radius)
+    if not len(index):
+        return path
+    ok = _safe(path, index, tip, judge, radius)
+    index, tip = index[ok], tip[ok]
+    if not len(index):
+        return path
+    e, feet, n = path.elements, path.feet, len(path.elements)
+    rest = np.setdiff1d(np.arange(n), index)
+    first, second = (elements.make_lines(a, b) for a, b in ((e.start[index], tip),
+                                                            (tip, e.end[index])))
+    key = np.concatenate((2 * rest, 2 * index, 2 * index + 1))
+    order = np.argsort(key)
+    made = elements.take(elements.join((elements.take(e, rest), first, second)), order)
+    old = key[order] // 2
+    made, old = _merged(made, old)
+    return replace(path, elements=made, feet=Feet(feet.finish[old], feet.t0[old], feet.t1[old]))
+
+
+def _merged(e: Elements, old):
+    """Elements with straight runs on one line joined; old (n,) index kept of the first."""
+    straight = ~e.is_arc
+    along = elements.tangent_at(e, np.arange(len(e)), np.zeros(len(e)))
+    same = straight[1:] & straight[:-1] & (np.sum(along[1:] * along[:-1], axis=1) > 1.0 - 1e-14)
+    first = np.flatnonzero(np.concatenate(([True], ~same)))
+    last = np.append(first[1:], len(e)) - 1
+    kept = elements.take(e, first)
+    return Elements(kept.start, e.end[last], kept.centre, kept.radius, kept.start_angle,
+                    kept.sweep), old[first]

@@ -1,0 +1,230 @@
+"""What of the finish shape the tool cannot reach.
+
+Called by offset.py.  Along the finish shape, touched stretches and untouched gaps
+alternate.  A region's edge runs along a gap, then back along the tool's edge at the corner
+whose far foot ends that gap, along the next gap, and so on until it closes: one gap for a
+corner too tight, two for a neck between two paths, more for a hub of several necks.
+"""
+from dataclasses import dataclass
+
+import numpy as np
+
+from . import arcs, elements
+from .elements import Elements
+from .lines import cross
+from .tolerances import REGION_MM2
+from .touch import SAME_FOOT_MM, corner_arcs, pieces
+
+
+@dataclass(frozen=True)
+class UnreachableRegion:
+    """Stock between the finish shape and what the tool can reach.
+
+    boundary: closed run; area mm2; lines (k,) int: source lines of the finish elements on
+    its edge.
+    """
+    boundary: Elements
+    area: float
+    lines: tuple
+
+
+@dataclass(frozen=True)
+class UnreachableStretch:
+    """Finish elements that no path touches and no tool edge closes: at the ends of an open
+    contour, or beyond the end of an open path."""
+    elements: Elements
+    lines: tuple
+
+
+@dataclass(frozen=True)
+class _Stretches:
+    """s stretches: first, last (s,) int path elements; before, after (s,) int stretch on
+    the other side of the corner at its start and end, -1 where there is none; along (s,)
+    int the next stretch along the contour, -1 at an open end."""
+    first: np.ndarray
+    last: np.ndarray
+    before: np.ndarray
+    after: np.ndarray
+    along: np.ndarray
+
+
+def unreachable(finish, touch, side, radius):
+    """UnreachableRegions and UnreachableStretches, in contour order."""
+    if not (touch.corner | (touch.following < 0)).any():
+        return _untouched(finish, touch)
+    stretch = _stretches(finish, touch)
+    gaps, gap_of = _gap_pieces(finish, touch, stretch)
+    corner = touch_corners(touch, stretch)
+    edges = elements.reverse(corner_arcs(finish, touch, corner, side, radius))
+    edge_of = {int(s): len(corner) - 1 - k for k, s in enumerate(
+        np.flatnonzero(stretch.after >= 0))}
+    found, loose = _cycles(stretch)
+    everything = elements.join((gaps[0], edges))
+    size = len(gaps[0])
+    result = _regions(finish, everything, gaps[1], gap_of, edge_of, size, found)
+    result += _loose(finish, everything, gaps[1], gap_of, loose)
+    return tuple(result) + _untouched(finish, touch)
+
+
+def touch_corners(touch, stretch):
+    """Path elements (k,) int after which a corner ends a stretch."""
+    return stretch.last[stretch.after >= 0]
+
+
+def _stretches(finish, touch):
+    ends = np.flatnonzero(touch.corner | (touch.following < 0))
+    first = touch.following[touch.corner]
+    starts = np.concatenate((first, _open_starts(touch))).astype(int)
+    # The stretch of each end: walk is implicit, because elements of a path are in order
+    # and only the closing step of a closed path goes back.
+    number = np.full(len(touch.path), -1)
+    number[ends] = np.arange(len(ends))
+    begin = np.empty(len(ends), int)
+    begin[_end_of(touch, starts, number)] = starts
+    opened = np.full(len(touch.path), -1)
+    opened[begin] = np.arange(len(ends))
+    follow = touch.following[ends]
+    after = np.where(follow >= 0, opened[follow], -1)
+    before = np.full(len(ends), -1)
+    before[after[after >= 0]] = np.flatnonzero(after >= 0)
+    return _Stretches(begin, ends, before, after, _next_along(finish, touch, begin))
+
+
+def _open_starts(touch):
+    """First elements of open paths."""
+    entered = np.zeros(len(touch.path), bool)
+    entered[touch.following[touch.following >= 0]] = True
+    return np.flatnonzero(~entered)
+
+
+def _end_of(touch, starts, number):
+    """Stretch number whose end is reached from each start (k,)."""
+    ends = np.flatnonzero(number >= 0)
+    place = np.searchsorted(ends, starts)
+    beyond = (place == len(ends)) | (touch.path[ends[np.minimum(place, len(ends) - 1)]]
+                                     != touch.path[starts])
+    lowest = np.searchsorted(touch.path[ends], touch.path[starts])
+    return np.where(beyond, lowest, place)
+
+
+def _next_along(finish, touch, begin):
+    """Next stretch (s,) int along each one's contour; -1 at the end of an open one."""
+    ring = finish.owner[touch.finish[begin]]
+    at = finish.upto[touch.finish[begin]] + touch.t0[begin] * finish.length[touch.finish[begin]]
+    at = np.where(finish.closed[ring] & (at > finish.total[ring] - SAME_FOOT_MM), 0.0, at)
+    order = np.lexsort((at, ring))
+    along = np.full(len(begin), -1)
+    along[order[:-1]] = order[1:]
+    ends = np.flatnonzero(np.append(ring[order][1:] != ring[order][:-1], True))
+    heads = np.append(0, ends[:-1] + 1)
+    along[order[ends]] = np.where(finish.closed[ring[order[ends]]], order[heads], -1)
+    return along
+
+
+def _gap_pieces(finish, touch, stretch):
+    """Finish pieces of every gap: (Elements, finish index (p,)), and the slice of each."""
+    last, owner = stretch.last, finish.owner[touch.finish[stretch.last]]
+    f0, t0 = touch.finish[last], touch.t1[last]
+    open_end = stretch.along < 0
+    target = stretch.first[stretch.along]
+    f1 = np.where(open_end, finish.first[owner] + finish.count[owner] - 1, touch.finish[target])
+    t1 = np.where(open_end, 1.0, touch.t0[target])
+    at0 = finish.upto[f0] + t0 * finish.length[f0]
+    at1 = finish.upto[f1] + t1 * finish.length[f1]
+    gap = at1 - at0
+    total = finish.total[owner]
+    wraps = finish.closed[owner] & ((gap < -SAME_FOOT_MM) | (stretch.along == np.arange(len(last)))
+                                    & (gap <= SAME_FOOT_MM))
+    gap = np.where(wraps, gap + total, gap)
+    n = finish.count[owner]
+    many = np.where(gap > SAME_FOOT_MM, (f1 - f0) % n + 1, 0)
+    many = np.where((f1 == f0) & wraps & (gap > SAME_FOOT_MM), n + 1, many)
+    begin = np.cumsum(many) - many
+    which = np.repeat(np.arange(len(last)), many)
+    step = np.arange(len(which)) - begin[which]
+    index = finish.first[owner[which]] + (f0[which] - finish.first[owner[which]] + step) % n[which]
+    a = np.where(step == 0, t0[which], 0.0)
+    b = np.where(step == many[which] - 1, t1[which], 1.0)
+    real = (b - a) * finish.length[index] > 0.0
+    kept = np.cumsum(real) - real
+    bounds = np.append(kept, np.count_nonzero(real))
+    spans = [(int(bounds[s]), int(bounds[s + m])) for s, m in zip(begin, many)]
+    return (pieces(finish, index[real], a[real], b[real]), index[real]), spans
+
+
+def _cycles(stretch):
+    """Gaps chained to regions: (closed lists, loose lists) of stretch indices."""
+    into = {}
+    onward = []
+    for s, m in enumerate(stretch.along.tolist()):
+        onward.append(int(stretch.before[m]) if m >= 0 else -1)
+        into[onward[-1]] = s
+    seen, closed, loose = set(), [], []
+    for s in range(len(onward)):
+        if s in seen or stretch.after[s] < 0:
+            continue
+        chain, here = [], s
+        while here >= 0 and here not in seen:
+            seen.add(here)
+            chain.append(here)
+            here = onward[here]
+        (closed if here == s else loose).append(chain)
+    loose += [[s] for s in range(len(onward)) if s not in seen]
+    return closed, loose
+
+
+def _regions(finish, everything, source, gap_of, edge_of, size, found):
+    """Closed regions with an area worth naming."""
+    members = []
+    for chain in found:
+        index = []
+        for s, onward in zip(chain, chain[1:] + chain[:1]):
+            index += range(*gap_of[s])
+            index.append(size + edge_of[onward])
+        members.append(index)
+    result = []
+    for index, area in zip(members, _areas(everything, members)):
+        if area > REGION_MM2:
+            lines = finish.line[source[[k for k in index if k < size]]]
+            result.append(UnreachableRegion(elements.take(everything, index), area,
+                                            tuple(sorted(set(lines.tolist())))))
+    return result
+
+
+def _areas(everything, members):
+    """Area (mm2, not signed) of every list of elements, all at once."""
+    if not members:
+        return []
+    index = np.concatenate([np.array(m, int) for m in members])
+    first = np.cumsum([0] + [len(m) for m in members[:-1]])
+    origin = np.repeat(everything.start[index[first]], [len(m) for m in members], axis=0)
+    part = 0.5 * cross(everything.start[index] - origin, everything.end[index] - origin) \
+        + arcs.segment_area(everything.radius[index], everything.sweep[index])
+    return np.abs(np.add.reduceat(part, first)).tolist()
+
+
+def _loose(finish, everything, source, gap_of, loose):
+    """Gaps that no tool edge closes."""
+    result = []
+    for chain in loose:
+        for s in chain:
+            index = np.arange(*gap_of[s])
+            if len(index):
+                lines = finish.line[source[index]]
+                result.append(UnreachableStretch(elements.take(everything, index),
+                                                 tuple(sorted(set(lines.tolist())))))
+    return result
+
+
+def _untouched(finish, touch):
+    """Contours that no path touches at all."""
+    result = []
+    for ring in np.flatnonzero(~np.isin(np.arange(len(finish.first)), finish.owner[touch.finish])):
+        index = finish.first[ring] + np.arange(finish.count[ring])
+        run = elements.take(finish.elements, index)
+        lines = tuple(sorted(set(finish.line[index].tolist())))
+        if finish.closed[ring]:
+            result.append(UnreachableRegion(run, abs(elements.area(run)), lines))
+        else:
+            result.append(UnreachableStretch(run, lines))
+    return tuple(result)
