@@ -35,4 +35,13 @@ def rough_shapes(finish, touch, paths, side, radius):
     path = touch.path[key[order] // 2]
     everything = elements.join((along, edge))
     made = [elements.take(everything, order[path == k]) for k in range(len(paths))]
-    return [RoughShape(e, path.closed) for e, path in zip(made, paths)]
+    return [RoughShape(_watertight(e, path.closed), path.closed)
+            for e, path in zip(made, paths)]
+
+
+def _watertight(e, closed):
+    """Elements with every start moved onto the end before it (about 1e-6 mm)."""
+    start = np.roll(e.end, 1, axis=0)
+    if not closed and len(e):
+        start[0] = e.start[0]
+    return Elements(start, e.end, e.centre, e.radius, e.start_angle, e.sweep)

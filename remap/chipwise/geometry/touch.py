@@ -14,6 +14,9 @@ from .lines import cross, dot
 
 # Feet nearer than this along the contour (mm) are one: ten times the node tolerance.
 SAME_FOOT_MM = 1e-6
+# A foot may fall back behind the last one by this much (mm) where the path runs over a
+# kink of nearly tangent elements, within the depth tolerance; that is no corner either.
+BACK_MM = 1e-2
 
 
 @dataclass(frozen=True)
@@ -37,8 +40,9 @@ class Touch:
     """m path elements in order, and the corners after them.
 
     path (m,) int; finish, t0, t1 (m,) feet; following (m,) int, -1 at an open end;
-    corner (m,) bool: the path has an inner corner after this element; point (m, 2) mm end
-    of the element, the tool centre at that corner.
+    corner (m,) bool: the path has an inner corner after this element; step (m,) mm along
+    the contour from its last foot to the next one's first, where there is no corner;
+    point (m, 2) mm end of the element, the tool centre at that corner.
     """
     path: np.ndarray
     finish: np.ndarray
@@ -46,6 +50,7 @@ class Touch:
     t1: np.ndarray
     following: np.ndarray
     corner: np.ndarray
+    step: np.ndarray
     point: np.ndarray
 
 
@@ -65,7 +70,8 @@ def make_touch(finish, paths):
     """Touch of all paths."""
     if not len(paths):
         none = np.zeros(0, int)
-        return Touch(none, none, none * 1.0, none * 1.0, none, none > 0, np.zeros((0, 2)))
+        return Touch(none, none, none * 1.0, none * 1.0, none, none > 0, none * 1.0,
+                     np.zeros((0, 2)))
     size = [len(p.elements) for p in paths]
     path = np.repeat(np.arange(len(paths)), size)
     following = np.arange(1, len(path) + 1)
@@ -81,8 +87,8 @@ def make_touch(finish, paths):
     total = np.where(finish.closed[ring], finish.total[ring], np.inf)
     with np.errstate(invalid="ignore"):
         step = np.where(np.isfinite(total), step - total * np.round(step / total), step)
-    same = (ring[following] == ring) & (np.abs(step) <= SAME_FOOT_MM)
-    return Touch(path, foot, t0, t1, following, ~same & (following >= 0),
+    same = (ring[following] == ring) & (step <= SAME_FOOT_MM) & (step >= -BACK_MM)
+    return Touch(path, foot, t0, t1, following, ~same & (following >= 0), step,
                  np.concatenate([p.elements.end for p in paths]))
 
 

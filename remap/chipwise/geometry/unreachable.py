@@ -40,12 +40,13 @@ class UnreachableStretch:
 class _Stretches:
     """s stretches: first, last (s,) int path elements; before, after (s,) int stretch on
     the other side of the corner at its start and end, -1 where there is none; along (s,)
-    int the next stretch along the contour, -1 at an open end."""
+    int the next stretch along the contour, -1 at an open end; gap (s,) mm up to it."""
     first: np.ndarray
     last: np.ndarray
     before: np.ndarray
     after: np.ndarray
     along: np.ndarray
+    gap: np.ndarray
 
 
 def unreachable(finish, touch, side, radius):
@@ -87,7 +88,8 @@ def _stretches(finish, touch):
     after = np.where(follow >= 0, opened[follow], -1)
     before = np.full(len(ends), -1)
     before[after[after >= 0]] = np.flatnonzero(after >= 0)
-    return _Stretches(begin, ends, before, after, _next_along(finish, touch, begin))
+    places = _places(finish, touch, begin, ends)
+    return _Stretches(begin, ends, before, after, *_next_along(finish, touch, begin, *places))
 
 
 def _open_starts(touch):
@@ -107,47 +109,56 @@ def _end_of(touch, starts, number):
     return np.where(beyond, lowest, place)
 
 
-def _next_along(finish, touch, begin):
-    """Next stretch (s,) int along each one's contour; -1 at the end of an open one."""
-    ring = finish.owner[touch.finish[begin]]
-    at = finish.upto[touch.finish[begin]] + touch.t0[begin] * finish.length[touch.finish[begin]]
+def _places(finish, touch, begin, ends):
+    """Place (s,) mm along its contour where each stretch begins, and its length (s,) mm."""
+    foot = touch.finish[begin]
+    at = finish.upto[foot] + touch.t0[begin] * finish.length[foot]
+    ring = finish.owner[foot]
     at = np.where(finish.closed[ring] & (at > finish.total[ring] - SAME_FOOT_MM), 0.0, at)
-    order = np.lexsort((at, ring))
+    run = (touch.t1 - touch.t0) * finish.length[touch.finish]
+    onward = np.cumsum(run + np.where(touch.corner | (touch.following < 0), 0.0, touch.step))
+    lap = np.bincount(touch.path, np.diff(onward, prepend=0.0))
+    length = onward[ends] - onward[begin] + run[begin]
+    length += np.where(begin == ends, 0.0, np.where(touch.corner[begin], 0.0, touch.step[begin]))
+    return at, np.where(ends < begin, length + lap[touch.path[begin]], length)
+
+
+def _next_along(finish, touch, begin, at, size):
+    """Next stretch (s,) int along each one's contour, -1 at the end of an open one; and
+    the gap (s,) mm up to it."""
+    ring = finish.owner[touch.finish[begin]]
+    order = np.lexsort((size, at, ring))
     along = np.full(len(begin), -1)
     along[order[:-1]] = order[1:]
-    ends = np.flatnonzero(np.append(ring[order][1:] != ring[order][:-1], True))
-    heads = np.append(0, ends[:-1] + 1)
-    along[order[ends]] = np.where(finish.closed[ring[order[ends]]], order[heads], -1)
-    return along
+    tail = np.flatnonzero(np.append(ring[order][1:] != ring[order][:-1], True))
+    head = np.append(0, tail[:-1] + 1)
+    last = order[tail]
+    closed = finish.closed[ring[last]]
+    along[last] = np.where(closed, order[head], -1)
+    target = at[along]
+    target[last] = np.where(closed, at[order[head]] + finish.total[ring[last]],
+                            finish.total[ring[last]])
+    return along, target - at - size
 
 
 def _gap_pieces(finish, touch, stretch):
-    """Finish pieces of every gap: (Elements, finish index (p,)), and the slice of each."""
+    """Finish pieces of every gap: (Elements, finish index (p,)), and the span of each."""
     last, owner = stretch.last, finish.owner[touch.finish[stretch.last]]
+    first, n = finish.first[owner], finish.count[owner]
     f0, t0 = touch.finish[last], touch.t1[last]
-    open_end = stretch.along < 0
-    target = stretch.first[stretch.along]
-    f1 = np.where(open_end, finish.first[owner] + finish.count[owner] - 1, touch.finish[target])
-    t1 = np.where(open_end, 1.0, touch.t0[target])
-    at0 = finish.upto[f0] + t0 * finish.length[f0]
-    at1 = finish.upto[f1] + t1 * finish.length[f1]
-    gap = at1 - at0
-    total = finish.total[owner]
-    wraps = finish.closed[owner] & ((gap < -SAME_FOOT_MM) | (stretch.along == np.arange(len(last)))
-                                    & (gap <= SAME_FOOT_MM))
-    gap = np.where(wraps, gap + total, gap)
-    n = finish.count[owner]
-    many = np.where(gap > SAME_FOOT_MM, (f1 - f0) % n + 1, 0)
-    many = np.where((f1 == f0) & wraps & (gap > SAME_FOOT_MM), n + 1, many)
+    beyond, target = stretch.along < 0, stretch.first[stretch.along]
+    f1 = np.where(beyond, first + n - 1, touch.finish[target])
+    t1 = np.where(beyond, 1.0, touch.t0[target])
+    many = np.where((f1 == f0) & (t1 < t0), n + 1, (f1 - f0) % n + 1)
+    many = np.where(stretch.gap > SAME_FOOT_MM, many, 0)
     begin = np.cumsum(many) - many
     which = np.repeat(np.arange(len(last)), many)
     step = np.arange(len(which)) - begin[which]
-    index = finish.first[owner[which]] + (f0[which] - finish.first[owner[which]] + step) % n[which]
+    index = first[which] + (f0[which] - first[which] + step) % n[which]
     a = np.where(step == 0, t0[which], 0.0)
     b = np.where(step == many[which] - 1, t1[which], 1.0)
     real = (b - a) * finish.length[index] > 0.0
-    kept = np.cumsum(real) - real
-    bounds = np.append(kept, np.count_nonzero(real))
+    bounds = np.append(0, np.cumsum(real))
     spans = [(int(bounds[s]), int(bounds[s + m])) for s, m in zip(begin, many)]
     return (pieces(finish, index[real], a[real], b[real]), index[real]), spans
 

@@ -1,0 +1,172 @@
+"""Seeded random contours for tests and benches, as parts for make_contour.
+
+Two kinds: filleted polygons (every corner may get an arc, some stay sharp) and line/arc
+contours (edges of a polygon bulged into arcs, not tangent).  Half of each are rounded to
+four decimals as a CAM system prints them, which makes arcs slightly impossible and
+tangents slightly wrong.  Shapes that cross themselves are thrown away by a test of its own.
+"""
+import math
+
+import numpy as np
+
+from chipwise.geometry.contour import ArcElement, LineElement
+
+
+def _star(rng, n, size):
+    angle = np.sort(rng.uniform(0.0, 2.0 * math.pi, n))
+    r = size * rng.uniform(0.25, 1.0, n)
+    return np.stack((r * np.cos(angle), r * np.sin(angle)), axis=1)
+
+
+def _tangled(rng, n, size):
+    """Random points, uncrossed two edges at a time."""
+    p = rng.uniform(-size, size, (n, 2))
+    for _ in range(20 * n * n):
+        found = _crossing_edges(p)
+        if found is None:
+            return p
+        i, j = found
+        p[i + 1:j + 1] = p[i + 1:j + 1][::-1].copy()
+    return None
+
+
+def _crossing_edges(p):
+    n = len(p)
+    a, b = p, np.roll(p, -1, axis=0)
+
+    def left(u, v, w):
+        return (v[:, 0] - u[:, 0]) * (w[:, 1] - u[:, 1]) - (v[:, 1] - u[:, 1]) * (w[:, 0] - u[:, 0])
+    i, j = np.triu_indices(n, 2)
+    ok = ~((i == 0) & (j == n - 1))
+    i, j = i[ok], j[ok]
+    hit = (left(a[i], b[i], a[j]) * left(a[i], b[i], b[j]) < 0) \
+        & (left(a[j], b[j], a[i]) * left(a[j], b[j], b[i]) < 0)
+    k = np.flatnonzero(hit)
+    return None if not len(k) else (int(i[k[0]]), int(j[k[0]]))
+
+
+def polygon(rng, least=4, most=14, size=30.0):
+    """Random simple polygon (n, 2), either way round."""
+    while True:
+        n = int(rng.integers(least, most + 1))
+        p = _star(rng, n, size) if rng.random() < 0.5 else _tangled(rng, n, size)
+        if p is None:
+            continue
+        edges = np.hypot(*(np.roll(p, -1, axis=0) - p).T)
+        if _crossing_edges(p) is None and edges.min() > 0.02 * size:
+            return p if rng.random() < 0.5 else p[::-1]
+
+
+def filleted(rng, **kind):
+    """(parts, smallest fillet radius) of a polygon with filleted corners."""
+    p = polygon(rng, **kind)
+    n = len(p)
+    edge = np.roll(p, -1, axis=0) - p
+    length = np.hypot(*edge.T)
+    unit = edge / length[:, None]
+    corners, smallest = [], math.inf
+    for k in range(n):
+        u, v = unit[k - 1], unit[k]
+        turn = math.atan2(u[0] * v[1] - u[1] * v[0], u @ v)
+        room = 0.45 * min(length[k - 1], length[k])
+        half = math.tan(abs(turn) / 2.0)
+        r = rng.uniform(0.05, 1.0) * room / half if half > 1e-6 else 0.0
+        r = min(r, 10.0)
+        if rng.random() < 0.15 or r < 0.05 or abs(turn) > 3.1:
+            corners.append((p[k], p[k], None, False))
+            continue
+        smallest = min(smallest, r)
+        cut = r * half
+        a, b = p[k] - cut * u, p[k] + cut * v
+        ccw = turn > 0.0
+        centre = a + (r if ccw else -r) * np.array((-u[1], u[0]))
+        corners.append((a, b, centre, ccw))
+    parts = []
+    for k in range(n):
+        a, b, centre, ccw = corners[k]
+        if centre is not None:
+            parts.append(ArcElement(tuple(a), tuple(b), tuple(centre), bool(ccw), len(parts) + 1))
+        parts.append(LineElement(tuple(b), tuple(corners[(k + 1) % n][0]), len(parts) + 1))
+    return parts, smallest
+
+
+def bulged(rng, **kind):
+    """Parts of a polygon with edges bulged into arcs."""
+    p = polygon(rng, **kind)
+    parts = []
+    for k in range(len(p)):
+        a, b = p[k], p[(k + 1) % len(p)]
+        if rng.random() < 0.4:
+            parts.append(LineElement(tuple(a), tuple(b), k + 1))
+            continue
+        half = math.exp(rng.uniform(math.log(0.05), math.log(2.2)))      # half the sweep
+        left = rng.random() < 0.5
+        chord = b - a
+        height = 0.5 * math.hypot(*chord) / math.tan(half)
+        normal = np.array((-chord[1], chord[0])) / math.hypot(*chord)
+        centre = 0.5 * (a + b) + (height if left else -height) * normal
+        parts.append(ArcElement(tuple(a), tuple(b), tuple(centre), left, k + 1))
+    return parts
+
+
+def rounded(parts, digits=4):
+    """The same parts as a post-processor prints them."""
+    def r(p):
+        return tuple(round(float(v), digits) for v in p)
+    return [ArcElement(r(q.start), r(q.end), r(q.centre), q.ccw, q.line)
+            if isinstance(q, ArcElement) else LineElement(r(q.start), r(q.end), q.line)
+            for q in parts]
+
+
+def _flat(parts):
+    points = []
+    for q in parts:
+        if isinstance(q, LineElement):
+            points.append(np.array([q.start]))
+            continue
+        a = math.atan2(q.start[1] - q.centre[1], q.start[0] - q.centre[0])
+        b = math.atan2(q.end[1] - q.centre[1], q.end[0] - q.centre[0])
+        sweep = (b - a) % (2 * math.pi) if q.ccw else -((a - b) % (2 * math.pi))
+        t = np.linspace(0.0, 1.0, 24, endpoint=False)
+        r = math.hypot(q.start[0] - q.centre[0], q.start[1] - q.centre[1])
+        angle = a + sweep * t
+        points.append(np.stack((q.centre[0] + r * np.cos(angle), q.centre[1] + r * np.sin(angle)),
+                               axis=1))
+    return np.concatenate(points)
+
+
+def simple(parts, clearance=0.02):
+    """Whether a shape neither crosses nor nearly touches itself, by flattening."""
+    p = _flat(parts)
+    if _crossing_edges(p) is not None:
+        return False
+    # points near an edge that is not near along the contour
+    a, b = p, np.roll(p, -1, axis=0)
+    d = b - a
+    away = np.cumsum(np.hypot(*d.T))
+    total = away[-1]
+    at = np.concatenate(([0.0], away[:-1]))
+    off = p[:, None] - a[None]
+    t = np.clip((off * d[None]).sum(2) / np.maximum((d * d).sum(1), 1e-18)[None], 0.0, 1.0)
+    gap = np.hypot(*np.moveaxis(off - t[:, :, None] * d[None], 2, 0))
+    along = np.abs(at[:, None] - (at[None] + t * np.hypot(*d.T)[None]))
+    along = np.minimum(along, total - along)
+    return bool(np.all((gap > clearance) | (along < 6.0 * gap + 1e-9)))
+
+
+def contour_case(seed, kind):
+    """(parts, radius) number `seed` of a kind, "filleted" or "bulged"."""
+    rng = np.random.default_rng([seed, 0 if kind == "filleted" else 1])
+    while True:
+        if kind == "filleted":
+            parts, smallest = filleted(rng)
+            if not math.isfinite(smallest):
+                continue
+            radius = rng.uniform(0.2, 2.5) * smallest
+        else:
+            parts = bulged(rng)
+            radius = math.exp(rng.uniform(math.log(0.3), math.log(10.0)))
+        if rng.random() < 0.5:
+            parts, radius = rounded(parts), round(radius, 3)
+        if radius > 0.01 and simple(parts):
+            return parts, radius
