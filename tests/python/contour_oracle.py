@@ -277,3 +277,29 @@ def inside_material(finish, side, rough, step=0.05):
     inner = winding(finish, p[far]) != 0
     free = inner if (side < 0) == ccw else ~inner
     return float(np.max(np.where(free, 0.0, depth[far])))
+
+
+def reached(finish, side, r, loops, p):
+    """Which points p (m, 2) a tool of radius r on the closed loops reaches: nearer than r to
+    a path, or within the region of centres that the paths bound."""
+    path = [el for loop in loops for el in loop]
+    gap = nearest(path, p)
+    turns = sum(winding(loop, p) for loop in loops)
+    ccw = area(finish) > 0.0
+    if (side < 0) != ccw:                 # tool outside: far away counts as reached
+        turns = turns - 1 if ccw else turns + 1
+    return (gap < r) | (turns != 0), gap
+
+
+def wrongly_named(finish, side, r, loops, regions, p, margin=1e-5):
+    """Points of the free side that are both or neither: reached, and in just one region."""
+    free_turns = winding(finish, p) != 0
+    ccw = area(finish) > 0.0
+    free = free_turns if (side < 0) == ccw else ~free_turns
+    edges = [el for region in regions for el in region] + finish
+    clear = nearest(edges, p) > margin
+    clear &= np.abs(nearest([el for loop in loops for el in loop], p) - r) > margin
+    p = p[free & clear]
+    within = sum((winding(region, p) != 0).astype(int) for region in regions) \
+        if regions else np.zeros(len(p), int)
+    return p[reached(finish, side, r, loops, p)[0] == (within != 0)], int(np.max(within, initial=0))

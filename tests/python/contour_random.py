@@ -118,6 +118,12 @@ def rounded(parts, digits=4):
             for q in parts]
 
 
+# Where arcs are flattened: evenly, and ever denser towards both ends, where a neighbour at
+# a sharp angle may be crossed.
+_FLAT = np.unique(np.concatenate((np.linspace(0.0, 1.0, 24, endpoint=False),
+                                  0.5 ** np.arange(5, 15), 1.0 - 0.5 ** np.arange(5, 15))))
+
+
 def _flat(parts):
     points = []
     for q in parts:
@@ -127,7 +133,7 @@ def _flat(parts):
         a = math.atan2(q.start[1] - q.centre[1], q.start[0] - q.centre[0])
         b = math.atan2(q.end[1] - q.centre[1], q.end[0] - q.centre[0])
         sweep = (b - a) % (2 * math.pi) if q.ccw else -((a - b) % (2 * math.pi))
-        t = np.linspace(0.0, 1.0, 24, endpoint=False)
+        t = _FLAT
         r = math.hypot(q.start[0] - q.centre[0], q.start[1] - q.centre[1])
         angle = a + sweep * t
         points.append(np.stack((q.centre[0] + r * np.cos(angle), q.centre[1] + r * np.sin(angle)),

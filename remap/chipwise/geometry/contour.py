@@ -12,8 +12,12 @@ import numpy as np
 from . import arcs, elements, search
 from .elements import Elements
 from .intersect import meetings
+from .lines import dot
 from .tolerances import (ARC_RADII_MM, ARC_RADII_SHARE, CONNECT_MM, FULL_CIRCLE_MM, NODE_MM,
                          SELF_LOOP_MM, SHORT_MM)
+
+# Sweep (rad) up to which an arc counts as at most a half circle.
+HALF_TURN = np.pi * (1.0 + 1e-9)
 
 
 @dataclass(frozen=True)
@@ -56,19 +60,30 @@ class ContourError(ValueError):
         self.kind, self.lines, self.point = kind, tuple(int(k) for k in lines), point
 
 
+@dataclass(frozen=True)
+class _Rows:
+    """n parts as arrays: start, end, centre (n, 2) mm; arc, ccw (n,) bool; line (n,) int."""
+    start: np.ndarray
+    end: np.ndarray
+    centre: np.ndarray
+    arc: np.ndarray
+    ccw: np.ndarray
+    line: np.ndarray
+
+
 def make_contour(parts):
     """Contour of a list of LineElement and ArcElement, or a ContourError."""
-    parts = list(parts)
-    _refuse_not_finite(parts)
-    parts = _without_short(parts)
-    if not parts:
+    rows = _rows(parts)
+    _refuse_not_finite(rows)
+    rows = _without_short(rows)
+    if not len(rows.line):
         raise ContourError("empty", (), "the contour holds no element; use at least one G1, G2 "
                            "or G3 in XY")
-    closed = _refuse_gaps(parts)
-    parts = _connected(parts, closed)
-    rows, line = _arc_rows(parts)
+    _refuse_gaps(rows)
+    closed = _is_closed(rows)
+    rows = _halved(_connected(rows, closed))
     e = _elements(rows)
-    contour = Contour(e, closed, np.array(line), elements.lengths(e))
+    contour = Contour(e, closed, rows.line, elements.lengths(e))
     refuse_crossings(contour)
     return contour
 
@@ -79,132 +94,143 @@ def reverse(contour):
                    contour.length[::-1])
 
 
-def _is_arc(part):
-    return isinstance(part, ArcElement)
+def _rows(parts):
+    table = [(*p.start, *p.end, *p.centre, True, p.ccw, p.line) if isinstance(p, ArcElement)
+             else (*p.start, *p.end, 0.0, 0.0, False, False, p.line) for p in parts]
+    table = np.array(table, dtype=float).reshape(-1, 9)
+    return _Rows(table[:, 0:2], table[:, 2:4], table[:, 4:6], table[:, 6] > 0.0,
+                 table[:, 7] > 0.0, table[:, 8].astype(int))
 
 
-def _refuse_not_finite(parts):
-    """NaN or infinity in any coordinate."""
-    for before, part in zip([None] + parts, parts):
-        values = (*part.start, *part.end, *(part.centre if _is_arc(part) else ()))
-        if not np.all(np.isfinite(np.asarray(values, dtype=float))):
-            lines = (before.line if before else part.line, part.line)
-            raise ContourError("not finite", lines, f"the element of line {part.line}, after "
-                               f"line {lines[0]}, has a coordinate that is not a finite number; "
-                               "give every coordinate a value")
+def _pick(rows, index):
+    return _Rows(*(getattr(rows, name)[index] for name in
+                   ("start", "end", "centre", "arc", "ccw", "line")))
 
 
 def _distance(a, b):
-    return float(np.hypot(a[0] - b[0], a[1] - b[1]))
+    return np.hypot(a[:, 0] - b[:, 0], a[:, 1] - b[:, 1])
 
 
-def _without_short(parts):
-    """Parts without lines and open arcs too short to have a direction."""
-    return [p for p in parts if _is_arc(p) and _distance(p.start, p.centre) > SHORT_MM
-            or _distance(p.start, p.end) > SHORT_MM]
+def _refuse_not_finite(rows):
+    """NaN or infinity in any coordinate."""
+    bad = np.flatnonzero(~np.isfinite(np.hstack((rows.start, rows.end, rows.centre))).all(axis=1))
+    if len(bad):
+        line, before = rows.line[bad[0]], rows.line[max(bad[0] - 1, 0)]
+        raise ContourError("not finite", (before, line), f"the element of line {line}, after line "
+                           f"{before}, has a coordinate that is not a finite number; give every "
+                           "coordinate a value")
 
 
-def _refuse_gaps(parts):
-    """Neighbours that do not meet; returns whether the run is closed."""
-    for before, part in zip(parts, parts[1:]):
-        gap = _distance(before.end, part.start)
-        if gap > CONNECT_MM:
-            raise ContourError("not connected", (before.line, part.line), "the contour is not "
-                               f"connected: line {before.line} ends {gap:.4f} mm from where line "
-                               f"{part.line} starts; a gap may be {CONNECT_MM} mm", part.start)
-    only_line = len(parts) == 1 and not _is_arc(parts[0])
-    return _distance(parts[-1].end, parts[0].start) <= CONNECT_MM and not only_line \
-        and (len(parts) > 1 or _full_circle(parts[0]))
+def _without_short(rows):
+    """Rows without lines and arcs too short to have a direction; full circles stay."""
+    long = _distance(rows.start, rows.end) > SHORT_MM
+    return _pick(rows, long | rows.arc & (_distance(rows.start, rows.centre) > SHORT_MM))
 
 
-def _full_circle(part):
-    return _is_arc(part) and _distance(part.start, part.end) <= FULL_CIRCLE_MM
+def _refuse_gaps(rows):
+    """Neighbours that do not meet."""
+    gap = _distance(rows.end[:-1], rows.start[1:])
+    bad = np.flatnonzero(gap > CONNECT_MM)
+    if len(bad):
+        k = bad[0]
+        raise ContourError("not connected", rows.line[k:k + 2], "the contour is not connected: "
+                           f"line {rows.line[k]} ends {gap[k]:.4f} mm from where line "
+                           f"{rows.line[k + 1]} starts; a gap may be {CONNECT_MM} mm",
+                           tuple(rows.start[k + 1]))
 
 
-def _connected(parts, closed):
-    """Parts as dicts, every start moved onto the end before it."""
-    rows = [dict(start=np.array(p.start, float), end=np.array(p.end, float), line=p.line,
-                 centre=np.array(p.centre, float) if _is_arc(p) else None,
-                 ccw=_is_arc(p) and p.ccw, full=_full_circle(p)) for p in parts]
-    for before, row in zip(rows, rows[1:]):
-        row["start"] = before["end"]
+def _full(rows):
+    """Which rows are full circles."""
+    return rows.arc & (_distance(rows.start, rows.end) <= FULL_CIRCLE_MM)
+
+
+def _is_closed(rows):
+    """Whether the run returns to its start; a single element only as a full circle."""
+    if len(rows.line) == 1:
+        return bool(_full(rows)[0])
+    return bool(_distance(rows.end[-1:], rows.start[:1])[0] <= CONNECT_MM)
+
+
+def _connected(rows, closed):
+    """Rows with every start moved onto the end before it."""
+    start, end = rows.start.copy(), rows.end.copy()
+    start[1:] = end[:-1]
     if closed:
-        rows[-1]["end"] = rows[0]["start"]
-    for row in rows:
-        if row["full"]:
-            row["end"] = row["start"]
+        end[-1] = start[0]
+    full = _full(rows)
+    end[full] = start[full]
+    start[1:] = end[:-1]
+    rows = _Rows(start, end, rows.centre, rows.arc, rows.ccw, rows.line)
+    _refuse_impossible(rows)
     return rows
 
 
-def _arc_rows(rows):
-    """Rows (start, end, centre, radius, sweep) of every element and their source lines.
-
-    An arc whose radii at start and end differ is moved onto both of its ends: its centre
-    along the chord where it is at most a half circle, else in two halves.
-    """
-    result, lines, previous = [], [], None
-    for row in rows:
-        made = [(row["start"], row["end"], (0.0, 0.0), 0.0, 0.0)]
-        if row["centre"] is not None:
-            _refuse_impossible(row, previous or row)
-            made = _arc(row)
-        result += made
-        lines += [row["line"]] * len(made)
-        previous = row
-    return result, lines
-
-
-def _refuse_impossible(row, previous):
+def _refuse_impossible(rows):
     """Arcs whose two radii differ by more than LinuxCNC allows."""
-    first, last = _distance(row["start"], row["centre"]), _distance(row["end"], row["centre"])
-    differ = abs(first - last)
-    if min(first, last) <= SHORT_MM or (differ > ARC_RADII_MM
-                                        and differ > ARC_RADII_SHARE * max(first, last)):
-        raise ContourError("impossible arc", (previous["line"], row["line"]), "the arc of line "
-                           f"{row['line']}, after line {previous['line']}, has radius "
-                           f"{first:.4f} mm at its start and {last:.4f} mm at its end; they may "
-                           f"differ by {ARC_RADII_MM:.4f} mm", tuple(row["start"]))
+    first, last = _distance(rows.start, rows.centre), _distance(rows.end, rows.centre)
+    differ, large = np.abs(first - last), np.maximum(first, last)
+    bad = rows.arc & ((np.minimum(first, last) <= SHORT_MM)
+                      | (differ > ARC_RADII_MM) & (differ > ARC_RADII_SHARE * large))
+    for k in np.flatnonzero(bad)[:1]:
+        line, before = rows.line[k], rows.line[max(k - 1, 0)]
+        raise ContourError("impossible arc", (before, line), f"the arc of line {line}, after line "
+                           f"{before}, has radius {first[k]:.4f} mm at its start and "
+                           f"{last[k]:.4f} mm at its end; they may differ by {ARC_RADII_MM:.4f} "
+                           f"mm or {100.0 * ARC_RADII_SHARE} %", tuple(rows.start[k]))
 
 
-def _arc(row):
-    """One row of an arc, or two where its ends do not fit one circle exactly."""
-    start, end, centre = row["start"], row["end"], row["centre"]
-    first, last = _distance(start, centre), _distance(end, centre)
-    radius = 0.5 * (first + last)
-    sweep = float(arcs.sweep_from_ends(start[None], end[None], centre[None],
-                                       np.array([row["ccw"]]), np.array([row["full"]]))[0])
-    if abs(sweep) <= np.pi * (1.0 + 1e-9):
-        return [_fitted(start, end, centre, radius, sweep)]
-    if abs(first - last) <= NODE_MM:
-        return [(start, end, centre, radius, sweep)]
-    angle = np.arctan2(start[1] - centre[1], start[0] - centre[0]) + 0.5 * sweep
-    half = centre + radius * np.array((np.cos(angle), np.sin(angle)))
-    return [_fitted(start, half, centre, radius, 0.5 * sweep),
-            _fitted(half, end, centre, radius, 0.5 * sweep)]
+def _sweeps(rows):
+    sweep = arcs.sweep_from_ends(rows.start, rows.end, rows.centre, rows.ccw, _full(rows))
+    return np.where(rows.arc, sweep, 0.0)
 
 
-def _fitted(start, end, centre, radius, sweep):
-    """Arc of at most a half circle through both ends exactly, near the given centre."""
-    chord = end - start
-    length = float(np.hypot(*chord))
-    along = chord / length
-    middle = 0.5 * (start + end)
-    left = np.array((-along[1], along[0]))
-    height = np.sqrt(max(radius * radius - 0.25 * length * length, 0.0))
-    side = 1.0 if float(np.dot(centre - middle, left)) >= 0.0 else -1.0
-    centre = middle + side * height * left
-    radius = float(np.hypot(0.5 * length, height))
-    turned = 2.0 * np.arctan2(0.5 * length, height)
-    if side * sweep < 0.0:                       # a hair more than a half circle
-        turned = 2.0 * np.pi - turned
-    return (start, end, centre, radius, float(np.copysign(turned, sweep)))
+def _halved(rows):
+    """Rows with arcs beyond a half circle cut in two where their ends do not fit one
+    circle exactly: only shorter arcs can be moved onto both ends (see _fitted)."""
+    first, last = _distance(rows.start, rows.centre), _distance(rows.end, rows.centre)
+    sweep = _sweeps(rows)
+    cut = rows.arc & (np.abs(sweep) > HALF_TURN) & (np.abs(first - last) > NODE_MM)
+    if not cut.any():
+        return rows
+    out = rows.start - rows.centre
+    angle = np.arctan2(out[:, 1], out[:, 0]) + 0.5 * sweep
+    half = rows.centre + np.stack((np.cos(angle), np.sin(angle)), axis=1) \
+        * (0.5 * (first + last))[:, None]
+    index = np.repeat(np.arange(len(cut)), np.where(cut, 2, 1))
+    again = np.concatenate(([False], index[1:] == index[:-1]))
+    rows = _pick(rows, index)
+    rows.start[again] = half[index[again]]
+    rows.end[np.roll(again, -1)] = half[index[again]]
+    return rows
 
 
 def _elements(rows):
-    start, end, centre, radius, sweep = (np.array(part, dtype=float) for part in zip(*rows))
-    v = start - centre
-    angle = np.where(sweep != 0.0, np.arctan2(v[:, 1], v[:, 0]), 0.0)
-    return Elements(start, end, centre, radius, angle, sweep)
+    """Elements of rows; arcs up to a half circle moved onto both of their ends."""
+    sweep = _sweeps(rows)
+    radius = 0.5 * (_distance(rows.start, rows.centre) + _distance(rows.end, rows.centre))
+    centre = np.where(rows.arc[:, None], rows.centre, 0.0)
+    radius = np.where(rows.arc, radius, 0.0)
+    fit = np.flatnonzero(rows.arc & (np.abs(sweep) <= HALF_TURN))
+    centre[fit], radius[fit], sweep[fit] = _fitted(rows.start[fit], rows.end[fit], centre[fit],
+                                                   radius[fit], sweep[fit])
+    out = rows.start - centre
+    angle = np.where(rows.arc, np.arctan2(out[:, 1], out[:, 0]), 0.0)
+    return Elements(rows.start, rows.end, centre, radius, angle, sweep)
+
+
+def _fitted(start, end, centre, radius, sweep):
+    """Centre, radius and sweep of arcs (k,) of at most a half circle that run exactly
+    through both ends, nearest to the given centre and radius."""
+    chord = end - start
+    length = np.hypot(chord[:, 0], chord[:, 1])
+    left = np.stack((-chord[:, 1], chord[:, 0]), axis=1) / length[:, None]
+    middle = 0.5 * (start + end)
+    height = np.sqrt(np.maximum((radius - 0.5 * length) * (radius + 0.5 * length), 0.0))
+    side = np.where(dot(centre - middle, left) >= 0.0, 1.0, -1.0)
+    turned = 2.0 * np.arctan2(0.5 * length, height)
+    turned = np.where(side * sweep < 0.0, 2.0 * np.pi - turned, turned)   # just past a half turn
+    return (middle + (side * height)[:, None] * left, np.hypot(0.5 * length, height),
+            np.copysign(turned, sweep))
 
 
 def _apart_along(contour, met):

@@ -56,7 +56,7 @@ class OffsetResult:
 
     @cached_property
     def unreachable(self):
-        return unreachable(*self._touch, self.side, self.radius)
+        return unreachable(*self._touch, self.paths, self.side, self.radius)
 
     @cached_property
     def sharp_paths(self):

@@ -15,8 +15,8 @@ from .tolerances import ANGLE_RAD, STRONG_MM, kink_gap
 
 @dataclass(frozen=True)
 class Stitched:
-    """loops: lists of slice indices in travel order; loose: the same for runs of slices
-    with a dead end, which only rounding can leave behind."""
+    """loops: lists of slice indices in travel order; loose: the same for runs with a dead
+    end that hold a slice clear beyond doubt, which only rounding can leave behind."""
     loops: list
     loose: list
 
@@ -45,7 +45,10 @@ def stitch(raw, slices, depth, side):
     for first in order:
         if first not in used:
             run, closed = _walk(first, outs, to_node, used, ways, side)
-            (loops if closed else loose).append(run)
+            if closed:
+                loops.append(run)
+            elif np.any(depth[run] <= STRONG_MM):
+                loose.append(run)
     return Stitched(_without_slivers(loops, raw, slices), loose)
 
 

@@ -9,23 +9,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import arcs, elements
+from . import elements
 from .elements import Elements
-from .lines import cross
+from .necks import UnreachableRegion, areas, disentangled
 from .tolerances import REGION_MM2
 from .touch import SAME_FOOT_MM, corner_arcs, pieces
-
-
-@dataclass(frozen=True)
-class UnreachableRegion:
-    """Stock between the finish shape and what the tool can reach.
-
-    boundary: closed run; area mm2; lines (k,) int: source lines of the finish elements on
-    its edge.
-    """
-    boundary: Elements
-    area: float
-    lines: tuple
 
 
 @dataclass(frozen=True)
@@ -49,7 +37,7 @@ class _Stretches:
     gap: np.ndarray
 
 
-def unreachable(finish, touch, side, radius):
+def unreachable(finish, touch, paths, side, radius):
     """UnreachableRegions and UnreachableStretches, in contour order."""
     if not (touch.corner | (touch.following < 0)).any():
         return _untouched(finish, touch)
@@ -62,7 +50,8 @@ def unreachable(finish, touch, side, radius):
     found, loose = _cycles(stretch)
     everything = elements.join((gaps[0], edges))
     size = len(gaps[0])
-    result = _regions(finish, everything, gaps[1], gap_of, edge_of, size, found)
+    result = _regions(finish, everything, gaps[1], gap_of, edge_of, size, found, paths,
+                      radius)
     result += _loose(finish, everything, gaps[1], gap_of, loose)
     return tuple(result) + _untouched(finish, touch)
 
@@ -184,34 +173,26 @@ def _cycles(stretch):
     return closed, loose
 
 
-def _regions(finish, everything, source, gap_of, edge_of, size, found):
+def _regions(finish, everything, source, gap_of, edge_of, size, found, paths, radius):
     """Closed regions with an area worth naming."""
-    members = []
+    members, necks, line = [], [], finish.line[source].tolist()
     for chain in found:
         index = []
         for s, onward in zip(chain, chain[1:] + chain[:1]):
             index += range(*gap_of[s])
             index.append(size + edge_of[onward])
-        members.append(index)
-    result = []
-    for index, area in zip(members, _areas(everything, members)):
-        if area > REGION_MM2:
-            lines = finish.line[source[[k for k in index if k < size]]]
-            result.append(UnreachableRegion(elements.take(everything, index), area,
-                                            tuple(sorted(set(lines.tolist())))))
-    return result
+        (members if len(chain) == 1 else necks).append(index)
+    result = [UnreachableRegion(area, _lines(line, index), everything, np.array(index))
+              for index, area in zip(members, areas(everything, members))]
+    for index in necks:
+        rows = [line[k] if k < size else None for k in index]
+        result += disentangled(elements.take(everything, index), rows, paths, radius)
+    return [region for region in result if region.area > REGION_MM2]
 
 
-def _areas(everything, members):
-    """Area (mm2, not signed) of every list of elements, all at once."""
-    if not members:
-        return []
-    index = np.concatenate([np.array(m, int) for m in members])
-    first = np.cumsum([0] + [len(m) for m in members[:-1]])
-    origin = np.repeat(everything.start[index[first]], [len(m) for m in members], axis=0)
-    part = 0.5 * cross(everything.start[index] - origin, everything.end[index] - origin) \
-        + arcs.segment_area(everything.radius[index], everything.sweep[index])
-    return np.abs(np.add.reduceat(part, first)).tolist()
+def _lines(line, index):
+    """Source lines of pool members; edges, which lie beyond the end of `line`, have none."""
+    return tuple(sorted({line[k] for k in index if k < len(line)}))
 
 
 def _loose(finish, everything, source, gap_of, loose):
@@ -235,7 +216,8 @@ def _untouched(finish, touch):
         run = elements.take(finish.elements, index)
         lines = tuple(sorted(set(finish.line[index].tolist())))
         if finish.closed[ring]:
-            result.append(UnreachableRegion(run, abs(elements.area(run)), lines))
+            result.append(UnreachableRegion(abs(elements.area(run)), lines, run,
+                                            np.arange(len(run))))
         else:
             result.append(UnreachableStretch(run, lines))
     return tuple(result)
