@@ -35,7 +35,7 @@ class UnreachableRegion:
 
 
 def areas(everything, members):
-    """Area (mm2, not signed) of every list of elements, all at once."""
+    """Signed area (mm2) of every list of elements, all at once."""
     if not members:
         return []
     index = np.concatenate([np.array(m, int) for m in members])
@@ -43,12 +43,13 @@ def areas(everything, members):
     origin = np.repeat(everything.start[index[first]], [len(m) for m in members], axis=0)
     part = 0.5 * cross(everything.start[index] - origin, everything.end[index] - origin) \
         + arcs.segment_area(everything.radius[index], everything.sweep[index])
-    return np.abs(np.add.reduceat(part, first)).tolist()
+    return np.add.reduceat(part, first).tolist()
 
 
-def disentangled(loop, lines, paths, radius):
+def disentangled(loop, lines, paths, side, radius):
     """UnreachableRegions of a closed run (k elements) whose edges may cross; lines: source
-    line of each element, None for a tool edge."""
+    line of each element, None for a tool edge.  A run the other way round encloses what
+    the tool reaches from both sides, not from neither."""
     edge = np.array([line is None for line in lines])
     cut, origin = _cut(loop, np.flatnonzero(edge))
     if len(cut) == len(loop):
@@ -57,8 +58,9 @@ def disentangled(loop, lines, paths, radius):
         clear = ~edge[origin] | ~_covered(cut, paths, radius)
         cut, origin = elements.take(cut, clear), origin[clear]
         chains = _chained(cut)
-    return [UnreachableRegion(area, tuple(sorted({lines[origin[k]] for k in chain} - {None})), cut,
-                              np.array(chain)) for chain, area in zip(chains, areas(cut, chains))]
+    return [UnreachableRegion(-side * area, tuple(sorted({lines[origin[k]] for k in chain}
+                                                         - {None})), cut, np.array(chain))
+            for chain, area in zip(chains, areas(cut, chains))]
 
 
 def _cut(loop, edges):

@@ -10,13 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import elements
-from .tolerances import ANGLE_RAD, STRONG_MM, kink_gap
+from .tolerances import ANGLE_RAD, LOOSE_MM, STRONG_MM, kink_gap
 
 
 @dataclass(frozen=True)
 class Stitched:
     """loops: lists of slice indices in travel order; loose: the same for runs with a dead
-    end that hold a slice clear beyond doubt, which only rounding can leave behind."""
+    end that hold clear slices longer than LOOSE_MM, which only rounding can leave behind."""
     loops: list
     loose: list
 
@@ -42,12 +42,14 @@ def stitch(raw, slices, depth, side):
     order = order[np.argsort(depth[order] > STRONG_MM, kind="stable")].tolist()
     to_node = slices.node1.tolist()
     used, loops, loose = set(), [], []
+    sure = np.where(depth <= STRONG_MM, slices.t1 - slices.t0, 0.0)
+    sure *= elements.lengths(raw.elements)[slices.raw]
     for first in order:
         if first not in used:
             run, closed = _walk(first, outs, to_node, used, ways, side)
             if closed:
                 loops.append(run)
-            elif np.any(depth[run] <= STRONG_MM):
+            elif sure[run].sum() > LOOSE_MM:
                 loose.append(run)
     return Stitched(_without_slivers(loops, raw, slices), loose)
 

@@ -39,9 +39,9 @@ FULL_CIRCLE_MM = 1e-6
 # rounding artefact of a corner (kinks of nearly tangent arcs), not a shape.
 SELF_LOOP_MM = 5e-3
 
-# Path elements shorter than this are joined to their neighbour where that moves nothing
-# by more than NODE_MM; LinuxCNC prints and reads six decimals.
-SLIVER_MM = 1e-5
+# Slices with a dead end are forgotten up to this length: doubles of one another at kinks of
+# nearly tangent elements.
+LOOSE_MM = 1e-3
 
 # Two directions closer than this are parallel when ways part at a node.
 ANGLE_RAD = 1e-6

@@ -51,7 +51,7 @@ def unreachable(finish, touch, paths, side, radius):
     everything = elements.join((gaps[0], edges))
     size = len(gaps[0])
     result = _regions(finish, everything, gaps[1], gap_of, edge_of, size, found, paths,
-                      radius)
+                      side, radius)
     result += _loose(finish, everything, gaps[1], gap_of, loose)
     return tuple(result) + _untouched(finish, touch)
 
@@ -173,7 +173,7 @@ def _cycles(stretch):
     return closed, loose
 
 
-def _regions(finish, everything, source, gap_of, edge_of, size, found, paths, radius):
+def _regions(finish, everything, source, gap_of, edge_of, size, found, paths, side, radius):
     """Closed regions with an area worth naming."""
     members, necks, line = [], [], finish.line[source].tolist()
     for chain in found:
@@ -182,11 +182,11 @@ def _regions(finish, everything, source, gap_of, edge_of, size, found, paths, ra
             index += range(*gap_of[s])
             index.append(size + edge_of[onward])
         (members if len(chain) == 1 else necks).append(index)
-    result = [UnreachableRegion(area, _lines(line, index), everything, np.array(index))
+    result = [UnreachableRegion(-side * area, _lines(line, index), everything, np.array(index))
               for index, area in zip(members, areas(everything, members))]
     for index in necks:
         rows = [line[k] if k < size else None for k in index]
-        result += disentangled(elements.take(everything, index), rows, paths, radius)
+        result += disentangled(elements.take(everything, index), rows, paths, side, radius)
     return [region for region in result if region.area > REGION_MM2]
 
 
