@@ -176,3 +176,75 @@ def contour_case(seed, kind):
             parts, radius = rounded(parts), round(radius, 3)
         if radius > 0.01 and simple(parts):
             return parts, radius
+
+
+def grid(rng, cells=14):
+    """Parts of the outline of a random heap of unit squares without holes, some corners
+    rounded by exactly half a unit or a quarter: walls at exact multiples, equal radii."""
+    while True:
+        outline = _heap_outline(rng, cells)
+        if outline is not None:
+            break
+    p = np.array(outline, float)
+    n = len(p)
+    unit = np.roll(p, -1, axis=0) - p
+    unit /= np.hypot(*unit.T)[:, None]
+    corners = []
+    for k in range(n):
+        u, v = unit[k - 1], unit[k]
+        ccw = bool(u[0] * v[1] - u[1] * v[0] > 0.0)
+        r = rng.choice([0.0, 0.0, 0.25, 0.5])
+        centre = p[k] - r * u + (r if ccw else -r) * np.array((-u[1], u[0]))
+        corners.append((p[k] - r * u, p[k] + r * v, centre if r else None, ccw))
+    parts = []
+    for k in range(n):
+        a, b, centre, ccw = corners[k]
+        if centre is not None:
+            parts.append(ArcElement(tuple(a), tuple(b), tuple(centre), ccw, len(parts) + 1))
+        after = corners[(k + 1) % n][0]
+        if math.hypot(*(after - b)) > 1e-9:
+            parts.append(LineElement(tuple(b), tuple(after), len(parts) + 1))
+    return parts if rng.random() < 0.5 else backwards(parts)
+
+
+def _heap_outline(rng, cells):
+    """Corners (n, 2) of a random edge-connected heap of cells, None where it has a hole or
+    touches itself at a corner."""
+    heap = {(0, 0)}
+    while len(heap) < cells:
+        x, y = sorted(heap)[rng.integers(len(heap))]
+        dx, dy = ((1, 0), (-1, 0), (0, 1), (0, -1))[rng.integers(4)]
+        heap.add((x + dx, y + dy))
+    step = {}
+    for x, y in heap:
+        for a, b, other in (((x, y), (x + 1, y), (x, y - 1)), ((x + 1, y), (x + 1, y + 1), (x + 1, y)),
+                            ((x + 1, y + 1), (x, y + 1), (x, y + 1)), ((x, y + 1), (x, y), (x - 1, y))):
+            if other not in heap:
+                if a in step:
+                    return None
+                step[a] = b
+    first = here = min(step)
+    walk = []
+    while True:
+        walk.append(here)
+        here = step[here]
+        if here == first:
+            break
+    if len(walk) != len(step):
+        return None
+    n = len(walk)
+    return [walk[k] for k in range(n)
+            if (walk[k][0] - walk[k - 1][0], walk[k][1] - walk[k - 1][1])
+            != (walk[(k + 1) % n][0] - walk[k][0], walk[(k + 1) % n][1] - walk[k][1])]
+
+
+def backwards(parts):
+    """The same shape travelled the other way."""
+    return [ArcElement(q.end, q.start, q.centre, not q.ccw, q.line) if isinstance(q, ArcElement)
+            else LineElement(q.end, q.start, q.line) for q in reversed(parts)]
+
+
+def grid_case(seed):
+    """(parts, radius) of a grid contour with a radius that fits its walls exactly."""
+    rng = np.random.default_rng([seed, 2])
+    return grid(rng, int(rng.integers(5, 30))), float(rng.choice([0.25, 0.5, 0.75, 1.0, 1.5]))

@@ -1,7 +1,8 @@
 """Operations on circles and arcs, on arrays.
 
 Called by elements.py, contour.py and intersect.py.  An arc is centre (n, 2) mm,
-radius (n,) mm, start angle (n,) rad and sweep (n,) rad, positive counter-clockwise, |sweep| <= 2 pi.
+radius (n,) mm, start angle (n,) rad and sweep (n,) rad, positive counter-clockwise,
+|sweep| <= 2 pi.
 """
 import numpy as np
 
