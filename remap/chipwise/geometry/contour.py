@@ -249,7 +249,7 @@ def refuse_crossings(contour):
     met = meetings(e, contour.length, *search.pairs(tree, NODE_MM))
     bad = np.flatnonzero(_apart_along(contour, met) > SELF_LOOP_MM)
     if len(bad):
-        first = bad[np.argmin(np.minimum(met.a, met.b)[bad])]
+        first = bad[np.lexsort((np.maximum(met.a, met.b)[bad], np.minimum(met.a, met.b)[bad]))[0]]
         refuse_meeting(contour.line[met.a[first]], contour.line[met.b[first]], met.point[first])
 
 

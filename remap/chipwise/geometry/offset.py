@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from . import elements, search, slices as slicing
+from . import elements, search, slices as slicing, winding
 from .contour import ContourError, refuse_meeting, reverse
 from .intersect import meetings
 from .judge import depths, depths_beside, make_judge
@@ -113,15 +113,15 @@ def _offset(contours, side, radius):
     judge, chain = make_judge(contours), make_chain(contours)
     raw = raw_offset(chain, side, radius)
     if not len(raw.elements):
-        return OffsetResult(contours, side, radius, _spots(judge, raw.spots, radius,
-                                                                    side), 0)
+        spots = _on_side(contours, side, raw.spots)
+        return OffsetResult(contours, side, radius, _spots(judge, spots, radius, side), 0)
     every = slicing.cut(raw)
     kept, depth = slicing.keep_clear(judge, chain, raw, every, radius)
     stitched = stitch(raw, kept, depth, side)
     made = tuple(runs_to_paths(chain, raw, kept, stitched))
     if all(c.closed for c in contours):
-        made += _spots(judge, np.concatenate((_lone_nodes(judge, chain, raw, every, kept, radius),
-                                              raw.spots)), radius, side, made)
+        lone = np.concatenate((_lone_nodes(judge, chain, raw, every, kept, radius), raw.spots))
+        made += _spots(judge, _on_side(contours, side, lone), radius, side, made)
     return OffsetResult(contours, side, radius, made, len(stitched.loose))
 
 
@@ -135,6 +135,17 @@ def _lone_nodes(judge, chain, raw, every, kept, radius):
         deep = depths_beside(judge, every.point[node[ask]], source[ask], radius) > DEPTH_MM
         lone[node[ask[deep]]] = False
     return every.point[lone]
+
+
+def _on_side(contours, side, point):
+    """Those of points (m, 2) that lie on the tool's side of closed contours.  At a cusp the
+    raw offset may touch the right distance on the wrong side."""
+    if not len(point):
+        return point
+    finish = elements.join([c.elements for c in contours])
+    ccw = elements.area(contours[0].elements) > 0.0
+    wanted = int(ccw) if side == LEFT else int(ccw) - 1
+    return point[winding.numbers(finish, point) == wanted]
 
 
 def _spots(judge, point, radius, side, paths=()):

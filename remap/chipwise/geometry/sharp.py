@@ -79,17 +79,20 @@ def _sharpened(path, judge, side, radius):
     order = np.argsort(key)
     made = elements.take(elements.join((elements.take(e, rest), first, second)), order)
     old = key[order] // 2
-    made, old = _merged(made, old)
+    made, old = _merged(made, old, path.closed)
     return replace(path, elements=made, feet=Feet(feet.finish[old], feet.t0[old], feet.t1[old]))
 
 
-def _merged(e: Elements, old):
+def _merged(e: Elements, old, closed):
     """Elements with straight runs on one line joined; old (n,) index kept of the first."""
-    straight = ~e.is_arc
     along = elements.tangent_at(e, np.arange(len(e)), np.zeros(len(e)))
-    same = straight[1:] & straight[:-1] & (np.sum(along[1:] * along[:-1], axis=1) > 1.0 - 1e-14)
-    first = np.flatnonzero(np.concatenate(([True], ~same)))
-    last = np.append(first[1:], len(e)) - 1
+    before = np.roll(along, 1, axis=0)
+    same = ~e.is_arc & ~np.roll(e.is_arc, 1) & (np.sum(along * before, axis=1) > 1.0 - 1e-14)
+    same[0] &= closed
+    first = np.flatnonzero(~same)
+    last = np.append(first[1:], first[0] + len(e)) - 1
+    if not closed:
+        last[-1] = len(e) - 1
     kept = elements.take(e, first)
-    return Elements(kept.start, e.end[last], kept.centre, kept.radius, kept.start_angle,
+    return Elements(kept.start, e.end[last % len(e)], kept.centre, kept.radius, kept.start_angle,
                     kept.sweep), old[first]

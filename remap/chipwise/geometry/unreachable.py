@@ -53,7 +53,7 @@ def unreachable(finish, touch, paths, side, radius):
     result = _regions(finish, everything, gaps[1], gap_of, edge_of, size, found, paths,
                       side, radius)
     result += _loose(finish, everything, gaps[1], gap_of, loose)
-    return tuple(result) + _untouched(finish, touch)
+    return tuple(result) + _leading(finish, touch, stretch) + _untouched(finish, touch)
 
 
 def touch_corners(touch, stretch):
@@ -206,6 +206,24 @@ def _loose(finish, everything, source, gap_of, loose):
                 result.append(UnreachableStretch(elements.take(everything, index),
                                                  tuple(sorted(set(lines.tolist())))))
     return result
+
+
+def _leading(finish, touch, stretch):
+    """What lies before the first touched stretch of open contours."""
+    result, foot = [], touch.finish[stretch.first]
+    for ring in np.flatnonzero(~finish.closed):
+        own = np.flatnonzero(finish.owner[foot] == ring)
+        if not len(own):
+            continue
+        index, t = min((int(foot[s]), float(touch.t0[stretch.first[s]])) for s in own)
+        run = np.arange(finish.first[ring], index + 1)
+        t1 = np.where(run == index, t, 1.0)
+        real = t1 * finish.length[run] > SAME_FOOT_MM
+        if real.any():
+            lines = tuple(sorted(set(finish.line[run[real]].tolist())))
+            result.append(UnreachableStretch(pieces(finish, run[real], 0.0 * t1[real], t1[real]),
+                                             lines))
+    return tuple(result)
 
 
 def _untouched(finish, touch):
