@@ -99,6 +99,7 @@ def _box_near(e, index, point):
 
 def meetings(e: Elements, length, a, b):
     """All common points of element pairs a, b (m,); length (n,) mm of the elements."""
-    parts = (_crossings(e, length, a, b), _ends_on(e, a, b), _ends_on(e, b, a))
+    parts = (_crossings(e, length, a, b),
+             _ends_on(e, np.concatenate((a, b)), np.concatenate((b, a))))
     i, j, t, u, point = (np.concatenate(part) for part in zip(*parts))
     return Meetings(i, j, np.clip(t, 0.0, 1.0), np.clip(u, 0.0, 1.0), point)

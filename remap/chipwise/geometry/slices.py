@@ -74,7 +74,8 @@ def keep_clear(judge, chain, raw, slices, radius):
     ok = depth <= DEPTH_MM
     kept, depth = kept[ok], depth[ok]
     slices = take(slices, kept)
-    for share in OTHERS:
-        depth = np.maximum(depth, depths(judge, _at(raw, slices, share), radius))
+    others = np.concatenate([_at(raw, slices, share) for share in OTHERS])
+    deepest = depths(judge, others, radius).reshape(len(OTHERS), -1).max(axis=0)
+    depth = np.maximum(depth, deepest)
     ok = depth <= DEPTH_MM
     return take(slices, ok), depth[ok]
