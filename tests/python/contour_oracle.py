@@ -230,8 +230,18 @@ def missing(shape, closed, side, r, path, slack=1e-6, tolerance=1e-5):
     A piece is certain where its distance from all other elements is at least r + slack.
     Returns [(length mm, middle point)].
     """
-    found = []
-    for curve, own in parallels(shape, closed, side, r):
+    return missing_of_loops([(shape, closed)], side, r, path, slack, tolerance)
+
+
+def missing_of_loops(loops, side, r, path, slack=1e-6, tolerance=1e-5):
+    """The same for several contours at once, loops = [(shape, closed)]."""
+    shape = [el for loop, _ in loops for el in loop]
+    found, curves, first = [], [], 0
+    for loop, closed in loops:
+        curves += [(curve, tuple(first + k for k in own))
+                   for curve, own in parallels(loop, closed, side, r)]
+        first += len(loop)
+    for curve, own in curves:
         if length(curve) < 1e-9:
             continue
         others = [el for k, el in enumerate(shape) if k not in own]

@@ -248,3 +248,32 @@ def grid_case(seed):
     """(parts, radius) of a grid contour with a radius that fits its walls exactly."""
     rng = np.random.default_rng([seed, 2])
     return grid(rng, int(rng.integers(5, 30))), float(rng.choice([0.25, 0.5, 0.75, 1.0, 1.5]))
+
+
+def chords(parts, step):
+    """The same shape with every arc as chords no longer than `step`, rounded: the many tiny
+    elements in a row of a program made from a drawing."""
+    made = []
+    for q in parts:
+        points = [q.start, q.end]
+        if isinstance(q, ArcElement):
+            a = math.atan2(q.start[1] - q.centre[1], q.start[0] - q.centre[0])
+            b = math.atan2(q.end[1] - q.centre[1], q.end[0] - q.centre[0])
+            sweep = (b - a) % (2 * math.pi) if q.ccw else -((a - b) % (2 * math.pi))
+            r = math.hypot(q.start[0] - q.centre[0], q.start[1] - q.centre[1])
+            n = max(2, math.ceil(r * abs(sweep) / step))
+            points = [q.start] + [(q.centre[0] + r * math.cos(a + sweep * k / n),
+                                   q.centre[1] + r * math.sin(a + sweep * k / n))
+                                  for k in range(1, n)] + [q.end]
+        made += [LineElement(tuple(s), tuple(e), len(made) + k + 1)
+                 for k, (s, e) in enumerate(zip(points, points[1:]))]
+    return rounded(made)
+
+
+def chords_case(seed):
+    """(parts, radius) of a filleted polygon in chords, tool up to 2.5 x the fillet."""
+    rng = np.random.default_rng([seed, 3])
+    while True:
+        parts, smallest = filleted(rng, most=9)
+        if math.isfinite(smallest) and simple(parts):
+            return chords(parts, rng.uniform(0.3, 1.0)), rng.uniform(0.2, 2.5) * smallest

@@ -12,15 +12,16 @@ from chipwise.geometry.contour import make_contour
 from chipwise.geometry.offset import LEFT, RIGHT, offset_contour
 from contour_judge import (count_from_environment, judged, seed_from_environment, variants,
                            verdict, write_replay)
-from contour_random import contour_case, grid_case
+from contour_random import chords_case, contour_case, grid_case
 from contour_shapes import polygon
 
 SEED, COUNT = seed_from_environment(), count_from_environment(150)
-KINDS = ("filleted", "bulged", "grid")
+KINDS = ("filleted", "bulged", "grid", "chords")
 
 
 def case(kind, seed):
-    return grid_case(seed) if kind == "grid" else contour_case(seed, kind)
+    special = {"grid": grid_case, "chords": chords_case}
+    return special[kind](seed) if kind in special else contour_case(seed, kind)
 
 
 def opened(parts, seed):

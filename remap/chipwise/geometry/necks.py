@@ -22,12 +22,14 @@ class UnreachableRegion:
     """Stock between the finish shape and what the tool can reach.
 
     area mm2; lines: source lines of the finish elements on its edge; boundary: closed run
-    of Elements, made when asked for from `index` into `pool`, which all regions share.
+    of Elements, made when asked for from `index` into `pool`, which all regions share;
+    holes: islands of a pocket that stand in the region, runs of Elements.
     """
     area: float
     lines: tuple
     pool: Elements = field(repr=False)
     index: np.ndarray = field(repr=False)
+    holes: tuple = ()
 
     @cached_property
     def boundary(self):

@@ -5,11 +5,11 @@ alternate.  A region's edge runs along a gap, then back along the tool's edge at
 whose far foot ends that gap, along the next gap, and so on until it closes: one gap for a
 corner too tight, two for a neck between two paths, more for a hub of several necks.
 """
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from . import elements
+from . import elements, winding
 from .elements import Elements
 from .necks import UnreachableRegion, areas, disentangled
 from .tolerances import REGION_MM2
@@ -40,7 +40,7 @@ class _Stretches:
 def unreachable(finish, touch, paths, side, radius):
     """UnreachableRegions and UnreachableStretches, in contour order."""
     if not (touch.corner | (touch.following < 0)).any():
-        return _untouched(finish, touch)
+        return _with_untouched(finish, touch, side, ())
     stretch = _stretches(finish, touch)
     gaps, gap_of = _gap_pieces(finish, touch, stretch)
     corner = touch_corners(touch, stretch)
@@ -53,7 +53,8 @@ def unreachable(finish, touch, paths, side, radius):
     result = _regions(finish, everything, gaps[1], gap_of, edge_of, size, found, paths,
                       side, radius)
     result += _loose(finish, everything, gaps[1], gap_of, loose)
-    return tuple(result) + _leading(finish, touch, stretch) + _untouched(finish, touch)
+    result += _leading(finish, touch, stretch)
+    return _with_untouched(finish, touch, side, result)
 
 
 def touch_corners(touch, stretch):
@@ -223,19 +224,34 @@ def _leading(finish, touch, stretch):
             lines = tuple(sorted(set(finish.line[run[real]].tolist())))
             result.append(UnreachableStretch(pieces(finish, run[real], 0.0 * t1[real], t1[real]),
                                              lines))
-    return tuple(result)
+    return result
 
 
-def _untouched(finish, touch):
-    """Contours that no path touches at all."""
-    result = []
-    for ring in np.flatnonzero(~np.isin(np.arange(len(finish.first)), finish.owner[touch.finish])):
+def _with_untouched(finish, touch, side, found):
+    """Found regions, and contours that no path touches at all: regions of their own, or
+    holes in another where they are islands."""
+    alone = np.setdiff1d(np.arange(len(finish.first)), finish.owner[touch.finish])
+    islands, result = [], list(found)
+    for ring in alone:
         index = finish.first[ring] + np.arange(finish.count[ring])
         run = elements.take(finish.elements, index)
         lines = tuple(sorted(set(finish.line[index].tolist())))
-        if finish.closed[ring]:
-            result.append(UnreachableRegion(abs(elements.area(run)), lines, run,
+        if not finish.closed[ring]:
+            result.append(UnreachableStretch(run, lines))
+        elif -side * elements.area(run) > 0.0:
+            result.append(UnreachableRegion(-side * elements.area(run), lines, run,
                                             np.arange(len(run))))
         else:
-            result.append(UnreachableStretch(run, lines))
+            islands.append((run, lines))
+    for run, lines in islands:
+        result = [_pierced(region, run, lines) for region in result]
     return tuple(result)
+
+
+def _pierced(region, island, lines):
+    """The region with a hole where it holds the island."""
+    if isinstance(region, UnreachableStretch) \
+            or winding.numbers(region.boundary, island.start[:1])[0] == 0:
+        return region
+    return replace(region, area=region.area - abs(elements.area(island)),
+                   lines=tuple(sorted({*region.lines, *lines})), holes=(*region.holes, island))

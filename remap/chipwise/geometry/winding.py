@@ -1,6 +1,6 @@
 """On which side of closed contours a point lies.
 
-Called by offset.py, for the rare points that no path runs through.
+Called by offset.py for the rare points that no path runs through, and by unreachable.py.
 """
 import numpy as np
 
