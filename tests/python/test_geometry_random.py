@@ -24,6 +24,11 @@ def case(kind, seed):
     return special[kind](seed) if kind in special else contour_case(seed, kind)
 
 
+def how_many(kind, count):
+    """Fewer of the long chord polygons: the oracle compares all elements with all."""
+    return max(count // (15 if kind == "chords" else 1), 1)
+
+
 def opened(parts, seed):
     """An open piece of a closed contour, tool up to three times as large."""
     rng = np.random.default_rng([seed, 7])
@@ -39,7 +44,7 @@ def fail_on(kind, seed, parts, side, radius, found):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_closed(kind):
-    for seed in range(SEED, SEED + COUNT):
+    for seed in range(SEED, SEED + how_many(kind, COUNT)):
         parts, radius = case(kind, seed)
         for side in (LEFT, RIGHT):
             fail_on(kind, seed, parts, side, radius, verdict(parts, side, radius))
@@ -47,7 +52,7 @@ def test_closed(kind):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_backwards_and_from_every_vertex(kind):
-    for seed in range(SEED, SEED + max(COUNT // 10, 1)):
+    for seed in range(SEED, SEED + how_many(kind, COUNT // 10)):
         parts, radius = case(kind, seed)
         side = LEFT if seed % 2 else RIGHT
         fail_on(kind, seed, parts, side, radius, variants(parts, side, radius)[1])
@@ -55,7 +60,7 @@ def test_backwards_and_from_every_vertex(kind):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_open(kind):
-    for seed in range(SEED, SEED + max(COUNT // 2, 1)):
+    for seed in range(SEED, SEED + how_many(kind, COUNT // 2)):
         parts, radius = case(kind, seed)
         parts, factor = opened(parts, seed)
         for side in (LEFT, RIGHT):

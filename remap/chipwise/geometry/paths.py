@@ -12,6 +12,7 @@ import numpy as np
 from . import elements
 from .elements import Elements
 from .intersect import parameters
+from .kinks import absorbed, straightened
 from .raw import CORNER, ELEMENT, SHRUNK, Raw
 
 # A finish element this near (mm) to the edge of a tool that fits one spot touches it.
@@ -118,7 +119,17 @@ def _path(kind, chain, raw, slices, run):
     sweep = e.sweep[index] * (t1 - t0)
     made = Elements(slices.point[node0], slices.point[node1], e.centre[index], e.radius[index],
                     e.start_angle[index] + t0 * e.sweep[index], sweep)
-    return kind(made, _feet(chain, raw, index, t0, t1))
+    made, kept = absorbed(made, _between_own(chain, raw, index), kind.closed)
+    return kind(straightened(made), _feet(chain, raw, index[kept], t0[kept], t1[kept]))
+
+
+def _between_own(chain, raw, index):
+    """Which path elements (k,) bool roll from the element before their corner to the one
+    after it."""
+    source, element = raw.source[index], raw.kind[index] == ELEMENT
+    before, after = np.roll(index, 1), np.roll(index, -1)
+    return (raw.kind[index] == CORNER) & np.roll(element, 1) & np.roll(element, -1) \
+        & (raw.source[before] == source) & (raw.source[after] == chain.following[source])
 
 
 def _feet(chain, raw: Raw, index, t0, t1):

@@ -22,6 +22,7 @@ from .elements import Elements
 from .lines import cross, dot
 from .tolerances import NODE_MM, kink_gap
 
+# Kinds of raw elements; from LINK on they only close gaps.
 ELEMENT, CORNER, LINK, SHRUNK = 0, 1, 2, 3
 
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import elements
+from .raw import LINK
 from .tolerances import ANGLE_RAD, LOOSE_MM, STRONG_MM, kink_gap
 
 
@@ -24,11 +25,13 @@ class Stitched:
 @dataclass(frozen=True)
 class _Ways:
     """What the walk needs to choose: per slice the directions it leaves and arrives in
-    (rad), its curvatures (1/mm, left positive) and whether it is clear beyond doubt."""
+    (rad), its curvatures (1/mm, left positive), whether it is clear beyond doubt, and
+    whether it only closes a gap."""
     leave: list
     arrive: list
     bend: list
     strong: list
+    link: list
 
 
 def stitch(raw, slices, depth, side):
@@ -70,13 +73,14 @@ def _walk(first, outs, to_node, used, ways, side):
 
 
 def _choose(here, choice, ways, side):
-    """The slice that turns furthest to the tool's side; doubtful and backward ones last."""
+    """The slice that turns furthest to the tool's side; gap closers, doubtful and backward
+    ones last."""
     def rank(k):
         turn = (ways.leave[k] - ways.arrive[here]) / (2.0 * np.pi)
         turn = 2.0 * np.pi * (turn - round(turn))
         back = abs(turn) > np.pi - ANGLE_RAD
         level = round(-side * turn / ANGLE_RAD)
-        return (ways.strong[k], not back, level, -side * ways.bend[k])
+        return (not ways.link[k], ways.strong[k], not back, level, -side * ways.bend[k])
     return max(choice, key=rank)
 
 
@@ -86,7 +90,8 @@ def _ways(raw, slices, depth):
     arrive = elements.tangent_at(e, slices.raw, slices.t1)
     return _Ways(np.arctan2(leave[:, 1], leave[:, 0]).tolist(),
                  np.arctan2(arrive[:, 1], arrive[:, 0]).tolist(),
-                 elements.curvatures(e)[slices.raw].tolist(), (depth <= STRONG_MM).tolist())
+                 elements.curvatures(e)[slices.raw].tolist(), (depth <= STRONG_MM).tolist(),
+                 (raw.kind[slices.raw] >= LINK).tolist())
 
 
 def _without_dead_ends(slices, depth):

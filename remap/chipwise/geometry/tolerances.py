@@ -39,6 +39,14 @@ FULL_CIRCLE_MM = 1e-6
 # rounding artefact of a corner (kinks of nearly tangent arcs), not a shape.
 SELF_LOOP_MM = 5e-3
 
+# A rolling arc goes where extending its neighbours instead strays by no more than this, to
+# the safe side: half of the 1e-6 mm the round trip may deviate.
+KINK_MM = 5e-7
+
+# Path arcs shorter than this become lines.  A rolling arc then strays length^2 / (8 radius),
+# below 1e-7 mm for tools of 0.025 mm and more; an arc of tiny radius strays to the safe side.
+SHORT_ARC_MM = 1e-4
+
 # Slices with a dead end are forgotten up to this length: doubles of one another at kinks of
 # nearly tangent elements.
 LOOSE_MM = 1e-3
