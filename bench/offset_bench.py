@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Figures of the geometry kernel; prints a table and writes build/bench_geometry.json.
 
-    /usr/bin/python3 bench/offset_bench.py [--count 5000] [--jobs 3] [--only random,speed,size,rings]
+    /usr/bin/python3 bench/offset_bench.py [--count 5000] [--jobs 3] [--only speed,rings,...]
 
 random: CHIPWISE_RANDOM_COUNT contours of each kind (default 5,000) from CHIPWISE_SEED on,
 both sides, against the oracle of tests/python/contour_oracle.py, and each backwards and
@@ -105,11 +105,11 @@ def bench_random(count, jobs):
     first, table = seed_from_environment(), {}
     for kind in KINDS:
         step = max(1, min(25, count // jobs))
-        ranges = [(kind, k, min(k + step, first + count)) for k in range(first, first + count, step)]
-        begin, rows = time.perf_counter(), []
+        ranges = [(kind, k, min(k + step, first + count))
+                  for k in range(first, first + count, step)]
+        begin = time.perf_counter()
         with ProcessPoolExecutor(jobs) as pool:
-            for row in pool.map(judge_range, ranges):
-                rows.append(row)
+            rows = list(pool.map(judge_range, ranges))
         merged = {key: (max if key.startswith("worst") else sum)(row[key] for row in rows)
                   for key in rows[0] if key != "replays"}
         merged["replays"] = [name for row in rows for name in row["replays"]]

@@ -195,7 +195,7 @@ def _on_line(curve, x, y, ux, uy):
     if square < 0.0:
         return []
     h = math.sqrt(square)
-    return [_parameter(curve, fx + h * ux, fy + h * uy), _parameter(curve, fx - h * ux, fy - h * uy)]
+    return [_parameter(curve, fx + s * ux, fy + s * uy) for s in (h, -h)]
 
 
 def _on_circle(curve, cx, cy, r):

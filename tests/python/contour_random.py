@@ -217,8 +217,9 @@ def _heap_outline(rng, cells):
         heap.add((x + dx, y + dy))
     step = {}
     for x, y in heap:
-        for a, b, other in (((x, y), (x + 1, y), (x, y - 1)), ((x + 1, y), (x + 1, y + 1), (x + 1, y)),
-                            ((x + 1, y + 1), (x, y + 1), (x, y + 1)), ((x, y + 1), (x, y), (x - 1, y))):
+        p, q, r, s = (x, y), (x + 1, y), (x + 1, y + 1), (x, y + 1)
+        for a, b, other in ((p, q, (x, y - 1)), (q, r, (x + 1, y)), (r, s, (x, y + 1)),
+                            (s, p, (x - 1, y))):
             if other not in heap:
                 if a in step:
                     return None

@@ -38,7 +38,7 @@ def test_moved_and_turned():
     c, s = math.cos(0.7), math.sin(0.7)
     for kind, seed in CASES:
         parts, radius = contour_case(seed, kind)
-        moved = mapped(parts, lambda p: (c * p[0] - s * p[1] + 5000.3, s * p[0] + c * p[1] - 8000.7))
+        moved = mapped(parts, lambda p: (c * p[0] - s * p[1] + 5e3, s * p[0] + c * p[1] - 8e3))
         for side in (LEFT, RIGHT):
             assert same(marks(parts, side, radius), marks(moved, side, radius)), (kind, seed, side)
 

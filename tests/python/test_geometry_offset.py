@@ -173,7 +173,7 @@ def test_several_reversed_elements_in_a_row():
     shape = polygon((0, 30), *floor, (8, 30), closed=False)
     result = sound(shape, LEFT, 4.5)
     assert result.paths == ()
-    wide = polygon((-30, 30), (-20, 0), *[(x, y) for x, y in floor], (28, 0), (38, 30), closed=False)
+    wide = polygon((-30, 30), (-20, 0), *floor, (28, 0), (38, 30), closed=False)
     result = sound(wide, LEFT, 6)
     path, = result.paths
     region, = [u for u in result.unreachable if len(u.lines) > 6]
@@ -310,17 +310,24 @@ def test_sharp_corners_by_choice():
 
 
 def test_sharp_corner_stays_round_where_the_tip_would_gouge():
-    """A wall stands 6.5 from the corner: the rolling arc passes, the tip at 7.07 / sqrt 2
-    beyond the corner would not."""
-    shape = run((0, 0), ("L", 20, 0), ("L", 20, 20))
-    free = sound(shape, RIGHT, 5).sharp_paths[0]
+    """A thin post stands 8.5 from the corner along its diagonal: the rolling arc (5 from the
+    corner, 3.5 from the post) already fails with R 5, passes with R 4; its tip, 5.66 out,
+    comes within 2.84 of the post."""
+    def walls(out):
+        d = out / math.sqrt(2.0)
+        return polygon((0, 0), (20, 0), (20, 20), (60, 20), (60, -40), (20 + d, -d), closed=False)
+    free = sound(walls(30), RIGHT, 4).sharp_paths[0]
     assert not free.elements.is_arc.any()
-    # the same corner with a second wall parallel to the corner's diagonal behind it
-    near = polygon((0, 0), (20, 0), (20, 20), (60, 20), (60, -30), (30.6, -30), (30.6, 0.6 - 10.6 + 5),
-                   closed=False)
-    path = sound(near, RIGHT, 5).sharp_paths
-    shape = from_elements(near.elements)
-    assert gouge(shape, 5, [el for p in path for el in from_elements(p.elements)]) < 1e-6
+    tight = sound(walls(8.5), RIGHT, 4)
+    assert tight.sharp_paths[0].elements.is_arc.any()
+    assert gouge(from_elements(walls(8.5).elements), 4,
+                 [el for p in tight.sharp_paths for el in from_elements(p.elements)]) < 1e-6
+
+
+def test_paths_name_their_source_lines():
+    result = sound(SQUARE, RIGHT, 3)
+    assert result.source_lines(result.paths[0]).tolist() == [1, 1, 2, 2, 3, 3, 4, 4]
+    assert result.source_lines(result.sharp_paths[0]).tolist() == [2, 3, 4, 1]
 
 
 def test_very_sharp_corners_stay_round():

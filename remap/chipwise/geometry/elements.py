@@ -140,12 +140,9 @@ def distances(e, index, point):
 
 
 def _line_distances(e, index, point):
-    start = e.start[index]
-    along = e.end[index] - start
-    length2 = dot(along, along)
-    off = point - start
-    t = np.clip(dot(off, along) / np.where(length2 > 0.0, length2, 1.0), 0.0, 1.0)
-    off -= along * t[:, None]
+    start, end = e.start[index], e.end[index]
+    t = np.clip(lines.parameter(point, start, end), 0.0, 1.0)
+    off = point - start - (end - start) * t[:, None]
     return np.hypot(off[:, 0], off[:, 1])
 
 

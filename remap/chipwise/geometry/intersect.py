@@ -25,9 +25,7 @@ class Meetings:
 
 def parameters(e: Elements, index, point):
     """Parameter (m,) of point (m, 2) on element index (m,), unclipped."""
-    start, along = e.start[index], e.end[index] - e.start[index]
-    length2 = lines.dot(along, along)
-    t = lines.dot(point - start, along) / np.where(length2 > 0.0, length2, 1.0)
+    t = lines.parameter(point, e.start[index], e.end[index])
     arc = np.flatnonzero(e.is_arc[index])
     if len(arc):
         which = index[arc]

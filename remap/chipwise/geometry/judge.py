@@ -7,8 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import elements, search
+from . import elements, lines, search
 from .elements import Elements
+from .intersect import meetings
+from .tolerances import DEPTH_MM
 
 
 @dataclass(frozen=True)
@@ -51,3 +53,24 @@ def depths_beside(judge, point, index, radius):
     near = judge.beside[index]
     gap = elements.distances(judge.finish, near.ravel(), np.repeat(point, near.shape[1], axis=0))
     return np.maximum(radius - gap.reshape(near.shape).min(axis=1), 0.0)
+
+
+def clear_lines(judge, start, end, radius):
+    """Which straight ways (m,) bool from start to end (m, 2) mm a tool of `radius` can go.
+
+    Exact: a line is nearest to an element at one of their four ends, at the foot of an
+    arc's centre on the line, or where they cross.
+    """
+    middle, span = 0.5 * (start + end), 0.5 * np.hypot(*(end - start).T)
+    way, leaf = search.near_points(judge.tree, middle, span + radius)
+    e, ways = judge.finish, elements.make_lines(start, end)
+    t = np.clip(lines.parameter(e.centre[leaf], start[way], end[way]), 0.0, 1.0)
+    foot = start[way] + (end - start)[way] * t[:, None]
+    gaps = [elements.distances(e, leaf, p) for p in (start[way], end[way], foot)] \
+        + [elements.distances(ways, way, p) for p in (e.start[leaf], e.end[leaf])]
+    clear = np.ones(len(start), bool)
+    clear[way[np.min(gaps, axis=0) < radius - DEPTH_MM]] = False
+    both = elements.join((e, ways))
+    met = meetings(both, elements.lengths(both), leaf, len(e) + way)
+    clear[np.maximum(met.a, met.b) - len(e)] = False
+    return clear

@@ -21,12 +21,12 @@ def right_normal(direction):
     return np.stack((direction[..., 1] / length, -direction[..., 0] / length), axis=-1)
 
 
-def nearest_parameter(point, start, end):
-    """Parameter 0..1 of the point of the line start-end nearest to `point`, all (n, 2)."""
+def parameter(point, start, end):
+    """Parameter (n,) on the carrier of the line start-end of the foot of `point`, all
+    (n, 2); 0 at the start, 1 at the end."""
     along = end - start
     length2 = dot(along, along)
-    t = dot(point - start, along) / np.where(length2 > 0.0, length2, 1.0)
-    return np.clip(t, 0.0, 1.0)
+    return dot(point - start, along) / np.where(length2 > 0.0, length2, 1.0)
 
 
 def intersect_lines(start_a, end_a, start_b, end_b):

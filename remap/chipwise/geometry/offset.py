@@ -45,6 +45,10 @@ class OffsetResult:
     paths: tuple
     loose: int
 
+    def source_lines(self, path):
+        """Source line (n,) int of every element of one of the paths."""
+        return np.concatenate([c.line for c in self.contours])[path.feet.finish]
+
     @cached_property
     def _touch(self):
         finish = make_finish(self.contours)

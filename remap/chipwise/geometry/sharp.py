@@ -12,9 +12,9 @@ import numpy as np
 from . import elements, search
 from .elements import Elements
 from .intersect import meetings
-from .judge import depths
+from .judge import clear_lines
 from .paths import Feet, SpotPath
-from .tolerances import DEPTH_MM, NODE_MM
+from .tolerances import NODE_MM
 
 # Longest distance from the corner to the tip of a sharp corner, in tool radii: turns up to
 # 120 degrees become sharp.
@@ -41,24 +41,19 @@ def _tips(path, side, radius):
 def _safe(path, index, tip, judge, radius):
     """Which tips (k,) bool keep clear of the contour and of the rest of the path."""
     e = path.elements
-    share = np.linspace(0.0, 1.0, 9)[1:]
-    ok = np.ones(len(index), bool)
-    for end in (e.start[index], e.end[index]):
-        for s in share:
-            ok &= depths(judge, end + (tip - end) * s, radius) <= DEPTH_MM
+    ok = clear_lines(judge, e.start[index], tip, radius)
+    ok &= clear_lines(judge, tip, e.end[index], radius)
+    n, k = len(e), len(index)
     legs = elements.join((e, elements.make_lines(e.start[index], tip),
                           elements.make_lines(tip, e.end[index])))
-    low, high = elements.boxes(legs)
-    a, b = search.pairs(search.build(low, high), NODE_MM)
-    beyond = np.flatnonzero((b >= len(e)))
-    met = meetings(legs, elements.lengths(legs), a[beyond], b[beyond])
-    n, k = len(e), len(index)
-    for i, j, point in ((met.a, met.b, met.point), (met.b, met.a, met.point)):
-        leg = np.flatnonzero(j >= n)
-        which = (j[leg] - n) % max(k, 1)
-        own = np.minimum(np.hypot(*(point[leg] - e.start[index[which]]).T),
-                         np.hypot(*(point[leg] - e.end[index[which]]).T)) <= 2.0 * NODE_MM
-        sister = (i[leg] >= n) & ((i[leg] - n) % max(k, 1) == which)
+    a, b = search.pairs(search.build(*elements.boxes(legs)), NODE_MM)
+    met = meetings(legs, elements.lengths(legs), a[b >= n], b[b >= n])
+    for other, leg, point in ((met.a, met.b, met.point), (met.b, met.a, met.point)):
+        real = np.flatnonzero(leg >= n)
+        which, point, other = (leg[real] - n) % k, point[real], other[real]
+        own = np.minimum(np.hypot(*(point - e.start[index[which]]).T),
+                         np.hypot(*(point - e.end[index[which]]).T)) <= 2.0 * NODE_MM
+        sister = (other >= n) & ((other - n) % k == which)
         ok[which[~own & ~sister]] = False
     return ok
 
@@ -79,20 +74,23 @@ def _sharpened(path, judge, side, radius):
     order = np.argsort(key)
     made = elements.take(elements.join((elements.take(e, rest), first, second)), order)
     old = key[order] // 2
-    made, old = _merged(made, old, path.closed)
+    made, old = _merged(made, old, order < len(rest), path.closed)
     return replace(path, elements=made, feet=Feet(feet.finish[old], feet.t0[old], feet.t1[old]))
 
 
-def _merged(e: Elements, old, closed):
-    """Elements with straight runs on one line joined; old (n,) index kept of the first."""
-    along = elements.tangent_at(e, np.arange(len(e)), np.zeros(len(e)))
-    before = np.roll(along, 1, axis=0)
-    same = ~e.is_arc & ~np.roll(e.is_arc, 1) & (np.sum(along * before, axis=1) > 1.0 - 1e-14)
+def _merged(e: Elements, old, along_finish, closed):
+    """Elements with straight runs on one line joined; for each the `old` (n,) index of its
+    first member that runs along the finish shape (n,) bool, or of its first at all."""
+    tangent = elements.tangent_at(e, np.arange(len(e)), np.zeros(len(e)))
+    before = np.roll(tangent, 1, axis=0)
+    same = ~e.is_arc & ~np.roll(e.is_arc, 1) & (np.sum(tangent * before, axis=1) > 1.0 - 1e-14)
     same[0] &= closed
-    first = np.flatnonzero(~same)
-    last = np.append(first[1:], first[0] + len(e)) - 1
-    if not closed:
-        last[-1] = len(e) - 1
+    shift = int(np.flatnonzero(~same)[0])
+    e, old = elements.take(e, np.roll(np.arange(len(e)), -shift)), np.roll(old, -shift)
+    first = np.flatnonzero(~np.roll(same, -shift))
+    last = np.append(first[1:], len(e)) - 1
+    place = np.where(np.roll(along_finish, -shift), np.arange(len(e)), len(e))
+    chosen = np.minimum.reduceat(place, first)
     kept = elements.take(e, first)
-    return Elements(kept.start, e.end[last % len(e)], kept.centre, kept.radius, kept.start_angle,
-                    kept.sweep), old[first]
+    return Elements(kept.start, e.end[last], kept.centre, kept.radius, kept.start_angle,
+                    kept.sweep), old[np.where(chosen < len(e), chosen, first)]
