@@ -22,7 +22,7 @@ from .raw import make_chain, raw_offset
 from .rough import rough_shapes
 from .sharp import sharpen
 from .stitch import stitch
-from .tolerances import DEPTH_MM, NODE_MM
+from .tolerances import DEPTH_MM, NODE_MM, SPOT_MM
 from .touch import make_finish, make_touch
 from .unreachable import unreachable
 
@@ -117,15 +117,15 @@ def _offset(contours, side, radius):
     judge, chain = make_judge(contours), make_chain(contours)
     raw = raw_offset(chain, side, radius)
     if not len(raw.elements):
-        spots = _on_side(contours, side, raw.spots)
-        return OffsetResult(contours, side, radius, _spots(judge, spots, radius, side), 0)
+        return OffsetResult(contours, side, radius,
+                            _spots(contours, judge, raw.spots, side, radius), 0)
     every = slicing.cut(raw)
     kept, depth = slicing.keep_clear(judge, chain, raw, every, radius)
     stitched = stitch(raw, kept, depth, side)
     made = tuple(runs_to_paths(chain, raw, kept, stitched))
     if all(c.closed for c in contours):
         lone = np.concatenate((_lone_nodes(judge, chain, raw, every, kept, radius), raw.spots))
-        made += _spots(judge, _on_side(contours, side, lone), radius, side, made)
+        made += _spots(contours, judge, lone, side, radius, made)
     return OffsetResult(contours, side, radius, made, len(stitched.loose))
 
 
@@ -152,14 +152,14 @@ def _on_side(contours, side, point):
     return point[winding.numbers(finish, point) == wanted]
 
 
-def _spots(judge, point, radius, side, paths=()):
+def _spots(contours, judge, point, side, radius, paths=()):
     """SpotPaths where the tool fits at one of the points (m, 2) and no path comes."""
     point = point[depths(judge, point, radius) <= DEPTH_MM]
-    ends = [p.elements.start for p in paths]
-    made = []
+    taken = [p.elements.start for p in paths]
+    fresh = []
     for p in point:
-        near = [e for e in ends if len(e) and np.min(np.hypot(*(e - p).T)) <= 1e-3]
-        if not near:
-            made.append(spot_path(judge.finish, p, radius, side))
-            ends.append(p[None])
-    return tuple(made)
+        if not any(np.min(np.hypot(*(e - p).T)) <= SPOT_MM for e in taken):
+            fresh.append(p)
+            taken.append(p[None])
+    return tuple(spot_path(judge.finish, p, radius, side)
+                 for p in _on_side(contours, side, np.array(fresh).reshape(-1, 2)))

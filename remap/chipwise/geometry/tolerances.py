@@ -47,6 +47,9 @@ KINK_MM = 5e-7
 # below 1e-7 mm for tools of 0.025 mm and more; an arc of tiny radius strays to the safe side.
 SHORT_ARC_MM = 1e-4
 
+# Places nearer than this where the tool just fits are one place.
+SPOT_MM = 1e-3
+
 # Slices with a dead end are forgotten up to this length: doubles of one another at kinks of
 # nearly tangent elements.
 LOOSE_MM = 1e-3
