@@ -111,3 +111,12 @@ def test_pocket_refuses_crossing_and_open_loops():
     with pytest.raises(ContourError) as caught:
         offset_pocket(polygon((0, 0), (9, 0), (9, 9), closed=False), [], 1.0)
     assert caught.value.kind == "not connected"
+
+
+@pytest.mark.parametrize("island", [circle(3, (40, 10), line=77), circle(1, (10, 10), line=77)],
+                         ids=["outside", "nested"])
+def test_pocket_refuses_misplaced_islands(island):
+    square = polygon((0, 0), (20, 0), (20, 20), (0, 20))
+    with pytest.raises(ContourError) as caught:
+        offset_pocket(square, [circle(4, (10, 10), line=55), island], 1.0)
+    assert caught.value.kind == "misplaced island" and caught.value.lines[0] in (55, 77)

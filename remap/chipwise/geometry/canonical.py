@@ -20,7 +20,7 @@ from .elements import Elements
 from .lines import dot, right_normal
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Canonical:
     """n canonical forms; rows of lines use normal and distance, rows of arcs the others.
 

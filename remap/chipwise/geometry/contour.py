@@ -38,7 +38,7 @@ class ArcElement:
     line: int
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Contour:
     """elements: n lines and arcs, end to start; closed: the last end is the first start;
     line (n,) int source line of each element; length (n,) mm."""
@@ -51,8 +51,9 @@ class Contour:
 class ContourError(ValueError):
     """A shape that is no contour.
 
-    kind: "empty", "not finite", "impossible arc", "not connected" or "crosses itself";
-    lines: source line numbers of the two elements concerned; point (x, y) mm or None.
+    kind: "empty", "not finite", "impossible arc", "not connected", "crosses itself" or, in
+    a pocket, "misplaced island"; lines: source line numbers of the two elements concerned;
+    point (x, y) mm or None.
     """
 
     def __init__(self, kind, lines, text, point=None):
@@ -60,7 +61,7 @@ class ContourError(ValueError):
         self.kind, self.lines, self.point = kind, tuple(int(k) for k in lines), point
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Rows:
     """n parts as arrays: start, end, centre (n, 2) mm; arc, ccw (n,) bool; line (n,) int."""
     start: np.ndarray

@@ -12,7 +12,7 @@ from . import arcs, lines
 from .lines import dot
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Elements:
     """n lines and arcs.
 

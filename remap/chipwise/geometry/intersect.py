@@ -13,7 +13,7 @@ from .elements import Elements, point_at
 from .tolerances import NODE_MM
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Meetings:
     """k common points: a, b (k,) int elements; t_a, t_b (k,) parameters; point (k, 2) mm."""
     a: np.ndarray

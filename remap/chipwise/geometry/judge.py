@@ -13,7 +13,7 @@ from .intersect import meetings
 from .tolerances import DEPTH_MM
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Judge:
     """finish: all n elements of the finish shape; tree over their boxes; beside (n, 5) int:
     each element with its two neighbours on either side."""

@@ -17,7 +17,7 @@ from .lines import cross
 from .tolerances import NODE_MM
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class UnreachableRegion:
     """Stock between the finish shape and what the tool can reach.
 

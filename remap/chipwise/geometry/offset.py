@@ -29,7 +29,7 @@ from .unreachable import unreachable
 RIGHT, LEFT = 1, -1
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class OffsetResult:
     """What a tool of `radius` (mm) can do along `contours` on `side`.
 
@@ -78,10 +78,12 @@ def offset_pocket(boundary, islands, distance):
     """OffsetResult of a pocket: inward of a closed boundary, outward of closed islands.
 
     The contours may run either way round; paths run counter-clockwise along the boundary
-    and clockwise about islands.  Contours that meet each other are refused.
+    and clockwise about islands.  Contours that meet each other are refused, and islands
+    outside the boundary or within one another.
     """
     loops = [_turned(boundary, True)] + [_turned(island, False) for island in islands]
     _refuse_meetings(loops)
+    _refuse_misplaced(loops)
     return _offset(tuple(loops), LEFT, _checked(distance))
 
 
@@ -111,6 +113,20 @@ def _refuse_meetings(loops):
     if len(bad):
         k = bad[0]
         refuse_meeting(finish.line[met.a[k]], finish.line[met.b[k]], met.point[k])
+
+
+def _refuse_misplaced(loops):
+    """Islands outside the boundary, or within another island."""
+    for k, island in enumerate(loops[1:], 1):
+        for m, other in enumerate(loops):
+            point = island.elements.start[:1]
+            inside = m != k and winding.numbers(other.elements, point)[0] != 0
+            if m != k and inside != (m == 0):
+                line, about = island.line[0], other.line[0]
+                where = "outside the boundary" if m == 0 else "within the island"
+                raise ContourError("misplaced island", (line, about), f"the island of line {line} "
+                                   f"lies {where} of line {about}; islands stand side by side "
+                                   "within the boundary", tuple(point[0]))
 
 
 def _offset(contours, side, radius):

@@ -23,7 +23,7 @@ from .intersect import parameters
 from .tolerances import NODE_MM
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PatentOffset:
     """path: tool centre path; rough: rough shape; kept, deleted: finish element indices."""
     path: Elements

@@ -19,7 +19,7 @@ from .raw import CORNER, ELEMENT, SHRUNK, Raw
 NEAR_MM = 1e-5
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Feet:
     """Where the tool touches the finish shape along k path elements.
 
@@ -31,7 +31,7 @@ class Feet:
     t1: np.ndarray
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ClosedPath:
     """A tool centre path that returns to its start."""
     elements: Elements
@@ -39,7 +39,7 @@ class ClosedPath:
     closed: ClassVar[bool] = True
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class OpenPath:
     """A tool centre path with two ends, along an open contour."""
     elements: Elements
@@ -47,7 +47,7 @@ class OpenPath:
     closed: ClassVar[bool] = False
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SpotPath:
     """The tool fits in exactly one place: elements of no length, one per touching foot."""
     elements: Elements

@@ -26,7 +26,7 @@ from .tolerances import NODE_MM, kink_gap
 ELEMENT, CORNER, LINK, SHRUNK = 0, 1, 2, 3
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Chain:
     """Finish elements as closed loops, ready to be offset.
 
@@ -41,7 +41,7 @@ class Chain:
     cap: np.ndarray
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Raw:
     """k elements of the raw offset.
 

@@ -15,7 +15,7 @@ from .elements import Elements
 from .touch import corner_arcs, pieces
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class RoughShape:
     """One connected edge that the tool leaves; elements run like the centre path."""
     elements: Elements

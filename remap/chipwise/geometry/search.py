@@ -12,7 +12,7 @@ import numpy as np
 FAN = 4
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class BoxTree:
     """levels: from the leaves up, each a pair of (m, 2) arrays low, high in mm."""
     levels: tuple

@@ -18,7 +18,7 @@ from .tolerances import DEPTH_MM, NODE_MM
 MIDDLE, OTHERS = 0.5, (0.07, 0.31, 0.93)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Slices:
     """m slices of raw elements in the order of travel.
 

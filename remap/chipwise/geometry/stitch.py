@@ -14,7 +14,7 @@ from .raw import LINK
 from .tolerances import ANGLE_RAD, LOOSE_MM, STRONG_MM, kink_gap
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Stitched:
     """loops: lists of slice indices in travel order; loose: the same for runs with a dead
     end that hold clear slices longer than LOOSE_MM, which only rounding can leave behind."""
@@ -22,7 +22,7 @@ class Stitched:
     loose: list
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Ways:
     """What the walk needs to choose: per slice the directions it leaves and arrives in
     (rad), its curvatures (1/mm, left positive), whether it is clear beyond doubt, and

@@ -19,7 +19,7 @@ SAME_FOOT_MM = 1e-6
 BACK_MM = 1e-2
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Finish:
     """All finish elements of a call: elements; first, count (c,) int per contour; owner (n,)
     int contour of each; upto (n,) mm length of contour before each; length (n,) mm; total
@@ -35,7 +35,7 @@ class Finish:
     line: np.ndarray
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Touch:
     """m path elements in order, and the corners after them.
 

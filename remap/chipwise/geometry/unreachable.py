@@ -16,7 +16,7 @@ from .tolerances import REGION_MM2
 from .touch import SAME_FOOT_MM, corner_arcs, pieces
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class UnreachableStretch:
     """Finish elements that no path touches and no tool edge closes: at the ends of an open
     contour, or beyond the end of an open path."""
@@ -24,7 +24,7 @@ class UnreachableStretch:
     lines: tuple
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Stretches:
     """s stretches: first, last (s,) int path elements; before, after (s,) int stretch on
     the other side of the corner at its start and end, -1 where there is none; along (s,)
