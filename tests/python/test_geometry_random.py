@@ -12,15 +12,15 @@ from chipwise.geometry.contour import make_contour
 from chipwise.geometry.offset import LEFT, RIGHT, offset_contour
 from contour_judge import (count_from_environment, judged, seed_from_environment, variants,
                            verdict, write_replay)
-from contour_random import chords_case, contour_case, grid_case
+from contour_random import chords_case, contour_case, grid_case, needles_case
 from contour_shapes import polygon
 
 SEED, COUNT = seed_from_environment(), count_from_environment(150)
-KINDS = ("filleted", "bulged", "grid", "chords")
+KINDS = ("filleted", "bulged", "grid", "chords", "needles")
 
 
 def case(kind, seed):
-    special = {"grid": grid_case, "chords": chords_case}
+    special = {"grid": grid_case, "chords": chords_case, "needles": needles_case}
     return special[kind](seed) if kind in special else contour_case(seed, kind)
 
 
@@ -30,8 +30,8 @@ def side_of(seed):
 
 
 def how_many(kind, count):
-    """Fewer of the long chord polygons: the oracle compares all elements with all."""
-    return max(count // (15 if kind == "chords" else 1), 1)
+    """Fewer of the long ones: the oracle compares all elements with all."""
+    return max(count // {"chords": 15, "needles": 3}.get(kind, 1), 1)
 
 
 def opened(parts, seed):
