@@ -13,12 +13,8 @@ from . import arcs, elements, search
 from .elements import Elements
 from .intersect import meetings
 from .lines import dot
-from .tolerances import (ARC_RADII_MM, ARC_RADII_SHARE, CONNECT_MM, FULL_CIRCLE_MM, NODE_MM,
-                         SELF_LOOP_MM, SHORT_MM)
-
-# Sweep (rad) up to which an arc counts as at most a half circle.
-HALF_TURN = np.pi * (1.0 + 1e-9)
-
+from .tolerances import (ARC_RADII_MM, ARC_RADII_SHARE, CONNECT_MM, FULL_CIRCLE_MM, HALF_TURN_RAD,
+                         NODE_MM, SELF_LOOP_MM, SHORT_MM)
 
 @dataclass(frozen=True)
 class LineElement:
@@ -190,7 +186,7 @@ def _halved(rows):
     circle exactly: only shorter arcs can be moved onto both ends (see _fitted)."""
     first, last = _distance(rows.start, rows.centre), _distance(rows.end, rows.centre)
     sweep = _sweeps(rows)
-    cut = rows.arc & (np.abs(sweep) > HALF_TURN) & (np.abs(first - last) > NODE_MM)
+    cut = rows.arc & (np.abs(sweep) > HALF_TURN_RAD) & (np.abs(first - last) > NODE_MM)
     if not cut.any():
         return rows
     out = rows.start - rows.centre
@@ -211,7 +207,7 @@ def _elements(rows):
     radius = 0.5 * (_distance(rows.start, rows.centre) + _distance(rows.end, rows.centre))
     centre = np.where(rows.arc[:, None], rows.centre, 0.0)
     radius = np.where(rows.arc, radius, 0.0)
-    fit = np.flatnonzero(rows.arc & (np.abs(sweep) <= HALF_TURN))
+    fit = np.flatnonzero(rows.arc & (np.abs(sweep) <= HALF_TURN_RAD))
     centre[fit], radius[fit], sweep[fit] = _fitted(rows.start[fit], rows.end[fit], centre[fit],
                                                    radius[fit], sweep[fit])
     out = rows.start - centre

@@ -4,6 +4,8 @@ Called by elements.py and intersect.py.  All lengths mm; shapes as given.
 """
 import numpy as np
 
+from .tolerances import PARALLEL
+
 
 def cross(a, b):
     """z of the cross product of a and b, both (..., 2) -> (...)."""
@@ -38,6 +40,6 @@ def intersect_lines(start_a, end_a, start_b, end_b):
     along_a, along_b = end_a - start_a, end_b - start_b
     denominator = cross(along_a, along_b)
     scale = np.hypot(*along_a.T) * np.hypot(*along_b.T)
-    denominator = np.where(np.abs(denominator) > 1e-15 * scale, denominator, np.nan)
+    denominator = np.where(np.abs(denominator) > PARALLEL * scale, denominator, np.nan)
     between = start_b - start_a
     return cross(between, along_b) / denominator, cross(between, along_a) / denominator

@@ -137,7 +137,7 @@ def _offset(contours, side, radius):
                             _spots(contours, judge, raw.spots, side, radius), 0)
     every = slicing.cut(raw)
     kept, depth = slicing.keep_clear(judge, chain, raw, every, radius)
-    stitched = stitch(raw, kept, depth, side)
+    stitched = stitch(raw, kept, depth, side, radius)
     made = tuple(runs_to_paths(chain, raw, kept, stitched))
     if all(c.closed for c in contours):
         lone = np.concatenate((_lone_nodes(judge, chain, raw, every, kept, radius), raw.spots))

@@ -14,10 +14,7 @@ from .elements import Elements
 from .intersect import parameters
 from .kinks import absorbed, straightened
 from .raw import CORNER, ELEMENT, SHRUNK, Raw
-
-# A finish element this near (mm) to the edge of a tool that fits one spot touches it.
-NEAR_MM = 1e-5
-
+from .tolerances import NEAR_MM, SHORT_MM
 
 @dataclass(frozen=True, eq=False)
 class Feet:
@@ -111,8 +108,8 @@ def _path(kind, chain, raw, slices, run):
     index, t0, t1 = slices.raw[run[first]], slices.t0[run[first]], slices.t1[run[last]]
     node0, node1 = slices.node0[run[first]], slices.node1[run[last]]
     e = raw.elements
-    short = (t1 - t0) * elements.lengths(e)[index]
-    keep = np.flatnonzero((node0 != node1) | (short > 1e-6))
+    long = (t1 - t0) * elements.lengths(e)[index]
+    keep = np.flatnonzero((node0 != node1) | (long > SHORT_MM))
     index, t0, t1, node0, node1 = (v[keep] for v in (index, t0, t1, node0, node1))
     if not len(index):
         return None

@@ -20,7 +20,7 @@ from . import elements
 from .canonical import canonical, offset_right
 from .elements import Elements
 from .lines import cross, dot
-from .tolerances import NODE_MM, kink_gap
+from .tolerances import CUSP_RAD, NODE_MM, kink_gap
 
 # Kinds of raw elements; from LINK on they only close gaps.
 ELEMENT, CORNER, LINK, SHRUNK = 0, 1, 2, 3
@@ -140,7 +140,7 @@ def _turns(chain, side):
     out = elements.tangent_at(e, here, np.ones(len(e)))
     into = elements.tangent_at(e, after, np.zeros(len(e)))
     turn = np.arctan2(cross(out, into), dot(out, into))
-    back = np.flatnonzero((np.abs(turn) > np.pi - 1e-3) & ~chain.cap)
+    back = np.flatnonzero((np.abs(turn) > np.pi - CUSP_RAD) & ~chain.cap)
     turn[back] = np.copysign(turn[back], _cusp_sides(e, back, after[back]))
     return np.where(chain.cap, side * np.pi, turn)
 

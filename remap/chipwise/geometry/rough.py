@@ -12,6 +12,7 @@ import numpy as np
 
 from . import elements
 from .elements import Elements
+from .tolerances import SOLID_MM
 from .touch import corner_arcs, pieces
 
 
@@ -26,7 +27,7 @@ def rough_shapes(finish, touch, paths, side, radius):
     """One RoughShape per path, in the same order."""
     if not len(paths):
         return []
-    solid = np.flatnonzero((touch.t1 - touch.t0) * finish.length[touch.finish] > 1e-9)
+    solid = np.flatnonzero((touch.t1 - touch.t0) * finish.length[touch.finish] > SOLID_MM)
     corner = np.flatnonzero(touch.corner)
     along = pieces(finish, touch.finish[solid], touch.t0[solid], touch.t1[solid])
     edge = corner_arcs(finish, touch, corner, side, radius)

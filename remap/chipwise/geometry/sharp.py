@@ -13,8 +13,9 @@ from . import elements, search
 from .elements import Elements
 from .intersect import meetings
 from .judge import clear_lines
+from .lines import cross, dot
 from .paths import Feet, SpotPath
-from .tolerances import NODE_MM
+from .tolerances import ANGLE_RAD, COLLINEAR, CUSP_RAD, NODE_MM
 
 # Longest distance from the corner to the tip of a sharp corner, in tool radii: turns up to
 # 120 degrees become sharp.
@@ -28,11 +29,15 @@ def sharpen(paths, judge, side, radius):
 
 
 def _tips(path, side, radius):
-    """Indices (k,) of whole rolling arcs that may become sharp, and their tips (k, 2)."""
-    e, feet = path.elements, path.feet
-    turn = e.sweep
-    corner = (feet.t0 == 1.0) & (feet.t1 == 1.0) & e.is_arc & (side * turn > 1e-3) \
-        & (np.abs(turn) <= 2.0 * np.arccos(1.0 / TIP) + 1e-9)
+    """Indices (k,) of rolling arcs between tangent neighbours that may become sharp, and
+    their tips (k, 2)."""
+    e, feet, turn = path.elements, path.feet, path.elements.sweep
+    every = np.arange(len(e))
+    into, out = (elements.tangent_at(e, every, np.full(len(e), t)) for t in (0.0, 1.0))
+    smooth = dot(into, np.roll(out, 1, axis=0)) > COLLINEAR
+    corner = (feet.t0 == 1.0) & (feet.t1 == 1.0) & e.is_arc & (side * turn > CUSP_RAD) \
+        & (np.abs(turn) <= 2.0 * np.arccos(1.0 / TIP) + ANGLE_RAD) \
+        & smooth & np.roll(smooth, -1)
     index = np.flatnonzero(corner)
     reach = radius / np.cos(0.5 * turn[index])
     return index, e.centre[index] + e.middle[index] * reach[:, None]
@@ -83,7 +88,9 @@ def _merged(e: Elements, old, along_finish, closed):
     first member that runs along the finish shape (n,) bool, or of its first at all."""
     tangent = elements.tangent_at(e, np.arange(len(e)), np.zeros(len(e)))
     before = np.roll(tangent, 1, axis=0)
-    same = ~e.is_arc & ~np.roll(e.is_arc, 1) & (np.sum(tangent * before, axis=1) > 1.0 - 1e-14)
+    length = elements.lengths(e)
+    bump = np.abs(cross(tangent, before)) * np.minimum(length, np.roll(length, 1))
+    same = ~e.is_arc & ~np.roll(e.is_arc, 1) & (dot(tangent, before) > 0.0) & (bump <= NODE_MM)
     same[0] &= closed
     shift = int(np.flatnonzero(~same)[0])
     e, old = elements.take(e, np.roll(np.arange(len(e)), -shift)), np.roll(old, -shift)

@@ -34,8 +34,8 @@ class _Ways:
     link: list
 
 
-def stitch(raw, slices, depth, side):
-    """Loops of slices; side +1: tool right of the contour, -1: left."""
+def stitch(raw, slices, depth, side, radius):
+    """Loops of slices; side +1: tool of `radius` (mm) right of the contour, -1: left."""
     alive = _without_dead_ends(slices, depth)
     outs = {}
     for k in np.flatnonzero(alive).tolist():
@@ -54,7 +54,7 @@ def stitch(raw, slices, depth, side):
                 loops.append(run)
             elif sure[run].sum() > LOOSE_MM:
                 loose.append(run)
-    return Stitched(_without_slivers(loops, raw, slices), loose)
+    return Stitched(_without_slivers(loops, raw, slices, radius), loose)
 
 
 def _walk(first, outs, to_node, used, ways, side):
@@ -110,12 +110,11 @@ def _without_dead_ends(slices, depth):
         alive &= ~dead
 
 
-def _without_slivers(loops, raw, slices):
+def _without_slivers(loops, raw, slices, radius):
     """Loops without the tiny ones that hang on another loop's node at a slight kink."""
-    e = raw.elements
-    length = (slices.t1 - slices.t0) * elements.lengths(e)[slices.raw]
+    length = (slices.t1 - slices.t0) * elements.lengths(raw.elements)[slices.raw]
     total = [float(length[loop].sum()) for loop in loops]
-    tiny = 4.0 * kink_gap(float(np.max(e.radius, initial=1.0)))
+    tiny = 4.0 * kink_gap(radius)
     if not any(t < tiny for t in total):
         return loops
     others = set(int(n) for loop, t in zip(loops, total) if t >= tiny

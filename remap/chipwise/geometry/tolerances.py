@@ -57,6 +57,34 @@ LOOSE_MM = 1e-3
 # Two directions closer than this are parallel when ways part at a node.
 ANGLE_RAD = 1e-6
 
+# Sine of the angle below which two lines have no intersection worth computing; what they
+# share where they lie on one another is found by their ends.
+PARALLEL = 1e-15
+
+# Cosine above which a rolling arc leaves its neighbour tangentially: 1e-5 rad against the
+# 1e-8 rad to which a cosine near 1 can be told.
+COLLINEAR = 1.0 - 5e-11
+
+# A turn this near to half a circle is a cusp, where the tangents do not tell the side; and
+# a turn smaller than this to the wrong side is rounding.
+CUSP_RAD = 1e-3
+
+# Sweep up to which an arc counts as at most a half circle.
+HALF_TURN_RAD = math.pi * (1.0 + 1e-9)
+
+# A finish element this near to the edge of a tool that fits one spot touches it.
+NEAR_MM = 1e-5
+
+# Feet nearer than this along the contour are one: ten times the node tolerance.
+SAME_FOOT_MM = 1e-6
+
+# A foot may fall back behind the last one by this much where the path runs over a kink of
+# nearly tangent elements, within the depth tolerance; that is no corner either.
+BACK_MM = 1e-2
+
+# Pieces of the finish shape shorter than this are points: no element of the rough shape.
+SOLID_MM = 1e-9
+
 # Unreachable regions smaller than this are rounding between touching elements.
 REGION_MM2 = 1e-9
 

@@ -11,13 +11,7 @@ import numpy as np
 from . import elements
 from .elements import Elements
 from .lines import cross, dot
-
-# Feet nearer than this along the contour (mm) are one: ten times the node tolerance.
-SAME_FOOT_MM = 1e-6
-# A foot may fall back behind the last one by this much (mm) where the path runs over a
-# kink of nearly tangent elements, within the depth tolerance; that is no corner either.
-BACK_MM = 1e-2
-
+from .tolerances import BACK_MM, CUSP_RAD, SAME_FOOT_MM
 
 @dataclass(frozen=True, eq=False)
 class Finish:
@@ -116,5 +110,5 @@ def corner_arcs(finish, touch, corner, side, radius):
     centre = touch.point[corner]
     a, b = start - centre, end - centre
     turn = np.arctan2(cross(a, b), dot(a, b)) * -side
-    turn = np.where(turn < -1e-3, turn + 2.0 * np.pi, turn) * -side
+    turn = np.where(turn < -CUSP_RAD, turn + 2.0 * np.pi, turn) * -side
     return elements.make_arcs(start, end, centre, np.full(len(corner), radius), turn)

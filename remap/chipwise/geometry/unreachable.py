@@ -12,8 +12,8 @@ import numpy as np
 from . import elements, winding
 from .elements import Elements
 from .necks import UnreachableRegion, areas, disentangled
-from .tolerances import REGION_MM2
-from .touch import SAME_FOOT_MM, corner_arcs, pieces
+from .tolerances import REGION_MM2, SAME_FOOT_MM
+from .touch import corner_arcs, pieces
 
 
 @dataclass(frozen=True, eq=False)
