@@ -10,8 +10,8 @@ import pytest
 from chipwise.geometry import judge, slices
 from chipwise.geometry.contour import make_contour
 from chipwise.geometry.offset import LEFT, RIGHT, offset_contour
-from contour_judge import (count_from_environment, judged, seed_from_environment, variants,
-                           verdict, write_replay)
+from contour_judge import (ROOT, count_from_environment, judged, read_replay,
+                           seed_from_environment, variants, verdict, write_replay)
 from contour_random import chords_case, contour_case, grid_case, needles_case
 from contour_shapes import polygon
 
@@ -138,10 +138,17 @@ def replace_y(e, shift):
 
 
 def test_replay_file_says_the_same(tmp_path):
-    from contour_judge import read_replay
     parts, radius = case("bulged", 3)
     path = write_replay("selftest", 3, parts, LEFT, radius, ["nothing"])
     again, side, same_radius = read_replay(path)
     path.unlink()
     assert side == LEFT and same_radius == radius
     assert np.allclose(make_contour(again).elements.start, make_contour(parts).elements.start)
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "tests/python/replays").glob("*.json")),
+                         ids=lambda path: path.stem)
+def test_cases_that_once_failed(path):
+    parts, side, radius = read_replay(path)
+    assert verdict(parts, side, radius) == []
+    assert variants(parts, side, radius)[1] == []

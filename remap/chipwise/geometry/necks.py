@@ -54,12 +54,10 @@ def disentangled(loop, lines, paths, side, radius):
     the tool reaches from both sides, not from neither."""
     edge = np.array([line is None for line in lines])
     cut, origin = _cut(loop, np.flatnonzero(edge))
-    if len(cut) == len(loop):
-        chains = [list(range(len(loop)))]
-    else:
+    if len(cut) > len(loop):
         clear = ~edge[origin] | ~_covered(cut, paths, radius)
         cut, origin = elements.take(cut, clear), origin[clear]
-        chains = _chained(cut)
+    chains = _chained(cut)
     return [UnreachableRegion(-side * area, tuple(sorted({lines[origin[k]] for k in chain}
                                                          - {None})), cut, np.array(chain))
             for chain, area in zip(chains, areas(cut, chains))]
@@ -96,19 +94,21 @@ def _covered(e, paths, radius):
 
 
 def _chained(e):
-    """Lists of elements joined end to start; runs that do not close are left out."""
+    """Lists of elements joined end to start to loops that pass no node twice; runs that do
+    not close are left out.  Every step uses up an element."""
     number = nodes.number(np.concatenate((e.start, e.end)))[0].tolist()
     count = len(e)
     leaving = {}
-    for k in range(count):
+    for k in reversed(range(count)):
         leaving.setdefault(number[k], []).append(k)
-    used, chains = set(), []
-    for first in range(count):
-        chain, here = [], first
-        while here is not None and here not in used:
-            used.add(here)
-            chain.append(here)
-            here = next((k for k in leaving.get(number[count + here], ()) if k not in used), None)
-        if chain and number[count + chain[-1]] == number[chain[0]]:
-            chains.append(chain)
+    chains = []
+    for first in number[:count]:
+        run, here = [], first
+        while leaving.get(here):
+            run.append(leaving[here].pop())
+            here = number[count + run[-1]]
+            begin = next((k for k, m in enumerate(run) if number[m] == here), None)
+            if begin is not None:
+                chains.append(run[begin:])
+                del run[begin:]
     return chains
