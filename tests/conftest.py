@@ -1,6 +1,6 @@
 """Shared by every test: where things are, how many random cases, what runs where.
 
-  remap/ and tests/ are on sys.path.
+  remap/, tests/ and tests/python/ are on sys.path.
   random_count(default), random_seed(), write_replay(): for the random tests, with
       CHIPWISE_RANDOM_COUNT and CHIPWISE_SEED from the environment
   @pytest.mark.machine    the test runs a whole LinuxCNC: at most two at once, first
@@ -16,7 +16,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
-for folder in (ROOT / "remap", ROOT / "tests"):
+for folder in (ROOT / "remap", ROOT / "tests", ROOT / "tests" / "python"):
     if str(folder) not in sys.path:
         sys.path.insert(0, str(folder))
 

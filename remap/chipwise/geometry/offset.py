@@ -1,0 +1,181 @@
+"""Offset of a contour by a tool: centre paths, rough shapes, unreachable regions.
+
+Called by the cycles G77, G78 (one contour) and G79 (a pocket with islands); the only
+module of this package they need besides contour.py and paths.py.  Source: JP H07-47256,
+Fig. 2: offset, delete what is reversed, offset back by minus the radius.
+
+Departure: the patent finds what to delete by the direction of each element; here the raw
+offset is cut wherever it meets itself, and every slice is judged against the whole
+contour.  docs/Geometry.md says why that finds everything.
+"""
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from . import elements, search, slices as slicing, winding
+from .contour import ContourError, refuse_meeting, reverse
+from .intersect import meetings
+from .judge import depths, depths_beside, make_judge
+from .paths import runs_to_paths, spot_path
+from .raw import make_chain, raw_offset
+from .rough import rough_shapes
+from .sharp import sharpen
+from .stitch import stitch
+from .tolerances import DEPTH_MM, NODE_MM, SPOT_MM
+from .touch import make_finish, make_touch
+from .unreachable import unreachable
+
+RIGHT, LEFT = 1, -1
+
+
+@dataclass(frozen=True, eq=False)
+class OffsetResult:
+    """What a tool of `radius` (mm) can do along `contours` on `side`.
+
+    paths: ClosedPath, OpenPath and SpotPath, in contour order, each in the direction of
+    the contour; sharp_paths: the same with sharp corners where that is safe; rough: one
+    RoughShape per path; unreachable: UnreachableRegion and
+    UnreachableStretch; loose: number of slice runs with a dead end (0 unless rounding
+    defeated the kernel; their motion is left out).
+    """
+    contours: tuple
+    side: int
+    radius: float
+    paths: tuple
+    loose: int
+
+    def source_lines(self, path):
+        """Source line (n,) int of every element of one of the paths."""
+        return np.concatenate([c.line for c in self.contours])[path.feet.finish]
+
+    @cached_property
+    def _touch(self):
+        finish = make_finish(self.contours)
+        return finish, make_touch(finish, self.paths)
+
+    @cached_property
+    def rough(self):
+        return tuple(rough_shapes(*self._touch, self.paths, self.side, self.radius))
+
+    @cached_property
+    def unreachable(self):
+        return unreachable(*self._touch, self.paths, self.side, self.radius)
+
+    @cached_property
+    def sharp_paths(self):
+        return sharpen(self.paths, make_judge(self.contours), self.side, self.radius)
+
+
+def offset_contour(contour, side, radius):
+    """OffsetResult of one contour with the tool RIGHT or LEFT of it."""
+    if side not in (RIGHT, LEFT):
+        raise ValueError(f"side {side!r} is neither RIGHT (1) nor LEFT (-1)")
+    return _offset((contour,), side, _checked(radius))
+
+
+def offset_pocket(boundary, islands, distance):
+    """OffsetResult of a pocket: inward of a closed boundary, outward of closed islands.
+
+    The contours may run either way round; paths run counter-clockwise along the boundary
+    and clockwise about islands.  Contours that meet each other are refused, and islands
+    outside the boundary or within one another.
+    """
+    loops = [_turned(boundary, True)] + [_turned(island, False) for island in islands]
+    _refuse_meetings(loops)
+    _refuse_misplaced(loops)
+    return _offset(tuple(loops), LEFT, _checked(distance))
+
+
+def _checked(radius):
+    radius = float(radius)
+    if not np.isfinite(radius) or radius <= 0.0:
+        raise ValueError(f"offset {radius} mm is not a number larger than 0; use the tool radius "
+                         "plus the allowance")
+    return radius
+
+
+def _turned(contour, ccw):
+    """The closed contour, counter-clockwise or clockwise."""
+    if not contour.closed:
+        first, last = contour.line[0], contour.line[-1]
+        raise ContourError("not connected", (last, first), f"a pocket outline is open: line {last}"
+                           f" does not end where line {first} starts; close it")
+    return contour if (elements.area(contour.elements) > 0.0) == ccw else reverse(contour)
+
+
+def _refuse_meetings(loops):
+    """Loops that cross or touch one another."""
+    finish = make_finish(loops)
+    tree = search.build(*elements.boxes(finish.elements))
+    met = meetings(finish.elements, finish.length, *search.pairs(tree, NODE_MM))
+    bad = np.flatnonzero(finish.owner[met.a] != finish.owner[met.b])
+    if len(bad):
+        k = bad[0]
+        refuse_meeting(finish.line[met.a[k]], finish.line[met.b[k]], met.point[k])
+
+
+def _refuse_misplaced(loops):
+    """Islands outside the boundary, or within another island."""
+    for k, island in enumerate(loops[1:], 1):
+        for m, other in enumerate(loops):
+            point = island.elements.start[:1]
+            inside = m != k and winding.numbers(other.elements, point)[0] != 0
+            if m != k and inside != (m == 0):
+                line, about = island.line[0], other.line[0]
+                where = "outside the boundary" if m == 0 else "within the island"
+                raise ContourError("misplaced island", (line, about), f"the island of line {line} "
+                                   f"lies {where} of line {about}; islands stand side by side "
+                                   "within the boundary", tuple(point[0]))
+
+
+def _offset(contours, side, radius):
+    judge, chain = make_judge(contours), make_chain(contours)
+    raw = raw_offset(chain, side, radius)
+    if not len(raw.elements):
+        return OffsetResult(contours, side, radius,
+                            _spots(contours, judge, raw.spots, side, radius), 0)
+    every = slicing.cut(raw)
+    kept, depth = slicing.keep_clear(judge, chain, raw, every, radius)
+    stitched = stitch(raw, kept, depth, side, radius)
+    made = tuple(runs_to_paths(chain, raw, kept, stitched))
+    if all(c.closed for c in contours):
+        lone = np.concatenate((_lone_nodes(judge, chain, raw, every, kept, radius), raw.spots))
+        made += _spots(contours, judge, lone, side, radius, made)
+    return OffsetResult(contours, side, radius, made, len(stitched.loose))
+
+
+def _lone_nodes(judge, chain, raw, every, kept, radius):
+    """Nodes (m, 2) mm that no kept slice touches and no near element rules out."""
+    lone = np.ones(len(every.point), bool)
+    lone[kept.node0] = lone[kept.node1] = False
+    source = chain.finish[raw.source[every.raw]]
+    for node in (every.node0, every.node1):
+        ask = np.flatnonzero(lone[node])
+        deep = depths_beside(judge, every.point[node[ask]], source[ask], radius) > DEPTH_MM
+        lone[node[ask[deep]]] = False
+    return every.point[lone]
+
+
+def _on_side(contours, side, point):
+    """Those of points (m, 2) that lie on the tool's side of closed contours.  At a cusp the
+    raw offset may touch the right distance on the wrong side."""
+    if not len(point):
+        return point
+    finish = elements.join([c.elements for c in contours])
+    ccw = elements.area(contours[0].elements) > 0.0
+    wanted = int(ccw) if side == LEFT else int(ccw) - 1
+    return point[winding.numbers(finish, point) == wanted]
+
+
+def _spots(contours, judge, point, side, radius, paths=()):
+    """SpotPaths where the tool fits at one of the points (m, 2) and no path comes."""
+    point = point[depths(judge, point, radius) <= DEPTH_MM]
+    taken = [p.elements.start for p in paths]
+    fresh = []
+    for p in point:
+        if not any(np.min(np.hypot(*(e - p).T)) <= SPOT_MM for e in taken):
+            fresh.append(p)
+            taken.append(p[None])
+    return tuple(spot_path(judge.finish, p, radius, side)
+                 for p in _on_side(contours, side, np.array(fresh).reshape(-1, 2)))

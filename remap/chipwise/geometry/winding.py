@@ -1,0 +1,41 @@
+"""On which side of closed contours a point lies.
+
+Called by offset.py for the rare points that no path runs through, and by unreachable.py.
+"""
+import numpy as np
+
+from . import elements
+from .elements import Elements
+from .lines import cross, dot
+
+
+def numbers(e: Elements, point):
+    """Winding number (m,) int of closed runs about points (m, 2) mm off the contour.
+
+    The chords' turns add up to that of the polygon; a point between an arc and its chord
+    is on the other side of the arc than of the chord, which is one whole turn.
+    """
+    pieces = _short_arcs(e)
+    total = np.zeros(len(point))
+    for k in range(len(pieces)):
+        a, b = pieces.start[k] - point, pieces.end[k] - point
+        total += np.arctan2(cross(a, b), dot(a, b))
+        if pieces.is_arc[k]:
+            out = point - pieces.centre[k]
+            bend = np.sign(pieces.sweep[k])
+            beyond = cross(pieces.end[k] - pieces.start[k], point - pieces.start[k]) * bend < 0.0
+            total += np.where(beyond & (dot(out, out) < pieces.radius[k] ** 2),
+                              2.0 * np.pi * bend, 0.0)
+    return np.round(total / (2.0 * np.pi)).astype(int)
+
+
+def _short_arcs(e):
+    """The run with every arc in four, so that none is longer than a quarter turn."""
+    cut = np.where(e.is_arc, 4, 1)
+    index = np.repeat(np.arange(len(e)), cut)
+    step = np.arange(len(index)) - np.repeat(np.cumsum(cut) - cut, cut)
+    t0, t1 = step / cut[index], (step + 1) / cut[index]
+    start, end = elements.point_at(e, index, t0), elements.point_at(e, index, t1)
+    start[step == 0], end[step == cut[index] - 1] = e.start, e.end
+    return Elements(start, end, e.centre[index], e.radius[index],
+                    e.start_angle[index] + t0 * e.sweep[index], e.sweep[index] / cut[index])
