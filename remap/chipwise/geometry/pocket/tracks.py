@@ -25,6 +25,7 @@ import numpy as np
 
 from .. import elements
 from ..elements import Elements
+from ..offset import Pocket
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,9 +36,13 @@ class Field:
     boundary: Elements, closed, counter-clockwise; holes: tuple of Elements, closed, clockwise,
     one round each island or group of islands.  A Field of no area (the tool fits in one spot,
     or along one line) has a boundary that runs there and back, or one line of no length.
+    pocket, distance: the original contours and their distance, mm, from which rings.py makes
+    every ring anew (offset.py: pocket_ring).
     """
     boundary: Elements
     holes: tuple = ()
+    pocket: Pocket = None
+    distance: float = 0.0
 
     @property
     def contours(self):

@@ -1,0 +1,59 @@
+"""Where the tool centre may be in a pocket: loops to Fields.
+
+Called by cycles/pocket.py for the pocket, and by rings.py for every ring of it.  A pocket whose
+necks are narrower than the tool falls into several Fields.  The work is done by offset.py:
+every ring comes from the original contours, so nothing adds up from ring to ring.
+"""
+import numpy as np
+
+from .. import elements, winding
+from ..offset import make_pocket, pocket_ring
+from ..paths import SpotPath
+from .tracks import Field
+
+# Places of a hole at which it is asked which boundary holds it: a loop may touch the boundary
+# at one of them.
+ASKED = 5
+
+
+def split(boundary, islands, distance):
+    """Fields of closed contours: tool centres at least `distance` (mm) inside the boundary and
+    outside the islands; none where the tool fits nowhere."""
+    return fields_at(make_pocket(boundary, islands), distance)
+
+
+def fields_at(pocket, distance):
+    """Fields of a Pocket at a distance (mm) from its contours."""
+    loops = [path.elements for path in pocket_ring(pocket, distance).paths]
+    spots = [isinstance(path, SpotPath) for path in pocket_ring(pocket, distance).paths]
+    area = [elements.area(loop) for loop in loops]
+    outer = [k for k in range(len(loops)) if area[k] >= 0.0 or spots[k]]
+    owned = {k: [] for k in outer}
+    for k in set(range(len(loops))) - set(outer):
+        owner = _owner(loops, area, outer, k)
+        if owner is None:                         # a way there and back that rounding turned
+            owned[k] = []
+        else:
+            owned[owner].append(loops[k])
+    return tuple(Field(_one_spot(loops[k]) if spots[k] else loops[k], tuple(owned[k]), pocket,
+                       distance) for k in sorted(owned))
+
+
+def _owner(loops, area, outer, hole):
+    """The smallest boundary that holds a hole; None where none does."""
+    count = len(loops[hole])
+    index = np.linspace(0, count - 1, min(ASKED, count)).astype(int)
+    asked = elements.point_at(loops[hole], index, np.full(len(index), 0.5))
+    holds = [k for k in outer if area[k] > 0.0 and 2 * np.count_nonzero(
+        winding.numbers(loops[k], asked) == 1) > len(index)]
+    return min(holds, key=lambda k: area[k], default=None)
+
+
+def _one_spot(loop):
+    """A place where the tool just fits, as one line of no length."""
+    return elements.take(loop, np.array([0]))
+
+
+def inside(field, point):
+    """Which of points (m, 2) mm lie inside a Field."""
+    return winding.numbers(elements.join(field.contours), point) == 1
