@@ -1,0 +1,220 @@
+"""P0, contour-parallel: rings a step-over apart, each from the original contours, inside out.
+
+Called by cycles/pocket.py as a strategy (tracks.py says what that is).  Arcs stay arcs.
+
+Why a step-over up to the tool radius leaves nothing: whoever walks from a point of the Field
+straight to its nearest wall meets each ring after exactly the difference of the two distances.
+So every point lies within a step-over of the ring outside it.  Beyond the tool radius
+the corners between rings are left, and leftovers.py gives them their own moves.
+
+Order.  The Field at ring k+1 lies within the Field at ring k: a tree, whose leaves are the
+deepest places.  A leaf's ring is cut in the full; every other ring meets stock of one
+step-over, because the rings inside it are cut before.  From any place of an inner ring one of
+the outer rings is exactly a step-over away, so the way there is a short slant ahead, within
+the cleared area's edge; the tool lifts only from leaf to leaf and between rings about different
+islands.
+"""
+from dataclasses import dataclass
+
+import numpy as np
+
+from chipwise.errors import CycleError
+
+from .. import elements
+from ..judge import clear_lines
+from . import runs
+from .fields import fields_at, inside
+from .tracks import Field, along, make_track
+
+# More rings are a slip of the finger and would stall the preview.
+MAX_RINGS = 500
+
+# A way between two places of a ring counts as clear this much nearer to the wall: rounding. mm
+SLACK_MM = 1e-6
+
+# Lengths ahead, in step-overs, at which the next ring is met: the longest that fits. The longer,
+# the more slowly the cut widens.
+SLANTS = (4.0, 3.0, 2.0, 1.0, 0.5, 0.0)
+
+# A ring this much further than a step-over is not next to where the tool is.
+BESIDE = 1.02
+
+# Longest way at feed through cleared area, in tool radii, before lifting is the shorter one.
+TRAVEL = 12.0
+
+# A deepest ring shorter than this, in step-overs, is left out where the ring about it clears its
+# place too: a plunge for a spot.
+SPOT = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class _Node:
+    """A Field at one ring, its loops in the direction of travel, and the Fields within it."""
+    field: Field
+    loops: tuple
+    children: list
+
+
+class _Way:
+    """The Tracks so far and where the tool is; here is None before the first one."""
+
+    def __init__(self):
+        self.done, self.parts, self.flags, self.here = [], [], [], None
+
+    def lift(self, to):
+        """Ends the Track; the next starts at a place (2,) mm."""
+        if self.parts:
+            self.done.append(make_track(elements.join(self.parts), np.concatenate(self.flags)))
+        self.parts, self.flags, self.here = [], [], to
+
+    def go(self, run, cutting=True):
+        """Adds Elements that start here."""
+        self.parts.append(run)
+        self.flags.append(np.full(len(run), cutting))
+        self.here = run.end[-1]
+
+    def line(self, to, cutting=True):
+        """Adds a line, where there is any way to go."""
+        if np.hypot(*(to - self.here)) > runs.SNAP_MM:
+            self.go(runs.line(self.here, to), cutting)
+
+    def tracks(self):
+        self.lift(None)
+        return tuple(self.done)
+
+
+def contour_parallel(field, radius, step, direction, climb):
+    """Tracks of a Field, rings `step` mm apart.  direction (rad) plays no part."""
+    way = _Way()
+    _cut(way, _tree(field, radius, step, climb), radius, step)
+    return way.tracks()
+
+
+def _tree(field, radius, step, climb):
+    """The rings of a Field as a tree."""
+    root = _node(field, climb)
+    level, count = [root], 0
+    while level:
+        count += 1
+        if count > MAX_RINGS:
+            raise CycleError(f"step-over D{{d}} needs more than {MAX_RINGS} rings", "use a larger D",
+                             d=step)
+        found = fields_at(field.pocket, field.distance + count * step)
+        found = [f for f in found if f.area > 0.0 or len(f.boundary) > 1]
+        level = _placed(found, level, climb) if found else []
+    _prune(root, radius, step)
+    return root
+
+
+def _node(field, climb):
+    return _Node(field, tuple(along(loop, climb) for loop in field.contours), [])
+
+
+def _placed(found, parents, climb):
+    """Nodes of Fields, each hung below the one of parents that holds it; others belong to
+    another Field of the pocket."""
+    point = np.array([f.boundary.start[0] for f in found])
+    nodes, owner = [_node(f, climb) for f in found], np.full(len(found), -1)
+    for k, parent in enumerate(parents):
+        owner[inside(parent.field, point) & (owner < 0)] = k
+    for node, k in zip(nodes, owner.tolist()):
+        if k >= 0:
+            parents[k].children.append(node)
+    return [node for node, k in zip(nodes, owner.tolist()) if k >= 0]
+
+
+def _prune(node, radius, step):
+    """Takes away leaves not worth a plunge: the ring about them reaches all they would cut."""
+    for child in node.children:
+        _prune(child, radius, step)
+    if step <= radius:
+        node.children[:] = [c for c in node.children if c.children or sum(
+            np.sum(elements.lengths(loop)) for loop in c.loops) > SPOT * step]
+
+
+def _cut(way, node, radius, step):
+    """A node: what lies within it first, then its own loops, the nearest first."""
+    waiting = list(node.children)
+    while waiting:
+        _cut(way, waiting.pop(_nearest(way.here, [c.loops[0] for c in waiting])), radius, step)
+    cut = [(loop, child.field) for child in node.children for loop in child.loops]
+    left = list(node.loops)
+    while left:
+        loop = left.pop(_beside(way, node, cut, left, radius, step))
+        place = _met(way, node, loop, step)
+        way.line(runs.point(loop, *place))
+        way.go(runs.rotated(loop, *place))
+        cut.append((loop, node.field))
+
+
+def _nearest(here, loops):
+    """Index of the loop nearest to a place."""
+    if here is None or len(loops) == 1:
+        return 0
+    return int(np.argmin([runs.nearest(loop, here)[0] for loop in loops]))
+
+
+def _beside(way, node, cut, left, radius, step):
+    """Index of the loop to cut next, with the tool brought beside it: where it is, through cleared
+    area, through the air, or in the solid."""
+    if way.here is not None:
+        gaps = [runs.nearest(loop, way.here)[0] for loop in left]
+        k = int(np.argmin(gaps))
+        if way.parts and gaps[k] <= BESIDE * step and _clear(way.here, runs.point(
+                left[k], *runs.nearest(left[k], way.here)[1:]), node.field):
+            return k
+        found = _pair(way.here, cut, left, step)
+        if found is not None:
+            k, place, field = found
+            near = np.hypot(*(place - way.here)) <= TRAVEL * radius
+            if way.parts and near and _clear(way.here, place, field):
+                way.line(place, False)
+            else:
+                way.lift(place)
+            return k
+    else:
+        k = 0
+    longest = int(np.argmax(elements.lengths(left[k])))
+    way.lift(runs.point(left[k], longest, 0.5))
+    return k
+
+
+def _pair(here, cut, left, step):
+    """(index of a loop, place beside it, Field of that place) among places on loops already cut,
+    the nearest to here; None where no such loop lies beside one that is left."""
+    best = None
+    for loop, field in cut:
+        index = np.repeat(np.arange(len(loop)), 4)
+        places = elements.point_at(loop, index, np.tile((0.0, 0.25, 0.5, 0.75), len(loop)))
+        way_to = np.hypot(*(places - here).T)
+        for k, other in enumerate(left):
+            n = len(other)
+            gap = elements.distances(other, np.tile(np.arange(n), len(places)),
+                                     np.repeat(places, n, axis=0)).reshape(-1, n).min(axis=1)
+            ok = np.flatnonzero(gap <= BESIDE * step)
+            if len(ok):
+                m = ok[np.argmin(way_to[ok])]
+                if best is None or way_to[m] < best[0]:
+                    best = (way_to[m], k, places[m], field)
+    return best and best[1:]
+
+
+def _met(way, node, loop, step):
+    """Where a loop is met: ahead of its nearest place, as far as the slant there is clear."""
+    gap, index, t = runs.nearest(loop, way.here)
+    if gap <= runs.SNAP_MM:
+        return index, t
+    total = float(np.sum(elements.lengths(loop)))
+    at = runs.along_of(loop, index, t)
+    ahead = [s * step for s in SLANTS if s * step <= 0.3 * total or s == 0.0]
+    places = [runs.snapped(loop, *runs.place_at(loop, at + a)) for a in ahead]
+    points = np.array([runs.point(loop, *p) for p in places])
+    start = np.broadcast_to(way.here, points.shape)
+    clear = clear_lines(node.field.pocket.judge, start, points, node.field.distance - SLACK_MM)
+    return places[int(np.argmax(clear))] if clear.any() else (index, t)
+
+
+def _clear(start, end, field):
+    """Whether the straight way between two places keeps inside a Field."""
+    return bool(clear_lines(field.pocket.judge, start[None], end[None],
+                            field.distance - SLACK_MM)[0])
