@@ -9,8 +9,9 @@ becomes pieces is described from outside (its polygon holds the true arc), a ker
 
 import math
 
-from shapely.geometry import LineString, MultiPoint, Polygon
+from shapely.geometry import LineString, MultiPoint, Point, Polygon
 from shapely.ops import unary_union
+from shapely.validation import make_valid
 
 # A loose bit below this area has no size that matters and is what rounding leaves along a kerf. mm2
 SLIVER_AREA = 1e-9
@@ -99,3 +100,78 @@ def pieces(region, segments, half_width, reaching=0.0):
             ring = hull.exterior.coords if hull.geom_type == "Polygon" else hull.coords
             outlines.append(list(ring))
     return outlines
+
+
+# ---- pockets: what is left, in polygons -------------------------------------------------------------------------
+
+# Points of a way that become one kerf: long ways that cross themselves are slow to widen at once.
+KERF_POINTS = 40
+
+
+def area_region(outline, holes=()):
+    """A region from an outline and holes, each (n, 2) float, mm, that may touch themselves or one another."""
+    shape = Polygon(outline, holes)
+    return shape if shape.is_valid else unary_union(_parts(make_valid(shape)))
+
+
+def arc_corners(radius, sagitta):
+    """Corners per quarter turn of a disc of `radius` (mm) drawn inside the true one within `sagitta` (mm)."""
+    return max(4, math.ceil(math.pi / 4 / math.acos(1 - min(sagitta / radius, 1.0))))
+
+
+def kerfs(ways, half_width, sagitta):
+    """Everything nearer than `half_width` (mm) to ways, each (n, 2) float; drawn inside within `sagitta`."""
+    corners, drawn = arc_corners(half_width, sagitta), []
+    for way in ways:
+        for first in range(0, max(len(way) - 1, 1), KERF_POINTS):
+            points = way[first:first + KERF_POINTS + 1]
+            drawn.append((LineString(points) if len(points) > 1 else Point(points[0])).buffer(half_width, corners))
+    return unary_union(drawn)
+
+
+def subtract(region, taken):
+    """A region less another."""
+    return region.difference(taken)
+
+
+def joined(regions):
+    """One region from several."""
+    return unary_union(list(regions))
+
+
+def parts(region, smallest=SLIVER_AREA):
+    """The connected parts of a region larger than `smallest` (mm2)."""
+    return [part for part in _parts(region) if part.area > smallest]
+
+
+def outline_points(region):
+    """Corners (n, 2) of a connected region's outline, mm."""
+    return [(x, y) for x, y, *_ in region.exterior.coords]
+
+
+def cells(region, size):
+    """A region cut by a square grid of `size` (mm): its parts, row by row to and fro."""
+    low_x, low_y, high_x, high_y = region.bounds
+    columns, rows = (max(1, math.ceil((high - low) / size)) for low, high in ((low_x, high_x), (low_y, high_y)))
+    found = []
+    for row in range(rows):
+        for column in (range(columns) if row % 2 == 0 else range(columns - 1, -1, -1)):
+            x, y = low_x + column * size, low_y + row * size
+            found += parts(region.intersection(box(x, y, x + size, y + size)))
+    return found
+
+
+def grown(region, distance, sagitta):
+    """A region and everything nearer to it than `distance` (mm)."""
+    return region.buffer(distance, arc_corners(distance, sagitta))
+
+
+def area_of(region):
+    """mm2"""
+    return region.area
+
+
+def place_in(region):
+    """(x, y) mm of a point inside a region."""
+    point = region.representative_point()
+    return point.x, point.y

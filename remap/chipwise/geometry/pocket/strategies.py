@@ -1,0 +1,7 @@
+"""The strategies of G79 by their number P.  Called by cycles/pocket.py."""
+from .rings import contour_parallel
+
+# P word -> strategy, as tracks.py describes it.
+STRATEGIES = {0: contour_parallel}
+
+NAMES = {0: "contour-parallel", 1: "one-way", 2: "zigzag", 3: "concentric about a base line"}
