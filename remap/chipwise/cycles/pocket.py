@@ -22,8 +22,7 @@ import numpy as np
 from chipwise.cycles.hole import EQUAL, MAX_PASSES, depths
 from chipwise.errors import CycleError
 from chipwise.geometry import elements
-from chipwise.geometry.contour import ContourError, make_contour
-from chipwise.geometry.judge import clear_lines
+from chipwise.geometry.contour import make_contour
 from chipwise.geometry.offset import make_pocket
 from chipwise.geometry.pocket import entries, fields, leftovers, runs
 from chipwise.geometry.pocket.strategies import NAMES, STRATEGIES
@@ -39,9 +38,6 @@ ON_WAY_MM = 1e-4
 # Widest spacing of the ways, in tool diameters: D up to the whole diameter is allowed, but kerfs side by side have to
 # overlap by something, or every rounding leaves a wall of nothing between them.
 WIDEST = 0.995
-
-# A way counts as inside the Field this much nearer to the wall: rounding. mm
-SLACK_MM = 1e-6
 
 
 @dataclass(frozen=True)
@@ -128,7 +124,8 @@ def check(request):
 
 @lru_cache(maxsize=32)
 def pocket_plan(request):
-    """The whole cycle.  Raises CycleError, before any move, where it cannot be done."""
+    """The whole cycle.  Raises CycleError, before any move, where it cannot be done, and ContourError for a loop that is
+    no closed contour."""
     check(request)
     r = request
     pocket = _pocket(r.loops)
@@ -165,11 +162,8 @@ def field_tracks(field, request):
 @lru_cache(maxsize=32)
 def _pocket(loops):
     """Loops of parts -> Pocket.  Kept: the same pocket is often cleared in several cycles."""
-    try:
-        contours = [make_contour(parts) for parts in loops]
-        return make_pocket(contours[0], contours[1:])
-    except ContourError as error:
-        raise CycleError(str(error).replace("{", "{{").replace("}", "}}")) from error
+    contours = [make_contour(parts) for parts in loops]
+    return make_pocket(contours[0], contours[1:])
 
 
 class _Driver:
@@ -233,7 +227,8 @@ class _Driver:
         if math.dist(self.at[:2], (x, y)) <= EQUAL and above is None and self.at[2] == r.clearance:
             return
         safe = r.clearance if above is None else min(above + GAP_MM, r.clearance)
-        level = self.moves and above is not None and self.at[2] <= safe and self._inside(field, track.start)
+        level = self.moves and above is not None and self.at[2] <= safe and fields.clear_way(
+            field, np.array(self.at[:2]), track.start)
         if not self.moves:
             if self.at[2] < r.clearance - EQUAL:
                 self.rapid(z=r.clearance)
@@ -241,11 +236,6 @@ class _Driver:
             self.rapid(z=safe if level else r.clearance)
         self.rapid(x=x, y=y)
         self.rapid(z=safe)
-
-    def _inside(self, field, to):
-        """Whether the straight way from here to a place keeps inside the Field."""
-        here = np.array([self.at[:2]])
-        return bool(clear_lines(field.pocket.judge, here, to[None], field.distance - SLACK_MM)[0])
 
     # ---- entries -------------------------------------------------------------------------------------------------
 

@@ -109,8 +109,17 @@ KERF_POINTS = 40
 
 
 def area_region(outline, holes=()):
-    """A region from an outline and holes, each (n, 2) float, mm, that may touch themselves or one another."""
+    """A region from an outline and holes, each (n, 2) float, mm, that may touch themselves or one another, or run there
+    and back on themselves.  One loop at a time: make_valid() of all together takes touching holes for area."""
     shape = Polygon(outline, holes)
+    if shape.is_valid:
+        return shape
+    return _valid(outline).difference(unary_union([_valid(hole) for hole in holes]))
+
+
+def _valid(outline):
+    """The area within one loop."""
+    shape = Polygon(outline)
     return shape if shape.is_valid else unary_union(_parts(make_valid(shape)))
 
 

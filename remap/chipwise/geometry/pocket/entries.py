@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import elements
-from ..judge import depths
 from . import runs
+from .fields import allowed
 
 # Radii of a helix that are tried, in tool radii: the widest first.  Below 1, so that no core
 # is left standing in the middle.
@@ -17,9 +17,6 @@ HELIX = (0.9, 0.75, 0.6, 0.45, 0.3)
 
 # Shortest leg of a ramp, in tool radii: the chips of a shorter one have nowhere to go.
 LEG = 2.0
-
-# Rounding of the judged places. mm
-SLACK_MM = 1e-6
 
 
 @dataclass(frozen=True)
@@ -59,7 +56,7 @@ def _helix(field, track, radius, depth, angle):
         size = share * radius
         for side in (1.0, -1.0):
             centre = track.start + side * size * left
-            if depths(field.pocket.judge, centre[None], field.distance + size)[0] <= SLACK_MM:
+            if allowed(field, centre[None], size)[0]:
                 turns = max(1, math.ceil(depth / (2.0 * math.pi * size * math.tan(angle)) - 1e-9))
                 return Helix(tuple(centre.tolist()), side > 0.0, size, turns)
     return None

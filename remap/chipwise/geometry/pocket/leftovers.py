@@ -9,11 +9,10 @@ that fits a circle of the tool's radius is gone when the tool has been at that c
 """
 import numpy as np
 
-from .. import regions
+from .. import elements, regions
 from ..chop import enclosing_circle
-from ..judge import clear_lines
-from .. import elements
 from . import runs
+from .fields import allowed, clear_way
 from .tracks import make_track
 
 # How much too small kerfs are drawn. mm; also how coarsely arcs are flattened.
@@ -22,9 +21,6 @@ SAGITTA_MM = 1e-3
 # Side, in tool radii, of the squares that larger leftovers are cut into: half the diagonal is
 # 0.71 radii, so the tool clears one from its middle.
 CELL = 1.0
-
-# A way counts as inside the Field this much nearer to the wall: rounding. mm
-SLACK_MM = 1e-6
 
 # Smallest area worth a look, in squares of the tool radius: rounding along kerfs.
 SMALLEST = 1e-9
@@ -43,8 +39,10 @@ def left_parts(field, tracks, radius):
 
 def leftovers(field, tracks, radius):
     """Tracks for everything the given ones left inside the tool's reach."""
-    spots = _spots(left_parts(field, tracks, radius), radius)
-    if not len(spots):
+    spots = [np.array(s) for s in _spots(left_parts(field, tracks, radius), radius)]
+    spots = [s[allowed(field, s)] for s in spots]     # never trust a polygon with a wall
+    spots = [s for s in spots if len(s)]
+    if not spots:
         return ()
     way = elements.join([t.elements for t in tracks])
     return tuple(_tour(field, spots, way, tracks[-1].end, radius))
@@ -65,14 +63,14 @@ def _spots(parts, radius):
 
 def _tour(field, groups, way, here, radius):
     """Groups of spots, the nearest next, joined by lines where the Field allows."""
-    groups, points, made = [np.array(g) for g in groups], None, []
+    groups, points, made = list(groups), None, []
     while groups:
         ends = np.array([(g[0], g[-1]) for g in groups])
         gap = np.hypot(*np.moveaxis(ends - here, 2, 0))
         k, last = np.unravel_index(np.argmin(gap), gap.shape)
         group = groups.pop(k)[::-1 if last else 1]
         for spot in group:
-            if points is None or not _clear(field, points[-1], spot):
+            if points is None or not clear_way(field, points[-1], spot):
                 made += _track(points)
                 points = _from(field, way, spot)
             points.append(spot)
@@ -84,7 +82,7 @@ def _from(field, way, spot):
     """The place on ways already cut from which a spot is reached by a straight line."""
     _, index, t = runs.nearest(way, spot)
     place = runs.point(way, index, t)
-    return [place] if _clear(field, place, spot) else [spot]
+    return [place] if clear_way(field, place, spot) else [spot]
 
 
 def _track(points):
@@ -94,7 +92,3 @@ def _track(points):
     points = np.array(points if len(points) > 1 else points * 2)
     return [make_track(elements.make_lines(points[:-1], points[1:]))]
 
-
-def _clear(field, start, end):
-    return bool(clear_lines(field.pocket.judge, start[None], end[None],
-                            field.distance - SLACK_MM)[0])

@@ -21,16 +21,12 @@ import numpy as np
 from chipwise.errors import CycleError
 
 from .. import elements
-from ..judge import clear_lines
 from . import runs
-from .fields import fields_at, inside
+from .fields import clear_way, clear_ways, fields_at, inside
 from .tracks import Field, along, make_track
 
 # More rings are a slip of the finger and would stall the preview.
 MAX_RINGS = 500
-
-# A way between two places of a ring counts as clear this much nearer to the wall: rounding. mm
-SLACK_MM = 1e-6
 
 # Lengths ahead, in step-overs, at which the next ring is met: the longest that fits. The longer,
 # the more slowly the cut widens.
@@ -41,11 +37,6 @@ BESIDE = 1.02
 
 # Longest way at feed through cleared area, in tool radii, before lifting is the shorter one.
 TRAVEL = 12.0
-
-# A deepest ring shorter than this, in step-overs, is left out where the ring about it clears its
-# place too: a plunge for a spot.
-SPOT = 1.0
-
 
 @dataclass(frozen=True, eq=False)
 class _Node:
@@ -124,12 +115,12 @@ def _placed(found, parents, climb):
 
 
 def _prune(node, radius, step):
-    """Takes away leaves not worth a plunge: the ring about them reaches all they would cut."""
+    """Takes away leaves not worth a plunge: the ring about them reaches all they would cut.  No
+    place in a leaf is deeper than its outline's length over 2 pi."""
     for child in node.children:
         _prune(child, radius, step)
-    if step <= radius:
-        node.children[:] = [c for c in node.children if c.children or sum(
-            np.sum(elements.lengths(loop)) for loop in c.loops) > SPOT * step]
+    node.children[:] = [c for c in node.children if c.children or step + sum(
+        np.sum(elements.lengths(loop)) for loop in c.loops) / (2.0 * np.pi) > radius]
 
 
 def _cut(way, node, radius, step):
@@ -160,14 +151,14 @@ def _beside(way, node, cut, left, radius, step):
     if way.here is not None:
         gaps = [runs.nearest(loop, way.here)[0] for loop in left]
         k = int(np.argmin(gaps))
-        if way.parts and gaps[k] <= BESIDE * step and _clear(way.here, runs.point(
-                left[k], *runs.nearest(left[k], way.here)[1:]), node.field):
+        if way.parts and gaps[k] <= BESIDE * step and clear_way(
+                node.field, way.here, runs.point(left[k], *runs.nearest(left[k], way.here)[1:])):
             return k
         found = _pair(way.here, cut, left, step)
         if found is not None:
             k, place, field = found
             near = np.hypot(*(place - way.here)) <= TRAVEL * radius
-            if way.parts and near and _clear(way.here, place, field):
+            if way.parts and near and clear_way(field, way.here, place):
                 way.line(place, False)
             else:
                 way.lift(place)
@@ -209,12 +200,6 @@ def _met(way, node, loop, step):
     ahead = [s * step for s in SLANTS if s * step <= 0.3 * total or s == 0.0]
     places = [runs.snapped(loop, *runs.place_at(loop, at + a)) for a in ahead]
     points = np.array([runs.point(loop, *p) for p in places])
-    start = np.broadcast_to(way.here, points.shape)
-    clear = clear_lines(node.field.pocket.judge, start, points, node.field.distance - SLACK_MM)
+    clear = clear_ways(node.field, way.here, points)
     return places[int(np.argmax(clear))] if clear.any() else (index, t)
 
-
-def _clear(start, end, field):
-    """Whether the straight way between two places keeps inside a Field."""
-    return bool(clear_lines(field.pocket.judge, start[None], end[None],
-                            field.distance - SLACK_MM)[0])
