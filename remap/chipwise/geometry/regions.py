@@ -11,7 +11,7 @@ import math
 
 from shapely import affinity
 from shapely.geometry import LineString, MultiPoint, Polygon
-from shapely.ops import polygonize, unary_union
+from shapely.ops import polygonize, polylabel, unary_union
 from shapely.prepared import prep
 
 # A loose bit below this area has no size that matters and is what rounding leaves along a kerf. mm2
@@ -179,3 +179,12 @@ def diagonal(region):
     """Diagonal (mm) of the region's bounding box: no point is farther from another."""
     low_x, low_y, high_x, high_y = region.bounds
     return math.hypot(high_x - low_x, high_y - low_y)
+
+
+def inner_radius(region, tolerance):
+    """Radius (mm) of a circle inside a connected region, the largest one within about `tolerance`."""
+    try:
+        centre = polylabel(region, tolerance)
+    except Exception:  # shapely 1.8 raises what GEOS calls the fault of a needle's centroid
+        return 0.0
+    return centre.distance(region.boundary)
