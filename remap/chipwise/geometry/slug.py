@@ -24,7 +24,7 @@ import numpy as np
 
 from . import elements as runs
 from . import regions
-from .chop import MIN_LINE, PIECE_MARGIN, flat_segments, order_lines, piece_size, travel
+from .chop import MIN_LINE, PIECE_MARGIN, flat_segments, order_lines, piece_size
 
 # A strip of stock thinner than this may break at any time and holds nothing: run-out, deflection and wear make a kerf
 # some hundredths of a mm wider on either side than computed, so that the strip may not be there at all. mm
@@ -46,9 +46,11 @@ OWN_ANGLES = 4
 # Directions nearer than this are one. rad
 SAME_ANGLE = math.radians(0.5)
 
-# Lines to a direction at most: it bounds the preview's time.  A slug that needs more is cleared or refused by nobody:
-# the lines are then as many as make the pieces vanish.
+# Parts across one direction that the search looks at: it bounds the preview's time.  A slug that needs more is cleared.
 MAX_PARTS = 400
+
+# So many parts more are tried where the grid of fewest lines leaves a large piece on a thin bridge.
+FINER = 4
 
 # Chords are counted at so many places across the slug.
 COUNT_PLACES = 64
@@ -185,15 +187,16 @@ class _Slug:
         return SlugChop(turned, grid.angle, parts, len(pieces), max(pieces, default=0.0))
 
     def _tries(self, found, grids, size):
-        """What to take, best first: the grids found, then finer ones, at last lines that clear."""
-        yield from found
+        """What to take, best first: (lines, length, grid, parts).  After the best grid the others found and finer ones
+        of the best, at last lines that clear."""
+        yield from found[:1]
+        others = found[1:]
         if found:
             _, _, grid, (a, b) = found[0]
-            for more in range(1, 5):
-                yield from ((0, 0.0, grid, (a + i, b + more - i)) for i in range(more + 1)
-                            if grid.usable((a + i, b + more - i)) and grid.fits((a + i, b + more - i), size))
-        yield min(((grid.lines(parts), 0.0, grid, parts) for grid in grids for parts in grid.clearing()),
-                  key=lambda t: t[:2])
+            finer = [(a + i, b + more - i) for more in range(1, FINER + 1) for i in range(more + 1)]
+            others += [grid.trial(parts) for parts in finer if grid.usable(parts) and grid.fits(parts, size)]
+        yield from sorted(others, key=lambda t: t[:2])
+        yield min((grid.trial(parts) for grid in grids for parts in grid.clearing()), key=lambda t: t[:2])
 
     def _held(self, segments, size):
         """Whether everything of `size` (mm) or more is still held, BRIDGE thick, when all lines are cut."""
@@ -304,12 +307,16 @@ class _Grid:
                 continue
             parts = self._least(n, size, best)
             if parts is not None:
-                segments = flat_segments(self.groups(parts))
-                found.append((len(segments), sum(math.dist(*s) for s in segments), self, parts))
-                best = min(best, len(segments) + 1)
+                found.append(self.trial(parts))
+                best = min(best, found[-1][0] + 1)
             if self.cell(0, n) <= -OVERLAP:
                 break
         return found
+
+    def trial(self, parts):
+        """(lines, their length mm, self, parts): what grids are compared by."""
+        segments = flat_segments(self.groups(parts))
+        return len(segments), sum(math.dist(*segment) for segment in segments), self, parts
 
     def _least(self, n, size, best):
         """(n, fewest parts of the second group that fit), None where that takes `best` lines or more."""
