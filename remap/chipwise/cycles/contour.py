@@ -10,7 +10,9 @@ Order of work, and why:
  2. One radial pass: each path to full depth before the next one, at one place, so without rapids between its depths.
     Several: level by level, from the outside in, so that no pass meets more than the step.
  3. From one radial pass to the next at the same place the tool stays down: its lead-in has cleared the way.
- 4. Rapids run on the clearance plane or above, or straight up to it; below it every move down or across is a feed.
+ 4. G78 of a closed contour from inside: the slug is chopped first (contour_chop.py).  Chopped or not, where one is left
+    the lead-in is a full circle, so that the tool leaves the wall through an open kerf.
+ 5. Rapids run on the clearance plane or above, or straight up to it; below it every move down or across is a feed.
 
 Where the tool enters and leaves, never through the finish shape: every approach is held against the whole contour.
  - K given: down to the point PA, which lies K above the start point Pi on a straight line that makes the approach angle
@@ -30,7 +32,9 @@ from typing import Optional
 
 import numpy as np
 
-from chipwise.cycles.hole import EQUAL, MAX_PASSES, depths
+from chipwise.cycles.chop_lines import EQUAL, depths
+from chipwise.cycles.contour_chop import ChopPlan, ChopRequest, chop_moves, chop_plan
+from chipwise.cycles.hole import MAX_PASSES
 from chipwise.errors import CycleError
 from chipwise.geometry import elements as runs
 from chipwise.geometry.contour import make_contour
@@ -95,10 +99,12 @@ class ContourRequest:
 
 @dataclass(frozen=True)
 class ContourPlan:
-    """moves; notes: (text with {names} of lengths, {name: mm}) for the operator."""
+    """moves; notes: (text with {names} of lengths, {name: mm}) for the operator; chop: what becomes of the slug (G78 of
+    a closed contour from inside)."""
 
     moves: tuple
     notes: tuple
+    chop: ChopPlan = ChopPlan(())
 
 
 def check(r):
@@ -165,7 +171,9 @@ def contour_plan(request):
     if count > MAX_MOVES:
         raise CycleError(f"this would be {count} moves, more than {MAX_MOVES}", "use a larger J or D")
     ways = [[_way(room, path) for path in result.paths] for result in results]
-    tool = _Tool(request, room)
+    chop = _chop(request, contour, results[-1])
+    tool = _Tool(request, room, slug=bool(chop.chops))
+    tool.chop(chop, ways[-1])
     if len(ways) == 1:
         for way in ways[0]:
             for z in passes:
@@ -176,7 +184,7 @@ def contour_plan(request):
                 tool.run(way, z)
     tool.moves.append(Rapid(z=request.clearance))
     notes = _reach_notes(request, results[-1]) + _entry_notes(request, [way for ring in ways for way in ring])
-    return ContourPlan(tuple(tool.moves), notes)
+    return ContourPlan(tuple(tool.moves), notes, chop)
 
 
 def radial_distances(request):
@@ -191,6 +199,15 @@ def _offset(request, contour, distance):
         raise CycleError("the path of the tool ({d}) along this contour could not be closed", "change the allowance I "
                          "or the tool a little, and report the contour", d=2 * request.tool_radius)
     return result
+
+
+def _chop(request, contour, result):
+    """ChopPlan of what comes loose when a closed contour is cut from inside by G78."""
+    inside = contour.closed and (runs.area(contour.elements) > 0.0) == (SIDES[request.side] == LEFT)
+    if not request.finish or not inside:
+        return ChopPlan(())
+    paths = [path.elements for path in result.paths if runs.lengths(path.elements).any()]
+    return chop_plan(paths, [], request.tool_radius, request.chop_size)
 
 
 # ---- entering and leaving ------------------------------------------------------------------------------------------
@@ -331,8 +348,8 @@ def _turned(e, k):
 class _Tool:
     """Collects moves and knows where the tool stands."""
 
-    def __init__(self, request, room):
-        self.request, self.room = request, room
+    def __init__(self, request, room, slug):
+        self.request, self.room, self.slug = request, room, slug
         self.moves = []
         self.xy, self.z = request.start[:2], request.start[2]
 
@@ -343,6 +360,14 @@ class _Tool:
         if move.z is not None:
             self.z = move.z
 
+    def chop(self, plan, ways):
+        """The chop lines, before anything else."""
+        r = self.request
+        first = ways[0].enter
+        for move in chop_moves(plan, ChopRequest(r.bottom, r.clearance, r.tool_radius, r.feed, r.plunge_feed, r.start,
+                                                 first.at(first.out), r.depth_step)):
+            self._add(move)
+
     def run(self, way, z):
         """One path at one depth, with its approach and departure."""
         r, enter, leave = self.request, way.enter, way.leave
@@ -351,6 +376,8 @@ class _Tool:
         if enter.height:
             self._add(Line(x=enter.point[0], y=enter.point[1], z=z, feed=r.feed))
         elif enter.lead:
+            if self.slug:
+                self._add(_arc(enter.at(enter.out), enter.at(enter.lead), ccw, r.feed))
             self._add(_arc(enter.point, enter.at(enter.lead), ccw, r.feed))
         for move in _along(way.elements, r.feed):
             self._add(move)

@@ -2,7 +2,7 @@
 
 import math
 
-from chipwise import subs
+from chipwise import report, subs
 from chipwise.cycles.contour import ContourRequest, contour_plan
 from chipwise.errors import CycleError
 from chipwise.geometry.contour import ContourError
@@ -28,6 +28,8 @@ def _plan(state, finish):
         raise subs.shape_error(found, error) from error
     for text, lengths in plan.notes:
         state.say(text, **lengths)
+    if finish and state.interp.task:
+        report.record("contour", chopped=plan.chop.chopped, largest_piece_mm=plan.chop.largest_piece)
     return plan.moves
 
 
