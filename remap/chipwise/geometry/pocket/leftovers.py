@@ -34,7 +34,7 @@ def left_parts(field, tracks, radius):
                                [runs.flat(hole, SAGITTA_MM) for hole in field.holes])
     kerfs = regions.kerfs([runs.flat(t.elements, SAGITTA_MM) for t in tracks],
                           radius - SAGITTA_MM, SAGITTA_MM)
-    return regions.parts(regions.subtract(area, kerfs), SMALLEST * radius * radius)
+    return regions.large_parts(regions.subtract(area, kerfs), SMALLEST * radius * radius)
 
 
 def leftovers(field, tracks, radius):

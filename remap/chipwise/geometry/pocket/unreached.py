@@ -36,8 +36,8 @@ def unreached(pocket, fields, distance):
     else:
         rest, far = free, None
     found = []
-    for part in regions.parts(rest, SMALLEST * distance ** 2):
-        if far is None or regions.parts(regions.subtract(part, far), SMALLEST * distance ** 2):
+    for part in regions.large_parts(rest, SMALLEST * distance ** 2):
+        if far is None or regions.large_parts(regions.subtract(part, far), SMALLEST * distance ** 2):
             found.append(Unreached(regions.area_of(part), *regions.place_in(part)))
     return tuple(sorted(found, key=lambda u: -u.area))
 
