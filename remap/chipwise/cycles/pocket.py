@@ -88,6 +88,21 @@ class PocketPlan:
     plunges: tuple
     fields: int
 
+    @property
+    def notes(self):
+        """What the operator should know: (text, {name: length in mm})."""
+        found = []
+        if self.unreached:
+            first, count = self.unreached[0], len(self.unreached)
+            found.append((f"{count} region{'s' if count > 1 else ''} of the pocket cannot be entered by this tool and stay"
+                          f"{'' if count > 1 else 's'} uncut, the largest ({first.area:.4g} mm2) at X{{x}} Y{{y}}",
+                          {"x": first.x, "y": first.y}))
+        if self.plunges:
+            (x, y), count = self.plunges[0], len(self.plunges)
+            found.append((f"no room for a helix or a ramp: {count} plunge{'s' if count > 1 else ''} at E, the first at "
+                          "X{x} Y{y}", {"x": x, "y": y}))
+        return tuple(found)
+
 
 def check(request):
     """Raise CycleError for a request that cannot be done, whatever the shape."""
@@ -211,31 +226,30 @@ class _Driver:
         for z in depths(r.clearance, r.bottom + r.floor_allowance, r.depth_step):
             done = []
             for track in tracks:
-                self._reach(field, track, above)
                 if any(runs.nearest(way, track.start)[0] <= ON_WAY_MM for way in done):
-                    self.rapid(z=min(z + GAP_MM, self.at[2]))
+                    self._reach(field, track, above, z)
                     self.down(z, r.plunge_feed)
                 else:
+                    self._reach(field, track, above, above)
                     self._enter(field, track, z)
                 self.run(track.elements, r.feed)
                 done.append(track.elements)
             above = z
 
-    def _reach(self, field, track, above):
-        """By rapids to over the start of a Track, as low as the stock left by the level above allows."""
+    def _reach(self, field, track, above, free):
+        """By rapids to over the start of a Track, down to just above `free`, the depth that is cleared there.
+
+        above: the level that is cleared all over the Field; None for either: nothing below R.
+        """
         r, (x, y) = self.request, track.start.tolist()
-        if math.dist(self.at[:2], (x, y)) <= EQUAL and above is None and self.at[2] == r.clearance:
-            return
-        safe = r.clearance if above is None else min(above + GAP_MM, r.clearance)
-        level = self.moves and above is not None and self.at[2] <= safe and fields.clear_way(
-            field, np.array(self.at[:2]), track.start)
-        if not self.moves:
-            if self.at[2] < r.clearance - EQUAL:
-                self.rapid(z=r.clearance)
-        else:
-            self.rapid(z=safe if level else r.clearance)
+        over, low = (r.clearance if z is None else min(z + GAP_MM, r.clearance) for z in (above, free))
+        if self.moves:
+            within = above is not None and fields.clear_way(field, np.array(self.at[:2]), track.start)
+            self.rapid(z=over if within else r.clearance)
+        elif self.at[2] < r.clearance - EQUAL:
+            self.rapid(z=r.clearance)
         self.rapid(x=x, y=y)
-        self.rapid(z=safe)
+        self.rapid(z=low)
 
     # ---- entries -------------------------------------------------------------------------------------------------
 
