@@ -9,8 +9,10 @@ becomes pieces is described from outside (its polygon holds the true arc), a ker
 
 import math
 
+import numpy as np
 from shapely.geometry import LineString, MultiPoint, Polygon
-from shapely.ops import unary_union
+from shapely.geometry.polygon import orient
+from shapely.ops import polygonize, unary_union
 
 # A loose bit below this area has no size that matters and is what rounding leaves along a kerf. mm2
 SLIVER_AREA = 1e-9
@@ -99,3 +101,41 @@ def pieces(region, segments, half_width, reaching=0.0):
             ring = hull.exterior.coords if hull.geom_type == "Polygon" else hull.coords
             outlines.append(list(ring))
     return outlines
+
+
+def inner_polygons(outline, holes, distance, straying):
+    """What lies further inside than `distance` (mm), with as few corners as that allows.
+
+    outline, holes: (n, 2) float, mm, the outline counter-clockwise, holes clockwise; they may touch or cross by
+    rounding.  straying: the result keeps `distance` but may stay up to this much (mm) further away.
+    Returns [(outline (n, 2) counter-clockwise, [holes (m, 2) clockwise])], without closing points.
+    """
+    region = Polygon(outline, holes)
+    if not region.is_valid:
+        region = _wound_once([outline, *holes])
+    shrunk = region.buffer(-distance - 0.5 * straying, join_style=2)
+    simple = shrunk.simplify(0.5 * straying)
+    if not simple.is_valid:
+        simple = shrunk
+    found = []
+    for part in _parts(simple):
+        part = orient(part)
+        if part.area > SLIVER_AREA:
+            found.append((np.array(part.exterior.coords)[:-1], [np.array(r.coords)[:-1] for r in part.interiors]))
+    return found
+
+
+def _wound_once(rings):
+    """The region that rings (n, 2) which cross each other wind about exactly once."""
+    closed = [np.concatenate((ring, ring[:1])) for ring in rings]
+    faces = polygonize(unary_union([LineString(ring) for ring in closed if len(ring) > 2]))
+    return unary_union([face for face in faces if _winding(closed, face.representative_point().coords[0]) == 1])
+
+
+def _winding(closed, point):
+    """How often closed rings (n, 2) wind about a point (x, y)."""
+    turns = 0.0
+    for ring in closed:
+        x, y = (ring - point).T
+        turns += np.sum(np.arctan2(x[:-1] * y[1:] - y[:-1] * x[1:], x[:-1] * x[1:] + y[:-1] * y[1:]))
+    return round(turns / (2.0 * math.pi))
