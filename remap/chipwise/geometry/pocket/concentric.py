@@ -1,0 +1,196 @@
+"""P3: clear a Field along closed paths about a base line, from convex polygons.
+
+Called by cycles/pocket.py as a strategy (tracks.py).  Source: the abstract on area machining by
+convex polygons.  Its steps, with its symbols:
+1. the arcs of the offset curve OFC are replaced by chords (regions.py: inner_polygons);
+2. the area is divided into convex polygons PGi (convex.py);
+3. the base line BL joins their centroids Wi and the middle points Mi of their common edges, spokes
+   lead from it to the corners (baseline.py);
+4. every spoke is divided in equal parts; the points of the same number make a closed path CPTk;
+5. the tool runs along BL, the closed paths from inside out, and at last along OFC.
+
+Departures: the polygon stays a little inside the curve (STRAYING), so that no chord leaves the Field.
+The number of parts follows from the step-over instead of being given.  Narrow branches keep fewer
+paths, and holes have paths of their own (baseline.py, 3 and 4).  Where closed paths turn sharply and
+the step-over is wider than the tool radius, the tool goes out into the corner and back.
+"""
+import math
+
+import numpy as np
+
+from chipwise.errors import CycleError
+
+from .. import elements
+from ..regions import inner_polygons
+from . import runs
+from .baseline import BaseLine
+from .convex import BEND, Partition
+from .rings import contour_parallel
+from .scan import OVERLAP_SHARE
+from .tracks import along, make_track
+
+# The polygon may stay this share of the step-over away from the outline: half of it chords, half
+# corners left out.
+STRAYING = 0.1
+
+# More closed paths are a slip of the finger and would stall the preview.
+MAX_RINGS = 500
+
+# The tool follows the base line back through its own slot for at most this many tool radii before
+# lifting is the shorter way.
+TRAVEL = 8.0
+
+# A way out into a corner ends this share of the tool radius before the last point it has to reach.
+CORNER = 0.7
+
+# Points of a path nearer than this are one. mm
+SAME_MM = 1e-6
+
+
+def concentric(field, radius, step, direction, climb):
+    """Tracks of a Field, closed paths at most `step` mm apart.  direction (rad) plays no part."""
+    limit = min(step, 2.0 * radius * (1.0 - OVERLAP_SHARE))
+    straying = STRAYING * limit
+    flat = [runs.flat(contour, 0.5 * straying)[:-1] for contour in field.contours]
+    parts = [Partition(*part) for part in _polygons(flat, 0.5 * straying)]
+    if not all(_convex(part) for part in parts):
+        return contour_parallel(field, radius, step, direction, climb)
+    way = _Way(field, climb)
+    for part in parts:
+        _clear(way, part, radius, limit, limit - straying)
+    return way.finished()
+
+
+def _polygons(flat, share):
+    outer = flat[0]
+    if len(outer) < 3:
+        return []
+    return inner_polygons(outer, flat[1:], share, share)
+
+
+def _convex(partition):
+    """Whether every polygon came out convex."""
+    for polygon in partition.polygons:
+        p = partition.array(polygon)
+        a, b = p - np.roll(p, 1, axis=0), np.roll(p, -1, axis=0) - p
+        turn = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+        if len(p) < 3 or (turn < 10.0 * BEND * np.hypot(*a.T) * np.hypot(*b.T)).any():
+            return False
+    return True
+
+
+class _Way:
+    """The Tracks so far, and the contours still to run."""
+
+    def __init__(self, field, climb):
+        self.climb = climb
+        self.tracks, self.runs, self.flags = [], [], []
+        self.left = [along(contour, climb) for contour in field.contours]
+        self.ends = []                              # (tip, points to it) of each fan's start
+
+    def lift(self):
+        """Ends the Track."""
+        if self.runs:
+            self.tracks.append(make_track(elements.join(self.runs), np.concatenate(self.flags)))
+        self.runs, self.flags = [], []
+
+    def go(self, points, cutting=True):
+        """Adds lines along points (n, 2); points on the same place count once."""
+        points = np.asarray(points, float)
+        if self.runs:
+            points = np.concatenate((self.runs[-1].end[-1:], points))
+        keep = np.concatenate(([True], np.hypot(*np.diff(points, axis=0).T) > SAME_MM))
+        if np.ndim(cutting):
+            cutting = np.asarray(cutting)[keep[1:]]
+        points = points[keep]
+        if len(points) > 1:
+            self.runs.append(elements.make_lines(points[:-1], points[1:]))
+            self.flags.append(np.full(len(points) - 1, cutting))
+
+    def contour(self, tip):
+        """Runs the contour that comes nearest to a tip, if it is still to run: the tool stands at
+        the tip's spoke."""
+        places = [runs.nearest(loop, tip) for loop in self.left]
+        if not places:
+            return
+        k = min(range(len(places)), key=lambda n: places[n][0])
+        loop = runs.rotated(self.left.pop(k), *places[k][1:])
+        self.go([tip, loop.start[0]])
+        self.runs.append(loop)
+        self.flags.append(np.full(len(loop), True))
+
+    def finished(self):
+        """All Tracks; contours that no fan belongs to are run as they are."""
+        self.lift()
+        for loop in self.left[::-1]:
+            self.tracks.append(make_track(loop))
+        return tuple(self.tracks)
+
+
+def _clear(way, partition, radius, limit, gap):
+    """Base line, closed paths and contours of one polygon."""
+    partition.slimmer()
+    line = BaseLine(partition)
+    parts = max(1, math.ceil(float(line.tall.max()) / gap - 1e-9))
+    if parts > MAX_RINGS:
+        raise CycleError(f"step-over D{{d}} needs more than {MAX_RINGS} rings", "use a larger D", d=limit)
+    every = np.clip(np.floor(parts * gap / np.maximum(line.tall, 1e-9) + 1e-9), 1, parts)
+    for nodes, cutting in line.walks(TRAVEL * radius):
+        if len(nodes) > 1:
+            way.lift()
+            way.go(line.node[nodes], cutting)
+    for fan in sorted(line.fans(every.astype(int)), key=_area):     # holes first, the outline last
+        way.lift()
+        tip = _closed_paths(way, fan, parts, radius)
+        way.contour(tip)
+    way.lift()
+
+
+def _area(fan):
+    """Signed area mm2 of a fan's contour."""
+    x, y = (fan.tip - fan.tip[0]).T
+    return float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2.0
+
+
+def _closed_paths(way, fan, parts, radius):
+    """All closed paths of a fan, inside out, joined along one spoke; returns its tip."""
+    if not way.climb:
+        fan = type(fan)(fan.base[::-1], fan.tip[::-1], fan.region[::-1], fan.every[::-1])
+    spoke = fan.tip - fan.base
+    kept = int(fan.every.min())
+    length = np.where(fan.every == kept, np.hypot(*spoke.T), np.inf)
+    first = int(np.argmin(length))
+    order = np.roll(np.arange(len(length)), -first)
+    base, spoke, every = fan.base[order], spoke[order], fan.every[order]
+    way.go([base[0]])
+    levels = [k for k in range(1, parts) if (parts - k) % kept == 0]
+    way_points = [base[:1]]
+    for k in levels:
+        on = (parts - k) % every == 0
+        ring = base[on] + spoke[on] * (k / parts)
+        way_points += [_with_corners(ring, spoke[on] / parts, every[on], radius), ring[:1]]
+    way.go(np.concatenate(way_points))
+    return base[0] + spoke[0]
+
+
+def _with_corners(ring, unit, every, radius):
+    """A closed path with ways out into sharp corners: ring (n, 2); unit (n, 2): along each spoke, one
+    part; every (n,): parts up to the next path.
+
+    Between a corner and the next path's corner, `reach` further along the spoke, the outermost point
+    missed lies reach - r / sin(half the corner) away, where both legs of the next path reach."""
+    reach = np.hypot(*unit.T) * every
+    if reach.max() <= radius:
+        return ring
+    legs = [np.roll(ring, shift, axis=0) - ring for shift in (1, -1)]
+    sines = [np.abs(leg[:, 0] * unit[:, 1] - leg[:, 1] * unit[:, 0])
+             / np.maximum(np.hypot(*leg.T) * np.hypot(*unit.T), 1e-12) for leg in legs]
+    away = [(leg * unit).sum(axis=1) < 0.0 for leg in legs]
+    missed = reach - radius / np.maximum(0.5 * (sines[0] + sines[1]), 1e-6)
+    out = away[0] & away[1] & (missed > 0.98 * radius)
+    points = []
+    for k in range(len(ring)):
+        points.append(ring[k])
+        if out[k]:
+            points += [ring[k] + unit[k] * every[k] * (missed[k] - CORNER * radius) / reach[k], ring[k]]
+    return np.array(points)
