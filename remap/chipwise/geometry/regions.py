@@ -9,18 +9,13 @@ becomes pieces is described from outside (its polygon holds the true arc), a ker
 
 import math
 
-<<<<<<< HEAD
+import numpy as np
 from shapely import affinity
 from shapely.geometry import LineString, MultiPoint, Point, Polygon
+from shapely.geometry.polygon import orient
 from shapely.ops import polygonize, polylabel, unary_union
 from shapely.prepared import prep
 from shapely.validation import make_valid
-=======
-import numpy as np
-from shapely.geometry import LineString, MultiPoint, Polygon
-from shapely.geometry.polygon import orient
-from shapely.ops import polygonize, unary_union
->>>>>>> 61ac80c464b6b995daa35035b6bd715f0431cf30
 
 # A loose bit below this area has no size that matters and is what rounding leaves along a kerf. mm2
 SLIVER_AREA = 1e-9
@@ -179,7 +174,6 @@ def pieces(region, segments, half_width, reaching=0.0):
     Returns the outlines of the pieces, each a list of (x, y): the corners of its convex hull, which have the same
     enclosing circle as the piece.
     """
-<<<<<<< HEAD
     return [hull(part) for part in parts(without(region, segments, half_width))
             if part.area > SLIVER_AREA and diagonal(part) >= reaching]
 
@@ -281,17 +275,6 @@ def place_in(region):
     """(x, y) mm of a point inside a region."""
     point = region.representative_point()
     return point.x, point.y
-=======
-    kerfs = [LineString(segment).buffer(half_width, CAP_CORNERS) for segment in segments]
-    left = region.difference(unary_union(kerfs)) if kerfs else region
-    outlines = []
-    for part in _parts(left):
-        low_x, low_y, high_x, high_y = part.bounds
-        if part.area > SLIVER_AREA and math.hypot(high_x - low_x, high_y - low_y) >= reaching:
-            hull = MultiPoint(list(part.exterior.coords)).convex_hull
-            ring = hull.exterior.coords if hull.geom_type == "Polygon" else hull.coords
-            outlines.append(list(ring))
-    return outlines
 
 
 def inner_polygons(outline, holes, distance, straying):
@@ -309,7 +292,7 @@ def inner_polygons(outline, holes, distance, straying):
     if not simple.is_valid:
         simple = shrunk
     found = []
-    for part in _parts(simple):
+    for part in parts(simple):
         part = orient(part)
         if part.area > SLIVER_AREA:
             found.append((np.array(part.exterior.coords)[:-1], [np.array(r.coords)[:-1] for r in part.interiors]))
@@ -330,4 +313,3 @@ def _winding(closed, point):
         x, y = (ring - point).T
         turns += np.sum(np.arctan2(x[:-1] * y[1:] - y[:-1] * x[1:], x[:-1] * x[1:] + y[:-1] * y[1:]))
     return round(turns / (2.0 * math.pi))
->>>>>>> 61ac80c464b6b995daa35035b6bd715f0431cf30
