@@ -63,14 +63,15 @@ def inside(field, point):
     return winding.numbers(elements.join(field.contours), point) == 1
 
 
-def clear_ways(field, start, ends):
-    """Which straight ways (m,) bool from one place (2,) to others (m, 2) mm keep inside a Field;
-    the start lies in it."""
-    moved = np.hypot(*(ends - start).T) > 0.0
-    clear = np.ones(len(ends), bool)
+def clear_ways(field, start, end):
+    """Which straight ways (m,) bool between places (m, 2) or (2,), and (m, 2) mm, keep inside a
+    Field; the starts lie in it."""
+    start = np.broadcast_to(start, end.shape)
+    moved = np.hypot(*(end - start).T) > 0.0
+    clear = np.ones(len(end), bool)
     if moved.any():
-        begin = np.broadcast_to(start, ends[moved].shape)
-        clear[moved] = clear_lines(field.pocket.judge, begin, ends[moved], field.distance - SLACK_MM)
+        clear[moved] = clear_lines(field.pocket.judge, start[moved], end[moved],
+                                   field.distance - SLACK_MM)
     return clear
 
 
