@@ -24,7 +24,7 @@ from chipwise.errors import CycleError
 from chipwise.geometry import elements
 from chipwise.geometry.contour import make_contour
 from chipwise.geometry.offset import make_pocket
-from chipwise.geometry.pocket import entries, fields, leftovers, runs
+from chipwise.geometry.pocket import entries, fields, leftovers
 from chipwise.geometry.pocket.strategies import NAMES, STRATEGIES
 from chipwise.geometry.pocket.unreached import unreached
 from chipwise.moves import Arc, Line, Rapid
@@ -181,6 +181,16 @@ def _pocket(loops):
     return make_pocket(contours[0], contours[1:])
 
 
+def _known_starts(tracks):
+    """For each Track whether its start lies on an earlier one: the tool has been there at this level."""
+    way, known, done = elements.join([track.elements for track in tracks]), [], 0
+    for track in tracks:
+        gap = elements.distances(way, np.arange(done), np.broadcast_to(track.start, (done, 2)))
+        known.append(bool(done) and float(gap.min()) <= ON_WAY_MM)
+        done += len(track.elements)
+    return known
+
+
 class _Driver:
     """The moves so far and where the tool is."""
 
@@ -222,18 +232,16 @@ class _Driver:
     def clear(self, field, tracks):
         """All levels of a Field."""
         r = self.request
-        above = None
+        above, known = None, _known_starts(tracks)
         for z in depths(r.clearance, r.bottom + r.floor_allowance, r.depth_step):
-            done = []
-            for track in tracks:
-                if any(runs.nearest(way, track.start)[0] <= ON_WAY_MM for way in done):
+            for track, is_known in zip(tracks, known):
+                if is_known:
                     self._reach(field, track, above, z)
                     self.down(z, r.plunge_feed)
                 else:
                     self._reach(field, track, above, above)
                     self._enter(field, track, z)
                 self.run(track.elements, r.feed)
-                done.append(track.elements)
             above = z
 
     def _reach(self, field, track, above, free):
