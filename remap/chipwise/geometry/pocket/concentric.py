@@ -14,8 +14,6 @@ The number of parts follows from the step-over instead of being given.  Narrow b
 paths, and holes have paths of their own (baseline.py, 3 and 4).  Where closed paths turn sharply and
 the step-over is wider than the tool radius, the tool goes out into the corner and back.
 """
-import math
-
 import numpy as np
 
 from chipwise.errors import CycleError
@@ -130,46 +128,35 @@ class _Way:
 def _clear(way, partition, radius, limit, gap):
     """Base line, closed paths and contours of one polygon."""
     partition.slimmer()
+    partition.merged()
     line = BaseLine(partition)
-    parts = max(1, math.ceil(float(line.tall.max()) / gap - 1e-9))
-    if parts > MAX_RINGS:
-        raise CycleError(f"step-over D{{d}} needs more than {MAX_RINGS} rings", "use a larger D", d=limit)
-    every = np.clip(np.floor(parts * gap / np.maximum(line.tall, 1e-9) + 1e-9), 1, parts)
     for nodes, cutting in line.walks(TRAVEL * radius):
         if len(nodes) > 1:
             way.lift()
             way.go(line.node[nodes], cutting)
-    for fan in sorted(line.fans(every.astype(int)), key=_area):     # holes first, the outline last
+    for fan in line.fans():
         way.lift()
-        tip = _closed_paths(way, fan, parts, radius)
-        way.contour(tip)
+        parts, every = line.divided(fan, gap)
+        if parts > MAX_RINGS:
+            raise CycleError(f"step-over D{{d}} needs more than {MAX_RINGS} rings", "use a larger D", d=limit)
+        way.contour(_closed_paths(way, fan, parts, every, radius))
     way.lift()
 
 
-def _area(fan):
-    """Signed area mm2 of a fan's contour."""
-    x, y = (fan.tip - fan.tip[0]).T
-    return float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2.0
-
-
-def _closed_paths(way, fan, parts, radius):
-    """All closed paths of a fan, inside out, joined along one spoke; returns its tip."""
-    if not way.climb:
-        fan = type(fan)(fan.base[::-1], fan.tip[::-1], fan.region[::-1], fan.every[::-1])
-    spoke = fan.tip - fan.base
-    kept = int(fan.every.min())
-    length = np.where(fan.every == kept, np.hypot(*spoke.T), np.inf)
-    first = int(np.argmin(length))
-    order = np.roll(np.arange(len(length)), -first)
-    base, spoke, every = fan.base[order], spoke[order], fan.every[order]
-    way.go([base[0]])
-    levels = [k for k in range(1, parts) if (parts - k) % kept == 0]
-    way_points = [base[:1]]
-    for k in levels:
+def _closed_paths(way, fan, parts, every, radius):
+    """All closed paths of a fan, inside out, joined along one spoke; returns its tip.  every (n,):
+    which of them each spoke keeps."""
+    turned = slice(None, None, 1 if way.climb else -1)
+    base, every = fan.base[turned], every[turned]
+    spoke, kept = fan.tip[turned] - base, int(every.min())
+    first = int(np.argmin(np.where(every == kept, np.hypot(*spoke.T), np.inf)))
+    base, spoke, every = (np.roll(part, -first, axis=0) for part in (base, spoke, every))
+    points = [base[:1]]
+    for k in range(parts % kept or kept, parts, kept):
         on = (parts - k) % every == 0
         ring = base[on] + spoke[on] * (k / parts)
-        way_points += [_with_corners(ring, spoke[on] / parts, every[on], radius), ring[:1]]
-    way.go(np.concatenate(way_points))
+        points += [_with_corners(ring, spoke[on] / parts, every[on], radius), ring[:1]]
+    way.go(np.concatenate(points))
     return base[0] + spoke[0]
 
 

@@ -125,6 +125,40 @@ class Partition:
         i, j = min(i, j), max(i, j)
         return [cut[i:j] + [(cut[j][0], True)], cut[j:] + cut[:i] + [(cut[i][0], True)]]
 
+    # --- 3: cuts that other cuts made needless
+
+    def merged(self):
+        """Takes away shared edges, the longest first, where both polygons together are convex and
+        no taller than the tallest."""
+        tallest = max(height(self.array(q), q)[0] for q in self.polygons)
+        owner = {(q[k][0], q[(k + 1) % len(q)][0]): n
+                 for n, q in enumerate(self.polygons) for k in range(len(q)) if q[k][1]}
+        pairs = sorted((edge for edge in owner if edge[0] < edge[1]), key=self._minus_length)
+        for a, b in pairs:
+            n, m = owner[a, b], owner[b, a]
+            both = self._together(self.polygons[n], self.polygons[m], a, b)
+            if both is None or height(self.array(both), both)[0] > tallest:
+                continue
+            self.polygons[n], self.polygons[m] = both, []
+            for k, (u, inner) in enumerate(both):
+                if inner:
+                    owner[u, both[(k + 1) % len(both)][0]] = n
+        self.polygons = [q for q in self.polygons if q]
+
+    def _minus_length(self, edge):
+        return -math.dist(self.points[edge[0]], self.points[edge[1]])
+
+    def _together(self, first, second, a, b):
+        """Two polygons without the edge a-b they share, None where that is not convex."""
+        i = next(k for k, (u, _) in enumerate(first) if u == a and first[(k + 1) % len(first)][0] == b)
+        j = next(k for k, (u, _) in enumerate(second) if u == b)
+        both = first[i + 1:] + first[:i]
+        both += [second[(j + 1 + k) % len(second)] for k in range(len(second) - 1)]
+        p = self.array(both)
+        before, after = p - np.roll(p, 1, axis=0), np.roll(p, -1, axis=0) - p
+        return both if (_cross(before, after) >= BEND * np.hypot(*before.T) * np.hypot(*after.T)).all() \
+            else None
+
     # --- 4: long polygons
 
     def slimmer(self):
@@ -197,11 +231,11 @@ def centroid(p):
     return p[0] + ((q + np.roll(q, -1, axis=0)) * turn[:, None]).sum(axis=0) / (3.0 * total)
 
 
-def height(p, polygon):
-    """(largest height mm, its edge) of the triangles between centre of gravity and edges: over an
-    outer edge the distance of the centre from it; at a shared edge the distance of its ends from
-    the base line, which leads from the centre to its middle."""
-    w = centroid(p)
+def height(p, polygon, centre=None):
+    """(largest height mm, its edge) of the triangles between the centre (else that of gravity) and
+    the edges: over an outer edge the distance of the centre from it; at a shared edge the distance
+    of its ends from the base line, which leads from the centre to its middle."""
+    w = centroid(p) if centre is None else centre
     after = np.roll(p, -1, axis=0)
     inner = np.array([f for _, f in polygon])
     base = np.where(inner[:, None], 0.5 * (p + after) - w, after - p)
