@@ -13,10 +13,12 @@ lines are called spokes here.
 3. With holes the base line has a ring about each of them, and every contour its own closed paths on
    its own side of the base line.  The abstract's figure has no holes; nothing else changes.
 4. Departure: the abstract divides every spoke in the same number of parts, which crowds the paths
-   in narrow places.  Here a branch of the Field that hangs on one edge Bi keeps only every q-th closed
-   path, where the distance allows it; the others turn back along Bi.
+   in narrow places.  Here every contour has its own number, and a branch of the Field that hangs on
+   one edge Bi keeps only every q-th closed path, where the distance allows it; the others turn back
+   along Bi.
 """
 import heapq
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,17 +29,29 @@ from .convex import centroid, height
 @dataclass(frozen=True, eq=False)
 class Fan:
     """The n spokes of one contour, in its order, the polygon on the left: base, tip (n, 2) mm;
-    region (n,) int: polygon, or for a spoke on a shared edge the outer of its two polygons;
-    every (n,) int: which closed paths it keeps, every q-th counted from the contour."""
+    node (n,) int: node of the base line at the base."""
     base: np.ndarray
     tip: np.ndarray
-    region: np.ndarray
-    every: np.ndarray
+    node: np.ndarray
+
+    def heights(self):
+        """Height (n,) mm of the triangle between each spoke and the next."""
+        tip, base = np.roll(self.tip, -1, axis=0), np.roll(self.base, -1, axis=0)
+        corner = (self.node == np.roll(self.node, -1))[:, None]         # over a contour edge
+        along = np.where(corner, tip - self.tip, base - self.base)
+        off = self.tip - self.base
+        return np.abs(along[:, 0] * off[:, 1] - along[:, 1] * off[:, 0]) \
+            / np.maximum(np.hypot(*along.T), 1e-12)
+
+    def area(self):
+        """Signed area mm2 of the contour."""
+        x, y = (self.tip - self.tip[0]).T
+        return float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2.0
 
 
 class BaseLine:
     """Base line and fans of a Partition: node (k, 2) mm: centroids first, then middle points;
-    ways: list per node of neighbouring nodes; tall (polygons,) mm: largest height of each."""
+    ways: list per node of neighbouring nodes; polygons: how many."""
 
     def __init__(self, partition):
         self.partition = partition
@@ -45,8 +59,9 @@ class BaseLine:
                       for n, polygon in enumerate(partition.polygons)
                       for k, (a, _) in enumerate(polygon)}
         corners = [partition.array(polygon) for polygon in partition.polygons]
-        self.tall = np.array([height(p, q)[0] for p, q in zip(corners, partition.polygons)])
-        points, nodes = partition.points, [centroid(p) for p in corners]
+        points = partition.points
+        nodes = self._centres(corners)
+        self.polygons = len(nodes)
         self.middle, self.ways = {}, [[] for _ in nodes]
         for (a, b), (n, k) in self.edges.items():
             if partition.polygons[n][k][1] and a < b:
@@ -58,9 +73,22 @@ class BaseLine:
                 self.ways[other].append(m)
         self.node = np.array(nodes)
 
-    def fans(self, most):
-        """A Fan of every contour; most (polygons,) int: every how many-th path is enough."""
-        every, outer = self._thinned(most)
+    def _centres(self, corners):
+        """[centre (2,) mm]: centres of gravity, or halfway between the middles of two shared edges
+        where the base line runs straighter so and no more paths are needed."""
+        polygons = self.partition.polygons
+        tallest = max(height(p, q)[0] for p, q in zip(corners, polygons))
+        nodes = [centroid(p) for p in corners]
+        for n, (p, q) in enumerate(zip(corners, polygons)):
+            inner = np.array([f for _, f in q])
+            if np.count_nonzero(inner) == 2:
+                halfway = (0.5 * (p + np.roll(p, -1, axis=0)))[inner].mean(axis=0)
+                if height(p, q, halfway)[0] <= tallest:
+                    nodes[n] = halfway
+        return nodes
+
+    def fans(self):
+        """A Fan of every contour, the outline last."""
         fans, seen = [], set()
         for start, (n, k) in self.edges.items():
             if self.partition.polygons[n][k][1] or start in seen:
@@ -68,49 +96,49 @@ class BaseLine:
             spokes, edge = [], start
             while edge not in seen:
                 seen.add(edge)
-                edge = self._round_corner(edge, spokes, outer)
-            corner, base, region = (np.array(part) for part in zip(*spokes))
-            fans.append(Fan(self.node[base], np.array(self.partition.points)[corner], region,
-                            every[region]))
-        return fans
+                edge = self._round_corner(edge, spokes)
+            corner, base = np.array(spokes).T
+            fans.append(Fan(self.node[base], np.array(self.partition.points)[corner], base))
+        return sorted(fans, key=Fan.area)
 
-    def _round_corner(self, edge, spokes, outer):
+    def _round_corner(self, edge, spokes):
         """Adds the spokes to the end of a contour edge; returns the contour's next edge."""
         n, k = self.edges[edge]
-        spokes.append((edge[1], n, n))
+        spokes.append((edge[1], n))
         while True:
             polygon = self.partition.polygons[n]
             k = (k + 1) % len(polygon)
             here, there = polygon[k][0], polygon[(k + 1) % len(polygon)][0]
             if not polygon[k][1]:
-                spokes.append((here, n, n)) if spokes[-1] != (here, n, n) else None
                 return here, there
-            m = self.middle[here, there]
-            spokes.append((here, m, outer[m]))
+            spokes.append((here, self.middle[here, there]))
             n, k = self.edges[there, here]
-            spokes.append((here, n, n))
+            spokes.append((here, n))
 
-    def _thinned(self, most):
-        """(every (polygons,) int, outer: dict middle node -> polygon whose rule it follows).
+    def divided(self, fan, gap):
+        """(parts, every (n,) int): in how many parts to divide the spokes of a fan, and which closed
+        paths each of them keeps: every q-th, counted from the contour.
 
-        The polygons hang together from the tallest one; a branch that hangs on one shared edge
-        keeps every q-th path, q a multiple of what the polygon before it keeps."""
-        root = int(np.argmax(self.tall))
-        order, parent, low = self._depth_first(root)
+        The polygons hang together from the fan's tallest one.  A branch that hangs on one shared edge
+        keeps every q-th path of those that the polygon before it keeps."""
+        heights, tall = fan.heights(), np.zeros(self.polygons)
+        for node in (fan.node, np.roll(fan.node, -1)):
+            own = node < self.polygons
+            np.maximum.at(tall, node[own], heights[own])
+        parts = max(1, math.ceil(float(tall.max()) / gap - 1e-9))
+        least = np.clip(parts * gap / np.maximum(tall, 1e-9) + 1e-9, 1, parts).astype(int)
+        order, parent, low = self._depth_first(int(np.argmax(tall)))
         rank = {n: k for k, n in enumerate(order)}
-        least = np.array(most, int)
         for n in reversed(order[1:]):
             least[parent[n]] = min(least[parent[n]], least[n])
-        every, outer = np.ones(len(most), int), {}
+        every = np.ones(len(self.node), int)
         for n in order[1:]:
+            every[n] = kept = every[parent[n]]
             if low[n] >= rank[n]:                       # hangs on the edge to its parent alone
-                kept = every[parent[n]]
                 every[n] = kept * max(1, least[n] // kept)
-            else:
-                every[n] = every[parent[n]]
-        for m, pair in enumerate(self.ways[len(most):], len(most)):
-            outer[m] = min(pair, key=lambda n: (every[n], rank[n]))
-        return every, outer
+        for m in range(self.polygons, len(every)):
+            every[m] = every[min(self.ways[m], key=lambda n: rank[n])]
+        return parts, every[fan.node]
 
     def _depth_first(self, root):
         """(polygons in order, parent, lowest rank reached from below) of a walk over shared edges."""

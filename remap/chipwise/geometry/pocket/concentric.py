@@ -14,8 +14,6 @@ The number of parts follows from the step-over instead of being given.  Narrow b
 paths, and holes have paths of their own (baseline.py, 3 and 4).  Where closed paths turn sharply and
 the step-over is wider than the tool radius, the tool goes out into the corner and back.
 """
-import math
-
 import numpy as np
 
 from chipwise.errors import CycleError
@@ -55,8 +53,9 @@ def concentric(field, radius, step, direction, climb):
     parts = [Partition(*part) for part in _polygons(flat, 0.5 * straying)]
     if not all(_convex(part) for part in parts):
         return contour_parallel(field, radius, step, direction, climb)
-    way = _Way(field, climb)
+    way = _Way(field, climb, straying)
     for part in parts:
+        way.closing = part is parts[-1]
         _clear(way, part, radius, limit, limit - straying)
     return way.finished()
 
@@ -80,96 +79,96 @@ def _convex(partition):
 
 
 class _Way:
-    """The Tracks so far, and the contours still to run."""
+    """The Tracks so far and the contours still to run.  closing: contours may be run now, because
+    nothing but closed paths of other contours comes after them."""
 
-    def __init__(self, field, climb):
-        self.climb = climb
-        self.tracks, self.runs, self.flags = [], [], []
-        self.left = [along(contour, climb) for contour in field.contours]
-        self.ends = []                              # (tip, points to it) of each fan's start
+    def __init__(self, field, climb, straying):
+        self.climb, self.near, self.closing = climb, 2.0 * straying, False
+        self.tracks, self.runs, self.flags, self.here = [], [], [], None
+        self.contours = [along(contour, climb) for contour in field.contours]
+        self.left = set(range(len(self.contours)))
+        self.ends = []                  # per fan: last points before the contour, tips, both (n, 2)
 
-    def lift(self):
-        """Ends the Track."""
+    def lift(self, to=None):
+        """Ends the Track; the next one begins at `to` (2,) mm."""
         if self.runs:
             self.tracks.append(make_track(elements.join(self.runs), np.concatenate(self.flags)))
-        self.runs, self.flags = [], []
+        self.runs, self.flags, self.here = [], [], to
 
     def go(self, points, cutting=True):
-        """Adds lines along points (n, 2); points on the same place count once."""
-        points = np.asarray(points, float)
-        if self.runs:
-            points = np.concatenate((self.runs[-1].end[-1:], points))
-        keep = np.concatenate(([True], np.hypot(*np.diff(points, axis=0).T) > SAME_MM))
-        if np.ndim(cutting):
-            cutting = np.asarray(cutting)[keep[1:]]
-        points = points[keep]
-        if len(points) > 1:
+        """Adds lines from here along points (n, 2); points on the same place count once."""
+        points = np.concatenate((self.here[None], points))
+        keep = np.hypot(*np.diff(points, axis=0).T) > SAME_MM
+        cutting = np.broadcast_to(cutting, len(keep))[keep]
+        points = points[np.concatenate(([True], keep))]
+        if len(cutting):
             self.runs.append(elements.make_lines(points[:-1], points[1:]))
-            self.flags.append(np.full(len(points) - 1, cutting))
+            self.flags.append(cutting)
+        self.here = points[-1]
 
     def contour(self, tip):
-        """Runs the contour that comes nearest to a tip, if it is still to run: the tool stands at
-        the tip's spoke."""
-        places = [runs.nearest(loop, tip) for loop in self.left]
-        if not places:
-            return
+        """Goes on to a tip and runs the contour nearest to it, if it is still to run."""
+        places = [runs.nearest(loop, tip) for loop in self.contours]
         k = min(range(len(places)), key=lambda n: places[n][0])
-        loop = runs.rotated(self.left.pop(k), *places[k][1:])
-        self.go([tip, loop.start[0]])
+        if k not in self.left or places[k][0] > self.near:
+            return
+        self.left.discard(k)
+        loop = runs.rotated(self.contours[k], *places[k][1:])
+        self.go(np.stack((tip, loop.start[0])))
         self.runs.append(loop)
         self.flags.append(np.full(len(loop), True))
+        self.lift()
 
     def finished(self):
-        """All Tracks; contours that no fan belongs to are run as they are."""
+        """All Tracks.  Contours still to run begin beside a closed path, or anywhere."""
         self.lift()
-        for loop in self.left[::-1]:
-            self.tracks.append(make_track(loop))
+        for k in sorted(self.left, reverse=True):
+            loop, n = self.contours[k], len(self.contours[k])
+            if self.ends:
+                inner, tips = (np.concatenate(part) for part in zip(*self.ends))
+                gap = elements.distances(loop, np.tile(np.arange(n), len(tips)), np.repeat(tips, n, axis=0))
+                spoke = int(np.argmin(gap.reshape(-1, n).min(axis=1)))
+                self.lift(inner[spoke])
+                self.contour(tips[spoke])
+            if k in self.left:
+                self.tracks.append(make_track(loop))
         return tuple(self.tracks)
 
 
 def _clear(way, partition, radius, limit, gap):
-    """Base line, closed paths and contours of one polygon."""
+    """Base line and closed paths of one polygon, and the contours if they may be run now."""
     partition.slimmer()
+    partition.merged()
     line = BaseLine(partition)
-    parts = max(1, math.ceil(float(line.tall.max()) / gap - 1e-9))
-    if parts > MAX_RINGS:
-        raise CycleError(f"step-over D{{d}} needs more than {MAX_RINGS} rings", "use a larger D", d=limit)
-    every = np.clip(np.floor(parts * gap / np.maximum(line.tall, 1e-9) + 1e-9), 1, parts)
     for nodes, cutting in line.walks(TRAVEL * radius):
         if len(nodes) > 1:
-            way.lift()
-            way.go(line.node[nodes], cutting)
-    for fan in sorted(line.fans(every.astype(int)), key=_area):     # holes first, the outline last
-        way.lift()
-        tip = _closed_paths(way, fan, parts, radius)
-        way.contour(tip)
+            way.lift(line.node[nodes[0]])
+            way.go(line.node[nodes[1:]], cutting)
+    for fan in line.fans():
+        parts, every = line.divided(fan, gap)
+        if parts > MAX_RINGS:
+            raise CycleError(f"step-over D{{d}} needs more than {MAX_RINGS} rings", "use a larger D", d=limit)
+        tip = _closed_paths(way, fan, parts, every, radius)
+        if way.closing:
+            way.contour(tip)
     way.lift()
 
 
-def _area(fan):
-    """Signed area mm2 of a fan's contour."""
-    x, y = (fan.tip - fan.tip[0]).T
-    return float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2.0
-
-
-def _closed_paths(way, fan, parts, radius):
-    """All closed paths of a fan, inside out, joined along one spoke; returns its tip."""
-    if not way.climb:
-        fan = type(fan)(fan.base[::-1], fan.tip[::-1], fan.region[::-1], fan.every[::-1])
-    spoke = fan.tip - fan.base
-    kept = int(fan.every.min())
-    length = np.where(fan.every == kept, np.hypot(*spoke.T), np.inf)
-    first = int(np.argmin(length))
-    order = np.roll(np.arange(len(length)), -first)
-    base, spoke, every = fan.base[order], spoke[order], fan.every[order]
-    way.go([base[0]])
-    levels = [k for k in range(1, parts) if (parts - k) % kept == 0]
-    way_points = [base[:1]]
-    for k in levels:
+def _closed_paths(way, fan, parts, every, radius):
+    """All closed paths of a fan, inside out, joined along one spoke; returns its tip.  every (n,):
+    which of them each spoke keeps."""
+    turned = slice(None, None, 1 if way.climb else -1)
+    base, every = fan.base[turned], every[turned]
+    spoke, kept = fan.tip[turned] - base, int(every.min())
+    first = int(np.argmin(np.where(every == kept, np.hypot(*spoke.T), np.inf)))
+    base, spoke, every = (np.roll(part, -first, axis=0) for part in (base, spoke, every))
+    way.ends.append((base + spoke * (1.0 - every / parts)[:, None], base + spoke))
+    way.lift(base[0])
+    for k in range(parts % kept or kept, parts, kept):
         on = (parts - k) % every == 0
         ring = base[on] + spoke[on] * (k / parts)
-        way_points += [_with_corners(ring, spoke[on] / parts, every[on], radius), ring[:1]]
-    way.go(np.concatenate(way_points))
+        way.go(_with_corners(ring, spoke[on] / parts, every[on], radius))
+        way.go(ring[:1])
     return base[0] + spoke[0]
 
 

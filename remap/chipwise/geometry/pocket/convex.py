@@ -29,6 +29,12 @@ NEAR_END = 0.2
 # A cut that mends corners at both of its ends counts as this share of its length.
 BOTH_ENDS = 0.7
 
+# Corners asked for their cuts at a time: with more the shortest cut of all is found, but slowly.
+MOST_ASKED = 16
+
+# Cuts sorted before the others: mostly one of them stays inside.
+FEW = 24
+
 # Shares of the height above the farthest edge at which a long polygon may be cut across.
 ACROSS = (0.35, 0.65, 1.0, 1.35)
 
@@ -112,7 +118,8 @@ class Partition:
         bent = np.flatnonzero(bend < BEND)
         if not len(bent):
             return None
-        for i, k, t in _candidates(p, polygon, before, after, bend, bent):
+        asked = bent[::-(-len(bent) // MOST_ASKED)]
+        for i, k, t in _candidates(p, polygon, before, after, bend, asked):
             if _visible(p, i, k, t):
                 return self._split(polygon, i, k, t)
         return None
@@ -124,6 +131,40 @@ class Partition:
             i += 1
         i, j = min(i, j), max(i, j)
         return [cut[i:j] + [(cut[j][0], True)], cut[j:] + cut[:i] + [(cut[i][0], True)]]
+
+    # --- 3: cuts that other cuts made needless
+
+    def merged(self):
+        """Takes away shared edges, the longest first, where both polygons together are convex and
+        no taller than the tallest."""
+        tallest = max(height(self.array(q), q)[0] for q in self.polygons)
+        owner = {(q[k][0], q[(k + 1) % len(q)][0]): n
+                 for n, q in enumerate(self.polygons) for k in range(len(q)) if q[k][1]}
+        pairs = sorted((edge for edge in owner if edge[0] < edge[1]), key=self._minus_length)
+        for a, b in pairs:
+            n, m = owner[a, b], owner[b, a]
+            both = self._together(self.polygons[n], self.polygons[m], a, b)
+            if both is None or height(self.array(both), both)[0] > tallest:
+                continue
+            self.polygons[n], self.polygons[m] = both, []
+            for k, (u, inner) in enumerate(both):
+                if inner:
+                    owner[u, both[(k + 1) % len(both)][0]] = n
+        self.polygons = [q for q in self.polygons if q]
+
+    def _minus_length(self, edge):
+        return -math.dist(self.points[edge[0]], self.points[edge[1]])
+
+    def _together(self, first, second, a, b):
+        """Two polygons without the edge a-b they share, None where that is not convex."""
+        i = next(k for k, (u, _) in enumerate(first) if u == a and first[(k + 1) % len(first)][0] == b)
+        j = next(k for k, (u, _) in enumerate(second) if u == b)
+        both = first[i + 1:] + first[:i]
+        both += [second[(j + 1 + k) % len(second)] for k in range(len(second) - 1)]
+        p = self.array(both)
+        before, after = p - np.roll(p, 1, axis=0), np.roll(p, -1, axis=0) - p
+        return both if (_cross(before, after) >= BEND * np.hypot(*before.T) * np.hypot(*after.T)).all() \
+            else None
 
     # --- 4: long polygons
 
@@ -197,11 +238,11 @@ def centroid(p):
     return p[0] + ((q + np.roll(q, -1, axis=0)) * turn[:, None]).sum(axis=0) / (3.0 * total)
 
 
-def height(p, polygon):
-    """(largest height mm, its edge) of the triangles between centre of gravity and edges: over an
-    outer edge the distance of the centre from it; at a shared edge the distance of its ends from
-    the base line, which leads from the centre to its middle."""
-    w = centroid(p)
+def height(p, polygon, centre=None):
+    """(largest height mm, its edge) of the triangles between the centre (else that of gravity) and
+    the edges: over an outer edge the distance of the centre from it; at a shared edge the distance
+    of its ends from the base line, which leads from the centre to its middle."""
+    w = centroid(p) if centre is None else centre
     after = np.roll(p, -1, axis=0)
     inner = np.array([f for _, f in polygon])
     base = np.where(inner[:, None], 0.5 * (p + after) - w, after - p)
@@ -268,10 +309,19 @@ def _candidates(p, polygon, before, after, bend, bent):
     cost = length * np.where(np.concatenate((both, np.zeros_like(both)), axis=1), BOTH_ENDS, 1.0)
     cost = np.where(mends, cost, cost + 4.0 * length.max())
     usable = np.concatenate((np.ones_like(square), square), axis=1) & (length > 1e-9)
-    rows, columns = np.nonzero(usable)
-    order = np.argsort(cost[rows, columns], kind="stable")
-    for row, column in zip(rows[order].tolist(), columns[order].tolist()):
+    cost = np.where(usable, cost, np.inf).ravel()
+    for order in _rising(cost):
+        row, column = divmod(int(order), 2 * n)
         yield int(bent[row]), column % n, float(t[row, column - n]) if column >= n else 0.0
+
+
+def _rising(cost):
+    """Indices of finite costs in rising order, the first ones without sorting all."""
+    few = min(FEW, len(cost) - 1)
+    first = np.argpartition(cost, few)[:few]
+    yield from first[np.lexsort((first, cost[first]))][:np.count_nonzero(np.isfinite(cost[first]))]
+    rest = np.setdiff1d(np.flatnonzero(np.isfinite(cost)), first)
+    yield from rest[np.argsort(cost[rest], kind="stable")]
 
 
 def _visible(p, i, k, t):

@@ -25,6 +25,8 @@ from functools import cached_property
 
 import numpy as np
 
+from chipwise.errors import CycleError
+
 from .. import elements
 from ..elements import Elements
 from .tracks import along, make_track
@@ -36,6 +38,12 @@ CLEAR_MM = 2e-4
 # Neighbouring rows overlap by at least this share of the tool's diameter: rows that only touch
 # would leave a ridge of rounding.
 OVERLAP_SHARE = 0.005
+
+# More rows are a slip of the finger and would stall the preview.
+MAX_ROWS = 3000
+
+# A Field below this area (mm2) is a line or a spot: its contour is all there is to cut.
+NO_AREA_MM2 = 1e-6
 
 # Ends of a chord that lie this near (mm) may come in either order: where a Field is a line.
 TIE_MM = 1e-6
@@ -122,7 +130,8 @@ def scan(field, radius, step, direction, climb):
     low, high = (elements.point_at(e, piece, t) @ v for t in (t0, t1))
     low = np.where(t0 == 0.0, e.start[piece] @ v, low)
     high = np.where(t1 == 1.0, e.end[piece] @ v, high)
-    rows = spread_rows(np.concatenate((low, high)), min(step, 2.0 * radius * (1.0 - OVERLAP_SHARE)))
+    limit = min(step, 2.0 * radius * (1.0 - OVERLAP_SHARE))
+    rows = spread_rows(np.concatenate((low, high)), limit) if field.area > NO_AREA_MM2 else np.zeros(0)
     element, t, row, rising = _crossings(e, v, (piece, t0, t1, low, high), rows)
     keep = _matched(elements.point_at(e, element, t) @ u, row, rising)
     return _assemble(contours, e, u, element[keep], t[keep], row[keep], rising[keep])
@@ -147,6 +156,8 @@ def spread_rows(critical, limit):
     count = int(np.ceil((high - low) / limit - 1e-9)) - 1
     if count < 1:
         return np.zeros(0)
+    if count > MAX_ROWS:
+        raise CycleError(f"step-over D{{d}} needs more than {MAX_ROWS} rows", "use a larger D", d=limit)
     values = np.unique(critical)
     for clear in (CLEAR_MM, 0.1 * CLEAR_MM):
         for more in range(3):
@@ -194,7 +205,6 @@ def _crossings(e, v, pieces, rows):
 def _matched(u, row, rising):
     """Crossings (m,) bool of rows whose chords come out: start, end, start, end along u."""
     order = _along_rows(u, row, rising)
-    bad = rising[order] != (np.arange(len(order)) % 2 == 0)
     count = np.bincount(row, minlength=1) if len(row) else np.zeros(1, int)
     odd = np.zeros(len(count), bool)
     place = np.arange(len(order)) - np.repeat(np.cumsum(count) - count, count)
@@ -208,15 +218,12 @@ def _along_rows(u, row, rising):
     """Order of crossings by row and u; of two at one place a start comes before its end where the
     row is outside, else after."""
     order = np.lexsort((u, row))
-    level = 0
-    for k in range(len(order) - 1):
-        if row[order[k]] != row[order[k - 1]]:
-            level = 0
-        a, b = order[k], order[k + 1]
-        if rising[a] != (level == 0) and row[a] == row[b] and rising[b] != rising[a] \
-                and u[b] - u[a] < TIE_MM:
-            order[k], order[k + 1] = b, a
-        level += 1 if rising[order[k]] else -1
+    tied = np.flatnonzero((np.diff(u[order]) < TIE_MM) & (np.diff(row[order]) == 0))
+    for k in tied.tolist():
+        first = np.searchsorted(row[order], row[order[k]])
+        level = np.sum(np.where(rising[order[first:k]], 1, -1))
+        if bool(rising[order[k]]) != (level == 0):
+            order[k], order[k + 1] = order[k + 1], order[k]
     return order
 
 
