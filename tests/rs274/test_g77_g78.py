@@ -125,6 +125,36 @@ def test_offsets_rotation_g92(base, before, angle, shift):
     same_path(trace.between("begin", "end"), [turned(e, angle, *shift) for e in base.between("begin", "middle")], 1e-4)
 
 
+READING = """o100 sub
+#<s> = [1 / #<_unit>]
+G0 X[5 * #<s> + #5420 + #5222 * .01] Y[#<_x> * .1 + #5221 * .01]
+G1 X[45 * #<s> + #5410 * .1 + #5230 * .01 * #<s>]
+G1 Y[20 * #<s> + #5421 * .01 + #5211 * .01 + #5400 * .1 * #<s>]
+G3 X[35 * #<s> + #31 * #<s>] R[40 * #<s> + #<_feed> * .001]
+G1 X[#<_y> * .1 + #5210 * .1 * #<s> + #<_current_tool> * .1 * #<s> + #5220 * .1 * #<s>]
+o100 endsub
+"""
+
+
+@pytest.mark.parametrize("unit, machine", [("G21", "in"), ("G20", "mm"), ("G21", "mm"), ("G20", "in")])
+def test_a_sub_that_reads_parameters(unit, machine):
+    """Under offsets, rotation and G92 the sub is what a call of it in the program is, parameter by parameter."""
+    before = ("G21\nG10 L2 P2 X1 Y2 Z3 R45\nG55\nG0 X0 Y0 Z0\nG92 X-5 Y0\nF600\n#31 = 1.5\n"
+              f"#<_unit> = {1 if unit == 'G21' else 25.4}\n")
+    at = "G0 X3 Y-4 Z20" if unit == "G21" else "G0 X[3/25.4] Y[-4/25.4] Z[20/25.4]"
+    cycle = FINISH if unit == "G21" else inch(FINISH)
+    trace = run_preview(f"T1 M6\n{READING}{before}{unit} {at} {'F600' if unit == 'G21' else inch('F600')}\n(call)\no100 call\n{at}\n(begin)\n{cycle}\n(end)\nM2\n",
+                        TOOLS, machine=machine)
+    assert trace.error == ""
+    plain = [(("A", *e.a[:2], *e.b[:2], *e.centre, e.sweep[1]) if e.kind == "arc" else ("L", *e.a[:2], *e.b[:2]))
+             for e in trace.between("call", "begin") if e.kind != "rapid"]
+    path = [(("A", *e.a[:2], *e.b[:2], *e.centre, e.sweep[1]) if e.kind == "arc" else ("L", *e.a[:2], *e.b[:2]))
+            for e in trace.between("begin", "end") if e.kind != "rapid" and e.a[2] == e.b[2] == pytest.approx(-3, abs=1e-4)]
+    assert len(plain) == 4 and path
+    assert abs(shape_oracle.gouge(plain, 3.0, path)) <= 1e-4
+    assert shape_oracle.missing(plain, False, 1, 3.0, path, tolerance=1e-3) == []
+
+
 def test_tool_length_offset(base):
     trace = run_preview(program(f"G43.1 Z10\nG0 Z20\n(cycle)\n{ROUGH}"), TOOLS)
     same_path(trace.between("cycle", "end"), base.between("begin", "middle"), 1e-4)
