@@ -24,7 +24,7 @@ from chipwise.errors import CycleError
 from chipwise.geometry import elements
 from chipwise.geometry.contour import make_contour
 from chipwise.geometry.offset import make_pocket
-from chipwise.geometry.pocket import entries, fields, leftovers
+from chipwise.geometry.pocket import entries, fields, leftovers, runs
 from chipwise.geometry.pocket.strategies import NAMES, STRATEGIES
 from chipwise.geometry.pocket.unreached import unreached
 from chipwise.moves import Arc, Line, Rapid
@@ -154,7 +154,7 @@ def pocket_plan(request):
     waiting = [(field, field_tracks(field, r)) for field in found]
     while waiting:
         gaps = [math.dist(driver.at[:2], tracks[0].start) for _, tracks in waiting]
-        driver.clear(*waiting.pop(int(np.argmin(gaps))))
+        driver.clear(*waiting.pop(runs.least(gaps)))
     driver.rapid(z=r.clearance)
     return PocketPlan(tuple(driver.moves), missed, tuple(driver.plunges), len(found))
 
