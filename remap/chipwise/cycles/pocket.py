@@ -168,6 +168,8 @@ def field_tracks(field, request):
     """Tracks of one level of a Field: the strategy's, then what it left."""
     r = request
     step = min(r.step, WIDEST * 2 * r.tool_radius)
+    if np.ptp(field.boundary.start, axis=0).max() > MAX_PASSES * step:
+        raise CycleError(f"step-over D{{d}} needs more than {MAX_PASSES} ways side by side", "use a larger D", d=r.step)
     tracks = tuple(STRATEGIES[r.strategy](field, r.tool_radius, step, math.radians(r.direction), r.climb))
     if r.strategy == 0 and step <= r.tool_radius:
         return tracks  # geometry/pocket/rings.py says why nothing is left then

@@ -18,15 +18,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from chipwise.errors import CycleError
-
 from .. import elements, search
 from . import runs
 from .fields import clear_way, clear_ways, fields_at, inside
 from .tracks import Field, along, make_track
-
-# More rings are a slip of the finger and would stall the preview.
-MAX_RINGS = 500
 
 # Lengths ahead, in step-overs, at which the next ring is met: the longest that fits. The longer,
 # the more slowly the cut widens.
@@ -106,9 +101,6 @@ def _tree(field, radius, step, climb):
     level, count = [root], 0
     while level:
         count += 1
-        if count > MAX_RINGS:
-            raise CycleError(f"step-over D{{d}} needs more than {MAX_RINGS} rings", "use a larger D",
-                             d=step)
         found = fields_at(field.pocket, field.distance + count * step)
         found = [f for f in found if f.area > 0.0 or len(f.boundary) > 1]
         level = _placed(found, level, climb) if found else []
