@@ -165,7 +165,8 @@ def partition_faults(partition, area):
 def star(rng, n, size, at=(0.0, 0.0)):
     angle = np.sort(rng.uniform(0, 2 * math.pi, n))
     r = size * rng.uniform(0.3, 1.0, n)
-    return np.stack((r * np.cos(angle), r * np.sin(angle)), axis=1) + at
+    p = np.stack((r * np.cos(angle), r * np.sin(angle)), axis=1)
+    return (p if p[:, 0] @ np.roll(p[:, 1], -1) > p[:, 1] @ np.roll(p[:, 0], -1) else p[::-1]) + at
 
 
 def test_random_divisions():
