@@ -33,6 +33,11 @@ class State:
         self.unit_mm = MM_PER_INCH if inch else 1.0
         self.incremental = bool(interp.distance_mode)
         self.settings = load_settings()
+        self.messages = []
+
+    def say(self, text, **lengths):
+        """A message for the operator when the cycle is done; {names} in the text are lengths in mm."""
+        self.messages.append(CycleError(text, code=self.code, **lengths).text(self.unit))
 
     # ---- modes ----------------------------------------------------------------------------------------------
 
@@ -177,3 +182,27 @@ class State:
             raise CycleError("chop size {h} is negative", "set #<_chipwise_chop_size> to 0 (never chop) or more",
                              h=size * self.unit_mm)
         return size * self.unit_mm
+
+    def approach_angle(self):
+        """Degrees to the work plane: #<_chipwise_approach_angle>, else [CHIPWISE]APPROACH_ANGLE."""
+        return self._angle("approach")
+
+    def ramp_angle(self):
+        """Degrees of an entry: #<_chipwise_ramp_angle>, else [CHIPWISE]RAMP_ANGLE."""
+        return self._angle("ramp")
+
+    def _angle(self, kind):
+        """A named parameter above 0 and up to 90 degrees, or its INI default."""
+        name = f"_chipwise_{kind}_angle"
+        angle = self.parameter(name)
+        if angle is None:
+            return self.settings[f"{kind.upper()}_ANGLE"]
+        if not 0 < angle <= 90:
+            raise CycleError(f"{kind} angle {angle:g} is not above 0 and up to 90 degrees",
+                             f"set #<{name}> to such an angle")
+        return angle
+
+    def turns_clockwise(self):
+        """Whether the spindle turns as with M3; one that is off counts as M3."""
+        params = self.interp.params
+        return not params["_spindle_on"] or bool(params["_spindle_cw"])

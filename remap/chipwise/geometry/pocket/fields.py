@@ -7,6 +7,7 @@ every ring comes from the original contours, so nothing adds up from ring to rin
 import numpy as np
 
 from .. import elements, winding
+from ..judge import clear_lines, depths
 from ..offset import make_pocket, pocket_ring
 from ..paths import SpotPath
 from .tracks import Field
@@ -14,6 +15,9 @@ from .tracks import Field
 # Places of a hole at which it is asked which boundary holds it: a loop may touch the boundary
 # at one of them.
 ASKED = 5
+
+# A place or way counts as inside a Field this much nearer to the wall: rounding. mm
+SLACK_MM = 1e-6
 
 
 def split(boundary, islands, distance):
@@ -57,3 +61,26 @@ def _one_spot(loop):
 def inside(field, point):
     """Which of points (m, 2) mm lie inside a Field."""
     return winding.numbers(elements.join(field.contours), point) == 1
+
+
+def clear_ways(field, start, end):
+    """Which straight ways (m,) bool between places (m, 2) or (2,), and (m, 2) mm, keep inside a
+    Field; the starts lie in it."""
+    start = np.broadcast_to(start, end.shape)
+    moved = np.hypot(*(end - start).T) > 0.0
+    clear = np.ones(len(end), bool)
+    if moved.any():
+        clear[moved] = clear_lines(field.pocket.judge, start[moved], end[moved],
+                                   field.distance - SLACK_MM)
+    return clear
+
+
+def clear_way(field, start, end):
+    """Whether the straight way between two places (2,) mm keeps inside a Field."""
+    return bool(clear_ways(field, start, end[None])[0])
+
+
+def allowed(field, point, more=0.0):
+    """Which points (m, 2) mm lie inside a Field, `more` mm further from every wall."""
+    reach = field.distance + more
+    return (depths(field.pocket.judge, point, reach) <= SLACK_MM) & inside(field, point)

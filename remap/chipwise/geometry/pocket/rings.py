@@ -20,17 +20,13 @@ import numpy as np
 
 from chipwise.errors import CycleError
 
-from .. import elements
-from ..judge import clear_lines
+from .. import elements, search
 from . import runs
-from .fields import fields_at, inside
+from .fields import clear_way, clear_ways, fields_at, inside
 from .tracks import Field, along, make_track
 
 # More rings are a slip of the finger and would stall the preview.
 MAX_RINGS = 500
-
-# A way between two places of a ring counts as clear this much nearer to the wall: rounding. mm
-SLACK_MM = 1e-6
 
 # Lengths ahead, in step-overs, at which the next ring is met: the longest that fits. The longer,
 # the more slowly the cut widens.
@@ -42,10 +38,12 @@ BESIDE = 1.02
 # Longest way at feed through cleared area, in tool radii, before lifting is the shorter one.
 TRAVEL = 12.0
 
-# A deepest ring shorter than this, in step-overs, is left out where the ring about it clears its
-# place too: a plunge for a spot.
-SPOT = 1.0
+# Longest slot, in tool radii, from a ring already cut to the next deepest ring, instead of another
+# ramp through the whole depth.
+SLOT = 10.0
 
+# Places on an element that a way may start from, and how many are tried for a clear one.
+SAMPLES, TRIES, SLOT_TRIES = (0.0, 0.25, 0.5, 0.75), 8, 40
 
 @dataclass(frozen=True, eq=False)
 class _Node:
@@ -56,10 +54,13 @@ class _Node:
 
 
 class _Way:
-    """The Tracks so far and where the tool is; here is None before the first one."""
+    """The Tracks of the Field `root` so far, the loops cut and where the tool is; here is None before
+    the first one."""
 
-    def __init__(self):
+    def __init__(self, root):
+        self.root = root
         self.done, self.parts, self.flags, self.here = [], [], [], None
+        self.cut = []                             # (loop, Field of its ring), in cutting order
 
     def lift(self, to):
         """Ends the Track; the next starts at a place (2,) mm."""
@@ -78,6 +79,15 @@ class _Way:
         if np.hypot(*(to - self.here)) > runs.SNAP_MM:
             self.go(runs.line(self.here, to), cutting)
 
+    def travel(self, to, field, radius):
+        """To a place already cut: at feed inside a Field that is cleared where that is short, else
+        through the air."""
+        near = self.parts and np.hypot(*(to - self.here)) <= TRAVEL * radius
+        if near and clear_way(field, self.here, to):
+            self.line(to, False)
+        else:
+            self.lift(to)
+
     def tracks(self):
         self.lift(None)
         return tuple(self.done)
@@ -85,7 +95,7 @@ class _Way:
 
 def contour_parallel(field, radius, step, direction, climb):
     """Tracks of a Field, rings `step` mm apart.  direction (rad) plays no part."""
-    way = _Way()
+    way = _Way(field)
     _cut(way, _tree(field, radius, step, climb), radius, step)
     return way.tracks()
 
@@ -124,12 +134,12 @@ def _placed(found, parents, climb):
 
 
 def _prune(node, radius, step):
-    """Takes away leaves not worth a plunge: the ring about them reaches all they would cut."""
+    """Takes away leaves not worth a plunge: the ring about them reaches all they would cut.  No
+    place in a leaf is deeper than its outline's length over 2 pi."""
     for child in node.children:
         _prune(child, radius, step)
-    if step <= radius:
-        node.children[:] = [c for c in node.children if c.children or sum(
-            np.sum(elements.lengths(loop)) for loop in c.loops) > SPOT * step]
+    node.children[:] = [c for c in node.children if c.children or step + sum(
+        np.sum(elements.lengths(loop)) for loop in c.loops) / (2.0 * np.pi) > radius]
 
 
 def _cut(way, node, radius, step):
@@ -137,14 +147,14 @@ def _cut(way, node, radius, step):
     waiting = list(node.children)
     while waiting:
         _cut(way, waiting.pop(_nearest(way.here, [c.loops[0] for c in waiting])), radius, step)
-    cut = [(loop, child.field) for child in node.children for loop in child.loops]
     left = list(node.loops)
     while left:
-        loop = left.pop(_beside(way, node, cut, left, radius, step))
-        place = _met(way, node, loop, step)
+        k, place = _beside(way, node, left, radius, step)
+        loop = left.pop(k)
+        place = _met(way, node, loop, step) if place is None else place
         way.line(runs.point(loop, *place))
         way.go(runs.rotated(loop, *place))
-        cut.append((loop, node.field))
+        way.cut.append((loop, node.field))
 
 
 def _nearest(here, loops):
@@ -154,49 +164,85 @@ def _nearest(here, loops):
     return int(np.argmin([runs.nearest(loop, here)[0] for loop in loops]))
 
 
-def _beside(way, node, cut, left, radius, step):
-    """Index of the loop to cut next, with the tool brought beside it: where it is, through cleared
-    area, through the air, or in the solid."""
+def _beside(way, node, left, radius, step):
+    """(index of the loop to cut next, place to meet it at or None), with the tool brought beside it:
+    where it is, through cleared area, through the air, along a slot, or in the solid."""
     if way.here is not None:
-        gaps = [runs.nearest(loop, way.here)[0] for loop in left]
-        k = int(np.argmin(gaps))
-        if way.parts and gaps[k] <= BESIDE * step and _clear(way.here, runs.point(
-                left[k], *runs.nearest(left[k], way.here)[1:]), node.field):
-            return k
-        found = _pair(way.here, cut, left, step)
+        places = [runs.nearest(loop, way.here) for loop in left]
+        k = int(np.argmin([gap for gap, _, _ in places]))
+        if way.parts and places[k][0] <= BESIDE * step and clear_way(
+                node.field, way.here, runs.point(left[k], *places[k][1:])):
+            return k, None
+        found = _pair(way, left, BESIDE * step, node.field)
         if found is not None:
-            k, place, field = found
-            near = np.hypot(*(place - way.here)) <= TRAVEL * radius
-            if way.parts and near and _clear(way.here, place, field):
-                way.line(place, False)
-            else:
-                way.lift(place)
-            return k
+            way.travel(*found[1:], radius)
+            return found[0], None
+        found = _slot(way, left, SLOT * radius)
+        if found is not None:
+            way.travel(*found[2:], radius)
+            return found[:2]
     else:
         k = 0
     longest = int(np.argmax(elements.lengths(left[k])))
     way.lift(runs.point(left[k], longest, 0.5))
-    return k
+    return k, (longest, 0.5)
 
 
-def _pair(here, cut, left, step):
-    """(index of a loop, place beside it, Field of that place) among places on loops already cut,
-    the nearest to here; None where no such loop lies beside one that is left."""
-    best = None
-    for loop, field in cut:
-        index = np.repeat(np.arange(len(loop)), 4)
-        places = elements.point_at(loop, index, np.tile((0.0, 0.25, 0.5, 0.75), len(loop)))
-        way_to = np.hypot(*(places - here).T)
-        for k, other in enumerate(left):
-            n = len(other)
-            gap = elements.distances(other, np.tile(np.arange(n), len(places)),
-                                     np.repeat(places, n, axis=0)).reshape(-1, n).min(axis=1)
-            ok = np.flatnonzero(gap <= BESIDE * step)
+def _pair(way, left, reach, field):
+    """(index of a loop, place, Field of that place): a place on a loop already cut, at most `reach`
+    (mm) from a loop that is left, with a clear way there, the nearest of them; or None."""
+    best = (np.inf,)
+    for k, other in enumerate(left):
+        tree = search.build(*elements.boxes(other))
+        for loop, owner in way.cut:
+            places, gap = _near(loop, other, tree, reach)
+            cost = np.hypot(*(places - way.here).T) + gap
+            for m in np.argsort(cost)[:TRIES]:
+                if cost[m] >= best[0]:
+                    break
+                if clear_way(field, places[m], runs.point(other, *runs.nearest(other, places[m])[1:])):
+                    best = (cost[m], k, places[m], owner)
+                    break
+    return best[1:] or None
+
+
+def _slot(way, left, reach):
+    """(index of a loop, place on it, place, Field of that place): from a loop already cut straight to
+    a loop that is left, inside the whole Field and not longer than `reach` (mm); or None."""
+    best = (np.inf,)
+    for k, other in enumerate(left):
+        index = np.repeat(np.arange(len(other)), 2)
+        t = np.tile(SAMPLES[::2], len(other))
+        ends = elements.point_at(other, index, t)
+        for loop, owner in way.cut:
+            places = elements.point_at(loop, np.arange(len(loop)), np.zeros(len(loop)))
+            gap = np.hypot(*(places[:, None] - ends).transpose(2, 0, 1))
+            cost = np.where(gap <= reach, gap + 0.5 * np.hypot(*(places - way.here).T)[:, None], np.inf)
+            order = np.argsort(cost, axis=None)[:SLOT_TRIES]
+            order = order[cost.ravel()[order] < best[0]]
+            if not len(order):
+                continue
+            m, n = np.unravel_index(order, cost.shape)
+            ok = np.flatnonzero(clear_ways(way.root, places[m], ends[n]))
             if len(ok):
-                m = ok[np.argmin(way_to[ok])]
-                if best is None or way_to[m] < best[0]:
-                    best = (way_to[m], k, places[m], field)
-    return best and best[1:]
+                first = ok[0]
+                best = (cost[m[first], n[first]], k, (int(index[n[first]]), float(t[n[first]])),
+                        places[m[first]], owner)
+    return best[1:] or None
+
+
+def _near(loop, other, tree, reach):
+    """Places (m, 2) on a loop that lie within reach (mm) of another loop, and how far (m,)."""
+    index = np.repeat(np.arange(len(loop)), len(SAMPLES))
+    places = elements.point_at(loop, index, np.tile(SAMPLES, len(loop)))
+    who, leaf = search.near_points(tree, places, np.full(len(places), reach))
+    if not len(who):
+        return places[:0], np.zeros(0)
+    gap = elements.distances(other, leaf, places[who])
+    first = np.flatnonzero(np.concatenate(([True], who[1:] != who[:-1])))
+    least = np.minimum.reduceat(gap, first)
+    ok = least <= reach
+    return places[who[first[ok]]], least[ok]
 
 
 def _met(way, node, loop, step):
@@ -209,12 +255,6 @@ def _met(way, node, loop, step):
     ahead = [s * step for s in SLANTS if s * step <= 0.3 * total or s == 0.0]
     places = [runs.snapped(loop, *runs.place_at(loop, at + a)) for a in ahead]
     points = np.array([runs.point(loop, *p) for p in places])
-    start = np.broadcast_to(way.here, points.shape)
-    clear = clear_lines(node.field.pocket.judge, start, points, node.field.distance - SLACK_MM)
+    clear = clear_ways(node.field, way.here, points)
     return places[int(np.argmax(clear))] if clear.any() else (index, t)
 
-
-def _clear(start, end, field):
-    """Whether the straight way between two places keeps inside a Field."""
-    return bool(clear_lines(field.pocket.judge, start[None], end[None],
-                            field.distance - SLACK_MM)[0])
