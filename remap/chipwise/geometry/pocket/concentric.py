@@ -11,8 +11,11 @@ convex polygons.  Its steps, with its symbols:
 
 Departures: the polygon stays a little inside the curve (STRAYING), so that no chord leaves the Field.
 The number of parts follows from the step-over instead of being given.  Narrow branches keep fewer
-paths, and holes have paths of their own (baseline.py, 3 and 4).  Where closed paths turn sharply and
-the step-over is wider than the tool radius, the tool goes out into the corner and back.
+paths, and holes have paths of their own (baseline.py, 3 and 4).
+
+No residue up to a step-over of the tool radius: a point of the Field is never further from the next
+path than the step-over.  Above that a sharp turn may leave its outer corner to leftovers.py; it
+seldom does, because most places are covered more closely than the widest one.
 """
 import numpy as np
 
@@ -37,9 +40,6 @@ MAX_RINGS = 500
 # The tool follows the base line back through its own slot for at most this many tool radii before
 # lifting is the shorter way.
 TRAVEL = 8.0
-
-# A way out into a corner ends this share of the tool radius before the last point it has to reach.
-CORNER = 0.7
 
 # Points of a path nearer than this are one. mm
 SAME_MM = 1e-6
@@ -148,13 +148,13 @@ def _clear(way, partition, radius, limit, gap):
         parts, every = line.divided(fan, gap)
         if parts > MAX_RINGS:
             raise CycleError(f"step-over D{{d}} needs more than {MAX_RINGS} rings", "use a larger D", d=limit)
-        tip = _closed_paths(way, fan, parts, every, radius)
+        tip = _closed_paths(way, fan, parts, every)
         if way.closing:
             way.contour(tip)
     way.lift()
 
 
-def _closed_paths(way, fan, parts, every, radius):
+def _closed_paths(way, fan, parts, every):
     """All closed paths of a fan, inside out, joined along one spoke; returns its tip.  every (n,):
     which of them each spoke keeps."""
     turned = slice(None, None, 1 if way.climb else -1)
@@ -167,29 +167,5 @@ def _closed_paths(way, fan, parts, every, radius):
     for k in range(parts % kept or kept, parts, kept):
         on = (parts - k) % every == 0
         ring = base[on] + spoke[on] * (k / parts)
-        way.go(_with_corners(ring, spoke[on] / parts, every[on], radius))
-        way.go(ring[:1])
+        way.go(np.concatenate((ring, ring[:1])))
     return base[0] + spoke[0]
-
-
-def _with_corners(ring, unit, every, radius):
-    """A closed path with ways out into sharp corners: ring (n, 2); unit (n, 2): along each spoke, one
-    part; every (n,): parts up to the next path.
-
-    Between a corner and the next path's corner, `reach` further along the spoke, the outermost point
-    missed lies reach - r / sin(half the corner) away, where both legs of the next path reach."""
-    reach = np.hypot(*unit.T) * every
-    if reach.max() <= radius:
-        return ring
-    legs = [np.roll(ring, shift, axis=0) - ring for shift in (1, -1)]
-    sines = [np.abs(leg[:, 0] * unit[:, 1] - leg[:, 1] * unit[:, 0])
-             / np.maximum(np.hypot(*leg.T) * np.hypot(*unit.T), 1e-12) for leg in legs]
-    away = [(leg * unit).sum(axis=1) < 0.0 for leg in legs]
-    missed = reach - radius / np.maximum(0.5 * (sines[0] + sines[1]), 1e-6)
-    out = away[0] & away[1] & (missed > 0.98 * radius)
-    points = []
-    for k in range(len(ring)):
-        points.append(ring[k])
-        if out[k]:
-            points += [ring[k] + unit[k] * every[k] * (missed[k] - CORNER * radius) / reach[k], ring[k]]
-    return np.array(points)
