@@ -41,6 +41,10 @@ MAX_RINGS = 500
 # lifting is the shorter way.
 TRAVEL = 8.0
 
+# From one closed path to the next the tool goes slantwise, over at least this many times the
+# step-over: straight out it would cut its full width.
+SLANT = 3.0
+
 # Points of a path nearer than this are one. mm
 SAME_MM = 1e-6
 
@@ -148,15 +152,15 @@ def _clear(way, partition, radius, limit, gap):
         parts, every = line.divided(fan, gap)
         if parts > MAX_RINGS:
             raise CycleError(f"step-over D{{d}} needs more than {MAX_RINGS} rings", "use a larger D", d=limit)
-        tip = _closed_paths(way, fan, parts, every)
+        tip = _closed_paths(way, fan, parts, every, gap)
         if way.closing:
             way.contour(tip)
     way.lift()
 
 
-def _closed_paths(way, fan, parts, every):
-    """All closed paths of a fan, inside out, joined along one spoke; returns its tip.  every (n,):
-    which of them each spoke keeps."""
+def _closed_paths(way, fan, parts, every, gap):
+    """All closed paths of a fan, inside out, joined by slants; returns the tip of the last one's
+    start.  every (n,): which of them each spoke keeps."""
     turned = slice(None, None, 1 if way.climb else -1)
     base, every = fan.base[turned], every[turned]
     spoke, kept = fan.tip[turned] - base, int(every.min())
@@ -164,8 +168,25 @@ def _closed_paths(way, fan, parts, every):
     base, spoke, every = (np.roll(part, -first, axis=0) for part in (base, spoke, every))
     way.ends.append((base + spoke * (1.0 - every / parts)[:, None], base + spoke))
     way.lift(base[0])
+    start, level = 0, 0
     for k in range(parts % kept or kept, parts, kept):
-        on = (parts - k) % every == 0
+        on = np.flatnonzero((parts - k) % every == 0)
+        on = np.roll(on, -int(np.searchsorted(on, start)))
         ring = base[on] + spoke[on] * (k / parts)
-        way.go(np.concatenate((ring, ring[:1])))
-    return base[0] + spoke[0]
+        ahead, share = _slant(ring, every[on] == kept, SLANT * gap)
+        levels = level + (k - level) * share
+        way.go((base[on] + spoke[on] * levels[:, None] / parts)[:ahead + 1])
+        way.go(np.roll(ring, -ahead, axis=0))
+        way.go(ring[ahead:ahead + 1])
+        start, level = int(on[ahead]), k
+    return base[start] + spoke[start]
+
+
+def _slant(ring, allowed, length):
+    """(index, share (n,)) of the first allowed point of a closed path at least `length` (mm) ahead of
+    its start, and how far along the way there each point is; index 0 where the path is too short."""
+    upto = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(ring, axis=0).T))))
+    far = np.flatnonzero(allowed & (upto >= length) & (upto <= 0.5 * upto[-1]))
+    if not len(far):
+        return 0, np.ones(len(ring))
+    return int(far[0]), np.minimum(upto / upto[far[0]], 1.0)
