@@ -84,6 +84,8 @@ def contours_missed(job, climb):
 def _ends_with(track, contour, climb):
     """Whether the last elements of a track run a whole closed contour."""
     total, done, k = sum(map(length, contour)), 0.0, len(track)
+    if total < 1e-3:
+        return nearest(track, samples(contour, 0.5)).max() < 1e-6
     while k and done < total - 1e-4:
         k -= 1
         done += length(track[k])

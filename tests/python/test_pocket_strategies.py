@@ -16,6 +16,7 @@ from chipwise.geometry.pocket.fields import split
 from chipwise.geometry.pocket.oneway import one_way
 from chipwise.geometry.pocket.tracks import make_track
 from chipwise.geometry.pocket.zigzag import zigzag
+from chipwise.geometry.regions import inner_polygons
 from conftest import random_count, random_seed
 from contour_oracle import from_elements, length
 from contour_shapes import circle, polygon, rounded_square
@@ -189,6 +190,19 @@ def test_random_divisions():
     assert done > 0
     partition.polygons.pop()
     assert partition_faults(partition, shape.area)          # seen to fail
+
+
+def test_inner_polygons_keep_their_distance():
+    """A square with a hole crossing its edge by rounding and a loop turned inside out."""
+    square = np.array(((0, 0), (20, 0), (20, 20), (0, 20)), float)
+    hole = np.array(((-1e-4, 8), (-1e-4, 12), (4, 12), (4, 8)), float)
+    (outline, holes), = inner_polygons(square, [hole], 0.1, 0.1)
+    assert holes == []
+    assert 0.1 <= outline[:, 1].min() <= 0.2 and 0.1 <= outline[:, 0].min() <= 0.2
+    assert not ((outline > (-1, 8.5)) & (outline < (4, 11.5))).all(axis=1).any()
+    knot = np.array(((0, 0), (20, 0), (20, 20), (9.9, 20), (10.1, 20.1), (0, 20)), float)
+    (outline, _), = inner_polygons(knot, [], 0.1, 0.1)
+    assert outline[:, 1].max() <= 19.95 and outline[:, 0].max() > 19.7
 
 
 # --- random pockets -----------------------------------------------------------
