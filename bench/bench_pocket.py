@@ -6,9 +6,9 @@ Called by bench/run.py (prints JSON rows).  By hand, in full:
 
 random: CHIPWISE_RANDOM_COUNT pockets (default 40) from CHIPWISE_SEED on, each with every strategy, D going through
 0.25 to 1.0 tool diameters, judged by tests/python/pocket_oracle.py.
-length: way at feed and in the air of P0 at D = 0.4 tool diameters, against area / D; the air counted from the first
-place over the pocket to the last, with its heights (R 1 mm above the stock, one level a tool radius deep, ramp 3
-degrees).  The area is all that the tool can reach.
+length: way at feed and in the air of P0 at D = 0.4 tool diameters, against area / D; everything counted from the first
+place over the pocket to the last, with helices and heights (R 1 mm above the stock, one level a tool radius deep, ramp
+3 degrees); "flat" leaves out what goes up and down.  The area is all that the tool can reach.
 engagement: width of stock met per mm of way (section area / depth) by the C stock model, in tool diameters.
 plan: processor time of pocket_plan() for an outline of 200 elements with 3 islands, nothing cached.
 """
@@ -85,19 +85,19 @@ def random_rows(count, first, jobs):
 # ---- length of the way -------------------------------------------------------------------------------------------
 
 
-def plain_request(seed, strategy, radius=3.0):
+def plain_request(seed, strategy):
     """One level of a random pocket at D = 0.4 tool diameters."""
-    return replace(random_request(3 * seed, strategy), tool_radius=radius, step=SHARE * 2 * radius, side_allowance=0.0,
-                   floor_allowance=0.0, depth_step=None, ramp_angle=3.0, bottom=-radius, clearance=1.0, climb=True,
-                   direction=0.0)
+    request = random_request(3 * seed, strategy)
+    return replace(request, step=SHARE * 2 * request.tool_radius, side_allowance=0.0, floor_allowance=0.0,
+                   depth_step=None, ramp_angle=3.0, bottom=-request.tool_radius, clearance=1.0, climb=True, direction=0.0)
 
 
 def lengths(moves, start):
-    """(mm at feed, mm in the air) from the first place over the pocket on."""
+    """(mm at feed, mm in the air, mm level) from the first place over the pocket on."""
     way = trace.walk(moves, start)[1:-1]
-    long = [e.radius * abs(e.sweep[1]) if e.kind == "arc" else math.dist(e.a, e.b) for e in way]
+    long = [math.hypot(e.radius * e.sweep[1], e.b[2] - e.a[2]) if e.kind == "arc" else math.dist(e.a, e.b) for e in way]
     air = sum(n for e, n in zip(way, long) if e.kind == "rapid")
-    return sum(long) - air, air
+    return sum(long) - air, air, sum(n for e, n in zip(way, long) if e.a[2] == e.b[2])
 
 
 def reached_area(request):
@@ -111,21 +111,22 @@ def reached_area(request):
 
 def length_rows(count):
     for strategy, name in NAMES.items():
-        ratios, air_share = [], []
+        ratios, air_share, flat = [], [], []
         for seed in range(count):
             request = plain_request(seed, strategy)
             try:
                 moves = cycle.pocket_plan(request).moves
             except CycleError:
                 continue
-            cut, air = lengths(moves, request.start)
-            area = reached_area(request)
-            if area > 0.0:
-                ratios.append((cut + air) * request.step / area)
+            cut, air, level = lengths(moves, request.start)
+            bound = reached_area(request) / request.step
+            if bound > 0.0:
+                ratios.append((cut + air) / bound)
                 air_share.append(air / (cut + air))
+                flat.append(level / bound)
         yield row(f"way / (area / D), P{strategy} {name}, median", round(float(np.median(ratios)), 3), "",
-                  f"worst {max(ratios):.2f}, air {100 * np.mean(air_share):.0f} % of it; {len(ratios)} pockets, tool 6 mm",
-                  RATIO if strategy == 0 else None)
+                  f"worst {max(ratios):.2f}; flat {np.median(flat):.2f}, worst {max(flat):.2f}; air "
+                  f"{100 * np.mean(air_share):.0f} %; {len(ratios)} pockets", RATIO if strategy == 0 else None)
 
 
 # ---- engagement --------------------------------------------------------------------------------------------------
@@ -155,7 +156,8 @@ def engagement_rows(count):
         every = []
         for seed in range(count):
             try:
-                every.append(widths(plain_request(seed, strategy)) / 6.0)
+                request = plain_request(seed, strategy)
+                every.append(widths(request) / (2 * request.tool_radius))
             except CycleError:
                 pass
         met = np.concatenate(every)
@@ -208,7 +210,7 @@ def main():
     given = parser.parse_args()
     first = int(os.environ.get("CHIPWISE_SEED") or 0)
     parts = {"random": lambda: random_rows(given.count, first, given.jobs),
-             "length": lambda: length_rows(max(20, given.count // 3)),
+             "length": lambda: length_rows(max(40, given.count // 3)),
              "engagement": lambda: engagement_rows(8), "plan": plan_rows}
     failed = False
     for part in given.only.split(","):

@@ -147,14 +147,15 @@ def _cut(way, node, radius, step):
     waiting = list(node.children)
     while waiting:
         _cut(way, waiting.pop(_nearest(way.here, [c.loops[0] for c in waiting])), radius, step)
-    left = list(node.loops)
+    left, cut = list(node.loops), [(loop, c.field) for c in node.children for loop in c.loops]
     while left:
-        k, place = _beside(way, node, left, radius, step)
+        k, place = _beside(way, node, cut, left, radius, step)
         loop = left.pop(k)
         place = _met(way, node, loop, step) if place is None else place
         way.line(runs.point(loop, *place))
         way.go(runs.rotated(loop, *place))
-        way.cut.append((loop, node.field))
+        cut.append((loop, node.field))
+        way.cut.append(cut[-1])
 
 
 def _nearest(here, loops):
@@ -164,7 +165,7 @@ def _nearest(here, loops):
     return int(np.argmin([runs.nearest(loop, here)[0] for loop in loops]))
 
 
-def _beside(way, node, left, radius, step):
+def _beside(way, node, cut, left, radius, step):
     """(index of the loop to cut next, place to meet it at or None), with the tool brought beside it:
     where it is, through cleared area, through the air, along a slot, or in the solid."""
     if way.here is not None:
@@ -173,7 +174,7 @@ def _beside(way, node, left, radius, step):
         if way.parts and places[k][0] <= BESIDE * step and clear_way(
                 node.field, way.here, runs.point(left[k], *places[k][1:])):
             return k, None
-        found = _pair(way, left, BESIDE * step, node.field)
+        found = _pair(way.here, cut, left, BESIDE * step, node.field)
         if found is not None:
             way.travel(*found[1:], radius)
             return found[0], None
@@ -188,15 +189,15 @@ def _beside(way, node, left, radius, step):
     return k, (longest, 0.5)
 
 
-def _pair(way, left, reach, field):
+def _pair(here, cut, left, reach, field):
     """(index of a loop, place, Field of that place): a place on a loop already cut, at most `reach`
     (mm) from a loop that is left, with a clear way there, the nearest of them; or None."""
     best = (np.inf,)
     for k, other in enumerate(left):
         tree = search.build(*elements.boxes(other))
-        for loop, owner in way.cut:
+        for loop, owner in cut:
             places, gap = _near(loop, other, tree, reach)
-            cost = np.hypot(*(places - way.here).T) + gap
+            cost = np.hypot(*(places - here).T) + gap
             for m in np.argsort(cost)[:TRIES]:
                 if cost[m] >= best[0]:
                     break
