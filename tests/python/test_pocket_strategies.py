@@ -140,9 +140,9 @@ def test_base_line_joins_centroids_and_middle_points():
     partition = Partition(np.array(((0, 0), (20, 0), (20, 10), (8, 10), (8, 30), (0, 30)), float), [])
     line = BaseLine(partition)
     assert len(partition.polygons) == 2
-    first, second = (centroid(partition.array(q)) for q in partition.polygons)
-    assert {tuple(p) for p in line.node.tolist()} == {tuple(first), tuple(second), (4.0, 10.0)}
-    assert sorted(map(tuple, (first, second))) == [(4.0, 20.0), (10.0, 5.0)]
+    first, second = (centroid(partition.corners(q)) for q in partition.polygons)
+    assert {tuple(p) for p in line.node.tolist()} == {first, second, (4.0, 10.0)}
+    assert sorted((first, second)) == [(4.0, 20.0), (10.0, 5.0)]
 
 
 def partition_faults(partition, area):

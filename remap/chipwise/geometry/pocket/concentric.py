@@ -25,7 +25,7 @@ from .. import elements
 from ..regions import inner_polygons
 from . import runs
 from .baseline import BaseLine
-from .convex import BEND, Partition
+from .convex import Partition
 from .rings import contour_parallel
 from .scan import OVERLAP_SHARE
 from .tracks import along, make_track
@@ -55,7 +55,7 @@ def concentric(field, radius, step, direction, climb):
     straying = STRAYING * limit
     flat = [runs.flat(contour, 0.5 * straying)[:-1] for contour in field.contours]
     parts = [Partition(*part) for part in _polygons(flat, 0.5 * straying)]
-    if not all(_convex(part) for part in parts):
+    if not all(part.convex() for part in parts):
         return contour_parallel(field, radius, step, direction, climb)
     way = _Way(field, climb, straying)
     for part in parts:
@@ -69,17 +69,6 @@ def _polygons(flat, share):
     if len(outer) < 3:
         return []
     return inner_polygons(outer, flat[1:], share, share)
-
-
-def _convex(partition):
-    """Whether every polygon came out convex."""
-    for polygon in partition.polygons:
-        p = partition.array(polygon)
-        a, b = p - np.roll(p, 1, axis=0), np.roll(p, -1, axis=0) - p
-        turn = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-        if len(p) < 3 or (turn < 10.0 * BEND * np.hypot(*a.T) * np.hypot(*b.T)).any():
-            return False
-    return True
 
 
 class _Way:
