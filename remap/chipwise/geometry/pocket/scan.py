@@ -45,6 +45,10 @@ MAX_ROWS = 3000
 # A Field below this area (mm2) is a line or a spot: its contour is all there is to cut.
 NO_AREA_MM2 = 1e-6
 
+# Elements of the pool below this length (mm) are none: rounding of a chord between two walls that
+# lie on one another.
+NO_LENGTH_MM = 1e-9
+
 # Ends of a chord that lie this near (mm) may come in either order: where a Field is a line.
 TIE_MM = 1e-6
 
@@ -92,8 +96,14 @@ class Scan:
         return [2 * self.split + chord + (0 if forward else self.chords)]
 
     def track(self, run):
-        """Track of pool indices."""
-        return make_track(elements.take(self.pool, np.array(run)))
+        """Track of pool indices, without chords where the Field is a line that the row crosses."""
+        run = np.array(run)
+        long = self._long[run]
+        return make_track(elements.take(self.pool, run[long] if long.any() else run[:1]))
+
+    @cached_property
+    def _long(self):
+        return elements.lengths(self.pool) > NO_LENGTH_MM
 
     @cached_property
     def above(self):
