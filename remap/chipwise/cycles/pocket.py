@@ -5,11 +5,11 @@ the strategies; here are levels, entries and what lies between.
 
 Order of work: Field by Field (regions between which the tool does not fit), each from the top level to the floor.
 
-Rapids, and why none meets stock.  Above R everything is free.  Below it a rapid runs
- - straight up and down at a place where the tool has been at that depth or deeper, or down to GAP_MM above the level
-   before, which is cleared all over the Field;
- - across GAP_MM above the level before, where the straight way keeps inside the Field.
-All else is a feed.  A Track whose start was on no way of this level yet is entered by a helix, a ramp or a plunge.
+Rapids, and why none meets stock.  Above R everything is free.  Below it a rapid runs straight up, or straight down at a
+place where the tool has been at that depth, or down to GAP_MM above the level before, which is cleared all over the
+Field.  All else is a feed.  None runs across below R, though the level before is cleared: in the blend (G64) of a way
+across towards a wall with the way down the guard of the stock tracker cannot tell yet that the tool will turn, and stops
+it.  A Track whose start was on no way of this level yet is entered by a helix, a ramp or a plunge.
 """
 
 import math
@@ -238,28 +238,22 @@ class _Driver:
         for z in depths(r.clearance, r.bottom + r.floor_allowance, r.depth_step):
             for track, is_known in zip(tracks, known):
                 if is_known:
-                    self._reach(field, track, above, z)
+                    self._reach(track, z)
                     self.down(z, r.plunge_feed)
                 else:
-                    self._reach(field, track, above, above)
+                    self._reach(track, above)
                     self._enter(field, track, z)
                 self.run(track.elements, r.feed)
             above = z
 
-    def _reach(self, field, track, above, free):
-        """By rapids to over the start of a Track, down to just above `free`, the depth that is cleared there.
-
-        above: the level that is cleared all over the Field; None for either: nothing below R.
-        """
+    def _reach(self, track, free):
+        """By rapids to over the start of a Track, down to just above `free`, the depth that is cleared there; None:
+        nothing is cleared below R."""
         r, (x, y) = self.request, track.start.tolist()
-        over, low = (r.clearance if z is None else min(z + GAP_MM, r.clearance) for z in (above, free))
-        if self.moves:
-            within = above is not None and fields.clear_way(field, np.array(self.at[:2]), track.start)
-            self.rapid(z=over if within else r.clearance)
-        elif self.at[2] < r.clearance - EQUAL:
+        if self.moves or self.at[2] < r.clearance - EQUAL:
             self.rapid(z=r.clearance)
         self.rapid(x=x, y=y)
-        self.rapid(z=low)
+        self.rapid(z=r.clearance if free is None else min(free + GAP_MM, r.clearance))
 
     # ---- entries -------------------------------------------------------------------------------------------------
 
