@@ -20,7 +20,7 @@ def stock(low=(-20, -20, -6), high=(20, 20, 0)):
     return core.Stock(low, high, CELL)
 
 
-def drive(ahead, points, horizon=10.0, budget=8, cutter=None):
+def drive(ahead, points, horizon=10.0, budget=1000, cutter=None):
     """Steps along points (n, 3); yields the view after each."""
     for start, end in zip(points[:-1], points[1:]):
         if cutter:
