@@ -10,6 +10,7 @@
 #define CW_TURNED (-0.5)        /* and from which the load at the tool stays a lower bound */
 #define CW_GAP_RADII 0.0625     /* tool radii between samples; never below one cell nor above four */
 #define CW_SAMPLE_NODES 8       /* work on a sample beside that on its nodes, in nodes */
+#define CW_CARRY_NODES 2        /* and on carrying one over to a new course */
 #define CW_RISE 1.1             /* a sample this much above the one before is a step of the load */
 #define CW_TOUCH 1e-3           /* mm2, less is no contact */
 #define CW_MERGE 1.03           /* levels closer than this are given as one */
@@ -188,6 +189,8 @@ void cw_ahead_step(struct cw_ahead *ahead, const struct cw_stock *stock, const s
         ahead->gap = gap;
     } else if (!on_way && new_course) {
         change_course(ahead, &old, now, stock);
+        budget -= CW_CARRY_NODES * ahead->count;
+        if (budget < 1) budget = 1;
     }
     ahead->way.fresh = 0;
     ahead->at = on_way ? ahead->way.at : ahead->course.travelled;

@@ -3,15 +3,15 @@
 #include "sweep.h"
 
 #define CW_FINE_STEPS 24        /* halvings that find the lowest tool position over a cell */
-#define CW_WORK_ROW 20          /* work on a row, in cells of a flat end: about a dozen instructions each [2] */
+#define CW_WORK_ROW 35          /* work on a row, in cells of a flat end: about a dozen instructions each [2] */
 #define CW_WORK_EDGE 20         /* on a cell of the outline */
-#define CW_WORK_LOWEST 8        /* on finding the lowest tool position over a point */
-#define CW_WORK_HALVING 7       /* and on each halving of the way for that */
+#define CW_WORK_LOWEST 14       /* on finding the lowest tool position over a point */
+#define CW_WORK_HALVING 12      /* and on each halving of the way for that */
 #define CW_WORK_CURVED 14       /* on a cell below an end that is not flat */
 #define CW_ROW_DONE 0x7fffffff  /* a column beyond all rows */
 #define CW_STRAY 1e-3           /* mm from a way of several legs made one, at most [5] */
 #define CW_GAUSS_REACH 0.41     /* cells from a cell's middle to the points it is read at */
-#define CW_FINE 1e-5            /* mm, and how near is near enough */
+#define CW_FINE 1e-4            /* mm, and how near is near enough */
 #define CW_FARTHEST 1e6         /* mm, a tip beyond this (or NaN) is no position */
 
 #define CW_INLINE inline __attribute__((always_inline))    /* what every cell goes through */

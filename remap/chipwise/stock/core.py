@@ -55,7 +55,7 @@ class _Section(C.Structure):
 class Piece(C.Structure):
     """struct cw_piece (way.h): a line, arc or helix; mm, rad, rad/mm."""
     _fields_ = [("origin", C.c_double * 3)] \
-        + [(n, C.c_double) for n in ("heading", "level", "slope", "curvature", "length",
+        + [("aim", C.c_double * 2)] + [(n, C.c_double) for n in ("level", "slope", "curvature", "length",
                                      "accel")]
 
 
