@@ -57,12 +57,13 @@ TIE_MM = 1e-6
 class Scan:
     """k crossings and k / 2 chords of the rows with the contours in their direction of travel.
 
-    row, chord (k,) int; is_start (k,) bool: P, else Q; after, before (k,) int: the next crossing on
-    the same contour and the last one; point (k, 2) mm; starts, ends (c,) int: crossings P and Q
-    of each chord; chord_row (c,) int.  pool: every element a track may need, see run_of_piece()
-    and run_of_chord().  loops: (first, last) of each contour in the pool.
+    chord (k,) int; is_start (k,) bool: P, else Q; after, before (k,) int: the next crossing on the
+    same contour and the last one; point (k, 2) mm; starts, ends (c,) int: crossings P and Q of each
+    chord, row by row; loop (k,) int: contour.
+    pool: every element a track may need: the contours cut at all crossings (split of them), the
+    same backwards, the chords, the same backwards; begin (k,) int: where in it a crossing's outline
+    piece begins; loops: (first, last) of each contour in it.
     """
-    row: np.ndarray
     chord: np.ndarray
     is_start: np.ndarray
     after: np.ndarray
@@ -256,7 +257,7 @@ def _assemble(contours, e, u, element, t, row, rising):
     lines = elements.make_lines(point[order[::2]], point[order[1::2]])
     pool = elements.join((parts, elements.reverse(parts), lines,
                           elements.make_lines(lines.end, lines.start)))
-    return Scan(row, chord, rising, after, before, point, order[::2], order[1::2],
+    return Scan(chord, rising, after, before, point, order[::2], order[1::2],
                 element + np.arange(k) + 1, loop,
                 tuple((int(a), int(b)) for a, b in zip(edges, edges[1:])), len(parts), pool)
 
