@@ -8,15 +8,18 @@ import time
 
 import pytest
 
-from python.contour_cycle_oracle import shape_oracle
+from conftest import random_count, random_seed
+from python.contour_cycle_oracle import deepest, shape_oracle
+from python.contour_oracle import from_elements
 from python.hole_oracle import walk
-from python.test_contour import judge, request
+from python.test_contour import judge, random_request, request
 from python.test_subs import BAD_SUBS
 from rs274.canon import run_preview, run_rs274, run_rs274_on, same_path
 from rs274.test_g12_g13 import compare_golden, motion_text, turned
 
 from chipwise.cycles.contour import contour_plan
-from chipwise.geometry.contour import ArcElement, LineElement
+from chipwise.errors import CycleError
+from chipwise.geometry.contour import ArcElement, LineElement, make_contour
 from chipwise.subs import Job, read_shape
 
 # An L with a fillet of 4 in its inner corner (12 24) and one of 2 outside, a tool of 6 mm; from 0 0 20.
@@ -300,6 +303,48 @@ def test_the_plain_sub_is_cut_as_drawn(base):
             for e in base.between("middle", "end") if e.kind != "rapid" and e.a[2] == e.b[2] == pytest.approx(-6)]
     assert shape_oracle.gouge(finish, 3.0, path) <= 1e-5
     assert shape_oracle.missing(finish, True, 1, 3.0, path, tolerance=1e-4) == []
+
+
+def written(shape, number, scale):
+    """A shape as the sub a CAM system would write, six decimals."""
+    rows = [f"o{number} sub", "G0 X{:.6f} Y{:.6f}".format(*(v * scale for v in shape[0].start))]
+    for e in shape:
+        to = "X{:.6f} Y{:.6f}".format(*(v * scale for v in e.end))
+        if isinstance(e, ArcElement):
+            i, j = (c * scale - s * scale for c, s in zip(e.centre, e.start))
+            rows.append(f"G{3 if e.ccw else 2} {to} I{i:.6f} J{j:.6f}")
+        else:
+            rows.append(f"G1 {to}")
+    return "\n".join([*rows, f"o{number} endsub", ""])
+
+
+@pytest.mark.parametrize("machine, unit", [("mm", "G21"), ("in", "G20")])
+def test_random_contours_through_the_interpreter(machine, unit):
+    """The whole way from text to canonical motion, in one program; judged against the shapes before they were written."""
+    scale = 1.0 if unit == "G21" else 1 / 25.4
+    cases, subs, lines = [], "", ""
+    for seed in range(random_seed(), random_seed() + max(1, random_count(80) // 10)):
+        r = dataclasses.replace(random_request(seed), tool_radius=3.0, angle=math.radians(30))
+        try:
+            contour_plan(r)
+        except CycleError:
+            continue
+        number = 1000 + len(cases)
+        words = "".join(f" {w}{v * scale:.9f}" for w, v in (("I", r.allowance), ("Z", r.bottom), ("R", r.clearance),
+                                                            ("J", r.depth_step), ("K", r.approach), ("D", r.step)) if v)
+        subs += written(r.shape, number, scale)
+        lines += (f"({number})\nG77 Q{number} P{r.side} L{r.passes}{words}\n")
+        cases.append(r)
+    trace = run_preview(f"T1 M6\n{subs}{unit} G0 X0 Y0 Z{20 * scale}\nF{600 * scale}\n{lines}({1000 + len(cases)})\nM2\n",
+                        TOOLS, machine=machine)
+    assert trace.error == "" and len(cases) > 2
+    for number, r in enumerate(cases, 1000):
+        found = trace.between(str(number), str(number + 1))
+        if unit == "G21":
+            judge(r, found)
+        else:   # six decimals of an inch
+            finish = from_elements(make_contour(list(r.shape)).elements)
+            assert deepest(found, finish, r.tool_radius + r.allowance, r.clearance) <= 1e-3
 
 
 # ---- bad input --------------------------------------------------------------------------------------------------------
