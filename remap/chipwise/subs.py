@@ -188,7 +188,7 @@ def _quoted(path):
 _ASSIGNMENT = re.compile(r"#+(?:<[^>]*>|\[[^]]*\]|\d+)=.*?(?=#+(?:<[^>]*>|\[[^]]*\]|\d+)=|$)")
 _WORD = re.compile(r"([a-z@^])((?:[+-]?[0-9.]+)?)")
 _CODES = {0.0, 1.0, 2.0, 3.0, 40.0}
-_LETTERS = "gnxyijrpf"
+_LETTERS = "gnxyijrpf@^"
 
 
 def _without_values(plain):
@@ -271,7 +271,7 @@ def _called(job, found):
     return tuple(sorted(known.items()))
 
 
-@lru_cache(maxsize=32)
+@lru_cache(maxsize=128)
 def _run(found, job, _files):
     """Shape of a found sub; kept by the text of its file, the files it calls, and all it can read."""
     _check_text(found)
@@ -326,13 +326,18 @@ _FOREIGN = re.compile(r"^\s*(REMAP|TOPLEVEL|PATH_PREPEND|PATH_APPEND|RS274NGC_ST
                       r"PARAMETER_FILE|LOG_LEVEL|USER_M_PATH)\s*=", re.IGNORECASE)
 
 
+_PATHS = re.compile(r"^\s*(SUBROUTINE_PATH|PROGRAM_PREFIX|WIZARD_ROOT)\s*=", re.IGNORECASE)
+
+
 def _ini_text(path):
-    """The INI file as the runner may see it: without remaps, Python and start-up codes."""
+    """The INI file as the runner may see it: without remaps, Python and start-up codes, ~ as it is here."""
     try:
         with open(path, encoding="utf-8", errors="surrogateescape") as file:
-            return "".join(line for line in file if not _FOREIGN.match(line))
+            lines = [line for line in file if not _FOREIGN.match(line)]
     except OSError:
         return "[RS274NGC]\n"
+    home = os.path.expanduser("~")
+    return "".join(re.sub(r"(?<=[=:\s])~(?=/|:|\s)", lambda m: home, line) if _PATHS.match(line) else line for line in lines)
 
 
 def _child(found, job):
@@ -349,7 +354,7 @@ def _child(found, job):
             "tool": job.tool, "codes": ["G20" if job.unit == "in" else "G21", "G0"], "begin": _BEGIN, "end": _END,
             "mark": _MARK, "max_moves": MAX_MOVES, "cpu_s": CPU_S})
         environment = {**os.environ, "HOME": folder, "INI_FILE_NAME": paths["sub.ini"], "LC_ALL": "C"}
-        process = subprocess.Popen([PYTHON, "-E", "-s", RUNNER], env=environment, text=True, stdin=subprocess.PIPE,
+        process = subprocess.Popen([PYTHON, "-s", RUNNER], env=environment, text=True, stdin=subprocess.PIPE,
                                    stdout=subprocess.PIPE, stderr=subprocess.PIPE)
         answer = _answer(process, order, PATIENCE_S + LINE_S * len(found.lines))
     if answer is None or process.returncode < 0 and not answer[0]:
