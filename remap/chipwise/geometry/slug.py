@@ -30,6 +30,9 @@ from .chop import MIN_LINE, PIECE_MARGIN, flat_segments, order_lines, piece_size
 # some hundredths of a mm wider on either side than computed, so that the strip may not be there at all. mm
 BRIDGE = 0.1
 
+# A slug thinner than this is no piece but a chip; the drawings of its edges are not much finer. mm
+HAIR = 0.01
+
 # Lines that clear instead of dividing overlap by this at least, so that no fin is left between them. mm
 OVERLAP = 0.02
 
@@ -106,6 +109,8 @@ def chop_slugs(boundaries, islands, tool_radius, chop_size):
     chops = []
     for region in _regions(boundaries, islands, SLUG_SAGITTA):
         for slug in regions.parts(regions.shrink(region, tool_radius - 1.5 * SLUG_SAGITTA)):
+            if not regions.parts(regions.shrink(slug, HAIR / 2)):
+                continue
             reach = next((r for r in reaches if r.intersects(slug)), None)
             if reach is not None:
                 chops.append(_Slug(slug, region, reach, _directions(boundaries), tool_radius).chop(chop_size))
@@ -188,15 +193,18 @@ class _Slug:
 
     def _tries(self, found, grids, size):
         """What to take, best first: (lines, length, grid, parts).  After the best grid the others found and finer ones
-        of the best, at last lines that clear."""
-        yield from found[:1]
+        of the best, at last lines that clear; these first where they are neither more nor longer."""
+        clear = min((grid.trial(parts) for grid in grids for parts in grid.clearing()), key=lambda t: t[:2])
         others = found[1:]
         if found:
+            if clear[0] <= found[0][0] and clear[1] <= found[0][1]:
+                yield clear
+            yield found[0]
             _, _, grid, (a, b) = found[0]
             finer = [(a + i, b + more - i) for more in range(1, FINER + 1) for i in range(more + 1)]
             others += [grid.trial(parts) for parts in finer if grid.usable(parts) and grid.fits(parts, size)]
         yield from sorted(others, key=lambda t: t[:2])
-        yield min((grid.trial(parts) for grid in grids for parts in grid.clearing()), key=lambda t: t[:2])
+        yield clear
 
     def _held(self, segments, size):
         """Whether everything of `size` (mm) or more is still held, BRIDGE thick, when all lines are cut."""
@@ -259,9 +267,8 @@ class _Grid:
         return self.span[axis] / n - 2 * self.radius
 
     def usable(self, parts):
-        """Whether strips and cells are thick enough to be strips, or not there at all."""
-        return all(n == 1 or self.cell(axis, n) >= BRIDGE or self.cell(axis, n) <= -OVERLAP
-                   for axis, n in enumerate(parts))
+        """Whether strips and cells are thick enough to be held and to hold."""
+        return all(n == 1 or self.cell(axis, n) >= BRIDGE for axis, n in enumerate(parts))
 
     def clearing(self):
         """Parts that leave nothing, for one group or the other."""
@@ -284,33 +291,32 @@ class _Grid:
     def full(self, n, size):
         """Least parts of the second group with which even a full cell fits, None where none does."""
         height = self.cell(0, n)
-        if n > 1 and height <= -OVERLAP:
-            return 1
         if height >= size:
             return None
-        width = math.sqrt(size ** 2 - max(height, 0.0) ** 2)
+        width = math.sqrt(size ** 2 - height ** 2)
         return max(1, math.ceil(self.span[1] / (width + 2 * self.radius) + 1e-9))
 
     def at_most(self, size):
         """Lines of the best grid that fits whatever the shape: where the search in this direction starts."""
-        most = min(MAX_PARTS, math.ceil(self.span[0] / self.radius / 2) + 1)
-        return min((self.lines((n, full)) for n in range(1, most + 1) if (full := self.full(n, size)) is not None
-                    and self.usable((n, full))), default=math.inf)
+        least = math.inf
+        for n in range(1, MAX_PARTS):
+            if not self.usable((n, 1)):
+                break
+            full = self.full(n, size)
+            if full is not None and self.usable((n, full)):
+                least = min(least, self.lines((n, full)))
+        return least
 
     def search(self, size, best):
         """Grids with less than `best` lines: [(lines, length mm, self, parts)]."""
         found = []
         for n in range(1, MAX_PARTS):
-            if self.lines((n, 1)) >= best:
+            if self.lines((n, 1)) >= best or not self.usable((n, 1)):
                 break
-            if not self.usable((n, 1)):
-                continue
             parts = self._least(n, size, best)
             if parts is not None:
                 found.append(self.trial(parts))
                 best = min(best, found[-1][0] + 1)
-            if self.cell(0, n) <= -OVERLAP:
-                break
         return found
 
     def trial(self, parts):
@@ -321,25 +327,24 @@ class _Grid:
     def _least(self, n, size, best):
         """(n, fewest parts of the second group that fit), None where that takes `best` lines or more."""
         full = self.full(n, size)
-        low, high = 1, full or MAX_PARTS
+        low, high = 1, full or min(MAX_PARTS, max(1, int(self.span[1] / (2 * self.radius + BRIDGE))))
+        last = high
         while low < high:                       # quick looks find where to begin; what they pass is not yet sure
             middle = (low + high) // 2
             if self._may_fit((n, middle), size):
                 high = middle
             else:
                 low = middle + 1
-        for m in range(low, (full or MAX_PARTS) + 1):
-            if self.lines((n, m)) >= best:
+        for m in range(low, last + 1):
+            if self.lines((n, m)) >= best or not self.usable((n, m)):
                 return None
-            if self.usable((n, m)) and self._may_fit((n, m), size) and self.fits((n, m), size):
+            if self._may_fit((n, m), size) and self.fits((n, m), size):
                 return n, m
         return None
 
     def _may_fit(self, parts, size):
         """False where a piece of `size` is certain: a full cell, or a way along the slug that no kerf parts."""
         cells = [self.cell(axis, n) for axis, n in enumerate(parts)]
-        if min(cells) <= -OVERLAP:
-            return True
         pitch = [self.span[axis] / n for axis, n in enumerate(parts)]
         if math.hypot(*cells) >= size and self.room >= math.hypot(*pitch):
             return False
