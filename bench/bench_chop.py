@@ -13,7 +13,6 @@ import argparse
 import json
 import os
 import sys
-import time
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
@@ -53,14 +52,9 @@ def case(job):
     kind, loops, radius, chop_size = chop_case(number, small)
     row = dict(number=number, kind=kind, small=small, findings=[])
     try:
-        begin = time.process_time()
         done = Chopped(loops, radius, chop_size)
-        row["all_s"] = time.process_time() - begin
-        begin = time.process_time()
-        slug.chop_slugs(done.boundaries, done.islands, radius, chop_size)
-        row["plan_s"] = time.process_time() - begin
         row["findings"], figures = verdict(done, stages=small)
-        row.update(figures, share=figures["largest"] / chop_size, ever_share=figures["ever"] / chop_size,
+        row.update(figures, plan_s=done.plan_s, share=figures["largest"] / chop_size, ever_share=figures["ever"] / chop_size,
                    chopped=done.plan.chopped, pieces=done.plan.pieces, cleared=done.plan.cleared,
                    lines=sum(len(chop.segments) for chop in done.plan.chops))
         if not small and done.plan.chopped:
@@ -78,9 +72,6 @@ def put(name, value, unit, note=""):
 def report(rows):
     """The table, from the rows of all cases."""
     whole = [row for row in rows if not row["small"]]
-    for row in rows:
-        for finding in row["findings"]:
-            print(f"case {row['number']}{' small' if row['small'] else ''} {row['kind']}: {finding}")
     cut = [row for row in whole if row.get("chopped")]
     put("contours x tools x H", len(whole), "", f"{len(cut)} of them chopped, {sum(r['pieces'] for r in cut)} pieces, "
         f"{sum(r['cleared'] for r in cut)} with a slug cleared to chips")
@@ -114,7 +105,13 @@ def main():
     jobs = [(options.first + k, False) for k in range(options.count)]
     jobs += [(options.first + k, True) for k in range(options.stages)]
     with ProcessPoolExecutor(options.jobs) as pool:
-        rows = list(pool.map(case, jobs, chunksize=4))
+        rows = []
+        for row in pool.map(case, jobs):
+            rows.append(row)
+            if row["findings"]:
+                print(f"case {row['number']}{' small' if row['small'] else ''} {row['kind']}: {row['findings']}", flush=True)
+            elif len(rows) % 50 == 0:
+                print(f"{len(rows)} of {len(jobs)}", file=sys.stderr, flush=True)
     report(rows)
     return 1 if any(row["findings"] for row in rows) else 0
 

@@ -5,6 +5,7 @@ Run by itself it judges a case again:   /usr/bin/python3 tests/python/chop_judge
 """
 import math
 import sys
+import time
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -117,7 +118,9 @@ class Chopped:
         self.radius, self.chop_size = radius, chop_size
         self.finish = [from_elements(c.elements) for c in whole]
         self.paths = [from_elements(p) for p in self.boundaries + self.islands]
+        begin = time.process_time()
         self.plan = contour_chop.chop_plan(self.boundaries, self.islands, radius, chop_size)
+        self.plan_s = time.process_time() - begin
         self.request = contour_chop.ChopRequest(
             bottom=-6.0, clearance=2.0, tool_radius=radius, feed=600.0, plunge_feed=200.0, start=(0.0, 0.0, 20.0),
             end=tuple(paths[0].start[0]) if paths else (0.0, 0.0), depth_step=depth_step)

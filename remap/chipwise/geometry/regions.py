@@ -142,9 +142,9 @@ def chords(region, axis, at):
 
     Returns a list of (low, high), mm, along the other axis, in rising order.
     """
-    limits = bounds(region)
-    if limits is None:
+    if region.is_empty:
         return []
+    limits = region.bounds
     low, high = limits[1 - axis] - 1.0, limits[3 - axis] + 1.0
     ends = [(at, low), (at, high)] if axis == 0 else [(low, at), (high, at)]
     cut = region.intersection(LineString(ends))

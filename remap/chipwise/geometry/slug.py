@@ -194,7 +194,9 @@ class _Slug:
     def _tries(self, found, grids, size):
         """What to take, best first: (lines, length, grid, parts).  After the best grid the others found and finer ones
         of the best, at last lines that clear; these first where they are neither more nor longer."""
-        clear = min((grid.trial(parts) for grid in grids for parts in grid.clearing()), key=lambda t: t[:2])
+        clear = min(((grid.lines(parts), grid.angle, grid, parts) for grid in grids for parts in grid.clearing()),
+                    key=lambda t: t[:2])
+        clear = clear[2].trial(clear[3])
         others = found[1:]
         if found:
             if clear[0] <= found[0][0] and clear[1] <= found[0][1]:
