@@ -192,7 +192,7 @@ def test_a_grid_that_leaves_a_large_piece_on_a_bridge_is_not_taken(monkeypatch):
         _, loops, radius, chop_size = chop_case(seed)
         kept = Chopped(loops, radius, chop_size)
         with monkeypatch.context() as patch:
-            patch.setattr(slug._Slug, "_held", lambda self, segments, size: True)
+            patch.setattr(slug._Grid, "held", lambda self, parts, groups, size: True)
             free = slug.chop_slugs(kept.boundaries, kept.islands, radius, chop_size)
         for with_rule, without in zip(kept.plan.chops, free):
             assert len(with_rule.segments) >= len(without.segments)

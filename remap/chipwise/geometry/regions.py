@@ -105,9 +105,11 @@ def clipped(region, low_x, low_y, high_x, high_y):
     return [part for part in parts(region.intersection(box(low_x, low_y, high_x, high_y))) if part.area > SLIVER_AREA]
 
 
-def without(region, segments, half_width):
-    """The region without straight kerfs: ((x0, y0), (x1, y1)) and half width, mm."""
+def without(region, segments, half_width, inner=None):
+    """The region without straight kerfs: ((x0, y0), (x1, y1)) and half width, mm; and without a region inside it."""
     kerfs = [LineString(segment).buffer(half_width, CAP_CORNERS) for segment in segments]
+    if inner is not None and not inner.is_empty:
+        region, kerfs = region.difference(inner), [kerf.difference(inner) for kerf in kerfs]
     return region.difference(unary_union(kerfs)) if kerfs else region
 
 

@@ -55,6 +55,9 @@ MAX_PARTS = 400
 # So many parts more are tried where the grid of fewest lines leaves a large piece on a thin bridge.
 FINER = 4
 
+# A quick look at a grid takes about so many points at most.
+PROBES = 8000
+
 # Chords are counted at so many places across the slug.
 COUNT_PLACES = 64
 
@@ -185,7 +188,7 @@ class _Slug:
             best = min([best] + [trial[0] for trial in found])
         for count, length, grid, parts in self._tries(sorted(found, key=lambda t: t[:2]), grids, size):
             groups = grid.groups(parts)
-            if self._held(flat_segments(groups), size):
+            if grid.held(parts, groups, size):
                 break
         pieces = [piece_size(regions.hull(piece)) for piece in grid.pieces(parts)]
         turned = tuple([[grid.back(segment) for segment in line] for line in group] for group in groups)
@@ -197,22 +200,18 @@ class _Slug:
         clear = min(((grid.lines(parts), grid.angle, grid, parts) for grid in grids for parts in grid.clearing()),
                     key=lambda t: t[:2])
         clear = clear[2].trial(clear[3])
-        others = found[1:]
+        others = list(found[1:])
         if found:
             if clear[0] <= found[0][0] and clear[1] <= found[0][1]:
                 yield clear
             yield found[0]
             _, _, grid, (a, b) = found[0]
             finer = [(a + i, b + more - i) for more in range(1, FINER + 1) for i in range(more + 1)]
-            others += [grid.trial(parts) for parts in finer if grid.usable(parts) and grid.fits(parts, size)]
-        yield from sorted(others, key=lambda t: t[:2])
+            others += [(grid.lines(parts), 0.0, grid, parts) for parts in finer if grid.usable(parts)]
+        for trial in sorted(others, key=lambda t: t[:2]):
+            if trial[2].fits(trial[3], size):
+                yield trial
         yield clear
-
-    def _held(self, segments, size):
-        """Whether everything of `size` (mm) or more is still held, BRIDGE thick, when all lines are cut."""
-        stock = regions.without(regions.grow(self.region, self.radius + 1.0), segments, self.radius)
-        waste = regions.grow(self.region, self.radius)
-        return all(piece_size(outline) < size for outline in regions.badly_held(stock, waste, BRIDGE))
 
 
 def _probe(slug, size):
@@ -226,10 +225,10 @@ def _probe(slug, size):
         count = min(max(3, math.ceil(3 * (high - low) / size)), 60)
         for at in low + (high - low) * (np.arange(count) + 0.5) / count:
             ways += [[(at, a), (at, b)] if axis == 0 else [(a, at), (b, at)] for a, b in regions.chords(slug, axis, at)]
-    points, starts = [], []
-    step, here = size / 16, 0
+    points, starts, here = [], [], 0
+    ways = [np.asarray(way, float) for way in ways]
+    step = max(size / 16, sum(np.hypot(*np.diff(way, axis=0).T).sum() for way in ways) / PROBES)
     for way in ways:
-        way = np.asarray(way, float)
         upto = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(way, axis=0).T))))
         at = np.linspace(0.0, upto[-1], max(2, math.ceil(upto[-1] / step)))
         points.append(np.stack((np.interp(at, upto, way[:, 0]), np.interp(at, upto, way[:, 1])), axis=1))
@@ -242,10 +241,10 @@ class _Grid:
     """The slug turned so that the first group of lines is parallel to X.  parts: (n across the first, the second)."""
 
     def __init__(self, owner, angle, points, room):
-        self.angle, self.radius, self.room = angle, owner.radius, room
+        self.owner, self.angle, self.radius, self.room = owner, angle, owner.radius, room
         self.cos, self.sin = math.cos(angle), math.sin(angle)
         self.slug = regions.rotated(owner.slug, -angle)
-        self._reach_before, self._reach = owner.reach, None
+        self._reach = None
         self.points = points[0] @ np.array([[self.cos, -self.sin], [self.sin, self.cos]])
         self.starts = points[1]
         bounds = regions.bounds(self.slug)
@@ -257,7 +256,7 @@ class _Grid:
     def reach(self):
         """The allowed tool centres, turned, when first asked for."""
         if self._reach is None:
-            self._reach = regions.rotated(self._reach_before, -self.angle)
+            self._reach = regions.rotated(self.owner.reach, -self.angle)
         return self._reach
 
     def back(self, segment):
@@ -371,10 +370,11 @@ class _Grid:
         return [(a + self.radius, b - self.radius) for a, b in zip(at[:-1], at[1:]) if b - a > 2 * self.radius]
 
     def pieces(self, parts, reaching=0.0):
-        """The pieces of the slug, those left out whose bounding box has a diagonal below `reaching` (mm)."""
+        """The pieces of the slug, middle row first, without those whose bounding box has a diagonal below `reaching` (mm)."""
         columns = self._rows(1, parts[1])
         low_x, high_x = self.low[1], self.low[1] + self.span[1]
-        for low, high in self._rows(0, parts[0]):
+        middle = self.low[0] + self.span[0] / 2
+        for low, high in sorted(self._rows(0, parts[0]), key=lambda row: abs(sum(row) / 2 - middle)):
             for strip in regions.clipped(self.slug, low_x, low, high_x, high):
                 if regions.diagonal(strip) < reaching:
                     continue
@@ -386,7 +386,21 @@ class _Grid:
 
     def fits(self, parts, size):
         """Whether every piece fits inside a circle of diameter < size (mm)."""
+        if math.hypot(self.cell(0, parts[0]), self.cell(1, parts[1])) < size:
+            return True
         return all(piece_size(regions.hull(piece)) < size for piece in self.pieces(parts, reaching=size))
+
+    def held(self, parts, groups, size):
+        """Whether everything of `size` (mm) or more is still held, BRIDGE thick, when all lines are cut.
+
+        Cells farther inside than their own diagonal hang on nothing by intention and are left out.
+        """
+        pitch = math.hypot(*(self.span[axis] / n for axis, n in enumerate(parts)))
+        region = regions.rotated(self.owner.region, -self.angle)
+        waste = regions.grow(region, self.radius)
+        inner = regions.shrink(self.slug, 1.1 * pitch)
+        stock = regions.without(regions.grow(region, self.radius + 1.0), flat_segments(groups), self.radius, inner)
+        return all(piece_size(outline) < size for outline in regions.badly_held(stock, waste, BRIDGE))
 
     def groups(self, parts):
         """The scan lines of both groups, turned; where they meet the slug, clipped to the allowed tool centres."""
