@@ -400,7 +400,7 @@ class _Grid:
         waste = regions.grow(region, self.radius)
         inner = regions.shrink(self.slug, 1.1 * pitch)
         stock = regions.without(regions.grow(region, self.radius + 1.0), flat_segments(groups), self.radius, inner)
-        return all(piece_size(outline) < size for outline in regions.badly_held(stock, waste, BRIDGE))
+        return all(piece_size(outline) < size for outline in regions.badly_held(stock, waste, BRIDGE, size))
 
     def groups(self, parts):
         """The scan lines of both groups, turned; where they meet the slug, clipped to the allowed tool centres."""
