@@ -156,6 +156,12 @@ def test_polar_coordinates(read):
     assert [e.end for e in loop] == [(10.0, 0.0), (0.0, 10.0)]
 
 
+def test_functions_without_brackets_and_indirect_calls(read):
+    loop, = read(sub("G0 X0 Y0", "G1 X SIN[90] Y-.5", "G1XATAN[1]/[1]", "#<n> = 2 G1 Y7", "o[#<n>] call") +
+                 "o2 sub\nG1 X50\no2 endsub\n").loops
+    assert [e.end for e in loop] == [(1.0, -0.5), (45.0, -0.5), (45.0, 7.0), (50.0, 7.0)]
+
+
 def test_remembered(read, tmp_path, monkeypatch):
     """A sub is run once while nothing it can see has changed."""
     runs = []
