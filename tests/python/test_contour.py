@@ -267,7 +267,7 @@ def random_request(seed):
 
 def test_random_contours():
     """Every promise, on random contours; at most a few fit no tool, and most of the rest come in as asked."""
-    count, refused, told = random_count(40), 0, 0
+    count, refused, told = random_count(25), 0, 0
     for seed in range(random_seed(), random_seed() + count):
         r = random_request(seed)
         try:
