@@ -74,6 +74,7 @@ class SlugChop:
     parts    into how many parts the slug is divided across the first and the second group; (1, 1): not chopped
     pieces   number of loose pieces after the contour's own pass; 0: nothing but chips is left
     largest  diameter of the smallest circle round the largest piece, mm
+    too_small   whether the chop size is so small that this tool can leave no piece below it: all is cut to chips
     """
 
     groups: tuple
@@ -81,6 +82,7 @@ class SlugChop:
     parts: tuple
     pieces: int
     largest: float
+    too_small: bool = False
 
     @property
     def segments(self):
@@ -194,11 +196,14 @@ class _Slug:
             if grid.held(parts, groups, size):
                 break
         turned = tuple([[grid.back(segment) for segment in line] for line in group] for group in groups)
-        return SlugChop(turned, grid.angle, parts, *grid.outcome(parts))
+        return SlugChop(turned, grid.angle, parts, *grid.outcome(parts), not found)
 
     def _tries(self, found, grids, size):
-        """What to take, best first: (lines, length, grid, parts).  After the best grid the others found and finer ones
-        of the best, at last lines that clear; these first where they are neither more nor longer."""
+        """What to take, best first: (lines, length, grid, parts).
+
+        After the best grid the next two found and finer ones of the best, at last lines that clear; these first where
+        they are neither more nor longer.
+        """
         clear = min(((grid.lines(parts), grid.angle, grid, parts) for grid in grids for parts in grid.clearing()),
                     key=lambda t: t[:2])
         clear = clear[2].trial(clear[3])
