@@ -140,7 +140,9 @@ def _mark_before(job, line):
 
 def main():
     job = json.load(sys.stdin)
-    signal.setitimer(signal.ITIMER_PROF, job["cpu_s"])      # default action of SIGPROF: the end, also inside C code
+    signal.signal(signal.SIGPROF, signal.SIG_DFL)           # the end, also inside C code
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGPROF])
+    signal.setitimer(signal.ITIMER_PROF, job["cpu_s"])
     _make_tool_table()
     canon = Canon(job)
     error = None
