@@ -26,14 +26,15 @@ from chop_judge import Chopped, chop_case, verdict                          # no
 
 
 def lines_of(paths, islands, radius, chop_size, along_axes):
-    """Number of lines with the search held to the axes, or the patent's way."""
+    """Number of lines with the search held to the axes, or the patent's way; 0 where a slug is cleared."""
     found = slug._directions
     slug._directions = lambda boundaries: [0.0]
     search = slug._Grid.search
     if not along_axes:
         slug._Grid.search = _equal_parts
     try:
-        return sum(len(chop.segments) for chop in slug.chop_slugs(paths, islands, radius, chop_size))
+        chops = slug.chop_slugs(paths, islands, radius, chop_size)
+        return 0 if any(c.segments and not c.pieces for c in chops) else sum(len(c.segments) for c in chops)
     finally:
         slug._directions, slug._Grid.search = found, search
 
@@ -72,27 +73,35 @@ def put(name, value, unit, note=""):
 def report(rows):
     """The table, from the rows of all cases."""
     whole = [row for row in rows if not row["small"]]
+    if whole:
+        report_whole(whole)
+    staged = [row for row in rows if row["small"]]
+    if staged:
+        put("contours watched while cut", len(staged), "", f"{sum(bool(r.get('chopped')) for r in staged)} chopped")
+        put("findings while cut", sum(len(r["findings"]) for r in staged), "")
+        put("largest loose piece at any time / H, worst", max((r.get("ever_share", 0.0) for r in staged)), "")
+
+
+def report_whole(whole):
+    """The rows of the contours judged at the end."""
     cut = [row for row in whole if row.get("chopped")]
     put("contours x tools x H", len(whole), "", f"{len(cut)} of them chopped, {sum(r['pieces'] for r in cut)} pieces, "
         f"{sum(r['cleared'] for r in cut)} with a slug cleared to chips")
     put("findings: alarms, pieces of H and more, kerfs outside", sum(len(r["findings"]) for r in whole), "")
     put("largest piece / H, worst", max((r["share"] for r in cut), default=0.0), "")
     put("kerf outside the contour, worst", max((r["outside"] for r in cut), default=0.0), "mm", "0.001 allowed")
-    if cut:
-        lines, axes, patent = (sum(r[key] for r in cut) for key in ("lines", "axes", "patent"))
-        put("lines", lines, "", "all contours")
+    grids = [row for row in cut if not row["cleared"] and row["axes"] and row["patent"]]
+    if grids:
+        lines, axes, patent = (sum(r[key] for r in grids) for key in ("lines", "axes", "patent"))
+        put("lines", lines, "", f"{len(grids)} contours without a cleared slug")
         put("lines / axis-parallel grid", lines / axes, "",
-            f"fewer in {sum(r['lines'] < r['axes'] for r in cut)}, more in {sum(r['lines'] > r['axes'] for r in cut)}")
+            f"fewer in {sum(r['lines'] < r['axes'] for r in grids)}, more in {sum(r['lines'] > r['axes'] for r in grids)}")
         put("lines / same n along X and Y", lines / patent, "",
-            f"fewer in {sum(r['lines'] < r['patent'] for r in cut)}, more in {sum(r['lines'] > r['patent'] for r in cut)}")
+            f"fewer in {sum(r['lines'] < r['patent'] for r in grids)}, more in {sum(r['lines'] > r['patent'] for r in grids)}")
+    if cut:
         seconds = np.array([r["plan_s"] for r in cut])
         for name, value in (("median", np.median(seconds)), ("95 %", np.quantile(seconds, 0.95)), ("worst", seconds.max())):
             put(f"choosing the lines, {name}", 1000 * value, "ms")
-    staged = [row for row in rows if row["small"]]
-    if staged:
-        put("contours watched while cut", len(staged), "", f"{sum(bool(r.get('chopped')) for r in staged)} chopped")
-        put("findings while cut", sum(len(r["findings"]) for r in staged), "")
-        put("largest loose piece at any time / H, worst", max((r.get("ever_share", 0.0) for r in staged)), "")
 
 
 def main():

@@ -3,7 +3,6 @@ the oracle's own failures.
 
 CHIPWISE_RANDOM_COUNT and CHIPWISE_SEED; bench/bench_chop.py judges 500 and more.
 """
-import dataclasses
 import math
 
 import numpy as np
@@ -43,7 +42,7 @@ ELL = [(0.0, 0.0), (36.0, 0.0), (36.0, 14.0), (14.0, 14.0), (14.0, 40.0), (0.0, 
 
 def test_random_contours():
     first, chopped = seed_from_environment(), 0
-    for seed in range(first, first + random_count(24)):
+    for seed in range(first, first + random_count(18)):
         kind, loops, radius, chop_size = chop_case(seed)
         done = Chopped(loops, radius, chop_size)
         found, _ = verdict(done)
@@ -54,7 +53,7 @@ def test_random_contours():
 
 def test_random_contours_while_they_are_cut():
     first = seed_from_environment()
-    for seed in range(first, first + max(1, random_count(24) // 4)):
+    for seed in range(first, first + max(1, random_count(18) // 4)):
         kind, loops, radius, chop_size = chop_case(seed, small=True)
         found, _ = verdict(Chopped(loops, radius, chop_size, depth_step=(None, 3.0)[seed % 2]), stages=True)
         assert not found, f"/usr/bin/python3 tests/python/chop_judge.py small {seed}: {kind}: {found}"
@@ -126,8 +125,8 @@ def test_no_slug():
 
 
 def test_chop_size_too_small_for_the_tool_clears():
-    done = Chopped([outline(*SQUARE)], 3.0, 1.0)
-    assert done.plan.cleared and done.plan.pieces == 0 and done.plan.largest_piece == 0.0
+    done = Chopped([outline(*SQUARE)], 3.0, 0.3)
+    assert done.plan.too_small and done.plan.cleared and done.plan.pieces == 0 and done.plan.largest_piece == 0.0
     # 28 mm of slug and a tool of 6: lines at most 5.98 apart
     assert len(done.plan.chops[0].segments) == 5
     assert oracle.final_pieces(done.finish, [el for line in done.lines() + done.paths for el in line], 3.0) == []
@@ -186,18 +185,17 @@ def test_two_bodies_on_a_thin_bridge_count_as_one():
 
 
 def test_a_grid_that_leaves_a_large_piece_on_a_bridge_is_not_taken(monkeypatch):
-    """Over random contours the rule changes some grids, and only towards more lines or longer ones."""
-    changed = 0
-    for seed in (4, 7, 12, 25, 30, 36, 42):
-        _, loops, radius, chop_size = chop_case(seed)
-        kept = Chopped(loops, radius, chop_size)
-        with monkeypatch.context() as patch:
-            patch.setattr(slug._Grid, "held", lambda self, parts, groups, size: True)
-            free = slug.chop_slugs(kept.boundaries, kept.islands, radius, chop_size)
-        for with_rule, without in zip(kept.plan.chops, free):
-            assert len(with_rule.segments) >= len(without.segments)
-            changed += with_rule.segments != without.segments
-    assert changed < 7
+    """Without the rule, in case 30 a third as large, every piece fits when all is cut, but one cell, 1.07 mm with H 1.046,
+    hangs on a bridge of 0.05 mm between the ends of two lines until the contour is cut.  The flood fill sees it fall."""
+    _, loops, radius, chop_size = chop_case(30, small=True)
+    kept = Chopped(loops, radius, chop_size)
+    assert verdict(kept, stages=True)[0] == []
+    monkeypatch.setattr(slug._Grid, "held", lambda self, parts, groups, size: True)
+    monkeypatch.setattr(contour_chop, "_cached_plan", contour_chop._cached_plan.__wrapped__)
+    free = Chopped(loops, radius, chop_size)
+    assert len(free.plan.chops[0].segments) < len(kept.plan.chops[0].segments)
+    assert verdict(free)[0] == []
+    assert "loose on the way" in str(verdict(free, stages=True)[0])
 
 
 def test_no_fins():
@@ -308,7 +306,3 @@ def test_oracle_sees_a_broken_bridge():
                      ("L", 2, y + 1.0 * gap + 0.5, 2, 8)):
             stage.cut(path)
         assert bool(stage.loose()) == loose
-
-
-def test_request_is_plain():
-    assert dataclasses.is_dataclass(contour_chop.ChopRequest)

@@ -187,7 +187,15 @@ def contour_plan(request):
                 tool.run(way, z)
     tool.moves.append(Rapid(z=request.clearance))
     notes = _reach_notes(request, results[-1]) + _entry_notes(request, [way for ring in ways for way in ring])
-    return ContourPlan(tuple(tool.moves), notes, chop)
+    return ContourPlan(tuple(tool.moves), notes + _chop_notes(request, chop), chop)
+
+
+def _chop_notes(request, chop):
+    """What the operator should know about the slug."""
+    if not chop.too_small:
+        return ()
+    return (("no piece below the chop size {h} is left by a tool of {d}: the slug is cut to chips as a whole",
+             {"h": request.chop_size, "d": 2 * request.tool_radius}),)
 
 
 def radial_distances(request):

@@ -52,8 +52,11 @@ SAME_ANGLE = math.radians(0.5)
 # Parts across one direction that the search looks at: it bounds the preview's time.  A slug that needs more is cleared.
 MAX_PARTS = 400
 
+# Of a grid with more cells than this the pieces are not counted one by one.
+MAX_CELLS = 3000
+
 # So many parts more are tried where the grid of fewest lines leaves a large piece on a thin bridge.
-FINER = 4
+FINER = 2
 
 # A quick look at a grid takes about so many points at most.
 PROBES = 8000
@@ -71,6 +74,7 @@ class SlugChop:
     parts    into how many parts the slug is divided across the first and the second group; (1, 1): not chopped
     pieces   number of loose pieces after the contour's own pass; 0: nothing but chips is left
     largest  diameter of the smallest circle round the largest piece, mm
+    too_small   whether the chop size is so small that this tool can leave no piece below it: all is cut to chips
     """
 
     groups: tuple
@@ -78,6 +82,7 @@ class SlugChop:
     parts: tuple
     pieces: int
     largest: float
+    too_small: bool = False
 
     @property
     def segments(self):
@@ -190,23 +195,26 @@ class _Slug:
             groups = grid.groups(parts)
             if grid.held(parts, groups, size):
                 break
-        pieces = [piece_size(regions.hull(piece)) for piece in grid.pieces(parts)]
         turned = tuple([[grid.back(segment) for segment in line] for line in group] for group in groups)
-        return SlugChop(turned, grid.angle, parts, len(pieces), max(pieces, default=0.0))
+        return SlugChop(turned, grid.angle, parts, *grid.outcome(parts), not found)
 
     def _tries(self, found, grids, size):
-        """What to take, best first: (lines, length, grid, parts).  After the best grid the others found and finer ones
-        of the best, at last lines that clear; these first where they are neither more nor longer."""
+        """What to take, best first: (lines, length, grid, parts).
+
+        After the best grid the next two found and finer ones of the best, at last lines that clear; these first where
+        they are neither more nor longer.
+        """
         clear = min(((grid.lines(parts), grid.angle, grid, parts) for grid in grids for parts in grid.clearing()),
                     key=lambda t: t[:2])
         clear = clear[2].trial(clear[3])
-        others = list(found[1:])
+        others = list(found[1:3])
         if found:
             if clear[0] <= found[0][0] and clear[1] <= found[0][1]:
                 yield clear
             yield found[0]
             _, _, grid, (a, b) = found[0]
             finer = [(a + i, b + more - i) for more in range(1, FINER + 1) for i in range(more + 1)]
+            finer += grid.safe(size)
             others += [(grid.lines(parts), 0.0, grid, parts) for parts in finer if grid.usable(parts)]
         for trial in sorted(others, key=lambda t: t[:2]):
             if trial[2].fits(trial[3], size):
@@ -270,6 +278,15 @@ class _Grid:
     def usable(self, parts):
         """Whether strips and cells are thick enough to be held and to hold."""
         return all(n == 1 or self.cell(axis, n) >= BRIDGE for axis, n in enumerate(parts))
+
+    def safe(self, size):
+        """[parts ..] so fine that cells of the outer rows, then also those in their corners, fit as long as the contour
+        has not been cut; [] where the tool is too large for that."""
+        r, size = self.radius, size - BRIDGE
+        if size <= math.sqrt(2) * r:
+            return []
+        cells = (math.sqrt(size ** 2 / 2 - r ** 2) - r, size / math.sqrt(2) - 2 * r)
+        return [tuple(math.ceil(span / (cell + 2 * r)) for span in self.span) for cell in cells if cell >= BRIDGE]
 
     def clearing(self):
         """Parts that leave nothing, for one group or the other."""
@@ -383,6 +400,14 @@ class _Grid:
                     if b > first and a < last:
                         yield from (piece for piece in regions.clipped(strip, a, low, b, high)
                                     if regions.diagonal(piece) >= reaching)
+
+    def outcome(self, parts):
+        """(number of pieces, size of the largest, mm); of very many the number is about right."""
+        cells = [self.cell(axis, n) for axis, n in enumerate(parts)]
+        if parts[0] * parts[1] > MAX_CELLS and min(cells) > 0:
+            return round(self.slug.area * parts[0] * parts[1] / (self.span[0] * self.span[1])), math.hypot(*cells)
+        sizes = [piece_size(regions.hull(piece)) for piece in self.pieces(parts)]
+        return len(sizes), max(sizes, default=0.0)
 
     def fits(self, parts, size):
         """Whether every piece fits inside a circle of diameter < size (mm)."""
