@@ -8,15 +8,18 @@ import time
 
 import pytest
 
-from python.contour_cycle_oracle import shape_oracle
+from conftest import random_count, random_seed
+from python.contour_cycle_oracle import deepest, shape_oracle
+from python.contour_oracle import from_elements
 from python.hole_oracle import walk
-from python.test_contour import judge, request
+from python.test_contour import judge, random_request, request
 from python.test_subs import BAD_SUBS
 from rs274.canon import run_preview, run_rs274, run_rs274_on, same_path
 from rs274.test_g12_g13 import compare_golden, motion_text, turned
 
 from chipwise.cycles.contour import contour_plan
-from chipwise.geometry.contour import ArcElement, LineElement
+from chipwise.errors import CycleError
+from chipwise.geometry.contour import ArcElement, LineElement, make_contour
 from chipwise.subs import Job, read_shape
 
 # An L with a fillet of 4 in its inner corner (12 24) and one of 2 outside, a tool of 6 mm; from 0 0 20.
@@ -143,7 +146,8 @@ def test_a_sub_that_reads_parameters(unit, machine):
               f"#<_unit> = {1 if unit == 'G21' else 25.4}\n")
     at = "G0 X3 Y-4 Z20" if unit == "G21" else "G0 X[3/25.4] Y[-4/25.4] Z[20/25.4]"
     cycle = FINISH if unit == "G21" else inch(FINISH)
-    trace = run_preview(f"T1 M6\n{READING}{before}{unit} {at}\n{'F600' if unit == 'G21' else inch('F600')}\n(call)\no100 call\n{at}\n(begin)\n{cycle}\n(end)\nM2\n",
+    feed = "F600" if unit == "G21" else inch("F600")
+    trace = run_preview(f"T1 M6\n{READING}{before}{unit} {at}\n{feed}\n(call)\no100 call\n{at}\n(begin)\n{cycle}\n(end)\nM2\n",
                         TOOLS, machine=machine)
     assert trace.error == ""
     plain = [(("A", *e.a[:2], *e.b[:2], *e.centre, e.sweep[1]) if e.kind == "arc" else ("L", *e.a[:2], *e.b[:2]))
@@ -221,6 +225,25 @@ def test_other_lines_go_on_as_before():
     """G81 stays the motion mode."""
     trace = run_preview(program(f"G99 G81 X50 Y0 Z-3 R1 F100\n{ROUGH}\n(drill)\nX60"), TOOLS)
     assert [(round(e.b[0]), round(e.b[2])) for e in trace.between("drill", "end") if e.kind == "feed"] == [(60, -3)]
+
+
+SLOT = "o7 sub\nG0 X10 Y0\nG1 X20\nG3 Y20 J10\nG1 X0\nG3 Y0 J-10\nG1 X10\no7 endsub\n"
+
+
+def test_chop_lines_come_before_the_same_contour():
+    """INI, parameter and H0; where the lines go: tests/python/test_contour_chop.py."""
+    line = "G78 Q7 P41 Z-6 R2 F600"
+    plain = run_preview(program(line, SLOT), TOOLS).between("begin", "end")
+    for text, settings, chopped in ((line, {"CHOP_SIZE": 9}, True), (line + " H0", {"CHOP_SIZE": 9}, False),
+                                    ("#<_chipwise_chop_size> = 9\n" + line, {}, True),
+                                    ("#<_chipwise_chop_size> = 0\n" + line, {"CHOP_SIZE": 9}, False),
+                                    (line.replace("78", "77"), {"CHOP_SIZE": 9}, None)):
+        found = run_preview(program(text, SLOT), TOOLS, **settings).between("begin", "end")
+        if chopped is None:     # G77: no slug is looked at, so there is no lead circle either
+            assert len(found) == len(plain) - 1
+            continue
+        assert (len(found) > len(plain) + 6) == chopped
+        same_path(found[-len(plain) + 2:], plain[2:], 1e-5)
 
 
 # ---- subs of every kind ---------------------------------------------------------------------------------------------
@@ -302,6 +325,48 @@ def test_the_plain_sub_is_cut_as_drawn(base):
     assert shape_oracle.missing(finish, True, 1, 3.0, path, tolerance=1e-4) == []
 
 
+def written(shape, number, scale):
+    """A shape as the sub a CAM system would write, six decimals."""
+    rows = [f"o{number} sub", "G0 X{:.6f} Y{:.6f}".format(*(v * scale for v in shape[0].start))]
+    for e in shape:
+        to = "X{:.6f} Y{:.6f}".format(*(v * scale for v in e.end))
+        if isinstance(e, ArcElement):
+            i, j = (c * scale - s * scale for c, s in zip(e.centre, e.start))
+            rows.append(f"G{3 if e.ccw else 2} {to} I{i:.6f} J{j:.6f}")
+        else:
+            rows.append(f"G1 {to}")
+    return "\n".join([*rows, f"o{number} endsub", ""])
+
+
+@pytest.mark.parametrize("machine, unit", [("mm", "G21"), ("in", "G20")])
+def test_random_contours_through_the_interpreter(machine, unit):
+    """The whole way from text to canonical motion, in one program; judged against the shapes before they were written."""
+    scale = 1.0 if unit == "G21" else 1 / 25.4
+    cases, subs, lines = [], "", ""
+    for seed in range(random_seed(), random_seed() + max(1, random_count(50) // 10)):
+        r = dataclasses.replace(random_request(seed), tool_radius=3.0, angle=math.radians(30))
+        try:
+            contour_plan(r)
+        except CycleError:
+            continue
+        number = 1000 + len(cases)
+        words = "".join(f" {w}{v * scale:.9f}" for w, v in (("I", r.allowance), ("Z", r.bottom), ("R", r.clearance),
+                                                            ("J", r.depth_step), ("K", r.approach), ("D", r.step)) if v)
+        subs += written(r.shape, number, scale)
+        lines += (f"({number})\nG77 Q{number} P{r.side} L{r.passes}{words}\n")
+        cases.append(r)
+    trace = run_preview(f"T1 M6\n{subs}{unit} G0 X0 Y0 Z{20 * scale}\nF{600 * scale}\n{lines}({1000 + len(cases)})\nM2\n",
+                        TOOLS, machine=machine)
+    assert trace.error == "" and len(cases) > 2
+    for number, r in enumerate(cases, 1000):
+        found = trace.between(str(number), str(number + 1))
+        if unit == "G21":
+            judge(r, found)
+        else:   # six decimals of an inch
+            finish = from_elements(make_contour(list(r.shape)).elements)
+            assert deepest(found, finish, r.tool_radius + r.allowance, r.clearance) <= 1e-3
+
+
 # ---- bad input --------------------------------------------------------------------------------------------------------
 
 @pytest.mark.parametrize("name", ["endless", "move in Z", "crosses itself", "empty"])
@@ -363,8 +428,6 @@ GOLDENS = {
     "g77_g91": program("G91 " + ROUGH.replace("Z-6 R2", "Z-8 R-18"), "o100 sub\nG1 X40\nY10\nG3 X-2 Y2 R2\no100 endsub\n"),
     "g78_slanted": program(FINISH),
     "g78_inside": program("G78 Q100 P41 Z-6 R2 F600"),
-    "g78_chopped": program("#<_chipwise_chop_size> = 9\nG78 Q7 P41 Z-6 R2 F600", "o7 sub\nG0 X10 Y0\nG1 X20\nG3 Y20 J10\n"
-                           "G1 X0\nG3 Y0 J-10\nG1 X10\no7 endsub\n"),
     "g78_loop": program("G78 Q7 P42 Z-2 R1 F600", "o7 sub\n#<n> = 1\nG0 X10 Y0\no8 while [#<n> LE 6]\n"
                         "G1 X[10 * COS[#<n> * 60]] Y[10 * SIN[#<n> * 60]]\n#<n> = [#<n> + 1]\no8 endwhile\no7 endsub\n"),
 }

@@ -35,8 +35,13 @@ class ChopPlan:
 
     @property
     def cleared(self):
-        """Whether a slug is cut to chips as a whole: the chop size is too small for this tool to leave pieces."""
+        """Whether a slug is cut to chips as a whole."""
         return any(chop.segments and not chop.pieces for chop in self.chops)
+
+    @property
+    def too_small(self):
+        """Whether that is so because the chop size is too small for this tool to leave pieces."""
+        return any(chop.too_small for chop in self.chops)
 
     @property
     def pieces(self):
