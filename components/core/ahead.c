@@ -99,12 +99,20 @@ static double onward(const struct cw_course *old, const struct cw_course *new, d
     return was[0] * is[0] + was[1] * is[1] + was[2] * is[2];
 }
 
+/* What a tool meets that is in stock all round, mm2: a full slot and a full plunge. */
+static double full_area(const struct cw_tool *tool, const double dir[3], double depth)
+{
+    double plunge = dir[2] < 0.0 ? -dir[2] * CW_PI * tool->radius * tool->radius : 0.0;
+    return 2.0 * tool->radius * depth * cw_sqrt(dir[0] * dir[0] + dir[1] * dir[1]) + plunge;
+}
+
 /* [2] The samples of the old course as far as they serve on the new one. `old` is the
  * course before, whose `travelled` is where the new one begins. */
 static void carry_over(struct cw_ahead *ahead, const struct cw_course *old, double step,
-                       const struct cw_stock *stock)
+                       const struct cw_stock *stock, const struct cw_tool *tool)
 {
-    float area[CW_AHEAD_SAMPLES], most[CW_AHEAD_SAMPLES], depth[CW_AHEAD_SAMPLES];
+    const double along[3] = { ahead->course.piece.level, 0.0, ahead->course.piece.slope };
+    float area[CW_AHEAD_SAMPLES], depth[CW_AHEAD_SAMPLES];
     double gap = ahead->gap, begin = (old->travelled + step) / gap;
     int last = ahead->first + ahead->count - 1, n = 0, same = 0, i;
 
@@ -122,28 +130,19 @@ static void carry_over(struct cw_ahead *ahead, const struct cw_course *old, doub
             && off2 < CW_SAME * CW_SAME * stock->cell * stock->cell) same++;
         share = s - a;
         area[n] = (float)(sample(ahead, a) + share * (sample(ahead, a + 1) - sample(ahead, a)));
-        most[n] = (float)cw_max(ahead->most[a % CW_AHEAD_SAMPLES],
-                                ahead->most[(a + 1) % CW_AHEAD_SAMPLES]);
         depth[n] = (float)cw_max(ahead->depth[a % CW_AHEAD_SAMPLES],
                                  ahead->depth[(a + 1) % CW_AHEAD_SAMPLES]);
         n++;
     }
     for (i = 0; i < n; i++) {
         ahead->area[i] = area[i];
-        ahead->most[i] = most[i];
+        ahead->most[i] = (float)full_area(tool, along, depth[i]);
         ahead->turned[i] = 0;
         ahead->depth[i] = depth[i];
     }
     ahead->first = 0;
     ahead->count = n;
     ahead->stale = same;
-}
-
-/* What a tool meets that is in stock all round, mm2: a full slot and a full plunge. */
-static double full_area(const struct cw_tool *tool, const double dir[3], double depth)
-{
-    double plunge = dir[2] < 0.0 ? -dir[2] * CW_PI * tool->radius * tool->radius : 0.0;
-    return 2.0 * tool->radius * depth * cw_sqrt(dir[0] * dir[0] + dir[1] * dir[1]) + plunge;
 }
 
 /* Takes sample i on the course; returns its work, in nodes. */
@@ -200,11 +199,11 @@ static void begin_on(struct cw_ahead *ahead, int on_way)
 
 /* [2] The tool has left its course: what can be kept of the samples. */
 static void change_course(struct cw_ahead *ahead, const struct cw_course *old, double now,
-                          const struct cw_stock *stock)
+                          const struct cw_stock *stock, const struct cw_tool *tool)
 {
     double step = ahead->course.last_step;
     int turned = !old->known || onward(old, &ahead->course, old->travelled + step) < CW_TURNED;
-    carry_over(ahead, old, step, stock);
+    carry_over(ahead, old, step, stock, tool);
     ahead->held = turned ? 0.0 : now;
 }
 
@@ -223,7 +222,7 @@ void cw_ahead_step(struct cw_ahead *ahead, const struct cw_stock *stock, const s
         begin_on(ahead, on_way);
         ahead->gap = gap;
     } else if (!on_way && new_course) {
-        change_course(ahead, &old, now, stock);
+        change_course(ahead, &old, now, stock, tool);
         budget -= CW_CARRY_NODES * ahead->count;
         if (budget < 1) budget = 1;
     }
