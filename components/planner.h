@@ -18,6 +18,7 @@
 
 #include <sys/shm.h>
 #include <motion.h>
+#include <motion_types.h>
 #include <tc_types.h>
 #include <tcq.h>
 
@@ -167,6 +168,36 @@ static double cw_planner_accel(const TC_STRUCT *tc)
     return tc->maxaccel * share;
 }
 
+/* How the end of a part of a piece is left. */
+static int cw_planner_join(const TC_STRUCT *tc, int part)
+{
+    if (part + 1 < cw_planner_parts(tc) || tc->term_cond == TC_TERM_COND_TANGENT) return CW_JOIN_TANGENT;
+    return tc->term_cond == TC_TERM_COND_PARABOLIC ? CW_JOIN_PARABOLIC : CW_JOIN_STOP;
+}
+
+/* The parabolic blend the tool is in, where it leads into a straight traverse (tp/tp.c, tpUpdateBlend: the
+ * next piece is to have the share of its blend velocity that the first has lost of its own). */
+static void cw_planner_corner(const TP_STRUCT *tp, const struct cw_tracker_in *in, struct cw_corner *corner)
+{
+    const TC_STRUCT *tc = cw_planner_item(tp, 0), *next = cw_planner_item(tp, 1);
+    struct cw_piece line;
+    double tip[3];
+    corner->on = 0;
+    if (tp->queue._len < 2 || !tc->blending_next || tc->term_cond != TC_TERM_COND_PARABOLIC) return;
+    if (next->motion_type != TC_LINEAR || next->canon_motion_type != EMC_MOTION_TYPE_TRAVERSE) return;
+    if (!(next->progress > 0.0 && next->progress < next->target) || !(tc->blend_vel > 0.0)) return;
+    if (!cw_planner_piece(next, 0, in, &line)) return;
+    cw_piece_at(&line, 0.0, corner->start, corner->dir);
+    cw_piece_at(&line, line.length, tip, corner->dir);
+    corner->length = line.length;
+    corner->done = next->progress / in->unit;
+    corner->speed = next->currentvel / in->unit;
+    corner->top = next->blend_vel * (tc->vel_at_blend_start / tc->blend_vel) / in->unit;
+    corner->left = (tc->target - tc->progress) / in->unit;
+    corner->slow = tc->currentvel / in->unit;
+    corner->on = 1;
+}
+
 static long cw_planner_key(const TP_STRUCT *tp, int n, int part)
 {
     return (long)((tp->queue.start + n) % tp->queue.size) * CW_CHORDS + part;
@@ -220,6 +251,8 @@ static void cw_planner_extend(struct cw_planner *planner, const TP_STRUCT *tp,
         } else {
             if (cw_planner_piece(tc, part, in, &piece)) {
                 piece.accel = cw_planner_accel(tc) / in->unit;
+                piece.rapid = tc->canon_motion_type == EMC_MOTION_TYPE_TRAVERSE;
+                piece.join = tentative ? CW_JOIN_PARABOLIC : cw_planner_join(tc, part);
                 cw_way_append(way, cw_planner_key(tp, n, part), &piece);
                 planner->tentative += tentative;
             }
@@ -249,6 +282,8 @@ static void cw_planner_follow(struct cw_planner *planner, const struct cw_tracke
     for (; planner->tentative > 0; planner->tentative--) cw_way_retract(way);
     cw_way_follow(way, cw_planner_key(tp, 0, part), piece.length, progress);
     cw_planner_extend(planner, tp, in, horizon, way);
+    if (way->count > 0) way->piece[way->first].join = cw_planner_join(cw_planner_item(tp, 0), part);
+    cw_planner_corner(tp, in, &way->corner);
 }
 
 #endif

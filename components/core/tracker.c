@@ -177,6 +177,7 @@ static void guard(struct cw_tracker *tracker, const struct cw_stock *stock,
     way.accel = in->accel / in->unit;
     way.to_go = in->to_go / in->unit;
     way.trail = tracker->sweep.trail && !tracker->sweep.waiting;
+    way.way = tracker->ahead.way.known ? &tracker->ahead.way : 0;
     hit = in->motion == CW_RAPID && cw_guard_traverse(&tracker->guard, stock, &tracker->tool, &way);
     if (in->motion != CW_RAPID) cw_guard_reset_line(&tracker->guard);
     out->rapid_hit = hit;
