@@ -23,7 +23,7 @@
 #include <tcq.h>
 
 #define CW_PLANNER_KEY 100      /* DEFAULT_SHMEM_KEY of motion */
-#define CW_CHORDS 16            /* an arc outside XY is read as this many chords */
+#define CW_CHORDS 16            /* an arc outside XY is read as this many chords, a blend arc as one less */
 #define CW_FURTHER 2.0          /* mm read beyond the horizon */
 #define CW_READS 24             /* pieces read from the queue in a period at most */
 
@@ -100,34 +100,49 @@ static int cw_planner_upright(const PmCartesian *normal)
 }
 
 /* How many parts a piece of the queue is read as: chords of an arc outside XY or a spiral,
- * the straight beginning and the arc of a blend. */
+ * the straight beginning and the arc, or its chords, of a blend. */
 static int cw_planner_parts(const TC_STRUCT *tc)
 {
     const PmCircle *circle = &tc->coords.circle.xyz;
-    if (tc->motion_type == TC_SPHERICAL) return 2;
+    if (tc->motion_type == TC_SPHERICAL) return cw_planner_upright(&tc->coords.arc.xyz.binormal) ? 2 : CW_CHORDS;
     if (tc->motion_type != TC_CIRCULAR) return 1;
     if (cw_planner_upright(&circle->normal) && circle->spiral < 1e-3 && circle->spiral > -1e-3)
         return 1;
     return CW_CHORDS;
 }
 
-/* Blend arc: part 0 its straight beginning, part 1 the arc, as a chord outside XY. */
+/* Place on a blend arc at a share of its angle (tp/spherical_arc.c, arcPoint). */
+static void cw_planner_on_arc(const SphericalArc *arc, double share, PmCartesian *at)
+{
+    double p = sin((1.0 - share) * arc->angle) / arc->Sangle, q = sin(share * arc->angle) / arc->Sangle;
+    at->x = arc->center.x + p * arc->rStart.x + q * arc->rEnd.x;
+    at->y = arc->center.y + p * arc->rStart.y + q * arc->rEnd.y;
+    at->z = arc->center.z + p * arc->rStart.z + q * arc->rEnd.z;
+}
+
+/* Blend arc: part 0 its straight beginning, which ends at `start`; then the arc, outside XY in chords. */
 static int cw_planner_blend(const SphericalArc *arc, int part, const struct cw_tracker_in *in,
                             struct cw_piece *piece)
 {
-    PmCartesian bend = arc->start;
+    PmCartesian from = arc->start, to;
     double a[3], b[3], centre[3];
-    bend.x += arc->line_length * arc->uTan.x;
-    bend.y += arc->line_length * arc->uTan.y;
-    bend.z += arc->line_length * arc->uTan.z;
     if (part == 0) {
-        cw_planner_tip(in, &arc->start, a);
-        cw_planner_tip(in, &bend, b);
+        from.x -= arc->line_length * arc->uTan.x;
+        from.y -= arc->line_length * arc->uTan.y;
+        from.z -= arc->line_length * arc->uTan.z;
+        cw_planner_tip(in, &from, a);
+        cw_planner_tip(in, &arc->start, b);
         return cw_piece_line(piece, a, b);
     }
-    cw_planner_tip(in, &bend, a);
+    if (!cw_planner_upright(&arc->binormal)) {
+        cw_planner_on_arc(arc, (part - 1.0) / (CW_CHORDS - 1), &from);
+        cw_planner_on_arc(arc, part / (CW_CHORDS - 1.0), &to);
+        cw_planner_tip(in, &from, a);
+        cw_planner_tip(in, &to, b);
+        return cw_piece_line(piece, a, b);
+    }
+    cw_planner_tip(in, &arc->start, a);
     cw_planner_tip(in, &arc->end, b);
-    if (!cw_planner_upright(&arc->binormal)) return cw_piece_line(piece, a, b);
     cw_planner_tip(in, &arc->center, centre);
     return cw_piece_arc(piece, centre, a, arc->binormal.z > 0.0 ? arc->angle : -arc->angle, b[2] - a[2]);
 }

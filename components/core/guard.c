@@ -298,7 +298,8 @@ static int judge_way(struct cw_guard *guard, const struct cw_stock *stock, const
     const struct cw_way *way = in->way;
     struct cw_guard_probe *probe = &guard->course;
     struct track track = { guard, way };
-    double near, far = stopping(guard, in, 0.5 * in->accel), last = guard->place, brakes;
+    double near, far = stopping(guard, in, 0.5 * in->accel), last = guard->place;
+    double until, brakes;
     if (!way || way->count == 0) {
         guard->place = -1e30;
         return 0;
@@ -309,7 +310,8 @@ static int judge_way(struct cw_guard *guard, const struct cw_stock *stock, const
     if (probe->clear < way->at) probe->clear = way->at;
     if (way->piece[way->first].curvature == 0.0 && guard->periods >= CW_GUARD_STEADY)
         probe->clear = cw_max(probe->clear, way->begin + way->piece[way->first].length);
-    send(probe, &track, stock, tool, cw_min(certain_until(way), way->at + far / CW_GUARD_SURE + step), 1e30, visited);
+    until = certain_until(way);
+    send(probe, &track, stock, tool, cw_min(until - CW_GUARD_LEAST, way->at + far / CW_GUARD_SURE + step), until, visited);
     if (!found(probe)) return 0;
     near = cw_max(probe->hit_near - way->at, 0.0);
     if (guard->distance == 0.0 || near < guard->distance) guard->distance = near;
