@@ -92,10 +92,10 @@ def test_with_keep_stock_a_dead_monitor_keeps_nothing_old(tmp_path):
     folder = tmp_path / 'stock'
     edit = f's#^STOCK_DIR = .*#STOCK_DIR = {folder}#; s#^KEEP_STOCK = .*#KEEP_STOCK = yes#'
     operate(tmp_path, [['mdi', 'T1 M6'], ['mdi', 'M250 P0 Q0 R-10 I60 J40 K10'], *CUT], edit=edit)
-    first, *_, second, last = operate(tmp_path, [['map_sum'], *MORE, ['kill_monitor'], ['start_monitor'], ['map_sum'], STATE],
+    first, *_, second, last = operate(tmp_path, [['map_sum'], ['mdi', 'T1 M6'], ['mdi', 'F3000'], *MORE, ['kill_monitor'], ['start_monitor'], ['map_sum'], STATE],
                                       edit=edit)
     assert last[0] == 'TRUE' and second[1] > first[1]
-    third, _dead, *_ = operate(tmp_path, [['map_sum'], ['kill_monitor'], *CUT], edit=edit)
+    third, *_ = operate(tmp_path, [['map_sum'], ['mdi', 'T1 M6'], ['kill_monitor'], *CUT], edit=edit)
     assert third == second
     state, said = operate(tmp_path, [STATE, ['errors']], edit=edit)
     assert state[0] == 'FALSE' and said == []

@@ -64,6 +64,7 @@ def define_stock(state):
             break
     emccanon.SET_AUX_OUTPUT_VALUE(state.settings["ANALOG_OUT"], IDLE)
     if not defined:
+        yield                       # an error throws away what is queued: the request would stand, and be served later
         raise CycleError(f"the stock tracker did not take the stock (fault {fault})",
                          "see its message; without one, load chipwise.hal ([HAL]HALFILE); where chipwise-monitor has "
                          "died start `chipwise monitor` again")
@@ -106,6 +107,8 @@ def _file_request(state, commit, what):
         _send(state, FILE_SLOT, [slot], commit)
         reply = yield from _wait_for(state, lambda now: now not in (reasons.IDLE, reasons.BUSY))
     emccanon.SET_AUX_OUTPUT_VALUE(state.settings["ANALOG_OUT"], IDLE)
+    if reply != reasons.DONE:
+        yield                       # as in define_stock()
     if reply is None:
         raise CycleError(f"slot {slot} was not {what}: chipwise-monitor gave no answer within "
                          f"{FILE_TRIES * FILE_WAIT_S:g} s", "load chipwise.hal ([HAL]HALFILE); where it has died start "
