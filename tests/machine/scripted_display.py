@@ -24,7 +24,7 @@
 
     ["start", program text]         open and run a program; goes on at once
     ["until", pin, ">" or "<", number]   wait for a pin; answer: its value
-    ["pause"], ["resume"], ["reverse"], ["abort"], ["off"], ["on"]   as the buttons do; pause waits for standstill
+    ["pause"], ["resume"], ["reverse"], ["forward"], ["abort"], ["off"], ["on"]   as the buttons do; pause waits for standstill
     ["step to end"]                 answer: how many single steps that took
     ["finish"]                      wait for the end of the program; answer: the operator errors since the last answer
     ["over", seconds, pin, ...]     answer: [lowest, highest] of each pin in that time
@@ -155,6 +155,9 @@ class Operator:
 
     def reverse(self):
         self.machine.command.auto(linuxcnc.AUTO_REVERSE)
+
+    def forward(self):
+        self.machine.command.auto(linuxcnc.AUTO_FORWARD)
 
     def step_to_end(self, most=20):
         """Single steps until the program has ended; -> how many."""
