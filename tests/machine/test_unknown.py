@@ -243,31 +243,33 @@ def test_reverse_run_without_adaptive_feed(tmp_path):
 
 EVERY_KIND = BEGIN.replace('S10000', 'S600') + """G0 X-10 Y4 Z5
 G0 Z-2
-(G33) G33 X70 K2
+G33 X70 K2
 G0 Z5
 G0 X-10 Y12
 G0 Z-2
-(G95) G95 F0.5
+G95 F0.5
 G1 X30
-(G93) G93
+G93
 G1 X50 F12
 G94 F240
-(G94) G1 X70
+G1 X70
 G0 Z5
 G0 X-10 Y20
 G0 Z-2
-(G38) G38.3 X30
+G38.3 X30
 G0 Z5
 G0 X-4 Y32
 G0 Z1
-(G76) G18
+G18
 G76 P1 Z-3 I1 J0.2 R1 K0.5 Q0 H0
 G17
 G0 Z5
 M252
 M2
 """
-PITCH_VEL = {'G33': 20.0, 'G95': 5.0, 'G93': 4.0, 'G94': SLOT_VEL, 'G38': 4.0, 'G76': 10.0}     # mm/s
+# code: (y, x from, x to, mm/s), where all of the tool is in the stock
+KINDS = {'G33': (4, 5, 55, 20.0), 'G95': (12, 5, 28, 5.0), 'G93': (12, 32, 48, 4.0), 'G94': (12, 52, 56, SLOT_VEL),
+         'G38': (20, 5, 28, 4.0), 'G76': (32, -3, -2, 10.0)}
 
 
 def test_every_kind_of_move_is_in_the_map(tmp_path):
@@ -281,19 +283,33 @@ def test_every_kind_of_move_is_in_the_map(tmp_path):
     assert summary['finished'] and summary['errors'] == [], summary
     with np.load(log) as stored:
         row = {name: stored[name] for name in stored.files}
-    lines = EVERY_KIND.splitlines()
-    for what, expected in PITCH_VEL.items():
-        number = next(i for i, line in enumerate(lines, 1) if line.startswith(f'({what})')) + (what in ('G95', 'G93', 'G76'))
-        moving = (row['line'] == number) & (row['velocity'] > 0.5 * expected) & (row['motion_type'] > 1)
+    for what, (y, first, last, expected) in KINDS.items():
+        moving = ((np.abs(row['y'] - y) < 1e-3) & (row['x'] > first) & (row['x'] < last) & (row['motion_type'] > 1)
+                  & (row['velocity'] > 0.5 * expected))
         assert moving.sum() > 50, what
         found = np.median(row['velocity'][moving])
         print(f'{what}: {found:.3f} mm/s')
-        assert found == pytest.approx(expected, rel=0.02), what
-        if what in ('G33', 'G76'):
-            assert row['limited_by'][moving].max() <= 5
+        assert found == pytest.approx(expected, rel=0.04), what         # G76 catches up with the spindle
     counted = rate_oracle.removed_total(row['x'], row['y'], row['z'] - row['tool_offset_z'],
                                         ((0.0, 0.0, -10.0), (60.0, 40.0, 0.0)), rate_oracle.OracleTool(RADIUS))
-    counted = getattr(counted, 'volume', counted)
     print(f"removed {summary['volume_mm3']:.1f} mm3, by needles {counted}")
     assert summary['volume_mm3'] == pytest.approx(counted, rel=0.004)
     assert not row['rapid_contact'].any() and not row['flute_excess'].any()
+
+
+def test_moves_keep_their_line_numbers(tmp_path):
+    """An F on the line of a move (F is remapped), in a program and in a subroutine: the line is that of the move, which the
+    operator sees, from which he starts again, and which a guard names."""
+    text = BEGIN + 'G0 X-10 Y20 Z20\nG1 X0 F900\nG1 Y30 F1200\nO1 sub\nG1 X10 F1000\nG1 Y20\nO1 endsub\nO1 call\nG1 X20 F1100\nM252\nM2\n'
+    program, log = tmp_path / 'lines.ngc', tmp_path / 'log.npz'
+    program.write_text(text)
+    summary = runner.run_headless(str(program), speed=SPEED, log=str(log), timeout=300)
+    assert summary['finished'] and summary['errors'] == [], summary
+    lines = text.splitlines()
+    with np.load(log) as stored:
+        x, y, line = stored['x'], stored['y'], stored['line']
+    for (x0, x1), (y0, y1), wanted in (((-9, -1), (19, 21), 'G1 X0 F900'), ((-1, 1), (21, 29), 'G1 Y30 F1200'),
+                                       ((1, 9), (29, 31), 'G1 X10 F1000'), ((9, 11), (21, 29), 'G1 Y20'),
+                                       ((11, 19), (19, 21), 'G1 X20 F1100')):
+        rows = (x > x0) & (x < x1) & (y > y0) & (y < y1)
+        assert set(line[rows]) == {lines.index(wanted) + 1}, wanted

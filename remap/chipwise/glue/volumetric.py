@@ -199,6 +199,16 @@ def _no_ceiling(state):
     yield
 
 
+def keep_line_number(interp, words):
+    """Let a move on the line of an F keep its line number.
+
+    LinuxCNC 2.9 goes on with the rest of the line under the number that the calling frame was left with, which nobody has set
+    for a remap (interp_o_word.cc, execute_call, CS_REEXEC_PYBODY): such moves had line 0 or that of another line.
+    """
+    if interp.call_level > 0 and "n" in words:
+        interp.sub_context[interp.call_level - 1].sequence_number = int(words["n"])
+
+
 def program_feed(interp, feed):
     """The remapped F: what LinuxCNC does itself, and the ceiling where one is active."""
     interp.feed_rate = feed
