@@ -1,10 +1,8 @@
-"""What saving and restoring the stock costs, and the guard's probe beside the rest of the tracker.
+"""What saving and restoring the stock costs.
 
-Called by bench/run.py (prints JSON rows).
-    files       a map of 7.7 and of 64 MB, cut by a raster: M253's and M254's file work in this process (stock/store.py and
-                stock/shared.py, on a map in memory), each step the median of REPEATS; and the two codes in a running LinuxCNC
-    probe       bench/nc/entry.ngc's machine on a program of traverses near stock and then far from it: clocks of
-                stock-tracker.0 as HAL measures them, against motion-controller in the same periods
+Called by bench/run.py (prints JSON rows).  A map of 7.7 and of 64 MB, cut all over: the file work of M253 and M254 in this
+process (stock/store.py and stock/shared.py, on a map in memory), each step the median of REPEATS; and the two codes in a
+running LinuxCNC.
 """
 import json
 import os
@@ -17,9 +15,8 @@ from pathlib import Path
 import numpy as np
 
 ROOT = Path(__file__).resolve().parent.parent
-sys.path[:0] = [str(ROOT / "remap"), str(ROOT / "bench")]
+sys.path[:0] = [str(ROOT / "remap")]
 
-import bench_machine                                    # noqa: E402
 from chipwise.machine import runner                     # noqa: E402
 from chipwise.stock import core, store                  # noqa: E402
 from chipwise.stock.shared import SharedStock           # noqa: E402
@@ -29,7 +26,6 @@ MAPS = {"7.7 MB": ((0.0, 0.0, -10.0), (300.0, 200.0, 0.0), 0.25), "64 MB": ((0.0
 HEAD = "G21 G90 G64 P0.01\nT1 M6\n"
 LARGE = {"CELL": "0.1", "MAP_SIZE": "320 250"}
 BOX = "M250 P0 Q0 R-10 I320 J250 K10\nG4 P0.2\n"
-NEAR = "".join(f"G0 X{x} Y{y}\n" for y in range(5, 45, 2) for x in (60, 0))     # 0.1 mm above the stock
 
 
 def row(name, value, unit, note=""):
@@ -88,27 +84,9 @@ def code_rows():
     row("M254 in LinuxCNC, 64 MB, a fresh stock", 1000 * (restored - saved), "ms", "motion waits")
 
 
-def probe_rows():
-    """The tracker's clocks on traverses: close above the stock, where the probe visits cells, and far above it."""
-    mean = {}
-    for name, z in (("close to the stock", 0.1), ("far from it", 60.0)):
-        with tempfile.TemporaryDirectory(prefix="chipwise-bench.") as folder:
-            os.chmod(folder, 0o777)
-            program = Path(folder) / "probe.ngc"
-            program.write_text(HEAD + f"M250 P0 Q0 R-10 I60 J50 K10\nG0 X0 Y5 Z{z}\n{NEAR}M2\n")
-            found = bench_machine.measured(str(program), traverses=True)
-        mean[name] = {part: float(np.mean(found[part]["times"])) for part in ("motion-controller", "stock-tracker.0")}
-        ratio = mean[name]["stock-tracker.0"] / mean[name]["motion-controller"]
-        row(f"traverse {name}: tracker / motion-controller", ratio, "x",
-            f"{mean[name]['stock-tracker.0']:.0f} clocks, {len(found['stock-tracker.0']['times'])} readings")
-    row("the guard's probe", mean["close to the stock"]["stock-tracker.0"] - mean["far from it"]["stock-tracker.0"], "clocks",
-        "mean of a period: close less far")
-
-
 def main():
     file_rows()
     code_rows()
-    probe_rows()
 
 
 if __name__ == "__main__":

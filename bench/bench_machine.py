@@ -33,15 +33,14 @@ def machine(folder):
     return ini
 
 
-def measured(program=str(PROGRAM), traverses=False):
-    """{function: {"times": clocks (n,), "tmax": clocks}} during the feed moves of a program, or its traverses."""
+def measured():
+    """{function: {"times": clocks (n,), "tmax": clocks}}"""
     with tempfile.TemporaryDirectory(prefix="chipwise-bench.") as scratch:
         folder = Path(scratch)
         os.chmod(folder, 0o777)
         times = folder / "times.json"
-        runner.run_headless(program, ini=str(machine(folder)),
-                            env={"CHIPWISE_TIMED": " ".join(FUNCTIONS), "CHIPWISE_TIMES": str(times),
-                                 "CHIPWISE_TIMED_MOTION": "1" if traverses else "2 3"})
+        runner.run_headless(str(PROGRAM), ini=str(machine(folder)),
+                            env={"CHIPWISE_TIMED": " ".join(FUNCTIONS), "CHIPWISE_TIMES": str(times)})
         return json.loads(times.read_text())
 
 

@@ -341,7 +341,7 @@ def judge_traverses(log):
     space, said = gap(np.column_stack([log[axis] for axis in 'xyz'])), np.asarray(log['rapid_contact'], bool)
     touched, inside = np.flatnonzero(space < 0.0), space < -THIN_MM
     for row in np.flatnonzero(np.diff(said, prepend=False) & said):        # it may last while the tool is in the stock
-        assert ((touched > row - 1500) & (touched < row + 700)).any(), \
+        assert np.count_nonzero((touched > row - 1500) & (touched < row + 700)) > 0, \
             f"alarm without a contact at line {log['line'][row]}, {space[row]:.3f} mm from the stock"
     for row in np.flatnonzero(inside[1:] & ~inside[:-1]):
         needed = int(1000 * log['velocity'][row] / (2 * 500))
