@@ -10,7 +10,7 @@
 #include <string.h>
 #include <time.h>
 
-#include "core/guard.h"
+#include "core/tracker.h"
 
 #define REPLAYS 5
 #define MOST 20000
@@ -45,6 +45,7 @@ static int traverse(const struct job *job, const struct cw_stock *stock, const s
     in.trail = 1;
     for (i = 0; i < n && i < MOST; i++) {
         double begin, took;
+        long work = 0;
         in.from[0] = 40.0 + c * i * step;
         in.from[1] = 40.0 + s * i * step;
         in.to[0] = in.from[0] + c * step;
@@ -52,7 +53,7 @@ static int traverse(const struct job *job, const struct cw_stock *stock, const s
         in.from[2] = in.to[2] = -5.0;
         in.to_go = length - (i + 1) * step;
         begin = now_us();
-        alarms += cw_guard_traverse(&guard, stock, tool, &in);
+        alarms += cw_guard_traverse(&guard, stock, tool, &in, CW_WORK_PER_PERIOD, &work);
         took = now_us() - begin;
         if (first || took < best[i]) best[i] = took;
     }

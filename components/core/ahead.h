@@ -37,6 +37,7 @@ struct cw_ahead {
     int first, count;           /* samples in use: numbers first .. first + count - 1 */
     int stale;                  /* number of the first one to be taken again */
     float area[CW_AHEAD_SAMPLES];       /* mm2, sample i at index i % CW_AHEAD_SAMPLES */
+    float most[CW_AHEAD_SAMPLES];       /* mm2, all that can be met there at that depth */
     float depth[CW_AHEAD_SAMPLES];      /* mm above the tip */
 };
 
@@ -60,8 +61,8 @@ double cw_ahead_gap(const struct cw_stock *stock, const struct cw_tool *tool);
 /* Forgets course and samples (tool change, new stock, jump). */
 void cw_ahead_reset(struct cw_ahead *ahead);
 
-/* The tool went from `from` to `to` (tips, mm) in `period` s; `way` follows it already. Takes at most `budget` samples
- * up to `horizon` mm ahead. */
+/* The tool went from `from` to `to` (tips, mm) in `period` s; `way` follows it already. Takes samples up
+ * to `horizon` mm ahead until `budget` nodes (cw_section.nodes, about) are read. */
 void cw_ahead_step(struct cw_ahead *ahead, const struct cw_stock *stock, const struct cw_tool *tool,
                    const double from[3], const double to[3], double period,
                    double horizon, int budget);

@@ -8,9 +8,9 @@
 #define CW_GUARD_SHARE 0.01     /* of a step the way to go may fall by more or less [5] */
 #define CW_GUARD_ROUND 1e-5     /* mm, the same where the step is small */
 #define CW_GUARD_STEADY 3       /* periods on a line before it is judged [5] */
-#define CW_GUARD_CELLS 3000     /* visited by the probe in a period, about [2] */
-#define CW_GUARD_STEP 4.0       /* cells the probe goes on at once: each step costs the tool's outline */
-#define CW_GUARD_HALVINGS 6     /* of a step, to find where in it stock begins */
+#define CW_GUARD_STEP 4.0       /* cells the probe goes on at once, or */
+#define CW_GUARD_RADII 0.0625   /* this share of the tool's radius: each step costs the tool's outline */
+#define CW_GUARD_FINE 0.0625    /* cells between which the beginning of stock is found */
 #define CW_GUARD_FREE 16        /* steps of the probe in a period, about */
 #define CW_GUARD_LEAST 1e-3     /* mm2, contact below this is none */
 #define CW_GUARD_LATE 3.0       /* periods of travel until the planner brakes, and one to spare */
@@ -183,6 +183,7 @@ static double stopping(const struct cw_guard *guard, const struct cw_guard_in *i
 struct track {
     const struct cw_guard *guard;
     const struct cw_way *way;   /* null: the line */
+    long bound;                 /* of the work */
 };
 
 static void place(const struct track *track, double s, double tip[3])
@@ -194,17 +195,14 @@ static void place(const struct track *track, double s, double tip[3])
 
 /* Halves the step in which stock was met. */
 static void narrow(struct cw_guard_probe *probe, const struct track *track, const struct cw_stock *stock,
-                   const struct cw_tool *tool, long *visited)
+                   const struct cw_tool *tool, long *work)
 {
-    int i;
-    for (i = 0; i < CW_GUARD_HALVINGS; i++) {
-        double a[3], b[3], middle = 0.5 * (probe->hit_near + probe->hit_far), enough;
-        place(track, probe->hit_near, a);
-        place(track, middle, b);
-        enough = ignored(stock, cw_min(a[2], b[2]), middle - probe->hit_near);
-        if (cw_sweep_meets(stock, tool, a, b, 1, enough, visited) >= enough) probe->hit_far = middle;
-        else probe->hit_near = middle;
-    }
+    double a[3], b[3], middle = 0.5 * (probe->hit_near + probe->hit_far), enough;
+    place(track, probe->hit_near, a);
+    place(track, middle, b);
+    enough = ignored(stock, cw_min(a[2], b[2]), middle - probe->hit_near);
+    if (cw_sweep_meets(stock, tool, a, b, 1, enough, work) >= enough) probe->hit_far = middle;
+    else probe->hit_near = middle;
 }
 
 /* The next place of a probe, no further from the last than a step. */
@@ -226,31 +224,39 @@ static double next_place(const struct track *track, const struct cw_guard_probe 
     return next;
 }
 
-/* [2] Sends a probe on, up to `wanted` mm; one of its steps ends at `end`. */
+/* Sends a probe one step on; one of its steps ends at `end`. */
+static void send_on(struct cw_guard_probe *probe, const struct track *track, const struct cw_stock *stock,
+                    const struct cw_tool *tool, double end, long *work)
+{
+    double step = cw_max(CW_GUARD_STEP * stock->cell, CW_GUARD_RADII * tool->radius);
+    double a[3], b[3], next, enough;
+    place(track, probe->clear, a);
+    next = next_place(track, probe, step, end, a, b);
+    if (!misses(stock, tool->radius, a, b)) {
+        enough = ignored(stock, cw_min(a[2], b[2]), next - probe->clear);
+        if (cw_sweep_meets(stock, tool, a, b, 1, enough, work) >= enough) {
+            probe->hit_near = probe->clear;
+            probe->hit_far = next;
+            return;
+        }
+    }
+    probe->clear = next;
+}
+
+/* [2] A probe's work of a period: on, up to `wanted` mm, then to where stock begins. */
 static void send(struct cw_guard_probe *probe, const struct track *track, const struct cw_stock *stock,
-                 const struct cw_tool *tool, double wanted, double end, long *visited)
+                 const struct cw_tool *tool, double wanted, double end, long *work)
 {
     int steps = CW_GUARD_FREE;
-    while (!found(probe) && probe->clear < wanted && *visited < CW_GUARD_CELLS && steps-- > 0) {
-        double a[3], b[3], next, enough;
-        place(track, probe->clear, a);
-        next = next_place(track, probe, CW_GUARD_STEP * stock->cell, end, a, b);
-        if (!misses(stock, tool->radius, a, b)) {
-            enough = ignored(stock, cw_min(a[2], b[2]), next - probe->clear);
-            if (cw_sweep_meets(stock, tool, a, b, 1, enough, visited) >= enough) {
-                probe->hit_near = probe->clear;
-                probe->hit_far = next;
-                narrow(probe, track, stock, tool, visited);
-                return;
-            }
-        }
-        probe->clear = next;
-    }
+    while (!found(probe) && probe->clear < wanted && *work < track->bound && steps-- > 0)
+        send_on(probe, track, stock, tool, end, work);
+    while (found(probe) && probe->hit_far - probe->hit_near > CW_GUARD_FINE * stock->cell && *work < track->bound)
+        narrow(probe, track, stock, tool, work);
 }
 
 /* Whether the traverse the tool is on goes over into another one without a stop [5a]. (Where no more is known
  * the next one is beyond the braking distance.) */
-static int goes_on(const struct cw_way *way)
+static int goes_over(const struct cw_way *way)
 {
     return way && way->count > 0 && way->piece[way->first].join == CW_JOIN_TANGENT
         && way->piece[way->first].rapid
@@ -267,7 +273,7 @@ static int must_stop(const struct cw_guard *guard, const struct cw_stock *stock,
     if (far <= -thin) return 1;
     if (in->to_go > 0.0 && far + thin <= in->to_go)
         return near <= stopping(guard, in, 0.5 * accel);
-    if (goes_on(in->way)) return 0;                     /* the way is judged instead of the line */
+    if (goes_over(in->way)) return 0;                     /* the way is judged instead of the line */
     if (!(accel > 0.0)) return near <= CW_GUARD_BLIND;
     if (cw_min(guard->slowing, guard->slowing_before) > CW_GUARD_BRAKING * accel)
         return far <= way / slowing - travel;
@@ -293,11 +299,11 @@ static double certain_until(const struct cw_way *way)
 
 /* [5a] Probes the program's way; 1 when the tool has to stop. The straight piece it is on is the line's. */
 static int judge_way(struct cw_guard *guard, const struct cw_stock *stock, const struct cw_tool *tool,
-                     const struct cw_guard_in *in, double step, long *visited)
+                     const struct cw_guard_in *in, double step, long bound, long *work)
 {
     const struct cw_way *way = in->way;
     struct cw_guard_probe *probe = &guard->course;
-    struct track track = { guard, way };
+    struct track track = { guard, way, bound };
     double near, far = stopping(guard, in, 0.5 * in->accel), last = guard->place;
     double until, brakes;
     if (!way || way->count == 0) {
@@ -306,12 +312,12 @@ static int judge_way(struct cw_guard *guard, const struct cw_stock *stock, const
     }
     guard->place = way->at;
     if (fabs(way->at - last - step) > CW_GUARD_LOST * step + CW_GUARD_LEAST) begin_probe(probe, way->at);
-    if (!goes_on(way) && !found(probe)) return 0;
+    if (!goes_over(way) && !found(probe)) return 0;
     if (probe->clear < way->at) probe->clear = way->at;
     if (way->piece[way->first].curvature == 0.0 && guard->periods >= CW_GUARD_STEADY)
         probe->clear = cw_max(probe->clear, way->begin + way->piece[way->first].length);
     until = certain_until(way);
-    send(probe, &track, stock, tool, cw_min(until - CW_GUARD_LEAST, way->at + far / CW_GUARD_SURE + step), until, visited);
+    send(probe, &track, stock, tool, cw_min(until - CW_GUARD_LEAST, way->at + far / CW_GUARD_SURE + step), until, work);
     if (!found(probe)) return 0;
     near = cw_max(probe->hit_near - way->at, 0.0);
     if (guard->distance == 0.0 || near < guard->distance) guard->distance = near;
@@ -321,14 +327,14 @@ static int judge_way(struct cw_guard *guard, const struct cw_stock *stock, const
 
 /* [2]..[4] on the line; 1 when the tool has to stop. */
 static int judge_line(struct cw_guard *guard, const struct cw_stock *stock, const struct cw_tool *tool,
-                      const struct cw_guard_in *in, long *visited)
+                      const struct cw_guard_in *in, long bound, long *work)
 {
-    struct track track = { guard, 0 };
+    struct track track = { guard, 0, bound };
     double accel = accel_along(guard, in);
     double end = in->to_go > 0.0 ? guard->gone + in->to_go : 1e30;
     double wanted = guard->gone + cw_max(stopping(guard, in, 0.5 * accel), 2.0 * stock->cell);
     if (guard->line.clear < guard->gone) guard->line.clear = guard->gone;
-    send(&guard->line, &track, stock, tool, wanted + guard->speed * in->period, end, visited);
+    send(&guard->line, &track, stock, tool, wanted + guard->speed * in->period, end, work);
     if (!found(&guard->line) || guard->periods < CW_GUARD_STEADY) return 0;
     guard->distance = cw_max(guard->line.hit_near - guard->gone, 0.0);
     return must_stop(guard, stock, in, accel);
@@ -336,36 +342,36 @@ static int judge_line(struct cw_guard *guard, const struct cw_stock *stock, cons
 
 /* [5b] As judge_line(), in a parabolic blend: only what the line meets before its end is judged. */
 static int judge_bend(struct cw_guard *guard, const struct cw_stock *stock, const struct cw_tool *tool,
-                      const struct cw_guard_in *in, long *visited)
+                      const struct cw_guard_in *in, long bound, long *work)
 {
     const struct cw_corner *corner = &in->way->corner;
     struct cw_guard_in on_line = *in;
     on_line.to_go = corner->length - corner->done;
     follow_bend(guard, corner, stock, in);
-    return judge_line(guard, stock, tool, &on_line, visited)
+    return judge_line(guard, stock, tool, &on_line, bound, work)
         && guard->line.hit_far - guard->gone + CW_GUARD_STRIP * stock->cell <= on_line.to_go;
 }
 
 int cw_guard_traverse(struct cw_guard *guard, const struct cw_stock *stock,
-                      const struct cw_tool *tool, const struct cw_guard_in *in)
+                      const struct cw_tool *tool, const struct cw_guard_in *in, long bound, long *work)
 {
     double step = 0.0;
-    long visited = 0;
     int i, hit, bends = in->way && in->way->corner.on;
     for (i = 0; i < 3; i++) step += (in->to[i] - in->from[i]) * (in->to[i] - in->from[i]);
     step = sqrt(step);
     guard->distance = 0.0;
     if (!cw_finite(step)) return 0;
     measure_speed(guard, bends ? in->way->corner.speed : step / in->period, in->period);
-    if (bends && in->trail) return judge_bend(guard, stock, tool, in, &visited);
+    if (bends && in->trail) return judge_bend(guard, stock, tool, in, bound, work);
     follow(guard, stock, in, step);
     if (step < CW_GUARD_STILL || !in->trail) return 0;
-    hit = judge_line(guard, stock, tool, in, &visited);
-    return judge_way(guard, stock, tool, in, step, &visited) || hit;
+    hit = judge_line(guard, stock, tool, in, bound, work);
+    return judge_way(guard, stock, tool, in, step, bound, work) || hit;
 }
 
 int cw_guard_shank(struct cw_guard *guard, const struct cw_stock *stock,
-                   const struct cw_tool *tool, const double from[3], const double to[3], int trail)
+                   const struct cw_tool *tool, const double from[3], const double to[3], int trail,
+                   long *work)
 {
     double a[3], b[3], step = 0.0, enough;
     int i;
@@ -380,6 +386,6 @@ int cw_guard_shank(struct cw_guard *guard, const struct cw_stock *stock,
     if (guard->shank.radius != tool->radius)
         cw_tool_init(&guard->shank, 2.0 * tool->radius, 0.0, 0.0, 0.0);
     enough = ignored(stock, cw_min(a[2], b[2]), step);
-    guard->excess = cw_sweep_meets(stock, &guard->shank, a, b, trail, enough, 0) >= enough;
+    guard->excess = cw_sweep_meets(stock, &guard->shank, a, b, trail, enough, work) >= enough;
     return guard->excess;
 }
