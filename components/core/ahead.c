@@ -15,6 +15,7 @@
 #define CW_SMEAR 3.0            /* cells a wall in the stock is smeared over */
 #define CW_JUMP 0.15            /* of a load, a rise within one sample that is a wall */
 #define CW_MAIN 0.7             /* of the largest rise there, one that may be where the wall is */
+#define CW_TURN 0.97            /* cosine between two samples from which the way turns */
 #define CW_NOISE 0.08           /* of a load, a bend between samples that is none */
 #define CW_BLUNT 0.4            /* of a bend, what interpolated heights lose */
 #define CW_TOUCH 1e-3           /* mm2, less is no contact */
@@ -74,7 +75,7 @@ static double area_now(const struct cw_ahead *ahead)
 /* Load at the tool, never too low: the larger of the samples around it, so that neither the noise
  * of the readings nor a slow rise is missed. Interpolated heights smear an edge of the stock over
  * a cell, and near an edge the load changes with the root of the way: a fall counts one sample
- * late [3]. */
+ * late, unless it comes of a turn of the way [3]. */
 static double most_now(const struct cw_ahead *ahead)
 {
     double past, a, b, share;
@@ -85,6 +86,7 @@ static double most_now(const struct cw_ahead *ahead)
     a = bound(ahead, i);
     b = bound(ahead, i + 1);
     if (i - 1 < ahead->first && ahead->at < ahead->gap) past = cw_max(a, ahead->held);
+    else if (i >= 0 && ahead->turned[i % CW_AHEAD_SAMPLES]) past = a;
     return past > CW_RISE * cw_min(a, b) ? cw_max(past, b) : cw_max(a, b);
 }
 
@@ -129,6 +131,7 @@ static void carry_over(struct cw_ahead *ahead, const struct cw_course *old, doub
     for (i = 0; i < n; i++) {
         ahead->area[i] = area[i];
         ahead->most[i] = most[i];
+        ahead->turned[i] = 0;
         ahead->depth[i] = depth[i];
     }
     ahead->first = 0;
@@ -150,8 +153,13 @@ static int take(struct cw_ahead *ahead, const struct cw_stock *stock, const stru
     double at = i * ahead->gap, tip[3], dir[3], curvature = ahead->course.piece.curvature;
     int near = at - ahead->at < cw_section_reach(stock, tool);
     struct cw_section met;
+    int k;
     if (ahead->on_way) curvature = cw_way_at(&ahead->way, at, tip, dir);
     else cw_piece_at(&ahead->course.piece, at, tip, dir);
+    ahead->turned[i % CW_AHEAD_SAMPLES] = ahead->last == i - 1 && dir[0] * ahead->last_dir[0]
+        + dir[1] * ahead->last_dir[1] + dir[2] * ahead->last_dir[2] < CW_TURN;
+    for (k = 0; k < 3; k++) ahead->last_dir[k] = dir[k];
+    ahead->last = i;
     met = cw_section_at(stock, tool, tip, dir, near ? cw_section_clear(stock) : 0.0, curvature);
     ahead->area[i % CW_AHEAD_SAMPLES] = (float)met.area;
     ahead->depth[i % CW_AHEAD_SAMPLES] = (float)met.depth;
