@@ -143,7 +143,7 @@ def _braceless(text):
     return text.replace("{", "{{").replace("}", "}}")
 
 
-def _ini_file_name():
+def ini_file_name():
     """INI_FILE_NAME of the process, "" where unset.
 
     rs274 sets it by setenv() after the embedded Python has started: os.environ, a copy made then, does not know.
@@ -161,7 +161,7 @@ def load_settings(ini_path=None):
 
     Cached by path and time of change.  Raises CycleError where the file or a value cannot be used.
     """
-    path = ini_path or _ini_file_name()
+    path = ini_path or ini_file_name()
     if not path:
         return parse_settings({})
     try:

@@ -1,0 +1,51 @@
+"""The contour sub of a line's Q word, as the interpreter would run it there.  Called by glue/contour.py, glue/pocket.py.
+
+All work is done in chipwise/subs.py; here stands only what the sub may read of the interpreter that calls it.
+"""
+
+import emccanon
+
+from chipwise import subs
+from chipwise.errors import CycleError
+from chipwise.settings import ini_file_name
+
+NUMBERED = range(31, 5400)      # user parameters, probe results, homes, coordinate systems; 1 to 30 are the sub's own
+
+
+def sub_number(state):
+    """The word Q as a number of an O-sub."""
+    value = state.number("q")
+    if value is None:
+        raise CycleError("word Q (number of the sub with the contour) is missing", "add Q")
+    if value != int(value) or value < 0:
+        raise CycleError(f"Q{value:g} is no number of a sub", "use the number of an O-sub: Q100 for O100 sub")
+    return int(value)
+
+
+def read(state):
+    """The subs.Shape of the line's Q word."""
+    return subs.read_shape(job(state, sub_number(state)))
+
+
+def job(state, sub):
+    """subs.Job for a sub called where the line stands."""
+    interp = state.interp
+    names = [name for name in interp.params.globals() if not name.startswith(("_ini[", "_hal["))]
+    tool = interp.tool_table[0]
+    return subs.Job(
+        program=tuple(_programs(interp)), sub=sub, ini=ini_file_name(), unit=state.unit, incremental=state.incremental,
+        ijk_absolute=interp.ijk_distance_mode == 0, position=state.position(), feed=interp.feed_rate,
+        machine_unit=1.0 / emccanon.GET_EXTERNAL_LENGTH_UNITS(), tool=(tool.toolno, tool.diameter),
+        numbered=tuple((n, interp.params[n]) for n in NUMBERED if interp.params[n] != 0.0),
+        named=tuple((name, interp.params[name]) for name in sorted(names)))
+
+
+def _programs(interp):
+    """The file of the line, then the files of those who called it."""
+    seen = [interp.filename]
+    for level in range(interp.call_level, -1, -1):
+        try:
+            seen.append(interp.sub_context[level].filename)
+        except Exception:   # not offered by every version
+            break
+    return dict.fromkeys(path for path in seen if path)

@@ -1,0 +1,420 @@
+"""Contour subs: from an O-sub number to loops of lines and arcs.  Pure Python: no interpreter object, no HAL.
+
+Called by glue/shape.py (G77, G78, G79) and by bin/chipwise contour.
+
+    shape = read_shape(Job(program="part.ngc", sub=100, ini="mill.ini"))
+    shape.loops             ((LineElement | ArcElement, ..), ..): mm, absolute work coordinates, source lines
+    one_contour(shape)      the Contour of its only loop
+
+How a sub is run: the file that holds it, with everything outside of sub definitions blanked so that line numbers stay,
+then the caller's parameters and modes, then its call, go to a child process (sub_runner.py) with LinuxCNC's own
+interpreter.  So whatever LinuxCNC understands (expressions, loops, calls, subs in files of their own) is understood, and
+nothing the sub does can hang or hurt the caller.  The child takes about 50 ms; results are kept by the text of the files
+and, where the sub reads parameters, by their values.
+
+Departs from the call of a sub: what it assigns to parameters is gone afterwards.
+"""
+
+import json
+import math
+import os
+import re
+import subprocess
+import tempfile
+import time
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+from chipwise.errors import MM_PER_INCH, CycleError
+from chipwise.geometry.contour import ArcElement, ContourError, LineElement, make_contour
+
+PYTHON = "/usr/bin/python3"     # the interpreter LinuxCNC is built for
+RUNNER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "sub_runner.py")
+
+CPU_S = 1.0             # computing time a sub may take: an answer within 2 s, whatever it does
+WALL_S = 8.0            # and this long at most on a machine that is busy with other things
+MAX_MOVES = 100_000     # moves of one sub; 20,000 elements are offset in half a second
+HEIGHT_MM = 1e-6        # a move that leaves its height by more is a Z move
+SAME_MM = 1e-9          # a G0 that stays where it is separates nothing
+
+_BEGIN, _END, _MARK = "chipwise: sub begins", "chipwise: sub has ended", "chipwise: line "
+
+
+@dataclass(frozen=True)
+class Job:
+    """A sub and what it may read.
+
+    program         path of the program the sub is looked for first; also a tuple of paths: the caller's, its caller's
+    sub             O-number
+    ini             path of the INI file, "" for none: [RS274NGC]SUBROUTINE_PATH, [DISPLAY]PROGRAM_PREFIX
+    unit            "mm" or "in": G21 or G20 where it is called
+    incremental     G91; ijk_absolute: G90.1
+    position        (x, y, z) mm, work coordinates, where the tool stands
+    feed            program units/min
+    machine_unit    mm of a machine unit
+    tool            (number, diameter in machine units)
+    numbered        ((number, value), ..) of numbered parameters
+    named           ((name, value), ..) of global named parameters
+    """
+
+    program: object
+    sub: int
+    ini: str = ""
+    unit: str = "mm"
+    incremental: bool = False
+    ijk_absolute: bool = False
+    position: tuple = (0.0, 0.0, 0.0)
+    feed: float = 1000.0
+    machine_unit: float = 1.0
+    tool: tuple = (0, 0.0)
+    numbered: tuple = ()
+    named: tuple = ()
+
+    @property
+    def programs(self):
+        return (self.program,) if isinstance(self.program, str) else tuple(self.program)
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """loops: tuples of elements, one per contour; sub: O-number; file: where it stands."""
+
+    sub: int
+    file: str
+    loops: tuple
+
+
+def read_shape(job):
+    """Shape of a contour sub.  Raises CycleError, within 2 s, for whatever is none."""
+    found = find_sub(job)
+    return _run(found, _relevant(job, found), _called(job, found))
+
+
+# ---- where the sub stands ----------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Found:
+    """A file that holds the sub: path, its lines, first and last line number of the definition."""
+
+    path: str
+    lines: tuple
+    first: int
+    last: int
+
+    @property
+    def body(self):
+        """[(line number, text)] between sub and endsub."""
+        return [(n, self.lines[n - 1]) for n in range(self.first + 1, self.last)]
+
+
+_O_LINE = re.compile(r"^/?(?:n\d+(?:\.\d+)?)?o(\d+|<[^>]*>)(sub|endsub|while|do|repeat|call|\w+)?", re.IGNORECASE)
+
+
+def _plain(text):
+    """A line without comments and blanks, lower case."""
+    return re.sub(r"\([^)]*\)?|;.*|\s", "", text).lower()
+
+
+def _o_word(text):
+    """(name, keyword) of an O-line, else None.  O0100 is O100, as in LinuxCNC."""
+    match = _O_LINE.match(_plain(text)) if "o" in text.lower() else None
+    if not match:
+        return None
+    name = match.group(1).strip("<>")
+    return (str(int(name)) if name.isdigit() else name), match.group(2) or ""
+
+
+@lru_cache(maxsize=8)
+def _lines_of(path, _stamp):
+    """Lines of a file and its O-lines {number: (name, keyword)}."""
+    with open(path, encoding="utf-8", errors="surrogateescape") as file:
+        lines = tuple(file.read().splitlines())
+    return lines, {n: word for n, word in ((n, _o_word(text)) for n, text in enumerate(lines, 1)) if word}
+
+
+def _read(path):
+    """(lines, O-lines) of a file, None where it cannot be read; kept by its time of change and size."""
+    try:
+        status = os.stat(path)
+        return _lines_of(os.path.abspath(path), (status.st_mtime_ns, status.st_size))
+    except (OSError, ValueError):
+        return None
+
+
+def find_sub(job):
+    """Found: the definition in the programs, in their order, else in a file of its own as LinuxCNC looks for it."""
+    name = str(job.sub)
+    places = [p for p in job.programs if p] + [os.path.join(folder, name + ".ngc") for folder in _folders(job.ini)]
+    for path in places:
+        read = _read(path)
+        first = next((n for n, word in read[1].items() if word == (name, "sub")), None) if read else None
+        if first is None:
+            continue
+        last = next((n for n, word in read[1].items() if n > first and word == (name, "endsub")), None)
+        if last is None:
+            raise CycleError(f"sub O{name} begins in line {first} of {_quoted(path)} and has no endsub",
+                             f"end it with a line O{name} endsub")
+        return Found(os.path.abspath(path), read[0], first, last)
+    own = [p for p in job.programs if p]
+    raise CycleError(f"there is no sub O{name}" + (f" in {_quoted(own[0])}" if own else "")
+                     + f" and no file {name}.ngc with it on the SUBROUTINE_PATH",
+                     f"put the contour between O{name} sub and O{name} endsub, before or after the program's M2")
+
+
+def _folders(ini):
+    """Folders of sub files, in LinuxCNC's order: the current one, PROGRAM_PREFIX, SUBROUTINE_PATH."""
+    from chipwise.settings import read_section
+    folders = ["."]
+    try:
+        with open(ini, encoding="utf-8", errors="replace") as file:
+            lines = file.readlines()
+    except OSError:
+        return folders
+    folders += [read_section(lines, "DISPLAY").get("PROGRAM_PREFIX", "")]
+    folders += read_section(lines, "RS274NGC").get("SUBROUTINE_PATH", "").split(":")
+    return [os.path.expanduser(folder) for folder in folders if folder]
+
+
+def _quoted(path):
+    return os.path.basename(path).replace("{", "{{").replace("}", "}}")
+
+
+# ---- what the text says --------------------------------------------------------------------------------------------
+
+_ASSIGNMENT = re.compile(r"#+(?:<[^>]*>|\[[^]]*\]|\d+)=.*?(?=#+(?:<[^>]*>|\[[^]]*\]|\d+)=|$)")
+_WORD = re.compile(r"([a-z@^])((?:[+-]?[0-9.]+)?)")
+_CODES = {0.0, 1.0, 2.0, 3.0, 40.0}
+_LETTERS = "gnxyijrpf"
+
+
+def _without_values(plain):
+    """A line with parameters and expressions taken out: what is left are letters and literal numbers."""
+    plain = _ASSIGNMENT.sub("", plain)
+    while True:
+        fewer = re.sub(r"\[[^][]*\]|#<[^>]*>", "#", plain)
+        if fewer == plain:
+            return re.sub(r"#+\d*|\b(?:abs|acos|asin|atan|cos|exp|fix|fup|ln|round|sin|sqrt|tan|exists)(?=#)", "#", plain)
+        plain = fewer
+
+
+def _check_text(found):
+    """Refuse what no contour sub may hold, by its exact line; what hides behind an expression the runner finds."""
+    for number, text in found.body:
+        if _o_word(text):
+            continue
+        words = _WORD.findall(_without_values(_plain(text).lstrip("/")))
+        for letter, value in words:
+            wrong = None
+            if letter == "z":
+                wrong, remedy = "a move in Z", "a contour lies in XY; heights are the words Z and R of the cycle"
+            elif letter not in _LETTERS or (letter == "g" and value and _number(value) not in _CODES):
+                wrong, remedy = letter.upper() + value, "a contour sub holds G0 G1 G2 G3 in XY (G40 and F are ignored)"
+            if wrong:
+                raise _fault(found, number, f"{wrong} has no place in a contour sub", remedy)
+
+
+def _number(text):
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
+
+
+def _fault(found, line, text, remedy, before=None):
+    """CycleError about a line of the sub."""
+    where = f"sub O{_name(found)}, line {line}" + (f" (after line {before})" if before not in (None, line) else "")
+    text, remedy = (t.replace("{", "{{").replace("}", "}}") for t in (text, remedy))
+    return CycleError(f"{where} of {_quoted(found.path)}: {text}", remedy)
+
+
+def _name(found):
+    return _o_word(found.lines[found.first - 1])[0]
+
+
+# ---- running it ----------------------------------------------------------------------------------------------------
+
+
+_START = re.compile(r"(n\d+)?(g40)?g0+(?=[xy])(?=.*x)(?=.*y)")
+
+
+def _relevant(job, found):
+    """The job without what this sub cannot see, so that equal calls are equal jobs.
+
+    A plain list of moves depends on units and modes, and on the position only where it does not begin with G0 X Y."""
+    body = [_plain(text) for _, text in found.body]
+    if any("#" in text or "o" in text for text in body):
+        return replace(job, program=found.path)
+    if not job.incremental and _START.match(next((text for text in body if text), "")):
+        job = replace(job, position=(0.0, 0.0, 0.0))
+    return replace(job, numbered=(), named=(), feed=1000.0, tool=(0, 0.0), program=found.path)
+
+
+def _called(job, found):
+    """((path, time of change), ..) of the files whose subs this one may call; something new every time where their
+    names are expressions."""
+    known, waiting = {}, [found.path]
+    while waiting:
+        read = _read(waiting.pop())
+        defined = {name for name, keyword in read[1].values() if keyword == "sub"}
+        for name in {name for name, keyword in read[1].values() if keyword == "call"} - defined:
+            for folder in _folders(job.ini):
+                path = os.path.abspath(os.path.join(folder, name + ".ngc"))
+                if _read(path) and path not in known:
+                    known[path] = os.stat(path).st_mtime_ns
+                    waiting.append(path)
+    if any(re.match(r"(n\d+)?o\[", _plain(text)) for _, text in found.body):
+        known[""] = time.monotonic_ns()
+    return tuple(sorted(known.items()))
+
+
+@lru_cache(maxsize=32)
+def _run(found, job, _files):
+    """Shape of a found sub; kept by the text of its file, the files it calls, and all it can read."""
+    _check_text(found)
+    result = _child(found, job)
+    if result is None:
+        loops = [n for n, text in found.body if (_o_word(text) or ("", ""))[1] in ("while", "do", "repeat", "call")]
+        where = f" (loops and calls: line {', '.join(map(str, loops[:5]))})" if loops else ""
+        raise CycleError(f"sub O{_name(found)}, line {found.first} of {_quoted(found.path)}, does not end within "
+                         f"{CPU_S:g} s" + where, "correct the loop's condition")
+    last = result["moves"][-1][1] if result["moves"] else None
+    for line, text in filter(None, (result["stop"], result["error"])):
+        missing = re.search(r"EOF in file.*seeking o-word: o?<?(\w+)", text)
+        text = f"there is no sub O{missing.group(1)}" if missing else text.rstrip(".")
+        raise _fault(found, line or found.first, text, "correct the line", last)
+    if not result["ended"]:
+        raise _fault(found, result["line"] or found.first, "the program ends inside the sub", "take the M2 or M30 out of it")
+    return _shape(found, job, result["moves"])
+
+
+def _program(found, job):
+    """Text for the runner: the sub definitions of the file, a mark before each line; the caller's state; the call."""
+    lines, inside = [], None
+    words = _read(found.path)[1]
+    for number, text in enumerate(found.lines, 1):
+        word = words.get(number)
+        if inside is None and word and word[1] == "sub":
+            inside = word[0]
+        if inside is not None:
+            lines += [f"({_MARK}{number})", text]
+        if word == (inside, "endsub"):
+            inside = None
+    scale = 1.0 / (MM_PER_INCH if job.unit == "in" else 1.0)
+    x, y, z = (value * scale for value in job.position)
+    lines += ["G17 G40 G90 G91.1 G94", f"F{_decimal(job.feed if job.feed > 0 else 1000.0)}"]
+    for number, (name, value) in enumerate(job.named):
+        if math.isfinite(value):
+            # names that LinuxCNC itself keeps exist already, and may be read-only
+            lines += [f"o<chipwise-{number}> if [EXISTS[#<{name}>] EQ 0]", f"#<{name}> = {_decimal(value)}",
+                      f"o<chipwise-{number}> endif"]
+    lines += [f"G0 X{_decimal(x)} Y{_decimal(y)} Z{_decimal(z)}",
+              ("G91" if job.incremental else "G90") + (" G90.1" if job.ijk_absolute else " G91.1"),
+              f"({_BEGIN})", f"o{_name(found)} call", f"({_END})", "M2"]
+    return "\n".join(lines) + "\n"
+
+
+def _decimal(value):
+    """A number LinuxCNC reads: no exponent."""
+    return f"{value:.12f}"
+
+
+_FOREIGN = re.compile(r"^\s*(REMAP|TOPLEVEL|PATH_PREPEND|PATH_APPEND|RS274NGC_STARTUP_CODE|ON_ABORT_COMMAND|"
+                      r"PARAMETER_FILE|LOG_LEVEL|USER_M_PATH)\s*=", re.IGNORECASE)
+
+
+def _ini_text(path):
+    """The INI file as the runner may see it: without remaps, Python and start-up codes."""
+    try:
+        with open(path, encoding="utf-8", errors="surrogateescape") as file:
+            return "".join(line for line in file if not _FOREIGN.match(line))
+    except OSError:
+        return "[RS274NGC]\n"
+
+
+def _child(found, job):
+    """Result of sub_runner.py, None where the sub does not end."""
+    with tempfile.TemporaryDirectory(prefix="chipwise-") as folder:
+        paths = {name: os.path.join(folder, name) for name in ("sub.ngc", "sub.ini", "sub.var")}
+        texts = {"sub.ngc": _program(found, job), "sub.ini": _ini_text(job.ini),
+                 "sub.var": "".join(f"{n} {v!r}\n" for n, v in job.numbered) or "5161 0\n"}
+        for name, text in texts.items():
+            with open(paths[name], "w", encoding="utf-8", errors="surrogateescape") as file:
+                file.write(text)
+        order = json.dumps({
+            "program": paths["sub.ngc"], "parameters": paths["sub.var"], "units_per_mm": 1.0 / job.machine_unit,
+            "tool": job.tool, "codes": ["G20" if job.unit == "in" else "G21", "G0"], "begin": _BEGIN, "end": _END,
+            "mark": _MARK, "max_moves": MAX_MOVES, "cpu_s": CPU_S})
+        environment = {**os.environ, "HOME": folder, "INI_FILE_NAME": paths["sub.ini"], "LC_ALL": "C"}
+        try:
+            run = subprocess.run([PYTHON, "-E", "-s", RUNNER], input=order, env=environment, text=True, timeout=WALL_S,
+                                 stdout=subprocess.PIPE, stderr=subprocess.PIPE, check=False)
+        except subprocess.TimeoutExpired:
+            return None
+        if run.returncode < 0 and not run.stdout:
+            return None
+        if run.returncode != 0:
+            said = (run.stderr.strip().splitlines() or [f"exit {run.returncode}"])[-1]
+            raise _fault(found, found.first, f"LinuxCNC's interpreter did not run it ({said})", "see whether `rs274` runs")
+        return json.loads(run.stdout)
+
+
+# ---- from moves to loops -------------------------------------------------------------------------------------------
+
+
+def _shape(found, job, moves):
+    """Loops of elements from the runner's moves, a new one after every G0 that goes somewhere."""
+    here, loops, before = job.position, [[]], None
+    for kind, line, *numbers in moves:
+        there = tuple(numbers[:3])
+        if not all(math.isfinite(v) for v in numbers):
+            raise _fault(found, line, "a coordinate is not a finite number", "give every expression a value", before)
+        if abs(there[2] - here[2]) > HEIGHT_MM:
+            raise _fault(found, line, "a move in Z has no place in a contour sub",
+                         "a contour lies in XY; heights are the words Z and R of the cycle", before)
+        if kind != "rapid":
+            loops[-1].append(_element(found, kind, line, here[:2], numbers, before))
+        elif loops[-1] and math.dist(there[:2], here[:2]) > SAME_MM:
+            loops.append([])
+        here, before = there, line
+    kept = tuple(tuple(loop) for loop in loops if loop)
+    if not kept:
+        raise _fault(found, found.first, "the sub holds no G1, G2 or G3", "put the contour in it")
+    return Shape(int(job.sub), found.path, kept)
+
+
+def _element(found, kind, line, start, numbers, before):
+    """Element of a feed move or an arc."""
+    end = tuple(numbers[:2])
+    if kind == "feed":
+        return LineElement(start, end, line)
+    centre, turns = tuple(numbers[3:5]), int(numbers[5])
+    if abs(turns) > 1 and math.dist(start, end) > HEIGHT_MM:
+        raise _fault(found, line, f"an arc of {abs(turns)} turns runs over itself", "leave P out", before)
+    return ArcElement(start, end, centre, turns > 0, line)
+
+
+# ---- from loops to contours ----------------------------------------------------------------------------------------
+
+
+def shape_error(shape, error):
+    """A ContourError of the kernel about a shape -> CycleError naming the sub."""
+    problem, _, remedy = str(error).replace("{", "{{").replace("}", "}}").partition("; ")
+    return CycleError(f"sub O{shape.sub} of {_quoted(shape.file)}: {problem}", remedy)
+
+
+def contours(shape):
+    """Contour of every loop, in order; CycleError for what is no contour."""
+    try:
+        return tuple(make_contour(list(loop)) for loop in shape.loops)
+    except ContourError as error:
+        raise shape_error(shape, error) from error
+
+
+def one_contour(shape):
+    """The Contour of a sub that holds exactly one."""
+    if len(shape.loops) > 1:
+        lines = ", ".join(f"line {loop[0].line}" for loop in shape.loops[:4])
+        raise CycleError(f"sub O{shape.sub} of {_quoted(shape.file)} holds {len(shape.loops)} contours (from {lines}), "
+                         "separated by G0", "use one sub for each")
+    return contours(shape)[0]
