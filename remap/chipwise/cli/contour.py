@@ -30,7 +30,7 @@ HELP = 'draw a contour sub, the centre path of a tool along it and what it canno
 SUFFIXES = ('.svg', '.png')
 RENDERER = 'rsvg-convert'           # Debian: librsvg2-bin
 LARGEST_TOOL_MM = 2000.0            # radii to 1 km are tested
-PLACES = 32                         # points each way among which the middle of a region is looked for
+PLACES = (12, 60)                   # points each way among which the middle of a region is looked for; then finer
 
 
 def add_arguments(parser):
@@ -231,20 +231,21 @@ def inside(contour, left):
 def middle(region):
     """(x, y) mm in a region, as far from its edge as a grid of points tells."""
     e = region.boundary
-    low, high = (np.array(v) for v in (elements.boxes(e)[0].min(axis=0), elements.boxes(e)[1].max(axis=0)))
-    grid = np.stack(np.meshgrid(*((np.arange(PLACES) + 0.5) / PLACES,) * 2), axis=-1).reshape(-1, 2)
-    point = low + grid * (high - low)
-    point = point[winding.numbers(e, point) != 0]
-    for hole in region.holes:
-        point = point[winding.numbers(hole, point) == 0]
-    if not len(point):          # too slim for the grid: the middle of its longest element
-        longest = int(np.argmax(elements.lengths(e)))
-        return tuple(elements.point_at(e, np.array([longest]), np.array([0.5]))[0].tolist())
-    edges = elements.join((e, *region.holes)) if region.holes else e
-    gap = np.full(len(point), np.inf)
-    for k in range(len(edges)):
-        np.minimum(gap, elements.distances(edges, np.full(len(point), k), point), out=gap)
-    return tuple(point[int(np.argmax(gap))].tolist())
+    low, high = elements.boxes(e)[0].min(axis=0), elements.boxes(e)[1].max(axis=0)
+    for places in PLACES:
+        grid = np.stack(np.meshgrid(*((np.arange(places) + 0.5) / places,) * 2), axis=-1).reshape(-1, 2)
+        point = low + grid * (high - low)
+        point = point[winding.numbers(e, point) != 0]
+        for hole in region.holes:
+            point = point[winding.numbers(hole, point) == 0]
+        if len(point):
+            edges = elements.join((e, *region.holes))
+            gap = np.full(len(point), np.inf)
+            for k in range(len(edges)):
+                np.minimum(gap, elements.distances(edges, np.full(len(point), k), point), out=gap)
+            return tuple(point[int(np.argmax(gap))].tolist())
+    longest = int(np.argmax(elements.lengths(e)))       # too slim for any grid: the middle of its longest element
+    return tuple(elements.point_at(e, np.array([longest]), np.array([0.5]))[0].tolist())
 
 
 # ---- what is printed -----------------------------------------------------------------------------------------------
@@ -283,7 +284,8 @@ def unreached(drawing, scale):
     total = sum(region.area for region in regions) * scale ** 2
     yield f'unreachable regions: {len(regions)}' + (f', {total:.4f} {drawing.unit}2 together' if regions else '')
     for number, (region, (x, y)) in enumerate(zip(regions, drawing.places), 1):
-        yield (f'{number:5}  X{x * scale:.4f} Y{y * scale:.4f}  {region.area * scale ** 2:.4f} {drawing.unit}2  '
+        size = region.area * scale ** 2
+        yield (f'{number:5}  X{x * scale:.4f} Y{y * scale:.4f}  {size:{".4f" if size >= 0.01 else ".3g"}} {drawing.unit}2  '
                f'{lines_text(region.lines)}')
     if stretches:
         yield f'stretches of the contour without a centre path: {len(stretches)}'
