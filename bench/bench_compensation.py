@@ -188,7 +188,8 @@ def rows(kind, made):
               f"{made['first']} on, both sides")
     yield row("chipwise, alarms", counts["our alarms"], "", "target 0")
     yield row("chipwise, gouges", counts["our gouges"], "", f"target 0; deepest {made['worst']['ours']:.2g} mm")
-    yield row("chipwise, wrong verdicts", counts["our wrong verdicts"], "", "gouge, lost path or false region; target 0")
+    yield row("chipwise, wrong verdicts", counts["our wrong verdicts"], "",
+              "gouge, lost path or false region; target 0")
     yield row("LinuxCNC, alarms", round(share * counts["alarms"], 2), "%", f"{counts['alarms']} cases; "
               f"{counts['alarms, one path']} of the {counts['one path']} with a single path")
     yield row("LinuxCNC, silent gouges", round(share * counts["gouges"], 2), "%",

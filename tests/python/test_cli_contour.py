@@ -247,7 +247,7 @@ def test_errors(program, arguments, words):
     assert done.stdout == '' and 'Traceback' not in done.stderr
     for word in words:
         assert word in done.stderr
-    assert time.monotonic() - before < 10
+    assert time.monotonic() - before < 30      # the machine may be busy
 
 
 def test_no_renderer(program, tmp_path):

@@ -12,6 +12,7 @@ import re
 import subprocess
 import tempfile
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -37,7 +38,7 @@ def add_arguments(parser):
     parser.add_argument('program', metavar='PROGRAM', help='G-code file; the sub is looked for as LinuxCNC does')
     parser.add_argument('--sub', required=True, metavar='Q', help='number of the O-sub with the contour')
     parser.add_argument('--tool', required=True, metavar='D', help='diameter: 6 (machine units), 6mm, 0.25in')
-    parser.add_argument('--side', choices=('41', '42'), help='tool left (41, default) or right (42) of a single contour')
+    parser.add_argument('--side', choices=('41', '42'), help='tool left (41, default) or right (42) of the contour')
     parser.add_argument('-o', '--output', metavar='FILE', help='picture: FILE.svg or FILE.png')
     parser.add_argument('--ini', metavar='FILE', help='INI file of the machine (default: INI_FILE_NAME, else none)')
     parser.add_argument('--at', nargs=2, type=float, default=(0.0, 0.0), metavar=('X', 'Y'),
@@ -68,11 +69,11 @@ class Drawing:
     result: object
     places: tuple
 
-    @property
+    @cached_property
     def regions(self):
         return tuple(u for u in self.result.unreachable if isinstance(u, UnreachableRegion))
 
-    @property
+    @cached_property
     def stretches(self):
         return tuple(u for u in self.result.unreachable if not isinstance(u, UnreachableRegion))
 
@@ -255,7 +256,8 @@ def report(drawing):
     """Lines of text."""
     scale = 1.0 / (MM_PER_INCH if drawing.unit == 'in' else 1.0)
     yield f'{drawing.title}, tool {tool_text(drawing)} {drawing.where}'
-    yield f'{"":22}{"elements":>9}{"lines":>7}{"arcs":>7}{"length " + drawing.unit:>14}{"area " + drawing.unit + "2":>16}'
+    unit = drawing.unit
+    yield f'{"":22}{"elements":>9}{"lines":>7}{"arcs":>7}{"length " + unit:>14}{"area " + unit + "2":>16}'
     runs = [('contour' if len(drawing.contours) == 1 else 'boundary' if k == 0 else f'island {k}', c.elements, c.closed)
             for k, c in enumerate(drawing.contours)]
     runs = [(name.replace('contour', 'finish shape'), *rest) for name, *rest in runs]
@@ -285,13 +287,15 @@ def unreached(drawing, scale):
     yield f'unreachable regions: {len(regions)}' + (f', {total:.4f} {drawing.unit}2 together' if regions else '')
     for number, (region, (x, y)) in enumerate(zip(regions, drawing.places), 1):
         size = region.area * scale ** 2
-        yield (f'{number:5}  X{x * scale:.4f} Y{y * scale:.4f}  {size:{".4f" if size >= 0.01 else ".3g"}} {drawing.unit}2  '
+        size = f'{size:.4f}' if size >= 0.01 else f'{size:.3g}'
+        yield (f'{number:5}  X{x * scale:.4f} Y{y * scale:.4f}  {size} {drawing.unit}2  '
                f'{lines_text(region.lines)}')
     if stretches:
         yield f'stretches of the contour without a centre path: {len(stretches)}'
     for stretch in stretches:
         x, y = stretch.elements.start[0] * scale
-        yield (f'{"":5}  from X{x:.4f} Y{y:.4f}  {elements.lengths(stretch.elements).sum() * scale:.4f} {drawing.unit}  '
+        length = elements.lengths(stretch.elements).sum() * scale
+        yield (f'{"":5}  from X{x:.4f} Y{y:.4f}  {length:.4f} {drawing.unit}  '
                f'{lines_text(stretch.lines)}')
 
 
@@ -353,12 +357,12 @@ def mask():
 def render(source, target):
     """SVG to PNG."""
     try:
-        done = subprocess.run([RENDERER, '--format=png', '--background-color=white', '--zoom=1.5', '-o', target, source],
+        done = subprocess.run([RENDERER, '--format=png', '--zoom=1.5', '-o', target, source],
                               stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
                               timeout=60, check=False)
     except FileNotFoundError as error:
-        raise wrong(f'{RENDERER} is not installed, which a .png needs', 'make deps, or apt-get install librsvg2-bin, or '
-                    'write an .svg') from error
+        raise wrong(f'{RENDERER} is not installed, which a .png needs',
+                    'make deps, or apt-get install librsvg2-bin, or write an .svg') from error
     except subprocess.TimeoutExpired as error:
         raise wrong(f'{RENDERER} did not end within 60 s', 'write an .svg') from error
     if done.returncode:

@@ -210,7 +210,8 @@ def entries(drawing):
 
 
 def legend(drawing, view):
-    made, top = [f'<path d="M{EDGE} {view.foot - 0.5 * EDGE:.1f}H{view.width - EDGE:.1f}" stroke="#b0b0b0"/>'], view.foot
+    top = view.foot
+    made = [f'<path d="M{EDGE} {top - 0.5 * EDGE:.1f}H{view.width - EDGE:.1f}" stroke="#b0b0b0"/>']
     made.append(f'<text x="{EDGE}" y="{top + 5:.1f}" font-weight="bold">{escape(drawing.title)}, tool '
                 f'{format_length(drawing.tool, drawing.unit)} {escape(drawing.where)}</text>')
     made += scale_bar(drawing, view, top)
