@@ -5,7 +5,7 @@ Each is called by the interpreter at read-ahead, with the words of its argspec: 
 
 from interpreter import INTERP_OK
 
-from chipwise.glue import hole, session, volumetric
+from chipwise.glue import contour, hole, session, volumetric
 
 
 def g12(self, **words):
@@ -16,6 +16,16 @@ def g12(self, **words):
 def g13(self, **words):
     """G13: circular hole, cut counter-clockwise."""
     return session.run_cycle(self, "G13", words, hole.request_of(ccw=True))
+
+
+def g77(self, **words):
+    """G77: rough a contour."""
+    return session.run_cycle(self, "G77", words, contour.plan_of(finish=False))
+
+
+def g78(self, **words):
+    """G78: finish a contour."""
+    return session.run_cycle(self, "G78", words, contour.plan_of(finish=True))
 
 
 def m250(self, **words):

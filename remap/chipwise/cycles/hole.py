@@ -1,6 +1,6 @@
 """G12 / G13: a circular hole, its slug chopped or its pocket cleared.  HoleRequest -> moves; pure, mm.
 
-Called by glue/hole.py.  Chopping: JP H05-7134 B2, see geometry/chop.py; pocketing: Haas' I, K and Q.
+Called by glue/hole.py.  Chopping: JP H05-7134 B2, see geometry/chop.py and chop_lines.py; pocketing: Haas' I, K and Q.
 
 Order of work, and why:
  1. To the clearance plane over the first line: up before across before down, never through stock.
@@ -27,6 +27,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Optional
 
+from chipwise.cycles.chop_lines import EQUAL, cut_line, depths, ends, enter, last_xy
 from chipwise.errors import CycleError
 from chipwise.geometry import chop
 from chipwise.moves import Arc, Line, Rapid
@@ -36,9 +37,6 @@ MIN_PATH_RADIUS = 0.005
 
 # More passes in depth, or rings in a pocket, are a slip of the finger and would stall the preview.
 MAX_PASSES = 1000
-
-# Lengths closer than this are equal. mm; rounding of inch words is below 1e-5
-EQUAL = 1e-6
 
 
 @dataclass(frozen=True)
@@ -126,13 +124,6 @@ def _check_pocket(r):
         raise CycleError(f"radial step Q{{q}} needs more than {MAX_PASSES} rings", "use a larger Q", q=r.step)
 
 
-def depths(clearance, bottom, depth_step):
-    """Z of each pass, mm: equal steps counted from the clearance plane (as G83 counts its pecks), none above J."""
-    total = clearance - bottom
-    count = 1 if depth_step is None else max(1, math.ceil(total / depth_step - EQUAL))
-    return [clearance - total * k / count for k in range(1, count)] + [bottom]
-
-
 def finished_radius(request):
     """Radius (mm) of the hole as it will be: K, or I where there is no K."""
     return request.radius if request.finished is None else request.finished
@@ -169,44 +160,16 @@ def hole_moves(request):
     passes = depths(request.clearance, request.bottom, request.depth_step)
     moves = []
     for line in _lines_in_order(request, len(passes)):
-        _cut_line(moves, request, line, passes)
+        cut_line(moves, request, line, passes)
     if leaves_slug(request):
-        _cut_slug_circle(moves, request, passes, _wall_direction(request, _last_xy(moves, request.start)))
+        _cut_slug_circle(moves, request, passes, _wall_direction(request, last_xy(moves, request.start)))
     else:
         _cut_pocket(moves, request, passes)
     moves += [Rapid(z=request.clearance), Rapid(x=request.x, y=request.y)]
     return tuple(moves)
 
 
-def _enter(moves, request, point):
-    """Over a point, on the clearance plane.
-
-    Within the cycle: up, then across.  At its start: up only if below the plane, across, then down to the plane.
-    """
-    if moves or request.start[2] < request.clearance - EQUAL:
-        moves.append(Rapid(z=request.clearance))
-    moves.append(Rapid(x=point[0], y=point[1]))
-    if len(moves) == 1 and request.start[2] > request.clearance + EQUAL:
-        moves.append(Rapid(z=request.clearance))
-
-
-def _last_xy(moves, start):
-    """Where the tool stands after moves."""
-    for move in reversed(moves):
-        if move.x is not None:
-            return move.x, move.y
-    return start[0], start[1]
-
-
 # ---- chop lines -------------------------------------------------------------------------------------------------
-
-
-def line_entry(segment, tool_radius):
-    """Where a directed line is entered: one tool radius inside its start, or its middle where it is short."""
-    (ax, ay), (bx, by) = segment
-    length = math.hypot(bx - ax, by - ay)
-    inset = min(tool_radius, length / 2) / length
-    return ax + (bx - ax) * inset, ay + (by - ay) * inset
 
 
 def _lines_in_order(request, pass_count):
@@ -215,27 +178,7 @@ def _lines_in_order(request, pass_count):
     if parts == 1:
         return []
     groups = chop.disc_lines(request.x, request.y, request.radius, request.tool_radius, parts)
-    return chop.order_lines(groups, request.start[:2], (request.x, request.y),
-                            entry_of=lambda s: line_entry(s, request.tool_radius),
-                            exit_of=lambda s: s[pass_count % 2])
-
-
-def _cut_line(moves, request, segment, passes):
-    """One line to full depth: plunge inside an end, out to that end, across to the other, and back for the next pass.
-
-    Starts with the rapids over its entry; ends where the last pass ends, still at depth.
-    """
-    start, end = segment
-    entry = line_entry(segment, request.tool_radius)
-    _enter(moves, request, entry)
-    for number, z in enumerate(passes):
-        if number:
-            entry = line_entry((start, end), request.tool_radius)
-            moves.append(Line(x=entry[0], y=entry[1], feed=request.feed))
-        moves.append(Line(z=z, feed=request.plunge_feed))
-        moves.append(Line(x=start[0], y=start[1], feed=request.feed))
-        moves.append(Line(x=end[0], y=end[1], feed=request.feed))
-        start, end = end, start
+    return chop.order_lines(groups, request.start[:2], (request.x, request.y), *ends(request.tool_radius, pass_count))
 
 
 # ---- circles ----------------------------------------------------------------------------------------------------
@@ -253,7 +196,7 @@ def _cut_slug_circle(moves, request, passes, toward):
     lead = min(path / 2, request.tool_radius)
     at = _point_on_ray(request, toward)
     inside, centre, wall = at(path - 2 * lead), at(path - lead), at(path)
-    _enter(moves, request, inside)
+    enter(moves, request, inside)
     for z in passes:
         moves.append(Line(z=z, feed=request.plunge_feed))
         moves.append(_arc(request, inside, centre))
@@ -286,7 +229,7 @@ def _cut_pocket(moves, request, passes):
     """Rings from the centre out, joined by half circles tangent to both; nothing is left standing."""
     rings = pocket_rings(request)
     centre = (request.x, request.y)
-    _enter(moves, request, centre)
+    enter(moves, request, centre)
     for number, z in enumerate(passes):
         if number:
             moves.append(Line(x=centre[0], y=centre[1], feed=request.feed))

@@ -1,6 +1,6 @@
 """Regions of the work plane and what kerfs leave of them: every shapely call of the package stands here.
 
-Called by geometry/chop.py (and later by the contour cycles).  mm, work coordinates.  Works with shapely 1.8
+Called by geometry/chop.py and geometry/slug.py.  mm, work coordinates.  Works with shapely 1.8
 (Debian 12) and 2 (Debian 13): only calls that both have, no array functions.
 
 A promise about loose pieces ("none reaches H") is kept only if no piece is computed too small.  So a region that
@@ -9,8 +9,10 @@ becomes pieces is described from outside (its polygon holds the true arc), a ker
 
 import math
 
+from shapely import affinity
 from shapely.geometry import LineString, MultiPoint, Polygon
-from shapely.ops import unary_union
+from shapely.ops import polygonize, polylabel, unary_union
+from shapely.prepared import prep
 
 # A loose bit below this area has no size that matters and is what rounding leaves along a kerf. mm2
 SLIVER_AREA = 1e-9
@@ -36,18 +38,98 @@ def polygon_region(outline, holes=()):
     return Polygon(outline, holes)
 
 
-def _parts(shape):
+def loop_regions(outlines, islands=()):
+    """Regions of closed loops: outlines and islands, each (n, 2) float, mm, corners of a polygon.
+
+    A loop that touches itself, as the centre path does in a slot as wide as the tool, falls into the faces it goes
+    round.  Returns one region per face, islands cut out of it; loops without area give none.
+    """
+    faces = [face for loop in outlines for face in _faces(loop)]
+    blocks = [block for loop in islands for block in _faces(loop)]
+    if blocks:
+        faces = [part for face in faces for part in parts(face.difference(unary_union(blocks)))]
+    return [face for face in faces if face.area > SLIVER_AREA]
+
+
+def _faces(loop):
+    """The polygons a closed loop goes round."""
+    face = Polygon(loop) if len(loop) > 2 else Polygon()
+    if face.is_valid:
+        return [face] if not face.is_empty else []
+    ring = LineString([*loop, loop[0]])
+    return [part for part in polygonize(unary_union([ring]))]
+
+
+def parts(shape):
     """The polygons of any shapely result."""
     if shape.is_empty:
         return []
     if shape.geom_type == "Polygon":
         return [shape]
-    return [part for one in getattr(shape, "geoms", ()) for part in _parts(one)]
+    return [part for one in getattr(shape, "geoms", ()) for part in parts(one)]
 
 
 def shrink(region, distance):
     """The region without everything nearer to its edge than `distance` (mm); may fall apart."""
     return region.buffer(-distance, CAP_CORNERS)
+
+
+def grow(region, distance):
+    """The region with everything nearer to it than `distance` (mm), its round corners drawn from inside."""
+    return region.buffer(distance, CAP_CORNERS)
+
+
+def rotated(region, angle):
+    """The region turned about the origin by an angle, rad, counter-clockwise."""
+    return affinity.rotate(region, angle, origin=(0.0, 0.0), use_radians=True)
+
+
+def outside_ring(region):
+    """Corners (n, 2) of the outer edge of a connected region, mm, the first one again at the end."""
+    return list(region.exterior.coords)
+
+
+def rings(region):
+    """All edges of a connected region, the outer one first."""
+    return [list(ring.coords) for ring in (region.exterior, *region.interiors)]
+
+
+def hull(region):
+    """Corners of the convex hull: they have the same smallest circle as the region."""
+    corners = MultiPoint(list(region.exterior.coords)).convex_hull
+    return list(corners.exterior.coords if corners.geom_type == "Polygon" else corners.coords)
+
+
+def clipped(region, low_x, low_y, high_x, high_y):
+    """The connected parts of a region within a rectangle, mm."""
+    return [part for part in parts(region.intersection(box(low_x, low_y, high_x, high_y))) if part.area > SLIVER_AREA]
+
+
+def without(region, segments, half_width):
+    """The region without straight kerfs: ((x0, y0), (x1, y1)) and half width, mm."""
+    kerfs = [LineString(segment).buffer(half_width, CAP_CORNERS) for segment in segments]
+    return region.difference(unary_union(kerfs)) if kerfs else region
+
+
+def badly_held(stock, waste, thickness):
+    """What may break off the stock where a bridge thinner than `thickness` (mm) cannot be trusted.
+
+    stock   all material there is; waste: the region in which none is held from outside
+    A part of the stock is firm if it reaches out of the waste and stays joined to there when its edge is cut back by
+    half the thickness.  Returns the hulls of all other parts that have a body: each with everything that hangs on
+    it, bridges of any thickness counted as holding, so that it is as large as it may be.
+    """
+    bodies = parts(stock.buffer(-thickness / 2, CAP_CORNERS))
+    inside = prep(waste)
+    loose = [body for body in bodies if inside.contains(body)]
+    if not loose:
+        return []
+    firm = [body for body in bodies if not inside.contains(body)]
+    rest = stock.intersection(waste)
+    if firm:
+        rest = rest.difference(unary_union(firm).buffer(thickness / 2 * 1.01, CAP_CORNERS))
+    bodies = unary_union(loose)
+    return [hull(part) for part in parts(rest) if part.intersects(bodies)]
 
 
 def bounds(region):
@@ -89,13 +171,20 @@ def pieces(region, segments, half_width, reaching=0.0):
     Returns the outlines of the pieces, each a list of (x, y): the corners of its convex hull, which have the same
     enclosing circle as the piece.
     """
-    kerfs = [LineString(segment).buffer(half_width, CAP_CORNERS) for segment in segments]
-    left = region.difference(unary_union(kerfs)) if kerfs else region
-    outlines = []
-    for part in _parts(left):
-        low_x, low_y, high_x, high_y = part.bounds
-        if part.area > SLIVER_AREA and math.hypot(high_x - low_x, high_y - low_y) >= reaching:
-            hull = MultiPoint(list(part.exterior.coords)).convex_hull
-            ring = hull.exterior.coords if hull.geom_type == "Polygon" else hull.coords
-            outlines.append(list(ring))
-    return outlines
+    return [hull(part) for part in parts(without(region, segments, half_width))
+            if part.area > SLIVER_AREA and diagonal(part) >= reaching]
+
+
+def diagonal(region):
+    """Diagonal (mm) of the region's bounding box: no point is farther from another."""
+    low_x, low_y, high_x, high_y = region.bounds
+    return math.hypot(high_x - low_x, high_y - low_y)
+
+
+def inner_radius(region, tolerance):
+    """Radius (mm) of a circle inside a connected region, the largest one within about `tolerance`."""
+    try:
+        centre = polylabel(region, tolerance)
+    except Exception:  # shapely 1.8 raises what GEOS calls the fault of a needle's centroid
+        return 0.0
+    return centre.distance(region.boundary)

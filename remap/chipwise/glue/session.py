@@ -14,6 +14,8 @@ from chipwise.glue import emit
 from chipwise.glue.ceiling import restore_programmed
 from chipwise.glue.state import State
 
+MESSAGE_LENGTH = 250    # linuxcnc.h: LINELEN is 255
+
 
 def run_cycle(interp, code, kwargs, plan):
     """Run one cycle.
@@ -29,6 +31,8 @@ def run_cycle(interp, code, kwargs, plan):
         state = State(interp, code, kwargs)
         state.check_modes()
         moves = plan(state)
+        for text in state.messages:
+            emccanon.MESSAGE(text[:MESSAGE_LENGTH])
         emit.emit(interp, state, moves)
         return INTERP_OK
     except Exception as error:

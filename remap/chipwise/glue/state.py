@@ -33,6 +33,11 @@ class State:
         self.unit_mm = MM_PER_INCH if inch else 1.0
         self.incremental = bool(interp.distance_mode)
         self.settings = load_settings()
+        self.messages = []
+
+    def say(self, text, **lengths):
+        """A message for the operator when the cycle is done; {names} in the text are lengths in mm."""
+        self.messages.append(CycleError(text, code=self.code, **lengths).text(self.unit))
 
     # ---- modes ----------------------------------------------------------------------------------------------
 
@@ -177,3 +182,13 @@ class State:
             raise CycleError("chop size {h} is negative", "set #<_chipwise_chop_size> to 0 (never chop) or more",
                              h=size * self.unit_mm)
         return size * self.unit_mm
+
+    def approach_angle(self):
+        """Degrees to the work plane: #<_chipwise_approach_angle>, else [CHIPWISE]APPROACH_ANGLE."""
+        angle = self.parameter("_chipwise_approach_angle")
+        if angle is None:
+            return self.settings["APPROACH_ANGLE"]
+        if not 0 < angle <= 90:
+            raise CycleError(f"approach angle {angle:g} is not above 0 and up to 90 degrees",
+                             "set #<_chipwise_approach_angle> to such an angle")
+        return angle
