@@ -101,7 +101,7 @@ def stroke(data, colour, width, extra=''):
 
 def band(drawing, view):
     """The rough shape, wide and below everything, because it runs along the finish shape."""
-    return [stroke(view.data(r.elements, r.closed), ROUGH, 7) for r in drawing.result.rough if len(r.elements)]
+    return [stroke(view.data(r.elements, r.closed), ROUGH, 5) for r in drawing.result.rough if len(r.elements)]
 
 
 def regions(drawing, view):
@@ -197,7 +197,7 @@ def entries(drawing):
     found = [
         (f'<path d="M0 0H34" stroke="{FINISH}" stroke-width="1.8"/>', 'finish shape'),
         (f'<path d="M0 0H34" stroke="{PATH}" stroke-width="1.6"/>', 'centre path'),
-        (f'<path d="M0 0H34" stroke="{ROUGH}" stroke-width="7"/>', 'rough shape: the edge the tool leaves'),
+        (f'<path d="M0 0H34" stroke="{ROUGH}" stroke-width="5"/>', 'rough shape: the edge the tool leaves'),
         (f'<circle cx="17" cy="0" r="8" fill="{TOOL}" fill-opacity="0.12" stroke="{TOOL}" stroke-dasharray="4 3"/>',
          f'tool, {format_length(drawing.tool, drawing.unit)}, where a centre path starts'),
         (f'<rect y="-8" width="34" height="16" fill="url(#hatch)" stroke="{LEFT_OVER}"/>',
