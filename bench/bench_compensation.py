@@ -195,7 +195,7 @@ def rows(kind, made):
     yield row("LinuxCNC, silent gouges", round(share * counts["gouges"], 2), "%",
               f"{counts['gouges']} cases, deepest {made['worst']['theirs']:.3f} mm; {counts['gouges, one path']} of "
               f"the {counts['one path']} with a single path")
-    yield row("LinuxCNC, right", round(share * counts["right"], 2), "%", f"{counts['right']} cases")
+    yield row("LinuxCNC, neither", round(share * counts["right"], 2), "%", f"{counts['right']} cases")
     for text, number in made["alarms"].items():
         yield row("LinuxCNC says", number, "x", text)
 
