@@ -57,12 +57,13 @@ class Canon:
 
     def next_line(self, code):
         """Before every mark: the line that was done since the last one must have left the modes alone."""
-        motion, *modes = list(code.gcodes)[1:] + list(code.mcodes)[1:]
+        motion, *modes = list(code.gcodes)[1:]
+        others = list(code.mcodes)[1:]
         if self.inside and self.modes is None:
-            self.modes = modes
-        elif self.inside and (modes != self.modes or motion not in MOTIONS):
-            changed = motion if motion not in MOTIONS else next(a for a, b in zip(modes, self.modes) if a != b)
-            self._refuse(self.line, f"a code other than G0 G1 G2 G3 (mode {changed / 10:g})")
+            self.modes = modes, others
+        elif self.inside and (motion not in MOTIONS or (modes, others) != self.modes):
+            new = [motion] if motion not in MOTIONS else [a for a, b in zip(modes, self.modes[0]) if a != b and a >= 0]
+            self._refuse(self.line, "a code other than G0 G1 G2 G3" + "".join(f" (G{g / 10:g})" for g in new[:1]))
 
     def _move(self, kind, *numbers):
         if not self.inside:

@@ -32,7 +32,10 @@ PYTHON = "/usr/bin/python3"     # the interpreter LinuxCNC is built for
 RUNNER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "sub_runner.py")
 
 CPU_S = 1.0             # computing time a sub may take: an answer within 2 s, whatever it does
-WALL_S = 8.0            # and this long at most on a machine that is busy with other things
+PATIENCE_S = 1.6        # after this time it is given up once it has had HALF_CPU_S, ..
+HALF_CPU_S = 0.4        # .. which a sub of some lines needs a tenth of, and a machine busy with other things may not give
+LINE_S = 2e-4           # more patience per line of the file
+WALL_S = 8.0            # and this long at most
 MAX_MOVES = 100_000     # moves of one sub; 20,000 elements are offset in half a second
 HEIGHT_MM = 1e-6        # a move that leaves its height by more is a Z move
 SAME_MM = 1e-9          # a G0 that stays where it is separates nothing
@@ -129,7 +132,7 @@ def _o_word(text):
 def _lines_of(path, _stamp):
     """Lines of a file and its O-lines {number: (name, keyword)}."""
     with open(path, encoding="utf-8", errors="surrogateescape") as file:
-        lines = tuple(file.read().splitlines())
+        lines = tuple(file.read().split("\n"))     # not splitlines(): it knows more line ends than LinuxCNC
     return lines, {n: word for n, word in ((n, _o_word(text)) for n, text in enumerate(lines, 1)) if word}
 
 
@@ -346,17 +349,41 @@ def _child(found, job):
             "tool": job.tool, "codes": ["G20" if job.unit == "in" else "G21", "G0"], "begin": _BEGIN, "end": _END,
             "mark": _MARK, "max_moves": MAX_MOVES, "cpu_s": CPU_S})
         environment = {**os.environ, "HOME": folder, "INI_FILE_NAME": paths["sub.ini"], "LC_ALL": "C"}
-        try:
-            run = subprocess.run([PYTHON, "-E", "-s", RUNNER], input=order, env=environment, text=True, timeout=WALL_S,
-                                 stdout=subprocess.PIPE, stderr=subprocess.PIPE, check=False)
-        except subprocess.TimeoutExpired:
-            return None
-        if run.returncode < 0 and not run.stdout:
-            return None
-        if run.returncode != 0:
-            said = (run.stderr.strip().splitlines() or [f"exit {run.returncode}"])[-1]
-            raise _fault(found, found.first, f"LinuxCNC's interpreter did not run it ({said})", "see whether `rs274` runs")
-        return json.loads(run.stdout)
+        process = subprocess.Popen([PYTHON, "-E", "-s", RUNNER], env=environment, text=True, stdin=subprocess.PIPE,
+                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        answer = _answer(process, order, PATIENCE_S + LINE_S * len(found.lines))
+    if answer is None or process.returncode < 0 and not answer[0]:
+        return None
+    if process.returncode != 0:
+        said = (answer[1].strip().splitlines() or [f"exit {process.returncode}"])[-1]
+        raise _fault(found, found.first, f"LinuxCNC's interpreter did not run it ({said})", "see whether `rs274` runs")
+    return json.loads(answer[0])
+
+
+def _answer(process, order, patience):
+    """(stdout, stderr) of the runner, None where it was given up."""
+    try:
+        return process.communicate(order, timeout=patience)
+    except subprocess.TimeoutExpired:
+        pass
+    try:
+        if _cpu_s(process.pid) < HALF_CPU_S:
+            return process.communicate(timeout=WALL_S - patience)
+    except subprocess.TimeoutExpired:
+        pass
+    process.kill()
+    process.communicate()
+    return None
+
+
+def _cpu_s(pid):
+    """Computing time a process has had, s."""
+    try:
+        with open(f"/proc/{pid}/stat", encoding="ascii") as file:
+            fields = file.read().rpartition(")")[2].split()
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+    except (OSError, ValueError, IndexError):
+        return math.inf
 
 
 # ---- from moves to loops -------------------------------------------------------------------------------------------

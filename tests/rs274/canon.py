@@ -101,18 +101,30 @@ def _prepare(folder, program):
 
 def run_rs274(program, tools=None, machine="mm", ini=None, **settings):
     """A program through rs274, its tools given in mm (the table is written in inch, as rs274 takes it)."""
-    with tempfile.TemporaryDirectory() as folder:
-        path, environment = _prepare(folder, program)
-        ini = ini or write_ini(folder, machine, **settings)
-        table = write_tools(folder, tools or {1: 2.0}, "in")
-        run = subprocess.run(["rs274", "-g", "-i", str(ini), "-t", str(table), "-v", f"{folder}/test.var", str(path)],
-                             cwd=ROOT, env=environment, capture_output=True, text=True, timeout=60, check=False)
+    run = _rs274(program, tools, machine, ini, settings, ())
     trace = parse_rs274(run.stdout)
     messages = [line for line in run.stderr.splitlines() if line and line != "executing"]
     if run.returncode != 0:
         trace.error = messages[0] if messages else f"exit {run.returncode}"
     trace.output = run.stdout + run.stderr
     return trace
+
+
+def run_rs274_on(program, tools=None, machine="mm", ini=None, **settings):
+    """As run_rs274, going on after errors: (Trace, [messages of the package])."""
+    run = _rs274(program, tools, machine, ini, settings, ("-n", "0"))
+    return parse_rs274(run.stdout), [line for line in run.stderr.splitlines() if line.startswith("chipwise: ")]
+
+
+def _rs274(program, tools, machine, ini, settings, options):
+    """The finished process."""
+    with tempfile.TemporaryDirectory() as folder:
+        path, environment = _prepare(folder, program)
+        ini = ini or write_ini(folder, machine, **settings)
+        table = write_tools(folder, tools or {1: 2.0}, "in")
+        return subprocess.run(["rs274", "-g", *options, "-i", str(ini), "-t", str(table), "-v", f"{folder}/test.var",
+                               str(path)], cwd=ROOT, env=environment, capture_output=True, text=True, timeout=60,
+                              check=False)
 
 
 _CALL = re.compile(r"^\s*\d+ N\S*\s+([A-Z0-9_]+)\((.*)\)\s*$")

@@ -10,6 +10,7 @@ from chipwise.errors import CycleError
 from chipwise.settings import ini_file_name
 
 NUMBERED = range(31, 5400)      # user parameters, probe results, homes, coordinate systems; 1 to 30 are the sub's own
+COUNTING = ("_line", "_call_level", "_remap_level", "_task")     # LinuxCNC's own, other at every call and never handed on
 
 
 def sub_number(state):
@@ -30,7 +31,8 @@ def read(state):
 def job(state, sub):
     """subs.Job for a sub called where the line stands."""
     interp = state.interp
-    names = [name for name in interp.params.globals() if not name.startswith(("_ini[", "_hal["))]
+    names = [name for name in interp.params.globals()
+             if name not in COUNTING and not name.startswith(("_ini[", "_hal["))]
     tool = interp.tool_table[0]
     return subs.Job(
         program=tuple(_programs(interp)), sub=sub, ini=ini_file_name(), unit=state.unit, incremental=state.incremental,

@@ -1,0 +1,180 @@
+"""Contour subs read without the cycle: what is refused and how it is said, what is remembered, how long it takes."""
+
+import math
+import os
+import time
+
+import pytest
+
+from chipwise import subs
+from chipwise.errors import CycleError
+from chipwise.geometry.contour import ArcElement, LineElement
+from chipwise.subs import Job, contours, one_contour, read_shape
+
+NO_PLACE = "has no place in a contour sub; a contour sub holds G0 G1 G2 G3 in XY (G40 and F are ignored)"
+
+
+def sub(*lines):
+    return "\n".join(("o100 sub",) + lines + ("o100 endsub", ""))
+
+
+# name: (sub, message); the sub begins in line 1
+BAD_SUBS = {
+    "empty": (sub(), "sub O100, line 1 of program.ngc: the sub holds no G1, G2 or G3; put the contour in it"),
+    "only rapids": (sub("G0 X1 Y1"), "sub O100, line 1 of program.ngc: the sub holds no G1, G2 or G3; put the contour in it"),
+    "missing": ("", "there is no sub O100 in program.ngc and no file 100.ngc with it on the SUBROUTINE_PATH; "
+                    "put the contour between O100 sub and O100 endsub, before or after the program's M2"),
+    "no endsub": ("o100 sub\nG0 X0 Y0\nG1 X9\n",
+                  "sub O100 begins in line 1 of program.ngc and has no endsub; end it with a line O100 endsub"),
+    "endless": (sub("G0 X0 Y0", "o1 while [1]", "#1 = [#1 + 1]", "o1 endwhile", "G1 X5"),
+                "sub O100, line 1 of program.ngc, does not end within 1 s (loops and calls: line 3); "
+                "correct the loop's condition"),
+    "endless moves": (sub("G0 X0 Y0", "o1 while [1]", "G1 X1", "G1 X2", "o1 endwhile"), None),
+    "calls itself": (sub("o100 call"), "sub O100, line 2 of program.ngc: Too many subroutine levels; correct the line"),
+    "move in Z": (sub("G0 X0 Y0", "G1 X5 Z-1", "G1 Y5"), "sub O100, line 3 of program.ngc: a move in Z has no place in a "
+                  "contour sub; a contour lies in XY; heights are the words Z and R of the cycle"),
+    "G91": (sub("G0 X0 Y0", "G1 X5", "G91 Y5"), f"sub O100, line 4 of program.ngc: G91 {NO_PLACE}"),
+    "G41": (sub("G0 X0 Y0", "G41 D1 G1 X5", "Y5"), f"sub O100, line 3 of program.ngc: G41 {NO_PLACE}"),
+    "G0.5": (sub("G0 X0 Y0", "G2.1 X5", "Y5"), f"sub O100, line 3 of program.ngc: G2.1 {NO_PLACE}"),
+    "G by expression": (sub("G0 X0 Y0", "G1 X5", "G[90 + 1] Y5", "G1 X6"),
+                        "sub O100, line 4 of program.ngc: a code other than G0 G1 G2 G3 (G91); correct the line"),
+    "M8": (sub("G0 X0 Y0", "G1 X5", "M8", "G1 Y5"), f"sub O100, line 4 of program.ngc: M8 {NO_PLACE}"),
+    "M2": (sub("G0 X0 Y0", "G1 X5", "M2", "G1 Y5"), f"sub O100, line 4 of program.ngc: M2 {NO_PLACE}"),
+    "dwell": (sub("G0 X0 Y0", "G1 X5", "G4 P1", "G1 Y5"), f"sub O100, line 4 of program.ngc: G4 {NO_PLACE}"),
+    "other axis": (sub("G0 X0 Y0", "G1 X5 A3"), f"sub O100, line 3 of program.ngc: A3 {NO_PLACE}"),
+    "no G-code": (sub("G0 X0 Y0", "G1 X5", "bla &%"), f"sub O100, line 4 of program.ngc: B {NO_PLACE}"),
+    "code in a called sub": (sub("G0 X0 Y0", "G1 X5", "o2 call", "G1 Y5") + "o2 sub\nG1 X9\nM8\no2 endsub\n",
+                             "sub O100, line 9 (after line 8) of program.ngc: a code other than G0 G1 G2 G3; correct the line"),
+    "Z in a called sub": (sub("G0 X0 Y0", "G1 X5", "o2 call") + "o2 sub\nG1 X9\nG1 Z2\no2 endsub\n",
+                          "sub O100, line 8 (after line 7) of program.ngc: a move in Z has no place in a contour sub; "
+                          "a contour lies in XY; heights are the words Z and R of the cycle"),
+    "call of nothing": (sub("G0 X0 Y0", "G1 X5", "o2 call", "G1 Y5"),
+                        "sub O100, line 4 (after line 3) of program.ngc: there is no sub O2; correct the line"),
+    "infinity": (sub("G0 X0 Y0", "G1 X5", "G1 X[EXP[1000]]"),
+                 "sub O100, line 4 (after line 3) of program.ngc: Calculation resulted in 'infinity'; correct the line"),
+    "not a number": (sub("G0 X0 Y0", "G1 X5", "G1 X[[0-1]**0.5]"), "sub O100, line 4 (after line 3) of program.ngc: "
+                     "Attempt to raise negative to non integer power; correct the line"),
+    "root of -1": (sub("G0 X0 Y0", "G1 X5", "G1 X[SQRT[-1]]"),
+                   "sub O100, line 4 (after line 3) of program.ngc: Negative argument to sqrt; correct the line"),
+    "division by 0": (sub("G0 X0 Y0", "G1 X5", "G1 X[1/0]"),
+                      "sub O100, line 4 (after line 3) of program.ngc: Attempt to divide by zero; correct the line"),
+    "parameter unknown": (sub("G0 X0 Y0", "G1 X5", "G1 X#<nothing>"), "sub O100, line 4 (after line 3) of program.ngc: "
+                          "Named parameter #<nothing> not defined; correct the line"),
+    "impossible arc": (sub("G0 X0 Y0", "G1 X9", "G2 X19 Y0 I1 J0"), None),
+    "two turns": (sub("G0 X0 Y0", "G1 X9", "G2 X19 Y0 I5 J0 P2"), "sub O100, line 4 (after line 3) of program.ngc: "
+                  "an arc of 2 turns runs over itself; leave P out"),
+    "helix": (sub("G0 X0 Y0", "G1 X9", "G2 X19 Y0 K5"), f"sub O100, line 4 of program.ngc: K5 {NO_PLACE}"),
+    "crosses itself": (sub("G0 X0 Y0", "G1 X9", "G1 Y9", "G1 X4", "G1 Y-4"), "sub O100 of program.ngc: the contour crosses "
+                       "or touches itself: line 3 meets line 6 at X4.0000 Y0.0000; draw them apart"),
+    "not connected": (sub("G0 X0 Y0", "G1 X9", "G0 Y3", "G1 X4"), "sub O100 of program.ngc holds 2 contours (from line 3, "
+                      "line 5), separated by G0; use one sub for each"),
+}
+
+
+@pytest.fixture
+def read(tmp_path, monkeypatch):
+    """text -> Shape of O100 in program.ngc."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.ini").write_text("[RS274NGC]\nSUBROUTINE_PATH = subs:more\nREMAP = F python=feed\n[DISPLAY]\n"
+                                    "PROGRAM_PREFIX = programs\n[CHIPWISE]\nCHOP_SIZE = 7\n")
+
+    def reader(text, **job):
+        (tmp_path / "program.ngc").write_text(text)
+        return read_shape(Job(**{"program": "program.ngc", "sub": 100, "ini": "a.ini", **job}))
+    return reader
+
+
+@pytest.mark.parametrize("name", sorted(BAD_SUBS))
+def test_bad_subs(read, name):
+    """The message names the line; it takes less than 2 s of computing."""
+    text, message = BAD_SUBS[name]
+    before = os.times()
+    with pytest.raises(CycleError) as caught:
+        one_contour(read(text))
+    after = os.times()
+    if message is not None:
+        assert str(caught.value) == "chipwise: " + message
+    assert sum(after[:4]) - sum(before[:4]) < 2.0
+
+
+def test_messages_that_are_not_equal_everywhere(read):
+    for name, words in (("impossible arc", "line 4 (after line 3) of program.ngc: Radius to end of arc differs"),
+                        ("endless moves", "sub O100, line ")):
+        with pytest.raises(CycleError) as caught:
+            read(BAD_SUBS[name][0])
+        assert words in str(caught.value)
+
+
+def test_elements(read):
+    shape = read(sub("G0 X1 Y2", "G1 X11", "G3 X13 Y4 J2", "G2 X15 Y6 R2", "G0 X0 Y0", "G2 I5", "G0 X99"))
+    assert shape.loops == (
+        (LineElement((1.0, 2.0), (11.0, 2.0), 3), ArcElement((11.0, 2.0), (13.0, 4.0), (11.0, 4.0), True, 4),
+         ArcElement((13.0, 4.0), (15.0, 6.0), (15.0, 4.0), False, 5)),
+        (ArcElement((0.0, 0.0), (0.0, 0.0), (5.0, 0.0), False, 7),))
+    assert [c.closed for c in contours(shape)] == [False, True]
+
+
+def test_position_units_and_modes(read):
+    assert read(sub("G1 X3 Y4"), position=(1.0, 2.0, 9.0)).loops[0][0].start == (1.0, 2.0)
+    assert read(sub("G1 X3 Y4"), position=(1.0, 2.0, 9.0), incremental=True).loops[0][0].end == (4.0, 6.0)
+    assert read(sub("G1 X3 Y4"), unit="in", position=(25.4, 0.0, 0.0)).loops[0][0] == \
+        LineElement((25.4, 0.0), (76.2, 101.6), 2)
+    arc = read(sub("G0 X1 Y1", "G3 X3 I2 J1"), ijk_absolute=True).loops[0][0]
+    assert arc.centre == (2.0, 1.0)
+
+
+def test_what_a_sub_may_read(read):
+    text = sub("G0 X0 Y0", "G1 X#31", "Y#<_depth_of_it>", "X[#5410 + #5400]", "Y[#<_x> + #<_feed>]",
+               "X#<_ini[CHIPWISE]CHOP_SIZE>", "Y[#1]")
+    loop, = read(text, numbered=((31, 3.5),), named=(("_depth_of_it", 4.25), ("_x", 99.0)), tool=(4, 6.0), feed=50.0).loops
+    assert [e.end for e in loop] == [(3.5, 0.0), (3.5, 4.25), (10.0, 4.25), (10.0, 60.0), (7.0, 60.0), (7.0, 0.0)]
+
+
+def test_places_of_files(read, tmp_path):
+    """The program first, then the current folder, PROGRAM_PREFIX, SUBROUTINE_PATH in its order."""
+    for number, folder in enumerate(("more", "subs", "programs", ".", "program")):
+        (tmp_path / folder).mkdir(exist_ok=True)
+        text = sub("G0 X0 Y0", f"G1 X{number + 1}")
+        if folder != "program":
+            (tmp_path / folder / "100.ngc").write_text(text)
+        shape = read(text if folder == "program" else "M2\n")
+        assert shape.loops[0][0].end == (number + 1.0, 0.0)
+
+
+def test_remembered(read, tmp_path, monkeypatch):
+    """A sub is run once while nothing it can see has changed."""
+    runs = []
+    real = subs._child
+    monkeypatch.setattr(subs, "_child", lambda *job: runs.append(1) or real(*job))
+    plain, reading = sub("G0 X0 Y0", "G1 X7.5"), sub("G0 X0 Y0", "G1 X#31")
+    for count, (text, job) in enumerate((
+            (plain, {}), (plain, dict(position=(1.0, 1.0, 1.0), numbered=((31, 1.0),))), (plain, dict(unit="in")),
+            (reading, dict(numbered=((31, 1.0),))), (reading, dict(numbered=((31, 2.0),)))), 1):
+        read(text, **job)
+        read(text, **job)
+        assert len(runs) == (count if count == 1 else count - 1)
+    assert read("\n" + plain).loops[0][0].line == 4
+
+
+def test_20000_lines_are_read_in_time(read):
+    points = [(100 * math.cos(k / 3183), 100 * math.sin(k / 3183)) for k in range(20000)]
+    text = sub("G0 X100 Y0", *(f"G1 X{x:.5f} Y{y:.5f}" for x, y in points[1:]))
+    started = time.process_time()
+    shape = read(text)
+    assert len(shape.loops[0]) == 19999
+    assert time.process_time() - started < 2.0
+
+
+def test_random_text_is_refused_or_read(read):
+    """Whatever stands in a sub: a shape or a CycleError, nothing else."""
+    import random
+    from conftest import random_count, random_seed
+    rng = random.Random(random_seed())
+    pieces = ["G0", "G1", "G2", "G3", "X", "Y", "Z", "I", "J", "R", "1", "-2.5", "[", "]", "#1", "#<a>", "=", "+", "(", ")",
+              "o1", "if", "endif", "while", "endwhile", "call", "sub", "endsub", ";", "\n", "\n", " ", "%", "N5", "P2", "é"]
+    for _ in range(random_count(8)):
+        text = sub("".join(rng.choice(pieces) for _ in range(rng.randint(1, 60))))
+        try:
+            read(text)
+        except CycleError as error:
+            assert "internal" not in str(error) and "did not run it" not in str(error), text
