@@ -8,14 +8,16 @@
 #define CW_NEAR 4.0             /* cells: an old sample this near may stand in for a new one */
 #define CW_ONWARD 0.9           /* cosine between old and new course from which samples are carried over */
 #define CW_TURNED (-0.5)        /* and from which the load at the tool stays a lower bound */
-#define CW_GAP_RADII 0.0625     /* tool radii between samples; never below one cell nor above two */
+#define CW_GAP_RADII 0.0625     /* tool radii between samples; never below one cell nor above four */
+#define CW_SAMPLE_NODES 8       /* work on a sample beside that on its nodes, in nodes */
+#define CW_CARRY_NODES 2        /* and on carrying one over to a new course */
 #define CW_RISE 1.1             /* a sample this much above the one before is a step of the load */
 #define CW_TOUCH 1e-3           /* mm2, less is no contact */
 #define CW_MERGE 1.03           /* levels closer than this are given as one */
 
 double cw_ahead_gap(const struct cw_stock *stock, const struct cw_tool *tool)
 {
-    return cw_clamp(CW_GAP_RADII * tool->radius, stock->cell, 2.0 * stock->cell);
+    return cw_clamp(CW_GAP_RADII * tool->radius, stock->cell, 4.0 * stock->cell);
 }
 
 void cw_ahead_reset(struct cw_ahead *ahead)
@@ -115,8 +117,8 @@ static void carry_over(struct cw_ahead *ahead, const struct cw_course *old, doub
     ahead->stale = same;
 }
 
-/* Takes sample i on the course. */
-static void take(struct cw_ahead *ahead, const struct cw_stock *stock, const struct cw_tool *tool,
+/* Takes sample i on the course; returns its work, in nodes. */
+static int take(struct cw_ahead *ahead, const struct cw_stock *stock, const struct cw_tool *tool,
                  int i)
 {
     double at = i * ahead->gap, tip[3], dir[3], curvature = ahead->course.piece.curvature;
@@ -127,6 +129,7 @@ static void take(struct cw_ahead *ahead, const struct cw_stock *stock, const str
     met = cw_section_at(stock, tool, tip, dir, near ? cw_section_clear(stock) : 0.0, curvature);
     ahead->area[i % CW_AHEAD_SAMPLES] = (float)met.area;
     ahead->depth[i % CW_AHEAD_SAMPLES] = (float)met.depth;
+    return met.nodes + CW_SAMPLE_NODES;
 }
 
 /* [1] Drops samples that lie behind, takes stale ones again and new ones in front, nearest
@@ -146,9 +149,9 @@ static void take_samples(struct cw_ahead *ahead, const struct cw_stock *stock,
     if (ahead->count == 0)
         ahead->first = (int)ceil(cw_max(ahead->at / gap, 0.0));
     if (ahead->stale < ahead->first) ahead->stale = ahead->first;
-    while (budget-- > 0 && ahead->stale <= wanted
+    while (budget > 0 && ahead->stale <= wanted
            && ahead->stale - ahead->first < CW_AHEAD_SAMPLES) {
-        take(ahead, stock, tool, ahead->stale++);
+        budget -= take(ahead, stock, tool, ahead->stale++);
         if (ahead->stale > ahead->first + ahead->count) ahead->count = ahead->stale - ahead->first;
     }
 }
@@ -186,6 +189,8 @@ void cw_ahead_step(struct cw_ahead *ahead, const struct cw_stock *stock, const s
         ahead->gap = gap;
     } else if (!on_way && new_course) {
         change_course(ahead, &old, now, stock);
+        budget -= CW_CARRY_NODES * ahead->count;
+        if (budget < 1) budget = 1;
     }
     ahead->way.fresh = 0;
     ahead->at = on_way ? ahead->way.at : ahead->course.travelled;

@@ -60,8 +60,8 @@ double cw_ahead_gap(const struct cw_stock *stock, const struct cw_tool *tool);
 /* Forgets course and samples (tool change, new stock, jump). */
 void cw_ahead_reset(struct cw_ahead *ahead);
 
-/* The tool went from `from` to `to` (tips, mm) in `period` s; `way` follows it already. Takes at most `budget` samples
- * up to `horizon` mm ahead. */
+/* The tool went from `from` to `to` (tips, mm) in `period` s; `way` follows it already. Takes samples up
+ * to `horizon` mm ahead until `budget` nodes (cw_section.nodes, about) are read. */
 void cw_ahead_step(struct cw_ahead *ahead, const struct cw_stock *stock, const struct cw_tool *tool,
                    const double from[3], const double to[3], double period,
                    double horizon, int budget);

@@ -144,7 +144,8 @@ int cw_course_step(struct cw_course *course, const double from[3], const double 
     for (i = 0; i < 3; i++) course->piece.origin[i] = to[i];
     course->piece.level = sqrt(now.unit[0] * now.unit[0] + now.unit[1] * now.unit[1]);
     course->piece.slope = now.unit[2];
-    course->piece.heading = now.heading;
+    course->piece.aim[0] = cos(now.heading);
+    course->piece.aim[1] = sin(now.heading);
     course->piece.curvature = now.turn;
     course->travelled = 0.0;
     course->known = 1;

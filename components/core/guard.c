@@ -8,9 +8,9 @@
 #define CW_GUARD_SHARE 0.01     /* of a step the way to go may fall by more or less [5] */
 #define CW_GUARD_ROUND 1e-5     /* mm, the same where the step is small */
 #define CW_GUARD_STEADY 3       /* periods on a line before it is judged [5] */
-#define CW_GUARD_CELLS 3000     /* visited by the probe in a period, about [2] */
-#define CW_GUARD_STEP 4.0       /* cells the probe goes on at once: each step costs the tool's outline */
-#define CW_GUARD_HALVINGS 6     /* of a step, to find where in it stock begins */
+#define CW_GUARD_STEP 4.0       /* cells the probe goes on at once, or */
+#define CW_GUARD_RADII 0.0625   /* this share of the tool's radius: each step costs the tool's outline */
+#define CW_GUARD_FINE 0.0625    /* cells between which the beginning of stock is found */
 #define CW_GUARD_FREE 16        /* steps of the probe in a period, about */
 #define CW_GUARD_LEAST 1e-3     /* mm2, contact below this is none */
 #define CW_GUARD_LATE 3.0       /* periods of travel until the planner brakes, and one to spare */
@@ -108,45 +108,47 @@ static double stopping(const struct cw_guard *guard, const struct cw_guard_in *i
 }
 
 /* Halves the step in which stock was met. */
-static void narrow(struct cw_guard *guard, const struct cw_stock *stock, const struct cw_tool *tool,
-                   long *visited)
+static void narrow(struct cw_guard *guard, const struct cw_stock *stock, const struct cw_tool *tool, long *work)
 {
-    int i;
-    for (i = 0; i < CW_GUARD_HALVINGS; i++) {
-        double a[3], b[3], middle = 0.5 * (guard->hit_near + guard->hit_far), enough;
-        place_on(guard, guard->hit_near, a);
-        place_on(guard, middle, b);
-        enough = ignored(stock, cw_min(a[2], b[2]), middle - guard->hit_near);
-        if (cw_sweep_meets(stock, tool, a, b, 1, enough, visited) >= enough) guard->hit_far = middle;
-        else guard->hit_near = middle;
-    }
+    double a[3], b[3], middle = 0.5 * (guard->hit_near + guard->hit_far), enough;
+    place_on(guard, guard->hit_near, a);
+    place_on(guard, middle, b);
+    enough = ignored(stock, cw_min(a[2], b[2]), middle - guard->hit_near);
+    if (cw_sweep_meets(stock, tool, a, b, 1, enough, work) >= enough) guard->hit_far = middle;
+    else guard->hit_near = middle;
 }
 
-/* [2] Sends the probe on, up to `wanted` mm on the line; its steps end where the segment does. */
+/* Sends the probe one step on; its steps end where the segment does. */
+static void send_on(struct cw_guard *guard, const struct cw_stock *stock, const struct cw_tool *tool,
+                    double end, long *work)
+{
+    double next = guard->clear + cw_max(CW_GUARD_STEP * stock->cell, CW_GUARD_RADII * tool->radius);
+    double a[3], b[3], enough;
+    if (end > guard->clear + CW_GUARD_LEAST && end < next) next = end;
+    place_on(guard, guard->clear, a);
+    place_on(guard, next, b);
+    if (!misses(stock, tool->radius, a, b)) {
+        enough = ignored(stock, cw_min(a[2], b[2]), next - guard->clear);
+        if (cw_sweep_meets(stock, tool, a, b, 1, enough, work) >= enough) {
+            guard->hit_near = guard->clear;
+            guard->hit_far = next;
+            return;
+        }
+    }
+    guard->clear = next;
+}
+
+/* [2] The probe's work of a period: on, up to `wanted` mm on the line, then to where stock begins. */
 static void probe(struct cw_guard *guard, const struct cw_stock *stock, const struct cw_tool *tool,
-                  const struct cw_guard_in *in, double wanted)
+                  const struct cw_guard_in *in, double wanted, long bound, long *work)
 {
     double end = in->to_go > 0.0 ? guard->gone + in->to_go : 1e30;
-    long visited = 0;
     int steps = CW_GUARD_FREE;
     if (guard->clear < guard->gone) guard->clear = guard->gone;
-    while (guard->hit_far < 0.0 && guard->clear < wanted && visited < CW_GUARD_CELLS && steps-- > 0) {
-        double a[3], b[3], next = guard->clear + CW_GUARD_STEP * stock->cell, enough, met;
-        if (end > guard->clear + CW_GUARD_LEAST && end < next) next = end;
-        place_on(guard, guard->clear, a);
-        place_on(guard, next, b);
-        if (!misses(stock, tool->radius, a, b)) {
-            enough = ignored(stock, cw_min(a[2], b[2]), next - guard->clear);
-            met = cw_sweep_meets(stock, tool, a, b, 1, enough, &visited);
-            if (met >= enough) {
-                guard->hit_near = guard->clear;
-                guard->hit_far = next;
-                narrow(guard, stock, tool, &visited);
-                return;
-            }
-        }
-        guard->clear = next;
-    }
+    while (guard->hit_far < 0.0 && guard->clear < wanted && *work < bound && steps-- > 0)
+        send_on(guard, stock, tool, end, work);
+    while (guard->hit_far - guard->hit_near > CW_GUARD_FINE * stock->cell && *work < bound)
+        narrow(guard, stock, tool, work);
 }
 
 /* [3], [4] */
@@ -167,7 +169,7 @@ static int must_stop(const struct cw_guard *guard, const struct cw_stock *stock,
 }
 
 int cw_guard_traverse(struct cw_guard *guard, const struct cw_stock *stock,
-                      const struct cw_tool *tool, const struct cw_guard_in *in)
+                      const struct cw_tool *tool, const struct cw_guard_in *in, long bound, long *work)
 {
     double step = 0.0, wanted, accel;
     int i;
@@ -179,14 +181,15 @@ int cw_guard_traverse(struct cw_guard *guard, const struct cw_stock *stock,
     if (step < CW_GUARD_STILL || !in->trail) return 0;
     accel = accel_along(guard, in);
     wanted = guard->gone + cw_max(stopping(guard, in, 0.5 * accel), 2.0 * stock->cell);
-    probe(guard, stock, tool, in, wanted + guard->speed * in->period);
+    probe(guard, stock, tool, in, wanted + guard->speed * in->period, bound, work);
     if (guard->hit_far < 0.0 || guard->periods < CW_GUARD_STEADY) return 0;
     guard->distance = cw_max(guard->hit_near - guard->gone, 0.0);
     return must_stop(guard, stock, in, accel);
 }
 
 int cw_guard_shank(struct cw_guard *guard, const struct cw_stock *stock,
-                   const struct cw_tool *tool, const double from[3], const double to[3], int trail)
+                   const struct cw_tool *tool, const double from[3], const double to[3], int trail,
+                   long *work)
 {
     double a[3], b[3], step = 0.0, enough;
     int i;
@@ -201,6 +204,6 @@ int cw_guard_shank(struct cw_guard *guard, const struct cw_stock *stock,
     if (guard->shank.radius != tool->radius)
         cw_tool_init(&guard->shank, 2.0 * tool->radius, 0.0, 0.0, 0.0);
     enough = ignored(stock, cw_min(a[2], b[2]), step);
-    guard->excess = cw_sweep_meets(stock, &guard->shank, a, b, trail, enough, 0) >= enough;
+    guard->excess = cw_sweep_meets(stock, &guard->shank, a, b, trail, enough, work) >= enough;
     return guard->excess;
 }

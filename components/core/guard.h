@@ -11,7 +11,7 @@
  *     it would cut again and so is no stock: walls of its own slot are seen exactly, not as
  *     interpolated heights. A strip narrower than CW_GUARD_STRIP cells is none, nor is so thin
  *     a layer at the end of the segment: a blend has left it there.
- *  2. The probe keeps ahead by the braking distance, with a bound on the cells it visits.
+ *  2. The probe keeps ahead by the braking distance, with a bound on its work.
  *  3. Stock before the end of the segment is certain to be met: the traverse has to be stopped
  *     from the braking distance at half the acceleration on. The tool then stands before it.
  *  4. Behind the end of the segment the program may stop or turn before. There the traverse is
@@ -55,13 +55,15 @@ void cw_guard_reset(struct cw_guard *guard);
 /* Forgets the line only: the tool is on no traverse. */
 void cw_guard_reset_line(struct cw_guard *guard);
 
-/* 1 when the traverse on which the tool is has to be stopped. */
+/* 1 when the traverse on which the tool is has to be stopped. The probe goes on until `*work`, which
+ * it increases (cw_sweep_run), reaches `bound`. */
 int cw_guard_traverse(struct cw_guard *guard, const struct cw_stock *stock,
-                      const struct cw_tool *tool, const struct cw_guard_in *in);
+                      const struct cw_tool *tool, const struct cw_guard_in *in, long bound, long *work);
 
 /* 1 when the step cuts stock above the flutes. Call it before the step is cut; `trail`: the tool
- * has cut all over at `from`. */
+ * has cut all over at `from`; `*work` is increased. */
 int cw_guard_shank(struct cw_guard *guard, const struct cw_stock *stock,
-                   const struct cw_tool *tool, const double from[3], const double to[3], int trail);
+                   const struct cw_tool *tool, const double from[3], const double to[3], int trail,
+                   long *work);
 
 #endif

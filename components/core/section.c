@@ -24,6 +24,7 @@ struct band {                   /* what the integral needs of one band, at one p
     double fall;                /* direction cosine a falling tool adds: -dz * run / rise */
     double outer;               /* mm, radius of the outer edge [5] */
     const struct cw_tool_ring *ring;    /* null: a wall or a flat end */
+    int nodes;                  /* read so far */
 };
 
 struct place {                  /* the tool's place and heading */
@@ -74,9 +75,10 @@ static inline __attribute__((always_inline)) double between(const struct cw_stoc
 /* Height by which stock overlaps the band at the angle (c, s) from the heading [2]. In front
  * it is read at the same distance beside the path, a margin clear of the tool [4]. */
 static double overlap(const struct cw_stock *stock, const struct place *at,
-                      const struct band *band, double c, double s)
+                      struct band *band, double c, double s)
 {
     double side = band->radius * s, ahead = band->radius * c;
+    band->nodes++;
     if (c >= -1e-9 && band->margin > 0.0) {
         double outer = band->radius + band->margin;
         double front2 = ahead * ahead, ahead2 = outer * outer - side * side;
@@ -133,7 +135,7 @@ static int faces(const struct band *band, double c)
 
 /* Adds points to an interval whose ends differ much, so that a wall is found between
  * them; returns the interval's share of the integral (trapezia). */
-static double refine(const struct cw_stock *stock, const struct place *at, const struct band *band,
+static double refine(const struct cw_stock *stock, const struct place *at, struct band *band,
                      const double from[2], double h0, double h1, double step)
 {
     double part = step / (CW_REFINE + 1), turn_c, turn_s;
@@ -200,12 +202,12 @@ static double band_area(const struct cw_stock *stock, const struct place *at,
 
 /* A flat band sweeps only when the tool falls: area in contact times the fall [1]. */
 static double flat_area(const struct cw_stock *stock, const struct place *at,
-                        const struct cw_tool_ring *ring, double z, double fall, double slab)
+                        const struct cw_tool_ring *ring, double z, double fall, double slab, int *nodes)
 {
     int most = node_count(stock, ring->radius), n = most < CW_FLAT_NODES ? most : CW_FLAT_NODES, i;
     double step = 2.0 * CW_PI / n, turn_c, turn_s;
     double c = 1.0, s = 0.0, sum = 0.0;
-    struct band band = { ring->radius, z, 1e301, 0.0, 0.0, 0.0, ring->radius, 0 };
+    struct band band = { ring->radius, z, 1e301, 0.0, 0.0, 0.0, ring->radius, 0, 0 };
     small_turn(step, &turn_c, &turn_s);
     for (i = 0; i < n; i++) {
         double next_c = c * turn_c - s * turn_s;
@@ -213,6 +215,7 @@ static double flat_area(const struct cw_stock *stock, const struct place *at,
         s = s * turn_c + c * turn_s;
         c = next_c;
     }
+    *nodes += band.nodes;
     return sum * step * ring->radius * ring->run * fall;
 }
 
@@ -221,7 +224,9 @@ static void add_band(const struct cw_stock *stock, const struct place *at,
                      struct band *band, double tip_z, struct cw_section *section)
 {
     double highest = 0.0;
+    band->nodes = 0;
     section->area += band_area(stock, at, band, &highest);
+    section->nodes += band->nodes;
     if (highest > 0.0) section->depth = cw_max(section->depth, highest + band->low - tip_z);
 }
 
@@ -240,7 +245,7 @@ struct cw_section cw_section_at(const struct cw_stock *stock, const struct cw_to
                                 const double tip[3], const double dir[3], double clear,
                                 double curvature)
 {
-    struct cw_section result = { 0.0, 0.0 };
+    struct cw_section result = { 0.0, 0.0, 0 };
     double z = tip[2], fall = cw_max(0.0, -dir[2]), sink = fall * CW_SINK * stock->cell;
     struct place at;
     struct band band;
@@ -260,7 +265,8 @@ struct cw_section cw_section_at(const struct cw_stock *stock, const struct cw_to
         if (ring->rise <= CW_THINNEST) {
             double slab = cw_max(CW_THINNEST, 0.5 * sink);
             if (fall > 0.0)
-                result.area += flat_area(stock, &at, ring, z + ring->height - sink, fall, slab);
+                result.area += flat_area(stock, &at, ring, z + ring->height - sink, fall, slab,
+                                         &result.nodes);
             continue;
         }
         band.ring = ring;

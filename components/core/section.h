@@ -36,6 +36,7 @@
 struct cw_section {
     double area;                /* mm2 = mm3 per mm of travel */
     double depth;               /* mm, highest stock above the tip met by the tool's surface */
+    int nodes;                  /* places at which the stock was read */
 };
 
 /* Section area of `tool` with its tip at `tip` (mm) when it moves along the unit vector

@@ -3,12 +3,15 @@
 #include "sweep.h"
 
 #define CW_FINE_STEPS 24        /* halvings that find the lowest tool position over a cell */
-#define CW_WORK_ROW 8           /* work on a row */
-#define CW_WORK_RISE 3          /* work on a cell below a rising flat end */
-#define CW_WORK_LEVEL 5         /* work on a cell below an end that is not flat, in cells of a flat one */
-#define CW_WORK_SLOPE 15        /* the same, when the leg falls or rises */
+#define CW_WORK_ROW 35          /* work on a row, in cells of a flat end: about a dozen instructions each [2] */
+#define CW_WORK_EDGE 20         /* on a cell of the outline */
+#define CW_WORK_LOWEST 14       /* on finding the lowest tool position over a point */
+#define CW_WORK_HALVING 12      /* and on each halving of the way for that */
+#define CW_WORK_CURVED 14       /* on a cell below an end that is not flat */
+#define CW_ROW_DONE 0x7fffffff  /* a column beyond all rows */
+#define CW_STRAY 1e-3           /* mm from a way of several legs made one, at most [5] */
 #define CW_GAUSS_REACH 0.41     /* cells from a cell's middle to the points it is read at */
-#define CW_FINE 1e-5            /* mm, and how near is near enough */
+#define CW_FINE 1e-4            /* mm, and how near is near enough */
 #define CW_FARTHEST 1e6         /* mm, a tip beyond this (or NaN) is no position */
 
 #define CW_INLINE inline __attribute__((always_inline))    /* what every cell goes through */
@@ -23,11 +26,11 @@ struct leg {                    /* a leg of the way with what all its cells shar
     double inner2, outer2;      /* mm2: nearer to the axis a cell is inside, from there on outside; -1: none is inside */
     double floor2;              /* mm2: nearer to the axis a cell lies below the flat part of the end; -1: there is none */
     double cell_area;           /* mm2 */
-    int work;                   /* of a cell, in cells of a flat end: what a period's bound counts [2] */
     float bottom;               /* lowest tip: nothing is cut below */
     int flat_end;               /* the tool's end is flat */
     int flat;                   /* and nothing is to be looked for along the leg's slope */
     int skip_disc, skip_back;   /* what `at` has cut already [4] */
+    long *work;                 /* what a period's bound counts [2] */
 };
 
 struct span { int first, last; };
@@ -48,6 +51,28 @@ void cw_sweep_place(struct cw_sweep *sweep, const double tip[3])
     sweep->waiting = 0;
     sweep->trail = 0;
     sweep->row = -1;
+    sweep->stray = 0.0;
+}
+
+/* Whether the newest leg that waits can go on to `tip` as one straight leg [5]: its end stays on
+ * the way, but for CW_STRAY in all that was put into this leg. */
+static int goes_on(struct cw_sweep *sweep, const double tip[3])
+{
+    const double *end = sweep->queue[sweep->waiting - 1];
+    const double *begin = sweep->waiting > 1 ? sweep->queue[sweep->waiting - 2] : sweep->at;
+    double along = 0.0, whole2 = 0.0, leg2 = 0.0, stray;
+    int i;
+    if (sweep->waiting == 1 && sweep->row >= 0) return 0;       /* part of it is cut */
+    for (i = 0; i < 3; i++) {
+        along += (end[i] - begin[i]) * (tip[i] - begin[i]);
+        whole2 += (tip[i] - begin[i]) * (tip[i] - begin[i]);
+        leg2 += (end[i] - begin[i]) * (end[i] - begin[i]);
+    }
+    if (along < 0.0 || along > whole2 || !(whole2 > 0.0)) return 0;
+    stray = sweep->stray + cw_sqrt(cw_max(0.0, leg2 - along * along / whole2));
+    if (stray > CW_STRAY) return 0;
+    sweep->stray = stray;
+    return 1;
 }
 
 void cw_sweep_to(struct cw_sweep *sweep, const double tip[3])
@@ -60,7 +85,10 @@ void cw_sweep_to(struct cw_sweep *sweep, const double tip[3])
     }
     if (!sweep->waiting && sweep->trail && tip[0] == sweep->at[0] && tip[1] == sweep->at[1]
         && tip[2] == sweep->at[2]) return;      /* it stands, and all is cut */
-    if (sweep->waiting < CW_SWEEP_QUEUE) sweep->waiting++;      /* else the newest is replaced [2] */
+    if (sweep->waiting == 0 || !goes_on(sweep, tip)) {
+        sweep->stray = 0.0;
+        if (sweep->waiting < CW_SWEEP_QUEUE) sweep->waiting++;  /* else the newest is replaced [2] */
+    }
     slot = sweep->waiting - 1;
     for (i = 0; i < 3; i++) sweep->queue[slot][i] = tip[i];
 }
@@ -143,6 +171,7 @@ static double lowest(const struct leg *leg, const struct cw_tool *tool,
 {
     double lo, hi;
     int i;
+    *leg->work += CW_WORK_LOWEST;
     if (leg->dz == 0.0) return height_at(leg, tool, px, py, nearest);
     if (leg->dz < 0.0 && axis_distance2(leg, px, py, 1.0) <= tool->r_flat * tool->r_flat)
         return leg->z + leg->dz;                /* nothing is lower than the end of the leg */
@@ -156,6 +185,7 @@ static double lowest(const struct leg *leg, const struct cw_tool *tool,
         double t = 0.5 * (lo + hi);
         if (rises(leg, tool, px, py, t)) hi = t; else lo = t;
     }
+    *leg->work += CW_WORK_HALVING * i;
     return height_at(leg, tool, px, py, 0.5 * (lo + hi));
 }
 
@@ -177,6 +207,7 @@ static double cut_curved(const struct leg *leg, const struct cw_stock *stock,
     double sum = 0.0;
     int fresh = cell->top >= (float)stock->z_max;
     int i, n = 0;
+    *leg->work += CW_WORK_CURVED;
     for (i = 0; i < 4; i++) {
         double qx = px + (i & 1 ? step : -step), qy = py + (i & 2 ? step : -step);
         double t = nearest_on(leg, qx, qy), z = leg->z;
@@ -196,6 +227,7 @@ static double cut_edge(const struct leg *leg, const struct cw_stock *stock,
     double ex = (px - t * leg->dx) / distance, ey = (py - t * leg->dy) / distance;
     double k = covered((distance - tool->radius) / stock->cell, ex, ey);
     double inward;
+    *leg->work += CW_WORK_EDGE;
     if (k <= 0.0) return 0.0;
     if (leg->flat_end)
         return cw_cell_cut(stock, cell, k, leg->flat ? leg->z : lowest(leg, tool, px, py, t));
@@ -292,27 +324,22 @@ static struct span row_span(const struct leg *leg, const struct cw_stock *stock,
     return span;
 }
 
-/* Columns of the row inside the disc the tool has left behind [4]; empty: first > last. */
-static struct span row_skip(const struct leg *leg, const struct cw_stock *stock,
-                            const struct cw_tool *tool, int iy)
+/* Columns of the row well inside the flat part of the end at (x, y); empty: first > last. */
+static struct span row_floor(const struct leg *leg, const struct cw_stock *stock, double x, double y, int iy)
 {
-    double y = stock->y0 + (iy + 0.5) * stock->cell;
-    double radius = cw_min(tool->r_flat, tool->radius) - leg->margin;
-    double lo = 1e300, hi = -1e300;
-    struct span span = { 0, -1 };
+    double row = stock->y0 + (iy + 0.5) * stock->cell - y, half = leg->floor2 - row * row;
+    struct span span = { 1, 0 };
 
-    if (!leg->skip_disc || radius <= 0.0) return span;
-    widen_disc(leg->x, leg->y, radius, y, &lo, &hi);
-    if (lo > hi) return span;
-    lo = ceil((lo - stock->x0) / stock->cell - 0.5);
-    hi = floor((hi - stock->x0) / stock->cell - 0.5);
-    span.first = (int)cw_clamp(lo, -1.0, stock->nx);
-    span.last = (int)cw_clamp(hi, -1.0, stock->nx);
+    if (!(half > 0.0)) return span;
+    half = cw_sqrt(half);
+    x -= stock->x0;
+    span.first = (int)cw_clamp(ceil((x - half) / stock->cell - 0.5), -1.0, stock->nx);
+    span.last = (int)cw_clamp(floor((x + half) / stock->cell - 0.5), -1.0, stock->nx);
     return span;
 }
 
 static struct leg make_leg(const struct cw_sweep *sweep, const struct cw_stock *stock,
-                           const struct cw_tool *tool)
+                           const struct cw_tool *tool, long *work)
 {
     const double *from = sweep->at, *to = sweep->queue[0];
     struct leg leg;
@@ -335,10 +362,10 @@ static struct leg make_leg(const struct cw_sweep *sweep, const struct cw_stock *
     leg.outer2 = (leg.reach + leg.margin) * (leg.reach + leg.margin);
     leg.flat_end = cw_tool_is_flat(tool);
     leg.flat = leg.flat_end && leg.dz == 0.0;
-    leg.work = leg.flat_end ? (leg.dz <= 0.0 ? 1 : CW_WORK_RISE) : (leg.dz == 0.0 ? CW_WORK_LEVEL : CW_WORK_SLOPE);
     leg.skip_disc = sweep->trail && level_or_up && leg.floor2 > 0.0;
     leg.skip_back = sweep->trail && level_or_up;
     if (leg.skip_back && leg.length2 <= 0.0) leg.reach = 0.0;      /* a retract cuts nothing */
+    leg.work = work;
     return leg;
 }
 
@@ -355,28 +382,61 @@ static struct span leg_rows(const struct leg *leg, const struct cw_stock *stock)
     return rows;
 }
 
-/* Cuts one row of a leg, or a copy of its cells (`dry`); returns the volume in mm3 and adds the
- * cells visited. */
-static double cut_row(const struct leg *leg, const struct cw_stock *stock,
-                      const struct cw_tool *tool, int iy, int dry, long *visited)
+/* Cells that lie below the flat part of the end at the end of a leg that does not rise: nothing of
+ * the leg is lower. */
+static double cut_floor(const struct leg *leg, const struct cw_stock *stock, struct cw_cell *cell, int count,
+                        int dry)
 {
-    struct span span = row_span(leg, stock, iy);
-    struct span skip = row_skip(leg, stock, tool, iy);
+    double z = cw_max(leg->z + leg->dz, stock->z_min), sum = 0.0, walls = 0.0;
+    float low = leg->bottom;
+    for (; count > 0; count--, cell++) {
+        struct cw_cell copy;
+        if (low >= cell->top) continue;
+        if (cell->cut) {
+            copy = *cell;
+            walls += cw_cell_cut(stock, dry ? &copy : cell, 1.0, z);
+            continue;
+        }
+        sum += (double)cell->top - z;
+        if (!dry) cell->top = (float)z;
+    }
+    return sum * leg->cell_area + walls;
+}
+
+/* Cuts one row of a leg, or copies of its cells (`dry`), from a column on; returns the volume in mm3.
+ * The column where it has to go on is `*column`: beyond the row when it is done, else the bound
+ * on the work was met [2]. */
+static double cut_row(const struct leg *leg, const struct cw_stock *stock, const struct cw_tool *tool,
+                      int iy, int dry, int *column, long bound)
+{
+    struct span span = row_span(leg, stock, iy), none = { 1, 0 };
+    struct span skip = leg->skip_disc ? row_floor(leg, stock, leg->x, leg->y, iy) : none;
+    struct span floor_ = leg->dz <= 0.0
+        ? row_floor(leg, stock, leg->x + leg->dx, leg->y + leg->dy, iy) : none;
     double y = stock->y0 + (iy + 0.5) * stock->cell - leg->y;
     double x0 = stock->x0 + 0.5 * stock->cell - leg->x, removed = 0.0;
-    struct cw_cell *row = cw_stock_cell(stock, 0, iy);
-    struct span part[2] = { span, { 1, 0 } };
-    int i, ix;
-    if (skip.first <= skip.last) {              /* before it, and after it */
-        part[1] = span;
-        if (part[0].last >= skip.first) part[0].last = skip.first - 1;
-        if (part[1].first <= skip.last) part[1].first = skip.last + 1;
-    }
-    for (i = 0; i < 2; i++)
-        for (ix = part[i].first; ix <= part[i].last; ix++, (*visited)++) {
-            struct cw_cell copy = row[ix];
+    struct cw_cell *row = cw_stock_cell(stock, 0, iy), copy;
+    int ix = span.first > *column ? span.first : *column;
+
+    while (ix <= span.last && *leg->work < bound) {
+        if (ix >= skip.first && ix <= skip.last) {
+            ix = skip.last + 1;
+        } else if (ix >= floor_.first && ix <= floor_.last) {
+            long count = (floor_.last < span.last ? floor_.last : span.last) - ix + 1;
+            if (skip.first > ix && skip.first - ix < count) count = skip.first - ix;
+            if (count > bound - *leg->work) count = bound - *leg->work;
+            removed += cut_floor(leg, stock, row + ix, (int)count, dry);
+            *leg->work += count;
+            ix += (int)count;
+        } else {
+            copy = row[ix];
             removed += cut_cell(leg, stock, tool, dry ? &copy : &row[ix], x0 + ix * stock->cell, y);
+            *leg->work += 2;
+            ix++;
         }
+    }
+    *leg->work += CW_WORK_ROW;
+    *column = ix > span.last ? CW_ROW_DONE : ix;
     return removed;
 }
 
@@ -393,50 +453,53 @@ static void advance(struct cw_sweep *sweep)
 }
 
 double cw_sweep_run(struct cw_sweep *sweep, struct cw_stock *stock, const struct cw_tool *tool,
-                    int max_cells, long *visited)
+                    long bound, long *spent)
 {
     double removed = 0.0;
-    long cells = 0, work = 0;
+    long work = 0;
     if (!sweep->waiting) return 0.0;
     cw_stock_begin_write(stock);
-    while (sweep->waiting > 0 && work < max_cells) {
-        struct leg leg = make_leg(sweep, stock, tool);
+    while (sweep->waiting > 0 && work < bound) {
+        struct leg leg = make_leg(sweep, stock, tool, &work);
         if (sweep->row < 0) {
             struct span rows = leg_rows(&leg, stock);
             sweep->row = rows.first;
             sweep->row_end = rows.last;
+            sweep->column = 0;
         }
-        for (; sweep->row <= sweep->row_end && work < max_cells; sweep->row++) {
-            long before = cells;
-            removed += cut_row(&leg, stock, tool, sweep->row, 0, &cells);
-            work += (cells - before) * leg.work + CW_WORK_ROW;
+        while (sweep->row <= sweep->row_end && work < bound) {
+            removed += cut_row(&leg, stock, tool, sweep->row, 0, &sweep->column, bound);
+            if (sweep->column != CW_ROW_DONE) break;
+            sweep->column = 0;
+            sweep->row++;
         }
         if (sweep->row > sweep->row_end) advance(sweep);
         work++;
     }
     stock->removed += removed;
     cw_stock_end_write(stock);
-    if (visited) *visited += cells;
+    if (spent) *spent += work;
     return removed;
 }
 
 double cw_sweep_meets(const struct cw_stock *stock, const struct cw_tool *tool,
                       const double from[3], const double to[3], int trail, double enough,
-                      long *visited)
+                      long *spent)
 {
     struct cw_sweep sweep;
     struct leg leg;
     struct span rows;
     double met = 0.0;
-    long cells = 0;
+    long work = 1;
+    int column = 0;
     if (!is_position(from) || !is_position(to)) return 0.0;
     cw_sweep_place(&sweep, from);
     cw_sweep_to(&sweep, to);
     sweep.trail = trail;
-    leg = make_leg(&sweep, stock, tool);
+    leg = make_leg(&sweep, stock, tool, &work);
     rows = leg_rows(&leg, stock);
-    for (; rows.first <= rows.last && met < enough; rows.first++, cells += 4)
-        met += cut_row(&leg, stock, tool, rows.first, 1, &cells);
-    if (visited) *visited += cells + 1;
+    for (; rows.first <= rows.last && met < enough; rows.first++, column = 0)
+        met += cut_row(&leg, stock, tool, rows.first, 1, &column, CW_ROW_DONE);
+    if (spent) *spent += work;
     return met;
 }

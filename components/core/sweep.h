@@ -7,14 +7,17 @@
  *
  * Principle:
  *  1. The way of the tool is a chain of points; each leg sweeps a capsule in XY.
- *  2. A leg is cut row by row. The work can stop after any row and go on in the next
+ *  2. A leg is cut row by row. The work can stop after any cell and go on in the next
  *     period, so a period's cost has a bound; points that wait are kept in a short queue,
- *     and when it is full the newest point replaces the last one that waits.
+ *     and when it is full the newest point replaces the last one that waits. Work is counted
+ *     in cells of a flat end, about a dozen instructions each.
  *  3. A cell well inside the capsule is cut to the lowest height any tool position of
  *     the leg has over it; a cell on the outline is cut in that share of its area that
  *     lies inside.
  *  4. What the leg before has cut already (what lies behind a tool that does not descend, and
  *     the disc below its flat part) is skipped, so the cost grows with the cells newly swept.
+ *  5. Legs that wait and go on straight are made one: a falling tool sweeps its whole disc in every
+ *     leg, and where that is more than a period's bound it has fewer legs, not a longer queue.
  */
 #ifndef CHIPWISE_SWEEP_H
 #define CHIPWISE_SWEEP_H
@@ -31,6 +34,8 @@ struct cw_sweep {
     int known;                  /* `at` is a position of the tool */
     int trail;                  /* the tool, as it is now, has cut all over at `at` */
     int row, row_end;           /* rows of the leg to queue[0] still to be cut; row < 0: not begun */
+    int column;                 /* of that row the first column still to be cut */
+    double stray;               /* mm, what the newest leg leaves out by [5] */
 };
 
 /* Puts the tool at a place without cutting (start, tool change, after a jump). */
@@ -39,16 +44,15 @@ void cw_sweep_place(struct cw_sweep *sweep, const double tip[3]);
 /* Queues a straight leg to `tip` (mm); a tip that is no finite position is passed over. */
 void cw_sweep_to(struct cw_sweep *sweep, const double tip[3]);
 
-/* Works on the queue until it is empty or as much was done as max_cells cells of a flat end need
- * (a cell of another end counts several times); returns the volume removed, mm3. `*visited`,
- * when not null, is increased by the cells visited. */
+/* Works on the queue until it is empty or the work reaches `bound`; returns the volume removed, mm3.
+ * `*spent`, when not null, is increased by the work. */
 double cw_sweep_run(struct cw_sweep *sweep, struct cw_stock *stock, const struct cw_tool *tool,
-                    int max_cells, long *visited);
+                    long bound, long *spent);
 
 /* Volume (mm3) the straight way between two tips would remove; nothing is cut. `trail`: the tool
  * has cut all over at `from`. Stops after a row when `enough` mm3 are found. */
 double cw_sweep_meets(const struct cw_stock *stock, const struct cw_tool *tool,
                       const double from[3], const double to[3], int trail, double enough,
-                      long *visited);
+                      long *spent);
 
 #endif

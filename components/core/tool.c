@@ -8,7 +8,7 @@ static double arc_height(const struct cw_tool *tool, double r)
 {
     double d = r - tool->r_flat;
     double under = tool->corner * tool->corner - d * d;
-    return tool->corner - (under > 0.0 ? sqrt(under) : 0.0);
+    return tool->corner - (under > 0.0 ? cw_sqrt(under) : 0.0);
 }
 
 /* Mean radius over the height of the arc's piece between the angles u and v (rad, from its

@@ -102,18 +102,20 @@ static void serve_tool(struct cw_tracker *tracker, const struct cw_tracker_in *i
     cw_guard_reset(&tracker->guard);
 }
 
-/* [4] Queues and cuts the way since the last period. */
-static void cut(struct cw_tracker *tracker, struct cw_stock *stock, const struct cw_tracker_in *in,
+/* [4] Queues and cuts the way since the last period; returns the work it took. */
+static long cut(struct cw_tracker *tracker, struct cw_stock *stock, const struct cw_tracker_in *in,
                 const double tip[3])
 {
+    long work = 0;
     if (in->motion > CW_RAPID && tracker->tip_known)
         cw_guard_shank(&tracker->guard, stock, &tracker->tool, tracker->tip, tip,
-                       tracker->sweep.known && tracker->sweep.trail);
+                       tracker->sweep.known && tracker->sweep.trail, &work);
     else
         tracker->guard.excess = 0;
     if (!tracker->sweep.known) cw_sweep_place(&tracker->sweep, tracker->tip_known ? tracker->tip : tip);
     cw_sweep_to(&tracker->sweep, tip);
-    cw_sweep_run(&tracker->sweep, stock, &tracker->tool, CW_CELLS_PER_PERIOD, 0);
+    cw_sweep_run(&tracker->sweep, stock, &tracker->tool, CW_WORK_TO_CUT, &work);
+    return work;
 }
 
 /* How far to look: braking distance and some periods of travel; never less than what lets
@@ -146,27 +148,27 @@ static double rate(struct cw_tracker *tracker, double removed, const struct cw_t
 
 /* [5] Looks ahead and fills what depends on it. */
 static void look(struct cw_tracker *tracker, const struct cw_stock *stock,
-                 const struct cw_tracker_in *in, const double tip[3], struct cw_tracker_out *out)
+                 const struct cw_tracker_in *in, const double tip[3], long work, struct cw_tracker_out *out)
 {
     double far = cw_tracker_horizon(tracker, stock, in);
     if (tracker->tip_known)
         cw_ahead_step(&tracker->ahead, stock, &tracker->tool, tracker->tip, tip, in->period,
-                      far, CW_SAMPLES_PER_PERIOD);
+                      far, (int)cw_max(1.0, (double)((CW_WORK_PER_PERIOD - work) / CW_WORK_A_NODE)));
     cw_ahead_look(&tracker->ahead, stock, &tracker->tool, far, &out->view);
     out->here = out->view.area;
     out->deepest = out->view.depth;
     out->upward = tracker->ahead.course.known ? tracker->ahead.course.last_slope : 0.0;
 }
 
-/* [5] The guards: a traverse that meets stock, a shank that does. */
-static void guard(struct cw_tracker *tracker, const struct cw_stock *stock,
-                  const struct cw_tracker_in *in, const double tip[3], struct cw_tracker_out *out)
+/* [5] The guards: a traverse that meets stock, a shank that does; returns the work so far. */
+static long guard(struct cw_tracker *tracker, const struct cw_stock *stock,
+                  const struct cw_tracker_in *in, const double tip[3], long work, struct cw_tracker_out *out)
 {
     struct cw_guard_in way;
     int i, hit;
     if (!tracker->tip_known || !in->cutting) {
         cw_guard_reset(&tracker->guard);
-        return;
+        return work;
     }
     for (i = 0; i < 3; i++) {
         way.from[i] = tracker->tip[i];
@@ -177,11 +179,13 @@ static void guard(struct cw_tracker *tracker, const struct cw_stock *stock,
     way.accel = in->accel / in->unit;
     way.to_go = in->to_go / in->unit;
     way.trail = tracker->sweep.trail && !tracker->sweep.waiting;
-    hit = in->motion == CW_RAPID && cw_guard_traverse(&tracker->guard, stock, &tracker->tool, &way);
+    hit = in->motion == CW_RAPID && cw_guard_traverse(&tracker->guard, stock, &tracker->tool, &way,
+                                                           CW_WORK_PER_PERIOD, &work);
     if (in->motion != CW_RAPID) cw_guard_reset_line(&tracker->guard);
     out->rapid_hit = hit;
     out->rapid_mm = tracker->guard.distance;
     out->over_flute = tracker->guard.excess;
+    return work;
 }
 
 static void clear(struct cw_tracker_out *out)
@@ -225,10 +229,11 @@ void cw_tracker_step(struct cw_tracker *tracker, struct cw_stock *stock,
     if (bad == CW_FAULT_NONE || bad == CW_FAULT_JUMP) {
         serve_tool(tracker, in);
         if (ready && tracker->tool_error == 0) {
-            if (in->cutting) cut(tracker, stock, in, tip);
+            long work = 0;
+            if (in->cutting) work = cut(tracker, stock, in, tip);
             else tracker->sweep.known = 0;
-            look(tracker, stock, in, tip, out);
-            guard(tracker, stock, in, tip, out);
+            work = guard(tracker, stock, in, tip, work, out);
+            look(tracker, stock, in, tip, work, out);
         } else {
             cw_ahead_reset(&tracker->ahead);
         }

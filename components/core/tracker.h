@@ -11,10 +11,12 @@
  *     program writes the map (`foreign`) it is not touched at all; what stands in it afterwards
  *     is the stock, if it can be one.
  *  3. A tool whose numbers changed is built anew; nothing is cut by an unknown tool.
- *  4. While cutting is enabled the way since the last period is queued and cut, at most
- *     CW_CELLS_PER_PERIOD cells; what is left is cut in the next (sweep.h, 2).
- *  5. The look-ahead takes its samples; its view, what the guards found (guard.h) and the sums go
- *     out.
+ *  4. While cutting is enabled the way since the last period is queued and cut; what is left is
+ *     cut in the next (sweep.h, 2).
+ *  5. The guards look at a traverse and at the shank (guard.h), the look-ahead takes its samples
+ *     (ahead.h). Their views and the sums go out.
+ *  6. 4 and 5 share CW_WORK_PER_PERIOD, cutting first, so that a period has a bound whatever the
+ *     tool, the cells and the speed are. What does not get its turn is taken for the worst case.
  */
 #ifndef CHIPWISE_TRACKER_H
 #define CHIPWISE_TRACKER_H
@@ -23,8 +25,10 @@
 #include "guard.h"
 #include "sweep.h"
 
-#define CW_CELLS_PER_PERIOD 12000       /* cut or filled at most */
-#define CW_SAMPLES_PER_PERIOD 8         /* section areas taken ahead at most */
+#define CW_CELLS_PER_PERIOD 12000       /* filled at most */
+#define CW_WORK_PER_PERIOD 18000        /* in cells of a flat end (sweep.h, 2), about a dozen instructions each */
+#define CW_WORK_TO_CUT 11000            /* of it, for cutting at most */
+#define CW_WORK_A_NODE 14               /* of a place read for a sample of the look-ahead */
 #define CW_RATE_SLOTS 1024              /* periods the removal rate can be averaged over */
 
 enum cw_fault {

@@ -7,14 +7,20 @@
 
 void cw_piece_at(const struct cw_piece *piece, double s, double tip[3], double dir[3])
 {
-    double flat = s * piece->level, bend = piece->curvature * flat;
-    double half = 0.5 * bend;
-    double chord = flat * (fabs(half) < 1e-6 ? 1.0 : sin(half) / half);
-    tip[0] = piece->origin[0] + chord * cos(piece->heading + half);
-    tip[1] = piece->origin[1] + chord * sin(piece->heading + half);
+    double flat = s * piece->level, half = 0.5 * piece->curvature * flat;
+    double sine = 0.0, cosine = 1.0, chord = flat, mx, my;
+    if (half != 0.0) {
+        sine = sin(half);
+        cosine = cos(half);
+        if (fabs(half) > 1e-6) chord = flat * sine / half;
+    }
+    mx = piece->aim[0] * cosine - piece->aim[1] * sine;     /* of the chord: half way round */
+    my = piece->aim[1] * cosine + piece->aim[0] * sine;
+    tip[0] = piece->origin[0] + chord * mx;
+    tip[1] = piece->origin[1] + chord * my;
     tip[2] = piece->origin[2] + s * piece->slope;
-    dir[0] = piece->level * cos(piece->heading + bend);
-    dir[1] = piece->level * sin(piece->heading + bend);
+    dir[0] = piece->level * (mx * cosine - my * sine);
+    dir[1] = piece->level * (my * cosine + mx * sine);
     dir[2] = piece->slope;
 }
 
@@ -26,7 +32,8 @@ int cw_piece_line(struct cw_piece *piece, const double start[3], const double en
     piece->length = sqrt(flat * flat + dz * dz);
     if (!(piece->length > CW_SHORTEST) || !cw_finite(piece->length)) return 0;
     for (i = 0; i < 3; i++) piece->origin[i] = start[i];
-    piece->heading = flat > 0.0 ? atan2(dy, dx) : 0.0;
+    piece->aim[0] = flat > 0.0 ? dx / flat : 1.0;
+    piece->aim[1] = flat > 0.0 ? dy / flat : 0.0;
     piece->level = flat / piece->length;
     piece->slope = dz / piece->length;
     piece->curvature = 0.0;
@@ -43,7 +50,8 @@ int cw_piece_arc(struct cw_piece *piece, const double centre[2], const double st
     piece->length = sqrt(flat * flat + rise * rise);
     if (!(flat > CW_SHORTEST) || !cw_finite(piece->length)) return 0;
     for (i = 0; i < 3; i++) piece->origin[i] = start[i];
-    piece->heading = atan2(ry, rx) + (angle > 0.0 ? 0.5 : -0.5) * CW_PI;
+    piece->aim[0] = (angle > 0.0 ? -ry : ry) / radius;
+    piece->aim[1] = (angle > 0.0 ? rx : -rx) / radius;
     piece->level = flat / piece->length;
     piece->slope = rise / piece->length;
     piece->curvature = (angle > 0.0 ? 1.0 : -1.0) / radius;

@@ -18,7 +18,7 @@
 
 struct cw_piece {
     double origin[3];           /* mm, where it begins */
-    double heading;             /* rad, in XY at the origin */
+    double aim[2];              /* cosine and sine of the heading in XY at the origin */
     double level, slope;        /* horizontal and vertical part of a unit step */
     double curvature;           /* rad per mm of horizontal travel, counter-clockwise positive */
     double length;              /* mm of travel; not used by a course */

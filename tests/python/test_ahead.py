@@ -20,7 +20,7 @@ def stock(low=(-20, -20, -6), high=(20, 20, 0)):
     return core.Stock(low, high, CELL)
 
 
-def drive(ahead, points, horizon=10.0, budget=8, cutter=None):
+def drive(ahead, points, horizon=10.0, budget=1000, cutter=None):
     """Steps along points (n, 3); yields the view after each."""
     for start, end in zip(points[:-1], points[1:]):
         if cutter:
@@ -136,13 +136,13 @@ def test_unknown_is_the_worst():
     """Beyond the last sample the full slot counts, at the distance of that sample."""
     tool, box = core.Tool(6), stock((0, -20, -6), (40, 20, 0))
     ahead = core.Ahead(box, tool)
-    ahead.step((-15, 0, -2), (-15 + STEP, 0, -2), PERIOD, 10.0, 3)
+    ahead.step((-15, 0, -2), (-15 + STEP, 0, -2), PERIOD, 10.0, 80)
     view = ahead.look(10.0)
     distance, area = sound(view)[-1]
     assert area == pytest.approx(12.0)
     assert 0.0 < distance <= 3 * SPACING
     for _ in range(40):                     # at rest: samples go on until the horizon
-        ahead.step((-15 + STEP, 0, -2), (-15 + STEP, 0, -2), PERIOD, 10.0, 3)
+        ahead.step((-15 + STEP, 0, -2), (-15 + STEP, 0, -2), PERIOD, 10.0, 80)
     assert ahead.look(10.0).area == 0.0
     assert sound(ahead.look(10.0)) == [(0.0, 0.0)]      # the wall is 12 mm away
 

@@ -44,17 +44,18 @@ class _Head(C.Structure):
 
 class _Sweep(C.Structure):
     _fields_ = [("at", C.c_double * 3), ("queue", C.c_double * 3 * QUEUE), ("waiting", C.c_int),
-                ("known", C.c_int), ("trail", C.c_int), ("row", C.c_int), ("row_end", C.c_int)]
+                ("known", C.c_int), ("trail", C.c_int), ("row", C.c_int), ("row_end", C.c_int),
+                ("column", C.c_int), ("stray", C.c_double)]
 
 
 class _Section(C.Structure):
-    _fields_ = [("area", C.c_double), ("depth", C.c_double)]
+    _fields_ = [("area", C.c_double), ("depth", C.c_double), ("nodes", C.c_int)]
 
 
 class Piece(C.Structure):
     """struct cw_piece (way.h): a line, arc or helix; mm, rad, rad/mm."""
     _fields_ = [("origin", C.c_double * 3)] \
-        + [(n, C.c_double) for n in ("heading", "level", "slope", "curvature", "length",
+        + [("aim", C.c_double * 2)] + [(n, C.c_double) for n in ("level", "slope", "curvature", "length",
                                      "accel")]
 
 
@@ -160,7 +161,7 @@ def _load():
             ("cw_sweep_place", None, [C.POINTER(_Sweep), vec]),
             ("cw_sweep_to", None, [C.POINTER(_Sweep), vec]),
             ("cw_sweep_run", C.c_double,
-             [C.POINTER(_Sweep), head, C.POINTER(_Tool), C.c_int, C.POINTER(C.c_long)]),
+             [C.POINTER(_Sweep), head, C.POINTER(_Tool), C.c_long, C.POINTER(C.c_long)]),
             ("cw_section_at", _Section, [head, C.POINTER(_Tool), vec, vec, C.c_double, C.c_double]),
             ("cw_section_clear", C.c_double, [head]),
             ("cw_ahead_reset", None, [C.POINTER(_Ahead)]),
@@ -278,25 +279,25 @@ class Stock:
 
 
 class Cutter:
-    """A tool on its way through a stock; `visited` counts the cells looked at."""
+    """A tool on its way through a stock; `work` counts what it took, in cells of a flat end (sweep.h, 2)."""
 
     def __init__(self, stock, tool, tip):
-        self.stock, self.tool, self._sweep, self._visited = stock, tool, _Sweep(), C.c_long(0)
+        self.stock, self.tool, self._sweep, self._work = stock, tool, _Sweep(), C.c_long(0)
         library().cw_sweep_place(C.byref(self._sweep), _vec(tip))
 
     @property
-    def visited(self):
-        return self._visited.value
+    def work(self):
+        return self._work.value
 
-    def to(self, tip, max_cells=(1 << 30)):
+    def to(self, tip, bound=(1 << 30)):
         """Cuts the straight way to `tip` (mm); returns the volume removed, mm3."""
         library().cw_sweep_to(C.byref(self._sweep), _vec(tip))
-        return self.run(max_cells)
+        return self.run(bound)
 
-    def run(self, max_cells=(1 << 30)):
-        """Goes on with waiting legs for about max_cells cells; returns mm3."""
+    def run(self, bound=(1 << 30)):
+        """Goes on with waiting legs until the work reaches `bound`; returns mm3."""
         return library().cw_sweep_run(C.byref(self._sweep), self.stock.address,
-                                      C.byref(self.tool.c), max_cells, C.byref(self._visited))
+                                      C.byref(self.tool.c), bound, C.byref(self._work))
 
     @property
     def waiting(self):
@@ -348,7 +349,7 @@ class Ahead:
         self.stock, self.tool, self.c = stock, tool, _Ahead()
         library().cw_ahead_reset(C.byref(self.c))
 
-    def step(self, start, end, period, horizon, budget=6):
+    def step(self, start, end, period, horizon, budget=1000):
         library().cw_ahead_step(C.byref(self.c), self.stock.address, C.byref(self.tool.c),
                                 _vec(start), _vec(end), period, horizon, budget)
 
