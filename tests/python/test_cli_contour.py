@@ -123,6 +123,18 @@ def test_pocket_with_islands(program):
     assert len(regions) == 4
 
 
+def test_an_island_across_the_wall(tmp_path):
+    """A pocket of 80 x 60 with a bar of 20 into it from below: six corners; regions in chords, paths exactly."""
+    path = tmp_path / 'bar.ngc'
+    path.write_text('G21\no1 sub\nG0 X0 Y0\nG1 X80\nG1 Y60\nG1 X0\nG1 Y0\n'
+                    'G0 X30 Y-5\nG1 X50\nG1 Y20\nG1 X30\nG1 Y-5\no1 endsub\nM2\n')
+    rows, regions, text = drawn(path, '--sub', 1, '--tool', 10, '-o', tmp_path / 'bar.svg')
+    assert rows['centre path 1'][3:] == pytest.approx([260 + 5 * math.pi, 2950 - 12.5 * math.pi], abs=1e-3)
+    assert 'rough shape 1' not in rows and 'contours meet' in text
+    assert [r[2] for r in regions] == pytest.approx([25 * (1 - math.pi / 4)] * 6, abs=0.02)
+    assert {r[3] for r in regions} == {'lines 4, 5', 'lines 5, 6', 'lines 6, 7', 'lines 4, 7', 'lines 4, 10', 'lines 4, 12'}
+
+
 @pytest.mark.parametrize('tool', ['6', '6mm', '0.2362204724in', ' 6 MM'])
 def test_units_of_the_tool(program, tool):
     assert 'tool 6 mm' in drawn(program, '--sub', 100, '--tool', tool)[2]

@@ -22,7 +22,8 @@ from chipwise.cli.load import units_per_mm
 from chipwise.errors import MM_PER_INCH, CycleError, format_length
 from chipwise.geometry import elements, winding
 from chipwise.geometry.contour import ContourError
-from chipwise.geometry.offset import LEFT, RIGHT, offset_contour, offset_pocket
+from chipwise.geometry.offset import LEFT, RIGHT, make_pocket, offset_contour, offset_pocket
+from chipwise.geometry.pocket.mixed import offset_mixed
 from chipwise.geometry.unreachable import UnreachableRegion
 
 NAME = 'contour'
@@ -58,7 +59,7 @@ class Drawing:
     """What is printed and drawn, lengths in mm.
 
     title; unit "mm" or "in" of what is printed; tool (diameter), where: "left", ..; contours: the finish shape;
-    result: OffsetResult; places: a point inside of every unreachable region
+    result: OffsetResult or MixedResult; places: a point inside of every unreachable region
     """
 
     title: str
@@ -209,7 +210,9 @@ def offset(shape, contours, side, tool):
                     'the others', 'leave --side out')
     try:
         if len(contours) > 1:
-            result, where = offset_pocket(contours[0], contours[1:], 0.5 * tool), 'inside, islands outside'
+            pocket, where = make_pocket(contours[0], contours[1:]), 'inside, islands outside'
+            result = (offset_mixed(pocket, 0.5 * tool) if pocket.mixed
+                      else offset_pocket(contours[0], contours[1:], 0.5 * tool))
         else:
             left = side != '42'
             result = offset_contour(contours[0], LEFT if left else RIGHT, 0.5 * tool)
@@ -266,6 +269,8 @@ def report(drawing):
                  for k, run in enumerate(found, 1)]
     for name, e, closed in runs:
         yield row(name, e, closed, scale)
+    if drawing.result.paths and not drawing.result.rough:
+        yield 'contours meet: no rough shape, and the regions are told in chords'
     if not drawing.result.paths:
         yield 'the tool fits nowhere along it'
     yield from unreached(drawing, scale)

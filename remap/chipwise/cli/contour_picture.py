@@ -197,7 +197,8 @@ def entries(drawing):
     found = [
         (f'<path d="M0 0H34" stroke="{FINISH}" stroke-width="1.8"/>', 'finish shape'),
         (f'<path d="M0 0H34" stroke="{PATH}" stroke-width="1.6"/>', 'centre path'),
-        (f'<path d="M0 0H34" stroke="{ROUGH}" stroke-width="5"/>', 'rough shape: the edge the tool leaves'),
+        *([(f'<path d="M0 0H34" stroke="{ROUGH}" stroke-width="5"/>', 'rough shape: the edge the tool leaves')]
+          if drawing.result.rough else []),
         (f'<circle cx="17" cy="0" r="8" fill="{TOOL}" fill-opacity="0.12" stroke="{TOOL}" stroke-dasharray="4 3"/>',
          f'tool, {format_length(drawing.tool, drawing.unit)}, where a centre path starts'),
         (f'<rect y="-8" width="34" height="16" fill="url(#hatch)" stroke="{LEFT_OVER}"/>',
