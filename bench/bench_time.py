@@ -5,8 +5,8 @@ Called by bench/run.py (prints JSON rows); by hand with --table, and with the na
 judges kept ones again without running LinuxCNC.
 
 Method:
- 1. A program runs twice on a LinuxCNC of its own: as it is, and with a target so high that the
-    stock never limits it.  The second run gives the velocity the planner itself allows at every
+ 1. A program runs twice on a LinuxCNC of its own: as it is, and with a target so high (and the tools'
+    own rates gone) that the stock never limits it.  The second run gives the velocity the planner itself allows at every
     place (ceiling, corners, ends); both give the acceleration it really uses on every line.
  2. The section area A(s) along the logged way comes from bench/lib/fine_model.c, which shares
     nothing with the core.  Removal rate = A v, v from the logged positions; windows of 1 and 10 ms.
@@ -79,9 +79,18 @@ def run_both(name, path, folder):
     return jobs
 
 
+def without_rates(folder):
+    """A tool geometry file like the sample one, but no tool has a removal rate of its own."""
+    text = (ROOT / "configs" / "tools.toml").read_text()
+    copy = folder / "tools.toml"
+    copy.write_text(re.sub(r"^max_removal_rate.*\n", "", text, flags=re.M))
+    return {"TOOL_GEOMETRY": str(copy)}
+
+
 def run(job):
     program, log = job
-    summary = runner.run_headless(str(program), speed=SPEED, log=str(log))
+    settings = without_rates(program.parent) if program.stem.endswith("-free") else None
+    summary = runner.run_headless(str(program), speed=SPEED, log=str(log), settings=settings)
     if summary["exit_status"] or summary["errors"]:
         raise RuntimeError(f"bench: {program.name}: {summary['errors']}")
 
@@ -152,15 +161,17 @@ def matched(log, rows, other, other_rows):
 
 
 def accelerations(logs):
-    """{line: mm/s2} the planner really uses: half the machine's on lines that blend in parabolas."""
+    """{(line, kind of motion): mm/s2} the planner really uses: half the machine's on lines that blend in parabolas
+    and on most arcs; a cycle's moves all have its line."""
     used = {}
     for log in logs:
         gain = np.abs(np.diff(log.speed, prepend=log.speed[:1])) / log.period
         steady = np.minimum(gain[1:-1], np.minimum(gain[:-2], gain[2:]))    # of three in a row
-        for line, value, feeding in zip(log.line[1:-1], steady, log.feeding[1:-1]):
-            if feeding and value > used.get(line, 0.0):
-                used[line] = value
-    return {line: ACCEL if value > 0.62 * ACCEL else 0.5 * ACCEL for line, value in used.items()}
+        same = (log.motion[2:] == log.motion[1:-1]) & (log.motion[:-2] == log.motion[1:-1])
+        for line, kind, value, feeding in zip(log.line[1:-1], log.motion[1:-1], steady, log.feeding[1:-1] & same):
+            if feeding and value > used.get((line, kind), 0.0):
+                used[line, kind] = value
+    return {place: ACCEL if value > 0.62 * ACCEL else 0.5 * ACCEL for place, value in used.items()}
 
 
 def fastest(way, limit, accel):
@@ -227,7 +238,8 @@ def judge(name, folder, text):
         planner = np.interp(there, free.way[moving], free.speed[moving])
         planner = np.maximum(planner, np.minimum(np.interp(way, held.way, held.speed), 0.5))
         index = np.searchsorted(held.way[first:last], way).clip(0, last - first - 1) + first
-        accel = np.array([accel_of.get(line, ACCEL) for line in held.line[index]])
+        accel = np.array([accel_of.get(place, ACCEL)
+                          for place in zip(held.line[index], held.motion[index])])
         met = area[index]
         stock = target / np.maximum(met, 1e-9)
         seconds, v = fastest(way, np.minimum(planner, stock), accel)

@@ -12,6 +12,11 @@
 #define CW_SAMPLE_NODES 8       /* work on a sample beside that on its nodes, in nodes */
 #define CW_CARRY_NODES 2        /* and on carrying one over to a new course */
 #define CW_RISE 1.1             /* a sample this much above the one before is a step of the load */
+#define CW_SMEAR 3.0            /* cells a wall in the stock is smeared over */
+#define CW_JUMP 0.15            /* of a load, a rise within one sample that is a wall */
+#define CW_MAIN 0.7             /* of the largest rise there, one that may be where the wall is */
+#define CW_NOISE 0.08           /* of a load, a bend between samples that is none */
+#define CW_BLUNT 0.4            /* of a bend, what interpolated heights lose */
 #define CW_TOUCH 1e-3           /* mm2, less is no contact */
 #define CW_MERGE 1.03           /* levels closer than this are given as one */
 
@@ -34,6 +39,17 @@ static double sample(const struct cw_ahead *ahead, int i)
     int last = ahead->first + ahead->count - 1;
     i = i < ahead->first ? ahead->first : (i > last ? last : i);
     return ahead->area[i % CW_AHEAD_SAMPLES];
+}
+
+/* Area of a sample, never too low: what a peak or an edge loses where heights are interpolated is
+ * given back, up to what can be there at all. */
+static double bound(const struct cw_ahead *ahead, int i)
+{
+    double area = sample(ahead, i), edge = 2.0 * area - sample(ahead, i - 1) - sample(ahead, i + 1), most;
+    if (i < ahead->first || i >= ahead->first + ahead->count) return area;
+    edge -= CW_NOISE * area;
+    most = ahead->most[i % CW_AHEAD_SAMPLES];
+    return edge > 0.0 ? cw_max(area, cw_min(area + CW_BLUNT * edge, most)) : area;
 }
 
 /* Number of the sample the tool has passed last; *share: how far it is to the next, 0..1. */
@@ -65,9 +81,9 @@ static double most_now(const struct cw_ahead *ahead)
     int i;
     if (ahead->count == 0) return ahead->held;
     i = passed(ahead, &share);
-    past = sample(ahead, i - 1);
-    a = sample(ahead, i);
-    b = sample(ahead, i + 1);
+    past = bound(ahead, i - 1);
+    a = bound(ahead, i);
+    b = bound(ahead, i + 1);
     if (i - 1 < ahead->first && ahead->at < ahead->gap) past = cw_max(a, ahead->held);
     return past > CW_RISE * cw_min(a, b) ? cw_max(past, b) : cw_max(a, b);
 }
@@ -86,7 +102,7 @@ static double onward(const struct cw_course *old, const struct cw_course *new, d
 static void carry_over(struct cw_ahead *ahead, const struct cw_course *old, double step,
                        const struct cw_stock *stock)
 {
-    float area[CW_AHEAD_SAMPLES], depth[CW_AHEAD_SAMPLES];
+    float area[CW_AHEAD_SAMPLES], most[CW_AHEAD_SAMPLES], depth[CW_AHEAD_SAMPLES];
     double gap = ahead->gap, begin = (old->travelled + step) / gap;
     int last = ahead->first + ahead->count - 1, n = 0, same = 0, i;
 
@@ -104,17 +120,27 @@ static void carry_over(struct cw_ahead *ahead, const struct cw_course *old, doub
             && off2 < CW_SAME * CW_SAME * stock->cell * stock->cell) same++;
         share = s - a;
         area[n] = (float)(sample(ahead, a) + share * (sample(ahead, a + 1) - sample(ahead, a)));
+        most[n] = (float)cw_max(ahead->most[a % CW_AHEAD_SAMPLES],
+                                ahead->most[(a + 1) % CW_AHEAD_SAMPLES]);
         depth[n] = (float)cw_max(ahead->depth[a % CW_AHEAD_SAMPLES],
                                  ahead->depth[(a + 1) % CW_AHEAD_SAMPLES]);
         n++;
     }
     for (i = 0; i < n; i++) {
         ahead->area[i] = area[i];
+        ahead->most[i] = most[i];
         ahead->depth[i] = depth[i];
     }
     ahead->first = 0;
     ahead->count = n;
     ahead->stale = same;
+}
+
+/* What a tool meets that is in stock all round, mm2: a full slot and a full plunge. */
+static double full_area(const struct cw_tool *tool, const double dir[3], double depth)
+{
+    double plunge = dir[2] < 0.0 ? -dir[2] * CW_PI * tool->radius * tool->radius : 0.0;
+    return 2.0 * tool->radius * depth * cw_sqrt(dir[0] * dir[0] + dir[1] * dir[1]) + plunge;
 }
 
 /* Takes sample i on the course; returns its work, in nodes. */
@@ -129,6 +155,7 @@ static int take(struct cw_ahead *ahead, const struct cw_stock *stock, const stru
     met = cw_section_at(stock, tool, tip, dir, near ? cw_section_clear(stock) : 0.0, curvature);
     ahead->area[i % CW_AHEAD_SAMPLES] = (float)met.area;
     ahead->depth[i % CW_AHEAD_SAMPLES] = (float)met.depth;
+    ahead->most[i % CW_AHEAD_SAMPLES] = (float)full_area(tool, dir, met.depth);
     return met.nodes + CW_SAMPLE_NODES;
 }
 
@@ -202,6 +229,10 @@ static void add_level(struct cw_ahead_view *view, double distance, double area)
 {
     struct cw_ahead_level *last = &view->level[view->levels - 1];
     if (area <= last->area) return;
+    while (view->levels > 1 && last->distance >= distance) {    /* said by the new one */
+        view->levels--;
+        last--;
+    }
     if (view->levels > 1 && (view->levels == CW_AHEAD_LEVELS || area <= CW_MERGE * last->base)) {
         last->area = area;
         return;
@@ -227,25 +258,32 @@ static void add_braking(const struct cw_ahead *ahead, struct cw_ahead_view *view
 static double worst(const struct cw_ahead *ahead, const struct cw_stock *stock,
                     const struct cw_tool *tool, double s)
 {
-    double tip[3], dir[3], depth, plunge;
+    double tip[3], dir[3];
     if (ahead->on_way) cw_way_at(&ahead->way, s, tip, dir);
     else cw_piece_at(&ahead->course.piece, s, tip, dir);
-    depth = cw_max(0.0, stock->z_max - tip[2]);
-    plunge = dir[2] < 0.0 ? -dir[2] * CW_PI * tool->radius * tool->radius : 0.0;
-    return 2.0 * tool->radius * depth * sqrt(dir[0] * dir[0] + dir[1] * dir[1]) + plunge;
+    return full_area(tool, dir, cw_max(0.0, stock->z_max - cw_max(tip[2], stock->z_min)));
 }
 
-/* How sudden the load rises from a sample to the next: 0 not at all, 1 a step, which may lie
- * anywhere between them. */
-static double steepness(double before, double area)
+/* How far, mm, before sample i its load has to be reckoned with. Heights are interpolated, so that a
+ * wall is smeared over some cells: where the load has jumped a little while before, all that it
+ * has risen since belongs to the jump. Any other rise may lie anywhere since the sample before. */
+static double early(const struct cw_ahead *ahead, const struct cw_stock *stock, int i)
 {
-    return cw_clamp((area - before) / ((CW_RISE - 1.0) * before + CW_TOUCH), 0.0, 1.0);
+    double gap = ahead->gap, area = sample(ahead, i), before = sample(ahead, i - 1), most = 0.0;
+    int back = (int)ceil(CW_SMEAR * stock->cell / gap), begin = 0, k;
+    for (k = 1; k <= back; k++) {
+        double rise = sample(ahead, i - k + 1) - sample(ahead, i - k);
+        if (rise > most) most = rise;
+        if (rise > CW_JUMP * area && rise >= CW_MAIN * most) begin = k;
+    }
+    if (begin) return begin * gap;
+    return gap * cw_clamp((area - before) / ((CW_RISE - 1.0) * before + CW_TOUCH), 0.0, 1.0);
 }
 
 void cw_ahead_look(const struct cw_ahead *ahead, const struct cw_stock *stock,
                    const struct cw_tool *tool, double horizon, struct cw_ahead_view *view)
 {
-    double gap = ahead->gap, reached = 0.0, before;
+    double gap = ahead->gap, reached = 0.0;
     int i;
     int known = ahead->on_way || ahead->course.known;
     view->area = known ? area_now(ahead) : 0.0;
@@ -254,16 +292,15 @@ void cw_ahead_look(const struct cw_ahead *ahead, const struct cw_stock *stock,
     view->level[0].distance = view->level[0].accel = 0.0;
     view->level[0].area = view->level[0].base = known ? most_now(ahead) : 0.0;
     if (!known) return;
-    before = ahead->count ? sample(ahead, ahead->first) : 0.0;
     for (i = ahead->first; i < ahead->first + ahead->count; i++) {
         double at = i * gap - ahead->at;
-        double area = sample(ahead, i), early = gap * steepness(before, area);
+        double area = bound(ahead, i);
         if (at - gap <= 0.0 && view->depth < ahead->depth[i % CW_AHEAD_SAMPLES])
             view->depth = ahead->depth[i % CW_AHEAD_SAMPLES];
         if (at - gap > horizon) break;
         reached = cw_max(at, 0.0);
-        if (at > 0.0) add_level(view, cw_max(0.0, at - early), area);
-        before = area;
+        if (at > 0.0 && area > view->level[view->levels - 1].area)
+            add_level(view, cw_max(0.0, at - early(ahead, stock, i)), area);
     }
     if (ahead->on_way) horizon = cw_min(horizon, ahead->way.end - ahead->at);
     if (reached < horizon && tool->radius > 0.0)

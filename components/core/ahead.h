@@ -37,6 +37,7 @@ struct cw_ahead {
     int first, count;           /* samples in use: numbers first .. first + count - 1 */
     int stale;                  /* number of the first one to be taken again */
     float area[CW_AHEAD_SAMPLES];       /* mm2, sample i at index i % CW_AHEAD_SAMPLES */
+    float most[CW_AHEAD_SAMPLES];       /* mm2, all that can be met there at that depth */
     float depth[CW_AHEAD_SAMPLES];      /* mm above the tip */
 };
 

@@ -112,6 +112,25 @@ static double part_radius(const struct cw_tool_ring *ring, double u)
     return (a * a + a * r + r * r) * (a + b) / ((a + r) * (a * a + a * b + b * b));
 }
 
+/* Makes a band that reaches out of the stock's bottom one that begins there, with the mean radius
+ * of that upper part [6]. */
+static void raise_bottom(struct band *band, double bottom)
+{
+    const struct cw_tool_ring *ring = band->ring;
+    double u = (bottom - band->low) / ring->rise, a = ring->inner, b = ring->outer, from, radius;
+    if (ring->straight) {
+        radius = 0.5 * (a + u * (b - a) + b);
+    } else {
+        from = cw_sqrt(a * a + u * (b * b - a * a));
+        radius = ring->radius * (from * from + from * b + b * b) * (a + b)
+            / ((from + b) * (a * a + a * b + b * b));
+        band->fall *= ring->radius / radius;
+    }
+    band->radius = radius;
+    band->low = bottom;
+    band->ring = 0;
+}
+
 /* What a column of height h in contact with the band sweeps at an angle with cosine c: (n . d)+
  * over the radial part of n, times h [1]; `even`: stock is as high beside it [6]. */
 static double swept(const struct band *band, double c, double h, int even)
@@ -263,9 +282,9 @@ struct cw_section cw_section_at(const struct cw_stock *stock, const struct cw_to
     for (i = 0; i < tool->rings; i++) {
         const struct cw_tool_ring *ring = &tool->ring[i];
         if (ring->rise <= CW_THINNEST) {
-            double slab = cw_max(CW_THINNEST, 0.5 * sink);
-            if (fall > 0.0)
-                result.area += flat_area(stock, &at, ring, z + ring->height - sink, fall, slab,
+            double slab = cw_max(CW_THINNEST, 0.5 * sink), end = z + ring->height;
+            if (fall > 0.0 && end > stock->z_min)
+                result.area += flat_area(stock, &at, ring, cw_max(end - sink, stock->z_min), fall, slab,
                                          &result.nodes);
             continue;
         }
@@ -276,14 +295,16 @@ struct cw_section cw_section_at(const struct cw_stock *stock, const struct cw_to
         band.low = z + ring->height - 0.5 * ring->rise;
         band.high = band.low + ring->rise;
         if (band.low >= stock->z_max) break;    /* bands rise outwards */
+        if (band.high <= stock->z_min) continue;
         band.fall = -dir[2] * ring->run / ring->rise;
+        if (band.low < stock->z_min) raise_bottom(&band, stock->z_min);
         add_band(stock, &at, &band, tip[2], &result);
     }
     if (tip[2] + tool->shoulder < stock->z_max && at.level > 1e-9) {
         band.ring = 0;
         band.radius = band.outer = tool->radius;
         band.margin = at.level * clear;
-        band.low = z + tool->shoulder;
+        band.low = cw_max(z + tool->shoulder, stock->z_min);
         band.high = 1e301;
         band.fall = 0.0;
         add_band(stock, &at, &band, tip[2], &result);

@@ -125,3 +125,17 @@ def test_turned_by_a_quarter():
         heading = np.array([9, 0.4]) / math.hypot(9, 0.4)
         areas.append(stock.section(tool, at(1, 0.4, -2), (*(matrix @ heading), 0))[0])
     assert np.ptp(areas) < 2e-3 * areas[0]
+
+
+@pytest.mark.parametrize("shape", [(6, 0, 0), (6, 3, 0), (10, 2, 0), (8, 0, 90), (6, 0.5, 20)])
+def test_through_the_bottom(shape):
+    """What reaches out of the stock's bottom meets nothing; where all is cut through there is no load."""
+    stock, tool = core.Stock((-10, -10, -5), (10, 10, 0), 0.25), core.Tool(*shape)
+    cutter = core.Cutter(stock, tool, (-15, 0, -8))
+    cutter.to((0, 0, -8))
+    want = stock_cases.front_area(shape, 8.0) - stock_cases.front_area(shape, 3.0)
+    area, depth = stock.section(tool, (1, 0, -8), (1, 0, 0))
+    assert area == pytest.approx(want, rel=MEAN)
+    assert depth == pytest.approx(8.0)
+    cutter.to((15, 0, -8))
+    assert stock.section(tool, (0, 0, -8), (1, 0, 0))[0] < max(0.02, MOST_FALSE.get(shape, 0.0)) * want

@@ -75,7 +75,7 @@ class _Course(C.Structure):
 class _Ahead(C.Structure):
     _fields_ = [("way", _Way), ("course", _Course), ("on_way", C.c_int), ("at", C.c_double), ("gap", C.c_double),
                 ("held", C.c_double), ("first", C.c_int), ("count", C.c_int),
-                ("stale", C.c_int), ("area", C.c_float * SAMPLES), ("depth", C.c_float * SAMPLES)]
+                ("stale", C.c_int), ("area", C.c_float * SAMPLES), ("most", C.c_float * SAMPLES), ("depth", C.c_float * SAMPLES)]
 
 
 class _Level(C.Structure):
