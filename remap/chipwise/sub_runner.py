@@ -1,6 +1,6 @@
 """Runs a contour sub in an interpreter of its own and prints what it would have moved.  A program, not a module.
 
-    /usr/bin/python3 -E -s sub_runner.py  < JSON of the job  > JSON of the result
+    /usr/bin/python3 -s sub_runner.py  < JSON of the job  > JSON of the result
 
 Started by subs.py, one process per sub, so that whatever the sub does (an endless loop, a crash) happens to this process
 and never to the task or the preview.  It is the interpreter of AXIS's preview (module gcode): full doubles, line
@@ -140,7 +140,9 @@ def _mark_before(job, line):
 
 def main():
     job = json.load(sys.stdin)
-    signal.setitimer(signal.ITIMER_PROF, job["cpu_s"])      # default action of SIGPROF: the end, also inside C code
+    signal.signal(signal.SIGPROF, signal.SIG_DFL)           # the end, also inside C code
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGPROF])
+    signal.setitimer(signal.ITIMER_PROF, job["cpu_s"])
     _make_tool_table()
     canon = Canon(job)
     error = None

@@ -19,6 +19,7 @@ import json
 import math
 import os
 import re
+import signal
 import subprocess
 import tempfile
 import time
@@ -27,6 +28,7 @@ from functools import lru_cache
 
 from chipwise.errors import MM_PER_INCH, CycleError
 from chipwise.geometry.contour import ArcElement, ContourError, LineElement, make_contour
+from chipwise.settings import read_section
 
 PYTHON = "/usr/bin/python3"     # the interpreter LinuxCNC is built for
 RUNNER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "sub_runner.py")
@@ -35,7 +37,7 @@ CPU_S = 1.0             # computing time a sub may take: an answer within 2 s, w
 PATIENCE_S = 1.6        # after this time it is given up once it has had HALF_CPU_S, ..
 HALF_CPU_S = 0.4        # .. which a sub of some lines needs a tenth of, and a machine busy with other things may not give
 LINE_S = 2e-4           # more patience per line of the file
-WALL_S = 8.0            # and this long at most
+WALL_S = 30.0           # and this long at most: such a machine, or a sandbox whose clock runs ahead
 MAX_MOVES = 100_000     # moves of one sub; 20,000 elements are offset in half a second
 HEIGHT_MM = 1e-6        # a move that leaves its height by more is a Z move
 SAME_MM = 1e-9          # a G0 that stays where it is separates nothing
@@ -167,7 +169,6 @@ def find_sub(job):
 
 def _folders(ini):
     """Folders of sub files, in LinuxCNC's order: the current one, PROGRAM_PREFIX, SUBROUTINE_PATH."""
-    from chipwise.settings import read_section
     folders = ["."]
     try:
         with open(ini, encoding="utf-8", errors="replace") as file:
@@ -186,9 +187,10 @@ def _quoted(path):
 # ---- what the text says --------------------------------------------------------------------------------------------
 
 _ASSIGNMENT = re.compile(r"#+(?:<[^>]*>|\[[^]]*\]|\d+)=.*?(?=#+(?:<[^>]*>|\[[^]]*\]|\d+)=|$)")
+_FUNCTION = re.compile(r"#+\d*|(?:exists|acos|asin|atan|round|sqrt|abs|cos|exp|fix|fup|sin|tan|ln)(?=#)")
 _WORD = re.compile(r"([a-z@^])((?:[+-]?[0-9.]+)?)")
 _CODES = {0.0, 1.0, 2.0, 3.0, 40.0}
-_LETTERS = "gnxyijrpf"
+_LETTERS = "gnxyijrpf@^"
 
 
 def _without_values(plain):
@@ -197,16 +199,17 @@ def _without_values(plain):
     while True:
         fewer = re.sub(r"\[[^][]*\]|#<[^>]*>", "#", plain)
         if fewer == plain:
-            return re.sub(r"#+\d*|\b(?:abs|acos|asin|atan|cos|exp|fix|fup|ln|round|sin|sqrt|tan|exists)(?=#)", "#", plain)
+            return _FUNCTION.sub("", plain)
         plain = fewer
 
 
 def _check_text(found):
     """Refuse what no contour sub may hold, by its exact line; what hides behind an expression the runner finds."""
     for number, text in found.body:
-        if _o_word(text):
+        plain = _plain(text).lstrip("/")
+        if re.match(r"(n\d+)?o", plain):
             continue
-        words = _WORD.findall(_without_values(_plain(text).lstrip("/")))
+        words = _WORD.findall(_without_values(plain))
         for letter, value in words:
             wrong = None
             if letter == "z":
@@ -271,7 +274,7 @@ def _called(job, found):
     return tuple(sorted(known.items()))
 
 
-@lru_cache(maxsize=32)
+@lru_cache(maxsize=128)
 def _run(found, job, _files):
     """Shape of a found sub; kept by the text of its file, the files it calls, and all it can read."""
     _check_text(found)
@@ -326,13 +329,18 @@ _FOREIGN = re.compile(r"^\s*(REMAP|TOPLEVEL|PATH_PREPEND|PATH_APPEND|RS274NGC_ST
                       r"PARAMETER_FILE|LOG_LEVEL|USER_M_PATH)\s*=", re.IGNORECASE)
 
 
+_PATHS = re.compile(r"^\s*(SUBROUTINE_PATH|PROGRAM_PREFIX|WIZARD_ROOT)\s*=", re.IGNORECASE)
+
+
 def _ini_text(path):
-    """The INI file as the runner may see it: without remaps, Python and start-up codes."""
+    """The INI file as the runner may see it: without remaps, Python and start-up codes, ~ as it is here."""
     try:
         with open(path, encoding="utf-8", errors="surrogateescape") as file:
-            return "".join(line for line in file if not _FOREIGN.match(line))
+            lines = [line for line in file if not _FOREIGN.match(line)]
     except OSError:
         return "[RS274NGC]\n"
+    home = os.path.expanduser("~")
+    return "".join(re.sub(r"(?<=[=:\s])~(?=/|:|\s)", lambda m: home, line) if _PATHS.match(line) else line for line in lines)
 
 
 def _child(found, job):
@@ -349,10 +357,10 @@ def _child(found, job):
             "tool": job.tool, "codes": ["G20" if job.unit == "in" else "G21", "G0"], "begin": _BEGIN, "end": _END,
             "mark": _MARK, "max_moves": MAX_MOVES, "cpu_s": CPU_S})
         environment = {**os.environ, "HOME": folder, "INI_FILE_NAME": paths["sub.ini"], "LC_ALL": "C"}
-        process = subprocess.Popen([PYTHON, "-E", "-s", RUNNER], env=environment, text=True, stdin=subprocess.PIPE,
+        process = subprocess.Popen([PYTHON, "-s", RUNNER], env=environment, text=True, stdin=subprocess.PIPE,
                                    stdout=subprocess.PIPE, stderr=subprocess.PIPE)
         answer = _answer(process, order, PATIENCE_S + LINE_S * len(found.lines))
-    if answer is None or process.returncode < 0 and not answer[0]:
+    if answer is None or process.returncode == -signal.SIGPROF:
         return None
     if process.returncode != 0:
         said = (answer[1].strip().splitlines() or [f"exit {process.returncode}"])[-1]

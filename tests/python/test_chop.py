@@ -119,16 +119,3 @@ def test_order_beats_the_patents(n):
     ours = chop.travel(path, (-40, 0), (0, 0), **ends)
     assert ours <= naive + 1e-9 if n == 2 else ours < 0.75 * naive
     assert sorted(map(sorted, path)) == sorted(map(sorted, chop.flat_segments(groups)))
-
-
-def test_region_lines_of_an_l_shape():
-    """Any polygon: the scan lines of an L have the lengths of its arms, less a tool radius at each end."""
-    shape = regions.polygon_region([(0, 0), (40, 0), (40, 15), (15, 15), (15, 40), (0, 40)])
-    slug = regions.shrink(shape, 4)
-    groups = chop.region_lines(shape, 2, 8, slug)
-    lengths = {round(math.dist(*segment), 6) for scan_line in groups[0] for segment in scan_line}
-    assert lengths == {36.0, 11.0}
-    size = chop.largest_piece(slug, chop.flat_segments(groups), 2)
-    assert 0 < size < chop.largest_piece(slug, [], 2)
-    path = chop.order_lines(groups, (0, 0), (0, 0))
-    assert len(path) == len(chop.flat_segments(groups))

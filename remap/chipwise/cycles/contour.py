@@ -51,6 +51,9 @@ LEADS = (1.0, 0.5, 0.25, 0.125)
 # a hundredth of what six decimals of an inch leave
 NEAR = 1e-6
 
+# Radial passes: each is an offset of its own, some hundredths of a second for a long contour.
+MAX_RINGS = 200
+
 # More moves are a slip of the finger and would stall the preview: 10 s of emitting.
 MAX_MOVES = 1_000_000
 
@@ -144,8 +147,8 @@ def _check_passes(r):
     if r.depth_step is not None and (r.clearance - r.bottom) / r.depth_step > MAX_PASSES:
         raise CycleError(f"depth per pass J{{j}} needs more than {MAX_PASSES} passes from R to Z", "use a larger J",
                          j=r.depth_step)
-    if not 1 <= r.passes <= MAX_PASSES or r.passes != int(r.passes):
-        raise CycleError(f"L{r.passes:g} radial passes are not from 1 to {MAX_PASSES}", "use L1 or more")
+    if not 1 <= r.passes <= MAX_RINGS or r.passes != int(r.passes):
+        raise CycleError(f"L{r.passes:g} radial passes are not from 1 to {MAX_RINGS}", "use such an L")
     if r.step is not None and r.step <= 0:
         raise CycleError("radial step D{d} is not above 0", "use D above 0, at most {t}", d=r.step, t=2 * r.tool_radius)
     if r.passes > 1 and r.step is None:

@@ -1,6 +1,7 @@
 """Chopping a slug: straight kerfs that divide waste into pieces below a given size, before the contour frees it.
 
-Called by cycles/hole.py; written for any region, so that the slug of a closed contour can use it too.  Pure; mm.
+Called by cycles/hole.py: the lines of a circular hole; and by slug.py, which has those of any other shape: the size of a
+piece and the order of the lines.  Pure; mm.
 
 Source: JP H05-7134 B2 (1988), description of fig. 4 and 5.  With its symbols: d the diameter of the hole, H the
 reference size, n = floor((d + H) / H) parts along X and along Y, n - 1 lines parallel to each axis.
@@ -123,27 +124,6 @@ def disc_scan_lines(cx, cy, path_radius, extent, parts, axis):
 def disc_lines(cx, cy, radius, tool_radius, parts):
     """Both groups of scan lines of a hole divided into `parts`: (parallel to X, parallel to Y)."""
     return tuple(disc_scan_lines(cx, cy, radius - tool_radius, radius, parts, axis) for axis in (0, 1))
-
-
-def region_lines(region, tool_radius, parts, slug):
-    """The same for the slug of any closed contour: scan lines may have several segments.
-
-    region  the finished shape; slug  what the contour pass leaves of it (shrunk by the tool's diameter).
-    """
-    reach = regions.shrink(region, tool_radius)
-    limits = regions.bounds(slug)
-    groups = []
-    for axis in (0, 1):
-        across = 1 - axis
-        low, high = limits[across] - tool_radius, limits[across + 2] + tool_radius
-        group = []
-        for k in range(1, parts):
-            at = low + (high - low) * k / parts
-            spans = [span for span in regions.chords(reach, across, at) if span[1] - span[0] > MIN_LINE]
-            if spans:
-                group.append([((a, at), (b, at)) if axis == 0 else ((at, a), (at, b)) for a, b in spans])
-        groups.append(group)
-    return tuple(groups)
 
 
 def flat_segments(groups):

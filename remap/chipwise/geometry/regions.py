@@ -108,19 +108,22 @@ def clipped(region, low_x, low_y, high_x, high_y):
     return [part for part in parts(region.intersection(box(low_x, low_y, high_x, high_y))) if part.area > SLIVER_AREA]
 
 
-def without(region, segments, half_width):
-    """The region without straight kerfs: ((x0, y0), (x1, y1)) and half width, mm."""
+def without(region, segments, half_width, inner=None):
+    """The region without straight kerfs: ((x0, y0), (x1, y1)) and half width, mm; and without a region inside it."""
     kerfs = [LineString(segment).buffer(half_width, CAP_CORNERS) for segment in segments]
+    if inner is not None and not inner.is_empty:
+        region, kerfs = region.difference(inner), [kerf.difference(inner) for kerf in kerfs]
     return region.difference(unary_union(kerfs)) if kerfs else region
 
 
-def badly_held(stock, waste, thickness):
+def badly_held(stock, waste, thickness, reaching=0.0):
     """What may break off the stock where a bridge thinner than `thickness` (mm) cannot be trusted.
 
     stock   all material there is; waste: the region in which none is held from outside
     A part of the stock is firm if it reaches out of the waste and stays joined to there when its edge is cut back by
     half the thickness.  Returns the hulls of all other parts that have a body: each with everything that hangs on
-    it, bridges of any thickness counted as holding, so that it is as large as it may be.
+    it, bridges of any thickness counted as holding, so that it is as large as it may be.  Those are left out whose
+    bounding box has a diagonal below `reaching`, mm.
     """
     bodies = parts(stock.buffer(-thickness / 2, CAP_CORNERS))
     inside = prep(waste)
@@ -131,8 +134,8 @@ def badly_held(stock, waste, thickness):
     rest = stock.intersection(waste)
     if firm:
         rest = rest.difference(unary_union(firm).buffer(thickness / 2 * 1.01, CAP_CORNERS))
-    bodies = unary_union(loose)
-    return [hull(part) for part in parts(rest) if part.intersects(bodies)]
+    large = [part for part in parts(rest) if diagonal(part) >= reaching]
+    return [hull(part) for part in large if any(body.intersects(part) for body in loose)]
 
 
 def bounds(region):
@@ -145,9 +148,9 @@ def chords(region, axis, at):
 
     Returns a list of (low, high), mm, along the other axis, in rising order.
     """
-    limits = bounds(region)
-    if limits is None:
+    if region.is_empty:
         return []
+    limits = region.bounds
     low, high = limits[1 - axis] - 1.0, limits[3 - axis] + 1.0
     ends = [(at, low), (at, high)] if axis == 0 else [(low, at), (high, at)]
     cut = region.intersection(LineString(ends))

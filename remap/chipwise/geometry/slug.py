@@ -30,6 +30,9 @@ from .chop import MIN_LINE, PIECE_MARGIN, flat_segments, order_lines, piece_size
 # some hundredths of a mm wider on either side than computed, so that the strip may not be there at all. mm
 BRIDGE = 0.1
 
+# A slug thinner than this is no piece but a chip; the drawings of its edges are not much finer. mm
+HAIR = 0.01
+
 # Lines that clear instead of dividing overlap by this at least, so that no fin is left between them. mm
 OVERLAP = 0.02
 
@@ -51,6 +54,9 @@ MAX_PARTS = 400
 
 # So many parts more are tried where the grid of fewest lines leaves a large piece on a thin bridge.
 FINER = 4
+
+# A quick look at a grid takes about so many points at most.
+PROBES = 8000
 
 # Chords are counted at so many places across the slug.
 COUNT_PLACES = 64
@@ -106,6 +112,8 @@ def chop_slugs(boundaries, islands, tool_radius, chop_size):
     chops = []
     for region in _regions(boundaries, islands, SLUG_SAGITTA):
         for slug in regions.parts(regions.shrink(region, tool_radius - 1.5 * SLUG_SAGITTA)):
+            if not regions.parts(regions.shrink(slug, HAIR / 2)):
+                continue
             reach = next((r for r in reaches if r.intersects(slug)), None)
             if reach is not None:
                 chops.append(_Slug(slug, region, reach, _directions(boundaries), tool_radius).chop(chop_size))
@@ -180,7 +188,7 @@ class _Slug:
             best = min([best] + [trial[0] for trial in found])
         for count, length, grid, parts in self._tries(sorted(found, key=lambda t: t[:2]), grids, size):
             groups = grid.groups(parts)
-            if self._held(flat_segments(groups), size):
+            if grid.held(parts, groups, size):
                 break
         pieces = [piece_size(regions.hull(piece)) for piece in grid.pieces(parts)]
         turned = tuple([[grid.back(segment) for segment in line] for line in group] for group in groups)
@@ -188,21 +196,22 @@ class _Slug:
 
     def _tries(self, found, grids, size):
         """What to take, best first: (lines, length, grid, parts).  After the best grid the others found and finer ones
-        of the best, at last lines that clear."""
-        yield from found[:1]
-        others = found[1:]
+        of the best, at last lines that clear; these first where they are neither more nor longer."""
+        clear = min(((grid.lines(parts), grid.angle, grid, parts) for grid in grids for parts in grid.clearing()),
+                    key=lambda t: t[:2])
+        clear = clear[2].trial(clear[3])
+        others = list(found[1:])
         if found:
+            if clear[0] <= found[0][0] and clear[1] <= found[0][1]:
+                yield clear
+            yield found[0]
             _, _, grid, (a, b) = found[0]
             finer = [(a + i, b + more - i) for more in range(1, FINER + 1) for i in range(more + 1)]
-            others += [grid.trial(parts) for parts in finer if grid.usable(parts) and grid.fits(parts, size)]
-        yield from sorted(others, key=lambda t: t[:2])
-        yield min((grid.trial(parts) for grid in grids for parts in grid.clearing()), key=lambda t: t[:2])
-
-    def _held(self, segments, size):
-        """Whether everything of `size` (mm) or more is still held, BRIDGE thick, when all lines are cut."""
-        stock = regions.without(regions.grow(self.region, self.radius + 1.0), segments, self.radius)
-        waste = regions.grow(self.region, self.radius)
-        return all(piece_size(outline) < size for outline in regions.badly_held(stock, waste, BRIDGE))
+            others += [(grid.lines(parts), 0.0, grid, parts) for parts in finer if grid.usable(parts)]
+        for trial in sorted(others, key=lambda t: t[:2]):
+            if trial[2].fits(trial[3], size):
+                yield trial
+        yield clear
 
 
 def _probe(slug, size):
@@ -216,10 +225,10 @@ def _probe(slug, size):
         count = min(max(3, math.ceil(3 * (high - low) / size)), 60)
         for at in low + (high - low) * (np.arange(count) + 0.5) / count:
             ways += [[(at, a), (at, b)] if axis == 0 else [(a, at), (b, at)] for a, b in regions.chords(slug, axis, at)]
-    points, starts = [], []
-    step, here = size / 16, 0
+    points, starts, here = [], [], 0
+    ways = [np.asarray(way, float) for way in ways]
+    step = max(size / 16, sum(np.hypot(*np.diff(way, axis=0).T).sum() for way in ways) / PROBES)
     for way in ways:
-        way = np.asarray(way, float)
         upto = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(way, axis=0).T))))
         at = np.linspace(0.0, upto[-1], max(2, math.ceil(upto[-1] / step)))
         points.append(np.stack((np.interp(at, upto, way[:, 0]), np.interp(at, upto, way[:, 1])), axis=1))
@@ -232,10 +241,10 @@ class _Grid:
     """The slug turned so that the first group of lines is parallel to X.  parts: (n across the first, the second)."""
 
     def __init__(self, owner, angle, points, room):
-        self.angle, self.radius, self.room = angle, owner.radius, room
+        self.owner, self.angle, self.radius, self.room = owner, angle, owner.radius, room
         self.cos, self.sin = math.cos(angle), math.sin(angle)
         self.slug = regions.rotated(owner.slug, -angle)
-        self._reach_before, self._reach = owner.reach, None
+        self._reach = None
         self.points = points[0] @ np.array([[self.cos, -self.sin], [self.sin, self.cos]])
         self.starts = points[1]
         bounds = regions.bounds(self.slug)
@@ -247,7 +256,7 @@ class _Grid:
     def reach(self):
         """The allowed tool centres, turned, when first asked for."""
         if self._reach is None:
-            self._reach = regions.rotated(self._reach_before, -self.angle)
+            self._reach = regions.rotated(self.owner.reach, -self.angle)
         return self._reach
 
     def back(self, segment):
@@ -259,9 +268,8 @@ class _Grid:
         return self.span[axis] / n - 2 * self.radius
 
     def usable(self, parts):
-        """Whether strips and cells are thick enough to be strips, or not there at all."""
-        return all(n == 1 or self.cell(axis, n) >= BRIDGE or self.cell(axis, n) <= -OVERLAP
-                   for axis, n in enumerate(parts))
+        """Whether strips and cells are thick enough to be held and to hold."""
+        return all(n == 1 or self.cell(axis, n) >= BRIDGE for axis, n in enumerate(parts))
 
     def clearing(self):
         """Parts that leave nothing, for one group or the other."""
@@ -284,33 +292,32 @@ class _Grid:
     def full(self, n, size):
         """Least parts of the second group with which even a full cell fits, None where none does."""
         height = self.cell(0, n)
-        if n > 1 and height <= -OVERLAP:
-            return 1
         if height >= size:
             return None
-        width = math.sqrt(size ** 2 - max(height, 0.0) ** 2)
+        width = math.sqrt(size ** 2 - height ** 2)
         return max(1, math.ceil(self.span[1] / (width + 2 * self.radius) + 1e-9))
 
     def at_most(self, size):
         """Lines of the best grid that fits whatever the shape: where the search in this direction starts."""
-        most = min(MAX_PARTS, math.ceil(self.span[0] / self.radius / 2) + 1)
-        return min((self.lines((n, full)) for n in range(1, most + 1) if (full := self.full(n, size)) is not None
-                    and self.usable((n, full))), default=math.inf)
+        least = math.inf
+        for n in range(1, MAX_PARTS):
+            if not self.usable((n, 1)):
+                break
+            full = self.full(n, size)
+            if full is not None and self.usable((n, full)):
+                least = min(least, self.lines((n, full)))
+        return least
 
     def search(self, size, best):
         """Grids with less than `best` lines: [(lines, length mm, self, parts)]."""
         found = []
         for n in range(1, MAX_PARTS):
-            if self.lines((n, 1)) >= best:
+            if self.lines((n, 1)) >= best or not self.usable((n, 1)):
                 break
-            if not self.usable((n, 1)):
-                continue
             parts = self._least(n, size, best)
             if parts is not None:
                 found.append(self.trial(parts))
                 best = min(best, found[-1][0] + 1)
-            if self.cell(0, n) <= -OVERLAP:
-                break
         return found
 
     def trial(self, parts):
@@ -321,25 +328,24 @@ class _Grid:
     def _least(self, n, size, best):
         """(n, fewest parts of the second group that fit), None where that takes `best` lines or more."""
         full = self.full(n, size)
-        low, high = 1, full or MAX_PARTS
+        low, high = 1, full or min(MAX_PARTS, max(1, int(self.span[1] / (2 * self.radius + BRIDGE))))
+        last = high
         while low < high:                       # quick looks find where to begin; what they pass is not yet sure
             middle = (low + high) // 2
             if self._may_fit((n, middle), size):
                 high = middle
             else:
                 low = middle + 1
-        for m in range(low, (full or MAX_PARTS) + 1):
-            if self.lines((n, m)) >= best:
+        for m in range(low, last + 1):
+            if self.lines((n, m)) >= best or not self.usable((n, m)):
                 return None
-            if self.usable((n, m)) and self._may_fit((n, m), size) and self.fits((n, m), size):
+            if self._may_fit((n, m), size) and self.fits((n, m), size):
                 return n, m
         return None
 
     def _may_fit(self, parts, size):
         """False where a piece of `size` is certain: a full cell, or a way along the slug that no kerf parts."""
         cells = [self.cell(axis, n) for axis, n in enumerate(parts)]
-        if min(cells) <= -OVERLAP:
-            return True
         pitch = [self.span[axis] / n for axis, n in enumerate(parts)]
         if math.hypot(*cells) >= size and self.room >= math.hypot(*pitch):
             return False
@@ -364,10 +370,11 @@ class _Grid:
         return [(a + self.radius, b - self.radius) for a, b in zip(at[:-1], at[1:]) if b - a > 2 * self.radius]
 
     def pieces(self, parts, reaching=0.0):
-        """The pieces of the slug, those left out whose bounding box has a diagonal below `reaching` (mm)."""
+        """The pieces of the slug, middle row first, without those whose bounding box has a diagonal below `reaching` (mm)."""
         columns = self._rows(1, parts[1])
         low_x, high_x = self.low[1], self.low[1] + self.span[1]
-        for low, high in self._rows(0, parts[0]):
+        middle = self.low[0] + self.span[0] / 2
+        for low, high in sorted(self._rows(0, parts[0]), key=lambda row: abs(sum(row) / 2 - middle)):
             for strip in regions.clipped(self.slug, low_x, low, high_x, high):
                 if regions.diagonal(strip) < reaching:
                     continue
@@ -379,7 +386,21 @@ class _Grid:
 
     def fits(self, parts, size):
         """Whether every piece fits inside a circle of diameter < size (mm)."""
+        if math.hypot(self.cell(0, parts[0]), self.cell(1, parts[1])) < size:
+            return True
         return all(piece_size(regions.hull(piece)) < size for piece in self.pieces(parts, reaching=size))
+
+    def held(self, parts, groups, size):
+        """Whether everything of `size` (mm) or more is still held, BRIDGE thick, when all lines are cut.
+
+        Cells farther inside than their own diagonal hang on nothing by intention and are left out.
+        """
+        pitch = math.hypot(*(self.span[axis] / n for axis, n in enumerate(parts)))
+        region = regions.rotated(self.owner.region, -self.angle)
+        waste = regions.grow(region, self.radius)
+        inner = regions.shrink(self.slug, 1.1 * pitch)
+        stock = regions.without(regions.grow(region, self.radius + 1.0), flat_segments(groups), self.radius, inner)
+        return all(piece_size(outline) < size for outline in regions.badly_held(stock, waste, BRIDGE, size))
 
     def groups(self, parts):
         """The scan lines of both groups, turned; where they meet the slug, clipped to the allowed tool centres."""
