@@ -5,7 +5,7 @@ Each is called by the interpreter at read-ahead, with the words of its argspec: 
 
 from interpreter import INTERP_OK
 
-from chipwise.glue import contour, hole, session, volumetric
+from chipwise.glue import contour, hole, pocket, session, volumetric
 
 
 def g12(self, **words):
@@ -26,6 +26,11 @@ def g77(self, **words):
 def g78(self, **words):
     """G78: finish a contour."""
     return session.run_cycle(self, "G78", words, contour.plan_of(finish=True))
+
+
+def g79(self, **words):
+    """G79: clear a pocket."""
+    return session.run_cycle(self, "G79", words, pocket.plan)
 
 
 def m250(self, **words):

@@ -8,7 +8,7 @@ Departure: the patent finds what to delete by the direction of each element; her
 offset is cut wherever it meets itself, and every slice is judged against the whole
 contour.  docs/Geometry.md says why that finds everything.
 """
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -16,9 +16,9 @@ import numpy as np
 from . import elements, search, slices as slicing, winding
 from .contour import ContourError, refuse_meeting, reverse
 from .intersect import meetings
-from .judge import depths, depths_beside, make_judge
+from .judge import Judge, depths, depths_beside, make_judge
 from .paths import runs_to_paths, spot_path
-from .raw import make_chain, raw_offset
+from .raw import Chain, make_chain, raw_offset
 from .rough import rough_shapes
 from .sharp import sharpen
 from .stitch import stitch
@@ -87,6 +87,42 @@ def offset_pocket(boundary, islands, distance):
     return _offset(tuple(loops), LEFT, _checked(distance))
 
 
+@dataclass(frozen=True, eq=False)
+class Pocket:
+    """The free area inside a boundary and outside islands, ready for many rings.
+
+    contours: the boundary counter-clockwise, the islands clockwise; mixed: some of them meet,
+    lie outside the boundary or within one another, so that being clear of all of them does
+    not yet mean being in the free area.
+    """
+    contours: tuple
+    judge: Judge
+    chain: Chain
+    mixed: bool
+    known: dict = field(default_factory=dict, repr=False)
+
+
+def make_pocket(boundary, islands):
+    """Pocket of closed contours that may touch, cross or hold one another."""
+    loops = [_turned(boundary, True)] + [_turned(island, False) for island in islands]
+    mixed = False
+    try:
+        _refuse_meetings(loops)
+        _refuse_misplaced(loops)
+    except ContourError:
+        mixed = True
+    return Pocket(tuple(loops), make_judge(loops), make_chain(loops), mixed)
+
+
+def pocket_ring(pocket, distance):
+    """OffsetResult of a Pocket at a distance, each from the original contours; kept, so that
+    asking again costs nothing.  Where contours meet, only its paths mean anything."""
+    distance = _checked(distance)
+    if distance not in pocket.known:
+        pocket.known[distance] = _offset(pocket.contours, LEFT, distance, pocket)
+    return pocket.known[distance]
+
+
 def _checked(radius):
     radius = float(radius)
     if not np.isfinite(radius) or radius <= 0.0:
@@ -129,20 +165,36 @@ def _refuse_misplaced(loops):
                                    "within the boundary", tuple(point[0]))
 
 
-def _offset(contours, side, radius):
-    judge, chain = make_judge(contours), make_chain(contours)
+def _offset(contours, side, radius, pocket=None):
+    judge = pocket.judge if pocket else make_judge(contours)
+    chain = pocket.chain if pocket else make_chain(contours)
     raw = raw_offset(chain, side, radius)
     if not len(raw.elements):
         return OffsetResult(contours, side, radius,
                             _spots(contours, judge, raw.spots, side, radius), 0)
     every = slicing.cut(raw)
     kept, depth = slicing.keep_clear(judge, chain, raw, every, radius)
+    if pocket and pocket.mixed:
+        kept, depth = _in_free_area(judge, raw, kept, depth)
     stitched = stitch(raw, kept, depth, side, radius)
     made = tuple(runs_to_paths(chain, raw, kept, stitched))
     if all(c.closed for c in contours):
         lone = np.concatenate((_lone_nodes(judge, chain, raw, every, kept, radius), raw.spots))
         made += _spots(contours, judge, lone, side, radius, made)
     return OffsetResult(contours, side, radius, made, len(stitched.loose))
+
+
+def _in_free_area(judge, raw, kept, depth):
+    """Clear slices inside the boundary and in no island.
+
+    Contours that cross keep the tool out of what they share by no distance: far inside an
+    island a slice along the wall is clear of both.  Winding numbers tell: 1 for the boundary
+    about it, -1 for each island.  No corner is missing: where contours cross, the free area
+    has an inner corner, which needs no rolling arc, and what lies hidden behind another
+    contour is further away than that.
+    """
+    free = winding.numbers(judge.finish, slicing.middles(raw, kept)) == 1
+    return slicing.take(kept, free), depth[free]
 
 
 def _lone_nodes(judge, chain, raw, every, kept, radius):

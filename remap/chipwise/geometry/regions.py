@@ -9,10 +9,13 @@ becomes pieces is described from outside (its polygon holds the true arc), a ker
 
 import math
 
+import numpy as np
 from shapely import affinity
-from shapely.geometry import LineString, MultiPoint, Polygon
+from shapely.geometry import LineString, MultiPoint, Point, Polygon
+from shapely.geometry.polygon import orient
 from shapely.ops import polygonize, polylabel, unary_union
 from shapely.prepared import prep
+from shapely.validation import make_valid
 
 # A loose bit below this area has no size that matters and is what rounding leaves along a kerf. mm2
 SLIVER_AREA = 1e-9
@@ -191,3 +194,125 @@ def inner_radius(region, tolerance):
     except Exception:  # shapely 1.8 raises what GEOS calls the fault of a needle's centroid
         return 0.0
     return centre.distance(region.boundary)
+
+
+# ---- pockets: what is left, in polygons -------------------------------------------------------------------------
+
+# Points of a way that become one kerf: long ways that cross themselves are slow to widen at once.
+KERF_POINTS = 40
+
+
+def area_region(outline, holes=()):
+    """A region from an outline and holes, each (n, 2) float, mm, that may touch themselves or one another, or run there
+    and back on themselves.  One loop at a time: make_valid() of all together takes touching holes for area."""
+    shape = Polygon(outline, holes)
+    if shape.is_valid:
+        return shape
+    return _valid(outline).difference(unary_union([_valid(hole) for hole in holes]))
+
+
+def _valid(outline):
+    """The area within one loop."""
+    shape = Polygon(outline)
+    return shape if shape.is_valid else unary_union(parts(make_valid(shape)))
+
+
+def arc_corners(radius, sagitta):
+    """Corners per quarter turn of a disc of `radius` (mm) drawn inside the true one within `sagitta` (mm)."""
+    return max(4, math.ceil(math.pi / 4 / math.acos(1 - min(sagitta / radius, 1.0))))
+
+
+def kerfs(ways, half_width, sagitta):
+    """Everything nearer than `half_width` (mm) to ways, each (n, 2) float; drawn inside within `sagitta`."""
+    corners, drawn = arc_corners(half_width, sagitta), []
+    for way in ways:
+        for first in range(0, max(len(way) - 1, 1), KERF_POINTS):
+            points = way[first:first + KERF_POINTS + 1]
+            drawn.append((LineString(points) if len(points) > 1 else Point(points[0])).buffer(half_width, corners))
+    return unary_union(drawn)
+
+
+def subtract(region, taken):
+    """A region less another."""
+    return region.difference(taken)
+
+
+def joined(regions):
+    """One region from several."""
+    return unary_union(list(regions))
+
+
+def large_parts(region, smallest=SLIVER_AREA):
+    """The connected parts of a region larger than `smallest` (mm2)."""
+    return [part for part in parts(region) if part.area > smallest]
+
+
+def outline_points(region):
+    """Corners (n, 2) of a connected region's outline, mm."""
+    return [(x, y) for x, y, *_ in region.exterior.coords]
+
+
+def cells(region, size):
+    """A region cut by a square grid of `size` (mm): its parts, row by row to and fro."""
+    low_x, low_y, high_x, high_y = region.bounds
+    columns, rows = (max(1, math.ceil((high - low) / size)) for low, high in ((low_x, high_x), (low_y, high_y)))
+    found = []
+    for row in range(rows):
+        for column in (range(columns) if row % 2 == 0 else range(columns - 1, -1, -1)):
+            x, y = low_x + column * size, low_y + row * size
+            found += large_parts(region.intersection(box(x, y, x + size, y + size)))
+    return found
+
+
+def grown(region, distance, sagitta):
+    """A region and everything nearer to it than `distance` (mm)."""
+    return region.buffer(distance, arc_corners(distance, sagitta))
+
+
+def area_of(region):
+    """mm2"""
+    return region.area
+
+
+def place_in(region):
+    """(x, y) mm of a point inside a region."""
+    point = region.representative_point()
+    return point.x, point.y
+
+
+def inner_polygons(outline, holes, distance, straying):
+    """What lies further inside than `distance` (mm), with as few corners as that allows.
+
+    outline, holes: (n, 2) float, mm, the outline counter-clockwise, holes clockwise; they may touch or cross by
+    rounding.  straying: the result keeps `distance` but may stay up to this much (mm) further away.
+    Returns [(outline (n, 2) counter-clockwise, [holes (m, 2) clockwise])], without closing points.
+    """
+    region = Polygon(outline, holes)
+    if not region.is_valid:
+        region = _wound_once([outline, *holes])
+    shrunk = region.buffer(-distance - 0.5 * straying, join_style=2)
+    simple = shrunk.simplify(0.5 * straying)
+    if not simple.is_valid:
+        simple = shrunk
+    found = []
+    for part in parts(simple):
+        part = orient(part)
+        if part.area > SLIVER_AREA:
+            found.append((np.array(part.exterior.coords)[:-1], [np.array(r.coords)[:-1] for r in part.interiors]))
+    return found
+
+
+def _wound_once(rings):
+    """The region that rings (n, 2) which cross each other wind about exactly once."""
+    closed = [np.concatenate((ring, ring[:1])) for ring in rings]
+    faces = polygonize(unary_union([LineString(ring) for ring in closed if len(ring) > 2]))
+    return unary_union([face for face in faces if _winding(closed, face.representative_point().coords[0]) == 1])
+
+
+def _winding(closed, point):
+    """How often closed rings (n, 2) wind about a point (x, y)."""
+    turns = 0.0
+    for ring in closed:
+        x, y = (ring - point).T
+        turns += np.sum(np.arctan2(x[:-1] * y[1:] - y[:-1] * x[1:], x[:-1] * x[1:] + y[:-1] * y[1:]))
+    return round(turns / (2.0 * math.pi))

@@ -65,6 +65,11 @@ def _at(raw, slices, share):
     return elements.point_at(raw.elements, slices.raw, t)
 
 
+def middles(raw, slices):
+    """The middle (m, 2) mm of each slice."""
+    return _at(raw, slices, MIDDLE)
+
+
 def keep_clear(judge, chain, raw, slices, radius):
     """Slices that stay clear of the whole contour, and the depth (m,) mm of each."""
     source = chain.finish[raw.source[slices.raw]]

@@ -9,6 +9,10 @@ from .elements import Elements
 from .lines import cross, dot
 
 
+# Pieces taken at once: bounds the memory, a matter of speed only.
+CHUNK = 256
+
+
 def numbers(e: Elements, point):
     """Winding number (m,) int of closed runs about points (m, 2) mm off the contour.
 
@@ -17,16 +21,24 @@ def numbers(e: Elements, point):
     """
     pieces = _short_arcs(e)
     total = np.zeros(len(point))
-    for k in range(len(pieces)):
-        a, b = pieces.start[k] - point, pieces.end[k] - point
-        total += np.arctan2(cross(a, b), dot(a, b))
-        if pieces.is_arc[k]:
-            out = point - pieces.centre[k]
-            bend = np.sign(pieces.sweep[k])
-            beyond = cross(pieces.end[k] - pieces.start[k], point - pieces.start[k]) * bend < 0.0
-            total += np.where(beyond & (dot(out, out) < pieces.radius[k] ** 2),
-                              2.0 * np.pi * bend, 0.0)
+    for first in range(0, len(pieces), CHUNK):
+        total += _turns(pieces, np.arange(first, min(first + CHUNK, len(pieces))), point)
     return np.round(total / (2.0 * np.pi)).astype(int)
+
+
+def _turns(pieces, index, point):
+    """Angle (m,) rad by which pieces index (k,) turn about points (m, 2)."""
+    start, end = pieces.start[index, None], pieces.end[index, None]
+    a, b = start - point, end - point
+    side = cross(a, b)
+    turn = np.arctan2(side, dot(a, b))
+    arc = np.flatnonzero(pieces.is_arc[index])
+    if len(arc):
+        out = point - pieces.centre[index[arc], None]
+        bend = np.sign(pieces.sweep[index[arc]])[:, None]
+        within = dot(out, out) < pieces.radius[index[arc], None] ** 2
+        turn[arc] += np.where((side[arc] * bend < 0.0) & within, 2.0 * np.pi * bend, 0.0)
+    return turn.sum(axis=0)
 
 
 def _short_arcs(e):

@@ -185,10 +185,24 @@ class State:
 
     def approach_angle(self):
         """Degrees to the work plane: #<_chipwise_approach_angle>, else [CHIPWISE]APPROACH_ANGLE."""
-        angle = self.parameter("_chipwise_approach_angle")
+        return self._angle("approach")
+
+    def ramp_angle(self):
+        """Degrees of an entry: #<_chipwise_ramp_angle>, else [CHIPWISE]RAMP_ANGLE."""
+        return self._angle("ramp")
+
+    def _angle(self, kind):
+        """A named parameter above 0 and up to 90 degrees, or its INI default."""
+        name = f"_chipwise_{kind}_angle"
+        angle = self.parameter(name)
         if angle is None:
-            return self.settings["APPROACH_ANGLE"]
+            return self.settings[f"{kind.upper()}_ANGLE"]
         if not 0 < angle <= 90:
-            raise CycleError(f"approach angle {angle:g} is not above 0 and up to 90 degrees",
-                             "set #<_chipwise_approach_angle> to such an angle")
+            raise CycleError(f"{kind} angle {angle:g} is not above 0 and up to 90 degrees",
+                             f"set #<{name}> to such an angle")
         return angle
+
+    def turns_clockwise(self):
+        """Whether the spindle turns as with M3; one that is off counts as M3."""
+        params = self.interp.params
+        return not params["_spindle_on"] or bool(params["_spindle_cw"])

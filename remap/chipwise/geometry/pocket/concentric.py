@@ -1,0 +1,195 @@
+"""P3: clear a Field along closed paths about a base line, from convex polygons.
+
+Called by cycles/pocket.py as a strategy (tracks.py).  Source: the abstract on area machining by
+convex polygons.  Its steps, with its symbols:
+1. the arcs of the offset curve OFC are replaced by chords (regions.py: inner_polygons);
+2. the area is divided into convex polygons PGi (convex.py);
+3. the base line BL joins their centroids Wi and the middle points Mi of their common edges, spokes
+   lead from it to the corners (baseline.py);
+4. every spoke is divided in equal parts; the points of the same number make a closed path CPTk;
+5. the tool runs along BL, the closed paths from inside out, and at last along OFC.
+
+Departures: the polygon stays a little inside the curve (STRAYING), so that no chord leaves the Field.
+The number of parts follows from the step-over instead of being given.  Narrow branches keep fewer
+paths, and holes have paths of their own (baseline.py, 3 and 4).  Where closed paths turn sharply and
+the step-over is wider than the tool radius, the tool goes out into the corner and back.
+"""
+import numpy as np
+
+from chipwise.errors import CycleError
+
+from .. import elements
+from ..regions import inner_polygons
+from . import runs
+from .baseline import BaseLine
+from .convex import BEND, Partition
+from .rings import contour_parallel
+from .scan import OVERLAP_SHARE
+from .tracks import along, make_track
+
+# The polygon may stay this share of the step-over away from the outline: half of it chords, half
+# corners left out.
+STRAYING = 0.1
+
+# More closed paths are a slip of the finger and would stall the preview.
+MAX_RINGS = 500
+
+# The tool follows the base line back through its own slot for at most this many tool radii before
+# lifting is the shorter way.
+TRAVEL = 8.0
+
+# A way out into a corner ends this share of the tool radius before the last point it has to reach.
+CORNER = 0.7
+
+# Points of a path nearer than this are one. mm
+SAME_MM = 1e-6
+
+
+def concentric(field, radius, step, direction, climb):
+    """Tracks of a Field, closed paths at most `step` mm apart.  direction (rad) plays no part."""
+    limit = min(step, 2.0 * radius * (1.0 - OVERLAP_SHARE))
+    straying = STRAYING * limit
+    flat = [runs.flat(contour, 0.5 * straying)[:-1] for contour in field.contours]
+    parts = [Partition(*part) for part in _polygons(flat, 0.5 * straying)]
+    if not all(_convex(part) for part in parts):
+        return contour_parallel(field, radius, step, direction, climb)
+    way = _Way(field, climb, straying)
+    for part in parts:
+        way.closing = part is parts[-1]
+        _clear(way, part, radius, limit, limit - straying)
+    return way.finished()
+
+
+def _polygons(flat, share):
+    outer = flat[0]
+    if len(outer) < 3:
+        return []
+    return inner_polygons(outer, flat[1:], share, share)
+
+
+def _convex(partition):
+    """Whether every polygon came out convex."""
+    for polygon in partition.polygons:
+        p = partition.array(polygon)
+        a, b = p - np.roll(p, 1, axis=0), np.roll(p, -1, axis=0) - p
+        turn = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+        if len(p) < 3 or (turn < 10.0 * BEND * np.hypot(*a.T) * np.hypot(*b.T)).any():
+            return False
+    return True
+
+
+class _Way:
+    """The Tracks so far and the contours still to run.  closing: contours may be run now, because
+    nothing but closed paths of other contours comes after them."""
+
+    def __init__(self, field, climb, straying):
+        self.climb, self.near, self.closing = climb, 2.0 * straying, False
+        self.tracks, self.runs, self.flags, self.here = [], [], [], None
+        self.contours = [along(contour, climb) for contour in field.contours]
+        self.left = set(range(len(self.contours)))
+        self.ends = []                  # per fan: last points before the contour, tips, both (n, 2)
+
+    def lift(self, to=None):
+        """Ends the Track; the next one begins at `to` (2,) mm."""
+        if self.runs:
+            self.tracks.append(make_track(elements.join(self.runs), np.concatenate(self.flags)))
+        self.runs, self.flags, self.here = [], [], to
+
+    def go(self, points, cutting=True):
+        """Adds lines from here along points (n, 2); points on the same place count once."""
+        points = np.concatenate((self.here[None], points))
+        keep = np.hypot(*np.diff(points, axis=0).T) > SAME_MM
+        cutting = np.broadcast_to(cutting, len(keep))[keep]
+        points = points[np.concatenate(([True], keep))]
+        if len(cutting):
+            self.runs.append(elements.make_lines(points[:-1], points[1:]))
+            self.flags.append(cutting)
+        self.here = points[-1]
+
+    def contour(self, tip):
+        """Goes on to a tip and runs the contour nearest to it, if it is still to run."""
+        places = [runs.nearest(loop, tip) for loop in self.contours]
+        k = min(range(len(places)), key=lambda n: places[n][0])
+        if k not in self.left or places[k][0] > self.near:
+            return
+        self.left.discard(k)
+        loop = runs.rotated(self.contours[k], *places[k][1:])
+        self.go(np.stack((tip, loop.start[0])))
+        self.runs.append(loop)
+        self.flags.append(np.full(len(loop), True))
+        self.lift()
+
+    def finished(self):
+        """All Tracks.  Contours still to run begin beside a closed path, or anywhere."""
+        self.lift()
+        for k in sorted(self.left, reverse=True):
+            loop, n = self.contours[k], len(self.contours[k])
+            if self.ends:
+                inner, tips = (np.concatenate(part) for part in zip(*self.ends))
+                gap = elements.distances(loop, np.tile(np.arange(n), len(tips)), np.repeat(tips, n, axis=0))
+                spoke = int(np.argmin(gap.reshape(-1, n).min(axis=1)))
+                self.lift(inner[spoke])
+                self.contour(tips[spoke])
+            if k in self.left:
+                self.tracks.append(make_track(loop))
+        return tuple(self.tracks)
+
+
+def _clear(way, partition, radius, limit, gap):
+    """Base line and closed paths of one polygon, and the contours if they may be run now."""
+    partition.slimmer()
+    partition.merged()
+    line = BaseLine(partition)
+    for nodes, cutting in line.walks(TRAVEL * radius):
+        if len(nodes) > 1:
+            way.lift(line.node[nodes[0]])
+            way.go(line.node[nodes[1:]], cutting)
+    for fan in line.fans():
+        parts, every = line.divided(fan, gap)
+        if parts > MAX_RINGS:
+            raise CycleError(f"step-over D{{d}} needs more than {MAX_RINGS} rings", "use a larger D", d=limit)
+        tip = _closed_paths(way, fan, parts, every, radius)
+        if way.closing:
+            way.contour(tip)
+    way.lift()
+
+
+def _closed_paths(way, fan, parts, every, radius):
+    """All closed paths of a fan, inside out, joined along one spoke; returns its tip.  every (n,):
+    which of them each spoke keeps."""
+    turned = slice(None, None, 1 if way.climb else -1)
+    base, every = fan.base[turned], every[turned]
+    spoke, kept = fan.tip[turned] - base, int(every.min())
+    first = int(np.argmin(np.where(every == kept, np.hypot(*spoke.T), np.inf)))
+    base, spoke, every = (np.roll(part, -first, axis=0) for part in (base, spoke, every))
+    way.ends.append((base + spoke * (1.0 - every / parts)[:, None], base + spoke))
+    way.lift(base[0])
+    for k in range(parts % kept or kept, parts, kept):
+        on = (parts - k) % every == 0
+        ring = base[on] + spoke[on] * (k / parts)
+        way.go(_with_corners(ring, spoke[on] / parts, every[on], radius))
+        way.go(ring[:1])
+    return base[0] + spoke[0]
+
+
+def _with_corners(ring, unit, every, radius):
+    """A closed path with ways out into sharp corners: ring (n, 2); unit (n, 2): along each spoke, one
+    part; every (n,): parts up to the next path.
+
+    Between a corner and the next path's corner, `reach` further along the spoke, the outermost point
+    missed lies reach - r / sin(half the corner) away, where both legs of the next path reach."""
+    reach = np.hypot(*unit.T) * every
+    if reach.max() <= radius:
+        return ring
+    legs = [np.roll(ring, shift, axis=0) - ring for shift in (1, -1)]
+    sines = [np.abs(leg[:, 0] * unit[:, 1] - leg[:, 1] * unit[:, 0])
+             / np.maximum(np.hypot(*leg.T) * np.hypot(*unit.T), 1e-12) for leg in legs]
+    away = [(leg * unit).sum(axis=1) < 0.0 for leg in legs]
+    missed = reach - radius / np.maximum(0.5 * (sines[0] + sines[1]), 1e-6)
+    out = away[0] & away[1] & (missed > 0.98 * radius)
+    points = []
+    for k in range(len(ring)):
+        points.append(ring[k])
+        if out[k]:
+            points += [ring[k] + unit[k] * every[k] * (missed[k] - CORNER * radius) / reach[k], ring[k]]
+    return np.array(points)

@@ -1,0 +1,82 @@
+"""How the tool gets down into solid stock at the start of a Track: helix, ramp, or plunge.
+
+Called by cycles/pocket.py.  Lengths mm, angles rad.
+"""
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from .. import elements
+from . import runs
+from .fields import allowed
+
+# Radii of a helix that are tried, in tool radii: the widest first.  Below 1, so that no core
+# is left standing in the middle.
+HELIX = (0.9, 0.75, 0.6, 0.45, 0.3)
+
+# Shortest leg of a ramp, in tool radii: the chips of a shorter one have nowhere to go.
+LEG = 2.0
+
+
+@dataclass(frozen=True)
+class Helix:
+    """Full turns about a centre, from the Track's start back to it."""
+    centre: tuple
+    ccw: bool
+    radius: float
+    turns: int
+
+
+@dataclass(frozen=True, eq=False)
+class Ramp:
+    """Legs to and fro over the first elements of a Track, ending at its start."""
+    legs: tuple                     # of Elements
+
+
+@dataclass(frozen=True)
+class Plunge:
+    """Neither fits."""
+
+
+def entry(field, track, radius, depth, angle):
+    """Helix, Ramp or Plunge for a tool of `radius` that goes down `depth` at `angle`."""
+    if angle >= math.radians(89.9):
+        return Plunge()
+    return _helix(field, track, radius, depth, angle) or _ramp(track, radius, depth, angle) or Plunge()
+
+
+def _helix(field, track, radius, depth, angle):
+    """The widest circle that touches the Track's start and keeps inside the Field."""
+    along = elements.tangent_at(track.elements, np.array([0]), np.array([0.0]))[0]
+    if not np.any(along):
+        along = np.array((1.0, 0.0))
+    left = np.array((-along[1], along[0]))
+    for share in HELIX:
+        size = share * radius
+        for side in (1.0, -1.0):
+            centre = track.start + side * size * left
+            if allowed(field, centre[None], size)[0]:
+                turns = max(1, math.ceil(depth / (2.0 * math.pi * size * math.tan(angle)) - 1e-9))
+                return Helix(tuple(centre.tolist()), side > 0.0, size, turns)
+    return None
+
+
+def _ramp(track, radius, depth, angle):
+    """To and fro along the Track, as few legs as its length allows."""
+    room = track.length
+    if room < LEG * radius:
+        return None
+    way = depth / math.tan(angle)
+    pairs = max(1, math.ceil(way / (2.0 * room) - 1e-9))
+    there = _first(track.elements, way / (2.0 * pairs))
+    return Ramp((there, elements.reverse(there)) * pairs)
+
+
+def _first(run, length):
+    """The first `length` mm of a run."""
+    upto = np.cumsum(elements.lengths(run))
+    k = min(int(np.searchsorted(upto, length)), len(run) - 1)
+    before = upto[k - 1] if k else 0.0
+    t = min(1.0, (length - before) / max(upto[k] - before, 1e-300))
+    return elements.join((elements.take(run, np.arange(k)), runs.piece(run, k, 0.0, t)))

@@ -1,0 +1,67 @@
+"""P2: clear a Field by cuts to and fro, joined along the outline.
+
+Called by cycles/pocket.py.  Same rows and outline pieces as P1 (scan.py).  From the end of a chord
+the tool feeds along the outline to a chord of the next row that is still to cut, or round the end of
+an island or of a bay, until no way leads on.  The next Track begins at the end of a chord that is
+done, next to one that is not, so that only the first Track of a Field enters in solid stock.
+"""
+import numpy as np
+
+from .scan import scan
+
+
+def zigzag(field, radius, step, direction, climb):
+    """Tracks of a Field, chords in `direction` (rad) and against it; see tracks.py."""
+    rows = scan(field, radius, step, direction, climb)
+    done = np.zeros(rows.chords, bool)
+    tracks = []
+    while not done.all():
+        tracks.append(rows.track(_run(rows, done, tracks[-1].end if tracks else None)))
+    return tuple(tracks + rows.contour_tracks(tracks[-1].end if tracks else None))
+
+
+def _ways(rows, crossing):
+    """The two ways along the outline from a crossing, down the rows first: (crossing, run)."""
+    after, before = int(rows.after[crossing]), int(rows.before[crossing])
+    onward = (after, lambda: rows.run_of_piece(crossing))
+    back = (before, lambda: rows.run_back(rows.run_of_piece(before)))
+    return (onward, back) if rows.is_start[crossing] else (back, onward)
+
+
+def _run(rows, done, here):
+    """Pool indices of one Track; marks its chords as done."""
+    crossing, run = _entry(rows, done, here)
+    while crossing is not None:
+        chord = int(rows.chord[crossing])
+        done[chord] = True
+        forward = bool(rows.is_start[crossing])
+        run = run + rows.run_of_chord(chord, forward)
+        end = int(rows.ends[chord] if forward else rows.starts[chord])
+        crossing = None
+        for there, way in _ways(rows, end):
+            if not done[rows.chord[there]]:
+                crossing, run = there, run + way()
+                break
+    return run
+
+
+def _entry(rows, done, here):
+    """(crossing, run) where the next Track begins: the way from a chord that is done, nearest to
+    `here`, or the first chord left."""
+    left = ~done[rows.chord]
+    found = [(far, near) for far, near in ((rows.after, np.arange(len(left))),
+                                           (rows.before, np.arange(len(left))))]
+    best, least = None, np.inf
+    for far, near in found:
+        open_ = np.flatnonzero(left & done[rows.chord[far]])
+        if len(open_):
+            away = np.hypot(*(rows.point[far[open_]] - here).T)
+            k = int(np.argmin(away))
+            if away[k] < least:
+                best, least = (int(open_[k]), int(far[open_[k]])), away[k]
+    if best is None:
+        return int(rows.starts[np.flatnonzero(~done)[0]]), []
+    crossing, origin = best
+    run = rows.run_of_piece(origin) if rows.after[origin] == crossing \
+        else rows.run_back(rows.run_of_piece(crossing))
+    return crossing, run
