@@ -31,7 +31,7 @@ def broken(job):
         for a, b in zip(track, track[1:]):
             if math.dist(a[3:5], b[1:3]) > 1e-6:
                 wrong.append(f"track {k} jumps {math.dist(a[3:5], b[1:3])} mm")
-        if any(length(el) < 1e-9 for el in track) and len(track) > 1:
+        if any(length(el) < 1e-10 for el in track) and len(track) > 1:
             wrong.append(f"track {k} holds an element without length")
     return wrong
 
@@ -84,6 +84,8 @@ def contours_missed(job, climb):
 def _ends_with(track, contour, climb):
     """Whether the last elements of a track run a whole closed contour."""
     total, done, k = sum(map(length, contour)), 0.0, len(track)
+    if total < 1e-3:
+        return nearest(track, samples(contour, 0.5)).max() < 1e-6
     while k and done < total - 1e-4:
         k -= 1
         done += length(track[k])
@@ -92,7 +94,7 @@ def _ends_with(track, contour, climb):
         return False
     return nearest(contour, samples(tail, 0.5)).max() < 1e-6 \
         and nearest(tail, samples(contour, 0.5)).max() < 1e-6 \
-        and (_area(tail) * _area(contour) > 0.0) == climb
+        and (abs(_area(contour)) < 1e-6 or (_area(tail) * _area(contour) > 0.0) == climb)
 
 
 def _area(shape):

@@ -16,6 +16,7 @@ from chipwise.geometry.pocket.fields import split
 from chipwise.geometry.pocket.oneway import one_way
 from chipwise.geometry.pocket.tracks import make_track
 from chipwise.geometry.pocket.zigzag import zigzag
+from chipwise.geometry.regions import inner_polygons
 from conftest import random_count, random_seed
 from contour_oracle import from_elements, length
 from contour_shapes import circle, polygon, rounded_square
@@ -139,9 +140,9 @@ def test_base_line_joins_centroids_and_middle_points():
     partition = Partition(np.array(((0, 0), (20, 0), (20, 10), (8, 10), (8, 30), (0, 30)), float), [])
     line = BaseLine(partition)
     assert len(partition.polygons) == 2
-    first, second = (centroid(partition.array(q)) for q in partition.polygons)
-    assert {tuple(p) for p in line.node.tolist()} == {tuple(first), tuple(second), (4.0, 10.0)}
-    assert sorted(map(tuple, (first, second))) == [(4.0, 20.0), (10.0, 5.0)]
+    first, second = (centroid(partition.corners(q)) for q in partition.polygons)
+    assert {tuple(p) for p in line.node.tolist()} == {first, second, (4.0, 10.0)}
+    assert sorted((first, second)) == [(4.0, 20.0), (10.0, 5.0)]
 
 
 def partition_faults(partition, area):
@@ -165,7 +166,8 @@ def partition_faults(partition, area):
 def star(rng, n, size, at=(0.0, 0.0)):
     angle = np.sort(rng.uniform(0, 2 * math.pi, n))
     r = size * rng.uniform(0.3, 1.0, n)
-    return np.stack((r * np.cos(angle), r * np.sin(angle)), axis=1) + at
+    p = np.stack((r * np.cos(angle), r * np.sin(angle)), axis=1)
+    return (p if p[:, 0] @ np.roll(p[:, 1], -1) > p[:, 1] @ np.roll(p[:, 0], -1) else p[::-1]) + at
 
 
 def test_random_divisions():
@@ -188,6 +190,19 @@ def test_random_divisions():
     assert done > 0
     partition.polygons.pop()
     assert partition_faults(partition, shape.area)          # seen to fail
+
+
+def test_inner_polygons_keep_their_distance():
+    """A square with a hole crossing its edge by rounding and a loop turned inside out."""
+    square = np.array(((0, 0), (20, 0), (20, 20), (0, 20)), float)
+    hole = np.array(((-1e-4, 8), (-1e-4, 12), (4, 12), (4, 8)), float)
+    (outline, holes), = inner_polygons(square, [hole], 0.1, 0.1)
+    assert holes == []
+    assert 0.1 <= outline[:, 1].min() <= 0.2 and 0.1 <= outline[:, 0].min() <= 0.2
+    assert not ((outline > (-1, 8.5)) & (outline < (4, 11.5))).all(axis=1).any()
+    knot = np.array(((0, 0), (20, 0), (20, 20), (9.9, 20), (10.1, 20.1), (0, 20)), float)
+    (outline, _), = inner_polygons(knot, [], 0.1, 0.1)
+    assert outline[:, 1].max() <= 19.95 and outline[:, 0].max() > 19.7
 
 
 # --- random pockets -----------------------------------------------------------

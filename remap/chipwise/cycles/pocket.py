@@ -24,7 +24,7 @@ from chipwise.errors import CycleError
 from chipwise.geometry import elements
 from chipwise.geometry.contour import make_contour
 from chipwise.geometry.offset import make_pocket
-from chipwise.geometry.pocket import entries, fields, leftovers
+from chipwise.geometry.pocket import entries, fields, leftovers, runs
 from chipwise.geometry.pocket.strategies import NAMES, STRATEGIES
 from chipwise.geometry.pocket.unreached import unreached
 from chipwise.moves import Arc, Line, Rapid
@@ -154,7 +154,7 @@ def pocket_plan(request):
     waiting = [(field, field_tracks(field, r)) for field in found]
     while waiting:
         gaps = [math.dist(driver.at[:2], tracks[0].start) for _, tracks in waiting]
-        driver.clear(*waiting.pop(int(np.argmin(gaps))))
+        driver.clear(*waiting.pop(runs.least(gaps)))
     driver.rapid(z=r.clearance)
     return PocketPlan(tuple(driver.moves), missed, tuple(driver.plunges), len(found))
 
@@ -168,6 +168,8 @@ def field_tracks(field, request):
     """Tracks of one level of a Field: the strategy's, then what it left."""
     r = request
     step = min(r.step, WIDEST * 2 * r.tool_radius)
+    if np.ptp(field.boundary.start, axis=0).max() > MAX_PASSES * step:
+        raise CycleError(f"step-over D{{d}} needs more than {MAX_PASSES} ways side by side", "use a larger D", d=r.step)
     tracks = tuple(STRATEGIES[r.strategy](field, r.tool_radius, step, math.radians(r.direction), r.climb))
     if r.strategy == 0 and step <= r.tool_radius:
         return tracks  # geometry/pocket/rings.py says why nothing is left then

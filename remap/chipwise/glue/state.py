@@ -81,6 +81,15 @@ class State:
         value = self.words.get(letter)
         return None if value is None else value * self.unit_mm
 
+    def machine_length(self, letter):
+        """A word in machine units, whatever G20/G21 says -> mm, None where absent."""
+        value = self.words.get(letter)
+        return None if value is None else value / emccanon.GET_EXTERNAL_LENGTH_UNITS()
+
+    def machine_unit(self):
+        """"mm" or "in": what machine_length() counts in."""
+        return "in" if emccanon.GET_EXTERNAL_LENGTH_UNITS() < 0.5 else "mm"
+
     def needed(self, letter, meaning):
         """As length(), but an error where absent."""
         value = self.length(letter)

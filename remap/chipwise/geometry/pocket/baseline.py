@@ -58,7 +58,7 @@ class BaseLine:
         self.edges = {(a, polygon[(k + 1) % len(polygon)][0]): (n, k)
                       for n, polygon in enumerate(partition.polygons)
                       for k, (a, _) in enumerate(polygon)}
-        corners = [partition.array(polygon) for polygon in partition.polygons]
+        corners = [partition.corners(polygon) for polygon in partition.polygons]
         points = partition.points
         nodes = self._centres(corners)
         self.polygons = len(nodes)
@@ -76,14 +76,14 @@ class BaseLine:
     def _centres(self, corners):
         """[centre (2,) mm]: centres of gravity, or halfway between the middles of two shared edges
         where the base line runs straighter so and no more paths are needed."""
-        polygons = self.partition.polygons
-        tallest = max(height(p, q)[0] for p, q in zip(corners, polygons))
+        inner = [[f for _, f in q] for q in self.partition.polygons]
+        tallest = max(height(p, f)[0] for p, f in zip(corners, inner))
         nodes = [centroid(p) for p in corners]
-        for n, (p, q) in enumerate(zip(corners, polygons)):
-            inner = np.array([f for _, f in q])
-            if np.count_nonzero(inner) == 2:
-                halfway = (0.5 * (p + np.roll(p, -1, axis=0)))[inner].mean(axis=0)
-                if height(p, q, halfway)[0] <= tallest:
+        for n, (p, shared) in enumerate(zip(corners, inner)):
+            if sum(shared) == 2:
+                ends = [q for k, f in enumerate(shared) if f for q in (p[k], p[(k + 1) % len(p)])]
+                halfway = sum(x for x, _ in ends) / 4.0, sum(y for _, y in ends) / 4.0
+                if height(p, shared, halfway)[0] <= tallest:
                     nodes[n] = halfway
         return nodes
 

@@ -11,8 +11,11 @@ convex polygons.  Its steps, with its symbols:
 
 Departures: the polygon stays a little inside the curve (STRAYING), so that no chord leaves the Field.
 The number of parts follows from the step-over instead of being given.  Narrow branches keep fewer
-paths, and holes have paths of their own (baseline.py, 3 and 4).  Where closed paths turn sharply and
-the step-over is wider than the tool radius, the tool goes out into the corner and back.
+paths, and holes have paths of their own (baseline.py, 3 and 4).
+
+No residue up to a step-over of the tool radius: a point of the Field is never further from the next
+path than the step-over.  Above that a sharp turn may leave its outer corner to leftovers.py; it
+seldom does, because most places are covered more closely than the widest one.
 """
 import numpy as np
 
@@ -22,7 +25,7 @@ from .. import elements
 from ..regions import inner_polygons
 from . import runs
 from .baseline import BaseLine
-from .convex import BEND, Partition
+from .convex import Partition
 from .rings import contour_parallel
 from .scan import OVERLAP_SHARE
 from .tracks import along, make_track
@@ -38,8 +41,9 @@ MAX_RINGS = 500
 # lifting is the shorter way.
 TRAVEL = 8.0
 
-# A way out into a corner ends this share of the tool radius before the last point it has to reach.
-CORNER = 0.7
+# From one closed path to the next the tool goes slantwise, over at least this many times the
+# step-over: straight out it would cut its full width.
+SLANT = 3.0
 
 # Points of a path nearer than this are one. mm
 SAME_MM = 1e-6
@@ -51,7 +55,7 @@ def concentric(field, radius, step, direction, climb):
     straying = STRAYING * limit
     flat = [runs.flat(contour, 0.5 * straying)[:-1] for contour in field.contours]
     parts = [Partition(*part) for part in _polygons(flat, 0.5 * straying)]
-    if not all(_convex(part) for part in parts):
+    if not all(part.convex() for part in parts):
         return contour_parallel(field, radius, step, direction, climb)
     way = _Way(field, climb, straying)
     for part in parts:
@@ -65,17 +69,6 @@ def _polygons(flat, share):
     if len(outer) < 3:
         return []
     return inner_polygons(outer, flat[1:], share, share)
-
-
-def _convex(partition):
-    """Whether every polygon came out convex."""
-    for polygon in partition.polygons:
-        p = partition.array(polygon)
-        a, b = p - np.roll(p, 1, axis=0), np.roll(p, -1, axis=0) - p
-        turn = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-        if len(p) < 3 or (turn < 10.0 * BEND * np.hypot(*a.T) * np.hypot(*b.T)).any():
-            return False
-    return True
 
 
 class _Way:
@@ -148,15 +141,15 @@ def _clear(way, partition, radius, limit, gap):
         parts, every = line.divided(fan, gap)
         if parts > MAX_RINGS:
             raise CycleError(f"step-over D{{d}} needs more than {MAX_RINGS} rings", "use a larger D", d=limit)
-        tip = _closed_paths(way, fan, parts, every, radius)
+        tip = _closed_paths(way, fan, parts, every, gap)
         if way.closing:
             way.contour(tip)
     way.lift()
 
 
-def _closed_paths(way, fan, parts, every, radius):
-    """All closed paths of a fan, inside out, joined along one spoke; returns its tip.  every (n,):
-    which of them each spoke keeps."""
+def _closed_paths(way, fan, parts, every, gap):
+    """All closed paths of a fan, inside out, joined by slants; returns the tip of the last one's
+    start.  every (n,): which of them each spoke keeps."""
     turned = slice(None, None, 1 if way.climb else -1)
     base, every = fan.base[turned], every[turned]
     spoke, kept = fan.tip[turned] - base, int(every.min())
@@ -164,32 +157,25 @@ def _closed_paths(way, fan, parts, every, radius):
     base, spoke, every = (np.roll(part, -first, axis=0) for part in (base, spoke, every))
     way.ends.append((base + spoke * (1.0 - every / parts)[:, None], base + spoke))
     way.lift(base[0])
+    start, level = 0, 0
     for k in range(parts % kept or kept, parts, kept):
-        on = (parts - k) % every == 0
+        on = np.flatnonzero((parts - k) % every == 0)
+        on = np.roll(on, -int(np.searchsorted(on, start)))
         ring = base[on] + spoke[on] * (k / parts)
-        way.go(_with_corners(ring, spoke[on] / parts, every[on], radius))
-        way.go(ring[:1])
-    return base[0] + spoke[0]
+        ahead, share = _slant(ring, every[on] == kept, SLANT * gap)
+        levels = level + (k - level) * share
+        way.go((base[on] + spoke[on] * levels[:, None] / parts)[:ahead + 1])
+        way.go(np.roll(ring, -ahead, axis=0))
+        way.go(ring[ahead:ahead + 1])
+        start, level = int(on[ahead]), k
+    return base[start] + spoke[start]
 
 
-def _with_corners(ring, unit, every, radius):
-    """A closed path with ways out into sharp corners: ring (n, 2); unit (n, 2): along each spoke, one
-    part; every (n,): parts up to the next path.
-
-    Between a corner and the next path's corner, `reach` further along the spoke, the outermost point
-    missed lies reach - r / sin(half the corner) away, where both legs of the next path reach."""
-    reach = np.hypot(*unit.T) * every
-    if reach.max() <= radius:
-        return ring
-    legs = [np.roll(ring, shift, axis=0) - ring for shift in (1, -1)]
-    sines = [np.abs(leg[:, 0] * unit[:, 1] - leg[:, 1] * unit[:, 0])
-             / np.maximum(np.hypot(*leg.T) * np.hypot(*unit.T), 1e-12) for leg in legs]
-    away = [(leg * unit).sum(axis=1) < 0.0 for leg in legs]
-    missed = reach - radius / np.maximum(0.5 * (sines[0] + sines[1]), 1e-6)
-    out = away[0] & away[1] & (missed > 0.98 * radius)
-    points = []
-    for k in range(len(ring)):
-        points.append(ring[k])
-        if out[k]:
-            points += [ring[k] + unit[k] * every[k] * (missed[k] - CORNER * radius) / reach[k], ring[k]]
-    return np.array(points)
+def _slant(ring, allowed, length):
+    """(index, share (n,)) of the first allowed point of a closed path at least `length` (mm) ahead of
+    its start, and how far along the way there each point is; index 0 where the path is too short."""
+    upto = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(ring, axis=0).T))))
+    far = np.flatnonzero(allowed & (upto >= length) & (upto <= 0.5 * upto[-1]))
+    if not len(far):
+        return 0, np.ones(len(ring))
+    return int(far[0]), np.minimum(upto / upto[far[0]], 1.0)

@@ -30,7 +30,7 @@ NEAR_END = 0.2
 BOTH_ENDS = 0.7
 
 # Corners asked for their cuts at a time: with more the shortest cut of all is found, but slowly.
-MOST_ASKED = 16
+MOST_ASKED = 10
 
 # Cuts sorted before the others: mostly one of them stays inside.
 FEW = 24
@@ -66,9 +66,21 @@ class Partition:
         self.points.append((float(point[0]), float(point[1])))
         return len(self.points) - 1
 
+    def corners(self, polygon):
+        """Corners [(x, y)] of a polygon."""
+        return [self.points[k] for k, _ in polygon]
+
     def array(self, polygon):
         """Corners (n, 2) of a polygon."""
         return np.array([self.points[k] for k, _ in polygon])
+
+    def height(self, polygon):
+        """height() with the centre of gravity."""
+        return height(self.corners(polygon), [f for _, f in polygon])
+
+    def convex(self):
+        """Whether every polygon came out convex."""
+        return all(len(q) > 2 and min(bends(self.corners(q))) >= 10.0 * BEND for q in self.polygons)
 
     # --- 1: bridges
 
@@ -112,12 +124,12 @@ class Partition:
     def _cut(self, polygon):
         """Two parts of a polygon with a corner that bends inward; None where there is none or where
         no cut can be found."""
-        p = self.array(polygon)
-        before, after = p - np.roll(p, 1, axis=0), np.roll(p, -1, axis=0) - p
-        bend = _cross(before, after) / np.maximum(np.hypot(*before.T) * np.hypot(*after.T), 1e-300)
+        bend = np.array(bends(self.corners(polygon)))
         bent = np.flatnonzero(bend < BEND)
         if not len(bent):
             return None
+        p = self.array(polygon)
+        before, after = p - np.roll(p, 1, axis=0), np.roll(p, -1, axis=0) - p
         asked = bent[::-(-len(bent) // MOST_ASKED)]
         for i, k, t in _candidates(p, polygon, before, after, bend, asked):
             if _visible(p, i, k, t):
@@ -137,14 +149,14 @@ class Partition:
     def merged(self):
         """Takes away shared edges, the longest first, where both polygons together are convex and
         no taller than the tallest."""
-        tallest = max(height(self.array(q), q)[0] for q in self.polygons)
+        tallest = max(self.height(q)[0] for q in self.polygons)
         owner = {(q[k][0], q[(k + 1) % len(q)][0]): n
                  for n, q in enumerate(self.polygons) for k in range(len(q)) if q[k][1]}
         pairs = sorted((edge for edge in owner if edge[0] < edge[1]), key=self._minus_length)
         for a, b in pairs:
             n, m = owner[a, b], owner[b, a]
             both = self._together(self.polygons[n], self.polygons[m], a, b)
-            if both is None or height(self.array(both), both)[0] > tallest:
+            if both is None or self.height(both)[0] > tallest:
                 continue
             self.polygons[n], self.polygons[m] = both, []
             for k, (u, inner) in enumerate(both):
@@ -161,16 +173,13 @@ class Partition:
         j = next(k for k, (u, _) in enumerate(second) if u == b)
         both = first[i + 1:] + first[:i]
         both += [second[(j + 1 + k) % len(second)] for k in range(len(second) - 1)]
-        p = self.array(both)
-        before, after = p - np.roll(p, 1, axis=0), np.roll(p, -1, axis=0) - p
-        return both if (_cross(before, after) >= BEND * np.hypot(*before.T) * np.hypot(*after.T)).all() \
-            else None
+        return both if min(bends(self.corners(both))) >= BEND else None
 
     # --- 4: long polygons
 
     def slimmer(self):
         """Cuts long polygons across while that lowers the largest height of all; returns it."""
-        heap = [(-height(self.array(q), q)[0], n) for n, q in enumerate(self.polygons)]
+        heap = [(-self.height(q)[0], n) for n, q in enumerate(self.polygons)]
         heapq.heapify(heap)
         for _ in range(MOST_CUTS):
             if not heap:
@@ -183,13 +192,13 @@ class Partition:
             self.polygons[n] = parts[0]
             self.polygons.append(parts[1])
             for m in (n, len(self.polygons) - 1):
-                heapq.heappush(heap, (-height(self.array(self.polygons[m]), self.polygons[m])[0], m))
+                heapq.heappush(heap, (-self.height(self.polygons[m])[0], m))
         return -heap[0][0] if heap else 0.0
 
     def _across(self, polygon, tall):
         """The best cut of a polygon parallel to its farthest edge, or None."""
         p = self.array(polygon)
-        _, edge = height(p, polygon)
+        _, edge = self.height(polygon)
         if polygon[edge][1]:
             return None
         along = p[(edge + 1) % len(p)] - p[edge]
@@ -204,7 +213,7 @@ class Partition:
             parts = self._between(polygon, *places)
             if parts is None:
                 continue
-            worst = max(height(self.array(q), q)[0] for q in parts)
+            worst = max(self.height(q)[0] for q in parts)
             if worst < WORTH * tall and (best is None or worst < best[0]):
                 best = worst, places
         del self.points[count:]
@@ -228,28 +237,38 @@ def _cross(a, b):
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 
+def bends(p):
+    """Sine of the turn at every corner of a polygon [(x, y)], negative where it bends inward."""
+    found, (ox, oy) = [], p[-1]
+    for (x, y), (nx, ny) in zip(p, p[1:] + p[:1]):
+        ax, ay, bx, by = x - ox, y - oy, nx - x, ny - y
+        found.append((ax * by - ay * bx) / max(math.hypot(ax, ay) * math.hypot(bx, by), 1e-300))
+        ox, oy = x, y
+    return found
+
+
 def centroid(p):
-    """Centre of gravity of a polygon (n, 2)."""
-    q = p - p[0]
-    turn = _cross(q, np.roll(q, -1, axis=0))
-    total = turn.sum()
+    """Centre of gravity (x, y) of a polygon [(x, y)]."""
+    (ox, oy), total, sx, sy = p[0], 0.0, 0.0, 0.0
+    for (ax, ay), (bx, by) in zip(p[1:], p[2:]):
+        turn = (ax - ox) * (by - oy) - (ay - oy) * (bx - ox)
+        total, sx, sy = total + turn, sx + turn * (ax + bx - 2.0 * ox), sy + turn * (ay + by - 2.0 * oy)
     if abs(total) < 1e-12:
-        return p.mean(axis=0)
-    return p[0] + ((q + np.roll(q, -1, axis=0)) * turn[:, None]).sum(axis=0) / (3.0 * total)
+        return sum(x for x, _ in p) / len(p), sum(y for _, y in p) / len(p)
+    return ox + sx / (3.0 * total), oy + sy / (3.0 * total)
 
 
-def height(p, polygon, centre=None):
+def height(p, inner, centre=None):
     """(largest height mm, its edge) of the triangles between the centre (else that of gravity) and
-    the edges: over an outer edge the distance of the centre from it; at a shared edge the distance
-    of its ends from the base line, which leads from the centre to its middle."""
-    w = centroid(p) if centre is None else centre
-    after = np.roll(p, -1, axis=0)
-    inner = np.array([f for _, f in polygon])
-    base = np.where(inner[:, None], 0.5 * (p + after) - w, after - p)
-    off = np.where(inner[:, None], p - w, w - p)
-    tall = np.abs(_cross(base, off)) / np.maximum(np.hypot(*base.T), 1e-12)
-    k = int(np.argmax(tall))
-    return float(tall[k]), k
+    the edges of a polygon [(x, y)]: over an outer edge the distance of the centre from it; at a shared
+    one (inner) the distance of its ends from the base line, from the centre to its middle."""
+    (wx, wy), tallest, edge = centre or centroid(p), -1.0, 0
+    for k, ((ax, ay), (bx, by), shared) in enumerate(zip(p, p[1:] + p[:1], inner)):
+        ux, uy = (0.5 * (ax + bx) - wx, 0.5 * (ay + by) - wy) if shared else (bx - ax, by - ay)
+        tall = abs(ux * (ay - wy) - uy * (ax - wx)) / max(math.hypot(ux, uy), 1e-12)
+        if tall > tallest:
+            tallest, edge = tall, k
+    return tallest, edge
 
 
 def _level(p, polygon, above, level):

@@ -67,7 +67,7 @@ def _tour(field, groups, way, here, radius):
     while groups:
         ends = np.array([(g[0], g[-1]) for g in groups])
         gap = np.hypot(*np.moveaxis(ends - here, 2, 0))
-        k, last = np.unravel_index(np.argmin(gap), gap.shape)
+        k, last = np.unravel_index(runs.least(gap), gap.shape)
         group = groups.pop(k)[::-1 if last else 1]
         for spot in group:
             if points is None or not clear_way(field, points[-1], spot):

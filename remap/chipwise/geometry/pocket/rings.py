@@ -18,15 +18,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from chipwise.errors import CycleError
-
 from .. import elements, search
 from . import runs
 from .fields import clear_way, clear_ways, fields_at, inside
 from .tracks import Field, along, make_track
-
-# More rings are a slip of the finger and would stall the preview.
-MAX_RINGS = 500
 
 # Lengths ahead, in step-overs, at which the next ring is met: the longest that fits. The longer,
 # the more slowly the cut widens.
@@ -106,9 +101,6 @@ def _tree(field, radius, step, climb):
     level, count = [root], 0
     while level:
         count += 1
-        if count > MAX_RINGS:
-            raise CycleError(f"step-over D{{d}} needs more than {MAX_RINGS} rings", "use a larger D",
-                             d=step)
         found = fields_at(field.pocket, field.distance + count * step)
         found = [f for f in found if f.area > 0.0 or len(f.boundary) > 1]
         level = _placed(found, level, climb) if found else []
@@ -162,7 +154,7 @@ def _nearest(here, loops):
     """Index of the loop nearest to a place."""
     if here is None or len(loops) == 1:
         return 0
-    return int(np.argmin([runs.nearest(loop, here)[0] for loop in loops]))
+    return runs.least([runs.nearest(loop, here)[0] for loop in loops])
 
 
 def _beside(way, node, cut, left, radius, step):
@@ -170,7 +162,7 @@ def _beside(way, node, cut, left, radius, step):
     where it is, through cleared area, through the air, along a slot, or in the solid."""
     if way.here is not None:
         places = [runs.nearest(loop, way.here) for loop in left]
-        k = int(np.argmin([gap for gap, _, _ in places]))
+        k = runs.least([gap for gap, _, _ in places])
         if way.parts and places[k][0] <= BESIDE * step and clear_way(
                 node.field, way.here, runs.point(left[k], *places[k][1:])):
             return k, None
@@ -184,7 +176,7 @@ def _beside(way, node, cut, left, radius, step):
             return found[:2]
     else:
         k = 0
-    longest = int(np.argmax(elements.lengths(left[k])))
+    longest = runs.least(-elements.lengths(left[k]))
     way.lift(runs.point(left[k], longest, 0.5))
     return k, (longest, 0.5)
 
@@ -198,8 +190,8 @@ def _pair(here, cut, left, reach, field):
         for loop, owner in cut:
             places, gap = _near(loop, other, tree, reach)
             cost = np.hypot(*(places - here).T) + gap
-            for m in np.argsort(cost)[:TRIES]:
-                if cost[m] >= best[0]:
+            for m in runs.rising(cost)[:TRIES]:
+                if cost[m] >= best[0] - runs.SNAP_MM:
                     break
                 if clear_way(field, places[m], runs.point(other, *runs.nearest(other, places[m])[1:])):
                     best = (cost[m], k, places[m], owner)
@@ -219,8 +211,8 @@ def _slot(way, left, reach):
             places = elements.point_at(loop, np.arange(len(loop)), np.zeros(len(loop)))
             gap = np.hypot(*(places[:, None] - ends).transpose(2, 0, 1))
             cost = np.where(gap <= reach, gap + 0.5 * np.hypot(*(places - way.here).T)[:, None], np.inf)
-            order = np.argsort(cost, axis=None)[:SLOT_TRIES]
-            order = order[cost.ravel()[order] < best[0]]
+            order = runs.rising(cost.ravel())[:SLOT_TRIES]
+            order = order[cost.ravel()[order] < best[0] - runs.SNAP_MM]
             if not len(order):
                 continue
             m, n = np.unravel_index(order, cost.shape)

@@ -12,12 +12,23 @@ from ..intersect import parameters
 SNAP_MM = 1e-3
 
 
+def rising(values):
+    """Indices (n,) of lengths (n,) mm from the smallest up; equal within SNAP_MM in their order, so
+    that rounding (an inch machine's tool table) does not turn choices over."""
+    return np.argsort(np.round(np.asarray(values) / SNAP_MM), kind="stable")
+
+
+def least(values):
+    """Index of the smallest of lengths, mm, flattened; the first of several that are equal."""
+    return int(np.argmin(np.round(np.asarray(values) / SNAP_MM)))
+
+
 def nearest(run, point):
     """(distance mm, index, t) of the place on a run nearest to a point (2,) mm."""
     index = np.arange(len(run))
     at = np.broadcast_to(point, (len(run), 2))
     gap = elements.distances(run, index, at)
-    k = int(np.argmin(gap))
+    k = least(gap)
     t = float(np.clip(parameters(run, index[k:k + 1], at[k:k + 1])[0], 0.0, 1.0))
     if run.is_arc[k]:                             # beyond an end the nearer end, not the nearer angle
         ends = np.hypot(*(run.start[k] - point)), np.hypot(*(run.end[k] - point))

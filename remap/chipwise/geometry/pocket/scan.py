@@ -45,6 +45,10 @@ MAX_ROWS = 3000
 # A Field below this area (mm2) is a line or a spot: its contour is all there is to cut.
 NO_AREA_MM2 = 1e-6
 
+# Elements of the pool below this length (mm) are none: rounding of a chord between two walls that
+# lie on one another.
+NO_LENGTH_MM = 1e-9
+
 # Ends of a chord that lie this near (mm) may come in either order: where a Field is a line.
 TIE_MM = 1e-6
 
@@ -53,12 +57,13 @@ TIE_MM = 1e-6
 class Scan:
     """k crossings and k / 2 chords of the rows with the contours in their direction of travel.
 
-    row, chord (k,) int; is_start (k,) bool: P, else Q; after, before (k,) int: the next crossing on
-    the same contour and the last one; point (k, 2) mm; starts, ends (c,) int: crossings P and Q
-    of each chord; chord_row (c,) int.  pool: every element a track may need, see run_of_piece()
-    and run_of_chord().  loops: (first, last) of each contour in the pool.
+    chord (k,) int; is_start (k,) bool: P, else Q; after, before (k,) int: the next crossing on the
+    same contour and the last one; point (k, 2) mm; starts, ends (c,) int: crossings P and Q of each
+    chord, row by row; loop (k,) int: contour.
+    pool: every element a track may need: the contours cut at all crossings (split of them), the
+    same backwards, the chords, the same backwards; begin (k,) int: where in it a crossing's outline
+    piece begins; loops: (first, last) of each contour in it.
     """
-    row: np.ndarray
     chord: np.ndarray
     is_start: np.ndarray
     after: np.ndarray
@@ -92,8 +97,14 @@ class Scan:
         return [2 * self.split + chord + (0 if forward else self.chords)]
 
     def track(self, run):
-        """Track of pool indices."""
-        return make_track(elements.take(self.pool, np.array(run)))
+        """Track of pool indices, without chords where the Field is a line that the row crosses."""
+        run = np.array(run)
+        long = self._long[run]
+        return make_track(elements.take(self.pool, run[long] if long.any() else run[:1]))
+
+    @cached_property
+    def _long(self):
+        return elements.lengths(self.pool) > NO_LENGTH_MM
 
     @cached_property
     def above(self):
@@ -246,7 +257,7 @@ def _assemble(contours, e, u, element, t, row, rising):
     lines = elements.make_lines(point[order[::2]], point[order[1::2]])
     pool = elements.join((parts, elements.reverse(parts), lines,
                           elements.make_lines(lines.end, lines.start)))
-    return Scan(row, chord, rising, after, before, point, order[::2], order[1::2],
+    return Scan(chord, rising, after, before, point, order[::2], order[1::2],
                 element + np.arange(k) + 1, loop,
                 tuple((int(a), int(b)) for a, b in zip(edges, edges[1:])), len(parts), pool)
 

@@ -48,20 +48,17 @@ def _run(rows, done, here):
 def _entry(rows, done, here):
     """(crossing, run) where the next Track begins: the way from a chord that is done, nearest to
     `here`, or the first chord left."""
-    left = ~done[rows.chord]
-    found = [(far, near) for far, near in ((rows.after, np.arange(len(left))),
-                                           (rows.before, np.arange(len(left))))]
-    best, least = None, np.inf
-    for far, near in found:
-        open_ = np.flatnonzero(left & done[rows.chord[far]])
+    left, best = ~done[rows.chord], None
+    for origin in (rows.after, rows.before):
+        open_ = np.flatnonzero(left & done[rows.chord[origin]])
         if len(open_):
-            away = np.hypot(*(rows.point[far[open_]] - here).T)
+            away = np.hypot(*(rows.point[origin[open_]] - here).T)
             k = int(np.argmin(away))
-            if away[k] < least:
-                best, least = (int(open_[k]), int(far[open_[k]])), away[k]
+            if best is None or away[k] < best[0]:
+                best = away[k], int(open_[k]), int(origin[open_[k]])
     if best is None:
         return int(rows.starts[np.flatnonzero(~done)[0]]), []
-    crossing, origin = best
-    run = rows.run_of_piece(origin) if rows.after[origin] == crossing \
-        else rows.run_back(rows.run_of_piece(crossing))
-    return crossing, run
+    _, crossing, origin = best
+    if rows.after[origin] == crossing:
+        return crossing, rows.run_of_piece(origin)
+    return crossing, rows.run_back(rows.run_of_piece(crossing))
