@@ -1,12 +1,15 @@
 #!/usr/bin/python3
-"""Figures of the geometry kernel; prints a table and writes build/bench_geometry.json.
+"""Figures of the geometry kernel at full size; prints a table, writes build/bench_geometry.json.
 
     /usr/bin/python3 bench/offset_bench.py [--count 5000] [--jobs 3] [--only speed,rings,...]
+
+Called by hand; bench/bench_geometry.py takes the same figures at a size for `make bench`.
 
 random: CHIPWISE_RANDOM_COUNT contours of each kind (default 5,000) from CHIPWISE_SEED on,
 both sides, against the oracle of tests/python/contour_oracle.py, and each backwards and
 from every vertex against itself; failures leave replay files under build/.
-speed: time over size.  size: elements against cavalier_contours, areas against pyclipper.
+speed: time over size, beside cavalier_contours and Clipper in the same run.
+size: elements against cavalier_contours, areas against pyclipper.
 rings: ten offsets of one outline.
 """
 import argparse
@@ -69,7 +72,8 @@ def judge_range(job):
     """Counters of cases first..last-1 of one kind."""
     kind, first, last, every = job
     total = dict(contours=0, offsets=0, variants=0, alarms=0, wrong=0, variant_findings=0,
-                 kernel_s=0.0, worst_gouge_mm=0.0, lost_paths=0, replays=[])
+                 kernel_s=0.0, worst_gouge_mm=0.0, worst_round_trip_mm=0.0,
+                 lost_paths=0, replays=[])
     for seed in range(first, last):
         parts, radius = contour_case(seed, kind)
         total["contours"] += 1
@@ -89,6 +93,8 @@ def judge_range(job):
                 path = [el for p in result.paths for el in oracle.from_elements(p.elements)]
                 total["worst_gouge_mm"] = max(total["worst_gouge_mm"],
                                               oracle.gouge(shape, radius, path, 0.1))
+                total["worst_round_trip_mm"] = max(total["worst_round_trip_mm"],
+                                                   deepest_rough(shape, side, result))
             found = verdict(parts, side, radius)
             count, different = (0, []) if seed % every else variants(parts, side, radius)
             total["variants"] += count
@@ -99,6 +105,13 @@ def judge_range(job):
                 total["replays"].append(str(write_replay(kind, seed, parts, side, radius,
                                                          found + different)))
     return total
+
+
+def deepest_rough(shape, side, result):
+    """Largest depth (mm) of the rough shapes inside the finish shape."""
+    edges = [oracle.from_elements(rough.elements) for rough in result.rough]
+    return max((oracle.inside_material(shape, side, edge, 0.3) for edge in edges if edge),
+               default=0.0)
 
 
 def bench_random(count, jobs, every):
@@ -130,21 +143,48 @@ def best(work, times):
     return 1e3 * shortest, result
 
 
-def bench_speed():
-    """Everything: build and validate the contour, offset, rough shape, regions."""
+SIZES = (200, 1000, 2000, 5000, 10000, 20000)
+
+
+def other_libraries():
+    """(cavalier_contours, pyclipper, None), or (None, None, why not)."""
+    cavalier, no_cavalier = second_oracles.load("cavaliercontours")
+    clipper, no_clipper = second_oracles.load("pyclipper")
+    if cavalier and clipper:
+        return cavalier, clipper, None
+    return None, None, no_cavalier or no_clipper
+
+
+def bench_speed(sizes=SIZES):
+    """Everything: build and validate the contour, offset, rough shape, regions.  The other
+    libraries make the paths alone, from a shape they hold already."""
+    cavalier, clipper, reason = other_libraries()
+    if reason:
+        print("speed: no other libraries:", reason)
     table = {}
-    for n in (200, 1000, 2000, 5000, 10000, 20000):
-        parts = ring_outline(n)
-        rows = {}
+    for n in sizes:
+        parts, rows, ours, path, others = ring_outline(n), {}, [], [], {}
+        contour, again = make_contour(parts), 7 if n <= 2000 else 3
+        shape = oracle.from_elements(contour.elements)
         for radius in (1.0, 5.0, 20.0):
             for side, name in ((LEFT, "inside"), (RIGHT, "outside")):
                 def work():
                     result = offset_contour(make_contour(parts), side, radius)
                     return result, result.rough, result.unreachable
-                rows[f"R{radius:g} {name} ms"] = best(work, 7 if n <= 2000 else 3)[0]
+                ours.append(best(work, again)[0])
+                rows[f"R{radius:g} {name} ms"] = ours[-1]
+                path.append(best(lambda: offset_contour(contour, side, radius), again)[0])
+                if cavalier:
+                    jobs = {"cavalier": second_oracles.cavalier_job(cavalier, shape, side, radius),
+                            "clipper": second_oracles.clipper_job(clipper, shape, side, radius)[0]}
+                    for library, job in jobs.items():
+                        others.setdefault(library, []).append(best(job, 3)[0])
         rows["make_contour ms"] = best(lambda: make_contour(parts), 3)[0]
-        slowest = max(v for k, v in rows.items() if k.startswith("R"))
-        rows["slowest, us per n log2 n"] = 1e3 * slowest / (n * math.log2(n))
+        rows["slowest, us per n log2 n"] = 1e3 * max(ours) / (n * math.log2(n))
+        for library, times in others.items():
+            rows[f"{library} ms, mean"] = float(np.mean(times))
+            rows[f"whole / {library}"] = sum(ours) / sum(times)
+            rows[f"paths alone / {library}"] = sum(path) / sum(times)
         table[n] = rows
         show(f"speed, {n} elements", rows)
     return table
@@ -152,11 +192,10 @@ def bench_speed():
 
 def bench_size(count):
     """Elements against cavalier_contours, centre area against both libraries."""
-    cavalier, no_cavalier = second_oracles.load("cavaliercontours")
-    clipper, no_clipper = second_oracles.load("pyclipper")
-    if not (cavalier and clipper):
-        print("size: skipped:", no_cavalier or no_clipper)
-        return {"skipped": no_cavalier or no_clipper}
+    cavalier, clipper, reason = other_libraries()
+    if reason:
+        print("size: skipped:", reason)
+        return {"skipped": reason}
     ours = theirs = compared = other_count = area_off = clipper_off = 0
     worst = 0.0
     first = seed_from_environment()

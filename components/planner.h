@@ -18,11 +18,12 @@
 
 #include <sys/shm.h>
 #include <motion.h>
+#include <motion_types.h>
 #include <tc_types.h>
 #include <tcq.h>
 
 #define CW_PLANNER_KEY 100      /* DEFAULT_SHMEM_KEY of motion */
-#define CW_CHORDS 16            /* an arc outside XY is read as this many chords */
+#define CW_CHORDS 16            /* an arc outside XY is read as this many chords, a blend arc as one less */
 #define CW_FURTHER 2.0          /* mm read beyond the horizon */
 #define CW_READS 24             /* pieces read from the queue in a period at most */
 
@@ -99,34 +100,49 @@ static int cw_planner_upright(const PmCartesian *normal)
 }
 
 /* How many parts a piece of the queue is read as: chords of an arc outside XY or a spiral,
- * the straight beginning and the arc of a blend. */
+ * the straight beginning and the arc, or its chords, of a blend. */
 static int cw_planner_parts(const TC_STRUCT *tc)
 {
     const PmCircle *circle = &tc->coords.circle.xyz;
-    if (tc->motion_type == TC_SPHERICAL) return 2;
+    if (tc->motion_type == TC_SPHERICAL) return cw_planner_upright(&tc->coords.arc.xyz.binormal) ? 2 : CW_CHORDS;
     if (tc->motion_type != TC_CIRCULAR) return 1;
     if (cw_planner_upright(&circle->normal) && circle->spiral < 1e-3 && circle->spiral > -1e-3)
         return 1;
     return CW_CHORDS;
 }
 
-/* Blend arc: part 0 its straight beginning, part 1 the arc, as a chord outside XY. */
+/* Place on a blend arc at a share of its angle (tp/spherical_arc.c, arcPoint). */
+static void cw_planner_on_arc(const SphericalArc *arc, double share, PmCartesian *at)
+{
+    double p = sin((1.0 - share) * arc->angle) / arc->Sangle, q = sin(share * arc->angle) / arc->Sangle;
+    at->x = arc->center.x + p * arc->rStart.x + q * arc->rEnd.x;
+    at->y = arc->center.y + p * arc->rStart.y + q * arc->rEnd.y;
+    at->z = arc->center.z + p * arc->rStart.z + q * arc->rEnd.z;
+}
+
+/* Blend arc: part 0 its straight beginning, which ends at `start`; then the arc, outside XY in chords. */
 static int cw_planner_blend(const SphericalArc *arc, int part, const struct cw_tracker_in *in,
                             struct cw_piece *piece)
 {
-    PmCartesian bend = arc->start;
+    PmCartesian from = arc->start, to;
     double a[3], b[3], centre[3];
-    bend.x += arc->line_length * arc->uTan.x;
-    bend.y += arc->line_length * arc->uTan.y;
-    bend.z += arc->line_length * arc->uTan.z;
     if (part == 0) {
-        cw_planner_tip(in, &arc->start, a);
-        cw_planner_tip(in, &bend, b);
+        from.x -= arc->line_length * arc->uTan.x;
+        from.y -= arc->line_length * arc->uTan.y;
+        from.z -= arc->line_length * arc->uTan.z;
+        cw_planner_tip(in, &from, a);
+        cw_planner_tip(in, &arc->start, b);
         return cw_piece_line(piece, a, b);
     }
-    cw_planner_tip(in, &bend, a);
+    if (!cw_planner_upright(&arc->binormal)) {
+        cw_planner_on_arc(arc, (part - 1.0) / (CW_CHORDS - 1), &from);
+        cw_planner_on_arc(arc, part / (CW_CHORDS - 1.0), &to);
+        cw_planner_tip(in, &from, a);
+        cw_planner_tip(in, &to, b);
+        return cw_piece_line(piece, a, b);
+    }
+    cw_planner_tip(in, &arc->start, a);
     cw_planner_tip(in, &arc->end, b);
-    if (!cw_planner_upright(&arc->binormal)) return cw_piece_line(piece, a, b);
     cw_planner_tip(in, &arc->center, centre);
     return cw_piece_arc(piece, centre, a, arc->binormal.z > 0.0 ? arc->angle : -arc->angle, b[2] - a[2]);
 }
@@ -165,6 +181,36 @@ static double cw_planner_accel(const TC_STRUCT *tc)
     if (tc->blend_prev || tc->term_cond == TC_TERM_COND_PARABOLIC) share *= 0.5;
     if (tc->motion_type == TC_CIRCULAR || tc->motion_type == TC_SPHERICAL) share *= tc->acc_ratio_tan;
     return tc->maxaccel * share;
+}
+
+/* How the end of a part of a piece is left. */
+static int cw_planner_join(const TC_STRUCT *tc, int part)
+{
+    if (part + 1 < cw_planner_parts(tc) || tc->term_cond == TC_TERM_COND_TANGENT) return CW_JOIN_TANGENT;
+    return tc->term_cond == TC_TERM_COND_PARABOLIC ? CW_JOIN_PARABOLIC : CW_JOIN_STOP;
+}
+
+/* The parabolic blend the tool is in, where it leads into a straight traverse (tp/tp.c, tpUpdateBlend: the
+ * next piece is to have the share of its blend velocity that the first has lost of its own). */
+static void cw_planner_corner(const TP_STRUCT *tp, const struct cw_tracker_in *in, struct cw_corner *corner)
+{
+    const TC_STRUCT *tc = cw_planner_item(tp, 0), *next = cw_planner_item(tp, 1);
+    struct cw_piece line;
+    double tip[3];
+    corner->on = 0;
+    if (tp->queue._len < 2 || !tc->blending_next || tc->term_cond != TC_TERM_COND_PARABOLIC) return;
+    if (next->motion_type != TC_LINEAR || next->canon_motion_type != EMC_MOTION_TYPE_TRAVERSE) return;
+    if (!(next->progress > 0.0 && next->progress < next->target) || !(tc->blend_vel > 0.0)) return;
+    if (!cw_planner_piece(next, 0, in, &line)) return;
+    cw_piece_at(&line, 0.0, corner->start, corner->dir);
+    cw_piece_at(&line, line.length, tip, corner->dir);
+    corner->length = line.length;
+    corner->done = next->progress / in->unit;
+    corner->speed = next->currentvel / in->unit;
+    corner->top = next->blend_vel * (tc->vel_at_blend_start / tc->blend_vel) / in->unit;
+    corner->left = (tc->target - tc->progress) / in->unit;
+    corner->slow = tc->currentvel / in->unit;
+    corner->on = 1;
 }
 
 static long cw_planner_key(const TP_STRUCT *tp, int n, int part)
@@ -220,6 +266,8 @@ static void cw_planner_extend(struct cw_planner *planner, const TP_STRUCT *tp,
         } else {
             if (cw_planner_piece(tc, part, in, &piece)) {
                 piece.accel = cw_planner_accel(tc) / in->unit;
+                piece.rapid = tc->canon_motion_type == EMC_MOTION_TYPE_TRAVERSE;
+                piece.join = tentative ? CW_JOIN_PARABOLIC : cw_planner_join(tc, part);
                 cw_way_append(way, cw_planner_key(tp, n, part), &piece);
                 planner->tentative += tentative;
             }
@@ -249,6 +297,8 @@ static void cw_planner_follow(struct cw_planner *planner, const struct cw_tracke
     for (; planner->tentative > 0; planner->tentative--) cw_way_retract(way);
     cw_way_follow(way, cw_planner_key(tp, 0, part), piece.length, progress);
     cw_planner_extend(planner, tp, in, horizon, way);
+    if (way->count > 0) way->piece[way->first].join = cw_planner_join(cw_planner_item(tp, 0), part);
+    cw_planner_corner(tp, in, &way->corner);
 }
 
 #endif

@@ -44,7 +44,7 @@ pin in float distance_to_go "motion.distance-to-go, machine units; not positive:
 pin out bit stock_defined "the map is filled with a stock";
 pin out bit ready "stock, tool and position are known";
 pin out bit fault "something is wrong, see fault-code";
-pin out s32 fault_code "0 none; stock box: 1 not finite, 2 empty, 3 larger than the map, 4 a map that was written and cannot be one; tool: 11 diameter, 12 corner radius, 13 tip angle, 14 flute length; 20 position not finite, 21 position jumps, 22 units-per-mm";
+pin out s32 fault_code "0 none; stock box: 1 not finite, 2 empty, 3 larger than the map, 4 a map was not written to its end, or the machine went on meanwhile; tool: 11 diameter, 12 corner radius, 13 tip angle, 14 flute length; 20 position not finite, 21 position jumps, 22 units-per-mm";
 pin out float removed_volume "mm3 cut since define; of a restored stock since it was defined";
 pin out bit held "the map is not touched: answer to hold";
 pin out float mrr "removal rate, mm3/min, averaged over mrr-window";

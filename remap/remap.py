@@ -60,5 +60,6 @@ def m254(self, **words):
 
 def feed(self, **words):
     """F: as built in, but known to M251's ceiling."""
+    volumetric.keep_line_number(self, words)
     volumetric.program_feed(self, self.blocks[self.remap_level].f_number)
     return INTERP_OK

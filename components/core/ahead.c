@@ -15,6 +15,7 @@
 #define CW_SMEAR 3.0            /* cells a wall in the stock is smeared over */
 #define CW_JUMP 0.15            /* of a load, a rise within one sample that is a wall */
 #define CW_MAIN 0.7             /* of the largest rise there, one that may be where the wall is */
+#define CW_TURN 0.97            /* cosine between two samples from which the way turns */
 #define CW_NOISE 0.08           /* of a load, a bend between samples that is none */
 #define CW_BLUNT 0.4            /* of a bend, what interpolated heights lose */
 #define CW_TOUCH 1e-3           /* mm2, less is no contact */
@@ -74,7 +75,7 @@ static double area_now(const struct cw_ahead *ahead)
 /* Load at the tool, never too low: the larger of the samples around it, so that neither the noise
  * of the readings nor a slow rise is missed. Interpolated heights smear an edge of the stock over
  * a cell, and near an edge the load changes with the root of the way: a fall counts one sample
- * late [3]. */
+ * late, unless it comes of a turn of the way [3]. */
 static double most_now(const struct cw_ahead *ahead)
 {
     double past, a, b, share;
@@ -85,6 +86,7 @@ static double most_now(const struct cw_ahead *ahead)
     a = bound(ahead, i);
     b = bound(ahead, i + 1);
     if (i - 1 < ahead->first && ahead->at < ahead->gap) past = cw_max(a, ahead->held);
+    else if (i >= 0 && ahead->turned[i % CW_AHEAD_SAMPLES]) past = a;
     return past > CW_RISE * cw_min(a, b) ? cw_max(past, b) : cw_max(a, b);
 }
 
@@ -97,12 +99,20 @@ static double onward(const struct cw_course *old, const struct cw_course *new, d
     return was[0] * is[0] + was[1] * is[1] + was[2] * is[2];
 }
 
+/* What a tool meets that is in stock all round, mm2: a full slot and a full plunge. */
+static double full_area(const struct cw_tool *tool, const double dir[3], double depth)
+{
+    double plunge = dir[2] < 0.0 ? -dir[2] * CW_PI * tool->radius * tool->radius : 0.0;
+    return 2.0 * tool->radius * depth * cw_sqrt(dir[0] * dir[0] + dir[1] * dir[1]) + plunge;
+}
+
 /* [2] The samples of the old course as far as they serve on the new one. `old` is the
  * course before, whose `travelled` is where the new one begins. */
 static void carry_over(struct cw_ahead *ahead, const struct cw_course *old, double step,
-                       const struct cw_stock *stock)
+                       const struct cw_stock *stock, const struct cw_tool *tool)
 {
-    float area[CW_AHEAD_SAMPLES], most[CW_AHEAD_SAMPLES], depth[CW_AHEAD_SAMPLES];
+    const double along[3] = { ahead->course.piece.level, 0.0, ahead->course.piece.slope };
+    float area[CW_AHEAD_SAMPLES], depth[CW_AHEAD_SAMPLES];
     double gap = ahead->gap, begin = (old->travelled + step) / gap;
     int last = ahead->first + ahead->count - 1, n = 0, same = 0, i;
 
@@ -120,27 +130,19 @@ static void carry_over(struct cw_ahead *ahead, const struct cw_course *old, doub
             && off2 < CW_SAME * CW_SAME * stock->cell * stock->cell) same++;
         share = s - a;
         area[n] = (float)(sample(ahead, a) + share * (sample(ahead, a + 1) - sample(ahead, a)));
-        most[n] = (float)cw_max(ahead->most[a % CW_AHEAD_SAMPLES],
-                                ahead->most[(a + 1) % CW_AHEAD_SAMPLES]);
         depth[n] = (float)cw_max(ahead->depth[a % CW_AHEAD_SAMPLES],
                                  ahead->depth[(a + 1) % CW_AHEAD_SAMPLES]);
         n++;
     }
     for (i = 0; i < n; i++) {
         ahead->area[i] = area[i];
-        ahead->most[i] = most[i];
+        ahead->most[i] = (float)full_area(tool, along, depth[i]);
+        ahead->turned[i] = 0;
         ahead->depth[i] = depth[i];
     }
     ahead->first = 0;
     ahead->count = n;
     ahead->stale = same;
-}
-
-/* What a tool meets that is in stock all round, mm2: a full slot and a full plunge. */
-static double full_area(const struct cw_tool *tool, const double dir[3], double depth)
-{
-    double plunge = dir[2] < 0.0 ? -dir[2] * CW_PI * tool->radius * tool->radius : 0.0;
-    return 2.0 * tool->radius * depth * cw_sqrt(dir[0] * dir[0] + dir[1] * dir[1]) + plunge;
 }
 
 /* Takes sample i on the course; returns its work, in nodes. */
@@ -150,8 +152,13 @@ static int take(struct cw_ahead *ahead, const struct cw_stock *stock, const stru
     double at = i * ahead->gap, tip[3], dir[3], curvature = ahead->course.piece.curvature;
     int near = at - ahead->at < cw_section_reach(stock, tool);
     struct cw_section met;
+    int k;
     if (ahead->on_way) curvature = cw_way_at(&ahead->way, at, tip, dir);
     else cw_piece_at(&ahead->course.piece, at, tip, dir);
+    ahead->turned[i % CW_AHEAD_SAMPLES] = ahead->last == i - 1 && dir[0] * ahead->last_dir[0]
+        + dir[1] * ahead->last_dir[1] + dir[2] * ahead->last_dir[2] < CW_TURN;
+    for (k = 0; k < 3; k++) ahead->last_dir[k] = dir[k];
+    ahead->last = i;
     met = cw_section_at(stock, tool, tip, dir, near ? cw_section_clear(stock) : 0.0, curvature);
     ahead->area[i % CW_AHEAD_SAMPLES] = (float)met.area;
     ahead->depth[i % CW_AHEAD_SAMPLES] = (float)met.depth;
@@ -192,11 +199,11 @@ static void begin_on(struct cw_ahead *ahead, int on_way)
 
 /* [2] The tool has left its course: what can be kept of the samples. */
 static void change_course(struct cw_ahead *ahead, const struct cw_course *old, double now,
-                          const struct cw_stock *stock)
+                          const struct cw_stock *stock, const struct cw_tool *tool)
 {
     double step = ahead->course.last_step;
     int turned = !old->known || onward(old, &ahead->course, old->travelled + step) < CW_TURNED;
-    carry_over(ahead, old, step, stock);
+    carry_over(ahead, old, step, stock, tool);
     ahead->held = turned ? 0.0 : now;
 }
 
@@ -215,7 +222,7 @@ void cw_ahead_step(struct cw_ahead *ahead, const struct cw_stock *stock, const s
         begin_on(ahead, on_way);
         ahead->gap = gap;
     } else if (!on_way && new_course) {
-        change_course(ahead, &old, now, stock);
+        change_course(ahead, &old, now, stock, tool);
         budget -= CW_CARRY_NODES * ahead->count;
         if (budget < 1) budget = 1;
     }

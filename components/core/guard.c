@@ -16,14 +16,29 @@
 #define CW_GUARD_LATE 3.0       /* periods of travel until the planner brakes, and one to spare */
 #define CW_GUARD_BRAKING 0.3    /* share of the acceleration from which on it is braking [4] */
 #define CW_GUARD_BLIND 20.0     /* mm, braking distance where the acceleration is unknown */
+#define CW_GUARD_DRIFT 0.2      /* cells the tool may be beside the bend foreseen: it is foreseen anew then [5b] */
+#define CW_GUARD_BENT 12        /* halvings of a step in a bend at most */
+#define CW_GUARD_SURE 0.8       /* of the braking the planner is capable of on its way, in arcs less than half the acceleration */
+#define CW_GUARD_LOST 0.05      /* of a step the place on the way may differ by: it is another way then [5a] */
+
+/* Nothing is known from `s` on. */
+static void begin_probe(struct cw_guard_probe *probe, double s)
+{
+    probe->clear = s;
+    probe->hit_near = 0.0;
+    probe->hit_far = -1.0;
+}
+
+static int found(const struct cw_guard_probe *probe) { return probe->hit_far > probe->hit_near; }
 
 void cw_guard_reset_line(struct cw_guard *guard)
 {
-    guard->periods = 0;
-    guard->gone = guard->clear = guard->speed = guard->distance = 0.0;
+    guard->periods = guard->bend.on = 0;
+    guard->gone = guard->speed = guard->distance = 0.0;
     guard->slowing = guard->slowing_before = guard->to_go = 0.0;
-    guard->hit_near = 0.0;
-    guard->hit_far = -1.0;
+    guard->place = -1e30;
+    begin_probe(&guard->line, 0.0);
+    begin_probe(&guard->course, 0.0);
 }
 
 void cw_guard_reset(struct cw_guard *guard)
@@ -51,11 +66,8 @@ static int misses(const struct cw_stock *stock, double radius, const double a[3]
 static void follow(struct cw_guard *guard, const struct cw_stock *stock, const struct cw_guard_in *in,
                    double step)
 {
-    double speed = step / in->period, dir[3], off2 = 0.0, aim = 0.0;
+    double dir[3], off2 = 0.0, aim = 0.0;
     int i, whole;
-    guard->slowing_before = guard->slowing;
-    guard->slowing = (guard->speed - speed) / in->period;
-    guard->speed = speed;
     whole = !(in->to_go > 0.0) || fabs(guard->to_go - in->to_go - step) < CW_GUARD_SHARE * step + CW_GUARD_ROUND;
     guard->to_go = in->to_go;
     if (step < CW_GUARD_STILL) return;
@@ -75,9 +87,75 @@ static void follow(struct cw_guard *guard, const struct cw_stock *stock, const s
         guard->origin[i] = in->to[i];
         guard->dir[i] = dir[i];
     }
-    guard->gone = guard->clear = 0.0;
-    guard->hit_far = -1.0;
+    guard->gone = 0.0;
+    guard->bend.on = 0;
+    begin_probe(&guard->line, 0.0);
     guard->periods = 1;
+}
+
+/* Speed, and how fast it falls, mm/s2. */
+static void measure_speed(struct cw_guard *guard, double speed, double period)
+{
+    guard->slowing_before = guard->slowing;
+    guard->slowing = (guard->speed - speed) / period;
+    guard->speed = speed;
+}
+
+/* Share of bend->off left when the tool is `s` mm on the line: the way left of the first segment falls with the
+ * square of the time left, the speed on the line rises evenly. */
+static double bend_share(const struct cw_guard_bend *bend, double s)
+{
+    double gone = s - bend->from, root, left;
+    if (!bend->on || s >= bend->end || !(bend->time > 0.0)) return 0.0;
+    if (gone <= 0.0) return 1.0;
+    root = bend->speed + sqrt(bend->speed * bend->speed + 2.0 * bend->rise / bend->time * gone);
+    left = root > 0.0 ? 1.0 - 2.0 * gone / (root * bend->time) : 0.0;
+    return left > 0.0 ? left * left : 0.0;
+}
+
+static void place_on(const struct cw_guard *guard, double s, double tip[3])
+{
+    double share = bend_share(&guard->bend, s);
+    int i;
+    for (i = 0; i < 3; i++) tip[i] = guard->origin[i] + s * guard->dir[i] + share * guard->bend.off[i];
+}
+
+/* [5b] Takes the line of the next segment for the tool's, with the bend that leads to it. */
+static void enter_bend(struct cw_guard *guard, const struct cw_corner *corner, const double tip[3])
+{
+    struct cw_guard_bend *bend = &guard->bend;
+    int i;
+    for (i = 0; i < 3; i++) {
+        guard->origin[i] = corner->start[i];
+        guard->dir[i] = corner->dir[i];
+        bend->off[i] = tip[i] - corner->start[i] - corner->done * corner->dir[i];
+    }
+    bend->on = 1;
+    bend->time = corner->slow > CW_GUARD_STILL ? 2.0 * corner->left / corner->slow : 0.0;
+    bend->from = corner->done;
+    bend->speed = corner->speed;
+    bend->rise = cw_max(0.0, corner->top - corner->speed);
+    bend->end = bend->from + (bend->speed + 0.5 * bend->rise) * bend->time;
+    begin_probe(&guard->line, corner->done);
+}
+
+/* [5b] Follows the tool through a parabolic blend. */
+static void follow_bend(struct cw_guard *guard, const struct cw_corner *corner, const struct cw_stock *stock,
+                        const struct cw_guard_in *in)
+{
+    double there[3], off2 = 0.0, aim = 0.0;
+    int i;
+    place_on(guard, corner->done, there);
+    for (i = 0; i < 3; i++) {
+        off2 += (in->to[i] - there[i]) * (in->to[i] - there[i]);
+        aim += (corner->dir[i] - guard->dir[i]) * (corner->dir[i] - guard->dir[i]);
+    }
+    if (!guard->bend.on || aim > CW_GUARD_AIM * CW_GUARD_AIM
+        || off2 > CW_GUARD_DRIFT * CW_GUARD_DRIFT * stock->cell * stock->cell)
+        enter_bend(guard, corner, in->to);
+    guard->gone = corner->done;
+    guard->to_go = in->to_go;
+    guard->periods = CW_GUARD_STEADY;
 }
 
 /* What the planner uses along the line, mm/s2; 0: unknown. */
@@ -93,12 +171,6 @@ static double accel_along(const struct cw_guard *guard, const struct cw_guard_in
     return least;
 }
 
-static void place_on(const struct cw_guard *guard, double s, double tip[3])
-{
-    int i;
-    for (i = 0; i < 3; i++) tip[i] = guard->origin[i] + s * guard->dir[i];
-}
-
 /* Way to a stand at acceleration `accel`, and that of the periods until it begins, mm. */
 static double stopping(const struct cw_guard *guard, const struct cw_guard_in *in, double accel)
 {
@@ -107,60 +179,101 @@ static double stopping(const struct cw_guard *guard, const struct cw_guard_in *i
     return 0.5 * guard->speed * guard->speed / accel + late;
 }
 
-/* Halves the step in which stock was met. */
-static void narrow(struct cw_guard *guard, const struct cw_stock *stock, const struct cw_tool *tool, long *work)
+/* Where a probe goes: on the program's way, or on the line. */
+struct track {
+    const struct cw_guard *guard;
+    const struct cw_way *way;   /* null: the line */
+    long bound;                 /* of the work */
+};
+
+static void place(const struct track *track, double s, double tip[3])
 {
-    double a[3], b[3], middle = 0.5 * (guard->hit_near + guard->hit_far), enough;
-    place_on(guard, guard->hit_near, a);
-    place_on(guard, middle, b);
-    enough = ignored(stock, cw_min(a[2], b[2]), middle - guard->hit_near);
-    if (cw_sweep_meets(stock, tool, a, b, 1, enough, work) >= enough) guard->hit_far = middle;
-    else guard->hit_near = middle;
+    double dir[3];
+    if (track->way) cw_way_at(track->way, s, tip, dir);
+    else place_on(track->guard, s, tip);
 }
 
-/* Sends the probe one step on; its steps end where the segment does. */
-static void send_on(struct cw_guard *guard, const struct cw_stock *stock, const struct cw_tool *tool,
-                    double end, long *work)
+/* Halves the step in which stock was met. */
+static void narrow(struct cw_guard_probe *probe, const struct track *track, const struct cw_stock *stock,
+                   const struct cw_tool *tool, long *work)
 {
-    double next = guard->clear + cw_max(CW_GUARD_STEP * stock->cell, CW_GUARD_RADII * tool->radius);
-    double a[3], b[3], enough;
-    if (end > guard->clear + CW_GUARD_LEAST && end < next) next = end;
-    place_on(guard, guard->clear, a);
-    place_on(guard, next, b);
+    double a[3], b[3], middle = 0.5 * (probe->hit_near + probe->hit_far), enough;
+    place(track, probe->hit_near, a);
+    place(track, middle, b);
+    enough = ignored(stock, cw_min(a[2], b[2]), middle - probe->hit_near);
+    if (cw_sweep_meets(stock, tool, a, b, 1, enough, work) >= enough) probe->hit_far = middle;
+    else probe->hit_near = middle;
+}
+
+/* The next place of a probe, no further from the last than a step. */
+static double next_place(const struct track *track, const struct cw_guard_probe *probe, double step, double end,
+                         const double a[3], double b[3])
+{
+    double next = probe->clear + step;
+    int i;
+    if (end > probe->clear + CW_GUARD_LEAST && end < next) next = end;
+    for (i = 0; i < CW_GUARD_BENT; i++) {
+        double dx, dy, dz;
+        place(track, next, b);
+        dx = b[0] - a[0];
+        dy = b[1] - a[1];
+        dz = b[2] - a[2];
+        if (dx * dx + dy * dy + dz * dz <= 1.01 * step * step) break;
+        next = 0.5 * (next + probe->clear);         /* in a bend the tool goes further than the line does */
+    }
+    return next;
+}
+
+/* Sends a probe one step on; one of its steps ends at `end`. */
+static void send_on(struct cw_guard_probe *probe, const struct track *track, const struct cw_stock *stock,
+                    const struct cw_tool *tool, double end, long *work)
+{
+    double step = cw_max(CW_GUARD_STEP * stock->cell, CW_GUARD_RADII * tool->radius);
+    double a[3], b[3], next, enough;
+    place(track, probe->clear, a);
+    next = next_place(track, probe, step, end, a, b);
     if (!misses(stock, tool->radius, a, b)) {
-        enough = ignored(stock, cw_min(a[2], b[2]), next - guard->clear);
+        enough = ignored(stock, cw_min(a[2], b[2]), next - probe->clear);
         if (cw_sweep_meets(stock, tool, a, b, 1, enough, work) >= enough) {
-            guard->hit_near = guard->clear;
-            guard->hit_far = next;
+            probe->hit_near = probe->clear;
+            probe->hit_far = next;
             return;
         }
     }
-    guard->clear = next;
+    probe->clear = next;
 }
 
-/* [2] The probe's work of a period: on, up to `wanted` mm on the line, then to where stock begins. */
-static void probe(struct cw_guard *guard, const struct cw_stock *stock, const struct cw_tool *tool,
-                  const struct cw_guard_in *in, double wanted, long bound, long *work)
+/* [2] A probe's work of a period: on, up to `wanted` mm, then to where stock begins. */
+static void send(struct cw_guard_probe *probe, const struct track *track, const struct cw_stock *stock,
+                 const struct cw_tool *tool, double wanted, double end, long *work)
 {
-    double end = in->to_go > 0.0 ? guard->gone + in->to_go : 1e30;
     int steps = CW_GUARD_FREE;
-    if (guard->clear < guard->gone) guard->clear = guard->gone;
-    while (guard->hit_far < 0.0 && guard->clear < wanted && *work < bound && steps-- > 0)
-        send_on(guard, stock, tool, end, work);
-    while (guard->hit_far - guard->hit_near > CW_GUARD_FINE * stock->cell && *work < bound)
-        narrow(guard, stock, tool, work);
+    while (!found(probe) && probe->clear < wanted && *work < track->bound && steps-- > 0)
+        send_on(probe, track, stock, tool, end, work);
+    while (found(probe) && probe->hit_far - probe->hit_near > CW_GUARD_FINE * stock->cell && *work < track->bound)
+        narrow(probe, track, stock, tool, work);
+}
+
+/* Whether the traverse the tool is on goes over into another one without a stop [5a]. (Where no more is known
+ * the next one is beyond the braking distance.) */
+static int goes_over(const struct cw_way *way)
+{
+    return way && way->count > 0 && way->piece[way->first].join == CW_JOIN_TANGENT
+        && way->piece[way->first].rapid
+        && (way->count == 1 || way->piece[(way->first + 1) % CW_WAY_PIECES].rapid);
 }
 
 /* [3], [4] */
 static int must_stop(const struct cw_guard *guard, const struct cw_stock *stock,
                      const struct cw_guard_in *in, double accel)
 {
-    double near = guard->hit_near - guard->gone, far = guard->hit_far - guard->gone;
+    double near = guard->line.hit_near - guard->gone, far = guard->line.hit_far - guard->gone;
     double way = 0.5 * guard->speed * guard->speed, travel = guard->speed * in->period;
     double slowing = cw_max(guard->slowing, guard->slowing_before), thin = CW_GUARD_STRIP * stock->cell;
     if (far <= -thin) return 1;
     if (in->to_go > 0.0 && far + thin <= in->to_go)
         return near <= stopping(guard, in, 0.5 * accel);
+    if (goes_over(in->way)) return 0;                     /* the way is judged instead of the line */
     if (!(accel > 0.0)) return near <= CW_GUARD_BLIND;
     if (cw_min(guard->slowing, guard->slowing_before) > CW_GUARD_BRAKING * accel)
         return far <= way / slowing - travel;
@@ -168,23 +281,92 @@ static int must_stop(const struct cw_guard *guard, const struct cw_stock *stock,
     return near <= way / accel + travel;
 }
 
+/* [5a] Place on the way up to which the tool goes exactly there, by traverses and without a stop. A blend takes
+ * half of a piece at most. */
+static double certain_until(const struct cw_way *way)
+{
+    double begin = way->begin;
+    int n;
+    for (n = 0; n < way->count; n++) {
+        const struct cw_piece *piece = &way->piece[(way->first + n) % CW_WAY_PIECES];
+        if (!piece->rapid) break;
+        if (piece->join == CW_JOIN_PARABOLIC) return begin + 0.5 * piece->length;
+        begin += piece->length;
+        if (piece->join == CW_JOIN_STOP) break;
+    }
+    return begin;
+}
+
+/* [5a] Probes the program's way; 1 when the tool has to stop. The straight piece it is on is the line's. */
+static int judge_way(struct cw_guard *guard, const struct cw_stock *stock, const struct cw_tool *tool,
+                     const struct cw_guard_in *in, double step, long bound, long *work)
+{
+    const struct cw_way *way = in->way;
+    struct cw_guard_probe *probe = &guard->course;
+    struct track track = { guard, way, bound };
+    double near, far = stopping(guard, in, 0.5 * in->accel), last = guard->place;
+    double until, brakes;
+    if (!way || way->count == 0) {
+        guard->place = -1e30;
+        return 0;
+    }
+    guard->place = way->at;
+    if (fabs(way->at - last - step) > CW_GUARD_LOST * step + CW_GUARD_LEAST) begin_probe(probe, way->at);
+    if (!goes_over(way) && !found(probe)) return 0;
+    if (probe->clear < way->at) probe->clear = way->at;
+    if (way->piece[way->first].curvature == 0.0 && guard->periods >= CW_GUARD_STEADY)
+        probe->clear = cw_max(probe->clear, way->begin + way->piece[way->first].length);
+    until = certain_until(way);
+    send(probe, &track, stock, tool, cw_min(until - CW_GUARD_LEAST, way->at + far / CW_GUARD_SURE + step), until, work);
+    if (!found(probe)) return 0;
+    near = cw_max(probe->hit_near - way->at, 0.0);
+    if (guard->distance == 0.0 || near < guard->distance) guard->distance = near;
+    brakes = cw_way_braking(way, probe->hit_near - CW_GUARD_LATE * guard->speed * in->period);
+    return near <= far || 0.5 * guard->speed * guard->speed >= CW_GUARD_SURE * brakes;
+}
+
+/* [2]..[4] on the line; 1 when the tool has to stop. */
+static int judge_line(struct cw_guard *guard, const struct cw_stock *stock, const struct cw_tool *tool,
+                      const struct cw_guard_in *in, long bound, long *work)
+{
+    struct track track = { guard, 0, bound };
+    double accel = accel_along(guard, in);
+    double end = in->to_go > 0.0 ? guard->gone + in->to_go : 1e30;
+    double wanted = guard->gone + cw_max(stopping(guard, in, 0.5 * accel), 2.0 * stock->cell);
+    if (guard->line.clear < guard->gone) guard->line.clear = guard->gone;
+    send(&guard->line, &track, stock, tool, wanted + guard->speed * in->period, end, work);
+    if (!found(&guard->line) || guard->periods < CW_GUARD_STEADY) return 0;
+    guard->distance = cw_max(guard->line.hit_near - guard->gone, 0.0);
+    return must_stop(guard, stock, in, accel);
+}
+
+/* [5b] As judge_line(), in a parabolic blend: only what the line meets before its end is judged. */
+static int judge_bend(struct cw_guard *guard, const struct cw_stock *stock, const struct cw_tool *tool,
+                      const struct cw_guard_in *in, long bound, long *work)
+{
+    const struct cw_corner *corner = &in->way->corner;
+    struct cw_guard_in on_line = *in;
+    on_line.to_go = corner->length - corner->done;
+    follow_bend(guard, corner, stock, in);
+    return judge_line(guard, stock, tool, &on_line, bound, work)
+        && guard->line.hit_far - guard->gone + CW_GUARD_STRIP * stock->cell <= on_line.to_go;
+}
+
 int cw_guard_traverse(struct cw_guard *guard, const struct cw_stock *stock,
                       const struct cw_tool *tool, const struct cw_guard_in *in, long bound, long *work)
 {
-    double step = 0.0, wanted, accel;
-    int i;
+    double step = 0.0;
+    int i, hit, bends = in->way && in->way->corner.on;
     for (i = 0; i < 3; i++) step += (in->to[i] - in->from[i]) * (in->to[i] - in->from[i]);
     step = sqrt(step);
     guard->distance = 0.0;
     if (!cw_finite(step)) return 0;
+    measure_speed(guard, bends ? in->way->corner.speed : step / in->period, in->period);
+    if (bends && in->trail) return judge_bend(guard, stock, tool, in, bound, work);
     follow(guard, stock, in, step);
     if (step < CW_GUARD_STILL || !in->trail) return 0;
-    accel = accel_along(guard, in);
-    wanted = guard->gone + cw_max(stopping(guard, in, 0.5 * accel), 2.0 * stock->cell);
-    probe(guard, stock, tool, in, wanted + guard->speed * in->period, bound, work);
-    if (guard->hit_far < 0.0 || guard->periods < CW_GUARD_STEADY) return 0;
-    guard->distance = cw_max(guard->hit_near - guard->gone, 0.0);
-    return must_stop(guard, stock, in, accel);
+    hit = judge_line(guard, stock, tool, in, bound, work);
+    return judge_way(guard, stock, tool, in, step, bound, work) || hit;
 }
 
 int cw_guard_shank(struct cw_guard *guard, const struct cw_stock *stock,

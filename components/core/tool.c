@@ -23,7 +23,7 @@ static double arc_radius(const struct cw_tool *tool, double u, double v)
 static void build_rings(struct cw_tool *tool)
 {
     const double edge[4] = { 0.0, tool->r_flat, tool->r_arc, tool->radius };
-    const int share[3] = { 4, 8, 4 }, alone[3] = { 6, CW_TOOL_RINGS, CW_TOOL_RINGS };
+    const int share[3] = { 3, 9, 3 }, alone[3] = { 6, CW_TOOL_RINGS, CW_TOOL_RINGS };
     int parts = (tool->r_flat > 0.0) + (tool->r_arc > tool->r_flat) + (tool->r_arc < tool->radius);
     int part, i, n;
 

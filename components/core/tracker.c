@@ -5,6 +5,7 @@
 #define CW_FASTEST 5000.0       /* mm/s, no mill is faster; a longer step is a jump */
 #define CW_RAPID 1              /* motion.motion-type of a traverse */
 #define CW_DEFAULT_HORIZON 20.0 /* mm looked ahead where the acceleration is not known */
+#define CW_STILL 1e-6           /* mm, a step below this is none */
 #define CW_MARGIN_PERIODS 4.0   /* periods of travel looked ahead beyond braking */
 
 void cw_tracker_init(struct cw_tracker *tracker)
@@ -66,17 +67,32 @@ static void serve_request(struct cw_tracker *tracker, struct cw_stock *stock,
     if (!tracker->box_error) start_over(tracker);
 }
 
-/* [2] 1 while another program has the map. What it leaves there is the stock from then on. */
+/* Whether the tool went on in this period where it might have cut. */
+static int went_on(const struct cw_tracker *tracker, const struct cw_tracker_in *in, const double tip[3])
+{
+    double step = 0.0;
+    int i;
+    for (i = 0; i < 3; i++) step = cw_max(step, fabs(tip[i] - tracker->tip[i]));
+    return in->cutting && tracker->tip_known && step > CW_STILL;
+}
+
+/* [2] 1 while another program has the map. What it leaves there is the stock from then on; where it was
+ * killed while writing, or a cut may be missing, no stock is known. */
 static int serve_hold(struct cw_tracker *tracker, struct cw_stock *stock,
                       const struct cw_tracker_in *in)
 {
     if (in->foreign && !tracker->held) {
+        tracker->held_cut = 0;
+        tracker->held_left = tracker->sweep.known && tracker->sweep.waiting > 0;
+        tracker->held_generation = stock->generation;
         tracker->held_cell = stock->cell;
         tracker->held_capacity = stock->capacity;
         tracker->held_mm3 = stock->removed;
     }
     if (!in->foreign && tracker->held) {
-        tracker->box_error = cw_stock_sound(stock, tracker->held_cell, tracker->held_capacity)
+        int lost = tracker->held_cut || (tracker->held_left && stock->generation == tracker->held_generation);
+        int whole = stock->generation % 2 == 0 && (stock->nx == 0 || !lost);
+        tracker->box_error = whole && cw_stock_sound(stock, tracker->held_cell, tracker->held_capacity)
             ? CW_STOCK_OK : CW_STOCK_UNSOUND;
         if (tracker->box_error) cw_stock_init(stock, tracker->held_cell, tracker->held_capacity);
         start_over(tracker);
@@ -179,8 +195,9 @@ static long guard(struct cw_tracker *tracker, const struct cw_stock *stock,
     way.accel = in->accel / in->unit;
     way.to_go = in->to_go / in->unit;
     way.trail = tracker->sweep.trail && !tracker->sweep.waiting;
+    way.way = tracker->ahead.way.known ? &tracker->ahead.way : 0;
     hit = in->motion == CW_RAPID && cw_guard_traverse(&tracker->guard, stock, &tracker->tool, &way,
-                                                           CW_WORK_PER_PERIOD, &work);
+                                                      CW_WORK_PER_PERIOD, &work);
     if (in->motion != CW_RAPID) cw_guard_reset_line(&tracker->guard);
     out->rapid_hit = hit;
     out->rapid_mm = tracker->guard.distance;
@@ -215,7 +232,11 @@ void cw_tracker_step(struct cw_tracker *tracker, struct cw_stock *stock,
 
     clear(out);
     if (serve_hold(tracker, stock, in)) {
+        int moved = bad != CW_FAULT_NONE || went_on(tracker, in, tip);
+        tracker->held_cut |= moved && in->cutting;
         lose_place(tracker);
+        for (i = 0; i < 3; i++) tracker->tip[i] = tip[i];
+        tracker->tip_known = bad == CW_FAULT_NONE;
         out->is_held = 1;
         out->removed_mm3 = tracker->held_mm3;
         return;

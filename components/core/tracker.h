@@ -9,7 +9,8 @@
  *     and the tool is placed anew when positions are sound again.
  *  2. A request for a new stock box starts filling the map, a part per period. While another
  *     program writes the map (`foreign`) it is not touched at all; what stands in it afterwards
- *     is the stock, if it can be one.
+ *     is the stock, if it can be one: its writer has come to the end (generation even), and nothing
+ *     was to be cut meanwhile.
  *  3. A tool whose numbers changed is built anew; nothing is cut by an unknown tool.
  *  4. While cutting is enabled the way since the last period is queued and cut; what is left is
  *     cut in the next (sweep.h, 2).
@@ -86,6 +87,9 @@ struct cw_tracker {
     int tip_known, last_request, box_error, fault;
     struct cw_guard guard;
     int held;                           /* another program had the map in the last period */
+    int held_cut;                       /* the machine went on in the meantime: a cut may be missing */
+    int held_left;                      /* legs were still to be cut when it took it */
+    uint32_t held_generation;           /* of the map when it took it */
     double held_cell, held_mm3;         /* cell and volume removed when it took it, mm, mm3 */
     uint32_t held_capacity;
     double rate_log[CW_RATE_SLOTS];     /* mm3 removed so far, a value per period */

@@ -38,6 +38,7 @@ int cw_piece_line(struct cw_piece *piece, const double start[3], const double en
     piece->slope = dz / piece->length;
     piece->curvature = 0.0;
     piece->accel = 0.0;
+    piece->rapid = piece->join = 0;
     return 1;
 }
 
@@ -56,6 +57,7 @@ int cw_piece_arc(struct cw_piece *piece, const double centre[2], const double st
     piece->slope = rise / piece->length;
     piece->curvature = (angle > 0.0 ? 1.0 : -1.0) / radius;
     piece->accel = 0.0;
+    piece->rapid = piece->join = 0;
     return 1;
 }
 
@@ -64,6 +66,7 @@ void cw_way_reset(struct cw_way *way)
     way->known = way->fresh = 0;
     way->at = way->begin = way->end = 0.0;
     way->first = way->count = 0;
+    way->corner.on = 0;
 }
 
 static int slot(const struct cw_way *way, int n)

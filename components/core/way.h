@@ -10,11 +10,18 @@
  *     arcs included. Places on it are counted in mm from where the chain began; pieces the
  *     tool has left are dropped, new ones appended, and the count goes on.
  *  3. Where the planner cannot be read the way is one endless piece, the course (course.h).
+ *  4. A parabolic blend leaves the chain: `corner` says where the tool is in it.
  */
 #ifndef CHIPWISE_WAY_H
 #define CHIPWISE_WAY_H
 
 #define CW_WAY_PIECES 160       /* pieces known ahead at most */
+
+enum cw_join {
+    CW_JOIN_STOP = 0,           /* the tool stands at the end of the piece */
+    CW_JOIN_TANGENT = 1,        /* the next piece begins where it ends, without a stop */
+    CW_JOIN_PARABOLIC = 2       /* a blend leaves it before its end [4], or may do so yet */
+};
 
 struct cw_piece {
     double origin[3];           /* mm, where it begins */
@@ -23,6 +30,18 @@ struct cw_piece {
     double curvature;           /* rad per mm of horizontal travel, counter-clockwise positive */
     double length;              /* mm of travel; not used by a course */
     double accel;               /* mm/s2 the planner may brake with along it; 0: not known */
+    int rapid;                  /* a traverse */
+    int join;                   /* cw_join: how its end is left */
+};
+
+/* While the planner blends one piece into the next by a parabola the tool is on neither of them: it
+ * moves on both at once, slower and slower on the first, faster and faster on the next [4]. */
+struct cw_corner {
+    int on;                     /* this is so now, and the next piece is a straight traverse */
+    double start[3], dir[3];    /* mm, the next piece; unit vector */
+    double length, done;        /* mm of it, and gone of it so far */
+    double speed, top;          /* mm/s on it, now and at the end of the blend */
+    double left, slow;          /* mm left of the first piece, mm/s on it */
 };
 
 struct cw_way {
@@ -34,6 +53,7 @@ struct cw_way {
     struct cw_piece piece[CW_WAY_PIECES];       /* ring, `first` is the one the tool is on */
     int first, count;
     double end;                 /* mm, place where the last piece ends */
+    struct cw_corner corner;
 };
 
 /* Tip (mm) and direction (unit vector) `s` mm behind the beginning of a piece. */

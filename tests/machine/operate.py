@@ -10,12 +10,16 @@ SCRIPTED = os.path.join(os.path.dirname(os.path.abspath(__file__)), 'scripted_di
 CONFIGS = os.path.join(runner.ROOT, 'configs')          # a private copy inside the sandbox
 
 
-def operate(tmp_path, steps, ini='mill.ini', edit='', before=':', home=True):
+SPEED = 4       # of the machine's time; what the task does between moves takes that much more of it
+
+
+def operate(tmp_path, steps, ini='mill.ini', edit='', before=':', home=True, speed=SPEED):
     """Start LinuxCNC, do the steps, -> the answers.
 
     edit     a sed command on the INI file
     before   a shell command run in configs/ before LinuxCNC is started
     home     begin with the step home, whose answer is left out
+    speed    lets time pass that many times as fast, waits and time-outs of the steps included
     """
     answers = tmp_path / 'answers.json'
     answers.unlink(missing_ok=True)
@@ -24,7 +28,7 @@ def operate(tmp_path, steps, ini='mill.ini', edit='', before=':', home=True):
     steps = [['home'], *steps] if home else steps
     env = dict(os.environ, CHIPWISE_STEPS=json.dumps(steps), CHIPWISE_ANSWERS=str(answers))
     env.pop('DISPLAY', None)
-    done = subprocess.run([runner.SANDBOX, '--timeout', '120', '--', 'sh', '-c', script], env=env, text=True,
+    done = subprocess.run([runner.SANDBOX, '--timeout', '150', '--speed', f'{speed:g}', '--', 'sh', '-c', script], env=env, text=True,
                           stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
     (tmp_path / 'linuxcnc.txt').write_text(done.stdout)
     assert answers.exists(), done.stdout[-3000:]

@@ -14,12 +14,17 @@
     ["abort"]
     ["errors"]                      answer: the operator errors since the last time
     ["kill_monitor"]
+    ["kill_monitor_in", line, what, seconds]    begin an MDI line; kill the monitor so long after it has begun to "hold" the
+                                    map, or to write a file in the folder `what`; the line goes on
+    ["start_monitor"]               as from a shell, without LinuxCNC's environment; waits until it is ready
+    ["mdi_end"]                     wait for the end of that line; answer: the operator errors it raised
+    ["map_sum"]                     answer: [checksum of the map's cells, mm3 removed]
     ["messages"]                    answer: what was said that is no error, since the start
     ["map", name]                   saves the heights of the map as NAME (.npy); answer: [mm3 removed]
 
     ["start", program text]         open and run a program; goes on at once
     ["until", pin, ">" or "<", number]   wait for a pin; answer: its value
-    ["pause"], ["resume"], ["reverse"], ["abort"], ["off"], ["on"]   as the buttons do; pause waits for standstill
+    ["pause"], ["resume"], ["reverse"], ["forward"], ["abort"], ["off"], ["on"]   as the buttons do; pause waits for standstill
     ["step to end"]                 answer: how many single steps that took
     ["finish"]                      wait for the end of the program; answer: the operator errors since the last answer
     ["over", seconds, pin, ...]     answer: [lowest, highest] of each pin in that time
@@ -32,9 +37,11 @@ The answers go to CHIPWISE_ANSWERS as one JSON list.
 import json
 import os
 import signal
+import subprocess
 import sys
 import tempfile
 import time
+import zlib
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..', 'remap'))
 
@@ -149,6 +156,9 @@ class Operator:
     def reverse(self):
         self.machine.command.auto(linuxcnc.AUTO_REVERSE)
 
+    def forward(self):
+        self.machine.command.auto(linuxcnc.AUTO_FORWARD)
+
     def step_to_end(self, most=20):
         """Single steps until the program has ended; -> how many."""
         for count in range(1, most + 1):
@@ -164,13 +174,63 @@ class Operator:
         self.machine.command.abort()
         self.machine.wait('abort', lambda s: s.interp_state == linuxcnc.INTERP_IDLE and s.inpos)
 
-    def kill_monitor(self):
+    @staticmethod
+    def monitors():
+        """Processes of chipwise-monitor that live."""
+        found = []
         for entry in filter(str.isdigit, os.listdir('/proc')):
-            with open(f'/proc/{entry}/cmdline', 'rb') as handle:
-                words = handle.read().split(b'\0')
+            try:
+                with open(f'/proc/{entry}/cmdline', 'rb') as handle:
+                    words = handle.read().split(b'\0')
+            except OSError:
+                continue
             if words[-2:-1] == [b'monitor']:
-                os.kill(int(entry), signal.SIGKILL)
-        time.sleep(0.3)
+                found.append(int(entry))
+        return found
+
+    def kill_monitor(self):
+        for process in self.monitors():
+            os.kill(process, signal.SIGKILL)
+        while self.monitors():
+            time.sleep(0.01)
+
+    def kill_monitor_in(self, line, what, seconds):
+        processes = self.monitors()
+        before = set(os.listdir(what)) if what != 'hold' else ()
+        self.machine.set_mode(linuxcnc.MODE_MDI, 'MDI')
+        self.machine.command.mdi(line)
+        end = time.monotonic() + 60
+        while time.monotonic() < end:
+            if hal.get_value('chipwise-monitor.hold') if what == 'hold' else set(os.listdir(what)) - before:
+                break
+        time.sleep(seconds)
+        for process in processes:
+            os.kill(process, signal.SIGKILL)
+        while self.monitors():
+            time.sleep(0.01)
+        return bool(time.monotonic() < end)
+
+    def start_monitor(self):
+        program = os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..', 'bin', 'chipwise')
+        env = {name: value for name, value in os.environ.items() if name != 'INI_FILE_NAME'}
+        started = subprocess.Popen([program, 'monitor'], cwd='/', env=env, stdin=subprocess.DEVNULL)
+
+        def ready(_status):
+            states = [line.split() for line in sampling.halcmd('show', 'comp').stdout.splitlines()]
+            return any(words[2].startswith('chipwise-monitor') and words[3:] == [str(started.pid), 'ready']
+                       for words in states if len(words) > 3)
+        self.machine.wait('a new chipwise-monitor', ready, 60)
+
+    def mdi_end(self):
+        self.machine.wait('end of the line', lambda s: s.interp_state == linuxcnc.INTERP_IDLE and s.inpos, 120)
+        return self.errors()
+
+    def map_sum(self):
+        from chipwise.stock import shared
+        stock = shared.attach()
+        head, cells = stock.take()
+        stock.close()
+        return [zlib.crc32(cells.tobytes()), head.removed]
 
     def map(self, name):
         import numpy as np

@@ -171,17 +171,25 @@ M2
 """
 
 
-@pytest.mark.parametrize('machine', ['mill', 'mill_inch'])
-def test_figures_of_a_known_cut(tmp_path, machine):
-    """A 6 mm tool, 40 mm of stock, 3 mm deep: a full slot and one 4 mm beside it."""
+def headless_ini(tmp_path, machine, before=''):
+    """A configuration of configs/ without a screen, as mill_headless.ini is of mill.ini; `before`: a HAL file that goes before
+    chipwise.hal."""
     ini = own_ini(tmp_path, os.path.join(runner.ROOT, 'configs', machine + '.ini'),
                   DISPLAY='DISPLAY = %s/bin/chipwise-headless' % runner.ROOT)
     with open(ini) as handle:
         text = handle.read()
     hal = 'HALFILE = %s/hal/' % runner.ROOT
+    first = 'HALFILE = %s\n' % before if before else ''
     with open(ini, 'w') as handle:
         handle.write(text.replace(hal + 'chipwise.hal\n',
-                                  hal + 'chipwise.hal\n' + hal + 'headless.hal\n'))
+                                  first + hal + 'chipwise.hal\n' + hal + 'headless.hal\n'))
+    return ini
+
+
+@pytest.mark.parametrize('machine', ['mill', 'mill_inch'])
+def test_figures_of_a_known_cut(tmp_path, machine):
+    """A 6 mm tool, 40 mm of stock, 3 mm deep: a full slot and one 4 mm beside it."""
+    ini = headless_ini(tmp_path, machine)
     log = str(tmp_path / 'log.npz')
     summary = run(tmp_path, SLOTS, ini=ini, log=log)
     assert (summary['exit_status'], summary['errors']) == (0, [])

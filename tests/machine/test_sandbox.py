@@ -89,8 +89,10 @@ def test_fresh_modules_without_installing(tmp_path):
                    stdout=subprocess.DEVNULL)
     commands = tmp_path / 'probe.hal'
     commands.write_text('loadrt threads name1=t period1=1000000\nloadrt sandbox_probe\n'
-                        'addf sandbox-probe.0 t\nstart\nloadusr -w sleep 0.2\n'
-                        'getp sandbox-probe.0.answer\n')
+                        'addf sandbox-probe.0 t\nstart\n'
+                        'loadusr -w sh %s\ngetp sandbox-probe.0.answer\n' % (tmp_path / 'wait.sh'))
+    (tmp_path / 'wait.sh').write_text('for i in $(seq 200); do [ "$(halcmd getp sandbox-probe.0.answer)" = 42 ] && exit; '
+                                      'sleep 0.05; done\n')
     done = sandbox('--modules', str(tmp_path), '--', 'halrun', '-f', str(commands))
     assert '42' in done.stdout.split(), done.stdout
 

@@ -5,12 +5,17 @@ A slot of 60 mm, 6 mm wide (T1) and 2 mm deep: 720 mm3, 12 mm2, at 6 cm3/min 8.3
 
 import math
 
+import numpy as np
 import pytest
 
+from chipwise.machine import runner
+from lib import rate_oracle
 from test_codes import BOX, operate
+from test_headless import headless_ini
 
 pytestmark = pytest.mark.machine
 
+SPEED = 10
 AREA, RADIUS, DEPTH, WHOLE = 12.0, 3.0, 2.0, 720.0
 SLOT_VEL = 6000 / 60 / AREA                 # mm/s
 CEILING_VEL, F_VEL = 50.0, 5.0              # mm/s
@@ -221,3 +226,90 @@ def test_f_outlives_a_tool_change(tmp_path):
     assert values(cycle)[0] == pytest.approx(4.0)
     assert back[0] == pytest.approx([4.0, 4.0])
     assert end == []
+
+
+def test_reverse_run_without_adaptive_feed(tmp_path):
+    """No M251: LinuxCNC really goes back along its way, and forward again; going back cuts nothing, nothing is lost."""
+    slot = SLOT.replace('M251 Q6 P2 E3000\n', '').replace('F300', 'F600')
+    _start, _until, _pause, there, _reverse, _resume, _back, turned, *_, errors, last = operate(tmp_path, [
+        ['start', slot], ['until', VOLUME, '>', 400], ['pause'], ['pins', VOLUME], ['reverse'], ['resume'],
+        ['until', 'axis.x.pos-cmd', '<', 15], ['pins', VOLUME, FEED, DISOBEYED, 'stock-tracker.0.rapid-contact'], ['pause'],
+        ['forward'], ['resume'], ['finish'], ['pins', VOLUME, DISOBEYED, 'stock-tracker.0.fault-code']])
+    assert 400 < values(there)[0] < 600
+    assert values(turned) == [pytest.approx(values(there)[0], rel=1e-6), 1.0, 0.0, 0.0]
+    assert errors == []
+    assert values(last) == [pytest.approx(WHOLE, rel=0.003), 0.0, 0.0]
+
+
+EVERY_KIND = BEGIN.replace('S10000', 'S600') + """G0 X-10 Y4 Z5
+G0 Z-2
+G33 X70 K2
+G0 Z5
+G0 X-10 Y12
+G0 Z-2
+G95 F0.5
+G1 X30
+G93
+G1 X50 F12
+G94 F240
+G1 X70
+G0 Z5
+G0 X-10 Y20
+G0 Z-2
+G38.3 X30
+G0 Z5
+G0 X-4 Y32
+G0 Z1
+G18
+G76 P1 Z-3 I1 J0.2 R1 K0.5 Q0 H0
+G17
+G0 Z5
+M252
+M2
+"""
+# code: (y, x from, x to, mm/s), where all of the tool is in the stock
+KINDS = {'G33': (4, 5, 55, 20.0), 'G95': (12, 5, 28, 5.0), 'G93': (12, 32, 48, 4.0), 'G94': (12, 52, 56, SLOT_VEL),
+         'G38': (20, 5, 28, 4.0), 'G76': (32, -3, -2, 10.0)}
+
+
+def test_every_kind_of_move_is_in_the_map(tmp_path):
+    """G33, G76 (the spindle sets the feed), G95, G93 and G38 (F as it is) between cuts under M251 P2: each at its own velocity,
+    no alarm, and the volume is that of the way in the log, counted by needles that know nothing of the tracker."""
+    program, log, spindle = tmp_path / 'every.ngc', tmp_path / 'log.npz', tmp_path / 'spindle.hal'
+    program.write_text(EVERY_KIND)
+    spindle.write_text(SPINDLE[1])
+    summary = runner.run_headless(str(program), ini=headless_ini(tmp_path, 'mill', str(spindle)), speed=SPEED, log=str(log),
+                                  timeout=300)
+    assert summary['finished'] and summary['errors'] == [], summary
+    with np.load(log) as stored:
+        row = {name: stored[name] for name in stored.files}
+    for what, (y, first, last, expected) in KINDS.items():
+        moving = ((np.abs(row['y'] - y) < 1e-3) & (row['x'] > first) & (row['x'] < last) & (row['motion_type'] > 1)
+                  & (row['velocity'] > 0.5 * expected))
+        assert moving.sum() > 50, what
+        found = np.median(row['velocity'][moving])
+        print(f'{what}: {found:.3f} mm/s')
+        assert found == pytest.approx(expected, rel=0.04), what         # G76 catches up with the spindle
+    counted = rate_oracle.removed_total(row['x'], row['y'], row['z'] - row['tool_offset_z'],
+                                        ((0.0, 0.0, -10.0), (60.0, 40.0, 0.0)), rate_oracle.OracleTool(RADIUS))
+    print(f"removed {summary['volume_mm3']:.1f} mm3, by needles {counted}")
+    assert summary['volume_mm3'] == pytest.approx(counted, rel=0.004)
+    assert not row['rapid_contact'].any() and not row['flute_excess'].any()
+
+
+def test_moves_keep_their_line_numbers(tmp_path):
+    """An F on the line of a move (F is remapped), in a program and in a subroutine: the line is that of the move, which the
+    operator sees, from which he starts again, and which a guard names."""
+    text = BEGIN + 'G0 X-10 Y20 Z20\nG1 X0 F900\nG1 Y30 F1200\nO1 sub\nG1 X10 F1000\nG1 Y20\nO1 endsub\nO1 call\nG1 X20 F1100\nM252\nM2\n'
+    program, log = tmp_path / 'lines.ngc', tmp_path / 'log.npz'
+    program.write_text(text)
+    summary = runner.run_headless(str(program), speed=SPEED, log=str(log), timeout=300)
+    assert summary['finished'] and summary['errors'] == [], summary
+    lines = text.splitlines()
+    with np.load(log) as stored:
+        x, y, line = stored['x'], stored['y'], stored['line']
+    for (x0, x1), (y0, y1), wanted in (((-9, -1), (19, 21), 'G1 X0 F900'), ((-1, 1), (21, 29), 'G1 Y30 F1200'),
+                                       ((1, 9), (29, 31), 'G1 X10 F1000'), ((9, 11), (21, 29), 'G1 Y20'),
+                                       ((11, 19), (19, 21), 'G1 X20 F1100')):
+        rows = (x > x0) & (x < x1) & (y > y0) & (y < y1)
+        assert set(line[rows]) == {lines.index(wanted) + 1}, wanted

@@ -19,6 +19,9 @@ from hole_oracle import enclosing_diameter, label
 # Chords this far off the arcs (mm), and corners to a quarter of a kerf's round end: finer than the package's.
 SAGITTA, QUARTER = 2e-4, 48
 
+# What is thinner than this is a chip, however long (docs/Chop.md). mm
+HAIR = 0.01
+
 # Cells (mm) of the flood fill. A bridge thinner than a cell may not be seen and none thicker than 1.42 cells is missed:
 # with 0.066 mm every bridge the package relies on, 0.1 mm and more, is seen.
 CELL = 0.066
@@ -67,7 +70,7 @@ def final_pieces(finish, motions, tool_radius):
     edge = shape.boundary
     sizes = []
     for part in getattr(left, "geoms", [left]):
-        if part.area > 1e-6 and part.distance(edge) > 2e-3:
+        if part.area > 1e-6 and part.distance(edge) > 2e-3 and not part.buffer(-HAIR / 2).is_empty:
             sizes.append(enclosing_diameter(np.array(part.convex_hull.exterior.coords)))
     return sizes
 

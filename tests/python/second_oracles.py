@@ -55,8 +55,9 @@ def load(name):
         return None, f"{name} does not load: {error}"
 
 
-def cavalier_paths(module, shape, side, radius):
-    """[(elements, signed area)] of cavalier_contours for a closed shape of oracle tuples."""
+def cavalier_job(module, shape, side, radius):
+    """A function of nothing that makes the offset of a closed shape of oracle tuples with
+    cavalier_contours, as its polylines; what it takes to say the shape is done already."""
     x, y, bulge = [], [], []
     for el in shape:
         parts = [el]
@@ -69,8 +70,13 @@ def cavalier_paths(module, shape, side, radius):
             y.append(p[2])
             bulge.append(math.tan(p[7] / 4.0) if p[0] == "A" else 0.0)
     line = module.Polyline([x, y, bulge], True)
+    return lambda: line.parallel_offset(-side * radius, False)
+
+
+def cavalier_paths(module, shape, side, radius):
+    """[(elements, signed area)] of cavalier_contours for a closed shape of oracle tuples."""
     return [(p.vertex_count(), p.get_area())
-            for p in line.parallel_offset(-side * radius, False)]
+            for p in cavalier_job(module, shape, side, radius)()]
 
 
 def _point(el, t):
@@ -79,9 +85,13 @@ def _point(el, t):
     return el[5] + r * math.cos(angle), el[6] + r * math.sin(angle)
 
 
-def clipper_area(module, shape, side, radius, chord=5e-4):
-    """Signed area of the offset of the shape in chords that stray at most `chord` mm."""
-    scale, points = 1e6, []
+CLIPPER_UNIT = 1e6                            # its whole numbers per mm
+
+
+def clipper_job(module, shape, side, radius, chord=5e-4):
+    """(function of nothing that makes the offset with Clipper as polygons, whether the shape
+    runs counter-clockwise): the shape in chords that stray at most `chord` mm."""
+    points = []
     for el in shape:
         if el[0] == "L":
             points.append((el[1], el[2]))
@@ -90,11 +100,20 @@ def clipper_area(module, shape, side, radius, chord=5e-4):
         n = max(2, math.ceil(abs(el[7]) / (2.0 * math.acos(max(1.0 - chord / r, 0.0)))))
         points += [_point(el, k / n) for k in range(n)]
     ccw = sum(a[0] * b[1] - b[0] * a[1] for a, b in zip(points, points[1:] + points[:1])) > 0.0
-    offset = module.PyclipperOffset(2.0, chord * scale)
-    offset.AddPath([(round(a * scale), round(b * scale)) for a, b in points], module.JT_ROUND,
-                   module.ET_CLOSEDPOLYGON)
     outward = 1.0 if (side > 0) == ccw else -1.0
-    area = sum(module.Area(p) for p in offset.Execute(outward * radius * scale)) / scale ** 2
+    whole = [(round(a * CLIPPER_UNIT), round(b * CLIPPER_UNIT)) for a, b in points]
+
+    def work():
+        offset = module.PyclipperOffset(2.0, chord * CLIPPER_UNIT)
+        offset.AddPath(whole, module.JT_ROUND, module.ET_CLOSEDPOLYGON)
+        return offset.Execute(outward * radius * CLIPPER_UNIT)
+    return work, ccw
+
+
+def clipper_area(module, shape, side, radius):
+    """Signed area of the offset of the shape in chords."""
+    work, ccw = clipper_job(module, shape, side, radius)
+    area = sum(module.Area(p) for p in work()) / CLIPPER_UNIT ** 2
     return area if ccw else -area
 
 

@@ -13,6 +13,21 @@ CORE = ROOT / "components" / "core"
 C_TEST = ROOT / "tests" / "core" / "test_core.c"
 SANITIZE = ["-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=undefined"]
 
+# The load as the cells a step of 0.1 mm removes, each wholly or not at all.
+COUNTED = """{
+        double sum = 0.0, ds = 0.1;
+        int ix, iy;
+        met.area = met.depth = 0.0;
+        met.nodes = 1;
+        for (iy = 0; iy < stock->ny; iy++)
+            for (ix = 0; ix < stock->nx; ix++) {
+                double x = stock->x0 + (ix + 0.5) * stock->cell - tip[0], y = stock->y0 + (iy + 0.5) * stock->cell - tip[1];
+                double nx = x - ds * dir[0], ny = y - ds * dir[1], r2 = tool->radius * tool->radius;
+                if (nx * nx + ny * ny <= r2 && x * x + y * y > r2) sum += cw_cell_above(stock, cw_stock_cell(stock, ix, iy), tip[2]);
+            }
+        met.area = sum * stock->cell * stock->cell / ds;
+    }"""
+
 # name: (file, text, faulty text, test that must fail)
 FAULTS = {
     "outline a fifth of a cell too wide": (
@@ -33,8 +48,17 @@ FAULTS = {
     "bands too wide": (
         "tool.c", "ring->run = 0.5 *", "ring->run = 0.6 *", "test_section.py::test_section[plunge ball]"),
     "samples a place too far": (
-        "ahead.c", "add_level(view, cw_max(0.0, at - early), area)", "add_level(view, at + gap, area)",
+        "ahead.c", "cw_max(0.0, at - early(ahead, stock, i))", "at + gap",
         "test_ahead.py::test_a_wall_is_seen_in_time"),
+    "cells counted, in the look-ahead": (
+        "ahead.c", "met = cw_section_at(stock, tool, tip, dir, near ? cw_section_clear(stock) : 0.0, curvature);", COUNTED,
+        "test_section.py::test_through_the_look_ahead[slot flat 17 deg]"),
+    "cells cut wholly or not at all": (
+        "section.c", "return uncut + (cell->cut * (1.0 / CW_FULL)) * (rest - uncut);",
+        "return cell->cut > CW_FULL / 2 ? rest : uncut;", "test_section.py::test_section[side flat 10 % 0 deg]"),
+    "look-ahead off": (
+        "feed.c", "if (in->next_area[i] <= CW_LEAST_AREA) continue;", "continue;",
+        "test_feed.py::test_ahead_is_braked_in_time"),
     "arcs taken for straight": (
         "course.c", "course->piece.curvature = now.turn;", "course->piece.curvature = 0.0;",
         "test_ahead.py::test_arc_and_helix_are_followed"),

@@ -16,11 +16,19 @@ import importlib
 import os
 import sys
 
-COMMANDS = ('demo', 'load', 'monitor')
+COMMANDS = ('contour', 'demo', 'load', 'monitor')
 
 
 class CommandError(Exception):
     """Printed as `chipwise: TEXT`; what, value with unit, rule, remedy."""
+
+    status = 1          # of the process
+
+
+class UsageError(CommandError):
+    """What the user asked for cannot be done as it was asked."""
+
+    status = 2
 
 
 def build_parser():
@@ -41,14 +49,15 @@ def build_parser():
 def main(argv):
     """-> exit status."""
     parser, modules = build_parser()
-    options = parser.parse_args(argv)
-    if options.command is None:
-        parser.print_help()
-        return 2
     try:
+        options = parser.parse_args(argv)
+        if options.command is None:
+            parser.print_help()
+            return 2
         return modules[options.command].run(options) or 0
     except CommandError as error:
         print('chipwise: %s' % error, file=sys.stderr)
+        return error.status
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except OSError as error:

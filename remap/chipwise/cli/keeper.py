@@ -5,6 +5,8 @@ Called by monitor.py, in user space, while motion waits.  A restore goes
     -> hold: the tracker lets the map go and answers with held
     -> shared.put(): cells and head, the generation odd meanwhile
     -> hold FALSE: the tracker looks at the head and takes the stock.
+Killed in the middle of that, hold stays: no stock is known, the machine goes at F, M254 ends with a message.  The next monitor
+(cli/heir.py) lets go; the tracker sees that the map is not whole, and a request that still waits is served from the beginning.
 The reply (stock/reasons.py) stays until the request is withdrawn, so that the interpreter can read it.
 """
 
@@ -105,9 +107,12 @@ class Keeper:
     # --- [CHIPWISE]KEEP_STOCK -----------------------------------------------------------------------------------
 
     def restore_kept(self):
-        """The stock of the last run, at the start."""
+        """The stock of the last run, at the start.  The file is used up: should this run end without a monitor, no
+        stock comes back rather than one from before its cuts."""
         from chipwise.stock import store
         reply = self.restore(self.path(store.KEPT))
+        if reply == reasons.DONE:
+            os.unlink(self.path(store.KEPT))
         if reply not in (reasons.DONE, reasons.NO_FILE):
             problem, remedy = reasons.REASONS[reply]
             self.say(f'the stock of the last run is not there again ([CHIPWISE]KEEP_STOCK): {problem}; {remedy}')

@@ -22,15 +22,15 @@ def add_arguments(parser):
     del parser
 
 
-def ini_section(name):
-    """{KEY: text} of a section of the INI file LinuxCNC runs with."""
-    with open(os.environ['INI_FILE_NAME'], encoding='utf-8', errors='replace') as ini:
+def ini_section(name, path=None):
+    """{KEY: text} of a section of an INI file; without a path: the one LinuxCNC runs with."""
+    with open(path or os.environ['INI_FILE_NAME'], encoding='utf-8', errors='replace') as ini:
         return read_section(ini, name)
 
 
-def units_per_mm():
+def units_per_mm(path=None):
     """[TRAJ]LINEAR_UNITS as machine units per mm."""
-    text = ini_section('TRAJ').get('LINEAR_UNITS', 'mm').lower()
+    text = ini_section('TRAJ', path).get('LINEAR_UNITS', 'mm').lower()
     known = {'mm': 1.0, 'metric': 1.0, 'in': 1 / MM_PER_INCH, 'inch': 1 / MM_PER_INCH,
              'imperial': 1 / MM_PER_INCH}
     return known[text] if text in known else float(text)

@@ -3,13 +3,15 @@
 Called by hal/chipwise.hal (`loadusr -Wn chipwise-monitor chipwise monitor`); a HAL component of
 its own that runs as long as LinuxCNC does.  The tool in the spindle comes from LinuxCNC's status,
 its shape from the file [CHIPWISE]TOOL_GEOMETRY; a change of either is seen within POLL_S.  What a guard stopped is
-told here, and cli/keeper.py, which runs here too, saves and restores the stock.
+told here, and cli/keeper.py, which runs here too, saves and restores the stock.  Where it has died `chipwise monitor`
+starts another one (cli/heir.py).
 """
 
 import os
 import signal
 import time
 
+from chipwise.cli import heir
 from chipwise.cli.keeper import Keeper
 from chipwise.errors import CycleError
 from chipwise.settings import load_settings
@@ -28,7 +30,8 @@ FAULTS = {              # stock-tracker.0.fault-code (man stock_tracker)
     2: 'the stock box has no extent in X, Y or Z; give M250 a size above 0',
     3: 'the stock is larger than the map; enlarge [CHIPWISE]MAP_SIZE or its CELL, or use a smaller '
        'box; the stock is what it was before',
-    4: 'the restored stock cannot be one; define it with M250',
+    4: 'the stock was not restored to its end, or the machine went on meanwhile: it is not known any more; define it '
+       'with M250 or restore it with M254',
     11: 'the tool in the spindle has no diameter above 0; load a tool or give it a D in the tool table',
     12: 'the corner radius of the tool is larger than the tool; correct the tool geometry file',
     13: 'the tip angle of the tool is not below 180 degrees; correct the tool geometry file',
@@ -222,8 +225,10 @@ def guard_text(reason, line, distance, depth, tool, diameter, flute, unit):
 
 
 def make_component():
+    """(the component, whether it has taken the place of a dead one)."""
     import hal
-    component = hal.component(COMPONENT)
+    name, dead = heir.choose_name(COMPONENT)
+    component = hal.component(name)
     for name in ('tool-diameter', 'tool-corner-radius', 'tool-tip-angle', 'tool-flute-length'):
         component.newpin(name, hal.HAL_FLOAT, hal.HAL_OUT)
     component.newpin('tool-number', hal.HAL_S32, hal.HAL_OUT)
@@ -238,7 +243,10 @@ def make_component():
         component.newpin(name, hal.HAL_FLOAT, hal.HAL_IN)
     for name in ('fault-code', 'limited-by', 'mode', 'request', 'slot', 'guard-reason', 'guard-line'):
         component.newpin(name, hal.HAL_S32, hal.HAL_IN)
-    return component
+    if dead:
+        heir.take_over(component.getprefix(), dead)
+        component['reply'] = component['hold'] = 0      # what the dead one has left there
+    return component, bool(dead)
 
 
 def leave(_number, _frame):
@@ -251,13 +259,15 @@ def run(options):
     del options
     from chipwise.cli import CommandError
     signal.signal(signal.SIGTERM, leave)
-    os.environ.setdefault('INI_FILE_NAME', '')
+    import linuxcnc
     try:
-        settings = load_settings()
+        settings = load_settings(heir.ini_file(linuxcnc))
+        component, inherited = make_component()
     except CycleError as error:
         raise CommandError(str(error).removeprefix('chipwise: ')) from error
-    component = make_component()
     monitor = Monitor(component, settings)
+    if inherited:
+        monitor.keeper.kept_is_due = False              # the stock is that of this run
     component.ready()
     try:
         while True:

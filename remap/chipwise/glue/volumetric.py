@@ -26,7 +26,8 @@ IDLE = 0
 OFF, LIMIT, CONSTANT, WINDOW = 0, 1, 2, 3
 _CM3_MM3, _IN3_MM3 = 1000.0, MM_PER_INCH ** 3
 
-FILL_TRIES, FILL_WAIT_S = 100, 0.05     # the map is filled a part per servo period
+FILL_TRIES, FILL_WAIT_S = 100, 0.05     # the map is filled a part per servo period:
+FILL_CELLS = 200_000                    # so many in a try at least (tracker.h: 12000 a period), of 3 ms
 FILE_TRIES, FILE_WAIT_S = 600, 0.05     # the monitor reads or writes a file meanwhile
 
 
@@ -55,7 +56,7 @@ def define_stock(state):
     units = emccanon.GET_EXTERNAL_LENGTH_UNITS()
     _send(state, BOX_SHAPE, [shape], IDLE)
     _send(state, BOX_FIRST, [value * units for value in [*low, *high]], BOX_COMMIT)
-    for _ in range(FILL_TRIES):
+    for _ in range(FILL_TRIES + int((high[0] - low[0]) * (high[1] - low[1]) / state.settings["CELL"] ** 2 / FILL_CELLS)):
         emccanon.DWELL(FILL_WAIT_S)
         yield
         _mode, defined, fault = _status(state)
@@ -63,8 +64,10 @@ def define_stock(state):
             break
     emccanon.SET_AUX_OUTPUT_VALUE(state.settings["ANALOG_OUT"], IDLE)
     if not defined:
+        yield                       # an error throws away what is queued: the request would stand, and be served later
         raise CycleError(f"the stock tracker did not take the stock (fault {fault})",
-                         "see its message; without one, load chipwise.hal ([HAL]HALFILE)")
+                         "see its message; without one, load chipwise.hal ([HAL]HALFILE); where chipwise-monitor has "
+                         "died start `chipwise monitor` again")
 
 
 def _slot(state):
@@ -104,10 +107,12 @@ def _file_request(state, commit, what):
         _send(state, FILE_SLOT, [slot], commit)
         reply = yield from _wait_for(state, lambda now: now not in (reasons.IDLE, reasons.BUSY))
     emccanon.SET_AUX_OUTPUT_VALUE(state.settings["ANALOG_OUT"], IDLE)
+    if reply != reasons.DONE:
+        yield                       # as in define_stock()
     if reply is None:
         raise CycleError(f"slot {slot} was not {what}: chipwise-monitor gave no answer within "
-                         f"{FILE_TRIES * FILE_WAIT_S:g} s", "load chipwise.hal ([HAL]HALFILE) and see whether `halcmd show "
-                         "comp` has chipwise-monitor; restart LinuxCNC")
+                         f"{FILE_TRIES * FILE_WAIT_S:g} s", "load chipwise.hal ([HAL]HALFILE); where it has died start "
+                         "`chipwise monitor` again")
     if reply != reasons.DONE:
         problem, remedy = reasons.REASONS.get(reply, (f"reason {reply}", "see the log"))
         raise CycleError(f"slot {slot} was not {what}: {problem}", remedy)
@@ -192,6 +197,16 @@ def _no_ceiling(state):
         return
     feed_ceiling.end(state.interp)
     yield
+
+
+def keep_line_number(interp, words):
+    """Let a move on the line of an F keep its line number.
+
+    LinuxCNC 2.9 goes on with the rest of the line under the number that the calling frame was left with, which nobody has set
+    for a remap (interp_o_word.cc, execute_call, CS_REEXEC_PYBODY): such moves had line 0 or that of another line.
+    """
+    if interp.call_level > 0 and "n" in words:
+        interp.sub_context[interp.call_level - 1].sequence_number = int(words["n"])
 
 
 def program_feed(interp, feed):

@@ -56,13 +56,20 @@ class Piece(C.Structure):
     """struct cw_piece (way.h): a line, arc or helix; mm, rad, rad/mm."""
     _fields_ = [("origin", C.c_double * 3)] \
         + [("aim", C.c_double * 2)] + [(n, C.c_double) for n in ("level", "slope", "curvature", "length",
-                                     "accel")]
+                                     "accel")] \
+        + [("rapid", C.c_int), ("join", C.c_int)]
+
+
+class _Corner(C.Structure):
+    """struct cw_corner (way.h)."""
+    _fields_ = [("on", C.c_int), ("start", C.c_double * 3), ("dir", C.c_double * 3)] \
+        + [(n, C.c_double) for n in ("length", "done", "speed", "top", "left", "slow")]
 
 
 class _Way(C.Structure):
     _fields_ = [("known", C.c_int), ("fresh", C.c_int), ("at", C.c_double), ("begin", C.c_double),
                 ("key", C.c_long * PIECES), ("piece", Piece * PIECES), ("first", C.c_int),
-                ("count", C.c_int), ("end", C.c_double)]
+                ("count", C.c_int), ("end", C.c_double), ("corner", _Corner)]
 
 
 class _Course(C.Structure):
@@ -75,7 +82,8 @@ class _Course(C.Structure):
 class _Ahead(C.Structure):
     _fields_ = [("way", _Way), ("course", _Course), ("on_way", C.c_int), ("at", C.c_double), ("gap", C.c_double),
                 ("held", C.c_double), ("first", C.c_int), ("count", C.c_int),
-                ("stale", C.c_int), ("area", C.c_float * SAMPLES), ("most", C.c_float * SAMPLES), ("depth", C.c_float * SAMPLES)]
+                ("stale", C.c_int), ("area", C.c_float * SAMPLES), ("most", C.c_float * SAMPLES), ("depth", C.c_float * SAMPLES),
+                ("turned", C.c_ubyte * SAMPLES), ("last_dir", C.c_double * 3), ("last", C.c_int)]
 
 
 class _Level(C.Structure):

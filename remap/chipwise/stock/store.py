@@ -14,12 +14,14 @@ read() believes nothing: length, checksum, version, numbers and every cell are l
 """
 from __future__ import annotations
 
+import glob
 import hashlib
 import json
 import math
 import os
 import struct
 import tempfile
+import time
 import zlib
 from dataclasses import asdict, dataclass
 
@@ -34,6 +36,8 @@ MOST_HEAD = 4096                    # bytes
 MOST_CELLS = 1 << 28                # stock.c
 FULL = 65535                        # stock.h
 ENDING = ".stock"
+UNFINISHED = ".new"
+REMAINS_S = 300.0                   # an unfinished file this old has no writer any more
 KEPT = "kept" + ENDING              # [CHIPWISE]KEEP_STOCK
 
 class StoreError(Exception):
@@ -148,13 +152,24 @@ def _read_head(text):
     return head
 
 
+def _remove_remains(path):
+    """What writers of this file have left that were killed."""
+    for name in glob.glob(glob.escape(path) + ".*" + UNFINISHED):
+        try:
+            if time.time() - os.stat(name).st_mtime > REMAINS_S:
+                os.unlink(name)
+        except FileNotFoundError:
+            pass
+
+
 def write(path, head, cells):
     """Save; the file at `path` is the old one or the new one at any moment.  Raises StoreError."""
     folder = os.path.dirname(os.path.abspath(path))
     fresh = None
     try:
         os.makedirs(folder, exist_ok=True)
-        handle, fresh = tempfile.mkstemp(prefix=os.path.basename(path) + ".", suffix=".new", dir=folder)
+        _remove_remains(path)
+        handle, fresh = tempfile.mkstemp(prefix=os.path.basename(path) + ".", suffix=UNFINISHED, dir=folder)
         with os.fdopen(handle, "wb") as file:
             file.write(pack(head, cells))
             file.flush()
