@@ -375,3 +375,18 @@ def test_leftovers_find_what_a_bad_strategy_leaves():
     assert sum(part.area for part in leftovers.left_parts(field, walls, 3.0)) == pytest.approx(48 * 28, rel=1e-3)
     more = leftovers.leftovers(field, walls, 3.0)
     assert leftovers.left_parts(field, walls + more, 3.0) == []
+
+
+@pytest.mark.parametrize("strategy", sorted(NAMES))
+def test_tracks_have_no_gaps(strategy):
+    """Every element of a Track starts where the one before ended, and arcs fit both of their ends."""
+    for seed in range(6):
+        asked = random_request(seed, strategy)
+        contours = [make_contour(parts) for parts in asked.loops]
+        for field in fields.split(contours[0], contours[1:], asked.tool_radius):
+            for track in cycle.field_tracks(field, asked):
+                e = track.elements
+                assert np.hypot(*(e.start[1:] - e.end[:-1]).T).max(initial=0.0) < 1e-6
+                for p in (e.start, e.end):
+                    off = np.hypot(*(p - e.centre).T) - e.radius
+                    assert np.abs(off[e.is_arc]).max(initial=0.0) < 1e-6

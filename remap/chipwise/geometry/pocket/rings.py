@@ -11,21 +11,23 @@ Order.  The Field at ring k+1 lies within the Field at ring k: a tree, whose lea
 deepest places.  A leaf's ring is cut in the full; every other ring meets stock of one
 step-over, because the rings inside it are cut before.  From any place of an inner ring one of
 the outer rings is exactly a step-over away, so the way there is a short slant ahead, within
-the cleared area's edge; the tool lifts only from leaf to leaf and between rings about different
-islands.
+the cleared area's edge.  To the next leaf leads a straight slot where one fits, at the full width but
+shorter than a ramp through the whole depth; the tool lifts only where none does, and between rings
+about different islands.
 """
 from dataclasses import dataclass
 
 import numpy as np
 
 from .. import elements, search
+from ..tolerances import NODE_MM
 from . import runs
 from .fields import clear_way, clear_ways, fields_at, inside
 from .tracks import Field, along, make_track
 
-# Lengths ahead, in step-overs, at which the next ring is met: the longest that fits. The longer,
+# Lengths ahead, in step-overs, at which the next ring is met: the longest that fits, else none. The longer,
 # the more slowly the cut widens.
-SLANTS = (4.0, 3.0, 2.0, 1.0, 0.5, 0.0)
+SLANTS = (4.0, 3.0, 2.0, 1.0, 0.5)
 
 # A ring this much further than a step-over is not next to where the tool is.
 BESIDE = 1.02
@@ -39,6 +41,7 @@ SLOT = 10.0
 
 # Places on an element that a way may start from, and how many are tried for a clear one.
 SAMPLES, TRIES, SLOT_TRIES = (0.0, 0.25, 0.5, 0.75), 8, 40
+
 
 @dataclass(frozen=True, eq=False)
 class _Node:
@@ -71,7 +74,7 @@ class _Way:
 
     def line(self, to, cutting=True):
         """Adds a line, where there is any way to go."""
-        if np.hypot(*(to - self.here)) > runs.SNAP_MM:
+        if np.hypot(*(to - self.here)) > NODE_MM:
             self.go(runs.line(self.here, to), cutting)
 
     def travel(self, to, field, radius):
@@ -143,7 +146,6 @@ def _cut(way, node, radius, step):
     while left:
         k, place = _beside(way, node, cut, left, radius, step)
         loop = left.pop(k)
-        place = _met(way, node, loop, step) if place is None else place
         way.line(runs.point(loop, *place))
         way.go(runs.rotated(loop, *place))
         cut.append((loop, node.field))
@@ -158,18 +160,19 @@ def _nearest(here, loops):
 
 
 def _beside(way, node, cut, left, radius, step):
-    """(index of the loop to cut next, place to meet it at or None), with the tool brought beside it:
-    where it is, through cleared area, through the air, along a slot, or in the solid."""
+    """(index of the loop to cut next, place to meet it at), with the tool brought beside it: where
+    it is, through cleared area, through the air, along a slot, or in the solid."""
     if way.here is not None:
-        places = [runs.nearest(loop, way.here) for loop in left]
-        k = runs.least([gap for gap, _, _ in places])
-        if way.parts and places[k][0] <= BESIDE * step and clear_way(
-                node.field, way.here, runs.point(left[k], *places[k][1:])):
-            return k, None
+        gaps = [runs.nearest(loop, way.here)[0] for loop in left]
+        k = runs.least(gaps)
+        if way.parts and gaps[k] <= BESIDE * step:
+            place = _met(way.here, node.field, left[k], step)
+            if place is not None:
+                return k, place
         found = _pair(way.here, cut, left, BESIDE * step, node.field)
         if found is not None:
             way.travel(*found[1:], radius)
-            return found[0], None
+            return found[0], _met(way.here, node.field, left[found[0]], step)
         found = _slot(way, left, SLOT * radius)
         if found is not None:
             way.travel(*found[2:], radius)
@@ -238,16 +241,17 @@ def _near(loop, other, tree, reach):
     return places[who[first[ok]]], least[ok]
 
 
-def _met(way, node, loop, step):
-    """Where a loop is met: ahead of its nearest place, as far as the slant there is clear."""
-    gap, index, t = runs.nearest(loop, way.here)
+def _met(here, field, loop, step):
+    """Where a loop is met: ahead of its place nearest to here, as far as the slant there is clear;
+    None where no slant is."""
+    gap, index, t = runs.nearest(loop, here)
     if gap <= runs.SNAP_MM:
-        return index, t
+        return runs.snapped(loop, index, t)
     total = float(np.sum(elements.lengths(loop)))
     at = runs.along_of(loop, index, t)
-    ahead = [s * step for s in SLANTS if s * step <= 0.3 * total or s == 0.0]
+    ahead = [s * step for s in SLANTS if s * step <= 0.3 * total]
     places = [runs.snapped(loop, *runs.place_at(loop, at + a)) for a in ahead]
+    places.append(runs.snapped(loop, index, t))
     points = np.array([runs.point(loop, *p) for p in places])
-    clear = clear_ways(node.field, way.here, points)
-    return places[int(np.argmax(clear))] if clear.any() else (index, t)
-
+    clear = clear_ways(field, here, points)
+    return places[int(np.argmax(clear))] if clear.any() else None
