@@ -91,4 +91,3 @@ def _track(points):
         return []
     points = np.array(points if len(points) > 1 else points * 2)
     return [make_track(elements.make_lines(points[:-1], points[1:]))]
-
