@@ -16,8 +16,10 @@
 #define CW_JUMP 0.15            /* of a load, a rise within one sample that is a wall */
 #define CW_MAIN 0.7             /* of the largest rise there, one that may be where the wall is */
 #define CW_TURN 0.97            /* cosine between two samples from which the way turns */
+#define CW_RISING 0.1           /* and the change of slope from which it turns up or down */
+#define CW_REVERSED 0.5         /* length^2 of the sum of two directions below which the way is reversed */
 #define CW_NOISE 0.08           /* of a load, a bend between samples that is none */
-#define CW_BLUNT 0.4            /* of a bend, what interpolated heights lose */
+#define CW_BLUNT 0.5            /* of a bend, what interpolated heights lose */
 #define CW_TOUCH 1e-3           /* mm2, less is no contact */
 #define CW_MERGE 1.03           /* levels closer than this are given as one */
 
@@ -48,6 +50,7 @@ static double bound(const struct cw_ahead *ahead, int i)
 {
     double area = sample(ahead, i), edge = 2.0 * area - sample(ahead, i - 1) - sample(ahead, i + 1), most;
     if (i < ahead->first || i >= ahead->first + ahead->count) return area;
+    if (ahead->peak[i % CW_AHEAD_SAMPLES] > area) return ahead->peak[i % CW_AHEAD_SAMPLES];
     edge -= CW_NOISE * area;
     most = ahead->most[i % CW_AHEAD_SAMPLES];
     return edge > 0.0 ? cw_max(area, cw_min(area + CW_BLUNT * edge, most)) : area;
@@ -138,11 +141,36 @@ static void carry_over(struct cw_ahead *ahead, const struct cw_course *old, doub
         ahead->area[i] = area[i];
         ahead->most[i] = (float)full_area(tool, along, depth[i]);
         ahead->turned[i] = 0;
+        ahead->peak[i] = 0.0f;
         ahead->depth[i] = depth[i];
     }
     ahead->first = 0;
     ahead->count = n;
     ahead->stale = same;
+}
+
+/* Whether and how far the way turns between the sample before and i, whose direction is `dir`. Where
+ * it turns up or down (from a plunge into a slot) more is met in between than at both ends: the
+ * area is sublinear in the direction, so at most their sum over the length of the directions' sum. */
+static void mark_turn(struct cw_ahead *ahead, const struct cw_tool *tool, int i, const double dir[3])
+{
+    double between[3], length2 = 0.0, rise = fabs(dir[2] - ahead->last_dir[2]), peak = 0.0;
+    int k, n = i % CW_AHEAD_SAMPLES, follows = ahead->last == i - 1;
+    for (k = 0; k < 3; k++) {
+        between[k] = dir[k] + ahead->last_dir[k];
+        length2 += between[k] * between[k];
+        ahead->last_dir[k] = dir[k];
+    }
+    ahead->last = i;
+    ahead->turned[n] = follows && length2 < 2.0 + 2.0 * CW_TURN;
+    if (ahead->turned[n] && rise > CW_RISING && length2 > CW_REVERSED) {
+        double length = cw_sqrt(length2);
+        for (k = 0; k < 3; k++) between[k] /= length;
+        peak = cw_min((sample(ahead, i - 1) + ahead->area[n]) / length,
+                      full_area(tool, between, cw_max(ahead->depth[n], ahead->depth[(n + CW_AHEAD_SAMPLES - 1)
+                                                                                  % CW_AHEAD_SAMPLES])));
+    }
+    ahead->peak[n] = (float)peak;
 }
 
 /* Takes sample i on the course; returns its work, in nodes. */
@@ -152,17 +180,13 @@ static int take(struct cw_ahead *ahead, const struct cw_stock *stock, const stru
     double at = i * ahead->gap, tip[3], dir[3], curvature = ahead->course.piece.curvature;
     int near = at - ahead->at < cw_section_reach(stock, tool);
     struct cw_section met;
-    int k;
     if (ahead->on_way) curvature = cw_way_at(&ahead->way, at, tip, dir);
     else cw_piece_at(&ahead->course.piece, at, tip, dir);
-    ahead->turned[i % CW_AHEAD_SAMPLES] = ahead->last == i - 1 && dir[0] * ahead->last_dir[0]
-        + dir[1] * ahead->last_dir[1] + dir[2] * ahead->last_dir[2] < CW_TURN;
-    for (k = 0; k < 3; k++) ahead->last_dir[k] = dir[k];
-    ahead->last = i;
     met = cw_section_at(stock, tool, tip, dir, near ? cw_section_clear(stock) : 0.0, curvature);
     ahead->area[i % CW_AHEAD_SAMPLES] = (float)met.area;
     ahead->depth[i % CW_AHEAD_SAMPLES] = (float)met.depth;
     ahead->most[i % CW_AHEAD_SAMPLES] = (float)full_area(tool, dir, met.depth);
+    mark_turn(ahead, tool, i, dir);
     return met.nodes + CW_SAMPLE_NODES;
 }
 

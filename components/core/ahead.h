@@ -39,6 +39,8 @@ struct cw_ahead {
     float area[CW_AHEAD_SAMPLES];       /* mm2, sample i at index i % CW_AHEAD_SAMPLES */
     float most[CW_AHEAD_SAMPLES];       /* mm2, all that can be met there at that depth */
     float depth[CW_AHEAD_SAMPLES];      /* mm above the tip */
+    float peak[CW_AHEAD_SAMPLES];       /* mm2, most that is met on the way from the sample before where it turns
+                                           up or down; 0: it does not */
     unsigned char turned[CW_AHEAD_SAMPLES];     /* the way turns between the sample before and this */
     double last_dir[3];         /* direction at the sample taken last */
     int last;                   /* number of that sample */

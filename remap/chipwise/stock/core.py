@@ -83,7 +83,7 @@ class _Ahead(C.Structure):
     _fields_ = [("way", _Way), ("course", _Course), ("on_way", C.c_int), ("at", C.c_double), ("gap", C.c_double),
                 ("held", C.c_double), ("first", C.c_int), ("count", C.c_int),
                 ("stale", C.c_int), ("area", C.c_float * SAMPLES), ("most", C.c_float * SAMPLES), ("depth", C.c_float * SAMPLES),
-                ("turned", C.c_ubyte * SAMPLES), ("last_dir", C.c_double * 3), ("last", C.c_int)]
+                ("peak", C.c_float * SAMPLES), ("turned", C.c_ubyte * SAMPLES), ("last_dir", C.c_double * 3), ("last", C.c_int)]
 
 
 class _Level(C.Structure):
