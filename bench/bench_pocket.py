@@ -11,12 +11,15 @@ place over the pocket to the last, with helices and heights (R 1 mm above the st
 3 degrees); "flat" leaves out what goes up and down.  The area is all that the tool can reach.
 engagement: width of stock met per mm of way (section area / depth) by the C stock model, in tool diameters.
 plan: processor time of pocket_plan() for an outline of 200 elements with 3 islands, nothing cached.
+embedded: the same in the Python inside LinuxCNC's interpreter.
 """
 import argparse
 import json
 import math
 import os
+import subprocess
 import sys
+import tempfile
 import time
 from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
@@ -202,16 +205,34 @@ def plan_rows(rounds=5):
                       f"{sum(isinstance(m, Rapid) for m in moves)} rapids", PLAN_MS)
 
 
+def embedded_rows():
+    """plan_rows() in the interpreter's own Python: rs274 runs a program whose ;py comment calls it."""
+    with tempfile.TemporaryDirectory(prefix="chipwise-bench.") as folder:
+        found, program = Path(folder) / "rows", Path(folder) / "plan.ngc"
+        program.write_text(f";py,import sys; sys.path.insert(0, '{ROOT}/bench'); import bench_pocket; "
+                           f"bench_pocket.write_plan_rows('{found}')\nM2\n")
+        subprocess.run(["rs274", "-g", "-i", "configs/mill.ini", "-t", "configs/mill_inch.tbl", str(program)], cwd=ROOT,
+                       env={**os.environ, "HOME": folder}, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, check=True)
+        for line in found.read_text().splitlines():
+            made = json.loads(line)
+            yield {**made, "name": made["name"] + ", in LinuxCNC's interpreter"}
+
+
+def write_plan_rows(path):
+    """Called by the program of embedded_rows()."""
+    Path(path).write_text("".join(json.dumps(made) + "\n" for made in plan_rows()))
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--count", type=int, default=int(os.environ.get("CHIPWISE_RANDOM_COUNT") or 40))
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--only", default="random,length,engagement,plan")
+    parser.add_argument("--only", default="random,length,engagement,plan,embedded")
     given = parser.parse_args()
     first = int(os.environ.get("CHIPWISE_SEED") or 0)
     parts = {"random": lambda: random_rows(given.count, first, given.jobs),
              "length": lambda: length_rows(max(40, given.count // 3)),
-             "engagement": lambda: engagement_rows(8), "plan": plan_rows}
+             "engagement": lambda: engagement_rows(8), "plan": plan_rows, "embedded": embedded_rows}
     failed = False
     for part in given.only.split(","):
         for made in parts[part]():
