@@ -43,19 +43,11 @@ from chipwise.moves import Rapid                                            # no
 from chipwise.stock import core                                             # noqa: E402
 from pocket_judge import random_request, shrunk_names, verdict              # noqa: E402
 from pocket_random import circle, random_pocket                             # noqa: E402
+from rows import row                                                        # noqa: E402
 
 RATIO, PLAN_MS = 1.35, 300.0                                                # the targets
 SHARE = 0.4                                                                 # D in tool diameters
 STEP_MM, CELL_MM = 0.4, 0.1                                                 # of the engagement
-
-
-def row(name, value, unit="", note="", target=None):
-    """A row; with a target its verdict goes before the note."""
-    made = {"name": name, "value": value, "unit": unit, "note": note}
-    if target is not None:
-        said = f"{'meets' if value <= target else 'MISSES'} {target:g}"
-        made.update(target=target, note=f"{said}; {note}" if note else said)
-    return made
 
 
 # ---- random pockets ----------------------------------------------------------------------------------------------
