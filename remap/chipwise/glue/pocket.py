@@ -6,7 +6,7 @@ from chipwise.errors import CycleError, format_length
 from chipwise.geometry.contour import ContourError
 from chipwise.glue import shape
 
-WORDS = "qdikplzrje"
+WORDS = "qdikplzrjeh"
 
 # D without a word, in tool diameters.
 STEP_SHARE = 0.4
@@ -33,6 +33,7 @@ def _words(state):
     """Words of the line -> fields of a PocketRequest (mm), all but the loops."""
     diameter = state.tool_diameter()
     clearance, bottom = state.heights()
+    state.chop_size()               # checks H0: a pocket leaves no slug, so there is nothing to chop
     depth_step = state.length("j")
     return dict(
         bottom=bottom, clearance=clearance, tool_radius=diameter / 2, step=_step(state, diameter),
