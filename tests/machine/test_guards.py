@@ -115,8 +115,7 @@ def test_the_inch_machine_is_stopped(tmp_path):
     _open, stopped, guard, position, _abort, said, cut = answers[8:]
     assert stopped is True and guard == ['TRUE', '2', 'TRUE', 'TRUE']
     assert -radius <= position[0] < -1.0 / 25.4 and position[1] == pytest.approx(1.2, abs=1e-5)
-    # the depth is that of the first touch, where the stock's edge is read within a cell
-    assert len(said) == 1 and re.search(r'cuts 0\.1[2-6]\d\d in deep, its flutes are 0\.1181 in long', said[0]), said
+    assert len(said) == 1 and re.search(r'cuts at least 0\.1600 in deep, its flutes are 0\.1181 in long', said[0]), said
     assert float(cut[0]) == pytest.approx(2.4 * 25.4 * 6 * 2.54, rel=0.02)
 
 
@@ -146,7 +145,7 @@ def test_flute_excess_holds_the_feed(tmp_path):
     assert stopped is True and guard[:2] == ['TRUE', '2']
     assert position[1] == pytest.approx(30, abs=1e-5)
     assert -3.0 <= position[0] < -1.0           # touched, and stood after v^2/2A = 0.4 mm
-    assert said == ['chipwise: line 13: tool 1 (6.00 mm) cuts 4.00 mm deep, its flutes are 3.00 mm long, and was stopped; '
+    assert said == ['chipwise: line 13: tool 1 (6.00 mm) cuts at least 4.00 mm deep, its flutes are 3.00 mm long, and was stopped; '
                     'press Stop, then jog away, and cut in more passes ([CHIPWISE]GUARD_FLUTE = no: no such guard)']
     assert jogged == [1.0] and moved == []
 
