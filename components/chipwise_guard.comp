@@ -29,7 +29,7 @@ pin out bit stop "to motion.feed-inhibit and motion.feed-hold";
 pin out s32 reason "of the stop: 0 none, 1 rapid contact, 2 flute excess, 3 disobeyed";
 pin out s32 line "of the program, where it came to that";
 pin out float distance "machine units the traverse had left until the stock, when it was stopped";
-pin out float deepest "machine units, depth of cut when it came to that";
+pin out float deepest "machine units, depth of cut when it came to that; of a flute excess the largest until the machine stood";
 
 param rw bit guard_rapid = 1 "stop for rapid-contact";
 param rw bit guard_flute = 1 "stop for flute-excess";
@@ -64,6 +64,8 @@ FUNCTION(_) {
         line = program_line;
         distance = rapid_distance;
         deepest = depth;
+    } else if (reason == FLUTE && depth > deepest) {
+        deepest = depth;        /* at the first touch the edge of the stock is known within a cell only */
     }
     stop = reason != NOTHING;
 }

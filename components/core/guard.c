@@ -15,6 +15,7 @@
 #define CW_GUARD_LEAST 1e-3     /* mm2, contact below this is none */
 #define CW_GUARD_LATE 3.0       /* periods of travel until the planner brakes, and one to spare */
 #define CW_GUARD_BRAKING 0.3    /* share of the acceleration from which on it is braking [4] */
+#define CW_GUARD_GROWING 1.02   /* braking that has become more by this factor in a period is only beginning [4] */
 #define CW_GUARD_BLIND 20.0     /* mm, braking distance where the acceleration is unknown */
 #define CW_GUARD_DRIFT 0.2      /* cells the tool may be beside the bend foreseen: it is foreseen anew then [5b] */
 #define CW_GUARD_BENT 12        /* halvings of a step in a bend at most */
@@ -270,13 +271,14 @@ static int must_stop(const struct cw_guard *guard, const struct cw_stock *stock,
     double near = guard->line.hit_near - guard->gone, far = guard->line.hit_far - guard->gone;
     double way = 0.5 * guard->speed * guard->speed, travel = guard->speed * in->period;
     double slowing = cw_max(guard->slowing, guard->slowing_before), thin = CW_GUARD_STRIP * stock->cell;
+    int begins = guard->slowing > CW_GUARD_GROWING * guard->slowing_before;
     if (far <= -thin) return 1;
     if (in->to_go > 0.0 && far + thin <= in->to_go)
         return near <= stopping(guard, in, 0.5 * accel);
     if (goes_over(in->way)) return 0;                     /* the way is judged instead of the line */
     if (!(accel > 0.0)) return near <= CW_GUARD_BLIND;
     if (cw_min(guard->slowing, guard->slowing_before) > CW_GUARD_BRAKING * accel)
-        return far <= way / slowing - travel;
+        return far <= way / (begins ? accel : slowing) - travel;
     if (in->to_go > 0.0) return far <= way / accel - travel;
     return near <= way / accel + travel;
 }

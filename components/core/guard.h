@@ -16,8 +16,10 @@
  *  3. Stock before the end of the segment is certain to be met: the traverse has to be stopped
  *     from the braking distance at half the acceleration on. The tool then stands before it.
  *  4. Behind the end of the segment the program may stop or turn before. There the traverse is
- *     stopped only when it should be braking and is not, or brakes too little. Where the way to
- *     go is not known it is stopped when it is at the braking distance and not braking.
+ *     stopped only when it should be braking and is not, or brakes too little. How much it brakes is
+ *     known when that has stopped growing: the planner begins amid a period, and a step tells the mean of two
+ *     velocities, so two periods show less. Where the way to go is not known it is stopped when it is at the
+ *     braking distance and not braking.
  *  5. In a blend the way bends, or the way to go falls by something else than the step, because it is that
  *     of one segment of the two: no line is seen. What is ahead is then known from the planner only:
  *     a. An arc between two traverses, and what follows it without a stop, is probed along the program's

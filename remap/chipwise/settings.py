@@ -8,6 +8,7 @@ own: the module `linuxcnc` is not importable everywhere a remap runs, and config
 import ctypes
 import math
 import os
+import re
 from dataclasses import dataclass
 from typing import Any, Callable
 
@@ -173,3 +174,17 @@ def load_settings(ini_path=None):
     except OSError as error:
         raise CycleError(f"INI file {_braceless(path)}: {error.strerror}", "correct INI_FILE_NAME") from error
     return _cache[stamp]
+
+
+def feed_is_remapped(ini_path=None):
+    """Whether [RS274NGC] has REMAP = F; True where there is no INI file to say."""
+    path, inside = ini_path or ini_file_name(), False
+    if not path:
+        return True
+    with open(path, encoding="utf-8", errors="replace") as ini:
+        for line in ini:
+            if line.lstrip().startswith("["):
+                inside = line.strip()[1:].partition("]")[0].strip().upper() == "RS274NGC"
+            elif inside and re.match(r"\s*REMAP\s*=\s*F(\s|$)", line, re.IGNORECASE):
+                return True
+    return False

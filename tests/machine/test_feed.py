@@ -8,6 +8,8 @@ import pytest
 
 from chipwise.machine import runner
 from lib import rate_oracle
+from test_headless import headless_ini
+from test_unknown import SPINDLE
 
 pytestmark = pytest.mark.machine
 
@@ -164,3 +166,37 @@ def test_an_arc_into_the_stock_is_seen_from_the_line_before(tmp_path, read_path,
     worst = rates.rate[rates.cutting].max() / (12000 / 60)
     print(f'READ_PATH = {read_path}: peak {worst:.4f} of the target')
     assert (worst < 1.02) == held
+
+
+INVERSE = [(2.0 * (n % 2), 0.5 * n, (180.0, 240.0, 300.0)[n % 3]) for n in range(60)]        # x, y, F
+
+
+@pytest.mark.parametrize('m251', ['', 'M251 P1 Q6'])
+def test_g93_without_f_remapped(tmp_path, m251):
+    """60 moves under G93, then G94 and G95, above the stock, where REMAP = F is taken out as docs/Gcodes.md says: every move
+    under its own line number and at its own feed."""
+    text = f'G21 G90 G17 G61\nT1 M6\nM250 P0 Q0 R-10 I100 J60 K10\n{m251}\nS600 M3\nG0 X0 Y-1 Z5\nG93\n'
+    first = text.count('\n') + 1
+    text += ''.join(f'G1 X{x} Y{y} F{f}\n' for x, y, f in INVERSE) + 'G94 F600\nG1 X22\nG95 F0.5\nG1 X42\nM2\n'
+    program, log, spindle = tmp_path / 'inverse.ngc', tmp_path / 'log.npz', tmp_path / 'spindle.hal'
+    program.write_text(text)
+    spindle.write_text(SPINDLE[1])
+    ini = headless_ini(tmp_path, 'mill', str(spindle))
+    with open(ini) as handle:
+        lines = handle.read().replace('\nREMAP = F ', '\n#REMAP = F ')
+    with open(ini, 'w') as handle:
+        handle.write(lines)
+    summary = runner.run_headless(str(program), ini=ini, speed=SPEED, log=str(log), timeout=300)
+    assert summary['finished'] and summary['errors'] == [], summary
+    with np.load(log) as stored:
+        row = {name: stored[name] for name in stored.files}
+    at = (0.0, -1.0)
+    for number, (x, y, f) in enumerate(INVERSE, first):
+        on = (row['line'] == number) & (row['motion_type'] == 2)
+        ends = np.hypot(row['x'][on] - at[0], row['y'][on] - at[1]), np.hypot(row['x'][on] - x, row['y'][on] - y)
+        assert on.sum() > 100 and ends[0].min() < 0.05 and ends[1].min() < 0.05, number
+        assert row['velocity'][on].max() == pytest.approx(f / 60 * np.hypot(x - at[0], y - at[1]), rel=1e-3), number
+        at = (x, y)
+    for number, expected in ((first + 61, 10.0), (first + 63, 5.0)):
+        on = (row['line'] == number) & (row['velocity'] > 0.5 * expected)
+        assert np.median(row['velocity'][on]) == pytest.approx(expected, rel=0.02), number

@@ -97,6 +97,7 @@ class Monitor:
         self.said_tool = None
         self.noted_tool = None
         self.said_guard = 0
+        self.guard_depth = None                 # of the last look, during a flute excess
         self.keeper = Keeper(component, settings, self.say)
 
     def connect(self):
@@ -194,8 +195,12 @@ class Monitor:
         self.said_disobeyed = disobeyed
 
     def follow_guard(self):
-        """A stop by a guard -> one message with line and tool."""
-        reason = self.component['guard-reason']
+        """A stop by a guard -> one message with line and tool; of the flutes when the depth, which is seen in full only
+        as the tool goes on into the stock, has not grown since the last look."""
+        reason, depth, before = self.component['guard-reason'], self.component['guard-depth'], self.guard_depth
+        self.guard_depth = depth if reason == FLUTE_EXCESS else None
+        if reason == FLUTE_EXCESS and depth != before and reason != self.said_guard:
+            return
         if reason in (RAPID_CONTACT, FLUTE_EXCESS) and reason != self.said_guard:    # the third: follow_override
             self.say(guard_text(reason, self.component['guard-line'], self.component['guard-distance'],
                                 self.component['guard-depth'], self.component['tool-number'],
@@ -220,7 +225,7 @@ def guard_text(reason, line, distance, depth, tool, diameter, flute, unit):
     if reason == RAPID_CONTACT:
         return (f'{where}: {who} would have met stock {distance:.{digits}f} {unit} on in this traverse and was stopped; '
                 f'{WAY_OUT}, and let the program retract higher ([CHIPWISE]GUARD_RAPID = no: no such guard)')
-    return (f'{where}: {who} cuts {depth:.{digits}f} {unit} deep, its flutes are {flute:.{digits}f} {unit} long, and was '
+    return (f'{where}: {who} cuts at least {max(depth, flute):.{digits}f} {unit} deep, its flutes are {flute:.{digits}f} {unit} long, and was '
             f'stopped; {WAY_OUT}, and cut in more passes ([CHIPWISE]GUARD_FLUTE = no: no such guard)')
 
 

@@ -5,11 +5,10 @@ the strategies; here are levels, entries and what lies between.
 
 Order of work: Field by Field (regions between which the tool does not fit), each from the top level to the floor.
 
-Rapids, and why none meets stock.  Above R everything is free.  Below it a rapid runs straight up, or straight down at a
-place where the tool has been at that depth, or down to GAP_MM above the level before, which is cleared all over the
-Field.  All else is a feed.  None runs across below R, though the level before is cleared: in the blend (G64) of a way
-across towards a wall with the way down the guard of the stock tracker cannot tell yet that the tool will turn, and stops
-it.  A Track whose start was on no way of this level yet is entered by a helix, a ramp or a plunge.
+Rapids, and why none meets stock.  Above R everything is free.  Below it a rapid runs straight up, or straight down at
+a place where the tool has been at that depth, or down to GAP_MM above the level before, which is cleared all over the
+Field.  All else is a feed.  None runs across below R, though the level before is cleared: above R nothing has to be
+known about the stock.  A Track whose start was on no way of this level yet is entered by a helix, a ramp or a plunge.
 """
 
 import math

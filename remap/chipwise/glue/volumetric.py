@@ -14,6 +14,7 @@ from chipwise.errors import MM_PER_INCH, CycleError
 from chipwise.glue import ceiling as feed_ceiling
 from chipwise.glue.ceiling import Ceiling, set_canon_feed
 from chipwise.glue.workpiece import check_fits, stock_of
+from chipwise.settings import feed_is_remapped
 from chipwise.stock import reasons
 
 # Registers of chipwise_command
@@ -157,6 +158,9 @@ def _feed_words(state):
     if ceiling is not None and (mode == LIMIT or not ceiling > 0):
         raise CycleError("ceiling E{e}/min is not above 0" if mode != LIMIT else "word E is not used in mode P1",
                          "give E above 0" if mode != LIMIT else "leave E out, or use P2 or P3", e=ceiling)
+    if ceiling is not None and not feed_is_remapped():
+        raise CycleError(f"mode P{mode:g} with a ceiling E replaces F, and F is not remapped",
+                         "add REMAP = F argspec=N python=feed to [RS274NGC] (not for programs with G93), or use P1")
     return int(mode), target, lower, ceiling
 
 

@@ -11,7 +11,7 @@ def check(trace):
         always(trace.only(phase), "stop", stop)
         always(trace.only(phase), "reason", reason)
     for phases, values in ((("contact", "contact gone, standing", "flute while stopped"), (7, 12.5, 3.0)),
-                           (("flute", "released"), (9, 0.0, 4.5))):
+                           (("flute",), (9, 0.0, 4.5)), (("deeper", "less deep", "released"), (9, 0.0, 4.75))):
         for phase in phases:
             for name, value in zip(("line", "distance", "deepest"), values):
                 always(trace.only(phase), name, value)
@@ -25,6 +25,7 @@ SABOTAGE = {
     "stops a jog": lambda t: t.put("stop", "contact while jogging", 1, 2),
     "another reason": lambda t: t.but(reason=lambda r: 3 - r),
     "line of later": lambda t: t.put("line", "flute while stopped", 8, 3),
+    "depth of the first touch": lambda t: t.put("deepest", "deeper", 4.5),
     "distance NaN": lambda t: t.put("distance", "contact", np.nan),
     "stops again after the release": lambda t: t.put("stop", "release kept down", 1, 2),
 }

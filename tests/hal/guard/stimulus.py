@@ -12,6 +12,8 @@ PHASES = {      # phase: (inputs, stop, reason)
     "aborted": ({"motion-type": 0, "flute-excess": 0}, 0, 0),
     "feed": ({"motion-type": 2, "program-line": 9}, 0, 0),
     "flute": ({"flute-excess": 1, "depth": 4.5}, 1, 2),
+    "deeper": ({"depth": 4.75}, 1, 2),
+    "less deep": ({"depth": 4.25}, 1, 2),
     "released": ({"release": 1}, 0, 0),
     "release kept down": ({}, 0, 0),
     "excess over": ({"flute-excess": 0, "release": 0}, 0, 0),
