@@ -425,7 +425,11 @@ class _Grid:
         waste = regions.grow(region, self.radius)
         inner = regions.shrink(self.slug, 1.1 * pitch)
         stock = regions.without(regions.grow(region, self.radius + 1.0), flat_segments(groups), self.radius, inner)
-        return all(piece_size(outline) < size for outline in regions.badly_held(stock, waste, BRIDGE, size))
+        loose = regions.badly_held(stock, waste, BRIDGE, size)
+        if any(piece_size(outline) >= size for outline in loose):
+            return False
+        late = regions.released_with_rim(stock, waste, region, self.radius, BRIDGE, size)
+        return all(piece_size(outline) < size for outline in late)
 
     def groups(self, parts):
         """The scan lines of both groups, turned; where they meet the slug, clipped to the allowed tool centres."""
