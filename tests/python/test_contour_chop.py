@@ -59,6 +59,14 @@ def test_random_contours_while_they_are_cut():
         assert not found, f"/usr/bin/python3 tests/python/chop_judge.py small {seed}: {kind}: {found}"
 
 
+@pytest.mark.parametrize("seed, before", [(2003, 1.009), (2056, 1.003)])
+def test_pieces_that_were_too_large_on_the_way(seed, before):
+    """2003: the pass began just behind a line and left a horn.  2056: a piece fell with the rim that a thin bridge held."""
+    _, loops, radius, chop_size = chop_case(seed, small=True)
+    found, figures = verdict(Chopped(loops, radius, chop_size), stages=True)
+    assert not found and figures["ever"] < chop_size < before * chop_size
+
+
 # ---- known shapes ------------------------------------------------------------------------------------------------
 
 
@@ -217,7 +225,7 @@ def test_no_fins():
 def test_each_line_to_full_depth_before_the_next():
     done = Chopped([outline(*SQUARE)], 1.0, 10.65, depth_step=3.0)
     depth, plunges = [], 0
-    for e in done.elements:
+    for e in done.line_elements:
         if e.kind == "rapid":
             if depth:
                 assert depth == pytest.approx([2 - 8 / 3, 2 - 16 / 3, -6.0])
@@ -225,7 +233,7 @@ def test_each_line_to_full_depth_before_the_next():
             depth = []
         elif e.a[:2] == e.b[:2]:
             depth.append(e.b[2])
-    assert plunges == 6 and done.elements[-1].b[2] == done.request.clearance
+    assert plunges == 6 and done.line_elements[-1].b[2] == done.request.clearance
 
 
 def test_entry_stays_off_the_wall():
