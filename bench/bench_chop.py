@@ -106,8 +106,8 @@ def report_whole(whole):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--count", type=int, default=int(os.environ.get("CHIPWISE_RANDOM_COUNT", "500")))
-    parser.add_argument("--stages", type=int, default=60)
+    parser.add_argument("--count", type=int, default=int(os.environ.get("CHIPWISE_RANDOM_COUNT", "100")))
+    parser.add_argument("--stages", type=int, default=20)
     parser.add_argument("--first", type=int, default=int(os.environ.get("CHIPWISE_SEED", "0")))
     parser.add_argument("--jobs", type=int, default=1)
     options = parser.parse_args()

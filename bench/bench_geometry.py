@@ -12,19 +12,11 @@ import math
 
 import offset_bench as figures
 from contour_judge import count_from_environment, seed_from_environment
+from rows import row
 
 SIZES = (1000, 20000)
 SPEED_MS, SIZE_RATIO, GOUGE_MM, ROUND_TRIP_MM = 50.0, 1.1, 1e-3, 1e-6      # the targets
 MOST_FOR_SIZE = 1000                                 # contours of each kind beside other libraries
-
-
-def row(name, value, unit="", note="", target=None):
-    """A row; with a target its verdict goes before the note."""
-    made = {"name": name, "value": value, "unit": unit, "note": note}
-    if target is not None:
-        verdict = f"{'meets' if value <= target else 'MISSES'} {target:g}"
-        made.update(target=target, note=f"{verdict}; {note}" if note else verdict)
-    return made
 
 
 def random_rows(count, jobs, every):

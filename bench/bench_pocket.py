@@ -11,12 +11,15 @@ place over the pocket to the last, with helices and heights (R 1 mm above the st
 3 degrees); "flat" leaves out what goes up and down.  The area is all that the tool can reach.
 engagement: width of stock met per mm of way (section area / depth) by the C stock model, in tool diameters.
 plan: processor time of pocket_plan() for an outline of 200 elements with 3 islands, nothing cached.
+embedded: the same in the Python inside LinuxCNC's interpreter.
 """
 import argparse
 import json
 import math
 import os
+import subprocess
 import sys
+import tempfile
 import time
 from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
@@ -40,19 +43,11 @@ from chipwise.moves import Rapid                                            # no
 from chipwise.stock import core                                             # noqa: E402
 from pocket_judge import random_request, shrunk_names, verdict              # noqa: E402
 from pocket_random import circle, random_pocket                             # noqa: E402
+from rows import row                                                        # noqa: E402
 
 RATIO, PLAN_MS = 1.35, 300.0                                                # the targets
 SHARE = 0.4                                                                 # D in tool diameters
 STEP_MM, CELL_MM = 0.4, 0.1                                                 # of the engagement
-
-
-def row(name, value, unit="", note="", target=None):
-    """A row; with a target its verdict goes before the note."""
-    made = {"name": name, "value": value, "unit": unit, "note": note}
-    if target is not None:
-        said = f"{'meets' if value <= target else 'MISSES'} {target:g}"
-        made.update(target=target, note=f"{said}; {note}" if note else said)
-    return made
 
 
 # ---- random pockets ----------------------------------------------------------------------------------------------
@@ -202,16 +197,34 @@ def plan_rows(rounds=5):
                       f"{sum(isinstance(m, Rapid) for m in moves)} rapids", PLAN_MS)
 
 
+def embedded_rows():
+    """plan_rows() in the interpreter's own Python: rs274 runs a program whose ;py comment calls it."""
+    with tempfile.TemporaryDirectory(prefix="chipwise-bench.") as folder:
+        found, program = Path(folder) / "rows", Path(folder) / "plan.ngc"
+        program.write_text(f";py,import sys; sys.path.insert(0, '{ROOT}/bench'); import bench_pocket; "
+                           f"bench_pocket.write_plan_rows('{found}')\nM2\n")
+        subprocess.run(["rs274", "-g", "-i", "configs/mill.ini", "-t", "configs/mill_inch.tbl", str(program)], cwd=ROOT,
+                       env={**os.environ, "HOME": folder}, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, check=True)
+        for line in found.read_text().splitlines():
+            made = json.loads(line)
+            yield {**made, "name": made["name"] + ", in LinuxCNC's interpreter"}
+
+
+def write_plan_rows(path):
+    """Called by the program of embedded_rows()."""
+    Path(path).write_text("".join(json.dumps(made) + "\n" for made in plan_rows()))
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--count", type=int, default=int(os.environ.get("CHIPWISE_RANDOM_COUNT") or 40))
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--only", default="random,length,engagement,plan")
+    parser.add_argument("--only", default="random,length,engagement,plan,embedded")
     given = parser.parse_args()
     first = int(os.environ.get("CHIPWISE_SEED") or 0)
     parts = {"random": lambda: random_rows(given.count, first, given.jobs),
              "length": lambda: length_rows(max(40, given.count // 3)),
-             "engagement": lambda: engagement_rows(8), "plan": plan_rows}
+             "engagement": lambda: engagement_rows(8), "plan": plan_rows, "embedded": embedded_rows}
     failed = False
     for part in given.only.split(","):
         for made in parts[part]():

@@ -42,7 +42,7 @@ TURN = 0.03                 # rad, and wherever it turns by more
 SLACK_MM = 0.02             # step of the optimum's passes
 CUTTING_MM2 = 1e-3          # less is no contact
 ACCEL = 500.0               # mm/s2, of configs/mill_headless.ini
-LONG = ("slots", "panel", "entry", "step", "wall", "arcs", "corners")    # of long moves; others: small segments
+LONG = ("pocket", "pocket_oneway", "pocket_zigzag", "slots", "panel", "entry", "step", "wall", "arcs", "corners")    # of long moves; others: small segments
 TIME_TARGET = {True: 1.02, False: 1.05}
 PEAK_10MS, PEAK_1MS, OVER = 1.02, 1.05, 0.0
 FEEDS = (2, 3)
@@ -53,17 +53,27 @@ VEC = C.c_double * 3
 def programs():
     """{name: path} of what is run."""
     own = sorted((ROOT / "bench" / "nc").glob("*.ngc"))
-    shown = [ROOT / "nc_files" / f"{name}.ngc" for name in ("slots", "cam_part", "panel")]
+    shown = [ROOT / "nc_files" / f"{name}.ngc" for name in ("slots", "cam_part", "panel", "pocket", "pocket_oneway",
+                                                          "pocket_zigzag", "pocket_concentric")]
     return {path.stem: path for path in shown + own}
 
 
 def facts(text):
     """Radius of the tool, box low and high (mm), target (mm3/s) that a program names."""
     box = {key: float(value) for key, value in re.findall(r"([XYZ]M(?:IN|AX))=([-\d.]+)", text)}
+    words = dict(re.findall(r"([PQRIJK])([-\d.]+)", "".join(re.findall(r"^M250 (.*?)(?:\(|$)", text, re.M))))
+    for axis, corner, size in zip("XYZ", "PQR", "IJK"):
+        if corner in words:
+            box[axis + "MIN"] = float(words[corner])
+            box[axis + "MAX"] = float(words[corner]) + float(words[size])
     number = re.search(r"^T(\d+)\s*M6", text, re.M).group(1)
     table = (ROOT / "configs" / "mill.tbl").read_text()
     diameter = float(re.search(rf"^T{number}\s.*?D([\d.]+)", table, re.M).group(1))
     target = float(re.search(r"^M251.*?Q([\d.]+)", text, re.M).group(1)) * 1000.0 / 60.0
+    rates = (ROOT / "configs" / "tools.toml").read_text().partition(f"[tool.{number}]")[2].partition("[")[0]
+    most = re.search(r"max_removal_rate = ([\d.]+)", rates)
+    if most:
+        target = min(target, float(most.group(1)) / 60.0)
     return (0.5 * diameter, [box[a + "MIN"] for a in "XYZ"], [box[a + "MAX"] for a in "XYZ"], target)
 
 

@@ -18,12 +18,11 @@ void cw_tracker_init(struct cw_tracker *tracker)
     cw_guard_reset(&tracker->guard);
 }
 
-/* Forgets where the tool was: the next position is a new start. */
+/* Forgets where the tool was: the next position is a new start. What waits to be cut is cut all the same [4]. */
 static void lose_place(struct cw_tracker *tracker)
 {
     tracker->tip_known = 0;
-    tracker->sweep.known = 0;
-    tracker->sweep.waiting = 0;
+    tracker->parted = 1;
     cw_ahead_reset(&tracker->ahead);
     cw_guard_reset(&tracker->guard);
 }
@@ -48,6 +47,8 @@ static void start_over(struct cw_tracker *tracker)
     tracker->fault = CW_FAULT_NONE;
     tracker->rate_filled = 0;
     lose_place(tracker);
+    tracker->sweep.known = 0;
+    tracker->sweep.waiting = 0;
 }
 
 /* [2] Starts a new stock on a rising edge; an impossible box leaves the old one. */
@@ -131,6 +132,15 @@ static long cut(struct cw_tracker *tracker, struct cw_stock *stock, const struct
     if (!tracker->sweep.known) cw_sweep_place(&tracker->sweep, tracker->tip_known ? tracker->tip : tip);
     cw_sweep_to(&tracker->sweep, tip);
     cw_sweep_run(&tracker->sweep, stock, &tracker->tool, CW_WORK_TO_CUT, &work);
+    return work;
+}
+
+/* [4] Nothing is to be cut any more: what waits is finished, then the place is forgotten. */
+static long finish(struct cw_tracker *tracker, struct cw_stock *stock)
+{
+    long work = 0;
+    cw_sweep_run(&tracker->sweep, stock, &tracker->tool, CW_WORK_TO_CUT, &work);
+    if (!tracker->sweep.waiting) tracker->sweep.known = 0;
     return work;
 }
 
@@ -235,6 +245,8 @@ void cw_tracker_step(struct cw_tracker *tracker, struct cw_stock *stock,
         int moved = bad != CW_FAULT_NONE || went_on(tracker, in, tip);
         tracker->held_cut |= moved && in->cutting;
         lose_place(tracker);
+        tracker->sweep.known = 0;
+        tracker->sweep.waiting = 0;
         for (i = 0; i < 3; i++) tracker->tip[i] = tip[i];
         tracker->tip_known = bad == CW_FAULT_NONE;
         out->is_held = 1;
@@ -251,8 +263,10 @@ void cw_tracker_step(struct cw_tracker *tracker, struct cw_stock *stock,
         serve_tool(tracker, in);
         if (ready && tracker->tool_error == 0) {
             long work = 0;
-            if (in->cutting) work = cut(tracker, stock, in, tip);
-            else tracker->sweep.known = 0;
+            tracker->parted |= !in->cutting;
+            if (tracker->parted) work = finish(tracker, stock);
+            tracker->parted &= !in->cutting || tracker->sweep.waiting > 0;
+            if (!tracker->parted) work += cut(tracker, stock, in, tip);
             work = guard(tracker, stock, in, tip, work, out);
             look(tracker, stock, in, tip, work, out);
         } else {

@@ -85,6 +85,7 @@ struct cw_tracker {
     struct cw_ahead ahead;
     double tip[3];                      /* mm, of the last period */
     int tip_known, last_request, box_error, fault;
+    int parted;                         /* cutting was off, and legs from before still wait */
     struct cw_guard guard;
     int held;                           /* another program had the map in the last period */
     int held_cut;                       /* the machine went on in the meantime: a cut may be missing */

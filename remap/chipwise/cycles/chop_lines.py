@@ -9,10 +9,8 @@ plunge at the finished wall.
 
 import math
 
+from chipwise.cycles.common_words import EQUAL
 from chipwise.moves import Line, Rapid
-
-# Lengths closer than this are equal. mm; rounding of inch words is below 1e-5
-EQUAL = 1e-6
 
 
 def depths(clearance, bottom, depth_step):

@@ -34,9 +34,9 @@ from typing import Optional
 
 import numpy as np
 
-from chipwise.cycles.chop_lines import EQUAL, depths
+from chipwise.cycles.chop_lines import depths
+from chipwise.cycles.common_words import EQUAL, check_depth_step, check_feeds, check_heights
 from chipwise.cycles.contour_chop import ChopPlan, ChopRequest, chop_moves, chop_plan
-from chipwise.cycles.hole import MAX_PASSES
 from chipwise.errors import CycleError
 from chipwise.geometry import elements as runs
 from chipwise.geometry.contour import make_contour
@@ -128,13 +128,8 @@ def check(r):
     if r.allowance < 0:
         raise CycleError("allowance I{i} is negative: it would cut into the finish shape", "use I of 0 or more",
                          i=r.allowance)
-    if r.bottom >= r.clearance - EQUAL:
-        raise CycleError("final depth Z{z} is not below the clearance plane R{r}", "use Z below R or R above Z",
-                         z=r.bottom, r=r.clearance)
-    if r.feed <= 0:
-        raise CycleError("feed F{f}/min is not above 0", "give F on this line or before", f=r.feed)
-    if r.plunge_feed <= 0:
-        raise CycleError("plunge feed E{e}/min is not above 0", "use E above 0, or leave it out for F/2", e=r.plunge_feed)
+    check_heights(r)
+    check_feeds(r)
     _check_passes(r)
     if r.approach is not None and r.approach <= 0:
         raise CycleError("approach height K{k} is not above 0", "use K above 0, or leave it out to plunge", k=r.approach)
@@ -148,11 +143,7 @@ def check(r):
 
 def _check_passes(r):
     """The rules of J, L and D."""
-    if r.depth_step is not None and r.depth_step <= 0:
-        raise CycleError("depth per pass J{j} is not above 0", "use J above 0", j=r.depth_step)
-    if r.depth_step is not None and (r.clearance - r.bottom) / r.depth_step > MAX_PASSES:
-        raise CycleError(f"depth per pass J{{j}} needs more than {MAX_PASSES} passes from R to Z", "use a larger J",
-                         j=r.depth_step)
+    check_depth_step(r)
     if not 1 <= r.passes <= MAX_RINGS or r.passes != int(r.passes):
         raise CycleError(f"L{r.passes:g} radial passes are not from 1 to {MAX_RINGS}", "use such an L")
     if r.step is not None and r.step <= 0:

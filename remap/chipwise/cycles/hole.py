@@ -27,16 +27,14 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Optional
 
-from chipwise.cycles.chop_lines import EQUAL, cut_line, depths, ends, enter, last_xy
+from chipwise.cycles.chop_lines import cut_line, depths, ends, enter, last_xy
+from chipwise.cycles.common_words import EQUAL, MAX_PASSES, check_depth_step, check_feeds, check_heights
 from chipwise.errors import CycleError
 from chipwise.geometry import chop
 from chipwise.moves import Arc, Line, Rapid
 
 # Smallest radius of the tool's own circle. mm; LinuxCNC refuses arcs below 0.00127, the lead-in has half of this.
 MIN_PATH_RADIUS = 0.005
-
-# More passes in depth, or rings in a pocket, are a slip of the finger and would stall the preview.
-MAX_PASSES = 1000
 
 
 @dataclass(frozen=True)
@@ -84,21 +82,12 @@ def check(request):
     if r.radius - r.tool_radius < MIN_PATH_RADIUS:
         raise CycleError("radius I{i} is not larger than the tool radius {t}", "use I above {t} or a smaller tool",
                          i=r.radius, t=r.tool_radius)
-    if r.bottom >= r.clearance - EQUAL:
-        raise CycleError("final depth Z{z} is not below the clearance plane R{r}", "use Z below R or R above Z",
-                         z=r.bottom, r=r.clearance)
-    if r.feed <= 0:
-        raise CycleError("feed F{f}/min is not above 0", "give F on this line or before", f=r.feed)
-    if r.plunge_feed <= 0:
-        raise CycleError("plunge feed E{e}/min is not above 0", "use E above 0, or leave it out for F/2", e=r.plunge_feed)
-    if r.depth_step is not None and r.depth_step <= 0:
-        raise CycleError("depth per pass J{j} is not above 0", "use J above 0", j=r.depth_step)
+    check_heights(r)
+    check_feeds(r)
     if r.chop_size < 0:
         raise CycleError("chop size {h} is negative", "set #<_chipwise_chop_size> to 0 (never chop) or more",
                          h=r.chop_size)
-    if r.depth_step is not None and (r.clearance - r.bottom) / r.depth_step > MAX_PASSES:
-        raise CycleError(f"depth per pass J{{j}} needs more than {MAX_PASSES} passes from R to Z", "use a larger J",
-                         j=r.depth_step)
+    check_depth_step(r)
     _check_pocket(r)
 
 

@@ -19,7 +19,8 @@ from typing import Optional
 
 import numpy as np
 
-from chipwise.cycles.hole import EQUAL, MAX_PASSES, depths
+from chipwise.cycles.chop_lines import depths
+from chipwise.cycles.common_words import EQUAL, MAX_PASSES, check_depth_step, check_feeds
 from chipwise.errors import CycleError
 from chipwise.geometry import elements
 from chipwise.geometry.contour import make_contour
@@ -123,15 +124,8 @@ def check(request):
     if r.bottom + r.floor_allowance >= r.clearance - EQUAL:
         raise CycleError("final depth Z{z} with the floor allowance K{k} is not below the clearance plane R{r}",
                          "use a deeper Z, a smaller K or a higher R", z=r.bottom, k=r.floor_allowance, r=r.clearance)
-    if r.feed <= 0:
-        raise CycleError("feed F{f}/min is not above 0", "give F on this line or before", f=r.feed)
-    if r.plunge_feed <= 0:
-        raise CycleError("plunge feed E{e}/min is not above 0", "use E above 0, or leave it out for F/2", e=r.plunge_feed)
-    if r.depth_step is not None and r.depth_step <= 0:
-        raise CycleError("depth per pass J{j} is not above 0", "use J above 0", j=r.depth_step)
-    if r.depth_step is not None and (r.clearance - r.bottom) / r.depth_step > MAX_PASSES:
-        raise CycleError(f"depth per pass J{{j}} needs more than {MAX_PASSES} passes from R to Z", "use a larger J",
-                         j=r.depth_step)
+    check_feeds(r)
+    check_depth_step(r)
     if not 0 < r.ramp_angle <= 90:
         raise CycleError(f"ramp angle {r.ramp_angle:g} degrees is not above 0, up to 90",
                          "correct #<_chipwise_ramp_angle> or [CHIPWISE]RAMP_ANGLE")

@@ -168,7 +168,11 @@ class State:
         return diameter
 
     def flute_length(self):
-        """Flute length (mm) of the tool in the spindle, None where unknown."""
+        """Flute length (mm) of the tool in the spindle, None where unknown.
+
+        The default of J in every cycle: no pass deeper than the cutting edge.  Source: CN105492980 [0010]: only the
+        edge cuts, the shank above it does not.
+        """
         geometry = tool_geometry(self.settings.path("TOOL_GEOMETRY"), self.interp.tool_table[0].toolno)
         return None if geometry is None else geometry.flute_length
 

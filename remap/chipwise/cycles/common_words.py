@@ -1,0 +1,38 @@
+"""The rules of the words every cycle has: R, Z, J, F, E.  Requests that have these fields, mm and mm/min, are checked here.
+
+Called by hole.py, contour.py and pocket.py.
+"""
+
+from chipwise.errors import CycleError
+
+# Lengths closer than this are equal. mm; rounding of inch words is below 1e-5
+EQUAL = 1e-6
+
+# More passes in depth, or rings in a pocket, are a slip of the finger and would stall the preview.
+MAX_PASSES = 1000
+
+
+def check_heights(r):
+    """Raise CycleError where Z is not below R."""
+    if r.bottom >= r.clearance - EQUAL:
+        raise CycleError("final depth Z{z} is not below the clearance plane R{r}", "use Z below R or R above Z",
+                         z=r.bottom, r=r.clearance)
+
+
+def check_feeds(r):
+    """Raise CycleError for F or E that is not above 0."""
+    if r.feed <= 0:
+        raise CycleError("feed F{f}/min is not above 0", "give F on this line or before", f=r.feed)
+    if r.plunge_feed <= 0:
+        raise CycleError("plunge feed E{e}/min is not above 0", "use E above 0, or leave it out for F/2", e=r.plunge_feed)
+
+
+def check_depth_step(r):
+    """Raise CycleError for J that is not above 0, or needs too many passes."""
+    if r.depth_step is None:
+        return
+    if r.depth_step <= 0:
+        raise CycleError("depth per pass J{j} is not above 0", "use J above 0", j=r.depth_step)
+    if (r.clearance - r.bottom) / r.depth_step > MAX_PASSES:
+        raise CycleError(f"depth per pass J{{j}} needs more than {MAX_PASSES} passes from R to Z", "use a larger J",
+                         j=r.depth_step)
