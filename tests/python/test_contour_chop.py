@@ -85,17 +85,20 @@ def test_a_piece_does_not_fall_with_the_rim_a_thin_bridge_holds(monkeypatch):
 
 @pytest.mark.parametrize("seed", range(0, 30, 5))
 def test_where_the_pass_begins(seed):
-    """At a line, or a tool diameter and a bridge away from each."""
+    """A tool diameter and a bridge away from each line but one it lies on, or straight down in the open kerf of a line."""
     _, loops, radius, chop_size = chop_case(seed, small=True)
     done = Chopped(loops, radius, chop_size)
     for path in done.paths if len(loops) == 1 and done.plan.chopped else []:
         led_in = path[0][0] == "A" and abs(path[0][7]) > 6.28          # a full circle, then half of it
-        place = path[1][3:5] if led_in else path[0][1:3]
+        place, gaps = path[1][3:5] if led_in else path[0][1:3], []
         for (ax, ay), (bx, by) in done.plan.segments:
             n2 = (bx - ax) ** 2 + (by - ay) ** 2
             t = min(max(((place[0] - ax) * (bx - ax) + (place[1] - ay) * (by - ay)) / n2, 0.0), 1.0)
             far = math.dist(place, (ax + t * (bx - ax), ay + t * (by - ay)))
-            assert far < 0.0011 or far > 2 * radius + slug.BRIDGE - 1e-6
+            gaps.append(far)
+        beside = [far for far in gaps if far > 0.0011]
+        at_a_line = len(beside) < len(gaps)
+        assert min(beside, default=math.inf) > 2 * radius + slug.BRIDGE - 1e-6 or (at_a_line and not led_in)
 
 
 # ---- known shapes ------------------------------------------------------------------------------------------------
