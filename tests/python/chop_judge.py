@@ -17,7 +17,7 @@ import numpy as np                                                          # no
 
 import chop_oracle as oracle                                                # noqa: E402
 import hole_oracle                                                          # noqa: E402
-from chipwise.cycles import contour_chop                                    # noqa: E402
+from chipwise.cycles import contour as contour_cycle, contour_chop          # noqa: E402
 from chipwise.geometry import elements                                      # noqa: E402
 from chipwise.geometry.contour import ArcElement, LineElement, make_contour  # noqa: E402
 from chipwise.geometry.offset import LEFT, RIGHT, offset_contour, offset_pocket  # noqa: E402
@@ -125,16 +125,36 @@ class Chopped:
             bottom=-6.0, clearance=2.0, tool_radius=radius, feed=600.0, plunge_feed=200.0, start=(0.0, 0.0, 20.0),
             end=tuple(paths[0].start[0]) if paths else (0.0, 0.0), depth_step=depth_step)
         self.moves = contour_chop.chop_moves(self.plan, self.request)
-        self.elements = hole_oracle.walk(self.moves, self.request.start)
+        self.elements = self.line_elements = hole_oracle.walk(self.moves, self.request.start)
+        if len(contours) == 1 and self.plan.chopped:
+            self._whole_cycle(tuple(loops[0]), 41 if inside == LEFT else 42)
+        elif self.plan.chopped:
+            self.paths = [from_elements(contour_cycle.from_line_end(p, self.plan.segments, radius))
+                          for p in self.boundaries + self.islands]
+
+    def _whole_cycle(self, shape, side):
+        """Lines and contour as G78 cuts them, leads and all."""
+        r = self.request
+        plan = contour_cycle.contour_plan.__wrapped__(contour_cycle.ContourRequest(
+            shape, side, r.tool_radius, r.bottom, r.clearance, r.feed, r.plunge_feed, r.start, depth_step=r.depth_step,
+            finish=True, chop_size=self.chop_size))
+        assert plan.chop.segments == self.plan.segments
+        self.moves = plan.moves
+        self.elements = hole_oracle.walk(plan.moves, r.start)
+        self.paths = self._runs()[len(self.plan.segments):]
 
     def lines(self):
-        """The motions of each line at full depth: a new line begins after a rapid."""
+        """The motions of each line at full depth."""
+        return self._runs()[:len(self.plan.segments)]
+
+    def _runs(self):
+        """The motions at full depth from rapid to rapid."""
         made, now = [], []
         for e in self.elements:
             if e.kind == "rapid":
                 made, now = (made + [now], []) if now else (made, now)
-            elif e.b[2] <= self.request.bottom + 1e-9 and math.dist(e.a[:2], e.b[:2]) > 1e-9:
-                now.append(("L", *e.a[:2], *e.b[:2]))
+            elif max(e.a[2], e.b[2]) <= self.request.bottom + 1e-9:
+                now += oracle.tuples([e])
         return made + [now] if now else made
 
 

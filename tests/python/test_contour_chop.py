@@ -10,7 +10,7 @@ import pytest
 
 import chop_oracle as oracle
 import hole_oracle
-from chipwise.cycles import contour_chop, hole
+from chipwise.cycles import contour, contour_chop, hole
 from chipwise.geometry import regions, slug
 from chipwise.geometry.contour import ArcElement, LineElement
 from chop_judge import Chopped, chop_case, verdict
@@ -57,6 +57,48 @@ def test_random_contours_while_they_are_cut():
         kind, loops, radius, chop_size = chop_case(seed, small=True)
         found, _ = verdict(Chopped(loops, radius, chop_size, depth_step=(None, 3.0)[seed % 2]), stages=True)
         assert not found, f"/usr/bin/python3 tests/python/chop_judge.py small {seed}: {kind}: {found}"
+
+
+def largest_on_the_way(seed):
+    """(complaints, size of the largest piece ever loose / H) of a case a third as large."""
+    _, loops, radius, chop_size = chop_case(seed, small=True)
+    found, figures = verdict(Chopped(loops, radius, chop_size), stages=True)
+    return found, figures["ever"] / chop_size
+
+
+def test_a_pass_begun_just_behind_a_line_leaves_a_horn(monkeypatch):
+    """Case 2003: 1.009 H before."""
+    found, share = largest_on_the_way(2003)
+    assert not found and share < 1.0
+    monkeypatch.setattr(contour, "from_line_end", lambda path, segments, radius: path)
+    assert "loose on the way" in str(largest_on_the_way(2003)[0])
+
+
+def test_a_piece_does_not_fall_with_the_rim_a_thin_bridge_holds(monkeypatch):
+    """Case 2056: 1.003 H before."""
+    found, share = largest_on_the_way(2056)
+    assert not found and share < 1.0
+    monkeypatch.setattr(regions, "released_with_rim", lambda *args: [])
+    monkeypatch.setattr(contour_chop, "_cached_plan", contour_chop._cached_plan.__wrapped__)
+    assert "loose on the way" in str(largest_on_the_way(2056)[0])
+
+
+@pytest.mark.parametrize("seed", range(0, 30, 5))
+def test_where_the_pass_begins(seed):
+    """A tool diameter and a bridge away from each line but one it lies on, or straight down in the open kerf of a line."""
+    _, loops, radius, chop_size = chop_case(seed, small=True)
+    done = Chopped(loops, radius, chop_size)
+    for path in done.paths if len(loops) == 1 and done.plan.chopped else []:
+        led_in = path[0][0] == "A" and abs(path[0][7]) > 6.28          # a full circle, then half of it
+        place, gaps = path[1][3:5] if led_in else path[0][1:3], []
+        for (ax, ay), (bx, by) in done.plan.segments:
+            n2 = (bx - ax) ** 2 + (by - ay) ** 2
+            t = min(max(((place[0] - ax) * (bx - ax) + (place[1] - ay) * (by - ay)) / n2, 0.0), 1.0)
+            far = math.dist(place, (ax + t * (bx - ax), ay + t * (by - ay)))
+            gaps.append(far)
+        beside = [far for far in gaps if far > 0.0011]
+        at_a_line = len(beside) < len(gaps)
+        assert min(beside, default=math.inf) > 2 * radius + slug.BRIDGE - 1e-6 or (at_a_line and not led_in)
 
 
 # ---- known shapes ------------------------------------------------------------------------------------------------
@@ -217,7 +259,7 @@ def test_no_fins():
 def test_each_line_to_full_depth_before_the_next():
     done = Chopped([outline(*SQUARE)], 1.0, 10.65, depth_step=3.0)
     depth, plunges = [], 0
-    for e in done.elements:
+    for e in done.line_elements:
         if e.kind == "rapid":
             if depth:
                 assert depth == pytest.approx([2 - 8 / 3, 2 - 16 / 3, -6.0])
@@ -225,7 +267,7 @@ def test_each_line_to_full_depth_before_the_next():
             depth = []
         elif e.a[:2] == e.b[:2]:
             depth.append(e.b[2])
-    assert plunges == 6 and done.elements[-1].b[2] == done.request.clearance
+    assert plunges == 6 and done.line_elements[-1].b[2] == done.request.clearance
 
 
 def test_entry_stays_off_the_wall():

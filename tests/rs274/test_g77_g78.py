@@ -243,7 +243,10 @@ def test_chop_lines_come_before_the_same_contour():
             assert len(found) == len(plain) - 1
             continue
         assert (len(found) > len(plain) + 6) == chopped
-        same_path(found[-len(plain) + 2:], plain[2:], 1e-5)
+        if chopped:             # the lead may be smaller, to keep clear of the lines: five elements, then out and up
+            same_path(found[-7:-2], plain[-7:-2], 1e-5)
+        else:
+            same_path(found[-len(plain) + 2:], plain[2:], 1e-5)
 
 
 # ---- subs of every kind ---------------------------------------------------------------------------------------------

@@ -23,6 +23,8 @@ Where the tool enters and leaves, never through the finish shape: every approach
    lead radius is that of the tool or, in narrow places, a part of it; no mark is left on the finished wall.
  A closed path is entered where its contour starts or, when there is no room, in the middle of the longest element with
  room.  Where there is room nowhere the tool goes straight down on the path, and a note says so.
+ The path round a chopped slug begins at the end of a chop line or well away from all of them: begun just behind one, it
+ leaves a horn on the piece there until its own end (docs/Chop.md).
 """
 
 import math
@@ -40,6 +42,7 @@ from chipwise.geometry import elements as runs
 from chipwise.geometry.contour import make_contour
 from chipwise.geometry.judge import clear_lines, depths as tool_depths, make_judge
 from chipwise.geometry.offset import LEFT, RIGHT, offset_contour
+from chipwise.geometry.slug import BRIDGE
 from chipwise.moves import Arc, Line, Rapid
 
 SIDES = {41: LEFT, 42: RIGHT}
@@ -53,6 +56,9 @@ NEAR = 1e-6
 
 # Radial passes: each is an offset of its own, some hundredths of a second for a long contour.
 MAX_RINGS = 200
+
+# A path's start this near to a chop line lies on it. mm; a line ends up to slug.LINE_SAGITTA beside the path
+ON_LINE = 1e-3
 
 # More moves are a slip of the finger and would stall the preview: 10 s of emitting.
 MAX_MOVES = 1_000_000
@@ -164,8 +170,9 @@ def contour_plan(request):
     count = len(passes) * sum(len(path.elements) + 6 for result in results for path in result.paths)
     if count > MAX_MOVES:
         raise CycleError(f"this would be {count} moves, more than {MAX_MOVES}", "use a larger J or D")
-    ways = [[_way(room, path) for path in result.paths] for result in results]
     chop = _chop(request, contour, results[-1])
+    kerfs = _Kerfs(chop.segments, request.tool_radius)
+    ways = [[_way(room, path, kerfs) for path in result.paths] for result in results]
     tool = _Tool(request, room, slug=bool(chop.chops))
     tool.chop(chop, ways[-1])
     if len(ways) == 1:
@@ -287,12 +294,57 @@ class _Way:
     leave: _Gate
 
 
-def _way(room, path):
+class _Kerfs:
+    """The chop lines, cut before the path is: where it may begin so that no piece falls with a horn (docs/Chop.md).
+
+    That is where it meets a line's end, or so far from all lines that what lies between holds the piece.
+    """
+
+    def __init__(self, segments, tool_radius):
+        self.radius = tool_radius
+        ends = np.asarray(segments, float).reshape(-1, 2, 2)
+        self.lines = runs.make_lines(ends[:, 0], ends[:, 1])
+        self.ends = ends.reshape(-1, 2)
+
+    def _distances(self, points):
+        """Distance (m, lines) mm of points (m, 2) from every line."""
+        which, line = np.divmod(np.arange(len(points) * len(self.lines)), max(len(self.lines), 1))
+        return runs.distances(self.lines, line, points[which]).reshape(len(points), len(self.lines))
+
+    def clear_of(self, points, normals, out=0.0, lead=0.0):
+        """Which points (m,) bool a path may begin at by a gate of that kind."""
+        reach = [(0.0, 0.0), (lead, lead)] if lead else \
+            [(at, 0.0) for at in np.linspace(0.0, out, 1 + math.ceil(2 * out / self.radius))]
+        on = self._distances(points) <= ON_LINE
+        far = np.all([self._distances(points + normals * at) >= 2 * self.radius + more + BRIDGE for at, more in reach], axis=0)
+        return np.all(on | far, axis=1)
+
+    def places(self, e):
+        """Where lines end on a path: (index (m,), parameter (m,)), in its order; none where two of its elements meet."""
+        if not len(self.ends) or not len(e):
+            return np.zeros(0, int), np.zeros(0)
+        which, element = np.divmod(np.arange(len(self.ends) * len(e)), len(e))
+        off = runs.distances(e, element, self.ends[which]).reshape(len(self.ends), len(e))
+        index = off.argmin(axis=1)
+        t = runs.parameters(e, index, self.ends)
+        inner = np.minimum(t, 1 - t) * runs.lengths(e)[index] > ON_LINE
+        good = np.flatnonzero((off.min(axis=1) <= ON_LINE) & inner)
+        good = good[np.lexsort((t[good], index[good]))]
+        return index[good], t[good]
+
+
+def from_line_end(path, segments, tool_radius):
+    """A closed path from the first line's end on it, as it is where none is: for paths run without an approach."""
+    index, t = _Kerfs(segments, tool_radius).places(path)
+    return _turned(path, int(index[0]), float(t[0])) if len(index) else path
+
+
+def _way(room, path, kerfs):
     """The _Way of a path of the kernel."""
     if len(path.elements) and not runs.lengths(path.elements).any():
         spot = _Gate(tuple(path.elements.start[0].tolist()), (0.0, 0.0))
         return _Way(runs.take(path.elements, []), spot, spot)
-    return _closed_way(room, path.elements) if path.closed else _open_way(room, path.elements)
+    return _closed_way(room, path.elements, kerfs) if path.closed else _open_way(room, path.elements)
 
 
 def _ends(room, e):
@@ -312,34 +364,46 @@ def _open_way(room, e):
     return _Way(e, *gates)
 
 
-def _closed_way(room, e):
-    """Entered and left at its start or in the middle of an element, longest first, where the best gate has room."""
+def _closed_way(room, e, kerfs):
+    """Entered and left where the best gate has room: at its start, at the end of a chop line, or in the middle of an
+    element, longest first.  Where none has that keeps clear of chop lines: straight down in the kerf at a line's end."""
     ends, end_normals = _ends(room, e)
     order = np.argsort(-runs.lengths(e), kind="stable")
-    half = np.full(len(order), 0.5)
-    points, normals = runs.point_at(e, order, half), room.normals(e, order, half)
+    index, t = kerfs.places(e)
+    at_lines = len(index)
+    index, t = np.concatenate((index, order)), np.concatenate((t, np.full(len(order), 0.5)))
+    points, normals = runs.point_at(e, index, t), room.normals(e, index, t)
     for height, out, lead, fits in room.gates():
-        if fits(ends, end_normals).all():
+        if fits(ends, end_normals).all() and kerfs.clear_of(ends, end_normals, out, lead).all():
             return _Way(e, _gate(ends[0], end_normals[0], height, out, lead), _gate(ends[1], end_normals[1], height, out,
                                                                                     lead))
-        good = np.flatnonzero(fits(points, normals))
+        good = np.flatnonzero(fits(points, normals) & kerfs.clear_of(points, normals, out, lead))
         if len(good):
-            gate = _gate(points[good[0]], normals[good[0]], height, out, lead)
-            return _Way(_turned(e, int(order[good[0]])), gate, gate)
+            return _way_from(e, int(index[good[0]]), float(t[good[0]]),
+                             _gate(points[good[0]], normals[good[0]], height, out, lead))
+    if at_lines:
+        return _way_from(e, int(index[0]), float(t[0]), _gate(points[0], normals[0]))
+    if len(kerfs.ends):
+        return _closed_way(room, e, _Kerfs((), kerfs.radius))
     return _Way(e, _gate(ends[0], end_normals[0]), _gate(ends[1], end_normals[1]))
+
+
+def _way_from(e, k, t, gate):
+    """The way along a closed run from parameter t of its element k."""
+    return _Way(_turned(e, k, t), gate, gate)
 
 
 def _gate(point, normal, height=0.0, out=0.0, lead=0.0):
     return _Gate(tuple(point.tolist()), tuple(normal.tolist()), height, out, lead)
 
 
-def _turned(e, k):
-    """A closed run that begins in the middle of its element k."""
-    index, t = np.array([k]), np.array([0.5])
-    middle = runs.point_at(e, index, t)
-    angle, sweep = e.start_angle[index], 0.5 * e.sweep[index]
-    first = runs.Elements(e.start[index], middle, e.centre[index], e.radius[index], angle, sweep)
-    second = runs.Elements(middle, e.end[index], e.centre[index], e.radius[index], angle + sweep, sweep)
+def _turned(e, k, t):
+    """A closed run that begins at parameter t, above 0 and below 1, of its element k."""
+    index = np.array([k])
+    middle = runs.point_at(e, index, np.array([t]))
+    angle, sweep = e.start_angle[index], e.sweep[index]
+    first = runs.Elements(e.start[index], middle, e.centre[index], e.radius[index], angle, t * sweep)
+    second = runs.Elements(middle, e.end[index], e.centre[index], e.radius[index], angle + t * sweep, (1 - t) * sweep)
     every = np.arange(len(e))
     return runs.join((second, runs.take(e, every[k + 1:]), runs.take(e, every[:k]), first))
 

@@ -34,6 +34,11 @@ class ChopPlan:
         return any(chop.segments for chop in self.chops)
 
     @property
+    def segments(self):
+        """All lines in no particular order."""
+        return [segment for chop in self.chops for segment in chop.segments]
+
+    @property
     def cleared(self):
         """Whether a slug is cut to chips as a whole."""
         return any(chop.segments and not chop.pieces for chop in self.chops)

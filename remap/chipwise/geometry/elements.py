@@ -92,6 +92,15 @@ def tangent_at(e, index, t):
     return np.where(e.is_arc[index][:, None], on_arc, chord)
 
 
+def parameters(e, index, point):
+    """Parameter (m,) of the foot of point (m, 2) on the carrier of element index (m,), held within 0 .. 1."""
+    t = lines.parameter(point, e.start[index], e.end[index])
+    v, sweep = point - e.centre[index], e.sweep[index]
+    turn = (np.arctan2(v[:, 1], v[:, 0]) - e.start_angle[index]) * np.sign(sweep) % (2 * np.pi)
+    arc = e.is_arc[index]
+    return np.clip(np.where(arc, turn / np.where(arc, np.abs(sweep), 1.0), t), 0.0, 1.0)
+
+
 def lengths(e):
     """Length (n,) mm of every element."""
     chord = e.end - e.start

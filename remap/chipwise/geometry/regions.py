@@ -24,6 +24,10 @@ SLIVER_AREA = 1e-9
 CAP_CORNERS = 16
 
 
+# A kerf that ends at the wall is drawn so much short of it at most; what is joined to the part by less is not joined. mm
+WALL_GAP = 0.004
+
+
 def outer_disc(cx, cy, radius, sagitta):
     """A polygon around the disc: it holds every point of the disc and reaches at most `sagitta` (mm) beyond.
 
@@ -136,6 +140,36 @@ def badly_held(stock, waste, thickness, reaching=0.0):
         rest = rest.difference(unary_union(firm).buffer(thickness / 2 * 1.01, CAP_CORNERS))
     large = [part for part in parts(rest) if diagonal(part) >= reaching]
     return [hull(part) for part in large if any(body.intersects(part) for body in loose)]
+
+
+def released_with_rim(stock, waste, path, half_width, thickness, reaching=0.0):
+    """What may fall while a pass along the wall is cut, with material that the rest of the pass would still take off.
+
+    stock, waste, thickness, reaching   as badly_held; path: the region whose edge the tool's centre follows, within
+    half_width (mm) of the waste's edge
+    A body that holds firmly to some places of the wall, and to others by bridges thinner than `thickness` only, falls
+    when the last firm one is cut, if the thin ones break inside the wall.  Only firm bridges that its own body reaches
+    count: what another body holds may break off it.  Returns hulls.
+    """
+    bodies = [body for part in parts(stock.buffer(-thickness / 2, CAP_CORNERS)) for body in parts(part.intersection(waste))]
+    edge, found = waste.boundary, []
+    firm = [body for body in bodies if body.distance(edge) < WALL_GAP]
+    band = waste.buffer(-WALL_GAP).difference(waste.buffer(-thickness / 2))
+    for region in parts(stock.intersection(waste.buffer(-WALL_GAP))):
+        mine = [body for body in firm if body.intersects(region)] if diagonal(region) >= reaching else []
+        contacts = parts(region.intersection(band)) if mine else []
+        for body in mine:
+            held = [contact for contact in contacts if contact.intersects(body)]
+            if len(held) < len(contacts):
+                found += _fallen(region, body, [b for b in mine if b is not body], held, path, half_width, thickness)
+    return [hull(part) for part in found if diagonal(part) >= reaching]
+
+
+def _fallen(region, body, others, held, path, half_width, thickness):
+    """The parts of a region that fall with a body when the pass has cut its contacts `held`; other bodies broken off."""
+    over = path.boundary.intersection(unary_union(held).buffer(half_width + thickness))
+    taken = [over.buffer(half_width, CAP_CORNERS)] + [b.buffer(thickness / 2 * 1.01, CAP_CORNERS) for b in others]
+    return [part for part in parts(region.difference(unary_union(taken))) if part.intersects(body)]
 
 
 def bounds(region):

@@ -58,6 +58,9 @@ MAX_CELLS = 3000
 # So many parts more are tried where the grid of fewest lines leaves a large piece on a thin bridge.
 FINER = 2
 
+# Then grids in its direction for pieces smaller than H, as shares of it.
+SMALLER = (0.85, 0.7)
+
 # A quick look at a grid takes about so many points at most.
 PROBES = 8000
 
@@ -201,8 +204,8 @@ class _Slug:
     def _tries(self, found, grids, size):
         """What to take, best first: (lines, length, grid, parts).
 
-        After the best grid the next two found and finer ones of the best, at last lines that clear; these first where
-        they are neither more nor longer.
+        After the best grid the next two found and finer ones of the best, then grids for smaller pieces, at last lines
+        that clear; these first where they are neither more nor longer.
         """
         clear = min(((grid.lines(parts), grid.angle, grid, parts) for grid in grids for parts in grid.clearing()),
                     key=lambda t: t[:2])
@@ -219,6 +222,8 @@ class _Slug:
         for trial in sorted(others, key=lambda t: t[:2]):
             if trial[2].fits(trial[3], size):
                 yield trial
+        for share in SMALLER if found else ():
+            yield from sorted(found[0][2].search(share * size, math.inf), key=lambda t: t[:2])[:1]
         yield clear
 
 
@@ -425,7 +430,11 @@ class _Grid:
         waste = regions.grow(region, self.radius)
         inner = regions.shrink(self.slug, 1.1 * pitch)
         stock = regions.without(regions.grow(region, self.radius + 1.0), flat_segments(groups), self.radius, inner)
-        return all(piece_size(outline) < size for outline in regions.badly_held(stock, waste, BRIDGE, size))
+        loose = regions.badly_held(stock, waste, BRIDGE, size)
+        if any(piece_size(outline) >= size for outline in loose):
+            return False
+        late = regions.released_with_rim(stock, waste, region, self.radius, BRIDGE, size)
+        return all(piece_size(outline) < size for outline in late)
 
     def groups(self, parts):
         """The scan lines of both groups, turned; where they meet the slug, clipped to the allowed tool centres."""
