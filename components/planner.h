@@ -34,7 +34,7 @@ struct cw_planner {
 };
 
 /* Attaches motion's memory; called while loading, not in realtime. */
-static void cw_planner_attach(struct cw_planner *planner)
+static inline void cw_planner_attach(struct cw_planner *planner)
 {
     int id = shmget(CW_PLANNER_KEY, 0, 0);
     struct shmid_ds about;
@@ -281,8 +281,8 @@ static void cw_planner_extend(struct cw_planner *planner, const TP_STRUCT *tp,
 }
 
 /* Follows the planner's queue: `way` is known afterwards, or not [3]. */
-static void cw_planner_follow(struct cw_planner *planner, const struct cw_tracker_in *in,
-                              double horizon, struct cw_way *way)
+static inline void cw_planner_follow(struct cw_planner *planner, const struct cw_tracker_in *in,
+                                     double horizon, struct cw_way *way)
 {
     const TP_STRUCT *tp = cw_planner_trusted(planner, in->axis, in->period);
     struct cw_piece piece;

@@ -13,7 +13,7 @@
 #define CW_CARRY_NODES 2        /* and on carrying one over to a new course */
 #define CW_RISE 1.1             /* a sample this much above the one before is a step of the load */
 #define CW_SMEAR 3.0            /* cells a wall in the stock is smeared over */
-#define CW_JUMP 0.15            /* of a load, a rise within one sample that is a wall */
+#define CW_WALL_RISE 0.15       /* of a load, a rise within one sample that is a wall */
 #define CW_MAIN 0.7             /* of the largest rise there, one that may be where the wall is */
 #define CW_TURN 0.97            /* cosine between two samples from which the way turns */
 #define CW_RISING 0.1           /* and the change of slope from which it turns up or down */
@@ -305,7 +305,7 @@ static double early(const struct cw_ahead *ahead, const struct cw_stock *stock, 
     for (k = 1; k <= back; k++) {
         double rise = sample(ahead, i - k + 1) - sample(ahead, i - k);
         if (rise > most) most = rise;
-        if (rise > CW_JUMP * area && rise >= CW_MAIN * most) begin = k;
+        if (rise > CW_WALL_RISE * area && rise >= CW_MAIN * most) begin = k;
     }
     if (begin) return begin * gap;
     return gap * cw_clamp((area - before) / ((CW_RISE - 1.0) * before + CW_TOUCH), 0.0, 1.0);

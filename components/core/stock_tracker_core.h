@@ -20,7 +20,7 @@ typedef struct cw_tracker cw_tracker_t;
 typedef struct cw_planner cw_planner_t;
 
 /* A decimal number as loadrt gives it; 0 (which no length may be) when it is none. */
-static double cw_decimal(const char *text)
+static inline double cw_decimal(const char *text)
 {
     char *end;
     double value = strtod(text, &end);
