@@ -27,7 +27,7 @@ import numpy as np
 ROOT = Path(__file__).resolve().parent.parent
 PROGRAM = ROOT / "build" / "bench" / "lib" / "cost"
 PERIOD = 0.001              # s
-REPLAYS = 3
+REPLAYS = 5
 GRAIN = 0.02                # mm, of the ways before they are sampled
 NEW_STOCK = np.full((1, 3), np.nan)
 

@@ -4,6 +4,7 @@
 
 #define CW_FINE_STEPS 24        /* halvings that find the lowest tool position over a cell */
 #define CW_WORK_ROW 35          /* work on a row, in cells of a flat end: about a dozen instructions each [2] */
+#define CW_ROWS_AHEAD 3         /* rows by which memory is asked for cells before they are cut */
 #define CW_WORK_EDGE 20         /* on a cell of the outline */
 #define CW_WORK_LOWEST 14       /* on finding the lowest tool position over a point */
 #define CW_WORK_HALVING 12      /* and on each halving of the way for that */
@@ -403,6 +404,15 @@ static double cut_floor(const struct leg *leg, const struct cw_stock *stock, str
     return sum * leg->cell_area + walls;
 }
 
+/* Asks the memory for the cells of a row two further on, where the row at hand has its own: each row
+ * of a large map lies in lines and pages of its own, and the front goes over all of them. */
+static CW_INLINE void fetch_row(const struct cw_cell *row, const struct cw_stock *stock, int first, int last)
+{
+    const struct cw_cell *ahead = row + CW_ROWS_AHEAD * (long)(stock->nx + 2);
+    __builtin_prefetch(ahead + first, 1);
+    __builtin_prefetch(ahead + last, 1);
+}
+
 /* Cuts one row of a leg, or copies of its cells (`dry`), from a column on; returns the volume in mm3.
  * The column where it has to go on is `*column`: beyond the row when it is done, else the bound
  * on the work was met [2]. */
@@ -418,6 +428,7 @@ static double cut_row(const struct leg *leg, const struct cw_stock *stock, const
     struct cw_cell *row = cw_stock_cell(stock, 0, iy), copy;
     int ix = span.first > *column ? span.first : *column;
 
+    fetch_row(row, stock, ix >= skip.first && ix <= skip.last ? skip.last + 1 : ix, span.last);
     while (ix <= span.last && *leg->work < bound) {
         if (ix >= skip.first && ix <= skip.last) {
             ix = skip.last + 1;

@@ -27,8 +27,8 @@
 #include "sweep.h"
 
 #define CW_CELLS_PER_PERIOD 12000       /* filled at most */
-#define CW_WORK_PER_PERIOD 18000        /* in cells of a flat end (sweep.h, 2), about a dozen instructions each */
-#define CW_WORK_TO_CUT 11000            /* of it, for cutting at most */
+#define CW_WORK_PER_PERIOD 16500        /* in cells of a flat end (sweep.h, 2), about a dozen instructions each */
+#define CW_WORK_TO_CUT 10500            /* of it, for cutting at most */
 #define CW_WORK_A_NODE 14               /* of a place read for a sample of the look-ahead */
 #define CW_RATE_SLOTS 1024              /* periods the removal rate can be averaged over */
 
