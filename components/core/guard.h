@@ -10,7 +10,8 @@
  *  1. A traverse is a straight line. A probe runs ahead of the tool on it and cuts copies of the
  *     cells, as the sweep would (cw_sweep_meets). What the tool has cut itself is nested in what
  *     it would cut again and so is no stock: walls of its own slot are seen exactly, not as
- *     interpolated heights. A strip narrower than CW_GUARD_STRIP cells is none, nor is so thin
+ *     interpolated heights. A strip narrower than CW_GUARD_STRIP cells is none (over a step of the probe:
+ *     nor is the edge of a block touched by little more than a cell), nor is so thin
  *     a layer at the end of the segment: a blend has left it there.
  *  2. The probe keeps ahead by the braking distance, with a bound on its work.
  *  3. Stock before the end of the segment is certain to be met: the traverse has to be stopped
