@@ -77,7 +77,7 @@ build/libchipwise.so: $(OBJECTS)
 	$(CC) -shared -o $@ $^ -lm
 
 # Tests may use the stack as they like.
-build/tests/%: tests/core/%.c $(OBJECTS) $(HEADERS)
+build/tests/%: tests/core/%.c $(OBJECTS) $(HEADERS) $(wildcard tests/core/*.h)
 	@mkdir -p $(@D)
 	$(CC) $(filter-out -Wframe-larger-than=%,$(RTFLAGS)) $(CFLAGS) -Icomponents -o $@ $< $(OBJECTS) -lm
 
