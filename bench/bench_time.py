@@ -42,7 +42,7 @@ TURN = 0.03                 # rad, and wherever it turns by more
 SLACK_MM = 0.02             # step of the optimum's passes
 CUTTING_MM2 = 1e-3          # less is no contact
 ACCEL = 500.0               # mm/s2, of configs/mill_headless.ini
-LONG = ("pocket", "pocket_oneway", "pocket_zigzag", "slots", "panel", "entry", "step", "wall", "arcs", "corners")    # of long moves; others: small segments
+LONG = ("chop_contour", "pocket", "pocket_oneway", "pocket_zigzag", "slots", "panel", "entry", "step", "wall", "arcs", "corners")    # of long moves; others: small segments
 TIME_TARGET = {True: 1.02, False: 1.05}
 PEAK_10MS, PEAK_1MS, OVER = 1.02, 1.05, 0.0
 FEEDS = (2, 3)
@@ -54,7 +54,7 @@ def programs():
     """{name: path} of what is run."""
     own = sorted((ROOT / "bench" / "nc").glob("*.ngc"))
     shown = [ROOT / "nc_files" / f"{name}.ngc" for name in ("slots", "cam_part", "panel", "pocket", "pocket_oneway",
-                                                          "pocket_zigzag", "pocket_concentric")]
+                                                          "pocket_zigzag", "pocket_concentric", "chop_contour")]
     return {path.stem: path for path in shown + own}
 
 
@@ -125,17 +125,21 @@ class Log:
         self.removed = float(data["removed_volume"][-1])
 
     def places(self):
-        """Rows in steps of KEEP_MM, and where the way turns or the kind of motion changes."""
-        keep, last, heading = [0], self.tips[0], np.zeros(3)
+        """Rows in steps of KEEP_MM, and where the way turns, turns back or the kind of motion changes."""
+        keep, heading, before = [0], np.zeros(3), 0         # `before`: the last row that moved
         for i in range(1, len(self.way)):
-            step = self.tips[i] - last
-            length = float(np.sqrt(step @ step))
-            if length == 0.0:
+            own = self.tips[i] - self.tips[before]
+            if not own.any():
                 continue
-            if length >= KEEP_MM or self.motion[i] != self.motion[i - 1] \
-                    or (length > 0.004 and heading @ step < length * np.cos(TURN)):
+            if before != keep[-1] and heading @ own < np.cos(TURN) * np.sqrt(own @ own):
+                keep.append(before)
+            step = self.tips[i] - self.tips[keep[-1]]
+            length = float(np.sqrt(step @ step))
+            if keep[-1] == before:
+                heading = step / length
+            if length >= KEEP_MM or self.motion[i] != self.motion[i - 1]:
                 keep.append(i)
-                last, heading = self.tips[i], step / length
+            before = i
         if keep[-1] != len(self.way) - 1:
             keep.append(len(self.way) - 1)
         return np.array(keep)

@@ -40,7 +40,9 @@ def record(kind, **figures):
 
 
 def read(path):
-    """-> list of the dicts recorded in a file; [] where there is none."""
+    """-> list of the dicts recorded in a file; [] where there is none, or for None."""
+    if path is None:
+        return []
     try:
         with open(path) as handle:
             return [json.loads(line) for line in handle if line.strip()]

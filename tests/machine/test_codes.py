@@ -31,6 +31,14 @@ def test_stock_and_feed_go_on_and_off(tmp_path):
     assert last[0] == 'TRUE' and last[1] == after[1] and last[2] == '0'
 
 
+def test_a_large_map_is_waited_for_before_the_first_tool(tmp_path):
+    """1,400,000 cells take 0.4 s to fill; that there is no tool yet is no fault of the stock."""
+    answers = operate(tmp_path, [['mdi', 'T0 M6'], ['mdi', 'M250 P0 Q0 R-6 I200 J70 K6'],
+                                 ['pins', 'stock-tracker.0.stock-defined']],
+                      edit='s/^CELL = .*/CELL = 0.1/; s/^MAP_SIZE = .*/MAP_SIZE = 200 80/')
+    assert answers[1:] == [[], ['TRUE']]
+
+
 def test_jogging_and_homing_cut_nothing_and_are_never_slowed(tmp_path):
     """Jogging deep through the box, homing again: not a cell is cut, the override stays 1."""
     steps = [['mdi', 'T1 M6'], ['mdi', BOX], ['mdi', 'M251 Q1 P1'], ['mdi', 'G0 X-10 Y20'],

@@ -94,6 +94,18 @@ def test_missing_program(tmp_path):
     assert 'none.ngc does not exist' in summary['errors'][0]
 
 
+@pytest.mark.parametrize('settings, words', [
+    ({}, 'no program; LinuxCNC starts this as its display'),
+    ({'CHIPWISE_PROGRAM': 'x.ngc', 'CHIPWISE_TIMEOUT': 'soon'}, 'CHIPWISE_TIMEOUT is soon; it has to be a number of seconds above 0'),
+])
+def test_started_by_hand(root, settings, words):
+    """Without LinuxCNC and what it wants: the summary says so, nothing is traced back."""
+    env = {key: value for key, value in os.environ.items() if not key.startswith('CHIPWISE_')} | settings
+    done = subprocess.run([root / 'bin' / 'chipwise-headless'], env=env, text=True, capture_output=True, timeout=30)
+    assert done.returncode == 1 and done.stderr == ''
+    assert words in json.loads(done.stdout)['errors'][0]
+
+
 def test_killed_task_does_not_hang_it(tmp_path):
     """milltask is killed while the program runs; the display program notices."""
     program = tmp_path / 'long.ngc'

@@ -19,6 +19,18 @@ def areas(root, tips):
     return area[:-1]
 
 
+def test_a_way_is_kept_to_where_it_turns_back(root, monkeypatch):
+    """Rows of a log 0.011 mm apart: to X0.984 and back; whole steps of 0.05 mm would lose the end."""
+    monkeypatch.syspath_prepend(str(root / "bench"))
+    from bench_time import Log
+    log = Log.__new__(Log)
+    out = np.append(np.arange(0.0, 0.985, 0.011), 0.984)
+    x = np.concatenate([out, out[-1:], out[::-1]])
+    log.tips = np.column_stack([x, 0 * x, 0 * x])
+    log.way, log.motion = np.zeros(len(x)), np.full(len(x), 2)
+    assert log.tips[log.places(), 0].max() == 0.984
+
+
 def line(start, end, step=0.05):
     start, end = np.array(start, float), np.array(end, float)
     return start + (end - start) * np.linspace(0, 1, int(np.linalg.norm(end - start) / step) + 1)[:, None]

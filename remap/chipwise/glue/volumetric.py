@@ -29,6 +29,7 @@ _CM3_MM3, _IN3_MM3 = 1000.0, MM_PER_INCH ** 3
 
 FILL_TRIES, FILL_WAIT_S = 100, 0.05     # the map is filled a part per servo period:
 FILL_CELLS = 200_000                    # so many in a try at least (tracker.h: 12000 a period), of 3 ms
+TOOL_FAULTS = range(11, 15)             # tracker.h: of the tool, not of the stock; M250 may come before the first M6
 FILE_TRIES, FILE_WAIT_S = 600, 0.05     # the monitor reads or writes a file meanwhile
 
 
@@ -61,7 +62,7 @@ def define_stock(state):
         emccanon.DWELL(FILL_WAIT_S)
         yield
         _mode, defined, fault = _status(state)
-        if defined or fault:
+        if defined or fault and fault not in TOOL_FAULTS:
             break
     emccanon.SET_AUX_OUTPUT_VALUE(state.settings["ANALOG_OUT"], IDLE)
     if not defined:
