@@ -42,8 +42,8 @@ TURN = 0.03                 # rad, and wherever it turns by more
 SLACK_MM = 0.02             # step of the optimum's passes
 CUTTING_MM2 = 1e-3          # less is no contact
 ACCEL = 500.0               # mm/s2, of configs/mill_headless.ini
-LONG = ("chop_contour", "pocket", "pocket_oneway", "pocket_zigzag", "slots", "panel", "entry", "step", "wall", "arcs", "corners")    # of long moves; others: small segments
-TIME_TARGET = {True: 1.02, False: 1.05}
+SMALL = ("cam_part", "cam01", "pocket_concentric")    # parts of small moves
+TIME_TARGET = {False: 1.02, True: 1.05}         # by whether the moves are small
 PEAK_10MS, PEAK_1MS, OVER = 1.02, 1.05, 0.0
 FEEDS = (2, 3)
 
@@ -286,7 +286,7 @@ def judge(name, folder, text):
 def rows_of(found):
     """The rows of one program for the table and build/bench.json."""
     name = found["program"]
-    time_target = TIME_TARGET[name in LONG]
+    time_target = TIME_TARGET[name in SMALL]
 
     def row(what, value, unit, target=None, note=""):
         if target is not None:
