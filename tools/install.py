@@ -64,13 +64,16 @@ def tree_files(tree):
 
 
 def for_prefix(template, share):
-    """-> build/NAME, a copy of NAME.in with @SHARE@ replaced by where we install to."""
-    made = os.path.join(ROOT, 'build', os.path.basename(template).removesuffix('.in'))
-    os.makedirs(os.path.dirname(made), exist_ok=True)
+    """-> a copy of NAME.in with @SHARE@ replaced by where we install to, in build/, a folder for each such place."""
+    folder = os.path.join(ROOT, 'build', 'prefix', share.strip('/').replace('/', '_'))
+    made = os.path.join(folder, os.path.basename(template).removesuffix('.in'))
+    os.makedirs(folder, exist_ok=True)
     with open(os.path.join(ROOT, template)) as handle:
         text = handle.read().replace('@SHARE@', share)
-    with open(made, 'w') as handle:
+    fresh = '%s.%d' % (made, os.getpid())
+    with open(fresh, 'w') as handle:
         handle.write(text)
+    os.replace(fresh, made)             # another installation may be reading it
     return made
 
 
