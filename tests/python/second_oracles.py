@@ -5,6 +5,7 @@ under build/, made on first use from /usr/bin/python3 with --system-site-package
 is installed anywhere else.  Where that fails (no network, no wheel for the machine) load()
 returns the reason instead, and tests skip showing it.
 """
+import fcntl
 import importlib
 import math
 import subprocess
@@ -19,13 +20,19 @@ PACKAGES = ("cavaliercontours-python", "pyclipper")
 
 
 def _install():
-    """Reason why not, or None."""
+    """Reason why not, or None; of several processes one installs and the others wait."""
+    VENV.parent.mkdir(exist_ok=True)
+    with open(VENV.with_suffix(".lock"), "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        return _install_alone()
+
+
+def _install_alone():
     done, failed = VENV / "complete", VENV / "failed"
     if done.exists():
         return None
     if failed.exists():
         return f"{failed.read_text().strip()} (remove {failed} to try again)"
-    VENV.parent.mkdir(exist_ok=True)
     steps = ([sys.executable, "-m", "venv", "--system-site-packages", str(VENV)],
              [str(VENV / "bin" / "pip"), "install", "--quiet", "--disable-pip-version-check",
               "--timeout", "20", *PACKAGES])
