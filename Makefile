@@ -57,7 +57,7 @@ bench: deps
 	@$(MAKE) --no-print-directory build
 	@$(PYTHON) bench/run.py
 
-build: $(MODULES) $(MANPAGES) $(LIBRARY) $(PROGRAMS) build/bench/lib/fine_model.so build/bench/lib/cost
+build: $(MODULES) $(MANPAGES) $(LIBRARY) $(PROGRAMS) build/bench/lib/fine_model.so build/bench/lib/judge.so build/bench/lib/cost
 
 # halcompile puts components/ on the include path, and the result into the
 # directory it is started in.
@@ -85,7 +85,7 @@ build/bench/%: bench/%.c $(OBJECTS) $(HEADERS)
 	@mkdir -p $(@D)
 	$(CC) $(RTFLAGS) $(CFLAGS) -Icomponents -o $@ $< $(OBJECTS) -lm
 
-# The benchmarks' own model of the stock: nothing of the core is in it.
+# The benchmarks' own models of the stock: nothing of the core is in them.
 build/bench/lib/%.so: bench/lib/%.c
 	@mkdir -p $(@D)
 	$(CC) -O2 -fPIC -shared $(CFLAGS) -o $@ $< -lm

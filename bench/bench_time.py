@@ -174,7 +174,7 @@ def matched(log, rows, other, other_rows):
     return np.maximum.accumulate(out)
 
 
-def accelerations(logs):
+def accelerations(logs, accel=ACCEL):
     """{(line, kind of motion): mm/s2} the planner really uses: half the machine's on lines that blend in parabolas
     and on most arcs; a cycle's moves all have its line."""
     used = {}
@@ -185,7 +185,7 @@ def accelerations(logs):
         for line, kind, value, feeding in zip(log.line[1:-1], log.motion[1:-1], steady, log.feeding[1:-1] & same):
             if feeding and value > used.get((line, kind), 0.0):
                 used[line, kind] = value
-    return {place: ACCEL if value > 0.62 * ACCEL else 0.5 * ACCEL for place, value in used.items()}
+    return {place: accel if value > 0.62 * accel else 0.5 * accel for place, value in used.items()}
 
 
 def fastest(way, limit, accel):
