@@ -170,6 +170,7 @@ FUNCTION(_) {
     in.window = mrr_window;
     in.period = fperiod;
 
+    if (cw_tracker_offset_changed(&state, &in)) cw_way_reset(&state.ahead.way);
     if (read_path)
         cw_planner_follow(&planner, &in, cw_tracker_horizon(&state, stock, &in), &state.ahead.way);
     else

@@ -5,6 +5,7 @@
 #define CW_FASTEST 5000.0       /* mm/s, no mill is faster; a longer step is a jump */
 #define CW_RAPID 1              /* motion.motion-type of a traverse */
 #define CW_DEFAULT_HORIZON 20.0 /* mm looked ahead where the acceleration is not known */
+#define CW_FARTHEST_TIP 1e6     /* mm, beyond it is no position */
 #define CW_STILL 1e-6           /* mm, a step below this is none */
 #define CW_MARGIN_PERIODS 4.0   /* periods of travel looked ahead beyond braking */
 
@@ -23,22 +24,58 @@ static void lose_place(struct cw_tracker *tracker)
 {
     tracker->tip_known = 0;
     tracker->parted = 1;
+    tracker->has_start = 0;
     cw_ahead_reset(&tracker->ahead);
     cw_guard_reset(&tracker->guard);
 }
 
-/* [1] Tip in mm; returns a cw_fault. */
+/* [1] Tip in mm; returns a cw_fault. Only the axes say whether the machine can have gone there. */
 static int read_tip(const struct cw_tracker *tracker, const struct cw_tracker_in *in, double tip[3])
 {
     double step2 = 0.0, most = CW_FASTEST * in->period;
     int i;
     if (!cw_finite(in->unit) || !(in->unit > 0.0)) return CW_FAULT_UNITS;
     for (i = 0; i < 3; i++) {
+        double axis = in->axis[i] / in->unit, step = axis - tracker->axis[i];
         tip[i] = (in->axis[i] - in->offset[i]) / in->unit;
-        if (!cw_finite(tip[i]) || fabs(tip[i]) > 1e6) return CW_FAULT_POSITION;
-        if (tracker->tip_known) step2 += (tip[i] - tracker->tip[i]) * (tip[i] - tracker->tip[i]);
+        if (!cw_finite(tip[i]) || fabs(tip[i]) > CW_FARTHEST_TIP || !(fabs(axis) <= CW_FARTHEST_TIP))
+            return CW_FAULT_POSITION;
+        if (tracker->tip_known) step2 += step * step;
     }
     return step2 > most * most ? CW_FAULT_JUMP : CW_FAULT_NONE;
+}
+
+int cw_tracker_offset_changed(const struct cw_tracker *tracker, const struct cw_tracker_in *in)
+{
+    int i;
+    for (i = 0; i < 3; i++)
+        if (!(in->offset[i] == tracker->offset[i])) return 1;
+    return 0;
+}
+
+/* [1] Another tool offset: the tip is elsewhere and has gone no way there. What the axes have done in this period belongs to
+ * the offset before; everything after begins at the new tip. */
+static void change_offset(struct cw_tracker *tracker, const struct cw_tracker_in *in, const double tip[3])
+{
+    double end[3];
+    int i, cuts = in->cutting && !tracker->parted && tracker->sweep.known;
+    for (i = 0; i < 3; i++) end[i] = (in->axis[i] - tracker->offset[i]) / in->unit;
+    if (cuts) cw_sweep_to(&tracker->sweep, end);
+    lose_place(tracker);
+    for (i = 0; i < 3; i++) tracker->start[i] = tip[i];
+    tracker->has_start = in->cutting;
+}
+
+/* [1] What the next period is compared with. */
+static void note_place(struct cw_tracker *tracker, const struct cw_tracker_in *in, const double tip[3])
+{
+    int i;
+    for (i = 0; i < 3; i++) {
+        tracker->tip[i] = tip[i];
+        tracker->axis[i] = in->axis[i] / in->unit;
+        tracker->offset[i] = in->offset[i];
+    }
+    tracker->tip_known = 1;
 }
 
 /* A stock nothing is known of but what the map says. */
@@ -68,12 +105,12 @@ static void serve_request(struct cw_tracker *tracker, struct cw_stock *stock,
     if (!tracker->box_error) start_over(tracker);
 }
 
-/* Whether the tool went on in this period where it might have cut. */
-static int went_on(const struct cw_tracker *tracker, const struct cw_tracker_in *in, const double tip[3])
+/* Whether the machine went on in this period where it might have cut. */
+static int went_on(const struct cw_tracker *tracker, const struct cw_tracker_in *in)
 {
     double step = 0.0;
     int i;
-    for (i = 0; i < 3; i++) step = cw_max(step, fabs(tip[i] - tracker->tip[i]));
+    for (i = 0; i < 3; i++) step = cw_max(step, fabs(in->axis[i] / in->unit - tracker->axis[i]));
     return in->cutting && tracker->tip_known && step > CW_STILL;
 }
 
@@ -101,7 +138,8 @@ static int serve_hold(struct cw_tracker *tracker, struct cw_stock *stock,
     return tracker->held = in->foreign != 0;
 }
 
-/* [3] Builds the tool when its numbers changed. */
+/* [3] Builds the tool when its numbers changed. Another tool begins where the one before stood, and cuts nothing there: its
+ * numbers come some periods after its length. */
 static void serve_tool(struct cw_tracker *tracker, const struct cw_tracker_in *in)
 {
     double size[4];
@@ -111,6 +149,10 @@ static void serve_tool(struct cw_tracker *tracker, const struct cw_tracker_in *i
         if (!(size[i] == tracker->built[i])) same = 0;
     }
     if (same) return;
+    if (tracker->tool_error >= 0 && !tracker->has_start && tracker->tip_known) {
+        for (i = 0; i < 3; i++) tracker->start[i] = tracker->tip[i];
+        tracker->has_start = in->cutting;
+    }
     tracker->tool_error = cw_tool_init(&tracker->tool, size[0], size[1], size[2], size[3]);
     for (i = 0; i < 4; i++) tracker->built[i] = size[i];
     tracker->sweep.known = 0;
@@ -129,7 +171,11 @@ static long cut(struct cw_tracker *tracker, struct cw_stock *stock, const struct
                        tracker->sweep.known && tracker->sweep.trail, &work);
     else
         tracker->guard.excess = 0;
-    if (!tracker->sweep.known) cw_sweep_place(&tracker->sweep, tracker->tip_known ? tracker->tip : tip);
+    if (!tracker->sweep.known) {
+        cw_sweep_place(&tracker->sweep, tracker->has_start ? tracker->start : tracker->tip_known ? tracker->tip : tip);
+        tracker->sweep.trail = tracker->has_start;      /* standing there it cuts nothing [1] */
+    }
+    tracker->has_start = 0;
     cw_sweep_to(&tracker->sweep, tip);
     cw_sweep_run(&tracker->sweep, stock, &tracker->tool, CW_WORK_TO_CUT, &work);
     return work;
@@ -238,16 +284,16 @@ void cw_tracker_step(struct cw_tracker *tracker, struct cw_stock *stock,
                      const struct cw_tracker_in *in, struct cw_tracker_out *out)
 {
     double tip[3] = { 0.0, 0.0, 0.0 };
-    int bad = read_tip(tracker, in, tip), i, ready;
+    int bad = read_tip(tracker, in, tip), ready;
 
     clear(out);
     if (serve_hold(tracker, stock, in)) {
-        int moved = bad != CW_FAULT_NONE || went_on(tracker, in, tip);
+        int moved = bad != CW_FAULT_NONE || went_on(tracker, in);
         tracker->held_cut |= moved && in->cutting;
         lose_place(tracker);
         tracker->sweep.known = 0;
         tracker->sweep.waiting = 0;
-        for (i = 0; i < 3; i++) tracker->tip[i] = tip[i];
+        if (bad == CW_FAULT_NONE || bad == CW_FAULT_JUMP) note_place(tracker, in, tip);
         tracker->tip_known = bad == CW_FAULT_NONE;
         out->is_held = 1;
         out->removed_mm3 = tracker->held_mm3;
@@ -258,12 +304,15 @@ void cw_tracker_step(struct cw_tracker *tracker, struct cw_stock *stock,
     if (bad) {
         if (bad != CW_FAULT_JUMP || in->cutting) tracker->fault = bad;
         lose_place(tracker);
+    } else if (tracker->tip_known && cw_tracker_offset_changed(tracker, in)) {
+        change_offset(tracker, in, tip);
     }
     if (bad == CW_FAULT_NONE || bad == CW_FAULT_JUMP) {
         serve_tool(tracker, in);
         if (ready && tracker->tool_error == 0) {
             long work = 0;
             tracker->parted |= !in->cutting;
+            tracker->has_start &= in->cutting;
             if (tracker->parted) work = finish(tracker, stock);
             tracker->parted &= !in->cutting || tracker->sweep.waiting > 0;
             if (!tracker->parted) work += cut(tracker, stock, in, tip);
@@ -272,8 +321,7 @@ void cw_tracker_step(struct cw_tracker *tracker, struct cw_stock *stock,
         } else {
             cw_ahead_reset(&tracker->ahead);
         }
-        for (i = 0; i < 3; i++) tracker->tip[i] = tip[i];
-        tracker->tip_known = 1;
+        note_place(tracker, in, tip);
     }
     out->removed_mm3 = stock->removed;
     out->rate = rate(tracker, stock->removed, in);

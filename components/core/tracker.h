@@ -6,7 +6,8 @@
  *
  * Principle, one period:
  *  1. Position in: tip = axis - tool offset, in mm. What cannot be a position is a fault,
- *     and the tool is placed anew when positions are sound again.
+ *     and the tool is placed anew when positions are sound again. Whether a step is possible is judged by
+ *     the axes. Another tool offset (G43, G49) places the tool anew: it sweeps nothing, and is no fault.
  *  2. A request for a new stock box starts filling the map, a part per period. While another
  *     program writes the map (`foreign`) it is not touched at all; what stands in it afterwards
  *     is the stock, if it can be one: its writer has come to the end (generation even), and nothing
@@ -83,7 +84,10 @@ struct cw_tracker {
     int tool_error;                     /* cw_tool_error of the last build; -1: not built */
     struct cw_sweep sweep;
     struct cw_ahead ahead;
-    double tip[3];                      /* mm, of the last period */
+    double tip[3], axis[3];             /* mm, of the last period */
+    double offset[3];                   /* machine units, of the last period */
+    double start[3];                    /* mm, where the tool was placed by another offset [1] */
+    int has_start;                      /* and has cut nothing since, because legs from before wait */
     int tip_known, last_request, box_error, fault;
     int parted;                         /* cutting was off, and legs from before still wait */
     struct cw_guard guard;
@@ -102,6 +106,9 @@ void cw_tracker_init(struct cw_tracker *tracker);
 /* How far the core looks ahead in this period, mm. */
 double cw_tracker_horizon(const struct cw_tracker *tracker, const struct cw_stock *stock,
                           const struct cw_tracker_in *in);
+
+/* Whether the tool offset is another one than in the last period: what was read of the way ahead is void. */
+int cw_tracker_offset_changed(const struct cw_tracker *tracker, const struct cw_tracker_in *in);
 
 /* One period. `stock` is a block made by cw_stock_init. */
 void cw_tracker_step(struct cw_tracker *tracker, struct cw_stock *stock,

@@ -1,0 +1,173 @@
+/* Tools measured with lengths (G43, G43.1, G43.2, G49, M6; components/core/tracker.h, [1]): another tool offset places the tool
+ * anew. It is no jump of the machine, whatever its size, it cuts nothing, and no cut before or after it is lost.
+ */
+#include <math.h>
+
+#include "one_tracker.h"
+
+#define DIAMETER 6.0
+#define PI 3.14159265358979323846
+
+/* Tips and offsets go together: the axes stand still. */
+static void offset(double x, double y, double z)
+{
+    in.offset[0] = x;
+    in.offset[1] = y;
+    in.offset[2] = z;
+}
+
+/* A box of 60 x 40 x 10 mm, a tool of 6 mm with its tip 5 mm over the place X5 Y20. */
+static void begin(void)
+{
+    static const double size[2] = { 60.0, 40.0 }, at[3] = { 5.0, 20.0, 5.0 };
+    define(0.25, size, DIAMETER, at);
+}
+
+static double slot(double length, double depth) { return depth * (DIAMETER * length + 0.25 * PI * DIAMETER * DIAMETER); }
+
+static void near(double value, double wanted, const char *what)
+{
+    if (fabs(value - wanted) <= 0.003 * wanted + 1e-9) return;
+    printf("%s: %.4f mm3, wanted %.4f\n", what, value, wanted);
+    failures++;
+}
+
+/* A slot 20 mm long and 2 mm deep, up, another offset, then one beside it 3 mm deep. */
+static void change_between_cuts(double x, double y, double z)
+{
+    double before;
+    begin();
+    go(5.0, -2.0, 50);
+    go(25.0, -2.0, 200);
+    go(25.0, 5.0, 50);
+    before = out.removed_mm3;
+    near(before, slot(20.0, 2.0), "first slot");
+    offset(x, y, z);
+    periods(1);
+    expect(!out.has_fault && out.is_ready, "an offset is no jump");
+    periods(3);
+    expect(out.removed_mm3 == before, "an offset cuts nothing");
+    go(25.0 + x, 5.0 + z, 1000);
+    in.axis[1] += 12.0 + y;
+    expect(!out.has_fault, "the way to the next slot");
+    in.cutting = 0;                     /* across in one step, as if jogged */
+    periods(2);
+    in.cutting = 1;
+    periods(2);
+    before = out.removed_mm3;
+    go(25.0 + x, -3.0 + z, 50);
+    go(45.0 + x, -3.0 + z, 200);
+    near(out.removed_mm3 - before, slot(20.0, 3.0), "slot after another offset");
+    expect(!out.has_fault && out.is_ready, "no fault afterwards");
+}
+
+/* The tip stands in the stock; an offset moves it within the stock by less than a machine can go in a period. */
+static void change_in_the_stock(void)
+{
+    double before;
+    begin();
+    go(5.0, -2.0, 50);
+    before = out.removed_mm3;
+    offset(0.0, 0.0, 3.0);              /* a longer tool: its tip would stand 3 mm deeper */
+    periods(5);
+    offset(4.0, 0.0, 3.0);
+    periods(5);
+    expect(out.removed_mm3 == before && !out.has_fault, "a small offset sweeps nothing");
+    in.motion = 1;
+    go(5.0, 10.0, 100);
+    expect(out.removed_mm3 == before && !out.rapid_hit, "nor does the way up from there");
+}
+
+/* As M6 and G43 do it: first the length, and some periods later the numbers of the tool. */
+static void length_before_numbers(void)
+{
+    double before;
+    int periods_late;
+    for (periods_late = 0; periods_late < 40; periods_late += 13) {
+        begin();
+        go(5.0, -2.0, 50);
+        go(5.0, 1.0, 50);
+        before = out.removed_mm3;
+        offset(0.0, 0.0, 8.0);
+        periods(periods_late);
+        in.tool_size[0] = 10.0;
+        in.tool_size[3] = 30.0;
+        periods(5);
+        in.motion = 1;
+        go(5.0, 13.0, 100);
+        expect(out.removed_mm3 == before && !out.has_fault && !out.rapid_hit, "another tool cuts nothing where it appears");
+        in.motion = 2;
+        go(5.0, 2.0, 100);
+        near(out.removed_mm3, 6.0 * PI * 25.0, "and all below it when it falls");
+    }
+}
+
+/* The offset changes while the axes move: the way before belongs to the old one, the way after to the new one. */
+static void change_on_the_way(void)
+{
+    double all;
+    begin();
+    go(5.0, -2.0, 50);
+    go(15.0, -2.0, 100);
+    offset(0.0, 12.0, 0.0);
+    go(25.0, -2.0, 100);
+    /* where the new tip appears in the stock its disc is not cut, but for cells on its outline */
+    all = slot(10.1, 2.0) + slot(9.9, 2.0) - slot(0.0, 2.0);
+    expect(out.removed_mm3 > 0.997 * all && out.removed_mm3 < 1.015 * all, "offset changed in a move");
+    expect(!out.has_fault, "no fault in a move");
+}
+
+/* Legs that wait are cut, and what comes after the change is not lost meanwhile. */
+static void change_while_the_map_lags(void)
+{
+    static const double size[2] = { 80.0, 60.0 }, at[3] = { 20.0, 20.0, 1.0 };
+    double all, lagged;
+    int late;
+    for (late = 1; late >= 0; late--) {
+        define(0.1, size, 25.0, at);
+        go(50.0, -4.0, 300);
+        expect(tracker.sweep.waiting > 0, "the map lags");
+        if (late) periods(100);
+        offset(0.0, 0.0, -5.0);
+        go(60.0, -9.0, 50);
+        periods(100);
+        expect(tracker.sweep.waiting == 0 && !out.has_fault, "caught up");
+        all = out.removed_mm3;
+        if (late) lagged = all;
+    }
+    near(all, lagged, "legs that waited for the tool before");
+}
+
+static void jumps_are_still_faults(void)
+{
+    begin();
+    in.axis[0] += 40.0;
+    periods(1);
+    expect(out.code == CW_FAULT_JUMP, "a jump of the axes is a fault");
+    begin();
+    in.axis[0] += 40.0;
+    offset(40.0, 0.0, 0.0);             /* hidden behind an offset */
+    periods(1);
+    expect(out.code == CW_FAULT_JUMP, "also with an offset that makes up for it");
+    begin();
+    offset(0.0, 0.0, NAN);
+    periods(1);
+    expect(out.code == CW_FAULT_POSITION && !out.is_ready, "an offset that is not finite");
+}
+
+int main(void)
+{
+    static const double lengths[] = { 3.0, -3.0, 10.0, 47.3, -47.3, 150.0, -150.0, 400.0 };
+    unsigned i;
+    for (i = 0; i < sizeof lengths / sizeof *lengths; i++) change_between_cuts(0.0, 0.0, lengths[i]);
+    change_between_cuts(7.0, -3.0, 60.0);
+    change_between_cuts(-30.0, 80.0, 0.0);
+    change_in_the_stock();
+    change_on_the_way();
+    length_before_numbers();
+    change_while_the_map_lags();
+    jumps_are_still_faults();
+    if (!failures) printf("offset: every case as it must be\n");
+    free(stock);
+    return failures != 0;
+}
