@@ -104,5 +104,6 @@ uninstall:
 deps:
 	@tools/deps
 
+# What tools/on-debian keeps in build/ is root's.
 clean:
-	rm -rf build
+	@if [ "$$(id -u)" = 0 ] || [ ! -d build/debian ]; then rm -rf build; else sudo rm -rf build; fi
