@@ -321,8 +321,11 @@ def _program(found, job):
 
 
 def _decimal(value):
-    """A number LinuxCNC reads: no exponent."""
-    return f"{value:.12f}"
+    """A number LinuxCNC reads: it knows no exponents, and no lines of more than 255 characters."""
+    if value == 0 or 1e-3 <= abs(value) < 1e15:
+        return f"{value:.12f}"
+    mantissa, _, exponent = f"{value:.17e}".partition("e")
+    return f"[{mantissa} * 10 ** {int(exponent)}]" if int(exponent) > 0 else f"[{mantissa} / 10 ** {-int(exponent)}]"
 
 
 _FOREIGN = re.compile(r"^\s*(REMAP|TOPLEVEL|PATH_PREPEND|PATH_APPEND|RS274NGC_STARTUP_CODE|ON_ABORT_COMMAND|"

@@ -10,7 +10,7 @@ import emccanon
 from interpreter import INTERP_ERROR, INTERP_EXECUTE_FINISH, INTERP_OK
 
 from chipwise.errors import CycleError
-from chipwise.glue import emit
+from chipwise.glue import emit, named
 from chipwise.glue.ceiling import restore_programmed
 from chipwise.glue.state import State
 
@@ -28,6 +28,7 @@ def run_cycle(interp, code, kwargs, plan):
     """
     try:
         restore_programmed(interp)
+        named.check_known(interp)
         state = State(interp, code, kwargs)
         state.check_modes()
         moves = plan(state)
@@ -47,6 +48,7 @@ def run_steps(interp, code, kwargs, steps):
     """
     try:
         restore_programmed(interp)
+        named.check_known(interp)
         for _ in steps(State(interp, code, kwargs)):
             yield INTERP_EXECUTE_FINISH
         yield INTERP_OK

@@ -7,6 +7,7 @@ import emccanon
 
 from chipwise import subs
 from chipwise.errors import CycleError
+from chipwise.glue import named
 from chipwise.settings import ini_file_name
 
 NUMBERED = range(31, 5400)      # user parameters, probe results, homes, coordinate systems; 1 to 30 are the sub's own
@@ -31,7 +32,7 @@ def read(state):
 def job(state, sub):
     """subs.Job for a sub called where the line stands."""
     interp = state.interp
-    names = [name for name in interp.params.globals()
+    names = [name for name in named.global_names(interp)
              if name not in COUNTING and not name.startswith(("_ini[", "_hal["))]
     tool = interp.tool_table[0]
     return subs.Job(

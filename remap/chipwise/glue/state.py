@@ -9,6 +9,7 @@ import math
 import emccanon
 
 from chipwise.errors import MM_PER_INCH, CycleError
+from chipwise.glue import named
 from chipwise.settings import load_settings
 from chipwise.tools import tool_geometry
 
@@ -178,7 +179,7 @@ class State:
 
     def parameter(self, name):
         """A global named parameter, None where the program has not set it."""
-        return self.interp.params[name] if name in self.interp.params.globals() else None
+        return named.value(self.interp, name)
 
     def chop_size(self):
         """H (mm): 0 with the word H0, else #<_chipwise_chop_size> in program units, else [CHIPWISE]CHOP_SIZE."""
