@@ -132,7 +132,7 @@ def ini_text(condition, table, geometry):
     head, axis, rest = text.partition("[AXIS_Z]")
     rest = re.sub(r"^MIN_LIMIT *=.*$", f"MIN_LIMIT = {-250 / unit:.6f}", rest, flags=re.M)
     rest = re.sub(r"^MAX_LIMIT *=.*$", f"MAX_LIMIT = {220 / unit:.6f}", rest, flags=re.M)
-    rest = re.sub(r"^(HOME|HOME_OFFSET) *= *\d[\d.]*$", rf"\1 = {100 / unit:.6f}", rest, flags=re.M)
+    rest = re.sub(r"^(HOME|HOME_OFFSET) *= *\d[\d.]*$", rf"\1 = {120 / unit:.6f}", rest, flags=re.M)
     text = head + axis + rest
     if condition.inch:
         chip = f"HALFILE = {ROOT}/hal/chipwise.hal\n"

@@ -207,7 +207,7 @@ def mastercam_inch(rng):
         p.raw(f"X{p.value(x)} Y{p.value(y)}")
     p.raw("G80")
     p.raw("M5")
-    p.raw("G0 Z1.")
+    p.raw("G53 G0 Z4.5")
     p.say("1/4 DRILL")
     p.raw("T12 M6")
     p.raw(f"G0 G90 G54 X{p.value(holes[0][0])} Y{p.value(holes[0][1])} S2800 M3")
@@ -218,6 +218,7 @@ def mastercam_inch(rng):
         p.raw(f"X{p.value(x)} Y{p.value(y)}")
     p.raw("G80")
     p.raw("M5")
+    p.raw("G53 G0 Z4.5")
     p.say("1/2 FLAT ENDMILL")
     p.raw("T14 M6")
     y, depth = 0.5 * job.size[1] + 0.4, -5.08
@@ -379,13 +380,15 @@ def taper_two_tools(rng):
         p.rapid(z=CLEAR)
         y += 4.4
     p.raw("M5")
+    p.raw("G53 G0 Z115.")
     p.raw("T22 M6")
     p.raw("G43 H22")
     p.raw("S18000 M3")
     job.rate(rng.uniform(22, 30), 2400)
     y, forth = 2.9, True
-    p.motion = None
-    p.rapid(x=-1.0, y=y, z=CLEAR)
+    p.motion, p.at = None, {}
+    p.rapid(x=-1.0, y=y)
+    p.rapid(z=CLEAR)
     p.rapid(z=1.0)
     while y < 7.5:
         x, end = (-1.0, job.size[0] + 1.0) if forth else (job.size[0] + 1.0, -1.0)
@@ -468,14 +471,16 @@ def facing_rim(rng):
         forth = not forth
         p.line(y=y)
     p.rapid(z=CLEAR)
+    p.raw("G53 G0 Z115.")
     p.raw("T31 M6")
     p.raw("G43 H31")
     p.raw("M3 S8000")
-    p.motion = None
+    p.motion, p.at = None, {}
     job.rate(rng.uniform(90, 120), 4200)
     for z, engaged in ((-5.2, 1.1), (-8.9, 1.1), (-8.9, 1.5)):
         d = 4.0 - engaged
-        p.rapid(x=-d, y=-9.0, z=CLEAR)
+        p.rapid(x=-d, y=-9.0)
+        p.rapid(z=CLEAR)
         p.rapid(z=z)
         p.line(y=job.size[1] + d - 3.0, feed=1100)
         p.arc(True, 3.0 - d, job.size[1] + d, 3.0 - d, job.size[1] + d - 3.0)
@@ -510,12 +515,14 @@ def spiral_round(rng):
         radius = 0.5 * size + 6.0 - 3.7 * angle / (2.0 * math.pi)
         p.line(x=radius * math.cos(angle), y=radius * math.sin(angle), feed=1500)
     p.rapid(z=CLEAR)
+    p.raw("G53 G0 Z115.")
     p.raw("T16 M6")
     p.raw("G43 H16")
     p.raw("M3 S7000")
-    p.motion = None
+    p.motion, p.at = None, {}
     job.rate(rng.uniform(130, 170), 3900)
-    p.rapid(x=4.2, y=0.0, z=CLEAR)
+    p.rapid(x=4.2, y=0.0)
+    p.rapid(z=CLEAR)
     p.rapid(z=1.0)
     z = 1.0
     while z > -9.0:

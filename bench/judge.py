@@ -60,8 +60,8 @@ class Blank:
         return cls(x, y, diameter, diameter, low, high, round=True)
 
     def packed(self):
-        return np.array([float(self.round), self.x, self.y, 0.5 * self.size_x, 0.5 * self.size_y, self.turn,
-                         self.low, self.high])
+        return np.array([float(self.round), self.x, self.y, 0.5 * self.size_x, 0.5 * self.size_y,
+                         np.cos(self.turn), np.sin(self.turn), self.low, self.high])
 
 
 class Run:

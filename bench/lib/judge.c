@@ -94,17 +94,17 @@ struct blank {                  /* as bench/judge.py packs it */
     double round;               /* 0 box, 1 cylinder */
     double x, y;                /* centre */
     double half_x, half_y;      /* half the sides; of a cylinder the radius, twice */
-    double turn;                /* rad */
+    double cos_turn, sin_turn;
     double low, high;           /* z */
 };
 
 static int inside(const struct blank *b, double x, double y)
 {
-    double u = x - b->x, v = y - b->y, c = cos(b->turn), s = sin(b->turn);
+    double u = x - b->x, v = y - b->y;
 
     if (b->round > 0.5)
         return u * u + v * v < b->half_x * b->half_x;
-    return fabs(c * u + s * v) < b->half_x && fabs(c * v - s * u) < b->half_y;
+    return fabs(b->cos_turn * u + b->sin_turn * v) < b->half_x && fabs(b->cos_turn * v - b->sin_turn * u) < b->half_y;
 }
 
 /* radius of a circle about the centre that holds the blank */
@@ -141,7 +141,7 @@ static double gain(const struct chord *c, double t, double qx, double qy)
 /* Lowest the tool gets over (qx, qy) on the first `end` (0..1) of the chord, if below `best`; else FAR. */
 static double swept(const struct chord *c, double qx, double qy, double end, double best)
 {
-    double px = qx - c->x, py = qy - c->y, R = c->tool->radius - EDGE, along, tn, ex, ey, d2, z, half, t0, t1;
+    double px = qx - c->x, py = qy - c->y, R = c->tool->radius - EDGE, along, tn, ex, ey, d2, z, half, t0, t1, g0, g1;
     int i;
 
     along = c->l2 > 1e-18 ? (px * c->dx + py * c->dy) / c->l2 : 0.0;
@@ -165,18 +165,26 @@ static double swept(const struct chord *c, double qx, double qy, double end, dou
     t1 = fmin(along + half, end);
     if (t0 >= t1)
         return at(c, tn, qx, qy);
-    if (gain(c, t0, qx, qy) >= 0.0)
+    g0 = gain(c, t0, qx, qy);
+    if (g0 >= 0.0)
         return at(c, t0, qx, qy);
-    if (gain(c, t1, qx, qy) <= 0.0)
+    g1 = gain(c, t1, qx, qy);
+    if (g1 <= 0.0)
         return at(c, t1, qx, qy);
-    for (i = 0; i < 28; i++) {
-        double mid = 0.5 * (t0 + t1);
-        if (gain(c, mid, qx, qy) > 0.0)
+    for (i = 0; i < 60 && (t1 - t0) * fmin(-g0, g1) > 1e-9; i++) {      /* what is left to gain is less: g is convex */
+        double mid = (i & 1) ? 0.5 * (t0 + t1) : t0 - g0 * (t1 - t0) / (g1 - g0), g;
+        if (mid <= t0 || mid >= t1)
+            mid = 0.5 * (t0 + t1);
+        g = gain(c, mid, qx, qy);
+        if (g > 0.0) {
             t1 = mid;
-        else
+            g1 = g;
+        } else {
             t0 = mid;
+            g0 = g;
+        }
     }
-    return at(c, 0.5 * (t0 + t1), qx, qy);
+    return -g0 < g1 ? at(c, t0, qx, qy) : at(c, t1, qx, qy);
 }
 
 /* --- (2) all chords before now ------------------------------------------------------------------ */
@@ -377,7 +385,7 @@ static double range(const struct look *l, int piece, double c, double s, double 
         double pb = a + (b - a) * i / n, lo = pa, hi = pb;
         is = touches(l, piece, c, s, i == n ? b - 1e-7 * (b - a) : pb);
         if (is != was) {
-            for (j = 0; j < 12; j++) {
+            for (j = 0; j < 9; j++) {
                 double mid = 0.5 * (lo + hi);
                 if (touches(l, piece, c, s, mid) == was)
                     lo = mid;
