@@ -4,6 +4,7 @@
   random_count(default), random_seed(), write_replay(): for the random tests, with
       CHIPWISE_RANDOM_COUNT and CHIPWISE_SEED from the environment
   @pytest.mark.machine    the test runs a whole LinuxCNC: at most two at once, first
+  tests/hal, tests/machine    refused where bin/chipwise-sandbox has no private namespaces
   tests/core/*.c          collected as one test per program
 """
 
@@ -22,6 +23,7 @@ for folder in (ROOT / "remap", ROOT / "tests", ROOT / "tests" / "python"):
 
 DEFAULT_SEED = 7134
 CORE_TIMEOUT_S = 300
+SANDBOXED = ("tests/hal", "tests/machine")
 
 
 # --- random tests -----------------------------------------------------------
@@ -55,6 +57,23 @@ def root():
 def pytest_configure(config):
     config.addinivalue_line('markers', 'machine: runs a whole simulated LinuxCNC')
     config.addinivalue_line('markers', 'xdist_group(name): tests of one name run in one process')
+    if not hasattr(config, 'workerinput') and not config.option.collectonly:
+        refuse_without_namespaces(config.args)
+
+
+def refuse_without_namespaces(arguments):
+    """Stop before the first test where those asked for run a LinuxCNC and it would be this machine's own."""
+    asked = [Path(argument.partition('::')[0]).resolve() for argument in arguments]
+    folders = [ROOT / name for name in SANDBOXED]
+    if not any(folder in (path, *path.parents) or path in folder.parents for path in asked for folder in folders):
+        return
+    done = subprocess.run([ROOT / 'bin/chipwise-sandbox', '--require-isolation', '--', 'true'], text=True,
+                          stdin=subprocess.DEVNULL, capture_output=True)
+    if done.returncode:
+        others = sorted(str(path.relative_to(ROOT)) for path in (ROOT / 'tests').iterdir()
+                        if path.is_dir() and path not in folders and path.name not in ('lib', '__pycache__'))
+        raise pytest.UsageError('%s; %s need that. The other tests run without: tools/test %s' % (
+            done.stderr.strip(), ' and '.join(SANDBOXED), ' '.join(others)))
 
 
 def pytest_collection_modifyitems(items):

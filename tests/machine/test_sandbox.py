@@ -1,5 +1,6 @@
 """bin/chipwise-sandbox: what runs in it is alone, and nothing of it is left."""
 
+import json
 import os
 import subprocess
 import sys
@@ -149,3 +150,79 @@ def test_axis_starts(tmp_path):
         'sleep 1; axis-remote --quit; wait $main; echo left with $?\n' % runner.ROOT)
     done = sandbox('--xvfb', '1024x768', '--timeout', '90', '--', 'sh', '-c', script)
     assert 'left with 0' in done.stdout, done.stdout[-3000:]
+
+
+# --- where there are no namespaces ------------------------------------------
+
+# an ordinary user who may make no further user namespace: what most containers are
+CONTAINER = ['unshare', '--user', '--map-root-user', 'sh', '-c', 'echo 1 >/proc/sys/user/max_user_namespaces && '
+             'exec unshare --user --map-user=1000 --map-group=1000 -- "$@"', 'sh']
+
+
+def in_container(*command, **options):
+    """A command without namespaces, but in a sandbox: HAL and processes are not the machine's."""
+    return subprocess.run([runner.SANDBOX, '--require-isolation', '--', *CONTAINER, *command], text=True,
+                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=300,
+                          **options)
+
+
+@pytest.mark.parametrize('options', [['--require-isolation'], ['--speed', '2']])
+def test_without_namespaces_isolation_and_speed_are_refused(options):
+    done = in_container(runner.SANDBOX, *options, '--', 'echo', 'ran')
+    assert done.returncode == 1
+    assert 'no private namespaces on this machine; run it as root' in done.stdout
+    assert 'ran' not in done.stdout.split()
+
+
+def test_without_namespaces_configs_are_copies_with_the_same_neighbours():
+    configs = os.path.join(runner.ROOT, 'configs')
+    done = in_container(runner.SANDBOX, '--', 'sh', '-c', 'cd $0 && touch written && ls -d written ../hal/sim.hal; '
+                        'ls -d %s/written' % configs, configs)
+    assert done.stdout.split('\n')[1:3] == ['../hal/sim.hal', 'written']
+    assert 'cannot access' in done.stdout
+
+
+def test_without_namespaces_nothing_is_left_running():
+    script = 'setsid sleep 7134 & echo; [ $0 = stays ] && sleep 100; sleep 0.3'
+    count = 'ps -e -o args | grep -c "^sleep 713[4]"; ls $TMPDIR | wc -l'
+    for word, status in (('ends', 0), ('stays', 124)):
+        done = in_container('sh', '-c', '%s --timeout 2 -- sh -c \'%s\' %s; echo $?; %s'
+                            % (runner.SANDBOX, script, word, count))
+        assert done.stdout.split()[-3:] == [str(status), '0', '0'], done.stdout
+
+
+def test_without_namespaces_commands_take_turns():
+    one = '%s -- sh -c "echo in; sleep 0.5; echo out"' % runner.SANDBOX
+    done = in_container('sh', '-c', '%s & %s & %s & wait' % (one, one, one))
+    assert [line for line in done.stdout.split('\n') if line in ('in', 'out')] == 3 * ['in', 'out']
+
+
+def test_without_namespaces_a_running_linuxcnc_is_left_alone():
+    """The machine that mills is not the one to try something on."""
+    done = in_container('sh', '-c', '(echo loadrt and2; sleep 3; echo getp and2.0.out) | halrun & sleep 1.5; '
+                        '%s -- halrun -U; echo status $?; wait' % runner.SANDBOX)
+    assert 'a LinuxCNC is running' in done.stdout and 'status 1\n' in done.stdout
+    assert 'FALSE' in done.stdout.split('\n'), done.stdout
+
+
+def test_without_namespaces_a_program_runs(tmp_path):
+    """The whole machine, at its own speed; the components are those the outer sandbox has installed."""
+    program = tmp_path / 'program.ngc'
+    program.write_text('G21 G90\nT3 M6\nM250 P0 Q0 R-5 I20 J20 K5\nF3000\nG0 X-8 Y10 Z-1\nG1 X28\nM2\n')
+    done = in_container(os.path.join(runner.ROOT, 'bin', 'chipwise'), 'demo', '--speed', '1', '--no-compare', str(program))
+    assert done.returncode == 0, done.stdout
+    summary = json.loads(done.stdout.strip().split('\n')[-1])
+    assert summary['finished'] and summary['volume_mm3'] == pytest.approx(20 * 10 * 1, rel=0.02)
+
+
+def test_without_namespaces_the_tests_refuse_before_the_first_one():
+    pytest_command = [sys.executable, '-m', 'pytest', '-q', '-p', 'no:cacheprovider']
+    started = time.monotonic()
+    for place in ('tests', 'tests/machine', 'tests/hal/test_hal.py'):
+        done = in_container(*pytest_command, place, cwd=runner.ROOT)
+        assert done.returncode == 4
+        assert 'no private namespaces on this machine' in done.stdout
+        assert 'tools/test tests/core tests/install tests/python tests/rs274' in done.stdout
+    assert time.monotonic() - started < 120
+    done = in_container(*pytest_command, 'tests/python/test_report.py', cwd=runner.ROOT)
+    assert done.returncode == 0, done.stdout
