@@ -4,13 +4,24 @@ Called by everything below remap/chipwise; caught only in glue/session.py, which
 
 A message says what is wrong, the value with its unit, the rule and the remedy:
 
-    chipwise: G12: hole radius I2 mm is not larger than the tool radius 3 mm; use I above 3 mm
+    chipwise: G12: hole radius I2 mm is not larger than the tool radius 3 mm; use I above 3 mm (line 12)
 
-Pure code knows millimetres only, the operator thinks in the units of his program.  So an error carries a template
+Pure code knows millimetres only, the operator thinks in the units of the program.  So an error carries a template
 and the lengths it speaks of, and the text is made when the unit is known: `text("in")`.
+
+Nothing here can fail, whatever the texts hold (braces, line breaks, bytes that are not UTF-8): this is the path that
+every other failure takes to the operator.
 """
 
+import re
+
 MM_PER_INCH = 25.4
+
+MESSAGE_BYTES = 250     # linuxcnc.h: LINELEN is 255
+
+
+class Area(float):
+    """An area in mm2 as a value of a message's template: shown in mm2 or in2."""
 
 
 def format_length(value_mm, unit="mm"):
@@ -25,35 +36,72 @@ def format_length(value_mm, unit="mm"):
     return f"{number} {unit}"
 
 
+def format_area(value_mm2, unit="mm"):
+    """Area (mm2) -> "3.434 mm2" or "0.005323 in2": four significant digits."""
+    return f"{value_mm2 / MM_PER_INCH ** 2:.4g} in2" if unit == "in" else f"{value_mm2:.4g} mm2"
+
+
+def fill(template, values, unit):
+    """A template with its {names} replaced by values (mm, Area or text); braces that name no value stay as they are.
+
+    {{ and }} give one brace.  Any text may stand in the template: a name that is not among the values is left alone.
+    """
+    def shown(match):
+        if match.group() in ("{{", "}}"):
+            return match.group()[0]
+        if match.group(1) not in values:
+            return match.group()
+        value = values[match.group(1)]
+        if isinstance(value, str):
+            return value
+        return format_area(value, unit) if isinstance(value, Area) else format_length(value, unit)
+
+    return re.sub(r"\{\{|\}\}|\{(\w+)\}", shown, template)
+
+
+def printable(text):
+    """One line of text that LinuxCNC's messages can carry: no control characters, no lone surrogates."""
+    text = re.sub(r"[\x00-\x1f\x7f]+", " ", text)
+    return text.encode("utf-8", "replace").decode("utf-8")
+
+
+def clip(text, end=""):
+    """text + end, shortened in the text to what a message of LinuxCNC holds."""
+    room = MESSAGE_BYTES - len(end.encode())
+    data = text.encode("utf-8", "replace")
+    if len(data) <= room:
+        return text + end
+    return data[:room - 3].decode("utf-8", "ignore") + ".." + end
+
+
 class CycleError(Exception):
     """A request that cannot be done.
 
-    problem  what, value and rule: a format string, whose {names} are lengths in mm
-    remedy   what to do about it, same format; "" where there is none
-    lengths  mm, by name
-    code     the G-code or M-code concerned, None where not known yet (glue fills it in)
+    problem  what, value and rule: a template, whose {names} stand for values
+    remedy   what to do about it, same format; "" if there is none
+    code     the G-code or M-code concerned, None while not known (glue fills it in)
+    values   by name: lengths in mm, Area, or text (of a file, a word or a comment) that is shown as it is
 
     str() gives the text in mm.
     """
 
-    def __init__(self, problem, remedy="", code=None, **lengths):
+    def __init__(self, problem, remedy="", code=None, **values):
         super().__init__(problem)
         self.problem = problem
         self.remedy = remedy
         self.code = code
-        self.lengths = lengths
+        self.values = values
 
     def text(self, unit="mm"):
         """The whole message, lengths in "mm" or "in"."""
-        shown = {name: format_length(value, unit) for name, value in self.lengths.items()}
         parts = ["chipwise"]
         if self.code:
             parts.append(self.code)
-        sentence = self.problem.format(**shown)
+        sentence = fill(self.problem, self.values, unit)
         if self.remedy:
-            sentence += "; " + self.remedy.format(**shown)
+            sentence += "; " + fill(self.remedy, self.values, unit)
         parts.append(sentence)
-        return ": ".join(parts)
+        return printable(": ".join(parts))
 
     def __str__(self):
         return self.text("mm")

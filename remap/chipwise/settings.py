@@ -64,6 +64,7 @@ SETTINGS = {
     "CELL": Setting(0.25, "mm", _number, lambda v: 0.01 <= v <= 10, "a length from 0.01 to 10 mm"),
     "MAP_SIZE": Setting((300.0, 200.0), "mm", _pair, lambda v: min(v) > 0, "two lengths above 0 mm, X and Y"),
     "CHOP_SIZE": Setting(0.0, "mm", _number, lambda v: v >= 0, "a length of 0 mm (never chop) or more"),
+    "CLOSE_GAP": Setting(0.01, "mm", _number, lambda v: 0 <= v <= 0.5, "a length from 0 to 0.5 mm"),
     "TOOL_GEOMETRY": Setting("", "path", str, lambda v: True, "the path of a TOML file"),
     "ANALOG_OUT": Setting(0, "", _whole, lambda v: 0 <= v <= 61, "a whole number from 0 to 61 (three pins are used)"),
     "ANALOG_IN": Setting(0, "", _whole, lambda v: 0 <= v <= 63, "a whole number from 0 to 63"),

@@ -17,6 +17,7 @@ calls is told by the line of the call.
 
 import ctypes
 import json
+import os
 import signal
 import sys
 
@@ -138,8 +139,15 @@ def _mark_before(job, line):
     return int(marks[-1][len(job["mark"]) + 1:-1]) if marks else 0
 
 
+def _own_output():
+    """Standard output for the result alone: (print,..) of a program, which writes there too, goes to standard error."""
+    result = os.fdopen(os.dup(1), "w")
+    os.dup2(2, 1)
+    return result
+
+
 def main():
-    job = json.load(sys.stdin)
+    job, output = json.load(sys.stdin), _own_output()
     signal.signal(signal.SIGPROF, signal.SIG_DFL)           # the end, also inside C code
     signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGPROF])
     signal.setitimer(signal.ITIMER_PROF, job["cpu_s"])
@@ -154,7 +162,8 @@ def main():
         if canon.stop is None:
             raise
     json.dump({"moves": canon.moves, "stop": canon.stop, "error": error, "ended": canon.ended,
-               "line": canon.line}, sys.stdout)
+               "line": canon.line}, output)
+    output.close()
 
 
 if __name__ == "__main__":

@@ -27,7 +27,9 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 from chipwise.errors import MM_PER_INCH, CycleError
-from chipwise.geometry.contour import ArcElement, ContourError, LineElement, make_contour
+from chipwise.geometry.contour import (ArcElement, ContourError, LineElement, make_contour,
+                                       refuse_nearly_closed)
+from chipwise.geometry.tolerances import CONNECT_MM, NEARLY_CLOSED_MM
 from chipwise.settings import read_section
 
 PYTHON = "/usr/bin/python3"     # the interpreter LinuxCNC is built for
@@ -40,7 +42,6 @@ LINE_S = 2e-4           # more patience per line of the file
 WALL_S = 30.0           # and this long at most: such a machine, or a sandbox whose clock runs ahead
 MAX_MOVES = 100_000     # moves of one sub; 20,000 elements are offset in half a second
 HEIGHT_MM = 1e-6        # a move that leaves its height by more is a Z move
-SAME_MM = 1e-9          # a G0 that stays where it is separates nothing
 
 _BEGIN, _END, _MARK = "chipwise: sub begins", "chipwise: sub has ended", "chipwise: line "
 
@@ -60,6 +61,7 @@ class Job:
     tool            (number, diameter in machine units)
     numbered        ((number, value), ..) of numbered parameters
     named           ((name, value), ..) of global named parameters
+    close_gap       mm: a G0 of up to this length between two elements joins them
     """
 
     program: object
@@ -74,6 +76,7 @@ class Job:
     tool: tuple = (0, 0.0)
     numbered: tuple = ()
     named: tuple = ()
+    close_gap: float = CONNECT_MM
 
     @property
     def programs(self):
@@ -82,11 +85,12 @@ class Job:
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """loops: tuples of elements, one per contour; sub: O-number; file: where it stands."""
+    """loops: tuples of elements, one per contour; sub: O-number; file: where it stands; close_gap: as in the Job."""
 
     sub: int
     file: str
     loops: tuple
+    close_gap: float = CONNECT_MM
 
 
 def read_shape(job):
@@ -205,6 +209,7 @@ def _without_values(plain):
 
 def _check_text(found):
     """Refuse what no contour sub may hold, by its exact line; what hides behind an expression the runner finds."""
+    _refuse_arguments(found)
     for number, text in found.body:
         plain = _plain(text).lstrip("/")
         if re.match(r"(n\d+)?o", plain):
@@ -218,6 +223,24 @@ def _check_text(found):
                 wrong, remedy = letter.upper() + value, "a contour sub holds G0 G1 G2 G3 in XY (G40 and F are ignored)"
             if wrong:
                 raise _fault(found, number, f"{wrong} has no place in a contour sub", remedy)
+
+
+_ARGUMENT = re.compile(r"#([1-9]|[12][0-9]|30)(?![0-9.])")
+
+
+def _refuse_arguments(found):
+    """A sub that reads #1 .. #30 before the line that sets them: written for a call with arguments, and there are none."""
+    known = set()
+    for number, text in found.body:
+        plain = _plain(text)
+        if "#" not in plain:
+            continue
+        assigned = set(re.findall(r"#(\d+)=", plain))
+        for argument in _ARGUMENT.findall(re.sub(r"#\d+=", "", plain)):
+            if argument not in known | assigned:
+                raise _fault(found, number, f"#{argument} is an argument of the sub, and a contour sub is called without any",
+                             f"set #{argument} in the sub, or use a named parameter: #<_name>")
+        known |= assigned
 
 
 def _number(text):
@@ -412,13 +435,13 @@ def _shape(found, job, moves):
                          "a contour lies in XY; heights are the words Z and R of the cycle", before)
         if kind != "rapid":
             loops[-1].append(_element(found, kind, line, here[:2], numbers, before))
-        elif loops[-1] and math.dist(there[:2], here[:2]) > SAME_MM:
+        elif loops[-1] and math.dist(there[:2], loops[-1][-1].end) > job.close_gap:
             loops.append([])
         here, before = there, line
     kept = tuple(tuple(loop) for loop in loops if loop)
     if not kept:
         raise _fault(found, found.first, "the sub holds no G1, G2 or G3", "put the contour in it")
-    return Shape(int(job.sub), found.path, kept)
+    return Shape(int(job.sub), found.path, kept, job.close_gap)
 
 
 def _element(found, kind, line, start, numbers, before):
@@ -427,7 +450,7 @@ def _element(found, kind, line, start, numbers, before):
     if kind == "feed":
         return LineElement(start, end, line)
     centre, turns = tuple(numbers[3:5]), int(numbers[5])
-    if abs(turns) > 1 and math.dist(start, end) > HEIGHT_MM:
+    if abs(turns) > 1:
         raise _fault(found, line, f"an arc of {abs(turns)} turns runs over itself", "leave P out", before)
     return ArcElement(start, end, centre, turns > 0, line)
 
@@ -437,21 +460,36 @@ def _element(found, kind, line, start, numbers, before):
 
 def shape_error(shape, error):
     """A ContourError of the kernel about a shape -> CycleError naming the sub."""
-    problem, _, remedy = str(error).replace("{", "{{").replace("}", "}}").partition("; ")
-    return CycleError(f"sub O{shape.sub} of {_quoted(shape.file)}: {problem}", remedy)
+    problem, _, remedy = error.template.partition("; ")
+    return CycleError(f"sub O{shape.sub} of {_quoted(shape.file)}: {problem}", remedy, **error.lengths)
 
 
 def contours(shape):
     """Contour of every loop, in order; CycleError for what is no contour."""
     try:
-        return tuple(make_contour(list(loop)) for loop in shape.loops)
+        made = tuple(make_contour(list(loop), shape.close_gap) for loop in shape.loops)
+        for contour in made:
+            refuse_nearly_closed(contour, shape.close_gap)
+        return made
     except ContourError as error:
         raise shape_error(shape, error) from error
+
+
+def _refuse_near_gaps(shape):
+    """Loops of which one begins where another ends, but for a gap: parts of one contour."""
+    for loop, other in zip(shape.loops, shape.loops[1:]):
+        gap = math.dist(loop[-1].end, other[0].start)
+        if gap <= NEARLY_CLOSED_MM and math.dist(loop[-1].end, loop[0].start) > gap:
+            x, y = other[0].start
+            raise CycleError(f"sub O{shape.sub} of {_quoted(shape.file)}: the contour is not connected: line {loop[-1].line} "
+                             f"ends {{gap}} from where line {other[0].line} starts, more than the {{most}} that are closed",
+                             f"end line {loop[-1].line} at X{{x}} Y{{y}}", gap=gap, most=shape.close_gap, x=x, y=y)
 
 
 def one_contour(shape):
     """The Contour of a sub that holds exactly one."""
     if len(shape.loops) > 1:
+        _refuse_near_gaps(shape)
         lines = ", ".join(f"line {loop[0].line}" for loop in shape.loops[:4])
         raise CycleError(f"sub O{shape.sub} of {_quoted(shape.file)} holds {len(shape.loops)} contours (from {lines}), "
                          "separated by G0", "use one sub for each")

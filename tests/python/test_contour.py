@@ -173,8 +173,11 @@ def test_a_neck_parts_the_path():
                     (50.0, 30.0), (50.0, 17.0), (30.0, 17.0), (30.0, 30.0), (0.0, 30.0))
     plan, elements, _slants, plunges = done(request(shape, finish=True, depth_step=4.0))
     assert len({p[:2] for p in plunges}) == 2 and len(plunges) == 4
-    (text, lengths), = plan.notes
-    assert "does not fit in 9 places" in text and lengths == {"d": 6.0}     # eight corners and the neck
+    (neck, lengths), (corners, sizes) = plan.notes
+    assert "does not fit in one place (line 3, 9; {area} stay)" in neck and lengths["d"] == 6.0
+    assert lengths["area"] == pytest.approx(20.0 * 4.0, abs=12.0)
+    assert corners == "8 inside corners keep the tool's radius of {r} (line 1, 2, 4, 5, 6, 7, 8, 10, ..)"
+    assert sizes == {"r": 3.0}
 
 
 def test_roughing_says_nothing_of_what_it_leaves():

@@ -24,7 +24,7 @@ def chain(points, first_line=10):
 def test_crossing_names_both_lines_and_the_place():
     error = refused(chain([(0, 0), (10, 10), (10, 0), (0, 10), (0, 0)]), "crosses itself", (10, 12))
     assert error.point == pytest.approx((5, 5))
-    assert "X5.0000 Y5.0000" in str(error)
+    assert "X5 mm Y5 mm" in str(error)
 
 
 def test_line_through_arc():

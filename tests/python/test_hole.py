@@ -200,7 +200,7 @@ def test_deterministic_and_cached():
     (dict(plunge_feed=0.0), "plunge feed E0 mm/min is not above 0; use E above 0, or leave it out for F/2"),
     (dict(finished=5.0, step=1.0), "finished radius K5 mm is smaller than the first radius I10 mm; use K of 10 mm or more"),
     (dict(finished=15.0), "finished radius K15 mm without a radial step Q; add Q of at most 2 mm"),
-    (dict(finished=15.0, step=0.0), "radial step Q0 mm is not above 0; use Q above 0, at most 2 mm"),
+    (dict(finished=15.0, step=0.0), "radial step Q0 mm is not above 0; use Q above 0, up to 2 mm"),
     (dict(finished=15.0, step=2.5), "radial step Q2.5 mm is larger than the tool (2 mm) and would leave rings; use Q up to 2 mm"),
     (dict(finished=15.0, step=1e-4), "radial step Q0.0001 mm needs more than 1000 rings; use a larger Q"),
     (dict(step=1.0), "step Q1 mm without a finished radius K; add K, or leave Q out"),

@@ -139,7 +139,7 @@ def test_regions_the_tool_cannot_enter_are_named():
     assert region.area == pytest.approx(30 * 4, abs=6) and 30 < region.x < 60 and 18 < region.y < 22
     text, lengths = plan.notes[0]
     assert text.startswith("1 region of the pocket cannot be entered by this tool and stays uncut, the largest (")
-    assert lengths == {"x": region.x, "y": region.y}
+    assert lengths == {"area": region.area, "x": region.x, "y": region.y}
 
 
 def test_a_pocket_that_just_fits_the_tool():

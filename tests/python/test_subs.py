@@ -20,6 +20,17 @@ def sub(*lines):
 
 # name: (sub, message); the sub begins in line 1
 BAD_SUBS = {
+    "an argument": (sub("G0 X0 Y0", "G1 X[#2 + 1]", "#2 = 5"), "sub O100, line 3 of program.ngc: #2 is an argument of the sub, "
+                    "and a contour sub is called without any; set #2 in the sub, or use a named parameter: #<_name>"),
+    "two full turns": (sub("G0 X0 Y0", "G2 I5 P2"), "sub O100, line 3 (after line 2) of program.ngc: "
+                       "an arc of 2 turns runs over itself; leave P out"),
+    "gap by G0": (sub("G0 X0 Y0", "G1 X9", "G0 Y0.3", "G1 Y9", "X0 Y0"), "sub O100 of program.ngc: the contour is not "
+                  "connected: line 3 ends 0.3 mm from where line 5 starts, more than the 0.01 mm that are closed; "
+                  "end line 3 at X9 mm Y0.3 mm"),
+    "nearly closed": (sub("G0 X0 Y0", "G1 X9", "Y9", "X0", "Y0.0512"), "sub O100 of program.ngc: the contour is open: line 6 "
+                      "ends 0.0512 mm from where line 3 starts, more than the 0.01 mm that are closed; end line 6 at X0 mm Y0 mm"),
+    "overshoot": (sub("G0 X0 Y0", "G1 X9", "Y9", "X0", "Y-2"), "sub O100 of program.ngc: the contour runs past its start: "
+                  "line 6 meets line 3 at X0 mm Y0 mm; end line 6 at X0 mm Y0 mm"),
     "empty": (sub(), "sub O100, line 1 of program.ngc: the sub holds no G1, G2 or G3; put the contour in it"),
     "only rapids": (sub("G0 X1 Y1"), "sub O100, line 1 of program.ngc: the sub holds no G1, G2 or G3; put the contour in it"),
     "missing": ("", "there is no sub O100 in program.ngc and no file 100.ngc with it on the SUBROUTINE_PATH; "
@@ -65,7 +76,7 @@ BAD_SUBS = {
                   "an arc of 2 turns runs over itself; leave P out"),
     "helix": (sub("G0 X0 Y0", "G1 X9", "G2 X19 Y0 K5"), f"sub O100, line 4 of program.ngc: K5 {NO_PLACE}"),
     "crosses itself": (sub("G0 X0 Y0", "G1 X9", "G1 Y9", "G1 X4", "G1 Y-4"), "sub O100 of program.ngc: the contour crosses "
-                       "or touches itself: line 3 meets line 6 at X4.0000 Y0.0000; draw them apart"),
+                       "or touches itself: line 3 meets line 6 at X4 mm Y0 mm; draw them apart"),
     "not connected": (sub("G0 X0 Y0", "G1 X9", "G0 Y3", "G1 X4"), "sub O100 of program.ngc holds 2 contours (from line 3, "
                       "line 5), separated by G0; use one sub for each"),
 }
@@ -80,7 +91,7 @@ def read(tmp_path, monkeypatch):
 
     def reader(text, **job):
         (tmp_path / "program.ngc").write_text(text)
-        return read_shape(Job(**{"program": "program.ngc", "sub": 100, "ini": "a.ini", **job}))
+        return read_shape(Job(**{"program": "program.ngc", "sub": 100, "ini": "a.ini", "close_gap": 0.01, **job}))
     return reader
 
 
@@ -112,6 +123,28 @@ def test_elements(read):
     assert [c.closed for c in contours(shape)] == [False, True]
 
 
+def test_small_gaps_are_joined(read):
+    """A drawing of someone else's: G0 over some micrometres between the elements, an end that misses the start."""
+    shape = read(sub("G0 X0 Y0", "G1 X9", "G0 X9.004", "G1 Y9", "G0 Y9.0003", "G1 X0", "Y-0.0099"))
+    contour = one_contour(shape)
+    assert contour.closed and contour.gap == pytest.approx(0.0099) and contour.gap_line == 8
+    assert [c.closed for c in contours(read(sub("G0 X0 Y0", "G1 X9", "Y9", "X0", "Y0.0015")))] == [True]
+    circle = one_contour(read(sub("G0 X5 Y0", "G3 X5 Y-0.004 I-5 J0")))
+    assert circle.closed and abs(circle.elements.sweep.sum()) == pytest.approx(2 * math.pi)
+
+
+def test_lengths_of_a_refused_shape_are_in_program_units(read):
+    with pytest.raises(CycleError) as caught:
+        one_contour(read(sub("G0 X0 Y0", "G1 X1", "Y1", "X0", "Y0.01"), unit="in"))
+    assert "line 6 ends 0.01 in from where line 3 starts, more than the 0.00039 in" in caught.value.text("in")
+
+
+def test_a_sub_that_prints(read):
+    """(print,..) writes to standard output, where the runner's result goes."""
+    shape = read(sub("(print,hello)", "(debug,hello)", "G0 X0 Y0", "G1 X9"))
+    assert shape.loops == ((LineElement((0.0, 0.0), (9.0, 0.0), 5),),)
+
+
 def test_position_units_and_modes(read):
     assert read(sub("G1 X3 Y4"), position=(1.0, 2.0, 9.0)).loops[0][0].start == (1.0, 2.0)
     assert read(sub("G1 X3 Y4"), position=(1.0, 2.0, 9.0), incremental=True).loops[0][0].end == (4.0, 6.0)
@@ -123,9 +156,9 @@ def test_position_units_and_modes(read):
 
 def test_what_a_sub_may_read(read):
     text = sub("G0 X0 Y0", "G1 X#31", "Y#<_depth_of_it>", "X[#5410 + #5400]", "Y[#<_x> + #<_feed>]",
-               "X#<_ini[CHIPWISE]CHOP_SIZE>", "Y[#1]")
+               "X#<_ini[CHIPWISE]CHOP_SIZE>", "#1 = 7", "Y[#1]")
     loop, = read(text, numbered=((31, 3.5),), named=(("_depth_of_it", 4.25), ("_x", 99.0)), tool=(4, 6.0), feed=50.0).loops
-    assert [e.end for e in loop] == [(3.5, 0.0), (3.5, 4.25), (10.0, 4.25), (10.0, 60.0), (7.0, 60.0), (7.0, 0.0)]
+    assert [e.end for e in loop] == [(3.5, 0.0), (3.5, 4.25), (10.0, 4.25), (10.0, 60.0), (7.0, 60.0), (7.0, 7.0)]
 
 
 def test_places_of_files(read, tmp_path):

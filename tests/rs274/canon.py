@@ -31,7 +31,8 @@ class Trace:
     feeds: list = field(default_factory=list)
     lines: list = field(default_factory=list)
     comments: list = field(default_factory=list)   # (text, number of elements so far, modes)
-    error: str = ""
+    error: str = ""         # without its line
+    error_line: int = None  # the line it names
     output: str = ""
 
     def after(self, text):
@@ -47,6 +48,15 @@ class Trace:
         """(active G-codes without line and block, feed) at a comment; preview only."""
         mode = next(m for t, _, m in self.comments if t == text)
         return mode["gcodes"][1:2] + mode["gcodes"][3:], mode["feed"]
+
+
+_LINE = re.compile(r" \(line (\d+)(?: of [^()]*)?\)$")
+
+
+def split_line(message):
+    """A message of the package -> (text, the line it names at its end; None without one)."""
+    match = _LINE.search(message)
+    return (message[:match.start()], int(match.group(1))) if match else (message, None)
 
 
 class _World:
@@ -105,15 +115,16 @@ def run_rs274(program, tools=None, machine="mm", ini=None, **settings):
     trace = parse_rs274(run.stdout)
     messages = [line for line in run.stderr.splitlines() if line and line != "executing"]
     if run.returncode != 0:
-        trace.error = messages[0] if messages else f"exit {run.returncode}"
+        trace.error, trace.error_line = split_line(messages[0] if messages else f"exit {run.returncode}")
     trace.output = run.stdout + run.stderr
     return trace
 
 
 def run_rs274_on(program, tools=None, machine="mm", ini=None, **settings):
-    """As run_rs274, going on after errors: (Trace, [messages of the package])."""
+    """As run_rs274, going on after errors: (Trace, [messages of the package without their lines], [the lines])."""
     run = _rs274(program, tools, machine, ini, settings, ("-n", "0"))
-    return parse_rs274(run.stdout), [line for line in run.stderr.splitlines() if line.startswith("chipwise: ")]
+    said = [split_line(line) for line in run.stderr.splitlines() if line.startswith("chipwise: ")]
+    return parse_rs274(run.stdout), [text for text, _ in said], [line for _, line in said]
 
 
 def _rs274(program, tools, machine, ini, settings, options):
@@ -175,7 +186,7 @@ def run_preview(program, tools=None, machine="mm", ini=None, **settings):
     if run.returncode != 0:
         raise RuntimeError(f"preview: exit {run.returncode}\n{run.stderr}")
     result = json.loads(run.stdout.splitlines()[-1])
-    trace.error = result["error"]
+    trace.error, trace.error_line = split_line(result["error"])
     world = _World(trace)
     for kind, line, *n in result["calls"]:
         if kind in ("rapid", "feed"):

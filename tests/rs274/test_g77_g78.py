@@ -414,10 +414,11 @@ REFUSED = [
 def test_refused():
     """Each line in one session, as in MDI: its message, no motion, and the good line at the end is cut as ever."""
     lines = "".join(f"G17 G40 G21\n(case {n})\n{line}\n" for n, (line, _) in enumerate(REFUSED))
-    trace, messages = run_rs274_on(f"T1 M6\n{SUB}G21 G0 X0 Y0 Z20\n{lines}G17 G40 G21\nT1 M6\n"
+    trace, messages, at = run_rs274_on(f"T1 M6\n{SUB}G21 G0 X0 Y0 Z20\n{lines}G17 G40 G21\nT1 M6\n"
                                    f"#<_chipwise_approach_angle> = 30\n(good)\n{ROUGH}\n(end)\nM2\n", {**TOOLS, 2: 0.0})
     codes = [re.search(r"G7[78]", line)[0] for line, _ in REFUSED]
     assert messages == [f"chipwise: {code}: {message}" for code, (_, message) in zip(codes, REFUSED)]
+    assert None not in at           # rs274 counts anew after an error: which lines, test_a_refusal_names_its_line
     assert trace.between("case 0", "good") == []
     assert len(trace.between("good", "end")) > 20
 

@@ -41,8 +41,8 @@ REQUEST = cycle.PocketRequest(
 
 
 def inch(text):
-    """Lengths of words and coordinates in inch; P, Q, L, line numbers and D, which is in machine units, stay."""
-    return re.sub(r"\b([XYZIJKREF])(-?[\d.]+)", lambda m: f"{m[1]}{float(m[2]) / 25.4:.9f}", text)
+    """Lengths of words and coordinates in inch; P, Q, L and line numbers stay."""
+    return re.sub(r"\b([XYZIJKREFD])(-?[\d.]+)", lambda m: f"{m[1]}{float(m[2]) / 25.4:.9f}", text)
 
 
 def program(line=LINE, sub=SUB, unit="G21", before="", after="", start="G0 X0 Y0 Z20"):
@@ -79,10 +79,11 @@ def test_every_strategy_keeps_every_promise(strategy):
 @pytest.mark.parametrize("machine", ["mm", "in"])
 @pytest.mark.parametrize("unit", ["G21", "G20"])
 def test_units_of_machine_and_program(machine, unit):
-    """Everything in program units, but D in the machine's."""
+    """Everything in program units, D too; one golden for all four."""
     wanted = run_preview(program(f"{LINE} D3"), TOOLS).between("begin", "end")
-    trace = run_preview(program(f"{LINE} D{3 if machine == 'mm' else 3 / 25.4:.9f}", unit=unit), TOOLS, machine=machine)
+    trace = run_preview(program(f"{LINE} D3", unit=unit), TOOLS, machine=machine)
     assert trace.error == ""
+    compare_golden(motion_text(trace), "g79_step")
     same_path(trace.between("begin", "end"), wanted, 1e-4)
     assert {round(f, 3) for f in trace.feeds if f} == {600, 200}
 
@@ -172,7 +173,7 @@ def test_messages_of_regions_and_plunges():
     said = re.findall(r'MESSAGE\("(.*)"\)', run_rs274(program("G79 Q5 Z-6 R2 F600", NARROW), TOOLS).output)
     assert len(said) == 1
     assert re.match(r"chipwise: G79: 1 region of the pocket cannot be entered by this tool and stays uncut, the largest "
-                    r"\(11\d\.\d mm2\) at X[\d.]+ mm Y[\d.]+ mm$", said[0])
+                    r"\(11\d\.\d mm2\) at X[\d.]+ mm Y[\d.]+ mm \(line 16\)$", said[0])
     said = re.findall(r'MESSAGE\("(.*)"\)', run_rs274(program("G79 Q6 Z-6 R2 F600", "o6 sub\nG0 X0 Y0\nG1 X6.5\nY8\nX0\nY0\no6 endsub\n",
                                                               unit="G20"), TOOLS).output)
     assert len(said) == 1 and said[0].startswith("chipwise: G79: no room for a helix or a ramp: 1 plunge at E, the first at X0.1378 in Y0.15748 in")
@@ -181,9 +182,9 @@ def test_messages_of_regions_and_plunges():
 # ---- refused -----------------------------------------------------------------------------------------------------
 
 REFUSED = [
-    # rs274 is an inch machine: D in inches
-    ("G79 Q100 Z-6 R2 F600 D.28346", "step-over D0.28346 in is larger than the tool (0.23622 in); use D up to 0.23622"),
-    ("G79 Q100 Z-6 R2 F600 D0", "step-over D0 in is not above 0; use D above 0, up to 0.23622 in"),
+    ("G79 Q100 Z-6 R2 F600 D7.2", "step-over D7.2 mm is larger than the tool (6 mm); use D up to 6 mm"),
+    ("G20\nG79 Q100 Z-6 R2 F600 D.2363", "step-over D0.2363 in is larger than the tool (0.23622 in); use D up to 0.23622 in"),
+    ("G79 Q100 Z-6 R2 F600 D0", "step-over D0 mm is not above 0; use D above 0, up to 6 mm"),
     ("G79 Q100 Z-6 R2", "no feed is set; give F on this line or before"),
     ("G79 Z-6 R2 F600", "word Q (number of the sub with the contour) is missing; add Q"),
     ("G79 Q100 R2 F600", "word Z (final depth) is missing; add Z"),
@@ -214,6 +215,7 @@ def test_refused():
         traces = list(pool.map(run, REFUSED))
     for (line, message), trace in zip(REFUSED, traces):
         assert trace.error == f"chipwise: G79: {message}", line
+        assert trace.error_line == len(SUB.splitlines()) + (0 if "T0" in line else 1) + 3 + line.count("\n"), line
         assert trace.after("begin") == [], line
         assert "end" not in [t for t, _, _ in trace.comments]
 
@@ -227,7 +229,7 @@ def test_open_and_crossing_loops_are_named_by_their_lines():
 
 # ---- goldens and the programs we ship -----------------------------------------------------------------------------
 
-GOLDENS = {f"g79_p{p}": program(f"G79 Q100 P{p} Z-3 R1 F600 D.15") for p in (0, 1, 2)}
+GOLDENS = {f"g79_p{p}": program(f"G79 Q100 P{p} Z-3 R1 F600 D3.81") for p in (0, 1, 2)}
 
 
 @pytest.mark.parametrize("name", sorted(GOLDENS))

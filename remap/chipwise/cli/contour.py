@@ -25,6 +25,7 @@ from chipwise.geometry.contour import ContourError
 from chipwise.geometry.offset import LEFT, RIGHT, make_pocket, offset_contour, offset_pocket
 from chipwise.geometry.pocket.mixed import offset_mixed
 from chipwise.geometry.unreachable import UnreachableRegion
+from chipwise.settings import load_settings
 
 NAME = 'contour'
 HELP = 'draw a contour sub, the centre path of a tool along it and what it cannot reach'
@@ -195,7 +196,7 @@ def make_drawing(options):
     shape = subs.read_shape(subs.Job(
         program=options.program, sub=sub_number(options.sub), ini=ini, unit=unit, machine_unit=unit_mm,
         position=(scale * options.at[0], scale * options.at[1], 0.0), tool=(1, tool / unit_mm), numbered=numbered,
-        named=named))
+        named=named, close_gap=load_settings(ini)["CLOSE_GAP"]))
     contours = subs.contours(shape)
     result, where = offset(shape, contours, options.side, tool)
     title = f'O{shape.sub} in {os.path.basename(shape.file)}'

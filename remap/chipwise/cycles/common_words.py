@@ -4,9 +4,13 @@ Called by hole.py, contour.py and pocket.py.
 """
 
 from chipwise.errors import CycleError
+from chipwise.geometry.tolerances import CONNECT_MM
 
 # Lengths closer than this are equal. mm; rounding of inch words is below 1e-5
 EQUAL = 1e-6
+
+# A step typed as the tool's diameter may be this much larger: half of the fourth decimal of an inch. mm
+TYPED = 1.3e-3
 
 # More passes in depth, or rings in a pocket, are a slip of the finger and would stall the preview.
 MAX_PASSES = 1000
@@ -36,3 +40,18 @@ def check_depth_step(r):
     if (r.clearance - r.bottom) / r.depth_step > MAX_PASSES:
         raise CycleError(f"depth per pass J{{j}} needs more than {MAX_PASSES} passes from R to Z", "use a larger J",
                          j=r.depth_step)
+
+
+def check_step(name, letter, step, diameter, why=""):
+    """Raise CycleError for a step (mm) of the word `letter` that is not above 0, or larger than the tool."""
+    if step <= 0:
+        raise CycleError(f"{name} {letter}{{s}} is not above 0", f"use {letter} above 0, up to {{d}}", s=step, d=diameter)
+    if step > diameter + TYPED:
+        raise CycleError(f"{name} {letter}{{s}} is larger than the tool ({{d}}){why}", f"use {letter} up to {{d}}",
+                         s=step, d=diameter)
+
+
+def gap_notes(contours):
+    """What the operator should know of gaps that were closed: ((text, {name: mm}), ..)."""
+    return tuple((f"the contour has a gap of {{gap}} at the end of line {contour.gap_line}: closed", {"gap": contour.gap})
+                 for contour in contours if contour.gap > CONNECT_MM)

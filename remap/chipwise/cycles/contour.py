@@ -35,14 +35,16 @@ from typing import Optional
 import numpy as np
 
 from chipwise.cycles.chop_lines import depths
-from chipwise.cycles.common_words import EQUAL, check_depth_step, check_feeds, check_heights
+from chipwise.cycles.common_words import EQUAL, check_depth_step, check_feeds, check_heights, check_step, gap_notes
 from chipwise.cycles.contour_chop import ChopPlan, ChopRequest, chop_moves, chop_plan
-from chipwise.errors import CycleError
+from chipwise.errors import Area, CycleError
 from chipwise.geometry import elements as runs
-from chipwise.geometry.contour import make_contour
+from chipwise.geometry.contour import make_contour, refuse_nearly_closed
 from chipwise.geometry.judge import clear_lines, depths as tool_depths, make_judge
+from chipwise.geometry.necks import UnreachableRegion
 from chipwise.geometry.offset import LEFT, RIGHT, offset_contour
 from chipwise.geometry.slug import BRIDGE
+from chipwise.geometry.tolerances import CONNECT_MM
 from chipwise.moves import Arc, Line, Rapid
 
 SIDES = {41: LEFT, 42: RIGHT}
@@ -86,6 +88,7 @@ class ContourRequest:
     start           (x, y, z) where the tool stands
     finish          G78: the notes say what the tool does not reach
     chop_size       H: no piece that comes loose may reach it; 0: do not chop (G78)
+    close_gap       gaps of the shape up to this width are closed
     """
 
     shape: tuple
@@ -104,6 +107,7 @@ class ContourRequest:
     angle: float = math.radians(30.0)
     finish: bool = False
     chop_size: float = 0.0
+    close_gap: float = CONNECT_MM
 
 
 @dataclass(frozen=True)
@@ -146,20 +150,19 @@ def _check_passes(r):
     check_depth_step(r)
     if not 1 <= r.passes <= MAX_RINGS or r.passes != int(r.passes):
         raise CycleError(f"L{r.passes:g} radial passes are not from 1 to {MAX_RINGS}", "use such an L")
-    if r.step is not None and r.step <= 0:
-        raise CycleError("radial step D{d} is not above 0", "use D above 0, at most {t}", d=r.step, t=2 * r.tool_radius)
+    if r.step is not None:
+        step = r.step if r.passes > 1 else min(r.step, 2 * r.tool_radius)      # not used in a single pass
+        check_step("radial step", "D", step, 2 * r.tool_radius, " and would leave ridges")
     if r.passes > 1 and r.step is None:
         raise CycleError(f"L{r.passes:g} radial passes without a step D", "add D of at most {t}", t=2 * r.tool_radius)
-    if r.passes > 1 and r.step > 2 * r.tool_radius + EQUAL:
-        raise CycleError("radial step D{d} is larger than the tool ({t}) and would leave ridges", "use D up to {t}",
-                         d=r.step, t=2 * r.tool_radius)
 
 
 @lru_cache(maxsize=16)
 def contour_plan(request):
     """ContourPlan of a request.  Raises CycleError or ContourError, before any move, where it cannot be done."""
     check(request)
-    contour = make_contour(list(request.shape))
+    contour = make_contour(list(request.shape), request.close_gap)
+    refuse_nearly_closed(contour, request.close_gap)
     room = _Room(request, contour)
     results = [_offset(request, contour, distance) for distance in radial_distances(request)]
     if not results[-1].paths:
@@ -184,7 +187,7 @@ def contour_plan(request):
             for way in (way for ring in ways for way in ring):
                 tool.run(way, z)
     tool.moves.append(Rapid(z=request.clearance))
-    notes = _reach_notes(request, results[-1]) + _entry_notes(request, [way for ring in ways for way in ring])
+    notes = gap_notes((contour,)) + _open_notes(request, contour) + _reach_notes(request, results[-1]) + _entry_notes(request, [way for ring in ways for way in ring])
     return ContourPlan(tuple(tool.moves), notes + _chop_notes(request, chop), chop)
 
 
@@ -199,7 +202,8 @@ def _chop_notes(request, chop):
 def radial_distances(request):
     """Distance (mm) of the tool's centre from the finish shape in each radial pass, from the outside in."""
     last = request.tool_radius + request.allowance
-    return [last + (request.step or 0.0) * k for k in range(int(request.passes) - 1, -1, -1)]
+    step = min(request.step or 0.0, 2 * request.tool_radius)
+    return [last + step * k for k in range(int(request.passes) - 1, -1, -1)]
 
 
 def _offset(request, contour, distance):
@@ -497,14 +501,44 @@ def _reach_notes(request, result):
     if not request.finish:
         return ()
     places = [u for u in result.unreachable if getattr(u, "area", AREA) >= AREA]
-    if not places:
-        return ()
+    corners = [u for u in places if _is_corner(u, request.tool_radius)]
+    places = [u for u in places if u not in corners]
+    notes = ()
+    if places:
+        area = sum(getattr(place, "area", 0.0) for place in places)
+        stay = "; {area} stay" if area >= AREA else ""
+        many = f"{len(places)} places" if len(places) > 1 else "one place"
+        notes += ((f"the tool ({{d}}) does not fit in {many} (line {_listed(places)}{stay}): use a smaller tool there",
+                   {"d": 2 * request.tool_radius, "area": Area(area)}),)
+    if corners:
+        many = f"{len(corners)} inside corners keep" if len(corners) > 1 else "one inside corner keeps"
+        notes += ((f"{many} the tool's radius of {{r}} (line {_listed(corners)})", {"r": request.tool_radius}),)
+    return notes
+
+
+def _is_corner(place, tool_radius):
+    """Whether an unreachable region is a sharp inside corner, in which any tool leaves something: two elements that no
+    tool of this radius is too large for, and the tool's edge."""
+    if not isinstance(place, UnreachableRegion) or place.holes or len(place.boundary) != 3:
+        return False
+    arc_radii = place.boundary.radius[place.boundary.is_arc]
+    return bool((arc_radii >= tool_radius * (1 - 1e-6)).all())
+
+
+def _listed(places):
+    """Source lines of unreachable places, eight at most."""
     lines = sorted({line for place in places for line in place.lines})
-    listed = ", ".join(map(str, lines[:8])) + (", .." if len(lines) > 8 else "")
-    area = sum(getattr(place, "area", 0.0) for place in places)
-    many = f"{len(places)} places" if len(places) > 1 else "one place"
-    return ((f"the tool ({{d}}) does not fit in {many} (line {listed}; {area:.4g} mm2 stay): use a smaller tool there",
-             {"d": 2 * request.tool_radius}),)
+    return ", ".join(map(str, lines[:8])) + (", .." if len(lines) > 8 else "")
+
+
+def _open_notes(request, contour):
+    """A piece that an open contour lets fall although it is to be chopped: its ends are nearer than the tool is wide."""
+    e = contour.elements
+    gap = math.dist(e.end[-1], e.start[0])
+    if contour.closed or not request.finish or not request.chop_size or gap >= 2 * request.tool_radius:
+        return ()
+    return (("the contour is open by {gap}, less than the tool ({d}): what comes loose is not chopped; close the contour",
+             {"gap": gap, "d": 2 * request.tool_radius}),)
 
 
 def _entry_notes(request, ways):

@@ -28,7 +28,7 @@ from functools import lru_cache
 from typing import Optional
 
 from chipwise.cycles.chop_lines import cut_line, depths, ends, enter, last_xy
-from chipwise.cycles.common_words import EQUAL, MAX_PASSES, check_depth_step, check_feeds, check_heights
+from chipwise.cycles.common_words import EQUAL, MAX_PASSES, check_depth_step, check_feeds, check_heights, check_step
 from chipwise.errors import CycleError
 from chipwise.geometry import chop
 from chipwise.moves import Arc, Line, Rapid
@@ -103,12 +103,7 @@ def _check_pocket(r):
     if r.step is None:
         raise CycleError("finished radius K{k} without a radial step Q", "add Q of at most {d}",
                          k=r.finished, d=2 * r.tool_radius)
-    if r.step <= 0:
-        raise CycleError("radial step Q{q} is not above 0", "use Q above 0, at most {d}",
-                         q=r.step, d=2 * r.tool_radius)
-    if r.step > 2 * r.tool_radius + EQUAL:
-        raise CycleError("radial step Q{q} is larger than the tool ({d}) and would leave rings", "use Q up to {d}",
-                         q=r.step, d=2 * r.tool_radius)
+    check_step("radial step", "Q", r.step, 2 * r.tool_radius, " and would leave rings")
     if r.finished / r.step > MAX_PASSES:
         raise CycleError(f"radial step Q{{q}} needs more than {MAX_PASSES} rings", "use a larger Q", q=r.step)
 
@@ -203,7 +198,7 @@ def pocket_rings(request):
     first, last = request.radius - request.tool_radius, finished_radius(request) - request.tool_radius
     rings = [first]
     if request.finished is not None:
-        step = request.step
+        step = min(request.step, 2 * request.tool_radius)
         if first > 2 * request.tool_radius + EQUAL:
             inner = math.ceil(first / step - EQUAL) - 1
             rings = [first - step * k for k in range(inner, 0, -1)] + rings

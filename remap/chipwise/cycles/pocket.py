@@ -19,14 +19,15 @@ from typing import Optional
 import numpy as np
 
 from chipwise.cycles.chop_lines import depths
-from chipwise.cycles.common_words import EQUAL, MAX_PASSES, check_depth_step, check_feeds
-from chipwise.errors import CycleError
+from chipwise.cycles.common_words import EQUAL, MAX_PASSES, check_depth_step, check_feeds, check_step, gap_notes
+from chipwise.errors import Area, CycleError
 from chipwise.geometry import elements
 from chipwise.geometry.contour import make_contour
 from chipwise.geometry.offset import make_pocket
 from chipwise.geometry.pocket import entries, fields, leftovers, runs
 from chipwise.geometry.pocket.strategies import NAMES, STRATEGIES
 from chipwise.geometry.pocket.unreached import unreached
+from chipwise.geometry.tolerances import CONNECT_MM
 from chipwise.moves import Arc, Line, Rapid
 
 # Height of rapids above what is cleared. mm
@@ -59,6 +60,7 @@ class PocketRequest:
     feed             mm/min (mm per revolution under G95)
     plunge_feed      E, same unit
     start            (x, y, z) where the tool stands
+    close_gap        gaps of a loop up to this width are closed
     """
 
     loops: tuple
@@ -76,27 +78,29 @@ class PocketRequest:
     climb: bool = True
     depth_step: Optional[float] = None
     ramp_angle: float = 3.0
+    close_gap: float = CONNECT_MM
 
 
 @dataclass(frozen=True)
 class PocketPlan:
     """moves; unreached: regions the tool cannot enter; plunges: (x, y) of entries without helix or ramp; fields: number
-    of regions cleared."""
+    of regions cleared; gaps: notes of gaps that were closed."""
 
     moves: tuple
     unreached: tuple
     plunges: tuple
     fields: int
+    gaps: tuple = ()
 
     @property
     def notes(self):
         """What the operator should know: (text, {name: length in mm})."""
-        found = []
+        found = list(self.gaps)
         if self.unreached:
             first, count = self.unreached[0], len(self.unreached)
             found.append((f"{count} region{'s' if count > 1 else ''} of the pocket cannot be entered by this tool and stay"
-                          f"{'' if count > 1 else 's'} uncut, the largest ({first.area:.4g} mm2) at X{{x}} Y{{y}}",
-                          {"x": first.x, "y": first.y}))
+                          f"{'' if count > 1 else 's'} uncut, the largest ({{area}}) at X{{x}} Y{{y}}",
+                          {"area": Area(first.area), "x": first.x, "y": first.y}))
         if self.plunges:
             (x, y), count = self.plunges[0], len(self.plunges)
             found.append((f"no room for a helix or a ramp: {count} plunge{'s' if count > 1 else ''} at E, the first at "
@@ -110,10 +114,7 @@ def check(request):
     diameter = 2 * r.tool_radius
     if r.tool_radius <= 0:
         raise CycleError("tool diameter {d} is not above 0 mm", "load a tool with a diameter", d=diameter)
-    if r.step <= 0:
-        raise CycleError("step-over D{s} is not above 0", "use D above 0, up to {d}", s=r.step, d=diameter)
-    if r.step > diameter + EQUAL:
-        raise CycleError("step-over D{s} is larger than the tool ({d})", "use D up to {d}", s=r.step, d=diameter)
+    check_step("step-over", "D", r.step, diameter)
     if r.side_allowance < 0:
         raise CycleError("side allowance I{i} is negative", "use I of 0 or more", i=r.side_allowance)
     if r.floor_allowance < 0:
@@ -136,7 +137,7 @@ def pocket_plan(request):
     no closed contour."""
     check(request)
     r = request
-    pocket = _pocket(r.loops)
+    pocket = _pocket(r.loops, r.close_gap)
     distance = r.tool_radius + r.side_allowance
     found = fields.fields_at(pocket, distance)
     missed = unreached(pocket, found, distance)
@@ -149,7 +150,7 @@ def pocket_plan(request):
         gaps = [math.dist(driver.at[:2], tracks[0].start) for _, tracks in waiting]
         driver.clear(*waiting.pop(runs.least(gaps)))
     driver.rapid(z=r.clearance)
-    return PocketPlan(tuple(driver.moves), missed, tuple(driver.plunges), len(found))
+    return PocketPlan(tuple(driver.moves), missed, tuple(driver.plunges), len(found), gap_notes(pocket.contours))
 
 
 def pocket_moves(request):
@@ -170,9 +171,9 @@ def field_tracks(field, request):
 
 
 @lru_cache(maxsize=32)
-def _pocket(loops):
+def _pocket(loops, close_gap):
     """Loops of parts -> Pocket.  Kept: the same pocket is often cleared in several cycles."""
-    contours = [make_contour(parts) for parts in loops]
+    contours = [make_contour(parts, close_gap) for parts in loops]
     return make_pocket(contours[0], contours[1:])
 
 

@@ -5,16 +5,18 @@ one connected run of lines and arcs, open or closed, that neither crosses nor to
 itself.  What cannot be one is refused with a ContourError that names both elements by
 their source lines.
 """
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+
+from chipwise.errors import fill
 
 from . import arcs, elements, search
 from .elements import Elements
 from .intersect import meetings
 from .lines import dot
 from .tolerances import (ARC_RADII_MM, ARC_RADII_SHARE, CONNECT_MM, FULL_CIRCLE_MM, HALF_TURN_RAD,
-                         NODE_MM, SELF_LOOP_MM, SHORT_MM)
+                         NEARLY_CLOSED_MM, NODE_MM, SELF_LOOP_MM, SHORT_MM)
 
 @dataclass(frozen=True)
 class LineElement:
@@ -37,11 +39,14 @@ class ArcElement:
 @dataclass(frozen=True, eq=False)
 class Contour:
     """elements: n lines and arcs, end to start; closed: the last end is the first start;
-    line (n,) int source line of each element; length (n,) mm."""
+    line (n,) int source line of each element; length (n,) mm; gap: the widest gap that was
+    closed, mm, and gap_line: the source line of the element that ends before it."""
     elements: Elements
     closed: bool
     line: np.ndarray
     length: np.ndarray
+    gap: float = 0.0
+    gap_line: int = 0
 
 
 class ContourError(ValueError):
@@ -49,11 +54,12 @@ class ContourError(ValueError):
 
     kind: "empty", "not finite", "impossible arc", "not connected", "crosses itself" or, in
     a pocket, "misplaced island"; lines: source line numbers of the two elements concerned;
-    point (x, y) mm or None.
+    point (x, y) mm or None; template, lengths: the text with {names} of lengths, mm.
     """
 
-    def __init__(self, kind, lines, text, point=None):
-        super().__init__(text)
+    def __init__(self, kind, lines, template, point=None, **lengths):
+        super().__init__(fill(template, lengths, "mm"))
+        self.template, self.lengths = template, lengths
         self.kind, self.lines, self.point = kind, tuple(int(k) for k in lines), point
 
 
@@ -68,27 +74,32 @@ class _Rows:
     line: np.ndarray
 
 
-def make_contour(parts):
-    """Contour of a list of LineElement and ArcElement, or a ContourError."""
+def make_contour(parts, close_mm=CONNECT_MM):
+    """Contour of a list of LineElement and ArcElement, or a ContourError.
+
+    close_mm  gaps up to this width, between neighbours and between the end and the start, are
+              closed by moving the element's start or end
+    """
     rows = _rows(parts)
     _refuse_not_finite(rows)
     rows = _without_short(rows)
     if not len(rows.line):
         raise ContourError("empty", (), "the contour holds no element; use at least one G1, G2 "
                            "or G3 in XY")
-    _refuse_gaps(rows)
-    closed = _is_closed(rows)
+    _refuse_gaps(rows, close_mm)
+    closed = _is_closed(rows, close_mm)
+    gap, gap_line = _widest_gap(rows, closed)
     rows = _halved(_connected(rows, closed))
     e = _elements(rows)
-    contour = Contour(e, closed, rows.line, elements.lengths(e))
+    contour = Contour(e, closed, rows.line, elements.lengths(e), gap, gap_line)
     refuse_crossings(contour)
     return contour
 
 
 def reverse(contour):
     """The contour travelled the other way."""
-    return Contour(elements.reverse(contour.elements), contour.closed, contour.line[::-1],
-                   contour.length[::-1])
+    return replace(contour, elements=elements.reverse(contour.elements), line=contour.line[::-1],
+                   length=contour.length[::-1])
 
 
 def _rows(parts):
@@ -124,16 +135,35 @@ def _without_short(rows):
     return _pick(rows, long | rows.arc & (_distance(rows.start, rows.centre) > SHORT_MM))
 
 
-def _refuse_gaps(rows):
+def _refuse_gaps(rows, close_mm):
     """Neighbours that do not meet."""
     gap = _distance(rows.end[:-1], rows.start[1:])
-    bad = np.flatnonzero(gap > CONNECT_MM)
+    bad = np.flatnonzero(gap > close_mm)
     if len(bad):
         k = bad[0]
         raise ContourError("not connected", rows.line[k:k + 2], "the contour is not connected: "
-                           f"line {rows.line[k]} ends {gap[k]:.4f} mm from where line "
-                           f"{rows.line[k + 1]} starts; a gap may be {CONNECT_MM} mm",
-                           tuple(rows.start[k + 1]))
+                           f"line {rows.line[k]} ends {{gap}} from where line "
+                           f"{rows.line[k + 1]} starts; a gap may be {{most}}",
+                           tuple(rows.start[k + 1]), gap=gap[k], most=close_mm)
+
+
+def _widest_gap(rows, closed):
+    """(mm, source line before it) of the widest gap between neighbours, and of a closed run
+    between its end and its start."""
+    gap = _distance(rows.end, np.roll(rows.start, -1, axis=0))[:len(rows.line) - (not closed)]
+    return (float(gap.max()), int(rows.line[gap.argmax()])) if len(gap) else (0.0, 0)
+
+
+def refuse_nearly_closed(contour, close_mm):
+    """An open contour whose end misses its start by so little that it was meant to be closed."""
+    e, (last, first) = contour.elements, contour.line[[-1, 0]]
+    gap = float(np.hypot(*(e.end[-1] - e.start[0])))
+    if not contour.closed and gap < NEARLY_CLOSED_MM < contour.length.sum() / 2:
+        x, y = e.start[0].tolist()
+        raise ContourError("not connected", (last, first), f"the contour is open: line {last} ends "
+                           f"{{gap}} from where line {first} starts, more than the {{most}} that "
+                           f"are closed; end line {last} at X{{x}} Y{{y}}", (x, y), gap=gap,
+                           most=close_mm, x=x, y=y)
 
 
 def _full(rows):
@@ -141,11 +171,12 @@ def _full(rows):
     return rows.arc & (_distance(rows.start, rows.end) <= FULL_CIRCLE_MM)
 
 
-def _is_closed(rows):
+def _is_closed(rows, close_mm):
     """Whether the run returns to its start; a single element only as a full circle."""
+    near = bool(_distance(rows.end[-1:], rows.start[:1])[0] <= close_mm)
     if len(rows.line) == 1:
-        return bool(_full(rows)[0])
-    return bool(_distance(rows.end[-1:], rows.start[:1])[0] <= CONNECT_MM)
+        return bool(_full(rows)[0]) or near and bool(abs(_sweeps(rows)[0]) > HALF_TURN_RAD)
+    return near
 
 
 def _connected(rows, closed):
@@ -171,9 +202,9 @@ def _refuse_impossible(rows):
     for k in np.flatnonzero(bad)[:1]:
         line, before = rows.line[k], rows.line[max(k - 1, 0)]
         raise ContourError("impossible arc", (before, line), f"the arc of line {line}, after line "
-                           f"{before}, has radius {first[k]:.4f} mm at its start and "
-                           f"{last[k]:.4f} mm at its end; they may differ by {ARC_RADII_MM:.4f} "
-                           f"mm or {100.0 * ARC_RADII_SHARE} %", tuple(rows.start[k]))
+                           f"{before}, has radius {{first}} at its start and {{last}} at its end; "
+                           f"they may differ by {{most}} or {100.0 * ARC_RADII_SHARE} %",
+                           tuple(rows.start[k]), first=first[k], last=last[k], most=ARC_RADII_MM)
 
 
 def _sweeps(rows):
@@ -247,12 +278,27 @@ def refuse_crossings(contour):
     bad = np.flatnonzero(_apart_along(contour, met) > SELF_LOOP_MM)
     if len(bad):
         first = bad[np.lexsort((np.maximum(met.a, met.b)[bad], np.minimum(met.a, met.b)[bad]))[0]]
-        refuse_meeting(contour.line[met.a[first]], contour.line[met.b[first]], met.point[first])
+        a, b = sorted((int(met.a[first]), int(met.b[first])))
+        _refuse_overshoot(contour, a, b, met.point[first])
+        refuse_meeting(contour.line[a], contour.line[b], met.point[first])
+
+
+def _refuse_overshoot(contour, a, b, point):
+    """Raise the error of an open contour whose last element b runs past the start of element a, the first."""
+    e = contour.elements
+    if contour.closed or a != 0 or b != len(contour.line) - 1 \
+            or elements.distances(e, np.array([b]), e.start[:1])[0] >= NEARLY_CLOSED_MM:
+        return
+    first, last = int(contour.line[a]), int(contour.line[b])
+    (x, y), (mx, my) = e.start[0].tolist(), point.tolist()
+    raise ContourError("crosses itself", (first, last), f"the contour runs past its start: line {last} meets "
+                       f"line {first} at X{{mx}} Y{{my}}; end line {last} at X{{x}} Y{{y}}",
+                       (mx, my), x=x, y=y, mx=mx, my=my)
 
 
 def refuse_meeting(line_a, line_b, point):
     """Raise the error of two elements that meet where they must not."""
     line_a, line_b = sorted((int(line_a), int(line_b)))
     raise ContourError("crosses itself", (line_a, line_b), "the contour crosses or touches "
-                       f"itself: line {line_a} meets line {line_b} at X{point[0]:.4f} "
-                       f"Y{point[1]:.4f}; draw them apart", tuple(point))
+                       f"itself: line {line_a} meets line {line_b} at X{{x}} Y{{y}}; draw them apart",
+                       tuple(point), x=float(point[0]), y=float(point[1]))

@@ -135,8 +135,11 @@ def _turned(contour, ccw):
     """The closed contour, counter-clockwise or clockwise."""
     if not contour.closed:
         first, last = contour.line[0], contour.line[-1]
+        e = contour.elements
+        (x, y), gap = e.start[0].tolist(), float(np.hypot(*(e.end[-1] - e.start[0])))
         raise ContourError("not connected", (last, first), f"a pocket outline is open: line {last}"
-                           f" does not end where line {first} starts; close it")
+                           f" ends {{gap}} from where line {first} starts; end it at X{{x}} Y{{y}}",
+                           (x, y), gap=gap, x=x, y=y)
     return contour if (elements.area(contour.elements) > 0.0) == ccw else reverse(contour)
 
 

@@ -25,6 +25,10 @@ SHORT_MM = 1e-6
 # connected: one unit of the third decimal, as post-processors round it.
 CONNECT_MM = 1.5e-3
 
+# An open contour whose end and start lie nearer than this was meant to be closed: no profile has
+# ends so near, and any tool's kerf would free the piece inside.
+NEARLY_CLOSED_MM = 0.5
+
 # LinuxCNC 2.9 accepts a centre-format arc whose two radii differ by this much
 # (interp_internal.hh, CENTER_ARC_RADIUS_TOLERANCE_MM) ...
 ARC_RADII_MM = 2 * 0.01 * math.sqrt(2)

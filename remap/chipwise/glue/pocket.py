@@ -2,7 +2,7 @@
 
 from chipwise import report, subs
 from chipwise.cycles.pocket import PocketRequest, pocket_plan
-from chipwise.errors import CycleError, format_length
+from chipwise.errors import CycleError
 from chipwise.geometry.contour import ContourError
 from chipwise.glue import shape
 
@@ -34,26 +34,14 @@ def _words(state):
     diameter = state.tool_diameter()
     clearance, bottom = state.heights()
     state.chop_size()               # checks H0: a pocket leaves no slug, so there is nothing to chop
-    depth_step = state.length("j")
+    depth_step, step = state.length("j"), state.length("d")
     return dict(
-        bottom=bottom, clearance=clearance, tool_radius=diameter / 2, step=_step(state, diameter),
+        bottom=bottom, clearance=clearance, tool_radius=diameter / 2,
+        step=STEP_SHARE * diameter if step is None else step, close_gap=state.settings["CLOSE_GAP"],
         side_allowance=state.length("i") or 0.0, floor_allowance=state.length("k") or 0.0, strategy=_strategy(state),
         direction=float(state.number("l") or 0), climb=state.turns_clockwise(),
         depth_step=state.flute_length() if depth_step is None else depth_step, ramp_angle=state.ramp_angle(),
         feed=state.feed(), plunge_feed=state.plunge_feed(), start=state.position())
-
-
-def _step(state, diameter):
-    """The word D (mm), which is in machine units; so are the lengths in its errors."""
-    step = state.machine_length("d")
-    if step is None:
-        return STEP_SHARE * diameter
-    given, most = (format_length(length, state.machine_unit()) for length in (step, diameter))
-    if step <= 0:
-        raise CycleError(f"step-over D{given} is not above 0", f"use D above 0, up to {most}")
-    if step > diameter * (1 + 1e-9):
-        raise CycleError(f"step-over D{given} is larger than the tool ({most})", f"use D up to {most.split()[0]}")
-    return step
 
 
 def _strategy(state):

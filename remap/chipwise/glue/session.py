@@ -6,15 +6,15 @@ refuse() is the only place where errors become the operator's message.  A cycle 
 move is emitted, so one that cannot be done emits nothing.  Nothing here touches HAL or waits for the machine.
 """
 
+import os
+
 import emccanon
 from interpreter import INTERP_ERROR, INTERP_EXECUTE_FINISH, INTERP_OK
 
-from chipwise.errors import CycleError
+from chipwise.errors import CycleError, clip, printable
 from chipwise.glue import emit, named
 from chipwise.glue.ceiling import restore_programmed
 from chipwise.glue.state import State
-
-MESSAGE_LENGTH = 250    # linuxcnc.h: LINELEN is 255
 
 
 def run_cycle(interp, code, kwargs, plan):
@@ -33,11 +33,11 @@ def run_cycle(interp, code, kwargs, plan):
         state.check_modes()
         moves = plan(state)
         for text in state.messages:
-            emccanon.MESSAGE(text[:MESSAGE_LENGTH])
+            emccanon.MESSAGE(clip(text, place(interp, kwargs)))
         emit.emit(interp, state, moves)
         return INTERP_OK
     except Exception as error:
-        return refuse(interp, code, error)
+        return refuse(interp, code, kwargs, error)
 
 
 def run_steps(interp, code, kwargs, steps):
@@ -55,18 +55,45 @@ def run_steps(interp, code, kwargs, steps):
     except GeneratorExit:  # the program was aborted while we waited
         raise
     except Exception as error:
-        yield refuse(interp, code, error)
+        yield refuse(interp, code, kwargs, error)
 
 
-def refuse(interp, code, error):
-    """Any exception -> the operator's message; returns INTERP_ERROR."""
+def refuse(interp, code, kwargs, error):
+    """Any exception -> the operator's message, with the line; returns INTERP_ERROR."""
+    try:
+        text = message_of(interp, code, error)
+    except Exception as failure:        # the path of all other errors: whatever happens there, the code is named
+        text = f"chipwise: {code}: internal error: {type(failure).__name__}"
+    interp.set_errormsg(clip(text, place(interp, kwargs)))
+    return INTERP_ERROR
+
+
+def message_of(interp, code, error):
+    """An exception -> text for the operator, without the line."""
     if isinstance(error, CycleError):
         error.code = error.code or code
         inch = interp.length_units == emccanon.CANON_UNITS.CANON_UNITS_INCHES
-        interp.set_errormsg(error.text("in" if inch else "mm"))
-        return INTERP_ERROR
+        return error.text("in" if inch else "mm")
+    if isinstance(error, MemoryError):
+        return f"chipwise: {code}: the memory is not enough for this; use larger steps or a smaller shape"
     # InterpreterException cannot be named in an except clause (2.9)
     text = interp.get_errormsg() if type(error).__name__ == "InterpreterException" else ""
     first_line = (text or f"{type(error).__name__}: {error}").strip().splitlines()[0]
-    interp.set_errormsg(f"chipwise: {code}: internal error: {first_line}"[:250])
-    return INTERP_ERROR
+    return printable(f"chipwise: {code}: internal error: {first_line}")
+
+
+def place(interp, kwargs):
+    """" (line 12)", " (line 5 of 100.ngc)" in a sub's own file, "" in MDI.
+
+    AXIS and LinuxCNC name the line they have read last, which is another one when a cycle refuses.
+    """
+    try:
+        line = int(kwargs.get("n", 0))
+        if line <= 0:
+            return ""
+        level = interp.call_level
+        if level > 0 and interp.sub_context[0].filename not in ("", interp.filename):
+            return printable(f" (line {line} of {os.path.basename(interp.filename)})")
+        return f" (line {line})"
+    except Exception:                   # a name that is not UTF-8
+        return f" (line {line})" if kwargs.get("n", 0) > 0 else ""

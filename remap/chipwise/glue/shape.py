@@ -8,6 +8,7 @@ import emccanon
 from chipwise import subs
 from chipwise.errors import CycleError
 from chipwise.glue import named
+from chipwise.glue.state import path_of
 from chipwise.settings import ini_file_name
 
 NUMBERED = range(31, 5400)      # user parameters, probe results, homes, coordinate systems; 1 to 30 are the sub's own
@@ -40,15 +41,15 @@ def job(state, sub):
         ijk_absolute=interp.ijk_distance_mode == 0, position=state.position(), feed=interp.feed_rate,
         machine_unit=1.0 / emccanon.GET_EXTERNAL_LENGTH_UNITS(), tool=(tool.toolno, tool.diameter),
         numbered=tuple((n, interp.params[n]) for n in NUMBERED if interp.params[n] != 0.0),
-        named=tuple((name, interp.params[name]) for name in sorted(names)))
+        named=tuple((name, interp.params[name]) for name in sorted(names)), close_gap=state.settings["CLOSE_GAP"])
 
 
 def _programs(interp):
     """The file of the line, then the files of those who called it."""
-    seen = [interp.filename]
+    seen = [path_of(interp)]
     for level in range(interp.call_level, -1, -1):
         try:
             seen.append(interp.sub_context[level].filename)
-        except Exception:   # not offered by every version
+        except Exception:   # not offered by every version, or a path that is not UTF-8
             break
     return dict.fromkeys(path for path in seen if path)

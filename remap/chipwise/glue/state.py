@@ -20,6 +20,14 @@ ALL_WORDS = "abcdefhijklpqrstuvwxyz"
 _INVERSE_TIME, _UNITS_PER_REVOLUTION = 1, 2  # interp_internal.hh: FEED_MODE
 
 
+def path_of(context):
+    """The `filename` of the interpreter, or of one of its calls; Python cannot hold one that is not UTF-8 (boost)."""
+    try:
+        return context.filename
+    except UnicodeDecodeError:
+        raise CycleError("the path of the program is not valid UTF-8", "rename the file or its folder") from None
+
+
 class State:
     """The interpreter's state when a cycle is called."""
 
@@ -37,7 +45,7 @@ class State:
         self.messages = []
 
     def say(self, text, **lengths):
-        """A message for the operator when the cycle is done; {names} in the text are lengths in mm."""
+        """A message for the operator when the cycle is done; {names} in the text are lengths in mm or Areas."""
         self.messages.append(CycleError(text, code=self.code, **lengths).text(self.unit))
 
     # ---- modes ----------------------------------------------------------------------------------------------
@@ -55,6 +63,10 @@ class State:
             raise CycleError("feed per revolution (G95) without a spindle speed", "program S above 0 before, or G94")
         if interp.params["_lathe_diameter_mode"]:
             raise CycleError("lathe diameter mode (G7) is on", "program G8 before")
+
+    def program(self):
+        """Path of the file the line stands in."""
+        return path_of(self.interp)
 
     # ---- words ----------------------------------------------------------------------------------------------
 
@@ -81,15 +93,6 @@ class State:
         """A word in program units -> mm, None where absent."""
         value = self.words.get(letter)
         return None if value is None else value * self.unit_mm
-
-    def machine_length(self, letter):
-        """A word in machine units, whatever G20/G21 says -> mm, None where absent."""
-        value = self.words.get(letter)
-        return None if value is None else value / emccanon.GET_EXTERNAL_LENGTH_UNITS()
-
-    def machine_unit(self):
-        """"mm" or "in": what machine_length() counts in."""
-        return "in" if emccanon.GET_EXTERNAL_LENGTH_UNITS() < 0.5 else "mm"
 
     def needed(self, letter, meaning):
         """As length(), but an error where absent."""

@@ -40,7 +40,7 @@ def _fields(text):
         key, equals, value = (piece.strip().upper() for piece in part.partition("="))
         if key == "AXIS":
             if value != "Z":
-                raise CycleError(f"WORKPIECE comment: AXIS={value} is not Z", "use AXIS=Z")
+                raise CycleError("WORKPIECE comment: AXIS={value} is not Z", "use AXIS=Z", value=value)
             continue
         try:
             fields[key] = float(value)
@@ -48,7 +48,7 @@ def _fields(text):
         except ValueError:
             good = False
         if not good:
-            raise CycleError(f"WORKPIECE comment: {part} is not KEY=number", "correct the comment")
+            raise CycleError("WORKPIECE comment: {part} is not KEY=number", "correct the comment", part=part)
     return shape.strip().upper(), fields
 
 
@@ -57,7 +57,7 @@ def _need(fields, keys, shape):
     unknown = [key for key in fields if key not in keys]
     if missing or unknown:
         what = f"lacks {', '.join(missing)}" if missing else f"has the unknown {', '.join(unknown)}"
-        raise CycleError(f"WORKPIECE comment: {shape} {what}", f"{shape} needs {', '.join(keys)}")
+        raise CycleError("WORKPIECE comment: {shape} {what}", f"{shape} needs {', '.join(keys)}", shape=shape, what=what)
     return [fields[key] for key in keys]
 
 
@@ -74,7 +74,7 @@ def parse_comment(text):
         x, y, z_low, z_high, diameter = _need(fields, _CYLINDER_KEYS, shape)
         low, high = [x - diameter / 2, y - diameter / 2, z_low], [x + diameter / 2, y + diameter / 2, z_high]
     else:
-        raise CycleError(f"WORKPIECE comment: shape {shape or '(none)'} is unknown", "use BOX or CYLINDER")
+        raise CycleError("WORKPIECE comment: shape {shape} is unknown", "use BOX or CYLINDER", shape=shape or "(none)")
     for axis, a, b in zip("XYZ", low, high):
         if not b > a:
             raise CycleError(f"WORKPIECE comment: the stock has no extent in {axis} ({a:g} to {b:g})",
@@ -100,7 +100,7 @@ def stock_of(state):
     """(low, high, shape) in mm, machine coordinates of the tool tip, for the stock this M250 asks for."""
     box, shape = box_from_words(state), BOX
     if box is None:
-        text = find_comment(state.interp.filename, state.line_number)
+        text = find_comment(state.program(), state.line_number)
         if text is None:
             raise CycleError("there are neither words nor a WORKPIECE comment",
                              "give P Q R (corner) I J K (size), or add (WORKPIECE,BOX,XMIN=..,..) to the program")
