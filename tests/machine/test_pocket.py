@@ -44,7 +44,7 @@ def test_mdi(tmp_path):
              ['mdi', 'G79 Q101 Z-1 R0.5'], ['position'], ['mdi', '#<_chipwise_ramp_angle> = 20'],
              ['mdi', 'G79 Q100 Z-1 R0.5 L30 P2'], ['position'], ['messages']]
     answers = operate(tmp_path, steps, edit=f's#^SUBROUTINE_PATH = .*#SUBROUTINE_PATH = {folder}#')
-    assert answers[3] == ['chipwise: G79: step-over D7.2 mm is larger than the tool (6 mm); use D up to 6']
+    assert answers[3] == ['chipwise: G79: step-over D7.2 mm is larger than the tool (6 mm); use D up to 6 mm']
     assert len(answers[4]) == 1 and 'there is no sub O101' in answers[4][0]
     assert answers[5] == pytest.approx([5, 5, 5], abs=1e-6)
     assert answers[7] == [] and answers[8][2] == pytest.approx(0.5, abs=1e-6)
