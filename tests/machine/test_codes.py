@@ -184,3 +184,11 @@ def test_three_lines_on_an_existing_machine(tmp_path):
     found = json.loads(answers.read_text())
     assert found[1:4] == [[], [], []], (found, done.stdout[-2000:])
     assert found[4][2] == '2' and float(found[4][3]) == 6000
+
+
+def test_a_program_with_g93_is_named_when_it_is_opened(tmp_path):
+    """With F remapped LinuxCNC ends it at the tenth F, with a message about nesting that says nothing to an operator."""
+    program = tmp_path / 'inverse.ngc'
+    program.write_text('G21\n(G93)\nG93 G1 X1 F60\nM2\n')
+    said = operate(tmp_path, [['open', str(program)], ['sleep', 2], ['errors']])[-1]
+    assert [message for message in said if 'inverse.ngc uses G93 (line 3)' in message and 'REMAP = F' in message] == said != []

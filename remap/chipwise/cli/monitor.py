@@ -13,8 +13,9 @@ import time
 
 from chipwise.cli import heir
 from chipwise.cli.keeper import Keeper
+from chipwise.cli.loaded import LoadedProgram
 from chipwise.errors import CycleError
-from chipwise.settings import load_settings
+from chipwise.settings import feed_is_remapped, load_settings
 from chipwise.tools import tool_geometry
 
 NAME = 'monitor'
@@ -99,6 +100,7 @@ class Monitor:
         self.said_guard = 0
         self.guard_depth = None                 # of the last look, during a flute excess
         self.keeper = Keeper(component, settings, self.say)
+        self.loaded = LoadedProgram(self.say, feed_is_remapped())
 
     def connect(self):
         """True when LinuxCNC's task answers; it starts after HAL."""
@@ -214,6 +216,7 @@ class Monitor:
             self.follow_tool()
             self.follow_guard()
             self.follow_faults(time.monotonic())
+            self.loaded.follow(self.status.file)
             self.keeper.step(time.monotonic())
 
 
