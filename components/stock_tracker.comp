@@ -39,12 +39,15 @@ pin in float max_z "stock box, machine coordinates, machine units";
 pin in s32 shape "of the stock in that box: 0 all of it, 1 the cylinder along Z inscribed in it";
 pin in bit define "rising edge: fill the map with the box; ready is FALSE until that is done";
 pin in bit hold "TRUE: another program has the map and writes a stock into it (chipwise monitor)";
+pin in s32 tool_in_spindle "number of the tool by the machine itself (iocontrol.0.tool-number); unconnected: not compared";
+pin in s32 tool_followed "the same as chipwise-monitor has last seen and described it (chipwise-monitor.tool-followed)";
+pin in s32 heartbeat "counts while chipwise-monitor runs (chipwise-monitor.heartbeat)";
 pin in float distance_to_go "motion.distance-to-go, machine units; not positive: unknown";
 
 pin out bit stock_defined "the map is filled with a stock";
 pin out bit ready "stock, tool and position are known";
 pin out bit fault "something is wrong, see fault-code";
-pin out s32 fault_code "0 none; stock box: 1 not finite, 2 empty, 3 larger than the map, 4 a map was not written to its end, or the machine went on meanwhile; tool: 11 diameter, 12 corner radius, 13 tip angle, 14 flute length; 20 position not finite, 21 position jumps, 22 units-per-mm";
+pin out s32 fault_code "0 none; stock box: 1 not finite, 2 empty, 3 larger than the map, 4 a map was not written to its end, or the machine went on meanwhile; tool: 11 diameter, 12 corner radius, 13 tip angle, 14 flute length; 15 the tool in the spindle is not the one that chipwise-monitor has described, 16 chipwise-monitor does not answer; 20 position not finite, 21 position jumps, 22 units-per-mm";
 pin out float removed_volume "mm3 cut since define; of a restored stock since it was defined";
 pin out bit held "the map is not touched: answer to hold";
 pin out float mrr "removal rate, mm3/min, averaged over mrr-window";
@@ -66,10 +69,13 @@ param rw bit read_path = 1 "read the program's way ahead from the motion planner
 param rw float acceleration_x = 0.0 "machine units/s2 of the axis, for the traverses' braking; 0: unknown, as acceleration";
 param rw float acceleration_y = 0.0 "machine units/s2";
 param rw float acceleration_z = 0.0 "machine units/s2";
+param rw float monitor_timeout = 0.0 "s without a heartbeat until fault 16; 0: the heartbeat is not watched";
 param r s32 shm_key "key of the shared memory that holds the map";
 
 variable cw_tracker_t state;
 variable cw_planner_t planner;
+variable chip_tool_watch_t watch;
+variable int said_unwatched;
 variable void *map;
 variable int map_id;
 
@@ -143,6 +149,27 @@ EXTRA_CLEANUP() {
         rtapi_shmem_delete(map_id, comp_id);
 }
 
+/* Whether the tool is still the one that was described. A monitor that is dead cannot say so itself: the operator is
+ * told from here (motion hands error messages of realtime on to the user interface). */
+static void watch_tool(struct __comp_state *__comp_inst, long period, struct cw_tracker_in *in)
+{
+    struct chip_tool_watch_in seen;
+    seen.machine_tool = tool_in_spindle;
+    seen.followed_tool = tool_followed;
+    seen.beats = heartbeat;
+    seen.limit_s = monitor_timeout;
+    seen.period_s = fperiod;
+    chip_tool_watch_step(&watch, &seen);
+    in->tool_unknown = watch.is_unknown;
+    in->watch_fault = watch.code;
+    if (watch.code != CHIP_TOOL_UNWATCHED) said_unwatched = 0;
+    else if (!said_unwatched) {
+        said_unwatched = 1;
+        rtapi_print_msg(RTAPI_MSG_ERR, "chipwise: chipwise-monitor does not answer: changes of the tool are not "
+            "seen, the volumetric feed leaves F as programmed; start `chipwise monitor` in a shell\n");
+    }
+}
+
 FUNCTION(_) {
     struct cw_stock *stock = map;
     struct cw_tracker_in in;
@@ -163,6 +190,7 @@ FUNCTION(_) {
     in.request = define;
     in.foreign = hold;
     in.to_go = distance_to_go;
+    watch_tool(__comp_inst, period, &in);
     in.accel = acceleration;
     in.axis_accel[0] = acceleration_x;
     in.axis_accel[1] = acceleration_y;

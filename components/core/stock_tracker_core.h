@@ -13,11 +13,13 @@
 #include "core/ahead.c"
 #include "core/guard.c"
 #include "core/tracker.c"
+#include "core/tool_watch.c"
 
 #include "planner.h"
 
 typedef struct cw_tracker cw_tracker_t;
 typedef struct cw_planner cw_planner_t;
+typedef struct chip_tool_watch chip_tool_watch_t;
 
 /* A decimal number as loadrt gives it; 0 (which no length may be) when it is none. */
 static inline double cw_decimal(const char *text)

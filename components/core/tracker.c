@@ -238,7 +238,7 @@ static long guard(struct cw_tracker *tracker, const struct cw_stock *stock,
 {
     struct cw_guard_in way;
     int i, hit;
-    if (!tracker->tip_known || !in->cutting) {
+    if (!tracker->tip_known) {
         cw_guard_reset(&tracker->guard);
         return work;
     }
@@ -275,6 +275,7 @@ static void clear(struct cw_tracker_out *out)
 
 static int current_fault(const struct cw_tracker *tracker, const struct cw_tracker_in *in)
 {
+    if (in->watch_fault) return in->watch_fault;
     if (tracker->box_error) return tracker->box_error;
     if (tracker->tool_error > 0 && in->cutting) return 10 + tracker->tool_error;
     return tracker->fault;
@@ -285,6 +286,7 @@ void cw_tracker_step(struct cw_tracker *tracker, struct cw_stock *stock,
 {
     double tip[3] = { 0.0, 0.0, 0.0 };
     int bad = read_tip(tracker, in, tip), ready;
+    int cutting = in->cutting && !in->tool_unknown;
 
     clear(out);
     if (serve_hold(tracker, stock, in)) {
@@ -296,6 +298,8 @@ void cw_tracker_step(struct cw_tracker *tracker, struct cw_stock *stock,
         if (bad == CW_FAULT_NONE || bad == CW_FAULT_JUMP) note_place(tracker, in, tip);
         tracker->tip_known = bad == CW_FAULT_NONE;
         out->is_held = 1;
+        out->code = in->watch_fault;
+        out->has_fault = out->code != CW_FAULT_NONE;
         out->removed_mm3 = tracker->held_mm3;
         return;
     }
@@ -311,12 +315,13 @@ void cw_tracker_step(struct cw_tracker *tracker, struct cw_stock *stock,
         serve_tool(tracker, in);
         if (ready && tracker->tool_error == 0) {
             long work = 0;
-            tracker->parted |= !in->cutting;
-            tracker->has_start &= in->cutting;
+            tracker->parted |= !cutting;
+            tracker->has_start &= cutting;
             if (tracker->parted) work = finish(tracker, stock);
-            tracker->parted &= !in->cutting || tracker->sweep.waiting > 0;
+            tracker->parted &= !cutting || tracker->sweep.waiting > 0;
             if (!tracker->parted) work += cut(tracker, stock, in, tip);
-            work = guard(tracker, stock, in, tip, work, out);
+            if (cutting) work = guard(tracker, stock, in, tip, work, out);
+            else cw_guard_reset(&tracker->guard);
             look(tracker, stock, in, tip, work, out);
         } else {
             cw_ahead_reset(&tracker->ahead);
@@ -328,5 +333,5 @@ void cw_tracker_step(struct cw_tracker *tracker, struct cw_stock *stock,
     out->code = current_fault(tracker, in);
     out->has_fault = out->code != CW_FAULT_NONE;
     out->has_stock = ready;
-    out->is_ready = ready && tracker->tool_error == 0 && !bad;
+    out->is_ready = ready && tracker->tool_error == 0 && !bad && !in->tool_unknown && !in->watch_fault;
 }

@@ -12,7 +12,8 @@
  *     program writes the map (`foreign`) it is not touched at all; what stands in it afterwards
  *     is the stock, if it can be one: its writer has come to the end (generation even), and nothing
  *     was to be cut meanwhile.
- *  3. A tool whose numbers changed is built anew; nothing is cut by an unknown tool.
+ *  3. A tool whose numbers changed is built anew; nothing is cut by an unknown tool, nor by one that is not in the
+ *     spindle any more (tool_watch.h).
  *  4. While cutting is enabled the way since the last period is queued and cut; what is left is
  *     cut in the next (sweep.h, 2).
  *  5. The guards look at a traverse and at the shank (guard.h), the look-ahead takes its samples
@@ -43,6 +44,8 @@ enum cw_fault {
     CW_FAULT_TOOL_CORNER = 12,
     CW_FAULT_TOOL_ANGLE = 13,
     CW_FAULT_TOOL_FLUTE = 14,
+    CW_FAULT_TOOL_CHANGED = 15,         /* 15, 16: chip_tool_watch_fault */
+    CW_FAULT_NO_MONITOR = 16,
     CW_FAULT_POSITION = 20,             /* a position is not finite */
     CW_FAULT_JUMP = 21,                 /* a step no machine can make */
     CW_FAULT_UNITS = 22                 /* units per mm not a finite number > 0 */
@@ -58,6 +61,8 @@ struct cw_tracker_in {
     int form;                           /* cw_stock_shape of the box */
     int request;                        /* level: a rising edge defines the stock */
     int foreign;                         /* another program has the map */
+    int tool_unknown;                   /* the tool in the spindle is not the one of tool_size (tool_watch.h) */
+    int watch_fault;                    /* CW_FAULT_TOOL_CHANGED, CW_FAULT_NO_MONITOR or 0 (tool_watch.h) */
     double to_go;                       /* machine units to the end of the segment; not positive: unknown */
     double accel;                       /* machine units/s2; not positive: unknown */
     double axis_accel[3];               /* of X, Y, Z, machine units/s2; not positive: unknown */

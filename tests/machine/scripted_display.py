@@ -14,8 +14,11 @@
     ["abort"]
     ["errors"]                      answer: the operator errors since the last time
     ["kill_monitor"]
+    ["kill_worker"]                 only the process of chipwise-monitor that does the work
+    ["signal_monitor", "STOP" or "CONT"]    to its processes, at once
     ["kill_monitor_in", line, what, seconds]    begin an MDI line; kill the monitor so long after it has begun to "hold" the
                                     map, or to write a file in the folder `what`; the line goes on
+    ["busy", number]                so many processes that do nothing but work, until the end
     ["start_monitor"]               as from a shell, without LinuxCNC's environment; waits until it is ready
     ["mdi_end"]                     wait for the end of that line; answer: the operator errors it raised
     ["map_sum"]                     answer: [checksum of the map's cells, mm3 removed]
@@ -193,6 +196,24 @@ class Operator:
             os.kill(process, signal.SIGKILL)
         while self.monitors():
             time.sleep(0.01)
+
+    def kill_worker(self):
+        """The child of the two; the parent starts another one."""
+        both = self.monitors()
+        for process in both:
+            with open(f'/proc/{process}/stat') as handle:
+                if int(handle.read().rsplit(')', 1)[1].split()[1]) in both:
+                    os.kill(process, signal.SIGKILL)
+                    return True
+        return False
+
+    def busy(self, number):
+        for _ in range(number):
+            subprocess.Popen(['sh', '-c', 'while :; do :; done'], stdin=subprocess.DEVNULL)
+
+    def signal_monitor(self, name):
+        for process in self.monitors():
+            os.kill(process, getattr(signal, 'SIG' + name))
 
     def kill_monitor_in(self, line, what, seconds):
         processes = self.monitors()

@@ -16,6 +16,11 @@ CUT = [['mdi', 'G0 X-5 Y20'], ['mdi', 'G0 Z-2'], ['mdi', 'G1 X30 F3000'], ['mdi'
 MORE = [['mdi', 'G0 X-5 Y30'], ['mdi', 'G0 Z-4'], ['mdi', 'G1 X30'], ['mdi', 'G0 Z5']]
 STATE = ['pins', 'stock-tracker.0.stock-defined', 'stock-tracker.0.ready', 'stock-tracker.0.held', 'stock-tracker.0.fault-code']
 HEIR = 'chipwise-monitor-2'
+DEAD = 'chipwise: chipwise-monitor does not answer'         # from the stock tracker, 5 s after the death
+
+
+def but_dead(texts):
+    return [text for text in texts if not text.startswith(DEAD)]
 
 
 def large_machine(tmp_path):
@@ -39,8 +44,8 @@ def test_killed_while_saving(tmp_path):
         [['start_monitor']], [['mdi_end'], ['map_sum']],
         [['mdi', 'M254 P1'], ['map_sum'], ['mdi', 'T2 M6']], edit=edit)
     assert saved == [] and killed
-    assert state == ['TRUE', 'TRUE', 'FALSE', '0'], 'saving touches no stock'
-    assert waited == [], 'the request was still there for the new monitor'
+    assert (state[0], state[2]) == ('TRUE', 'FALSE') and state[3] in ('0', '16'), 'saving touches no stock'
+    assert but_dead(waited) == [], 'the request was still there for the new monitor'
     assert second[1] > first[1] and back == [] and third == second and tool == []
     names = sorted(os.listdir(folder))
     assert 'slot1.stock' in names and len(names) <= 2, names
@@ -53,20 +58,22 @@ def test_killed_while_restoring(tmp_path):
     written is tests/core/test_hold.c's."""
     edit, _folder = large_machine(tmp_path)
     feed = ['over', 0.4, 'motion.current-vel', 'volumetric-feed.0.limited-by']
-    _start, (_saved, first), _on, (_deaf, killed, state, said), fed, refused, (_net, _heir, after, message), (restored, second, last, cut) = run(
+    _start, (_saved, first), _on, (_deaf, killed, state, said), fed, refused, (_net, _heir, _wait, after, message), (restored, second, last, cut) = run(
         tmp_path, [['mdi', 'T1 M6'], ['mdi', BOX], *CUT], [['mdi', 'M253 P1'], ['map_sum']],
         [['mdi', 'F300'], ['mdi', 'M251 Q6 P2 E3000']],
         [['hal', 'unlinkp', 'chipwise-monitor.held'], ['kill_monitor_in', 'M254 P1', 'hold', 0.02], STATE, ['mdi_end']],
         [['mdi', 'F300'], ['start', 'G90 G0 X-10 Y60 Z30\nG1 X30\nM2\n'], ['until', 'motion.motion-type', '>', 1.5],
          ['until', 'axis.x.pos-cmd', '>', 0], feed, ['finish']],
         [['mdi', 'M251 Q6 P1'], ['mdi', 'M250 P0 Q0 R-10 I30 J30 K10']],
-        [['hal', 'net', 'chipwise-held', 'chipwise-monitor.held'], ['start_monitor'], STATE, ['errors']],
+        [['hal', 'net', 'chipwise-held', 'chipwise-monitor.held'], ['start_monitor'], ['sleep', 1], STATE, ['errors']],
         [['mdi', 'M254 P1'], ['map_sum'], STATE, ['pins', HEIR + '.tool-number', HEIR + '.hold']], edit=edit)
-    assert killed and state == ['FALSE', 'FALSE', 'TRUE', '0']
-    assert len(said) == 1 and said[0].startswith('chipwise: M254: slot 1 was not restored: chipwise-monitor gave no answer')
+    assert killed and state[:3] == ['FALSE', 'FALSE', 'TRUE'] and state[3] in ('0', '16')
+    assert len(said) == 2 and said[0].startswith(DEAD)
+    said = but_dead(said)
+    assert said[0].startswith('chipwise: M254: slot 1 was not restored: chipwise-monitor gave no answer')
     velocity, limited_by = fed[4]
     assert velocity == pytest.approx([5.0, 5.0], rel=1e-3) and limited_by == [5, 5] and fed[5] == []
-    assert refused[0] == ['chipwise: M251: no stock is defined; define it with M250 before']
+    assert refused[0] == ['chipwise: M251: the tool in the spindle is not known: chipwise-monitor does not answer; start `chipwise monitor` in a shell']
     assert len(refused[1]) == 1 and 'start `chipwise monitor` again' in refused[1][0]
     assert after[2] == 'FALSE' and (after[0], after[3]) == ('FALSE', '4')
     assert any('not known any more' in text for text in message), message
@@ -77,13 +84,13 @@ def test_killed_while_restoring(tmp_path):
 def test_killed_before_it_writes_and_the_machine_goes_on(tmp_path):
     """A cut under hold is in no map: no stock is known afterwards, although the map was never touched."""
     edit, _folder = large_machine(tmp_path)
-    *_, held, _cut, _heir, state, said, again = operate(tmp_path, [
+    *_, held, _cut, _let_go, _heir, _wait, state, said, again = operate(tmp_path, [
         ['mdi', 'T1 M6'], ['mdi', 'M250 P0 Q0 R-10 I60 J40 K10'], ['kill_monitor'],
         ['hal', 'unlinkp', 'stock-tracker.0.hold'], ['hal', 'setp', 'stock-tracker.0.hold', '1'], ['mdi', 'G0 X-5 Y20'],
-        ['mdi', 'G0 Z-2'], STATE, ['mdi', 'G1 X30 F3000'], ['hal', 'setp', 'stock-tracker.0.hold', '0'], STATE,
+        ['mdi', 'G0 Z-2'], STATE, ['mdi', 'G1 X30 F3000'], ['hal', 'setp', 'stock-tracker.0.hold', '0'], ['start_monitor'], ['sleep', 1], STATE,
         ['errors'], ['mdi', 'M250 P0 Q0 R-10 I60 J40 K10']], edit=edit)
     assert held[2] == 'TRUE' and state == ['FALSE', 'FALSE', 'FALSE', '4']
-    assert said == [] and again == []
+    assert but_dead(said) == [text for text in said if 'not known any more' in text] and again == []
 
 
 def test_with_keep_stock_a_dead_monitor_keeps_nothing_old(tmp_path):

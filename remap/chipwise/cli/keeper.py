@@ -12,6 +12,7 @@ The reply (stock/reasons.py) stays until the request is withdrawn, so that the i
 
 import os
 import time
+from contextlib import nullcontext
 
 from chipwise.stock import reasons
 
@@ -22,9 +23,9 @@ SAVE, RESTORE = 1, 2        # chipwise-command.0.request
 class Keeper:
     """The stock of one LinuxCNC and its files."""
 
-    def __init__(self, component, settings, say):
-        """component: the monitor's pins; say: function of a text for the operator."""
-        self.component, self.settings, self.say = component, settings, say
+    def __init__(self, component, settings, say, working=nullcontext):
+        """component: the monitor's pins; say: function of a text for the operator; working: context of long work."""
+        self.component, self.settings, self.say, self.working = component, settings, say, working
         self.stock = None
         self.served = 0
         self.kept_is_due = settings['KEEP_STOCK']
@@ -38,20 +39,26 @@ class Keeper:
         request = self.component['request']
         if request != self.served:
             self.served = request
-            self.component['reply'] = reasons.IDLE if not request else self.serve(request)
+            with self.working():
+                self.component['reply'] = reasons.IDLE if not request else self.answer(request)
         if self.kept_is_due:
             self.kept_is_due = False
-            self.restore_kept()
+            with self.working():
+                self.restore_kept()
 
     def attach(self):
         """The map, from the first period on: it has to be at hand when everything else has ended."""
         if self.stock is None:
             from chipwise.stock import shared
-            try:
-                self.stock = shared.attach(0, self.component)
-            except shared.SharedStockError as error:
-                self.say(str(error).removeprefix('chipwise: '))
-                raise SystemExit(1) from error
+            self.stock = shared.attach(0, self.component)
+
+    def answer(self, request):
+        """-> the reply, whatever happens: the program waits for it."""
+        try:
+            return self.serve(request)
+        except Exception as error:
+            print(f'chipwise: stock file: {type(error).__name__}: {error}', flush=True)
+            return reasons.DISK
 
     def serve(self, request):
         """-> the reply."""
@@ -118,6 +125,14 @@ class Keeper:
             self.say(f'the stock of the last run is not there again ([CHIPWISE]KEEP_STOCK): {problem}; {remedy}')
 
     def end(self):
+        """The stock for the next run, and the map let go."""
+        try:
+            self.keep()
+        finally:
+            if self.stock:
+                self.stock.close()
+
+    def keep(self):
         """The stock for the next run.  Where there is none, none is to come back."""
         if self.stock is None or not self.settings['KEEP_STOCK'] or self.kept_is_due:
             return

@@ -15,6 +15,8 @@ NAME = 'load'
 HELP = 'load the HAL components (called by chipwise.hal)'
 
 BYTES_PER_CELL = 8
+MONITOR_TIMEOUT_S = 5.0     # without a heartbeat of chipwise-monitor until fault 16
+TOOL_NUMBER = 'iocontrol.0.tool-number'
 SHARE_OF_MEMORY = 0.25      # of the machine's memory, at most, for the map
 
 
@@ -122,6 +124,15 @@ def watch_the_machine(settings):
         tap('spindle.0.speed-out-rps', 'chipwise-spindle-speed', 'volumetric-feed.0.spindle-speed')
 
 
+def watch_the_tool():
+    """The machine's own number of the tool, which it changes in the moment of the change."""
+    if halcmd('-s', 'show', 'pin', TOOL_NUMBER).split():
+        tap(TOOL_NUMBER, 'chipwise-tool-in-spindle', 'stock-tracker.0.tool-in-spindle')
+    else:
+        print(f'chipwise: there is no {TOOL_NUMBER}: a tool change that chipwise-monitor does not see is noticed after '
+              f'{MONITOR_TIMEOUT_S:g} s only', flush=True)
+
+
 def run(options):
     """-> exit status; everything the components need that depends on a setting."""
     del options
@@ -147,6 +158,7 @@ def load(settings):
             ('setp', 'chipwise-guard.0.guard-rapid', f"{settings['GUARD_RAPID']:d}"),
             ('setp', 'chipwise-guard.0.guard-flute', f"{settings['GUARD_FLUTE']:d}"),
             ('setp', 'stock-tracker.0.units-per-mm', f'{units:.17g}'),
+            ('setp', 'stock-tracker.0.monitor-timeout', f'{MONITOR_TIMEOUT_S:g}'),
             ('setp', 'stock-tracker.0.read-path', f"{settings['READ_PATH']:d}"),
             ('setp', 'stock-tracker.0.acceleration', f'{acceleration:.9g}'),
             *(('setp', f'volumetric-feed.0.{name}', f'{value:.17g}')
@@ -161,6 +173,7 @@ def load(settings):
             ('net', 'chipwise-status', 'chipwise-command.0.status', f'motion.analog-in-{status:02d}')):
         halcmd(*words)
     watch_the_machine(settings)
+    watch_the_tool()
     connect_stop(settings['GUARD_RAPID'] or settings['GUARD_FLUTE'])
 
 

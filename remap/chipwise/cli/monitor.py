@@ -3,17 +3,24 @@
 Called by hal/chipwise.hal (`loadusr -Wn chipwise-monitor chipwise monitor`); a HAL component of
 its own that runs as long as LinuxCNC does.  The tool in the spindle comes from LinuxCNC's status,
 its shape from the file [CHIPWISE]TOOL_GEOMETRY; a change of either is seen within POLL_S.  What a guard stopped is
-told here, and cli/keeper.py, which runs here too, saves and restores the stock.  Where it has died `chipwise monitor`
-starts another one (cli/heir.py).
+told here, and cli/keeper.py, which runs here too, saves and restores the stock.
+
+It is two processes (cli/supervise.py): one owns the pins, the other does the work and is replaced where it dies.  Trouble in
+one part of the work is told and leaves the others going.  `heartbeat` counts with every look and `tool-followed` is the machine's
+own tool number as of the last look: by them the stock tracker notices that it is late, stopped or dead (core/tool_watch.h).
+Where both processes have died `chipwise monitor` starts others (cli/heir.py).
 """
 
 import os
 import signal
+import threading
 import time
+from contextlib import contextmanager
 
-from chipwise.cli import heir
+from chipwise.cli import heir, load
 from chipwise.cli.keeper import Keeper
 from chipwise.cli.loaded import LoadedProgram
+from chipwise.cli.supervise import Supervisor
 from chipwise.errors import CycleError
 from chipwise.settings import feed_is_remapped, load_settings
 from chipwise.tools import tool_geometry
@@ -25,6 +32,10 @@ COMPONENT = 'chipwise-monitor'
 POLL_S = 0.02
 FALLBACK = 5            # volumetric-feed.0.limited-by
 SETTLE_S = 0.1          # a fallback shorter than this is not worth a message
+DIFFER_S = 1.0          # HAL and status name different tools for longer than they take to agree: it stays so
+REPEAT_S = 30.0         # trouble of the same part is told this often at most
+LONGEST_FILE_S = 300.0  # work on a file may take this long without being taken for a monitor that hangs
+MOST_BEATS = 1 << 30
 
 FAULTS = {              # stock-tracker.0.fault-code (man stock_tracker)
     1: 'the stock box has a corner that is not a number; define it again with M250',
@@ -37,11 +48,13 @@ FAULTS = {              # stock-tracker.0.fault-code (man stock_tracker)
     12: 'the corner radius of the tool is larger than the tool; correct the tool geometry file',
     13: 'the tip angle of the tool is not below 180 degrees; correct the tool geometry file',
     14: 'the flute length of the tool is negative; correct the tool geometry file',
+    15: 'the tool in the spindle is not known: chipwise-monitor does not follow it; see the log and start `chipwise monitor`',
+    16: 'chipwise-monitor does not answer; start `chipwise monitor` in a shell',
     20: 'an axis position is not a number; define the stock again with M250',
     21: 'an axis position jumped, the stock is not known any more; define it again with M250',
     22: 'units-per-mm is not above 0; see docs/Config.md'}
 
-TOOL_FAULTS = (11, 12, 13, 14)
+TOOL_FAULTS = (11, 12, 13, 14, 15, 16)
 FEED_MOTION = (2, 3)    # motion type of a feed move and an arc
 DISOBEYED = ('the machine does not obey the volumetric feed and would go at its ceiling: adaptive feed is disabled '
              '(M52 P0); the program is aborted; switch off with M252 before M52 P0')
@@ -84,7 +97,8 @@ def tool_shape(number, diameter, path, units):
 class Monitor:
     """One LinuxCNC, watched."""
 
-    def __init__(self, component, settings):
+    def __init__(self, component, settings, died=''):
+        """died: how the one before has ended, '' for the first one."""
         import linuxcnc
         self.linuxcnc = linuxcnc
         self.component = component
@@ -99,7 +113,11 @@ class Monitor:
         self.noted_tool = None
         self.said_guard = 0
         self.guard_depth = None                 # of the last look, during a flute excess
-        self.keeper = Keeper(component, settings, self.say)
+        self.machine_tool = 0                   # iocontrol.0.tool-number, before the last look at the status
+        self.differ_since = None                # HAL and status name different tools
+        self.told_trouble = {}                  # part of the work: (text, time.monotonic()) of the last message
+        self.died = died
+        self.keeper = Keeper(component, settings, self.say, self.working)
         self.loaded = LoadedProgram(self.say, feed_is_remapped())
 
     def connect(self):
@@ -126,7 +144,48 @@ class Monitor:
         if self.command:
             self.command.error_msg(text[:250])
 
-    def follow_tool(self):
+    def beat(self):
+        self.component['heartbeat'] = (self.component['heartbeat'] + 1) % MOST_BEATS
+
+    @contextmanager
+    def working(self):
+        """The heart beats on while a file is worked on, for LONGEST_FILE_S at most."""
+        done = threading.Event()
+
+        def keep_beating():
+            end = time.monotonic() + LONGEST_FILE_S
+            while not done.is_set() and time.monotonic() < end:
+                self.beat()
+                time.sleep(POLL_S)      # libfaketime does not know the clock of done.wait(POLL_S)
+        thread = threading.Thread(target=keep_beating, daemon=True)
+        thread.start()
+        try:
+            yield
+        finally:
+            done.set()
+            thread.join()
+
+    def acknowledge_tool(self, machine_tool, number, now):
+        """The machine's own number of the tool, as it was before the status was read, -> tool-followed, once the status names
+        the same tool: it comes some ms later.  Two numbers that keep differing are a peculiarity of the machine."""
+        if machine_tool == number:
+            self.differ_since = None
+        elif self.differ_since is None or self.differ_since[0] != (machine_tool, number):
+            self.differ_since = (machine_tool, number), now
+        if self.differ_since is None or now - self.differ_since[1] > DIFFER_S:
+            self.component['tool-followed'] = machine_tool
+
+    def follow_tool(self, now):
+        """Tool in the spindle -> pins; whatever goes wrong, it is an unknown one."""
+        try:
+            self.describe_tool()
+        except Exception:
+            self.show_tool(self.status.tool_in_spindle, Tool())
+            raise
+        finally:
+            self.acknowledge_tool(self.machine_tool, self.status.tool_in_spindle, now)
+
+    def describe_tool(self):
         """Tool in the spindle -> pins; what is wrong with its description is said once."""
         tool = self.status.tool_table[0]
         number = self.status.tool_in_spindle
@@ -141,6 +200,9 @@ class Monitor:
                 self.said_tool = str(error)
                 self.say(str(error).removeprefix('chipwise: ')
                          + '; the volumetric feed leaves F as programmed')
+        self.show_tool(number, shape)
+
+    def show_tool(self, number, shape):
         pins = self.component
         pins['tool-number'] = number
         pins['tool-corner-radius'] = shape.corner_radius
@@ -186,7 +248,7 @@ class Monitor:
         programmed = status.aout[self.settings['ANALOG_OUT'] + 2]       # above 0 while F is replaced
         return status.motion_type in FEED_MOTION and programmed > 0 and not status.adaptive_feed_enabled
 
-    def follow_override(self):
+    def follow_override(self, _now):
         """Adaptive feed disabled -> pin; disobedience -> message once, and the program is aborted: feed-inhibit has
         no effect while the spindle override is disabled (M49, M51 P0; LinuxCNC 2.9, motion/control.c)."""
         self.component['adaptive-off'] = self.adaptive_feed_is_off()
@@ -196,7 +258,7 @@ class Monitor:
             self.say(DISOBEYED)
         self.said_disobeyed = disobeyed
 
-    def follow_guard(self):
+    def follow_guard(self, _now):
         """A stop by a guard -> one message with line and tool; of the flutes when the depth, which is seen in full only
         as the tool goes on into the stock, has not grown since the last look."""
         reason, depth, before = self.component['guard-reason'], self.component['guard-depth'], self.guard_depth
@@ -210,14 +272,41 @@ class Monitor:
                                 'mm' if self.units > 0.5 else 'in'))
         self.said_guard = reason
 
+    def tell_death(self, _now):
+        """The one before has died: the operator hears of it from the next."""
+        if self.died:
+            died, self.died = self.died, ''
+            self.say(f'chipwise-monitor {died} and was started again; it follows the tool again, a guard or M253, M254 may have '
+                     'missed a message')
+
+    def trouble(self, part, error, now):
+        """One part of the work has failed: told, and not again and again."""
+        text = f'{type(error).__name__}: {error}'
+        before, told = self.told_trouble.get(part, ('', -REPEAT_S))
+        if now - told < REPEAT_S:
+            return
+        self.told_trouble[part] = text, now
+        try:
+            self.say(f'chipwise-monitor cannot {part}: {text}; it goes on with the rest')
+        except Exception as second:             # the screen is gone: the log is there
+            print(f'chipwise: {second}', flush=True)
+
+    def follow_program(self, _now):
+        self.loaded.follow(self.status.file)
+
     def step(self):
+        self.machine_tool = self.component['tool-in-spindle']       # before the status, which follows it
         if self.connect():
-            self.follow_override()
-            self.follow_tool()
-            self.follow_guard()
-            self.follow_faults(time.monotonic())
-            self.loaded.follow(self.status.file)
-            self.keeper.step(time.monotonic())
+            for part, work in (('tell of its start', self.tell_death), ('watch the override', self.follow_override),
+                               ('follow the tool', self.follow_tool), ('tell what a guard stopped', self.follow_guard),
+                               ('tell faults', self.follow_faults), ('look at the program', self.follow_program),
+                               ('save and restore the stock', self.keeper.step)):
+                now = time.monotonic()
+                try:
+                    work(now)
+                except Exception as error:      # of one part: the others go on
+                    self.trouble(part, error, now)
+        self.beat()
 
 
 def guard_text(reason, line, distance, depth, tool, diameter, flute, unit):
@@ -239,7 +328,8 @@ def make_component():
     component = hal.component(name)
     for name in ('tool-diameter', 'tool-corner-radius', 'tool-tip-angle', 'tool-flute-length'):
         component.newpin(name, hal.HAL_FLOAT, hal.HAL_OUT)
-    component.newpin('tool-number', hal.HAL_S32, hal.HAL_OUT)
+    for name in ('tool-number', 'tool-followed', 'heartbeat'):
+        component.newpin(name, hal.HAL_S32, hal.HAL_OUT)
     component.newpin('tool-max-rate', hal.HAL_FLOAT, hal.HAL_OUT)
     component.newpin('tool-flutes', hal.HAL_FLOAT, hal.HAL_OUT)
     component.newpin('adaptive-off', hal.HAL_BIT, hal.HAL_OUT)
@@ -249,11 +339,14 @@ def make_component():
         component.newpin(name, hal.HAL_BIT, hal.HAL_IN)
     for name in ('guard-distance', 'guard-depth'):
         component.newpin(name, hal.HAL_FLOAT, hal.HAL_IN)
-    for name in ('fault-code', 'limited-by', 'mode', 'request', 'slot', 'guard-reason', 'guard-line'):
+    for name in ('fault-code', 'limited-by', 'mode', 'request', 'slot', 'guard-reason', 'guard-line', 'tool-in-spindle'):
         component.newpin(name, hal.HAL_S32, hal.HAL_IN)
     if dead:
         heir.take_over(component.getprefix(), dead)
-        component['reply'] = component['hold'] = 0      # what the dead one has left there
+    else:
+        signal_there = load.signal_of('stock-tracker.0.tool-in-spindle')
+        if signal_there:                        # the machine's own tool number, by whatever name
+            load.halcmd('net', signal_there, component.getprefix() + '.tool-in-spindle')
     return component, bool(dead)
 
 
@@ -266,21 +359,29 @@ def run(options):
     """Runs until LinuxCNC ends it."""
     del options
     from chipwise.cli import CommandError
-    signal.signal(signal.SIGTERM, leave)
     import linuxcnc
     try:
         settings = load_settings(heir.ini_file(linuxcnc))
         component, inherited = make_component()
     except CycleError as error:
         raise CommandError(str(error).removeprefix('chipwise: ')) from error
-    monitor = Monitor(component, settings)
-    if inherited:
-        monitor.keeper.kept_is_due = False              # the stock is that of this run
     component.ready()
+    try:
+        Supervisor(lambda died: watch(component, settings, inherited, died), lambda: component['heartbeat']).run()
+    finally:
+        component.exit()
+
+
+def watch(component, settings, inherited, died):
+    """The work, in a process of its own.  inherited, died: it has taken the place of another one."""
+    signal.signal(signal.SIGTERM, leave)
+    monitor = Monitor(component, settings, died)
+    if inherited or died:
+        monitor.keeper.kept_is_due = False              # the stock is that of this run
+        component['reply'] = component['hold'] = 0      # what the dead one has left there
     try:
         while True:
             monitor.step()
             time.sleep(POLL_S)
     finally:
         monitor.keeper.end()
-        component.exit()

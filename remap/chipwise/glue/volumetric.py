@@ -29,7 +29,9 @@ _CM3_MM3, _IN3_MM3 = 1000.0, MM_PER_INCH ** 3
 
 FILL_TRIES, FILL_WAIT_S = 100, 0.05     # the map is filled a part per servo period:
 FILL_CELLS = 200_000                    # so many in a try at least (tracker.h: 12000 a period), of 3 ms
-TOOL_FAULTS = range(11, 15)             # tracker.h: of the tool, not of the stock; M250 may come before the first M6
+TOOL_FAULTS = range(11, 17)             # tracker.h: of the tool, not of the stock; M250 may come before the first M6
+TOOL_CHANGED, NO_MONITOR = 15, 16       # tool_watch.h: nobody describes the tool in the spindle
+TOOL_TRIES, TOOL_WAIT_S = 60, 0.05      # the monitor may be late, or is being started again
 FILE_TRIES, FILE_WAIT_S = 600, 0.05     # the monitor reads or writes a file meanwhile
 
 
@@ -165,12 +167,26 @@ def _feed_words(state):
     return int(mode), target, lower, ceiling
 
 
+def _wait_for_the_tool(state):
+    """Wait until the tool in the spindle is known to the stock tracker; CycleError where it does not get known."""
+    for _ in range(TOOL_TRIES):
+        yield
+        fault = _status(state)[2]
+        if fault not in (TOOL_CHANGED, NO_MONITOR):
+            return
+        emccanon.DWELL(TOOL_WAIT_S)
+    yield
+    raise CycleError("the tool in the spindle is not known: chipwise-monitor does not "
+                     + ("answer" if fault == NO_MONITOR else "follow it"), "start `chipwise monitor` in a shell")
+
+
 def feed_on(state):
     """M251."""
     mode, target, lower, ceiling = _feed_words(state)
     if not state.interp.task:
         return
     yield from _no_ceiling(state)
+    yield from _wait_for_the_tool(state)
     _send(state, FEED_FIRST, [mode, target, lower], FEED_COMMIT)
     emccanon.ENABLE_ADAPTIVE_FEED()
     state.interp.adaptive_feed = True

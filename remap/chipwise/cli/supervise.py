@@ -1,0 +1,115 @@
+"""Keep a process running: the work of chipwise-monitor in a child, its HAL pins in the parent.
+
+Called by monitor.py.  The parent owns the HAL component and does nothing else, so that there is little it could die of; the child
+has the same pins (HAL is shared memory) and does the work.  A child that dies or hangs is replaced by another one: pins, names and
+signals stay.  Where the parent is killed the child dies with it, and `chipwise monitor` starts both anew (heir.py).
+"""
+
+import ctypes
+import os
+import signal
+import time
+
+LOOK_S = 1.0            # between two looks at the heartbeat
+HUNG_S = 30.0           # without a heartbeat: the child is ended and replaced
+CALM_S = 10.0           # a child that lived this long is replaced at once, else after a pause
+PAUSE_S = 1.0
+LAST_WORDS_S = 120.0    # for a child that has been asked to end: it may have a stock to save
+
+PR_SET_PDEATHSIG = 1
+OURS = {signal.SIGTERM, signal.SIGINT, signal.SIGCHLD}
+
+
+def how_it_ended(status):
+    """The status of os.waitpid as words."""
+    code = os.waitstatus_to_exitcode(status)
+    return f'was ended by signal {-code}' if code < 0 else f'ended with status {code}'
+
+
+class Supervisor:
+    """One child after the other, until one ends by itself with status 0 or we are asked to end."""
+
+    def __init__(self, work, heartbeat):
+        """work: function of the reason why the child before has ended ('' for the first one), run in the child; its end is the
+        child's.  heartbeat: function -> a number that changes while the child works."""
+        self.work, self.heartbeat = work, heartbeat
+        self.child = None
+        self.born = self.beaten = 0.0           # time.monotonic(), s
+        self.last_beat = None
+
+    def start(self, reason):
+        parent = os.getpid()
+        self.child = os.fork()
+        self.born = self.beaten = time.monotonic()
+        if self.child:
+            return
+        status = 1
+        try:
+            ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
+            signal.signal(signal.SIGINT, signal.SIG_IGN)        # the parent's to judge
+            signal.pthread_sigmask(signal.SIG_UNBLOCK, OURS)
+            if os.getppid() == parent:
+                self.work(reason)
+            status = 0
+        except SystemExit as end:
+            status = end.code if isinstance(end.code, int) else 0
+        except BaseException as error:          # the log has it, the parent starts another one
+            print(f'chipwise-monitor: {type(error).__name__}: {error}', flush=True)
+        finally:
+            os._exit(status)                    # not through the destructors: the component is the parent's
+
+    def ended(self):
+        """Status of the child where it has ended, else None."""
+        number, status = os.waitpid(self.child, os.WNOHANG)
+        return status if number else None
+
+    def look(self):
+        """End a child that hangs; -> whether it did."""
+        beat, now = self.heartbeat(), time.monotonic()
+        if beat != self.last_beat:
+            self.last_beat, self.beaten = beat, now
+        if now - self.beaten < HUNG_S:
+            return False
+        os.kill(self.child, signal.SIGKILL)
+        return True
+
+    def end(self):
+        """Ask the child to end and wait for it."""
+        os.kill(self.child, signal.SIGTERM)
+        until = time.monotonic() + LAST_WORDS_S
+        while time.monotonic() < until:
+            if self.ended() is not None:
+                return
+            signal.sigtimedwait({signal.SIGCHLD}, 0.1)
+        os.kill(self.child, signal.SIGKILL)
+        os.waitpid(self.child, 0)
+
+    def run(self):
+        signal.pthread_sigmask(signal.SIG_BLOCK, OURS)
+        self.start('')
+        hung = False
+        while True:
+            seen = signal.sigtimedwait(OURS, LOOK_S)
+            if seen is not None and seen.si_signo != signal.SIGCHLD:
+                self.end()
+                return
+            status = self.ended()
+            if status is None:
+                hung = self.look() or hung
+            elif status == 0:
+                return
+            else:
+                if time.monotonic() - self.born < CALM_S and self.pause():
+                    return
+                self.start(f'hung for {HUNG_S:g} s' if hung else how_it_ended(status))
+                hung = False
+
+    @staticmethod
+    def pause():
+        """Wait a little; -> whether we have been asked to end meanwhile."""
+        until = time.monotonic() + PAUSE_S
+        while time.monotonic() < until:
+            if signal.sigpending() & {signal.SIGTERM, signal.SIGINT}:
+                return True
+            time.sleep(0.02)
+        return False
