@@ -61,3 +61,27 @@ def test_an_unknown_setting_with_braces(tmp_path):
     ini.write_text(ini.read_text().replace("\n[CHIPWISE]\n", "\n[CHIPWISE]\n{CELL} = 1\n", 1))
     text, _ = error_of("T1 M6\nG21 G0 Z9\nG12 I5 Z-6 R2 F100\nM2\n", ini=ini)
     assert text.startswith("chipwise: G12: [CHIPWISE]{CELL} is no setting; known are ")
+
+
+@pytest.mark.parametrize("diameter, typed", [(8.0, ".315"), (6.0, ".2362"), (10.0, ".3937"), (6.35, ".25"), (3.0, ".1181"), (12.0, ".4724")])
+def test_a_step_of_the_tools_diameter_typed_in_inch(diameter, typed):
+    """Four decimals of an inch may round a metric diameter up; the step is the tool's then, and not refused."""
+    sub = SUB.replace("X50", "X2").replace("Y20", "Y2")
+    for line in (f"G79 Q100 Z-.2 R.1 F20 D{typed}", f"G77 Q100 P42 Z-.2 R.1 F20 L3 D{typed}", f"G13 I.5 K1.4 Q{typed} Z-.2 R.1 F20"):
+        text, _ = run_rs274(f"{sub}T1 M6\nG20 G0 X0 Y0 Z1\n{line}\nM2\n", {1: diameter}).error, None
+        assert text == "", line
+
+
+def test_a_step_a_hundredth_above_the_tool_is_refused():
+    assert "step-over D8.01 mm is larger than the tool (8 mm)" in run_rs274(
+        f"{SUB}T1 M6\nG21 G0 X0 Y0 Z9\nG79 Q100 Z-2 R1 F200 D8.01\nM2\n", {1: 8.0}).error
+
+
+def test_areas_in_program_units():
+    """A slot that the tool does not fit into, 10 by 2 mm and 0.4 by 0.08 in."""
+    sub = "o100 sub\nG0 X0 Y0\nG1 X30\nY10\nX40\nY12\nX30\nY30\nX0\nY0\no100 endsub\n"
+    for unit, scale, shown in (("G21", 1.0, "mm2 stay"), ("G20", 1 / 25.4, "in2 stay")):
+        shape = "".join(line[0] + f"{float(line[1:]) * scale:.6f}\n" if line[0] in "XY" else line + "\n" for line in sub.splitlines())
+        shape = shape.replace("G1 X30", f"G1 X{30 * scale:.6f}")
+        said = run_rs274(f"{shape}T1 M6\n{unit} G0 X0 Y0 Z1\nG78 Q100 P41 Z{-2 * scale:.5f} R{scale:.5f} F{200 * scale:.3f}\nM2\n", TOOLS).output
+        assert "does not fit in one place (line 5, 6, 7; " in said and shown in said, said[-600:]
