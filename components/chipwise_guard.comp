@@ -6,8 +6,10 @@ on which the shank cuts. The hold stays until the motion is over: the operator a
 .B release
 lets the machine go on as it is, past this one place.
 
-.B stop
-belongs to both motion.feed-inhibit and motion.feed-hold. LinuxCNC 2.9 and 2.10 look at the first only while
+.B inhibit, hold
+are stop, or what another HAL file wants of the same two pins and gives to
+.B inhibit-in, hold-in.
+They belong to motion.feed-inhibit and motion.feed-hold. chipwise needs both: LinuxCNC 2.9 and 2.10 look at the first only while
 the spindle override is enabled (control.c: M51 P0 and M49 switch it off), at the second only while M53 P1 is on; with
 either of them a traverse, a feed and an arc brake at the planner's acceleration. A thread (G33,
 G76) ends first.
@@ -25,7 +27,12 @@ pin in bit coord_mode "motion.coord-mode; FALSE (jogging, homing) ends the hold"
 pin in s32 program_line "motion.program-line";
 pin in bit release "rising edge: go on past this place";
 
-pin out bit stop "to motion.feed-inhibit and motion.feed-hold";
+pin in bit inhibit_in "another wish to inhibit the feed; passed on to inhibit";
+pin in bit hold_in "another wish to hold the feed; passed on to hold";
+
+pin out bit stop "a guard stops the machine";
+pin out bit inhibit "to motion.feed-inhibit: stop or inhibit-in";
+pin out bit hold "to motion.feed-hold: stop or hold-in";
 pin out s32 reason "of the stop: 0 none, 1 rapid contact, 2 flute excess, 3 disobeyed";
 pin out s32 line "of the program, where it came to that";
 pin out float distance "machine units the traverse had left until the stock, when it was stopped";
@@ -68,4 +75,6 @@ FUNCTION(_) {
         deepest = depth;        /* at the first touch the edge of the stock is known within a cell only */
     }
     stop = reason != NOTHING;
+    inhibit = stop || inhibit_in;
+    hold = stop || hold_in;
 }

@@ -43,11 +43,12 @@ pin in s32 tool_in_spindle "number of the tool by the machine itself (iocontrol.
 pin in s32 tool_followed "the same as chipwise-monitor has last seen and described it (chipwise-monitor.tool-followed)";
 pin in s32 heartbeat "counts while chipwise-monitor runs (chipwise-monitor.heartbeat)";
 pin in float distance_to_go "motion.distance-to-go, machine units; not positive: unknown";
+pin in bit turned "an axis beside X Y Z has moved since the stock was defined (chipwise-inputs.0.turned): no stock is known";
 
 pin out bit stock_defined "the map is filled with a stock";
 pin out bit ready "stock, tool and position are known";
 pin out bit fault "something is wrong, see fault-code";
-pin out s32 fault_code "0 none; stock box: 1 not finite, 2 empty, 3 larger than the map, 4 a map was not written to its end, or the machine went on meanwhile; tool: 11 diameter, 12 corner radius, 13 tip angle, 14 flute length; 15 the tool in the spindle is not the one that chipwise-monitor has described, 16 chipwise-monitor does not answer; 20 position not finite, 21 position jumps, 22 units-per-mm";
+pin out s32 fault_code "0 none; stock box: 1 not finite, 2 empty, 3 larger than the map, 4 a map was not written to its end, or the machine went on meanwhile; tool: 11 diameter, 12 corner radius, 13 tip angle, 14 flute length; 15 the tool in the spindle is not the one that chipwise-monitor has described, 16 chipwise-monitor does not answer; 20 position not finite, 21 position jumps, 22 units-per-mm, 23 turned";
 pin out float removed_volume "mm3 cut since define; of a restored stock since it was defined";
 pin out bit held "the map is not touched: answer to hold";
 pin out float mrr "removal rate, mm3/min, averaged over mrr-window";
@@ -182,6 +183,7 @@ FUNCTION(_) {
     in.unit = units_per_mm;
     in.motion = motion_type;
     in.cutting = enable;
+    in.other_moved = turned;
     in.tool_size[0] = tool_diameter; in.tool_size[1] = tool_corner_radius;
     in.tool_size[2] = tool_tip_angle; in.tool_size[3] = tool_flute_length;
     in.box_min[0] = min_x; in.box_min[1] = min_y; in.box_min[2] = min_z;

@@ -273,10 +273,11 @@ static void clear(struct cw_tracker_out *out)
         out->view.level[i].distance = out->view.level[i].area = out->view.level[i].accel = 0.0;
 }
 
-static int current_fault(const struct cw_tracker *tracker, const struct cw_tracker_in *in)
+static int current_fault(const struct cw_tracker *tracker, const struct cw_tracker_in *in, int filled)
 {
     if (in->watch_fault) return in->watch_fault;
     if (tracker->box_error) return tracker->box_error;
+    if (in->other_moved && filled) return CW_FAULT_TURNED;
     if (tracker->tool_error > 0 && in->cutting) return 10 + tracker->tool_error;
     return tracker->fault;
 }
@@ -285,7 +286,7 @@ void cw_tracker_step(struct cw_tracker *tracker, struct cw_stock *stock,
                      const struct cw_tracker_in *in, struct cw_tracker_out *out)
 {
     double tip[3] = { 0.0, 0.0, 0.0 };
-    int bad = read_tip(tracker, in, tip), ready;
+    int bad = read_tip(tracker, in, tip), filled, ready;
     int cutting = in->cutting && !in->tool_unknown;
 
     clear(out);
@@ -304,7 +305,8 @@ void cw_tracker_step(struct cw_tracker *tracker, struct cw_stock *stock,
         return;
     }
     if (bad == CW_FAULT_NONE || bad == CW_FAULT_JUMP) serve_request(tracker, stock, in);
-    ready = cw_stock_fill(stock, CW_CELLS_PER_PERIOD);
+    filled = cw_stock_fill(stock, CW_CELLS_PER_PERIOD);
+    ready = filled && !in->other_moved;
     if (bad) {
         if (bad != CW_FAULT_JUMP || in->cutting) tracker->fault = bad;
         lose_place(tracker);
@@ -330,7 +332,7 @@ void cw_tracker_step(struct cw_tracker *tracker, struct cw_stock *stock,
     }
     out->removed_mm3 = stock->removed;
     out->rate = rate(tracker, stock->removed, in);
-    out->code = current_fault(tracker, in);
+    out->code = current_fault(tracker, in, filled);
     out->has_fault = out->code != CW_FAULT_NONE;
     out->has_stock = ready;
     out->is_ready = ready && tracker->tool_error == 0 && !bad && !in->tool_unknown && !in->watch_fault;

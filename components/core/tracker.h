@@ -48,7 +48,8 @@ enum cw_fault {
     CW_FAULT_NO_MONITOR = 16,
     CW_FAULT_POSITION = 20,             /* a position is not finite */
     CW_FAULT_JUMP = 21,                 /* a step no machine can make */
-    CW_FAULT_UNITS = 22                 /* units per mm not a finite number > 0 */
+    CW_FAULT_UNITS = 22,                /* units per mm not a finite number > 0 */
+    CW_FAULT_TURNED = 23                /* an axis beside X Y Z has moved: the map is not where the stock is */
 };
 
 struct cw_tracker_in {
@@ -56,6 +57,7 @@ struct cw_tracker_in {
     double unit;                        /* machine units per mm */
     int motion;                         /* motion.motion-type */
     int cutting;                        /* cut what the tool meets */
+    int other_moved;                      /* an axis beside X Y Z has moved since the stock was defined */
     double tool_size[4];                /* diameter, corner radius (machine units), tip angle (degrees), flute length */
     double box_min[3], box_max[3];      /* machine units */
     int form;                           /* cw_stock_shape of the box */

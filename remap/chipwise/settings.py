@@ -134,13 +134,13 @@ def parse_settings(found, folder=""):
             except (ValueError, KeyError):
                 good = False
             if not good:
-                raise CycleError(f"[{SECTION}]{key} = {_braceless(found[key])} is not {setting.rule}",
+                raise CycleError(f"[{SECTION}]{key} = {braceless(found[key])} is not {setting.rule}",
                                  "correct the INI file")
         values.append((key, value))
     return Settings(tuple(values), folder)
 
 
-def _braceless(text):
+def braceless(text):
     """Braces would be taken for lengths in a message's template."""
     return text.replace("{", "{{").replace("}", "}}")
 
@@ -173,7 +173,7 @@ def load_settings(ini_path=None):
                 _cache.clear()
                 _cache[stamp] = parse_settings(read_section(ini), os.path.dirname(stamp[0]))
     except OSError as error:
-        raise CycleError(f"INI file {_braceless(path)}: {error.strerror}", "correct INI_FILE_NAME") from error
+        raise CycleError(f"INI file {braceless(path)}: {error.strerror}", "correct INI_FILE_NAME") from error
     return _cache[stamp]
 
 

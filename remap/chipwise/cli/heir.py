@@ -8,10 +8,8 @@ signals of the dead one's, and from then on it says what stands there.
 import os
 import re
 
-from chipwise.cli.load import halcmd
+from chipwise.cli.load import halcmd, pins
 from chipwise.errors import CycleError
-
-ARROWS = ('==>', '<==', '<=>')
 
 
 def lives(pid):
@@ -48,12 +46,8 @@ def choose_name(component):
 
 def links(name):
     """{pin without the component's name: signal} of a component."""
-    found = {}
-    for line in halcmd('-s', 'show', 'pin', name + '.').splitlines():
-        words = line.split()
-        if len(words) >= 7 and words[5] in ARROWS and words[4].startswith(name + '.'):
-            found[words[4][len(name) + 1:]] = words[6]
-    return found
+    return {pin[len(name) + 1:]: signal for pin, (_arrow, signal) in pins(name + '.').items()
+            if signal and pin.startswith(name + '.')}
 
 
 def take_over(name, dead):

@@ -5,11 +5,12 @@ INI_FILE_NAME.  A setting that cannot be used ends it with a message and exit st
 LinuxCNC does not start: better than to start with a map that is not what was asked for.
 """
 
+import math
 import os
 import subprocess
 
 from chipwise.errors import MM_PER_INCH, CycleError
-from chipwise.settings import load_settings, read_section
+from chipwise.settings import braceless, ini_file_name, load_settings, read_section
 
 NAME = 'load'
 HELP = 'load the HAL components (called by chipwise.hal)'
@@ -17,6 +18,7 @@ HELP = 'load the HAL components (called by chipwise.hal)'
 BYTES_PER_CELL = 8
 MONITOR_TIMEOUT_S = 5.0     # without a heartbeat of chipwise-monitor until fault 16
 TOOL_NUMBER = 'iocontrol.0.tool-number'
+ARROWS = ('==>', '<==', '<=>')
 SHARE_OF_MEMORY = 0.25      # of the machine's memory, at most, for the map
 
 
@@ -25,9 +27,30 @@ def add_arguments(parser):
 
 
 def ini_section(name, path=None):
-    """{KEY: text} of a section of an INI file; without a path: the one LinuxCNC runs with."""
-    with open(path or os.environ['INI_FILE_NAME'], encoding='utf-8', errors='replace') as ini:
-        return read_section(ini, name)
+    """{KEY: text} of a section of an INI file; without a path: the one LinuxCNC runs with.  Raises CycleError."""
+    path = path or ini_file_name()
+    if not path:
+        raise CycleError('no INI file: this is called by chipwise.hal while LinuxCNC starts',
+                         'put HALFILE = chipwise.hal into the [HAL] section of your INI file')
+    try:
+        with open(path, encoding='utf-8', errors='replace') as ini:
+            return read_section(ini, name)
+    except OSError as error:
+        raise CycleError(f'INI file {braceless(path)}: {error.strerror}', 'correct INI_FILE_NAME') from error
+
+
+def ini_number(section, key, default=None, path=None):
+    """A number above 0 of the INI file, `default` where it is missing.  Raises CycleError."""
+    text = ini_section(section, path).get(key)
+    if not text:
+        return default
+    try:
+        number = float(text)
+    except ValueError:
+        number = math.nan
+    if not 0 < number < math.inf:
+        raise CycleError(f'[{section}]{key} = {braceless(text)} is not a number above 0', 'correct the INI file')
+    return number
 
 
 def units_per_mm(path=None):
@@ -35,14 +58,13 @@ def units_per_mm(path=None):
     text = ini_section('TRAJ', path).get('LINEAR_UNITS', 'mm').lower()
     known = {'mm': 1.0, 'metric': 1.0, 'in': 1 / MM_PER_INCH, 'inch': 1 / MM_PER_INCH,
              'imperial': 1 / MM_PER_INCH}
-    return known[text] if text in known else float(text)
+    return known[text] if text in known else ini_number('TRAJ', 'LINEAR_UNITS', path=path)
 
 
 def planner_acceleration():
     """Smallest acceleration the planner may use in a straight move, machine units/s2."""
-    found = [ini_section('TRAJ').get('MAX_LINEAR_ACCELERATION')]
-    found += [ini_section('AXIS_' + letter).get('MAX_ACCELERATION') for letter in 'XYZ']
-    numbers = [float(text) for text in found if text]
+    found = [ini_number('TRAJ', 'MAX_LINEAR_ACCELERATION'), *axis_accelerations().values()]
+    numbers = [number for number in found if number]
     if not numbers:
         raise CycleError('no acceleration in the INI file',
                          'set [TRAJ]MAX_LINEAR_ACCELERATION or [AXIS_X]MAX_ACCELERATION')
@@ -51,8 +73,8 @@ def planner_acceleration():
 
 def axis_accelerations():
     """{axis: machine units/s2}, of those the INI file has; what a traverse brakes with."""
-    texts = {axis: ini_section('AXIS_' + axis.upper()).get('MAX_ACCELERATION') for axis in 'xyz'}
-    return {axis: float(text) for axis, text in texts.items() if text}
+    found = {axis: ini_number('AXIS_' + axis.upper(), 'MAX_ACCELERATION') for axis in 'xyz'}
+    return {axis: number for axis, number in found.items() if number}
 
 
 def check_memory(settings):
@@ -73,29 +95,36 @@ def halcmd(*words):
     done = subprocess.run(['halcmd', *words], text=True, stdin=subprocess.DEVNULL,
                           stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
     if done.returncode:
-        said = done.stdout.strip().replace('{', '{{').replace('}', '}}')
+        said = braceless(done.stdout.strip())
         raise CycleError(f'halcmd {" ".join(words)}: {said}', 'see the lines above')
     return done.stdout
 
 
+def pins(start=''):
+    """{pin: (arrow, signal)} of the pins in HAL whose names begin with `start`; ('', '') where one is on no signal."""
+    found = {}
+    for line in halcmd('-s', 'show', 'pin', *([start] if start else [])).splitlines():
+        words = line.split()
+        if len(words) >= 5:
+            found[words[4]] = (words[5], words[6]) if len(words) >= 7 and words[5] in ARROWS else ('', '')
+    return found
+
+
 def signal_of(pin):
     """-> name of the signal a pin is on, "" where it is on none."""
-    for line in halcmd('-s', 'show', 'pin', pin).splitlines():
-        words = line.split()
-        if len(words) >= 7 and words[4] == pin:
-            return words[6]
-    return ''
+    return pins(pin).get(pin, ('', ''))[1]
 
 
-def tap(source, signal, target):
-    """Connect one of LinuxCNC's output pins to `target`, by the signal it is on already, else by `signal`."""
-    found = signal_of(source)
-    halcmd(*(('net', found, target) if found else ('net', signal, source, target)))
+def user_of(signal):
+    """-> "signal NAME of PIN": who writes it, else who reads it."""
+    members = sorted((arrow != '==>', pin) for pin, (arrow, name) in pins().items()
+                     if name == signal and not pin.startswith('motion.'))
+    return f'signal {signal}' + (f' of {members[0][1]}' if members else '')
 
 
 def max_feed_override():
     """[DISPLAY]MAX_FEED_OVERRIDE, 1 where it is missing, as LinuxCNC has it."""
-    return float(ini_section('DISPLAY').get('MAX_FEED_OVERRIDE', '1'))
+    return ini_number('DISPLAY', 'MAX_FEED_OVERRIDE', 1.0)
 
 
 def feed_parameters(settings, units, acceleration):
@@ -115,19 +144,59 @@ def feed_parameters(settings, units, acceleration):
         'max-override': max_feed_override()}
 
 
-def watch_the_machine(settings):
-    """What volumetric_feed has to know of motion and spindle."""
-    tap('motion.current-vel', 'chipwise-velocity', 'volumetric-feed.0.current-vel')
-    if signal_of('spindle.0.index-enable'):     # without an encoder nothing follows the spindle
-        tap('spindle.0.index-enable', '', 'volumetric-feed.0.index-enable')
-    if settings['MAX_CHIP']:
-        tap('spindle.0.speed-out-rps', 'chipwise-spindle-speed', 'volumetric-feed.0.spindle-speed')
+def tap(source, signal, copy, target):
+    """Connect `target` to the signal `source` is on; where it is on none, to `copy`, which leaves `source` free."""
+    found = signal_of(source)
+    halcmd(*(('net', found, target) if found else ('net', signal, copy, target)))
+
+
+def check_machine():
+    """Raise CycleError for a machine chipwise cannot work on, or not yet."""
+    for axis in 'xyz':
+        if not pins(f'axis.{axis}.pos-cmd') and pins('axis.'):
+            coordinates = ini_section('TRAJ').get('COORDINATES', '')
+            raise CycleError(f'this machine has no {axis.upper()} axis ([TRAJ]COORDINATES = {braceless(coordinates)}), '
+                             'and chipwise is for mills with X, Y and Z',
+                             "take chipwise's lines out of this INI file again")
+    if not any(line.split()[1:] == ['motion-controller'] for line in halcmd('show', 'thread').splitlines()):
+        raise CycleError('motion-controller is not in a thread yet',
+                         "put HALFILE = chipwise.hal after your machine's own HAL files")
+
+
+def check_free(settings):
+    """Raise CycleError where a pin of motion that must be chipwise's alone is in use, or there is no such pin."""
+    signal = signal_of('motion.adaptive-feed')
+    if signal:
+        raise CycleError(f'motion.adaptive-feed is in use ({user_of(signal)}), and chipwise sets the feed with it',
+                         'give it up in your HAL files; a plasma machine needs it for itself: take '
+                         "chipwise's lines out of this INI file again")
+    for key, kind, number, count in (('ANALOG_OUT', 'motion.analog-out-', settings['ANALOG_OUT'], 3),
+                                     ('ANALOG_IN', 'motion.analog-in-', settings['ANALOG_IN'], 1)):
+        check_analog(key, kind, number, count)
+
+
+def check_analog(key, kind, number, count):
+    """`count` analog pins from `number` on are there and free, else CycleError says which ones are."""
+    present = pins(kind)
+    free = {int(pin.removeprefix(kind)) for pin, (_arrow, signal) in present.items() if not signal}
+    wanted = range(number, number + count)
+    if free.issuperset(wanted):
+        return
+    first = [n for n in sorted(free) if free.issuperset(range(n, n + count))]
+    remedy = (f'set [CHIPWISE]{key} = {first[0]}' if first else
+              f'load motmod with num_aio={len(present) + count} and set [CHIPWISE]{key} = {len(present)}')
+    for n in wanted:
+        pin = f'{kind}{n:02d}'
+        if pin not in present:
+            raise CycleError(f'[CHIPWISE]{key} = {number}: there is no {pin}, motion has {len(present)} of them', remedy)
+        if n not in free:
+            raise CycleError(f'{pin} is in use ({user_of(present[pin][1])})', remedy)
 
 
 def watch_the_tool():
     """The machine's own number of the tool, which it changes in the moment of the change."""
-    if halcmd('-s', 'show', 'pin', TOOL_NUMBER).split():
-        tap(TOOL_NUMBER, 'chipwise-tool-in-spindle', 'stock-tracker.0.tool-in-spindle')
+    if pins(TOOL_NUMBER):
+        tap(TOOL_NUMBER, 'chipwise-tool-in-spindle', 'chipwise-inputs.0.tool-number', 'stock-tracker.0.tool-in-spindle')
     else:
         print(f'chipwise: there is no {TOOL_NUMBER}: a tool change that chipwise-monitor does not see is noticed after '
               f'{MONITOR_TIMEOUT_S:g} s only', flush=True)
@@ -148,8 +217,11 @@ def load(settings):
     size_x, size_y = settings['MAP_SIZE']
     units = units_per_mm()
     acceleration = planner_acceleration()
+    check_machine()
+    check_free(settings)
     first, status = settings['ANALOG_OUT'], settings['ANALOG_IN']
     for words in (
+            ('loadrt', 'chipwise_inputs'),
             ('loadrt', 'chipwise_command'),
             ('loadrt', 'stock_tracker', f"cell={settings['CELL']:.9g}", f'size_x={size_x:.9g}',
              f'size_y={size_y:.9g}'),
@@ -172,20 +244,18 @@ def load(settings):
              'volumetric-feed.0.programmed-vel'),
             ('net', 'chipwise-status', 'chipwise-command.0.status', f'motion.analog-in-{status:02d}')):
         halcmd(*words)
-    watch_the_machine(settings)
     watch_the_tool()
-    connect_stop(settings['GUARD_RAPID'] or settings['GUARD_FLUTE'])
+    join('motion.feed-inhibit', 'chipwise-guard.0.inhibit', 'chipwise-feed-inhibit')
+    join('motion.feed-hold', 'chipwise-guard.0.hold', 'chipwise-feed-hold')
 
 
-def connect_stop(needed):
-    """The guards' stop to both pins that hold the machine (man chipwise_guard says why both).
+def join(pin, ours, signal):
+    """Put one of motion's input pins under `ours`; what it was connected to before goes through `ours`-in.
 
-    needed: a guard is on; without them only a machine that does not obey would be stopped, and it is aborted too.
+    pin, ours: bit pins; ours passes its -in on.
     """
-    taken = [pin for pin in ('motion.feed-inhibit', 'motion.feed-hold') if signal_of(pin)]
-    if taken and needed:
-        raise CycleError(f'{" and ".join(taken)} is in use and the guards could not stop the machine',
-                         'let an or2 join your signal and chipwise-guard.0.stop there in your own HAL files after '
-                         'chipwise.hal, and set [CHIPWISE]GUARD_RAPID = no and GUARD_FLUTE = no')
-    if not taken:
-        halcmd('net', 'chipwise-stop', 'chipwise-guard.0.stop', 'motion.feed-inhibit', 'motion.feed-hold')
+    theirs = signal_of(pin)
+    if theirs:
+        halcmd('unlinkp', pin)
+        halcmd('net', theirs, ours + '-in')
+    halcmd('net', signal, ours, pin)

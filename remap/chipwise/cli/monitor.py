@@ -52,7 +52,9 @@ FAULTS = {              # stock-tracker.0.fault-code (man stock_tracker)
     16: 'chipwise-monitor does not answer; start `chipwise monitor` in a shell',
     20: 'an axis position is not a number; define the stock again with M250',
     21: 'an axis position jumped, the stock is not known any more; define it again with M250',
-    22: 'units-per-mm is not above 0; see docs/Config.md'}
+    22: 'units-per-mm is not above 0; see docs/Config.md',
+    23: 'an axis beside X Y Z (A, B, C, U, V or W) has moved since the stock was defined, and the map shows the stock as '
+        'it was: the feed is F, the guards are off; define the stock again with M250'}
 
 TOOL_FAULTS = (11, 12, 13, 14, 15, 16)
 FEED_MOTION = (2, 3)    # motion type of a feed move and an arc

@@ -1,4 +1,4 @@
-"""G77 / G78: words -> ContourRequest -> moves.  Called by remap.py through session.run_cycle."""
+"""G77 / G78: words -> ContourRequest -> moves.  Called by codes.py through session.run_cycle."""
 
 import math
 

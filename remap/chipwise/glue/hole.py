@@ -1,4 +1,4 @@
-"""G12 / G13: words -> HoleRequest -> moves.  Called by remap.py through session.run_cycle."""
+"""G12 / G13: words -> HoleRequest -> moves.  Called by codes.py through session.run_cycle."""
 
 from chipwise import report
 from chipwise.cycles.hole import HoleRequest, chop_parts, hole_moves, largest_piece

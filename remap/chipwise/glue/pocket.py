@@ -1,4 +1,4 @@
-"""G79: words -> PocketRequest -> moves.  Called by remap.py through session.run_cycle."""
+"""G79: words -> PocketRequest -> moves.  Called by codes.py through session.run_cycle."""
 
 from chipwise import report, subs
 from chipwise.cycles.pocket import PocketRequest, pocket_plan

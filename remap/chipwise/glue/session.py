@@ -1,6 +1,6 @@
 """From a line with one of our codes to the motion it makes: the frame every cycle runs in.
 
-    program line -> REMAP= -> remap.py -> run_cycle -> read state and words -> plan (pure) -> emit -> interpreter
+    program line -> REMAP= -> codes.py -> run_cycle -> read state and words -> plan (pure) -> emit -> interpreter
 
 refuse() is the only place where errors become the operator's message.  A cycle is planned completely before its first
 move is emitted, so one that cannot be done emits nothing.  Nothing here touches HAL or waits for the machine.

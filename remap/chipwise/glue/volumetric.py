@@ -1,6 +1,6 @@
 """M250..M254: stock and feed for the realtime components, in step with motion.
 
-Called by remap.py through session.run_steps.  Numbers go to chipwise_command (its man page has the registers) through
+Called by codes.py through session.run_steps.  Numbers go to chipwise_command (its man page has the registers) through
 two of motion's analog outputs, set as M68 does in its turn of the queue, and the codes wait for that (`yield`) and read
 back through an analog input whether they were obeyed.  In the preview the words are checked and nothing is done.
 

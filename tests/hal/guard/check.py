@@ -10,6 +10,8 @@ def check(trace):
     for phase, (_inputs, stop, reason) in scene.PHASES.items():
         always(trace.only(phase), "stop", stop)
         always(trace.only(phase), "reason", reason)
+        always(trace.only(phase), "inhibit", int(stop or phase == "others inhibit"))
+        always(trace.only(phase), "hold", int(stop or phase.startswith("others hold")))
     for phases, values in ((("contact", "contact gone, standing", "flute while stopped"), (7, 12.5, 3.0)),
                            (("flute",), (9, 0.0, 4.5)), (("deeper", "less deep", "released"), (9, 0.0, 4.75))):
         for phase in phases:
@@ -18,6 +20,9 @@ def check(trace):
 
 
 SABOTAGE = {
+    "others not passed on": lambda t: t.but(hold=lambda h: t["stop"]),
+    "one for both": lambda t: t.but(inhibit=lambda i: np.maximum(i, t["hold"])),
+    "stop not passed on": lambda t: t.put("inhibit", "contact", 0),
     "never stops": lambda t: t.but(stop=lambda s: 0 * s),
     "never lets go": lambda t: t.but(stop=lambda s: np.maximum.accumulate(s)),
     "a period late": lambda t: t.but(stop=lambda s: np.roll(s, 1)),

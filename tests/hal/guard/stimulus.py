@@ -2,7 +2,7 @@
 from halrig import Stimulus
 
 NAMES = ("rapid-contact", "flute-excess", "disobeyed", "rapid-distance", "depth", "motion-type", "coord-mode",
-         "program-line", "release")
+         "program-line", "release", "inhibit-in", "hold-in")
 PHASES = {      # phase: (inputs, stop, reason)
     "idle": (dict(), 0, 0),
     "moving": ({"motion-type": 1, "coord-mode": 1, "program-line": 7}, 0, 0),
@@ -22,6 +22,9 @@ PHASES = {      # phase: (inputs, stop, reason)
     "contact while jogging": ({"rapid-contact": 1}, 0, 0),
     "back": ({"rapid-contact": 0, "flute-excess": 0, "coord-mode": 1}, 0, 0),
     "disobeyed, not guarded": ({"disobeyed": 1}, 0, 0),
+    "others inhibit": ({"inhibit-in": 1}, 0, 0),
+    "others hold": ({"inhibit-in": 0, "hold-in": 1}, 0, 0),
+    "others hold and so does the guard": ({"rapid-contact": 1}, 1, 1),
 }
 ROWS = 5
 

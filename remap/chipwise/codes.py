@@ -1,0 +1,69 @@
+"""One short function per remapped code, named in the INI file's REMAP lines.
+
+Each is called by the interpreter at read-ahead, with the words of its argspec: once in the preview, once in the task.
+LinuxCNC looks the functions up in the machine's module `remap`. chipwise's own remap.py takes them from here, and so
+does that of a machine with codes of its own: `from chipwise.codes import *`.
+"""
+
+from interpreter import INTERP_OK
+
+from chipwise.glue import contour, hole, pocket, session, volumetric
+
+__all__ = ("g12", "g13", "g77", "g78", "g79", "m250", "m251", "m252", "m253", "m254", "feed")
+
+
+def g12(self, **words):
+    """G12: circular hole, cut clockwise."""
+    return session.run_cycle(self, "G12", words, hole.request_of(ccw=False))
+
+
+def g13(self, **words):
+    """G13: circular hole, cut counter-clockwise."""
+    return session.run_cycle(self, "G13", words, hole.request_of(ccw=True))
+
+
+def g77(self, **words):
+    """G77: rough a contour."""
+    return session.run_cycle(self, "G77", words, contour.plan_of(finish=False))
+
+
+def g78(self, **words):
+    """G78: finish a contour."""
+    return session.run_cycle(self, "G78", words, contour.plan_of(finish=True))
+
+
+def g79(self, **words):
+    """G79: clear a pocket."""
+    return session.run_cycle(self, "G79", words, pocket.plan)
+
+
+def m250(self, **words):
+    """M250: define the stock."""
+    yield from session.run_steps(self, "M250", words, volumetric.define_stock)
+
+
+def m251(self, **words):
+    """M251: volumetric feed on."""
+    yield from session.run_steps(self, "M251", words, volumetric.feed_on)
+
+
+def m252(self, **words):
+    """M252: volumetric feed off."""
+    yield from session.run_steps(self, "M252", words, volumetric.feed_off)
+
+
+def m253(self, **words):
+    """M253: save the stock."""
+    yield from session.run_steps(self, "M253", words, volumetric.save_stock)
+
+
+def m254(self, **words):
+    """M254: restore a saved stock."""
+    yield from session.run_steps(self, "M254", words, volumetric.restore_stock)
+
+
+def feed(self, **words):
+    """F: as built in, but known to M251's ceiling."""
+    volumetric.keep_line_number(self, words)
+    volumetric.program_feed(self, self.blocks[self.remap_level].f_number)
+    return INTERP_OK
