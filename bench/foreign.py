@@ -412,9 +412,9 @@ def hsm_bull_boss(rng):
     job.start(0, 0, path="G61")
     p.raw("T9 M6")
     p.raw("G54")
-    p.raw("G43 H9 Z20.")
+    p.raw("G0 G43 H9 Z20.")
     p.raw("S7000 M3")
-    p.at["z"], p.motion = 20.0, 1
+    p.at["z"], p.motion = 20.0, 0
     job.stock(rng.uniform(200, 260), 4200)
     outer = 0.5 * job.size[0] + 5.5
     p.rapid(x=outer + 2.0, y=0.0)

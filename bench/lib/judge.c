@@ -347,17 +347,24 @@ static void on_piece(const struct tool *t, int piece, double p, double *r, doubl
     *z = piece == 0 ? 0.0 : piece == 1 ? t->corner * (1.0 - cos(p)) : t->arc_z + (p - t->arc_r) * t->slope;
 }
 
-/* Integral of (toward f' - down) r over the piece up to p, toward = across cos(theta); closed form. */
-static double flux(const struct look *l, int piece, double toward, double p)
-{
-    const struct tool *t = l->tool;
-    double c = t->corner, s = sin(p), k = cos(p);
+/* What goes through the tip per radian: `ahead` times across cos(theta), and `under` times -down. */
+struct pair {
+    double ahead, under;
+};
 
-    if (piece == 0)
-        return -l->down * 0.5 * p * p;
-    if (piece == 2)
-        return (toward * t->slope - l->down) * 0.5 * p * p;
-    return toward * c * (-t->flat * k + 0.5 * c * (p - s * k)) - l->down * c * (t->flat * s + 0.5 * c * s * s);
+/* Adds the integrals of f' r and of r over a piece from a to b, in closed form. */
+static void add_flux(const struct tool *t, int piece, double a, double b, struct pair *sum)
+{
+    double c = t->corner, sa = sin(a), ka = cos(a), sb = sin(b), kb = cos(b);
+
+    if (piece != 1) {
+        double square = 0.5 * (b * b - a * a);
+        sum->under += square;
+        sum->ahead += piece == 2 ? t->slope * square : 0.0;
+        return;
+    }
+    sum->ahead += c * (t->flat * (ka - kb) + 0.5 * c * (b - sb * kb - a + sa * ka));
+    sum->under += c * (t->flat * (sb - sa) + 0.5 * c * (sb * sb - sa * sa));
 }
 
 static int touches(const struct look *l, int piece, double c, double s, double p)
@@ -373,13 +380,13 @@ static int touches(const struct look *l, int piece, double c, double s, double p
 }
 
 /* flux through a range of a piece on which the tool advances all over */
-static double range(const struct look *l, int piece, double c, double s, double a, double b)
+static void range(const struct look *l, int piece, double c, double s, double a, double b, struct pair *sum)
 {
     int n = piece == 1 ? 10 : (int)fmax(6.0, (b - a) / 0.4), i, j, was, is;
-    double toward = l->across * c, sum = 0.0, from = a, pa = a;
+    double from = a, pa = a;
 
     if (b - a < 1e-9)
-        return 0.0;
+        return;
     was = touches(l, piece, c, s, a + 1e-7 * (b - a));
     for (i = 1; i <= n; i++) {
         double pb = a + (b - a) * i / n, lo = pa, hi = pb;
@@ -394,47 +401,46 @@ static double range(const struct look *l, int piece, double c, double s, double 
             }
             lo = 0.5 * (lo + hi);
             if (was)
-                sum += flux(l, piece, toward, lo) - flux(l, piece, toward, from);
+                add_flux(l->tool, piece, from, lo, sum);
             from = lo;
         }
         was = is;
         pa = pb;
     }
     if (was)
-        sum += flux(l, piece, toward, b) - flux(l, piece, toward, from);
-    return sum;
+        add_flux(l->tool, piece, from, b, sum);
 }
 
 /* flux per radian through the tip's profile at heading angle theta */
-static double on_meridian(const struct look *l, double theta)
+static struct pair on_meridian(const struct look *l, double theta)
 {
     const struct tool *t = l->tool;
-    double c = cos(theta), s = sin(theta), toward = l->across * c, sum = 0.0;
+    double c = cos(theta), s = sin(theta), toward = l->across * c;
+    struct pair sum = {0.0, 0.0};
 
     if (t->flat > 0.0 && l->down < 0.0)
-        sum += range(l, 0, c, s, 0.0, t->flat);
-    if (t->corner > 0.0) {                  /* advances where toward sin(p) > down cos(p) */
-        double turning = atan2(l->down, toward), split;
-        /* sin(p - turning) * hypot > 0: p in (turning, turning + pi), p within 0..turn <= pi/2 */
-        if (turning >= 0.0) {
-            split = fmin(turning, t->turn);
-            sum += range(l, 1, c, s, split, t->turn);
-        } else {
-            split = fmin(turning + M_PI, t->turn);
-            sum += range(l, 1, c, s, 0.0, split);
-        }
+        range(l, 0, c, s, 0.0, t->flat, &sum);
+    if (t->corner > 0.0) {      /* advances where toward sin(p) > down cos(p): p from `turning` on, for half a turn */
+        double turning = atan2(l->down, toward);
+        if (turning >= 0.0)
+            range(l, 1, c, s, fmin(turning, t->turn), t->turn, &sum);
+        else
+            range(l, 1, c, s, 0.0, fmin(turning + M_PI, t->turn), &sum);
     }
     if (t->slope > 0.0 && t->radius > t->arc_r && toward * t->slope > l->down)
-        sum += range(l, 2, c, s, t->arc_r, t->radius);
+        range(l, 2, c, s, t->arc_r, t->radius, &sum);
+    sum.ahead *= l->across;
+    sum.under *= -l->down;
     return sum;
 }
 
-static double bottom_part(const struct look *l, double a, double ga, double b, double gb, int depth)
+static double bottom_part(const struct look *l, double a, struct pair ga, double b, struct pair gb, int depth)
 {
-    double mid, gm;
+    double forward = sin(b) - sin(a), mid;
+    struct pair gm;
 
-    if (depth == 0 || fabs(ga - gb) * (b - a) < 20.0 * l->tolerance)
-        return 0.5 * (ga + gb) * (b - a);
+    if (depth == 0 || fabs(ga.ahead - gb.ahead) * fabs(forward) + fabs(ga.under - gb.under) * (b - a) < 20.0 * l->tolerance)
+        return 0.5 * (ga.ahead + gb.ahead) * forward + 0.5 * (ga.under + gb.under) * (b - a);
     mid = 0.5 * (a + b);
     gm = on_meridian(l, mid);
     return bottom_part(l, a, ga, mid, gm, depth - 1) + bottom_part(l, mid, gm, b, gb, depth - 1);
@@ -442,14 +448,16 @@ static double bottom_part(const struct look *l, double a, double ga, double b, d
 
 static double bottom(const struct look *l)
 {
-    double from = l->down < 0.0 ? -M_PI : -0.5 * M_PI, to = -from, sum = 0.0, a = from, ga;
-    int n = (int)fmax(24.0, (to - from) * l->tool->radius / 0.35), i;
+    double from = l->down < 0.0 ? -M_PI : -0.5 * M_PI, to = -from, sum = 0.0, a = from;
+    int n = 4 * (int)fmax(6.0, 0.25 * (to - from) * l->tool->radius / 0.35), i;
+    struct pair ga;
 
     if (l->down >= 0.0 && l->tool->flat >= l->tool->radius)
         return 0.0;
     ga = on_meridian(l, a);
     for (i = 1; i <= n; i++) {
-        double b = from + (to - from) * i / n, gb = on_meridian(l, b);
+        double b = from + (to - from) * i / n;
+        struct pair gb = on_meridian(l, b);
         sum += bottom_part(l, a, ga, b, gb, 6);
         a = b;
         ga = gb;
@@ -513,7 +521,7 @@ static struct chord *make_chords(long count, const double *ends, const int *tool
     return made;
 }
 
-/* Section area in cells of at most `step` mm along the chords.
+/* Section area in cells of at most `step` mm along the chords, longer for tools above 6 mm in proportion.
  * cells: (room, 2) way at the cell's end (mm), area in it (mm2).  -> number of cells, -1: no room */
 long judge_areas(const double *blank, long tool_count, const double *sizes, long count, const double *ends,
                  const int *tool_of, double step, long room, double *cells)
@@ -535,7 +543,7 @@ long judge_areas(const double *blank, long tool_count, const double *sizes, long
         const struct chord *c = chords + i;
         double length = sqrt(c->l2 + c->dz * c->dz);
         int air = in_air(b, c);
-        long n = air ? 1 : (long)ceil(length / step);
+        long n = air ? 1 : (long)ceil(length / (step * fmax(1.0, c->tool->radius / 3.0)));
         n = n < 1 ? 1 : n;
         for (k = 0; k < n; k++) {
             if (made == room) {
