@@ -35,3 +35,31 @@ def test_constant_feed_program():
     assert demo.constant_feed(text, 600) == (
         'G21\nM250\nM252 (fast, F900)\nN10 G1 X1 F600.000\nM252 ; again F7\nM252\nM2510\n'
         'G13 X1 I5 Z-1 E600.000 F 600.000\nG12 I5 E9.000\n#<_ef>=3\n')
+
+
+def test_a_path_that_is_not_utf8(tmp_path):
+    """Named with a ? for what cannot be shown; the picture is drawn."""
+    folder = os.path.join(os.fsencode(tmp_path), b'caf\xe9')
+    os.mkdir(folder)
+    program = os.path.join(folder, b'p\xff{d}.ngc')
+    with open(program, 'w') as file:
+        file.write('o100 sub\nG0 X0 Y0\nG1 X9\nY9\nX0\nY0\no100 endsub\nM2\n')
+    picture = str(tmp_path / 'a.svg')
+    done = subprocess.run([os.path.join(ROOT, 'bin', 'chipwise').encode(), b'contour', program, b'--sub', b'100', b'--tool', b'3',
+                           b'-o', picture.encode()], stdin=subprocess.DEVNULL, capture_output=True)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith(b'O100 in p?{d}.ngc, tool 3 mm left')
+    with open(picture, encoding='utf-8') as file:
+        assert 'p?{d}.ngc' in file.read()
+
+
+def test_an_error_nobody_thought_of_is_one_line(monkeypatch, capsys):
+    from chipwise import cli
+    from chipwise.cli import contour
+    monkeypatch.setattr(contour, 'run', lambda options: {}['a\nb'])
+    monkeypatch.delenv('CHIPWISE_TRACEBACK', raising=False)
+    monkeypatch.setattr('sys.stdout.reconfigure', lambda **_: None, raising=False)
+    monkeypatch.setattr('sys.stderr.reconfigure', lambda **_: None, raising=False)
+    assert cli.main(['contour', 'x.ngc', '--sub', '1', '--tool', '3']) == 1
+    said = capsys.readouterr().err
+    assert said.startswith("chipwise: internal error: KeyError: 'a") and said.count('\n') == 1

@@ -16,6 +16,8 @@ import importlib
 import os
 import sys
 
+from chipwise.errors import printable
+
 COMMANDS = ('contour', 'demo', 'load', 'monitor')
 
 
@@ -47,7 +49,9 @@ def build_parser():
 
 
 def main(argv):
-    """-> exit status."""
+    """-> exit status.  Whatever goes wrong is one line; CHIPWISE_TRACEBACK=1 shows where."""
+    for stream in (sys.stdout, sys.stderr):
+        stream.reconfigure(errors='replace')        # paths need not be UTF-8
     parser, modules = build_parser()
     try:
         options = parser.parse_args(argv)
@@ -64,4 +68,9 @@ def main(argv):
         print('chipwise: %s' % error, file=sys.stderr)
     except KeyboardInterrupt:
         return 130
+    except Exception as error:
+        if os.environ.get('CHIPWISE_TRACEBACK'):
+            raise
+        print(printable(f'chipwise: internal error: {type(error).__name__}: {error}; please report it with what '
+                        'CHIPWISE_TRACEBACK=1 adds'), file=sys.stderr)
     return 1

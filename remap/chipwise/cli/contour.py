@@ -19,7 +19,7 @@ import numpy as np
 from chipwise import subs
 from chipwise.cli import UsageError
 from chipwise.cli.load import units_per_mm
-from chipwise.errors import MM_PER_INCH, CycleError, format_length
+from chipwise.errors import MM_PER_INCH, CycleError, format_length, printable
 from chipwise.geometry import elements, winding
 from chipwise.geometry.contour import ContourError
 from chipwise.geometry.offset import LEFT, RIGHT, make_pocket, offset_contour, offset_pocket
@@ -199,7 +199,7 @@ def make_drawing(options):
         named=named, close_gap=load_settings(ini)["CLOSE_GAP"]))
     contours = subs.contours(shape)
     result, where = offset(shape, contours, options.side, tool)
-    title = f'O{shape.sub} in {os.path.basename(shape.file)}'
+    title = printable(f'O{shape.sub} in {os.path.basename(shape.file)}')
     places = tuple(middle(u) for u in result.unreachable if isinstance(u, UnreachableRegion))
     return Drawing(title, unit, tool, where, contours, result, places)
 
