@@ -203,7 +203,7 @@ def embedded_rows():
         found, program = Path(folder) / "rows", Path(folder) / "plan.ngc"
         program.write_text(f";py,import sys; sys.path.insert(0, '{ROOT}/bench'); import bench_pocket; "
                            f"bench_pocket.write_plan_rows('{found}')\nM2\n")
-        subprocess.run(["rs274", "-g", "-i", "configs/mill.ini", "-t", "configs/mill_inch.tbl", str(program)], cwd=ROOT,
+        subprocess.run(["rs274", "-g", "-i", "configs/mill.ini", str(program)], cwd=ROOT,
                        env={**os.environ, "HOME": folder}, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, check=True)
         for line in found.read_text().splitlines():
             made = json.loads(line)

@@ -1,7 +1,8 @@
 """Runs programs through LinuxCNC's interpreter, without a machine, and reads back what it would have moved.
 
 Two ways, each with a HOME of its own per run (rs274 empties ~/.tool.mmap, and parallel runs share it):
-  run_rs274    the program rs274, as a user would call it.  2.9.0~pre1: always an inch machine, 4 decimals.
+  run_rs274    the program rs274, as a user would call it.  4 decimals; the unit of its tool table differs between
+               versions of LinuxCNC (chipwise.machine.rs274), so tools are given in mm and written as it takes them.
   run_preview  the interpreter of AXIS's preview (preview_probe.py): any machine unit, full doubles, modes, line numbers.
 Both give a Trace in machine coordinates (offsets, rotation and G92 applied), mm.
 """
@@ -16,6 +17,8 @@ import tempfile
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from chipwise.machine import rs274
+from chipwise.settings import read_section
 from python.hole_oracle import Element
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -95,10 +98,10 @@ def write_ini(folder, machine="mm", **settings):
     return path
 
 
-def write_tools(folder, tools, unit):
-    """A tool table from {number: diameter in mm}, in machine units."""
+def write_tools(folder, tools, unit_mm):
+    """A tool table from {number: diameter in mm}, in a unit of so many mm."""
     path = Path(folder) / "tool.tbl"
-    path.write_text("".join(f"T{n} P{n} D{d / UNIT_MM[unit]:.9f}\n" for n, d in tools.items()))
+    path.write_text("".join(f"T{n} P{n} D{d / unit_mm:.9f}\n" for n, d in tools.items()))
     return path
 
 
@@ -110,7 +113,7 @@ def _prepare(folder, program):
 
 
 def run_rs274(program, tools=None, machine="mm", ini=None, **settings):
-    """A program through rs274, its tools given in mm (the table is written in inch, as rs274 takes it)."""
+    """A program through rs274, its tools given in mm."""
     run = _rs274(program, tools, machine, ini, settings, ())
     trace = parse_rs274(run.stdout)
     messages = [line for line in run.stderr.splitlines() if line and line != "executing"]
@@ -132,7 +135,8 @@ def _rs274(program, tools, machine, ini, settings, options):
     with tempfile.TemporaryDirectory() as folder:
         path, environment = _prepare(folder, program)
         ini = ini or write_ini(folder, machine, **settings)
-        table = write_tools(folder, tools or {1: 2.0}, "in")
+        unit = read_section(Path(ini).read_text().splitlines(), "TRAJ").get("LINEAR_UNITS", "mm")
+        table = write_tools(folder, tools or {1: 2.0}, rs274.tool_table_unit(unit))
         return subprocess.run(["rs274", "-g", *options, "-i", str(ini), "-t", str(table), "-v", f"{folder}/test.var",
                                str(path)], cwd=ROOT, env=environment, capture_output=True, text=True, timeout=60,
                               check=False)
@@ -178,7 +182,7 @@ def run_preview(program, tools=None, machine="mm", ini=None, **settings):
     with tempfile.TemporaryDirectory() as folder:
         path, environment = _prepare(folder, program)
         environment["INI_FILE_NAME"] = str(ini or write_ini(folder, machine, **settings))
-        table = write_tools(folder, tools or {1: 2.0}, machine)
+        table = write_tools(folder, tools or {1: 2.0}, UNIT_MM[machine])
         run = subprocess.run([PYTHON, str(ROOT / "tests/rs274/preview_probe.py"), str(path), repr(1 / UNIT_MM[machine]),
                               str(table), f"{folder}/test.var"],
                              cwd=ROOT, env=environment, capture_output=True, text=True, timeout=60, check=False)

@@ -18,7 +18,7 @@ import sys
 
 from chipwise.errors import printable
 
-COMMANDS = ('contour', 'demo', 'load', 'monitor')
+COMMANDS = ('contour', 'demo', 'load', 'monitor', 'try_program')
 
 
 class CommandError(Exception):

@@ -1,0 +1,32 @@
+"""Print the canonical motion of a program, chipwise's codes included, without a machine.
+
+LinuxCNC's interpreter `rs274` runs it on the machine of an INI file: its remaps, its subroutine path and its tool
+table. Work offsets are 0, whatever the machine has. Nothing is written, and a running LinuxCNC is not disturbed.
+"""
+
+import os
+
+from chipwise.errors import CycleError
+from chipwise.machine import rs274, runner
+
+NAME = 'try'
+HELP = 'print the motion of a program without a machine'
+
+
+def add_arguments(parser):
+    parser.add_argument('program', help='G-code program')
+    parser.add_argument('--ini', metavar='INI', default=os.path.join(runner.ROOT, 'configs', 'mill.ini'),
+                        help='the machine (default: the simulated mill, configs/mill.ini)')
+
+
+def run(options):
+    from chipwise.cli import UsageError
+    for path, what in ((options.program, 'program'), (options.ini, 'INI file')):
+        if not os.path.isfile(path):
+            raise UsageError('%s %s does not exist' % (what, path))
+    try:
+        return 1 if rs274.run(options.program, options.ini).returncode else 0
+    except CycleError as error:
+        raise UsageError(error)
+    except rs274.Rs274Error as error:
+        raise UsageError(error)
