@@ -312,7 +312,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--only", nargs="*", default=[], help="programs")
     parser.add_argument("--seed", default="1", help="of the foreign programs and of the conditions")
-    parser.add_argument("--count", type=int, default=1, help="conditions beside the plain one, for each program")
+    parser.add_argument("--count", type=int, default=0, help="conditions beside the plain one, for each program")
     parser.add_argument("--foreign", action="store_true", help="not those of nc_files/")
     parser.add_argument("--no-plain", action="store_true", help="only the drawn conditions")
     parser.add_argument("--no-optimum", action="store_true", help="one run less each")
