@@ -6,7 +6,7 @@ outputs carry any number of values: first the number of a register to
 .B word,
 then its content to
 .B value.
-Registers 1..6 are the stock box, 8 its shape, 11..13 the feed, 21 the slot of a file. Nothing of them takes effect before the word
+Registers 1..6 are the stock box, 8 its shape, 9 its turn, 11..13 the feed, 21 the slot of a file. Nothing of them takes effect before the word
 that commits them (7: the stock, 17: the feed, 27: save, 28: restore), so a program aborted in between
 changes nothing.
 """;
@@ -20,6 +20,7 @@ pin out float max_x "register 4";
 pin out float max_y "register 5";
 pin out float max_z "register 6";
 pin out s32 shape "register 8, as of the last commit: of the stock in its box, stock_tracker(9)";
+pin out float turn "register 9, as of the last commit: degrees the box is turned by, stock_tracker(9)";
 pin out bit define "TRUE while word is 7";
 pin out s32 mode "register 11, as of the last commit: mode of volumetric_feed(9)";
 pin in bit stock_defined "stock-tracker.N.stock-defined";
@@ -33,6 +34,7 @@ pin out float mrr_lower "register 13, as of the last commit: mm3/min";
 
 variable double box[6];
 variable int form;
+variable double angle;
 variable double number_of_file;
 variable double feed[3];
 function _ fp;
@@ -44,6 +46,7 @@ see_also "stock_tracker(9), volumetric_feed(9)";
 #define BOX_FIRST 1
 #define BOX_COMMIT 7
 #define BOX_SHAPE 8
+#define BOX_TURN 9
 #define FEED_FIRST 11
 #define FEED_COMMIT 17
 #define FILE_SLOT 21
@@ -56,14 +59,17 @@ FUNCTION(_) {
 
     if (number >= BOX_FIRST && number < BOX_FIRST + 6) box[number - BOX_FIRST] = value;
     if (number == BOX_SHAPE) form = value > 0.5 && value < 1.5;
+    if (number == BOX_TURN) angle = value > -1000.0 && value < 1000.0 ? value : 0.0;
     if (number == FILE_SLOT) number_of_file = value;
     if (number >= FEED_FIRST && number < FEED_FIRST + 3) feed[number - FEED_FIRST] = value;
     if (number == BOX_COMMIT) {
         min_x = box[0]; min_y = box[1]; min_z = box[2];
         max_x = box[3]; max_y = box[4]; max_z = box[5];
-        if (!define) {                  /* the shape goes with this box only */
+        if (!define) {                  /* shape and turn go with this box only */
             shape = form;
+            turn = angle;
             form = 0;
+            angle = 0.0;
         }
     }
     define = number == BOX_COMMIT;

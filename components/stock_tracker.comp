@@ -37,6 +37,7 @@ pin in float max_x "stock box, machine coordinates, machine units";
 pin in float max_y "stock box, machine coordinates, machine units";
 pin in float max_z "stock box, machine coordinates, machine units";
 pin in s32 shape "of the stock in that box: 0 all of it, 1 the cylinder along Z inscribed in it";
+pin in float turn "degrees, counter-clockwise, by which the box min..max is turned about its middle in XY; not for a cylinder";
 pin in bit define "rising edge: fill the map with the box; ready is FALSE until that is done";
 pin in bit hold "TRUE: another program has the map and writes a stock into it (chipwise monitor)";
 pin in s32 tool_in_spindle "number of the tool by the machine itself (iocontrol.0.tool-number); unconnected: not compared";
@@ -189,6 +190,7 @@ FUNCTION(_) {
     in.box_min[0] = min_x; in.box_min[1] = min_y; in.box_min[2] = min_z;
     in.box_max[0] = max_x; in.box_max[1] = max_y; in.box_max[2] = max_z;
     in.form = shape;
+    in.box_turn = turn;
     in.request = define;
     in.foreign = hold;
     in.to_go = distance_to_go;

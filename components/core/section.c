@@ -43,6 +43,7 @@ static inline __attribute__((always_inline)) double cell_between(const struct cw
     if (top <= low) return 0.0;
     uncut = (top < high ? top : high) - low;
     if (!cell->cut) return uncut;
+    if (cell->drop & CW_RIM) return cw_rim_between(stock, cell, low, high);
     rest = top - cell->drop * stock->drop_unit;
     rest = rest <= low ? 0.0 : (rest < high ? rest : high) - low;
     return uncut + (cell->cut * (1.0 / CW_FULL)) * (rest - uncut);

@@ -4,6 +4,7 @@
 #include "stock.h"
 
 #define CW_MOST_CELLS (1u << 28)        /* 2 GiB of map */
+#define CW_FILL_SHAPED 4                /* cells of an upright box that cost what one of another shape does */
 
 uint32_t cw_stock_cells(double cell, double size_x, double size_y)
 {
@@ -35,6 +36,7 @@ void cw_stock_init(struct cw_stock *stock, double cell, uint32_t capacity)
     stock->filled = 0;
     stock->shape = CW_SHAPE_BOX;
     stock->removed = 0.0;
+    stock->half_x = stock->half_y = stock->turn = 0.0;
 }
 
 static int check_box(const struct cw_stock *stock, const double min[3], const double max[3])
@@ -50,7 +52,7 @@ static int check_box(const struct cw_stock *stock, const double min[3], const do
     return CW_STOCK_OK;
 }
 
-static double unit_of_drop(double low, double high) { return (high - low) / CW_FULL; }
+static double unit_of_drop(double low, double high) { return (high - low) / CW_DROP_FULL; }
 
 static int32_t cells_along(double cell, double low, double high)
 {
@@ -59,29 +61,69 @@ static int32_t cells_along(double cell, double low, double high)
 
 int cw_stock_define(struct cw_stock *stock, const double min[3], const double max[3])
 {
-    return cw_stock_define_shape(stock, min, max, CW_SHAPE_BOX);
+    return cw_stock_define_turned(stock, min, max, CW_SHAPE_BOX, 0.0);
 }
 
 int cw_stock_define_shape(struct cw_stock *stock, const double min[3], const double max[3],
                           int shape)
 {
-    int error = check_box(stock, min, max);
+    return cw_stock_define_turned(stock, min, max, shape, 0.0);
+}
+
+/* Half the sides of the upright box round one with half the sides a, b, turned by `turn` [6]. */
+static void hull(double a, double b, double turn, double half[2])
+{
+    double c = fabs(cos(turn)), s = fabs(sin(turn));
+    half[0] = turn == 0.0 ? a : a * c + b * s;
+    half[1] = turn == 0.0 ? b : a * s + b * c;
+}
+
+int cw_stock_define_turned(struct cw_stock *stock, const double min[3], const double max[3],
+                           int shape, double turn)
+{
+    double low[3] = { min[0], min[1], min[2] }, high[3] = { max[0], max[1], max[2] }, half[2];
+    double a = 0.5 * (max[0] - min[0]), b = 0.5 * (max[1] - min[1]);
+    int error, i;
+    if (shape == CW_SHAPE_CYLINDER) turn = 0.0;
+    if (!cw_finite(turn) || fabs(turn) > 1e6) return CW_STOCK_NOT_FINITE;
+    for (i = 0; i < 2; i++)
+        if (!(max[i] > min[i])) turn = 0.0;     /* refused by check_box, for what it is */
+    if (turn != 0.0) {
+        hull(a, b, turn, half);
+        for (i = 0; i < 2; i++) {
+            low[i] = 0.5 * (min[i] + max[i]) - half[i];
+            high[i] = 0.5 * (min[i] + max[i]) + half[i];
+        }
+    }
+    error = check_box(stock, low, high);
     if (error) return error;
     cw_stock_begin_write(stock);
-    stock->x0 = min[0];
-    stock->y0 = min[1];
-    stock->z_min = min[2];
-    stock->x_max = max[0];
-    stock->y_max = max[1];
-    stock->z_max = max[2];
-    stock->nx = cells_along(stock->cell, min[0], max[0]);
-    stock->ny = cells_along(stock->cell, min[1], max[1]);
-    stock->drop_unit = unit_of_drop(min[2], max[2]);
+    stock->x0 = low[0];
+    stock->y0 = low[1];
+    stock->z_min = low[2];
+    stock->x_max = high[0];
+    stock->y_max = high[1];
+    stock->z_max = high[2];
+    stock->nx = cells_along(stock->cell, low[0], high[0]);
+    stock->ny = cells_along(stock->cell, low[1], high[1]);
+    stock->drop_unit = unit_of_drop(low[2], high[2]);
     stock->shape = shape == CW_SHAPE_CYLINDER ? CW_SHAPE_CYLINDER : CW_SHAPE_BOX;
+    stock->half_x = a;
+    stock->half_y = b;
+    stock->turn = turn;
     stock->filled = 0;
     stock->removed = 0.0;
     cw_stock_end_write(stock);
     return CW_STOCK_OK;
+}
+
+/* 1 when half the sides and the turn are those of a box that fills the map. */
+static int box_fits(const struct cw_stock *stock)
+{
+    double half[2], wide = 0.5 * (stock->x_max - stock->x0), deep = 0.5 * (stock->y_max - stock->y0);
+    if (!(stock->half_x > 0.0) || !(stock->half_y > 0.0) || !(fabs(stock->turn) <= 1e6)) return 0;
+    hull(stock->half_x, stock->half_y, stock->turn, half);
+    return fabs(half[0] - wide) <= 1e-9 * (1.0 + wide) && fabs(half[1] - deep) <= 1e-9 * (1.0 + deep);
 }
 
 int cw_stock_sound(const struct cw_stock *stock, double cell, uint32_t capacity)
@@ -95,14 +137,8 @@ int cw_stock_sound(const struct cw_stock *stock, double cell, uint32_t capacity)
     return stock->nx == cells_along(cell, min[0], max[0])
         && stock->ny == cells_along(cell, min[1], max[1])
         && stock->filled >= 0 && stock->filled <= stock->ny + 2
-        && stock->drop_unit == unit_of_drop(min[2], max[2])
+        && stock->drop_unit == unit_of_drop(min[2], max[2]) && box_fits(stock)
         && cw_finite(stock->removed) && stock->removed >= 0.0;
-}
-
-/* Share of the i-th cell along an axis that lies in a box `length` mm long. */
-static double inside(const struct cw_stock *stock, int i, double length)
-{
-    return cw_clamp(length / stock->cell - i, 0.0, 1.0);
 }
 
 /* Integral of sqrt(1 - u^2) from 0 to u. */
@@ -130,7 +166,7 @@ static double disc_quadrant(double x, double y)
 /* Share of a cell inside the ellipse inscribed in the box, exact. */
 static double in_cylinder(const struct cw_stock *stock, int ix, int iy)
 {
-    double a = 0.5 * (stock->x_max - stock->x0), b = 0.5 * (stock->y_max - stock->y0);
+    double a = stock->half_x, b = stock->half_y;
     double w = stock->cell / a, h = stock->cell / b;
     double x = ix * w - 1.0, y = iy * h - 1.0;          /* corner, in radii from the centre */
     double near_x = cw_clamp(0.0, x, x + w), near_y = cw_clamp(0.0, y, y + h);
@@ -141,25 +177,94 @@ static double in_cylinder(const struct cw_stock *stock, int ix, int iy)
                      - disc_quadrant(x + w, y) + disc_quadrant(x, y)) / (w * h), 0.0, 1.0);
 }
 
-/* One row of the fresh stock; iy == -1 and iy == ny are the empty ring [4]. Rows inside a
- * box are all alike: they are copied from the first one. */
+/* Keeps the part of a polygon of n corners where u * point[k] <= limit; returns its corners. */
+static int clip(double (*point)[2], int n, int k, double u, double limit)
+{
+    double kept[12][2];
+    int i, j, m = 0;
+    for (i = 0; i < n; i++) {
+        const double *p = point[i], *q = point[i + 1 < n ? i + 1 : 0];
+        double over = u * p[k] - limit, next = u * q[k] - limit;
+        if (over <= 0.0) {
+            kept[m][0] = p[0];
+            kept[m++][1] = p[1];
+        }
+        if ((over <= 0.0) != (next <= 0.0)) {
+            double t = over / (over - next);
+            kept[m][0] = p[0] + t * (q[0] - p[0]);
+            kept[m++][1] = p[1] + t * (q[1] - p[1]);
+        }
+    }
+    for (i = 0; i < m; i++)
+        for (j = 0; j < 2; j++) point[i][j] = kept[i][j];
+    return m;
+}
+
+/* Share of a cell inside the box, which has the cosine c and the sine s of its turn: the square clipped by
+ * its four sides. */
+static double in_box(const struct cw_stock *stock, int ix, int iy, double c, double s)
+{
+    double h = 0.5 * stock->cell, reach = h * (fabs(c) + fabs(s)) - 1e-9 * h, area = 0.0;
+    double x = stock->x0 + (2 * ix + 1) * h - 0.5 * (stock->x0 + stock->x_max);
+    double y = stock->y0 + (2 * iy + 1) * h - 0.5 * (stock->y0 + stock->y_max);
+    double u = c * x + s * y, v = c * y - s * x, point[12][2];
+    int i, n = 4;
+    if (fabs(u) + reach <= stock->half_x && fabs(v) + reach <= stock->half_y) return 1.0;
+    if (fabs(u) - reach >= stock->half_x || fabs(v) - reach >= stock->half_y) return 0.0;
+    for (i = 0; i < 4; i++) {
+        double a = i == 1 || i == 2 ? h : -h, b = i < 2 ? -h : h;
+        point[i][0] = u + c * a + s * b;
+        point[i][1] = v + c * b - s * a;
+    }
+    for (i = 0; i < 4; i++)
+        n = clip(point, n, i / 2, i % 2 ? 1.0 : -1.0, i / 2 ? stock->half_y : stock->half_x);
+    for (i = 0; i < n; i++) {
+        const double *p = point[i], *q = point[i + 1 < n ? i + 1 : 0];
+        area += 0.5 * (p[0] * q[1] - p[1] * q[0]);
+    }
+    return cw_clamp(area / (stock->cell * stock->cell), 0.0, 1.0);
+}
+
+/* Writes a rim cell. */
+static void set_rim(const struct cw_stock *stock, struct cw_cell *cell, const struct cw_levels *levels)
+{
+    double steps = (levels->top - levels->low) / (stock->z_max - stock->z_min) * CW_RIM_DROP + 0.5;
+    unsigned drop = steps >= CW_RIM_DROP ? CW_RIM_DROP : steps > 0.0 ? (unsigned)steps : 0;
+    unsigned cut = (unsigned)(levels->cut * CW_RIM_CUT + 0.5), gone;
+    cell->top = (float)(cut >= CW_RIM_CUT ? levels->low : levels->top);
+    if (cell->top <= (float)stock->z_min) {             /* nothing is left of it */
+        cell->drop = cell->cut = 0;
+    } else if (cut == 0 || cut >= CW_RIM_CUT || drop == 0) {
+        gone = (unsigned)cw_clamp(levels->gone * CW_FULL + 0.5, 1.0, CW_FULL - 1.0);
+        cell->drop = CW_RIM;
+        cell->cut = (uint16_t)gone;
+    } else {
+        gone = (unsigned)cw_clamp(levels->gone * CW_RIM_GONE + 0.5, 1.0, CW_RIM_GONE - 1.0);
+        cell->drop = (uint16_t)(CW_RIM | CW_RIM_TWO | (cut & 15u) << 10 | drop);
+        cell->cut = (uint16_t)(gone << 5 | cut >> 4);
+    }
+}
+
+/* One row of the fresh stock; iy == -1 and iy == ny are the empty ring [4]. Rows inside an
+ * upright box are all alike: they are copied from the first one. */
 static void fill_row(struct cw_stock *stock, int iy)
 {
     struct cw_cell *cell = cw_stock_cell(stock, -1, iy);
-    double row = iy < 0 || iy >= stock->ny ? 0.0 : inside(stock, iy, stock->y_max - stock->y0);
-    int ix;
-    if (iy > 0 && row == 1.0 && stock->shape == CW_SHAPE_BOX) {
+    struct cw_levels levels = { stock->z_max, stock->z_max, 0.0, 0.0 };
+    int plain = stock->shape == CW_SHAPE_BOX && stock->turn == 0.0, ix;
+    double c = plain ? 1.0 : cos(stock->turn), s = plain ? 0.0 : sin(stock->turn);
+    if (plain && iy > 0 && stock->y0 + (iy + 1) * stock->cell <= stock->y_max) {
         memcpy(cell, cw_stock_cell(stock, -1, 0), (stock->nx + 2) * sizeof *cell);
         return;
     }
     for (ix = -1; ix <= stock->nx; ix++, cell++) {
-        double share = ix < 0 || ix >= stock->nx
-            ? 0.0 : row * inside(stock, ix, stock->x_max - stock->x0);
-        if (share > 0.0 && stock->shape == CW_SHAPE_CYLINDER) share = in_cylinder(stock, ix, iy);
-        if (share < 0.5 / CW_FULL) share = 0.0;
-        cell->top = (float)(share > 0.0 ? stock->z_max : stock->z_min);
-        cell->cut = share > 0.0 ? (uint16_t)((1.0 - share) * CW_FULL + 0.5) : 0;
-        cell->drop = cell->cut ? CW_FULL : 0;
+        double share = 0.0;
+        if (ix >= 0 && ix < stock->nx && iy >= 0 && iy < stock->ny)
+            share = stock->shape == CW_SHAPE_CYLINDER ? in_cylinder(stock, ix, iy) : in_box(stock, ix, iy, c, s);
+        cell->drop = cell->cut = 0;
+        cell->top = (float)(share * CW_FULL >= 0.5 ? stock->z_max : stock->z_min);
+        levels.gone = 1.0 - share;
+        if (share < 1.0 && share * CW_FULL >= 0.5) set_rim(stock, cell, &levels);
     }
 }
 
@@ -172,7 +277,7 @@ int cw_stock_fill(struct cw_stock *stock, int max_cells)
     do {
         fill_row(stock, stock->filled - 1);
         stock->filled++;
-        max_cells -= stock->nx + 2;
+        max_cells -= (stock->nx + 2) * (stock->shape == CW_SHAPE_CYLINDER || stock->turn != 0.0 ? CW_FILL_SHAPED : 1);
     } while (stock->filled < rows && max_cells > 0);
     cw_stock_end_write(stock);
     return stock->filled >= rows;
@@ -193,49 +298,119 @@ double cw_stock_volume(const struct cw_stock *stock)
     return sum * stock->cell * stock->cell;
 }
 
+struct cw_levels cw_cell_levels(const struct cw_stock *stock, const struct cw_cell *cell)
+{
+    struct cw_levels levels = { cell->top, cell->top, 0.0, 0.0 };
+    if (!cell->cut) return levels;
+    if (!(cell->drop & CW_RIM)) {
+        levels.low -= cell->drop * stock->drop_unit;
+        levels.cut = cell->cut * (1.0 / CW_FULL);
+        return levels;
+    }
+    if (!(cell->drop & CW_RIM_TWO)) {
+        levels.gone = cell->cut * (1.0 / CW_FULL);
+        return levels;
+    }
+    levels.low -= (cell->drop & CW_RIM_DROP) * (stock->z_max - stock->z_min) * (1.0 / CW_RIM_DROP);
+    levels.cut = ((cell->drop >> 10 & 15u) | (cell->cut & 31u) << 4) * (1.0 / CW_RIM_CUT);
+    levels.gone = (cell->cut >> 5) * (1.0 / CW_RIM_GONE);
+    return levels;
+}
+
+double cw_rim_between(const struct cw_stock *stock, const struct cw_cell *cell, double low, double high)
+{
+    struct cw_levels levels = cw_cell_levels(stock, cell);
+    double uncut = cw_clamp(levels.top, low, high) - low, rest = cw_clamp(levels.low, low, high) - low;
+    return (1.0 - levels.gone) * (uncut + levels.cut * (rest - uncut));
+}
+
+/* Cosine between (ex, ey) and the outward normal of the stock box's side that is nearest to a place. */
+static double outward(const struct cw_stock *stock, double x, double y, double ex, double ey)
+{
+    double c = 1.0, s = 0.0, u, v;
+    x -= 0.5 * (stock->x0 + stock->x_max);
+    y -= 0.5 * (stock->y0 + stock->y_max);
+    if (stock->shape == CW_SHAPE_CYLINDER) {
+        u = x / (stock->half_x * stock->half_x);
+        v = y / (stock->half_y * stock->half_y);
+        return (u * ex + v * ey) / cw_max(cw_sqrt(u * u + v * v), 1e-30);
+    }
+    if (stock->turn != 0.0) {
+        c = cos(stock->turn);
+        s = sin(stock->turn);
+    }
+    u = c * x + s * y;
+    v = c * y - s * x;
+    if (fabs(u) - stock->half_x > fabs(v) - stock->half_y) return (u < 0.0 ? -1.0 : 1.0) * (c * ex + s * ey);
+    return (v < 0.0 ? -1.0 : 1.0) * (c * ey - s * ex);
+}
+
+double cw_rim_covered(const struct cw_stock *stock, const struct cw_cell *cell, double x, double y, double k,
+                      double ex, double ey)
+{
+    double gone = cw_cell_levels(stock, cell).gone, along = outward(stock, x, y, ex, ey), nested;
+    if (!(gone > 0.0) || k >= 1.0) return k;
+    nested = (along > 0.0 ? cw_min(k, 1.0 - gone) : cw_max(k - gone, 0.0)) / (1.0 - gone);
+    return cw_clamp(k + fabs(along) * (nested - k), 0.0, 1.0);
+}
+
 /* Writes the cut part of a cell: share and height below the top, rounded to cell units.
  * A cell that is cut all over becomes a plain one again, with its height exact. */
-static void set_cut(const struct cw_stock *stock, struct cw_cell *cell, double share, double low)
+static void set_plain(const struct cw_stock *stock, struct cw_cell *cell, const struct cw_levels *levels)
 {
-    double steps = ((double)cell->top - low) / stock->drop_unit + 0.5;
-    uint16_t cut = (uint16_t)(cw_clamp(share, 0.0, 1.0) * CW_FULL + 0.5);
+    double steps = (levels->top - levels->low) / stock->drop_unit + 0.5;
+    uint16_t cut = (uint16_t)(cw_clamp(levels->cut, 0.0, 1.0) * CW_FULL + 0.5);
+    cell->top = (float)levels->top;
     if (cut == CW_FULL) {
-        cell->top = (float)low;
+        cell->top = (float)levels->low;
         cell->cut = cell->drop = 0;
         return;
     }
-    cell->drop = steps >= CW_FULL ? CW_FULL : (uint16_t)steps;
+    cell->drop = steps >= CW_DROP_FULL ? CW_DROP_FULL : (uint16_t)steps;
     cell->cut = cell->drop ? cut : 0;
     if (!cell->cut) cell->drop = 0;
 }
 
-/* The rule of [2], by cases; `low` is the height of the part cut so far, c its share. */
-static void merge(const struct cw_stock *stock, struct cw_cell *cell, double k, double z)
+/* The rule of [2], by cases; `near`: heights that are the same. Returns 0 when nothing changes. */
+static int merge(struct cw_levels *levels, double k, double z, double near)
 {
-    double top = cell->top;
-    double c = cell->cut * (1.0 / CW_FULL);
-    double low = top - cell->drop * stock->drop_unit;
-    double near = stock->drop_unit;
-
-    if (!cell->cut) {                           /* first cut of this cell */
-        set_cut(stock, cell, k, z);
-    } else if (k >= 1.0 - 0.5 / CW_FULL) {      /* the whole cell */
-        if (z <= low) set_cut(stock, cell, 1.0, z);
-        else { cell->top = (float)z; set_cut(stock, cell, c, low); }
+    double c = levels->cut, low = levels->low;
+    if (k >= 1.0 - 0.5 / CW_FULL) {             /* the whole cell */
+        if (c > 0.0 && z > low) {
+            levels->top = z;
+        } else {
+            levels->low = z;
+            levels->cut = 1.0;
+        }
+    } else if (c <= 0.0) {                      /* first cut of this cell */
+        levels->cut = k;
+        levels->low = z;
     } else if (z < low - near) {                /* deeper: the wall goes to the nearer of the two */
-        if (2.0 * k >= c) set_cut(stock, cell, cw_max(c, k), z);
+        if (2.0 * k < c) return 0;
+        levels->cut = cw_max(c, k);
+        levels->low = z;
     } else if (k > c) {                         /* wider: the added part lies at z */
-        set_cut(stock, cell, k, z <= low + near ? low : ((k - c) * z + c * low) / k);
+        levels->low = z <= low + near ? low : ((k - c) * z + c * low) / k;
+        levels->cut = k;
+    } else {
+        return 0;
     }
+    return 1;
 }
 
 double cw_cell_cut(const struct cw_stock *stock, struct cw_cell *cell, double k, double z)
 {
+    struct cw_levels levels;
     double before;
+    int rim;
     if (z < stock->z_min) z = stock->z_min;
     if (z >= (double)cell->top || k < 0.5 / CW_FULL) return 0.0;
     before = cw_cell_above(stock, cell, stock->z_min);
-    merge(stock, cell, k, z);
+    levels = cw_cell_levels(stock, cell);
+    rim = levels.gone > 0.0;
+    if (!merge(&levels, k, z, rim ? (stock->z_max - stock->z_min) / CW_RIM_DROP : stock->drop_unit)) return 0.0;
+    if (rim) set_rim(stock, cell, &levels);
+    else set_plain(stock, cell, &levels);
     return (before - cw_cell_above(stock, cell, stock->z_min)) * stock->cell * stock->cell;
 }
 

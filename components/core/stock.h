@@ -12,9 +12,14 @@
  *     1/65535 of a cell, not to half a cell only.
  *  2. A cut of share k to height z replaces, it is never added: parts cut from the
  *     same side are nested, so the same cut twice changes nothing (cw_cell_cut).
+ *     A cell on the outline of the stock box is never whole: it also knows what share of it the stock
+ *     has at all (`gone` is the rest), and what is said of `top`, `drop` and `cut` is said of that share. It
+ *     has CW_RIM in `drop` and coarser steps (cw_cell_levels).
  *  3. Volume is the exact sum over the cells; what a cut removes is the difference.
  *  4. A ring of empty cells round the map lets readers interpolate without tests.
  *  5. All lengths mm, machine coordinates; the map knows no units but these.
+ *
+ *  6. The box may be turned about its middle; the map is the upright box around it.
  *
  * Memory: 8 bytes a cell plus the ring and the head. No pointers inside: the block
  * may be mapped at different addresses by different processes.
@@ -25,8 +30,14 @@
 #include <stdint.h>
 
 #define CW_STOCK_MAGIC 0x43575354u      /* "CWST" */
-#define CW_STOCK_VERSION 1u
-#define CW_FULL 65535                   /* a share or drop of one, in cell units */
+#define CW_STOCK_VERSION 2u
+#define CW_FULL 65535                   /* a share of one, in cell units */
+#define CW_DROP_FULL 32767              /* the whole height of the stock, in steps of `drop` */
+#define CW_RIM 0x8000                   /* in `drop`: a cell on the outline of the stock box */
+#define CW_RIM_TWO 0x4000               /* and part of it is cut; then */
+#define CW_RIM_DROP 1023                /* the whole height, */
+#define CW_RIM_CUT 511                  /* a share of one that is cut, */
+#define CW_RIM_GONE 2047                /* and a share of one without stock have these steps */
 
 enum cw_stock_error {
     CW_STOCK_OK = 0,
@@ -45,6 +56,13 @@ struct cw_cell {
     float top;                  /* mm, machine Z of the uncut part */
     uint16_t drop;              /* cut part lies drop * drop_unit below top */
     uint16_t cut;               /* share of the cell that is cut, 0..CW_FULL; 0: drop is 0 too */
+};      /* with CW_RIM alone: cut is the share gone; with CW_RIM_TWO: drop has 4 low bits of the cut share and 10 of the
+         * drop, cut 11 bits of the share gone and 5 high bits of the cut share */
+
+struct cw_levels {              /* what a cell says */
+    double top, low;            /* mm, machine Z of its uncut and its cut part */
+    double cut;                 /* share of its stock that is cut */
+    double gone;                /* share of the cell that is outside the stock box */
 };
 
 struct cw_stock {
@@ -52,14 +70,16 @@ struct cw_stock {
     volatile uint32_t generation;   /* odd while a cell or the head is being written */
     uint32_t capacity;          /* cells behind this head, ring included */
     double cell;                /* mm, side of a cell */
-    double x0, y0;              /* mm, machine coordinates of the map's corner (inside the ring) */
+    double x0, y0;              /* mm, machine coordinates of the map's corner (inside the ring) [6] */
     double z_min, z_max;        /* mm, bottom and top of the stock box */
-    double x_max, y_max;        /* mm, far corner of the stock box */
+    double x_max, y_max;        /* mm, far corner of the map [6] */
     double drop_unit;           /* mm per step of cw_cell.drop */
     int32_t nx, ny;             /* cells in use, ring not counted */
     int32_t filled;             /* rows filled so far, ring included; ny + 2 when ready */
     int32_t shape;              /* cw_stock_shape */
     double removed;             /* mm3 cut since the map was defined */
+    double half_x, half_y;      /* mm, half the sides of the stock box */
+    double turn;                /* rad it is turned by, counter-clockwise [6] */
     struct cw_cell cells[];     /* (ny + 2) rows of (nx + 2) */
 };
 
@@ -81,6 +101,10 @@ int cw_stock_define(struct cw_stock *stock, const double min[3], const double ma
 int cw_stock_define_shape(struct cw_stock *stock, const double min[3], const double max[3],
                           int shape);
 
+/* The same; the box min..max is turned about its middle by `turn` (rad, counter-clockwise), a cylinder is not. */
+int cw_stock_define_turned(struct cw_stock *stock, const double min[3], const double max[3],
+                           int shape, double turn);
+
 /* Fills at most max_cells cells of a defined map (at least one row); returns 1 when done. */
 int cw_stock_fill(struct cw_stock *stock, int max_cells);
 
@@ -97,6 +121,12 @@ double cw_stock_volume(const struct cw_stock *stock);
 /* Cuts share k (0..1) of a cell down to height z (mm); returns the volume removed, mm3. */
 double cw_cell_cut(const struct cw_stock *stock, struct cw_cell *cell, double k, double z);
 
+/* What a cell says, rim or not. */
+struct cw_levels cw_cell_levels(const struct cw_stock *stock, const struct cw_cell *cell);
+
+/* Mean height of a rim cell's stock between two heights, mm above the lower. */
+double cw_rim_between(const struct cw_stock *stock, const struct cw_cell *cell, double low, double high);
+
 /* Mean height of a cell above `floor` (mm, parts below it count 0). */
 static inline double cw_cell_above(const struct cw_stock *stock, const struct cw_cell *cell,
                                    double floor)
@@ -104,9 +134,15 @@ static inline double cw_cell_above(const struct cw_stock *stock, const struct cw
     double high = (double)cell->top - floor, low;
     if (high <= 0.0) return 0.0;
     if (!cell->cut) return high;
+    if (cell->drop & CW_RIM) return cw_rim_between(stock, cell, floor, 1e301);
     low = high - cell->drop * stock->drop_unit;
     return high + (cell->cut * (1.0 / CW_FULL)) * ((low > 0.0 ? low : 0.0) - high);
 }
+
+/* Share of a rim cell's stock that the tool covers when it covers the share k of the cell, and its outline there has the
+ * outward normal (ex, ey): the stock lies on one side of the cell, as the tool does. (x, y): the cell's middle, mm. */
+double cw_rim_covered(const struct cw_stock *stock, const struct cw_cell *cell, double x, double y, double k,
+                      double ex, double ey);
 
 /* Between these two cells and head may be written; a reader that sees the generation odd, or
  * changed, has to read again. */

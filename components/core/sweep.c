@@ -6,6 +6,7 @@
 #define CW_WORK_ROW 35          /* work on a row, in cells of a flat end: about a dozen instructions each [2] */
 #define CW_ROWS_AHEAD 3         /* rows by which memory is asked for cells before they are cut */
 #define CW_WORK_EDGE 20         /* on a cell of the outline */
+#define CW_WORK_RIM 20          /* on one that is on the stock's rim too */
 #define CW_WORK_LOWEST 14       /* on finding the lowest tool position over a point */
 #define CW_WORK_HALVING 12      /* and on each halving of the way for that */
 #define CW_WORK_CURVED 14       /* on a cell below an end that is not flat */
@@ -229,6 +230,10 @@ static double cut_edge(const struct leg *leg, const struct cw_stock *stock,
     double k = covered((distance - tool->radius) / stock->cell, ex, ey);
     double inward;
     *leg->work += CW_WORK_EDGE;
+    if (cell->drop & CW_RIM) {
+        *leg->work += CW_WORK_RIM;
+        k = cw_rim_covered(stock, cell, leg->x + px, leg->y + py, k, ex, ey);
+    }
     if (k <= 0.0) return 0.0;
     if (leg->flat_end)
         return cw_cell_cut(stock, cell, k, leg->flat ? leg->z : lowest(leg, tool, px, py, t));

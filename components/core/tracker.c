@@ -101,7 +101,7 @@ static void serve_request(struct cw_tracker *tracker, struct cw_stock *stock,
         low[i] = in->box_min[i] / in->unit;
         high[i] = in->box_max[i] / in->unit;
     }
-    tracker->box_error = cw_stock_define_shape(stock, low, high, in->form);
+    tracker->box_error = cw_stock_define_turned(stock, low, high, in->form, in->box_turn * CW_PI / 180.0);
     if (!tracker->box_error) start_over(tracker);
 }
 

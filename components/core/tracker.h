@@ -61,6 +61,7 @@ struct cw_tracker_in {
     double tool_size[4];                /* diameter, corner radius (machine units), tip angle (degrees), flute length */
     double box_min[3], box_max[3];      /* machine units */
     int form;                           /* cw_stock_shape of the box */
+    double box_turn;                    /* degrees the box is turned by about its middle */
     int request;                        /* level: a rising edge defines the stock */
     int foreign;                         /* another program has the map */
     int tool_unknown;                   /* the tool in the spindle is not the one of tool_size (tool_watch.h) */

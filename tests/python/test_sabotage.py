@@ -38,10 +38,14 @@ FAULTS = {
         "sweep.c", "cell->top >= (float)stock->z_max", "1",
         "test_stock.py::test_known_volume_in_servo_steps[ball groove 31 deg-0.25]"),
     "shares are added": (
-        "stock.c", "cw_max(c, k), z)", "c + k, z)", "test_stock.py::test_layers_share_a_wall"),
+        "stock.c", "levels->cut = cw_max(c, k);", "levels->cut = c + k;", "test_stock.py::test_layers_share_a_wall"),
     "volume of a partly cut cell forgotten": (
         "stock.h", "(low > 0.0 ? low : 0.0) - high)", "0.0)",
-        "test_stock.py::test_removed_and_left_are_the_box"),
+        "test_stock.py::test_known_volume[slot 17 deg-0.25]"),
+    "rim cells taken for whole ones": (
+        "stock.c", "(1.0 - levels.gone) *", "1.0 *", "test_rim.py::test_faced_and_cut_deeper"),
+    "a turned box is its hull": (
+        "stock.c", "v = c * y - s * x,", "v = 0.0,", "test_rim.py::test_turned_box"),
     "front read where the tool has cut": (
         "section.c", "#define CW_CLEAR 1.5", "#define CW_CLEAR 0.1",
         "test_section.py::test_section[slot flat 17 deg]"),

@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 
-from chipwise.stock import core
+from chipwise.stock import core, shared
 
 
 def heights(stock):
-    cells = stock.cells
-    return cells["top"] - cells["cut"] / 65535 * cells["drop"] * stock.head.drop_unit
+    return shared.mean_heights(stock.cells, stock.head)
 
 
 @pytest.mark.parametrize("radius, cell", [(25.0, 0.25), (7.3, 0.25), (0.4, 0.25), (12.345, 0.1), (3.0, 7.0)])

@@ -6,7 +6,7 @@ import os
 import numpy as np
 import pytest
 
-from chipwise.stock import core, reference
+from chipwise.stock import core, reference, shared
 from conftest import random_count, random_seed, write_replay
 from lib import cuts
 
@@ -28,9 +28,7 @@ def cut(points, tool=(6, 0, 0), cell=0.25, box=BOX):
 
 def heights(stock):
     """Mean height of every cell over the bottom (ny, nx), mm."""
-    head, cells = stock.head, stock.cells
-    share = cells["cut"] / 65535.0
-    return cells["top"] - head.z_min - share * cells["drop"] * head.drop_unit
+    return shared.mean_heights(stock.cells, stock.head) - stock.head.z_min
 
 
 # --- closed forms ------------------------------------------------------------

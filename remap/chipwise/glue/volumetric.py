@@ -19,7 +19,7 @@ from chipwise.stock import reasons
 
 # Registers of chipwise_command
 BOX_FIRST, BOX_COMMIT = 1, 7
-BOX_SHAPE = 8
+BOX_SHAPE = 8                       # and the turn, degrees
 FEED_FIRST, FEED_COMMIT = 11, 17
 FILE_SLOT, SAVE_COMMIT, RESTORE_COMMIT = 21, 27, 28
 IDLE = 0
@@ -28,7 +28,7 @@ OFF, LIMIT, CONSTANT, WINDOW = 0, 1, 2, 3
 _CM3_MM3, _IN3_MM3 = 1000.0, MM_PER_INCH ** 3
 
 FILL_TRIES, FILL_WAIT_S = 100, 0.05     # the map is filled a part per servo period:
-FILL_CELLS = 200_000                    # so many in a try at least (tracker.h: 12000 a period), of 3 ms
+FILL_CELLS = 100_000                    # so many in a try at least (tracker.h: 12000 a period, stock.c: a quarter of turned ones)
 TOOL_FAULTS = range(11, 17)             # tracker.h: of the tool, not of the stock; M250 may come before the first M6
 TOOL_CHANGED, NO_MONITOR = 15, 16       # tool_watch.h: nobody describes the tool in the spindle
 TOOL_TRIES, TOOL_WAIT_S = 60, 0.05      # the monitor may be late, or is being started again
@@ -53,14 +53,14 @@ def _status(state):
 def define_stock(state):
     """M250."""
     state.check_words("pqrijk")
-    low, high, shape = stock_of(state)
-    check_fits(state.settings, low, high)
+    low, high, shape, turn = stock_of(state)
+    size = check_fits(state.settings, low, high, turn)
     if not state.interp.task:
         return
     units = emccanon.GET_EXTERNAL_LENGTH_UNITS()
-    _send(state, BOX_SHAPE, [shape], IDLE)
+    _send(state, BOX_SHAPE, [shape, turn], IDLE)
     _send(state, BOX_FIRST, [value * units for value in [*low, *high]], BOX_COMMIT)
-    for _ in range(FILL_TRIES + int((high[0] - low[0]) * (high[1] - low[1]) / state.settings["CELL"] ** 2 / FILL_CELLS)):
+    for _ in range(FILL_TRIES + int(size[0] * size[1] / state.settings["CELL"] ** 2 / FILL_CELLS)):
         emccanon.DWELL(FILL_WAIT_S)
         yield
         _mode, defined, fault = _status(state)

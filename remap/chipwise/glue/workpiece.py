@@ -97,7 +97,7 @@ def find_comment(path, line_number):
 
 
 def stock_of(state):
-    """(low, high, shape) in mm, machine coordinates of the tool tip, for the stock this M250 asks for."""
+    """(low, high, shape, turn) in mm and degrees, machine coordinates of the tool tip, for the stock this M250 asks for."""
     box, shape = box_from_words(state), BOX
     if box is None:
         text = find_comment(state.program(), state.line_number)
@@ -106,9 +106,12 @@ def stock_of(state):
                              "give P Q R (corner) I J K (size), or add (WORKPIECE,BOX,XMIN=..,..) to the program")
         low, high, shape = parse_comment(text)
         box = [v * state.unit_mm for v in low], [v * state.unit_mm for v in high]
-    low, high = cylinder_to_machine(state, *box) if shape == CYLINDER else to_machine(state, *box)
+    if shape == CYLINDER:
+        (low, high), turn = cylinder_to_machine(state, *box), 0.0
+    else:
+        low, high, turn = to_machine(state, *box)
     more = allowance(state)
-    return [v - more for v in low[:2]] + [low[2]], [v + more for v in high], shape
+    return [v - more for v in low[:2]] + [low[2]], [v + more for v in high], shape, turn
 
 
 def allowance(state):
@@ -130,16 +133,27 @@ def cylinder_to_machine(state, low, high):
 
 
 def to_machine(state, low, high):
-    """Work box -> machine box, mm.  A rotated one becomes the upright box around it: never less stock than there is."""
-    corners = [state.machine_point(corner) for corner in itertools.product(*zip(low, high))]
-    return tuple(map(min, zip(*corners))), tuple(map(max, zip(*corners)))
+    """Work box -> (low, high, turn): the machine box, mm, and the degrees it is turned by about its middle."""
+    turn = state.interp.rotation_xy
+    if turn % 90 == 0:                  # upright all the same
+        corners = [state.machine_point(corner) for corner in itertools.product(*zip(low, high))]
+        return tuple(map(min, zip(*corners))), tuple(map(max, zip(*corners))), 0.0
+    middle = state.machine_point([(a + b) / 2 for a, b in zip(low, high)])
+    half = [(b - a) / 2 for a, b in zip(low, high)]
+    return (tuple(m - h for m, h in zip(middle, half)), tuple(m + h for m, h in zip(middle, half)),
+            (turn + 180) % 360 - 180)
 
 
-def check_fits(settings, low, high):
-    """Raise CycleError where the box is larger than the map."""
+def check_fits(settings, low, high, turn=0.0):
+    """Raise CycleError where the box is larger than the map; -> its size in X and Y there, mm."""
     room = settings["MAP_SIZE"]
     size = [b - a for a, b in zip(low, high)]
+    if turn:
+        c, s = abs(math.cos(math.radians(turn))), abs(math.sin(math.radians(turn)))
+        size = [size[0] * c + size[1] * s, size[0] * s + size[1] * c]
     if size[0] > room[0] + 1e-9 or size[1] > room[1] + 1e-9:
-        raise CycleError("the stock of {x} by {y} is larger than the map of {mx} by {my}",
+        raise CycleError("the stock of {x} by {y}" + (", turned by G10 R," if turn else "")
+                         + " is larger than the map of {mx} by {my}",
                          "enlarge [CHIPWISE]MAP_SIZE in the INI file or use a smaller box",
                          x=size[0], y=size[1], mx=room[0], my=room[1])
+    return size

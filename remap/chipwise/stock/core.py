@@ -8,6 +8,7 @@ All lengths mm, machine coordinates; areas mm2, volumes mm3, velocities mm/s.
 from __future__ import annotations
 
 import ctypes as C
+import math
 import os
 from pathlib import Path
 
@@ -39,7 +40,7 @@ class _Head(C.Structure):
         + [(n, C.c_double) for n in ("cell", "x0", "y0", "z_min", "z_max", "x_max", "y_max",
                                      "drop_unit")] \
         + [("nx", C.c_int32), ("ny", C.c_int32), ("filled", C.c_int32), ("shape", C.c_int32),
-           ("removed", C.c_double)]
+           ("removed", C.c_double), ("half_x", C.c_double), ("half_y", C.c_double), ("turn", C.c_double)]
 
 
 class _Sweep(C.Structure):
@@ -161,6 +162,7 @@ def _load():
             ("cw_stock_init", None, [head, C.c_double, C.c_uint32]),
             ("cw_stock_define", C.c_int, [head, vec, vec]),
             ("cw_stock_define_shape", C.c_int, [head, vec, vec, C.c_int]),
+            ("cw_stock_define_turned", C.c_int, [head, vec, vec, C.c_int, C.c_double]),
             ("cw_stock_sound", C.c_int, [head, C.c_double, C.c_uint32]),
             ("cw_stock_fill", C.c_int, [head, C.c_int]),
             ("cw_stock_ready", C.c_int, [head]),
@@ -232,21 +234,23 @@ class Tool:
 
 class Stock:
     """A stock box `low`..`high` (3 floats each, mm, machine coordinates) with square cells; shape 1: the
-    cylinder along Z inscribed in it."""
+    cylinder along Z inscribed in it.  turn (rad): the box is turned about its middle by that."""
 
-    def __init__(self, low, high, cell=0.25, capacity=None, shape=0):
+    def __init__(self, low, high, cell=0.25, capacity=None, shape=0, turn=0.0):
         lib = library()
-        cells = capacity or lib.cw_stock_cells(cell, high[0] - low[0], high[1] - low[1])
+        wide, deep = (abs(math.cos(turn)), abs(math.sin(turn))) if turn else (1.0, 0.0)
+        size = high[0] - low[0], high[1] - low[1]
+        cells = capacity or lib.cw_stock_cells(cell, wide * size[0] + deep * size[1], deep * size[0] + wide * size[1])
         if not cells:
             raise CoreError(f"stock: {_STOCK_ERRORS[2]} (min {tuple(low)}, max {tuple(high)} mm)")
         self._block = np.zeros(lib.cw_stock_bytes(cells), np.uint8)
         self.address = self._block.ctypes.data
         lib.cw_stock_init(self.address, cell, cells)
-        self.define(low, high, shape)
+        self.define(low, high, shape, turn)
 
-    def define(self, low, high, shape=0):
+    def define(self, low, high, shape=0, turn=0.0):
         """Starts over with a new box; raises CoreError and keeps the old stock if it does not fit."""
-        error = library().cw_stock_define_shape(self.address, _vec(low), _vec(high), shape)
+        error = library().cw_stock_define_turned(self.address, _vec(low), _vec(high), shape, turn)
         if error:
             raise CoreError(f"stock: {_STOCK_ERRORS[error]} (min {tuple(low)}, max {tuple(high)} mm)")
         while not library().cw_stock_fill(self.address, 1 << 30):

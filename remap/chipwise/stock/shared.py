@@ -23,8 +23,9 @@ import numpy as np
 from chipwise.stock.core import CELL_DTYPE, _Head
 from chipwise.stock.store import Head
 
-MAGIC, VERSION = 0x43575354, 1      # stock.h
-FULL = 65535                        # stock.h, a share of one
+MAGIC, VERSION = 0x43575354, 2      # stock.h
+FULL, DROP_FULL = 65535, 32767      # stock.h: a share of one; the height of the stock
+RIM, RIM_TWO, RIM_DROP, RIM_CUT, RIM_GONE = 0x8000, 0x4000, 1023, 511, 2047      # stock.h: of cells on the outline of the stock
 BAND_BYTES = 1 << 18                # copied between two looks at the generation: some 50 us
 TRIES = 6                           # to copy the map as a whole; one where it is large
 LARGE_BYTES = 1 << 20               # takes longer to copy than a period
@@ -47,10 +48,16 @@ class Snapshot:
     exact: bool                     # all of one moment; else bands of rows are of moments close by
 
 
-def mean_heights(cells, drop_unit):
-    """Mean height of cells (dtype CELL_DTYPE), mm."""
-    share = cells["cut"].astype(float) / FULL
-    return cells["top"].astype(float) - share * cells["drop"] * drop_unit
+def mean_heights(cells, head):
+    """Mean height of cells (dtype CELL_DTYPE) of the map with this head, mm, its bottom where there is none; stock.h, cw_cell_levels has the layout."""
+    top, cut, drop = cells["top"].astype(float), cells["cut"].astype(int), cells["drop"].astype(int)
+    rim = (drop & RIM) != 0
+    plain = top - cut / FULL * drop * head.drop_unit
+    two = (drop & RIM_TWO) != 0
+    gone = np.where(two, (cut >> 5) / RIM_GONE, cut / FULL)
+    share = np.where(two, (drop >> 10 & 15) | (cut & 31) << 4, 0) / RIM_CUT
+    mean = top - share * (drop & RIM_DROP) / RIM_DROP * (head.z_max - head.z_min)
+    return np.where(rim, mean - gone * (mean - head.z_min), plain)
 
 
 class SharedStock:
@@ -126,7 +133,8 @@ class SharedStock:
             cells = self._whole(head)
             if cells is not None:
                 low, high = _box(head)
-                return Head(head.cell, low, high, head.shape, head.nx, head.ny, head.removed), cells
+                return Head(head.cell, low, high, head.shape, head.nx, head.ny, head.removed,
+                            (head.half_x, head.half_y), head.turn), cells
         raise SharedStockError(f"chipwise: stock map: it changed faster than it could be read for "
                                f"{timeout_s:g} s; save it while the tool stands")
 
@@ -138,8 +146,9 @@ class SharedStock:
         start, raw = C.sizeof(_Head), cells.view(np.uint8).reshape(-1)
         np.frombuffer(self._memory, np.uint8, raw.size, start)[:] = raw
         (head.x0, head.y0, head.z_min), (head.x_max, head.y_max, head.z_max) = found.low, found.high
-        head.drop_unit = (found.high[2] - found.low[2]) / FULL
+        head.drop_unit = (found.high[2] - found.low[2]) / DROP_FULL
         head.shape, head.removed = found.shape, found.removed
+        (head.half_x, head.half_y), head.turn = found.half, found.turn
         head.ny, head.filled = found.ny, found.ny + 2
         head.nx = found.nx
         head.generation += 1
@@ -185,7 +194,7 @@ def _box(head):
 
 def _snapshot(head, cells, exact):
     low, high = _box(head)
-    return Snapshot(low, high, head.cell, mean_heights(cells[1:-1, 1:-1], head.drop_unit),
+    return Snapshot(low, high, head.cell, mean_heights(cells[1:-1, 1:-1], head),
                     head.removed, head.generation, exact)
 
 

@@ -30,11 +30,12 @@ import numpy as np
 from chipwise.stock.core import CELL_DTYPE
 from chipwise.stock.reasons import BROKEN, DISK, NO_FILE, OTHER_CELL, OTHER_VERSION, TOO_LARGE
 
-MARK, VERSION = b"chipwise stock\r\n", 1
+MARK, VERSION = b"chipwise stock\r\n", 2
 DIGEST = 32
 MOST_HEAD = 4096                    # bytes
 MOST_CELLS = 1 << 28                # stock.c
 FULL = 65535                        # stock.h
+RIM, RIM_TWO, RIM_GONE = 0x8000, 0x4000, 2047       # stock.h
 ENDING = ".stock"
 UNFINISHED = ".new"
 REMAINS_S = 300.0                   # an unfinished file this old has no writer any more
@@ -63,6 +64,8 @@ class Head:
     nx: int
     ny: int
     removed: float
+    half: tuple = (0.0, 0.0)        # half the sides of the stock box
+    turn: float = 0.0               # rad it is turned by; low..high is the upright box around it
 
     @property
     def count(self):
@@ -72,11 +75,12 @@ class Head:
 
 def _check_head(head):
     """Raise StoreError where the numbers cannot be those of a map."""
-    numbers = [head.cell, head.removed, *head.low, *head.high]
+    numbers = [head.cell, head.removed, *head.low, *head.high, *head.half, head.turn]
     try:
         good = (len(head.low) == len(head.high) == 3 and all(math.isfinite(v) and abs(v) < 1e6 for v in numbers[:1] + numbers[2:])
                 and math.isfinite(head.removed) and head.removed >= 0 and head.cell > 0 and head.shape in (0, 1)
                 and all(a < b for a, b in zip(head.low, head.high))
+                and len(head.half) == 2 and _box_fits(head)
                 and type(head.nx) is int and type(head.ny) is int
                 and (head.nx, head.ny) == tuple(math.ceil((b - a) / head.cell - 1e-9)
                                                 for a, b in zip(head.low[:2], head.high[:2]))
@@ -87,13 +91,25 @@ def _check_head(head):
         raise StoreError(BROKEN, f"its head has numbers no map can have: {head}")
 
 
+def _box_fits(head):
+    """Whether the box, turned, fills low..high (stock.c: box_fits)."""
+    (a, b), c, s = head.half, abs(math.cos(head.turn)), abs(math.sin(head.turn))
+    if not (a > 0 and b > 0):
+        return False
+    hull = (a * c + b * s, a * s + b * c) if head.turn else (a, b)
+    room = [0.5 * (high - low) for low, high in zip(head.low[:2], head.high[:2])]
+    return all(abs(want - have) <= 1e-9 * (1 + have) for want, have in zip(hull, room))
+
+
 def _check_cells(head, cells):
     """Raise StoreError where a cell cannot be one of this stock; `cells` (ny + 2, nx + 2)."""
     low, high = np.float32(head.low[2]), np.float32(head.high[2])
     top, cut, drop = cells["top"], cells["cut"], cells["drop"]
     tolerance = np.float32(1e-3 * (head.high[2] - head.low[2]) + 1e-6 * max(abs(low), abs(high)))
     good = bool(np.isfinite(top).all()) and bool((top >= low - tolerance).all()) and bool((top <= high).all())
-    good = good and not ((cut == 0) & (drop != 0)).any() and not (cut == FULL).any()
+    two = (drop & RIM != 0) & (drop & RIM_TWO != 0)
+    good = good and not ((cut == 0) & (drop != 0)).any() and not ((cut == FULL) & ~two).any()
+    good = good and not (two & ((cut >> 5 == 0) | (cut >> 5 >= RIM_GONE))).any()
     ring = [cells[0], cells[-1], cells[:, 0], cells[:, -1]]
     good = good and all((edge["top"] <= low).all() and not edge["cut"].any() for edge in ring)
     if not good:
@@ -145,7 +161,7 @@ def _read_head(text):
     try:
         head = Head(**fields)
         head = Head(float(head.cell), tuple(map(float, head.low)), tuple(map(float, head.high)), head.shape,
-                    head.nx, head.ny, float(head.removed))
+                    head.nx, head.ny, float(head.removed), tuple(map(float, head.half)), float(head.turn))
     except (TypeError, ValueError) as error:
         raise StoreError(BROKEN, "its head lacks or has fields it should not") from error
     _check_head(head)

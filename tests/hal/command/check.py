@@ -42,7 +42,8 @@ def check(trace):
     for k in range(len(scene.ODD_MODES)):
         feed_is(trace, f"odd mode {k}", 0, 100.0, 50.0)
     committing = np.zeros(len(trace["define"]), bool)
-    for phase in ("box A, commit", "box B, commit", "shape: cylinder", "shape: no shape", "shape: box after it"):
+    for phase in ("box A, commit", "box B, commit", "shape: cylinder", "shape: no shape", "shape: box after it",
+                  *(f"turn {k}" for k in range(len(scene.TURNS)))):
         committing[trace.phases[phase]] = True
     require(trace, "define", (trace["define"] == 1) == committing, "(pin)",
             "1 just while the word is 7")
@@ -54,6 +55,13 @@ def check(trace):
 def check_shape(trace):
     for what, shape in (("cylinder", 1), ("no shape", 0), ("box after it", 0)):
         always(trace.only("shape: " + what), "shape", shape)
+
+
+    for k, turn in enumerate(scene.TURNS):
+        always(trace.only(f"turn {k}"), "turn", turn if turn in (33.5, -120.0) else 0.0)
+    always(trace.only("before"), "turn", 0.0)
+    always(trace.only("before turn 1"), "turn", 33.5)
+    always(trace.only("before turn 2"), "turn", 0.0)
 
 
 def check_files(trace):
@@ -94,6 +102,10 @@ SABOTAGE = {
     "odd word commits": lambda t: t.put("define", "odd words", 1, 7),
     "status without fault": lambda t: t.but(status=lambda s: s % 100),
     "shape stays": lambda t: t.put("shape", "shape: box after it", 1),
+    "turn stays": lambda t: t.put("turn", "turn 1", 33.5),
+    "turn lost": lambda t: t.put("turn", "turn 2", 0.0),
+    "turn not finite": lambda t: t.put("turn", "turn 3", np.nan),
+    "turn acts at once": lambda t: t.put("turn", "before turn 2", -120.0, -1),
     "no cylinder": lambda t: t.but(shape=lambda s: 0 * s),
     "request stuck": lambda t: t.but(request=lambda r: np.maximum.accumulate(r)),
     "slot of before": lambda t: t.but(slot=lambda s: 0 * s + 4),

@@ -9,6 +9,7 @@ BOX_B = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
 ODD_WORDS = (-1.0, -1e300, -math.inf, 0.4, 8.0, 9.0, 10.0, 14.0, 15.0, 16.0, 18.0, 99.0, 100.0,
              1e9, 1e300, math.inf, math.nan)
 ODD_MODES = (-1.0, 4.0, 17.0, 1e300, -1e300, math.inf, math.nan)
+TURNS = (33.5, None, -120.0, math.nan, math.inf, 1e300, None)        # degrees; None: not sent
 STATUS = ((0, 0), (1, 0), (0, 3), (1, 21))          # stock-defined, fault-code
 
 
@@ -76,6 +77,14 @@ def stimulus():
             send(8, (shape,))
         send(1, BOX_A)
         rows.phase("shape: " + what)
+        rows.add({"word": BOX_COMMIT})
+        rows.add({"word": BOX_COMMIT})
+    for k, turn in enumerate(TURNS):
+        rows.phase(f"before turn {k}")
+        if turn is not None:
+            send(8, (0.0, turn))
+        send(1, BOX_A)
+        rows.phase(f"turn {k}")
         rows.add({"word": BOX_COMMIT})
         rows.add({"word": BOX_COMMIT})
     for commit, slot in ((27, 4.0), (28, 9.0), (27, -3.0), (28, math.nan)):
