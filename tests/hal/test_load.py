@@ -58,7 +58,7 @@ def test_a_map_too_large_for_the_memory_is_refused(tmp_path):
                        "ulimit -v 200000; halrun -f test.hal; echo status $?")
     assert "status 1" in out.splitlines(), out
     line = next((line for line in out.splitlines() if line.startswith("chipwise:")), "")
-    for words in ("256192136 bytes", "cell=0.25", "size_x=2000", "mm", "use a larger cell"):
+    for words in ("256192160 bytes", "cell=0.25", "size_x=2000", "mm", "use a larger cell"):
         assert words in line, f"{words!r} is missing in {out!r}"
 
 

@@ -25,7 +25,7 @@ from chipwise.stock.store import Head
 
 MAGIC, VERSION = 0x43575354, 2      # stock.h
 FULL, DROP_FULL = 65535, 32767      # stock.h: a share of one; the height of the stock
-RIM, RIM_TWO, RIM_DROP, RIM_CUT, RIM_GONE = 0x8000, 0x4000, 1023, 511, 2047      # stock.h: of cells on the outline of the stock
+RIM, RIM_TWO, RIM_DROP, RIM_CUT, RIM_GONE = 0x8000, 0x4000, 1023, 511, 2047     # stock.h: of cells on the outline of the stock
 BAND_BYTES = 1 << 18                # copied between two looks at the generation: some 50 us
 TRIES = 6                           # to copy the map as a whole; one where it is large
 LARGE_BYTES = 1 << 20               # takes longer to copy than a period
@@ -50,14 +50,20 @@ class Snapshot:
 
 def mean_heights(cells, head):
     """Mean height of cells (dtype CELL_DTYPE) of the map with this head, mm, its bottom where there is none; stock.h, cw_cell_levels has the layout."""
+    height = cells["top"].astype(float) - cells["cut"].astype(float) / FULL * cells["drop"] * head.drop_unit
+    rim = cells["drop"] & RIM != 0
+    height[rim] = _rim_heights(cells[rim], head)
+    return height
+
+
+def _rim_heights(cells, head):
+    """The same of cells on the outline of the stock."""
     top, cut, drop = cells["top"].astype(float), cells["cut"].astype(int), cells["drop"].astype(int)
-    rim = (drop & RIM) != 0
-    plain = top - cut / FULL * drop * head.drop_unit
     two = (drop & RIM_TWO) != 0
     gone = np.where(two, (cut >> 5) / RIM_GONE, cut / FULL)
     share = np.where(two, (drop >> 10 & 15) | (cut & 31) << 4, 0) / RIM_CUT
     mean = top - share * (drop & RIM_DROP) / RIM_DROP * (head.z_max - head.z_min)
-    return np.where(rim, mean - gone * (mean - head.z_min), plain)
+    return mean - gone * (mean - head.z_min)
 
 
 class SharedStock:
