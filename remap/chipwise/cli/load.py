@@ -9,6 +9,7 @@ import math
 import os
 import subprocess
 
+from chipwise.cli.python_section import check_codes
 from chipwise.errors import MM_PER_INCH, CycleError
 from chipwise.settings import braceless, ini_file_name, load_settings, read_section
 
@@ -152,10 +153,10 @@ def tap(source, signal, copy, target):
 
 def check_machine():
     """Raise CycleError for a machine chipwise cannot work on, or not yet."""
-    for axis in 'xyz':
-        if not pins(f'axis.{axis}.pos-cmd') and pins('axis.'):
-            coordinates = ini_section('TRAJ').get('COORDINATES', '')
-            raise CycleError(f'this machine has no {axis.upper()} axis ([TRAJ]COORDINATES = {braceless(coordinates)}), '
+    coordinates = ini_section('TRAJ').get('COORDINATES', 'X Y Z').upper()     # motion has pins of every axis
+    for axis in 'XYZ':
+        if axis not in coordinates:
+            raise CycleError(f'this machine has no {axis} axis ([TRAJ]COORDINATES = {braceless(coordinates)}), '
                              'and chipwise is for mills with X, Y and Z',
                              "take chipwise's lines out of this INI file again")
     if not any(line.split()[1:] == ['motion-controller'] for line in halcmd('show', 'thread').splitlines()):
@@ -217,6 +218,7 @@ def load(settings):
     size_x, size_y = settings['MAP_SIZE']
     units = units_per_mm()
     acceleration = planner_acceleration()
+    check_codes()
     check_machine()
     check_free(settings)
     first, status = settings['ANALOG_OUT'], settings['ANALOG_IN']

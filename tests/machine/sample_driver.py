@@ -1,0 +1,185 @@
+"""Starts one LinuxCNC with its screen, works on it as an operator would, and says what came of it.
+
+    sample_driver.py INI JOB.json RESULT.json
+
+Run in a sandbox by samples.py.  JOB: `lines` a list of MDI lines and `program` (text) with {placeholders}, `picture` a
+path for a screenshot, `pins` a list.  RESULT: `started`, `said` (lines of chipwise's in LinuxCNC's output), `output` (its
+end), `screen_alive`, `errors` (operator's), `done`, `pins` {name: text}, `signals` {pin: signal}.
+"""
+
+import json
+import os
+import subprocess
+import sys
+import time
+
+import linuxcnc
+
+START_S, HOME_S, RUN_S = 150.0, 150.0, 150.0        # real time; a machine under load is slow
+SETTLE_S = 6.0                                      # without change in HAL: the screen's own HAL files have run
+ENDED = 'LinuxCNC terminated with an error'
+
+
+class Trouble(Exception):
+    """What did not happen."""
+
+
+def halcmd(*words):
+    return subprocess.run(['halcmd', '-s', *words], text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                          stderr=subprocess.STDOUT).stdout
+
+
+class Sample:
+    def __init__(self, ini, log):
+        self.log = log
+        self.process = subprocess.Popen(['linuxcnc', '-r', ini], stdin=subprocess.DEVNULL,
+                                        stdout=open(log, 'w'), stderr=subprocess.STDOUT)
+        self.status = self.command = self.channel = None
+        self.errors = []
+
+    def text(self):
+        with open(self.log, errors='replace') as handle:
+            return handle.read()
+
+    def ended(self):
+        return self.process.poll() is not None or ENDED in self.text()
+
+    def wait(self, what, reached, seconds):
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            if self.ended():
+                raise Trouble(f'LinuxCNC ended while {what}')
+            if reached():
+                return
+            self.collect()
+            time.sleep(0.05)
+        raise Trouble(f'not within {seconds:g} s: {what}')
+
+    def answers(self):
+        """Whether the task serves us: asked in a child, because a look too early spoils the process for good."""
+        if subprocess.run([sys.executable, '-c', 'import linuxcnc, sys\ns = linuxcnc.stat()\ns.poll()\n'
+                           'sys.exit(not s.joints)'], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+                          stderr=subprocess.DEVNULL).returncode:
+            return False
+        self.status = linuxcnc.stat()
+        self.status.poll()
+        return True
+
+    def poll(self):
+        self.status.poll()
+        return self.status
+
+    def collect(self):
+        while self.channel:
+            message = self.channel.poll()
+            if not message:
+                return
+            if message[0] in (linuxcnc.NML_ERROR, linuxcnc.OPERATOR_ERROR):
+                self.errors.append(message[1].strip())
+
+    def settle(self):
+        """Wait until HAL has not changed for SETTLE_S: screens run POSTGUI_HALFILE some seconds after their start."""
+        last, since = None, time.monotonic()
+        end = time.monotonic() + START_S
+        while time.monotonic() < end and time.monotonic() - since < SETTLE_S:
+            if self.ended():
+                raise Trouble('LinuxCNC ended while its screen started')
+            links = [line.split()[4:] for line in halcmd('show', 'pin').splitlines()]
+            links = [(words[0], words[1:] and words[-1]) for words in links if words]
+            if links != last:
+                last, since = links, time.monotonic()
+            time.sleep(0.3)
+
+    def start(self):
+        self.wait('starting', self.answers, START_S)
+        self.command, self.channel = linuxcnc.command(), linuxcnc.error_channel()
+        self.settle()
+
+    def home(self):
+        command = self.command
+        self.wait('leaving E-stop', lambda: command.state(linuxcnc.STATE_ESTOP_RESET) or
+                  self.poll().task_state in (linuxcnc.STATE_ESTOP_RESET, linuxcnc.STATE_ON), 20)
+        self.wait('switching on', lambda: command.state(linuxcnc.STATE_ON) or
+                  self.poll().task_state == linuxcnc.STATE_ON, 20)
+        command.mode(linuxcnc.MODE_MANUAL)
+        command.wait_complete()
+        command.teleop_enable(0)
+        command.wait_complete()
+        command.home(-1)
+        self.wait('homing', lambda: all(self.poll().homed[:self.status.joints]), HOME_S)
+
+    def idle(self):
+        status = self.poll()
+        return status.interp_state == linuxcnc.INTERP_IDLE and status.queue == 0 and status.inpos
+
+    def mdi(self, line):
+        self.command.mode(linuxcnc.MODE_MDI)
+        self.command.wait_complete(10)
+        self.command.mdi(line)
+        self.command.wait_complete(20)
+        self.wait(line, self.idle, 60)
+
+    def run(self, program):
+        self.command.mode(linuxcnc.MODE_AUTO)
+        self.command.wait_complete(10)
+        self.command.program_open(program)
+        self.command.wait_complete(20)
+        self.command.auto(linuxcnc.AUTO_RUN, 0)
+        time.sleep(0.5)
+        self.wait('the program', self.idle, RUN_S)
+
+
+def place(status):
+    """Placeholders of the program: D the sign of the side where X has room, LOW the stock's lower X."""
+    x, limits = status.actual_position[0], status.axis[0]
+    plus = limits['max_position_limit'] - x > x - limits['min_position_limit']
+    return {'D': '' if plus else '-', 'LOW': '6' if plus else '-31'}
+
+
+def signals(pins):
+    found = {}
+    for pin in pins:
+        words = [line.split() for line in halcmd('show', 'pin', pin).splitlines()]
+        found[pin] = next((w[6] for w in words if len(w) >= 7 and w[4] == pin), '')
+    return found
+
+
+def work(sample, job, result):
+    sample.start()
+    result['started'] = True
+    sample.home()
+    for line in job['lines']:
+        sample.mdi(line)
+    path = os.path.join(os.environ['HOME'], 'sample.ngc')
+    with open(path, 'w') as handle:
+        handle.write(job['program'].format(**place(sample.poll())))
+    sample.run(path)
+    result['done'] = True
+    sample.collect()
+
+
+def main(ini, job_path, result_path):
+    with open(job_path) as handle:
+        job = json.load(handle)
+    result = {'started': False, 'done': False, 'trouble': ''}
+    sample = Sample(ini, os.path.join(os.environ['HOME'], 'output'))
+    try:
+        work(sample, job, result)
+    except (Trouble, linuxcnc.error) as trouble:
+        result['trouble'] = str(trouble)
+    if job.get('picture'):
+        time.sleep(1.0)
+        subprocess.run(['import', '-window', 'root', job['picture']], check=False)
+    result['screen_alive'] = not sample.ended()
+    result['errors'] = sample.errors
+    result['pins'] = {pin: halcmd('getp', pin).strip() for pin in job['pins']} if result['screen_alive'] else {}
+    result['signals'] = signals(job['signals']) if result['screen_alive'] else {}
+    text = sample.text()
+    result['said'] = [line for line in text.splitlines() if line.startswith('chipwise')]
+    result['output'] = text[-4000:]
+    with open(result_path, 'w') as handle:
+        json.dump(result, handle, indent=1)
+
+
+if __name__ == '__main__':
+    main(*sys.argv[1:])
