@@ -14,6 +14,7 @@
 
 PREFIX ?= /usr/local
 DESTDIR ?=
+export PREFIX DESTDIR         # through the environment: any character is allowed
 PYTHON = /usr/bin/python3
 CC = gcc
 HALCOMPILE = halcompile
@@ -25,7 +26,7 @@ CORE_TESTS = $(sort $(wildcard tests/core/*.c))
 BENCHES    = $(sort $(wildcard bench/*.c))
 
 MODULES  = $(COMPONENTS:components/%.comp=build/modules/%.so)
-MANPAGES = $(COMPONENTS:components/%.comp=build/man/%.9)
+MANPAGES = $(COMPONENTS:components/%.comp=build/man/%.9) build/man/chipwise.1
 OBJECTS  = $(CORE:components/core/%.c=build/core/%.o)
 LIBRARY  = $(if $(CORE),build/libchipwise.so)
 PROGRAMS = $(CORE_TESTS:tests/core/%.c=build/tests/%) $(BENCHES:bench/%.c=build/bench/%)
@@ -69,6 +70,10 @@ build/man/%.9: components/%.comp
 	@mkdir -p $(@D)
 	@$(HALCOMPILE) --document --outfile=$@ $<
 
+build/man/chipwise.1: tools/make_man.py VERSION $(wildcard remap/chipwise/__init__.py remap/chipwise/cli/*.py)
+	@mkdir -p $(@D)
+	@$(PYTHON) tools/make_man.py $@
+
 build/core/%.o: components/core/%.c $(HEADERS)
 	@mkdir -p $(@D)
 	$(CC) $(RTFLAGS) $(CFLAGS) -Icomponents -c -o $@ $<
@@ -96,10 +101,10 @@ build/bench/lib/cost: bench/lib/cost.c $(CORE) $(HEADERS)
 	$(CC) $(RTFLAGS) $(CFLAGS) -DULAPI -Icomponents -I/usr/include/linuxcnc -o $@ $< -lm
 
 install: build
-	@$(PYTHON) tools/install.py install --destdir '$(DESTDIR)' --prefix '$(PREFIX)'
+	@$(PYTHON) tools/install.py install
 
 uninstall:
-	@$(PYTHON) tools/install.py uninstall --destdir '$(DESTDIR)' --prefix '$(PREFIX)'
+	@$(PYTHON) tools/install.py uninstall
 
 deps:
 	@tools/deps

@@ -2,11 +2,13 @@
 
     install.py install|uninstall [--destdir DIR] [--prefix DIR]
 
-Called by `make install` and `make uninstall`.  What goes where:
+Called by `make install` and `make uninstall`, with DESTDIR and PREFIX in the environment.  What goes where:
 
   build/modules/*.so       LinuxCNC's module directory (loadrt finds them there)
   hal/chipwise*.hal        LinuxCNC's HAL library (HALFILE = chipwise.hal)
-  build/man/*.9            PREFIX/share/man/man9
+  build/man/*.1 *.9        PREFIX/share/man/man1, man9
+  README.md docs/*         PREFIX/share/doc/chipwise
+  VERSION                  PREFIX/share/chipwise
   build/libchipwise.so     PREFIX/lib/chipwise
   configs/*.in             PREFIX/share/chipwise/configs, with the place filled in
   configs hal remap nc_files bin
@@ -88,7 +90,11 @@ def wanted(prefix):
             plan[os.path.join(folder, os.path.basename(source))] = source
     files('build/modules/*.so', module_dir)
     files('hal/chipwise*.hal', hallib)
-    files('build/man/*.9', os.path.join(prefix, 'share', 'man', 'man9'))
+    for part in '19':
+        files('build/man/*.' + part, os.path.join(prefix, 'share', 'man', 'man' + part))
+    files('README.md', os.path.join(prefix, 'share', 'doc', 'chipwise'))
+    files('docs/*.[ms][dv]*', os.path.join(prefix, 'share', 'doc', 'chipwise', 'docs'))
+    files('VERSION', share)
     plan[share + '/configs/chipwise.inc'] = for_prefix('configs/chipwise.inc.in', share)
     files('build/libchipwise.so', os.path.join(prefix, 'lib', 'chipwise'))
     if os.path.exists(os.path.join(ROOT, 'build', 'libchipwise.so')):
@@ -210,8 +216,8 @@ def uninstall(destdir, prefix):
 def main():
     parser = argparse.ArgumentParser(description='Install or uninstall chipwise.')
     parser.add_argument('action', choices=('install', 'uninstall'))
-    parser.add_argument('--destdir', default='')
-    parser.add_argument('--prefix', default='/usr/local')
+    parser.add_argument('--destdir', default=os.environ.get('DESTDIR', ''))
+    parser.add_argument('--prefix', default=os.environ.get('PREFIX') or '/usr/local')
     options = parser.parse_args()
     destdir = os.path.abspath(options.destdir) if options.destdir else ''
     prefix = os.path.abspath(options.prefix)
@@ -222,8 +228,8 @@ def main():
     except PermissionError as error:
         if os.getuid() == 0 or not shutil.which('sudo') or os.environ.get('SUDO_USER'):
             return 'chipwise: %s; run it as root or set PREFIX or DESTDIR' % error
-        os.execvp('sudo', ['sudo', 'env', 'PATH=' + os.environ['PATH'], sys.executable]
-                  + sys.argv)
+        os.execvp('sudo', ['sudo', 'env', 'PATH=' + os.environ['PATH'], sys.executable, sys.argv[0],
+                           options.action, '--destdir', destdir, '--prefix', prefix])
     return 0
 
 

@@ -20,9 +20,10 @@ def everything(folder):
                   for place, folders, names in os.walk(folder) for name in folders + names)
 
 
-@pytest.mark.parametrize('prefix', ['/usr/local', '/opt/chip wise'])
-def test_install_and_uninstall(tmp_path, prefix):
-    destdir = tmp_path / 'root'
+@pytest.mark.parametrize('prefix, root_name', [
+    ('/usr/local', 'root'), ('/opt/chip wise', "x'q"), ('/usr/local', 'a "b" ;c &d `e` *')])
+def test_install_and_uninstall(tmp_path, prefix, root_name):
+    destdir = tmp_path / root_name
     (destdir / 'usr').mkdir(parents=True)
     (destdir / 'usr' / 'mine').write_text('stays')
     before = everything(destdir)
@@ -43,8 +44,12 @@ def test_install_and_uninstall(tmp_path, prefix):
     assert not [path for path in installed if path.endswith(('.pyc', '.var'))]
 
     assert 'already installed' in make('install', destdir, prefix)
-    subprocess.run([str(destdir) + prefix + '/bin/chipwise', '--help'], check=True,
-                   stdout=subprocess.DEVNULL)
+    said = subprocess.run([str(destdir) + prefix + '/bin/chipwise', '--version'], check=True, text=True,
+                          stdout=subprocess.PIPE).stdout
+    assert said == 'chipwise %s\n' % open(os.path.join(ROOT, 'VERSION')).read().strip()
+    for page in ('man1/chipwise.1', 'man9/stock_tracker.9', 'man9/chipwise_inputs.9'):
+        assert os.path.isfile(str(destdir) + prefix + '/share/man/' + page), page
+    assert os.path.isfile(str(destdir) + prefix + '/share/doc/chipwise/docs/Config.md')
 
     make('uninstall', destdir, prefix)
     assert everything(destdir) == before

@@ -97,10 +97,11 @@ class Sample:
 
     def home(self):
         command = self.command
-        self.wait('leaving E-stop', lambda: command.state(linuxcnc.STATE_ESTOP_RESET) or
-                  self.poll().task_state in (linuxcnc.STATE_ESTOP_RESET, linuxcnc.STATE_ON), 20)
-        self.wait('switching on', lambda: command.state(linuxcnc.STATE_ON) or
-                  self.poll().task_state == linuxcnc.STATE_ON, 20)
+        for state in (linuxcnc.STATE_ESTOP_RESET, linuxcnc.STATE_ON):
+            if self.poll().task_state < state:          # a screen may have done it
+                command.state(state)
+                command.wait_complete()
+            self.wait(f'task state {state}', lambda: self.poll().task_state >= state, 20)
         command.mode(linuxcnc.MODE_MANUAL)
         command.wait_complete()
         command.teleop_enable(0)
@@ -148,8 +149,9 @@ def work(sample, job, result):
     sample.start()
     result['started'] = True
     sample.home()
+    tool = next(tool.id for tool in sample.poll().tool_table[1:] if tool.id > 0)
     for line in job['lines']:
-        sample.mdi(line)
+        sample.mdi(line.replace('{TOOL}', str(tool)))
     path = os.path.join(os.environ['HOME'], 'sample.ngc')
     with open(path, 'w') as handle:
         handle.write(job['program'].format(**place(sample.poll())))

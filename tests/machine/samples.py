@@ -20,7 +20,7 @@ STOCK = '/usr/share/doc/linuxcnc/examples/sample-configs'
 TIMEOUT_S = 540
 
 # The tool, 6 mm, is at work X0 Y0 Z0 and 3 mm beside the stock; a slot 2 mm deep goes 17 mm into it.
-LINES = ['G49', 'M61 Q1', 'G10 L1 P1 R{RADIUS}', 'G10 L20 P1 X0 Y0 Z0', 'G54']
+LINES = ['G49', 'M61 Q{TOOL}', 'G10 L1 P{TOOL} R{RADIUS}', 'G10 L20 P1 X0 Y0 Z0', 'G54']
 PROGRAM = '''G21 G90 G94 G17 G40 G64 P0.01
 F600
 G1 X{D}1
@@ -120,6 +120,16 @@ def follow_the_recipe(ini):
         handle.write('\n' + module.split('\n', 1)[-1] + '\n')
 
 
+def give_it_a_tool(ini):
+    """A sample whose tool table is empty gets a tool."""
+    with open(ini, errors='replace') as handle:
+        name = re.search(r'^TOOL_TABLE\s*=\s*(\S+)', handle.read(), re.MULTILINE)
+    path = os.path.join(os.path.dirname(ini), name[1]) if name else ''
+    if path and os.path.exists(path) and not re.search(r'^\s*T\d', open(path).read(), re.MULTILINE):
+        with open(path, 'a') as handle:
+            handle.write('T1 P1 D6\n')
+
+
 # --- running one ------------------------------------------------------------
 
 def stage(where):
@@ -142,6 +152,7 @@ def run(sample, where, installed, edit=None, picture=None):
     paste(ini, readme_lines())
     if sample.recipe:
         follow_the_recipe(ini)
+    give_it_a_tool(ini)
     if edit:
         edit(ini)
     return drive(sample, ini, where, installed, picture)

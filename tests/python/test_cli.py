@@ -1,11 +1,17 @@
 """bin/chipwise: usage, errors without tracebacks, the demo's comparison program."""
 
 import os
+import re
 import subprocess
 
+import pytest
+
+from chipwise import cli
 from chipwise.cli import demo
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+
+VERSION = open(os.path.join(ROOT, 'VERSION')).read().strip()
 
 
 def chipwise(*arguments):
@@ -19,6 +25,46 @@ def test_usage():
     assert 'demo' in chipwise('--help').stdout
     assert chipwise().returncode == 2
     assert chipwise('no-such-command').returncode == 2
+
+
+def test_without_arguments_it_says_what_it_is_and_what_to_do():
+    done = chipwise()
+    for words in ('chipwise ' + VERSION, 'contour', 'demo', 'man chipwise', 'linuxcnc ' + ROOT + '/configs/mill.ini'):
+        assert words in done.stdout, words
+    assert done.stderr == '' and 'monitor' not in done.stdout     # not called by people
+
+
+def test_the_version_has_one_source():
+    assert re.fullmatch(r'[0-9]+\.[0-9]+\.[0-9]+', VERSION)
+    done = chipwise('--version')
+    assert (done.returncode, done.stdout, done.stderr) == (0, f'chipwise {VERSION}\n', '')
+
+
+def test_the_man_page_has_every_command_and_option(tmp_path):
+    """As man prints it, without a complaint of groff."""
+    subprocess.run(['/usr/bin/python3', os.path.join(ROOT, 'tools', 'make_man.py'), tmp_path / 'chipwise.1'], check=True)
+    done = subprocess.run(['groff', '-man', '-Tutf8', '-ww', '-P-c', tmp_path / 'chipwise.1'], text=True, check=True,
+                          stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    text = re.sub(r'.\x08', '', done.stdout).replace('\u2010', '-').replace('\u2212', '-')
+    assert 'chipwise ' + VERSION in text
+    parser, _modules = cli.build_parser()
+    for name, command in next(a.choices for a in parser._actions if a.choices).items():
+        assert re.search(rf'^ +{name}$', text, re.MULTILINE), name
+        for option in command._option_string_actions:
+            assert option in ('-h', '--help') or option in text, (name, option)
+    assert done.stderr == ''
+
+
+@pytest.mark.parametrize('ini', [None, '/no/such.ini', ROOT, os.path.join(ROOT, 'configs', 'mill.ini')])
+def test_load_in_a_shell_says_what_it_is_for(ini, tmp_path):
+    """In a sandbox of its own: without it the HAL of this machine would be asked."""
+    env = {name: value for name, value in os.environ.items() if name != 'INI_FILE_NAME'}
+    done = subprocess.run([os.path.join(ROOT, 'bin', 'chipwise-sandbox'), '--', os.path.join(ROOT, 'bin', 'chipwise'), 'load'],
+                          env={**env, **({'INI_FILE_NAME': ini} if ini else {})}, text=True, stdin=subprocess.DEVNULL,
+                          stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    assert done.returncode == 1 and 'Traceback' not in done.stderr
+    line = next(line for line in done.stderr.splitlines() if line.startswith('chipwise: '))
+    assert ('chipwise.hal' if ini is None or ini.endswith('mill.ini') else 'INI file') in line, line
 
 
 def test_errors_have_no_traceback():

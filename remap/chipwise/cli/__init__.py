@@ -16,9 +16,11 @@ import importlib
 import os
 import sys
 
+from chipwise import ROOT, version
 from chipwise.errors import printable
 
 COMMANDS = ('contour', 'demo', 'load', 'monitor', 'try_program')
+INTERNAL = ('load', 'monitor')      # LinuxCNC calls them
 
 
 class CommandError(Exception):
@@ -37,6 +39,7 @@ def build_parser():
     """-> (parser, {name: module})."""
     parser = argparse.ArgumentParser(
         prog='chipwise', description='Stock-aware feed and cycles for LinuxCNC.')
+    parser.add_argument('--version', action='version', version='chipwise ' + version())
     subparsers = parser.add_subparsers(dest='command', metavar='COMMAND')
     modules = {}
     for module_name in COMMANDS:
@@ -48,6 +51,16 @@ def build_parser():
     return parser, modules
 
 
+def welcome(modules):
+    """What is printed where no command is given."""
+    usual = [f'  chipwise {name:<10} {module.HELP}' for name, module in modules.items() if name not in INTERNAL]
+    return '\n'.join([
+        f'chipwise {version()}: stock-aware feed and cycles for LinuxCNC', '', *usual, '',
+        'chipwise COMMAND --help says more about one of them; man chipwise about all.',
+        'The G-codes (G12, G13, G77 to G79, M250 to M254) work inside LinuxCNC: start the simulated mill with',
+        f'  linuxcnc {os.path.join(ROOT, "configs", "mill.ini")}'])
+
+
 def main(argv):
     """-> exit status.  Whatever goes wrong is one line; CHIPWISE_TRACEBACK=1 shows where."""
     for stream in (sys.stdout, sys.stderr):
@@ -56,7 +69,7 @@ def main(argv):
     try:
         options = parser.parse_args(argv)
         if options.command is None:
-            parser.print_help()
+            print(welcome(modules))
             return 2
         return modules[options.command].run(options) or 0
     except CommandError as error:
