@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from typing import Optional
 
 from chipwise.errors import CycleError
+from chipwise.files import read_bytes
 
 SHAPES = ("flat", "ball", "bull", "vee", "tapered-ball")
 _REQUIRED = {"bull": ("corner_radius",), "vee": ("tip_angle",), "tapered-ball": ("corner_radius", "tip_angle")}
@@ -34,6 +35,10 @@ class ToolGeometry:
     flutes: Optional[int] = None
     max_removal_rate: Optional[float] = None   # mm3/min
 
+
+MOST_BYTES = 1 << 18            # of a file: some thousand tools
+MOST_DIGITS = 9                 # of a tool number
+MOST_SHOWN = 40                 # characters of a wrong value in a message
 
 _NUMBERS = {
     # key: (smallest, is the smallest itself allowed, largest, rule)
@@ -52,13 +57,27 @@ def _fail(path, tool, text, remedy):
     raise CycleError(sentence, remedy)
 
 
+def _shown(value):
+    """A value of the file in a message."""
+    try:
+        text = repr(value)
+    except ValueError:                          # 0x1000.. has no limit, its decimal digits have
+        text = "a number of thousands of digits"
+    return text if len(text) <= MOST_SHOWN else text[:MOST_SHOWN] + ".."
+
+
+def _named(key):
+    """A key of the file in a message."""
+    return key if key.isprintable() and len(key) <= MOST_SHOWN else _shown(key)
+
+
 def _check_number(path, tool, key, value):
     """One numeric key's value, or CycleError."""
     low, closed, high, rule = _NUMBERS[key]
     good = isinstance(value, (int, float)) and not isinstance(value, bool)
     good = good and (isinstance(value, int) or key != "flutes")
     if not (good and (value > low or (closed and value == low)) and value <= high):
-        _fail(path, tool, f"{key} = {value!r} is not {rule}", "correct the file")
+        _fail(path, tool, f"{key} = {_shown(value)} is not {rule}", "correct the file")
     return value
 
 
@@ -68,10 +87,10 @@ def _parse_tool(path, tool, table):
         _fail(path, tool, "is not a table", f"write [tool.{tool}]")
     for key in table:
         if key != "shape" and key not in _NUMBERS:
-            _fail(path, tool, f"{key} is no key", "known are shape, " + ", ".join(_NUMBERS))
+            _fail(path, tool, f"{_named(key)} is no key", "known are shape, " + ", ".join(_NUMBERS))
     shape = table.get("shape", "flat")
     if shape not in SHAPES:
-        _fail(path, tool, f"shape = {shape!r} is unknown", "use one of " + ", ".join(SHAPES))
+        _fail(path, tool, f"shape = {_shown(shape)} is unknown", "use one of " + ", ".join(SHAPES))
     for key in _REQUIRED.get(shape, ()):
         if key not in table:
             _fail(path, tool, f"shape {shape} needs {key}", f"add {key} = ...")
@@ -83,18 +102,20 @@ def parse_tools(text, path="tools.toml"):
     """TOML text -> {tool number: ToolGeometry}.  Raises CycleError naming file, tool, key and rule."""
     try:
         document = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+    except (ValueError, RecursionError) as error:       # a number of 5,000 digits is a ValueError
         _fail(path, None, f"is not TOML: {error}", "correct the file")
     for key in document:
         if key != "tool":
-            _fail(path, None, f"[{key}] is unknown", "use [tool.N], N the tool number")
+            _fail(path, None, f"[{_named(key)}] is unknown", "use [tool.N], N the tool number")
     tables = document.get("tool", {})
     if not isinstance(tables, dict):
         _fail(path, None, "tool is not a table", "use [tool.N], N the tool number")
     tools = {}
     for name, table in tables.items():
-        if not name.isascii() or not name.isdigit():
-            _fail(path, name, "is no tool number", "use [tool.N], N a whole number")
+        if not name.isascii() or not name.isdigit() or len(name) > MOST_DIGITS:
+            _fail(path, _named(name), "is no tool number", f"use [tool.N], N a whole number of at most {MOST_DIGITS} digits")
+        if int(name) in tools:
+            _fail(path, int(name), "is there twice", "take one of them out")
         tools[int(name)] = _parse_tool(path, int(name), table)
     return tools
 
@@ -103,19 +124,31 @@ _cache = {}
 
 
 def load_tools(path):
-    """{tool number: ToolGeometry} of a file; {} where path is "".  Cached by path and time of change."""
+    """{tool number: ToolGeometry} of a file; {} where path is "".  Cached, an error too, by path and time of change."""
     if not path:
         return {}
     try:
-        stamp = (os.path.abspath(path), os.stat(path).st_mtime_ns)
-        if stamp not in _cache:
-            with open(path, encoding="utf-8") as file:
-                text = file.read()
-            _cache.clear()
-            _cache[stamp] = parse_tools(text, path)
+        found = os.stat(path)
+        stamp = (os.path.abspath(path), found.st_mtime_ns, found.st_size, found.st_ino)
+    except (OSError, ValueError) as error:
+        _fail(path, None, f"cannot be read: {getattr(error, 'strerror', None) or error}", "correct [CHIPWISE]TOOL_GEOMETRY")
+    if stamp not in _cache:
+        _cache.clear()
+        try:
+            _cache[stamp] = _read_tools(path)
+        except CycleError as error:
+            _cache[stamp] = error
+    if isinstance(_cache[stamp], CycleError):
+        raise _cache[stamp].with_traceback(None)
+    return _cache[stamp]
+
+
+def _read_tools(path):
+    try:
+        text = read_bytes(path, MOST_BYTES).decode("utf-8")
     except (OSError, UnicodeDecodeError) as error:
         _fail(path, None, f"cannot be read: {getattr(error, 'strerror', None) or error}", "correct [CHIPWISE]TOOL_GEOMETRY")
-    return _cache[stamp]
+    return parse_tools(text, path)
 
 
 def tool_geometry(path, number):

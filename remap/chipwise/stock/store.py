@@ -19,14 +19,17 @@ import hashlib
 import json
 import math
 import os
+import stat
 import struct
 import tempfile
 import time
 import zlib
 from dataclasses import asdict, dataclass
+from dataclasses import fields as dataclass_fields
 
 import numpy as np
 
+from chipwise.files import TooLong, read_bytes
 from chipwise.stock.core import CELL_DTYPE
 from chipwise.stock.reasons import BROKEN, DISK, NO_FILE, OTHER_CELL, OTHER_VERSION, TOO_LARGE
 
@@ -34,6 +37,9 @@ MARK, VERSION = b"chipwise stock\r\n", 2
 DIGEST = 32
 MOST_HEAD = 4096                    # bytes
 MOST_CELLS = 1 << 28                # stock.c
+MOST_NUMBER = 1 << 53               # of any whole number in a head
+LEAST_CELL, MOST_CELL = 1e-3, 100.0 # mm, stock.h
+LEAST_SIZE, FARTHEST = 1e-3, 1e6    # mm, stock.h: of the box, and of a corner from machine zero
 FULL = 65535                        # stock.h
 RIM, RIM_TWO, RIM_GONE = 0x8000, 0x4000, 2047       # stock.h
 ENDING = ".stock"
@@ -77,9 +83,9 @@ def _check_head(head):
     """Raise StoreError where the numbers cannot be those of a map."""
     numbers = [head.cell, head.removed, *head.low, *head.high, *head.half, head.turn]
     try:
-        good = (len(head.low) == len(head.high) == 3 and all(math.isfinite(v) and abs(v) < 1e6 for v in numbers[:1] + numbers[2:])
-                and math.isfinite(head.removed) and head.removed >= 0 and head.cell > 0 and head.shape in (0, 1)
-                and all(a < b for a, b in zip(head.low, head.high))
+        good = (len(head.low) == len(head.high) == 3 and all(math.isfinite(v) and abs(v) <= FARTHEST for v in numbers[2:])
+                and math.isfinite(head.removed) and head.removed >= 0 and LEAST_CELL <= head.cell <= MOST_CELL
+                and head.shape in (0, 1) and all(b - a >= LEAST_SIZE for a, b in zip(head.low, head.high))
                 and len(head.half) == 2 and _box_fits(head)
                 and type(head.nx) is int and type(head.ny) is int
                 and (head.nx, head.ny) == tuple(math.ceil((b - a) / head.cell - 1e-9)
@@ -150,20 +156,40 @@ def unpack(data, most_cells=MOST_CELLS):
     return head, cells
 
 
+def _no_constant(name):
+    raise ValueError(f"{name} is not a number")
+
+
+_NUMBER, _WHOLE = "number", "whole number"
+_KINDS = {"cell": _NUMBER, "removed": _NUMBER, "turn": _NUMBER, "low": 3, "high": 3, "half": 2,         # so many numbers
+          "shape": _WHOLE, "nx": _WHOLE, "ny": _WHOLE}
+
+
+def _has_type(value, kind):
+    """Whether a value of the head is of its kind, and a float can hold it; True is not a number, 1.0 is not a whole one."""
+    if isinstance(kind, int):
+        return type(value) is list and len(value) == kind and all(_has_type(part, _NUMBER) for part in value)
+    if type(value) is int:
+        return abs(value) < MOST_NUMBER
+    return kind is _NUMBER and type(value) is float
+
+
 def _read_head(text):
     try:
-        fields = json.loads(text)
-        version = fields.pop("version")
-    except (ValueError, AttributeError, KeyError, RecursionError) as error:
+        fields = json.loads(text, parse_constant=_no_constant)
+    except (ValueError, RecursionError) as error:
         raise StoreError(BROKEN, "its head cannot be read") from error
-    if version != VERSION:
+    if not isinstance(fields, dict) or "version" not in fields:
+        raise StoreError(BROKEN, "its head is not that of a stock")
+    version = fields.pop("version")
+    if type(version) is not int or version != VERSION:
         raise StoreError(OTHER_VERSION, f"it has version {str(version)[:20]}, this chipwise reads {VERSION}")
-    try:
-        head = Head(**fields)
-        head = Head(float(head.cell), tuple(map(float, head.low)), tuple(map(float, head.high)), head.shape,
-                    head.nx, head.ny, float(head.removed), tuple(map(float, head.half)), float(head.turn))
-    except (TypeError, ValueError) as error:
-        raise StoreError(BROKEN, "its head lacks or has fields it should not") from error
+    if set(fields) != {field.name for field in dataclass_fields(Head)}:
+        raise StoreError(BROKEN, "its head lacks or has fields it should not")
+    if not all(_has_type(fields[name], kind) for name, kind in _KINDS.items()):
+        raise StoreError(BROKEN, "its head has a field of another type than it should")
+    head = Head(float(fields["cell"]), tuple(map(float, fields["low"])), tuple(map(float, fields["high"])), fields["shape"],
+                fields["nx"], fields["ny"], float(fields["removed"]), tuple(map(float, fields["half"])), float(fields["turn"]))
     _check_head(head)
     return head
 
@@ -172,10 +198,11 @@ def _remove_remains(path):
     """What writers of this file have left that were killed."""
     for name in glob.glob(glob.escape(path) + ".*" + UNFINISHED):
         try:
-            if time.time() - os.stat(name).st_mtime > REMAINS_S:
+            found = os.lstat(name)
+            if stat.S_ISREG(found.st_mode) and time.time() - found.st_mtime > REMAINS_S:
                 os.unlink(name)
-        except FileNotFoundError:
-            pass
+        except OSError:
+            pass                        # what is not ours to remove is in nobody's way
 
 
 def write(path, head, cells):
@@ -208,10 +235,11 @@ def write(path, head, cells):
 def read(path, cell=None, most_cells=MOST_CELLS):
     """-> (head, cells) of a file, for a map with this cell and room for so many.  Raises StoreError."""
     try:
-        with open(path, "rb") as file:
-            data = file.read(most_cells * CELL_DTYPE.itemsize + MOST_HEAD * 16)
+        data = read_bytes(path, most_cells * CELL_DTYPE.itemsize + MOST_HEAD * 16)
     except FileNotFoundError as error:
         raise StoreError(NO_FILE, f"{path} does not exist") from error
+    except TooLong as error:
+        raise StoreError(TOO_LARGE, f"{path}: {error.strerror}") from error
     except OSError as error:
         raise StoreError(DISK, f"{path}: {error.strerror}") from error
     try:
