@@ -13,8 +13,10 @@ from dataclasses import dataclass
 from typing import Any, Callable
 
 from chipwise.errors import CycleError
+from chipwise.files import read_bytes
 
 SECTION = "CHIPWISE"
+MOST_BYTES = 1 << 22            # of an INI file
 
 
 def _number(text):
@@ -104,6 +106,11 @@ class Settings:
         return os.path.join(self.folder, os.path.expanduser(value)) if value else ""
 
 
+def ini_lines(path):
+    """Lines of an INI file.  Raises OSError."""
+    return read_bytes(path, MOST_BYTES).decode("utf-8", "replace").split("\n")
+
+
 def read_section(lines, section=SECTION):
     """INI lines -> {KEY: text} of one section.  The first of several equal keys counts, as in LinuxCNC."""
     found, inside = {}, False
@@ -169,11 +176,12 @@ def load_settings(ini_path=None):
     try:
         stamp = (os.path.abspath(path), os.stat(path).st_mtime_ns)
         if stamp not in _cache:
-            with open(path, encoding="utf-8", errors="replace") as ini:
-                _cache.clear()
-                _cache[stamp] = parse_settings(read_section(ini), os.path.dirname(stamp[0]))
-    except OSError as error:
-        raise CycleError(f"INI file {braceless(path)}: {error.strerror}", "correct INI_FILE_NAME") from error
+            lines = ini_lines(path)
+            _cache.clear()
+            _cache[stamp] = parse_settings(read_section(lines), os.path.dirname(stamp[0]))
+    except (OSError, ValueError) as error:
+        raise CycleError(f"INI file {braceless(path)}: {getattr(error, 'strerror', None) or error}",
+                         "correct INI_FILE_NAME") from error
     return _cache[stamp]
 
 
@@ -182,10 +190,13 @@ def feed_is_remapped(ini_path=None):
     path, inside = ini_path or ini_file_name(), False
     if not path:
         return True
-    with open(path, encoding="utf-8", errors="replace") as ini:
-        for line in ini:
-            if line.lstrip().startswith("["):
-                inside = line.strip()[1:].partition("]")[0].strip().upper() == "RS274NGC"
-            elif inside and re.match(r"\s*REMAP\s*=\s*F(\s|$)", line, re.IGNORECASE):
-                return True
+    try:
+        lines = ini_lines(path)
+    except OSError:
+        return True
+    for line in lines:
+        if line.lstrip().startswith("["):
+            inside = line.strip()[1:].partition("]")[0].strip().upper() == "RS274NGC"
+        elif inside and re.match(r"\s*REMAP\s*=\s*F(\s|$)", line, re.IGNORECASE):
+            return True
     return False

@@ -1,12 +1,16 @@
 """M253, M254, KEEP_STOCK, run from line and abort on a running LinuxCNC: the stock is what the machine made of it."""
 
+import hashlib
 import os
 import shutil
+import struct
+import zlib
 
 import numpy as np
 import pytest
 
 from chipwise.machine import runner
+from chipwise.stock import store
 from machine.operate import operate
 
 pytestmark = pytest.mark.machine
@@ -206,3 +210,37 @@ def test_cylinder_and_allowance(tmp_path):
     low = np.array([float(v) for v in answers[3][:3]])
     assert [float(v) for v in answers[8][:3]] == pytest.approx(list(low - [2, 2, 0]), abs=1e-5)
     assert answers[3][6] == answers[8][6] == '1' and answers[11][6] == '0'
+
+
+def with_head(text):
+    """A stock file with a right checksum and this head."""
+    body = store.MARK + struct.pack('<I', len(text)) + text + zlib.compress(b'\0' * 80)
+    return body + hashlib.sha256(body).digest()
+
+
+def test_hostile_files_on_the_machine(tmp_path):
+    """A head that is a list, a number no float holds, 1.0 for a whole number, a FIFO, a device, a folder; a FIFO for the tools: each refused
+    at once, the monitor lives on, the stock is what it was, and saving goes on beside a folder that looks like remains."""
+    edit, folder = files(tmp_path)
+    folder.mkdir()
+    good = b'{"version": 1, "cell": %s, "low": [0, 0, -10], "high": [1, 1, 0], "shape": %s, "nx": 4, "ny": 4, "removed": 0}'
+    (folder / 'slot0.stock').write_bytes(with_head(b'[1]'))
+    (folder / 'slot1.stock').write_bytes(with_head(good % (b'1' + b'0' * 400, b'0')))
+    (folder / 'slot2.stock').write_bytes(with_head(good % (b'0.25', b'1.0')))
+    os.mkfifo(folder / 'slot3.stock')
+    (folder / 'slot4.stock').symlink_to('/dev/zero')
+    (folder / 'slot5.stock').mkdir()
+    (folder / 'slot6.stock.x.new').mkdir()
+    os.mkfifo(tmp_path / 'tools.toml')
+    restores = [['mdi', f'M254 P{slot}'] for slot in range(6)]
+    answers = operate(tmp_path, [['mdi', 'T1 M6'], ['mdi', BOX], *CUT, STATE, *restores, STATE, ['mdi', 'M253 P6'], ['mdi', 'M254 P6'],
+                                 ['pins', 'chipwise-monitor.reply', 'chipwise-monitor.hold', 'chipwise-monitor.heartbeat'], ['sleep', 1],
+                                 ['pins', 'chipwise-monitor.heartbeat']],
+                      edit=f'{edit}; s#^TOOL_GEOMETRY = .*#TOOL_GEOMETRY = {tmp_path}/tools.toml#')
+    told, before, refused, after = answers[0], answers[6], answers[7:13], answers[13]
+    assert len(told) == 1 and 'tools.toml: cannot be read: it is not a regular file' in told[0], told
+    for slot, said in enumerate(refused):
+        assert len(said) == 1 and said[0].startswith(f'chipwise: M254: slot {slot} was not restored: the file '), said
+    assert before == after and before[0] == 'TRUE', 'the stock is what it was'
+    assert answers[14] == [] and answers[15] == []
+    assert answers[16][:2] == ['0', 'FALSE'] and int(answers[18][0]) > int(answers[16][2])

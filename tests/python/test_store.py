@@ -3,11 +3,13 @@
 import hashlib
 import json
 import os
+import random
 import struct
 import zlib
 
 import numpy as np
 import pytest
+from conftest import random_count, random_seed
 
 from chipwise.stock import core, reasons, store
 from chipwise.stock.shared import SharedStock
@@ -59,6 +61,80 @@ def forged(taken, cells=None, raw=None, **fields):
     return sealed(store.MARK + struct.pack("<I", len(text)) + text + zlib.compress(raw))
 
 
+def headed(taken, text):
+    """A file with a right checksum and any head."""
+    return sealed(store.MARK + struct.pack("<I", len(text)) + text + zlib.compress(taken[1].tobytes()))
+
+
+@pytest.mark.parametrize("text", [
+    b"[1]", b"1", b"null", b'"version"', b"", b"{}", b"[" * 4000, b'{"version": 1}', b'{"version": true}', b'{"version": 1.0}',
+    b'{"version": 1, "cell": NaN}', b"\xff\xfe", b'{"version": ' + b"1" * 4000 + b"}", b'{"cell": 1' + b"0" * 3900 + b', "version": 1}'],
+    ids=lambda text: repr(text[:20]))
+def test_a_head_that_is_none(taken, text):
+    with pytest.raises(store.StoreError) as caught:
+        store.unpack(headed(taken, text))
+    assert caught.value.reply in (reasons.BROKEN, reasons.OTHER_VERSION)
+
+
+VALUES = [0, 1, -1, 1.0, 0.5, 1e-12, 1e308, -0.0, 10 ** 400, 2 ** 63, True, None, "", "1", [], [1], {}, [0, 0, 0], [1e9] * 3, [None] * 3, [[]] * 3, 60, 40, 62, 25.0]
+
+
+def test_random_heads(taken):
+    """Every head with a right checksum is the one that was saved or is refused by name: no other exception."""
+    chance, seed = random.Random(random_seed()), random_seed()
+    good = dict(version=1, cell=CELL, low=LOW, high=HIGH, shape=0, nx=60, ny=40, removed=taken[0].removed)
+    kept = 0
+    for case in range(random_count(3000)):
+        head = dict(good)
+        for _ in range(chance.randrange(0, 4)):
+            name = chance.choice([*good, "extra"])
+            if chance.random() < 0.15:
+                head.pop(name, None)
+            elif name in ("low", "high") and chance.random() < 0.5:
+                head[name] = [chance.choice([*head.get(name, LOW), *VALUES]) for _ in range(chance.choice((2, 3, 3, 3, 4)))] \
+                    if isinstance(head.get(name, LOW), (list, tuple)) else chance.choice(VALUES)
+            else:
+                head[name] = chance.choice(VALUES)
+        text = bytearray(json.dumps(head).encode())
+        if chance.random() < 0.3:
+            text[chance.randrange(len(text))] = chance.randrange(256)
+        try:
+            found, cells = store.unpack(headed(taken, bytes(text)), 100_000)
+        except store.StoreError as error:
+            assert error.reply in reasons.REASONS, error
+            continue
+        except Exception as error:
+            raise AssertionError(f"CHIPWISE_SEED={seed}, case {case}: {type(error).__name__}: {error}: {bytes(text)!r}") from error
+        kept += 1
+        assert (found.nx, found.ny) == (60, 40) and np.array_equal(cells, taken[1])
+        other = core.Stock((0, 0, 0), (1, 1, 1), CELL, capacity=62 * 42)
+        if found.cell == CELL:
+            SharedStock(memoryview(other._block)).put(found, cells)
+            assert core.library().cw_stock_sound(other.address, CELL, other.head.capacity), bytes(text)
+    assert kept
+
+
+def test_what_stands_where_remains_would_be(taken, tmp_path):
+    """A folder, a link or a FIFO called like an unfinished file hinders no save; old remains of ours go."""
+    path = tmp_path / "slot1.stock"
+    (tmp_path / "slot1.stock.x.new").mkdir()
+    (tmp_path / "slot1.stock.y.new").symlink_to(tmp_path)
+    os.mkfifo(tmp_path / "slot1.stock.z.new")
+    (tmp_path / "slot1.stock.old.new").write_text("")
+    for name in os.listdir(tmp_path):
+        os.utime(tmp_path / name, (1, 1), follow_symlinks=False)
+    store.write(str(path), *taken)
+    assert store.read(str(path), CELL)[0] == taken[0]
+    assert sorted(os.listdir(tmp_path)) == ["slot1.stock", "slot1.stock.x.new", "slot1.stock.y.new", "slot1.stock.z.new"]
+
+
+def test_a_folder_where_the_file_should_be(taken, tmp_path):
+    (tmp_path / "slot1.stock").mkdir()
+    with pytest.raises(store.StoreError) as caught:
+        store.write(str(tmp_path / "slot1.stock"), *taken)
+    assert caught.value.reply == reasons.DISK and os.listdir(tmp_path) == ["slot1.stock"]
+
+
 def with_cell(taken, **values):
     cells = taken[1].copy()
     for name, value in values.items():
@@ -83,7 +159,10 @@ def test_another_version(taken, what):
     dict(nx=61), dict(nx=-60), dict(nx=60.0), dict(nx=1 << 40, ny=1 << 40), dict(cell=0), dict(cell=-0.5), dict(cell=float("nan")),
     dict(cell="0.5"[:0]), dict(high=LOW), dict(high=[1e308] * 3), dict(low=[0, 0]), dict(low=5), dict(removed=-1),
     dict(removed=float("inf")), dict(shape=7), dict(shape=[]), dict(extra=1), dict(low=...), dict(version=...),
-    dict(raw=b""), dict(raw=b"\0" * (1 << 24))])
+    dict(raw=b""), dict(raw=b"\0" * (1 << 24)), dict(cell=10 ** 400), dict(cell=True), dict(cell=1e-12), dict(cell=1e9), dict(shape=1.0),
+    dict(shape=True), dict(shape=10 ** 30), dict(nx=True), dict(nx=10 ** 300), dict(removed=10 ** 400), dict(removed=None), dict(removed="0"),
+    dict(low=[10 ** 400, 0, 0]), dict(low="abc"), dict(low=[[0], 0, 0]), dict(low={"0": 1}), dict(low=[True, 10.0, -12.0]),
+    dict(high=[25.0, 30.0, -12.0 + 1e-9]), dict(low=[-1e300, 10.0, -12.0])])
 def test_a_hostile_head(taken, what):
     with pytest.raises(store.StoreError) as caught:
         store.unpack(forged(taken, **what))

@@ -14,6 +14,7 @@ import os
 import time
 from contextlib import nullcontext
 
+from chipwise.files import printable
 from chipwise.stock import reasons
 
 HELD_TIMEOUT_S = 2.0        # for the tracker's answer; it answers in its next period
@@ -57,7 +58,7 @@ class Keeper:
         try:
             return self.serve(request)
         except Exception as error:
-            print(f'chipwise: stock file: {type(error).__name__}: {error}', flush=True)
+            print(printable(f'chipwise: stock file: {type(error).__name__}: {error}'), flush=True)
             return reasons.DISK
 
     def serve(self, request):
@@ -108,7 +109,7 @@ class Keeper:
 
     @staticmethod
     def failed(error):
-        print(f'chipwise: stock file: {error}', flush=True)
+        print(printable(f'chipwise: stock file: {error}'), flush=True)
         return error.reply
 
     # --- [CHIPWISE]KEEP_STOCK -----------------------------------------------------------------------------------

@@ -11,7 +11,7 @@ import subprocess
 
 from chipwise.cli.python_section import check_codes
 from chipwise.errors import MM_PER_INCH, CycleError
-from chipwise.settings import braceless, ini_file_name, load_settings, read_section
+from chipwise.settings import braceless, ini_file_name, ini_lines, load_settings, read_section
 
 NAME = 'load'
 HELP = 'load the HAL components (called by chipwise.hal)'
@@ -34,8 +34,7 @@ def ini_section(name, path=None):
         raise CycleError('no INI file: this is called by chipwise.hal while LinuxCNC starts',
                          'put HALFILE = chipwise.hal into the [HAL] section of your INI file')
     try:
-        with open(path, encoding='utf-8', errors='replace') as ini:
-            return read_section(ini, name)
+        return read_section(ini_lines(path), name)
     except OSError as error:
         raise CycleError(f'INI file {braceless(path)}: {error.strerror}', 'correct INI_FILE_NAME') from error
 

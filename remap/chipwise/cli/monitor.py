@@ -22,6 +22,7 @@ from chipwise.cli.keeper import Keeper
 from chipwise.cli.loaded import LoadedProgram
 from chipwise.cli.supervise import Supervisor
 from chipwise.errors import CycleError
+from chipwise.files import printable
 from chipwise.settings import feed_is_remapped, load_settings
 from chipwise.tools import tool_geometry
 
@@ -141,7 +142,7 @@ class Monitor:
 
     def say(self, text):
         """An error message on the operator's screen, in the log where there is none."""
-        text = f'chipwise: {text}'
+        text = printable(f'chipwise: {text}')
         print(text, flush=True)
         if self.command:
             self.command.error_msg(text[:250])
@@ -291,7 +292,7 @@ class Monitor:
         try:
             self.say(f'chipwise-monitor cannot {part}: {text}; it goes on with the rest')
         except Exception as second:             # the screen is gone: the log is there
-            print(f'chipwise: {second}', flush=True)
+            print(printable(f'chipwise: {second}'), flush=True)
 
     def follow_program(self, _now):
         self.loaded.follow(self.status.file)
