@@ -223,7 +223,8 @@ def test_hostile_files_on_the_machine(tmp_path):
     at once, the monitor lives on, the stock is what it was, and saving goes on beside a folder that looks like remains."""
     edit, folder = files(tmp_path)
     folder.mkdir()
-    good = b'{"version": 1, "cell": %s, "low": [0, 0, -10], "high": [1, 1, 0], "shape": %s, "nx": 4, "ny": 4, "removed": 0}'
+    good = (b'{"version": %d, ' % store.VERSION) + (b'"cell": %s, "low": [0, 0, -10], "high": [1, 1, 0], "shape": %s, "nx": 4, "ny": 4, '
+                                             b'"removed": 0, "half": [0.5, 0.5], "turn": 0}')
     (folder / 'slot0.stock').write_bytes(with_head(b'[1]'))
     (folder / 'slot1.stock').write_bytes(with_head(good % (b'1' + b'0' * 400, b'0')))
     (folder / 'slot2.stock').write_bytes(with_head(good % (b'0.25', b'1.0')))

@@ -68,7 +68,7 @@ def headed(taken, text):
 
 @pytest.mark.parametrize("text", [
     b"[1]", b"1", b"null", b'"version"', b"", b"{}", b"[" * 4000, b'{"version": 1}', b'{"version": true}', b'{"version": 1.0}',
-    b'{"version": 1, "cell": NaN}', b"\xff\xfe", b'{"version": ' + b"1" * 4000 + b"}", b'{"cell": 1' + b"0" * 3900 + b', "version": 1}'],
+    b'{"version": 2}', b'{"version": 2, "cell": NaN}', b"\xff\xfe", b'{"version": ' + b"1" * 4000 + b"}", b'{"cell": 1' + b"0" * 3900 + b', "version": 2}'],
     ids=lambda text: repr(text[:20]))
 def test_a_head_that_is_none(taken, text):
     with pytest.raises(store.StoreError) as caught:
@@ -76,13 +76,13 @@ def test_a_head_that_is_none(taken, text):
     assert caught.value.reply in (reasons.BROKEN, reasons.OTHER_VERSION)
 
 
-VALUES = [0, 1, -1, 1.0, 0.5, 1e-12, 1e308, -0.0, 10 ** 400, 2 ** 63, True, None, "", "1", [], [1], {}, [0, 0, 0], [1e9] * 3, [None] * 3, [[]] * 3, 60, 40, 62, 25.0]
+VALUES = [0, 1, -1, 1.0, 0.5, 1e-12, 1e308, -0.0, 10 ** 400, 2 ** 63, True, None, "", "1", [], [1], {}, [0, 0, 0], [0, 0], [1e9] * 3, [None] * 3, [[]] * 3, 60, 40, 62, 25.0]
 
 
 def test_random_heads(taken):
     """Every head with a right checksum is the one that was saved or is refused by name: no other exception."""
     chance, seed = random.Random(random_seed()), random_seed()
-    good = dict(version=1, cell=CELL, low=LOW, high=HIGH, shape=0, nx=60, ny=40, removed=taken[0].removed)
+    good = dict(version=2, cell=CELL, low=LOW, high=HIGH, shape=0, nx=60, ny=40, removed=taken[0].removed, half=(15.0, 10.0), turn=0.0)
     kept = 0
     for case in range(random_count(3000)):
         head = dict(good)
@@ -90,7 +90,7 @@ def test_random_heads(taken):
             name = chance.choice([*good, "extra"])
             if chance.random() < 0.15:
                 head.pop(name, None)
-            elif name in ("low", "high") and chance.random() < 0.5:
+            elif name in ("low", "high", "half") and chance.random() < 0.5:
                 head[name] = [chance.choice([*head.get(name, LOW), *VALUES]) for _ in range(chance.choice((2, 3, 3, 3, 4)))] \
                     if isinstance(head.get(name, LOW), (list, tuple)) else chance.choice(VALUES)
             else:
@@ -162,7 +162,8 @@ def test_another_version(taken, what):
     dict(raw=b""), dict(raw=b"\0" * (1 << 24)), dict(cell=10 ** 400), dict(cell=True), dict(cell=1e-12), dict(cell=1e9), dict(shape=1.0),
     dict(shape=True), dict(shape=10 ** 30), dict(nx=True), dict(nx=10 ** 300), dict(removed=10 ** 400), dict(removed=None), dict(removed="0"),
     dict(low=[10 ** 400, 0, 0]), dict(low="abc"), dict(low=[[0], 0, 0]), dict(low={"0": 1}), dict(low=[True, 10.0, -12.0]),
-    dict(high=[25.0, 30.0, -12.0 + 1e-9]), dict(low=[-1e300, 10.0, -12.0])])
+    dict(high=[25.0, 30.0, -12.0 + 1e-9]), dict(low=[-1e300, 10.0, -12.0]), dict(half=15.0), dict(half=[15.0, 10.0, 1.0]),
+    dict(half=[15.0, True]), dict(half=[10 ** 400, 1]), dict(turn=None), dict(turn=10 ** 400), dict(turn=1e300), dict(turn=0.3)])
 def test_a_hostile_head(taken, what):
     with pytest.raises(store.StoreError) as caught:
         store.unpack(forged(taken, **what))
