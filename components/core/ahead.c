@@ -11,17 +11,26 @@
 #define CW_GAP_RADII 0.0625     /* tool radii between samples; never below one cell nor above four */
 #define CW_SAMPLE_NODES 8       /* work on a sample beside that on its nodes, in nodes */
 #define CW_CARRY_NODES 2        /* and on carrying one over to a new course */
-#define CW_RISE 1.1             /* a sample this much above the one before is a step of the load */
-#define CW_SMEAR 3.0            /* cells a wall in the stock is smeared over */
-#define CW_WALL_RISE 0.15       /* of a load, a rise within one sample that is a wall */
-#define CW_MAIN 0.7             /* of the largest rise there, one that may be where the wall is */
-#define CW_TURN 0.97            /* cosine between two samples from which the way turns */
-#define CW_RISING 0.1           /* and the change of slope from which it turns up or down */
-#define CW_REVERSED 0.5         /* length^2 of the sum of two directions below which the way is reversed */
-#define CW_NOISE 0.08           /* of a load, a bend between samples that is none */
-#define CW_BLUNT 0.5            /* of a bend, what interpolated heights lose */
+#define CW_CLOSEST 0.25         /* cells between samples where the load jumps [5] */
+#define CW_LOAD_JUMP 0.15       /* of a load, a change from one sample to the next that is a jump */
+#define CW_EDGE 0.025           /* of a load, by which its change from cell to cell changes at an edge of the stock */
+#define CW_SLIGHT 0.01          /* of all that can be met, a change that is none */
+#define CW_LATE_RISE 1.0        /* cells [6] */
+#define CW_LATE_STEP 0.5        /* the same where it comes at once (a tool that meets a wall of its own radius) */
+#define CW_AT_ONCE 0.45         /* of all that can be met, a rise within a cell that is so */
+#define CW_SMEAR 2.5            /* cells over which that is read */
+#define CW_LATE_FALL 1.0        /* cells [6] */
+#define CW_SAG 0.05             /* a rise by this share between two samples: the velocity's line hangs through there */
+#define CW_PEAK 1.0             /* of what a sample stands above its neighbours' line, added to it [6] */
+#define CW_DIP 0.5              /* of what it lies below it */
+#define CW_NEAR_BACK 2          /* samples before one read further on that count for it too */
+#define CW_TURN_STEP 0.35       /* rad the way turns by between two samples at most */
+#define CW_ROUND 0.35           /* rad, a sample further round than this is taken again [2] */
+#define CW_TIGHT 1.05           /* tool radius over the way's, above which a sample near the tool reads low: none is taken again there */
 #define CW_TOUCH 1e-3           /* mm2, less is no contact */
-#define CW_MERGE 1.03           /* levels closer than this are given as one */
+#define CW_BRAKE_MORE 1.2       /* of the braking distance: no level beyond it binds */
+#define CW_BRAKE_PERIODS 6.0    /* and of the speed, what a period's acceleration may add to it */
+#define CW_LATENCY 2.0          /* periods until what is told now takes effect */
 
 double cw_ahead_gap(const struct cw_stock *stock, const struct cw_tool *tool)
 {
@@ -33,64 +42,161 @@ void cw_ahead_reset(struct cw_ahead *ahead)
     cw_course_reset(&ahead->course);
     cw_way_reset(&ahead->way);
     ahead->first = ahead->count = ahead->stale = ahead->on_way = 0;
-    ahead->held = ahead->at = ahead->gap = 0.0;
+    ahead->held = ahead->at = ahead->gap = ahead->step = ahead->origin = ahead->lead = 0.0;
 }
 
-/* Area of a sample; the nearest one there is beyond the ends. */
-static double sample(const struct cw_ahead *ahead, int i)
+/* Index of sample i. */
+static int slot_of(int i) { return i % CW_AHEAD_SAMPLES; }
+
+/* Area and place of a sample; the nearest one there is beyond the ends. */
+static int held_in(const struct cw_ahead *ahead, int i)
 {
     int last = ahead->first + ahead->count - 1;
-    i = i < ahead->first ? ahead->first : (i > last ? last : i);
-    return ahead->area[i % CW_AHEAD_SAMPLES];
+    return slot_of(i < ahead->first ? ahead->first : (i > last ? last : i));
 }
 
-/* Area of a sample, never too low: what a peak or an edge loses where heights are interpolated is
- * given back, up to what can be there at all. */
+static double sample(const struct cw_ahead *ahead, int i) { return ahead->area[held_in(ahead, i)]; }
+
+static double station(const struct cw_ahead *ahead, int i) { return ahead->s[held_in(ahead, i)]; }
+
+static int corner(const struct cw_ahead *ahead, int i) { return ahead->corner[held_in(ahead, i)]; }
+
+/* How far the load leaves the line between its neighbours at a sample, mm2 [6]. */
+static double bent(const struct cw_ahead *ahead, int i)
+{
+    double a, b, area = sample(ahead, i), off;
+    if (i <= ahead->first || i + 1 >= ahead->first + ahead->count) return 0.0;
+    if (corner(ahead, i) || corner(ahead, i + 1)) return 0.0;
+    a = station(ahead, i) - station(ahead, i - 1);
+    b = station(ahead, i + 1) - station(ahead, i);
+    off = area - (sample(ahead, i - 1) * b + sample(ahead, i + 1) * a) / (a + b);
+    return off > 0.0 ? CW_PEAK * off : -CW_DIP * off;
+}
+
+/* Area of a sample, never too low [6]. */
 static double bound(const struct cw_ahead *ahead, int i)
 {
-    double area = sample(ahead, i), edge = 2.0 * area - sample(ahead, i - 1) - sample(ahead, i + 1), most;
-    if (i < ahead->first || i >= ahead->first + ahead->count) return area;
-    if (ahead->peak[i % CW_AHEAD_SAMPLES] > area) return ahead->peak[i % CW_AHEAD_SAMPLES];
-    edge -= CW_NOISE * area;
-    most = ahead->most[i % CW_AHEAD_SAMPLES];
-    return edge > 0.0 ? cw_max(area, cw_min(area + CW_BLUNT * edge, most)) : area;
+    double area = sample(ahead, i);
+    int k;
+    if (ahead->near[held_in(ahead, i)])
+        for (k = 1; k <= CW_NEAR_BACK && i - k >= ahead->first && !corner(ahead, i - k + 1); k++)
+            area = cw_max(area, sample(ahead, i - k));
+    return cw_max(area, cw_min(area + bent(ahead, i), ahead->most[held_in(ahead, i)]));
 }
 
-/* Number of the sample the tool has passed last; *share: how far it is to the next, 0..1. */
-static int passed(const struct cw_ahead *ahead, double *share)
+/* Number of the sample the tool has passed last; one less than the first where there is none. */
+static int passed(const struct cw_ahead *ahead)
 {
-    double s = ahead->at / ahead->gap;
-    int i = (int)floor(s);
-    *share = s - i;
-    return i;
+    int i = ahead->first, last = ahead->first + ahead->count - 1;
+    while (i <= last && ahead->s[slot_of(i)] <= ahead->at) i++;
+    return i - 1;
 }
 
 /* Load at the tool, as well as it is known: between the samples around it [3]. */
 static double area_now(const struct cw_ahead *ahead)
 {
-    double share;
+    double a, b;
     int i;
     if (ahead->count == 0) return ahead->held;
-    i = passed(ahead, &share);
-    return sample(ahead, i) + share * (sample(ahead, i + 1) - sample(ahead, i));
+    i = passed(ahead);
+    a = station(ahead, i);
+    b = station(ahead, i + 1);
+    if (b <= a) return sample(ahead, i);
+    return sample(ahead, i) + (ahead->at - a) / (b - a) * (sample(ahead, i + 1) - sample(ahead, i));
 }
 
-/* Load at the tool, never too low: the larger of the samples around it, so that neither the noise
- * of the readings nor a slow rise is missed. Interpolated heights smear an edge of the stock over
- * a cell, and near an edge the load changes with the root of the way: a fall counts one sample
- * late, unless it comes of a turn of the way [3]. */
-static double most_now(const struct cw_ahead *ahead)
+/* What is between sample i - 1 and sample i [6] [7]. */
+struct between {
+    double from, to;            /* mm, where it counts */
+    double a, b;                /* mm2 at its ends; straight between them, or the larger all along */
+    int jump;                   /* 1: up, -1: down */
+};
+
+/* Whether the slope of the load changes at sample i as it does where an edge of the stock is reached [6]. */
+static int kinks(const struct cw_ahead *ahead, const struct cw_stock *stock, int i)
 {
-    double past, a, b, share;
-    int i;
+    double closest = CW_CLOSEST * stock->cell, a = sample(ahead, i - 1), m = sample(ahead, i), b = sample(ahead, i + 1);
+    double before, behind;
+    if (i <= ahead->first || i + 1 >= ahead->first + ahead->count || corner(ahead, i) || corner(ahead, i + 1)) return 0;
+    before = (m - a) / cw_max(closest, station(ahead, i) - station(ahead, i - 1));
+    behind = (b - m) / cw_max(closest, station(ahead, i + 1) - station(ahead, i));
+    return fabs(behind - before) * stock->cell > CW_EDGE * cw_max(m, cw_max(a, b)) + CW_TOUCH;
+}
+
+/* Whether the load jumps from sample i - 1 to i. */
+static int jumps(const struct cw_ahead *ahead, const struct cw_stock *stock, int i)
+{
+    double a = sample(ahead, i - 1), b = sample(ahead, i), change = fabs(b - a), slope;
+    double most = ahead->most[held_in(ahead, i)], least = CW_CLOSEST * stock->cell;
+    if (corner(ahead, i) || i <= ahead->first) return 0;
+    if (change > CW_LOAD_JUMP * cw_max(a, b) + CW_SLIGHT * most + CW_TOUCH) return 1;
+    slope = change * stock->cell / cw_max(least, station(ahead, i) - station(ahead, i - 1));
+    return slope > CW_SLIGHT * most + CW_TOUCH && (kinks(ahead, stock, i - 1) || kinks(ahead, stock, i));
+}
+
+/* Where the load that sample i shows may begin, if it comes at once: what it rises to within CW_SMEAR cells then belongs to
+ * that step. Else the place of the sample before [6]. */
+static double step_begin(const struct cw_ahead *ahead, const struct cw_stock *stock, int i)
+{
+    double once = CW_AT_ONCE * ahead->most[held_in(ahead, i)] + CW_TOUCH, begin = station(ahead, i - 1);
+    double reach = station(ahead, i) - CW_SMEAR * stock->cell;
+    int k, up = i;
+    if (sample(ahead, i) < once || sample(ahead, i) <= sample(ahead, i - 1)) return begin;
+    for (k = i - 1; k >= ahead->first && station(ahead, k) > reach && !corner(ahead, k + 1); k--) {
+        while (up - 1 > k && station(ahead, up - 1) - station(ahead, k) >= stock->cell) up--;
+        if (sample(ahead, up) - sample(ahead, k) > once) begin = station(ahead, k) - CW_LATE_STEP * stock->cell;
+    }
+    return begin;
+}
+
+static struct between stretch(const struct cw_ahead *ahead, const struct cw_stock *stock, int i)
+{
+    struct between part;
+    double begin, half = 0.5 * ahead->turn[held_in(ahead, i)];
+    part.from = station(ahead, i - 1);
+    part.to = station(ahead, i);
+    part.a = bound(ahead, i - 1);
+    part.b = bound(ahead, i);
+    part.jump = !jumps(ahead, stock, i) ? 0 : (sample(ahead, i) > sample(ahead, i - 1) ? 1 : -1);
+    if (half > 0.0 && !corner(ahead, i)) {          /* 1 / cos of a small angle */
+        part.a *= 1.0 + 0.55 * half * half;
+        part.b *= 1.0 + 0.55 * half * half;
+    }
+    begin = corner(ahead, i) ? part.from : step_begin(ahead, stock, i);
+    if (begin < part.from) part.jump = 1;
+    if (part.jump) {
+        if (part.jump > 0) part.from = cw_min(begin, part.from - CW_LATE_RISE * stock->cell);
+        else part.to += CW_LATE_FALL * stock->cell;
+        part.a = part.b = cw_max(part.a, part.b);
+    }
+    return part;
+}
+
+/* Largest load from `from` to `to`, which overlap the part. */
+static double largest(const struct between *part, double from, double to)
+{
+    double length = part->to - part->from, slope = length > 0.0 ? (part->b - part->a) / length : 0.0;
+    double u = cw_clamp(from - part->from, 0.0, length), v = cw_clamp(to - part->from, 0.0, length);
+    return part->a + cw_max(slope * u, slope * v);
+}
+
+/* Load at the tool and as far ahead as it gets before it can be told anything else, never too
+ * low [3] [6]. */
+static double most_now(const struct cw_ahead *ahead, const struct cw_stock *stock)
+{
+    double to = ahead->at + ahead->lead, most = 0.0;
+    int i, last = ahead->first + ahead->count - 1;
     if (ahead->count == 0) return ahead->held;
-    i = passed(ahead, &share);
-    past = bound(ahead, i - 1);
-    a = bound(ahead, i);
-    b = bound(ahead, i + 1);
-    if (i - 1 < ahead->first && ahead->at < ahead->gap) past = cw_max(a, ahead->held);
-    else if (i >= 0 && ahead->turned[i % CW_AHEAD_SAMPLES]) past = a;
-    return past > CW_RISE * cw_min(a, b) ? cw_max(past, b) : cw_max(a, b);
+    if (station(ahead, ahead->first) > ahead->at) most = bound(ahead, ahead->first);
+    if (ahead->at < ahead->origin + ahead->gap) most = cw_max(most, ahead->held);
+    if (station(ahead, last) <= to) most = cw_max(most, bound(ahead, last));
+    for (i = ahead->first + 1; i <= last; i++) {
+        struct between part;
+        if (station(ahead, i - 1) - (CW_SMEAR + CW_LATE_STEP) * stock->cell > to) break;
+        part = stretch(ahead, stock, i);
+        if (part.from <= to && part.to > ahead->at) most = cw_max(most, largest(&part, ahead->at, to));
+    }
+    return most;
 }
 
 /* Cosine between the old course at `s` and the beginning of the new one. */
@@ -138,10 +244,12 @@ static void carry_over(struct cw_ahead *ahead, const struct cw_course *old, doub
         n++;
     }
     for (i = 0; i < n; i++) {
+        ahead->s[i] = i * gap;
         ahead->area[i] = area[i];
         ahead->most[i] = (float)full_area(tool, along, depth[i]);
-        ahead->turned[i] = 0;
-        ahead->peak[i] = 0.0f;
+        ahead->turn[i] = 0.0f;
+        ahead->bend[i] = 0.0;
+        ahead->corner[i] = ahead->near[i] = 0;
         ahead->depth[i] = depth[i];
     }
     ahead->first = 0;
@@ -149,68 +257,112 @@ static void carry_over(struct cw_ahead *ahead, const struct cw_course *old, doub
     ahead->stale = same;
 }
 
-/* Whether and how far the way turns between the sample before and i, whose direction is `dir`. Where
- * it turns up or down (from a plunge into a slot) more is met in between than at both ends: the
- * area is sublinear in the direction, so at most their sum over the length of the directions' sum. */
-static void mark_turn(struct cw_ahead *ahead, const struct cw_tool *tool, int i, const double dir[3])
+/* Reads the load at a place into sample i; returns its work, in nodes. */
+static int read_at(struct cw_ahead *ahead, const struct cw_stock *stock, const struct cw_tool *tool,
+                   int i, const struct cw_way_place *at)
 {
-    double between[3], length2 = 0.0, rise = fabs(dir[2] - ahead->last_dir[2]), peak = 0.0;
-    int k, n = i % CW_AHEAD_SAMPLES, follows = ahead->last == i - 1;
-    for (k = 0; k < 3; k++) {
-        between[k] = dir[k] + ahead->last_dir[k];
-        length2 += between[k] * between[k];
-        ahead->last_dir[k] = dir[k];
-    }
-    ahead->last = i;
-    ahead->turned[n] = follows && length2 < 2.0 + 2.0 * CW_TURN;
-    if (ahead->turned[n] && rise > CW_RISING && length2 > CW_REVERSED) {
-        double length = cw_sqrt(length2);
-        for (k = 0; k < 3; k++) between[k] /= length;
-        peak = cw_min((sample(ahead, i - 1) + ahead->area[n]) / length,
-                      full_area(tool, between, cw_max(ahead->depth[n], ahead->depth[(n + CW_AHEAD_SAMPLES - 1)
-                                                                                  % CW_AHEAD_SAMPLES])));
-    }
-    ahead->peak[n] = (float)peak;
-}
-
-/* Takes sample i on the course; returns its work, in nodes. */
-static int take(struct cw_ahead *ahead, const struct cw_stock *stock, const struct cw_tool *tool,
-                 int i)
-{
-    double at = i * ahead->gap, tip[3], dir[3], curvature = ahead->course.piece.curvature;
-    int near = at - ahead->at < cw_section_reach(stock, tool);
+    int near = at->s - ahead->at < cw_section_reach(stock, tool), n = slot_of(i);
+    const double *tip = at->tip, *dir = at->dir;
     struct cw_section met;
-    if (ahead->on_way) curvature = cw_way_at(&ahead->way, at, tip, dir);
-    else cw_piece_at(&ahead->course.piece, at, tip, dir);
-    met = cw_section_at(stock, tool, tip, dir, near ? cw_section_clear(stock) : 0.0, curvature);
-    ahead->area[i % CW_AHEAD_SAMPLES] = (float)met.area;
-    ahead->depth[i % CW_AHEAD_SAMPLES] = (float)met.depth;
-    ahead->most[i % CW_AHEAD_SAMPLES] = (float)full_area(tool, dir, met.depth);
-    mark_turn(ahead, tool, i, dir);
+    met = cw_section_at(stock, tool, tip, dir, near ? cw_section_clear(stock) : 0.0, at->curvature);
+    ahead->area[n] = (float)met.area;
+    ahead->depth[n] = (float)met.depth;
+    ahead->most[n] = (float)full_area(tool, at->dir, met.depth);
+    ahead->near[n] = (unsigned char)near;
     return met.nodes + CW_SAMPLE_NODES;
 }
 
-/* [1] Drops samples that lie behind, takes stale ones again and new ones in front, nearest
- * first. */
-static void take_samples(struct cw_ahead *ahead, const struct cw_stock *stock,
-                         const struct cw_tool *tool, double horizon, int budget)
+/* The place `s` on what the samples lie on. */
+static void find_place(const struct cw_ahead *ahead, double s, struct cw_way_place *at)
 {
-    double gap = ahead->gap;
-    int oldest = (int)floor(ahead->at / gap) - 1;
-    double far = ahead->at + horizon, wanted;
-    if (ahead->on_way && far > ahead->way.end) far = ahead->way.end;
-    wanted = far / gap + 1.0;
-    while (ahead->count > 0 && ahead->first < oldest) {
+    at->s = s;
+    at->curvature = ahead->course.piece.curvature;
+    if (ahead->on_way) at->curvature = cw_way_at(&ahead->way, s, at->tip, at->dir);
+    else cw_piece_at(&ahead->course.piece, s, at->tip, at->dir);
+}
+
+/* Takes sample i again where it is; returns its work. */
+static int take_again(struct cw_ahead *ahead, const struct cw_stock *stock, const struct cw_tool *tool, int i)
+{
+    struct cw_way_place at;
+    find_place(ahead, ahead->s[slot_of(i)], &at);
+    if (ahead->on_way && fabs(at.curvature) * tool->radius > CW_TIGHT) return 1;
+    return read_at(ahead, stock, tool, i, &at);
+}
+
+/* Where the sample behind the last one belongs; 0: nowhere. */
+static int next_station(const struct cw_ahead *ahead, struct cw_way_place *at)
+{
+    double last = station(ahead, ahead->first + ahead->count - 1);
+    at->turn = 0.0;
+    at->corner = 0;
+    if (ahead->count == 0) {
+        find_place(ahead, ahead->on_way ? ahead->at : ahead->gap * ceil(cw_max(ahead->at / ahead->gap, 0.0)), at);
+        return 1;
+    }
+    if (ahead->on_way) return cw_way_next(&ahead->way, last, ahead->step, CW_TURN_STEP, at);
+    find_place(ahead, last + ahead->gap, at);
+    return 1;
+}
+
+/* Adds a sample at the far end; where the load jumps, closer first [5]. Returns its work. */
+static int take_next(struct cw_ahead *ahead, const struct cw_stock *stock, const struct cw_tool *tool,
+                     const struct cw_way_place *at)
+{
+    int i = ahead->first + ahead->count, n = slot_of(i), work, jump;
+    double closest = CW_CLOSEST * stock->cell, before = ahead->count ? at->s - station(ahead, i - 1) : 0.0;
+    double bend = ahead->count ? ahead->bend[slot_of(i - 1)] : 0.0;
+    work = read_at(ahead, stock, tool, i, at);
+    ahead->s[n] = at->s;
+    ahead->turn[n] = (float)at->turn;
+    ahead->bend[n] = bend + at->turn;
+    ahead->corner[n] = (unsigned char)at->corner;
+    ahead->count++;
+    jump = ahead->on_way && ahead->count > 1 && jumps(ahead, stock, i);
+    if (jump && before > 1.01 * closest) {
+        ahead->count--;
+        ahead->step = closest;
+        return work;
+    }
+    ahead->step = jump ? closest : cw_min(2.0 * cw_max(ahead->step, closest), ahead->gap);
+    return work;
+}
+
+/* Drops what lies behind the tool, but for one place and what still counts at the tool [6], and what the
+ * program's way has been changed under. */
+static void drop_samples(struct cw_ahead *ahead, const struct cw_stock *stock)
+{
+    double back = ahead->at - (CW_LATE_FALL + 0.01) * stock->cell, end = 1e300;
+    while (ahead->count > 2 + CW_NEAR_BACK && station(ahead, ahead->first + 1 + CW_NEAR_BACK) < back) {
         ahead->first++;
         ahead->count--;
     }
-    if (ahead->count == 0)
-        ahead->first = (int)ceil(cw_max(ahead->at / gap, 0.0));
+    if (ahead->on_way) end = cw_min(ahead->way.changed, ahead->way.end) + 2.0 * CW_WAY_BEYOND;
+    while (ahead->count > 0 && station(ahead, ahead->first + ahead->count - 1) > end) ahead->count--;
     if (ahead->stale < ahead->first) ahead->stale = ahead->first;
-    while (budget > 0 && ahead->stale <= wanted
-           && ahead->stale - ahead->first < CW_AHEAD_SAMPLES) {
-        budget -= take(ahead, stock, tool, ahead->stale++);
-        if (ahead->stale > ahead->first + ahead->count) ahead->count = ahead->stale - ahead->first;
+    if (ahead->stale > ahead->first + ahead->count) ahead->stale = ahead->first + ahead->count;
+}
+
+/* [1] [2] Takes stale samples again, nearest first, and new ones in front. */
+static void take_samples(struct cw_ahead *ahead, const struct cw_stock *stock,
+                         const struct cw_tool *tool, double horizon, int budget)
+{
+    double far = ahead->at + horizon, bend;
+    struct cw_way_place at;
+    drop_samples(ahead, stock);
+    bend = ahead->count ? ahead->bend[held_in(ahead, passed(ahead))] + CW_ROUND : 0.0;
+    while (budget > 0 && ahead->stale < ahead->first + ahead->count
+           && (!ahead->on_way || ahead->bend[slot_of(ahead->stale)] <= bend)) {
+        if (ahead->s[slot_of(ahead->stale)] > ahead->at) budget -= take_again(ahead, stock, tool, ahead->stale);
+        ahead->stale++;
+    }
+    while (budget > 0 && ahead->count < CW_AHEAD_SAMPLES && next_station(ahead, &at)) {
+        int fresh = ahead->stale == ahead->first + ahead->count;
+        if (ahead->count && station(ahead, ahead->first + ahead->count - 1) > far) break;
+        if (ahead->count == 0) bend = CW_ROUND;
+        budget -= take_next(ahead, stock, tool, &at);
+        if (fresh && ahead->stale < ahead->first + ahead->count
+            && (!ahead->on_way || ahead->bend[slot_of(ahead->stale)] <= bend)) ahead->stale++;
     }
 }
 
@@ -219,6 +371,7 @@ static void begin_on(struct cw_ahead *ahead, int on_way)
 {
     ahead->on_way = on_way;
     ahead->first = ahead->count = ahead->stale = 0;
+    ahead->step = ahead->gap;
 }
 
 /* [2] The tool has left its course: what can be kept of the samples. */
@@ -237,25 +390,56 @@ void cw_ahead_step(struct cw_ahead *ahead, const struct cw_stock *stock, const s
 {
     struct cw_course old = ahead->course;
     double gap = cw_ahead_gap(stock, tool);
-    double now = ahead->count && ahead->gap > 0.0 ? most_now(ahead) : 0.0;
-    int on_way = ahead->way.known && ahead->way.count > 0;
+    double now = ahead->count && ahead->gap > 0.0 ? most_now(ahead, stock) : 0.0;
+    int on_way = ahead->way.known && ahead->way.count > 0, begun = 1;
     int new_course = cw_course_step(&ahead->course, from, to, period,
                                     CW_OFF_COURSE * stock->cell, CW_GRAIN * stock->cell);
     if (on_way != ahead->on_way || (on_way && ahead->way.fresh) || gap != ahead->gap) {
         ahead->held = on_way && ahead->on_way ? now : 0.0;
-        begin_on(ahead, on_way);
         ahead->gap = gap;
+        begin_on(ahead, on_way);
     } else if (!on_way && new_course) {
         change_course(ahead, &old, now, stock, tool);
         budget -= CW_CARRY_NODES * ahead->count;
         if (budget < 1) budget = 1;
+    } else {
+        begun = 0;
     }
-    ahead->way.fresh = 0;
     ahead->at = on_way ? ahead->way.at : ahead->course.travelled;
+    ahead->lead = CW_LATENCY * ahead->course.speed * period;
+    if (begun) ahead->origin = ahead->at;
     if (on_way || ahead->course.known) take_samples(ahead, stock, tool, horizon, budget);
+    ahead->way.fresh = 0;
+    ahead->way.changed = 1e300;
 }
 
-/* Adds a level that lies above all before it; close ones become one, on the safe side [4]. */
+/* Makes room for a level: of all pairs of neighbours the one becomes one, on the safe side, whose loss (length
+ * times how much slower) is least [4]. Returns 1 when that is the last one and the new one. */
+static int merge_levels(struct cw_ahead_view *view, double distance, double area)
+{
+    int i, best = CW_AHEAD_LEVELS - 1;
+    double least = 1e300;
+    for (i = 1; i < CW_AHEAD_LEVELS; i++) {
+        const struct cw_ahead_level *level = &view->level[i];
+        double next = i + 1 < CW_AHEAD_LEVELS ? level[1].area : area;
+        double far = i + 1 < CW_AHEAD_LEVELS ? level[1].distance : distance;
+        double cost = (next / cw_max(level->area, CW_TOUCH) - 1.0) * (far - level->distance);
+        if (cost < least) {
+            least = cost;
+            best = i;
+        }
+    }
+    if (best == CW_AHEAD_LEVELS - 1) {
+        view->level[best].area = area;
+        return 1;
+    }
+    view->level[best].area = view->level[best + 1].area;
+    for (i = best + 1; i + 1 < CW_AHEAD_LEVELS; i++) view->level[i] = view->level[i + 1];
+    view->levels--;
+    return 0;
+}
+
+/* Adds a level that lies above all before it [4]. */
 static void add_level(struct cw_ahead_view *view, double distance, double area)
 {
     struct cw_ahead_level *last = &view->level[view->levels - 1];
@@ -264,12 +448,9 @@ static void add_level(struct cw_ahead_view *view, double distance, double area)
         view->levels--;
         last--;
     }
-    if (view->levels > 1 && (view->levels == CW_AHEAD_LEVELS || area <= CW_MERGE * last->base)) {
-        last->area = area;
-        return;
-    }
+    if (view->levels == CW_AHEAD_LEVELS && merge_levels(view, distance, area)) return;
     view->level[view->levels].distance = distance;
-    view->level[view->levels].area = view->level[view->levels].base = area;
+    view->level[view->levels].area = area;
     view->levels++;
 }
 
@@ -295,46 +476,58 @@ static double worst(const struct cw_ahead *ahead, const struct cw_stock *stock,
     return full_area(tool, dir, cw_max(0.0, stock->z_max - cw_max(tip[2], stock->z_min)));
 }
 
-/* How far, mm, before sample i its load has to be reckoned with. Heights are interpolated, so that a
- * wall is smeared over some cells: where the load has jumped a little while before, all that it
- * has risen since belongs to the jump. Any other rise may lie anywhere since the sample before. */
-static double early(const struct cw_ahead *ahead, const struct cw_stock *stock, int i)
+/* How far, mm, before sample i its load has to be reckoned with [6]: a jump from where it may begin; another rise so far
+ * that the velocity that falls evenly to it stays below what the line between the samples allows. */
+static double early(const struct cw_ahead *ahead, const struct between *part, int i)
 {
-    double gap = ahead->gap, area = sample(ahead, i), before = sample(ahead, i - 1), most = 0.0;
-    int back = (int)ceil(CW_SMEAR * stock->cell / gap), begin = 0, k;
-    for (k = 1; k <= back; k++) {
-        double rise = sample(ahead, i - k + 1) - sample(ahead, i - k);
-        if (rise > most) most = rise;
-        if (rise > CW_WALL_RISE * area && rise >= CW_MAIN * most) begin = k;
-    }
-    if (begin) return begin * gap;
-    return gap * cw_clamp((area - before) / ((CW_RISE - 1.0) * before + CW_TOUCH), 0.0, 1.0);
+    double length = station(ahead, i) - station(ahead, i - 1);
+    if (corner(ahead, i) || i <= ahead->first) return 0.0;
+    if (part->jump > 0) return station(ahead, i) - part->from;
+    if (ahead->turn[held_in(ahead, i)] > 0.0) return length;
+    return length * cw_clamp((part->b / cw_max(part->a, CW_TOUCH) - 1.0 - CW_SAG) / CW_SAG, 0.0, 1.0);
+}
+
+/* From where on no load can bind the tool any more before it has gone on, mm. */
+static double binding(const struct cw_ahead *ahead, double horizon)
+{
+    double speed = ahead->course.speed, accel, most;
+    if (!ahead->on_way || ahead->way.count == 0) return ahead->at + horizon;
+    accel = ahead->way.piece[ahead->way.first].accel;
+    if (!(accel > 0.0)) return ahead->at + horizon;
+    most = ahead->lead > 0.0 && speed > 0.0 ? accel * ahead->lead / speed * CW_BRAKE_PERIODS : accel * 0.01;
+    return ahead->at + CW_BRAKE_MORE * (cw_way_stop(&ahead->way, speed + most, 0.0) - ahead->at) + ahead->gap
+        + 2.0 * ahead->lead;
 }
 
 void cw_ahead_look(const struct cw_ahead *ahead, const struct cw_stock *stock,
                    const struct cw_tool *tool, double horizon, struct cw_ahead_view *view)
 {
-    double gap = ahead->gap, reached = 0.0;
-    int i;
-    int known = ahead->on_way || ahead->course.known;
+    double reached = 0.0, until;
+    int i, now, last = ahead->first + ahead->count - 1, known = ahead->on_way || ahead->course.known;
     view->area = known ? area_now(ahead) : 0.0;
     view->depth = 0.0;
     view->levels = 1;
     view->level[0].distance = view->level[0].accel = 0.0;
-    view->level[0].area = view->level[0].base = known ? most_now(ahead) : 0.0;
+    view->level[0].area = known ? most_now(ahead, stock) : 0.0;
     if (!known) return;
-    for (i = ahead->first; i < ahead->first + ahead->count; i++) {
-        double at = i * gap - ahead->at;
-        double area = bound(ahead, i);
-        if (at - gap <= 0.0 && view->depth < ahead->depth[i % CW_AHEAD_SAMPLES])
-            view->depth = ahead->depth[i % CW_AHEAD_SAMPLES];
-        if (at - gap > horizon) break;
-        reached = cw_max(at, 0.0);
-        if (at > 0.0 && area > view->level[view->levels - 1].area)
-            add_level(view, cw_max(0.0, at - early(ahead, stock, i)), area);
+    now = passed(ahead);
+    for (i = now; i <= now + 1; i++)
+        if (i >= ahead->first && i <= last) view->depth = cw_max(view->depth, ahead->depth[slot_of(i)]);
+    until = cw_min(ahead->at + horizon, binding(ahead, horizon));
+    for (i = now + 1; i <= last; i++) {
+        struct between part = stretch(ahead, stock, i);
+        double at = station(ahead, i) - ahead->at, area = part.b;
+        if (station(ahead, i - 1) > until && i > ahead->first) break;
+        reached = at;
+        if (part.jump < 0 || i == ahead->first) area = bound(ahead, i);
+        else if (ahead->turn[slot_of(i)] > 0.0 && !corner(ahead, i) && station(ahead, i - 1) > ahead->at)
+            area = cw_max(part.a, part.b);
+        if (area > view->level[view->levels - 1].area)
+            add_level(view, cw_max(0.0, at - early(ahead, &part, i)), area);
     }
+    if (i <= last) reached = horizon;               /* there are more, which do not bind */
     if (ahead->on_way) horizon = cw_min(horizon, ahead->way.end - ahead->at);
-    if (reached < horizon && tool->radius > 0.0)
+    if (reached < horizon - 1e-9 && tool->radius > 0.0)
         add_level(view, reached, worst(ahead, stock, tool, ahead->at + reached));
     add_braking(ahead, view);
 }

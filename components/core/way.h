@@ -11,11 +11,14 @@
  *     tool has left are dropped, new ones appended, and the count goes on.
  *  3. Where the planner cannot be read the way is one endless piece, the course (course.h).
  *  4. A parabolic blend leaves the chain: `corner` says where the tool is in it.
+ *  5. At a corner of the way (two pieces that do not join smoothly) there are two places: one at the
+ *     end of the first piece, and one CW_WAY_BEYOND behind it, with the direction of the next.
  */
 #ifndef CHIPWISE_WAY_H
 #define CHIPWISE_WAY_H
 
 #define CW_WAY_PIECES 160       /* pieces known ahead at most */
+#define CW_WAY_BEYOND 1e-7      /* mm behind a corner the next piece counts from [5] */
 
 enum cw_join {
     CW_JOIN_STOP = 0,           /* the tool stands at the end of the piece */
@@ -53,6 +56,7 @@ struct cw_way {
     struct cw_piece piece[CW_WAY_PIECES];       /* ring, `first` is the one the tool is on */
     int first, count;
     double end;                 /* mm, place where the last piece ends */
+    double changed;             /* mm, from this place on the way is another than it was; cleared by who has seen it */
     struct cw_corner corner;
 };
 
@@ -83,6 +87,23 @@ void cw_way_retract(struct cw_way *way);
 /* Tip and direction at the place `s` (mm, counted as `at` is), before and behind the ends too;
  * returns the curvature there, rad/mm. */
 double cw_way_at(const struct cw_way *way, double s, double tip[3], double dir[3]);
+
+/* A place on the way. */
+struct cw_way_place {
+    double s;                   /* mm, counted as `at` is */
+    double tip[3], dir[3];      /* mm; unit vector */
+    double curvature;           /* rad/mm */
+    double turn;                /* rad the way turns by since the place before */
+    int corner;                 /* it turns by that at once: the place before is at the same spot */
+};
+
+/* The place `step` mm behind `s`, or nearer: where the way has turned by `turn` rad, at a corner [5], at its end.
+ * Returns 0 where there is none. */
+int cw_way_next(const struct cw_way *way, double s, double step, double turn, struct cw_way_place *next);
+
+/* The place from which on the tool, going `speed` mm/s, can no longer reach a stand, mm; braking
+ * is taken as `accel` (mm/s2) where a piece's own is not known. */
+double cw_way_stop(const struct cw_way *way, double speed, double accel);
 
 /* Sum of accel x length from the tool to the place `s`, mm2/s2: half of what braking takes off
  * the square of the velocity. 0 where a piece's acceleration is not known. */

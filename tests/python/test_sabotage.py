@@ -52,10 +52,10 @@ FAULTS = {
     "bands too wide": (
         "tool.c", "ring->run = 0.5 *", "ring->run = 0.6 *", "test_section.py::test_section[plunge ball]"),
     "samples a place too far": (
-        "ahead.c", "cw_max(0.0, at - early(ahead, stock, i))", "at + gap",
+        "ahead.c", "cw_max(0.0, at - early(ahead, &part, i))", "at + ahead->gap",
         "test_ahead.py::test_a_wall_is_seen_in_time"),
     "cells counted, in the look-ahead": (
-        "ahead.c", "met = cw_section_at(stock, tool, tip, dir, near ? cw_section_clear(stock) : 0.0, curvature);", COUNTED,
+        "ahead.c", "met = cw_section_at(stock, tool, tip, dir, near ? cw_section_clear(stock) : 0.0, at->curvature);", COUNTED,
         "test_section.py::test_through_the_look_ahead[slot flat 17 deg]"),
     "cells cut wholly or not at all": (
         "section.c", "return uncut + (cell->cut * (1.0 / CW_FULL)) * (rest - uncut);",

@@ -70,7 +70,7 @@ class _Corner(C.Structure):
 class _Way(C.Structure):
     _fields_ = [("known", C.c_int), ("fresh", C.c_int), ("at", C.c_double), ("begin", C.c_double),
                 ("key", C.c_long * PIECES), ("piece", Piece * PIECES), ("first", C.c_int),
-                ("count", C.c_int), ("end", C.c_double), ("corner", _Corner)]
+                ("count", C.c_int), ("end", C.c_double), ("changed", C.c_double), ("corner", _Corner)]
 
 
 class _Course(C.Structure):
@@ -81,14 +81,15 @@ class _Course(C.Structure):
 
 
 class _Ahead(C.Structure):
-    _fields_ = [("way", _Way), ("course", _Course), ("on_way", C.c_int), ("at", C.c_double), ("gap", C.c_double),
-                ("held", C.c_double), ("first", C.c_int), ("count", C.c_int),
-                ("stale", C.c_int), ("area", C.c_float * SAMPLES), ("most", C.c_float * SAMPLES), ("depth", C.c_float * SAMPLES),
-                ("peak", C.c_float * SAMPLES), ("turned", C.c_ubyte * SAMPLES), ("last_dir", C.c_double * 3), ("last", C.c_int)]
+    _fields_ = [("way", _Way), ("course", _Course), ("on_way", C.c_int)] \
+        + [(n, C.c_double) for n in ("at", "lead", "gap", "step", "origin", "held")] \
+        + [(n, C.c_int) for n in ("first", "count", "stale")] + [("s", C.c_double * SAMPLES)] \
+        + [(n, C.c_float * SAMPLES) for n in ("area", "most", "depth", "turn")] + [("bend", C.c_double * SAMPLES)] \
+        + [(n, C.c_ubyte * SAMPLES) for n in ("corner", "near")]
 
 
 class _Level(C.Structure):
-    _fields_ = [(n, C.c_double) for n in ("distance", "area", "accel", "base")]
+    _fields_ = [(n, C.c_double) for n in ("distance", "area", "accel")]
 
 
 class _View(C.Structure):
