@@ -4,6 +4,7 @@ import json
 import os
 import re
 import subprocess
+import time
 
 import numpy as np
 import pytest
@@ -210,3 +211,42 @@ def test_figures_of_a_known_cut(tmp_path, machine):
     assert summary['rate_mean'] == pytest.approx(3600, rel=0.03)
     assert summary['over_target_share'] < 0.05
     assert np.load(log)['units_per_mm'] == pytest.approx(1 if machine == 'mill' else 1 / 25.4)
+
+
+GUARDED = {
+    # what: (program, words of the message)
+    'a traverse into stock': ('G0 Z-5\nG0 X30\n', 'would have met stock'),
+    'longer than the flutes': ('G0 Z-9\nF600\nG1 X30\n', 'its flutes are 5.00 mm long'),
+}
+
+
+@pytest.mark.parametrize('what', GUARDED)
+def test_a_stop_by_a_guard_ends_the_run(tmp_path, what):
+    """With the message, at once, and not with 0; nobody is there to press Stop."""
+    moves, words = GUARDED[what]
+    (tmp_path / 'tools.toml').write_text('[tool.1]\nflute_length = 5\n')
+    timeout = 600
+    begun = time.monotonic()
+    summary = run(tmp_path, 'G21 G90 G64 P0.01\nT1 M6\nM250 P0 Q0 R-10 I40 J40 K10\nG0 X-10 Y20\n' + moves + 'M2\n', timeout=timeout,
+                  settings={'TOOL_GEOMETRY': str(tmp_path / 'tools.toml')})
+    print('took %.1f s, cycle %.1f s' % (time.monotonic() - begun, summary['cycle_s']))
+    assert summary['exit_status'] == 1 and summary['finished'] is False
+    assert len(summary['errors']) == 2, summary['errors']
+    assert words in summary['errors'][0]
+    assert re.search(r'a guard has stopped the program \(line [0-9]+\)', summary['errors'][1])
+    assert summary['cycle_s'] < 0.1 * timeout
+
+
+def test_a_stop_by_a_guard_with_a_dead_monitor(tmp_path):
+    """No message can come: the run ends all the same and names guard and line."""
+    program = tmp_path / 'program.ngc'
+    program.write_text('G21 G90\nT1 M6\nM250 P0 Q0 R-10 I40 J40 K10\nG0 X-10 Y20\nG0 Z-5\nF300\nG1 X-4\nG0 X30\nM2\n')
+    summary_path = tmp_path / 'summary.json'
+    script = ('linuxcnc -r %s & main=$!; while ! [ "$(halcmd getp stock-tracker.0.ready)" = TRUE ]; do sleep 0.1; done; ' % runner.HEADLESS
+              + """kill -9 $(halcmd show comp | awk '$3 == "chipwise-monitor" {print $4}'); wait $main""")
+    env = dict(os.environ, CHIPWISE_PROGRAM=str(program), CHIPWISE_TIMEOUT='600', CHIPWISE_SUMMARY=str(summary_path))
+    env.pop('DISPLAY', None)
+    subprocess.run([runner.SANDBOX, '--timeout', '100', '--speed', '4', '--', 'sh', '-c', script], env=env, stdin=subprocess.DEVNULL,
+                   stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    summary = json.loads(summary_path.read_text())
+    assert summary['finished'] is False and 'a guard has stopped the program (line 8)' in summary['errors'][-1], summary

@@ -4,7 +4,8 @@
 
 run() is called by bin/chipwise-headless.  Each step commands a state and polls
 until it is there or its time is over, so that a LinuxCNC that has died ends
-the run with an error and never hangs it.
+the run with an error and never hangs it.  Where a guard has stopped the machine
+nobody comes to press Stop: that ends the run too.
 """
 
 import os
@@ -15,11 +16,42 @@ import linuxcnc
 POLL_S = 0.010
 STEP_TIMEOUT_S = 200.0      # for every step but the program itself; in simulated time, which may be fast
 IDLE_POLLS = 20             # the interpreter is idle when it was this many times
+GUARD_S = 0.2               # a guard's stop that lasts as long is one
+GUARD_WORDS_S = 10.0        # for its message to come
+GUARD_WORDS = 'stopped'     # in that message (cli/monitor.py: guard_text)
 INTERP_ERROR = 5            # interp_return.hh; not among the module's constants
 
 
 class SessionError(Exception):
     """The machine did not get where it was sent; str() says what and why."""
+
+
+class Guard:
+    """chipwise-guard.0 as the pins show it; a machine need not have one."""
+
+    def __init__(self):
+        self.component = None
+        self.since = None           # time.monotonic() when it was first seen to stop the machine
+
+    def pin(self, name):
+        """Value of a pin, None where there is none."""
+        import hal
+        if self.component is None:
+            self.component = hal.component('chipwise-headless-%d' % os.getpid())
+            self.component.ready()
+        try:
+            return hal.get_value('chipwise-guard.0.' + name)
+        except RuntimeError:
+            return None
+
+    def stopped(self):
+        """Whether it has stopped the machine for GUARD_S."""
+        now = time.monotonic()
+        if not self.pin('stop'):
+            self.since = None
+        elif self.since is None:
+            self.since = now
+        return self.since is not None and now - self.since >= GUARD_S
 
 
 class Session:
@@ -33,6 +65,7 @@ class Session:
         self.errors = []
         self.messages = []
         self.failed = False                 # the task reported an error state
+        self.guard = Guard()
 
     # --- polling ------------------------------------------------------------
 
@@ -111,13 +144,26 @@ class Session:
                      and status.queue == 0)
             idle = idle + 1 if still else 0
             idle_since = time.monotonic() if idle <= 1 else idle_since
-            return idle >= IDLE_POLLS or status.task_state != linuxcnc.STATE_ON
+            return idle >= IDLE_POLLS or status.task_state != linuxcnc.STATE_ON or self.guard.stopped()
         self.wait('end of program', ended, timeout=float('inf'))
+        if self.guard.since is not None:
+            self.give_up_at_guard()
         if self.status.task_state != linuxcnc.STATE_ON:
             raise SessionError('the machine went off while the program ran')
         if self.status.interpreter_errcode == INTERP_ERROR:
             self.failed = True
         return time.monotonic() - idle_since
+
+
+    def give_up_at_guard(self):
+        """Nobody presses Stop: wait for the message, abort, SessionError."""
+        line, end = self.guard.pin('line'), time.monotonic() + GUARD_WORDS_S
+        while not any(GUARD_WORDS in text for text in self.errors) and time.monotonic() < end:
+            self.poll()
+            time.sleep(POLL_S)
+        self.command.abort()
+        self.wait('abort', lambda s: s.interp_state == linuxcnc.INTERP_IDLE)
+        raise SessionError('a guard has stopped the program (line %d)' % line)
 
 
 def task_runs():
