@@ -17,7 +17,7 @@ import linuxcnc
 
 START_S, HOME_S, RUN_S = 150.0, 150.0, 150.0        # real time; a machine under load is slow
 SETTLE_S = 6.0                                      # without change in HAL: the screen's own HAL files have run
-ENDED = 'LinuxCNC terminated with an error'
+ENDED = 'Shutting down and cleaning up LinuxCNC'
 
 
 class Trouble(Exception):
@@ -126,7 +126,7 @@ class Sample:
         self.command.program_open(program)
         self.command.wait_complete(20)
         self.command.auto(linuxcnc.AUTO_RUN, 0)
-        time.sleep(0.5)
+        self.wait('the start of the program', lambda: not self.idle(), 20)
         self.wait('the program', self.idle, RUN_S)
 
 
@@ -164,6 +164,7 @@ def main(ini, job_path, result_path):
     with open(job_path) as handle:
         job = json.load(handle)
     result = {'started': False, 'done': False, 'trouble': ''}
+    os.makedirs(os.path.join(os.environ['HOME'], 'linuxcnc', 'nc_files'), exist_ok=True)    # touchy looks there
     sample = Sample(ini, os.path.join(os.environ['HOME'], 'output'))
     try:
         work(sample, job, result)

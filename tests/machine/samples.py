@@ -44,6 +44,8 @@ class Sample:
     screen: str                     # the program it needs
     refused: str = ''               # words of the sentence with which it is refused; '': it runs
     joined: tuple = ()              # pins of motion that the configuration itself connects
+    postgui: bool = False           # POSTGUI_HALFILE = chipwise.hal in place of HALFILE = chipwise.hal
+    own_error: str = ''             # an operator error the configuration has without chipwise, too
     recipe: bool = False            # with what docs/Config.md says of a machine with a [PYTHON] section of its own
 
 
@@ -57,14 +59,17 @@ SAMPLES = [
     Sample('gmoccapy lathe', 'sim/gmoccapy/lathe_configs/lathe.ini', 'gmoccapy', refused='this machine has no Y axis'),
     Sample('qtdragon', 'sim/qtdragon/qtdragon_xyz/qtdragon_metric.ini', 'qtvcp'),
     Sample('qtdragon_hd', 'sim/qtdragon_hd/qtdragon_hd_xyz/qtdragon_hd_xyz.ini', 'qtvcp'),
-    Sample('qtplasmac', 'sim/qtplasmac/qtplasmac_l_metric.ini', 'qtvcp', refused='motion.adaptive-feed is in use'),
+    Sample('qtplasmac', 'sim/qtplasmac/qtplasmac_l_metric.ini', 'qtvcp', refused='this is a plasma machine'),
     Sample('touchy', 'sim/touchy/touchy.ini', 'touchy'),
     Sample('5axis bridgemill', 'sim/axis/vismach/5axis/bridgemill/5axis.ini', 'axis', joined=('motion.tooloffset.z',)),
     Sample('xyzac-trt', 'sim/axis/vismach/5axis/table-rotary-tilting/xyzac-trt.ini', 'axis',
            joined=('motion.tooloffset.z',)),
+    Sample('twopass', 'sim/axis/twopass/twopass.ini', 'axis', refused='[HAL]TWOPASS is set'),
+    Sample('twopass, POSTGUI_HALFILE', 'sim/axis/twopass/twopass.ini', 'axis', postgui=True),
     Sample('remap/getting-started', 'sim/axis/remap/getting-started/demo.ini', 'axis',
            refused='a [PYTHON] section of its own'),
-    Sample('remap/getting-started, docs/Config.md', 'sim/axis/remap/getting-started/demo.ini', 'axis', recipe=True),
+    Sample('remap/getting-started, docs/Config.md', 'sim/axis/remap/getting-started/demo.ini', 'axis', recipe=True,
+           own_error='seeking o-word: o<on_abort>'),
 ]
 
 
@@ -149,9 +154,10 @@ def run(sample, where, installed, edit=None, picture=None):
     shutil.copytree(STOCK, copy, symlinks=True, ignore=shutil.ignore_patterns('by_machine', 'attic', '*.var'))
     subprocess.run(['chmod', '-R', 'u+w', copy], check=True)
     ini = os.path.join(copy, sample.path)
-    paste(ini, readme_lines())
     if sample.recipe:
         follow_the_recipe(ini)
+    paste(ini, [(section, ['POSTGUI_' + line if sample.postgui and line.startswith('HALFILE') else line for line in lines])
+                for section, lines in readme_lines()])
     give_it_a_tool(ini)
     if edit:
         edit(ini)
@@ -184,8 +190,9 @@ def verdict(sample, result):
         if result['started'] or not said:
             return f'should be refused with "{sample.refused}": {result["trouble"]}\n{result["output"]}'
         return ''
-    if not result['done'] or not result['screen_alive'] or result['errors']:
-        return f'{result["trouble"]} {result["errors"]}\n{result["output"]}'
+    errors = [error for error in result['errors'] if not sample.own_error or sample.own_error not in error]
+    if not result['done'] or not result['screen_alive'] or errors:
+        return f'{result["trouble"]} {errors}\n{result["output"]}'
     volume = float(result['pins'][PINS[0]])
     if not CUT_MM3[0] <= volume <= CUT_MM3[1]:
         return f'cut {volume:.1f} mm3, wanted {CUT_MM3}; fault code {result["pins"][PINS[2]]}\n{result["output"]}'
@@ -193,3 +200,29 @@ def verdict(sample, result):
         if not signal or signal.startswith('chipwise'):
             return f'{pin} is on signal "{signal}" and not on the configuration\'s'
     return ''
+
+
+# --- the table in the docs --------------------------------------------------
+
+TABLE = os.path.join(ROOT, 'docs', 'Machines.md')
+
+
+def table_lines():
+    """The rows of docs/Machines.md."""
+    lines = ['| machine | INI file, below `sample-configs` | screen | with README\'s lines | its HAL files connect |', '|---|---|---|---|---|']
+    for sample in SAMPLES:
+        outcome = f'refused: "{sample.refused} .."' if sample.refused else 'runs'
+        if sample.postgui:
+            outcome = 'runs with `POSTGUI_HALFILE = chipwise.hal` in place of `HALFILE = chipwise.hal`'
+        if sample.recipe:
+            outcome = 'runs with the two lines of [Config.md](Config.md#a-machine-with-codes-of-its-own)'
+        joined = ', '.join(f'`{pin}`' for pin in sample.joined)
+        lines.append(f'| {sample.name} | `{sample.path}` | {sample.screen} | {outcome} | {joined} |')
+    return lines
+
+
+def write_table():
+    with open(TABLE) as handle:
+        head, _old = handle.read().split('\n| machine |', 1)
+    with open(TABLE, 'w') as handle:
+        handle.write(head + '\n' + '\n'.join(table_lines()) + '\n')

@@ -152,6 +152,9 @@ def tap(source, signal, copy, target):
 
 def check_machine():
     """Raise CycleError for a machine chipwise cannot work on, or not yet."""
+    if 'plasmac' in ini_section('DISPLAY').get('DISPLAY', '') or ini_section('PLASMAC') or pins('plasmac.'):
+        raise CycleError('this is a plasma machine: plasmac sets motion.adaptive-feed, and so would chipwise',
+                         "take chipwise's lines out of this INI file again")
     coordinates = ini_section('TRAJ').get('COORDINATES', 'X Y Z').upper()     # motion has pins of every axis
     for axis in 'XYZ':
         if axis not in coordinates:
@@ -159,6 +162,9 @@ def check_machine():
                              'and chipwise is for mills with X, Y and Z',
                              "take chipwise's lines out of this INI file again")
     if not any(line.split()[1:] == ['motion-controller'] for line in halcmd('show', 'thread').splitlines()):
+        if ini_section('HAL').get('TWOPASS'):
+            raise CycleError('[HAL]TWOPASS is set, and chipwise.hal cannot be run in two passes',
+                             'let the screen run it: POSTGUI_HALFILE = chipwise.hal in place of HALFILE = chipwise.hal')
         raise CycleError('motion-controller is not in a thread yet',
                          "put HALFILE = chipwise.hal after your machine's own HAL files")
 
