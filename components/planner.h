@@ -2,21 +2,27 @@
  *
  * Who calls it: stock_tracker.comp, once per servo period, before the core.
  * Source: LinuxCNC src/emc/motion/motion.h, src/emc/tp/{tp_types,tc_types,tcq}.h, read in
- * 2.9.0~pre1, 2.9.5 and master (2026-08): the planner's state is the last member of the
+ * 2.9.0~pre1, 2.9.4, 2.9.5, 2.9.10 and master (2026-08): the planner's state is the last member of the
  * block of shared memory that motion makes; its queue lies in the memory of rtapi_app, where
  * this component lives too.
  *
  * Departs from good manners: these structures are no interface. They come from the headers
  * of the LinuxCNC this was compiled against, so:
- *  1. Only read, never written. The block is attached read-only, and only if it exists.
- *  2. Nothing is believed before it fits: the queue's size, its counts, the planner's cycle
+ *  1. Only read, never written. The block is attached read-only, and only if motion has it: it belongs to us, nobody else may
+ *     write it, and this process has it mapped for writing already. One that a killed LinuxCNC has left behind, or that
+ *     another program has made, holds addresses that mean nothing here.
+ *  2. Nothing is believed before it fits: motion-controller has run since the last period (its heartbeat;
+ *     where motion has been unloaded its queue is gone), the queue's size, its counts, the planner's cycle
  *     time, and the planner's position, which must be the axes' to 0.001 units.
  *  3. Whatever does not fit, the way is unknown in this period and the core predicts it.
  */
 #ifndef CHIPWISE_PLANNER_H
 #define CHIPWISE_PLANNER_H
 
+#include <stdio.h>
+#include <string.h>
 #include <sys/shm.h>
+#include <unistd.h>
 #include <motion.h>
 #include <motion_types.h>
 #include <tc_types.h>
@@ -27,11 +33,44 @@
 #define CW_FURTHER 2.0          /* mm read beyond the horizon */
 #define CW_READS 24             /* pieces read from the queue in a period at most */
 
+struct cw_motion_end {          /* the end of motion's block (motion_struct.h, 2.9.0~pre1 to master) */
+    struct emcmot_status_t status;
+    struct emcmot_config_t config;
+    struct emcmot_error_t error;
+    struct emcmot_internal_t internal;
+};
+
 struct cw_planner {
     const struct emcmot_internal_t *motion;     /* null: not there */
     int item, part;             /* slot of the queue and part of it to be read next */
     int tentative;              /* parts of the way's end that are read again in every period */
+    int looked, runs;           /* at motion's heartbeat; it has changed since the last period */
+    uint64_t last_beat;
 };
+
+/* Whether a block is nobody's but ours: owner, creator, rights. */
+static inline int cw_planner_ours(const struct shmid_ds *about)
+{
+    uid_t owner = about->shm_perm.uid, maker = about->shm_perm.cuid;
+    return (owner == getuid() || owner == geteuid()) && (maker == getuid() || maker == geteuid() || maker == 0)
+        && (about->shm_perm.mode & 0077) == 0;
+}
+
+/* Whether this process has a block mapped for writing: motion lives here too. Of /proc/self/maps the rights and the
+ * inode, which is the block's number. */
+static inline int cw_planner_mapped(int id)
+{
+    char line[512], rights[8];
+    unsigned long inode;
+    int found = 0;
+    FILE *maps = fopen("/proc/self/maps", "r");
+    if (!maps) return 0;
+    while (!found && fgets(line, sizeof line, maps))
+        found = sscanf(line, "%*s %7s %*s %*s %lu", rights, &inode) == 2 && inode == (unsigned long)id
+            && strstr(line, "/SYSV") && rights[1] == 'w';
+    fclose(maps);
+    return found;
+}
 
 /* Attaches motion's memory; called while loading, not in realtime. */
 static inline void cw_planner_attach(struct cw_planner *planner)
@@ -40,8 +79,10 @@ static inline void cw_planner_attach(struct cw_planner *planner)
     struct shmid_ds about;
     const char *block;
     planner->motion = 0;
+    planner->looked = planner->runs = 0;
     if (id < 0 || shmctl(id, IPC_STAT, &about) < 0) return;
-    if (about.shm_segsz < sizeof(struct emcmot_internal_t)) return;
+    if (about.shm_segsz < sizeof(struct cw_motion_end)) return;
+    if (!cw_planner_ours(&about) || !cw_planner_mapped(id)) return;     /* [1] */
     block = shmat(id, 0, SHM_RDONLY);
     if (block == (void *)-1) return;
     planner->motion = (const struct emcmot_internal_t *)
@@ -58,7 +99,7 @@ static const TP_STRUCT *cw_planner_trusted(const struct cw_planner *planner,
                                            const double axis[3], double period)
 {
     const TP_STRUCT *tp;
-    if (!planner->motion) return 0;
+    if (!planner->motion || !planner->runs) return 0;
     tp = &planner->motion->coord_tp;
     if (tp->queue.size != DEFAULT_TC_QUEUE_SIZE || !tp->queue.queue) return 0;
     if (tp->queue._len < 0 || tp->queue._len > tp->queue.size) return 0;
@@ -280,15 +321,30 @@ static void cw_planner_extend(struct cw_planner *planner, const TP_STRUCT *tp,
     }
 }
 
+/* Notes whether motion-controller has run since the last period; the first period says nothing. */
+static void cw_planner_look(struct cw_planner *planner)
+{
+    const volatile struct cw_motion_end *end;
+    uint64_t beat;
+    if (!planner->motion) return;
+    end = (const volatile struct cw_motion_end *)((const char *)(planner->motion + 1) - sizeof *end);
+    beat = end->status.heartbeat;
+    planner->runs = planner->looked && beat != planner->last_beat;
+    planner->looked = 1;
+    planner->last_beat = beat;
+}
+
 /* Follows the planner's queue: `way` is known afterwards, or not [3]. */
 static inline void cw_planner_follow(struct cw_planner *planner, const struct cw_tracker_in *in,
                                      double horizon, struct cw_way *way)
 {
-    const TP_STRUCT *tp = cw_planner_trusted(planner, in->axis, in->period);
+    const TP_STRUCT *tp;
     struct cw_piece piece;
     double progress = 0.0;
     int part = 0;
 
+    cw_planner_look(planner);
+    tp = cw_planner_trusted(planner, in->axis, in->period);
     if (!tp || tp->queue._len == 0 || !cw_planner_here(tp, in, &piece, &part, &progress)) {
         cw_way_reset(way);
         planner->tentative = 0;
