@@ -131,9 +131,8 @@ def locked(path):
         yield
 
 
-def ensure_base(folder, release, renew):
+def ensure_base(folder, release, sources, renew):
     """Make the base of a release where it is missing or made otherwise; -> its directory."""
-    sources = apt_sources(release)
     recipe = hashlib.sha256('\n'.join([INCLUDE, USER, *sources]).encode()).hexdigest()
     base, stamp = os.path.join(folder, 'base'), os.path.join(folder, 'recipe')
     with locked(os.path.join(folder, 'lock')):
@@ -254,9 +253,9 @@ def machine_keys():
     return keys
 
 
-def carry_apt_over(system, release):
+def carry_apt_over(system, sources):
     """Write this machine's apt settings, passwords, keys and certificates into a system."""
-    lines, files = apt_settings(apt_sources(release))
+    lines, files = apt_settings(sources)
     files.update({path: path for path in ['/etc/apt/auth.conf', *glob.glob('/etc/apt/auth.conf.d/*')]
                   if os.path.isfile(path)})
     files.update({key: '/etc/apt/trusted.gpg.d/' + name for name, key in machine_keys().items()})
@@ -491,12 +490,12 @@ def in_child(action):
     return child
 
 
-def supervise(options, base, changes):
+def supervise(options, base, changes, sources):
     """Lay the system, enter the namespaces and hand over to their PID 1."""
     sandbox.check(libc.unshare(sandbox.CLONE_NEWNS), 'unshare mount')
     sandbox.mount('none', '/', None, sandbox.MS_REC | sandbox.MS_PRIVATE)
     system, _ = lay_system(base, changes)
-    carry_apt_over(system, options.release)
+    carry_apt_over(system, sources)
     for path in ('/etc/resolv.conf', '/etc/hosts'):
         if os.path.exists(path):
             shutil.copyfile(path, system + path)
@@ -507,7 +506,15 @@ def supervise(options, base, changes):
     return sandbox.wait_for(in_child(lambda: inside(options, system)), None)
 
 
-def run(options, folder, base):
+def remove_left_behind(folder):
+    """Remove the changes of calls that were killed: no one holds their lock."""
+    for changes in glob.glob(os.path.join(folder, 'run.*')):
+        with contextlib.suppress(OSError), open(os.path.join(changes, 'lock')) as handle:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            shutil.rmtree(changes, ignore_errors=True)
+
+
+def run(options, folder, base, sources):
     """The command on a system of its own, or on the kept one; -> its exit status."""
     cache = os.path.join(folder, 'packages')
     with contextlib.ExitStack() as stack:
@@ -516,13 +523,15 @@ def run(options, folder, base):
             os.makedirs(changes, mode=0o700, exist_ok=True)
             stack.enter_context(locked(os.path.join(changes, 'lock')))
         else:
+            remove_left_behind(folder)
             changes = tempfile.mkdtemp(prefix='run.', dir=folder)
+            stack.enter_context(locked(os.path.join(changes, 'lock')))
             stack.callback(shutil.rmtree, changes, ignore_errors=True)
         for name in ('upper', 'work', 'root'):
             os.makedirs(os.path.join(changes, name), exist_ok=True)
         lend_packages(cache, changes)
         try:
-            return sandbox.wait_for(in_child(lambda: supervise(options, base, changes)), None)
+            return sandbox.wait_for(in_child(lambda: supervise(options, base, changes, sources)), None)
         finally:
             take_packages_back(cache, changes)
 
@@ -533,8 +542,9 @@ def main(argv):
         become_root(argv)
     folder = os.path.join(cache_directory(), options.release)
     os.makedirs(folder, mode=0o711, exist_ok=True)
-    base = ensure_base(folder, options.release, options.renew)
-    return run(options, folder, base) if options.command else 0
+    sources = apt_sources(options.release)
+    base = ensure_base(folder, options.release, sources, options.renew)
+    return run(options, folder, base, sources) if options.command else 0
 
 
 if __name__ == '__main__':

@@ -148,6 +148,7 @@ def test_nothing_is_left_when_it_is_killed(tmp_path):
     mark = str(time.time())
     done = on('trixie', 'sh', '-c', 'sleep 0.1; setsid sh -c "exec sleep %s" & sleep 0.3' % mark)
     assert done.returncode == 0
+    others = runs()
     process = subprocess.Popen([TOOL, 'trixie', 'sleep', mark], stdin=subprocess.DEVNULL)
     deadline = time.monotonic() + 60
     while not running(mark) and time.monotonic() < deadline:
@@ -160,6 +161,15 @@ def test_nothing_is_left_when_it_is_killed(tmp_path):
         time.sleep(0.1)
     assert not running(mark)
     assert open('/proc/mounts').read() == before
+    left = runs() - others
+    assert len(left) == 1
+    on('trixie', 'true')                    # the next call removes what the killed one had written
+    assert not left & runs()
+
+
+def runs():
+    """Names of the folders of calls that are running or were killed."""
+    return {name for name in os.listdir(os.path.join(FOLDER, 'trixie')) if name.startswith('run.')}
 
 
 def running(mark):

@@ -38,9 +38,12 @@ def test_program_runs_to_its_end(tmp_path):
     assert summary['errors'] == []
     feed_s = (50 + np.pi * 10 + 50) / 20
     rapid_s = 70 / 100 + 100 / 500          # Z from 90 to 20 at 100 mm/s, 500 mm/s2
-    assert summary['cycle_s'] == pytest.approx(feed_s + rapid_s, abs=0.5)
-
     data = np.load(log)
+    # by the servo clock: what the display program adds at both ends depends on how busy the machine is
+    moving = np.flatnonzero(data['velocity'] > 0)
+    moving_s = (moving[-1] - moving[0] + 1) * 0.001
+    assert moving_s == pytest.approx(feed_s + rapid_s, abs=0.5)
+    assert summary['cycle_s'] >= moving_s
     assert data['period'] == 0.001
     assert data['units_per_mm'] == 1.0
     assert len(data['sample']) == pytest.approx(summary['cycle_s'] / 0.001, abs=1)
@@ -82,10 +85,10 @@ def test_operator_error_is_reported(tmp_path, text, words):
 
 def test_endless_program_is_given_up(tmp_path):
     summary = run(tmp_path, 'G21 G90 F6000\nO1 while [1]\nG1 X50\nG1 X0\nO1 endwhile\nM2\n',
-                  timeout=15)
+                  timeout=100)
     assert summary['exit_status'] == 1
     assert summary['finished'] is False
-    assert summary['cycle_s'] < 30
+    assert summary['cycle_s'] < 115
     assert 'end of program' in summary['errors'][0]
 
 
@@ -112,8 +115,9 @@ def test_killed_task_does_not_hang_it(tmp_path):
     program = tmp_path / 'long.ngc'
     program.write_text('G21 G90 F60\nG1 X300\nM2\n')
     summary_path = tmp_path / 'summary.json'
-    script = ('linuxcnc -r %s & main=$!; sleep 4; kill -9 $(pidof milltask); wait $main'
-              % runner.HEADLESS)
+    cutting = '[ "$(halcmd getp motion.motion-type 2>/dev/null)" = 2 ]'
+    script = ('linuxcnc -r %s & main=$!; until %s; do sleep 0.1; done; kill -9 $(pidof milltask); wait $main'
+              % (runner.HEADLESS, cutting))
     env = dict(os.environ, CHIPWISE_PROGRAM=str(program), CHIPWISE_TIMEOUT='100',
                CHIPWISE_SUMMARY=str(summary_path))
     env.pop('DISPLAY', None)
