@@ -382,7 +382,7 @@ def taper_two_tools(rng):
     p.raw("M5")
     p.raw("G53 G0 Z115.")
     p.raw("T22 M6")
-    p.raw("G43 H22")
+    p.raw(f"G43.1 Z{p.value(job.tools[22][1])}")            # the length told by the program, as a presetter's post does
     p.raw("S18000 M3")
     job.rate(rng.uniform(22, 30), 2400)
     y, forth = 2.9, True
@@ -472,6 +472,7 @@ def facing_rim(rng):
         p.line(y=y)
     p.rapid(z=CLEAR)
     p.raw("G53 G0 Z115.")
+    p.raw("G49")
     p.raw("T31 M6")
     p.raw("G43 H31")
     p.raw("M3 S8000")
