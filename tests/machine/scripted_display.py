@@ -58,7 +58,7 @@ SETTLE_S = 0.3      # the monitor's messages come this late at most
 
 class Operator:
     def __init__(self):
-        session.wait_for_task(time.monotonic() + 30)
+        session.wait_for_task(time.monotonic() + session.STEP_TIMEOUT_S)
         self.machine = session.Session(time.monotonic() + 300)
         self.component = hal.component('scripted-display')      # hal.get_value wants one
         self.component.ready()

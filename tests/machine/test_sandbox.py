@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -226,3 +227,19 @@ def test_without_namespaces_the_tests_refuse_before_the_first_one():
     assert time.monotonic() - started < 120
     done = in_container(*pytest_command, 'tests/python/test_report.py', cwd=runner.ROOT)
     assert done.returncode == 0, done.stdout
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason='needs root')
+def test_sudo_in_somebodys_closed_home(tmp_path):
+    """Root's own user namespace could not read it: the command runs as the user who called sudo."""
+    home = tmp_path / 'home'
+    (home / 'bin').mkdir(parents=True)
+    (home / 'configs').mkdir()
+    shutil.copy(runner.SANDBOX, home / 'bin')
+    for path in (home, home / 'bin', home / 'configs', home / 'bin' / 'chipwise-sandbox'):
+        os.chown(path, 1000, 1000)
+    home.chmod(0o700)
+    done = subprocess.run([home / 'bin' / 'chipwise-sandbox', '--', 'sh', '-c', 'id -u; ls'], cwd=home, text=True,
+                          env=dict(os.environ, SUDO_UID='1000', SUDO_GID='1000'), stdin=subprocess.DEVNULL,
+                          stdout=subprocess.PIPE)
+    assert done.stdout.split() == ['1000', 'bin', 'configs']
