@@ -67,6 +67,7 @@ pin out float ahead_accel_#[8] "machine units/s2 the planner can brake with unti
 param rw float units_per_mm = 1.0 "machine units per mm: 1 or 1/25.4";
 param rw float mrr_window = 0.02 "s, at most 1023 periods";
 param rw float acceleration = 0.0 "machine units/s2 the planner really uses; 0: unknown, look 20 mm ahead";
+param rw float max_jerk = 0.0 "machine units/s3, of a planner that bounds the jerk ([TRAJ]PLANNER_TYPE = 1); 0: it does not";
 param rw bit read_path = 1 "read the program's way ahead from the motion planner; FALSE: always predict it";
 param rw float acceleration_x = 0.0 "machine units/s2 of the axis, for the traverses' braking; 0: unknown, as acceleration";
 param rw float acceleration_y = 0.0 "machine units/s2";
@@ -199,6 +200,7 @@ FUNCTION(_) {
     in.axis_accel[0] = acceleration_x;
     in.axis_accel[1] = acceleration_y;
     in.axis_accel[2] = acceleration_z;
+    in.jerk = max_jerk;
     in.window = mrr_window;
     in.period = fperiod;
 

@@ -45,6 +45,7 @@ pin in float tool_flutes "cutting edges, for max-chip-thickness; 0: unknown";
 pin in float spindle_speed "spindle.0.speed-out-rps, 1/s of either sign, for max-chip-thickness";
 pin in float current_vel "motion.current-vel, machine units/s, for disobeyed";
 pin in bit index_enable "spindle.0.index-enable: the move waits for the spindle and then follows it";
+pin in float feed_override = 1.0 "the operator's feed override in effect, 1: 100 % (chipwise-monitor.feed-override); not positive: 1";
 pin in bit adaptive_off "LinuxCNC's status says that adaptive feed is disabled (chipwise-monitor.adaptive-off)";
 
 pin out float adaptive_feed = 1.0 "to motion.adaptive-feed, 0..1";
@@ -63,10 +64,12 @@ param rw float plunge_vel = 0.0 "machine units/s, largest downward part of the v
 param rw float max_chip_thickness = 0.0 "mm, largest mean chip thickness; needs depth, tool-diameter, tool-flutes, spindle-speed";
 param rw float recover_accel = 0.0 "machine units/s2 at which the velocity may rise; 0: at once";
 param rw float deadband = 0.0 "share by which the velocity must be able to rise before it does, 0..1";
+param rw float max_jerk = 0.0 "machine units/s3, of a planner that bounds the jerk ([TRAJ]PLANNER_TYPE = 1); 0: it does not";
 param rw float max_override = 1.0 "largest feed override of the operator ([DISPLAY]MAX_FEED_OVERRIDE), for disobeyed";
 
 variable cw_feed_easing_t easing;
 variable cw_obey_t obey;
+variable double last_vel;
 
 function _ fp;
 license "GPL";
@@ -110,6 +113,11 @@ static void read_law(struct __comp_state *__comp_inst, long period, struct cw_fe
     in->turns = spindle_speed;
     in->tool_width = tool_diameter / per_mm;
     in->stock_height = depth / per_mm;
+    in->knob = feed_override;
+    in->jerk = max_jerk / per_mm;
+    in->speed = current_vel / per_mm;
+    in->gain = (current_vel - last_vel) / per_mm / fperiod;
+    last_vel = current_vel;
 }
 
 /* The override given for `in`, obeyed? */
@@ -125,6 +133,7 @@ static int watch(struct __comp_state *__comp_inst, const struct cw_feed_in *in, 
     seen.accel = in->accel;
     seen.most_override = max_override;
     seen.dt = in->dt;
+    seen.jerk = in->jerk;
     seen.index = index_enable;
     seen.told = adaptive_off;
     return cw_obey_step(&obey, &seen);

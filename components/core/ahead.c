@@ -42,7 +42,7 @@ void cw_ahead_reset(struct cw_ahead *ahead)
     cw_course_reset(&ahead->course);
     cw_way_reset(&ahead->way);
     ahead->first = ahead->count = ahead->stale = ahead->on_way = 0;
-    ahead->held = ahead->at = ahead->gap = ahead->step = ahead->origin = ahead->lead = 0.0;
+    ahead->held = ahead->at = ahead->gap = ahead->step = ahead->origin = ahead->lead = ahead->build_up = ahead->gaining = 0.0;
 }
 
 /* Index of sample i. */
@@ -495,8 +495,8 @@ static double binding(const struct cw_ahead *ahead, double horizon)
     accel = ahead->way.piece[ahead->way.first].accel;
     if (!(accel > 0.0)) return ahead->at + horizon;
     most = ahead->lead > 0.0 && speed > 0.0 ? accel * ahead->lead / speed * CW_BRAKE_PERIODS : accel * 0.01;
-    return ahead->at + CW_BRAKE_MORE * (cw_way_stop(&ahead->way, speed + most, 0.0) - ahead->at) + ahead->gap
-        + 2.0 * ahead->lead;
+    return ahead->at + CW_BRAKE_MORE * (cw_way_stop(&ahead->way, speed + most + ahead->gaining, 0.0) - ahead->at) + ahead->gap
+        + 2.0 * ahead->lead + ahead->build_up;
 }
 
 void cw_ahead_look(const struct cw_ahead *ahead, const struct cw_stock *stock,

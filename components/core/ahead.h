@@ -42,6 +42,8 @@ struct cw_ahead {
     int on_way;                 /* which of the two the samples lie on */
     double at;                  /* mm, place of the tool on it */
     double lead;                /* mm the tool goes until what is told now takes effect */
+    double build_up;            /* mm the tool goes while a planner that bounds the jerk builds up its braking; 0: it does not */
+    double gaining;             /* mm/s it may be faster by then */
     double gap;                 /* mm between samples at most; 0: not begun */
     double step;                /* mm to the next sample [5] */
     double origin;              /* mm, place of the tool when the course began */

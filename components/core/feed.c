@@ -10,6 +10,11 @@
 #define CW_THICKEST 0.72462     /* largest mean chip thickness over fz: of 2 e / acos(1 - 2 e) [6] */
 #define CW_LEAST_DOWN 1e-3      /* a way less steep than this is level */
 #define CW_UNBOUND 1e30         /* mm/s: no limit */
+#define CW_LEAST_KNOB 0.01      /* bounds of the operator's override that are believed [9] */
+#define CW_MOST_KNOB 10.0
+#define CW_PULL 20.0            /* of the velocity above that */
+#define CW_NEARLY 0.98          /* of the velocity [10] */
+#define CW_HALVINGS 20          /* of the velocity sought [10] */
 
 struct allowed { double velocity; int by; };
 
@@ -96,6 +101,50 @@ static double braking(const struct cw_feed_in *in, int i)
     return CW_BRAKING * in->accel;
 }
 
+/* The operator's override [9]. */
+static double knob(const struct cw_feed_in *in)
+{
+    return setting(in->knob) > 0.0 ? cw_clamp(in->knob, CW_LEAST_KNOB, CW_MOST_KNOB) : 1.0;
+}
+
+/* Velocity from which `room` mm are enough to brake to `there` with `accel`, all as the machine goes, mm/s [2] [10]. */
+static double braked_from(const struct cw_feed_in *in, double there, double accel, double room)
+{
+    double jerk = setting(in->jerk), half, low = there, high, velocity;
+    int i;
+    if (!(jerk > 0.0)) return sqrt(there * there + 2.0 * accel * room);
+    half = 0.5 * accel * accel / jerk;                  /* mm/s, gained while the acceleration builds up */
+    velocity = sqrt((there - half) * (there - half) + 2.0 * accel * room) - half;
+    if (velocity >= there + 2.0 * half) return velocity;
+    high = there + 2.0 * half;
+    for (i = 0; i < CW_HALVINGS; i++) {                 /* a rising function of the velocity */
+        velocity = 0.5 * (low + high);
+        if ((velocity + there) * sqrt((velocity - there) / jerk) <= room) low = velocity;
+        else high = velocity;
+    }
+    return low;
+}
+
+/* What a planner that bounds the jerk still gains in velocity (*more, mm/s) before it can begin to brake; returns the
+ * way until then, mm [10]. */
+static double gained_yet(const struct cw_feed_in *in, double *more)
+{
+    double jerk = setting(in->jerk), gain = cw_finite(in->gain) ? cw_clamp(in->gain, 0.0, in->accel) : 0.0, time;
+    *more = 0.0;
+    if (!(jerk > 0.0)) return 0.0;
+    time = gain / jerk;
+    *more = 0.5 * gain * time;
+    return (setting(in->speed) + 2.0 / 3.0 * *more) * time;
+}
+
+/* A planner that bounds the jerk follows a falling velocity late: by how much less than `velocity` it is to be told
+ * where it goes that fast already, mm/s [10]. */
+static double behind(const struct cw_feed_in *in, double velocity)
+{
+    if (!(setting(in->jerk) > 0.0)) return 0.0;
+    return CW_PULL * cw_max(0.0, setting(in->speed) - CW_NEARLY * velocity);
+}
+
 /* Whether a place ahead is the load at the tool over again, on its safe side. */
 static int is_here(const struct cw_feed_in *in, int i)
 {
@@ -108,8 +157,10 @@ static struct allowed stock_limit(const struct cw_feed_in *in, double last_scale
     struct allowed best = { CW_UNBOUND, CW_BY_NOTHING };
     double period = cw_finite(in->dt) ? cw_clamp(in->dt, 0.0, 0.1) : 0.0;
     double last = cw_finite(last_scale) ? cw_clamp(last_scale, 0.0, 1.0) : 1.0;
-    double late = CW_LATENCY * period * last * in->requested;
+    double k = knob(in), speed = k * last * in->requested, late = CW_LATENCY * period * speed;
+    double more;
     int i;
+    late += gained_yet(in, &more);
     if (in->area > CW_LEAST_AREA) {
         double load = load_limit(in, in->area);
         best.velocity = cw_min(load, most);
@@ -120,7 +171,8 @@ static struct allowed stock_limit(const struct cw_feed_in *in, double last_scale
         if (in->next_area[i] <= CW_LEAST_AREA) continue;
         there = cw_min(load_limit(in, in->next_area[i]), most);
         room = cw_max(0.0, in->next_distance[i] - late);
-        velocity = sqrt(there * there + 2.0 * braking(in, i) * room);
+        velocity = braked_from(in, k * there, braking(in, i), room) - more;
+        velocity = cw_max(there, (velocity - behind(in, velocity)) / k);
         if (velocity < best.velocity) {
             best.velocity = velocity;
             best.by = is_here(in, i) ? CW_BY_STOCK_HERE : CW_BY_STOCK_AHEAD;

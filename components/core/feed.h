@@ -26,6 +26,11 @@
  *     its deepest part; an unknown e counts as the one with the thickest mean chip.
  *  7. Easing: a drop passes at once; a rise is held back until it is more than the deadband, and
  *     climbs at a bounded acceleration. What comes out is never above what the law allows.
+ *  9. The operator's override k is a factor on all of it, as on any feed: the target is k Q, the velocity k times
+ *     what is told. Only braking does not grow with it: 2 is (k v)^2 <= (k Q / A_i)^2 + 2 a d_i.
+ * 10. A planner that bounds the jerk to J needs more: from v1 down to v2 a way of (v1^2 - v2^2) / 2a
+ *     + (v1 + v2) a / 2J, or, where that is less than a^2 / J of velocity, (v1 + v2) sqrt((v1 - v2) / J). A tool that speeds up
+ *     by g gains g^2 / 2J more in the time g / J until it can begin to brake.
  *  8. A probing move must go at F, not at the ceiling in its place: it gets an override of its own.
  */
 #ifndef CHIPWISE_FEED_H
@@ -68,6 +73,9 @@ struct cw_feed_in {
     double turns;               /* 1/s, spindle speed n, either sign */
     double tool_width;          /* mm, D */
     double stock_height;        /* mm, depth of cut; 0: unknown */
+    double knob;                /* the operator's, 1: 100 %; not positive: unknown, 1 [9] */
+    double jerk;                /* mm/s3 of the planner; 0: not bounded [10] */
+    double speed, gain;         /* mm/s, mm/s2: how fast the tool goes now, and speeds up; gain below 0: it does not [10] */
 };
 
 struct cw_feed_out {

@@ -177,6 +177,7 @@ static double stopping(const struct cw_guard *guard, const struct cw_guard_in *i
 {
     double late = CW_GUARD_LATE * guard->speed * in->period;
     if (!(accel > 0.0)) return CW_GUARD_BLIND;
+    if (cw_finite(in->jerk) && in->jerk > 0.0) late += 1.5 * guard->speed * accel / in->jerk;
     return 0.5 * guard->speed * guard->speed / accel + late;
 }
 

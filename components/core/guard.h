@@ -43,6 +43,7 @@ struct cw_guard_in {
     double period;              /* s */
     double accel;               /* mm/s2, the least in any direction; not above 0: unknown */
     double axis_accel[3];       /* mm/s2 of X, Y, Z; not above 0: only `accel` is known */
+    double jerk;                /* mm/s3 of a planner that bounds it; not above 0: it does not */
     double to_go;               /* mm to the end of the segment, not above 0: unknown */
     int trail;                  /* the tool has cut all over at `to`; 0: the map lags behind the tool */
     const struct cw_way *way;   /* the program's own way ahead; null: not known */

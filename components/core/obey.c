@@ -41,17 +41,24 @@ int cw_obey_step(struct cw_obey *obey, const struct cw_obey_in *in)
     int on = in->kind >= CW_FEED_LIMIT && in->kind <= CW_FEED_WINDOW;
     int ceiling = speed(in->programmed) > 0.0 && speed(in->requested) > in->programmed;
     double dt = cw_finite(in->dt) ? cw_clamp(in->dt, 0.0, 0.1) : 0.0;
-    double left = left_to_it(in), actual = speed(in->actual);
+    double left = left_to_it(in), actual = speed(in->actual), accel = speed(in->accel), jerk = speed(in->jerk);
+    double falling = CW_OBEY_BRAKING * accel, gaining = CW_OBEY_LATENCY * accel * dt;
 
     if (!on || in->motion == 0) obey->disobeyed = 0;
     if (follow_spindle(obey, in, feeding, dt) || !on || !feeding || !ceiling) {
         obey->explained = cw_max(left, actual);
         obey->above = 0;
+        obey->faster = 0.0;
         return obey->disobeyed;
     }
-    obey->explained = cw_max(left, obey->explained - CW_OBEY_BRAKING * speed(in->accel) * dt);
+    obey->faster = actual > left ? cw_min(obey->faster + dt, CW_OBEY_MOST) : 0.0;
+    if (jerk > 0.0) {
+        falling = cw_min(falling, CW_OBEY_BRAKING * jerk * obey->faster);
+        gaining += 0.5 * accel * accel / jerk;
+    }
+    obey->explained = cw_max(left, obey->explained - falling * dt);
     obey->above = actual > CW_OBEY_SLACK * obey->explained ? obey->above + 1 : 0;
-    obey->explained = cw_min(obey->explained, actual + CW_OBEY_LATENCY * speed(in->accel) * dt);
+    obey->explained = cw_min(obey->explained, actual + gaining);
     if (obey->above >= CW_OBEY_PERIODS || in->told) obey->disobeyed = 1;
     return obey->disobeyed;
 }

@@ -10,7 +10,9 @@
  *  1. Judged are feed moves, arcs and probing while the requested velocity is a ceiling above F.
  *  2. Explained are the override times the requested velocity, or F, times the largest feed
  *     override the operator may set; what the machine did before, falling at a quarter of the
- *     planner's acceleration (braking is never that slow: feed.h, 2); and CW_OBEY_SLACK.
+ *     planner's acceleration (braking is never that slow: feed.h, 2); and CW_OBEY_SLACK. Where the planner
+ *     bounds the jerk to J, it falls by that only from a / J on, in which time braking has built up, and a
+ *     machine that was still speeding up may gain a^2 / 2J.
  *  3. A velocity that is not explained for CW_OBEY_PERIODS periods is disobedience. So is being
  *     told by somebody who has read it from LinuxCNC's status.
  *  4. It is kept until nothing moves any more (motion type 0: the program was aborted) or the
@@ -32,6 +34,7 @@ struct cw_obey_in {
     double accel;               /* mm/s2, of the planner */
     double most_override;       /* largest feed override of the operator; below 1: 1 */
     double dt;                  /* s */
+    double jerk;                /* mm/s3 of the planner; 0: not bounded [2] */
     int index;                  /* a move waits for the spindle's index */
     int told;                   /* adaptive feed is known to be disabled */
 };
@@ -40,6 +43,7 @@ struct cw_obey {
     double explained;           /* mm/s */
     double at_rest;             /* s */
     int above;                  /* periods the velocity has not been explained */
+    double faster;              /* s the machine has been faster than the override lets it */
     int synchronised;           /* the move follows the spindle */
     int disobeyed;
 };

@@ -7,6 +7,8 @@
 #define CW_DEFAULT_HORIZON 20.0 /* mm looked ahead where the acceleration is not known */
 #define CW_FARTHEST_TIP 1e6     /* mm, beyond it is no position */
 #define CW_STILL 1e-6           /* mm, a step below this is none */
+#define CW_BUILD_UP 200.0       /* mm, no braking takes more to build up, */
+#define CW_GAINING 200.0        /* mm/s, nor is more gained before */
 #define CW_MARGIN_PERIODS 4.0   /* periods of travel looked ahead beyond braking */
 
 void cw_tracker_init(struct cw_tracker *tracker)
@@ -190,16 +192,32 @@ static long finish(struct cw_tracker *tracker, struct cw_stock *stock)
     return work;
 }
 
+/* What a planner that bounds the jerk may still gain in velocity, mm/s, before it can begin to brake. */
+static double gaining(const struct cw_tracker_in *in)
+{
+    double jerk = in->jerk / in->unit, accel = in->accel / in->unit;
+    if (!cw_finite(jerk) || !(jerk > 0.0) || !cw_finite(accel) || !(accel > 0.0)) return 0.0;
+    return cw_min(0.5 * accel * accel / jerk, CW_GAINING);
+}
+
+/* Way gone while it stops speeding up and builds up its braking, mm. */
+static double build_up(const struct cw_tracker *tracker, const struct cw_tracker_in *in)
+{
+    double more = gaining(in);
+    if (!(more > 0.0)) return 0.0;
+    return cw_min(2.0 * (tracker->ahead.course.speed + more) * in->accel / in->jerk, CW_BUILD_UP);
+}
+
 /* How far to look: braking distance and some periods of travel; never less than what lets
  * places be read before the tool touches them, and the tool's radius, mm. */
 double cw_tracker_horizon(const struct cw_tracker *tracker, const struct cw_stock *stock,
                       const struct cw_tracker_in *in)
 {
     double least = cw_section_reach(stock, &tracker->tool) + 2.0 * cw_ahead_gap(stock, &tracker->tool);
-    double speed = tracker->ahead.course.speed, accel = in->accel / in->unit;
+    double speed = tracker->ahead.course.speed + gaining(in), accel = in->accel / in->unit;
     double braking = CW_DEFAULT_HORIZON;
     if (cw_finite(accel) && accel > 0.0) braking = speed * speed / accel;
-    return cw_max(braking + CW_MARGIN_PERIODS * speed * in->period,
+    return cw_max(braking + build_up(tracker, in) + CW_MARGIN_PERIODS * speed * in->period,
                   cw_max(least, tracker->tool.radius));
 }
 
@@ -226,6 +244,8 @@ static void look(struct cw_tracker *tracker, const struct cw_stock *stock,
     if (tracker->tip_known)
         cw_ahead_step(&tracker->ahead, stock, &tracker->tool, tracker->tip, tip, in->period,
                       far, (int)cw_max(1.0, (double)((CW_WORK_PER_PERIOD - work) / CW_WORK_A_NODE)));
+    tracker->ahead.build_up = build_up(tracker, in);
+    tracker->ahead.gaining = gaining(in);
     cw_ahead_look(&tracker->ahead, stock, &tracker->tool, far, &out->view);
     out->here = out->view.area;
     out->deepest = out->view.depth;
@@ -249,6 +269,7 @@ static long guard(struct cw_tracker *tracker, const struct cw_stock *stock,
     }
     way.period = in->period;
     way.accel = in->accel / in->unit;
+    way.jerk = in->jerk / in->unit;
     way.to_go = in->to_go / in->unit;
     way.trail = tracker->sweep.trail && !tracker->sweep.waiting;
     way.way = tracker->ahead.way.known ? &tracker->ahead.way : 0;

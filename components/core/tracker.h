@@ -69,6 +69,7 @@ struct cw_tracker_in {
     double to_go;                       /* machine units to the end of the segment; not positive: unknown */
     double accel;                       /* machine units/s2; not positive: unknown */
     double axis_accel[3];               /* of X, Y, Z, machine units/s2; not positive: unknown */
+    double jerk;                        /* machine units/s3 of a planner that bounds it; not positive: it does not */
     double window;                      /* s, of the removal rate */
     double period;                      /* s */
 };

@@ -19,7 +19,7 @@ class Refusing(Exception):
 
 class Status:
     """A LinuxCNC as linuxcnc.stat() shows it."""
-    linear_units, motion_type, adaptive_feed_enabled = 1.0, 0, True
+    linear_units, motion_type, adaptive_feed_enabled, feedrate, feed_override_enabled = 1.0, 0, True, 1.2, True
     file = ''
     aout = [0.0] * 64
 
@@ -51,7 +51,7 @@ def watched(monkeypatch):
     fake = types.SimpleNamespace(error=Refusing, stat=Status, command=Command)
     monkeypatch.setitem(sys.modules, 'linuxcnc', fake)
     pins = dict.fromkeys(('tool-number', 'tool-followed', 'tool-in-spindle', 'heartbeat', 'fault', 'fault-code', 'limited-by', 'ready',
-                          'disobeyed', 'guard-reason', 'guard-depth', 'request', 'adaptive-off'), 0)
+                          'disobeyed', 'guard-reason', 'guard-depth', 'request', 'adaptive-off', 'feed-override'), 0)
     pins['tool-in-spindle'] = 1
     watcher = module.Monitor(pins, parse_settings({}))
     monkeypatch.setattr(watcher.keeper, 'attach', lambda: None)

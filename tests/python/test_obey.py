@@ -98,3 +98,45 @@ def test_hostile():
             machine.watch = watch
             assert all([machine.step(0.1) for _ in range(60)]) == obedient
             assert core.obeys(watch, core.ObeyIn(kind=2, motion=0))
+
+
+class Soft(Machine):
+    """The same with a planner that bounds the jerk, and told so or not."""
+
+    def __init__(self, jerk, told=True, **how):
+        super().__init__(**how)
+        self.jerk, self.gain, self.told = jerk, 0.0, told
+
+    def step(self, scale, **changes):
+        goal = self.override * CEILING * (self.scale if self.obedient else 1.0) * (not self.inhibit)
+        wanted = math.copysign(min(math.sqrt(2 * self.jerk * abs(goal - self.velocity)), ACCEL), goal - self.velocity)
+        self.gain += min(max(wanted - self.gain, -self.jerk * DT), self.jerk * DT)
+        self.velocity = max(0.0, self.velocity + self.gain * DT)
+        self.scale = scale
+        values = core.ObeyIn(kind=2, motion=2, programmed=F, requested=CEILING, scale=scale, actual=self.velocity,
+                             accel=ACCEL, most_override=1.0, dt=DT, jerk=self.jerk if self.told else 0.0)
+        return core.obeys(self.watch, values)
+
+
+def drops(machine):
+    """Full speed, then braked to F: -> False as soon as that is taken for disobedience."""
+    return all([machine.step(1.0) for _ in range(1500)] + [machine.step(0.1) for _ in range(1500)])
+
+
+@pytest.mark.parametrize("jerk", [1000.0, 3000.0, 20000.0])
+def test_braking_that_builds_up_is_obedience(jerk):
+    assert drops(Soft(jerk))
+    random, machine, scale = np.random.default_rng(random_seed()), Soft(jerk), 1.0
+    for _ in range(20000):
+        scale = random.random() if random.random() < 0.01 else scale
+        assert machine.step(scale)
+
+
+def test_the_check_sees_a_jerk_not_told():
+    assert not drops(Soft(1000.0, told=False))
+
+
+@pytest.mark.parametrize("jerk", [1000.0, 3000.0, 20000.0])
+def test_disobedience_is_seen_with_a_bounded_jerk(jerk):
+    machine = Soft(jerk, obedient=False)
+    assert not all(machine.step(0.1) for _ in range(1500))

@@ -71,6 +71,15 @@ def planner_acceleration():
     return min(numbers)
 
 
+def planner_jerk():
+    """Jerk the planner keeps to, machine units/s3: [TRAJ]MAX_LINEAR_JERK with PLANNER_TYPE = 1 (LinuxCNC 2.10), and no axis
+    above its own; 0: it does not bound the jerk."""
+    if ini_section('TRAJ').get('PLANNER_TYPE', '').strip() != '1':
+        return 0.0
+    found = [ini_number('TRAJ', 'MAX_LINEAR_JERK'), *(ini_number('AXIS_' + axis, 'MAX_JERK') for axis in 'XYZ')]
+    return min((number for number in found if number), default=0.0)
+
+
 def axis_accelerations():
     """{axis: machine units/s2}, of those the INI file has; what a traverse brakes with."""
     found = {axis: ini_number('AXIS_' + axis.upper(), 'MAX_ACCELERATION') for axis in 'xyz'}
@@ -141,6 +150,7 @@ def feed_parameters(settings, units, acceleration):
         'max-chip-thickness': settings['MAX_CHIP'],
         'recover-accel': settings['RECOVERY'] * units,
         'deadband': settings['DEADBAND'],
+        'max-jerk': planner_jerk(),
         'max-override': max_feed_override()}
 
 
@@ -240,6 +250,7 @@ def load(settings):
             ('setp', 'stock-tracker.0.monitor-timeout', f'{MONITOR_TIMEOUT_S:g}'),
             ('setp', 'stock-tracker.0.read-path', f"{settings['READ_PATH']:d}"),
             ('setp', 'stock-tracker.0.acceleration', f'{acceleration:.9g}'),
+            ('setp', 'stock-tracker.0.max-jerk', f'{planner_jerk():.9g}'),
             *(('setp', f'volumetric-feed.0.{name}', f'{value:.17g}')
               for name, value in feed_parameters(settings, units, acceleration).items()),
             *(('setp', f'stock-tracker.0.acceleration-{axis}', f'{value:.9g}')

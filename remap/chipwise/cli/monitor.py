@@ -255,6 +255,7 @@ class Monitor:
         """Adaptive feed disabled -> pin; disobedience -> message once, and the program is aborted: feed-inhibit has
         no effect while the spindle override is disabled (M49, M51 P0; LinuxCNC 2.9, motion/control.c)."""
         self.component['adaptive-off'] = self.adaptive_feed_is_off()
+        self.component['feed-override'] = self.status.feedrate if self.status.feed_override_enabled else 1.0
         disobeyed = self.component['disobeyed']
         if disobeyed and not self.said_disobeyed:
             self.command.abort()
@@ -336,6 +337,7 @@ def make_component():
     component.newpin('tool-max-rate', hal.HAL_FLOAT, hal.HAL_OUT)
     component.newpin('tool-flutes', hal.HAL_FLOAT, hal.HAL_OUT)
     component.newpin('adaptive-off', hal.HAL_BIT, hal.HAL_OUT)
+    component.newpin('feed-override', hal.HAL_FLOAT, hal.HAL_OUT)
     component.newpin('reply', hal.HAL_S32, hal.HAL_OUT)
     component.newpin('hold', hal.HAL_BIT, hal.HAL_OUT)
     for name in ('ready', 'fault', 'disobeyed', 'held'):

@@ -82,7 +82,7 @@ class _Course(C.Structure):
 
 class _Ahead(C.Structure):
     _fields_ = [("way", _Way), ("course", _Course), ("on_way", C.c_int)] \
-        + [(n, C.c_double) for n in ("at", "lead", "gap", "step", "origin", "held")] \
+        + [(n, C.c_double) for n in ("at", "lead", "build_up", "gaining", "gap", "step", "origin", "held")] \
         + [(n, C.c_int) for n in ("first", "count", "stale")] + [("s", C.c_double * SAMPLES)] \
         + [(n, C.c_float * SAMPLES) for n in ("area", "most", "depth", "turn")] + [("bend", C.c_double * SAMPLES)] \
         + [(n, C.c_ubyte * SAMPLES) for n in ("corner", "near")]
@@ -107,7 +107,7 @@ class FeedIn(C.Structure):
                 ("next_accel", C.c_double * LEVELS)] \
         + [(n, C.c_double) for n in ("tool_target", "most", "floor_share", "most_share", "air",
                                      "plunge", "upward", "chip", "teeth", "turns", "tool_width",
-                                     "stock_height")]
+                                     "stock_height", "knob", "jerk", "speed", "gain")]
 
 
 class FeedOut(C.Structure):
@@ -124,13 +124,13 @@ class ObeyIn(C.Structure):
     """struct cw_obey_in (obey.h)."""
     _fields_ = [("kind", C.c_int), ("motion", C.c_int)] \
         + [(n, C.c_double) for n in ("programmed", "requested", "scale", "actual", "accel",
-                                     "most_override", "dt")] \
+                                     "most_override", "dt", "jerk")] \
         + [("index", C.c_int), ("told", C.c_int)]
 
 
 class Obey(C.Structure):
     """struct cw_obey (obey.h)."""
-    _fields_ = [("explained", C.c_double), ("at_rest", C.c_double), ("above", C.c_int),
+    _fields_ = [("explained", C.c_double), ("at_rest", C.c_double), ("above", C.c_int), ("faster", C.c_double),
                 ("synchronised", C.c_int), ("disobeyed", C.c_int)]
 
 
