@@ -53,7 +53,7 @@ int cw_obey_step(struct cw_obey *obey, const struct cw_obey_in *in)
     }
     obey->faster = actual > left ? cw_min(obey->faster + dt, CW_OBEY_MOST) : 0.0;
     if (jerk > 0.0) {
-        falling = cw_min(falling, CW_OBEY_BRAKING * jerk * obey->faster);
+        falling = cw_min(falling, CW_OBEY_BRAKING * cw_max(0.0, jerk * obey->faster - accel));
         gaining += 0.5 * accel * accel / jerk;
     }
     obey->explained = cw_max(left, obey->explained - falling * dt);
