@@ -91,6 +91,7 @@ see_also "volumetric_feed(9), chipwise_command(9)";
 include "core/stock_tracker_core.h";
 ;;
 
+#include <errno.h>
 #include <rtapi_string.h>
 
 /* Module parameters: HAL has no float parameters, so lengths come as text. */
@@ -101,12 +102,32 @@ RTAPI_MP_STRING(size_x, "largest stock in X, mm");
 static char *size_y = "200";
 RTAPI_MP_STRING(size_y, "largest stock in Y, mm");
 
-/* Takes away the map a killed LinuxCNC has left, which may be too small: deleting it as the last
- * user does. One that another program still has attached stays. */
-static void remove_stale(int key)
+/* Gives up the map a killed LinuxCNC has left under the key: it may be too small. A program that still has it attached
+ * keeps what it has; the key is free. Returns 0, or -1 where it is somebody else's. */
+static int remove_stale(int key)
 {
-    int old = rtapi_shmem_new(key, comp_id, 1);
-    if (old >= 0) rtapi_shmem_delete(old, comp_id);
+    struct shmid_ds about;
+    int old = shmget(key, 0, 0);
+    if (old < 0) return errno == ENOENT ? 0 : -1;
+    if (shmctl(old, IPC_STAT, &about) < 0 || !cw_planner_ours(&about)) return -1;
+    return shmctl(old, IPC_RMID, 0);
+}
+
+/* Whether the block under the key is the one this process has just made, and has it for itself. */
+static int freshly_made(int key, uint64_t bytes)
+{
+    struct shmid_ds about;
+    int id = shmget(key, 0, 0);
+    return id >= 0 && shmctl(id, IPC_STAT, &about) == 0 && cw_planner_ours(&about) && about.shm_segsz == bytes
+        && about.shm_nattch == 1 && about.shm_cpid == getpid();
+}
+
+static int refuse_foreign(int key)
+{
+    rtapi_print_msg(RTAPI_MSG_ERR,
+        "chipwise: stock_tracker: the shared memory with the key 0x%x is another user's or another program's; end that "
+        "program, or remove it with `ipcrm -M 0x%x`\n", key, key);
+    return -13;
 }
 
 /* Makes the map of one instance: shared memory, so that other programs can read it. Variables are
@@ -119,13 +140,17 @@ EXTRA_SETUP() {
     if (!cells) {
         rtapi_print_msg(RTAPI_MSG_ERR,
             "chipwise: stock_tracker: no map with cell=%s size_x=%s size_y=%s mm: each must be a "
-            "number > 0 and the map have at most 268435456 cells; use a larger cell or a smaller "
+            "number > 0, the cell 0.001 to 100 mm, and the map have at most 268435456 cells; use a larger cell or a smaller "
             "size\n", cell, size_x, size_y);
         return -22;
     }
     shm_key = CW_STOCK_MAGIC + extra_arg;
-    remove_stale(shm_key);
+    if (remove_stale(shm_key) < 0) return refuse_foreign(shm_key);
     map_id = rtapi_shmem_new(shm_key, comp_id, bytes);
+    if (map_id >= 0 && !freshly_made(shm_key, bytes)) {
+        rtapi_shmem_delete(map_id, comp_id);
+        return refuse_foreign(shm_key);
+    }
     if (map_id < 0 || rtapi_shmem_getptr(map_id, &map) < 0) {
         if (map_id >= 0) rtapi_shmem_delete(map_id, comp_id);
         rtapi_print_msg(RTAPI_MSG_ERR,
@@ -137,6 +162,7 @@ EXTRA_SETUP() {
     memset(map, 0, bytes);      /* touches every page now, not in the servo thread */
     cw_stock_init(map, side, cells);
     cw_tracker_init(&state);
+    chip_tracker_own_map(&state, map);
     cw_planner_attach(&planner);
     return 0;
 }

@@ -10,7 +10,7 @@ uint32_t cw_stock_cells(double cell, double size_x, double size_y)
 {
     double nx, ny;
     if (!cw_finite(cell) || !cw_finite(size_x) || !cw_finite(size_y)) return 0;
-    if (!(cell > 0.0) || !(size_x > 0.0) || !(size_y > 0.0)) return 0;
+    if (!(cell >= CHIP_LEAST_CELL && cell <= CHIP_MOST_CELL) || !(size_x > 0.0) || !(size_y > 0.0)) return 0;
     nx = ceil(size_x / cell - 1e-9) + 2.0;
     ny = ceil(size_y / cell - 1e-9) + 2.0;
     if (nx * ny > (double)CW_MOST_CELLS) return 0;
@@ -46,9 +46,11 @@ static int check_box(const struct cw_stock *stock, const double min[3], const do
     for (i = 0; i < 3; i++)
         if (!cw_finite(min[i]) || !cw_finite(max[i])) return CW_STOCK_NOT_FINITE;
     for (i = 0; i < 3; i++)
-        if (!(max[i] > min[i])) return CW_STOCK_EMPTY;
+        if (!(max[i] - min[i] >= CHIP_LEAST_SIZE)) return CW_STOCK_EMPTY;
     cells = cw_stock_cells(stock->cell, max[0] - min[0], max[1] - min[1]);
     if (cells == 0 || cells > stock->capacity) return CW_STOCK_TOO_LARGE;
+    for (i = 0; i < 3; i++)
+        if (fabs(min[i]) > CHIP_FARTHEST || fabs(max[i]) > CHIP_FARTHEST) return CW_STOCK_NOT_FINITE;
     return CW_STOCK_OK;
 }
 

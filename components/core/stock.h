@@ -39,10 +39,15 @@
 #define CW_RIM_CUT 511                  /* a share of one that is cut, */
 #define CW_RIM_GONE 2047                /* and a share of one without stock have these steps */
 
+#define CHIP_LEAST_CELL 1e-3            /* mm; smaller ones overflow the index of a place far from the map */
+#define CHIP_MOST_CELL 100.0            /* mm */
+#define CHIP_LEAST_SIZE 1e-3            /* mm, of a stock box in X, Y and Z */
+#define CHIP_FARTHEST 1e6               /* mm, of a stock box's corner from machine zero */
+
 enum cw_stock_error {
     CW_STOCK_OK = 0,
-    CW_STOCK_NOT_FINITE = 1,    /* a corner of the box is NaN or infinite */
-    CW_STOCK_EMPTY = 2,         /* max is not greater than min in some axis */
+    CW_STOCK_NOT_FINITE = 1,    /* a corner of the box is NaN or further than CHIP_FARTHEST */
+    CW_STOCK_EMPTY = 2,         /* max is not CHIP_LEAST_SIZE greater than min in some axis */
     CW_STOCK_TOO_LARGE = 3,     /* the box needs more cells than the map has */
     CW_STOCK_UNSOUND = 4        /* another program has written what cannot be a map */
 };
@@ -84,7 +89,7 @@ struct cw_stock {
 };
 
 /* Cells, ring included, that a map of size_x by size_y mm needs; 0 when an argument is
- * not a positive number or the count exceeds 2^28. */
+ * not a positive number, the cell not CHIP_LEAST_CELL .. CHIP_MOST_CELL, or the count exceeds 2^28. */
 uint32_t cw_stock_cells(double cell, double size_x, double size_y);
 
 /* Bytes of a block with `cells` cells. */

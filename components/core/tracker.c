@@ -1,4 +1,5 @@
 /* tracker.c - see tracker.h; the numbers in brackets are those of its principle. */
+#include <string.h>
 #include "cw_math.h"
 #include "tracker.h"
 
@@ -107,6 +108,33 @@ static void serve_request(struct cw_tracker *tracker, struct cw_stock *stock,
     if (!tracker->box_error) start_over(tracker);
 }
 
+void chip_tracker_own_map(struct cw_tracker *tracker, const struct cw_stock *stock)
+{
+    memcpy(tracker->own_head, (const void *)stock, sizeof *stock);
+    tracker->own_known = 1;
+}
+
+static const struct cw_stock *own_head(const struct cw_tracker *tracker)
+{
+    return (const struct cw_stock *)(const void *)tracker->own_head;
+}
+
+/* [2] No stock is known: an empty map of the cell and the capacity it was made with. */
+static void give_up_map(struct cw_tracker *tracker, struct cw_stock *stock)
+{
+    const struct cw_stock *own = own_head(tracker);
+    tracker->box_error = CW_STOCK_UNSOUND;
+    cw_stock_init(stock, own->cell, own->capacity);
+    start_over(tracker);
+}
+
+/* [2] Sees to it that the head is as the tracker has left it: every index is made of its numbers. */
+static void check_head(struct cw_tracker *tracker, struct cw_stock *stock)
+{
+    if (!tracker->own_known) chip_tracker_own_map(tracker, stock);
+    if (memcmp(tracker->own_head, (const void *)stock, sizeof *stock)) give_up_map(tracker, stock);
+}
+
 /* Whether the machine went on in this period where it might have cut. */
 static int went_on(const struct cw_tracker *tracker, const struct cw_tracker_in *in)
 {
@@ -125,8 +153,8 @@ static int serve_hold(struct cw_tracker *tracker, struct cw_stock *stock,
         tracker->held_cut = 0;
         tracker->held_left = tracker->sweep.known && tracker->sweep.waiting > 0;
         tracker->held_generation = stock->generation;
-        tracker->held_cell = stock->cell;
-        tracker->held_capacity = stock->capacity;
+        tracker->held_cell = own_head(tracker)->cell;
+        tracker->held_capacity = own_head(tracker)->capacity;
         tracker->held_mm3 = stock->removed;
     }
     if (!in->foreign && tracker->held) {
@@ -294,6 +322,16 @@ static void clear(struct cw_tracker_out *out)
         out->view.level[i].distance = out->view.level[i].area = out->view.level[i].accel = 0.0;
 }
 
+/* Whether every number that goes out is one. */
+static int all_finite(const struct cw_tracker_out *out)
+{
+    double sum = out->here + out->deepest + out->rate + out->upward + out->rapid_mm + out->removed_mm3;
+    int i;
+    for (i = 0; i < out->view.levels && i < CW_AHEAD_LEVELS; i++)
+        sum += out->view.level[i].distance + out->view.level[i].area + out->view.level[i].accel;
+    return cw_finite(sum);
+}
+
 static int current_fault(const struct cw_tracker *tracker, const struct cw_tracker_in *in, int filled)
 {
     if (in->watch_fault) return in->watch_fault;
@@ -311,6 +349,7 @@ void cw_tracker_step(struct cw_tracker *tracker, struct cw_stock *stock,
     int cutting = in->cutting && !in->tool_unknown;
 
     clear(out);
+    if (!tracker->held) check_head(tracker, stock);
     if (serve_hold(tracker, stock, in)) {
         int moved = bad != CW_FAULT_NONE || went_on(tracker, in);
         tracker->held_cut |= moved && in->cutting;
@@ -353,6 +392,13 @@ void cw_tracker_step(struct cw_tracker *tracker, struct cw_stock *stock,
     }
     out->removed_mm3 = stock->removed;
     out->rate = rate(tracker, stock->removed, in);
+    if (!all_finite(out)) {
+        give_up_map(tracker, stock);
+        clear(out);
+        out->removed_mm3 = 0.0;
+        filled = ready = 0;
+    }
+    chip_tracker_own_map(tracker, stock);
     out->code = current_fault(tracker, in, filled);
     out->has_fault = out->code != CW_FAULT_NONE;
     out->has_stock = ready;

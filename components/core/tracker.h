@@ -12,6 +12,8 @@
  *     program writes the map (`foreign`) it is not touched at all; what stands in it afterwards
  *     is the stock, if it can be one: its writer has come to the end (generation even), and nothing
  *     was to be cut meanwhile.
+ *     A head that has changed between two periods without `foreign`, or a result that is not finite, means that
+ *     another program has written into the map: no stock is known then.
  *  3. A tool whose numbers changed is built anew; nothing is cut by an unknown tool, nor by one that is not in the
  *     spindle any more (tool_watch.h).
  *  4. While cutting is enabled the way since the last period is queued and cut; what is left is
@@ -106,11 +108,17 @@ struct cw_tracker {
     uint32_t held_generation;           /* of the map when it took it */
     double held_cell, held_mm3;         /* cell and volume removed when it took it, mm, mm3 */
     uint32_t held_capacity;
+    uint64_t own_head[(sizeof(struct cw_stock) + 7) / 8];       /* the map's head as of the last period: nobody else can write it */
+    int own_known;
     double rate_log[CW_RATE_SLOTS];     /* mm3 removed so far, a value per period */
     int rate_next, rate_filled;
 };
 
 void cw_tracker_init(struct cw_tracker *tracker);
+
+/* Notes the head of a map that has just been made: cell, capacity and everything else count as they are here, whatever the
+ * shared memory says later. */
+void chip_tracker_own_map(struct cw_tracker *tracker, const struct cw_stock *stock);
 
 /* How far the core looks ahead in this period, mm. */
 double cw_tracker_horizon(const struct cw_tracker *tracker, const struct cw_stock *stock,

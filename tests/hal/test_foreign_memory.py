@@ -77,3 +77,66 @@ getp stock-tracker.0.ready
 """
     lines, out = hal(tmp_path, text, "")
     assert lines == ["FALSE", "TRUE", "0", "FALSE", "TRUE", "status 0"], out
+
+
+@pytest.mark.parametrize("rights, size", [("0o1666", 4096), ("0o1660", 1 << 23), ("0o1622", 100)])
+def test_a_block_at_the_maps_key_that_others_may_write(tmp_path, rights, size):
+    """Not taken over, not removed: loading is refused with what to do."""
+    begin = f"{PYTHON} -c 'import ctypes; assert ctypes.CDLL(None).shmget({MAP_KEY}, {size}, {rights}) >= 0';"
+    lines, out = hal(tmp_path, "loadrt stock_tracker size_x=60 size_y=40\n", begin)
+    assert "status 1" in lines and "another user's or another program's" in out and "ipcrm -M 0x43575354" in out, out
+
+
+def test_an_old_map_that_is_still_attached(tmp_path):
+    """Of a LinuxCNC that was killed, with a reader that lives: the tracker gets one of its own and the reader's is left alone."""
+    (tmp_path / "reader.py").write_text(
+        "import ctypes, time\nlibc = ctypes.CDLL(None)\nlibc.shmat.restype = ctypes.c_void_p\n"
+        f"block = libc.shmat(libc.shmget({MAP_KEY}, 1 << 23, 0o1600), None, 0)\nctypes.memset(block, 5, 1 << 23)\n"
+        "open('attached', 'w').close()\ntime.sleep(4)\n"
+        "open('seen', 'w').write(str(set(ctypes.string_at(block, 1 << 23))))\n")
+    text = TRACKER + f"loadusr -w {PYTHON} {halrig.HERE}/read_map.py 0 once map\nloadusr -w sh {halrig.HERE}/wait_for seen\n"
+    lines, out = hal(tmp_path, text, f"{PYTHON} reader.py & while ! [ -e attached ]; do sleep 0.05; done;")
+    assert lines == ["FALSE", "TRUE", "0", "status 0"], out
+    assert (tmp_path / "seen").read_text() == "{5}" and (tmp_path / "map.json").exists()
+
+
+SCRIBBLE = """
+import ctypes, sys
+sys.path.insert(0, {remap!r})
+from chipwise.stock.core import _Head
+libc = ctypes.CDLL(None)
+libc.shmat.restype = ctypes.c_void_p
+block = libc.shmat(libc.shmget({key}, 0, 0o600), None, 0)
+head = _Head.from_address(block)
+{what}
+"""
+
+
+@pytest.mark.parametrize("what", [
+    "head.nx = 1 << 30", "head.ny = -5", "head.cell = float('nan')", "head.cell = 1e-12", "head.capacity = 3", "head.x0 = 1e300", "head.drop_unit = 0",
+    "head.z_max = float('inf')", "head.removed = float('nan')", "head.filled = 1 << 30; head.nx = head.ny = 46340", "ctypes.memset(block, 255, 4096)",
+    "ctypes.memset(block + ctypes.sizeof(_Head), 255, 100000)"])
+def test_another_program_writes_into_the_map(tmp_path, what):
+    """Head or cells: no crash, no number that is none; no stock is known until it is defined again."""
+    (tmp_path / "scribble.py").write_text(SCRIBBLE.format(remap=str(halrig.ROOT / "remap"), key=MAP_KEY, what=what))
+    outputs = "".join(f"getp stock-tracker.0.{name}\n" for name in ("section-area", "depth", "mrr", "removed-volume", "ahead-area-0", "ahead-distance-0"))
+    text = TRACKER.replace("setp stock-tracker.0.min-z", "setp stock-tracker.0.pos-z -2\nsetp stock-tracker.0.pos-x 5\nsetp stock-tracker.0.pos-y 5\n"
+                           "setp stock-tracker.0.min-z") + f"""
+loadusr -w {PYTHON} scribble.py
+loadusr -w sleep 0.2
+getp stock-tracker.0.ready
+getp stock-tracker.0.fault-code
+{outputs}
+setp stock-tracker.0.define 0
+loadusr -w sleep 0.1
+setp stock-tracker.0.define 1
+loadusr -w sleep 0.3
+getp stock-tracker.0.ready
+getp stock-tracker.0.fault-code
+"""
+    lines, out = hal(tmp_path, text, "")
+    assert "nan" not in out.lower().replace("name", "") and "inf" not in [line.strip() for line in out.lower().splitlines()], out
+    words = [line for line in lines]
+    assert words[:3] == ["FALSE", "TRUE", "0"] and words[-3:] == ["TRUE", "0", "status 0"], out
+    if "_Head)" not in what:                # cells may be anything a float can be, as long as nothing comes of it
+        assert words[3:5] == ["FALSE", "4"], out

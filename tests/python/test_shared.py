@@ -85,3 +85,61 @@ def test_another_layout_is_refused(stock, field, value):
     setattr(stock.head, field, value)
     with pytest.raises(SharedStockError, match="version"):
         SharedStock(memoryview(stock._block))
+
+
+# --- a head that says what is not so ----------------------------------------------------------------------------
+
+def test_a_head_larger_than_its_memory_is_refused(stock):
+    stock.head.capacity = 1 << 31
+    with pytest.raises(SharedStockError, match="do not fit"):
+        SharedStock(memoryview(stock._block))
+
+
+@pytest.mark.parametrize("cell", [0.0, -1.0, float("nan"), 1e-12, 1e300])
+def test_a_cell_no_map_has_is_refused(stock, cell):
+    stock.head.cell = cell
+    with pytest.raises(SharedStockError, match="do not fit"):
+        SharedStock(memoryview(stock._block))
+
+
+def test_too_short_a_memory_is_refused():
+    with pytest.raises(SharedStockError, match="is not a map"):
+        SharedStock(memoryview(bytearray(50)))
+
+
+@pytest.mark.parametrize("field, value", [("nx", 1 << 30), ("ny", 1 << 30), ("ny", -1), ("cell", 0.25), ("nx", 2 ** 31 - 1)])
+def test_what_was_believed_once_counts(stock, field, value):
+    """Another program changes the head after it has been checked."""
+    shared = SharedStock(memoryview(stock._block))
+    setattr(stock.head, field, value)
+    if field == "ny":
+        stock.head.filled = 2 ** 31 - 1
+    for read in (shared.snapshot, shared.take):
+        with pytest.raises(SharedStockError, match="another program has written"):
+            read()
+    stock.head.capacity = 7
+    assert shared.capacity != 7
+
+
+def test_random_heads_are_read_or_refused(stock):
+    """Bytes of the head changed at random, before or after it is looked at: a map, none, or a SharedStockError."""
+    import random
+
+    from conftest import random_count, random_seed
+    chance, good = random.Random(random_seed()), bytes(stock._block)
+    for case in range(random_count(1500)):
+        block = bytearray(good)
+        changes = [(chance.randrange(8, core._Head.removed.offset), chance.choice([0, 1, 127, 128, 255, chance.randrange(256)]))
+                   for _ in range(chance.randrange(1, 5))]
+        late = chance.random() < 0.5
+        try:
+            shared = SharedStock(memoryview(block)) if late else None
+            for place, value in changes:
+                block[place] = value
+            shared = shared or SharedStock(memoryview(block))
+            seen, taken = shared.snapshot(timeout_s=0.01), shared.take(timeout_s=0.01)
+        except SharedStockError:
+            continue
+        except Exception as error:
+            raise AssertionError(f"CHIPWISE_SEED={random_seed()}, case {case}: {type(error).__name__}: {error}: {changes}") from error
+        assert (seen is None) == (taken is None)

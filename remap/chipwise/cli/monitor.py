@@ -43,7 +43,7 @@ FAULTS = {              # stock-tracker.0.fault-code (man stock_tracker)
     2: 'the stock box has no extent in X, Y or Z; give M250 a size above 0',
     3: 'the stock is larger than the map; enlarge [CHIPWISE]MAP_SIZE or its CELL, or use a smaller '
        'box; the stock is what it was before',
-    4: 'the stock was not restored to its end, or the machine went on meanwhile: it is not known any more; define it '
+    4: 'the stock was not restored to its end, the machine went on meanwhile, or another program has written into it: it is not known any more; define it '
        'with M250 or restore it with M254',
     11: 'the tool in the spindle has no diameter above 0; load a tool or give it a D in the tool table',
     12: 'the corner radius of the tool is larger than the tool; correct the tool geometry file',

@@ -9,6 +9,10 @@ one state; the bands are then some periods apart.
 
 put() writes a whole stock, for which the tracker must have let the map go (stock-tracker.N.held).
 
+Nothing in the memory is believed that is not checked: the block must be our own, for nobody else to write, and as large as its
+head says; its size, cell and capacity are kept here from then on, and every head is held against them before an index is made
+of it.
+
 All lengths mm, machine coordinates.
 """
 from __future__ import annotations
@@ -21,7 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from chipwise.stock.core import CELL_DTYPE, _Head
-from chipwise.stock.store import Head
+from chipwise.stock.store import LEAST_CELL, MOST_CELL, Head
 
 MAGIC, VERSION = 0x43575354, 2      # stock.h
 FULL, DROP_FULL = 65535, 32767      # stock.h: a share of one; the height of the stock
@@ -29,6 +33,7 @@ RIM, RIM_TWO, RIM_DROP, RIM_CUT, RIM_GONE = 0x8000, 0x4000, 1023, 511, 2047     
 BAND_BYTES = 1 << 18                # copied between two looks at the generation: some 50 us
 TRIES = 6                           # to copy the map as a whole; one where it is large
 LARGE_BYTES = 1 << 20               # takes longer to copy than a period
+MOST_NUMBER = 1e15                  # mm, mm3: of any number in the head
 TIMEOUT_S = 2.0                     # then the map is given up
 
 
@@ -72,12 +77,19 @@ class SharedStock:
     def __init__(self, memory):
         """`memory`: a writable buffer that starts with the map's head."""
         self._memory = memory
-        self._head = _Head.from_buffer(memory)
         self._held = ()
+        if len(memory) < C.sizeof(_Head):
+            raise SharedStockError(f"chipwise: stock map: a block of {len(memory)} bytes is not a map; start LinuxCNC again")
+        self._head = _Head.from_buffer(memory)
+        self._room = (len(memory) - C.sizeof(_Head)) // CELL_DTYPE.itemsize
+        self._cell, self._capacity = self._head.cell, self._head.capacity
         if (self._head.magic, self._head.version) != (MAGIC, VERSION):
             raise SharedStockError(
                 f"chipwise: stock map: magic {self._head.magic:#x} version {self._head.version} is not "
                 f"{MAGIC:#x} version {VERSION}; use the stock_tracker of this chipwise")
+        if not (0 < self._capacity <= self._room and LEAST_CELL <= self._cell <= MOST_CELL):
+            raise SharedStockError(f"chipwise: stock map: {self._capacity} cells of {self._cell:g} mm do not fit into its memory of "
+                                   f"{len(memory)} bytes; start LinuxCNC again")
 
     def close(self):
         """Lets the memory go; nothing can be read any more."""
@@ -92,7 +104,18 @@ class SharedStock:
     @property
     def defined(self):
         """A stock is defined and filled."""
-        return self._head.nx > 0 and self._head.filled >= self._head.ny + 2
+        return self._has_stock(self._head)
+
+    def _has_stock(self, head):
+        """Whether the head is that of a filled map; SharedStockError where it is not that of a map at all."""
+        if head.nx <= 0 or head.filled < head.ny + 2:
+            return False
+        numbers = (head.x0, head.y0, head.z_min, head.x_max, head.y_max, head.z_max, head.drop_unit, head.removed, head.turn)
+        if (head.ny <= 0 or (head.nx + 2) * (head.ny + 2) > self._capacity or head.cell != self._cell
+                or not all(abs(number) < MOST_NUMBER for number in numbers)):
+            raise SharedStockError("chipwise: stock map: another program has written into its memory; define the stock again with "
+                                   "M250")
+        return True
 
     @property
     def generation(self):
@@ -107,7 +130,7 @@ class SharedStock:
             if head is None:
                 continue
             tries += 1
-            if head.nx <= 0 or head.filled < head.ny + 2:
+            if not self._has_stock(head):
                 return None
             large = (head.nx + 2) * (head.ny + 2) * CELL_DTYPE.itemsize > LARGE_BYTES
             exact = tries <= (1 if large else TRIES)
@@ -120,12 +143,12 @@ class SharedStock:
     @property
     def cell(self):
         """mm, side of a cell."""
-        return self._head.cell
+        return self._cell
 
     @property
     def capacity(self):
         """Cells there is room for, ring included."""
-        return self._head.capacity
+        return self._capacity
 
     def take(self, timeout_s=TIMEOUT_S):
         """(store.Head, cells with their ring) of one moment, or None where no stock is defined."""
@@ -134,7 +157,7 @@ class SharedStock:
             head = self._unmoved(lambda: _Head.from_buffer_copy(self._memory))
             if head is None:
                 continue
-            if head.nx <= 0 or head.filled < head.ny + 2:
+            if not self._has_stock(head):
                 return None
             cells = self._whole(head)
             if cells is not None:
@@ -147,6 +170,8 @@ class SharedStock:
     def put(self, found, cells):
         """Makes a stock of store.read() the map's.  Only while the tracker holds still."""
         head = self._head
+        if found.count > self._capacity or cells.size != found.count or found.cell != self._cell:
+            raise SharedStockError("chipwise: stock map: a stock that does not fit was to be written")
         head.generation += 1
         head.nx = 0                                     # no stock until everything is there
         start, raw = C.sizeof(_Head), cells.view(np.uint8).reshape(-1)
@@ -204,6 +229,24 @@ def _snapshot(head, cells, exact):
                     head.removed, head.generation, exact)
 
 
+def _size_of_ours(number):
+    """Bytes of a block that is ours and that nobody else may write; SharedStockError for any other."""
+    try:
+        with open("/proc/sysvipc/shm", encoding="ascii") as table:
+            names = table.readline().split()
+            rows = [dict(zip(names, line.split())) for line in table]
+    except OSError as error:
+        raise SharedStockError(f"chipwise: stock map: /proc/sysvipc/shm: {error.strerror}; mount /proc") from error
+    for row in rows:
+        if int(row["shmid"]) == number:
+            us, perms = (os.getuid(), os.geteuid()), int(row["perms"], 8)
+            if int(row["uid"]) in us and int(row["cuid"]) in (*us, 0) and not perms & 0o077:
+                return int(row["size"])
+            raise SharedStockError(f"chipwise: stock map: the memory belongs to user {row['uid']} and was made by user "
+                                   f"{row['cuid']} with the rights {perms & 0o777:o}; start LinuxCNC again")
+    raise SharedStockError("chipwise: stock map: its memory has gone; start LinuxCNC again")
+
+
 class _Mapped:
     """The memory under a key.  hal.shm(..).getbuffer() of 2.9 leaves the shape of its buffer unset (halmodule.cc,
     shm_buffer_getbuffer): it works by luck, so the block is mapped here."""
@@ -213,13 +256,12 @@ class _Mapped:
         self._libc.shmat.restype = C.c_void_p
         self._libc.shmdt.argtypes = [C.c_void_p]
         number = self._libc.shmget(C.c_int(key), C.c_size_t(C.sizeof(_Head)), 0o600)
+        size = _size_of_ours(number) if number >= 0 else 0
         self._address = self._libc.shmat(number, None, 0) if number >= 0 else None
         if self._address in (None, C.c_void_p(-1).value):
             self._address = None
             raise SharedStockError(f"chipwise: stock map: there is no memory under the key {key:#x} "
                                    f"({os.strerror(C.get_errno())}); start a LinuxCNC with chipwise.hal")
-        capacity = _Head.from_address(self._address).capacity
-        size = C.sizeof(_Head) + capacity * CELL_DTYPE.itemsize
         self.memory = memoryview((C.c_char * size).from_address(self._address)).cast("B")
 
     def close(self):
