@@ -56,6 +56,40 @@ def test_air_and_rapids_do_not_count():
     assert figures['over_target_share'] is None
 
 
+def walls(count=8001, reading=1.0, target=1000.0):
+    """A cut at 99 % of the target whose map gives a fifth of it away in lumps, now and then one for ten windows; the reading of
+    the section area is off by a factor."""
+    rate, vel = 0.99 * target / 60, 10.0                    # mm3/s, mm/s
+    log = steady(count, 0, target)
+    t = np.arange(count) * PERIOD
+    log['x'], log['section_area'] = vel * t, np.full(count, reading * rate / vel)
+    log['removed_volume'] = 0.8 * rate * t + 0.2 * rate * 0.1 * np.floor(t / 0.1)
+    return log
+
+
+@pytest.mark.parametrize('units', [1.0, 1 / 25.4])
+@pytest.mark.parametrize('reading', [1.0, 0.97])
+def test_steps_of_the_map_are_not_the_cut_s(reading, units):
+    """Told by the section area, the map's lumps are no peaks, nor is a reading that is off in the mean."""
+    log = walls(reading=reading)
+    log['x'] = log['x'] * units
+    figures = runlog.figures(log, PERIOD, units)
+    assert figures['over_target_share'] < 0.005              # a lump at the very end is not made up for
+    assert figures['rate_peak'] == pytest.approx(990, rel=0.04) and figures['rate_mean'] == pytest.approx(990, rel=0.01)
+    log['section_area'][:] = 0.0
+    assert runlog.figures(log, PERIOD, units)['over_target_share'] == pytest.approx(0.1, abs=0.01)    # the map's own
+
+
+def test_a_reading_that_is_too_low_hides_nothing():
+    """3 % above the target for half of the time, the section area reads 3 % low: half is told."""
+    log = walls()
+    t = np.arange(len(log['x'])) * PERIOD
+    rate = np.where(t < 4.0, 1.04, 0.95) * 1000 / 60
+    log['removed_volume'] = np.concatenate([[0], np.cumsum(rate[:-1])]) * PERIOD
+    log['section_area'] = 0.97 * rate / 10.0
+    assert runlog.figures(log, PERIOD)['over_target_share'] == pytest.approx(0.5, abs=0.08)
+
+
 def test_lost_samples_leave_their_window_out():
     log = steady(1001, rate=600, target=600)
     kept = np.delete(np.arange(1001), slice(500, 520))

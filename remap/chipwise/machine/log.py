@@ -34,6 +34,9 @@ NAMES = tuple(name for name, _pin, _type in COLUMNS)
 FEED_MOTION = (2, 3)        # motion.motion-type of a feed move and an arc
 SETTLE_PERIODS = 20        # after the end of a move in which its last cells may still be cut
 RATE_WINDOW_S = 0.010       # a rate is the volume removed in a window this long
+CALIBRATE_S = 1.0           # over so long the map's volume is right
+CALIBRATION = (0.8, 1.25)   # bounds of what it may correct the section area by
+LEAST_SWEPT = 0.5           # mm3 in that time, below which nothing is corrected
 OVER_TARGET = 1.02          # a window counts as over the target from this ratio on
 
 
@@ -102,11 +105,35 @@ def _windows(log, period, window):
     return start[cutting], end[cutting]
 
 
-def cutting_windows(log, period, window=RATE_WINDOW_S):
+def _swept(log, period, units_per_mm):
+    """(n,) mm3 removed up to each row, by the section area times the way, brought to the map's volume over CALIBRATE_S.
+
+    The map gives a wall's cells away in steps when they are cut a second time, deeper, but is right over some time; the
+    section area has no steps, but its reading may be off by some percent.  None where the log has no section area.
+    """
+    tip = [log['x'], log['y'], log['z'] - log['tool_offset_z']]
+    step = np.sqrt(sum(np.diff(axis, prepend=axis[:1]) ** 2 for axis in tip)) / units_per_mm
+    area = np.asarray(log['section_area'], float)
+    met = 0.5 * (area + np.concatenate([area[:1], area[:-1]])) * step * np.isin(log['motion_type'], FEED_MOTION)
+    if not met.any():
+        return None
+    swept = np.concatenate([[0.0], np.cumsum(met[1:])])
+    volume = np.concatenate([[0.0], np.cumsum(np.clip(np.diff(log['removed_volume']), 0.0, None))])
+    half, last = int(round(0.5 * CALIBRATE_S / period)), len(swept) - 1
+    row = np.arange(len(swept))
+    low, high = np.clip(row - half, 0, last), np.clip(row + half, 0, last)
+    by_area, by_map = swept[high] - swept[low], volume[high] - volume[low]
+    known = by_area > LEAST_SWEPT
+    factor = np.where(known, np.clip(by_map / np.where(known, by_area, 1.0), *CALIBRATION), 1.0)
+    return np.concatenate([[0.0], np.cumsum((met * factor)[1:])])
+
+
+def cutting_windows(log, period, window=RATE_WINDOW_S, units_per_mm=1.0):
     """-> (rate, target): mm3/min in each window spent cutting."""
     start, end = _windows(log, period, window)
-    rate = (log['removed_volume'][end] - log['removed_volume'][start]) / window * 60.0
-    return rate, log['rate_target'][start]
+    swept = _swept(log, period, units_per_mm) if len(log['sample']) else None
+    removed = log['removed_volume'] if swept is None else swept
+    return (removed[end] - removed[start]) / window * 60.0, log['rate_target'][start]
 
 
 def largest_section(log, period, units_per_mm=1.0):
@@ -132,7 +159,7 @@ def volume_removed(log):
     return float(steps[steps > 0].sum())
 
 
-def figures(log, period):
+def figures(log, period, units_per_mm=1.0):
     """-> the summary's figures that come from the log; None where unknown."""
     count = len(log['sample'])
     span = log['sample'][-1] - log['sample'][0] + 1 if count else 0
@@ -140,9 +167,11 @@ def figures(log, period):
               'volume_mm3': round(volume_removed(log), 3),
               'rate_target': None, 'rate_mean': None, 'rate_peak': None,
               'over_target_share': None}
-    rate, target = cutting_windows(log, period)
+    rate, target = cutting_windows(log, period, units_per_mm=units_per_mm)
     if len(rate):
-        result['rate_mean'] = round(float(rate.mean()), 3)
+        start, end = _windows(log, period, RATE_WINDOW_S)
+        removed = log['removed_volume'][end] - log['removed_volume'][start]
+        result['rate_mean'] = round(float(removed.mean()) / RATE_WINDOW_S * 60.0, 3)
         result['rate_peak'] = round(float(rate.max()), 3)
     aimed = target > 0
     if aimed.any():
