@@ -19,6 +19,8 @@ ROOT = os.path.dirname(os.path.dirname(HERE))
 STOCK = '/usr/share/doc/linuxcnc/examples/sample-configs'
 TIMEOUT_S = 540
 
+POSTGUI = 'POSTGUI_HALFILE = /usr/local/share/chipwise/hal/chipwise.hal'
+
 # The tool, 6 mm, is at work X0 Y0 Z0 and 3 mm beside the stock; a slot 2 mm deep goes 17 mm into it.
 LINES = ['G49', 'M61 Q{TOOL}', 'G10 L1 P{TOOL} R{RADIUS}', 'G10 L20 P1 X0 Y0 Z0', 'G54']
 PROGRAM = '''G21 G90 G94 G17 G40 G64 P0.01
@@ -44,7 +46,7 @@ class Sample:
     screen: str                     # the program it needs
     refused: str = ''               # words of the sentence with which it is refused; '': it runs
     joined: tuple = ()              # pins of motion that the configuration itself connects
-    postgui: bool = False           # POSTGUI_HALFILE = chipwise.hal in place of HALFILE = chipwise.hal
+    postgui: bool = False           # POSTGUI in place of HALFILE = chipwise.hal
     own_error: str = ''             # an operator error the configuration has without chipwise, too
     recipe: bool = False            # with what docs/Config.md says of a machine with a [PYTHON] section of its own
 
@@ -156,7 +158,7 @@ def run(sample, where, installed, edit=None, picture=None):
     ini = os.path.join(copy, sample.path)
     if sample.recipe:
         follow_the_recipe(ini)
-    paste(ini, [(section, ['POSTGUI_' + line if sample.postgui and line.startswith('HALFILE') else line for line in lines])
+    paste(ini, [(section, [POSTGUI if sample.postgui and line.startswith('HALFILE') else line for line in lines])
                 for section, lines in readme_lines()])
     give_it_a_tool(ini)
     if edit:
@@ -213,7 +215,7 @@ def table_lines():
     for sample in SAMPLES:
         outcome = f'refused: "{sample.refused} .."' if sample.refused else 'runs'
         if sample.postgui:
-            outcome = 'runs with `POSTGUI_HALFILE = chipwise.hal` in place of `HALFILE = chipwise.hal`'
+            outcome = f'runs with `{POSTGUI}` in place of `HALFILE = chipwise.hal`'
         if sample.recipe:
             outcome = 'runs with the two lines of [Config.md](Config.md#a-machine-with-codes-of-its-own)'
         joined = ', '.join(f'`{pin}`' for pin in sample.joined)

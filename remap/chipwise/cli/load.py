@@ -9,6 +9,7 @@ import math
 import os
 import subprocess
 
+from chipwise import ROOT
 from chipwise.cli.python_section import check_codes
 from chipwise.errors import MM_PER_INCH, CycleError
 from chipwise.settings import braceless, ini_file_name, ini_lines, load_settings, read_section
@@ -174,7 +175,8 @@ def check_machine():
     if not any(line.split()[1:] == ['motion-controller'] for line in halcmd('show', 'thread').splitlines()):
         if ini_section('HAL').get('TWOPASS'):
             raise CycleError('[HAL]TWOPASS is set, and chipwise.hal cannot be run in two passes',
-                             'let the screen run it: POSTGUI_HALFILE = chipwise.hal in place of HALFILE = chipwise.hal')
+                             f'let the screen run it: POSTGUI_HALFILE = {braceless(ROOT)}/hal/chipwise.hal in place of '
+                             'HALFILE = chipwise.hal')
         raise CycleError('motion-controller is not in a thread yet',
                          "put HALFILE = chipwise.hal after your machine's own HAL files")
 
