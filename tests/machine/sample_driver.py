@@ -3,8 +3,8 @@
     sample_driver.py INI JOB.json RESULT.json
 
 Run in a sandbox by samples.py.  JOB: `lines` a list of MDI lines and `program` (text) with {placeholders}, `picture` a
-path for a screenshot, `pins` a list.  RESULT: `started`, `said` (lines of chipwise's in LinuxCNC's output), `output` (its
-end), `screen_alive`, `errors` (operator's), `done`, `pins` {name: text}, `signals` {pin: signal}.
+path for a screenshot, `pins` a list, `watch` pins to be read while the tool cuts.  RESULT: `started`, `said` (lines of chipwise's in LinuxCNC's output), `output` (its
+end), `screen_alive`, `errors` (operator's), `done`, `pins` {name: text}, `during` the same of `watch`, `signals` {pin: signal}.
 """
 
 import json
@@ -95,13 +95,22 @@ class Sample:
         self.command, self.channel = linuxcnc.command(), linuxcnc.error_channel()
         self.settle()
 
+    def switched_on(self):
+        """One more step towards a machine that is on and stays on: a screen that is still starting switches, too."""
+        for state in (linuxcnc.STATE_ESTOP_RESET, linuxcnc.STATE_ON):
+            if self.poll().task_state < state:
+                self.command.state(state)
+                self.command.wait_complete(5)
+        end = time.monotonic() + 2.0
+        while time.monotonic() < end:
+            if self.poll().task_state != linuxcnc.STATE_ON:
+                return False
+            time.sleep(0.05)
+        return True
+
     def home(self):
         command = self.command
-        for state in (linuxcnc.STATE_ESTOP_RESET, linuxcnc.STATE_ON):
-            if self.poll().task_state < state:          # a screen may have done it
-                command.state(state)
-                command.wait_complete()
-            self.wait(f'task state {state}', lambda: self.poll().task_state >= state, 20)
+        self.wait('switching on', self.switched_on, 60)
         command.mode(linuxcnc.MODE_MANUAL)
         command.wait_complete()
         command.teleop_enable(0)
@@ -120,14 +129,32 @@ class Sample:
         self.command.wait_complete(20)
         self.wait(line, self.idle, 60)
 
-    def run(self, program):
+    def begun(self, program):
+        """One try to start it: a screen that opens its own program just now takes the task's mode and file."""
         self.command.mode(linuxcnc.MODE_AUTO)
         self.command.wait_complete(10)
         self.command.program_open(program)
-        self.command.wait_complete(20)
+        self.command.wait_complete(10)
+        if self.poll().task_mode != linuxcnc.MODE_AUTO or self.status.file != program:
+            return False
         self.command.auto(linuxcnc.AUTO_RUN, 0)
-        self.wait('the start of the program', lambda: not self.idle(), 20)
+        end = time.monotonic() + 4.0
+        while time.monotonic() < end:
+            if not self.idle():
+                return True
+            time.sleep(0.02)
+        return False
+
+    def run(self, program, watch):
+        """-> what the pins `watch` are while the tool cuts."""
+        seen = {}
+        self.wait('the start of the program', lambda: self.begun(program), 60)
+        if watch:
+            self.wait('the first chip', lambda: float(halcmd('getp', 'stock-tracker.0.mrr') or 0) > 0, 60)
+            time.sleep(0.4)
+            seen = {pin: halcmd('getp', pin).strip() for pin in watch}
         self.wait('the program', self.idle, RUN_S)
+        return seen
 
 
 def place(status):
@@ -155,8 +182,10 @@ def work(sample, job, result):
     path = os.path.join(os.environ['HOME'], 'sample.ngc')
     with open(path, 'w') as handle:
         handle.write(job['program'].format(**place(sample.poll())))
-    sample.run(path)
+    result['during'] = sample.run(path, job.get('watch', []))
     result['done'] = True
+    if job.get('watch'):
+        time.sleep(1.0)             # chipwise-display says its line
     sample.collect()
 
 

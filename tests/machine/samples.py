@@ -166,13 +166,14 @@ def run(sample, where, installed, edit=None, picture=None):
     return drive(sample, ini, where, installed, picture)
 
 
-def drive(sample, ini, where, installed, picture=None):
+def drive(sample, ini, where, installed, picture=None, watch=()):
+    """-> the driver's result for an INI file."""
     job, result = os.path.join(where, 'job.json'), os.path.join(where, 'result.json')
     inch = re.search(r'^LINEAR_UNITS\s*=\s*(in|imperial)', open(ini, errors='replace').read(), re.MULTILINE)
     lines = [line.replace('{RADIUS}', '%.6f' % (3 / 25.4 if inch else 3)) for line in ['G20' if inch else 'G21', *LINES]]
     with open(job, 'w') as handle:
         json.dump({'lines': lines, 'program': PROGRAM, 'pins': PINS, 'signals': list(sample.joined),
-                   'picture': picture}, handle)
+                   'picture': picture, 'watch': list(watch)}, handle)
     done = subprocess.run(
         [os.path.join(ROOT, 'bin', 'chipwise-sandbox'), '--installed', installed, '--xvfb', '1400x900',
          '--require-isolation', '--timeout', str(TIMEOUT_S), '--', '/usr/bin/python3',

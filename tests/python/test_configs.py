@@ -56,6 +56,6 @@ def test_files_named_exist():
     for name in ('mill.ini', 'mill_inch.ini', 'mill_headless.ini'):
         folder = os.path.join(ROOT, 'configs')
         for section, key, value in entries(name):
-            if (section, key) in (('HAL', 'HALFILE'), ('EMCIO', 'TOOL_TABLE'),
+            if (section, key) in (('HAL', 'HALFILE'), ('HAL', 'POSTGUI_HALFILE'), ('DISPLAY', 'PYVCP'), ('EMCIO', 'TOOL_TABLE'),
                                   ('CHIPWISE', 'TOOL_GEOMETRY'), ('PYTHON', 'TOPLEVEL')):
                 assert os.path.exists(os.path.join(folder, value)), (name, value)

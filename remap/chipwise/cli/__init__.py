@@ -19,8 +19,8 @@ import sys
 from chipwise import ROOT, version
 from chipwise.errors import printable
 
-COMMANDS = ('contour', 'demo', 'load', 'monitor', 'try_program')
-INTERNAL = ('load', 'monitor')      # LinuxCNC calls them
+COMMANDS = ('contour', 'demo', 'display', 'load', 'monitor', 'try_program')
+INTERNAL = ('display', 'load', 'monitor')      # LinuxCNC calls them
 
 
 class CommandError(Exception):

@@ -29,7 +29,8 @@ def _plan(state, finish):
     for text, lengths in plan.notes:
         state.say(text, **lengths)
     if finish and state.interp.task:
-        report.record("contour", chopped=plan.chop.chopped, largest_piece_mm=plan.chop.largest_piece)
+        report.record("contour", chopped=plan.chop.chopped, pieces=plan.chop.pieces,
+                      largest_piece_mm=plan.chop.largest_piece)
     return plan.moves
 
 

@@ -15,7 +15,8 @@ def _plan(state, request):
     """The moves; the task, not the preview, also reports what will fall out."""
     moves = hole_moves(request)
     if state.interp.task:
-        report.record("hole", chopped=chop_parts(request) > 1, largest_piece_mm=largest_piece(request))
+        parts = chop_parts(request)
+        report.record("hole", chopped=parts > 1, pieces=parts, largest_piece_mm=largest_piece(request))
     return moves
 
 

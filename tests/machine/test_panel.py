@@ -1,0 +1,36 @@
+"""The panel beside AXIS's plot and the line at the end of a program, on the mills of configs/ as installed."""
+
+import os
+import re
+import shutil
+
+import pytest
+
+from machine import samples
+
+pytestmark = pytest.mark.machine
+
+WATCH = ['pyvcp.chipwise-stock.legend1', 'pyvcp.chipwise-mode.legend1', 'pyvcp.chipwise-by.legend1', 'pyvcp.chipwise-rate',
+         'pyvcp.chipwise-target', 'pyvcp.chipwise-share', 'pyvcp.chipwise-unit.legend1']
+
+
+@pytest.mark.parametrize('name, per', [('mill.ini', 1.0), ('mill_inch.ini', 16.387064)])
+def test_panel_and_line(name, per, tmp_path):
+    """M251 P1 Q6 on a full slot: while it cuts, and after it."""
+    installed = samples.stage(str(tmp_path))
+    share = tmp_path / 'share'
+    shutil.copytree(os.path.join(installed, 'usr/local/share/chipwise'), share, symlinks=True)
+    sample = samples.Sample(name, name, 'axis')
+    result = samples.drive(sample, str(share / 'configs' / name), str(tmp_path), installed, watch=WATCH)
+    assert samples.verdict(sample, result) == ''
+    stock, mode, by, rate, target, share_of_target, inch = (result['during'][pin] for pin in WATCH)
+    assert (stock, mode, by, inch) == ('TRUE', 'TRUE', 'TRUE', 'TRUE' if per > 1 else 'FALSE')
+    assert float(target) == pytest.approx(6 / per, rel=1e-4)
+    assert float(rate) == pytest.approx(6 / per, rel=0.05) and float(share_of_target) == pytest.approx(100, rel=0.05)
+    line = next(said for said in result['said'] if 'sample.ngc' in said)
+    found = re.fullmatch(r'chipwise: sample.ngc: ([0-9.]+) s, ([0-9.]+) s more than at F; '
+                         r'peak ([0-9.]+), target ([0-9.]+) (cm3|in3)/min', line)
+    assert found, line
+    assert float(found[3]) == pytest.approx(6 / per, rel=0.05) and found[5] == ('in3' if per > 1 else 'cm3')
+    # 14 mm of full slot at 6 cm3/min: 500 mm/min for 600
+    assert 0.05 < float(found[2]) < 1.0
