@@ -4,7 +4,8 @@ Holds the machine when stock_tracker(9) sees a traverse that is about to meet st
 on which the shank cuts. The hold stays until the motion is over: the operator aborts the program
 (Stop, Esc) and may then jog or run what he likes. A rising edge of
 .B release
-lets the machine go on as it is, past this one place.
+lets the machine go on as it is, past this one place: on a traverse until it has come out of the stock, or the traverse or the
+line ends.
 
 .B inhibit, hold
 are stop, or what another HAL file wants of the same two pins and gives to
@@ -44,6 +45,8 @@ param rw bit guard_obeyed = 1 "stop for disobeyed";
 
 variable int was_released;
 variable int passing;
+variable int reached;
+variable int passing_line;
 function _ fp;
 license "GPL";
 author "chipwise";
@@ -55,6 +58,16 @@ see_also "stock_tracker(9), volumetric_feed(9)";
 #define FLUTE 2
 #define DISOBEYED 3
 
+#define REACHED 1e-6            /* machine units to the stock: it is there */
+
+/* Whether the place the machine was let past lies behind: a traverse speeds up again after the release, and sees the
+ * same stock only when it is fast enough. */
+static int is_past(struct __comp_state *__comp_inst, int found)
+{
+    if (passing != RAPID) return found != passing;
+    return motion_type != RAPID || program_line != passing_line || (reached && !rapid_contact);
+}
+
 FUNCTION(_) {
     int moving = motion_type != 0 && coord_mode;
     int found = rapid_contact && guard_rapid ? RAPID
@@ -63,8 +76,13 @@ FUNCTION(_) {
     int released = release && !was_released;
 
     was_released = release;
-    if (!moving || found != passing) passing = NOTHING;
-    if (released && reason != NOTHING) passing = reason;
+    if (passing == RAPID) reached |= rapid_contact && rapid_distance <= REACHED;
+    if (!moving || is_past(__comp_inst, found)) passing = NOTHING;
+    if (released && reason != NOTHING) {
+        passing = reason;
+        passing_line = program_line;
+        reached = 0;
+    }
     if (!moving || released) reason = NOTHING;
     else if (reason == NOTHING && found != NOTHING && found != passing) {
         reason = found;

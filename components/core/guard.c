@@ -338,6 +338,10 @@ static int judge_line(struct cw_guard *guard, const struct cw_stock *stock, cons
     double wanted = guard->gone + cw_max(stopping(guard, in, 0.5 * accel), 2.0 * stock->cell);
     if (guard->line.clear < guard->gone) guard->line.clear = guard->gone;
     send(&guard->line, &track, stock, tool, wanted + guard->speed * in->period, end, work);
+    if (found(&guard->line) && guard->gone > guard->line.hit_far) {     /* it was let go on: what comes behind? */
+        begin_probe(&guard->line, guard->gone);
+        send(&guard->line, &track, stock, tool, wanted + guard->speed * in->period, end, work);
+    }
     if (!found(&guard->line) || guard->periods < CW_GUARD_STEADY) return 0;
     guard->distance = cw_max(guard->line.hit_near - guard->gone, 0.0);
     return must_stop(guard, stock, in, accel);

@@ -28,6 +28,8 @@
  *     b. A parabola is the line of the next traverse with an offset that vanishes (struct cw_guard_bend); only
  *        what is gone on that line is still to be stopped, at half the acceleration. The first segment brakes anyway.
  *     Where the planner cannot be read a blend is not judged; the line after it is.
+ *     c. A tool that has gone on past the place where stock was met (the operator let it) is probed for anew from where it
+ *        is: in the stock that is met again at once, behind it the next one counts.
  *  6. The shank is a cylinder that begins where the flutes end. It must meet nothing on a feed.
  */
 #ifndef CHIPWISE_GUARD_H

@@ -32,5 +32,7 @@ SABOTAGE = {
     "line of later": lambda t: t.put("line", "flute while stopped", 8, 3),
     "depth of the first touch": lambda t: t.put("deepest", "deeper", 4.5),
     "distance NaN": lambda t: t.put("distance", "contact", np.nan),
+    "a third of the way each time": lambda t: t.put("stop", "the same stock again", 1, 2),
+    "never stops again": lambda t: t.put("stop", "the next stock", 0),
     "stops again after the release": lambda t: t.put("stop", "release kept down", 1, 2),
 }
