@@ -60,11 +60,11 @@ int cw_tool_init(struct cw_tool *tool, double diameter, double corner_radius,
 
     tool->radius = 0.0;
     tool->rings = 0;
-    if (!cw_finite(diameter) || !(diameter > 0.0)) return CW_TOOL_DIAMETER;
+    if (!(diameter >= CHIP_LEAST_TOOL && diameter <= CHIP_MOST_TOOL)) return CW_TOOL_DIAMETER;
     if (!cw_finite(corner_radius) || corner_radius < 0.0 || corner_radius > radius * (1.0 + 1e-9))
         return CW_TOOL_CORNER;
-    if (!cw_finite(tip_angle) || tip_angle < 0.0 || tip_angle >= 180.0) return CW_TOOL_ANGLE;
-    if (!cw_finite(flute_length) || flute_length < 0.0) return CW_TOOL_FLUTE;
+    if (tip_angle != 0.0 && !(tip_angle >= CHIP_LEAST_TIP && tip_angle < 180.0)) return CW_TOOL_ANGLE;
+    if (!(flute_length >= 0.0 && flute_length <= CHIP_LONGEST_FLUTE)) return CW_TOOL_FLUTE;
 
     tool->corner = corner_radius > radius ? radius : corner_radius;
     tool->flute = flute_length;

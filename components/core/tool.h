@@ -17,12 +17,17 @@
 
 #define CW_TOOL_RINGS 12        /* bands the end of the tool is divided into for section.c */
 
+#define CHIP_LEAST_TOOL 1e-3    /* mm, diameter */
+#define CHIP_MOST_TOOL 2000.0   /* mm, diameter */
+#define CHIP_LEAST_TIP 0.1      /* degrees; a sharper cone is a needle: its slope would be in the thousands */
+#define CHIP_LONGEST_FLUTE 1e4  /* mm */
+
 enum cw_tool_error {
     CW_TOOL_OK = 0,
-    CW_TOOL_DIAMETER = 1,       /* diameter not a finite number > 0 */
+    CW_TOOL_DIAMETER = 1,       /* diameter not from CHIP_LEAST_TOOL to CHIP_MOST_TOOL */
     CW_TOOL_CORNER = 2,         /* corner radius negative, not finite or larger than the tool's radius */
-    CW_TOOL_ANGLE = 3,          /* tip angle not in [0, 180) degrees */
-    CW_TOOL_FLUTE = 4           /* flute length negative or not finite */
+    CW_TOOL_ANGLE = 3,          /* tip angle neither 0 nor in [CHIP_LEAST_TIP, 180) degrees */
+    CW_TOOL_FLUTE = 4           /* flute length negative, not finite or above CHIP_LONGEST_FLUTE */
 };
 
 struct cw_tool_ring {           /* one band of the tool's end, seen as a surface of revolution */

@@ -43,7 +43,7 @@ MOST_SHOWN = 40                 # characters of a wrong value in a message
 _NUMBERS = {
     # key: (smallest, is the smallest itself allowed, largest, rule)
     "corner_radius": (0.0, True, 1e4, "a length of 0 mm or more"),
-    "tip_angle": (0.0, False, 179.999, "an angle above 0 and below 180 degrees"),
+    "tip_angle": (0.1, True, 179.999, "an angle of 0.1 degrees or more, below 180"),
     "flute_length": (0.0, False, 1e4, "a length above 0 mm"),
     "flutes": (1, True, 100, "a whole number from 1 to 100"),
     "max_removal_rate": (0.0, False, 1e12, "a rate above 0 mm3/min"),

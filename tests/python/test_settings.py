@@ -80,7 +80,7 @@ def test_shipped_tools(root):
     ("[tool.3]\nflute_length = 0", "t.toml: tool 3: flute_length = 0 is not a length above 0 mm; correct the file"),
     ("[tool.3]\nflute_length = nan", "t.toml: tool 3: flute_length = nan is not a length above 0 mm; correct the file"),
     ("[tool.3]\nflutes = 2.5", "t.toml: tool 3: flutes = 2.5 is not a whole number from 1 to 100; correct the file"),
-    ("[tool.3]\ntip_angle = '90'", "t.toml: tool 3: tip_angle = '90' is not an angle above 0 and below 180 degrees"),
+    ("[tool.3]\ntip_angle = '90'", "t.toml: tool 3: tip_angle = '90' is not an angle of 0.1 degrees or more, below 180"),
     ("[tool.three]\nflutes = 2", "t.toml: tool three: is no tool number; use [tool.N], N a whole number"),
     ("[tools.3]\nflutes = 2", "t.toml: [tools] is unknown; use [tool.N], N the tool number"),
     ("tool = 3", "t.toml: tool is not a table"),

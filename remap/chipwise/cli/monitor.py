@@ -45,10 +45,10 @@ FAULTS = {              # stock-tracker.0.fault-code (man stock_tracker)
        'box; the stock is what it was before',
     4: 'the stock was not restored to its end, the machine went on meanwhile, or another program has written into it: it is not known any more; define it '
        'with M250 or restore it with M254',
-    11: 'the tool in the spindle has no diameter above 0; load a tool or give it a D in the tool table',
+    11: 'the tool in the spindle has no diameter from 0.001 to 2000 mm; load a tool or give it a D in the tool table',
     12: 'the corner radius of the tool is larger than the tool; correct the tool geometry file',
-    13: 'the tip angle of the tool is not below 180 degrees; correct the tool geometry file',
-    14: 'the flute length of the tool is negative; correct the tool geometry file',
+    13: 'the tip angle of the tool is neither 0 nor from 0.1 to below 180 degrees; correct the tool geometry file',
+    14: 'the flute length of the tool is not from 0 to 10000 mm; correct the tool geometry file',
     15: 'the tool in the spindle is not known: chipwise-monitor does not follow it; see the log and start `chipwise monitor`',
     16: 'chipwise-monitor does not answer; start `chipwise monitor` in a shell',
     20: 'an axis position is not a number; define the stock again with M250',
