@@ -5,6 +5,7 @@ import subprocess
 
 import pytest
 
+from chipwise.machine.rs274 import tool_table_unit
 from rs274.canon import ROOT, run_rs274, split_line, write_ini, write_tools
 
 SUB = "o100 sub\nG0 X0 Y0\nG1 X50\nY20\nX0\nY0\no100 endsub\n"
@@ -47,7 +48,7 @@ def test_a_path_that_is_not_utf8(tmp_path, code):
     path = os.path.join(folder, b"part.ngc")
     with open(path, "w", encoding="utf-8") as program:
         program.write(f"{SUB}T1 M6\nG21 G0 X0 Y0 Z9\n{code}\nM2\n")
-    table = write_tools(tmp_path, TOOLS, "in")
+    table = write_tools(tmp_path, TOOLS, tool_table_unit("mm"))
     run = subprocess.run([b"rs274", b"-g", b"-i", os.fsencode(write_ini(tmp_path)), b"-t", os.fsencode(table), b"-v",
                           os.fsencode(tmp_path / "t.var"), path], cwd=ROOT, env={**os.environ, "HOME": str(tmp_path)},
                          stdin=subprocess.DEVNULL, capture_output=True, timeout=60, check=False)
