@@ -32,7 +32,7 @@ import sys
 
 ROOT = os.path.dirname(os.path.dirname(os.path.realpath(__file__)))
 TREES = ('configs', 'hal', 'remap', 'nc_files', 'bin')
-LEFT_OUT = ('.in', '.stock', '.var', '.var.bak', '.expanded', '.pyc', '~', '.gitignore', '.gitkeep')
+LEFT_OUT = ('.in', '.stock', '.var', '.var.bak', '.pref', '.expanded', '.pyc', '~', '.gitignore', '.gitkeep')
 
 
 class InstallError(Exception):

@@ -90,8 +90,10 @@ class Sample:
                 last, since = links, time.monotonic()
             time.sleep(0.3)
 
-    def start(self):
+    def start(self, connected):
+        """connected(): what the screen's own HAL files connect is there."""
         self.wait('starting', self.answers, START_S)
+        self.wait('connecting the screen', connected, START_S)
         self.command, self.channel = linuxcnc.command(), linuxcnc.error_channel()
         self.settle()
 
@@ -117,25 +119,37 @@ class Sample:
         command.wait_complete()
         command.home(-1)
         self.wait('homing', lambda: all(self.poll().homed[:self.status.joints]), HOME_S)
+        time.sleep(2.0)                 # screens change pages and modes now
 
     def idle(self):
         status = self.poll()
         return status.interp_state == linuxcnc.INTERP_IDLE and status.queue == 0 and status.inpos
 
+    def in_mode(self, mode):
+        """One try to have a mode that stays: screens change it by themselves after homing and when a program is opened."""
+        if self.poll().task_mode != mode:
+            self.command.mode(mode)
+            self.command.wait_complete(10)
+        end = time.monotonic() + 0.5
+        while time.monotonic() < end:
+            if self.poll().task_mode != mode:
+                return False
+            time.sleep(0.02)
+        return True
+
     def mdi(self, line):
-        self.command.mode(linuxcnc.MODE_MDI)
-        self.command.wait_complete(10)
+        self.wait('MDI', lambda: self.in_mode(linuxcnc.MODE_MDI), 60)
         self.command.mdi(line)
         self.command.wait_complete(20)
         self.wait(line, self.idle, 60)
 
     def begun(self, program):
         """One try to start it: a screen that opens its own program just now takes the task's mode and file."""
-        self.command.mode(linuxcnc.MODE_AUTO)
-        self.command.wait_complete(10)
+        if not self.in_mode(linuxcnc.MODE_AUTO):
+            return False
         self.command.program_open(program)
         self.command.wait_complete(10)
-        if self.poll().task_mode != linuxcnc.MODE_AUTO or self.status.file != program:
+        if not self.in_mode(linuxcnc.MODE_AUTO) or self.poll().task_mode != linuxcnc.MODE_AUTO or self.status.file != program:
             return False
         self.command.auto(linuxcnc.AUTO_RUN, 0)
         end = time.monotonic() + 4.0
@@ -173,7 +187,8 @@ def signals(pins):
 
 
 def work(sample, job, result):
-    sample.start()
+    sample.start(lambda: all(signals(job['signals']).values()) and all(
+        halcmd('show', 'pin', pin).strip() for pin in [*job['pins'], *job.get('watch', [])]))
     result['started'] = True
     sample.home()
     tool = next(tool.id for tool in sample.poll().tool_table[1:] if tool.id > 0)

@@ -1,4 +1,4 @@
-"""The panel beside AXIS's plot and the line at the end of a program, on the mills of configs/ as installed."""
+"""The panel beside AXIS's plot and in gmoccapy, and the line at the end of a program, on the mills of configs/ as installed."""
 
 import os
 import re
@@ -10,20 +10,23 @@ from machine import samples
 
 pytestmark = pytest.mark.machine
 
-WATCH = ['pyvcp.chipwise-stock.legend1', 'pyvcp.chipwise-mode.legend1', 'pyvcp.chipwise-by.legend1', 'pyvcp.chipwise-rate',
+PYVCP = ['pyvcp.chipwise-stock.legend1', 'pyvcp.chipwise-mode.legend1', 'pyvcp.chipwise-by.legend1', 'pyvcp.chipwise-rate',
          'pyvcp.chipwise-target', 'pyvcp.chipwise-share', 'pyvcp.chipwise-unit.legend1']
+GLADE = ['chipwise-panel.' + name for name in (
+    'stock-is-defined', 'mode-limit', 'by-stock', 'rate', 'rate-target', 'share', 'unit-in3')]
 
 
-@pytest.mark.parametrize('name, per', [('mill.ini', 1.0), ('mill_inch.ini', 16.387064)])
-def test_panel_and_line(name, per, tmp_path):
+@pytest.mark.parametrize('name, screen, watch, per', [
+    ('mill.ini', 'axis', PYVCP, 1.0), ('mill_inch.ini', 'axis', PYVCP, 16.387064), ('mill_gmoccapy.ini', 'gmoccapy', GLADE, 1.0)])
+def test_panel_and_line(name, screen, watch, per, tmp_path):
     """M251 P1 Q6 on a full slot: while it cuts, and after it."""
     installed = samples.stage(str(tmp_path))
     share = tmp_path / 'share'
     shutil.copytree(os.path.join(installed, 'usr/local/share/chipwise'), share, symlinks=True)
-    sample = samples.Sample(name, name, 'axis')
-    result = samples.drive(sample, str(share / 'configs' / name), str(tmp_path), installed, watch=WATCH)
+    sample = samples.Sample(name, name, screen)
+    result = samples.drive(sample, str(share / 'configs' / name), str(tmp_path), installed, watch=watch)
     assert samples.verdict(sample, result) == ''
-    stock, mode, by, rate, target, share_of_target, inch = (result['during'][pin] for pin in WATCH)
+    stock, mode, by, rate, target, share_of_target, inch = (result['during'][pin] for pin in watch)
     assert (stock, mode, by, inch) == ('TRUE', 'TRUE', 'TRUE', 'TRUE' if per > 1 else 'FALSE')
     assert float(target) == pytest.approx(6 / per, rel=1e-4)
     assert float(rate) == pytest.approx(6 / per, rel=0.05) and float(share_of_target) == pytest.approx(100, rel=0.05)

@@ -31,6 +31,14 @@ def test_headless_is_the_mill_with_another_display():
     assert common('mill_headless.ini') == common('mill.ini')
 
 
+def test_gmoccapy_is_the_mill_with_another_screen():
+    def common(name):
+        return [entry for entry in entries(name)
+                if entry[0] != 'DISPLAY' and entry[:2] != ('RS274NGC', 'PARAMETER_FILE')
+                and not entry[2].startswith('../hal/chipwise_panel')]
+    assert common('mill_gmoccapy.ini') == common('mill.ini')
+
+
 LENGTHS = re.compile(r'(JOINT|AXIS)_|TRAJ$')
 NUMBERS = re.compile(r'VELOCITY|ACCELERATION|LIMIT$|FERROR$|HOME$|HOME_OFFSET$')
 
@@ -53,7 +61,7 @@ def test_inch_is_the_metric_mill():
 
 
 def test_files_named_exist():
-    for name in ('mill.ini', 'mill_inch.ini', 'mill_headless.ini'):
+    for name in ('mill.ini', 'mill_inch.ini', 'mill_headless.ini', 'mill_gmoccapy.ini'):
         folder = os.path.join(ROOT, 'configs')
         for section, key, value in entries(name):
             if (section, key) in (('HAL', 'HALFILE'), ('HAL', 'POSTGUI_HALFILE'), ('DISPLAY', 'PYVCP'), ('EMCIO', 'TOOL_TABLE'),
