@@ -14,27 +14,27 @@ __all__ = ("g12", "g13", "g77", "g78", "g79", "m250", "m251", "m252", "m253", "m
 
 def g12(self, **words):
     """G12: circular hole, cut clockwise."""
-    return session.run_cycle(self, "G12", words, hole.request_of(ccw=False))
+    yield from session.run_cycle(self, "G12", words, hole.order_of(ccw=False))
 
 
 def g13(self, **words):
     """G13: circular hole, cut counter-clockwise."""
-    return session.run_cycle(self, "G13", words, hole.request_of(ccw=True))
+    yield from session.run_cycle(self, "G13", words, hole.order_of(ccw=True))
 
 
 def g77(self, **words):
     """G77: rough a contour."""
-    return session.run_cycle(self, "G77", words, contour.plan_of(finish=False))
+    yield from session.run_cycle(self, "G77", words, contour.order_of(finish=False))
 
 
 def g78(self, **words):
     """G78: finish a contour."""
-    return session.run_cycle(self, "G78", words, contour.plan_of(finish=True))
+    yield from session.run_cycle(self, "G78", words, contour.order_of(finish=True))
 
 
 def g79(self, **words):
     """G79: clear a pocket."""
-    return session.run_cycle(self, "G79", words, pocket.plan)
+    yield from session.run_cycle(self, "G79", words, pocket.order)
 
 
 def m250(self, **words):

@@ -18,6 +18,13 @@ from chipwise.files import read_bytes
 SECTION = "CHIPWISE"
 MOST_BYTES = 1 << 22            # of an INI file
 
+# Least angle of a ramp or an approach. degrees; 10 mm of depth are 5.7 m of travel then
+MIN_ANGLE = 0.1
+_ANGLE_RULE = f"an angle from {MIN_ANGLE:g} to 90 degrees"
+
+# Least chop size. mm; far below what any kerf leaves standing
+MIN_CHOP_SIZE = 0.1
+
 
 def _number(text):
     """Text -> finite float."""
@@ -65,7 +72,8 @@ class Setting:
 SETTINGS = {
     "CELL": Setting(0.25, "mm", _number, lambda v: 0.01 <= v <= 10, "a length from 0.01 to 10 mm"),
     "MAP_SIZE": Setting((300.0, 200.0), "mm", _pair, lambda v: min(v) > 0, "two lengths above 0 mm, X and Y"),
-    "CHOP_SIZE": Setting(0.0, "mm", _number, lambda v: v >= 0, "a length of 0 mm (never chop) or more"),
+    "CHOP_SIZE": Setting(0.0, "mm", _number, lambda v: v == 0 or v >= MIN_CHOP_SIZE,
+                         f"0 (never chop) or a length of {MIN_CHOP_SIZE:g} mm or more"),
     "CLOSE_GAP": Setting(0.01, "mm", _number, lambda v: 0 <= v <= 0.5, "a length from 0 to 0.5 mm"),
     "TOOL_GEOMETRY": Setting("", "path", str, lambda v: True, "the path of a TOML file"),
     "ANALOG_OUT": Setting(0, "", _whole, lambda v: 0 <= v <= 61, "a whole number from 0 to 61 (three pins are used)"),
@@ -80,12 +88,15 @@ SETTINGS = {
     "MAX_CHIP": Setting(0.0, "mm", _number, lambda v: v >= 0, "a thickness of 0 mm (none) or more"),
     "RECOVERY": Setting(0.0, "mm/s2", _number, lambda v: v >= 0, "an acceleration of 0 mm/s2 (at once) or more"),
     "DEADBAND": Setting(0.0, "", _number, lambda v: 0 <= v <= 1, "a share from 0 to 1"),
-    "APPROACH_ANGLE": Setting(30.0, "deg", _number, lambda v: 0 < v <= 90, "an angle above 0, up to 90 degrees"),
-    "RAMP_ANGLE": Setting(3.0, "deg", _number, lambda v: 0 < v <= 90, "an angle above 0, up to 90 degrees"),
+    "APPROACH_ANGLE": Setting(30.0, "deg", _number, lambda v: MIN_ANGLE <= v <= 90, _ANGLE_RULE),
+    "RAMP_ANGLE": Setting(3.0, "deg", _number, lambda v: MIN_ANGLE <= v <= 90, _ANGLE_RULE),
     "ALLOWANCE": Setting(0.0, "mm", _number, lambda v: 0 <= v <= 100, "a length from 0 to 100 mm"),
     "STOCK_DIR": Setting("stock", "path", str, lambda v: v != "", "the path of a folder"),
     "KEEP_STOCK": Setting(False, "", _yes_or_no, lambda v: True, "yes or no"),
     "GUARD_RAPID": Setting(True, "", _yes_or_no, lambda v: True, "yes or no"),
+    "PLAN_TIME": Setting(10, "s", _whole, lambda v: 1 <= v <= 600, "a whole number of seconds from 1 to 600"),
+    "PLAN_MOVES": Setting(500_000, "", _whole, lambda v: 1000 <= v <= 10_000_000, "a whole number from 1000 to 10000000"),
+    "PLAN_MEMORY": Setting(1024, "MB", _whole, lambda v: 64 <= v <= 65_536, "a whole number of MB from 64 to 65536"),
     "GUARD_FLUTE": Setting(True, "", _yes_or_no, lambda v: True, "yes or no"),
 }
 

@@ -1,9 +1,9 @@
 """Runs a contour sub in an interpreter of its own and prints what it would have moved.  A program, not a module.
 
-    /usr/bin/python3 -s sub_runner.py  < JSON of the job  > JSON of the result
+    /usr/bin/python3 -s sub_runner.py PARENT_PID  < JSON of the job  > JSON of the result
 
 Started by subs.py, one process per sub, so that whatever the sub does (an endless loop, a crash) happens to this process
-and never to the task or the preview.  It is the interpreter of AXIS's preview (module gcode): full doubles, line
+and never to the task or the preview.  It ends with its parent.  It is the interpreter of AXIS's preview (module gcode): full doubles, line
 numbers, no HAL, no machine.  Read in LinuxCNC 2.9: gcodemodule.cc.
 
 Job:     program, parameters (paths), units_per_mm, tool (number, diameter in machine units), codes (run first), begin, end
@@ -22,6 +22,8 @@ import signal
 import sys
 
 import gcode
+
+from processes import die_with_parent       # beside this file
 
 INCH = 25.4
 DECIMALS = 9        # of a mm: a program's decimals come out as they went in
@@ -147,6 +149,7 @@ def _own_output():
 
 
 def main():
+    die_with_parent(int(sys.argv[1]))
     job, output = json.load(sys.stdin), _own_output()
     signal.signal(signal.SIGPROF, signal.SIG_DFL)           # the end, also inside C code
     signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGPROF])

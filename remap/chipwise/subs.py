@@ -20,6 +20,7 @@ import math
 import os
 import re
 import signal
+import stat
 import subprocess
 import tempfile
 import time
@@ -30,16 +31,17 @@ from chipwise.errors import MM_PER_INCH, CycleError
 from chipwise.geometry.contour import (ArcElement, ContourError, LineElement, make_contour,
                                        refuse_nearly_closed)
 from chipwise.geometry.tolerances import CONNECT_MM, NEARLY_CLOSED_MM
+from chipwise.processes import cpu_s
 from chipwise.settings import read_section
 
 PYTHON = "/usr/bin/python3"     # the interpreter LinuxCNC is built for
 RUNNER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "sub_runner.py")
 
-CPU_S = 1.0             # computing time a sub may take: an answer within 2 s, whatever it does
-PATIENCE_S = 1.6        # after this time it is given up once it has had HALF_CPU_S, ..
-HALF_CPU_S = 0.4        # .. which a sub of some lines needs a tenth of, and a machine busy with other things may not give
-LINE_S = 2e-4           # more patience per line of the file
-WALL_S = 30.0           # and this long at most: such a machine, or a sandbox whose clock runs ahead
+CPU_S = 1.0             # computing time a sub may take, whatever else the machine does meanwhile, ..
+LINE_S = 5e-5           # .. and more for each line of it: LinuxCNC reads 80,000 a second here
+STUCK_S = 20.0          # a runner that computes nothing for so long waits for something that never comes
+LINE_LENGTH = 255       # linuxcnc.h: LINELEN; a longer line is an error in LinuxCNC, too
+MAX_LINES = 100_000     # lines of one sub, as many as it may make moves
 MAX_MOVES = 100_000     # moves of one sub; 20,000 elements are offset in half a second
 HEIGHT_MM = 1e-6        # a move that leaves its height by more is a Z move
 
@@ -94,7 +96,7 @@ class Shape:
 
 
 def read_shape(job):
-    """Shape of a contour sub.  Raises CycleError, within 2 s, for whatever is none."""
+    """Shape of a contour sub.  Raises CycleError for whatever is none."""
     found = find_sub(job)
     return _run(found, _relevant(job, found), _called(job, found))
 
@@ -137,9 +139,16 @@ def _o_word(text):
 @lru_cache(maxsize=8)
 def _lines_of(path, _stamp):
     """Lines of a file and its O-lines {number: (name, keyword)}."""
-    with open(path, encoding="utf-8", errors="surrogateescape") as file:
+    with open(path, encoding="utf-8", errors="surrogateescape", opener=_open_now) as file:
+        if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+            raise CycleError(f"{_quoted(path)} is no ordinary file", "a contour sub is read from an ordinary file only")
         lines = tuple(file.read().split("\n"))     # not splitlines(): it knows more line ends than LinuxCNC
     return lines, {n: word for n, word in ((n, _o_word(text)) for n, text in enumerate(lines, 1)) if word}
+
+
+def _open_now(path, flags):
+    """open() that does not wait for the other end of a FIFO."""
+    return os.open(path, flags | os.O_NONBLOCK)
 
 
 def _read(path):
@@ -193,6 +202,7 @@ def _quoted(path):
 _ASSIGNMENT = re.compile(r"#+(?:<[^>]*>|\[[^]]*\]|\d+)=.*?(?=#+(?:<[^>]*>|\[[^]]*\]|\d+)=|$)")
 _FUNCTION = re.compile(r"#+\d*|(?:exists|acos|asin|atan|round|sqrt|abs|cos|exp|fix|fup|sin|tan|ln)(?=#)")
 _WORD = re.compile(r"([a-z@^])((?:[+-]?[0-9.]+)?)")
+_MOVE = re.compile(r"\s*(?:[gG]0*[0-3])?(?:\s*[xXyYiIjJrRfF]\s*[-+]?(?:\d+\.?\d*|\.\d+))*\s*")     # most lines are one
 _CODES = {0.0, 1.0, 2.0, 3.0, 40.0}
 _LETTERS = "gnxyijrpf@^"
 
@@ -209,8 +219,17 @@ def _without_values(plain):
 
 def _check_text(found):
     """Refuse what no contour sub may hold, by its exact line; what hides behind an expression the runner finds."""
+    if found.last - found.first > MAX_LINES:
+        raise _fault(found, found.first, f"the sub has {found.last - found.first - 1} lines, more than {MAX_LINES}",
+                     "divide the contour, or use a loop")
+    for number, text in found.body:
+        if len(text) > LINE_LENGTH:
+            raise _fault(found, number, f"the line has {len(text)} characters, more than LinuxCNC's {LINE_LENGTH}",
+                         "divide the line")
     _refuse_arguments(found)
     for number, text in found.body:
+        if _MOVE.fullmatch(text):
+            continue
         plain = _plain(text).lstrip("/")
         if re.match(r"(n\d+)?o", plain):
             continue
@@ -306,7 +325,7 @@ def _run(found, job, _files):
         loops = [n for n, text in found.body if (_o_word(text) or ("", ""))[1] in ("while", "do", "repeat", "call")]
         where = f" (loops and calls: line {', '.join(map(str, loops[:5]))})" if loops else ""
         raise CycleError(f"sub O{_name(found)}, line {found.first} of {_quoted(found.path)}, does not end within "
-                         f"{CPU_S:g} s" + where, "correct the loop's condition")
+                         f"{_cpu_limit(found):g} s of computing time" + where, "correct the loop's condition, or make the sub simpler")
     last = result["moves"][-1][1] if result["moves"] else None
     for line, text in filter(None, (result["stop"], result["error"])):
         missing = re.search(r"EOF in file.*seeking o-word: o?<?(\w+)", text)
@@ -381,12 +400,15 @@ def _child(found, job):
         order = json.dumps({
             "program": paths["sub.ngc"], "parameters": paths["sub.var"], "units_per_mm": 1.0 / job.machine_unit,
             "tool": job.tool, "codes": ["G20" if job.unit == "in" else "G21", "G0"], "begin": _BEGIN, "end": _END,
-            "mark": _MARK, "max_moves": MAX_MOVES, "cpu_s": CPU_S})
+            "mark": _MARK, "max_moves": MAX_MOVES, "cpu_s": _cpu_limit(found)})
         environment = {**os.environ, "HOME": folder, "INI_FILE_NAME": paths["sub.ini"], "LC_ALL": "C"}
-        process = subprocess.Popen([PYTHON, "-s", RUNNER], env=environment, text=True, stdin=subprocess.PIPE,
-                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-        answer = _answer(process, order, PATIENCE_S + LINE_S * len(found.lines))
-    if answer is None or process.returncode == -signal.SIGPROF:
+        process = subprocess.Popen([PYTHON, "-s", RUNNER, str(os.getpid())], env=environment, text=True,
+                                   stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        answer = _answer(process, order)
+    if answer is None:
+        raise _fault(found, found.first, "the sub waits for something that does not come",
+                     "look at the files that it calls on the SUBROUTINE_PATH")
+    if process.returncode == -signal.SIGPROF:
         return None
     if process.returncode != 0:
         said = (answer[1].strip().splitlines() or [f"exit {process.returncode}"])[-1]
@@ -394,30 +416,27 @@ def _child(found, job):
     return json.loads(answer[0])
 
 
-def _answer(process, order, patience):
-    """(stdout, stderr) of the runner, None where it was given up."""
-    try:
-        return process.communicate(order, timeout=patience)
-    except subprocess.TimeoutExpired:
-        pass
-    try:
-        if _cpu_s(process.pid) < HALF_CPU_S:
-            return process.communicate(timeout=WALL_S - patience)
-    except subprocess.TimeoutExpired:
-        pass
-    process.kill()
-    process.communicate()
-    return None
+def _cpu_limit(found):
+    """Computing time (s) the sub may take."""
+    return CPU_S + round(LINE_S * len(found.body), 1)
 
 
-def _cpu_s(pid):
-    """Computing time a process has had, s."""
-    try:
-        with open(f"/proc/{pid}/stat", encoding="ascii") as file:
-            fields = file.read().rpartition(")")[2].split()
-        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-    except (OSError, ValueError, IndexError):
-        return math.inf
+def _answer(process, order):
+    """(stdout, stderr) of the runner, None where it was given up: it computed nothing for STUCK_S.  Its computing time it
+    limits itself."""
+    had, since = -1.0, time.monotonic()
+    while True:
+        try:
+            return process.communicate(order, timeout=0.5)
+        except subprocess.TimeoutExpired:
+            order = None                    # communicate() keeps what is left of it
+        now = cpu_s(process.pid)
+        if now != had:
+            had, since = now, time.monotonic()
+        elif time.monotonic() - since > STUCK_S:
+            process.kill()
+            process.communicate()
+            return None
 
 
 # ---- from moves to loops -------------------------------------------------------------------------------------------

@@ -33,6 +33,9 @@
     ["over", seconds, pin, ...]     answer: [lowest, highest] of each pin in that time
     ["feed override", factor]       the operator's slider
     ["hal", word, ...]              a halcmd command
+    ["stop", how, seconds]          abort or estop, so long after the start of the open program; answer: {"served": s until the
+                                    task had done it, "stood": s until nothing moved}, both without the time for which
+                                    other programs had the processors; "busy": whether the program was still under way
 
 The answers go to CHIPWISE_ANSWERS as one JSON list.
 """
@@ -54,6 +57,19 @@ import linuxcnc                                                 # noqa: E402
 from chipwise.machine import sampling, session                  # noqa: E402
 
 SETTLE_S = 0.3      # the monitor's messages come this late at most
+
+
+def processes(name):
+    """Processes that are called so."""
+    found = []
+    for entry in filter(str.isdigit, os.listdir('/proc')):
+        try:
+            with open(f'/proc/{entry}/comm') as handle:
+                if handle.read().strip() == name:
+                    found.append(int(entry))
+        except OSError:
+            pass
+    return found
 
 
 class Operator:
@@ -176,6 +192,41 @@ class Operator:
     def abort(self):
         self.machine.command.abort()
         self.machine.wait('abort', lambda s: s.interp_state == linuxcnc.INTERP_IDLE and s.inpos)
+
+    def stop(self, how, seconds):
+        machine = self.machine
+        machine.set_mode(linuxcnc.MODE_AUTO, 'auto')
+        machine.command.auto(linuxcnc.AUTO_RUN, 0)
+        time.sleep(seconds)
+        machine.poll()
+        busy = machine.status.interp_state != linuxcnc.INTERP_IDLE
+        waited, began = self.waited(), time.monotonic()
+        if how == 'abort':
+            machine.command.abort()
+        else:
+            machine.command.state(linuxcnc.STATE_ESTOP)
+        times = []
+        for done in (lambda s: s.task_state == linuxcnc.STATE_ESTOP if how == 'estop' else
+                     s.interp_state == linuxcnc.INTERP_IDLE, lambda s: s.current_vel == 0):
+            while True:
+                machine.poll()
+                if done(machine.status) or time.monotonic() - began > 60:
+                    break
+                time.sleep(0.002)
+            times.append(time.monotonic() - began - (self.waited() - waited))
+        if how == 'estop':
+            machine.switch_on()
+        return dict(served=times[0], stood=times[1], busy=busy)
+
+    @staticmethod
+    def waited():
+        """s for which LinuxCNC and this program have waited for a processor."""
+        total = 0
+        for process in [os.getpid()] + processes('milltask') + processes('rtapi_app') + processes('io'):
+            for thread in os.listdir(f'/proc/{process}/task'):
+                with open(f'/proc/{process}/task/{thread}/schedstat') as handle:
+                    total += int(handle.read().split()[1])
+        return total / 1e9
 
     @staticmethod
     def monitors():

@@ -31,9 +31,9 @@ def test_reads_one_section_only():
     ("CELL = 0", "[CHIPWISE]CELL = 0 is not a length from 0.01 to 10 mm; correct the INI file"),
     ("CELL = nan", "[CHIPWISE]CELL = nan is not a length from 0.01 to 10 mm; correct the INI file"),
     ("MAP_SIZE = 300", "[CHIPWISE]MAP_SIZE = 300 is not two lengths above 0 mm, X and Y; correct the INI file"),
-    ("CHOP_SIZE = {x}", "[CHIPWISE]CHOP_SIZE = {x} is not a length of 0 mm (never chop) or more; correct the INI file"),
+    ("CHOP_SIZE = {x}", "[CHIPWISE]CHOP_SIZE = {x} is not 0 (never chop) or a length of 0.1 mm or more; correct the INI file"),
     ("ANALOG_OUT = 1.5", "[CHIPWISE]ANALOG_OUT = 1.5 is not " + settings.SETTINGS["ANALOG_OUT"].rule + "; correct the INI file"),
-    ("RAMP_ANGLE = 91", "[CHIPWISE]RAMP_ANGLE = 91 is not an angle above 0, up to 90 degrees; correct the INI file"),
+    ("RAMP_ANGLE = 91", "[CHIPWISE]RAMP_ANGLE = 91 is not an angle from 0.1 to 90 degrees; correct the INI file"),
 ])
 def test_broken_values(line, message):
     with pytest.raises(CycleError) as caught:

@@ -313,9 +313,9 @@ def test_refused_in_inches(line, message):
 
 
 @pytest.mark.parametrize("settings, message", [
-    (dict(CHOP_SIZE="-1"), "[CHIPWISE]CHOP_SIZE = -1 is not a length of 0 mm (never chop) or more; correct the INI file"),
-    (dict(CHOP_SIZE="8 mm"), "[CHIPWISE]CHOP_SIZE = 8 mm is not a length of 0 mm (never chop) or more; correct the INI file"),
-    (dict(RAMP_ANGLE="0"), "[CHIPWISE]RAMP_ANGLE = 0 is not an angle above 0, up to 90 degrees; correct the INI file"),
+    (dict(CHOP_SIZE="-1"), "[CHIPWISE]CHOP_SIZE = -1 is not 0 (never chop) or a length of 0.1 mm or more; correct the INI file"),
+    (dict(CHOP_SIZE="8 mm"), "[CHIPWISE]CHOP_SIZE = 8 mm is not 0 (never chop) or a length of 0.1 mm or more; correct the INI file"),
+    (dict(RAMP_ANGLE="0"), "[CHIPWISE]RAMP_ANGLE = 0 is not an angle from 0.1 to 90 degrees; correct the INI file"),
     (dict(TOOL_GEOMETRY="/nonexistent/t.toml"),
      "t.toml: cannot be read: No such file or directory; correct [CHIPWISE]TOOL_GEOMETRY"),
 ])

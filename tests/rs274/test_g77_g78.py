@@ -404,7 +404,7 @@ REFUSED = [
                                     "use a smaller tool, or less allowance, or the other side"),
     ("G77 Q100 P41 Z-6 R2 F600 H1", "word H1 is not H0; H0 means do not chop; the chop size is #<_chipwise_chop_size>"),
     ("#<_chipwise_approach_angle> = 91\nG77 Q100 P41 Z-6 R2 F600 K1",
-     "approach angle 91 is not above 0 and up to 90 degrees; set #<_chipwise_approach_angle> to such an angle"),
+     "approach angle 91 is not from 0.1 to 90 degrees; set #<_chipwise_approach_angle> to such an angle"),
     ("G18\nG77 Q100 P41 Y-6 R2 Z-6 F600", "the plane is not G17; program G17 before"),
     ("G41.1 D1\nG77 Q100 P41 R2 Z-6 F600", "cutter compensation is on; program G40 before"),
     ("T2 M6\nG77 Q100 P41 R2 Z-6 F600", "tool 2 has a diameter of 0 mm, which is not above 0; give it a D in the tool table"),

@@ -199,7 +199,7 @@ REFUSED = [
     ("G79 Q100 Z-6 R2 F600 H5", "word H5 is not H0; H0 means do not chop; the chop size is #<_chipwise_chop_size>"),
     ("G79 Q100 Z-6 R2 F600 X1", "word X is not used here; words are Q D I K P L Z R J E H F"),
     ("#<_chipwise_ramp_angle> = 0\nG79 Q100 Z-6 R2 F600",
-     "ramp angle 0 is not above 0 and up to 90 degrees; set #<_chipwise_ramp_angle> to such an angle"),
+     "ramp angle 0 is not from 0.1 to 90 degrees; set #<_chipwise_ramp_angle> to such an angle"),
     ("G18\nG79 Q100 Z-6 R2 F600", "the plane is not G17; program G17 before"),
     ("G41 D1 F100\nG79 Q100 Z-6 R2 F600", "cutter compensation is on; program G40 before"),
     ("T0 M6\nG79 Q100 Z-6 R2 F600", "no tool is in the spindle; load one with T.. M6"),

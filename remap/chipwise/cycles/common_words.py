@@ -5,6 +5,7 @@ Called by hole.py, contour.py and pocket.py.
 
 from chipwise.errors import CycleError
 from chipwise.geometry.tolerances import CONNECT_MM
+from chipwise.settings import MIN_CHOP_SIZE
 
 # Lengths closer than this are equal. mm; rounding of inch words is below 1e-5
 EQUAL = 1e-6
@@ -14,6 +15,9 @@ TYPED = 1.3e-3
 
 # More passes in depth, or rings in a pocket, are a slip of the finger and would stall the preview.
 MAX_PASSES = 1000
+
+# Moves of one cycle where nothing else is said: [CHIPWISE]PLAN_MOVES.
+MOST_MOVES = 500_000
 
 
 def check_heights(r):
@@ -55,3 +59,20 @@ def gap_notes(contours):
     """What the operator should know of gaps that were closed: ((text, {name: mm}), ..)."""
     return tuple((f"the contour has a gap of {{gap}} at the end of line {contour.gap_line}: closed", {"gap": contour.gap})
                  for contour in contours if contour.gap > CONNECT_MM)
+
+
+def check_moves(count, r, remedy):
+    """Raise CycleError for more moves than the request's .most_moves."""
+    if count > r.most_moves:
+        raise CycleError(f"this takes {count:.0f} moves, more than {r.most_moves}",
+                         remedy + ", or raise [CHIPWISE]PLAN_MOVES")
+
+
+def check_chop_size(r):
+    """Raise CycleError for a chop size below 0, or so small that it can only be a slip of the finger."""
+    if r.chop_size < 0:
+        raise CycleError("chop size {h} is negative", "set #<_chipwise_chop_size> to 0 (never chop) or more",
+                         h=r.chop_size)
+    if 0 < r.chop_size < MIN_CHOP_SIZE - EQUAL:
+        raise CycleError("chop size {h} is below {least}", "set #<_chipwise_chop_size> to 0 (never chop), or to {least} "
+                         "or more", h=r.chop_size, least=MIN_CHOP_SIZE)

@@ -35,7 +35,8 @@ from typing import Optional
 import numpy as np
 
 from chipwise.cycles.chop_lines import depths
-from chipwise.cycles.common_words import EQUAL, check_depth_step, check_feeds, check_heights, check_step, gap_notes
+from chipwise.cycles.common_words import (
+    EQUAL, MOST_MOVES, check_chop_size, check_depth_step, check_feeds, check_heights, check_moves, check_step, gap_notes)
 from chipwise.cycles.contour_chop import ChopPlan, ChopRequest, chop_moves, chop_plan
 from chipwise.errors import Area, CycleError
 from chipwise.geometry import elements as runs
@@ -62,8 +63,8 @@ MAX_RINGS = 200
 # A path's start this near to a chop line lies on it. mm; a line ends up to slug.LINE_SAGITTA beside the path
 ON_LINE = 1e-3
 
-# More moves are a slip of the finger and would stall the preview: 10 s of emitting.
-MAX_MOVES = 1_000_000
+# A slanted approach that runs farther to the side comes from a slip of the finger. mm
+MAX_APPROACH = 1000.0
 
 # Smaller leftovers are not worth a message. mm2
 AREA = 0.01
@@ -89,6 +90,7 @@ class ContourRequest:
     finish          G78: the notes say what the tool does not reach
     chop_size       H: no piece that comes loose may reach it; 0: do not chop (G78)
     close_gap       gaps of the shape up to this width are closed
+    most_moves      a cycle of more is refused
     """
 
     shape: tuple
@@ -108,6 +110,7 @@ class ContourRequest:
     finish: bool = False
     chop_size: float = 0.0
     close_gap: float = CONNECT_MM
+    most_moves: int = MOST_MOVES
 
 
 @dataclass(frozen=True)
@@ -140,9 +143,11 @@ def check(r):
     if not 0 < r.angle <= math.pi / 2 + 1e-12:
         raise CycleError(f"approach angle {math.degrees(r.angle):g} is not above 0 and up to 90 degrees",
                          "set #<_chipwise_approach_angle>")
-    if r.chop_size < 0:
-        raise CycleError("chop size {h} is negative", "set #<_chipwise_chop_size> to 0 (never chop) or more",
-                         h=r.chop_size)
+    if r.approach is not None and r.approach / math.tan(r.angle) > MAX_APPROACH:
+        raise CycleError(f"the approach of K{{k}} at {math.degrees(r.angle):g} degrees begins {{out}} beside the contour, "
+                         "more than {most}", "use a smaller K or a larger #<_chipwise_approach_angle>",
+                         k=r.approach, out=r.approach / math.tan(r.angle), most=MAX_APPROACH)
+    check_chop_size(r)
 
 
 def _check_passes(r):
@@ -171,9 +176,9 @@ def contour_plan(request):
                          d=2 * request.tool_radius)
     passes = depths(request.clearance, request.bottom, request.depth_step)
     count = len(passes) * sum(len(path.elements) + 6 for result in results for path in result.paths)
-    if count > MAX_MOVES:
-        raise CycleError(f"this would be {count} moves, more than {MAX_MOVES}", "use a larger J or D")
+    check_moves(count, request, "use a larger J or D")
     chop = _chop(request, contour, results[-1])
+    check_moves(count + 4 * len(passes) * len(chop.segments), request, "use a larger J or chop size")
     kerfs = _Kerfs(chop.segments, request.tool_radius)
     ways = [[_way(room, path, kerfs) for path in result.paths] for result in results]
     tool = _Tool(request, room, slug=bool(chop.chops))

@@ -28,7 +28,8 @@ from functools import lru_cache
 from typing import Optional
 
 from chipwise.cycles.chop_lines import cut_line, depths, ends, enter, last_xy
-from chipwise.cycles.common_words import EQUAL, MAX_PASSES, check_depth_step, check_feeds, check_heights, check_step
+from chipwise.cycles.common_words import (
+    EQUAL, MAX_PASSES, MOST_MOVES, check_chop_size, check_depth_step, check_feeds, check_heights, check_moves, check_step)
 from chipwise.errors import CycleError
 from chipwise.geometry import chop
 from chipwise.moves import Arc, Line, Rapid
@@ -54,6 +55,7 @@ class HoleRequest:
     feed            mm/min (mm per revolution under G95)
     plunge_feed     E, same unit
     start           (x, y, z) where the tool stands
+    most_moves      a cycle of more is refused
     """
 
     x: float
@@ -70,6 +72,7 @@ class HoleRequest:
     step: Optional[float] = None
     chop_size: float = 0.0
     depth_step: Optional[float] = None
+    most_moves: int = MOST_MOVES
 
 
 def check(request):
@@ -84,9 +87,7 @@ def check(request):
                          i=r.radius, t=r.tool_radius)
     check_heights(r)
     check_feeds(r)
-    if r.chop_size < 0:
-        raise CycleError("chop size {h} is negative", "set #<_chipwise_chop_size> to 0 (never chop) or more",
-                         h=r.chop_size)
+    check_chop_size(r)
     check_depth_step(r)
     _check_pocket(r)
 
@@ -142,8 +143,9 @@ def hole_moves(request):
     """The whole cycle as a tuple of moves (mm).  Raises CycleError, before any move, where it cannot be done."""
     check(request)
     passes = depths(request.clearance, request.bottom, request.depth_step)
-    moves = []
-    for line in _lines_in_order(request, len(passes)):
+    moves, lines = [], _lines_in_order(request, len(passes))
+    check_moves(len(passes) * (4 * len(lines) + _circle_moves(request)), request, "use a larger J or Q")
+    for line in lines:
         cut_line(moves, request, line, passes)
     if leaves_slug(request):
         _cut_slug_circle(moves, request, passes, _wall_direction(request, last_xy(moves, request.start)))
@@ -163,6 +165,11 @@ def _lines_in_order(request, pass_count):
         return []
     groups = chop.disc_lines(request.x, request.y, request.radius, request.tool_radius, parts)
     return chop.order_lines(groups, request.start[:2], (request.x, request.y), *ends(request.tool_radius, pass_count))
+
+
+def _circle_moves(request):
+    """How many moves one pass of the circle or the pocket takes, about."""
+    return 5 if leaves_slug(request) else 3 + 2 * len(pocket_rings(request))
 
 
 # ---- circles ----------------------------------------------------------------------------------------------------

@@ -19,7 +19,8 @@ from typing import Optional
 import numpy as np
 
 from chipwise.cycles.chop_lines import depths
-from chipwise.cycles.common_words import EQUAL, MAX_PASSES, check_depth_step, check_feeds, check_step, gap_notes
+from chipwise.cycles.common_words import (
+    EQUAL, MAX_PASSES, MOST_MOVES, check_depth_step, check_feeds, check_moves, check_step, gap_notes)
 from chipwise.errors import Area, CycleError
 from chipwise.geometry import elements
 from chipwise.geometry.contour import make_contour
@@ -61,6 +62,7 @@ class PocketRequest:
     plunge_feed      E, same unit
     start            (x, y, z) where the tool stands
     close_gap        gaps of a loop up to this width are closed
+    most_moves       a cycle of more is refused
     """
 
     loops: tuple
@@ -79,6 +81,7 @@ class PocketRequest:
     depth_step: Optional[float] = None
     ramp_angle: float = 3.0
     close_gap: float = CONNECT_MM
+    most_moves: int = MOST_MOVES
 
 
 @dataclass(frozen=True)
@@ -229,7 +232,10 @@ class _Driver:
         """All levels of a Field."""
         r = self.request
         above, known = None, _known_starts(tracks)
-        for z in depths(r.clearance, r.bottom + r.floor_allowance, r.depth_step):
+        levels = depths(r.clearance, r.bottom + r.floor_allowance, r.depth_step)
+        per_level = sum(len(track.elements) + 3 for track in tracks)
+        check_moves(len(self.moves) + len(levels) * per_level, r, "use a larger J or D")
+        for z in levels:
             for track, is_known in zip(tracks, known):
                 if is_known:
                     self._reach(track, z)
@@ -257,6 +263,7 @@ class _Driver:
         angle = math.radians(r.ramp_angle)
         how = entries.entry(field, track, r.tool_radius, self.at[2] - z, angle)
         feed = min(r.feed, r.plunge_feed / math.sin(angle))
+        check_moves(len(self.moves) + entries.move_count(how), r, "use a larger #<_chipwise_ramp_angle> or J")
         if isinstance(how, entries.Helix):
             x, y, top = self.at
             for turn in range(1, how.turns + 1):
@@ -265,8 +272,9 @@ class _Driver:
             self.at = (x, y, z)
         elif isinstance(how, entries.Ramp):
             top = self.at[2]
-            for number, leg in enumerate(how.legs, 1):
-                self.run(leg, feed, z if number == len(how.legs) else top + (z - top) * number / len(how.legs))
+            legs = len(how.legs) * how.pairs
+            for number, leg in enumerate(how.legs * how.pairs, 1):
+                self.run(leg, feed, z if number == legs else top + (z - top) * number / legs)
         else:
             self.plunges.append(self.at[:2])
             self.down(z, r.plunge_feed)

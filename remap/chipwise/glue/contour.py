@@ -1,44 +1,23 @@
-"""G77 / G78: words -> ContourRequest -> moves.  Called by codes.py through session.run_cycle."""
+"""G77 / G78: words -> the fields of a ContourRequest.  Called by codes.py through session.run_cycle."""
 
 import math
 
-from chipwise import report, subs
-from chipwise.cycles.contour import ContourRequest, contour_plan
 from chipwise.errors import CycleError
-from chipwise.geometry.contour import ContourError
 from chipwise.glue import shape
 
 ROUGH_WORDS = "qpidljerzkh"
 FINISH_WORDS = "qpijerzkh"
 
 
-def plan_of(finish):
-    """The plan of G77 (finish False) or G78 (finish True) for session.run_cycle: State -> moves."""
-    return lambda state: _plan(state, finish)
+def order_of(finish):
+    """The order of G77 (finish False) or G78 (finish True) for session.run_cycle: State -> Order."""
+    return lambda state: _order(state, finish)
 
 
-def _plan(state, finish):
-    """Moves of the line; what the operator should know goes to the state."""
+def _order(state, finish):
+    """The Order of the line."""
     state.check_words(FINISH_WORDS if finish else ROUGH_WORDS)
-    words = _words(state, finish)
-    found = shape.read(state)
-    try:
-        plan = contour_plan(ContourRequest(shape=_one_loop(found), **words))
-    except ContourError as error:
-        raise subs.shape_error(found, error) from error
-    for text, lengths in plan.notes:
-        state.say(text, **lengths)
-    if finish and state.interp.task:
-        report.record("contour", chopped=plan.chop.chopped, pieces=plan.chop.pieces,
-                      largest_piece_mm=plan.chop.largest_piece)
-    return plan.moves
-
-
-def _one_loop(found):
-    """The only loop of a subs.Shape."""
-    if len(found.loops) > 1:
-        subs.one_contour(found)     # raises
-    return found.loops[0]
+    return state.order("contour", _words(state, finish), shape.job(state, shape.sub_number(state)))
 
 
 def _words(state, finish):

@@ -1,9 +1,6 @@
-"""G79: words -> PocketRequest -> moves.  Called by codes.py through session.run_cycle."""
+"""G79: words -> the fields of a PocketRequest.  Called by codes.py through session.run_cycle."""
 
-from chipwise import report, subs
-from chipwise.cycles.pocket import PocketRequest, pocket_plan
 from chipwise.errors import CycleError
-from chipwise.geometry.contour import ContourError
 from chipwise.glue import shape
 
 WORDS = "qdikplzrjeh"
@@ -12,21 +9,10 @@ WORDS = "qdikplzrjeh"
 STEP_SHARE = 0.4
 
 
-def plan(state):
-    """The plan of G79 for session.run_cycle: State -> moves.  What the operator should know goes to the state."""
+def order(state):
+    """The order of G79 for session.run_cycle: State -> Order."""
     state.check_words(WORDS)
-    words = _words(state)
-    found = shape.read(state)
-    try:
-        made = pocket_plan(PocketRequest(loops=tuple(tuple(loop) for loop in found.loops), **words))
-    except ContourError as error:
-        raise subs.shape_error(found, error) from error
-    for text, lengths in made.notes:
-        state.say(text, **lengths)
-    if state.interp.task:
-        report.record("pocket", regions=made.fields, plunges=len(made.plunges), unreached_mm2=[
-            round(region.area, 3) for region in made.unreached])
-    return made.moves
+    return state.order("pocket", _words(state), shape.job(state, shape.sub_number(state)))
 
 
 def _words(state):

@@ -1,9 +1,10 @@
 """From a line with one of our codes to the motion it makes: the frame every cycle runs in.
 
-    program line -> REMAP= -> codes.py -> run_cycle -> read state and words -> plan (pure) -> emit -> interpreter
+    program line -> REMAP= -> codes.py -> run_cycle -> read state and words -> order -> planner -> emit -> interpreter
 
 refuse() is the only place where errors become the operator's message.  A cycle is planned completely before its first
-move is emitted, so one that cannot be done emits nothing.  Nothing here touches HAL or waits for the machine.
+move is emitted, so one that cannot be done emits nothing.  Nothing here touches HAL.  While a cycle takes longer
+the task gets its turns (turn.py), so that Stop works.
 """
 
 import os
@@ -11,33 +12,48 @@ import os
 import emccanon
 from interpreter import INTERP_ERROR, INTERP_EXECUTE_FINISH, INTERP_OK
 
+from chipwise import planner, report
 from chipwise.errors import CycleError, clip, printable
 from chipwise.glue import emit, named
 from chipwise.glue.ceiling import restore_programmed
 from chipwise.glue.state import State
+from chipwise.glue.turn import Turn
 
 
-def run_cycle(interp, code, kwargs, plan):
-    """Run one cycle.
+def run_cycle(interp, code, kwargs, order_of):
+    """Run one cycle: a generator, as LinuxCNC wants it of a code that may have to wait.
 
-    interp  the interpreter (`self` of a remap)
-    code    "G12"
-    kwargs  the words LinuxCNC passed, n the line number
-    plan    function of a State, giving moves in mm, absolute work coordinates
-    Returns INTERP_OK or, with the message set, INTERP_ERROR: never an exception, never a traceback.
+    interp    the interpreter (`self` of a remap)
+    code      "G12"
+    kwargs    the words LinuxCNC passed, n the line number
+    order_of  function of a State, giving an Order
+    Yields INTERP_EXECUTE_FINISH for each wait (turn.py) and in the end INTERP_OK or, with the message set, INTERP_ERROR:
+    never an exception, never a traceback.
     """
     try:
+        turn = Turn(interp)
         restore_programmed(interp)
         named.check_known(interp)
         state = State(interp, code, kwargs)
         state.check_modes()
-        moves = plan(state)
-        for text in state.messages:
+        plan = planner.ask(order_of(state), turn.budget(state.settings["PLAN_TIME"]))
+        while not plan.ready(turn.patience()):
+            yield from turn.wait()
+        outcome = plan.outcome()
+        for text in outcome.messages:
             emccanon.MESSAGE(clip(text, place(interp, kwargs)))
-        emit.emit(interp, state, moves)
-        return INTERP_OK
+        for kind, figures in outcome.records if interp.task else ():
+            report.record(kind, **figures)
+        for chunk in outcome.chunks:
+            if turn.is_over():
+                yield from turn.wait()
+            emit.emit(interp, state.line_number, chunk)
+            turn.count(chunk)
+        yield INTERP_OK
+    except GeneratorExit:
+        raise
     except Exception as error:
-        return refuse(interp, code, kwargs, error)
+        yield refuse(interp, code, kwargs, error)
 
 
 def run_steps(interp, code, kwargs, steps):
@@ -97,3 +113,6 @@ def place(interp, kwargs):
         return f" (line {line})"
     except Exception:                   # a name that is not UTF-8
         return f" (line {line})" if kwargs.get("n", 0) > 0 else ""
+
+
+planner.start()     # it takes half a second to come up; LinuxCNC is starting, too

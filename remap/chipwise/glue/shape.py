@@ -1,6 +1,6 @@
 """The contour sub of a line's Q word, as the interpreter would run it there.  Called by glue/contour.py, glue/pocket.py.
 
-All work is done in chipwise/subs.py; here stands only what the sub may read of the interpreter that calls it.
+The planner reads it by chipwise/subs.py; here stands only what the sub may read of the interpreter that calls it.
 """
 
 import emccanon
@@ -23,11 +23,6 @@ def sub_number(state):
     if value != int(value) or value < 0:
         raise CycleError(f"Q{value:g} is no number of a sub", "use the number of an O-sub: Q100 for O100 sub")
     return int(value)
-
-
-def read(state):
-    """The subs.Shape of the line's Q word."""
-    return subs.read_shape(job(state, sub_number(state)))
 
 
 def job(state, sub):

@@ -10,7 +10,8 @@ import emccanon
 
 from chipwise.errors import MM_PER_INCH, CycleError
 from chipwise.glue import named
-from chipwise.settings import load_settings
+from chipwise.order import Order
+from chipwise.settings import MIN_ANGLE, load_settings
 from chipwise.tools import tool_geometry
 
 # Words any line may carry besides those of the cycle: LinuxCNC deals with them before or after it.
@@ -42,11 +43,12 @@ class State:
         self.unit_mm = MM_PER_INCH if inch else 1.0
         self.incremental = bool(interp.distance_mode)
         self.settings = load_settings()
-        self.messages = []
 
-    def say(self, text, **lengths):
-        """A message for the operator when the cycle is done; {names} in the text are lengths in mm or Areas."""
-        self.messages.append(CycleError(text, code=self.code, **lengths).text(self.unit))
+    def order(self, cycle, fields, job=None):
+        """The Order of this cycle: a function of plans.py, the fields of its request, the subs.Job of its sub."""
+        return Order(cycle=cycle, code=self.code, fields=dict(fields, most_moves=self.settings["PLAN_MOVES"]), job=job,
+                     unit=self.unit, unit_mm=self.unit_mm, start=self.position(),
+                     memory_mb=self.settings["PLAN_MEMORY"])
 
     # ---- modes ----------------------------------------------------------------------------------------------
 
@@ -209,13 +211,13 @@ class State:
         return self._angle("ramp")
 
     def _angle(self, kind):
-        """A named parameter above 0 and up to 90 degrees, or its INI default."""
+        """A named parameter from MIN_ANGLE to 90 degrees, or its INI default."""
         name = f"_chipwise_{kind}_angle"
         angle = self.parameter(name)
         if angle is None:
             return self.settings[f"{kind.upper()}_ANGLE"]
-        if not 0 < angle <= 90:
-            raise CycleError(f"{kind} angle {angle:g} is not above 0 and up to 90 degrees",
+        if not MIN_ANGLE <= angle <= 90:
+            raise CycleError(f"{kind} angle {angle:g} is not from {MIN_ANGLE:g} to 90 degrees",
                              f"set #<{name}> to such an angle")
         return angle
 

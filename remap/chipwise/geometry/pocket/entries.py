@@ -31,7 +31,8 @@ class Helix:
 @dataclass(frozen=True, eq=False)
 class Ramp:
     """Legs to and fro over the first elements of a Track, ending at its start."""
-    legs: tuple                     # of Elements
+    legs: tuple                     # of Elements, there and back in turn
+    pairs: int
 
 
 @dataclass(frozen=True)
@@ -44,6 +45,13 @@ def entry(field, track, radius, depth, angle):
     if angle >= math.radians(89.9):
         return Plunge()
     return _helix(field, track, radius, depth, angle) or _ramp(track, radius, depth, angle) or Plunge()
+
+
+def move_count(how):
+    """How many moves an entry takes."""
+    if isinstance(how, Helix):
+        return how.turns
+    return how.pairs * sum(len(leg) for leg in how.legs) if isinstance(how, Ramp) else 1
 
 
 def _helix(field, track, radius, depth, angle):
@@ -70,7 +78,7 @@ def _ramp(track, radius, depth, angle):
     way = depth / math.tan(angle)
     pairs = max(1, math.ceil(way / (2.0 * room) - 1e-9))
     there = _first(track.elements, way / (2.0 * pairs))
-    return Ramp((there, elements.reverse(there)) * pairs)
+    return Ramp((there, elements.reverse(there)), pairs)
 
 
 def _first(run, length):

@@ -1,0 +1,79 @@
+"""How long the cycles keep the task to themselves.  Called by session.py.
+
+A remap runs in the task's own thread: while it does, LinuxCNC serves neither abort nor pause nor E-stop.  The task gets a
+turn when a remap yields INTERP_EXECUTE_FINISH.  It then lets the machine do all that is queued before the remap goes on,
+so a cycle yields only
+ - before its first move, when its plan is not there after WAIT_S: planning goes on in its own process meanwhile, so
+   what is lost is the blend of the last move before the cycle with the first one of it;
+ - between chunks of lines (lines.py), where the tool may rest, after TURN_MOVES moves.
+Both are counted over all cycles since the last turn, because LinuxCNC reads up to 1000 lines before it looks for commands
+(emctaskmain.cc, readahead_reading(), 2.9.0~pre1).
+
+The preview has nobody to serve and never yields.
+"""
+
+import time
+
+from interpreter import INTERP_EXECUTE_FINISH
+
+WAIT_S = 0.1
+TURN_MOVES = 5000
+
+# The preview waits in steps of this; each lends the planner more computing time.
+PREVIEW_STEP_S = 0.5
+
+# A plan that was good in the preview is good in the run, also where the machine is busy: in the task it may compute so
+# many times as long.
+RUN_SHARE = 3
+
+
+class _Since:
+    """What has been used since the task's last turn."""
+
+    seconds = 0.0
+    moves = 0
+
+
+class Turn:
+    """One cycle's view of it."""
+
+    def __init__(self, interp):
+        self._interp, self._began = interp, time.monotonic()
+
+    def budget(self, plan_time):
+        """Computing time (s) of a plan."""
+        return plan_time * (RUN_SHARE if self._interp.task else 1)
+
+    def patience(self):
+        """How long (s) to wait for a plan now."""
+        if not self._interp.task:
+            return PREVIEW_STEP_S
+        self._tick()
+        return max(0.0, WAIT_S - _Since.seconds)
+
+    def is_over(self):
+        """Whether it is the task's turn."""
+        self._tick()
+        return bool(self._interp.task) and (_Since.moves >= TURN_MOVES or _Since.seconds >= WAIT_S)
+
+    def count(self, chunk):
+        """A chunk has been executed."""
+        _Since.moves += sum(lines.count("\\n") + 1 for _, lines in chunk)
+        self._began = time.monotonic()
+
+    def wait(self):
+        """Let the task have its turn, and the machine do what is queued.
+
+        The interpreter then takes feed and modes from the machine; F is put back, as it may be a ceiling (ceiling.py).
+        """
+        if not self._interp.task:
+            return
+        feed = self._interp.feed_rate
+        yield INTERP_EXECUTE_FINISH
+        self._interp.feed_rate = feed
+        _Since.seconds, _Since.moves, self._began = 0.0, 0, time.monotonic()
+
+    def _tick(self):
+        now = time.monotonic()
+        _Since.seconds += now - self._began
+        self._began = now

@@ -1,0 +1,41 @@
+"""What the glue asks the planner for, and what it gets: plain values, to be sent between processes."""
+
+from dataclasses import dataclass
+from typing import Any, Optional
+
+
+@dataclass(frozen=True)
+class Order:
+    """A cycle to be planned.
+
+    cycle       "hole", "contour" or "pocket": a function of plans.py
+    code        "G13", for messages
+    fields      fields of the cycle's request, mm; without its shape
+    job         subs.Job of the contour sub, None where the cycle has none
+    unit        "mm" or "in": the program's; unit_mm: mm of it
+    start       (x, y, z) mm, where the tool stands
+    memory_mb   how much memory the plan may take
+    """
+
+    cycle: str
+    code: str
+    fields: dict
+    unit: str
+    unit_mm: float
+    start: tuple
+    memory_mb: int
+    job: Optional[Any] = None
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A cycle that is planned.
+
+    chunks     lines.chunks(): what to execute; between two of them the tool may rest
+    messages   for the operator
+    records    (kind, figures) for report.record
+    """
+
+    chunks: tuple
+    messages: tuple = ()
+    records: tuple = ()

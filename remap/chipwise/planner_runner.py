@@ -1,0 +1,76 @@
+"""Plans cycles for its parent until that ends.  A program, not a module: planner.py starts it.
+
+    /usr/bin/python3 -s planner_runner.py PARENT_PID
+
+Orders (plans.py) come on stdin, outcomes or CycleErrors go to stdout, pickled, each after its length.  The parent limits
+the computing time, this program its own memory.
+"""
+
+import os
+import pickle
+import resource
+import sys
+
+sys.path[0] = os.path.dirname(sys.path[0])      # the modules are those of the package, not those beside this file
+
+from chipwise import plans                      # noqa: E402
+from chipwise.errors import CycleError          # noqa: E402
+from chipwise.planner import HEAD               # noqa: E402
+from chipwise.processes import die_with_parent  # noqa: E402
+
+MEGABYTE = 1 << 20
+
+
+def limit_memory(megabytes):
+    """Let the address space grow by so much from here."""
+    with open("/proc/self/statm", encoding="ascii") as file:
+        now = int(file.read().split()[0]) * resource.getpagesize()
+    _, hard = resource.getrlimit(resource.RLIMIT_AS)
+    limit = now + megabytes * MEGABYTE
+    resource.setrlimit(resource.RLIMIT_AS, (limit if hard == resource.RLIM_INFINITY else min(limit, hard), hard))
+
+
+def answer(order):
+    """The reply to an Order; what earlier plans have left in memory never decides."""
+    limit_memory(order.memory_mb)
+    for try_again in (True, False):
+        try:
+            return pickle.dumps(plans.make(order))
+        except CycleError as error:
+            return pickle.dumps(error)
+        except MemoryError:
+            plans.forget()
+            if not try_again:
+                return pickle.dumps(CycleError(f"planning takes more than {order.memory_mb} MB of memory",
+                                               "use a larger step, fewer passes or a simpler contour, or raise "
+                                               "[CHIPWISE]PLAN_MEMORY"))
+        except Exception as error:
+            text = f"{type(error).__name__}: {error}".splitlines()[0].replace("{", "{{").replace("}", "}}")
+            return pickle.dumps(CycleError(f"internal error: {text}", "report the program"))
+
+
+def read(count):
+    """So many bytes from the parent; ends the program with it."""
+    data = b""
+    while len(data) < count:
+        part = os.read(0, count - len(data))
+        if not part:
+            sys.exit(0)
+        data += part
+    return data
+
+
+def main():
+    die_with_parent(int(sys.argv[1]))
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    out = os.dup(1)
+    os.dup2(2, 1)                               # whatever a library prints is no reply
+    while True:
+        reply = answer(pickle.loads(read(*HEAD.unpack(read(HEAD.size)))))
+        rest = memoryview(HEAD.pack(len(reply)) + reply)
+        while rest:
+            rest = rest[os.write(out, rest):]
+
+
+if __name__ == "__main__":
+    main()
