@@ -60,6 +60,8 @@ class _Process:
         """Send and receive for so long (s) at most.  -> the reply, None while there is none.  Raises EOFError at its end."""
         end = time.monotonic() + timeout
         poll = select.poll()
+        if self._socket.fileno() < 0:
+            raise EOFError
         while True:
             poll.register(self._socket, select.POLLIN | (select.POLLOUT if self._unsent else 0))
             ready = dict(poll.poll(max(0.0, end - time.monotonic()) * 1000.0)).get(self._socket.fileno(), 0)

@@ -36,6 +36,9 @@
     ["stop", how, seconds]          abort or estop, so long after the start of the open program; answer: {"served": s until the
                                     task had done it, "stood": s until nothing moved}, both without the time for which
                                     other programs had the processors; "busy": whether the program was still under way
+    ["begin"]                       start the open program; goes on at once
+    ["planners"]                    answer: how many processes plan cycles
+    ["kill", name]                  kill the processes of that name
 
 The answers go to CHIPWISE_ANSWERS as one JSON list.
 """
@@ -217,6 +220,26 @@ class Operator:
         if how == 'estop':
             machine.switch_on()
         return dict(served=times[0], stood=times[1], busy=busy)
+
+    def begin(self):
+        self.machine.set_mode(linuxcnc.MODE_AUTO, 'auto')
+        self.machine.command.auto(linuxcnc.AUTO_RUN, 0)
+
+    @staticmethod
+    def planners():
+        found = 0
+        for entry in filter(str.isdigit, os.listdir('/proc')):
+            try:
+                with open(f'/proc/{entry}/cmdline', 'rb') as handle:
+                    found += b'planner_runner.py' in handle.read()
+            except OSError:
+                pass
+        return found
+
+    @staticmethod
+    def kill(name):
+        for process in processes(name):
+            os.kill(process, signal.SIGKILL)
 
     @staticmethod
     def waited():

@@ -2,6 +2,9 @@
 
 import math
 import os
+import signal
+import subprocess
+import threading
 import time
 
 import pytest
@@ -38,8 +41,12 @@ BAD_SUBS = {
     "no endsub": ("o100 sub\nG0 X0 Y0\nG1 X9\n",
                   "sub O100 begins in line 1 of program.ngc and has no endsub; end it with a line O100 endsub"),
     "endless": (sub("G0 X0 Y0", "o1 while [1]", "#1 = [#1 + 1]", "o1 endwhile", "G1 X5"),
-                "sub O100, line 1 of program.ngc, does not end within 1 s (loops and calls: line 3); "
-                "correct the loop's condition"),
+                "sub O100, line 1 of program.ngc, does not end within 1 s of computing time (loops and calls: line 3); "
+                "correct the loop's condition, or make the sub simpler"),
+    "long line": (sub("G0 X0 Y0", "G1 X5", "G1 Y" + "#" * 60000 + "1"), "sub O100, line 4 of program.ngc: the line has 60005 "
+                  "characters, more than LinuxCNC's 255; divide the line"),
+    "many lines": (sub("G0 X0 Y0", *["G1 X5", "G1 X6"] * 100000), "sub O100, line 1 of program.ngc: the sub has 200001 lines, "
+                   "more than 100000; divide the contour, or use a loop"),
     "endless moves": (sub("G0 X0 Y0", "o1 while [1]", "G1 X1", "G1 X2", "o1 endwhile"), None),
     "calls itself": (sub("o100 call"), "sub O100, line 2 of program.ngc: Too many subroutine levels; correct the line"),
     "move in Z": (sub("G0 X0 Y0", "G1 X5 Z-1", "G1 Y5"), "sub O100, line 3 of program.ngc: a move in Z has no place in a "
@@ -106,6 +113,42 @@ def test_bad_subs(read, name):
     if message is not None:
         assert str(caught.value) == "chipwise: " + message
     assert sum(after[:4]) - sum(before[:4]) < 2.0
+
+
+def test_files_that_never_end(read, tmp_path):
+    """A FIFO, a device and a socket's like as the sub's file, or as that of a sub it calls: refused at once."""
+    (tmp_path / "subs").mkdir()
+    os.mkfifo(tmp_path / "subs" / "7.ngc")
+    (tmp_path / "subs" / "8.ngc").symlink_to("/dev/zero")
+    for number in (7, 8):
+        began = time.monotonic()
+        with pytest.raises(CycleError, match=f"{number}.ngc is no ordinary file"):
+            read(sub("G0 X0 Y0"), sub=number)
+        with pytest.raises(CycleError, match=f"{number}.ngc is no ordinary file"):
+            read(sub("G0 X0 Y0", "G1 X5", f"o{number} call"))
+        assert time.monotonic() - began < 5
+
+
+def test_a_call_that_waits_for_ever(read, tmp_path, monkeypatch):
+    """A FIFO whose name only the running sub knows: given up because nothing is computed."""
+    monkeypatch.setattr(subs, "STUCK_S", 2.0)
+    (tmp_path / "subs").mkdir()
+    os.mkfifo(tmp_path / "subs" / "7.ngc")
+    with pytest.raises(CycleError, match="the sub waits for something that does not come"):
+        read(sub("G0 X0 Y0", "G1 X5", "o[3 + 4] call"))
+
+
+def test_a_busy_machine_is_no_endless_loop(read, monkeypatch):
+    """A runner that gets no processor for 5 s is waited for: computing time counts, and no other."""
+    popen = subprocess.Popen
+
+    def stopped(*arguments, **options):
+        process = popen(*arguments, **options)
+        os.kill(process.pid, signal.SIGSTOP)
+        threading.Timer(5.0, os.kill, (process.pid, signal.SIGCONT)).start()
+        return process
+    monkeypatch.setattr(subs.subprocess, "Popen", stopped)
+    assert len(read(sub("G0 X0 Y0", "G1 X5", "G1 Y5")).loops[0]) == 2
 
 
 def test_impossible_arc(read):

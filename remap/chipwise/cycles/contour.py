@@ -258,6 +258,7 @@ class _Room:
         self.side = SIDES[request.side]
         self.judge = make_judge((contour,))
         self.limit = request.tool_radius + request.allowance
+        self._links = {}
 
     def normals(self, e, index, t):
         """Unit normals (m, 2) away from the wall at parameters t of elements index of a path."""
@@ -279,8 +280,10 @@ class _Room:
         return self.for_slant(point, normal, out) & (tool_depths(self.judge, point + normal * out, self.limit + out) <= NEAR)
 
     def for_link(self, start, end):
-        """Whether the tool may go straight from one place (x, y) to another."""
-        return bool(clear_lines(self.judge, np.array([start]), np.array([end]), self.limit - NEAR)[0])
+        """Whether the tool may go straight from one place (x, y) to another; the same ones come at every depth."""
+        if (start, end) not in self._links:
+            self._links[start, end] = bool(clear_lines(self.judge, np.array([start]), np.array([end]), self.limit - NEAR)[0])
+        return self._links[start, end]
 
     def gates(self):
         """Kinds of gates, best first: (height, out, lead, which points have room)."""
