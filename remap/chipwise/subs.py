@@ -20,7 +20,6 @@ import math
 import os
 import re
 import signal
-import stat
 import subprocess
 import tempfile
 import time
@@ -31,6 +30,7 @@ from chipwise.errors import MM_PER_INCH, CycleError
 from chipwise.geometry.contour import (ArcElement, ContourError, LineElement, make_contour,
                                        refuse_nearly_closed)
 from chipwise.geometry.tolerances import CONNECT_MM, NEARLY_CLOSED_MM
+from chipwise.files import NoRegularFile, TooLong, read_bytes
 from chipwise.processes import cpu_s
 from chipwise.settings import read_section
 
@@ -41,6 +41,7 @@ CPU_S = 1.0             # computing time a sub may take, whatever else the machi
 LINE_S = 5e-5           # .. and more for each line of it: LinuxCNC reads 80,000 a second here
 STUCK_S = 20.0          # a runner that computes nothing for so long waits for something that never comes
 LINE_LENGTH = 255       # linuxcnc.h: LINELEN; a longer line is an error in LinuxCNC, too
+MAX_BYTES = 1 << 28     # of a program or a file of subs
 MAX_LINES = 100_000     # lines of one sub, as many as it may make moves
 MAX_MOVES = 100_000     # moves of one sub; 20,000 elements are offset in half a second
 HEIGHT_MM = 1e-6        # a move that leaves its height by more is a Z move
@@ -139,16 +140,14 @@ def _o_word(text):
 @lru_cache(maxsize=8)
 def _lines_of(path, _stamp):
     """Lines of a file and its O-lines {number: (name, keyword)}."""
-    with open(path, encoding="utf-8", errors="surrogateescape", opener=_open_now) as file:
-        if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
-            raise CycleError(f"{_quoted(path)} is no ordinary file", "a contour sub is read from an ordinary file only")
-        lines = tuple(file.read().split("\n"))     # not splitlines(): it knows more line ends than LinuxCNC
+    try:
+        text = read_bytes(path, MAX_BYTES).decode("utf-8", "surrogateescape")
+    except (NoRegularFile, TooLong) as error:
+        if os.path.isdir(path):
+            raise
+        raise CycleError(f"{_quoted(path)}: {error.strerror}", "put the contour sub into a file of its own") from error
+    lines = tuple(text.replace("\r\n", "\n").split("\n"))     # not splitlines(): it knows more line ends than LinuxCNC
     return lines, {n: word for n, word in ((n, _o_word(text)) for n, text in enumerate(lines, 1)) if word}
-
-
-def _open_now(path, flags):
-    """open() that does not wait for the other end of a FIFO."""
-    return os.open(path, flags | os.O_NONBLOCK)
 
 
 def _read(path):
