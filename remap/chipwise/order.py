@@ -15,6 +15,7 @@ class Order:
     unit        "mm" or "in": the program's; unit_mm: mm of it
     start       (x, y, z) mm, where the tool stands
     memory_mb   how much memory the plan may take
+    report      whether somebody wants the records
     """
 
     cycle: str
@@ -25,6 +26,7 @@ class Order:
     start: tuple
     memory_mb: int
     job: Optional[Any] = None
+    report: bool = False
 
 
 @dataclass(frozen=True)

@@ -30,9 +30,10 @@ def make(order):
 
 def _hole(order):
     request = hole.HoleRequest(**order.fields)
-    moves = hole.hole_moves(request)
-    return moves, (), (("hole", dict(chopped=hole.chop_parts(request) > 1,
-                                     largest_piece_mm=hole.largest_piece(request))),)
+    moves, records = hole.hole_moves(request), ()
+    if order.report:                # of very many pieces the largest takes longer than the rest of the plan
+        records = (("hole", dict(chopped=hole.chop_parts(request) > 1, largest_piece_mm=hole.largest_piece(request))),)
+    return moves, (), records
 
 
 def _contour(order):

@@ -91,7 +91,19 @@ def piece_size(outline):
 
 def largest_piece(region, segments, tool_radius):
     """Size (mm) of the largest piece that kerfs leave of a region; 0.0 where they leave nothing."""
-    return max(map(piece_size, regions.pieces(region, segments, tool_radius)), default=0.0)
+    largest = 0.0
+    outlines = [(_diagonal(outline), outline) for outline in regions.pieces(region, segments, tool_radius)]
+    for diagonal, outline in sorted(outlines, key=lambda item: -item[0]):
+        if diagonal <= largest:     # no circle round a piece is wider than its bounding box's own
+            break
+        largest = max(largest, piece_size(outline))
+    return largest
+
+
+def _diagonal(outline):
+    """Diagonal (mm) of the bounding box of points [(x, y)]."""
+    x, y = zip(*outline)
+    return math.hypot(max(x) - min(x), max(y) - min(y))
 
 
 def patent_parts(diameter, chop_size):

@@ -8,6 +8,7 @@ import math
 
 import emccanon
 
+from chipwise import report
 from chipwise.errors import MM_PER_INCH, CycleError
 from chipwise.glue import named
 from chipwise.order import Order
@@ -48,7 +49,7 @@ class State:
         """The Order of this cycle: a function of plans.py, the fields of its request, the subs.Job of its sub."""
         return Order(cycle=cycle, code=self.code, fields=dict(fields, most_moves=self.settings["PLAN_MOVES"]), job=job,
                      unit=self.unit, unit_mm=self.unit_mm, start=self.position(),
-                     memory_mb=self.settings["PLAN_MEMORY"])
+                     memory_mb=self.settings["PLAN_MEMORY"], report=bool(self.interp.task and report.place()))
 
     # ---- modes ----------------------------------------------------------------------------------------------
 
