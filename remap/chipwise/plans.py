@@ -32,7 +32,8 @@ def _hole(order):
     request = hole.HoleRequest(**order.fields)
     moves, records = hole.hole_moves(request), ()
     if order.report:                # of very many pieces the largest takes longer than the rest of the plan
-        records = (("hole", dict(chopped=hole.chop_parts(request) > 1, largest_piece_mm=hole.largest_piece(request))),)
+        parts = hole.chop_parts(request)
+        records = (("hole", dict(chopped=parts > 1, pieces=parts, largest_piece_mm=hole.largest_piece(request))),)
     return moves, (), records
 
 
@@ -44,7 +45,8 @@ def _contour(order):
         plan = contour.contour_plan(contour.ContourRequest(shape=shape.loops[0], **order.fields))
     except ContourError as error:
         raise subs.shape_error(shape, error) from error
-    records = (("contour", dict(chopped=plan.chop.chopped, largest_piece_mm=plan.chop.largest_piece)),)
+    records = (("contour", dict(chopped=plan.chop.chopped, pieces=plan.chop.pieces,
+                                largest_piece_mm=plan.chop.largest_piece)),)
     return plan.moves, plan.notes, records if order.fields["finish"] else ()
 
 

@@ -68,5 +68,5 @@ def test_mdi(tmp_path):
     assert answers[7] == pytest.approx([5, 5, 20], abs=1e-6)
     assert answers[8] == []
     assert answers[9][2] == pytest.approx(2.0, abs=1e-6)
-    assert 'does not fit in 4 places' in json.dumps(answers[10])
+    assert '4 inside corners keep' in json.dumps(answers[10])
     assert math.dist(answers[9][:2], (5, 5)) > 1
