@@ -194,6 +194,16 @@ def test_spot():
     assert [e.b for e in elements if e.kind == "feed"] == [pytest.approx((0.0, 0.0, -6.0))]
 
 
+@pytest.mark.parametrize("late", [(0.0, 0.0), (0.0, 1e-9), (1e-9, 0.0), (-1e-9, 1e-9)])
+def test_rounding_does_not_choose_the_entry(late):
+    """Four sides are equally long but for what a change of units does to a corner: entered in the middle of the first."""
+    corners = [(0.0, 0.0), (40.0, 0.0), (40.0, 40.0), (0.0, 40.0)]
+    for corner in range(4):
+        moved = [(x + late[0], y + late[1]) if k == corner else (x, y) for k, (x, y) in enumerate(corners)]
+        elements = walk(contour_plan(request(polygon(*moved), finish=True)).moves, (0.0, 0.0, 20.0))
+        assert next(e.a for e in elements if e.kind == "arc")[:2] == pytest.approx((20.0, 9.0), abs=1e-6)
+
+
 def test_full_circle_outside():
     circle = (ArcElement((10.0, 0.0), (10.0, 0.0), (0.0, 0.0), True, 1),)
     _plan, elements, _slants, _plunges = done(request(circle, side=42))

@@ -378,9 +378,10 @@ def _open_way(room, e):
 
 def _closed_way(room, e, kerfs):
     """Entered and left where the best gate has room: at its start, at the end of a chop line, or in the middle of an
-    element, longest first.  Where none has that keeps clear of chop lines: straight down in the kerf at a line's end."""
+    element, longest first, of equal ones the first.  Where none has that keeps clear of chop lines: straight down in
+    the kerf at a line's end."""
     ends, end_normals = _ends(room, e)
-    order = np.argsort(-runs.lengths(e), kind="stable")
+    order = np.argsort(-np.round(runs.lengths(e), 6), kind="stable")
     index, t = kerfs.places(e)
     at_lines = len(index)
     index, t = np.concatenate((index, order)), np.concatenate((t, np.full(len(order), 0.5)))
