@@ -68,6 +68,9 @@ static int is_past(struct __comp_state *__comp_inst, int found)
     return motion_type != RAPID || program_line != passing_line || (reached && !rapid_contact);
 }
 
+/* A length of a pin: 0 where it is none. */
+static double length(double value) { return value >= 0.0 && value < 1e9 ? value : 0.0; }
+
 FUNCTION(_) {
     int moving = motion_type != 0 && coord_mode;
     int found = rapid_contact && guard_rapid ? RAPID
@@ -87,10 +90,10 @@ FUNCTION(_) {
     else if (reason == NOTHING && found != NOTHING && found != passing) {
         reason = found;
         line = program_line;
-        distance = rapid_distance;
-        deepest = depth;
-    } else if (reason == FLUTE && depth > deepest) {
-        deepest = depth;        /* at the first touch the edge of the stock is known within a cell only */
+        distance = length(rapid_distance);
+        deepest = length(depth);
+    } else if (reason == FLUTE && length(depth) > deepest) {
+        deepest = length(depth);        /* at the first touch the edge of the stock is known within a cell only */
     }
     stop = reason != NOTHING;
     inhibit = stop || inhibit_in;

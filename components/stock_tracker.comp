@@ -203,6 +203,7 @@ FUNCTION(_) {
     struct cw_stock *stock = map;
     struct cw_tracker_in in;
     struct cw_tracker_out out;
+    double scale;               /* of lengths that go out */
     int i;
 
     if (!stock) return;
@@ -236,6 +237,7 @@ FUNCTION(_) {
     else
         cw_way_reset(&state.ahead.way);
     cw_tracker_step(&state, stock, &in, &out);
+    scale = units_per_mm >= CHIP_LEAST_UNIT && units_per_mm <= CHIP_MOST_UNIT ? units_per_mm : 0.0;
 
     stock_defined = out.has_stock;
     ready = out.is_ready;
@@ -244,16 +246,16 @@ FUNCTION(_) {
     removed_volume = out.removed_mm3;
     mrr = out.rate;
     section_area = out.here;
-    depth = out.deepest * units_per_mm;
+    depth = out.deepest * scale;
     direction_z = out.upward;
     flute_excess = out.over_flute;
     rapid_contact = out.rapid_hit;
     path_known = state.ahead.on_way;
-    rapid_distance = out.rapid_mm * units_per_mm;
+    rapid_distance = out.rapid_mm * scale;
     held = out.is_held;
     for (i = 0; i < CW_AHEAD_LEVELS; i++) {
-        ahead_distance(i) = i < out.view.levels ? out.view.level[i].distance * units_per_mm : 0.0;
+        ahead_distance(i) = i < out.view.levels ? out.view.level[i].distance * scale : 0.0;
         ahead_area(i) = i < out.view.levels ? out.view.level[i].area : 0.0;
-        ahead_accel(i) = i < out.view.levels ? out.view.level[i].accel * units_per_mm : 0.0;
+        ahead_accel(i) = i < out.view.levels ? out.view.level[i].accel * scale : 0.0;
     }
 }

@@ -37,7 +37,7 @@ static int read_tip(const struct cw_tracker *tracker, const struct cw_tracker_in
 {
     double step2 = 0.0, most = CW_FASTEST * in->period;
     int i;
-    if (!cw_finite(in->unit) || !(in->unit > 0.0)) return CW_FAULT_UNITS;
+    if (!(in->unit >= CHIP_LEAST_UNIT && in->unit <= CHIP_MOST_UNIT)) return CW_FAULT_UNITS;
     for (i = 0; i < 3; i++) {
         double axis = in->axis[i] / in->unit, step = axis - tracker->axis[i];
         tip[i] = (in->axis[i] - in->offset[i]) / in->unit;

@@ -36,6 +36,9 @@
 #define CW_WORK_A_NODE 14               /* of a place read for a sample of the look-ahead */
 #define CW_RATE_SLOTS 1024              /* periods the removal rate can be averaged over */
 
+#define CHIP_LEAST_UNIT 1e-3            /* machine units per mm: 1, 1/25.4, .. */
+#define CHIP_MOST_UNIT 1e3
+
 enum cw_fault {
     CW_FAULT_NONE = 0,
     CW_FAULT_BOX_NOT_FINITE = 1,        /* 1..3: cw_stock_error of the last request */
@@ -50,7 +53,7 @@ enum cw_fault {
     CW_FAULT_NO_MONITOR = 16,
     CW_FAULT_POSITION = 20,             /* a position is not finite */
     CW_FAULT_JUMP = 21,                 /* a step no machine can make */
-    CW_FAULT_UNITS = 22,                /* units per mm not a finite number > 0 */
+    CW_FAULT_UNITS = 22,                /* units per mm not from CHIP_LEAST_UNIT to CHIP_MOST_UNIT */
     CW_FAULT_TURNED = 23                /* an axis beside X Y Z has moved: the map is not where the stock is */
 };
 

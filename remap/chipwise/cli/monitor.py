@@ -53,7 +53,7 @@ FAULTS = {              # stock-tracker.0.fault-code (man stock_tracker)
     16: 'chipwise-monitor does not answer; start `chipwise monitor` in a shell',
     20: 'an axis position is not a number; define the stock again with M250',
     21: 'an axis position jumped, the stock is not known any more; define it again with M250',
-    22: 'units-per-mm is not above 0; see docs/Config.md',
+    22: 'units-per-mm is not from 0.001 to 1000; see docs/Config.md',
     23: 'an axis beside X Y Z (A, B, C, U, V or W) has moved since the stock was defined, and the map shows the stock as '
         'it was: the feed is F, the guards are off; define the stock again with M250'}
 
