@@ -2,7 +2,7 @@
 #include "cw_math.h"
 #include "section.h"
 
-#define CW_LEAST_NODES 8        /* round a band; multiples of 4, so that nodes lie on the sides */
+#define CW_LEAST_NODES 16       /* round a band; multiples of 4, so that nodes lie on the sides */
 #define CW_MOST_NODES 96
 #define CW_FLAT_NODES 24        /* round a ring of a flat end, at most: six rings make up for it */
 #define CW_NODE_CELLS 2.0       /* distance of nodes, in cells */
@@ -14,6 +14,12 @@
 #define CW_WHOLE 0.9999         /* of a band in contact is all of it */
 #define CW_NARROW 0.6           /* inner over outer radius up to which a band's part has its own radius anyway [6] */
 #define CW_EVEN 0.02            /* of a band's rise, columns this alike belong to a level top [6] */
+#define CW_FLATLY 1e-6           /* vertical part of the direction up to which the tool goes level [7] */
+#define CW_EDGE 1.5             /* cells from a band's edge within which stock beyond it would be read [8] */
+#define CW_PART 4.0             /* a cell of which the tool covers less than a quarter counts less, down to nothing [8] */
+#define CW_GAUSS_CELLS 2.5      /* width of a band, in cells, that a pair of points is enough for [7] */
+#define CW_GAUSS_PARTS 4        /* pairs at most */
+#define CW_STEEP 2.0            /* a band this much higher than wide has an edge like a wall's [8] */
 #define CW_THINNEST 1e-4        /* mm, contact below this is none */
 
 struct band {                   /* what the integral needs of one band, at one place */
@@ -220,6 +226,173 @@ static double band_area(const struct cw_stock *stock, const struct place *at,
     return sum * band->radius;
 }
 
+/* [7] A band of a tool that goes level: what is in front of it at one distance beside the path. */
+struct strip {
+    double inner, outer;        /* mm, radii of its edges */
+    double middle;              /* mm, radius at which its stock is read, where the tool has not cut [4] */
+    double low, high;           /* mm, machine Z of its edges */
+    double margin;              /* mm outside `outer` where its stock is read; 0: see middle */
+    double ended;               /* mm, `outer` of all of it, where the stock may be lower than its upper edge */
+    int edged;                  /* its edge is like a wall's [8] */
+    int nodes;                  /* read so far */
+};
+
+/* [8] What of a cell's stock between two heights lies in the share k of it that the tool is to cover. */
+static double inside(const struct cw_stock *stock, const struct cw_cell *cell, double k, double low, double high)
+{
+    double cut = cell->cut * (1.0 / CW_FULL), top, rest;
+    if (!cell->cut || k >= 1.0) return cell_between(stock, cell, low, high);
+    if (cell->drop & CW_RIM)
+        return cell_between(stock, cell, low, high) / cw_max(1.0 - cw_cell_levels(stock, cell).gone, k);
+    top = cw_clamp(cell->top, low, high) - low;
+    rest = cw_clamp(cell->top - cell->drop * stock->drop_unit, low, high) - low;
+    return k <= cut ? rest : top + cut / k * (rest - top);
+}
+
+/* [8] As between(), of the stock nearer to the path than `edge`; the place is `side` beside it, both mm. */
+static double between_edges(const struct cw_stock *stock, const struct place *at, double x, double y,
+                            double side, double edge, double low, double high)
+{
+    double fx = (x - stock->x0) * at->per_cell + 0.5, fy = (y - stock->y0) * at->per_cell + 0.5;
+    double nx = side < 0.0 ? at->hy : -at->hy, ny = side < 0.0 ? -at->hx : at->hx;      /* away from the path */
+    double outside = (fabs(side) - edge) * at->per_cell, sum = 0.0, weights = 0.0;
+    const struct cw_cell *cell;
+    int ix, iy, i;
+    if (!(fx >= 0.0 && fy >= 0.0 && fx < stock->nx + 1.0 && fy < stock->ny + 1.0)) return 0.0;
+    ix = (int)fx;
+    iy = (int)fy;
+    fx -= ix;
+    fy -= iy;
+    cell = stock->cells + (long)iy * (stock->nx + 2) + ix;
+    for (i = 0; i < 4; i++) {
+        double dx = (i & 1) - fx, dy = (i >> 1) - fy;
+        double k = cw_cell_covered(outside + dx * nx + dy * ny, nx, ny);
+        double weight = (1.0 - fabs(dx)) * (1.0 - fabs(dy)) * cw_min(1.0, CW_PART * k);
+        if (weight <= 0.0) continue;
+        weights += weight;
+        sum += weight * inside(stock, cell + (i & 1) + (i >> 1) * (long)(stock->nx + 2), k, low, high);
+    }
+    return weights > 1e-6 ? sum / weights : 0.0;
+}
+
+/* [7] Stock between low and the band's upper edge, in front of it `side` mm beside the path, mm; `front`: how far before
+ * the axis the band's own circle is there. */
+static double met(const struct cw_stock *stock, const struct place *at, struct strip *strip,
+                  double side, double front, double low)
+{
+    double ahead = front, lateral = side, x, y;
+    strip->nodes++;
+    if (strip->margin > 0.0) {
+        double outer = strip->outer + strip->margin, ahead2 = outer * outer - side * side;
+        ahead = cw_sqrt(ahead2);
+        lateral += at->bend * (ahead2 - front * front);     /* the same distance beside a bent path */
+    } else {
+        double ahead2 = strip->middle * strip->middle - side * side;
+        ahead = ahead2 > 0.0 ? cw_sqrt(ahead2) : 0.0;
+    }
+    x = at->x + ahead * at->hx - lateral * at->hy;
+    y = at->y + ahead * at->hy + lateral * at->hx;
+    if (strip->edged && fabs(side) > strip->ended - CW_EDGE / at->per_cell)
+        return between_edges(stock, at, x, y, side, strip->ended, low, strip->high);
+    return between(stock, at, x, y, low, strip->high);
+}
+
+/* [7] The band where it is as high as it can be, between its inner edges: mm2, trapezia across the path. Where the stock
+ * jumps points are put in between. */
+static double middle_area(const struct cw_stock *stock, const struct place *at, struct strip *strip, double *highest)
+{
+    int n = node_count(stock, strip->inner) / 2, i, k;
+    double step = CW_PI / n, r = strip->inner, turn_c, turn_s, fine_c, fine_s, sum = 0.0;
+    double c = 0.0, s = -1.0, last = met(stock, at, strip, -r, 0.0, strip->low);
+    small_turn(step, &turn_c, &turn_s);
+    small_turn(step / (CW_REFINE + 1), &fine_c, &fine_s);
+    *highest = last;
+    for (i = 0; i < n; i++) {
+        double x = c, y = s, h;
+        c = x * turn_c - y * turn_s;
+        s = y * turn_c + x * turn_s;
+        h = met(stock, at, strip, r * s, r * c, strip->low);
+        if (h > *highest) *highest = h;
+        if (fabs(h - last) > CW_JUMP * cw_max(h, last)) {
+            for (k = 0; k < CW_REFINE; k++) {
+                double next = x * fine_c - y * fine_s, side = y, before = last;
+                y = y * fine_c + x * fine_s;
+                x = next;
+                last = met(stock, at, strip, r * y, r * x, strip->low);
+                sum += (before + last) * (y - side);
+            }
+            sum += (last + h) * (s - y);
+        } else {
+            sum += (last + h) * (s - y);
+        }
+        last = h;
+    }
+    return 0.5 * r * sum;
+}
+
+/* [7] Where the stock is no higher than the lower part of a band, the band ends there. `highest`: what its middle met. */
+static void end_at_top(const struct cw_stock *stock, const struct place *at, const struct cw_tool *tool, double tip,
+                       struct strip *strip, double highest)
+{
+    double top = highest, h;
+    int i;
+    for (i = 0; i < 3; i++) {
+        if (i == 2 && strip->inner > 0.0) break;
+        h = met(stock, at, strip, (1 - i) * (i < 2 ? strip->outer : 0.0), 0.0, strip->low);
+        if (h > top) top = h;
+    }
+    if (top + strip->low >= strip->high - CW_THINNEST) return;
+    strip->outer = cw_clamp(cw_tool_reach(tool, strip->low + top - tip), strip->inner, strip->outer);
+    strip->margin += strip->margin > 0.0 ? strip->ended - strip->outer : 0.0;
+}
+
+/* [7] The band's two sides, between its inner and its outer edges: pairs of Gauss points, mm2. */
+static double rim_area(const struct cw_stock *stock, const struct place *at, const struct cw_tool *tool, double tip,
+                       struct strip *strip, double *highest)
+{
+    int parts = (int)cw_clamp(ceil((strip->outer - strip->inner) * at->per_cell / CW_GAUSS_CELLS), 1.0, CW_GAUSS_PARTS), i;
+    double width = (strip->outer - strip->inner) / parts, sum = 0.0;
+    for (i = 0; i < 4 * parts; i++) {
+        double side = strip->inner + width * ((i >> 2) + (i & 2 ? 0.7886751345948129 : 0.21132486540518708));
+        double low = cw_max(tip + cw_tool_height(tool, side), strip->low), h;
+        if (low >= strip->high) continue;
+        h = met(stock, at, strip, i & 1 ? -side : side, 0.0, low);
+        sum += 0.5 * width * h;
+        if (h > 0.0) *highest = cw_max(*highest, h + low - strip->low);
+    }
+    return sum;
+}
+
+/* [7] The tool goes level: the area between its outline and the stock's top, seen along the way. */
+static void level_section(const struct cw_stock *stock, const struct place *at, const struct cw_tool *tool, double tip,
+                          double clear, struct cw_section *section)
+{
+    int i;
+    for (i = 0; i <= tool->rings; i++) {
+        struct strip strip = { tool->radius, tool->radius, tool->radius, tip + tool->shoulder, 1e301, clear, tool->radius, 1, 0 };
+        double highest = 0.0, area = 0.0;
+        if (i < tool->rings) {
+            const struct cw_tool_ring *ring = &tool->ring[i];
+            if (ring->rise <= CW_THINNEST) continue;
+            strip.inner = ring->inner;
+            strip.outer = strip.ended = ring->outer;
+            strip.middle = ring->radius;
+            strip.low = tip + ring->height - 0.5 * ring->rise;
+            strip.high = strip.low + ring->rise;
+            strip.edged = ring->rise > CW_STEEP * (ring->outer - ring->inner);
+        }
+        if (strip.low >= stock->z_max) break;   /* bands rise outwards */
+        if (strip.high <= stock->z_min) continue;
+        strip.low = cw_max(strip.low, stock->z_min);
+        if (strip.inner > 0.0) area = middle_area(stock, at, &strip, &highest);
+        if (strip.outer > strip.inner && highest < (1.0 - CW_EVEN) * (strip.high - strip.low)) end_at_top(stock, at, tool, tip, &strip, highest);
+        if (strip.outer > strip.inner) area += rim_area(stock, at, tool, tip, &strip, &highest);
+        section->area += area * at->level;
+        section->nodes += strip.nodes;
+        if (highest > 0.0) section->depth = cw_max(section->depth, highest + strip.low - tip);
+    }
+}
+
 /* A flat band sweeps only when the tool falls: area in contact times the fall [1]. */
 static double flat_area(const struct cw_stock *stock, const struct place *at,
                         const struct cw_tool_ring *ring, double z, double fall, double slab, int *nodes)
@@ -280,6 +453,10 @@ struct cw_section cw_section_at(const struct cw_stock *stock, const struct cw_to
     at.x = tip[0];
     at.y = tip[1];
 
+    if (fabs(dir[2]) <= CW_FLATLY) {
+        level_section(stock, &at, tool, z, clear, &result);
+        return result;
+    }
     for (i = 0; i < tool->rings; i++) {
         const struct cw_tool_ring *ring = &tool->ring[i];
         if (ring->rise <= CW_THINNEST) {

@@ -326,6 +326,36 @@ double cw_rim_between(const struct cw_stock *stock, const struct cw_cell *cell, 
     return (1.0 - levels.gone) * (uncut + levels.cut * (rest - uncut));
 }
 
+double cw_cell_covered(double outside, double nx, double ny)
+{
+    double a = fabs(nx), b = fabs(ny), half, t = -outside, rest;
+    if (a < b) { double s = a; a = b; b = s; }
+    half = 0.5 * (a + b);
+    if (t >= half) return 1.0;
+    if (t <= -half) return 0.0;
+    if (fabs(t) <= 0.5 * (a - b)) return 0.5 + t / a;
+    rest = half - fabs(t);
+    rest = rest * rest / (2.0 * a * b);
+    return t > 0.0 ? 1.0 - rest : rest;
+}
+
+double cw_cell_wedge(double outside, double nx, double ny)
+{
+    double a = fabs(nx), b = fabs(ny), half, flat, t = -outside, rest;
+    if (a < b) { double s = a; a = b; b = s; }
+    half = 0.5 * (a + b);
+    flat = 0.5 * (a - b);
+    if (t <= -half) return 0.0;
+    if (t >= half) return t;
+    if (t < -flat) {
+        rest = half + t;
+        return rest * rest * rest / (6.0 * a * b);
+    }
+    if (t <= flat) return b * b / (24.0 * a) + 0.125 * a + 0.5 * t + 0.5 * t * t / a;
+    rest = half - t;
+    return t + rest * rest * rest / (6.0 * a * b);
+}
+
 /* Cosine between (ex, ey) and the outward normal of the stock box's side that is nearest to a place. */
 static double outward(const struct cw_stock *stock, double x, double y, double ex, double ey)
 {

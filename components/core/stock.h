@@ -144,6 +144,14 @@ static inline double cw_cell_above(const struct cw_stock *stock, const struct cw
     return high + (cell->cut * (1.0 / CW_FULL)) * ((low > 0.0 ? low : 0.0) - high);
 }
 
+/* Share of a cell inside a straight edge: `outside` is the distance of the cell's centre from the edge in cells
+ * (negative inside), (nx, ny) the edge's unit normal. */
+double cw_cell_covered(double outside, double nx, double ny);
+
+/* Integral of that over `outside` from there on: the volume, in cells, of the wedge a plane rising by one cell per cell
+ * along the normal leaves below it. */
+double cw_cell_wedge(double outside, double nx, double ny);
+
 /* Share of a rim cell's stock that the tool covers when it covers the share k of the cell, and its outline there has the
  * outward normal (ex, ey): the stock lies on one side of the cell, as the tool does. (x, y): the cell's middle, mm. */
 double cw_rim_covered(const struct cw_stock *stock, const struct cw_cell *cell, double x, double y, double k,

@@ -12,6 +12,9 @@
 #define CW_WORK_CURVED 14       /* on a cell below an end that is not flat */
 #define CW_ROW_DONE 0x7fffffff  /* a column beyond all rows */
 #define CW_STRAY 1e-3           /* mm from a way of several legs made one, at most [5] */
+#define CW_BEHIND 1.5           /* cells of the way before a leg that a round end is followed back [4] */
+#define CW_BENT 0.1             /* rad, a larger turn is a corner */
+#define CW_INNER 0.98           /* of the radius: an end that meets stock up to there only has no outline in it */
 #define CW_GAUSS_REACH 0.41     /* cells from a cell's middle to the points it is read at */
 #define CW_FINE 1e-4            /* mm, and how near is near enough */
 #define CW_FARTHEST 1e6         /* mm, a tip beyond this (or NaN) is no position */
@@ -23,6 +26,7 @@ struct leg {                    /* a leg of the way with what all its cells shar
     double dx, dy, dz;          /* to the end */
     double length, length2;     /* of the XY part; squared */
     double per_length2;         /* 1 / length2; 0 for a plunge */
+    double earliest;            /* share of the leg, not above 0: the tool was on its line from there on [4] */
     double reach;               /* radius in which the tool can be below the stock's top */
     double margin;              /* half the diagonal of a cell */
     double inner2, outer2;      /* mm2: nearer to the axis a cell is inside, from there on outside; -1: none is inside */
@@ -53,7 +57,7 @@ void cw_sweep_place(struct cw_sweep *sweep, const double tip[3])
     sweep->waiting = 0;
     sweep->trail = 0;
     sweep->row = -1;
-    sweep->stray = 0.0;
+    sweep->straight = sweep->stray = 0.0;
 }
 
 /* Whether the newest leg that waits can go on to `tip` as one straight leg [5]: its end stays on
@@ -93,21 +97,6 @@ void cw_sweep_to(struct cw_sweep *sweep, const double tip[3])
     }
     slot = sweep->waiting - 1;
     for (i = 0; i < 3; i++) sweep->queue[slot][i] = tip[i];
-}
-
-/* Share of a cell inside a straight edge: `outside` is the distance of the cell's centre
- * from the edge in cells (negative inside), (nx, ny) the edge's unit normal. */
-static double covered(double outside, double nx, double ny)
-{
-    double a = fabs(nx), b = fabs(ny), half, t = -outside, rest;
-    if (a < b) { double s = a; a = b; b = s; }
-    half = 0.5 * (a + b);
-    if (t >= half) return 1.0;
-    if (t <= -half) return 0.0;
-    if (fabs(t) <= 0.5 * (a - b)) return 0.5 + t / a;
-    rest = half - fabs(t);
-    rest = rest * rest / (2.0 * a * b);
-    return t > 0.0 ? 1.0 - rest : rest;
 }
 
 /* Distance^2 of a point (relative to the leg's start) from the tool's axis at t. */
@@ -196,28 +185,37 @@ static CW_INLINE double nearest_on(const struct leg *leg, double px, double py)
 {
     double t = (px * leg->dx + py * leg->dy) * leg->per_length2;
     if (leg->length2 <= 0.0) return leg->dz < 0.0 ? 1.0 : 0.0;      /* the lower end of a plunge */
-    return t < 0.0 ? 0.0 : (t > 1.0 ? 1.0 : t);
+    return t < leg->earliest ? leg->earliest : (t > 1.0 ? 1.0 : t);
 }
 
-/* A cell under a tool that is not flat: four points of it. In the stock's original top the
- * points below it say what share is cut; a cell cut before stands for a slope itself, so
- * only the mean of all four may be compared with it (else each pass would take a bit more). */
+/* A cell under a tool that is not flat: four points of it. In the stock's original top they give a plane,
+ * and where that leaves the top says what share is cut; a cell cut before stands for a slope itself, so only the
+ * mean of all four may be compared with it (else each pass would take a bit more). */
 static double cut_curved(const struct leg *leg, const struct cw_stock *stock,
                          const struct cw_tool *tool, struct cw_cell *cell, double px, double py)
 {
     double step = stock->cell * 0.28867513459481287;    /* Gauss points: cell / (2 sqrt 3) */
-    double sum = 0.0;
-    int fresh = cell->top >= (float)stock->z_max;
-    int i, n = 0;
+    double z[4], mean, gx, gy, slope, over, share, below;
+    int i;
     *leg->work += CW_WORK_CURVED;
     for (i = 0; i < 4; i++) {
         double qx = px + (i & 1 ? step : -step), qy = py + (i & 2 ? step : -step);
-        double t = nearest_on(leg, qx, qy), z = leg->z;
-        if (leg->dz == 0.0) z += profile(tool, axis_distance2(leg, qx, qy, t));
-        else z = lowest(leg, tool, qx, qy, t);
-        if (!fresh || z < (double)cell->top) { sum += z; n++; }
+        double t = nearest_on(leg, qx, qy);
+        if (leg->dz == 0.0) z[i] = leg->z + profile(tool, axis_distance2(leg, qx, qy, t));
+        else z[i] = lowest(leg, tool, qx, qy, t);
     }
-    return n ? cw_cell_cut(stock, cell, 0.25 * n, sum / n) : 0.0;
+    mean = 0.25 * (z[0] + z[1] + z[2] + z[3]);
+    if (cell->top < (float)stock->z_max) return cw_cell_cut(stock, cell, 1.0, mean);
+    gx = 0.8660254037844386 * (z[1] + z[3] - z[0] - z[2]);      /* rise of the plane over the cell */
+    gy = 0.8660254037844386 * (z[2] + z[3] - z[0] - z[1]);
+    over = mean - (double)cell->top;
+    if (over <= -0.5 * (fabs(gx) + fabs(gy))) return cw_cell_cut(stock, cell, 1.0, mean);
+    slope = cw_sqrt(gx * gx + gy * gy);
+    if (!(slope > 0.0)) return 0.0;
+    *leg->work += CW_WORK_EDGE;
+    share = cw_cell_covered(over / slope, gx / slope, gy / slope);
+    below = slope * cw_cell_wedge(over / slope, gx / slope, gy / slope);
+    return share > 0.0 ? cw_cell_cut(stock, cell, share, (double)cell->top - below / share) : 0.0;
 }
 
 /* A cell on the outline of the sweep: the share inside, at the height of the middle of that
@@ -227,7 +225,7 @@ static double cut_edge(const struct leg *leg, const struct cw_stock *stock,
                        double px, double py, double t, double distance)
 {
     double ex = (px - t * leg->dx) / distance, ey = (py - t * leg->dy) / distance;
-    double k = covered((distance - tool->radius) / stock->cell, ex, ey);
+    double k = cw_cell_covered((distance - tool->radius) / stock->cell, ex, ey);
     double inward;
     *leg->work += CW_WORK_EDGE;
     if (cell->drop & CW_RIM) {
@@ -344,6 +342,34 @@ static struct span row_floor(const struct leg *leg, const struct cw_stock *stock
     return span;
 }
 
+/* [4] How far before the leg's start, mm, the tool was on its line: less where the way bends. */
+static double straight_before(const struct cw_sweep *sweep, const struct leg *leg, double cell)
+{
+    double far = cw_min(sweep->straight, CW_BEHIND * cell), turn;
+    if (!(far > 0.0) || leg->dz != 0.0 || !(leg->length > 0.0)) return 0.0;
+    if (leg->dx * sweep->run[0] + leg->dy * sweep->run[1] <= 0.0) return 0.0;
+    turn = fabs(leg->dy * sweep->run[0] - leg->dx * sweep->run[1]) / leg->length;
+    if (turn > CW_BENT) return 0.0;
+    return cw_min(far, turn > 0.0 ? cw_sqrt(2.0 * CW_STRAY * leg->length / turn) : far);
+}
+
+/* [4] The leg is done. */
+static void note_straight(struct cw_sweep *sweep, const double from[3], const double to[3])
+{
+    double dx = to[0] - from[0], dy = to[1] - from[1], length = cw_sqrt(dx * dx + dy * dy), turn;
+    if (!(length > 0.0) || to[2] != from[2]) {
+        sweep->straight = 0.0;
+        return;
+    }
+    dx /= length;
+    dy /= length;
+    turn = fabs(dy * sweep->run[0] - dx * sweep->run[1]);
+    if (dx * sweep->run[0] + dy * sweep->run[1] <= 0.0 || turn > CW_BENT) sweep->straight = 0.0;
+    sweep->straight = cw_min(sweep->straight + length, 1.0);
+    sweep->run[0] = dx;
+    sweep->run[1] = dy;
+}
+
 static struct leg make_leg(const struct cw_sweep *sweep, const struct cw_stock *stock,
                            const struct cw_tool *tool, long *work)
 {
@@ -357,6 +383,7 @@ static struct leg make_leg(const struct cw_sweep *sweep, const struct cw_stock *
     leg.length2 = leg.dx * leg.dx + leg.dy * leg.dy;
     leg.length = cw_sqrt(leg.length2);
     leg.per_length2 = leg.length2 > 0.0 ? 1.0 / leg.length2 : 0.0;
+    leg.earliest = 0.0;
     leg.margin = stock->cell * 0.7071067811865476;
     leg.cell_area = stock->cell * stock->cell;
     leg.reach = cw_tool_reach(tool, stock->z_max - (leg.z + cw_min(leg.dz, 0.0)));
@@ -367,6 +394,8 @@ static struct leg make_leg(const struct cw_sweep *sweep, const struct cw_stock *
     leg.floor2 = inner > 0.0 ? inner * inner : -1.0;
     leg.outer2 = (leg.reach + leg.margin) * (leg.reach + leg.margin);
     leg.flat_end = cw_tool_is_flat(tool);
+    if (!leg.flat_end) leg.earliest = -straight_before(sweep, &leg, stock->cell) * leg.length * leg.per_length2;
+    if (leg.reach < CW_INNER * tool->radius) leg.inner2 = leg.outer2;      /* its rim is above the stock */
     leg.flat = leg.flat_end && leg.dz == 0.0;
     leg.skip_disc = sweep->trail && level_or_up && leg.floor2 > 0.0;
     leg.skip_back = sweep->trail && level_or_up;
@@ -460,6 +489,7 @@ static double cut_row(const struct leg *leg, const struct cw_stock *stock, const
 static void advance(struct cw_sweep *sweep)
 {
     int i, j;
+    note_straight(sweep, sweep->at, sweep->queue[0]);
     for (i = 0; i < 3; i++) sweep->at[i] = sweep->queue[0][i];
     for (j = 1; j < sweep->waiting; j++)
         for (i = 0; i < 3; i++) sweep->queue[j - 1][i] = sweep->queue[j][i];

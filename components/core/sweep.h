@@ -16,6 +16,8 @@
  *     lies inside.
  *  4. What the leg before has cut already (what lies behind a tool that does not descend, and
  *     the disc below its flat part) is skipped, so the cost grows with the cells newly swept.
+ *     Where the tool came straight and level to the leg's start, a cell below a round end is cut by
+ *     that way too: each of its points by the tool position nearest to it, in whatever leg that was.
  *  5. Legs that wait and go on straight are made one: a falling tool sweeps its whole disc in every
  *     leg, and where that is more than a period's bound it has fewer legs, not a longer queue.
  */
@@ -35,6 +37,8 @@ struct cw_sweep {
     int trail;                  /* the tool, as it is now, has cut all over at `at` */
     int row, row_end;           /* rows of the leg to queue[0] still to be cut; row < 0: not begun */
     int column;                 /* of that row the first column still to be cut */
+    double run[2];              /* unit vector, heading of the last leg, */
+    double straight;            /* mm it went level and straight, as far as a round end needs it [4] */
     double stray;               /* mm, what the newest leg leaves out by [5] */
 };
 

@@ -2,6 +2,7 @@
 #include "cw_math.h"
 #include "tool.h"
 
+#define CW_TOOL_TIP_RINGS 4     /* of the arc at the tip of a cone, which is small */
 #define CW_STEEPEST 1e6         /* slope given for a vertical tangent; keeps products finite */
 
 static double arc_height(const struct cw_tool *tool, double r)
@@ -33,6 +34,7 @@ static void build_rings(struct cw_tool *tool)
         double span = edge[part + 1] - r0;
         if (span <= 1e-9 * tool->radius) continue;
         n = parts > 1 ? share[part] : alone[part];
+        if (part > 0 && tool->r_arc < tool->radius && tool->r_arc > 0.0) n = part == 1 ? CW_TOOL_TIP_RINGS : CW_TOOL_RINGS - CW_TOOL_TIP_RINGS;
         for (i = 0; i < n; i++) {
             struct cw_tool_ring *ring = &tool->ring[tool->rings++];
             double a = r0 + span * i / n, b = r0 + span * (i + 1) / n;

@@ -171,3 +171,21 @@ def test_the_tools_edge_within_a_cell_of_the_rim(side, degrees, cell):
         width = (6.0 - max(part * cell, 0.0)) if side > 0 else max(-part * cell, 0.0)
         allowed = 0.025 * cell * size[1] * 2.5
         assert stock.head.removed == pytest.approx(width * size[1] * 2.5, abs=allowed), part
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("beyond", [0.0, 1.0, 2.1])
+def test_area_along_the_rim(size, beyond):
+    """A slot along Y at the far side, its outer edge `beyond` mm outside: the second and third depth too."""
+    low, high, tool = (0.0, 0.0, -8.0), (*size, HIGH), core.Tool(6)
+    stock = core.Stock(low, high, 0.25)
+    cut(stock, tool, face(size, FACE))
+    x = size[0] + beyond - 3.0
+    for level in range(1, LEVELS + 1):
+        z = -FACE - level * DOWN
+        cutter, areas = core.Cutter(stock, tool, (x, -5.0, z)), []
+        for y in np.arange(-5.0, size[1] - 4.0, 0.05):
+            cutter.to((x, y, z))
+            if y > 4.0:
+                areas.append(stock.section(tool, (x, y, z), (0, 1, 0))[0])
+        cut(stock, tool, [(x, size[1] - 4.0, z), (x, size[1] + 5.0, z)])
+        areas = np.array(areas) / ((6.0 - beyond) * DOWN)
+        assert abs(areas.mean() - 1.0) < 0.01 and areas.std() < 0.02, (level, areas.mean(), areas.std())

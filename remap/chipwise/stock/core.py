@@ -46,7 +46,7 @@ class _Head(C.Structure):
 class _Sweep(C.Structure):
     _fields_ = [("at", C.c_double * 3), ("queue", C.c_double * 3 * QUEUE), ("waiting", C.c_int),
                 ("known", C.c_int), ("trail", C.c_int), ("row", C.c_int), ("row_end", C.c_int),
-                ("column", C.c_int), ("stray", C.c_double)]
+                ("column", C.c_int), ("run", C.c_double * 2), ("straight", C.c_double), ("stray", C.c_double)]
 
 
 class _Section(C.Structure):
