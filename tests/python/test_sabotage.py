@@ -31,11 +31,11 @@ COUNTED = """{
 # name: (file, text, faulty text, test that must fail)
 FAULTS = {
     "outline a fifth of a cell too wide": (
-        "sweep.c", "t = -outside", "t = 0.2 - outside", "test_stock.py::test_known_volume[slot 17 deg-0.25]"),
+        "stock.c", "half, t = -outside", "half, t = 0.2 - outside", "test_stock.py::test_known_volume[slot 17 deg-0.25]"),
     "plunge misses its outline": (
         "sweep.c", "leg->dz < 0.0 ? 1.0 : 0.0;", "0.0;", "test_stock.py::test_known_volume[plunge flat-0.25]"),
     "round tool cuts a bit more each time": (
-        "sweep.c", "cell->top >= (float)stock->z_max", "1",
+        "sweep.c", "cell->top < (float)stock->z_max", "0",
         "test_stock.py::test_known_volume_in_servo_steps[ball groove 31 deg-0.25]"),
     "shares are added": (
         "stock.c", "levels->cut = cw_max(c, k);", "levels->cut = c + k;", "test_stock.py::test_layers_share_a_wall"),
@@ -57,6 +57,13 @@ FAULTS = {
     "cells counted, in the look-ahead": (
         "ahead.c", "met = cw_section_at(stock, tool, tip, dir, near ? cw_section_clear(stock) : 0.0, at->curvature);", COUNTED,
         "test_section.py::test_through_the_look_ahead[slot flat 17 deg]"),
+    "walls at the tool's edge smeared": (
+        "section.c", "#define CW_EDGE 1.5", "#define CW_EDGE -9.0", "test_profiles.py::test_area[flat D6, depth 3]"),
+    "a cone taken for cylinders": (
+        "section.c", "low = cw_max(tip + cw_tool_height(tool, side), strip->low)", "low = strip->low",
+        "test_profiles.py::test_area[taper D8, 40 % beside]"),
+    "points of a cell cut by one leg only": (
+        "sweep.c", "#define CW_BEHIND 1.5", "#define CW_BEHIND 0.0", "test_profiles.py::test_volume_in_servo_steps[vee 60]"),
     "cells cut wholly or not at all": (
         "section.c", "return uncut + (cell->cut * (1.0 / CW_FULL)) * (rest - uncut);",
         "return cell->cut > CW_FULL / 2 ? rest : uncut;", "test_section.py::test_section[side flat 10 % 0 deg]"),
