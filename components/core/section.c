@@ -15,7 +15,7 @@
 #define CW_NARROW 0.6           /* inner over outer radius up to which a band's part has its own radius anyway [6] */
 #define CW_EVEN 0.02            /* of a band's rise, columns this alike belong to a level top [6] */
 #define CW_FLATLY 1e-6           /* vertical part of the direction up to which the tool goes level [7] */
-#define CW_EDGE 1.5             /* cells from a band's edge within which stock beyond it would be read [8] */
+#define CW_EDGE_CELLS 1.5       /* cells from a band's edge within which stock beyond it would be read [8] */
 #define CW_EDGE_NODES 3         /* nodes of another place that cost what one there does */
 #define CW_PART 4.0             /* a cell of which the tool covers less than a quarter counts less, down to nothing [8] */
 #define CW_GAUSS_CELLS 2.5      /* width of a band, in cells, that a pair of points is enough for [7] */
@@ -293,7 +293,7 @@ static double met(const struct cw_stock *stock, const struct place *at, struct s
     }
     x = at->x + ahead * at->hx - lateral * at->hy;
     y = at->y + ahead * at->hy + lateral * at->hx;
-    if (strip->edged && fabs(side) > strip->ended - CW_EDGE / at->per_cell) {
+    if (strip->edged && fabs(side) > strip->ended - CW_EDGE_CELLS / at->per_cell) {
         strip->nodes += CW_EDGE_NODES - 1;
         return between_edges(stock, at, x, y, side, strip->ended, low, strip->high);
     }

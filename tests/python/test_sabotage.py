@@ -58,7 +58,7 @@ FAULTS = {
         "ahead.c", "met = cw_section_at(stock, tool, tip, dir, near ? cw_section_clear(stock) : 0.0, at->curvature);", COUNTED,
         "test_section.py::test_through_the_look_ahead[slot flat 17 deg]"),
     "walls at the tool's edge smeared": (
-        "section.c", "#define CW_EDGE 1.5", "#define CW_EDGE -9.0", "test_profiles.py::test_area[flat D6, depth 3]"),
+        "section.c", "#define CW_EDGE_CELLS 1.5", "#define CW_EDGE_CELLS -9.0", "test_profiles.py::test_area[flat D6, depth 3]"),
     "a cone taken for cylinders": (
         "section.c", "low = cw_max(tip + cw_tool_height(tool, side), strip->low)", "low = strip->low",
         "test_profiles.py::test_area[taper D8, 40 % beside]"),
