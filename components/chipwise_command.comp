@@ -6,9 +6,17 @@ outputs carry any number of values: first the number of a register to
 .B word,
 then its content to
 .B value.
-Registers 1..6 are the stock box, 8 its shape, 9 its turn, 11..13 the feed, 21 the slot of a file. Nothing of them takes effect before the word
+Registers 1..6 are the stock box, 8 its shape, 9 its turn, 11..14 the feed, 21 the slot of a file. Nothing of them takes effect before the word
 that commits them (7: the stock, 17: the feed, 27: save, 28: restore), so a program aborted in between
 changes nothing.
+
+The feed ends by itself:
+.B mode
+goes to 0 when the machine is switched off (
+.B enabled
+FALSE), when the program that has switched it on is over (
+.B program-running
+FALSE: end, abort, error, E-stop), or has not been seen for a second, and, where it was switched on in MDI, when a program starts.
 """;
 
 pin in float word "motion.analog-out-N: number of the register that value goes to";
@@ -23,6 +31,8 @@ pin out s32 shape "register 8, as of the last commit: of the stock in its box, s
 pin out float turn "register 9, as of the last commit: degrees the box is turned by, stock_tracker(9)";
 pin out bit define "TRUE while word is 7";
 pin out s32 mode "register 11, as of the last commit: mode of volumetric_feed(9)";
+pin in bit enabled = 1 "motion.motion-enabled";
+pin in bit program_running "chipwise-monitor.program-running: a program, not MDI";
 pin in bit stock_defined "stock-tracker.N.stock-defined";
 pin in s32 fault_code "stock-tracker.N.fault-code";
 pin in s32 reply "chipwise-monitor.reply";
@@ -36,7 +46,11 @@ variable double box[6];
 variable int form;
 variable double angle;
 variable double number_of_file;
-variable double feed[3];
+variable double feed[4];
+variable int of_program;
+variable int was_running;
+variable double unseen_for;
+variable int committed;
 function _ fp;
 license "GPL";
 author "chipwise";
@@ -49,9 +63,20 @@ see_also "stock_tracker(9), volumetric_feed(9)";
 #define BOX_TURN 9
 #define FEED_FIRST 11
 #define FEED_COMMIT 17
+#define FEED_REGISTERS 4
+#define UNSEEN 1.0              /* s: longer than chipwise-monitor may take to see a program begin */
 #define FILE_SLOT 21
 #define SAVE_COMMIT 27
 #define RESTORE_COMMIT 28
+
+/* Whether what has switched the feed on is over: the machine, the program, or MDI by the start of a program. */
+static int feed_is_over(struct __comp_state *__comp_inst, long period)
+{
+    int starts = program_running && !was_running, ends = !program_running && was_running;
+    was_running = program_running;
+    unseen_for = program_running ? 0.0 : unseen_for + fperiod;
+    return !enabled || (of_program ? ends || unseen_for > UNSEEN : starts);
+}
 
 FUNCTION(_) {
     double w = word;
@@ -61,7 +86,7 @@ FUNCTION(_) {
     if (number == BOX_SHAPE) form = value > 0.5 && value < 1.5;
     if (number == BOX_TURN) angle = value > -1000.0 && value < 1000.0 ? value : 0.0;
     if (number == FILE_SLOT) number_of_file = value;
-    if (number >= FEED_FIRST && number < FEED_FIRST + 3) feed[number - FEED_FIRST] = value;
+    if (number >= FEED_FIRST && number < FEED_FIRST + FEED_REGISTERS) feed[number - FEED_FIRST] = value;
     if (number == BOX_COMMIT) {
         min_x = box[0]; min_y = box[1]; min_z = box[2];
         max_x = box[3]; max_y = box[4]; max_z = box[5];
@@ -73,11 +98,15 @@ FUNCTION(_) {
         }
     }
     define = number == BOX_COMMIT;
-    if (number == FEED_COMMIT) {
+    if (feed_is_over(__comp_inst, period)) mode = 0;
+    if (number == FEED_COMMIT && !committed) {
+        of_program = feed[3] > 0.5;
+        unseen_for = 0.0;
         mode = feed[0] >= 0.5 && feed[0] < 3.5 ? (int)(feed[0] + 0.5) : 0;
         mrr_target = feed[1];
         mrr_lower = feed[2];
     }
+    committed = number == FEED_COMMIT;
     if (number == SAVE_COMMIT || number == RESTORE_COMMIT)
         slot = number_of_file > -0.5 && number_of_file < 99.5 ? (int)(number_of_file + 0.5) : -1;
     request = number == SAVE_COMMIT ? 1 : number == RESTORE_COMMIT ? 2 : 0;

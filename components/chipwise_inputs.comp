@@ -30,11 +30,12 @@ pin out s32 program_line "motion.program-line";
 pin out s32 tool_number "iocontrol.0.tool-number; 0 where it was connected before this component was loaded";
 pin out bit coord_mode "motion.coord-mode";
 pin out bit index_enable "spindle.0.index-enable";
+pin out bit motion_enabled "motion.motion-enabled; TRUE where there is no such pin";
 pin in bit define "chipwise-command.0.define: a rising edge remembers where the axes A B C U V W are";
 pin in bit held "stock-tracker.0.held: as define, when it falls";
 pin out bit turned "an axis A B C U V W that the machine has is not where it was when the stock was defined; until it is defined again";
 
-variable cw_input_t input[21];
+variable cw_input_t input[22];
 option extra_setup yes;
 function _ fp;
 license "GPL";
@@ -72,5 +73,6 @@ FUNCTION(_) {
     tool_number = cw_input_s32(&in[CW_TOOL_NUMBER]);
     coord_mode = cw_input_bit(&in[CW_COORD_MODE]);
     index_enable = cw_input_bit(&in[CW_INDEX_ENABLE]);
+    motion_enabled = cw_input_bit(&in[CW_ENABLED]);
     turned = cw_inputs_turned(in, define || held, turned);
 }

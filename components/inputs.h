@@ -31,6 +31,7 @@ enum cw_input_name {
     CW_POS_X, CW_POS_Y, CW_POS_Z, CW_OFFSET_X, CW_OFFSET_Y, CW_OFFSET_Z, CW_TO_GO, CW_REQUESTED_VEL,
     CW_CURRENT_VEL, CW_SPINDLE_SPEED, CW_MOTION_TYPE, CW_PROGRAM_LINE, CW_COORD_MODE, CW_INDEX_ENABLE,
     CW_TOOL_NUMBER, CW_POS_A, CW_POS_B, CW_POS_C, CW_POS_U, CW_POS_V, CW_POS_W,
+    CW_ENABLED,
     CW_INPUTS
 };
 
@@ -39,10 +40,10 @@ static const char *const cw_input_pins[CW_INPUTS] = {
     "motion.tooloffset.z", "motion.distance-to-go", "motion.requested-vel", "motion.current-vel",
     "spindle.0.speed-out-rps", "motion.motion-type", "motion.program-line", "motion.coord-mode",
     "spindle.0.index-enable", "iocontrol.0.tool-number", "axis.a.pos-cmd", "axis.b.pos-cmd", "axis.c.pos-cmd", "axis.u.pos-cmd",
-    "axis.v.pos-cmd", "axis.w.pos-cmd"
+    "axis.v.pos-cmd", "axis.w.pos-cmd", "motion.motion-enabled"
 };
 
-_Static_assert(CW_INPUTS == 21, "the size of chipwise_inputs.comp's variable");
+_Static_assert(CW_INPUTS == 22, "the size of chipwise_inputs.comp's variable");
 
 #define CW_TURN 1e-4                /* degrees or machine units an axis beside X Y Z may move and still count as at rest */
 #define CW_HAL_BYTES (64L << 20)    /* no HAL has more shared memory */
@@ -119,6 +120,7 @@ static inline int cw_inputs_setup(struct cw_input *input, const char *prefix, in
         input[i].at = 0;
         input[i].last.real = 0.0;
         input[i].remembered = 0.0;
+        if (i == CW_ENABLED) input[i].last.bit = 1;
         if (!record) continue;
         if (offset <= 0 || offset > CW_HAL_BYTES || offset % (int)sizeof(void *)) return -38;
         input[i].place = (void *const volatile *)(base + offset);
@@ -143,7 +145,7 @@ static inline void cw_inputs_read(struct cw_input *input)
         }
         at = (const char *)at + input[i].shift;
         if (i == CW_MOTION_TYPE || i == CW_PROGRAM_LINE || i == CW_TOOL_NUMBER) input[i].last.whole = *(const volatile int32_t *)at;
-        else if (i == CW_COORD_MODE || i == CW_INDEX_ENABLE) input[i].last.bit = *(const volatile unsigned char *)at != 0;
+        else if (i == CW_COORD_MODE || i == CW_INDEX_ENABLE || i == CW_ENABLED) input[i].last.bit = *(const volatile unsigned char *)at != 0;
         else input[i].last.real = *(const volatile double *)at;
     }
 }

@@ -15,6 +15,10 @@ kept while the rate lies between mrr-lower and mrr-target.
 The output is never negative, never NaN and never above 1. In every motion type but 2 (feed)
 and 3 (arc) it is 1. Whatever cannot be judged leaves the programmed feed.
 
+.B override
+is the same, but programmed-vel / requested-vel in a probing move (motion type 5), and in mode 0 while
+requested-vel is above programmed-vel: a ceiling is left over from a feed that has ended, by E-stop or abort.
+
 While F is replaced by a ceiling and the machine goes faster than the override lets it,
 .B disobeyed
 is TRUE: adaptive feed is disabled (M52 P0). It stays TRUE until nothing moves any more; wire it to
@@ -49,7 +53,7 @@ pin in float feed_override = 1.0 "the operator's feed override in effect, 1: 100
 pin in bit adaptive_off "LinuxCNC's status says that adaptive feed is disabled (chipwise-monitor.adaptive-off)";
 
 pin out float adaptive_feed = 1.0 "to motion.adaptive-feed, 0..1";
-pin out float override = 1.0 "to motion.adaptive-feed: adaptive-feed, but F over requested-vel in a probing move (motion type 5)";
+pin out float override = 1.0 "to motion.adaptive-feed: adaptive-feed, but F over requested-vel in a probing move (motion type 5) and where a ceiling is left over in mode 0";
 pin out s32 limited_by "0 nothing, 1 stock here, 2 stock ahead, 3 floor, 4 ceiling or another limit of the velocity, 5 fallback to the programmed feed";
 pin out float mrr_effective "the removal rate that counts, mm3/min: mrr-target or, where smaller, tool-max-rate; 0 in mode 0";
 pin out bit disobeyed "the machine does not obey the override, to motion.feed-inhibit";

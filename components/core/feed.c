@@ -209,12 +209,24 @@ static double slowest(const struct cw_feed_in *in, double programmed, double mos
     return cw_max(floor, CW_LEAST_SCALE * in->requested);
 }
 
+/* Whether the mode is one of 1, 2, 3. */
+static int is_on(int kind)
+{
+    return kind >= CW_FEED_LIMIT && kind <= CW_FEED_WINDOW;
+}
+
+int cw_feed_replaces(int kind, double programmed, double requested)
+{
+    return is_on(kind) || (cw_finite(programmed) && cw_finite(requested)
+                           && programmed > 0.0 && requested > programmed);
+}
+
 struct cw_feed_out cw_feed(const struct cw_feed_in *in, double last_scale)
 {
     double programmed, most, floor;
     struct allowed want, stock;
 
-    if (in->kind < CW_FEED_LIMIT || in->kind > CW_FEED_WINDOW) return result(1.0, CW_BY_NOTHING);
+    if (!is_on(in->kind)) return result(1.0, CW_BY_NOTHING);
     if (in->motion != CW_MOTION_FEED && in->motion != CW_MOTION_ARC)
         return result(1.0, CW_BY_NOTHING);
     if (!cw_finite(in->requested) || !(in->requested > 0.0)) return result(1.0, CW_BY_FALLBACK);
@@ -244,7 +256,7 @@ struct cw_feed_out cw_feed_ease(struct cw_feed_easing *easing, const struct cw_f
                                 struct cw_feed_out law, double recover, double deadband)
 {
     double goal = law.scale * in->requested, band = cw_min(setting(deadband), 1.0);
-    int eased = law.by != CW_BY_FALLBACK && in->kind >= CW_FEED_LIMIT && in->kind <= CW_FEED_WINDOW
+    int eased = law.by != CW_BY_FALLBACK && is_on(in->kind)
         && (in->motion == CW_MOTION_FEED || in->motion == CW_MOTION_ARC);
     int top = law.by == CW_BY_NOTHING || law.by == CW_BY_CEILING;
 
@@ -263,8 +275,10 @@ struct cw_feed_out cw_feed_ease(struct cw_feed_easing *easing, const struct cw_f
 
 double cw_feed_override(const struct cw_feed_in *in, double scale)
 {
-    int on = in->kind >= CW_FEED_LIMIT && in->kind <= CW_FEED_WINDOW;
-    if (!on || in->motion != CW_MOTION_PROBING) return scale;
+    int moves = in->motion == CW_MOTION_FEED || in->motion == CW_MOTION_ARC;
+    int left_over = !is_on(in->kind) && moves;
+    if (!cw_feed_replaces(in->kind, in->programmed, in->requested)) return scale;
+    if (in->motion != CW_MOTION_PROBING && !left_over) return scale;
     if (!cw_finite(in->requested) || !(in->requested > 0.0)) return scale;
     return programmed_feed(in) / in->requested;
 }

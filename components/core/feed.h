@@ -32,6 +32,8 @@
  *     + (v1 + v2) a / 2J, or, where that is less than a^2 / J of velocity, (v1 + v2) sqrt((v1 - v2) / J). A tool that speeds up
  *     by g gains g^2 / 2J more in the time g / J until it can begin to brake.
  *  8. A probing move must go at F, not at the ceiling in its place: it gets an override of its own.
+ *  9. The feed may end (E-stop, abort) while LinuxCNC still has the ceiling in the place of F, and a program without
+ *     an F word would go on with it: as long as the requested velocity is above F, the machine is given F over the requested velocity.
  */
 #ifndef CHIPWISE_FEED_H
 #define CHIPWISE_FEED_H
@@ -88,6 +90,9 @@ struct cw_feed_easing {
     int begun;                  /* both are known */
 };
 
+/* Whether the override has to hold the machine: the feed is on, or a ceiling is left over from it [9]. */
+int cw_feed_replaces(int kind, double programmed, double requested);
+
 /* The removal rate that counts, mm3/s [1]; 0 where there is none. */
 double cw_feed_target(const struct cw_feed_in *in);
 
@@ -98,7 +103,8 @@ struct cw_feed_out cw_feed(const struct cw_feed_in *in, double last_scale);
 struct cw_feed_out cw_feed_ease(struct cw_feed_easing *easing, const struct cw_feed_in *in,
                                 struct cw_feed_out law, double recover, double deadband);
 
-/* [8] What the machine is given: `scale`, but while probing F over the requested velocity. */
+/* What the machine is given: `scale`, but F over the requested velocity while probing [8] and where a ceiling is
+ * left over [9]. */
 double cw_feed_override(const struct cw_feed_in *in, double scale);
 
 #endif

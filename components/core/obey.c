@@ -38,7 +38,7 @@ int cw_obey_step(struct cw_obey *obey, const struct cw_obey_in *in)
 {
     int feeding = in->motion == CW_MOTION_FEED || in->motion == CW_MOTION_ARC
         || in->motion == CW_MOTION_PROBING;
-    int on = in->kind >= CW_FEED_LIMIT && in->kind <= CW_FEED_WINDOW;
+    int on = cw_feed_replaces(in->kind, in->programmed, in->requested);
     int ceiling = speed(in->programmed) > 0.0 && speed(in->requested) > in->programmed;
     double dt = cw_finite(in->dt) ? cw_clamp(in->dt, 0.0, 0.1) : 0.0;
     double left = left_to_it(in), actual = speed(in->actual), accel = speed(in->accel), jerk = speed(in->jerk);

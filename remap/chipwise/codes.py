@@ -5,8 +5,6 @@ LinuxCNC looks the functions up in the machine's module `remap`. chipwise's own 
 does that of a machine with codes of its own: `from chipwise.codes import *`.
 """
 
-from interpreter import INTERP_OK
-
 from chipwise.glue import contour, hole, pocket, session, volumetric
 
 __all__ = ("g12", "g13", "g77", "g78", "g79", "m250", "m251", "m252", "m253", "m254", "feed")
@@ -64,6 +62,4 @@ def m254(self, **words):
 
 def feed(self, **words):
     """F: as built in, but known to M251's ceiling."""
-    volumetric.keep_line_number(self, words)
-    volumetric.program_feed(self, self.blocks[self.remap_level].f_number)
-    return INTERP_OK
+    return session.program_feed(self, words)

@@ -162,7 +162,7 @@ def _read(path):
 def find_sub(job):
     """Found: the definition in the programs, in their order, else in a file of its own as LinuxCNC looks for it."""
     name = str(job.sub)
-    places = [p for p in job.programs if p] + [os.path.join(folder, name + ".ngc") for folder in _folders(job.ini)]
+    places = [p for p in job.programs if p] + [os.path.join(folder, name + ".ngc") for folder in sub_folders(job.ini)]
     for path in places:
         read = _read(path)
         first = next((n for n, word in read[1].items() if word == (name, "sub")), None) if read else None
@@ -179,7 +179,7 @@ def find_sub(job):
                      f"put the contour between O{name} sub and O{name} endsub, before or after the program's M2")
 
 
-def _folders(ini):
+def sub_folders(ini):
     """Folders of sub files, in LinuxCNC's order: the current one, PROGRAM_PREFIX, SUBROUTINE_PATH."""
     folders = ["."]
     try:
@@ -305,7 +305,7 @@ def _called(job, found):
         read = _read(waiting.pop())
         defined = {name for name, keyword in read[1].values() if keyword == "sub"}
         for name in {name for name, keyword in read[1].values() if keyword == "call"} - defined:
-            for folder in _folders(job.ini):
+            for folder in sub_folders(job.ini):
                 path = os.path.abspath(os.path.join(folder, name + ".ngc"))
                 if _read(path) and path not in known:
                     known[path] = os.stat(path).st_mtime_ns

@@ -18,7 +18,7 @@ PINS = {                # pin of motion: (streamer's type, output of chipwise-in
     "motion.requested-vel": ("f", "requested-vel"), "motion.current-vel": ("f", "current-vel"),
     "spindle.0.speed-out-rps": ("f", "spindle-speed"), "motion.motion-type": ("s", "motion-type"),
     "motion.program-line": ("s", "program-line"), "motion.coord-mode": ("b", "coord-mode"),
-    "spindle.0.index-enable": ("b", "index-enable")}
+    "spindle.0.index-enable": ("b", "index-enable"), "motion.motion-enabled": ("b", "motion-enabled")}
 NAMES = list(PINS)
 CONNECT = ["axis.x.pos-cmd", "motion.tooloffset.z", "motion.motion-type", "motion.coord-mode"]
 TIMES = 12              # each of these is connected and disconnected

@@ -3,6 +3,7 @@
 
     ["home"]                        E-stop reset, machine on, home all
     ["mdi", "G0 X1"]                execute a line; answer: the operator errors it raised
+    ["mdi quietly", "G0 X1"]        the same, but goes on at once
     ["jog", axis, distance, velocity]   jog in teleop mode, mm and mm/s; answer: [lowest adaptive-feed seen]
     ["pins", name, ...]             answer: values, as text
     ["position"]                    answer: [x, y, z] commanded, machine units
@@ -10,6 +11,7 @@
     ["open", program]
     ["run_until_stopped", seconds, line]   run from a line (0: the start) until a guard stops it
                                     (answer true) or it ends (false)
+    ["run_from", line]              run from a line; goes on at once
     ["run_until", axis, value]      run until the axis is past the value (machine units, rising)
     ["abort"]
     ["errors"]                      answer: the operator errors since the last time
@@ -27,7 +29,7 @@
 
     ["start", program text]         open and run a program; goes on at once
     ["until", pin, ">" or "<", number]   wait for a pin; answer: its value
-    ["pause"], ["resume"], ["reverse"], ["forward"], ["abort"], ["off"], ["on"]   as the buttons do; pause waits for standstill
+    ["pause"], ["resume"], ["reverse"], ["forward"], ["abort"], ["estop"], ["off"], ["on"]   as the buttons do; pause waits for standstill
     ["step to end"]                 answer: how many single steps that took
     ["finish"]                      wait for the end of the program; answer: the operator errors since the last answer
     ["over", seconds, pin, ...]     answer: [lowest, highest] of each pin in that time
@@ -104,6 +106,10 @@ class Operator:
         self.machine.wait('end of ' + line, lambda s: s.interp_state == linuxcnc.INTERP_IDLE and s.inpos, 120)
         return self.errors()
 
+    def mdi_quietly(self, line):
+        self.machine.set_mode(linuxcnc.MODE_MDI, 'MDI')
+        self.machine.command.mdi(line)
+
     def jog(self, axis, distance, velocity):
         machine = self.machine
         machine.set_mode(linuxcnc.MODE_MANUAL, 'manual')
@@ -135,7 +141,7 @@ class Operator:
     def run_from(self, line=0):
         self.machine.set_mode(linuxcnc.MODE_AUTO, 'auto')
         self.machine.command.auto(linuxcnc.AUTO_RUN, line)
-        self.machine.wait('start', lambda s: s.interp_state != linuxcnc.INTERP_IDLE)
+        self.machine.wait('start', lambda s: s.interp_state != linuxcnc.INTERP_IDLE or self.machine.errors)    # refused at once
 
     def run_until_stopped(self, seconds, line=0):
         self.run_from(line)
@@ -335,6 +341,11 @@ class Operator:
         np.save(name, seen.heights)
         stock.close()
         return [seen.removed]
+
+    def estop(self):
+        self.machine.command.state(linuxcnc.STATE_ESTOP)
+        self.machine.wait('E-stop', lambda s: s.task_state == linuxcnc.STATE_ESTOP and s.current_vel < 1e-9)
+        time.sleep(0.1)
 
     def off(self):
         self.machine.command.state(linuxcnc.STATE_OFF)

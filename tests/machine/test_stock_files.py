@@ -199,11 +199,14 @@ def test_abort_in_the_middle(tmp_path):
 def test_cylinder_and_allowance(tmp_path):
     """The comment's cylinder, its volume exact; the allowance makes sides and top larger, not the bottom."""
     program = tmp_path / 'cylinder.ngc'
-    program.write_text('(WORKPIECE,CYLINDER,AXIS=Z,X=60,Y=40,ZMIN=-20,ZMAX=0,DIAMETER=50)\nG21 G90\nM250\nM2\n')
+    text = '(WORKPIECE,CYLINDER,AXIS=Z,X=60,Y=40,ZMIN=-20,ZMAX=0,DIAMETER=50)\nG21 G90\nM250\nM2\n'
+    program.write_text(text)
+    larger = tmp_path / 'larger.ngc'
+    larger.write_text(text.replace('M250', '#<_chipwise_allowance> = 2\nM250'))
     seen, grown = str(tmp_path / 'map.npy'), str(tmp_path / 'grown.npy')
     box = ['pins', *(f'stock-tracker.0.{end}-{axis}' for end in ('min', 'max') for axis in 'xyz'), 'stock-tracker.0.shape']
     answers = operate(tmp_path, [['mdi', 'G10 L2 P1 X0 Y0 Z0 R30'], ['open', str(program)], ['run_until_stopped', 20], box,
-                                 ['map', seen], ['mdi', '#<_chipwise_allowance> = 2'], ['open', str(program)],
+                                 ['map', seen], ['mdi', 'G0 Z5'], ['open', str(larger)],
                                  ['run_until_stopped', 20], box, ['map', grown], ['mdi', BOX], box])
     for path, radius, top in ((seen, 25, 0.0), (grown, 27, 2.0)):
         assert (np.load(path) + 20).sum() * 0.25 ** 2 == pytest.approx(np.pi * radius ** 2 * (20 + top), rel=1e-5)

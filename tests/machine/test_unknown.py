@@ -70,13 +70,13 @@ def test_reverse_run(tmp_path):
 
 
 def test_abort_in_the_cut_and_go_on(tmp_path):
-    """After the abort the map holds what the tool has cut, to its round front; the rest by MDI."""
+    """After the abort the map holds what the tool has cut, to its round front, and M251 has ended; the rest by MDI."""
     *_, abort, state, position, on, rest, last = operate(tmp_path, [
-        ['start', SLOT], ['until', VOLUME, '>', 300], ['abort'],
+        ['start', SLOT], ['until', VOLUME, '>', 300], ['abort'], ['sleep', 0.5],
         ['pins', VOLUME, FEED, 'stock-tracker.0.ready', 'volumetric-feed.0.mode', DISOBEYED], ['position'],
         ['mdi', 'G1 X70 F300'], ['mdi', 'M252'], ['pins', VOLUME, FEED]])
     volume, feed, ready, mode, disobeyed = values(state)
-    assert (feed, ready, mode, disobeyed) == (1.0, 1.0, 2.0, 0.0)
+    assert (feed, ready, mode, disobeyed) == (1.0, 1.0, 0.0, 0.0)
     assert volume == pytest.approx(cut_to(position[0]), rel=0.004) and volume < 600
     assert (abort, on, rest) == (None, [], [])
     assert values(last) == [pytest.approx(WHOLE, rel=0.003), 1.0]
@@ -111,8 +111,8 @@ def test_without_tool_or_stock(tmp_path, missing):
     """F as programmed, limited-by 5, said once."""
     away = {'tool': ['mdi', 'T0 M6'], 'stock': ['hal', 'setp', 'stock-tracker.0.units-per-mm', '0']}[missing]
     *_, over, end = operate(tmp_path, [
-        ['mdi', 'T1 M6'], ['mdi', BOX], ['mdi', 'M251 Q6 P2 E3000'], ['mdi', 'F300'], away,
-        ['start', 'G0 X-10 Y20 Z30\nG1 X70\nM2\n'], ['until', TYPE, '>', 1.5], ['sleep', 0.3],
+        ['mdi', 'T1 M6'], ['mdi', BOX], ['mdi', 'M251 Q6 P2 E3000'], ['mdi', 'F300'], ['mdi', 'G0 X-10 Y20 Z30'], away,
+        ['mdi quietly', 'G1 X70'], ['until', TYPE, '>', 1.5], ['sleep', 0.3],
         ['over', 1.0, FEED, BY, VELOCITY, DISOBEYED], ['finish']])
     feed, by, velocity, disobeyed = over
     assert by == [5, 5] and disobeyed == [0, 0]

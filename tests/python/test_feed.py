@@ -88,6 +88,21 @@ def test_modes():
     assert law(area=0.0, **window)[0] == 1.0
 
 
+@pytest.mark.parametrize("kind", [OFF, 7, -1])
+def test_off_is_f_where_a_ceiling_is_left_over(kind):
+    """LinuxCNC still told 50 mm/s, the program's F 15: the machine is given 0.3, in arcs and probing too; else what the law says."""
+    left = dict(kind=kind, area=1000.0, programmed=15.0, requested=50.0)
+    assert law(**left) == (1.0, NOTHING)
+    for motion in (2, 3, 5):
+        assert core.feed_override(given(**left, motion=motion, trusted=0), 1.0) == pytest.approx(0.3)
+    for other in (dict(motion=0), dict(motion=1), dict(motion=4), dict(programmed=0.0), dict(programmed=math.nan),
+                  dict(programmed=60.0), dict(programmed=50.0), dict(requested=0.0), dict(requested=math.inf),
+                  dict(programmed=-1.0), dict(programmed=math.inf), dict(requested=math.nan)):
+        assert core.feed_override(given(**{**left, **other}), 1.0) == 1.0, other
+    for mode in (LIMIT, CONSTANT, WINDOW):
+        assert core.feed_override(given(**{**left, "kind": mode}), 0.7) == 0.7
+
+
 @pytest.mark.parametrize("motion", [0, 1, 4, 5, 6])
 def test_only_feed_moves(motion):
     assert law(area=1000.0, motion=motion) == (1.0, NOTHING)

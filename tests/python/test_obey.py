@@ -63,8 +63,9 @@ def test_obedience_is_never_taken_for_it(override, braking):
 
 
 def test_what_is_not_judged():
-    """No ceiling, other motions, mode 0, a move that follows the spindle."""
-    for changes in (dict(programmed=0.0), dict(programmed=CEILING), dict(motion=1), dict(motion=4), dict(kind=0)):
+    """No ceiling, other motions, a move that follows the spindle."""
+    for changes in (dict(programmed=0.0), dict(programmed=CEILING), dict(motion=1), dict(motion=4),
+                    dict(kind=0, programmed=0.0), dict(kind=0, programmed=CEILING)):
         machine = Machine(obedient=False)
         assert all(machine.step(0.01, **changes) for _ in range(300)), changes
     machine = Machine(obedient=False)
@@ -75,6 +76,14 @@ def test_what_is_not_judged():
     for _ in range(150):
         machine.step(0.1, actual=0.0)                                       # it has ended
     assert not all(machine.step(0.1, actual=30.0) for _ in range(50))
+
+
+def test_a_ceiling_left_over_is_judged_in_mode_0():
+    """E-stop has ended the feed, LinuxCNC still has the ceiling in the place of F."""
+    machine = Machine(obedient=False)
+    assert not all(machine.step(F / CEILING, kind=0) for _ in range(300))
+    machine = Machine()
+    assert all(machine.step(F / CEILING, kind=0) for _ in range(300))
 
 
 def test_told():

@@ -147,6 +147,12 @@ class Monitor:
         if self.command:
             self.command.error_msg(text[:250])
 
+    def follow_run(self, _now):
+        """Whether a program runs, also while it is paused; MDI is none."""
+        status = self.status
+        self.component['program-running'] = (status.task_mode == self.linuxcnc.MODE_AUTO
+                                             and status.interp_state != self.linuxcnc.INTERP_IDLE)
+
     def beat(self):
         self.component['heartbeat'] = (self.component['heartbeat'] + 1) % MOST_BEATS
 
@@ -301,7 +307,8 @@ class Monitor:
     def step(self):
         self.machine_tool = self.component['tool-in-spindle']       # before the status, which follows it
         if self.connect():
-            for part, work in (('tell of its start', self.tell_death), ('watch the override', self.follow_override),
+            for part, work in (('tell of its start', self.tell_death), ('follow the run', self.follow_run),
+                               ('watch the override', self.follow_override),
                                ('follow the tool', self.follow_tool), ('tell what a guard stopped', self.follow_guard),
                                ('tell faults', self.follow_faults), ('look at the program', self.follow_program),
                                ('save and restore the stock', self.keeper.step)):
@@ -338,6 +345,7 @@ def make_component():
     component.newpin('tool-flutes', hal.HAL_FLOAT, hal.HAL_OUT)
     component.newpin('adaptive-off', hal.HAL_BIT, hal.HAL_OUT)
     component.newpin('feed-override', hal.HAL_FLOAT, hal.HAL_OUT)
+    component.newpin('program-running', hal.HAL_BIT, hal.HAL_OUT)
     component.newpin('reply', hal.HAL_S32, hal.HAL_OUT)
     component.newpin('hold', hal.HAL_BIT, hal.HAL_OUT)
     for name in ('ready', 'fault', 'disobeyed', 'held'):

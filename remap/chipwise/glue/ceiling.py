@@ -22,11 +22,23 @@ _FEED_PER_MINUTE = 0
 
 class Ceiling:
     """value: mm/min, None while F is not replaced; output: the analog output that carries the programmed feed;
-    programmed: F in mm/min as the program said it last, None in other feed modes than G94."""
+    programmed: F in mm/min as the program said it last, None in other feed modes than G94;
+    waiting: (value, output) of an M251 that run from line has read over, for begin() at the first code behind that line."""
 
     value = None
     output = None
     programmed = None
+    waiting = None
+
+
+def forget(interp):
+    """F is the machine's feed again as far as the interpreter goes; -> whether there was a ceiling."""
+    restore_programmed(interp)
+    was = Ceiling.value is not None or Ceiling.waiting is not None
+    Ceiling.value = Ceiling.waiting = None
+    if was:
+        emccanon.enqueue_SET_FEED_RATE(interp.feed_rate)
+    return was
 
 
 def begin(interp, value, output):
@@ -35,7 +47,7 @@ def begin(interp, value, output):
     The first programmed feed goes out at once, too: what waits for the next move is lost in an abort, and without any
     the realtime side would take the ceiling for F.
     """
-    Ceiling.value, Ceiling.output, Ceiling.programmed = value, output, None
+    Ceiling.value, Ceiling.output, Ceiling.programmed, Ceiling.waiting = value, output, None, None
     if value is not None:
         emccanon.SET_AUX_OUTPUT_VALUE(output, 0.0)
     set_canon_feed(interp, interp.feed_rate)

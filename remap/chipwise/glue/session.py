@@ -14,10 +14,24 @@ from interpreter import INTERP_ERROR, INTERP_EXECUTE_FINISH, INTERP_OK
 
 from chipwise import planner, report
 from chipwise.errors import CycleError, clip, printable
-from chipwise.glue import emit, named
+from chipwise.glue import context, emit, named, volumetric
 from chipwise.glue.ceiling import restore_programmed
 from chipwise.glue.state import State
 from chipwise.glue.turn import Turn
+
+
+def begin(interp, words):
+    """Before anything else: what the program before, or MDI, has left ends; the program's own F."""
+    volumetric.begin(interp, context.enter(interp, words))
+    restore_programmed(interp)
+
+
+def program_feed(interp, words):
+    """The remapped F; returns INTERP_OK."""
+    begin(interp, words)
+    volumetric.keep_line_number(interp, words)
+    volumetric.program_feed(interp, interp.blocks[interp.remap_level].f_number)
+    return INTERP_OK
 
 
 def run_cycle(interp, code, kwargs, order_of):
@@ -32,8 +46,11 @@ def run_cycle(interp, code, kwargs, order_of):
     """
     try:
         turn = Turn(interp)
-        restore_programmed(interp)
+        begin(interp, kwargs)
         named.check_known(interp)
+        if context.skipped():       # what is queued before a wait would be executed
+            yield INTERP_OK
+            return
         state = State(interp, code, kwargs)
         state.check_modes()
         plan = planner.ask(order_of(state), turn.budget(state.settings["PLAN_TIME"]))
@@ -45,7 +62,7 @@ def run_cycle(interp, code, kwargs, order_of):
         for kind, figures in outcome.records if interp.task else ():
             report.record(kind, **figures)
         for chunk in outcome.chunks:
-            if turn.is_over():
+            if turn.is_over() and not context.may_be_skipped():
                 yield from turn.wait()
             emit.emit(interp, state.line_number, chunk)
             turn.count(chunk)
@@ -63,7 +80,7 @@ def run_steps(interp, code, kwargs, steps):
     Yields INTERP_EXECUTE_FINISH for those waits and in the end INTERP_OK or, with the message set, INTERP_ERROR.
     """
     try:
-        restore_programmed(interp)
+        begin(interp, kwargs)
         named.check_known(interp)
         for _ in steps(State(interp, code, kwargs)):
             yield INTERP_EXECUTE_FINISH

@@ -12,9 +12,10 @@ import emccanon
 
 from chipwise.errors import MM_PER_INCH, CycleError
 from chipwise.glue import ceiling as feed_ceiling
+from chipwise.glue import context
 from chipwise.glue.ceiling import Ceiling, set_canon_feed
 from chipwise.glue.workpiece import check_fits, stock_of
-from chipwise.settings import feed_is_remapped
+from chipwise.settings import feed_is_remapped, load_settings
 from chipwise.stock import reasons
 
 # Registers of chipwise_command
@@ -35,13 +36,68 @@ TOOL_TRIES, TOOL_WAIT_S = 60, 0.05      # the monitor may be late, or is being s
 FILE_TRIES, FILE_WAIT_S = 600, 0.05     # the monitor reads or writes a file meanwhile
 
 
+SAME_MM, SAME_DEG = 1e-6, 1e-9          # boxes that differ by less are the same
+
+
+class _InForce:
+    """What M250 and M251 have left in force, as far as the interpreter knows.
+
+    feed        M251 is on; feed_of_mdi: it was given in MDI
+    feed_left   it has ended, and the realtime side has still to be told
+    box         (low, high, shape, turn) of the last M250, None where the stock came from a file
+    stock_here  the stock was defined in this run of the program, or in this MDI
+    """
+
+    feed = feed_left = feed_of_mdi = stock_here = False
+    box = None
+
+
+def begin(interp, another):
+    """Before each code: what has ended is put back.  another: another run of a program, or MDI, begins.
+
+    M251 ends with its program.  In MDI it stays, unless the realtime side has ended it (machine off, E-stop).
+    """
+    if not interp.task:
+        return
+    if another:
+        _InForce.stock_here = False
+    if _InForce.feed and (another or context.is_mdi() and _mode_now(load_settings()) == OFF):
+        if another and not context.is_mdi() and _InForce.feed_of_mdi:
+            emccanon.MESSAGE("chipwise: M251 of MDI has ended, a program starts: F as programmed")
+        feed_ceiling.forget(interp)
+        _InForce.feed, _InForce.feed_left = False, True
+    if context.skipped():
+        return
+    if _InForce.feed_left:
+        _end_of_feed(load_settings())
+    if Ceiling.waiting:
+        feed_ceiling.begin(interp, *Ceiling.waiting)
+
+
+def _end_of_feed(settings):
+    """Queue for the realtime side that the feed is off and F is not replaced."""
+    _queue(settings, FEED_FIRST, [OFF, 0.0, 0.0], FEED_COMMIT)
+    emccanon.SET_AUX_OUTPUT_VALUE(settings["ANALOG_OUT"] + 2, 0.0)
+    _InForce.feed_left = False
+
+
 def _send(state, first, values, commit):
+    """As _queue()."""
+    _queue(state.settings, first, values, commit)
+
+
+def _queue(settings, first, values, commit):
     """Queue the registers first, first + 1, .. and the commit, in step with motion."""
-    word = state.settings["ANALOG_OUT"]
+    word = settings["ANALOG_OUT"]
     for number, value in enumerate(values, first):
         emccanon.SET_AUX_OUTPUT_VALUE(word, number)
         emccanon.SET_AUX_OUTPUT_VALUE(word + 1, value)
     emccanon.SET_AUX_OUTPUT_VALUE(word, commit)
+
+
+def _mode_now(settings):
+    """The mode of the realtime side, now; 0 where it is not there."""
+    return round(emccanon.GET_EXTERNAL_ANALOG_INPUT(settings["ANALOG_IN"], 0.0)) % 10
 
 
 def _status(state):
@@ -56,6 +112,9 @@ def define_stock(state):
     low, high, shape, turn = stock_of(state)
     size = check_fits(state.settings, low, high, turn)
     if not state.interp.task:
+        return
+    if _run_from_line_keeps_stock(state, (low, high, shape, turn)):
+        yield                       # without one the message is thrown away with all that the line has queued
         return
     units = emccanon.GET_EXTERNAL_LENGTH_UNITS()
     _send(state, BOX_SHAPE, [shape, turn], IDLE)
@@ -72,6 +131,41 @@ def define_stock(state):
         raise CycleError(f"the stock tracker did not take the stock (fault {fault})",
                          "see its message; without one, load chipwise.hal ([HAL]HALFILE); where chipwise-monitor has "
                          "died start `chipwise monitor` again")
+    _InForce.box, _InForce.stock_here = (low, high, shape, turn), True
+
+
+_START_BEFORE = "start the program at this line or before"
+
+
+def _run_from_line_keeps_stock(state, box=None):
+    """Run from line executes M250 and M254 of the lines it reads over, and would make a whole block of a part that is cut.
+
+    -> True where the line is read over, and the stock in force stays.  Raises CycleError where that is not the stock of
+    this line (box: low, high, shape, turn; None for M254), or where it cannot be known and there is a stock to lose.
+    """
+    if not (context.skipped() or context.may_be_skipped()):
+        return False
+    _mode, defined, _fault = _status(state)
+    same = box is None or _InForce.box is None or _same_box(box, _InForce.box)
+    if context.may_be_skipped():
+        if defined and same:
+            raise CycleError("it is not known whether this line is to be executed or only read over (run from line), and a "
+                             "stock is in force", "run the program again, or give this line in MDI")
+        return False
+    if not defined:
+        raise CycleError("run from line reads over this line and no stock is defined",
+                         f"give it in MDI, or restore the stock with M254, or {_START_BEFORE}")
+    if not same:
+        raise CycleError("run from line reads over this line, and the stock in force is another one",
+                         f"give this line in MDI, or restore the stock with M254, or {_START_BEFORE}")
+    emccanon.MESSAGE(f"chipwise: {state.code}: run from line reads over this line, the stock stays as it is")
+    _InForce.stock_here = True
+    return True
+
+
+def _same_box(first, second):
+    return first[2] == second[2] and abs(first[3] - second[3]) < SAME_DEG and all(
+        abs(a - b) < SAME_MM for one, other in zip(first[:2], second[:2]) for a, b in zip(one, other))
 
 
 def _slot(state):
@@ -124,12 +218,22 @@ def _file_request(state, commit, what):
 
 def save_stock(state):
     """M253."""
+    if state.interp.task and context.skipped():
+        _slot(state)
+        emccanon.MESSAGE("chipwise: M253: run from line reads over this line, the file stays as it is")
+        yield
+        return
     yield from _file_request(state, SAVE_COMMIT, "saved")
 
 
 def restore_stock(state):
     """M254."""
+    _slot(state)
+    if state.interp.task and _run_from_line_keeps_stock(state):
+        yield
+        return
     yield from _file_request(state, RESTORE_COMMIT, "restored")
+    _InForce.box, _InForce.stock_here = None, True
 
 
 def _rate(state, letter, meaning):
@@ -187,19 +291,41 @@ def feed_on(state):
         return
     yield from _no_ceiling(state)
     yield from _wait_for_the_tool(state)
-    _send(state, FEED_FIRST, [mode, target, lower], FEED_COMMIT)
+    _send(state, FEED_FIRST, [mode, target, lower, 0.0 if context.is_mdi() else 1.0], FEED_COMMIT)
     emccanon.ENABLE_ADAPTIVE_FEED()
     state.interp.adaptive_feed = True
+    _InForce.feed, _InForce.feed_left, _InForce.feed_of_mdi = True, False, context.is_mdi()
     yield
     now, defined, _fault = _status(state)
     if now != mode or not defined:
+        _InForce.feed = False
         _send(state, FEED_FIRST, [OFF], FEED_COMMIT)
         yield
         if now != mode:
             raise CycleError("the realtime side does not answer",
                              "load chipwise.hal ([HAL]HALFILE) and see [CHIPWISE]ANALOG_OUT and ANALOG_IN")
         raise CycleError("no stock is defined", "define it with M250 before")
-    feed_ceiling.begin(state.interp, ceiling, state.settings["ANALOG_OUT"] + 2)
+    _say_what_is_in_force()
+    yield from _begin_ceiling(state, ceiling)
+
+
+def _say_what_is_in_force():
+    if not _InForce.stock_here:
+        emccanon.MESSAGE("chipwise: M251: the stock is that of before, as it has been cut since")
+    if context.is_mdi():
+        emccanon.MESSAGE("chipwise: M251 stays on until M252 or until a program starts")
+
+
+def _begin_ceiling(state, ceiling):
+    """F is replaced from here on, or, where run from line reads over the line, from the first code behind the start line."""
+    output = state.settings["ANALOG_OUT"] + 2
+    if not context.skipped():
+        feed_ceiling.begin(state.interp, ceiling, output)
+        return
+    emccanon.SET_AUX_OUTPUT_VALUE(output, 0.0)
+    yield                           # what is queued without one is thrown away
+    if ceiling is not None:
+        Ceiling.waiting = ceiling, output
 
 
 def feed_off(state):
@@ -207,8 +333,10 @@ def feed_off(state):
     state.check_words("")
     if not state.interp.task:
         return
+    Ceiling.waiting = None
     yield from _no_ceiling(state)
-    _send(state, FEED_FIRST, [OFF, 0.0, 0.0], FEED_COMMIT)
+    _InForce.feed = False
+    _end_of_feed(state.settings)
     yield
 
 

@@ -189,6 +189,7 @@ def _load():
             ("cw_way_at", C.c_double, [C.POINTER(_Way), C.c_double, vec, vec]),
             ("cw_feed", FeedOut, [C.POINTER(FeedIn), C.c_double]),
             ("cw_feed_target", C.c_double, [C.POINTER(FeedIn)]),
+            ("cw_feed_override", C.c_double, [C.POINTER(FeedIn), C.c_double]),
             ("cw_feed_ease", FeedOut, [C.POINTER(FeedEasing), C.POINTER(FeedIn), FeedOut,
                                        C.c_double, C.c_double]),
             ("cw_obey_step", C.c_int, [C.POINTER(Obey), C.POINTER(ObeyIn)])):
@@ -377,6 +378,11 @@ class Ahead:
 def feed(values: FeedIn, last_scale: float = 1.0) -> FeedOut:
     """The feed law for one period."""
     return library().cw_feed(C.byref(values), last_scale)
+
+
+def feed_override(values: FeedIn, scale: float) -> float:
+    """What the machine is given (feed.h, 8 and 9)."""
+    return library().cw_feed_override(C.byref(values), scale)
 
 
 def ease(easing: FeedEasing, values: FeedIn, law: FeedOut, recover=0.0, deadband=0.0) -> FeedOut:

@@ -6,7 +6,7 @@ from halrig import Stimulus
 BOX_COMMIT, FEED_COMMIT, IDLE = 7, 17, 0
 BOX_A = (-10.5, -20.25, -30.125, 10.5, 20.25, 0.0)
 BOX_B = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
-ODD_WORDS = (-1.0, -1e300, -math.inf, 0.4, 8.0, 9.0, 10.0, 14.0, 15.0, 16.0, 18.0, 99.0, 100.0,
+ODD_WORDS = (-1.0, -1e300, -math.inf, 0.4, 8.0, 9.0, 10.0, 15.0, 16.0, 18.0, 99.0, 100.0,
              1e9, 1e300, math.inf, math.nan)
 ODD_MODES = (-1.0, 4.0, 17.0, 1e300, -1e300, math.inf, math.nan)
 TURNS = (33.5, None, -120.0, math.nan, math.inf, 1e300, None)        # degrees; None: not sent

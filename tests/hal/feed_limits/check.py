@@ -31,10 +31,13 @@ def check_easing(trace):
 
 
 def check_probing(trace):
-    """override: F of the ceiling while probing, adaptive-feed in all other rows of the cases."""
+    """override: F of the ceiling while probing and in mode 0, adaptive-feed in all other rows of the cases."""
     rows = trace.phases["probing"]
     given, law = trace["override"][:rows.stop], trace["adaptive-feed"][:rows.stop].copy()
     law[rows] = [0.5, 0.25, 1.0, 1.0, 1.0]
+    for k, (_phase, pins, *_rest) in enumerate(scene.CASES):
+        if pins.get("mode") == 0 and k < rows.stop:
+            law[k] = pins.get("programmed-vel", scene.SOUND["programmed-vel"]) / scene.REQUESTED
     k = int(np.argmax(np.abs(given - law)))
     assert abs(given[k] - law[k]) <= SHARE, \
         f"override: {given[k]:.6f} at {k * PERIOD_S:.3f} s, allowed: {law[k]:.6f} +- {SHARE:g}"

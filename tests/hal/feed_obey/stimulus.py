@@ -45,8 +45,8 @@ def stimulus():
     s.phase("told")
     s.stay(10, adaptive_off=1)
     s.phase("switched off")
-    s.stay(10, mode=0)
-    s.stay(10, motion_type=0, adaptive_off=0, mode=2)
+    s.stay(10, mode=0, programmed_vel=0.0)      # M252
+    s.stay(10, motion_type=0, adaptive_off=0, mode=2, programmed_vel=5.0)
     s.phase("not judged")
     s.stay(5, motion_type=1, current_vel=90.0)
     s.stay(5, motion_type=4)

@@ -1,0 +1,87 @@
+"""MDI or one run of a program: where another one begins, what the one before it has left ends.
+
+Called by session.begin() before a code or the remapped F does anything.  What ends:
+    - named parameters of ours (named.py): what a run has not set itself counts as not set;
+    - the volumetric feed (volumetric.begin): M251 ends with its program, and in MDI when a program starts.
+LinuxCNC calls no Python where a program begins or ends, so this is done by the first code of ours in it; the F word is one.
+In the preview, whose interpreter is new each time, there is nothing to do.
+
+skipped() is True for the lines that run from line only reads over.
+"""
+
+import os
+
+from chipwise.glue import named, task
+from chipwise.settings import ini_file_name
+from chipwise.subs import sub_folders
+
+MDI, PROGRAM = "MDI", "program"
+
+
+class _Context:
+    """kind: MDI, PROGRAM or None at first; start: task.start_line() of a program; line: of the main program, 0 in MDI."""
+
+    kind = None
+    start = 0
+    line = 0
+
+
+def enter(interp, words):
+    """A code of ours begins; words: its keyword arguments, n the line number.  -> whether another context begins."""
+    if not interp.task:
+        return False
+    _Context.line = _main_line(interp, int(words.get("n", 0)))
+    before = _Context.kind
+    _Context.kind = PROGRAM if task.is_program() else MDI
+    starts = _Context.kind == PROGRAM and task.is_new_run()
+    if starts:
+        _Context.start = task.start_line()
+        named.forget(interp, _assigned(interp).__contains__)
+    elif _Context.kind == MDI and before == PROGRAM:
+        named.forget(interp, lambda name: True)
+    named.mark(interp)
+    return starts or before not in (None, _Context.kind)
+
+
+def is_mdi():
+    return _Context.kind == MDI
+
+
+def skipped():
+    """Whether the line is before the one the run was started from."""
+    start = _Context.start if _Context.kind == PROGRAM else 0
+    return bool(start) and (start < 0 or _Context.line < start)
+
+
+def may_be_skipped():
+    """Whether that is not known."""
+    return _Context.kind == PROGRAM and _Context.start is None
+
+
+def _main_line(interp, line):
+    """Line of the main program, where a sub of it is being executed that of the call; 0 in MDI."""
+    return line if interp.call_level <= 1 else interp.sub_context[0].sequence_number
+
+
+def _assigned(interp):
+    """Names of our parameters that the running program assigns up to its present line, or in a sub."""
+    names, waiting, seen = set(), [(_main_file(interp), _Context.line)], set()
+    folders = None
+    while waiting:
+        path, line = waiting.pop()
+        seen.add(path)
+        try:
+            with open(path, encoding="utf-8", errors="replace") as program:
+                found, called = named.assigned_in(program.read(), line)
+        except OSError:
+            continue
+        names |= found
+        folders = sub_folders(ini_file_name()) if folders is None else folders
+        files = {os.path.abspath(os.path.join(folder, name + ".ngc")) for folder in folders for name in called}
+        waiting += [(file, 0) for file in sorted(files - seen) if os.path.isfile(file)]
+    return names
+
+
+def _main_file(interp):
+    main = interp.sub_context[0].filename if interp.call_level > 1 else interp.filename
+    return os.path.abspath(main or interp.filename)

@@ -1,0 +1,80 @@
+"""What LinuxCNC's task knows and does not tell the interpreter: MDI or a program, another run of it, the line it starts from.
+
+Called by glue/context.py, in milltask only.
+
+1. milltask's variable `taskplanopen` is 1 from the opening of a program to its end, abort or error, and 0 otherwise.
+   LinuxCNC asks only whether it is 0, so is_new_run() turns the 1 it finds into a 2: a 1 that is found later is another run.
+2. The Python module emctask of milltask (2.9) shows the mode.
+3. Run from line: the lines before the start line are executed and what they have queued is thrown away, but not while a
+   remapped code waits for the machine.  The start line is in no status.  The task's command buffer holds the last command,
+   at the first line of a run as a rule the one that has started it.
+Where one of these cannot be had the answer is that of an ordinary run of a program, as said with each function.
+Read in LinuxCNC 2.9.0~pre1, 2.9.4 and 2.10 (2026-08): emctaskmain.cc, emctask.cc, taskmodule.cc, emc_nml.hh, nmlmsg.hh.
+"""
+
+import ctypes
+import struct
+
+_SEEN = 2
+
+_COMMAND_BUFFER = "/SYSV000003e9"           # linuxcnc.nml: emcCommand is shared memory with the key 1001
+_MESSAGE = struct.Struct("<i4xqii")         # NMLmsg type, size; RCS_CMD_MSG serial_number; EMC_TASK_PLAN_RUN line
+_PLAN_RUN, _PLAN_STEP = 507, 511            # emc.hh: EMC_TASK_PLAN_RUN_TYPE, EMC_TASK_PLAN_STEP_TYPE
+_HEAD_BYTES = 512                           # the message begins within
+
+
+def _open_flag():
+    """taskplanopen, None where this task has none."""
+    try:
+        return ctypes.c_int.in_dll(ctypes.CDLL(None), "taskplanopen")
+    except (ValueError, OSError):
+        return None
+
+
+def _mode():
+    """Name of the task's mode, "" where it is not known."""
+    try:
+        import emctask
+        return str(emctask.emcstat.task.mode)
+    except (ImportError, AttributeError):
+        return ""
+
+
+def is_program():
+    """Whether a program runs, not MDI; without a flag: True where a mode says so or nothing does."""
+    flag = _open_flag()
+    return (flag is None or flag.value != 0) and not _mode().endswith("MDI")
+
+
+def is_new_run():
+    """Whether this is the first question since a run has begun; without a flag never."""
+    flag = _open_flag()
+    if flag is None or flag.value in (0, _SEEN):
+        return False
+    flag.value = _SEEN
+    return True
+
+
+def start_line():
+    """The line that the run of a program was started from, 0 for the whole; None where another command has come since.
+
+    To be asked once, as early in a run as possible.
+    """
+    block = _command_buffer()
+    if not block:
+        return 0
+    for at in range(0, _HEAD_BYTES, 8):
+        kind, size, serial, line = _MESSAGE.unpack_from(block, at)
+        if size == _MESSAGE.size and serial > 0 and kind in (_PLAN_RUN, _PLAN_STEP):
+            return line if kind == _PLAN_RUN else 0
+    return None
+
+
+def _command_buffer():
+    """A copy of the head of the task's command buffer, b"" where it is not there."""
+    with open("/proc/self/maps", encoding="utf-8", errors="replace") as maps:
+        for mapping in maps:
+            if _COMMAND_BUFFER in mapping:
+                first, last = (int(address, 16) for address in mapping.split()[0].split("-"))
+                return ctypes.string_at(first, min(last - first, _HEAD_BYTES + _MESSAGE.size))
+    return b""

@@ -1,0 +1,240 @@
+"""What a program leaves behind: nothing.  Feed, settings and stock of the one before do not change the next."""
+
+import numpy as np
+import pytest
+
+from machine.operate import operate
+
+pytestmark = pytest.mark.machine
+
+BOX = 'M250 P0 Q0 R-10 I60 J40 K10'
+MODE, VELOCITY, ASKED, PROGRAMMED = ('volumetric-feed.0.mode', 'motion.current-vel', 'motion.requested-vel',
+                                     'motion.analog-out-02')
+LEFT_ON = f'G21 G90 G64 P0.01\nT1 M6\n{BOX}\nM251 P2 Q20 E3000\nF900\nG0 X-5 Y80 Z10\n'
+PLAIN = 'G21 G90\nF300\nG0 X0 Y80 Z10\nG1 X40\nM2\n'        # 80 mm: outside of the old stock
+
+
+def feeds(velocity=5.0):
+    """Steps: a feed move has got to its velocity; what it does then."""
+    return [['until', 'motion.motion-type', '>', 1.5], ['until', VELOCITY, '>', 0.99 * velocity], ['over', 0.5, VELOCITY, ASKED]]
+
+
+
+
+def check_plain(over, velocity=5.0):
+    """The machine goes at F: neither faster, nor slower."""
+    (low, high), (_asked_low, asked_high) = over
+    assert high <= velocity * 1.001 and low >= velocity * 0.5, f'{low:.3f} to {high:.3f} mm/s, allowed: up to {velocity:g}'
+    assert high == pytest.approx(velocity, rel=1e-3)
+
+
+WORK = 'G1 X60\nG1 X0\nG1 X60\nM66 E0 L0\nM2\n'       # as in a long program the M2 has not been read when it is aborted
+ENDS = {                                                    # of the program with M251: (its last lines, steps after its start)
+    'M2': ('G1 X0\nM2\n', [['finish']]),
+    'M30': ('G1 X0\nM30\n', [['finish']]),
+    'percent': ('G1 X0\n%\n', [['finish']]),
+    'abort': (WORK, [['until', VELOCITY, '>', 5], ['abort']]),
+    'abort in a pause': (WORK, [['until', VELOCITY, '>', 5], ['pause'], ['abort']]),
+    'abort at M0': ('G1 X0\nM0\n' + WORK, [['until', VELOCITY, '>', 5], ['until', VELOCITY, '<', 0.001], ['abort']]),
+    'E-stop': (WORK, [['until', VELOCITY, '>', 5], ['estop'], ['home']]),
+    'off': (WORK, [['until', VELOCITY, '>', 5], ['off'], ['on']]),
+    'error': ('G1 X0\nG1 Y[1/0]\nM2\n', [['finish']]),
+    'in a sub': ('o1 sub\nG1 X0\nM2\no1 endsub\no1 call\n', [['finish']]),
+}
+
+
+@pytest.mark.parametrize('end', ENDS)
+def test_m251_ends_with_its_program(tmp_path, end):
+    """Whatever has ended the program: the next, which knows nothing of us, runs at its F from its first move on; the mode
+    is 0, LinuxCNC's own feed is F again, and so it is in the run after that, and in MDI."""
+    lines, steps = ENDS[end]
+    text = LEFT_ON + lines
+    if end == 'percent':
+        text = '%\n' + text
+    answers = operate(tmp_path, [
+        ['start', text], *steps, ['start', PLAIN], *feeds(), ['finish'], ['pins', MODE, PROGRAMMED],
+        ['start', PLAIN], *feeds(), ['finish'], ['pins', MODE, PROGRAMMED],
+        ['mdi quietly', 'G1 X0 F300'], *feeds(), ['finish'], ['pins', MODE, PROGRAMMED]], speed=1)
+    after = answers[1 + len(steps):]
+    for what, (_start, _type, _fast, over, errors, pins) in zip(('next', 'again', 'MDI'), (after[:6], after[6:12], after[12:])):
+        print(end, what, over)
+        check_plain(over)
+        assert over[1][1] == pytest.approx(5.0), what       # and LinuxCNC is told the feed of the program
+        assert not [e for e in errors if e.startswith('chipwise')] and pins == ['0', '0'], (what, errors)
+
+
+def test_the_checker_sees_a_ceiling():
+    with pytest.raises(AssertionError):
+        check_plain([[40.0, 50.0], [50.0, 50.0]])
+    with pytest.raises(AssertionError):
+        check_plain([[1.0, 1.0], [5.0, 5.0]])
+
+
+@pytest.mark.parametrize('end, monitor', [('abort', 'lives'), ('E-stop', 'lives'), ('percent', 'lives'), ('abort', 'dead')])
+def test_a_program_without_f_goes_on_with_it(tmp_path, end, monitor):
+    """LinuxCNC keeps F over an abort, and no code of ours runs in such a program: it goes at the program's F, 15 mm/s."""
+    lines, steps = ENDS[end]
+    text = ('%\n' if end == 'percent' else '') + LEFT_ON + lines
+    killed = [] if monitor == 'lives' else [['kill monitor']]
+    answers = operate(tmp_path, [
+        ['start', text], *steps, *killed, ['start', PLAIN.replace('F300\n', '').replace('X40', 'X200')], *feeds(15.0),
+        ['abort']], speed=1)
+    print(end, monitor, answers[-2])
+    check_plain(answers[-2], 15.0)
+
+
+# --- MDI -------------------------------------------------------------------------------------------------------------
+
+def test_mdi_keeps_m251_until_a_program_starts(tmp_path):
+    """Over manual mode, jogging and homing it stays; a program that knows nothing of it ends it, and the operator is told; so
+    do machine off and E-stop, and then F is the feed of the next line, given anew or not."""
+    on = [['mdi', 'F900'], ['mdi', 'M251 P2 Q20 E3000'], ['mdi', 'G0 X0 Y80 Z10']]
+    answers = operate(tmp_path, [
+        ['mdi', 'T1 M6'], ['mdi', BOX], *on, ['messages'], ['jog', 0, 10, 50], ['mdi', 'G0 X0'], ['pins', MODE],
+        ['mdi quietly', 'G1 X60'], ['until', VELOCITY, '>', 45], ['finish'],
+        ['start', PLAIN], *feeds(), ['finish'], ['pins', MODE, PROGRAMMED], ['messages'],
+        *on, ['off'], ['on'], ['pins', MODE], ['mdi quietly', 'G1 X100'], *feeds(15.0), ['finish'],
+        *on, ['estop'], ['home'], ['pins', MODE], ['mdi quietly', 'G1 X100 F300'], *feeds(), ['finish'], ['pins', PROGRAMMED]],
+        speed=1)
+    told, mode, plain, pins, said = answers[5], answers[8], answers[15], answers[17], answers[18]
+    print(answers)
+    assert [m for m in told if 'M251 stays on until M252 or until a program starts' in m] and mode == ['2']
+    check_plain(plain)
+    assert pins == ['0', '0'] and [m for m in said if 'M251 of MDI has ended' in m]
+    off = answers[19 + len(on):]
+    assert off[2] == ['0']
+    check_plain(off[6], 15.0)
+    estop = off[8 + len(on):]
+    assert estop[2] == ['0']
+    check_plain(estop[6])
+    assert estop[-1] == ['0']
+
+
+# --- settings --------------------------------------------------------------------------------------------------------
+
+HOLE = 'G21 G90 G17\nT1 M6\nM250 P70 Q70 R-3 I60 J60 K3\nF3000\nG0 X100 Y100 Z5\nG13 X100 Y100 I20 Z-3 R1\nM2\n'
+CHOPPED = HOLE.replace('G13', '#<_chipwise_chop_size> = 12\nG13')
+AFTERWARDS = HOLE.replace('M2\n', '#<_chipwise_chop_size> = 12\nM2\n')          # set when no code of ours comes any more
+CONDITION = HOLE.replace('T1', 'o1 if [#31 GT 0]\n#<_chipwise_chop_size> = 12\no1 endif\nT1')
+VOLUME = 'stock-tracker.0.removed-volume'
+NO_GUARD = 's/^GUARD_RAPID = .*/GUARD_RAPID = no/'
+
+
+def volumes(tmp_path, *steps):
+    """mm3 that each program of the steps has removed: a chopped hole is the ring and the grid of kerfs."""
+    wanted = []
+    for step in steps:
+        wanted += [step] if isinstance(step, list) else [['start', step], ['finish'], ['pins', VOLUME]]
+    answers = operate(tmp_path, wanted, edit=NO_GUARD)
+    assert [answer for step, answer in zip(wanted, answers) if step[0] in ('mdi', 'finish') and answer] == []
+    return [float(answer[0]) for step, answer in zip(wanted, answers) if step[0] == 'pins']
+
+
+def test_a_run_knows_only_its_own_settings(tmp_path):
+    """The same file after a program, after MDI with and without a code of ours, after itself: each time what its preview shows."""
+    setting = ['mdi', '#<_chipwise_chop_size> = 12']
+    seen = volumes(tmp_path, HOLE, CHOPPED, HOLE, setting, HOLE, setting, ['mdi', 'M252'], HOLE, AFTERWARDS, AFTERWARDS, HOLE,
+                   ['mdi', '#31 = 1'], CONDITION, ['mdi', '#31 = 0'], CONDITION)
+    print([round(v) for v in seen])
+    plain, chopped = seen[0], seen[1]
+    ring = np.pi * (20 ** 2 - 14 ** 2) * 3
+    assert ring < plain < 1.1 * ring and chopped > 1.5 * ring           # the ring and its lead-in; and the kerfs
+    assert seen[2:] == pytest.approx([plain, plain, plain, plain, plain, plain, chopped, plain], rel=1e-3)
+
+
+def test_settings_in_mdi(tmp_path):
+    """In MDI a setting stays for the lines that follow; what a program has set is not that of MDI, nor of an inch program."""
+    hole = ['mdi', 'G13 X100 Y100 I20 Z-3 R1 F3000']
+    answers = operate(tmp_path, [
+        ['mdi', 'T1 M6'], ['mdi', 'G0 X100 Y100 Z5'], ['mdi', '#<_chipwise_chop_size> = -1'], hole, hole,
+        ['start', CHOPPED.replace('= 12', '= 12\n#<_chipwise_allowance> = 5')], ['finish'], hole,
+        ['mdi', '#<_chipwise_chopsize> = 3'], hole, hole], edit=NO_GUARD)
+    negative = 'chop size -1 mm is negative'
+    assert [len(a) for a in (answers[3], answers[4], answers[7], answers[9], answers[10])] == [1, 1, 0, 1, 0], answers
+    assert negative in answers[3][0] and negative in answers[4][0]
+    assert '#<_chipwise_chopsize> is not known' in answers[9][0]
+
+
+# --- run from line -----------------------------------------------------------------------------------------------
+
+SLOTS = f'''G21 G90 G17 G40 G64 P0.01
+T1 M6
+{BOX}
+M251 P2 Q6 E3000
+F300
+S10000 M3
+G0 X-10 Y10 Z5
+G0 Z-2
+G1 X70
+G0 Z5
+G0 X-10 Y30
+G0 Z-2
+G1 X70 F300
+G0 Z5
+M252
+M2
+'''
+FIRST, SECOND = 9, 11                   # lines: the first cut, the way to the second one
+SLOT = 60 * 6 * 2                       # mm3
+
+
+def run_from(path, line):
+    return [['open', str(path)], ['run_from', line], ['finish']]
+
+
+def test_run_from_line_keeps_the_cut_part(tmp_path):
+    """Two slots, then from the second on: M250 of a line that is only read over leaves the map as it is, M251 holds the
+    rate at the next F; from the start it is a whole block again."""
+    program = tmp_path / 'slots.ngc'
+    program.write_text(SLOTS)
+    answers = operate(tmp_path, [
+        *run_from(program, 0), ['pins', VOLUME], *run_from(program, SECOND), ['pins', VOLUME, MODE, PROGRAMMED], ['messages'],
+        *run_from(program, 3), ['pins', VOLUME], ['mdi', BOX], ['open', str(program)], ['run_from', SECOND],
+        ['until', VOLUME, '>', 200], ['over', 0.5, VELOCITY, ASKED], ['finish'], ['pins', VOLUME, MODE, PROGRAMMED]])
+    print(answers)
+    assert [answers[k] for k in (2, 6, 11, 13, 18)] == [[]] * 5
+    assert float(answers[3][0]) == pytest.approx(2 * SLOT, rel=0.01)
+    assert [float(v) for v in answers[7]] == [pytest.approx(2 * SLOT, rel=0.01), 0, 0]
+    assert [m for m in answers[8] if 'M250' in m and 'the stock stays as it is' in m]
+    assert float(answers[12][0]) == pytest.approx(2 * SLOT, rel=0.01)           # line 3 is not read over: filled and cut again
+    assert answers[17][0] == pytest.approx([6000 / 60 / 12] * 2, rel=0.03)      # the rate of the M251 that was read over
+    assert [float(v) for v in answers[19]] == [pytest.approx(SLOT, rel=0.01), 0, 0]
+
+
+def test_run_from_line_without_another_f(tmp_path):
+    """M251 with a ceiling read over and no F behind the start line: the machine goes at F, never at the ceiling."""
+    program = tmp_path / 'slots.ngc'
+    program.write_text(SLOTS.replace('G1 X70 F300', 'G1 X70'))
+    answers = operate(tmp_path, [['mdi', 'T1 M6'], ['mdi', BOX], ['mdi', 'G0 Z5'], ['open', str(program)], ['run_from', SECOND],
+                                 *feeds()[:2], ['over', 1.0, VELOCITY], ['finish'], ['pins', VOLUME]], speed=1)
+    print(answers)
+    assert answers[7][0][1] <= 5.001 and answers[8] == []
+    assert float(answers[9][0]) == pytest.approx(SLOT, rel=0.01)
+
+
+@pytest.mark.parametrize('line, before, said', [
+    (BOX, [], 'run from line reads over this line and no stock is defined'),
+    ('M254 P1', [], 'run from line reads over this line and no stock is defined'),
+    (BOX, [['mdi', 'M250 P0 Q0 R-10 I60 J40 K9']], 'run from line reads over this line, and the stock in force is another one')])
+def test_run_from_line_asks(tmp_path, line, before, said):
+    """No stock, or that of something else: nothing moves."""
+    program = tmp_path / 'slots.ngc'
+    program.write_text(SLOTS.replace(BOX, line))
+    answers = operate(tmp_path, [['mdi', 'T1 M6'], *before, ['position'], *run_from(program, SECOND), ['position'],
+                                 ['pins', 'stock-tracker.0.stock-defined', MODE]])
+    end, position, pins = answers[-3:]
+    assert len(end) == 1 and said in end[0] and 'line 3' in end[0], end
+    assert position == answers[-6] and pins == ['TRUE' if before else 'FALSE', '0']
+
+
+def test_run_from_line_saves_and_restores_nothing(tmp_path):
+    """M253 and M254 of lines that are only read over: the file and the map stay as they are."""
+    program, folder = tmp_path / 'files.ngc', tmp_path / 'stock'
+    program.write_text(f'G21 G90\nT1 M6\n{BOX}\nM253 P1\nM254 P1\nF2000\nG0 X-10 Y10 Z5\nG0 Z-2\nG1 X30\nG0 Z5\nG0 X-10 Y30\nM2\n')
+    edit = f's#^STOCK_DIR = .*#STOCK_DIR = {folder}#'
+    answers = operate(tmp_path, [*run_from(program, 0), ['map_sum'], *run_from(program, 11), ['map_sum'], ['messages'],
+                                 ['mdi', 'M254 P1'], ['map_sum']], edit=edit)
+    assert answers[2] == answers[6] == []
+    assert answers[3] == answers[7] and answers[3][1] > 100
+    assert answers[10][1] == 0                              # the file is that of the first run: before the cut
+    assert len([m for m in answers[8] if 'run from line' in m]) == 3, answers[8]
