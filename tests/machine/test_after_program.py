@@ -238,3 +238,19 @@ def test_run_from_line_saves_and_restores_nothing(tmp_path):
     assert answers[3] == answers[7] and answers[3][1] > 100
     assert answers[10][1] == 0                              # the file is that of the first run: before the cut
     assert len([m for m in answers[8] if 'run from line' in m]) == 3, answers[8]
+
+
+def test_run_from_line_moves_nothing_of_a_skipped_cycle(tmp_path):
+    """Cycles that take long to plan wait for the machine, and what is queued before a wait would be executed: 700 mm of chop
+    lines and a pocket of 12,000 moves, read over, leave the machine where it stands."""
+    program = tmp_path / 'cycles.ngc'
+    program.write_text(f'G21 G90 G17\nT1 M6\n{BOX}\nF3000\nG0 X100 Y100 Z5\n#<_chipwise_chop_size> = 4.3\n'
+                       'G13 X100 Y100 I39 Z-3 R1\no79 sub\nG0 X5 Y5\nG1 X195\nG1 Y195\nG1 X5\nG1 Y5\no79 endsub\n'
+                       'G79 Q79 D0.11 Z-3 R1\nG79 Q79 D0.12 Z-3 R1\nG0 Z6\nM2\n')
+    answers = operate(tmp_path, [['mdi', 'T1 M6'], ['mdi', BOX], ['mdi', 'G0 X-7 Y-8 Z20'], ['open', str(program)],
+                                 ['run_from', 17], ['over', 4.0, *(f'axis.{a}.pos-cmd' for a in 'xyz')], ['finish'], ['position']])
+    (x, y, z), position = answers[5], answers[7]
+    print(x, y, z, position)
+    assert answers[6] == []
+    assert x == [-7.0, -7.0] and y == [-8.0, -8.0] and z[0] >= 6 - 1e-6
+    assert position == pytest.approx([-7, -8, 6])
