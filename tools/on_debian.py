@@ -540,6 +540,8 @@ def main(argv):
     options = parse_arguments(argv)
     if os.geteuid() != 0:
         become_root(argv)
+    if not sandbox.works(lambda: sandbox.check(libc.unshare(sandbox.CLONE_NEWNS | sandbox.CLONE_NEWUSER), 'unshare')):
+        raise Refusal('no private namespaces here; run it on a machine, or give the container CAP_SYS_ADMIN')
     folder = os.path.join(cache_directory(), options.release)
     os.makedirs(folder, mode=0o711, exist_ok=True)
     sources = apt_sources(options.release)

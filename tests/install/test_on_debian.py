@@ -82,6 +82,17 @@ def test_no_host_of_an_archive_is_written_here():
             assert 'http://' not in handle.read().replace("http://(", '')
 
 
+def test_without_namespaces_it_refuses_before_anything_is_made(tmp_path):
+    script = 'echo 0 >/proc/sys/user/max_user_namespaces && exec setpriv --bounding-set=-sys_admin ' \
+             '--inh-caps=-sys_admin -- "$@"'
+    done = subprocess.run(['unshare', '--user', '--map-root-user', 'sh', '-c', script, 'sh', '/usr/bin/python3',
+                           os.path.join(ROOT, 'tools', 'on_debian.py'), 'trixie', 'true'], text=True,
+                          env=dict(os.environ, CHIPWISE_DEBIAN_DIR=str(tmp_path / 'none')), capture_output=True)
+    assert done.returncode == 1
+    assert done.stderr.startswith('chipwise: on-debian: no private namespaces here; run it on a machine'), done.stderr
+    assert not (tmp_path / 'none').exists()
+
+
 # --- what a command sees ----------------------------------------------------
 
 def on(release, *arguments, **options):
