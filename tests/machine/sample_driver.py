@@ -2,7 +2,7 @@
 
     sample_driver.py INI JOB.json RESULT.json
 
-Run in a sandbox by samples.py.  JOB: `lines` a list of MDI lines and `program` (text) with {placeholders}, `picture` a
+Run in a sandbox by samples.py.  JOB: `lines` and `after` lists of MDI lines, before and after the program, and `program` (text) with {placeholders}, `picture` a
 path for a screenshot, `pins` a list, `watch` pins to be read while the tool cuts.  RESULT: `started`, `said` (lines of chipwise's in LinuxCNC's output), `output` (its
 end), `screen_alive`, `errors` (operator's), `done`, `pins` {name: text}, `during` the same of `watch`, `signals` {pin: signal}.
 """
@@ -198,6 +198,8 @@ def work(sample, job, result):
     with open(path, 'w') as handle:
         handle.write(job['program'].format(**place(sample.poll())))
     result['during'] = sample.run(path, job.get('watch', []))
+    for line in job.get('after', []):
+        sample.mdi(line)
     result['done'] = True
     if job.get('watch'):
         time.sleep(1.0)             # chipwise-display says its line

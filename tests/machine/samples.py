@@ -18,6 +18,7 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.dirname(os.path.dirname(HERE))
 STOCK = '/usr/share/doc/linuxcnc/examples/sample-configs'
 TIMEOUT_S = 540
+SANDBOX = os.path.join(ROOT, 'bin', 'chipwise-sandbox')
 
 POSTGUI = 'POSTGUI_HALFILE = /usr/local/share/chipwise/hal/chipwise.hal'
 
@@ -73,6 +74,25 @@ SAMPLES = [
     Sample('remap/getting-started, docs/Config.md', 'sim/axis/remap/getting-started/demo.ini', 'axis', recipe=True,
            own_error='seeking o-word: o<on_abort>'),
 ]
+
+
+NEEDS = {       # what a screen imports that is not in LinuxCNC's own package
+    'gmoccapy': 'import gladevcp.makepins',
+    'touchy': 'import gladevcp.makepins',
+    'qtvcp': 'from PyQt5 import QtWidgets, Qsci, QtSvg, QtOpenGL'}
+
+
+def missing(sample):
+    """-> what a sample needs and this machine does not have, '' where nothing is."""
+    if not os.path.isdir(STOCK):
+        return 'LinuxCNC\'s sample configurations are not here'
+    if not shutil.which(sample.screen):
+        return sample.screen + ' is not installed'
+    if sample.screen in NEEDS and not sample.refused and subprocess.run(
+            [SANDBOX, '--xvfb', '800x600', '--', '/usr/bin/python3', '-c', NEEDS[sample.screen]], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL).returncode:
+        return f'{sample.screen} needs packages that are not installed ({NEEDS[sample.screen]})'
+    return ''
 
 
 def named(name):
@@ -147,10 +167,10 @@ def stage(where):
     return folder
 
 
-def run(sample, where, installed, edit=None, picture=None):
+def run(sample, where, installed, edit=None, picture=None, after=()):
     """-> the driver's result.
 
-    edit(ini): more changes to the copy.
+    edit(ini): more changes to the copy.  after: MDI lines when the program is over.
     """
     copy = os.path.join(where, 'configs')
     shutil.copytree(STOCK, copy, symlinks=True, ignore=shutil.ignore_patterns('by_machine', 'attic', '*.var'))
@@ -163,19 +183,19 @@ def run(sample, where, installed, edit=None, picture=None):
     give_it_a_tool(ini)
     if edit:
         edit(ini)
-    return drive(sample, ini, where, installed, picture)
+    return drive(sample, ini, where, installed, picture, after=after)
 
 
-def drive(sample, ini, where, installed, picture=None, watch=()):
+def drive(sample, ini, where, installed, picture=None, watch=(), after=()):
     """-> the driver's result for an INI file."""
     job, result = os.path.join(where, 'job.json'), os.path.join(where, 'result.json')
     inch = re.search(r'^LINEAR_UNITS\s*=\s*(in|imperial)', open(ini, errors='replace').read(), re.MULTILINE)
     lines = [line.replace('{RADIUS}', '%.6f' % (3 / 25.4 if inch else 3)) for line in ['G20' if inch else 'G21', *LINES]]
     with open(job, 'w') as handle:
-        json.dump({'lines': lines, 'program': PROGRAM, 'pins': PINS, 'signals': list(sample.joined),
+        json.dump({'lines': lines, 'program': PROGRAM, 'pins': PINS, 'after': list(after), 'signals': list(sample.joined),
                    'picture': picture, 'watch': list(watch)}, handle)
     done = subprocess.run(
-        [os.path.join(ROOT, 'bin', 'chipwise-sandbox'), '--installed', installed, '--xvfb', '1400x900',
+        [SANDBOX, '--installed', installed, '--xvfb', '1400x900',
          '--require-isolation', '--timeout', str(TIMEOUT_S), '--', '/usr/bin/python3',
          os.path.join(HERE, 'sample_driver.py'), ini, job, result],
         cwd=os.path.dirname(ini), text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)

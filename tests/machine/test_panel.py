@@ -20,10 +20,12 @@ GLADE = ['chipwise-panel.' + name for name in (
     ('mill.ini', 'axis', PYVCP, 1.0), ('mill_inch.ini', 'axis', PYVCP, 16.387064), ('mill_gmoccapy.ini', 'gmoccapy', GLADE, 1.0)])
 def test_panel_and_line(name, screen, watch, per, tmp_path):
     """M251 P1 Q6 on a full slot: while it cuts, and after it."""
+    sample = samples.Sample(name, name, screen)
+    if samples.missing(sample):
+        pytest.skip(samples.missing(sample))
     installed = samples.stage(str(tmp_path))
     share = tmp_path / 'share'
     shutil.copytree(os.path.join(installed, 'usr/local/share/chipwise'), share, symlinks=True)
-    sample = samples.Sample(name, name, screen)
     result = samples.drive(sample, str(share / 'configs' / name), str(tmp_path), installed, watch=watch)
     assert samples.verdict(sample, result) == ''
     stock, mode, by, rate, target, share_of_target, inch = (result['during'][pin] for pin in watch)

@@ -1,7 +1,6 @@
 """README's lines on stock copies of LinuxCNC's sample machines; tools/samples tries all of them."""
 
 import os
-import shutil
 
 import pytest
 
@@ -20,11 +19,18 @@ def installed(tmp_path_factory):
 @pytest.mark.parametrize('name', IN_TEST)
 def test_sample(name, installed, tmp_path):
     sample = samples.named(name)
-    if not os.path.isdir(samples.STOCK):
-        pytest.skip('LinuxCNC\'s sample configurations are not here')
-    if not shutil.which(sample.screen):
-        pytest.skip(sample.screen + ' is not installed')
+    if samples.missing(sample):
+        pytest.skip(samples.missing(sample))
     assert samples.verdict(sample, samples.run(sample, str(tmp_path), installed)) == ''
+
+
+def test_a_rotary_axis_that_turns_ends_the_stock(installed, tmp_path):
+    """The table with the stock on it turns by 5 degrees: said once, and M251 is refused until M250."""
+    sample = samples.named('xyzac-trt')
+    result = samples.run(sample, str(tmp_path), installed, after=['G1 C5 F6000', 'G4 P0.5', 'M251 P1 Q6'])
+    assert result['pins'][samples.PINS[1]] == 'FALSE' and result['pins'][samples.PINS[2]] == '23', result['pins']
+    said = {text for text in result['said'] if 'since the stock was defined' in text or 'M251' in text}
+    assert len(said) == 2 and any('M251: no stock is defined' in text for text in said), result['said']
 
 
 def replaced(name, old, new):

@@ -2,6 +2,7 @@
 
 import os
 import re
+import shutil
 import subprocess
 
 import pytest
@@ -40,6 +41,7 @@ def test_the_version_has_one_source():
     assert (done.returncode, done.stdout, done.stderr) == (0, f'chipwise {VERSION}\n', '')
 
 
+@pytest.mark.skipif(not shutil.which('groff'), reason='groff is not installed')
 def test_the_man_page_has_every_command_and_option(tmp_path):
     """As man prints it, without a complaint of groff."""
     subprocess.run(['/usr/bin/python3', os.path.join(ROOT, 'tools', 'make_man.py'), tmp_path / 'chipwise.1'], check=True)
