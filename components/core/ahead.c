@@ -13,9 +13,11 @@
 #define CW_CARRY_NODES 2        /* and on carrying one over to a new course */
 #define CW_CLOSEST 0.25         /* cells between samples where the load jumps [5] */
 #define CW_LOAD_JUMP 0.15       /* of a load, a change from one sample to the next that is a jump */
-#define CW_EDGE 0.025           /* of a load, by which its change from cell to cell changes at an edge of the stock */
+#define CW_EDGE 0.025           /* of all that can be met, by which the change from cell to cell changes at an edge of the stock */
 #define CW_SLIGHT 0.01          /* of all that can be met, a change that is none */
-#define CW_LATE_RISE 1.0        /* cells [6] */
+#define CW_LATE_RISE 0.5        /* cells [6] */
+#define CW_LATE_STEEP 1.0       /* the same where within a cell it rises by */
+#define CW_STEEP 0.28           /* of all that can be met */
 #define CW_LATE_STEP 0.5        /* the same where it comes at once (a tool that meets a wall of its own radius) */
 #define CW_AT_ONCE 0.45         /* of all that can be met, a rise within a cell that is so */
 #define CW_SMEAR 2.5            /* cells over which that is read */
@@ -25,6 +27,7 @@
 #define CW_DIP 0.5              /* of what it lies below it */
 #define CW_NEAR_BACK 2          /* samples before one read further on that count for it too */
 #define CW_TURN_STEP 0.35       /* rad the way turns by between two samples at most */
+#define CW_TIGHT_TURN 2.0       /* tool radius over the way's, from which the way turns round a corner (a blend) */
 #define CW_ROUND 0.35           /* rad, a sample further round than this is taken again [2] */
 #define CW_TIGHT 1.05           /* tool radius over the way's, above which a sample near the tool reads low: none is taken again there */
 #define CW_TOUCH 1e-3           /* mm2, less is no contact */
@@ -120,7 +123,7 @@ static int kinks(const struct cw_ahead *ahead, const struct cw_stock *stock, int
     if (i <= ahead->first || i + 1 >= ahead->first + ahead->count || corner(ahead, i) || corner(ahead, i + 1)) return 0;
     before = (m - a) / cw_max(closest, station(ahead, i) - station(ahead, i - 1));
     behind = (b - m) / cw_max(closest, station(ahead, i + 1) - station(ahead, i));
-    return fabs(behind - before) * stock->cell > CW_EDGE * cw_max(m, cw_max(a, b)) + CW_TOUCH;
+    return fabs(behind - before) * stock->cell > CW_EDGE * ahead->most[held_in(ahead, i)] + CW_TOUCH;
 }
 
 /* Whether the load jumps from sample i - 1 to i. */
@@ -149,6 +152,15 @@ static double step_begin(const struct cw_ahead *ahead, const struct cw_stock *st
     return begin;
 }
 
+/* How far, mm, before the jump up from sample i - 1 to i it may begin [6]. */
+static double late_rise(const struct cw_ahead *ahead, const struct cw_stock *stock, int i)
+{
+    int k = i - 1;
+    while (k > ahead->first && !corner(ahead, k) && station(ahead, i) - station(ahead, k) < stock->cell) k--;
+    return (sample(ahead, i) - sample(ahead, k) > CW_STEEP * ahead->most[held_in(ahead, i)] ? CW_LATE_STEEP : CW_LATE_RISE)
+        * stock->cell;
+}
+
 static struct between stretch(const struct cw_ahead *ahead, const struct cw_stock *stock, int i)
 {
     struct between part;
@@ -165,7 +177,7 @@ static struct between stretch(const struct cw_ahead *ahead, const struct cw_stoc
     begin = corner(ahead, i) ? part.from : step_begin(ahead, stock, i);
     if (begin < part.from) part.jump = 1;
     if (part.jump) {
-        if (part.jump > 0) part.from = cw_min(begin, part.from - CW_LATE_RISE * stock->cell);
+        if (part.jump > 0) part.from = cw_min(begin, part.from - late_rise(ahead, stock, i));
         else part.to += CW_LATE_FALL * stock->cell;
         part.a = part.b = cw_max(part.a, part.b);
     }
@@ -312,10 +324,11 @@ static int take_next(struct cw_ahead *ahead, const struct cw_stock *stock, const
     int i = ahead->first + ahead->count, n = slot_of(i), work, jump;
     double closest = CW_CLOSEST * stock->cell, before = ahead->count ? at->s - station(ahead, i - 1) : 0.0;
     double bend = ahead->count ? ahead->bend[slot_of(i - 1)] : 0.0;
+    int sharp = at->corner ? at->turn > CW_ROUND : fabs(at->curvature) * tool->radius > CW_TIGHT_TURN;
     work = read_at(ahead, stock, tool, i, at);
     ahead->s[n] = at->s;
     ahead->turn[n] = (float)at->turn;
-    ahead->bend[n] = bend + at->turn;
+    ahead->bend[n] = bend + (sharp ? at->turn : 0.0);
     ahead->corner[n] = (unsigned char)at->corner;
     ahead->count++;
     jump = ahead->on_way && ahead->count > 1 && jumps(ahead, stock, i);

@@ -55,7 +55,7 @@ struct cw_ahead {
     float most[CW_AHEAD_SAMPLES];       /* mm2, all that can be met there at that depth */
     float depth[CW_AHEAD_SAMPLES];      /* mm above the tip */
     float turn[CW_AHEAD_SAMPLES];       /* rad the way turns by since the sample before */
-    double bend[CW_AHEAD_SAMPLES];      /* rad, the sum of these */
+    double bend[CW_AHEAD_SAMPLES];      /* rad, the sum of those at corners [2] */
     unsigned char corner[CW_AHEAD_SAMPLES];     /* at the same spot as the sample before [5] */
     unsigned char near[CW_AHEAD_SAMPLES];       /* read clear of what the tool has cut, so further on */
 };

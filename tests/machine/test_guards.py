@@ -59,6 +59,25 @@ def test_a_traverse_stops_before_the_stock(tmp_path, approach, target, axis, edg
     assert float(removed[0]) == 0.0
 
 
+GAP = ''.join(f'G0 Z5\nG0 X{x} Y50\nG0 Z-5\nG1 X{x} Y-10\n' for x in (26, 30, 34))     # 14 mm free in the middle, up to X 37
+
+
+def test_let_go_on_it_passes_the_place_and_stops_at_the_next(tmp_path):
+    """A traverse through two ribs.  Released before the first it goes through that in one go; the second one stops it again."""
+    program = tmp_path / 'ribs.ngc'
+    program.write_text(HEAD + GAP + 'G0 Z5\nG0 X-40 Y20\nG0 Z-5\nG0 X100\nG0 Z10\nM2\n')
+    release = ['hal', 'setp', 'chipwise-guard.0.release']
+    answers = operate(tmp_path, [
+        ['open', str(program)], ['run_until_stopped', 60], ['position'], [*release, '1'], ['sleep', 0.3], [*release, '0'],
+        ['until', 'chipwise-guard.0.stop', '>', 0.5], ['sleep', 2.0], ['position'], [*release, '1'], ['sleep', 0.3],
+        [*release, '0'], ['finish'], ['position']])
+    stopped, first, second, last = answers[1], answers[2], answers[8], answers[-1]
+    print('stopped', first[0], 'then', second[0])
+    assert stopped is True and -30.0 < first[0] < -3.0
+    assert 20.0 < second[0] < 60.0                      # past the first rib, which ends at X 23
+    assert last[0] == pytest.approx(100.0, abs=1e-4)
+
+
 # (approach, target): traverses that go over into the one that meets stock, and how LinuxCNC joins them
 BLENDS = {
     'down beside it, then in: parabola': ('G64\nG0 X-23 Y20\nG0 Z60\nG0 Z-5\n', 'G0 X30'),

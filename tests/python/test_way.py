@@ -163,4 +163,8 @@ def test_an_arc_into_the_stock_is_announced(follow):
     told, _true = drive(stock, core.Tool(6.0), pieces, follow)
     before_arc = told[int(25 / 0.05)]
     most = max(area for distance, area in before_arc if distance < 9.0)
-    assert (most > 10.0) == follow, before_arc
+    turned = 4.0 / 6.0                                  # rad of the arc, 9 mm on; the front beyond Y 3.2 is in stock
+    begin = math.asin((3.2 - 6.0 * (1.0 - math.cos(turned))) / 3.0) - turned
+    true = 3.0 * 3.0 * (1.0 - math.sin(begin))          # 8.77 mm2
+    assert (most >= true) == follow, before_arc
+    assert most <= 1.2 * true
