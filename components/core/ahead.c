@@ -17,7 +17,7 @@
 #define CW_SLIGHT 0.01          /* of all that can be met, a change that is none */
 #define CW_LATE_RISE 0.5        /* cells [6] */
 #define CW_LATE_STEEP 1.0       /* the same where within a cell it rises by */
-#define CW_STEEP 0.28           /* of all that can be met */
+#define CW_STEEP_RISE 0.28           /* of all that can be met */
 #define CW_LATE_STEP 0.5        /* the same where it comes at once (a tool that meets a wall of its own radius) */
 #define CW_AT_ONCE 0.45         /* of all that can be met, a rise within a cell that is so */
 #define CW_SMEAR 2.5            /* cells over which that is read */
@@ -157,7 +157,7 @@ static double late_rise(const struct cw_ahead *ahead, const struct cw_stock *sto
 {
     int k = i - 1;
     while (k > ahead->first && !corner(ahead, k) && station(ahead, i) - station(ahead, k) < stock->cell) k--;
-    return (sample(ahead, i) - sample(ahead, k) > CW_STEEP * ahead->most[held_in(ahead, i)] ? CW_LATE_STEEP : CW_LATE_RISE)
+    return (sample(ahead, i) - sample(ahead, k) > CW_STEEP_RISE * ahead->most[held_in(ahead, i)] ? CW_LATE_STEEP : CW_LATE_RISE)
         * stock->cell;
 }
 

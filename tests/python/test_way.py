@@ -167,4 +167,3 @@ def test_an_arc_into_the_stock_is_announced(follow):
     begin = math.asin((3.2 - 6.0 * (1.0 - math.cos(turned))) / 3.0) - turned
     true = 3.0 * 3.0 * (1.0 - math.sin(begin))          # 8.77 mm2
     assert (most >= true) == follow, before_arc
-    assert most <= 1.2 * true
