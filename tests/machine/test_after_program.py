@@ -254,3 +254,8 @@ def test_run_from_line_moves_nothing_of_a_skipped_cycle(tmp_path):
     assert answers[6] == []
     assert x == [-7.0, -7.0] and y == [-8.0, -8.0] and z[0] >= 6 - 1e-6
     assert position == pytest.approx([-7, -8, 6])
+
+
+def test_mdi_names_no_line_of_the_program_before(tmp_path):
+    *_, said = operate(tmp_path, [['start', PLAIN], ['finish'], ['mdi', 'M251 Q6']])
+    assert said == ['chipwise: M251: no stock is defined; define it with M250 before']

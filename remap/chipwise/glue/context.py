@@ -19,7 +19,7 @@ MDI, PROGRAM = "MDI", "program"
 
 
 class _Context:
-    """kind: MDI, PROGRAM or None at first; start: task.start_line() of a program; line: of the main program, 0 in MDI."""
+    """kind: MDI, PROGRAM or None at first; start: task.start_line() of a program; line: of the main program."""
 
     kind = None
     start = 0
@@ -59,7 +59,7 @@ def may_be_skipped():
 
 
 def _main_line(interp, line):
-    """Line of the main program, where a sub of it is being executed that of the call; 0 in MDI."""
+    """Line of the main program, where a sub of it is being executed that of the call; in MDI without a meaning."""
     return line if interp.call_level <= 1 else interp.sub_context[0].sequence_number
 
 

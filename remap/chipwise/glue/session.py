@@ -125,6 +125,8 @@ def place(interp, kwargs):
         if line <= 0:
             return ""
         level = interp.call_level
+        if level <= 1 and context.is_mdi():     # the number of the line that was read last
+            return ""
         if level > 0 and interp.sub_context[0].filename not in ("", interp.filename):
             return printable(f" (line {line} of {os.path.basename(interp.filename)})")
         return f" (line {line})"
