@@ -366,34 +366,44 @@ static double rim_area(const struct cw_stock *stock, const struct place *at, con
     return sum;
 }
 
+/* Adds a band of a tool that goes level, or the wall of any. */
+static void add_strip(const struct cw_stock *stock, const struct place *at, const struct cw_tool *tool, double tip,
+                      struct strip *strip, struct cw_section *section)
+{
+    double highest = 0.0, area = 0.0;
+    if (strip->high <= stock->z_min) return;
+    strip->low = cw_max(strip->low, stock->z_min);
+    if (strip->inner > 0.0) area = middle_area(stock, at, strip, &highest);
+    if (strip->outer > strip->inner && highest < (1.0 - CW_EVEN) * (strip->high - strip->low))
+        end_at_top(stock, at, tool, tip, strip, highest);
+    if (strip->outer > strip->inner) area += rim_area(stock, at, tool, tip, strip, &highest);
+    section->area += area * at->level;
+    section->nodes += strip->nodes;
+    if (highest > 0.0) section->depth = cw_max(section->depth, highest + strip->low - tip);
+}
+
+/* The wall above the tool's end. */
+static void add_wall(const struct cw_stock *stock, const struct place *at, const struct cw_tool *tool, double tip,
+                     double margin, struct cw_section *section)
+{
+    struct strip strip = { tool->radius, tool->radius, tool->radius, tip + tool->shoulder, 1e301, margin, tool->radius, 1, 0 };
+    if (strip.low < stock->z_max) add_strip(stock, at, tool, tip, &strip, section);
+}
+
 /* [7] The tool goes level: the area between its outline and the stock's top, seen along the way. */
 static void level_section(const struct cw_stock *stock, const struct place *at, const struct cw_tool *tool, double tip,
                           double clear, struct cw_section *section)
 {
     int i;
-    for (i = 0; i <= tool->rings; i++) {
-        struct strip strip = { tool->radius, tool->radius, tool->radius, tip + tool->shoulder, 1e301, clear, tool->radius, 1, 0 };
-        double highest = 0.0, area = 0.0;
-        if (i < tool->rings) {
-            const struct cw_tool_ring *ring = &tool->ring[i];
-            if (ring->rise <= CW_THINNEST) continue;
-            strip.inner = ring->inner;
-            strip.outer = strip.ended = ring->outer;
-            strip.middle = ring->radius;
-            strip.low = tip + ring->height - 0.5 * ring->rise;
-            strip.high = strip.low + ring->rise;
-            strip.edged = ring->rise > CW_STEEP * (ring->outer - ring->inner);
-        }
-        if (strip.low >= stock->z_max) break;   /* bands rise outwards */
-        if (strip.high <= stock->z_min) continue;
-        strip.low = cw_max(strip.low, stock->z_min);
-        if (strip.inner > 0.0) area = middle_area(stock, at, &strip, &highest);
-        if (strip.outer > strip.inner && highest < (1.0 - CW_EVEN) * (strip.high - strip.low)) end_at_top(stock, at, tool, tip, &strip, highest);
-        if (strip.outer > strip.inner) area += rim_area(stock, at, tool, tip, &strip, &highest);
-        section->area += area * at->level;
-        section->nodes += strip.nodes;
-        if (highest > 0.0) section->depth = cw_max(section->depth, highest + strip.low - tip);
+    for (i = 0; i < tool->rings; i++) {
+        const struct cw_tool_ring *ring = &tool->ring[i];
+        double low = tip + ring->height - 0.5 * ring->rise;
+        struct strip strip = { ring->inner, ring->outer, ring->radius, low, low + ring->rise, clear, ring->outer,
+                               ring->rise > CW_STEEP * (ring->outer - ring->inner), 0 };
+        if (low >= stock->z_max) return;        /* bands rise outwards */
+        if (ring->rise > CW_THINNEST) add_strip(stock, at, tool, tip, &strip, section);
     }
+    add_wall(stock, at, tool, tip, clear, section);
 }
 
 /* A flat band sweeps only when the tool falls: area in contact times the fall [1]. */
@@ -481,14 +491,6 @@ struct cw_section cw_section_at(const struct cw_stock *stock, const struct cw_to
         if (band.low < stock->z_min) raise_bottom(&band, stock->z_min);
         add_band(stock, &at, &band, tip[2], &result);
     }
-    if (tip[2] + tool->shoulder < stock->z_max && at.level > 1e-9) {
-        band.ring = 0;
-        band.radius = band.outer = tool->radius;
-        band.margin = at.level * clear;
-        band.low = cw_max(z + tool->shoulder, stock->z_min);
-        band.high = 1e301;
-        band.fall = 0.0;
-        add_band(stock, &at, &band, tip[2], &result);
-    }
+    if (tip[2] + tool->shoulder < stock->z_max && at.level > 1e-9) add_wall(stock, &at, tool, z, at.level * clear, &result);
     return result;
 }

@@ -26,6 +26,13 @@
  *  6. Where stock touches only the lower part of a band, that part's own mean radius counts: on an
  *     arc the radius squared, on a cone the radius, is taken as linear in the height. Further
  *     out that is so under a level top only; where columns differ, what is met slopes.
+ *  7. A tool that goes level, and the wall of any tool, need no surface elements: what is met is the area between the
+ *     tool's outline and the stock's top, seen along the way, band by band, each read where its own circle is. Below the
+ *     inner edge of a band that is trapezia across the path, further out a few Gauss points, and where the stock ends
+ *     within the band, the band ends there too.
+ *  8. At a wall, or a band as steep, only what the tool is to cover counts: a cell outside does not, of one on the edge
+ *     that part which lies inside (what has been cut from it lies on the same side, stock.h, 2). A wall of the tool's
+ *     own slot is then none, at any depth.
  */
 #ifndef CHIPWISE_SECTION_H
 #define CHIPWISE_SECTION_H
