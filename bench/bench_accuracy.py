@@ -2,7 +2,7 @@
 
 Called by bench/run.py (prints JSON rows) and by hand with --table (all cuts).  `rows()` gives
 the rows to other programs.  The cuts and their truths are those of the tests
-(tests/lib/cuts.py, tests/lib/stock_cases.py).
+(tests/lib/cuts.py, tests/lib/stock_cases.py, tests/lib/stock_profiles.py).
 """
 import json
 import math
@@ -12,10 +12,11 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT / "remap"), str(ROOT / "tests")]
 
-from lib import cuts, stock_cases                # noqa: E402
+from lib import cuts, stock_cases, stock_profiles        # noqa: E402
 
 VOLUME_TARGET = {0.1: 0.1, 0.25: 0.3}            # %, by cell size in mm
 MEAN_TARGET, SPREAD_TARGET = 1.0, {"side": 4.0}  # %; spread of all others 2 %
+PROFILE_SPREAD = {"deeper": 2.0}                 # of the others, cuts with a side: as side cuts
 CELL = 0.25
 
 
@@ -46,6 +47,14 @@ def shallow():
         yield depth, 100.0 * (area / truth - 1.0)
 
 
+def profiles():
+    """Every pass above or beside earlier ones: (kind, name, worst mean error in %, worst spread in %) of its directions."""
+    for case in stock_profiles.cases():
+        found = [stock_profiles.measured(case, angle, CELL) for angle in stock_profiles.DIRECTIONS]
+        yield (case.kind, case.name, 100.0 * max((mean for mean, _ in found), key=abs),
+               100.0 * max(spread for _, spread in found))
+
+
 def _row(name, value, target):
     verdict = "meets" if abs(value) <= target else "MISSES"
     return {"name": name, "value": round(value, 4), "unit": "%", "target": target,
@@ -68,6 +77,10 @@ def rows():
         for kind, tool, name, mean, spread in sections(through):
             keep(f"{label}, {kind}, {tool}: mean", mean, name, MEAN_TARGET)
             keep(f"{label}, {kind}, {tool}: deviation", spread, name, SPREAD_TARGET.get(kind, 2.0))
+    for kind, name, mean, spread in profiles():
+        tool = name.split(",")[0]
+        keep(f"section area, {kind}, {tool}: mean", mean, name, MEAN_TARGET)
+        keep(f"section area, {kind}, {tool}: deviation", spread, name, PROFILE_SPREAD.get(kind, SPREAD_TARGET["side"]))
     for key, (value, name, target) in worst.items():
         row = _row(key, value, target)
         row["note"] += f" ({name})"
@@ -89,6 +102,11 @@ def print_table():
             most = SPREAD_TARGET.get(kind, 2.0)
             print(f"{name:36s} {mean:8.2f} {spread:9.2f}   {MEAN_TARGET:g} / {most:g}"
                   + ("" if abs(mean) <= MEAN_TARGET and spread <= most else "  MISSES"))
+    print(f"\n{'above and beside earlier cuts':44s} {'mean %':>8s} {'dev. %':>9s} {'targets':>9s}")
+    for kind, name, mean, spread in profiles():
+        most = PROFILE_SPREAD.get(kind, SPREAD_TARGET["side"])
+        print(f"{name:44s} {mean:8.2f} {spread:9.2f}   {MEAN_TARGET:g} / {most:g}"
+              + ("" if abs(mean) <= MEAN_TARGET and spread <= most else "  MISSES"))
     print()
     for depth, error in shallow():
         print(f"ball D6, {depth:g} mm deep{'':16s} {error:8.2f}")

@@ -2,7 +2,7 @@
 #include "cw_math.h"
 #include "section.h"
 
-#define CW_LEAST_NODES 16       /* round a band; multiples of 4, so that nodes lie on the sides */
+#define CW_LEAST_NODES 24       /* round a band; multiples of 4, so that nodes lie on the sides */
 #define CW_MOST_NODES 96
 #define CW_FLAT_NODES 24        /* round a ring of a flat end, at most: six rings make up for it */
 #define CW_NODE_CELLS 2.0       /* distance of nodes, in cells */

@@ -47,6 +47,16 @@ def known():
                9 * 12 + 9 * PI)                             # h^2 L + pi h^3 / 3
         yield (f"tapered groove {angle} deg", (6, 0.5, 20),
                _turned([[-6, 0, -4], [6, 0, -4]], angle), _taper_groove(6, 0.5, 20, 4, 12))
+    low, high = np.array(LOW[:2]), np.array(HIGH[:2])       # no multiple of a cell: its rim cells are faced, then cut deeper
+    rows, face = np.arange(low[1], high[1] + 6.0, 4.0), []
+    for i, y in enumerate(rows):
+        ends = (low[0] - 4.0, high[0] + 4.0)
+        face += [[ends[i % 2], y, -1.0], [ends[1 - i % 2], y, -1.0]]
+    side = [[high[0] - 2.0, low[1] - 4.0], [high[0] - 2.0, high[1] + 4.0]]
+    lift = [[*face[-1][:2], 1.0], [*side[0], 1.0]]
+    deeper = [[*side[(level + k) % 2], z] for level, z in enumerate((-2.0, -3.5, -5.0)) for k in (0, 1)]
+    yield ("faced to the rim, then deeper", (6, 0, 0), np.array(face + lift + deeper),
+           float(np.prod(high - low)) * 1.0 + 5.0 * (high[1] - low[1]) * 4.0)
     at = np.array([0.13, -0.07])
     for name, tool, volume in (("flat", (6, 0, 0), 27 * PI),
                                ("ball", (6, 3, 0), 18 * PI),            # half ball, 3 deep

@@ -13,12 +13,10 @@ SPREAD = {"deeper": 0.02}                       # allowed standard deviation; el
 SPREAD_ELSE = 0.04
 # What is not met at cells of 0.25 mm: tools of four cells, and cuts a cell or two wide: (mean, deviation). Smaller cells cure it:
 # test_with_smaller_cells.
-KNOWN = {"flat D1, 15 % beside": (0.03, 0.10), "flat D1, 40 % beside": (0.02, 0.04), "flat D1, second depth beside a slot": (0.04, 0.06),
-         "flat D1, along a step of another tool": (0.02, 0.04), "ball D3.175, 15 % beside": (0.015, 0.04),
-         "vee 30, 15 % beside": (0.015, 0.04), "vee 60, 15 % beside": (0.015, 0.04), "vee 90, 15 % beside": (0.015, 0.04),
-         "ball D3.175, steps 0.25, 17 deep": (0.01, 0.07), "ball D3.175, steps 0.37, 17 deep": (0.01, 0.05),
-         "ball D3.175, steps 0.5, 17 deep": (0.013, 0.04), "flat D6, steps 0.25, 3 deep": (0.015, 0.04),
-         "taper D6, steps 0.25, 3 deep": (0.015, 0.045), "taper D6, steps 0.75, 3 deep": (0.012, 0.04)}
+KNOWN = {"flat D1, 15 % beside": (0.01, 0.10), "vee 30, 15 % beside": (0.016, 0.04), "vee 30, 40 % beside": (0.012, 0.04),
+         "vee 60, 15 % beside": (0.012, 0.04), "ball D3.175, steps 0.25, 17 deep": (0.01, 0.07),
+         "ball D3.175, steps 0.37, 17 deep": (0.01, 0.05), "flat D6, steps 0.25, 3 deep": (0.015, 0.04),
+         "taper D6, steps 0.25, 3 deep": (0.015, 0.045)}
 
 
 def check(name, angle, cell, through, allowed):
