@@ -55,10 +55,11 @@ def watched(monkeypatch):
     pins['tool-in-spindle'] = 1
     watcher = module.Monitor(pins, parse_settings({}))
     monkeypatch.setattr(watcher.keeper, 'attach', lambda: None)
+    monkeypatch.setattr(watcher, 'follow_run', lambda _now: None)
     return watcher
 
 
-PARTS = ('tell_death', 'follow_override', 'follow_tool', 'follow_guard', 'follow_faults', 'follow_program')
+PARTS = ('tell_death', 'follow_run', 'follow_override', 'follow_tool', 'follow_guard', 'follow_faults', 'follow_program')
 
 
 def test_a_look(watched):

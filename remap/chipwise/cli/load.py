@@ -11,6 +11,7 @@ import subprocess
 
 from chipwise import ROOT
 from chipwise.cli.python_section import check_codes
+from chipwise.clock import patience
 from chipwise.errors import MM_PER_INCH, CycleError
 from chipwise.settings import braceless, ini_file_name, ini_lines, load_settings, read_section
 
@@ -249,7 +250,7 @@ def load(settings):
             ('setp', 'chipwise-guard.0.guard-rapid', f"{settings['GUARD_RAPID']:d}"),
             ('setp', 'chipwise-guard.0.guard-flute', f"{settings['GUARD_FLUTE']:d}"),
             ('setp', 'stock-tracker.0.units-per-mm', f'{units:.17g}'),
-            ('setp', 'stock-tracker.0.monitor-timeout', f'{MONITOR_TIMEOUT_S:g}'),
+            ('setp', 'stock-tracker.0.monitor-timeout', f'{patience(MONITOR_TIMEOUT_S):g}'),
             ('setp', 'stock-tracker.0.read-path', f"{settings['READ_PATH']:d}"),
             ('setp', 'stock-tracker.0.acceleration', f'{acceleration:.9g}'),
             ('setp', 'stock-tracker.0.max-jerk', f'{planner_jerk():.9g}'),

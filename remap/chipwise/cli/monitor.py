@@ -21,6 +21,7 @@ from chipwise.cli import heir, load
 from chipwise.cli.keeper import Keeper
 from chipwise.cli.loaded import LoadedProgram
 from chipwise.cli.supervise import Supervisor
+from chipwise.clock import patience
 from chipwise.errors import CycleError
 from chipwise.files import printable
 from chipwise.settings import feed_is_remapped, load_settings
@@ -181,7 +182,7 @@ class Monitor:
             self.differ_since = None
         elif self.differ_since is None or self.differ_since[0] != (machine_tool, number):
             self.differ_since = (machine_tool, number), now
-        if self.differ_since is None or now - self.differ_since[1] > DIFFER_S:
+        if self.differ_since is None or now - self.differ_since[1] > patience(DIFFER_S):
             self.component['tool-followed'] = machine_tool
 
     def follow_tool(self, now):

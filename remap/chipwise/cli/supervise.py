@@ -10,6 +10,8 @@ import os
 import signal
 import time
 
+from chipwise.clock import patience
+
 LOOK_S = 1.0            # between two looks at the heartbeat
 HUNG_S = 30.0           # without a heartbeat: the child is ended and replaced
 CALM_S = 10.0           # a child that lived this long is replaced at once, else after a pause
@@ -68,7 +70,7 @@ class Supervisor:
         beat, now = self.heartbeat(), time.monotonic()
         if beat != self.last_beat:
             self.last_beat, self.beaten = beat, now
-        if now - self.beaten < HUNG_S:
+        if now - self.beaten < patience(HUNG_S):
             return False
         os.kill(self.child, signal.SIGKILL)
         return True

@@ -10,6 +10,7 @@ What is queued are canonical calls, not lines: execute(line, number) after a `yi
 
 import emccanon
 
+from chipwise.clock import patience
 from chipwise.errors import MM_PER_INCH, CycleError
 from chipwise.glue import ceiling as feed_ceiling
 from chipwise.glue import context
@@ -273,7 +274,7 @@ def _feed_words(state):
 
 def _wait_for_the_tool(state):
     """Wait until the tool in the spindle is known to the stock tracker; CycleError where it does not get known."""
-    for _ in range(TOOL_TRIES):
+    for _ in range(int(patience(TOOL_TRIES))):
         yield
         fault = _status(state)[2]
         if fault not in (TOOL_CHANGED, NO_MONITOR):
