@@ -62,7 +62,7 @@ def run_cycle(interp, code, kwargs, order_of):
         for kind, figures in outcome.records if interp.task else ():
             report.record(kind, **figures)
         for chunk in outcome.chunks:
-            if turn.is_over() and not context.may_be_skipped():
+            if turn.is_over(chunk) and not context.may_be_skipped():
                 yield from turn.wait()
             emit.emit(interp, state.line_number, chunk)
             turn.count(chunk)
@@ -134,4 +134,7 @@ def place(interp, kwargs):
         return f" (line {line})" if kwargs.get("n", 0) > 0 else ""
 
 
-planner.start()     # it takes half a second to come up; LinuxCNC is starting, too
+try:
+    planner.start()     # it takes half a second to come up; LinuxCNC is starting, too
+except OSError:
+    pass                # the first cycle says so
