@@ -56,14 +56,17 @@ class Turn:
         self._tick()
         return max(0.0, WAIT_S - _Since.seconds)
 
-    def is_over(self):
-        """Whether it is the task's turn."""
+    def is_over(self, chunk):
+        """Whether it is the task's turn before a chunk is executed.  A large one begins a turn of its own."""
+        if not self._interp.task:
+            return False
         self._tick()
-        return bool(self._interp.task) and (_Since.moves >= TURN_MOVES or _Since.seconds >= WAIT_S)
+        size = _size(chunk)
+        return _Since.seconds >= WAIT_S or size > TURN_MOVES or _Since.moves > 0 and _Since.moves + size > TURN_MOVES
 
     def count(self, chunk):
         """A chunk has been executed."""
-        _Since.moves += sum(lines.count("\\n") + 1 for _, lines in chunk)
+        _Since.moves += _size(chunk)
         self._began = time.monotonic()
 
     def wait(self):
