@@ -27,11 +27,14 @@ def begin(interp, words):
 
 
 def program_feed(interp, words):
-    """The remapped F; returns INTERP_OK."""
-    begin(interp, words)
-    volumetric.keep_line_number(interp, words)
-    volumetric.program_feed(interp, interp.blocks[interp.remap_level].f_number)
-    return INTERP_OK
+    """The remapped F; returns INTERP_OK or, with the message set, INTERP_ERROR."""
+    try:
+        begin(interp, words)
+        volumetric.keep_line_number(interp, words)
+        volumetric.program_feed(interp, interp.blocks[interp.remap_level].f_number)
+        return INTERP_OK
+    except Exception as error:
+        return refuse(interp, "F", words, error)
 
 
 def run_cycle(interp, code, kwargs, order_of):

@@ -14,6 +14,7 @@ Read in LinuxCNC 2.9.0~pre1, 2.9.4 and 2.10 (2026-08): emctaskmain.cc, emctask.c
 
 import ctypes
 import struct
+from functools import lru_cache
 
 _SEEN = 2
 
@@ -23,6 +24,7 @@ _PLAN_RUN, _PLAN_STEP = 507, 511            # emc.hh: EMC_TASK_PLAN_RUN_TYPE, EM
 _HEAD_BYTES = 512                           # the message begins within
 
 
+@lru_cache(maxsize=None)
 def _open_flag():
     """taskplanopen, None where this task has none."""
     try:
