@@ -69,6 +69,14 @@ def test_load_in_a_shell_says_what_it_is_for(ini, tmp_path):
     assert ('chipwise.hal' if ini is None or ini.endswith('mill.ini') else 'INI file') in line, line
 
 
+@pytest.mark.parametrize('command', ['monitor', 'display'])
+def test_what_linuxcnc_calls_ends_in_a_shell_without_linuxcnc(command):
+    done = subprocess.run([os.path.join(ROOT, 'bin', 'chipwise-sandbox'), '--timeout', '60', '--',
+                           os.path.join(ROOT, 'bin', 'chipwise'), command], text=True, stdin=subprocess.DEVNULL,
+                          stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    assert done.returncode == 1 and 'chipwise: no stock tracker in HAL' in done.stderr and 'Traceback' not in done.stderr
+
+
 def test_errors_have_no_traceback():
     for arguments in (['demo', '/no/such/file.ngc'], ['demo', '--speed', '-1', __file__]):
         done = chipwise(*arguments)

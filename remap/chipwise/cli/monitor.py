@@ -376,6 +376,8 @@ def run(options):
     import linuxcnc
     try:
         settings = load_settings(heir.ini_file(linuxcnc))
+        if not load.pins('stock-tracker.0.'):
+            raise CycleError('no stock tracker in HAL', 'start LinuxCNC with chipwise.hal first')
         component, inherited = make_component()
     except CycleError as error:
         raise CommandError(str(error).removeprefix('chipwise: ')) from error
