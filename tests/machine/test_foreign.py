@@ -1,6 +1,6 @@
 """Programs nobody here wrote, on the real LinuxCNC, judged by bench/judge.py; and a program that uses nothing of ours.
 
-All ten and all conditions: bench/bench_claims.py.  Here are two that are short.
+All ten and all conditions: bench/bench_claims.py.  Here is one that is short.
 """
 import re
 import sys
@@ -31,7 +31,6 @@ def measured(name, condition, tmp_path, seed=1):
 
 @pytest.mark.parametrize("name, condition", [
     ("fusion_adaptive", bench_claims.Condition()),
-    ("hsm_bull_boss", bench_claims.Condition("G64 P0.02", inch=True)),
 ])
 def test_the_claims_on_a_foreign_program(name, condition, tmp_path):
     """Never above 102 % of the rate in 10 ms, no stop, no moment without stock, and the volume is right."""
