@@ -13,7 +13,7 @@
 #define CW_CARRY_NODES 2        /* and on carrying one over to a new course */
 #define CW_CLOSEST 0.25         /* cells between samples where the load jumps [5] */
 #define CW_LOAD_JUMP 0.15       /* of a load, a change from one sample to the next that is a jump */
-#define CW_EDGE 0.025           /* of all that can be met, by which the change from cell to cell changes at an edge of the stock */
+#define CW_EDGE 0.025           /* of the mean of the load and all that can be met, by which the change from cell to cell changes at an edge */
 #define CW_SLIGHT 0.01          /* of all that can be met, a change that is none */
 #define CW_LATE_RISE 0.5        /* cells [6] */
 #define CW_LATE_STEEP 1.0       /* the same where within a cell it rises by */
@@ -123,7 +123,7 @@ static int kinks(const struct cw_ahead *ahead, const struct cw_stock *stock, int
     if (i <= ahead->first || i + 1 >= ahead->first + ahead->count || corner(ahead, i) || corner(ahead, i + 1)) return 0;
     before = (m - a) / cw_max(closest, station(ahead, i) - station(ahead, i - 1));
     behind = (b - m) / cw_max(closest, station(ahead, i + 1) - station(ahead, i));
-    return fabs(behind - before) * stock->cell > CW_EDGE * ahead->most[held_in(ahead, i)] + CW_TOUCH;
+    return fabs(behind - before) * stock->cell > CW_EDGE * 0.5 * (ahead->most[held_in(ahead, i)] + cw_max(m, cw_max(a, b))) + CW_TOUCH;
 }
 
 /* Whether the load jumps from sample i - 1 to i. */
