@@ -219,7 +219,7 @@ def test_the_tool_of_the_moment_counts(tmp_path):
 def test_f_outlives_a_tool_change(tmp_path):
     """After M6 the interpreter takes the ceiling for its F; a cycle and M252 go by what the program said."""
     program = BEGIN.replace('F300', 'F240') + (
-        'G0 X-10 Y20 Z20\nG1 X0\nT2 M6\nG1 X20\nG13 X30 Y20 I5 Z18\nM252\nG1 X60\nM2\n')
+        'G0 X-10 Y20 Z20\nG1 X0\nT2 M6\nG1 X250\nG1 X20\nG13 X30 Y20 I5 Z18\nM252\nG1 X60\nM2\n')
     _start, _x, replaced, _arc, cycle, _mode, _moves, back, end = operate(tmp_path, [
         ['start', program], ['until', 'axis.x.pos-cmd', '>', 1.0],
         ['pins', 'volumetric-feed.0.programmed-vel', 'motion.requested-vel'],

@@ -33,9 +33,9 @@ def inverse_time_line(path):
 class LoadedProgram:
     """Looks at each program once."""
 
-    def __init__(self, say, feed_is_remapped):
-        """say: function of a text; feed_is_remapped: whether the INI file has REMAP = F."""
-        self.say, self.feed_is_remapped, self.seen = say, feed_is_remapped, None
+    def __init__(self, tell, feed_is_remapped):
+        """tell: function of a text that is no error; feed_is_remapped: whether the INI file has REMAP = F."""
+        self.tell, self.feed_is_remapped, self.seen = tell, feed_is_remapped, None
 
     def follow(self, path):
         """path: the program that LinuxCNC has open, "" for none."""
@@ -48,5 +48,5 @@ class LoadedProgram:
         self.seen = found
         line = inverse_time_line(path) if found and self.feed_is_remapped else 0
         if line:
-            self.say(f"{os.path.basename(path)} uses G93 (line {line}), which LinuxCNC cannot run while F is remapped: it "
-                     "ends with \"maximum nesting of remapped blocks\"; take REMAP = F out of the INI file")
+            self.tell(f"{os.path.basename(path)} uses G93 (line {line}): while F is remapped LinuxCNC ends such a program at the "
+                      "tenth F with \"maximum nesting of remapped blocks\"; take REMAP = F out of the INI file")

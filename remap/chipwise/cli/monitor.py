@@ -122,7 +122,7 @@ class Monitor:
         self.told_trouble = {}                  # part of the work: (text, time.monotonic()) of the last message
         self.died = died
         self.keeper = Keeper(component, settings, self.say, self.working)
-        self.loaded = LoadedProgram(self.say, feed_is_remapped())
+        self.loaded = LoadedProgram(self.tell, feed_is_remapped())
 
     def connect(self):
         """True when LinuxCNC's task answers; it starts after HAL."""
@@ -153,6 +153,10 @@ class Monitor:
         status = self.status
         self.component['program-running'] = (status.task_mode == self.linuxcnc.MODE_AUTO
                                              and status.interp_state != self.linuxcnc.INTERP_IDLE)
+
+    def tell(self, text):
+        """A message on the operator's screen that is no error."""
+        self.command.text_msg(f'chipwise: {text}'[:250])
 
     def beat(self):
         self.component['heartbeat'] = (self.component['heartbeat'] + 1) % MOST_BEATS
@@ -226,8 +230,8 @@ class Monitor:
         """A tool the geometry file does not name is taken for a flat one: said once per change, no error."""
         unknown = bool(path) and number > 0 and tool_geometry(path, number) is None
         if unknown and self.noted_tool != number:
-            self.command.text_msg(f'chipwise: {os.path.basename(path)}: tool {number} is not named: taken as a flat end '
-                                  f'mill of unknown flute length; add [tool.{number}] where that is wrong'[:250])
+            self.tell(f'{os.path.basename(path)}: tool {number} is not named: taken as a flat end mill of unknown flute '
+                      f'length; add [tool.{number}] where that is wrong')
         self.noted_tool = number if unknown else None
 
     def falling_back(self, now):
