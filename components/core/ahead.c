@@ -24,6 +24,7 @@
 #define CW_LATE_FALL 1.0        /* cells [6] */
 #define CW_SAG 0.05             /* a rise by this share between two samples: the velocity's line hangs through there */
 #define CW_PEAK 1.0             /* of what a sample stands above its neighbours' line, added to it [6] */
+#define CW_BLUNT 1.0            /* of what it stands above the line between those a cell away: cells blunt a peak */
 #define CW_DIP 0.5              /* of what it lies below it */
 #define CW_NEAR_BACK 2          /* samples before one read further on that count for it too */
 #define CW_TURN_STEP 0.35       /* rad the way turns by between two samples at most */
@@ -64,27 +65,41 @@ static double station(const struct cw_ahead *ahead, int i) { return ahead->s[hel
 
 static int corner(const struct cw_ahead *ahead, int i) { return ahead->corner[held_in(ahead, i)]; }
 
-/* How far the load leaves the line between its neighbours at a sample, mm2 [6]. */
-static double bent(const struct cw_ahead *ahead, int i)
+/* How far the load stands above the line between sample `before` and sample `behind` at sample i, mm2. */
+static double off_line(const struct cw_ahead *ahead, int before, int i, int behind)
 {
-    double a, b, area = sample(ahead, i), off;
+    double a = station(ahead, i) - station(ahead, before), b = station(ahead, behind) - station(ahead, i);
+    return sample(ahead, i) - (sample(ahead, before) * b + sample(ahead, behind) * a) / (a + b);
+}
+
+/* How far the load may stand above a sample: as far as that leaves the line between its neighbours, or, where the cells blunt
+ * a peak or the end of a rise, by a share of what it stands above the line between the samples a cell away, mm2 [6]. */
+static double bent(const struct cw_ahead *ahead, const struct cw_stock *stock, int i)
+{
+    double off, plain, blunt, higher, s = station(ahead, i);
+    int last = ahead->first + ahead->count - 1, before = i - 1, behind = i + 1;
     if (i <= ahead->first || i + 1 >= ahead->first + ahead->count) return 0.0;
     if (corner(ahead, i) || corner(ahead, i + 1)) return 0.0;
-    a = station(ahead, i) - station(ahead, i - 1);
-    b = station(ahead, i + 1) - station(ahead, i);
-    off = area - (sample(ahead, i - 1) * b + sample(ahead, i + 1) * a) / (a + b);
-    return off > 0.0 ? CW_PEAK * off : -CW_DIP * off;
+    off = off_line(ahead, before, i, behind);
+    plain = off > 0.0 ? CW_PEAK * off : -CW_DIP * off;
+    if (s - station(ahead, before) >= stock->cell && station(ahead, behind) - s >= stock->cell) return plain;
+    while (before > ahead->first && !corner(ahead, before) && s - station(ahead, before) < stock->cell) before--;
+    while (behind < last && !corner(ahead, behind + 1) && station(ahead, behind) - s < stock->cell) behind++;
+    blunt = CW_BLUNT * off_line(ahead, before, i, behind);
+    higher = cw_max(sample(ahead, before), sample(ahead, behind)) - sample(ahead, i);
+    if (higher > 0.0) blunt = cw_min(blunt, higher);
+    return cw_max(plain, blunt);
 }
 
 /* Area of a sample, never too low [6]. */
-static double bound(const struct cw_ahead *ahead, int i)
+static double bound(const struct cw_ahead *ahead, const struct cw_stock *stock, int i)
 {
-    double area = sample(ahead, i);
+    double area = sample(ahead, i), most = ahead->most[held_in(ahead, i)];
     int k;
     if (ahead->near[held_in(ahead, i)])
         for (k = 1; k <= CW_NEAR_BACK && i - k >= ahead->first && !corner(ahead, i - k + 1); k++)
             area = cw_max(area, sample(ahead, i - k));
-    return cw_max(area, cw_min(area + bent(ahead, i), ahead->most[held_in(ahead, i)]));
+    return area >= most ? area : cw_max(area, cw_min(area + bent(ahead, stock, i), most));
 }
 
 /* Number of the sample the tool has passed last; one less than the first where there is none. */
@@ -167,8 +182,8 @@ static struct between stretch(const struct cw_ahead *ahead, const struct cw_stoc
     double begin, half = 0.5 * ahead->turn[held_in(ahead, i)];
     part.from = station(ahead, i - 1);
     part.to = station(ahead, i);
-    part.a = bound(ahead, i - 1);
-    part.b = bound(ahead, i);
+    part.a = bound(ahead, stock, i - 1);
+    part.b = bound(ahead, stock, i);
     part.jump = !jumps(ahead, stock, i) ? 0 : (sample(ahead, i) > sample(ahead, i - 1) ? 1 : -1);
     if (half > 0.0 && !corner(ahead, i)) {          /* 1 / cos of a small angle */
         part.a *= 1.0 + 0.55 * half * half;
@@ -199,9 +214,9 @@ static double most_now(const struct cw_ahead *ahead, const struct cw_stock *stoc
     double to = ahead->at + ahead->lead, most = 0.0;
     int i, last = ahead->first + ahead->count - 1;
     if (ahead->count == 0) return ahead->held;
-    if (station(ahead, ahead->first) > ahead->at) most = bound(ahead, ahead->first);
+    if (station(ahead, ahead->first) > ahead->at) most = bound(ahead, stock, ahead->first);
     if (ahead->at < ahead->origin + ahead->gap) most = cw_max(most, ahead->held);
-    if (station(ahead, last) <= to) most = cw_max(most, bound(ahead, last));
+    if (station(ahead, last) <= to) most = cw_max(most, bound(ahead, stock, last));
     for (i = ahead->first + 1; i <= last; i++) {
         struct between part;
         if (station(ahead, i - 1) - (CW_SMEAR + CW_LATE_STEP) * stock->cell > to) break;
@@ -532,7 +547,7 @@ void cw_ahead_look(const struct cw_ahead *ahead, const struct cw_stock *stock,
         double at = station(ahead, i) - ahead->at, area = part.b;
         if (station(ahead, i - 1) > until && i > ahead->first) break;
         reached = at;
-        if (part.jump < 0 || i == ahead->first) area = bound(ahead, i);
+        if (part.jump < 0 || i == ahead->first) area = bound(ahead, stock, i);
         else if (ahead->turn[slot_of(i)] > 0.0 && !corner(ahead, i) && station(ahead, i - 1) > ahead->at)
             area = cw_max(part.a, part.b);
         if (area > view->level[view->levels - 1].area)
