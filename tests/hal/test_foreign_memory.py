@@ -90,10 +90,12 @@ def test_a_block_at_the_maps_key_that_others_may_write(tmp_path, rights, size):
 def test_an_old_map_that_is_still_attached(tmp_path):
     """Of a LinuxCNC that was killed, with a reader that lives: the tracker gets one of its own and the reader's is left alone."""
     (tmp_path / "reader.py").write_text(
-        "import ctypes, time\nlibc = ctypes.CDLL(None)\nlibc.shmat.restype = ctypes.c_void_p\n"
+        "import ctypes, os, time\nlibc = ctypes.CDLL(None)\nlibc.shmat.restype = ctypes.c_void_p\n"
         f"block = libc.shmat(libc.shmget({MAP_KEY}, 1 << 23, 0o1600), None, 0)\nctypes.memset(block, 5, 1 << 23)\n"
         "open('attached', 'w').close()\ntime.sleep(4)\n"
-        "open('seen', 'w').write(str(set(ctypes.string_at(block, 1 << 23))))\n")
+        "found = str(set(ctypes.string_at(block, 1 << 23)))\n"
+        "with open('being written', 'w') as file:\n    file.write(found)\n"
+        "os.rename('being written', 'seen')\n")
     text = TRACKER + f"loadusr -w {PYTHON} {halrig.HERE}/read_map.py 0 once map\nloadusr -w sh {halrig.HERE}/wait_for seen\n"
     lines, out = hal(tmp_path, text, f"{PYTHON} reader.py & while ! [ -e attached ]; do sleep 0.05; done;")
     assert lines == ["FALSE", "TRUE", "0", "status 0"], out
