@@ -15,6 +15,7 @@
     ["run_until", axis, value]      run until the axis is past the value (machine units, rising)
     ["abort"]
     ["errors"]                      answer: the operator errors since the last time
+    ["errors", text]                the same, but waits for one that contains the text
     ["kill_monitor"]
     ["kill_worker"]                 only the process of chipwise-monitor that does the work
     ["signal_monitor", "STOP" or "CONT"]    to its processes, at once
@@ -25,10 +26,11 @@
     ["mdi_end"]                     wait for the end of that line; answer: the operator errors it raised
     ["map_sum"]                     answer: [checksum of the map's cells, mm3 removed]
     ["messages"]                    answer: what was said that is no error, since the start
+    ["messages", text]              the same, but waits for one that contains the text
     ["map", name]                   saves the heights of the map as NAME (.npy); answer: [mm3 removed]
 
     ["start", program text]         open and run a program; goes on at once
-    ["until", pin, ">" or "<", number]   wait for a pin; answer: its value
+    ["until", pin, ">", "<" or "=", number]   wait for a pin; answer: its value
     ["pause"], ["resume"], ["reverse"], ["forward"], ["abort"], ["estop"], ["off"], ["on"]   as the buttons do; pause waits for standstill
     ["step to end"]                 answer: how many single steps that took
     ["finish"]                      wait for the end of the program; answer: the operator errors since the last answer
@@ -46,6 +48,7 @@ The answers go to CHIPWISE_ANSWERS as one JSON list.
 """
 
 import json
+import operator as relations
 import os
 import signal
 import subprocess
@@ -88,16 +91,23 @@ class Operator:
         self.machine.switch_on()
         self.machine.home()
 
-    def errors(self):
-        time.sleep(SETTLE_S)
-        self.machine.poll()
+    def errors(self, text=None):
+        self.hear(lambda: self.machine.errors, text)
         found, self.machine.errors = self.machine.errors, []
         return found
 
-    def messages(self):
+    def messages(self, text=None):
+        self.hear(lambda: self.machine.messages, text)
+        return self.machine.messages
+
+    def hear(self, said, text):
+        """What is said for a while, or until something said contains the text (60 s at most)."""
         time.sleep(SETTLE_S)
         self.machine.poll()
-        return self.machine.messages
+        end = time.monotonic() + 60
+        while text is not None and not any(text in one for one in said()) and time.monotonic() < end:
+            time.sleep(0.05)
+            self.machine.poll()
 
     def mdi(self, line):
         self.machine.set_mode(linuxcnc.MODE_MDI, 'MDI')
@@ -169,8 +179,8 @@ class Operator:
         self.machine.wait('start', lambda s: s.interp_state != linuxcnc.INTERP_IDLE)
 
     def until(self, pin, relation, number):
-        above = relation == '>'
-        self.machine.wait(f'{pin} {relation} {number}', lambda _s: (hal.get_value(pin) > number) == above, 60)
+        holds = {'>': relations.gt, '<': relations.le, '=': relations.eq}[relation]
+        self.machine.wait(f'{pin} {relation} {number}', lambda _s: holds(hal.get_value(pin), number), 60)
         return hal.get_value(pin)
 
     def pause(self):

@@ -15,6 +15,7 @@ BOX = 'M250 P0 Q0 R-10 I320 J250 K10'
 CUT = [['mdi', 'G0 X-5 Y20'], ['mdi', 'G0 Z-2'], ['mdi', 'G1 X30 F3000'], ['mdi', 'G0 Z5']]
 MORE = [['mdi', 'G0 X-5 Y30'], ['mdi', 'G0 Z-4'], ['mdi', 'G1 X30'], ['mdi', 'G0 Z5']]
 STATE = ['pins', 'stock-tracker.0.stock-defined', 'stock-tracker.0.ready', 'stock-tracker.0.held', 'stock-tracker.0.fault-code']
+FAULT = 'stock-tracker.0.fault-code'
 HEIR = 'chipwise-monitor-2'
 DEAD = 'chipwise: chipwise-monitor does not answer'         # from the stock tracker, 5 s after the death
 
@@ -65,7 +66,8 @@ def test_killed_while_restoring(tmp_path):
         [['mdi', 'F300'], ['start', 'G90 G0 X-10 Y60 Z30\nG1 X30\nM2\n'], ['until', 'motion.motion-type', '>', 1.5],
          ['until', 'axis.x.pos-cmd', '>', 0], feed, ['finish']],
         [['mdi', 'M251 Q6 P1'], ['mdi', 'M250 P0 Q0 R-10 I30 J30 K10']],
-        [['hal', 'net', 'chipwise-held', 'chipwise-monitor.held'], ['start_monitor'], ['sleep', 1], STATE, ['errors']],
+        [['hal', 'net', 'chipwise-held', 'chipwise-monitor.held'], ['start_monitor'], ['until', FAULT, '=', 4], STATE,
+         ['errors', 'not known any more']],
         [['mdi', 'M254 P1'], ['map_sum'], STATE, ['pins', HEIR + '.tool-number', HEIR + '.hold']], edit=edit)
     assert killed and state[:3] == ['FALSE', 'FALSE', 'TRUE'] and state[3] in ('0', '16')
     assert len(said) == 2 and said[0].startswith(DEAD)
@@ -87,8 +89,9 @@ def test_killed_before_it_writes_and_the_machine_goes_on(tmp_path):
     *_, held, _cut, _let_go, _heir, _wait, state, said, again = operate(tmp_path, [
         ['mdi', 'T1 M6'], ['mdi', 'M250 P0 Q0 R-10 I60 J40 K10'], ['kill_monitor'],
         ['hal', 'unlinkp', 'stock-tracker.0.hold'], ['hal', 'setp', 'stock-tracker.0.hold', '1'], ['mdi', 'G0 X-5 Y20'],
-        ['mdi', 'G0 Z-2'], STATE, ['mdi', 'G1 X30 F3000'], ['hal', 'setp', 'stock-tracker.0.hold', '0'], ['start_monitor'], ['sleep', 1], STATE,
-        ['errors'], ['mdi', 'M250 P0 Q0 R-10 I60 J40 K10']], edit=edit)
+        ['mdi', 'G0 Z-2'], STATE, ['mdi', 'G1 X30 F3000'], ['hal', 'setp', 'stock-tracker.0.hold', '0'], ['start_monitor'],
+        ['until', FAULT, '=', 4], STATE, ['errors', 'not known any more'],
+        ['mdi', 'M250 P0 Q0 R-10 I60 J40 K10']], edit=edit)
     assert held[2] == 'TRUE' and state == ['FALSE', 'FALSE', 'FALSE', '4']
     assert but_dead(said) == [text for text in said if 'not known any more' in text] and again == []
 

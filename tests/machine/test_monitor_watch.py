@@ -9,7 +9,9 @@ from machine.operate import SPEED, operate
 pytestmark = pytest.mark.machine
 
 BOX = [['mdi', 'T1 M6'], ['mdi', 'M250 P0 Q0 R-10 I60 J40 K10']]
-STATE = ['pins', 'stock-tracker.0.ready', 'stock-tracker.0.fault', 'stock-tracker.0.fault-code', 'volumetric-feed.0.mode']
+READY = 'stock-tracker.0.ready'
+FAULT = 'stock-tracker.0.fault-code'
+STATE = ['pins', READY, 'stock-tracker.0.fault', 'stock-tracker.0.fault-code', 'volumetric-feed.0.mode']
 TOOL = ['pins', 'chipwise-monitor.tool-number', 'stock-tracker.0.tool-diameter', 'stock-tracker.0.fault-code']
 WELL = ['TRUE', 'FALSE', '0', '0']
 DEAD = 'chipwise: chipwise-monitor does not answer'
@@ -22,26 +24,25 @@ def refused(texts):
 
 def test_dead_and_another_tool(tmp_path):
     """12 mm instead of 6: unknown at once, M251 refuses, the operator is told; another monitor makes all well."""
-    before, _kill, _tool, state, fed, told, again, _start, first, second, after = operate(tmp_path, [
+    before, _kill, _tool, state, fed, told, again, _start, _known, second, after = operate(tmp_path, [
         *BOX, STATE, ['kill_monitor'], ['mdi', 'T8 M6'], STATE, ['mdi', 'M251 Q6 P2 E3000'], ['sleep', TIMEOUT_S],
-        ['mdi', 'M251 Q6 P2 E3000'], ['start_monitor'], ['sleep', 1], ['mdi', 'M251 Q6 P1'],
+        ['mdi', 'M251 Q6 P2 E3000'], ['start_monitor'], ['until', READY, '=', 1], ['mdi', 'M251 Q6 P1'],
         ['pins', 'stock-tracker.0.ready', 'stock-tracker.0.tool-diameter', 'volumetric-feed.0.mode']])[2:]
     assert before == WELL
     assert state == ['FALSE', 'TRUE', '15', '0']
     assert len(refused(fed)) == 1 and len(refused(again)) == 1, (fed, again)
     assert told is None
-    assert first is None and second == [] and after == ['TRUE', '12', '1']
+    assert second == [] and after == ['TRUE', '12', '1']
 
 
 def test_dead_while_a_program_runs(tmp_path):
     """Volumetric feed on, monitor killed, M6 in the program: the 12 mm tool cuts at F, not at twice the target."""
     program = ('G21 G90 F1200\nT1 M6\nM250 P0 Q0 R-10 I60 J40 K10\nM251 Q3.6 P2 E3000\nG0 X-10 Y20 Z10\nG0 Z-3\nG1 X70\nG0 Z10\n'
                'T8 M6\nG0 X-10 Y32\nG0 Z-4\nG1 X30\nM252\nM2\n')
-    *_, fed, state, _abort, _wait, said = operate(tmp_path, [
+    *_, fed, state, _abort, said = operate(tmp_path, [
         ['start', program], ['until', 'axis.x.pos-cmd', '>', 20], ['kill_monitor'], ['until', 'stock-tracker.0.tool-in-spindle', '>', 7.5],
         ['until', 'motion.motion-type', '>', 1.5], ['until', 'axis.x.pos-cmd', '>', 2],
-        ['over', 0.5, 'motion.current-vel', 'volumetric-feed.0.limited-by', 'stock-tracker.0.ready'], STATE, ['abort'], ['sleep', TIMEOUT_S],
-        ['errors']])
+        ['over', 0.5, 'motion.current-vel', 'volumetric-feed.0.limited-by', 'stock-tracker.0.ready'], STATE, ['abort'], ['errors', DEAD]])
     velocity, limited_by, ready = fed
     assert velocity == pytest.approx([20.0, 20.0], rel=1e-3) and limited_by == [5, 5] and ready == [0, 0]
     assert state[:2] == ['FALSE', 'TRUE'] and any(text.startswith(DEAD) for text in said), said
@@ -55,7 +56,7 @@ def test_the_worker_is_replaced(tmp_path):
     """Killed three times: pins and names stay, the tool is followed on, the operator hears of it."""
     steps = []
     for tool in (2, 8, 3):
-        steps += [['kill_worker'], ['mdi', f'T{tool} M6'], ['until', 'stock-tracker.0.ready', '>', 0.5], ['errors'], TOOL]
+        steps += [['kill_worker'], ['mdi', f'T{tool} M6'], ['until', READY, '=', 1], ['errors'], TOOL]
     answers = operate(tmp_path, [*BOX, *steps, ['mdi', 'M253 P1'], ['mdi', 'M254 P1'], STATE])[2:]
     said = [text for k in range(3) for text in [*answers[5 * k + 1], *answers[5 * k + 3]]]
     assert [answers[k] for k in (0, 5, 10)] == [True] * 3
@@ -67,14 +68,16 @@ def test_the_worker_is_replaced(tmp_path):
 def test_stopped_and_going_on(tmp_path):
     """SIGSTOP: a tool change is noticed; SIGCONT before the time-out: all is well and nothing was said."""
     _stop, said, state, _cont, _wait, after, errors = operate(tmp_path, [
-        *BOX, ['signal_monitor', 'STOP'], ['mdi', 'T8 M6'], STATE, ['signal_monitor', 'CONT'], ['sleep', 0.5], STATE, ['errors']])[2:]
+        *BOX, ['signal_monitor', 'STOP'], ['mdi', 'T8 M6'], STATE, ['signal_monitor', 'CONT'], ['until', READY, '=', 1], STATE,
+        ['errors']])[2:]
     assert state[0] == 'FALSE' and state[2] in ('0', '15') and said == []
     assert after == WELL and errors == []
 
 
 def test_stopped_for_good(tmp_path):
     """SIGSTOP for longer than the time-out: the fault, without a tool change."""
-    _stop, _wait, state, errors = operate(tmp_path, [*BOX, ['signal_monitor', 'STOP'], ['sleep', TIMEOUT_S + 2], STATE, ['errors']])[2:]
+    _stop, _wait, state, errors = operate(tmp_path, [
+        *BOX, ['signal_monitor', 'STOP'], ['until', FAULT, '=', 16], STATE, ['errors', DEAD]])[2:]
     assert state == ['FALSE', 'TRUE', '16', '0'] and len(errors) == 1 and errors[0].startswith(DEAD)
 
 
@@ -83,7 +86,7 @@ def test_a_machine_without_the_number(tmp_path):
     edit = 's#tap(TOOL_NUMBER#(lambda *_: None)(TOOL_NUMBER#'
     before = f"mkdir -p p && cp -r ../remap/chipwise p/ && sed -i '{edit}' p/chipwise/cli/load.py && export PYTHONPATH=$PWD/p"
     first, second, _kill, _wait, state, errors = operate(tmp_path, [
-        *BOX, ['mdi', 'T8 M6'], TOOL, ['kill_monitor'], ['sleep', TIMEOUT_S + 1], STATE, ['errors']], before=before)[2:]
+        *BOX, ['mdi', 'T8 M6'], TOOL, ['kill_monitor'], ['until', FAULT, '=', 16], STATE, ['errors', DEAD]], before=before)[2:]
     assert first == [] and second == ['8', '12', '0']
     assert state[:3] == ['FALSE', 'TRUE', '16'] and len(errors) == 1
 

@@ -13,6 +13,7 @@ import time
 from chipwise.clock import patience
 
 LOOK_S = 1.0            # between two looks at the heartbeat
+GLANCE_S = 0.02         # between two looks at the signals
 HUNG_S = 30.0           # without a heartbeat: the child is ended and replaced
 CALM_S = 10.0           # a child that lived this long is replaced at once, else after a pause
 PAUSE_S = 1.0
@@ -26,6 +27,21 @@ def how_it_ended(status):
     """The status of os.waitpid as words."""
     code = os.waitstatus_to_exitcode(status)
     return f'was ended by signal {-code}' if code < 0 else f'ended with status {code}'
+
+
+def next_signal(seconds):
+    """The number of the next of OURS, None where none comes in so many seconds.
+
+    It asks again and again: signal.sigtimedwait(OURS, seconds) names a signal that nobody has sent where the process was stopped
+    and went on after that time (SIGSTOP, a debugger, a machine that slept; Python 3.11, Modules/signalmodule.c)."""
+    until = time.monotonic() + seconds
+    while True:
+        seen = signal.sigtimedwait(OURS, 0)
+        if seen is not None:
+            return seen.si_signo
+        if time.monotonic() >= until:
+            return None
+        time.sleep(GLANCE_S)
 
 
 class Supervisor:
@@ -82,7 +98,7 @@ class Supervisor:
         while time.monotonic() < until:
             if self.ended() is not None:
                 return
-            signal.sigtimedwait({signal.SIGCHLD}, 0.1)
+            time.sleep(GLANCE_S)
         os.kill(self.child, signal.SIGKILL)
         os.waitpid(self.child, 0)
 
@@ -91,8 +107,7 @@ class Supervisor:
         self.start('')
         hung = False
         while True:
-            seen = signal.sigtimedwait(OURS, LOOK_S)
-            if seen is not None and seen.si_signo != signal.SIGCHLD:
+            if next_signal(LOOK_S) in (signal.SIGTERM, signal.SIGINT):
                 self.end()
                 return
             status = self.ended()
