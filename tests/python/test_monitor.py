@@ -225,6 +225,21 @@ def test_a_child_that_stops_is_replaced(scene):
     assert one.line()[2].startswith('hung for')
 
 
+@pytest.mark.parametrize('who', ['parent', 'both'])
+def test_stopped_and_going_on_is_no_end(scene, who):
+    """SIGSTOP for longer than the parent waits for a signal and for a heartbeat, SIGCONT: the same child works on."""
+    one = scene()
+    stopped = [one.process.pid] + ([one.child()] if who == 'both' else [])
+    for name in (signal.SIGSTOP, signal.SIGCONT):
+        for number in stopped:
+            os.kill(number, name)
+        time.sleep(0.8)
+    assert one.process.poll() is None
+    one.process.terminate()
+    rest = one.process.communicate(timeout=20)[0].split()
+    assert rest[-1] == 'over' and rest.count('work') == (who == 'parent')       # of which the first line has been read for both
+
+
 def test_a_child_that_fails_is_replaced(scene):
     one = scene('assert reason, "as it began"')
     one.line()
@@ -246,7 +261,7 @@ def test_a_child_that_ends_well_is_the_end(scene):
 
 
 def test_a_child_that_saves_is_waited_for(scene):
-    one = scene("signal.signal(signal.SIGTERM, lambda *_: (time.sleep(0.5), print('saved', flush=True), sys.exit(0))); "
+    one = scene("signal.signal(signal.SIGTERM, lambda *_: (time.sleep(0.5), os.write(1, b'saved\\n'), sys.exit(0))); "
                 "print('armed', flush=True)")
     one.line()
     assert one.line() == ['armed']
