@@ -284,18 +284,27 @@ static void carry_over(struct cw_ahead *ahead, const struct cw_course *old, doub
     ahead->stale = same;
 }
 
+/* How far clear of the tool's outline a place `ahead` mm in front of the tool has to be read: so far that to the side of the
+ * path, where outlines part last, what is read lies cw_section_clear outside the outline of the tool where it is now, mm [2]. */
+static double clear_of_cut(const struct cw_stock *stock, const struct cw_tool *tool, double ahead)
+{
+    double left = cw_section_reach(stock, tool) - cw_max(0.0, ahead);
+    return left > 0.0 ? cw_sqrt(tool->radius * tool->radius + left * left) - tool->radius : 0.0;
+}
+
 /* Reads the load at a place into sample i; returns its work, in nodes. */
 static int read_at(struct cw_ahead *ahead, const struct cw_stock *stock, const struct cw_tool *tool,
                    int i, const struct cw_way_place *at)
 {
-    int near = at->s - ahead->at < cw_section_reach(stock, tool), n = slot_of(i);
+    double clear = clear_of_cut(stock, tool, at->s - ahead->at);
     const double *tip = at->tip, *dir = at->dir;
     struct cw_section met;
-    met = cw_section_at(stock, tool, tip, dir, near ? cw_section_clear(stock) : 0.0, at->curvature);
+    int n = slot_of(i);
+    met = cw_section_at(stock, tool, tip, dir, clear, at->curvature);
     ahead->area[n] = (float)met.area;
     ahead->depth[n] = (float)met.depth;
     ahead->most[n] = (float)full_area(tool, at->dir, met.depth);
-    ahead->near[n] = (unsigned char)near;
+    ahead->near[n] = (unsigned char)(clear > 0.0);
     return met.nodes + CW_SAMPLE_NODES;
 }
 

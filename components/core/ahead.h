@@ -12,7 +12,8 @@
  *     On a new course the samples of the old one that lie on it are carried over; those
  *     that lie near it stand in until they are taken again, nearest first, a few per
  *     period; the rest is dropped. On the program's way those behind a turn are taken again when
- *     the tool is round it: what it has cut on the way there is gone then.
+ *     the tool is round it: what it has cut on the way there is gone then. They are read clear of what the tool has cut
+ *     up to where it is, and no further on than that needs: what is read further on may be the stock's end.
  *  3. When the tool arrives at a sample, the load at the tool is known already.
  *  4. A controller wants few numbers: the places where the area rises above all before
  *     them, at most CW_AHEAD_LEVELS of them. What lies behind the last sample is taken as

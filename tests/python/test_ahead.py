@@ -132,6 +132,51 @@ def test_corner_starts_over():
     assert ahead.c.course.travelled > 9.0
 
 
+def met_behind(corner, first, then, tip, box, radius, depth):
+    """Area of a flat tool at `tip` behind a corner, from the box and the way alone: the front's points that lie in the box
+    and further than a radius from the leg cut before (unit vectors `first`, `then`), mm2."""
+    side = np.linspace(-radius, radius, 40001)
+    side = 0.5 * (side[1:] + side[:-1])
+    ahead = np.sqrt(radius ** 2 - side ** 2)
+    x = tip[0] + then[0] * ahead - then[1] * side
+    y = tip[1] + then[1] * ahead + then[0] * side
+    along = np.minimum((x - corner[0]) * first[0] + (y - corner[1]) * first[1], 0.0)
+    off = np.hypot(x - corner[0] - along * first[0], y - corner[1] - along * first[1])
+    met = (off > radius) & (x > box[0]) & (x < box[2]) & (y > box[1]) & (y < box[3])
+    return float(met.mean()) * 2.0 * radius * depth
+
+
+@pytest.mark.parametrize("turn", [25.0, 40.0, 60.0])
+def test_behind_a_corner_at_the_rim(turn):
+    """Round a corner the places ahead are read again, and no further away than what has been cut makes necessary: the rim of
+    the box a millimetre or two on is not met early."""
+    radius, depth, corner = 6.35, 3.175, np.array([70.63, 1.2])
+    box, tool = stock((0, 0, -15), (78.25, 51.18, 0)), core.Tool(2.0 * radius)
+    first = np.array([math.cos(0.075), math.sin(0.075)])
+    then = np.array([math.cos(0.075 + math.radians(turn)), math.sin(0.075 + math.radians(turn))])
+    pieces = [core.line((*(corner - 25.0 * first), -depth), (*corner, -depth)),
+              core.line((*corner, -depth), (*(corner + 9.0 * then), -depth))]
+    ahead = core.Ahead(box, tool)
+    way, tip = core.Way(ahead.c.way), (*(corner - 25.0 * first), -depth)
+    cutter, off = core.Cutter(box, tool, tip), []
+    for n, piece in enumerate(pieces):
+        for s in np.arange(STEP, piece.length, STEP):
+            way.follow(n, piece.length, s)
+            for k in range(n + way.c.count, 2):
+                way.append(k, pieces[k])
+            unit = (first, then)[n]
+            now = (*((corner - 25.0 * first if n == 0 else corner) + s * unit), -depth)
+            cutter.to(now)
+            ahead.step(tip, now, PERIOD, 6.0, 300)
+            tip = now
+            if n and 1.0 < s < 6.0:             # a cell to and fro: so far the cells smear a rim
+                true = [met_behind(corner, first, then, now[:2] + d * unit, (0, 0, 78.25, 51.18), radius, depth)
+                        for d in (-CELL, 0.0, CELL)]
+                told = ahead.look(6.0).area
+                off.append(max(min(true) / told - 1.0, told / max(true) - 1.0))
+    assert max(off) < 0.02, max(off)
+
+
 def test_unknown_is_the_worst():
     """Beyond the last sample the full slot counts, at the distance of that sample."""
     tool, box = core.Tool(6), stock((0, -20, -6), (40, 20, 0))
