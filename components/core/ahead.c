@@ -386,11 +386,13 @@ static void take_samples(struct cw_ahead *ahead, const struct cw_stock *stock,
 {
     double far = ahead->at + horizon, bend;
     struct cw_way_place at;
+    int here;
     drop_samples(ahead, stock);
-    bend = ahead->count ? ahead->bend[held_in(ahead, passed(ahead))] + CW_ROUND : 0.0;
+    here = passed(ahead);
+    bend = ahead->count ? ahead->bend[held_in(ahead, here)] + CW_ROUND : 0.0;
     while (budget > 0 && ahead->stale < ahead->first + ahead->count
            && (!ahead->on_way || ahead->bend[slot_of(ahead->stale)] <= bend)) {
-        if (ahead->s[slot_of(ahead->stale)] > ahead->at) budget -= take_again(ahead, stock, tool, ahead->stale);
+        if (ahead->stale >= here) budget -= take_again(ahead, stock, tool, ahead->stale);
         ahead->stale++;
     }
     while (budget > 0 && ahead->count < CW_AHEAD_SAMPLES && next_station(ahead, &at)) {
