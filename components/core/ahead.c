@@ -152,17 +152,24 @@ static int jumps(const struct cw_ahead *ahead, const struct cw_stock *stock, int
     return slope > CW_SLIGHT * most + CW_TOUCH && (kinks(ahead, stock, i - 1) || kinks(ahead, stock, i));
 }
 
+/* How far along the way the cells may shift what is read at sample i, mm: by a cell across them, not at all straight up and
+ * down, where every height is known [6]. */
+static double smear(const struct cw_ahead *ahead, const struct cw_stock *stock, int i)
+{
+    return ahead->level[held_in(ahead, i)] * stock->cell;
+}
+
 /* Where the load that sample i shows may begin, if it comes at once: what it rises to within CW_SMEAR cells then belongs to
  * that step. Else the place of the sample before [6]. */
 static double step_begin(const struct cw_ahead *ahead, const struct cw_stock *stock, int i)
 {
     double once = CW_AT_ONCE * ahead->most[held_in(ahead, i)] + CW_TOUCH, begin = station(ahead, i - 1);
-    double reach = station(ahead, i) - CW_SMEAR * stock->cell;
+    double reach = station(ahead, i) - CW_SMEAR * smear(ahead, stock, i);
     int k, up = i;
     if (sample(ahead, i) < once || sample(ahead, i) <= sample(ahead, i - 1)) return begin;
     for (k = i - 1; k >= ahead->first && station(ahead, k) > reach && !corner(ahead, k + 1); k--) {
         while (up - 1 > k && station(ahead, up - 1) - station(ahead, k) >= stock->cell) up--;
-        if (sample(ahead, up) - sample(ahead, k) > once) begin = station(ahead, k) - CW_LATE_STEP * stock->cell;
+        if (sample(ahead, up) - sample(ahead, k) > once) begin = station(ahead, k) - CW_LATE_STEP * smear(ahead, stock, i);
     }
     return begin;
 }
@@ -173,7 +180,7 @@ static double late_rise(const struct cw_ahead *ahead, const struct cw_stock *sto
     int k = i - 1;
     while (k > ahead->first && !corner(ahead, k) && station(ahead, i) - station(ahead, k) < stock->cell) k--;
     return (sample(ahead, i) - sample(ahead, k) > CW_STEEP_RISE * ahead->most[held_in(ahead, i)] ? CW_LATE_STEEP : CW_LATE_RISE)
-        * stock->cell;
+        * smear(ahead, stock, i);
 }
 
 static struct between stretch(const struct cw_ahead *ahead, const struct cw_stock *stock, int i)
@@ -193,7 +200,7 @@ static struct between stretch(const struct cw_ahead *ahead, const struct cw_stoc
     if (begin < part.from) part.jump = 1;
     if (part.jump) {
         if (part.jump > 0) part.from = cw_min(begin, part.from - late_rise(ahead, stock, i));
-        else part.to += CW_LATE_FALL * stock->cell;
+        else part.to += CW_LATE_FALL * smear(ahead, stock, i);
         part.a = part.b = cw_max(part.a, part.b);
     }
     return part;
@@ -274,6 +281,7 @@ static void carry_over(struct cw_ahead *ahead, const struct cw_course *old, doub
         ahead->s[i] = i * gap;
         ahead->area[i] = area[i];
         ahead->most[i] = (float)full_area(tool, along, depth[i]);
+        ahead->level[i] = (float)along[0];
         ahead->turn[i] = 0.0f;
         ahead->bend[i] = 0.0;
         ahead->corner[i] = ahead->near[i] = 0;
@@ -305,6 +313,7 @@ static int read_at(struct cw_ahead *ahead, const struct cw_stock *stock, const s
     ahead->depth[n] = (float)met.depth;
     ahead->most[n] = (float)full_area(tool, at->dir, met.depth);
     ahead->near[n] = (unsigned char)(clear > 0.0);
+    ahead->level[n] = (float)cw_sqrt(dir[0] * dir[0] + dir[1] * dir[1]);
     return met.nodes + CW_SAMPLE_NODES;
 }
 
