@@ -22,6 +22,8 @@
 #define CW_AT_ONCE 0.45         /* of all that can be met, a rise within a cell that is so */
 #define CW_SMEAR 2.5            /* cells over which that is read */
 #define CW_LATE_FALL 1.0        /* cells [6] */
+#define CW_STILL_MET 0.5           /* cells behind the tool whose load it may still meet: a fall is smeared to both sides [6] */
+#define CW_UNSEEN 0.33          /* cells of width a reading beside a wall or a rim lacks at most (0.22, 0.29, 0.33 were found) */
 #define CW_SAG 0.05             /* a rise by this share between two samples: the velocity's line hangs through there */
 #define CW_PEAK 1.0             /* of what a sample stands above its neighbours' line, added to it [6] */
 #define CW_BLUNT 1.0            /* of what it stands above the line between those a cell away: cells blunt a peak */
@@ -215,10 +217,10 @@ static double largest(const struct between *part, double from, double to)
 }
 
 /* Load at the tool and as far ahead as it gets before it can be told anything else, never too
- * low [3] [6]. */
+ * low [3] [6]. Where it falls without a jump that of CW_STILL_MET cells back counts, as far as cells may hide it. */
 static double most_now(const struct cw_ahead *ahead, const struct cw_stock *stock)
 {
-    double to = ahead->at + ahead->lead, most = 0.0;
+    double to = ahead->at + ahead->lead, most = 0.0, behind = 0.0, deepest = 0.0;
     int i, last = ahead->first + ahead->count - 1;
     if (ahead->count == 0) return ahead->held;
     if (station(ahead, ahead->first) > ahead->at) most = bound(ahead, stock, ahead->first);
@@ -226,11 +228,17 @@ static double most_now(const struct cw_ahead *ahead, const struct cw_stock *stoc
     if (station(ahead, last) <= to) most = cw_max(most, bound(ahead, stock, last));
     for (i = ahead->first + 1; i <= last; i++) {
         struct between part;
+        double back;
         if (station(ahead, i - 1) - (CW_SMEAR + CW_LATE_STEP) * stock->cell > to) break;
         part = stretch(ahead, stock, i);
-        if (part.from <= to && part.to > ahead->at) most = cw_max(most, largest(&part, ahead->at, to));
+        if (part.from > to) continue;
+        if (part.to > ahead->at) most = cw_max(most, largest(&part, ahead->at, to));
+        back = ahead->at - (part.jump ? 0.0 : CW_STILL_MET * smear(ahead, stock, i));
+        if (part.to <= back) continue;
+        behind = cw_max(behind, largest(&part, back, to));
+        deepest = cw_max(deepest, ahead->depth[held_in(ahead, i)]);
     }
-    return most;
+    return cw_max(most, cw_min(behind, most + CW_UNSEEN * stock->cell * deepest));
 }
 
 /* Cosine between the old course at `s` and the beginning of the new one. */
