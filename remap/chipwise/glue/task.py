@@ -48,6 +48,14 @@ def is_program():
     return (flag is None or flag.value != 0) and not _mode().endswith("MDI")
 
 
+def is_restoring():
+    """Whether neither a program nor MDI is under way: LinuxCNC 2.9.4 has an abort followed by a line of its own that gives the
+    interpreter back what was in force, F included, and what that line queues may be lost with the rest of the queue.
+    False where the mode or the flag is not known."""
+    flag, mode = _open_flag(), _mode()
+    return flag is not None and flag.value == 0 and mode != "" and not mode.endswith("MDI")
+
+
 def is_new_run():
     """Whether this is the first question since a run has begun; without a flag never."""
     flag = _open_flag()

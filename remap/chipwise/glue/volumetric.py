@@ -13,7 +13,7 @@ import emccanon
 from chipwise.clock import patience
 from chipwise.errors import MM_PER_INCH, CycleError
 from chipwise.glue import ceiling as feed_ceiling
-from chipwise.glue import context
+from chipwise.glue import context, task
 from chipwise.glue.ceiling import Ceiling, set_canon_feed
 from chipwise.glue.workpiece import check_fits, stock_of
 from chipwise.settings import feed_is_remapped, load_settings
@@ -76,10 +76,10 @@ def begin(interp, another):
 
 
 def _end_of_feed(settings):
-    """Queue for the realtime side that the feed is off and F is not replaced."""
+    """Queue for the realtime side that the feed is off and F is not replaced; once more by the next code where this may be lost."""
     _queue(settings, FEED_FIRST, [OFF, 0.0, 0.0], FEED_COMMIT)
     emccanon.SET_AUX_OUTPUT_VALUE(settings["ANALOG_OUT"] + 2, 0.0)
-    _InForce.feed_left = False
+    _InForce.feed_left = task.is_restoring()
 
 
 def _send(state, first, values, commit):
