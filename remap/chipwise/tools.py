@@ -10,6 +10,8 @@ named by [CHIPWISE]TOOL_GEOMETRY, one table per tool number, lengths in mm, angl
     flute_length = 12
     flutes = 2
     max_removal_rate = 9000   # mm3/min
+    stick_out = 30            # tip to the lower end of the holder; with
+    holder_diameter = 40
 """
 
 import os
@@ -34,6 +36,8 @@ class ToolGeometry:
     flute_length: Optional[float] = None       # mm
     flutes: Optional[int] = None
     max_removal_rate: Optional[float] = None   # mm3/min
+    stick_out: Optional[float] = None          # mm
+    holder_diameter: Optional[float] = None    # mm
 
 
 MOST_BYTES = 1 << 18            # of a file: some thousand tools
@@ -47,6 +51,8 @@ _NUMBERS = {
     "flute_length": (0.0, False, 1e4, "a length above 0 mm"),
     "flutes": (1, True, 100, "a whole number from 1 to 100"),
     "max_removal_rate": (0.0, False, 1e12, "a rate above 0 mm3/min"),
+    "stick_out": (0.0, False, 1e4, "a length above 0 mm"),
+    "holder_diameter": (0.0, False, 1e4, "a length above 0 mm"),
 }
 
 

@@ -19,7 +19,7 @@ import sys
 from chipwise import ROOT, version
 from chipwise.errors import printable
 
-COMMANDS = ('contour', 'demo', 'display', 'load', 'monitor', 'try_program')
+COMMANDS = ('check', 'contour', 'demo', 'display', 'load', 'monitor', 'try_program')
 INTERNAL = ('display', 'load', 'monitor')      # LinuxCNC calls them
 
 

@@ -10,6 +10,7 @@ What is queued are canonical calls, not lines: execute(line, number) after a `yi
 
 import emccanon
 
+from chipwise import preview
 from chipwise.clock import patience
 from chipwise.errors import MM_PER_INCH, CycleError
 from chipwise.glue import ceiling as feed_ceiling
@@ -113,6 +114,7 @@ def define_stock(state):
     low, high, shape, turn = stock_of(state)
     size = check_fits(state.settings, low, high, turn)
     if not state.interp.task:
+        preview.stock(state.line_number, low, high, shape, turn)
         return
     if _run_from_line_keeps_stock(state, (low, high, shape, turn)):
         yield                       # without one the message is thrown away with all that the line has queued
@@ -230,6 +232,8 @@ def save_stock(state):
 def restore_stock(state):
     """M254."""
     _slot(state)
+    if not state.interp.task:
+        preview.restored(state.line_number)
     if state.interp.task and _run_from_line_keeps_stock(state):
         yield
         return
@@ -289,6 +293,7 @@ def feed_on(state):
     """M251."""
     mode, target, lower, ceiling = _feed_words(state)
     if not state.interp.task:
+        preview.volume(state.line_number, mode, target, lower, ceiling)
         return
     yield from _no_ceiling(state)
     yield from _wait_for_the_tool(state)
@@ -333,6 +338,7 @@ def feed_off(state):
     """M252."""
     state.check_words("")
     if not state.interp.task:
+        preview.volume(state.line_number, OFF)
         return
     Ceiling.waiting = None
     yield from _no_ceiling(state)

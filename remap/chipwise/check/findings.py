@@ -1,0 +1,99 @@
+"""What a check finds, and how it is said.
+
+Called by judge.py, run.py and page.py.  One Finding is a stretch of moves that break one rule one after the other; its place
+and value are those of the worst of them.
+"""
+
+from dataclasses import dataclass, field
+
+from chipwise.errors import format_length, printable
+
+FLUTE, RAPID, HOLDER, RATE, TOOL, FLUTES_UNKNOWN = "flute", "rapid", "holder", "rate", "tool", "flute-unknown"
+
+RULES = {
+    FLUTE: "stock is cut by the flutes only",
+    RAPID: "a traverse meets no stock",
+    HOLDER: "the holder meets no stock",
+    RATE: "the removal rate stays below the tool's max_removal_rate",
+    TOOL: "the tool is described in [CHIPWISE]TOOL_GEOMETRY",
+    FLUTES_UNKNOWN: "the tool's flute_length is known",
+}
+
+MOST = 1000             # findings kept of a program; more are counted
+
+
+@dataclass
+class Finding:
+    """rule; line, last_line of the stretch; tool; place: (x, y, z) mm in work coordinates; value, limit: mm, mm3/min or None."""
+
+    rule: str
+    line: int
+    last_line: int
+    tool: int
+    place: tuple = None
+    value: float = None
+    limit: float = None
+    moves: int = 1
+
+    def json(self):
+        """As in --json."""
+        x, y, z = self.place or (None, None, None)
+        return {"rule": self.rule, "line": self.line, "last_line": self.last_line, "tool": self.tool, "x": x, "y": y, "z": z,
+                "value": self.value, "limit": self.limit, "moves": self.moves, "text": self.text()}
+
+    def text(self, unit="mm"):
+        """One line for the operator."""
+        def length(v):
+            return format_length(round(v, 3), unit)
+        where = f"line {self.line}" + (f" to {self.last_line}" if self.last_line > self.line else "") + f", tool {self.tool}: "
+        at = " at X{} Y{} Z{}".format(*(length(v).split()[0] for v in self.place)) if self.place else ""
+        if self.rule == FLUTE:
+            said = (f"cuts {length(self.value)} deep{at}, the flutes are {length(self.limit)} long; "
+                    "take smaller steps in Z, or a tool with longer flutes")
+        elif self.rule == RAPID:
+            said = f"a traverse meets {length(self.value)} of stock{at}; retract higher, or use G1"
+        elif self.rule == HOLDER:
+            said = (f"the holder meets {length(self.value)} of stock{at}, the tool sticks out {length(self.limit)}; "
+                    f"let it stick out {length(self.limit + self.value)}")
+        elif self.rule == RATE:
+            said = (f"removes {self.value:.0f} mm3/min{at}, the tool's max_removal_rate is {self.limit:.0f}; "
+                    "lower F, or use M251")
+        elif self.rule == TOOL:
+            said = ("the tool is not in [CHIPWISE]TOOL_GEOMETRY, it is judged as a flat end mill of its diameter; "
+                    "describe it there")
+        else:
+            said = "its flute_length is not known, its depth is not judged; add it to [CHIPWISE]TOOL_GEOMETRY"
+        return printable(where + said)
+
+
+@dataclass
+class Findings:
+    """Findings of one program, in the order of the program."""
+
+    kept: list = field(default_factory=list)
+    dropped: int = 0
+    _open: dict = field(default_factory=dict)       # by rule: the stretch that may go on
+
+    def add(self, finding):
+        """One that stands alone."""
+        if len(self.kept) < MOST:
+            self.kept.append(finding)
+        else:
+            self.dropped += 1
+
+    def stretch(self, finding, goes_on):
+        """One of a move; goes_on: the move before broke the same rule."""
+        before = self._open.get(finding.rule)
+        if not (goes_on and before is not None and before.tool == finding.tool):
+            self._open[finding.rule] = finding
+            self.add(finding)
+            return
+        before.moves += finding.moves
+        before.last_line = max(before.last_line, finding.last_line)
+        before.line = min(before.line, finding.line)
+        if finding.value > before.value:
+            before.value, before.place = finding.value, finding.place
+
+    @property
+    def count(self):
+        return len(self.kept) + self.dropped

@@ -1,0 +1,226 @@
+"""Reads a whole program with LinuxCNC's own interpreter: blocks of records, as they come.
+
+Called by judge.py.  The interpreter runs in a process of its own (reader_runner.py has the records), on the machine of an
+INI file: remaps, tool table, work offsets of the parameter file, SUBROUTINE_PATH.  Nothing of the machine is written.
+
+    with Reader(program, ini) as reader:
+        for records in reader:          # (n, WIDTH) float64
+            ..
+        reader.messages                 # [[line, text], ..] of the program
+
+What cannot be read is an Unreadable: file, line, what, remedy.
+"""
+
+import codecs
+import contextlib
+import json
+import os
+import select
+import signal
+import struct
+import subprocess
+import tempfile
+import time
+
+import numpy as np
+
+from chipwise.check.records import WIDTH
+from chipwise.errors import printable
+from chipwise.machine import rs274
+from chipwise.processes import cpu_s
+from chipwise.settings import read_section
+
+PYTHON = "/usr/bin/python3"
+RUNNER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "reader_runner.py")
+
+MOST_BYTES = 100_000_000        # of a program; 4 million moves
+MOST_MOVES = 50_000_000
+QUIET_S = 20                    # computing time without a block of moves
+CPU_S = 600                     # computing time of the interpreter
+STUCK_S = 30.0                  # a process that computes nothing for so long waits for something that never comes
+CHORD_MM = 0.002                # sag of the chords of arcs
+LOOKED_AT = 1 << 16             # bytes of a program in which a NUL means that it is no text
+LENGTHS = "XYZABCUVW"
+
+
+class Unreadable(Exception):
+    """A program that cannot be judged: str() is the message, line the line of the program (0: none)."""
+
+    def __init__(self, text, remedy, line=0):
+        super().__init__(printable(f"{text}; {remedy}" if remedy else text))
+        self.line = line
+
+
+class Machine:
+    """What of an INI file matters; Unreadable where it cannot be used."""
+
+    def __init__(self, ini):
+        self.ini = os.path.abspath(ini)
+        self.folder = os.path.dirname(self.ini)
+        try:
+            self.text = rs274.expanded(self.ini)
+            lines = self.text.splitlines()
+            section = {name: read_section(lines, name) for name in ("TRAJ", "EMCIO", "RS274NGC", "AXIS_X", "AXIS_Y", "AXIS_Z")}
+            self.unit_mm = rs274.units_in_mm(section["TRAJ"].get("LINEAR_UNITS", "mm"))
+        except OSError as error:
+            raise Unreadable(f"INI file {ini}: {error.strerror}", "name the machine's INI file with --ini") from error
+        except rs274.Rs274Error as error:
+            raise Unreadable(f"INI file {ini}: {error}", "") from error
+        self.table = self._path(section["EMCIO"].get("TOOL_TABLE"))
+        self.random = section["EMCIO"].get("RANDOM_TOOLCHANGER", "0").strip() == "1"
+        self.parameters = self._path(section["RS274NGC"].get("PARAMETER_FILE"))
+        self.startup = section["RS274NGC"].get("RS274NGC_STARTUP_CODE", "")
+        coordinates = section["TRAJ"].get("COORDINATES", "XYZ").upper()
+        self.axis_mask = sum(1 << k for k, letter in enumerate(LENGTHS) if letter in coordinates) or 7
+        self.speeds = [self._number(section[f"AXIS_{a}"].get("MAX_VELOCITY"), section["TRAJ"].get("MAX_LINEAR_VELOCITY"))
+                       for a in "XYZ"]
+        self.accels = [self._number(section[f"AXIS_{a}"].get("MAX_ACCELERATION"),
+                                    section["TRAJ"].get("MAX_LINEAR_ACCELERATION")) for a in "XYZ"]
+
+    def _path(self, name):
+        return os.path.join(self.folder, os.path.expanduser(name)) if name else ""
+
+    def _number(self, *texts):
+        """The first number above 0 of the texts in mm; None without."""
+        for text in filter(None, texts):
+            try:
+                value = float(text)
+            except ValueError:
+                continue
+            if 0 < value < 1e9:
+                return value * self.unit_mm
+        return None
+
+
+def check_file(path):
+    """Unreadable for what is no program."""
+    try:
+        size = os.stat(path).st_size
+        if not os.path.isfile(path):
+            raise Unreadable("it is not a regular file", "name a G-code program")
+        if size > MOST_BYTES:
+            raise Unreadable(f"it has {size / 1e6:.0f} MB, more than {MOST_BYTES / 1e6:.0f}", "check it in parts")
+        with open(path, "rb") as file:
+            head = file.read(LOOKED_AT)
+    except OSError as error:
+        raise Unreadable(error.strerror, "name a file that can be read") from error
+    if not head.strip():
+        raise Unreadable("it is empty", "name a G-code program")
+    if b"\0" in head or head.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        raise Unreadable("it is not a text file", "name a G-code program")
+
+
+class Reader:
+    """One program under way."""
+
+    def __init__(self, program, machine, stock=None, quiet_s=QUIET_S, cpu_s=CPU_S, most_moves=MOST_MOVES):
+        self.program, self.machine, self.messages = os.path.abspath(program), machine, []
+        self._stock, self._cpu_s, self._most_moves = stock, cpu_s, most_moves
+        self._quiet_s = min(quiet_s, 0.8 * cpu_s)
+        self._child = self._folder = None
+
+    def __enter__(self):
+        check_file(self.program)
+        self._folder = tempfile.TemporaryDirectory(prefix="chipwise-check-")
+        try:
+            self._start(self._folder.name)
+        except BaseException:
+            self._folder.cleanup()
+            raise
+        return self
+
+    def _start(self, folder):
+        machine = self.machine
+        paths = {name: os.path.join(folder, name) for name in ("machine.ini", "machine.var", "errors")}
+        with open(paths["machine.ini"], "w", encoding="utf-8", errors="surrogateescape") as file:
+            file.write(rs274.usable_elsewhere(machine.text, machine.folder))
+        parameters = b"5161 0\n"
+        if machine.parameters:
+            with contextlib.suppress(OSError), open(machine.parameters, "rb") as file:
+                parameters = file.read(1 << 20) or parameters
+        with open(paths["machine.var"], "wb") as file:
+            file.write(parameters)
+        order = json.dumps({
+            "program": self.program, "parameters": paths["machine.var"], "table": machine.table, "random": machine.random,
+            "units_per_mm": 1.0 / machine.unit_mm, "axis_mask": machine.axis_mask, "quiet_s": self._quiet_s,
+            "codes": ["G20" if machine.unit_mm > 10 else "G21", machine.startup], "most_moves": self._most_moves,
+            "cpu_s": self._cpu_s, "stock": self._stock, "chord_mm": CHORD_MM})
+        environment = {**os.environ, "HOME": folder, "INI_FILE_NAME": paths["machine.ini"], "LC_ALL": "C",
+                       "OPENBLAS_NUM_THREADS": "1"}
+        self._errors = open(paths["errors"], "w+b")
+        self._child = subprocess.Popen([PYTHON, "-s", RUNNER, str(os.getpid())], env=environment, cwd=machine.folder,
+                                       stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._errors)
+        with contextlib.suppress(BrokenPipeError):
+            self._child.stdin.write(order.encode())
+            self._child.stdin.close()
+
+    def __exit__(self, *_):
+        if self._child is not None:
+            self._child.kill()
+            self._child.wait()
+            self._child.stdout.close()
+            self._errors.close()
+        self._folder.cleanup()
+
+    # ---- blocks ---------------------------------------------------------------------------------------------
+
+    def _read(self, count):
+        """So many bytes; b"" where the child has ended before."""
+        data, had, since = bytearray(), None, time.monotonic()
+        handle = self._child.stdout.fileno()
+        while len(data) < count:
+            if not select.select([handle], [], [], 1.0)[0]:
+                now = cpu_s(self._child.pid)
+                if now != had:
+                    had, since = now, time.monotonic()
+                elif time.monotonic() - since > STUCK_S:
+                    raise Unreadable("it waits for something that does not come",
+                                     "look at the files that it calls on the SUBROUTINE_PATH")
+                continue
+            part = os.read(handle, count - len(data))
+            if not part:
+                return b""
+            data += part
+        return bytes(data)
+
+    def __iter__(self):
+        while True:
+            head = self._read(5)
+            if not head:
+                self._ended()
+            size, = struct.unpack("=I", head[1:])
+            data = self._read(size)
+            if len(data) < size:
+                self._ended()
+            if head[:1] == b"E":
+                self._judge_end(json.loads(data))
+                return
+            if data:
+                yield np.frombuffer(data, np.float64).reshape(-1, WIDTH)
+
+    def _ended(self):
+        """The child has ended without a word."""
+        status = self._child.wait()
+        if status == -signal.SIGPROF:
+            raise Unreadable(f"it does not end: {self._quiet_s:g} s of computing time without a move",
+                             "look for an O-word loop without an end")
+        if status == -signal.SIGXCPU:
+            raise Unreadable(f"it is not read within {self._cpu_s:g} s of computing time",
+                             "look for an O-word loop without an end, or raise --time-limit")
+        self._errors.seek(0, os.SEEK_END)
+        self._errors.seek(max(0, self._errors.tell() - 4096))
+        said = self._errors.read().decode("utf-8", "replace").strip().splitlines() or [f"status {status}"]
+        raise Unreadable(f"LinuxCNC's interpreter ended ({said[-1]})", "see whether `rs274 -g` reads it")
+
+    def _judge_end(self, end):
+        self.messages = end["messages"]
+        for stop in filter(None, (end["stop"],)):
+            line, text, remedy = stop
+            raise Unreadable(text, remedy, line)
+        if end["error"]:
+            line, text = end["error"]
+            text = text.strip().removeprefix("chipwise: ")
+            remedy = "end it with M2" if "program end" in text else "" if ";" in text else "correct the line"
+            raise Unreadable(text, remedy, line)
+        if end["moves"] == 0:
+            raise Unreadable("it moves nothing", "name a G-code program")

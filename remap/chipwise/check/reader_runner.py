@@ -1,0 +1,345 @@
+"""Runs a program in LinuxCNC's interpreter and writes what it moves.  A program, not a module.
+
+    /usr/bin/python3 -s reader_runner.py PARENT_PID  < JSON of the job  > blocks
+
+Started by reader.py, one process per program: whatever the program does (an endless loop, a crash) happens to this process.
+It is the interpreter of AXIS's preview (module gcode): the INI file's remaps, tool table, offsets and subs count, and
+neither HAL nor a machine is needed.  Read in LinuxCNC 2.9: gcodemodule.cc, rs274/interpret.py.
+
+Job:     program, parameters, table (paths), random (tool changer), units_per_mm, axis_mask, codes (run first), most_moves,
+         quiet_s (computing time without a block of moves), cpu_s (in all), chord_mm, stock (null or low, high: mm, work
+         coordinates at the first move)
+Blocks:  b"R", uint32 number of bytes, records of WIDTH doubles; b"E", uint32 number of bytes, JSON of the end
+
+The records: records.py.
+"""
+
+import array
+import ctypes
+import itertools
+import json
+import math
+import os
+import resource
+import signal
+import struct
+import sys
+
+sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))))
+
+import gcode                                                    # noqa: E402
+
+from chipwise.check.records import ARC, DWELL, FEED, FRAME, RAPID, STOCK, TOOL, VOLUME, WIDTH      # noqa: E402
+from chipwise.processes import die_with_parent                  # noqa: E402
+
+INCH = 25.4
+BLOCK = 4096 * WIDTH
+FARTHEST_MM = 1e6
+# feed_mode of the interpreter's state, ten times the code: what is not judged
+_UNJUDGED = {930: "G93 (inverse time)", 950: "G95 (feed per revolution)"}
+
+# of a plane: which of its arc's axes (first, second, along) are X, Y and Z
+_AXES = {1: (0, 1, 2), 2: (2, 0, 1), 3: (1, 2, 0)}
+_NO_TOOL = (-1,) + (0.0,) * 12 + (0,)
+
+
+class Stop(Exception):
+    """The program does what cannot be judged; text, remedy."""
+
+
+class _ToolTable:
+    """LinuxCNC's own reader of tool tables; the table is ~/.tool.mmap of a HOME of this process's own."""
+
+    def __init__(self, path, random):
+        self._lib = None
+        try:
+            lib = ctypes.CDLL("libtooldata.so.0")
+            lib._Z17tool_mmap_creatorPK13EMC_TOOL_STATi(None, int(random))
+            lib._Z13tooldata_initb(bool(random))
+            self._get, load = lib._Z12tooldata_getP16CANON_TOOL_TABLEi, lib._Z13tooldata_loadPKcPPc
+            if path and load(os.fsencode(path), None) == 0:
+                self._lib = lib
+        except (OSError, AttributeError):
+            pass                    # another LinuxCNC, another way of keeping tools
+
+    def entry(self, index):
+        """The numbers of get_tool(), machine units; of no tool where there is none."""
+        if self._lib is None or index < 0:
+            return _NO_TOOL
+        room = ctypes.create_string_buffer(1024)
+        if self._get(room, index) != 0:
+            return _NO_TOOL
+        number, _pocket, *lengths = struct.unpack_from("=ii12d", room.raw)
+        orientation, = struct.unpack_from("=i", room.raw, 8 + 12 * 8)
+        return (number, *lengths, orientation)
+
+
+class Canon:
+    """What the interpreter calls."""
+
+    def __init__(self, job, send, tools):
+        self.job, self.send, self.tools = job, send, tools
+        self.records = array.array("d")
+        self.count = self.line = 0
+        self.plane = 1
+        self.feed_rate = 0.0
+        self.spindle = self.tools.entry(0) if job["random"] else _NO_TOOL
+        self.g5x, self.g92, self.angle = (0.0,) * 3, (0.0,) * 3, 0.0
+        self.sin, self.cos = 0.0, 1.0
+        self.at = [0.0, 0.0, 0.0]           # inch, work coordinates without offsets
+        self.stop = None
+        self.messages = []
+        if job["stock"]:
+            self._put = self._first_put
+
+    def _first_put(self, *move):
+        """Before the first move: the stock the user has named, in the work coordinates that are in force."""
+        del self._put
+        low, high = self.job["stock"]
+        middle = [(a + b) / 2 for a, b in zip(low, high)]
+        half = [(b - a) / 2 for a, b in zip(low, high)]
+        x, y, z = (m + v * INCH for m, v in zip(middle, self.g92))
+        x, y = x * self.cos - y * self.sin, x * self.sin + y * self.cos
+        place = [m + v * INCH for m, v in zip((x, y, z), self.g5x)]
+        self._event(STOCK, 0.0, math.degrees(self.angle), *(p - h for p, h in zip(place, half)),
+                    *(p + h for p, h in zip(place, half)))
+        self._put(*move)
+
+    def __getattr__(self, name):
+        if name.startswith("_"):
+            raise AttributeError(name)
+        return lambda *arguments: None
+
+    def refuse(self, text, remedy):
+        self.stop = self.stop or [self.line, text, remedy]
+        raise Stop(text)
+
+    # ---- places ---------------------------------------------------------------------------------------------
+
+    def set_g5x_offset(self, index, *offsets):
+        self.g5x = offsets[:3]
+        self._frame()
+
+    def set_g92_offset(self, *offsets):
+        self.g92 = offsets[:3]
+        self._frame()
+
+    def set_xy_rotation(self, angle):
+        self.angle = math.radians(angle)
+        self.cos, self.sin = math.cos(self.angle), math.sin(self.angle)
+        self._frame()
+
+    def _frame(self):
+        self._event(FRAME, self.angle, *(v * INCH for v in (*self.g5x, *self.g92)))
+
+    def set_plane(self, plane):
+        self.plane = plane
+
+    def _put(self, kind, x, y, z, feed, first=0.0):
+        """A move to a place in work coordinates, inch."""
+        g92, g5x = self.g92, self.g5x
+        x += g92[0]
+        y += g92[1]
+        if self.sin:
+            x, y = x * self.cos - y * self.sin, x * self.sin + y * self.cos
+        elif self.cos < 0.0:
+            x, y = -x, -y
+        self.records.extend((kind, self.line, (x + g5x[0]) * INCH, (y + g5x[1]) * INCH, (z + g92[2] + g5x[2]) * INCH,
+                             feed, first, 0.0, 0.0, 0.0))
+        self.count += 1
+        if len(self.records) >= BLOCK:
+            self._flush()
+
+    def _flush(self):
+        if self.count > self.job["most_moves"]:
+            self.refuse(f"the program makes more than {self.job['most_moves']} moves", "look for a loop without an end")
+        self.send(b"R", self.records.tobytes())
+        del self.records[:]
+        watch(self.job["quiet_s"])
+
+    def _event(self, kind, *values):
+        self.records.extend((kind, self.line, *values, *(0.0,) * (WIDTH - 2 - len(values))))
+        if len(self.records) >= BLOCK:
+            self._flush()
+
+    # ---- moves ----------------------------------------------------------------------------------------------
+
+    def next_line(self, state):
+        if state.feed_mode in _UNJUDGED:        # the modes are those after the line before
+            self.refuse(f"{_UNJUDGED[state.feed_mode]} is not judged", "use G94")
+        self.line = state.sequence_number
+
+    def straight_traverse(self, x, y, z, *rest):
+        self._axes(rest)
+        self._put(RAPID, x, y, z, 0.0)
+        self.at = x, y, z
+
+    def straight_feed(self, x, y, z, *rest):
+        self._axes(rest)
+        self._put(FEED, x, y, z, self.feed_rate)
+        self.at = x, y, z
+
+    def _axes(self, rest):
+        if any(rest[:3]):
+            self.refuse("a rotary axis moves", "only X, Y and Z are judged")
+
+    def arc_feed(self, x1, y1, cx, cy, turns, z1, *rest):
+        self._axes(rest)
+        order = _AXES[self.plane]
+        # place in the arc's own axes: first, second, along
+        own = [self.at[i] for i in ((0, 1, 2), (1, 2, 0), (2, 0, 1))[self.plane - 1]]
+        a0, b0, radius = own[0] - cx, own[1] - cy, math.hypot(own[0] - cx, own[1] - cy)
+        end_radius = math.hypot(x1 - cx, y1 - cy)
+        start, end = math.atan2(b0, a0), math.atan2(y1 - cy, x1 - cx)
+        sweep = (end - start) % (2 * math.pi) if turns > 0 else -((start - end) % (2 * math.pi))
+        if abs(sweep) < 1e-6 or 2 * math.pi - abs(sweep) < 1e-6:
+            sweep = math.copysign(2 * math.pi, turns)
+        sweep += math.copysign(2 * math.pi, turns) * (abs(turns) - 1)
+        sag = min(1.0, self.job["chord_mm"] / max(radius * INCH, 1e-9))
+        pieces = max(1, math.ceil(abs(sweep) / (2 * math.acos(1 - sag))))
+        if pieces > self.job["most_moves"]:
+            self.refuse(f"an arc of {abs(turns)} turns", "use fewer turns")
+        for k in range(1, pieces + 1):
+            t = k / pieces
+            angle, r = start + sweep * t, radius + (end_radius - radius) * t
+            p = ((cx + r * math.cos(angle), cy + r * math.sin(angle), own[2] + (z1 - own[2]) * t) if k < pieces
+                 else (x1, y1, z1))
+            self._put(ARC, p[order[0]], p[order[1]], p[order[2]], self.feed_rate, 1.0 if k == 1 else 0.0)
+        self.at = [(x1, y1, z1)[i] for i in order]
+
+    def rigid_tap(self, x, y, z, *rest):
+        back = self.at
+        self._put(FEED, x, y, z, self.feed_rate)
+        self._put(FEED, *back, self.feed_rate)
+
+    def straight_probe(self, *place):
+        self.refuse("the program probes (G38): what it finds is known on the machine only", "check the parts before and behind it")
+
+    def set_feed_rate(self, rate):
+        self.feed_rate = rate * INCH
+
+    def dwell(self, seconds):
+        self._event(DWELL, seconds)
+
+    # ---- tools ----------------------------------------------------------------------------------------------
+
+    def change_tool(self, index):
+        self.spindle = self.tools.entry(index) if index > 0 or self.job["random"] else _NO_TOOL
+        self._event(TOOL, max(0, self.spindle[0]), self.spindle[10] / self.job["units_per_mm"])
+
+    def change_tool_number(self, index):
+        self.change_tool(index)
+
+    def get_tool(self, index):
+        return self.spindle if index == 0 else self.tools.entry(index)
+
+    # ---- the rest -------------------------------------------------------------------------------------------
+
+    def stock(self, line, low, high, shape, turn):
+        """M250 (preview.py)."""
+        self.line = line
+        self._event(STOCK, shape, turn, *low, *high)
+
+    def restored(self, line):
+        """M254 (preview.py)."""
+        self.line = line
+        self._event(STOCK, -1.0)
+
+    def volume(self, line, mode, target, lower, ceiling):
+        """M251, M252 (preview.py)."""
+        self.line = line
+        self._event(VOLUME, mode, target, lower, ceiling or 0.0)
+
+    def message(self, text):
+        if len(self.messages) < 20:
+            self.messages.append([self.line, text])
+
+    def comment(self, text):
+        pass
+
+    def get_external_length_units(self):
+        return self.job["units_per_mm"]
+
+    def get_external_angular_units(self):
+        return 1.0
+
+    def get_axis_mask(self):
+        return self.job["axis_mask"]
+
+    def get_block_delete(self):
+        return False
+
+    def check_abort(self):
+        return False
+
+    @property
+    def parameter_file(self):
+        return self.job["parameters"]
+
+
+def watch(quiet_s):
+    """Computing time until the end of this process, unless moves come."""
+    signal.setitimer(signal.ITIMER_PROF, quiet_s)
+
+
+def limit(cpu_s):
+    """Computing time until the end of this process in any case."""
+    resource.setrlimit(resource.RLIMIT_CPU, (cpu_s, cpu_s + 1))
+    signal.signal(signal.SIGXCPU, signal.SIG_DFL)
+
+
+def line_of(canon, line, text):
+    """The line of an error. gcode says the next one where a line cannot be read, but not where it cannot be executed (2.9)."""
+    job = canon.job
+    with open(job["program"], encoding="utf-8", errors="surrogateescape") as program:
+        before = next(itertools.islice(program, line - 2, None), "") if line > 1 else ""
+    alone = os.path.join(os.environ["HOME"], "line.ngc")
+    with open(alone, "w", encoding="utf-8", errors="surrogateescape") as file:
+        file.write(before.rstrip("\n") + "\nM2\n")
+    try:
+        result, _ = gcode.parse(alone, Canon({**job, "stock": None}, lambda *block: None, canon.tools), *job["codes"])
+        same = result > gcode.MIN_ERROR and gcode.strerror(result).split(alone)[0] == text.split(job["program"])[0]
+    except (Stop, RuntimeError):
+        same = False
+    return line - 1 if same else line
+
+
+def sender(handle):
+    def send(kind, data):
+        view = memoryview(kind + struct.pack("=I", len(data)) + data)
+        while view:
+            view = view[os.write(handle, view):]
+    return send
+
+
+def main():
+    die_with_parent(int(sys.argv[1]))
+    job = json.load(sys.stdin)
+    output = os.dup(1)
+    os.dup2(2, 1)                                           # (print,..) of a program
+    send = sender(output)
+    signal.signal(signal.SIGPROF, signal.SIG_DFL)           # the end, also inside C code
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGPROF])
+    watch(job["quiet_s"])
+    limit(job["cpu_s"])
+    canon = Canon(job, send, _ToolTable(job["table"], job["random"]))
+    from chipwise import preview
+    preview.listener = canon
+    error, line = None, 0
+    try:
+        result, line = gcode.parse(job["program"], canon, *job["codes"])
+        if result > gcode.MIN_ERROR:
+            text = gcode.strerror(result)
+            error = [line_of(canon, line, text), text]
+    except RuntimeError:
+        if canon.stop is None:
+            raise
+    except Stop:
+        pass
+    send(b"R", canon.records.tobytes())
+    send(b"E", json.dumps({"error": error, "stop": canon.stop, "line": line, "last": canon.line, "moves": canon.count,
+                           "messages": canon.messages}).encode())
+
+
+if __name__ == "__main__":
+    main()

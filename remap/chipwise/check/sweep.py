@@ -1,0 +1,123 @@
+"""The stock of a whole program, offline: components/core/height_sweep.c from Python.
+
+Called by judge.py.  All lengths mm, machine coordinates of the tool's tip; areas mm2, volumes mm3.
+"""
+
+import ctypes as C
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from chipwise.stock.core import library
+
+MOST_CELLS = 12_000_000         # 48 MB of heights
+LEAST_CELL = 0.01               # mm
+BOX, CYLINDER = 0, 1            # stock.h: cw_stock_shape
+_STEP_X, _STEP_Y = math.sqrt(2.0) - 1.0, (math.sqrt(5.0) - 1.0) / 2.0      # shifts that fill a cell evenly, in any direction
+
+MET = np.dtype([("volume", "<f4"), ("depth", "<f4"), ("at", "<f4"), ("holder", "<f4")])
+
+
+class _Map(C.Structure):
+    _fields_ = [(n, C.c_double) for n in ("x0", "y0", "cell", "z_min", "z_max")] \
+        + [("nx", C.c_int32), ("ny", C.c_int32)] + [(n, C.c_void_p) for n in ("height", "x", "shift_x", "shift_y")]
+
+
+class _Tool(C.Structure):
+    _fields_ = [(n, C.c_double) for n in ("radius", "corner", "slope", "holder_radius", "stick_out")]
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A tool: mm, degrees (0: no cone); holder_diameter 0: not known."""
+
+    diameter: float
+    corner_radius: float = 0.0
+    tip_angle: float = 0.0
+    holder_diameter: float = 0.0
+    stick_out: float = 0.0
+
+    def struct(self):
+        slope = 1.0 / math.tan(math.radians(self.tip_angle) / 2.0) if self.tip_angle else 0.0
+        return _Tool(self.diameter / 2.0, min(self.corner_radius, self.diameter / 2.0), slope, self.holder_diameter / 2.0,
+                     self.stick_out)
+
+
+def _functions():
+    lib = library()
+    lib.chip_height_sweep.restype = lib.chip_height_times.restype = C.c_double
+    lib.chip_height_sweep.argtypes = [C.POINTER(_Map), C.POINTER(_Tool), C.c_double * 3, C.c_void_p, C.c_long, C.c_void_p]
+    lib.chip_height_times.argtypes = [C.c_long] + [C.c_void_p] * 5 + [C.POINTER(C.c_double), C.c_void_p]
+    return lib
+
+
+def least_cell(low, high):
+    """The smallest cell (mm) a stock box may have here."""
+    return max(LEAST_CELL, math.sqrt((high[0] - low[0]) * (high[1] - low[1]) / MOST_CELLS))
+
+
+class HeightMap:
+    """One height per needle.  A box or cylinder `low` .. `high` as in stock.core.Stock, turn in degrees."""
+
+    def __init__(self, low, high, cell, shape=BOX, turn=0.0):
+        c, s = abs(math.cos(math.radians(turn))), abs(math.sin(math.radians(turn)))
+        middle = (low[0] + high[0]) / 2, (low[1] + high[1]) / 2
+        size = high[0] - low[0], high[1] - low[1]
+        wide, deep = size[0] * c + size[1] * s, size[0] * s + size[1] * c
+        self.cell, self.low, self.high = cell, tuple(low), tuple(high)
+        self.x0, self.y0 = middle[0] - wide / 2, middle[1] - deep / 2
+        self.nx, self.ny = max(1, math.ceil(wide / cell - 1e-6)), max(1, math.ceil(deep / cell - 1e-6))
+        self.z_min, self.z_max = low[2], high[2]
+        self._x = (np.arange(self.nx) * cell).astype(np.float32)
+        self._shift_x = (np.arange(self.ny) * _STEP_X % 1.0 * cell).astype(np.float32)
+        self._shift_y = (np.arange(self.nx) * _STEP_Y % 1.0 * cell).astype(np.float32)
+        self.height = np.full((self.ny, self.nx), self.z_max, np.float32)
+        self._leave(shape, middle, size, math.radians(turn))
+        self._struct = _Map(self.x0, self.y0, cell, self.z_min, self.z_max, self.nx, self.ny, self.height.ctypes.data,
+                            self._x.ctypes.data, self._shift_x.ctypes.data, self._shift_y.ctypes.data)
+        self._functions = _functions()
+
+    def _leave(self, shape, middle, size, turn):
+        """No stock where the shape is not, row by row."""
+        for row in range(self.ny):
+            x, y = self._x + self._shift_x[row] + (self.x0 - middle[0]), self._shift_y + (self.y0 + row * self.cell - middle[1])
+            if turn:
+                x, y = x * math.cos(turn) + y * math.sin(turn), y * math.cos(turn) - x * math.sin(turn)
+            if shape == CYLINDER:
+                inside = (2 * x / size[0]) ** 2 + (2 * y / size[1]) ** 2 <= 1.0
+            else:
+                inside = (np.abs(x) <= size[0] / 2) & (np.abs(y) <= size[1] / 2)
+            self.height[row, ~inside] = self.z_min
+
+    def cut(self, tool, start, places):
+        """Moves from `start` (3,) along `places` (n, 3) -> records of MET, one per move."""
+        places = np.ascontiguousarray(places, np.float64)
+        met = np.zeros(len(places), MET)
+        shape = tool.struct()
+        self._functions.chip_height_sweep(C.byref(self._struct), C.byref(shape), (C.c_double * 3)(*start),
+                                          places.ctypes.data, len(places), met.ctypes.data)
+        return met
+
+    def volume(self):
+        """mm3 of stock."""
+        return float((self.height.astype(np.float64) - self.z_min).sum()) * self.cell ** 2
+
+    def picture(self, most):
+        """Heights on a coarser grid of at most `most` by `most` -> (rows, columns) float32: the highest needle of each field."""
+        step = max(1, math.ceil(max(self.nx, self.ny) / most))
+        rows, columns = math.ceil(self.ny / step), math.ceil(self.nx / step)
+        result = np.empty((rows, columns), np.float32)
+        starts = np.arange(0, self.nx, step)
+        for row in range(rows):
+            result[row] = np.maximum.reduceat(self.height[row * step:(row + 1) * step].max(axis=0), starts)
+        return result
+
+
+def times(length, most_speed, accel, corner, speed):
+    """(seconds of each move, speed at the end): chip_height_times of height_sweep.h."""
+    arrays = [np.ascontiguousarray(a, np.float64) for a in (length, most_speed, accel, corner)]
+    ends, seconds, now = np.empty(len(length)), np.empty(len(length)), C.c_double(speed)
+    _functions().chip_height_times(len(length), *(a.ctypes.data for a in arrays), ends.ctypes.data, C.byref(now),
+                                   seconds.ctypes.data)
+    return seconds, now.value

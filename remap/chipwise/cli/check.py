@@ -1,0 +1,209 @@
+"""Check whole programs: flute length, traverses through stock, holder, removal rate, times.
+
+Each program is read by LinuxCNC's own interpreter on the machine of an INI file, so subs, loops, work offsets, the tool table
+and remapped codes count; it cuts a model of the stock, and every move is judged. The stock is the one of M250 in the program,
+else that of --stock. Nothing is guessed: what is not known is named.
+
+Exit status: 0 no findings, 1 findings, 2 a program cannot be judged.
+"""
+
+import json
+import os
+import shutil
+import signal
+import sys
+import tempfile
+
+from chipwise.errors import format_length, printable
+
+NAME = 'check'
+HELP = 'check whole programs: flutes, traverses, holder, times'
+
+FEW = 20                # findings printed of one program
+MOST_JOBS = 256
+BAR = 30                # characters
+
+
+def add_arguments(parser):
+    parser.add_argument('programs', nargs='+', metavar='PROGRAM', help='G-code file, or a folder of them')
+    parser.add_argument('--ini', metavar='INI', help='the machine (default: INI_FILE_NAME, else configs/mill.ini)')
+    parser.add_argument('--stock', nargs=6, type=float, metavar=('X0', 'Y0', 'Z0', 'X1', 'Y1', 'Z1'),
+                        help='corners of the stock for programs without M250: machine units, work coordinates of the first move')
+    parser.add_argument('--json', metavar='FILE', help='all results as JSON (-: standard output)')
+    parser.add_argument('--jobs', type=int, metavar='N', help='programs at a time (default: one per processor)')
+    parser.add_argument('--cell', type=float, metavar='MM', help='cell of the stock model (default: [CHIPWISE]CELL)')
+    parser.add_argument('--time-limit', type=float, default=600.0, metavar='S',
+                        help='computing time for one program (default: 600)')
+    parser.error = refuse
+
+
+def refuse(text):
+    """argparse's own complaints in our form."""
+    from chipwise.cli import UsageError
+    raise UsageError(f'{NAME}: {text}; see chipwise {NAME} --help')
+
+
+def run(options):
+    """-> exit status."""
+    from chipwise.check.run import check_all, programs_of
+    arguments = order(options)
+    programs = programs_of(options.programs)
+    if not programs:
+        refuse('the folder holds no program (.ngc, .nc, .tap)')
+    if options.json:
+        check_output(options.json)
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
+    results, progress = [None] * len(programs), Progress(sys.stderr)
+    for number, result in check_all(programs, options.jobs or os.cpu_count() or 1, progress, **arguments):
+        results[number] = result
+        progress.clear()
+        if options.json != '-':
+            print('\n'.join(report(result)), flush=True)
+    progress.end()
+    if options.json:
+        write(options.json, json_text(results))
+    return max(result.status for result in results)
+
+
+def order(options):
+    """Arguments of judge.check from the options."""
+    from chipwise.check.reader import Machine, Unreadable
+    from chipwise.machine.runner import ROOT
+    if options.jobs is not None and not 1 <= options.jobs <= MOST_JOBS:
+        refuse(f'--jobs {options.jobs} is not from 1 to {MOST_JOBS}')
+    if options.cell is not None and not 0.01 <= options.cell <= 10:
+        refuse(f'--cell {options.cell:g} is not a length from 0.01 to 10 mm')
+    if not 1 <= options.time_limit <= 1e6:
+        refuse(f'--time-limit {options.time_limit:g} is not from 1 to 1000000 s')
+    ini = options.ini or os.environ.get('INI_FILE_NAME') or os.path.join(ROOT, 'configs', 'mill.ini')
+    try:
+        machine = Machine(ini)
+    except Unreadable as error:
+        refuse(str(error).partition('; see')[0])
+    return {'machine': machine, 'stock': stock_of(options.stock, machine.unit_mm), 'cell': options.cell,
+            'cpu_s': int(options.time_limit)}
+
+
+def stock_of(corners, unit_mm):
+    """--stock -> (low, high) mm."""
+    if corners is None:
+        return None
+    low, high = ([value * unit_mm for value in corners[k:k + 3]] for k in (0, 3))
+    for axis, a, b in zip('XYZ', low, high):
+        if not 1e-3 <= b - a <= 1e5:
+            refuse(f'--stock: the stock has no extent in {axis}; give X0 Y0 Z0 (least) and X1 Y1 Z1 (most)')
+    return low, high
+
+
+# ---- what is printed -----------------------------------------------------------------------------------------------
+
+
+def report(result):
+    """Lines of text of one program."""
+    if result.error:
+        text, line = result.error
+        yield printable(f'{result.program}: {text}') + (f' (line {line})' if line and '(line ' not in text else '')
+        return
+    count = result.findings.count
+    yield printable(f'{result.program}: ') + (f'{count} finding{"s" * (count != 1)}' if count else 'no findings')
+    for tool in result.tools.values():
+        yield '  ' + tool_line(tool, result.unit)
+    for finding in result.findings.kept[:FEW]:
+        yield '  ' + finding.text(result.unit)
+    if count > FEW:
+        yield f'  and {count - FEW} more; --json has {"all" if not result.findings.dropped else "the first ones"}'
+
+
+def tool_line(tool, unit):
+    """Figures of one tool."""
+    g = tool.geometry
+    what = f'tool {tool.number}, {format_length(tool.diameter, unit)} {g.shape if g else "(not described)"}'
+    depth = f'deepest {format_length(round(tool.depth, 3), unit)}'
+    if g and g.flute_length:
+        depth += f' of {format_length(g.flute_length, unit)}'
+    time = f'{seconds(tool.planned_s)}'
+    if abs(tool.volumetric_planned_s - tool.planned_s) > 0.05:
+        time += f', {seconds(tool.volumetric_planned_s)} with M251'
+    return (f'{what}: {time}, {tool.volume:.0f} mm3, mean {mean(tool):.0f} and peak {tool.peak_rate:.0f} mm3/min at F, {depth}')
+
+
+def mean(tool):
+    return tool.volume / tool.cutting_s * 60.0 if tool.cutting_s > 0 else 0.0
+
+
+def seconds(value):
+    """"75.2 s" or "1:15:02"."""
+    if value < 600:
+        return f'{value:.1f} s'
+    return f'{int(value) // 3600}:{int(value) // 60 % 60:02}:{int(value) % 60:02}'
+
+
+class Progress:
+    """A bar on a terminal; elsewhere FILTER_PROGRESS= lines, at most 100, as the GUIs' filters want them."""
+
+    def __init__(self, stream):
+        self.stream, self.terminal, self.shown, self.drawn = stream, stream.isatty(), 0, False
+
+    def __call__(self, share):
+        percent = min(99, int(100 * share))
+        if percent <= self.shown:
+            return
+        self.shown = percent
+        if self.terminal:
+            room = max(5, min(BAR, shutil.get_terminal_size().columns - 10))
+            full = room * percent // 100
+            self.stream.write(f'\r[{"#" * full}{"." * (room - full)}] {percent} %')
+            self.drawn = True
+        else:
+            self.stream.write(f'FILTER_PROGRESS={percent}\n')
+        self.stream.flush()
+
+    def clear(self):
+        """Before something else is printed."""
+        if self.drawn:
+            self.stream.write('\r\033[K')
+            self.stream.flush()
+            self.drawn = False
+
+    end = clear
+
+
+# ---- files ---------------------------------------------------------------------------------------------------------
+
+
+def json_text(results):
+    """All results, in the order of the programs."""
+    return json.dumps({'status': max(r.status for r in results), 'programs': [r.json() for r in results]}, indent=1,
+                      allow_nan=False) + '\n'
+
+
+def check_output(path):
+    """Refuse a file that cannot be written, before any work."""
+    if path == '-':
+        return
+    folder = os.path.dirname(path) or '.'
+    if not os.path.isdir(folder):
+        refuse(f'{path}: there is no folder {folder}')
+    if os.path.isdir(path) or not os.access(path if os.path.exists(path) else folder, os.W_OK):
+        refuse(f'{path} cannot be written')
+
+
+def write(path, text):
+    """Write a file, whole or not at all."""
+    if path == '-':
+        sys.stdout.write(text)
+        return
+    handle, scratch = tempfile.mkstemp(dir=os.path.dirname(path) or '.', prefix='.chipwise-')
+    try:
+        with os.fdopen(handle, 'w', encoding='utf-8', errors='replace') as file:
+            file.write(text)
+        mask = os.umask(0o022)
+        os.umask(mask)
+        os.chmod(scratch, 0o666 & ~mask)
+        os.replace(scratch, path)
+    except OSError as error:
+        os.unlink(scratch)
+        refuse(f'{path}: {error.strerror}')
+    except BaseException:
+        os.unlink(scratch)
+        raise

@@ -1,0 +1,25 @@
+"""Tells a reader of whole programs what the codes of the preview would have done in step with motion.
+
+Called by glue/volumetric.py where there is no machine; listened to by check/reader_runner.py.  In LinuxCNC's own preview
+nobody listens.
+"""
+
+listener = None     # an object with the methods stock(), restored() and volume()
+
+
+def stock(line, low, high, shape, turn):
+    """M250: the stock, mm, machine coordinates (glue/workpiece.py: stock_of)."""
+    if listener is not None:
+        listener.stock(line, low, high, shape, turn)
+
+
+def restored(line):
+    """M254: a stock of a file that only the machine has."""
+    if listener is not None:
+        listener.restored(line)
+
+
+def volume(line, mode, target=0.0, lower=0.0, ceiling=None):
+    """M251 and M252: mode, mm3/min, mm/min."""
+    if listener is not None:
+        listener.volume(line, mode, target, lower, ceiling)
