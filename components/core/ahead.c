@@ -154,11 +154,10 @@ static int jumps(const struct cw_ahead *ahead, const struct cw_stock *stock, int
     return slope > CW_SLIGHT * most + CW_TOUCH && (kinks(ahead, stock, i - 1) || kinks(ahead, stock, i));
 }
 
-/* How far along the way the cells may shift what is read at sample i, mm: by a cell across them, not at all straight up and
- * down, where every height is known [6]. */
+/* How far along the way the cells may shift what is read at sample i, mm [6]. */
 static double smear(const struct cw_ahead *ahead, const struct cw_stock *stock, int i)
 {
-    return ahead->level[held_in(ahead, i)] * stock->cell;
+    return ahead->smear[held_in(ahead, i)] * stock->cell;
 }
 
 /* Where the load that sample i shows may begin, if it comes at once: what it rises to within CW_SMEAR cells then belongs to
@@ -257,6 +256,13 @@ static double full_area(const struct cw_tool *tool, const double dir[3], double 
     return 2.0 * tool->radius * depth * cw_sqrt(dir[0] * dir[0] + dir[1] * dir[1]) + plunge;
 }
 
+/* Cells along the way by which the cells may shift what is read: one across them, none where a flat end goes straight
+ * down, as heights are known; a sloping end meets slopes, and their heights are means of cells [6]. */
+static double shift(const struct cw_tool *tool, double level)
+{
+    return tool->r_flat >= tool->radius ? level : 1.0;
+}
+
 /* [2] The samples of the old course as far as they serve on the new one. `old` is the
  * course before, whose `travelled` is where the new one begins. */
 static void carry_over(struct cw_ahead *ahead, const struct cw_course *old, double step,
@@ -289,7 +295,7 @@ static void carry_over(struct cw_ahead *ahead, const struct cw_course *old, doub
         ahead->s[i] = i * gap;
         ahead->area[i] = area[i];
         ahead->most[i] = (float)full_area(tool, along, depth[i]);
-        ahead->level[i] = (float)along[0];
+        ahead->smear[i] = (float)shift(tool, along[0]);
         ahead->turn[i] = 0.0f;
         ahead->bend[i] = 0.0;
         ahead->corner[i] = ahead->near[i] = 0;
@@ -321,7 +327,7 @@ static int read_at(struct cw_ahead *ahead, const struct cw_stock *stock, const s
     ahead->depth[n] = (float)met.depth;
     ahead->most[n] = (float)full_area(tool, at->dir, met.depth);
     ahead->near[n] = (unsigned char)(clear > 0.0);
-    ahead->level[n] = (float)cw_sqrt(dir[0] * dir[0] + dir[1] * dir[1]);
+    ahead->smear[n] = (float)shift(tool, cw_sqrt(dir[0] * dir[0] + dir[1] * dir[1]));
     return met.nodes + CW_SAMPLE_NODES;
 }
 

@@ -24,8 +24,8 @@
  *  6. Between samples the load is linear, and a bound is the line through what the samples may be too low by:
  *     their own bend (a smooth load leaves the line by less). Heights are interpolated, so that a
  *     jump (the edge of the stock, a wall) may lie CW_LATE_RISE or CW_LATE_FALL cells beside the place it is
- *     read at: between two samples it counts with the larger one, and so far beyond. Straight up and down nothing is
- *     interpolated, and on a slope the less the steeper it is.
+ *     read at: between two samples it counts with the larger one, and so far beyond. A flat end that goes straight down
+ *     meets no such place, and on a slope the less the steeper it is.
  *  7. Where the way turns between two samples the area is sublinear in the direction: at most their larger
  *     one over the cosine of half the turn is met.
  */
@@ -56,7 +56,7 @@ struct cw_ahead {
     float area[CW_AHEAD_SAMPLES];       /* mm2 */
     float most[CW_AHEAD_SAMPLES];       /* mm2, all that can be met there at that depth */
     float depth[CW_AHEAD_SAMPLES];      /* mm above the tip */
-    float level[CW_AHEAD_SAMPLES];      /* horizontal part of the direction, 0..1 */
+    float smear[CW_AHEAD_SAMPLES];      /* cells the cells may shift it by along the way [6] */
     float turn[CW_AHEAD_SAMPLES];       /* rad the way turns by since the sample before */
     double bend[CW_AHEAD_SAMPLES];      /* rad, the sum of those at corners [2] */
     unsigned char corner[CW_AHEAD_SAMPLES];     /* at the same spot as the sample before [5] */

@@ -205,6 +205,31 @@ def test_a_light_cut_leaves_the_stock(bite, phase):
     assert worst < 1.02, worst
 
 
+@pytest.mark.parametrize("shape, full", [((6.35, 0.0, 118.0), 31.67), ((6.35, 0.0, 0.0), 31.67), ((6.0, 3.0, 0.0), 28.27)])
+def test_a_hole_is_entered_again(shape, full):
+    """The end of a drill meets the bottom of its own hole all over at once: its load is reckoned with there and no later; and
+    that of a flat end, whose place is known, not from further than it takes to brake."""
+    box, tool = stock((-10, -10, -15), (10, 10, 0)), core.Tool(*shape)
+    ahead = core.Ahead(box, tool)
+    way, tip = core.Way(ahead.c.way), (0.3, 0.2, 2.0)
+    cutter, early = core.Cutter(box, tool, tip), None
+    pieces = [core.line((0.3, 0.2, a), (0.3, 0.2, b)) for a, b in ((2.0, -6.0), (-6.0, 2.0), (2.0, -8.0))]
+    for n, piece in enumerate(pieces):
+        for s in np.arange(0.01, piece.length, 0.01):
+            way.follow(n, piece.length, s)
+            for k in range(n + way.c.count, 3):
+                way.append(k, pieces[k])
+            now = (0.3, 0.2, (2.0, -6.0, 2.0)[n] + s * (-1, 1, -1)[n])
+            cutter.to(now)
+            ahead.step(tip, now, PERIOD, 4.0, 300)
+            tip, told = now, ahead.look(4.0).level[0].area
+            if n == 2 and now[2] < -6.005 and now[2] > -7.9:
+                assert told > 0.98 * full, (now, told)
+            if n == 2 and early is None and told > 0.5 * full:
+                early = now[2] + 6.0
+    assert early < (0.2 if shape[1:] == (0.0, 0.0) else 0.7), early
+
+
 def test_unknown_is_the_worst():
     """Beyond the last sample the full slot counts, at the distance of that sample."""
     tool, box = core.Tool(6), stock((0, -20, -6), (40, 20, 0))

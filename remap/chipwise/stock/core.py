@@ -84,7 +84,7 @@ class _Ahead(C.Structure):
     _fields_ = [("way", _Way), ("course", _Course), ("on_way", C.c_int)] \
         + [(n, C.c_double) for n in ("at", "lead", "build_up", "gaining", "gap", "step", "origin", "held")] \
         + [(n, C.c_int) for n in ("first", "count", "stale")] + [("s", C.c_double * SAMPLES)] \
-        + [(n, C.c_float * SAMPLES) for n in ("area", "most", "depth", "level", "turn")] + [("bend", C.c_double * SAMPLES)] \
+        + [(n, C.c_float * SAMPLES) for n in ("area", "most", "depth", "smear", "turn")] + [("bend", C.c_double * SAMPLES)] \
         + [(n, C.c_ubyte * SAMPLES) for n in ("corner", "near")]
 
 
