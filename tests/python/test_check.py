@@ -238,7 +238,9 @@ def test_unusable_files(tmp_path):
 
 def test_many_programs_one_bad_and_progress(tmp_path):
     programs = {f"p{k}.ngc": SLOT.replace("X110", "X" + ("110" if k != 2 else "@")) for k in range(5)}
-    status, out, err, report = chipwise_check(tmp_path, programs, "--jobs", "2")
+    status, out, err, report = chipwise_check(tmp_path, programs, "--jobs", "2", "--report", str(tmp_path / "page.html"))
+    written = (tmp_path / "page.html").read_text()
+    assert written.count("<section") == 5 and written.count("Removal rate, mm3/min, over time") == 4
     assert status == 2 and [p["status"] for p in report["programs"]] == [0, 0, 2, 0, 0]
     assert [os.path.basename(p["program"]) for p in report["programs"]] == sorted(programs)
     assert out.count("no findings") == 4

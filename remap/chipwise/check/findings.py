@@ -33,13 +33,14 @@ class Finding:
     place: tuple = None
     value: float = None
     limit: float = None
-    moves: int = 1
+    pieces: int = 1
+    at: int = 0                 # pieces before it, for the order
 
     def json(self):
         """As in --json."""
         x, y, z = self.place or (None, None, None)
         return {"rule": self.rule, "line": self.line, "last_line": self.last_line, "tool": self.tool, "x": x, "y": y, "z": z,
-                "value": self.value, "limit": self.limit, "moves": self.moves, "text": self.text()}
+                "value": self.value, "limit": self.limit, "text": self.text()}
 
     def text(self, unit="mm"):
         """One line for the operator."""
@@ -88,7 +89,7 @@ class Findings:
             self._open[finding.rule] = finding
             self.add(finding)
             return
-        before.moves += finding.moves
+        before.pieces += finding.pieces
         before.last_line = max(before.last_line, finding.last_line)
         before.line = min(before.line, finding.line)
         if finding.value > before.value:

@@ -25,6 +25,7 @@ from chipwise.tools import ToolGeometry, load_tools
 
 OVER_MM = 0.005             # a depth, and a touch, by less than that is none
 PIECE_MM = 1.0              # moves with feeds are judged in pieces of that length
+GAP = 5                     # pieces that break no rule, and yet do not part a finding
 PART = 65536                # pieces judged at once
 RATE_WINDOW_MM = 2.0        # a rate is measured over at least that way
 RATE_SLACK = 1.05           # the cells tell the rate over such a way to some per cent
@@ -117,7 +118,8 @@ class Judge:
         self.load, self.load_volumetric, self.volumetric = Load(), Load(), False
         self.speed, self.speed_volumetric = [0.0], [0.0]
         self.last_kind, self.last_way = None, None
-        self.broken = {}                                # by rule: whether the last move broke it
+        self.pieces = 0                                 # taken before this part
+        self.broken = {}                                # by rule: the last piece that broke it
 
     # ---- blocks ---------------------------------------------------------------------------------------------
 
@@ -183,9 +185,9 @@ class Judge:
     def _name_unknown(self, number, line):
         geometry = self.geometry.get(number)
         if geometry is None:
-            self.result.findings.add(Finding(TOOL, line, line, number))
+            self.result.findings.add(Finding(TOOL, line, line, number, at=self.pieces))
         elif geometry.flute_length is None:
-            self.result.findings.add(Finding(FLUTES_UNKNOWN, line, line, number))
+            self.result.findings.add(Finding(FLUTES_UNKNOWN, line, line, number, at=self.pieces))
 
     # ---- moves ----------------------------------------------------------------------------------------------
 
@@ -229,6 +231,7 @@ class Judge:
         met = self._cut(places, lines, kinds, length)
         self._spend(block, kinds, steps, length, met)
         self.at = places[-1].copy()
+        self.pieces += len(block)
 
     def _cut(self, places, lines, kinds, length):
         """Cut them; -> what they met, None without a stock."""
@@ -272,17 +275,20 @@ class Judge:
         return x * c + y * s - x92, y * c - x * s - y92, float(p[2]) - gz - z92
 
     def _find(self, rule, broken, values, limit, places, lines, met):
-        """One finding for each stretch of moves that break a rule."""
-        before, self.broken[rule] = self.broken.get(rule, False), bool(broken[-1])
-        if not broken.any():
+        """One finding for each stretch of pieces that break a rule."""
+        last, at = self.broken.get(rule, -GAP - 1), self.pieces
+        indices = np.flatnonzero(broken)
+        if not len(indices):
             return
-        edges = np.flatnonzero(np.diff(np.concatenate(([0], broken.astype(np.int8), [0]))))
-        for first, end in zip(edges[::2].tolist(), edges[1::2].tolist()):
-            worst = first + int(np.argmax(values[first:end]))
+        self.broken[rule] = at + int(indices[-1])
+        for part in np.split(indices, np.flatnonzero(np.diff(indices) > GAP) + 1):
+            first, end = int(part[0]), int(part[-1]) + 1
+            worst = int(part[np.argmax(values[part])])
             self.result.findings.stretch(
                 Finding(rule, int(lines[first:end].min()), int(lines[first:end].max()), self.tool.number,
-                        tuple(map(float, self._place(places, worst, met))), float(values[worst]), limit, end - first),
-                goes_on=before and first == 0)
+                        tuple(map(float, self._place(places, worst, met))), float(values[worst]), limit, len(part), at + first),
+                goes_on=at + first - last <= GAP)
+            last = at + end - 1
 
     # ---- times ----------------------------------------------------------------------------------------------
 
@@ -388,6 +394,7 @@ class Judge:
         if self.map is None:
             raise Unreadable("no stock is defined", "add M250, or name the stock with --stock X0 Y0 Z0 X1 Y1 Z1")
         result.messages = messages
+        result.findings.kept.sort(key=lambda finding: finding.at)
         result.load = self.load.rates()
         result.load_volumetric = self.load_volumetric.rates() if self.volumetric else None
         step = max(1, math.ceil(max(self.map.nx, self.map.ny) / PICTURE))

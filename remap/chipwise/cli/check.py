@@ -30,6 +30,7 @@ def add_arguments(parser):
     parser.add_argument('--stock', nargs=6, type=float, metavar=('X0', 'Y0', 'Z0', 'X1', 'Y1', 'Z1'),
                         help='corners of the stock for programs without M250: machine units, work coordinates of the first move')
     parser.add_argument('--json', metavar='FILE', help='all results as JSON (-: standard output)')
+    parser.add_argument('--report', metavar='FILE.html', help='all results as one page that needs no network')
     parser.add_argument('--jobs', type=int, metavar='N', help='programs at a time (default: one per processor)')
     parser.add_argument('--cell', type=float, metavar='MM', help='cell of the stock model (default: [CHIPWISE]CELL)')
     parser.add_argument('--time-limit', type=float, default=600.0, metavar='S',
@@ -50,8 +51,8 @@ def run(options):
     programs = programs_of(options.programs)
     if not programs:
         refuse('the folder holds no program (.ngc, .nc, .tap)')
-    if options.json:
-        check_output(options.json)
+    for path in filter(None, (options.report, options.json)):
+        check_output(path)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
     results, progress = [None] * len(programs), Progress(sys.stderr)
     for number, result in check_all(programs, options.jobs or os.cpu_count() or 1, progress, **arguments):
@@ -62,6 +63,9 @@ def run(options):
     progress.end()
     if options.json:
         write(options.json, json_text(results))
+    if options.report:
+        from chipwise.check.page import page
+        write(options.report, page(results))
     return max(result.status for result in results)
 
 
