@@ -1,0 +1,118 @@
+"""chipwise check on long programs: computing time of reading and judging on one core, memory, and programs side by side.
+
+A million moves of 0.1 mm on a stock of 100 x 100 mm with cells of 0.1 mm, by tool.  Computing time is that of all processes;
+on a machine that does nothing else it is the time it takes on one core.  Arguments: moves (default 1000000).
+"""
+
+import json
+import math
+import os
+import subprocess
+import sys
+import tempfile
+import time
+
+from rows import row
+
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+CHIPWISE = os.path.join(ROOT, "bin", "chipwise")
+MEGA = 1 << 20
+
+#       name, tool, Z varies, target of computing time (s) for a million moves
+CASES = (("flat D6", 1, False, 20), ("ball D6", 4, True, 60), ("bull-nose D6", 5, True, 60), ("flat D12", 8, False, 120),
+         ("ball D12", 9, True, 120))
+MOST_MB = 300
+
+
+def program(path, tool, wavy, moves, seed=0):
+    """Rows 0.1 mm apart, moves of 0.1 mm; Z varies by 1 mm where it is wavy."""
+    with open(path, "w", encoding="ascii") as file:
+        file.write("G21 G90 G17 G94 G40\nM250 P0 Q0 R-20 I100 J100 K20\n" f"T{tool} M6\nS10000 M3\nG0 X0 Y0 Z5\nG1 Z-2 F300\nF2000\n")
+        for k in range(1, moves + 1):
+            row, step = divmod(k + seed, 1000)
+            x, y = (step if row % 2 == 0 else 1000 - step) / 10, row % 1000 / 10
+            z = f" Z{-2 + math.sin(x / 3) * math.cos(y / 5):.4f}" if wavy else ""
+            file.write(f"G1 X{x:.1f} Y{y:.1f}{z}\n")
+        file.write("G0 Z10\nM2\n")
+
+
+def memory(root):
+    """Bytes in use of a process and its descendants."""
+    children, size = {}, {}
+    for pid in filter(str.isdigit, os.listdir("/proc")):
+        try:
+            with open(f"/proc/{pid}/stat", encoding="ascii", errors="replace") as file:
+                parent = int(file.read().rpartition(")")[2].split()[1])
+            with open(f"/proc/{pid}/statm", encoding="ascii") as file:
+                fields = file.read().split()
+            size[int(pid)] = (int(fields[1]) - int(fields[2])) * os.sysconf("SC_PAGE_SIZE")        # what is shared with files left out
+            children.setdefault(parent, []).append(int(pid))
+        except (OSError, IndexError, ValueError):
+            continue
+    total, waiting = 0, [root]
+    while waiting:
+        pid = waiting.pop()
+        total += size.get(pid, 0)
+        waiting += children.get(pid, [])
+    return total
+
+
+def run(paths, *options, ini, cores=None):
+    """-> (status, computing s, wall s, most memory in bytes)."""
+    before, start, most = os.times(), time.monotonic(), 0
+    process = subprocess.Popen([CHIPWISE, "check", *paths, "--ini", ini, "--cell", "0.1", *options], stdout=subprocess.DEVNULL,
+                               stderr=subprocess.DEVNULL,
+                               preexec_fn=(lambda: os.sched_setaffinity(0, cores)) if cores else None)
+    while process.poll() is None:
+        most = max(most, memory(process.pid))
+        time.sleep(0.1)
+    after = os.times()
+    used = after.children_user + after.children_system - before.children_user - before.children_system
+    return process.returncode, used, time.monotonic() - start, most
+
+
+def machine(folder):
+    """The sample mill with two more tools."""
+    with open(os.path.join(ROOT, "configs", "mill.ini"), encoding="utf-8") as file:
+        text = file.read()
+    remap = os.path.join(ROOT, "remap")
+    text = text.replace("TOPLEVEL = remap/toplevel.py", f"TOPLEVEL = {remap}/toplevel.py").replace(
+        "PATH_PREPEND = remap", f"PATH_PREPEND = {remap}")
+    files = {"mill.ini": text, "mill.tbl": "T1 P1 D6\nT4 P4 D6\nT5 P5 D6\nT8 P8 D12\nT9 P9 D12\n",
+             "tools.toml": "[tool.1]\nflute_length = 20\n[tool.4]\nshape = 'ball'\nflute_length = 15\n[tool.5]\nshape = 'bull'\n"
+                           "corner_radius = 0.5\nflute_length = 20\n[tool.8]\nflute_length = 20\n[tool.9]\nshape = 'ball'\n"
+                           "flute_length = 20\n"}
+    for name, content in files.items():
+        with open(os.path.join(folder, name), "w", encoding="utf-8") as file:
+            file.write(content)
+    return os.path.join(folder, "mill.ini")
+
+
+def show(*values, **more):
+    print(json.dumps(row(*values, **more)), flush=True)
+
+
+def main(moves):
+    failed = False
+    with tempfile.TemporaryDirectory(prefix="chipwise-bench-") as folder:
+        ini = machine(folder)
+        for name, tool, wavy, target in CASES:
+            path = os.path.join(folder, "part.ngc")
+            program(path, tool, wavy, moves)
+            status, used, wall, most = run([path], ini=ini, cores={min(os.sched_getaffinity(0))})
+            show(f"{moves} moves, {name}", used, "s", f"computing time; {wall:.1f} s on the clock", target=target * moves / 1e6)
+            show(f"memory, {name}", most / MEGA, "MB", "all processes", target=MOST_MB)
+            failed |= status != 0 or used > target * moves / 1e6 or most > MOST_MB * MEGA
+        paths = [os.path.join(folder, f"{k}.ngc") for k in range(8)]
+        for k, path in enumerate(paths):
+            program(path, 4, True, moves // 20, seed=50 * k)
+        if os.cpu_count() > 1:
+            one = run(paths, "--jobs", "1", ini=ini, cores={0})
+            two = run(paths, "--jobs", "2", ini=ini, cores={0, 1})
+            show("8 programs, two cores against one", one[2] / two[2], "times", f"{one[2]:.1f} s and {two[2]:.1f} s on the clock; at least 1.7 on a machine that does nothing else")
+            failed |= one[0] != 0 or two[0] != 0
+    return failed
+
+
+if __name__ == "__main__":
+    sys.exit(main(int(sys.argv[1]) if len(sys.argv) > 1 else 1_000_000))
