@@ -1,4 +1,4 @@
-"""What the parent of a child process asks the kernel about it.  Called by planner.py and subs.py."""
+"""What the parent of a child process asks the kernel about it.  Called by planner.py, subs.py and check/reader.py."""
 
 import math
 import os
@@ -15,6 +15,16 @@ def cpu_s(pid):
         return sum(map(int, fields[11:15])) / os.sysconf("SC_CLK_TCK")
     except (OSError, ValueError, IndexError):
         return math.inf
+
+
+def tree_cpu_s(pid):
+    """cpu_s() of a process and its living descendants."""
+    try:
+        with open(f"/proc/{pid}/task/{pid}/children", encoding="ascii") as file:
+            children = list(map(int, file.read().split()))
+    except (OSError, ValueError):
+        children = []
+    return cpu_s(pid) + sum(used for used in map(tree_cpu_s, children) if used < math.inf)
 
 
 def die_with_parent(parent):

@@ -293,6 +293,37 @@ def _is_about(pid, text):
         return False
 
 
+def test_the_time_of_children_counts():
+    """A program whose cycle is being planned in another process is not stuck."""
+    from chipwise.processes import cpu_s, tree_cpu_s
+    process = subprocess.Popen(["/bin/sh", "-c", "sh -c 'while :; do :; done' & wait"], start_new_session=True)
+    try:
+        end = time.monotonic() + 60
+        while tree_cpu_s(process.pid) < 0.3 and time.monotonic() < end:
+            time.sleep(0.05)
+        assert tree_cpu_s(process.pid) >= 0.3 and cpu_s(process.pid) < 0.2
+    finally:
+        os.killpg(process.pid, 9)
+        process.wait()
+
+
+def test_a_program_that_waits_for_a_file_is_given_up(tmp_path, monkeypatch):
+    """A sub that is a FIFO nobody writes to."""
+    from chipwise.check import reader
+    from chipwise.check.judge import check
+    monkeypatch.setattr(reader, "STUCK_S", 2.0)
+    subs = tmp_path / "subs"
+    subs.mkdir()
+    os.mkfifo(subs / "wait.ngc")
+    with open(os.path.join(ROOT, "configs", "mill.ini"), encoding="utf-8") as file:
+        text = file.read().replace("SUBROUTINE_PATH = nc_files:../nc_files", f"SUBROUTINE_PATH = {subs}")
+    text = text.replace("= remap", f"= {ROOT}/remap").replace("= tools.toml", f"= {ROOT}/configs/tools.toml")
+    (tmp_path / "mill.ini").write_text(text.replace("= mill.tbl", f"= {ROOT}/configs/mill.tbl"))
+    (tmp_path / "part.ngc").write_text(SLOT.replace("G1 X110 F400", "o<wait> call"))
+    result = check(str(tmp_path / "part.ngc"), reader.Machine(str(tmp_path / "mill.ini")))
+    assert result.status == 2 and "does not come" in result.error[0]
+
+
 def test_the_machine_is_left_alone(tmp_path, machine):
     parameters = machine.parent / "mill.var"
     parameters.write_text("5161 0\n5221 1.5\n5222 2.5\n5223 0\n")

@@ -27,7 +27,7 @@ import numpy as np
 from chipwise.check.records import WIDTH
 from chipwise.errors import printable
 from chipwise.machine import rs274
-from chipwise.processes import cpu_s
+from chipwise.processes import tree_cpu_s
 from chipwise.settings import read_section
 
 PYTHON = "/usr/bin/python3"
@@ -170,7 +170,7 @@ class Reader:
         handle = self._child.stdout.fileno()
         while len(data) < count:
             if not select.select([handle], [], [], 1.0)[0]:
-                now = cpu_s(self._child.pid)
+                now = tree_cpu_s(self._child.pid)       # cycles are planned in a process of their own
                 if now != had:
                     had, since = now, time.monotonic()
                 elif time.monotonic() - since > STUCK_S:
