@@ -67,6 +67,16 @@ static double station(const struct cw_ahead *ahead, int i) { return ahead->s[hel
 
 static int corner(const struct cw_ahead *ahead, int i) { return ahead->corner[held_in(ahead, i)]; }
 
+/* Whether the way goes round a corner, sharp or blended, on from sample i to sample k: there the load changes with the
+ * direction, which no cell blunts [7]. */
+static int rounds(const struct cw_ahead *ahead, int i, int k)
+{
+    int n;
+    for (n = i + 1; n <= k; n++)
+        if (corner(ahead, n)) return 1;
+    return ahead->bend[held_in(ahead, k)] > ahead->bend[held_in(ahead, i)];
+}
+
 /* How far the load stands above the line between sample `before` and sample `behind` at sample i, mm2. */
 static double off_line(const struct cw_ahead *ahead, int before, int i, int behind)
 {
@@ -81,7 +91,7 @@ static double bent(const struct cw_ahead *ahead, const struct cw_stock *stock, i
     double off, plain, blunt, higher, s = station(ahead, i);
     int last = ahead->first + ahead->count - 1, before = i - 1, behind = i + 1;
     if (i <= ahead->first || i + 1 >= ahead->first + ahead->count) return 0.0;
-    if (corner(ahead, i) || corner(ahead, i + 1)) return 0.0;
+    if (rounds(ahead, before, behind)) return 0.0;
     off = off_line(ahead, before, i, behind);
     plain = off > 0.0 ? CW_PEAK * off : -CW_DIP * off;
     if (s - station(ahead, before) >= stock->cell && station(ahead, behind) - s >= stock->cell) return plain;
@@ -99,7 +109,7 @@ static double bound(const struct cw_ahead *ahead, const struct cw_stock *stock, 
     double area = sample(ahead, i), most = ahead->most[held_in(ahead, i)];
     int k;
     if (ahead->near[held_in(ahead, i)])
-        for (k = 1; k <= CW_NEAR_BACK && i - k >= ahead->first && !corner(ahead, i - k + 1); k++)
+        for (k = 1; k <= CW_NEAR_BACK && i - k >= ahead->first && !rounds(ahead, i - k, i); k++)
             area = cw_max(area, sample(ahead, i - k));
     return area >= most ? area : cw_max(area, cw_min(area + bent(ahead, stock, i), most));
 }
@@ -257,10 +267,10 @@ static double full_area(const struct cw_tool *tool, const double dir[3], double 
 }
 
 /* Cells along the way by which the cells may shift what is read: one across them, none where a flat end goes straight
- * down, as heights are known; a sloping end meets slopes, and their heights are means of cells [6]. */
+ * down, as heights are known; a sloping end meets slopes, and what lies a cell beside is by the slope higher [6]. */
 static double shift(const struct cw_tool *tool, double level)
 {
-    return tool->r_flat >= tool->radius ? level : 1.0;
+    return tool->corner > 0.0 ? 1.0 : cw_max(level, cw_min(1.0, tool->slope));
 }
 
 /* [2] The samples of the old course as far as they serve on the new one. `old` is the

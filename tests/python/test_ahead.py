@@ -230,6 +230,35 @@ def test_a_hole_is_entered_again(shape, full):
     assert early < (0.2 if shape[1:] == (0.0, 0.0) else 0.7), early
 
 
+def test_a_blended_corner_is_no_peak():
+    """The last corner of a zigzag in the third depth, with a blend of 0.12 mm: the load rises and falls with the direction, and
+    not much more is reckoned with than a slot of this depth has."""
+    radius, step, blend, depth = 3.175, 2.7, 0.12, 2.17
+    box, tool = stock((-30, -30, -10), (30, 30, 0)), core.Tool(2.0 * radius)
+    ways = [((-20, -step), (20, -step)), ((20, -step), (20, 0)), ((20, 0), (-20, 0)), ((20, 0), (20, step))]
+    for level, count in ((1, 4), (2, 4), (3, 2)):
+        for start, end in ways[:count]:
+            core.Cutter(box, tool, (*start, -level * depth)).to((*end, -level * depth))
+    z = -3.0 * depth
+    pieces = [core.line((-20, 0, z), (20 - blend, 0, z)), core.arc((20 - blend, blend), (20 - blend, 0, z), math.pi / 2),
+              core.line((20, blend, z), (20, step, z))]
+    ahead = core.Ahead(box, tool)
+    way, tip = core.Way(ahead.c.way), (-20.0, 0.0, z)
+    cutter, told = core.Cutter(box, tool, tip), []
+    for n, piece in enumerate(pieces):
+        for s in np.arange(0.005, piece.length, 0.005 if n else 0.02):
+            way.follow(n, piece.length, s)
+            for k in range(n + way.c.count, 3):
+                way.append(k, pieces[k])
+            now = way.at(way.c.at)[0]
+            cutter.to(now)
+            ahead.step(tip, now, PERIOD, 4.0, 300)
+            tip = now
+            if (n == 0 and s > 39.5) or n == 1 or (n == 2 and s < 1.5):
+                told.append(ahead.look(4.0).level[0].area)
+    assert max(told) < 1.1 * 2.0 * radius * depth, (max(told), 2.0 * radius * depth)
+
+
 def test_unknown_is_the_worst():
     """Beyond the last sample the full slot counts, at the distance of that sample."""
     tool, box = core.Tool(6), stock((0, -20, -6), (40, 20, 0))
