@@ -293,6 +293,20 @@ def _is_about(pid, text):
         return False
 
 
+def test_a_small_tool_has_small_cells(tmp_path, machine):
+    """A 0.8 mm tool on cells of 0.25 mm: they are made smaller; what cannot be made smaller is said."""
+    (machine.parent / "mill.tbl").write_text(TABLE + "T7 P7 D0.8\nT8 P8 D.05\n")
+    (machine.parent / "tools.toml").write_text(TOOLS + "[tool.7]\nflute_length = 3\n[tool.8]\nflute_length = 1\n")
+    text = SLOT.replace("T1 M6", "T7 M6").replace("Z-4", "Z-1")
+    status, out, _err, report = chipwise_check(tmp_path, {"small.ngc": text}, machine=machine)
+    program = report["programs"][0]
+    assert status == 0 and program["cell_mm"] == pytest.approx(0.1), out
+    assert program["tools"][0]["volume_mm3"] == pytest.approx(100 * 0.8, rel=0.01)
+    for tool, options, said in (("T7", ["--cell", "0.25"], "use --cell 0.1"), ("T8", [], "too small")):
+        status, out, _err, _report = chipwise_check(tmp_path, {"small.ngc": text.replace("T7", tool)}, *options, machine=machine)
+        assert status == 2 and said in out
+
+
 def test_the_time_of_children_counts():
     """A program whose cycle is being planned in another process is not stuck."""
     from chipwise.processes import cpu_s, tree_cpu_s

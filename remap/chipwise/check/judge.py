@@ -25,6 +25,8 @@ from chipwise.tools import ToolGeometry, load_tools
 
 OVER_MM = 0.005             # a depth, and a touch, by less than that is none
 PIECE_MM = 1.0              # moves with feeds are judged in pieces of that length
+LEAST_CELLS = 4             # a tool has at least so many across
+FINE_CELLS = 8              # and so many where the cell is chosen for it
 GAP = 5                     # pieces that break no rule, and yet do not part a finding
 PART = 65536                # pieces judged at once
 RATE_WINDOW_MM = 2.0        # a rate is measured over at least that way
@@ -34,6 +36,10 @@ CORNER_MM = 0.01            # how far a corner may be rounded (G64 P) when times
 USUAL_SPEED, USUAL_ACCEL = 50.0, 500.0      # mm/s, mm/s2 where the INI file has none
 PICTURE = 400               # cells of a picture along its longer side
 OFF, LIMIT, CONSTANT, WINDOW = 0, 1, 2, 3   # M251 P
+
+
+class _TooCoarse(Exception):
+    """The cells are too large for a tool: line, tool number, diameter (mm)."""
 
 
 @dataclass
@@ -240,6 +246,8 @@ class Judge:
             if bad.any():
                 self._cannot_cut(int(lines[bad][0]))
             return None
+        if self.shape.diameter < LEAST_CELLS * self.map.cell:
+            raise _TooCoarse(int(lines[0]), self.tool.number, self.shape.diameter)
         met = self.map.cut(self.shape, self.at, places)
         tool, stock = self.tool, self.map
         tool.volume += float(met["volume"].sum(dtype=np.float64))
@@ -406,22 +414,45 @@ class Judge:
 def check(program, machine, stock=None, cell=None, progress=None, cpu_s=CPU_S, **limits):
     """Result of one program.
 
-    machine: reader.Machine; stock: (low, high) mm in work coordinates or None; cell: mm, default [CHIPWISE]CELL;
-    progress: called with the number of the line that is being judged.
+    machine: reader.Machine; stock: (low, high) mm in work coordinates or None; cell: mm, default [CHIPWISE]CELL, smaller
+    where a tool needs it; progress: called with the number of the line that is being judged.
     """
     try:
         settings = load_settings(machine.ini)
-        judge = Judge(program, machine, cell or settings["CELL"], settings, load_tools(settings.path("TOOL_GEOMETRY")))
-        with Reader(program, machine, stock, cpu_s=cpu_s, **limits) as reader:
-            for block in reader:
-                judge.take(block)
-                if time.process_time() > cpu_s:
-                    raise Unreadable(f"it is not judged within {cpu_s:g} s of computing time",
-                                     "use a larger --cell, or raise --time-limit", int(block[-1, 1]))
-                if progress:
-                    progress(int(block[-1, 1]))
-            return judge.finish(reader.messages)
+        tools = load_tools(settings.path("TOOL_GEOMETRY"))
+        wanted = cell or settings["CELL"]
+        while True:
+            judge = Judge(program, machine, wanted, settings, tools)
+            try:
+                return _run(judge, Reader(program, machine, stock, cpu_s=cpu_s, **limits), progress, cpu_s)
+            except _TooCoarse as error:
+                wanted = _finer(judge, cell, *error.args)
     except Unreadable as error:
         return Result(program, error=(str(error), error.line))
     except CycleError as error:
         return Result(program, error=(error.text().removeprefix("chipwise: "), 0))
+
+
+def _run(judge, reader, progress, cpu_s):
+    """Read and judge to the end."""
+    with reader:
+        for block in reader:
+            judge.take(block)
+            if time.process_time() > cpu_s:
+                raise Unreadable(f"it is not judged within {cpu_s:g} s of computing time",
+                                 "use a larger --cell, or raise --time-limit", int(block[-1, 1]))
+            if progress:
+                progress(int(block[-1, 1]))
+        return judge.finish(reader.messages)
+
+
+def _finer(judge, asked, line, number, diameter):
+    """The cell (mm) that suits a tool; Unreadable where the user has asked for a larger one, or the stock is too large."""
+    cell, least = math.floor(diameter / FINE_CELLS * 1000) / 1000, least_cell(judge.map.low, judge.map.high)
+    if asked:
+        raise Unreadable(f"tool {number} of {diameter:g} mm has less than {LEAST_CELLS} cells of {judge.map.cell:g} mm across",
+                         f"use --cell {cell:g}, or leave --cell out", line)
+    if cell < least:
+        raise Unreadable(f"tool {number} of {diameter:g} mm is too small for a stock of this size: its cells have at least "
+                         f"{least:.3g} mm", "check the program in parts, with --stock around each", line)
+    return cell
