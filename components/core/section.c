@@ -21,6 +21,7 @@
 #define CW_GAUSS_CELLS 2.5      /* width of a band, in cells, that a pair of points is enough for [7] */
 #define CW_GAUSS_PARTS 4        /* pairs at most */
 #define CW_STEEP 2.0            /* a band this much higher than wide has an edge like a wall's [8] */
+#define CW_PIECE_CELLS 1.5      /* width of a band's piece, in cells: narrower ones read no more than the cells know [9] */
 #define CW_THINNEST 1e-4        /* mm, contact below this is none */
 
 struct band {                   /* what the integral needs of one band, at one place */
@@ -390,18 +391,41 @@ static void add_wall(const struct cw_stock *stock, const struct place *at, const
     if (strip.low < stock->z_max) add_strip(stock, at, tool, tip, &strip, section);
 }
 
+/* [9] In how many pieces a band is read; it reaches out to `reach`, mm, where stock may end. */
+static int pieces(const struct cw_stock *stock, const struct cw_tool *tool, const struct cw_tool_ring *ring, double reach)
+{
+    double width = cw_min(ring->outer, reach) - ring->inner;
+    int i, met = 0;
+    for (i = 0; i < tool->rings; i++) met += tool->ring[i].inner < reach;
+    if (ring->rise <= CW_THINNEST || met == 0) return 1;
+    return (int)cw_clamp(ceil(width / (CW_PIECE_CELLS * stock->cell)), 1.0, (double)(CW_TOOL_RINGS / met));
+}
+
+/* Piece k of n of a band. */
+static struct cw_tool_ring piece_of(const struct cw_tool *tool, const struct cw_tool_ring *ring, double reach, int n, int k)
+{
+    double outer = cw_max(ring->inner, cw_min(ring->outer, reach)), width = (outer - ring->inner) / n;
+    struct cw_tool_ring piece = *ring;
+    if (n > 1 || outer < ring->outer)
+        cw_tool_piece(tool, ring, ring->inner + k * width, k + 1 < n ? ring->inner + (k + 1) * width : outer, &piece);
+    return piece;
+}
+
 /* [7] The tool goes level: the area between its outline and the stock's top, seen along the way. */
 static void level_section(const struct cw_stock *stock, const struct place *at, const struct cw_tool *tool, double tip,
                           double clear, struct cw_section *section)
 {
-    int i;
-    for (i = 0; i < tool->rings; i++) {
-        const struct cw_tool_ring *ring = &tool->ring[i];
-        double low = tip + ring->height - 0.5 * ring->rise;
-        struct strip strip = { ring->inner, ring->outer, ring->radius, low, low + ring->rise, clear, ring->outer,
-                               ring->rise > CW_STEEP * (ring->outer - ring->inner), 0 };
-        if (low >= stock->z_max) return;        /* bands rise outwards */
-        if (ring->rise > CW_THINNEST) add_strip(stock, at, tool, tip, &strip, section);
+    double reach = cw_tool_reach(tool, stock->z_max - tip);
+    int i, k, n;
+    for (i = 0; i < tool->rings && tool->ring[i].inner < reach; i++) {
+        n = pieces(stock, tool, &tool->ring[i], reach);
+        for (k = 0; k < n; k++) {
+            struct cw_tool_ring ring = piece_of(tool, &tool->ring[i], reach, n, k);
+            double low = tip + ring.height - 0.5 * ring.rise;
+            struct strip strip = { ring.inner, ring.outer, ring.radius, low, low + ring.rise, clear, ring.outer,
+                                   ring.rise > CW_STEEP * (ring.outer - ring.inner), 0 };
+            if (ring.rise > CW_THINNEST) add_strip(stock, at, tool, tip, &strip, section);
+        }
     }
     add_wall(stock, at, tool, tip, clear, section);
 }
@@ -455,7 +479,8 @@ struct cw_section cw_section_at(const struct cw_stock *stock, const struct cw_to
     double z = tip[2], fall = cw_max(0.0, -dir[2]), sink = fall * CW_SINK * stock->cell;
     struct place at;
     struct band band;
-    int i;
+    double reach;
+    int i, k, n;
 
     if (tip[2] >= stock->z_max || tool->radius <= 0.0) return result;
     at.level = cw_sqrt(dir[0] * dir[0] + dir[1] * dir[1]);
@@ -470,6 +495,7 @@ struct cw_section cw_section_at(const struct cw_stock *stock, const struct cw_to
         level_section(stock, &at, tool, z, clear, &result);
         return result;
     }
+    reach = cw_tool_reach(tool, stock->z_max - z);
     for (i = 0; i < tool->rings; i++) {
         const struct cw_tool_ring *ring = &tool->ring[i];
         if (ring->rise <= CW_THINNEST) {
@@ -479,17 +505,22 @@ struct cw_section cw_section_at(const struct cw_stock *stock, const struct cw_to
                                          &result.nodes);
             continue;
         }
-        band.ring = ring;
-        band.radius = ring->radius;
-        band.outer = ring->radius + (clear > 0.0 ? 0.5 * ring->run + CW_BEYOND * stock->cell : 0.0);
-        band.margin = clear > 0.0 ? at.level * (clear + 0.5 * ring->run) : 0.0;
-        band.low = z + ring->height - 0.5 * ring->rise;
-        band.high = band.low + ring->rise;
-        if (band.low >= stock->z_max) break;    /* bands rise outwards */
-        if (band.high <= stock->z_min) continue;
-        band.fall = -dir[2] * ring->run / ring->rise;
-        if (band.low < stock->z_min) raise_bottom(&band, stock->z_min);
-        add_band(stock, &at, &band, tip[2], &result);
+        if (ring->inner >= reach) break;        /* bands rise outwards */
+        n = pieces(stock, tool, ring, reach);
+        for (k = 0; k < n; k++) {
+            struct cw_tool_ring piece = piece_of(tool, ring, reach, n, k);
+            if (piece.rise <= CW_THINNEST) continue;
+            band.ring = &piece;
+            band.radius = piece.radius;
+            band.outer = piece.radius + (clear > 0.0 ? 0.5 * piece.run + CW_BEYOND * stock->cell : 0.0);
+            band.margin = clear > 0.0 ? at.level * (clear + 0.5 * piece.run) : 0.0;
+            band.low = z + piece.height - 0.5 * piece.rise;
+            band.high = band.low + piece.rise;
+            if (band.high <= stock->z_min) continue;
+            band.fall = -dir[2] * piece.run / piece.rise;
+            if (band.low < stock->z_min) raise_bottom(&band, stock->z_min);
+            add_band(stock, &at, &band, tip[2], &result);
+        }
     }
     if (tip[2] + tool->shoulder < stock->z_max && at.level > 1e-9) add_wall(stock, &at, tool, z, at.level * clear, &result);
     return result;

@@ -33,6 +33,8 @@
  *  8. At a wall, or a band as steep, only what the tool is to cover counts: a cell outside does not, of one on the edge
  *     that part which lies inside (what has been cut from it lies on the same side, stock.h, 2). A wall of the tool's
  *     own slot is then none, at any depth.
+ *  9. A band ends where the tool comes out of the top of the whole stock, and where few bands are below it (a fine groove cut
+ *     with a large vee) they are read in pieces: a band wider than that takes stock for met that lies beside the tool.
  */
 #ifndef CHIPWISE_SECTION_H
 #define CHIPWISE_SECTION_H

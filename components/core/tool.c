@@ -119,3 +119,17 @@ int cw_tool_is_flat(const struct cw_tool *tool)
 {
     return tool->r_flat >= tool->radius;
 }
+
+double cw_tool_piece(const struct cw_tool *tool, const struct cw_tool_ring *whole, double inner, double outer,
+                     struct cw_tool_ring *piece)
+{
+    double low = cw_tool_height(tool, inner), high = cw_tool_height(tool, outer), sum = inner + outer;
+    piece->inner = inner;
+    piece->outer = outer;
+    piece->straight = whole->straight;
+    piece->rise = high - low;
+    piece->height = 0.5 * (low + high);
+    piece->radius = whole->straight || !(sum > 0.0) ? 0.5 * sum : (inner * inner + inner * outer + outer * outer) / (1.5 * sum);
+    piece->run = piece->radius > 0.0 ? 0.5 * (outer - inner) * sum / piece->radius : 0.0;
+    return piece->rise;
+}

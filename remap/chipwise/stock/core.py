@@ -233,6 +233,10 @@ class Tool:
         """Profile height in mm at distance r mm from the axis."""
         return library().cw_tool_height(C.byref(self.c), r)
 
+    def reach(self, height):
+        """Largest distance in mm from the axis at which the profile lies below `height` mm above the tip."""
+        return library().cw_tool_reach(C.byref(self.c), height)
+
 
 class Stock:
     """A stock box `low`..`high` (3 floats each, mm, machine coordinates) with square cells; shape 1: the
