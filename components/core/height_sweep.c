@@ -5,9 +5,9 @@
 #include "height_sweep.h"
 
 #define ROW_MOST 4096           /* cells of a row whose old heights are kept for [4] */
-#define MARGIN_MOST 0.65        /* cells, at most added to a depth [4] */
+#define MARGIN_MOST 0.6         /* cells, at most added to a depth [4] */
 #define STEADY 3.0              /* cells: what differs more from needle to needle is a wall */
-#define STEP_DOWN 0.25          /* cells, from stamp to stamp in Z [2] */
+#define STEP_DOWN 0.2           /* cells, from stamp to stamp in Z [2] */
 #define STEP_PLUNGE 0.125       /* the same of a plunge: all the stock below the tool seems to be as deep */
 #define STEPS_MOST 100000000.0
 

@@ -10,11 +10,11 @@
  *     wall that is n cells long is met by needles in steps of about 1/n cell across it, whatever its direction: a strip
  *     of stock far narrower than a cell is seen.
  *  2. A move is a chain of stamps of the whole tool, so close that no ridge between two is higher than CHIP_HEIGHT_RIDGE,
- *     and no step in Z more than a quarter of a cell.
+ *     and no step in Z more than a fifth of a cell.
  *  3. The tool cuts with its own shape; what it meets is judged with one that is CHIP_HEIGHT_SKIN smaller all over. So
  *     what it has cut before is not met again: a wall that it follows a second time, or the ridges of [2].
- *  4. Depth: the highest needle that a stamp meets, above the lowest place of the tip within a quarter of a cell; and as much
- *     as the stock differs from there to the needles beside it, at most 0.65 cells: between needles it may be
+ *  4. Depth: the highest needle that a stamp meets, above the lowest place of the tip within a fifth of a cell; and as much
+ *     as the stock differs from there to the needles beside it, at most 0.6 cells: between needles it may be
  *     that much higher. Beside walls and on level stock nothing is added.
  *  5. A traverse cuts like a feed; the caller judges by volume and depth.
  */

@@ -307,6 +307,14 @@ def test_a_small_tool_has_small_cells(tmp_path, machine):
         assert status == 2 and said in out
 
 
+def test_the_place_before_the_first_z_is_not_guessed(tmp_path):
+    """The stock lies above machine zero; X and Y are given before the first Z. Later the same traverse is a finding."""
+    body = "M250 P0 Q0 R0 I100 J60 K20\nT1 M6\n{}G0 X50 Y30\nG0 Z25\nG1 Z18 F300\nG0 Z25\nG0 X50 Y10\n{}M2\n"
+    for first, last, expected in (("", "", 0), ("", "G0 Z15\n", 1), ("G0 Z15\n", "", 1)):
+        status, out, *_ = chipwise_check(tmp_path, {"part.ngc": HEAD + body.format(first, last)})
+        assert status == expected, out
+
+
 def test_the_time_of_children_counts():
     """A program whose cycle is being planned in another process is not stuck."""
     from chipwise.processes import cpu_s, tree_cpu_s

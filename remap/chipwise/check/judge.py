@@ -4,8 +4,8 @@ Called by run.py.  Source: CN105492980 [0043]..[0048]: from the path, the stock'
 decided whether the flutes are long enough everywhere; JP3131045 [0006]..[0009]: the removal rate of every move.
 Departs from the sources: the whole program with all its tools, and traverses and holders too.
 
-Depth is how far the stock that a move meets reaches above the tool's tip, never less than it is and at most one cell more
-(components/core/height_sweep.h); stock that an earlier move has removed, or that is thinner than 0.004 mm, does not count.
+Depth is how far the stock that a move meets reaches above the tool's tip, at most one cell more and not less but for remains
+smaller than a cell (components/core/height_sweep.h); stock that an earlier move has removed, or that is thinner than 0.004 mm, does not count.
 """
 
 import math
@@ -117,6 +117,7 @@ class Judge:
         self.speeds = np.array([v or USUAL_SPEED for v in machine.speeds])
         self.accels = np.array([a or USUAL_ACCEL for a in machine.accels])
         self.at = None                                  # (3,), mm
+        self.height_known = False
         self.map = self.before = None
         self.tool, self.shape = None, None
         self.frame = (0.0,) * 7
@@ -206,8 +207,26 @@ class Judge:
         if self.at is None:                             # where the machine stands before the first move is not known
             self.at = places[0].copy()
         self.result.moves += len(block)
-        for part in self._pieces(block):
-            self._take_moves(part)
+        lead = self._height_unknown(block)
+        if lead:
+            stock, self.map = self.map, None
+            self._take_moves(block[:lead])
+            self.map = stock
+        if lead < len(block):
+            for part in self._pieces(block[lead:]):
+                self._take_moves(part)
+
+    def _height_unknown(self, block):
+        """Leading traverses up to the first one in Z: to the interpreter the machine stands at its zero before, in truth it
+        may stand anywhere."""
+        if self.height_known:
+            return 0
+        known = (block[:, 0] != records.RAPID) | (np.abs(block[:, 4]) > 1e-9)
+        self.height_known = bool(known.any())
+        if not self.height_known:
+            return len(block)
+        first = int(np.argmax(known))
+        return first + (block[first, 0] == records.RAPID)
 
     def _pieces(self, block):
         """The moves with feeds divided into pieces of about PIECE_MM, so that what happens within one is seen; in parts."""
