@@ -58,15 +58,22 @@ def _work(sender, parent, program, arguments):
             sent = step
             sender.send(step / PROGRESS_STEPS)
 
+    result = _judged(program, progress, arguments)
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)       # the parent ends us when it has the result: no exit within the exit
+    sender.send(result)
+
+
+def _judged(program, progress, arguments):
+    """The Result, whatever goes wrong."""
     try:
-        sender.send(check(program, progress=progress, **arguments))
+        return check(program, progress=progress, **arguments)
     except MemoryError:
-        sender.send(Result(program, error=("the memory is not enough for it; use a larger --cell", 0)))
+        return Result(program, error=("the memory is not enough for it; use a larger --cell", 0))
     except Exception as error:      # one bad program never stops the rest
         if os.environ.get("CHIPWISE_TRACEBACK"):
             raise
-        sender.send(Result(program, error=(f"internal error: {type(error).__name__}: {error}; please report it with what "
-                                           "CHIPWISE_TRACEBACK=1 adds", 0)))
+        return Result(program, error=(f"internal error: {type(error).__name__}: {error}; please report it with what "
+                                      "CHIPWISE_TRACEBACK=1 adds", 0))
 
 
 class _Job:
