@@ -19,6 +19,7 @@ from chipwise.planner import HEAD               # noqa: E402
 from chipwise.processes import die_with_parent  # noqa: E402
 
 MEGABYTE = 1 << 20
+TRIES = 2               # the second one without what earlier plans have left
 
 
 def limit_memory(megabytes):
@@ -33,20 +34,19 @@ def limit_memory(megabytes):
 def answer(order):
     """The reply to an Order; what earlier plans have left in memory never decides."""
     limit_memory(order.memory_mb)
-    for try_again in (True, False):
+    for _ in range(TRIES):
         try:
             return pickle.dumps(plans.make(order))
         except CycleError as error:
             return pickle.dumps(error)
         except MemoryError:
-            plans.forget()
-            if not try_again:
-                return pickle.dumps(CycleError(f"planning takes more than {order.memory_mb} MB of memory",
-                                               "use a larger step, fewer passes or a simpler contour, or raise "
-                                               "[CHIPWISE]PLAN_MEMORY"))
+            pass            # first what the plan held has to go, with the exception
         except Exception as error:
             text = f"{type(error).__name__}: {error}".splitlines()[0].replace("{", "{{").replace("}", "}}")
             return pickle.dumps(CycleError(f"internal error: {text}", "report the program"))
+        plans.forget()
+    return pickle.dumps(CycleError(f"planning takes more than {order.memory_mb} MB of memory",
+                                   "use a larger step, fewer passes or a simpler contour, or raise [CHIPWISE]PLAN_MEMORY"))
 
 
 def read(count):
