@@ -391,14 +391,20 @@ static void add_wall(const struct cw_stock *stock, const struct place *at, const
     if (strip.low < stock->z_max) add_strip(stock, at, tool, tip, &strip, section);
 }
 
-/* [9] In how many pieces a band is read; it reaches out to `reach`, mm, where stock may end. */
-static int pieces(const struct cw_stock *stock, const struct cw_tool *tool, const struct cw_tool_ring *ring, double reach)
+/* [9] The pieces of a band there may be at most: few bands below the stock's top, `reach` mm from the axis, get more. */
+static int most_pieces(const struct cw_tool *tool, double reach)
 {
-    double width = cw_min(ring->outer, reach) - ring->inner;
     int i, met = 0;
     for (i = 0; i < tool->rings; i++) met += tool->ring[i].inner < reach;
-    if (ring->rise <= CW_THINNEST || met == 0) return 1;
-    return (int)cw_clamp(ceil(width / (CW_PIECE_CELLS * stock->cell)), 1.0, (double)(CW_TOOL_RINGS / met));
+    return met ? CW_TOOL_RINGS / met : 1;
+}
+
+/* [9] In how many pieces a band is read, out to `reach`. */
+static int pieces(const struct cw_stock *stock, const struct cw_tool_ring *ring, double reach, int most)
+{
+    double width = cw_min(ring->outer, reach) - ring->inner;
+    if (ring->rise <= CW_THINNEST) return 1;
+    return (int)cw_clamp(ceil(width / (CW_PIECE_CELLS * stock->cell)), 1.0, (double)most);
 }
 
 /* Piece k of n of a band. */
@@ -416,9 +422,9 @@ static void level_section(const struct cw_stock *stock, const struct place *at, 
                           double clear, struct cw_section *section)
 {
     double reach = cw_tool_reach(tool, stock->z_max - tip);
-    int i, k, n;
+    int most = most_pieces(tool, reach), i, k, n;
     for (i = 0; i < tool->rings && tool->ring[i].inner < reach; i++) {
-        n = pieces(stock, tool, &tool->ring[i], reach);
+        n = pieces(stock, &tool->ring[i], reach, most);
         for (k = 0; k < n; k++) {
             struct cw_tool_ring ring = piece_of(tool, &tool->ring[i], reach, n, k);
             double low = tip + ring.height - 0.5 * ring.rise;
@@ -480,7 +486,7 @@ struct cw_section cw_section_at(const struct cw_stock *stock, const struct cw_to
     struct place at;
     struct band band;
     double reach;
-    int i, k, n;
+    int most, i, k, n;
 
     if (tip[2] >= stock->z_max || tool->radius <= 0.0) return result;
     at.level = cw_sqrt(dir[0] * dir[0] + dir[1] * dir[1]);
@@ -496,6 +502,7 @@ struct cw_section cw_section_at(const struct cw_stock *stock, const struct cw_to
         return result;
     }
     reach = cw_tool_reach(tool, stock->z_max - z);
+    most = most_pieces(tool, reach);
     for (i = 0; i < tool->rings; i++) {
         const struct cw_tool_ring *ring = &tool->ring[i];
         if (ring->rise <= CW_THINNEST) {
@@ -506,7 +513,7 @@ struct cw_section cw_section_at(const struct cw_stock *stock, const struct cw_to
             continue;
         }
         if (ring->inner >= reach) break;        /* bands rise outwards */
-        n = pieces(stock, tool, ring, reach);
+        n = pieces(stock, ring, reach, most);
         for (k = 0; k < n; k++) {
             struct cw_tool_ring piece = piece_of(tool, ring, reach, n, k);
             if (piece.rise <= CW_THINNEST) continue;

@@ -120,8 +120,8 @@ int cw_tool_is_flat(const struct cw_tool *tool)
     return tool->r_flat >= tool->radius;
 }
 
-double cw_tool_piece(const struct cw_tool *tool, const struct cw_tool_ring *whole, double inner, double outer,
-                     struct cw_tool_ring *piece)
+void cw_tool_piece(const struct cw_tool *tool, const struct cw_tool_ring *whole, double inner, double outer,
+                   struct cw_tool_ring *piece)
 {
     double low = cw_tool_height(tool, inner), high = cw_tool_height(tool, outer), sum = inner + outer;
     piece->inner = inner;
@@ -131,5 +131,4 @@ double cw_tool_piece(const struct cw_tool *tool, const struct cw_tool_ring *whol
     piece->height = 0.5 * (low + high);
     piece->radius = whole->straight || !(sum > 0.0) ? 0.5 * sum : (inner * inner + inner * outer + outer * outer) / (1.5 * sum);
     piece->run = piece->radius > 0.0 ? 0.5 * (outer - inner) * sum / piece->radius : 0.0;
-    return piece->rise;
 }

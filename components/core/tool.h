@@ -66,9 +66,9 @@ double cw_tool_slope(const struct cw_tool *tool, double r);
 /* Largest r whose profile lies below `height` (mm above the tip), at most the radius. */
 double cw_tool_reach(const struct cw_tool *tool, double height);
 
-/* The piece of a band between two radii within it. Returns its rise, mm. */
-double cw_tool_piece(const struct cw_tool *tool, const struct cw_tool_ring *whole, double inner, double outer,
-                     struct cw_tool_ring *piece);
+/* The piece of a band between two radii (mm) within it. */
+void cw_tool_piece(const struct cw_tool *tool, const struct cw_tool_ring *whole, double inner, double outer,
+                   struct cw_tool_ring *piece);
 
 /* Whether the end is flat all over: every cell below it is cut to the same height. */
 int cw_tool_is_flat(const struct cw_tool *tool);
