@@ -379,20 +379,20 @@ class Judge:
         number = np.floor(np.cumsum(length) / RATE_WINDOW_MM)
         return np.concatenate(([0], np.cumsum(np.diff(number) > 0)))
 
-    def _area(self, length, volume):
-        """mm2: volume per mm of way, over windows."""
+    def _rated(self, length, volume):
+        """(mm2: volume per mm of way, mm: length of that way) of each move, over the window it belongs to."""
         window = self._windows(length)
-        return (np.bincount(window, volume) / np.bincount(window, length))[window]
+        way = np.bincount(window, length)
+        return (np.bincount(window, volume) / way)[window], way[window]
 
     def _rates(self, length, plain, planned, volume, cutting, block):
         """Peak of the removal rate, and where it is too high for the tool."""
         if self.tool is None or not volume.any():
             return
-        area = self._area(length, np.where(cutting, volume, 0.0))
+        area, way = self._rated(length, np.where(cutting, volume, 0.0))
         rate = area * np.where(cutting, np.minimum(plain, length / np.maximum(planned, 1e-12)), 0.0) * 60.0
         # a window shorter than it should be (the end of a block, a single short move) says nothing
-        window = self._windows(length)
-        rate[np.bincount(window, length)[window] < RATE_WINDOW_MM / 2] = 0.0
+        rate[way < RATE_WINDOW_MM / 2] = 0.0
         self.tool.peak_rate = max(self.tool.peak_rate, float(rate.max()))
         limit = self.tool.geometry and self.tool.geometry.max_removal_rate
         if limit and self.mode == OFF:
@@ -406,7 +406,7 @@ class Judge:
         limit = self.tool and self.tool.geometry and self.tool.geometry.max_removal_rate
         if limit:
             target, lower = min(target, limit), min(lower, limit)
-        area = np.maximum(self._area(length, volume), 1e-9)
+        area = np.maximum(self._rated(length, volume)[0], 1e-9)
         held, ceiling = target / 60.0 / area, self.ceiling / 60.0 or np.inf
         if self.mode == LIMIT:
             return np.minimum(plain, held)

@@ -214,8 +214,8 @@ class Reader:
 
     def _judge_end(self, end):
         self.messages = end["messages"]
-        for stop in filter(None, (end["stop"],)):
-            line, text, remedy = stop
+        if end["stop"]:
+            line, text, remedy = end["stop"]
             raise Unreadable(text, remedy, line)
         if end["error"]:
             line, text = end["error"]
