@@ -2,6 +2,8 @@
 #
 #   make run        install what is missing, build, install, start the simulated mill
 #   make test       install what is missing, build, run every test
+#   make test-quick the tests that need no machine and little time: a minute
+#   make lint       ruff, mypy and clang-format over the tree; changes nothing
 #   make bench      the benchmarks; writes build/bench.json
 #   make build      components, the C core as a library, C test programs
 #   make install    DESTDIR and PREFIX honoured; make uninstall removes the same
@@ -11,6 +13,7 @@
 # The C core (components/core/*.c) is built three ways: into the components
 # (which include it), into build/libchipwise.so for Python, and into the C test
 # and benchmark programs.  LinuxCNC's own realtime flags apply to all three.
+# components/offline/*.c is in the library only.
 
 PREFIX ?= /usr/local
 DESTDIR ?=
@@ -21,14 +24,20 @@ HALCOMPILE = halcompile
 
 COMPONENTS = $(sort $(wildcard components/*.comp))
 CORE       = $(sort $(wildcard components/core/*.c))
-HEADERS    = $(sort $(wildcard components/*.h components/core/*.h))
+OFFLINE    = $(sort $(wildcard components/offline/*.c))
+HEADERS    = $(sort $(wildcard components/*.h components/core/*.h components/offline/*.h))
+LAYOUT     = remap/chipwise/stock/layout.py components/offline/layout_table.c
 CORE_TESTS = $(sort $(wildcard tests/core/*.c))
 BENCHES    = $(sort $(wildcard bench/*.c))
 
 MODULES  = $(COMPONENTS:components/%.comp=build/modules/%.so)
-MANPAGES = $(COMPONENTS:components/%.comp=build/man/%.9) build/man/chipwise.1
+COMMANDS = $(notdir $(wildcard bin/*))
+MANPAGES = $(COMPONENTS:components/%.comp=build/man/%.9) $(COMMANDS:%=build/man/%.1)
+COMPLETIONS = build/completion/chipwise build/completion/chipwise-sandbox
 OBJECTS  = $(CORE:components/core/%.c=build/core/%.o)
-LIBRARY  = $(if $(CORE),build/libchipwise.so)
+OFFLINES = $(OFFLINE:components/offline/%.c=build/offline/%.o)
+LIBRARY  = build/libchipwise.so
+MODELS   = build/tests/support/fine_model.so build/tests/support/judge.so
 PROGRAMS = $(CORE_TESTS:tests/core/%.c=build/tests/%) $(BENCHES:bench/%.c=build/bench/%)
 
 # As in LinuxCNC's Makefile.modinc; the warnings are ours.
@@ -39,8 +48,16 @@ ifeq ($(filter x86_64 i686,$(shell uname -m)),)
 RTFLAGS := $(filter-out -mieee-fp,$(RTFLAGS))
 endif
 CFLAGS ?= -Wall -Wextra -Werror=implicit-function-declaration
+WERROR ?=
+override CFLAGS += $(WERROR)
+# halcompile knows no warnings; its make takes the compiler from here.  The code it generates has unused parameters.
+MODULE_CC = $(CC) -Wall -Wextra -Wno-unused-parameter $(WERROR)
+empty =
+space = $(empty) $(empty)
 
-.PHONY: run test bench build install uninstall deps clean
+CHIPWISE_VERSION = $(shell cat VERSION)
+
+.PHONY: run test test-quick lint bench build install uninstall deps clean
 .DELETE_ON_ERROR:
 
 # The steps in their order, each a make of its own: what LinuxCNC's
@@ -54,53 +71,83 @@ test: deps
 	@$(MAKE) --no-print-directory build
 	@tools/test
 
+test-quick: deps
+	@$(MAKE) --no-print-directory build
+	@tools/test --quick
+
+lint:
+	@tools/deps mypy clang-format
+	@tools/lint
+
 bench: deps
 	@$(MAKE) --no-print-directory build
 	@$(PYTHON) bench/run.py
 
-build: $(MODULES) $(MANPAGES) $(LIBRARY) $(PROGRAMS) build/bench/lib/fine_model.so build/bench/lib/judge.so build/bench/lib/cost
+build: $(LAYOUT) $(MODULES) $(MANPAGES) $(COMPLETIONS) $(LIBRARY) $(PROGRAMS) $(MODELS) build/bench/lib/cost
 
 # halcompile puts components/ on the include path, and the result into the
 # directory it is started in.
-build/modules/%.so: components/%.comp $(CORE) $(HEADERS)
+build/modules/%.so: components/%.comp $(CORE) components/linuxcnc_planner.c $(HEADERS)
 	@mkdir -p $(@D)
-	cd $(@D) && $(HALCOMPILE) --compile $(CURDIR)/$<
+	cd $(@D) && MAKEFLAGS='CC=$(subst $(space),\ ,$(strip $(MODULE_CC)))' $(HALCOMPILE) --compile $(CURDIR)/$<
 
-build/man/%.9: components/%.comp
+build/man/%.9: components/%.comp VERSION
 	@mkdir -p $(@D)
 	@$(HALCOMPILE) --document --outfile=$@ $<
+	@sed -i -E 's/^(\.TH [^"]*"9" "[^"]*") "[^"]*"/\1 "chipwise $(CHIPWISE_VERSION)"/' $@
 
-build/man/chipwise.1: tools/make_man.py VERSION $(wildcard remap/chipwise/__init__.py remap/chipwise/cli/*.py)
+PARSERS = VERSION $(wildcard remap/chipwise/__init__.py remap/chipwise/cli/*.py remap/chipwise/machine/sandbox.py \
+                             remap/chipwise/headless/display.py)
+build/man/%.1: tools/make_man.py $(PARSERS)
 	@mkdir -p $(@D)
 	@$(PYTHON) tools/make_man.py $@
+
+build/completion/%: tools/make_completion.py $(PARSERS)
+	@mkdir -p $(@D)
+	@$(PYTHON) tools/make_completion.py $@
 
 build/core/%.o: components/core/%.c $(HEADERS)
 	@mkdir -p $(@D)
 	$(CC) $(RTFLAGS) $(CFLAGS) -Icomponents -c -o $@ $<
 
-# Offline only, a million moves at a time: compiled for speed, so that its loops become vectors.
-build/core/height_sweep.o: RTFLAGS := $(filter-out -Os -Wframe-larger-than=%,$(RTFLAGS)) -O3 -fno-math-errno \
-                                      -fno-trapping-math -fno-signed-zeros -fassociative-math -ffinite-math-only
+# Python's copy of the structures and constants, and the table that confirms it: committed, made anew from the headers.
+$(LAYOUT) &: tools/make_layout.py $(HEADERS)
+	@$(PYTHON) tools/make_layout.py
 
-build/libchipwise.so: $(OBJECTS)
+# Offline only, a million moves at a time: compiled for speed, so that its loops become vectors.
+FAST = -O3 -fno-math-errno -fno-trapping-math -fno-signed-zeros -fassociative-math -ffinite-math-only
+
+build/offline/%.o: components/offline/%.c $(HEADERS)
+	@mkdir -p $(@D)
+	$(CC) $(filter-out -Os -Wframe-larger-than=%,$(RTFLAGS)) $(FAST) $(CFLAGS) -Icomponents -c -o $@ $<
+
+# chip_version of the library; the components have theirs in their man pages.
+build/version.c: VERSION
+	@mkdir -p $(@D)
+	@echo 'const char chip_version[] = "$(CHIPWISE_VERSION)";' >$@
+
+build/version.o: build/version.c
+	$(CC) $(RTFLAGS) $(CFLAGS) -c -o $@ $<
+
+build/libchipwise.so: $(OBJECTS) $(OFFLINES) build/version.o
 	$(CC) -shared -o $@ $^ -lm
 
 # Tests may use the stack as they like.
-build/tests/%: tests/core/%.c $(OBJECTS) $(HEADERS) $(wildcard tests/core/*.h)
+build/tests/%: tests/core/%.c $(OBJECTS) components/linuxcnc_planner.c $(HEADERS) $(wildcard tests/core/*.h)
 	@mkdir -p $(@D)
-	$(CC) $(filter-out -Wframe-larger-than=%,$(RTFLAGS)) $(CFLAGS) -Icomponents -o $@ $< $(OBJECTS) -lm
+	$(CC) $(filter-out -Wframe-larger-than=%,$(RTFLAGS)) $(CFLAGS) -DULAPI -Icomponents -I/usr/include/linuxcnc -o $@ $< $(OBJECTS) -lm
 
 build/bench/%: bench/%.c $(OBJECTS) $(HEADERS)
 	@mkdir -p $(@D)
 	$(CC) $(RTFLAGS) $(CFLAGS) -Icomponents -o $@ $< $(OBJECTS) -lm
 
-# The benchmarks' own models of the stock: nothing of the core is in them.
-build/bench/lib/%.so: bench/lib/%.c
+# Models of the stock that judge runs: nothing of the core is in them.
+build/tests/support/%.so: tests/support/%.c
 	@mkdir -p $(@D)
 	$(CC) -O2 -fPIC -shared $(CFLAGS) -o $@ $< -lm
 
 # The core as the components compile it: one unit, realtime flags.
-build/bench/lib/cost: bench/lib/cost.c $(CORE) $(HEADERS)
+build/bench/lib/cost: bench/lib/cost.c $(CORE) components/linuxcnc_planner.c $(HEADERS)
 	@mkdir -p $(@D)
 	$(CC) $(RTFLAGS) $(CFLAGS) -DULAPI -Icomponents -I/usr/include/linuxcnc -o $@ $< -lm
 

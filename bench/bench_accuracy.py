@@ -1,18 +1,16 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """How exact the stock model is: one row per kind of cut, against its target.
 
 Called by bench/run.py (prints JSON rows) and by hand with --table (all cuts).  `rows()` gives
 the rows to other programs.  The cuts and their truths are those of the tests
-(tests/lib/cuts.py, tests/lib/stock_cases.py, tests/lib/stock_profiles.py).
+(tests/support/cuts.py, tests/support/stock_cases.py, tests/support/stock_profiles.py).
 """
 import json
 import math
 import sys
-from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent
-sys.path[:0] = [str(ROOT / "remap"), str(ROOT / "tests")]
-
-from lib import cuts, stock_cases, stock_profiles        # noqa: E402
+import roots  # noqa: F401  sys.path
+from support import cuts, stock_cases, stock_profiles
 
 VOLUME_TARGET = {0.1: 0.1, 0.25: 0.3}            # %, by cell size in mm
 MEAN_TARGET, SPREAD_TARGET = 1.0, {"side": 4.0}  # %; spread of all others 2 %

@@ -1,9 +1,11 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """chipwise check on long programs: computing time of reading and judging on one core, memory, and programs side by side.
 
 A million moves of 0.1 mm on a stock of 100 x 100 mm with cells of 0.1 mm, by tool.  Computing time is that of all processes;
 on a machine that does nothing else it is the time it takes on one core.  Arguments: moves (default 1000000).
 """
 
+import contextlib
 import json
 import math
 import os
@@ -12,9 +14,11 @@ import sys
 import tempfile
 import time
 
+from roots import ROOT
 from rows import row
 
-ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+from chipwise import processes
+
 CHIPWISE = os.path.join(ROOT, "bin", "chipwise")
 MEGA = 1 << 20
 
@@ -38,22 +42,11 @@ def program(path, tool, wavy, moves, seed=0):
 
 def memory(root):
     """Bytes in use of a process and its descendants."""
-    children, size = {}, {}
-    for pid in filter(str.isdigit, os.listdir("/proc")):
-        try:
-            with open(f"/proc/{pid}/stat", encoding="ascii", errors="replace") as file:
-                parent = int(file.read().rpartition(")")[2].split()[1])
-            with open(f"/proc/{pid}/statm", encoding="ascii") as file:
-                fields = file.read().split()
-            size[int(pid)] = (int(fields[1]) - int(fields[2])) * os.sysconf("SC_PAGE_SIZE")        # what is shared with files left out
-            children.setdefault(parent, []).append(int(pid))
-        except (OSError, IndexError, ValueError):
-            continue
-    total, waiting = 0, [root]
-    while waiting:
-        pid = waiting.pop()
-        total += size.get(pid, 0)
-        waiting += children.get(pid, [])
+    total = 0
+    for pid in [root, *processes.descendants(root)]:
+        with contextlib.suppress(OSError):      # it has just ended
+            _address_space, resident, shared = processes.memory_bytes(pid)
+            total += resident - shared          # what is shared with files is left out
     return total
 
 

@@ -1,11 +1,12 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """The chop of contours in figures: loose pieces, kerfs, number of lines, time.
 
     OPENBLAS_NUM_THREADS=1 /usr/bin/python3 bench/bench_chop.py [--count 500] [--stages 60] [--jobs 2] [--first 0]
 
-count    random contours x tools x H (tests/python/chop_judge.py), each judged by tests/python/chop_oracle.py;
+count    random contours x tools x H (tests/support/chop_judge.py), each judged by tests/support/chop_oracle.py;
          CHIPWISE_RANDOM_COUNT and CHIPWISE_SEED (first number) are the defaults
 stages   so many more, a third as large, also judged while they are cut (cells and flood fill, slow)
-A case that fails is printed with its number; /usr/bin/python3 tests/python/chop_judge.py NUMBER judges it again.
+A case that fails is printed with its number; tools/judge chop NUMBER judges it again.
 Lines are compared with the same search held to the axes, and with the patent's way: the same n along X and Y, raised
 until the pieces fit.
 """
@@ -14,36 +15,33 @@ import json
 import os
 import sys
 from concurrent.futures import ProcessPoolExecutor
-from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path[:0] = [str(ROOT / "remap"), str(ROOT / "tests" / "python"), str(ROOT / "tests")]
+import numpy as np
 
-import numpy as np                                                          # noqa: E402
-
-from chipwise.geometry import slug                                          # noqa: E402
-from chop_judge import Chopped, chop_case, verdict                          # noqa: E402
+import roots  # noqa: F401  sys.path
+from chipwise.geometry.slug import grid, slug
+from support.chop_judge import Chopped, chop_case, verdict
 
 
 def lines_of(paths, islands, radius, chop_size, along_axes):
     """Number of lines with the search held to the axes, or the patent's way; 0 where a slug is cleared."""
     found = slug._directions
     slug._directions = lambda boundaries: [0.0]
-    search = slug._Grid.search
+    search = grid.Grid.search
     if not along_axes:
-        slug._Grid.search = _equal_parts
+        grid.Grid.search = _equal_parts
     try:
         chops = slug.chop_slugs(paths, islands, radius, chop_size)
         return 0 if any(c.segments and not c.pieces for c in chops) else sum(len(c.segments) for c in chops)
     finally:
-        slug._directions, slug._Grid.search = found, search
+        slug._directions, grid.Grid.search = found, search
 
 
-def _equal_parts(grid, size, best):
+def _equal_parts(own, size, best):
     """In place of the search: the same n both ways."""
-    for n in range(1, slug.MAX_PARTS):
-        if grid.usable((n, n)) and (min(grid.cell(0, n), grid.cell(1, n)) < 0 or grid.fits((n, n), size)):
-            return [grid.trial((n, n))]
+    for n in range(1, grid.MAX_PARTS):
+        if own.usable((n, n)) and (min(own.cell(0, n), own.cell(1, n)) < 0 or own.fits((n, n), size)):
+            return [own.trial((n, n))]
     return []
 
 

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
 """LinuxCNC's own cutter compensation (G41.1, G42.1) on the random contours of the geometry tests, beside ours.
 
 Called by bench/run.py (prints JSON rows) and by hand:
@@ -15,138 +16,24 @@ stands at the seam; the entry move is longer than the tool radius and tangent to
 exit: neither can meet a corner.  Both would be run in the air and are not judged, only what is cut between them.
 
 Its centre path, as the interpreter hands it to the machine, and ours are judged by the same oracle, written apart
-from the kernel (tests/python/contour_oracle.py): the depth of the tool in the finish shape.  rs274 prints four
+from the kernel (tests/support/contour_oracle.py): the depth of the tool in the finish shape.  rs274 prints four
 decimals of a mm, so a gouge counts from 0.001 mm.
 """
 import argparse
 import collections
 import json
-import math
-import os
-import subprocess
-import sys
 import tempfile
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[1]
-for folder in (ROOT / "remap", ROOT / "tests" / "python", ROOT / "tests"):
-    sys.path.insert(0, str(folder))
 
-import numpy as np                                                          # noqa: E402
-
-import contour_oracle as oracle                                             # noqa: E402
-from chipwise.geometry import elements                                      # noqa: E402
-from chipwise.geometry.contour import make_contour                          # noqa: E402
-from chipwise.geometry.offset import LEFT, RIGHT, offset_contour            # noqa: E402
-from chipwise.geometry.paths import SpotPath                                # noqa: E402
-from contour_judge import count_from_environment, judged, seed_from_environment  # noqa: E402
-from contour_random import contour_case                                     # noqa: E402
-from rs274.canon import parse_rs274                                         # noqa: E402
+import roots  # noqa: F401  sys.path
+from support.compensation import judge_case
+from chipwise.geometry.offset.kernel import LEFT, RIGHT
+from support.contour_judge import count_from_environment, seed_from_environment
 
 KINDS = {"filleted": "filleted polygons, tool 0.2 .. 2.5 x smallest fillet",
          "bulged": "line/arc polygons, tool 0.3 .. 10 mm"}
-GOUGE_MM = 1e-3             # four decimals of rs274's output are worth 1e-4 mm
-SAMPLE_MM = 0.1             # along the path, where the oracle measures
-RUN_S = 20                  # an interpreter that needs longer is counted as an alarm
-
-
-def seam(contour, result):
-    """(finish element, parameter) where the program starts: the middle of the longest piece of a line that the tool
-    touches, of an arc where it touches no line; None where it touches nothing for a length."""
-    best, found = (False, 0.0), None
-    for path in result.paths:
-        if isinstance(path, SpotPath):
-            continue
-        feet = path.feet
-        size = np.abs(feet.t1 - feet.t0) * contour.length[feet.finish]
-        straight = ~contour.elements.is_arc[feet.finish]
-        for k in np.flatnonzero(size > 1e-3):
-            if (bool(straight[k]), size[k]) > best:
-                best = (bool(straight[k]), size[k])
-                found = int(feet.finish[k]), float(0.5 * (feet.t0[k] + feet.t1[k]))
-    return found
-
-
-def program(contour, side, radius, index, t):
-    """G-code of the closed contour with compensation from a place on it."""
-    e = contour.elements
-    start = elements.point_at(e, np.array([index]), np.array([t]))[0]
-    ahead = elements.tangent_at(e, np.array([index]), np.array([t]))[0]
-    reach = 1.5 * radius + 1.0
-    lines = ["G21 G90 G17 G40 G64", "G0 X%.6f Y%.6f Z5" % tuple(start - reach * ahead), "F1000",
-             f"G{41 if side == LEFT else 42}.1 D{2.0 * radius:.6f}", "G1 X%.6f Y%.6f" % tuple(start), "(contour)"]
-    order = list(range(index, len(e))) + list(range(index + 1))
-    here = start
-    for number, k in enumerate(order):
-        end = start if number == len(order) - 1 else e.end[k]
-        if e.is_arc[k]:
-            lines.append("G%d X%.6f Y%.6f I%.6f J%.6f" % (3 if e.sweep[k] > 0.0 else 2, *end, *(e.centre[k] - here)))
-        else:
-            lines.append("G1 X%.6f Y%.6f" % tuple(end))
-        here = end
-    lines += ["(done)", "G40", "G1 X%.6f Y%.6f" % tuple(start + reach * ahead), "M2"]
-    return "\n".join(lines) + "\n"
-
-
-def interpret(text, folder):
-    """(centre path as oracle tuples, alarm text or None) of a program."""
-    source = Path(folder) / "case.ngc"
-    source.write_text(text)
-    try:
-        run = subprocess.run(["rs274", "-g", "-v", f"{folder}/case.var", str(source)], cwd=folder, text=True,
-                             env={**os.environ, "HOME": str(folder)}, capture_output=True, timeout=RUN_S, check=False)
-    except subprocess.TimeoutExpired:
-        return [], f"no end within {RUN_S} s"
-    if run.returncode:
-        said = [line for line in run.stderr.splitlines() if line and line != "executing"]
-        return [], said[0] if said else f"exit {run.returncode}"
-    trace = parse_rs274(run.stdout)
-    return [plain(motion) for motion in trace.between("contour", "done")], None
-
-
-def plain(motion):
-    """A motion as the oracle takes it."""
-    (ax, ay), (bx, by) = motion.a[:2], motion.b[:2]
-    if motion.kind != "arc":
-        return ("L", ax, ay, bx, by)
-    return ("A", ax, ay, bx, by, *motion.centre, motion.sweep[1])
-
-
-def in_words(alarm):
-    """An alarm without its numbers, so that equal ones are counted together."""
-    if "mismatched radii" in alarm:
-        return "BUG: cutter compensation has generated an invalid arc with mismatched radii"
-    return alarm.strip()
-
-
-def judge_case(seed, kind, side, folder):
-    """Counter and worst depths of one case."""
-    parts, radius = contour_case(seed, kind)
-    counts, worst = collections.Counter(cases=1), {}
-    try:
-        contour = make_contour(parts)
-        result = offset_contour(contour, side, radius)
-        findings = judged(contour, side, radius, result)
-    except Exception:                                    # whatever it is, it is an alarm of ours
-        return counts + collections.Counter({"possible": 1, "our alarms": 1}), worst, {}
-    place = seam(contour, result)
-    if place is None:
-        return counts + collections.Counter({"our wrong verdicts": bool(findings)}), worst, {}
-    counts["possible"] += 1
-    shape = oracle.from_elements(contour.elements)
-    ours = [el for path in result.paths for el in oracle.from_elements(path.elements)]
-    worst["ours"] = oracle.gouge(shape, radius, ours, SAMPLE_MM)
-    single = len(result.paths) == 1
-    counts += collections.Counter({"our gouges": bool(worst["ours"] > GOUGE_MM), "our wrong verdicts": bool(findings)})
-    counts["one path"] += single
-    theirs, alarm = interpret(program(contour, side, radius, *place), folder)
-    if alarm is not None:
-        return counts + collections.Counter({"alarms": 1, "alarms, one path": single}), worst, {in_words(alarm): 1}
-    worst["theirs"] = oracle.gouge(shape, radius, theirs, SAMPLE_MM)
-    gouged = bool(worst["theirs"] > GOUGE_MM)
-    counts += collections.Counter({"gouges": gouged, "gouges, one path": gouged and single, "right": not gouged})
-    return counts, worst, {}
 
 
 def judge_range(job):

@@ -1,14 +1,15 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """What the tracker and the feed law cost in a servo period: time, instructions, memory, growth.
 
 Called by bench/run.py (prints JSON rows); by hand with --table, and with names of cases.  --quick: a
 tenth of the periods, for work on the core.
 
-Method: ways as a machine goes them (accelerating, corners, arcs, plunges, rasters, every lap turned
+Method: paths as a machine goes them (accelerating, corners, arcs, plunges, rasters, every lap turned
 and shifted against the cells) are gone through by bench/lib/cost.c, which is the core compiled as the
-components compile it.  Every way is gone through REPLAYS times; the time of a period is the fastest
+components compile it.  Every path is gone through REPLAYS times; the time of a period is the fastest
 of those, since work is the same each time and what an ordinary kernel does in between is not; the
 first time alone is given beside it.  Instructions are counted by callgrind: the mean of a thousand
-periods round the dearest one of a way, and that one alone.
+periods round the one of a path that costs most, and that one alone.
 """
 import argparse
 import json
@@ -28,7 +29,7 @@ ROOT = Path(__file__).resolve().parent.parent
 PROGRAM = ROOT / "build" / "bench" / "lib" / "cost"
 PERIOD = 0.001              # s
 REPLAYS = 5
-GRAIN = 0.02                # mm, of the ways before they are sampled
+GRAIN = 0.02                # mm, of the paths before they are sampled
 NEW_STOCK = np.full((1, 3), np.nan)
 
 
@@ -93,8 +94,8 @@ def plan(case, scale):
 def timed(piece, speed, accel):
     """Places of a piece at every period, from rest to rest."""
     step = np.linalg.norm(np.diff(piece, axis=0), axis=1)
-    way = np.concatenate([[0.0], np.cumsum(step)])
-    total = way[-1]
+    path = np.concatenate([[0.0], np.cumsum(step)])
+    total = path[-1]
     if total <= 0.0:
         return piece[:1]
     top = min(speed, math.sqrt(accel * total))
@@ -104,10 +105,10 @@ def timed(piece, speed, accel):
     s = np.where(t < ramp, 0.5 * accel * t ** 2, 0.5 * top * ramp + top * (t - ramp))
     left = np.maximum(time - t, 0.0)
     s = np.where(left < ramp, total - 0.5 * accel * left ** 2, s)
-    return np.column_stack([np.interp(s, way, piece[:, i]) for i in range(3)])
+    return np.column_stack([np.interp(s, path, piece[:, i]) for i in range(3)])
 
 
-def way_of(case):
+def path_of(case):
     """(n, 3): laps, each turned and shifted against the cells, each with a new stock."""
     scale = 0.62 * min(case.size) - case.tool[0]
     pieces = plan(case, scale)
@@ -123,12 +124,12 @@ def way_of(case):
     return np.concatenate(laps), len(flat)
 
 
-def run(case, way, replays=REPLAYS, first=-1, last=-2, wrapper=()):
+def run(case, path, replays=REPLAYS, first=-1, last=-2, wrapper=()):
     """(times (n, 3): first ns, fastest ns, 1/1000 mm3; bytes, cells; the program's errors)."""
     x, y = 0.5 * case.size[0], 0.5 * case.size[1]
     with tempfile.TemporaryDirectory() as folder:
-        source, result = Path(folder) / "way", Path(folder) / "times"
-        np.ascontiguousarray(way, float).tofile(source)
+        source, result = Path(folder) / "path", Path(folder) / "times"
+        np.ascontiguousarray(path, float).tofile(source)
         numbers = [*case.tool, case.cell, -x, -y, -20, x, y, 0, case.accel, replays, first, last]
         done = subprocess.run([*wrapper, str(PROGRAM), str(source), str(result), *map(repr, map(float, numbers))],
                               text=True, capture_output=True, check=True,
@@ -138,26 +139,26 @@ def run(case, way, replays=REPLAYS, first=-1, last=-2, wrapper=()):
     return times, float(size), int(cells), done.stderr
 
 
-def instructions(case, way, first, last):
+def instructions(case, path, first, last):
     """Instructions of the periods first..last, by callgrind; None without it."""
     if not shutil.which("valgrind"):
         return None
     wrapper = ["valgrind", "--tool=callgrind", "--toggle-collect=marked_period", "--callgrind-out-file=/dev/null"]
-    found = re.search(r"Collected : (\d+)", run(case, way, 1, first, last, wrapper)[3])
+    found = re.search(r"Collected : (\d+)", run(case, path, 1, first, last, wrapper)[3])
     return int(found.group(1)) if found else None
 
 
 def measure(case):
     """dict of a case's figures."""
-    way, lap = way_of(case)
-    times, size, cells, _ = run(case, way)
-    moving = ~np.isnan(way[:, 0])
+    path, lap = path_of(case)
+    times, size, cells, _ = run(case, path)
+    moving = ~np.isnan(path[:, 0])
     fastest, first = times[moving, 1] / 1000.0, times[moving, 0] / 1000.0
     laps = np.flatnonzero(~moving)
     dearest = int(np.argmax(np.where(moving, times[:, 1], 0)))
     begin = int(laps[laps <= dearest].max()) + 1
-    end = int(min([edge for edge in laps if edge > begin], default=len(way)))
-    part = way[begin:end]
+    end = int(min([edge for edge in laps if edge > begin], default=len(path)))
+    part = path[begin:end]
     # a thousand periods round the dearest: the whole lap would take callgrind too long
     low = max(0, dearest - begin - 500)
     high = min(len(part) - 1, low + 1000)
@@ -167,7 +168,7 @@ def measure(case):
             "p9999": float(np.quantile(fastest, 0.9999)), "worst": float(fastest.max()),
             "first_p9999": float(np.quantile(first, 0.9999)), "first_worst": float(first.max()),
             "instructions": around / (high - low + 1) if around else None, "dearest": single,
-            "place": way[dearest].tolist(), "bytes_a_cell": size / (case.size[0] * case.size[1] / case.cell ** 2),
+            "place": path[dearest].tolist(), "bytes_a_cell": size / (case.size[0] * case.size[1] / case.cell ** 2),
             "head": size - 8.0 * cells}
 
 
@@ -178,8 +179,8 @@ def growth():
         for speed in (25.0, 50.0, 100.0):
             case = Case("", (10, 0, 0), 0.25, speed, 1e6, 5, 0, size)
             pass_ = timed(line((-20, -3, -5), (20, 4, -5)), speed, 1e6)
-            way = np.concatenate([part for _ in range(10) for part in (NEW_STOCK, pass_)])
-            times, *_ = run(case, way)
+            path = np.concatenate([part for _ in range(10) for part in (NEW_STOCK, pass_)])
+            times, *_ = run(case, path)
             steady = np.tile(np.concatenate([[False], (np.abs(pass_[:, 0]) < 15)]), 10)
             out.append((size, speed, float(times[steady, 1].mean() / 1000.0),
                         float(times[steady, 2].mean() / 1000.0)))

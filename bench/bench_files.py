@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """What saving and restoring the stock costs.
 
 Called by bench/run.py (prints JSON rows).  A map of 7.7 and of 64 MB, cut all over: the file work of M253 and M254 in this
@@ -7,19 +8,16 @@ running LinuxCNC.
 import json
 import os
 import statistics
-import sys
 import tempfile
 import time
 from pathlib import Path
 
 import numpy as np
 
-ROOT = Path(__file__).resolve().parent.parent
-sys.path[:0] = [str(ROOT / "remap")]
-
-from chipwise.machine import runner                     # noqa: E402
-from chipwise.stock import core, store                  # noqa: E402
-from chipwise.stock.shared import SharedStock           # noqa: E402
+import roots  # noqa: F401  sys.path
+from chipwise.headless import runner
+from chipwise.stock import core, store
+from chipwise.stock.shared import SharedStock
 
 REPEATS = 5
 MAPS = {"7.7 MB": ((0.0, 0.0, -10.0), (300.0, 200.0, 0.0), 0.25), "64 MB": ((0.0, 0.0, -10.0), (320.0, 250.0, 0.0), 0.1)}

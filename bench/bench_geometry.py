@@ -1,8 +1,9 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """The geometry kernel against its targets: random contours, size, speed and growth, rings, round trip.
 
 Called by bench/run.py (prints JSON rows).  The figures are those of bench/offset_bench.py, at a size that keeps
 `make bench` short: CHIPWISE_RANDOM_COUNT contours of each kind (default 100) from CHIPWISE_SEED on; `--count 5000
---variants 1` is the full one.  What it judges with, and how: docs/Geometry.md.
+--variants 1` is the full one.  What it judges with, and how: docs/design/geometry.md.
 """
 import argparse
 import contextlib
@@ -10,8 +11,9 @@ import io
 import json
 import math
 
+import roots  # noqa: F401  sys.path
 import offset_bench as figures
-from contour_judge import count_from_environment, seed_from_environment
+from support.contour_judge import count_from_environment, seed_from_environment
 from rows import row
 
 SIZES = (1000, 20000)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """The cost of the components beside LinuxCNC's own motion controller, in one run of the simulated mill.
 
 Called by bench/run.py (prints JSON rows).  bench/nc/entry.ngc runs at the machine's own speed with
@@ -8,16 +9,13 @@ between, for every function alike.
 import json
 import os
 import shutil
-import sys
 import tempfile
 from pathlib import Path
 
 import numpy as np
 
-ROOT = Path(__file__).resolve().parent.parent
-sys.path[:0] = [str(ROOT / "remap")]
-
-from chipwise.machine import runner              # noqa: E402
+from roots import ROOT
+from chipwise.headless import runner
 
 FUNCTIONS = ("motion-controller", "stock-tracker.0", "volumetric-feed.0", "chipwise-command.0")
 PROGRAM = ROOT / "bench" / "nc" / "entry.ngc"

@@ -1,15 +1,16 @@
-"""G79 against its targets: random pockets, length of the way, engagement, planning time.
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""G79 against its targets: random pockets, length of the path, engagement, planning time.
 
 Called by bench/run.py (prints JSON rows).  By hand, in full:
 
     /usr/bin/python3 bench/bench_pocket.py --count 1000 --jobs 2
 
 random: CHIPWISE_RANDOM_COUNT pockets (default 40) from CHIPWISE_SEED on, each with every strategy, D going through
-0.25 to 1.0 tool diameters, judged by tests/python/pocket_oracle.py.
-length: way at feed and in the air of P0 at D = 0.4 tool diameters, against area / D; everything counted from the first
+0.25 to 1.0 tool diameters, judged by tests/support/pocket_oracle.py.
+length: path at feed and in the air of P0 at D = 0.4 tool diameters, against area / D; everything counted from the first
 place over the pocket to the last, with helices and heights (R 1 mm above the stock, one level a tool radius deep, ramp
 3 degrees); "flat" leaves out what goes up and down.  The area is all that the tool can reach.
-engagement: width of stock met per mm of way (section area / depth) by the C stock model, in tool diameters.
+engagement: width of stock met per mm of path (section area / depth) by the C stock model, in tool diameters.
 plan: processor time of pocket_plan() for an outline of 200 elements with 3 islands, nothing cached.
 embedded: the same in the Python inside LinuxCNC's interpreter.
 """
@@ -26,24 +27,23 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path[:0] = [str(ROOT / "remap"), str(ROOT / "tests" / "python")]
+import numpy as np
 
-import numpy as np                                                          # noqa: E402
-
-import hole_oracle as trace                                                 # noqa: E402
-import pocket_oracle as oracle                                              # noqa: E402
-from chipwise.cycles import pocket as cycle                                 # noqa: E402
-from chipwise.errors import CycleError                                      # noqa: E402
-from chipwise.geometry import regions                                       # noqa: E402
-from chipwise.geometry.contour import LineElement                           # noqa: E402
-from chipwise.geometry.pocket import fields, runs                           # noqa: E402
-from chipwise.geometry.pocket.strategies import NAMES                       # noqa: E402
-from chipwise.moves import Rapid                                            # noqa: E402
-from chipwise.stock import core                                             # noqa: E402
-from pocket_judge import random_request, shrunk_names, verdict              # noqa: E402
-from pocket_random import circle, random_pocket                             # noqa: E402
-from rows import row                                                        # noqa: E402
+from roots import ROOT
+from support import hole_oracle as trace
+from support import pocket_oracle as oracle
+from chipwise.cycles import pocket as cycle
+from chipwise.errors import CycleError
+from chipwise.geometry.base import polygons
+from chipwise.geometry.base.contour import LineElement
+from chipwise.geometry.base import chains
+from chipwise.geometry.pocket import machinable
+from chipwise.geometry.pocket.strategies import NAMES
+from chipwise.moves import Rapid
+from chipwise.stock import core
+from support.pocket_judge import random_request, shrunk_names, verdict
+from support.pocket_random import circle
+from rows import row
 
 RATIO, PLAN_MS = 1.35, 300.0                                                # the targets
 SHARE = 0.4                                                                 # D in tool diameters
@@ -77,7 +77,7 @@ def random_rows(count, first, jobs):
                   f"{cleared[strategy]} pockets cleared of {count} from {first} on" + (f"; {listed}" if listed else ""), 0)
 
 
-# ---- length of the way -------------------------------------------------------------------------------------------
+# ---- length of the path -------------------------------------------------------------------------------------------
 
 
 def plain_request(seed, strategy):
@@ -89,19 +89,19 @@ def plain_request(seed, strategy):
 
 def lengths(moves, start):
     """(mm at feed, mm in the air, mm level) from the first place over the pocket on."""
-    way = trace.walk(moves, start)[1:-1]
-    long = [math.hypot(e.radius * e.sweep[1], e.b[2] - e.a[2]) if e.kind == "arc" else math.dist(e.a, e.b) for e in way]
-    air = sum(n for e, n in zip(way, long) if e.kind == "rapid")
-    return sum(long) - air, air, sum(n for e, n in zip(way, long) if e.a[2] == e.b[2])
+    toolpath = trace.walk(moves, start)[1:-1]
+    long = [math.hypot(e.radius * e.sweep[1], e.b[2] - e.a[2]) if e.kind == "arc" else math.dist(e.a, e.b) for e in toolpath]
+    air = sum(n for e, n in zip(toolpath, long) if e.kind == "rapid")
+    return sum(long) - air, air, sum(n for e, n in zip(toolpath, long) if e.a[2] == e.b[2])
 
 
 def reached_area(request):
     """mm2 that the tool can reach."""
-    pocket = cycle._pocket(request.loops)
-    found = fields.fields_at(pocket, request.tool_radius)
-    areas = [regions.area_region(runs.flat(f.boundary, 0.01), [runs.flat(h, 0.01) for h in f.holes])
+    pocket = cycle._pocket(request.loops, request.close_gap)
+    found = machinable.machinable_regions(pocket, request.tool_radius)
+    areas = [polygons.area_region(chains.flat(f.boundary, 0.01), [chains.flat(h, 0.01) for h in f.holes])
              for f in found if f.area > 0.0]
-    return regions.area_of(regions.grown(regions.joined(areas), request.tool_radius, 0.01)) if areas else 0.0
+    return polygons.area_of(polygons.grown(polygons.joined(areas), request.tool_radius, 0.01)) if areas else 0.0
 
 
 def length_rows(count):
@@ -119,7 +119,7 @@ def length_rows(count):
                 ratios.append((cut + air) / bound)
                 air_share.append(air / (cut + air))
                 flat.append(level / bound)
-        yield row(f"way / (area / D), P{strategy} {name}, median", round(float(np.median(ratios)), 3), "",
+        yield row(f"path / (area / D), P{strategy} {name}, median", round(float(np.median(ratios)), 3), "",
                   f"worst {max(ratios):.2f}; flat {np.median(flat):.2f}, worst {max(flat):.2f}; air "
                   f"{100 * np.mean(air_share):.0f} %; {len(ratios)} pockets", RATIO if strategy == 0 else None)
 
@@ -128,16 +128,16 @@ def length_rows(count):
 
 
 def widths(request):
-    """Width met (mm) every STEP_MM of the ways at final depth, level moves only."""
+    """Width met (mm) every STEP_MM of the paths at final depth, level moves only."""
     depth = request.clearance - request.bottom
-    way = trace.walk(cycle.pocket_plan(request).moves, request.start)
-    low = np.min([np.min([e.a, e.b], axis=0) for e in way], axis=0)[:2] - 2 * request.tool_radius
-    high = np.max([np.max([e.a, e.b], axis=0) for e in way], axis=0)[:2] + 2 * request.tool_radius
+    toolpath = trace.walk(cycle.pocket_plan(request).moves, request.start)
+    low = np.min([np.min([e.a, e.b], axis=0) for e in toolpath], axis=0)[:2] - 2 * request.tool_radius
+    high = np.max([np.max([e.a, e.b], axis=0) for e in toolpath], axis=0)[:2] + 2 * request.tool_radius
     stock = core.Stock((*low, request.bottom - 1), (*high, request.clearance), CELL_MM)
     tool = core.Tool(2 * request.tool_radius)
     cutter, met = core.Cutter(stock, tool, (*low, request.clearance + 5)), []
-    for e in way:
-        for a, b in zip(points := oracle.on_way(e, STEP_MM), points[1:]):
+    for e in toolpath:
+        for a, b in zip(points := oracle.on_path(e, STEP_MM), points[1:]):
             along = b - a
             level = e.kind != "rapid" and abs(along[2]) < 1e-9 and b[2] <= request.bottom + 1e-9
             if level and np.hypot(*along[:2]) > 1e-6:
@@ -160,7 +160,7 @@ def engagement_rows(count):
         cutting = met[met > 0.02]
         yield row(f"engagement, P{strategy} {name}: mean", round(float(cutting.mean()), 3), "D",
                   f"where it cuts, at D = 0.4; largest {largest:.2f}; full width (> 0.9) on {100 * np.mean(met > 0.9):.1f} % "
-                  f"of the way, air at feed {100 * np.mean(met <= 0.02):.0f} %; {len(every)} pockets")
+                  f"of the path, air at feed {100 * np.mean(met <= 0.02):.0f} %; {len(every)} pockets")
 
 
 # ---- planning time -----------------------------------------------------------------------------------------------

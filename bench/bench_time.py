@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """How close the feed comes to the best there is: cycle time and removal rate of whole runs.
 
 Called by bench/run.py (prints JSON rows); by hand with --table, and with the names of programs:
@@ -8,7 +9,7 @@ Method:
  1. A program runs twice on a LinuxCNC of its own: as it is, and with a target so high (and the tools'
     own rates gone) that the stock never limits it.  The second run gives the velocity the planner itself allows at every
     place (ceiling, corners, ends); both give the acceleration it really uses on every line.
- 2. The section area A(s) along the logged way comes from bench/lib/fine_model.c, which shares
+ 2. The section area A(s) along the logged path comes from tests/support/fine_model.c, which shares
     nothing with the core.  Removal rate = A v, v from the logged positions; windows of 1 and 10 ms.
  3. The optimum is the fastest v(s) <= min(planner, Q / A(s)) with that acceleration, by a forward and a
     backward pass.  Time outside feed moves (traverses, tool change) is the log's own and counts
@@ -16,36 +17,31 @@ Method:
  4. The constant feed with the same peak: the run's own peak rate (10 ms) over the largest area
     it met, by the same passes; plunges and steep ramps go as in the optimum.
 
-Figures are of the simulated mill (configs/mill_headless.ini); docs/Benchmarks.md has a table.
+Figures are of the simulated mill (configs/mill_headless.ini); docs/proof/benchmarks.md has a table.
 """
 import argparse
 import ctypes as C
 import json
 import re
-import sys
 import tempfile
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 
-ROOT = Path(__file__).resolve().parent.parent
-sys.path[:0] = [str(ROOT / "remap")]
-
-from chipwise.machine import runner              # noqa: E402
+from roots import ROOT
+from chipwise.headless import runner
+from support.speed_log import Log
 
 SPEED = 6
 TOGETHER = 2                # runs at once
 FREE = 1000.0               # times the target: the stock never limits
-KEEP_MM = 0.05              # the way is judged in steps of this
-TURN = 0.03                 # rad, and wherever it turns by more
 SLACK_MM = 0.02             # step of the optimum's passes
 CUTTING_MM2 = 1e-3          # less is no contact
 ACCEL = 500.0               # mm/s2, of configs/mill_headless.ini
 SMALL = ("cam_part", "cam01", "pocket_concentric")    # parts of small moves
 TIME_TARGET = {False: 1.02, True: 1.05}         # by whether the moves are small
 PEAK_10MS, PEAK_1MS, OVER = 1.02, 1.05, 0.0
-FEEDS = (2, 3)
 
 VEC = C.c_double * 3
 
@@ -105,61 +101,21 @@ def run(job):
         raise RuntimeError(f"bench: {program.name}: {summary['errors']}")
 
 
-class Log:
-    """A run: tips (n, 3) mm, way (n,) mm travelled, speed (n,) mm/s of the step that ends there."""
-
-    def __init__(self, path):
-        with np.load(path) as stored:
-            data = {key: stored[key] for key in stored.files}
-        self.period, unit = float(data["period"]), float(data["units_per_mm"])
-        tips = np.column_stack([data["x"], data["y"], data["z"] - data["tool_offset_z"]]) / unit
-        ticks = np.diff(data["sample"], prepend=data["sample"][0] - 1)
-        self.tips, self.line, self.motion = tips, data["line"], data["motion_type"]
-        step = np.linalg.norm(np.diff(tips, axis=0, prepend=tips[:1]), axis=1)
-        self.way, self.took = np.cumsum(step), ticks * self.period
-        self.speed = step / self.took
-        self.feeding = np.isin(self.motion, FEEDS)
-        self.held = self.feeding & (data["rate_target"] > 0)
-        self.scale = data["adaptive_feed"]
-        self.limited = data["limited_by"]
-        self.removed = float(data["removed_volume"][-1])
-
-    def places(self):
-        """Rows in steps of KEEP_MM, and where the way turns, turns back or the kind of motion changes."""
-        keep, heading, before = [0], np.zeros(3), 0         # `before`: the last row that moved
-        for i in range(1, len(self.way)):
-            own = self.tips[i] - self.tips[before]
-            if not own.any():
-                continue
-            if before != keep[-1] and heading @ own < np.cos(TURN) * np.sqrt(own @ own):
-                keep.append(before)
-            step = self.tips[i] - self.tips[keep[-1]]
-            length = float(np.sqrt(step @ step))
-            if keep[-1] == before:
-                heading = step / length
-            if length >= KEEP_MM or self.motion[i] != self.motion[i - 1]:
-                keep.append(i)
-            before = i
-        if keep[-1] != len(self.way) - 1:
-            keep.append(len(self.way) - 1)
-        return np.array(keep)
-
-
 def areas(log, rows, radius, low, high):
     """Section area (mm2) of the step that ends at every row of the log."""
-    library = C.CDLL(str(ROOT / "build" / "bench" / "lib" / "fine_model.so"))
+    library = C.CDLL(str(ROOT / "build" / "tests" / "support" / "fine_model.so"))
     tips = np.ascontiguousarray(log.tips[rows])
     wanted = np.append(log.feeding[rows[1:]], False).astype(np.uint8)
     area = np.zeros(len(rows))
     library.fine_areas(C.c_double(radius), VEC(*low), VEC(*high), tips.ctypes.data_as(C.c_void_p),
                        wanted.ctypes.data_as(C.c_void_p), C.c_long(len(rows)), area.ctypes.data_as(C.c_void_p))
-    volume = np.concatenate([[0.0], np.cumsum(area[:-1] * np.diff(log.way[rows]))])
-    step = np.searchsorted(log.way[rows][1:], log.way, side="left").clip(0, len(rows) - 2)
-    return area[step], np.interp(log.way, log.way[rows], volume)
+    volume = np.concatenate([[0.0], np.cumsum(area[:-1] * np.diff(log.toolpath[rows]))])
+    step = np.searchsorted(log.toolpath[rows][1:], log.toolpath, side="left").clip(0, len(rows) - 2)
+    return area[step], np.interp(log.toolpath, log.toolpath[rows], volume)
 
 
 def matched(log, rows, other, other_rows):
-    """Way of `other` (mm) at the rows of `log`: the nearest place, never backwards."""
+    """Path of `other` (mm) at the rows of `log`: the nearest place, never backwards."""
     a, b = log.tips[rows], other.tips[other_rows]
     start, span = b[:-1], np.diff(b, axis=0)
     length = np.sqrt((span ** 2).sum(axis=1)).clip(1e-12)
@@ -170,7 +126,7 @@ def matched(log, rows, other, other_rows):
         off = np.linalg.norm(start[near] + t[:, None] * span[near] - tip, axis=1)
         best = int(np.argmin(off + 0.004 * np.arange(len(off))))
         at += best
-        out[i] = other.way[other_rows[at]] + t[best] * length[at]
+        out[i] = other.toolpath[other_rows[at]] + t[best] * length[at]
     return np.maximum.accumulate(out)
 
 
@@ -188,10 +144,10 @@ def accelerations(logs, accel=ACCEL):
     return {place: accel if value > 0.62 * accel else 0.5 * accel for place, value in used.items()}
 
 
-def fastest(way, limit, accel):
-    """Time (s) of the fastest run over `way` (n,) under limit (n,) mm/s and accel (n,) mm/s2."""
+def fastest(toolpath, limit, accel):
+    """Time (s) of the fastest run over `path` (n,) under limit (n,) mm/s and accel (n,) mm/s2."""
     v2 = np.minimum(limit, 1e4) ** 2
-    gain = 2.0 * np.diff(way) * 0.5 * (accel[1:] + accel[:-1])
+    gain = 2.0 * np.diff(toolpath) * 0.5 * (accel[1:] + accel[:-1])
     v2, gain = v2.tolist(), gain.tolist()
     for i in range(1, len(v2)):
         v2[i] = min(v2[i], v2[i - 1] + gain[i - 1])
@@ -199,7 +155,7 @@ def fastest(way, limit, accel):
         v2[i] = min(v2[i], v2[i + 1] + gain[i])
     v = np.sqrt(np.array(v2))
     pace = 0.5 * (v[1:] + v[:-1])
-    step = np.diff(way)
+    step = np.diff(toolpath)
     rest = np.sqrt(2.0 * step / accel[1:])          # a step between two stands
     return float(np.where(pace > 1e-6, step / pace.clip(1e-6), rest).sum()), v
 
@@ -223,8 +179,8 @@ def window_rates(log, volume, area, span):
     time = np.cumsum(log.took)
     rows = end[inside & (removed > 1e-6)]
     removed = volume[rows] - volume[rows - span]
-    way = (log.way[rows] - log.way[rows - span]).clip(1e-9)
-    return removed / (time[rows] - time[rows - span]), rows, removed / way
+    toolpath = (log.toolpath[rows] - log.toolpath[rows - span]).clip(1e-9)
+    return removed / (time[rows] - time[rows - span]), rows, removed / toolpath
 
 
 def judge(name, folder, text):
@@ -234,7 +190,7 @@ def judge(name, folder, text):
     rows, other_rows = held.places(), free.places()
     area, volume = areas(held, rows, radius, low, high)
     other_way = matched(held, rows, free, other_rows)
-    moving = np.concatenate([[True], np.diff(free.way) > 1e-9])
+    moving = np.concatenate([[True], np.diff(free.toolpath) > 1e-9])
     accel_of = accelerations((held, free))
     actual = best = constant = 0.0
     rate10, at10, met10 = window_rates(held, volume, area, 10)
@@ -242,25 +198,25 @@ def judge(name, folder, text):
     peak = float(rate10.max())
     steep = np.abs(np.diff(held.tips[:, 2], prepend=held.tips[0, 2])) > 0.7 * held.speed * held.took
     steady_feed = peak / float(met10[~(steep[at10] | steep[at10 - 10])].max())
-    lost, row_way = [], held.way[rows]
+    lost, row_path = [], held.toolpath[rows]
     for first, last in blocks(held.held):
-        if held.way[last - 1] - held.way[first - 1] < 1e-6:
+        if held.toolpath[last - 1] - held.toolpath[first - 1] < 1e-6:
             continue
-        a, b = held.way[first - 1], held.way[last - 1]
-        way = np.linspace(a, b, max(3, int((b - a) / SLACK_MM) + 1))
-        there = np.interp(way, row_way, other_way)
-        planner = np.interp(there, free.way[moving], free.speed[moving])
-        planner = np.maximum(planner, np.minimum(np.interp(way, held.way, held.speed), 0.5))
-        index = np.searchsorted(held.way[first:last], way).clip(0, last - first - 1) + first
+        a, b = held.toolpath[first - 1], held.toolpath[last - 1]
+        toolpath = np.linspace(a, b, max(3, int((b - a) / SLACK_MM) + 1))
+        there = np.interp(toolpath, row_path, other_way)
+        planner = np.interp(there, free.toolpath[moving], free.speed[moving])
+        planner = np.maximum(planner, np.minimum(np.interp(toolpath, held.toolpath, held.speed), 0.5))
+        index = np.searchsorted(held.toolpath[first:last], toolpath).clip(0, last - first - 1) + first
         accel = np.array([accel_of.get(place, ACCEL)
                           for place in zip(held.line[index], held.motion[index])])
         met = area[index]
         stock = target / np.maximum(met, 1e-9)
-        seconds, v = fastest(way, np.minimum(planner, stock), accel)
+        seconds, v = fastest(toolpath, np.minimum(planner, stock), accel)
         actual += float(held.took[first:last].sum())
         best += seconds
         plain = np.where(steep[index], stock, steady_feed)
-        constant += fastest(way, np.minimum(planner, plain), accel)[0]
+        constant += fastest(toolpath, np.minimum(planner, plain), accel)[0]
         lost.append((held.took[first:last].sum() - seconds, int(held.line[first]), int(held.line[last - 1]),
                      float(held.took[first:last].sum()), seconds))
     other = float(held.took.sum()) - actual

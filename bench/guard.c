@@ -1,7 +1,8 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
 /* guard.c - what the guard's probe costs in a servo period of a traverse.
  *
  * Called by bench/run.py (prints JSON rows). A slot is cut, then gone back through as a traverse: the dearest case, as the probe
- * has to look at every cell the tool would cover. Each way is gone through REPLAYS times; the time of a period is the fastest
+ * has to look at every cell the tool would cover. Each path is gone through REPLAYS times; the time of a period is the fastest
  * of those (as bench_cost.py has it).
  */
 #include <math.h>
@@ -31,18 +32,18 @@ static int rising(const void *a, const void *b)
 }
 
 /* One traverse through the slot, 17 degrees to the cells, at its speed all the way; us a period into `best`. */
-static int traverse(const struct job *job, const struct cw_stock *stock, const struct cw_tool *tool, double *best, int first)
+static int traverse(const struct job *job, const struct chip_stock *stock, const struct chip_tool *tool, double *best, int first)
 {
-    struct cw_guard guard;
-    struct cw_guard_in in;
+    struct chip_guard guard;
+    struct chip_guard_in in;
     double c = cos(0.3), s = sin(0.3), step = job->speed * 0.001, length = 180.0;
     int i, n = (int)(length / step), alarms = 0;
     memset(&guard, 0, sizeof guard);
     memset(&in, 0, sizeof in);
-    cw_guard_reset(&guard);
-    in.period = 0.001;
-    in.accel = in.axis_accel[0] = in.axis_accel[1] = in.axis_accel[2] = job->accel;
-    in.trail = 1;
+    chip_guard_reset(&guard);
+    in.period_s = 0.001;
+    in.acceleration_mm_s2 = in.axis_acceleration_mm_s2[0] = in.axis_acceleration_mm_s2[1] = in.axis_acceleration_mm_s2[2] = job->accel;
+    in.start_is_cut = 1;
     for (i = 0; i < n && i < MOST; i++) {
         double begin, took;
         long work = 0;
@@ -51,9 +52,9 @@ static int traverse(const struct job *job, const struct cw_stock *stock, const s
         in.to[0] = in.from[0] + c * step;
         in.to[1] = in.from[1] + s * step;
         in.from[2] = in.to[2] = -5.0;
-        in.to_go = length - (i + 1) * step;
+        in.distance_to_go_mm = length - (i + 1) * step;
         begin = now_us();
-        alarms += cw_guard_traverse(&guard, stock, tool, &in, CW_WORK_PER_PERIOD, &work);
+        alarms += chip_guard_traverse(&guard, stock, tool, &in, CHIP_WORK_PER_PERIOD, &work);
         took = now_us() - begin;
         if (first || took < best[i]) best[i] = took;
     }
@@ -64,21 +65,21 @@ static int traverse(const struct job *job, const struct cw_stock *stock, const s
 static void measure(const struct job *job)
 {
     static double best[MOST];
-    uint32_t cells = cw_stock_cells(job->cell, 300, 200);
-    struct cw_stock *stock = malloc(cw_stock_bytes(cells));
+    uint32_t cells = chip_stock_cells(job->cell, 300, 200);
+    struct chip_stock *stock = malloc(chip_stock_bytes(cells));
     double low[3] = { 0, 0, -10 }, high[3] = { 300, 200, 0 }, at[3] = { 30, 40 - 10 * tan(0.3), -5 };
     double end[3] = { 40 + 240 * cos(0.3), 40 + 240 * sin(0.3), -5 }, mean = 0.0;
-    struct cw_sweep sweep;
-    struct cw_tool tool;
+    struct chip_sweep sweep;
+    struct chip_tool tool;
     int i, n = 0;
-    cw_stock_init(stock, job->cell, cells);
-    cw_stock_define(stock, low, high);
-    while (!cw_stock_fill(stock, 1 << 20)) { }
-    cw_tool_init(&tool, job->diameter, 0, 0, 0);
+    chip_stock_init(stock, job->cell, cells);
+    chip_stock_define(stock, low, high);
+    while (!chip_stock_fill(stock, 1 << 20)) { }
+    chip_tool_init(&tool, job->diameter, 0, 0, 0);
     memset(&sweep, 0, sizeof sweep);
-    cw_sweep_place(&sweep, at);
-    cw_sweep_to(&sweep, end);
-    while (sweep.waiting) cw_sweep_run(&sweep, stock, &tool, 1 << 28, 0);
+    chip_sweep_start(&sweep, at);
+    chip_sweep_to(&sweep, end);
+    while (sweep.waiting) chip_sweep_run(&sweep, stock, &tool, 1 << 28, 0);
     for (i = 0; i < REPLAYS; i++) n = traverse(job, stock, &tool, best, i == 0);
     for (i = 0; i < n; i++) mean += best[i] / n;
     qsort(best, n, sizeof *best, rising);

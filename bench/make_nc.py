@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """Writes the control benchmark's programs, bench/nc/*.ngc.
 
 Run by hand after a change; bench/bench_time.py runs what lies there.  Every program has the stock

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
 """Figures of the geometry kernel at full size; prints a table, writes build/bench_geometry.json.
 
     /usr/bin/python3 bench/offset_bench.py [--count 5000] [--jobs 3] [--only speed,rings,...]
@@ -6,7 +7,7 @@
 Called by hand; bench/bench_geometry.py takes the same figures at a size for `make bench`.
 
 random: CHIPWISE_RANDOM_COUNT contours of each kind (default 5,000) from CHIPWISE_SEED on,
-both sides, against the oracle of tests/python/contour_oracle.py, and each backwards and
+both sides, against the oracle of tests/support/contour_oracle.py, and each backwards and
 from every vertex against itself; failures leave replay files under build/.
 speed: time over size, beside cavalier_contours and Clipper in the same run.
 size: elements against cavalier_contours, areas against pyclipper.
@@ -16,26 +17,21 @@ import argparse
 import json
 import math
 import os
-import sys
 import time
 from concurrent.futures import ProcessPoolExecutor
-from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[1]
-for folder in (ROOT / "remap", ROOT / "tests" / "python"):
-    sys.path.insert(0, str(folder))
+import numpy as np
 
-import numpy as np                                                          # noqa: E402
-
-import contour_oracle as oracle                                             # noqa: E402
-import second_oracles                                                       # noqa: E402
-from chipwise.geometry import elements                                      # noqa: E402
-from chipwise.geometry.contour import ArcElement, LineElement, make_contour  # noqa: E402
-from chipwise.geometry.offset import LEFT, RIGHT, offset_contour            # noqa: E402
-from contour_judge import (count_from_environment, seed_from_environment, variants, verdict,
-                           write_replay)                                    # noqa: E402
-from contour_random import contour_case                                     # noqa: E402
-from contour_shapes import rounded_square                                   # noqa: E402
+from roots import ROOT
+from support import contour_oracle as oracle
+from support import second_oracles
+from chipwise.geometry.base import elements
+from chipwise.geometry.base.contour import ArcElement, LineElement, make_contour
+from chipwise.geometry.offset.kernel import LEFT, RIGHT, offset_contour
+from support.contour_judge import (count_from_environment, seed_from_environment, variants, verdict,
+                           write_replay)
+from support.contour_random import contour_case
+from support.contour_shapes import rounded_square
 
 KINDS = ("filleted", "bulged")
 
@@ -84,7 +80,7 @@ def judge_range(job):
             try:
                 contour = make_contour(parts)
                 result = offset_contour(contour, side, radius)
-                result.rough, result.unreachable
+                _ = result.rough, result.inaccessible       # both are made when they are asked for
             except Exception:
                 total["alarms"] += 1
             total["kernel_s"] += time.perf_counter() - begin
@@ -170,7 +166,7 @@ def bench_speed(sizes=SIZES):
             for side, name in ((LEFT, "inside"), (RIGHT, "outside")):
                 def work():
                     result = offset_contour(make_contour(parts), side, radius)
-                    return result, result.rough, result.unreachable
+                    return result, result.rough, result.inaccessible
                 ours.append(best(work, again)[0])
                 rows[f"R{radius:g} {name} ms"] = ours[-1]
                 path.append(best(lambda: offset_contour(contour, side, radius), again)[0])

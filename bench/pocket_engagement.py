@@ -1,10 +1,11 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """How hard each pocket strategy works the tool: engagement, section, length, entries, planning time.
 
     /usr/bin/python3 bench/pocket_engagement.py [--count 20] [--step 0.8] [--json FILE]
 
 The stock is a fine raster (one cell a 12th of the tool radius).  The tool goes along every Track in steps of a
 cell; before each step the front half circle of its edge is probed just outside the tool.  The share of the
-half circle in stock times 180 degrees is the engagement angle; the sum of stock across the way of the tool is
+half circle in stock times 180 degrees is the engagement angle; the sum of stock across the path of the tool is
 the radial engagement in mm, which times the depth of cut is the section area.  Then the disc is cleared.
 
 Not counted: the first tool diameter of every Track that begins in solid stock (the entry: ramp or helix).
@@ -20,15 +21,15 @@ from pathlib import Path
 
 import numpy as np
 
-ROOT = Path(__file__).resolve().parent.parent
-for folder in ("remap", "tests", "tests/python", "docs"):
-    sys.path.insert(0, str(ROOT / folder))
+from roots import ROOT
+from chipwise.geometry.base import elements
+from chipwise.geometry.base.contour import make_contour
+from chipwise.geometry.pocket.machinable import split
+from support.island_random import random_islands
 
-from chipwise.geometry import elements  # noqa: E402
-from chipwise.geometry.contour import make_contour  # noqa: E402
-from chipwise.geometry.pocket.fields import split  # noqa: E402
-from pocket_pictures import STRATEGIES, demo_pocket  # noqa: E402
-from test_geometry_pocket import random_pocket  # noqa: E402
+sys.path.append(str(ROOT / "tools" / "pictures"))                 # the drawing of the pictures
+
+from pockets import STRATEGIES, demo_pocket    # noqa: E402
 
 CELLS_PER_RADIUS = 12
 PROBES = 90                 # on the front half circle
@@ -37,7 +38,7 @@ SEED = 5000
 
 
 class Raster:
-    """Stock as cells around Fields; tool of `radius` mm."""
+    """Stock as cells around machinable regions; tool of `radius` mm."""
 
     def __init__(self, fields, radius):
         self.radius, self.cell = radius, radius / CELLS_PER_RADIUS
@@ -82,7 +83,7 @@ def steps(track, step):
 
 
 def measure(strategy, fields, radius, step, direction=0.0, climb=True):
-    """Figures of one strategy on all Fields of a pocket."""
+    """Figures of one strategy on all regions of a pocket."""
     start = time.process_time()
     tracks = [t for field in fields for t in strategy(field, radius, step, direction, climb)]
     seconds = time.process_time() - start
@@ -114,7 +115,7 @@ def _mean(value, weight):
 
 
 def _reach(fields, radius):
-    """Area (mm2) the tool reaches, nearly: Field, a band of radius along its contours, and its corners."""
+    """Area (mm2) the tool reaches, nearly: region, a band of radius along its contours, and its corners."""
     return sum(f.area + radius * sum(elements.lengths(c).sum() for c in f.contours) + math.pi * radius ** 2 for f in fields)
 
 
@@ -123,7 +124,7 @@ def pockets(count):
     seed, found = SEED, 0
     while found < count:
         seed += 1
-        loops, radius = random_pocket(seed)
+        loops, radius = random_islands(seed)
         radius = min(max(radius, 1.5), 3.0)
         contours = [make_contour(parts) for parts in loops]
         fields = split(contours[0], contours[1:], radius)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """A row of the benchmarks' table, as bench/run.py reads it.  Called by the bench_*.py."""
 
 

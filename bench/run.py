@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """Run every benchmark, print one table, write build/bench.json.
 
 Called by `make bench`.  A benchmark is bench/NAME.c (built as

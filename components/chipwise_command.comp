@@ -1,44 +1,45 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
 component chipwise_command "Carry M250..M254 from the interpreter to the HAL, in step with motion";
 description """
-The interpreter runs far ahead of the machine, so a code that must act when the machine gets
-there goes through motion's analog outputs, which M68 sets in their turn of the queue. Two
-outputs carry any number of values: first the number of a register to
+The interpreter runs far ahead of the machine, so a code that must act in step with the machine
+uses motion's analog outputs, which M68 sets in queue order. Two
+outputs carry any number of values: first the number of a register goes to
 .B word,
 then its content to
 .B value.
-Registers 1..6 are the stock box, 8 its shape, 9 its turn, 11..14 the feed, 21 the slot of a file. Nothing of them takes effect before the word
-that commits them (7: the stock, 17: the feed, 27: save, 28: restore), so a program aborted in between
+Registers 1..6 are the stock box, 8 its shape, 9 its turn, 11..14 the feed, 21 the slot of a file. They take effect
+only with the word that commits them (7: the stock, 17: the feed, 27: save, 28: restore), so a program aborted in between
 changes nothing.
 
 The feed ends by itself:
 .B mode
 goes to 0 when the machine is switched off (
 .B enabled
-FALSE), when the program that has switched it on is over (
+FALSE) and when the program that has switched it on ends (
 .B program-running
-FALSE: end, abort, error, E-stop), or has not been seen for a second, and, where it was switched on in MDI, when a program starts.
+FALSE: end, abort, error, E-stop) or is not seen for a second. A feed switched on in MDI ends when a program starts.
 """;
 
-pin in float word "motion.analog-out-N: number of the register that value goes to";
-pin in float value "motion.analog-out-M: its content";
+pin in float word "number of the register that value goes to (motion.analog-out-N)";
+pin in float value "content of the register (motion.analog-out-M)";
 pin out float min_x "register 1: stock box, machine units";
 pin out float min_y "register 2";
 pin out float min_z "register 3";
 pin out float max_x "register 4";
 pin out float max_y "register 5";
 pin out float max_z "register 6";
-pin out s32 shape "register 8, as of the last commit: of the stock in its box, stock_tracker(9)";
-pin out float turn "register 9, as of the last commit: degrees the box is turned by, stock_tracker(9)";
+pin out s32 shape "register 8, as of the last commit: shape of the stock, stock_tracker(9)";
+pin out float turn "register 9, as of the last commit: angle of the box in degrees, stock_tracker(9)";
 pin out bit define "TRUE while word is 7";
 pin out s32 mode "register 11, as of the last commit: mode of volumetric_feed(9)";
 pin in bit enabled = 1 "motion.motion-enabled";
-pin in bit program_running "chipwise-monitor.program-running: a program, not MDI";
+pin in bit program_running "chipwise-monitor.program-running: TRUE while a program runs, not MDI";
 pin in bit stock_defined "stock-tracker.N.stock-defined";
 pin in s32 fault_code "stock-tracker.N.fault-code";
 pin in s32 reply "chipwise-monitor.reply";
 pin out s32 request "to the monitor: 1 save while word is 27, 2 restore while it is 28, else 0";
 pin out s32 slot "register 21, as of the last commit: number of the file";
-pin out float status "to motion.analog-in-N, where the codes look whether they were obeyed: mode + 10 if a stock is defined + 100 * fault-code + 10000 * reply";
+pin out float status "to motion.analog-in-N, where the codes check that they took effect: mode + 10 if a stock is defined + 100 * fault-code + 10000 * reply";
 pin out float mrr_target "register 12, as of the last commit: mm3/min";
 pin out float mrr_lower "register 13, as of the last commit: mm3/min";
 
@@ -55,60 +56,55 @@ function _ fp;
 license "GPL";
 author "chipwise";
 see_also "stock_tracker(9), volumetric_feed(9)";
+include "registers.h";
 ;;
 
-#define BOX_FIRST 1
-#define BOX_COMMIT 7
-#define BOX_SHAPE 8
-#define BOX_TURN 9
-#define FEED_FIRST 11
-#define FEED_COMMIT 17
-#define FEED_REGISTERS 4
-#define UNSEEN 1.0              /* s: longer than chipwise-monitor may take to see a program begin */
-#define FILE_SLOT 21
-#define SAVE_COMMIT 27
-#define RESTORE_COMMIT 28
+#define UNSEEN_S 1.0            /* longer than chipwise-monitor may take to see a program begin */
 
-/* Whether what has switched the feed on is over: the machine, the program, or MDI by the start of a program. */
+/* Whether the feed has to end: the machine is off, its program is over, or a program starts after MDI. */
 static int feed_is_over(struct __comp_state *__comp_inst, long period)
 {
     int starts = program_running && !was_running, ends = !program_running && was_running;
     was_running = program_running;
     unseen_for = program_running ? 0.0 : unseen_for + fperiod;
-    return !enabled || (of_program ? ends || unseen_for > UNSEEN : starts);
+    return !enabled || (of_program ? ends || unseen_for > UNSEEN_S : starts);
 }
 
 FUNCTION(_) {
     double w = word;
     int number = w > 0.5 && w < 100.0 ? (int)(w + 0.5) : 0;
 
-    if (number >= BOX_FIRST && number < BOX_FIRST + 6) box[number - BOX_FIRST] = value;
-    if (number == BOX_SHAPE) form = value > 0.5 && value < 1.5;
-    if (number == BOX_TURN) angle = value > -1000.0 && value < 1000.0 ? value : 0.0;
-    if (number == FILE_SLOT) number_of_file = value;
-    if (number >= FEED_FIRST && number < FEED_FIRST + FEED_REGISTERS) feed[number - FEED_FIRST] = value;
-    if (number == BOX_COMMIT) {
+    if (number >= CHIP_REGISTER_BOX_FIRST && number < CHIP_REGISTER_BOX_FIRST + CHIP_BOX_REGISTERS)
+        box[number - CHIP_REGISTER_BOX_FIRST] = value;
+    if (number == CHIP_REGISTER_BOX_SHAPE) form = value > 0.5 && value < 1.5;
+    if (number == CHIP_REGISTER_BOX_TURN) angle = value > -1000.0 && value < 1000.0 ? value : 0.0;
+    if (number == CHIP_REGISTER_FILE_SLOT) number_of_file = value;
+    if (number >= CHIP_REGISTER_FEED_FIRST && number < CHIP_REGISTER_FEED_FIRST + CHIP_FEED_REGISTERS)
+        feed[number - CHIP_REGISTER_FEED_FIRST] = value;
+    if (number == CHIP_REGISTER_BOX_COMMIT) {
         min_x = box[0]; min_y = box[1]; min_z = box[2];
         max_x = box[3]; max_y = box[4]; max_z = box[5];
-        if (!define) {                  /* shape and turn go with this box only */
+        if (!define) {                  /* shape and turn apply to this box only */
             shape = form;
             turn = angle;
             form = 0;
             angle = 0.0;
         }
     }
-    define = number == BOX_COMMIT;
+    define = number == CHIP_REGISTER_BOX_COMMIT;
     if (feed_is_over(__comp_inst, period)) mode = 0;
-    if (number == FEED_COMMIT && !committed) {
+    if (number == CHIP_REGISTER_FEED_COMMIT && !committed) {
         of_program = feed[3] > 0.5;
         unseen_for = 0.0;
         mode = feed[0] >= 0.5 && feed[0] < 3.5 ? (int)(feed[0] + 0.5) : 0;
         mrr_target = feed[1];
         mrr_lower = feed[2];
     }
-    committed = number == FEED_COMMIT;
-    if (number == SAVE_COMMIT || number == RESTORE_COMMIT)
+    committed = number == CHIP_REGISTER_FEED_COMMIT;
+    if (number == CHIP_REGISTER_SAVE_COMMIT || number == CHIP_REGISTER_RESTORE_COMMIT)
         slot = number_of_file > -0.5 && number_of_file < 99.5 ? (int)(number_of_file + 0.5) : -1;
-    request = number == SAVE_COMMIT ? 1 : number == RESTORE_COMMIT ? 2 : 0;
-    status = mode + (stock_defined ? 10 : 0) + 100.0 * fault_code + 10000.0 * reply;
+    request = number == CHIP_REGISTER_SAVE_COMMIT ? CHIP_REQUEST_SAVE
+        : number == CHIP_REGISTER_RESTORE_COMMIT ? CHIP_REQUEST_RESTORE : CHIP_REQUEST_NONE;
+    status = mode + (stock_defined ? CHIP_STATUS_STOCK : 0) + (double)CHIP_STATUS_FAULT * fault_code
+        + (double)CHIP_STATUS_REPLY * reply;
 }

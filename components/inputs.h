@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
 /* inputs.h - values of other components' HAL pins, without connecting them.
  *
  * Who calls it: chipwise_inputs.comp.
@@ -6,17 +7,19 @@
  * halpr_find_pin_by_name() is exported by HAL; what it returns is described in hal_priv.h, which is not installed.
  *
  * Principle of operation:
- *  1. Two pins of our own are made, so the places of their pointers are known. The field of HAL's pin record
- *     that holds such a place (as an offset into the shared memory) is the one whose difference between the two records
- *     is the difference between the two places; it gives the start of the shared memory as well. No layout is assumed,
- *     and a LinuxCNC of another kind is refused.
- *  2. motion's pins are found by name once, while loading.
+ *  1. Two pins of our own are made, so the addresses of their pointers are known. The field of HAL's pin record
+ *     that holds such an address (as an offset into the shared memory) is the one whose difference between the two
+ *     records is the difference between the two addresses; it gives the start of the shared memory as well. No layout
+ *     is assumed,
+ *     and a LinuxCNC that stores pins differently is refused.
+ *  2. Motion's pins are found by name once, while loading.
  *  3. In every period each pointer is read, then what it points to, exactly as motion itself writes it. In the
- *     period in which a pointer has changed (somebody connected the pin) motion may have written to the old place:
+ *     period in which a pointer has changed (somebody connected the pin) motion may have written to the old address:
  *     the last value is kept.
- *  4. iocontrol is a process of its own and sees the shared memory at another address. While its pin is on no signal its
- *     pointer points into the pin's record, as far from its beginning as with our own pins: that gives the difference.
- *     Where the pin is on a signal already, that signal is the one to be read (`chipwise load` does it).
+ *  4. iocontrol is a process of its own and sees the shared memory at another address. While its pin is on no signal
+ *     its pointer points into the pin's record, as far from its beginning as with our own pins: that gives the
+ *     difference.
+ *     If the pin is on a signal already, that signal has to be read instead (`chipwise load` connects it).
  */
 #ifndef CHIPWISE_INPUTS_H
 #define CHIPWISE_INPUTS_H
@@ -27,38 +30,40 @@
 
 extern void *halpr_find_pin_by_name(const char *name) __attribute__((weak));
 
-enum cw_input_name {
-    CW_POS_X, CW_POS_Y, CW_POS_Z, CW_OFFSET_X, CW_OFFSET_Y, CW_OFFSET_Z, CW_TO_GO, CW_REQUESTED_VEL,
-    CW_CURRENT_VEL, CW_SPINDLE_SPEED, CW_MOTION_TYPE, CW_PROGRAM_LINE, CW_COORD_MODE, CW_INDEX_ENABLE,
-    CW_TOOL_NUMBER, CW_POS_A, CW_POS_B, CW_POS_C, CW_POS_U, CW_POS_V, CW_POS_W,
-    CW_ENABLED,
-    CW_INPUTS
+enum chip_input_name {
+    CHIP_POS_X, CHIP_POS_Y, CHIP_POS_Z, CHIP_OFFSET_X, CHIP_OFFSET_Y, CHIP_OFFSET_Z, CHIP_TO_GO, CHIP_REQUESTED_VEL,
+    CHIP_CURRENT_VEL, CHIP_SPINDLE_SPEED, CHIP_MOTION_TYPE, CHIP_PROGRAM_LINE, CHIP_COORD_MODE, CHIP_INDEX_ENABLE,
+    CHIP_TOOL_NUMBER, CHIP_POS_A, CHIP_POS_B, CHIP_POS_C, CHIP_POS_U, CHIP_POS_V, CHIP_POS_W,
+    CHIP_ENABLED,
+    CHIP_INPUTS
 };
 
-static const char *const cw_input_pins[CW_INPUTS] = {
-    "axis.x.pos-cmd", "axis.y.pos-cmd", "axis.z.pos-cmd", "motion.tooloffset.x", "motion.tooloffset.y",
-    "motion.tooloffset.z", "motion.distance-to-go", "motion.requested-vel", "motion.current-vel",
-    "spindle.0.speed-out-rps", "motion.motion-type", "motion.program-line", "motion.coord-mode",
-    "spindle.0.index-enable", "iocontrol.0.tool-number", "axis.a.pos-cmd", "axis.b.pos-cmd", "axis.c.pos-cmd", "axis.u.pos-cmd",
-    "axis.v.pos-cmd", "axis.w.pos-cmd", "motion.motion-enabled"
+static const char *const chip_input_pins[CHIP_INPUTS] = {
+    "axis.x.pos-cmd",      "axis.y.pos-cmd",          "axis.z.pos-cmd",          "motion.tooloffset.x",
+    "motion.tooloffset.y", "motion.tooloffset.z",     "motion.distance-to-go",   "motion.requested-vel",
+    "motion.current-vel",  "spindle.0.speed-out-rps", "motion.motion-type",      "motion.program-line",
+    "motion.coord-mode",   "spindle.0.index-enable",  "iocontrol.0.tool-number", "axis.a.pos-cmd",
+    "axis.b.pos-cmd",      "axis.c.pos-cmd",          "axis.u.pos-cmd",          "axis.v.pos-cmd",
+    "axis.w.pos-cmd",      "motion.motion-enabled"
 };
 
-_Static_assert(CW_INPUTS == 22, "the size of chipwise_inputs.comp's variable");
+_Static_assert(CHIP_INPUTS == 22, "the size of chipwise_inputs.comp's variable");
 
-#define CW_TURN 1e-4                /* degrees or machine units an axis beside X Y Z may move and still count as at rest */
-#define CW_HAL_BYTES (64L << 20)    /* no HAL has more shared memory */
-#define CW_PIN_FIELDS 64            /* bytes of a pin record looked through */
+/* degrees or machine units an axis other than X Y Z may move and still count as at rest */
+#define CHIP_TURN 1e-4
+#define CHIP_HAL_BYTES (64L << 20)    /* no HAL has more shared memory */
+#define CHIP_PIN_FIELDS 64            /* bytes of a pin record looked through */
 
-typedef struct cw_input {
-    void *const volatile *place;    /* of motion's pointer to its value; null: there is no such pin */
-    const void *at;                 /* what it pointed to in the last period */
+typedef struct chip_input {
+    void *const volatile *address;    /* address of motion's pointer to its value; null: there is no such pin */
+    const void *at;                 /* where it pointed in the last period */
     long shift;                     /* [4] bytes from the address in its process to that in ours */
     union { double real; int32_t whole; unsigned char bit; } last;
     double remembered;              /* its value when the stock was defined */
-} cw_input_t;
+} chip_input_t;
 
 /* [1] Content of the field at `where` of a pin record, whose width is 4 or 8 bytes. */
-static inline int64_t cw_pin_field(const char *record, int where, int width)
+static inline int64_t chip_pin_field(const char *record, int where, int width)
 {
     int64_t wide;
     int32_t narrow;
@@ -67,42 +72,42 @@ static inline int64_t cw_pin_field(const char *record, int where, int width)
     return wide;
 }
 
-/* [1] Which field holds a pointer's place, and where the shared memory starts; 0: none fits. */
-static inline int cw_pin_layout(const char *first, const char *second, char *const places[2],
+/* [1] Finds the field that holds a pointer's address, and the start of the shared memory; 0: none fits. */
+static inline int chip_pin_layout(const char *first, const char *second, char *const addresses[2],
                                 int *where, int *width, char **base)
 {
     for (*width = 8; *width >= 4; *width -= 4)
-        for (*where = 0; *where + *width <= CW_PIN_FIELDS; *where += *width) {
-            int64_t a = cw_pin_field(first, *where, *width), b = cw_pin_field(second, *where, *width);
-            if (a <= 0 || b <= 0 || a > CW_HAL_BYTES || b > CW_HAL_BYTES) continue;
-            if (b - a != places[1] - places[0]) continue;
-            *base = places[0] - a;
-            if (first < *base || first > *base + CW_HAL_BYTES) continue;
+        for (*where = 0; *where + *width <= CHIP_PIN_FIELDS; *where += *width) {
+            int64_t a = chip_pin_field(first, *where, *width), b = chip_pin_field(second, *where, *width);
+            if (a <= 0 || b <= 0 || a > CHIP_HAL_BYTES || b > CHIP_HAL_BYTES) continue;
+            if (b - a != addresses[1] - addresses[0]) continue;
+            *base = addresses[0] - a;
+            if (first < *base || first > *base + CHIP_HAL_BYTES) continue;
             return 1;
         }
     return 0;
 }
 
-/* [4] A pin of another process; without a place where the pin is on a signal already. */
-static inline void cw_input_of_process(struct cw_input *input, const char *record, long within)
+/* [4] A pin of another process; `address` is null if the pin is on a signal already. */
+static inline void chip_input_of_process(struct chip_input *input, const char *record, long within)
 {
     input->shift = record + within - (const char *)input->at;
-    if (input->shift % 4096 != 0) input->place = 0;
+    if (input->shift % 4096 != 0) input->address = 0;
 }
 
 /* [1], [2] Finds everything; called while loading. -> 0, or a negative error number. */
-static inline int cw_inputs_setup(struct cw_input *input, const char *prefix, int comp_id)
+static inline int chip_inputs_setup(struct chip_input *input, const char *prefix, int comp_id)
 {
     /* apart by an odd number of pointers, so that no other field of the records differs by as much */
     hal_bit_t **own = hal_malloc(8 * sizeof *own);
     char name[2][HAL_NAME_LEN + 1];
-    char *places[2], *base;
+    char *addresses[2], *base;
     const char *records[2];
     int where, width, i;
 
     if (!own || !halpr_find_pin_by_name) return -38;
-    places[0] = (char *)&own[0];
-    places[1] = (char *)&own[7];
+    addresses[0] = (char *)&own[0];
+    addresses[1] = (char *)&own[7];
     for (i = 0; i < 2; i++) {
         int code;
         rtapi_snprintf(name[i], sizeof name[i], "%s.own-%d", prefix, i);
@@ -112,67 +117,70 @@ static inline int cw_inputs_setup(struct cw_input *input, const char *prefix, in
         records[i] = halpr_find_pin_by_name(name[i]);
         if (!records[i]) return -38;
     }
-    if (!cw_pin_layout(records[0], records[1], places, &where, &width, &base)) return -38;
-    for (i = 0; i < CW_INPUTS; i++) {
-        const char *record = halpr_find_pin_by_name(cw_input_pins[i]);
-        int64_t offset = record ? cw_pin_field(record, where, width) : 0;
-        input[i].place = 0;
+    if (!chip_pin_layout(records[0], records[1], addresses, &where, &width, &base)) return -38;
+    for (i = 0; i < CHIP_INPUTS; i++) {
+        const char *record = halpr_find_pin_by_name(chip_input_pins[i]);
+        int64_t offset = record ? chip_pin_field(record, where, width) : 0;
+        input[i].address = 0;
         input[i].at = 0;
         input[i].last.real = 0.0;
         input[i].remembered = 0.0;
-        if (i == CW_ENABLED) input[i].last.bit = 1;
+        if (i == CHIP_ENABLED) input[i].last.bit = 1;
         if (!record) continue;
-        if (offset <= 0 || offset > CW_HAL_BYTES || offset % (int)sizeof(void *)) return -38;
-        input[i].place = (void *const volatile *)(base + offset);
-        if (!*input[i].place) return -38;
-        input[i].at = *input[i].place;
+        if (offset <= 0 || offset > CHIP_HAL_BYTES || offset % (int)sizeof(void *)) return -38;
+        input[i].address = (void *const volatile *)(base + offset);
+        if (!*input[i].address) return -38;
+        input[i].at = *input[i].address;
         input[i].shift = 0;
-        if (i == CW_TOOL_NUMBER) cw_input_of_process(&input[i], record, (char *)own[0] - records[0]);
+        if (i == CHIP_TOOL_NUMBER) chip_input_of_process(&input[i], record, (char *)own[0] - records[0]);
     }
     return 0;
 }
 
-/* [3] One period's look at every pin. */
-static inline void cw_inputs_read(struct cw_input *input)
+/* [3] Reads every pin, once per period. */
+static inline void chip_inputs_read(struct chip_input *input)
 {
     int i;
-    for (i = 0; i < CW_INPUTS; i++) {
-        const void *at = input[i].place ? *input[i].place : 0;
+    for (i = 0; i < CHIP_INPUTS; i++) {
+        const void *at = input[i].address ? *input[i].address : 0;
         if (!at) continue;
         if (at != input[i].at) {
             input[i].at = at;
             continue;
         }
         at = (const char *)at + input[i].shift;
-        if (i == CW_MOTION_TYPE || i == CW_PROGRAM_LINE || i == CW_TOOL_NUMBER) input[i].last.whole = *(const volatile int32_t *)at;
-        else if (i == CW_COORD_MODE || i == CW_INDEX_ENABLE || i == CW_ENABLED) input[i].last.bit = *(const volatile unsigned char *)at != 0;
+        if (i == CHIP_MOTION_TYPE || i == CHIP_PROGRAM_LINE || i == CHIP_TOOL_NUMBER)
+            input[i].last.whole = *(const volatile int32_t *)at;
+        else if (i == CHIP_COORD_MODE || i == CHIP_INDEX_ENABLE || i == CHIP_ENABLED)
+            input[i].last.bit = *(const volatile unsigned char *)at != 0;
         else input[i].last.real = *(const volatile double *)at;
     }
 }
 
-static inline double cw_input_float(const struct cw_input *input)
+static inline double chip_input_float(const struct chip_input *input)
 {
     return input->last.real;
 }
 
-static inline int32_t cw_input_s32(const struct cw_input *input)
+static inline int32_t chip_input_s32(const struct chip_input *input)
 {
     return input->last.whole;
 }
 
-static inline int cw_input_bit(const struct cw_input *input)
+static inline int chip_input_bit(const struct chip_input *input)
 {
     return input->last.bit;
 }
 
-/* Whether an axis beside X Y Z has left the place it had when the stock was defined; remembers it while `defining`. */
-static inline int cw_inputs_turned(struct cw_input *input, int defining, int turned)
+/* Whether an axis other than X Y Z has left its position since the stock was defined; notes the position while
+ * `defining`. */
+static inline int chip_inputs_turned(struct chip_input *input, int defining, int turned)
 {
     int i;
-    for (i = CW_POS_A; i <= CW_POS_W; i++) {
-        if (!input[i].place) continue;
+    for (i = CHIP_POS_A; i <= CHIP_POS_W; i++) {
+        if (!input[i].address) continue;
         if (defining) input[i].remembered = input[i].last.real;
-        else if (!(fabs(input[i].last.real - input[i].remembered) <= CW_TURN)) turned = 1;
+        else if (!(fabs(input[i].last.real - input[i].remembered) <= CHIP_TURN)) turned = 1;
     }
     return turned && !defining;
 }

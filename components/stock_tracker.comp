@@ -1,8 +1,9 @@
-component stock_tracker "Follow the tool, keep a model of the stock and tell the load to come";
+// SPDX-License-Identifier: GPL-2.0-or-later
+component stock_tracker "Follow the tool, keep a model of the stock and report the load to come";
 description """
-Keeps a height map of the stock in shared memory of its own, cuts it along the way the
-machine goes, and gives the section area: the volume of stock met per millimetre of travel,
-at the tool and on the way it is about to go. The removal rate is the section area times the
+Keeps a height map of the stock in shared memory of its own, cuts it along the path of the
+tool, and reports the section area: the volume of stock met per millimetre of travel,
+at the tool and along the path ahead. The removal rate is the section area times the
 velocity; volumetric_feed(9) turns that into a feed override.
 
 .B loadrt stock_tracker cell=0.25 size_x=300 size_y=200
@@ -13,7 +14,7 @@ is the side of a map cell in mm (default 0.25),
 the largest stock in mm (default 300 by 200). The map needs 8 bytes a cell. With count=N there
 are N trackers with a map each.
 
-Positions, tool sizes and the stock box are in machine units; volumes and areas in mm.
+All lengths on pins, distances and accelerations included, are in machine units; volumes are in mm3, areas in mm2.
 
 Add the function to the servo thread after motion-controller.
 """;
@@ -25,8 +26,8 @@ pin in float tool_offset_x "tool offset X, machine units (motion.tooloffset.x)";
 pin in float tool_offset_y "tool offset Y, machine units (motion.tooloffset.y)";
 pin in float tool_offset_z "tool offset Z, machine units (motion.tooloffset.z)";
 pin in s32 motion_type "motion.motion-type";
-pin in bit enable "while FALSE nothing is cut and the position is only followed (motion.coord-mode)";
-pin in float tool_diameter "machine units; not positive: no tool";
+pin in bit enable "motion.coord-mode; while FALSE the tracker follows the position and cuts nothing";
+pin in float tool_diameter "machine units; 0 or negative: no tool";
 pin in float tool_corner_radius "machine units";
 pin in float tool_tip_angle "included angle of the tip, degrees; 0: flat end";
 pin in float tool_flute_length "machine units; 0: unknown";
@@ -36,49 +37,49 @@ pin in float min_z "stock box, machine coordinates, machine units";
 pin in float max_x "stock box, machine coordinates, machine units";
 pin in float max_y "stock box, machine coordinates, machine units";
 pin in float max_z "stock box, machine coordinates, machine units";
-pin in s32 shape "of the stock in that box: 0 all of it, 1 the cylinder along Z inscribed in it";
-pin in float turn "degrees, counter-clockwise, by which the box min..max is turned about its middle in XY; not for a cylinder";
-pin in bit define "rising edge: fill the map with the box; ready is FALSE until that is done";
-pin in bit hold "TRUE: another program has the map and writes a stock into it (chipwise monitor)";
-pin in s32 tool_in_spindle "number of the tool by the machine itself (iocontrol.0.tool-number); unconnected: not compared";
-pin in s32 tool_followed "the same as chipwise-monitor has last seen and described it (chipwise-monitor.tool-followed)";
+pin in s32 shape "shape of the stock: 0 the box, 1 the cylinder along Z inscribed in it";
+pin in float turn "angle in degrees, counter-clockwise, by which the box is turned about its middle in XY; a cylinder is not turned";
+pin in bit define "rising edge: fill the map with the box; ready is FALSE until the map is filled";
+pin in bit hold "TRUE while another program (chipwise monitor) writes a stock into the map";
+pin in s32 tool_in_spindle "number of the tool in the spindle (iocontrol.0.tool-number); unconnected: not compared";
+pin in s32 tool_followed "number of the tool that chipwise-monitor has described last (chipwise-monitor.tool-followed)";
 pin in s32 heartbeat "counts while chipwise-monitor runs (chipwise-monitor.heartbeat)";
-pin in float distance_to_go "motion.distance-to-go, machine units; not positive: unknown";
-pin in bit turned "an axis beside X Y Z has moved since the stock was defined (chipwise-inputs.0.turned): no stock is known";
+pin in float distance_to_go "motion.distance-to-go, machine units; 0 or negative: unknown";
+pin in bit turned "an axis other than X Y Z has moved since the stock was defined (chipwise-inputs.0.turned): the stock is unknown";
 
-pin out bit stock_defined "the map is filled with a stock";
+pin out bit stock_defined "the map holds a stock";
 pin out bit ready "stock, tool and position are known";
-pin out bit fault "something is wrong, see fault-code";
-pin out s32 fault_code "0 none; stock box: 1 not finite, 2 empty, 3 larger than the map, 4 a map was not written to its end, or the machine went on meanwhile; tool: 11 diameter, 12 corner radius, 13 tip angle, 14 flute length; 15 the tool in the spindle is not the one that chipwise-monitor has described, 16 chipwise-monitor does not answer; 20 position not finite, 21 position jumps, 22 units-per-mm, 23 turned";
-pin out float removed_volume "mm3 cut since define; of a restored stock since it was defined";
-pin out bit held "the map is not touched: answer to hold";
+pin out bit fault "a fault is present, see fault-code";
+pin out s32 fault_code "0 none; stock box: 1 not finite, 2 empty, 3 larger than the map, 4 the map is incomplete or another program wrote into it; tool: 11 diameter, 12 corner radius, 13 tip angle, 14 flute length; 15 chipwise-monitor has not described the tool in the spindle, 16 chipwise-monitor does not answer; 20 position not finite, 21 position jumps, 22 units-per-mm, 23 turned";
+pin out float removed_volume "mm3 cut since define; for a restored stock, since it was defined first";
+pin out bit held "answer to hold: the tracker does not touch the map";
 pin out float mrr "removal rate, mm3/min, averaged over mrr-window";
-pin out float section_area "mm2: volume met per mm of travel, at the tool, now";
+pin out float section_area "mm2: volume met per mm of travel, at the tool now";
 pin out float depth "machine units: deepest stock above the tool's edge within its footprint";
-pin out float direction_z "vertical part of the direction of travel, -1 (plunge) to 1";
-pin out bit flute_excess "the tool cuts stock higher than its flutes";
-pin out bit rapid_contact "a traverse meets stock, or will within its braking distance";
+pin out float direction_z "vertical part of the unit direction of travel, -1 (plunge) to 1";
+pin out bit flute_excess "the depth exceeds the flute length while cutting";
+pin out bit rapid_contact "a traverse meets stock, or will meet it within its braking distance";
 pin out float rapid_distance "machine units to the stock a traverse is about to meet; 0: none seen";
-pin out bit path_known "the way ahead is the program's own, read from the motion planner; FALSE: it is predicted";
-pin out float ahead_distance_#[8] "machine units of travel until ahead-area-N applies; number 0: now";
-pin out float ahead_area_#[8] "mm2, never too low; rises with N; 0: unused";
-pin out float ahead_accel_#[8] "machine units/s2 the planner can brake with until there, in the mean; 0: not known";
+pin out bit path_known "the path ahead is read from the motion planner; FALSE: it is predicted";
+pin out float load_step_distance_#[8] "machine units of travel until load-step-area-N applies; step 0 applies now";
+pin out float load_step_area_#[8] "mm2, never too low; rises with N; 0: unused";
+pin out float load_step_accel_#[8] "mean braking the planner can use until there, machine units/s2; 0: unknown";
 
 param rw float units_per_mm = 1.0 "machine units per mm: 1 or 1/25.4";
 param rw float mrr_window = 0.02 "s, at most 1023 periods";
-param rw float acceleration = 0.0 "machine units/s2 the planner really uses; 0: unknown, look 20 mm ahead";
-param rw float max_jerk = 0.0 "machine units/s3, of a planner that bounds the jerk ([TRAJ]PLANNER_TYPE = 1); 0: it does not";
-param rw bit read_path = 1 "read the program's way ahead from the motion planner; FALSE: always predict it";
-param rw float acceleration_x = 0.0 "machine units/s2 of the axis, for the traverses' braking; 0: unknown, as acceleration";
-param rw float acceleration_y = 0.0 "machine units/s2";
-param rw float acceleration_z = 0.0 "machine units/s2";
-param rw float monitor_timeout = 0.0 "s without a heartbeat until fault 16; 0: the heartbeat is not watched";
-param r s32 shm_key "key of the shared memory that holds the map";
+param rw float acceleration = 0.0 "acceleration the planner really uses, machine units/s2; 0: unknown, look 20 mm ahead";
+param rw float max_jerk = 0.0 "jerk limit of the planner ([TRAJ]PLANNER_TYPE = 1), machine units/s3; 0: not limited";
+param rw bit read_path = 1 "read the path ahead from the motion planner; FALSE: always predict it";
+param rw float acceleration_x = 0.0 "acceleration of the X axis, for the braking of traverses, machine units/s2; 0: unknown, use acceleration";
+param rw float acceleration_y = 0.0 "the same of the Y axis";
+param rw float acceleration_z = 0.0 "the same of the Z axis";
+param rw float monitor_timeout = 0.0 "time without a heartbeat until fault 16, s; 0: not watched";
+param r s32 shm_key "key of the shared memory with the map";
 
-variable cw_tracker_t state;
-variable cw_planner_t planner;
+variable chip_tracker_t state;
+variable chip_planner_t planner;
 variable chip_tool_watch_t watch;
-variable int said_unwatched;
+variable int is_reported;
 variable void *map;
 variable int map_id;
 
@@ -102,27 +103,27 @@ RTAPI_MP_STRING(size_x, "largest stock in X, mm");
 static char *size_y = "200";
 RTAPI_MP_STRING(size_y, "largest stock in Y, mm");
 
-/* Gives up the map a killed LinuxCNC has left under the key: it may be too small. A program that still has it attached
- * keeps what it has; the key is free. Returns 0, or -1 where it is somebody else's. */
+/* Removes the map a killed LinuxCNC has left under the key: it may be too small. A program that still has it attached
+ * keeps it; the key is free. Returns 0, or -1 if the map belongs to another user or program. */
 static int remove_stale(int key)
 {
     struct shmid_ds about;
     int old = shmget(key, 0, 0);
     if (old < 0) return errno == ENOENT ? 0 : -1;
-    if (shmctl(old, IPC_STAT, &about) < 0 || !cw_planner_ours(&about)) return -1;
+    if (shmctl(old, IPC_STAT, &about) < 0 || !chip_planner_ours(&about)) return -1;
     return shmctl(old, IPC_RMID, 0);
 }
 
-/* Whether the block under the key is the one this process has just made, and has it for itself. */
+/* Whether this process has just made the block under the key, and nobody else has it attached. */
 static int freshly_made(int key, uint64_t bytes)
 {
     struct shmid_ds about;
     int id = shmget(key, 0, 0);
-    return id >= 0 && shmctl(id, IPC_STAT, &about) == 0 && cw_planner_ours(&about) && about.shm_segsz == bytes
+    return id >= 0 && shmctl(id, IPC_STAT, &about) == 0 && chip_planner_ours(&about) && about.shm_segsz == bytes
         && about.shm_nattch == 1 && about.shm_cpid == getpid();
 }
 
-static int refuse_foreign(int key)
+static int refuse_external(int key)
 {
     rtapi_print_msg(RTAPI_MSG_ERR,
         "chipwise: stock_tracker: the shared memory with the key 0x%x is another user's or another program's; end that "
@@ -130,12 +131,12 @@ static int refuse_foreign(int key)
     return -13;
 }
 
-/* Makes the map of one instance: shared memory, so that other programs can read it. Variables are
- * zero here; halcompile gives them initial values only after this, so map_id has none. */
+/* Makes the map of one instance in shared memory, so that other programs can read it. Variables are
+ * zero here; halcompile sets initial values only after this, so map_id has none. */
 EXTRA_SETUP() {
-    double side = cw_decimal(cell), x = cw_decimal(size_x), y = cw_decimal(size_y);
-    uint32_t cells = cw_stock_cells(side, x, y);
-    uint64_t bytes = cw_stock_bytes(cells);
+    double side = chip_decimal(cell), x = chip_decimal(size_x), y = chip_decimal(size_y);
+    uint32_t cells = chip_stock_cells(side, x, y);
+    uint64_t bytes = chip_stock_bytes(cells);
 
     if (!cells) {
         rtapi_print_msg(RTAPI_MSG_ERR,
@@ -144,12 +145,12 @@ EXTRA_SETUP() {
             "size\n", cell, size_x, size_y);
         return -22;
     }
-    shm_key = CW_STOCK_MAGIC + extra_arg;
-    if (remove_stale(shm_key) < 0) return refuse_foreign(shm_key);
+    shm_key = CHIP_STOCK_MAGIC + extra_arg;
+    if (remove_stale(shm_key) < 0) return refuse_external(shm_key);
     map_id = rtapi_shmem_new(shm_key, comp_id, bytes);
     if (map_id >= 0 && !freshly_made(shm_key, bytes)) {
         rtapi_shmem_delete(map_id, comp_id);
-        return refuse_foreign(shm_key);
+        return refuse_external(shm_key);
     }
     if (map_id < 0 || rtapi_shmem_getptr(map_id, &map) < 0) {
         if (map_id >= 0) rtapi_shmem_delete(map_id, comp_id);
@@ -160,15 +161,15 @@ EXTRA_SETUP() {
         return -12;
     }
     memset(map, 0, bytes);      /* touches every page now, not in the servo thread */
-    cw_stock_init(map, side, cells);
-    cw_tracker_init(&state);
+    chip_stock_init(map, side, cells);
+    chip_tracker_init(&state);
     chip_tracker_own_map(&state, map);
-    cw_planner_attach(&planner);
+    chip_planner_attach(&planner);
     return 0;
 }
 
-/* The function may still run in a thread: it loses the map, gets a millisecond to end, then the
- * map goes. __comp_inst is the name the pin and variable macros look through. */
+/* The function may still run in a thread: it loses the map and gets a millisecond to end, then the
+ * map is removed. The pin and variable macros use the name __comp_inst. */
 EXTRA_CLEANUP() {
     struct __comp_state *__comp_inst;
     int i;
@@ -178,84 +179,94 @@ EXTRA_CLEANUP() {
         rtapi_shmem_delete(map_id, comp_id);
 }
 
-/* Whether the tool is still the one that was described. A monitor that is dead cannot say so itself: the operator is
- * told from here (motion hands error messages of realtime on to the user interface). */
-static void watch_tool(struct __comp_state *__comp_inst, long period, struct cw_tracker_in *in)
+/* Checks that the tool is still the described one. A dead monitor cannot report itself, so the message to the operator
+ * comes from here (motion passes error messages of realtime on to the user interface). */
+static void watch_tool(struct __comp_state *__comp_inst, long period, struct chip_tracker_in *in)
 {
     struct chip_tool_watch_in seen;
-    seen.machine_tool = tool_in_spindle;
-    seen.followed_tool = tool_followed;
-    seen.beats = heartbeat;
-    seen.limit_s = monitor_timeout;
+    seen.tool_in_spindle_number = tool_in_spindle;
+    seen.tool_followed_number = tool_followed;
+    seen.heartbeat_count = heartbeat;
+    seen.monitor_timeout_s = monitor_timeout;
     seen.period_s = fperiod;
     chip_tool_watch_step(&watch, &seen);
     in->tool_unknown = watch.is_unknown;
     in->watch_fault = watch.code;
-    if (watch.code != CHIP_TOOL_UNWATCHED) said_unwatched = 0;
-    else if (!said_unwatched) {
-        said_unwatched = 1;
-        rtapi_print_msg(RTAPI_MSG_ERR, "chipwise: chipwise-monitor does not answer: changes of the tool are not "
-            "seen, the volumetric feed leaves F as programmed; start `chipwise monitor` in a shell\n");
+    if (watch.code != CHIP_TOOL_UNWATCHED) is_reported = 0;
+    else if (!is_reported) {
+        is_reported = 1;
+        rtapi_print_msg(RTAPI_MSG_ERR, "chipwise: chipwise-monitor does not answer, so tool changes are not "
+            "followed and F stays as programmed; start `chipwise monitor` in a shell\n");
+    }
+}
+
+/* Pins and parameters -> input of the core. */
+static void read_pins(struct __comp_state *__comp_inst, long period, struct chip_tracker_in *in)
+{
+    in->pos_mu[0] = pos_x; in->pos_mu[1] = pos_y; in->pos_mu[2] = pos_z;
+    in->tool_offset_mu[0] = tool_offset_x; in->tool_offset_mu[1] = tool_offset_y; in->tool_offset_mu[2] = tool_offset_z;
+    in->mu_per_mm = units_per_mm;
+    in->motion = motion_type;
+    in->is_enabled = enable;
+    in->is_turned = turned;
+    in->tool_diameter_mu = tool_diameter; in->tool_corner_radius_mu = tool_corner_radius;
+    in->tool_tip_angle_deg = tool_tip_angle; in->tool_flute_length_mu = tool_flute_length;
+    in->box_min_mu[0] = min_x; in->box_min_mu[1] = min_y; in->box_min_mu[2] = min_z;
+    in->box_max_mu[0] = max_x; in->box_max_mu[1] = max_y; in->box_max_mu[2] = max_z;
+    in->box_shape = shape;
+    in->box_turn_deg = turn;
+    in->define_request = define;
+    in->external_writer = hold;
+    in->distance_to_go_mu = distance_to_go;
+    watch_tool(__comp_inst, period, in);
+    in->acceleration_mu_s2 = acceleration;
+    in->axis_acceleration_mu_s2[0] = acceleration_x;
+    in->axis_acceleration_mu_s2[1] = acceleration_y;
+    in->axis_acceleration_mu_s2[2] = acceleration_z;
+    in->max_jerk_mu_s3 = max_jerk;
+    in->mrr_window_s = mrr_window;
+    in->period_s = fperiod;
+}
+
+/* Output of the core -> pins; lengths go out in machine units. */
+static void write_pins(struct __comp_state *__comp_inst, const struct chip_tracker_out *out)
+{
+    double scale = units_per_mm >= CHIP_MIN_MU_PER_MM && units_per_mm <= CHIP_MAX_MU_PER_MM ? units_per_mm : 0.0;
+    int i;
+
+    stock_defined = out->has_stock;
+    ready = out->is_ready;
+    fault = out->has_fault;
+    fault_code = out->fault_number;
+    removed_volume = out->removed_volume_mm3;
+    mrr = out->mrr_mm3_min;
+    section_area = out->section_area_mm2;
+    depth = out->depth_mm * scale;
+    direction_z = out->dir_z;
+    flute_excess = out->has_flute_excess;
+    rapid_contact = out->has_rapid_contact;
+    path_known = state.lookahead.on_path;
+    rapid_distance = out->rapid_distance_mm * scale;
+    held = out->is_held;
+    for (i = 0; i < CHIP_LOAD_STEPS; i++) {
+        load_step_distance(i) = i < out->load.steps ? out->load.step[i].distance * scale : 0.0;
+        load_step_area(i) = i < out->load.steps ? out->load.step[i].area : 0.0;
+        load_step_accel(i) = i < out->load.steps ? out->load.step[i].accel * scale : 0.0;
     }
 }
 
 FUNCTION(_) {
-    struct cw_stock *stock = map;
-    struct cw_tracker_in in;
-    struct cw_tracker_out out;
-    double scale;               /* of lengths that go out */
-    int i;
+    struct chip_stock *stock = map;
+    struct chip_tracker_in in;
+    struct chip_tracker_out out;
 
     if (!stock) return;
-    in.axis[0] = pos_x; in.axis[1] = pos_y; in.axis[2] = pos_z;
-    in.offset[0] = tool_offset_x; in.offset[1] = tool_offset_y; in.offset[2] = tool_offset_z;
-    in.unit = units_per_mm;
-    in.motion = motion_type;
-    in.cutting = enable;
-    in.other_moved = turned;
-    in.tool_size[0] = tool_diameter; in.tool_size[1] = tool_corner_radius;
-    in.tool_size[2] = tool_tip_angle; in.tool_size[3] = tool_flute_length;
-    in.box_min[0] = min_x; in.box_min[1] = min_y; in.box_min[2] = min_z;
-    in.box_max[0] = max_x; in.box_max[1] = max_y; in.box_max[2] = max_z;
-    in.form = shape;
-    in.box_turn = turn;
-    in.request = define;
-    in.foreign = hold;
-    in.to_go = distance_to_go;
-    watch_tool(__comp_inst, period, &in);
-    in.accel = acceleration;
-    in.axis_accel[0] = acceleration_x;
-    in.axis_accel[1] = acceleration_y;
-    in.axis_accel[2] = acceleration_z;
-    in.jerk = max_jerk;
-    in.window = mrr_window;
-    in.period = fperiod;
-
-    if (cw_tracker_offset_changed(&state, &in)) cw_way_reset(&state.ahead.way);
+    read_pins(__comp_inst, period, &in);
+    if (chip_tracker_offset_changed(&state, &in)) chip_path_reset(&state.path);
     if (read_path)
-        cw_planner_follow(&planner, &in, cw_tracker_horizon(&state, stock, &in), &state.ahead.way);
+        chip_planner_follow(&planner, &in, chip_tracker_horizon(&state, stock, &in), &state.path);
     else
-        cw_way_reset(&state.ahead.way);
-    cw_tracker_step(&state, stock, &in, &out);
-    scale = units_per_mm >= CHIP_LEAST_UNIT && units_per_mm <= CHIP_MOST_UNIT ? units_per_mm : 0.0;
-
-    stock_defined = out.has_stock;
-    ready = out.is_ready;
-    fault = out.has_fault;
-    fault_code = out.code;
-    removed_volume = out.removed_mm3;
-    mrr = out.rate;
-    section_area = out.here;
-    depth = out.deepest * scale;
-    direction_z = out.upward;
-    flute_excess = out.over_flute;
-    rapid_contact = out.rapid_hit;
-    path_known = state.ahead.on_way;
-    rapid_distance = out.rapid_mm * scale;
-    held = out.is_held;
-    for (i = 0; i < CW_AHEAD_LEVELS; i++) {
-        ahead_distance(i) = i < out.view.levels ? out.view.level[i].distance * scale : 0.0;
-        ahead_area(i) = i < out.view.levels ? out.view.level[i].area : 0.0;
-        ahead_accel(i) = i < out.view.levels ? out.view.level[i].accel * scale : 0.0;
-    }
+        chip_path_reset(&state.path);
+    chip_tracker_step(&state, stock, &in, &out);
+    write_pins(__comp_inst, &out);
 }

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """chipwise's panel as a GladeVCP tab: texts for panel_gmoccapy.ui, whose pins panel_gmoccapy.hal connects.
 
 Called by gladevcp (`-u panel_gmoccapy.py`), started by gmoccapy as [DISPLAY]EMBED_TAB_COMMAND.

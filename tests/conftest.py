@@ -1,49 +1,32 @@
-"""Shared by every test: where things are, how many random cases, what runs where.
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""What runs where.
 
-  remap/, tests/ and tests/python/ are on sys.path.
-  random_count(default), random_seed(), write_replay(): for the random tests, with
-      CHIPWISE_RANDOM_COUNT and CHIPWISE_SEED from the environment
-  @pytest.mark.machine    the test runs a whole LinuxCNC: at most two at once, first
-  tests/hal, tests/machine    refused where bin/chipwise-sandbox has no private namespaces
+  @pytest.mark.machine    the test runs a whole LinuxCNC: at most two at once, first; with xdist, other tests run beside them
+  @pytest.mark.slow       the test takes more than two seconds of computing, or is one of SLOW; not in tools/test --quick
+  tests/components, tests/machine    refused where bin/chipwise-sandbox has no private namespaces
   tests/core/*.c          collected as one test per program
 """
 
-import json
-import os
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parent.parent
-for folder in (ROOT / "remap", ROOT / "tests", ROOT / "tests" / "python"):
-    if str(folder) not in sys.path:
-        sys.path.insert(0, str(folder))
+pytest.register_assert_rewrite('support')       # a judge's assert says as much as a test's
 
-DEFAULT_SEED = 7134
+from support import ROOT                        # noqa: E402
+
 CORE_TIMEOUT_S = 300
-SANDBOXED = ("tests/hal", "tests/machine")
-
-
-# --- random tests -----------------------------------------------------------
-
-def random_count(default):
-    """How many random cases: CHIPWISE_RANDOM_COUNT, else the test's own default."""
-    return int(os.environ.get("CHIPWISE_RANDOM_COUNT") or default)
-
-
-def random_seed():
-    """Seed of the random tests: CHIPWISE_SEED, else fixed."""
-    return int(os.environ.get("CHIPWISE_SEED") or DEFAULT_SEED)
-
-
-def write_replay(name, case):
-    """Save a failing case under build/replay; -> its path."""
-    path = ROOT / "build" / "replay" / f"{name}.json"
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps(case, indent=1))
-    return path
+MACHINE_GROUPS = 2          # LinuxCNCs at once; each waits for its simulated time more than half of the while
+# Every test starts LinuxCNC's interpreter, a HAL or a build: slow by their number.
+SLOW = ("tests/interpreter", "tests/components", "tests/install", "tests/planner", "tests/check/test_check_cam.py",
+        "tests/oracles/test_compensation_bench.py")
+SANDBOXED = ("tests/components", "tests/machine")
+# Folders and files of slow tests, beside those that are marked themselves.  The rest: about 80 s of computing time.
+SLOW = ("tests/check", "tests/components", "tests/geometry", "tests/install", "tests/interpreter", "tests/machine", "tests/oracles",
+        "tests/planner", "tests/core/test_profiles.py", "tests/core/test_sabotage.py", "tests/core/test_section.py",
+        "tests/core/test_stock.py", "tests/core/test_strokes.py", "tests/cycles/test_contour.py", "tests/cycles/test_contour_chop.py",
+        "tests/cycles/test_pocket.py")
 
 
 @pytest.fixture
@@ -56,6 +39,7 @@ def root():
 
 def pytest_configure(config):
     config.addinivalue_line('markers', 'machine: runs a whole simulated LinuxCNC')
+    config.addinivalue_line('markers', 'slow: takes more than two seconds of computing; not part of tools/test --quick')
     config.addinivalue_line('markers', 'xdist_group(name): tests of one name run in one process')
     if not hasattr(config, 'workerinput') and not config.option.collectonly:
         refuse_without_namespaces(config.args)
@@ -71,17 +55,31 @@ def refuse_without_namespaces(arguments):
                           stdin=subprocess.DEVNULL, capture_output=True)
     if done.returncode:
         others = sorted(str(path.relative_to(ROOT)) for path in (ROOT / 'tests').iterdir()
-                        if path.is_dir() and path not in folders and path.name not in ('lib', '__pycache__'))
+                        if path.is_dir() and path not in folders and path.name not in ('support', '__pycache__'))
         raise pytest.UsageError('%s; %s need that. The other tests run without: tools/test %s' % (
             done.stderr.strip(), ' and '.join(SANDBOXED), ' '.join(others)))
 
 
+def is_slow(path):
+    return any(ROOT / name in (path, *path.parents) for name in SLOW)
+
+
+def pytest_ignore_collect(collection_path, config):
+    """With -m "not slow" the slow files are not even imported."""
+    return True if 'not slow' in (config.option.markexpr or '') and is_slow(collection_path) else None
+
+
 def pytest_collection_modifyitems(items):
-    """Machine tests first, in as many processes as there are spare processors."""
-    groups = 2 if len(os.sched_getaffinity(0)) > 2 else 1
+    """Machine tests first, so that the first two processes of xdist take them and the others the rest."""
+    for item in items:
+        if is_slow(item.path):
+            item.add_marker(pytest.mark.slow)
     machine = [item for item in items if item.get_closest_marker('machine')]
     for number, item in enumerate(machine):
-        item.add_marker(pytest.mark.xdist_group('machine%d' % (number % groups)))
+        item.add_marker(pytest.mark.xdist_group('machine%d' % (number % MACHINE_GROUPS)))
+    for item in items:
+        if item.nodeid.startswith(SLOW):
+            item.add_marker(pytest.mark.slow)
     chosen = set(machine)
     items[:] = machine + [item for item in items if item not in chosen]
 

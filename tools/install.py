@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """Install chipwise, and remove exactly what was installed.
 
     install.py install|uninstall [--destdir DIR] [--prefix DIR]
@@ -7,7 +8,8 @@ Called by `make install` and `make uninstall`, with DESTDIR and PREFIX in the en
   build/modules/*.so       LinuxCNC's module directory (loadrt finds them there)
   hal/chipwise*.hal        LinuxCNC's HAL library (HALFILE = chipwise.hal)
   build/man/*.1 *.9        PREFIX/share/man/man1, man9
-  README.md docs/*         PREFIX/share/doc/chipwise
+  build/completion/*       PREFIX/share/bash-completion/completions
+  README.md .. docs/       PREFIX/share/doc/chipwise
   VERSION                  PREFIX/share/chipwise
   build/libchipwise.so     PREFIX/lib/chipwise
   configs/*.in             PREFIX/share/chipwise/configs, with the place filled in
@@ -19,7 +21,7 @@ Called by `make install` and `make uninstall`, with DESTDIR and PREFIX in the en
 The list of files and directories made is kept in PREFIX/share/chipwise/manifest;
 uninstall removes those, and what Python compiled beside them.  Files already
 there and equal are left alone, and files that are not ours are never replaced.
-Where the caller may not write, the same is done again through sudo.
+If the caller may not write there, it runs itself again through sudo.
 """
 
 import argparse
@@ -52,7 +54,7 @@ def run(*command, text=''):
         return subprocess.run(command, input=text, text=True, check=True,
                               stdout=subprocess.PIPE).stdout.strip()
     except (OSError, subprocess.CalledProcessError) as error:
-        raise InstallError('%s failed (%s); use `make deps` first' % (command[0], error))
+        raise InstallError('%s failed (%s); use `make deps` first' % (command[0], error)) from error
 
 
 def tree_files(tree):
@@ -92,8 +94,11 @@ def wanted(prefix):
     files('hal/chipwise*.hal', hallib)
     for part in '19':
         files('build/man/*.' + part, os.path.join(prefix, 'share', 'man', 'man' + part))
-    files('README.md', os.path.join(prefix, 'share', 'doc', 'chipwise'))
-    files('docs/*.[ms][dv]*', os.path.join(prefix, 'share', 'doc', 'chipwise', 'docs'))
+    files('build/completion/*', os.path.join(prefix, 'share', 'bash-completion', 'completions'))
+    for page in ('README.md', 'CHANGELOG.md', 'CONTRIBUTING.md'):
+        files(page, os.path.join(prefix, 'share', 'doc', 'chipwise'))
+    for shelf in ('docs', 'docs/user', 'docs/design', 'docs/proof'):
+        files(shelf + '/*.[ms][dv]*', os.path.join(prefix, 'share', 'doc', 'chipwise', shelf))
     files('VERSION', share)
     plan[share + '/configs/chipwise.inc'] = for_prefix('configs/chipwise.inc.in', share)
     files('build/libchipwise.so', os.path.join(prefix, 'lib', 'chipwise'))

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
 """Write nc_files/cam_part.ngc: what a CAM system would post for a rounded boss.
 
     tools/make_cam_part.py > nc_files/cam_part.ngc

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """Run a command on a bare Debian of another release.
 
     tools/on-debian [options] RELEASE COMMAND [ARGUMENT...]
@@ -32,17 +33,19 @@ import ctypes
 import fcntl
 import glob
 import hashlib
-import importlib.machinery
-import importlib.util
 import os
 import re
 import shutil
-import signal
 import subprocess
 import sys
 import tempfile
 
 ROOT = os.path.dirname(os.path.dirname(os.path.realpath(__file__)))
+sys.path.insert(0, os.path.join(ROOT, 'remap'))
+
+from chipwise.machine import command, namespaces, sandbox        # noqa: E402
+from chipwise.machine.namespaces import libc            # noqa: E402
+
 RELEASES = ('bookworm', 'trixie')
 INCLUDE = 'git make sudo'
 USER, USER_ID = 'user', 1000
@@ -56,20 +59,6 @@ MS_RDONLY, MS_REMOUNT, MNT_DETACH = 1, 32, 2
 
 class Refusal(Exception):
     """What cannot be done, why, and what to do about it."""
-
-
-def load_sandbox():
-    """bin/chipwise-sandbox as a module: mounting, namespaces, reaping."""
-    loader = importlib.machinery.SourceFileLoader(
-        'chipwise_sandbox', os.path.join(ROOT, 'bin', 'chipwise-sandbox'))
-    module = importlib.util.module_from_spec(importlib.util.spec_from_loader(loader.name, loader))
-    sys.dont_write_bytecode = True
-    loader.exec_module(module)
-    return module
-
-
-sandbox = load_sandbox()
-libc = sandbox.libc
 
 
 def parse_arguments(argv):
@@ -132,7 +121,7 @@ def locked(path):
 
 
 def ensure_base(folder, release, sources, renew):
-    """Make the base of a release where it is missing or made otherwise; -> its directory."""
+    """Make the base of a release if it is missing or outdated; -> its directory."""
     recipe = hashlib.sha256('\n'.join([INCLUDE, USER, *sources]).encode()).hexdigest()
     base, stamp = os.path.join(folder, 'base'), os.path.join(folder, 'recipe')
     with locked(os.path.join(folder, 'lock')):
@@ -269,7 +258,7 @@ def carry_apt_over(system, sources):
 
 
 def read(path):
-    """A text file, or '' where there is none."""
+    """A text file, or '' if there is none."""
     try:
         with open(path, errors='replace') as handle:
             return handle.read()
@@ -278,7 +267,7 @@ def read(path):
 
 
 def output(*command):
-    """What a command prints, or '' where it fails."""
+    """What a command prints, or '' if it fails."""
     try:
         return subprocess.run(command, text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                               stderr=subprocess.DEVNULL).stdout
@@ -301,13 +290,13 @@ def lay_system(base, changes):
         except OSError:
             subprocess.run(['cp', '-a', '--reflink=auto', base + '/.', upper], check=True)
             open(copied, 'w').close()
-    sandbox.mount(upper, system, None, sandbox.MS_BIND)
+    namespaces.mount(upper, system, None, namespaces.MS_BIND)
     return system, upper
 
 
 def mount_overlay(base, upper, work, system):
     text = 'lowerdir=%s,upperdir=%s,workdir=%s' % (base, upper, work)
-    sandbox.check(libc.mount(b'overlay', os.fsencode(system), b'overlay', ctypes.c_ulong(0),
+    namespaces.check(libc.mount(b'overlay', os.fsencode(system), b'overlay', ctypes.c_ulong(0),
                              os.fsencode(text)), 'mount overlay')
 
 
@@ -392,28 +381,28 @@ def same_file(source, target):
 def mount_devices(system):
     """/dev with the harmless devices, terminals and shared memory; /sys to be read."""
     dev = system + '/dev'
-    sandbox.mount('tmpfs', dev, 'tmpfs')
+    namespaces.mount('tmpfs', dev, 'tmpfs')
     for name in DEVICES:
         open(os.path.join(dev, name), 'w').close()
-        sandbox.mount('/dev/' + name, os.path.join(dev, name), None, sandbox.MS_BIND)
+        namespaces.mount('/dev/' + name, os.path.join(dev, name), None, namespaces.MS_BIND)
     for name, kind in (('pts', 'devpts'), ('shm', 'tmpfs')):
         os.mkdir(os.path.join(dev, name))
         data = b'newinstance,ptmxmode=0666,mode=0620,gid=5' if kind == 'devpts' else b'mode=1777'
-        sandbox.check(libc.mount(kind.encode(), os.fsencode(os.path.join(dev, name)), kind.encode(),
+        namespaces.check(libc.mount(kind.encode(), os.fsencode(os.path.join(dev, name)), kind.encode(),
                                  ctypes.c_ulong(0), data), 'mount ' + name)
     for name, target in (('ptmx', 'pts/ptmx'), ('fd', '/proc/self/fd'), ('stdin', '/proc/self/fd/0'),
                          ('stdout', '/proc/self/fd/1'), ('stderr', '/proc/self/fd/2')):
         os.symlink(target, os.path.join(dev, name))
     os.chmod(dev, 0o755)
-    sandbox.mount('/sys', system + '/sys', None, sandbox.MS_BIND)
-    sandbox.mount('none', system + '/sys', None, sandbox.MS_BIND | MS_REMOUNT | MS_RDONLY)
+    namespaces.mount('/sys', system + '/sys', None, namespaces.MS_BIND)
+    namespaces.mount('none', system + '/sys', None, namespaces.MS_BIND | MS_REMOUNT | MS_RDONLY)
 
 
 def map_same_numbers(pid):
     """Give a process in a new user namespace every user and group this one has."""
     for kind in ('uid_map', 'gid_map'):
         lines = [line.split() for line in read('/proc/self/' + kind).splitlines()]
-        sandbox.write_file('/proc/%d/%s' % (pid, kind),
+        namespaces.write_file('/proc/%d/%s' % (pid, kind),
                            ''.join('%s %s %s\n' % (first, first, count) for first, _, count in lines))
 
 
@@ -430,7 +419,7 @@ def enter_namespaces():
         finally:
             os.write(go_on[1], b'0' if code == 0 else b'1')
             os._exit(code)
-    sandbox.check(libc.unshare(sandbox.CLONE_NEWUSER), 'unshare user')
+    namespaces.check(libc.unshare(namespaces.CLONE_NEWUSER), 'unshare user')
     os.write(entered[1], b'0')
     fine = os.read(go_on[0], 1) == b'0'
     os.waitpid(mapper, 0)
@@ -439,26 +428,26 @@ def enter_namespaces():
     os.setgroups([])
     os.setresgid(0, 0, 0)
     os.setresuid(0, 0, 0)
-    sandbox.check(libc.unshare(sandbox.CLONE_NEWNS | sandbox.CLONE_NEWPID | sandbox.CLONE_NEWIPC | CLONE_NEWUTS),
+    namespaces.check(libc.unshare(namespaces.CLONE_NEWNS | namespaces.CLONE_NEWPID | namespaces.CLONE_NEWIPC | CLONE_NEWUTS),
                   'unshare')
 
 
 def change_root(system):
     """Make system the root directory; the machine's is gone from sight."""
-    sandbox.mount(system, system, None, sandbox.MS_BIND | sandbox.MS_REC)
-    sandbox.mount('proc', system + '/proc', 'proc')
+    namespaces.mount(system, system, None, namespaces.MS_BIND | namespaces.MS_REC)
+    namespaces.mount('proc', system + '/proc', 'proc')
     before = system + '/.before'
     os.makedirs(before, exist_ok=True)
     os.chdir(system)
     subprocess.run(['pivot_root', '.', '.before'], check=True)
     os.chdir('/')
-    sandbox.check(libc.umount2(b'/.before', MNT_DETACH), 'umount')
+    namespaces.check(libc.umount2(b'/.before', MNT_DETACH), 'umount')
     os.rmdir('/.before')
 
 
 def inside(options, system):
     """PID 1 of the namespaces: run the command."""
-    sandbox.die_with_parent()
+    namespaces.die_with_parent()
     change_root(system)
     env = {name: value for name, value in os.environ.items() if PASSED_ON.match(name)}
     env.update(PATH='/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin', LANG='C.UTF-8',
@@ -467,10 +456,10 @@ def inside(options, system):
     if options.user:
         prefix += ['--reuid=%d' % USER_ID, '--regid=%d' % USER_ID, '--init-groups']
     if options.container:
-        sandbox.write_file('/proc/sys/user/max_user_namespaces', '0')
+        namespaces.write_file('/proc/sys/user/max_user_namespaces', '0')
         prefix += ['--bounding-set=-sys_admin', '--inh-caps=-sys_admin']
     os.chdir(home(options) + '/chipwise')
-    return sandbox.run_and_reap(options.command, env, prefix + ['--'] if len(prefix) > 1 else ())
+    return command.run_and_reap(options.command, env, prefix + ['--'] if len(prefix) > 1 else ())
 
 
 def in_child(action):
@@ -492,8 +481,8 @@ def in_child(action):
 
 def supervise(options, base, changes, sources):
     """Lay the system, enter the namespaces and hand over to their PID 1."""
-    sandbox.check(libc.unshare(sandbox.CLONE_NEWNS), 'unshare mount')
-    sandbox.mount('none', '/', None, sandbox.MS_REC | sandbox.MS_PRIVATE)
+    namespaces.check(libc.unshare(namespaces.CLONE_NEWNS), 'unshare mount')
+    namespaces.mount('none', '/', None, namespaces.MS_REC | namespaces.MS_PRIVATE)
     system, _ = lay_system(base, changes)
     carry_apt_over(system, sources)
     for path in ('/etc/resolv.conf', '/etc/hosts'):
@@ -502,7 +491,7 @@ def supervise(options, base, changes, sources):
     copy_repository(system, changes, options)
     mount_devices(system)
     enter_namespaces()
-    sandbox.die_with_parent()
+    namespaces.die_with_parent()
     return sandbox.wait_for(in_child(lambda: inside(options, system)), None)
 
 
@@ -540,7 +529,7 @@ def main(argv):
     options = parse_arguments(argv)
     if os.geteuid() != 0:
         become_root(argv)
-    if not sandbox.works(lambda: sandbox.check(libc.unshare(sandbox.CLONE_NEWNS | sandbox.CLONE_NEWUSER), 'unshare')):
+    if not namespaces.works(lambda: namespaces.check(libc.unshare(namespaces.CLONE_NEWNS | namespaces.CLONE_NEWUSER), 'unshare')):
         raise Refusal('no private namespaces here; run it on a machine, or give the container CAP_SYS_ADMIN')
     folder = os.path.join(cache_directory(), options.release)
     os.makedirs(folder, mode=0o711, exist_ok=True)

@@ -1,14 +1,15 @@
-/* cost.c - what a servo period of tracker and feed law costs, over a logged way.
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* cost.c - what a servo period of tracker and feed law costs, over a logged path.
  *
  * Who calls it: bench/bench_cost.py.  The core is compiled as the components compile it: one unit,
  * realtime flags.
  *
- *     cost WAY TIMES diameter corner tip cell x0 y0 z0 x1 y1 z1 accel replays first last
+ *     cost PATH TIMES diameter corner tip cell x0 y0 z0 x1 y1 z1 accel replays first last
  *
- * WAY: doubles x y z per period (mm); a row of NaN: a new stock here.  The way is gone through
+ * PATH: doubles x y z per period (mm); a row of NaN: a new stock here.  The path is gone through
  * `replays` times; TIMES gets three uint32 per period: ns of the first time, ns of the fastest, and
  * the volume removed in 1/1000 mm3.  first, last: the periods
- * to go through marked_period() and not plain_period(), for callgrind's --toggle-collect.
+ * to run through marked_period() and not plain_period(), for callgrind's --toggle-collect.
  */
 #define _GNU_SOURCE
 #include <sched.h>
@@ -21,35 +22,35 @@
 #include "core/volumetric_feed_core.h"
 
 struct machine {
-    struct cw_tracker tracker;
-    struct cw_tracker_in in;
-    struct cw_tracker_out out;
-    struct cw_stock *stock;
+    struct chip_tracker tracker;
+    struct chip_tracker_in in;
+    struct chip_tracker_out out;
+    struct chip_stock *stock;
     double scale;
 };
 
 /* One servo period of both components. */
 static inline __attribute__((always_inline)) void period(struct machine *m)
 {
-    struct cw_feed_in feed;
-    struct cw_feed_out result;
+    struct chip_feed_in feed;
+    struct chip_feed_out result;
     int i;
-    cw_tracker_step(&m->tracker, m->stock, &m->in, &m->out);
+    chip_tracker_step(&m->tracker, m->stock, &m->in, &m->out);
     memset(&feed, 0, sizeof feed);
-    feed.kind = CW_FEED_CONSTANT;
-    feed.target = 500.0;
-    feed.programmed = 20.0;
-    feed.requested = 100.0;
+    feed.feed_mode = CHIP_FEED_CONSTANT;
+    feed.mrr_target_mm3_s = 500.0;
+    feed.programmed_vel_mm_s = 20.0;
+    feed.requested_vel_mm_s = 100.0;
     feed.motion = m->in.motion;
-    feed.accel = m->in.accel;
-    feed.dt = m->in.period;
-    feed.trusted = m->out.is_ready;
-    feed.area = m->out.here;
-    for (i = 0; i < CW_FEED_LEVELS; i++) {
-        feed.next_distance[i] = i < m->out.view.levels ? m->out.view.level[i].distance : 0.0;
-        feed.next_area[i] = i < m->out.view.levels ? m->out.view.level[i].area : 0.0;
+    feed.acceleration_mm_s2 = m->in.acceleration_mu_s2;
+    feed.period_s = m->in.period_s;
+    feed.is_trusted = m->out.is_ready;
+    feed.section_area_mm2 = m->out.section_area_mm2;
+    for (i = 0; i < CHIP_FEED_LOAD_STEPS; i++) {
+        feed.load_distance_mm[i] = i < m->out.load.steps ? m->out.load.step[i].distance : 0.0;
+        feed.load_area_mm2[i] = i < m->out.load.steps ? m->out.load.step[i].area : 0.0;
     }
-    result = cw_feed(&feed, m->scale);
+    result = chip_feed(&feed, m->scale);
     m->scale = result.scale;
 }
 
@@ -63,12 +64,12 @@ static uint32_t now_ns(const struct timespec *begin)
     return (uint32_t)((now.tv_sec - begin->tv_sec) * 1000000000LL + now.tv_nsec - begin->tv_nsec);
 }
 
-/* A new stock, filled at once: the filling is no part of the way. */
+/* A new stock, filled at once: the filling is no part of the path. */
 static void new_stock(struct machine *m)
 {
-    cw_stock_define(m->stock, m->in.box_min, m->in.box_max);
-    while (!cw_stock_fill(m->stock, 1 << 30)) { }
-    cw_tracker_init(&m->tracker);
+    chip_stock_define(m->stock, m->in.box_min_mu, m->in.box_max_mu);
+    while (!chip_stock_fill(m->stock, 1 << 30)) { }
+    chip_tracker_init(&m->tracker);
 }
 
 int main(int argc, char **argv)
@@ -78,7 +79,7 @@ int main(int argc, char **argv)
     struct sched_param priority = { .sched_priority = 50 };
     struct timespec begin;
     uint32_t (*took)[3];
-    double (*way)[3];
+    double (*path)[3];
     long count, i, first, last;
     int replay, replays, k;
     FILE *file;
@@ -88,46 +89,48 @@ int main(int argc, char **argv)
     file = fopen(argv[1], "rb");
     if (!file) return 2;
     fseek(file, 0, SEEK_END);
-    count = ftell(file) / (long)sizeof *way;
+    count = ftell(file) / (long)sizeof *path;
     rewind(file);
-    way = malloc(count * sizeof *way);
-    if (fread(way, sizeof *way, count, file) != (size_t)count) return 2;
+    path = malloc(count * sizeof *path);
+    if (fread(path, sizeof *path, count, file) != (size_t)count) return 2;
     fclose(file);
     took = calloc(count, sizeof *took);
     mlockall(MCL_CURRENT | MCL_FUTURE);
     if (getenv("COST_FIFO")) sched_setscheduler(0, SCHED_FIFO, &priority);
 
-    m->in.unit = 1.0;
+    m->in.mu_per_mm = 1.0;
     m->in.motion = 2;
-    m->in.cutting = 1;
+    m->in.is_enabled = 1;
+    m->in.tool_diameter_mu = number[0];
+    m->in.tool_corner_radius_mu = number[1];
+    m->in.tool_tip_angle_deg = number[2];
     for (k = 0; k < 3; k++) {
-        m->in.tool_size[k] = number[k];
-        m->in.box_min[k] = number[4 + k];
-        m->in.box_max[k] = number[7 + k];
+        m->in.box_min_mu[k] = number[4 + k];
+        m->in.box_max_mu[k] = number[7 + k];
     }
-    m->in.accel = number[10];
-    m->in.window = 0.02;
-    m->in.period = 0.001;
+    m->in.acceleration_mu_s2 = number[10];
+    m->in.mrr_window_s = 0.02;
+    m->in.period_s = 0.001;
     replays = (int)number[11];
     first = (long)number[12];
     last = (long)number[13];
     {
-        uint32_t cells = cw_stock_cells(number[3], number[7] - number[4], number[8] - number[5]);
-        m->stock = malloc(cw_stock_bytes(cells));
-        memset(m->stock, 0, cw_stock_bytes(cells));
-        cw_stock_init(m->stock, number[3], cells);
-        printf("%.0f %u\n", (double)cw_stock_bytes(cells), cells);
+        uint32_t cells = chip_stock_cells(number[3], number[7] - number[4], number[8] - number[5]);
+        m->stock = malloc(chip_stock_bytes(cells));
+        memset(m->stock, 0, chip_stock_bytes(cells));
+        chip_stock_init(m->stock, number[3], cells);
+        printf("%.0f %u\n", (double)chip_stock_bytes(cells), cells);
     }
     for (replay = 0; replay < replays; replay++) {
         new_stock(m);
         for (i = 0; i < count; i++) {
             double before = m->stock->removed;
             uint32_t ns;
-            if (way[i][0] != way[i][0]) {
+            if (path[i][0] != path[i][0]) {
                 new_stock(m);
                 continue;
             }
-            for (k = 0; k < 3; k++) m->in.axis[k] = way[i][k];
+            for (k = 0; k < 3; k++) m->in.pos_mu[k] = path[i][k];
             clock_gettime(CLOCK_MONOTONIC, &begin);
             if (i >= first && i <= last) marked_period(m);
             else plain_period(m);

@@ -1,284 +1,304 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
 /* feed.c - see feed.h; the numbers in brackets are those of its principle. */
-#include "cw_math.h"
+#include "chip_math.h"
 #include "feed.h"
 
-#define CW_LEAST_AREA 1e-6      /* mm2, below this the tool is in air */
-#define CW_LEAST_SCALE 0.001    /* the stock never stops the machine altogether */
-#define CW_BRAKING 0.5          /* share of the acceleration a blending segment gets [2] */
-#define CW_AT_HAND 1.25         /* of the load at the tool: the same load, read with caution */
-#define CW_LATENCY 2.0          /* periods from reading a position to braking */
-#define CW_THICKEST 0.72462     /* largest mean chip thickness over fz: of 2 e / acos(1 - 2 e) [6] */
-#define CW_LEAST_DOWN 1e-3      /* a way less steep than this is level */
-#define CW_UNBOUND 1e30         /* mm/s: no limit */
-#define CW_LEAST_KNOB 0.01      /* bounds of the operator's override that are believed [9] */
-#define CW_MOST_KNOB 10.0
-#define CW_PULL 20.0            /* of the velocity above that */
-#define CW_NEARLY 0.98          /* of the velocity [10] */
-#define CW_HALVINGS 20          /* of the velocity sought [10] */
+#define CHIP_MIN_AREA 1e-6      /* mm2, below this the tool is in air */
+#define CHIP_MIN_SCALE 0.001    /* the stock never stops the machine altogether */
+/* share of the acceleration a blended segment gets [2]; larger, and braking starts too late */
+#define CHIP_BLEND_BRAKING 0.5
+/* of the load at the tool: up to this a step ahead counts as the same load; larger, and a rise reads as stock here */
+#define CHIP_SAME_LOAD 1.25
+#define CHIP_LATENCY 2.0          /* periods from reading a position to braking */
+#define CHIP_THICKEST 0.72462     /* largest mean chip thickness over fz: the maximum of 2 e / acos(1 - 2 e) [6] */
+#define CHIP_MIN_DESCENT 1e-3      /* a direction that descends less than this is level */
+#define CHIP_UNBOUND 1e30         /* mm/s: no limit */
+#define CHIP_MIN_OVERRIDE 0.01      /* range of the operator's override that is accepted [9] */
+#define CHIP_MAX_OVERRIDE 10.0
+#define CHIP_CATCH_UP 20.0            /* factor on the velocity above that share */
+#define CHIP_CATCH_UP_FROM 0.98          /* share of the velocity from which the catch-up acts [10] */
+#define CHIP_HALVINGS 20          /* of the bisection for the velocity [10] */
 
-struct allowed { double velocity; int by; };
+struct allowed { double velocity; int limit; };
 
-static struct cw_feed_out result(double scale, int by)
+static struct chip_feed_out result(double scale, int limit)
 {
-    struct cw_feed_out out;
+    struct chip_feed_out out;
     out.scale = scale;
-    out.by = by;
+    out.limit = limit;
     return out;
 }
 
 /* A setting: 0 (off) unless it is a number above 0. */
 static double setting(double value)
 {
-    return cw_finite(value) && value > 0.0 ? value : 0.0;
+    return chip_finite(value) && value > 0.0 ? value : 0.0;
 }
 
-double cw_feed_target(const struct cw_feed_in *in)
+double chip_feed_target(const struct chip_feed_in *in)
 {
-    double target = setting(in->target), tool = setting(in->tool_target);
-    return tool > 0.0 ? cw_min(target, tool) : target;
+    double target = setting(in->mrr_target_mm3_s), tool = setting(in->tool_max_rate_mm3_s);
+    return tool > 0.0 ? chip_min(target, tool) : target;
 }
 
 /* Every number the law needs is finite and of the right sign [4]. */
-static int trusted(const struct cw_feed_in *in)
+static int trusted(const struct chip_feed_in *in)
 {
     int i;
-    if (!in->trusted) return 0;
-    if (!(cw_feed_target(in) > 0.0) || !cw_finite(in->tool_target)) return 0;
-    if (!cw_finite(in->area) || in->area < 0.0) return 0;
-    if (!cw_finite(in->accel) || !(in->accel > 0.0)) return 0;
-    if (in->kind == CW_FEED_WINDOW
-        && (!cw_finite(in->lower) || in->lower < 0.0 || in->lower > in->target)) return 0;
-    for (i = 0; i < CW_FEED_LEVELS; i++)
-        if (!cw_finite(in->next_area[i]) || !cw_finite(in->next_distance[i])
-            || !cw_finite(in->next_accel[i])) return 0;
+    if (!in->is_trusted) return 0;
+    if (!(chip_feed_target(in) > 0.0) || !chip_finite(in->tool_max_rate_mm3_s)) return 0;
+    if (!CHIP_FAULTY(ANY_NUMBER) && (!chip_finite(in->section_area_mm2) || in->section_area_mm2 < 0.0)) return 0;
+    if (!chip_finite(in->acceleration_mm_s2) || !(in->acceleration_mm_s2 > 0.0)) return 0;
+    if (in->feed_mode == CHIP_FEED_WINDOW
+        && (!chip_finite(in->mrr_lower_mm3_s) || in->mrr_lower_mm3_s < 0.0
+            || in->mrr_lower_mm3_s > in->mrr_target_mm3_s))
+        return 0;
+    for (i = 0; i < CHIP_FEED_LOAD_STEPS; i++)
+        if (!chip_finite(in->load_area_mm2[i]) || !chip_finite(in->load_distance_mm[i])
+            || !chip_finite(in->load_accel_mm_s2[i])) return 0;
     return 1;
 }
 
 /* F as a velocity, mm/s: never above the requested one. */
-static double programmed_feed(const struct cw_feed_in *in)
+static double programmed_feed(const struct chip_feed_in *in)
 {
-    if (!cw_finite(in->programmed) || !(in->programmed > 0.0)) return in->requested;
-    return cw_min(in->programmed, in->requested);
+    if (!chip_finite(in->programmed_vel_mm_s) || !(in->programmed_vel_mm_s > 0.0)) return in->requested_vel_mm_s;
+    return chip_min(in->programmed_vel_mm_s, in->requested_vel_mm_s);
 }
 
-/* Highest velocity at which the mean chip of a cut of this area stays in its bound, mm/s [6]. */
-static double chip_limit(const struct cw_feed_in *in, double area)
+/* Highest velocity at which the mean chip of a cut of this area stays within its bound, mm/s [6]. */
+static double thickness_limit(const struct chip_feed_in *in, double area)
 {
-    double bound = setting(in->chip), teeth = setting(in->teeth);
-    double turns = cw_finite(in->turns) ? fabs(in->turns) : 0.0;
-    double face = setting(in->stock_height) * setting(in->tool_width);
-    double share = CW_THICKEST;
-    if (!(bound * teeth * turns > 0.0)) return CW_UNBOUND;
-    if (face > 0.0 && cw_finite(face)) {
-        double e = cw_clamp(area / face, 1e-6, 1.0);
+    double bound = setting(in->max_chip_thickness_mm), flutes = setting(in->flutes);
+    double rps = chip_finite(in->spindle_speed_rps) ? fabs(in->spindle_speed_rps) : 0.0;
+    double face = setting(in->depth_mm) * setting(in->tool_diameter_mm);
+    double share = CHIP_THICKEST;
+    if (!(bound * flutes * rps > 0.0)) return CHIP_UNBOUND;
+    if (face > 0.0 && chip_finite(face)) {
+        double e = chip_clamp(area / face, 1e-6, 1.0);
         share = 2.0 * e / acos(1.0 - 2.0 * e);
+        CHIP_FAULT(CHIP_OF_SMALL_CUT, share = sqrt(e));
     }
-    return cw_min(bound * teeth * turns / share, CW_UNBOUND);
+    return chip_min(bound * flutes * rps / share, CHIP_UNBOUND);
 }
 
 /* Highest velocity while cutting, whatever the removal rate, mm/s [5]. */
-static double cutting_limit(const struct cw_feed_in *in, double programmed)
+static double cutting_limit(const struct chip_feed_in *in, double programmed)
 {
-    double most = setting(in->most), share = setting(in->most_share), plunge = setting(in->plunge);
-    double limit = CW_UNBOUND;
-    double down = cw_finite(in->upward) ? cw_clamp(-in->upward, 0.0, 1.0) : 0.0;
-    if (most > 0.0) limit = most;
-    if (share > 0.0) limit = cw_min(limit, share * programmed);
-    if (plunge > 0.0 && down > CW_LEAST_DOWN) limit = cw_min(limit, plunge / down);
+    double max_vel = setting(in->max_vel_mm_s), share = setting(in->max_scale_of_f),
+           plunge = setting(in->plunge_vel_mm_s);
+    double limit = CHIP_UNBOUND;
+    double down = chip_finite(in->dir_z) ? chip_clamp(-in->dir_z, 0.0, 1.0) : 0.0;
+    if (max_vel > 0.0) limit = max_vel;
+    if (share > 0.0) limit = chip_min(limit, share * programmed);
+    if (plunge > 0.0 && down > CHIP_MIN_DESCENT) limit = chip_min(limit, plunge / down);
     return limit;
 }
 
-/* Highest velocity for a cut of this area: rate [1] and chip [6]; mm/s. */
-static double load_limit(const struct cw_feed_in *in, double area)
+/* Highest velocity for a cut of this area: rate [1] and chip thickness [6]; mm/s. */
+static double load_limit(const struct chip_feed_in *in, double area)
 {
-    return cw_min(cw_feed_target(in) / area, chip_limit(in, area));
+    CHIP_FAULT(TOO_FAST, return chip_min(1.05 * chip_feed_target(in) / area, thickness_limit(in, area)));
+    return chip_min(chip_feed_target(in) / area, thickness_limit(in, area));
 }
 
-/* Acceleration that braking until a place ahead can count on, mm/s2 [2]. */
-static double braking(const struct cw_feed_in *in, int i)
+/* Acceleration available for braking until load step i, mm/s2 [2]. */
+static double braking(const struct chip_feed_in *in, int i)
 {
-    if (in->next_accel[i] > 0.0) return cw_min(in->next_accel[i], in->accel);
-    return CW_BRAKING * in->accel;
+    if (in->load_accel_mm_s2[i] > 0.0) return chip_min(in->load_accel_mm_s2[i], in->acceleration_mm_s2);
+    CHIP_FAULT(BRAKES_LATE, return in->acceleration_mm_s2);
+    return CHIP_BLEND_BRAKING * in->acceleration_mm_s2;
 }
 
 /* The operator's override [9]. */
-static double knob(const struct cw_feed_in *in)
+static double operator_override(const struct chip_feed_in *in)
 {
-    return setting(in->knob) > 0.0 ? cw_clamp(in->knob, CW_LEAST_KNOB, CW_MOST_KNOB) : 1.0;
+    return setting(in->feed_override_share) > 0.0
+             ? chip_clamp(in->feed_override_share, CHIP_MIN_OVERRIDE, CHIP_MAX_OVERRIDE)
+             : 1.0;
 }
 
-/* Velocity from which `room` mm are enough to brake to `there` with `accel`, all as the machine goes, mm/s [2] [10]. */
-static double braked_from(const struct cw_feed_in *in, double there, double accel, double room)
+/* Velocity from which `distance` mm are enough to brake to `end_vel` with `accel`, all at machine speed, mm/s [2]
+ * [10]. */
+static double braked_from(const struct chip_feed_in *in, double end_vel, double accel, double distance)
 {
-    double jerk = setting(in->jerk), half, low = there, high, velocity;
+    double jerk = setting(in->max_jerk_mm_s3), half, low = end_vel, high, velocity;
     int i;
-    if (!(jerk > 0.0)) return sqrt(there * there + 2.0 * accel * room);
+    if (!(jerk > 0.0)) return sqrt(end_vel * end_vel + 2.0 * accel * distance);
     half = 0.5 * accel * accel / jerk;                  /* mm/s, gained while the acceleration builds up */
-    velocity = sqrt((there - half) * (there - half) + 2.0 * accel * room) - half;
-    if (velocity >= there + 2.0 * half) return velocity;
-    high = there + 2.0 * half;
-    for (i = 0; i < CW_HALVINGS; i++) {                 /* a rising function of the velocity */
+    velocity = sqrt((end_vel - half) * (end_vel - half) + 2.0 * accel * distance) - half;
+    if (velocity >= end_vel + 2.0 * half) return velocity;
+    high = end_vel + 2.0 * half;
+    for (i = 0; i < CHIP_HALVINGS; i++) {                 /* bisection: the distance rises with the velocity */
         velocity = 0.5 * (low + high);
-        if ((velocity + there) * sqrt((velocity - there) / jerk) <= room) low = velocity;
+        if ((velocity + end_vel) * sqrt((velocity - end_vel) / jerk) <= distance) low = velocity;
         else high = velocity;
     }
     return low;
 }
 
-/* What a planner that bounds the jerk still gains in velocity (*more, mm/s) before it can begin to brake; returns the
- * way until then, mm [10]. */
-static double gained_yet(const struct cw_feed_in *in, double *more)
+/* Distance, mm, that a jerk-limited planner travels before it can begin to brake; *more: the velocity it
+ * gains meanwhile, mm/s [10]. */
+static double travel_until_braking(const struct chip_feed_in *in, double *more)
 {
-    double jerk = setting(in->jerk), gain = cw_finite(in->gain) ? cw_clamp(in->gain, 0.0, in->accel) : 0.0, time;
+    double jerk = setting(in->max_jerk_mm_s3),
+           gain = chip_finite(in->current_accel_mm_s2)
+                    ? chip_clamp(in->current_accel_mm_s2, 0.0, in->acceleration_mm_s2)
+                    : 0.0,
+           time;
     *more = 0.0;
     if (!(jerk > 0.0)) return 0.0;
     time = gain / jerk;
     *more = 0.5 * gain * time;
-    return (setting(in->speed) + 2.0 / 3.0 * *more) * time;
+    return (setting(in->current_vel_mm_s) + 2.0 / 3.0 * *more) * time;
 }
 
-/* A planner that bounds the jerk follows a falling velocity late: by how much less than `velocity` it is to be told
- * where it goes that fast already, mm/s [10]. */
-static double behind(const struct cw_feed_in *in, double velocity)
+/* A jerk-limited planner follows a falling velocity with a delay: how much lower than `velocity` the command must
+ * be when the tool is that fast already, mm/s [10]. */
+static double catch_up(const struct chip_feed_in *in, double velocity)
 {
-    if (!(setting(in->jerk) > 0.0)) return 0.0;
-    return CW_PULL * cw_max(0.0, setting(in->speed) - CW_NEARLY * velocity);
+    if (!(setting(in->max_jerk_mm_s3) > 0.0)) return 0.0;
+    return CHIP_CATCH_UP * chip_max(0.0, setting(in->current_vel_mm_s) - CHIP_CATCH_UP_FROM * velocity);
 }
 
-/* Whether a place ahead is the load at the tool over again, on its safe side. */
-static int is_here(const struct cw_feed_in *in, int i)
+/* Whether load step i is the load at the tool again, on the safe side. */
+static int is_same_load(const struct chip_feed_in *in, int i)
 {
-    return in->next_distance[i] <= 0.0 && in->next_area[i] <= CW_AT_HAND * in->area;
+    return in->load_distance_mm[i] <= 0.0 && in->load_area_mm2[i] <= CHIP_SAME_LOAD * in->section_area_mm2;
 }
 
-/* Highest velocity the stock allows here and ahead, mm/s [1] [2]; `most`: while cutting [5]. */
-static struct allowed stock_limit(const struct cw_feed_in *in, double last_scale, double most)
+/* Highest velocity the stock allows here and ahead, mm/s [1] [2]; `max_vel`: while cutting [5]. */
+static struct allowed stock_limit(const struct chip_feed_in *in, double last_scale, double max_vel)
 {
-    struct allowed best = { CW_UNBOUND, CW_BY_NOTHING };
-    double period = cw_finite(in->dt) ? cw_clamp(in->dt, 0.0, 0.1) : 0.0;
-    double last = cw_finite(last_scale) ? cw_clamp(last_scale, 0.0, 1.0) : 1.0;
-    double k = knob(in), speed = k * last * in->requested, late = CW_LATENCY * period * speed;
+    struct allowed best = { CHIP_UNBOUND, CHIP_LIMIT_NONE };
+    double period = chip_finite(in->period_s) ? chip_clamp(in->period_s, 0.0, 0.1) : 0.0;
+    double last = chip_finite(last_scale) ? chip_clamp(last_scale, 0.0, 1.0) : 1.0;
+    double k = operator_override(in), speed = k * last * in->requested_vel_mm_s, late = CHIP_LATENCY * period * speed;
     double more;
     int i;
-    late += gained_yet(in, &more);
-    if (in->area > CW_LEAST_AREA) {
-        double load = load_limit(in, in->area);
-        best.velocity = cw_min(load, most);
-        best.by = load <= most ? CW_BY_STOCK_HERE : CW_BY_CEILING;
+    late += travel_until_braking(in, &more);
+    if (in->section_area_mm2 > CHIP_MIN_AREA) {
+        double load = load_limit(in, in->section_area_mm2);
+        best.velocity = chip_min(load, max_vel);
+        best.limit = load <= max_vel ? CHIP_LIMIT_STOCK_HERE : CHIP_LIMIT_CEILING;
     }
-    for (i = 0; i < CW_FEED_LEVELS; i++) {
-        double there, room, velocity;
-        if (in->next_area[i] <= CW_LEAST_AREA) continue;
-        there = cw_min(load_limit(in, in->next_area[i]), most);
-        room = cw_max(0.0, in->next_distance[i] - late);
-        velocity = braked_from(in, k * there, braking(in, i), room) - more;
-        velocity = cw_max(there, (velocity - behind(in, velocity)) / k);
+    for (i = 0; i < CHIP_FEED_LOAD_STEPS; i++) {
+        double end_vel, distance, velocity;
+        CHIP_FAULT(LOOKAHEAD_OFF, continue);
+        if (in->load_area_mm2[i] <= CHIP_MIN_AREA) continue;
+        end_vel = chip_min(load_limit(in, in->load_area_mm2[i]), max_vel);
+        CHIP_FAULT(CEILING_NOT_BRAKED, end_vel = load_limit(in, in->load_area_mm2[i]));
+        distance = chip_max(0.0, in->load_distance_mm[i] - late);
+        velocity = braked_from(in, k * end_vel, braking(in, i), distance) - more;
+        velocity = chip_max(end_vel, (velocity - catch_up(in, velocity)) / k);
         if (velocity < best.velocity) {
             best.velocity = velocity;
-            best.by = is_here(in, i) ? CW_BY_STOCK_HERE : CW_BY_STOCK_AHEAD;
+            best.limit = is_same_load(in, i) ? CHIP_LIMIT_STOCK_HERE : CHIP_LIMIT_STOCK_AHEAD;
         }
     }
     return best;
 }
 
-/* Velocity the mode wants where the stock allows it, mm/s [3] [5]. */
-static struct allowed wanted(const struct cw_feed_in *in, double programmed)
+/* Velocity the mode asks for if the stock allows it, mm/s [3] [5]. */
+static struct allowed wanted(const struct chip_feed_in *in, double programmed)
 {
-    struct allowed want = { programmed, CW_BY_NOTHING };
-    double lower = cw_min(in->lower, cw_feed_target(in)), air = setting(in->air);
-    if (in->kind == CW_FEED_CONSTANT) {
-        want.velocity = in->requested;
-        want.by = CW_BY_CEILING;
-    } else if (in->kind == CW_FEED_WINDOW && in->area * programmed < lower) {
-        double lifted = in->area > CW_LEAST_AREA ? lower / in->area : CW_UNBOUND;
-        want.by = lifted >= in->requested ? CW_BY_CEILING : CW_BY_STOCK_HERE;
-        want.velocity = cw_min(lifted, in->requested);
+    struct allowed want = { programmed, CHIP_LIMIT_NONE };
+    double lower = chip_min(in->mrr_lower_mm3_s, chip_feed_target(in)), air = setting(in->air_vel_mm_s);
+    if (in->feed_mode == CHIP_FEED_CONSTANT) {
+        want.velocity = in->requested_vel_mm_s;
+        want.limit = CHIP_LIMIT_CEILING;
+    } else if (in->feed_mode == CHIP_FEED_WINDOW && in->section_area_mm2 * programmed < lower) {
+        double lifted = in->section_area_mm2 > CHIP_MIN_AREA ? lower / in->section_area_mm2 : CHIP_UNBOUND;
+        want.limit = lifted >= in->requested_vel_mm_s ? CHIP_LIMIT_CEILING : CHIP_LIMIT_STOCK_HERE;
+        want.velocity = chip_min(lifted, in->requested_vel_mm_s);
     }
-    if (air > 0.0 && in->kind != CW_FEED_LIMIT && in->area <= CW_LEAST_AREA) {
-        want.velocity = cw_min(air, in->requested);
-        want.by = CW_BY_CEILING;
+    if (air > 0.0 && in->feed_mode != CHIP_FEED_LIMIT && in->section_area_mm2 <= CHIP_MIN_AREA) {
+        want.velocity = chip_min(air, in->requested_vel_mm_s);
+        want.limit = CHIP_LIMIT_CEILING;
     }
     return want;
 }
 
-/* Lowest velocity for the stock's sake, mm/s: below F, and below the highest [5]. */
-static double slowest(const struct cw_feed_in *in, double programmed, double most)
+/* Lowest velocity the stock may impose, mm/s: below F, and below the highest [5]. */
+static double slowest(const struct chip_feed_in *in, double programmed, double max_vel)
 {
-    double floor = cw_max(setting(in->floor), cw_min(setting(in->floor_share), 1.0) * programmed);
-    floor = cw_min(cw_min(floor, programmed), most);
-    return cw_max(floor, CW_LEAST_SCALE * in->requested);
+    double floor = chip_max(setting(in->min_vel_mm_s), chip_min(setting(in->min_scale_of_f), 1.0) * programmed);
+    floor = chip_min(chip_min(floor, programmed), max_vel);
+    return chip_max(floor, CHIP_MIN_SCALE * in->requested_vel_mm_s);
 }
 
 /* Whether the mode is one of 1, 2, 3. */
-static int is_on(int kind)
+static int is_on(int feed_mode)
 {
-    return kind >= CW_FEED_LIMIT && kind <= CW_FEED_WINDOW;
+    return feed_mode >= CHIP_FEED_LIMIT && feed_mode <= CHIP_FEED_WINDOW;
 }
 
-int cw_feed_replaces(int kind, double programmed, double requested)
+int chip_feed_replaces(int feed_mode, double programmed, double requested)
 {
-    return is_on(kind) || (cw_finite(programmed) && cw_finite(requested)
+    return is_on(feed_mode) || (chip_finite(programmed) && chip_finite(requested)
                            && programmed > 0.0 && requested > programmed);
 }
 
-struct cw_feed_out cw_feed(const struct cw_feed_in *in, double last_scale)
+struct chip_feed_out chip_feed(const struct chip_feed_in *in, double last_scale)
 {
-    double programmed, most, floor;
+    double programmed, max_vel, floor;
     struct allowed want, stock;
 
-    if (!is_on(in->kind)) return result(1.0, CW_BY_NOTHING);
-    if (in->motion != CW_MOTION_FEED && in->motion != CW_MOTION_ARC)
-        return result(1.0, CW_BY_NOTHING);
-    if (!cw_finite(in->requested) || !(in->requested > 0.0)) return result(1.0, CW_BY_FALLBACK);
+    if (!is_on(in->feed_mode)) return result(1.0, CHIP_LIMIT_NONE);
+    if (in->motion != CHIP_MOTION_FEED && in->motion != CHIP_MOTION_ARC)
+        return result(1.0, CHIP_LIMIT_NONE);
+    if (!chip_finite(in->requested_vel_mm_s) || !(in->requested_vel_mm_s > 0.0))
+        return result(1.0, CHIP_LIMIT_FALLBACK);
     programmed = programmed_feed(in);
-    if (!trusted(in)) return result(programmed / in->requested, CW_BY_FALLBACK);
+    if (!trusted(in)) return result(programmed / in->requested_vel_mm_s, CHIP_LIMIT_FALLBACK);
 
-    most = cutting_limit(in, programmed);
+    max_vel = cutting_limit(in, programmed);
     want = wanted(in, programmed);
-    stock = stock_limit(in, last_scale, most);
+    stock = stock_limit(in, last_scale, max_vel);
     if (stock.velocity < want.velocity) want = stock;
-    floor = slowest(in, programmed, most);
+    floor = slowest(in, programmed, max_vel);
     if (want.velocity < floor) {
         want.velocity = floor;
-        want.by = CW_BY_FLOOR;
+        want.limit = CHIP_LIMIT_FLOOR;
     }
-    return result(cw_clamp(want.velocity / in->requested, 0.0, 1.0), want.by);
+    return result(chip_clamp(want.velocity / in->requested_vel_mm_s, 0.0, 1.0), want.limit);
 }
 
-/* What the climb has got to after a period: at once down, `recover` up, mm/s [7]. */
+/* Velocity of the climb after a period, mm/s: down at once, up by `recover` [7]. */
 static double climb(double ramp, double goal, double recover, double dt)
 {
-    double step = setting(recover) * (cw_finite(dt) ? cw_clamp(dt, 0.0, 0.1) : 0.0);
-    return setting(recover) > 0.0 ? cw_min(goal, ramp + step) : goal;
+    double step = setting(recover) * (chip_finite(dt) ? chip_clamp(dt, 0.0, 0.1) : 0.0);
+    CHIP_FAULT(RISES_AT_ONCE, return goal);
+    return setting(recover) > 0.0 ? chip_min(goal, ramp + step) : goal;
 }
 
-struct cw_feed_out cw_feed_ease(struct cw_feed_easing *easing, const struct cw_feed_in *in,
-                                struct cw_feed_out law, double recover, double deadband)
+struct chip_feed_out chip_feed_ease(struct chip_feed_easing *easing, const struct chip_feed_in *in,
+                                struct chip_feed_out law, double recover, double deadband)
 {
-    double goal = law.scale * in->requested, band = cw_min(setting(deadband), 1.0);
-    int eased = law.by != CW_BY_FALLBACK && is_on(in->kind)
-        && (in->motion == CW_MOTION_FEED || in->motion == CW_MOTION_ARC);
-    int top = law.by == CW_BY_NOTHING || law.by == CW_BY_CEILING;
+    double goal = law.scale * in->requested_vel_mm_s, band = chip_min(setting(deadband), 1.0);
+    int eased = law.limit != CHIP_LIMIT_FALLBACK && is_on(in->feed_mode)
+        && (in->motion == CHIP_MOTION_FEED || in->motion == CHIP_MOTION_ARC);
+    int top = law.limit == CHIP_LIMIT_NONE || law.limit == CHIP_LIMIT_CEILING;
 
-    if (!eased || !cw_finite(goal)) {
-        easing->begun = 0;
+    if (!eased || !chip_finite(goal)) {
+        easing->is_begun = 0;
         return law;
     }
-    if (!easing->begun) easing->ramp = easing->held = goal;
-    easing->begun = 1;
-    easing->ramp = climb(easing->ramp, goal, recover, in->dt);
-    if (easing->ramp < easing->held || easing->ramp > (1.0 + band) * easing->held
-        || (top && easing->ramp >= goal))
-        easing->held = easing->ramp;
-    return result(cw_clamp(easing->held / in->requested, 0.0, law.scale), law.by);
+    if (!easing->is_begun) easing->ramp_mm_s = easing->given_mm_s = goal;
+    easing->is_begun = 1;
+    easing->ramp_mm_s = climb(easing->ramp_mm_s, goal, recover, in->period_s);
+    if (easing->ramp_mm_s < easing->given_mm_s || easing->ramp_mm_s > (1.0 + band) * easing->given_mm_s
+        || (top && easing->ramp_mm_s >= goal))
+        easing->given_mm_s = easing->ramp_mm_s;
+    return result(chip_clamp(easing->given_mm_s / in->requested_vel_mm_s, 0.0, law.scale), law.limit);
 }
 
-double cw_feed_override(const struct cw_feed_in *in, double scale)
+double chip_feed_override(const struct chip_feed_in *in, double scale)
 {
-    int moves = in->motion == CW_MOTION_FEED || in->motion == CW_MOTION_ARC;
-    int left_over = !is_on(in->kind) && moves;
-    if (!cw_feed_replaces(in->kind, in->programmed, in->requested)) return scale;
-    if (in->motion != CW_MOTION_PROBING && !left_over) return scale;
-    if (!cw_finite(in->requested) || !(in->requested > 0.0)) return scale;
-    return programmed_feed(in) / in->requested;
+    int moves = in->motion == CHIP_MOTION_FEED || in->motion == CHIP_MOTION_ARC;
+    int left_over = !is_on(in->feed_mode) && moves;
+    if (!chip_feed_replaces(in->feed_mode, in->programmed_vel_mm_s, in->requested_vel_mm_s)) return scale;
+    if (in->motion != CHIP_MOTION_PROBING && !left_over) return scale;
+    if (!chip_finite(in->requested_vel_mm_s) || !(in->requested_vel_mm_s > 0.0)) return scale;
+    return programmed_feed(in) / in->requested_vel_mm_s;
 }

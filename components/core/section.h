@@ -1,6 +1,7 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
 /* section.h - the section area dV/ds: the volume a tool meets per mm of travel.
  *
- * Who calls it: ahead.c for every place the tool is about to reach; the shared library.
+ * Who calls it: lookahead.c for every point the tool is about to reach; the shared library.
  * Source: JP3131045 [0008], F = UQ x LC / VC; VC / LC for LC -> 0 is the section area.
  *
  * Principle:
@@ -10,31 +11,32 @@
  *  2. The tool is a stack of bands (tool.h) and a cylinder. On a band a column of stock
  *     counts with the height by which it overlaps the band, so that nothing jumps when
  *     a surface passes from one band to the next.
- *  3. Counting the cells a step removes gives the volume but no load: the front moves
+ *  3. Counting the cells a step removes gives the volume but not the load: the front moves
  *     over the cells in jumps. The integral along the front reads heights interpolated
  *     from cells that know how much of them is left.
  *  4. The cells along the tool's own outline are partly cut already. Stock that a point of
- *     the front will meet is therefore read further along the same way, where the tool has
+ *     the front will meet is therefore read farther along the same path, where the tool has
  *     not been: at the same distance beside the path, 1.5 cells outside the circle.
- *     That is up to sqrt(2 R * 1.5 cells) ahead of the truth beside the tool, which shows
- *     where the stock ends. A place read that far before the tool gets there needs no such
- *     detour; ahead.c reads its places in time.
- *  5. A falling tool has cut down to its own surface already. Where nothing can be read in
+ *     Beside the tool that is up to sqrt(2 R * 1.5 cells) ahead of the true position, which shows
+ *     where the stock ends. A point read that far before the tool gets there needs no such
+ *     detour; lookahead.c reads its points in time.
+ *  5. A falling tool has cut down to its own surface already. If nothing can be read in
  *     front (below the tool and behind its axis) a band is read a cell outside its edge, where
- *     the stock that touches it stands as high as the band; a flat end looks a fifth of a
+ *     the stock that touches it is as high as the band; a flat end looks a fifth of a
  *     cell lower.
- *  6. Where stock touches only the lower part of a band, that part's own mean radius counts: on an
- *     arc the radius squared, on a cone the radius, is taken as linear in the height. Further
- *     out that is so under a level top only; where columns differ, what is met slopes.
- *  7. A tool that goes level, and the wall of any tool, need no surface elements: what is met is the area between the
- *     tool's outline and the stock's top, seen along the way, band by band, each read where its own circle is. Below the
- *     inner edge of a band that is trapezia across the path, further out a few Gauss points, and where the stock ends
- *     within the band, the band ends there too.
- *  8. At a wall, or a band as steep, only what the tool is to cover counts: a cell outside does not, of one on the edge
- *     that part which lies inside (what has been cut from it lies on the same side, stock.h, 2). A wall of the tool's
- *     own slot is then none, at any depth.
- *  9. A band ends where the tool comes out of the top of the whole stock, and where few bands are below it (a fine groove cut
- *     with a large vee) they are read in pieces: a band wider than that takes stock for met that lies beside the tool.
+ *  6. If stock touches only the lower part of a band, that part's own mean radius counts: on an
+ *     arc the radius squared, on a cone the radius, is assumed linear in the height. Farther
+ *     out that holds under a level top only; where columns differ, the stock slopes.
+ *  7. A tool that moves level, and the wall of any tool, need no surface elements: the section is the area between the
+ *     tool's outline and the stock's top, seen along the path, band by band, each read where its own circle is. Below
+ *     the inner edge of a band it is computed by trapezia across the path, farther out by a few Gauss points. If the
+ *     stock ends within the band, the band ends there too.
+ *  8. At a wall, or a band as steep, only the area the tool is going to cover counts: a cell outside does not; a cell
+ *     on the edge counts with the part that lies inside (what has been cut from it lies on the same side, stock.h, 2).
+ *     A wall of
+ *     the tool's own slot then does not count, at any depth.
+ *  9. A band ends where the tool comes out of the top of the whole stock. If few bands are below it (a fine groove cut
+ *     with a large vee) they are read in parts: a wider band would count stock that lies beside the tool.
  */
 #ifndef CHIPWISE_SECTION_H
 #define CHIPWISE_SECTION_H
@@ -42,24 +44,24 @@
 #include "stock.h"
 #include "tool.h"
 
-struct cw_section {
+struct chip_section {
     double area;                /* mm2 = mm3 per mm of travel */
     double depth;               /* mm, highest stock above the tip met by the tool's surface */
-    int nodes;                  /* places at which the stock was read */
+    int nodes;                  /* points at which the stock was read */
 };
 
 /* Section area of `tool` with its tip at `tip` (mm) when it moves along the unit vector
- * `dir`. `clear`, mm: 0 where the stock is read before the tool is near (cw_section_reach);
- * cw_section_clear() where it may already be cut by this very position [4]; the way then bends
+ * `dir`. `clear`, mm: 0 if the stock is read before the tool is near (chip_section_reach);
+ * chip_section_clear() if it may already be cut at this very position [4]; the path then bends
  * by `curvature` (rad/mm, counter-clockwise positive) to where the stock is read. */
-struct cw_section cw_section_at(const struct cw_stock *stock, const struct cw_tool *tool,
+struct chip_section chip_section_at(const struct chip_stock *stock, const struct chip_tool *tool,
                                 const double tip[3], const double dir[3], double clear,
                                 double curvature);
 
-/* `clear` for a tool that has cut all around it, mm. */
-double cw_section_clear(const struct cw_stock *stock);
+/* `clear` for a tool that has cut all round it, mm. */
+double chip_section_clear(const struct chip_stock *stock);
 
-/* Distance, mm, from which on a place ahead is untouched by what the tool has cut. */
-double cw_section_reach(const struct cw_stock *stock, const struct cw_tool *tool);
+/* Distance, mm, beyond which a point ahead is untouched by the tool's cut. */
+double chip_section_reach(const struct chip_stock *stock, const struct chip_tool *tool);
 
 #endif

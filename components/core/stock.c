@@ -1,31 +1,31 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
 /* stock.c - see stock.h; the numbers in brackets are those of its principle. */
 #include <string.h>
-#include "cw_math.h"
+#include "chip_math.h"
 #include "stock.h"
 
-#define CW_MOST_CELLS (1u << 28)        /* 2 GiB of map */
-#define CW_FILL_SHAPED 4                /* cells of an upright box that cost what one of another shape does */
+#define CHIP_FILL_SHAPED 4                /* cells of an upright box that cost as much as one of another shape */
 
-uint32_t cw_stock_cells(double cell, double size_x, double size_y)
+uint32_t chip_stock_cells(double cell, double size_x, double size_y)
 {
     double nx, ny;
-    if (!cw_finite(cell) || !cw_finite(size_x) || !cw_finite(size_y)) return 0;
-    if (!(cell >= CHIP_LEAST_CELL && cell <= CHIP_MOST_CELL) || !(size_x > 0.0) || !(size_y > 0.0)) return 0;
+    if (!chip_finite(cell) || !chip_finite(size_x) || !chip_finite(size_y)) return 0;
+    if (!(cell >= CHIP_MIN_CELL && cell <= CHIP_MAX_CELL) || !(size_x > 0.0) || !(size_y > 0.0)) return 0;
     nx = ceil(size_x / cell - 1e-9) + 2.0;
     ny = ceil(size_y / cell - 1e-9) + 2.0;
-    if (nx * ny > (double)CW_MOST_CELLS) return 0;
+    if (nx * ny > (double)CHIP_MAX_CELLS) return 0;
     return (uint32_t)nx * (uint32_t)ny;
 }
 
-uint64_t cw_stock_bytes(uint32_t cells)
+uint64_t chip_stock_bytes(uint32_t cells)
 {
-    return sizeof(struct cw_stock) + (uint64_t)cells * sizeof(struct cw_cell);
+    return sizeof(struct chip_stock) + (uint64_t)cells * sizeof(struct chip_cell);
 }
 
-void cw_stock_init(struct cw_stock *stock, double cell, uint32_t capacity)
+void chip_stock_init(struct chip_stock *stock, double cell, uint32_t capacity)
 {
-    stock->magic = CW_STOCK_MAGIC;
-    stock->version = CW_STOCK_VERSION;
+    stock->magic = CHIP_STOCK_MAGIC;
+    stock->version = CHIP_STOCK_VERSION;
     stock->generation = 0;
     stock->capacity = capacity;
     stock->cell = cell;
@@ -34,42 +34,42 @@ void cw_stock_init(struct cw_stock *stock, double cell, uint32_t capacity)
     stock->drop_unit = 0.0;
     stock->nx = stock->ny = 0;
     stock->filled = 0;
-    stock->shape = CW_SHAPE_BOX;
+    stock->shape = CHIP_SHAPE_BOX;
     stock->removed = 0.0;
     stock->half_x = stock->half_y = stock->turn = 0.0;
 }
 
-static int check_box(const struct cw_stock *stock, const double min[3], const double max[3])
+static int check_box(const struct chip_stock *stock, const double min[3], const double max[3])
 {
     uint32_t cells;
     int i;
     for (i = 0; i < 3; i++)
-        if (!cw_finite(min[i]) || !cw_finite(max[i])) return CW_STOCK_NOT_FINITE;
+        if (!chip_finite(min[i]) || !chip_finite(max[i])) return CHIP_STOCK_NOT_FINITE;
     for (i = 0; i < 3; i++)
-        if (!(max[i] - min[i] >= CHIP_LEAST_SIZE)) return CW_STOCK_EMPTY;
-    cells = cw_stock_cells(stock->cell, max[0] - min[0], max[1] - min[1]);
-    if (cells == 0 || cells > stock->capacity) return CW_STOCK_TOO_LARGE;
+        if (!(max[i] - min[i] >= CHIP_MIN_SIZE)) return CHIP_STOCK_EMPTY;
+    cells = chip_stock_cells(stock->cell, max[0] - min[0], max[1] - min[1]);
+    if (cells == 0 || cells > stock->capacity) return CHIP_STOCK_TOO_LARGE;
     for (i = 0; i < 3; i++)
-        if (fabs(min[i]) > CHIP_FARTHEST || fabs(max[i]) > CHIP_FARTHEST) return CW_STOCK_NOT_FINITE;
-    return CW_STOCK_OK;
+        if (fabs(min[i]) > CHIP_MAX_COORDINATE || fabs(max[i]) > CHIP_MAX_COORDINATE) return CHIP_STOCK_NOT_FINITE;
+    return CHIP_STOCK_OK;
 }
 
-static double unit_of_drop(double low, double high) { return (high - low) / CW_DROP_FULL; }
+static double unit_of_drop(double low, double high) { return (high - low) / CHIP_DROP_FULL; }
 
 static int32_t cells_along(double cell, double low, double high)
 {
     return (int32_t)ceil((high - low) / cell - 1e-9);
 }
 
-int cw_stock_define(struct cw_stock *stock, const double min[3], const double max[3])
+int chip_stock_define(struct chip_stock *stock, const double min[3], const double max[3])
 {
-    return cw_stock_define_turned(stock, min, max, CW_SHAPE_BOX, 0.0);
+    return chip_stock_define_turned(stock, min, max, CHIP_SHAPE_BOX, 0.0);
 }
 
-int cw_stock_define_shape(struct cw_stock *stock, const double min[3], const double max[3],
+int chip_stock_define_shape(struct chip_stock *stock, const double min[3], const double max[3],
                           int shape)
 {
-    return cw_stock_define_turned(stock, min, max, shape, 0.0);
+    return chip_stock_define_turned(stock, min, max, shape, 0.0);
 }
 
 /* Half the sides of the upright box round one with half the sides a, b, turned by `turn` [6]. */
@@ -80,16 +80,16 @@ static void hull(double a, double b, double turn, double half[2])
     half[1] = turn == 0.0 ? b : a * s + b * c;
 }
 
-int cw_stock_define_turned(struct cw_stock *stock, const double min[3], const double max[3],
+int chip_stock_define_turned(struct chip_stock *stock, const double min[3], const double max[3],
                            int shape, double turn)
 {
     double low[3] = { min[0], min[1], min[2] }, high[3] = { max[0], max[1], max[2] }, half[2];
     double a = 0.5 * (max[0] - min[0]), b = 0.5 * (max[1] - min[1]);
     int error, i;
-    if (shape == CW_SHAPE_CYLINDER) turn = 0.0;
-    if (!cw_finite(turn) || fabs(turn) > 1e6) return CW_STOCK_NOT_FINITE;
+    if (shape == CHIP_SHAPE_CYLINDER) turn = 0.0;
+    if (!chip_finite(turn) || fabs(turn) > 1e6) return CHIP_STOCK_NOT_FINITE;
     for (i = 0; i < 2; i++)
-        if (!(max[i] > min[i])) turn = 0.0;     /* refused by check_box, for what it is */
+        if (!(max[i] > min[i])) turn = 0.0;     /* check_box refuses it with the right error */
     if (turn != 0.0) {
         hull(a, b, turn, half);
         for (i = 0; i < 2; i++) {
@@ -99,7 +99,7 @@ int cw_stock_define_turned(struct cw_stock *stock, const double min[3], const do
     }
     error = check_box(stock, low, high);
     if (error) return error;
-    cw_stock_begin_write(stock);
+    chip_stock_begin_write(stock);
     stock->x0 = low[0];
     stock->y0 = low[1];
     stock->z_min = low[2];
@@ -109,18 +109,18 @@ int cw_stock_define_turned(struct cw_stock *stock, const double min[3], const do
     stock->nx = cells_along(stock->cell, low[0], high[0]);
     stock->ny = cells_along(stock->cell, low[1], high[1]);
     stock->drop_unit = unit_of_drop(low[2], high[2]);
-    stock->shape = shape == CW_SHAPE_CYLINDER ? CW_SHAPE_CYLINDER : CW_SHAPE_BOX;
+    stock->shape = shape == CHIP_SHAPE_CYLINDER ? CHIP_SHAPE_CYLINDER : CHIP_SHAPE_BOX;
     stock->half_x = a;
     stock->half_y = b;
     stock->turn = turn;
     stock->filled = 0;
     stock->removed = 0.0;
-    cw_stock_end_write(stock);
-    return CW_STOCK_OK;
+    chip_stock_end_write(stock);
+    return CHIP_STOCK_OK;
 }
 
-/* 1 when half the sides and the turn are those of a box that fills the map. */
-static int box_fits(const struct cw_stock *stock)
+/* 1 if half the sides and the turn are those of a box that fills the map. */
+static int box_fits(const struct chip_stock *stock)
 {
     double half[2], wide = 0.5 * (stock->x_max - stock->x0), deep = 0.5 * (stock->y_max - stock->y0);
     if (!(stock->half_x > 0.0) || !(stock->half_y > 0.0) || !(fabs(stock->turn) <= 1e6)) return 0;
@@ -128,11 +128,11 @@ static int box_fits(const struct cw_stock *stock)
     return fabs(half[0] - wide) <= 1e-9 * (1.0 + wide) && fabs(half[1] - deep) <= 1e-9 * (1.0 + deep);
 }
 
-int cw_stock_sound(const struct cw_stock *stock, double cell, uint32_t capacity)
+int chip_stock_sound(const struct chip_stock *stock, double cell, uint32_t capacity)
 {
     double min[3] = { stock->x0, stock->y0, stock->z_min };
     double max[3] = { stock->x_max, stock->y_max, stock->z_max };
-    if (stock->magic != CW_STOCK_MAGIC || stock->version != CW_STOCK_VERSION) return 0;
+    if (stock->magic != CHIP_STOCK_MAGIC || stock->version != CHIP_STOCK_VERSION) return 0;
     if (stock->cell != cell || stock->capacity != capacity) return 0;
     if (stock->nx == 0) return 1;
     if (check_box(stock, min, max)) return 0;
@@ -140,7 +140,7 @@ int cw_stock_sound(const struct cw_stock *stock, double cell, uint32_t capacity)
         && stock->ny == cells_along(cell, min[1], max[1])
         && stock->filled >= 0 && stock->filled <= stock->ny + 2
         && stock->drop_unit == unit_of_drop(min[2], max[2]) && box_fits(stock)
-        && cw_finite(stock->removed) && stock->removed >= 0.0;
+        && chip_finite(stock->removed) && stock->removed >= 0.0;
 }
 
 /* Integral of sqrt(1 - u^2) from 0 to u. */
@@ -150,32 +150,32 @@ static double half_segment(double u) { return 0.5 * (u * sqrt(1.0 - u * u) + asi
 static double disc_quadrant(double x, double y)
 {
     double row;
-    x = cw_clamp(x, -1.0, 1.0);
-    y = cw_clamp(y, -1.0, 1.0);
-    if (x * x + y * y >= 1.0) {         /* the corner is outside: segments, or all but segments */
-        double left = 2.0 * half_segment(x) + 0.5 * CW_PI;
-        double below = 2.0 * half_segment(y) + 0.5 * CW_PI;
+    x = chip_clamp(x, -1.0, 1.0);
+    y = chip_clamp(y, -1.0, 1.0);
+    if (x * x + y * y >= 1.0) {         /* the corner is outside: segments, or the disc without segments */
+        double left = 2.0 * half_segment(x) + 0.5 * CHIP_PI;
+        double below = 2.0 * half_segment(y) + 0.5 * CHIP_PI;
         if (x < 0.0 && y < 0.0) return 0.0;
         if (x < 0.0) return left;
         if (y < 0.0) return below;
-        return left + below - CW_PI;
+        return left + below - CHIP_PI;
     }
     row = sqrt(1.0 - y * y);            /* the disc spans -row .. row at y */
     return y * (x + row) + half_segment(x) + half_segment(row)
-        + (y >= 0.0 ? 0.5 * CW_PI - 2.0 * half_segment(row) : 0.0);
+        + (y >= 0.0 ? 0.5 * CHIP_PI - 2.0 * half_segment(row) : 0.0);
 }
 
 /* Share of a cell inside the ellipse inscribed in the box, exact. */
-static double in_cylinder(const struct cw_stock *stock, int ix, int iy)
+static double in_cylinder(const struct chip_stock *stock, int ix, int iy)
 {
     double a = stock->half_x, b = stock->half_y;
     double w = stock->cell / a, h = stock->cell / b;
     double x = ix * w - 1.0, y = iy * h - 1.0;          /* corner, in radii from the centre */
-    double near_x = cw_clamp(0.0, x, x + w), near_y = cw_clamp(0.0, y, y + h);
-    double far_x = cw_max(fabs(x), fabs(x + w)), far_y = cw_max(fabs(y), fabs(y + h));
+    double near_x = chip_clamp(0.0, x, x + w), near_y = chip_clamp(0.0, y, y + h);
+    double far_x = chip_max(fabs(x), fabs(x + w)), far_y = chip_max(fabs(y), fabs(y + h));
     if (near_x * near_x + near_y * near_y >= 1.0) return 0.0;
     if (far_x * far_x + far_y * far_y <= 1.0) return 1.0;
-    return cw_clamp((disc_quadrant(x + w, y + h) - disc_quadrant(x, y + h)
+    return chip_clamp((disc_quadrant(x + w, y + h) - disc_quadrant(x, y + h)
                      - disc_quadrant(x + w, y) + disc_quadrant(x, y)) / (w * h), 0.0, 1.0);
 }
 
@@ -202,15 +202,16 @@ static int clip(double (*point)[2], int n, int k, double u, double limit)
     return m;
 }
 
-/* Share of a cell inside the box, which has the cosine c and the sine s of its turn: the square clipped by
+/* Share of a cell inside the box whose turn has the cosine c and the sine s: the square clipped by
  * its four sides. */
-static double in_box(const struct cw_stock *stock, int ix, int iy, double c, double s)
+static double in_box(const struct chip_stock *stock, int ix, int iy, double c, double s)
 {
     double h = 0.5 * stock->cell, reach = h * (fabs(c) + fabs(s)) - 1e-9 * h, area = 0.0;
     double x = stock->x0 + (2 * ix + 1) * h - 0.5 * (stock->x0 + stock->x_max);
     double y = stock->y0 + (2 * iy + 1) * h - 0.5 * (stock->y0 + stock->y_max);
     double u = c * x + s * y, v = c * y - s * x, point[12][2];
     int i, n = 4;
+    CHIP_FAULT(BOX_AS_HULL, v = 0.0);
     if (fabs(u) + reach <= stock->half_x && fabs(v) + reach <= stock->half_y) return 1.0;
     if (fabs(u) - reach >= stock->half_x || fabs(v) - reach >= stock->half_y) return 0.0;
     for (i = 0; i < 4; i++) {
@@ -224,111 +225,114 @@ static double in_box(const struct cw_stock *stock, int ix, int iy, double c, dou
         const double *p = point[i], *q = point[i + 1 < n ? i + 1 : 0];
         area += 0.5 * (p[0] * q[1] - p[1] * q[0]);
     }
-    return cw_clamp(area / (stock->cell * stock->cell), 0.0, 1.0);
+    return chip_clamp(area / (stock->cell * stock->cell), 0.0, 1.0);
 }
 
 /* Writes a rim cell. */
-static void set_rim(const struct cw_stock *stock, struct cw_cell *cell, const struct cw_levels *levels)
+static void set_rim(const struct chip_stock *stock, struct chip_cell *cell, const struct chip_levels *levels)
 {
-    double steps = (levels->top - levels->low) / (stock->z_max - stock->z_min) * CW_RIM_DROP + 0.5;
-    unsigned drop = steps >= CW_RIM_DROP ? CW_RIM_DROP : steps > 0.0 ? (unsigned)steps : 0;
-    unsigned cut = (unsigned)(levels->cut * CW_RIM_CUT + 0.5), gone;
-    cell->top = (float)(cut >= CW_RIM_CUT ? levels->low : levels->top);
+    double steps = (levels->top - levels->low) / (stock->z_max - stock->z_min) * CHIP_RIM_DROP + 0.5;
+    unsigned drop = steps >= CHIP_RIM_DROP ? CHIP_RIM_DROP : steps > 0.0 ? (unsigned)steps : 0;
+    unsigned cut = (unsigned)(levels->cut * CHIP_RIM_CUT + 0.5), gone;
+    cell->top = (float)(cut >= CHIP_RIM_CUT ? levels->low : levels->top);
     if (cell->top <= (float)stock->z_min) {             /* nothing is left of it */
         cell->drop = cell->cut = 0;
-    } else if (cut == 0 || cut >= CW_RIM_CUT || drop == 0) {
-        gone = (unsigned)cw_clamp(levels->gone * CW_FULL + 0.5, 1.0, CW_FULL - 1.0);
-        cell->drop = CW_RIM;
+    } else if (cut == 0 || cut >= CHIP_RIM_CUT || drop == 0) {
+        gone = (unsigned)chip_clamp(levels->gone * CHIP_FULL + 0.5, 1.0, CHIP_FULL - 1.0);
+        cell->drop = CHIP_RIM;
         cell->cut = (uint16_t)gone;
     } else {
-        gone = (unsigned)cw_clamp(levels->gone * CW_RIM_GONE + 0.5, 1.0, CW_RIM_GONE - 1.0);
-        cell->drop = (uint16_t)(CW_RIM | CW_RIM_TWO | (cut & 15u) << 10 | drop);
+        gone = (unsigned)chip_clamp(levels->gone * CHIP_RIM_GONE + 0.5, 1.0, CHIP_RIM_GONE - 1.0);
+        cell->drop = (uint16_t)(CHIP_RIM | CHIP_RIM_TWO | (cut & 15u) << 10 | drop);
         cell->cut = (uint16_t)(gone << 5 | cut >> 4);
     }
 }
 
-/* One row of the fresh stock; iy == -1 and iy == ny are the empty ring [4]. Rows inside an
+/* One row of the new stock; iy == -1 and iy == ny are the empty ring [4]. Rows inside an
  * upright box are all alike: they are copied from the first one. */
-static void fill_row(struct cw_stock *stock, int iy)
+static void fill_row(struct chip_stock *stock, int iy)
 {
-    struct cw_cell *cell = cw_stock_cell(stock, -1, iy);
-    struct cw_levels levels = { stock->z_max, stock->z_max, 0.0, 0.0 };
-    int plain = stock->shape == CW_SHAPE_BOX && stock->turn == 0.0, ix;
+    struct chip_cell *cell = chip_stock_cell(stock, -1, iy);
+    struct chip_levels levels = { stock->z_max, stock->z_max, 0.0, 0.0 };
+    int plain = stock->shape == CHIP_SHAPE_BOX && stock->turn == 0.0, ix;
     double c = plain ? 1.0 : cos(stock->turn), s = plain ? 0.0 : sin(stock->turn);
     if (plain && iy > 0 && stock->y0 + (iy + 1) * stock->cell <= stock->y_max) {
-        memcpy(cell, cw_stock_cell(stock, -1, 0), (stock->nx + 2) * sizeof *cell);
+        memcpy(cell, chip_stock_cell(stock, -1, 0), (stock->nx + 2) * sizeof *cell);
         return;
     }
     for (ix = -1; ix <= stock->nx; ix++, cell++) {
         double share = 0.0;
         if (ix >= 0 && ix < stock->nx && iy >= 0 && iy < stock->ny)
-            share = stock->shape == CW_SHAPE_CYLINDER ? in_cylinder(stock, ix, iy) : in_box(stock, ix, iy, c, s);
+            share = stock->shape == CHIP_SHAPE_CYLINDER ? in_cylinder(stock, ix, iy) : in_box(stock, ix, iy, c, s);
         cell->drop = cell->cut = 0;
-        cell->top = (float)(share * CW_FULL >= 0.5 ? stock->z_max : stock->z_min);
+        cell->top = (float)(share * CHIP_FULL >= 0.5 ? stock->z_max : stock->z_min);
         levels.gone = 1.0 - share;
-        if (share < 1.0 && share * CW_FULL >= 0.5) set_rim(stock, cell, &levels);
+        if (share < 1.0 && share * CHIP_FULL >= 0.5) set_rim(stock, cell, &levels);
     }
 }
 
-int cw_stock_fill(struct cw_stock *stock, int max_cells)
+int chip_stock_fill(struct chip_stock *stock, int max_cells)
 {
     int rows = stock->ny + 2;
     if (stock->nx <= 0) return 0;
     if (stock->filled >= rows) return 1;
-    cw_stock_begin_write(stock);
+    chip_stock_begin_write(stock);
     do {
         fill_row(stock, stock->filled - 1);
         stock->filled++;
-        max_cells -= (stock->nx + 2) * (stock->shape == CW_SHAPE_CYLINDER || stock->turn != 0.0 ? CW_FILL_SHAPED : 1);
+        max_cells -=
+            (stock->nx + 2) * (stock->shape == CHIP_SHAPE_CYLINDER || stock->turn != 0.0 ? CHIP_FILL_SHAPED : 1);
     } while (stock->filled < rows && max_cells > 0);
-    cw_stock_end_write(stock);
+    chip_stock_end_write(stock);
     return stock->filled >= rows;
 }
 
-int cw_stock_ready(const struct cw_stock *stock)
+int chip_stock_ready(const struct chip_stock *stock)
 {
     return stock->nx > 0 && stock->filled >= stock->ny + 2;
 }
 
-double cw_stock_volume(const struct cw_stock *stock)
+double chip_stock_volume(const struct chip_stock *stock)
 {
     double sum = 0.0;
     int ix, iy;
     for (iy = 0; iy < stock->ny; iy++)
         for (ix = 0; ix < stock->nx; ix++)
-            sum += cw_cell_above(stock, cw_stock_cell(stock, ix, iy), stock->z_min);
+            sum += chip_cell_above(stock, chip_stock_cell(stock, ix, iy), stock->z_min);
     return sum * stock->cell * stock->cell;
 }
 
-struct cw_levels cw_cell_levels(const struct cw_stock *stock, const struct cw_cell *cell)
+struct chip_levels chip_cell_levels(const struct chip_stock *stock, const struct chip_cell *cell)
 {
-    struct cw_levels levels = { cell->top, cell->top, 0.0, 0.0 };
+    struct chip_levels levels = { cell->top, cell->top, 0.0, 0.0 };
     if (!cell->cut) return levels;
-    if (!(cell->drop & CW_RIM)) {
+    if (!(cell->drop & CHIP_RIM)) {
         levels.low -= cell->drop * stock->drop_unit;
-        levels.cut = cell->cut * (1.0 / CW_FULL);
+        levels.cut = cell->cut * (1.0 / CHIP_FULL);
         return levels;
     }
-    if (!(cell->drop & CW_RIM_TWO)) {
-        levels.gone = cell->cut * (1.0 / CW_FULL);
+    if (!(cell->drop & CHIP_RIM_TWO)) {
+        levels.gone = cell->cut * (1.0 / CHIP_FULL);
         return levels;
     }
-    levels.low -= (cell->drop & CW_RIM_DROP) * (stock->z_max - stock->z_min) * (1.0 / CW_RIM_DROP);
-    levels.cut = ((cell->drop >> 10 & 15u) | (cell->cut & 31u) << 4) * (1.0 / CW_RIM_CUT);
-    levels.gone = (cell->cut >> 5) * (1.0 / CW_RIM_GONE);
+    levels.low -= (cell->drop & CHIP_RIM_DROP) * (stock->z_max - stock->z_min) * (1.0 / CHIP_RIM_DROP);
+    levels.cut = ((cell->drop >> 10 & 15u) | (cell->cut & 31u) << 4) * (1.0 / CHIP_RIM_CUT);
+    levels.gone = (cell->cut >> 5) * (1.0 / CHIP_RIM_GONE);
     return levels;
 }
 
-double cw_rim_between(const struct cw_stock *stock, const struct cw_cell *cell, double low, double high)
+double chip_rim_between(const struct chip_stock *stock, const struct chip_cell *cell, double low, double high)
 {
-    struct cw_levels levels = cw_cell_levels(stock, cell);
-    double uncut = cw_clamp(levels.top, low, high) - low, rest = cw_clamp(levels.low, low, high) - low;
+    struct chip_levels levels = chip_cell_levels(stock, cell);
+    double uncut = chip_clamp(levels.top, low, high) - low, rest = chip_clamp(levels.low, low, high) - low;
+    CHIP_FAULT(RIM_WHOLE, levels.gone = 0.0);
     return (1.0 - levels.gone) * (uncut + levels.cut * (rest - uncut));
 }
 
-double cw_cell_covered(double outside, double nx, double ny)
+double chip_cell_covered(double outside, double nx, double ny)
 {
     double a = fabs(nx), b = fabs(ny), half, t = -outside, rest;
+    CHIP_FAULT(OUTLINE_WIDE, t = 0.2 - outside);
     if (a < b) { double s = a; a = b; b = s; }
     half = 0.5 * (a + b);
     if (t >= half) return 1.0;
@@ -339,7 +343,7 @@ double cw_cell_covered(double outside, double nx, double ny)
     return t > 0.0 ? 1.0 - rest : rest;
 }
 
-double cw_cell_wedge(double outside, double nx, double ny)
+double chip_cell_wedge(double outside, double nx, double ny)
 {
     double a = fabs(nx), b = fabs(ny), half, flat, t = -outside, rest;
     if (a < b) { double s = a; a = b; b = s; }
@@ -356,16 +360,16 @@ double cw_cell_wedge(double outside, double nx, double ny)
     return t + rest * rest * rest / (6.0 * a * b);
 }
 
-/* Cosine between (ex, ey) and the outward normal of the stock box's side that is nearest to a place. */
-static double outward(const struct cw_stock *stock, double x, double y, double ex, double ey)
+/* Cosine between (ex, ey) and the outward normal of the side of the stock box nearest to a position. */
+static double outward(const struct chip_stock *stock, double x, double y, double ex, double ey)
 {
     double c = 1.0, s = 0.0, u, v;
     x -= 0.5 * (stock->x0 + stock->x_max);
     y -= 0.5 * (stock->y0 + stock->y_max);
-    if (stock->shape == CW_SHAPE_CYLINDER) {
+    if (stock->shape == CHIP_SHAPE_CYLINDER) {
         u = x / (stock->half_x * stock->half_x);
         v = y / (stock->half_y * stock->half_y);
-        return (u * ex + v * ey) / cw_max(cw_sqrt(u * u + v * v), 1e-30);
+        return (u * ex + v * ey) / chip_max(chip_sqrt(u * u + v * v), 1e-30);
     }
     if (stock->turn != 0.0) {
         c = cos(stock->turn);
@@ -377,37 +381,37 @@ static double outward(const struct cw_stock *stock, double x, double y, double e
     return (v < 0.0 ? -1.0 : 1.0) * (c * ey - s * ex);
 }
 
-double cw_rim_covered(const struct cw_stock *stock, const struct cw_cell *cell, double x, double y, double k,
+double chip_rim_covered(const struct chip_stock *stock, const struct chip_cell *cell, double x, double y, double k,
                       double ex, double ey)
 {
-    double gone = cw_cell_levels(stock, cell).gone, along = outward(stock, x, y, ex, ey), nested;
+    double gone = chip_cell_levels(stock, cell).gone, along = outward(stock, x, y, ex, ey), nested;
     if (!(gone > 0.0) || k >= 1.0) return k;
-    nested = (along > 0.0 ? cw_min(k, 1.0 - gone) : cw_max(k - gone, 0.0)) / (1.0 - gone);
-    return cw_clamp(k + fabs(along) * (nested - k), 0.0, 1.0);
+    nested = (along > 0.0 ? chip_min(k, 1.0 - gone) : chip_max(k - gone, 0.0)) / (1.0 - gone);
+    return chip_clamp(k + fabs(along) * (nested - k), 0.0, 1.0);
 }
 
 /* Writes the cut part of a cell: share and height below the top, rounded to cell units.
- * A cell that is cut all over becomes a plain one again, with its height exact. */
-static void set_plain(const struct cw_stock *stock, struct cw_cell *cell, const struct cw_levels *levels)
+ * A cell that is cut completely becomes a plain one again, with its exact height. */
+static void set_plain(const struct chip_stock *stock, struct chip_cell *cell, const struct chip_levels *levels)
 {
     double steps = (levels->top - levels->low) / stock->drop_unit + 0.5;
-    uint16_t cut = (uint16_t)(cw_clamp(levels->cut, 0.0, 1.0) * CW_FULL + 0.5);
+    uint16_t cut = (uint16_t)(chip_clamp(levels->cut, 0.0, 1.0) * CHIP_FULL + 0.5);
     cell->top = (float)levels->top;
-    if (cut == CW_FULL) {
+    if (cut == CHIP_FULL) {
         cell->top = (float)levels->low;
         cell->cut = cell->drop = 0;
         return;
     }
-    cell->drop = steps >= CW_DROP_FULL ? CW_DROP_FULL : (uint16_t)steps;
+    cell->drop = steps >= CHIP_DROP_FULL ? CHIP_DROP_FULL : (uint16_t)steps;
     cell->cut = cell->drop ? cut : 0;
     if (!cell->cut) cell->drop = 0;
 }
 
-/* The rule of [2], by cases; `near`: heights that are the same. Returns 0 when nothing changes. */
-static int merge(struct cw_levels *levels, double k, double z, double near)
+/* The rule of [2], by cases; `near`: heights within it are equal. Returns 0 if nothing changes. */
+static int merge(struct chip_levels *levels, double k, double z, double near)
 {
     double c = levels->cut, low = levels->low;
-    if (k >= 1.0 - 0.5 / CW_FULL) {             /* the whole cell */
+    if (k >= 1.0 - 0.5 / CHIP_FULL) {             /* the whole cell */
         if (c > 0.0 && z > low) {
             levels->top = z;
         } else {
@@ -419,7 +423,8 @@ static int merge(struct cw_levels *levels, double k, double z, double near)
         levels->low = z;
     } else if (z < low - near) {                /* deeper: the wall goes to the nearer of the two */
         if (2.0 * k < c) return 0;
-        levels->cut = cw_max(c, k);
+        levels->cut = chip_max(c, k);
+        CHIP_FAULT(SHARES_ADDED, levels->cut = c + k);
         levels->low = z;
     } else if (k > c) {                         /* wider: the added part lies at z */
         levels->low = z <= low + near ? low : ((k - c) * z + c * low) / k;
@@ -430,27 +435,27 @@ static int merge(struct cw_levels *levels, double k, double z, double near)
     return 1;
 }
 
-double cw_cell_cut(const struct cw_stock *stock, struct cw_cell *cell, double k, double z)
+double chip_cell_cut(const struct chip_stock *stock, struct chip_cell *cell, double k, double z)
 {
-    struct cw_levels levels;
+    struct chip_levels levels;
     double before;
     int rim;
     if (z < stock->z_min) z = stock->z_min;
-    if (z >= (double)cell->top || k < 0.5 / CW_FULL) return 0.0;
-    before = cw_cell_above(stock, cell, stock->z_min);
-    levels = cw_cell_levels(stock, cell);
+    if (z >= (double)cell->top || k < 0.5 / CHIP_FULL) return 0.0;
+    before = chip_cell_above(stock, cell, stock->z_min);
+    levels = chip_cell_levels(stock, cell);
     rim = levels.gone > 0.0;
-    if (!merge(&levels, k, z, rim ? (stock->z_max - stock->z_min) / CW_RIM_DROP : stock->drop_unit)) return 0.0;
+    if (!merge(&levels, k, z, rim ? (stock->z_max - stock->z_min) / CHIP_RIM_DROP : stock->drop_unit)) return 0.0;
     if (rim) set_rim(stock, cell, &levels);
     else set_plain(stock, cell, &levels);
-    return (before - cw_cell_above(stock, cell, stock->z_min)) * stock->cell * stock->cell;
+    return (before - chip_cell_above(stock, cell, stock->z_min)) * stock->cell * stock->cell;
 }
 
-double cw_stock_above(const struct cw_stock *stock, double x, double y, double floor)
+double chip_stock_above(const struct chip_stock *stock, double x, double y, double floor)
 {
     double fx = (x - stock->x0) / stock->cell + 0.5;    /* in cells; the ring's cell is number 0 */
     double fy = (y - stock->y0) / stock->cell + 0.5;
-    const struct cw_cell *a, *b;
+    const struct chip_cell *a, *b;
     int ix, iy;
     double h0, h1;
     if (!(fx >= 0.0 && fy >= 0.0 && fx < stock->nx + 1.0 && fy < stock->ny + 1.0)) return 0.0;
@@ -460,9 +465,9 @@ double cw_stock_above(const struct cw_stock *stock, double x, double y, double f
     fy -= iy;
     a = stock->cells + (long)iy * (stock->nx + 2) + ix;
     b = a + stock->nx + 2;
-    h0 = cw_cell_above(stock, a, floor);
-    h0 += fx * (cw_cell_above(stock, a + 1, floor) - h0);
-    h1 = cw_cell_above(stock, b, floor);
-    h1 += fx * (cw_cell_above(stock, b + 1, floor) - h1);
+    h0 = chip_cell_above(stock, a, floor);
+    h0 += fx * (chip_cell_above(stock, a + 1, floor) - h0);
+    h1 = chip_cell_above(stock, b, floor);
+    h1 += fx * (chip_cell_above(stock, b + 1, floor) - h1);
     return h0 + fy * (h1 - h0);
 }

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
 /* stock.h - the stock as a height map whose cells know how much of them is left.
  *
  * Who calls it: sweep.c cuts it, section.c reads it, stock_tracker.comp owns it in
@@ -8,69 +9,71 @@
  * Principle:
  *  1. The plane is divided into square cells. A cell holds the height of its uncut
  *     part (`top`), how much lower its cut part lies (`drop`) and what share of the
- *     cell that part is (`cut`). A wall that crosses a cell is known by `cut`, to
- *     1/65535 of a cell, not to half a cell only.
- *  2. A cut of share k to height z replaces, it is never added: parts cut from the
- *     same side are nested, so the same cut twice changes nothing (cw_cell_cut).
- *     A cell on the outline of the stock box is never whole: it also knows what share of it the stock
- *     has at all (`gone` is the rest), and what is said of `top`, `drop` and `cut` is said of that share. It
- *     has CW_RIM in `drop` and coarser steps (cw_cell_levels).
- *  3. Volume is the exact sum over the cells; what a cut removes is the difference.
+ *     cell that part is (`cut`). `cut` locates a wall that crosses a cell to
+ *     1/65535 of a cell, not just to half a cell.
+ *  2. A cut of share k to height z replaces the old one and is never added: parts cut from the
+ *     same side are nested, so the same cut twice changes nothing (chip_cell_cut).
+ *     A cell on the outline of the stock box is never whole: it also holds the share of it that is
+ *     outside the stock (`gone`); `top`, `drop` and `cut` then refer to the rest. It
+ *     has CHIP_RIM in `drop` and coarser steps (chip_cell_levels).
+ *  3. Volume is the exact sum over the cells; a cut removes the difference.
  *  4. A ring of empty cells round the map lets readers interpolate without tests.
- *  5. All lengths mm, machine coordinates; the map knows no units but these.
- *
+ *  5. All lengths are mm in machine coordinates; the map has no other units.
  *  6. The box may be turned about its middle; the map is the upright box around it.
  *
- * Memory: 8 bytes a cell plus the ring and the head. No pointers inside: the block
- * may be mapped at different addresses by different processes.
+ * Memory: 8 bytes a cell plus the ring and the head. It holds no pointers: different
+ * processes may map the block at different addresses.
  */
 #ifndef CHIPWISE_STOCK_H
 #define CHIPWISE_STOCK_H
 
 #include <stdint.h>
 
-#define CW_STOCK_MAGIC 0x43575354u      /* "CWST" */
-#define CW_STOCK_VERSION 2u
-#define CW_FULL 65535                   /* a share of one, in cell units */
-#define CW_DROP_FULL 32767              /* the whole height of the stock, in steps of `drop` */
-#define CW_RIM 0x8000                   /* in `drop`: a cell on the outline of the stock box */
-#define CW_RIM_TWO 0x4000               /* and part of it is cut; then */
-#define CW_RIM_DROP 1023                /* the whole height, */
-#define CW_RIM_CUT 511                  /* a share of one that is cut, */
-#define CW_RIM_GONE 2047                /* and a share of one without stock have these steps */
+#include "fault.h"
 
-#define CHIP_LEAST_CELL 1e-3            /* mm; smaller ones overflow the index of a place far from the map */
-#define CHIP_MOST_CELL 100.0            /* mm */
-#define CHIP_LEAST_SIZE 1e-3            /* mm, of a stock box in X, Y and Z */
-#define CHIP_FARTHEST 1e6               /* mm, of a stock box's corner from machine zero */
+#define CHIP_STOCK_MAGIC 0x43575354u      /* "CWST" */
+#define CHIP_STOCK_VERSION 2u
+#define CHIP_FULL 65535                   /* a share of one, in cell units */
+#define CHIP_DROP_FULL 32767              /* the whole height of the stock, in steps of `drop` */
+#define CHIP_RIM 0x8000                   /* in `drop`: a cell on the outline of the stock box */
+#define CHIP_RIM_TWO 0x4000               /* and part of it is cut; then */
+#define CHIP_RIM_DROP 1023                /* the whole height, */
+#define CHIP_RIM_CUT 511                  /* a share of one that is cut, */
+#define CHIP_RIM_GONE 2047                /* and a share of one without stock have these steps */
 
-enum cw_stock_error {
-    CW_STOCK_OK = 0,
-    CW_STOCK_NOT_FINITE = 1,    /* a corner of the box is NaN or further than CHIP_FARTHEST */
-    CW_STOCK_EMPTY = 2,         /* max is not CHIP_LEAST_SIZE greater than min in some axis */
-    CW_STOCK_TOO_LARGE = 3,     /* the box needs more cells than the map has */
-    CW_STOCK_UNSOUND = 4        /* another program has written what cannot be a map */
+#define CHIP_MAX_CELLS (1u << 28)       /* of a map: 2 GiB */
+#define CHIP_MIN_CELL 1e-3            /* mm; smaller ones overflow the index of a position far from the map */
+#define CHIP_MAX_CELL 100.0            /* mm */
+#define CHIP_MIN_SIZE 1e-3            /* mm, of a stock box in X, Y and Z */
+#define CHIP_MAX_COORDINATE 1e6               /* mm, of a stock box's corner from machine zero */
+
+enum chip_stock_error {
+    CHIP_STOCK_OK = 0,
+    CHIP_STOCK_NOT_FINITE = 1,    /* a corner of the box is NaN or farther than CHIP_MAX_COORDINATE */
+    CHIP_STOCK_EMPTY = 2,         /* max is not CHIP_MIN_SIZE greater than min in some axis */
+    CHIP_STOCK_TOO_LARGE = 3,     /* the box needs more cells than the map has */
+    CHIP_STOCK_UNSOUND = 4        /* another program has written something that cannot be a map */
 };
 
-enum cw_stock_shape {
-    CW_SHAPE_BOX = 0,
-    CW_SHAPE_CYLINDER = 1       /* along Z, inscribed in the box: an ellipse where that is not square */
+enum chip_stock_shape {
+    CHIP_SHAPE_BOX = 0,
+    CHIP_SHAPE_CYLINDER = 1       /* along Z, inscribed in the box: an ellipse if the box is not square */
 };
 
-struct cw_cell {
+struct chip_cell {
     float top;                  /* mm, machine Z of the uncut part */
     uint16_t drop;              /* cut part lies drop * drop_unit below top */
-    uint16_t cut;               /* share of the cell that is cut, 0..CW_FULL; 0: drop is 0 too */
-};      /* with CW_RIM alone: cut is the share gone; with CW_RIM_TWO: drop has 4 low bits of the cut share and 10 of the
+    uint16_t cut;               /* share of the cell that is cut, 0..CHIP_FULL; 0: drop is 0 too */
+}; /* with CHIP_RIM alone: cut is the share gone; with CHIP_RIM_TWO: drop has 4 low bits of the cut share and 10 of the
          * drop, cut 11 bits of the share gone and 5 high bits of the cut share */
 
-struct cw_levels {              /* what a cell says */
+struct chip_levels {              /* content of a cell */
     double top, low;            /* mm, machine Z of its uncut and its cut part */
     double cut;                 /* share of its stock that is cut */
     double gone;                /* share of the cell that is outside the stock box */
 };
 
-struct cw_stock {
+struct chip_stock {
     uint32_t magic, version;
     volatile uint32_t generation;   /* odd while a cell or the head is being written */
     uint32_t capacity;          /* cells behind this head, ring included */
@@ -78,106 +81,109 @@ struct cw_stock {
     double x0, y0;              /* mm, machine coordinates of the map's corner (inside the ring) [6] */
     double z_min, z_max;        /* mm, bottom and top of the stock box */
     double x_max, y_max;        /* mm, far corner of the map [6] */
-    double drop_unit;           /* mm per step of cw_cell.drop */
+    double drop_unit;           /* mm per step of chip_cell.drop */
     int32_t nx, ny;             /* cells in use, ring not counted */
     int32_t filled;             /* rows filled so far, ring included; ny + 2 when ready */
-    int32_t shape;              /* cw_stock_shape */
+    int32_t shape;              /* chip_stock_shape */
     double removed;             /* mm3 cut since the map was defined */
     double half_x, half_y;      /* mm, half the sides of the stock box */
     double turn;                /* rad it is turned by, counter-clockwise [6] */
-    struct cw_cell cells[];     /* (ny + 2) rows of (nx + 2) */
+    struct chip_cell cells[];     /* (ny + 2) rows of (nx + 2) */
 };
 
-/* Cells, ring included, that a map of size_x by size_y mm needs; 0 when an argument is
- * not a positive number, the cell not CHIP_LEAST_CELL .. CHIP_MOST_CELL, or the count exceeds 2^28. */
-uint32_t cw_stock_cells(double cell, double size_x, double size_y);
+/* Cells, ring included, that a map of size_x by size_y mm needs; 0 if an argument is
+ * not a positive number, the cell is not CHIP_MIN_CELL .. CHIP_MAX_CELL, or the count exceeds 2^28. */
+uint32_t chip_stock_cells(double cell, double size_x, double size_y);
 
 /* Bytes of a block with `cells` cells. */
-uint64_t cw_stock_bytes(uint32_t cells);
+uint64_t chip_stock_bytes(uint32_t cells);
 
-/* Makes an empty map (no stock) in a block of cw_stock_bytes(capacity) bytes. */
-void cw_stock_init(struct cw_stock *stock, double cell, uint32_t capacity);
+/* Makes an empty map (no stock) in a block of chip_stock_bytes(capacity) bytes. */
+void chip_stock_init(struct chip_stock *stock, double cell, uint32_t capacity);
 
-/* Starts a new stock box, mm in machine coordinates. Returns a cw_stock_error; on an
- * error the old stock stays as it is. The map is ready after cw_stock_fill said so. */
-int cw_stock_define(struct cw_stock *stock, const double min[3], const double max[3]);
+/* Starts a new stock box, mm in machine coordinates. Returns a chip_stock_error; on an
+ * error the old stock stays as it is. The map is ready when chip_stock_fill says so. */
+int chip_stock_define(struct chip_stock *stock, const double min[3], const double max[3]);
 
-/* The same with a shape in the box; a number that is no shape means the box. */
-int cw_stock_define_shape(struct cw_stock *stock, const double min[3], const double max[3],
+/* The same with a shape in the box; an unknown shape means the box. */
+int chip_stock_define_shape(struct chip_stock *stock, const double min[3], const double max[3],
                           int shape);
 
-/* The same; the box min..max is turned about its middle by `turn` (rad, counter-clockwise), a cylinder is not. */
-int cw_stock_define_turned(struct cw_stock *stock, const double min[3], const double max[3],
+/* The same; the box min..max is turned about its middle by `turn` (rad, counter-clockwise). A cylinder is not
+ * turned. */
+int chip_stock_define_turned(struct chip_stock *stock, const double min[3], const double max[3],
                            int shape, double turn);
 
 /* Fills at most max_cells cells of a defined map (at least one row); returns 1 when done. */
-int cw_stock_fill(struct cw_stock *stock, int max_cells);
+int chip_stock_fill(struct chip_stock *stock, int max_cells);
 
-/* 1 when the head, as another program has left it, can be that of a map with this cell and
+/* 1 if the head, as another program has left it, can be that of a map with this cell and
  * capacity; a map without a stock is sound too. */
-int cw_stock_sound(const struct cw_stock *stock, double cell, uint32_t capacity);
+int chip_stock_sound(const struct chip_stock *stock, double cell, uint32_t capacity);
 
-/* 1 when a box is defined and filled. */
-int cw_stock_ready(const struct cw_stock *stock);
+/* 1 if a box is defined and filled. */
+int chip_stock_ready(const struct chip_stock *stock);
 
 /* Volume left, mm3: the sum over all cells (offline use, visits the whole map). */
-double cw_stock_volume(const struct cw_stock *stock);
+double chip_stock_volume(const struct chip_stock *stock);
 
 /* Cuts share k (0..1) of a cell down to height z (mm); returns the volume removed, mm3. */
-double cw_cell_cut(const struct cw_stock *stock, struct cw_cell *cell, double k, double z);
+double chip_cell_cut(const struct chip_stock *stock, struct chip_cell *cell, double k, double z);
 
-/* What a cell says, rim or not. */
-struct cw_levels cw_cell_levels(const struct cw_stock *stock, const struct cw_cell *cell);
+/* Content of a cell, rim or not. */
+struct chip_levels chip_cell_levels(const struct chip_stock *stock, const struct chip_cell *cell);
 
 /* Mean height of a rim cell's stock between two heights, mm above the lower. */
-double cw_rim_between(const struct cw_stock *stock, const struct cw_cell *cell, double low, double high);
+double chip_rim_between(const struct chip_stock *stock, const struct chip_cell *cell, double low, double high);
 
 /* Mean height of a cell above `floor` (mm, parts below it count 0). */
-static inline double cw_cell_above(const struct cw_stock *stock, const struct cw_cell *cell,
+static inline double chip_cell_above(const struct chip_stock *stock, const struct chip_cell *cell,
                                    double floor)
 {
     double high = (double)cell->top - floor, low;
     if (high <= 0.0) return 0.0;
     if (!cell->cut) return high;
-    if (cell->drop & CW_RIM) return cw_rim_between(stock, cell, floor, 1e301);
+    if (cell->drop & CHIP_RIM) return chip_rim_between(stock, cell, floor, 1e301);
     low = high - cell->drop * stock->drop_unit;
-    return high + (cell->cut * (1.0 / CW_FULL)) * ((low > 0.0 ? low : 0.0) - high);
+    CHIP_FAULT(CUT_VOLUME_FORGOTTEN, low = high);
+    return high + (cell->cut * (1.0 / CHIP_FULL)) * ((low > 0.0 ? low : 0.0) - high);
 }
 
 /* Share of a cell inside a straight edge: `outside` is the distance of the cell's centre from the edge in cells
  * (negative inside), (nx, ny) the edge's unit normal. */
-double cw_cell_covered(double outside, double nx, double ny);
+double chip_cell_covered(double outside, double nx, double ny);
 
 /* Integral of that over `outside` from there on: the volume, in cells, of the wedge a plane rising by one cell per cell
  * along the normal leaves below it. */
-double cw_cell_wedge(double outside, double nx, double ny);
+double chip_cell_wedge(double outside, double nx, double ny);
 
-/* Share of a rim cell's stock that the tool covers when it covers the share k of the cell, and its outline there has the
- * outward normal (ex, ey): the stock lies on one side of the cell, as the tool does. (x, y): the cell's middle, mm. */
-double cw_rim_covered(const struct cw_stock *stock, const struct cw_cell *cell, double x, double y, double k,
+/* Share of a rim cell's stock that the tool covers when it covers the share k of the cell, and its outline there has
+ * the outward normal (ex, ey): the stock lies on one side of the cell, as the tool does. (x, y): the cell's middle,
+ * mm. */
+double chip_rim_covered(const struct chip_stock *stock, const struct chip_cell *cell, double x, double y, double k,
                       double ex, double ey);
 
-/* Between these two cells and head may be written; a reader that sees the generation odd, or
+/* Between these two, cells and head may be written; a reader that finds the generation odd, or
  * changed, has to read again. */
-static inline void cw_stock_begin_write(struct cw_stock *stock)
+static inline void chip_stock_begin_write(struct chip_stock *stock)
 {
     stock->generation++;
     __atomic_thread_fence(__ATOMIC_SEQ_CST);
 }
 
-static inline void cw_stock_end_write(struct cw_stock *stock)
+static inline void chip_stock_end_write(struct chip_stock *stock)
 {
     __atomic_thread_fence(__ATOMIC_SEQ_CST);
     stock->generation++;
 }
 
 /* Cell (ix, iy), -1 <= ix <= nx and -1 <= iy <= ny (the ring included). */
-static inline struct cw_cell *cw_stock_cell(const struct cw_stock *stock, int ix, int iy)
+static inline struct chip_cell *chip_stock_cell(const struct chip_stock *stock, int ix, int iy)
 {
-    return (struct cw_cell *)stock->cells + (long)(iy + 1) * (stock->nx + 2) + (ix + 1);
+    return (struct chip_cell *)stock->cells + (long)(iy + 1) * (stock->nx + 2) + (ix + 1);
 }
 
 /* Stock above `floor` at a point, mm, interpolated between the four cells around it. */
-double cw_stock_above(const struct cw_stock *stock, double x, double y, double floor);
+double chip_stock_above(const struct chip_stock *stock, double x, double y, double floor);
 
 #endif

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
 /* stock_tracker_core.h - the core as one unit, for stock_tracker.comp.
  *
  * halcompile turns pin names into macros; included here, before them, the core keeps its
@@ -8,21 +9,21 @@
 #include "core/stock.c"
 #include "core/sweep.c"
 #include "core/section.c"
-#include "core/way.c"
-#include "core/course.c"
-#include "core/ahead.c"
+#include "core/path.c"
+#include "core/predicted_path.c"
+#include "core/lookahead.c"
 #include "core/guard.c"
 #include "core/tracker.c"
 #include "core/tool_watch.c"
 
-#include "planner.h"
+#include "linuxcnc_planner.c"
 
-typedef struct cw_tracker cw_tracker_t;
-typedef struct cw_planner cw_planner_t;
+typedef struct chip_tracker chip_tracker_t;
+typedef struct chip_planner chip_planner_t;
 typedef struct chip_tool_watch chip_tool_watch_t;
 
 /* A decimal number as loadrt gives it; 0 (which no length may be) when it is none. */
-static inline double cw_decimal(const char *text)
+static inline double chip_decimal(const char *text)
 {
     char *end;
     double value = strtod(text, &end);

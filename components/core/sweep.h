@@ -1,25 +1,26 @@
-/* sweep.h - cutting the stock along the straight way between tool positions.
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* sweep.h - cutting the stock along the straight path between tool positions.
  *
- * Who calls it: stock_tracker.comp (a few cells of work per servo period) and, through
+ * Who calls it: tracker.c (a few cells of work per servo period) and, through
  * the shared library, remap/chipwise/stock/ (a whole move at once).
  * Source: JP3131045 [0007]: the envelope of the tool moved along the path (ENV) is taken
  * from the material (WK) and its volume is VC.
  *
  * Principle:
- *  1. The way of the tool is a chain of points; each leg sweeps a capsule in XY.
- *  2. A leg is cut row by row. The work can stop after any cell and go on in the next
- *     period, so a period's cost has a bound; points that wait are kept in a short queue,
- *     and when it is full the newest point replaces the last one that waits. Work is counted
+ *  1. The tool's path is a chain of points; each segment sweeps a capsule in XY.
+ *  2. A segment is cut row by row. The work can stop after any cell and continue in the next
+ *     period, so a period's cost is bounded. Points that wait are kept in a short queue;
+ *     when it is full the newest point replaces the last one that waits. Work is counted
  *     in cells of a flat end, about a dozen instructions each.
  *  3. A cell well inside the capsule is cut to the lowest height any tool position of
- *     the leg has over it; a cell on the outline is cut in that share of its area that
+ *     the segment has over it; a cell on the outline is cut in that share of its area that
  *     lies inside.
- *  4. What the leg before has cut already (what lies behind a tool that does not descend, and
- *     the disc below its flat part) is skipped, so the cost grows with the cells newly swept.
- *     Where the tool came straight and level to the leg's start, a cell below a round end is cut by
- *     that way too: each of its points by the tool position nearest to it, in whatever leg that was.
- *  5. Legs that wait and go on straight are made one: a falling tool sweeps its whole disc in every
- *     leg, and where that is more than a period's bound it has fewer legs, not a longer queue.
+ *  4. What the segment before has cut already (behind a tool that does not descend, and
+ *     the disc below its flat part) is skipped, so the cost grows with the newly swept cells.
+ *     If the tool came straight and level to the segment's start, a cell below a round end is cut by
+ *     that path too: each of its points by the nearest tool position, in whatever segment that was.
+ *  5. Segments that wait and continue straight are merged: a falling tool sweeps its whole disc in every
+ *     segment, and if that exceeds a period's bound there are fewer segments, not a longer queue.
  */
 #ifndef CHIPWISE_SWEEP_H
 #define CHIPWISE_SWEEP_H
@@ -27,36 +28,36 @@
 #include "stock.h"
 #include "tool.h"
 
-#define CW_SWEEP_QUEUE 16       /* positions that may wait for their turn */
+#define CHIP_SWEEP_QUEUE 16       /* positions that may wait */
 
-struct cw_sweep {
+struct chip_sweep {
     double at[3];               /* mm, tip: everything up to here is cut */
-    double queue[CW_SWEEP_QUEUE][3];    /* mm, tips still to go to, oldest first */
+    double queue[CHIP_SWEEP_QUEUE][3];    /* mm, tips still to go to, oldest first */
     int waiting;                /* entries in use */
     int known;                  /* `at` is a position of the tool */
-    int trail;                  /* the tool, as it is now, has cut all over at `at` */
-    int row, row_end;           /* rows of the leg to queue[0] still to be cut; row < 0: not begun */
-    int column;                 /* of that row the first column still to be cut */
-    double run[2];              /* unit vector, heading of the last leg, */
+    int start_is_cut;           /* the tool, as it is now, has cut all round at `at` */
+    int row, row_end;           /* rows of the segment to queue[0] still to be cut; row < 0: not begun */
+    int column;                 /* the first column of that row still to be cut */
+    double heading[2];          /* unit vector of the last segment, */
     double straight;            /* mm it went level and straight, as far as a round end needs it [4] */
-    double stray;               /* mm, what the newest leg leaves out by [5] */
+    double deviation;           /* mm the newest segment deviates by because it was merged [5] */
 };
 
-/* Puts the tool at a place without cutting (start, tool change, after a jump). */
-void cw_sweep_place(struct cw_sweep *sweep, const double tip[3]);
+/* Puts the tool at a position without cutting (start, tool change, after a jump). */
+void chip_sweep_start(struct chip_sweep *sweep, const double tip[3]);
 
-/* Queues a straight leg to `tip` (mm); a tip that is no finite position is passed over. */
-void cw_sweep_to(struct cw_sweep *sweep, const double tip[3]);
+/* Queues a straight segment to `tip` (mm); a tip that is not a finite position is ignored. */
+void chip_sweep_to(struct chip_sweep *sweep, const double tip[3]);
 
 /* Works on the queue until it is empty or the work reaches `bound`; returns the volume removed, mm3.
- * `*spent`, when not null, is increased by the work. */
-double cw_sweep_run(struct cw_sweep *sweep, struct cw_stock *stock, const struct cw_tool *tool,
-                    long bound, long *spent);
+ * `*spent`, if not null, is increased by the work. */
+double chip_sweep_run(struct chip_sweep *sweep, struct chip_stock *stock, const struct chip_tool *tool,
+                      long bound, long *spent);
 
-/* Volume (mm3) the straight way between two tips would remove; nothing is cut. `trail`: the tool
- * has cut all over at `from`. Stops after a row when `enough` mm3 are found. */
-double cw_sweep_meets(const struct cw_stock *stock, const struct cw_tool *tool,
-                      const double from[3], const double to[3], int trail, double enough,
-                      long *spent);
+/* Volume (mm3) the straight path between two tips would remove; nothing is cut. `start_is_cut`: the tool
+ * has cut all round at `from`. Stops after a row when `enough` mm3 are found. */
+double chip_sweep_meets(const struct chip_stock *stock, const struct chip_tool *tool,
+                        const double from[3], const double to[3], int start_is_cut, double enough,
+                        long *spent);
 
 #endif

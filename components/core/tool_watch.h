@@ -1,22 +1,25 @@
-/* tool_watch.h - is the tool the tracker knows still the tool in the spindle?
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* tool_watch.h - checks that the tool the tracker knows is still the tool in the spindle.
  *
  * Who calls it: stock_tracker.comp, once per servo period, before the core.
- * Source: LinuxCNC 2.9.4 and 2.9.10, iotask/ioControl.cc: iocontrol.0.tool-number changes in the moment a tool is
+ * Source: LinuxCNC 2.9.4 and 2.9.10, iotask/ioControl.cc: iocontrol.0.tool-number changes at the moment a tool is
  * loaded (M6) or named (M61).
  *
- * The tool's shape comes from chipwise-monitor, a process in user space that can be late, stopped or dead.
+ * The tool's shape comes from chipwise-monitor, a user space process that can be late, stopped or dead.
  * Principle:
  *  1. The machine's own tool number is compared with the one that chipwise-monitor has followed. While they
- *     differ the tool is unknown: at once nothing is cut and the tracker is not ready. For a monitor that runs this
+ *     differ the tool is unknown: nothing is cut and the tracker is not ready. With a running monitor this
  *     lasts 20 ms. After CHIP_TOOL_GRACE_S it is a fault.
- *  2. A change of the tool that leaves its number alone (tool table, geometry file) is seen by the monitor only. It counts
- *     a heartbeat; a count that stands still for the limit is a fault. The limit is long (seconds), because a busy machine
- *     may leave the process waiting: what cannot wait is 1.
+ *  2. Only the monitor sees a change of the tool that keeps its number (tool table, geometry file). It counts
+ *     a heartbeat; a count that does not change for the timeout is a fault. The timeout is long (seconds), because a
+ *     busy machine may leave the process waiting; 1 covers what cannot wait.
  */
 #ifndef CHIPWISE_TOOL_WATCH_H
 #define CHIPWISE_TOOL_WATCH_H
 
-#define CHIP_TOOL_GRACE_S 0.05      /* s a tool may be unknown before that is a fault */
+/* s a tool may be unknown before that is a fault. The monitor takes 20 ms; a shorter time makes every tool change a
+ * fault, a longer one reports a dead monitor later. */
+#define CHIP_TOOL_GRACE_S 0.05
 
 enum chip_tool_watch_fault {
     CHIP_TOOL_WATCHED = 0,
@@ -24,11 +27,12 @@ enum chip_tool_watch_fault {
     CHIP_TOOL_UNWATCHED = 16        /* no heartbeat */
 };
 
+/* Members carry the name of the pin they come from and their unit. */
 struct chip_tool_watch_in {
-    int machine_tool;               /* number of the tool in the spindle, by the machine itself */
-    int followed_tool;              /* the same as the monitor has last seen and described it */
-    int beats;                      /* counts while the monitor runs */
-    double limit_s;                 /* s without a heartbeat; not positive: not watched */
+    int tool_in_spindle_number;     /* by the machine itself */
+    int tool_followed_number;       /* as the monitor has last seen and described it */
+    int heartbeat_count;            /* counts while the monitor runs */
+    double monitor_timeout_s;       /* without a heartbeat; not positive: not watched */
     double period_s;
 };
 

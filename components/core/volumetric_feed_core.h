@@ -1,8 +1,9 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
 /* volumetric_feed_core.h - the feed law and its watch, for volumetric_feed.comp (why here: see
  * stock_tracker_core.h). */
 #define CHIPWISE_RTAPI
 #include "core/feed.c"
-#include "core/obey.c"
+#include "core/watchdog.c"
 
-typedef struct cw_feed_easing cw_feed_easing_t;
-typedef struct cw_obey cw_obey_t;
+typedef struct chip_feed_easing chip_feed_easing_t;
+typedef struct chip_watchdog chip_watchdog_t;

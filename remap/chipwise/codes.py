@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """One short function per remapped code, named in the INI file's REMAP lines.
 
 Each is called by the interpreter at read-ahead, with the words of its argspec: once in the preview, once in the task.
@@ -5,7 +6,7 @@ LinuxCNC looks the functions up in the machine's module `remap`. chipwise's own 
 does that of a machine with codes of its own: `from chipwise.codes import *`.
 """
 
-from chipwise.glue import contour, hole, pocket, session, volumetric
+from chipwise.glue import contour, hole, pocket, session, stock_codes, volumetric
 
 __all__ = ("g12", "g13", "g77", "g78", "g79", "m250", "m251", "m252", "m253", "m254", "feed")
 
@@ -37,7 +38,7 @@ def g79(self, **words):
 
 def m250(self, **words):
     """M250: define the stock."""
-    yield from session.run_steps(self, "M250", words, volumetric.define_stock)
+    yield from session.run_steps(self, "M250", words, stock_codes.define_stock)
 
 
 def m251(self, **words):
@@ -52,12 +53,12 @@ def m252(self, **words):
 
 def m253(self, **words):
     """M253: save the stock."""
-    yield from session.run_steps(self, "M253", words, volumetric.save_stock)
+    yield from session.run_steps(self, "M253", words, stock_codes.save_stock)
 
 
 def m254(self, **words):
     """M254: restore a saved stock."""
-    yield from session.run_steps(self, "M254", words, volumetric.restore_stock)
+    yield from session.run_steps(self, "M254", words, stock_codes.restore_stock)
 
 
 def feed(self, **words):

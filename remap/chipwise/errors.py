@@ -1,19 +1,21 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """The one error a cycle, a setting or a tool description may raise.
 
 Called by everything below remap/chipwise; caught only in glue/session.py, which prints it in program units.
 
-A message says what is wrong, the value with its unit, the rule and the remedy:
+A message has the problem, the value with its unit, the rule and the remedy:
 
     chipwise: G12: hole radius I2 mm is not larger than the tool radius 3 mm; use I above 3 mm (line 12)
 
-Pure code knows millimetres only, the operator thinks in the units of the program.  So an error carries a template
-and the lengths it speaks of, and the text is made when the unit is known: `text("in")`.
+Pure code uses millimetres only, the operator the units of the program.  So an error holds a template and its lengths, and the
+text is made when the unit is known: `text("in")`.
 
-Nothing here can fail, whatever the texts hold (braces, line breaks, bytes that are not UTF-8): this is the path that
-every other failure takes to the operator.
+Nothing here can fail, whatever the texts contain (braces, line breaks, bytes that are not UTF-8), because every other failure
+is reported through it.
 """
 
 import re
+from typing import Any, Optional
 
 MM_PER_INCH = 25.4
 
@@ -24,7 +26,7 @@ class Area(float):
     """An area in mm2 as a value of a message's template: shown in mm2 or in2."""
 
 
-def format_length(value_mm, unit="mm"):
+def format_length(value_mm: float, unit: str = "mm") -> str:
     """Length (mm) -> "2 mm" or "0.07874 in": at most 4 decimals of a mm, 5 of an inch, no trailing zeros."""
     if unit == "in":
         number = f"{value_mm / MM_PER_INCH:.5f}"
@@ -36,17 +38,22 @@ def format_length(value_mm, unit="mm"):
     return f"{number} {unit}"
 
 
-def format_area(value_mm2, unit="mm"):
+def format_area(value_mm2: float, unit: str = "mm") -> str:
     """Area (mm2) -> "3.434 mm2" or "0.005323 in2": four significant digits."""
     return f"{value_mm2 / MM_PER_INCH ** 2:.4g} in2" if unit == "in" else f"{value_mm2:.4g} mm2"
 
 
-def fill(template, values, unit):
+def braceless(text: str) -> str:
+    """The text with its braces doubled: a message's template takes single ones for lengths."""
+    return text.replace("{", "{{").replace("}", "}}")
+
+
+def fill(template: str, values: dict[str, Any], unit: str) -> str:
     """A template with its {names} replaced by values (mm, Area or text); braces that name no value stay as they are.
 
-    {{ and }} give one brace.  Any text may stand in the template: a name that is not among the values is left alone.
+    {{ and }} give one brace.  The template may contain any text: a name that is not among the values stays.
     """
-    def shown(match):
+    def shown(match: re.Match) -> str:
         if match.group() in ("{{", "}}"):
             return match.group()[0]
         if match.group(1) not in values:
@@ -59,13 +66,13 @@ def fill(template, values, unit):
     return re.sub(r"\{\{|\}\}|\{(\w+)\}", shown, template)
 
 
-def printable(text):
+def printable(text: str) -> str:
     """One line of text that LinuxCNC's messages can carry: no control characters, no lone surrogates."""
     text = re.sub(r"[\x00-\x1f\x7f]+", " ", text)
     return text.encode("utf-8", "replace").decode("utf-8")
 
 
-def clip(text, end=""):
+def clip(text: str, end: str = "") -> str:
     """text + end, shortened in the text to what a message of LinuxCNC holds."""
     room = MESSAGE_BYTES - len(end.encode())
     data = text.encode("utf-8", "replace")
@@ -75,24 +82,24 @@ def clip(text, end=""):
 
 
 class CycleError(Exception):
-    """A request that cannot be done.
+    """A request that cannot be carried out.
 
     problem  what, value and rule: a template, whose {names} stand for values
-    remedy   what to do about it, same format; "" if there is none
+    remedy   same format; "" if there is none
     code     the G-code or M-code concerned, None while not known (glue fills it in)
     values   by name: lengths in mm, Area, or text (of a file, a word or a comment) that is shown as it is
 
     str() gives the text in mm.
     """
 
-    def __init__(self, problem, remedy="", code=None, **values):
+    def __init__(self, problem: str, remedy: str = "", code: Optional[str] = None, **values: Any):
         super().__init__(problem)
         self.problem = problem
         self.remedy = remedy
         self.code = code
         self.values = values
 
-    def text(self, unit="mm"):
+    def text(self, unit: str = "mm") -> str:
         """The whole message, lengths in "mm" or "in"."""
         parts = ["chipwise"]
         if self.code:
@@ -103,5 +110,5 @@ class CycleError(Exception):
         parts.append(sentence)
         return printable(": ".join(parts))
 
-    def __str__(self):
+    def __str__(self) -> str:
         return self.text("mm")

@@ -1,48 +1,61 @@
-"""Read a file that somebody else has put there: regular, of a bounded size, without waiting.
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Read a file of unknown origin: regular, of a bounded size, without waiting.
 
-Called by whatever runs beside the machine (settings, tool geometry, stock files).  Opening a FIFO or a device may wait for
-ever or do something; /dev/zero has no end.
+Called by whatever runs beside the machine (settings, tool geometry, stock files).  Opening a FIFO or a device may block or
+have an effect; /dev/zero has no end.
 """
 
 import errno
 import os
 import stat
+from typing import BinaryIO
 
 
 class NoRegularFile(OSError):
     """A folder, FIFO, socket or device where a file should be."""
 
-    def __init__(self, path):
+    def __init__(self, path: str):
         super().__init__(errno.EINVAL, "it is not a regular file", path)
 
 
 class TooLong(OSError):
     """More bytes than such a file can have."""
 
-    def __init__(self, path, found, most):
+    def __init__(self, path: str, found: int, most: int):
         super().__init__(errno.EFBIG, f"it has {found} bytes, more than {most}", path)
+        self.found, self.most = found, most
 
 
-def read_bytes(path, most):
-    """The content of a regular file of at most `most` bytes.  Raises OSError, whose strerror says what is wrong."""
+def open_regular(path: str, most: int) -> BinaryIO:
+    """A regular file of at most `most` bytes, open for reading bytes.  Raises OSError, whose strerror has the reason."""
     try:
-        if not stat.S_ISREG(os.stat(path).st_mode):     # before it is opened: a device may do something then
+        if not stat.S_ISREG(os.stat(path).st_mode):     # before it is opened: opening a device may have an effect
             raise NoRegularFile(path)
         handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC | os.O_NOCTTY)
     except ValueError as error:                         # a NUL in the path
         raise OSError(errno.EINVAL, str(error), repr(path)) from error
-    with open(handle, "rb") as file:
+    file = open(handle, "rb")
+    try:
         found = os.fstat(handle)
         if not stat.S_ISREG(found.st_mode):
             raise NoRegularFile(path)
         if found.st_size > most:
             raise TooLong(path, found.st_size, most)
+    except OSError:
+        file.close()
+        raise
+    return file
+
+
+def read_bytes(path: str, most: int) -> bytes:
+    """The content of a regular file of at most `most` bytes.  Raises as open_regular()."""
+    with open_regular(path, most) as file:
         data = file.read(most + 1)                      # it may grow
     if len(data) > most:
         raise TooLong(path, len(data), most)
     return data
 
 
-def printable(text):
-    """The text without what no screen and no log can show: bytes of a path that are not UTF-8."""
+def printable(text: str) -> str:
+    """The text with bytes that are not UTF-8 (of a path) written as escapes, for screens and logs."""
     return text.encode("utf-8", "backslashreplace").decode()

@@ -1,10 +1,13 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """Moves (mm) -> plain G0 G1 G2 G3 lines in program units, in chunks.  Pure.
 
 Called by plans.py; glue/emit.py executes the lines, in G90 and G91.1: absolute XYZ, incremental I J.
 """
 
+from typing import Iterable, Iterator, Sequence
+
 from chipwise.errors import CycleError
-from chipwise.moves import Arc, Line, Rapid
+from chipwise.moves import Arc, Line, Move, Rapid
 
 DECIMALS = 6  # of a mm or an inch: arcs then close far inside LinuxCNC's 0.0283 mm and 0.1 %
 
@@ -16,7 +19,7 @@ CHUNK_MOVES = 2000
 MOST_MOVES = 20_000
 
 
-def _lines(moves, start, unit_mm):
+def _lines(moves: Iterable[Move], start: tuple, unit_mm: float) -> Iterator:
     """(move, text, feed in program units or None) of each move that moves."""
     scale = 1.0 / unit_mm
     x, y, z = (round(value * scale, DECIMALS) for value in start)
@@ -40,19 +43,22 @@ def _lines(moves, start, unit_mm):
             raise TypeError(f"unknown move {move!r}")
 
 
-def _may_rest(move):
+def _may_rest(move: Move) -> bool:
     """Whether the tool may rest before a move: a traverse or a plunge, before which it is off the finished wall."""
     return isinstance(move, Rapid) or isinstance(move, Line) and move.x is None and move.y is None
 
 
-def chunks(moves, start, unit_mm):
+def chunks(moves: Sequence[Move], start: tuple, unit_mm: float) -> tuple:
     """Tuple of chunks, each a tuple of (feed in program units or None: as it is, lines joined by "\\n").
 
     start    (x, y, z) mm before the first move
     unit_mm  mm of a program unit
     Raises CycleError for more than MOST_MOVES moves without a place where the tool may rest.
     """
-    found, chunk, run, feed, count = [], [], [], None, 0
+    found: list[tuple] = []
+    chunk: list[tuple] = []
+    run: list[str] = []
+    feed, count = None, 0
     for move, text, new_feed in _lines(moves, start, unit_mm):
         if count >= CHUNK_MOVES and _may_rest(move):
             chunk.append((feed, "\n".join(run)))

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """What a cycle hands to the glue: a tuple of moves.
 
 Lengths in mm, feeds in mm/min (mm per revolution under G95), absolute work coordinates in the XY plane.
@@ -5,7 +6,7 @@ None for an axis means: unchanged.  Frozen, so that whole tuples can be cached a
 """
 
 from dataclasses import dataclass
-from typing import Optional
+from typing import Optional, Union
 
 
 @dataclass(frozen=True)
@@ -42,3 +43,6 @@ class Arc:
     z: Optional[float] = None
     feed: float = 0.0
     turns: int = 1
+
+
+Move = Union[Rapid, Line, Arc]

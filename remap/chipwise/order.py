@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """What the glue asks the planner for, and what it gets: plain values, to be sent between processes."""
 
 from dataclasses import dataclass
@@ -11,11 +12,11 @@ class Order:
     cycle       "hole", "contour" or "pocket": a function of plans.py
     code        "G13", for messages
     fields      fields of the cycle's request, mm; without its shape
-    job         subs.Job of the contour sub, None where the cycle has none
+    job         contour_sub.job.Job of the contour sub, None where the cycle has none
     unit        "mm" or "in": the program's; unit_mm: mm of it
     start       (x, y, z) mm, where the tool stands
     memory_mb   how much memory the plan may take
-    report      whether somebody wants the records
+    report      whether somebody wants the report
     """
 
     cycle: str
@@ -25,7 +26,7 @@ class Order:
     unit_mm: float
     start: tuple
     memory_mb: int
-    job: Optional[Any] = None
+    job: Any = None
     report: bool = False
 
 
@@ -35,9 +36,9 @@ class Outcome:
 
     chunks     lines.chunks(): what to execute; between two of them the tool may rest
     messages   for the operator
-    records    (kind, figures) for report.record
+    report     (kind, figures) for report.record(), None if nobody wants it
     """
 
     chunks: tuple
     messages: tuple = ()
-    records: tuple = ()
+    report: Optional[tuple] = None

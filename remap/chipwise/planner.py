@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """Plans cycles in a process of its own, so that nothing a program asks for can hold up the task or the preview.
 
 Called by glue/session.py.  The process is planner_runner.py; one belongs to each interpreter and stays for its life.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """Plans cycles for its parent until that ends.  A program, not a module: planner.py starts it.
 
     /usr/bin/python3 -s planner_runner.py PARENT_PID
@@ -16,7 +17,7 @@ sys.path[0] = os.path.dirname(sys.path[0])      # the modules are those of the p
 from chipwise import plans                      # noqa: E402
 from chipwise.errors import CycleError          # noqa: E402
 from chipwise.planner import HEAD               # noqa: E402
-from chipwise.processes import die_with_parent  # noqa: E402
+from chipwise.processes import die_with_parent, memory_bytes     # noqa: E402
 
 MEGABYTE = 1 << 20
 TRIES = 2               # the second one without what earlier plans have left
@@ -24,8 +25,7 @@ TRIES = 2               # the second one without what earlier plans have left
 
 def limit_memory(megabytes):
     """Let the address space grow by so much from here."""
-    with open("/proc/self/statm", encoding="ascii") as file:
-        now = int(file.read().split()[0]) * resource.getpagesize()
+    now, _resident, _shared = memory_bytes()
     _, hard = resource.getrlimit(resource.RLIMIT_AS)
     limit = now + megabytes * MEGABYTE
     resource.setrlimit(resource.RLIMIT_AS, (limit if hard == resource.RLIM_INFINITY else min(limit, hard), hard))

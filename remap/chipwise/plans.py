@@ -1,19 +1,21 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """From an Order to its Outcome: the part of a cycle's work that takes time.  Pure; mm.
 
 Called by planner_runner.py, a process apart from the interpreter: all that a plan may depend on is in the Order.
 """
 
-from chipwise import subs
+from chipwise.contour_sub import find, read
 from chipwise.cycles import contour, contour_chop, hole, pocket
+from chipwise.cycles.plan import CyclePlan
 from chipwise.errors import CycleError
-from chipwise.geometry.contour import ContourError
+from chipwise.geometry.base.contour import ContourError
 from chipwise.lines import chunks
-from chipwise.order import Outcome
+from chipwise.order import Order, Outcome
 
-_CACHING = (hole, contour, contour_chop, pocket, subs)
+_CACHING = (hole, contour, contour_chop, pocket, find, read)
 
 
-def forget():
+def forget() -> None:
     """Give back the memory of earlier plans."""
     for module in _CACHING:
         for function in vars(module).values():
@@ -21,43 +23,34 @@ def forget():
                 function.cache_clear()
 
 
-def make(order):
-    """The Outcome of an Order.  Raises CycleError where it cannot be done."""
-    moves, notes, records = _CYCLES[order.cycle](order)
-    messages = tuple(CycleError(text, code=order.code, **lengths).text(order.unit) for text, lengths in notes)
-    return Outcome(chunks(moves, order.start, order.unit_mm), messages, records)
+def make(order: Order) -> Outcome:
+    """The Outcome of an Order.  Raises CycleError if it cannot be done."""
+    plan = _CYCLES[order.cycle](order)
+    messages = tuple(CycleError(text, code=order.code, **lengths).text(order.unit) for text, lengths in plan.notes)
+    report = plan.report() if order.report and plan.report else None
+    return Outcome(chunks(plan.moves, order.start, order.unit_mm), messages, report)
 
 
-def _hole(order):
-    request = hole.HoleRequest(**order.fields)
-    moves, records = hole.hole_moves(request), ()
-    if order.report:                # of very many pieces the largest takes longer than the rest of the plan
-        parts = hole.chop_parts(request)
-        records = (("hole", dict(chopped=parts > 1, pieces=parts, largest_piece_mm=hole.largest_piece(request))),)
-    return moves, (), records
+def _hole(order: Order) -> CyclePlan:
+    return hole.hole_plan(hole.HoleRequest(**order.fields))
 
 
-def _contour(order):
-    shape = subs.read_shape(order.job)
+def _contour(order: Order) -> CyclePlan:
+    shape = read.read_shape(order.job)
     if len(shape.loops) > 1:
-        subs.one_contour(shape)     # raises
+        read.one_contour(shape)     # raises
     try:
-        plan = contour.contour_plan(contour.ContourRequest(shape=shape.loops[0], **order.fields))
+        return contour.contour_plan(contour.ContourRequest(shape=shape.loops[0], **order.fields))
     except ContourError as error:
-        raise subs.shape_error(shape, error) from error
-    records = (("contour", dict(chopped=plan.chop.chopped, pieces=plan.chop.pieces,
-                                largest_piece_mm=plan.chop.largest_piece)),)
-    return plan.moves, plan.notes, records if order.fields["finish"] else ()
+        raise read.shape_error(shape, error) from error
 
 
-def _pocket(order):
-    shape = subs.read_shape(order.job)
+def _pocket(order: Order) -> CyclePlan:
+    shape = read.read_shape(order.job)
     try:
-        plan = pocket.pocket_plan(pocket.PocketRequest(loops=shape.loops, **order.fields))
+        return pocket.pocket_plan(pocket.PocketRequest(loops=shape.loops, **order.fields))
     except ContourError as error:
-        raise subs.shape_error(shape, error) from error
-    return plan.moves, plan.notes, (("pocket", dict(
-        regions=plan.fields, plunges=len(plan.plunges), unreached_mm2=[round(u.area, 3) for u in plan.unreached])),)
+        raise read.shape_error(shape, error) from error
 
 
 _CYCLES = {"hole": _hole, "contour": _contour, "pocket": _pocket}

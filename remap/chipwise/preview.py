@@ -1,6 +1,7 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """Tells a reader of whole programs what the codes of the preview would have done in step with motion.
 
-Called by glue/volumetric.py where there is no machine; listened to by check/reader_runner.py.  In LinuxCNC's own preview
+Called by glue/stock_codes.py and glue/volumetric.py where there is no machine; listened to by check/reader_runner.py.  In LinuxCNC's own preview
 nobody listens.
 """
 

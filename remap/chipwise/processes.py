@@ -1,33 +1,117 @@
-"""What the parent of a child process asks the kernel about it.  Called by planner.py, subs.py and check/reader.py."""
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""What the kernel knows of processes and shared memory: the one reader of /proc.
+
+Called by all modules that start or watch processes, and by stock/shared.py.  A process that ends while it is read is treated as
+one that does not exist.
+"""
 
 import math
 import os
 import signal
+from typing import Iterator, Union
 
 PR_SET_PDEATHSIG = 1
 
 
-def cpu_s(pid):
+def pids() -> list[int]:
+    """Numbers of all processes."""
+    return [int(entry) for entry in os.listdir("/proc") if entry.isdigit()]
+
+
+def stat_fields(pid: int) -> list[str]:
+    """Fields of /proc/PID/stat after the name (0: state, 1: parent, 11..14: computing time); [] if there is no such process."""
+    try:
+        with open(f"/proc/{pid}/stat", encoding="ascii", errors="replace") as file:
+            return file.read().rpartition(")")[2].split()
+    except OSError:
+        return []
+
+
+def lives(pid: int) -> bool:
+    """Whether a process runs; a zombie does not."""
+    return stat_fields(pid)[:1] not in ([], ["Z"], ["X"])
+
+
+def command_line(pid: int) -> list[bytes]:
+    """Program and arguments as bytes; [] if there is no such process, and for the kernel's own."""
+    try:
+        with open(f"/proc/{pid}/cmdline", "rb") as file:
+            return file.read().split(b"\0")[:-1]
+    except OSError:
+        return []
+
+
+def named(*names: str) -> list[int]:
+    """Numbers of the living processes with one of these names (at most 15 characters)."""
+    found = []
+    for pid in pids():
+        try:
+            with open(f"/proc/{pid}/comm", encoding="utf-8", errors="replace") as file:
+                name = file.read().rstrip("\n")
+        except OSError:
+            continue
+        if name in names and lives(pid):
+            found.append(pid)
+    return found
+
+
+def cpu_s(pid: int) -> float:
     """Computing time (s) a process and its ended children have had; infinite when it is gone."""
     try:
-        with open(f"/proc/{pid}/stat", encoding="ascii") as file:
-            fields = file.read().rpartition(")")[2].split()
-        return sum(map(int, fields[11:15])) / os.sysconf("SC_CLK_TCK")
-    except (OSError, ValueError, IndexError):
+        return sum(map(int, stat_fields(pid)[11:15] or ["gone"])) / os.sysconf("SC_CLK_TCK")
+    except ValueError:
         return math.inf
 
 
-def tree_cpu_s(pid):
-    """cpu_s() of a process and its living descendants."""
+def children(pid: int) -> list[int]:
+    """Numbers of a process's children."""
     try:
         with open(f"/proc/{pid}/task/{pid}/children", encoding="ascii") as file:
-            children = list(map(int, file.read().split()))
+            return list(map(int, file.read().split()))
     except (OSError, ValueError):
-        children = []
-    return cpu_s(pid) + sum(used for used in map(tree_cpu_s, children) if used < math.inf)
+        return []
 
 
-def die_with_parent(parent):
+def descendants(ancestor: int) -> list[int]:
+    """Numbers of all children, their children and so on."""
+    parents = {pid: int(fields[1]) for pid in pids() if (fields := stat_fields(pid))}
+    found: list[int] = []
+    layer = {ancestor}
+    while layer:
+        layer = {pid for pid, parent in parents.items() if parent in layer}
+        found += layer
+    return found
+
+
+def tree_cpu_s(pid: int) -> float:
+    """cpu_s() of a process and its living descendants."""
+    return cpu_s(pid) + sum(used for used in map(tree_cpu_s, children(pid)) if used < math.inf)
+
+
+def memory_bytes(pid: Union[int, str] = "self") -> tuple[int, int, int]:
+    """(address space, resident, shared with files) of a process in bytes.  Raises OSError."""
+    with open(f"/proc/{pid}/statm", encoding="ascii") as file:
+        size, resident, shared = map(int, file.read().split()[:3])
+    page = os.sysconf("SC_PAGE_SIZE")
+    return size * page, resident * page, shared * page
+
+
+def mappings() -> Iterator[tuple[int, int, str]]:
+    """Yield (first address, last address, line) of this process's memory."""
+    with open("/proc/self/maps", encoding="utf-8", errors="replace") as file:
+        for line in file:
+            first, last = line.split()[0].split("-")
+            yield int(first, 16), int(last, 16), line
+
+
+def shared_memory() -> list[dict[str, int]]:
+    """The machine's System V shared memory: dicts of key, shmid, perms, size, nattch, uid, ..  Raises OSError."""
+    with open("/proc/sysvipc/shm", encoding="ascii") as file:
+        names, *rows = [line.split() for line in file]
+    return [{name: int(text, 8 if name == "perms" else 10) for name, text in zip(names, row)} for row in rows]
+
+
+def die_with_parent(parent: int) -> None:
     """Have the kernel kill this process when its parent ends; at once when `parent` (pid) is not the parent any more."""
     import ctypes
     ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)

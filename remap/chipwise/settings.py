@@ -1,32 +1,29 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """Every [CHIPWISE] key of the INI file: name, default, unit and check, in one table.
 
-Called by the glue (remaps), by bin/chipwise and by the wiring scripts.  The INI file is the one named by the
-environment variable INI_FILE_NAME, which linuxcnc, AXIS and `rs274 -i` all set.  It is read by a few lines of our
-own: the module `linuxcnc` is not importable everywhere a remap runs, and configparser refuses repeated keys (REMAP).
+Called by the glue (remaps), by bin/chipwise and by the wiring scripts.  ini.py reads the file.
 """
 
-import ctypes
 import math
 import os
 import re
 from dataclasses import dataclass
-from typing import Any, Callable
+from typing import Any, Callable, Optional
 
-from chipwise.errors import CycleError
-from chipwise.files import read_bytes
+from chipwise import ini
+from chipwise.errors import CycleError, braceless
 
 SECTION = "CHIPWISE"
-MOST_BYTES = 1 << 22            # of an INI file
 
-# Least angle of a ramp or an approach. degrees; 10 mm of depth are 5.7 m of travel then
+# Minimum angle of a ramp or an approach, degrees; 10 mm of depth are 5.7 m of travel then
 MIN_ANGLE = 0.1
 _ANGLE_RULE = f"an angle from {MIN_ANGLE:g} to 90 degrees"
 
-# Least chop size. mm; far below what any kerf leaves standing
+# Minimum chop size, mm; far below what any kerf leaves
 MIN_CHOP_SIZE = 0.1
 
 
-def _number(text):
+def _number(text: str) -> float:
     """Text -> finite float."""
     value = float(text)
     if not math.isfinite(value):
@@ -34,12 +31,12 @@ def _number(text):
     return value
 
 
-def _whole(text):
+def _whole(text: str) -> int:
     """Text -> int; 3.0 is not one."""
     return int(text, 10)
 
 
-def _switch(text):
+def _switch(text: str) -> bool:
     """yes/no, true/false, on/off, 1/0 -> bool."""
     known = {"yes": True, "true": True, "on": True, "1": True, "no": False, "false": False, "off": False, "0": False}
     if text.lower() not in known:
@@ -47,20 +44,20 @@ def _switch(text):
     return known[text.lower()]
 
 
-def _pair(text):
+def _pair(text: str) -> tuple[float, float]:
     """"300 200" -> (300.0, 200.0)."""
     first, second = text.replace(",", " ").split()
     return _number(first), _number(second)
 
 
-def _yes_or_no(text):
+def _yes_or_no(text: str) -> bool:
     """"yes" or "no" -> bool."""
     return {"yes": True, "no": False}[text.lower()]
 
 
 @dataclass(frozen=True)
 class Setting:
-    """One key: its default, unit, how text becomes a value, which values are allowed and how that rule reads."""
+    """One key: default, unit, parser, check and the text of its rule."""
 
     default: Any
     unit: str
@@ -108,40 +105,20 @@ class Settings:
     values: tuple
     folder: str
 
-    def __getitem__(self, key):
+    def __getitem__(self, key: str) -> Any:
         return dict(self.values)[key]
 
-    def path(self, key):
-        """A path setting as a usable path, "" where unset; relative means relative to the INI file."""
+    def path(self, key: str) -> str:
+        """A path setting as a usable path, "" if it is not set; relative means relative to the INI file."""
         value = self[key]
         return os.path.join(self.folder, os.path.expanduser(value)) if value else ""
 
 
-def ini_lines(path):
-    """Lines of an INI file.  Raises OSError."""
-    return read_bytes(path, MOST_BYTES).decode("utf-8", "replace").split("\n")
-
-
-def read_section(lines, section=SECTION):
-    """INI lines -> {KEY: text} of one section.  The first of several equal keys counts, as in LinuxCNC."""
-    found, inside = {}, False
-    for line in lines:
-        line = line.strip()
-        if line.startswith("["):
-            inside = line[1:].partition("]")[0].strip().upper() == section
-        elif inside and line and line[0] not in "#;":
-            key, equals, text = line.partition("=")
-            if equals:
-                # a trailing comment starts with " #", as in LinuxCNC's own INI files
-                found.setdefault(key.strip().upper(), text.partition(" #")[0].strip())
-    return found
-
-
-def parse_settings(found, folder=""):
+def parse_settings(found: dict[str, str], folder: str = "") -> Settings:
     """{KEY: text} -> Settings.  Raises CycleError for an unknown key, an unreadable or a forbidden value."""
     for key in found:
         if key not in SETTINGS:
-            raise CycleError(f"[{SECTION}]{key} is no setting", "known are " + ", ".join(sorted(SETTINGS)))
+            raise CycleError(f"[{SECTION}]{key} is not a setting", "use one of " + ", ".join(sorted(SETTINGS)))
     values = []
     for key, setting in SETTINGS.items():
         value = setting.default
@@ -158,56 +135,36 @@ def parse_settings(found, folder=""):
     return Settings(tuple(values), folder)
 
 
-def braceless(text):
-    """Braces would be taken for lengths in a message's template."""
-    return text.replace("{", "{{").replace("}", "}}")
+_cache: dict = {}
 
 
-def ini_file_name():
-    """INI_FILE_NAME of the process, "" where unset.
-
-    rs274 sets it by setenv() after the embedded Python has started: os.environ, a copy made then, does not know.
-    """
-    getenv = ctypes.CDLL(None).getenv
-    getenv.restype = ctypes.c_char_p
-    return os.fsdecode(getenv(b"INI_FILE_NAME") or b"")
-
-
-_cache = {}
-
-
-def load_settings(ini_path=None):
+def load_settings(ini_path: Optional[str] = None) -> Settings:
     """The settings of an INI file (default: INI_FILE_NAME; without any: the defaults).
 
-    Cached by path and time of change.  Raises CycleError where the file or a value cannot be used.
+    Cached by path and time of change.  Raises CycleError if the file or a value cannot be used.
     """
-    path = ini_path or ini_file_name()
+    path = ini_path or ini.file_name()
     if not path:
         return parse_settings({})
     try:
         stamp = (os.path.abspath(path), os.stat(path).st_mtime_ns)
         if stamp not in _cache:
-            lines = ini_lines(path)
+            lines = ini.read_lines(path)
             _cache.clear()
-            _cache[stamp] = parse_settings(read_section(lines), os.path.dirname(stamp[0]))
+            _cache[stamp] = parse_settings(ini.section_of(lines, SECTION), os.path.dirname(stamp[0]))
     except (OSError, ValueError) as error:
         raise CycleError(f"INI file {braceless(path)}: {getattr(error, 'strerror', None) or error}",
                          "correct INI_FILE_NAME") from error
     return _cache[stamp]
 
 
-def feed_is_remapped(ini_path=None):
-    """Whether [RS274NGC] has REMAP = F; True where there is no INI file to say."""
-    path, inside = ini_path or ini_file_name(), False
+def feed_is_remapped(ini_path: Optional[str] = None) -> bool:
+    """Whether [RS274NGC] has REMAP = F; True if there is no INI file to read."""
+    path = ini_path or ini.file_name()
     if not path:
         return True
     try:
-        lines = ini_lines(path)
+        lines = ini.read_lines(path)
     except OSError:
         return True
-    for line in lines:
-        if line.lstrip().startswith("["):
-            inside = line.strip()[1:].partition("]")[0].strip().upper() == "RS274NGC"
-        elif inside and re.match(r"\s*REMAP\s*=\s*F(\s|$)", line, re.IGNORECASE):
-            return True
-    return False
+    return any(re.match(r"F(\s|$)", text, re.IGNORECASE) for text in ini.values_of(lines, "RS274NGC", "REMAP"))

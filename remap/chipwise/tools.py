@@ -1,4 +1,5 @@
-"""Tool geometry: what LinuxCNC's tool table has no column for.
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Tool geometry for which LinuxCNC's tool table has no columns.
 
 Called by the cycles' glue (flute length), by the stock tracker's wiring (shape) and by bin/chipwise.  One TOML file,
 named by [CHIPWISE]TOOL_GEOMETRY, one table per tool number, lengths in mm, angles in degrees:
@@ -17,9 +18,9 @@ named by [CHIPWISE]TOOL_GEOMETRY, one table per tool number, lengths in mm, angl
 import os
 import tomllib
 from dataclasses import dataclass
-from typing import Optional
+from typing import Any, NoReturn, Optional
 
-from chipwise.errors import CycleError
+from chipwise.errors import CycleError, braceless
 from chipwise.files import read_bytes
 
 SHAPES = ("flat", "ball", "bull", "vee", "tapered-ball")
@@ -40,9 +41,9 @@ class ToolGeometry:
     holder_diameter: Optional[float] = None    # mm
 
 
-MOST_BYTES = 1 << 18            # of a file: some thousand tools
-MOST_DIGITS = 9                 # of a tool number
-MOST_SHOWN = 40                 # characters of a wrong value in a message
+MAX_BYTES = 1 << 18            # of a file: some thousand tools
+MAX_DIGITS = 9                 # of a tool number
+MAX_SHOWN = 40                 # characters of a wrong value in a message
 
 _NUMBERS = {
     # key: (smallest, is the smallest itself allowed, largest, rule)
@@ -56,28 +57,27 @@ _NUMBERS = {
 }
 
 
-def _fail(path, tool, text, remedy):
+def _fail(path: str, tool: Any, text: str, remedy: str) -> NoReturn:
     """Raise the message naming file, tool, key and rule."""
     where = os.path.basename(path) + (f": tool {tool}" if tool is not None else "")
-    sentence = f"{where}: {text}".replace("{", "{{").replace("}", "}}")
-    raise CycleError(sentence, remedy)
+    raise CycleError(braceless(f"{where}: {text}"), remedy)
 
 
-def _shown(value):
+def _shown(value: Any) -> str:
     """A value of the file in a message."""
     try:
         text = repr(value)
     except ValueError:                          # 0x1000.. has no limit, its decimal digits have
         text = "a number of thousands of digits"
-    return text if len(text) <= MOST_SHOWN else text[:MOST_SHOWN] + ".."
+    return text if len(text) <= MAX_SHOWN else text[:MAX_SHOWN] + ".."
 
 
-def _named(key):
+def _named(key: str) -> str:
     """A key of the file in a message."""
-    return key if key.isprintable() and len(key) <= MOST_SHOWN else _shown(key)
+    return key if key.isprintable() and len(key) <= MAX_SHOWN else _shown(key)
 
 
-def _check_number(path, tool, key, value):
+def _check_number(path: str, tool: int, key: str, value: Any) -> Any:
     """One numeric key's value, or CycleError."""
     low, closed, high, rule = _NUMBERS[key]
     good = isinstance(value, (int, float)) and not isinstance(value, bool)
@@ -87,13 +87,13 @@ def _check_number(path, tool, key, value):
     return value
 
 
-def _parse_tool(path, tool, table):
+def _parse_tool(path: str, tool: int, table: Any) -> ToolGeometry:
     """One [tool.N] table -> ToolGeometry."""
     if not isinstance(table, dict):
         _fail(path, tool, "is not a table", f"write [tool.{tool}]")
     for key in table:
         if key != "shape" and key not in _NUMBERS:
-            _fail(path, tool, f"{_named(key)} is no key", "known are shape, " + ", ".join(_NUMBERS))
+            _fail(path, tool, f"{_named(key)} is not a key", "use shape, " + ", ".join(_NUMBERS))
     shape = table.get("shape", "flat")
     if shape not in SHAPES:
         _fail(path, tool, f"shape = {_shown(shape)} is unknown", "use one of " + ", ".join(SHAPES))
@@ -104,7 +104,7 @@ def _parse_tool(path, tool, table):
     return ToolGeometry(shape=shape, **numbers)
 
 
-def parse_tools(text, path="tools.toml"):
+def parse_tools(text: str, path: str = "tools.toml") -> dict[int, ToolGeometry]:
     """TOML text -> {tool number: ToolGeometry}.  Raises CycleError naming file, tool, key and rule."""
     try:
         document = tomllib.loads(text)
@@ -118,18 +118,18 @@ def parse_tools(text, path="tools.toml"):
         _fail(path, None, "tool is not a table", "use [tool.N], N the tool number")
     tools = {}
     for name, table in tables.items():
-        if not name.isascii() or not name.isdigit() or len(name) > MOST_DIGITS:
-            _fail(path, _named(name), "is no tool number", f"use [tool.N], N a whole number of at most {MOST_DIGITS} digits")
+        if not name.isascii() or not name.isdigit() or len(name) > MAX_DIGITS:
+            _fail(path, _named(name), "is not a tool number", f"use [tool.N], N a whole number of at most {MAX_DIGITS} digits")
         if int(name) in tools:
-            _fail(path, int(name), "is there twice", "take one of them out")
+            _fail(path, int(name), "is given twice", "remove one of them")
         tools[int(name)] = _parse_tool(path, int(name), table)
     return tools
 
 
-_cache = {}
+_cache: dict = {}
 
 
-def load_tools(path):
+def load_tools(path: str) -> dict[int, ToolGeometry]:
     """{tool number: ToolGeometry} of a file; {} where path is "".  Cached, an error too, by path and time of change."""
     if not path:
         return {}
@@ -149,14 +149,14 @@ def load_tools(path):
     return _cache[stamp]
 
 
-def _read_tools(path):
+def _read_tools(path: str) -> dict[int, ToolGeometry]:
     try:
-        text = read_bytes(path, MOST_BYTES).decode("utf-8")
+        text = read_bytes(path, MAX_BYTES).decode("utf-8")
     except (OSError, UnicodeDecodeError) as error:
         _fail(path, None, f"cannot be read: {getattr(error, 'strerror', None) or error}", "correct [CHIPWISE]TOOL_GEOMETRY")
     return parse_tools(text, path)
 
 
-def tool_geometry(path, number):
-    """The ToolGeometry of one tool, None where the file does not name it."""
+def tool_geometry(path: str, number: int) -> Optional[ToolGeometry]:
+    """The ToolGeometry of one tool, None if the file has none for it."""
     return load_tools(path).get(number)

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
 /* Hostile numbers on every input of the tracker, the feed law and the watches, at random and one at a time.
  *
  * A tool wanders through a stock; again and again some inputs are NaN, infinite or absurd for a while, the box and the tool too.
@@ -18,7 +19,7 @@
 #include <unistd.h>
 
 #include "core/feed.h"
-#include "core/obey.h"
+#include "core/watchdog.h"
 #include "core/tool_watch.h"
 #include "core/tracker.h"
 
@@ -32,13 +33,13 @@ static const double HOSTILE[] = { 0.0, -0.0, 1.0, -1.0, 4.9e-324, 1e-300, -1e-30
 
 static unsigned long seed, start_seed;
 static long episode, period;
-static struct cw_stock *stock;
+static struct chip_stock *stock;
 static uint32_t capacity;
-static struct cw_tracker tracker;
-static struct cw_tracker_in sound, in;
-static struct cw_tracker_out out;
-static struct cw_feed_easing easing;
-static struct cw_obey obey;
+static struct chip_tracker tracker;
+static struct chip_tracker_in sound, in;
+static struct chip_tracker_out out;
+static struct chip_feed_easing easing;
+static struct chip_watchdog watchdog;
 static struct chip_tool_watch watch;
 static long failures, hostile_periods, ready_periods;
 
@@ -68,8 +69,8 @@ static void expect(int good, const char *what, double value)
 {
     if (good || failures++ > 20) return;
     printf("CHIPWISE_SEED=%lu episode %ld period %ld: %s: %g (ready %d, fault %d, axis %g %g %g, unit %g, tool %g %g %g %g)\n", start_seed, episode, period,
-           what, value, out.is_ready, out.code, in.axis[0], in.axis[1], in.axis[2], in.unit, in.tool_size[0], in.tool_size[1], in.tool_size[2],
-           in.tool_size[3]);
+           what, value, out.is_ready, out.fault_number, in.pos_mu[0], in.pos_mu[1], in.pos_mu[2], in.mu_per_mm, in.tool_diameter_mu, in.tool_corner_radius_mu, in.tool_tip_angle_deg,
+           in.tool_flute_length_mu);
 }
 
 static void in_range(const char *what, double value, double low, double high)
@@ -83,19 +84,19 @@ static void make_map(double cell)
     long page = sysconf(_SC_PAGESIZE);
     size_t bytes, room;
     char *block;
-    capacity = cw_stock_cells(cell, 62.0, 42.0);
-    bytes = (cw_stock_bytes(capacity) + 7) / 8 * 8;
+    capacity = chip_stock_cells(cell, 62.0, 42.0);
+    bytes = (chip_stock_bytes(capacity) + 7) / 8 * 8;
     room = (bytes + page - 1) / page * page;
     block = mmap(0, room + page, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     mprotect(block + room, page, PROT_NONE);
-    stock = (struct cw_stock *)(block + room - bytes);
-    cw_stock_init(stock, cell, capacity);
+    stock = (struct chip_stock *)(block + room - bytes);
+    chip_stock_init(stock, cell, capacity);
 }
 
 static void drop_map(void)
 {
     long page = sysconf(_SC_PAGESIZE);
-    size_t bytes = (cw_stock_bytes(capacity) + 7) / 8 * 8, room = (bytes + page - 1) / page * page;
+    size_t bytes = (chip_stock_bytes(capacity) + 7) / 8 * 8, room = (bytes + page - 1) / page * page;
     munmap((char *)stock + bytes - room, room + page);
 }
 
@@ -103,23 +104,23 @@ static void begin(void)
 {
     int i;
     memset(&sound, 0, sizeof sound);
-    sound.unit = chance() < 0.3 ? 1.0 / 25.4 : 1.0;
-    sound.period = 0.001;
-    sound.window = 0.02;
-    sound.accel = 500.0 * sound.unit;
-    sound.cutting = 1;
+    sound.mu_per_mm = chance() < 0.3 ? 1.0 / 25.4 : 1.0;
+    sound.period_s = 0.001;
+    sound.mrr_window_s = 0.02;
+    sound.acceleration_mu_s2 = 500.0 * sound.mu_per_mm;
+    sound.is_enabled = 1;
     sound.motion = 2;
-    sound.tool_size[0] = 6.0 * sound.unit;
-    sound.tool_size[3] = 12.0 * sound.unit;
-    for (i = 0; i < 3; i++) sound.axis_accel[i] = sound.accel;
-    sound.box_min[2] = -10.0 * sound.unit;
-    sound.box_max[0] = 60.0 * sound.unit;
-    sound.box_max[1] = 40.0 * sound.unit;
-    sound.axis[0] = 30.0 * sound.unit;
-    sound.axis[1] = 20.0 * sound.unit;
-    cw_tracker_init(&tracker);
+    sound.tool_diameter_mu = 6.0 * sound.mu_per_mm;
+    sound.tool_flute_length_mu = 12.0 * sound.mu_per_mm;
+    for (i = 0; i < 3; i++) sound.axis_acceleration_mu_s2[i] = sound.acceleration_mu_s2;
+    sound.box_min_mu[2] = -10.0 * sound.mu_per_mm;
+    sound.box_max_mu[0] = 60.0 * sound.mu_per_mm;
+    sound.box_max_mu[1] = 40.0 * sound.mu_per_mm;
+    sound.pos_mu[0] = 30.0 * sound.mu_per_mm;
+    sound.pos_mu[1] = 20.0 * sound.mu_per_mm;
+    chip_tracker_init(&tracker);
     memset(&easing, 0, sizeof easing);
-    memset(&obey, 0, sizeof obey);
+    memset(&watchdog, 0, sizeof watchdog);
     memset(&watch, 0, sizeof watch);
     make_map(chance() < 0.5 ? 0.25 : 0.1 + chance());
     chip_tracker_own_map(&tracker, stock);
@@ -133,21 +134,21 @@ static void walk(void)
     if (chance() < 0.02) heading = 6.3 * chance();
     if (chance() < 0.02) dive = chance() - 0.5;
     if (chance() < 0.01) sound.motion = pick(4);
-    sound.axis[0] += 0.1 * cos(heading) * sound.unit;
-    sound.axis[1] += 0.1 * sin(heading) * sound.unit;
-    sound.axis[2] += 0.05 * dive * sound.unit;
+    sound.pos_mu[0] += 0.1 * cos(heading) * sound.mu_per_mm;
+    sound.pos_mu[1] += 0.1 * sin(heading) * sound.mu_per_mm;
+    sound.pos_mu[2] += 0.05 * dive * sound.mu_per_mm;
     for (i = 0; i < 3; i++) {
-        double most = (i == 0 ? 70.0 : i == 1 ? 50.0 : 10.0) * sound.unit, least = -12.0 * sound.unit;
-        if (sound.axis[i] > most || sound.axis[i] < least) heading += 3.0, dive = -dive, sound.axis[i] = fmin(fmax(sound.axis[i], least), most);
+        double most = (i == 0 ? 70.0 : i == 1 ? 50.0 : 10.0) * sound.mu_per_mm, least = -12.0 * sound.mu_per_mm;
+        if (sound.pos_mu[i] > most || sound.pos_mu[i] < least) heading += 3.0, dive = -dive, sound.pos_mu[i] = fmin(fmax(sound.pos_mu[i], least), most);
     }
 }
 
 /* The numbers of `in` by number; -> how many there are. */
 static int number(int which, double **place)
 {
-    double *all[] = { &in.axis[0], &in.axis[1], &in.axis[2], &in.offset[0], &in.offset[1], &in.offset[2], &in.unit, &in.tool_size[0], &in.tool_size[1],
-        &in.tool_size[2], &in.tool_size[3], &in.box_min[0], &in.box_min[1], &in.box_min[2], &in.box_max[0], &in.box_max[1], &in.box_max[2],
-        &in.box_turn, &in.to_go, &in.accel, &in.axis_accel[0], &in.axis_accel[1], &in.axis_accel[2], &in.jerk, &in.window };
+    double *all[] = { &in.pos_mu[0], &in.pos_mu[1], &in.pos_mu[2], &in.tool_offset_mu[0], &in.tool_offset_mu[1], &in.tool_offset_mu[2], &in.mu_per_mm, &in.tool_diameter_mu, &in.tool_corner_radius_mu,
+        &in.tool_tip_angle_deg, &in.tool_flute_length_mu, &in.box_min_mu[0], &in.box_min_mu[1], &in.box_min_mu[2], &in.box_max_mu[0], &in.box_max_mu[1], &in.box_max_mu[2],
+        &in.box_turn_deg, &in.distance_to_go_mu, &in.acceleration_mu_s2, &in.axis_acceleration_mu_s2[0], &in.axis_acceleration_mu_s2[1], &in.axis_acceleration_mu_s2[2], &in.max_jerk_mu_s3, &in.mrr_window_s };
     if (place) *place = all[which];
     return COUNT(all);
 }
@@ -155,95 +156,95 @@ static int number(int which, double **place)
 static void check_tracker(void)
 {
     int i, sane = 1;
-    in_range("section area", out.here, 0.0, 1e12);
-    in_range("depth", out.deepest, 0.0, 1e12);
-    in_range("rate", out.rate, 0.0, 1e15);
-    in_range("direction", out.upward, -1.0, 1.0);
-    in_range("removed", out.removed_mm3, 0.0, 62.0 * 42.0 * 2e6 * 1.01);
-    in_range("rapid distance", out.rapid_mm, 0.0, 1e12);
-    in_range("levels", out.view.levels, 0, CW_AHEAD_LEVELS);
-    for (i = 0; i < out.view.levels && i < CW_AHEAD_LEVELS; i++) {
-        in_range("distance ahead", out.view.level[i].distance, 0.0, 1e15);
-        in_range("area ahead", out.view.level[i].area, 0.0, 1e15);
-        in_range("acceleration ahead", out.view.level[i].accel, 0.0, INFINITY);
+    in_range("section area", out.section_area_mm2, 0.0, 1e12);
+    in_range("depth", out.depth_mm, 0.0, 1e12);
+    in_range("rate", out.mrr_mm3_min, 0.0, 1e15);
+    in_range("direction", out.dir_z, -1.0, 1.0);
+    in_range("removed", out.removed_volume_mm3, 0.0, 62.0 * 42.0 * 2e6 * 1.01);
+    in_range("rapid distance", out.rapid_distance_mm, 0.0, 1e12);
+    in_range("levels", out.load.steps, 0, CHIP_LOAD_STEPS);
+    for (i = 0; i < out.load.steps && i < CHIP_LOAD_STEPS; i++) {
+        in_range("distance ahead", out.load.step[i].distance, 0.0, 1e15);
+        in_range("area ahead", out.load.step[i].area, 0.0, 1e15);
+        in_range("acceleration ahead", out.load.step[i].accel, 0.0, INFINITY);
     }
-    expect(out.has_fault == (out.code != 0), "fault without a code, or the other way", out.code);
-    for (i = 0; i < 3; i++) sane &= isfinite(in.axis[i]) && isfinite(in.offset[i]);
-    sane &= isfinite(in.unit) && in.unit > 0.0 && isfinite(in.tool_size[0]) && in.tool_size[0] > 0.0 && isfinite(in.tool_size[1])
-        && isfinite(in.tool_size[2]) && isfinite(in.tool_size[3]) && !in.tool_unknown && !in.watch_fault && !in.foreign;
+    expect(out.has_fault == (out.fault_number != 0), "fault without a code, or the other way", out.fault_number);
+    for (i = 0; i < 3; i++) sane &= isfinite(in.pos_mu[i]) && isfinite(in.tool_offset_mu[i]);
+    sane &= isfinite(in.mu_per_mm) && in.mu_per_mm > 0.0 && isfinite(in.tool_diameter_mu) && in.tool_diameter_mu > 0.0 && isfinite(in.tool_corner_radius_mu)
+        && isfinite(in.tool_tip_angle_deg) && isfinite(in.tool_flute_length_mu) && !in.tool_unknown && !in.watch_fault && !in.external_writer;
     expect(sane || !out.is_ready, "ready with inputs that cannot be", out.is_ready);
-    expect((in.unit > 0.0 && isfinite(in.unit)) || out.has_fault || in.foreign, "no fault for the units", in.unit);
+    expect((in.mu_per_mm > 0.0 && isfinite(in.mu_per_mm)) || out.has_fault || in.external_writer, "no fault for the units", in.mu_per_mm);
     ready_periods += out.is_ready;
 }
 
 /* The law on what the tracker says, with hostile settings too. */
 static void check_feed(int spoilt)
 {
-    struct cw_feed_in law;
-    struct cw_obey_in seen;
+    struct chip_feed_in law;
+    struct chip_watchdog_in seen;
     struct chip_tool_watch_in beat;
-    struct cw_feed_out said;
-    double *first = &law.tool_target, *numbers[] = { &law.target, &law.lower, &law.programmed, &law.requested, &law.accel, &law.floor, &law.dt, &law.area,
-        &law.next_distance[3], &law.next_area[0], &law.next_accel[1], first, &law.most, &law.floor_share, &law.most_share, &law.air, &law.plunge, &law.upward, &law.chip,
-        &law.teeth, &law.turns, &law.tool_width, &law.stock_height, &law.knob, &law.jerk, &law.speed, &law.gain };
+    struct chip_feed_out said;
+    double *first = &law.tool_max_rate_mm3_s, *numbers[] = { &law.mrr_target_mm3_s, &law.mrr_lower_mm3_s, &law.programmed_vel_mm_s, &law.requested_vel_mm_s, &law.acceleration_mm_s2, &law.min_vel_mm_s, &law.period_s, &law.section_area_mm2,
+        &law.load_distance_mm[3], &law.load_area_mm2[0], &law.load_accel_mm_s2[1], first, &law.max_vel_mm_s, &law.min_scale_of_f, &law.max_scale_of_f, &law.air_vel_mm_s, &law.plunge_vel_mm_s, &law.dir_z, &law.max_chip_thickness_mm,
+        &law.flutes, &law.spindle_speed_rps, &law.tool_diameter_mm, &law.depth_mm, &law.feed_override_share, &law.max_jerk_mm_s3, &law.current_vel_mm_s, &law.current_accel_mm_s2 };
     double recover = 0.0, band = 0.0, over;
     int i;
     memset(&law, 0, sizeof law);
-    law.kind = pick(5) - 1;
+    law.feed_mode = pick(5) - 1;
     law.motion = in.motion;
-    law.target = 60.0;
-    law.lower = 20.0;
-    law.programmed = 20.0;
-    law.requested = 50.0;
-    law.accel = 500.0;
-    law.dt = 0.001;
-    law.trusted = out.is_ready && !out.has_fault;
-    law.area = out.here;
-    for (i = 0; i < CW_FEED_LEVELS; i++) {
-        int used = i < out.view.levels;
-        law.next_distance[i] = used ? out.view.level[i].distance : 0.0;
-        law.next_area[i] = used ? out.view.level[i].area : 0.0;
-        law.next_accel[i] = used ? out.view.level[i].accel : 0.0;
+    law.mrr_target_mm3_s = 60.0;
+    law.mrr_lower_mm3_s = 20.0;
+    law.programmed_vel_mm_s = 20.0;
+    law.requested_vel_mm_s = 50.0;
+    law.acceleration_mm_s2 = 500.0;
+    law.period_s = 0.001;
+    law.is_trusted = out.is_ready && !out.has_fault;
+    law.section_area_mm2 = out.section_area_mm2;
+    for (i = 0; i < CHIP_FEED_LOAD_STEPS; i++) {
+        int used = i < out.load.steps;
+        law.load_distance_mm[i] = used ? out.load.step[i].distance : 0.0;
+        law.load_area_mm2[i] = used ? out.load.step[i].area : 0.0;
+        law.load_accel_mm_s2[i] = used ? out.load.step[i].accel : 0.0;
     }
-    law.knob = 1.0;
+    law.feed_override_share = 1.0;
     if (spoilt) {
         for (i = pick(4); i >= 0; i--) *numbers[pick(COUNT(numbers))] = hostile();
-        if (chance() < 0.3) law.kind = hostile_whole();
+        if (chance() < 0.3) law.feed_mode = hostile_whole();
         if (chance() < 0.3) law.motion = hostile_whole();
         if (chance() < 0.3) recover = hostile();
         if (chance() < 0.3) band = hostile();
     }
-    said = cw_feed(&law, spoilt && chance() < 0.2 ? hostile() : 1.0);
+    said = chip_feed(&law, spoilt && chance() < 0.2 ? hostile() : 1.0);
     in_range("override of the law", said.scale, 0.0, 1.0);
-    in_range("limited-by", said.by, 0, 5);
-    expect(law.trusted || said.by == 5 || said.by == 0, "a law without trust", said.by);
-    said = cw_feed_ease(&easing, &law, said, recover, band);
+    in_range("limited-by", said.limit, 0, 5);
+    expect(law.is_trusted || said.limit == 5 || said.limit == 0, "a law without trust", said.limit);
+    said = chip_feed_ease(&easing, &law, said, recover, band);
     in_range("override eased", said.scale, 0.0, 1.0);
-    over = cw_feed_override(&law, said.scale);
+    over = chip_feed_override(&law, said.scale);
     in_range("override", over, 0.0, 1.0);
-    over = cw_feed_target(&law);
+    over = chip_feed_target(&law);
     in_range("target", over, 0.0, 1.7976931348623157e308);
     memset(&seen, 0, sizeof seen);
-    seen.kind = law.kind;
+    seen.feed_mode = law.feed_mode;
     seen.motion = law.motion;
-    seen.programmed = law.programmed;
-    seen.requested = law.requested;
-    seen.scale = said.scale;
-    seen.actual = spoilt ? hostile() : 20.0;
-    seen.accel = law.accel;
-    seen.most_override = spoilt ? hostile() : 1.0;
-    seen.dt = law.dt;
-    cw_obey_step(&obey, &seen);
-    in_range("explained", obey.explained, 0.0, 1e300);
-    beat.machine_tool = spoilt ? hostile_whole() : 1;
-    beat.followed_tool = 1;
-    beat.beats = spoilt ? hostile_whole() : (int)period;
-    beat.limit_s = spoilt ? hostile() : 5.0;
+    seen.programmed_vel_mm_s = law.programmed_vel_mm_s;
+    seen.requested_vel_mm_s = law.requested_vel_mm_s;
+    seen.override_share = said.scale;
+    seen.current_vel_mm_s = spoilt ? hostile() : 20.0;
+    seen.acceleration_mm_s2 = law.acceleration_mm_s2;
+    seen.max_override_share = spoilt ? hostile() : 1.0;
+    seen.period_s = law.period_s;
+    chip_watchdog_step(&watchdog, &seen);
+    in_range("explained", watchdog.explained_mm_s, 0.0, 1e300);
+    beat.tool_in_spindle_number = spoilt ? hostile_whole() : 1;
+    beat.tool_followed_number = 1;
+    beat.heartbeat_count = spoilt ? hostile_whole() : (int)period;
+    beat.monitor_timeout_s = spoilt ? hostile() : 5.0;
     beat.period_s = spoilt ? hostile() : 0.001;
     chip_tool_watch_step(&watch, &beat);
     in_range("silent", watch.silent_s, 0.0, 1e6);
     in_range("changed", watch.changed_s, 0.0, 1e6);
-    expect(beat.machine_tool == 1 || watch.is_unknown, "an unknown tool", beat.machine_tool);
+    expect(beat.tool_in_spindle_number == 1 || watch.is_unknown, "an unknown tool", beat.tool_in_spindle_number);
 }
 
 static double cpu_s(void)
@@ -258,12 +259,12 @@ static void run_episode(void)
     int spoilt[4], left = 0, count = 0, i;
     double value[4] = { 0.0 };
     begin();
-    sound.request = 1;
+    sound.define_request = 1;
     for (period = 0; period < PERIODS + 2 * SETTLE; period++) {
         double *place, before;
         walk();
-        if (period == 1 || period == PERIODS + 1) sound.request = 0;
-        if (period == PERIODS + 2) sound.motion = 2, sound.request = 1;         /* sound again, defined again */
+        if (period == 1 || period == PERIODS + 1) sound.define_request = 0;
+        if (period == PERIODS + 2) sound.motion = 2, sound.define_request = 1;         /* sound again, defined again */
         in = sound;
         if (period < PERIODS) {
             if (left == 0 && chance() < 0.05) {
@@ -276,23 +277,23 @@ static void run_episode(void)
                 hostile_periods++;
                 for (i = 0; i < count; i++) { number(spoilt[i], &place); *place = value[i]; }
                 if (chance() < 0.2) in.motion = hostile_whole();
-                if (chance() < 0.1) in.form = hostile_whole();
-                if (chance() < 0.05) in.request = !in.request;
-                if (chance() < 0.02) in.foreign = 1;
+                if (chance() < 0.1) in.box_shape = hostile_whole();
+                if (chance() < 0.05) in.define_request = !in.define_request;
+                if (chance() < 0.02) in.external_writer = 1;
                 if (chance() < 0.05) in.tool_unknown = 1;
                 if (chance() < 0.02) in.watch_fault = 16;
-                if (chance() < 0.05) in.cutting = !in.cutting;
-                if (chance() < 0.05) in.other_moved = 1;
+                if (chance() < 0.05) in.is_enabled = !in.is_enabled;
+                if (chance() < 0.05) in.is_turned = 1;
             }
         }
         before = cpu_s();
-        cw_tracker_horizon(&tracker, stock, &in);
-        cw_tracker_step(&tracker, stock, &in, &out);
+        chip_tracker_horizon(&tracker, stock, &in);
+        chip_tracker_step(&tracker, stock, &in, &out);
         expect(cpu_s() - before < LONGEST_S, "seconds in a period", cpu_s() - before);
         check_tracker();
         check_feed(chance() < 0.5);
     }
-    expect(out.is_ready && out.code == 0, "ready when all is sound and the stock is new", out.is_ready);
+    expect(out.is_ready && out.fault_number == 0, "ready when all is sound and the stock is new", out.is_ready);
     expect(!memcmp(tracker.own_head, stock, sizeof *stock) && stock->capacity == capacity, "the map's own head", stock->cell);
     drop_map();
 }

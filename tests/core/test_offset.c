@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
 /* Tools measured with lengths (G43, G43.1, G43.2, G49, M6; components/core/tracker.h, [1]): another tool offset places the tool
  * anew. It is no jump of the machine, whatever its size, it cuts nothing, and no cut before or after it is lost.
  */
@@ -11,9 +12,9 @@
 /* Tips and offsets go together: the axes stand still. */
 static void offset(double x, double y, double z)
 {
-    in.offset[0] = x;
-    in.offset[1] = y;
-    in.offset[2] = z;
+    in.tool_offset_mu[0] = x;
+    in.tool_offset_mu[1] = y;
+    in.tool_offset_mu[2] = z;
 }
 
 /* A box of 60 x 40 x 10 mm, a tool of 6 mm with its tip 5 mm over the place X5 Y20. */
@@ -40,24 +41,24 @@ static void change_between_cuts(double x, double y, double z)
     go(5.0, -2.0, 50);
     go(25.0, -2.0, 200);
     go(25.0, 5.0, 50);
-    before = out.removed_mm3;
+    before = out.removed_volume_mm3;
     near(before, slot(20.0, 2.0), "first slot");
     offset(x, y, z);
     periods(1);
     expect(!out.has_fault && out.is_ready, "an offset is no jump");
     periods(3);
-    expect(out.removed_mm3 == before, "an offset cuts nothing");
+    expect(out.removed_volume_mm3 == before, "an offset cuts nothing");
     go(25.0 + x, 5.0 + z, 1000);
-    in.axis[1] += 12.0 + y;
-    expect(!out.has_fault, "the way to the next slot");
-    in.cutting = 0;                     /* across in one step, as if jogged */
+    in.pos_mu[1] += 12.0 + y;
+    expect(!out.has_fault, "the path to the next slot");
+    in.is_enabled = 0;                     /* across in one step, as if jogged */
     periods(2);
-    in.cutting = 1;
+    in.is_enabled = 1;
     periods(2);
-    before = out.removed_mm3;
+    before = out.removed_volume_mm3;
     go(25.0 + x, -3.0 + z, 50);
     go(45.0 + x, -3.0 + z, 200);
-    near(out.removed_mm3 - before, slot(20.0, 3.0), "slot after another offset");
+    near(out.removed_volume_mm3 - before, slot(20.0, 3.0), "slot after another offset");
     expect(!out.has_fault && out.is_ready, "no fault afterwards");
 }
 
@@ -67,15 +68,15 @@ static void change_in_the_stock(void)
     double before;
     begin();
     go(5.0, -2.0, 50);
-    before = out.removed_mm3;
+    before = out.removed_volume_mm3;
     offset(0.0, 0.0, 3.0);              /* a longer tool: its tip would stand 3 mm deeper */
     periods(5);
     offset(4.0, 0.0, 3.0);
     periods(5);
-    expect(out.removed_mm3 == before && !out.has_fault, "a small offset sweeps nothing");
+    expect(out.removed_volume_mm3 == before && !out.has_fault, "a small offset sweeps nothing");
     in.motion = 1;
     go(5.0, 10.0, 100);
-    expect(out.removed_mm3 == before && !out.rapid_hit, "nor does the way up from there");
+    expect(out.removed_volume_mm3 == before && !out.has_rapid_contact, "nor does the way up from there");
 }
 
 /* As M6 and G43 do it: first the length, and some periods later the numbers of the tool. */
@@ -87,23 +88,23 @@ static void length_before_numbers(void)
         begin();
         go(5.0, -2.0, 50);
         go(5.0, 1.0, 50);
-        before = out.removed_mm3;
+        before = out.removed_volume_mm3;
         offset(0.0, 0.0, 8.0);
         periods(periods_late);
-        in.tool_size[0] = 10.0;
-        in.tool_size[3] = 30.0;
+        in.tool_diameter_mu = 10.0;
+        in.tool_flute_length_mu = 30.0;
         periods(5);
         in.motion = 1;
         go(5.0, 13.0, 100);
-        expect(out.removed_mm3 == before && !out.has_fault && !out.rapid_hit, "another tool cuts nothing where it appears");
+        expect(out.removed_volume_mm3 == before && !out.has_fault && !out.has_rapid_contact, "another tool cuts nothing where it appears");
         in.motion = 2;
         go(5.0, 2.0, 100);
-        near(out.removed_mm3, 6.0 * PI * 25.0, "and all below it when it falls");
+        near(out.removed_volume_mm3, 6.0 * PI * 25.0, "and all below it when it falls");
     }
 }
 
-/* The offset changes while the axes move: the way before belongs to the old one, the way after to the new one. */
-static void change_on_the_way(void)
+/* The offset changes while the axes move: the path before belongs to the old one, the path after to the new one. */
+static void change_on_the_path(void)
 {
     double all;
     begin();
@@ -113,7 +114,7 @@ static void change_on_the_way(void)
     go(25.0, -2.0, 100);
     /* where the new tip appears in the stock its disc is not cut, but for cells on its outline */
     all = slot(10.1, 2.0) + slot(9.9, 2.0) - slot(0.0, 2.0);
-    expect(out.removed_mm3 > 0.997 * all && out.removed_mm3 < 1.015 * all, "offset changed in a move");
+    expect(out.removed_volume_mm3 > 0.997 * all && out.removed_volume_mm3 < 1.015 * all, "offset changed in a move");
     expect(!out.has_fault, "no fault in a move");
 }
 
@@ -132,27 +133,27 @@ static void change_while_the_map_lags(void)
         go(60.0, -9.0, 50);
         periods(100);
         expect(tracker.sweep.waiting == 0 && !out.has_fault, "caught up");
-        all = out.removed_mm3;
+        all = out.removed_volume_mm3;
         if (late) lagged = all;
     }
-    near(all, lagged, "legs that waited for the tool before");
+    near(all, lagged, "moves that waited for the tool before");
 }
 
 static void jumps_are_still_faults(void)
 {
     begin();
-    in.axis[0] += 40.0;
+    in.pos_mu[0] += 40.0;
     periods(1);
-    expect(out.code == CW_FAULT_JUMP, "a jump of the axes is a fault");
+    expect(out.fault_number == CHIP_FAULT_JUMP, "a jump of the axes is a fault");
     begin();
-    in.axis[0] += 40.0;
+    in.pos_mu[0] += 40.0;
     offset(40.0, 0.0, 0.0);             /* hidden behind an offset */
     periods(1);
-    expect(out.code == CW_FAULT_JUMP, "also with an offset that makes up for it");
+    expect(out.fault_number == CHIP_FAULT_JUMP, "also with an offset that makes up for it");
     begin();
     offset(0.0, 0.0, NAN);
     periods(1);
-    expect(out.code == CW_FAULT_POSITION && !out.is_ready, "an offset that is not finite");
+    expect(out.fault_number == CHIP_FAULT_POSITION && !out.is_ready, "an offset that is not finite");
 }
 
 int main(void)
@@ -163,7 +164,7 @@ int main(void)
     change_between_cuts(7.0, -3.0, 60.0);
     change_between_cuts(-30.0, 80.0, 0.0);
     change_in_the_stock();
-    change_on_the_way();
+    change_on_the_path();
     length_before_numbers();
     change_while_the_map_lags();
     jumps_are_still_faults();

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """make install and uninstall: everything in its place, and nothing left behind."""
 
 import os
@@ -49,7 +50,7 @@ def test_install_and_uninstall(tmp_path, prefix, root_name):
     assert said == 'chipwise %s\n' % open(os.path.join(ROOT, 'VERSION')).read().strip()
     for page in ('man1/chipwise.1', 'man9/stock_tracker.9', 'man9/chipwise_inputs.9'):
         assert os.path.isfile(str(destdir) + prefix + '/share/man/' + page), page
-    assert os.path.isfile(str(destdir) + prefix + '/share/doc/chipwise/docs/Config.md')
+    assert os.path.isfile(str(destdir) + prefix + '/share/doc/chipwise/docs/user/settings.md')
 
     make('uninstall', destdir, prefix)
     assert everything(destdir) == before

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """tools/on-debian: whose archive, keys and settings it takes; what a command sees in it.
 
 The second half needs a base that is there already (`tools/on-debian trixie true` makes one), as a test downloads
@@ -10,6 +11,8 @@ import subprocess
 import time
 
 import pytest
+
+from chipwise import processes
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 TOOL = os.path.join(ROOT, 'tools', 'on-debian')
@@ -185,11 +188,4 @@ def runs():
 
 def running(mark):
     """Is there a `sleep MARK`?"""
-    for pid in filter(str.isdigit, os.listdir('/proc')):
-        try:
-            with open('/proc/%s/cmdline' % pid, 'rb') as handle:
-                if handle.read().split(b'\0')[:2] == [b'sleep', mark.encode()]:
-                    return True
-        except OSError:
-            pass
-    return False
+    return any(processes.command_line(pid)[:2] == [b'sleep', mark.encode()] for pid in processes.pids())

@@ -1,13 +1,13 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """What a program leaves behind: nothing.  Feed, settings and stock of the one before do not change the next."""
 
 import numpy as np
 import pytest
 
-from machine.operate import operate
+from support.operate import BOX, operate
 
 pytestmark = pytest.mark.machine
 
-BOX = 'M250 P0 Q0 R-10 I60 J40 K10'
 MODE, VELOCITY, ASKED, PROGRAMMED = ('volumetric-feed.0.mode', 'motion.current-vel', 'motion.requested-vel',
                                      'motion.analog-out-02')
 LEFT_ON = f'G21 G90 G64 P0.01\nT1 M6\n{BOX}\nM251 P2 Q20 E3000\nF900\nG0 X-5 Y80 Z10\n'
@@ -17,8 +17,6 @@ PLAIN = 'G21 G90\nF300\nG0 X0 Y80 Z10\nG1 X40\nM2\n'        # 80 mm: outside of 
 def feeds(velocity=5.0):
     """Steps: a feed move has got to its velocity; what it does then."""
     return [['until', 'motion.motion-type', '>', 1.5], ['until', VELOCITY, '>', 0.99 * velocity], ['over', 0.5, VELOCITY, ASKED]]
-
-
 
 
 def check_plain(over, velocity=5.0):
@@ -174,7 +172,7 @@ G0 Z5
 M252
 M2
 '''
-FIRST, SECOND = 9, 11                   # lines: the first cut, the way to the second one
+FIRST, SECOND = 9, 11                   # lines: the first cut, the path to the second one
 SLOT = 60 * 6 * 2                       # mm3
 
 
@@ -213,9 +211,9 @@ def test_run_from_line_without_another_f(tmp_path):
 
 
 @pytest.mark.parametrize('line, before, said', [
-    (BOX, [], 'run from line reads over this line and no stock is defined'),
-    ('M254 P1', [], 'run from line reads over this line and no stock is defined'),
-    (BOX, [['mdi', 'M250 P0 Q0 R-10 I60 J40 K9']], 'run from line reads over this line, and the stock in force is another one')])
+    (BOX, [], 'run from line skips this line and no stock is defined'),
+    ('M254 P1', [], 'run from line skips this line and no stock is defined'),
+    (BOX, [['mdi', 'M250 P0 Q0 R-10 I60 J40 K9']], 'run from line skips this line, and the stock in force is a different one')])
 def test_run_from_line_asks(tmp_path, line, before, said):
     """No stock, or that of something else: nothing moves."""
     program = tmp_path / 'slots.ngc'

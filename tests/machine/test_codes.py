@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """M250, M251, M252 and the stock, on a running LinuxCNC: what the codes do, refuse and leave alone."""
 
 import json
@@ -7,12 +8,11 @@ import subprocess
 
 import pytest
 
-from chipwise.machine import runner
-from machine.operate import SCRIPTED, operate
+from chipwise.headless import runner
+from support.operate import BOX, SCRIPTED, operate
 
 pytestmark = pytest.mark.machine
 
-BOX = 'M250 P0 Q0 R-10 I60 J40 K10'
 STATE = ['pins', 'stock-tracker.0.ready', 'stock-tracker.0.removed-volume', 'volumetric-feed.0.mode',
          'volumetric-feed.0.mrr-target']
 
@@ -65,7 +65,7 @@ def test_refusals_keep_the_stock_and_the_machine(tmp_path):
         ('M250 P0 Q0 I10 J40 K10', 'chipwise: M250: word R (minimum of the stock in Z) is missing; add R'),
         ('M251', 'chipwise: M251: word Q (removal rate, cm3/min) is missing; add Q'),
         ('M251 Q-1', 'chipwise: M251: removal rate Q-1 cm3/min is not above 0; give Q above 0'),
-        ('M251 Q6 P4', 'chipwise: M251: mode P4 is none of 1 (limit), 2 (constant), 3 (window); use P1, P2 or P3'),
+        ('M251 Q6 P4', 'chipwise: M251: mode P4 is not a valid mode; use P1 (limit), P2 (constant) or P3 (window)'),
         ('M251 Q6 P2', 'chipwise: M251: word E (ceiling of the feed) is missing; mode P2 replaces F; add E'),
         ('M251 Q6 P3 R7', 'chipwise: M251: lower removal rate R7 is above the upper one, Q6; give R below Q'),
         ('G13 I5 Z-4', None),
@@ -136,8 +136,8 @@ def test_a_tool_the_geometry_file_does_not_name(tmp_path):
                       edit=f's#^TOOL_GEOMETRY = .*#TOOL_GEOMETRY = {few}#')
     assert answers[0] == []
     assert [m for m in answers[1] if m.startswith('chipwise')] == [
-        'chipwise: tools.toml: tool 1 is not named: taken as a flat end mill of unknown flute length; '
-        'add [tool.1] where that is wrong']
+        'chipwise: tools.toml: tool 1 is missing and treated as a flat end mill of unknown flute length; '
+        'add [tool.1] if that is wrong']
     assert answers[2] == ['6', '0']
 
 

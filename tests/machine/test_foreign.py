@@ -1,21 +1,16 @@
-"""Programs nobody here wrote, on the real LinuxCNC, judged by bench/judge.py; and a program that uses nothing of ours.
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Programs nobody here wrote, on the real LinuxCNC, judged by tests/support/judge.py; and a program that uses nothing of ours.
 
 All ten and all conditions: bench/bench_claims.py.  Here are two: loops of arcs, and corners with blends.
 """
 import re
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-ROOT = Path(__file__).resolve().parent.parent.parent
-sys.path.insert(0, str(ROOT / "bench"))
-
-import bench_claims                                         # noqa: E402
-import foreign                                              # noqa: E402
-import judge as judging                                     # noqa: E402
-from chipwise.machine import runner                         # noqa: E402
+from support import ROOT, claims, foreign
+from support import judge as judging
+from chipwise.headless import runner
 
 pytestmark = pytest.mark.machine
 
@@ -24,14 +19,14 @@ SPEED = 6.0
 
 def measured(name, condition, tmp_path, seed=1):
     program = foreign.programs(seed)[name]
-    found = bench_claims.measure(program, condition, tmp_path, with_optimum=False, speed=SPEED)
-    print(bench_claims.line_of(found), found["places"])
+    found = claims.measure(program, condition, tmp_path, SPEED)[0]
+    print(claims.line_of(found), found["places"])
     return program, found
 
 
 @pytest.mark.parametrize("name, condition", [
-    ("fusion_adaptive", bench_claims.Condition()),
-    ("freecad_pocket", bench_claims.Condition()),
+    ("fusion_adaptive", claims.Condition()),
+    ("freecad_pocket", claims.Condition()),
 ])
 def test_the_claims_on_a_foreign_program(name, condition, tmp_path):
     """Never above 102 % of the rate in 10 ms, no stop, no moment without stock, and the volume is right."""
@@ -44,7 +39,7 @@ def test_the_claims_on_a_foreign_program(name, condition, tmp_path):
     assert found["rapid_volume"] < 0.01 and found["stops"] == 0 and found["fallback_s"] == 0.0
     # and the same run against a target 3 % lower, or with its tools 3 % wider, is refused
     log = dict(np.load(tmp_path / f"{name}-held.npz"))
-    run, tools, target = bench_claims.told(program, log)
+    run, tools, target = claims.told(program, log)
     swept = judging.sweep(run, program.blank, tools)
     assert judging.judge(run, program.blank, tools, 0.97 * target, swept).over_share > 0.2
     wider = [judging.Tool(1.03 * tool.diameter, tool.corner, tool.angle) for tool in tools]
@@ -92,7 +87,7 @@ M2
 def plain_ini(tmp_path, package):
     """The headless sample mill, with chipwise or with nothing of it but the sampler and the display."""
     table, geometry = ROOT / "configs" / "mill.tbl", ROOT / "configs" / "tools.toml"
-    text = bench_claims.ini_text(bench_claims.Condition(), table, geometry)
+    text = claims.ini_text(claims.Condition(), table, geometry)
     if not package:
         text = re.sub(r"^(REMAP|TOPLEVEL|PATH_PREPEND|HALFILE = .*/chipwise\.hal).*\n", "", text, flags=re.M)
         text = re.sub(r"^\[(CHIPWISE|PYTHON)\]\n(?:(?!\[).*\n)*", "", text, flags=re.M)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """The guards on a running LinuxCNC: they stop what they must, in time, and nothing else."""
 
 import os
@@ -8,15 +9,14 @@ import random
 import numpy as np
 import pytest
 
-from chipwise.machine import runner
-from conftest import random_count, random_seed, write_replay
-from machine.operate import operate
-from test_headless import headless_ini
+from chipwise.headless import runner
+from support.random_cases import random_count, random_seed, write_replay
+from support.operate import operate
+from support.headless_rig import headless_ini
 
 pytestmark = pytest.mark.machine
 
 SPEED = 10
-BOX = 'M250 P0 Q0 R-10 I60 J40 K10'
 HEAD = 'G21 G90 G17 G40 G64 P0.01\nT1 M6\nM250 P0 Q0 R-10 I60 J40 K10\nM3 S10000\nF1200\n'
 GUARD = ['pins', 'chipwise-guard.0.stop', 'chipwise-guard.0.reason', 'motion.feed-inhibit', 'motion.feed-hold']
 
@@ -51,8 +51,7 @@ def test_a_traverse_stops_before_the_stock(tmp_path, approach, target, axis, edg
     assert 0.0 < left < 25.0
     line = HEAD.count('\n') + approach.count('\n') + 1
     assert len(said) == 1, said
-    assert re.match(rf'chipwise: line {line}: tool 1 \(6.00 mm\) would have met stock [\d.]+ mm on in this traverse and was '
-                    r'stopped; press Stop, then jog away', said[0])
+    assert re.match(rf'chipwise: rapid stopped [\d.]+ mm before stock \(line {line}, tool 1, 6.00 mm\); press Stop, jog away', said[0])
     assert after == ['FALSE', '0', 'FALSE', 'FALSE']
     assert jogged == [1.0] and moved == []
     assert away[:2] == pytest.approx([-30, 20], abs=1e-5)
@@ -97,7 +96,7 @@ def blended(tmp_path, what, **options):
     program.write_text(HEAD + approach + target + '\nG0 Z10\nM2\n')
     _open, stopped, removed, said = operate(tmp_path, [
         ['open', str(program)], ['run_until_stopped', 20], ['pins', 'stock-tracker.0.removed-volume'], ['errors']], **options)
-    assert stopped is True and len(said) == 1 and 'tool 1 (6.00 mm) would have met stock' in said[0], said
+    assert stopped is True and len(said) == 1 and 'rapid stopped ' in said[0] and 'tool 1, 6.00 mm)' in said[0], said
     return float(removed[0])
 
 
@@ -107,7 +106,7 @@ def test_a_blended_traverse_stops_before_the_stock(tmp_path, what):
 
 
 def test_a_blend_that_is_not_known_is_stopped_late(tmp_path):
-    """Without the planner's way the line is judged only when the blend is over (docs/Hal.md): the check above sees that."""
+    """Without the planner's path the line is judged only when the blend is over (docs/design/hal.md): the check above sees that."""
     assert blended(tmp_path, 'down beside it, then in: parabola', edit='s#^GUARD_RAPID#READ_PATH = no\\n&#') > 100.0
 
 
@@ -129,12 +128,12 @@ def test_the_inch_machine_is_stopped(tmp_path):
     _open, stopped, guard, position, _abort, said, cut, _jog = answers[:8]
     assert stopped is True and guard == ['TRUE', '1', 'TRUE', 'TRUE']
     assert 0.0 < -radius - position[0] < 25.0 / 25.4
-    assert len(said) == 1 and re.match(r'chipwise: line 8: tool 1 \(0.2362 in\) would have met stock 0\.\d{4} in on', said[0]), said
+    assert len(said) == 1 and re.match(r'chipwise: rapid stopped 0\.\d{4} in before stock \(line 8, tool 1, 0.2362 in\)', said[0]), said
     assert float(cut[0]) == 0.0
     _open, stopped, guard, position, _abort, said, cut = answers[8:]
     assert stopped is True and guard == ['TRUE', '2', 'TRUE', 'TRUE']
     assert -radius <= position[0] < -1.0 / 25.4 and position[1] == pytest.approx(1.2, abs=1e-5)
-    assert len(said) == 1 and re.search(r'cuts at least 0\.1600 in deep, its flutes are 0\.1181 in long', said[0]), said
+    assert len(said) == 1 and re.search(r'cut stopped at 0\.1600 in or more of depth, flutes 0\.1181 in long', said[0]), said
     assert float(cut[0]) == pytest.approx(2.4 * 25.4 * 6 * 2.54, rel=0.02)
 
 
@@ -164,8 +163,8 @@ def test_flute_excess_holds_the_feed(tmp_path):
     assert stopped is True and guard[:2] == ['TRUE', '2']
     assert position[1] == pytest.approx(30, abs=1e-5)
     assert -3.0 <= position[0] < -1.0           # touched, and stood after v^2/2A = 0.4 mm
-    assert said == ['chipwise: line 13: tool 1 (6.00 mm) cuts at least 4.00 mm deep, its flutes are 3.00 mm long, and was stopped; '
-                    'press Stop, then jog away, and cut in more passes ([CHIPWISE]GUARD_FLUTE = no: no such guard)']
+    assert said == ['chipwise: cut stopped at 4.00 mm or more of depth, flutes 3.00 mm long (line 13, tool 1, 6.00 mm); '
+                    'press Stop, jog away and take more passes (guard: [CHIPWISE]GUARD_FLUTE)']
     assert jogged == [1.0] and moved == []
 
 
@@ -303,7 +302,7 @@ G0 Z1
 G1 Z-3
 G0 Z20
 ''',
-    'a pocket and its way about in it': '''
+    'a pocket and traverses in it': '''
 G0 X30 Y20 Z5
 G13 X30 Y20 I4 K14 Q4 Z-6 R0.5 J3 E600
 G0 Z-5.9
@@ -325,7 +324,7 @@ def test_no_false_alarm(tmp_path, what):
     check_quiet(log_of(log))
 
 
-def pocket_ways(mode):
+def pocket_paths(mode):
     """Traverses 1 mm above the floor of a pocket of 50 mm by 30 mm, to within 0.3 to 2 mm of its walls, each ending otherwise:
     down to the floor and on by feed, or by feed at once (before which LinuxCNC stops)."""
     lines = [mode, 'G0 X30 Y20 Z-5']
@@ -353,7 +352,7 @@ def test_no_false_alarm_across_a_pocket(tmp_path, modes):
     """The tool brakes towards a wall at 100 mm/s and stands or turns just before it; the guard is on and stops nothing.  As it
     begins to brake two periods show less than the planner does: taken for braking too weakly, one traverse in ten was stopped."""
     program, log = tmp_path / 'pocket.ngc', tmp_path / 'log.npz'
-    program.write_text(HEAD + 'G0 Z20\n' + pocket_cleared() + ''.join(pocket_ways(mode) for mode in modes) + 'G0 Z20\nM2\n')
+    program.write_text(HEAD + 'G0 Z20\n' + pocket_cleared() + ''.join(pocket_paths(mode) for mode in modes) + 'G0 Z20\nM2\n')
     summary = runner.run_headless(str(program), speed=SPEED, log=str(log), timeout=300)
     assert summary['finished'] and summary['errors'] == [], summary
     data = log_of(log)
@@ -366,7 +365,7 @@ def test_no_false_alarm_across_a_pocket(tmp_path, modes):
 # --- random traverses round the stock, judged by its box and by whether anything was left to cut there -------------
 
 RADIUS, MODES = 3.0, ('G64', 'G64', 'G64 P1', 'G64 P5', 'G64 P20', 'G61')
-THIN_MM = 0.15          # half a cell: a layer so thin is none (docs/Hal.md)
+THIN_MM = 0.15          # half a cell: a layer so thin is none (docs/design/hal.md)
 CHIP_MM = 0.36          # 1.4 cells: nor is what a step of the probe takes off an upright edge of the stock
 
 
@@ -397,8 +396,8 @@ def judge_traverses(log):
     """Raise where an alarm has no contact near it, or a contact no alarm the braking distance v2 / 2A before."""
     places = np.column_stack([log[axis] for axis in 'xyz'])
     space, said = gap(places), np.asarray(log['rapid_contact'], bool)
-    way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(places, axis=0), axis=1))])
-    stopped = way + np.asarray(log['velocity']) ** 2 / (2 * 500)           # where braking from here would end
+    toolpath = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(places, axis=0), axis=1))])
+    stopped = toolpath + np.asarray(log['velocity']) ** 2 / (2 * 500)           # where braking from here would end
     at_edge = ((places[:, 0] < 0) | (places[:, 0] > 60)) & ((places[:, 1] < 0) | (places[:, 1] > 40))
     touched, inside = np.flatnonzero(space < 0.0), space < -np.where(at_edge, CHIP_MM, THIN_MM)
     for row in np.flatnonzero(np.diff(said, prepend=False) & said):        # it may last while the tool is in the stock
@@ -409,13 +408,13 @@ def judge_traverses(log):
         if np.ptp(log['removed_volume'][row:row + 300]) == 0.0:             # a contact before has taken this stock away
             continue
         before = slice(max(0, row - 1500), row)
-        assert (said[before] & (stopped[before] < way[row])).any(), \
+        assert (said[before] & (stopped[before] < toolpath[row])).any(), \
             f"no alarm in time before the contact at line {log['line'][row]}"
     return len(touched)
 
 
 def test_random_traverses(tmp_path):
-    """With the guard told but not obeyed: every alarm is followed by a contact, every contact was told in time."""
+    """With the guard announced but switched off: every alarm is followed by a contact, every contact was told in time."""
     for number in range(random_count(2)):
         generator = random.Random(random_seed() + number)
         program, log = tmp_path / 'random.ngc', tmp_path / 'log.npz'

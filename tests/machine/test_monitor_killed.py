@@ -1,11 +1,12 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """chipwise-monitor killed (-9) at the worst moments, with a map of 64 MB: old files stay whole, no stock is said to be known that
-is not, the machine goes at F, and a monitor started again takes the place of the dead one."""
+is not, the machine goes at F, and a monitor started again takes over."""
 
 import os
 
 import pytest
 
-from machine.operate import operate
+from support.operate import operate
 
 pytestmark = pytest.mark.machine
 
@@ -67,7 +68,7 @@ def test_killed_while_restoring(tmp_path):
          ['until', 'axis.x.pos-cmd', '>', 0], feed, ['finish']],
         [['mdi', 'M251 Q6 P1'], ['mdi', 'M250 P0 Q0 R-10 I30 J30 K10']],
         [['hal', 'net', 'chipwise-held', 'chipwise-monitor.held'], ['start_monitor'], ['until', FAULT, '=', 4], STATE,
-         ['errors', 'not known any more']],
+         ['errors', 'no longer valid']],
         [['mdi', 'M254 P1'], ['map_sum'], STATE, ['pins', HEIR + '.tool-number', HEIR + '.hold']], edit=edit)
     assert killed and state[:3] == ['FALSE', 'FALSE', 'TRUE'] and state[3] in ('0', '16')
     assert len(said) == 2 and said[0].startswith(DEAD)
@@ -78,7 +79,7 @@ def test_killed_while_restoring(tmp_path):
     assert refused[0] == ['chipwise: M251: the tool in the spindle is not known: chipwise-monitor does not answer; start `chipwise monitor` in a shell']
     assert len(refused[1]) == 1 and 'start `chipwise monitor` again' in refused[1][0]
     assert after[2] == 'FALSE' and (after[0], after[3]) == ('FALSE', '4')
-    assert any('not known any more' in text for text in message), message
+    assert any('no longer valid' in text for text in message), message
     assert restored == [] and second == first and last == ['TRUE', 'TRUE', 'FALSE', '0']
     assert cut == ['1', 'FALSE']
 
@@ -90,10 +91,10 @@ def test_killed_before_it_writes_and_the_machine_goes_on(tmp_path):
         ['mdi', 'T1 M6'], ['mdi', 'M250 P0 Q0 R-10 I60 J40 K10'], ['kill_monitor'],
         ['hal', 'unlinkp', 'stock-tracker.0.hold'], ['hal', 'setp', 'stock-tracker.0.hold', '1'], ['mdi', 'G0 X-5 Y20'],
         ['mdi', 'G0 Z-2'], STATE, ['mdi', 'G1 X30 F3000'], ['hal', 'setp', 'stock-tracker.0.hold', '0'], ['start_monitor'],
-        ['until', FAULT, '=', 4], STATE, ['errors', 'not known any more'],
+        ['until', FAULT, '=', 4], STATE, ['errors', 'no longer valid'],
         ['mdi', 'M250 P0 Q0 R-10 I60 J40 K10']], edit=edit)
     assert held[2] == 'TRUE' and state == ['FALSE', 'FALSE', 'FALSE', '4']
-    assert but_dead(said) == [text for text in said if 'not known any more' in text] and again == []
+    assert but_dead(said) == [text for text in said if 'no longer valid' in text] and again == []
 
 
 def test_with_keep_stock_a_dead_monitor_keeps_nothing_old(tmp_path):

@@ -1,10 +1,11 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """chipwise-monitor dead, stopped or merely late, and a tool change meanwhile: the tracker does not go on with the old tool, the
 feed is F, M251 refuses, the operator is told; and none of that where the machine is only busy.  The times, to a servo
-period: tests/hal/tracker_watch."""
+period: tests/components/tracker_watch."""
 
 import pytest
 
-from machine.operate import SPEED, operate
+from support.operate import SPEED, operate
 
 pytestmark = pytest.mark.machine
 

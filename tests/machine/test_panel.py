@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """The panel beside AXIS's plot and in gmoccapy, and the line at the end of a program, on the mills of configs/ as installed."""
 
 import os
@@ -6,7 +7,7 @@ import shutil
 
 import pytest
 
-from machine import samples
+from support import samples
 
 pytestmark = pytest.mark.machine
 

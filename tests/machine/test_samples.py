@@ -1,14 +1,15 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """README's lines on stock copies of LinuxCNC's sample machines; tools/samples tries all of them."""
 
 import os
 
 import pytest
 
-from machine import samples
+from support import samples
 
 pytestmark = pytest.mark.machine
 
-IN_TEST = ['lathe', 'gmoccapy', 'remap/getting-started', 'remap/getting-started, docs/Config.md', 'qtplasmac', 'twopass']
+IN_TEST = ['lathe', 'gmoccapy', 'remap/getting-started', 'remap/getting-started, docs/user/install.md', 'qtplasmac', 'twopass']
 
 
 @pytest.fixture(scope='module')

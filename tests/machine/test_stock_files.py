@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """M253, M254, KEEP_STOCK, run from line and abort on a running LinuxCNC: the stock is what the machine made of it."""
 
 import hashlib
@@ -9,9 +10,8 @@ import zlib
 import numpy as np
 import pytest
 
-from chipwise.machine import runner
 from chipwise.stock import store
-from machine.operate import operate
+from support.operate import operate
 
 pytestmark = pytest.mark.machine
 
@@ -73,8 +73,8 @@ def test_refusals(tmp_path):
         'M253', 'M254 P10', 'M253 P1.5', 'M253 P1 Q2', 'M253 P1', 'M254 P1', BOX, 'M253 P1')], edit=edit)
     assert answers == [[text] if text else [] for text in (
         'chipwise: M253: word P (slot) is missing; add P0 to P9',
-        'chipwise: M254: slot P10 is none of 0 to 9; use P0 to P9',
-        'chipwise: M253: slot P1.5 is none of 0 to 9; use P0 to P9',
+        'chipwise: M254: slot P10 is not from 0 to 9; use P0 to P9',
+        'chipwise: M253: slot P1.5 is not from 0 to 9; use P0 to P9',
         'chipwise: M253: word Q is not used here; words are P F',
         'chipwise: M253: slot 1 was not saved: no stock is defined; define it with M250 before',
         'chipwise: M254: slot 1 was not restored: the file cannot be read or written; see the message in the log, '
@@ -115,7 +115,7 @@ def test_the_stock_outlives_linuxcnc(tmp_path):
     answers = operate(tmp_path, [['map', back], STATE, ['errors']], edit=edit)
     assert np.array_equal(np.load(first), np.load(back)) and answers[1][0] == 'TRUE' and answers[2] == []
     answers = operate(tmp_path, [['errors'], STATE], edit=edit + '; s#^CELL = .*#CELL = 0.5#')
-    assert answers[0] == ['chipwise: the stock of the last run is not there again ([CHIPWISE]KEEP_STOCK): the file has cells of '
+    assert answers[0] == ['chipwise: the stock of the last run was not restored ([CHIPWISE]KEEP_STOCK): the file has cells of '
                           'another size than the map; set [CHIPWISE]CELL to that of the file']
     assert answers[1][0] == 'FALSE'
     shutil.rmtree(folder)

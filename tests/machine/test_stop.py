@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """Stop while a cycle is planned or handed over: abort and E-stop are served at any moment, and what long plans still do.
 
 The machine runs at 50 mm/s when the cycles are read.  Times are without those for which other programs had the processors.
@@ -7,7 +8,7 @@ import math
 
 import pytest
 
-from machine.operate import operate
+from support.operate import operate
 
 pytestmark = pytest.mark.machine
 

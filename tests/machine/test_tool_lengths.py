@@ -1,7 +1,8 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """Tools measured with lengths, changed in mid-program on a running LinuxCNC: by G43, G43.1, G43.2, G49 and M6, also with X and Y.
 
 Every slot goes through the whole block, so its volume is width x depth x 60 mm; the sums and the floors below are arithmetic,
-nothing of the core's.  A stock that was lost, a false stop of a guard and a way swept by an offset each show in one of them.
+nothing of the core's.  A stock that was lost, a false stop of a guard and a path swept by an offset each show in one of them.
 """
 
 import re
@@ -9,7 +10,7 @@ import re
 import numpy as np
 import pytest
 
-from machine.operate import operate
+from support.operate import operate
 
 pytestmark = pytest.mark.machine
 
@@ -110,4 +111,4 @@ def test_the_guard_still_stops_a_long_tool(tmp_path):
                       edit=machine(tmp_path))
     print(answers)
     assert answers[3] is True and float(answers[4][0]) == 0.0
-    assert len(answers[6]) == 1 and 'would have met stock' in answers[6][0], answers[6]
+    assert len(answers[6]) == 1 and 'rapid stopped' in answers[6][0], answers[6]

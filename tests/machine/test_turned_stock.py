@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """M250 under a rotated work coordinate system (G10 L2 R) on a running LinuxCNC: the stock is the rotated box, not its upright hull."""
 
 import math
@@ -5,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from machine.operate import operate
+from support.operate import operate
 
 pytestmark = pytest.mark.machine
 

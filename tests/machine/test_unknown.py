@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """Whatever interrupts the volumetric feed: the feed is the programmed one or the override 1, and no cut is lost.
 
 A slot of 60 mm, 6 mm wide (T1) and 2 mm deep: 720 mm3, 12 mm2, at 6 cm3/min 8.33 mm/s, F 500 = 8.33 mm/s, E 50 mm/s.
@@ -8,10 +9,10 @@ import math
 import numpy as np
 import pytest
 
-from chipwise.machine import runner
-from lib import rate_oracle
-from test_codes import BOX, operate
-from test_headless import headless_ini
+from chipwise.headless import runner
+from support import rate_oracle
+from support.headless_rig import SPINDLE, headless_ini, with_spindle
+from support.operate import BOX, operate
 
 pytestmark = pytest.mark.machine
 
@@ -23,7 +24,7 @@ BEGIN = f'G21 G90 G64 P0.01\nT1 M6\n{BOX}\nM251 Q6 P2 E3000\nF300\nS10000 M3\n'
 SLOT = BEGIN + 'G0 X-10 Y20 Z5\nG0 Z-2\nG1 X70\nG0 Z5\nM252\nM2\n'
 FEED, BY, VELOCITY, VOLUME, TYPE = ('volumetric-feed.0.adaptive-feed', 'volumetric-feed.0.limited-by',
                                     'motion.current-vel', 'stock-tracker.0.removed-volume', 'motion.motion-type')
-DISOBEYED = 'volumetric-feed.0.disobeyed'
+OVERRIDE_IGNORED = 'volumetric-feed.0.override-ignored'
 
 
 def cut_to(x):
@@ -39,10 +40,10 @@ def test_pause_and_resume(tmp_path):
     """Paused in the cut: at rest, nothing cut, the override a sound number; then on to the whole slot."""
     _start, _until, _pause, before, over, after, _resume, going, end, last = operate(tmp_path, [
         ['start', SLOT], ['until', VOLUME, '>', 200], ['pause'], ['pins', VOLUME],
-        ['over', 0.5, FEED, VELOCITY, DISOBEYED], ['pins', VOLUME, BY],
-        ['resume'], ['until', VOLUME, '>', 500], ['finish'], ['pins', VOLUME, FEED, DISOBEYED]])
-    feed, velocity, disobeyed = over
-    assert 0 < feed[0] and feed[1] <= 1 and velocity[1] == 0 and disobeyed[1] == 0
+        ['over', 0.5, FEED, VELOCITY, OVERRIDE_IGNORED], ['pins', VOLUME, BY],
+        ['resume'], ['until', VOLUME, '>', 500], ['finish'], ['pins', VOLUME, FEED, OVERRIDE_IGNORED]])
+    feed, velocity, ignored = over
+    assert 0 < feed[0] and feed[1] <= 1 and velocity[1] == 0 and ignored[1] == 0
     assert values(after)[0] == values(before)[0] and 200 < values(before)[0] < 500 < going
     assert end == []
     assert values(last) == [pytest.approx(WHOLE, rel=0.003), 1.0, 0.0]
@@ -52,7 +53,7 @@ def test_single_steps(tmp_path):
     """From the middle of the cut to the end line by line: the same volume, no message."""
     _start, _until, _pause, steps, errors, last = operate(tmp_path, [
         ['start', SLOT], ['until', VOLUME, '>', 200], ['pause'], ['step to end'], ['finish'],
-        ['pins', VOLUME, DISOBEYED, FEED]])
+        ['pins', VOLUME, OVERRIDE_IGNORED, FEED]])
     assert steps is not None and steps >= 3
     assert errors == []
     assert values(last) == [pytest.approx(WHOLE, rel=0.003), 0.0, 1.0]
@@ -63,7 +64,7 @@ def test_reverse_run(tmp_path):
     positive (motion/control.c); the override stays 0..1, nothing is lost."""
     *_, over, errors, last = operate(tmp_path, [
         ['start', SLOT], ['until', VOLUME, '>', 200], ['pause'], ['reverse'], ['resume'], ['sleep', 0.3], ['reverse'],
-        ['over', 1.0, FEED, DISOBEYED], ['finish'], ['pins', VOLUME, DISOBEYED]])
+        ['over', 1.0, FEED, OVERRIDE_IGNORED], ['finish'], ['pins', VOLUME, OVERRIDE_IGNORED]])
     assert 0 < over[0][0] <= over[0][1] <= 1 and over[1][1] == 0
     assert errors == []
     assert values(last) == [pytest.approx(WHOLE, rel=0.003), 0.0]
@@ -73,10 +74,10 @@ def test_abort_in_the_cut_and_go_on(tmp_path):
     """After the abort the map holds what the tool has cut, to its round front, and M251 has ended; the rest by MDI."""
     *_, abort, state, position, on, rest, last = operate(tmp_path, [
         ['start', SLOT], ['until', VOLUME, '>', 300], ['abort'], ['sleep', 0.5],
-        ['pins', VOLUME, FEED, 'stock-tracker.0.ready', 'volumetric-feed.0.mode', DISOBEYED], ['position'],
+        ['pins', VOLUME, FEED, 'stock-tracker.0.ready', 'volumetric-feed.0.mode', OVERRIDE_IGNORED], ['position'],
         ['mdi', 'G1 X70 F300'], ['mdi', 'M252'], ['pins', VOLUME, FEED]])
-    volume, feed, ready, mode, disobeyed = values(state)
-    assert (feed, ready, mode, disobeyed) == (1.0, 1.0, 0.0, 0.0)
+    volume, feed, ready, mode, ignored = values(state)
+    assert (feed, ready, mode, ignored) == (1.0, 1.0, 0.0, 0.0)
     assert volume == pytest.approx(cut_to(position[0]), rel=0.004) and volume < 600
     assert (abort, on, rest) == (None, [], [])
     assert values(last) == [pytest.approx(WHOLE, rel=0.003), 1.0]
@@ -96,10 +97,10 @@ def test_probing_goes_at_the_programmed_feed(tmp_path):
     program = SLOT.replace('G1 X70\n', 'G1 X70\nG0 Z20\nG0 X30\nF300\nG38.2 X45\nG0 X70\n')
     _start, _type, over, _trip, end, last = operate(tmp_path, [
         ['start', program], ['until', TYPE, '>', 4.5],
-        ['over', 1.0, FEED, VELOCITY, DISOBEYED, 'motion.requested-vel'], ['hal', 'setp', 'motion.probe-input', '1'],
-        ['finish'], ['pins', VOLUME, DISOBEYED]])
-    feed, velocity, disobeyed, requested = over
-    assert feed == [1.0, 1.0] and disobeyed[1] == 0
+        ['over', 1.0, FEED, VELOCITY, OVERRIDE_IGNORED, 'motion.requested-vel'], ['hal', 'setp', 'motion.probe-input', '1'],
+        ['finish'], ['pins', VOLUME, OVERRIDE_IGNORED]])
+    feed, velocity, ignored, requested = over
+    assert feed == [1.0, 1.0] and ignored[1] == 0
     assert requested[1] == pytest.approx(CEILING_VEL)           # that is what LinuxCNC was told
     assert velocity[1] == pytest.approx(F_VEL, rel=1e-3)        # and that is what it did
     assert end == []
@@ -113,9 +114,9 @@ def test_without_tool_or_stock(tmp_path, missing):
     *_, over, end = operate(tmp_path, [
         ['mdi', 'T1 M6'], ['mdi', BOX], ['mdi', 'M251 Q6 P2 E3000'], ['mdi', 'F300'], ['mdi', 'G0 X-10 Y20 Z30'], away,
         ['mdi quietly', 'G1 X70'], ['until', TYPE, '>', 1.5], ['sleep', 0.3],
-        ['over', 1.0, FEED, BY, VELOCITY, DISOBEYED], ['finish']])
-    feed, by, velocity, disobeyed = over
-    assert by == [5, 5] and disobeyed == [0, 0]
+        ['over', 1.0, FEED, BY, VELOCITY, OVERRIDE_IGNORED], ['finish']])
+    feed, by, velocity, ignored = over
+    assert by == [5, 5] and ignored == [0, 0]
     assert feed == pytest.approx([F_VEL / CEILING_VEL] * 2, rel=1e-6)
     assert velocity == pytest.approx([F_VEL] * 2, rel=1e-3)
     assert len(end) == 1 and end[0].startswith('chipwise: ')
@@ -123,41 +124,25 @@ def test_without_tool_or_stock(tmp_path, missing):
 
 @pytest.mark.parametrize('override', [0.5, 1.5])
 def test_feed_override_of_the_operator(tmp_path, override):
-    """Modes 1 and 2 at 50 % and 150 %: the velocity follows, nothing is taken for disobedience."""
+    """Modes 1 and 2 at 50 % and 150 %: the velocity follows, no override counts as ignored."""
     for start in (SLOT, SLOT.replace('P2 E3000', 'P1').replace('F300', 'F1500')):
         _override, _start, _until, over, end, last = operate(tmp_path, [
             ['feed override', override], ['start', start], ['until', VOLUME, '>', 200],
-            ['over', 0.5, VELOCITY, DISOBEYED], ['finish'], ['pins', VOLUME, DISOBEYED]])
+            ['over', 0.5, VELOCITY, OVERRIDE_IGNORED], ['finish'], ['pins', VOLUME, OVERRIDE_IGNORED]])
         assert over[0] == pytest.approx([override * SLOT_VEL] * 2, rel=0.03) and over[1][1] == 0
         assert end == []
         assert values(last) == [pytest.approx(WHOLE, rel=0.003), 0.0]
 
 
-SPINDLE = ('HALFILE = spindle.hal', """loadrt sim_spindle names=sim-spindle
-setp sim-spindle.scale 0.0166666667
-net spindle-index-enable spindle.0.index-enable <=> sim-spindle.index-enable
-net spindle-pos sim-spindle.position-fb => spindle.0.revs
-net spindle-speed-cmd spindle.0.speed-out => sim-spindle.velocity-cmd
-addf sim-spindle servo-thread
-""")
-
-
-def with_spindle(tmp_path):
-    """A sed command that gives the machine a spindle encoder, before chipwise.hal."""
-    path = tmp_path / 'spindle.hal'
-    path.write_text(SPINDLE[1])
-    return f's#^HALFILE = ../hal/chipwise.hal#HALFILE = {path}\\n&#'
-
-
 def test_moves_that_follow_the_spindle(tmp_path):
-    """G33 and G33.1 at 20 mm/s with F 5 mm/s and the override far down: the pitch, and no disobedience."""
+    """G33 and G33.1 at 20 mm/s with F 5 mm/s and the override far down: the pitch, and no ignored override."""
     program = BEGIN.replace('S10000', 'S600') + (
         'G0 X-10 Y20 Z5\nG0 Z-2\nG33 X70 K2\nG0 Z10\nG33.1 Z-1 K2\nG33 Z8 K2\nG1 X60 F300\nM252\nM2\n')
     _start, _type, over, end, last = operate(tmp_path, [
-        ['start', program], ['until', VOLUME, '>', 200], ['over', 1.0, VELOCITY, FEED, DISOBEYED], ['finish'],
-        ['pins', DISOBEYED, 'motion.feed-inhibit']], edit=with_spindle(tmp_path))
-    velocity, feed, disobeyed = over
-    assert velocity == pytest.approx([20.0, 20.0], rel=0.05) and feed[0] < 0.2 and disobeyed == [0, 0]
+        ['start', program], ['until', VOLUME, '>', 200], ['over', 1.0, VELOCITY, FEED, OVERRIDE_IGNORED], ['finish'],
+        ['pins', OVERRIDE_IGNORED, 'motion.feed-inhibit']], edit=with_spindle(tmp_path))
+    velocity, feed, ignored = over
+    assert velocity == pytest.approx([20.0, 20.0], rel=0.05) and feed[0] < 0.2 and ignored == [0, 0]
     assert end == []
     assert values(last) == [0.0, 0.0]
 
@@ -170,13 +155,13 @@ def test_m52_p0_is_stopped(tmp_path, before, told):
     """Adaptive feed disabled at the ceiling: the machine stops within millimetres, the operator is told."""
     program = SLOT.replace('G1 X70\n', f'G1 X20\n{before}G1 X70\n').replace('F300', 'F120')
     blind = [] if told else [['hal', 'unlinkp', 'volumetric-feed.0.adaptive-off'],
-                             ['hal', 'unlinkp', 'chipwise-monitor.disobeyed']]
+                             ['hal', 'unlinkp', 'chipwise-monitor.override-ignored']]
     # the pin falls when the monitor has aborted the program, sooner than a busy machine looks: a flip-flop keeps it
     latch = [['hal', 'loadrt', 'flipflop', 'names=seen'], ['hal', 'addf', 'seen', 'servo-thread'],
-             ['hal', 'setp', 'seen.data', '1'], ['hal', 'net', 'chipwise-disobeyed', 'seen.clk']]
+             ['hal', 'setp', 'seen.data', '1'], ['hal', 'net', 'chipwise-override-ignored', 'seen.clk']]
     blind = latch + blind
     steps = [*blind, ['start', program], ['until', 'axis.x.pos-cmd', '>', 19.999], ['until', 'seen.out', '>', 0.5],
-             ['over', 1.5, 'axis.x.pos-cmd'], ['over', 0.2, VELOCITY], ['abort'], ['pins', DISOBEYED],
+             ['over', 1.5, 'axis.x.pos-cmd'], ['over', 0.2, VELOCITY], ['abort'], ['pins', OVERRIDE_IGNORED],
              ['finish'], ['mdi', 'M252'], ['pins', 'volumetric-feed.0.mode']]
     answers = operate(tmp_path, steps)[len(blind):]
     (_low, furthest), at_rest, _abort, let_go, said = answers[3][0], answers[4], answers[5], answers[6], answers[7]
@@ -194,7 +179,7 @@ def test_window_without_a_ceiling(tmp_path):
     for feed, expected in ((300, 5.0), (900, SLOT_VEL)):
         *_, over, end, last = operate(tmp_path, [
             ['start', program.format(feed)], ['until', VOLUME, '>', 200],
-            ['over', 0.5, VELOCITY, 'motion.requested-vel'], ['finish'], ['pins', VOLUME, DISOBEYED]])
+            ['over', 0.5, VELOCITY, 'motion.requested-vel'], ['finish'], ['pins', VOLUME, OVERRIDE_IGNORED]])
         assert over[0] == pytest.approx([expected] * 2, rel=0.03)
         assert over[1] == pytest.approx([feed / 60] * 2)
         assert end == []
@@ -233,12 +218,12 @@ def test_f_outlives_a_tool_change(tmp_path):
 
 
 def test_reverse_run_without_adaptive_feed(tmp_path):
-    """No M251: LinuxCNC really goes back along its way, and forward again; going back cuts nothing, nothing is lost."""
+    """No M251: LinuxCNC really goes back along its path, and forward again; going back cuts nothing, nothing is lost."""
     slot = SLOT.replace('M251 Q6 P2 E3000\n', '').replace('F300', 'F600')
     _start, _until, _pause, there, _reverse, _resume, _back, turned, *_, errors, last = operate(tmp_path, [
         ['start', slot], ['until', VOLUME, '>', 400], ['pause'], ['pins', VOLUME], ['reverse'], ['resume'],
-        ['until', 'axis.x.pos-cmd', '<', 15], ['pins', VOLUME, FEED, DISOBEYED, 'stock-tracker.0.rapid-contact'], ['pause'],
-        ['forward'], ['resume'], ['finish'], ['pins', VOLUME, DISOBEYED, 'stock-tracker.0.fault-code']])
+        ['until', 'axis.x.pos-cmd', '<', 15], ['pins', VOLUME, FEED, OVERRIDE_IGNORED, 'stock-tracker.0.rapid-contact'], ['pause'],
+        ['forward'], ['resume'], ['finish'], ['pins', VOLUME, OVERRIDE_IGNORED, 'stock-tracker.0.fault-code']])
     assert 400 < values(there)[0] < 600
     assert values(turned) == [pytest.approx(values(there)[0], rel=1e-6), 1.0, 0.0, 0.0]
     assert errors == []
@@ -278,7 +263,7 @@ KINDS = {'G33': (4, 5, 55, 20.0), 'G95': (12, 5, 28, 5.0), 'G93': (12, 32, 48, 4
 
 def test_every_kind_of_move_is_in_the_map(tmp_path):
     """G33, G76 (the spindle sets the feed), G95, G93 and G38 (F as it is) between cuts under M251 P2: each at its own velocity,
-    no alarm, and the volume is that of the way in the log, counted by needles that know nothing of the tracker."""
+    no alarm, and the volume is that of the path in the log, counted by needles that know nothing of the tracker."""
     program, log, spindle = tmp_path / 'every.ngc', tmp_path / 'log.npz', tmp_path / 'spindle.hal'
     program.write_text(EVERY_KIND)
     spindle.write_text(SPINDLE[1])

@@ -1,8 +1,9 @@
-"""Whole programs, read by LinuxCNC's interpreter and judged offline.
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Whole programs, read by LinuxCNC's interpreter and checked offline.
 
     reader.py + reader_runner.py   a program -> blocks of records, from a process of its own
-    sweep.py                       the stock offline: components/core/height_sweep.c
-    judge.py                       records -> figures of each tool, findings
+    sweep.py                       the stock offline: components/offline/height_sweep.c
+    simulate.py, times.py          records -> figures of each tool, findings (result.py, findings.py)
     run.py                         programs -> results, on several cores
     page.py                        one result -> one HTML page
 """

@@ -1,10 +1,12 @@
-"""What a check finds, and how it is said.
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""What a check finds, and its text.
 
-Called by judge.py, run.py and page.py.  One Finding is a stretch of moves that break one rule one after the other; its place
-and value are those of the worst of them.
+Called by simulate.py, result.py and page.py.  One Finding is a chain of segments that break one rule one after the other; its
+position and value are those of the worst of them.
 """
 
 from dataclasses import dataclass, field
+from typing import Optional
 
 from chipwise.errors import format_length, printable
 
@@ -19,26 +21,26 @@ RULES = {
     FLUTES_UNKNOWN: "the tool's flute_length is known",
 }
 
-MOST = 1000             # findings kept of a program; more are counted
+MAX_KEPT = 1000         # findings of a program; more are only counted
 
 
 @dataclass
 class Finding:
-    """rule; line, last_line of the stretch; tool; place: (x, y, z) mm in work coordinates; value, limit: mm, mm3/min or None."""
+    """rule; first and last line; tool; position: (x, y, z) mm in work coordinates; value, limit: mm, mm3/min or None."""
 
     rule: str
     line: int
     last_line: int
     tool: int
-    place: tuple = None
-    value: float = None
-    limit: float = None
-    pieces: int = 1
-    at: int = 0                 # pieces before it, for the order
+    position: Optional[tuple] = None
+    value: Optional[float] = None
+    limit: Optional[float] = None
+    segments: int = 1
+    at: int = 0                 # segments before it, for the order
 
     def json(self):
         """As in --json."""
-        x, y, z = self.place or (None, None, None)
+        x, y, z = self.position or (None, None, None)
         return {"rule": self.rule, "line": self.line, "last_line": self.last_line, "tool": self.tool, "x": x, "y": y, "z": z,
                 "value": self.value, "limit": self.limit, "text": self.text()}
 
@@ -47,7 +49,7 @@ class Finding:
         def length(v):
             return format_length(round(v, 3), unit)
         where = f"line {self.line}" + (f" to {self.last_line}" if self.last_line > self.line else "") + f", tool {self.tool}: "
-        at = " at X{} Y{} Z{}".format(*(length(v).split()[0] for v in self.place)) if self.place else ""
+        at = " at X{} Y{} Z{}".format(*(length(v).split()[0] for v in self.position)) if self.position else ""
         if self.rule == FLUTE:
             said = (f"cuts {length(self.value)} deep{at}, the flutes are {length(self.limit)} long; "
                     "take smaller steps in Z, or a tool with longer flutes")
@@ -60,10 +62,10 @@ class Finding:
             said = (f"removes {self.value:.0f} mm3/min{at}, the tool's max_removal_rate is {self.limit:.0f}; "
                     "lower F, or use M251")
         elif self.rule == TOOL:
-            said = ("the tool is not in [CHIPWISE]TOOL_GEOMETRY, it is judged as a flat end mill of its diameter; "
+            said = ("the tool is not in [CHIPWISE]TOOL_GEOMETRY and is checked as a flat end mill of its diameter; "
                     "describe it there")
         else:
-            said = "its flute_length is not known, its depth is not judged; add it to [CHIPWISE]TOOL_GEOMETRY"
+            said = "its flute_length is unknown, so its depth is not checked; add it to [CHIPWISE]TOOL_GEOMETRY"
         return printable(where + said)
 
 
@@ -73,27 +75,27 @@ class Findings:
 
     kept: list = field(default_factory=list)
     dropped: int = 0
-    _open: dict = field(default_factory=dict)       # by rule: the stretch that may go on
+    _open: dict = field(default_factory=dict)       # by rule: the finding that may continue
 
     def add(self, finding):
-        """One that stands alone."""
-        if len(self.kept) < MOST:
+        """A finding of its own."""
+        if len(self.kept) < MAX_KEPT:
             self.kept.append(finding)
         else:
             self.dropped += 1
 
-    def stretch(self, finding, goes_on):
-        """One of a move; goes_on: the move before broke the same rule."""
+    def extend(self, finding, goes_on):
+        """One of a chain of segments; goes_on: the chain before, which broke the same rule, continues."""
         before = self._open.get(finding.rule)
         if not (goes_on and before is not None and before.tool == finding.tool):
             self._open[finding.rule] = finding
             self.add(finding)
             return
-        before.pieces += finding.pieces
+        before.segments += finding.segments
         before.last_line = max(before.last_line, finding.last_line)
         before.line = min(before.line, finding.line)
         if finding.value > before.value:
-            before.value, before.place = finding.value, finding.place
+            before.value, before.position = finding.value, finding.position
 
     @property
     def count(self):

@@ -1,4 +1,5 @@
-"""Removal over time, in bins whose width grows with the program.  Called by judge.py."""
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Removal over time, in bins whose width grows with the program.  Called by times.py."""
 
 import numpy as np
 

@@ -1,6 +1,7 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """Results of a check as one HTML page that needs no network.
 
-Called by cli/check.py.  Load over time is an SVG, the stock a PNG seen from above; where the browser has WebGL the stock can
+Called by cli/check.py.  Load over time is an SVG, the stock a PNG seen from above; if the browser has WebGL the stock can
 be turned and zoomed instead (page.js, page.css: beside this file, put into the page).
 """
 
@@ -15,7 +16,7 @@ import numpy as np
 
 from chipwise.errors import format_length, printable
 
-PICTURES = 40               # programs with a picture of the stock; more would make the page too large
+PICTURES = 40               # programs with a picture of the stock, so that the page stays small
 CELLS = 256                 # of such a picture along its longer side
 WIDE, HIGH, LEFT, BOTTOM = 900, 200, 70, 30     # px, of a chart
 FOLDER = os.path.dirname(os.path.abspath(__file__))
@@ -50,7 +51,7 @@ def contents(results):
     """One line a program."""
     def verdict(r):
         if r.error:
-            return "bad", "cannot be judged"
+            return "bad", "cannot be checked"
         count = r.findings.count
         return ("some", f"{count} finding{'s' * (count != 1)}") if count else ("none", "no findings")
     rows = "".join(f'<li class="{verdict(r)[0]}"><a href="#p{n}">{text(os.path.basename(r.program))}</a>: {verdict(r)[1]}</li>'
@@ -101,7 +102,7 @@ def findings_table(result):
     if not found.count:
         return "<h3>No findings</h3>\n"
     rows = [(f.rule, f.line if f.line == f.last_line else f"{f.line} to {f.last_line}", f.tool,
-             " ".join(format_length(round(v, 3), result.unit).split()[0] for v in f.place) if f.place else "-",
+             " ".join(format_length(round(v, 3), result.unit).split()[0] for v in f.position) if f.position else "-",
              f.text(result.unit).partition(": ")[2]) for f in found.kept]
     more = f"<p>and {found.dropped} more</p>\n" if found.dropped else ""
     return "<h3>Findings</h3>\n" + table(("rule", "line", "tool", "X Y Z", "what"), rows) + more

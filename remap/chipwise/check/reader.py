@@ -1,6 +1,7 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """Reads a whole program with LinuxCNC's own interpreter: blocks of records, as they come.
 
-Called by judge.py.  The interpreter runs in a process of its own (reader_runner.py has the records), on the machine of an
+Called by simulate.py.  The interpreter runs in a process of its own (reader_runner.py has the records), on the machine of an
 INI file: remaps, tool table, work offsets of the parameter file, SUBROUTINE_PATH.  Nothing of the machine is written.
 
     with Reader(program, ini) as reader:
@@ -8,7 +9,7 @@ INI file: remaps, tool table, work offsets of the parameter file, SUBROUTINE_PAT
             ..
         reader.messages                 # [[line, text], ..] of the program
 
-What cannot be read is an Unreadable: file, line, what, remedy.
+Raises Unreadable, with file, line, problem and remedy, for a program that cannot be read.
 """
 
 import codecs
@@ -26,25 +27,26 @@ import numpy as np
 
 from chipwise.check.records import WIDTH
 from chipwise.errors import printable
+from chipwise.files import NoRegularFile, TooLong, open_regular
+from chipwise.ini import expanded, section_of
 from chipwise.machine import rs274
 from chipwise.processes import tree_cpu_s
-from chipwise.settings import read_section
 
 PYTHON = "/usr/bin/python3"
 RUNNER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "reader_runner.py")
 
-MOST_BYTES = 100_000_000        # of a program; 4 million moves
-MOST_MOVES = 50_000_000
+MAX_BYTES = 100_000_000        # of a program; 4 million moves
+MAX_MOVES = 50_000_000
 QUIET_S = 20                    # computing time without a block of moves
 CPU_S = 600                     # computing time of the interpreter
-STUCK_S = 30.0                  # a process that computes nothing for so long waits for something that never comes
+STUCK_S = 30.0                  # without computing: the process waits for something that never comes
 CHORD_MM = 0.002                # sag of the chords of arcs
-LOOKED_AT = 1 << 16             # bytes of a program in which a NUL means that it is no text
+LOOKED_AT = 1 << 16             # bytes of a program; a NUL among them means that it is not text
 LENGTHS = "XYZABCUVW"
 
 
 class Unreadable(Exception):
-    """A program that cannot be judged: str() is the message, line the line of the program (0: none)."""
+    """A program that cannot be checked: str() is the message, line the line of the program (0: none)."""
 
     def __init__(self, text, remedy, line=0):
         super().__init__(printable(f"{text}; {remedy}" if remedy else text))
@@ -52,15 +54,15 @@ class Unreadable(Exception):
 
 
 class Machine:
-    """What of an INI file matters; Unreadable where it cannot be used."""
+    """The machine of an INI file.  Raises Unreadable if it cannot be used."""
 
     def __init__(self, ini):
         self.ini = os.path.abspath(ini)
         self.folder = os.path.dirname(self.ini)
         try:
-            self.text = rs274.expanded(self.ini)
+            self.text = expanded(self.ini)
             lines = self.text.splitlines()
-            section = {name: read_section(lines, name) for name in ("TRAJ", "EMCIO", "RS274NGC", "AXIS_X", "AXIS_Y", "AXIS_Z")}
+            section = {name: section_of(lines, name) for name in ("TRAJ", "EMCIO", "RS274NGC", "AXIS_X", "AXIS_Y", "AXIS_Z")}
             self.unit_mm = rs274.units_in_mm(section["TRAJ"].get("LINEAR_UNITS", "mm"))
         except OSError as error:
             raise Unreadable(f"INI file {ini}: {error.strerror}", "name the machine's INI file with --ini") from error
@@ -81,7 +83,7 @@ class Machine:
         return os.path.join(self.folder, os.path.expanduser(name)) if name else ""
 
     def _number(self, *texts):
-        """The first number above 0 of the texts in mm; None without."""
+        """The first number above 0 of the texts, in mm; None without one."""
         for text in filter(None, texts):
             try:
                 value = float(text)
@@ -93,15 +95,14 @@ class Machine:
 
 
 def check_file(path):
-    """Unreadable for what is no program."""
+    """Raise Unreadable for a file that is not a G-code program."""
     try:
-        size = os.stat(path).st_size
-        if not os.path.isfile(path):
-            raise Unreadable("it is not a regular file", "name a G-code program")
-        if size > MOST_BYTES:
-            raise Unreadable(f"it has {size / 1e6:.0f} MB, more than {MOST_BYTES / 1e6:.0f}", "check it in parts")
-        with open(path, "rb") as file:
+        with open_regular(path, MAX_BYTES) as file:
             head = file.read(LOOKED_AT)
+    except NoRegularFile as error:
+        raise Unreadable(error.strerror, "name a G-code program") from error
+    except TooLong as error:
+        raise Unreadable(f"it has {error.found / 1e6:.0f} MB, more than {error.most / 1e6:.0f}", "check it in parts") from error
     except OSError as error:
         raise Unreadable(error.strerror, "name a file that can be read") from error
     if not head.strip():
@@ -113,9 +114,10 @@ def check_file(path):
 class Reader:
     """One program under way."""
 
-    def __init__(self, program, machine, stock=None, quiet_s=QUIET_S, cpu_s=CPU_S, most_moves=MOST_MOVES):
+    def __init__(self, program, machine, stock=None, quiet_s=QUIET_S, cpu_s=CPU_S, most_moves=MAX_MOVES,
+                 written=False):
         self.program, self.machine, self.messages = os.path.abspath(program), machine, []
-        self._stock, self._cpu_s, self._most_moves = stock, cpu_s, most_moves
+        self._stock, self._cpu_s, self._most_moves, self._written = stock, cpu_s, most_moves, written
         self._quiet_s = min(quiet_s, 0.8 * cpu_s)
         self._child = self._folder = None
 
@@ -144,7 +146,7 @@ class Reader:
             "program": self.program, "parameters": paths["machine.var"], "table": machine.table, "random": machine.random,
             "units_per_mm": 1.0 / machine.unit_mm, "axis_mask": machine.axis_mask, "quiet_s": self._quiet_s,
             "codes": ["G20" if machine.unit_mm > 10 else "G21", machine.startup], "most_moves": self._most_moves,
-            "cpu_s": self._cpu_s, "stock": self._stock, "chord_mm": CHORD_MM})
+            "cpu_s": self._cpu_s, "stock": self._stock, "chord_mm": CHORD_MM, "written": self._written})
         environment = {**os.environ, "HOME": folder, "INI_FILE_NAME": paths["machine.ini"], "LC_ALL": "C",
                        "OPENBLAS_NUM_THREADS": "1"}
         self._errors = open(paths["errors"], "w+b")
@@ -165,7 +167,7 @@ class Reader:
     # ---- blocks ---------------------------------------------------------------------------------------------
 
     def _read(self, count):
-        """So many bytes; b"" where the child has ended before."""
+        """So many bytes; b"" if the child has ended before."""
         data, had, since = bytearray(), None, time.monotonic()
         handle = self._child.stdout.fileno()
         while len(data) < count:
@@ -174,7 +176,7 @@ class Reader:
                 if now != had:
                     had, since = now, time.monotonic()
                 elif time.monotonic() - since > STUCK_S:
-                    raise Unreadable("it waits for something that does not come",
+                    raise Unreadable("it waits for a file or a program that does not answer",
                                      "look at the files that it calls on the SUBROUTINE_PATH")
                 continue
             part = os.read(handle, count - len(data))
@@ -193,26 +195,26 @@ class Reader:
             if len(data) < size:
                 self._ended()
             if head[:1] == b"E":
-                self._judge_end(json.loads(data))
+                self._end(json.loads(data))
                 return
             if data:
                 yield np.frombuffer(data, np.float64).reshape(-1, WIDTH)
 
     def _ended(self):
-        """The child has ended without a word."""
+        """Raise Unreadable for a child that has ended without its last block."""
         status = self._child.wait()
         if status == -signal.SIGPROF:
             raise Unreadable(f"it does not end: {self._quiet_s:g} s of computing time without a move",
                              "look for an O-word loop without an end")
         if status == -signal.SIGXCPU:
-            raise Unreadable(f"it is not read within {self._cpu_s:g} s of computing time",
+            raise Unreadable(f"reading it needs more than {self._cpu_s:g} s of computing time",
                              "look for an O-word loop without an end, or raise --time-limit")
         self._errors.seek(0, os.SEEK_END)
         self._errors.seek(max(0, self._errors.tell() - 4096))
         said = self._errors.read().decode("utf-8", "replace").strip().splitlines() or [f"status {status}"]
         raise Unreadable(f"LinuxCNC's interpreter ended ({said[-1]})", "see whether `rs274 -g` reads it")
 
-    def _judge_end(self, end):
+    def _end(self, end):
         self.messages = end["messages"]
         if end["stop"]:
             line, text, remedy = end["stop"]
@@ -223,4 +225,4 @@ class Reader:
             remedy = "end it with M2" if "program end" in text else "" if ";" in text else "correct the line"
             raise Unreadable(text, remedy, line)
         if end["moves"] == 0:
-            raise Unreadable("it moves nothing", "name a G-code program")
+            raise Unreadable("it has no moves", "name a G-code program")

@@ -1,4 +1,5 @@
-"""Runs a program in LinuxCNC's interpreter and writes what it moves.  A program, not a module.
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Runs a program in LinuxCNC's interpreter and writes its moves.  A program, not a module.
 
     /usr/bin/python3 -s reader_runner.py PARENT_PID  < JSON of the job  > blocks
 
@@ -8,7 +9,7 @@ neither HAL nor a machine is needed.  Read in LinuxCNC 2.9: gcodemodule.cc, rs27
 
 Job:     program, parameters, table (paths), random (tool changer), units_per_mm, axis_mask, codes (run first), most_moves,
          quiet_s (computing time without a block of moves), cpu_s (in all), chord_mm, stock (null or low, high: mm, work
-         coordinates at the first move)
+         coordinates at the first move), written (whether CIRCLE records are wanted, for rewriting)
 Blocks:  b"R", uint32 number of bytes, records of WIDTH doubles; b"E", uint32 number of bytes, JSON of the end
 
 The records: records.py.
@@ -29,22 +30,19 @@ sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspa
 
 import gcode                                                    # noqa: E402
 
-from chipwise.check.records import ARC, DWELL, FEED, FRAME, RAPID, STOCK, TOOL, VOLUME, WIDTH      # noqa: E402
+from chipwise.check.records import ARC, CIRCLE, DWELL, FEED, FRAME, RAPID, STOCK, TOOL, VOLUME, WIDTH      # noqa: E402
+from chipwise import interpreter_process                       # noqa: E402
+from chipwise.interpreter_process import INCH, Stop, limit_computing, make_tool_table, own_output      # noqa: E402
 from chipwise.processes import die_with_parent                  # noqa: E402
 
-INCH = 25.4
 BLOCK = 4096 * WIDTH
-FARTHEST_MM = 1e6
-# feed_mode of the interpreter's state, ten times the code: what is not judged
-_UNJUDGED = {930: "G93 (inverse time)", 950: "G95 (feed per revolution)"}
+MAX_POSITION_MM = 1e6
+# feed_mode of the interpreter's state, ten times the code: modes that are not checked
+_UNCHECKED = {930: "G93 (inverse time)", 950: "G95 (feed per revolution)"}
 
 # of a plane: which of its arc's axes (first, second, along) are X, Y and Z
 _AXES = {1: (0, 1, 2), 2: (2, 0, 1), 3: (1, 2, 0)}
 _NO_TOOL = (-1,) + (0.0,) * 12 + (0,)
-
-
-class Stop(Exception):
-    """The program does what cannot be judged; text, remedy."""
 
 
 class _ToolTable:
@@ -53,17 +51,16 @@ class _ToolTable:
     def __init__(self, path, random):
         self._lib = None
         try:
-            lib = ctypes.CDLL("libtooldata.so.0")
-            lib._Z17tool_mmap_creatorPK13EMC_TOOL_STATi(None, int(random))
+            lib = make_tool_table(random)
             lib._Z13tooldata_initb(bool(random))
             self._get, load = lib._Z12tooldata_getP16CANON_TOOL_TABLEi, lib._Z13tooldata_loadPKcPPc
             if path and load(os.fsencode(path), None) == 0:
                 self._lib = lib
-        except (OSError, AttributeError):
+        except AttributeError:
             pass                    # another LinuxCNC, another way of keeping tools
 
     def entry(self, index):
-        """The numbers of get_tool(), machine units; of no tool where there is none."""
+        """The numbers of get_tool(), machine units; those of no tool if the pocket is empty."""
         if self._lib is None or index < 0:
             return _NO_TOOL
         room = ctypes.create_string_buffer(1024)
@@ -74,11 +71,12 @@ class _ToolTable:
         return (number, *lengths, orientation)
 
 
-class Canon:
+class Canon(interpreter_process.Canon):
     """What the interpreter calls."""
 
     def __init__(self, job, send, tools):
-        self.job, self.send, self.tools = job, send, tools
+        super().__init__(job)
+        self.send, self.tools = send, tools
         self.records = array.array("d")
         self.count = self.line = 0
         self.plane = 1
@@ -135,8 +133,8 @@ class Canon:
     def set_plane(self, plane):
         self.plane = plane
 
-    def _put(self, kind, x, y, z, feed, first=0.0):
-        """A move to a place in work coordinates, inch."""
+    def _machine(self, x, y, z):
+        """Work coordinates, inch -> machine coordinates, mm."""
         g92, g5x = self.g92, self.g5x
         x += g92[0]
         y += g92[1]
@@ -144,8 +142,11 @@ class Canon:
             x, y = x * self.cos - y * self.sin, x * self.sin + y * self.cos
         elif self.cos < 0.0:
             x, y = -x, -y
-        self.records.extend((kind, self.line, (x + g5x[0]) * INCH, (y + g5x[1]) * INCH, (z + g92[2] + g5x[2]) * INCH,
-                             feed, first, 0.0, 0.0, 0.0))
+        return (x + g5x[0]) * INCH, (y + g5x[1]) * INCH, (z + g92[2] + g5x[2]) * INCH
+
+    def _put(self, kind, x, y, z, feed, first=0.0):
+        """A move to a place in work coordinates, inch."""
+        self.records.extend((kind, self.line, *self._machine(x, y, z), feed, first, 0.0, 0.0, 0.0))
         self.count += 1
         if len(self.records) >= BLOCK:
             self._flush()
@@ -155,7 +156,7 @@ class Canon:
             self.refuse(f"the program makes more than {self.job['most_moves']} moves", "look for a loop without an end")
         self.send(b"R", self.records.tobytes())
         del self.records[:]
-        watch(self.job["quiet_s"])
+        limit_computing(self.job["quiet_s"])          # from here, unless more moves come
 
     def _event(self, kind, *values):
         self.records.extend((kind, self.line, *values, *(0.0,) * (WIDTH - 2 - len(values))))
@@ -165,8 +166,8 @@ class Canon:
     # ---- moves ----------------------------------------------------------------------------------------------
 
     def next_line(self, state):
-        if state.feed_mode in _UNJUDGED:        # the modes are those after the line before
-            self.refuse(f"{_UNJUDGED[state.feed_mode]} is not judged", "use G94")
+        if state.feed_mode in _UNCHECKED:        # the modes are those after the line before
+            self.refuse(f"{_UNCHECKED[state.feed_mode]} is not judged", "use G94")
         self.line = state.sequence_number
 
     def straight_traverse(self, x, y, z, *rest):
@@ -199,6 +200,9 @@ class Canon:
         pieces = max(1, math.ceil(abs(sweep) / (2 * math.acos(1 - sag))))
         if pieces > self.job["most_moves"]:
             self.refuse(f"an arc of {abs(turns)} turns", "use fewer turns")
+        if self.job["written"]:
+            centre = (cx, cy, own[2])
+            self._event(CIRCLE, self.plane, *self._machine(*(centre[i] for i in order)), turns)
         for k in range(1, pieces + 1):
             t = k / pieces
             angle, r = start + sweep * t, radius + (end_radius - radius) * t
@@ -257,30 +261,6 @@ class Canon:
     def comment(self, text):
         pass
 
-    def get_external_length_units(self):
-        return self.job["units_per_mm"]
-
-    def get_external_angular_units(self):
-        return 1.0
-
-    def get_axis_mask(self):
-        return self.job["axis_mask"]
-
-    def get_block_delete(self):
-        return False
-
-    def check_abort(self):
-        return False
-
-    @property
-    def parameter_file(self):
-        return self.job["parameters"]
-
-
-def watch(quiet_s):
-    """Computing time until the end of this process, unless moves come."""
-    signal.setitimer(signal.ITIMER_PROF, quiet_s)
-
 
 def limit(cpu_s):
     """Computing time until the end of this process in any case."""
@@ -289,7 +269,7 @@ def limit(cpu_s):
 
 
 def line_of(canon, line, text):
-    """The line of an error. gcode says the next one where a line cannot be read, but not where it cannot be executed (2.9)."""
+    """The line of an error.  gcode returns the next line if one cannot be read, but not if it cannot be executed (2.9)."""
     job = canon.job
     with open(job["program"], encoding="utf-8", errors="surrogateescape") as program:
         before = next(itertools.islice(program, line - 2, None), "") if line > 1 else ""
@@ -297,7 +277,7 @@ def line_of(canon, line, text):
     with open(alone, "w", encoding="utf-8", errors="surrogateescape") as file:
         file.write(before.rstrip("\n") + "\nM2\n")
     try:
-        result, _ = gcode.parse(alone, Canon({**job, "stock": None}, lambda *block: None, canon.tools), *job["codes"])
+        result, _ = gcode.parse(alone, Canon({**job, "stock": None, "written": False}, lambda *block: None, canon.tools), *job["codes"])
         same = result > gcode.MIN_ERROR and gcode.strerror(result).split(alone)[0] == text.split(job["program"])[0]
     except (Stop, RuntimeError):
         same = False
@@ -315,12 +295,8 @@ def sender(handle):
 def main():
     die_with_parent(int(sys.argv[1]))
     job = json.load(sys.stdin)
-    output = os.dup(1)
-    os.dup2(2, 1)                                           # (print,..) of a program
-    send = sender(output)
-    signal.signal(signal.SIGPROF, signal.SIG_DFL)           # the end, also inside C code
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGPROF])
-    watch(job["quiet_s"])
+    send = sender(own_output())
+    limit_computing(job["quiet_s"])
     limit(job["cpu_s"])
     canon = Canon(job, send, _ToolTable(job["table"], job["random"]))
     from chipwise import preview

@@ -1,4 +1,5 @@
-"""What reader_runner.py writes and judge.py reads: one record of WIDTH doubles is kind, line and its values.
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""What reader_runner.py writes and simulate.py reads: one record of WIDTH doubles is kind, line and its values.
 
 mm, mm/min, machine coordinates of the tool's tip:
     RAPID, FEED, ARC    x y z feed first      ARC: a chord of one, first: 1 on the first chord
@@ -7,7 +8,31 @@ mm, mm/min, machine coordinates of the tool's tip:
     VOLUME              mode, target, lower (mm3/min), ceiling (mm/min; 0: none)      of M251, M252
     DWELL               seconds
     FRAME               turn (rad), offset of the coordinate system x y z, G92 offset x y z (before the turn)
+    CIRCLE              plane (1 XY, 2 YZ, 3 XZ), centre x y z, turns (negative: clockwise)     of the ARC chords that follow; asked for
 """
 
-RAPID, FEED, ARC, TOOL, STOCK, VOLUME, DWELL, FRAME = range(8)
+import math
+from dataclasses import dataclass
+
+RAPID, FEED, ARC, TOOL, STOCK, VOLUME, DWELL, FRAME, CIRCLE = range(9)
 WIDTH = 10
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Work coordinates: turn (rad), offset of the coordinate system and G92 offset, mm."""
+
+    turn: float = 0.0
+    offset: tuple = (0.0, 0.0, 0.0)
+    g92: tuple = (0.0, 0.0, 0.0)
+
+    @classmethod
+    def of(cls, values):
+        """From the values of a FRAME record."""
+        return cls(values[0], tuple(values[1:4]), tuple(values[4:7]))
+
+    def to_work(self, p):
+        """(3,) machine -> work coordinates."""
+        x, y = p[0] - self.offset[0], p[1] - self.offset[1]
+        c, s = math.cos(self.turn), math.sin(self.turn)
+        return x * c + y * s - self.g92[0], y * c - x * s - self.g92[1], p[2] - self.offset[2] - self.g92[2]

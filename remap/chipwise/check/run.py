@@ -1,7 +1,8 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """Checks many programs, each in a process of its own.  Called by cli/check.py.
 
-Results come as they are ready.  Whatever happens to one program's process (a crash, the kernel's out-of-memory killer), its
-result says so and the others go on.  A process ends with its parent.
+Results come as they are ready.  If one program's process ends early (a crash, the kernel's out-of-memory killer), its result
+says so and the others continue.  A process ends with its parent.
 """
 
 import gc
@@ -11,7 +12,8 @@ import os
 import signal
 import sys
 
-from chipwise.check.judge import Result, check
+from chipwise.check.result import Result
+from chipwise.check.simulate import check
 from chipwise.processes import die_with_parent
 
 SUFFIXES = (".ngc", ".nc", ".tap")
@@ -48,7 +50,7 @@ def _work(sender, parent, program, arguments):
     """The process of one program."""
     die_with_parent(parent)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))         # with the reader's files removed
-    signal.signal(signal.SIGINT, signal.SIG_IGN)                    # the parent's affair
+    signal.signal(signal.SIGINT, signal.SIG_IGN)                    # the parent handles it
     lines, sent = _lines_of(program), 0
 
     def progress(line):
@@ -58,17 +60,17 @@ def _work(sender, parent, program, arguments):
             sent = step
             sender.send(step / PROGRESS_STEPS)
 
-    result = _judged(program, progress, arguments)
+    result = _checked(program, progress, arguments)
     signal.signal(signal.SIGTERM, signal.SIG_IGN)       # the parent ends us when it has the result: no exit within the exit
     sender.send(result)
 
 
-def _judged(program, progress, arguments):
-    """The Result, whatever goes wrong."""
+def _checked(program, progress, arguments):
+    """The Result, also after an unexpected error."""
     try:
         return check(program, progress=progress, **arguments)
     except MemoryError:
-        return Result(program, error=("the memory is not enough for it; use a larger --cell", 0))
+        return Result(program, error=("it needs more memory than there is; use a larger --cell", 0))
     except Exception as error:      # one bad program never stops the rest
         if os.environ.get("CHIPWISE_TRACEBACK"):
             raise
@@ -87,14 +89,14 @@ class _Job:
         sender.close()
 
     def receive(self):
-        """What the process says: its Result, or None while it is under way."""
+        """A message of the process: its Result, or None while it is running."""
         try:
             message = self.receiver.recv()
         except (EOFError, OSError):
             self.process.join(PATIENCE_S)
             code = self.process.exitcode
             how = f"was ended by signal {-code}" if code is not None and code < 0 else f"ended with status {code}"
-            return Result(self.program, error=(f"the process that judged it {how}; try again with a larger --cell", 0))
+            return Result(self.program, error=(f"its process {how}; try again with a larger --cell", 0))
         if isinstance(message, float):
             self.share = message
             return None
@@ -110,7 +112,7 @@ class _Job:
 
 
 def check_all(programs, jobs, progress=None, **arguments):
-    """Yield (number, Result) of each program as it is ready; `jobs` at a time.  arguments: as for judge.check.
+    """Yield (number, Result) of each program as it is ready; `jobs` at a time.  arguments: as for simulate.check.
 
     progress: called with the share (0..1) of all that is done.
     """

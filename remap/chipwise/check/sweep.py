@@ -1,6 +1,7 @@
-"""The stock of a whole program, offline: components/core/height_sweep.c from Python.
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The stock of a whole program, offline: components/offline/height_sweep.c from Python.
 
-Called by judge.py.  All lengths mm, machine coordinates of the tool's tip; areas mm2, volumes mm3.
+Called by simulate.py and times.py.  All lengths mm, machine coordinates of the tool's tip; areas mm2, volumes mm3.
 """
 
 import ctypes as C
@@ -9,23 +10,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from chipwise.stock import layout
 from chipwise.stock.core import library
 
-MOST_CELLS = 12_000_000         # 48 MB of heights
-LEAST_CELL = 0.01               # mm
-BOX, CYLINDER = 0, 1            # stock.h: cw_stock_shape
+MAX_CELLS = 12_000_000         # 48 MB of heights
+MIN_CELL = 0.01               # mm
+BOX, CYLINDER = map(int, layout.StockShape)
 _STEP_X, _STEP_Y = math.sqrt(2.0) - 1.0, (math.sqrt(5.0) - 1.0) / 2.0      # shifts that fill a cell evenly, in any direction
 
-MET = np.dtype([("volume", "<f4"), ("depth", "<f4"), ("at", "<f4"), ("holder", "<f4")])
-
-
-class _Map(C.Structure):
-    _fields_ = [(n, C.c_double) for n in ("x0", "y0", "cell", "z_min", "z_max")] \
-        + [("nx", C.c_int32), ("ny", C.c_int32)] + [(n, C.c_void_p) for n in ("height", "x", "shift_x", "shift_y")]
-
-
-class _Tool(C.Structure):
-    _fields_ = [(n, C.c_double) for n in ("radius", "corner", "slope", "holder_radius", "stick_out")]
+MET = np.dtype(layout.HeightMet)
 
 
 @dataclass(frozen=True)
@@ -38,23 +31,24 @@ class Shape:
     holder_diameter: float = 0.0
     stick_out: float = 0.0
 
+    @classmethod
+    def of_tool(cls, diameter, geometry):
+        """From the tool table's diameter (mm) and a ToolGeometry."""
+        g = geometry
+        corner = diameter / 2 if g.shape == "ball" else min(g.corner_radius or 0.0, diameter / 2)
+        cone = g.tip_angle or 0.0 if g.shape in ("vee", "tapered-ball") else 0.0
+        known = g.holder_diameter and g.stick_out
+        return cls(diameter, corner, cone, g.holder_diameter if known else 0.0, g.stick_out if known else 0.0)
+
     def struct(self):
         slope = 1.0 / math.tan(math.radians(self.tip_angle) / 2.0) if self.tip_angle else 0.0
-        return _Tool(self.diameter / 2.0, min(self.corner_radius, self.diameter / 2.0), slope, self.holder_diameter / 2.0,
+        return layout.HeightTool(self.diameter / 2.0, min(self.corner_radius, self.diameter / 2.0), slope, self.holder_diameter / 2.0,
                      self.stick_out)
-
-
-def _functions():
-    lib = library()
-    lib.chip_height_sweep.restype = lib.chip_height_times.restype = C.c_double
-    lib.chip_height_sweep.argtypes = [C.POINTER(_Map), C.POINTER(_Tool), C.c_double * 3, C.c_void_p, C.c_long, C.c_void_p]
-    lib.chip_height_times.argtypes = [C.c_long] + [C.c_void_p] * 5 + [C.POINTER(C.c_double), C.c_void_p]
-    return lib
 
 
 def least_cell(low, high):
     """The smallest cell (mm) a stock box may have here."""
-    return max(LEAST_CELL, math.sqrt((high[0] - low[0]) * (high[1] - low[1]) / MOST_CELLS))
+    return max(MIN_CELL, math.sqrt((high[0] - low[0]) * (high[1] - low[1]) / MAX_CELLS))
 
 
 class HeightMap:
@@ -70,18 +64,18 @@ class HeightMap:
         self.nx, self.ny = max(1, math.ceil(wide / cell - 1e-6)), max(1, math.ceil(deep / cell - 1e-6))
         self.z_min, self.z_max = low[2], high[2]
         self._x = (np.arange(self.nx) * cell).astype(np.float32)
-        self._shift_x = (np.arange(self.ny) * _STEP_X % 1.0 * cell).astype(np.float32)
-        self._shift_y = (np.arange(self.nx) * _STEP_Y % 1.0 * cell).astype(np.float32)
+        self.shift_x = (np.arange(self.ny) * _STEP_X % 1.0 * cell).astype(np.float32)
+        self.shift_y = (np.arange(self.nx) * _STEP_Y % 1.0 * cell).astype(np.float32)
         self.height = np.full((self.ny, self.nx), self.z_max, np.float32)
         self._leave(shape, middle, size, math.radians(turn))
-        self._struct = _Map(self.x0, self.y0, cell, self.z_min, self.z_max, self.nx, self.ny, self.height.ctypes.data,
-                            self._x.ctypes.data, self._shift_x.ctypes.data, self._shift_y.ctypes.data)
-        self._functions = _functions()
+        self._struct = layout.HeightMap(self.x0, self.y0, cell, self.z_min, self.z_max, self.nx, self.ny, self.height.ctypes.data,
+                            self._x.ctypes.data, self.shift_x.ctypes.data, self.shift_y.ctypes.data)
+        self._functions = library()
 
     def _leave(self, shape, middle, size, turn):
-        """No stock where the shape is not, row by row."""
+        """Remove the cells outside of the shape, row by row."""
         for row in range(self.ny):
-            x, y = self._x + self._shift_x[row] + (self.x0 - middle[0]), self._shift_y + (self.y0 + row * self.cell - middle[1])
+            x, y = self._x + self.shift_x[row] + (self.x0 - middle[0]), self.shift_y + (self.y0 + row * self.cell - middle[1])
             if turn:
                 x, y = x * math.cos(turn) + y * math.sin(turn), y * math.cos(turn) - x * math.sin(turn)
             if shape == CYLINDER:
@@ -114,10 +108,10 @@ class HeightMap:
         return result
 
 
-def times(length, most_speed, accel, corner, speed):
+def times(length, max_speed, accel, corner, speed):
     """(seconds of each move, speed at the end): chip_height_times of height_sweep.h."""
-    arrays = [np.ascontiguousarray(a, np.float64) for a in (length, most_speed, accel, corner)]
+    arrays = [np.ascontiguousarray(a, np.float64) for a in (length, max_speed, accel, corner)]
     ends, seconds, now = np.empty(len(length)), np.empty(len(length)), C.c_double(speed)
-    _functions().chip_height_times(len(length), *(a.ctypes.data for a in arrays), ends.ctypes.data, C.byref(now),
+    library().chip_height_times(len(length), *(a.ctypes.data for a in arrays), ends.ctypes.data, C.byref(now),
                                    seconds.ctypes.data)
     return seconds, now.value

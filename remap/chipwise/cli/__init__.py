@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """The subcommands of bin/chipwise, one module each.
 
 A subcommand is a module here with
@@ -6,8 +7,8 @@ A subcommand is a module here with
     add_arguments(parser)       its own options
     run(options)                does it; -> exit status (None: 0)
 
-and a line in COMMANDS.  An error the user can cause is a CommandError: its
-text is printed without a traceback.  To add one: write the module, name it
+and a line in COMMANDS.  An error that the user can cause is a CommandError,
+printed without a traceback.  To add one: write the module, name it
 below, describe it in docs/.
 """
 
@@ -19,18 +20,18 @@ import sys
 from chipwise import ROOT, version
 from chipwise.errors import printable
 
-COMMANDS = ('check', 'contour', 'demo', 'display', 'load', 'monitor', 'try_program')
+COMMANDS = ('check', 'contour', 'demo', 'display', 'load', 'monitor', 'rewrite', 'try_program')
 INTERNAL = ('display', 'load', 'monitor')      # LinuxCNC calls them
 
 
 class CommandError(Exception):
-    """Printed as `chipwise: TEXT`; what, value with unit, rule, remedy."""
+    """Printed as `chipwise: TEXT`: problem, value with unit, rule, remedy."""
 
     status = 1          # of the process
 
 
 class UsageError(CommandError):
-    """What the user asked for cannot be done as it was asked."""
+    """The command line cannot be carried out."""
 
     status = 2
 
@@ -52,7 +53,7 @@ def build_parser():
 
 
 def welcome(modules):
-    """What is printed where no command is given."""
+    """Printed if no command is given."""
     usual = [f'  chipwise {name:<10} {module.HELP}' for name, module in modules.items() if name not in INTERNAL]
     return '\n'.join([
         f'chipwise {version()}: stock-aware feed and cycles for LinuxCNC', '', *usual, '',
@@ -62,7 +63,7 @@ def welcome(modules):
 
 
 def main(argv):
-    """-> exit status.  Whatever goes wrong is one line; CHIPWISE_TRACEBACK=1 shows where."""
+    """-> exit status.  Any error is one line; CHIPWISE_TRACEBACK=1 adds the traceback."""
     for stream in (sys.stdout, sys.stderr):
         stream.reconfigure(errors='replace')        # paths need not be UTF-8
     parser, modules = build_parser()

@@ -1,10 +1,11 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """Check whole programs: flute length, traverses through stock, holder, removal rate, times.
 
 Each program is read by LinuxCNC's own interpreter on the machine of an INI file, so subs, loops, work offsets, the tool table
-and remapped codes count; it cuts a model of the stock, and every move is judged. The stock is the one of M250 in the program,
-else that of --stock. Nothing is guessed: what is not known is named.
+and remapped codes count; it cuts a model of the stock, and every move is checked. The stock is the one of M250 in the program,
+else that of --stock. Unknown tools and flutes are reported, never assumed.
 
-Exit status: 0 no findings, 1 findings, 2 a program cannot be judged.
+Exit status: 0 no findings, 1 findings, 2 a program cannot be checked.
 """
 
 import json
@@ -12,15 +13,15 @@ import os
 import shutil
 import signal
 import sys
-import tempfile
 
+from chipwise.cli.output import unwritable, write_whole
 from chipwise.errors import format_length, printable
 
 NAME = 'check'
 HELP = 'check whole programs: flutes, traverses, holder, times'
 
-FEW = 20                # findings printed of one program
-MOST_JOBS = 256
+MAX_PRINTED = 20        # findings of one program; --json has all
+MAX_JOBS = 256
 BAR = 30                # characters
 
 
@@ -50,7 +51,7 @@ def run(options):
     arguments = order(options)
     programs = programs_of(options.programs)
     if not programs:
-        refuse('the folder holds no program (.ngc, .nc, .tap)')
+        refuse('there is no program (.ngc, .nc, .tap) in the folder')
     for path in filter(None, (options.report, options.json)):
         check_output(path)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
@@ -70,11 +71,11 @@ def run(options):
 
 
 def order(options):
-    """Arguments of judge.check from the options."""
+    """Arguments of simulate.check from the options."""
     from chipwise.check.reader import Machine, Unreadable
-    from chipwise.machine.runner import ROOT
-    if options.jobs is not None and not 1 <= options.jobs <= MOST_JOBS:
-        refuse(f'--jobs {options.jobs} is not from 1 to {MOST_JOBS}')
+    from chipwise.headless.runner import ROOT
+    if options.jobs is not None and not 1 <= options.jobs <= MAX_JOBS:
+        refuse(f'--jobs {options.jobs} is not from 1 to {MAX_JOBS}')
     if options.cell is not None and not 0.01 <= options.cell <= 10:
         refuse(f'--cell {options.cell:g} is not a length from 0.01 to 10 mm')
     if not 1 <= options.time_limit <= 1e6:
@@ -95,7 +96,7 @@ def stock_of(corners, unit_mm):
     low, high = ([value * unit_mm for value in corners[k:k + 3]] for k in (0, 3))
     for axis, a, b in zip('XYZ', low, high):
         if not 1e-3 <= b - a <= 1e5:
-            refuse(f'--stock: the stock has no extent in {axis}; give X0 Y0 Z0 (least) and X1 Y1 Z1 (most)')
+            refuse(f'--stock: the stock has no extent in {axis}; give X0 Y0 Z0 (minimum) and X1 Y1 Z1 (maximum)')
     return low, high
 
 
@@ -112,10 +113,10 @@ def report(result):
     yield printable(f'{result.program}: ') + (f'{count} finding{"s" * (count != 1)}' if count else 'no findings')
     for tool in result.tools.values():
         yield '  ' + tool_line(tool, result.unit)
-    for finding in result.findings.kept[:FEW]:
+    for finding in result.findings.kept[:MAX_PRINTED]:
         yield '  ' + finding.text(result.unit)
-    if count > FEW:
-        yield f'  and {count - FEW} more; --json has {"all" if not result.findings.dropped else "the first ones"}'
+    if count > MAX_PRINTED:
+        yield f'  and {count - MAX_PRINTED} more; --json has {"all" if not result.findings.dropped else "the first ones"}'
 
 
 def tool_line(tool, unit):
@@ -185,11 +186,9 @@ def check_output(path):
     """Refuse a file that cannot be written, before any work."""
     if path == '-':
         return
-    folder = os.path.dirname(path) or '.'
-    if not os.path.isdir(folder):
-        refuse(f'{path}: there is no folder {folder}')
-    if os.path.isdir(path) or not os.access(path if os.path.exists(path) else folder, os.W_OK):
-        refuse(f'{path} cannot be written')
+    trouble = unwritable(path)
+    if trouble:
+        refuse(trouble[0])
 
 
 def write(path, text):
@@ -197,17 +196,7 @@ def write(path, text):
     if path == '-':
         sys.stdout.write(text)
         return
-    handle, scratch = tempfile.mkstemp(dir=os.path.dirname(path) or '.', prefix='.chipwise-')
     try:
-        with os.fdopen(handle, 'w', encoding='utf-8', errors='replace') as file:
-            file.write(text)
-        mask = os.umask(0o022)
-        os.umask(mask)
-        os.chmod(scratch, 0o666 & ~mask)
-        os.replace(scratch, path)
+        write_whole(path, text)
     except OSError as error:
-        os.unlink(scratch)
         refuse(f'{path}: {error.strerror}')
-    except BaseException:
-        os.unlink(scratch)
-        raise

@@ -1,7 +1,8 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """Run the demo program on a headless simulated mill and print the summary.
 
-The program runs twice: as it stands, with the volumetric feed, and with the
-feed constant, as fast as the same largest removal rate allows.  The summary is
+The program runs twice: unchanged, with the volumetric feed, and with a
+constant feed that has the same largest removal rate.  The summary is
 that of the first run with `constant_feed_cycle_s` and `time_saved` (a share of
 the constant-feed time) added; one line of JSON.
 """
@@ -13,8 +14,8 @@ import tempfile
 
 import numpy as np
 
-from chipwise.machine import log as runlog
-from chipwise.machine import runner
+from chipwise.headless import log as runlog
+from chipwise.headless import runner
 
 NAME = 'demo'
 HELP = 'run the demo program headless and compare it with constant feed'
@@ -29,8 +30,8 @@ def add_arguments(parser):
     parser.add_argument('program', nargs='?', default=PROGRAM,
                         help='another program (default: nc_files/panel.ngc)')
     parser.add_argument('--speed', type=float, metavar='N',
-                        help='let time pass N times as fast (default: %g where '
-                             'bin/chipwise-sandbox can, else 1)' % DEFAULT_SPEED)
+                        help='let time pass N times as fast (default: %g if '
+                             'chipwise-sandbox can, else 1)' % DEFAULT_SPEED)
     parser.add_argument('--timeout', type=float, default=3600.0, metavar='S',
                         help='give up a run after S seconds of machine time')
     parser.add_argument('--no-compare', action='store_true',
@@ -61,7 +62,7 @@ def run_once(path, options, log=None):
         return runner.run_headless(path, speed=options.speed, timeout=options.timeout,
                                    log=log)
     except runner.RunError as error:
-        raise CommandError(error)
+        raise CommandError(error) from error
 
 
 def run(options):
@@ -86,8 +87,8 @@ def run(options):
 def compare(options, summary, log_path):
     """Add the constant-feed run to the summary; -> exit status.
 
-    The constant F is the one whose removal rate at the largest section the first run met is that
-    run's peak: what a careful programmer would have to write to overload the tool no more.
+    The constant F has, at the largest section of the first run, the peak removal rate of that run:
+    the F a careful programmer would write to load the tool no more.
     """
     feed = constant_feed_rate(summary, log_path)
     with open(options.program) as handle:
@@ -114,5 +115,5 @@ def constant_feed_rate(summary, log_path):
     section = runlog.largest_section(log, float(log['period']), float(log['units_per_mm']))
     if not (summary['rate_peak'] and section > 0):
         from chipwise.cli import CommandError
-        raise CommandError('the program cut nothing: there is no constant feed to compare with')
+        raise CommandError('the program cut nothing, so there is no constant feed to compare with')
     return summary['rate_peak'] / section

@@ -1,183 +1,24 @@
-"""What a screen shows of chipwise: pins for a small panel, and one line at the end of each program.
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Show on the screen what chipwise does: pins for a panel, and one line at the end of each program.
 
 Called by hal/chipwise_display.hal (`loadusr -Wn chipwise-display chipwise display`), which a screen runs as its
-POSTGUI_HALFILE; a HAL component of its own that commands nothing.  configs/panel.xml (PyVCP) shows its pins.
-
-The time saved is against a run of the same path at the programmed F, with the operator's feed override: while the
-volumetric feed is on, every moment dt at the velocity v would have taken v dt / F.
+POSTGUI_HALFILE; a HAL component of its own that commands nothing.
 """
 
-import os
 import signal
 import time
 
 from chipwise import report
-from chipwise.errors import MM_PER_INCH, CycleError
+from chipwise.errors import CycleError
+from chipwise.halcmd import pins
+from chipwise.panel.display import COMPONENT, POLL_S, Display, make_component
 
 NAME = 'display'
 HELP = 'pins for a panel and a line at the end of each program (called by chipwise_display.hal)'
 
-COMPONENT = 'chipwise-display'
-POLL_S = 0.02           # of the pins: the tracker's mrr is a mean over 20 ms
-STATUS_S = 0.1          # of LinuxCNC's status
-FEED_MOTION = (2, 3)
-MODES = ('off', 'limit', 'constant', 'window')
-LIMITS = ('nothing', 'stock', 'ahead', 'floor', 'ceiling', 'fallback')      # volumetric-feed.0.limited-by
-MM3_PER_CM3 = 1000.0
-MM3_PER_IN3 = MM_PER_INCH ** 3
-LARGEST = 1e9           # a pin may hold anything; what is shown stays below this
-
 
 def add_arguments(parser):
     del parser
-
-
-class Run:
-    """One run of a program, from its start to its end."""
-
-    def __init__(self):
-        self.seconds = self.fed_s = self.at_f_s = 0.0       # all of it; with the volumetric feed on; the same path at F
-        self.peak = self.target = 0.0                       # mm3/min
-
-    def step(self, dt, pins, override):
-        """A moment of the run: dt s, the pins by name, the operator's feed override (1: none)."""
-        self.seconds += dt
-        rate = pins['mrr']
-        if pins['motion-type'] not in FEED_MOTION:
-            return
-        if 0 < rate < LARGEST:
-            self.peak = max(self.peak, rate)
-        if not pins['mode']:
-            return
-        if 0 < pins['target'] < LARGEST:
-            self.target = pins['target']
-        programmed = pins['programmed-vel'] if pins['programmed-vel'] > 0 else pins['requested-vel']
-        velocity = pins['current-vel']
-        if programmed > 0 and override > 0 and 0 < velocity < LARGEST:
-            self.fed_s += dt
-            self.at_f_s += velocity * dt / (programmed * override)
-
-    @property
-    def worth_a_line(self):
-        return self.fed_s > 0 or self.peak > 0
-
-    def line(self, program, done, inch):
-        """The line for the operator.  done: what the cycles reported (chipwise.report)."""
-        unit, per = ('in3/min', MM3_PER_IN3) if inch else ('cm3/min', MM3_PER_CM3)
-        parts = [f'{os.path.basename(program) or "program"}: {duration(self.seconds)}']
-        if self.fed_s > 0:
-            saved = self.at_f_s - self.fed_s
-            parts[0] += f', {duration(abs(saved))} {"less" if saved >= 0 else "more"} than at F'
-        if self.peak > 0:
-            parts.append(f'peak {self.peak / per:.3g}'
-                         + (f', target {self.target / per:.3g} {unit}' if self.target else f' {unit}'))
-        pieces = [entry for entry in done if entry.get('chopped')]
-        largest = max((entry.get('largest_piece_mm') or 0.0 for entry in done), default=0.0)
-        if pieces:
-            parts.append(f'{sum(entry.get("pieces") or 1 for entry in pieces)} pieces')
-        if largest:
-            parts.append('largest piece ' + (f'{largest / MM_PER_INCH:.3g} in' if inch else f'{largest:.3g} mm'))
-        return '; '.join(parts)
-
-
-def duration(seconds):
-    """12.34 -> "12.3 s", 754 -> "12 min 34 s"."""
-    if seconds < 60:
-        return f'{seconds:.1f} s'
-    minutes, rest = divmod(round(seconds), 60)
-    return f'{minutes // 60} h {minutes % 60} min' if minutes >= 60 else f'{minutes} min {rest} s'
-
-
-class Display:
-    """One LinuxCNC, looked at."""
-
-    def __init__(self, component):
-        import linuxcnc
-        self.linuxcnc = linuxcnc
-        self.component = component
-        self.status = self.command = None
-        self.inch = False
-        self.override = 1.0
-        self.run = None
-        self.program = ''
-        self.last = time.monotonic()
-        self.looked = 0.0
-
-    def look(self):
-        """LinuxCNC's status; -> whether a program runs, None where nobody answers."""
-        try:
-            if self.status is None:
-                self.status, self.command = self.linuxcnc.stat(), self.linuxcnc.command()
-            self.status.poll()
-        except (self.linuxcnc.error, SystemError):      # not there yet, or not any more
-            self.status = None
-            return None
-        self.inch = 0 < (self.status.linear_units or 1.0) < 0.5
-        self.override = self.status.feedrate if self.status.feed_override_enabled else 1.0
-        if self.status.file:
-            self.program = self.status.file
-        return (self.status.task_mode == self.linuxcnc.MODE_AUTO
-                and self.status.interp_state != self.linuxcnc.INTERP_IDLE)
-
-    def step(self):
-        now = time.monotonic()
-        dt, self.last = now - self.last, now
-        if self.run:
-            self.run.step(dt, self.component, self.override)
-        if now - self.looked < STATUS_S:
-            return
-        self.looked = now
-        running = self.look()
-        self.show()
-        if running and not self.run:
-            self.run = Run()
-        elif not running and self.run:
-            ended, self.run = self.run, None
-            if running is not None:
-                self.tell(ended)
-
-    def tell(self, ended):
-        """The line, where there is something to tell; what the cycles reported is used up."""
-        done = report.read(report.place())
-        report.begin()
-        if ended.worth_a_line or done:
-            text = 'chipwise: ' + ended.line(self.program, done, self.inch)
-            print(text, flush=True)
-            self.command.text_msg(text[:250])
-
-    def show(self):
-        """The panel's pins."""
-        pins = self.component
-        per = MM3_PER_IN3 if self.inch else MM3_PER_CM3
-        rate, target = (value if 0 <= value < LARGEST else 0.0 for value in (pins['mrr'], pins['target']))
-        pins['rate'], pins['rate-target'] = rate / per, target / per
-        pins['share'] = min(100.0 * rate / target, 999.0) if target > 0 else 0.0
-        choose(pins, 'mode-', MODES, pins['mode'])
-        choose(pins, 'by-', LIMITS, pins['limited-by'])
-        choose(pins, 'stock-is-', ('none', 'defined'), int(pins['stock-defined']))
-        choose(pins, 'unit-', ('cm3', 'in3'), int(self.inch))
-
-
-def choose(pins, prefix, names, number):
-    """Just one of the bits is TRUE, whatever number says."""
-    for at, name in enumerate(names):
-        pins[prefix + name] = at == (number if 0 <= number < len(names) else 0)
-
-
-def make_component():
-    import hal
-    component = hal.component(COMPONENT)
-    for name in ('mrr', 'target', 'programmed-vel', 'requested-vel', 'current-vel'):
-        component.newpin(name, hal.HAL_FLOAT, hal.HAL_IN)
-    for name in ('mode', 'limited-by', 'motion-type'):
-        component.newpin(name, hal.HAL_S32, hal.HAL_IN)
-    component.newpin('stock-defined', hal.HAL_BIT, hal.HAL_IN)
-    for name in ('rate', 'rate-target', 'share'):
-        component.newpin(name, hal.HAL_FLOAT, hal.HAL_OUT)
-    for prefix, names in (('mode-', MODES), ('by-', LIMITS), ('stock-is-', ('none', 'defined')), ('unit-', ('cm3', 'in3'))):
-        for name in names:
-            component.newpin(prefix + name, hal.HAL_BIT, hal.HAL_OUT)
-    return component
 
 
 def leave(_number, _frame):
@@ -188,14 +29,13 @@ def run(options):
     """Runs until LinuxCNC ends it."""
     del options
     from chipwise.cli import CommandError
-    from chipwise.cli.load import pins
     signal.signal(signal.SIGTERM, leave)
     try:
         if not pins('stock-tracker.0.'):
-            raise CommandError('no stock tracker in HAL: chipwise_display.hal is run by the screen after chipwise.hal, as '
-                               'its POSTGUI_HALFILE')
+            raise CommandError('there is no stock tracker in HAL; run chipwise_display.hal after chipwise.hal, as the screen\'s '
+                               'POSTGUI_HALFILE')
         if pins(COMPONENT + '.'):
-            raise CommandError(f'{COMPONENT} runs already; one is enough')
+            raise CommandError(f'{COMPONENT} is already running; use that one')
     except CycleError as error:
         raise CommandError(str(error).removeprefix('chipwise: ')) from error
     component = make_component()

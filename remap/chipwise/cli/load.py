@@ -1,27 +1,29 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """Load the realtime components with the settings of the INI file.
 
 Called by hal/chipwise.hal while LinuxCNC starts (`loadusr -w chipwise load`), which sets
-INI_FILE_NAME.  A setting that cannot be used ends it with a message and exit status 1, and
-LinuxCNC does not start: better than to start with a map that is not what was asked for.
+INI_FILE_NAME.  A setting that cannot be used ends it with a message and exit status 1, and LinuxCNC
+does not start: a map of another size than the one asked for would be worse.
 """
 
-import math
+import ctypes
 import os
-import subprocess
 
 from chipwise import ROOT
 from chipwise.cli.python_section import check_codes
 from chipwise.clock import patience
-from chipwise.errors import MM_PER_INCH, CycleError
-from chipwise.settings import braceless, ini_file_name, ini_lines, load_settings, read_section
+from chipwise.errors import CycleError, braceless
+from chipwise.halcmd import halcmd, pins, signal_of, thread_functions
+from chipwise.ini import Ini
+from chipwise.settings import load_settings
+from chipwise.stock.layout import Cell
 
 NAME = 'load'
 HELP = 'load the HAL components (called by chipwise.hal)'
 
-BYTES_PER_CELL = 8
+BYTES_PER_CELL = ctypes.sizeof(Cell)
 MONITOR_TIMEOUT_S = 5.0     # without a heartbeat of chipwise-monitor until fault 16
 TOOL_NUMBER = 'iocontrol.0.tool-number'
-ARROWS = ('==>', '<==', '<=>')
 SHARE_OF_MEMORY = 0.25      # of the machine's memory, at most, for the map
 
 
@@ -29,43 +31,9 @@ def add_arguments(parser):
     del parser
 
 
-def ini_section(name, path=None):
-    """{KEY: text} of a section of an INI file; without a path: the one LinuxCNC runs with.  Raises CycleError."""
-    path = path or ini_file_name()
-    if not path:
-        raise CycleError('no INI file: this is called by chipwise.hal while LinuxCNC starts',
-                         'put HALFILE = chipwise.hal into the [HAL] section of your INI file')
-    try:
-        return read_section(ini_lines(path), name)
-    except OSError as error:
-        raise CycleError(f'INI file {braceless(path)}: {error.strerror}', 'correct INI_FILE_NAME') from error
-
-
-def ini_number(section, key, default=None, path=None):
-    """A number above 0 of the INI file, `default` where it is missing.  Raises CycleError."""
-    text = ini_section(section, path).get(key)
-    if not text:
-        return default
-    try:
-        number = float(text)
-    except ValueError:
-        number = math.nan
-    if not 0 < number < math.inf:
-        raise CycleError(f'[{section}]{key} = {braceless(text)} is not a number above 0', 'correct the INI file')
-    return number
-
-
-def units_per_mm(path=None):
-    """[TRAJ]LINEAR_UNITS as machine units per mm."""
-    text = ini_section('TRAJ', path).get('LINEAR_UNITS', 'mm').lower()
-    known = {'mm': 1.0, 'metric': 1.0, 'in': 1 / MM_PER_INCH, 'inch': 1 / MM_PER_INCH,
-             'imperial': 1 / MM_PER_INCH}
-    return known[text] if text in known else ini_number('TRAJ', 'LINEAR_UNITS', path=path)
-
-
-def planner_acceleration():
+def planner_acceleration(ini):
     """Smallest acceleration the planner may use in a straight move, machine units/s2."""
-    found = [ini_number('TRAJ', 'MAX_LINEAR_ACCELERATION'), *axis_accelerations().values()]
+    found = [ini.number('TRAJ', 'MAX_LINEAR_ACCELERATION'), *axis_accelerations(ini).values()]
     numbers = [number for number in found if number]
     if not numbers:
         raise CycleError('no acceleration in the INI file',
@@ -73,23 +41,23 @@ def planner_acceleration():
     return min(numbers)
 
 
-def planner_jerk():
-    """Jerk the planner keeps to, machine units/s3: [TRAJ]MAX_LINEAR_JERK with PLANNER_TYPE = 1 (LinuxCNC 2.10), and no axis
-    above its own; 0: it does not bound the jerk."""
-    if ini_section('TRAJ').get('PLANNER_TYPE', '').strip() != '1':
+def planner_jerk(ini):
+    """Jerk limit of the planner, machine units/s3: [TRAJ]MAX_LINEAR_JERK with PLANNER_TYPE = 1 (LinuxCNC 2.10), at most
+    that of each axis; 0: no bound."""
+    if ini.text('TRAJ', 'PLANNER_TYPE').strip() != '1':
         return 0.0
-    found = [ini_number('TRAJ', 'MAX_LINEAR_JERK'), *(ini_number('AXIS_' + axis, 'MAX_JERK') for axis in 'XYZ')]
+    found = [ini.number('TRAJ', 'MAX_LINEAR_JERK'), *(ini.number('AXIS_' + axis, 'MAX_JERK') for axis in 'XYZ')]
     return min((number for number in found if number), default=0.0)
 
 
-def axis_accelerations():
-    """{axis: machine units/s2}, of those the INI file has; what a traverse brakes with."""
-    found = {axis: ini_number('AXIS_' + axis.upper(), 'MAX_ACCELERATION') for axis in 'xyz'}
+def axis_accelerations(ini):
+    """{axis: machine units/s2} of the axes in the INI file: the deceleration of a traverse."""
+    found = {axis: ini.number('AXIS_' + axis.upper(), 'MAX_ACCELERATION') for axis in 'xyz'}
     return {axis: number for axis, number in found.items() if number}
 
 
 def check_memory(settings):
-    """Raise CycleError for a map that would take more than its share of the memory."""
+    """Raise CycleError for a map of more than SHARE_OF_MEMORY."""
     size_x, size_y = settings['MAP_SIZE']
     cell = settings['CELL']
     wanted = (size_x / cell + 2) * (size_y / cell + 2) * BYTES_PER_CELL
@@ -101,31 +69,6 @@ def check_memory(settings):
             'use larger cells or a smaller map')
 
 
-def halcmd(*words):
-    """One halcmd command; -> what it printed.  Raises CycleError with what it said."""
-    done = subprocess.run(['halcmd', *words], text=True, stdin=subprocess.DEVNULL,
-                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
-    if done.returncode:
-        said = braceless(done.stdout.strip())
-        raise CycleError(f'halcmd {" ".join(words)}: {said}', 'see the lines above')
-    return done.stdout
-
-
-def pins(start=''):
-    """{pin: (arrow, signal)} of the pins in HAL whose names begin with `start`; ('', '') where one is on no signal."""
-    found = {}
-    for line in halcmd('-s', 'show', 'pin', *([start] if start else [])).splitlines():
-        words = line.split()
-        if len(words) >= 5:
-            found[words[4]] = (words[5], words[6]) if len(words) >= 7 and words[5] in ARROWS else ('', '')
-    return found
-
-
-def signal_of(pin):
-    """-> name of the signal a pin is on, "" where it is on none."""
-    return pins(pin).get(pin, ('', ''))[1]
-
-
 def user_of(signal):
     """-> "signal NAME of PIN": who writes it, else who reads it."""
     members = sorted((arrow != '==>', pin) for pin, (arrow, name) in pins().items()
@@ -133,12 +76,12 @@ def user_of(signal):
     return f'signal {signal}' + (f' of {members[0][1]}' if members else '')
 
 
-def max_feed_override():
-    """[DISPLAY]MAX_FEED_OVERRIDE, 1 where it is missing, as LinuxCNC has it."""
-    return ini_number('DISPLAY', 'MAX_FEED_OVERRIDE', 1.0)
+def max_feed_override(ini):
+    """[DISPLAY]MAX_FEED_OVERRIDE; 1 is LinuxCNC's default."""
+    return ini.number('DISPLAY', 'MAX_FEED_OVERRIDE', 1.0)
 
 
-def feed_parameters(settings, units, acceleration):
+def feed_parameters(ini, settings, units, acceleration):
     """{parameter of volumetric_feed: value}; feeds mm/min -> machine units/s."""
     return {
         'units-per-mm': units,
@@ -152,29 +95,29 @@ def feed_parameters(settings, units, acceleration):
         'max-chip-thickness': settings['MAX_CHIP'],
         'recover-accel': settings['RECOVERY'] * units,
         'deadband': settings['DEADBAND'],
-        'max-jerk': planner_jerk(),
-        'max-override': max_feed_override()}
+        'max-jerk': planner_jerk(ini),
+        'max-override': max_feed_override(ini)}
 
 
 def tap(source, signal, copy, target):
-    """Connect `target` to the signal `source` is on; where it is on none, to `copy`, which leaves `source` free."""
+    """Connect `target` to the signal of `source`; if it has none, to `copy`, which leaves `source` free."""
     found = signal_of(source)
     halcmd(*(('net', found, target) if found else ('net', signal, copy, target)))
 
 
-def check_machine():
-    """Raise CycleError for a machine chipwise cannot work on, or not yet."""
-    if 'plasmac' in ini_section('DISPLAY').get('DISPLAY', '') or ini_section('PLASMAC') or pins('plasmac.'):
-        raise CycleError('this is a plasma machine: plasmac sets motion.adaptive-feed, and so would chipwise',
-                         "take chipwise's lines out of this INI file again")
-    coordinates = ini_section('TRAJ').get('COORDINATES', 'X Y Z').upper()     # motion has pins of every axis
+def check_machine(ini):
+    """Raise CycleError for a machine that chipwise cannot work on, or whose HAL is not ready."""
+    if 'plasmac' in ini.text('DISPLAY', 'DISPLAY') or ini.section('PLASMAC') or pins('plasmac.'):
+        raise CycleError('this is a plasma machine, on which plasmac sets motion.adaptive-feed',
+                         "remove chipwise's lines from this INI file")
+    coordinates = ini.text('TRAJ', 'COORDINATES', 'X Y Z').upper()     # motion has pins of every axis
     for axis in 'XYZ':
         if axis not in coordinates:
             raise CycleError(f'this machine has no {axis} axis ([TRAJ]COORDINATES = {braceless(coordinates)}), '
                              'and chipwise is for mills with X, Y and Z',
-                             "take chipwise's lines out of this INI file again")
-    if not any(line.split()[1:] == ['motion-controller'] for line in halcmd('show', 'thread').splitlines()):
-        if ini_section('HAL').get('TWOPASS'):
+                             "remove chipwise's lines from this INI file")
+    if 'motion-controller' not in thread_functions():
+        if ini.text('HAL', 'TWOPASS'):
             raise CycleError('[HAL]TWOPASS is set, and chipwise.hal cannot be run in two passes',
                              f'let the screen run it: POSTGUI_HALFILE = {braceless(ROOT)}/hal/chipwise.hal in place of '
                              'HALFILE = chipwise.hal')
@@ -183,19 +126,19 @@ def check_machine():
 
 
 def check_free(settings):
-    """Raise CycleError where a pin of motion that must be chipwise's alone is in use, or there is no such pin."""
+    """Raise CycleError if a pin of motion that chipwise needs for itself is in use or missing."""
     signal = signal_of('motion.adaptive-feed')
     if signal:
         raise CycleError(f'motion.adaptive-feed is in use ({user_of(signal)}), and chipwise sets the feed with it',
-                         'give it up in your HAL files; a plasma machine needs it for itself: take '
-                         "chipwise's lines out of this INI file again")
+                         'disconnect it in your HAL files, or, on a plasma machine, '
+                         "remove chipwise's lines from this INI file")
     for key, kind, number, count in (('ANALOG_OUT', 'motion.analog-out-', settings['ANALOG_OUT'], 3),
                                      ('ANALOG_IN', 'motion.analog-in-', settings['ANALOG_IN'], 1)):
         check_analog(key, kind, number, count)
 
 
 def check_analog(key, kind, number, count):
-    """`count` analog pins from `number` on are there and free, else CycleError says which ones are."""
+    """Raise CycleError, with the pins that are free, unless `count` analog pins from `number` on exist and are free."""
     present = pins(kind)
     free = {int(pin.removeprefix(kind)) for pin, (_arrow, signal) in present.items() if not signal}
     wanted = range(number, number + count)
@@ -213,12 +156,12 @@ def check_analog(key, kind, number, count):
 
 
 def watch_the_tool():
-    """The machine's own number of the tool, which it changes in the moment of the change."""
+    """Connect the machine's own tool number, which changes at the moment of a tool change."""
     if pins(TOOL_NUMBER):
         tap(TOOL_NUMBER, 'chipwise-tool-in-spindle', 'chipwise-inputs.0.tool-number', 'stock-tracker.0.tool-in-spindle')
     else:
-        print(f'chipwise: there is no {TOOL_NUMBER}: a tool change that chipwise-monitor does not see is noticed after '
-              f'{MONITOR_TIMEOUT_S:g} s only', flush=True)
+        print(f'chipwise: there is no {TOOL_NUMBER}, so a tool change while chipwise-monitor is stopped is noticed after '
+              f'{MONITOR_TIMEOUT_S:g} s', flush=True)
 
 
 def run(options):
@@ -226,18 +169,19 @@ def run(options):
     del options
     from chipwise.cli import CommandError
     try:
-        load(load_settings())
+        load(Ini(), load_settings())
     except (CycleError, ValueError) as error:
         raise CommandError(str(error).removeprefix('chipwise: ')) from error
 
 
-def load(settings):
+def load(ini, settings):
+    """Check settings, machine and HAL, then load and connect the components.  Raises CycleError."""
     check_memory(settings)
     size_x, size_y = settings['MAP_SIZE']
-    units = units_per_mm()
-    acceleration = planner_acceleration()
-    check_codes()
-    check_machine()
+    units = ini.units_per_mm()
+    acceleration = planner_acceleration(ini)
+    check_codes(ini)
+    check_machine(ini)
     check_free(settings)
     first, status = settings['ANALOG_OUT'], settings['ANALOG_IN']
     for words in (
@@ -253,11 +197,11 @@ def load(settings):
             ('setp', 'stock-tracker.0.monitor-timeout', f'{patience(MONITOR_TIMEOUT_S):g}'),
             ('setp', 'stock-tracker.0.read-path', f"{settings['READ_PATH']:d}"),
             ('setp', 'stock-tracker.0.acceleration', f'{acceleration:.9g}'),
-            ('setp', 'stock-tracker.0.max-jerk', f'{planner_jerk():.9g}'),
+            ('setp', 'stock-tracker.0.max-jerk', f'{planner_jerk(ini):.9g}'),
             *(('setp', f'volumetric-feed.0.{name}', f'{value:.17g}')
-              for name, value in feed_parameters(settings, units, acceleration).items()),
+              for name, value in feed_parameters(ini, settings, units, acceleration).items()),
             *(('setp', f'stock-tracker.0.acceleration-{axis}', f'{value:.9g}')
-              for axis, value in axis_accelerations().items()),
+              for axis, value in axis_accelerations(ini).items()),
             ('net', 'chipwise-word', f'motion.analog-out-{first:02d}', 'chipwise-command.0.word'),
             ('net', 'chipwise-value', f'motion.analog-out-{first + 1:02d}',
              'chipwise-command.0.value'),
@@ -271,9 +215,9 @@ def load(settings):
 
 
 def join(pin, ours, signal):
-    """Put one of motion's input pins under `ours`; what it was connected to before goes through `ours`-in.
+    """Put one of motion's input pins under `ours`; the signal it was connected to goes to `ours`-in.
 
-    pin, ours: bit pins; ours passes its -in on.
+    pin, ours: bit pins; ours includes its -in.
     """
     theirs = signal_of(pin)
     if theirs:

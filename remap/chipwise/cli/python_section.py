@@ -1,53 +1,32 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """Whether LinuxCNC's interpreter will find chipwise's codes: the [PYTHON] section of the INI file.
 
-Called by load.py while LinuxCNC starts.  LinuxCNC reads the first [PYTHON] section only, and looks every code up in the
-module `remap` that TOPLEVEL imports.  Without this check the first that is heard of a machine whose `remap` is another
-one is an error of the interpreter which names neither.
+Called by load.py while LinuxCNC starts.  LinuxCNC reads the first [PYTHON] section only, and looks up every code in the
+module `remap` that TOPLEVEL imports.  Without this check a machine with another module `remap` gets an error of the
+interpreter that names neither.
 """
 
 import glob
 import os
 import re
 
-from chipwise.errors import CycleError
-from chipwise.settings import braceless, ini_file_name
+from chipwise.errors import CycleError, braceless
+from chipwise.ini import first_section_of, values_of
 
 CODES = os.path.dirname(os.path.dirname(os.path.dirname(os.path.realpath(__file__))))     # the folder remap/
 IMPORT = 'from chipwise.codes import *'
-OURS = re.compile(r'^\s*REMAP\s*=.*\bpython\s*=\s*m250\b', re.IGNORECASE)
+OURS = re.compile(r'.*\bpython\s*=\s*m250\b', re.IGNORECASE)
 
 
-def first_section(lines, name):
-    """INI lines -> [(KEY, text)] of the first section of that name; None where there is none."""
-    found, inside = None, False
-    for line in lines:
-        line = line.strip()
-        if line.startswith('['):
-            if found is not None:
-                break
-            inside = line[1:].partition(']')[0].strip().upper() == name
-            found = [] if inside else None
-        elif inside and line and line[0] not in '#;' and '=' in line:
-            key, _equals, text = line.partition('=')
-            found.append((key.strip().upper(), text.partition(' #')[0].strip()))
-    return found
-
-
-def check_codes(path=None):
-    """Raise CycleError for an INI file that remaps chipwise's codes and whose [PYTHON] section cannot find them."""
-    path = path or ini_file_name()
-    try:
-        with open(path, encoding='utf-8', errors='replace') as ini:
-            lines = ini.readlines()
-    except OSError as error:
-        raise CycleError(f'INI file {braceless(path)}: {error.strerror}', 'correct INI_FILE_NAME') from error
-    if not any(OURS.match(line) for line in lines):
+def check_codes(ini):
+    """Raise CycleError for an Ini that remaps chipwise's codes and whose [PYTHON] section cannot find them."""
+    if not any(OURS.match(text) for text in values_of(ini.lines, 'RS274NGC', 'REMAP')):
         return
-    section = first_section(lines, 'PYTHON')
+    section = first_section_of(ini.lines, 'PYTHON')
     if section is None:
         raise CycleError('this INI file remaps chipwise\'s codes and has no [PYTHON] section',
                          'add the third of README\'s lines, #INCLUDE .../chipwise.inc, at its end')
-    folder = os.path.dirname(os.path.abspath(path))
+    folder = os.path.dirname(os.path.abspath(ini.path))
     top = next((text for key, text in section if key == 'TOPLEVEL'), '')
     top = os.path.join(folder, os.path.expanduser(top))
     if os.path.realpath(os.path.dirname(top)) == CODES:
@@ -55,7 +34,7 @@ def check_codes(path=None):
     places = [os.path.join(folder, os.path.expanduser(text)) for key, text in section if key in ('PATH_PREPEND', 'PATH_APPEND')]
     if not (any(os.path.realpath(place) == CODES for place in places)
             and knows_the_codes([os.path.dirname(top), *places])):
-        raise CycleError('this INI file has a [PYTHON] section of its own, which does not know chipwise\'s codes',
+        raise CycleError('this INI file has a [PYTHON] section of its own that does not import chipwise\'s codes',
                          f'add the line PATH_APPEND = {braceless(CODES)} to it, and the line `{IMPORT}` to its module '
                          'remap (remap.py)')
 

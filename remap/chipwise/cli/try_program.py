@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """Print the canonical motion of a program, chipwise's codes included, without a machine.
 
 LinuxCNC's interpreter `rs274` runs it on the machine of an INI file: its remaps, its subroutine path and its tool
@@ -7,7 +8,8 @@ table. Work offsets are 0, whatever the machine has. Nothing is written, and a r
 import os
 
 from chipwise.errors import CycleError
-from chipwise.machine import rs274, runner
+from chipwise.headless import runner
+from chipwise.machine import rs274
 
 NAME = 'try'
 HELP = 'print the motion of a program without a machine'
@@ -26,7 +28,5 @@ def run(options):
             raise UsageError('%s %s does not exist' % (what, path))
     try:
         return 1 if rs274.run(options.program, options.ini).returncode else 0
-    except CycleError as error:
-        raise UsageError(error)
-    except rs274.Rs274Error as error:
-        raise UsageError(error)
+    except (CycleError, rs274.Rs274Error) as error:
+        raise UsageError(error) from error

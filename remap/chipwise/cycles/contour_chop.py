@@ -1,6 +1,7 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """The chop lines of a closed inside contour as moves, cut before the contour's own pass.  Pure; mm.
 
-Called by cycles/contour.py (G78) for the paths of its last pass.  Which lines: geometry/slug.py; how each is cut:
+Called by cycles/contour.py (G78) for the paths of its last pass.  Which lines: geometry/slug/slug.py; how each is cut:
 chop_lines.py, as for a hole.  Source: JP H05-7134, fig. 5: the lines first, then the outline.
 
 Order of work, and why no piece is loose while it is still large:
@@ -16,10 +17,10 @@ from functools import lru_cache
 
 import numpy as np
 
-from chipwise.cycles.chop_lines import cut_line, depths, ends
-from chipwise.geometry import slug
-from chipwise.geometry.elements import Elements
-from chipwise.moves import Rapid
+from chipwise.cycles.chop_lines import cut_line, ends
+from chipwise.cycles.mover import Mover
+from chipwise.geometry.slug import slug
+from chipwise.geometry.base.elements import Elements
 
 
 @dataclass(frozen=True)
@@ -59,28 +60,6 @@ class ChopPlan:
         return max((chop.largest for chop in self.chops), default=0.0)
 
 
-@dataclass(frozen=True)
-class ChopRequest:
-    """How to cut the lines of a plan, in mm and absolute work coordinates.
-
-    bottom, clearance   final depth and clearance plane
-    depth_step          deepest pass; None: one pass
-    tool_radius
-    feed, plunge_feed   mm/min
-    start               (x, y, z) where the tool stands
-    end                 (x, y) where it goes afterwards
-    """
-
-    bottom: float
-    clearance: float
-    tool_radius: float
-    feed: float
-    plunge_feed: float
-    start: tuple
-    end: tuple
-    depth_step: float = None
-
-
 def chop_plan(paths, islands, tool_radius, chop_size):
     """ChopPlan for the slugs inside closed tool centre paths.
 
@@ -91,15 +70,13 @@ def chop_plan(paths, islands, tool_radius, chop_size):
     return _cached_plan(tuple(map(_frozen, paths)), tuple(map(_frozen, islands)), float(tool_radius), float(chop_size))
 
 
-def chop_moves(plan, request):
-    """Moves from request.start through all lines of a plan, then up to the clearance plane; () where there are none."""
-    if not plan.chopped:
-        return ()
-    passes = depths(request.clearance, request.bottom, request.depth_step)
-    moves = []
-    for line in slug.order_chops(plan.chops, request.start[:2], request.end, *ends(request.tool_radius, len(passes))):
-        cut_line(moves, request, line, passes)
-    return (*moves, Rapid(z=request.clearance))
+def cut_chops(mover: Mover, plan: ChopPlan, end, tool_radius: float, levels: list[float]) -> None:
+    """All lines of a plan, then up to the clearance plane; end: (x, y) where the tool goes afterwards; levels: Z of each
+    pass."""
+    for line in slug.order_chops(plan.chops, mover.xy, end, *ends(tool_radius, len(levels))):
+        cut_line(mover, line, tool_radius, levels)
+    if plan.chopped:
+        mover.up()
 
 
 # Choosing the lines is the slow step (some 0.1 s); preview and task, and every pass of a program's loop, ask again.

@@ -1,6 +1,7 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """G12 / G13: a circular hole, its slug chopped or its pocket cleared.  HoleRequest -> moves; pure, mm.
 
-Called by glue/hole.py.  Chopping: JP H05-7134 B2, see geometry/chop.py and chop_lines.py; pocketing: Haas' I, K and Q.
+Called by glue/hole.py.  Chopping: JP H05-7134 B2, see geometry/slug/disc.py and chop_lines.py; pocketing: Haas' I, K and Q.
 
 Order of work, and why:
  1. To the clearance plane over the first line: up before across before down, never through stock.
@@ -24,15 +25,17 @@ Entry, never at the finished wall:
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Optional
 
-from chipwise.cycles.chop_lines import cut_line, depths, ends, enter, last_xy
-from chipwise.cycles.common_words import (
-    EQUAL, MAX_PASSES, MOST_MOVES, check_chop_size, check_depth_step, check_feeds, check_heights, check_moves, check_step)
+from chipwise.cycles.chop_lines import cut_line, depth_levels, ends
+from chipwise.cycles.mover import Mover
+from chipwise.cycles.plan import CyclePlan, Report
+from chipwise.cycles.word_checks import (EQUAL, MAX_PASSES, MOST_MOVES, check_chop_size, check_depth_step, check_feeds,
+                                         check_heights, check_moves, check_step)
 from chipwise.errors import CycleError
-from chipwise.geometry import chop
-from chipwise.moves import Arc, Line, Rapid
+from chipwise.geometry.slug import disc
+from chipwise.geometry.slug.line_order import order_lines
 
 # Smallest radius of the tool's own circle. mm; LinuxCNC refuses arcs below 0.00127, the lead-in has half of this.
 MIN_PATH_RADIUS = 0.005
@@ -56,6 +59,7 @@ class HoleRequest:
     plunge_feed     E, same unit
     start           (x, y, z) where the tool stands
     most_moves      a cycle of more is refused
+    feed_per        "min", or "rev" under G95: for messages
     """
 
     x: float
@@ -73,6 +77,7 @@ class HoleRequest:
     chop_size: float = 0.0
     depth_step: Optional[float] = None
     most_moves: int = MOST_MOVES
+    feed_per: str = "min"
 
 
 def check(request):
@@ -134,25 +139,32 @@ def largest_piece(request):
 
 
 # The search for n is the only slow step (to 0.1 s); panels repeat few sizes, and the preview asks again.
-_cached_parts = lru_cache(maxsize=256)(chop.choose_parts)
-_cached_piece = lru_cache(maxsize=256)(chop.disc_piece)
+_cached_parts = lru_cache(maxsize=256)(disc.choose_parts)
+_cached_piece = lru_cache(maxsize=256)(disc.disc_piece)
 
 
 @lru_cache(maxsize=64)
-def hole_moves(request):
-    """The whole cycle as a tuple of moves (mm).  Raises CycleError, before any move, where it cannot be done."""
+def hole_plan(request: HoleRequest) -> CyclePlan:
+    """The whole cycle.  Raises CycleError, before any move, if it cannot be done."""
     check(request)
-    passes = depths(request.clearance, request.bottom, request.depth_step)
-    moves, lines = [], _lines_in_order(request, len(passes))
-    check_moves(len(passes) * (4 * len(lines) + _circle_moves(request)), request, "use a larger J or Q")
+    levels = depth_levels(request.clearance, request.bottom, request.depth_step)
+    mover, lines = Mover(request), _lines_in_order(request, len(levels))
+    check_moves(len(levels) * (4 * len(lines) + _circle_moves(request)), request, "use a larger J or Q")
     for line in lines:
-        cut_line(moves, request, line, passes)
+        cut_line(mover, line, request.tool_radius, levels)
     if leaves_slug(request):
-        _cut_slug_circle(moves, request, passes, _wall_direction(request, last_xy(moves, request.start)))
+        _cut_slug_circle(mover, request, levels)
     else:
-        _cut_pocket(moves, request, passes)
-    moves += [Rapid(z=request.clearance), Rapid(x=request.x, y=request.y)]
-    return tuple(moves)
+        _cut_pocket(mover, request, levels)
+    mover.up()
+    mover.rapid(x=request.x, y=request.y)
+    return CyclePlan(tuple(mover.moves), report=partial(_report, request))
+
+
+def _report(request):
+    """What becomes of the slug."""
+    parts = chop_parts(request)
+    return Report("hole", dict(chopped=parts > 1, pieces=parts, largest_piece_mm=largest_piece(request)))
 
 
 # ---- chop lines -------------------------------------------------------------------------------------------------
@@ -163,8 +175,8 @@ def _lines_in_order(request, pass_count):
     parts = chop_parts(request)
     if parts == 1:
         return []
-    groups = chop.disc_lines(request.x, request.y, request.radius, request.tool_radius, parts)
-    return chop.order_lines(groups, request.start[:2], (request.x, request.y), *ends(request.tool_radius, pass_count))
+    groups = disc.disc_lines(request.x, request.y, request.radius, request.tool_radius, parts)
+    return order_lines(groups, request.start[:2], (request.x, request.y), *ends(request.tool_radius, pass_count))
 
 
 def _circle_moves(request):
@@ -177,23 +189,21 @@ def _circle_moves(request):
 
 def _wall_direction(request, here):
     """The axis direction (unit vector) in which the circle is met: the nearest to where the tool is."""
-    ways = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))
-    return max(ways, key=lambda u: round(u[0] * (here[0] - request.x) + u[1] * (here[1] - request.y), 6))
+    directions = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))
+    return max(directions, key=lambda u: round(u[0] * (here[0] - request.x) + u[1] * (here[1] - request.y), 6))
 
 
-def _cut_slug_circle(moves, request, passes, toward):
+def _cut_slug_circle(mover, request, levels):
     """The circle around a slug: per pass plunge, lead circle, in along half of it, full turn, out along the rest."""
     path = request.radius - request.tool_radius
     lead = min(path / 2, request.tool_radius)
-    at = _point_on_ray(request, toward)
+    at = _point_on_ray(request, _wall_direction(request, mover.xy))
     inside, centre, wall = at(path - 2 * lead), at(path - lead), at(path)
-    enter(moves, request, inside)
-    for z in passes:
-        moves.append(Line(z=z, feed=request.plunge_feed))
-        moves.append(_arc(request, inside, centre))
-        moves.append(_arc(request, wall, centre))
-        moves.append(_arc(request, wall, (request.x, request.y)))
-        moves.append(_arc(request, inside, centre))
+    mover.over(inside)
+    for z in levels:
+        mover.plunge(z)
+        for end, about in ((inside, centre), (wall, centre), (wall, (request.x, request.y)), (inside, centre)):
+            mover.arc(end, about, request.ccw)
 
 
 def pocket_rings(request):
@@ -216,31 +226,26 @@ def pocket_rings(request):
     return [ring for ring in rings if ring >= MIN_PATH_RADIUS]
 
 
-def _cut_pocket(moves, request, passes):
+def _cut_pocket(mover, request, levels):
     """Rings from the centre out, joined by half circles tangent to both; nothing is left standing."""
     rings = pocket_rings(request)
     centre = (request.x, request.y)
-    enter(moves, request, centre)
-    for number, z in enumerate(passes):
+    mover.over(centre)
+    for number, z in enumerate(levels):
         if number:
-            moves.append(Line(x=centre[0], y=centre[1], feed=request.feed))
-        moves.append(Line(z=z, feed=request.plunge_feed))
+            mover.line(centre)
+        mover.plunge(z)
         before, side = 0.0, 1.0
         for ring in rings:
             at = _point_on_ray(request, (side, 0.0))
-            moves.append(_arc(request, at(ring), at((ring - before) / 2)))
-            moves.append(_arc(request, at(ring), centre))
+            mover.arc(at(ring), at((ring - before) / 2), request.ccw)
+            mover.arc(at(ring), centre, request.ccw)
             before, side = ring, -side
         at = _point_on_ray(request, (-side, 0.0))
         lead = min(before / 2, request.tool_radius)
-        moves.append(_arc(request, at(before - 2 * lead), at(before - lead)))
+        mover.arc(at(before - 2 * lead), at(before - lead), request.ccw)
 
 
 def _point_on_ray(request, toward):
     """distance (mm) -> the point that far from the centre in a direction."""
     return lambda distance: (request.x + toward[0] * distance, request.y + toward[1] * distance)
-
-
-def _arc(request, end, centre):
-    """An arc at feed in the cycle's sense."""
-    return Arc(x=end[0], y=end[1], cx=centre[0], cy=centre[1], ccw=request.ccw, feed=request.feed)

@@ -1,43 +1,48 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """G79: clear a pocket with islands.  PocketRequest -> moves and what to tell the operator; pure, mm.
 
-Called by glue/pocket.py and bin/chipwise.  Where the tool centre may be: geometry/pocket/fields.py; how it goes there:
+Called by glue/pocket.py and bin/chipwise.  Where the tool centre may be: geometry/pocket/machinable.py; how it goes there:
 the strategies; here are levels, entries and what lies between.
 
-Order of work: Field by Field (regions between which the tool does not fit), each from the top level to the floor.
+Order of work: one machinable region after the other (the tool does not fit between them), each from the top level to
+the floor.
 
-Rapids, and why none meets stock.  Above R everything is free.  Below it a rapid runs straight up, or straight down at
-a place where the tool has been at that depth, or down to GAP_MM above the level before, which is cleared all over the
-Field.  All else is a feed.  None runs across below R, though the level before is cleared: above R nothing has to be
-known about the stock.  A Track whose start was on no way of this level yet is entered by a helix, a ramp or a plunge.
+Rapids, and why none meets stock.  Above R everything is free.  Below it a rapid runs straight up, or straight down where
+the tool has been at that depth, or down to GAP_MM above the level before, which is cleared all over the machinable
+region.  Everything else is a feed.  No rapid runs across below R, although the level before is cleared: so nothing has
+to be known about the stock above R.  A Track that does not start on an earlier path of its level is entered by a helix,
+a ramp or a plunge.
 """
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Optional
 
 import numpy as np
 
-from chipwise.cycles.chop_lines import depths
-from chipwise.cycles.common_words import (
-    EQUAL, MAX_PASSES, MOST_MOVES, check_depth_step, check_feeds, check_moves, check_step, gap_notes)
+from chipwise.cycles.chop_lines import depth_levels
+from chipwise.cycles.mover import Mover
+from chipwise.cycles.plan import CyclePlan, Note, Report
+from chipwise.cycles.word_checks import (EQUAL, MAX_PASSES, MOST_MOVES, check_depth_step, check_feeds, check_moves,
+                                         check_step, gap_notes)
 from chipwise.errors import Area, CycleError
-from chipwise.geometry import elements
-from chipwise.geometry.contour import make_contour
-from chipwise.geometry.offset import make_pocket
-from chipwise.geometry.pocket import entries, fields, leftovers, runs
+from chipwise.geometry.base import elements
+from chipwise.geometry.base.contour import make_contour
+from chipwise.geometry.offset.kernel import make_pocket
+from chipwise.geometry.base import chains
+from chipwise.geometry.pocket import entries, machinable, rest_material
 from chipwise.geometry.pocket.strategies import NAMES, STRATEGIES
-from chipwise.geometry.pocket.unreached import unreached
-from chipwise.geometry.tolerances import CONNECT_MM
-from chipwise.moves import Arc, Line, Rapid
+from chipwise.geometry.pocket.inaccessible import inaccessible
+from chipwise.geometry.base.tolerances import CONNECT_MM
 
 # Height of rapids above what is cleared. mm
 GAP_MM = 0.5
 
-# A start this near to a way of the level lies on it. mm; far below what a stock model or a chip can tell.
-ON_WAY_MM = 1e-4
+# A start this near to a path of the level lies on it. mm; far below what a stock model or a chip can tell.
+ON_PATH_MM = 1e-4
 
-# Widest spacing of the ways, in tool diameters: D up to the whole diameter is allowed, but kerfs side by side have to
+# Widest spacing of the paths, in tool diameters: D up to the whole diameter is allowed, but kerfs side by side have to
 # overlap by something, or every rounding leaves a wall of nothing between them.
 WIDEST = 0.995
 
@@ -63,6 +68,7 @@ class PocketRequest:
     start            (x, y, z) where the tool stands
     close_gap        gaps of a loop up to this width are closed
     most_moves       a cycle of more is refused
+    feed_per         "min", or "rev" under G95: for messages
     """
 
     loops: tuple
@@ -82,33 +88,17 @@ class PocketRequest:
     ramp_angle: float = 3.0
     close_gap: float = CONNECT_MM
     most_moves: int = MOST_MOVES
+    feed_per: str = "min"
 
 
 @dataclass(frozen=True)
-class PocketPlan:
-    """moves; unreached: regions the tool cannot enter; plunges: (x, y) of entries without helix or ramp; fields: number
-    of regions cleared; gaps: notes of gaps that were closed."""
+class PocketPlan(CyclePlan):
+    """A CyclePlan; inaccessible: regions the tool cannot enter; plunges: (x, y) of entries without helix or ramp; regions:
+    number of regions cleared."""
 
-    moves: tuple
-    unreached: tuple
-    plunges: tuple
-    fields: int
-    gaps: tuple = ()
-
-    @property
-    def notes(self):
-        """What the operator should know: (text, {name: length in mm})."""
-        found = list(self.gaps)
-        if self.unreached:
-            first, count = self.unreached[0], len(self.unreached)
-            found.append((f"{count} region{'s' if count > 1 else ''} of the pocket cannot be entered by this tool and stay"
-                          f"{'' if count > 1 else 's'} uncut, the largest ({{area}}) at X{{x}} Y{{y}}",
-                          {"area": Area(first.area), "x": first.x, "y": first.y}))
-        if self.plunges:
-            (x, y), count = self.plunges[0], len(self.plunges)
-            found.append((f"no room for a helix or a ramp: {count} plunge{'s' if count > 1 else ''} at E, the first at "
-                          "X{x} Y{y}", {"x": x, "y": y}))
-        return tuple(found)
+    inaccessible: tuple = ()
+    plunges: tuple = ()
+    regions: int = 0
 
 
 def check(request):
@@ -142,35 +132,54 @@ def pocket_plan(request):
     r = request
     pocket = _pocket(r.loops, r.close_gap)
     distance = r.tool_radius + r.side_allowance
-    found = fields.fields_at(pocket, distance)
-    missed = unreached(pocket, found, distance)
+    found = machinable.machinable_regions(pocket, distance)
+    missed = inaccessible(pocket, found, distance)
     if not found:
         raise CycleError("the tool ({d}, with the side allowance {w}) fits nowhere in the pocket", "use a smaller tool",
                          d=2 * r.tool_radius, w=2 * distance)
     driver = _Driver(r)
-    waiting = [(field, field_tracks(field, r)) for field in found]
+    waiting = [(region, region_tracks(region, r)) for region in found]
     while waiting:
-        gaps = [math.dist(driver.at[:2], tracks[0].start) for _, tracks in waiting]
-        driver.clear(*waiting.pop(runs.least(gaps)))
-    driver.rapid(z=r.clearance)
-    return PocketPlan(tuple(driver.moves), missed, tuple(driver.plunges), len(found), gap_notes(pocket.contours))
+        gaps = [math.dist(driver.mover.xy, tracks[0].start) for _, tracks in waiting]
+        driver.clear(*waiting.pop(chains.least(gaps)))
+    driver.mover.up()
+    plunges = tuple(driver.plunges)
+    notes = gap_notes(pocket.contours) + _notes(missed, plunges)
+    report = partial(_report, len(found), missed, plunges)
+    return PocketPlan(tuple(driver.mover.moves), notes, report, missed, plunges, len(found))
 
 
-def pocket_moves(request):
-    """The moves of pocket_plan()."""
-    return pocket_plan(request).moves
+def _report(regions, missed, plunges):
+    """What was cleared and what was not."""
+    return Report("pocket", dict(regions=regions, plunges=len(plunges),
+                                 inaccessible_mm2=[round(area.area, 3) for area in missed]))
 
 
-def field_tracks(field, request):
-    """Tracks of one level of a Field: the strategy's, then what it left."""
+def _notes(missed, plunges) -> tuple[Note, ...]:
+    """What the operator should know of regions that stay uncut, and of plunges."""
+    notes: tuple[Note, ...] = ()
+    if missed:
+        first, count = missed[0], len(missed)
+        notes += (Note(f"{count} region{'s' if count > 1 else ''} of the pocket cannot be entered by this tool and stay"
+                       f"{'' if count > 1 else 's'} uncut, the largest ({{area}}) at X{{x}} Y{{y}}",
+                       {"area": Area(first.area), "x": first.x, "y": first.y}),)
+    if plunges:
+        (x, y), count = plunges[0], len(plunges)
+        notes += (Note("no clearance for a helix or a ramp, so the tool plunges at E in "
+                       f"{count} place{'s' if count > 1 else ''}, the first at X{{x}} Y{{y}}", {"x": x, "y": y}),)
+    return notes
+
+
+def region_tracks(region, request):
+    """Tracks of one level of a machinable region: the strategy's, then what it left."""
     r = request
     step = min(r.step, WIDEST * 2 * r.tool_radius)
-    if np.ptp(field.boundary.start, axis=0).max() > MAX_PASSES * step:
-        raise CycleError(f"step-over D{{d}} needs more than {MAX_PASSES} ways side by side", "use a larger D", d=r.step)
-    tracks = tuple(STRATEGIES[r.strategy](field, r.tool_radius, step, math.radians(r.direction), r.climb))
+    if np.ptp(region.boundary.start, axis=0).max() > MAX_PASSES * step:
+        raise CycleError(f"step-over D{{d}} needs more than {MAX_PASSES} paths side by side", "use a larger D", d=r.step)
+    tracks = tuple(STRATEGIES[r.strategy](region, r.tool_radius, step, math.radians(r.direction), r.climb))
     if r.strategy == 0 and step <= r.tool_radius:
         return tracks  # geometry/pocket/rings.py says why nothing is left then
-    return tracks + leftovers.leftovers(field, tracks, r.tool_radius)
+    return tracks + rest_material.rest_tracks(region, tracks, r.tool_radius)
 
 
 @lru_cache(maxsize=32)
@@ -182,99 +191,58 @@ def _pocket(loops, close_gap):
 
 def _known_starts(tracks):
     """For each Track whether its start lies on an earlier one: the tool has been there at this level."""
-    way, known, done = elements.join([track.elements for track in tracks]), [], 0
+    path, known, done = elements.join([track.elements for track in tracks]), [], 0
     for track in tracks:
-        gap = elements.distances(way, np.arange(done), np.broadcast_to(track.start, (done, 2)))
-        known.append(bool(done) and float(gap.min()) <= ON_WAY_MM)
+        gap = elements.distances(path, np.arange(done), np.broadcast_to(track.start, (done, 2)))
+        known.append(bool(done) and float(gap.min()) <= ON_PATH_MM)
         done += len(track.elements)
     return known
 
 
 class _Driver:
-    """The moves so far and where the tool is."""
+    """Clears machinable regions level by level; plunges: (x, y) of entries without helix or ramp."""
 
     def __init__(self, request):
-        self.request, self.moves, self.plunges = request, [], []
-        self.at = tuple(request.start)
+        self.request, self.mover, self.plunges = request, Mover(request), []
 
-    # ---- single moves --------------------------------------------------------------------------------------------
-
-    def rapid(self, x=None, y=None, z=None):
-        """A traverse, unless the tool is there already."""
-        there = tuple(old if new is None else float(new) for old, new in zip(self.at, (x, y, z)))
-        if there != self.at:
-            self.moves.append(Rapid(x=None if x is None else there[0], y=None if y is None else there[1],
-                                    z=None if z is None else there[2]))
-            self.at = there
-
-    def down(self, z, feed):
-        """Straight down at a feed."""
-        if z < self.at[2]:
-            self.moves.append(Line(z=z, feed=feed))
-            self.at = (*self.at[:2], z)
-
-    def run(self, run, feed, to_z=None):
-        """Elements at a feed, level or evenly sloping down to to_z."""
-        length = elements.lengths(run)
-        total, done, from_z = float(np.sum(length)), np.cumsum(length), self.at[2]
-        for k in range(len(run)):
-            z = None if to_z is None else from_z + (to_z - from_z) * float(done[k]) / total if k < len(run) - 1 else to_z
-            (x, y), (cx, cy) = run.end[k].tolist(), run.centre[k].tolist()
-            if run.is_arc[k]:
-                self.moves.append(Arc(x, y, cx, cy, bool(run.sweep[k] > 0), z=z, feed=feed))
-            elif length[k] > 0.0 or z is not None:
-                self.moves.append(Line(x=x, y=y, z=z, feed=feed))
-            self.at = (x, y, self.at[2] if z is None else z)
-
-    # ---- a Field -------------------------------------------------------------------------------------------------
-
-    def clear(self, field, tracks):
-        """All levels of a Field."""
-        r = self.request
+    def clear(self, region, tracks):
+        """All levels of a machinable region."""
+        r, mover = self.request, self.mover
         above, known = None, _known_starts(tracks)
-        levels = depths(r.clearance, r.bottom + r.floor_allowance, r.depth_step)
+        levels = depth_levels(r.clearance, r.bottom + r.floor_allowance, r.depth_step)
         per_level = sum(len(track.elements) + 3 for track in tracks)
-        check_moves(len(self.moves) + len(levels) * per_level, r, "use a larger J or D")
+        check_moves(len(mover.moves) + len(levels) * per_level, r, "use a larger J or D")
         for z in levels:
             for track, is_known in zip(tracks, known):
+                self._over(track, z if is_known else above)
                 if is_known:
-                    self._reach(track, z)
-                    self.down(z, r.plunge_feed)
+                    mover.plunge(z)
                 else:
-                    self._reach(track, above)
-                    self._enter(field, track, z)
-                self.run(track.elements, r.feed)
+                    self._enter(region, track, z)
+                mover.follow(track.elements)
             above = z
 
-    def _reach(self, track, free):
+    def _over(self, track, free):
         """By rapids to over the start of a Track, down to just above `free`, the depth that is cleared there; None:
         nothing is cleared below R."""
-        r, (x, y) = self.request, track.start.tolist()
-        if self.moves or self.at[2] < r.clearance - EQUAL:
-            self.rapid(z=r.clearance)
-        self.rapid(x=x, y=y)
-        self.rapid(z=r.clearance if free is None else min(free + GAP_MM, r.clearance))
+        clearance = self.request.clearance
+        self.mover.over(track.start.tolist(), clearance if free is None else min(free + GAP_MM, clearance))
 
-    # ---- entries -------------------------------------------------------------------------------------------------
-
-    def _enter(self, field, track, z):
+    def _enter(self, region, track, z):
         """Down into solid stock at the start of a Track."""
-        r = self.request
+        r, mover = self.request, self.mover
         angle = math.radians(r.ramp_angle)
-        how = entries.entry(field, track, r.tool_radius, self.at[2] - z, angle)
-        feed = min(r.feed, r.plunge_feed / math.sin(angle))
-        check_moves(len(self.moves) + entries.move_count(how), r, "use a larger #<_chipwise_ramp_angle> or J")
-        if isinstance(how, entries.Helix):
-            x, y, top = self.at
-            for turn in range(1, how.turns + 1):
-                low = z if turn == how.turns else top + (z - top) * turn / how.turns
-                self.moves.append(Arc(x, y, *how.centre, how.ccw, z=low, feed=feed))
-            self.at = (x, y, z)
-        elif isinstance(how, entries.Ramp):
-            top = self.at[2]
-            legs = len(how.legs) * how.pairs
-            for number, leg in enumerate(how.legs * how.pairs, 1):
-                self.run(leg, feed, z if number == legs else top + (z - top) * number / legs)
+        entry = entries.entry(region, track, r.tool_radius, mover.z - z, angle)
+        feed, top = min(r.feed, r.plunge_feed / math.sin(angle)), mover.z
+        check_moves(len(mover.moves) + entries.move_count(entry), r, "use a larger #<_chipwise_ramp_angle> or J")
+        if isinstance(entry, entries.Helix):
+            for turn in range(1, entry.turns + 1):
+                low = z if turn == entry.turns else top + (z - top) * turn / entry.turns
+                mover.arc(mover.xy, entry.centre, entry.ccw, low, feed)
+        elif isinstance(entry, entries.Ramp):
+            count = len(entry.segments) * entry.pairs
+            for number, segment in enumerate(entry.segments * entry.pairs, 1):
+                mover.follow(segment, z if number == count else top + (z - top) * number / count, feed)
         else:
-            self.plunges.append(self.at[:2])
-            self.down(z, r.plunge_feed)
+            self.plunges.append(mover.xy)
+            mover.plunge(z)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """The ceiling of M251 P2 and P3: what becomes of F while the volumetric feed may go above it.
 
 Called by emit.set_feed (cycles), by volumetric.py (M251, M252), by session.py and by the remapped F.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """MDI or one run of a program: where another one begins, what the one before it has left ends.
 
 Called by session.begin() before a code or the remapped F does anything.  What ends:
@@ -11,9 +12,9 @@ skipped() is True for the lines that run from line only reads over.
 
 import os
 
+from chipwise.contour_sub.find import sub_folders
 from chipwise.glue import named, task
-from chipwise.settings import ini_file_name
-from chipwise.subs import sub_folders
+from chipwise import ini
 
 MDI, PROGRAM = "MDI", "program"
 
@@ -76,7 +77,7 @@ def _assigned(interp):
         except OSError:
             continue
         names |= found
-        folders = sub_folders(ini_file_name()) if folders is None else folders
+        folders = sub_folders(ini.file_name()) if folders is None else folders
         files = {os.path.abspath(os.path.join(folder, name + ".ngc")) for folder in folders for name in called}
         waiting += [(file, 0) for file in sorted(files - seen) if os.path.isfile(file)]
     return names

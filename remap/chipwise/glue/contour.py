@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """G77 / G78: words -> the fields of a ContourRequest.  Called by codes.py through session.run_cycle."""
 
 import math
@@ -34,5 +35,5 @@ def _words(state, finish):
         side=side, tool_radius=diameter / 2, bottom=bottom, clearance=clearance, allowance=state.length("i") or 0.0,
         passes=1 if passes is None else passes, step=state.length("d"),
         depth_step=state.flute_length() if depth_step is None else depth_step,
-        approach=state.length("k"), angle=math.radians(state.approach_angle()), feed=state.feed(), close_gap=state.settings["CLOSE_GAP"],
-        plunge_feed=state.plunge_feed(), start=state.position(), finish=finish, chop_size=chop_size if finish else 0.0)
+        approach=state.length("k"), angle=math.radians(state.approach_angle()), close_gap=state.settings["CLOSE_GAP"],
+        start=state.position(), finish=finish, chop_size=chop_size if finish else 0.0, **state.feeds())

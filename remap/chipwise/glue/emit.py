@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """Lines for the interpreter: executes what lines.py made of a cycle's moves, with every mode put back.
 
 Only built-in codes are executed.  A remapped code, or a word that is remapped (the package remaps F), would make the

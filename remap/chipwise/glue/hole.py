@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """G12 / G13: words -> the fields of a HoleRequest.  Called by codes.py through session.run_cycle."""
 
 WORDS = "xyzrijkqeh"
@@ -20,4 +21,4 @@ def _fields(state, ccw):
         radius=state.needed("i", "radius of the hole"), finished=state.length("k"), step=state.length("q"),
         ccw=ccw, tool_radius=diameter / 2, chop_size=state.chop_size(),
         depth_step=state.flute_length() if depth_step is None else depth_step,
-        feed=state.feed(), plunge_feed=state.plunge_feed(), start=state.position())
+        start=state.position(), **state.feeds())

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """Named parameters: which the interpreter has, which are chipwise's, and which of those the running program has set.
 
 Called by glue/state.py and glue/shape.py for their values, and by glue/context.py.

@@ -1,6 +1,6 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """G79: words -> the fields of a PocketRequest.  Called by codes.py through session.run_cycle."""
 
-from chipwise.errors import CycleError
 from chipwise.glue import shape
 
 WORDS = "qdikplzrjeh"
@@ -24,15 +24,7 @@ def _words(state):
     return dict(
         bottom=bottom, clearance=clearance, tool_radius=diameter / 2,
         step=STEP_SHARE * diameter if step is None else step, close_gap=state.settings["CLOSE_GAP"],
-        side_allowance=state.length("i") or 0.0, floor_allowance=state.length("k") or 0.0, strategy=_strategy(state),
+        side_allowance=state.length("i") or 0.0, floor_allowance=state.length("k") or 0.0, strategy=state.number("p") or 0,
         direction=float(state.number("l") or 0), climb=state.turns_clockwise(),
         depth_step=state.flute_length() if depth_step is None else depth_step, ramp_angle=state.ramp_angle(),
-        feed=state.feed(), plunge_feed=state.plunge_feed(), start=state.position())
-
-
-def _strategy(state):
-    """The word P."""
-    value = state.number("p") or 0
-    if value not in (0, 1, 2, 3):
-        raise CycleError(f"strategy P{value:g} is not known", "use P0, P1, P2 or P3")
-    return int(value)
+        start=state.position(), **state.feeds())

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """From a line with one of our codes to the motion it makes: the frame every cycle runs in.
 
     program line -> REMAP= -> codes.py -> run_cycle -> read state and words -> order -> planner -> emit -> interpreter
@@ -62,7 +63,8 @@ def run_cycle(interp, code, kwargs, order_of):
         outcome = plan.outcome()
         for text in outcome.messages:
             emccanon.MESSAGE(clip(text, place(interp, kwargs)))
-        for kind, figures in outcome.records if interp.task else ():
+        if outcome.report:
+            kind, figures = outcome.report
             report.record(kind, **figures)
         for chunk in outcome.chunks:
             if turn.is_over(chunk) and not context.may_be_skipped():

@@ -1,15 +1,16 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """The contour sub of a line's Q word, as the interpreter would run it there.  Called by glue/contour.py, glue/pocket.py.
 
-The planner reads it by chipwise/subs.py; here stands only what the sub may read of the interpreter that calls it.
+The planner reads it by contour_sub/read.py; here stands only what the sub may read of the interpreter that calls it.
 """
 
 import emccanon
 
-from chipwise import subs
+from chipwise.contour_sub.job import Job
 from chipwise.errors import CycleError
 from chipwise.glue import named
 from chipwise.glue.state import path_of
-from chipwise.settings import ini_file_name
+from chipwise import ini
 
 NUMBERED = range(31, 5400)      # user parameters, probe results, homes, coordinate systems; 1 to 30 are the sub's own
 COUNTING = ("_line", "_call_level", "_remap_level", "_task")     # LinuxCNC's own, other at every call and never handed on
@@ -21,18 +22,18 @@ def sub_number(state):
     if value is None:
         raise CycleError("word Q (number of the sub with the contour) is missing", "add Q")
     if value != int(value) or value < 0:
-        raise CycleError(f"Q{value:g} is no number of a sub", "use the number of an O-sub: Q100 for O100 sub")
+        raise CycleError(f"Q{value:g} is not the number of a sub", "use the number of an O-sub: Q100 for O100 sub")
     return int(value)
 
 
 def job(state, sub):
-    """subs.Job for a sub called where the line stands."""
+    """Job for a sub called where the line stands."""
     interp = state.interp
     names = [name for name in named.global_names(interp)
              if name not in COUNTING and not name.startswith(("_ini[", "_hal["))]
     tool = interp.tool_table[0]
-    return subs.Job(
-        program=tuple(_programs(interp)), sub=sub, ini=ini_file_name(), unit=state.unit, incremental=state.incremental,
+    return Job(
+        program=tuple(_programs(interp)), sub=sub, ini=ini.file_name(), unit=state.unit, incremental=state.incremental,
         ijk_absolute=interp.ijk_distance_mode == 0, position=state.position(), feed=interp.feed_rate,
         machine_unit=1.0 / emccanon.GET_EXTERNAL_LENGTH_UNITS(), tool=(tool.toolno, tool.diameter),
         numbered=tuple((n, interp.params[n]) for n in NUMBERED if interp.params[n] != 0.0),

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """What a cycle must know of the interpreter: words, units, position, tool, modes.
 
 The conversion between the program's units, the machine's and ours (mm) happens here and in emit.py, nowhere else.
@@ -46,10 +47,10 @@ class State:
         self.settings = load_settings()
 
     def order(self, cycle, fields, job=None):
-        """The Order of this cycle: a function of plans.py, the fields of its request, the subs.Job of its sub."""
+        """The Order of this cycle: a function of plans.py, the fields of its request, the Job of its sub."""
         return Order(cycle=cycle, code=self.code, fields=dict(fields, most_moves=self.settings["PLAN_MOVES"]), job=job,
                      unit=self.unit, unit_mm=self.unit_mm, start=self.position(),
-                     memory_mb=self.settings["PLAN_MEMORY"], report=bool(self.interp.task and report.place()))
+                     memory_mb=self.settings["PLAN_MEMORY"], report=bool(self.interp.task and report.path()))
 
     # ---- modes ----------------------------------------------------------------------------------------------
 
@@ -145,21 +146,15 @@ class State:
 
     # ---- feeds ----------------------------------------------------------------------------------------------
 
-    def feed(self):
-        """Active feed, mm/min (mm/rev under G95); the line's own F is active already when a remap runs."""
-        if self.interp.feed_rate <= 0:
-            raise CycleError("no feed is set", "give F on this line or before")
-        return self.interp.feed_rate * self.unit_mm
+    def feeds(self):
+        """For a request: the active feed and E, mm/min (mm/rev under G95); E is half the feed without a word.
 
-    def plunge_feed(self):
-        """E, or half the feed; same unit as feed()."""
-        plunge = self.length("e")
-        if plunge is None:
-            return self.feed() / 2
-        if plunge <= 0:
-            per = "rev" if self.interp.feed_mode == _UNITS_PER_REVOLUTION else "min"
-            raise CycleError(f"plunge feed E{{e}}/{per} is not above 0", "use E above 0, or leave it out for F/2", e=plunge)
-        return plunge
+        The line's own F is active already when a remap runs.
+        """
+        feed = self.interp.feed_rate * self.unit_mm
+        plunge_feed = self.length("e")
+        return {"feed": feed, "plunge_feed": feed / 2 if plunge_feed is None else plunge_feed,
+                "feed_per": "rev" if self.interp.feed_mode == _UNITS_PER_REVOLUTION else "min"}
 
     # ---- tool and settings ----------------------------------------------------------------------------------
 
@@ -219,7 +214,7 @@ class State:
             return self.settings[f"{kind.upper()}_ANGLE"]
         if not MIN_ANGLE <= angle <= 90:
             raise CycleError(f"{kind} angle {angle:g} is not from {MIN_ANGLE:g} to 90 degrees",
-                             f"set #<{name}> to such an angle")
+                             f"set #<{name}> to an angle in that range")
         return angle
 
     def turns_clockwise(self):

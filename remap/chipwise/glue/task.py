@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """What LinuxCNC's task knows and does not tell the interpreter: MDI or a program, another run of it, the line it starts from.
 
 Called by glue/context.py, in milltask only.
@@ -15,6 +16,8 @@ Read in LinuxCNC 2.9.0~pre1, 2.9.4 and 2.10 (2026-08): emctaskmain.cc, emctask.c
 import ctypes
 import struct
 from functools import lru_cache
+
+from chipwise.processes import mappings
 
 _SEEN = 2
 
@@ -82,9 +85,7 @@ def start_line():
 
 def _command_buffer():
     """A copy of the head of the task's command buffer, b"" where it is not there."""
-    with open("/proc/self/maps", encoding="utf-8", errors="replace") as maps:
-        for mapping in maps:
-            if _COMMAND_BUFFER in mapping:
-                first, last = (int(address, 16) for address in mapping.split()[0].split("-"))
-                return ctypes.string_at(first, min(last - first, _HEAD_BYTES + _MESSAGE.size))
+    for first, last, line in mappings():
+        if _COMMAND_BUFFER in line:
+            return ctypes.string_at(first, min(last - first, _HEAD_BYTES + _MESSAGE.size))
     return b""

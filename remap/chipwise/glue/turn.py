@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """How long the cycles keep the task to themselves.  Called by session.py.
 
 A remap runs in the task's own thread: while it does, LinuxCNC serves neither abort nor pause nor E-stop.  The task gets a

@@ -1,6 +1,7 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """The stock of M250: words, or the WORKPIECE comment of the program, to a box or cylinder in machine coordinates.
 
-Called by volumetric.py.  Comments as in docs/Gcodes.md:
+Called by stock_codes.py.  Comments as in docs/user/codes.md:
     (WORKPIECE,BOX,XMIN=..,YMIN=..,ZMIN=..,XMAX=..,YMAX=..,ZMAX=..)
     (WORKPIECE,CYLINDER,AXIS=Z,X=..,Y=..,ZMIN=..,ZMAX=..,DIAMETER=..)
 """
@@ -10,9 +11,10 @@ import math
 import re
 
 from chipwise.errors import CycleError
+from chipwise.stock.layout import StockShape
 
 CORNER_WORDS, SIZE_WORDS = "pqr", "ijk"
-BOX, CYLINDER = 0, 1                # stock.h: cw_stock_shape
+BOX, CYLINDER = map(int, StockShape)
 _COMMENT = re.compile(r"\(\s*WORKPIECE\s*,([^)]*)\)", re.IGNORECASE)
 _BOX_KEYS = ("XMIN", "YMIN", "ZMIN", "XMAX", "YMAX", "ZMAX")
 _CYLINDER_KEYS = ("X", "Y", "ZMIN", "ZMAX", "DIAMETER")

@@ -1,1 +1,2 @@
-"""Driving a whole LinuxCNC from outside and reading what it did."""
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Programs of LinuxCNC started from outside: its interpreter (rs274.py), a private machine (sandbox.py)."""

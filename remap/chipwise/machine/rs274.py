@@ -1,10 +1,11 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """LinuxCNC's stand-alone interpreter `rs274`, which prints what a program would move without a machine.
 
-Called by `chipwise try`, by tests/rs274/canon.py and by the benchmarks.  What a caller of rs274 has to know, measured
-on 2.9.0~pre1 (Debian 12) and 2.9.4 (Debian 13):
+Called by `chipwise try`, by tests/support/canon.py and by the benchmarks.  Properties of rs274, measured on
+2.9.0~pre1 (Debian 12) and 2.9.4 (Debian 13):
 
 1. Its machine unit, the one of the tool table: 2.9.0~pre1 is an inch machine whatever the INI file says, 2.9.4 follows
-   [TRAJ]LINEAR_UNITS.  It is measured here, not told from a version.
+   [TRAJ]LINEAR_UNITS.  It is measured here, because the version does not determine it.
 2. It expands no #INCLUDE; `linuxcnc` does that.
 3. Relative paths of the INI file count from the current directory; `linuxcnc` changes to the INI file's.
 4. It empties ~/.tool.mmap, the tool table of a running LinuxCNC: it needs a HOME of its own.
@@ -17,8 +18,8 @@ import re
 import subprocess
 import tempfile
 
-from chipwise.errors import MM_PER_INCH
-from chipwise.settings import parse_settings, read_section
+from chipwise.ini import expanded, section_of, unit_mm
+from chipwise.settings import SECTION, parse_settings
 
 PATIENCE_S = 60.0
 PROBE = "G21\nT1 M6\nG43\nM2\n"                 # prints the length of a tool of 1 machine unit in mm
@@ -27,15 +28,14 @@ PATH_KEYS = ("TOOL_GEOMETRY", "STOCK_DIR")
 
 
 class Rs274Error(Exception):
-    """rs274 cannot be used; str() says why and what to do."""
+    """rs274 cannot be used; str() has reason and remedy."""
 
 
 def units_in_mm(linear_units):
     """[TRAJ]LINEAR_UNITS as mm per machine unit."""
-    known = {"mm": 1.0, "metric": 1.0, "in": MM_PER_INCH, "inch": MM_PER_INCH, "imperial": MM_PER_INCH}
     try:
-        return known.get(linear_units.lower()) or 1.0 / float(linear_units)
-    except (ValueError, ZeroDivisionError):
+        return unit_mm(linear_units)
+    except ValueError:
         raise Rs274Error(f"[TRAJ]LINEAR_UNITS = {linear_units} is not a unit; use mm or inch") from None
 
 
@@ -52,7 +52,7 @@ def tool_table_unit(linear_units="mm"):
                      capture_output=True, timeout=PATIENCE_S)
     length = re.search(r"USE_TOOL_LENGTH_OFFSET\(\S+ \S+ ([\d.]+)", done.stdout)
     if not length:
-        raise Rs274Error("rs274 did not say which unit it works in; see what `rs274 -g` prints")
+        raise Rs274Error("rs274 did not report its unit; see what `rs274 -g` prints")
     return float(length[1])
 
 
@@ -74,10 +74,10 @@ def run(program, ini, **options):
     with tempfile.TemporaryDirectory(prefix="chipwise-rs274.") as folder:
         files = {"machine.ini": usable_elsewhere(text, directory), "machine.var": "5161 0\n"}
         arguments = ["-i", f"{folder}/machine.ini", "-v", f"{folder}/machine.var"]
-        table = read_section(text.splitlines(), "EMCIO").get("TOOL_TABLE")
+        table = section_of(text.splitlines(), "EMCIO").get("TOOL_TABLE")
         if table:
             path = os.path.join(directory, os.path.expanduser(table))
-            linear_units = read_section(text.splitlines(), "TRAJ").get("LINEAR_UNITS", "mm")
+            linear_units = section_of(text.splitlines(), "TRAJ").get("LINEAR_UNITS", "mm")
             with open(path, encoding="utf-8", errors="surrogateescape") as file:
                 files["machine.tbl"] = scaled_table(file.read(), units_in_mm(linear_units) / tool_table_unit(linear_units))
             arguments += ["-t", f"{folder}/machine.tbl"]
@@ -87,24 +87,9 @@ def run(program, ini, **options):
         return start([*arguments, os.path.abspath(program)], folder, directory, **options)
 
 
-def expanded(ini):
-    """The text of an INI file with its #INCLUDE lines replaced, as `linuxcnc` does it."""
-    lines = []
-    with open(ini, encoding="utf-8", errors="surrogateescape") as file:
-        for line in file:
-            words = line.split(None, 1)
-            if words[:1] == ["#INCLUDE"] and len(words) == 2:
-                name = os.path.expanduser(os.path.expandvars(words[1].strip()))
-                with open(os.path.join(os.path.dirname(ini), name), encoding="utf-8", errors="surrogateescape") as part:
-                    lines.append(part.read() + "\n")
-            else:
-                lines.append(line)
-    return "".join(lines)
-
-
 def usable_elsewhere(text, directory):
     """An INI text whose [CHIPWISE] paths and ~ mean the same in a file elsewhere and with another HOME."""
-    settings = parse_settings(read_section(text.splitlines()), directory)
+    settings = parse_settings(section_of(text.splitlines(), SECTION), directory)
     paths = "".join(f"{key} = {settings.path(key)}\n" for key in PATH_KEYS if settings[key])
     home = os.path.expanduser("~")
     # of two equal keys the first counts

@@ -1,6 +1,7 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """What became of a request to save or restore a stock: the numbers of chipwise-monitor.reply and their meaning.
 
-Who calls it: glue/volumetric.py (M253, M254), stock/store.py, cli/monitor.py.
+Who calls it: glue/stock_codes.py (M253, M254), stock/store.py, cli/monitor.py.
 """
 
 SLOTS = 10                          # M253 P0..P9

@@ -1,6 +1,7 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """A slow, obvious stock model in numpy: the judge of the C core in the tests.
 
-Who calls it: tests/python/, bench/bench_accuracy.py.  Nothing here calls the C core or repeats
+Who calls it: tests/core/, bench/bench_accuracy.py.  Nothing here calls the C core or repeats
 its formulas:
 
 1. A tool is a solid given by an inside-test: a union of cylinder, sphere, torus and cone.
@@ -10,7 +11,7 @@ its formulas:
    counted without bias.
 3. A move is a dense row of tool positions; at each, every needle under the tool is
    shortened to the tool's surface.
-4. Load is the difference of two volumes over a short way.
+4. Load is the difference of two volumes over a short distance.
 
 Error of a volume, one standard deviation: 0.41 h^2 depth sqrt(outline / h), for needles h
 apart and an outline of the given length (each outline cell is hit or missed by chance);

@@ -1,7 +1,8 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """The stock map of a running stock_tracker, read from another process.
 
 Who calls it: bin/chipwise, the monitor, tests.  The map lies in shared memory under the key the tracker shows as
-stock-tracker.N.shm-key (components/core/stock.h has the layout, core.py its copy for Python).
+stock-tracker.N.shm-key (components/core/stock.h, layout.py).
 The tracker writes while we read.  It makes `generation` odd before it writes and even after: a
 copy made between two equal even generations is one state of the map (a sequence lock).  A map too
 large to be copied between two periods in which the tool cuts is read in bands of rows, each of which is
@@ -24,12 +25,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from chipwise.stock.core import CELL_DTYPE, _Head
-from chipwise.stock.store import LEAST_CELL, MOST_CELL, Head
+from chipwise.processes import shared_memory
+from chipwise.stock import layout
+from chipwise.stock.core import CELL_DTYPE
+from chipwise.stock.store import Head
 
-MAGIC, VERSION = 0x43575354, 2      # stock.h
-FULL, DROP_FULL = 65535, 32767      # stock.h: a share of one; the height of the stock
-RIM, RIM_TWO, RIM_DROP, RIM_CUT, RIM_GONE = 0x8000, 0x4000, 1023, 511, 2047     # stock.h: of cells on the outline of the stock
+_Head = layout.Stock                # struct chip_stock without its cells
 BAND_BYTES = 1 << 18                # copied between two looks at the generation: some 50 us
 TRIES = 6                           # to copy the map as a whole; one where it is large
 LARGE_BYTES = 1 << 20               # takes longer to copy than a period
@@ -54,9 +55,9 @@ class Snapshot:
 
 
 def mean_heights(cells, head):
-    """Mean height of cells (dtype CELL_DTYPE) of the map with this head, mm, its bottom where there is none; stock.h, cw_cell_levels has the layout."""
-    height = cells["top"].astype(float) - cells["cut"].astype(float) / FULL * cells["drop"] * head.drop_unit
-    rim = cells["drop"] & RIM != 0
+    """Mean height of cells (dtype CELL_DTYPE) of the map with this head, mm, its bottom where there is none; stock.h, chip_cell_levels has the layout."""
+    height = cells["top"].astype(float) - cells["cut"].astype(float) / layout.FULL * cells["drop"] * head.drop_unit
+    rim = cells["drop"] & layout.RIM != 0
     height[rim] = _rim_heights(cells[rim], head)
     return height
 
@@ -64,10 +65,10 @@ def mean_heights(cells, head):
 def _rim_heights(cells, head):
     """The same of cells on the outline of the stock."""
     top, cut, drop = cells["top"].astype(float), cells["cut"].astype(int), cells["drop"].astype(int)
-    two = (drop & RIM_TWO) != 0
-    gone = np.where(two, (cut >> 5) / RIM_GONE, cut / FULL)
-    share = np.where(two, (drop >> 10 & 15) | (cut & 31) << 4, 0) / RIM_CUT
-    mean = top - share * (drop & RIM_DROP) / RIM_DROP * (head.z_max - head.z_min)
+    two = (drop & layout.RIM_TWO) != 0
+    gone = np.where(two, (cut >> 5) / layout.RIM_GONE, cut / layout.FULL)
+    share = np.where(two, (drop >> 10 & 15) | (cut & 31) << 4, 0) / layout.RIM_CUT
+    mean = top - share * (drop & layout.RIM_DROP) / layout.RIM_DROP * (head.z_max - head.z_min)
     return mean - gone * (mean - head.z_min)
 
 
@@ -83,11 +84,11 @@ class SharedStock:
         self._head = _Head.from_buffer(memory)
         self._room = (len(memory) - C.sizeof(_Head)) // CELL_DTYPE.itemsize
         self._cell, self._capacity = self._head.cell, self._head.capacity
-        if (self._head.magic, self._head.version) != (MAGIC, VERSION):
+        if (self._head.magic, self._head.version) != (layout.STOCK_MAGIC, layout.STOCK_VERSION):
             raise SharedStockError(
                 f"chipwise: stock map: magic {self._head.magic:#x} version {self._head.version} is not "
-                f"{MAGIC:#x} version {VERSION}; use the stock_tracker of this chipwise")
-        if not (0 < self._capacity <= self._room and LEAST_CELL <= self._cell <= MOST_CELL):
+                f"{layout.STOCK_MAGIC:#x} version {layout.STOCK_VERSION}; use the stock_tracker of this chipwise")
+        if not (0 < self._capacity <= self._room and layout.MIN_CELL <= self._cell <= layout.MAX_CELL):
             raise SharedStockError(f"chipwise: stock map: {self._capacity} cells of {self._cell:g} mm do not fit into its memory of "
                                    f"{len(memory)} bytes; start LinuxCNC again")
 
@@ -177,7 +178,7 @@ class SharedStock:
         start, raw = C.sizeof(_Head), cells.view(np.uint8).reshape(-1)
         np.frombuffer(self._memory, np.uint8, raw.size, start)[:] = raw
         (head.x0, head.y0, head.z_min), (head.x_max, head.y_max, head.z_max) = found.low, found.high
-        head.drop_unit = (found.high[2] - found.low[2]) / DROP_FULL
+        head.drop_unit = (found.high[2] - found.low[2]) / layout.DROP_FULL
         head.shape, head.removed = found.shape, found.removed
         (head.half_x, head.half_y), head.turn = found.half, found.turn
         head.ny, head.filled = found.ny, found.ny + 2
@@ -232,16 +233,14 @@ def _snapshot(head, cells, exact):
 def _size_of_ours(number):
     """Bytes of a block that is ours and that nobody else may write; SharedStockError for any other."""
     try:
-        with open("/proc/sysvipc/shm", encoding="ascii") as table:
-            names = table.readline().split()
-            rows = [dict(zip(names, line.split())) for line in table]
+        rows = shared_memory()
     except OSError as error:
         raise SharedStockError(f"chipwise: stock map: /proc/sysvipc/shm: {error.strerror}; mount /proc") from error
     for row in rows:
-        if int(row["shmid"]) == number:
-            us, perms = (os.getuid(), os.geteuid()), int(row["perms"], 8)
-            if int(row["uid"]) in us and int(row["cuid"]) in (*us, 0) and not perms & 0o077:
-                return int(row["size"])
+        if row["shmid"] == number:
+            us, perms = (os.getuid(), os.geteuid()), row["perms"]
+            if row["uid"] in us and row["cuid"] in (*us, 0) and not perms & 0o077:
+                return row["size"]
             raise SharedStockError(f"chipwise: stock map: the memory belongs to user {row['uid']} and was made by user "
                                    f"{row['cuid']} with the rights {perms & 0o777:o}; start LinuxCNC again")
     raise SharedStockError("chipwise: stock map: its memory has gone; start LinuxCNC again")
@@ -271,7 +270,7 @@ class _Mapped:
 
 def attach(tracker=0, component=None):
     """The SharedStock of stock-tracker.<tracker> of the LinuxCNC that runs here; component: the caller's
-    HAL component, where he has one."""
+    HAL component, if it has one."""
     import hal                      # only where LinuxCNC is
     own = component is None
     if own:
@@ -287,4 +286,9 @@ def attach(tracker=0, component=None):
     mapped = _Mapped(key)
     stock = SharedStock(mapped.memory)
     stock._held = (mapped, holder, component) if own else (mapped, holder)
+    size = len(mapped.memory)
+    if size != C.sizeof(_Head) + stock.capacity * CELL_DTYPE.itemsize:
+        stock.close()
+        raise SharedStockError(f"chipwise: stock map: its head is not {C.sizeof(_Head)} bytes long ({stock.capacity} cells in "
+                               f"{size} bytes); use the stock_tracker of this chipwise")
     return stock

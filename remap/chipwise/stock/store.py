@@ -1,7 +1,8 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """A stock in a file: what M253 saves and M254 restores.
 
-Who calls it: cli/monitor.py (the files and the map), glue/volumetric.py (names and reasons only).  Pure: no HAL, no
-LinuxCNC; the map is any buffer that starts with struct cw_stock (components/core/stock.h).
+Who calls it: cli/monitor.py (the files and the map), glue/stock_codes.py (names and reasons only).  Pure: no HAL, no
+LinuxCNC; the map is any buffer that starts with struct chip_stock (components/core/stock.h).
 
 A file holds, in this order
     16 bytes    "chipwise stock\\r\\n" (a transfer as text breaks it)
@@ -26,22 +27,19 @@ import time
 import zlib
 from dataclasses import asdict, dataclass
 from dataclasses import fields as dataclass_fields
+from typing import Any, NoReturn, Optional
 
 import numpy as np
 
 from chipwise.files import TooLong, read_bytes
+from chipwise.stock import layout
 from chipwise.stock.core import CELL_DTYPE
 from chipwise.stock.reasons import BROKEN, DISK, NO_FILE, OTHER_CELL, OTHER_VERSION, TOO_LARGE
 
 MARK, VERSION = b"chipwise stock\r\n", 2
 DIGEST = 32
 MOST_HEAD = 4096                    # bytes
-MOST_CELLS = 1 << 28                # stock.c
 MOST_NUMBER = 1 << 53               # of any whole number in a head
-LEAST_CELL, MOST_CELL = 1e-3, 100.0 # mm, stock.h
-LEAST_SIZE, FARTHEST = 1e-3, 1e6    # mm, stock.h: of the box, and of a corner from machine zero
-FULL = 65535                        # stock.h
-RIM, RIM_TWO, RIM_GONE = 0x8000, 0x4000, 2047       # stock.h
 ENDING = ".stock"
 UNFINISHED = ".new"
 REMAINS_S = 300.0                   # an unfinished file this old has no writer any more
@@ -50,12 +48,12 @@ KEPT = "kept" + ENDING              # [CHIPWISE]KEEP_STOCK
 class StoreError(Exception):
     """A file that cannot be used; `reply` is the number of the reason, the text has the details."""
 
-    def __init__(self, reply, detail):
+    def __init__(self, reply: int, detail: str):
         super().__init__(detail)
         self.reply = reply
 
 
-def slot_name(slot):
+def slot_name(slot: int) -> str:
     """File of a slot, within STOCK_DIR."""
     return f"slot{slot}{ENDING}"
 
@@ -74,30 +72,30 @@ class Head:
     turn: float = 0.0               # rad it is turned by; low..high is the upright box around it
 
     @property
-    def count(self):
+    def count(self) -> int:
         """Cells, ring included."""
         return (self.nx + 2) * (self.ny + 2)
 
 
-def _check_head(head):
+def _check_head(head: Head) -> None:
     """Raise StoreError where the numbers cannot be those of a map."""
     numbers = [head.cell, head.removed, *head.low, *head.high, *head.half, head.turn]
     try:
-        good = (len(head.low) == len(head.high) == 3 and all(math.isfinite(v) and abs(v) <= FARTHEST for v in numbers[2:])
-                and math.isfinite(head.removed) and head.removed >= 0 and LEAST_CELL <= head.cell <= MOST_CELL
-                and head.shape in (0, 1) and all(b - a >= LEAST_SIZE for a, b in zip(head.low, head.high))
+        good = (len(head.low) == len(head.high) == 3 and all(math.isfinite(v) and abs(v) <= layout.MAX_COORDINATE for v in numbers[2:])
+                and math.isfinite(head.removed) and head.removed >= 0 and layout.MIN_CELL <= head.cell <= layout.MAX_CELL
+                and head.shape in list(layout.StockShape) and all(b - a >= layout.MIN_SIZE for a, b in zip(head.low, head.high))
                 and len(head.half) == 2 and _box_fits(head)
                 and type(head.nx) is int and type(head.ny) is int
                 and (head.nx, head.ny) == tuple(math.ceil((b - a) / head.cell - 1e-9)
                                                 for a, b in zip(head.low[:2], head.high[:2]))
-                and 0 < head.count <= MOST_CELLS)
+                and 0 < head.count <= layout.MAX_CELLS)
     except (TypeError, ValueError, OverflowError):
         good = False
     if not good:
         raise StoreError(BROKEN, f"its head has numbers no map can have: {head}")
 
 
-def _box_fits(head):
+def _box_fits(head: Head) -> bool:
     """Whether the box, turned, fills low..high (stock.c: box_fits)."""
     (a, b), c, s = head.half, abs(math.cos(head.turn)), abs(math.sin(head.turn))
     if not (a > 0 and b > 0):
@@ -107,22 +105,22 @@ def _box_fits(head):
     return all(abs(want - have) <= 1e-9 * (1 + have) for want, have in zip(hull, room))
 
 
-def _check_cells(head, cells):
+def _check_cells(head: Head, cells: np.ndarray) -> None:
     """Raise StoreError where a cell cannot be one of this stock; `cells` (ny + 2, nx + 2)."""
     low, high = np.float32(head.low[2]), np.float32(head.high[2])
     top, cut, drop = cells["top"], cells["cut"], cells["drop"]
     tolerance = np.float32(1e-3 * (head.high[2] - head.low[2]) + 1e-6 * max(abs(low), abs(high)))
     good = bool(np.isfinite(top).all()) and bool((top >= low - tolerance).all()) and bool((top <= high).all())
-    two = (drop & RIM != 0) & (drop & RIM_TWO != 0)
-    good = good and not ((cut == 0) & (drop != 0)).any() and not ((cut == FULL) & ~two).any()
-    good = good and not (two & ((cut >> 5 == 0) | (cut >> 5 >= RIM_GONE))).any()
+    two = (drop & layout.RIM != 0) & (drop & layout.RIM_TWO != 0)
+    good = good and not ((cut == 0) & (drop != 0)).any() and not ((cut == layout.FULL) & ~two).any()
+    good = good and not (two & ((cut >> 5 == 0) | (cut >> 5 >= layout.RIM_GONE))).any()
     ring = [cells[0], cells[-1], cells[:, 0], cells[:, -1]]
     good = good and all((edge["top"] <= low).all() and not edge["cut"].any() for edge in ring)
     if not good:
         raise StoreError(BROKEN, "it has cells that cannot be in this stock")
 
 
-def pack(head, cells):
+def pack(head: Head, cells: np.ndarray) -> bytes:
     """Head and cells ((ny + 2, nx + 2), CELL_DTYPE) -> the bytes of a file."""
     fields = dict(asdict(head), version=VERSION)
     text = json.dumps(fields, sort_keys=True).encode()
@@ -130,7 +128,7 @@ def pack(head, cells):
     return body + hashlib.sha256(body).digest()
 
 
-def unpack(data, most_cells=MOST_CELLS):
+def unpack(data: bytes, most_cells: int = layout.MAX_CELLS) -> tuple[Head, np.ndarray]:
     """The bytes of a file -> (head, cells).  Raises StoreError."""
     start = len(MARK) + 4
     if len(data) < start + DIGEST or not data.startswith(MARK):
@@ -156,7 +154,7 @@ def unpack(data, most_cells=MOST_CELLS):
     return head, cells
 
 
-def _no_constant(name):
+def _no_constant(name: str) -> NoReturn:
     raise ValueError(f"{name} is not a number")
 
 
@@ -165,7 +163,7 @@ _KINDS = {"cell": _NUMBER, "removed": _NUMBER, "turn": _NUMBER, "low": 3, "high"
           "shape": _WHOLE, "nx": _WHOLE, "ny": _WHOLE}
 
 
-def _has_type(value, kind):
+def _has_type(value: Any, kind: Any) -> bool:
     """Whether a value of the head is of its kind, and a float can hold it; True is not a number, 1.0 is not a whole one."""
     if isinstance(kind, int):
         return type(value) is list and len(value) == kind and all(_has_type(part, _NUMBER) for part in value)
@@ -174,7 +172,7 @@ def _has_type(value, kind):
     return kind is _NUMBER and type(value) is float
 
 
-def _read_head(text):
+def _read_head(text: bytes) -> Head:
     try:
         fields = json.loads(text, parse_constant=_no_constant)
     except (ValueError, RecursionError) as error:
@@ -194,7 +192,7 @@ def _read_head(text):
     return head
 
 
-def _remove_remains(path):
+def _remove_remains(path: str) -> None:
     """What writers of this file have left that were killed."""
     for name in glob.glob(glob.escape(path) + ".*" + UNFINISHED):
         try:
@@ -202,10 +200,10 @@ def _remove_remains(path):
             if stat.S_ISREG(found.st_mode) and time.time() - found.st_mtime > REMAINS_S:
                 os.unlink(name)
         except OSError:
-            pass                        # what is not ours to remove is in nobody's way
+            pass                        # a file that cannot be removed does no harm
 
 
-def write(path, head, cells):
+def write(path: str, head: Head, cells: np.ndarray) -> None:
     """Save; the file at `path` is the old one or the new one at any moment.  Raises StoreError."""
     folder = os.path.dirname(os.path.abspath(path))
     fresh = None
@@ -232,7 +230,7 @@ def write(path, head, cells):
             os.unlink(fresh)
 
 
-def read(path, cell=None, most_cells=MOST_CELLS):
+def read(path: str, cell: Optional[float] = None, most_cells: int = layout.MAX_CELLS) -> tuple[Head, np.ndarray]:
     """-> (head, cells) of a file, for a map with this cell and room for so many.  Raises StoreError."""
     try:
         data = read_bytes(path, most_cells * CELL_DTYPE.itemsize + MOST_HEAD * 16)

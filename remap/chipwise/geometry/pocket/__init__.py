@@ -1,4 +1,5 @@
-"""Strategies that clear a pocket: Fields (allowed tool centres) to Tracks (ways of the tool).
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Strategies that clear a pocket: machinable regions (allowed tool centres) to Tracks (toolpaths).
 
 Called by cycles/pocket.py.  Pure geometry, mm, no LinuxCNC import.
 """

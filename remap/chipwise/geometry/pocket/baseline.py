@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """The base line of a Partition and the spokes from it to every corner.
 
 Called by concentric.py.  Source: the abstract on area machining by convex polygons, with its symbols:
@@ -13,7 +14,7 @@ lines are called spokes here.
 3. With holes the base line has a ring about each of them, and every contour its own closed paths on
    its own side of the base line.  The abstract's figure has no holes; nothing else changes.
 4. Departure: the abstract divides every spoke in the same number of parts, which crowds the paths
-   in narrow places.  Here every contour has its own number, and a branch of the Field that hangs on
+   in narrow positions.  Here every contour has its own number, and a branch of the machinable region that hangs on
    one edge Bi keeps only every q-th closed path, where the distance allows it; the others turn back
    along Bi.
 """
@@ -23,7 +24,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .convex import centroid, height
+from chipwise.geometry.pocket.convex_cuts import centroid, height
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +52,7 @@ class Fan:
 
 class BaseLine:
     """Base line and fans of a Partition: node (k, 2) mm: centroids first, then middle points;
-    ways: list per node of neighbouring nodes; polygons: how many."""
+    neighbours: list per node of neighbouring nodes; polygons: how many."""
 
     def __init__(self, partition):
         self.partition = partition
@@ -62,15 +63,15 @@ class BaseLine:
         points = partition.points
         nodes = self._centres(corners)
         self.polygons = len(nodes)
-        self.middle, self.ways = {}, [[] for _ in nodes]
+        self.middle, self.neighbours = {}, [[] for _ in nodes]
         for (a, b), (n, k) in self.edges.items():
             if partition.polygons[n][k][1] and a < b:
                 m = self.middle[a, b] = self.middle[b, a] = len(nodes)
                 nodes.append(0.5 * (np.array(points[a]) + np.array(points[b])))
                 other = self.edges[b, a][0]
-                self.ways.append([n, other])
-                self.ways[n].append(m)
-                self.ways[other].append(m)
+                self.neighbours.append([n, other])
+                self.neighbours[n].append(m)
+                self.neighbours[other].append(m)
         self.node = np.array(nodes)
 
     def _centres(self, corners):
@@ -137,13 +138,13 @@ class BaseLine:
             if low[n] >= rank[n]:                       # hangs on the edge to its parent alone
                 every[n] = kept * max(1, least[n] // kept)
         for m in range(self.polygons, len(every)):
-            every[m] = every[min(self.ways[m], key=lambda n: rank[n])]
+            every[m] = every[min(self.neighbours[m], key=lambda n: rank[n])]
         return parts, every[fan.node]
 
     def _depth_first(self, root):
         """(polygons in order, parent, lowest rank reached from below) of a walk over shared edges."""
         order, parent, rank, low = [], {root: None}, {}, {}
-        stack = [(root, None, iter(self.ways[root]))]
+        stack = [(root, None, iter(self.neighbours[root]))]
         rank[root] = low[root] = 0
         order.append(root)
         while stack:
@@ -154,7 +155,7 @@ class BaseLine:
                 if stack:
                     low[stack[-1][0]] = min(low[stack[-1][0]], low[n])
                 continue
-            other = sum(self.ways[m]) - n
+            other = sum(self.neighbours[m]) - n
             if m == through:
                 continue
             if other in rank:
@@ -163,13 +164,13 @@ class BaseLine:
             parent[other] = n
             rank[other] = low[other] = len(order)
             order.append(other)
-            stack.append((other, m, iter(self.ways[other])))
+            stack.append((other, m, iter(self.neighbours[other])))
         return order, parent, low
 
     def walks(self, travel):
         """The base line as walks [(nodes, cutting)] over each of its lines once: cutting False on
         lines done before, which the tool follows back for at most `travel` mm."""
-        left = [set(ways) for ways in self.ways]
+        left = [set(neighbours) for neighbours in self.neighbours]
         here = min(range(len(left)), key=lambda n: (len(left[n]) != 1, n))
         walks, nodes, cutting = [], [here], []
         while True:
@@ -181,7 +182,7 @@ class BaseLine:
                 cutting.append(True)
                 here = there
                 continue
-            back = self._way_back(here, left)
+            back = self._route_back(here, left)
             if back is None:
                 return walks + [(nodes, cutting)]
             length, path = back
@@ -193,7 +194,7 @@ class BaseLine:
                 nodes, cutting = [path[-1]], []
             here = path[-1]
 
-    def _way_back(self, here, left):
+    def _route_back(self, here, left):
         """(length mm, nodes) to the nearest node with lines left, along lines done; or None."""
         heap, came = [(0.0, here, None)], {}
         while heap:
@@ -206,7 +207,7 @@ class BaseLine:
                 while came[path[-1]] is not None:
                     path.append(came[path[-1]])
                 return length, path[::-1]
-            for other in self.ways[n]:
+            for other in self.neighbours[n]:
                 if other not in came:
                     step = float(np.hypot(*(self.node[other] - self.node[n])))
                     heapq.heappush(heap, (length + step, other, n))

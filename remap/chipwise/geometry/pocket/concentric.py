@@ -1,34 +1,35 @@
-"""P3: clear a Field along closed paths about a base line, from convex polygons.
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""P3: clear a machinable region along closed paths about a base line, from convex polygons.
 
 Called by cycles/pocket.py as a strategy (tracks.py).  Source: the abstract on area machining by
 convex polygons.  Its steps, with its symbols:
-1. the arcs of the offset curve OFC are replaced by chords (regions.py: inner_polygons);
+1. the arcs of the offset curve OFC are replaced by chords (inner_polygons.py);
 2. the area is divided into convex polygons PGi (convex.py);
 3. the base line BL joins their centroids Wi and the middle points Mi of their common edges, spokes
    lead from it to the corners (baseline.py);
 4. every spoke is divided in equal parts; the points of the same number make a closed path CPTk;
 5. the tool runs along BL, the closed paths from inside out, and at last along OFC.
 
-Departures: the polygon stays a little inside the curve (STRAYING), so that no chord leaves the Field.
+Departures: the polygon stays a little inside the curve (STRAYING), so that no chord leaves the machinable region.
 The number of parts follows from the step-over instead of being given.  Narrow branches keep fewer
 paths, and holes have paths of their own (baseline.py, 3 and 4).
 
-No residue up to a step-over of the tool radius: a point of the Field is never further from the next
-path than the step-over.  Above that a sharp turn may leave its outer corner to leftovers.py; it
-seldom does, because most places are covered more closely than the widest one.
+No residue up to a step-over of the tool radius: a point of the machinable region is never further from the next
+path than the step-over.  Above that a sharp turn may leave its outer corner to rest_material.py; it
+seldom does, because most positions are covered more closely than the widest one.
 """
 import numpy as np
 
 from chipwise.errors import CycleError
 
-from .. import elements
-from ..regions import inner_polygons
-from . import runs
-from .baseline import BaseLine
-from .convex import Partition
-from .rings import contour_parallel
-from .scan import OVERLAP_SHARE
-from .tracks import along, make_track
+from chipwise.geometry.base import elements
+from chipwise.geometry.base.inner_polygons import inner_polygons
+from chipwise.geometry.base import chains
+from chipwise.geometry.pocket.baseline import BaseLine
+from chipwise.geometry.pocket.convex import Partition
+from chipwise.geometry.pocket.rings import contour_parallel
+from chipwise.geometry.pocket.scan import OVERLAP_SHARE
+from chipwise.geometry.pocket.tracks import along, make_track
 
 # The polygon may stay this share of the step-over away from the outline: half of it chords, half
 # corners left out.
@@ -38,7 +39,7 @@ STRAYING = 0.1
 MAX_RINGS = 500
 
 # The tool follows the base line back through its own slot for at most this many tool radii before
-# lifting is the shorter way.
+# lifting is shorter.
 TRAVEL = 8.0
 
 # From one closed path to the next the tool goes slantwise, over at least this many times the
@@ -49,19 +50,19 @@ SLANT = 3.0
 SAME_MM = 1e-6
 
 
-def concentric(field, radius, step, direction, climb):
-    """Tracks of a Field, closed paths at most `step` mm apart.  direction (rad) plays no part."""
+def concentric(region, radius, step, direction, climb):
+    """Tracks of a machinable region, closed paths at most `step` mm apart.  direction (rad) plays no part."""
     limit = min(step, 2.0 * radius * (1.0 - OVERLAP_SHARE))
     straying = STRAYING * limit
-    flat = [runs.flat(contour, 0.5 * straying)[:-1] for contour in field.contours]
+    flat = [chains.flat(contour, 0.5 * straying)[:-1] for contour in region.contours]
     parts = [Partition(*part) for part in _polygons(flat, 0.5 * straying)]
     if not all(part.convex() for part in parts):
-        return contour_parallel(field, radius, step, direction, climb)
-    way = _Way(field, climb, straying)
+        return contour_parallel(region, radius, step, direction, climb)
+    toolpath = _Toolpath(region, climb, straying)
     for part in parts:
-        way.closing = part is parts[-1]
-        _clear(way, part, radius, limit, limit - straying)
-    return way.finished()
+        toolpath.closing = part is parts[-1]
+        _clear(toolpath, part, radius, limit, limit - straying)
+    return toolpath.finished()
 
 
 def _polygons(flat, share):
@@ -71,44 +72,44 @@ def _polygons(flat, share):
     return inner_polygons(outer, flat[1:], share, share)
 
 
-class _Way:
+class _Toolpath:
     """The Tracks so far and the contours still to run.  closing: contours may be run now, because
     nothing but closed paths of other contours comes after them."""
 
-    def __init__(self, field, climb, straying):
+    def __init__(self, region, climb, straying):
         self.climb, self.near, self.closing = climb, 2.0 * straying, False
-        self.tracks, self.runs, self.flags, self.here = [], [], [], None
-        self.contours = [along(contour, climb) for contour in field.contours]
+        self.tracks, self.chains, self.flags, self.here = [], [], [], None
+        self.contours = [along(contour, climb) for contour in region.contours]
         self.left = set(range(len(self.contours)))
         self.ends = []                  # per fan: last points before the contour, tips, both (n, 2)
 
     def lift(self, to=None):
         """Ends the Track; the next one begins at `to` (2,) mm."""
-        if self.runs:
-            self.tracks.append(make_track(elements.join(self.runs), np.concatenate(self.flags)))
-        self.runs, self.flags, self.here = [], [], to
+        if self.chains:
+            self.tracks.append(make_track(elements.join(self.chains), np.concatenate(self.flags)))
+        self.chains, self.flags, self.here = [], [], to
 
     def go(self, points, cutting=True):
-        """Adds lines from here along points (n, 2); points on the same place count once."""
+        """Adds lines from here along points (n, 2); points on the same position count once."""
         points = np.concatenate((self.here[None], points))
         keep = np.hypot(*np.diff(points, axis=0).T) > SAME_MM
         cutting = np.broadcast_to(cutting, len(keep))[keep]
         points = points[np.concatenate(([True], keep))]
         if len(cutting):
-            self.runs.append(elements.make_lines(points[:-1], points[1:]))
+            self.chains.append(elements.make_lines(points[:-1], points[1:]))
             self.flags.append(cutting)
         self.here = points[-1]
 
     def contour(self, tip):
         """Goes on to a tip and runs the contour nearest to it, if it is still to run."""
-        places = [runs.nearest(loop, tip) for loop in self.contours]
-        k = min(range(len(places)), key=lambda n: places[n][0])
-        if k not in self.left or places[k][0] > self.near:
+        positions = [chains.nearest(loop, tip) for loop in self.contours]
+        k = min(range(len(positions)), key=lambda n: positions[n][0])
+        if k not in self.left or positions[k][0] > self.near:
             return
         self.left.discard(k)
-        loop = runs.rotated(self.contours[k], *places[k][1:])
+        loop = chains.rotated(self.contours[k], *positions[k][1:])
         self.go(np.stack((tip, loop.start[0])))
-        self.runs.append(loop)
+        self.chains.append(loop)
         self.flags.append(np.full(len(loop), True))
         self.lift()
 
@@ -128,35 +129,35 @@ class _Way:
         return tuple(self.tracks)
 
 
-def _clear(way, partition, radius, limit, gap):
+def _clear(toolpath, partition, radius, limit, gap):
     """Base line and closed paths of one polygon, and the contours if they may be run now."""
     partition.slimmer()
     partition.merged()
     line = BaseLine(partition)
     for nodes, cutting in line.walks(TRAVEL * radius):
         if len(nodes) > 1:
-            way.lift(line.node[nodes[0]])
-            way.go(line.node[nodes[1:]], cutting)
+            toolpath.lift(line.node[nodes[0]])
+            toolpath.go(line.node[nodes[1:]], cutting)
     for fan in line.fans():
         parts, every = line.divided(fan, gap)
         if parts > MAX_RINGS:
             raise CycleError(f"step-over D{{d}} needs more than {MAX_RINGS} rings", "use a larger D", d=limit)
-        tip = _closed_paths(way, fan, parts, every, gap)
-        if way.closing:
-            way.contour(tip)
-    way.lift()
+        tip = _closed_paths(toolpath, fan, parts, every, gap)
+        if toolpath.closing:
+            toolpath.contour(tip)
+    toolpath.lift()
 
 
-def _closed_paths(way, fan, parts, every, gap):
+def _closed_paths(toolpath, fan, parts, every, gap):
     """All closed paths of a fan, inside out, joined by slants; returns the tip of the last one's
     start.  every (n,): which of them each spoke keeps."""
-    turned = slice(None, None, 1 if way.climb else -1)
+    turned = slice(None, None, 1 if toolpath.climb else -1)
     base, every = fan.base[turned], every[turned]
     spoke, kept = fan.tip[turned] - base, int(every.min())
     first = int(np.argmin(np.where(every == kept, np.hypot(*spoke.T), np.inf)))
     base, spoke, every = (np.roll(part, -first, axis=0) for part in (base, spoke, every))
-    way.ends.append((base + spoke * (1.0 - every / parts)[:, None], base + spoke))
-    way.lift(base[0])
+    toolpath.ends.append((base + spoke * (1.0 - every / parts)[:, None], base + spoke))
+    toolpath.lift(base[0])
     start, level = 0, 0
     for k in range(parts % kept or kept, parts, kept):
         on = np.flatnonzero((parts - k) % every == 0)
@@ -164,9 +165,9 @@ def _closed_paths(way, fan, parts, every, gap):
         ring = base[on] + spoke[on] * (k / parts)
         ahead, share = _slant(ring, every[on] == kept, SLANT * gap)
         levels = level + (k - level) * share
-        way.go((base[on] + spoke[on] * levels[:, None] / parts)[:ahead + 1])
-        way.go(np.roll(ring, -ahead, axis=0))
-        way.go(ring[ahead:ahead + 1])
+        toolpath.go((base[on] + spoke[on] * levels[:, None] / parts)[:ahead + 1])
+        toolpath.go(np.roll(ring, -ahead, axis=0))
+        toolpath.go(ring[ahead:ahead + 1])
         start, level = int(on[ahead]), k
     return base[start] + spoke[start]
 

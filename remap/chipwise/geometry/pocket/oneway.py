@@ -1,4 +1,5 @@
-"""P1: clear a Field by cuts that all run one way, with the wall cut in the same go.
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""P1: clear a machinable region by cuts that all run one way, with the wall cut in the same go.
 
 Called by cycles/pocket.py.  Source: the abstract on unidirectional area machining.  Its sequence,
 with its symbols: cut along PTi from Pi to Qi; feed along the outline OLC back to Qi-1; traverse to
@@ -17,16 +18,16 @@ Departures: the abstract says nothing of the first and the last path, of islands
 """
 import numpy as np
 
-from .scan import scan
+from chipwise.geometry.pocket.scan import scan
 
 
-def one_way(field, radius, step, direction, climb):
-    """Tracks of a Field, every chord in `direction` (rad); see tracks.py."""
-    rows = scan(field, radius, step, direction, climb)
+def one_way(region, radius, step, direction, climb):
+    """Tracks of a machinable region, every chord in `direction` (rad); see tracks.py."""
+    rows = scan(region, radius, step, direction, climb)
     order = _Order(rows)
     tracks = []
     while (chord := order.following()) is not None:
-        tracks += [rows.track(run) for run in order.cut(chord)]
+        tracks += [rows.track(chain) for chain in order.cut(chord)]
     return tuple(tracks + rows.contour_tracks(tracks[-1].end if tracks else None))
 
 
@@ -75,20 +76,20 @@ class _Order:
         """Runs of the track that cuts a chord, and of the feet that become free with it."""
         rows, fresh = self.rows, []
         before = int(rows.before[rows.starts[chord]])
-        run = rows.run_of_piece(before) if self._cleared(before) else []
+        chain = rows.chain_of_segment(before) if self._cleared(before) else []
         while True:
             self._take(chord)
             fresh.append(chord)
-            run += rows.run_of_chord(chord) + rows.run_of_piece(rows.ends[chord])
+            chain += rows.chain_of_chord(chord) + rows.chain_of_segment(rows.ends[chord])
             here = int(rows.after[rows.ends[chord]])
             if self._closes(here):
-                run += rows.run_of_piece(here)          # over the head and on to the next row
+                chain += rows.chain_of_segment(here)          # over the head and on to the next row
                 here = int(rows.after[here])
             chord = int(rows.chord[here])
             if not rows.is_start[here] or self.done[chord]:
                 break
         self.last = fresh[-1]
-        return [run] + self._feet(fresh)
+        return [chain] + self._feet(fresh)
 
     def _cleared(self, crossing):
         return self.rows.is_start[crossing] and self.done[self.rows.chord[crossing]]
@@ -111,12 +112,12 @@ class _Order:
 
     def _feet(self, fresh):
         """Runs of outline pieces from P to Q with both chords done, one of them just now."""
-        rows, runs = self.rows, []
+        rows, chains = self.rows, []
         for chord in fresh:
             for crossing in (rows.starts[chord], rows.before[rows.ends[chord]]):
                 foot = rows.is_start[crossing] and not rows.is_start[rows.after[crossing]]
                 ends = rows.chord[[crossing, rows.after[crossing]]]
-                run = rows.run_of_piece(crossing) if foot and self.done[ends].all() else []
-                if run and run not in runs:
-                    runs.append(run)
-        return runs
+                chain = rows.chain_of_segment(crossing) if foot and self.done[ends].all() else []
+                if chain and chain not in chains:
+                    chains.append(chain)
+        return chains

@@ -1,4 +1,5 @@
-"""Scan rows over a Field: the chords, how the outline joins their ends, and which lie next to which.
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Scan rows over a machinable region: the chords, how the outline joins their ends, and which lie next to which.
 
 Called by oneway.py (P1) and zigzag.py (P2).  Source: the abstract on unidirectional area machining
 (cutting paths PTi from Pi to Qi, joined by moves along the outline curve OLC), which knows one chord
@@ -9,15 +10,15 @@ as relations between chords instead of the number i.
    for conventional, so that the stock still standing is on the wanted side of every cut.  Seen in the
    frame (u along the cut, v progress) both cases are the same picture, and every contour in its
    direction of travel passes v upwards at the start P of a chord and downwards at its end Q.
-2. Rows are spread evenly over the Field, gaps at most `limit`, and keep CLEAR_MM away from every
+2. Rows are spread evenly over the machinable region, gaps at most `limit`, and keep CLEAR_MM away from every
    corner and turning point, so that all crossings are clean.
 3. Between two crossings that follow one another on a contour lies one outline piece.  It joins two
    ends in neighbouring rows (a wall), or two of one row (the end of an island or of a bay, a cap).
 4. Chords on the outer edge of the same region between two rows are joined by its pieces, so a
    union-find over pieces tells which chords border which region.
 
-No residue: a point of the Field is within half a gap of a row, or the way there meets the outline;
-what lies outside the Field within the tool's reach is nearest to the outline.  So rows and outline
+No residue: a point of the machinable region is within half a gap of a row, or the way there meets the outline;
+what lies outside the machinable region within the tool's reach is nearest to the outline.  So rows and outline
 together reach everything while the gap is at most the tool's diameter.
 """
 from dataclasses import dataclass
@@ -27,9 +28,9 @@ import numpy as np
 
 from chipwise.errors import CycleError
 
-from .. import elements
-from ..elements import Elements
-from .tracks import along, make_track
+from chipwise.geometry.base import elements
+from chipwise.geometry.base.elements import Elements
+from chipwise.geometry.pocket.tracks import along, make_track
 
 # Rows stay this far (mm) from the v of corners and turning points: far above rounding, far below
 # any step-over; also the least height of what a row cuts off an element.
@@ -42,14 +43,14 @@ OVERLAP_SHARE = 0.005
 # More rows are a slip of the finger and would stall the preview.
 MAX_ROWS = 3000
 
-# A Field below this area (mm2) is a line or a spot: its contour is all there is to cut.
+# A machinable region below this area (mm2) is a line or a point contact: its contour is all there is to cut.
 NO_AREA_MM2 = 1e-6
 
 # Elements of the pool below this length (mm) are none: rounding of a chord between two walls that
 # lie on one another.
 NO_LENGTH_MM = 1e-9
 
-# Ends of a chord that lie this near (mm) may come in either order: where a Field is a line.
+# Ends of a chord that lie this near (mm) may come in either order: where a machinable region is a line.
 TIE_MM = 1e-6
 
 
@@ -82,25 +83,25 @@ class Scan:
         """Number of chords."""
         return len(self.starts)
 
-    def run_of_piece(self, crossing):
+    def chain_of_segment(self, crossing):
         """Pool indices of the outline from a crossing to the next one on its contour."""
         first, last = self.loops[self.loop[crossing]]
         a, b = int(self.begin[crossing]), int(self.begin[self.after[crossing]])
         return list(range(a, b)) if a < b else [*range(a, last), *range(first, b)]
 
-    def run_back(self, run):
+    def chain_back(self, chain):
         """A run of outline pieces travelled backwards."""
-        return [2 * self.split - 1 - k for k in reversed(run)]
+        return [2 * self.split - 1 - k for k in reversed(chain)]
 
-    def run_of_chord(self, chord, forward=True):
+    def chain_of_chord(self, chord, forward=True):
         """Pool index of a chord, from P to Q, or back."""
         return [2 * self.split + chord + (0 if forward else self.chords)]
 
-    def track(self, run):
-        """Track of pool indices, without chords where the Field is a line that the row crosses."""
-        run = np.array(run)
-        long = self._long[run]
-        return make_track(elements.take(self.pool, run[long] if long.any() else run[:1]))
+    def track(self, chain):
+        """Track of pool indices, without chords where the machinable region is a line that the row crosses."""
+        chain = np.array(chain)
+        long = self._long[chain]
+        return make_track(elements.take(self.pool, chain[long] if long.any() else chain[:1]))
 
     @cached_property
     def _long(self):
@@ -131,19 +132,19 @@ class Scan:
         return tracks
 
 
-def scan(field, radius, step, direction, climb):
-    """Scan of a Field: rows at most `step` (mm) apart, cut in `direction` (rad)."""
-    contours = [along(contour, climb) for contour in field.contours]
+def scan(region, radius, step, direction, climb):
+    """Scan of a machinable region: rows at most `step` (mm) apart, cut in `direction` (rad)."""
+    contours = [along(contour, climb) for contour in region.contours]
     e = elements.join(contours)
     u = np.array((np.cos(direction), np.sin(direction)))
     v = np.array((u[1], -u[0])) if climb else np.array((-u[1], u[0]))
-    piece, t0, t1 = _monotone(e, v)
-    low, high = (elements.point_at(e, piece, t) @ v for t in (t0, t1))
-    low = np.where(t0 == 0.0, e.start[piece] @ v, low)
-    high = np.where(t1 == 1.0, e.end[piece] @ v, high)
+    segment, t0, t1 = _monotone(e, v)
+    low, high = (elements.point_at(e, segment, t) @ v for t in (t0, t1))
+    low = np.where(t0 == 0.0, e.start[segment] @ v, low)
+    high = np.where(t1 == 1.0, e.end[segment] @ v, high)
     limit = min(step, 2.0 * radius * (1.0 - OVERLAP_SHARE))
-    rows = spread_rows(np.concatenate((low, high)), limit) if field.area > NO_AREA_MM2 else np.zeros(0)
-    element, t, row, rising = _crossings(e, v, (piece, t0, t1, low, high), rows)
+    rows = spread_rows(np.concatenate((low, high)), limit) if region.area > NO_AREA_MM2 else np.zeros(0)
+    element, t, row, rising = _crossings(e, v, (segment, t0, t1, low, high), rows)
     keep = _matched(elements.point_at(e, element, t) @ u, row, rising)
     return _assemble(contours, e, u, element[keep], t[keep], row[keep], rising[keep])
 
@@ -191,14 +192,14 @@ def _moved(rows, values, clear):
     return np.where(within, near, rows)
 
 
-def _crossings(e, v, pieces, rows):
+def _crossings(e, v, segments, rows):
     """Crossings (element, t, row, rising) of rows with monotone pieces, in contour order."""
-    piece, t0, t1, low, high = pieces
+    segment, t0, t1, low, high = segments
     first = np.searchsorted(rows, np.minimum(low, high), side="right")
     many = np.maximum(np.searchsorted(rows, np.maximum(low, high), side="left") - first, 0)
-    which = np.repeat(np.arange(len(piece)), many)
+    which = np.repeat(np.arange(len(segment)), many)
     row = np.arange(len(which)) - np.repeat(np.cumsum(many) - many, many) + first[which]
-    index, rising = piece[which], (high > low)[which]
+    index, rising = segment[which], (high > low)[which]
     share = (rows[row] - low[which]) / (high - low)[which]
     line_t = t0[which] + (t1 - t0)[which] * share
     arc = e.is_arc[index]
@@ -218,15 +219,15 @@ def _matched(u, row, rising):
     order = _along_rows(u, row, rising)
     count = np.bincount(row, minlength=1) if len(row) else np.zeros(1, int)
     odd = np.zeros(len(count), bool)
-    place = np.arange(len(order)) - np.repeat(np.cumsum(count) - count, count)
-    bad = rising[order] != (place % 2 == 0)
+    position = np.arange(len(order)) - np.repeat(np.cumsum(count) - count, count)
+    bad = rising[order] != (position % 2 == 0)
     odd[row[order[bad]]] = True
     odd |= count % 2 == 1
     return ~odd[row]
 
 
 def _along_rows(u, row, rising):
-    """Order of crossings by row and u; of two at one place a start comes before its end where the
+    """Order of crossings by row and u; of two at one position a start comes before its end where the
     row is outside, else after."""
     order = np.lexsort((u, row))
     tied = np.flatnonzero((np.diff(u[order]) < TIE_MM) & (np.diff(row[order]) == 0))

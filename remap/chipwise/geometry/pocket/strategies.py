@@ -1,8 +1,9 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
 """The strategies of G79 by their number P.  Called by cycles/pocket.py."""
-from .concentric import concentric
-from .oneway import one_way
-from .rings import contour_parallel
-from .zigzag import zigzag
+from chipwise.geometry.pocket.concentric import concentric
+from chipwise.geometry.pocket.oneway import one_way
+from chipwise.geometry.pocket.rings import contour_parallel
+from chipwise.geometry.pocket.zigzag import zigzag
 
 # P word -> strategy, as tracks.py describes it.
 STRATEGIES = {0: contour_parallel, 1: one_way, 2: zigzag, 3: concentric}

@@ -1,7 +1,8 @@
-"""What every pocket strategy takes and gives: Field and Track.
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""What every pocket strategy takes and gives: machinable region and Track.
 
-Made by fields.py (Field) and the strategies rings.py, oneway.py, concentric.py (Track); read by
-leftovers.py and cycles/pocket.py.
+Made by machinable.py (machinable region) and the strategies rings.py, oneway.py, concentric.py (Track); read by
+rest_material.py and cycles/pocket.py.
 
 A strategy is a pure function
 
@@ -9,39 +10,40 @@ A strategy is a pure function
 
 radius: tool radius, mm; step: step-over, mm; direction: rad, of the straight strategies; climb:
 the wall, and the stock still standing, is on the RIGHT of travel: counter-clockwise along the
-boundary of a Field, clockwise about its holes.  That is climb milling with the spindle turning
+boundary of a machinable region, clockwise about its holes.  That is climb milling with the spindle turning
 clockwise (M3); with M4 climb milling is climb=False.
 
-What holds for the Tracks of one Field:
-1. Each stays inside the closed Field, so that its distance to the walls needs no other check.
+What holds for the Tracks of one machinable region:
+1. Each stays inside the closed machinable region, so that its distance to the walls needs no other check.
 2. Between two Tracks the tool is lifted, traverses, and goes down at the next start.  The first
    Track starts in solid stock, where the cycle ramps or helixes in; a later one that starts in
    solid costs an entry too.
-3. The last Track or Tracks run every contour of the Field once, as `climb` says.
+3. The last Track or Tracks run every contour of the machinable region once, as `climb` says.
 """
 from dataclasses import dataclass
+from typing import Optional
 
 import numpy as np
 
-from .. import elements
-from ..elements import Elements
-from ..offset import Pocket
+from chipwise.geometry.base import elements
+from chipwise.geometry.base.elements import Elements
+from chipwise.geometry.offset.kernel import Pocket
 
 
 @dataclass(frozen=True, eq=False)
-class Field:
+class MachinableRegion:
     """One connected region of allowed tool centres, already the tool radius plus the side
     allowance away from every wall.
 
     boundary: Elements, closed, counter-clockwise; holes: tuple of Elements, closed, clockwise,
-    one round each island or group of islands.  A Field of no area (the tool fits in one spot,
+    one round each island or group of islands.  A machinable region of no area (the tool fits at one point,
     or along one line) has a boundary that runs there and back, or one line of no length.
     pocket, distance: the original contours and their distance, mm, from which rings.py makes
-    every ring anew (offset.py: pocket_ring).
+    every ring anew (kernel.py: pocket_ring).
     """
     boundary: Elements
     holes: tuple = ()
-    pocket: Pocket = None
+    pocket: Optional[Pocket] = None
     distance: float = 0.0
 
     @property
@@ -80,11 +82,11 @@ class Track:
         return float(np.sum(elements.lengths(self.elements)))
 
 
-def make_track(run, cutting=True):
+def make_track(chain, cutting=True):
     """Track of Elements; cutting: bool or (n,) bool."""
-    return Track(run, np.broadcast_to(np.asarray(cutting, bool), (len(run),)).copy())
+    return Track(chain, np.broadcast_to(np.asarray(cutting, bool), (len(chain),)).copy())
 
 
 def along(contour, climb):
-    """A contour of a Field in the direction of travel that `climb` asks for."""
+    """A contour of a machinable region in the direction of travel that `climb` asks for."""
     return contour if climb else elements.reverse(contour)

@@ -1,52 +1,53 @@
-"""P2: clear a Field by cuts to and fro, joined along the outline.
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""P2: clear a machinable region by cuts to and fro, joined along the outline.
 
 Called by cycles/pocket.py.  Same rows and outline pieces as P1 (scan.py).  From the end of a chord
 the tool feeds along the outline to a chord of the next row that is still to cut, or round the end of
 an island or of a bay, until no way leads on.  The next Track begins at the end of a chord that is
-done, next to one that is not, so that only the first Track of a Field enters in solid stock.
+done, next to one that is not, so that only the first Track of a machinable region enters in solid stock.
 """
 import numpy as np
 
-from .scan import scan
+from chipwise.geometry.pocket.scan import scan
 
 
-def zigzag(field, radius, step, direction, climb):
-    """Tracks of a Field, chords in `direction` (rad) and against it; see tracks.py."""
-    rows = scan(field, radius, step, direction, climb)
+def zigzag(region, radius, step, direction, climb):
+    """Tracks of a machinable region, chords in `direction` (rad) and against it; see tracks.py."""
+    rows = scan(region, radius, step, direction, climb)
     done = np.zeros(rows.chords, bool)
     tracks = []
     while not done.all():
-        tracks.append(rows.track(_run(rows, done, tracks[-1].end if tracks else None)))
+        tracks.append(rows.track(_chain(rows, done, tracks[-1].end if tracks else None)))
     return tuple(tracks + rows.contour_tracks(tracks[-1].end if tracks else None))
 
 
-def _ways(rows, crossing):
+def _routes(rows, crossing):
     """The two ways along the outline from a crossing, down the rows first: (crossing, run)."""
     after, before = int(rows.after[crossing]), int(rows.before[crossing])
-    onward = (after, lambda: rows.run_of_piece(crossing))
-    back = (before, lambda: rows.run_back(rows.run_of_piece(before)))
+    onward = (after, lambda: rows.chain_of_segment(crossing))
+    back = (before, lambda: rows.chain_back(rows.chain_of_segment(before)))
     return (onward, back) if rows.is_start[crossing] else (back, onward)
 
 
-def _run(rows, done, here):
+def _chain(rows, done, here):
     """Pool indices of one Track; marks its chords as done."""
-    crossing, run = _entry(rows, done, here)
+    crossing, chain = _entry(rows, done, here)
     while crossing is not None:
         chord = int(rows.chord[crossing])
         done[chord] = True
         forward = bool(rows.is_start[crossing])
-        run = run + rows.run_of_chord(chord, forward)
+        chain = chain + rows.chain_of_chord(chord, forward)
         end = int(rows.ends[chord] if forward else rows.starts[chord])
         crossing = None
-        for there, way in _ways(rows, end):
+        for there, route in _routes(rows, end):
             if not done[rows.chord[there]]:
-                crossing, run = there, run + way()
+                crossing, chain = there, chain + route()
                 break
-    return run
+    return chain
 
 
 def _entry(rows, done, here):
-    """(crossing, run) where the next Track begins: the way from a chord that is done, nearest to
+    """(crossing, run) where the next Track begins: the link from a chord that is done, nearest to
     `here`, or the first chord left."""
     left, best = ~done[rows.chord], None
     for origin in (rows.after, rows.before):
@@ -60,5 +61,5 @@ def _entry(rows, done, here):
         return int(rows.starts[np.flatnonzero(~done)[0]]), []
     _, crossing, origin = best
     if rows.after[origin] == crossing:
-        return crossing, rows.run_of_piece(origin)
-    return crossing, rows.run_back(rows.run_of_piece(crossing))
+        return crossing, rows.chain_of_segment(origin)
+    return crossing, rows.chain_back(rows.chain_of_segment(crossing))

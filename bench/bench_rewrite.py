@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""chipwise rewrite --flute on seeded random deep programs: depth, length, what is left; and a long program's time.
+
+Called by bench/run.py (prints JSON rows); by hand: `/usr/bin/python3 bench/bench_rewrite.py --count 200 --seed 1 --table`.
+The verdict on depth and stock is tests/support/check_oracle.py's needles.  *least*: for each body the levels that its deepest
+cut needs, less one, times the length that is too deep in the first path.
+"""
+import argparse
+import json
+import math
+import resource
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+import roots                                                # noqa: F401
+from chipwise.check.reader import Machine
+from chipwise.rewrite import cutting
+from chipwise.rewrite.program import read
+from chipwise.tools import load_tools
+from rows import row
+from support.rewrite_rig import HEAD, deep_program, judged, make_machine, rewrite
+
+CELL = 0.25
+
+
+def neighbours(z):
+    """(9, rows, columns): each needle with those beside it."""
+    padded = np.pad(z, 1, mode="edge")
+    return np.stack([padded[i:i + z.shape[0], j:j + z.shape[1]] for i in range(3) for j in range(3)])
+
+
+def least(program, geometry):
+    """mm of feed that has to be added at least."""
+    total = 0.0
+    for section, stock in cutting.in_stock(program, cutting.sections(program, geometry), CELL):
+        first, end = section.first, section.end
+        points, owner = cutting.pieces(np.concatenate((program.start(first)[None], program.end[first:end])), 1.0)
+        met = stock.cut(section.tool.shape, points[0], points[1:])
+        length = np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1))
+        deep = (program.kind[first:end][owner] != 0) & (met["depth"] > cutting.finite_room(section.tool.flute_length) + 0.005)
+        if deep.any():
+            levels = np.ceil((met["depth"][deep] - 0.005) / section.tool.flute_length) - 1
+            total += float((levels * length[deep]).sum())
+    return total
+
+
+def one(seed, ini, folder):
+    """Figures of one random program; None where nothing had to change."""
+    before, after = folder / f"{seed}.ngc", folder / f"{seed}.out.ngc"
+    before.write_text(deep_program(seed))
+    done = rewrite(before, after, ini, "--flute")
+    if done.status:
+        return {"seed": seed, "error": done.errors}
+    if "unchanged" in done.said:
+        return None
+    machine, geometry = Machine(str(ini)), load_tools(str(ini.parent / "tools.toml"))
+    first, second = read(str(before), machine), read(str(after), machine)
+    a, _, _ = judged(first, geometry)
+    b, excess, _ = judged(second, geometry)
+    near = neighbours(a.z)
+    return {"seed": seed, "over": max(excess.values()), "more": float((near.min(axis=0) - b.z).max()),
+            "left": float((b.z - near.max(axis=0)).max()), "least": least(first, geometry),
+            "added": feed_length(second) - feed_length(first)}
+
+
+def feed_length(program):
+    """mm of feed."""
+    steps = np.diff(program.end, axis=0)
+    return float(np.sqrt((steps * steps).sum(axis=1))[program.kind[1:] != 0].sum())
+
+
+def long_program(path, moves):
+    """A zigzag over 100 x 100 mm in moves of 0.1 mm that is 1 to 3 flutes deep."""
+    with open(path, "w", encoding="utf-8") as file:
+        file.write(HEAD + "M250 P0 Q0 R-40 I100 J100 K40\nT1 M6\nS8000 M3\nG0 X0 Y0 Z5\nG1 Z-14 F300\n")
+        rows = max(1, moves // 1000)
+        for n in range(moves):
+            line, k = divmod(n, 1000)
+            x = 0.1 * (k + 1) if line % 2 == 0 else 100 - 0.1 * (k + 1)
+            file.write(f"X{x:.3f} Y{100 * line / rows:.3f} Z{-24 + 10 * math.sin(x / 9) * math.cos(line / 40):.4f}\n")
+        file.write("G0 Z5\nM2\n")
+
+
+def timed(ini, folder, moves):
+    """(seconds of computing of the whole command: read, shifted, written, read back, compared; what it said)."""
+    path = folder / "long.ngc"
+    long_program(path, moves)
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    done = rewrite(path, folder / "long.out.ngc", ini, "--flute")
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, done.said.partition(": ")[2] or done.errors
+
+
+def show(*row_of):
+    print(json.dumps(row(*row_of)), flush=True)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--count", type=int, default=20)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--moves", type=int, default=20000)
+    parser.add_argument("--table", action="store_true")
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        folder = Path(folder)
+        ini = make_machine(folder / "mill")
+        found = [f for f in (one(options.seed + k, ini, folder) for k in range(options.count)) if f]
+        bad = [f for f in found if "error" in f]
+        good = [f for f in found if "error" not in f]
+        if options.table:
+            for f in found:
+                print(f, file=sys.stderr)
+        if good:
+            note = f"{len(good)} programs of {options.count} that had to change"
+            show("rewrite: refused or not proved", len(bad), "programs", note)
+            show("rewrite: deeper than the flutes, by the needles", max(f["over"] for f in good), "mm", note)
+            show("rewrite: cut more than the first path", max(f["more"] for f in good), "mm", note)
+            show("rewrite: left more than the first path", max(f["left"] for f in good), "mm", note)
+            ratio = [f["added"] / f["least"] for f in good if f["least"] > 20]
+            show("rewrite: added feed / least, median", float(np.median(ratio)), "", f"worst {max(ratio):.2f}")
+        seconds, said = timed(ini, folder, options.moves)
+        show(f"rewrite: {options.moves} moves of 0.1 mm", seconds, "s", said)
+
+
+if __name__ == "__main__":
+    main()

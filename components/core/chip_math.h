@@ -1,0 +1,43 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* chip_math.h - the few numeric helpers every core file shares; the maths library
+ * comes from rtapi in the component and from libm elsewhere. */
+#ifndef CHIPWISE_MATH_H
+#define CHIPWISE_MATH_H
+
+#ifdef CHIPWISE_RTAPI
+#include "rtapi_math.h"
+#else
+#include <math.h>
+#endif
+
+#include "fault.h"
+
+#define CHIP_PI 3.14159265358979323846
+
+/* Root without the library's call for errno, which the realtime flags keep. */
+static inline double chip_sqrt(double x)
+{
+#ifdef __SSE2__
+    double root;
+    __asm__("sqrtsd %1, %0" : "=x"(root) : "x"(x));
+    return root;
+#else
+    return sqrt(x);
+#endif
+}
+
+/* Finite: neither NaN nor infinite; spelt out so that no compiler flag can drop it. */
+static inline int chip_finite(double x)
+{
+    return x >= -1.7976931348623157e308 && x <= 1.7976931348623157e308;
+}
+
+static inline double chip_clamp(double x, double lo, double hi)
+{
+    return x < lo ? lo : (x > hi ? hi : x);
+}
+
+static inline double chip_min(double a, double b) { return a < b ? a : b; }
+static inline double chip_max(double a, double b) { return a > b ? a : b; }
+
+#endif

@@ -1,0 +1,232 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* path.c - see path.h; the numbers in brackets are those of its principle. */
+#include "chip_math.h"
+#include "path.h"
+
+#define CHIP_MIN_LENGTH 1e-7        /* mm, shorter segments are dropped */
+#define CHIP_SAME_LENGTH 1e-5     /* mm: within this the planner has not changed a segment */
+#define CHIP_SAME_HEADING 1e-6        /* the same for its direction */
+#define CHIP_SMOOTH_CORNER 0.02            /* rad, segments that join at less are smooth [5] */
+#define CHIP_SHARP_CORNER 0.25      /* rad, a corner however short its segments are */
+#define CHIP_CORNERS_APART 0.5       /* of the step: distance of a lesser corner from the last point at least */
+#define CHIP_NEVER 1e300          /* mm, nothing has changed */
+
+void chip_segment_at(const struct chip_segment *segment, double s, double tip[3], double dir[3])
+{
+    double flat = s * segment->horizontal, half = 0.5 * segment->curvature * flat;
+    double sine = 0.0, cosine = 1.0, chord = flat, mx, my;
+    if (half != 0.0) {
+        sine = sin(half);
+        cosine = cos(half);
+        if (fabs(half) > 1e-6) chord = flat * sine / half;
+    }
+    mx = segment->heading[0] * cosine - segment->heading[1] * sine;     /* of the chord: at half the angle */
+    my = segment->heading[1] * cosine + segment->heading[0] * sine;
+    tip[0] = segment->origin[0] + chord * mx;
+    tip[1] = segment->origin[1] + chord * my;
+    tip[2] = segment->origin[2] + s * segment->vertical;
+    dir[0] = segment->horizontal * (mx * cosine - my * sine);
+    dir[1] = segment->horizontal * (my * cosine + mx * sine);
+    dir[2] = segment->vertical;
+}
+
+int chip_segment_line(struct chip_segment *segment, const double start[3], const double end[3])
+{
+    double dx = end[0] - start[0], dy = end[1] - start[1], dz = end[2] - start[2];
+    double flat = sqrt(dx * dx + dy * dy);
+    int i;
+    segment->length = sqrt(flat * flat + dz * dz);
+    if (!(segment->length > CHIP_MIN_LENGTH) || !chip_finite(segment->length)) return 0;
+    for (i = 0; i < 3; i++) segment->origin[i] = start[i];
+    segment->heading[0] = flat > 0.0 ? dx / flat : 1.0;
+    segment->heading[1] = flat > 0.0 ? dy / flat : 0.0;
+    segment->horizontal = flat / segment->length;
+    segment->vertical = dz / segment->length;
+    segment->curvature = 0.0;
+    segment->accel = 0.0;
+    segment->rapid = segment->join = 0;
+    return 1;
+}
+
+int chip_segment_arc(struct chip_segment *segment, const double centre[2], const double start[3],
+                 double angle, double rise)
+{
+    double rx = start[0] - centre[0], ry = start[1] - centre[1];
+    double radius = sqrt(rx * rx + ry * ry), flat = radius * fabs(angle);
+    int i;
+    segment->length = sqrt(flat * flat + rise * rise);
+    if (!(flat > CHIP_MIN_LENGTH) || !chip_finite(segment->length)) return 0;
+    for (i = 0; i < 3; i++) segment->origin[i] = start[i];
+    segment->heading[0] = (angle > 0.0 ? -ry : ry) / radius;
+    segment->heading[1] = (angle > 0.0 ? rx : -rx) / radius;
+    segment->horizontal = flat / segment->length;
+    segment->vertical = rise / segment->length;
+    segment->curvature = (angle > 0.0 ? 1.0 : -1.0) / radius;
+    segment->accel = 0.0;
+    segment->rapid = segment->join = 0;
+    return 1;
+}
+
+void chip_path_reset(struct chip_path *path)
+{
+    path->known = path->new_chain = 0;
+    path->s = path->begin_s = path->end_s = 0.0;
+    path->first = path->count = 0;
+    path->blend.active = 0;
+    path->changed_s = CHIP_NEVER;
+}
+
+void chip_path_mark_read(struct chip_path *path)
+{
+    path->new_chain = 0;
+    path->changed_s = CHIP_NEVER;
+}
+
+static int slot(const struct chip_path *path, int n)
+{
+    return (path->first + n) % CHIP_PATH_SEGMENTS;
+}
+
+void chip_path_follow(struct chip_path *path, long key, double length, double progress)
+{
+    while (path->count > 0 && path->key[slot(path, 0)] != key) {
+        path->begin_s += path->segment[slot(path, 0)].length;
+        path->first = slot(path, 1);
+        path->count--;
+    }
+    if (path->count == 0 || fabs(path->segment[slot(path, 0)].length - length) > CHIP_SAME_LENGTH) {
+        path->new_chain = 1;
+        path->count = 0;
+        path->begin_s = path->end_s = 0.0;
+    }
+    path->s = path->begin_s + progress;
+    path->known = 1;
+}
+
+/* Whether a segment appended in place of a removed one is the same again. */
+static int same_segment(const struct chip_segment *a, const struct chip_segment *b)
+{
+    return fabs(a->length - b->length) <= CHIP_SAME_LENGTH && fabs(a->vertical - b->vertical) <= CHIP_SAME_HEADING
+        && fabs(a->heading[0] - b->heading[0]) <= CHIP_SAME_HEADING
+        && fabs(a->heading[1] - b->heading[1]) <= CHIP_SAME_HEADING
+        && fabs(a->curvature - b->curvature) <= CHIP_SAME_HEADING;
+}
+
+void chip_path_append(struct chip_path *path, long key, const struct chip_segment *segment)
+{
+    int n;
+    if (path->count >= CHIP_PATH_SEGMENTS) return;
+    if (path->count == 0) path->end_s = path->begin_s;
+    n = slot(path, path->count++);
+    if (path->key[n] != key || !same_segment(&path->segment[n], segment))
+        path->changed_s = chip_min(path->changed_s, path->end_s);
+    path->key[n] = key;
+    path->segment[n] = *segment;
+    path->end_s += segment->length;
+}
+
+void chip_path_retract(struct chip_path *path)
+{
+    if (path->count == 0) return;
+    path->end_s -= path->segment[slot(path, --path->count)].length;
+}
+
+double chip_path_at(const struct chip_path *path, double s, double tip[3], double dir[3])
+{
+    double begin = path->begin_s;
+    int n = 0;
+    while (n + 1 < path->count && s > begin + path->segment[slot(path, n)].length)
+        begin += path->segment[slot(path, n++)].length;
+    chip_segment_at(&path->segment[slot(path, n)], s - begin, tip, dir);
+    return path->segment[slot(path, n)].curvature;
+}
+
+double chip_path_braking(const struct chip_path *path, double s)
+{
+    double begin = path->begin_s, sum = 0.0;
+    int n;
+    for (n = 0; n < path->count && begin < s; n++) {
+        const struct chip_segment *segment = &path->segment[slot(path, n)];
+        double end = begin + segment->length;
+        if (!(segment->accel > 0.0)) return 0.0;
+        sum += segment->accel * chip_max(0.0, chip_min(end, s) - chip_max(begin, path->s));
+        begin = end;
+    }
+    return sum;
+}
+
+/* Angle between two unit vectors, rad. */
+static double angle_between(const double a[3], const double b[3])
+{
+    double chord2 = 0.0, half;
+    int i;
+    for (i = 0; i < 3; i++) chord2 += (a[i] - b[i]) * (a[i] - b[i]);
+    half = 0.5 * sqrt(chord2);
+    return half < 0.1 ? 2.0 * half : 2.0 * asin(chip_min(half, 1.0));
+}
+
+/* Angle by which the path turns where a segment ends and the next one begins, rad. */
+static double corner_angle(const struct chip_segment *segment, const struct chip_segment *next)
+{
+    double tip[3], before[3], after[3];
+    chip_segment_at(segment, segment->length, tip, before);
+    chip_segment_at(next, 0.0, tip, after);
+    return angle_between(before, after);
+}
+
+static int point_at(const struct chip_segment *segment, double begin, double s, double turn, int corner,
+                    struct chip_path_point *point)
+{
+    chip_segment_at(segment, s - begin, point->tip, point->dir);
+    point->s = s;
+    point->curvature = segment->curvature;
+    point->turn = turn;
+    point->corner = corner;
+    return 1;
+}
+
+int chip_path_next(const struct chip_path *path, double s, double step, double turn, struct chip_path_point *next)
+{
+    double begin = path->begin_s, turned = 0.0;
+    int n = 0;
+    if (path->count == 0 || s >= path->end_s) return 0;
+    while (n + 1 < path->count && s > begin + path->segment[slot(path, n)].length)
+        begin += path->segment[slot(path, n++)].length;
+    for (;;) {
+        const struct chip_segment *segment = &path->segment[slot(path, n)];
+        double end = begin + segment->length, from = chip_max(s, begin), goal = s + step, angle;
+        double turn_rate = fabs(segment->curvature) * segment->horizontal;
+        if (turn_rate * (goal - from) > turn - turned) goal = from + chip_max(0.0, turn - turned) / turn_rate;
+        if (goal < end || n + 1 >= path->count)
+            return point_at(segment, begin, chip_min(goal, end), turned + turn_rate * (chip_min(goal, end) - from), 0,
+                            next);
+        turned += turn_rate * chip_max(0.0, end - from);
+        angle = corner_angle(segment, &path->segment[slot(path, n + 1)]);
+        if (s >= end - CHIP_PATH_BEYOND && angle > CHIP_SMOOTH_CORNER)
+            return point_at(&path->segment[slot(path, n + 1)], end, end + CHIP_PATH_BEYOND, angle, 1, next);
+        if (angle > CHIP_SHARP_CORNER || turned + angle > turn
+            || (angle > CHIP_SMOOTH_CORNER && end - s >= CHIP_CORNERS_APART * step))
+            return point_at(segment, begin, end, turned, 0, next);
+        turned += angle;
+        begin = end;
+        n++;
+    }
+}
+
+double chip_path_stop(const struct chip_path *path, double speed, double accel)
+{
+    double begin = path->begin_s, energy = 0.5 * speed * speed;
+    int n;
+    for (n = 0; n < path->count; n++) {
+        const struct chip_segment *segment = &path->segment[slot(path, n)];
+        double from = chip_max(begin, path->s), end = begin + segment->length;
+        double brake = segment->accel > 0.0 ? segment->accel : accel;
+        if (!(brake > 0.0)) return CHIP_NEVER;
+        if (end > from) {
+            if (energy <= brake * (end - from)) return from + energy / brake;
+            energy -= brake * (end - from);
+        }
+        begin = end;
+    }
+    return path->end_s;
+}

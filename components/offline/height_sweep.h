@@ -1,0 +1,66 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* height_sweep.h - a whole program's cuts in a height map, offline: thousands of moves a call.
+ *
+ * Who calls it: remap/chipwise/check/sweep.py, through the shared library. Never in realtime: sweep.c is what the
+ * stock tracker runs.
+ * Source: CN105492980 [0045] (the material's shape as the path leaves it); JP3131045 [0007].
+ *
+ * Principle:
+ *  1. The stock is one height per cell, at a needle: a point of the cell. Needles are not in the middle of their
+ *     cells: row j is shifted in X by shift_x[j], column i in Y by shift_y[i], shares of a cell that fill it evenly. So
+ *     a wall that is n cells long meets needles in steps of about 1/n cell across it, whatever its direction: a strip
+ *     of stock far narrower than a cell is seen.
+ *  2. A move is a chain of stamps of the whole tool, so close that no ridge between two is higher than
+ *     CHIP_HEIGHT_RIDGE, and no step in Z more than a fifth of a cell.
+ *  3. The tool cuts with its own shape and probes with one that is CHIP_HEIGHT_SKIN smaller all over. So
+ *     it does not meet again what it has cut before: a wall that it follows a second time, or the ridges of [2].
+ *  4. Depth: the highest needle that a stamp meets, above the lowest position of the tip within a fifth of a cell, plus
+ *     the difference from that needle to those beside it, at most 0.6 cells: between needles the stock may be
+ *     that much higher. Beside walls and on level stock nothing is added.
+ *  5. A traverse cuts like a feed move; the caller decides by volume and depth.
+ */
+#ifndef CHIPWISE_HEIGHT_SWEEP_H
+#define CHIPWISE_HEIGHT_SWEEP_H
+
+#include <stdint.h>
+
+#define CHIP_HEIGHT_RIDGE 0.002         /* mm [2] */
+#define CHIP_HEIGHT_SKIN 0.004          /* mm [3] */
+
+struct chip_height_map {
+    double x0, y0;                      /* mm, corner of the map */
+    double cell;                        /* mm */
+    double z_min, z_max;                /* mm, bottom and top of the stock; a needle at z_min has none */
+    int32_t nx, ny;                     /* cells */
+    float *height;                      /* ny rows of nx, mm */
+    const float *x;                     /* nx, mm from x0: i * cell */
+    const float *shift_x;               /* ny, mm: shift of row j in X, 0 .. cell [1] */
+    const float *shift_y;               /* nx, mm: shift of column i in Y */
+};
+
+/* A tool as in tool.h; the holder is a cylinder above it. */
+struct chip_height_tool {
+    double radius, corner, slope;       /* mm, mm, 1/tan(half the tip angle) or 0 */
+    double holder_radius, stick_out;    /* mm; holder_radius 0: unknown */
+};
+
+/* Result of one move. */
+struct chip_height_met {
+    float volume;                       /* mm3 removed */
+    float depth;                        /* mm [4]; 0: nothing met */
+    float at;                           /* share of the move at that depth; without a depth, the holder's */
+    float holder;                       /* mm of stock above the lower end of the holder, within its radius */
+};
+
+/* Cuts n straight moves from `from` to the points `to`, one after the other. Returns the mm3 removed. */
+double chip_height_sweep(const struct chip_height_map *map, const struct chip_height_tool *tool, const double from[3],
+                         const double (*to)[3], long n, struct chip_height_met *met);
+
+/* The time (s) of each of n moves with a trapezoidal speed profile: length (mm), maximum speed (mm/s) and acceleration
+ * (mm/s2) of each, and the maximum speed at its end. *speed: at the beginning of the first, then at the end of the
+ * last.
+ * A length of 0 takes no time. Returns the sum. */
+double chip_height_times(long n, const double *length, const double *most, const double *accel, const double *corner,
+                         double *end_speed, double *speed, double *seconds);
+
+#endif

@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The result of a check of one program: figures of each tool, findings, load over time, pictures.
+
+Made by simulate.py; read by cli/check.py and page.py.
+"""
+
+import math
+from dataclasses import dataclass, field
+from typing import Optional
+
+import numpy as np
+
+from chipwise.check.findings import Findings
+from chipwise.tools import ToolGeometry
+
+
+@dataclass
+class ToolFigures:
+    """One tool in one program; mm, mm3, s."""
+
+    number: int
+    diameter: float
+    geometry: Optional[ToolGeometry] = None       # None: not described
+    feed_s: float = 0.0                 # at F and the rapid rate, no acceleration
+    planned_s: float = 0.0              # with the machine's acceleration
+    volumetric_s: float = 0.0           # with M251
+    volumetric_planned_s: float = 0.0
+    cutting_s: float = 0.0              # planned, while stock is removed
+    volume: float = 0.0
+    peak_rate: float = 0.0              # mm3/min at F, over RATE_WINDOW_MM
+    depth: float = 0.0
+    depth_line: int = 0
+    depth_position: Optional[tuple] = None     # mm, work coordinates
+    lowest: float = math.inf            # Z of the tip below the top of the stock
+    reach: float = 0.0                  # stick-out that is enough for any holder
+
+    def json(self):
+        """As in --json."""
+        g = self.geometry or ToolGeometry(shape=None)
+        return {"tool": self.number, "diameter_mm": self.diameter, "shape": g.shape, "flute_length_mm": g.flute_length,
+                "stick_out_mm": g.stick_out, "feed_s": self.feed_s, "planned_s": self.planned_s,
+                "volumetric_s": self.volumetric_s, "volumetric_planned_s": self.volumetric_planned_s,
+                "cutting_s": self.cutting_s, "volume_mm3": self.volume,
+                "mean_rate_mm3_min": self.volume / self.cutting_s * 60.0 if self.cutting_s > 0 else 0.0,
+                "peak_rate_mm3_min": self.peak_rate, "depth_mm": self.depth, "depth_line": self.depth_line,
+                "depth_place": self.depth_position, "least_flute_length_mm": math.ceil(self.depth * 10 - 1e-6) / 10,
+                "least_stick_out_mm": math.ceil(max(self.reach, self.depth) * 10 - 1e-6) / 10}
+
+
+@dataclass
+class Result:
+    """One program.  error: (text, line) if it cannot be checked, else None."""
+
+    program: str
+    error: Optional[tuple] = None
+    unit: str = "mm"
+    cell: float = 0.0
+    moves: int = 0
+    tools: dict = field(default_factory=dict)
+    findings: Findings = field(default_factory=Findings)
+    messages: list = field(default_factory=list)
+    load: Optional[tuple] = None                  # (seconds of a bin, mm3/min) at F
+    load_volumetric: Optional[tuple] = None       # the same with M251; None without
+    pictures: Optional[tuple] = None              # (cell mm, x0, y0, z_min, heights before, heights after)
+    dwell_s: float = 0.0
+
+    @property
+    def status(self):
+        return 2 if self.error else 1 if self.findings.count else 0
+
+    def json(self):
+        """As in --json."""
+        kept = self.findings
+        return {"program": self.program, "status": self.status, "error": self.error and self.error[0],
+                "error_line": self.error and self.error[1], "cell_mm": self.cell, "moves": self.moves, "dwell_s": self.dwell_s,
+                "tools": [t.json() for t in self.tools.values()], "findings": [f.json() for f in kept.kept],
+                "more_findings": kept.dropped, "messages": self.messages,
+                "load": self.load and {"bin_s": self.load[0], "mm3_min": np.round(self.load[1], 1).tolist()},
+                "load_volumetric": self.load_volumetric and {"bin_s": self.load_volumetric[0],
+                                                             "mm3_min": np.round(self.load_volumetric[1], 1).tolist()}}

@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""What every reader of a program's records has to ask before it cuts: which numbers, stocks, tools and heights are usable.
+
+Called by simulate.py and by rewrite/.  Lengths mm, machine coordinates of the tool's tip.
+"""
+
+import math
+
+import numpy as np
+
+from chipwise.check import records
+from chipwise.check.reader import Unreadable
+from chipwise.check.sweep import HeightMap, least_cell
+
+MIN_CELLS = 4               # least number of cells across a tool
+FINE_CELLS = 8              # cells across a tool that the cell is chosen for
+MAX_POSITION_MM = 1e5       # from machine zero
+
+
+def check_finite(block):
+    """Unreadable for a block of records with a number that is not finite."""
+    bad = ~np.isfinite(block).all(axis=1)
+    if bad.any():
+        raise Unreadable("a number is not finite", "give every expression a value", int(block[bad][0, 1]))
+
+
+def check_positions(moves):
+    """Unreadable for records of moves that go too far."""
+    far = np.abs(moves[:, 2:5]).max(axis=1) > MAX_POSITION_MM
+    if far.any():
+        raise Unreadable("a position is more than 100 m from machine zero", "correct the coordinates", int(moves[far][0, 1]))
+
+
+def moves_at_unknown_height(kinds, z):
+    """(number of leading traverses up to the first one in Z, whether there is such a one or a feed): before it the interpreter
+    stands at machine zero, the machine anywhere.  kinds, z (n,): of the first moves."""
+    known = (kinds != records.RAPID) | (np.abs(z) > 1e-9)
+    if not known.any():
+        return len(kinds), False
+    first = int(np.argmax(known))
+    return first + int(kinds[first] == records.RAPID), True
+
+
+def make_map(line, values, cell):
+    """HeightMap of a STOCK record; the cell is larger where the stock is.  Unreadable for one that cannot be known."""
+    shape, turn, *corners = values[:8]
+    if shape < 0:
+        raise Unreadable("M254 restores a stock that only the machine has", "define it with M250, or name it with --stock "
+                         "and leave M254 out", line)
+    low, high = corners[:3], corners[3:]
+    if not all(b - a >= 1e-3 for a, b in zip(low, high)):
+        raise Unreadable("the stock has no extent", "give a maximum above the minimum in X, Y and Z", line)
+    return HeightMap(low, high, max(cell, least_cell(low, high)), int(shape), turn)
+
+
+def cannot_cut(tool, shape, line):
+    """Unreadable for a feed move without a tool (number, None: none), its shape, or a stock."""
+    if shape is None:
+        if tool is not None:
+            raise Unreadable(f"tool {tool} has no diameter in the tool table", "give it a D there", line)
+        raise Unreadable("no tool is in the spindle (tool 0)", "call one with T.. M6 before", line)
+    raise Unreadable("no stock is defined", "add M250 (with words, or with a WORKPIECE comment), or name the stock with "
+                     "--stock X0 Y0 Z0 X1 Y1 Z1", line)
+
+
+def is_too_coarse(stock, diameter):
+    """Whether a tool has too few cells across."""
+    return diameter < MIN_CELLS * stock.cell
+
+
+def finer_cell(stock, asked, line, number, diameter):
+    """The cell (mm) that suits a tool; Unreadable if the user has asked for a larger one or the stock is too large."""
+    cell, least = math.floor(diameter / FINE_CELLS * 1000) / 1000, least_cell(stock.low, stock.high)
+    if asked:
+        raise Unreadable(f"tool {number} of {diameter:g} mm has less than {MIN_CELLS} cells of {stock.cell:g} mm across",
+                         f"use --cell {cell:g}, or leave --cell out", line)
+    if cell < least:
+        raise Unreadable(f"tool {number} of {diameter:g} mm is too small for a stock of this size: its cells have at least "
+                         f"{least:.3g} mm", "check the program in parts, with --stock around each", line)
+    return cell
+
+
+def divided(count):
+    """(owner (m,), share (m,)) of pieces: the move each is a part of and how much of it lies behind the piece's end.
+
+    count (n,) int: pieces of each move.
+    """
+    owner = np.repeat(np.arange(len(count)), count)
+    return owner, (np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count) + 1) / count[owner]

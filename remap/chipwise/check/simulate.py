@@ -1,0 +1,271 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Simulates one program: records of reader.py -> Result.
+
+Called by run.py.  Source: CN105492980 [0043]..[0048]: from the path, the stock's shape and the length of the flutes it is
+decided whether the flutes are long enough everywhere; JP3131045 [0006]..[0009]: the removal rate of every move.
+Departs from the sources: the whole program with all its tools, and traverses and holders too.
+
+Depth is the height of the stock that a move meets above the tool's tip.  It is at most one cell too large, and too small only by
+remains smaller than a cell (components/offline/height_sweep.h); stock that an earlier move has removed, or that is thinner than
+0.004 mm, does not count.
+"""
+
+import math
+import time
+
+import numpy as np
+
+from chipwise.check import records, rules
+from chipwise.check.findings import FLUTE, FLUTES_UNKNOWN, HOLDER, RAPID, RATE, TOOL, Finding
+from chipwise.check.reader import CPU_S, Reader, Unreadable
+from chipwise.check.result import Result, ToolFigures
+from chipwise.check.sweep import Shape
+from chipwise.check.times import OFF, Timer
+from chipwise.errors import CycleError
+from chipwise.settings import load_settings
+from chipwise.tools import ToolGeometry, load_tools
+
+MIN_DEPTH_MM = 0.005        # smaller depths and contacts are ignored
+SEGMENT_MM = 1.0            # moves with feeds are divided into segments of this length
+GAP = 5                     # segments within the rule that do not divide a finding
+PART = 65536                # segments simulated at once
+RATE_SLACK = 1.05           # the cells give the rate over a window to some per cent
+PICTURE = 400               # cells of a picture along its longer side
+
+
+class _TooCoarse(Exception):
+    """The cells are too large for a tool: line, tool number, diameter (mm)."""
+
+
+class Simulation:
+    """A program under way: take() each block of records, then finish()."""
+
+    def __init__(self, program, machine, cell, settings, tools):
+        self.result = Result(program, unit="in" if machine.unit_mm > 10 else "mm")
+        self.settings, self.cell, self.geometry = settings, cell, tools
+        self.timer = Timer(machine)
+        self.position = None                            # (3,), mm
+        self.height_known = False
+        self.map = self.before = None
+        self.tool, self.shape = None, None
+        self.frame = records.Frame()
+        self.segments = 0                               # taken before this part
+        self.broken = {}                                # by rule: the last segment that broke it
+
+    # ---- blocks ---------------------------------------------------------------------------------------------
+
+    def take(self, block):
+        """One block of records."""
+        rules.check_finite(block)
+        kinds = block[:, 0].astype(int)
+        events = np.flatnonzero(kinds > records.ARC)
+        start = 0
+        for event in (*events.tolist(), len(block)):
+            if event > start:
+                self._moves(block[start:event])
+            if event < len(block):
+                self._event(kinds[event], int(block[event, 1]), block[event, 2:].tolist())
+            start = event + 1
+
+    def _event(self, kind, line, values):
+        if kind == records.TOOL:
+            self._take_tool(int(values[0]), values[1], line)
+        elif kind == records.STOCK:
+            self._define(line, values)
+        elif kind == records.VOLUME:
+            self.timer.set_feed_mode(*values[:4])
+        elif kind == records.DWELL:
+            self.result.dwell_s += values[0]
+            self.timer.wait(values[0])
+        elif kind == records.FRAME:
+            self.frame = records.Frame.of(values)
+
+    def _define(self, line, values):
+        """A stock."""
+        self.map = rules.make_map(line, values, self.cell)
+        self.before = self.map.picture(PICTURE)
+        self.result.cell = self.map.cell
+
+    def _take_tool(self, number, diameter, line):
+        self.tool = self.shape = None
+        if number <= 0:
+            return
+        if number not in self.result.tools:
+            self.result.tools[number] = ToolFigures(number, diameter, self.geometry.get(number))
+            if diameter > 0:
+                self._name_unknown(number, line)
+        self.tool = self.result.tools[number]
+        if diameter > 0:
+            self.shape = Shape.of_tool(diameter, self.tool.geometry or ToolGeometry())
+
+    def _name_unknown(self, number, line):
+        geometry = self.geometry.get(number)
+        if geometry is None:
+            self.result.findings.add(Finding(TOOL, line, line, number, at=self.segments))
+        elif geometry.flute_length is None:
+            self.result.findings.add(Finding(FLUTES_UNKNOWN, line, line, number, at=self.segments))
+
+    # ---- moves ----------------------------------------------------------------------------------------------
+
+    def _moves(self, block):
+        """Moves with one tool in one stock."""
+        rules.check_positions(block)
+        if self.position is None:                       # the machine's position before the first move is unknown
+            self.position = block[0, 2:5].copy()
+        self.result.moves += len(block)
+        lead = self._height_unknown(block)
+        if lead:
+            stock, self.map = self.map, None
+            self._take_moves(block[:lead])
+            self.map = stock
+        if lead < len(block):
+            for part in self._segments(block[lead:]):
+                self._take_moves(part)
+
+    def _height_unknown(self, block):
+        """Number of leading traverses up to the first one in Z: the interpreter starts at machine zero, the machine anywhere."""
+        if self.height_known:
+            return 0
+        lead, self.height_known = rules.moves_at_unknown_height(block[:, 0], block[:, 4])
+        return lead
+
+    def _segments(self, block):
+        """Yield the moves in parts, those with feeds divided into segments of about SEGMENT_MM."""
+        positions = block[:, 2:5]
+        length = np.sqrt((np.diff(positions, axis=0, prepend=self.position[None]) ** 2).sum(axis=1))
+        count = np.where(block[:, 0] == records.RAPID, 1.0, np.clip(np.ceil(length / SEGMENT_MM), 1, PART)).astype(int)
+        first, start = 0, self.position
+        while first < len(block):
+            end = max(first + 1, first + int(np.searchsorted(np.cumsum(count[first:]), PART, side="right")))
+            n, rows = count[first:end], block[first:end]
+            if n.max() == 1:
+                yield rows
+            else:
+                before = np.concatenate((start[None], rows[:-1, 2:5]))
+                index, share = rules.divided(n)
+                part = rows[index]
+                part[:, 2:5] = np.where((share < 1)[:, None], before[index] + (part[:, 2:5] - before[index]) * share[:, None],
+                                        part[:, 2:5])
+                yield part
+            first, start = end, rows[-1, 2:5]
+
+    def _take_moves(self, block):
+        kinds, positions, lines = block[:, 0].astype(int), block[:, 2:5], block[:, 1].astype(int)
+        steps = np.diff(positions, axis=0, prepend=self.position[None])
+        length = np.sqrt((steps * steps).sum(axis=1))
+        met = self._cut(positions, lines, kinds, length)
+        moving = length > 1e-9
+        if moving.any():
+            volume = met["volume"].astype(np.float64) if met is not None else np.zeros(len(length))
+            rate = self.timer.spend(kinds[moving], lines[moving], block[moving, 5] / 60.0, steps[moving], length[moving],
+                                    volume[moving], self.tool)
+            if rate is not None:
+                self._check_rates(rate, block[moving])
+        self.position = positions[-1].copy()
+        self.segments += len(block)
+
+    def _check_rates(self, rate, block):
+        """Peak of the removal rate, and findings for rates too high for the tool."""
+        self.tool.peak_rate = max(self.tool.peak_rate, float(rate.max()))
+        limit = self.tool.geometry and self.tool.geometry.max_removal_rate
+        if limit and self.timer.mode == OFF:
+            met = np.zeros(len(rate), [("at", "<f4")])
+            met["at"] = 1.0
+            self._find(RATE, rate > RATE_SLACK * limit, rate, limit, block[:, 2:5], block[:, 1].astype(int), met)
+
+    def _cut(self, positions, lines, kinds, length):
+        """Cut them; -> what they met, None without a stock."""
+        if self.map is None or self.shape is None:
+            bad = (kinds != records.RAPID) & (length > 0)
+            if bad.any():
+                rules.cannot_cut(self.tool and self.tool.number, self.shape, int(lines[bad][0]))
+            return None
+        if rules.is_too_coarse(self.map, self.shape.diameter):
+            raise _TooCoarse(int(lines[0]), self.tool.number, self.shape.diameter)
+        met = self.map.cut(self.shape, self.position, positions)
+        tool, stock = self.tool, self.map
+        tool.volume += float(met["volume"].sum(dtype=np.float64))
+        cuts = (met["depth"] > MIN_DEPTH_MM) & (kinds != records.RAPID)
+        if cuts.any():
+            worst = int(np.argmax(np.where(cuts, met["depth"], 0.0)))
+            if met["depth"][worst] > tool.depth:
+                tool.depth, tool.depth_line = float(met["depth"][worst]), int(lines[worst])
+                tool.depth_position = self._work_position(positions, worst, met)
+            tool.reach = max(tool.reach, stock.z_max - float(positions[cuts, 2].min()))
+        g = tool.geometry
+        if g is not None and g.flute_length is not None:
+            self._find(FLUTE, cuts & (met["depth"] > g.flute_length + MIN_DEPTH_MM), met["depth"], g.flute_length, positions, lines, met)
+        self._find(RAPID, (met["depth"] > MIN_DEPTH_MM) & (kinds == records.RAPID), met["depth"], None, positions, lines, met)
+        self._find(HOLDER, met["holder"] > MIN_DEPTH_MM, met["holder"], self.shape.stick_out or None, positions, lines, met)
+        return met
+
+    def _work_position(self, positions, index, met):
+        """Where on a move the worst contact was, mm in work coordinates."""
+        start = positions[index - 1] if index else self.position
+        p = start + float(met["at"][index]) * (positions[index] - start)
+        return self.frame.to_work(p)
+
+    def _find(self, rule, broken, values, limit, positions, lines, met):
+        """One finding for each chain of segments that break a rule."""
+        last, at = self.broken.get(rule, -GAP - 1), self.segments
+        indices = np.flatnonzero(broken)
+        if not len(indices):
+            return
+        self.broken[rule] = at + int(indices[-1])
+        for part in np.split(indices, np.flatnonzero(np.diff(indices) > GAP) + 1):
+            first, end = int(part[0]), int(part[-1]) + 1
+            worst = int(part[np.argmax(values[part])])
+            self.result.findings.extend(
+                Finding(rule, int(lines[first:end].min()), int(lines[first:end].max()), self.tool.number,
+                        tuple(map(float, self._work_position(positions, worst, met))), float(values[worst]), limit, len(part), at + first),
+                goes_on=at + first - last <= GAP)
+            last = at + end - 1
+
+    def finish(self, messages):
+        """-> the Result."""
+        result = self.result
+        if self.map is None:
+            raise Unreadable("no stock is defined", "add M250, or name the stock with --stock X0 Y0 Z0 X1 Y1 Z1")
+        result.messages = messages
+        result.findings.kept.sort(key=lambda finding: finding.at)
+        result.load = self.timer.load.rates()
+        result.load_volumetric = self.timer.load_volumetric.rates() if self.timer.volumetric else None
+        step = max(1, math.ceil(max(self.map.nx, self.map.ny) / PICTURE))
+        result.pictures = (self.map.cell * step, self.map.x0, self.map.y0, self.map.z_min, self.before,
+                           self.map.picture(PICTURE))
+        return result
+
+
+def check(program, machine, stock=None, cell=None, progress=None, cpu_s=CPU_S, **limits):
+    """Result of one program.
+
+    machine: reader.Machine; stock: (low, high) mm in work coordinates or None; cell: mm, default [CHIPWISE]CELL, smaller
+    if a tool needs it; progress: called with the number of the line that is being simulated.
+    """
+    try:
+        settings = load_settings(machine.ini)
+        tools = load_tools(settings.path("TOOL_GEOMETRY"))
+        wanted = cell or settings["CELL"]
+        while True:
+            simulation = Simulation(program, machine, wanted, settings, tools)
+            try:
+                return _run(simulation, Reader(program, machine, stock, cpu_s=cpu_s, **limits), progress, cpu_s)
+            except _TooCoarse as error:
+                wanted = rules.finer_cell(simulation.map, cell, *error.args)
+    except Unreadable as error:
+        return Result(program, error=(str(error), error.line))
+    except CycleError as error:
+        return Result(program, error=(error.text().removeprefix("chipwise: "), 0))
+
+
+def _run(simulation, reader, progress, cpu_s):
+    """Read and simulate to the end."""
+    with reader:
+        for block in reader:
+            simulation.take(block)
+            if time.process_time() > cpu_s:
+                raise Unreadable(f"the check needs more than {cpu_s:g} s of computing time",
+                                 "use a larger --cell, or raise --time-limit", int(block[-1, 1]))
+            if progress:
+                progress(int(block[-1, 1]))
+        return simulation.finish(reader.messages)

@@ -1,0 +1,35 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Output files of a command: checked before any work, written completely or not at all.
+
+Called by check.py and contour.py.
+"""
+
+import os
+import tempfile
+
+PREFIX = '.chipwise-'       # of files that are not complete yet
+
+
+def unwritable(path):
+    """Why a file cannot be written, as (what, remedy); None if it can."""
+    folder = os.path.dirname(path) or '.'
+    if not os.path.isdir(folder):
+        return f'{path}: there is no folder {folder}', 'make it, or use another one'
+    if (os.path.exists(path) and not os.path.isfile(path)) or not os.access(path if os.path.exists(path) else folder, os.W_OK):
+        return f'{path} cannot be written', 'name a file in a folder of yours'
+    return None
+
+
+def write_whole(path, content):
+    """Write a file, text or bytes, with the rights of an ordinary one.  Raises OSError."""
+    handle, scratch = tempfile.mkstemp(dir=os.path.dirname(path) or '.', prefix=PREFIX)
+    try:
+        with os.fdopen(handle, 'wb') as file:
+            file.write(content if isinstance(content, bytes) else content.encode('utf-8', 'replace'))
+        mask = os.umask(0o022)
+        os.umask(mask)
+        os.chmod(scratch, 0o666 & ~mask)
+        os.replace(scratch, path)
+    except BaseException:
+        os.unlink(scratch)
+        raise

@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""A contour sub to be read, and what reading gives.  Made by glue/shape.py and cli/contour.py; plain values."""
+
+from dataclasses import dataclass
+from typing import Union
+
+from chipwise.geometry.base.contour import ArcElement, LineElement
+from chipwise.geometry.base.tolerances import CONNECT_MM
+
+
+@dataclass(frozen=True)
+class Job:
+    """A sub and what it may read.
+
+    program         path of the program the sub is looked for first; also a tuple of paths: the caller's, its caller's
+    sub             O-number
+    ini             path of the INI file, "" for none: [RS274NGC]SUBROUTINE_PATH, [DISPLAY]PROGRAM_PREFIX
+    unit            "mm" or "in": G21 or G20 where it is called
+    incremental     G91; ijk_absolute: G90.1
+    position        (x, y, z) mm, work coordinates, where the tool stands
+    feed            program units/min
+    machine_unit    mm of a machine unit
+    tool            (number, diameter in machine units)
+    numbered        ((number, value), ..) of numbered parameters
+    named           ((name, value), ..) of global named parameters
+    close_gap       mm: a G0 of up to this length between two elements joins them
+    """
+
+    program: Union[str, tuple]
+    sub: int
+    ini: str = ""
+    unit: str = "mm"
+    incremental: bool = False
+    ijk_absolute: bool = False
+    position: tuple = (0.0, 0.0, 0.0)
+    feed: float = 1000.0
+    machine_unit: float = 1.0
+    tool: tuple = (0, 0.0)
+    numbered: tuple = ()
+    named: tuple = ()
+    close_gap: float = CONNECT_MM
+
+    @property
+    def programs(self) -> tuple:
+        """Paths of the programs."""
+        return (self.program,) if isinstance(self.program, str) else tuple(self.program)
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """loops: tuples of elements, one per contour; sub: O-number; file: where it stands; close_gap: as in the Job."""
+
+    sub: int
+    file: str
+    loops: tuple[tuple[Union[LineElement, ArcElement], ...], ...]
+    close_gap: float = CONNECT_MM

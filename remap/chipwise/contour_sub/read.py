@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Reads a contour sub: from an O-sub number to loops of lines and arcs, and to contours.
+
+Called by plans.py (G77, G78, G79) and by bin/chipwise contour.
+
+    shape = read_shape(Job(program="part.ngc", sub=100, ini="mill.ini"))
+    shape.loops             ((LineElement | ArcElement, ..), ..): mm, absolute work coordinates, source lines
+    one_contour(shape)      the Contour of its only loop
+
+Results are kept by the text of the files and, if the sub reads parameters, by their values.
+"""
+
+import math
+from functools import lru_cache
+
+from chipwise.contour_sub.find import fault, find_sub, quoted
+from chipwise.contour_sub.job import Job, Shape
+from chipwise.contour_sub.run import called_files, relevant, run
+from chipwise.errors import CycleError
+from chipwise.geometry.base.contour import (
+    ArcElement, Contour, ContourError, LineElement, make_contour, refuse_nearly_closed)
+from chipwise.geometry.base.tolerances import NEARLY_CLOSED_MM
+
+HEIGHT_MM = 1e-6        # a move that leaves its height by more is a Z move
+
+
+def read_shape(job: Job) -> Shape:
+    """Shape of a contour sub.  Raises CycleError for whatever is not a contour."""
+    found = find_sub(job)
+    return _read(found, relevant(job, found), called_files(job, found))
+
+
+@lru_cache(maxsize=128)
+def _read(found, job, _files):
+    """Shape of a found sub; kept by the text of its file, the files it calls, and all it can read."""
+    return _shape(found, job, run(found, job))
+
+
+def _shape(found, job, moves):
+    """Loops of elements from the runner's moves, a new one after every G0 that goes somewhere."""
+    here, loops, before = job.position, [[]], None
+    for kind, line, *numbers in moves:
+        there = tuple(numbers[:3])
+        if not all(math.isfinite(v) for v in numbers):
+            raise fault(found, line, "a coordinate is not a finite number", "give every expression a value", before)
+        if abs(there[2] - here[2]) > HEIGHT_MM:
+            raise fault(found, line, "a move in Z is not allowed in a contour sub",
+                         "a contour lies in XY; heights are the words Z and R of the cycle", before)
+        if kind != "rapid":
+            loops[-1].append(_element(found, kind, line, here[:2], numbers, before))
+        elif loops[-1] and math.dist(there[:2], loops[-1][-1].end) > job.close_gap:
+            loops.append([])
+        here, before = there, line
+    kept = tuple(tuple(loop) for loop in loops if loop)
+    if not kept:
+        raise fault(found, found.first, "the sub holds no G1, G2 or G3", "put the contour in it")
+    return Shape(int(job.sub), found.path, kept, job.close_gap)
+
+
+def _element(found, kind, line, start, numbers, before):
+    """Element of a feed move or an arc."""
+    end = tuple(numbers[:2])
+    if kind == "feed":
+        return LineElement(start, end, line)
+    centre, turns = tuple(numbers[3:5]), int(numbers[5])
+    if abs(turns) > 1:
+        raise fault(found, line, f"an arc of {abs(turns)} turns runs over itself", "leave P out", before)
+    return ArcElement(start, end, centre, turns > 0, line)
+
+
+# ---- from loops to contours --------------------------------------------------------------------------------------------
+
+
+def shape_error(shape, error):
+    """A ContourError of the kernel about a shape -> CycleError naming the sub."""
+    problem, _, remedy = error.template.partition("; ")
+    return CycleError(f"sub O{shape.sub} of {quoted(shape.file)}: {problem}", remedy, **error.lengths)
+
+
+def contours(shape: Shape) -> tuple[Contour, ...]:
+    """Contour of every loop, in order.  Raises CycleError for a loop that is not a contour."""
+    try:
+        made = tuple(make_contour(list(loop), shape.close_gap) for loop in shape.loops)
+        for contour in made:
+            refuse_nearly_closed(contour, shape.close_gap)
+        return made
+    except ContourError as error:
+        raise shape_error(shape, error) from error
+
+
+def _refuse_near_gaps(shape):
+    """Loops of which one begins where another ends, but for a gap: parts of one contour."""
+    for loop, other in zip(shape.loops, shape.loops[1:]):
+        gap = math.dist(loop[-1].end, other[0].start)
+        if gap <= NEARLY_CLOSED_MM and math.dist(loop[-1].end, loop[0].start) > gap:
+            x, y = other[0].start
+            raise CycleError(f"sub O{shape.sub} of {quoted(shape.file)}: the contour is not connected: line {loop[-1].line} "
+                             f"ends {{gap}} from where line {other[0].line} starts, more than the {{most}} that are closed",
+                             f"end line {loop[-1].line} at X{{x}} Y{{y}}", gap=gap, most=shape.close_gap, x=x, y=y)
+
+
+def one_contour(shape: Shape) -> Contour:
+    """The Contour of a sub that holds exactly one."""
+    if len(shape.loops) > 1:
+        _refuse_near_gaps(shape)
+        lines = ", ".join(f"line {loop[0].line}" for loop in shape.loops[:4])
+        raise CycleError(f"sub O{shape.sub} of {quoted(shape.file)} holds {len(shape.loops)} contours (from {lines}), "
+                         "separated by G0", "use one sub for each")
+    return contours(shape)[0]

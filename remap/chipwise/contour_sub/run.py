@@ -1,0 +1,191 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Runs a contour sub in a process of its own.  Called by read.py.
+
+The file that holds the sub, with everything outside of sub definitions blanked so that line numbers stay, then the
+caller's parameters and modes, then its call, go to a child process (runner.py) with LinuxCNC's own interpreter.  So
+whatever LinuxCNC understands (expressions, loops, calls, subs in files of their own) is understood, and nothing the sub
+does can hang or hurt the caller.  The child takes about 50 ms.
+
+Departs from the call of a sub: what it assigns to parameters is gone afterwards.
+"""
+
+import json
+import math
+import os
+import re
+import signal
+import subprocess
+import tempfile
+import time
+from dataclasses import replace
+from typing import Any
+
+from chipwise.contour_sub.check import check_text
+from chipwise.contour_sub.find import Found, fault, o_word, plain_text, quoted, read_file, sub_folders, sub_name
+from chipwise.contour_sub.job import Job
+from chipwise.errors import MM_PER_INCH, CycleError
+from chipwise.processes import cpu_s
+
+PYTHON = "/usr/bin/python3"     # the interpreter LinuxCNC is built for
+RUNNER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "runner.py")
+
+CPU_S = 1.0             # computing time a sub may take, whatever else the machine does meanwhile, ..
+LINE_S = 5e-5           # .. and more for each line of it: LinuxCNC reads 80,000 a second here
+STUCK_S = 20.0          # a runner that computes nothing for so long waits for something that never comes
+MAX_MOVES = 100_000     # moves of one sub; 20,000 elements are offset in half a second
+
+_BEGIN, _END, _MARK = "chipwise: sub begins", "chipwise: sub has ended", "chipwise: line "
+
+_START = re.compile(r"(n\d+)?(g40)?g0+(?=[xy])(?=.*x)(?=.*y)")
+
+
+def relevant(job, found):
+    """The job without what this sub cannot see, so that equal calls are equal jobs.
+
+    A plain list of moves depends on units and modes, and on the position only where it does not begin with G0 X Y."""
+    body = [plain_text(text) for _, text in found.body]
+    if any("#" in text or "o" in text for text in body):
+        return replace(job, program=found.path)
+    if not job.incremental and _START.match(next((text for text in body if text), "")):
+        job = replace(job, position=(0.0, 0.0, 0.0))
+    return replace(job, numbered=(), named=(), feed=1000.0, tool=(0, 0.0), program=found.path)
+
+
+def called_files(job, found):
+    """((path, time of change), ..) of the files whose subs this one may call; something new every time where their
+    names are expressions."""
+    known, waiting = {}, [found.path]
+    while waiting:
+        read = read_file(waiting.pop())
+        defined = {name for name, keyword in read[1].values() if keyword == "sub"}
+        for name in {name for name, keyword in read[1].values() if keyword == "call"} - defined:
+            for folder in sub_folders(job.ini):
+                path = os.path.abspath(os.path.join(folder, name + ".ngc"))
+                if read_file(path) and path not in known:
+                    known[path] = os.stat(path).st_mtime_ns
+                    waiting.append(path)
+    if any(re.match(r"(n\d+)?o\[", plain_text(text)) for _, text in found.body):
+        known[""] = time.monotonic_ns()
+    return tuple(sorted(known.items()))
+
+
+def run(found: Found, job: Job) -> list:
+    """Moves of a found sub, as runner.py prints them."""
+    check_text(found)
+    result: Any = _child(found, job)
+    if result is None:
+        loops = [n for n, text in found.body if (o_word(text) or ("", ""))[1] in ("while", "do", "repeat", "call")]
+        where = f" (loops and calls: line {', '.join(map(str, loops[:5]))})" if loops else ""
+        raise CycleError(f"sub O{sub_name(found)}, line {found.first} of {quoted(found.path)}, does not end within "
+                         f"{_cpu_limit(found):g} s of computing time" + where, "correct the loop's condition, or make the sub simpler")
+    last = result["moves"][-1][1] if result["moves"] else None
+    for line, text in [end for end in (result["stop"], result["error"]) if end]:
+        missing = re.search(r"EOF in file.*seeking o-word: o?<?(\w+)", text)
+        text = f"there is no sub O{missing.group(1)}" if missing else text.rstrip(".")
+        raise fault(found, line or found.first, text, "correct the line", last)
+    if not result["ended"]:
+        raise fault(found, result["line"] or found.first, "the program ends inside the sub", "take the M2 or M30 out of it")
+    return result["moves"]
+
+
+def _program(found, job):
+    """Text for the runner: the sub definitions of the file, a mark before each line; the caller's state; the call."""
+    lines, inside = [], None
+    words = read_file(found.path)[1]
+    for number, text in enumerate(found.lines, 1):
+        word = words.get(number)
+        if inside is None and word and word[1] == "sub":
+            inside = word[0]
+        if inside is not None:
+            lines += [f"({_MARK}{number})", text]
+        if word == (inside, "endsub"):
+            inside = None
+    scale = 1.0 / (MM_PER_INCH if job.unit == "in" else 1.0)
+    x, y, z = (value * scale for value in job.position)
+    lines += ["G17 G40 G90 G91.1 G94", f"F{_decimal(job.feed if job.feed > 0 else 1000.0)}"]
+    for number, (name, value) in enumerate(job.named):
+        if math.isfinite(value):
+            # names that LinuxCNC itself keeps exist already, and may be read-only
+            lines += [f"o<chipwise-{number}> if [EXISTS[#<{name}>] EQ 0]", f"#<{name}> = {_decimal(value)}",
+                      f"o<chipwise-{number}> endif"]
+    lines += [f"G0 X{_decimal(x)} Y{_decimal(y)} Z{_decimal(z)}",
+              ("G91" if job.incremental else "G90") + (" G90.1" if job.ijk_absolute else " G91.1"),
+              f"({_BEGIN})", f"o{sub_name(found)} call", f"({_END})", "M2"]
+    return "\n".join(lines) + "\n"
+
+
+def _decimal(value):
+    """A number LinuxCNC reads: it knows no exponents, and no lines of more than 255 characters."""
+    if value == 0 or 1e-3 <= abs(value) < 1e15:
+        return f"{value:.12f}"
+    mantissa, _, exponent = f"{value:.17e}".partition("e")
+    return f"[{mantissa} * 10 ** {int(exponent)}]" if int(exponent) > 0 else f"[{mantissa} / 10 ** {-int(exponent)}]"
+
+
+_FOREIGN = re.compile(r"^\s*(REMAP|TOPLEVEL|PATH_PREPEND|PATH_APPEND|RS274NGC_STARTUP_CODE|ON_ABORT_COMMAND|"
+                      r"PARAMETER_FILE|LOG_LEVEL|USER_M_PATH)\s*=", re.IGNORECASE)
+
+
+_PATHS = re.compile(r"^\s*(SUBROUTINE_PATH|PROGRAM_PREFIX|WIZARD_ROOT)\s*=", re.IGNORECASE)
+
+
+def _ini_text(path):
+    """The INI file as the runner may see it: without remaps, Python and start-up codes, ~ as it is here."""
+    try:
+        with open(path, encoding="utf-8", errors="surrogateescape") as file:
+            lines = [line for line in file if not _FOREIGN.match(line)]
+    except OSError:
+        return "[RS274NGC]\n"
+    home = os.path.expanduser("~")
+    return "".join(re.sub(r"(?<=[=:\s])~(?=/|:|\s)", lambda m: home, line) if _PATHS.match(line) else line for line in lines)
+
+
+def _child(found, job):
+    """Result of runner.py, None if the sub does not end."""
+    with tempfile.TemporaryDirectory(prefix="chipwise-") as folder:
+        paths = {name: os.path.join(folder, name) for name in ("sub.ngc", "sub.ini", "sub.var")}
+        texts = {"sub.ngc": _program(found, job), "sub.ini": _ini_text(job.ini),
+                 "sub.var": "".join(f"{n} {v!r}\n" for n, v in job.numbered) or "5161 0\n"}
+        for name, text in texts.items():
+            with open(paths[name], "w", encoding="utf-8", errors="surrogateescape") as file:
+                file.write(text)
+        order = json.dumps({
+            "program": paths["sub.ngc"], "parameters": paths["sub.var"], "units_per_mm": 1.0 / job.machine_unit,
+            "tool": job.tool, "codes": ["G20" if job.unit == "in" else "G21", "G0"], "begin": _BEGIN, "end": _END,
+            "mark": _MARK, "max_moves": MAX_MOVES, "cpu_s": _cpu_limit(found)})
+        environment = {**os.environ, "HOME": folder, "INI_FILE_NAME": paths["sub.ini"], "LC_ALL": "C"}
+        process = subprocess.Popen([PYTHON, "-s", RUNNER, str(os.getpid())], env=environment, text=True,
+                                   stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        answer = _answer(process, order)
+    if answer is None:
+        raise fault(found, found.first, "the sub waits for a file that does not answer",
+                     "look at the files that it calls on the SUBROUTINE_PATH")
+    if process.returncode == -signal.SIGPROF:
+        return None
+    if process.returncode != 0:
+        said = (answer[1].strip().splitlines() or [f"exit {process.returncode}"])[-1]
+        raise fault(found, found.first, f"LinuxCNC's interpreter did not run it ({said})", "see whether `rs274` runs")
+    return json.loads(answer[0])
+
+
+def _cpu_limit(found):
+    """Computing time (s) the sub may take."""
+    return CPU_S + round(LINE_S * len(found.body), 1)
+
+
+def _answer(process, order):
+    """(stdout, stderr) of the runner, None where it was given up: it computed nothing for STUCK_S.  Its computing time it
+    limits itself."""
+    had, since = -1.0, time.monotonic()
+    while True:
+        try:
+            return process.communicate(order, timeout=0.5)
+        except subprocess.TimeoutExpired:
+            order = None                    # communicate() keeps what is left of it
+        now = cpu_s(process.pid)
+        if now != had:
+            had, since = now, time.monotonic()
+        elif time.monotonic() - since > STUCK_S:
+            process.kill()
+            process.communicate()
+            return None

@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Numbers to and from chipwise_command, in step with motion.  Called by stock_codes.py and volumetric.py.
+
+Numbers go through two of motion's analog outputs, set as M68 does in its turn of the queue; chipwise_command's man page
+has the registers.  Its answer comes back through an analog input.
+
+What is queued are canonical calls, not lines: execute(line, number) after a `yield` takes the task down in 2.9.0~pre1
+(interpmodule.cc, wrap_interp_execute_2, leaves the call state of the waiting remap in place).
+"""
+
+import emccanon
+
+from chipwise.stock import layout
+
+class InForce:
+    """What M250 and M251 have left in force, as far as the interpreter knows.
+
+    feed        M251 is on; feed_of_mdi: it was given in MDI
+    feed_left   it has ended, and the realtime side has still to be told
+    box         (low, high, shape, turn) of the last M250, None where the stock came from a file
+    stock_here  the stock was defined in this run of the program, or in this MDI
+    """
+
+    feed = feed_left = feed_of_mdi = stock_here = False
+    box = None
+
+
+def send(state, first, values, commit):
+    """As queue()."""
+    queue(state.settings, first, values, commit)
+
+
+def queue(settings, first, values, commit):
+    """Queue the registers first, first + 1, .. and the commit, in step with motion."""
+    word = settings["ANALOG_OUT"]
+    for number, value in enumerate(values, int(first)):
+        emccanon.SET_AUX_OUTPUT_VALUE(word, number)
+        emccanon.SET_AUX_OUTPUT_VALUE(word + 1, value)
+    emccanon.SET_AUX_OUTPUT_VALUE(word, commit)
+
+
+def mode_now(settings):
+    """The mode of the realtime side, now; 0 where it is not there."""
+    return round(emccanon.GET_EXTERNAL_ANALOG_INPUT(settings["ANALOG_IN"], 0.0)) % layout.STATUS_STOCK
+
+
+def status_now(state):
+    """(mode, stock is defined, fault code) of the realtime side, now; (0, False, 0) where it is not there."""
+    value = round(emccanon.GET_EXTERNAL_ANALOG_INPUT(state.settings["ANALOG_IN"], 0.0))
+    return (value % layout.STATUS_STOCK, value // layout.STATUS_STOCK % 10 == 1,
+            value % layout.STATUS_REPLY // layout.STATUS_FAULT)

@@ -1,0 +1,155 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""M250, M253, M254: the stock of the realtime components, defined, saved and restored in step with motion.
+
+Called by codes.py through session.run_steps.  The codes queue numbers (registers.py), wait for them (`yield`) and read
+back whether they were taken.  In the preview the words are checked and nothing is done.
+"""
+
+import emccanon
+
+from chipwise import preview
+from chipwise.errors import CycleError
+from chipwise.glue import context
+from chipwise.glue.registers import InForce, send, status_now
+from chipwise.glue.workpiece import check_fits, stock_of
+from chipwise.stock import layout, reasons
+from chipwise.stock.layout import Fault, Register
+
+FILL_TRIES, FILL_WAIT_S = 100, 0.05     # the map is filled a part per servo period:
+FILL_CELLS = 100_000                    # so many in a try at least (tracker.h: 12000 a period, stock.c: a quarter of turned ones)
+TOOL_FAULTS = range(Fault.TOOL_DIAMETER, Fault.NO_MONITOR + 1)      # of the tool, not of the stock; M250 may come before M6
+FILE_TRIES, FILE_WAIT_S = 600, 0.05     # the monitor reads or writes a file meanwhile
+SAME_MM, SAME_DEG = 1e-6, 1e-9          # boxes that differ by less are the same
+
+
+def define_stock(state):
+    """M250."""
+    state.check_words("pqrijk")
+    low, high, shape, turn = stock_of(state)
+    size = check_fits(state.settings, low, high, turn)
+    if not state.interp.task:
+        preview.stock(state.line_number, low, high, shape, turn)
+        return
+    if _run_from_line_keeps_stock(state, (low, high, shape, turn)):
+        yield                       # without one the message is thrown away with all that the line has queued
+        return
+    units = emccanon.GET_EXTERNAL_LENGTH_UNITS()
+    send(state, Register.BOX_SHAPE, [shape, turn], Register.IDLE)
+    send(state, Register.BOX_FIRST, [value * units for value in [*low, *high]], Register.BOX_COMMIT)
+    for _ in range(FILL_TRIES + int(size[0] * size[1] / state.settings["CELL"] ** 2 / FILL_CELLS)):
+        emccanon.DWELL(FILL_WAIT_S)
+        yield
+        _mode, defined, fault = status_now(state)
+        if defined or fault and fault not in TOOL_FAULTS:
+            break
+    emccanon.SET_AUX_OUTPUT_VALUE(state.settings["ANALOG_OUT"], Register.IDLE)
+    if not defined:
+        yield                       # an error throws away what is queued: the request would stand, and be served later
+        raise CycleError(f"the stock tracker has refused the stock (fault {fault})",
+                         "see its message; without one, load chipwise.hal ([HAL]HALFILE); where chipwise-monitor has "
+                         "died start `chipwise monitor` again")
+    InForce.box, InForce.stock_here = (low, high, shape, turn), True
+
+
+_START_BEFORE = "start the program at this line or before"
+
+
+def _run_from_line_keeps_stock(state, box=None):
+    """Run from line executes M250 and M254 of the lines it reads over, and would make a whole block of a part that is cut.
+
+    -> True where the line is read over, and the stock in force stays.  Raises CycleError where that is not the stock of
+    this line (box: low, high, shape, turn; None for M254), or where it cannot be known and there is a stock to lose.
+    """
+    if not (context.skipped() or context.may_be_skipped()):
+        return False
+    _mode, defined, _fault = status_now(state)
+    same = box is None or InForce.box is None or _same_box(box, InForce.box)
+    if context.may_be_skipped():
+        if defined and same:
+            raise CycleError("chipwise cannot tell whether run from line executes or skips this line, and a "
+                             "stock is in force", "run the program again, or give this line in MDI")
+        return False
+    if not defined:
+        raise CycleError("run from line skips this line and no stock is defined",
+                         f"give it in MDI, or restore the stock with M254, or {_START_BEFORE}")
+    if not same:
+        raise CycleError("run from line skips this line, and the stock in force is a different one",
+                         f"give this line in MDI, or restore the stock with M254, or {_START_BEFORE}")
+    emccanon.MESSAGE(f"chipwise: {state.code}: run from line skips this line, so the stock stays as it is")
+    InForce.stock_here = True
+    return True
+
+
+def _same_box(first, second):
+    return first[2] == second[2] and abs(first[3] - second[3]) < SAME_DEG and all(
+        abs(a - b) < SAME_MM for one, other in zip(first[:2], second[:2]) for a, b in zip(one, other))
+
+
+def _slot(state):
+    """Word P of M253, M254: 0 to 9."""
+    state.check_words("p")
+    slot = state.number("p")
+    if slot is None:
+        raise CycleError("word P (slot) is missing", "add P0 to P9")
+    if slot not in range(reasons.SLOTS):
+        raise CycleError(f"slot P{slot:g} is not from 0 to {reasons.SLOTS - 1}", "use P0 to P9")
+    return int(slot)
+
+
+def _reply(state):
+    """What the monitor says of the request (reasons.py), now."""
+    return round(emccanon.GET_EXTERNAL_ANALOG_INPUT(state.settings["ANALOG_IN"], 0.0)) // layout.STATUS_REPLY
+
+
+def _wait_for(state, answered):
+    """Wait until the monitor's reply is one; -> it, None after the time-out."""
+    for _ in range(FILE_TRIES):
+        yield
+        if answered(_reply(state)):
+            return _reply(state)
+        emccanon.DWELL(FILE_WAIT_S)
+    return None
+
+
+def _file_request(state, commit, what):
+    """M253, M254: have the monitor do something with the file of a slot, and wait for it."""
+    slot = _slot(state)
+    if not state.interp.task:
+        return
+    emccanon.SET_AUX_OUTPUT_VALUE(state.settings["ANALOG_OUT"], Register.IDLE)
+    reply = yield from _wait_for(state, lambda now: now == reasons.IDLE)
+    if reply is not None:
+        send(state, Register.FILE_SLOT, [slot], commit)
+        reply = yield from _wait_for(state, lambda now: now not in (reasons.IDLE, reasons.BUSY))
+    emccanon.SET_AUX_OUTPUT_VALUE(state.settings["ANALOG_OUT"], Register.IDLE)
+    if reply != reasons.DONE:
+        yield                       # as in define_stock()
+    if reply is None:
+        raise CycleError(f"slot {slot} was not {what}: chipwise-monitor gave no answer within "
+                         f"{FILE_TRIES * FILE_WAIT_S:g} s", "load chipwise.hal ([HAL]HALFILE); if it has died start "
+                         "`chipwise monitor` again")
+    if reply != reasons.DONE:
+        problem, remedy = reasons.REASONS.get(reply, (f"reason {reply}", "see the log"))
+        raise CycleError(f"slot {slot} was not {what}: {problem}", remedy)
+
+
+def save_stock(state):
+    """M253."""
+    if state.interp.task and context.skipped():
+        _slot(state)
+        emccanon.MESSAGE("chipwise: M253: run from line skips this line, so the file stays as it is")
+        yield
+        return
+    yield from _file_request(state, Register.SAVE_COMMIT, "saved")
+
+
+def restore_stock(state):
+    """M254."""
+    _slot(state)
+    if not state.interp.task:
+        preview.restored(state.line_number)
+    if state.interp.task and _run_from_line_keeps_stock(state):
+        yield
+        return
+    yield from _file_request(state, Register.RESTORE_COMMIT, "restored")
+    InForce.box, InForce.stock_here = None, True

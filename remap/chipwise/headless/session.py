@@ -1,0 +1,189 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""One run of a program on a running LinuxCNC, with nobody at the screen.
+
+    E-stop reset -> machine on -> home all -> open -> run -> idle again
+
+run() is called by bin/chipwise-headless.  Each step commands a state and polls
+until it is reached or its time is over, so that a LinuxCNC that has died ends
+the run with an error and never hangs it.  A stop by a guard ends the run too,
+because nobody presses Stop.
+"""
+
+import os
+import time
+
+import linuxcnc
+
+from chipwise import processes
+
+POLL_S = 0.010
+STEP_TIMEOUT_S = 200.0      # for every step but the program itself; in simulated time, which may be fast
+IDLE_POLLS = 20             # the interpreter is idle when it was this many times
+GUARD_S = 0.2               # a guard's stop that lasts as long is one
+GUARD_WORDS_S = 10.0        # for its message to come
+GUARD_WORDS = 'stopped'     # in that message (monitor/messages.py: guard_text)
+INTERP_ERROR = 5            # interp_return.hh; not among the module's constants
+
+
+class SessionError(Exception):
+    """The machine did not reach a commanded state; str() has the state and the reason."""
+
+
+class Guard:
+    """chipwise-guard.0 as the pins show it; a machine need not have one."""
+
+    def __init__(self):
+        self.component = None
+        self.since = None           # time.monotonic() when it was first seen to stop the machine
+
+    def pin(self, name):
+        """Value of a pin, None if there is none."""
+        import hal
+        if self.component is None:
+            self.component = hal.component('chipwise-headless-%d' % os.getpid())
+            self.component.ready()
+        try:
+            return hal.get_value('chipwise-guard.0.' + name)
+        except RuntimeError:
+            return None
+
+    def stopped(self):
+        """Whether it has stopped the machine for GUARD_S."""
+        now = time.monotonic()
+        if not self.pin('stop'):
+            self.since = None
+        elif self.since is None:
+            self.since = now
+        return self.since is not None and now - self.since >= GUARD_S
+
+
+class Session:
+    """The command, status and error channels of a running LinuxCNC."""
+
+    def __init__(self, deadline):
+        self.deadline = deadline            # time.monotonic(), s
+        self.command = linuxcnc.command()
+        self.status = linuxcnc.stat()
+        self.channel = linuxcnc.error_channel()
+        self.errors = []
+        self.messages = []
+        self.failed = False                 # the task reported an error state
+        self.guard = Guard()
+
+    # --- polling ------------------------------------------------------------
+
+    def poll(self):
+        """Fetch status and messages; LinuxCNC gone is a SessionError."""
+        try:
+            self.status.poll()
+        except linuxcnc.error as error:
+            raise SessionError('LinuxCNC does not answer: %s' % error) from error
+        if self.status.state == linuxcnc.RCS_ERROR:
+            self.failed = True
+        self.collect_messages()
+
+    def collect_messages(self):
+        while True:
+            message = self.channel.poll()
+            if not message:
+                return
+            kind, text = message
+            serious = kind in (linuxcnc.NML_ERROR, linuxcnc.OPERATOR_ERROR)
+            (self.errors if serious else self.messages).append(text.strip())
+
+    def wait(self, what, reached, timeout=STEP_TIMEOUT_S):
+        """Poll until reached(status); what names it for the error text."""
+        end = min(time.monotonic() + timeout, self.deadline)
+        while True:
+            self.poll()
+            if reached(self.status):
+                return
+            if time.monotonic() > end:
+                raise SessionError('%s: not reached in time' % what)
+            if not task_runs():
+                raise SessionError('%s: the LinuxCNC task has ended' % what)
+            time.sleep(POLL_S)
+
+    # --- steps --------------------------------------------------------------
+
+    def switch_on(self):
+        self.command.state(linuxcnc.STATE_ESTOP_RESET)
+        self.wait('E-stop reset', lambda s: s.task_state != linuxcnc.STATE_ESTOP)
+        self.command.state(linuxcnc.STATE_ON)
+        self.wait('machine on', lambda s: s.task_state == linuxcnc.STATE_ON)
+
+    def set_mode(self, mode, name):
+        self.command.mode(mode)
+        self.wait(name + ' mode', lambda s: s.task_mode == mode)
+
+    def home(self):
+        self.set_mode(linuxcnc.MODE_MANUAL, 'manual')
+        self.command.teleop_enable(0)
+        self.wait('joint mode', lambda s: s.motion_mode == linuxcnc.TRAJ_MODE_FREE)
+        self.command.home(-1)
+        self.wait('home', lambda s: all(s.homed[:s.joints]))
+
+    def open(self, program):
+        self.set_mode(linuxcnc.MODE_AUTO, 'auto')
+        self.command.program_open(program)
+        self.wait('open ' + program,
+                  lambda s: os.path.realpath(s.file or '') == os.path.realpath(program))
+
+    def run_program(self):
+        """Run the open program until the interpreter stays idle.
+
+        -> how long it has been idle when that is certain, s.
+        """
+        self.command.auto(linuxcnc.AUTO_RUN, 0)
+        self.wait('start of program',
+                  lambda s: s.echo_serial_number >= self.command.serial)
+        idle, idle_since = 0, 0.0
+
+        def ended(status):
+            nonlocal idle, idle_since
+            if status.paused and status.interp_state == linuxcnc.INTERP_PAUSED:
+                self.command.auto(linuxcnc.AUTO_RESUME)      # M0: nobody to press Start
+            still = (status.interp_state == linuxcnc.INTERP_IDLE and status.inpos
+                     and status.queue == 0)
+            idle = idle + 1 if still else 0
+            idle_since = time.monotonic() if idle <= 1 else idle_since
+            return idle >= IDLE_POLLS or status.task_state != linuxcnc.STATE_ON or self.guard.stopped()
+        self.wait('end of program', ended, timeout=float('inf'))
+        if self.guard.since is not None:
+            self.give_up_at_guard()
+        if self.status.task_state != linuxcnc.STATE_ON:
+            raise SessionError('the machine went off while the program ran')
+        if self.status.interpreter_errcode == INTERP_ERROR:
+            self.failed = True
+        return time.monotonic() - idle_since
+
+
+    def give_up_at_guard(self):
+        """Nobody presses Stop: wait for the message, abort, SessionError."""
+        line, end = self.guard.pin('line'), time.monotonic() + GUARD_WORDS_S
+        while not any(GUARD_WORDS in text for text in self.errors) and time.monotonic() < end:
+            self.poll()
+            time.sleep(POLL_S)
+        self.command.abort()
+        self.wait('abort', lambda s: s.interp_state == linuxcnc.INTERP_IDLE)
+        raise SessionError('a guard has stopped the program (line %d)' % line)
+
+
+def task_runs():
+    """Whether a milltask process lives; the status buffer outlives a crash."""
+    return bool(processes.named('milltask', 'linuxcnctask'))
+
+
+def wait_for_task(deadline):
+    """Wait until the task has come up: linuxcnc starts the display alongside."""
+    while True:
+        try:
+            status = linuxcnc.stat()
+            status.poll()
+            if status.task_state and task_runs():
+                return
+        except linuxcnc.error:
+            pass
+        if time.monotonic() > deadline:
+            raise SessionError('LinuxCNC did not start')
+        time.sleep(POLL_S)

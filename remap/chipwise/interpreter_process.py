@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""What the programs that run LinuxCNC's interpreter (module gcode) in a process of their own have in common.
+
+Called by contour_sub/runner.py and check/reader_runner.py.  It is the interpreter of AXIS's preview: full doubles, line
+numbers, no HAL, no machine.  Read in LinuxCNC 2.9: gcodemodule.cc, rs274/interpret.py.
+"""
+
+import ctypes
+import os
+import signal
+
+INCH = 25.4         # mm of the unit the interpreter gives coordinates in
+
+
+class Stop(Exception):
+    """The program does what the reader refuses."""
+
+
+class Canon:
+    """Answers to what the interpreter asks; job: dict with units_per_mm, parameters and, unless XYZ, axis_mask."""
+
+    def __init__(self, job):
+        self.job = job
+
+    def get_external_length_units(self):
+        return self.job["units_per_mm"]
+
+    def get_external_angular_units(self):
+        return 1.0
+
+    def get_axis_mask(self):
+        return self.job.get("axis_mask", 7)
+
+    def get_block_delete(self):
+        return False
+
+    def check_abort(self):
+        return False
+
+    @property
+    def parameter_file(self):
+        return self.job["parameters"]
+
+
+def own_output() -> int:
+    """A handle of standard output for the result alone: (print,..) of a program, which writes there too, goes to standard
+    error."""
+    result = os.dup(1)
+    os.dup2(2, 1)
+    return result
+
+
+def limit_computing(seconds: float) -> None:
+    """Let the kernel end this process after so much more computing time, also inside C code."""
+    signal.signal(signal.SIGPROF, signal.SIG_DFL)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGPROF])
+    signal.setitimer(signal.ITIMER_PROF, seconds)
+
+
+def make_tool_table(random: bool = False):
+    """Make ~/.tool.mmap, which gcode expects a task to have made: 2.9 crashes without.  -> the library, None if there is
+    none: another LinuxCNC, another way of keeping tools."""
+    try:
+        library = ctypes.CDLL("libtooldata.so.0")
+        library._Z17tool_mmap_creatorPK13EMC_TOOL_STATi(None, int(random))
+        return library
+    except (OSError, AttributeError):
+        return None

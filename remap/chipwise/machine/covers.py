@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""What a command in the sandbox sees instead of the system's files, by mounting something else over them.
+
+Called by sandbox.py inside the namespaces, and by unisolated.py, which only copies.
+"""
+
+import glob
+import os
+import shutil
+import subprocess
+
+from chipwise.machine.namespaces import MS_BIND, mount
+
+
+def module_directory():
+    """LinuxCNC's realtime module directory, or None without LinuxCNC."""
+    halcompile = shutil.which('halcompile')
+    if halcompile:
+        makefile = subprocess.run([halcompile, '--print-modinc'], text=True,
+                                  stdout=subprocess.PIPE).stdout.strip()
+        values = [line.split(':=')[1].strip() for line in open(makefile)
+                  if line.startswith('RTLIBDIR')] if makefile else []
+        for value in reversed(values):
+            if os.path.isdir(value):
+                return value
+    standard = '/usr/lib/linuxcnc/modules'
+    return standard if os.path.isdir(standard) else None
+
+
+def cover_modules(fresh, scratch):
+    """Cover the module directory by links to its content and the fresh ones."""
+    system = module_directory()
+    if system is None or fresh is None:
+        return
+    below, merged = os.path.join(scratch, 'system'), os.path.join(scratch, 'merged')
+    os.mkdir(below)
+    os.mkdir(merged)
+    mount(system, below, None, MS_BIND)
+    for name in os.listdir(below):
+        os.symlink(os.path.join(below, name), os.path.join(merged, name))
+    for path in glob.glob(os.path.join(os.path.abspath(fresh), '*.so')):
+        link = os.path.join(merged, os.path.basename(path))
+        if os.path.lexists(link):
+            os.unlink(link)
+        shutil.copy(path, link)
+    mount(merged, system, None, MS_BIND)
+
+
+def cover_installed(destdir, scratch):
+    """Show the files below DESTDIR at their installed paths, beside the files that exist there."""
+    for number, (folder, folders, names) in enumerate(os.walk(os.path.abspath(destdir))):
+        place = os.path.join('/', os.path.relpath(folder, destdir))
+        new = names + [name for name in folders if not os.path.isdir(os.path.join(place, name))]
+        folders[:] = [name for name in folders if name not in new]
+        if not new:
+            continue
+        below, merged = (os.path.join(scratch, '%s%d' % (kind, number)) for kind in ('below', 'installed'))
+        os.mkdir(below)
+        os.mkdir(merged)
+        mount(place, below, None, MS_BIND)
+        for name in set(os.listdir(below)) - set(new):
+            os.symlink(os.path.join(below, name), os.path.join(merged, name))
+        for name in new:
+            os.symlink(os.path.join(os.path.abspath(folder), name), os.path.join(merged, name))
+        mount(merged, place, None, MS_BIND)
+
+
+def cover_script(scratch, home):
+    """Cover the linuxcnc script by one whose lock file and logs are in HOME."""
+    script, copy = own_script(scratch, home)
+    if script:
+        mount(copy, script, None, MS_BIND)
+
+
+def own_script(folder, home):
+    """-> (the linuxcnc script or None, a copy in folder whose lock file and logs are in HOME)."""
+    script = shutil.which('linuxcnc')
+    if script is None:
+        return None, None
+    script = os.path.realpath(script)
+    with open(script, errors='surrogateescape') as handle:
+        text = handle.read()
+    copy = os.path.join(folder, 'linuxcnc')
+    with open(copy, 'w', errors='surrogateescape') as handle:
+        handle.write(text.replace('/tmp/linuxcnc.', home + '/linuxcnc.'))
+    os.chmod(copy, 0o755)
+    return script, copy
+
+
+def cover_rtapi(scratch):
+    """Cover rtapi_app by a copy without the setuid bit, which drops LD_PRELOAD."""
+    program = shutil.which('rtapi_app')
+    if program:
+        copy = shutil.copyfile(program, os.path.join(scratch, 'rtapi_app'))
+        os.chmod(copy, 0o755)
+        mount(copy, os.path.realpath(program), None, MS_BIND)
+
+
+def cover_directory(directory, scratch, number):
+    """Cover a directory by a copy, so that what is written there is lost."""
+    directory = os.path.realpath(directory)
+    if not os.path.isdir(directory):
+        return
+    copy = os.path.join(scratch, 'private%d' % number)
+    copy_directory(directory, copy)
+    mount(copy, directory, None, MS_BIND)
+
+
+def copy_directory(directory, copy):
+    """Copy a directory without what LinuxCNC has saved there."""
+    shutil.copytree(directory, copy, symlinks=True,
+                    ignore=shutil.ignore_patterns('*.var', '*.var.bak', '*.expanded'))

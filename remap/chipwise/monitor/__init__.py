@@ -1,0 +1,11 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""chipwise-monitor: informs the HAL components and the operator.
+
+    supervisor.py       two processes: one owns the HAL pins, the other works and is replaced if it dies
+    takeover.py         a new monitor continues on the signals of one that was killed
+    component.py        the HAL pins
+    worker.py           the work: tool, faults, override, guards
+    messages.py         messages of faults and guards
+    stock_files.py      M253, M254 and [CHIPWISE]KEEP_STOCK
+    loaded_program.py   what is wrong with a program as soon as it is opened
+"""

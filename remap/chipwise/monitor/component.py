@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The HAL pins of chipwise-monitor.  Called by cli/monitor.py."""
+
+from chipwise.halcmd import halcmd, signal_of
+from chipwise.monitor import takeover
+
+COMPONENT = 'chipwise-monitor'
+
+
+def make_component():
+    """(the component, whether it has taken over the pins of one that was killed)."""
+    import hal
+    name, dead = takeover.choose_name(COMPONENT)
+    component = hal.component(name)
+    for name in ('tool-diameter', 'tool-corner-radius', 'tool-tip-angle', 'tool-flute-length'):
+        component.newpin(name, hal.HAL_FLOAT, hal.HAL_OUT)
+    for name in ('tool-number', 'tool-followed', 'heartbeat'):
+        component.newpin(name, hal.HAL_S32, hal.HAL_OUT)
+    component.newpin('tool-max-rate', hal.HAL_FLOAT, hal.HAL_OUT)
+    component.newpin('tool-flutes', hal.HAL_FLOAT, hal.HAL_OUT)
+    component.newpin('adaptive-off', hal.HAL_BIT, hal.HAL_OUT)
+    component.newpin('feed-override', hal.HAL_FLOAT, hal.HAL_OUT)
+    component.newpin('program-running', hal.HAL_BIT, hal.HAL_OUT)
+    component.newpin('reply', hal.HAL_S32, hal.HAL_OUT)
+    component.newpin('hold', hal.HAL_BIT, hal.HAL_OUT)
+    for name in ('ready', 'fault', 'override-ignored', 'held'):
+        component.newpin(name, hal.HAL_BIT, hal.HAL_IN)
+    for name in ('guard-distance', 'guard-depth'):
+        component.newpin(name, hal.HAL_FLOAT, hal.HAL_IN)
+    for name in ('fault-code', 'limited-by', 'mode', 'request', 'slot', 'guard-reason', 'guard-line', 'tool-in-spindle'):
+        component.newpin(name, hal.HAL_S32, hal.HAL_IN)
+    if dead:
+        takeover.take_over(component.getprefix(), dead)
+    else:
+        signal = signal_of('stock-tracker.0.tool-in-spindle')
+        if signal:                        # the machine's own tool number, by whatever name
+            halcmd('net', signal, component.getprefix() + '.tool-in-spindle')
+    return component, bool(dead)

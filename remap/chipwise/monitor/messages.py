@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Messages of chipwise-monitor to the operator: faults of the stock tracker and stops by a guard.
+
+Called by worker.py.
+"""
+
+from chipwise.stock.layout import Fault, GuardReason
+
+FAULTS = {              # stock-tracker.0.fault-code (man stock_tracker)
+    Fault.BOX_NOT_FINITE: 'the stock box has a corner that is not a number; define it again with M250',
+    Fault.BOX_EMPTY: 'the stock box has no extent in X, Y or Z; give M250 a size above 0',
+    Fault.BOX_TOO_LARGE: 'the stock is larger than the map and was not changed; enlarge [CHIPWISE]MAP_SIZE or CELL, or use a smaller box',
+    Fault.MAP: 'the stock map is incomplete (an interrupted restore, or another program wrote into it) and no longer valid; define the '
+       'stock with M250 or restore it with M254',
+    Fault.TOOL_DIAMETER: 'the tool in the spindle has no diameter from 0.001 to 2000 mm; load a tool or give it a D in the tool table',
+    Fault.TOOL_CORNER: 'the corner radius of the tool is larger than the tool; correct the tool geometry file',
+    Fault.TOOL_ANGLE: 'the tip angle of the tool is neither 0 nor from 0.1 to below 180 degrees; correct the tool geometry file',
+    Fault.TOOL_FLUTE: 'the flute length of the tool is not from 0 to 10000 mm; correct the tool geometry file',
+    Fault.TOOL_CHANGED: 'the tool in the spindle is unknown because chipwise-monitor does not follow it; see the log and start `chipwise monitor`',
+    Fault.NO_MONITOR: 'chipwise-monitor does not answer; start `chipwise monitor` in a shell',
+    Fault.POSITION: 'an axis position is not a number; define the stock again with M250',
+    Fault.JUMP: 'an axis position jumped, so the stock is no longer known; define it again with M250',
+    Fault.UNITS: 'units-per-mm is not from 0.001 to 1000; load the components with chipwise.hal',
+    Fault.TURNED: 'an axis A, B, C, U, V or W has moved since the stock was defined, so the feed is F and the guards are off; define the '
+        'stock again with M250'}
+
+
+
+def guard_text(reason, line, distance, depth, tool, diameter, flute, unit):
+    """The operator's message for a stop; lengths in machine units, `unit` their name."""
+    digits = 4 if unit == 'in' else 2
+    where = f'{f"line {line}" if line > 0 else "MDI"}, tool {tool}, {diameter:.{digits}f} {unit}'
+    if reason == GuardReason.RAPID_CONTACT:
+        return (f'rapid stopped {distance:.{digits}f} {unit} before stock ({where}); press Stop, jog away and retract higher '
+                '(guard: [CHIPWISE]GUARD_RAPID)')
+    return (f'cut stopped at {max(depth, flute):.{digits}f} {unit} or more of depth, flutes {flute:.{digits}f} {unit} long ({where}); '
+            'press Stop, jog away and take more passes (guard: [CHIPWISE]GUARD_FLUTE)')

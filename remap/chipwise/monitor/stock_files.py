@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Saves and restores the stock: M253, M254, and from one run of LinuxCNC to the next.
+
+Called by worker.py, in user space, while motion waits.  A restore has five steps:
+    1. store.read(): the file is checked completely, nothing is changed yet
+    2. hold: the tracker releases the map and answers with held
+    3. shared.put(): cells and head, the generation odd meanwhile
+    4. hold FALSE: the tracker checks the head and uses the stock
+    5. the reply (stock/reasons.py), which stays until the interpreter has read it and withdraws the request.
+If the monitor is killed in between, hold stays TRUE: no stock is known, the feed is F, M254 ends with a message.  The next
+monitor (takeover.py) ends the hold; the tracker finds the map incomplete, and a request that still waits is served from step 1.
+"""
+
+import os
+import time
+from contextlib import nullcontext
+
+from chipwise.files import printable
+from chipwise.stock import reasons
+from chipwise.stock.layout import FileRequest
+
+HELD_TIMEOUT_S = 2.0        # for the tracker's answer, which comes in its next period
+
+
+class StockFiles:
+    """The stock of one LinuxCNC and its files."""
+
+    def __init__(self, component, settings, say, working=nullcontext):
+        """component: the monitor's pins; say: function of a text for the operator; working: context of long work."""
+        self.component, self.settings, self.say, self.working = component, settings, say, working
+        self.stock = None
+        self.served = 0
+        self.kept_is_due = settings['KEEP_STOCK']
+
+    def path(self, name):
+        return os.path.join(self.settings.path('STOCK_DIR'), name)
+
+    def step(self, _now):
+        """A request of the interpreter, or the stock of the last run, once."""
+        self.attach()
+        request = self.component['request']
+        if request != self.served:
+            self.served = request
+            with self.working():
+                self.component['reply'] = reasons.IDLE if not request else self.answer(request)
+        if self.kept_is_due:
+            self.kept_is_due = False
+            with self.working():
+                self.restore_kept()
+
+    def attach(self):
+        """The map, attached from the first period on: it is still needed when everything else has ended."""
+        if self.stock is None:
+            from chipwise.stock import shared
+            self.stock = shared.attach(0, self.component)
+
+    def answer(self, request):
+        """-> the reply, also after an unexpected error, because the program waits for it."""
+        try:
+            return self.serve(request)
+        except Exception as error:
+            print(printable(f'chipwise: stock file: {type(error).__name__}: {error}'), flush=True)
+            return reasons.DISK
+
+    def serve(self, request):
+        """-> the reply."""
+        slot = self.component['slot']
+        if slot not in range(reasons.SLOTS):
+            return reasons.BAD_SLOT
+        self.component['reply'] = reasons.BUSY
+        from chipwise.stock import store
+        path = self.path(store.slot_name(slot))
+        return self.save(path) if request == FileRequest.SAVE else self.restore(path)
+
+    def save(self, path):
+        """The map to a file; -> the reply."""
+        from chipwise.stock import shared, store
+        try:
+            taken = self.stock.take()
+            if taken is None:
+                return reasons.NO_STOCK
+            store.write(path, *taken)
+        except store.StoreError as error:
+            return self.failed(error)
+        except shared.SharedStockError as error:
+            print(error, flush=True)
+            return reasons.NO_ANSWER
+        return reasons.DONE
+
+    def restore(self, path):
+        """A file to the map; -> the reply.  Any error leaves the stock as it was."""
+        from chipwise.stock import store
+        try:
+            found = store.read(path, self.stock.cell, self.stock.capacity)
+        except store.StoreError as error:
+            return self.failed(error)
+        self.component['hold'] = True
+        try:
+            end = time.monotonic() + HELD_TIMEOUT_S
+            while not self.component['held']:
+                if time.monotonic() > end:
+                    return reasons.NO_ANSWER
+                time.sleep(0.001)
+            self.stock.put(*found)
+        finally:
+            self.component['hold'] = False
+        while self.component['held'] and time.monotonic() < end:
+            time.sleep(0.001)
+        return reasons.DONE
+
+    @staticmethod
+    def failed(error):
+        print(printable(f'chipwise: stock file: {error}'), flush=True)
+        return error.reply
+
+    # --- [CHIPWISE]KEEP_STOCK -----------------------------------------------------------------------------------
+
+    def restore_kept(self):
+        """The stock of the last run, at the start.  The file is deleted: if this run ends without a monitor, no stock is
+        better than one from before its cuts."""
+        from chipwise.stock import store
+        reply = self.restore(self.path(store.KEPT))
+        if reply == reasons.DONE:
+            os.unlink(self.path(store.KEPT))
+        if reply not in (reasons.DONE, reasons.NO_FILE):
+            problem, remedy = reasons.REASONS[reply]
+            self.say(f'the stock of the last run was not restored ([CHIPWISE]KEEP_STOCK): {problem}; {remedy}')
+
+    def end(self):
+        """Save the stock for the next run and detach the map."""
+        try:
+            self.keep()
+        finally:
+            if self.stock:
+                self.stock.close()
+
+    def keep(self):
+        """Save the stock for the next run; without a stock, delete the file of an earlier run."""
+        if self.stock is None or not self.settings['KEEP_STOCK'] or self.kept_is_due:
+            return
+        from chipwise.stock import store
+        path = self.path(store.KEPT)
+        reply = self.save(path)
+        if reply == reasons.NO_STOCK and os.path.exists(path):
+            os.unlink(path)
+        elif reply not in (reasons.DONE, reasons.NO_STOCK):
+            print(f'chipwise: the stock was not saved for the next run: {reasons.REASONS[reply][0]}', flush=True)

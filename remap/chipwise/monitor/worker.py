@@ -1,0 +1,311 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The work of chipwise-monitor: reports the tool to the realtime components, and to the operator what they found.
+
+Called by cli/monitor.py in the child process of supervisor.py.  The tool in the spindle comes from LinuxCNC's status, its shape
+from the file [CHIPWISE]TOOL_GEOMETRY; a change of either is seen within POLL_S.
+
+A failure in one part of the work is reported, and the others continue.  `heartbeat` counts every look, and `tool-followed` is the
+machine's own tool number as of the last look: with them the stock tracker notices that the monitor is late, stopped or dead
+(core/tool_watch.h).
+"""
+
+import os
+import signal
+import threading
+import time
+from contextlib import contextmanager
+
+from chipwise.clock import patience
+from chipwise.errors import CycleError
+from chipwise.files import printable
+from chipwise.monitor.loaded_program import LoadedProgram
+from chipwise.monitor.messages import FAULTS, guard_text
+from chipwise.monitor.stock_files import StockFiles
+from chipwise.settings import feed_is_remapped
+from chipwise.stock.layout import MOTION_ARC, MOTION_FEED, Fault, GuardReason, LimitedBy
+from chipwise.tools import tool_geometry
+
+POLL_S = 0.02
+SETTLE_S = 0.1          # a fallback shorter than this is not worth a message
+DIFFER_S = 1.0          # tool numbers of HAL and status that differ for longer are a property of the machine
+REPEAT_S = 30.0         # least time between two messages about the same part
+MAX_FILE_S = 300.0      # the heart beats on for this long while a file is worked on
+MAX_BEATS = 1 << 30
+TOOL_FAULTS = range(Fault.TOOL_DIAMETER, Fault.NO_MONITOR + 1)
+FEED_MOTION = (MOTION_FEED, MOTION_ARC)
+
+OVERRIDE_IGNORED = ('the machine ignores the volumetric feed because adaptive feed is disabled (M52 P0), and the program is aborted; '
+                    'use M252 before M52 P0')
+NO_STOCK = 'no stock is known, so the feed is F as programmed; define it with M250'
+
+
+class Tool:
+    """The tool in the spindle for the pins: machine units and degrees, mm3/min; 0: unknown."""
+
+    def __init__(self, diameter=0.0, corner_radius=0.0, tip_angle=0.0, flute_length=0.0, flutes=0, max_rate=0.0):
+        self.diameter = diameter
+        self.corner_radius = corner_radius
+        self.tip_angle = tip_angle
+        self.flute_length = flute_length
+        self.flutes = flutes
+        self.max_rate = max_rate
+
+
+def tool_shape(number, diameter, path, units):
+    """Tool for the pins: number and diameter (machine units) of LinuxCNC, the rest from the file
+    `path`, whose lengths are mm; `units`: machine units per mm.  Raises CycleError."""
+    if number <= 0 or not diameter > 0:
+        return Tool()
+    geometry = tool_geometry(path, number)
+    if geometry is None:
+        return Tool(diameter)
+    corner = {'ball': diameter / 2, 'bull': (geometry.corner_radius or 0.0) * units,
+              'tapered-ball': (geometry.corner_radius or 0.0) * units}.get(geometry.shape, 0.0)
+    tip = geometry.tip_angle if geometry.shape in ('vee', 'tapered-ball') else 0.0
+    return Tool(diameter, corner, tip or 0.0, (geometry.flute_length or 0.0) * units, geometry.flutes or 0,
+                geometry.max_removal_rate or 0.0)
+
+
+class Monitor:
+    """One LinuxCNC, watched."""
+
+    def __init__(self, component, settings, died=''):
+        """died: how the child before has ended, '' for the first one."""
+        import linuxcnc
+        self.linuxcnc = linuxcnc
+        self.component = component
+        self.settings = settings
+        self.status = self.command = None
+        self.units = 1.0
+        self.said_fault = 0
+        self.fallback_since = None
+        self.said_fallback = False
+        self.said_ignored = False
+        self.said_tool = None
+        self.noted_tool = None
+        self.said_guard = 0
+        self.guard_depth = None                 # of the last look, during a flute excess
+        self.machine_tool = 0                   # iocontrol.0.tool-number, before the last look at the status
+        self.differ_since = None                # since when the tool numbers of HAL and status differ
+        self.reported = {}                  # part of the work: (text, time.monotonic()) of the last message
+        self.died = died
+        self.stock_files = StockFiles(component, settings, self.say, self.working)
+        self.loaded = LoadedProgram(self.inform, feed_is_remapped())
+
+    def connect(self):
+        """True when LinuxCNC's task answers; it starts after HAL."""
+        if self.status is None:
+            try:
+                status = self.linuxcnc.stat()
+                status.poll()
+                command = self.linuxcnc.command()
+            except self.linuxcnc.error:
+                return False
+            self.status, self.command = status, command
+        try:
+            self.status.poll()
+        except self.linuxcnc.error:
+            return False
+        self.units = self.status.linear_units or 1.0
+        return True
+
+    def say(self, text):
+        """An error message on the operator's screen and in the log."""
+        text = printable(f'chipwise: {text}')
+        print(text, flush=True)
+        if self.command:
+            self.command.error_msg(text[:250])
+
+    def follow_run(self, _now):
+        """Whether a program runs, also while it is paused; not MDI."""
+        status = self.status
+        self.component['program-running'] = (status.task_mode == self.linuxcnc.MODE_AUTO
+                                             and status.interp_state != self.linuxcnc.INTERP_IDLE)
+
+    def inform(self, text):
+        """An information on the operator's screen."""
+        self.command.text_msg(f'chipwise: {text}'[:250])
+
+    def beat(self):
+        self.component['heartbeat'] = (self.component['heartbeat'] + 1) % MAX_BEATS
+
+    @contextmanager
+    def working(self):
+        """The heart beats on while a file is worked on, for MAX_FILE_S at most."""
+        done = threading.Event()
+
+        def keep_beating():
+            end = time.monotonic() + MAX_FILE_S
+            while not done.is_set() and time.monotonic() < end:
+                self.beat()
+                time.sleep(POLL_S)      # libfaketime does not know the clock of done.wait(POLL_S)
+        thread = threading.Thread(target=keep_beating, daemon=True)
+        thread.start()
+        try:
+            yield
+        finally:
+            done.set()
+            thread.join()
+
+    def acknowledge_tool(self, machine_tool, number, now):
+        """The machine's own tool number, read before the status, -> tool-followed, once the status has the same number some ms
+        later.  Two numbers that differ for DIFFER_S are a property of the machine."""
+        if machine_tool == number:
+            self.differ_since = None
+        elif self.differ_since is None or self.differ_since[0] != (machine_tool, number):
+            self.differ_since = (machine_tool, number), now
+        if self.differ_since is None or now - self.differ_since[1] > patience(DIFFER_S):
+            self.component['tool-followed'] = machine_tool
+
+    def follow_tool(self, now):
+        """Tool in the spindle -> pins; after any error the tool is unknown."""
+        try:
+            self.describe_tool()
+        except Exception:
+            self.show_tool(self.status.tool_in_spindle, Tool())
+            raise
+        finally:
+            self.acknowledge_tool(self.machine_tool, self.status.tool_in_spindle, now)
+
+    def describe_tool(self):
+        """Tool in the spindle -> pins; an error in its description is reported once."""
+        tool = self.status.tool_table[0]
+        number = self.status.tool_in_spindle
+        path = self.settings.path('TOOL_GEOMETRY')
+        try:
+            shape = tool_shape(number, tool.diameter, path, self.units)
+            self.said_tool = None
+            self.note_unknown_tool(number, path)
+        except CycleError as error:
+            shape = Tool()
+            if self.said_tool != str(error):
+                self.said_tool = str(error)
+                self.say(str(error).removeprefix('chipwise: ') + '; the feed is F as programmed')
+        self.show_tool(number, shape)
+
+    def show_tool(self, number, shape):
+        pins = self.component
+        pins['tool-number'] = number
+        pins['tool-corner-radius'] = shape.corner_radius
+        pins['tool-tip-angle'] = shape.tip_angle
+        pins['tool-flute-length'] = shape.flute_length
+        pins['tool-flutes'] = shape.flutes
+        pins['tool-max-rate'] = shape.max_rate
+        pins['tool-diameter'] = shape.diameter
+
+    def note_unknown_tool(self, number, path):
+        """A tool that is not in the geometry file is treated as a flat end mill: reported once per tool change."""
+        unknown = bool(path) and number > 0 and tool_geometry(path, number) is None
+        if unknown and self.noted_tool != number:
+            self.inform(f'{os.path.basename(path)}: tool {number} is missing and treated as a flat end mill of unknown flute '
+                        f'length; add [tool.{number}] if that is wrong')
+        self.noted_tool = number if unknown else None
+
+    def falling_back(self, now):
+        """Whether the feed has fallen back to F for SETTLE_S; a tool change ends a shorter fallback."""
+        if self.component['limited-by'] != LimitedBy.FALLBACK:
+            self.fallback_since = None
+        elif self.fallback_since is None:
+            self.fallback_since = now
+        return self.fallback_since is not None and now - self.fallback_since > SETTLE_S
+
+    def follow_faults(self, now):
+        """Faults and fallbacks -> messages, each once.  A missing tool matters when it should cut."""
+        code = self.component['fault-code'] if self.component['fault'] else 0
+        falling_back = self.falling_back(now)
+        if code in TOOL_FAULTS and not falling_back and code != self.said_fault:
+            return
+        if code and code != self.said_fault and self.said_tool is None:
+            self.say(FAULTS.get(code, f'fault {code} of the stock tracker'))
+        self.said_fault = code
+        if falling_back and not code and not self.component['ready'] and not self.said_fallback:
+            self.say(NO_STOCK)
+        self.said_fallback = falling_back
+
+    def adaptive_feed_is_off(self):
+        """Whether the machine cuts with F replaced by the ceiling and no override: one snapshot of the status, so
+        that the move, the ceiling and the override belong together."""
+        status = self.status
+        programmed = status.aout[self.settings['ANALOG_OUT'] + 2]       # above 0 while F is replaced
+        return status.motion_type in FEED_MOTION and programmed > 0 and not status.adaptive_feed_enabled
+
+    def follow_override(self, _now):
+        """Adaptive feed disabled -> pin; an ignored override -> one message, and the program is aborted, because feed-inhibit
+        has no effect while the spindle override is disabled (M49, M51 P0; LinuxCNC 2.9, motion/control.c)."""
+        self.component['adaptive-off'] = self.adaptive_feed_is_off()
+        self.component['feed-override'] = self.status.feedrate if self.status.feed_override_enabled else 1.0
+        ignored = self.component['override-ignored']
+        if ignored and not self.said_ignored:
+            self.command.abort()
+            self.say(OVERRIDE_IGNORED)
+        self.said_ignored = ignored
+
+    def follow_guard(self, _now):
+        """A stop by a guard -> one message with line and tool.  The depth of a flute excess grows while the tool stops; the
+        message waits until it has been the same for two looks."""
+        reason, depth, before = self.component['guard-reason'], self.component['guard-depth'], self.guard_depth
+        self.guard_depth = depth if reason == GuardReason.FLUTE_EXCESS else None
+        if reason == GuardReason.FLUTE_EXCESS and depth != before and reason != self.said_guard:
+            return
+        if reason in (GuardReason.RAPID_CONTACT, GuardReason.FLUTE_EXCESS) and reason != self.said_guard:    # the third: follow_override
+            self.say(guard_text(reason, self.component['guard-line'], self.component['guard-distance'],
+                                self.component['guard-depth'], self.component['tool-number'],
+                                self.component['tool-diameter'], self.component['tool-flute-length'],
+                                'mm' if self.units > 0.5 else 'in'))
+        self.said_guard = reason
+
+    def report_restart(self, _now):
+        """Report that the child before has died."""
+        if self.died:
+            died, self.died = self.died, ''
+            self.say(f'chipwise-monitor {died} and was started again; messages of a guard, M253 or M254 may be missing')
+
+    def trouble(self, part, error, now):
+        """Report that one part of the work has failed, at most every REPEAT_S."""
+        text = f'{type(error).__name__}: {error}'
+        before, when = self.reported.get(part, ('', -REPEAT_S))
+        if now - when < REPEAT_S:
+            return
+        self.reported[part] = text, now
+        try:
+            self.say(f'chipwise-monitor cannot {part} ({text}); it continues with the rest')
+        except Exception as second:             # the screen is gone; the log remains
+            print(printable(f'chipwise: {second}'), flush=True)
+
+    def follow_program(self, _now):
+        self.loaded.follow(self.status.file)
+
+    def step(self):
+        self.machine_tool = self.component['tool-in-spindle']       # before the status, which follows it
+        if self.connect():
+            for part, work in (('report its restart', self.report_restart), ('follow the run', self.follow_run),
+                               ('watch the override', self.follow_override),
+                               ('follow the tool', self.follow_tool), ('report what a guard stopped', self.follow_guard),
+                               ('report faults', self.follow_faults), ('look at the program', self.follow_program),
+                               ('save and restore the stock', self.stock_files.step)):
+                now = time.monotonic()
+                try:
+                    work(now)
+                except Exception as error:      # of one part: the others go on
+                    self.trouble(part, error, now)
+        self.beat()
+
+
+def leave(_number, _frame):
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)      # a stock may have to be saved first
+    raise SystemExit(0)
+
+
+def watch(component, settings, inherited, died):
+    """The work, in a process of its own.  inherited: pins taken over; died: how the child before has ended."""
+    signal.signal(signal.SIGTERM, leave)
+    monitor = Monitor(component, settings, died)
+    if inherited or died:
+        monitor.stock_files.kept_is_due = False         # the stock is that of this run
+        component['reply'] = component['hold'] = 0      # the one before may have left them set
+    try:
+        while True:
+            monitor.step()
+            time.sleep(POLL_S)
+    finally:
+        monitor.stock_files.end()

@@ -1,0 +1,175 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""What a screen shows of chipwise: pins for a small panel, and one line at the end of each program.
+
+Called by cli/display.py.  configs/panel.xml (PyVCP) shows the pins.
+
+The time saved is relative to a run of the same path at the programmed F, with the operator's feed override: while the
+volumetric feed is on, every moment dt at the velocity v would have taken v dt / F.
+"""
+
+import os
+import time
+
+from chipwise import report
+from chipwise.errors import MM_PER_INCH
+from chipwise.stock.layout import MOTION_ARC, MOTION_FEED, FeedMode, LimitedBy
+
+COMPONENT = 'chipwise-display'
+POLL_S = 0.02           # of the pins: the tracker's mrr is a mean over 20 ms
+STATUS_S = 0.1          # of LinuxCNC's status
+FEED_MOTION = (MOTION_FEED, MOTION_ARC)
+MODES = tuple(mode.name.lower() for mode in FeedMode)
+_LIMIT_WORDS = {LimitedBy.NONE: 'nothing', LimitedBy.STOCK_HERE: 'stock', LimitedBy.STOCK_AHEAD: 'ahead',
+                LimitedBy.FLOOR: 'floor', LimitedBy.CEILING: 'ceiling', LimitedBy.FALLBACK: 'fallback'}
+LIMITS = tuple(_LIMIT_WORDS[limit] for limit in LimitedBy)
+MM3_PER_CM3 = 1000.0
+MM3_PER_IN3 = MM_PER_INCH ** 3
+LARGEST = 1e9           # a pin may hold any number; larger ones are not shown
+
+
+class Run:
+    """One run of a program, from its start to its end."""
+
+    def __init__(self):
+        self.seconds = self.fed_s = self.at_f_s = 0.0       # all of it; with the volumetric feed on; the same path at F
+        self.peak = self.target = 0.0                       # mm3/min
+
+    def step(self, dt, pins, override):
+        """A moment of the run: dt s, the pins by name, the operator's feed override (1: none)."""
+        self.seconds += dt
+        rate = pins['mrr']
+        if pins['motion-type'] not in FEED_MOTION:
+            return
+        if 0 < rate < LARGEST:
+            self.peak = max(self.peak, rate)
+        if not pins['mode']:
+            return
+        if 0 < pins['target'] < LARGEST:
+            self.target = pins['target']
+        programmed = pins['programmed-vel'] if pins['programmed-vel'] > 0 else pins['requested-vel']
+        velocity = pins['current-vel']
+        if programmed > 0 and override > 0 and 0 < velocity < LARGEST:
+            self.fed_s += dt
+            self.at_f_s += velocity * dt / (programmed * override)
+
+    @property
+    def worth_a_line(self):
+        return self.fed_s > 0 or self.peak > 0
+
+    def line(self, program, done, inch):
+        """The line for the operator.  done: what the cycles reported (chipwise.report)."""
+        unit, per = ('in3/min', MM3_PER_IN3) if inch else ('cm3/min', MM3_PER_CM3)
+        parts = [f'{os.path.basename(program) or "program"}: {duration(self.seconds)}']
+        if self.fed_s > 0:
+            saved = self.at_f_s - self.fed_s
+            parts[0] += f', {duration(abs(saved))} {"less" if saved >= 0 else "more"} than at F'
+        if self.peak > 0:
+            parts.append(f'peak {self.peak / per:.3g}'
+                         + (f', target {self.target / per:.3g} {unit}' if self.target else f' {unit}'))
+        pieces = [entry for entry in done if entry.get('chopped')]
+        largest = max((entry.get('largest_piece_mm') or 0.0 for entry in done), default=0.0)
+        if pieces:
+            parts.append(f'{sum(entry.get("pieces") or 1 for entry in pieces)} pieces')
+        if largest:
+            parts.append('largest piece ' + (f'{largest / MM_PER_INCH:.3g} in' if inch else f'{largest:.3g} mm'))
+        return '; '.join(parts)
+
+
+def duration(seconds):
+    """12.34 -> "12.3 s", 754 -> "12 min 34 s"."""
+    if seconds < 60:
+        return f'{seconds:.1f} s'
+    minutes, rest = divmod(round(seconds), 60)
+    return f'{minutes // 60} h {minutes % 60} min' if minutes >= 60 else f'{minutes} min {rest} s'
+
+
+class Display:
+    """The panel of one LinuxCNC."""
+
+    def __init__(self, component):
+        import linuxcnc
+        self.linuxcnc = linuxcnc
+        self.component = component
+        self.status = self.command = None
+        self.inch = False
+        self.override = 1.0
+        self.run = None
+        self.program = ''
+        self.last = time.monotonic()
+        self.looked = 0.0
+
+    def look(self):
+        """LinuxCNC's status; -> whether a program runs, None without an answer."""
+        try:
+            if self.status is None:
+                self.status, self.command = self.linuxcnc.stat(), self.linuxcnc.command()
+            self.status.poll()
+        except (self.linuxcnc.error, SystemError):      # not started yet, or already ended
+            self.status = None
+            return None
+        self.inch = 0 < (self.status.linear_units or 1.0) < 0.5
+        self.override = self.status.feedrate if self.status.feed_override_enabled else 1.0
+        if self.status.file:
+            self.program = self.status.file
+        return (self.status.task_mode == self.linuxcnc.MODE_AUTO
+                and self.status.interp_state != self.linuxcnc.INTERP_IDLE)
+
+    def step(self):
+        now = time.monotonic()
+        dt, self.last = now - self.last, now
+        if self.run:
+            self.run.step(dt, self.component, self.override)
+        if now - self.looked < STATUS_S:
+            return
+        self.looked = now
+        running = self.look()
+        self.show()
+        if running and not self.run:
+            self.run = Run()
+        elif not running and self.run:
+            ended, self.run = self.run, None
+            if running is not None:
+                self.report(ended)
+
+    def report(self, ended):
+        """The line at the end of a run, if there is anything to report; the cycles' report file is emptied."""
+        done = report.read(report.path())
+        report.begin()
+        if ended.worth_a_line or done:
+            text = 'chipwise: ' + ended.line(self.program, done, self.inch)
+            print(text, flush=True)
+            self.command.text_msg(text[:250])
+
+    def show(self):
+        """The panel's pins."""
+        pins = self.component
+        per = MM3_PER_IN3 if self.inch else MM3_PER_CM3
+        rate, target = (value if 0 <= value < LARGEST else 0.0 for value in (pins['mrr'], pins['target']))
+        pins['rate'], pins['rate-target'] = rate / per, target / per
+        pins['share'] = min(100.0 * rate / target, 999.0) if target > 0 else 0.0
+        choose(pins, 'mode-', MODES, pins['mode'])
+        choose(pins, 'by-', LIMITS, pins['limited-by'])
+        choose(pins, 'stock-is-', ('none', 'defined'), int(pins['stock-defined']))
+        choose(pins, 'unit-', ('cm3', 'in3'), int(self.inch))
+
+
+def choose(pins, prefix, names, number):
+    """Exactly one of the bits is TRUE; a number out of range counts as 0."""
+    for at, name in enumerate(names):
+        pins[prefix + name] = at == (number if 0 <= number < len(names) else 0)
+
+
+def make_component():
+    import hal
+    component = hal.component(COMPONENT)
+    for name in ('mrr', 'target', 'programmed-vel', 'requested-vel', 'current-vel'):
+        component.newpin(name, hal.HAL_FLOAT, hal.HAL_IN)
+    for name in ('mode', 'limited-by', 'motion-type'):
+        component.newpin(name, hal.HAL_S32, hal.HAL_IN)
+    component.newpin('stock-defined', hal.HAL_BIT, hal.HAL_IN)
+    for name in ('rate', 'rate-target', 'share'):
+        component.newpin(name, hal.HAL_FLOAT, hal.HAL_OUT)
+    for prefix, names in (('mode-', MODES), ('by-', LIMITS), ('stock-is-', ('none', 'defined')), ('unit-', ('cm3', 'in3'))):
+        for name in names:
+            component.newpin(prefix + name, hal.HAL_BIT, hal.HAL_OUT)
+    return component

@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Moves along paths of points: as they are written, and as LinuxCNC's interpreter gives them back.
+
+Called by flute.py and feed.py.  Straight steps lose the points on a line, arcs stay arcs where their shift is the same.
+Lengths mm, machine coordinates of the tool's tip.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from chipwise.check.records import ARC, FEED
+from chipwise.check.reader import CHORD_MM
+from chipwise.rewrite import shift
+from chipwise.rewrite.edits import Move
+from chipwise.rewrite.program import Circle
+
+ARC_RAD = 2.9               # of a part of an arc at most: less than half a turn has one centre whatever its rounding
+
+
+@dataclass
+class Body:
+    """points (n, 3) of the first path; move (n - 1,): the program's move each segment is a piece of; lead: vertical moves before;
+    entered: the tool comes down from above to the first point."""
+
+    points: np.ndarray
+    move: np.ndarray
+    lead: list
+    entered: bool = False
+
+
+def moves_along(program, part, path):
+    """(Moves along the path of a Body, the first and the last of its points that each of them goes along).
+
+    path (n, 3): where the Body's points have been shifted to; NaN: bridged.
+    """
+    moves, spans = [], []
+    steps = program.step[part.move]
+    bounds = np.concatenate(([0], np.flatnonzero(np.diff(steps)) + 1, [len(steps)]))
+    circles = program.circle[steps[bounds[:-1]]].tolist()
+    feeds, ends, whole = program.feed[part.move].tolist(), path.tolist(), ~np.isnan(path[:, 2])
+    for a, b, circle in zip(bounds[:-1].tolist(), bounds[1:].tolist(), circles):
+        if circle >= 0:
+            _arc(program.circles[circle], feeds[a], part, path, a, b, moves, spans)
+        elif b - a > 1:
+            _straight(feeds[a], part, path, a, b, moves, spans)
+        elif whole[b]:
+            moves.append(Move(FEED, tuple(ends[b]), feeds[a]))
+            spans.append((a, b))
+    return moves, spans
+
+
+def _straight(feed, part, path, a, b, moves, spans):
+    """Points a .. b of one straight step, those on a line left out."""
+    before = a
+    for k in kept_points(shift.along(part.points[a:b + 1]), path[a:b + 1, 2]):
+        if k > 0:
+            moves.append(Move(FEED, tuple(path[a + k].tolist()), feed))
+            spans.append((before, a + k))
+            before = a + k
+
+
+def _arc(circle, feed, part, path, a, b, moves, spans):
+    """Points a .. b of one arc: arcs where the shift is the same, chords elsewhere."""
+    amount = path[:, 2] - part.points[:, 2]
+    k = a
+    while k < b:
+        e = k + 1
+        while e < b and abs(amount[e + 1] - amount[k]) < 1e-9 and abs(amount[e] - amount[k]) < 1e-9:
+            e += 1
+        if np.isnan(path[k:e + 1]).any() or abs(amount[e] - amount[k]) > 1e-9 or e - k < 3:
+            for i in range(k + 1, e + 1):
+                if not np.isnan(path[i, 2]):
+                    moves.append(Move(FEED, tuple(path[i].tolist()), feed))
+                    spans.append((i - 1, i))
+        else:
+            arcs, ends = arcs_through(circle, path[k:e + 1], float(amount[k]), feed)
+            moves += arcs
+            spans += [(k + i, k + j) for i, j in zip([0, *ends], ends)]
+        k = e
+
+
+def arcs_through(circle, points, amount, feed):
+    """(Arcs, index of the point each ends at) through points (n, 3) of a circle shifted by an amount along Z, none of more than
+    ARC_RAD."""
+    centre = (circle.centre[0], circle.centre[1], circle.centre[2] + amount)
+    u, v = {1: (0, 1), 2: (1, 2), 3: (2, 0)}[circle.plane]
+    angle = np.unwrap(np.arctan2(points[:, v] - centre[v], points[:, u] - centre[u]))
+    parts = max(1, math.ceil(abs(angle[-1] - angle[0]) / ARC_RAD))
+    ends = np.unique(np.round(np.linspace(0, len(points) - 1, parts + 1)).astype(int))[1:]
+    turns = math.copysign(1.0, circle.turns)
+    return [Move(ARC, tuple(points[e].tolist()), feed, Circle(circle.plane, centre, turns)) for e in ends.tolist()], ends.tolist()
+
+
+def polyline(start, moves):
+    """(points (n, 3), owner (n - 1,)): Moves from a place as check/reader.py gives them, arcs in chords."""
+    points, owner = [np.asarray(start, float)[None]], []
+    for number, move in enumerate(moves):
+        made = chords(points[-1][-1], move) if move.kind == ARC else np.array([move.end])
+        points.append(made)
+        owner += [number] * len(made)
+    return np.concatenate(points), np.array(owner)
+
+
+def chords(begin, move):
+    """(n, 3): ends of the chords of an arc of at most half a turn."""
+    centre, end = move.circle.centre, np.array(move.end)
+    u, v = {1: (0, 1), 2: (1, 2), 3: (2, 0)}[move.circle.plane]
+    along = 3 - u - v
+    radius = math.hypot(begin[u] - centre[u], begin[v] - centre[v])
+    a0, a1 = (math.atan2(p[v] - centre[v], p[u] - centre[u]) for p in (begin, end))
+    sweep = (a1 - a0) % (2 * math.pi) if move.circle.turns > 0 else -((a0 - a1) % (2 * math.pi))
+    count = max(1, math.ceil(abs(sweep) / (2 * math.acos(1 - min(1.0, CHORD_MM / max(radius, 1e-9))))))
+    t = np.arange(1, count + 1) / count
+    result = np.empty((count, 3))
+    result[:, u], result[:, v] = centre[u] + radius * np.cos(a0 + sweep * t), centre[v] + radius * np.sin(a0 + sweep * t)
+    result[:, along] = begin[along] + (end[along] - begin[along]) * t
+    result[-1] = end
+    return result
+
+
+def kept_points(s, z, tolerance=2e-4):
+    """Indices of the points of a polyline (s, z) that stay when those within a tolerance of a line are left out; NaN: left out."""
+    good = np.flatnonzero(~np.isnan(z))
+    keep, stack = {int(good[0]), int(good[-1])}, [(0, len(good) - 1)]
+    while stack:
+        a, b = stack.pop()
+        if b - a < 2:
+            continue
+        i, inner = good[[a, b]], good[a + 1:b]
+        line = np.interp(s[inner], s[i], z[i]) if s[i[1]] > s[i[0]] else np.full(len(inner), z[i[0]])
+        off = np.abs(z[inner] - line)
+        worst = int(off.argmax())
+        if off[worst] > tolerance:
+            keep.add(int(inner[worst]))
+            stack += [(a, a + 1 + worst), (a + 1 + worst, b)]
+    return sorted(keep)

@@ -1,0 +1,155 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""A program's moves in the stock, section by section: moves with the same tool.
+
+Called by flute.py, feed.py and proof.py.  The model is check/sweep.py's.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from chipwise.check import records, rules
+from chipwise.check.sweep import Shape
+from chipwise.tools import ToolGeometry
+
+CELLS_ACROSS = 16           # of the smallest tool, where memory allows
+CELLS_FOR_VOLUME = 48       # the same where the volume of a short move counts
+
+
+@dataclass(frozen=True)
+class Tool:
+    """number, Shape, ToolGeometry (None: not described)."""
+
+    number: int
+    shape: Shape
+    geometry: ToolGeometry
+
+    @property
+    def flute_length(self):
+        return self.geometry.flute_length if self.geometry else None
+
+
+def tool_of(number, diameter, geometry):
+    """A Tool from the tool table's diameter (mm) and [CHIPWISE]TOOL_GEOMETRY."""
+    known = geometry.get(number)
+    return Tool(number, Shape.of_tool(diameter, known or ToolGeometry()), known)
+
+
+@dataclass
+class Section:
+    """Moves first .. end - 1 with one tool (None: none) in the stock as they find it; stock: the STOCK event before, or None."""
+
+    first: int
+    end: int
+    tool: Tool
+    stock: object = None
+
+
+def sections(program, geometry):
+    """The Sections of a program, in its order."""
+    result, tool, stock, begun = [], None, None, 0
+
+    def close(at):
+        nonlocal stock, begun
+        if at > begun or stock is not None:
+            result.append(Section(begun, at, tool, stock))
+            stock = None
+        begun = at
+
+    for event in program.events:
+        if event.kind == records.TOOL:
+            close(event.at)
+            number, diameter = int(event.values[0]), event.values[1]
+            if number > 0 and not diameter > 0:
+                tool = Tool(number, None, None)
+            else:
+                tool = tool_of(number, diameter, geometry) if number > 0 else None
+        elif event.kind == records.STOCK:
+            close(event.at)
+            stock = event
+    close(len(program.kind))
+    return result
+
+
+def cell_for(program, geometry, wanted, cells=CELLS_ACROSS):
+    """The cell (mm): `wanted`, smaller where a tool has fewer than `cells` across."""
+    across = [s.tool.shape.diameter for s in sections(program, geometry) if s.tool and s.tool.shape]
+    return min(wanted, *(max(0.02, d / cells) for d in across)) if across else wanted
+
+
+def in_stock(program, found, cell, progress=None):
+    """Yield (Section, HeightMap) of the sections that move, in their order; the moves are the caller's to cut.
+
+    The moves before the first known height belong to none.  Raises Unreadable where a feed move has no tool or no stock to cut
+    in, or the cells are too large for the tool.  progress: called with the share that is done.
+    """
+    stock = None
+    for section in found:
+        if section.stock is not None:
+            stock = rules.make_map(section.stock.line, section.stock.values, cell)
+        section = replace(section, first=max(section.first, program.height_known_from))
+        if section.end > section.first:
+            tool = section.tool
+            feeds = np.flatnonzero(program.kind[section.first:section.end] != records.RAPID)
+            if stock is not None and tool is not None and tool.shape is not None:
+                if rules.is_too_coarse(stock, tool.shape.diameter):
+                    rules.finer_cell(stock, stock.cell <= cell, int(program.line[section.first]), tool.number, tool.shape.diameter)
+                yield section, stock
+            elif len(feeds):
+                rules.cannot_cut(tool and tool.number, tool and tool.shape, int(program.line[section.first + feeds[0]]))
+        if progress:
+            progress(section.end / max(1, len(program.kind)))
+
+
+def pieces(points, most):
+    """Points (k, 3) with new ones between them, so that none is further than `most` mm from the next.
+
+    -> (points (n, 3), owner (n - 1,): the segment of the old points that each new segment lies on).
+    """
+    points = np.asarray(points, float)
+    length = np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1))
+    count = np.maximum(np.ceil(length / most - 1e-9), 1).astype(int)
+    owner, share = rules.divided(count)
+    made = points[owner] + (points[owner + 1] - points[owner]) * share[:, None]
+    whole = share >= 1.0
+    made[whole] = points[owner[whole] + 1]
+    return np.concatenate((points[:1], made)), owner
+
+
+def finite_room(limit):
+    """A flute length that is not known limits nothing."""
+    return math.inf if limit is None else limit
+
+
+class Window:
+    """The heights near a path, to be put back."""
+
+    def __init__(self, stock, points, radius):
+        low, high = points.min(axis=0) - radius, points.max(axis=0) + radius
+        row = [int(np.clip((v - stock.y0) / stock.cell + k, 0, stock.ny)) for v, k in ((low[1], -2), (high[1], 3))]
+        column = [int(np.clip((v - stock.x0) / stock.cell + k, 0, stock.nx)) for v, k in ((low[0], -2), (high[0], 3))]
+        self._view = stock.height[row[0]:row[1], column[0]:column[1]]
+        self._kept = self._view.copy()
+
+    def restore(self):
+        self._view[...] = self._kept
+
+    def keep(self):
+        """The heights as they are now are those to be put back."""
+        self._kept[...] = self._view
+
+
+def highest(stock, x, y, radius):
+    """Z of the highest stock within a radius of a place; z_min without any."""
+    rows = np.arange(max(0, int((y - radius - stock.y0) / stock.cell) - 1),
+                     min(stock.ny, int((y + radius - stock.y0) / stock.cell) + 2))
+    columns = np.arange(max(0, int((x - radius - stock.x0) / stock.cell) - 1),
+                        min(stock.nx, int((x + radius - stock.x0) / stock.cell) + 2))
+    if not len(rows) or not len(columns):
+        return stock.z_min
+    u = stock.x0 + columns[None] * stock.cell + stock.shift_x[rows][:, None] - x
+    v = stock.y0 + rows[:, None] * stock.cell + stock.shift_y[columns][None] - y
+    near = u * u + v * v < radius * radius
+    heights = stock.height[rows[0]:rows[-1] + 1, columns[0]:columns[-1] + 1]
+    return float(heights[near].max()) if near.any() else stock.z_min

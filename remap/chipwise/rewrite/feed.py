@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Writes feeds into a program so that the removal rate stays constant, for controls without the realtime components.
+
+Called by cli/rewrite.py.  Source: JP3131045: F = UQ x LC / VC [0007], and [0013] for two bounds.
+
+ 1. Each feed move is divided into pieces of the reference length.  The volume VC of each piece of length LC is cut out of the
+    stock as the moves before have left it.
+ 2. One rate Q: F = Q LC / VC.  Two: the programmed F where its rate lies between them, else the nearest F whose rate does.
+    A tool's own max_removal_rate bounds both.
+ 3. A piece counts with the larger of the areas VC / LC of itself and its neighbours, for where in a piece the load changes is
+    not known.
+ 4. F is never above the ceiling: what the axes can do, or less where it is asked for.  Where nothing is cut the programmed F stays.
+ 5. Pieces one after the other whose F differ by at most SPREAD have one F, that of all of them together; a move is divided
+    where they differ.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Optional
+
+import numpy as np
+
+from chipwise.check.records import ARC, FEED, RAPID
+from chipwise.rewrite import cutting
+from chipwise.rewrite.along import arcs_through
+from chipwise.rewrite.edits import Edits, Move, original
+
+SPREAD = 1.03               # more, and what is between is too fast or too slow; less, and moves are divided for the cells' sake
+AIR_MM = 0.005              # stock less deep than that is not cut
+
+
+@dataclass
+class Rates:
+    """What was asked for: mm3/min; lower 0: one rate; ceiling mm/min or None; split: the reference length, mm."""
+
+    target: float
+    lower: float = 0.0
+    ceiling: Optional[float] = None
+    split: float = 1.0
+
+
+@dataclass
+class Figures:
+    """Seconds at the feeds alone."""
+
+    before_s: float = 0.0
+    after_s: float = 0.0
+    moves: int = 0          # feed moves of the program
+    changed: int = 0
+    divided: int = 0
+    peak_before: float = 0.0        # mm3/min
+    peak_after: float = 0.0
+
+
+class Feeder:
+    """One program."""
+
+    def __init__(self, program, geometry, cell, rates, speeds, fixed):
+        self.program, self.rates, self.cell = program, rates, cell
+        self.speeds = np.array([s or np.inf for s in speeds]) * 60.0           # mm/min of the axes
+        self.fixed = fixed                                                      # lines whose F stays
+        self.sections = cutting.sections(program, geometry)
+        self.edits, self.figures = Edits(), Figures()
+
+    def run(self, progress=None):
+        """-> Edits."""
+        for section, stock in cutting.in_stock(self.program, self.sections, self.cell, progress):
+            self._section(section, stock)
+        return self.edits
+
+    def _section(self, section, stock):
+        program, first, end = self.program, section.first, section.end
+        points = np.concatenate((program.start(first)[None], program.end[first:end]))
+        points, owner = cutting.pieces(points, self.rates.split)
+        met = stock.cut(section.tool.shape, points[0], points[1:])
+        move = owner + first
+        length = np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1))
+        cuts = (program.kind[move] != RAPID) & (length > 1e-9)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            area = np.where(cuts & (met["depth"] > AIR_MM), met["volume"] / length, 0.0)
+        wanted = self._wanted(section.tool, points, move, length, area, cuts)
+        self._figures(area, length, cuts, program.feed[move], wanted)
+        self._write(points, move, wanted, np.flatnonzero(cuts))
+
+    def _wanted(self, tool, points, move, length, area, cuts):
+        """mm/min of each piece [2], [3], [4]."""
+        programmed = self.program.feed[move]
+        limit = tool.geometry.max_removal_rate if tool.geometry else None
+        target = min(self.rates.target, limit or math.inf)
+        lower = min(self.rates.lower, target)
+        beside = area.copy()
+        beside[1:] = np.maximum(beside[1:], np.where(cuts[:-1], area[:-1], 0.0))
+        beside[:-1] = np.maximum(beside[:-1], np.where(cuts[1:], area[1:], 0.0))
+        area = np.where(area > 0.0, beside, np.where(beside > 0.0, beside, 0.0))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            high, low = target / area, (lower if lower > 0.0 else target) / area
+            unit = np.abs(np.diff(points, axis=0)) / length[:, None]
+            able = (self.speeds / unit).min(axis=1)
+        ceiling = np.minimum(able, self.rates.ceiling or np.inf)
+        wanted = np.where(area > 0.0, np.clip(programmed, low, high), programmed)
+        wanted = np.where(wanted > programmed, np.maximum(np.minimum(wanted, ceiling), programmed), wanted)
+        return np.where(cuts, wanted, 0.0)
+
+    def _figures(self, area, length, cuts, programmed, wanted):
+        f = self.figures
+        with np.errstate(divide="ignore", invalid="ignore"):
+            f.before_s += float((length[cuts] / programmed[cuts]).sum() * 60.0)
+            f.after_s += float((length[cuts] / wanted[cuts]).sum() * 60.0)
+        if cuts.any():
+            f.peak_before = max(f.peak_before, float((area * programmed)[cuts].max()))
+            f.peak_after = max(f.peak_after, float((area * wanted)[cuts].max()))
+
+    def _write(self, points, move, wanted, cuts):
+        """[5]"""
+        program, steps = self.program, self.program.step[move]
+        if not len(cuts):
+            return
+        bounds = np.concatenate(([0], np.flatnonzero(np.diff(steps[cuts])) + 1, [len(cuts)]))
+        now = None
+        for a, b in zip(bounds[:-1].tolist(), bounds[1:].tolist()):
+            index = cuts[a:b]
+            step = int(steps[index[0]])
+            if program.line_of(step) in self.fixed:
+                now = None
+                continue
+            own = float(program.feed[move[index[0]]])
+            groups, now = grouped(wanted[index], now, own)
+            self.figures.moves += 1
+            if len(groups) == 1 and abs(groups[0][1] - own) <= 1e-6 * own:
+                continue
+            self.figures.changed += 1
+            if len(groups) == 1:
+                self.edits.feeds[step] = groups[0][1]
+                continue
+            self.figures.divided += 1
+            self.edits.notes[step] = "divided"
+            self.edits.instead[step] = self._divided(step, points, index, groups)
+
+    def _divided(self, step, points, index, groups):
+        """Moves of a step that is divided."""
+        program, moves, begin = self.program, [], int(index[0])
+        whole = original(program, step)
+        for count, feed in groups:
+            end = begin + count
+            if whole.kind == ARC:
+                moves += arcs_through(whole.circle, points[begin:end + 1], 0.0, feed)[0]
+            else:
+                moves.append(Move(FEED, tuple(points[end].tolist()), feed))
+            begin = end
+        return moves
+
+
+def grouped(wanted, now=None, own=None):
+    """([(number of pieces, their F), ..], the last F): pieces one after the other whose F differ by at most SPREAD.
+
+    wanted (n,) mm/min, of pieces of the same length; now: F of the piece before, kept where it is not too fast and at most
+    SPREAD too slow; own: the programmed F, kept where it lies between those of the pieces; or None.
+    """
+    result, begin, low, high = [], 0, wanted[0], wanted[0]
+    for k in range(1, len(wanted) + 1):
+        if k < len(wanted) and max(high, wanted[k]) <= SPREAD * min(low, wanted[k]):
+            low, high = min(low, wanted[k]), max(high, wanted[k])
+            continue
+        mean = float(wanted[begin]) if low == high else (k - begin) / float((1.0 / wanted[begin:k]).sum())
+        if own is not None and low <= own <= high:
+            feed = own
+        else:
+            feed = now if now is not None and now <= mean and high <= SPREAD * now else mean
+        if result and result[-1][1] == feed:
+            result[-1] = (result[-1][0] + k - begin, feed)
+        else:
+            result.append((k - begin, feed))
+        now = feed
+        if k < len(wanted):
+            begin, low, high = k, wanted[k], wanted[k]
+    return result, now
+
+
+def rewrite(program, geometry, cell, rates, speeds, fixed=(), progress=None):
+    """(Edits, Figures) of a program: JP3131045.
+
+    geometry: {number: ToolGeometry}; cell: mm; rates: Rates; speeds: (3,) mm/s of the axes, None where unknown; fixed: numbers
+    of lines whose F stays.  Raises Unreadable.
+    """
+    feeder = Feeder(program, geometry, cell, rates, speeds, frozenset(fixed))
+    return feeder.run(progress), feeder.figures

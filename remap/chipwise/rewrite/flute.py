@@ -1,0 +1,342 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Shifts the parts of a program's path for which the flutes are too short, and adds the path for what is left.
+
+Called by cli/rewrite.py.  Source: CN105492980 [0060]..[0093] and figure 7.
+
+ 1. Judge (S103): every move in the stock as the moves before have left it.  Long enough everywhere: nothing changes.
+ 2. Otherwise a *body* at a time: feed moves across the tool's axis, one after the other, with the moves along the axis that
+    lead to them.  Its points that are too deep are found (S104) and shifted along the axis until the flutes are long enough
+    (S105): R3, which takes the body's place.  Both ends of a segment are shifted, so that the whole of it is.  Shifting leaves
+    stock for the points behind it, so this is repeated until nothing changes.
+ 3. Corners of R3 become arcs, and points where it turns back are bridged (shift.py; figure 20).
+ 4. The segments of the first path that still meet material (R4, figure 13), or the whole body (`whole`), are travelled again
+    and judged in the same way, until the first path itself has been cut.  Between them the tool goes up to where the program
+    last travelled, across, and down to a gap above what it has cut.
+
+Departs from the source: a body is finished before the next is begun, so every later move finds the stock that the first path
+would have left it.
+"""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from chipwise.check.records import FEED, RAPID
+from chipwise.check.reader import Unreadable
+from chipwise.check.simulate import SEGMENT_MM
+from chipwise.rewrite import along, cutting, shift
+from chipwise.rewrite.edits import Edits, Move
+from chipwise.rewrite.links import ACROSS_MM, OVER_MM, Links
+
+LEFT_MM = 0.002             # a shift by less is none
+LEFT_DEPTH = 0.3            # cells of depth, and
+LEFT_SHARE = 0.05           # cells of mean height across the tool, below which nothing is left to travel again for
+NEAR_PIECES = 6             # segments with fewer pieces between them are travelled as one
+PIECES_ACROSS = 12          # of a tool's diameter: how finely a move is divided where it is shifted
+MOST_ROUNDS = 400           # of trials of one path; each raises some point
+MOST_LEVELS = 1000          # of one body
+GOUGE_MM3 = 1e-3            # what a bridge may take of the part
+
+
+@dataclass
+class Figures:
+    """What was done; mm."""
+
+    bodies: int = 0             # shifted
+    segments: int = 0          # of R4
+    first_feed: float = 0.0     # length of the first path's feed moves
+    added_feed: float = 0.0
+    bridged: int = 0            # points dropped
+    lines: list = field(default_factory=list)       # (first, last, levels) of each body
+
+
+class Shifter:
+    """One program."""
+
+    def __init__(self, program, geometry, cell, whole=False, diameter=None, reserve=0.0):
+        self.program, self.whole, self.diameter, self.reserve = program, whole, diameter, reserve
+        self.sections = cutting.sections(program, geometry)
+        self.cell = cell
+        self.edits, self.figures = Edits(), Figures()
+        self.stock, self.tool, self.links = None, None, Links(program)
+
+    def run(self, progress=None):
+        """-> Edits."""
+        for section, stock in cutting.in_stock(self.program, self.sections, self.cell, progress):
+            self.stock, self.tool = self.links.stock, self.links.tool = stock, section.tool
+            self._section(section)
+        return self.edits
+
+    # ---- a section --------------------------------------------------------------------------------------------
+
+    def _section(self, section):
+        program, first, end = self.program, section.first, section.end
+        kinds = program.kind[first:end]
+        start = program.start(first)
+        steps = np.diff(program.end[first:end], axis=0, prepend=start[None])
+        self.figures.first_feed += float(np.sqrt((steps[kinds != RAPID] ** 2).sum(axis=1)).sum())
+        kept = self.stock.height.copy()
+        if self._long_enough(start, program.end[first:end], kinds):
+            return
+        self.stock.height[...] = kept
+        del kept
+        self._bodies(first, end, np.hypot(steps[:, 0], steps[:, 1]) > ACROSS_MM)
+
+    def _long_enough(self, start, ends, kinds):
+        """[1]: cuts the first path; whether the flutes reach."""
+        limit = cutting.finite_room(self.tool.flute_length)
+        points, owner = cutting.pieces(np.concatenate((start[None], ends)), SEGMENT_MM)
+        met = self.stock.cut(self.tool.shape, points[0], points[1:])
+        return not ((met["depth"] > limit + OVER_MM) & (kinds[owner] != RAPID)).any()
+
+    def _piece(self):
+        return min(SEGMENT_MM, max(self.tool.shape.diameter / PIECES_ACROSS, 0.5 * self.stock.cell))
+
+    def _bodies(self, first, end, across):
+        """[2]: a section whose flutes are too short somewhere."""
+        program = self.program
+        lead, at = [], first
+        while at < end:
+            step_end = min(int(program.first[program.step[at] + 1]), end)
+            feed = program.kind[at] != RAPID
+            if feed and across[at - first:step_end - first].any():
+                body_end = step_end
+                while body_end < end:
+                    after = min(int(program.first[program.step[body_end] + 1]), end)
+                    if program.kind[body_end] == RAPID or not across[body_end - first:after - first].any():
+                        break
+                    body_end = after
+                self._body(lead, at, body_end, end)
+                lead, at = [], body_end
+                continue
+            if across[at - first:step_end - first].any():       # a traverse
+                self._cut_lead(lead, -math.inf)
+                lead = []
+                self.stock.cut(self.tool.shape, program.start(at), program.end[at:step_end])
+                self.links.travel = float(program.end[step_end - 1][2])
+            else:
+                lead += range(at, step_end)
+            at = step_end
+        self._cut_lead(lead, -math.inf)
+
+    def _cut_lead(self, lead, lowest):
+        """Vertical moves, none below `lowest`; -> where they end, None without any."""
+        if not lead:
+            return None
+        ends = self.program.end[lead].copy()
+        start = self.program.start(lead[0]).copy()
+        ends[:, 2] = np.maximum(ends[:, 2], lowest)
+        self.stock.cut(self.tool.shape, start, ends)
+        return ends[-1]
+
+    # ---- a body -----------------------------------------------------------------------------------------------
+
+    def _body(self, lead, first, end, section_end):
+        program = self.program
+        points, owner = cutting.pieces(np.concatenate((program.start(first)[None], program.end[first:end])), self._piece())
+        body = along.Body(points, owner + first, lead)
+        window = cutting.Window(self.stock, points, self.tool.shape.diameter / 2)
+        if (self._cut(body, points)["depth"] <= self.tool.flute_length + OVER_MM).all():
+            return
+        target = self.stock.height.copy()                       # what the first path leaves
+        window.restore()
+        self._check_rewritable(first, end)
+        moved = self._shifted(body, target)
+        self._replace(body, moved)
+        levels = self._rest(body, moved, end, section_end)
+        self.figures.bodies += 1
+        self.figures.lines.append((int(program.line[first]), int(program.line[end - 1]), levels))
+
+    def _cut(self, body, path):
+        """Cut the lead and a path; -> what the path has met."""
+        self._cut_lead(body.lead, path[0, 2])
+        if body.entered:
+            x, y, z = path[0]
+            self.stock.cut(self.tool.shape, (x, y, max(z, self.stock.z_max)), path[:1])
+        return self.stock.cut(self.tool.shape, path[0], path[1:])
+
+    def _shifted(self, body, target=None):
+        """R3 of a path in the stock as it is, which is cut: (n, 3) points.  Points that were bridged are NaN."""
+        points = body.points
+        window = cutting.Window(self.stock, points, self.tool.shape.diameter / 2)
+        air = self._cut(body, points)["depth"] <= OVER_MM
+        window.restore()
+        s, need = shift.along(points), np.full(len(points), -np.inf)
+        dropped = np.zeros(len(points), bool)
+        tried = set()
+        for _ in range(MOST_ROUNDS):
+            amount = shift.held(s, np.maximum(need - points[:, 2], 0.0), air)
+            moved = shift.shifted(points, shift.rounded(s, amount, self._radius()))
+            too_low = self._too_low(body, moved, dropped) or self._too_low_as_written(body, moved, dropped, s, window)
+            if too_low:
+                for index, z in too_low:
+                    need[index] = np.maximum(need[index], z)
+                    dropped[index] = False                      # of a bridge that is too deep
+            else:
+                new = self._bridges(points, moved, dropped, tried, target) if target is not None else None
+                if new is None:
+                    self.figures.bridged += int(dropped.sum())
+                    moved[dropped] = np.nan
+                    return moved
+                dropped = new
+            window.restore()
+        raise Unreadable("the flutes are too short, and the path cannot be shifted so that they reach",
+                         "take smaller steps in Z, or a tool with longer flutes", int(self.program.line[body.move[0]]))
+
+    def _too_low(self, body, moved, dropped):
+        """Cuts a path piece by piece; -> [(points, Z they must not be below)] where it is too deep."""
+        path, index = moved[~dropped], np.flatnonzero(~dropped)
+        over = self._cut(body, path)["depth"] - self.tool.flute_length
+        low = np.minimum(path[:-1, 2], path[1:, 2])
+        return [(np.arange(index[k], index[k + 1] + 1), low[k] + over[k] + self.reserve) for k in np.flatnonzero(over > OVER_MM)]
+
+    def _too_low_as_written(self, body, moved, dropped, s, window):
+        """The same with the moves as they will be read back: the model's steps along them are others."""
+        window.restore()
+        path = moved.copy()
+        path[dropped] = np.nan
+        moves, spans = along.moves_along(self.program, body, path)
+        chords, owner = along.polyline(moved[0], moves)
+        points, piece = cutting.pieces(chords, SEGMENT_MM)
+        over = self._cut(body, points)["depth"] - self.tool.flute_length
+        low, at, result = np.minimum(points[:-1, 2], points[1:, 2]), shift.along(points), []
+        for k in np.flatnonzero(over > OVER_MM):
+            first, last = spans[owner[piece[k]]]
+            a, b = (int(np.searchsorted(s[first:last + 1], at[k + e], side=side)) for e, side in ((0, "right"), (1, "left")))
+            index = np.arange(max(first + a - 1, first), min(first + b, last) + 1)
+            result.append((index, low[k] + over[k] + self.reserve))
+        return result
+
+    def _radius(self):
+        return (self.tool.shape.diameter if self.diameter is None else self.diameter) / 2
+
+    def _bridges(self, points, moved, dropped, tried, target):
+        """[0101]..[0103]: points to drop besides; None where there are none that may go."""
+        kept = np.flatnonzero(~dropped)
+        turned = kept[shift.turned_points(points[kept], moved[kept])]
+        raised = moved[turned, 2] > points[turned, 2] + LEFT_MM
+        turned = [int(k) for k in turned[raised] if int(k) not in tried]
+        if not turned:
+            return None
+        tried.update(turned)
+        new = dropped.copy()
+        new[turned] = True
+        return new if not self._interferes(moved, new, target) else self._bridges(points, moved, dropped, tried, target)
+
+    def _interferes(self, moved, dropped, target):
+        """Whether a bridge would cut into what the first path leaves."""
+        stock = self.stock
+        now = stock.height.copy()
+        stock.height[...] = target
+        index = np.flatnonzero(~dropped)
+        gouged = False
+        for a, b in zip(index[:-1], index[1:]):
+            if b - a > 1:
+                met = stock.cut(self.tool.shape, moved[a], moved[b][None])
+                gouged = gouged or bool(met["volume"][0] > GOUGE_MM3 and met["depth"][0] > OVER_MM)
+        stock.height[...] = now
+        return gouged
+
+    # ---- what is left -----------------------------------------------------------------------------------------
+
+    def _rest(self, body, moved, end, section_end):
+        """[4]: R4; -> levels in all."""
+        points, levels, written, at, had = body.points, 1, [], moved[-1], math.inf
+        window = cutting.Window(self.stock, points, self.tool.shape.diameter / 2)
+        while True:
+            window.keep()
+            met = self.stock.cut(self.tool.shape, points[0], points[1:])
+            left, removed = self._left(points, met), float(met["volume"].sum(dtype=np.float64))
+            window.restore()
+            if not left.any() or (removed >= had and (met["depth"] <= self.tool.flute_length + OVER_MM).all()):
+                break
+            for a, b in [(0, len(left))] if self.whole else segments(left):
+                part = along.Body(points[a:b + 1], body.move[a:b], [], entered=True)
+                link = self.links.to_segment(at, part, body)
+                path = self._shifted(part)
+                written += link(path[0, 2])
+                written += along.moves_along(self.program, part, path)[0]
+                at = path[-1]
+                self.figures.segments += 1
+                self.figures.added_feed += _length(path)
+            levels += 1
+            if levels > MOST_LEVELS or removed >= had:
+                raise Unreadable(f"the flutes of tool {self.tool.number} are too short, and shifting the path does not help",
+                                 "take a tool with longer flutes", int(self.program.line[body.move[0]]))
+            had = removed
+        if written or math.dist(at, points[-1]) > 1e-9:
+            written += self.links.back(at, points[-1], end, section_end, body)
+        if written:
+            self.edits.after[int(self.program.step[end - 1])] = written
+        return levels
+
+    def _left(self, points, met):
+        """(n - 1,) bool: pieces that still meet material, more than the ridges between the model's steps."""
+        cell, length = self.stock.cell, np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1))
+        share = met["volume"] / (cell * self.tool.shape.diameter * np.maximum(length, 1e-9))
+        return (met["depth"] > cell) | ((met["depth"] > LEFT_DEPTH * cell) & (share > LEFT_SHARE))
+
+    # ---- what is written --------------------------------------------------------------------------------------
+
+    def _check_rewritable(self, first, end):
+        """Unreadable where the path is written in a way that cannot be shifted."""
+        program = self.program
+        line = int(program.line[first])
+        for number in np.unique(program.line[first:end]).tolist():
+            program.check_writable(number, "the flutes are too short")
+        steps = range(int(program.step[first]), int(program.step[end - 1]) + 1)
+        if any(program.modes_on(step).cutter_side != 40 for step in steps):
+            raise Unreadable("the flutes are too short here, and cutter compensation is on (G41, G42)",
+                             "write the program with the tool's own path", line)
+
+    def _replace(self, body, moved):
+        """R3 in the place of the body's steps that it changes."""
+        program, edits = self.program, self.edits
+        z0 = moved[0, 2]
+        if z0 > body.points[0, 2] + 1e-9:
+            for move in body.lead:
+                z = float(program.end[move, 2])
+                if z < z0 - 1e-9:
+                    kind = int(program.kind[move])
+                    x, y = program.end[move, :2]
+                    edits.instead[int(program.step[move])] = [Move(kind, (x, y, z0), None if kind == RAPID
+                                                                   else float(program.feed[move]))]
+        changed = np.isnan(moved[:, 2]) | (moved[:, 2] > body.points[:, 2] + 1e-9)
+        steps = program.step[body.move]
+        moves, spans = along.moves_along(program, body, moved)
+        if z0 > body.points[0, 2] + 1e-9 and not body.lead:         # the tool stands at the first path's height before
+            moves.insert(0, Move(FEED, tuple(moved[0].tolist()), float(program.feed[body.move[0]])))
+            spans.insert(0, (0, 0))
+        instead = {step: [] for step in np.unique(steps[changed[:-1] | changed[1:]]).tolist()}
+        for move, step in zip(moves, steps[[first for first, _ in spans]].tolist()):
+            if step in instead:
+                instead[step].append(move)
+        edits.instead.update(instead)
+        for step in instead:
+            edits.notes.setdefault(step, "shifted along the axis")
+        self.figures.added_feed += _length(moved[~np.isnan(moved[:, 2])]) - _length(body.points)
+
+def _length(points):
+    return float(np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1)).sum())
+
+
+def segments(left):
+    """[(a, b)]: first and last point of the segments of a path where something is left, with a piece more at both ends.
+
+    left (n,) bool: of the pieces of n + 1 points.
+    """
+    index = np.flatnonzero(left)
+    parts = np.split(index, np.flatnonzero(np.diff(index) > NEAR_PIECES) + 1)
+    return [(max(int(p[0]) - 1, 0), min(int(p[-1]) + 2, len(left))) for p in parts]
+
+
+def rewrite(program, geometry, cell, whole=False, diameter=None, progress=None, reserve=0.0):
+    """(Edits, Figures) of a program: CN105492980.
+
+    geometry: {number: ToolGeometry}; cell: mm; whole: travel the whole body again, not only where material is left;
+    diameter: of the arcs at corners of the shifted path (mm, default the tool's); reserve: mm, how much higher than needed a
+    point is shifted.  Raises Unreadable.
+    """
+    shifter = Shifter(program, geometry, cell, whole, diameter, reserve)
+    return shifter.run(progress), shifter.figures

@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Links between the segments of a path that are travelled again: up, across, and down to a gap above what has been cut.
+
+Called by flute.py.  The height across is the one at which the program itself last travelled: it is clear of clamps that no model
+knows.  Lengths mm, machine coordinates of the tool's tip.
+"""
+
+import math
+
+import numpy as np
+
+from chipwise.check.records import FEED, RAPID
+from chipwise.rewrite import cutting
+from chipwise.rewrite.edits import Move
+
+OVER_MM = 0.005             # stock less high than that is not met
+ACROSS_MM = 1e-6            # travel across the axis below that is none
+GAP_MM = 1.0                # above what has been cut, where a traverse ends and a feed begins
+
+
+class Links:
+    """stock, tool: those of the section; travel: Z of the program's last traverse, None before the first."""
+
+    def __init__(self, program):
+        self.program, self.stock, self.tool = program, None, None
+        lead = program.height_known_from
+        self.travel = float(program.end[lead - 1, 2]) if lead and abs(program.end[lead - 1, 2]) > 1e-9 else None
+
+    def _safe(self):
+        """Z of links: where the program last travelled, else above the stock."""
+        return self.travel if self.travel is not None else self.stock.z_max + GAP_MM
+
+    def _feed(self, move):
+        return float(self.program.feed[move])
+
+    def _plunge_feed(self, body):
+        """That of the program's own path down to the body; without one the body's."""
+        down = [m for m in body.lead if self.program.kind[m] != RAPID]
+        return min(self._feed(m) for m in (*down, int(body.move[0])))
+
+    def to_segment(self, at, part, body):
+        """From a place to the beginning of a segment in the stock as it is; -> function of the height there -> Moves."""
+        x, y = part.points[0, :2]
+        feed = self._plunge_feed(body)
+        if math.hypot(at[0] - x, at[1] - y) <= ACROSS_MM:
+            return lambda z: [Move(FEED, (x, y, z), feed)] if abs(at[2] - z) > 1e-9 else []
+        over = self._over(at, x, y)
+        return lambda z: [*over(z), Move(FEED, (x, y, z), feed)]
+
+    def _over(self, at, x, y):
+        """Up, across and down to a gap above what is there; -> function of the height there -> Moves."""
+        safe = self._clear(at, (x, y), max(self._safe(), at[2]))
+        floor = cutting.highest(self.stock, x, y, self.tool.shape.diameter / 2 - 0.004)
+        across = [Move(RAPID, (at[0], at[1], safe)), Move(RAPID, (x, y, safe))]
+
+        def moves(z):
+            down = max(floor, z) + GAP_MM
+            return across + ([Move(RAPID, (x, y, down))] if down < safe else [])
+        return moves
+
+    def _clear(self, at, place, safe):
+        """`safe`, or above the stock where a traverse there would meet it."""
+        window = cutting.Window(self.stock, np.array([[*at[:2], safe], [*place, safe]]), self.tool.shape.diameter / 2)
+        met = self.stock.cut(self.tool.shape, (at[0], at[1], safe), np.array([[*place, safe]]))
+        window.restore()
+        return max(safe, self.stock.z_max + GAP_MM) if met["depth"][0] > OVER_MM else safe
+
+    def back(self, at, place, end, section_end, body):
+        """From the last segment to where the first path's body ends."""
+        if math.hypot(at[0] - place[0], at[1] - place[1]) <= ACROSS_MM:
+            return [Move(FEED, tuple(place), self._plunge_feed(body))] if abs(at[2] - place[2]) > 1e-9 else []
+        moves = self._over(at, place[0], place[1])(place[2])
+        follows = self.program.end[end] if end < section_end else None
+        if follows is not None and self.program.kind[end] == RAPID and follows[2] > place[2] + GAP_MM \
+                and math.hypot(follows[0] - place[0], follows[1] - place[1]) <= ACROSS_MM:
+            return moves[:2]                                    # the program goes up there anyway
+        return [*moves, Move(FEED, tuple(place), self._plunge_feed(body))]

@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Reads a rewritten program back and compares it with the first one, before anything is kept.
+
+Called by cli/rewrite.py.  Nothing here knows how the text was made.
+
+ 1. same_path: every step of the first path ends where steps of the second one do, in the same order, and what lies between
+    lies on the step: to PATH_MM.
+ 2. flutes: the second path never cuts deeper than the flutes are long, no new traverse meets stock, and the stock it leaves is that
+    of the first within a cell.
+"""
+
+import numpy as np
+
+from chipwise.check.records import RAPID
+from chipwise.check.simulate import SEGMENT_MM
+from chipwise.rewrite import cutting
+
+PATH_MM = 0.001
+OVER_MM = 0.006             # OVER_MM of flute.py, and the rounding of the text
+HEIGHT_CELLS = 0.2          # of a cell
+
+
+class Different(Exception):
+    """The second program is not what it should be; str() says where."""
+
+
+class TooDeep(Different):
+    """It still cuts deeper than the flutes are long."""
+
+
+def _off(circle, begin, end, p):
+    """Distance of points (n, 3) from a step."""
+    if circle is not None:
+        u, v = {1: (0, 1), 2: (1, 2), 3: (2, 0)}[circle.plane]
+        radius = np.hypot(begin[u] - circle.centre[u], begin[v] - circle.centre[v])
+        return np.abs(np.hypot(p[:, u] - circle.centre[u], p[:, v] - circle.centre[v]) - radius)
+    d = end - begin
+    length2 = float(d @ d)
+    t = np.clip((p - begin) @ d / length2, 0.0, 1.0) if length2 > 0 else np.zeros(len(p))
+    return np.sqrt(((p - begin - t[:, None] * d) ** 2).sum(axis=1))
+
+
+def _real(program):
+    """Numbers of the steps that go anywhere."""
+    ends = program.end[program.first[1:] - 1]
+    begins = np.array([program.start(int(k)) for k in program.first[:-1]]).reshape(-1, 3)
+    return np.flatnonzero((np.abs(ends - begins).max(axis=1) > 1e-4) | (program.circle >= 0)).tolist()
+
+
+def same_path(first, second):
+    """Raises Different where two Programs do not make the same path."""
+    waiting = _real(second)[::-1]
+    for step in _real(first):
+        a, b = int(first.first[step]), int(first.first[step + 1])
+        begin, end, line = first.start(a), first.end[b - 1], first.line_of(step)
+        circle = first.circles[first.circle[step]] if first.circle[step] >= 0 else None
+        turned, wanted = 0.0, _turned(first, step, circle) if circle else 0.0
+        while True:
+            if not waiting:
+                raise Different(f"line {line} is missing")
+            own = waiting.pop()
+            c, d = int(second.first[own]), int(second.first[own + 1])
+            if (second.kind[c] == RAPID) != (first.kind[a] == RAPID):
+                raise Different(f"line {line} has become another kind of move")
+            off = float(_off(circle, begin, end, second.end[c:d]).max())
+            if off > PATH_MM:
+                raise Different(f"line {line} is off by {off:.4f} mm")
+            turned += _turned(second, own, circle) if circle else 0.0
+            if np.abs(second.end[d - 1] - end).max() <= PATH_MM and turned >= 0.5 * wanted:
+                break
+    if waiting:
+        raise Different(f"there is more behind line {first.line_of(first.steps - 1)}")
+
+
+def _turned(program, step, circle):
+    """Angle (rad) of a step about the centre of a circle."""
+    a, b = int(program.first[step]), int(program.first[step + 1])
+    points = np.concatenate((program.start(a)[None], program.end[a:b]))
+    u, v = {1: (0, 1), 2: (1, 2), 3: (2, 0)}[circle.plane]
+    angle = np.unwrap(np.arctan2(points[:, v] - circle.centre[v], points[:, u] - circle.centre[u]))
+    return abs(float(angle[-1] - angle[0]))
+
+
+def simulated(program, geometry, cell):
+    """[(height map after each stock, [(section, deepest feed, deepest traverse, line of the first)])] of a program."""
+    result = []
+    for section, stock in cutting.in_stock(program, cutting.sections(program, geometry), cell):
+        if not result or result[-1][0] is not stock:
+            result.append((stock, []))
+        a, b = section.first, section.end
+        points, owner = cutting.pieces(np.concatenate((program.start(a)[None], program.end[a:b])), SEGMENT_MM)
+        met = stock.cut(section.tool.shape, points[0], points[1:])
+        rapid = program.kind[a:b][owner] == RAPID
+        depth = np.where(rapid, 0.0, met["depth"])
+        worst = int(depth.argmax())
+        touch = np.where(rapid, met["depth"], 0.0)
+        result[-1][1].append((section, float(depth[worst]), int(program.line[a + owner[worst]]), float(touch.max()),
+                              int(program.line[a + owner[int(touch.argmax())]]), float(met["holder"].max())))
+    return result
+
+
+def _filtered(heights, pick):
+    """Each cell's lowest or highest of itself and its eight neighbours."""
+    padded = np.pad(heights, 1, mode="edge")
+    across = pick(pick(padded[:, :-2], padded[:, 1:-1]), padded[:, 2:])
+    return pick(pick(across[:-2], across[1:-1]), across[2:])
+
+
+def flutes(first, second, geometry, cell):
+    """Raises Different where the second program breaks a rule; -> (deepest mm over the flutes' length, worst holder contact mm)."""
+    one, two = simulated(first, geometry, cell), simulated(second, geometry, cell)
+    deepest, holder = -np.inf, 0.0
+    for (stock, before), (other, after) in zip(one, two, strict=True):
+        for own, new in zip(before, after, strict=True):
+            limit = cutting.finite_room(new[0].tool.flute_length)
+            deepest = max(deepest, new[1] - limit)
+            if new[1] > limit + OVER_MM:
+                raise TooDeep(f"line {new[2]} of the new program still cuts {new[1]:.3f} mm deep")
+            if new[3] > (own[3] + cell if own[3] > OVER_MM else OVER_MM):
+                raise Different(f"a traverse in line {new[4]} of the new program meets {new[3]:.3f} mm of stock")
+            holder = max(holder, new[5] - own[5])
+        low, high = _filtered(stock.height, np.minimum), _filtered(stock.height, np.maximum)
+        if (other.height < low - HEIGHT_CELLS * cell).any():
+            raise Different(f"the new program cuts {float((low - other.height).max()):.3f} mm more somewhere")
+        if (other.height > high + HEIGHT_CELLS * cell).any():
+            raise Different(f"the new program leaves {float((other.height - high).max()):.3f} mm more somewhere")
+    return deepest, holder

@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Amounts of shift along the tool's axis: how a shifted path is made fit to be travelled.
+
+Called by flute.py.  Source: CN105492980 [0097]..[0115], figures 14 to 20.  Pure functions on arrays; lengths mm.
+The tool's axis is a unit vector that points away from the work: today always +Z.
+
+ 1. [0101] to [0104]: where the shifted path travels at 90 degrees or more to the first path, the points at both ends of that
+    segment are dropped and their neighbours joined (turned_points); flute.py asks whether the bridge interferes.
+ 2. [0105] to [0111]: where the shifted path has a corner in the plane of travel and axis, arcs take its place, always on the
+    outside of the work (rounded).  Shifts are amounts per point over the arc length of the travel across the axis; a new point's
+    amount is interpolated (between).
+
+Departs from the source: a corner towards the work and one away from it are rounded by one operation each (a dilation by a
+disc, lowered by its radius, then a closing by the same disc).  What comes out passes through every peak as in [0108], never
+lies below the shifted path, and has no bend tighter than the disc at a point of the path.
+"""
+
+import numpy as np
+
+AXIS = (0.0, 0.0, 1.0)
+
+
+def along(points, axis=AXIS):
+    """(n,): arc length of the travel of (n, 3) points across the axis."""
+    steps = np.diff(points, axis=0)
+    across = steps - np.outer(steps @ np.asarray(axis), axis)
+    return np.concatenate(([0.0], np.cumsum(np.sqrt((across * across).sum(axis=1)))))
+
+
+def shifted(points, amount, axis=AXIS):
+    """(n, 3) points moved by (n,) amounts along the axis."""
+    return points + np.outer(amount, axis)
+
+
+def turned_points(first, moved):
+    """(n,) bool: points at the ends of segments that travel at 90 degrees or more to those of the first path.
+
+    The first and the last point stay.  first, moved (n, 3).
+    """
+    a, b = np.diff(first, axis=0), np.diff(moved, axis=0)
+    turned = ((a * b).sum(axis=1) <= 0.0) & ((a * a).sum(axis=1) > 0.0)
+    drop = np.zeros(len(first), bool)
+    drop[:-1] |= turned
+    drop[1:] |= turned
+    drop[[0, -1]] = False
+    return drop
+
+
+def _windows(s, radius):
+    """Most neighbours of a point that lie nearer than the radius."""
+    return int((np.searchsorted(s, s + radius, side="right") - np.arange(len(s))).max())
+
+
+def _dilated(s, values, radius, most):
+    """(n,): max over the neighbours of value + height of the disc there; most: np.maximum, or np.minimum for an erosion."""
+    sign = 1.0 if most is np.maximum else -1.0
+    result = values + sign * radius
+    for k in range(1, min(_windows(s, radius), len(s))):
+        gap = s[k:] - s[:-k]
+        with np.errstate(invalid="ignore"):
+            disc = np.sqrt(radius * radius - gap * gap)
+        disc = np.where(np.isnan(disc), -np.inf, disc) * sign
+        result[k:] = most(result[k:], values[:-k] + disc)
+        result[:-k] = most(result[:-k], values[k:] + disc)
+    return result
+
+
+def rounded(s, amount, radius):
+    """(n,): amounts of shift, never smaller, whose corners are arcs of `radius` mm.  s (n,): arc length of the points, rising."""
+    if radius <= 0.0 or not amount.any():
+        return amount.copy()
+    convex = np.maximum(_dilated(s, amount, radius, np.maximum) - radius, 0.0)
+    closed = _dilated(s, _dilated(s, convex, radius, np.maximum), radius, np.minimum)
+    return np.maximum(np.maximum(closed, convex), amount)
+
+
+def held(s, amount, air):
+    """(n,): amounts of shift that stay up where the path cuts nothing: no way down and up again for nothing.
+
+    amount (n,); air (n - 1,) bool: segments that meet no stock.  At the ends the nearest amount holds, between two it goes over
+    from one to the other; no amount becomes smaller.
+    """
+    inside = ~(np.concatenate((air, [True])) & np.concatenate(([True], air)))
+    if not inside.any():
+        return amount.copy()
+    index = np.flatnonzero(inside)
+    return np.maximum(between(s[index], amount[index], s), amount)
+
+
+def between(s, amount, wanted):
+    """(k,): amounts of shift of new points at the arc lengths `wanted`."""
+    return np.interp(wanted, s, amount)

@@ -1,0 +1,232 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Writes a rewritten program: the lines that need no change keep their text, the others become plain G0, G1, G2, G3.
+
+Called by cli/rewrite.py.
+
+ 1. A line whose moves stay as they are is copied byte for byte.
+ 2. Else its moves are written out: absolute, in the units, plane and arc mode in force there, under the coordinate system in
+    force there.  The line itself stays above them as a comment, so that N words and remarks can be read.
+ 3. A canned cycle is written out whole, with the lines that repeat it.
+ 4. What the next line takes over from the ones before is put right: G91, the motion mode, F.
+ 5. A line that does more than move (a tool, a spindle, M250) cannot be written out: Unreadable.
+"""
+
+import math
+import re
+
+import numpy as np
+
+from chipwise.check.records import ARC, FEED, RAPID
+from chipwise.check.reader import Unreadable
+from chipwise.rewrite.edits import original
+from chipwise.rewrite.words import MOTION, active_comments, code, with_feed, with_word, words_of
+
+INCH = 25.4
+MOST_SHOWN = 120            # characters of a line that is shown as a comment; LinuxCNC takes 255 bytes a line
+_ARC_LETTERS = {1: ((0, "I"), (1, "J")), 2: ((1, "J"), (2, "K")), 3: ((0, "I"), (2, "K"))}
+_G = {RAPID: "G0", FEED: "G1"}
+_OUR_CYCLES = {12, 13, 77, 78, 79}
+_SETTERS = {17, 18, 19, 20, 21, 90, 91, 90.1, 91.1, 94, 61, 61.1, 98, 99, 40}
+_PLAIN_G = {*_OUR_CYCLES, *_SETTERS, 0, 1, 2, 3, 80, 73, 81, 82, 83, 85, 86, 89}
+
+
+class Numbers:
+    """Lengths and feeds as text in the units of a line."""
+
+    def __init__(self, units):
+        self.inch = units == 20
+        self.scale = 1.0 / INCH if self.inch else 1.0
+
+    def length(self, mm, digits=0):
+        return _plain(mm * self.scale, (6 if self.inch else 5) + digits)
+
+    def feed(self, mm_min):
+        """Rounded down: a feed is never larger than was wanted."""
+        digits = 3 if self.inch else 2
+        value = mm_min * self.scale
+        return _plain(math.floor(value * 10 ** digits + 1e-6) / 10 ** digits, digits) if value > 1.0 else _plain(value, 5)
+
+
+def _plain(value, digits):
+    text = f"{value:.{digits}f}".rstrip("0").rstrip(".")
+    return "0" if text in ("-0", "") else text
+
+
+class Writer:
+    """One program with its edits -> bytes."""
+
+    def __init__(self, program, edits):
+        self.program, self.edits, self.source = program, edits, program.source
+        self.out = []
+        self.at = np.array(program.start(0), float)     # mm, machine coordinates
+        self.motion = None          # G-code in force in the output, None: as in the source
+        self.feed = None            # F in force in the output, mm/min; None: as in the source
+        self.end = "\r\n" if self.source and self.source[0].endswith("\r\n") else "\n"
+
+    def write(self):
+        """-> bytes of the new program."""
+        steps_of = {}
+        for step in range(self.program.steps):
+            steps_of.setdefault(self.program.line_of(step), []).append(step)
+        written_out = self._written_out(steps_of)
+        for number, text in enumerate(self.source, 1):
+            steps = steps_of.get(number, [])
+            if number in written_out:
+                self._write_out(number, text, steps)
+            else:
+                self._keep(text, steps)
+                if steps and steps[-1] in self.edits.after:
+                    self._moves(steps[-1], self.edits.after[steps[-1]], number)
+        return "".join(self.out).encode("utf-8", "surrogateescape")
+
+    # ---- which lines ------------------------------------------------------------------------------------------
+
+    def _written_out(self, steps_of):
+        """Numbers of the lines that are written out [2], [3]."""
+        edits, result = self.edits, set()
+        for number, steps in steps_of.items():
+            changed = any(s in edits.instead for s in steps) or any(s in edits.after for s in steps[:-1]) \
+                or (len(steps) > 1 and any(s in edits.feeds for s in steps))
+            if changed:
+                result.add(number)
+        cycle = {number: self._cycle_of(steps) for number, steps in steps_of.items()}
+        ordered = sorted(steps_of)
+        for along in (ordered, ordered[::-1]):                  # the lines that repeat a cycle, before and behind
+            before = None
+            for number in along:
+                if before in result and cycle[number] and cycle[number] == cycle[before]:
+                    result.add(number)
+                before = number
+        for number in result:
+            self._check(number)
+        return result
+
+    def _cycle_of(self, steps):
+        """The canned cycle that a line runs; 0: none."""
+        return self.program.modes_on(steps[0]).cycle if len(steps) > 1 else 0
+
+    def _check(self, number):
+        """[5]"""
+        if not 1 <= number <= len(self.source):
+            raise Unreadable("a move that has to change is not written in this file", "write the program out without subs", number)
+        text = self.source[number - 1]
+        if text.lstrip().startswith("/"):
+            raise Unreadable("its moves have to change, and it is run only while block delete is off", "remove the / if it counts",
+                             number)
+        if "=" in code(text):
+            raise Unreadable("its moves have to change, and it sets a parameter", "give that a line of its own", number)
+        for letter, value in words_of(text):
+            plain = letter in "NXYZIJKRFPLQDEH" or (letter == "G" and value in _PLAIN_G)
+            if not plain:
+                what = f"{letter}{value:g}" if value is not None else letter
+                raise Unreadable(f"its moves have to change, and {what} on the same line is more than a move",
+                                 "give it a line of its own", number)
+
+    # ---- lines ------------------------------------------------------------------------------------------------
+
+    def _keep(self, text, steps):
+        """[1], [4]"""
+        feeds = [s for s in steps if self.program.kind_of(s) != RAPID]
+        wanted = self.edits.feeds.get(feeds[0]) if len(steps) == 1 and feeds else None
+        if steps and self.motion is not None and not MOTION.search(code(text)) and not self._cycle_of(steps):
+            own = _g_of(self.program, steps[0])
+            if own != self.motion:
+                text = with_word(text, own)
+        if steps or MOTION.search(code(text)):
+            self.motion = None
+        if feeds and (wanted is not None or self.feed is not None):
+            own = float(self.program.feed[self.program.first[feeds[0]]])
+            target = own if wanted is None else wanted
+            says = any(letter == "F" for letter, _ in words_of(text))
+            if (wanted is not None and (self.feed is None or abs(self.feed - target) > 1e-9 or says)) or \
+                    (wanted is None and not says and abs(self.feed - target) > 1e-9):
+                units = self.program.modes_on(steps[-1]).units
+                changed = with_feed(text, Numbers(units).feed(target))
+                if changed is None:
+                    raise Unreadable("its F is an expression, and has to change", "write F as a number", self.program.line_of(steps[0]))
+                text = changed
+            self.feed = target if wanted is not None else None
+        elif not steps and self.feed is not None and any(letter == "F" for letter, _ in words_of(text)):
+            self.feed = None
+        if steps:
+            self.at = self.program.end[self.program.first[steps[-1] + 1] - 1]
+        self.out.append(text)
+
+    def _write_out(self, number, text, steps):
+        """[2]"""
+        if self.out and not self.out[-1].endswith("\n"):
+            self.out[-1] += self.end
+        note = next((self.edits.notes[s] for s in steps if s in self.edits.notes), "written out")
+        old = re.sub(r"[()\r\n]", " ", text).strip()[:MOST_SHOWN]
+        self.out.append(f"(chipwise: {note}: {old}){self.end}")
+        self.out += [comment + self.end for comment in active_comments(text)]
+        set_here = [f"G{value:g}" for letter, value in words_of(text) if letter == "G" and value in _SETTERS]
+        if set_here:
+            self.out.append(" ".join(set_here) + self.end)
+        moves = []
+        for step in steps:
+            own = self.edits.instead.get(step)
+            if own is None:
+                one = original(self.program, step)
+                feed = self.edits.feeds.get(step)
+                own = [one if feed is None else type(one)(one.kind, one.end, feed, one.circle)]
+            moves += own + self.edits.after.get(step, [])
+        self._moves(steps[-1], moves, number)
+
+    def _moves(self, step, moves, number):
+        """Moves in the coordinate system and the modes of a step's line [2], [4]."""
+        program = self.program
+        modes, frame = self.program.modes_on(step), program.frames[program.frame[step]]
+        numbers = Numbers(modes.units)
+        if self.out and not self.out[-1].endswith("\n"):
+            self.out[-1] += self.end
+        if modes.distance == 91:
+            self.out.append("G90" + self.end)
+        if modes.cycle:
+            self.out.append("G80" + self.end)
+        written = None              # X Y Z as they stand in the output
+        for move in moves:
+            words = self._one(move, written, frame, modes, numbers)
+            written = [numbers.length(v) for v in frame.to_work(move.end)]
+            self.at = np.array(move.end, float)
+            if words:
+                self.out.append(" ".join(words) + self.end)
+        if modes.distance == 91:
+            self.out.append("G91" + self.end)
+        if moves:
+            self.motion = _g(moves[-1])
+        own = float(program.feed[program.first[step + 1] - 1]) if program.kind_of(step) != RAPID else None
+        if own is not None and self.feed is not None and abs(self.feed - own) < 1e-9:
+            self.feed = None
+
+    def _one(self, move, written, frame, modes, numbers):
+        """Words of one move; `written`: X Y Z in force, None at the beginning of a block."""
+        text = [numbers.length(v) for v in frame.to_work(move.end)]
+        words = [letter + t for letter, t, had in zip("XYZ", text, written or (None,) * 3) if t != had or move.kind == ARC]
+        if not words:
+            return []
+        words.insert(0, _g(move))
+        if move.kind == ARC:
+            begin = np.array([float(t) for t in written]) / numbers.scale if written else frame.to_work(self.at)
+            words += _centre(move.circle, begin, frame, modes, numbers)
+        if move.kind != RAPID and (self.feed is None or abs(self.feed - move.feed) > 1e-9):
+            words.append("F" + numbers.feed(move.feed))
+            self.feed = move.feed
+        return words
+
+
+def _centre(circle, begin, frame, modes, numbers):
+    """I J K of an arc that begins at a place in work coordinates."""
+    centre = frame.to_work(circle.centre)
+    origin = (0.0, 0.0, 0.0) if modes.arc_distance == 90.1 else begin
+    words = [letter + numbers.length(centre[k] - origin[k], 1) for k, letter in _ARC_LETTERS[circle.plane]]
+    turns = round(abs(circle.turns))
+    return words + ([f"P{turns}"] if turns > 1 else [])
+
+
+def _g(move):
+    return _G.get(move.kind) or ("G3" if move.circle.turns > 0 else "G2")
+
+
+def _g_of(program, step):
+    return _g(original(program, step))

@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The words of a line of G-code, as text: found and changed.  Called by program.py, text.py and cli/rewrite.py."""
+
+import re
+
+_COMMENT = re.compile(r"\([^)]*\)?|;.*$")
+_WORD = re.compile(r"([a-z])\s*(?:([+-]?\s*(?:\d+\.?\d*|\.\d+))|(?=[#\[+-]))", re.I)
+MOTION = re.compile(r"(?<![a-z<_])g\s*0*([0-3])(?![\d.])", re.I)
+
+
+def code(text):
+    """A line without comments."""
+    return _COMMENT.sub(" ", text)
+
+
+def active_comments(text):
+    """The comments of a line that do something: (MSG,..), (PRINT,..), (LOG,..), (WORKPIECE,..)."""
+    return [m.group() for m in _COMMENT.finditer(text.rstrip("\r\n")) if re.match(r"[(;]\s*[a-z]+\s*,", m.group(), re.I)]
+
+
+def words_of(text):
+    """[(letter, number or None)] of a line's code; None: an expression or a parameter."""
+    return [(m.group(1).upper(), float(m.group(2).replace(" ", "")) if m.group(2) else None)
+            for m in _WORD.finditer(re.sub(r"<[^>]*>", "", code(text)))]
+
+
+def with_feed(text, feed):
+    """A line's text with another F (text of a number); None where its F cannot be found."""
+    body, end = text.rstrip("\r\n"), text[len(text.rstrip("\r\n")):]
+    parts, last = [], 0
+    for comment in _COMMENT.finditer(body):
+        parts += [body[last:comment.start()], comment.group()]
+        last = comment.end()
+    parts.append(body[last:])
+    pattern = re.compile(r"f\s*[+-]?(?:\d+\.?\d*|\.\d+)", re.I)
+    found = [k for k in range(0, len(parts), 2) if pattern.search(parts[k])]
+    if any(re.search(r"f\s*[+-]?[#\[]", re.sub(r"<[^>]*>", "", parts[k]), re.I) for k in range(0, len(parts), 2)):
+        return None
+    if found:
+        parts[found[0]] = pattern.sub("F" + feed, parts[found[0]], count=1)
+    else:
+        k = max((k for k in range(0, len(parts), 2) if parts[k].strip()), default=0)
+        parts[k] = parts[k].rstrip() + " F" + feed + (" " if k + 1 < len(parts) else "")
+    return "".join(parts) + end
+
+
+def with_word(text, word):
+    """A line with a G word put in front of its first word, behind N."""
+    match = re.match(r"\s*/?\s*(?:n\s*\d+\.?\d*\s*)?", text, re.I)
+    return text[:match.end()] + word + " " + text[match.end():]

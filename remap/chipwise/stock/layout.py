@@ -1,0 +1,787 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Structures, enums and constants of the C core.  Made by tools/make_layout.py from the headers in components/:
+change them there, and run `make build`.
+"""
+import ctypes as C
+from enum import IntEnum
+
+BOX_REGISTERS = 6
+CELLS_PER_PERIOD = 12000
+CORE_VERSION = 1
+DROP_FULL = 32767
+FEED_LOAD_STEPS = 8
+FEED_REGISTERS = 4
+FULL = 65535
+GUARD_STRIP = 0.5
+HEIGHT_RIDGE = 0.002
+HEIGHT_SKIN = 0.004
+LOAD_STEPS = 8
+LOOKAHEAD_SAMPLES = 192
+MAX_CELL = 100.0
+MAX_CELLS = 268435456
+MAX_COORDINATE = 1000000.0
+MAX_FLUTE_LENGTH = 10000.0
+MAX_MU_PER_MM = 1000.0
+MAX_TOOL_DIAMETER = 2000.0
+MIN_CELL = 0.001
+MIN_MU_PER_MM = 0.001
+MIN_SIZE = 0.001
+MIN_TIP_ANGLE = 0.1
+MIN_TOOL_DIAMETER = 0.001
+MOTION_ARC = 3
+MOTION_FEED = 2
+MOTION_NONE = 0
+MOTION_PROBING = 5
+MOTION_TRAVERSE = 1
+PAST_ARM = 12
+PAST_POINTS = 32
+PATH_BEYOND = 1e-07
+PATH_SEGMENTS = 160
+RATE_SLOTS = 1024
+RIM = 32768
+RIM_CUT = 511
+RIM_DROP = 1023
+RIM_GONE = 2047
+RIM_TWO = 16384
+STATUS_FAULT = 100
+STATUS_REPLY = 10000
+STATUS_STOCK = 10
+STOCK_MAGIC = 1129796436
+STOCK_VERSION = 2
+SWEEP_QUEUE = 16
+TOOL_GRACE_S = 0.05
+TOOL_RINGS = 12
+WORK_A_NODE = 14
+WORK_PER_PERIOD = 16500
+WORK_TO_CUT = 10500
+
+
+class Register(IntEnum):
+    """enum chip_register"""
+
+    IDLE = 0
+    BOX_FIRST = 1
+    BOX_COMMIT = 7
+    BOX_SHAPE = 8
+    BOX_TURN = 9
+    FEED_FIRST = 11
+    FEED_COMMIT = 17
+    FILE_SLOT = 21
+    SAVE_COMMIT = 27
+    RESTORE_COMMIT = 28
+
+
+class FileRequest(IntEnum):
+    """enum chip_file_request"""
+
+    NONE = 0
+    SAVE = 1
+    RESTORE = 2
+
+
+class GuardReason(IntEnum):
+    """enum chip_guard_reason"""
+
+    NONE = 0
+    RAPID_CONTACT = 1
+    FLUTE_EXCESS = 2
+    OVERRIDE_IGNORED = 3
+
+
+class FeedMode(IntEnum):
+    """enum chip_feed_mode"""
+
+    OFF = 0
+    LIMIT = 1
+    CONSTANT = 2
+    WINDOW = 3
+
+
+class LimitedBy(IntEnum):
+    """enum chip_limited_by"""
+
+    NONE = 0
+    STOCK_HERE = 1
+    STOCK_AHEAD = 2
+    FLOOR = 3
+    CEILING = 4
+    FALLBACK = 5
+
+
+class ToolWatchFault(IntEnum):
+    """enum chip_tool_watch_fault"""
+
+    WATCHED = 0
+    CHANGED = 15
+    UNWATCHED = 16
+
+
+class Join(IntEnum):
+    """enum chip_join"""
+
+    STOP = 0
+    TANGENT = 1
+    PARABOLIC = 2
+
+
+class StockError(IntEnum):
+    """enum chip_stock_error"""
+
+    OK = 0
+    NOT_FINITE = 1
+    EMPTY = 2
+    TOO_LARGE = 3
+    UNSOUND = 4
+
+
+class StockShape(IntEnum):
+    """enum chip_stock_shape"""
+
+    BOX = 0
+    CYLINDER = 1
+
+
+class ToolError(IntEnum):
+    """enum chip_tool_error"""
+
+    OK = 0
+    DIAMETER = 1
+    CORNER = 2
+    ANGLE = 3
+    FLUTE = 4
+
+
+class Fault(IntEnum):
+    """enum chip_fault"""
+
+    NONE = 0
+    BOX_NOT_FINITE = 1
+    BOX_EMPTY = 2
+    BOX_TOO_LARGE = 3
+    MAP = 4
+    TOOL_DIAMETER = 11
+    TOOL_CORNER = 12
+    TOOL_ANGLE = 13
+    TOOL_FLUTE = 14
+    TOOL_CHANGED = 15
+    NO_MONITOR = 16
+    POSITION = 20
+    JUMP = 21
+    UNITS = 22
+    TURNED = 23
+
+
+class TrackerState(IntEnum):
+    """enum chip_tracker_state"""
+
+    CUTTING = 0
+    FLUSHING = 1
+    EXTERNAL_WRITER = 2
+
+
+class FeedIn(C.Structure):
+    """struct chip_feed_in"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("feed_mode", C.c_int),
+        ("mrr_target_mm3_s", C.c_double),
+        ("mrr_lower_mm3_s", C.c_double),
+        ("programmed_vel_mm_s", C.c_double),
+        ("requested_vel_mm_s", C.c_double),
+        ("motion", C.c_int),
+        ("acceleration_mm_s2", C.c_double),
+        ("min_vel_mm_s", C.c_double),
+        ("period_s", C.c_double),
+        ("is_trusted", C.c_int),
+        ("section_area_mm2", C.c_double),
+        ("load_distance_mm", C.c_double * 8),
+        ("load_area_mm2", C.c_double * 8),
+        ("load_accel_mm_s2", C.c_double * 8),
+        ("tool_max_rate_mm3_s", C.c_double),
+        ("max_vel_mm_s", C.c_double),
+        ("min_scale_of_f", C.c_double),
+        ("max_scale_of_f", C.c_double),
+        ("air_vel_mm_s", C.c_double),
+        ("plunge_vel_mm_s", C.c_double),
+        ("dir_z", C.c_double),
+        ("max_chip_thickness_mm", C.c_double),
+        ("flutes", C.c_double),
+        ("spindle_speed_rps", C.c_double),
+        ("tool_diameter_mm", C.c_double),
+        ("depth_mm", C.c_double),
+        ("feed_override_share", C.c_double),
+        ("max_jerk_mm_s3", C.c_double),
+        ("current_vel_mm_s", C.c_double),
+        ("current_accel_mm_s2", C.c_double),
+    ]
+
+
+class FeedOut(C.Structure):
+    """struct chip_feed_out"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("scale", C.c_double),
+        ("limit", C.c_int),
+    ]
+
+
+class FeedEasing(C.Structure):
+    """struct chip_feed_easing"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("ramp_mm_s", C.c_double),
+        ("given_mm_s", C.c_double),
+        ("is_begun", C.c_int),
+    ]
+
+
+class WatchdogIn(C.Structure):
+    """struct chip_watchdog_in"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("feed_mode", C.c_int),
+        ("motion", C.c_int),
+        ("programmed_vel_mm_s", C.c_double),
+        ("requested_vel_mm_s", C.c_double),
+        ("override_share", C.c_double),
+        ("current_vel_mm_s", C.c_double),
+        ("acceleration_mm_s2", C.c_double),
+        ("max_override_share", C.c_double),
+        ("period_s", C.c_double),
+        ("max_jerk_mm_s3", C.c_double),
+        ("is_index_enabled", C.c_int),
+        ("is_adaptive_off", C.c_int),
+    ]
+
+
+class Watchdog(C.Structure):
+    """struct chip_watchdog"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("explained_mm_s", C.c_double),
+        ("at_rest_s", C.c_double),
+        ("periods_above", C.c_int),
+        ("faster_s", C.c_double),
+        ("is_synchronised", C.c_int),
+        ("override_ignored", C.c_int),
+    ]
+
+
+class ToolWatchIn(C.Structure):
+    """struct chip_tool_watch_in"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("tool_in_spindle_number", C.c_int),
+        ("tool_followed_number", C.c_int),
+        ("heartbeat_count", C.c_int),
+        ("monitor_timeout_s", C.c_double),
+        ("period_s", C.c_double),
+    ]
+
+
+class ToolWatch(C.Structure):
+    """struct chip_tool_watch"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("last_heartbeat", C.c_int),
+        ("silent_s", C.c_double),
+        ("changed_s", C.c_double),
+        ("is_unknown", C.c_int),
+        ("code", C.c_int),
+    ]
+
+
+class Segment(C.Structure):
+    """struct chip_segment"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("origin", C.c_double * 3),
+        ("heading", C.c_double * 2),
+        ("horizontal", C.c_double),
+        ("vertical", C.c_double),
+        ("curvature", C.c_double),
+        ("length", C.c_double),
+        ("accel", C.c_double),
+        ("rapid", C.c_int),
+        ("join", C.c_int),
+    ]
+
+
+class Blend(C.Structure):
+    """struct chip_blend"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("active", C.c_int),
+        ("start", C.c_double * 3),
+        ("dir", C.c_double * 3),
+        ("length", C.c_double),
+        ("travelled", C.c_double),
+        ("speed", C.c_double),
+        ("end_speed", C.c_double),
+        ("first_left", C.c_double),
+        ("first_speed", C.c_double),
+    ]
+
+
+class Path(C.Structure):
+    """struct chip_path"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("known", C.c_int),
+        ("new_chain", C.c_int),
+        ("s", C.c_double),
+        ("begin_s", C.c_double),
+        ("key", C.c_long * 160),
+        ("segment", Segment * 160),
+        ("first", C.c_int),
+        ("count", C.c_int),
+        ("end_s", C.c_double),
+        ("changed_s", C.c_double),
+        ("blend", Blend),
+    ]
+
+
+class PathPoint(C.Structure):
+    """struct chip_path_point"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("s", C.c_double),
+        ("tip", C.c_double * 3),
+        ("dir", C.c_double * 3),
+        ("curvature", C.c_double),
+        ("turn", C.c_double),
+        ("corner", C.c_int),
+    ]
+
+
+class PredictedPath(C.Structure):
+    """struct chip_predicted_path"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("known", C.c_int),
+        ("segment", Segment),
+        ("travelled", C.c_double),
+        ("speed", C.c_double),
+        ("last_heading", C.c_double),
+        ("last_step", C.c_double),
+        ("last_turn", C.c_double),
+        ("last_dir_z", C.c_double),
+        ("point", C.c_double * 2 * 32),
+        ("newest", C.c_int),
+        ("points", C.c_int),
+    ]
+
+
+class Cell(C.Structure):
+    """struct chip_cell"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("top", C.c_float),
+        ("drop", C.c_uint16),
+        ("cut", C.c_uint16),
+    ]
+
+
+class Levels(C.Structure):
+    """struct chip_levels"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("top", C.c_double),
+        ("low", C.c_double),
+        ("cut", C.c_double),
+        ("gone", C.c_double),
+    ]
+
+
+class Stock(C.Structure):
+    """struct chip_stock"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("magic", C.c_uint32),
+        ("version", C.c_uint32),
+        ("generation", C.c_uint32),
+        ("capacity", C.c_uint32),
+        ("cell", C.c_double),
+        ("x0", C.c_double),
+        ("y0", C.c_double),
+        ("z_min", C.c_double),
+        ("z_max", C.c_double),
+        ("x_max", C.c_double),
+        ("y_max", C.c_double),
+        ("drop_unit", C.c_double),
+        ("nx", C.c_int32),
+        ("ny", C.c_int32),
+        ("filled", C.c_int32),
+        ("shape", C.c_int32),
+        ("removed", C.c_double),
+        ("half_x", C.c_double),
+        ("half_y", C.c_double),
+        ("turn", C.c_double),
+    ]
+
+
+class ToolRing(C.Structure):
+    """struct chip_tool_ring"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("radius", C.c_double),
+        ("height", C.c_double),
+        ("rise", C.c_double),
+        ("run", C.c_double),
+        ("inner", C.c_double),
+        ("outer", C.c_double),
+        ("straight", C.c_int),
+    ]
+
+
+class Tool(C.Structure):
+    """struct chip_tool"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("radius", C.c_double),
+        ("corner", C.c_double),
+        ("slope", C.c_double),
+        ("flute", C.c_double),
+        ("r_flat", C.c_double),
+        ("r_arc", C.c_double),
+        ("arc_top", C.c_double),
+        ("shoulder", C.c_double),
+        ("rings", C.c_int),
+        ("ring", ToolRing * 12),
+    ]
+
+
+class Section(C.Structure):
+    """struct chip_section"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("area", C.c_double),
+        ("depth", C.c_double),
+        ("nodes", C.c_int),
+    ]
+
+
+class Lookahead(C.Structure):
+    """struct chip_lookahead"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("predicted", PredictedPath),
+        ("on_path", C.c_int),
+        ("at_s", C.c_double),
+        ("latency_travel", C.c_double),
+        ("jerk_travel", C.c_double),
+        ("jerk_gain", C.c_double),
+        ("spacing", C.c_double),
+        ("next_spacing", C.c_double),
+        ("begin_s", C.c_double),
+        ("begin_area", C.c_double),
+        ("first", C.c_int),
+        ("count", C.c_int),
+        ("stale", C.c_int),
+        ("s", C.c_double * 192),
+        ("area", C.c_float * 192),
+        ("full_area", C.c_float * 192),
+        ("depth", C.c_float * 192),
+        ("position_error", C.c_float * 192),
+        ("turn", C.c_float * 192),
+        ("corner_turn", C.c_double * 192),
+        ("corner", C.c_ubyte * 192),
+        ("read_clear", C.c_ubyte * 192),
+    ]
+
+
+class LoadStep(C.Structure):
+    """struct chip_load_step"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("distance", C.c_double),
+        ("area", C.c_double),
+        ("accel", C.c_double),
+    ]
+
+
+class LoadProfile(C.Structure):
+    """struct chip_load_profile"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("area", C.c_double),
+        ("depth", C.c_double),
+        ("steps", C.c_int),
+        ("step", LoadStep * 8),
+    ]
+
+
+class Sweep(C.Structure):
+    """struct chip_sweep"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("at", C.c_double * 3),
+        ("queue", C.c_double * 3 * 16),
+        ("waiting", C.c_int),
+        ("known", C.c_int),
+        ("start_is_cut", C.c_int),
+        ("row", C.c_int),
+        ("row_end", C.c_int),
+        ("column", C.c_int),
+        ("heading", C.c_double * 2),
+        ("straight", C.c_double),
+        ("deviation", C.c_double),
+    ]
+
+
+class GuardIn(C.Structure):
+    """struct chip_guard_in"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("from", C.c_double * 3),
+        ("to", C.c_double * 3),
+        ("period_s", C.c_double),
+        ("acceleration_mm_s2", C.c_double),
+        ("axis_acceleration_mm_s2", C.c_double * 3),
+        ("max_jerk_mm_s3", C.c_double),
+        ("distance_to_go_mm", C.c_double),
+        ("start_is_cut", C.c_int),
+        ("path", C.c_void_p),
+    ]
+
+
+class GuardProbe(C.Structure):
+    """struct chip_guard_probe"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("clear", C.c_double),
+        ("hit_near", C.c_double),
+        ("hit_far", C.c_double),
+    ]
+
+
+class GuardBlend(C.Structure):
+    """struct chip_guard_blend"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("active", C.c_int),
+        ("from", C.c_double),
+        ("end", C.c_double),
+        ("offset", C.c_double * 3),
+        ("speed", C.c_double),
+        ("rise", C.c_double),
+        ("time", C.c_double),
+    ]
+
+
+class Guard(C.Structure):
+    """struct chip_guard"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("origin", C.c_double * 3),
+        ("dir", C.c_double * 3),
+        ("travelled", C.c_double),
+        ("on_line", GuardProbe),
+        ("blend", GuardBlend),
+        ("on_path", GuardProbe),
+        ("path_s", C.c_double),
+        ("periods", C.c_int),
+        ("distance_to_go", C.c_double),
+        ("speed", C.c_double),
+        ("slowing", C.c_double),
+        ("slowing_before", C.c_double),
+        ("distance", C.c_double),
+        ("shank", Tool),
+        ("excess", C.c_int),
+    ]
+
+
+class TrackerIn(C.Structure):
+    """struct chip_tracker_in"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("pos_mu", C.c_double * 3),
+        ("tool_offset_mu", C.c_double * 3),
+        ("mu_per_mm", C.c_double),
+        ("motion", C.c_int),
+        ("is_enabled", C.c_int),
+        ("is_turned", C.c_int),
+        ("tool_diameter_mu", C.c_double),
+        ("tool_corner_radius_mu", C.c_double),
+        ("tool_tip_angle_deg", C.c_double),
+        ("tool_flute_length_mu", C.c_double),
+        ("box_min_mu", C.c_double * 3),
+        ("box_max_mu", C.c_double * 3),
+        ("box_shape", C.c_int),
+        ("box_turn_deg", C.c_double),
+        ("define_request", C.c_int),
+        ("external_writer", C.c_int),
+        ("tool_unknown", C.c_int),
+        ("watch_fault", C.c_int),
+        ("distance_to_go_mu", C.c_double),
+        ("acceleration_mu_s2", C.c_double),
+        ("axis_acceleration_mu_s2", C.c_double * 3),
+        ("max_jerk_mu_s3", C.c_double),
+        ("mrr_window_s", C.c_double),
+        ("period_s", C.c_double),
+    ]
+
+
+class TrackerOut(C.Structure):
+    """struct chip_tracker_out"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("has_stock", C.c_int),
+        ("is_ready", C.c_int),
+        ("has_fault", C.c_int),
+        ("fault_number", C.c_int),
+        ("removed_volume_mm3", C.c_double),
+        ("mrr_mm3_min", C.c_double),
+        ("section_area_mm2", C.c_double),
+        ("depth_mm", C.c_double),
+        ("dir_z", C.c_double),
+        ("has_flute_excess", C.c_int),
+        ("has_rapid_contact", C.c_int),
+        ("rapid_distance_mm", C.c_double),
+        ("is_held", C.c_int),
+        ("load", LoadProfile),
+    ]
+
+
+class Tracker(C.Structure):
+    """struct chip_tracker"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("state", C.c_uint),
+        ("tool", Tool),
+        ("built", C.c_double * 4),
+        ("tool_error", C.c_int),
+        ("sweep", Sweep),
+        ("path", Path),
+        ("lookahead", Lookahead),
+        ("tip", C.c_double * 3),
+        ("axis", C.c_double * 3),
+        ("offset_mu", C.c_double * 3),
+        ("start", C.c_double * 3),
+        ("has_start", C.c_int),
+        ("tip_known", C.c_int),
+        ("last_request", C.c_int),
+        ("box_error", C.c_int),
+        ("fault", C.c_int),
+        ("guard", Guard),
+        ("held_moved", C.c_int),
+        ("held_waiting", C.c_int),
+        ("held_generation", C.c_uint32),
+        ("held_cell", C.c_double),
+        ("held_mm3", C.c_double),
+        ("held_capacity", C.c_uint32),
+        ("own_head", C.c_uint64 * ((C.sizeof(Stock) + 7) // 8)),
+        ("own_known", C.c_int),
+        ("rate_log", C.c_double * 1024),
+        ("rate_next", C.c_int),
+        ("rate_filled", C.c_int),
+    ]
+
+
+class HeightMap(C.Structure):
+    """struct chip_height_map"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("x0", C.c_double),
+        ("y0", C.c_double),
+        ("cell", C.c_double),
+        ("z_min", C.c_double),
+        ("z_max", C.c_double),
+        ("nx", C.c_int32),
+        ("ny", C.c_int32),
+        ("height", C.c_void_p),
+        ("x", C.c_void_p),
+        ("shift_x", C.c_void_p),
+        ("shift_y", C.c_void_p),
+    ]
+
+
+class HeightTool(C.Structure):
+    """struct chip_height_tool"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("radius", C.c_double),
+        ("corner", C.c_double),
+        ("slope", C.c_double),
+        ("holder_radius", C.c_double),
+        ("stick_out", C.c_double),
+    ]
+
+
+class HeightMet(C.Structure):
+    """struct chip_height_met"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("volume", C.c_float),
+        ("depth", C.c_float),
+        ("at", C.c_float),
+        ("holder", C.c_float),
+    ]
+
+
+STRUCTURES = {
+    "chip_feed_in": FeedIn,
+    "chip_feed_out": FeedOut,
+    "chip_feed_easing": FeedEasing,
+    "chip_watchdog_in": WatchdogIn,
+    "chip_watchdog": Watchdog,
+    "chip_tool_watch_in": ToolWatchIn,
+    "chip_tool_watch": ToolWatch,
+    "chip_segment": Segment,
+    "chip_blend": Blend,
+    "chip_path": Path,
+    "chip_path_point": PathPoint,
+    "chip_predicted_path": PredictedPath,
+    "chip_cell": Cell,
+    "chip_levels": Levels,
+    "chip_stock": Stock,
+    "chip_tool_ring": ToolRing,
+    "chip_tool": Tool,
+    "chip_section": Section,
+    "chip_lookahead": Lookahead,
+    "chip_load_step": LoadStep,
+    "chip_load_profile": LoadProfile,
+    "chip_sweep": Sweep,
+    "chip_guard_in": GuardIn,
+    "chip_guard_probe": GuardProbe,
+    "chip_guard_blend": GuardBlend,
+    "chip_guard": Guard,
+    "chip_tracker_in": TrackerIn,
+    "chip_tracker_out": TrackerOut,
+    "chip_tracker": Tracker,
+    "chip_height_map": HeightMap,
+    "chip_height_tool": HeightTool,
+    "chip_height_met": HeightMet,
+}

@@ -1,0 +1,357 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""bin/chipwise check: whole programs through LinuxCNC's interpreter; findings, figures, unusable input."""
+
+import json
+import math
+import os
+import re
+import subprocess
+import time
+
+import pytest
+
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+CHIPWISE = os.path.join(ROOT, "bin", "chipwise")
+
+HEAD = "G21 G90 G17 G40 G49 G80 G94\n"
+STOCK = "M250 P0 Q0 R-20 I100 J60 K20\n"
+SLOT = HEAD + STOCK + "T1 M6\nS8000 M3\nG0 X-10 Y30 Z5\nG0 Z-4\nG1 X110 F400\nG0 Z5\nM2\n"      # D6, flutes 20
+TOOLS = "[tool.1]\nshape = 'flat'\nflute_length = 10\n[tool.2]\nshape = 'flat'\n[tool.5]\nflute_length = 50\nstick_out = 15\n" \
+        "holder_diameter = 30\n[tool.6]\nflute_length = 30\nmax_removal_rate = 5000\n"
+TABLE = "T1 P1 D6 Z30\nT2 P2 D6\nT3 P3 D6\nT4 P4\nT5 P5 D6\nT6 P6 D10\n"
+
+
+def chipwise_check(tmp_path, programs, *options, machine=None, environment=None):
+    """-> (exit status, stdout, stderr, JSON)."""
+    paths = []
+    for name, text in programs.items():
+        path = tmp_path / name
+        path.write_bytes(text if isinstance(text, bytes) else text.encode())
+        paths.append(str(path))
+    ini = ["--ini", str(machine)] if machine else []
+    done = subprocess.run([CHIPWISE, "check", *paths, "--json", str(tmp_path / "out.json"), *ini, *options], text=True,
+                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, timeout=300, check=False,
+                          env={**os.environ, **(environment or {})})
+    assert "Traceback" not in done.stdout + done.stderr
+    found = tmp_path / "out.json"
+    return done.returncode, done.stdout, done.stderr, json.loads(found.read_text()) if found.exists() else None
+
+
+@pytest.fixture(name="machine")
+def make_machine(tmp_path):
+    """INI of a mill with the tools above."""
+    folder = tmp_path / "machine"
+    folder.mkdir()
+    (folder / "tools.toml").write_text(TOOLS)
+    (folder / "mill.tbl").write_text(TABLE)
+    (folder / "subs").mkdir()
+    with open(os.path.join(ROOT, "configs", "mill.ini"), encoding="utf-8") as file:
+        text = file.read()
+    remap = os.path.join(ROOT, "remap")
+    text = text.replace("TOPLEVEL = remap/toplevel.py", f"TOPLEVEL = {remap}/toplevel.py").replace(
+        "PATH_PREPEND = remap", f"PATH_PREPEND = {remap}").replace("SUBROUTINE_PATH = nc_files:../nc_files",
+                                                                  "SUBROUTINE_PATH = subs")
+    (folder / "mill.ini").write_text(text)
+    return folder / "mill.ini"
+
+
+def rules(report):
+    return [(f["rule"], f["line"]) for f in report["programs"][0]["findings"]]
+
+
+def test_clean_slot_and_its_figures(tmp_path):
+    status, out, _err, report = chipwise_check(tmp_path, {"slot.ngc": SLOT})
+    assert status == 0 and "no findings" in out
+    tool, = report["programs"][0]["tools"]
+    assert tool["volume_mm3"] == pytest.approx(100 * 6 * 4, rel=0.002)
+    assert tool["depth_mm"] == pytest.approx(4, abs=0.001) and tool["depth_line"] == 7
+    assert tool["peak_rate_mm3_min"] == pytest.approx(400 * 24, rel=0.03)
+    assert tool["least_flute_length_mm"] == 4.0
+    rapids = 9 / 100 + 9 / 100          # s: Z from 5 to -4 and back; the path to the first place is not known
+    assert tool["feed_s"] == pytest.approx(120 / 400 * 60 + rapids, abs=0.01)
+    assert tool["planned_s"] > tool["feed_s"]
+    load = report["programs"][0]["load"]
+    assert sum(load["mm3_min"]) * load["bin_s"] / 60 == pytest.approx(tool["volume_mm3"], rel=0.001)
+
+
+def test_each_rule(tmp_path, machine):
+    body = HEAD + STOCK
+    cases = {
+        "flute": "T1 M6\nG0 X-10 Y30 Z5\nG0 Z-12\nG1 X110 F600\nG0 Z5\nM2\n",
+        "rapid": "T1 M6\nG0 X-10 Y30 Z5\nG0 Z-4\nG0 X110\nG0 Z5\nM2\n",
+        "holder": "T5 M6\nG0 X-20 Y30 Z5\nG0 Z-15.5\nG1 X110 F600\nG0 Z5\nM2\n",
+        "rate": "T6 M6\nG0 X-10 Y30 Z5\nG0 Z-4\nG1 X110 F600\nG0 Z5\nM2\n",
+        "tool": "T3 M6\nG0 X-10 Y30 Z5\nG0 Z-4\nG1 X110 F600\nG0 Z5\nM2\n",
+        "flute-unknown": "T2 M6\nG0 X-10 Y30 Z5\nG0 Z-4\nG1 X110 F600\nG0 Z5\nM2\n",
+    }
+    lines = {"flute": 6, "rapid": 6, "holder": 6, "rate": 6, "tool": 3, "flute-unknown": 3}
+    values = {"flute": 12, "rapid": 4, "holder": 0.5, "rate": 24000}
+    for rule, text in cases.items():
+        status, out, _err, report = chipwise_check(tmp_path, {"part.ngc": body + text}, machine=machine)
+        assert status == 1 and rules(report) == [(rule, lines[rule])], out
+        finding = report["programs"][0]["findings"][0]
+        if rule in values:
+            assert finding["value"] == pytest.approx(values[rule], rel=0.03)
+            assert -15 <= finding["x"] <= 110 and finding["y"] == pytest.approx(30, abs=1e-6)
+        assert finding["text"] in out and "; " in finding["text"]
+
+
+def test_exactly_the_flute_length_is_no_finding(tmp_path, machine):
+    text = HEAD + STOCK + "T1 M6\nG0 X-10 Y30 Z5\nG0 Z-10\nG1 X110 F600\nG0 Z5\nM2\n"
+    assert chipwise_check(tmp_path, {"part.ngc": text}, machine=machine)[0] == 0
+
+
+def test_wall_in_levels_is_no_finding_and_its_allowance_is(tmp_path, machine):
+    """A wall three flute lengths deep: cut in levels it is clean; 0.05 mm left on it and taken in one pass is not."""
+    levels = "".join(f"G0 X-10\nG0 Z-{z}\nG1 X110 F600\nG0 Z5\n" for z in (9, 18))
+    text = HEAD + STOCK + "T1 M6\nG0 X-10 Y30 Z5\n" + levels
+    assert chipwise_check(tmp_path, {"part.ngc": text + "M2\n"}, machine=machine)[0] == 0
+    finish = "G0 X-10 Y30.05\nG0 Z-18\nG1 X110\nG0 Z5\nM2\n"
+    status, _out, _err, report = chipwise_check(tmp_path, {"part.ngc": text + finish}, machine=machine)
+    assert status == 1 and report["programs"][0]["findings"][0]["value"] == pytest.approx(18, abs=0.01)
+
+
+def test_offsets_rotation_inch_subs_loops_and_tool_length(tmp_path, machine):
+    """The same slot seen through everything LinuxCNC knows has the same volume and depth, and its place in work coordinates."""
+    forms = {
+        "offset": "G10 L2 P2 X7 Y3 Z-11 R0\nG55\n{stock}T1 M6\nG43\nG0 X-10 Y30 Z5\nG0 Z-12\nG1 X110 F600\nG0 Z5\nG10 L2 P2 X0 Y0 Z0\nM2\n",
+        "g92": "G0 X0 Y0 Z0\nG92 X3 Y4 Z5\n{stock}T1 M6\nG0 X-10 Y30 Z5\nG0 Z-12\nG1 X110 F600\nG0 Z5\nG92.1\nM2\n",
+        "turned": "G10 L2 P1 X0 Y0 R30\n{stock}T1 M6\nG0 X-10 Y30 Z5\nG0 Z-12\nG1 X110 F600\nG0 Z5\nG10 L2 P1 R0\nM2\n",
+        "inch": "{stock}T1 M6\nG20\nG0 X[-10/25.4] Y[30/25.4] Z[5/25.4]\nG0 Z[-12/25.4]\nG1 X[110/25.4] F[600/25.4]\nG0 Z1\nM2\n",
+        "loop": "{stock}T1 M6\nG0 X-10 Y30 Z5\nG0 Z-12\nF600\n#1 = -10\no1 while [#1 LT 110]\n#1 = [#1 + 0.5]\nG1 X#1\no1 endwhile\nG0 Z5\nM2\n",
+        "sub": "{stock}T1 M6\nG0 X-10 Y30 Z5\no<slot> call\nG0 Z5\nM2\n",
+        "relative": "{stock}T1 M6\nG0 X-10 Y30 Z5\nG91\nG0 Z-17\nG1 X120 F600\nG0 Z17\nG90\nM2\n",
+    }
+    (machine.parent / "subs" / "slot.ngc").write_text("o<slot> sub\nG0 Z-12\nG1 X110 F600\no<slot> endsub\nM2\n")
+    for name, form in forms.items():
+        text = HEAD + form.format(stock=STOCK)
+        status, out, _err, report = chipwise_check(tmp_path, {name + ".ngc": text}, machine=machine)
+        program = report["programs"][0]
+        assert status == 1 and [f["rule"] for f in program["findings"]] == ["flute"], (name, out)
+        assert program["tools"][0]["volume_mm3"] == pytest.approx(100 * 6 * 12, rel=0.004), name
+        finding = program["findings"][0]
+        assert finding["value"] == pytest.approx(12, abs=0.01), name
+        assert (finding["y"], finding["z"]) == pytest.approx((30, -12), abs=1e-3), name
+
+
+@pytest.mark.parametrize("plane, arc, volume", [
+    ("G17", "G1 X30 Y30 F300\nG2 X30 Y30 I10 J0", math.pi * (13 ** 2 - 7 ** 2) * 4),
+    ("G17", "G1 X30 Y30 F300\nG3 X30 Y30 I10 J0 P2", math.pi * (13 ** 2 - 7 ** 2) * 4),
+])
+def test_arcs(tmp_path, plane, arc, volume):
+    text = HEAD + STOCK + f"T1 M6\nG0 X30 Y30 Z5\n{plane}\nG1 Z-4 F300\n{arc}\nG0 Z5\nM2\n"
+    status, _out, _err, report = chipwise_check(tmp_path, {"arc.ngc": text})
+    assert status == 0 and report["programs"][0]["tools"][0]["volume_mm3"] == pytest.approx(volume, rel=0.003)
+
+
+@pytest.mark.parametrize("plane, words, place", [("G18", "X60 Z-1 I10 K0", (60, 30)), ("G19", "Y50 Z-1 J10 K0", (40, 50))])
+def test_arcs_in_other_planes(tmp_path, plane, words, place):
+    """A half circle below Z-1, deepest in its middle: Z-11."""
+    code = "G2" if plane == "G19" else "G3"
+    for code in ("G2", "G3"):
+        text = HEAD + STOCK + f"T1 M6\nG0 X40 Y30 Z5\nG1 Z-1 F300\n{plane}\n{code} {words}\nG17\nG0 Z5\nM2\n"
+        report = chipwise_check(tmp_path, {"arc.ngc": text})[3]
+        depths = sorted({round(report["programs"][0]["tools"][0]["depth_mm"], 1)})
+        if depths[0] > 5:
+            assert depths[0] == pytest.approx(11, abs=0.3)
+            return
+    pytest.fail("neither direction of the arc goes below the stock's top")
+
+
+def test_volumetric_feed_shortens_the_time(tmp_path):
+    text = SLOT.replace("G0 X-10", "M251 P2 Q30 E5000\nG0 X-10").replace("G0 Z5\nM2", "G0 Z5\nM252\nM2")
+    tool, = chipwise_check(tmp_path, {"slot.ngc": text})[3]["programs"][0]["tools"]
+    in_stock = 100 / (12000 / 24) * 60              # 24 mm2 at the 12 cm3/min of tool 1, which is less than Q
+    assert tool["volumetric_s"] == pytest.approx(in_stock + 20 / 5000 * 60 + 0.18, rel=0.02)
+    assert tool["volumetric_s"] < tool["feed_s"]
+
+
+def test_stock_from_the_option(tmp_path):
+    text = SLOT.replace(STOCK, "")
+    status, out, *_ = chipwise_check(tmp_path, {"slot.ngc": text})
+    assert status == 2 and "no stock is defined; add M250" in out
+    status, _out, _err, report = chipwise_check(tmp_path, {"slot.ngc": text}, "--stock", "0", "0", "-20", "100", "60", "0")
+    assert status == 0 and report["programs"][0]["tools"][0]["volume_mm3"] == pytest.approx(2400, rel=0.002)
+
+
+def test_inch_machine(tmp_path):
+    text = "G20 G90 G17\nT1 M6\nG0 X-.5 Y1 Z.2\nG0 Z-.2\nG1 X4.5 F10\nG0 Z.2\nM2\n"
+    ini = os.path.join(ROOT, "configs", "mill_inch.ini")
+    status, out, _err, report = chipwise_check(tmp_path, {"slot.ngc": text}, "--stock", "0", "0", "-.5", "4", "2", "0",
+                                               machine=ini)
+    tool, = report["programs"][0]["tools"]
+    assert status == 0 and " in" in out
+    assert tool["depth_mm"] == pytest.approx(0.2 * 25.4, abs=1e-3)
+    assert tool["volume_mm3"] == pytest.approx(4 * 0.2 * 25.4 ** 2 * tool["diameter_mm"], rel=0.005)
+
+
+BAD = {
+    "endless": (HEAD + "o1 while [1]\n#1 = 1\no1 endwhile\nM2\n", "does not end"),
+    "endless moves": (SLOT.replace("G0 Z5\nM2", "o1 while [1]\nG1 X0\nG1 X1\no1 endwhile\nM2"), "computing time"),
+    "binary": (b"\x7fELF\0\0\0\1" * 100, "not a text file"),
+    "empty": ("", "empty"),
+    "no m2": (SLOT.replace("M2\n", ""), "M2"),
+    "unknown code": (SLOT.replace("G1 X110", "G1234 X110"), "line 7"),
+    "unknown word": (SLOT.replace("G1 X110", "G1 X110 @@"), "line 7"),
+    "tool 0": (SLOT.replace("T1 M6", "T0 M6"), "tool 0"),
+    "no tool": (SLOT.replace("T1 M6\n", ""), "tool 0"),
+    "no diameter": (SLOT.replace("T1 M6", "T4 M6"), "tool 4 has no diameter"),
+    "unknown tool": (SLOT.replace("T1 M6", "T99 M6"), "99"),
+    "inverse time": (SLOT.replace("G1 X110", "G93 G1 X110"), "G93"),
+    "per revolution": (SLOT.replace("G1 X110", "G95 G1 X110"), "G95"),
+    "probing": (SLOT.replace("G1 X110", "G38.2 X110"), "probes"),
+    "no feed": (SLOT.replace(" F400", ""), "feed"),
+    "no sub": (SLOT.replace("G1 X110 F400", "o<nothing> call"), "nothing"),
+    "restored": (SLOT.replace(STOCK, "M254 P1\n"), "M254"),
+    "far": (SLOT.replace("X110", "X1e9".replace("e", "0000000000")), "100 m"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_unusable(tmp_path, machine, name):
+    text, said = BAD[name]
+    before = os.times()
+    status, out, err, report = chipwise_check(tmp_path, {"bad.ngc": text}, "--time-limit", "5", machine=machine)
+    assert status == 2 and re.search(re.escape(said), out), (out, err)
+    assert report["programs"][0]["error"] and len(out.strip().splitlines()) == 1
+    assert sum(os.times()[2:4]) - sum(before[2:4]) < 120         # s of computing
+
+
+def test_unusable_files(tmp_path):
+    (tmp_path / "folder").mkdir()
+    big = tmp_path / "big.ngc"
+    with open(big, "wb") as file:
+        file.truncate(200_000_000)
+    os.mkfifo(tmp_path / "fifo.ngc")
+    for path, said in ((big, "200 MB"), (tmp_path / "none.ngc", "No such file"), (tmp_path / "fifo.ngc", "regular file")):
+        done = subprocess.run([CHIPWISE, "check", str(path)], text=True, capture_output=True, timeout=60, check=False)
+        assert done.returncode == 2 and said in done.stdout
+    done = subprocess.run([CHIPWISE, "check", str(tmp_path / "folder")], text=True, capture_output=True, timeout=60, check=False)
+    assert done.returncode == 2 and "no program" in done.stderr
+    for options in (["--jobs", "0"], ["--cell", "0"], ["--ini", "/nowhere.ini"], ["--json", "/nowhere/x.json"],
+                    ["--stock", "0", "0", "0", "0", "1", "1"], ["--time-limit", "nan"]):
+        done = subprocess.run([CHIPWISE, "check", str(tmp_path / "none.ngc"), *options], text=True, capture_output=True,
+                              timeout=60, check=False)
+        assert done.returncode == 2 and done.stderr.startswith("chipwise: check: "), options
+        assert len(done.stderr.strip().splitlines()) == 1
+
+
+def test_many_programs_one_bad_and_progress(tmp_path):
+    programs = {f"p{k}.ngc": SLOT.replace("X110", "X" + ("110" if k != 2 else "@")) for k in range(5)}
+    status, out, err, report = chipwise_check(tmp_path, programs, "--jobs", "2", "--report", str(tmp_path / "page.html"))
+    written = (tmp_path / "page.html").read_text()
+    assert written.count("<section") == 5 and written.count("Removal rate, mm3/min, over time") == 4
+    assert status == 2 and [p["status"] for p in report["programs"]] == [0, 0, 2, 0, 0]
+    assert [os.path.basename(p["program"]) for p in report["programs"]] == sorted(programs)
+    assert out.count("no findings") == 4
+    shown = [int(n) for n in re.findall(r"^FILTER_PROGRESS=(\d+)$", err, re.MULTILINE)]
+    assert shown == sorted(set(shown)) and len(shown) <= 100 and all(0 < n < 100 for n in shown)
+
+
+def test_a_killed_worker_is_named_and_the_rest_goes_on(tmp_path):
+    import signal
+    from chipwise.check import run
+    original = run.check
+    run.check = lambda program, **_: os.kill(os.getpid(), signal.SIGKILL) if "bad" in program else original(program, **_)
+    try:
+        from chipwise.check.reader import Machine
+        for name in ("a.ngc", "bad.ngc", "z.ngc"):
+            (tmp_path / name).write_text(SLOT)
+        machine = Machine(os.path.join(ROOT, "configs", "mill.ini"))
+        found = dict(run.check_all([str(tmp_path / n) for n in ("a.ngc", "bad.ngc", "z.ngc")], 2, machine=machine))
+    finally:
+        run.check = original
+    assert [found[k].status for k in range(3)] == [0, 2, 0] and "signal 9" in found[1].error[0]
+
+
+def test_nothing_is_left_behind(tmp_path):
+    """Neither processes nor files, when the command is ended in the middle."""
+    text = HEAD + STOCK + "T1 M6\nG0 X0 Y0 Z5\nF6000\nG1 Z-1\no1 while [1]\nG1 X50\nG1 X0\no1 endwhile\nM2\n"
+    (tmp_path / "endless.ngc").write_text(text)
+    scratch = tmp_path / "scratch"
+    scratch.mkdir()
+    process = subprocess.Popen([CHIPWISE, "check", str(tmp_path / "endless.ngc")], stdout=subprocess.DEVNULL,
+                               stderr=subprocess.DEVNULL, env={**os.environ, "TMPDIR": str(scratch)})
+    for _ in range(1200):
+        if any(scratch.iterdir()):
+            break
+        time.sleep(0.05)
+    assert any(scratch.iterdir())
+    process.terminate()
+    assert process.wait(timeout=120) == 143
+    assert not list(scratch.iterdir())
+    until, marked = time.monotonic() + 120.0, True      # a process that was being started sees its parent's end itself
+    while marked and time.monotonic() < until:
+        marked = [pid for pid in os.listdir("/proc") if pid.isdigit() and _is_about(pid, str(scratch))]
+        time.sleep(0.05)
+    assert not marked
+
+
+def _is_about(pid, text):
+    try:
+        with open(f"/proc/{pid}/environ", "rb") as file:
+            return text.encode() in file.read()
+    except OSError:
+        return False
+
+
+def test_a_small_tool_has_small_cells(tmp_path, machine):
+    """A 0.8 mm tool on cells of 0.25 mm: they are made smaller; what cannot be made smaller is said."""
+    (machine.parent / "mill.tbl").write_text(TABLE + "T7 P7 D0.8\nT8 P8 D.05\n")
+    (machine.parent / "tools.toml").write_text(TOOLS + "[tool.7]\nflute_length = 3\n[tool.8]\nflute_length = 1\n")
+    text = SLOT.replace("T1 M6", "T7 M6").replace("Z-4", "Z-1")
+    status, out, _err, report = chipwise_check(tmp_path, {"small.ngc": text}, machine=machine)
+    program = report["programs"][0]
+    assert status == 0 and program["cell_mm"] == pytest.approx(0.1), out
+    assert program["tools"][0]["volume_mm3"] == pytest.approx(100 * 0.8, rel=0.01)
+    for tool, options, said in (("T7", ["--cell", "0.25"], "use --cell 0.1"), ("T8", [], "too small")):
+        status, out, _err, _report = chipwise_check(tmp_path, {"small.ngc": text.replace("T7", tool)}, *options, machine=machine)
+        assert status == 2 and said in out
+
+
+def test_the_place_before_the_first_z_is_not_guessed(tmp_path):
+    """The stock lies above machine zero; X and Y are given before the first Z. Later the same traverse is a finding."""
+    body = "M250 P0 Q0 R0 I100 J60 K20\nT1 M6\n{}G0 X50 Y30\nG0 Z25\nG1 Z18 F300\nG0 Z25\nG0 X50 Y10\n{}M2\n"
+    for first, last, expected in (("", "", 0), ("", "G0 Z15\n", 1), ("G0 Z15\n", "", 1)):
+        status, out, *_ = chipwise_check(tmp_path, {"part.ngc": HEAD + body.format(first, last)})
+        assert status == expected, out
+
+
+def test_the_time_of_children_counts():
+    """A program whose cycle is being planned in another process is not stuck."""
+    from chipwise.processes import cpu_s, tree_cpu_s
+    process = subprocess.Popen(["/bin/sh", "-c", "sh -c 'while :; do :; done' & wait"], start_new_session=True)
+    try:
+        end = time.monotonic() + 60
+        while tree_cpu_s(process.pid) < 0.3 and time.monotonic() < end:
+            time.sleep(0.05)
+        assert tree_cpu_s(process.pid) >= 0.3 and cpu_s(process.pid) < 0.2
+    finally:
+        os.killpg(process.pid, 9)
+        process.wait()
+
+
+def test_a_program_that_waits_for_a_file_is_given_up(tmp_path, monkeypatch):
+    """A sub that is a FIFO nobody writes to."""
+    from chipwise.check import reader
+    from chipwise.check.simulate import check
+    monkeypatch.setattr(reader, "STUCK_S", 2.0)
+    subs = tmp_path / "subs"
+    subs.mkdir()
+    os.mkfifo(subs / "wait.ngc")
+    with open(os.path.join(ROOT, "configs", "mill.ini"), encoding="utf-8") as file:
+        text = file.read().replace("SUBROUTINE_PATH = nc_files:../nc_files", f"SUBROUTINE_PATH = {subs}")
+    text = text.replace("= remap", f"= {ROOT}/remap").replace("= tools.toml", f"= {ROOT}/configs/tools.toml")
+    (tmp_path / "mill.ini").write_text(text.replace("= mill.tbl", f"= {ROOT}/configs/mill.tbl"))
+    (tmp_path / "part.ngc").write_text(SLOT.replace("G1 X110 F400", "o<wait> call"))
+    result = check(str(tmp_path / "part.ngc"), reader.Machine(str(tmp_path / "mill.ini")))
+    assert result.status == 2 and "does not answer" in result.error[0]
+
+
+def test_the_machine_is_left_alone(tmp_path, machine):
+    parameters = machine.parent / "mill.var"
+    parameters.write_text("5161 0\n5221 1.5\n5222 2.5\n5223 0\n")
+    before = parameters.read_bytes(), sorted(os.listdir(machine.parent))
+    _status, _out, _err, report = chipwise_check(tmp_path, {"slot.ngc": SLOT}, machine=machine)
+    assert (parameters.read_bytes(), sorted(os.listdir(machine.parent))) == before
+    assert report["programs"][0]["tools"][0]["depth_place"][1] == pytest.approx(30)     # of the work offset 1.5, 2.5

@@ -1,0 +1,164 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The offline sweep (components/offline/height_sweep.c) against closed forms and against an oracle of fine needles.
+
+Depth is at most one cell more than the oracle's, and never less but for remains smaller than a cell; check_oracle.py shares nothing with the sweep.
+"""
+
+import math
+import os
+
+import numpy as np
+import pytest
+from support.check_oracle import Needles
+
+from chipwise.check.sweep import CYLINDER, HeightMap, Shape, times
+
+CELL = 0.25
+COUNT = int(os.environ.get("CHIPWISE_RANDOM_COUNT", "6"))
+SEED = int(os.environ.get("CHIPWISE_SEED", "1"))
+SKINS = 0.02, 0.001         # mm: the oracle's tool made smaller, for the lower and the upper bound
+SLACK = 0.3                 # cells below the oracle: the ridge between two needles on a steep slope
+SELDOM = 0.02               # of the moves may be below,
+FAR_SELDOM = 0.01           # and by more than SLACK: what is left of a ridge, smaller than a cell, falls between the needles
+
+
+def cut(stock, tool, *places):
+    return stock.cut(tool, places[0], np.array(places[1:], float))
+
+
+def test_slot():
+    stock = HeightMap((0, 0, -20), (100, 60, 0), 0.1)
+    met = cut(stock, Shape(6), (-5, 30, -5), (105, 30, -5))[0]
+    assert met["volume"] == pytest.approx(100 * 6 * 5, rel=1e-3)
+    assert met["depth"] == pytest.approx(5.0, abs=1e-4)
+
+
+@pytest.mark.parametrize("angle", [0, 7, 30, 45, 61, 90])
+def test_wall_followed_again_is_not_met(angle):
+    """A wall in levels: each level counts alone, whatever the wall's direction."""
+    stock = HeightMap((-30, -30, -20), (30, 30, 0), CELL)
+    c, s = math.cos(math.radians(angle)), math.sin(math.radians(angle))
+    for level in range(1, 7):
+        a, b = [(t * 50 * c, t * 50 * s, -3.0 * level) for t in (-1, 1)]
+        met = cut(stock, Shape(6), (*a[:2], 5), a, b)
+        assert met["depth"].max() == pytest.approx(3.0, abs=0.01)
+
+
+@pytest.mark.parametrize("angle", [0, 7, 30, 45, 61, 90])
+@pytest.mark.parametrize("allowance", [0.02, 0.05, 0.2])
+def test_thin_wall_is_met_at_full_depth(angle, allowance):
+    """A strip far narrower than a cell, left at a wall, counts with the wall's height."""
+    stock = HeightMap((-30, -30, -20), (30, 30, 0), CELL)
+    c, s = math.cos(math.radians(angle)), math.sin(math.radians(angle))
+    for level in range(1, 5):
+        cut(stock, Shape(6), (-50 * c, -50 * s, 5), (-50 * c, -50 * s, -4.0 * level), (50 * c, 50 * s, -4.0 * level))
+    x, y = -s * allowance, c * allowance
+    met = cut(stock, Shape(6), (x - 50 * c, y - 50 * s, -16), (x + 50 * c, y + 50 * s, -16))
+    assert met["depth"][0] == pytest.approx(16.0, abs=0.01)
+
+
+def test_plunge_and_helix_are_not_deep():
+    """What is below a tool is cut as it comes down; the depth of a plunge is no more than a cell."""
+    stock = HeightMap((0, 0, -20), (40, 40, 0), CELL)
+    assert 0 < cut(stock, Shape(6), (20, 20, 2), (20, 20, -15))["depth"][0] <= CELL
+
+
+def test_drill_volume_and_cylinder():
+    stock = HeightMap((-20, -20, -10), (20, 20, 0), 0.1, CYLINDER)
+    assert stock.volume() == pytest.approx(math.pi * 400 * 10, rel=1e-3)
+    met = cut(stock, Shape(8, 4), (0, 0, 1), (0, 0, -6))
+    assert met["volume"][0] == pytest.approx(math.pi * 16 * 2 + math.pi * 64 * 2 / 3, rel=5e-3)
+
+
+def test_cone_volume():
+    stock = HeightMap((0, 0, -10), (60, 20, 0), 0.1)
+    met = cut(stock, Shape(12, 0, 90), (-10, 10, -4), (70, 10, -4))
+    assert met["volume"][0] == pytest.approx(60 * 16, rel=0.01)
+
+
+def test_turned_box():
+    stock = HeightMap((-20, -10, -5), (20, 10, 0), 0.1, turn=30.0)
+    assert stock.volume() == pytest.approx(40 * 20 * 5, rel=1e-3)
+    c, s = math.cos(math.radians(30)), math.sin(math.radians(30))
+    met = cut(stock, Shape(4), (-40 * c, -40 * s, -2), (40 * c, 40 * s, -2))
+    assert met["volume"][0] == pytest.approx(40 * 4 * 2, rel=3e-3)
+
+
+def test_holder():
+    stock = HeightMap((0, 0, -30), (60, 60, 0), CELL)
+    tool = Shape(6, holder_diameter=30, stick_out=10)
+    met = cut(stock, tool, (-40, 30, -8), (30, 30, -8), (30, 30, -12))
+    assert met["holder"][0] == 0
+    assert met["holder"][1] == pytest.approx(2.0, abs=1e-3)
+
+
+def test_far_and_hostile_moves():
+    stock = HeightMap((0, 0, -5), (10, 10, 0), CELL)
+    met = cut(stock, Shape(6), (-1e5, 5, -1), (1e5, 5, -1), (1e5, 1e5, 1e5), (5, 5, -1e5))
+    assert met["volume"][0] == pytest.approx(60, rel=0.01)
+    assert np.isfinite([met[name] for name in met.dtype.names]).all()
+
+
+def random_case(seed):
+    """(judged, lower, upper) of the depths of a random program, and the two volumes left."""
+    rng = np.random.default_rng([SEED, seed])
+    diameter = rng.choice([3.0, 4.0, 6.0])
+    tool = [(diameter, 0, 0), (diameter, diameter / 2, 0), (diameter, 0.5, 0), (diameter, 0, 90.0)][seed % 4]
+    low, high = (0, 0, -12), (14, 12, 0)
+    stock, needles = HeightMap(low, high, CELL), Needles(low, high, 0.05)
+    here, before, depths = np.array([-2.0, rng.uniform(0, 12), 2.0]), None, []
+    for _ in range(12):
+        there = np.array([rng.uniform(-3, 17), rng.uniform(-3, 15), rng.uniform(-9, 1)])
+        kind = rng.integers(5)
+        if kind == 0:
+            there[2] = here[2]
+        elif kind == 1:
+            there[:2] = here[:2]
+        elif kind == 2 and before is not None:
+            there = before
+        elif kind == 3:
+            there[1:] = here[1:]
+        lower, upper = needles.move(tool, here, there, SKINS)
+        depths.append((float(stock.cut(Shape(*tool), here, there[None])["depth"][0]), lower, upper))
+        before, here = here, there
+    return np.array(depths), stock.volume(), needles.volume()
+
+
+def verdict(depths):
+    """Moves whose judged depth is below the oracle's, and that by more than seldom is allowed; moves more than a cell above."""
+    judged, lower, upper = depths.T
+    return (judged < lower - 1e-3), (judged < lower - SLACK * CELL), (judged > upper + CELL + 1e-3)
+
+
+@pytest.mark.slow
+def test_random_programs_against_fine_needles():
+    cases = [random_case(seed) for seed in range(COUNT)]
+    depths = np.concatenate([case[0] for case in cases])
+    below, far_below, above = verdict(depths)
+    assert not above.any(), depths[above]
+    assert below.sum() <= 1 + SELDOM * len(depths), depths[below]
+    assert far_below.sum() <= 1 + FAR_SELDOM * len(depths), depths[far_below]
+    for _depths, left, truth in cases:
+        assert left == pytest.approx(truth, abs=0.005 * 14 * 12 * 12)
+
+
+def test_the_verdict_sees_wrong_depths():
+    depths = random_case(0)[0]
+    deep = depths[:, 1] > 1
+    assert deep.any()
+    for expected in (1, 2):
+        spoiled = depths[deep].copy()
+        spoiled[:, 0] = np.where(expected == 1, depths[deep, 1] - 0.5 * CELL, depths[deep, 2] + 1.1 * CELL)
+        assert verdict(spoiled)[expected].all()
+
+
+def test_times_closed_forms():
+    seconds, end = times([100.0], [50.0], [500.0], [0.0], 0.0)
+    assert seconds[0] == pytest.approx(100 / 50 + 50 / 500) and end == 0
+    seconds, _ = times([1.0], [50.0], [500.0], [0.0], 0.0)              # never reaches F
+    assert seconds[0] == pytest.approx(2 * math.sqrt(1.0 / 500))
+    whole, _ = times([100.0], [50.0], [500.0], [0.0], 0.0)
+    parts, _ = times([0.1] * 1000, [50.0] * 1000, [500.0] * 1000, [1e9] * 999 + [0.0], 0.0)
+    assert parts.sum() == pytest.approx(whole.sum(), rel=1e-6)
+    stops, _ = times([0.1] * 1000, [50.0] * 1000, [500.0] * 1000, [0.0] * 1000, 0.0)
+    assert stops.sum() == pytest.approx(1000 * 2 * math.sqrt(0.1 / 500))

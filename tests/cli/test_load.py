@@ -1,0 +1,125 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""chipwise load: what it says of an INI file and of a HAL, here written down as text."""
+
+import pytest
+
+from chipwise.cli import load, python_section
+from chipwise.errors import CycleError
+from chipwise.ini import Ini
+from chipwise.settings import parse_settings
+
+
+@pytest.fixture
+def machine(monkeypatch, tmp_path):
+    """(the INI file, HAL as {pin: (arrow, signal)}) of a machine on which all is well."""
+    hal = {f'motion.analog-{direction}-{n:02d}': ('', '') for direction in ('out', 'in') for n in range(4)}
+    hal.update({'motion.adaptive-feed': ('', ''), 'motion.feed-hold': ('', '')})
+    monkeypatch.setattr(load, 'pins', lambda start='': {pin: link for pin, link in hal.items() if pin.startswith(start)})
+    monkeypatch.setattr(load, 'signal_of', lambda pin: hal.get(pin, ('', ''))[1])
+    monkeypatch.setattr(load, 'thread_functions', lambda: ['motion-controller'])
+    monkeypatch.setattr(load, 'halcmd', lambda *words: pytest.fail(f'halcmd {words}'))
+    ini = tmp_path / 'machine.ini'
+    monkeypatch.setenv('INI_FILE_NAME', str(ini))
+    ini.write_text('[TRAJ]\nCOORDINATES = XYZ\nLINEAR_UNITS = mm\nMAX_LINEAR_ACCELERATION = 500\n')
+    return ini, hal
+
+
+def said(function, *arguments):
+    with pytest.raises(CycleError) as failure:
+        function(*arguments)
+    return str(failure.value)
+
+
+def test_a_usual_machine(machine):
+    load.check_machine(Ini())
+    load.check_free(parse_settings({}))
+    assert load.planner_acceleration(Ini()) == 500 and load.axis_accelerations(Ini()) == {} and Ini().units_per_mm() == 1
+
+
+@pytest.mark.parametrize('text, words', [
+    ('[TRAJ]\nCOORDINATES = X Z\n', 'this machine has no Y axis ([TRAJ]COORDINATES = X Z)'),
+    ('[TRAJ]\nCOORDINATES = xy\n', 'this machine has no Z axis'),
+    ('[DISPLAY]\nDISPLAY = qtvcp qtplasmac\n[TRAJ]\nCOORDINATES = XYZ\n', 'plasma machine'),
+])
+def test_a_machine_it_cannot_work_on(machine, text, words):
+    machine[0].write_text(text)
+    assert words in said(load.check_machine, Ini())
+
+
+@pytest.mark.parametrize('text', ['[TRAJ]\nCOORDINATES = XYYZ\n', '[TRAJ]\nCOORDINATES = X Y Z A C\n', ''])
+def test_a_machine_it_can_work_on(machine, text):
+    machine[0].write_text(text)
+    load.check_machine(Ini())
+
+
+@pytest.mark.parametrize('settings, taken, words', [
+    ({}, 'motion.analog-out-00', 'motion.analog-out-00 is in use (signal theirs); set [CHIPWISE]ANALOG_OUT = 1'),
+    ({}, 'motion.analog-out-01', 'load motmod with num_aio=7 and set [CHIPWISE]ANALOG_OUT = 4'),
+    ({}, 'motion.analog-in-00', 'motion.analog-in-00 is in use (signal theirs); set [CHIPWISE]ANALOG_IN = 1'),
+    ({'ANALOG_IN': '1'}, 'motion.analog-in-01', 'set [CHIPWISE]ANALOG_IN = 0'),
+    ({'ANALOG_OUT': '2'}, '', '[CHIPWISE]ANALOG_OUT = 2: there is no motion.analog-out-04, motion has 4 of them; set [CHIPWISE]ANALOG_OUT = 0'),
+    ({}, 'motion.adaptive-feed', 'motion.adaptive-feed is in use (signal theirs)'),
+])
+def test_a_pin_that_is_taken(machine, settings, taken, words):
+    if taken:
+        machine[1][taken] = ('<==', 'theirs')
+    assert words in said(load.check_free, parse_settings(settings))
+
+
+def test_the_user_of_a_signal_is_named(machine):
+    machine[1].update({'motion.adaptive-feed': ('<==', 'theirs'), 'thc.0.feed': ('==>', 'theirs'), 'a.reader': ('<==', 'theirs')})
+    assert '(signal theirs of thc.0.feed)' in said(load.check_free, parse_settings({}))
+
+
+@pytest.mark.parametrize('text, words', [
+    ('[AXIS_X]\nMAX_ACCELERATION = fast\n', '[AXIS_X]MAX_ACCELERATION = fast is not a number above 0'),
+    ('[TRAJ]\nMAX_LINEAR_ACCELERATION = -5\n', '[TRAJ]MAX_LINEAR_ACCELERATION = -5 is not a number above 0'),
+    ('[TRAJ]\nMAX_LINEAR_ACCELERATION = {nan}\n', '[TRAJ]MAX_LINEAR_ACCELERATION = {nan} is not'),
+    ('', 'no acceleration in the INI file'),
+])
+def test_an_acceleration_that_is_none(machine, text, words):
+    machine[0].write_text(text)
+    assert words in said(load.planner_acceleration, Ini())
+
+
+# --- the [PYTHON] section ---------------------------------------------------
+
+REMAPS = '[RS274NGC]\nREMAP = M250 modalgroup=10 argspec=pqrijkN python=m250\n'
+
+
+def own(tmp_path, section, remap='def m600(self): pass\n'):
+    (tmp_path / 'python').mkdir()
+    (tmp_path / 'python' / 'remap.py').write_text(remap)
+    ini = tmp_path / 'own.ini'
+    ini.write_text(REMAPS + section + '[PYTHON]\nTOPLEVEL = nowhere/toplevel.py\n')       # a second section does not count
+    return str(ini)
+
+
+GOOD = f'[PYTHON]\nTOPLEVEL = python/toplevel.py\nPATH_PREPEND = python\nPATH_APPEND = {python_section.CODES}\n'
+
+
+@pytest.mark.parametrize('section, remap', [
+    (GOOD, 'from chipwise.codes import *\n'),
+    (f'[PYTHON]\nPATH_PREPEND = {python_section.CODES}\nTOPLEVEL = {python_section.CODES}/toplevel.py\n', ''),
+])
+def test_a_python_section_that_knows_the_codes(tmp_path, section, remap):
+    python_section.check_codes(Ini(own(tmp_path, section, remap)))
+
+
+@pytest.mark.parametrize('section, remap', [
+    (GOOD, ''),
+    (GOOD, '# from chipwise.codes import *\n'),
+    (GOOD.replace('PATH_APPEND', '#PATH_APPEND'), 'from chipwise.codes import *\n'),
+    ('[PYTHON]\nTOPLEVEL = python/toplevel.py\n', ''),
+])
+def test_a_python_section_that_does_not(tmp_path, section, remap):
+    text = said(python_section.check_codes, Ini(own(tmp_path, section, remap)))
+    assert f'PATH_APPEND = {python_section.CODES}' in text and 'from chipwise.codes import *' in text
+
+
+def test_no_python_section_and_no_codes(tmp_path):
+    ini = tmp_path / 'own.ini'
+    ini.write_text(REMAPS)
+    assert 'no [PYTHON] section' in said(python_section.check_codes, Ini(str(ini)))
+    ini.write_text('[HAL]\nHALFILE = x.hal\n')
+    python_section.check_codes(Ini(str(ini)))

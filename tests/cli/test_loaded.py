@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The message about G93 when a program is opened."""
+
+import os
+import time
+
+import pytest
+
+from chipwise.monitor.loaded_program import LoadedProgram, inverse_time_line
+
+
+@pytest.mark.parametrize("line, found", [
+    ("G93", True), ("g 9 3 G1 X1 F2", True), ("N5G1G093X1F3", True), ("(G93)", False), ("; G93", False), ("G92 X3", False),
+    ("G93.1", False), ("G930", False), ("G1 X93", False), ("(a) G93 (b)", True), ("M93", False), ("G9 X3", False)])
+def test_lines(tmp_path, line, found):
+    path = tmp_path / "a.ngc"
+    path.write_text(f"G21\n{line}\nM2\n")
+    assert inverse_time_line(str(path)) == (2 if found else 0)
+
+
+def test_said_once_for_each_program(tmp_path):
+    said = []
+    program = LoadedProgram(said.append, True)
+    path = tmp_path / "a.ngc"
+    path.write_text("G93\n")
+    for _ in range(3):
+        program.follow(str(path))
+    assert len(said) == 1 and "a.ngc uses G93 (line 1)" in said[0] and "REMAP = F" in said[0]
+    path.write_text("G21\nG93\n")
+    os.utime(path, ns=(1, 1))
+    program.follow(str(path))
+    program.follow("")
+    program.follow(str(path))
+    assert [text.count("line 2") for text in said] == [0, 1, 1]
+    other = LoadedProgram(said.append, False)
+    other.follow(str(path))
+    assert len(said) == 3
+
+
+def test_hostile_files(tmp_path):
+    fifo = tmp_path / "fifo"
+    os.mkfifo(fifo)
+    large = tmp_path / "large.ngc"
+    large.write_bytes(b"G1 X93.5 Y9 Z33\n" * 1_000_000)
+    binary = tmp_path / "binary"
+    binary.write_bytes(os.urandom(100_000).replace(b"3", b"x"))
+    started = time.process_time()
+    for path in (fifo, "/dev/zero", large, binary, tmp_path, tmp_path / "none", "/dev/null", "a\0b"):
+        assert inverse_time_line(str(path)) == 0
+    assert time.process_time() - started < 2.0

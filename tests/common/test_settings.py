@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""settings.py and tools.py: defaults, broken values, messages."""
+
+import pytest
+
+from chipwise import settings, tools
+from chipwise.errors import CycleError, format_length
+from chipwise.ini import section_of
+
+
+def parse(text):
+    return settings.parse_settings(section_of(text.splitlines(), settings.SECTION), "/configs")
+
+
+def test_defaults():
+    found = parse("")
+    assert found["CELL"] == 0.25 and found["MAP_SIZE"] == (300.0, 200.0) and found["CHOP_SIZE"] == 0.0
+    assert found["APPROACH_ANGLE"] == 30.0 and found["RAMP_ANGLE"] == 3.0 and found["ANALOG_OUT"] == 0
+    assert found.path("TOOL_GEOMETRY") == ""
+    for key, setting in settings.SETTINGS.items():
+        assert setting.allowed(found[key]), f"the default of {key} is not allowed"
+
+
+def test_reads_one_section_only():
+    found = parse("[RS274NGC]\nCELL = 9\n[CHIPWISE]\n# CELL = 8\ncell = 0.5 # mm\nMAP_SIZE = 400, 250\nCELL = 7\n"
+                  "TOOL_GEOMETRY = a.toml\n[TRAJ]\nCELL = 6\n")
+    assert found["CELL"] == 0.5
+    assert found["MAP_SIZE"] == (400, 250)
+    assert found.path("TOOL_GEOMETRY") == "/configs/a.toml"
+
+
+@pytest.mark.parametrize("line, message", [
+    ("CELL = 0", "[CHIPWISE]CELL = 0 is not a length from 0.01 to 10 mm; correct the INI file"),
+    ("CELL = nan", "[CHIPWISE]CELL = nan is not a length from 0.01 to 10 mm; correct the INI file"),
+    ("MAP_SIZE = 300", "[CHIPWISE]MAP_SIZE = 300 is not two lengths above 0 mm, X and Y; correct the INI file"),
+    ("CHOP_SIZE = {x}", "[CHIPWISE]CHOP_SIZE = {x} is not 0 (never chop) or a length of 0.1 mm or more; correct the INI file"),
+    ("ANALOG_OUT = 1.5", "[CHIPWISE]ANALOG_OUT = 1.5 is not " + settings.SETTINGS["ANALOG_OUT"].rule + "; correct the INI file"),
+    ("RAMP_ANGLE = 91", "[CHIPWISE]RAMP_ANGLE = 91 is not an angle from 0.1 to 90 degrees; correct the INI file"),
+])
+def test_broken_values(line, message):
+    with pytest.raises(CycleError) as caught:
+        parse("[CHIPWISE]\n" + line)
+    assert str(caught.value) == "chipwise: " + message
+
+
+def test_unknown_key():
+    with pytest.raises(CycleError, match=r"\[CHIPWISE\]CHOPSIZE is not a setting; use one of .*CHOP_SIZE"):
+        parse("[CHIPWISE]\nCHOPSIZE = 3")
+
+
+def test_load_follows_changes(tmp_path, monkeypatch):
+    ini = tmp_path / "a.ini"
+    ini.write_text("[CHIPWISE]\nCHOP_SIZE = 3\n")
+    monkeypatch.setenv("INI_FILE_NAME", str(ini))
+    assert settings.load_settings()["CHOP_SIZE"] == 3
+    ini.write_text("[CHIPWISE]\nCHOP_SIZE = 41\n")
+    import os
+    os.utime(ini, (1, 1))
+    assert settings.load_settings()["CHOP_SIZE"] == 41
+    with pytest.raises(CycleError, match="No such file"):
+        settings.load_settings(str(tmp_path / "none.ini"))
+
+
+def test_every_key_is_documented(root):
+    text = (root / "docs" / "user" / "settings.md").read_text()
+    for key in settings.SETTINGS:
+        assert f"`{key}`" in text
+
+
+def test_shipped_tools(root):
+    found = tools.load_tools(str(root / "configs" / "tools.toml"))
+    assert found[5] == tools.ToolGeometry("bull", 0.5, None, 20, 2, 12000)
+    assert tools.tool_geometry(str(root / "configs" / "tools.toml"), 99) is None
+    assert tools.load_tools("") == {}
+
+
+@pytest.mark.parametrize("text, message", [
+    ("[tool.3", "t.toml: is not TOML: "),
+    ("[tool.3]\nshape = 'cone'", "t.toml: tool 3: shape = 'cone' is unknown; use one of flat, ball, bull, vee, tapered-ball"),
+    ("[tool.3]\nshape = 'bull'", "t.toml: tool 3: shape bull needs corner_radius; add corner_radius = ..."),
+    ("[tool.3]\nlength = 3", "t.toml: tool 3: length is not a key; use shape, corner_radius, "),
+    ("[tool.3]\nflute_length = 0", "t.toml: tool 3: flute_length = 0 is not a length above 0 mm; correct the file"),
+    ("[tool.3]\nflute_length = nan", "t.toml: tool 3: flute_length = nan is not a length above 0 mm; correct the file"),
+    ("[tool.3]\nflutes = 2.5", "t.toml: tool 3: flutes = 2.5 is not a whole number from 1 to 100; correct the file"),
+    ("[tool.3]\ntip_angle = '90'", "t.toml: tool 3: tip_angle = '90' is not an angle of 0.1 degrees or more, below 180"),
+    ("[tool.three]\nflutes = 2", "t.toml: tool three: is not a tool number; use [tool.N], N a whole number"),
+    ("[tools.3]\nflutes = 2", "t.toml: [tools] is unknown; use [tool.N], N the tool number"),
+    ("tool = 3", "t.toml: tool is not a table"),
+    ("[tool]\n3 = 5", "t.toml: tool 3: is not a table; write [tool.3]"),
+])
+def test_broken_tools(text, message):
+    with pytest.raises(CycleError) as caught:
+        tools.parse_tools(text, "/configs/t.toml")
+    assert str(caught.value).startswith("chipwise: " + message)
+
+
+@pytest.mark.parametrize("mm, unit, text", [(2, "mm", "2 mm"), (2.5, "mm", "2.5 mm"), (-0.00001, "mm", "0 mm"),
+                                            (25.4, "in", "1 in"), (1, "in", "0.03937 in"), (100, "mm", "100 mm")])
+def test_lengths_in_messages(mm, unit, text):
+    assert format_length(mm, unit) == text

@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Feeds switched on by a program and in MDI, and what comes after them; the commit (17) stays in word, as in a run."""
+from support.halrig import Stimulus
+
+FEED_COMMIT = 17
+MDI, PROGRAM = 0.0, 1.0
+
+
+def stimulus():
+    rows = Stimulus({"word": [], "value": [], "enabled": [], "program-running": []})
+
+    def switch_on(whose, running):
+        rows.phase(f"switching {len(rows)}")
+        for number, value in enumerate((2.0, 6000.0, 0.0, whose), 11):
+            rows.add({"word": number, "enabled": 1, "program-running": running})
+            rows.add({"value": value})
+        rows.add({"word": FEED_COMMIT})
+
+    def play(phase, periods, **pins):
+        rows.phase(phase)
+        rows.add({name.replace("_", "-"): value for name, value in pins.items()})
+        for _ in range(periods - 1):
+            rows.add({})
+
+    switch_on(PROGRAM, 1)
+    play("program on", 300)
+    play("program over", 300, program_running=0)
+    play("the next program", 300, program_running=1)
+    switch_on(PROGRAM, 1)
+    play("off: before", 50)
+    play("off", 100, enabled=0)
+    play("on again", 300, enabled=1)
+    switch_on(MDI, 0)
+    play("mdi", 2500)
+    play("mdi, program starts", 100, program_running=1)
+    play("mdi, program over", 100, program_running=0)
+    switch_on(MDI, 0)
+    play("mdi again", 100)
+    play("mdi, off", 100, enabled=0)
+    switch_on(PROGRAM, 0)
+    play("never seen to run", 990)
+    play("never seen: not yet", 30)
+    play("never seen, over", 300)
+    switch_on(PROGRAM, 0)
+    play("seen late: before", 900)
+    play("seen late", 2500, program_running=1)
+    rows.phase("end")
+    rows.add({})
+    return rows

@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Stop and reason in every phase; what was noted at the stop stays."""
+import numpy as np
+
+from support.halrig import SCENES, always, load_module
+
+scene = load_module(SCENES / "guard/stimulus.py")
+
+
+def check(trace):
+    for phase, (_inputs, stop, reason) in scene.PHASES.items():
+        always(trace.only(phase), "stop", stop)
+        always(trace.only(phase), "reason", reason)
+        always(trace.only(phase), "inhibit", int(stop or phase == "others inhibit"))
+        always(trace.only(phase), "hold", int(stop or phase.startswith("others hold")))
+    for phases, values in ((("contact", "contact gone, standing", "flute while stopped"), (7, 12.5, 3.0)),
+                           (("flute",), (9, 0.0, 4.5)), (("deeper", "less deep", "released"), (9, 0.0, 4.75))):
+        for phase in phases:
+            for name, value in zip(("line", "distance", "deepest"), values):
+                always(trace.only(phase), name, value)
+
+
+SABOTAGE = {
+    "others not passed on": lambda t: t.but(hold=lambda h: t["stop"]),
+    "one for both": lambda t: t.but(inhibit=lambda i: np.maximum(i, t["hold"])),
+    "stop not passed on": lambda t: t.put("inhibit", "contact", 0),
+    "never stops": lambda t: t.but(stop=lambda s: 0 * s),
+    "never lets go": lambda t: t.but(stop=lambda s: np.maximum.accumulate(s)),
+    "a period late": lambda t: t.but(stop=lambda s: np.roll(s, 1)),
+    "no latch": lambda t: t.put("stop", "contact gone, standing", 0),
+    "stops a jog": lambda t: t.put("stop", "contact while jogging", 1, 2),
+    "another reason": lambda t: t.but(reason=lambda r: 3 - r),
+    "line of later": lambda t: t.put("line", "flute while stopped", 8, 3),
+    "depth of the first touch": lambda t: t.put("deepest", "deeper", 4.5),
+    "distance NaN": lambda t: t.put("distance", "contact", np.nan),
+    "a third of the way each time": lambda t: t.put("stop", "the same stock again", 1, 2),
+    "never stops again": lambda t: t.put("stop", "the next stock", 0),
+    "stops again after the release": lambda t: t.put("stop", "release kept down", 1, 2),
+}

@@ -1,0 +1,230 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Loading and unloading of the components, and the map as another process reads it."""
+import json
+
+import pytest
+
+from support import halrig
+
+PYTHON = "/usr/bin/python3"
+KEY = 0x43575354
+SLOT = halrig.load_module(halrig.SCENES / "tracker_slot/stimulus.py")
+
+
+def hal(where, text, shell="halrun -f test.hal", env=None):
+    """Runs HAL commands; -> (exit status, output)."""
+    (where / "test.hal").write_text(text)
+    done = halrig.halrun([], where, env, shell=shell)
+    return done.returncode, done.stdout
+
+
+SEGMENTS = "sh $SUPPORT/count_maps at end"
+
+
+@pytest.mark.parametrize("arguments, said", [
+    ("cell=0", "cell=0 "),
+    ("cell=-0.25", "cell=-0.25 "),
+    ("cell=fine", "cell=fine "),
+    ("cell=0.25mm", "cell=0.25mm "),
+    ("cell=nan", "cell=nan "),
+    ("cell=inf", "cell=inf "),
+    ("cell=1e-400", "cell=1e-400 "),
+    ("size_x=0", "size_x=0 "),
+    ("size_y=-200", "size_y=-200 "),
+    ("size_x=1e300", "size_x=1e300 "),
+    ("cell=0.001", "cell=0.001 "),
+])
+def test_a_map_that_cannot_be_is_refused(tmp_path, arguments, said):
+    """What, value with unit, rule, remedy; and nothing is loaded."""
+    status, out = hal(tmp_path, f"loadrt stock_tracker {arguments}\n",
+                      "halrun -f test.hal; echo status $?; " + SEGMENTS)
+    assert "status 1" in out.splitlines(), out
+    line = next((line for line in out.splitlines() if line.startswith("chipwise:")), "")
+    for words in ("stock_tracker", said, " mm", "> 0", "268435456 cells", "use a larger cell"):
+        assert words in line, f"{words!r} is missing in {line!r}"
+    assert out.splitlines()[-1] == "at end 0", "a map was left behind\n" + out
+
+
+def test_nothing_of_a_refused_tracker_is_there(tmp_path):
+    _status, out = hal(tmp_path, "loadrt stock_tracker cell=0\nshow comp\nshow pin\nshow funct\n",
+                       "halrun -k -f test.hal")
+    shown = out[out.index("Loaded HAL Components"):]
+    assert "stock_tracker" not in shown and "stock-tracker" not in shown, shown
+
+
+def test_a_map_too_large_for_the_memory_is_refused(tmp_path):
+    _status, out = hal(tmp_path, "loadrt stock_tracker cell=0.25 size_x=2000 size_y=1000\n",
+                       "ulimit -v 200000; halrun -f test.hal; echo status $?")
+    assert "status 1" in out.splitlines(), out
+    line = next((line for line in out.splitlines() if line.startswith("chipwise:")), "")
+    for words in ("256192160 bytes", "cell=0.25", "size_x=2000", "mm", "use a larger cell"):
+        assert words in line, f"{words!r} is missing in {out!r}"
+
+
+def test_maps_go_with_the_component(tmp_path):
+    """Unloaded while its thread runs, loaded again with a larger map, and left by halrun's end."""
+    status, out = hal(tmp_path, """
+loadrt threads name1=servo period1=1000000
+loadrt stock_tracker size_x=60 size_y=40 count=2
+addf stock-tracker.0 servo
+addf stock-tracker.1 servo
+start
+loadusr -w sleep 0.05
+unloadrt stock_tracker
+loadusr -w sh $(SUPPORT)/count_maps unloaded
+loadrt stock_tracker size_x=90 size_y=80
+loadusr -w sh $(SUPPORT)/count_maps loaded
+""", "halrun -f test.hal; echo status $?; " + SEGMENTS)
+    lines = out.splitlines()
+    assert "unloaded 0" in lines and "loaded 1" in lines and "status 0" in lines, out
+    assert lines[-1] == "at end 0", "a map was left behind\n" + out
+
+
+def test_the_map_of_a_killed_linuxcnc_is_in_nobodys_way(tmp_path):
+    """One too small is left under the key."""
+    (tmp_path / "leave.py").write_text(
+        "import ctypes\nlibc = ctypes.CDLL(None)\n"
+        f"assert libc.shmget({KEY}, 4096, 0o1600) >= 0\n")         # IPC_CREAT | rw for the owner
+    status, out = hal(tmp_path, "loadrt stock_tracker size_x=60 size_y=40\n"
+                                "getp stock-tracker.0.shm-key\n",
+                      f"{PYTHON} leave.py && sh $SUPPORT/count_maps left && halrun -f test.hal; "
+                      "echo status $?; " + SEGMENTS)
+    lines = out.splitlines()
+    assert lines[0] == "left 1" and str(KEY) in lines and "status 0" in lines and lines[-1] == "at end 0", out
+
+
+TWO = """
+loadrt threads name1=servo period1=1000000
+loadrt streamer depth=$(DEPTH) cfg=fffb
+loadrt stock_tracker cell=0.25 size_x=60 size_y=40 count=2
+addf streamer.0      servo
+addf stock-tracker.0 servo
+addf stock-tracker.1 servo
+net pos-x streamer.0.pin.0 => stock-tracker.0.pos-x stock-tracker.1.pos-x
+net pos-y streamer.0.pin.1 => stock-tracker.0.pos-y stock-tracker.1.pos-y
+net pos-z streamer.0.pin.2 => stock-tracker.0.pos-z stock-tracker.1.pos-z
+net define streamer.0.pin.3 => stock-tracker.0.define
+setp stock-tracker.0.tool-diameter 6
+setp stock-tracker.1.tool-diameter 3
+setp stock-tracker.0.enable 1
+setp stock-tracker.1.enable 1
+setp stock-tracker.0.min-z -10
+setp stock-tracker.0.max-x 60
+setp stock-tracker.0.max-y 40
+setp stock-tracker.1.min-z -20
+setp stock-tracker.1.max-x 50
+setp stock-tracker.1.max-y 30
+loadusr -w halstreamer stimulus.txt
+loadusr -w $(PYTHON) $(SUPPORT)/read_map.py 1 once before
+loadusr $(PYTHON) $(SUPPORT)/read_map.py 0 follow cutting
+loadusr -w sh $(SUPPORT)/wait_for cutting.ready
+start
+setp stock-tracker.1.define 1
+loadusr -w sh $(SUPPORT)/wait_for cutting.json
+loadusr -w $(PYTHON) $(SUPPORT)/read_map.py 0 once after
+loadusr -w $(PYTHON) $(SUPPORT)/read_map.py 1 once other
+getp stock-tracker.0.shm-key
+getp stock-tracker.1.shm-key
+getp stock-tracker.0.removed-volume
+"""
+
+
+def looks_of(where, *names):
+    return [json.loads((where / (name + ".json")).read_text()) for name in names]
+
+
+def slot_file(where):
+    """The slot of tracker_slot as a file for `cfg=fffb`; -> environment for halrun."""
+    path = SLOT.stimulus()
+    columns = [path.columns[name] for name in ("pos-x", "pos-y", "pos-z")]
+    lines = ["%r %r %r %d\n" % (*map(float, row), define)
+             for *row, define in zip(*columns, path.columns["define"])]
+    (where / "stimulus.txt").write_text("".join(lines))
+    return {"DEPTH": str(len(lines) + 100), "PYTHON": PYTHON}
+
+
+def test_two_trackers_have_maps_of_their_own_that_can_be_read(tmp_path):
+    """Read while the tool cuts: every snapshot misses just the volume removed so far."""
+    for attempt in range(4):        # a reader that waits for the processor collides with the tracker more often: the least counts
+        folder = tmp_path / str(attempt)
+        folder.mkdir()
+        status, out = hal(folder, TWO, env=slot_file(folder))
+        assert status == 0, out
+        before, cutting, after, other = looks_of(folder, "before", "cutting", "after", "other")
+        assert before["none"] == before["looks"] == 1
+        if cutting["inexact"] < 0.05 * cutting["looks"]:
+            break
+    assert cutting["looks"] - cutting["none"] > 50 and cutting["inexact"] < 0.05 * cutting["looks"], cutting
+    for look in (cutting, after, other):
+        assert look["worst_mm3"] < 1e-3, look
+    assert (after["low"], after["high"]) == ([0, 0, -10], [60, 40, 0])
+    assert (other["low"], other["high"]) == ([0, 0, -20], [50, 30, 0])
+    assert after["shape"] == [160, 240] and other["shape"] == [120, 200]
+    assert cutting["first_removed"] < 0.5 * cutting["removed"] == 0.5 * after["removed"]
+    assert cutting["generation"] == after["generation"]     # a tool that stands writes nothing
+    assert after["lowest"] == pytest.approx(-SLOT.DEPTH, abs=1e-3)
+    assert 0 < other["removed"] < 0.6 * after["removed"]    # a 3 mm tool in the other map
+    lines = out.splitlines()
+    assert str(KEY) in lines and str(KEY + 1) in lines, out
+    assert any(line[:1].isdigit() and float(line) == pytest.approx(after["removed"], rel=1e-5)
+               for line in lines), out
+
+
+BIG = TWO.replace("size_x=60 size_y=40", "size_x=300 size_y=200") \
+    .replace("0.max-x 60", "0.max-x 300").replace("0.max-y 40", "0.max-y 200")
+
+
+def test_a_large_map_is_read_while_the_tool_cuts(tmp_path):
+    """Too large to be copied in a period: in bands, some periods apart at most."""
+    status, out = hal(tmp_path, BIG, env=slot_file(tmp_path))
+    assert status == 0, out
+    cutting, after = looks_of(tmp_path, "cutting", "after")
+    assert cutting["shape"] == [800, 1200], cutting
+    assert cutting["inexact"] > 0 and cutting["first_removed"] < cutting["removed"], cutting
+    assert cutting["worst_mm3"] < 1e-2 and after["worst_mm3"] < 1e-2, (cutting, after)
+    assert cutting["worst_inexact_mm3"] < 0.9 * 200, cutting    # 0.9 mm3 a period, 200 at most
+    assert after["inexact"] == 0, after                         # it stands: all of one moment
+
+
+@pytest.mark.parametrize("units", ["0", "-1", "nan", "inf"])
+def test_units_that_cannot_be(tmp_path, units):
+    """A fault, no crash; sound again with sound units and a stock."""
+    text = f"""
+loadrt threads name1=servo period1=1000000
+loadrt stock_tracker size_x=60 size_y=40
+loadrt volumetric_feed
+addf stock-tracker.0 servo
+addf volumetric-feed.0 servo
+setp stock-tracker.0.tool-diameter 6
+setp stock-tracker.0.min-z -10
+setp stock-tracker.0.max-x 60
+setp stock-tracker.0.max-y 40
+setp stock-tracker.0.units-per-mm {units}
+setp stock-tracker.0.mrr-window {units}
+setp volumetric-feed.0.units-per-mm {units}
+setp volumetric-feed.0.mode 1
+setp volumetric-feed.0.motion-type 2
+setp volumetric-feed.0.requested-vel 20
+setp volumetric-feed.0.programmed-vel 8
+setp stock-tracker.0.define 1
+start
+loadusr -w sh $(SUPPORT)/wait_pin stock-tracker.0.fault-code 22
+getp stock-tracker.0.fault-code
+getp stock-tracker.0.ready
+getp stock-tracker.0.mrr
+getp volumetric-feed.0.adaptive-feed
+setp stock-tracker.0.define 0
+setp stock-tracker.0.units-per-mm 1
+loadusr -w sleep 0.4
+setp stock-tracker.0.define 1
+loadusr -w sh $(SUPPORT)/wait_pin stock-tracker.0.ready TRUE
+getp stock-tracker.0.fault-code
+getp stock-tracker.0.ready
+"""
+    status, out = hal(tmp_path, text)
+    assert status == 0, out
+    said = [line for line in out.splitlines() if line[:1].isdigit() or line in ("TRUE", "FALSE")]
+    code, ready, rate, override, code_after, ready_after = said
+    assert (code, ready, float(rate)) == ("22", "FALSE", 0.0), out
+    assert 0.0 <= float(override) <= 1.0, out
+    assert (code_after, ready_after) == ("0", "TRUE"), out

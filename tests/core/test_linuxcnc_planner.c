@@ -1,0 +1,288 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* The reader of LinuxCNC's motion planner (components/linuxcnc_planner.c) on fake structures: a block of motion's
+ * memory
+ * and a queue made here.
+ *
+ * What the queue holds comes out as lines, arcs and chords in mm, with the planner's braking and joins; and whatever
+ * does
+ * not fit leaves the path unknown.
+ */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "linuxcnc_planner.c"
+
+#define PI 3.14159265358979323846
+
+static struct chip_motion_end end;
+static TC_STRUCT queue[DEFAULT_TC_QUEUE_SIZE];
+static struct chip_planner planner;
+static struct chip_path path;
+static struct chip_tracker_in in;
+static int failures;
+
+#define CHECK(condition) check((condition) != 0, __LINE__, #condition)
+
+static void check(int good, int line, const char *text)
+{
+    if (good) return;
+    printf("test_linuxcnc_planner.c:%d: %s\n", line, text);
+    failures++;
+}
+
+static int near(double a, double b) { return fabs(a - b) < 1e-9; }
+
+static TP_STRUCT *tp(void) { return &end.internal.coord_tp; }
+
+static PmCartesian point(double x, double y, double z)
+{
+    PmCartesian at = { x, y, z };
+    return at;
+}
+
+/* An empty queue of a planner at X1 Y2 Z3, machine units mm unless `unit` says otherwise. */
+static void begin(double unit)
+{
+    memset(&end, 0, sizeof end);
+    memset(queue, 0, sizeof queue);
+    memset(&planner, 0, sizeof planner);
+    memset(&path, 0, sizeof path);
+    memset(&in, 0, sizeof in);
+    chip_path_reset(&path);
+    tp()->queue.queue = queue;
+    tp()->queue.size = DEFAULT_TC_QUEUE_SIZE;
+    tp()->cycleTime = 0.001;
+    tp()->currentPos.tran = point(1, 2, 3);
+    in.pos_mu[0] = 1;
+    in.pos_mu[1] = 2;
+    in.pos_mu[2] = 3;
+    in.mu_per_mm = unit;
+    in.period_s = 0.001;
+    planner.motion = &end.internal;
+}
+
+static TC_STRUCT *append(int type)
+{
+    TC_STRUCT *tc = &queue[(tp()->queue.start + tp()->queue._len++) % tp()->queue.size];
+    memset(tc, 0, sizeof *tc);
+    tc->motion_type = type;
+    tc->canon_motion_type = EMC_MOTION_TYPE_FEED;
+    tc->maxaccel = 400.0;
+    tc->acc_ratio_tan = 0.5;
+    tc->term_cond = TC_TERM_COND_STOP;
+    return tc;
+}
+
+static TC_STRUCT *append_line(PmCartesian from, PmCartesian to)
+{
+    TC_STRUCT *tc = append(TC_LINEAR);
+    tc->coords.line.xyz.start = from;
+    tc->coords.line.xyz.end = to;
+    tc->target = sqrt(pow(to.x - from.x, 2) + pow(to.y - from.y, 2) + pow(to.z - from.z, 2));
+    return tc;
+}
+
+/* A circle of radius 5 about X0 Y0 by `angle`: in XY with its normal up or down, or in XZ. */
+static TC_STRUCT *append_circle(double angle, int upright, double sign)
+{
+    TC_STRUCT *tc = append(TC_CIRCULAR);
+    PmCircle *circle = &tc->coords.circle.xyz;
+    circle->radius = 5.0;
+    circle->angle = angle;
+    circle->rTan = point(5, 0, 0);
+    circle->rPerp = upright ? point(0, 5 * sign, 0) : point(0, 0, 5);
+    circle->normal = upright ? point(0, 0, sign) : point(0, -1, 0);
+    tc->target = 5.0 * angle;
+    return tc;
+}
+
+/* One period in which motion-controller has run. */
+static void follow(double horizon)
+{
+    end.status.heartbeat++;
+    chip_planner_follow(&planner, &in, horizon, &path);
+}
+
+static void test_lines(void)
+{
+    TC_STRUCT *tc;
+    double tip[3], dir[3];
+    begin(1.0);
+    in.tool_offset_mu[2] = 10.0;
+    append_line(point(0, 2, 3), point(10, 2, 3))->progress = 1.0;
+    tc = append_line(point(10, 2, 3), point(10, 8, 3));
+    tc->term_cond = TC_TERM_COND_TANGENT;
+    append_line(point(10, 8, 3), point(10, 8, -1));
+    follow(50.0);
+    CHECK(!path.known);                         /* the first period cannot tell whether motion runs */
+    follow(50.0);
+    CHECK(path.known && path.count == 3 && near(path.s, 1.0) && near(path.end_s, 20.0));
+    CHECK(near(path.segment[0].accel, 400.0) && path.segment[0].join == CHIP_JOIN_STOP);
+    CHECK(path.segment[1].join == CHIP_JOIN_TANGENT && path.segment[2].join == CHIP_JOIN_PARABOLIC);
+    chip_path_at(&path, path.s, tip, dir);
+    CHECK(near(tip[0], 1.0) && near(tip[1], 2.0) && near(tip[2], -7.0) && near(dir[0], 1.0));
+    chip_path_at(&path, 18.0, tip, dir);
+    CHECK(near(tip[1], 8.0) && near(tip[2], -9.0) && near(dir[2], -1.0));
+    queue[0].progress = 2.5;                    /* the tool goes on, the last segment becomes final */
+    append_line(point(10, 8, -1), point(0, 8, -1));
+    follow(50.0);
+    CHECK(path.known && near(path.s, 2.5) && path.count == 4 && path.segment[2].join == CHIP_JOIN_STOP);
+    end.status.heartbeat--;                     /* motion has stopped: the same count as the period before */
+    follow(50.0);
+    CHECK(!path.known);
+}
+
+static void test_units_and_braking(void)
+{
+    TC_STRUCT *tc;
+    begin(1.0 / 25.4);
+    tc = append_line(point(0, 2, 3), point(1, 2, 3));
+    tc->term_cond = TC_TERM_COND_PARABOLIC;
+    tc->kink_accel_reduce = 0.25;
+    tc->canon_motion_type = EMC_MOTION_TYPE_TRAVERSE;
+    follow(50.0);
+    follow(50.0);
+    CHECK(path.count == 1 && near(path.segment[0].length, 25.4) && path.segment[0].rapid);
+    CHECK(near(path.segment[0].accel, 25.4 * 400.0 * 0.75 * 0.5));
+}
+
+static void test_arcs(void)
+{
+    double tip[3], dir[3];
+    int turn, i;
+    for (turn = -1; turn <= 1; turn += 2) {
+        begin(1.0);
+        append_circle(PI / 2, 1, turn);
+        follow(50.0);
+        follow(50.0);
+        CHECK(path.count == 1 && near(path.segment[0].curvature, turn / 5.0) && near(path.segment[0].length, 2.5 * PI));
+        CHECK(near(path.segment[0].accel, 200.0));      /* the tangential share */
+        chip_path_at(&path, path.end_s, tip, dir);
+        CHECK(near(tip[0], 0.0) && near(tip[1], 5.0 * turn) && near(dir[0], -1.0));
+    }
+    begin(1.0);
+    append_circle(PI / 2, 0, 1.0);
+    follow(50.0);
+    follow(50.0);
+    CHECK(path.count == CHIP_PLANNER_CHORDS && path.end_s < 2.5 * PI && path.end_s > 2.498 * PI);
+    for (i = 0; i + 1 < path.count; i++) CHECK(path.segment[i].join == CHIP_JOIN_TANGENT);
+    CHECK(path.segment[path.count - 1].join == CHIP_JOIN_STOP);
+    chip_path_at(&path, path.end_s, tip, dir);
+    CHECK(near(tip[0], 0.0) && near(tip[2], 5.0));
+}
+
+static void test_blend_arc(void)
+{
+    TC_STRUCT *tc;
+    SphericalArc *arc;
+    double tip[3], dir[3];
+    begin(1.0);
+    tc = append(TC_SPHERICAL);
+    arc = &tc->coords.arc.xyz;
+    arc->start = point(5, 0, 0);
+    arc->end = point(0, 5, 0);
+    arc->rStart = point(5, 0, 0);
+    arc->rEnd = point(0, 5, 0);
+    arc->uTan = point(0, 1, 0);
+    arc->binormal = point(0, 0, 1);
+    arc->angle = PI / 2;
+    arc->Sangle = 1.0;
+    arc->radius = 5.0;
+    arc->line_length = 2.0;
+    follow(50.0);
+    follow(50.0);
+    CHECK(path.count == 2 && near(path.segment[0].length, 2.0) && near(path.segment[1].curvature, 0.2));
+    chip_path_at(&path, 0.0, tip, dir);
+    CHECK(near(tip[0], 5.0) && near(tip[1], -2.0));
+    chip_path_at(&path, path.end_s, tip, dir);
+    CHECK(near(tip[0], 0.0) && near(tip[1], 5.0));
+}
+
+static void test_parabolic_blend(void)
+{
+    TC_STRUCT *first, *next;
+    begin(1.0);
+    first = append_line(point(0, 2, 3), point(10, 2, 3));
+    next = append_line(point(10, 2, 3), point(10, 12, 3));
+    first->canon_motion_type = next->canon_motion_type = EMC_MOTION_TYPE_TRAVERSE;
+    first->term_cond = TC_TERM_COND_PARABOLIC;
+    first->progress = 9.0;
+    follow(50.0);
+    follow(50.0);
+    CHECK(!path.blend.active);
+    first->blending_next = 1;
+    first->blend_vel = 20.0;
+    first->vel_at_blend_start = 10.0;
+    first->currentvel = 8.0;
+    next->progress = 0.5;
+    next->currentvel = 3.0;
+    next->blend_vel = 30.0;
+    follow(50.0);
+    CHECK(path.blend.active && near(path.blend.travelled, 0.5) && near(path.blend.length, 10.0));
+    CHECK(near(path.blend.speed, 3.0) && near(path.blend.end_speed, 15.0));
+    CHECK(near(path.blend.first_left, 1.0) && near(path.blend.first_speed, 8.0) && near(path.blend.dir[1], 1.0));
+}
+
+static void test_where_it_ends(void)
+{
+    int i;
+    begin(1.0);
+    append_line(point(0, 2, 3), point(10, 2, 3));
+    append(TC_RIGIDTAP);
+    append_line(point(10, 2, 3), point(10, 8, 3));
+    follow(50.0);
+    follow(50.0);
+    CHECK(path.known && path.count == 1);       /* a tap is nowhere the core could look ahead */
+    begin(1.0);
+    tp()->queue.start = tp()->queue.size - 2;   /* the queue is a ring */
+    for (i = 0; i < 40; i++) append_line(point(i, 2, 3), point(i + 1, 2, 3));
+    for (i = 0; i < 4; i++) follow(10.0);
+    CHECK(path.known && path.end_s > 10.0 && path.end_s < 10.0 + CHIP_PLANNER_MARGIN + 1.1);
+    begin(1.0);
+    follow(50.0);
+    follow(50.0);
+    CHECK(!path.known);                         /* an empty queue */
+}
+
+static void test_unsound(void)
+{
+    int k;
+    for (k = 0; k < 13; k++) {
+        begin(1.0);
+        append_line(point(0, 2, 3), point(10, 2, 3));
+        follow(50.0);
+        follow(50.0);
+        CHECK(path.known);
+        if (k == 0) planner.motion = 0;
+        if (k == 1) tp()->queue.size--;
+        if (k == 2) tp()->queue.queue = 0;
+        if (k == 3) tp()->queue._len = -1;
+        if (k == 4) tp()->queue._len = tp()->queue.size + 1;
+        if (k == 5) tp()->queue.start = -1;
+        if (k == 6) tp()->queue.start = tp()->queue.size;
+        if (k == 7) tp()->cycleTime = NAN;
+        if (k == 8) tp()->cycleTime = 1.0;
+        if (k == 9) tp()->reverse_run = 1;
+        if (k == 10) tp()->currentPos.tran.x += 0.01;
+        if (k == 11) tp()->currentPos.tran.z = NAN;
+        if (k == 12) end.status.heartbeat--;
+        follow(50.0);
+        if (path.known) printf("case %d: ", k);
+        CHECK(!path.known && path.count == 0);
+    }
+}
+
+int main(void)
+{
+    test_lines();
+    test_units_and_braking();
+    test_arcs();
+    test_blend_arc();
+    test_parabolic_blend();
+    test_where_it_ends();
+    test_unsound();
+    if (!failures) printf("planner: every case as it must be\n");
+    return failures != 0;
+}

@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Every checker is seen to fail: the core is built with one fault at a time, and the test that
+guards against it must turn red.  Also the C tests under the sanitizers."""
+import os
+import re
+import subprocess
+import sys
+
+import pytest
+
+from support import ROOT
+
+CORE = ROOT / "components" / "core"
+C_TEST = ROOT / "tests" / "core" / "test_core.c"
+OUTCOME_TIMEOUT_S = 600     # a loaded machine
+SANITIZE = ["-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=undefined"]
+
+# Fault of components/core (fault.h): what it is, test that must fail.
+FAULTS = {
+    "OUTLINE_WIDE": ("outline a fifth of a cell too wide", "test_stock.py::test_known_volume[slot 17 deg-0.25]"),
+    "PLUNGE_OUTLINE_MISSED": ("plunge misses its outline", "test_stock.py::test_known_volume[plunge flat-0.25]"),
+    "ROUND_END_AGAIN": ("round tool cuts a bit more each time",
+                        "test_stock.py::test_known_volume_in_servo_steps[ball groove 31 deg-0.25]"),
+    "SHARES_ADDED": ("shares are added", "test_stock.py::test_layers_share_a_wall"),
+    "CUT_VOLUME_FORGOTTEN": ("volume of a partly cut cell forgotten", "test_stock.py::test_known_volume[slot 17 deg-0.25]"),
+    "RIM_WHOLE": ("rim cells taken for whole ones", "test_rim.py::test_faced_and_cut_deeper"),
+    "BOX_AS_HULL": ("a turned box is its hull", "test_rim.py::test_turned_box"),
+    "READ_IN_CUT": ("front read where the tool has cut", "test_section.py::test_section[slot flat 17 deg]"),
+    "BANDS_WIDE": ("bands too wide", "test_section.py::test_section[plunge ball]"),
+    "SAMPLES_LATE": ("samples a point too far", "test_lookahead.py::test_a_wall_is_seen_in_time"),
+    "CELLS_COUNTED": ("cells counted, in the look-ahead", "test_section.py::test_through_the_look_ahead[slot flat 17 deg]"),
+    "EDGE_SMEARED": ("walls at the tool's edge smeared", "test_profiles.py::test_area[flat D6, depth 3]"),
+    "CONE_AS_CYLINDERS": ("a cone taken for cylinders", "test_profiles.py::test_area[taper D8, 40 % beside]"),
+    "ONE_SEGMENT_ONLY": ("points of a cell cut by one segment only", "test_profiles.py::test_volume_in_servo_steps[vee 60]"),
+    "CELLS_WHOLE": ("cells cut wholly or not at all", "test_section.py::test_section[side flat 10 % 0 deg]"),
+    "LOOKAHEAD_OFF": ("look-ahead off", "test_feed.py::test_ahead_is_braked_in_time"),
+    "ARCS_STRAIGHT": ("arcs taken for straight", "test_lookahead.py::test_arc_and_helix_are_followed"),
+    "TOO_FAST": ("five percent too fast", "test_feed.py::test_at_the_tool"),
+    "BRAKES_LATE": ("brakes too late", "test_feed.py::test_ahead_is_braked_in_time"),
+    "CEILING_NOT_BRAKED": ("highest velocity not braked to", "test_feed.py::test_fastest_while_cutting"),
+    "CHIP_OF_SMALL_CUT": ("chip as at the small engagement", "test_feed.py::test_mean_chip"),
+    "RISES_AT_ONCE": ("rises at once", "test_feed.py::test_drops_pass_at_once_and_rises_climb"),
+    "BRAKING_AS_IGNORED": ("braking taken for an ignored override", "test_watchdog.py::test_a_machine_that_follows_is_never_stopped"),
+    "CEILING_EXPLAINS": ("an ignored override explained by the ceiling", "test_watchdog.py::test_it_is_seen_in_time"),
+    "ANY_NUMBER": ("no number comes through", "test_feed.py::test_fallback_is_the_programmed_feed"),
+}
+
+FAULT_OF = {what: fault for fault, (what, _test) in FAULTS.items()}
+
+
+def build(folder, fault=None):
+    """The core as a shared library, with one fault compiled in; -> its path."""
+    library = folder / "libchipwise.so"
+    components = CORE.parent
+    subprocess.run(["gcc", "-Os", "-fno-fast-math", "-w", "-shared", "-fPIC", "-I", str(components), "-o", str(library),
+                    f'-DCHIPWISE_FAULT="{fault or ""}"',
+                    *map(str, sorted([*components.glob("core/*.c"), *components.glob("offline/*.c")])), "-lm"], check=True)
+    return library
+
+
+def outcome(library, test):
+    """Exit status of one test of tests/core run with another library."""
+    command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider",
+               str(ROOT / "tests" / "core" / test)]
+    done = subprocess.run(command, cwd=ROOT, env={**os.environ, "CHIPWISE_CORE": str(library)},
+                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                          text=True, timeout=OUTCOME_TIMEOUT_S)
+    return done.returncode, done.stdout
+
+
+def test_every_fault_is_tried():
+    """No fault of the core without a test, no test of a fault that is not there."""
+    text = "".join(path.read_text() for path in CORE.glob("*.[ch]") if path.name != "fault.h")
+    assert sorted(re.findall(r"CHIP_FAULT(?:Y?)\((\w+)", text)) == sorted(FAULTS)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("what", FAULT_OF)
+def test_fault_is_seen(what, tmp_path):
+    fault = FAULT_OF[what]
+    status, text = outcome(build(tmp_path, fault), FAULTS[fault][1])
+    assert status == 1, text            # 1: tests ran and some failed
+
+
+@pytest.mark.slow
+def test_without_fault(tmp_path):
+    """The same way of building and running, with no fault, is green."""
+    status, text = outcome(build(tmp_path), "test_feed.py")
+    assert status == 0, text
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("flags", [SANITIZE, ["-fno-fast-math", "-Wframe-larger-than=2560"]],
+                         ids=["sanitizers", "realtime flags"])
+def test_c_program(flags, tmp_path):
+    """The bound on the frame is for the realtime core, not for the test program."""
+    program, build_flags = tmp_path / "test_core", ["gcc", "-std=gnu11", "-Os", "-Wall", "-Wextra", "-Werror"]
+    sources = [str(source) for source in sorted(CORE.glob("*.c"))]
+    subprocess.run([*build_flags, *flags, "-c", *sources], check=True, cwd=tmp_path)
+    subprocess.run([*build_flags, *[f for f in flags if "frame" not in f], "-o", str(program), str(C_TEST),
+                    *map(str, sorted(tmp_path.glob("*.o"))), "-lm"], check=True)
+    done = subprocess.run([str(program)], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    assert done.returncode == 0, done.stdout
+    assert done.stdout.splitlines()[-1].endswith(" passed, 0 failed")

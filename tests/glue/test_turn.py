@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""How long cycles keep the task to themselves: never more than a share of a second, whatever they emit."""
+
+import importlib
+import sys
+import types
+
+import pytest
+
+from chipwise import lines
+from chipwise.moves import Line, Rapid
+
+
+@pytest.fixture
+def turn(monkeypatch):
+    """chipwise.glue.turn with a stand-in for LinuxCNC's module of constants and a clock by hand."""
+    monkeypatch.setitem(sys.modules, "interpreter", types.SimpleNamespace(INTERP_EXECUTE_FINISH=3))
+    monkeypatch.delitem(sys.modules, "chipwise.glue.turn", raising=False)
+    module = importlib.import_module("chipwise.glue.turn")
+    module.clock = 0.0
+    monkeypatch.setattr(module.time, "monotonic", lambda: module.clock)
+    yield module
+    sys.modules.pop("chipwise.glue.turn", None)
+
+
+def interp(task):
+    return types.SimpleNamespace(task=task, feed_rate=7.0)
+
+
+def emitted(module, cycles, task=1):
+    """Moves executed between two turns of the task, over cycles of so many levels of so many moves."""
+    counts, since = [], 0
+    for levels, size in cycles:
+        moves = [move for level in range(levels) for move in
+                 [Rapid(z=5.0), Line(z=-1.0 - level, feed=100.0), *(Line(x=float(k), feed=300.0) for k in range(1, size))]]
+        turn = module.Turn(interp(task))
+        for chunk in lines.chunks(moves, (0.0, 0.0, 5.0), 1.0):
+            if turn.is_over(chunk):
+                assert [3] == list(turn.wait())
+                counts.append(since)
+                since = 0
+            turn.count(chunk)
+            since += sum(text.count("\n") + 1 for _, text in chunk)
+    return [*counts, since]
+
+
+@pytest.mark.parametrize("cycles", [[(100, 300)], [(3, 40)] * 500, [(2, 15000)], [(1, 4000), (1, 19000), (1, 100)],
+                                    [(200, 1)] * 40])
+def test_moves_between_turns(turn, cycles):
+    """At most TURN_MOVES, but for one chunk that is longer."""
+    longest = max(size for _, size in cycles) + 2 + lines.CHUNK_MOVES
+    counts = emitted(turn, cycles)
+    assert max(counts) <= max(turn.TURN_MOVES, longest)
+    assert sum(counts) == sum(levels * (size + 1) - 1 for levels, size in cycles)   # the first traverse goes nowhere
+
+
+def test_small_cycles_do_not_rest(turn):
+    """A cycle of some moves is emitted at once."""
+    assert len(emitted(turn, [(10, 30)])) == 1
+
+
+def test_waiting_adds_up_over_cycles(turn):
+    """Ten cycles that wait 30 ms each: the task has its turn after the first 0.1 s."""
+    yields, waited = 0, 0.0
+    for _ in range(10):
+        one = turn.Turn(interp(1))
+        before = one.patience()
+        if before < 0.03:
+            yields += len(list(one.wait()))
+            waited = 0.0
+        turn.clock += 0.03
+        waited += 0.03
+        one._tick()
+        assert waited <= turn.WAIT_S + 1e-9
+    assert yields >= 2
+
+
+def test_feed_survives_the_wait(turn):
+    """LinuxCNC takes feed from the machine after the wait, which may be a ceiling: F is put back."""
+    machine = interp(1)
+    wait = turn.Turn(machine).wait()
+    next(wait)
+    machine.feed_rate = 3000.0
+    assert list(wait) == [] and machine.feed_rate == 7.0
+
+
+def test_the_preview_never_yields(turn):
+    assert len(emitted(turn, [(100, 300)], task=0)) == 1
+    assert turn.Turn(interp(0)).patience() == turn.PREVIEW_STEP_S and list(turn.Turn(interp(0)).wait()) == []

@@ -1,0 +1,444 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""G77 and G78 through LinuxCNC's interpreter: subs of every kind, units, offsets, modes, refusals, goldens."""
+
+import dataclasses
+import math
+import os
+import re
+
+import pytest
+
+from support.random_cases import random_count, random_seed
+from support.contour_cycle_oracle import deepest, shape_oracle
+from support.contour_oracle import from_elements
+from support.hole_oracle import walk
+from support.contour_cycle_judge import judge, random_request, request
+from support.bad_subs import BAD_SUBS
+from support.canon import run_preview, run_rs274, run_rs274_on, same_path
+from support.goldens import compare_golden, motion_text, turned
+
+from chipwise.cycles.contour import contour_plan
+from chipwise.errors import CycleError
+from chipwise.geometry.base.contour import ArcElement, LineElement, make_contour
+from chipwise.contour_sub.job import Job
+from chipwise.contour_sub.read import read_shape
+
+# An L with a fillet of 4 in its inner corner (12 24) and one of 2 outside, a tool of 6 mm; from 0 0 20.
+SUB = """o100 sub
+G0 X0 Y0
+G1 X40
+G1 Y10
+G3 X38 Y12 I-2 J0
+G1 X16
+G2 X12 Y16 I0 J4
+G1 Y40
+G1 X0
+G1 Y0
+o100 endsub
+"""
+SHAPE = (LineElement((0.0, 0.0), (40.0, 0.0), 3), LineElement((40.0, 0.0), (40.0, 10.0), 4),
+         ArcElement((40.0, 10.0), (38.0, 12.0), (38.0, 10.0), True, 5), LineElement((38.0, 12.0), (16.0, 12.0), 6),
+         ArcElement((16.0, 12.0), (12.0, 16.0), (16.0, 16.0), False, 7), LineElement((12.0, 16.0), (12.0, 40.0), 8),
+         LineElement((12.0, 40.0), (0.0, 40.0), 9), LineElement((0.0, 40.0), (0.0, 0.0), 10))
+TOOLS = {1: 6.0, 3: 12.0}
+ROUGH = "G77 Q100 P42 I0.5 L2 D2.5 Z-6 R2 J4 F600 E200"
+FINISH = "G78 Q100 P42 K2 Z-6 R2 J4 F600 E200"
+WORDS = dict(shape=SHAPE, side=42, depth_step=4.0)
+ROUGH_REQUEST = request(allowance=0.5, passes=2, step=2.5, **WORDS)
+FINISH_REQUEST = request(approach=2.0, finish=True, **WORDS)
+
+
+def inch(text):
+    """Lengths of words and coordinates in inch; P, Q, L and line numbers stay."""
+    return re.sub(r"\b([XYZIJKRDEF])(-?[\d.]+)", lambda m: f"{m[1]}{float(m[2]) / 25.4:.9f}", text)
+
+
+def program(line, sub=SUB, unit="G21", before="", after="", start="G0 X0 Y0 Z20"):
+    """A program with the sub in front; comments mark what the line did."""
+    if unit == "G20":
+        line, sub, start = inch(line), inch(sub), inch(start)
+    return f"T1 M6\n{before}\n{sub}{unit} {start}\n(begin)\n{line}\n(end)\n{after}\nM2\n"
+
+
+@pytest.fixture(scope="module")
+def base():
+    """Rough and finish on a metric machine in a metric program: what all others must equal."""
+    trace = run_preview(program(f"{ROUGH}\n(middle)\n{FINISH}"), TOOLS)
+    assert trace.error == ""
+    return trace
+
+
+def test_base_is_what_the_pure_cycle_says(base):
+    rough, finish = base.between("begin", "middle"), base.between("middle", "end")
+    same_path(rough, walk(contour_plan(ROUGH_REQUEST).moves, ROUGH_REQUEST.start), 2e-6)
+    here = dataclasses.replace(FINISH_REQUEST, start=rough[-1].b)
+    same_path(finish, walk(contour_plan(here).moves, here.start), 2e-6)
+
+
+def test_base_keeps_every_promise(base):
+    judge(ROUGH_REQUEST, base.between("begin", "middle"))
+    slants, _ = judge(FINISH_REQUEST, base.between("middle", "end"))
+    assert len(slants) == 4
+
+
+@pytest.mark.parametrize("machine", ["mm", "in"])
+@pytest.mark.parametrize("unit", ["G21", "G20"])
+def test_units_of_machine_and_program(base, machine, unit):
+    trace = run_preview(program(f"{ROUGH}\n{FINISH}", unit=unit), TOOLS, machine=machine)
+    assert trace.error == ""
+    same_path(trace.between("begin", "end"), base.between("begin", "end"), 1e-4)
+    assert {round(f, 3) for f in trace.feeds if f} == {600, 200}
+
+
+@pytest.mark.parametrize("unit", ["G21", "G20"])
+def test_rs274_agrees_with_the_preview(base, unit):
+    trace = run_rs274(program(f"{ROUGH}\n{FINISH}", unit=unit), TOOLS)
+    assert trace.error == ""
+    same_path(trace.between("begin", "end"), base.between("begin", "end"), 2e-4 if unit == "G21" else 4e-3)
+
+
+def test_g91(base):
+    """R from current Z, Z from R; the sub's moves are incremental too, as a call of it would be."""
+    sub = """o100 sub
+G1 X40
+Y10
+G3 X-2 Y2 I-2 J0
+G1 X-22
+G2 X-4 Y4 J4
+G1 Y24
+X-12
+Y-40
+o100 endsub
+"""
+    trace = run_preview(program("G91 " + ROUGH.replace("Z-6 R2", "Z-8 R-18"), sub, after="G1 X1 Y0 Z0"), TOOLS)
+    assert trace.error == ""
+    same_path(trace.between("begin", "end"), base.between("begin", "middle"), 1e-5)
+    assert trace.elements[-1].b[0] == pytest.approx(trace.elements[-2].b[0] + 1)     # still G91
+
+
+@pytest.mark.parametrize("before, angle, shift", [
+    ("G10 L2 P1 X30 Y40 Z-7", 0, (30, 40, -7)),
+    ("G10 L2 P2 X30 Y40 Z-7 R30\nG55", 30, (30, 40, -7)),
+    ("G0 X0 Y0 Z0\nG92 X-5 Y6 Z1", 0, (5, -6, -1)),
+    ("G10 L2 P1 X1 Y2 R45\nG0 X0 Y0 Z0\nG92 X-5 Y0", 45, (1 + 5 * math.cos(math.pi / 4), 2 + 5 * math.sin(math.pi / 4), 0)),
+])
+def test_offsets_rotation_g92(base, before, angle, shift):
+    unit = "G20" if "R45" in before else "G21"
+    trace = run_preview(program(ROUGH, unit=unit, before="G21\n" + before), TOOLS)
+    assert trace.error == ""
+    same_path(trace.between("begin", "end"), [turned(e, angle, *shift) for e in base.between("begin", "middle")], 1e-4)
+
+
+READING = """o100 sub
+#<s> = [1 / #<_unit>]
+G0 X[5 * #<s> + #5420 + #5222 * .01] Y[#<_x> * .1 + #5221 * .01]
+G1 X[45 * #<s> + #5410 * .1 + #5230 * .01 * #<s>]
+G1 Y[20 * #<s> + #5421 * .01 + #5211 * .01 + #5400 * .1 * #<s>]
+G3 X[35 * #<s> + #31 * #<s>] R[40 * #<s> + #<_feed> * .001]
+G1 X[#<_y> * .1 + #5210 * .1 * #<s> + #<_current_tool> * .1 * #<s> + #5220 * .1 * #<s>]
+o100 endsub
+"""
+
+
+@pytest.mark.parametrize("unit, machine", [("G21", "in"), ("G20", "mm"), ("G21", "mm"), ("G20", "in")])
+def test_a_sub_that_reads_parameters(unit, machine):
+    """Under offsets, rotation and G92 the sub is what a call of it in the program is, parameter by parameter."""
+    before = ("G21\nG10 L2 P2 X1 Y2 Z3 R45\nG55\nG0 X0 Y0 Z0\nG92 X-5 Y0\nF600\n#31 = 1.5\n"
+              f"#<_unit> = {1 if unit == 'G21' else 25.4}\n")
+    at = "G0 X3 Y-4 Z20" if unit == "G21" else "G0 X[3/25.4] Y[-4/25.4] Z[20/25.4]"
+    cycle = FINISH if unit == "G21" else inch(FINISH)
+    feed = "F600" if unit == "G21" else inch("F600")
+    trace = run_preview(f"T1 M6\n{READING}{before}{unit} {at}\n{feed}\n(call)\no100 call\n{at}\n(begin)\n{cycle}\n(end)\nM2\n",
+                        TOOLS, machine=machine)
+    assert trace.error == ""
+    plain = [(("A", *e.a[:2], *e.b[:2], *e.centre, e.sweep[1]) if e.kind == "arc" else ("L", *e.a[:2], *e.b[:2]))
+             for e in trace.between("call", "begin") if e.kind != "rapid"]
+    path = [(("A", *e.a[:2], *e.b[:2], *e.centre, e.sweep[1]) if e.kind == "arc" else ("L", *e.a[:2], *e.b[:2]))
+            for e in trace.between("begin", "end") if e.kind != "rapid" and e.a[2] == e.b[2] == pytest.approx(-3, abs=1e-4)]
+    assert len(plain) == 4 and path
+    assert abs(shape_oracle.gouge(plain, 3.0, path)) <= 1e-4
+    assert shape_oracle.missing(plain, False, 1, 3.0, path, tolerance=1e-3) == []
+
+
+def test_tool_length_offset(base):
+    trace = run_preview(program(f"G43.1 Z10\nG0 Z20\n(cycle)\n{ROUGH}"), TOOLS)
+    same_path(trace.between("cycle", "end"), base.between("begin", "middle"), 1e-4)
+
+
+def test_line_numbers_are_the_codes_own(base):
+    number = program(f"{ROUGH}\n(middle)\n{FINISH}").splitlines().index(ROUGH) + 1
+    places = {t: n for t, n, _ in base.comments}
+    assert set(base.lines[places["begin"]:places["middle"]]) == {number}
+
+
+def test_approach_angle(base):
+    """INI default 30; the parameter wins."""
+    trace = run_preview(program("#<_chipwise_approach_angle> = 45\n" + FINISH), TOOLS)
+    slanted = [e for e in trace.between("begin", "end") if e.kind == "feed" and e.a[2] > e.b[2] and e.a[:2] != e.b[:2]]
+    assert slanted and all(math.dist(e.a[:2], e.b[:2]) == pytest.approx(2.0, abs=1e-4) for e in slanted)
+    trace = run_preview(program(FINISH), TOOLS, APPROACH_ANGLE=60)
+    slanted = [e for e in trace.between("begin", "end") if e.kind == "feed" and e.a[2] > e.b[2] and e.a[:2] != e.b[:2]]
+    assert all(math.dist(e.a[:2], e.b[:2]) == pytest.approx(2.0 / math.tan(math.pi / 3), abs=1e-4) for e in slanted)
+
+
+def test_flute_length_is_the_default_depth_step(tmp_path):
+    tools = tmp_path / "t.toml"
+    tools.write_text("[tool.1]\nflute_length = 4\n")
+    trace = run_preview(program("G77 Q100 P42 Z-6 R2 F600"), TOOLS, TOOL_GEOMETRY=tools)
+    assert sorted({round(e.b[2], 3) for e in trace.elements if e.kind == "arc"}) == [-6, -2]
+
+
+def test_message_of_what_the_tool_does_not_reach():
+    """G78 says it, G77 does not; the tool of 12 mm does not go into the fillet of 4 mm."""
+    sub = SUB.replace("G1 X0\n", "G1 X0 (x)\n")
+    said = [run_rs274(program(f"T3 M6\n{code} Q100 P42 Z-6 R2 F600", sub), TOOLS).output for code in ("G77", "G78")]
+    found = [re.findall(r'MESSAGE\("(.*)"\)', text) for text in said]
+    assert found[0] == []
+    assert len(found[1]) == 1
+    assert found[1][0].startswith("chipwise: G78: the tool (12 mm) does not fit in one place (line 8, 9, 10; ")
+    twenty = run_rs274(program("T3 M6\nG78 Q100 P42 Z-6 R2 F600", unit="G20"), TOOLS).output
+    assert "the tool (0.47244 in) does not fit" in twenty
+
+
+@pytest.mark.parametrize("modes", [
+    "G90 G91.1 G21 G64 P0.01 G94 G98 G0 X1", "G91 G91.1 G21 G61 G94 G99 G1 X1 F100", "G90 G90.1 G20 G61.1 G94 G98 G80",
+    "G91 G90.1 G20 G64 G94 G98 G1 X1 F100", "S500 M3 G90 G91.1 G21 G64 G95 G98 G1 X1 F1",
+])
+def test_modal_state_afterwards(modes):
+    code = "G77" if "G64" in modes else "G78"
+    scale = 1 / 25.4 if "G20" in modes else 1.0
+    centre = "I0 J0" if "G90.1" in modes else f"I{-5 * scale}"
+    end = "" if "G91 " in modes else f"X{5 * scale} Y0"
+    sub = f"o7 sub\nG0 X{5 * scale} Y0\nG3 {end} {centre}\no7 endsub\n"
+    if "G91 G90.1" in modes:
+        sub = f"o7 sub\nG1 X{5 * scale}\nY{5 * scale}\no7 endsub\n"
+    heights = f"Z{-8 * scale} R0" if "G91" in modes else f"Z{-6 * scale} R{2 * scale}"
+    line = f"{code} Q7 P42 {heights}"
+    first, second = (modes.replace(" G80", ""), "G80") if "G80" in modes else (modes, "")
+    trace = run_preview(f"T1 M6\n{sub}{first}\n{second}\nF{'3' if 'G20' in modes else '77'}\n(settle)\n(begin)\n{line}\n(end)\nM2\n",
+                        TOOLS)
+    assert trace.error == ""
+    assert trace.modes("end") == trace.modes("begin")
+    assert len(trace.between("begin", "end")) >= 5
+
+
+def test_other_lines_go_on_as_before():
+    """G81 stays the motion mode."""
+    trace = run_preview(program(f"G99 G81 X50 Y0 Z-3 R1 F100\n{ROUGH}\n(drill)\nX60"), TOOLS)
+    assert [(round(e.b[0]), round(e.b[2])) for e in trace.between("drill", "end") if e.kind == "feed"] == [(60, -3)]
+
+
+SLOT = "o7 sub\nG0 X10 Y0\nG1 X20\nG3 Y20 J10\nG1 X0\nG3 Y0 J-10\nG1 X10\no7 endsub\n"
+
+
+def test_chop_lines_come_before_the_same_contour():
+    """INI, parameter and H0; where the lines go: tests/cycles/test_contour_chop.py."""
+    line = "G78 Q7 P41 Z-6 R2 F600"
+    plain = run_preview(program(line, SLOT), TOOLS).between("begin", "end")
+    for text, settings, chopped in ((line, {"CHOP_SIZE": 9}, True), (line + " H0", {"CHOP_SIZE": 9}, False),
+                                    ("#<_chipwise_chop_size> = 9\n" + line, {}, True),
+                                    ("#<_chipwise_chop_size> = 0\n" + line, {"CHOP_SIZE": 9}, False),
+                                    (line.replace("78", "77"), {"CHOP_SIZE": 9}, None)):
+        found = run_preview(program(text, SLOT), TOOLS, **settings).between("begin", "end")
+        if chopped is None:     # G77: no slug is looked at, so there is no lead circle either
+            assert len(found) == len(plain) - 1
+            continue
+        assert (len(found) > len(plain) + 6) == chopped
+        if chopped:             # the lead may be smaller, to keep clear of the lines: five elements, then out and up
+            same_path(found[-7:-2], plain[-7:-2], 1e-5)
+        else:
+            same_path(found[-len(plain) + 2:], plain[2:], 1e-5)
+
+
+# ---- subs of every kind ---------------------------------------------------------------------------------------------
+
+VARIANTS = {
+    "r_form": SUB.replace("I-2 J0", "R2").replace("I0 J4", "R4"),
+    "p1_f_g40": SUB.replace("I-2 J0", "I-2 J0 P1 F33").replace("G1 X40", "G40 G1 X40 F9"),
+    "expressions": SUB.replace("X40", "X[4 * 10]").replace("G1 Y10", "#<top> = 10\nG1 Y#<top>"),
+    "global_parameters": "#<_my_long_side> = 40\n#31 = 12\n" + SUB.replace("X40", "X#<_my_long_side>").replace("X12", "X#31"),
+    "loop": SUB.replace("G1 X40\n", "#<n> = 0\no101 while [#<n> LT 4]\n#<n> = [#<n> + 1]\nG1 X[#<n> * 10]\no101 endwhile\n"),
+    "call": SUB.replace("G1 X16\n", "o102 call [16]\n") + "o102 sub\nG1 X#1\no102 endsub\n",
+    "condition": SUB.replace("G1 Y40\n", "o103 if [#<_metric> EQ 1]\nG1 Y40\no103 else\nG1 Y50\no103 endif\n"),
+    "lower_case_and_comments": "N5 O 100 SUB (the part)\ng0x0y0\n/(nothing)\n" + SUB.lower().partition("y0\n")[2]
+                               .replace("g1 y40", "n77g01  y 40 ; up (and on)"),
+    "repeat_start": SUB.replace("G0 X0 Y0\n", "G0 X0 Y0\nG0 X0\n").replace("G1 Y0\no100", "G1 Y0\nG0 X-9\no100"),
+    "ini_value": SUB.replace("X40", "X[40 + #<_ini[CHIPWISE]CHOP_SIZE>]"),
+}
+
+
+def numbered(sub, first):
+    """A sub with its O-numbers from 100 on moved to `first` on."""
+    return re.sub(r"(?i)\b(o ?)(\d{3})\b", lambda m: m[1] + str(first + int(m[2]) - 100), sub)
+
+
+def test_subs(base):
+    """Every way of writing the same contour, in one program."""
+    kinds = sorted(VARIANTS)
+    subs = "".join(numbered(VARIANTS[kind], 1000 + 10 * n) for n, kind in enumerate(kinds))
+    calls = "".join(f"G0 Z20\nG0 X0 Y0\n({kind})\n{ROUGH.replace('Q100', f'Q{1000 + 10 * n}')}\n(end {kind})\n"
+                    for n, kind in enumerate(kinds))
+    trace = run_preview(program(calls, subs), TOOLS)
+    assert trace.error == ""
+    for kind in kinds:
+        found = trace.between(kind, "end " + kind)
+        if kind == "loop":      # the same line in four pieces: other elements
+            judge(ROUGH_REQUEST, found)
+        else:
+            same_path(found, base.between("begin", "middle"), 1e-5)
+
+
+def test_sub_after_the_end_of_the_program(base):
+    trace = run_preview(program(ROUGH, sub="") + SUB, TOOLS)
+    same_path(trace.between("begin", "end"), base.between("begin", "middle"), 1e-5)
+
+
+def test_sub_in_its_own_file(base, tmp_path):
+    """On the SUBROUTINE_PATH, calling another file; a change of the file counts at once."""
+    (tmp_path / "100.ngc").write_text(SUB.replace("G1 X16\n", "o<side> call [16]\n"))
+    (tmp_path / "side.ngc").write_text("o<side> sub\nG1 X#1\no<side> endsub\nM2\n")
+    trace = run_preview(program(ROUGH, sub=""), TOOLS, SUBROUTINE_PATH=tmp_path)
+    assert trace.error == ""
+    same_path(trace.between("begin", "end"), base.between("begin", "middle"), 1e-5)
+    job = Job(program="", sub=100, ini=str(tmp_path / "x.ini"))
+    (tmp_path / "x.ini").write_text(f"[RS274NGC]\nSUBROUTINE_PATH = {tmp_path}\n")
+    first = read_shape(job)
+    assert read_shape(job) is first
+    (tmp_path / "side.ngc").write_text("o<side> sub\nG1 X20\nG1 X#1\no<side> endsub\nM2\n")
+    os.utime(tmp_path / "side.ngc", ns=(1, 1))
+    assert read_shape(job).loops[0][3].end == (20.0, 12.0)
+
+
+def test_sub_called_from_a_sub_in_a_loop(base):
+    """The line in a sub, in a loop, with parameters: each call reads the contour anew."""
+    sub = "o100 sub\nG0 X#<_x0> Y0\nG3 I5 J0\no100 endsub\no8 sub\n#<n> = 0\no9 while [#<n> LT 3]\n#<_x0> = [#<n> * 30]\n" \
+          "G78 Q100 P42 Z-6 R2 F600\n#<n> = [#<n> + 1]\no9 endwhile\no8 endsub\n"
+    trace = run_preview(program("#<_x0> = 0\no8 call", sub), TOOLS)
+    assert trace.error == ""
+    centres = [round(e.centre[0], 3) for e in trace.between("begin", "end") if e.kind == "arc" and e.radius > 5]
+    assert centres == [5, 35, 65]
+
+
+def test_the_plain_sub_is_cut_as_drawn(base):
+    """An oracle of the whole way: the finishing tool touches every element of the shape as typed above."""
+    finish = [("A", *e.start, *e.end, *e.centre, math.pi / 2 if e.ccw else -math.pi / 2) if isinstance(e, ArcElement)
+              else ("L", *e.start, *e.end) for e in SHAPE]
+    path = [(("A", *e.a[:2], *e.b[:2], *e.centre, e.sweep[1]) if e.kind == "arc" else ("L", *e.a[:2], *e.b[:2]))
+            for e in base.between("middle", "end") if e.kind != "rapid" and e.a[2] == e.b[2] == pytest.approx(-6)]
+    assert shape_oracle.gouge(finish, 3.0, path) <= 1e-5
+    assert shape_oracle.missing(finish, True, 1, 3.0, path, tolerance=1e-4) == []
+
+
+def written(shape, number, scale):
+    """A shape as the sub a CAM system would write, six decimals."""
+    rows = [f"o{number} sub", "G0 X{:.6f} Y{:.6f}".format(*(v * scale for v in shape[0].start))]
+    for e in shape:
+        to = "X{:.6f} Y{:.6f}".format(*(v * scale for v in e.end))
+        if isinstance(e, ArcElement):
+            i, j = (c * scale - s * scale for c, s in zip(e.centre, e.start))
+            rows.append(f"G{3 if e.ccw else 2} {to} I{i:.6f} J{j:.6f}")
+        else:
+            rows.append(f"G1 {to}")
+    return "\n".join([*rows, f"o{number} endsub", ""])
+
+
+@pytest.mark.parametrize("machine, unit", [("mm", "G21"), ("in", "G20")])
+def test_random_contours_through_the_interpreter(machine, unit):
+    """The whole way from text to canonical motion, in one program; judged against the shapes before they were written."""
+    scale = 1.0 if unit == "G21" else 1 / 25.4
+    cases, subs, lines = [], "", ""
+    for seed in range(random_seed(), random_seed() + max(1, random_count(50) // 10)):
+        r = dataclasses.replace(random_request(seed), tool_radius=3.0, angle=math.radians(30))
+        try:
+            contour_plan(r)
+        except CycleError:
+            continue
+        number = 1000 + len(cases)
+        words = "".join(f" {w}{v * scale:.9f}" for w, v in (("I", r.allowance), ("Z", r.bottom), ("R", r.clearance),
+                                                            ("J", r.depth_step), ("K", r.approach), ("D", r.step)) if v)
+        subs += written(r.shape, number, scale)
+        lines += (f"({number})\nG77 Q{number} P{r.side} L{r.passes}{words}\n")
+        cases.append(r)
+    trace = run_preview(f"T1 M6\n{subs}{unit} G0 X0 Y0 Z{20 * scale}\nF{600 * scale}\n{lines}({1000 + len(cases)})\nM2\n",
+                        TOOLS, machine=machine)
+    assert trace.error == "" and len(cases) > 2
+    for number, r in enumerate(cases, 1000):
+        found = trace.between(str(number), str(number + 1))
+        if unit == "G21":
+            judge(r, found)
+        else:   # six decimals of an inch
+            finish = from_elements(make_contour(list(r.shape)).elements)
+            assert deepest(found, finish, r.tool_radius + r.allowance, r.clearance) <= 1e-3
+
+
+# ---- bad input --------------------------------------------------------------------------------------------------------
+
+@pytest.mark.parametrize("name", ["endless", "move in Z", "crosses itself", "empty"])
+def test_bad_subs(name):
+    """Named by its line, no motion, within 2 s of computing; all of them: tests/contour_sub/test_subs.py."""
+    sub, message = BAD_SUBS[name]
+    before = os.times()
+    trace = run_rs274(f"{sub}T1 M6\nG21 G0 Z20\n(begin)\nG77 Q100 P41 Z-6 R2 F600\n(end)\nM2\n", TOOLS)
+    after = os.times()
+    assert trace.error == f"chipwise: G77: {message}"
+    assert trace.after("begin") == []
+    assert sum(after[2:4]) - sum(before[2:4]) < 2.0
+
+
+REFUSED = [
+    ("G77 Q100 P41 Z-6 R2", "no feed is set; give F on this line or before"),
+    ("G77 P41 Z-6 R2 F600", "word Q (number of the sub with the contour) is missing; add Q"),
+    ("G77 Q1.5 P41 Z-6 R2 F600", "Q1.5 is not the number of a sub; use the number of an O-sub: Q100 for O100 sub"),
+    ("G77 Q-1 P41 Z-6 R2 F600", "Q-1 is not the number of a sub; use the number of an O-sub: Q100 for O100 sub"),
+    ("G77 Q100 Z-6 R2 F600", "word P (side of the tool) is missing; add P41 (tool left of the contour) or P42 (right)"),
+    ("G77 Q100 P40 Z-6 R2 F600", "side P40 is neither 41 nor 42; use P41 (tool left of the contour) or P42 (right)"),
+    ("G77 Q100 P41 R2 F600", "word Z (final depth) is missing; add Z"),
+    ("G77 Q100 P41 Z6 R2 F600", "final depth Z6 mm is not below the clearance plane R2 mm; use Z below R or R above Z"),
+    ("G77 Q100 P41 Z-6 R2 F600 X1", "word X is not used here; words are Q P I D L J E R Z K H F"),
+    ("G78 Q100 P41 Z-6 R2 F600 L2", "word L is not used here; words are Q P I J E R Z K H F"),
+    ("G78 Q100 P41 Z-6 R2 F600 A1", "word A is not used here; words are Q P I J E R Z K H F"),
+    ("G77 Q100 P41 Z-6 R2 F600 L3", "L3 radial passes without a step D; add D of at most 6 mm"),
+    ("G77 Q100 P41 Z-6 R2 F600 I-1", "allowance I-1 mm is negative: it would cut into the finish shape; use I of 0 or more"),
+    ("G77 Q100 P41 Z-6 R2 F600 K-1", "approach height K-1 mm is not above 0; use K above 0, or leave it out to plunge"),
+    ("G77 Q100 P41 Z-6 R2 F600 I9", "the tool (6 mm) fits nowhere on this side of the contour; "
+                                    "use a smaller tool, or less allowance, or the other side"),
+    ("G77 Q100 P41 Z-6 R2 F600 H1", "word H1 is not H0; H0 means do not chop; the chop size is #<_chipwise_chop_size>"),
+    ("#<_chipwise_approach_angle> = 91\nG77 Q100 P41 Z-6 R2 F600 K1",
+     "approach angle 91 is not from 0.1 to 90 degrees; set #<_chipwise_approach_angle> to an angle in that range"),
+    ("G18\nG77 Q100 P41 Y-6 R2 Z-6 F600", "the plane is not G17; program G17 before"),
+    ("G41.1 D1\nG77 Q100 P41 R2 Z-6 F600", "cutter compensation is on; program G40 before"),
+    ("T2 M6\nG77 Q100 P41 R2 Z-6 F600", "tool 2 has a diameter of 0 mm, which is not above 0; give it a D in the tool table"),
+]
+
+
+def test_refused():
+    """Each line in one session, as in MDI: its message, no motion, and the good line at the end is cut as ever."""
+    lines = "".join(f"G17 G40 G21\n(case {n})\n{line}\n" for n, (line, _) in enumerate(REFUSED))
+    trace, messages, at = run_rs274_on(f"T1 M6\n{SUB}G21 G0 X0 Y0 Z20\n{lines}G17 G40 G21\nT1 M6\n"
+                                   f"#<_chipwise_approach_angle> = 30\n(good)\n{ROUGH}\n(end)\nM2\n", {**TOOLS, 2: 0.0})
+    codes = [re.search(r"G7[78]", line)[0] for line, _ in REFUSED]
+    assert messages == [f"chipwise: {code}: {message}" for code, (_, message) in zip(codes, REFUSED)]
+    assert None not in at           # rs274 counts anew after an error: which lines, test_a_refusal_names_its_line
+    assert trace.between("case 0", "good") == []
+    assert len(trace.between("good", "end")) > 20
+
+
+# ---- goldens ----------------------------------------------------------------------------------------------------------
+
+GOLDENS = {
+    "g77_mm": program(ROUGH),
+    "g77_inch": program(ROUGH, unit="G20"),
+    "g77_rotated": program(ROUGH, before="G21\nG10 L2 P1 X30 Y40 R30"),
+    "g77_g91": program("G91 " + ROUGH.replace("Z-6 R2", "Z-8 R-18"), "o100 sub\nG1 X40\nY10\nG3 X-2 Y2 R2\no100 endsub\n"),
+    "g78_slanted": program(FINISH),
+    "g78_inside": program("G78 Q100 P41 Z-6 R2 F600"),
+    "g78_loop": program("G78 Q7 P42 Z-2 R1 F600", "o7 sub\n#<n> = 1\nG0 X10 Y0\no8 while [#<n> LE 6]\n"
+                        "G1 X[10 * COS[#<n> * 60]] Y[10 * SIN[#<n> * 60]]\n#<n> = [#<n> + 1]\no8 endwhile\no7 endsub\n"),
+}
+
+
+@pytest.mark.parametrize("name", sorted(GOLDENS))
+def test_golden(name):
+    trace = run_rs274(GOLDENS[name], TOOLS)
+    assert trace.error == ""
+    compare_golden(motion_text(trace), name)

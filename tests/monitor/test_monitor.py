@@ -1,0 +1,269 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""chipwise-monitor without a LinuxCNC: trouble in one part leaves the others going (monitor/worker.py), and a process that dies is replaced
+(monitor/supervisor.py)."""
+import os
+import signal
+import subprocess
+import sys
+import time
+import types
+
+import pytest
+
+from chipwise import processes
+from chipwise.monitor import worker as module
+from chipwise.settings import parse_settings
+
+
+class Refusing(Exception):
+    pass
+
+
+class Status:
+    """A LinuxCNC as linuxcnc.stat() shows it."""
+    linear_units, motion_type, adaptive_feed_enabled, feedrate, feed_override_enabled = 1.0, 0, True, 1.2, True
+    file = ''
+    aout = [0.0] * 64
+
+    def __init__(self):
+        self.tool_in_spindle = 1
+        self.tool_table = [types.SimpleNamespace(diameter=6.0)]
+
+    def poll(self):
+        pass
+
+
+class Command:
+    def __init__(self):
+        self.said = []
+
+    def error_msg(self, text):
+        self.said.append(text)
+
+    def text_msg(self, text):
+        pass
+
+    def abort(self):
+        pass
+
+
+@pytest.fixture
+def watched(monkeypatch):
+    """A Monitor on pins that are a dict, with a LinuxCNC that has tool 1, 6 mm."""
+    fake = types.SimpleNamespace(error=Refusing, stat=Status, command=Command)
+    monkeypatch.setitem(sys.modules, 'linuxcnc', fake)
+    pins = dict.fromkeys(('tool-number', 'tool-followed', 'tool-in-spindle', 'heartbeat', 'fault', 'fault-code', 'limited-by', 'ready',
+                          'override-ignored', 'guard-reason', 'guard-depth', 'request', 'adaptive-off', 'feed-override'), 0)
+    pins['tool-in-spindle'] = 1
+    watcher = module.Monitor(pins, parse_settings({}))
+    monkeypatch.setattr(watcher.stock_files, 'attach', lambda: None)
+    monkeypatch.setattr(watcher, 'follow_run', lambda _now: None)
+    return watcher
+
+
+PARTS = ('report_restart', 'follow_run', 'follow_override', 'follow_tool', 'follow_guard', 'follow_faults', 'follow_program')
+
+
+def test_a_look(watched):
+    watched.step()
+    pins = watched.component
+    assert (pins['tool-number'], pins['tool-followed'], pins['tool-diameter'], pins['heartbeat']) == (1, 1, 6.0, 1)
+    assert watched.command.said == []
+
+
+@pytest.mark.parametrize('part', [*PARTS, 'stock_files'])
+@pytest.mark.parametrize('error', [RuntimeError('boom {x} %s'), KeyError('k'), RecursionError(), MemoryError(), OSError(5, 'Input/output error')])
+def test_trouble_in_one_part(watched, monkeypatch, part, error):
+    """Said once, not at every look; every other part has its turn, the heart beats."""
+    had = []
+
+    def fail(_now):
+        raise error
+    for name in PARTS:
+        monkeypatch.setattr(watched, name, lambda _now, name=name: had.append(name))
+    monkeypatch.setattr(watched.stock_files, 'step', lambda _now: had.append('stock_files'))
+    monkeypatch.setattr(*((watched.stock_files, 'step') if part == 'stock_files' else (watched, part)), fail)
+    for _ in range(5):
+        watched.step()
+    assert had == [name for name in (*PARTS, 'stock_files') if name != part] * 5
+    assert watched.component['heartbeat'] == 5
+    assert len(watched.command.said) == 1 and type(error).__name__ in watched.command.said[0]
+
+
+def test_a_screen_that_fails_too(watched, monkeypatch):
+    def fail(*_):
+        raise RuntimeError('gone')
+    watched.step()
+    monkeypatch.setattr(watched.command, 'error_msg', fail)
+    monkeypatch.setattr(watched, 'follow_guard', fail)
+    watched.step()
+    assert watched.component['heartbeat'] == 2
+
+
+def test_a_tool_that_cannot_be_described_is_unknown(watched, monkeypatch):
+    watched.step()
+
+    def fail(*_):
+        raise RuntimeError('boom')
+    monkeypatch.setattr(module, 'tool_shape', fail)
+    watched.status.tool_in_spindle = watched.component['tool-in-spindle'] = 8
+    watched.step()
+    pins = watched.component
+    assert (pins['tool-number'], pins['tool-diameter'], pins['tool-followed']) == (8, 0.0, 8)
+
+
+def test_the_status_comes_after_the_pin(watched, monkeypatch):
+    """The machine's number is passed on once the status names the same; a lasting difference is the machine's way."""
+    now = [100.0]
+    monkeypatch.setattr(module.time, 'monotonic', lambda: now[0])
+    watched.step()
+    watched.component['tool-in-spindle'] = 8
+    for _ in range(40):
+        now[0] += 0.02
+        watched.step()
+        assert watched.component['tool-followed'] == 1
+    watched.status.tool_in_spindle = 8
+    watched.step()
+    assert watched.component['tool-followed'] == 8
+    watched.component['tool-in-spindle'] = 9
+    watched.step()
+    assert watched.component['tool-followed'] == 8
+    now[0] += 1.1
+    watched.step()
+    assert watched.component['tool-followed'] == 9
+
+
+def test_the_heart_beats_on_while_a_file_is_worked_on(watched):
+    before = watched.component['heartbeat']
+    with watched.working():
+        end = time.monotonic() + 20
+        while watched.component['heartbeat'] - before < 3 and time.monotonic() < end:
+            time.sleep(0.01)
+    after = watched.component['heartbeat']
+    assert after - before >= 3
+    time.sleep(0.1)
+    assert watched.component['heartbeat'] == after
+
+
+def test_a_request_that_fails_is_answered(watched, monkeypatch):
+    from chipwise.stock import reasons
+
+    def fail(_request):
+        raise ZeroDivisionError
+    monkeypatch.setattr(watched.stock_files, 'serve', fail)
+    watched.component['request'] = 1
+    watched.step()
+    assert watched.component['reply'] == reasons.DISK and watched.command.said == []
+
+
+SCENE = '''
+import ctypes, mmap, os, signal, sys, time
+sys.path.insert(0, {remap!r})
+from chipwise.monitor import supervisor
+supervisor.PAUSE_S, supervisor.LOOK_S, supervisor.HUNG_S = 0.05, 0.05, 1.0
+beats = mmap.mmap(-1, 8)
+def work(reason):
+    print('work', os.getpid(), reason or 'first', flush=True)
+    {work}
+    for _ in range(600):
+        beats[0] = (beats[0] + 1) % 256
+        time.sleep(0.02)
+supervisor.Supervisor(work, lambda: beats[0]).run()
+print('over', flush=True)
+'''
+
+
+class Scene:
+    """A supervisor in a process of its own; `work`: a line its child does first."""
+
+    def __init__(self, root, work='pass'):
+        text = SCENE.format(remap=str(root / 'remap'), work=work)
+        self.process = subprocess.Popen([sys.executable, '-c', text], stdout=subprocess.PIPE, text=True)
+
+    def line(self):
+        return self.process.stdout.readline().split(maxsplit=2)
+
+    def child(self):
+        return int(self.line()[1])
+
+
+@pytest.fixture
+def scene(root):
+    scenes = []
+
+    def begin(*arguments):
+        scenes.append(Scene(root, *arguments))
+        return scenes[-1]
+    yield begin
+    for one in scenes:
+        one.process.kill()
+        one.process.communicate()
+
+
+def gone(pid):
+    end = time.monotonic() + 20
+    while time.monotonic() < end:
+        if not processes.lives(pid):
+            return True
+        time.sleep(0.01)
+    return False
+
+
+def test_a_child_that_is_killed_is_replaced(scene):
+    one = scene()
+    first = one.child()
+    os.kill(first, signal.SIGKILL)
+    word, second, reason = one.line()
+    assert word == 'work' and int(second) != first and reason.strip() == 'was ended by signal 9'
+    one.process.terminate()
+    assert one.line() == ['over'] and one.process.wait(20) == 0 and gone(int(second))
+
+
+def test_a_child_that_stops_is_replaced(scene):
+    one = scene()
+    os.kill(one.child(), signal.SIGSTOP)
+    assert one.line()[2].startswith('hung for')
+
+
+@pytest.mark.parametrize('who', ['parent', 'both'])
+def test_stopped_and_going_on_is_no_end(scene, who):
+    """SIGSTOP for longer than the parent waits for a signal and for a heartbeat, SIGCONT: the same child works on."""
+    one = scene()
+    stopped = [one.process.pid] + ([one.child()] if who == 'both' else [])
+    for name in (signal.SIGSTOP, signal.SIGCONT):
+        for number in stopped:
+            os.kill(number, name)
+        time.sleep(2.0)
+    assert one.process.poll() is None
+    one.process.terminate()
+    rest = one.process.communicate(timeout=20)[0].split()
+    assert rest[-1] == 'over' and rest.count('work') == (who == 'parent')       # of which the first line has been read for both
+
+
+def test_a_child_that_fails_is_replaced(scene):
+    one = scene('assert reason, "as it began"')
+    one.line()
+    assert one.line()[:2] == ['chipwise-monitor:', 'AssertionError:']
+    assert one.line()[2].strip() == 'ended with status 1'
+
+
+def test_a_child_goes_with_its_parent(scene):
+    one = scene()
+    child = one.child()
+    one.process.kill()
+    assert gone(child)
+
+
+def test_a_child_that_ends_well_is_the_end(scene):
+    one = scene('return')
+    one.line()
+    assert one.line() == ['over'] and one.process.wait(20) == 0
+
+
+def test_a_child_that_saves_is_waited_for(scene):
+    one = scene("signal.signal(signal.SIGTERM, lambda *_: (time.sleep(0.5), os.write(1, b'saved\\n'), sys.exit(0))); "
+                "print('armed', flush=True)")
+    one.line()
+    assert one.line() == ['armed']
+    one.process.terminate()
+    assert one.line() == ['saved'] and one.line() == ['over']

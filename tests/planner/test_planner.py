@@ -1,0 +1,241 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The process that plans cycles: same result as in process, budgets, and every way in which it may end.
+
+The program under test is what session.run_cycle asks; nothing of LinuxCNC is needed.
+"""
+
+import math
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from chipwise import lines, planner, plans, processes
+from chipwise.errors import CycleError
+from chipwise.moves import Arc, Line, Rapid
+from chipwise.contour_sub.job import Job
+from support.planner_orders import CUT, HOLE, LARGE, LONG, SECONDS, SQUARE, order
+
+
+@pytest.fixture(autouse=True)
+def _ended():
+    """No process is left by a test."""
+    yield
+    planner.end()
+
+
+@pytest.fixture
+def job(tmp_path):
+    """Job of a square."""
+    path = tmp_path / "square.ngc"
+    path.write_text(SQUARE)
+    return Job(program=str(path), sub=100)
+
+
+def wait(plan, seconds=600.0):
+    """The outcome of a plan that is asked for all the time."""
+    end = time.monotonic() + seconds
+    while not plan.ready(0.2):
+        assert time.monotonic() < end
+    return plan.outcome()
+
+
+def runner():
+    """Pid of the planner."""
+    return planner.start().pid
+
+
+def spent_until_gone(pid, seconds=600.0):
+    """The last computing time seen of a process that ends."""
+    seen, end = 0.0, time.monotonic() + seconds
+    while time.monotonic() < end:
+        now = processes.cpu_s(pid)
+        if not processes.lives(pid):
+            return seen if now == math.inf else max(seen, now)
+        seen = now
+        time.sleep(0.02)
+    raise AssertionError(f"process {pid} goes on, {seen} s so far")
+
+
+# ---- what it gives ----------------------------------------------------------------------------------------------------
+
+
+def test_same_as_in_process(job):
+    """The process gives what the pure functions give, in any order and again."""
+    orders = [order(), order(fields=dict(HOLE, chop_size=8.0)), order(unit_mm=25.4),
+              order("contour", CUT, job), order("contour", dict(CUT, finish=True, chop_size=8.0), job),
+              order("pocket", dict(bottom=-5.0, clearance=0.0, tool_radius=3.0, step=2.4, feed=300.0, plunge_feed=150.0,
+                                   start=(0.0, 0.0, 5.0)), job)]
+    for one in orders + orders[::-1]:
+        outcome = wait(planner.ask(one, 10))
+        assert outcome == plans.make(one)
+        assert outcome.chunks
+
+
+def test_refusals_come_back(job):
+    """A CycleError of the plan is raised with its values; one of the sub names its line."""
+    with pytest.raises(CycleError) as caught:
+        wait(planner.ask(order(fields=dict(HOLE, radius=2.0)), 10))
+    assert caught.value.text("in") == ("chipwise: radius I0.07874 in is not larger than the tool radius 0.11811 in; use I above "
+                                       "0.11811 in or a smaller tool")
+    with pytest.raises(CycleError, match="there is no sub O7 in square.ngc"):
+        wait(planner.ask(order("contour", CUT, Job(program=job.program, sub=7)), 10))
+    assert wait(planner.ask(order(), 10)).chunks
+
+
+def test_a_fault_of_the_plan_is_no_traceback():
+    """An exception nobody has thought of is one line; the process goes on."""
+    with pytest.raises(CycleError, match="internal error: TypeError: "):
+        wait(planner.ask(order(fields=dict(HOLE, colour="red {x}")), 10))
+    first = runner()
+    assert wait(planner.ask(order(), 10)).chunks and runner() == first
+
+
+# ---- budgets ----------------------------------------------------------------------------------------------------------
+
+
+def test_computing_time():
+    """A plan ends with the remedy when its computing time is over, and took no more than that; the next one is planned."""
+    plan = planner.ask(order(fields=LONG), 3)
+    pid = runner()
+    with pytest.raises(CycleError) as caught:
+        while not plan.ready(0.05):
+            assert processes.cpu_s(pid) < 3 + 1.5 or processes.cpu_s(pid) == float("inf")
+        plan.outcome()
+    assert str(caught.value) == ("chipwise: planning takes more than 3 s of computing time; use a larger step, fewer passes or "
+                                 "a simpler contour, or raise [CHIPWISE]PLAN_TIME")
+    assert wait(planner.ask(order(), 10)).chunks
+
+
+def test_a_busy_machine_takes_nothing_from_the_budget(job):
+    """A process that gets no processor for longer than its budget still plans to the end."""
+    wait(planner.ask(order(), 10))
+    plan = planner.ask(order("contour", dict(CUT, passes=10, step=0.3, depth_step=0.1), job), 3)
+    os.kill(runner(), signal.SIGSTOP)
+    end = time.monotonic() + 5
+    while time.monotonic() < end:
+        assert not plan.ready(0.2)
+    os.kill(runner(), signal.SIGCONT)
+    assert wait(plan).chunks
+
+
+def test_memory():
+    """A plan ends with the remedy when it takes too much; the task's own memory does not grow with it."""
+    with pytest.raises(CycleError) as caught:
+        wait(planner.ask(order(fields=LARGE, memory_mb=64), 60))
+    assert str(caught.value) == ("chipwise: planning takes more than 64 MB of memory; use a larger step, fewer passes or a simpler "
+                                 "contour, or raise [CHIPWISE]PLAN_MEMORY")
+    assert wait(planner.ask(order(), 10)).chunks
+
+
+def test_memory_of_earlier_plans_does_not_count():
+    """A plan that fits alone fits after many others: what they have left is given back."""
+    rings = dict(HOLE, radius=6.0, finished=60.0, step=0.2, depth_step=0.1)     # 55,000 moves, some 12 MB kept
+    for more in range(12):
+        assert wait(planner.ask(order(fields=dict(rings, x=float(more)), memory_mb=100), 60)).chunks
+
+
+# ---- how it may end ---------------------------------------------------------------------------------------------------
+
+
+def test_a_killed_process_is_replaced():
+    """Killed while idle, and killed at work: the plan comes all the same; killed whenever it is asked: a message."""
+    wait(planner.ask(order(), 10))
+    os.kill(runner(), signal.SIGKILL)
+    assert wait(planner.ask(order(), 10)).chunks
+
+    plan = planner.ask(order(fields=dict(HOLE, depth_step=0.01)), 10)
+    os.kill(runner(), signal.SIGKILL)
+    assert wait(plan).chunks
+
+    with pytest.raises(CycleError, match="the planning process was ended by signal 9; try again"):
+        plan = planner.ask(order(fields=dict(HOLE, depth_step=0.011)), 10)
+        while not plan.ready(0.0):
+            os.kill(runner(), signal.SIGKILL)
+        plan.outcome()
+
+
+def test_a_plan_nobody_asks_for_ends():
+    """After an abort nobody asks: the process ends after its lease; asked for later, the plan begins again."""
+    plan = planner.ask(order(fields=SECONDS), 100)
+    spent = spent_until_gone(runner())
+    assert spent <= planner.LEASE_S + 1.5
+    assert wait(plan).chunks
+
+
+def test_the_next_order_ends_the_one_before():
+    """A new program after an abort does not wait for the old plan."""
+    wait(planner.ask(order(), 10))
+    planner.ask(order(fields=LONG), 100)
+    before = runner()
+    assert wait(planner.ask(order(), 10), 120).chunks
+    assert runner() != before and processes.cpu_s(before) == float("inf")
+
+
+@pytest.mark.parametrize("busy", ["plan", "sub", "idle"])
+def test_nothing_is_left_when_the_parent_is_killed(tmp_path, busy):
+    """LinuxCNC killed (-9): the planner goes, and the contour sub it runs."""
+    program = tmp_path / "sub.ngc"
+    program.write_text(SQUARE if busy != "sub" else SQUARE.replace("G1 X50", "o1 while [1]\no1 endwhile"))
+    cycle, fields = ("hole", LONG) if busy == "plan" else ("contour", CUT)
+    parent = subprocess.Popen([sys.executable, "-c", f"""
+import sys, time
+sys.path[:0] = {sys.path!r}
+from chipwise import planner
+from chipwise.contour_sub.job import Job
+from support.planner_orders import order
+plan = planner.ask(order({cycle!r}, {fields!r}, Job(program={str(program)!r}, sub=100)), 100)
+print(planner.start().pid, flush=True)
+while not plan.ready(0.1): pass
+time.sleep(100)
+"""], stdout=subprocess.PIPE, text=True)
+    pid = int(parent.stdout.readline())
+    family = {pid}
+    end = time.monotonic() + 120
+    while time.monotonic() < end and len(family) < (2 if busy == "sub" else 1):
+        family |= children(pid)
+    assert len(family) >= (2 if busy == "sub" else 1)
+    parent.kill()
+    parent.wait()
+    end = time.monotonic() + 60
+    while any(processes.cpu_s(one) < float("inf") for one in family):
+        assert time.monotonic() < end
+        time.sleep(0.02)
+
+
+def children(pid):
+    """Pids of a process's children."""
+    return set(processes.children(pid))
+
+
+# ---- lines ------------------------------------------------------------------------------------------------------------
+
+
+def test_chunks_end_where_the_tool_may_rest():
+    """Every line once, in order; a new chunk begins with a traverse or a plunge only."""
+    moves = []
+    for level in range(300):
+        moves += [Rapid(z=5.0), Rapid(x=0.0, y=0.0), Line(z=-level - 1.0, feed=100.0)]
+        moves += [Line(x=float(k % 7) + 1, y=float(k), feed=300.0) for k in range(30)]
+        moves += [Arc(x=1.0, y=31.0, cx=1.0, cy=30.0, ccw=True, feed=200.0)]
+    found = lines.chunks(moves, (0.0, 0.0, 5.0), 1.0)
+    assert len(found) > 3
+    every = [line for chunk in found for _, text in chunk for line in text.split("\n")]
+    assert every == [line for line, in ((text,) for _, text, _ in lines._lines(moves, (0.0, 0.0, 5.0), 1.0))]
+    for chunk in found[1:]:
+        first = chunk[0][1].split("\n")[0]
+        assert first.startswith("G0") or " Z-" in first
+    assert all(sum(text.count("\n") + 1 for _, text in chunk) < lines.CHUNK_MOVES + 40 for chunk in found)
+    feeds = [(feed, line[:2]) for chunk in found for feed, text in chunk for line in text.split("\n")]
+    assert all(feed in (100.0, 300.0, 200.0) for feed, code in feeds if code != "G0")
+
+
+def test_too_many_moves_without_rest():
+    """One pass that would keep the task for more than a third of a second is refused."""
+    moves = [Line(x=float(k % 2), y=k * 0.01, feed=300.0) for k in range(lines.MOST_MOVES + 2)]
+    with pytest.raises(CycleError, match="without a traverse or a plunge"):
+        lines.chunks(moves, (0.0, 0.0, 5.0), 1.0)
+    assert len(lines.chunks(moves[:lines.MOST_MOVES], (0.0, 0.0, 5.0), 1.0)) == 1

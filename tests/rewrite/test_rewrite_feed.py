@@ -1,0 +1,153 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""bin/chipwise rewrite --feed: F = UQ x LC / VC (JP3131045) written into programs, the path unchanged."""
+import math
+import re
+
+import numpy as np
+import pytest
+
+from chipwise.check.reader import Machine
+from chipwise.rewrite import feed, proof
+from chipwise.rewrite.program import read
+from support.rewrite_rig import HEAD, make_machine, rewrite
+
+STOCK = "M250 P0 Q0 R-40 I100 J60 K40\n"
+SLOT = HEAD + STOCK + "T3 M6\nS8000 M3\nG0 X-10 Y30 Z5\nG0 Z-2\nN50 G1 X110 F400 (the slot)\nG0 Z5\nM2\n"
+
+
+@pytest.fixture(name="machine", scope="module")
+def make_ini(tmp_path_factory):
+    return make_machine(tmp_path_factory.mktemp("machine") / "mill")
+
+
+def rewritten(tmp_path, machine, text, *options):
+    """-> (Program before, Program after, text after)."""
+    before, after = tmp_path / "a.ngc", tmp_path / "b.ngc"
+    before.write_text(text)
+    done = rewrite(before, after, machine, *options)
+    assert done.status == 0, done.errors
+    reader = Machine(str(machine))
+    return read(str(before), reader), read(str(after), reader), after.read_text()
+
+
+def feed_at(program, x):
+    """F of the feed move along X that covers a place."""
+    for move in np.flatnonzero(program.kind != 0).tolist():
+        a, b = sorted((program.start(move)[0], program.end[move][0]))
+        if a < x < b:
+            return program.feed[move]
+    raise AssertionError(x)
+
+
+def test_the_law_in_a_slot(tmp_path, machine):
+    """10 mm wide, 2 mm deep: F = Q / 20 mm2; in the air the programmed F stays."""
+    one, two, text = rewritten(tmp_path, machine, SLOT, "--feed", "12")
+    proof.same_path(one, two)
+    assert feed_at(two, 50) == pytest.approx(12000 / 20, rel=0.015)
+    assert feed_at(two, -8) == feed_at(two, 108) == 400
+    assert "N50 G1 X110 F400  the slot" in text                 # as a comment above its parts
+    assert text.startswith(HEAD + STOCK) and text.endswith("G0 Z5\nM2\n")
+
+
+def test_between_two_bounds_f_is_kept(tmp_path, machine):
+    """[0013]: F400 in this slot is 8 cm3/min."""
+    one, two, text = rewritten(tmp_path, machine, SLOT, "--feed", "9", "--lower", "7")
+    assert feed_at(two, 50) == 400
+    assert "F400" in text
+    _, two, _ = rewritten(tmp_path, machine, SLOT, "--feed", "20", "--lower", "10")
+    assert feed_at(two, 50) == pytest.approx(10000 / 20, rel=0.03)          # the nearest to F whose rate lies between
+    _, two, _ = rewritten(tmp_path, machine, SLOT, "--feed", "5", "--lower", "1")
+    assert feed_at(two, 50) == pytest.approx(5000 / 20, rel=0.03)
+
+
+def test_nothing_to_change_keeps_every_byte(tmp_path, machine):
+    text = SLOT.replace("G0 X-10", "G0 X-4").replace("\nM2\n", "\r\nM2").replace("X110", "X-3.5")
+    one, two, after = rewritten(tmp_path, machine, text, "--feed", "9", "--lower", "0.1")
+    assert (tmp_path / "b.ngc").read_bytes() == (tmp_path / "a.ngc").read_bytes()
+
+
+def test_ceiling_and_tool_limit(tmp_path, machine):
+    text = SLOT.replace("Z-2", "Z-0.05")
+    _, two, _ = rewritten(tmp_path, machine, text, "--feed", "12", "--ceiling", "700")
+    assert two.feed[two.kind != 0].max() == 700
+    _, two, _ = rewritten(tmp_path, machine, text, "--feed", "1000")
+    assert two.feed[two.kind != 0].max() <= 100 * 60 + 1        # MAX_VELOCITY of the machine's axes
+    tools = (machine.parent / "tools.toml").read_text().replace("flute_length = 100", "flute_length = 100\nmax_removal_rate = 4000")
+    limited = make_machine(tmp_path / "limited", tools=tools)
+    _, two, _ = rewritten(tmp_path, limited, SLOT, "--feed", "12")
+    assert feed_at(two, 50) == pytest.approx(4000 / 20, rel=0.03)
+
+
+def test_arcs_are_divided_as_arcs_and_modes_are_kept(tmp_path, machine):
+    body = ("T3 M6\nS8000 M3\nG0 X-10 Y10 Z5\nG0 Z-1\nG1 X20 F500\nG2 X40 Y30 R20\nG91 G3 X20 Y-20 I20 J0\nG90 G1 X110\nG0 Z5\n"
+            "G0 X110 Y10\nZ-1\nG90.1 G2 X60 Y30 I85 J20\nG91.1 G18 G0 X20 Z2\nG1 Z-1 F300\nG2 X40 I10 K0\nG17 G0 Z5\nM2\n")
+    one, two, text = rewritten(tmp_path, machine, HEAD + STOCK + body, "--feed", "6", "--lower", "2")
+    proof.same_path(one, two)
+    chords = [line for line in text.splitlines() if re.match(r"G[23] ", line)]
+    assert len(chords) > 8
+    arcs = (one.kind == 2).sum(), (two.kind == 2).sum()
+    assert arcs[1] >= arcs[0]                                   # none became straight lines
+
+
+def test_inch_g91_cycles_and_lone_words(tmp_path, machine):
+    body = ("T3 M6\nS8000 M3\nG0 X10 Y10 Z5\nG81 X20 Y50 Z-5 R2 F100\nX40\nX60 (third)\nG80\nG20\nG1 X1 Y1 Z0.1 F30\n"
+            "Z-0.1\nX2\nG91 X0.5\nY0.2\nG90 G21\nF500\nX90\nG0 Z5\nM2\n")
+    one, two, text = rewritten(tmp_path, machine, HEAD + STOCK + body, "--feed", "3")
+    proof.same_path(one, two)
+    rate(two, 3000)
+    assert "G80" in text and text.count("chipwise: ") >= 4
+
+
+def rate(program, most):
+    """The needles' own volume, move by move, never above the rate by more than the model's error."""
+    from support.check_oracle import Needles
+    stock = next(event for event in program.events if len(event.values) >= 8 and event.kind == 4)
+    needles, worst = Needles(stock.values[2:5], stock.values[5:8], 0.1), 0.0
+    for move in range(len(program.kind)):
+        before = needles.volume()
+        start, end = program.start(move), program.end[move]
+        needles.move((10.0, 0.0, 0.0), start, end, (0.004,))
+        length = math.dist(start, end)
+        if program.kind[move] != 0 and length > 2.0:
+            worst = max(worst, (before - needles.volume()) / length * program.feed[move])
+    assert worst <= 1.06 * most, worst
+
+
+def test_a_loop_is_refused_and_a_contour_sub_is_not(tmp_path, machine):
+    before, after = tmp_path / "a.ngc", tmp_path / "b.ngc"
+    before.write_text(HEAD + STOCK + "T3 M6\nS8000 M3\no1 repeat [2]\nG0 X-10 Y30 Z5\nG0 Z-2\nG1 X110 F400\nG0 Z5\no1 endrepeat\nM2\n")
+    done = rewrite(before, after, machine, "--feed", "3")
+    assert done.status == 2 and "in a loop or a condition" in done.errors and "(line 8)" in done.errors and not after.exists()
+    text = (HEAD + STOCK + "T1 M6\nS8000 M3\no7 sub\nG0 X20 Y20\nG1 X60\nY45\nX20\nY20\no7 endsub\nG0 X0 Y0 Z5\n"
+            "G79 Q7 Z-2 R1 D2 F600\nG0 Z5\nM2\n")
+    one, two, after_text = rewritten(tmp_path, machine, text, "--feed", "4")
+    proof.same_path(one, two)
+    assert "(chipwise: divided: G79 Q7" in after_text
+
+
+def test_comments_that_do_something_stay(tmp_path, machine):
+    text = SLOT.replace("(the slot)", "(MSG, the slot) " + "(x" + 200 * "y" + ")")
+    _one, _two, after = rewritten(tmp_path, machine, text, "--feed", "12")
+    assert "\n(MSG, the slot)\n" in after and max(map(len, after.splitlines())) < 200
+
+
+def test_grouped():
+    groups, last = feed.grouped(np.array([100.0, 101, 102]))
+    assert groups == [(3, last)] and last == pytest.approx(3 / (1 / 100 + 1 / 101 + 1 / 102))
+    assert feed.grouped(np.array([100.0, 101, 102]), own=100.5) == ([(3, 100.5)], 100.5)
+    assert feed.grouped(np.array([100.0, 200, 200])) == ([(1, 100.0), (2, 200.0)], 200.0)
+    assert feed.grouped(np.array([102.0, 102.0]), 100.0) == ([(2, 100.0)], 100.0)       # not too fast, hardly too slow: kept
+    assert feed.grouped(np.array([99.0]), 100.0) == ([(1, 99.0)], 99.0)
+
+
+def test_the_proof_sees_another_path(tmp_path, machine):
+    one, two, _ = rewritten(tmp_path, machine, SLOT, "--feed", "12")
+    for change in (lambda p: p.end.__setitem__((1, 0), p.end[1, 0]), lambda p: p.end.__iadd__(0.0)):
+        change(two)
+        proof.same_path(one, two)
+    last = len(two.end) - 2
+    for axis, off in ((0, 0.01), (1, -0.002), (2, 0.5)):
+        two.end[last, axis] += off
+        with pytest.raises(proof.Different):
+            proof.same_path(one, two)
+        two.end[last, axis] -= off

@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""bin/chipwise rewrite --flute: CN105492980 on whole programs; judged by needles written apart."""
+import re
+
+import numpy as np
+import pytest
+
+from chipwise.check.reader import Machine
+from chipwise.rewrite.program import read
+from chipwise.tools import load_tools
+from support.random_cases import random_count, random_seed
+from support.rewrite_rig import HEAD, check_status, deep_program, judged, make_machine, rewrite
+
+STOCK = "M250 P0 Q0 R-40 I100 J60 K40\n"
+WITHIN = 0.125              # mm, half a cell: what the height map's depth may be too low by on slopes and remains
+
+
+@pytest.fixture(name="machine", scope="module")
+def make_ini(tmp_path_factory):
+    return make_machine(tmp_path_factory.mktemp("machine") / "mill")
+
+
+def verdict(before, after, ini):
+    """(deepest over the flutes mm, most cut more mm, most left mm, worst traverse mm) of a rewritten program.
+
+    The stock that is left is compared but for single needles on a wall: they stand on the edge of the tool's own path.
+    """
+    machine, geometry = Machine(str(ini)), load_tools(str(ini.parent / "tools.toml"))
+    one, _, _ = judged(read(str(before), machine), geometry)
+    two, excess, rapid = judged(read(str(after), machine), geometry)
+    lowest, highest = (pick(neighbours(one.z), axis=0) for pick in (np.min, np.max))
+    return max(excess.values()), float((lowest - two.z).max()), float((two.z - highest).max()), rapid
+
+
+def neighbours(z):
+    """(9, rows, columns): each needle with those beside it."""
+    padded = np.pad(z, 1, mode="edge")
+    return np.stack([padded[i:i + z.shape[0], j:j + z.shape[1]] for i in range(3) for j in range(3)])
+
+
+def rewritten(tmp_path, machine, text, *options):
+    """-> (what was said, path before, path after)."""
+    before, after = tmp_path / "a.ngc", tmp_path / "b.ngc"
+    before.write_text(text)
+    done = rewrite(before, after, machine, "--flute", *options)
+    assert done.status == 0, done.errors
+    return done.said, before, after
+
+
+def test_long_enough_is_unchanged_byte_for_byte(tmp_path, machine):
+    text = HEAD + STOCK + "T1 M6 ( six )\r\nS8000 M3\nG0 X-10 Y30 Z5\nG0 Z-12\nN50 G1X110F400\nG0 Z5\nM2"
+    said, before, after = rewritten(tmp_path, machine, text)
+    assert "unchanged" in said and after.read_bytes() == before.read_bytes()
+
+
+DEEP = {                    # program, lowest added feed length: levels needed less one times the short segment
+    "slot through the stock": ("T1 M6\nS8000 M3\nG0 X-10 Y30 Z5\nG0 Z-30\nG1 X110 F400\nG0 Z5\n", 2 * 103.0),
+    "a wall three flutes deep": ("T1 M6\nS8000 M3\nG0 X-10 Y-1 Z5\nG0 Z-36\nG1 X110 F400\nG0 Z5\n", 2 * 102.2),
+    "closed, entered by a plunge": ("T1 M6\nS8000 M3\nG0 X20 Y20 Z5\nG1 Z-24 F100\nN9 X80 F400\nG3 X80 Y40 J10\nG1 X20\n"
+                                    "Y20\nG0 Z5\n", 60 + 31.416 + 60 + 20),
+    "a bracket with a recess": (        # [0086] to [0091]: round the outside, deep only where the recess comes
+        "T3 M6\nS8000 M3\nG0 X-10 Y0 Z5\nG0 Z-11\nG1 X40 F900\nG0 Z5\nG0 X115 Y0\nG0 Z-11\nG1 X60\nG0 Z5\nG0 X-10 Y2\nZ-22\n"
+        "G1 X38\nG0 Z5\nG0 X115 Y2\nZ-22\nG1 X62\nG0 Z5\nT1 M6\nG0 X-10 Y0\nG0 Z-22\nG1 X40 F400\nX60\nX110\nG0 Z5\n", 15.0),
+}
+
+
+@pytest.mark.parametrize("name", DEEP)
+def test_deep_walls(tmp_path, machine, name):
+    body, least = DEEP[name]
+    said, before, after = rewritten(tmp_path, machine, HEAD + STOCK + body + "M2\n")
+    status, output = check_status(after, machine)
+    assert status == 0, output
+    over, more, left, rapid = verdict(before, after, machine)
+    assert over <= 0.006 and rapid <= 0.006
+    assert more <= 0.02 and left <= 0.05
+    added = float(re.search(r"([\d.]+) mm of feed added", said).group(1))
+    if name != "a bracket with a recess":
+        assert least * 0.99 <= added <= 1.15 * least
+    else:
+        assert 0 < added < 60                                   # the segment of the recess, not the 120 mm of the path
+
+
+def test_the_whole_path_again(tmp_path, machine):
+    """[0082], S107: by choice the whole first path instead of the segments where material was left."""
+    text = HEAD + STOCK + DEEP["a bracket with a recess"][0] + "M2\n"
+    said, before, after = rewritten(tmp_path, machine, text, "--whole")
+    assert float(re.search(r"([\d.]+) mm of feed added", said).group(1)) > 110
+    assert verdict(before, after, machine)[0] <= 0.006
+
+
+def test_a_corner_that_only_sweeps_too_deep_diagonally(tmp_path, machine):
+    """[0057]: along the wall the flutes reach, in the corner they do not."""
+    body = ("T3 M6\nS8000 M3\nG0 X-10 Y4 Z5\nZ-20\nG1 X60 F900\nG0 Z5\nG0 X105 Y20\n"
+            "T1 M6\nG0 X-10 Y6\nZ-20\nG1 X62 F400\nY70\nG0 Z5\n")
+    said, before, after = rewritten(tmp_path, machine, HEAD + STOCK + body + "M2\n")
+    text = after.read_text()
+    assert "\nG1 X62 F400\n" in text or "G1 X62 F400" in text
+    over, more, left, _rapid = verdict(before, after, machine)
+    assert over <= 0.006 and more <= 0.02 and left <= 0.05
+    assert check_status(after, machine)[0] == 0
+
+
+def test_random_programs(tmp_path, machine):
+    """Depth, holder, what is left and what is cut more, on seeded random programs (200 of them: bench/bench_rewrite.py)."""
+    for case in range(random_count(4)):
+        seed = random_seed() + case
+        folder = tmp_path / str(seed)
+        folder.mkdir()
+        _said, before, after = rewritten(folder, machine, deep_program(seed))
+        status, output = check_status(after, machine)
+        assert status == 0 or "flute" not in output and "cuts" not in output, (seed, output)
+        over, more, left, _ = verdict(before, after, machine)
+        assert over <= WITHIN, (seed, over)
+        assert left <= 0.25 and more <= 0.25, (seed, more, left)
+
+
+def test_modes_are_kept(tmp_path, machine):
+    """G91, inch, a turned coordinate system: what follows the shifted segment finds the modes as they were."""
+    body = ("G10 L2 P1 X3 Y4 Z1 R20\nG54\nT1 M6\nS8000 M3\nG0 X0 Y10 Z5\nG1 Z-25 F100\nG91 X40 F400\nY8\nG2 X-10 Y10 I-10\n"
+            "G90 G20 G1 X0.5 F12\nG21 G0 Z5\nX0 Y0\nM2\n")
+    _said, before, after = rewritten(tmp_path, machine, HEAD + STOCK + body)
+    machine_ = Machine(str(machine))
+    one, two = read(str(before), machine_), read(str(after), machine_)
+    assert np.abs(one.end[-1] - two.end[-1]).max() < 1e-6
+    over, more, left, _ = verdict(before, after, machine)
+    assert over <= 0.006 and more <= 0.02 and left <= 0.05
+    text = after.read_text()
+    assert text.count("\nG90\n") == 3 and text.count("\nG91\n") == 4 and "\nG90 G20\n" in text
+
+
+REFUSED = {
+    "a loop": ("o1 repeat [2]\nG0 X-10 Y30 Z5\nG0 Z-30\nG1 X110 F400\nG0 Z5\no1 endrepeat\nM2\n", "in a loop or a condition"),
+    "a call": ("o<a> sub\nG1 X110 F400\no<a> endsub\nG0 X-10 Y30 Z5\nG0 Z-30\no<a> call\nG0 Z5\nM2\n", "subs are called"),
+    "compensation": ("G0 X-20 Y30 Z5\nG0 Z-30\nG41.1 D6 G1 X-10 F400\nX110\nG40 G0 Z5\nM2\n", "cutter compensation"),
+    "tool change on the line": ("G0 X-10 Y30 Z5\nG0 Z-30\nG1 X110 F400 M8\nG0 Z5\nM2\n", "M8 on the same line"),
+    "block delete": ("G0 X-10 Y30 Z5\nG0 Z-30\n/G1 X110 F400\nG0 Z5\nM2\n", "block delete"),
+    "an assignment": ("G0 X-10 Y30 Z5\nG0 Z-30\nG1 X110 F400 #5=3\nG0 Z5\nM2\n", "sets a parameter"),
+    "G93": ("G0 X-10 Y30 Z5\nG0 Z-30\nG93 G1 X110 F4\nG0 Z5\nM2\n", "G93"),
+    "probing": ("G0 X-10 Y30 Z5\nG38.2 Z-30 F100\nM2\n", "probes"),
+    "no end": ("G0 X-10 Y30 Z5\nG0 Z-30\nG1 X110 F400\n", "M2"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_refused(tmp_path, machine, name):
+    """A clear line, status 2, and the file that is there stays."""
+    before, after = tmp_path / "a.ngc", tmp_path / "b.ngc"
+    before.write_text(HEAD + STOCK + "T1 M6\n" + REFUSED[name][0])
+    after.write_text("precious")
+    done = rewrite(before, after, machine, "--flute")
+    assert done.status == 2 and REFUSED[name][1] in done.errors, done.errors
+    assert after.read_text() == "precious" and len(done.errors.splitlines()) == 1
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.ngc", "b.ngc"]
+
+
+def test_bad_files_and_options(tmp_path, machine):
+    good, out = tmp_path / "a.ngc", tmp_path / "o.ngc"
+    good.write_text(HEAD + STOCK + "T1 M6\nG0 X-10 Y30 Z5\nG0 Z-3\nG1 X110 F400\nM2\n")
+    (tmp_path / "binary.ngc").write_bytes(b"\x7fELF\0\0\0")
+    (tmp_path / "empty.ngc").write_bytes(b"")
+    for program, options, said in (
+            (tmp_path / "binary.ngc", ["--flute"], "not a text file"), (tmp_path / "empty.ngc", ["--flute"], "empty"),
+            (tmp_path / "none.ngc", ["--flute"], "No such file"), (tmp_path, ["--flute"], "regular file"),
+            (good, [], "required"), (good, ["--flute", "--feed", "3"], "not allowed"), (good, ["--feed", "-3"], "above 0"),
+            (good, ["--feed", "nan"], "above 0"), (good, ["--feed", "3", "--lower", "4"], "above --feed"),
+            (good, ["--flute", "--split", "2"], "goes with --feed"), (good, ["--feed", "3", "--whole"], "goes with --flute"),
+            (good, ["--feed", "3", "--split", "0.001"], "0.05")):
+        done = rewrite(program, out, machine, *options)
+        assert done.status == 2 and said in done.errors, (options, done.errors)
+        assert not out.exists()
+    for target in ("/dev/null", str(tmp_path / "no" / "o.ngc"), str(tmp_path)):
+        assert rewrite(good, target, machine, "--flute").status == 2

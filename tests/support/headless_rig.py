@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""INI files of their own for runs without a screen.  Called by tests/machine."""
+import os
+import re
+
+from chipwise.headless import runner
+
+
+def own_ini(tmp_path, source=runner.HEADLESS, **sections):
+    """A copy of a configuration outside configs/, with lines put into its sections.
+
+    A key given is put first and removed from where it was.
+    """
+    with open(source) as handle:
+        text = handle.read()
+    text = text.replace('../', runner.ROOT + '/')
+    text = re.sub(r'^(TOOL_TABLE|TOOL_GEOMETRY|TOPLEVEL|PATH_PREPEND) *= *(?!/)',
+                  r'\1 = %s/configs/' % runner.ROOT, text, flags=re.M)
+    for section, lines in sections.items():
+        for key in re.findall(r'^(\w+) *=', lines, flags=re.M):
+            text = re.sub(r'^%s *=.*\n' % key, '', text, flags=re.M)
+        text = text.replace('[%s]\n' % section, '[%s]\n%s\n' % (section, lines))
+    ini = tmp_path / 'own.ini'
+    ini.write_text(text)
+    return str(ini)
+
+
+def headless_ini(tmp_path, machine, before=''):
+    """A configuration of configs/ without a screen, as mill_headless.ini is of mill.ini; `before`: a HAL file that goes before
+    chipwise.hal."""
+    ini = own_ini(tmp_path, os.path.join(runner.ROOT, 'configs', machine + '.ini'),
+                  DISPLAY='DISPLAY = %s/bin/chipwise-headless' % runner.ROOT)
+    with open(ini) as handle:
+        text = handle.read()
+    hal = 'HALFILE = %s/hal/' % runner.ROOT
+    first = 'HALFILE = %s\n' % before if before else ''
+    with open(ini, 'w') as handle:
+        handle.write(text.replace(hal + 'chipwise.hal\n',
+                                  first + hal + 'chipwise.hal\n' + hal + 'headless.hal\n'))
+    return ini
+
+
+SPINDLE = ('HALFILE = spindle.hal', """loadrt sim_spindle names=sim-spindle
+setp sim-spindle.scale 0.0166666667
+net spindle-index-enable spindle.0.index-enable <=> sim-spindle.index-enable
+net spindle-pos sim-spindle.position-fb => spindle.0.revs
+net spindle-speed-cmd spindle.0.speed-out => sim-spindle.velocity-cmd
+addf sim-spindle servo-thread
+""")
+
+
+def with_spindle(tmp_path):
+    """A sed command that gives the machine a spindle encoder, before chipwise.hal."""
+    path = tmp_path / 'spindle.hal'
+    path.write_text(SPINDLE[1])
+    return f's#^HALFILE = ../hal/chipwise.hal#HALFILE = {path}\\n&#'

@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Run a program through LinuxCNC's preview interpreter (module gcode) and print its canonical calls as JSON.
+
+    preview_probe.py PROGRAM UNITS_PER_MM TOOL_TABLE PARAMETER_FILE
+
+The preview is what AXIS shows; unlike the program rs274 it can be a metric machine, and it hands out full doubles.
+Environment: INI_FILE_NAME, HOME (an own one: it gets a tool table, ~/.tool.mmap).  Lengths are printed in mm.
+"""
+
+import ctypes
+import json
+import sys
+
+import gcode
+
+
+class Recorder:
+    """The canon object: appends one list per call."""
+
+    def __init__(self, units, tools, parameter_file):
+        self.units, self.tools, self.parameter_file = units, tools, parameter_file
+        self.calls, self.line, self.loaded = [], 0, (0, 0.0)
+        self.mode = None
+
+    def __getattr__(self, name):
+        if name.startswith("_"):
+            raise AttributeError(name)
+        return lambda *arguments: None
+
+    def next_line(self, code):
+        self.line = code.sequence_number
+        self.mode = {"gcodes": list(code.gcodes), "feed": code.feed_rate}
+
+    def note(self, kind, *numbers):
+        self.calls.append([kind, self.line, *numbers])
+
+    def straight_traverse(self, x, y, z, *rest):
+        self.note("rapid", x * 25.4, y * 25.4, z * 25.4)
+
+    def straight_feed(self, x, y, z, *rest):
+        self.note("feed", x * 25.4, y * 25.4, z * 25.4)
+
+    def arc_feed(self, x, y, cx, cy, turn, z, *rest):
+        self.note("arc", x * 25.4, y * 25.4, z * 25.4, cx * 25.4, cy * 25.4, turn)
+
+    def set_feed_rate(self, rate):
+        self.note("F", rate * 25.4)
+
+    def set_g5x_offset(self, index, x, y, z, *rest):
+        self.note("g5x", x * 25.4, y * 25.4, z * 25.4)
+
+    def set_g92_offset(self, x, y, z, *rest):
+        self.note("g92", x * 25.4, y * 25.4, z * 25.4)
+
+    def set_xy_rotation(self, angle):
+        self.note("rotation", angle)
+
+    def comment(self, text):
+        self.note("comment", text, self.mode)
+
+    def message(self, text):
+        self.note("message", text)
+
+    def change_tool(self, pocket):
+        self.loaded = self.tools.get(pocket, (0, 0.0))
+
+    def get_tool(self, pocket):
+        number, diameter = self.loaded if pocket == 0 else self.tools.get(pocket, (-1, 0.0))
+        return (number,) + (0.0,) * 9 + (diameter, 0.0, 0.0, 0)
+
+    def get_external_length_units(self):
+        return self.units
+
+    def get_external_angular_units(self):
+        return 1.0
+
+    def get_axis_mask(self):
+        return 7
+
+    def get_block_delete(self):
+        return False
+
+    def check_abort(self):
+        return False
+
+
+def read_table(path):
+    """Tool table -> {index: (tool number, diameter)}; indexes count the lines from 1, as the interpreter does."""
+    tools = {}
+    with open(path, encoding="utf-8") as lines:
+        for line in lines:
+            words = {word[0]: word[1:] for word in line.partition(";")[0].split()}
+            if "T" in words:
+                tools[len(tools) + 1] = (int(words["T"]), float(words.get("D", "0")))
+    return tools
+
+
+def main():
+    program, units, table, parameter_file = sys.argv[1:5]
+    tooldata = ctypes.CDLL("libtooldata.so.0")  # loaded by gcode already, which expects a task to have filled it
+    tooldata._Z17tool_mmap_creatorPK13EMC_TOOL_STATi(None, 0)
+    tooldata._Z13tooldata_loadPKcPPc(table.encode(), None)
+    canon = Recorder(float(units), read_table(table), parameter_file)
+    result, line = gcode.parse(program, canon, "G21", "G0")
+    error = gcode.strerror(result) if result > gcode.MIN_ERROR else ""
+    print(json.dumps({"calls": canon.calls, "error": error, "error_line": line}))
+
+
+if __name__ == "__main__":
+    main()
