@@ -155,20 +155,20 @@ def measure(case):
     moving = ~np.isnan(path[:, 0])
     fastest, first = times[moving, 1] / 1000.0, times[moving, 0] / 1000.0
     laps = np.flatnonzero(~moving)
-    dearest = int(np.argmax(np.where(moving, times[:, 1], 0)))
-    begin = int(laps[laps <= dearest].max()) + 1
+    worst = int(np.argmax(np.where(moving, times[:, 1], 0)))
+    begin = int(laps[laps <= worst].max()) + 1
     end = int(min([edge for edge in laps if edge > begin], default=len(path)))
     part = path[begin:end]
-    # a thousand periods round the dearest: the whole lap would take callgrind too long
-    low = max(0, dearest - begin - 500)
+    # a thousand periods round the worst period: the whole lap would take callgrind too long
+    low = max(0, worst - begin - 500)
     high = min(len(part) - 1, low + 1000)
     around = instructions(case, part[:high + 1], low, high) if case.counted else None
-    single = instructions(case, part[:high + 1], dearest - begin, dearest - begin) if case.counted else None
+    single = instructions(case, part[:high + 1], worst - begin, worst - begin) if case.counted else None
     return {"case": case, "periods": int(moving.sum()), "mean": float(fastest.mean()),
             "p9999": float(np.quantile(fastest, 0.9999)), "worst": float(fastest.max()),
             "first_p9999": float(np.quantile(first, 0.9999)), "first_worst": float(first.max()),
-            "instructions": around / (high - low + 1) if around else None, "dearest": single,
-            "place": path[dearest].tolist(), "bytes_a_cell": size / (case.size[0] * case.size[1] / case.cell ** 2),
+            "instructions": around / (high - low + 1) if around else None, "worst_instructions": single,
+            "place": path[worst].tolist(), "bytes_a_cell": size / (case.size[0] * case.size[1] / case.cell ** 2),
             "head": size - 8.0 * cells}
 
 
@@ -201,7 +201,7 @@ def rows_of(found):
               f"{found['first_worst']:.1f} at the first time")
     if found["instructions"]:
         yield row(f"{case.name}: instructions", found["instructions"], "", None,
-                  f"mean of 1000 periods; {found['dearest']} in the dearest")
+                  f"mean of 1000 periods; {found['worst_instructions']} in the worst")
 
 
 def growth_rows(points):
@@ -225,7 +225,7 @@ def main():
         if options.table:
             print(f"{case.name:44s} mean {found['mean']:7.2f}  p99.99 {found['p9999']:7.2f}  worst {found['worst']:7.2f}"
                   f"  (first {found['first_p9999']:8.2f} {found['first_worst']:8.2f}) us;  "
-                  f"instr {found['instructions'] or 0:9.0f}, dearest {found['dearest'] or 0:9d} at "
+                  f"instr {found['instructions'] or 0:9.0f}, worst {found['worst_instructions'] or 0:9d} at "
                   + " ".join(f"{v:.2f}" for v in found["place"]), flush=True)
         else:
             for line_ in rows_of(found):

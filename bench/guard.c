@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /* guard.c - what the guard's probe costs in a servo period of a traverse.
  *
- * Called by bench/run.py (prints JSON rows). A slot is cut, then gone back through as a traverse: the dearest case, as the probe
+ * Called by bench/run.py (prints JSON rows). A slot is cut, then gone back through as a traverse: the most expensive case, as the probe
  * has to look at every cell the tool would cover. Each path is gone through REPLAYS times; the time of a period is the fastest
  * of those (as bench_cost.py has it).
  */

@@ -33,8 +33,8 @@ def check_filling(part, box, what):
     assert abs(took - wanted) <= 2, \
         f"periods to fill in phase '{what}': {took}, allowed: {wanted:g} +- 2"
     work = np.sort(part["clocks"][:took])
-    dearest = work[-5:].sum() / work.sum()      # a few periods may have been interrupted
-    assert took < 20 or dearest < 0.5, f"the five dearest periods of '{what}' do {dearest:.0%} " \
+    highest = work[-5:].sum() / work.sum()      # a few periods may have been interrupted
+    assert took < 20 or highest < 0.5, f"the five most expensive periods of '{what}' do {highest:.0%} " \
                                        "of the filling, allowed: 50 %"
     within(part, "removed-volume", 0.0, 0.0, "mm3",
            np.where(np.arange(len(part["ready"])) < took - 1, part["removed-volume"], 0.0))
