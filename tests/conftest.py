@@ -18,9 +18,6 @@ from support import ROOT                        # noqa: E402
 
 CORE_TIMEOUT_S = 300
 MACHINE_GROUPS = 2          # LinuxCNCs at once; each waits for its simulated time more than half of the while
-# Every test starts LinuxCNC's interpreter, a HAL or a build: slow by their number.
-SLOW = ("tests/interpreter", "tests/components", "tests/install", "tests/planner", "tests/check/test_check_cam.py",
-        "tests/oracles/test_compensation_bench.py")
 SANDBOXED = ("tests/components", "tests/machine")
 # Folders and files of slow tests, beside those that are marked themselves.  The rest: about 80 s of computing time.
 SLOW = ("tests/check", "tests/components", "tests/geometry", "tests/install", "tests/interpreter", "tests/machine", "tests/oracles",
