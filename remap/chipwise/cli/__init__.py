@@ -7,9 +7,10 @@ A subcommand is a module here with
     add_arguments(parser)       its own options
     run(options)                does it; -> exit status (None: 0)
 
-and a line in COMMANDS.  An error that the user can cause is a CommandError,
+and an entry in COMMANDS.  An error that the user can cause is a CommandError,
 printed without a traceback.  To add one: write the module, name it
-below, describe it in docs/.
+below, describe it in docs/.  LinuxCNC waits for some of them while it starts,
+so only the module that is called is imported.
 """
 
 import argparse
@@ -20,7 +21,7 @@ import sys
 from chipwise import ROOT, version
 from chipwise.errors import printable
 
-COMMANDS = ('check', 'contour', 'demo', 'display', 'load', 'monitor', 'rewrite', 'try_program')
+COMMANDS = {name: name for name in ('check', 'contour', 'demo', 'display', 'load', 'monitor', 'rewrite')} | {'try': 'try_program'}
 INTERNAL = ('display', 'load', 'monitor')      # LinuxCNC calls them
 
 
@@ -36,15 +37,15 @@ class UsageError(CommandError):
     status = 2
 
 
-def build_parser():
-    """-> (parser, {name: module})."""
+def build_parser(names=tuple(COMMANDS)):
+    """-> (parser, {name: module}) of the commands named, of all by default."""
     parser = argparse.ArgumentParser(
         prog='chipwise', description='Stock-aware feed and cycles for LinuxCNC.')
     parser.add_argument('--version', action='version', version='chipwise ' + version())
     subparsers = parser.add_subparsers(dest='command', metavar='COMMAND')
     modules = {}
-    for module_name in COMMANDS:
-        module = importlib.import_module('chipwise.cli.' + module_name)
+    for name in names:
+        module = importlib.import_module('chipwise.cli.' + COMMANDS[name])
         modules[module.NAME] = module
         module.add_arguments(subparsers.add_parser(
             module.NAME, help=module.HELP, description=module.__doc__,
@@ -66,7 +67,7 @@ def main(argv):
     """-> exit status.  Any error is one line; CHIPWISE_TRACEBACK=1 adds the traceback."""
     for stream in (sys.stdout, sys.stderr):
         stream.reconfigure(errors='replace')        # paths need not be UTF-8
-    parser, modules = build_parser()
+    parser, modules = build_parser(argv[:1] if argv[:1] and argv[0] in COMMANDS else tuple(COMMANDS))
     try:
         options = parser.parse_args(argv)
         if options.command is None:
