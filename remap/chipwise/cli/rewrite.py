@@ -184,7 +184,7 @@ def write_feeds(options, machine, program, geometry, cell, read_it, progress):
     from chipwise.rewrite import feed, proof
     from chipwise.rewrite.text import Writer
     from chipwise.rewrite.words import words_of
-    scale = machine.unit_mm ** 3 * (1.0 if machine.unit_mm > 10 else 1000.0)
+    scale, unit = (machine.unit_mm ** 3, 'in3/min') if machine.unit_mm > 10 else (1000.0, 'cm3/min')
     rates = feed.Rates(options.feed * scale, (options.lower or 0.0) * scale,
                        options.ceiling and options.ceiling * machine.unit_mm, options.split or 1.0)
     fixed = [n for n, text in enumerate(program.source, 1)
@@ -200,4 +200,5 @@ def write_feeds(options, machine, program, geometry, cell, read_it, progress):
             raise proof.Different(f'the new program cannot be read ({error})') from error
         proof.same_path(program, second)
     return data, (f'F of {figures.changed} of {figures.moves} feed moves changed, {figures.divided} divided; {figures.before_s:.1f} s '
-                  f'of feed become {figures.after_s:.1f} s, peak {figures.peak_before:.0f} mm3/min becomes {figures.peak_after:.0f}')
+                  f'of feed become {figures.after_s:.1f} s, peak {figures.peak_before / scale:.4g} {unit} becomes '
+                  f'{figures.peak_after / scale:.4g}')
