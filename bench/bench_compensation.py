@@ -7,7 +7,7 @@ Called by bench/run.py (prints JSON rows) and by hand:
     /usr/bin/python3 bench/bench_compensation.py [--count 5000] [--jobs 2] [--table]
 
 CHIPWISE_RANDOM_COUNT contours of each kind (default 100) from CHIPWISE_SEED on, both sides of each.  Counted are the
-cases in which a path exists: where the tool fits nowhere, an alarm is the right answer.
+cases in which a path exists: if the tool fits nowhere, an alarm is the right answer.
 
 How LinuxCNC gets its fair chance: every case is a program of its own for the real interpreter (`rs274 -g`, own HOME,
 G41.1 D in program units, so that no tool table and no machine unit come into it).  The program starts in the middle

@@ -38,7 +38,7 @@ pin out bit hold "to motion.feed-hold: stop or hold-in";
 pin out s32 reason "reason of the stop: 0 none, 1 rapid contact, 2 flute excess, 3 override ignored";
 pin out s32 line "program line of the stop";
 pin out float distance "distance from the traverse to the stock at the stop, machine units";
-pin out float deepest "depth of cut at the stop, machine units; for a flute excess, the largest until the machine stood still";
+pin out float deepest "depth of cut at the stop, machine units; for a flute excess, the largest until the machine was at rest";
 
 param rw bit guard_rapid = 1 "TRUE: stop on rapid-contact";
 param rw bit guard_flute = 1 "TRUE: stop on flute-excess";

@@ -234,7 +234,7 @@ static long key_of(const TP_STRUCT *tp, int n, int part)
     return (long)((tp->queue.start + n) % tp->queue.size) * CHIP_PLANNER_CHORDS + part;
 }
 
-/* The part of the queue's first segment the tool is on, and how far into it (mm); 0: none. */
+/* The part of the queue's first segment the tool is on, and how far into it (mm); 0 without one. */
 static int present_part(const TP_STRUCT *tp, const struct chip_tracker_in *in,
                            struct chip_segment *segment, int *part, double *progress)
 {

@@ -33,7 +33,7 @@ FINDING = 'said'                                # the variable of Finding.text()
 # ---- strings of an expression ------------------------------------------------------------------------------------
 
 class Scope:
-    """Strings that names stand for at a line: assignments of the module, and those of the function before the line.
+    """Values of string names at a line: assignments of the module, and those of the function before the line.
 
     An assignment that is not nested deeper than the ones before it replaces them.
     """

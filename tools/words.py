@@ -108,27 +108,25 @@ TEXT = r'\.(py|c|h|comp|hal|ini|inc|in|ngc|md|toml|xml|ui|js|css|svg)$|^(bin|too
 
 # Habits of English that make a sentence hard to read: counted by --habits, in docs, comments and strings alike.
 HABITS = (
-    ('X is no Y, X is none', r'\b(?:is|are|was|were|be) (?:no|none)\b'
-                             r'(?! (?:longer|more|less|further|nearer|faster|deeper))'),
-    ('Where .. for a condition', r'(?:^|[.;:(#*] )[Ww]here [a-z]+ |'
-                                 r', where (?:it|there|they|the|an?|no|that|nothing)\b'),
-    ('standing, telling, taking', r'\b(?:is|are|was|were|be) told\b|\btells? (?:of|whether|the)\b|'
+    # "there is no tool" and "0 if there is none" are plain English
+    ('X is no Y, X is none', r'(?<!there )(?<!There )\b(?:is|are|was|were|be) (?:no|none)\b'
+                             r'(?! (?:longer|more|less|further|nearer|faster|deeper|higher))'),
+    # a place may be a "where", a condition is an "if"
+    ('Where .. for a condition', r'(?:^|[.;:] |# |\* )Where (?!to\b|this departs|the contour|the tool)[^.]{3,80}?, |'
+                                 r', where (?:there is|no|that|nothing)\b'),
+    ('standing, telling, taking', r'\b(?:is|are|was|were|be) told\b|\btells? (?:of|the(?! operator| user))\b|'
                                   r'\btak(?:es?|en) (?:it |them )?for\b|'
                                   r'\b(?:stands?|stood) (?:there|still|where|in|on|for|so)\b|\bheld against\b'),
-    ('the machine as a person', r'\bwas elsewhere\b|\b(?:dis)?obey\w*|\b[Hh]e\b|\bhis\b|\bbelieves?\b'),
-    ('dropped verbs', r': not\.|: none\.|\bnone (?:is|of ours)\b'),
+    ('the machine as a person', r'\bwas elsewhere\b|\b(?:dis)?obey\w*|\b[Hh]e\b(?!\()|\bhis\b|\bbeliev\w+'),
+    ('dropped verbs', r': not\.|\bnone of ours\b'),
 )
 
 
 def habits(revision=None):
-    """Counter of the habits."""
-    found = Counter()
-    for path, text in files(revision).items():
-        if not re.search(NEVER, path):
-            for line in text.split('\n'):
-                for name, pattern in HABITS:
-                    found[name] += len(re.findall(pattern, line))
-    return found
+    """[(habit, path, line number, line)]."""
+    return [(name, path, number, line.strip()) for path, text in files(revision).items() if not re.search(NEVER, path)
+            for number, line in enumerate(text.split('\n'), 1)
+            for name, pattern in HABITS for _ in re.findall(pattern, line)]
 
 
 def names_in(path, text):
@@ -219,8 +217,12 @@ def main():
     parser.add_argument('--habits', action='store_true', help='habits of English instead of words')
     options = parser.parse_args()
     if options.habits:
-        for name, number in habits(options.revision).items():
-            print(f'{name:40} {number:5}')
+        found = habits(options.revision)
+        for name, _pattern in HABITS:
+            mine = [use for use in found if use[0] == name]
+            print(f'{name:40} {len(mine):5}')
+            for _name, path, number, line in mine if options.lines else ():
+                print(f'    {path}:{number}: {line[:200]}')
         return 0
     counts, every = count(options.revision)
     for rule in RULES:

@@ -64,7 +64,7 @@ static uint32_t now_ns(const struct timespec *begin)
     return (uint32_t)((now.tv_sec - begin->tv_sec) * 1000000000LL + now.tv_nsec - begin->tv_nsec);
 }
 
-/* A new stock, filled at once: the filling is no part of the path. */
+/* A new stock, filled at once, before the path begins. */
 static void new_stock(struct machine *m)
 {
     chip_stock_define(m->stock, m->in.box_min_mu, m->in.box_max_mu);

@@ -43,7 +43,7 @@
 #define CHIP_PASSED_TURN 0.35           /* rad, a sample behind more turn than this is taken again [2] */
 /* tool radius over the path's, above which a sample near the tool reads low and is not taken again */
 #define CHIP_TIGHT_ARC 1.05
-#define CHIP_MIN_LOAD 1e-3           /* mm2, less is no contact */
+#define CHIP_MIN_LOAD 1e-3           /* mm2, smaller loads do not count as contact */
 #define CHIP_BRAKE_MARGIN 1.2       /* of the braking distance: no load step beyond it binds */
 #define CHIP_BRAKE_PERIODS 6.0    /* periods of acceleration that may add to the velocity meanwhile */
 #define CHIP_LATENCY 2.0          /* periods until a command given now takes effect */
@@ -406,7 +406,7 @@ static int resample(struct chip_lookahead *lookahead, const struct chip_path *pa
     return read_sample(lookahead, stock, tool, i, &at);
 }
 
-/* The point of the sample behind the last one; 0: none. */
+/* The point of the sample behind the last one; 0 if it is the first. */
 static int next_sample_point(const struct chip_lookahead *lookahead, const struct chip_path *path,
                              struct chip_path_point *at)
 {

@@ -26,7 +26,7 @@
  *     cell lower.
  *  6. If stock touches only the lower part of a band, that part's own mean radius counts: on an
  *     arc the radius squared, on a cone the radius, is assumed linear in the height. Farther
- *     out that holds under a level top only; where columns differ, the stock slopes.
+ *     out that holds under a level top only; if columns differ, the stock slopes.
  *  7. A tool that moves level, and the wall of any tool, need no surface elements: the section is the area between the
  *     tool's outline and the stock's top, seen along the path, band by band, each read where its own circle is. Below
  *     the inner edge of a band it is computed by trapezia across the path, farther out by a few Gauss points. If the

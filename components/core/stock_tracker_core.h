@@ -22,7 +22,7 @@ typedef struct chip_tracker chip_tracker_t;
 typedef struct chip_planner chip_planner_t;
 typedef struct chip_tool_watch chip_tool_watch_t;
 
-/* A decimal number as loadrt gives it; 0 (which no length may be) when it is none. */
+/* A decimal number as loadrt gives it; 0 (which no length may be) if it is not a number. */
 static inline double chip_decimal(const char *text)
 {
     char *end;

@@ -84,7 +84,7 @@ def clip(text: str, end: str = "") -> str:
 class CycleError(Exception):
     """A request that cannot be carried out.
 
-    problem  what, value and rule: a template, whose {names} stand for values
+    problem  what, value and rule: a template, whose {names} are replaced by values
     remedy   same format; "" if there is none
     code     the G-code or M-code concerned, None while not known (glue fills it in)
     values   by name: lengths in mm, Area, or text (of a file, a word or a comment) that is shown as it is

@@ -14,7 +14,7 @@ class Order:
     fields      fields of the cycle's request, mm; without its shape
     job         contour_sub.job.Job of the contour sub, None where the cycle has none
     unit        "mm" or "in": the program's; unit_mm: mm of it
-    start       (x, y, z) mm, where the tool stands
+    start       (x, y, z) mm, of the tool
     memory_mb   how much memory the plan may take
     report      whether somebody wants the report
     """

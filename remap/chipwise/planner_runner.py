@@ -64,7 +64,7 @@ def main():
     die_with_parent(int(sys.argv[1]))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     out = os.dup(1)
-    os.dup2(2, 1)                               # whatever a library prints is no reply
+    os.dup2(2, 1)                               # what a library prints must not be read as a reply
     while True:
         reply = answer(pickle.loads(read(*HEAD.unpack(read(HEAD.size)))))
         rest = memoryview(HEAD.pack(len(reply)) + reply)

@@ -272,7 +272,7 @@ def test_no_renderer(program, tmp_path):
 
 
 def test_middle_lies_in_its_region():
-    """A region like a sickle: its middle is no mean of its corners."""
+    """A region like a sickle: its middle is not the mean of its corners."""
     from chipwise.geometry.base.elements import make_arcs
     import numpy as np
     ends = np.array([[-10.0, 0.0], [10.0, 0.0]])

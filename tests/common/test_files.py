@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""remap/chipwise/files.py, and what reads with it, held against FIFOs, devices, folders, endless and odd files."""
+"""remap/chipwise/files.py, and what reads with it, tried on FIFOs, devices, folders, endless and odd files."""
 import os
 import random
 import signal

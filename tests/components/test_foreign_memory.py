@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Shared memory that is not what its key promises: a stale or foreign block at motion's key or at the map's, another program that
-writes into the map.  Nothing crashes; what cannot be believed is not used, and the fault says so."""
+writes into the map.  Nothing crashes; what is not plausible is not used, and the fault says so."""
 import subprocess
 
 import pytest
@@ -118,7 +118,7 @@ head = Stock.from_address(block)
     "head.z_max = float('inf')", "head.removed = float('nan')", "head.filled = 1 << 30; head.nx = head.ny = 46340", "ctypes.memset(block, 255, 4096)",
     "ctypes.memset(block + ctypes.sizeof(Stock), 255, 100000)"])
 def test_another_program_writes_into_the_map(tmp_path, what):
-    """Head or cells: no crash, no number that is none; no stock is known until it is defined again."""
+    """Head or cells: no crash, no NaN or infinity; the stock is unknown until it is defined again."""
     (tmp_path / "scribble.py").write_text(SCRIBBLE.format(remap=str(ROOT / "remap"), key=MAP_KEY, what=what))
     outputs = "".join(f"getp stock-tracker.0.{name}\n" for name in ("section-area", "depth", "mrr", "removed-volume", "load-step-area-0", "load-step-distance-0"))
     text = TRACKER.replace("setp stock-tracker.0.min-z", "setp stock-tracker.0.pos-z -2\nsetp stock-tracker.0.pos-x 5\nsetp stock-tracker.0.pos-y 5\n"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""NaN, infinity and absurd numbers on every input pin and parameter of the components, in a HAL: no output that is no number, the overrides in
+"""NaN, infinity and absurd numbers on every input pin and parameter of the components, in a HAL: finite outputs, the overrides in
 0..1, no crash; all is well again with sound inputs and a new stock.  The core with far more cases: tests/core/test_fuzz.c."""
 import json
 import re

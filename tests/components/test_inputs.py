@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """chipwise_inputs: other components' pins, read wherever they are connected.
 
-A streamer's pins under the names of motion's stand for motion. Row k of it has the value k (or what is made of k) in
+A streamer's pins under the names of motion's replace motion. Row k of it has the value k (or what is made of k) in
 every pin; while the rows pass, other HAL lines connect and disconnect the pins.
 """
 import numpy as np

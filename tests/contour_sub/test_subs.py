@@ -190,7 +190,7 @@ def test_20000_lines_are_read_in_time(read):
 
 
 def test_random_text_is_refused_or_read(read):
-    """Whatever stands in a sub: a shape or a CycleError, nothing else."""
+    """Whatever is in a sub: a shape or a CycleError, nothing else."""
     import random
     from support.random_cases import random_count, random_seed
     rng = random.Random(random_seed())

@@ -193,7 +193,7 @@ static void test_define_errors(void)
     free(stock);
 }
 
-/* Boxes that are no multiple of the cell, filled in small portions. */
+/* Boxes whose sizes are not multiples of the cell, filled in small portions. */
 static void test_box(void)
 {
     const double low[3] = { -1.3, 2.7, -4.1 }, high[3] = { 6.04, 8.99, 0.35 };
@@ -315,7 +315,7 @@ static void test_queue(void)
     free(stock);
 }
 
-/* A position that is no number, or absurd, is not cut and writes nowhere. */
+/* NaN, infinite or absurd positions are not cut and write nowhere. */
 static void test_hostile_tips(void)
 {
     const double bad[8] = { NAN, INFINITY, -INFINITY, 1e300, -1e300, 1e18, -1e18, 3e9 };

@@ -120,7 +120,7 @@ def test_only_feed_moves(motion):
 
 def test_floor():
     assert law(area=600.0, floor=0.5) == (pytest.approx(0.05), FLOOR)
-    assert law(area=12000.0, floor=0.0) == (pytest.approx(0.001), FLOOR)     # never stands still
+    assert law(area=12000.0, floor=0.0) == (pytest.approx(0.001), FLOOR)     # never stops
     assert law(area=600.0, floor=50.0, programmed=5.0) == (pytest.approx(0.5), FLOOR)   # F at most
 
 
@@ -234,7 +234,7 @@ def test_slowest_as_a_share():
 
 
 def test_air():
-    """Modes 2 and 3 only, where nothing is met, still braking for what comes."""
+    """Modes 2 and 3 only, while nothing is met, still braking for what comes."""
     assert law(kind=CONSTANT, air=6.0, programmed=2.0) == (pytest.approx(0.6), CEILING)
     assert law(kind=WINDOW, air=6.0, programmed=2.0, lower=10.0) == (pytest.approx(0.6), CEILING)
     assert law(kind=CONSTANT, air=60.0, programmed=2.0) == (1.0, CEILING)
@@ -341,7 +341,7 @@ def test_easing_is_for_the_law_only():
 
 def approach(law_knob, knob, jerk=0.0, law_jerk=0.0, area=30.0, accel=500.0, ceiling=60.0, wall=45.0):
     """Rate over k Q where the load begins, of a machine that starts from rest `wall` mm before it: it goes at `knob` times what
-    it is told, with half the acceleration and, where jerk > 0, with that bound on the jerk; mm, s."""
+    a command, with half the acceleration and, if jerk > 0, with that bound on the jerk; mm, s."""
     at, v, gain, scale = 0.0, 0.0, 0.0, 1.0
     while at < wall:
         goal = knob * scale * ceiling                   # last period's scale, as motion sees it
@@ -370,7 +370,7 @@ def test_the_check_sees_an_override_left_out():
 @pytest.mark.parametrize("jerk", [1000.0, 3000.0, 20000.0, 1e5])
 @pytest.mark.parametrize("knob", [1.0, 1.2])
 def test_braking_is_reckoned_with_the_jerk(jerk, knob):
-    """A planner that bounds the jerk still gains velocity when it is told to brake, and builds up its braking."""
+    """A planner that bounds the jerk still gains velocity after a command to brake, and builds up its braking."""
     assert 0.5 < approach(knob, knob, jerk, jerk) < 1.02
 
 

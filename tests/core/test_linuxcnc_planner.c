@@ -116,7 +116,7 @@ static void test_lines(void)
     tc->term_cond = TC_TERM_COND_TANGENT;
     append_line(point(10, 8, 3), point(10, 8, -1));
     follow(50.0);
-    CHECK(!path.known);                         /* the first period cannot tell whether motion runs */
+    CHECK(!path.known);                         /* after one period it is unknown whether motion runs */
     follow(50.0);
     CHECK(path.known && path.count == 3 && near(path.s, 1.0) && near(path.end_s, 20.0));
     CHECK(near(path.segment[0].accel, 400.0) && path.segment[0].join == CHIP_JOIN_STOP);

@@ -13,7 +13,7 @@ CELL, STEP, PERIOD = 0.25, 0.02, 0.001
 SPACING = 2.0 * CELL                # between samples (lookahead.h)
 LOAD_STEPS = 8
 # An edge of the stock may be reported this much too near or too far: the detour of a reading
-# clear of the cut is none for places ahead; a sample spacing, and one cell of interpolation.
+# clear of the cut does not count for stations ahead; a sample spacing, and one cell of interpolation.
 EARLY, LATE = 2 * SPACING + 1.5 * CELL, 0.0
 
 

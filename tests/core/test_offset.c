@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /* Tools measured with lengths (G43, G43.1, G43.2, G49, M6; components/core/tracker.h, [1]): another tool offset places the tool
- * anew. It is no jump of the machine, whatever its size, it cuts nothing, and no cut before or after it is lost.
+ * anew. Whatever its size, it does not count as a jump of the machine, it cuts nothing, and no cut before or after it is lost.
  */
 #include <math.h>
 
@@ -9,7 +9,7 @@
 #define DIAMETER 6.0
 #define PI 3.14159265358979323846
 
-/* Tips and offsets go together: the axes stand still. */
+/* Tips and offsets go together: the axes do not move. */
 static void offset(double x, double y, double z)
 {
     in.tool_offset_mu[0] = x;
@@ -45,7 +45,7 @@ static void change_between_cuts(double x, double y, double z)
     near(before, slot(20.0, 2.0), "first slot");
     offset(x, y, z);
     periods(1);
-    expect(!out.has_fault && out.is_ready, "an offset is no jump");
+    expect(!out.has_fault && out.is_ready, "an offset does not count as a jump");
     periods(3);
     expect(out.removed_volume_mm3 == before, "an offset cuts nothing");
     go(25.0 + x, 5.0 + z, 1000);
@@ -62,7 +62,7 @@ static void change_between_cuts(double x, double y, double z)
     expect(!out.has_fault && out.is_ready, "no fault afterwards");
 }
 
-/* The tip stands in the stock; an offset moves it within the stock by less than a machine can go in a period. */
+/* The tip is in the stock; an offset moves it within the stock by less than a machine can go in a period. */
 static void change_in_the_stock(void)
 {
     double before;

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The rim of a stock that does not fill its outer cells: boxes that are no multiple of the cell, boxes turned against the
+"""The rim of a stock that does not fill its outer cells: boxes whose sizes are not multiples of the cell, boxes turned against the
 axes.  The truths are areas of rectangles and, for the turned box, the same cut in an upright one."""
 import math
 

@@ -40,7 +40,7 @@ def test_through_the_look_ahead(name):
 @pytest.mark.parametrize("depth", (0.05, 0.1, 0.2, 0.5))
 @pytest.mark.parametrize("tool", ((6, 3, 0), (10, 2, 0), (8, 0, 90)))
 def test_shallow(tool, depth):
-    """A small depth, where a part of one band of the tool is all that touches."""
+    """A small depth, at which a part of one band of the tool is all that touches."""
     stock = core.Stock(stock_cases.LOW, stock_cases.HIGH, 0.25)
     area, _ = stock.section(core.Tool(*tool), (0.13, -0.07, -depth), (math.cos(0.3), math.sin(0.3), 0.0))
     assert area == pytest.approx(stock_cases.front_area(tool, depth), rel=MEAN)
@@ -115,7 +115,7 @@ def test_turned_by_a_quarter():
 
 @pytest.mark.parametrize("shape", [(6, 0, 0), (6, 3, 0), (10, 2, 0), (8, 0, 90), (6, 0.5, 20)])
 def test_through_the_bottom(shape):
-    """What reaches out of the stock's bottom meets nothing; where all is cut through there is no load."""
+    """What reaches out of the stock's bottom meets nothing; what is cut through gives no load."""
     stock, tool = core.Stock((-10, -10, -5), (10, 10, 0), 0.25), core.Tool(*shape)
     cutter = core.Cutter(stock, tool, (-15, 0, -8))
     cutter.to((0, 0, -8))

@@ -148,7 +148,7 @@ ZIGZAG = [[-8, -6, -2], [8, -6, -2], [8, -3, -3], [-8, 0, -3], [-2, 5, -1], [9, 
 @pytest.mark.parametrize("tool", TOOLS)
 @pytest.mark.parametrize("cell", [0.1, 0.25, 0.7])
 def test_removed_and_left_are_the_box(tool, cell):
-    """Also with a box that is no multiple of the cell."""
+    """Also with a box whose size is not a multiple of the cell."""
     low, high = (-12.03, -11.9, -6.1), (12.22, 12.01, 0.05)
     stock = cut(ZIGZAG, tool, cell, (low, high))
     whole = float(np.prod(np.subtract(high, low)))

@@ -145,7 +145,7 @@ def test_round_contour_takes_no_more_lines_than_the_hole():
 
 
 def test_ring_about_an_island():
-    """The slug is a ring of 1.5 mm; the island stays whole and is no slug."""
+    """The slug is a ring of 1.5 mm; the island stays whole and does not count as a slug."""
     done = Chopped([ring(8.0), ring(4.5, line=2)], 0.5, 5.0)
     chop, = done.plan.chops
     assert chop.pieces >= 8 and chop.largest < 5.0

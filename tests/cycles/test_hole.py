@@ -113,7 +113,7 @@ def test_depth_passes():
 
 
 def test_plunges_stay_off_the_wall():
-    """Where room is left, no plunge stands nearer to the wall's path than a tool radius."""
+    """If there is room, no plunge is nearer to the wall's path than a tool radius."""
     for r in (request(), request(chop_size=0), request(depth_step=2), request(radius=4.5, finished=10.0, step=1.5)):
         path = hole.finished_radius(r) - r.tool_radius
         for e in oracle.cuts(oracle.walk(hole.hole_plan(r).moves, r.start)):

@@ -133,7 +133,7 @@ def test_regions_the_tool_cannot_enter_are_named():
     assert cycle.pocket_plan(request((dumbbell(6.0),))).inaccessible == ()
     passage, = cycle.pocket_plan(request((dumbbell(5.9),))).inaccessible
     assert 30 < passage.x < 40 and passage.area < 59
-    assert cycle.pocket_plan(request()).inaccessible == ()     # the rest in a square corner is none
+    assert cycle.pocket_plan(request()).inaccessible == ()     # the rest in a square corner does not count
     p = [(0, 0), (30, 0), (30, 18), (60, 18), (60, 22), (30, 22), (30, 40), (0, 40)]
     slot = tuple(LineElement(p[k], p[(k + 1) % 8], k + 1) for k in range(8))
     plan = cycle.pocket_plan(request((slot,)))

@@ -114,7 +114,7 @@ def test_the_index_lists_every_page():
 # ---- paragraphs --------------------------------------------------------------------------------------------------
 
 def paragraphs(text):
-    """Paragraphs and list items of a page; tables, code and headings are none."""
+    """Paragraphs and list items of a page; tables, code and headings do not count."""
     text = re.sub(r'(?ms)^```.*?^```', '', text)
     for block in re.split(r'\n\s*\n', text):
         lines = [line for line in block.split('\n') if line.strip() and not re.match(r'\||#| {4}|!\[', line)]
@@ -140,7 +140,7 @@ NOT_OURS = re.compile(r'rs274ngc_\w+\.(?:cc|hh)|interp_\w+\.cc|remap\.py$|test\.
 
 
 def find(path):
-    """The file that a short name of the docs stands for, None if there is none."""
+    """The file that a short name of the docs means, None if there is none."""
     for root in SHORT_ROOTS:
         if os.path.exists(os.path.join(ROOT, root + path)):
             return root + path

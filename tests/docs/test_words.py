@@ -2,6 +2,7 @@
 """Words that are not to be used stay out: tools/words.py has the rules, their replacements and the legitimate uses."""
 
 import os
+import re
 import sys
 
 import pytest
@@ -21,6 +22,18 @@ def every():
 def test_word_stays_out(every, rule):
     found = [f'{path}:{number}: {line[:100]}' for used, path, number, line in every if used == rule]
     assert not found, f'{rule.word}: use {rule.use}\n' + '\n'.join(found[:40])
+
+
+@pytest.mark.parametrize('habit', [name for name, _pattern in words.HABITS])
+def test_habit_stays_out(habit):
+    found = [f'{path}:{number}: {line[:100]}' for name, path, number, line in words.habits() if name == habit]
+    assert not found, '\n'.join(found[:40])
+
+
+@pytest.mark.parametrize('text', ['A slot is no pocket.', 'Where the load jumps, the feed drops.', 'The tracker is told the tool.',
+                                  'The load is taken for high.', 'The thread believes the pin.', '`H0` on the line: not.'])
+def test_the_habits_are_seen(text):
+    assert any(re.search(pattern, text) for _name, pattern in words.HABITS)
 
 
 @pytest.mark.parametrize('path, text, word', [

@@ -71,7 +71,7 @@ def walls(count=8001, reading=1.0, target=1000.0):
 @pytest.mark.parametrize('units', [1.0, 1 / 25.4])
 @pytest.mark.parametrize('reading', [1.0, 0.97])
 def test_steps_of_the_map_are_not_the_cut_s(reading, units):
-    """Told by the section area, the map's lumps are no peaks, nor is a reading that is off in the mean."""
+    """By the section area, neither the map's lumps nor a reading that is off in the mean count as peaks."""
     log = walls(reading=reading)
     log['x'] = log['x'] * units
     figures = runlog.figures(log, PERIOD, units)
@@ -82,7 +82,7 @@ def test_steps_of_the_map_are_not_the_cut_s(reading, units):
 
 
 def test_a_reading_that_is_too_low_hides_nothing():
-    """3 % above the target for half of the time, the section area reads 3 % low: half is told."""
+    """3 % above the target for half of the time, the section area reads 3 % low: half is reported."""
     log = walls()
     t = np.arange(len(log['x'])) * PERIOD
     rate = np.where(t < 4.0, 1.04, 0.95) * 1000 / 60

@@ -14,7 +14,7 @@ FIRST = 5       # line of the first of MOVES
 
 
 def without_f(tmp_path):
-    """The INI file as docs/user/codes.md tells the user to change it."""
+    """The INI file as docs/user/codes.md has the user change it."""
     ini = write_ini(tmp_path)
     text, count = re.subn(r"(?m)^REMAP = F ", "#REMAP = F ", ini.read_text())
     assert count == 1

@@ -57,7 +57,7 @@ def test_m251_ends_with_its_program(tmp_path, end):
     for what, (_start, _type, _fast, over, errors, pins) in zip(('next', 'again', 'MDI'), (after[:6], after[6:12], after[12:])):
         print(end, what, over)
         check_plain(over)
-        assert over[1][1] == pytest.approx(5.0), what       # and LinuxCNC is told the feed of the program
+        assert over[1][1] == pytest.approx(5.0), what       # and LinuxCNC gets the feed of the program
         assert not [e for e in errors if e.startswith('chipwise')] and pins == ['0', '0'], (what, errors)
 
 
@@ -84,7 +84,7 @@ def test_a_program_without_f_goes_on_with_it(tmp_path, end, monitor):
 # --- MDI -------------------------------------------------------------------------------------------------------------
 
 def test_mdi_keeps_m251_until_a_program_starts(tmp_path):
-    """Over manual mode, jogging and homing it stays; a program that knows nothing of it ends it, and the operator is told; so
+    """Over manual mode, jogging and homing it stays; a program that knows nothing of it ends it with a message; so
     do machine off and E-stop, and then F is the feed of the next line, given anew or not."""
     on = [['mdi', 'F900'], ['mdi', 'M251 P2 Q20 E3000'], ['mdi', 'G0 X0 Y80 Z10']]
     answers = operate(tmp_path, [

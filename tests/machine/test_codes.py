@@ -32,7 +32,7 @@ def test_stock_and_feed_go_on_and_off(tmp_path):
 
 
 def test_a_large_map_is_waited_for_before_the_first_tool(tmp_path):
-    """1,400,000 cells take 0.4 s to fill; that there is no tool yet is no fault of the stock."""
+    """1,400,000 cells take 0.4 s to fill; a missing tool does not count as a fault of the stock."""
     answers = operate(tmp_path, [['mdi', 'T0 M6'], ['mdi', 'M250 P0 Q0 R-6 I200 J70 K6'],
                                  ['pins', 'stock-tracker.0.stock-defined']],
                       edit='s/^CELL = .*/CELL = 0.1/; s/^MAP_SIZE = .*/MAP_SIZE = 200 80/')

@@ -350,7 +350,7 @@ def pocket_cleared():
 @pytest.mark.parametrize('modes', [('G64 P0.01', 'G61'), ('G64 P0.1', 'G64')])
 def test_no_false_alarm_across_a_pocket(tmp_path, modes):
     """The tool brakes towards a wall at 100 mm/s and stands or turns just before it; the guard is on and stops nothing.  As it
-    begins to brake two periods show less than the planner does: taken for braking too weakly, one traverse in ten was stopped."""
+    begins to brake two periods show less than the planner does: one traverse in ten was stopped for braking too weakly."""
     program, log = tmp_path / 'pocket.ngc', tmp_path / 'log.npz'
     program.write_text(HEAD + 'G0 Z20\n' + pocket_cleared() + ''.join(pocket_paths(mode) for mode in modes) + 'G0 Z20\nM2\n')
     summary = runner.run_headless(str(program), speed=SPEED, log=str(log), timeout=300)
@@ -365,7 +365,7 @@ def test_no_false_alarm_across_a_pocket(tmp_path, modes):
 # --- random traverses round the stock, judged by its box and by whether anything was left to cut there -------------
 
 RADIUS, MODES = 3.0, ('G64', 'G64', 'G64 P1', 'G64 P5', 'G64 P20', 'G61')
-THIN_MM = 0.15          # half a cell: a layer so thin is none (docs/design/hal.md)
+THIN_MM = 0.15          # half a cell: so thin a layer is ignored (docs/design/hal.md)
 CHIP_MM = 0.36          # 1.4 cells: nor is what a step of the probe takes off an upright edge of the stock
 
 
@@ -414,7 +414,7 @@ def judge_traverses(log):
 
 
 def test_random_traverses(tmp_path):
-    """With the guard announced but switched off: every alarm is followed by a contact, every contact was told in time."""
+    """With the guard announced but switched off: every alarm is followed by a contact, every contact was announced in time."""
     for number in range(random_count(2)):
         generator = random.Random(random_seed() + number)
         program, log = tmp_path / 'random.ngc', tmp_path / 'log.npz'

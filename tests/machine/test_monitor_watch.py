@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """chipwise-monitor dead, stopped or merely late, and a tool change meanwhile: the tracker does not go on with the old tool, the
-feed is F, M251 refuses, the operator is told; and none of that where the machine is only busy.  The times, to a servo
+feed is F, M251 refuses, with a message; and none of that if the machine is only busy.  The times, to a servo
 period: tests/components/tracker_watch."""
 
 import pytest
@@ -24,7 +24,7 @@ def refused(texts):
 
 
 def test_dead_and_another_tool(tmp_path):
-    """12 mm instead of 6: unknown at once, M251 refuses, the operator is told; another monitor makes all well."""
+    """12 mm instead of 6: unknown at once, M251 refuses, with a message; another monitor makes all well."""
     before, _kill, _tool, state, fed, told, again, _start, _known, second, after = operate(tmp_path, [
         *BOX, STATE, ['kill_monitor'], ['mdi', 'T8 M6'], STATE, ['mdi', 'M251 Q6 P2 E3000'], ['sleep', TIMEOUT_S],
         ['mdi', 'M251 Q6 P2 E3000'], ['start_monitor'], ['until', READY, '=', 1], ['mdi', 'M251 Q6 P1'],
@@ -83,7 +83,7 @@ def test_stopped_for_good(tmp_path):
 
 
 def test_a_machine_without_the_number(tmp_path):
-    """Where HAL does not tell the tool number the heartbeat is all there is: slower, and never a false alarm."""
+    """Without the tool number in HAL there is only the heartbeat: slower, and never a false alarm."""
     edit = 's#tap(TOOL_NUMBER#(lambda *_: None)(TOOL_NUMBER#'
     before = f"mkdir -p p && cp -r ../remap/chipwise p/ && sed -i '{edit}' p/chipwise/cli/load.py && export PYTHONPATH=$PWD/p"
     first, second, _kill, _wait, state, errors = operate(tmp_path, [

@@ -69,7 +69,7 @@ WRITTEN = EVERY_PIN[-2:]
 
 @pytest.mark.parametrize('before', [True, False])
 def test_every_pin_is_connected_by_others(before, installed, tmp_path):
-    """Before chipwise.hal, and after it; where it is later, the two pins chipwise writes are its own by then."""
+    """Before chipwise.hal, and after it; in the second case the two pins chipwise writes are its own by then."""
     pins = [pin for pin in EVERY_PIN if before or pin not in WRITTEN]
 
     def edit(ini):

@@ -101,7 +101,7 @@ def test_probing_goes_at_the_programmed_feed(tmp_path):
         ['finish'], ['pins', VOLUME, OVERRIDE_IGNORED]])
     feed, velocity, ignored, requested = over
     assert feed == [1.0, 1.0] and ignored[1] == 0
-    assert requested[1] == pytest.approx(CEILING_VEL)           # that is what LinuxCNC was told
+    assert requested[1] == pytest.approx(CEILING_VEL)           # that is what LinuxCNC got
     assert velocity[1] == pytest.approx(F_VEL, rel=1e-3)        # and that is what it did
     assert end == []
     assert values(last) == [pytest.approx(WHOLE, rel=0.003), 0.0]
@@ -152,7 +152,7 @@ def test_moves_that_follow_the_spindle(tmp_path):
     ('M49\nM52 P0\n', True),                # feed-inhibit is ignored: the abort stops it
     ('M52 P0\n', False)])                   # without the monitor: the velocity in realtime
 def test_m52_p0_is_stopped(tmp_path, before, told):
-    """Adaptive feed disabled at the ceiling: the machine stops within millimetres, the operator is told."""
+    """Adaptive feed disabled at the ceiling: the machine stops within millimetres, with a message."""
     program = SLOT.replace('G1 X70\n', f'G1 X20\n{before}G1 X70\n').replace('F300', 'F120')
     blind = [] if told else [['hal', 'unlinkp', 'volumetric-feed.0.adaptive-off'],
                              ['hal', 'unlinkp', 'chipwise-monitor.override-ignored']]
@@ -174,7 +174,7 @@ def test_m52_p0_is_stopped(tmp_path, before, told):
 
 
 def test_window_without_a_ceiling(tmp_path):
-    """M251 P3 without E: F is the upper limit; where the rate at F is in the window F stays, above it Q counts."""
+    """M251 P3 without E: F is the upper limit; if the rate at F is in the window F stays, above it Q counts."""
     program = SLOT.replace('P2 E3000', 'P3 R1').replace('F300', 'F{}')
     for feed, expected in ((300, 5.0), (900, SLOT_VEL)):
         *_, over, end, last = operate(tmp_path, [
@@ -288,7 +288,7 @@ def test_every_kind_of_move_is_in_the_map(tmp_path):
 
 def test_moves_keep_their_line_numbers(tmp_path):
     """An F on the line of a move (F is remapped), in a program and in a subroutine: the line is that of the move, which the
-    operator sees, from which he starts again, and which a guard names."""
+    operator sees, from which the program is started again, and which a guard names."""
     text = BEGIN + 'G0 X-10 Y20 Z20\nG1 X0 F900\nG1 Y30 F1200\nO1 sub\nG1 X10 F1000\nG1 Y20\nO1 endsub\nO1 call\nG1 X20 F1100\nM252\nM2\n'
     program, log = tmp_path / 'lines.ngc', tmp_path / 'log.npz'
     program.write_text(text)

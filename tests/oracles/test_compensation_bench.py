@@ -36,7 +36,7 @@ def test_a_tool_larger_than_the_fillet_is_an_alarm(tmp_path):
 
 
 def test_a_known_gouge_is_seen(tmp_path):
-    """Contour 77: an arc runs through a wall that is no neighbour of it."""
+    """Contour 77: an arc runs through a wall that is not its neighbour."""
     parts, radius = bench.contour_case(77, "bulged")
     contour = make_contour(parts)
     path, alarm = through_linuxcnc(contour, LEFT, radius, tmp_path)

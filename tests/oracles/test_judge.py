@@ -194,7 +194,7 @@ def test_a_spoiled_run_is_seen(spoil, peak):
 
 
 def test_lost_periods_and_tool_lengths():
-    """A gap is counted; a change of the offset sweeps nothing; a traverse's volume is told apart."""
+    """A gap is counted; a change of the offset sweeps nothing; a traverse's volume is counted apart."""
     data = log(SLOT)
     keep = np.ones(len(data["x"]), bool)
     keep[1000:1007] = False

@@ -23,7 +23,7 @@ def make_ini(tmp_path_factory):
 def verdict(before, after, ini):
     """(deepest over the flutes mm, most cut more mm, most left mm, worst traverse mm) of a rewritten program.
 
-    The stock that is left is compared but for single needles on a wall: they stand on the edge of the tool's own path.
+    The stock that is left is compared but for single needles on a wall: they are on the edge of the tool's own path.
     """
     machine, geometry = Machine(str(ini)), load_tools(str(ini.parent / "tools.toml"))
     one, _, _ = judged(read(str(before), machine), geometry)

@@ -119,7 +119,7 @@ def rounded(parts, digits=4):
             for q in parts]
 
 
-# Where arcs are flattened: evenly, and ever denser towards both ends, where a neighbour at
+# Chords of flattened arcs: evenly, and ever denser towards both ends, where a neighbour at
 # a sharp angle may be crossed.
 _FLAT = np.unique(np.concatenate((np.linspace(0.0, 1.0, 24, endpoint=False),
                                   0.5 ** np.arange(5, 15), 1.0 - 0.5 ** np.arange(5, 15))))

@@ -86,7 +86,7 @@ class Post:
 
 
 def number(rng, low, high, step=0.013):
-    """A size that is no multiple of a cell."""
+    """A size that is not a multiple of a cell."""
     return round(low + rng.random() * (high - low), 2) + step
 
 
@@ -449,7 +449,7 @@ def hsm_bull_boss(rng):
 
 
 def facing_rim(rng):
-    """A box that is no multiple of any cell, turned in G54: faced with D12.7, then cut along its rim, deeper."""
+    """A box whose size is not a multiple of any cell, turned in G54: faced with D12.7, then cut along its rim, deeper."""
     p = Post(rng, decimals=3)
     job = Job(rng, p, (number(rng, 60, 68, 0.117), number(rng, 36, 44, 0.083), number(rng, 11, 14)))
     job.offset = (job.offset[0] + 0.119, job.offset[1] + 0.071, job.offset[2])

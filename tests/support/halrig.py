@@ -74,7 +74,7 @@ class ToolPath(Stimulus):
         self.set(**state)
 
     def set(self, **state):
-        """Pins from the next row on; underscores stand for hyphens."""
+        """Pins from the next row on; underscores become hyphens."""
         for name, value in state.items():
             name = name.replace("_", "-")
             assert name in self.state, name

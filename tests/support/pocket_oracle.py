@@ -2,7 +2,7 @@
 """An oracle for G79, written apart from the package: numpy only, none of the package's geometry.
 
 It takes the parts of the loops as written and what the tool did, and knows a pocket only as a test: a place is free
-where it is inside the boundary and outside every island; the tool may stand where it is free and far enough from every
+where it is inside the boundary and outside every island; the tool may be where it is free and far enough from every
 loop.  No offset is computed.
   gouge()      how much nearer to a loop than allowed any cut comes, by exact distances along every move
   Stock        columns at random places all over the box, cut move by move; says which rapids met one, what stands at
@@ -123,7 +123,7 @@ class Stock:
         self.point = np.concatenate((reach, rest))
         self.reached = np.arange(len(self.point)) < len(reach)      # the tool can get there
         self.height = np.full(len(self.point), case.top)
-        self.area = float(np.prod(high - low)) / count              # mm2 a column of `rest` stands for
+        self.area = float(np.prod(high - low)) / count              # mm2 of one column of `rest`
 
     def under(self, element, reach):
         """Indices of columns nearer than `reach` to a move in the plane."""

@@ -13,7 +13,7 @@ nor a height map:
 3. Total volume is counted apart from that on a raster of needles (`removed_total`).
 
 A rate trace is judged by `check_rate`, which looks for both faults: too fast, and sluggish
-where neither the stock nor the programmed feed is a reason to be slow.
+at which neither the stock nor the programmed feed is a reason to be slow.
 
 Lengths mm, times s, volumes mm3, rates mm3/s.
 """

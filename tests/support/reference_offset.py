@@ -3,7 +3,7 @@
 
 Called by tests and by readers: it is the plain form of what offset.py does for shapes
 whose errors stay between neighbours.  Source: JP H07-47256, Figs. 2 to 6; the step
-numbers of its flow charts stand in the code.
+numbers of its flow charts are in the code.
 
 It knows only neighbours, as the patent does.  Where those do not meet it returns
 NoMeeting instead of a path; a path that gouges some other element is not noticed here.

@@ -26,7 +26,7 @@
     ["start_monitor"]               as from a shell, without LinuxCNC's environment; waits until it is ready
     ["mdi_end"]                     wait for the end of that line; answer: the operator errors it raised
     ["map_sum"]                     answer: [checksum of the map's cells, mm3 removed]
-    ["messages"]                    answer: what was said that is no error, since the start
+    ["messages"]                    answer: messages other than errors since the start
     ["messages", text]              the same, but waits for one that contains the text
     ["map", name]                   saves the heights of the map as NAME (.npy); answer: [mm3 removed]
 
@@ -133,7 +133,7 @@ class Operator:
             lowest = min(lowest, float(self.pins('volumetric-feed.0.adaptive-feed')[0]))
             machine.poll()
         machine.wait('end of jog', lambda s: s.inpos)
-        time.sleep(0.5)         # the task still takes it for jogging
+        time.sleep(0.5)         # the task still treats it as jogging
         return [lowest]
 
     def pins(self, *names):

@@ -18,7 +18,7 @@ ROOT = DOCS.parent
 PROGRAM = ROOT / "nc_files" / "slots.ngc"
 
 WIDTH, HEIGHT, GAP, LEFT = 900, 130, 34, 64     # px of a panel
-BIN_S = 0.05                                    # s a point of the curves stands for
+BIN_S = 0.05                                    # s of one point of the curves
 CUTTING = (2, 3)                                # motion.motion-type
 
 

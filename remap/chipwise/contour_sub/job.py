@@ -17,7 +17,7 @@ class Job:
     ini             path of the INI file, "" for none: [RS274NGC]SUBROUTINE_PATH, [DISPLAY]PROGRAM_PREFIX
     unit            "mm" or "in": G21 or G20 where it is called
     incremental     G91; ijk_absolute: G90.1
-    position        (x, y, z) mm, work coordinates, where the tool stands
+    position        (x, y, z) mm, work coordinates, of the tool
     feed            program units/min
     machine_unit    mm of a machine unit
     tool            (number, diameter in machine units)
@@ -48,7 +48,7 @@ class Job:
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """loops: tuples of elements, one per contour; sub: O-number; file: where it stands; close_gap: as in the Job."""
+    """loops: tuples of elements, one per contour; sub: O-number; file: that holds it; close_gap: as in the Job."""
 
     sub: int
     file: str

@@ -19,7 +19,7 @@ import json
 import os
 import sys
 
-# this file's folder is no place to import from: the modules are those of the package
+# modules are imported from the package, not from this file's folder
 sys.path[0] = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 
 import gcode                                                    # noqa: E402
@@ -106,7 +106,7 @@ def _mm(*inches):
 
 
 def _mark_before(job, line):
-    """The last mark up to a line of the program: where reading failed before anything was run."""
+    """The last mark up to a line of the program, for errors that come before anything is run."""
     with open(job["program"], encoding="utf-8", errors="replace") as program:
         marks = [text for text in program.read().splitlines()[:line] if text.startswith("(" + job["mark"])]
     return int(marks[-1][len(job["mark"]) + 1:-1]) if marks else 0

@@ -11,7 +11,7 @@ Order of work, and why:
  3. The circle, in passes.  At the last one the pieces at the rim come loose, one after the other, small.
     Were the passes taken level by level through lines and circle, the same pieces would come loose at the last level,
     but every level would cost all the rapids again.
- 4. Up, and across to the centre: the tool stands on the clearance plane over the hole.
+ 4. Up, and across to the centre: the tool is on the clearance plane over the hole.
 
 Rapids run on the clearance plane or straight up and down above it; below it every move is a feed.
 
@@ -115,7 +115,7 @@ def _check_pocket(r):
 
 
 def finished_radius(request):
-    """Radius (mm) of the hole as it will be: K, or I where there is no K."""
+    """Radius (mm) of the hole as it will be: K, or I without K."""
     return request.radius if request.finished is None else request.finished
 
 

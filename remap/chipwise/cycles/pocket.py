@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""G79: clear a pocket with islands.  PocketRequest -> moves and what to tell the operator; pure, mm.
+"""G79: clear a pocket with islands.  PocketRequest -> moves and messages for the operator; pure, mm.
 
 Called by glue/pocket.py and bin/chipwise.  Where the tool centre may be: geometry/pocket/machinable.py; how it goes there:
 the strategies; here are levels, entries and what lies between.
@@ -126,7 +126,7 @@ def check(request):
 
 @lru_cache(maxsize=32)
 def pocket_plan(request):
-    """The whole cycle.  Raises CycleError, before any move, where it cannot be done, and ContourError for a loop that is
+    """The whole cycle.  Raises CycleError, before any move, if it cannot be done, and ContourError for a loop that is
     no closed contour."""
     check(request)
     r = request

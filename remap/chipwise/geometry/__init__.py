@@ -2,5 +2,5 @@
 """chipwise geometry kernel: contours of lines and arcs, offset by a tool.
 
 Pure Python and numpy, mm and rad, no LinuxCNC import.  Called by the cycles G77, G78
-and G79.  The flow of one contour through the modules stands in docs/design/geometry.md.
+and G79.  docs/design/geometry.md follows one contour through the modules.
 """

@@ -60,7 +60,7 @@ def may_be_skipped():
 
 
 def _main_line(interp, line):
-    """Line of the main program, where a sub of it is being executed that of the call; in MDI without a meaning."""
+    """Line of the main program; during a sub, the line of the call; without a meaning in MDI."""
     return line if interp.call_level <= 1 else interp.sub_context[0].sequence_number
 
 

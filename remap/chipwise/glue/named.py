@@ -5,7 +5,7 @@ Called by glue/state.py and glue/shape.py for their values, and by glue/context.
 
 Global named parameters live as long as milltask, while a preview has an interpreter of its own: a program would be run
 with what the one before it has left, and its preview would not show that.  So when a program begins, and when MDI
-begins after a program, forget() takes what was set before out of the interpreter.  What was set before is told by two things:
+begins after a program, forget() takes what was set before out of the interpreter.  Two things show what was set before:
     1. every code of ours marks what it has seen; the interpreter takes the mark off with the next assignment;
     2. what nobody has marked was set by lines without a code of ours: it stays where the program has such a line.
 The mark is the bit "unset" of the parameter, which LinuxCNC clears when it stores a value and asks for nowhere else.
@@ -38,7 +38,7 @@ def value(interp, name):
 
 
 def check_known(interp):
-    """Raise CycleError for a name with our prefix that is none of ours: a typing error would count as not set."""
+    """Raise CycleError for an unknown name with our prefix: a typing error would count as not set."""
     unknown = sorted(name for name in chipwise_names(interp) if name.lower() not in KNOWN)
     if unknown:
         del interp.sub_context[0].named_params[unknown[0]]      # said once: nobody else could take it out in MDI

@@ -16,7 +16,7 @@ class InForce:
     """What M250 and M251 have left in force, as far as the interpreter knows.
 
     feed        M251 is on; feed_of_mdi: it was given in MDI
-    feed_left   it has ended, and the realtime side has still to be told
+    feed_left   it has ended, and the realtime side does not know yet
     box         (low, high, shape, turn) of the last M250, None where the stock came from a file
     stock_here  the stock was defined in this run of the program, or in this MDI
     """

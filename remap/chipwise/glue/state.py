@@ -69,7 +69,7 @@ class State:
             raise CycleError("lathe diameter mode (G7) is on", "program G8 before")
 
     def program(self):
-        """Path of the file the line stands in."""
+        """Path of the file that the line is in."""
         return path_of(self.interp)
 
     # ---- words ----------------------------------------------------------------------------------------------
@@ -79,7 +79,7 @@ class State:
         return self.interp.blocks[self.interp.remap_level]
 
     def check_words(self, allowed):
-        """Raise CycleError for a word on the line that is none of `allowed` (lower-case letters).
+        """Raise CycleError for a word on the line that is not in `allowed` (lower-case letters).
 
         LinuxCNC leaves this to the remap: words outside argspec are dropped in silence.
         """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What LinuxCNC's task knows and does not tell the interpreter: MDI or a program, another run of it, the line it starts from.
+"""What LinuxCNC's task knows and the interpreter does not: MDI or a program, another run of it, the line it starts from.
 
 Called by glue/context.py, in milltask only.
 
@@ -9,7 +9,7 @@ Called by glue/context.py, in milltask only.
 3. Run from line: the lines before the start line are executed and what they have queued is thrown away, but not while a
    remapped code waits for the machine.  The start line is in no status.  The task's command buffer holds the last command,
    at the first line of a run as a rule the one that has started it.
-Where one of these cannot be had the answer is that of an ordinary run of a program, as said with each function.
+If one of these cannot be had the answer is that of an ordinary run of a program, as each function says.
 Read in LinuxCNC 2.9.0~pre1, 2.9.4 and 2.10 (2026-08): emctaskmain.cc, emctask.cc, taskmodule.cc, emc_nml.hh, nmlmsg.hh.
 """
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Private namespaces of Linux: which kind works here, and entering it.
 
-Called by sandbox.py and tools/on_debian.py.  A user namespace lets an ordinary user have the others; where they are forbidden,
+Called by sandbox.py and tools/on_debian.py.  A user namespace lets an ordinary user have the others; if they are forbidden,
 root has them without one.
 """
 

@@ -29,7 +29,7 @@ from chipwise.rewrite import along, cutting, shift
 from chipwise.rewrite.edits import Edits, Move
 from chipwise.rewrite.links import ACROSS_MM, OVER_MM, Links
 
-LEFT_MM = 0.002             # a shift by less is none
+LEFT_MM = 0.002             # smaller shifts are ignored
 LEFT_DEPTH = 0.3            # cells of depth, and
 LEFT_SHARE = 0.05           # cells of mean height across the tool, below which nothing is left to travel again for
 NEAR_PIECES = 6             # segments with fewer pieces between them are travelled as one

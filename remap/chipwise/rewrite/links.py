@@ -14,7 +14,7 @@ from chipwise.rewrite import cutting
 from chipwise.rewrite.edits import Move
 
 OVER_MM = 0.005             # stock less high than that is not met
-ACROSS_MM = 1e-6            # travel across the axis below that is none
+ACROSS_MM = 1e-6            # shorter travel across the axis is ignored
 GAP_MM = 1.0                # above what has been cut, where a traverse ends and a feed begins
 
 
@@ -27,7 +27,7 @@ class Links:
         self.travel = float(program.end[lead - 1, 2]) if lead and abs(program.end[lead - 1, 2]) > 1e-9 else None
 
     def _safe(self):
-        """Z of links: where the program last travelled, else above the stock."""
+        """Z of links: the height of the program's last traverse, else above the stock."""
         return self.travel if self.travel is not None else self.stock.z_max + GAP_MM
 
     def _feed(self, move):

@@ -138,7 +138,7 @@ class Program:
         return len(self.first) - 1
 
     def start(self, move):
-        """(3,): where a move begins; where the machine stands before the first is not known: there it begins at its end."""
+        """(3,): start of a move. The machine's position before the first is unknown: the first move starts at its end."""
         return self.end[max(move - 1, 0)]
 
     @functools.cached_property

@@ -4,9 +4,9 @@
 Called by flute.py.  Source: CN105492980 [0097]..[0115], figures 14 to 20.  Pure functions on arrays; lengths mm.
 The tool's axis is a unit vector that points away from the work: today always +Z.
 
- 1. [0101] to [0104]: where the shifted path travels at 90 degrees or more to the first path, the points at both ends of that
+ 1. [0101] to [0104]: if the shifted path travels at 90 degrees or more to the first path, the points at both ends of that
     segment are dropped and their neighbours joined (turned_points); flute.py asks whether the bridge interferes.
- 2. [0105] to [0111]: where the shifted path has a corner in the plane of travel and axis, arcs take its place, always on the
+ 2. [0105] to [0111]: if the shifted path has a corner in the plane of travel and axis, arcs take its place, always on the
     outside of the work (rounded).  Shifts are amounts per point over the arc length of the travel across the axis; a new point's
     amount is interpolated (between).
 

@@ -102,7 +102,7 @@ class Writer:
         return result
 
     def _cycle_of(self, steps):
-        """The canned cycle that a line runs; 0: none."""
+        """The canned cycle that a line runs, 0 without one."""
         return self.program.modes_on(steps[0]).cycle if len(steps) > 1 else 0
 
     def _check(self, number):
@@ -184,7 +184,7 @@ class Writer:
             self.out.append("G90" + self.end)
         if modes.cycle:
             self.out.append("G80" + self.end)
-        written = None              # X Y Z as they stand in the output
+        written = None              # X Y Z as the output has them
         for move in moves:
             words = self._one(move, written, frame, modes, numbers)
             written = [numbers.length(v) for v in frame.to_work(move.end)]

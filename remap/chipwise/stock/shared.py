@@ -10,8 +10,8 @@ one state; the bands are then some periods apart.
 
 put() writes a whole stock, for which the tracker must have let the map go (stock-tracker.N.held).
 
-Nothing in the memory is believed that is not checked: the block must be our own, for nobody else to write, and as large as its
-head says; its size, cell and capacity are kept here from then on, and every head is held against them before an index is made
+Everything in the memory is checked before it is used: the block must be our own, for nobody else to write, and as large as its
+head says; its size, cell and capacity are kept here from then on, and every head is compared with them before an index is made
 of it.
 
 All lengths mm, machine coordinates.
@@ -55,7 +55,7 @@ class Snapshot:
 
 
 def mean_heights(cells, head):
-    """Mean height of cells (dtype CELL_DTYPE) of the map with this head, mm, its bottom where there is none; stock.h, chip_cell_levels has the layout."""
+    """Mean height of cells (dtype CELL_DTYPE) of the map with this head, mm, its bottom without stock; stock.h, chip_cell_levels has the layout."""
     height = cells["top"].astype(float) - cells["cut"].astype(float) / layout.FULL * cells["drop"] * head.drop_unit
     rim = cells["drop"] & layout.RIM != 0
     height[rim] = _rim_heights(cells[rim], head)

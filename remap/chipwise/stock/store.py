@@ -11,7 +11,7 @@ A file holds, in this order
     cells       as in the map, ring included, zlib
     32 bytes    SHA-256 of everything before
 write() makes a new file beside the old one and then takes its place: a write that is cut off leaves the old one.
-read() believes nothing: length, checksum, version, numbers and every cell are looked at before anything is given back.
+read() trusts nothing: length, checksum, version, numbers and every cell are looked at before anything is given back.
 """
 from __future__ import annotations
 

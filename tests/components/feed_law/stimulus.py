@@ -67,7 +67,7 @@ case("floor", 0.1, FLOOR_BY, section_area=100.0)
 case("floor", 0.1, FLOOR_BY, section_area=1e9)
 case("floor", 0.1, FLOOR_BY, section_area=0.0, distance_first=0.0, area_first=1e9)
 case("floor", 0.001, FLOOR_BY, section_area=1e9, requested_vel=4000.0, programmed_vel=1e-3)
-# off, and motions that are none of ours: the override stays away
+# off, and motions that are not feeds: the override stays 1
 case("off", 1.0, NOTHING, mode=0)
 case("off", 1.0, NOTHING, mode=4)
 case("off", 1.0, NOTHING, mode=-1)

@@ -64,7 +64,7 @@ def check(trace):
     check_filling(trace.only("small"), scene.SMALL, "small")
     after = trace.only("small")
     always(after, "fault-code", 0)
-    # the tool stands in the fresh stock and cuts its own disc
+    # the tool is in the fresh stock and cuts its own disc
     near("removed-volume of a fresh stock", after["removed-volume"][-1], DISC_MM3, 0.003, "mm3",
          trace.phases["small"].stop * PERIOD_S)
 

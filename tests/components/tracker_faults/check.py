@@ -21,7 +21,7 @@ def check_tools(trace):
         always(after, "fault-code", 0)
         always(after, "ready", 1)
     idle = trace.only("no tool, not cutting")
-    always(idle, "fault", 0)                                # a tool change is none
+    always(idle, "fault", 0)                                # a tool change raises no fault
     always(idle, "ready", 0)
 
 

@@ -27,7 +27,7 @@ BAD_TOOLS = {                       # phase: (fault code, pins)
 
 
 def bad_tools(path):
-    """Each goes 3 mm through the stock with cutting enabled, then the sound tool stands there."""
+    """Each goes 3 mm through the stock with cutting enabled, then the sound tool stays there."""
     for name, (_code, pins) in BAD_TOOLS.items():
         path.phase(name)
         path.set(**dict(TOOL, **pins)).line(path.at + (3.0, 0.0, 0.0), 150.0)

@@ -51,7 +51,7 @@ class Contour:
 
 
 class ContourError(ValueError):
-    """A shape that is no contour.
+    """A shape that cannot be a contour.
 
     kind: "empty", "not finite", "impossible arc", "not connected", "crosses itself" or, in
     a pocket, "misplaced island"; lines: source line numbers of the two elements concerned;

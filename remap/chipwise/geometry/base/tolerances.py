@@ -67,10 +67,10 @@ ANGLE_RAD = 1e-6
 PARALLEL = 1e-15
 
 # Cosine above which a rolling arc leaves its neighbour tangentially: 1e-5 rad against the
-# 1e-8 rad to which a cosine near 1 can be told.
+# 1e-8 rad, the resolution of a cosine near 1.
 COLLINEAR = 1.0 - 5e-11
 
-# A turn this near to half a circle is a cusp, where the tangents do not tell the side; and
+# A turn this near to half a circle is a cusp, whose tangents do not give the side; and
 # a turn smaller than this to the wrong side is rounding.
 CUSP_RAD = 1e-3
 
@@ -84,7 +84,7 @@ NEAR_MM = 1e-5
 SAME_FOOT_MM = 1e-6
 
 # A foot may fall back behind the last one by this much where the path runs over a corner of
-# nearly tangent elements, within the depth tolerance; that is no corner either.
+# nearly tangent elements, within the depth tolerance; such a joint is not a corner either.
 BACK_MM = 1e-2
 
 # Pieces of the finish shape shorter than this are points: no element of the rough shape.

@@ -28,7 +28,7 @@ class InaccessibleSegment:
 @dataclass(frozen=True, eq=False)
 class _Segments:
     """s segments: first, last (s,) int path elements; before, after (s,) int segment on
-    the other side of the corner at its start and end, -1 where there is none; along (s,)
+    the other side of the corner at its start and end, -1 without one; along (s,)
     int the next segment along the contour, -1 at an open end; gap (s,) mm up to it."""
     first: np.ndarray
     last: np.ndarray

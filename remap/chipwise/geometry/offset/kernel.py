@@ -194,7 +194,7 @@ def _in_free_area(clearance_check, raw, kept, depth):
 
     Contours that cross keep the tool out of what they share by no distance: far inside an
     island a slice along the wall is clear of both.  Winding numbers tell: 1 for the boundary
-    about it, -1 for each island.  No corner is missing: where contours cross, the free area
+    about it, -1 for each island.  No corner is missing: if contours cross, the free area
     has an inner corner, which needs no rolling arc, and what lies hidden behind another
     contour is further away than that.
     """

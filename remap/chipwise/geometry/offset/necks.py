@@ -25,7 +25,7 @@ class InaccessibleRegion:
 
     area mm2; lines: source lines of the finish elements on its edge; boundary: closed run
     of Elements, made when asked for from `index` into `pool`, which all regions share;
-    holes: islands of a pocket that stand in the region, chains of Elements.
+    holes: islands of a pocket inside the region, chains of Elements.
     """
     area: float
     lines: tuple

@@ -47,7 +47,7 @@ class Raw:
     """k elements of the raw offset.
 
     elements; kind (k,) ELEMENT, CORNER (rolls about the end of `source`), LINK (closes the
-    gap at the end of `source`) or SHRUNK (stands for the whole of a vanished arc);
+    gap at the end of `source`) or SHRUNK (represents the whole of a vanished arc);
     source (k,) int: index into the chain; points (m, 2) mm: centres of arcs whose radius
     is the tool radius exactly.
     """
@@ -128,7 +128,7 @@ def _joints(chain, moved, side, radius):
 
 
 def _links(start, end, index, radius, kind=LINK):
-    """Straight links from start to end at `index`, where the gap is slight."""
+    """Straight links from start to end at `index`, if the gap is slight."""
     gap = np.hypot(*(end[index] - start[index]).T)
     index = index[(gap > 0.5 * NODE_MM) & (gap <= slight_corner_gap(radius))]
     return elements.make_lines(start[index], end[index]), kind, index

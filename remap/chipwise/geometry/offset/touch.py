@@ -36,7 +36,7 @@ class Touch:
 
     path (m,) int; finish, t0, t1 (m,) feet; following (m,) int, -1 at an open end;
     corner (m,) bool: the path has an inner corner after this element; step (m,) mm along
-    the contour from its last foot to the next one's first, where there is no corner;
+    the contour from its last foot to the next one's first, unless there is a corner;
     point (m, 2) mm end of the element, the tool centre at that corner.
     """
     path: np.ndarray

@@ -36,7 +36,7 @@ MOST_CUTS = 200
 
 class Partition:
     """points: list of (x, y) mm; polygons: list of polygons, counter-clockwise, each a list of
-    (point, inner): inner tells whether the edge from this point to the next is shared."""
+    (point, inner): inner says whether the edge from this point to the next is shared."""
 
     def __init__(self, outline, holes):
         """outline (n, 2) counter-clockwise, holes (m, 2) clockwise, mm."""

@@ -9,7 +9,7 @@ progress (scan.py, 1) makes all three kinds of move climb, or all conventional.
 
 Departures: the abstract says nothing of the first and the last path, of islands and of bays.
 1. The first chord of a region goes on along the outline over the region's head, back to its start.
-2. Where an island begins, the tool goes on over its head to the chord on its other side.
+2. At the start of an island the tool goes on over its head to the chord on its other side.
 3. What the moves of the abstract leave of the outline, the foot of a region or of an island, is cut
    from P to Q as soon as the chords on both sides are done.
 4. A chord waits until every chord before it is done; of those that may be next the one below the

@@ -5,7 +5,7 @@ Called by cycles/pocket.py after any strategy.  Polygons by geometry/base/polygo
 nothing left is overlooked: a kerf is drawn too narrow by SAGITTA_MM.
 
 Because the last Tracks run every contour of the machinable region, everything within a tool radius of those
-is cut.  So whatever is left lies inside the machinable region, and the tool may stand on all of it: a piece
+is cut.  So whatever is left lies inside the machinable region, and the tool may be anywhere on it: a piece
 that fits a circle of the tool's radius is gone when the tool has been at that circle's centre.
 """
 import numpy as np

@@ -74,7 +74,7 @@ class _Toolpath:
         self.here = chain.end[-1]
 
     def line(self, to, cutting=True):
-        """Adds a line, where there is any way to go."""
+        """Adds a line if there is any way to go."""
         if np.hypot(*(to - self.here)) > NODE_MM:
             self.go(chains.line(self.here, to), cutting)
 

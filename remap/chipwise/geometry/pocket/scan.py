@@ -46,7 +46,7 @@ MAX_ROWS = 3000
 # A machinable region below this area (mm2) is a line or a point contact: its contour is all there is to cut.
 NO_AREA_MM2 = 1e-6
 
-# Elements of the pool below this length (mm) are none: rounding of a chord between two walls that
+# Elements of the pool below this length (mm) are ignored: rounding of a chord between two walls that
 # lie on one another.
 NO_LENGTH_MM = 1e-9
 

@@ -33,7 +33,7 @@ SAGITTA = 0.002
 # The patent's n is cut back to this, unless more is needed before kerfs overlap: it bounds the preview's time.
 MAX_PARTS = 200
 
-# A path shorter than this is no line. mm
+# Shorter paths are ignored. mm
 MIN_LINE = 1e-3
 
 # Lengths closer than this are equal. mm, rounding only

@@ -30,7 +30,7 @@ from chipwise.geometry.slug.disc import PIECE_MARGIN, flat_segments
 from chipwise.geometry.slug.grid import Grid
 from chipwise.geometry.slug.line_order import order_lines
 
-# A slug thinner than this is no piece but a chip; the drawings of its edges are not much finer. mm
+# A slug thinner than this leaves as a chip; the drawings of its edges are not much finer. mm
 HAIR = 0.01
 
 # Arcs are drawn as chords this far off: for lines and for the slug. mm.  A line ends where its chord meets the first
