@@ -42,7 +42,7 @@ def start_xvfb(size, env):
     reading, writing = os.pipe()
     plain = {key: value for key, value in env.items() if key != 'LD_PRELOAD'}
     subprocess.Popen(['Xvfb', '-displayfd', str(writing), '-screen', '0', size + 'x24',
-                      '-nolisten', 'tcp'], pass_fds=[writing], env=plain,
+                      '-nolisten', 'tcp', '-noreset'], pass_fds=[writing], env=plain,
                      stdin=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     os.close(writing)
     with os.fdopen(reading) as pipe:
