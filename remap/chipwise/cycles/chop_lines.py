@@ -14,11 +14,23 @@ from chipwise.cycles.mover import Mover
 from chipwise.cycles.word_checks import EQUAL
 
 
-def depth_levels(clearance: float, bottom: float, depth_step: float | None) -> list[float]:
-    """Z of each pass, mm: equal steps counted from the clearance plane (as G83 counts its pecks), each at most J."""
-    total = clearance - bottom
+def depth_levels(clearance: float, bottom: float, depth_step: float | None, stock_top: float | None = None) -> list[float]:
+    """Z of each pass, mm: equal steps counted from the clearance plane (as G83 counts its pecks), each at most J.
+
+    stock_top: nothing is above it.  If that saves passes, the steps are counted from there; otherwise they stay as they are.
+    """
+    levels = _equal_steps(clearance, bottom, depth_step)
+    if stock_top is None or stock_top >= clearance:
+        return levels
+    fewer = _equal_steps(max(stock_top, bottom), bottom, depth_step)
+    return fewer if len(fewer) < len(levels) else levels
+
+
+def _equal_steps(top, bottom, depth_step):
+    """Z of the ends of equal steps from top to bottom, none longer than depth_step (None: one step)."""
+    total = top - bottom
     count = 1 if depth_step is None else max(1, math.ceil(total / depth_step - EQUAL))
-    return [clearance - total * k / count for k in range(1, count)] + [bottom]
+    return [top - total * k / count for k in range(1, count)] + [bottom]
 
 
 def line_entry(segment, tool_radius):

@@ -52,7 +52,8 @@ class ContourRequest:
     clearance       clearance plane
     allowance       I: stock left on the wall
     passes, step    L, D: radial passes and their distance
-    depth_step      J: deepest pass; None: one pass
+    depth_step      J, or the flute length: deepest pass; None: one pass
+    stock_top       nothing is above it; None: not known.  Only without J
     approach        K: height of the slanted approach; None: vertical plunge
     angle           of the slanted approach to the work plane, rad
     feed            mm/min (mm per revolution under G95)
@@ -77,6 +78,7 @@ class ContourRequest:
     passes: int = 1
     step: Optional[float] = None
     depth_step: Optional[float] = None
+    stock_top: Optional[float] = None
     approach: Optional[float] = None
     angle: float = math.radians(30.0)
     finish: bool = False
@@ -139,7 +141,7 @@ def contour_plan(request: ContourRequest) -> ContourPlan:
     contour = make_contour(list(request.shape), request.close_gap)
     refuse_nearly_closed(contour, request.close_gap)
     results = _offsets(request, contour)
-    levels = depth_levels(request.clearance, request.bottom, request.depth_step)
+    levels = depth_levels(request.clearance, request.bottom, request.depth_step, request.stock_top)
     count = len(levels) * sum(len(path.elements) + 6 for result in results for path in result.paths)
     check_moves(count, request, "use a larger J or D")
     chop = _chop(request, contour, results[-1])

@@ -54,7 +54,8 @@ class HoleRequest:
     ccw             True: G13, False: G12
     tool_radius     half the tool's diameter
     chop_size       H: no loose piece may reach it; 0: do not chop
-    depth_step      J: deepest pass; None: one pass
+    depth_step      J, or the flute length: deepest pass; None: one pass
+    stock_top       nothing is above it; None: not known.  Only without J
     feed            mm/min (mm per revolution under G95)
     plunge_feed     E, same unit
     start           (x, y, z) where the tool stands
@@ -76,6 +77,7 @@ class HoleRequest:
     step: Optional[float] = None
     chop_size: float = 0.0
     depth_step: Optional[float] = None
+    stock_top: Optional[float] = None
     most_moves: int = MOST_MOVES
     feed_per: str = "min"
 
@@ -147,7 +149,7 @@ _cached_piece = lru_cache(maxsize=256)(disc.disc_piece)
 def hole_plan(request: HoleRequest) -> CyclePlan:
     """The whole cycle.  Raises CycleError, before any move, if it cannot be done."""
     check(request)
-    levels = depth_levels(request.clearance, request.bottom, request.depth_step)
+    levels = depth_levels(request.clearance, request.bottom, request.depth_step, request.stock_top)
     mover, lines = Mover(request), _lines_in_order(request, len(levels))
     check_moves(len(levels) * (4 * len(lines) + _circle_moves(request)), request, "use a larger J or Q")
     for line in lines:

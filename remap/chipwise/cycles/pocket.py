@@ -61,7 +61,8 @@ class PocketRequest:
     strategy         P: 0 to 3
     direction        L: degrees, of strategies 1 and 2
     climb            the stock right of travel: climb milling with M3
-    depth_step       J: deepest pass; None: one pass
+    depth_step       J, or the flute length: deepest pass; None: one pass
+    stock_top        nothing is above it; None: not known.  Only without J
     ramp_angle       degrees
     feed             mm/min (mm per revolution under G95)
     plunge_feed      E, same unit
@@ -85,6 +86,7 @@ class PocketRequest:
     direction: float = 0.0
     climb: bool = True
     depth_step: Optional[float] = None
+    stock_top: Optional[float] = None
     ramp_angle: float = 3.0
     close_gap: float = CONNECT_MM
     most_moves: int = MOST_MOVES
@@ -209,7 +211,7 @@ class _Driver:
         """All levels of a machinable region."""
         r, mover = self.request, self.mover
         above, known = None, _known_starts(tracks)
-        levels = depth_levels(r.clearance, r.bottom + r.floor_allowance, r.depth_step)
+        levels = depth_levels(r.clearance, r.bottom + r.floor_allowance, r.depth_step, r.stock_top)
         per_level = sum(len(track.elements) + 3 for track in tracks)
         check_moves(len(mover.moves) + len(levels) * per_level, r, "use a larger J or D")
         for z in levels:

@@ -28,12 +28,11 @@ def _words(state, finish):
         raise CycleError("word P (side of the tool) is missing", "add P41 (tool left of the contour) or P42 (right)")
     diameter = state.tool_diameter()
     clearance, bottom = state.heights()
-    depth_step = state.length("j")
     passes = state.number("l")
     chop_size = state.chop_size()
     return dict(
         side=side, tool_radius=diameter / 2, bottom=bottom, clearance=clearance, allowance=state.length("i") or 0.0,
         passes=1 if passes is None else passes, step=state.length("d"),
-        depth_step=state.flute_length() if depth_step is None else depth_step,
         approach=state.length("k"), angle=math.radians(state.approach_angle()), close_gap=state.settings["CLOSE_GAP"],
-        start=state.position(), finish=finish, chop_size=chop_size if finish else 0.0, **state.feeds())
+        start=state.position(), finish=finish, chop_size=chop_size if finish else 0.0, **state.depth_step(),
+        **state.feeds())

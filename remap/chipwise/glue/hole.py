@@ -15,10 +15,8 @@ def _fields(state, ccw):
     diameter = state.tool_diameter()
     x, y = state.place()
     clearance, bottom = state.heights()
-    depth_step = state.length("j")
     return dict(
         x=x, y=y, bottom=bottom, clearance=clearance,
         radius=state.needed("i", "radius of the hole"), finished=state.length("k"), step=state.length("q"),
         ccw=ccw, tool_radius=diameter / 2, chop_size=state.chop_size(),
-        depth_step=state.flute_length() if depth_step is None else depth_step,
-        start=state.position(), **state.feeds())
+        start=state.position(), **state.depth_step(), **state.feeds())

@@ -20,11 +20,10 @@ def _words(state):
     diameter = state.tool_diameter()
     clearance, bottom = state.heights()
     state.chop_size()               # checks H0: a pocket leaves no slug, so there is nothing to chop
-    depth_step, step = state.length("j"), state.length("d")
+    step = state.length("d")
     return dict(
         bottom=bottom, clearance=clearance, tool_radius=diameter / 2,
         step=STEP_SHARE * diameter if step is None else step, close_gap=state.settings["CLOSE_GAP"],
         side_allowance=state.length("i") or 0.0, floor_allowance=state.length("k") or 0.0, strategy=state.number("p") or 0,
         direction=float(state.number("l") or 0), climb=state.turns_clockwise(),
-        depth_step=state.flute_length() if depth_step is None else depth_step, ramp_angle=state.ramp_angle(),
-        start=state.position(), **state.feeds())
+        ramp_angle=state.ramp_angle(), start=state.position(), **state.depth_step(), **state.feeds())

@@ -15,7 +15,7 @@ from interpreter import INTERP_ERROR, INTERP_EXECUTE_FINISH, INTERP_OK
 
 from chipwise import planner, report
 from chipwise.errors import CycleError, clip, printable
-from chipwise.glue import context, emit, named, volumetric
+from chipwise.glue import context, emit, known_stock, named, volumetric
 from chipwise.glue.ceiling import restore_programmed
 from chipwise.glue.state import State
 from chipwise.glue.turn import Turn
@@ -23,7 +23,10 @@ from chipwise.glue.turn import Turn
 
 def begin(interp, words):
     """Before anything else: what the program before, or MDI, has left ends; the program's own F."""
-    volumetric.begin(interp, context.enter(interp, words))
+    another = context.enter(interp, words)
+    if another:
+        known_stock.forget(interp)
+    volumetric.begin(interp, another)
     restore_programmed(interp)
 
 

@@ -11,7 +11,7 @@ import emccanon
 
 from chipwise import report
 from chipwise.errors import MM_PER_INCH, CycleError
-from chipwise.glue import named
+from chipwise.glue import known_stock, named
 from chipwise.order import Order
 from chipwise.settings import MIN_ANGLE, load_settings
 from chipwise.tools import tool_geometry
@@ -170,13 +170,23 @@ class State:
         return diameter
 
     def flute_length(self):
-        """Flute length (mm) of the tool in the spindle, None where unknown.
-
-        The default of J in every cycle: no pass deeper than the cutting edge.  Source: CN105492980 [0010]: only the
-        edge cuts, the shank above it does not.
-        """
+        """Flute length (mm) of the tool in the spindle, None where unknown."""
         geometry = tool_geometry(self.settings.path("TOOL_GEOMETRY"), self.interp.tool_table[0].toolno)
         return None if geometry is None else geometry.flute_length
+
+    def depth_step(self):
+        """For a request: J or, without it, the flute length and the top of the stock (mm), each None where unknown.
+
+        No pass is deeper in the stock than the cutting edge.  Source: CN105492980 [0010]: only the edge cuts, the shank above it
+        does not.
+        """
+        word = self.length("j")
+        if word is not None:
+            return {"depth_step": word}
+        flutes, top = self.flute_length(), known_stock.top(self.interp)
+        if flutes is None or top is None:
+            return {"depth_step": flutes}
+        return {"depth_step": flutes, "stock_top": top - self.machine_point((0.0, 0.0, 0.0))[2]}
 
     def parameter(self, name):
         """A global named parameter, None where the program has not set it."""

@@ -9,7 +9,7 @@ import emccanon
 
 from chipwise import preview
 from chipwise.errors import CycleError
-from chipwise.glue import context
+from chipwise.glue import context, known_stock
 from chipwise.glue.registers import InForce, send, status_now
 from chipwise.glue.workpiece import check_fits, stock_of
 from chipwise.stock import layout, reasons
@@ -27,6 +27,7 @@ def define_stock(state):
     state.check_words("pqrijk")
     low, high, shape, turn = stock_of(state)
     size = check_fits(state.settings, low, high, turn)
+    known_stock.define(state.interp, high[2])
     if not state.interp.task:
         preview.stock(state.line_number, low, high, shape, turn)
         return
@@ -146,6 +147,7 @@ def save_stock(state):
 def restore_stock(state):
     """M254."""
     _slot(state)
+    known_stock.forget(state.interp)
     if not state.interp.task:
         preview.restored(state.line_number)
     if state.interp.task and _run_from_line_keeps_stock(state):
