@@ -68,6 +68,7 @@ run: deps
 	@tools/run
 
 test: deps
+	-@tools/deps python3-distributed
 	@$(MAKE) --no-print-directory build
 	@tools/test
 

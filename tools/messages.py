@@ -26,6 +26,7 @@ SECTIONS = (                                    # (beginning of the path, headin
     ('remap/chipwise/rewrite/', 'chipwise rewrite'),
     ('remap/chipwise/cli/rewrite', 'chipwise rewrite'),
     ('remap/chipwise/check/', 'chipwise check'),
+    ('remap/chipwise/batch/', 'chipwise check'),
     ('remap/chipwise/cli/check', 'chipwise check'),
     ('remap/chipwise/cli/contour', 'chipwise contour'),
     ('remap/chipwise/drawing/', 'chipwise contour'),

@@ -46,6 +46,14 @@ def _lines_of(path):
     return count
 
 
+def _size_of(path):
+    """Bytes of a program; 0 if there is none."""
+    try:
+        return os.path.getsize(path)
+    except OSError:
+        return 0
+
+
 def _work(sender, parent, program, arguments):
     """The process of one program."""
     die_with_parent(parent)
@@ -60,12 +68,12 @@ def _work(sender, parent, program, arguments):
             sent = step
             sender.send(step / PROGRESS_STEPS)
 
-    result = _checked(program, progress, arguments)
+    result = checked(program, progress, arguments)
     signal.signal(signal.SIGTERM, signal.SIG_IGN)       # the parent ends us when it has the result: no exit within the exit
     sender.send(result)
 
 
-def _checked(program, progress, arguments):
+def checked(program, progress, arguments):
     """The Result, also after an unexpected error."""
     try:
         return check(program, progress=progress, **arguments)
@@ -114,27 +122,29 @@ class _Job:
 def check_all(programs, jobs, progress=None, **arguments):
     """Yield (number, Result) of each program as it is ready; `jobs` at a time.  arguments: as for simulate.check.
 
+    The largest programs come first, so that no processor is left with one at the end.
     progress: called with the share (0..1) of all that is done.
     """
     context = multiprocessing.get_context("fork")
-    waiting = list(enumerate(programs))[::-1]
-    running, done = {}, 0
+    waiting = sorted(enumerate(programs), key=lambda entry: (_size_of(entry[1]), -entry[0]))
+    running, ended, done = {}, [], 0
     gc.freeze()
     try:
         while waiting or running:
             while waiting and len(running) < jobs:
                 job = _Job(context, *waiting.pop(), arguments)
                 running[job.receiver] = job
+            while ended:                                # after the next one is under way: it takes a while
+                ended.pop().end()
             for receiver in multiprocessing.connection.wait(list(running)):
                 job = running[receiver]
                 result = job.receive()
                 if result is not None:
-                    del running[receiver]
-                    job.end()
+                    ended.append(running.pop(receiver))
                     done += 1
                     yield job.number, result
             if progress:
                 progress((done + sum(job.share for job in running.values())) / len(programs))
     finally:
-        for job in running.values():
+        for job in (*running.values(), *ended):
             job.end()

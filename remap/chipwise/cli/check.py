@@ -33,6 +33,7 @@ def add_arguments(parser):
     parser.add_argument('--json', metavar='FILE', help='all results as JSON (-: standard output)')
     parser.add_argument('--report', metavar='FILE.html', help='all results as one page that needs no network')
     parser.add_argument('--jobs', type=int, metavar='N', help='programs at a time (default: one per processor)')
+    parser.add_argument('--scheduler', metavar='ADDRESS', help='work the programs on a Dask cluster: tcp://HOST:PORT')
     parser.add_argument('--cell', type=float, metavar='MM', help='cell of the stock model (default: [CHIPWISE]CELL)')
     parser.add_argument('--time-limit', type=float, default=600.0, metavar='S',
                         help='computing time for one program (default: 600)')
@@ -47,7 +48,7 @@ def refuse(text):
 
 def run(options):
     """-> exit status."""
-    from chipwise.check.run import check_all, programs_of
+    from chipwise.check.run import programs_of
     arguments = order(options)
     programs = programs_of(options.programs)
     if not programs:
@@ -56,7 +57,7 @@ def run(options):
         check_output(path)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
     results, progress = [None] * len(programs), Progress(sys.stderr)
-    for number, result in check_all(programs, options.jobs or os.cpu_count() or 1, progress, **arguments):
+    for number, result in results_of(options, programs, progress, arguments):
         results[number] = result
         progress.clear()
         if options.json != '-':
@@ -70,12 +71,30 @@ def run(options):
     return max(result.status for result in results)
 
 
+def results_of(options, programs, progress, arguments):
+    """Yield (number, Result) of each program as it is ready."""
+    from chipwise.check.run import check_all
+    if options.scheduler is None:
+        yield from check_all(programs, options.jobs or os.cpu_count() or 1, progress, **arguments)
+        return
+    from chipwise.batch.cluster import ClusterError, on_cluster
+    from chipwise.check.result import Result
+    from chipwise.cli import UsageError
+    try:
+        yield from on_cluster(options.scheduler, 'check', programs, arguments, lambda program, text: Result(program, error=(text, 0)),
+                              progress)
+    except ClusterError as error:
+        raise UsageError(f'{NAME}: {error}') from None
+
+
 def order(options):
     """Arguments of simulate.check from the options."""
     from chipwise.check.reader import Machine, Unreadable
     from chipwise.headless.runner import ROOT
     if options.jobs is not None and not 1 <= options.jobs <= MAX_JOBS:
         refuse(f'--jobs {options.jobs} is not from 1 to {MAX_JOBS}')
+    if options.scheduler is not None and options.jobs is not None:
+        refuse('--jobs counts processes of this computer; leave it out with --scheduler')
     if options.cell is not None and not 0.01 <= options.cell <= 10:
         refuse(f'--cell {options.cell:g} is not a length from 0.01 to 10 mm')
     if not 1 <= options.time_limit <= 1e6:
