@@ -144,11 +144,7 @@ o100 endsub
 def test_a_sub_that_reads_parameters(unit, machine):
     """Under offsets, rotation and G92 the sub is what a call of it in the program is, parameter by parameter."""
     before = ("G21\nG10 L2 P2 X1 Y2 Z3 R45\nG55\nG0 X0 Y0 Z0\nG92 X-5 Y0\nF600\n#31 = 1.5\n"
-<<<<<<< Updated upstream
-              f"#<_unit> = {1 if unit == 'G21' else 25.4}\n")
-=======
               f"#<_unit> = {1 if unit == 'G21' else 25.4}\nM250 P-5 Q-5 R-20 I50 J50 K20\n")     # the top of the stock is known
->>>>>>> Stashed changes
     at = "G0 X3 Y-4 Z20" if unit == "G21" else "G0 X[3/25.4] Y[-4/25.4] Z[20/25.4]"
     cycle = FINISH if unit == "G21" else inch(FINISH)
     feed = "F600" if unit == "G21" else inch("F600")

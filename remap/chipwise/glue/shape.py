@@ -29,8 +29,7 @@ def sub_number(state):
 def job(state, sub):
     """Job for a sub called where the line stands."""
     interp = state.interp
-    names = [name for name in named.global_names(interp)
-             if name not in COUNTING and not name.startswith(("_ini[", "_hal["))]
+    names = [name for name in named.global_names(interp) if name not in COUNTING and not set("[>") & set(name)]
     tool = interp.tool_table[0]
     return Job(
         program=tuple(_programs(interp)), sub=sub, ini=ini.file_name(), unit=state.unit, incremental=state.incremental,
