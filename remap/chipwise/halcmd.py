@@ -5,7 +5,9 @@ Called by the command line tool, the monitor and the headless display.  HAL's ow
 components.
 """
 
+import re
 import subprocess
+from typing import Sequence
 
 from chipwise.errors import CycleError, braceless
 
@@ -25,6 +27,17 @@ def halcmd(*words: str) -> str:
         said = braceless((done.stdout + done.stderr).strip())
         raise CycleError(f"halcmd {braceless(' '.join(words))}: {said}", "see the lines above")
     return done.stdout
+
+
+def halcmds(*commands: Sequence[str]) -> None:
+    """Several commands in one halcmd, up to the first that fails.  Raises CycleError with that command and what halcmd said."""
+    script = "".join(" ".join(words) + "\n" for words in commands)
+    done = subprocess.run(["halcmd", "-s", "-f"], text=True, check=False, input=script, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    if done.returncode:
+        said = (done.stdout + done.stderr).strip()
+        line = re.search(r"^<stdin>:(\d+):", said, re.MULTILINE)
+        words = commands[int(line[1]) - 1] if line else commands[0]
+        raise CycleError(f"halcmd {braceless(' '.join(words))}: {braceless(said)}", "see the lines above")
 
 
 def getp(pin: str) -> str:

@@ -18,6 +18,7 @@ def machine(monkeypatch, tmp_path):
     monkeypatch.setattr(load, 'signal_of', lambda pin: hal.get(pin, ('', ''))[1])
     monkeypatch.setattr(load, 'thread_functions', lambda: ['motion-controller'])
     monkeypatch.setattr(load, 'halcmd', lambda *words: pytest.fail(f'halcmd {words}'))
+    monkeypatch.setattr(load, 'halcmds', lambda *commands: pytest.fail(f'halcmds {commands}'))
     ini = tmp_path / 'machine.ini'
     monkeypatch.setenv('INI_FILE_NAME', str(ini))
     ini.write_text('[TRAJ]\nCOORDINATES = XYZ\nLINEAR_UNITS = mm\nMAX_LINEAR_ACCELERATION = 500\n')

@@ -228,3 +228,27 @@ getp stock-tracker.0.ready
     assert (code, ready, float(rate)) == ("22", "FALSE", 0.0), out
     assert 0.0 <= float(override) <= 1.0, out
     assert (code_after, ready_after) == ("0", "TRUE"), out
+
+
+HALCMDS = """import sys
+sys.path.insert(0, sys.argv[1])
+from chipwise.errors import CycleError
+from chipwise.halcmd import getp, halcmds
+halcmds(("loadrt", "and2"), ("setp", "and2.0.in0", "1"), ("setp", "and2.0.in1", "1"), ("net", "both", "and2.0.out"))
+for commands in ([("setp", "and2.0.in0", "0"), ("setp", "and2.0.none", "1"), ("setp", "and2.0.in1", "0")], [("loadrt", "no_such")]):
+    try:
+        halcmds(*commands)
+    except CycleError as error:
+        print("refused", str(error).splitlines()[0])
+print("pins", getp("and2.0.in0"), getp("and2.0.in1"))
+"""
+
+
+def test_several_commands_end_at_the_one_that_fails(tmp_path, root):
+    """chipwise.halcmd.halcmds: what is before it is done, what is behind it is not, and the message names it."""
+    (tmp_path / "several.py").write_text(HALCMDS)
+    _status, out = hal(tmp_path, f"loadrt or2\nloadusr -w {PYTHON} several.py {root}/remap\n")      # rtapi_app runs, as in LinuxCNC
+    refused = [line for line in out.splitlines() if line.startswith("refused")]
+    assert len(refused) == 2 and "halcmd setp and2.0.none 1: " in refused[0] and "halcmd loadrt no_such: " in refused[1], out
+    assert "'and2.0.none' not found" in refused[0]
+    assert "pins FALSE TRUE" in out.splitlines(), out

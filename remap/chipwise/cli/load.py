@@ -13,7 +13,7 @@ from chipwise import ROOT
 from chipwise.cli.python_section import check_codes
 from chipwise.clock import patience
 from chipwise.errors import CycleError, braceless
-from chipwise.halcmd import halcmd, pins, signal_of, thread_functions
+from chipwise.halcmd import halcmd, halcmds, pins, signal_of, thread_functions
 from chipwise.ini import Ini
 from chipwise.settings import load_settings
 from chipwise.stock.layout import Cell
@@ -184,7 +184,7 @@ def load(ini, settings):
     check_machine(ini)
     check_free(settings)
     first, status = settings['ANALOG_OUT'], settings['ANALOG_IN']
-    for words in (
+    halcmds(
             ('loadrt', 'chipwise_inputs'),
             ('loadrt', 'chipwise_command'),
             ('loadrt', 'stock_tracker', f"cell={settings['CELL']:.9g}", f'size_x={size_x:.9g}',
@@ -207,8 +207,7 @@ def load(ini, settings):
              'chipwise-command.0.value'),
             ('net', 'chipwise-programmed', f'motion.analog-out-{first + 2:02d}',
              'volumetric-feed.0.programmed-vel'),
-            ('net', 'chipwise-status', 'chipwise-command.0.status', f'motion.analog-in-{status:02d}')):
-        halcmd(*words)
+            ('net', 'chipwise-status', 'chipwise-command.0.status', f'motion.analog-in-{status:02d}'))
     watch_the_tool()
     join('motion.feed-inhibit', 'chipwise-guard.0.inhibit', 'chipwise-feed-inhibit')
     join('motion.feed-hold', 'chipwise-guard.0.hold', 'chipwise-feed-hold')
