@@ -15,7 +15,7 @@ from interpreter import INTERP_ERROR, INTERP_EXECUTE_FINISH, INTERP_OK
 
 from chipwise import planner, report
 from chipwise.errors import CycleError, clip, printable
-from chipwise.glue import context, emit, known_stock, named, volumetric
+from chipwise.glue import context, emit, known_stock, named, task, volumetric
 from chipwise.glue.ceiling import restore_programmed
 from chipwise.glue.state import State
 from chipwise.glue.turn import Turn
@@ -143,6 +143,7 @@ def place(interp, kwargs):
 
 
 try:
-    planner.start()     # it takes half a second to come up; LinuxCNC is starting, too
+    if task.is_here():
+        planner.start()     # it takes half a second to come up; LinuxCNC is starting, too.  A preview may need none
 except OSError:
     pass                # the first cycle says so

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What LinuxCNC's task knows and the interpreter does not: MDI or a program, another run of it, the line it starts from.
 
-Called by glue/context.py, in milltask only.
+Called by glue/context.py, in milltask only, but for is_here(), which glue/session.py asks when it is imported.
 
 1. milltask's variable `taskplanopen` is 1 from the opening of a program to its end, abort or error, and 0 otherwise.
    LinuxCNC asks only whether it is 0, so is_new_run() turns the 1 it finds into a 2: a 1 that is found later is another run.
@@ -34,6 +34,11 @@ def _open_flag():
         return ctypes.c_int.in_dll(ctypes.CDLL(None), "taskplanopen")
     except (ValueError, OSError):
         return None
+
+
+def is_here():
+    """Whether this interpreter is the task's, not that of a preview."""
+    return _open_flag() is not None or _mode() != ""
 
 
 def _mode():
