@@ -17,6 +17,7 @@ import linuxcnc
 from chipwise import processes
 
 POLL_S = 0.010
+ALIVE_S = 0.5               # between two looks whether the task still runs: /proc is read for that
 STEP_TIMEOUT_S = 200.0      # for every step but the program itself; in simulated time, which may be fast
 IDLE_POLLS = 20             # the interpreter is idle when it was this many times
 GUARD_S = 0.2               # a guard's stop that lasts as long is one
@@ -93,15 +94,19 @@ class Session:
 
     def wait(self, what, reached, timeout=STEP_TIMEOUT_S):
         """Poll until reached(status); what names it for the error text."""
-        end = min(time.monotonic() + timeout, self.deadline)
+        looked = time.monotonic()
+        end = min(looked + timeout, self.deadline)
         while True:
             self.poll()
             if reached(self.status):
                 return
-            if time.monotonic() > end:
+            now = time.monotonic()
+            if now > end:
                 raise SessionError('%s: not reached in time' % what)
-            if not task_runs():
-                raise SessionError('%s: the LinuxCNC task has ended' % what)
+            if now - looked > ALIVE_S:
+                looked = now
+                if not task_runs():
+                    raise SessionError('%s: the LinuxCNC task has ended' % what)
             time.sleep(POLL_S)
 
     # --- steps --------------------------------------------------------------
