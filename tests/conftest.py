@@ -32,11 +32,20 @@ def root():
     return ROOT
 
 
+@pytest.fixture
+def answers(request, tmp_path_factory):
+    """The answers of a test's scene (support/operate.py: Shared)."""
+    from support.operate import scene_of
+    return scene_of(request.node)[0].answers_of(request.node, lambda: tmp_path_factory.mktemp('shared'))
+
+
 # --- what runs where --------------------------------------------------------
 
 def pytest_configure(config):
     config.addinivalue_line('markers', 'machine: runs a whole simulated LinuxCNC')
     config.addinivalue_line('markers', 'slow: takes more than two seconds of computing; not part of tools/test --quick')
+    config.addinivalue_line('markers', 'scene(shared, steps): steps in a LinuxCNC that several tests share (support/operate.py)')
+    config.addinivalue_line('markers', 'together(name): machine tests that judge the same run (support/demo_runs.py)')
     config.addinivalue_line('markers', 'xdist_group(name): tests of one name run in one process')
     if not hasattr(config, 'workerinput') and not config.option.collectonly:
         refuse_without_namespaces(config.args)
@@ -72,8 +81,12 @@ def pytest_collection_modifyitems(items):
         if is_slow(item.path):
             item.add_marker(pytest.mark.slow)
     machine = [item for item in items if item.get_closest_marker('machine')]
-    for number, item in enumerate(machine):
-        item.add_marker(pytest.mark.xdist_group('machine%d' % (number % MACHINE_GROUPS)))
+    groups = {}             # what runs in one process: the scenes of one LinuxCNC, the tests of one run, else a test
+    for item in machine:
+        scene, together = item.get_closest_marker('scene'), item.get_closest_marker('together')
+        name = scene.args[0].name if scene else together.args[0] if together else item.nodeid
+        group = groups.setdefault(name, len(groups))
+        item.add_marker(pytest.mark.xdist_group('machine%d' % (group % MACHINE_GROUPS)))
     for item in items:
         if item.nodeid.startswith(SLOW):
             item.add_marker(pytest.mark.slow)

@@ -4,13 +4,14 @@
 import numpy as np
 import pytest
 
-from support.operate import BOX, operate
+from support.operate import BOX, Shared, operate
 
 pytestmark = pytest.mark.machine
 
 MODE, VELOCITY, ASKED, PROGRAMMED = ('volumetric-feed.0.mode', 'motion.current-vel', 'motion.requested-vel',
                                      'motion.analog-out-02')
 LEFT_ON = f'G21 G90 G64 P0.01\nT1 M6\n{BOX}\nM251 P2 Q20 E3000\nF900\nG0 X-5 Y80 Z10\n'
+MILL = Shared('after program')
 PLAIN = 'G21 G90\nF300\nG0 X0 Y80 Z10\nG1 X40\nM2\n'        # 80 mm: outside of the old stock
 
 
@@ -41,18 +42,20 @@ ENDS = {                                                    # of the program wit
 }
 
 
+def ended(end):
+    """Steps: the program with M251 and its end; then the next program, the same again, and a line of MDI."""
+    lines, steps = ENDS[end]
+    plain = [['start', PLAIN], *feeds(), ['finish'], ['pins', MODE, PROGRAMMED]]
+    return [['start', ('%\n' if end == 'percent' else '') + LEFT_ON + lines], *steps, *plain, *plain,
+            ['mdi quietly', 'G1 X0 F300'], *plain[1:]]
+
+
 @pytest.mark.parametrize('end', ENDS)
-def test_m251_ends_with_its_program(tmp_path, end):
+@pytest.mark.scene(MILL, ended)
+def test_m251_ends_with_its_program(answers, end):
     """Whatever has ended the program: the next, which knows nothing of us, runs at its F from its first move on; the mode
     is 0, LinuxCNC's own feed is F again, and so it is in the run after that, and in MDI."""
-    lines, steps = ENDS[end]
-    text = LEFT_ON + lines
-    if end == 'percent':
-        text = '%\n' + text
-    answers = operate(tmp_path, [
-        ['start', text], *steps, ['start', PLAIN], *feeds(), ['finish'], ['pins', MODE, PROGRAMMED],
-        ['start', PLAIN], *feeds(), ['finish'], ['pins', MODE, PROGRAMMED],
-        ['mdi quietly', 'G1 X0 F300'], *feeds(), ['finish'], ['pins', MODE, PROGRAMMED]], speed=1)
+    _lines, steps = ENDS[end]
     after = answers[1 + len(steps):]
     for what, (_start, _type, _fast, over, errors, pins) in zip(('next', 'again', 'MDI'), (after[:6], after[6:12], after[12:])):
         print(end, what, over)
@@ -68,41 +71,48 @@ def test_the_checker_sees_a_ceiling():
         check_plain([[1.0, 1.0], [5.0, 5.0]])
 
 
-@pytest.mark.parametrize('end, monitor', [('abort', 'lives'), ('E-stop', 'lives'), ('percent', 'lives'), ('abort', 'dead')])
-def test_a_program_without_f_goes_on_with_it(tmp_path, end, monitor):
-    """LinuxCNC keeps F over an abort, and no code of ours runs in such a program: it goes at the program's F, 15 mm/s."""
+def without_f(end, killed=()):
+    """Steps: the program with M251 and its end; then a program without an F."""
     lines, steps = ENDS[end]
     text = ('%\n' if end == 'percent' else '') + LEFT_ON + lines
-    killed = [] if monitor == 'lives' else [['kill monitor']]
-    answers = operate(tmp_path, [
-        ['start', text], *steps, *killed, ['start', PLAIN.replace('F300\n', '').replace('X40', 'X200')], *feeds(15.0),
-        ['abort']], speed=1)
-    print(end, monitor, answers[-2])
+    return [['start', text], *steps, *killed, ['start', PLAIN.replace('F300\n', '').replace('X40', 'X200')], *feeds(15.0), ['abort']]
+
+
+@pytest.mark.parametrize('end', ['abort', 'E-stop', 'percent'])
+@pytest.mark.scene(MILL, without_f)
+def test_a_program_without_f_goes_on_with_it(answers, end):
+    """LinuxCNC keeps F over an abort, and no code of ours runs in such a program: it goes at the program's F, 15 mm/s."""
     check_plain(answers[-2], 15.0)
+
+
+def test_a_program_without_f_and_without_a_monitor(tmp_path):
+    """The same with chipwise-monitor dead."""
+    check_plain(operate(tmp_path, without_f('abort', [['kill monitor']]))[-2], 15.0)
 
 
 # --- MDI -------------------------------------------------------------------------------------------------------------
 
-def test_mdi_keeps_m251_until_a_program_starts(tmp_path):
+ON = [['mdi', 'F900'], ['mdi', 'M251 P2 Q20 E3000'], ['mdi', 'G0 X0 Y80 Z10']]
+
+
+@pytest.mark.scene(MILL, [
+    ['mdi', 'T1 M6'], ['mdi', BOX], *ON, ['messages'], ['jog', 0, 10, 50], ['mdi', 'G0 X0'], ['pins', MODE],
+    ['mdi quietly', 'G1 X60'], ['until', VELOCITY, '>', 45], ['finish'],
+    ['start', PLAIN], *feeds(), ['finish'], ['pins', MODE, PROGRAMMED], ['messages'],
+    *ON, ['off'], ['on'], ['pins', MODE], ['mdi quietly', 'G1 X100'], *feeds(15.0), ['finish'],
+    *ON, ['estop'], ['home'], ['pins', MODE], ['mdi quietly', 'G1 X100 F300'], *feeds(), ['finish'], ['pins', PROGRAMMED]])
+def test_mdi_keeps_m251_until_a_program_starts(answers):
     """Over manual mode, jogging and homing it stays; a program that knows nothing of it ends it with a message; so
     do machine off and E-stop, and then F is the feed of the next line, given anew or not."""
-    on = [['mdi', 'F900'], ['mdi', 'M251 P2 Q20 E3000'], ['mdi', 'G0 X0 Y80 Z10']]
-    answers = operate(tmp_path, [
-        ['mdi', 'T1 M6'], ['mdi', BOX], *on, ['messages'], ['jog', 0, 10, 50], ['mdi', 'G0 X0'], ['pins', MODE],
-        ['mdi quietly', 'G1 X60'], ['until', VELOCITY, '>', 45], ['finish'],
-        ['start', PLAIN], *feeds(), ['finish'], ['pins', MODE, PROGRAMMED], ['messages'],
-        *on, ['off'], ['on'], ['pins', MODE], ['mdi quietly', 'G1 X100'], *feeds(15.0), ['finish'],
-        *on, ['estop'], ['home'], ['pins', MODE], ['mdi quietly', 'G1 X100 F300'], *feeds(), ['finish'], ['pins', PROGRAMMED]],
-        speed=1)
     told, mode, plain, pins, said = answers[5], answers[8], answers[15], answers[17], answers[18]
     print(answers)
     assert [m for m in told if 'M251 stays on until M252 or until a program starts' in m] and mode == ['2']
     check_plain(plain)
     assert pins == ['0', '0'] and [m for m in said if 'M251 of MDI has ended' in m]
-    off = answers[19 + len(on):]
+    off = answers[19 + len(ON):]
     assert off[2] == ['0']
     check_plain(off[6], 15.0)
-    estop = off[8 + len(on):]
+    estop = off[8 + len(ON):]
     assert estop[2] == ['0']
     check_plain(estop[6])
     assert estop[-1] == ['0']
@@ -176,19 +186,17 @@ FIRST, SECOND = 9, 11                   # lines: the first cut, the path to the 
 SLOT = 60 * 6 * 2                       # mm3
 
 
-def run_from(path, line):
-    return [['open', str(path)], ['run_from', line], ['finish']]
+def run_from(text, line):
+    return [['open text', text], ['run_from', line], ['finish']]
 
 
-def test_run_from_line_keeps_the_cut_part(tmp_path):
+@pytest.mark.scene(MILL, [
+    *run_from(SLOTS, 0), ['pins', VOLUME], *run_from(SLOTS, SECOND), ['pins', VOLUME, MODE, PROGRAMMED], ['messages'],
+    *run_from(SLOTS, 3), ['pins', VOLUME], ['mdi', BOX], ['open text', SLOTS], ['run_from', SECOND],
+    ['until', VOLUME, '>', 200], ['over', 0.5, VELOCITY, ASKED], ['finish'], ['pins', VOLUME, MODE, PROGRAMMED]])
+def test_run_from_line_keeps_the_cut_part(answers):
     """Two slots, then from the second on: M250 of a line that is only read over leaves the map as it is, M251 holds the
     rate at the next F; from the start it is a whole block again."""
-    program = tmp_path / 'slots.ngc'
-    program.write_text(SLOTS)
-    answers = operate(tmp_path, [
-        *run_from(program, 0), ['pins', VOLUME], *run_from(program, SECOND), ['pins', VOLUME, MODE, PROGRAMMED], ['messages'],
-        *run_from(program, 3), ['pins', VOLUME], ['mdi', BOX], ['open', str(program)], ['run_from', SECOND],
-        ['until', VOLUME, '>', 200], ['over', 0.5, VELOCITY, ASKED], ['finish'], ['pins', VOLUME, MODE, PROGRAMMED]])
     print(answers)
     assert [answers[k] for k in (2, 6, 11, 13, 18)] == [[]] * 5
     assert float(answers[3][0]) == pytest.approx(2 * SLOT, rel=0.01)
@@ -199,36 +207,38 @@ def test_run_from_line_keeps_the_cut_part(tmp_path):
     assert [float(v) for v in answers[19]] == [pytest.approx(SLOT, rel=0.01), 0, 0]
 
 
-def test_run_from_line_without_another_f(tmp_path):
+@pytest.mark.scene(MILL, [
+    ['mdi', 'T1 M6'], ['mdi', BOX], ['mdi', 'G0 Z5'], ['open text', SLOTS.replace('G1 X70 F300', 'G1 X70')], ['run_from', SECOND],
+    *feeds()[:2], ['over', 1.0, VELOCITY], ['finish'], ['pins', VOLUME]])
+def test_run_from_line_without_another_f(answers):
     """M251 with a ceiling read over and no F behind the start line: the machine goes at F, never at the ceiling."""
-    program = tmp_path / 'slots.ngc'
-    program.write_text(SLOTS.replace('G1 X70 F300', 'G1 X70'))
-    answers = operate(tmp_path, [['mdi', 'T1 M6'], ['mdi', BOX], ['mdi', 'G0 Z5'], ['open', str(program)], ['run_from', SECOND],
-                                 *feeds()[:2], ['over', 1.0, VELOCITY], ['finish'], ['pins', VOLUME]], speed=1)
     print(answers)
     assert answers[7][0][1] <= 5.001 and answers[8] == []
     assert float(answers[9][0]) == pytest.approx(SLOT, rel=0.01)
 
 
-@pytest.mark.parametrize('line, before, said', [
+ASKS = [        # (line 3 of the program, lines of MDI before, words of the refusal)
     (BOX, [], 'run from line skips this line and no stock is defined'),
     ('M254 P1', [], 'run from line skips this line and no stock is defined'),
-    (BOX, [['mdi', 'M250 P0 Q0 R-10 I60 J40 K9']], 'run from line skips this line, and the stock in force is a different one')])
-def test_run_from_line_asks(tmp_path, line, before, said):
+    (BOX, [['mdi', 'M250 P0 Q0 R-10 I60 J40 K9']], 'run from line skips this line, and the stock in force is a different one')]
+
+
+def test_run_from_line_asks(tmp_path):
     """No stock, or that of something else: nothing moves."""
-    program = tmp_path / 'slots.ngc'
-    program.write_text(SLOTS.replace(BOX, line))
-    answers = operate(tmp_path, [['mdi', 'T1 M6'], *before, ['position'], *run_from(program, SECOND), ['position'],
-                                 ['pins', 'stock-tracker.0.stock-defined', MODE]])
-    end, position, pins = answers[-3:]
-    assert len(end) == 1 and said in end[0] and 'line 3' in end[0], end
-    assert position == answers[-6] and pins == ['TRUE' if before else 'FALSE', '0']
+    scenes = [[['mdi', 'T1 M6'], *before, ['position'], *run_from(SLOTS.replace(BOX, line), SECOND), ['position'],
+               ['pins', 'stock-tracker.0.stock-defined', MODE]] for line, before, _said in ASKS]
+    found = operate(tmp_path, sum(scenes, []))
+    for (line, before, said), scene in zip(ASKS, scenes):
+        answers, found = found[:len(scene)], found[len(scene):]
+        end, position, pins = answers[-3:]
+        assert len(end) == 1 and said in end[0] and 'line 3' in end[0], (line, end)
+        assert position == answers[-6] and pins == ['TRUE' if before else 'FALSE', '0'], line
 
 
 def test_run_from_line_saves_and_restores_nothing(tmp_path):
     """M253 and M254 of lines that are only read over: the file and the map stay as they are."""
-    program, folder = tmp_path / 'files.ngc', tmp_path / 'stock'
-    program.write_text(f'G21 G90\nT1 M6\n{BOX}\nM253 P1\nM254 P1\nF2000\nG0 X-10 Y10 Z5\nG0 Z-2\nG1 X30\nG0 Z5\nG0 X-10 Y30\nM2\n')
+    folder = tmp_path / 'stock'
+    program = (f'G21 G90\nT1 M6\n{BOX}\nM253 P1\nM254 P1\nF2000\nG0 X-10 Y10 Z5\nG0 Z-2\nG1 X30\nG0 Z5\nG0 X-10 Y30\nM2\n')
     edit = f's#^STOCK_DIR = .*#STOCK_DIR = {folder}#'
     answers = operate(tmp_path, [*run_from(program, 0), ['map_sum'], *run_from(program, 11), ['map_sum'], ['messages'],
                                  ['mdi', 'M254 P1'], ['map_sum']], edit=edit)
@@ -238,15 +248,17 @@ def test_run_from_line_saves_and_restores_nothing(tmp_path):
     assert len([m for m in answers[8] if 'run from line' in m]) == 3, answers[8]
 
 
-def test_run_from_line_moves_nothing_of_a_skipped_cycle(tmp_path):
+SKIPPED = (f'G21 G90 G17\nT1 M6\n{BOX}\nF3000\nG0 X100 Y100 Z5\n#<_chipwise_chop_size> = 4.3\n'
+           'G13 X100 Y100 I39 Z-3 R1\no79 sub\nG0 X5 Y5\nG1 X195\nG1 Y195\nG1 X5\nG1 Y5\no79 endsub\n'
+           'G79 Q79 D0.11 Z-3 R1\nG79 Q79 D0.12 Z-3 R1\nG0 Z6\nM2\n')
+
+
+@pytest.mark.scene(MILL, [
+    ['mdi', 'T1 M6'], ['mdi', BOX], ['mdi', 'G0 X-7 Y-8 Z20'], ['open text', SKIPPED],
+    ['run_from', 17], ['over', 4.0, *(f'axis.{a}.pos-cmd' for a in 'xyz')], ['finish'], ['position']])
+def test_run_from_line_moves_nothing_of_a_skipped_cycle(answers):
     """Cycles that take long to plan wait for the machine, and what is queued before a wait would be executed: 700 mm of chop
     lines and a pocket of 12,000 moves, read over, leave the machine where it stands."""
-    program = tmp_path / 'cycles.ngc'
-    program.write_text(f'G21 G90 G17\nT1 M6\n{BOX}\nF3000\nG0 X100 Y100 Z5\n#<_chipwise_chop_size> = 4.3\n'
-                       'G13 X100 Y100 I39 Z-3 R1\no79 sub\nG0 X5 Y5\nG1 X195\nG1 Y195\nG1 X5\nG1 Y5\no79 endsub\n'
-                       'G79 Q79 D0.11 Z-3 R1\nG79 Q79 D0.12 Z-3 R1\nG0 Z6\nM2\n')
-    answers = operate(tmp_path, [['mdi', 'T1 M6'], ['mdi', BOX], ['mdi', 'G0 X-7 Y-8 Z20'], ['open', str(program)],
-                                 ['run_from', 17], ['over', 4.0, *(f'axis.{a}.pos-cmd' for a in 'xyz')], ['finish'], ['position']])
     (x, y, z), position = answers[5], answers[7]
     print(x, y, z, position)
     assert answers[6] == []

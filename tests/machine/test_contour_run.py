@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from support.contour_oracle import from_elements, nearest
+from support.demo_runs import GROUP, demo_run
 from support.operate import operate
 
 from chipwise.geometry.base.contour import make_contour
@@ -22,13 +23,12 @@ PROGRAM = os.path.join(runner.ROOT, 'nc_files', 'contour.ngc')
 G64_MM = 0.01           # the program's path tolerance
 
 
-def test_sample_program(tmp_path):
+@pytest.mark.together(GROUP)
+def test_sample_program():
     """Rough with 12 mm, finish with 6 mm: every servo period of both keeps off the two shapes, and both get there."""
-    log = str(tmp_path / 'log.npz')
-    summary = runner.run_headless(PROGRAM, speed=10, timeout=170, log=log)
+    summary, data = demo_run('contour')
     assert summary['finished'] is True and summary['errors'] == []
     assert 10 < summary['largest_piece_mm'] < 25
-    data = np.load(log)
     with open(PROGRAM) as handle:
         lines = handle.read().splitlines()
     codes = {code: [n for n, text in enumerate(lines, 1) if text.startswith(code)] for code in ('G77', 'G78')}

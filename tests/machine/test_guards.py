@@ -11,12 +11,15 @@ import pytest
 
 from chipwise.headless import runner
 from support.random_cases import random_count, random_seed, write_replay
-from support.operate import operate
-from support.headless_rig import headless_ini
+from support.demo_runs import DEMOS, GROUP, demo_run
+from support.operate import Shared, operate
+from support.headless_rig import WITH_LOG
 
 pytestmark = pytest.mark.machine
 
 SPEED = 10
+STOPPED = Shared('guards that stop')
+QUIET = {machine: Shared('quiet guards, ' + machine, ini=machine + '.ini', edit=WITH_LOG, speed=SPEED) for machine in ('mill', 'mill_inch')}
 HEAD = 'G21 G90 G17 G40 G64 P0.01\nT1 M6\nM250 P0 Q0 R-10 I60 J40 K10\nM3 S10000\nF1200\n'
 GUARD = ['pins', 'chipwise-guard.0.stop', 'chipwise-guard.0.reason', 'motion.feed-inhibit', 'motion.feed-hold']
 
@@ -26,13 +29,11 @@ def log_of(path):
         return {name: stored[name] for name in stored.files}
 
 
-def crash(tmp_path, approach, target, **options):
-    """Run into the stock as a program; -> (answers, ..)."""
-    program = tmp_path / 'crash.ngc'
-    program.write_text(HEAD + approach + target + '\nG0 Z10\nM2\n')
-    steps = [['open', str(program)], ['run_until_stopped', 20], GUARD, ['position'], ['abort'], ['errors'], GUARD,
-             ['jog', 2, 15, 20], ['position'], ['mdi', 'G0 X-30 Y20'], ['position'], ['pins', 'stock-tracker.0.removed-volume']]
-    return operate(tmp_path, steps, **options)
+def crash(approach, target):
+    """Steps: run into the stock as a program, then go on."""
+    return [['open text', HEAD + approach + target + '\nG0 Z10\nM2\n'], ['run_until_stopped', 60], GUARD, ['position'], ['abort'],
+            ['errors'], GUARD, ['jog', 2, 15, 20], ['position'], ['mdi', 'G0 X-30 Y20'], ['position'],
+            ['pins', 'stock-tracker.0.removed-volume']]
 
 
 @pytest.mark.parametrize('approach, target, axis, edge, sign', [
@@ -40,9 +41,9 @@ def crash(tmp_path, approach, target, **options):
     ('G0 X-40 Y-40\nG0 Z-5\n', 'G0 X30 Y30', 0, -3.0, 1),
     ('G0 X20 Y20 Z60\n', 'G0 Z-2', 2, 0.0, -1),
 ])
-def test_a_traverse_stops_before_the_stock(tmp_path, approach, target, axis, edge, sign):
+@pytest.mark.scene(STOPPED, lambda approach, target, **_rest: crash(approach, target))
+def test_a_traverse_stops_before_the_stock(answers, approach, target, axis, edge, sign):
     """Position, message, and the machine is usable afterwards; not a cell was cut."""
-    answers = crash(tmp_path, approach, target)
     _open, stopped, guard, position, _abort, said, after, jogged, _up, moved, away, removed = answers
     print('stopped', position, 'left', sign * (edge - position[axis]))
     assert stopped is True
@@ -89,25 +90,30 @@ BLENDS = {
 }
 
 
-def blended(tmp_path, what, **options):
-    """mm3 removed by traverses of BLENDS, with a guard; the message."""
-    program = tmp_path / 'blend.ngc'
+def blended(what):
+    """Steps: a program of BLENDS, with a guard."""
     approach, target = BLENDS[what]
-    program.write_text(HEAD + approach + target + '\nG0 Z10\nM2\n')
-    _open, stopped, removed, said = operate(tmp_path, [
-        ['open', str(program)], ['run_until_stopped', 20], ['pins', 'stock-tracker.0.removed-volume'], ['errors']], **options)
+    return [['open text', HEAD + approach + target + '\nG0 Z10\nM2\n'], ['run_until_stopped', 60],
+            ['pins', 'stock-tracker.0.removed-volume'], ['errors']]
+
+
+def removed_before_the_stop(answers):
+    """mm3 that traverses have removed before the guard stopped them, with its message."""
+    _open, stopped, removed, said = answers
     assert stopped is True and len(said) == 1 and 'rapid stopped ' in said[0] and 'tool 1, 6.00 mm)' in said[0], said
     return float(removed[0])
 
 
 @pytest.mark.parametrize('what', BLENDS, ids=[name.replace(' ', '_') for name in BLENDS])
-def test_a_blended_traverse_stops_before_the_stock(tmp_path, what):
-    assert blended(tmp_path, what) == 0.0
+@pytest.mark.scene(STOPPED, blended)
+def test_a_blended_traverse_stops_before_the_stock(answers, what):
+    assert removed_before_the_stop(answers) == 0.0
 
 
 def test_a_blend_that_is_not_known_is_stopped_late(tmp_path):
     """Without the planner's path the line is judged only when the blend is over (docs/design/hal.md): the check above sees that."""
-    assert blended(tmp_path, 'down beside it, then in: parabola', edit='s#^GUARD_RAPID#READ_PATH = no\\n&#') > 100.0
+    answers = operate(tmp_path, blended('down beside it, then in: parabola'), edit='s#^GUARD_RAPID#READ_PATH = no\\n&#')
+    assert removed_before_the_stop(answers) > 100.0
 
 
 def test_the_inch_machine_is_stopped(tmp_path):
@@ -137,14 +143,14 @@ def test_the_inch_machine_is_stopped(tmp_path):
     assert float(cut[0]) == pytest.approx(2.4 * 25.4 * 6 * 2.54, rel=0.02)
 
 
-def test_the_program_can_be_run_again(tmp_path):
+TWICE = [['run_until_stopped', 60], ['position'], ['abort'], ['errors']]
+
+
+@pytest.mark.scene(STOPPED, [
+    ['open text', HEAD + 'G0 X-40 Y20\nG0 Z-5\nG0 X30\nM2\n'], *TWICE, ['mdi', 'G0 Z10'], *TWICE, ['mdi', 'G0 Z10'],
+    ['open text', HEAD + 'G0 Z5\nG0 X-40 Y20\nG0 Z-5\nG1 X30\nG0 Z5\nM2\n'], ['run_until_stopped', 60], ['errors']])
+def test_the_program_can_be_run_again(answers):
     """After the abort the same program stops at the same place, and a mended one runs to its end."""
-    program, mended = tmp_path / 'crash.ngc', tmp_path / 'mended.ngc'
-    program.write_text(HEAD + 'G0 X-40 Y20\nG0 Z-5\nG0 X30\nM2\n')
-    mended.write_text(HEAD + 'G0 Z5\nG0 X-40 Y20\nG0 Z-5\nG1 X30\nG0 Z5\nM2\n')
-    twice = [['run_until_stopped', 20], ['position'], ['abort'], ['errors']]
-    answers = operate(tmp_path, [['open', str(program)], *twice, ['mdi', 'G0 Z10'], *twice, ['mdi', 'G0 Z10'],
-                                 ['open', str(mended)], ['run_until_stopped', 40], ['errors']])
     assert answers[1] is answers[6] is True
     assert answers[2] == pytest.approx(answers[7], abs=0.2)
     assert answers[-2:] == [False, []]
@@ -202,14 +208,29 @@ def test_the_checker_sees_an_alarm():
 PROGRAMS = sorted(name for name in os.listdir(os.path.join(runner.ROOT, 'nc_files')) if name.endswith('.ngc'))
 
 
-@pytest.mark.parametrize('machine', ['mill', 'mill_inch'])
-@pytest.mark.parametrize('name', PROGRAMS)
-def test_no_false_alarm_on_our_programs(tmp_path, name, machine):
-    log = tmp_path / 'log.npz'
-    summary = runner.run_headless(os.path.join(runner.ROOT, 'nc_files', name), ini=headless_ini(tmp_path, machine), speed=SPEED,
-                                  log=str(log), timeout=1500)
+def ran_quietly(answer):
+    """The log of a program (step "log") that ran to its end without an error and without an alarm."""
+    errors, path = answer
+    assert errors == []
+    log = log_of(path)
+    check_quiet(log)
+    return log
+
+
+@pytest.mark.parametrize('name, machine', [
+    pytest.param(name, machine, marks=pytest.mark.scene(QUIET[machine], [['log', os.path.join(runner.ROOT, 'nc_files', name)]]))
+    for machine in QUIET for name in PROGRAMS if machine != 'mill' or name.removesuffix('.ngc') not in DEMOS])
+def test_no_false_alarm_on_our_programs(answers, name, machine):
+    ran_quietly(*answers)
+
+
+@pytest.mark.parametrize('name', DEMOS)
+@pytest.mark.together(GROUP)
+def test_no_false_alarm_on_a_demo(name):
+    """The rest of our programs on the metric mill."""
+    summary, log = demo_run(name)
     assert summary['finished'] and summary['errors'] == [], summary
-    check_quiet(log_of(log))
+    check_quiet(log)
 
 
 SANE = {
@@ -316,12 +337,9 @@ G0 Z5
 
 
 @pytest.mark.parametrize('what', SANE, ids=[name.replace(' ', '_') for name in SANE])
-def test_no_false_alarm(tmp_path, what):
-    program, log = tmp_path / 'sane.ngc', tmp_path / 'log.npz'
-    program.write_text(HEAD + 'G0 Z20' + SANE[what] + 'M2\n')
-    summary = runner.run_headless(str(program), speed=SPEED, log=str(log), timeout=300)
-    assert summary['finished'] and summary['errors'] == [], summary
-    check_quiet(log_of(log))
+@pytest.mark.scene(QUIET['mill'], lambda what: [['log', HEAD + 'G0 Z20' + SANE[what] + 'M2\n']])
+def test_no_false_alarm(answers, what):
+    ran_quietly(*answers)
 
 
 def pocket_paths(mode):
@@ -347,16 +365,16 @@ def pocket_cleared():
     return '\n'.join(lines) + '\n'
 
 
+def across_a_pocket(modes):
+    return [['log', HEAD + 'G0 Z20\n' + pocket_cleared() + ''.join(pocket_paths(mode) for mode in modes) + 'G0 Z20\nM2\n']]
+
+
 @pytest.mark.parametrize('modes', [('G64 P0.01', 'G61'), ('G64 P0.1', 'G64')])
-def test_no_false_alarm_across_a_pocket(tmp_path, modes):
+@pytest.mark.scene(QUIET['mill'], across_a_pocket)
+def test_no_false_alarm_across_a_pocket(answers, modes):
     """The tool brakes towards a wall at 100 mm/s and stands or turns just before it; the guard is on and stops nothing.  As it
     begins to brake two periods show less than the planner does: one traverse in ten was stopped for braking too weakly."""
-    program, log = tmp_path / 'pocket.ngc', tmp_path / 'log.npz'
-    program.write_text(HEAD + 'G0 Z20\n' + pocket_cleared() + ''.join(pocket_paths(mode) for mode in modes) + 'G0 Z20\nM2\n')
-    summary = runner.run_headless(str(program), speed=SPEED, log=str(log), timeout=300)
-    assert summary['finished'] and summary['errors'] == [], summary
-    data = log_of(log)
-    check_quiet(data)
+    data = ran_quietly(*answers)
     low = (data['motion_type'] == 1) & (data['z'] < -4.9)
     assert data['velocity'][low].max() > 99.0                                        # at the rapid's speed inside the pocket
     assert np.diff(data['removed_volume'])[low[1:]].max() < 1e-3                     # and none of them met stock
@@ -415,18 +433,18 @@ def judge_traverses(log):
 
 def test_random_traverses(tmp_path):
     """With the guard announced but switched off: every alarm is followed by a contact, every contact was announced in time."""
-    for number in range(random_count(2)):
-        generator = random.Random(random_seed() + number)
-        program, log = tmp_path / 'random.ngc', tmp_path / 'log.npz'
-        program.write_text(random_traverses(generator, 60))
-        summary = runner.run_headless(str(program), speed=SPEED, log=str(log), timeout=400, settings={'GUARD_RAPID': 'no'})
-        assert summary['finished'] and summary['errors'] == [], summary
+    seeds = range(random_seed(), random_seed() + random_count(2))
+    programs = [random_traverses(random.Random(seed), 60) for seed in seeds]
+    answers = operate(tmp_path, [step for text in programs for step in (['log', text], ['fresh'])], speed=SPEED,
+                      edit=WITH_LOG + '; s/^GUARD_RAPID = .*/GUARD_RAPID = no/', timeout=150 + 60 * len(programs))
+    for seed, text, (errors, log) in zip(seeds, programs, answers[::2]):
+        assert errors == []
         try:
             touched = judge_traverses(log_of(log))
         except AssertionError:
-            print('replay:', write_replay(f'traverses-{random_seed() + number}', program.read_text()))
+            print('replay:', write_replay(f'traverses-{seed}', text))
             raise
-        print(f'seed {random_seed() + number}: {touched} ms in the stock')
+        print(f'seed {seed}: {touched} ms in the stock')
 
 
 def test_the_judge_of_traverses_sees_both_faults():

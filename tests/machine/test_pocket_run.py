@@ -13,6 +13,7 @@ from chipwise.geometry.pocket import machinable
 from chipwise.headless import runner
 from chipwise.contour_sub.job import Job
 from chipwise.contour_sub.read import read_shape
+from support.demo_runs import GROUP, demo_run
 from support.operate import operate
 
 pytestmark = pytest.mark.machine
@@ -29,10 +30,11 @@ def reached_mm2(program):
 
 
 @pytest.mark.parametrize('name', os.environ.get('CHIPWISE_POCKETS', 'pocket pocket_oneway').split())
+@pytest.mark.together(GROUP)
 def test_demo_program(name):
     """No message, no guard, the volume of the pocket.  CHIPWISE_POCKETS names more of them."""
     program = os.path.join(runner.ROOT, 'nc_files', name + '.ngc')
-    summary = runner.run_headless(program, speed=10, timeout=280)
+    summary, _log = demo_run(name)
     assert summary['finished'] is True and summary['errors'] == []
     assert summary['volume_mm3'] == pytest.approx(reached_mm2(program) * DEPTH, rel=0.003)
     assert summary['over_target_share'] < 0.02

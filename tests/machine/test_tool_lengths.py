@@ -10,7 +10,7 @@ import re
 import numpy as np
 import pytest
 
-from support.operate import operate
+from support.operate import Shared, operate
 
 pytestmark = pytest.mark.machine
 
@@ -86,10 +86,13 @@ def steps(tmp_path, text, box=BOX):
     return [['mdi', 'T1 M6'], ['mdi', box], ['start', text], ['finish'], STATE, ['map', seen]], seen
 
 
+MILL = Shared('tool lengths', before=f"printf '%s' '{TABLE}' >lengths.tbl", edit=machine('.').replace('./tools.tbl', 'lengths.tbl'))
+
+
 @pytest.mark.parametrize('feed', ['M251 Q6 P2 E3000', 'M251 Q6 P1', 'M252'])
-def test_lengths_change_in_mid_program(tmp_path, feed):
-    do, seen = steps(tmp_path, program(feed=feed))
-    check(operate(tmp_path, do, edit=machine(tmp_path)), seen)
+@pytest.mark.scene(MILL, lambda feed: [['mdi', 'T1 M6'], ['mdi', BOX], ['start', program(feed=feed)], ['finish'], STATE, ['map']])
+def test_lengths_change_in_mid_program(answers, feed):
+    check(answers, answers[-1][1])
 
 
 def test_lengths_on_an_inch_machine(tmp_path):

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from support.operate import operate
+from support.operate import Shared, operate
 
 pytestmark = pytest.mark.machine
 
@@ -18,6 +18,7 @@ TURN = ['pins', 'stock-tracker.0.turn', *(f'stock-tracker.0.{end}-{axis}' for en
 BESIDE = ''.join(f'G0 Z10\nG0 X{x} Y{y}\nG0 Z-9\n' for x, y in ((30, -4), (64, 20), (30, 44), (-4, 20)))
 SLOTS = ''.join(f'G0 Z5\nG0 X-6 Y{y}\nG0 Z{-z}\nG1 X66\n' for z in (2, 4, 6) for y in (12, 30))
 VOLUME = 2 * 60 * 6 * 6.0
+MILL = Shared('turned stock')
 
 
 def program(turn):
@@ -26,10 +27,10 @@ def program(turn):
 
 
 @pytest.mark.parametrize('turn', [30, -77.7, 135])
-def test_the_rotated_box(tmp_path, turn):
+@pytest.mark.scene(MILL, lambda turn: [['start', program(turn)], ['finish'], STATE, TURN, ['map']])
+def test_the_rotated_box(answers, turn):
     """No false stop beside it, the slots' volume, the map's sides where the block's are."""
-    seen = str(tmp_path / 'map.npy')
-    _start, end, state, pins, _map = operate(tmp_path, [['start', program(turn)], ['finish'], STATE, TURN, ['map', seen]])
+    _start, end, state, pins, (_removed, seen) = answers
     assert end == []
     assert state[1:] == ['0', 'TRUE', 'FALSE', '0']
     assert float(state[0]) == pytest.approx(VOLUME, rel=2e-3)
@@ -42,12 +43,17 @@ def test_the_rotated_box(tmp_path, turn):
     assert left + float(state[0]) == pytest.approx(60 * 40 * 10, rel=1e-4)
 
 
-def test_an_upright_box_is_as_before(tmp_path):
+UPRIGHT = (0, [80, 60, -10, 140, 100, 0]), (90, [40, 60, -10, 80, 120, 0]), (180, [20, 20, -10, 80, 60, 0])
+
+
+@pytest.mark.scene(MILL, [step for turn, _box in UPRIGHT for step in (
+    ['mdi', f'G10 L2 P1 X80 Y60 Z0 R{turn}'], ['mdi', BOX], TURN)])
+def test_an_upright_box_is_as_before(answers):
     """R0 and quarter turns: no turn, the box's own corners."""
-    for turn, box in ((0, [80, 60, -10, 140, 100, 0]), (90, [40, 60, -10, 80, 120, 0]), (180, [20, 20, -10, 80, 60, 0])):
-        answers = operate(tmp_path, [['mdi', f'G10 L2 P1 X80 Y60 Z0 R{turn}'], ['mdi', BOX], TURN])
-        assert answers[:2] == [[], []]
-        assert [float(v) for v in answers[2]] == pytest.approx([0, *box], abs=1e-5)
+    for number, (_turn, box) in enumerate(UPRIGHT):
+        *said, pins = answers[3 * number:3 * number + 3]
+        assert said == [[], []]
+        assert [float(v) for v in pins] == pytest.approx([0, *box], abs=1e-5)
 
 
 def test_saved_restored_and_kept(tmp_path):

@@ -12,7 +12,7 @@ import pytest
 from chipwise.headless import runner
 from support import rate_oracle
 from support.headless_rig import SPINDLE, headless_ini, with_spindle
-from support.operate import BOX, operate
+from support.operate import BOX, Shared, operate
 
 pytestmark = pytest.mark.machine
 
@@ -25,6 +25,7 @@ SLOT = BEGIN + 'G0 X-10 Y20 Z5\nG0 Z-2\nG1 X70\nG0 Z5\nM252\nM2\n'
 FEED, BY, VELOCITY, VOLUME, TYPE = ('volumetric-feed.0.adaptive-feed', 'volumetric-feed.0.limited-by',
                                     'motion.current-vel', 'stock-tracker.0.removed-volume', 'motion.motion-type')
 OVERRIDE_IGNORED = 'volumetric-feed.0.override-ignored'
+MILL = Shared('unknown')
 
 
 def cut_to(x):
@@ -36,12 +37,13 @@ def values(answer):
     return [1.0 if v == 'TRUE' else 0.0 if v == 'FALSE' else float(v) for v in answer]
 
 
-def test_pause_and_resume(tmp_path):
+@pytest.mark.scene(MILL, [
+    ['start', SLOT], ['until', VOLUME, '>', 200], ['pause'], ['pins', VOLUME],
+    ['over', 0.5, FEED, VELOCITY, OVERRIDE_IGNORED], ['pins', VOLUME, BY],
+    ['resume'], ['until', VOLUME, '>', 500], ['finish'], ['pins', VOLUME, FEED, OVERRIDE_IGNORED]])
+def test_pause_and_resume(answers):
     """Paused in the cut: at rest, nothing cut, the override a sound number; then on to the whole slot."""
-    _start, _until, _pause, before, over, after, _resume, going, end, last = operate(tmp_path, [
-        ['start', SLOT], ['until', VOLUME, '>', 200], ['pause'], ['pins', VOLUME],
-        ['over', 0.5, FEED, VELOCITY, OVERRIDE_IGNORED], ['pins', VOLUME, BY],
-        ['resume'], ['until', VOLUME, '>', 500], ['finish'], ['pins', VOLUME, FEED, OVERRIDE_IGNORED]])
+    _start, _until, _pause, before, over, after, _resume, going, end, last = answers
     feed, velocity, ignored = over
     assert 0 < feed[0] and feed[1] <= 1 and velocity[1] == 0 and ignored[1] == 0
     assert values(after)[0] == values(before)[0] and 200 < values(before)[0] < 500 < going
@@ -49,33 +51,36 @@ def test_pause_and_resume(tmp_path):
     assert values(last) == [pytest.approx(WHOLE, rel=0.003), 1.0, 0.0]
 
 
-def test_single_steps(tmp_path):
+@pytest.mark.scene(MILL, [
+    ['start', SLOT], ['until', VOLUME, '>', 200], ['pause'], ['step to end'], ['finish'],
+    ['pins', VOLUME, OVERRIDE_IGNORED, FEED]])
+def test_single_steps(answers):
     """From the middle of the cut to the end line by line: the same volume, no message."""
-    _start, _until, _pause, steps, errors, last = operate(tmp_path, [
-        ['start', SLOT], ['until', VOLUME, '>', 200], ['pause'], ['step to end'], ['finish'],
-        ['pins', VOLUME, OVERRIDE_IGNORED, FEED]])
+    _start, _until, _pause, steps, errors, last = answers
     assert steps is not None and steps >= 3
     assert errors == []
     assert values(last) == [pytest.approx(WHOLE, rel=0.003), 0.0, 1.0]
 
 
-def test_reverse_run(tmp_path):
+@pytest.mark.scene(MILL, [
+    ['start', SLOT], ['until', VOLUME, '>', 200], ['pause'], ['reverse'], ['resume'], ['sleep', 0.3], ['reverse'],
+    ['over', 1.0, FEED, OVERRIDE_IGNORED], ['finish'], ['pins', VOLUME, OVERRIDE_IGNORED]])
+def test_reverse_run(answers):
     """Reverse pressed while paused and in the cut: LinuxCNC 2.9 runs forward again as long as the adaptive feed is
     positive (motion/control.c); the override stays 0..1, nothing is lost."""
-    *_, over, errors, last = operate(tmp_path, [
-        ['start', SLOT], ['until', VOLUME, '>', 200], ['pause'], ['reverse'], ['resume'], ['sleep', 0.3], ['reverse'],
-        ['over', 1.0, FEED, OVERRIDE_IGNORED], ['finish'], ['pins', VOLUME, OVERRIDE_IGNORED]])
+    *_, over, errors, last = answers
     assert 0 < over[0][0] <= over[0][1] <= 1 and over[1][1] == 0
     assert errors == []
     assert values(last) == [pytest.approx(WHOLE, rel=0.003), 0.0]
 
 
-def test_abort_in_the_cut_and_go_on(tmp_path):
+@pytest.mark.scene(MILL, [
+    ['start', SLOT], ['until', VOLUME, '>', 300], ['abort'], ['sleep', 0.5],
+    ['pins', VOLUME, FEED, 'stock-tracker.0.ready', 'volumetric-feed.0.mode', OVERRIDE_IGNORED], ['position'],
+    ['mdi', 'G1 X70 F300'], ['mdi', 'M252'], ['pins', VOLUME, FEED]])
+def test_abort_in_the_cut_and_go_on(answers):
     """After the abort the map holds what the tool has cut, to its round front, and M251 has ended; the rest by MDI."""
-    *_, abort, state, position, on, rest, last = operate(tmp_path, [
-        ['start', SLOT], ['until', VOLUME, '>', 300], ['abort'], ['sleep', 0.5],
-        ['pins', VOLUME, FEED, 'stock-tracker.0.ready', 'volumetric-feed.0.mode', OVERRIDE_IGNORED], ['position'],
-        ['mdi', 'G1 X70 F300'], ['mdi', 'M252'], ['pins', VOLUME, FEED]])
+    *_, abort, state, position, on, rest, last = answers
     volume, feed, ready, mode, ignored = values(state)
     assert (feed, ready, mode, ignored) == (1.0, 1.0, 0.0, 0.0)
     assert volume == pytest.approx(cut_to(position[0]), rel=0.004) and volume < 600
@@ -83,22 +88,23 @@ def test_abort_in_the_cut_and_go_on(tmp_path):
     assert values(last) == [pytest.approx(WHOLE, rel=0.003), 1.0]
 
 
-def test_machine_off_in_the_cut(tmp_path):
+@pytest.mark.scene(MILL, [
+    ['start', SLOT], ['until', VOLUME, '>', 300], ['off'], ['pins', VOLUME, FEED], ['position'], ['on'],
+    ['mdi', 'G1 X70 F300'], ['pins', VOLUME]])
+def test_machine_off_in_the_cut(answers):
     """Abort and machine off and on again, as E-stop does; the stock stays true."""
-    *_, state, position, _on, _mdi, last = operate(tmp_path, [
-        ['start', SLOT], ['until', VOLUME, '>', 300], ['off'], ['pins', VOLUME, FEED], ['position'], ['on'],
-        ['mdi', 'G1 X70 F300'], ['pins', VOLUME]])
+    *_, state, position, _on, _mdi, last = answers
     assert values(state) == [pytest.approx(cut_to(position[0]), rel=0.004), 1.0]
     assert values(last) == [pytest.approx(WHOLE, rel=0.003)]
 
 
-def test_probing_goes_at_the_programmed_feed(tmp_path):
+@pytest.mark.scene(MILL, [
+    ['start', SLOT.replace('G1 X70\n', 'G1 X70\nG0 Z20\nG0 X30\nF300\nG38.2 X45\nG0 X70\n')], ['until', TYPE, '>', 4.5],
+    ['over', 1.0, FEED, VELOCITY, OVERRIDE_IGNORED, 'motion.requested-vel'], ['hal', 'setp', 'motion.probe-input', '1'],
+    ['finish'], ['pins', VOLUME, OVERRIDE_IGNORED], ['hal', 'setp', 'motion.probe-input', '0']])
+def test_probing_goes_at_the_programmed_feed(answers):
     """G38.2 with F replaced by the ceiling: adaptive-feed 1, the probe at F and not at E, the slot whole afterwards."""
-    program = SLOT.replace('G1 X70\n', 'G1 X70\nG0 Z20\nG0 X30\nF300\nG38.2 X45\nG0 X70\n')
-    _start, _type, over, _trip, end, last = operate(tmp_path, [
-        ['start', program], ['until', TYPE, '>', 4.5],
-        ['over', 1.0, FEED, VELOCITY, OVERRIDE_IGNORED, 'motion.requested-vel'], ['hal', 'setp', 'motion.probe-input', '1'],
-        ['finish'], ['pins', VOLUME, OVERRIDE_IGNORED]])
+    _start, _type, over, _trip, end, last, _free = answers
     feed, velocity, ignored, requested = over
     assert feed == [1.0, 1.0] and ignored[1] == 0
     assert requested[1] == pytest.approx(CEILING_VEL)           # that is what LinuxCNC got
@@ -107,14 +113,20 @@ def test_probing_goes_at_the_programmed_feed(tmp_path):
     assert values(last) == [pytest.approx(WHOLE, rel=0.003), 0.0]
 
 
+def fallback(missing):
+    """Steps: a feed move without tool or stock, and then all is well again."""
+    away, back = {'tool': (['mdi', 'T0 M6'], []), 'stock': (['hal', 'setp', 'stock-tracker.0.units-per-mm', '0'],
+                                                            [['hal', 'setp', 'stock-tracker.0.units-per-mm', '1']])}[missing]
+    return [['mdi', 'T1 M6'], ['mdi', BOX], ['mdi', 'M251 Q6 P2 E3000'], ['mdi', 'F300'], ['mdi', 'G0 X-10 Y20 Z30'], away,
+            ['mdi quietly', 'G1 X70'], ['until', TYPE, '>', 1.5], ['sleep', 0.3],
+            ['over', 1.0, FEED, BY, VELOCITY, OVERRIDE_IGNORED], ['finish'], *back]
+
+
 @pytest.mark.parametrize('missing', ['tool', 'stock'])
-def test_without_tool_or_stock(tmp_path, missing):
+@pytest.mark.scene(MILL, fallback)
+def test_without_tool_or_stock(answers, missing):
     """F as programmed, limited-by 5, said once."""
-    away = {'tool': ['mdi', 'T0 M6'], 'stock': ['hal', 'setp', 'stock-tracker.0.units-per-mm', '0']}[missing]
-    *_, over, end = operate(tmp_path, [
-        ['mdi', 'T1 M6'], ['mdi', BOX], ['mdi', 'M251 Q6 P2 E3000'], ['mdi', 'F300'], ['mdi', 'G0 X-10 Y20 Z30'], away,
-        ['mdi quietly', 'G1 X70'], ['until', TYPE, '>', 1.5], ['sleep', 0.3],
-        ['over', 1.0, FEED, BY, VELOCITY, OVERRIDE_IGNORED], ['finish']])
+    over, end = answers[9:11]
     feed, by, velocity, ignored = over
     assert by == [5, 5] and ignored == [0, 0]
     assert feed == pytest.approx([F_VEL / CEILING_VEL] * 2, rel=1e-6)
@@ -122,13 +134,16 @@ def test_without_tool_or_stock(tmp_path, missing):
     assert len(end) == 1 and end[0].startswith('chipwise: ')
 
 
+BOTH_MODES = SLOT, SLOT.replace('P2 E3000', 'P1').replace('F300', 'F1500')
+
+
 @pytest.mark.parametrize('override', [0.5, 1.5])
-def test_feed_override_of_the_operator(tmp_path, override):
+@pytest.mark.scene(MILL, lambda override: [step for start in BOTH_MODES for step in (
+    ['mdi', BOX], ['feed override', override], ['start', start], ['until', VOLUME, '>', 200],
+    ['over', 0.5, VELOCITY, OVERRIDE_IGNORED], ['finish'], ['pins', VOLUME, OVERRIDE_IGNORED])])
+def test_feed_override_of_the_operator(answers, override):
     """Modes 1 and 2 at 50 % and 150 %: the velocity follows, no override counts as ignored."""
-    for start in (SLOT, SLOT.replace('P2 E3000', 'P1').replace('F300', 'F1500')):
-        _override, _start, _until, over, end, last = operate(tmp_path, [
-            ['feed override', override], ['start', start], ['until', VOLUME, '>', 200],
-            ['over', 0.5, VELOCITY, OVERRIDE_IGNORED], ['finish'], ['pins', VOLUME, OVERRIDE_IGNORED]])
+    for over, end, last in (answers[4:7], answers[11:14]):
         assert over[0] == pytest.approx([override * SLOT_VEL] * 2, rel=0.03) and over[1][1] == 0
         assert end == []
         assert values(last) == [pytest.approx(WHOLE, rel=0.003), 0.0]
@@ -173,13 +188,15 @@ def test_m52_p0_is_stopped(tmp_path, before, told):
     assert values(answers[-1]) == [0.0]
 
 
-def test_window_without_a_ceiling(tmp_path):
+WINDOW = SLOT.replace('P2 E3000', 'P3 R1').replace('F300', 'F{}')
+
+
+@pytest.mark.scene(MILL, [step for feed in (300, 900) for step in (
+    ['mdi', BOX], ['start', WINDOW.format(feed)], ['until', VOLUME, '>', 200], ['over', 0.5, VELOCITY, 'motion.requested-vel'],
+    ['finish'], ['pins', VOLUME, OVERRIDE_IGNORED])])
+def test_window_without_a_ceiling(answers):
     """M251 P3 without E: F is the upper limit; if the rate at F is in the window F stays, above it Q counts."""
-    program = SLOT.replace('P2 E3000', 'P3 R1').replace('F300', 'F{}')
-    for feed, expected in ((300, 5.0), (900, SLOT_VEL)):
-        *_, over, end, last = operate(tmp_path, [
-            ['start', program.format(feed)], ['until', VOLUME, '>', 200],
-            ['over', 0.5, VELOCITY, 'motion.requested-vel'], ['finish'], ['pins', VOLUME, OVERRIDE_IGNORED]])
+    for feed, expected, (over, end, last) in ((300, 5.0, answers[3:6]), (900, SLOT_VEL, answers[9:12])):
         assert over[0] == pytest.approx([expected] * 2, rel=0.03)
         assert over[1] == pytest.approx([feed / 60] * 2)
         assert end == []
@@ -201,29 +218,31 @@ def test_the_tool_of_the_moment_counts(tmp_path):
     assert end == []
 
 
-def test_f_outlives_a_tool_change(tmp_path):
+@pytest.mark.scene(MILL, [
+    ['start', BEGIN.replace('F300', 'F240') + (
+        'G0 X-10 Y20 Z20\nG1 X0\nT2 M6\nG1 X250\nG1 X20\nG13 X30 Y20 I5 Z18\nM252\nG1 X60\nM2\n')],
+    ['until', 'axis.x.pos-cmd', '<', -1.0], ['until', 'axis.x.pos-cmd', '>', 1.0],
+    ['pins', 'volumetric-feed.0.programmed-vel', 'motion.requested-vel'],
+    ['until', TYPE, '>', 2.5], ['pins', 'volumetric-feed.0.programmed-vel'],
+    ['until', 'volumetric-feed.0.mode', '<', 0.5], ['until', 'motion.requested-vel', '>', 0.1],
+    ['over', 0.5, 'motion.requested-vel'], ['finish']])
+def test_f_outlives_a_tool_change(answers):
     """After M6 the interpreter takes the ceiling for its F; a cycle and M252 go by what the program said."""
-    program = BEGIN.replace('F300', 'F240') + (
-        'G0 X-10 Y20 Z20\nG1 X0\nT2 M6\nG1 X250\nG1 X20\nG13 X30 Y20 I5 Z18\nM252\nG1 X60\nM2\n')
-    _start, _x, replaced, _arc, cycle, _mode, _moves, back, end = operate(tmp_path, [
-        ['start', program], ['until', 'axis.x.pos-cmd', '>', 1.0],
-        ['pins', 'volumetric-feed.0.programmed-vel', 'motion.requested-vel'],
-        ['until', TYPE, '>', 2.5], ['pins', 'volumetric-feed.0.programmed-vel'],
-        ['until', 'volumetric-feed.0.mode', '<', 0.5], ['until', 'motion.requested-vel', '>', 0.1],
-        ['over', 0.5, 'motion.requested-vel'], ['finish']])
+    _start, _left, _x, replaced, _arc, cycle, _mode, _moves, back, end = answers
     assert values(replaced) == pytest.approx([4.0, CEILING_VEL])
     assert values(cycle)[0] == pytest.approx(4.0)
     assert back[0] == pytest.approx([4.0, 4.0])
     assert end == []
 
 
-def test_reverse_run_without_adaptive_feed(tmp_path):
+@pytest.mark.scene(MILL, [
+    ['start', SLOT.replace('M251 Q6 P2 E3000\n', '').replace('F300', 'F600')], ['until', VOLUME, '>', 400], ['pause'],
+    ['pins', VOLUME], ['reverse'], ['resume'],
+    ['until', 'axis.x.pos-cmd', '<', 15], ['pins', VOLUME, FEED, OVERRIDE_IGNORED, 'stock-tracker.0.rapid-contact'], ['pause'],
+    ['forward'], ['resume'], ['finish'], ['pins', VOLUME, OVERRIDE_IGNORED, 'stock-tracker.0.fault-code']])
+def test_reverse_run_without_adaptive_feed(answers):
     """No M251: LinuxCNC really goes back along its path, and forward again; going back cuts nothing, nothing is lost."""
-    slot = SLOT.replace('M251 Q6 P2 E3000\n', '').replace('F300', 'F600')
-    _start, _until, _pause, there, _reverse, _resume, _back, turned, *_, errors, last = operate(tmp_path, [
-        ['start', slot], ['until', VOLUME, '>', 400], ['pause'], ['pins', VOLUME], ['reverse'], ['resume'],
-        ['until', 'axis.x.pos-cmd', '<', 15], ['pins', VOLUME, FEED, OVERRIDE_IGNORED, 'stock-tracker.0.rapid-contact'], ['pause'],
-        ['forward'], ['resume'], ['finish'], ['pins', VOLUME, OVERRIDE_IGNORED, 'stock-tracker.0.fault-code']])
+    _start, _until, _pause, there, _reverse, _resume, _back, turned, *_, errors, last = answers
     assert 400 < values(there)[0] < 600
     assert values(turned) == [pytest.approx(values(there)[0], rel=1e-6), 1.0, 0.0, 0.0]
     assert errors == []

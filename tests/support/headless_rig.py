@@ -49,6 +49,10 @@ addf sim-spindle servo-thread
 """)
 
 
+# A sed command: the sampler for the step "log" of scripted_display.py.
+WITH_LOG = r's#^HALFILE = ../hal/chipwise.hal#&\nHALFILE = ../hal/headless.hal#'
+
+
 def with_spindle(tmp_path):
     """A sed command that gives the machine a spindle encoder, before chipwise.hal."""
     path = tmp_path / 'spindle.hal'

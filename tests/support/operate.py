@@ -14,13 +14,25 @@ BOX = 'M250 P0 Q0 R-10 I60 J40 K10'                    # the stock of most tests
 SPEED = 4       # of the machine's time; what the task does between moves takes that much more of it
 
 
-def operate(tmp_path, steps, ini='mill.ini', edit='', before=':', home=True, speed=SPEED):
-    """Start LinuxCNC, do the steps, -> the answers.
+TIMEOUT_S = 150     # real time, for one start and its steps
+
+
+class Stopped(AssertionError):
+    """The steps were not all done; `answers` are those of the steps before."""
+
+    def __init__(self, answers, text):
+        super().__init__(text)
+        self.answers = answers
+
+
+def operate(tmp_path, steps, ini='mill.ini', edit='', before=':', home=True, speed=SPEED, timeout=TIMEOUT_S):
+    """Start LinuxCNC, do the steps, -> the answers; raises Stopped.
 
     edit     a sed command on the INI file
     before   a shell command run in configs/ before LinuxCNC is started
     home     begin with the step home, whose answer is left out
     speed    lets time pass that many times as fast, waits and time-outs of the steps included
+    timeout  s of real time
     """
     answers = tmp_path / 'answers.json'
     answers.unlink(missing_ok=True)
@@ -29,10 +41,61 @@ def operate(tmp_path, steps, ini='mill.ini', edit='', before=':', home=True, spe
     steps = [['home'], *steps] if home else steps
     env = dict(os.environ, CHIPWISE_STEPS=json.dumps(steps), CHIPWISE_ANSWERS=str(answers))
     env.pop('DISPLAY', None)
-    done = subprocess.run([runner.SANDBOX, '--timeout', '150', '--speed', f'{speed:g}', '--', 'sh', '-c', script], env=env, text=True,
-                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    done = subprocess.run([runner.SANDBOX, '--timeout', f'{timeout:g}', '--speed', f'{speed:g}', '--', 'sh', '-c', script], env=env,
+                          text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
     (tmp_path / 'linuxcnc.txt').write_text(done.stdout)
-    assert answers.exists(), done.stdout[-3000:]
+    if not answers.exists():
+        raise Stopped([], done.stdout[-3000:])
     found = json.loads(answers.read_text())
-    assert len(found) == len(steps), found[-1:] + [done.stdout[-2000:]]
+    if len(found) != len(steps):
+        raise Stopped(found[home:-1], f'{found[-1:]}\n{done.stdout[-2000:]}')
     return found[1:] if home else found
+
+
+class Shared:
+    """One LinuxCNC for the scenes of several tests, one after the other, with a step "fresh" between them.
+
+        MILL = Shared('unknown')                            options as of operate()
+
+        @pytest.mark.scene(MILL, [['mdi', 'T1 M6'], ..])    the steps, or a function of the test's parameters that gives them
+        def test_..(answers): ..                            the fixture `answers` has the answers of these steps
+
+    For tests that mean nothing less on a machine that has done something before.  Only the scenes of tests that are run are
+    done.  The first scene that cannot be done to its end fails its test; the next test goes on with a new LinuxCNC.
+    """
+
+    def __init__(self, name, **options):
+        self.name, self.options = name, options
+        self.found = {}         # nodeid: answers or a Stopped
+
+    def answers_of(self, node, folder):
+        """folder: function -> a new directory."""
+        if node.nodeid not in self.found:
+            self.run([item for item in node.session.items if scene_of(item)[0] is self and item.nodeid not in self.found], folder())
+        found = self.found[node.nodeid]
+        if isinstance(found, Stopped):
+            raise found
+        return found
+
+    def run(self, items, folder):
+        """The scenes of all tests, up to the first that fails."""
+        scenes = [(item.nodeid, scene_of(item)[1]) for item in items]
+        steps = [step for _name, scene in scenes for step in ([*scene, ['fresh']])][:-1]
+        try:
+            answers, failure = operate(folder, steps, timeout=TIMEOUT_S + 30 * len(scenes), **self.options), None
+        except Stopped as stopped:
+            answers, failure = stopped.answers, stopped
+        for name, scene in scenes:
+            self.found[name] = answers[:len(scene)] if len(answers) >= len(scene) else failure
+            if self.found[name] is failure:
+                return
+            answers = answers[len(scene) + 1:]
+
+
+def scene_of(item):
+    """-> (the Shared or None, its steps) of a test."""
+    marker = item.get_closest_marker('scene')
+    if marker is None:
+        return None, []
+    shared, steps = marker.args
+    return shared, steps(**item.callspec.params) if callable(steps) else steps

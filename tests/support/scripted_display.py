@@ -10,6 +10,7 @@
     ["position"]                    answer: [x, y, z] commanded, machine units
     ["sleep", seconds]
     ["open", program]
+    ["open text", program text]
     ["run_until_stopped", seconds, line]   run from a line (0: the start) until a guard stops it
                                     (answer true) or it ends (false)
     ["run_from", line]              run from a line; goes on at once
@@ -28,7 +29,8 @@
     ["map_sum"]                     answer: [checksum of the map's cells, mm3 removed]
     ["messages"]                    answer: messages other than errors since the start
     ["messages", text]              the same, but waits for one that contains the text
-    ["map", name]                   saves the heights of the map as NAME (.npy); answer: [mm3 removed]
+    ["map", name]                   saves the heights of the map as NAME (.npy), without one as a file beside the answers;
+                                    answer: [mm3 removed, name]
 
     ["start", program text]         open and run a program; goes on at once
     ["until", pin, ">", "<" or "=", number]   wait until a pin has got to a value since the last step but these; answer: its value
@@ -44,6 +46,12 @@
     ["begin"]                       start the open program; goes on at once
     ["planners"]                    answer: how many processes plan cycles
     ["kill", name]                  kill the processes of that name
+    ["log", program]                run a program, a path or its text, and save its servo-rate log (chipwise.headless.log); the
+                                    sampler is that of hal/headless.hal, so that "until" looks at live pins;
+                                    answer: [the operator errors it raised, path of the log]
+    ["fresh"]                       the machine as after the step home: idle and at home without a tool and without an offset,
+                                    its own modes, no M251, 100 % override; errors and messages are forgotten.  But there is a
+                                    stock, of 1 mm, in the machine's corner: removed-volume is 0
 
 The pins of "until" and "over" are recorded every servo period (servo_record.py): however late a loaded machine lets this
 program look, nothing that was there for a period is missed.  Pins that are not there at the start are looked at live.
@@ -67,7 +75,8 @@ import hal                                                      # noqa: E402
 import linuxcnc                                                 # noqa: E402
 
 from chipwise import halcmd, processes                          # noqa: E402
-from chipwise.headless import session                  # noqa: E402
+from chipwise.headless import log as runlog                     # noqa: E402
+from chipwise.headless import sampling, session                 # noqa: E402
 
 from support.servo_record import Record, RecordError     # noqa: E402
 
@@ -78,10 +87,15 @@ IDLE_POLLS = 20             # a program that has been idle so often is over, how
 SETTLE_S = 0.3      # the monitor's messages come this late at most
 
 
+PATIENCE_S = 300        # for all steps from the start, or a step "fresh", on
+FRESH = ('M252', 'M52 P0', 'G17 G21 G40 G49 G54 G80 G90 G91.1 G94 G97 G64 P0.01 M48 M5', 'G10 L2 P1 X0 Y0 Z0 R0', 'G92.1',
+         'G53 G0 Z89.9', 'G53 G0 X0 Y0', 'T0 M6', 'M250 P-49 Q-49 R-59 I1 J1 K1')   # RS274NGC_STARTUP_CODE of the INI files, and more
+
+
 class Operator:
     def __init__(self, steps):
         session.wait_for_task(time.monotonic() + session.STEP_TIMEOUT_S)
-        self.machine = session.Session(time.monotonic() + 300)
+        self.machine = session.Session(time.monotonic() + PATIENCE_S)
         self.component = hal.component('scripted-display')      # hal.get_value wants one
         self.component.ready()
         pins = [step[1:2] if step[0] == 'until' else step[2:] for step in steps if step[0] in ('until', 'over')]
@@ -91,6 +105,33 @@ class Operator:
     def home(self):
         self.machine.switch_on()
         self.machine.home()
+
+    def fresh(self):
+        self.machine.deadline = time.monotonic() + PATIENCE_S
+        self.abort()
+        self.errors()
+        self.machine.command.feedrate(1.0)
+        for line in FRESH:
+            said = [text for text in self.mdi(line) if not text.startswith('Note:')]        # of a homing long ago
+            if said:
+                raise session.SessionError(f'{line}: {said}')
+        self.messages()
+        self.machine.messages = []
+
+    def log(self, program):
+        descriptor, path = tempfile.mkstemp(suffix='.npz', dir=os.path.dirname(os.environ['CHIPWISE_ANSWERS']))
+        os.close(descriptor)
+        with tempfile.NamedTemporaryFile(suffix='.samples') as samples:
+            sampler = sampling.Sampling(samples.name)
+            self.open_text(program) if '\n' in program else self.open(program)
+            sampler.start()
+            try:
+                idle_s = self.machine.run_program()
+            finally:
+                sampler.stop()
+            runlog.save(path, runlog.without_tail(sampler.load(), self.record.period_s, idle_s), period=self.record.period_s,
+                        units_per_mm=self.machine.status.linear_units)
+        return [self.errors(), path]
 
     def errors(self, text=None):
         self.hear(lambda: self.machine.errors, text)
@@ -173,10 +214,13 @@ class Operator:
         self.machine.wait('axis %d at %g' % (axis, value), lambda s: s.position[axis] > value, 60)
 
     def start(self, text):
+        self.open_text(text)
+        self.run()
+
+    def open_text(self, text):
         with tempfile.NamedTemporaryFile('w', suffix='.ngc', delete=False) as program:
             program.write(text)
         self.machine.open(program.name)
-        self.run()
 
     def run(self, line=0):
         """Begin the open program; returns when it runs, was refused, or is over already."""
@@ -193,7 +237,7 @@ class Operator:
         holds = {'>': relations.gt, '<': relations.le, '=': relations.eq}[relation]
         if pin in self.record.columns:
             self.machine.wait(f'{pin} {relation} {number}', self.record.first(pin, lambda value: holds(value, number)), 60)
-            return self.record.rows[self.record.mark][self.record.columns[pin]]
+            return self.record.row(self.record.mark)[self.record.columns[pin]]
         self.machine.wait(f'{pin} {relation} {number}', lambda _s: holds(hal.get_value(pin), number), 60)
         self.record.now()
         return hal.get_value(pin)
@@ -341,14 +385,17 @@ class Operator:
         stock.close()
         return [zlib.crc32(cells.tobytes()), head.removed]
 
-    def map(self, name):
+    def map(self, name=''):
         import numpy as np
         from chipwise.stock import shared
+        if not name:
+            descriptor, name = tempfile.mkstemp(suffix='.npy', dir=os.path.dirname(os.environ['CHIPWISE_ANSWERS']))
+            os.close(descriptor)
         stock = shared.attach()
         seen = stock.snapshot()
         np.save(name, seen.heights)
         stock.close()
-        return [seen.removed]
+        return [seen.removed, name]
 
     def estop(self):
         self.machine.command.state(linuxcnc.STATE_ESTOP)

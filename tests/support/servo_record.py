@@ -15,6 +15,7 @@ import hal
 from chipwise import halcmd
 
 DEPTH = 60000               # rows the sampler keeps until halsampler has read them: a minute of servo periods
+KEPT = 20000                # rows before the mark
 LETTERS = {hal.HAL_FLOAT: 'f', hal.HAL_BIT: 'b', hal.HAL_S32: 's', hal.HAL_U32: 'u'}
 SAMPLER = 'sampler'
 
@@ -27,11 +28,12 @@ class Record:
     """Rows (one list of floats per servo period) of some pins; `mark` is the row that the next question begins at.
 
     The last column is a number that now() raises: the row in which it first stands is the period of that now(), however
-    much of the record is still on its way through halsampler.
+    much of the record is still on its way through halsampler.  Rows are kept as text until they are looked at, and those
+    long before the mark are dropped: a session may last for many minutes.
     """
 
     def __init__(self, wanted, period_s):
-        self.period_s, self.rows, self.mark = period_s, [], 0
+        self.period_s, self.lines, self.first_row, self.mark = period_s, [], 0, 0
         there = {row['NAME']: row['TYPE'] for row in hal.get_info_pins()}
         self.columns = {name: k for k, name in enumerate(name for name in wanted if name in there)}
         self.rest, self.file, self.reader = '', None, None
@@ -66,12 +68,28 @@ class Record:
         for line in lines:
             if line.strip() == 'overrun':
                 raise RecordError('servo periods are missing in the record')
-            self.rows.append([float(word) for word in line.split()[1:]])
+            self.lines.append(line)
+
+    def row(self, number):
+        """The pins in a period, counted from the first one."""
+        return [float(word) for word in self.lines[number - self.first_row].split()[1:]]
+
+    @property
+    def count(self):
+        """How many periods have been recorded."""
+        return self.first_row + len(self.lines)
+
+    def forget(self):
+        """Drop what is long before the mark."""
+        old = self.mark - self.first_row
+        if old > KEPT:
+            del self.lines[:old]
+            self.first_row = self.mark
 
     def wait_rows(self, count, seconds=120):
         """Until there are so many rows."""
         end = time.monotonic() + seconds
-        while len(self.rows) < count:
+        while self.count < count:
             if time.monotonic() > end:
                 raise RecordError('the record does not grow')
             time.sleep(0.005)
@@ -88,8 +106,9 @@ class Record:
         """Put the mark where now() was last called."""
         while self.searched is not None:
             self.wait_rows(self.searched + 1)
-            if self.rows[self.searched][-1] >= self.serial:
+            if self.row(self.searched)[-1] >= self.serial:
                 self.mark, self.searched = self.searched, None
+                self.forget()
             else:
                 self.searched += 1
 
@@ -101,8 +120,8 @@ class Record:
         def reached(_status=None):
             nonlocal seen
             self.read()
-            while seen < len(self.rows):
-                if holds(self.rows[seen][column]):
+            while seen < self.count:
+                if holds(self.row(seen)[column]):
                     self.mark = seen
                     return True
                 seen += 1
@@ -120,7 +139,7 @@ class Record:
         self.find_mark()
         count = max(1, round(seconds / self.period_s))
         self.wait_rows(self.mark + count)
-        rows = self.rows[self.mark:self.mark + count]
+        rows = [self.row(number) for number in range(self.mark, self.mark + count)]
         self.mark += count
         return [[extreme(row[self.columns[pin]] for row in rows) for extreme in (min, max)] for pin in pins]
 
