@@ -48,13 +48,24 @@ FAULTS = {
 FAULT_OF = {what: fault for fault, (what, _test) in FAULTS.items()}
 
 
+def spoiled(fault):
+    """Source files a fault is in: all where a header has it."""
+    sources = sorted([*CORE.glob("*.c"), *CORE.parent.glob("offline/*.c")])
+    named = re.compile(rf"CHIP_FAULTY?\({fault}\b")
+    if fault is None or any(named.search(header.read_text()) for header in CORE.glob("*.h")):
+        return sources
+    return [source for source in sources if named.search(source.read_text())]
+
+
 def build(folder, fault=None):
-    """The core as a shared library, with one fault compiled in; -> its path."""
+    """The core as a shared library, with one fault compiled in; -> its path.  What the fault is not in is from `make build`."""
     library = folder / "libchipwise.so"
-    components = CORE.parent
-    subprocess.run(["gcc", "-Os", "-fno-fast-math", "-w", "-shared", "-fPIC", "-I", str(components), "-o", str(library),
-                    f'-DCHIPWISE_FAULT="{fault or ""}"',
-                    *map(str, sorted([*components.glob("core/*.c"), *components.glob("offline/*.c")])), "-lm"], check=True)
+    sources = spoiled(fault)
+    objects = [path for path in sorted([*(ROOT / "build/core").glob("*.o"), *(ROOT / "build/offline").glob("*.o")])
+               if (CORE.parent / path.relative_to(ROOT / "build")).with_suffix(".c").is_file()]
+    others = [path for path in objects if path.stem not in [source.stem for source in sources]]
+    subprocess.run(["gcc", "-Os", "-fno-fast-math", "-w", "-shared", "-fPIC", "-I", str(CORE.parent), "-o", str(library),
+                    f'-DCHIPWISE_FAULT="{fault or ""}"', *map(str, [*sources, *others]), "-lm"], check=True)
     return library
 
 
