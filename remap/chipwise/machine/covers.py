@@ -15,7 +15,7 @@ FOLDERS_OF_MODINC = ('src', 'etc/linuxcnc', '/etc/linuxcnc', 'share/linuxcnc')
 
 
 def realtime_folders(makefile):
-    """The values of RTLIBDIR in a Makefile.modinc; '' is no file."""
+    """The values of RTLIBDIR in a Makefile.modinc, none without one ('')."""
     if not makefile:
         return []
     with open(makefile, errors='surrogateescape') as handle:
