@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /* guard.c - see guard.h; the numbers in brackets are those of its principle. */
-#include "chip_math.h"
-#include "guard.h"
+#include "guard_probe.h"
 
 #define CHIP_GUARD_MIN_STEP 1e-6     /* mm, a shorter step has no direction */
 #define CHIP_GUARD_OFF_LINE 0.02     /* cells the tool may deviate from its line */
@@ -9,32 +8,16 @@
 #define CHIP_GUARD_SHARE 0.01     /* of a step by which the change of the distance to go may differ from it [5] */
 #define CHIP_GUARD_ROUNDING 1e-5     /* mm, the same if the step is small */
 #define CHIP_GUARD_STEADY 3       /* periods on a line before it is checked [5] */
-#define CHIP_GUARD_STEP 4.0       /* cells the probe advances at once, or */
-#define CHIP_GUARD_RADII 0.0625   /* this share of the tool's radius: each step costs the tool's outline */
-#define CHIP_GUARD_FINE 0.0625    /* cells to which the beginning of the stock is located */
-#define CHIP_GUARD_STEPS 16        /* steps of the probe in a period, about */
-#define CHIP_GUARD_MIN_CONTACT 1e-3     /* mm2, smaller contact is ignored */
 /* periods of travel until the planner brakes, and one in reserve; fewer stop too late */
 #define CHIP_GUARD_LATE 3.0
 #define CHIP_GUARD_BRAKING 0.3    /* share of the acceleration above which the tool is braking [4] */
 #define CHIP_GUARD_GROWING 1.02   /* braking that has grown by this factor in a period is only beginning [4] */
 #define CHIP_GUARD_UNKNOWN 20.0     /* mm, braking distance if the acceleration is unknown */
 #define CHIP_GUARD_DRIFT 0.2      /* cells the tool may be off the predicted blend before it is predicted anew [5b] */
-#define CHIP_GUARD_HALVINGS 12        /* halvings of a step in a blend at most */
 /* of the braking the planner is capable of on its path; in arcs less than half the acceleration */
 #define CHIP_GUARD_CERTAIN 0.8
 /* of a step by which the position on the path may differ before it is a new path [5a] */
 #define CHIP_GUARD_OFF_PATH 0.05
-
-/* Starts a probe at `s`. */
-static void begin_probe(struct chip_guard_probe *probe, double s)
-{
-    probe->clear = s;
-    probe->hit_near = 0.0;
-    probe->hit_far = -1.0;
-}
-
-static int found(const struct chip_guard_probe *probe) { return probe->hit_far > probe->hit_near; }
 
 void chip_guard_reset_line(struct chip_guard *guard)
 {
@@ -50,21 +33,6 @@ void chip_guard_reset(struct chip_guard *guard)
 {
     chip_guard_reset_line(guard);
     guard->excess = 0;
-}
-
-/* Contact that is ignored on `length` mm: a thin strip, as high as the stock can be. */
-static double ignored(const struct chip_stock *stock, double low, double length)
-{
-    double height = chip_max(0.0, stock->z_max - low);
-    return length * (CHIP_GUARD_MIN_CONTACT + CHIP_GUARD_STRIP * stock->cell * height);
-}
-
-/* Whether a step is above or beside the stock; looks at no cell. */
-static int misses(const struct chip_stock *stock, double radius, const double a[3], const double b[3])
-{
-    return chip_min(a[2], b[2]) >= stock->z_max
-        || chip_min(a[0], b[0]) - radius >= stock->x_max || chip_max(a[0], b[0]) + radius <= stock->x0
-        || chip_min(a[1], b[1]) - radius >= stock->y_max || chip_max(a[1], b[1]) + radius <= stock->y0;
 }
 
 /* Follows the tool: speed, and the line it is on [1]. */
@@ -107,25 +75,6 @@ static void measure_speed(struct chip_guard *guard, double speed, double period)
     guard->speed = speed;
 }
 
-/* Share of blend->offset left when the tool is `s` mm on the line: the rest of the first segment falls with the
- * square of the time left, the speed on the line rises linearly. */
-static double blend_share(const struct chip_guard_blend *blend, double s)
-{
-    double gone = s - blend->from, root, left;
-    if (!blend->active || s >= blend->end || !(blend->time > 0.0)) return 0.0;
-    if (gone <= 0.0) return 1.0;
-    root = blend->speed + sqrt(blend->speed * blend->speed + 2.0 * blend->rise / blend->time * gone);
-    left = root > 0.0 ? 1.0 - 2.0 * gone / (root * blend->time) : 0.0;
-    return left > 0.0 ? left * left : 0.0;
-}
-
-static void point_on_line(const struct chip_guard *guard, double s, double tip[3])
-{
-    double share = blend_share(&guard->blend, s);
-    int i;
-    for (i = 0; i < 3; i++) tip[i] = guard->origin[i] + s * guard->dir[i] + share * guard->blend.offset[i];
-}
-
 /* [5b] Uses the line of the next segment as the tool's, with the blend that leads to it. */
 static void enter_blend(struct chip_guard *guard, const struct chip_blend *parabola, const double tip[3])
 {
@@ -152,7 +101,7 @@ static void follow_blend(struct chip_guard *guard, const struct chip_blend *para
 {
     double there[3], off2 = 0.0, aim = 0.0;
     int i;
-    point_on_line(guard, parabola->travelled, there);
+    chip_guard_point_on_line(guard, parabola->travelled, there);
     for (i = 0; i < 3; i++) {
         off2 += (in->to[i] - there[i]) * (in->to[i] - there[i]);
         aim += (parabola->dir[i] - guard->dir[i]) * (parabola->dir[i] - guard->dir[i]);
@@ -187,81 +136,6 @@ static double stopping(const struct chip_guard *guard, const struct chip_guard_i
     if (chip_finite(in->max_jerk_mm_s3) && in->max_jerk_mm_s3 > 0.0)
         late += 1.5 * guard->speed * accel / in->max_jerk_mm_s3;
     return 0.5 * guard->speed * guard->speed / accel + late;
-}
-
-/* What a probe follows: the programmed path or the line. */
-struct probe_track {
-    const struct chip_guard *guard;
-    const struct chip_path *path;   /* null: the line */
-    long bound;                 /* of the work */
-};
-
-static void probe_point(const struct probe_track *track, double s, double tip[3])
-{
-    double dir[3];
-    if (track->path) chip_path_at(track->path, s, tip, dir);
-    else point_on_line(track->guard, s, tip);
-}
-
-/* Halves the step in which stock was found. */
-static void narrow(struct chip_guard_probe *probe, const struct probe_track *track, const struct chip_stock *stock,
-                   const struct chip_tool *tool, long *work)
-{
-    double a[3], b[3], middle = 0.5 * (probe->hit_near + probe->hit_far), enough;
-    probe_point(track, probe->hit_near, a);
-    probe_point(track, middle, b);
-    enough = ignored(stock, chip_min(a[2], b[2]), middle - probe->hit_near);
-    if (chip_sweep_meets(stock, tool, a, b, 1, enough, work) >= enough) probe->hit_far = middle;
-    else probe->hit_near = middle;
-}
-
-/* The next point of a probe, no farther from the last than a step. */
-static double next_probe_point(const struct probe_track *track, const struct chip_guard_probe *probe, double step,
-                               double end, const double a[3], double b[3])
-{
-    double next = probe->clear + step;
-    int i;
-    if (end > probe->clear + CHIP_GUARD_MIN_CONTACT && end < next) next = end;
-    for (i = 0; i < CHIP_GUARD_HALVINGS; i++) {
-        double dx, dy, dz;
-        probe_point(track, next, b);
-        dx = b[0] - a[0];
-        dy = b[1] - a[1];
-        dz = b[2] - a[2];
-        if (dx * dx + dy * dy + dz * dz <= 1.01 * step * step) break;
-        next = 0.5 * (next + probe->clear);         /* in a blend the tool travels farther than the line does */
-    }
-    return next;
-}
-
-/* Advances a probe by one step; one of its steps ends at `end`. */
-static void send_on(struct chip_guard_probe *probe, const struct probe_track *track, const struct chip_stock *stock,
-                    const struct chip_tool *tool, double end, long *work)
-{
-    double step = chip_max(CHIP_GUARD_STEP * stock->cell, CHIP_GUARD_RADII * tool->radius);
-    double a[3], b[3], next, enough;
-    probe_point(track, probe->clear, a);
-    next = next_probe_point(track, probe, step, end, a, b);
-    if (!misses(stock, tool->radius, a, b)) {
-        enough = ignored(stock, chip_min(a[2], b[2]), next - probe->clear);
-        if (chip_sweep_meets(stock, tool, a, b, 1, enough, work) >= enough) {
-            probe->hit_near = probe->clear;
-            probe->hit_far = next;
-            return;
-        }
-    }
-    probe->clear = next;
-}
-
-/* [2] A probe's work in a period: ahead up to `wanted` mm, then to where the stock begins. */
-static void send(struct chip_guard_probe *probe, const struct probe_track *track, const struct chip_stock *stock,
-                 const struct chip_tool *tool, double wanted, double end, long *work)
-{
-    int steps = CHIP_GUARD_STEPS;
-    while (!found(probe) && probe->clear < wanted && *work < track->bound && steps-- > 0)
-        send_on(probe, track, stock, tool, end, work);
-    while (found(probe) && probe->hit_far - probe->hit_near > CHIP_GUARD_FINE * stock->cell && *work < track->bound)
-        narrow(probe, track, stock, tool, work);
 }
 
 /* Whether the present traverse continues into another one without a stop [5a]. (If no more segments are known
@@ -314,7 +188,7 @@ static int check_path(struct chip_guard *guard, const struct chip_stock *stock, 
 {
     const struct chip_path *path = in->path;
     struct chip_guard_probe *probe = &guard->on_path;
-    struct probe_track track = { guard, path, bound };
+    struct chip_probe_track track = { guard, path, bound };
     double near, far = stopping(guard, in, 0.5 * in->acceleration_mm_s2), last = guard->path_s;
     double until, brakes;
     if (!path || path->count == 0) {
@@ -328,7 +202,7 @@ static int check_path(struct chip_guard *guard, const struct chip_stock *stock, 
     if (path->segment[path->first].curvature == 0.0 && guard->periods >= CHIP_GUARD_STEADY)
         probe->clear = chip_max(probe->clear, path->begin_s + path->segment[path->first].length);
     until = certain_until(path);
-    send(probe, &track, stock, tool,
+    chip_guard_send(probe, &track, stock, tool,
          chip_min(until - CHIP_GUARD_MIN_CONTACT, path->s + far / CHIP_GUARD_CERTAIN + step), until, work);
     if (!found(probe)) return 0;
     near = chip_max(probe->hit_near - path->s, 0.0);
@@ -341,16 +215,16 @@ static int check_path(struct chip_guard *guard, const struct chip_stock *stock, 
 static int check_line(struct chip_guard *guard, const struct chip_stock *stock, const struct chip_tool *tool,
                       const struct chip_guard_in *in, long bound, long *work)
 {
-    struct probe_track track = { guard, 0, bound };
+    struct chip_probe_track track = { guard, 0, bound };
     double accel = accel_along(guard, in);
     double end = in->distance_to_go_mm > 0.0 ? guard->travelled + in->distance_to_go_mm : 1e30;
     double wanted = guard->travelled + chip_max(stopping(guard, in, 0.5 * accel), 2.0 * stock->cell);
     if (guard->on_line.clear < guard->travelled) guard->on_line.clear = guard->travelled;
-    send(&guard->on_line, &track, stock, tool, wanted + guard->speed * in->period_s, end, work);
+    chip_guard_send(&guard->on_line, &track, stock, tool, wanted + guard->speed * in->period_s, end, work);
     /* it was released: check what lies behind */
     if (found(&guard->on_line) && guard->travelled > guard->on_line.hit_far) {
         begin_probe(&guard->on_line, guard->travelled);
-        send(&guard->on_line, &track, stock, tool, wanted + guard->speed * in->period_s, end, work);
+        chip_guard_send(&guard->on_line, &track, stock, tool, wanted + guard->speed * in->period_s, end, work);
     }
     if (!found(&guard->on_line) || guard->periods < CHIP_GUARD_STEADY) return 0;
     guard->distance = chip_max(guard->on_line.hit_near - guard->travelled, 0.0);

@@ -133,6 +133,10 @@ double chip_cell_cut(const struct chip_stock *stock, struct chip_cell *cell, dou
 /* Content of a cell, rim or not. */
 struct chip_levels chip_cell_levels(const struct chip_stock *stock, const struct chip_cell *cell);
 
+/* Makes a rim cell of it; for the core's own use. */
+__attribute__((visibility("hidden"))) void chip_cell_set_rim(const struct chip_stock *stock, struct chip_cell *cell,
+                                                             const struct chip_levels *levels);
+
 /* Mean height of a rim cell's stock between two heights, mm above the lower. */
 double chip_rim_between(const struct chip_stock *stock, const struct chip_cell *cell, double low, double high);
 

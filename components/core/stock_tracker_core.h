@@ -6,13 +6,21 @@
 #define CHIPWISE_RTAPI
 #include <stdlib.h>
 #include "core/tool.c"
+#include "core/cell.c"
 #include "core/stock.c"
+#include "core/sweep_row.c"
 #include "core/sweep.c"
+#include "core/section_band.c"
+#include "core/section_strip.c"
 #include "core/section.c"
 #include "core/path.c"
 #include "core/predicted_path.c"
+#include "core/load_bound.c"
+#include "core/load_profile.c"
 #include "core/lookahead.c"
+#include "core/guard_probe.c"
 #include "core/guard.c"
+#include "core/tracker_map.c"
 #include "core/tracker.c"
 #include "core/tool_watch.c"
 

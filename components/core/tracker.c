@@ -1,9 +1,8 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /* tracker.c - see tracker.h; the numbers in brackets are those of its principle. */
-#include <string.h>
 #include "chip_math.h"
 #include "motion_kind.h"
-#include "tracker.h"
+#include "tracker_map.h"
 
 #define CHIP_MAX_VELOCITY 5000.0       /* mm/s, no mill is faster; a longer step is a jump */
 #define CHIP_DEFAULT_HORIZON 20.0 /* mm looked ahead if the acceleration is unknown */
@@ -13,29 +12,12 @@
 #define CHIP_MAX_JERK_GAIN 200.0        /* mm/s, and no more is gained meanwhile */
 #define CHIP_MARGIN_PERIODS 4.0   /* periods of travel looked ahead beyond braking */
 
-/* Clears the programmed path and what the look-ahead knows of it. */
-static void forget_path(struct chip_tracker *tracker)
-{
-    chip_path_reset(&tracker->path);
-    chip_lookahead_reset(&tracker->lookahead);
-}
-
 void chip_tracker_init(struct chip_tracker *tracker)
 {
     char *byte = (char *)tracker;
     unsigned i;
     for (i = 0; i < sizeof *tracker; i++) byte[i] = 0;
     tracker->tool_error = -1;
-    forget_path(tracker);
-    chip_guard_reset(&tracker->guard);
-}
-
-/* Forgets where the tool was: the next position is a new start. Queued segments are still cut [4]. */
-static void lose_position(struct chip_tracker *tracker)
-{
-    tracker->tip_known = 0;
-    if (tracker->state == CHIP_TRACKER_CUTTING) tracker->state = CHIP_TRACKER_FLUSHING;
-    tracker->has_start = 0;
     forget_path(tracker);
     chip_guard_reset(&tracker->guard);
 }
@@ -89,60 +71,6 @@ static void note_position(struct chip_tracker *tracker, const struct chip_tracke
     tracker->tip_known = 1;
 }
 
-/* The stock is new: only the map is known of it. */
-static void start_over(struct chip_tracker *tracker)
-{
-    tracker->fault = CHIP_FAULT_NONE;
-    tracker->rate_filled = 0;
-    lose_position(tracker);
-    tracker->sweep.known = 0;
-    tracker->sweep.waiting = 0;
-}
-
-/* [2] Starts a new stock on a rising edge; an impossible box leaves the old one. */
-static void serve_request(struct chip_tracker *tracker, struct chip_stock *stock,
-                          const struct chip_tracker_in *in)
-{
-    int rising = in->define_request && !tracker->last_request;
-    double low[3], high[3];
-    int i;
-    tracker->last_request = in->define_request;
-    if (!rising) return;
-    for (i = 0; i < 3; i++) {
-        low[i] = in->box_min_mu[i] / in->mu_per_mm;
-        high[i] = in->box_max_mu[i] / in->mu_per_mm;
-    }
-    tracker->box_error = chip_stock_define_turned(stock, low, high, in->box_shape, in->box_turn_deg * CHIP_PI / 180.0);
-    if (!tracker->box_error) start_over(tracker);
-}
-
-void chip_tracker_own_map(struct chip_tracker *tracker, const struct chip_stock *stock)
-{
-    memcpy(tracker->own_head, (const void *)stock, sizeof *stock);
-    tracker->own_known = 1;
-}
-
-static const struct chip_stock *own_head(const struct chip_tracker *tracker)
-{
-    return (const struct chip_stock *)(const void *)tracker->own_head;
-}
-
-/* [2] The stock is unknown: an empty map of the cell and the capacity it was made with. */
-static void give_up_map(struct chip_tracker *tracker, struct chip_stock *stock)
-{
-    const struct chip_stock *own = own_head(tracker);
-    tracker->box_error = CHIP_STOCK_UNSOUND;
-    chip_stock_init(stock, own->cell, own->capacity);
-    start_over(tracker);
-}
-
-/* [2] Checks that the head is as the tracker has left it: every index is computed from its numbers. */
-static void check_head(struct chip_tracker *tracker, struct chip_stock *stock)
-{
-    if (!tracker->own_known) chip_tracker_own_map(tracker, stock);
-    if (memcmp(tracker->own_head, (const void *)stock, sizeof *stock)) give_up_map(tracker, stock);
-}
-
 /* Whether the machine moved in this period while it might have cut. */
 static int has_moved(const struct chip_tracker *tracker, const struct chip_tracker_in *in)
 {
@@ -150,33 +78,6 @@ static int has_moved(const struct chip_tracker *tracker, const struct chip_track
     int i;
     for (i = 0; i < 3; i++) step = chip_max(step, fabs(in->pos_mu[i] / in->mu_per_mm - tracker->axis[i]));
     return in->is_enabled && tracker->tip_known && step > CHIP_AT_REST;
-}
-
-/* [2] 1 while another program has the map. Its content afterwards is the stock; if the writer was
- * killed while writing, or a cut may be missing, the stock is unknown. */
-static int serve_hold(struct chip_tracker *tracker, struct chip_stock *stock,
-                      const struct chip_tracker_in *in)
-{
-    int held = tracker->state == CHIP_TRACKER_EXTERNAL_WRITER;
-    if (in->external_writer && !held) {
-        tracker->held_moved = 0;
-        tracker->held_waiting = tracker->sweep.known && tracker->sweep.waiting > 0;
-        tracker->held_generation = stock->generation;
-        tracker->held_cell = own_head(tracker)->cell;
-        tracker->held_capacity = own_head(tracker)->capacity;
-        tracker->held_mm3 = stock->removed;
-    }
-    if (!in->external_writer && held) {
-        int lost = tracker->held_moved || (tracker->held_waiting && stock->generation == tracker->held_generation);
-        int whole = stock->generation % 2 == 0 && (stock->nx == 0 || !lost);
-        tracker->box_error = whole && chip_stock_sound(stock, tracker->held_cell, tracker->held_capacity)
-            ? CHIP_STOCK_OK : CHIP_STOCK_UNSOUND;
-        if (tracker->box_error) chip_stock_init(stock, tracker->held_cell, tracker->held_capacity);
-        tracker->state = CHIP_TRACKER_FLUSHING;
-        start_over(tracker);
-    }
-    if (in->external_writer) tracker->state = CHIP_TRACKER_EXTERNAL_WRITER;
-    return in->external_writer != 0;
 }
 
 /* [3] Builds the tool when its numbers changed. Another tool begins at the position of the one before, and cuts
@@ -398,12 +299,12 @@ void chip_tracker_step(struct chip_tracker *tracker, struct chip_stock *stock,
     int bad = read_tip(tracker, in, tip), filled, ready;
 
     clear(out);
-    if (tracker->state != CHIP_TRACKER_EXTERNAL_WRITER) check_head(tracker, stock);
-    if (serve_hold(tracker, stock, in)) {
+    if (tracker->state != CHIP_TRACKER_EXTERNAL_WRITER) chip_tracker_check_head(tracker, stock);
+    if (chip_tracker_serve_hold(tracker, stock, in)) {
         held_period(tracker, in, tip, bad, out);
         return;
     }
-    if (bad == CHIP_FAULT_NONE || bad == CHIP_FAULT_JUMP) serve_request(tracker, stock, in);
+    if (bad == CHIP_FAULT_NONE || bad == CHIP_FAULT_JUMP) chip_tracker_serve_request(tracker, stock, in);
     filled = chip_stock_fill(stock, CHIP_CELLS_PER_PERIOD);
     ready = filled && !in->is_turned;
     if (bad) {
@@ -421,7 +322,7 @@ void chip_tracker_step(struct chip_tracker *tracker, struct chip_stock *stock,
     out->removed_volume_mm3 = stock->removed;
     out->mrr_mm3_min = rate(tracker, stock->removed, in);
     if (!all_finite(out)) {
-        give_up_map(tracker, stock);
+        chip_tracker_give_up_map(tracker, stock);
         clear(out);
         out->removed_volume_mm3 = 0.0;
         filled = ready = 0;

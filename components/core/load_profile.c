@@ -1,0 +1,138 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* load_profile.c - the load profile of the samples of the look-ahead: see lookahead.h; the numbers in brackets are
+ * those of its principle. */
+#include "samples.h"
+
+/* a rise by this share between two samples: larger ones make the velocity's straight line exceed the bound */
+#define CHIP_EVEN_RISE 0.05
+#define CHIP_BRAKE_MARGIN 1.2       /* of the braking distance: no load step beyond it binds */
+#define CHIP_BRAKE_PERIODS 6.0    /* periods of acceleration that may add to the velocity meanwhile */
+
+/* Frees an entry: of all pairs of neighbours, merges on the safe side the one that loses least (length
+ * times how much slower) [4]. Returns 1 if that is the last one and the new one. */
+static int merge_steps(struct chip_load_profile *profile, double distance, double area)
+{
+    int i, best = CHIP_LOAD_STEPS - 1;
+    double least = 1e300;
+    for (i = 1; i < CHIP_LOAD_STEPS; i++) {
+        const struct chip_load_step *step = &profile->step[i];
+        double next = i + 1 < CHIP_LOAD_STEPS ? step[1].area : area;
+        double far = i + 1 < CHIP_LOAD_STEPS ? step[1].distance : distance;
+        double cost = (next / chip_max(step->area, CHIP_MIN_LOAD) - 1.0) * (far - step->distance);
+        if (cost < least) {
+            least = cost;
+            best = i;
+        }
+    }
+    if (best == CHIP_LOAD_STEPS - 1) {
+        profile->step[best].area = area;
+        return 1;
+    }
+    profile->step[best].area = profile->step[best + 1].area;
+    for (i = best + 1; i + 1 < CHIP_LOAD_STEPS; i++) profile->step[i] = profile->step[i + 1];
+    profile->steps--;
+    return 0;
+}
+
+/* Adds a load step above all before it [4]. */
+static void add_step(struct chip_load_profile *profile, double distance, double area)
+{
+    struct chip_load_step *last = &profile->step[profile->steps - 1];
+    if (area <= last->area) return;
+    while (profile->steps > 1 && last->distance >= distance) {    /* the new one covers it */
+        profile->steps--;
+        last--;
+    }
+    if (profile->steps == CHIP_LOAD_STEPS && merge_steps(profile, distance, area)) return;
+    profile->step[profile->steps].distance = distance;
+    profile->step[profile->steps].area = area;
+    profile->steps++;
+}
+
+/* The braking available to the planner until each load step. */
+static void add_braking(const struct chip_lookahead *lookahead, const struct chip_path *path,
+                        struct chip_load_profile *profile)
+{
+    int i;
+    for (i = 0; i < profile->steps; i++) {
+        struct chip_load_step *step = &profile->step[i];
+        step->accel = 0.0;
+        if (lookahead->on_path && step->distance > 0.0)
+            step->accel = chip_path_braking(path, lookahead->at_s + step->distance) / step->distance;
+    }
+}
+
+/* The largest area this tool can meet at its depth: a full slot and a full plunge. */
+static double worst_area(const struct chip_lookahead *lookahead, const struct chip_path *path,
+                         const struct chip_stock *stock, const struct chip_tool *tool, double s)
+{
+    double tip[3], dir[3];
+    if (lookahead->on_path) chip_path_at(path, s, tip, dir);
+    else chip_segment_at(&lookahead->predicted.segment, s, tip, dir);
+    return full_area(tool, dir, chip_max(0.0, stock->z_max - chip_max(tip[2], stock->z_min)));
+}
+
+/* How far, mm, before sample i its load must apply [6]: a jump from where it may begin; another rise so far
+ * that a velocity falling linearly to it stays below what the line between the samples allows. */
+static double rise_begins_before(const struct chip_lookahead *lookahead, const struct chip_load_interval *interval, int i)
+{
+    double length = sample_s(lookahead, i) - sample_s(lookahead, i - 1);
+    if (is_corner(lookahead, i) || i <= lookahead->first) return 0.0;
+    if (interval->jump > 0) return sample_s(lookahead, i) - interval->from;
+    if (lookahead->turn[sample_slot(lookahead, i)] > 0.0) return length;
+    return length
+         * chip_clamp((interval->b / chip_max(interval->a, CHIP_MIN_LOAD) - 1.0 - CHIP_EVEN_RISE) / CHIP_EVEN_RISE, 0.0,
+                      1.0);
+}
+
+/* Position beyond which no load can bind before the tool has moved on, mm. */
+static double binding_until(const struct chip_lookahead *lookahead, const struct chip_path *path, double horizon)
+{
+    double speed = lookahead->predicted.speed, accel, full;
+    if (!lookahead->on_path || path->count == 0) return lookahead->at_s + horizon;
+    accel = path->segment[path->first].accel;
+    if (!(accel > 0.0)) return lookahead->at_s + horizon;
+    full = lookahead->latency_travel > 0.0 && speed > 0.0
+             ? accel * lookahead->latency_travel / speed * CHIP_BRAKE_PERIODS
+             : accel * 0.01;
+    return lookahead->at_s
+         + CHIP_BRAKE_MARGIN * (chip_path_stop(path, speed + full + lookahead->jerk_gain, 0.0) - lookahead->at_s)
+         + lookahead->spacing + 2.0 * lookahead->latency_travel + lookahead->jerk_travel;
+}
+
+void chip_lookahead_profile(const struct chip_lookahead *lookahead, const struct chip_path *path,
+                            const struct chip_stock *stock, const struct chip_tool *tool, double horizon,
+                            struct chip_load_profile *profile)
+{
+    double reached = 0.0, until;
+    int i, now, last = lookahead->first + lookahead->count - 1,
+                known = lookahead->on_path || lookahead->predicted.known;
+    profile->area = known ? chip_load_now(lookahead) : 0.0;
+    profile->depth = 0.0;
+    profile->steps = 1;
+    profile->step[0].distance = profile->step[0].accel = 0.0;
+    profile->step[0].area = known ? chip_load_bound_now(lookahead, stock) : 0.0;
+    if (!known) return;
+    now = last_passed(lookahead);
+    for (i = now; i <= now + 1; i++)
+        if (i >= lookahead->first && i <= last) profile->depth = chip_max(profile->depth, lookahead->depth[slot_of(i)]);
+    until = chip_min(lookahead->at_s + horizon, binding_until(lookahead, path, horizon));
+    for (i = now + 1; i <= last; i++) {
+        struct chip_load_interval interval = chip_load_between(lookahead, stock, i);
+        double at = sample_s(lookahead, i) - lookahead->at_s, area = interval.b;
+        if (sample_s(lookahead, i - 1) > until && i > lookahead->first) break;
+        reached = at;
+        if (interval.jump < 0 || i == lookahead->first) area = chip_load_bound(lookahead, stock, i);
+        else if (lookahead->turn[slot_of(i)] > 0.0 && !is_corner(lookahead, i)
+                 && sample_s(lookahead, i - 1) > lookahead->at_s)
+            area = chip_max(interval.a, interval.b);
+        CHIP_FAULT(SAMPLES_LATE, at += lookahead->spacing + rise_begins_before(lookahead, &interval, i));
+        if (area > profile->step[profile->steps - 1].area)
+            add_step(profile, chip_max(0.0, at - rise_begins_before(lookahead, &interval, i)), area);
+    }
+    if (i <= last) reached = horizon;               /* there are more, which do not bind */
+    if (lookahead->on_path) horizon = chip_min(horizon, path->end_s - lookahead->at_s);
+    if (reached < horizon - 1e-9 && tool->radius > 0.0)
+        add_step(profile, reached, worst_area(lookahead, path, stock, tool, lookahead->at_s + reached));
+    add_braking(lookahead, path, profile);
+}

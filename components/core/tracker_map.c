@@ -1,0 +1,86 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* tracker_map.c - see tracker_map.h and tracker.h; the numbers in brackets are those of its principle. */
+#include <string.h>
+#include "chip_math.h"
+#include "tracker_map.h"
+
+/* The stock is new: only the map is known of it. */
+static void start_over(struct chip_tracker *tracker)
+{
+    tracker->fault = CHIP_FAULT_NONE;
+    tracker->rate_filled = 0;
+    lose_position(tracker);
+    tracker->sweep.known = 0;
+    tracker->sweep.waiting = 0;
+}
+
+/* [2] Starts a new stock on a rising edge; an impossible box leaves the old one. */
+void chip_tracker_serve_request(struct chip_tracker *tracker, struct chip_stock *stock,
+                          const struct chip_tracker_in *in)
+{
+    int rising = in->define_request && !tracker->last_request;
+    double low[3], high[3];
+    int i;
+    tracker->last_request = in->define_request;
+    if (!rising) return;
+    for (i = 0; i < 3; i++) {
+        low[i] = in->box_min_mu[i] / in->mu_per_mm;
+        high[i] = in->box_max_mu[i] / in->mu_per_mm;
+    }
+    tracker->box_error = chip_stock_define_turned(stock, low, high, in->box_shape, in->box_turn_deg * CHIP_PI / 180.0);
+    if (!tracker->box_error) start_over(tracker);
+}
+
+void chip_tracker_own_map(struct chip_tracker *tracker, const struct chip_stock *stock)
+{
+    memcpy(tracker->own_head, (const void *)stock, sizeof *stock);
+    tracker->own_known = 1;
+}
+
+static const struct chip_stock *own_head(const struct chip_tracker *tracker)
+{
+    return (const struct chip_stock *)(const void *)tracker->own_head;
+}
+
+/* [2] The stock is unknown: an empty map of the cell and the capacity it was made with. */
+void chip_tracker_give_up_map(struct chip_tracker *tracker, struct chip_stock *stock)
+{
+    const struct chip_stock *own = own_head(tracker);
+    tracker->box_error = CHIP_STOCK_UNSOUND;
+    chip_stock_init(stock, own->cell, own->capacity);
+    start_over(tracker);
+}
+
+/* [2] Checks that the head is as the tracker has left it: every index is computed from its numbers. */
+void chip_tracker_check_head(struct chip_tracker *tracker, struct chip_stock *stock)
+{
+    if (!tracker->own_known) chip_tracker_own_map(tracker, stock);
+    if (memcmp(tracker->own_head, (const void *)stock, sizeof *stock)) chip_tracker_give_up_map(tracker, stock);
+}
+
+/* [2] 1 while another program has the map. Its content afterwards is the stock; if the writer was
+ * killed while writing, or a cut may be missing, the stock is unknown. */
+int chip_tracker_serve_hold(struct chip_tracker *tracker, struct chip_stock *stock,
+                      const struct chip_tracker_in *in)
+{
+    int held = tracker->state == CHIP_TRACKER_EXTERNAL_WRITER;
+    if (in->external_writer && !held) {
+        tracker->held_moved = 0;
+        tracker->held_waiting = tracker->sweep.known && tracker->sweep.waiting > 0;
+        tracker->held_generation = stock->generation;
+        tracker->held_cell = own_head(tracker)->cell;
+        tracker->held_capacity = own_head(tracker)->capacity;
+        tracker->held_mm3 = stock->removed;
+    }
+    if (!in->external_writer && held) {
+        int lost = tracker->held_moved || (tracker->held_waiting && stock->generation == tracker->held_generation);
+        int whole = stock->generation % 2 == 0 && (stock->nx == 0 || !lost);
+        tracker->box_error = whole && chip_stock_sound(stock, tracker->held_cell, tracker->held_capacity)
+            ? CHIP_STOCK_OK : CHIP_STOCK_UNSOUND;
+        if (tracker->box_error) chip_stock_init(stock, tracker->held_cell, tracker->held_capacity);
+        tracker->state = CHIP_TRACKER_FLUSHING;
+        start_over(tracker);
+    }
+    if (in->external_writer) tracker->state = CHIP_TRACKER_EXTERNAL_WRITER;
+    return in->external_writer != 0;
+}
