@@ -16,7 +16,10 @@
 #define REPLAYS 5
 #define MOST 20000
 
-struct job { const char *name; double diameter, cell, speed, accel; };
+struct job {
+    const char *name;
+    double diameter, cell, speed, accel;
+};
 
 static double now_us(void)
 {
@@ -32,7 +35,8 @@ static int rising(const void *a, const void *b)
 }
 
 /* One traverse through the slot, 17 degrees to the cells, at its speed all the way; us a period into `best`. */
-static int traverse(const struct job *job, const struct chip_stock *stock, const struct chip_tool *tool, double *best, int first)
+static int traverse(const struct job *job, const struct chip_stock *stock, const struct chip_tool *tool, double *best,
+                    int first)
 {
     struct chip_guard guard;
     struct chip_guard_in in;
@@ -42,7 +46,8 @@ static int traverse(const struct job *job, const struct chip_stock *stock, const
     memset(&in, 0, sizeof in);
     chip_guard_reset(&guard);
     in.period_s = 0.001;
-    in.acceleration_mm_s2 = in.axis_acceleration_mm_s2[0] = in.axis_acceleration_mm_s2[1] = in.axis_acceleration_mm_s2[2] = job->accel;
+    in.acceleration_mm_s2 = in.axis_acceleration_mm_s2[0] = in.axis_acceleration_mm_s2[1] =
+        in.axis_acceleration_mm_s2[2] = job->accel;
     in.start_is_cut = 1;
     for (i = 0; i < n && i < MOST; i++) {
         double begin, took;
@@ -74,7 +79,7 @@ static void measure(const struct job *job)
     int i, n = 0;
     chip_stock_init(stock, job->cell, cells);
     chip_stock_define(stock, low, high);
-    while (!chip_stock_fill(stock, 1 << 20)) { }
+    while (!chip_stock_fill(stock, 1 << 20)) {}
     chip_tool_init(&tool, job->diameter, 0, 0, 0);
     memset(&sweep, 0, sizeof sweep);
     chip_sweep_start(&sweep, at);
@@ -83,18 +88,18 @@ static void measure(const struct job *job)
     for (i = 0; i < REPLAYS; i++) n = traverse(job, stock, &tool, best, i == 0);
     for (i = 0; i < n; i++) mean += best[i] / n;
     qsort(best, n, sizeof *best, rising);
-    printf("{\"name\": \"guard's probe, %s: mean\", \"value\": %.3f, \"unit\": \"us\", \"note\": \"%d periods\"}\n", job->name, mean, n);
-    printf("{\"name\": \"guard's probe, %s: worst\", \"value\": %.3f, \"unit\": \"us\", \"note\": \"p99 %.2f us\"}\n", job->name,
-           best[n - 1], best[(int)(0.99 * n)]);
+    printf("{\"name\": \"guard's probe, %s: mean\", \"value\": %.3f, \"unit\": \"us\", \"note\": \"%d periods\"}\n",
+           job->name, mean, n);
+    printf("{\"name\": \"guard's probe, %s: worst\", \"value\": %.3f, \"unit\": \"us\", \"note\": \"p99 %.2f us\"}\n",
+           job->name, best[n - 1], best[(int)(0.99 * n)]);
     free(stock);
 }
 
 int main(void)
 {
-    static const struct job jobs[] = {
-        { "D6 flat, 0.25 mm cells, 100 mm/s", 6, 0.25, 100, 500 },
-        { "D10 flat, 0.25 mm cells, 100 mm/s", 10, 0.25, 100, 500 },
-        { "D25 flat, 0.1 mm cells, 500 mm/s", 25, 0.1, 500, 5000 } };
+    static const struct job jobs[] = { { "D6 flat, 0.25 mm cells, 100 mm/s", 6, 0.25, 100, 500 },
+                                       { "D10 flat, 0.25 mm cells, 100 mm/s", 10, 0.25, 100, 500 },
+                                       { "D25 flat, 0.1 mm cells, 500 mm/s", 25, 0.1, 500, 5000 } };
     unsigned i;
     for (i = 0; i < sizeof jobs / sizeof *jobs; i++) measure(&jobs[i]);
     return 0;

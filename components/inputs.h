@@ -31,9 +31,27 @@
 extern void *halpr_find_pin_by_name(const char *name) __attribute__((weak));
 
 enum chip_input_name {
-    CHIP_POS_X, CHIP_POS_Y, CHIP_POS_Z, CHIP_OFFSET_X, CHIP_OFFSET_Y, CHIP_OFFSET_Z, CHIP_TO_GO, CHIP_REQUESTED_VEL,
-    CHIP_CURRENT_VEL, CHIP_SPINDLE_SPEED, CHIP_MOTION_TYPE, CHIP_PROGRAM_LINE, CHIP_COORD_MODE, CHIP_INDEX_ENABLE,
-    CHIP_TOOL_NUMBER, CHIP_POS_A, CHIP_POS_B, CHIP_POS_C, CHIP_POS_U, CHIP_POS_V, CHIP_POS_W,
+    CHIP_POS_X,
+    CHIP_POS_Y,
+    CHIP_POS_Z,
+    CHIP_OFFSET_X,
+    CHIP_OFFSET_Y,
+    CHIP_OFFSET_Z,
+    CHIP_TO_GO,
+    CHIP_REQUESTED_VEL,
+    CHIP_CURRENT_VEL,
+    CHIP_SPINDLE_SPEED,
+    CHIP_MOTION_TYPE,
+    CHIP_PROGRAM_LINE,
+    CHIP_COORD_MODE,
+    CHIP_INDEX_ENABLE,
+    CHIP_TOOL_NUMBER,
+    CHIP_POS_A,
+    CHIP_POS_B,
+    CHIP_POS_C,
+    CHIP_POS_U,
+    CHIP_POS_V,
+    CHIP_POS_W,
     CHIP_ENABLED,
     CHIP_INPUTS
 };
@@ -51,15 +69,19 @@ _Static_assert(CHIP_INPUTS == 22, "the size of chipwise_inputs.comp's variable")
 
 /* degrees or machine units an axis other than X Y Z may move and still count as at rest */
 #define CHIP_TURN 1e-4
-#define CHIP_HAL_BYTES (64L << 20)    /* no HAL has more shared memory */
-#define CHIP_PIN_FIELDS 64            /* bytes of a pin record looked through */
+#define CHIP_HAL_BYTES (64L << 20) /* no HAL has more shared memory */
+#define CHIP_PIN_FIELDS 64         /* bytes of a pin record looked through */
 
 typedef struct chip_input {
-    void *const volatile *address;    /* address of motion's pointer to its value; null: there is no such pin */
-    const void *at;                 /* where it pointed in the last period */
-    long shift;                     /* [4] bytes from the address in its process to that in ours */
-    union { double real; int32_t whole; unsigned char bit; } last;
-    double remembered;              /* its value when the stock was defined */
+    void *const volatile *address; /* address of motion's pointer to its value; null: there is no such pin */
+    const void *at;                /* where it pointed in the last period */
+    long shift;                    /* [4] bytes from the address in its process to that in ours */
+    union {
+        double real;
+        int32_t whole;
+        unsigned char bit;
+    } last;
+    double remembered; /* its value when the stock was defined */
 } chip_input_t;
 
 /* [1] Content of the field at `where` of a pin record, whose width is 4 or 8 bytes. */
@@ -67,14 +89,16 @@ static inline int64_t chip_pin_field(const char *record, int where, int width)
 {
     int64_t wide;
     int32_t narrow;
-    if (width == 8) memcpy(&wide, record + where, sizeof wide);
-    else memcpy(&narrow, record + where, sizeof narrow), wide = narrow;
+    if (width == 8)
+        memcpy(&wide, record + where, sizeof wide);
+    else
+        memcpy(&narrow, record + where, sizeof narrow), wide = narrow;
     return wide;
 }
 
 /* [1] Finds the field that holds a pointer's address, and the start of the shared memory; 0: none fits. */
-static inline int chip_pin_layout(const char *first, const char *second, char *const addresses[2],
-                                int *where, int *width, char **base)
+static inline int chip_pin_layout(const char *first, const char *second, char *const addresses[2], int *where,
+                                  int *width, char **base)
 {
     for (*width = 8; *width >= 4; *width -= 4)
         for (*where = 0; *where + *width <= CHIP_PIN_FIELDS; *where += *width) {
@@ -153,24 +177,16 @@ static inline void chip_inputs_read(struct chip_input *input)
             input[i].last.whole = *(const volatile int32_t *)at;
         else if (i == CHIP_COORD_MODE || i == CHIP_INDEX_ENABLE || i == CHIP_ENABLED)
             input[i].last.bit = *(const volatile unsigned char *)at != 0;
-        else input[i].last.real = *(const volatile double *)at;
+        else
+            input[i].last.real = *(const volatile double *)at;
     }
 }
 
-static inline double chip_input_float(const struct chip_input *input)
-{
-    return input->last.real;
-}
+static inline double chip_input_float(const struct chip_input *input) { return input->last.real; }
 
-static inline int32_t chip_input_s32(const struct chip_input *input)
-{
-    return input->last.whole;
-}
+static inline int32_t chip_input_s32(const struct chip_input *input) { return input->last.whole; }
 
-static inline int chip_input_bit(const struct chip_input *input)
-{
-    return input->last.bit;
-}
+static inline int chip_input_bit(const struct chip_input *input) { return input->last.bit; }
 
 /* Whether an axis other than X Y Z has left its position since the stock was defined; notes the position while
  * `defining`. */
@@ -179,8 +195,10 @@ static inline int chip_inputs_turned(struct chip_input *input, int defining, int
     int i;
     for (i = CHIP_POS_A; i <= CHIP_POS_W; i++) {
         if (!input[i].address) continue;
-        if (defining) input[i].remembered = input[i].last.real;
-        else if (!(fabs(input[i].last.real - input[i].remembered) <= CHIP_TURN)) turned = 1;
+        if (defining)
+            input[i].remembered = input[i].last.real;
+        else if (!(fabs(input[i].last.real - input[i].remembered) <= CHIP_TURN))
+            turned = 1;
     }
     return turned && !defining;
 }

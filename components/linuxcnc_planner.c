@@ -13,12 +13,12 @@
 #include "core/tracker.h"
 #include "linuxcnc_planner.h"
 
-#define CHIP_PLANNER_KEY 100      /* DEFAULT_SHMEM_KEY of motion */
-#define CHIP_PLANNER_CHORDS 16            /* chords an arc outside XY is read as; a blend arc has one less */
-#define CHIP_PLANNER_MARGIN 2.0          /* mm read beyond the horizon */
-#define CHIP_PLANNER_READS 24             /* segments read from the queue in a period at most */
+#define CHIP_PLANNER_KEY 100    /* DEFAULT_SHMEM_KEY of motion */
+#define CHIP_PLANNER_CHORDS 16  /* chords an arc outside XY is read as; a blend arc has one less */
+#define CHIP_PLANNER_MARGIN 2.0 /* mm read beyond the horizon */
+#define CHIP_PLANNER_READS 24   /* segments read from the queue in a period at most */
 
-struct chip_motion_end {          /* the end of motion's block (motion_struct.h, 2.9.0~pre1 to master) */
+struct chip_motion_end { /* the end of motion's block (motion_struct.h, 2.9.0~pre1 to master) */
     struct emcmot_status_t status;
     struct emcmot_config_t config;
     struct emcmot_error_t error;
@@ -43,7 +43,7 @@ static int is_mapped(int id)
     if (!maps) return 0;
     while (!found && fgets(line, sizeof line, maps))
         found = sscanf(line, "%*s %7s %*s %*s %lu", rights, &inode) == 2 && inode == (unsigned long)id
-            && strstr(line, "/SYSV") && rights[1] == 'w';
+             && strstr(line, "/SYSV") && rights[1] == 'w';
     fclose(maps);
     return found;
 }
@@ -57,21 +57,16 @@ void chip_planner_attach(struct chip_planner *planner)
     planner->looked = planner->runs = 0;
     if (id < 0 || shmctl(id, IPC_STAT, &about) < 0) return;
     if (about.shm_segsz < sizeof(struct chip_motion_end)) return;
-    if (!chip_planner_ours(&about) || !is_mapped(id)) return;     /* [1] */
+    if (!chip_planner_ours(&about) || !is_mapped(id)) return; /* [1] */
     block = shmat(id, 0, SHM_RDONLY);
     if (block == (void *)-1) return;
-    planner->motion = (const struct emcmot_internal_t *)
-        (block + about.shm_segsz - sizeof(struct emcmot_internal_t));
+    planner->motion = (const struct emcmot_internal_t *)(block + about.shm_segsz - sizeof(struct emcmot_internal_t));
 }
 
-static int is_near(double a, double b)
-{
-    return a - b < 1e-3 && b - a < 1e-3;
-}
+static int is_near(double a, double b) { return a - b < 1e-3 && b - a < 1e-3; }
 
 /* [2] The planner if every check passes; otherwise null. */
-static const TP_STRUCT *checked_planner(const struct chip_planner *planner,
-                                           const double axis[3], double period)
+static const TP_STRUCT *checked_planner(const struct chip_planner *planner, const double axis[3], double period)
 {
     const TP_STRUCT *tp;
     if (!planner->motion || !planner->runs) return 0;
@@ -110,10 +105,7 @@ static void point_on_circle(const PmCircle *circle, double share, PmCartesian *a
     at->z = circle->center.z + grow * (c * circle->rTan.z + s * circle->rPerp.z) + share * circle->rHelix.z;
 }
 
-static int is_upright(const PmCartesian *normal)
-{
-    return normal->z > 0.999999 || normal->z < -0.999999;
-}
+static int is_upright(const PmCartesian *normal) { return normal->z > 0.999999 || normal->z < -0.999999; }
 
 /* Number of parts a segment of the queue is read as: chords of an arc outside XY or a spiral,
  * the straight beginning and the arc, or its chords, of a blend. */
@@ -122,8 +114,7 @@ static int part_count(const TC_STRUCT *tc)
     const PmCircle *circle = &tc->coords.circle.xyz;
     if (tc->motion_type == TC_SPHERICAL) return is_upright(&tc->coords.arc.xyz.binormal) ? 2 : CHIP_PLANNER_CHORDS;
     if (tc->motion_type != TC_CIRCULAR) return 1;
-    if (is_upright(&circle->normal) && circle->spiral < 1e-3 && circle->spiral > -1e-3)
-        return 1;
+    if (is_upright(&circle->normal) && circle->spiral < 1e-3 && circle->spiral > -1e-3) return 1;
     return CHIP_PLANNER_CHORDS;
 }
 
@@ -138,7 +129,7 @@ static void point_on_arc(const SphericalArc *arc, double share, PmCartesian *at)
 
 /* Blend arc: part 0 is its straight beginning, which ends at `start`; then the arc, outside XY in chords. */
 static int arc_blend_part(const SphericalArc *arc, int part, const struct chip_tracker_in *in,
-                            struct chip_segment *segment)
+                          struct chip_segment *segment)
 {
     PmCartesian from = arc->start, to;
     double a[3], b[3], centre[3];
@@ -164,8 +155,7 @@ static int arc_blend_part(const SphericalArc *arc, int part, const struct chip_t
 }
 
 /* A part of a segment of the queue -> core; 0 if it has no length or cannot be used. */
-static int segment_of(const TC_STRUCT *tc, int part, const struct chip_tracker_in *in,
-                            struct chip_segment *segment)
+static int segment_of(const TC_STRUCT *tc, int part, const struct chip_tracker_in *in, struct chip_segment *segment)
 {
     const PmCircle *circle = &tc->coords.circle.xyz;
     int parts = part_count(tc);
@@ -185,8 +175,7 @@ static int segment_of(const TC_STRUCT *tc, int part, const struct chip_tracker_i
     tip_of(in, &to, b);
     if (tc->motion_type == TC_LINEAR || parts > 1) return chip_segment_line(segment, a, b);
     tip_of(in, &circle->center, centre);
-    return chip_segment_arc(segment, centre, a, circle->normal.z > 0.0 ? circle->angle : -circle->angle,
-                        b[2] - a[2]);
+    return chip_segment_arc(segment, centre, a, circle->normal.z > 0.0 ? circle->angle : -circle->angle, b[2] - a[2]);
 }
 
 /* Acceleration the planner may brake with along a segment, machine units/s2, as
@@ -235,8 +224,8 @@ static long key_of(const TP_STRUCT *tp, int n, int part)
 }
 
 /* The part of the queue's first segment the tool is on, and how far into it (mm); 0 without one. */
-static int present_part(const TP_STRUCT *tp, const struct chip_tracker_in *in,
-                           struct chip_segment *segment, int *part, double *progress)
+static int present_part(const TP_STRUCT *tp, const struct chip_tracker_in *in, struct chip_segment *segment, int *part,
+                        double *progress)
 {
     const TC_STRUCT *tc = queue_item(tp, 0), *next;
     int parts = part_count(tc), usable = 0;
@@ -255,15 +244,15 @@ static int present_part(const TP_STRUCT *tp, const struct chip_tracker_in *in,
     if (!usable) return 0;
     *progress = chip_min(*progress, segment->length);
     if (tp->queue._len < 2) return 1;
-    next = queue_item(tp, 1);      /* a parabolic blend runs on two segments at once */
+    next = queue_item(tp, 1); /* a parabolic blend runs on two segments at once */
     if (next->progress > 0.0 && next->progress < next->target) *progress += next->progress / in->mu_per_mm;
     return 1;
 }
 
 /* Appends the segments of the queue behind the known ones, up to the horizon. The queue's last
  * segment, unless the tool is on it, may still be changed for a blend: it is tentative. */
-static void extend_path(struct chip_planner *planner, const TP_STRUCT *tp,
-                              const struct chip_tracker_in *in, double horizon, struct chip_path *path)
+static void extend_path(struct chip_planner *planner, const TP_STRUCT *tp, const struct chip_tracker_in *in,
+                        double horizon, struct chip_path *path)
 {
     int reads, n = 0, part = 0;
     if (path->count > 0) {

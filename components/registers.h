@@ -10,12 +10,12 @@
 /* Content of chipwise-command.N.word: number of the register that `value` goes to. */
 enum chip_register {
     CHIP_REGISTER_IDLE = 0,
-    CHIP_REGISTER_BOX_FIRST = 1,        /* 1..6: min X Y Z, max X Y Z of the stock box, machine units */
-    CHIP_REGISTER_BOX_COMMIT = 7,       /* defines the stock */
-    CHIP_REGISTER_BOX_SHAPE = 8,        /* chip_stock_shape */
-    CHIP_REGISTER_BOX_TURN = 9,         /* degrees */
-    CHIP_REGISTER_FEED_FIRST = 11,      /* 11..14: mode, target, lower, 1 if a program switches the feed on */
-    CHIP_REGISTER_FEED_COMMIT = 17,     /* switches the feed */
+    CHIP_REGISTER_BOX_FIRST = 1,    /* 1..6: min X Y Z, max X Y Z of the stock box, machine units */
+    CHIP_REGISTER_BOX_COMMIT = 7,   /* defines the stock */
+    CHIP_REGISTER_BOX_SHAPE = 8,    /* chip_stock_shape */
+    CHIP_REGISTER_BOX_TURN = 9,     /* degrees */
+    CHIP_REGISTER_FEED_FIRST = 11,  /* 11..14: mode, target, lower, 1 if a program switches the feed on */
+    CHIP_REGISTER_FEED_COMMIT = 17, /* switches the feed */
     CHIP_REGISTER_FILE_SLOT = 21,
     CHIP_REGISTER_SAVE_COMMIT = 27,
     CHIP_REGISTER_RESTORE_COMMIT = 28
@@ -28,13 +28,16 @@ enum chip_register {
 enum chip_file_request { CHIP_REQUEST_NONE = 0, CHIP_REQUEST_SAVE = 1, CHIP_REQUEST_RESTORE = 2 };
 
 /* chipwise-command.N.status: the mode plus these, each times its value. */
-#define CHIP_STATUS_STOCK 10            /* 1 if a stock is defined */
-#define CHIP_STATUS_FAULT 100           /* chip_fault */
-#define CHIP_STATUS_REPLY 10000         /* reply code of the stock files, remap/chipwise/stock/reasons.py */
+#define CHIP_STATUS_STOCK 10    /* 1 if a stock is defined */
+#define CHIP_STATUS_FAULT 100   /* chip_fault */
+#define CHIP_STATUS_REPLY 10000 /* reply code of the stock files, remap/chipwise/stock/reasons.py */
 
 /* chipwise-guard.N.reason: why the machine was stopped. */
 enum chip_guard_reason {
-    CHIP_REASON_NONE = 0, CHIP_REASON_RAPID_CONTACT = 1, CHIP_REASON_FLUTE_EXCESS = 2, CHIP_REASON_OVERRIDE_IGNORED = 3
+    CHIP_REASON_NONE = 0,
+    CHIP_REASON_RAPID_CONTACT = 1,
+    CHIP_REASON_FLUTE_EXCESS = 2,
+    CHIP_REASON_OVERRIDE_IGNORED = 3
 };
 
 #endif

@@ -55,7 +55,11 @@ static inline __attribute__((always_inline)) void period(struct machine *m)
 }
 
 __attribute__((noinline)) void plain_period(struct machine *m) { period(m); }
-__attribute__((noinline)) void marked_period(struct machine *m) { period(m); __asm__ volatile(""); }
+__attribute__((noinline)) void marked_period(struct machine *m)
+{
+    period(m);
+    __asm__ volatile("");
+}
 
 static uint32_t now_ns(const struct timespec *begin)
 {
@@ -68,7 +72,7 @@ static uint32_t now_ns(const struct timespec *begin)
 static void new_stock(struct machine *m)
 {
     chip_stock_define(m->stock, m->in.box_min_mu, m->in.box_max_mu);
-    while (!chip_stock_fill(m->stock, 1 << 30)) { }
+    while (!chip_stock_fill(m->stock, 1 << 30)) {}
     chip_tracker_init(&m->tracker);
 }
 
@@ -78,8 +82,8 @@ int main(int argc, char **argv)
     struct machine *m = calloc(1, sizeof *m);
     struct sched_param priority = { .sched_priority = 50 };
     struct timespec begin;
-    uint32_t (*took)[3];
-    double (*path)[3];
+    uint32_t(*took)[3];
+    double(*path)[3];
     long count, i, first, last;
     int replay, replays, k;
     FILE *file;
@@ -132,8 +136,10 @@ int main(int argc, char **argv)
             }
             for (k = 0; k < 3; k++) m->in.pos_mu[k] = path[i][k];
             clock_gettime(CLOCK_MONOTONIC, &begin);
-            if (i >= first && i <= last) marked_period(m);
-            else plain_period(m);
+            if (i >= first && i <= last)
+                marked_period(m);
+            else
+                plain_period(m);
             ns = now_ns(&begin);
             if (replay == 0) took[i][0] = ns;
             if (replay == 0 || ns < took[i][1]) took[i][1] = ns;

@@ -11,7 +11,7 @@ void chip_cell_set_rim(const struct chip_stock *stock, struct chip_cell *cell, c
     unsigned drop = steps >= CHIP_RIM_DROP ? CHIP_RIM_DROP : steps > 0.0 ? (unsigned)steps : 0;
     unsigned cut = (unsigned)(levels->cut * CHIP_RIM_CUT + 0.5), gone;
     cell->top = (float)(cut >= CHIP_RIM_CUT ? levels->low : levels->top);
-    if (cell->top <= (float)stock->z_min) {             /* nothing is left of it */
+    if (cell->top <= (float)stock->z_min) { /* nothing is left of it */
         cell->drop = cell->cut = 0;
     } else if (cut == 0 || cut >= CHIP_RIM_CUT || drop == 0) {
         gone = (unsigned)chip_clamp(levels->gone * CHIP_FULL + 0.5, 1.0, CHIP_FULL - 1.0);
@@ -55,7 +55,11 @@ double chip_cell_covered(double outside, double nx, double ny)
 {
     double a = fabs(nx), b = fabs(ny), half, t = -outside, rest;
     CHIP_FAULT(OUTLINE_WIDE, t = 0.2 - outside);
-    if (a < b) { double s = a; a = b; b = s; }
+    if (a < b) {
+        double s = a;
+        a = b;
+        b = s;
+    }
     half = 0.5 * (a + b);
     if (t >= half) return 1.0;
     if (t <= -half) return 0.0;
@@ -68,7 +72,11 @@ double chip_cell_covered(double outside, double nx, double ny)
 double chip_cell_wedge(double outside, double nx, double ny)
 {
     double a = fabs(nx), b = fabs(ny), half, flat, t = -outside, rest;
-    if (a < b) { double s = a; a = b; b = s; }
+    if (a < b) {
+        double s = a;
+        a = b;
+        b = s;
+    }
     half = 0.5 * (a + b);
     flat = 0.5 * (a - b);
     if (t <= -half) return 0.0;
@@ -104,7 +112,7 @@ static double outward(const struct chip_stock *stock, double x, double y, double
 }
 
 double chip_rim_covered(const struct chip_stock *stock, const struct chip_cell *cell, double x, double y, double k,
-                      double ex, double ey)
+                        double ex, double ey)
 {
     double gone = chip_cell_levels(stock, cell).gone, along = outward(stock, x, y, ex, ey), nested;
     if (!(gone > 0.0) || k >= 1.0) return k;
@@ -133,22 +141,22 @@ static void set_plain(const struct chip_stock *stock, struct chip_cell *cell, co
 static int merge(struct chip_levels *levels, double k, double z, double near)
 {
     double c = levels->cut, low = levels->low;
-    if (k >= 1.0 - 0.5 / CHIP_FULL) {             /* the whole cell */
+    if (k >= 1.0 - 0.5 / CHIP_FULL) { /* the whole cell */
         if (c > 0.0 && z > low) {
             levels->top = z;
         } else {
             levels->low = z;
             levels->cut = 1.0;
         }
-    } else if (c <= 0.0) {                      /* first cut of this cell */
+    } else if (c <= 0.0) { /* first cut of this cell */
         levels->cut = k;
         levels->low = z;
-    } else if (z < low - near) {                /* deeper: the wall goes to the nearer of the two */
+    } else if (z < low - near) { /* deeper: the wall goes to the nearer of the two */
         if (2.0 * k < c) return 0;
         levels->cut = chip_max(c, k);
         CHIP_FAULT(SHARES_ADDED, levels->cut = c + k);
         levels->low = z;
-    } else if (k > c) {                         /* wider: the added part lies at z */
+    } else if (k > c) { /* wider: the added part lies at z */
         levels->low = z <= low + near ? low : ((k - c) * z + c * low) / k;
         levels->cut = k;
     } else {
@@ -168,7 +176,9 @@ double chip_cell_cut(const struct chip_stock *stock, struct chip_cell *cell, dou
     levels = chip_cell_levels(stock, cell);
     rim = levels.gone > 0.0;
     if (!merge(&levels, k, z, rim ? (stock->z_max - stock->z_min) / CHIP_RIM_DROP : stock->drop_unit)) return 0.0;
-    if (rim) chip_cell_set_rim(stock, cell, &levels);
-    else set_plain(stock, cell, &levels);
+    if (rim)
+        chip_cell_set_rim(stock, cell, &levels);
+    else
+        set_plain(stock, cell, &levels);
     return (before - chip_cell_above(stock, cell, stock->z_min)) * stock->cell * stock->cell;
 }

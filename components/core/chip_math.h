@@ -27,15 +27,9 @@ static inline double chip_sqrt(double x)
 }
 
 /* Finite: neither NaN nor infinite; spelt out so that no compiler flag can drop it. */
-static inline int chip_finite(double x)
-{
-    return x >= -1.7976931348623157e308 && x <= 1.7976931348623157e308;
-}
+static inline int chip_finite(double x) { return x >= -1.7976931348623157e308 && x <= 1.7976931348623157e308; }
 
-static inline double chip_clamp(double x, double lo, double hi)
-{
-    return x < lo ? lo : (x > hi ? hi : x);
-}
+static inline double chip_clamp(double x, double lo, double hi) { return x < lo ? lo : (x > hi ? hi : x); }
 
 static inline double chip_min(double a, double b) { return a < b ? a : b; }
 static inline double chip_max(double a, double b) { return a > b ? a : b; }

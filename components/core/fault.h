@@ -13,6 +13,9 @@
 #define CHIP_FAULTY(name) 0
 #endif
 
-#define CHIP_FAULT(name, ...) if (CHIP_FAULTY(name)) { __VA_ARGS__; }
+#define CHIP_FAULT(name, ...)                                                                                          \
+    if (CHIP_FAULTY(name)) {                                                                                           \
+        __VA_ARGS__;                                                                                                   \
+    }
 
 #endif

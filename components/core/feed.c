@@ -3,23 +3,26 @@
 #include "chip_math.h"
 #include "feed.h"
 
-#define CHIP_MIN_AREA 1e-6      /* mm2, below this the tool is in air */
-#define CHIP_MIN_SCALE 0.001    /* the stock never stops the machine altogether */
+#define CHIP_MIN_AREA 1e-6   /* mm2, below this the tool is in air */
+#define CHIP_MIN_SCALE 0.001 /* the stock never stops the machine altogether */
 /* share of the acceleration a blended segment gets [2]; larger, and braking starts too late */
 #define CHIP_BLEND_BRAKING 0.5
 /* of the load at the tool: up to this a step ahead counts as the same load; larger, and a rise reads as stock here */
 #define CHIP_SAME_LOAD 1.25
-#define CHIP_LATENCY 2.0          /* periods from reading a position to braking */
-#define CHIP_THICKEST 0.72462     /* largest mean chip thickness over fz: the maximum of 2 e / acos(1 - 2 e) [6] */
-#define CHIP_MIN_DESCENT 1e-3      /* a direction that descends less than this is level */
-#define CHIP_UNBOUND 1e30         /* mm/s: no limit */
-#define CHIP_MIN_OVERRIDE 0.01      /* range of the operator's override that is accepted [9] */
+#define CHIP_LATENCY 2.0       /* periods from reading a position to braking */
+#define CHIP_THICKEST 0.72462  /* largest mean chip thickness over fz: the maximum of 2 e / acos(1 - 2 e) [6] */
+#define CHIP_MIN_DESCENT 1e-3  /* a direction that descends less than this is level */
+#define CHIP_UNBOUND 1e30      /* mm/s: no limit */
+#define CHIP_MIN_OVERRIDE 0.01 /* range of the operator's override that is accepted [9] */
 #define CHIP_MAX_OVERRIDE 10.0
-#define CHIP_CATCH_UP 20.0            /* factor on the velocity above that share */
-#define CHIP_CATCH_UP_FROM 0.98          /* share of the velocity from which the catch-up acts [10] */
-#define CHIP_HALVINGS 20          /* of the bisection for the velocity [10] */
+#define CHIP_CATCH_UP 20.0      /* factor on the velocity above that share */
+#define CHIP_CATCH_UP_FROM 0.98 /* share of the velocity from which the catch-up acts [10] */
+#define CHIP_HALVINGS 20        /* of the bisection for the velocity [10] */
 
-struct allowed { double velocity; int limit; };
+struct allowed {
+    double velocity;
+    int limit;
+};
 
 static struct chip_feed_out result(double scale, int limit)
 {
@@ -30,10 +33,7 @@ static struct chip_feed_out result(double scale, int limit)
 }
 
 /* A setting: 0 (off) unless it is a number above 0. */
-static double setting(double value)
-{
-    return chip_finite(value) && value > 0.0 ? value : 0.0;
-}
+static double setting(double value) { return chip_finite(value) && value > 0.0 ? value : 0.0; }
 
 double chip_feed_target(const struct chip_feed_in *in)
 {
@@ -55,7 +55,8 @@ static int trusted(const struct chip_feed_in *in)
         return 0;
     for (i = 0; i < CHIP_FEED_LOAD_STEPS; i++)
         if (!chip_finite(in->load_area_mm2[i]) || !chip_finite(in->load_distance_mm[i])
-            || !chip_finite(in->load_accel_mm_s2[i])) return 0;
+            || !chip_finite(in->load_accel_mm_s2[i]))
+            return 0;
     return 1;
 }
 
@@ -125,14 +126,16 @@ static double braked_from(const struct chip_feed_in *in, double end_vel, double 
     double jerk = setting(in->max_jerk_mm_s3), half, low = end_vel, high, velocity;
     int i;
     if (!(jerk > 0.0)) return sqrt(end_vel * end_vel + 2.0 * accel * distance);
-    half = 0.5 * accel * accel / jerk;                  /* mm/s, gained while the acceleration builds up */
+    half = 0.5 * accel * accel / jerk; /* mm/s, gained while the acceleration builds up */
     velocity = sqrt((end_vel - half) * (end_vel - half) + 2.0 * accel * distance) - half;
     if (velocity >= end_vel + 2.0 * half) return velocity;
     high = end_vel + 2.0 * half;
-    for (i = 0; i < CHIP_HALVINGS; i++) {                 /* bisection: the distance rises with the velocity */
+    for (i = 0; i < CHIP_HALVINGS; i++) { /* bisection: the distance rises with the velocity */
         velocity = 0.5 * (low + high);
-        if ((velocity + end_vel) * sqrt((velocity - end_vel) / jerk) <= distance) low = velocity;
-        else high = velocity;
+        if ((velocity + end_vel) * sqrt((velocity - end_vel) / jerk) <= distance)
+            low = velocity;
+        else
+            high = velocity;
     }
     return low;
 }
@@ -228,15 +231,12 @@ static double slowest(const struct chip_feed_in *in, double programmed, double m
 }
 
 /* Whether the mode is one of 1, 2, 3. */
-static int is_on(int feed_mode)
-{
-    return feed_mode >= CHIP_FEED_LIMIT && feed_mode <= CHIP_FEED_WINDOW;
-}
+static int is_on(int feed_mode) { return feed_mode >= CHIP_FEED_LIMIT && feed_mode <= CHIP_FEED_WINDOW; }
 
 int chip_feed_replaces(int feed_mode, double programmed, double requested)
 {
-    return is_on(feed_mode) || (chip_finite(programmed) && chip_finite(requested)
-                           && programmed > 0.0 && requested > programmed);
+    return is_on(feed_mode)
+        || (chip_finite(programmed) && chip_finite(requested) && programmed > 0.0 && requested > programmed);
 }
 
 struct chip_feed_out chip_feed(const struct chip_feed_in *in, double last_scale)
@@ -245,8 +245,7 @@ struct chip_feed_out chip_feed(const struct chip_feed_in *in, double last_scale)
     struct allowed want, stock;
 
     if (!is_on(in->feed_mode)) return result(1.0, CHIP_LIMIT_NONE);
-    if (in->motion != CHIP_MOTION_FEED && in->motion != CHIP_MOTION_ARC)
-        return result(1.0, CHIP_LIMIT_NONE);
+    if (in->motion != CHIP_MOTION_FEED && in->motion != CHIP_MOTION_ARC) return result(1.0, CHIP_LIMIT_NONE);
     if (!chip_finite(in->requested_vel_mm_s) || !(in->requested_vel_mm_s > 0.0))
         return result(1.0, CHIP_LIMIT_FALLBACK);
     programmed = programmed_feed(in);
@@ -273,11 +272,11 @@ static double climb(double ramp, double goal, double recover, double dt)
 }
 
 struct chip_feed_out chip_feed_ease(struct chip_feed_easing *easing, const struct chip_feed_in *in,
-                                struct chip_feed_out law, double recover, double deadband)
+                                    struct chip_feed_out law, double recover, double deadband)
 {
     double goal = law.scale * in->requested_vel_mm_s, band = chip_min(setting(deadband), 1.0);
     int eased = law.limit != CHIP_LIMIT_FALLBACK && is_on(in->feed_mode)
-        && (in->motion == CHIP_MOTION_FEED || in->motion == CHIP_MOTION_ARC);
+             && (in->motion == CHIP_MOTION_FEED || in->motion == CHIP_MOTION_ARC);
     int top = law.limit == CHIP_LIMIT_NONE || law.limit == CHIP_LIMIT_CEILING;
 
     if (!eased || !chip_finite(goal)) {

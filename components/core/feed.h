@@ -45,16 +45,20 @@
 enum chip_feed_mode { CHIP_FEED_OFF = 0, CHIP_FEED_LIMIT = 1, CHIP_FEED_CONSTANT = 2, CHIP_FEED_WINDOW = 3 };
 
 enum chip_limited_by {
-    CHIP_LIMIT_NONE = 0, CHIP_LIMIT_STOCK_HERE = 1, CHIP_LIMIT_STOCK_AHEAD = 2, CHIP_LIMIT_FLOOR = 3,
-    CHIP_LIMIT_CEILING = 4, CHIP_LIMIT_FALLBACK = 5
+    CHIP_LIMIT_NONE = 0,
+    CHIP_LIMIT_STOCK_HERE = 1,
+    CHIP_LIMIT_STOCK_AHEAD = 2,
+    CHIP_LIMIT_FLOOR = 3,
+    CHIP_LIMIT_CEILING = 4,
+    CHIP_LIMIT_FALLBACK = 5
 };
 
-#define CHIP_FEED_LOAD_STEPS 8    /* load steps, as in CHIP_LOAD_STEPS */
+#define CHIP_FEED_LOAD_STEPS 8 /* load steps, as in CHIP_LOAD_STEPS */
 
 /* Members carry the name of the pin they come from and their unit. A limit of 0 is off; NaN and infinite settings
  * are treated as 0. */
 struct chip_feed_in {
-    int feed_mode;              /* chip_feed_mode; any other value is off */
+    int feed_mode; /* chip_feed_mode; any other value is off */
     double mrr_target_mm3_s, mrr_lower_mm3_s;
     double programmed_vel_mm_s; /* F of the program; not positive: the same as requested_vel_mm_s */
     double requested_vel_mm_s;  /* the velocity the override multiplies */
@@ -62,22 +66,22 @@ struct chip_feed_in {
     double acceleration_mm_s2;  /* of the planner */
     double min_vel_mm_s;        /* the stock never slows the tool below this, nor below F if F is less */
     double period_s;
-    int is_trusted;             /* the areas can be trusted: tracker ready and without fault */
-    double section_area_mm2;    /* at the tool */
-    double load_distance_mm[CHIP_FEED_LOAD_STEPS];  /* until load_area_mm2 applies */
-    double load_area_mm2[CHIP_FEED_LOAD_STEPS];     /* not positive: unused */
-    double load_accel_mm_s2[CHIP_FEED_LOAD_STEPS];  /* braking the planner can use until there; 0: unknown */
-    double tool_max_rate_mm3_s; /* removal rate the tool permits; 0: unknown [1] */
-    double max_vel_mm_s;        /* never faster while cutting [5] */
-    double min_scale_of_f, max_scale_of_f;  /* min_vel_mm_s and max_vel_mm_s as shares of F */
-    double air_vel_mm_s;        /* velocity outside the stock [5] */
-    double plunge_vel_mm_s;     /* largest downward part of the velocity while cutting [5] */
-    double dir_z;               /* vertical part of the unit direction, -1..1 */
-    double max_chip_thickness_mm;   /* bound of the mean chip thickness [6] */
-    double flutes;              /* cutting edges z */
-    double spindle_speed_rps;   /* 1/s, spindle speed n, either sign */
-    double tool_diameter_mm;    /* D */
-    double depth_mm;            /* depth of cut; 0: unknown */
+    int is_trusted;                                /* the areas can be trusted: tracker ready and without fault */
+    double section_area_mm2;                       /* at the tool */
+    double load_distance_mm[CHIP_FEED_LOAD_STEPS]; /* until load_area_mm2 applies */
+    double load_area_mm2[CHIP_FEED_LOAD_STEPS];    /* not positive: unused */
+    double load_accel_mm_s2[CHIP_FEED_LOAD_STEPS]; /* braking the planner can use until there; 0: unknown */
+    double tool_max_rate_mm3_s;                    /* removal rate the tool permits; 0: unknown [1] */
+    double max_vel_mm_s;                           /* never faster while cutting [5] */
+    double min_scale_of_f, max_scale_of_f;         /* min_vel_mm_s and max_vel_mm_s as shares of F */
+    double air_vel_mm_s;                           /* velocity outside the stock [5] */
+    double plunge_vel_mm_s;                        /* largest downward part of the velocity while cutting [5] */
+    double dir_z;                                  /* vertical part of the unit direction, -1..1 */
+    double max_chip_thickness_mm;                  /* bound of the mean chip thickness [6] */
+    double flutes;                                 /* cutting edges z */
+    double spindle_speed_rps;                      /* 1/s, spindle speed n, either sign */
+    double tool_diameter_mm;                       /* D */
+    double depth_mm;                               /* depth of cut; 0: unknown */
     double feed_override_share; /* the operator's feed override, 1 = 100 %; not positive: unknown, 1 [9] */
     double max_jerk_mm_s3;      /* of the planner; 0: not limited [10] */
     double current_vel_mm_s;    /* velocity of the tool now [10] */
@@ -85,14 +89,14 @@ struct chip_feed_in {
 };
 
 struct chip_feed_out {
-    double scale;               /* factor on the requested velocity, [0, 1] */
-    int limit;                  /* chip_limited_by */
+    double scale; /* factor on the requested velocity, [0, 1] */
+    int limit;    /* chip_limited_by */
 };
 
 struct chip_feed_easing {
-    double ramp_mm_s;           /* velocity the climb has reached */
-    double given_mm_s;          /* velocity of the last output */
-    int is_begun;               /* both are valid */
+    double ramp_mm_s;  /* velocity the climb has reached */
+    double given_mm_s; /* velocity of the last output */
+    int is_begun;      /* both are valid */
 };
 
 /* Whether the override must hold the machine: the feed is on, or a ceiling is left over from it [11]. */

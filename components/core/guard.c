@@ -2,18 +2,18 @@
 /* guard.c - see guard.h; the numbers in brackets are those of its principle. */
 #include "guard_probe.h"
 
-#define CHIP_GUARD_MIN_STEP 1e-6     /* mm, a shorter step has no direction */
-#define CHIP_GUARD_OFF_LINE 0.02     /* cells the tool may deviate from its line */
-#define CHIP_GUARD_DIRECTION 1e-4       /* rad between step and line; the probe is up to 20 mm ahead */
+#define CHIP_GUARD_MIN_STEP 1e-6  /* mm, a shorter step has no direction */
+#define CHIP_GUARD_OFF_LINE 0.02  /* cells the tool may deviate from its line */
+#define CHIP_GUARD_DIRECTION 1e-4 /* rad between step and line; the probe is up to 20 mm ahead */
 #define CHIP_GUARD_SHARE 0.01     /* of a step by which the change of the distance to go may differ from it [5] */
-#define CHIP_GUARD_ROUNDING 1e-5     /* mm, the same if the step is small */
+#define CHIP_GUARD_ROUNDING 1e-5  /* mm, the same if the step is small */
 #define CHIP_GUARD_STEADY 3       /* periods on a line before it is checked [5] */
 /* periods of travel until the planner brakes, and one in reserve; fewer stop too late */
 #define CHIP_GUARD_LATE 3.0
-#define CHIP_GUARD_BRAKING 0.3    /* share of the acceleration above which the tool is braking [4] */
-#define CHIP_GUARD_GROWING 1.02   /* braking that has grown by this factor in a period is only beginning [4] */
-#define CHIP_GUARD_UNKNOWN 20.0     /* mm, braking distance if the acceleration is unknown */
-#define CHIP_GUARD_DRIFT 0.2      /* cells the tool may be off the predicted blend before it is predicted anew [5b] */
+#define CHIP_GUARD_BRAKING 0.3  /* share of the acceleration above which the tool is braking [4] */
+#define CHIP_GUARD_GROWING 1.02 /* braking that has grown by this factor in a period is only beginning [4] */
+#define CHIP_GUARD_UNKNOWN 20.0 /* mm, braking distance if the acceleration is unknown */
+#define CHIP_GUARD_DRIFT 0.2    /* cells the tool may be off the predicted blend before it is predicted anew [5b] */
 /* of the braking the planner is capable of on its path; in arcs less than half the acceleration */
 #define CHIP_GUARD_CERTAIN 0.8
 /* of a step by which the position on the path may differ before it is a new path [5a] */
@@ -97,7 +97,7 @@ static void enter_blend(struct chip_guard *guard, const struct chip_blend *parab
 
 /* [5b] Follows the tool through a parabolic blend. */
 static void follow_blend(struct chip_guard *guard, const struct chip_blend *parabola, const struct chip_stock *stock,
-                        const struct chip_guard_in *in)
+                         const struct chip_guard_in *in)
 {
     double there[3], off2 = 0.0, aim = 0.0;
     int i;
@@ -148,8 +148,8 @@ static int goes_over(const struct chip_path *path)
 }
 
 /* [3], [4] */
-static int must_stop(const struct chip_guard *guard, const struct chip_stock *stock,
-                     const struct chip_guard_in *in, double accel)
+static int must_stop(const struct chip_guard *guard, const struct chip_stock *stock, const struct chip_guard_in *in,
+                     double accel)
 {
     double near = guard->on_line.hit_near - guard->travelled, far = guard->on_line.hit_far - guard->travelled;
     double braking = 0.5 * guard->speed * guard->speed, travel = guard->speed * in->period_s;
@@ -158,7 +158,7 @@ static int must_stop(const struct chip_guard *guard, const struct chip_stock *st
     if (far <= -thin) return 1;
     if (in->distance_to_go_mm > 0.0 && far + thin <= in->distance_to_go_mm)
         return near <= stopping(guard, in, 0.5 * accel);
-    if (goes_over(in->path)) return 0;                     /* the path is checked instead of the line */
+    if (goes_over(in->path)) return 0; /* the path is checked instead of the line */
     if (!(accel > 0.0)) return near <= CHIP_GUARD_UNKNOWN;
     if (chip_min(guard->slowing, guard->slowing_before) > CHIP_GUARD_BRAKING * accel)
         return far <= braking / (begins ? accel : slowing) - travel;
@@ -184,7 +184,7 @@ static double certain_until(const struct chip_path *path)
 
 /* [5a] Probes the programmed path; 1 if the tool has to stop. The present straight segment belongs to check_line(). */
 static int check_path(struct chip_guard *guard, const struct chip_stock *stock, const struct chip_tool *tool,
-                     const struct chip_guard_in *in, double step, long bound, long *work)
+                      const struct chip_guard_in *in, double step, long bound, long *work)
 {
     const struct chip_path *path = in->path;
     struct chip_guard_probe *probe = &guard->on_path;
@@ -203,7 +203,7 @@ static int check_path(struct chip_guard *guard, const struct chip_stock *stock, 
         probe->clear = chip_max(probe->clear, path->begin_s + path->segment[path->first].length);
     until = certain_until(path);
     chip_guard_send(probe, &track, stock, tool,
-         chip_min(until - CHIP_GUARD_MIN_CONTACT, path->s + far / CHIP_GUARD_CERTAIN + step), until, work);
+                    chip_min(until - CHIP_GUARD_MIN_CONTACT, path->s + far / CHIP_GUARD_CERTAIN + step), until, work);
     if (!found(probe)) return 0;
     near = chip_max(probe->hit_near - path->s, 0.0);
     if (guard->distance == 0.0 || near < guard->distance) guard->distance = near;
@@ -233,7 +233,7 @@ static int check_line(struct chip_guard *guard, const struct chip_stock *stock, 
 
 /* [5b] As check_line(), in a parabolic blend: only what the line meets before its end counts. */
 static int check_blend(struct chip_guard *guard, const struct chip_stock *stock, const struct chip_tool *tool,
-                      const struct chip_guard_in *in, long bound, long *work)
+                       const struct chip_guard_in *in, long bound, long *work)
 {
     const struct chip_blend *parabola = &in->path->blend;
     struct chip_guard_in on_line = *in;
@@ -243,8 +243,8 @@ static int check_blend(struct chip_guard *guard, const struct chip_stock *stock,
         && guard->on_line.hit_far - guard->travelled + CHIP_GUARD_STRIP * stock->cell <= on_line.distance_to_go_mm;
 }
 
-int chip_guard_traverse(struct chip_guard *guard, const struct chip_stock *stock,
-                      const struct chip_tool *tool, const struct chip_guard_in *in, long bound, long *work)
+int chip_guard_traverse(struct chip_guard *guard, const struct chip_stock *stock, const struct chip_tool *tool,
+                        const struct chip_guard_in *in, long bound, long *work)
 {
     double step = 0.0;
     int i, hit, blends = in->path && in->path->blend.active;
@@ -260,9 +260,8 @@ int chip_guard_traverse(struct chip_guard *guard, const struct chip_stock *stock
     return check_path(guard, stock, tool, in, step, bound, work) || hit;
 }
 
-int chip_guard_shank(struct chip_guard *guard, const struct chip_stock *stock,
-                   const struct chip_tool *tool, const double from[3], const double to[3], int start_is_cut,
-                   long *work)
+int chip_guard_shank(struct chip_guard *guard, const struct chip_stock *stock, const struct chip_tool *tool,
+                     const double from[3], const double to[3], int start_is_cut, long *work)
 {
     double a[3], b[3], step = 0.0, enough;
     int i;
@@ -274,8 +273,7 @@ int chip_guard_shank(struct chip_guard *guard, const struct chip_stock *stock,
     step = sqrt(step);
     if (!(tool->flute > 0.0) || misses(stock, tool->radius, a, b)) return guard->excess = 0;
     if (step < CHIP_GUARD_MIN_STEP) return guard->excess;
-    if (guard->shank.radius != tool->radius)
-        chip_tool_init(&guard->shank, 2.0 * tool->radius, 0.0, 0.0, 0.0);
+    if (guard->shank.radius != tool->radius) chip_tool_init(&guard->shank, 2.0 * tool->radius, 0.0, 0.0, 0.0);
     enough = ignored(stock, chip_min(a[2], b[2]), step);
     guard->excess = chip_sweep_meets(stock, &guard->shank, a, b, start_is_cut, enough, work) >= enough;
     return guard->excess;

@@ -45,43 +45,43 @@
 
 /* Members carry the name of the pin they come from and their unit. */
 struct chip_guard_in {
-    double from[3], to[3];          /* mm, tips of the last period and this one */
+    double from[3], to[3]; /* mm, tips of the last period and this one */
     double period_s;
-    double acceleration_mm_s2;      /* the least in any direction; not positive: unknown */
-    double axis_acceleration_mm_s2[3];  /* of X, Y, Z; not positive: only acceleration_mm_s2 is known */
-    double max_jerk_mm_s3;          /* of a jerk-limited planner; not positive: not limited */
-    double distance_to_go_mm;       /* to the end of the segment; not positive: unknown */
-    int start_is_cut;               /* the tool has cut all round at `to`; 0: the map lags behind the tool */
-    const struct chip_path *path;   /* the programmed path ahead; null: unknown */
+    double acceleration_mm_s2;         /* the least in any direction; not positive: unknown */
+    double axis_acceleration_mm_s2[3]; /* of X, Y, Z; not positive: only acceleration_mm_s2 is known */
+    double max_jerk_mm_s3;             /* of a jerk-limited planner; not positive: not limited */
+    double distance_to_go_mm;          /* to the end of the segment; not positive: unknown */
+    int start_is_cut;                  /* the tool has cut all round at `to`; 0: the map lags behind the tool */
+    const struct chip_path *path;      /* the programmed path ahead; null: unknown */
 };
 
 /* Result of a probe; mm on its line or path. */
 struct chip_guard_probe {
-    double clear;               /* free up to here */
-    double hit_near, hit_far;   /* between these stock begins; hit_far < hit_near: none found */
+    double clear;             /* free up to here */
+    double hit_near, hit_far; /* between these stock begins; hit_far < hit_near: none found */
 };
 
 /* A parabolic blend into the line [5b], as it was at one moment. */
 struct chip_guard_blend {
     int active;
-    double from, end;           /* mm on the line, then and at the end of the blend */
-    double offset[3];           /* mm, the tool's offset from its point on the line, then */
-    double speed, rise, time;   /* mm/s on the line, then; mm/s it rises by in the time (s) left of the blend */
+    double from, end;         /* mm on the line, then and at the end of the blend */
+    double offset[3];         /* mm, the tool's offset from its point on the line, then */
+    double speed, rise, time; /* mm/s on the line, then; mm/s it rises by in the time (s) left of the blend */
 };
 
 struct chip_guard {
-    double origin[3], dir[3];   /* mm, the line the tool is on; unit vector */
-    double travelled;           /* mm travelled on it */
+    double origin[3], dir[3]; /* mm, the line the tool is on; unit vector */
+    double travelled;         /* mm travelled on it */
     struct chip_guard_probe on_line;
     struct chip_guard_blend blend;
-    struct chip_guard_probe on_path;    /* on the programmed path [5a] */
-    double path_s;              /* mm, position of the tool on that path in the last period */
-    int periods;                /* on this line */
-    double distance_to_go;      /* mm, of the last period */
-    double speed, slowing, slowing_before;      /* mm/s; mm/s2 of the last two periods */
-    double distance;            /* mm to the stock a traverse will meet; 0: none found */
+    struct chip_guard_probe on_path;       /* on the programmed path [5a] */
+    double path_s;                         /* mm, position of the tool on that path in the last period */
+    int periods;                           /* on this line */
+    double distance_to_go;                 /* mm, of the last period */
+    double speed, slowing, slowing_before; /* mm/s; mm/s2 of the last two periods */
+    double distance;                       /* mm to the stock a traverse will meet; 0: none found */
     struct chip_tool shank;
-    int excess;                 /* the last result of chip_guard_shank */
+    int excess; /* the last result of chip_guard_shank */
 };
 
 void chip_guard_reset(struct chip_guard *guard);
@@ -91,13 +91,12 @@ void chip_guard_reset_line(struct chip_guard *guard);
 
 /* 1 if the tool's traverse has to be stopped. The probe goes on until `*work`, which
  * it increases (chip_sweep_run), reaches `bound`. */
-int chip_guard_traverse(struct chip_guard *guard, const struct chip_stock *stock,
-                        const struct chip_tool *tool, const struct chip_guard_in *in, long bound, long *work);
+int chip_guard_traverse(struct chip_guard *guard, const struct chip_stock *stock, const struct chip_tool *tool,
+                        const struct chip_guard_in *in, long bound, long *work);
 
 /* 1 if the step cuts stock above the flutes. Call it before the step is cut; `start_is_cut`: the tool
  * has cut all round at `from`; `*work` is increased. */
-int chip_guard_shank(struct chip_guard *guard, const struct chip_stock *stock,
-                     const struct chip_tool *tool, const double from[3], const double to[3], int start_is_cut,
-                     long *work);
+int chip_guard_shank(struct chip_guard *guard, const struct chip_stock *stock, const struct chip_tool *tool,
+                     const double from[3], const double to[3], int start_is_cut, long *work);
 
 #endif

@@ -2,11 +2,11 @@
 /* guard_probe.c - see guard_probe.h and guard.h; the numbers in brackets are those of its principle. */
 #include "guard_probe.h"
 
-#define CHIP_GUARD_STEP 4.0       /* cells the probe advances at once, or */
-#define CHIP_GUARD_RADII 0.0625   /* this share of the tool's radius: each step costs the tool's outline */
-#define CHIP_GUARD_FINE 0.0625    /* cells to which the beginning of the stock is located */
-#define CHIP_GUARD_STEPS 16        /* steps of the probe in a period, about */
-#define CHIP_GUARD_HALVINGS 12        /* halvings of a step in a blend at most */
+#define CHIP_GUARD_STEP 4.0     /* cells the probe advances at once, or */
+#define CHIP_GUARD_RADII 0.0625 /* this share of the tool's radius: each step costs the tool's outline */
+#define CHIP_GUARD_FINE 0.0625  /* cells to which the beginning of the stock is located */
+#define CHIP_GUARD_STEPS 16     /* steps of the probe in a period, about */
+#define CHIP_GUARD_HALVINGS 12  /* halvings of a step in a blend at most */
 
 /* Share of blend->offset left when the tool is `s` mm on the line: the rest of the first segment falls with the
  * square of the time left, the speed on the line rises linearly. */
@@ -30,8 +30,10 @@ void chip_guard_point_on_line(const struct chip_guard *guard, double s, double t
 static void probe_point(const struct chip_probe_track *track, double s, double tip[3])
 {
     double dir[3];
-    if (track->path) chip_path_at(track->path, s, tip, dir);
-    else chip_guard_point_on_line(track->guard, s, tip);
+    if (track->path)
+        chip_path_at(track->path, s, tip, dir);
+    else
+        chip_guard_point_on_line(track->guard, s, tip);
 }
 
 /* Halves the step in which stock was found. */
@@ -42,8 +44,10 @@ static void narrow(struct chip_guard_probe *probe, const struct chip_probe_track
     probe_point(track, probe->hit_near, a);
     probe_point(track, middle, b);
     enough = ignored(stock, chip_min(a[2], b[2]), middle - probe->hit_near);
-    if (chip_sweep_meets(stock, tool, a, b, 1, enough, work) >= enough) probe->hit_far = middle;
-    else probe->hit_near = middle;
+    if (chip_sweep_meets(stock, tool, a, b, 1, enough, work) >= enough)
+        probe->hit_far = middle;
+    else
+        probe->hit_near = middle;
 }
 
 /* The next point of a probe, no farther from the last than a step. */
@@ -60,14 +64,14 @@ static double next_probe_point(const struct chip_probe_track *track, const struc
         dy = b[1] - a[1];
         dz = b[2] - a[2];
         if (dx * dx + dy * dy + dz * dz <= 1.01 * step * step) break;
-        next = 0.5 * (next + probe->clear);         /* in a blend the tool travels farther than the line does */
+        next = 0.5 * (next + probe->clear); /* in a blend the tool travels farther than the line does */
     }
     return next;
 }
 
 /* Advances a probe by one step; one of its steps ends at `end`. */
-static void send_on(struct chip_guard_probe *probe, const struct chip_probe_track *track, const struct chip_stock *stock,
-                    const struct chip_tool *tool, double end, long *work)
+static void send_on(struct chip_guard_probe *probe, const struct chip_probe_track *track,
+                    const struct chip_stock *stock, const struct chip_tool *tool, double end, long *work)
 {
     double step = chip_max(CHIP_GUARD_STEP * stock->cell, CHIP_GUARD_RADII * tool->radius);
     double a[3], b[3], next, enough;
@@ -85,8 +89,9 @@ static void send_on(struct chip_guard_probe *probe, const struct chip_probe_trac
 }
 
 /* [2] A probe's work in a period: ahead up to `wanted` mm, then to where the stock begins. */
-void chip_guard_send(struct chip_guard_probe *probe, const struct chip_probe_track *track, const struct chip_stock *stock,
-                 const struct chip_tool *tool, double wanted, double end, long *work)
+void chip_guard_send(struct chip_guard_probe *probe, const struct chip_probe_track *track,
+                     const struct chip_stock *stock, const struct chip_tool *tool, double wanted, double end,
+                     long *work)
 {
     int steps = CHIP_GUARD_STEPS;
     while (!found(probe) && probe->clear < wanted && *work < track->bound && steps-- > 0)

@@ -9,7 +9,7 @@
 #include "chip_math.h"
 #include "guard.h"
 
-#define CHIP_GUARD_MIN_CONTACT 1e-3     /* mm2, smaller contact is ignored */
+#define CHIP_GUARD_MIN_CONTACT 1e-3 /* mm2, smaller contact is ignored */
 
 /* Starts a probe at `s`. */
 static inline void begin_probe(struct chip_guard_probe *probe, double s)
@@ -31,16 +31,16 @@ static inline double ignored(const struct chip_stock *stock, double low, double 
 /* Whether a step is above or beside the stock; looks at no cell. */
 static inline int misses(const struct chip_stock *stock, double radius, const double a[3], const double b[3])
 {
-    return chip_min(a[2], b[2]) >= stock->z_max
-        || chip_min(a[0], b[0]) - radius >= stock->x_max || chip_max(a[0], b[0]) + radius <= stock->x0
-        || chip_min(a[1], b[1]) - radius >= stock->y_max || chip_max(a[1], b[1]) + radius <= stock->y0;
+    return chip_min(a[2], b[2]) >= stock->z_max || chip_min(a[0], b[0]) - radius >= stock->x_max
+        || chip_max(a[0], b[0]) + radius <= stock->x0 || chip_min(a[1], b[1]) - radius >= stock->y_max
+        || chip_max(a[1], b[1]) + radius <= stock->y0;
 }
 
 /* What a probe follows: the programmed path or the line. */
 struct chip_probe_track {
     const struct chip_guard *guard;
-    const struct chip_path *path;   /* null: the line */
-    long bound;                 /* of the work */
+    const struct chip_path *path; /* null: the line */
+    long bound;                   /* of the work */
 };
 
 /* Functions of the core's own; nothing outside calls them. */
@@ -51,8 +51,9 @@ void chip_guard_point_on_line(const struct chip_guard *guard, double s, double t
 
 /* [2] A probe's work in a period: ahead up to `wanted` mm, then to where the stock begins. One of its steps ends at
  * `end`. */
-void chip_guard_send(struct chip_guard_probe *probe, const struct chip_probe_track *track, const struct chip_stock *stock,
-                     const struct chip_tool *tool, double wanted, double end, long *work);
+void chip_guard_send(struct chip_guard_probe *probe, const struct chip_probe_track *track,
+                     const struct chip_stock *stock, const struct chip_tool *tool, double wanted, double end,
+                     long *work);
 
 #pragma GCC visibility pop
 

@@ -7,22 +7,22 @@
 #define CHIP_LOAD_JUMP 0.15
 /* of the mean of load and full area: change of the slope per cell that marks an edge of the stock */
 #define CHIP_SLOPE_CHANGE 0.025
-#define CHIP_MIN_CHANGE 0.01          /* of the full area, a change that is ignored */
-#define CHIP_LATE_RISE 0.5        /* cells [6] */
-#define CHIP_LATE_STEEP 1.0       /* the same if it rises within a cell by */
-#define CHIP_STEEP_RISE 0.28           /* of the full area */
-#define CHIP_LATE_AT_ONCE 0.5        /* the same if it comes at once (a tool that meets a wall of its own radius) */
-#define CHIP_AT_ONCE 0.45         /* of the full area, a rise within a cell that counts as at once */
-#define CHIP_STEP_WIDTH 2.5            /* cells over which the map spreads such a rise */
+#define CHIP_MIN_CHANGE 0.01  /* of the full area, a change that is ignored */
+#define CHIP_LATE_RISE 0.5    /* cells [6] */
+#define CHIP_LATE_STEEP 1.0   /* the same if it rises within a cell by */
+#define CHIP_STEEP_RISE 0.28  /* of the full area */
+#define CHIP_LATE_AT_ONCE 0.5 /* the same if it comes at once (a tool that meets a wall of its own radius) */
+#define CHIP_AT_ONCE 0.45     /* of the full area, a rise within a cell that counts as at once */
+#define CHIP_STEP_WIDTH 2.5   /* cells over which the map spreads such a rise */
 /* cells behind the tool whose load it may still meet: the map spreads a fall to both sides [6] */
 #define CHIP_TRAILING 0.5
 /* cells of width that a reading beside a wall or a rim misses at most: 0.22, 0.29, 0.33 were measured; smaller reads
  * low */
 #define CHIP_WIDTH_ERROR 0.33
-#define CHIP_PEAK 1.0             /* of the height of a sample above its neighbours' line, added to it [6] */
+#define CHIP_PEAK 1.0 /* of the height of a sample above its neighbours' line, added to it [6] */
 /* of its height above the line between the samples a cell away: cells smooth a peak */
 #define CHIP_SMOOTHED_PEAK 1.0
-#define CHIP_DIP 0.5              /* of its depth below that line */
+#define CHIP_DIP 0.5 /* of its depth below that line */
 
 /* Whether the path turns a corner, sharp or blended, from sample i to sample k: there the load changes with the
  * direction, which no cell smooths [7]. */
@@ -155,7 +155,8 @@ static double late_rise(const struct chip_lookahead *lookahead, const struct chi
          * position_error(lookahead, stock, i);
 }
 
-struct chip_load_interval chip_load_between(const struct chip_lookahead *lookahead, const struct chip_stock *stock, int i)
+struct chip_load_interval chip_load_between(const struct chip_lookahead *lookahead, const struct chip_stock *stock,
+                                            int i)
 {
     struct chip_load_interval interval;
     double begin, half = 0.5 * lookahead->turn[sample_slot(lookahead, i)];
@@ -163,17 +164,20 @@ struct chip_load_interval chip_load_between(const struct chip_lookahead *lookahe
     interval.to = sample_s(lookahead, i);
     interval.a = chip_load_bound(lookahead, stock, i - 1);
     interval.b = chip_load_bound(lookahead, stock, i);
-    interval.jump =
-        !chip_load_jumps(lookahead, stock, i) ? 0 : (sample_area(lookahead, i) > sample_area(lookahead, i - 1) ? 1 : -1);
-    if (half > 0.0 && !is_corner(lookahead, i)) {          /* 1 / cos of a small angle */
+    interval.jump = !chip_load_jumps(lookahead, stock, i)
+                      ? 0
+                      : (sample_area(lookahead, i) > sample_area(lookahead, i - 1) ? 1 : -1);
+    if (half > 0.0 && !is_corner(lookahead, i)) { /* 1 / cos of a small angle */
         interval.a *= 1.0 + 0.55 * half * half;
         interval.b *= 1.0 + 0.55 * half * half;
     }
     begin = is_corner(lookahead, i) ? interval.from : step_begin(lookahead, stock, i);
     if (begin < interval.from) interval.jump = 1;
     if (interval.jump) {
-        if (interval.jump > 0) interval.from = chip_min(begin, interval.from - late_rise(lookahead, stock, i));
-        else interval.to += CHIP_LATE_FALL * position_error(lookahead, stock, i);
+        if (interval.jump > 0)
+            interval.from = chip_min(begin, interval.from - late_rise(lookahead, stock, i));
+        else
+            interval.to += CHIP_LATE_FALL * position_error(lookahead, stock, i);
         interval.a = interval.b = chip_max(interval.a, interval.b);
     }
     return interval;
@@ -194,7 +198,8 @@ double chip_load_bound_now(const struct chip_lookahead *lookahead, const struct 
     double to = lookahead->at_s + lookahead->latency_travel, full = 0.0, behind = 0.0, max_depth = 0.0;
     int i, last = lookahead->first + lookahead->count - 1;
     if (lookahead->count == 0) return lookahead->begin_area;
-    if (sample_s(lookahead, lookahead->first) > lookahead->at_s) full = chip_load_bound(lookahead, stock, lookahead->first);
+    if (sample_s(lookahead, lookahead->first) > lookahead->at_s)
+        full = chip_load_bound(lookahead, stock, lookahead->first);
     if (lookahead->at_s < lookahead->begin_s + lookahead->spacing) full = chip_max(full, lookahead->begin_area);
     if (sample_s(lookahead, last) <= to) full = chip_max(full, chip_load_bound(lookahead, stock, last));
     for (i = lookahead->first + 1; i <= last; i++) {

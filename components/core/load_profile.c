@@ -5,8 +5,8 @@
 
 /* a rise by this share between two samples: larger ones make the velocity's straight line exceed the bound */
 #define CHIP_EVEN_RISE 0.05
-#define CHIP_BRAKE_MARGIN 1.2       /* of the braking distance: no load step beyond it binds */
-#define CHIP_BRAKE_PERIODS 6.0    /* periods of acceleration that may add to the velocity meanwhile */
+#define CHIP_BRAKE_MARGIN 1.2  /* of the braking distance: no load step beyond it binds */
+#define CHIP_BRAKE_PERIODS 6.0 /* periods of acceleration that may add to the velocity meanwhile */
 
 /* Frees an entry: of all pairs of neighbours, merges on the safe side the one that loses least (length
  * times how much slower) [4]. Returns 1 if that is the last one and the new one. */
@@ -39,7 +39,7 @@ static void add_step(struct chip_load_profile *profile, double distance, double 
 {
     struct chip_load_step *last = &profile->step[profile->steps - 1];
     if (area <= last->area) return;
-    while (profile->steps > 1 && last->distance >= distance) {    /* the new one covers it */
+    while (profile->steps > 1 && last->distance >= distance) { /* the new one covers it */
         profile->steps--;
         last--;
     }
@@ -67,14 +67,17 @@ static double worst_area(const struct chip_lookahead *lookahead, const struct ch
                          const struct chip_stock *stock, const struct chip_tool *tool, double s)
 {
     double tip[3], dir[3];
-    if (lookahead->on_path) chip_path_at(path, s, tip, dir);
-    else chip_segment_at(&lookahead->predicted.segment, s, tip, dir);
+    if (lookahead->on_path)
+        chip_path_at(path, s, tip, dir);
+    else
+        chip_segment_at(&lookahead->predicted.segment, s, tip, dir);
     return full_area(tool, dir, chip_max(0.0, stock->z_max - chip_max(tip[2], stock->z_min)));
 }
 
 /* How far, mm, before sample i its load must apply [6]: a jump from where it may begin; another rise so far
  * that a velocity falling linearly to it stays below what the line between the samples allows. */
-static double rise_begins_before(const struct chip_lookahead *lookahead, const struct chip_load_interval *interval, int i)
+static double rise_begins_before(const struct chip_lookahead *lookahead, const struct chip_load_interval *interval,
+                                 int i)
 {
     double length = sample_s(lookahead, i) - sample_s(lookahead, i - 1);
     if (is_corner(lookahead, i) || i <= lookahead->first) return 0.0;
@@ -122,7 +125,8 @@ void chip_lookahead_profile(const struct chip_lookahead *lookahead, const struct
         double at = sample_s(lookahead, i) - lookahead->at_s, area = interval.b;
         if (sample_s(lookahead, i - 1) > until && i > lookahead->first) break;
         reached = at;
-        if (interval.jump < 0 || i == lookahead->first) area = chip_load_bound(lookahead, stock, i);
+        if (interval.jump < 0 || i == lookahead->first)
+            area = chip_load_bound(lookahead, stock, i);
         else if (lookahead->turn[slot_of(i)] > 0.0 && !is_corner(lookahead, i)
                  && sample_s(lookahead, i - 1) > lookahead->at_s)
             area = chip_max(interval.a, interval.b);
@@ -130,7 +134,7 @@ void chip_lookahead_profile(const struct chip_lookahead *lookahead, const struct
         if (area > profile->step[profile->steps - 1].area)
             add_step(profile, chip_max(0.0, at - rise_begins_before(lookahead, &interval, i)), area);
     }
-    if (i <= last) reached = horizon;               /* there are more, which do not bind */
+    if (i <= last) reached = horizon; /* there are more, which do not bind */
     if (lookahead->on_path) horizon = chip_min(horizon, path->end_s - lookahead->at_s);
     if (reached < horizon - 1e-9 && tool->radius > 0.0)
         add_step(profile, reached, worst_area(lookahead, path, stock, tool, lookahead->at_s + reached));

@@ -3,21 +3,21 @@
  * principle. */
 #include "samples.h"
 
-#define CHIP_PATH_TOLERANCE 0.05      /* cells the tool may deviate from its predicted path */
+#define CHIP_PATH_TOLERANCE 0.05  /* cells the tool may deviate from its predicted path */
 #define CHIP_GRAIN 0.5            /* cells between the points the predicted path is read from */
-#define CHIP_SAME_POINT 0.04            /* cells between an old and a new point that are treated as one */
-#define CHIP_NEAR_POINT 4.0             /* cells: an old sample this near may replace a new one */
-#define CHIP_SAME_DIRECTION 0.9           /* cosine between old and new direction from which samples are carried over */
-#define CHIP_REVERSED (-0.5)        /* and from which the load at the tool stays a lower bound */
-#define CHIP_SPACING_RADII 0.0625     /* tool radii between samples; never below one cell nor above four */
+#define CHIP_SAME_POINT 0.04      /* cells between an old and a new point that are treated as one */
+#define CHIP_NEAR_POINT 4.0       /* cells: an old sample this near may replace a new one */
+#define CHIP_SAME_DIRECTION 0.9   /* cosine between old and new direction from which samples are carried over */
+#define CHIP_REVERSED (-0.5)      /* and from which the load at the tool stays a lower bound */
+#define CHIP_SPACING_RADII 0.0625 /* tool radii between samples; never below one cell nor above four */
 #define CHIP_SAMPLE_NODES 8       /* work of a sample beside that of its nodes, in nodes */
 #define CHIP_CARRY_NODES 2        /* and of carrying one over to a new predicted path */
 #define CHIP_TURN_STEP 0.35       /* rad the path turns by between two samples at most */
 #define CHIP_TIGHT_TURN 2.0       /* tool radius over the path's, from which an arc counts as a corner (a blend) */
-#define CHIP_PASSED_TURN 0.35           /* rad, a sample behind more turn than this is taken again [2] */
+#define CHIP_PASSED_TURN 0.35     /* rad, a sample behind more turn than this is taken again [2] */
 /* tool radius over the path's, above which a sample near the tool reads low and is not taken again */
 #define CHIP_TIGHT_ARC 1.05
-#define CHIP_LATENCY 2.0          /* periods until a command given now takes effect */
+#define CHIP_LATENCY 2.0 /* periods until a command given now takes effect */
 
 double chip_lookahead_spacing(const struct chip_stock *stock, const struct chip_tool *tool)
 {
@@ -71,12 +71,13 @@ static void carry_over(struct chip_lookahead *lookahead, const struct chip_predi
         for (k = 0; k < 3; k++) off2 += (was[k] - is[k]) * (was[k] - is[k]);
         if (off2 > CHIP_NEAR_POINT * CHIP_NEAR_POINT * stock->cell * stock->cell) break;
         if (same == n && a + 1 < lookahead->stale
-            && off2 < CHIP_SAME_POINT * CHIP_SAME_POINT * stock->cell * stock->cell) same++;
+            && off2 < CHIP_SAME_POINT * CHIP_SAME_POINT * stock->cell * stock->cell)
+            same++;
         share = s - a;
         area[n] =
             (float)(sample_area(lookahead, a) + share * (sample_area(lookahead, a + 1) - sample_area(lookahead, a)));
         depth[n] = (float)chip_max(lookahead->depth[a % CHIP_LOOKAHEAD_SAMPLES],
-                                 lookahead->depth[(a + 1) % CHIP_LOOKAHEAD_SAMPLES]);
+                                   lookahead->depth[(a + 1) % CHIP_LOOKAHEAD_SAMPLES]);
         n++;
     }
     for (i = 0; i < n; i++) {
@@ -105,7 +106,7 @@ static double clear_of_cut(const struct chip_stock *stock, const struct chip_too
 
 /* Reads the load at a point into sample i; returns its work, in nodes. */
 static int read_sample(struct chip_lookahead *lookahead, const struct chip_stock *stock, const struct chip_tool *tool,
-                   int i, const struct chip_path_point *at)
+                       int i, const struct chip_path_point *at)
 {
     double clear = clear_of_cut(stock, tool, at->s - lookahead->at_s);
     const double *tip = at->tip, *dir = at->dir;
@@ -128,8 +129,10 @@ static void find_point(const struct chip_lookahead *lookahead, const struct chip
 {
     at->s = s;
     at->curvature = lookahead->predicted.segment.curvature;
-    if (lookahead->on_path) at->curvature = chip_path_at(path, s, at->tip, at->dir);
-    else chip_segment_at(&lookahead->predicted.segment, s, at->tip, at->dir);
+    if (lookahead->on_path)
+        at->curvature = chip_path_at(path, s, at->tip, at->dir);
+    else
+        chip_segment_at(&lookahead->predicted.segment, s, at->tip, at->dir);
 }
 
 /* Takes sample i again at its position; returns its work. */
@@ -161,7 +164,7 @@ static int next_sample_point(const struct chip_lookahead *lookahead, const struc
 
 /* Adds a sample at the far end; where the load jumps, at a closer point first [5]. Returns its work. */
 static int add_sample(struct chip_lookahead *lookahead, const struct chip_stock *stock, const struct chip_tool *tool,
-                     const struct chip_path_point *at)
+                      const struct chip_path_point *at)
 {
     int i = lookahead->first + lookahead->count, n = slot_of(i), work, jump;
     double closest = CHIP_CLOSEST * stock->cell, before = lookahead->count ? at->s - sample_s(lookahead, i - 1) : 0.0;
@@ -222,7 +225,8 @@ static void update_samples(struct chip_lookahead *lookahead, const struct chip_p
         if (lookahead->count == 0) bend = CHIP_PASSED_TURN;
         budget -= add_sample(lookahead, stock, tool, &at);
         if (all_current && lookahead->stale < lookahead->first + lookahead->count
-            && (!lookahead->on_path || lookahead->corner_turn[slot_of(lookahead->stale)] <= bend)) lookahead->stale++;
+            && (!lookahead->on_path || lookahead->corner_turn[slot_of(lookahead->stale)] <= bend))
+            lookahead->stale++;
     }
 }
 
@@ -236,7 +240,7 @@ static void begin_samples(struct chip_lookahead *lookahead, int on_path)
 
 /* [2] The tool has left its predicted path: keeps what can be kept of the samples. */
 static void change_predicted_path(struct chip_lookahead *lookahead, const struct chip_predicted_path *old, double now,
-                          const struct chip_stock *stock, const struct chip_tool *tool)
+                                  const struct chip_stock *stock, const struct chip_tool *tool)
 {
     double step = lookahead->predicted.last_step;
     int turned = !old->known || direction_cosine(old, &lookahead->predicted, old->travelled + step) < CHIP_REVERSED;
@@ -252,8 +256,8 @@ void chip_lookahead_step(struct chip_lookahead *lookahead, const struct chip_pat
     double spacing = chip_lookahead_spacing(stock, tool);
     double now = lookahead->count && lookahead->spacing > 0.0 ? chip_load_bound_now(lookahead, stock) : 0.0;
     int on_path = path && path->known && path->count > 0, begun = 1;
-    int new_path = chip_predicted_path_step(&lookahead->predicted, from, to, period,
-                                    CHIP_PATH_TOLERANCE * stock->cell, CHIP_GRAIN * stock->cell);
+    int new_path = chip_predicted_path_step(&lookahead->predicted, from, to, period, CHIP_PATH_TOLERANCE * stock->cell,
+                                            CHIP_GRAIN * stock->cell);
     if (on_path != lookahead->on_path || (on_path && path->new_chain) || spacing != lookahead->spacing) {
         lookahead->begin_area = on_path && lookahead->on_path ? now : 0.0;
         lookahead->spacing = spacing;

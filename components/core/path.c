@@ -3,13 +3,13 @@
 #include "chip_math.h"
 #include "path.h"
 
-#define CHIP_MIN_LENGTH 1e-7        /* mm, shorter segments are dropped */
-#define CHIP_SAME_LENGTH 1e-5     /* mm: within this the planner has not changed a segment */
-#define CHIP_SAME_HEADING 1e-6        /* the same for its direction */
-#define CHIP_SMOOTH_CORNER 0.02            /* rad, segments that join at less are smooth [5] */
-#define CHIP_SHARP_CORNER 0.25      /* rad, a corner however short its segments are */
-#define CHIP_CORNERS_APART 0.5       /* of the step: distance of a lesser corner from the last point at least */
-#define CHIP_NEVER 1e300          /* mm, nothing has changed */
+#define CHIP_MIN_LENGTH 1e-7    /* mm, shorter segments are dropped */
+#define CHIP_SAME_LENGTH 1e-5   /* mm: within this the planner has not changed a segment */
+#define CHIP_SAME_HEADING 1e-6  /* the same for its direction */
+#define CHIP_SMOOTH_CORNER 0.02 /* rad, segments that join at less are smooth [5] */
+#define CHIP_SHARP_CORNER 0.25  /* rad, a corner however short its segments are */
+#define CHIP_CORNERS_APART 0.5  /* of the step: distance of a lesser corner from the last point at least */
+#define CHIP_NEVER 1e300        /* mm, nothing has changed */
 
 void chip_segment_at(const struct chip_segment *segment, double s, double tip[3], double dir[3])
 {
@@ -20,7 +20,7 @@ void chip_segment_at(const struct chip_segment *segment, double s, double tip[3]
         cosine = cos(half);
         if (fabs(half) > 1e-6) chord = flat * sine / half;
     }
-    mx = segment->heading[0] * cosine - segment->heading[1] * sine;     /* of the chord: at half the angle */
+    mx = segment->heading[0] * cosine - segment->heading[1] * sine; /* of the chord: at half the angle */
     my = segment->heading[1] * cosine + segment->heading[0] * sine;
     tip[0] = segment->origin[0] + chord * mx;
     tip[1] = segment->origin[1] + chord * my;
@@ -48,8 +48,8 @@ int chip_segment_line(struct chip_segment *segment, const double start[3], const
     return 1;
 }
 
-int chip_segment_arc(struct chip_segment *segment, const double centre[2], const double start[3],
-                 double angle, double rise)
+int chip_segment_arc(struct chip_segment *segment, const double centre[2], const double start[3], double angle,
+                     double rise)
 {
     double rx = start[0] - centre[0], ry = start[1] - centre[1];
     double radius = sqrt(rx * rx + ry * ry), flat = radius * fabs(angle);
@@ -82,10 +82,7 @@ void chip_path_mark_read(struct chip_path *path)
     path->changed_s = CHIP_NEVER;
 }
 
-static int slot(const struct chip_path *path, int n)
-{
-    return (path->first + n) % CHIP_PATH_SEGMENTS;
-}
+static int slot(const struct chip_path *path, int n) { return (path->first + n) % CHIP_PATH_SEGMENTS; }
 
 void chip_path_follow(struct chip_path *path, long key, double length, double progress)
 {

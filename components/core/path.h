@@ -19,46 +19,46 @@
 #ifndef CHIPWISE_PATH_H
 #define CHIPWISE_PATH_H
 
-#define CHIP_PATH_SEGMENTS 160    /* segments known ahead at most */
-#define CHIP_PATH_BEYOND 1e-7     /* mm behind a corner at which the next segment counts [5] */
+#define CHIP_PATH_SEGMENTS 160 /* segments known ahead at most */
+#define CHIP_PATH_BEYOND 1e-7  /* mm behind a corner at which the next segment counts [5] */
 
 enum chip_join {
-    CHIP_JOIN_STOP = 0,         /* the tool stops at the end of the segment */
-    CHIP_JOIN_TANGENT = 1,      /* the next segment begins where it ends, without a stop */
-    CHIP_JOIN_PARABOLIC = 2     /* a blend leaves it before its end [4], or may still do so */
+    CHIP_JOIN_STOP = 0,     /* the tool stops at the end of the segment */
+    CHIP_JOIN_TANGENT = 1,  /* the next segment begins where it ends, without a stop */
+    CHIP_JOIN_PARABOLIC = 2 /* a blend leaves it before its end [4], or may still do so */
 };
 
 struct chip_segment {
-    double origin[3];           /* mm, where it begins */
-    double heading[2];          /* cosine and sine of the heading in XY at the origin */
-    double horizontal, vertical;    /* horizontal and vertical part of a unit step */
-    double curvature;           /* rad per mm of horizontal travel, counter-clockwise positive */
-    double length;              /* mm of travel; not used by a predicted path */
-    double accel;               /* mm/s2 the planner may brake with along it; 0: unknown */
-    int rapid;                  /* it is a traverse */
-    int join;                   /* chip_join: how its end is left */
+    double origin[3];            /* mm, where it begins */
+    double heading[2];           /* cosine and sine of the heading in XY at the origin */
+    double horizontal, vertical; /* horizontal and vertical part of a unit step */
+    double curvature;            /* rad per mm of horizontal travel, counter-clockwise positive */
+    double length;               /* mm of travel; not used by a predicted path */
+    double accel;                /* mm/s2 the planner may brake with along it; 0: unknown */
+    int rapid;                   /* it is a traverse */
+    int join;                    /* chip_join: how its end is left */
 };
 
 /* While the planner blends one segment into the next by a parabola the tool is on neither of them: it
  * moves on both at once, slower and slower on the first, faster and faster on the next [4]. */
 struct chip_blend {
-    int active;                 /* the tool is in a blend now, and the next segment is a straight traverse */
-    double start[3], dir[3];    /* mm, start of the next segment; its unit vector */
-    double length, travelled;   /* mm, length of the next segment, and travelled on it so far */
-    double speed, end_speed;    /* mm/s on the next segment, now and at the end of the blend */
-    double first_left, first_speed;     /* mm left of the first segment, mm/s on it */
+    int active;                     /* the tool is in a blend now, and the next segment is a straight traverse */
+    double start[3], dir[3];        /* mm, start of the next segment; its unit vector */
+    double length, travelled;       /* mm, length of the next segment, and travelled on it so far */
+    double speed, end_speed;        /* mm/s on the next segment, now and at the end of the blend */
+    double first_left, first_speed; /* mm left of the first segment, mm/s on it */
 };
 
 struct chip_path {
-    int known;                  /* the planner's queue is being followed */
-    int new_chain;              /* the chain is a new one; until chip_path_mark_read() */
-    double s;                   /* mm, position of the tool */
-    double begin_s;             /* mm, where the first segment begins */
-    long key[CHIP_PATH_SEGMENTS];    /* names of the segments, given by the planner's reader */
-    struct chip_segment segment[CHIP_PATH_SEGMENTS];    /* ring, `first` is the one the tool is on */
+    int known;                                       /* the planner's queue is being followed */
+    int new_chain;                                   /* the chain is a new one; until chip_path_mark_read() */
+    double s;                                        /* mm, position of the tool */
+    double begin_s;                                  /* mm, where the first segment begins */
+    long key[CHIP_PATH_SEGMENTS];                    /* names of the segments, given by the planner's reader */
+    struct chip_segment segment[CHIP_PATH_SEGMENTS]; /* ring, `first` is the one the tool is on */
     int first, count;
-    double end_s;               /* mm, where the last segment ends */
-    double changed_s;           /* mm, the path differs from here on from what it was; until chip_path_mark_read() */
+    double end_s;     /* mm, where the last segment ends */
+    double changed_s; /* mm, the path differs from here on from what it was; until chip_path_mark_read() */
     struct chip_blend blend;
 };
 
@@ -70,8 +70,8 @@ int chip_segment_line(struct chip_segment *segment, const double start[3], const
 
 /* Makes an arc or helix in XY from centre, start, angle (rad, counter-clockwise
  * positive) and rise (mm). Returns 0 if it has no length. */
-int chip_segment_arc(struct chip_segment *segment, const double centre[2], const double start[3],
-                     double angle, double rise);
+int chip_segment_arc(struct chip_segment *segment, const double centre[2], const double start[3], double angle,
+                     double rise);
 
 /* Clears the path. */
 void chip_path_reset(struct chip_path *path);
@@ -94,11 +94,11 @@ double chip_path_at(const struct chip_path *path, double s, double tip[3], doubl
 
 /* A point on the path. */
 struct chip_path_point {
-    double s;                   /* mm */
-    double tip[3], dir[3];      /* mm; unit vector */
-    double curvature;           /* rad/mm */
-    double turn;                /* rad the path turns by since the point before */
-    int corner;                 /* it turns by that at once: the point before has the same position */
+    double s;              /* mm */
+    double tip[3], dir[3]; /* mm; unit vector */
+    double curvature;      /* rad/mm */
+    double turn;           /* rad the path turns by since the point before */
+    int corner;            /* it turns by that at once: the point before has the same position */
 };
 
 /* The point `step` mm behind `s`, or nearer: where the path has turned by `turn` rad, at a corner [5], at its end.

@@ -3,18 +3,18 @@
 #include "chip_math.h"
 #include "predicted_path.h"
 
-#define CHIP_MIN_STEP 1e-6           /* mm, a step below this has no heading */
-#define CHIP_MIN_HORIZONTAL 1e-9           /* horizontal part below this: straight up or down */
-#define CHIP_OFF_HEADING 0.03     /* rad the heading may differ from the predicted one */
-#define CHIP_CURVATURE_RANGE 2.0             /* mm ahead within which a wrong curvature must not show either */
-#define CHIP_CORNER_ANGLE 0.08          /* rad between circle and step that mean a corner */
-#define CHIP_SHARP_TURN 0.2            /* rad from step to step: a corner, not an arc */
+#define CHIP_MIN_STEP 1e-6       /* mm, a step below this has no heading */
+#define CHIP_MIN_HORIZONTAL 1e-9 /* horizontal part below this: straight up or down */
+#define CHIP_OFF_HEADING 0.03    /* rad the heading may differ from the predicted one */
+#define CHIP_CURVATURE_RANGE 2.0 /* mm ahead within which a wrong curvature must not show either */
+#define CHIP_CORNER_ANGLE 0.08   /* rad between circle and step that mean a corner */
+#define CHIP_SHARP_TURN 0.2      /* rad from step to step: a corner, not an arc */
 
-struct motion {                 /* reading of one step; mm, rad */
-    double unit[3];             /* direction */
-    double step;                /* length */
-    double heading;             /* in XY, at the end of the step */
-    double turn;                /* curvature, rad/mm */
+struct motion {     /* reading of one step; mm, rad */
+    double unit[3]; /* direction */
+    double step;    /* length */
+    double heading; /* in XY, at the end of the step */
+    double turn;    /* curvature, rad/mm */
 };
 
 void chip_predicted_path_reset(struct chip_predicted_path *predicted)
@@ -47,13 +47,16 @@ static struct motion read_step(struct chip_predicted_path *predicted, const doub
     middle = level > CHIP_MIN_HORIZONTAL ? atan2(now.unit[1], now.unit[0]) : predicted->last_heading;
     if (predicted->last_step > CHIP_MIN_STEP && level > CHIP_MIN_HORIZONTAL) {
         double change = wrap(middle - predicted->last_heading);
-        if (fabs(change) < CHIP_SHARP_TURN) turn = 2.0 * change / ((step + predicted->last_step) * level);
-        else predicted->points = 0;
+        if (fabs(change) < CHIP_SHARP_TURN)
+            turn = 2.0 * change / ((step + predicted->last_step) * level);
+        else
+            predicted->points = 0;
     }
     a = fabs(turn);
     b = fabs(predicted->last_turn);
     now.turn = turn * predicted->last_turn > 0.0 && chip_max(a, b) < 1.5 * chip_min(a, b)
-        ? 0.5 * (turn + predicted->last_turn) : 0.0;
+                 ? 0.5 * (turn + predicted->last_turn)
+                 : 0.0;
     now.heading = middle + 0.5 * now.turn * step * level;
     predicted->last_turn = turn;
     predicted->last_heading = middle;
@@ -91,8 +94,10 @@ static void read_circle(struct chip_predicted_path *predicted, const double tip[
     if (predicted->points <= 2 * CHIP_PAST_ARM) return;
     b = past_point(predicted, CHIP_PAST_ARM);
     c = past_point(predicted, 2 * CHIP_PAST_ARM);
-    ax = tip[0] - b[0]; ay = tip[1] - b[1];
-    bx = b[0] - c[0]; by = b[1] - c[1];
+    ax = tip[0] - b[0];
+    ay = tip[1] - b[1];
+    bx = b[0] - c[0];
+    by = b[1] - c[1];
     a2 = ax * ax + ay * ay;
     b2 = bx * bx + by * by;
     c2 = (ax + bx) * (ax + bx) + (ay + by) * (ay + by);
@@ -110,7 +115,7 @@ static void read_circle(struct chip_predicted_path *predicted, const double tip[
 
 /* [3] Whether the step that ended at `tip` stays on the predicted path. */
 static int on_predicted_path(const struct chip_predicted_path *predicted, const double tip[3], const struct motion *now,
-                     double tolerance)
+                             double tolerance)
 {
     double at[3], dir[3], off2 = 0.0, level2, aim = 0.0;
     int i;
@@ -126,7 +131,7 @@ static int on_predicted_path(const struct chip_predicted_path *predicted, const 
 }
 
 int chip_predicted_path_step(struct chip_predicted_path *predicted, const double from[3], const double to[3],
-                   double period, double tolerance, double grain)
+                             double period, double tolerance, double grain)
 {
     double step = 0.0;
     struct motion now;

@@ -18,18 +18,18 @@
 
 #include "path.h"
 
-#define CHIP_PAST_POINTS 32       /* past points that are kept */
-#define CHIP_PAST_ARM 12          /* points between the three the circle goes through */
+#define CHIP_PAST_POINTS 32 /* past points that are kept */
+#define CHIP_PAST_ARM 12    /* points between the three the circle goes through */
 
 struct chip_predicted_path {
-    int known;                  /* `segment` is valid */
-    struct chip_segment segment;    /* the path ahead, endless */
-    double travelled;           /* mm since the origin */
-    double speed;               /* mm/s, of the last step */
-    double last_heading, last_step, last_turn;  /* rad, mm, rad/mm of the step before */
-    double last_dir_z;          /* vertical part of its direction */
-    double point[CHIP_PAST_POINTS][2];  /* mm, XY of past points, newest at `newest` */
-    int newest, points;         /* points in use */
+    int known;                                 /* `segment` is valid */
+    struct chip_segment segment;               /* the path ahead, endless */
+    double travelled;                          /* mm since the origin */
+    double speed;                              /* mm/s, of the last step */
+    double last_heading, last_step, last_turn; /* rad, mm, rad/mm of the step before */
+    double last_dir_z;                         /* vertical part of its direction */
+    double point[CHIP_PAST_POINTS][2];         /* mm, XY of past points, newest at `newest` */
+    int newest, points;                        /* points in use */
 };
 
 /* Clears everything. */

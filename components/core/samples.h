@@ -11,9 +11,9 @@
 
 /* cells between samples where the load jumps [5]; smaller takes more work, larger places jumps too early */
 #define CHIP_CLOSEST 0.25
-#define CHIP_LATE_FALL 1.0        /* cells [6] */
-#define CHIP_CLEAR_BACK 2          /* samples before one that is read clear which count for it too */
-#define CHIP_MIN_LOAD 1e-3           /* mm2, smaller loads do not count as contact */
+#define CHIP_LATE_FALL 1.0 /* cells [6] */
+#define CHIP_CLEAR_BACK 2  /* samples before one that is read clear which count for it too */
+#define CHIP_MIN_LOAD 1e-3 /* mm2, smaller loads do not count as contact */
 
 /* Index of sample i. */
 static inline int slot_of(int i) { return i % CHIP_LOOKAHEAD_SAMPLES; }
@@ -57,9 +57,9 @@ static inline double full_area(const struct chip_tool *tool, const double dir[3]
 
 /* The load between sample i - 1 and sample i [6] [7]. */
 struct chip_load_interval {
-    double from, to;            /* mm, where it applies */
-    double a, b;                /* mm2 at its ends; linear between them, or the larger one throughout */
-    int jump;                   /* 1: up, -1: down */
+    double from, to; /* mm, where it applies */
+    double a, b;     /* mm2 at its ends; linear between them, or the larger one throughout */
+    int jump;        /* 1: up, -1: down */
 };
 
 /* load_bound.c is part of the core; nothing outside calls these. */
@@ -74,7 +74,8 @@ double chip_load_bound_now(const struct chip_lookahead *lookahead, const struct 
 double chip_load_bound(const struct chip_lookahead *lookahead, const struct chip_stock *stock, int i);
 
 /* The load between sample i - 1 and sample i; whether it jumps there. */
-struct chip_load_interval chip_load_between(const struct chip_lookahead *lookahead, const struct chip_stock *stock, int i);
+struct chip_load_interval chip_load_between(const struct chip_lookahead *lookahead, const struct chip_stock *stock,
+                                            int i);
 int chip_load_jumps(const struct chip_lookahead *lookahead, const struct chip_stock *stock, int i);
 
 #pragma GCC visibility pop

@@ -6,7 +6,7 @@
 #define CHIP_CLEAR 1.5
 #define CHIP_SINK 0.2             /* cells below itself at which a falling flat end looks for stock [5] */
 #define CHIP_BEYOND 1.0           /* cells outside a falling band at which its stock is read [5] */
-#define CHIP_LEVEL_DIRECTION 1e-6           /* vertical part of the direction up to which the tool moves level [7] */
+#define CHIP_LEVEL_DIRECTION 1e-6 /* vertical part of the direction up to which the tool moves level [7] */
 #define CHIP_STEEP 2.0            /* a band this much higher than wide has an edge like a wall's [8] */
 /* width of a band's part, in cells: narrower ones read no more than the cells know [9] */
 #define CHIP_PART_CELLS 1.5
@@ -51,8 +51,15 @@ static void level_section(const struct chip_stock *stock, const struct chip_pose
         for (k = 0; k < n; k++) {
             struct chip_tool_ring ring = band_part(tool, &tool->ring[i], reach, n, k);
             double low = tip + ring.height - 0.5 * ring.rise;
-            struct chip_strip strip = { ring.inner, ring.outer, ring.radius, low, low + ring.rise, clear, ring.outer,
-                                   ring.rise > CHIP_STEEP * (ring.outer - ring.inner), 0 };
+            struct chip_strip strip = { ring.inner,
+                                        ring.outer,
+                                        ring.radius,
+                                        low,
+                                        low + ring.rise,
+                                        clear,
+                                        ring.outer,
+                                        ring.rise > CHIP_STEEP * (ring.outer - ring.inner),
+                                        0 };
             if (ring.rise > CHIP_MIN_CONTACT) chip_strip_add(stock, at, tool, tip, &strip, section);
         }
     }
@@ -60,7 +67,8 @@ static void level_section(const struct chip_stock *stock, const struct chip_pose
 }
 
 /* The pose of a tool at `tip` (mm) that moves along the unit vector `dir`. */
-static struct chip_pose pose_of(const struct chip_stock *stock, const double tip[3], const double dir[3], double curvature)
+static struct chip_pose pose_of(const struct chip_stock *stock, const double tip[3], const double dir[3],
+                                double curvature)
 {
     struct chip_pose at;
     at.level = chip_sqrt(dir[0] * dir[0] + dir[1] * dir[1]);
@@ -85,9 +93,8 @@ double chip_section_reach(const struct chip_stock *stock, const struct chip_tool
     return chip_sqrt((2.0 * tool->radius + clear) * clear);
 }
 
-struct chip_section chip_section_at(const struct chip_stock *stock, const struct chip_tool *tool,
-                                const double tip[3], const double dir[3], double clear,
-                                double curvature)
+struct chip_section chip_section_at(const struct chip_stock *stock, const struct chip_tool *tool, const double tip[3],
+                                    const double dir[3], double clear, double curvature)
 {
     struct chip_section result = { 0.0, 0.0, 0 };
     double z = tip[2], fall = chip_max(0.0, -dir[2]), sink = fall * CHIP_SINK * stock->cell;
@@ -110,10 +117,10 @@ struct chip_section chip_section_at(const struct chip_stock *stock, const struct
             double slab = chip_max(CHIP_MIN_CONTACT, 0.5 * sink), end = z + ring->height;
             if (fall > 0.0 && end > stock->z_min)
                 result.area += chip_band_flat_area(stock, &at, ring, chip_max(end - sink, stock->z_min), fall, slab,
-                                         &result.nodes);
+                                                   &result.nodes);
             continue;
         }
-        if (ring->inner >= reach) break;        /* bands rise outwards */
+        if (ring->inner >= reach) break; /* bands rise outwards */
         n = band_parts(stock, ring, reach, max);
         for (k = 0; k < n; k++) {
             struct chip_tool_ring part = band_part(tool, ring, reach, n, k);

@@ -45,18 +45,17 @@
 #include "tool.h"
 
 struct chip_section {
-    double area;                /* mm2 = mm3 per mm of travel */
-    double depth;               /* mm, highest stock above the tip met by the tool's surface */
-    int nodes;                  /* points at which the stock was read */
+    double area;  /* mm2 = mm3 per mm of travel */
+    double depth; /* mm, highest stock above the tip met by the tool's surface */
+    int nodes;    /* points at which the stock was read */
 };
 
 /* Section area of `tool` with its tip at `tip` (mm) when it moves along the unit vector
  * `dir`. `clear`, mm: 0 if the stock is read before the tool is near (chip_section_reach);
  * chip_section_clear() if it may already be cut at this very position [4]; the path then bends
  * by `curvature` (rad/mm, counter-clockwise positive) to where the stock is read. */
-struct chip_section chip_section_at(const struct chip_stock *stock, const struct chip_tool *tool,
-                                const double tip[3], const double dir[3], double clear,
-                                double curvature);
+struct chip_section chip_section_at(const struct chip_stock *stock, const struct chip_tool *tool, const double tip[3],
+                                    const double dir[3], double clear, double curvature);
 
 /* `clear` for a tool that has cut all round it, mm. */
 double chip_section_clear(const struct chip_stock *stock);

@@ -3,15 +3,15 @@
  * numbers in brackets are those of its principle. */
 #include "section_parts.h"
 
-#define CHIP_FLAT_NODES 24        /* round a ring of a flat end at most: it has six rings */
-#define CHIP_WHOLE 0.9999         /* of a band in contact counts as all of it */
+#define CHIP_FLAT_NODES 24 /* round a ring of a flat end at most: it has six rings */
+#define CHIP_WHOLE 0.9999  /* of a band in contact counts as all of it */
 /* inner over outer radius up to which a band's part always has its own radius [6] */
 #define CHIP_NARROW_BAND 0.6
 
 /* Height by which stock overlaps the band at the angle (c, s) from the heading [2]. In front
  * it is read at the same distance beside the path, a margin clear of the tool [4]. */
-static double overlap(const struct chip_stock *stock, const struct chip_pose *at,
-                      struct chip_band *band, double c, double s)
+static double overlap(const struct chip_stock *stock, const struct chip_pose *at, struct chip_band *band, double c,
+                      double s)
 {
     double side = band->radius * s, ahead = band->radius * c;
     band->nodes++;
@@ -19,13 +19,13 @@ static double overlap(const struct chip_stock *stock, const struct chip_pose *at
         double outer = band->radius + band->margin;
         double front2 = ahead * ahead, ahead2 = outer * outer - side * side;
         ahead = chip_sqrt(ahead2);
-        side += at->half_curvature * (ahead2 - front2);   /* the same distance beside a curved path */
+        side += at->half_curvature * (ahead2 - front2); /* the same distance beside a curved path */
     } else {
         ahead = band->outer * c;
         side = band->outer * s;
     }
-    return between(stock, at, at->x + ahead * at->hx - side * at->hy,
-                   at->y + ahead * at->hy + side * at->hx, band->low, band->high);
+    return between(stock, at, at->x + ahead * at->hx - side * at->hy, at->y + ahead * at->hy + side * at->hx, band->low,
+                   band->high);
 }
 
 /* Mean radius of the lowest part u (0..1) of a band, over that of the whole band [6]. */
@@ -47,8 +47,7 @@ void chip_band_raise_bottom(struct chip_band *band, double bottom)
         radius = 0.5 * (a + u * (b - a) + b);
     } else {
         from = chip_sqrt(a * a + u * (b * b - a * a));
-        radius = ring->radius * (from * from + from * b + b * b) * (a + b)
-            / ((from + b) * (a * a + a * b + b * b));
+        radius = ring->radius * (from * from + from * b + b * b) * (a + b) / ((from + b) * (a * a + a * b + b * b));
         band->fall *= ring->radius / radius;
     }
     band->radius = radius;
@@ -72,10 +71,7 @@ static double swept(const struct chip_band *band, double c, double h, int even)
 }
 
 /* Whether the band faces ahead at an angle with cosine c. */
-static int faces(const struct chip_band *band, double c)
-{
-    return band->push * c + band->fall > 0.0;
-}
+static int faces(const struct chip_band *band, double c) { return band->push * c + band->fall > 0.0; }
 
 /* Adds points to an interval whose ends differ much, so that a wall between
  * them is found; returns the interval's share of the integral (trapezia). */
@@ -100,16 +96,16 @@ static double refine(const struct chip_stock *stock, const struct chip_pose *at,
 
 /* Integral over one band, mm2; raises *highest to the highest overlap (mm). Trapezia under
  * a cosine miss (step / 2) / tan(step / 2) of it, which `push` compensates. */
-static double band_area(const struct chip_stock *stock, const struct chip_pose *at,
-                        struct chip_band *band, double *highest)
+static double band_area(const struct chip_stock *stock, const struct chip_pose *at, struct chip_band *band,
+                        double *highest)
 {
     int n0 = node_count(stock, band->radius), n = n0, i;
     double step = 2.0 * CHIP_PI / n, turn_c, turn_s;
-    double c = -1.0, s = 0.0;               /* starts behind the tool */
+    double c = -1.0, s = 0.0; /* starts behind the tool */
     double sum = 0.0, last_h = 0.0, alike = band->ring ? CHIP_LEVEL_TOP * band->ring->rise : 0.0;
     int faced;
     small_turn(step, &turn_c, &turn_s);
-    if (band->fall <= 0.0) {                /* or beside it: nothing behind can face ahead */
+    if (band->fall <= 0.0) { /* or beside it: nothing behind can face ahead */
         c = 0.0;
         s = -1.0;
         n /= 2;
@@ -129,8 +125,7 @@ static double band_area(const struct chip_stock *stock, const struct chip_pose *
         if (change > CHIP_JUMP * chip_max(h, last_h) && (face || faced))
             sum += refine(stock, at, band, before, last_h, h, step);
         else
-            sum += 0.5 * step * (swept(band, c, h, change <= alike)
-                                 + swept(band, before[0], last_h, change <= alike));
+            sum += 0.5 * step * (swept(band, c, h, change <= alike) + swept(band, before[0], last_h, change <= alike));
         last_h = h;
         faced = face;
     }
@@ -139,7 +134,7 @@ static double band_area(const struct chip_stock *stock, const struct chip_pose *
 
 /* A flat band sweeps only when the tool falls: area in contact times the fall [1]. */
 double chip_band_flat_area(const struct chip_stock *stock, const struct chip_pose *at,
-                        const struct chip_tool_ring *ring, double z, double fall, double slab, int *nodes)
+                           const struct chip_tool_ring *ring, double z, double fall, double slab, int *nodes)
 {
     int max = node_count(stock, ring->radius), n = max < CHIP_FLAT_NODES ? max : CHIP_FLAT_NODES, i;
     double step = 2.0 * CHIP_PI / n, turn_c, turn_s;
@@ -157,8 +152,8 @@ double chip_band_flat_area(const struct chip_stock *stock, const struct chip_pos
 }
 
 /* Adds a band to the section; the highest contact above the tip is the depth. */
-void chip_band_add(const struct chip_stock *stock, const struct chip_pose *at,
-                     struct chip_band *band, double tip_z, struct chip_section *section)
+void chip_band_add(const struct chip_stock *stock, const struct chip_pose *at, struct chip_band *band, double tip_z,
+                   struct chip_section *section)
 {
     double highest = 0.0;
     band->nodes = 0;

@@ -9,20 +9,20 @@
 #include "chip_math.h"
 #include "section.h"
 
-#define CHIP_MIN_NODES 24       /* round a band; multiples of 4, so that nodes lie on the sides */
+#define CHIP_MIN_NODES 24 /* round a band; multiples of 4, so that nodes lie on the sides */
 #define CHIP_MAX_NODES 96
-#define CHIP_NODE_CELLS 2.0       /* distance of nodes, in cells */
-#define CHIP_REFINE 3             /* points inserted into an interval in which the stock jumps */
-#define CHIP_JUMP 0.2             /* change from node to node, of the larger, that is a jump */
-#define CHIP_LEVEL_TOP 0.02            /* of a band's rise: columns this similar belong to a level top [6] */
-#define CHIP_MIN_CONTACT 1e-4        /* mm, smaller contact is ignored */
+#define CHIP_NODE_CELLS 2.0   /* distance of nodes, in cells */
+#define CHIP_REFINE 3         /* points inserted into an interval in which the stock jumps */
+#define CHIP_JUMP 0.2         /* change from node to node, of the larger, that is a jump */
+#define CHIP_LEVEL_TOP 0.02   /* of a band's rise: columns this similar belong to a level top [6] */
+#define CHIP_MIN_CONTACT 1e-4 /* mm, smaller contact is ignored */
 
-struct chip_pose {                  /* the tool's position and heading */
-    double x, y;                /* mm, axis */
-    double hx, hy;              /* horizontal part of the direction, normalised */
-    double level;               /* length of the horizontal part, 0..1 */
-    double half_curvature;                /* half the curvature of the path, 1/mm */
-    double per_cell;            /* 1/mm, cells per mm */
+struct chip_pose {         /* the tool's position and heading */
+    double x, y;           /* mm, axis */
+    double hx, hy;         /* horizontal part of the direction, normalised */
+    double level;          /* length of the horizontal part, 0..1 */
+    double half_curvature; /* half the curvature of the path, 1/mm */
+    double per_cell;       /* 1/mm, cells per mm */
 };
 
 /* Mean height of a cell's stock between low and high, above low. */
@@ -43,9 +43,9 @@ static inline __attribute__((always_inline)) double cell_between(const struct ch
 /* Stock between low and high at a point, mm above low, interpolated between the four cells around
  * it; the cells are read once for both heights. */
 static inline __attribute__((always_inline)) double between(const struct chip_stock *stock, const struct chip_pose *at,
-                             double x, double y, double low, double high)
+                                                            double x, double y, double low, double high)
 {
-    double fx = (x - stock->x0) * at->per_cell + 0.5;   /* in cells; the ring's cell is number 0 */
+    double fx = (x - stock->x0) * at->per_cell + 0.5; /* in cells; the ring's cell is number 0 */
     double fy = (y - stock->y0) * at->per_cell + 0.5;
     const struct chip_cell *a, *b;
     double h0, h1;
@@ -69,10 +69,10 @@ static inline __attribute__((always_inline)) double between(const struct chip_st
 static inline void small_turn(double angle, double *c, double *s)
 {
     double q = angle * angle;
-    *s = angle * (1.0 - q / 6.0 * (1.0 - q / 20.0 * (1.0 - q / 42.0 * (1.0 - q / 72.0
-                  * (1.0 - q / 110.0 * (1.0 - q / 156.0))))));
-    *c = 1.0 - q / 2.0 * (1.0 - q / 12.0 * (1.0 - q / 30.0 * (1.0 - q / 56.0
-                  * (1.0 - q / 90.0 * (1.0 - q / 132.0)))));
+    *s = angle
+       * (1.0
+          - q / 6.0 * (1.0 - q / 20.0 * (1.0 - q / 42.0 * (1.0 - q / 72.0 * (1.0 - q / 110.0 * (1.0 - q / 156.0))))));
+    *c = 1.0 - q / 2.0 * (1.0 - q / 12.0 * (1.0 - q / 30.0 * (1.0 - q / 56.0 * (1.0 - q / 90.0 * (1.0 - q / 132.0)))));
 }
 
 /* Nodes round a circle. */
@@ -83,26 +83,26 @@ static inline int node_count(const struct chip_stock *stock, double radius)
     return (int)chip_clamp(n, CHIP_MIN_NODES, CHIP_MAX_NODES);
 }
 
-struct chip_band {                   /* what the integral needs of one band, at one position */
-    double radius;              /* mm */
-    double low, high;           /* mm, machine Z of its edges */
-    double margin;              /* mm in front of the band where its stock is read [4] */
-    double push;                /* the horizontal part of the direction, see band_area */
-    double fall;                /* direction cosine a falling tool adds: -dz * run / rise */
-    double outer;               /* mm, radius of the outer edge [5] */
-    const struct chip_tool_ring *ring;    /* null: a wall or a flat end */
-    int nodes;                  /* read so far */
+struct chip_band {                     /* what the integral needs of one band, at one position */
+    double radius;                     /* mm */
+    double low, high;                  /* mm, machine Z of its edges */
+    double margin;                     /* mm in front of the band where its stock is read [4] */
+    double push;                       /* the horizontal part of the direction, see band_area */
+    double fall;                       /* direction cosine a falling tool adds: -dz * run / rise */
+    double outer;                      /* mm, radius of the outer edge [5] */
+    const struct chip_tool_ring *ring; /* null: a wall or a flat end */
+    int nodes;                         /* read so far */
 };
 
 /* [7] A band of a tool that moves level: what is in front of it at one distance beside the path. */
 struct chip_strip {
-    double inner, outer;        /* mm, radii of its edges */
-    double middle;              /* mm, radius at which its stock is read, if the tool has not cut there [4] */
-    double low, high;           /* mm, machine Z of its edges */
-    double margin;              /* mm outside `outer` where its stock is read; 0: see middle */
-    double ended;               /* mm, `outer` of the whole band, where the stock may be lower than its upper edge */
-    int edged;                  /* its edge is like a wall's [8] */
-    int nodes;                  /* read so far */
+    double inner, outer; /* mm, radii of its edges */
+    double middle;       /* mm, radius at which its stock is read, if the tool has not cut there [4] */
+    double low, high;    /* mm, machine Z of its edges */
+    double margin;       /* mm outside `outer` where its stock is read; 0: see middle */
+    double ended;        /* mm, `outer` of the whole band, where the stock may be lower than its upper edge */
+    int edged;           /* its edge is like a wall's [8] */
+    int nodes;           /* read so far */
 };
 
 /* Functions of the core's own; nothing outside calls them. */
@@ -116,16 +116,16 @@ void chip_band_add(const struct chip_stock *stock, const struct chip_pose *at, s
                    struct chip_section *section);
 
 /* A flat band sweeps only when the tool falls: area in contact times the fall [1]. */
-double chip_band_flat_area(const struct chip_stock *stock, const struct chip_pose *at, const struct chip_tool_ring *ring,
-                           double z, double fall, double slab, int *nodes);
+double chip_band_flat_area(const struct chip_stock *stock, const struct chip_pose *at,
+                           const struct chip_tool_ring *ring, double z, double fall, double slab, int *nodes);
 
 /* Adds a band of a tool that moves level, or the wall of any tool. */
-void chip_strip_add(const struct chip_stock *stock, const struct chip_pose *at, const struct chip_tool *tool, double tip,
-                    struct chip_strip *strip, struct chip_section *section);
+void chip_strip_add(const struct chip_stock *stock, const struct chip_pose *at, const struct chip_tool *tool,
+                    double tip, struct chip_strip *strip, struct chip_section *section);
 
 /* The wall above the tool's end. */
-void chip_strip_add_wall(const struct chip_stock *stock, const struct chip_pose *at, const struct chip_tool *tool, double tip,
-                         double margin, struct chip_section *section);
+void chip_strip_add_wall(const struct chip_stock *stock, const struct chip_pose *at, const struct chip_tool *tool,
+                         double tip, double margin, struct chip_section *section);
 
 #pragma GCC visibility pop
 

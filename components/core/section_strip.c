@@ -3,12 +3,12 @@
  * section.h; the numbers in brackets are those of its principle. */
 #include "section_parts.h"
 
-#define CHIP_EDGE_CELLS 1.5       /* cells from a band's edge within which stock beyond it would be read [8] */
-#define CHIP_EDGE_NODES 3         /* cost of a point there, in points elsewhere */
+#define CHIP_EDGE_CELLS 1.5 /* cells from a band's edge within which stock beyond it would be read [8] */
+#define CHIP_EDGE_NODES 3   /* cost of a point there, in points elsewhere */
 /* a cell of which the tool covers less than a quarter counts less, down to nothing [8] */
 #define CHIP_PARTLY_COVERED 4.0
-#define CHIP_GAUSS_CELLS 2.5      /* width of a band, in cells, for which a pair of points is enough [7] */
-#define CHIP_GAUSS_PARTS 4        /* pairs at most */
+#define CHIP_GAUSS_CELLS 2.5 /* width of a band, in cells, for which a pair of points is enough [7] */
+#define CHIP_GAUSS_PARTS 4   /* pairs at most */
 
 /* [8] The part of a cell's stock between two heights that lies in the share k the tool is going to cover. */
 static double inside(const struct chip_stock *stock, const struct chip_cell *cell, double k, double low, double high)
@@ -23,11 +23,11 @@ static double inside(const struct chip_stock *stock, const struct chip_cell *cel
 }
 
 /* [8] As between(), of the stock nearer to the path than `edge`; the point is `side` beside it, both mm. */
-static double between_edges(const struct chip_stock *stock, const struct chip_pose *at, double x, double y,
-                            double side, double edge, double low, double high)
+static double between_edges(const struct chip_stock *stock, const struct chip_pose *at, double x, double y, double side,
+                            double edge, double low, double high)
 {
     double fx = (x - stock->x0) * at->per_cell + 0.5, fy = (y - stock->y0) * at->per_cell + 0.5;
-    double nx = side < 0.0 ? at->hy : -at->hy, ny = side < 0.0 ? -at->hx : at->hx;      /* away from the path */
+    double nx = side < 0.0 ? at->hy : -at->hy, ny = side < 0.0 ? -at->hx : at->hx; /* away from the path */
     double outside = (fabs(side) - edge) * at->per_cell, sum = 0.0, weights = 0.0;
     const struct chip_cell *cell;
     int ix, iy, i;
@@ -50,15 +50,15 @@ static double between_edges(const struct chip_stock *stock, const struct chip_po
 
 /* [7] Stock between low and the band's upper edge, in front of it `side` mm beside the path, mm; `front`: how far
  * before the axis the band's own circle is there. */
-static double met(const struct chip_stock *stock, const struct chip_pose *at, struct chip_strip *strip,
-                  double side, double front, double low)
+static double met(const struct chip_stock *stock, const struct chip_pose *at, struct chip_strip *strip, double side,
+                  double front, double low)
 {
     double ahead = front, lateral = side, x, y;
     strip->nodes++;
     if (strip->margin > 0.0) {
         double outer = strip->outer + strip->margin, ahead2 = outer * outer - side * side;
         ahead = chip_sqrt(ahead2);
-        lateral += at->half_curvature * (ahead2 - front * front);     /* the same distance beside a curved path */
+        lateral += at->half_curvature * (ahead2 - front * front); /* the same distance beside a curved path */
     } else {
         double ahead2 = strip->middle * strip->middle - side * side;
         ahead = ahead2 > 0.0 ? chip_sqrt(ahead2) : 0.0;
@@ -75,7 +75,8 @@ static double met(const struct chip_stock *stock, const struct chip_pose *at, st
 
 /* [7] The band where it has its full height, between its inner edges: mm2, trapezia across the path. Where the stock
  * jumps points are inserted. */
-static double middle_area(const struct chip_stock *stock, const struct chip_pose *at, struct chip_strip *strip, double *highest)
+static double middle_area(const struct chip_stock *stock, const struct chip_pose *at, struct chip_strip *strip,
+                          double *highest)
 {
     int n = node_count(stock, strip->inner) / 2, i, k;
     double step = CHIP_PI / n, r = strip->inner, turn_c, turn_s, fine_c, fine_s, sum = 0.0;
@@ -108,8 +109,8 @@ static double middle_area(const struct chip_stock *stock, const struct chip_pose
 
 /* [7] If the stock is no higher than the lower part of a band, the band ends there. `highest`: contact of its
  * middle. */
-static void end_at_top(const struct chip_stock *stock, const struct chip_pose *at, const struct chip_tool *tool, double tip,
-                       struct chip_strip *strip, double highest)
+static void end_at_top(const struct chip_stock *stock, const struct chip_pose *at, const struct chip_tool *tool,
+                       double tip, struct chip_strip *strip, double highest)
 {
     double top = highest, h;
     int i;
@@ -124,8 +125,8 @@ static void end_at_top(const struct chip_stock *stock, const struct chip_pose *a
 }
 
 /* [7] The band's two sides, between its inner and its outer edges: pairs of Gauss points, mm2. */
-static double rim_area(const struct chip_stock *stock, const struct chip_pose *at, const struct chip_tool *tool, double tip,
-                       struct chip_strip *strip, double *highest)
+static double rim_area(const struct chip_stock *stock, const struct chip_pose *at, const struct chip_tool *tool,
+                       double tip, struct chip_strip *strip, double *highest)
 {
     int parts = (int)chip_clamp(ceil((strip->outer - strip->inner) * at->per_cell / CHIP_GAUSS_CELLS), 1.0,
                                 CHIP_GAUSS_PARTS),
@@ -144,8 +145,8 @@ static double rim_area(const struct chip_stock *stock, const struct chip_pose *a
 }
 
 /* Adds a band of a tool that moves level, or the wall of any tool. */
-void chip_strip_add(const struct chip_stock *stock, const struct chip_pose *at, const struct chip_tool *tool, double tip,
-                      struct chip_strip *strip, struct chip_section *section)
+void chip_strip_add(const struct chip_stock *stock, const struct chip_pose *at, const struct chip_tool *tool,
+                    double tip, struct chip_strip *strip, struct chip_section *section)
 {
     double highest = 0.0, area = 0.0;
     if (strip->high <= stock->z_min) return;
@@ -160,8 +161,8 @@ void chip_strip_add(const struct chip_stock *stock, const struct chip_pose *at, 
 }
 
 /* The wall above the tool's end. */
-void chip_strip_add_wall(const struct chip_stock *stock, const struct chip_pose *at, const struct chip_tool *tool, double tip,
-                     double margin, struct chip_section *section)
+void chip_strip_add_wall(const struct chip_stock *stock, const struct chip_pose *at, const struct chip_tool *tool,
+                         double tip, double margin, struct chip_section *section)
 {
     struct chip_strip strip = {
         tool->radius, tool->radius, tool->radius, tip + tool->shoulder, 1e301, margin, tool->radius, 1, 0

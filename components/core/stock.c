@@ -4,7 +4,7 @@
 #include "chip_math.h"
 #include "stock.h"
 
-#define CHIP_FILL_SHAPED 4                /* cells of an upright box that cost as much as one of another shape */
+#define CHIP_FILL_SHAPED 4 /* cells of an upright box that cost as much as one of another shape */
 
 uint32_t chip_stock_cells(double cell, double size_x, double size_y)
 {
@@ -56,18 +56,14 @@ static int check_box(const struct chip_stock *stock, const double min[3], const 
 
 static double unit_of_drop(double low, double high) { return (high - low) / CHIP_DROP_FULL; }
 
-static int32_t cells_along(double cell, double low, double high)
-{
-    return (int32_t)ceil((high - low) / cell - 1e-9);
-}
+static int32_t cells_along(double cell, double low, double high) { return (int32_t)ceil((high - low) / cell - 1e-9); }
 
 int chip_stock_define(struct chip_stock *stock, const double min[3], const double max[3])
 {
     return chip_stock_define_turned(stock, min, max, CHIP_SHAPE_BOX, 0.0);
 }
 
-int chip_stock_define_shape(struct chip_stock *stock, const double min[3], const double max[3],
-                          int shape)
+int chip_stock_define_shape(struct chip_stock *stock, const double min[3], const double max[3], int shape)
 {
     return chip_stock_define_turned(stock, min, max, shape, 0.0);
 }
@@ -80,8 +76,7 @@ static void hull(double a, double b, double turn, double half[2])
     half[1] = turn == 0.0 ? b : a * s + b * c;
 }
 
-int chip_stock_define_turned(struct chip_stock *stock, const double min[3], const double max[3],
-                           int shape, double turn)
+int chip_stock_define_turned(struct chip_stock *stock, const double min[3], const double max[3], int shape, double turn)
 {
     double low[3] = { min[0], min[1], min[2] }, high[3] = { max[0], max[1], max[2] }, half[2];
     double a = 0.5 * (max[0] - min[0]), b = 0.5 * (max[1] - min[1]);
@@ -89,7 +84,7 @@ int chip_stock_define_turned(struct chip_stock *stock, const double min[3], cons
     if (shape == CHIP_SHAPE_CYLINDER) turn = 0.0;
     if (!chip_finite(turn) || fabs(turn) > 1e6) return CHIP_STOCK_NOT_FINITE;
     for (i = 0; i < 2; i++)
-        if (!(max[i] > min[i])) turn = 0.0;     /* check_box refuses it with the right error */
+        if (!(max[i] > min[i])) turn = 0.0; /* check_box refuses it with the right error */
     if (turn != 0.0) {
         hull(a, b, turn, half);
         for (i = 0; i < 2; i++) {
@@ -136,11 +131,9 @@ int chip_stock_sound(const struct chip_stock *stock, double cell, uint32_t capac
     if (stock->cell != cell || stock->capacity != capacity) return 0;
     if (stock->nx == 0) return 1;
     if (check_box(stock, min, max)) return 0;
-    return stock->nx == cells_along(cell, min[0], max[0])
-        && stock->ny == cells_along(cell, min[1], max[1])
-        && stock->filled >= 0 && stock->filled <= stock->ny + 2
-        && stock->drop_unit == unit_of_drop(min[2], max[2]) && box_fits(stock)
-        && chip_finite(stock->removed) && stock->removed >= 0.0;
+    return stock->nx == cells_along(cell, min[0], max[0]) && stock->ny == cells_along(cell, min[1], max[1])
+        && stock->filled >= 0 && stock->filled <= stock->ny + 2 && stock->drop_unit == unit_of_drop(min[2], max[2])
+        && box_fits(stock) && chip_finite(stock->removed) && stock->removed >= 0.0;
 }
 
 /* Integral of sqrt(1 - u^2) from 0 to u. */
@@ -152,7 +145,7 @@ static double disc_quadrant(double x, double y)
     double row;
     x = chip_clamp(x, -1.0, 1.0);
     y = chip_clamp(y, -1.0, 1.0);
-    if (x * x + y * y >= 1.0) {         /* the corner is outside: segments, or the disc without segments */
+    if (x * x + y * y >= 1.0) { /* the corner is outside: segments, or the disc without segments */
         double left = 2.0 * half_segment(x) + 0.5 * CHIP_PI;
         double below = 2.0 * half_segment(y) + 0.5 * CHIP_PI;
         if (x < 0.0 && y < 0.0) return 0.0;
@@ -160,9 +153,9 @@ static double disc_quadrant(double x, double y)
         if (y < 0.0) return below;
         return left + below - CHIP_PI;
     }
-    row = sqrt(1.0 - y * y);            /* the disc spans -row .. row at y */
+    row = sqrt(1.0 - y * y); /* the disc spans -row .. row at y */
     return y * (x + row) + half_segment(x) + half_segment(row)
-        + (y >= 0.0 ? 0.5 * CHIP_PI - 2.0 * half_segment(row) : 0.0);
+         + (y >= 0.0 ? 0.5 * CHIP_PI - 2.0 * half_segment(row) : 0.0);
 }
 
 /* Share of a cell inside the ellipse inscribed in the box, exact. */
@@ -170,13 +163,15 @@ static double in_cylinder(const struct chip_stock *stock, int ix, int iy)
 {
     double a = stock->half_x, b = stock->half_y;
     double w = stock->cell / a, h = stock->cell / b;
-    double x = ix * w - 1.0, y = iy * h - 1.0;          /* corner, in radii from the centre */
+    double x = ix * w - 1.0, y = iy * h - 1.0; /* corner, in radii from the centre */
     double near_x = chip_clamp(0.0, x, x + w), near_y = chip_clamp(0.0, y, y + h);
     double far_x = chip_max(fabs(x), fabs(x + w)), far_y = chip_max(fabs(y), fabs(y + h));
     if (near_x * near_x + near_y * near_y >= 1.0) return 0.0;
     if (far_x * far_x + far_y * far_y <= 1.0) return 1.0;
-    return chip_clamp((disc_quadrant(x + w, y + h) - disc_quadrant(x, y + h)
-                     - disc_quadrant(x + w, y) + disc_quadrant(x, y)) / (w * h), 0.0, 1.0);
+    return chip_clamp(
+        (disc_quadrant(x + w, y + h) - disc_quadrant(x, y + h) - disc_quadrant(x + w, y) + disc_quadrant(x, y))
+            / (w * h),
+        0.0, 1.0);
 }
 
 /* Keeps the part of a polygon of n corners where u * point[k] <= limit; returns its corners. */
@@ -219,8 +214,7 @@ static double in_box(const struct chip_stock *stock, int ix, int iy, double c, d
         point[i][0] = u + c * a + s * b;
         point[i][1] = v + c * b - s * a;
     }
-    for (i = 0; i < 4; i++)
-        n = clip(point, n, i / 2, i % 2 ? 1.0 : -1.0, i / 2 ? stock->half_y : stock->half_x);
+    for (i = 0; i < 4; i++) n = clip(point, n, i / 2, i % 2 ? 1.0 : -1.0, i / 2 ? stock->half_y : stock->half_x);
     for (i = 0; i < n; i++) {
         const double *p = point[i], *q = point[i + 1 < n ? i + 1 : 0];
         area += 0.5 * (p[0] * q[1] - p[1] * q[0]);
@@ -267,24 +261,20 @@ int chip_stock_fill(struct chip_stock *stock, int max_cells)
     return stock->filled >= rows;
 }
 
-int chip_stock_ready(const struct chip_stock *stock)
-{
-    return stock->nx > 0 && stock->filled >= stock->ny + 2;
-}
+int chip_stock_ready(const struct chip_stock *stock) { return stock->nx > 0 && stock->filled >= stock->ny + 2; }
 
 double chip_stock_volume(const struct chip_stock *stock)
 {
     double sum = 0.0;
     int ix, iy;
     for (iy = 0; iy < stock->ny; iy++)
-        for (ix = 0; ix < stock->nx; ix++)
-            sum += chip_cell_above(stock, chip_stock_cell(stock, ix, iy), stock->z_min);
+        for (ix = 0; ix < stock->nx; ix++) sum += chip_cell_above(stock, chip_stock_cell(stock, ix, iy), stock->z_min);
     return sum * stock->cell * stock->cell;
 }
 
 double chip_stock_above(const struct chip_stock *stock, double x, double y, double floor)
 {
-    double fx = (x - stock->x0) / stock->cell + 0.5;    /* in cells; the ring's cell is number 0 */
+    double fx = (x - stock->x0) / stock->cell + 0.5; /* in cells; the ring's cell is number 0 */
     double fy = (y - stock->y0) / stock->cell + 0.5;
     const struct chip_cell *a, *b;
     int ix, iy;

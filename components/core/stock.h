@@ -31,63 +31,63 @@
 
 #include "fault.h"
 
-#define CHIP_STOCK_MAGIC 0x43575354u      /* "CWST" */
+#define CHIP_STOCK_MAGIC 0x43575354u /* "CWST" */
 #define CHIP_STOCK_VERSION 2u
-#define CHIP_FULL 65535                   /* a share of one, in cell units */
-#define CHIP_DROP_FULL 32767              /* the whole height of the stock, in steps of `drop` */
-#define CHIP_RIM 0x8000                   /* in `drop`: a cell on the outline of the stock box */
-#define CHIP_RIM_TWO 0x4000               /* and part of it is cut; then */
-#define CHIP_RIM_DROP 1023                /* the whole height, */
-#define CHIP_RIM_CUT 511                  /* a share of one that is cut, */
-#define CHIP_RIM_GONE 2047                /* and a share of one without stock have these steps */
+#define CHIP_FULL 65535      /* a share of one, in cell units */
+#define CHIP_DROP_FULL 32767 /* the whole height of the stock, in steps of `drop` */
+#define CHIP_RIM 0x8000      /* in `drop`: a cell on the outline of the stock box */
+#define CHIP_RIM_TWO 0x4000  /* and part of it is cut; then */
+#define CHIP_RIM_DROP 1023   /* the whole height, */
+#define CHIP_RIM_CUT 511     /* a share of one that is cut, */
+#define CHIP_RIM_GONE 2047   /* and a share of one without stock have these steps */
 
-#define CHIP_MAX_CELLS (1u << 28)       /* of a map: 2 GiB */
-#define CHIP_MIN_CELL 1e-3            /* mm; smaller ones overflow the index of a position far from the map */
-#define CHIP_MAX_CELL 100.0            /* mm */
-#define CHIP_MIN_SIZE 1e-3            /* mm, of a stock box in X, Y and Z */
-#define CHIP_MAX_COORDINATE 1e6               /* mm, of a stock box's corner from machine zero */
+#define CHIP_MAX_CELLS (1u << 28) /* of a map: 2 GiB */
+#define CHIP_MIN_CELL 1e-3        /* mm; smaller ones overflow the index of a position far from the map */
+#define CHIP_MAX_CELL 100.0       /* mm */
+#define CHIP_MIN_SIZE 1e-3        /* mm, of a stock box in X, Y and Z */
+#define CHIP_MAX_COORDINATE 1e6   /* mm, of a stock box's corner from machine zero */
 
 enum chip_stock_error {
     CHIP_STOCK_OK = 0,
-    CHIP_STOCK_NOT_FINITE = 1,    /* a corner of the box is NaN or farther than CHIP_MAX_COORDINATE */
-    CHIP_STOCK_EMPTY = 2,         /* max is not CHIP_MIN_SIZE greater than min in some axis */
-    CHIP_STOCK_TOO_LARGE = 3,     /* the box needs more cells than the map has */
-    CHIP_STOCK_UNSOUND = 4        /* another program has written something that cannot be a map */
+    CHIP_STOCK_NOT_FINITE = 1, /* a corner of the box is NaN or farther than CHIP_MAX_COORDINATE */
+    CHIP_STOCK_EMPTY = 2,      /* max is not CHIP_MIN_SIZE greater than min in some axis */
+    CHIP_STOCK_TOO_LARGE = 3,  /* the box needs more cells than the map has */
+    CHIP_STOCK_UNSOUND = 4     /* another program has written something that cannot be a map */
 };
 
 enum chip_stock_shape {
     CHIP_SHAPE_BOX = 0,
-    CHIP_SHAPE_CYLINDER = 1       /* along Z, inscribed in the box: an ellipse if the box is not square */
+    CHIP_SHAPE_CYLINDER = 1 /* along Z, inscribed in the box: an ellipse if the box is not square */
 };
 
 struct chip_cell {
-    float top;                  /* mm, machine Z of the uncut part */
-    uint16_t drop;              /* cut part lies drop * drop_unit below top */
-    uint16_t cut;               /* share of the cell that is cut, 0..CHIP_FULL; 0: drop is 0 too */
+    float top;     /* mm, machine Z of the uncut part */
+    uint16_t drop; /* cut part lies drop * drop_unit below top */
+    uint16_t cut;  /* share of the cell that is cut, 0..CHIP_FULL; 0: drop is 0 too */
 }; /* with CHIP_RIM alone: cut is the share gone; with CHIP_RIM_TWO: drop has 4 low bits of the cut share and 10 of the
          * drop, cut 11 bits of the share gone and 5 high bits of the cut share */
 
-struct chip_levels {              /* content of a cell */
-    double top, low;            /* mm, machine Z of its uncut and its cut part */
-    double cut;                 /* share of its stock that is cut */
-    double gone;                /* share of the cell that is outside the stock box */
+struct chip_levels { /* content of a cell */
+    double top, low; /* mm, machine Z of its uncut and its cut part */
+    double cut;      /* share of its stock that is cut */
+    double gone;     /* share of the cell that is outside the stock box */
 };
 
 struct chip_stock {
     uint32_t magic, version;
-    volatile uint32_t generation;   /* odd while a cell or the head is being written */
-    uint32_t capacity;          /* cells behind this head, ring included */
-    double cell;                /* mm, side of a cell */
-    double x0, y0;              /* mm, machine coordinates of the map's corner (inside the ring) [6] */
-    double z_min, z_max;        /* mm, bottom and top of the stock box */
-    double x_max, y_max;        /* mm, far corner of the map [6] */
-    double drop_unit;           /* mm per step of chip_cell.drop */
-    int32_t nx, ny;             /* cells in use, ring not counted */
-    int32_t filled;             /* rows filled so far, ring included; ny + 2 when ready */
-    int32_t shape;              /* chip_stock_shape */
-    double removed;             /* mm3 cut since the map was defined */
-    double half_x, half_y;      /* mm, half the sides of the stock box */
-    double turn;                /* rad it is turned by, counter-clockwise [6] */
+    volatile uint32_t generation; /* odd while a cell or the head is being written */
+    uint32_t capacity;            /* cells behind this head, ring included */
+    double cell;                  /* mm, side of a cell */
+    double x0, y0;                /* mm, machine coordinates of the map's corner (inside the ring) [6] */
+    double z_min, z_max;          /* mm, bottom and top of the stock box */
+    double x_max, y_max;          /* mm, far corner of the map [6] */
+    double drop_unit;             /* mm per step of chip_cell.drop */
+    int32_t nx, ny;               /* cells in use, ring not counted */
+    int32_t filled;               /* rows filled so far, ring included; ny + 2 when ready */
+    int32_t shape;                /* chip_stock_shape */
+    double removed;               /* mm3 cut since the map was defined */
+    double half_x, half_y;        /* mm, half the sides of the stock box */
+    double turn;                  /* rad it is turned by, counter-clockwise [6] */
     struct chip_cell cells[];     /* (ny + 2) rows of (nx + 2) */
 };
 
@@ -106,13 +106,12 @@ void chip_stock_init(struct chip_stock *stock, double cell, uint32_t capacity);
 int chip_stock_define(struct chip_stock *stock, const double min[3], const double max[3]);
 
 /* The same with a shape in the box; an unknown shape means the box. */
-int chip_stock_define_shape(struct chip_stock *stock, const double min[3], const double max[3],
-                          int shape);
+int chip_stock_define_shape(struct chip_stock *stock, const double min[3], const double max[3], int shape);
 
 /* The same; the box min..max is turned about its middle by `turn` (rad, counter-clockwise). A cylinder is not
  * turned. */
-int chip_stock_define_turned(struct chip_stock *stock, const double min[3], const double max[3],
-                           int shape, double turn);
+int chip_stock_define_turned(struct chip_stock *stock, const double min[3], const double max[3], int shape,
+                             double turn);
 
 /* Fills at most max_cells cells of a defined map (at least one row); returns 1 when done. */
 int chip_stock_fill(struct chip_stock *stock, int max_cells);
@@ -141,8 +140,7 @@ __attribute__((visibility("hidden"))) void chip_cell_set_rim(const struct chip_s
 double chip_rim_between(const struct chip_stock *stock, const struct chip_cell *cell, double low, double high);
 
 /* Mean height of a cell above `floor` (mm, parts below it count 0). */
-static inline double chip_cell_above(const struct chip_stock *stock, const struct chip_cell *cell,
-                                   double floor)
+static inline double chip_cell_above(const struct chip_stock *stock, const struct chip_cell *cell, double floor)
 {
     double high = (double)cell->top - floor, low;
     if (high <= 0.0) return 0.0;
@@ -165,7 +163,7 @@ double chip_cell_wedge(double outside, double nx, double ny);
  * the outward normal (ex, ey): the stock lies on one side of the cell, as the tool does. (x, y): the cell's middle,
  * mm. */
 double chip_rim_covered(const struct chip_stock *stock, const struct chip_cell *cell, double x, double y, double k,
-                      double ex, double ey);
+                        double ex, double ey);
 
 /* Between these two, cells and head may be written; a reader that finds the generation odd, or
  * changed, has to read again. */

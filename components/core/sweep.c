@@ -2,9 +2,9 @@
 /* sweep.c - see sweep.h; the numbers in brackets are those of its principle. */
 #include "sweep_segment.h"
 
-#define CHIP_MERGE_DEVIATION 1e-3           /* mm a merged segment may deviate, at most [5] */
-#define CHIP_BACK_CELLS 1.5           /* cells of the path before a segment that count for a round end [4] */
-#define CHIP_HEADING_CORNER 0.1             /* rad, a larger turn is a corner */
+#define CHIP_MERGE_DEVIATION 1e-3 /* mm a merged segment may deviate, at most [5] */
+#define CHIP_BACK_CELLS 1.5       /* cells of the path before a segment that count for a round end [4] */
+#define CHIP_HEADING_CORNER 0.1   /* rad, a larger turn is a corner */
 /* of the radius: an end that meets stock only up to there has no outline in it */
 #define CHIP_INNER_SHARE 0.98
 
@@ -35,7 +35,7 @@ static int continues_straight(struct chip_sweep *sweep, const double tip[3])
     const double *begin = sweep->waiting > 1 ? sweep->queue[sweep->waiting - 2] : sweep->at;
     double along = 0.0, whole2 = 0.0, first2 = 0.0, deviation;
     int i;
-    if (sweep->waiting == 1 && sweep->row >= 0) return 0;       /* part of it is cut */
+    if (sweep->waiting == 1 && sweep->row >= 0) return 0; /* part of it is cut */
     for (i = 0; i < 3; i++) {
         along += (end[i] - begin[i]) * (tip[i] - begin[i]);
         whole2 += (tip[i] - begin[i]) * (tip[i] - begin[i]);
@@ -57,10 +57,11 @@ void chip_sweep_to(struct chip_sweep *sweep, const double tip[3])
         return;
     }
     if (!sweep->waiting && sweep->start_is_cut && tip[0] == sweep->at[0] && tip[1] == sweep->at[1]
-        && tip[2] == sweep->at[2]) return;      /* it is at rest, and all is cut */
+        && tip[2] == sweep->at[2])
+        return; /* it is at rest, and all is cut */
     if (sweep->waiting == 0 || !continues_straight(sweep, tip)) {
         sweep->deviation = 0.0;
-        if (sweep->waiting < CHIP_SWEEP_QUEUE) sweep->waiting++;  /* otherwise the newest is replaced [2] */
+        if (sweep->waiting < CHIP_SWEEP_QUEUE) sweep->waiting++; /* otherwise the newest is replaced [2] */
     }
     slot = sweep->waiting - 1;
     for (i = 0; i < 3; i++) sweep->queue[slot][i] = tip[i];
@@ -96,15 +97,19 @@ static void note_straight(struct chip_sweep *sweep, const double from[3], const 
 }
 
 static struct chip_sweep_segment make_segment(const struct chip_sweep *sweep, const struct chip_stock *stock,
-                           const struct chip_tool *tool, long *work)
+                                              const struct chip_tool *tool, long *work)
 {
     const double *from = sweep->at, *to = sweep->queue[0];
     struct chip_sweep_segment segment;
     double inner;
     int level_or_up = to[2] >= from[2];
 
-    segment.x = from[0]; segment.y = from[1]; segment.z = from[2];
-    segment.dx = to[0] - from[0]; segment.dy = to[1] - from[1]; segment.dz = to[2] - from[2];
+    segment.x = from[0];
+    segment.y = from[1];
+    segment.z = from[2];
+    segment.dx = to[0] - from[0];
+    segment.dy = to[1] - from[1];
+    segment.dz = to[2] - from[2];
     segment.length2 = segment.dx * segment.dx + segment.dy * segment.dy;
     segment.length = chip_sqrt(segment.length2);
     segment.per_length2 = segment.length2 > 0.0 ? 1.0 / segment.length2 : 0.0;
@@ -126,7 +131,7 @@ static struct chip_sweep_segment make_segment(const struct chip_sweep *sweep, co
     segment.flat = segment.flat_end && segment.dz == 0.0;
     segment.skip_disc = sweep->start_is_cut && level_or_up && segment.floor2 > 0.0;
     segment.skip_back = sweep->start_is_cut && level_or_up;
-    if (segment.skip_back && segment.length2 <= 0.0) segment.reach = 0.0;      /* a retract cuts nothing */
+    if (segment.skip_back && segment.length2 <= 0.0) segment.reach = 0.0; /* a retract cuts nothing */
     segment.work = work;
     return segment;
 }
@@ -157,8 +162,8 @@ static void advance(struct chip_sweep *sweep)
     sweep->row = -1;
 }
 
-double chip_sweep_run(struct chip_sweep *sweep, struct chip_stock *stock, const struct chip_tool *tool,
-                    long bound, long *spent)
+double chip_sweep_run(struct chip_sweep *sweep, struct chip_stock *stock, const struct chip_tool *tool, long bound,
+                      long *spent)
 {
     double removed = 0.0;
     long work = 0;
@@ -187,9 +192,8 @@ double chip_sweep_run(struct chip_sweep *sweep, struct chip_stock *stock, const 
     return removed;
 }
 
-double chip_sweep_meets(const struct chip_stock *stock, const struct chip_tool *tool,
-                      const double from[3], const double to[3], int start_is_cut, double enough,
-                      long *spent)
+double chip_sweep_meets(const struct chip_stock *stock, const struct chip_tool *tool, const double from[3],
+                        const double to[3], int start_is_cut, double enough, long *spent)
 {
     struct chip_sweep sweep;
     struct chip_sweep_segment segment;

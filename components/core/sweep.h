@@ -28,19 +28,19 @@
 #include "stock.h"
 #include "tool.h"
 
-#define CHIP_SWEEP_QUEUE 16       /* positions that may wait */
+#define CHIP_SWEEP_QUEUE 16 /* positions that may wait */
 
 struct chip_sweep {
-    double at[3];               /* mm, tip: everything up to here is cut */
-    double queue[CHIP_SWEEP_QUEUE][3];    /* mm, tips still to go to, oldest first */
-    int waiting;                /* entries in use */
-    int known;                  /* `at` is a position of the tool */
-    int start_is_cut;           /* the tool, as it is now, has cut all round at `at` */
-    int row, row_end;           /* rows of the segment to queue[0] still to be cut; row < 0: not begun */
-    int column;                 /* the first column of that row still to be cut */
-    double heading[2];          /* unit vector of the last segment, */
-    double straight;            /* mm it went level and straight, as far as a round end needs it [4] */
-    double deviation;           /* mm the newest segment deviates by because it was merged [5] */
+    double at[3];                      /* mm, tip: everything up to here is cut */
+    double queue[CHIP_SWEEP_QUEUE][3]; /* mm, tips still to go to, oldest first */
+    int waiting;                       /* entries in use */
+    int known;                         /* `at` is a position of the tool */
+    int start_is_cut;                  /* the tool, as it is now, has cut all round at `at` */
+    int row, row_end;                  /* rows of the segment to queue[0] still to be cut; row < 0: not begun */
+    int column;                        /* the first column of that row still to be cut */
+    double heading[2];                 /* unit vector of the last segment, */
+    double straight;                   /* mm it went level and straight, as far as a round end needs it [4] */
+    double deviation;                  /* mm the newest segment deviates by because it was merged [5] */
 };
 
 /* Puts the tool at a position without cutting (start, tool change, after a jump). */
@@ -51,13 +51,12 @@ void chip_sweep_to(struct chip_sweep *sweep, const double tip[3]);
 
 /* Works on the queue until it is empty or the work reaches `bound`; returns the volume removed, mm3.
  * `*spent`, if not null, is increased by the work. */
-double chip_sweep_run(struct chip_sweep *sweep, struct chip_stock *stock, const struct chip_tool *tool,
-                      long bound, long *spent);
+double chip_sweep_run(struct chip_sweep *sweep, struct chip_stock *stock, const struct chip_tool *tool, long bound,
+                      long *spent);
 
 /* Volume (mm3) the straight path between two tips would remove; nothing is cut. `start_is_cut`: the tool
  * has cut all round at `from`. Stops after a row when `enough` mm3 are found. */
-double chip_sweep_meets(const struct chip_stock *stock, const struct chip_tool *tool,
-                        const double from[3], const double to[3], int start_is_cut, double enough,
-                        long *spent);
+double chip_sweep_meets(const struct chip_stock *stock, const struct chip_tool *tool, const double from[3],
+                        const double to[3], int start_is_cut, double enough, long *spent);
 
 #endif

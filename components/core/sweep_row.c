@@ -3,18 +3,18 @@
  * those of its principle. */
 #include "sweep_segment.h"
 
-#define CHIP_MAX_HALVINGS 24        /* halvings that find the lowest tool position over a cell */
-#define CHIP_WORK_ROW 35          /* work of a row, in cells of a flat end: about a dozen instructions each [2] */
-#define CHIP_ROWS_AHEAD 3         /* rows between the one that is cut and the one that is prefetched */
-#define CHIP_WORK_EDGE 20         /* of a cell on the outline */
-#define CHIP_WORK_RIM 20          /* more, if it is on the stock's rim too */
-#define CHIP_WORK_LOWEST 14       /* of the lowest tool position over a point */
-#define CHIP_WORK_HALVING 12      /* of each halving for that */
-#define CHIP_WORK_CURVED 14       /* of a cell below an end that is not flat */
-#define CHIP_GAUSS_REACH 0.41     /* cells from a cell's middle to the points it is read at */
-#define CHIP_HALVING_END 1e-4            /* mm, where the halving ends */
+#define CHIP_MAX_HALVINGS 24  /* halvings that find the lowest tool position over a cell */
+#define CHIP_WORK_ROW 35      /* work of a row, in cells of a flat end: about a dozen instructions each [2] */
+#define CHIP_ROWS_AHEAD 3     /* rows between the one that is cut and the one that is prefetched */
+#define CHIP_WORK_EDGE 20     /* of a cell on the outline */
+#define CHIP_WORK_RIM 20      /* more, if it is on the stock's rim too */
+#define CHIP_WORK_LOWEST 14   /* of the lowest tool position over a point */
+#define CHIP_WORK_HALVING 12  /* of each halving for that */
+#define CHIP_WORK_CURVED 14   /* of a cell below an end that is not flat */
+#define CHIP_GAUSS_REACH 0.41 /* cells from a cell's middle to the points it is read at */
+#define CHIP_HALVING_END 1e-4 /* mm, where the halving ends */
 
-#define CHIP_INLINE inline __attribute__((always_inline))    /* executed for every cell */
+#define CHIP_INLINE inline __attribute__((always_inline)) /* executed for every cell */
 
 /* Distance^2 of a point (relative to the segment's start) from the tool's axis at t. */
 static CHIP_INLINE double axis_distance2(const struct chip_sweep_segment *segment, double px, double py, double t)
@@ -38,15 +38,15 @@ static CHIP_INLINE double profile(const struct chip_tool *tool, double r2)
     return rest > 0.0 ? tool->corner - chip_sqrt(rest) : tool->corner;
 }
 
-static double height_at(const struct chip_sweep_segment *segment, const struct chip_tool *tool,
-                               double px, double py, double t)
+static double height_at(const struct chip_sweep_segment *segment, const struct chip_tool *tool, double px, double py,
+                        double t)
 {
     return segment->z + t * segment->dz + profile(tool, axis_distance2(segment, px, py, t));
 }
 
 /* The part [lo, hi] of the segment in which the tool's disc covers the point; 0 if none. */
-static int covering(const struct chip_sweep_segment *segment, double radius, double px, double py,
-                    double *lo, double *hi)
+static int covering(const struct chip_sweep_segment *segment, double radius, double px, double py, double *lo,
+                    double *hi)
 {
     double along = px * segment->dx + py * segment->dy;
     double off2 = px * px + py * py - radius * radius;
@@ -74,24 +74,26 @@ static int rises(const struct chip_sweep_segment *segment, const struct chip_too
 /* Lowest tool surface over a point along the segment. The height is convex in t (a convex
  * profile of a distance that is convex in t, plus a straight slope): its minimum is at an end of the part
  * that covers the point, or halving finds it [3]. */
-static double lowest(const struct chip_sweep_segment *segment, const struct chip_tool *tool,
-                     double px, double py, double nearest)
+static double lowest(const struct chip_sweep_segment *segment, const struct chip_tool *tool, double px, double py,
+                     double nearest)
 {
     double lo, hi;
     int i;
     *segment->work += CHIP_WORK_LOWEST;
     if (segment->dz == 0.0) return height_at(segment, tool, px, py, nearest);
     if (segment->dz < 0.0 && axis_distance2(segment, px, py, 1.0) <= tool->r_flat * tool->r_flat)
-        return segment->z + segment->dz;                /* nothing is lower than the end of the segment */
-    if (!covering(segment, tool->radius, px, py, &lo, &hi))
-        return height_at(segment, tool, px, py, nearest);
+        return segment->z + segment->dz; /* nothing is lower than the end of the segment */
+    if (!covering(segment, tool->radius, px, py, &lo, &hi)) return height_at(segment, tool, px, py, nearest);
     if (chip_tool_is_flat(tool) || segment->length2 <= 0.0)
         return height_at(segment, tool, px, py, segment->dz < 0.0 ? hi : lo);
     if (!rises(segment, tool, px, py, hi)) return height_at(segment, tool, px, py, hi);
     if (rises(segment, tool, px, py, lo)) return height_at(segment, tool, px, py, lo);
     for (i = 0; i < CHIP_MAX_HALVINGS && (hi - lo) * segment->length > CHIP_HALVING_END; i++) {
         double t = 0.5 * (lo + hi);
-        if (rises(segment, tool, px, py, t)) hi = t; else lo = t;
+        if (rises(segment, tool, px, py, t))
+            hi = t;
+        else
+            lo = t;
     }
     *segment->work += CHIP_WORK_HALVING * i;
     return height_at(segment, tool, px, py, 0.5 * (lo + hi));
@@ -102,7 +104,7 @@ static CHIP_INLINE double nearest_on(const struct chip_sweep_segment *segment, d
 {
     double t = (px * segment->dx + py * segment->dy) * segment->per_length2;
     CHIP_FAULT(PLUNGE_OUTLINE_MISSED, if (segment->length2 <= 0.0) return 0.0);
-    if (segment->length2 <= 0.0) return segment->dz < 0.0 ? 1.0 : 0.0;      /* the lower end of a plunge */
+    if (segment->length2 <= 0.0) return segment->dz < 0.0 ? 1.0 : 0.0; /* the lower end of a plunge */
     return t < segment->earliest ? segment->earliest : (t > 1.0 ? 1.0 : t);
 }
 
@@ -112,19 +114,21 @@ static CHIP_INLINE double nearest_on(const struct chip_sweep_segment *segment, d
 static double cut_curved(const struct chip_sweep_segment *segment, const struct chip_stock *stock,
                          const struct chip_tool *tool, struct chip_cell *cell, double px, double py)
 {
-    double step = stock->cell * 0.28867513459481287;    /* Gauss points: cell / (2 sqrt 3) */
+    double step = stock->cell * 0.28867513459481287; /* Gauss points: cell / (2 sqrt 3) */
     double z[4], mean, gx, gy, slope, over, share, below;
     int i;
     *segment->work += CHIP_WORK_CURVED;
     for (i = 0; i < 4; i++) {
         double qx = px + (i & 1 ? step : -step), qy = py + (i & 2 ? step : -step);
         double t = nearest_on(segment, qx, qy);
-        if (segment->dz == 0.0) z[i] = segment->z + profile(tool, axis_distance2(segment, qx, qy, t));
-        else z[i] = lowest(segment, tool, qx, qy, t);
+        if (segment->dz == 0.0)
+            z[i] = segment->z + profile(tool, axis_distance2(segment, qx, qy, t));
+        else
+            z[i] = lowest(segment, tool, qx, qy, t);
     }
     mean = 0.25 * (z[0] + z[1] + z[2] + z[3]);
     if (cell->top < (float)stock->z_max && !CHIP_FAULTY(ROUND_END_AGAIN)) return chip_cell_cut(stock, cell, 1.0, mean);
-    gx = 0.8660254037844386 * (z[1] + z[3] - z[0] - z[2]);      /* rise of the plane over the cell */
+    gx = 0.8660254037844386 * (z[1] + z[3] - z[0] - z[2]); /* rise of the plane over the cell */
     gy = 0.8660254037844386 * (z[2] + z[3] - z[0] - z[1]);
     over = mean - (double)cell->top;
     if (over <= -0.5 * (fabs(gx) + fabs(gy))) return chip_cell_cut(stock, cell, 1.0, mean);
@@ -139,8 +143,8 @@ static double cut_curved(const struct chip_sweep_segment *segment, const struct 
 /* A cell on the outline of the sweep: the share inside, at the height of the middle of that
  * share. */
 static double cut_edge(const struct chip_sweep_segment *segment, const struct chip_stock *stock,
-                       const struct chip_tool *tool, struct chip_cell *cell,
-                       double px, double py, double t, double distance)
+                       const struct chip_tool *tool, struct chip_cell *cell, double px, double py, double t,
+                       double distance)
 {
     double ex = (px - t * segment->dx) / distance, ey = (py - t * segment->dy) / distance;
     double k = chip_cell_covered((distance - tool->radius) / stock->cell, ex, ey);
@@ -160,7 +164,7 @@ static double cut_edge(const struct chip_sweep_segment *segment, const struct ch
 
 /* A cell well below a flat end, or below the flat part of one, that is at height z. */
 static CHIP_INLINE double cut_inside(const struct chip_sweep_segment *segment, const struct chip_stock *stock,
-                                   struct chip_cell *cell, double z)
+                                     struct chip_cell *cell, double z)
 {
     double removed;
     if (cell->cut) return chip_cell_cut(stock, cell, 1.0, z);
@@ -173,7 +177,7 @@ static CHIP_INLINE double cut_inside(const struct chip_sweep_segment *segment, c
 
 /* One cell; its centre is (px, py) from the segment's start. */
 static CHIP_INLINE double cut_cell(const struct chip_sweep_segment *segment, const struct chip_stock *stock,
-                              const struct chip_tool *tool, struct chip_cell *cell, double px, double py)
+                                   const struct chip_tool *tool, struct chip_cell *cell, double px, double py)
 {
     double t, distance2;
     if (segment->bottom >= cell->top) return 0.0;
@@ -212,14 +216,17 @@ static void widen_side(double x, double y0, double dx, double dy, double y, doub
 
 /* Removes from [lo, hi] what lies behind the segment's start: there the segment does not come nearer than the
  * one before did [4]. Cells of a curved end are read at four points, some of them before their middle. */
-static void drop_behind(const struct chip_sweep_segment *segment, const struct chip_stock *stock, double y,
-                        double *lo, double *hi)
+static void drop_behind(const struct chip_sweep_segment *segment, const struct chip_stock *stock, double y, double *lo,
+                        double *hi)
 {
-    double keep = (segment->flat_end ? 0.0 : CHIP_GAUSS_REACH * stock->cell * segment->length)
-        + (y - segment->y) * segment->dy;
-    if (segment->dx > 0.0) *lo = chip_max(*lo, segment->x - keep / segment->dx);
-    else if (segment->dx < 0.0) *hi = chip_min(*hi, segment->x - keep / segment->dx);
-    else if (keep < 0.0) *hi = *lo - 1.0;
+    double keep =
+        (segment->flat_end ? 0.0 : CHIP_GAUSS_REACH * stock->cell * segment->length) + (y - segment->y) * segment->dy;
+    if (segment->dx > 0.0)
+        *lo = chip_max(*lo, segment->x - keep / segment->dx);
+    else if (segment->dx < 0.0)
+        *hi = chip_min(*hi, segment->x - keep / segment->dx);
+    else if (keep < 0.0)
+        *hi = *lo - 1.0;
 }
 
 /* Columns of a row that the capsule, a margin wider, touches; empty: first > last [1]. */
@@ -247,8 +254,8 @@ static struct chip_span row_span(const struct chip_sweep_segment *segment, const
 }
 
 /* Columns of the row well inside the flat part of the end at (x, y); empty: first > last. */
-static struct chip_span row_floor(const struct chip_sweep_segment *segment, const struct chip_stock *stock, double x, double y,
-                             int iy)
+static struct chip_span row_floor(const struct chip_sweep_segment *segment, const struct chip_stock *stock, double x,
+                                  double y, int iy)
 {
     double row = stock->y0 + (iy + 0.5) * stock->cell - y, half = segment->floor2 - row * row;
     struct chip_span span = { 1, 0 };
@@ -263,8 +270,8 @@ static struct chip_span row_floor(const struct chip_sweep_segment *segment, cons
 
 /* Cells below the flat part of the end at the end of a segment that does not rise: nothing of
  * the segment is lower. */
-static double cut_floor(const struct chip_sweep_segment *segment, const struct chip_stock *stock, struct chip_cell *cell,
-                        int count, int dry)
+static double cut_floor(const struct chip_sweep_segment *segment, const struct chip_stock *stock,
+                        struct chip_cell *cell, int count, int dry)
 {
     double z = chip_max(segment->z + segment->dz, stock->z_min), sum = 0.0, walls = 0.0;
     float low = segment->bottom;
@@ -294,13 +301,13 @@ static CHIP_INLINE void fetch_row(const struct chip_cell *row, const struct chip
 /* Cuts one row of a segment, or copies of its cells (`dry`), from a column on; returns the volume in mm3.
  * `*column` is where to continue: beyond the row if it is done, otherwise the bound
  * on the work was reached [2]. */
-double chip_sweep_row(const struct chip_sweep_segment *segment, const struct chip_stock *stock, const struct chip_tool *tool,
-                      int iy, int dry, int *column, long bound)
+double chip_sweep_row(const struct chip_sweep_segment *segment, const struct chip_stock *stock,
+                      const struct chip_tool *tool, int iy, int dry, int *column, long bound)
 {
     struct chip_span span = row_span(segment, stock, iy), none = { 1, 0 };
     struct chip_span skip = segment->skip_disc ? row_floor(segment, stock, segment->x, segment->y, iy) : none;
-    struct chip_span floor_span = segment->dz <= 0.0
-        ? row_floor(segment, stock, segment->x + segment->dx, segment->y + segment->dy, iy) : none;
+    struct chip_span floor_span =
+        segment->dz <= 0.0 ? row_floor(segment, stock, segment->x + segment->dx, segment->y + segment->dy, iy) : none;
     double y = stock->y0 + (iy + 0.5) * stock->cell - segment->y;
     double x0 = stock->x0 + 0.5 * stock->cell - segment->x, removed = 0.0;
     struct chip_cell *row = chip_stock_cell(stock, 0, iy), copy;

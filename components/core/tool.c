@@ -3,8 +3,8 @@
 #include "chip_math.h"
 #include "tool.h"
 
-#define CHIP_TOOL_TIP_RINGS 4     /* of the arc at the tip of a cone, which is small */
-#define CHIP_STEEPEST 1e6         /* slope given for a vertical tangent; keeps products finite */
+#define CHIP_TOOL_TIP_RINGS 4 /* of the arc at the tip of a cone, which is small */
+#define CHIP_STEEPEST 1e6     /* slope given for a vertical tangent; keeps products finite */
 
 static double arc_height(const struct chip_tool *tool, double r)
 {
@@ -76,8 +76,7 @@ void chip_tool_set_profile(struct chip_tool *tool, double radius, double corner,
     tool->shoulder = tool->arc_top + tool->slope * (radius - tool->r_arc);
 }
 
-int chip_tool_init(struct chip_tool *tool, double diameter, double corner_radius,
-                 double tip_angle, double flute_length)
+int chip_tool_init(struct chip_tool *tool, double diameter, double corner_radius, double tip_angle, double flute_length)
 {
     double radius = 0.5 * diameter;
 
@@ -123,10 +122,7 @@ double chip_tool_reach(const struct chip_tool *tool, double height)
     return tool->r_flat + sqrt(tool->corner * tool->corner - rest * rest);
 }
 
-int chip_tool_is_flat(const struct chip_tool *tool)
-{
-    return tool->r_flat >= tool->radius;
-}
+int chip_tool_is_flat(const struct chip_tool *tool) { return tool->r_flat >= tool->radius; }
 
 void chip_tool_profile_part(const struct chip_tool *tool, const struct chip_tool_ring *whole, double inner,
                             double outer, struct chip_tool_ring *part)

@@ -16,47 +16,47 @@
 #ifndef CHIPWISE_TOOL_H
 #define CHIPWISE_TOOL_H
 
-#define CHIP_TOOL_RINGS 12        /* bands the end of the tool is divided into for section.c */
+#define CHIP_TOOL_RINGS 12 /* bands the end of the tool is divided into for section.c */
 
-#define CHIP_MIN_TOOL_DIAMETER 1e-3    /* mm, diameter */
-#define CHIP_MAX_TOOL_DIAMETER 2000.0   /* mm, diameter */
-#define CHIP_MIN_TIP_ANGLE 0.1      /* degrees; a sharper cone is a needle: its slope would be in the thousands */
-#define CHIP_MAX_FLUTE_LENGTH 1e4  /* mm */
+#define CHIP_MIN_TOOL_DIAMETER 1e-3   /* mm, diameter */
+#define CHIP_MAX_TOOL_DIAMETER 2000.0 /* mm, diameter */
+#define CHIP_MIN_TIP_ANGLE 0.1        /* degrees; a sharper cone is a needle: its slope would be in the thousands */
+#define CHIP_MAX_FLUTE_LENGTH 1e4     /* mm */
 
 enum chip_tool_error {
     CHIP_TOOL_OK = 0,
-    CHIP_TOOL_DIAMETER = 1,       /* diameter not from CHIP_MIN_TOOL_DIAMETER to CHIP_MAX_TOOL_DIAMETER */
-    CHIP_TOOL_CORNER = 2,         /* corner radius negative, not finite or larger than the tool's radius */
-    CHIP_TOOL_ANGLE = 3,          /* tip angle neither 0 nor in [CHIP_MIN_TIP_ANGLE, 180) degrees */
-    CHIP_TOOL_FLUTE = 4           /* flute length negative, not finite or above CHIP_MAX_FLUTE_LENGTH */
+    CHIP_TOOL_DIAMETER = 1, /* diameter not from CHIP_MIN_TOOL_DIAMETER to CHIP_MAX_TOOL_DIAMETER */
+    CHIP_TOOL_CORNER = 2,   /* corner radius negative, not finite or larger than the tool's radius */
+    CHIP_TOOL_ANGLE = 3,    /* tip angle neither 0 nor in [CHIP_MIN_TIP_ANGLE, 180) degrees */
+    CHIP_TOOL_FLUTE = 4     /* flute length negative, not finite or above CHIP_MAX_FLUTE_LENGTH */
 };
 
-struct chip_tool_ring {           /* one band of the tool's end, seen as a surface of revolution */
-    double radius;              /* mm, mean over the band's height: 2 radius rise is its area from the front */
-    double height;              /* mm above the tip, of the band's middle */
-    double rise;                /* mm, height of the band (0 on the flat end) */
-    double run;                 /* mm, radial width: 2 pi radius run is its area from below */
-    double inner, outer;        /* mm, radii of its edges */
-    int straight;               /* part of the cone, not of the arc */
+struct chip_tool_ring {  /* one band of the tool's end, seen as a surface of revolution */
+    double radius;       /* mm, mean over the band's height: 2 radius rise is its area from the front */
+    double height;       /* mm above the tip, of the band's middle */
+    double rise;         /* mm, height of the band (0 on the flat end) */
+    double run;          /* mm, radial width: 2 pi radius run is its area from below */
+    double inner, outer; /* mm, radii of its edges */
+    int straight;        /* part of the cone, not of the arc */
 };
 
 struct chip_tool {
-    double radius;              /* mm */
-    double corner;              /* mm, radius of the corner or tip arc */
-    double slope;               /* mm rise per mm radius, of the cone; 0: no cone */
-    double flute;               /* mm, 0 = unknown */
-    double r_flat;              /* mm, end of the flat end */
-    double r_arc;               /* mm, end of the corner arc */
-    double arc_top;             /* mm, height of the profile at r_arc */
-    double shoulder;            /* mm, height of the profile at `radius` */
-    int rings;                  /* bands in use; 0 only for an invalid tool */
+    double radius;   /* mm */
+    double corner;   /* mm, radius of the corner or tip arc */
+    double slope;    /* mm rise per mm radius, of the cone; 0: no cone */
+    double flute;    /* mm, 0 = unknown */
+    double r_flat;   /* mm, end of the flat end */
+    double r_arc;    /* mm, end of the corner arc */
+    double arc_top;  /* mm, height of the profile at r_arc */
+    double shoulder; /* mm, height of the profile at `radius` */
+    int rings;       /* bands in use; 0 only for an invalid tool */
     struct chip_tool_ring ring[CHIP_TOOL_RINGS];
 };
 
 /* Builds the profile. Lengths in mm, tip_angle the included angle in degrees (0: no
  * cone). Returns a chip_tool_error; on an error *tool has radius 0 and cuts nothing. */
-int chip_tool_init(struct chip_tool *tool, double diameter, double corner_radius,
-                 double tip_angle, double flute_length);
+int chip_tool_init(struct chip_tool *tool, double diameter, double corner_radius, double tip_angle,
+                   double flute_length);
 
 /* Sets the numbers of the profile only: mm, half the tip angle in rad (0: no cone). */
 void chip_tool_set_profile(struct chip_tool *tool, double radius, double corner, double half_angle);

@@ -3,7 +3,7 @@
 #include "chip_math.h"
 #include "tool_watch.h"
 
-#define CHIP_LONGEST_S 1e6          /* s, times are not counted any further */
+#define CHIP_LONGEST_S 1e6 /* s, times are not counted any further */
 
 void chip_tool_watch_step(struct chip_tool_watch *watch, const struct chip_tool_watch_in *in)
 {
@@ -15,7 +15,10 @@ void chip_tool_watch_step(struct chip_tool_watch *watch, const struct chip_tool_
     watch->silent_s = beats ? 0.0 : chip_min(watch->silent_s + period_s, CHIP_LONGEST_S);
     watch->is_unknown = in->tool_in_spindle_number != in->tool_followed_number;
     watch->changed_s = watch->is_unknown ? chip_min(watch->changed_s + period_s, CHIP_LONGEST_S) : 0.0;
-    if (watched && watch->silent_s > in->monitor_timeout_s) watch->code = CHIP_TOOL_UNWATCHED;
-    else if (watch->changed_s > CHIP_TOOL_GRACE_S) watch->code = CHIP_TOOL_CHANGED;
-    else watch->code = CHIP_TOOL_WATCHED;
+    if (watched && watch->silent_s > in->monitor_timeout_s)
+        watch->code = CHIP_TOOL_UNWATCHED;
+    else if (watch->changed_s > CHIP_TOOL_GRACE_S)
+        watch->code = CHIP_TOOL_CHANGED;
+    else
+        watch->code = CHIP_TOOL_WATCHED;
 }

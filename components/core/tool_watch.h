@@ -23,25 +23,25 @@
 
 enum chip_tool_watch_fault {
     CHIP_TOOL_WATCHED = 0,
-    CHIP_TOOL_CHANGED = 15,         /* the tool in the spindle is not the one that was described */
-    CHIP_TOOL_UNWATCHED = 16        /* no heartbeat */
+    CHIP_TOOL_CHANGED = 15,  /* the tool in the spindle is not the one that was described */
+    CHIP_TOOL_UNWATCHED = 16 /* no heartbeat */
 };
 
 /* Members carry the name of the pin they come from and their unit. */
 struct chip_tool_watch_in {
-    int tool_in_spindle_number;     /* by the machine itself */
-    int tool_followed_number;       /* as the monitor has last seen and described it */
-    int heartbeat_count;            /* counts while the monitor runs */
-    double monitor_timeout_s;       /* without a heartbeat; not positive: not watched */
+    int tool_in_spindle_number; /* by the machine itself */
+    int tool_followed_number;   /* as the monitor has last seen and described it */
+    int heartbeat_count;        /* counts while the monitor runs */
+    double monitor_timeout_s;   /* without a heartbeat; not positive: not watched */
     double period_s;
 };
 
 struct chip_tool_watch {
     int last_heartbeat;
-    double silent_s;                /* since the last heartbeat */
-    double changed_s;               /* since the tool is unknown */
-    int is_unknown;                 /* nothing may be cut with the tool that was described [1] */
-    int code;                       /* chip_tool_watch_fault */
+    double silent_s;  /* since the last heartbeat */
+    double changed_s; /* since the tool is unknown */
+    int is_unknown;   /* nothing may be cut with the tool that was described [1] */
+    int code;         /* chip_tool_watch_fault */
 };
 
 /* One period. */

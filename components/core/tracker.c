@@ -4,13 +4,13 @@
 #include "motion_kind.h"
 #include "tracker_map.h"
 
-#define CHIP_MAX_VELOCITY 5000.0       /* mm/s, no mill is faster; a longer step is a jump */
-#define CHIP_DEFAULT_HORIZON 20.0 /* mm looked ahead if the acceleration is unknown */
-#define CHIP_MAX_POSITION 1e6     /* mm, beyond it nothing is a position */
-#define CHIP_AT_REST 1e-6           /* mm, a smaller step is rest */
-#define CHIP_MAX_JERK_TRAVEL 200.0       /* mm, no braking takes more to build up */
-#define CHIP_MAX_JERK_GAIN 200.0        /* mm/s, and no more is gained meanwhile */
-#define CHIP_MARGIN_PERIODS 4.0   /* periods of travel looked ahead beyond braking */
+#define CHIP_MAX_VELOCITY 5000.0   /* mm/s, no mill is faster; a longer step is a jump */
+#define CHIP_DEFAULT_HORIZON 20.0  /* mm looked ahead if the acceleration is unknown */
+#define CHIP_MAX_POSITION 1e6      /* mm, beyond it nothing is a position */
+#define CHIP_AT_REST 1e-6          /* mm, a smaller step is rest */
+#define CHIP_MAX_JERK_TRAVEL 200.0 /* mm, no braking takes more to build up */
+#define CHIP_MAX_JERK_GAIN 200.0   /* mm/s, and no more is gained meanwhile */
+#define CHIP_MARGIN_PERIODS 4.0    /* periods of travel looked ahead beyond braking */
 
 void chip_tracker_init(struct chip_tracker *tracker)
 {
@@ -109,14 +109,14 @@ static long cut(struct chip_tracker *tracker, struct chip_stock *stock, const st
     long work = 0;
     if (in->motion > CHIP_MOTION_TRAVERSE && tracker->tip_known)
         chip_guard_shank(&tracker->guard, stock, &tracker->tool, tracker->tip, tip,
-                       tracker->sweep.known && tracker->sweep.start_is_cut, &work);
+                         tracker->sweep.known && tracker->sweep.start_is_cut, &work);
     else
         tracker->guard.excess = 0;
     if (!tracker->sweep.known) {
         chip_sweep_start(&tracker->sweep, tracker->has_start   ? tracker->start
                                           : tracker->tip_known ? tracker->tip
                                                                : tip);
-        tracker->sweep.start_is_cut = tracker->has_start;      /* at rest there it cuts nothing [1] */
+        tracker->sweep.start_is_cut = tracker->has_start; /* at rest there it cuts nothing [1] */
     }
     tracker->has_start = 0;
     chip_sweep_to(&tracker->sweep, tip);
@@ -153,14 +153,14 @@ static double jerk_travel(const struct chip_tracker *tracker, const struct chip_
 /* How far to look: braking distance and some periods of travel; at least as far as lets
  * points be read before the tool touches them, and the tool's radius, mm. */
 double chip_tracker_horizon(const struct chip_tracker *tracker, const struct chip_stock *stock,
-                      const struct chip_tracker_in *in)
+                            const struct chip_tracker_in *in)
 {
     double least = chip_section_reach(stock, &tracker->tool) + 2.0 * chip_lookahead_spacing(stock, &tracker->tool);
     double speed = tracker->lookahead.predicted.speed + jerk_gain(in), accel = in->acceleration_mu_s2 / in->mu_per_mm;
     double braking = CHIP_DEFAULT_HORIZON;
     if (chip_finite(accel) && accel > 0.0) braking = speed * speed / accel;
     return chip_max(braking + jerk_travel(tracker, in) + CHIP_MARGIN_PERIODS * speed * in->period_s,
-                  chip_max(least, tracker->tool.radius));
+                    chip_max(least, tracker->tool.radius));
 }
 
 /* Removal rate over the window, mm3/min. */
@@ -179,8 +179,8 @@ static double rate(struct chip_tracker *tracker, double removed, const struct ch
 }
 
 /* [5] Looks ahead and fills the outputs that depend on it. */
-static void update_load(struct chip_tracker *tracker, const struct chip_stock *stock,
-                 const struct chip_tracker_in *in, const double tip[3], long work, struct chip_tracker_out *out)
+static void update_load(struct chip_tracker *tracker, const struct chip_stock *stock, const struct chip_tracker_in *in,
+                        const double tip[3], long work, struct chip_tracker_out *out)
 {
     double far = chip_tracker_horizon(tracker, stock, in);
     if (tracker->tip_known) {
@@ -198,8 +198,8 @@ static void update_load(struct chip_tracker *tracker, const struct chip_stock *s
 }
 
 /* [5] The guards of traverse and shank; returns the work so far. */
-static long run_guards(struct chip_tracker *tracker, const struct chip_stock *stock,
-                  const struct chip_tracker_in *in, const double tip[3], long work, struct chip_tracker_out *out)
+static long run_guards(struct chip_tracker *tracker, const struct chip_stock *stock, const struct chip_tracker_in *in,
+                       const double tip[3], long work, struct chip_tracker_out *out)
 {
     struct chip_guard_in motion;
     int i, hit;
@@ -218,8 +218,8 @@ static long run_guards(struct chip_tracker *tracker, const struct chip_stock *st
     motion.distance_to_go_mm = in->distance_to_go_mu / in->mu_per_mm;
     motion.start_is_cut = tracker->sweep.start_is_cut && !tracker->sweep.waiting;
     motion.path = tracker->path.known ? &tracker->path : 0;
-    hit = in->motion == CHIP_MOTION_TRAVERSE && chip_guard_traverse(&tracker->guard, stock, &tracker->tool, &motion,
-                                                      CHIP_WORK_PER_PERIOD, &work);
+    hit = in->motion == CHIP_MOTION_TRAVERSE
+       && chip_guard_traverse(&tracker->guard, stock, &tracker->tool, &motion, CHIP_WORK_PER_PERIOD, &work);
     if (in->motion != CHIP_MOTION_TRAVERSE) chip_guard_reset_line(&tracker->guard);
     out->has_rapid_contact = hit;
     out->rapid_distance_mm = tracker->guard.distance;
@@ -287,13 +287,15 @@ static void ready_period(struct chip_tracker *tracker, struct chip_stock *stock,
     if (tracker->state == CHIP_TRACKER_FLUSHING) work = flush(tracker, stock);
     if (cutting && tracker->sweep.waiting == 0) tracker->state = CHIP_TRACKER_CUTTING;
     if (tracker->state == CHIP_TRACKER_CUTTING) work += cut(tracker, stock, in, tip);
-    if (cutting) work = run_guards(tracker, stock, in, tip, work, out);
-    else chip_guard_reset(&tracker->guard);
+    if (cutting)
+        work = run_guards(tracker, stock, in, tip, work, out);
+    else
+        chip_guard_reset(&tracker->guard);
     update_load(tracker, stock, in, tip, work, out);
 }
 
-void chip_tracker_step(struct chip_tracker *tracker, struct chip_stock *stock,
-                       const struct chip_tracker_in *in, struct chip_tracker_out *out)
+void chip_tracker_step(struct chip_tracker *tracker, struct chip_stock *stock, const struct chip_tracker_in *in,
+                       struct chip_tracker_out *out)
 {
     double tip[3] = { 0.0, 0.0, 0.0 };
     int bad = read_tip(tracker, in, tip), filled, ready;
@@ -315,8 +317,10 @@ void chip_tracker_step(struct chip_tracker *tracker, struct chip_stock *stock,
     }
     if (bad == CHIP_FAULT_NONE || bad == CHIP_FAULT_JUMP) {
         serve_tool(tracker, in);
-        if (ready && tracker->tool_error == 0) ready_period(tracker, stock, in, tip, out);
-        else forget_path(tracker);
+        if (ready && tracker->tool_error == 0)
+            ready_period(tracker, stock, in, tip, out);
+        else
+            forget_path(tracker);
         note_position(tracker, in, tip);
     }
     out->removed_volume_mm3 = stock->removed;

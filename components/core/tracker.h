@@ -33,102 +33,102 @@
 
 /* The bounds of a period: larger ones lengthen the servo period's worst case, smaller ones let the map lag
  * behind the tool and make the look-ahead assume the worst case more often. */
-#define CHIP_CELLS_PER_PERIOD 12000       /* filled at most */
-#define CHIP_WORK_PER_PERIOD 16500        /* in cells of a flat end (sweep.h, 2), about a dozen instructions each */
-#define CHIP_WORK_TO_CUT 10500            /* of it, for cutting at most */
-#define CHIP_WORK_A_NODE 14               /* of a point read for a sample of the look-ahead */
-#define CHIP_RATE_SLOTS 1024              /* periods the removal rate can be averaged over */
+#define CHIP_CELLS_PER_PERIOD 12000 /* filled at most */
+#define CHIP_WORK_PER_PERIOD 16500  /* in cells of a flat end (sweep.h, 2), about a dozen instructions each */
+#define CHIP_WORK_TO_CUT 10500      /* of it, for cutting at most */
+#define CHIP_WORK_A_NODE 14         /* of a point read for a sample of the look-ahead */
+#define CHIP_RATE_SLOTS 1024        /* periods the removal rate can be averaged over */
 
-#define CHIP_MIN_MU_PER_MM 1e-3         /* machine units per mm: 1, 1/25.4, .. */
+#define CHIP_MIN_MU_PER_MM 1e-3 /* machine units per mm: 1, 1/25.4, .. */
 #define CHIP_MAX_MU_PER_MM 1e3
 
 enum chip_fault {
     CHIP_FAULT_NONE = 0,
-    CHIP_FAULT_BOX_NOT_FINITE = 1,        /* 1..3: chip_stock_error of the last request */
+    CHIP_FAULT_BOX_NOT_FINITE = 1, /* 1..3: chip_stock_error of the last request */
     CHIP_FAULT_BOX_EMPTY = 2,
     CHIP_FAULT_BOX_TOO_LARGE = 3,
-    CHIP_FAULT_MAP = 4,                   /* another program has left or written what cannot be the stock */
-    CHIP_FAULT_TOOL_DIAMETER = 11,        /* 11..14: 10 + chip_tool_error, only while cutting is enabled */
+    CHIP_FAULT_MAP = 4,            /* another program has left or written what cannot be the stock */
+    CHIP_FAULT_TOOL_DIAMETER = 11, /* 11..14: 10 + chip_tool_error, only while cutting is enabled */
     CHIP_FAULT_TOOL_CORNER = 12,
     CHIP_FAULT_TOOL_ANGLE = 13,
     CHIP_FAULT_TOOL_FLUTE = 14,
-    CHIP_FAULT_TOOL_CHANGED = 15,         /* 15, 16: chip_tool_watch_fault */
+    CHIP_FAULT_TOOL_CHANGED = 15, /* 15, 16: chip_tool_watch_fault */
     CHIP_FAULT_NO_MONITOR = 16,
-    CHIP_FAULT_POSITION = 20,             /* a position is not finite */
-    CHIP_FAULT_JUMP = 21,                 /* a step no machine can make */
-    CHIP_FAULT_UNITS = 22,                /* units per mm not from CHIP_MIN_MU_PER_MM to CHIP_MAX_MU_PER_MM */
-    CHIP_FAULT_TURNED = 23                /* an axis other than X Y Z has moved: the map is not where the stock is */
+    CHIP_FAULT_POSITION = 20, /* a position is not finite */
+    CHIP_FAULT_JUMP = 21,     /* a step no machine can make */
+    CHIP_FAULT_UNITS = 22,    /* units per mm not from CHIP_MIN_MU_PER_MM to CHIP_MAX_MU_PER_MM */
+    CHIP_FAULT_TURNED = 23    /* an axis other than X Y Z has moved: the map is not where the stock is */
 };
 
 /* What the tracker does with the map. */
 enum chip_tracker_state {
-    CHIP_TRACKER_CUTTING = 0,           /* segments are queued as the tool moves, and cut [4] */
-    CHIP_TRACKER_FLUSHING = 1,          /* cutting was off or the position was lost: queued segments are finished
+    CHIP_TRACKER_CUTTING = 0,        /* segments are queued as the tool moves, and cut [4] */
+    CHIP_TRACKER_FLUSHING = 1,       /* cutting was off or the position was lost: queued segments are finished
                                          * first, new ones are not queued [1] [4] */
-    CHIP_TRACKER_EXTERNAL_WRITER = 2    /* another program has the map, the tracker does not touch it [2] */
+    CHIP_TRACKER_EXTERNAL_WRITER = 2 /* another program has the map, the tracker does not touch it [2] */
 };
 
 /* Members carry the name of the pin they come from and their unit; mu: machine units. */
 struct chip_tracker_in {
     double pos_mu[3], tool_offset_mu[3];
-    double mu_per_mm;                   /* machine units per mm */
-    int motion;                         /* motion.motion-type */
-    int is_enabled;                     /* cut what the tool meets */
-    int is_turned;                      /* an axis other than X Y Z has moved since the stock was defined */
+    double mu_per_mm; /* machine units per mm */
+    int motion;       /* motion.motion-type */
+    int is_enabled;   /* cut what the tool meets */
+    int is_turned;    /* an axis other than X Y Z has moved since the stock was defined */
     double tool_diameter_mu, tool_corner_radius_mu, tool_tip_angle_deg, tool_flute_length_mu;
     double box_min_mu[3], box_max_mu[3];
-    int box_shape;                      /* chip_stock_shape */
-    double box_turn_deg;                /* the box is turned by that about its middle */
-    int define_request;                 /* level: a rising edge defines the stock */
-    int external_writer;                /* another program has the map */
-    int tool_unknown;                   /* the tool in the spindle is not the described one (tool_watch.h) */
-    int watch_fault;                    /* CHIP_FAULT_TOOL_CHANGED, CHIP_FAULT_NO_MONITOR or 0 (tool_watch.h) */
-    double distance_to_go_mu;           /* to the end of the segment; not positive: unknown */
-    double acceleration_mu_s2;          /* not positive: unknown */
-    double axis_acceleration_mu_s2[3];  /* of X, Y, Z; not positive: unknown */
-    double max_jerk_mu_s3;              /* of a jerk-limited planner; not positive: not limited */
-    double mrr_window_s;                /* of the removal rate */
+    int box_shape;                     /* chip_stock_shape */
+    double box_turn_deg;               /* the box is turned by that about its middle */
+    int define_request;                /* level: a rising edge defines the stock */
+    int external_writer;               /* another program has the map */
+    int tool_unknown;                  /* the tool in the spindle is not the described one (tool_watch.h) */
+    int watch_fault;                   /* CHIP_FAULT_TOOL_CHANGED, CHIP_FAULT_NO_MONITOR or 0 (tool_watch.h) */
+    double distance_to_go_mu;          /* to the end of the segment; not positive: unknown */
+    double acceleration_mu_s2;         /* not positive: unknown */
+    double axis_acceleration_mu_s2[3]; /* of X, Y, Z; not positive: unknown */
+    double max_jerk_mu_s3;             /* of a jerk-limited planner; not positive: not limited */
+    double mrr_window_s;               /* of the removal rate */
     double period_s;
 };
 
 /* Members carry the name of the pin they go to and their unit, always mm. */
 struct chip_tracker_out {
     int has_stock, is_ready, has_fault;
-    int fault_number;                   /* chip_fault */
-    double removed_volume_mm3;          /* since the stock was defined */
-    double mrr_mm3_min;                 /* over the window */
-    double section_area_mm2;            /* at the tool */
-    double depth_mm;                    /* above the tip */
-    double dir_z;                       /* vertical part of the unit direction, -1..1 */
+    int fault_number;          /* chip_fault */
+    double removed_volume_mm3; /* since the stock was defined */
+    double mrr_mm3_min;        /* over the window */
+    double section_area_mm2;   /* at the tool */
+    double depth_mm;           /* above the tip */
+    double dir_z;              /* vertical part of the unit direction, -1..1 */
     int has_flute_excess, has_rapid_contact;
-    double rapid_distance_mm;           /* to the stock a traverse meets; 0: none seen */
-    int is_held;                        /* the map is not touched: answer to `external_writer` */
+    double rapid_distance_mm; /* to the stock a traverse meets; 0: none seen */
+    int is_held;              /* the map is not touched: answer to `external_writer` */
     struct chip_load_profile load;
 };
 
 struct chip_tracker {
     enum chip_tracker_state state;
     struct chip_tool tool;
-    double built[4];                    /* numbers the tool was built from, mm and degrees */
-    int tool_error;                     /* chip_tool_error of the last build; -1: not built */
+    double built[4]; /* numbers the tool was built from, mm and degrees */
+    int tool_error;  /* chip_tool_error of the last build; -1: not built */
     struct chip_sweep sweep;
-    struct chip_path path;              /* the programmed path, filled by the planner's reader */
+    struct chip_path path; /* the programmed path, filled by the planner's reader */
     struct chip_lookahead lookahead;
-    double tip[3], axis[3];             /* mm, of the last period */
-    double offset_mu[3];                /* machine units, of the last period */
-    double start[3];                    /* mm, where another offset has placed the tool [1] */
-    int has_start;                      /* it has cut nothing since, because earlier segments wait */
+    double tip[3], axis[3]; /* mm, of the last period */
+    double offset_mu[3];    /* machine units, of the last period */
+    double start[3];        /* mm, where another offset has placed the tool [1] */
+    int has_start;          /* it has cut nothing since, because earlier segments wait */
     int tip_known, last_request, box_error, fault;
     struct chip_guard guard;
-    int held_moved;                     /* the machine moved while another program had the map: a cut may be missing */
-    int held_waiting;                   /* segments were still to be cut when it took the map */
-    uint32_t held_generation;           /* of the map then */
-    double held_cell, held_mm3;         /* mm, mm3: cell and volume removed then */
+    int held_moved;             /* the machine moved while another program had the map: a cut may be missing */
+    int held_waiting;           /* segments were still to be cut when it took the map */
+    uint32_t held_generation;   /* of the map then */
+    double held_cell, held_mm3; /* mm, mm3: cell and volume removed then */
     uint32_t held_capacity;
     /* the map's head as of the last period: private memory */
     uint64_t own_head[(sizeof(struct chip_stock) + 7) / 8];
     int own_known;
-    double rate_log[CHIP_RATE_SLOTS];   /* mm3 removed so far, a value per period */
+    double rate_log[CHIP_RATE_SLOTS]; /* mm3 removed so far, a value per period */
     int rate_next, rate_filled;
 };
 
@@ -146,7 +146,7 @@ double chip_tracker_horizon(const struct chip_tracker *tracker, const struct chi
 int chip_tracker_offset_changed(const struct chip_tracker *tracker, const struct chip_tracker_in *in);
 
 /* One period. `stock` is a block made by chip_stock_init; tracker->path follows the planner already. */
-void chip_tracker_step(struct chip_tracker *tracker, struct chip_stock *stock,
-                       const struct chip_tracker_in *in, struct chip_tracker_out *out);
+void chip_tracker_step(struct chip_tracker *tracker, struct chip_stock *stock, const struct chip_tracker_in *in,
+                       struct chip_tracker_out *out);
 
 #endif

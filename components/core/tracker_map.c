@@ -16,7 +16,7 @@ static void start_over(struct chip_tracker *tracker)
 
 /* [2] Starts a new stock on a rising edge; an impossible box leaves the old one. */
 void chip_tracker_serve_request(struct chip_tracker *tracker, struct chip_stock *stock,
-                          const struct chip_tracker_in *in)
+                                const struct chip_tracker_in *in)
 {
     int rising = in->define_request && !tracker->last_request;
     double low[3], high[3];
@@ -60,8 +60,7 @@ void chip_tracker_check_head(struct chip_tracker *tracker, struct chip_stock *st
 
 /* [2] 1 while another program has the map. Its content afterwards is the stock; if the writer was
  * killed while writing, or a cut may be missing, the stock is unknown. */
-int chip_tracker_serve_hold(struct chip_tracker *tracker, struct chip_stock *stock,
-                      const struct chip_tracker_in *in)
+int chip_tracker_serve_hold(struct chip_tracker *tracker, struct chip_stock *stock, const struct chip_tracker_in *in)
 {
     int held = tracker->state == CHIP_TRACKER_EXTERNAL_WRITER;
     if (in->external_writer && !held) {
@@ -76,7 +75,8 @@ int chip_tracker_serve_hold(struct chip_tracker *tracker, struct chip_stock *sto
         int lost = tracker->held_moved || (tracker->held_waiting && stock->generation == tracker->held_generation);
         int whole = stock->generation % 2 == 0 && (stock->nx == 0 || !lost);
         tracker->box_error = whole && chip_stock_sound(stock, tracker->held_cell, tracker->held_capacity)
-            ? CHIP_STOCK_OK : CHIP_STOCK_UNSOUND;
+                               ? CHIP_STOCK_OK
+                               : CHIP_STOCK_UNSOUND;
         if (tracker->box_error) chip_stock_init(stock, tracker->held_cell, tracker->held_capacity);
         tracker->state = CHIP_TRACKER_FLUSHING;
         start_over(tracker);

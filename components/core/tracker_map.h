@@ -28,7 +28,8 @@ static inline void lose_position(struct chip_tracker *tracker)
 #pragma GCC visibility push(hidden)
 
 /* [2] Starts a new stock on a rising edge; an impossible box leaves the old one. */
-void chip_tracker_serve_request(struct chip_tracker *tracker, struct chip_stock *stock, const struct chip_tracker_in *in);
+void chip_tracker_serve_request(struct chip_tracker *tracker, struct chip_stock *stock,
+                                const struct chip_tracker_in *in);
 
 /* [2] The stock is unknown: an empty map of the cell and the capacity it was made with. */
 void chip_tracker_give_up_map(struct chip_tracker *tracker, struct chip_stock *stock);

@@ -10,10 +10,10 @@
 #define CHIP_WATCHDOG_SLACK 1.02
 /* share of the acceleration; above the planner's least braking, which is 0.25, braking reads as ignoring [2] */
 #define CHIP_WATCHDOG_BRAKING 0.25
-#define CHIP_WATCHDOG_REST_S 0.1        /* s at rest that end a synchronised move [5] */
-#define CHIP_WATCHDOG_AT_REST 1e-6     /* mm/s */
-#define CHIP_WATCHDOG_LIMIT 1e9        /* mm/s, mm/s2: no machine exceeds this */
-#define CHIP_WATCHDOG_LATENCY 3.0     /* periods the machine goes on accelerating after the override has dropped [2] */
+#define CHIP_WATCHDOG_REST_S 0.1   /* s at rest that end a synchronised move [5] */
+#define CHIP_WATCHDOG_AT_REST 1e-6 /* mm/s */
+#define CHIP_WATCHDOG_LIMIT 1e9    /* mm/s, mm/s2: no machine exceeds this */
+#define CHIP_WATCHDOG_LATENCY 3.0  /* periods the machine goes on accelerating after the override has dropped [2] */
 
 /* A velocity or acceleration from a pin: 0 unless it is a finite number above 0. */
 static double speed(double value)
@@ -35,15 +35,16 @@ static int follow_spindle(struct chip_watchdog *watchdog, const struct chip_watc
                           double period_s)
 {
     watchdog->at_rest_s = speed(in->current_vel_mm_s) > CHIP_WATCHDOG_AT_REST ? 0.0 : watchdog->at_rest_s + period_s;
-    if (in->is_index_enabled) watchdog->is_synchronised = 1;
-    else if (!feeding || watchdog->at_rest_s > CHIP_WATCHDOG_REST_S) watchdog->is_synchronised = 0;
+    if (in->is_index_enabled)
+        watchdog->is_synchronised = 1;
+    else if (!feeding || watchdog->at_rest_s > CHIP_WATCHDOG_REST_S)
+        watchdog->is_synchronised = 0;
     return watchdog->is_synchronised;
 }
 
 int chip_watchdog_step(struct chip_watchdog *watchdog, const struct chip_watchdog_in *in)
 {
-    int feeding = in->motion == CHIP_MOTION_FEED || in->motion == CHIP_MOTION_ARC
-        || in->motion == CHIP_MOTION_PROBING;
+    int feeding = in->motion == CHIP_MOTION_FEED || in->motion == CHIP_MOTION_ARC || in->motion == CHIP_MOTION_PROBING;
     int on = chip_feed_replaces(in->feed_mode, in->programmed_vel_mm_s, in->requested_vel_mm_s);
     int ceiling = speed(in->programmed_vel_mm_s) > 0.0 && speed(in->requested_vel_mm_s) > in->programmed_vel_mm_s;
     double period_s = chip_finite(in->period_s) ? chip_clamp(in->period_s, 0.0, 0.1) : 0.0;

@@ -31,23 +31,23 @@ struct chip_watchdog_in {
     int motion;                 /* motion.motion-type */
     double programmed_vel_mm_s; /* F; not positive: no ceiling is in force */
     double requested_vel_mm_s;
-    double override_share;      /* the override given in this period */
-    double current_vel_mm_s;    /* motion.current-vel */
-    double acceleration_mm_s2;  /* of the planner */
-    double max_override_share;  /* largest feed override of the operator; below 1: 1 */
+    double override_share;     /* the override given in this period */
+    double current_vel_mm_s;   /* motion.current-vel */
+    double acceleration_mm_s2; /* of the planner */
+    double max_override_share; /* largest feed override of the operator; below 1: 1 */
     double period_s;
-    double max_jerk_mm_s3;      /* of the planner; 0: not limited [2] */
-    int is_index_enabled;       /* a move waits for the spindle's index */
-    int is_adaptive_off;        /* LinuxCNC's status says that adaptive feed is disabled */
+    double max_jerk_mm_s3; /* of the planner; 0: not limited [2] */
+    int is_index_enabled;  /* a move waits for the spindle's index */
+    int is_adaptive_off;   /* LinuxCNC's status says that adaptive feed is disabled */
 };
 
 struct chip_watchdog {
-    double explained_mm_s;      /* [2] */
-    double at_rest_s;           /* time at rest */
-    int periods_above;          /* periods the velocity has been unexplained */
-    double faster_s;            /* time the machine has been faster than the override allows */
-    int is_synchronised;        /* the move follows the spindle */
-    int override_ignored;       /* [3] [4] */
+    double explained_mm_s; /* [2] */
+    double at_rest_s;      /* time at rest */
+    int periods_above;     /* periods the velocity has been unexplained */
+    double faster_s;       /* time the machine has been faster than the override allows */
+    int is_synchronised;   /* the move follows the spindle */
+    int override_ignored;  /* [3] [4] */
 };
 
 /* One period; returns override_ignored. */

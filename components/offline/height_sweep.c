@@ -7,11 +7,11 @@
 #include "core/tool.h"
 #include "height_sweep.h"
 
-#define ROW_MOST 4096           /* cells of a row whose old heights are kept for [4] */
-#define MARGIN_MOST 0.6         /* cells, at most added to a depth [4] */
-#define STEADY 3.0              /* cells: a larger difference from needle to needle is a wall */
-#define STEP_DOWN 0.2           /* cells, from stamp to stamp in Z [2] */
-#define STEP_PLUNGE 0.125       /* the same for a plunge, where all the stock below the tool seems equally deep */
+#define ROW_MOST 4096     /* cells of a row whose old heights are kept for [4] */
+#define MARGIN_MOST 0.6   /* cells, at most added to a depth [4] */
+#define STEADY 3.0        /* cells: a larger difference from needle to needle is a wall */
+#define STEP_DOWN 0.2     /* cells, from stamp to stamp in Z [2] */
+#define STEP_PLUNGE 0.125 /* the same for a plunge, where all the stock below the tool seems equally deep */
 #define STEPS_MOST 100000000.0
 
 /* Wider vectors where the processor has them. */
@@ -24,14 +24,14 @@
 enum profile { FLAT, ROUND, ANY };
 
 struct shape {
-    float reach2, probe2;      /* mm2, squares of the radius that cuts and the one that probes */
+    float reach2, probe2; /* mm2, squares of the radius that cuts and the one that probes */
     float r_flat, corner, corner2, inner2, r_arc, arc_top, slope, skin;
 };
 
 struct stamp {
-    double volume;              /* sum of heights, not yet times the cell's area */
-    float top;                  /* highest needle met */
-    int row, first, width;      /* where, and which needles `old` holds */
+    double volume;         /* sum of heights, not yet times the cell's area */
+    float top;             /* highest needle met */
+    int row, first, width; /* where, and which needles `old` holds */
     const float *old;
 };
 
@@ -136,10 +136,7 @@ CLONES float row_any(const struct shape *s, int n, float *h, const float *x, con
 typedef float (*row_function)(const struct shape *, int, float *, const float *, const float *, float, float, float,
                               float, float *);
 
-static int clamp(double v, int low, int high)
-{
-    return v < low ? low : v > high ? high : (int)v;
-}
+static int clamp(double v, int low, int high) { return v < low ? low : v > high ? high : (int)v; }
 
 /* Rows and columns whose needles may lie within `radius` of a position; 0 if there are none. */
 static int rows_within(const struct chip_height_map *map, double y, double radius, int *first, int *end)
@@ -306,8 +303,9 @@ double chip_height_sweep(const struct chip_height_map *map, const struct chip_he
                          const double (*to)[3], long n, struct chip_height_met *met)
 {
     struct shape s = make_shape(tool);
-    row_function cut = tool->corner <= 0.0 && tool->slope <= 0.0 ? row_flat
-                       : tool->slope <= 0.0 && tool->corner >= tool->radius ? row_round : row_any;
+    row_function cut = tool->corner <= 0.0 && tool->slope <= 0.0          ? row_flat
+                     : tool->slope <= 0.0 && tool->corner >= tool->radius ? row_round
+                                                                          : row_any;
     double sum = 0.0;
     long i;
     for (i = 0; i < n; i++) {

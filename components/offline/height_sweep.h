@@ -24,32 +24,32 @@
 
 #include <stdint.h>
 
-#define CHIP_HEIGHT_RIDGE 0.002         /* mm [2] */
-#define CHIP_HEIGHT_SKIN 0.004          /* mm [3] */
+#define CHIP_HEIGHT_RIDGE 0.002 /* mm [2] */
+#define CHIP_HEIGHT_SKIN 0.004  /* mm [3] */
 
 struct chip_height_map {
-    double x0, y0;                      /* mm, corner of the map */
-    double cell;                        /* mm */
-    double z_min, z_max;                /* mm, bottom and top of the stock; a needle at z_min has none */
-    int32_t nx, ny;                     /* cells */
-    float *height;                      /* ny rows of nx, mm */
-    const float *x;                     /* nx, mm from x0: i * cell */
-    const float *shift_x;               /* ny, mm: shift of row j in X, 0 .. cell [1] */
-    const float *shift_y;               /* nx, mm: shift of column i in Y */
+    double x0, y0;        /* mm, corner of the map */
+    double cell;          /* mm */
+    double z_min, z_max;  /* mm, bottom and top of the stock; a needle at z_min has none */
+    int32_t nx, ny;       /* cells */
+    float *height;        /* ny rows of nx, mm */
+    const float *x;       /* nx, mm from x0: i * cell */
+    const float *shift_x; /* ny, mm: shift of row j in X, 0 .. cell [1] */
+    const float *shift_y; /* nx, mm: shift of column i in Y */
 };
 
 /* A tool as in tool.h; the holder is a cylinder above it. */
 struct chip_height_tool {
-    double radius, corner, slope;       /* mm, mm, 1/tan(half the tip angle) or 0 */
-    double holder_radius, stick_out;    /* mm; holder_radius 0: unknown */
+    double radius, corner, slope;    /* mm, mm, 1/tan(half the tip angle) or 0 */
+    double holder_radius, stick_out; /* mm; holder_radius 0: unknown */
 };
 
 /* Result of one move. */
 struct chip_height_met {
-    float volume;                       /* mm3 removed */
-    float depth;                        /* mm [4]; 0: nothing met */
-    float at;                           /* share of the move at that depth; without a depth, the holder's */
-    float holder;                       /* mm of stock above the lower end of the holder, within its radius */
+    float volume; /* mm3 removed */
+    float depth;  /* mm [4]; 0: nothing met */
+    float at;     /* share of the move at that depth; without a depth, the holder's */
+    float holder; /* mm of stock above the lower end of the holder, within its radius */
 };
 
 /* Cuts n straight moves from `from` to the points `to`, one after the other. Returns the mm3 removed. */

@@ -18,8 +18,8 @@
 #include "../../components/core/sweep.h"
 #include "../../components/core/tool.h"
 
-#define ALL (1 << 30)           /* cells of work: no bound */
-#define EXACT 1e-6            /* closed forms of the profile */
+#define ALL (1 << 30) /* cells of work: no bound */
+#define EXACT 1e-6    /* closed forms of the profile */
 
 static int passed, failed;
 
@@ -28,17 +28,22 @@ static int passed, failed;
 
 static void check(int ok, int line, const char *text)
 {
-    if (ok) { passed++; return; }
+    if (ok) {
+        passed++;
+        return;
+    }
     failed++;
     printf("test_core.c:%d: %s\n", line, text);
 }
 
 static void near_to(double value, double want, double tolerance, int line, const char *text)
 {
-    if (fabs(value - want) <= tolerance) { passed++; return; }
+    if (fabs(value - want) <= tolerance) {
+        passed++;
+        return;
+    }
     failed++;
-    printf("test_core.c:%d: %s is %.9g, should be %.9g within %.3g\n", line, text, value, want,
-           tolerance);
+    printf("test_core.c:%d: %s is %.9g, should be %.9g within %.3g\n", line, text, value, want, tolerance);
 }
 
 static struct chip_tool tool_of(double diameter, double corner, double tip)
@@ -49,8 +54,7 @@ static struct chip_tool tool_of(double diameter, double corner, double tip)
 }
 
 /* A filled box; the caller frees it. */
-static struct chip_stock *stock_of(double cell, double x0, double y0, double z0,
-                                 double x1, double y1, double z1)
+static struct chip_stock *stock_of(double cell, double x0, double y0, double z0, double x1, double y1, double z1)
 {
     const double low[3] = { x0, y0, z0 }, high[3] = { x1, y1, z1 };
     uint32_t cells = chip_stock_cells(cell, x1 - x0, y1 - y0);
@@ -71,8 +75,8 @@ static struct chip_sweep placed(double x, double y, double z)
     return sweep;
 }
 
-static double cut_to(struct chip_sweep *sweep, struct chip_stock *stock, const struct chip_tool *tool,
-                     double x, double y, double z)
+static double cut_to(struct chip_sweep *sweep, struct chip_stock *stock, const struct chip_tool *tool, double x,
+                     double y, double z)
 {
     const double tip[3] = { x, y, z };
     chip_sweep_to(sweep, tip);
@@ -86,20 +90,24 @@ static void test_profiles(void)
     struct chip_tool vee = tool_of(6, 0, 60), taper = tool_of(6, 0.5, 20);
     const struct chip_tool *each[5];
     int i, n;
-    each[0] = &flat; each[1] = &ball; each[2] = &bull; each[3] = &vee; each[4] = &taper;
+    each[0] = &flat;
+    each[1] = &ball;
+    each[2] = &bull;
+    each[3] = &vee;
+    each[4] = &taper;
 
     NEAR(chip_tool_height(&flat, 0), 0.0, 0);
     NEAR(chip_tool_height(&flat, 3), 0.0, 0);
-    NEAR(chip_tool_height(&ball, 2), 0.7639320, EXACT);         /* 3 - sqrt(9 - 4) */
+    NEAR(chip_tool_height(&ball, 2), 0.7639320, EXACT); /* 3 - sqrt(9 - 4) */
     NEAR(chip_tool_height(&ball, 3), 3.0, EXACT);
-    NEAR(chip_tool_height(&bull, 3), 0.0, 0);                     /* flat up to 5 - 2 */
-    NEAR(chip_tool_height(&bull, 4), 0.2679492, EXACT);         /* 2 - sqrt(4 - 1) */
+    NEAR(chip_tool_height(&bull, 3), 0.0, 0);           /* flat up to 5 - 2 */
+    NEAR(chip_tool_height(&bull, 4), 0.2679492, EXACT); /* 2 - sqrt(4 - 1) */
     NEAR(chip_tool_height(&bull, 5), 2.0, EXACT);
-    NEAR(chip_tool_height(&vee, 2), 3.4641016, EXACT);          /* 2 / tan 30 */
-    NEAR(vee.shoulder, 5.1961524, EXACT);                     /* 3 / tan 30 */
-    NEAR(taper.r_arc, 0.4924039, EXACT);                      /* 0.5 cos 10 */
-    NEAR(taper.arc_top, 0.4131759, EXACT);                    /* 0.5 (1 - sin 10) */
-    NEAR(chip_tool_height(&taper, 3), 14.6344605, EXACT);       /* arc_top + (3 - r_arc) / tan 10 */
+    NEAR(chip_tool_height(&vee, 2), 3.4641016, EXACT);    /* 2 / tan 30 */
+    NEAR(vee.shoulder, 5.1961524, EXACT);                 /* 3 / tan 30 */
+    NEAR(taper.r_arc, 0.4924039, EXACT);                  /* 0.5 cos 10 */
+    NEAR(taper.arc_top, 0.4131759, EXACT);                /* 0.5 (1 - sin 10) */
+    NEAR(chip_tool_height(&taper, 3), 14.6344605, EXACT); /* arc_top + (3 - r_arc) / tan 10 */
     NEAR(chip_tool_reach(&ball, 0.7639320), 2.0, EXACT);
     NEAR(chip_tool_reach(&flat, 0.0), 0.0, 0);
     NEAR(chip_tool_reach(&flat, 1e-9), 3.0, 0);
@@ -119,9 +127,9 @@ static void test_profiles(void)
             plan += 2.0 * each[n]->ring[i].radius * each[n]->ring[i].run;
             front += 2.0 * each[n]->ring[i].radius * each[n]->ring[i].rise;
         }
-        for (i = 0; i < 20000; i++)             /* the same area, strip by strip in height */
+        for (i = 0; i < 20000; i++) /* the same area, strip by strip in height */
             mean += chip_tool_reach(each[n], each[n]->shoulder * (i + 0.5) / 20000);
-        NEAR(rise, each[n]->shoulder, 1e-9);    /* the bands are the whole end */
+        NEAR(rise, each[n]->shoulder, 1e-9); /* the bands are the whole end */
         NEAR(plan, each[n]->radius * each[n]->radius, 1e-9);
         NEAR(front, 2.0 * mean * each[n]->shoulder / 20000, 1e-4 * each[n]->radius);
     }
@@ -170,8 +178,10 @@ static void test_define_errors(void)
                 error = chip_stock_define(stock, low, high);
                 if (i < 3) CHECK(error == CHIP_STOCK_NOT_FINITE);
                 if (axis < 2) CHECK(error != CHIP_STOCK_OK);
-                if (error) CHECK(memcmp(before, stock, bytes) == 0);
-                else memcpy(stock, before, bytes);      /* a very high box is a box */
+                if (error)
+                    CHECK(memcmp(before, stock, bytes) == 0);
+                else
+                    memcpy(stock, before, bytes); /* a very high box is a box */
             }
     for (axis = 0; axis < 3; axis++) {
         double high[3];
@@ -203,11 +213,11 @@ static void test_box(void)
     int calls = 0;
     chip_stock_init(stock, 0.25, cells);
     CHECK(!chip_stock_ready(stock));
-    CHECK(!chip_stock_fill(stock, 10));           /* nothing defined */
+    CHECK(!chip_stock_fill(stock, 10)); /* nothing defined */
     CHECK(chip_stock_define(stock, low, high) == CHIP_STOCK_OK);
     CHECK(!chip_stock_ready(stock));
     while (!chip_stock_fill(stock, 1)) CHECK(++calls < 100);
-    CHECK(calls == stock->ny + 1);              /* one row a call, ring included */
+    CHECK(calls == stock->ny + 1); /* one row a call, ring included */
     CHECK(stock->generation % 2 == 0);
     NEAR(chip_stock_volume(stock), volume, 1e-4 * volume);
     NEAR(chip_stock_above(stock, 2.0, 5.0, -4.1), 4.45, 1e-5);
@@ -222,14 +232,16 @@ static void test_box(void)
 static void test_volumes(void)
 {
     const double pi = CHIP_PI;
-    struct { double d, corner, tip, x0, z0, x1, z1, want; } move[] = {
-        { 6, 0, 0, -6, -2, 6, -2, 2 * (6 * 12 + pi * 9) },              /* slot: depth x stadium */
-        { 6, 0, 0, 0, 1, 0, -3, 3 * pi * 9 },                           /* plunge: cylinder */
-        { 6, 0, 0, -6, 0, 6, -2, 3 * 2 * 12 + pi * 9 * 2 },             /* ramp: R d L + pi R^2 d */
-        { 6, 3, 0, -6, -3, 6, -3, 4.5 * pi * 12 + 18 * pi },            /* half cylinder + half ball */
-        { 6, 3, 0, 0, 1, 0, -1, pi * 8 / 3 },                           /* cap: pi h^2 (3R - h) / 3 */
-        { 8, 0, 90, -6, -3, 6, -3, 9 * 12 + 9 * pi },                   /* h^2 L + pi h^3 / 3 */
-        { 8, 0, 90, 0, 1, 0, -3, 9 * pi },                              /* cone */
+    struct {
+        double d, corner, tip, x0, z0, x1, z1, want;
+    } move[] = {
+        { 6, 0, 0, -6, -2, 6, -2, 2 * (6 * 12 + pi * 9) },   /* slot: depth x stadium */
+        { 6, 0, 0, 0, 1, 0, -3, 3 * pi * 9 },                /* plunge: cylinder */
+        { 6, 0, 0, -6, 0, 6, -2, 3 * 2 * 12 + pi * 9 * 2 },  /* ramp: R d L + pi R^2 d */
+        { 6, 3, 0, -6, -3, 6, -3, 4.5 * pi * 12 + 18 * pi }, /* half cylinder + half ball */
+        { 6, 3, 0, 0, 1, 0, -1, pi * 8 / 3 },                /* cap: pi h^2 (3R - h) / 3 */
+        { 8, 0, 90, -6, -3, 6, -3, 9 * 12 + 9 * pi },        /* h^2 L + pi h^3 / 3 */
+        { 8, 0, 90, 0, 1, 0, -3, 9 * pi },                   /* cone */
     };
     size_t i;
     for (i = 0; i < sizeof move / sizeof *move; i++) {
@@ -261,8 +273,7 @@ static void test_small_legs(void)
         struct chip_tool tool = tool_of(6, corner[n], 0);
         struct chip_sweep a = placed(-6, -2, -2), b = placed(-6, -2, -2);
         double at_once = cut_to(&a, one, &tool, 6, 3, -2), sum = 0.0;
-        for (i = 1; i <= 1200; i++)
-            sum += cut_to(&b, many, &tool, -6 + 12.0 * i / 1200, -2 + 5.0 * i / 1200, -2);
+        for (i = 1; i <= 1200; i++) sum += cut_to(&b, many, &tool, -6 + 12.0 * i / 1200, -2 + 5.0 * i / 1200, -2);
         NEAR(sum, at_once, 0.003 * at_once);
         free(one);
         free(many);
@@ -280,7 +291,10 @@ static void test_bounded_work(void)
     double at_once, sum = 0.0;
     long most = 0, work_of_all = 0;
     int i, calls = 0;
-    for (i = 0; i < 5; i++) { chip_sweep_to(&a, tip[i]); chip_sweep_to(&b, tip[i]); }
+    for (i = 0; i < 5; i++) {
+        chip_sweep_to(&a, tip[i]);
+        chip_sweep_to(&b, tip[i]);
+    }
     at_once = chip_sweep_run(&a, one, &tool, ALL, &work_of_all);
     while (b.waiting) {
         long work = 0;
@@ -289,7 +303,7 @@ static void test_bounded_work(void)
         if (++calls > 1000000) break;
     }
     NEAR(sum, at_once, 1e-9 * at_once);
-    CHECK(most <= 1100);                        /* one cell that is looked for along the move, at four points */
+    CHECK(most <= 1100); /* one cell that is looked for along the move, at four points */
     CHECK(memcmp(one->cells, split->cells, (size_t)82 * 82 * sizeof(struct chip_cell)) == 0);
     CHECK(work_of_all > 0 && one->generation % 2 == 0 && split->generation % 2 == 0);
     free(one);
@@ -311,7 +325,7 @@ static void test_queue(void)
     }
     chip_sweep_run(&sweep, stock, &tool, ALL, NULL);
     NEAR(sweep.at[0], 8.0, 1e-12);
-    NEAR(stock->removed, 1 * (4 * 16 + CHIP_PI * 4), 0.005 * 76);     /* straight: nothing is lost */
+    NEAR(stock->removed, 1 * (4 * 16 + CHIP_PI * 4), 0.005 * 76); /* straight: nothing is lost */
     free(stock);
 }
 
@@ -344,7 +358,7 @@ static void test_hostile_tips(void)
                 chip_lookahead_reset(&lookahead);
                 chip_lookahead_step(&lookahead, 0, stock, &tool, low, tip, 0.001, 5.0, 1000);
                 chip_lookahead_profile(&lookahead, 0, stock, &tool, 5.0, &profile);
-                for (k = 0; k < 20; k++) {      /* and on with a sound path */
+                for (k = 0; k < 20; k++) { /* and on with a sound path */
                     double from[3] = { 0.02 * k, 0, -1 }, to[3] = { 0.02 * k + 0.02, 0, -1 };
                     chip_lookahead_step(&lookahead, 0, stock, &tool, from, to, 0.001, 5.0, 1000);
                 }
@@ -361,12 +375,14 @@ static void test_sections(void)
 {
     const double angle[5] = { 0, 17, 31, 45, 73 };
     struct chip_stock *stock = stock_of(0.25, -30, -30, -10, 30, 30, 0);
-    struct { double d, corner, tip, z, want; } shape[] = {
-        { 6, 0, 0, -2, 12 },                            /* D x depth */
-        { 6, 3, 0, -3, 14.1371669 },                    /* half disc: pi R^2 / 2 */
-        { 6, 3, 0, -5, 14.1371669 + 12 },               /* and D x (depth - R) above */
-        { 10, 2, 0, -2, 18.2831853 },                   /* 2 c^2 (1 - pi/4) less than D c */
-        { 8, 0, 90, -3, 9 },                            /* triangle h^2 */
+    struct {
+        double d, corner, tip, z, want;
+    } shape[] = {
+        { 6, 0, 0, -2, 12 },              /* D x depth */
+        { 6, 3, 0, -3, 14.1371669 },      /* half disc: pi R^2 / 2 */
+        { 6, 3, 0, -5, 14.1371669 + 12 }, /* and D x (depth - R) above */
+        { 10, 2, 0, -2, 18.2831853 },     /* 2 c^2 (1 - pi/4) less than D c */
+        { 8, 0, 90, -3, 9 },              /* triangle h^2 */
     };
     size_t i;
     int n;
@@ -379,11 +395,11 @@ static void test_sections(void)
             NEAR(met.area, shape[i].want, 0.01 * shape[i].want);
             NEAR(met.depth, -shape[i].z, 0.03 * -shape[i].z);
             if (shape[i].corner == 0.0 && shape[i].tip == 0.0) {
-                met = chip_section_at(stock, &tool, tip, down, chip_section_clear(stock), 0.0);       /* plunge: the disc */
+                met = chip_section_at(stock, &tool, tip, down, chip_section_clear(stock), 0.0); /* plunge: the disc */
                 NEAR(met.area, CHIP_PI * 9, 0.01 * CHIP_PI * 9);
             }
             tip[2] = 0.5;
-            met = chip_section_at(stock, &tool, tip, dir, chip_section_clear(stock), 0.0);            /* above the stock */
+            met = chip_section_at(stock, &tool, tip, dir, chip_section_clear(stock), 0.0); /* above the stock */
             NEAR(met.area, 0.0, 0);
         }
     free(stock);
@@ -406,17 +422,17 @@ static struct chip_feed_in calm(void)
 static void test_feed_law(void)
 {
     struct chip_feed_in in = calm();
-    in.section_area_mm2 = 12.0;                             /* 60 / 12 = 5 mm/s of 10 */
+    in.section_area_mm2 = 12.0; /* 60 / 12 = 5 mm/s of 10 */
     NEAR(chip_feed(&in, 1.0).scale, 0.5, 1e-12);
     CHECK(chip_feed(&in, 1.0).limit == CHIP_LIMIT_STOCK_HERE);
-    in.section_area_mm2 = 3.0;                              /* 20 mm/s allowed: F stays */
+    in.section_area_mm2 = 3.0; /* 20 mm/s allowed: F stays */
     NEAR(chip_feed(&in, 1.0).scale, 1.0, 0);
     in.section_area_mm2 = 0.0;
-    in.load_area_mm2[3] = 60.0;                    /* 1 mm/s in 0.02 + 0.05 mm: sqrt(1 + 500 x 0.05) */
-    in.load_distance_mm[3] = 0.07;                /* 0.02 = two periods at 10 mm/s */
+    in.load_area_mm2[3] = 60.0;    /* 1 mm/s in 0.02 + 0.05 mm: sqrt(1 + 500 x 0.05) */
+    in.load_distance_mm[3] = 0.07; /* 0.02 = two periods at 10 mm/s */
     NEAR(chip_feed(&in, 1.0).scale, 0.50990195, 1e-6);
     CHECK(chip_feed(&in, 1.0).limit == CHIP_LIMIT_STOCK_AHEAD);
-    NEAR(chip_feed(&in, NAN).scale, 0.50990195, 1e-6);        /* unknown: as if at full speed */
+    NEAR(chip_feed(&in, NAN).scale, 0.50990195, 1e-6); /* unknown: as if at full speed */
     in.mrr_target_mm3_s = NAN;
     NEAR(chip_feed(&in, 1.0).scale, 1.0, 0);
     CHECK(chip_feed(&in, 1.0).limit == CHIP_LIMIT_FALLBACK);
@@ -425,8 +441,7 @@ static void test_feed_law(void)
 /* Whatever comes in, the scale is a number in [0, 1]. */
 static void test_feed_hostile(void)
 {
-    const double odd[] = { NAN, INFINITY, -INFINITY, 0.0, -0.0, -1.0, 1.0, 60.0, 1e-9, 5e-324, 1e308,
-                           -1e308, 1e-308 };
+    const double odd[] = { NAN, INFINITY, -INFINITY, 0.0, -0.0, -1.0, 1.0, 60.0, 1e-9, 5e-324, 1e308, -1e308, 1e-308 };
     const int n = sizeof odd / sizeof *odd;
     struct chip_feed_easing easing = { 0.0, 0.0, 0 };
     int i, bad = 0;
@@ -436,10 +451,15 @@ static void test_feed_hostile(void)
         struct chip_feed_out out;
         double *field[20], last = 1.0;
         int k, hits = 1 + rand() % 9;
-        field[0] = &in.mrr_target_mm3_s; field[1] = &in.mrr_lower_mm3_s; field[2] = &in.programmed_vel_mm_s;
-        field[3] = &in.requested_vel_mm_s; field[4] = &in.acceleration_mm_s2; field[5] = &in.min_vel_mm_s;
-        field[6] = &in.period_s; field[7] = &in.section_area_mm2;
-        for (k = 8; k < 20; k++) field[k] = &in.tool_max_rate_mm3_s + (k - 8);  /* the doubles to the end */
+        field[0] = &in.mrr_target_mm3_s;
+        field[1] = &in.mrr_lower_mm3_s;
+        field[2] = &in.programmed_vel_mm_s;
+        field[3] = &in.requested_vel_mm_s;
+        field[4] = &in.acceleration_mm_s2;
+        field[5] = &in.min_vel_mm_s;
+        field[6] = &in.period_s;
+        field[7] = &in.section_area_mm2;
+        for (k = 8; k < 20; k++) field[k] = &in.tool_max_rate_mm3_s + (k - 8); /* the doubles to the end */
         in.section_area_mm2 = 12.0;
         in.feed_mode = rand() % 6 - 1;
         in.motion = rand() % 4;
@@ -447,10 +467,14 @@ static void test_feed_hostile(void)
         for (k = 0; k < hits; k++) {
             int which = rand() % 23;
             double value = odd[rand() % n];
-            if (which < 20) *field[which] = value;
-            else if (which == 20) in.load_area_mm2[rand() % CHIP_FEED_LOAD_STEPS] = value;
-            else if (which == 21) in.load_distance_mm[rand() % CHIP_FEED_LOAD_STEPS] = value;
-            else last = value;
+            if (which < 20)
+                *field[which] = value;
+            else if (which == 20)
+                in.load_area_mm2[rand() % CHIP_FEED_LOAD_STEPS] = value;
+            else if (which == 21)
+                in.load_distance_mm[rand() % CHIP_FEED_LOAD_STEPS] = value;
+            else
+                last = value;
         }
         out = chip_feed(&in, last);
         if (!(out.scale >= 0.0 && out.scale <= 1.0)) bad++;

@@ -23,13 +23,40 @@
 #include "core/tool_watch.h"
 #include "core/tracker.h"
 
-#define PERIODS 250             /* of an episode */
-#define SETTLE 60               /* until a map of this size is filled again */
+#define PERIODS 250 /* of an episode */
+#define SETTLE 60   /* until a map of this size is filled again */
 #define LONGEST_S 0.05
 
-static const double HOSTILE[] = { 0.0, -0.0, 1.0, -1.0, 4.9e-324, 1e-300, -1e-300, 1e-12, 1e-6, 0.25, 180.0, 1e5, 999999.0, 1e6, -1e6, 1.1e6, 1e9, 2147483647.0,
-    2147483648.0, -2147483649.0, 1e18, 1e150, -1e150, 1e300, 1.7976931348623157e308, -1.7976931348623157e308, INFINITY, -INFINITY, NAN };
-#define COUNT(array) ((int)(sizeof (array) / sizeof *(array)))
+static const double HOSTILE[] = { 0.0,
+                                  -0.0,
+                                  1.0,
+                                  -1.0,
+                                  4.9e-324,
+                                  1e-300,
+                                  -1e-300,
+                                  1e-12,
+                                  1e-6,
+                                  0.25,
+                                  180.0,
+                                  1e5,
+                                  999999.0,
+                                  1e6,
+                                  -1e6,
+                                  1.1e6,
+                                  1e9,
+                                  2147483647.0,
+                                  2147483648.0,
+                                  -2147483649.0,
+                                  1e18,
+                                  1e150,
+                                  -1e150,
+                                  1e300,
+                                  1.7976931348623157e308,
+                                  -1.7976931348623157e308,
+                                  INFINITY,
+                                  -INFINITY,
+                                  NAN };
+#define COUNT(array) ((int)(sizeof(array) / sizeof *(array)))
 
 static unsigned long seed, start_seed;
 static long episode, period;
@@ -55,7 +82,12 @@ static double hostile(void)
 {
     double value = HOSTILE[pick(COUNT(HOSTILE))];
     if (chance() < 0.3) value *= 1.0 + chance();
-    if (chance() < 0.1) { uint64_t bits = 0; int i; for (i = 0; i < 8; i++) bits = bits << 8 | (uint64_t)pick(256); memcpy(&value, &bits, 8); }
+    if (chance() < 0.1) {
+        uint64_t bits = 0;
+        int i;
+        for (i = 0; i < 8; i++) bits = bits << 8 | (uint64_t)pick(256);
+        memcpy(&value, &bits, 8);
+    }
     return value;
 }
 
@@ -68,8 +100,10 @@ static int hostile_whole(void)
 static void expect(int good, const char *what, double value)
 {
     if (good || failures++ > 20) return;
-    printf("CHIPWISE_SEED=%lu episode %ld period %ld: %s: %g (ready %d, fault %d, axis %g %g %g, unit %g, tool %g %g %g %g)\n", start_seed, episode, period,
-           what, value, out.is_ready, out.fault_number, in.pos_mu[0], in.pos_mu[1], in.pos_mu[2], in.mu_per_mm, in.tool_diameter_mu, in.tool_corner_radius_mu, in.tool_tip_angle_deg,
+    printf("CHIPWISE_SEED=%lu episode %ld period %ld: %s: %g (ready %d, fault %d, axis %g %g %g, unit %g, tool %g %g "
+           "%g %g)\n",
+           start_seed, episode, period, what, value, out.is_ready, out.fault_number, in.pos_mu[0], in.pos_mu[1],
+           in.pos_mu[2], in.mu_per_mm, in.tool_diameter_mu, in.tool_corner_radius_mu, in.tool_tip_angle_deg,
            in.tool_flute_length_mu);
 }
 
@@ -139,16 +173,39 @@ static void walk(void)
     sound.pos_mu[2] += 0.05 * dive * sound.mu_per_mm;
     for (i = 0; i < 3; i++) {
         double most = (i == 0 ? 70.0 : i == 1 ? 50.0 : 10.0) * sound.mu_per_mm, least = -12.0 * sound.mu_per_mm;
-        if (sound.pos_mu[i] > most || sound.pos_mu[i] < least) heading += 3.0, dive = -dive, sound.pos_mu[i] = fmin(fmax(sound.pos_mu[i], least), most);
+        if (sound.pos_mu[i] > most || sound.pos_mu[i] < least)
+            heading += 3.0, dive = -dive, sound.pos_mu[i] = fmin(fmax(sound.pos_mu[i], least), most);
     }
 }
 
 /* The numbers of `in` by number; -> how many there are. */
 static int number(int which, double **place)
 {
-    double *all[] = { &in.pos_mu[0], &in.pos_mu[1], &in.pos_mu[2], &in.tool_offset_mu[0], &in.tool_offset_mu[1], &in.tool_offset_mu[2], &in.mu_per_mm, &in.tool_diameter_mu, &in.tool_corner_radius_mu,
-        &in.tool_tip_angle_deg, &in.tool_flute_length_mu, &in.box_min_mu[0], &in.box_min_mu[1], &in.box_min_mu[2], &in.box_max_mu[0], &in.box_max_mu[1], &in.box_max_mu[2],
-        &in.box_turn_deg, &in.distance_to_go_mu, &in.acceleration_mu_s2, &in.axis_acceleration_mu_s2[0], &in.axis_acceleration_mu_s2[1], &in.axis_acceleration_mu_s2[2], &in.max_jerk_mu_s3, &in.mrr_window_s };
+    double *all[] = { &in.pos_mu[0],
+                      &in.pos_mu[1],
+                      &in.pos_mu[2],
+                      &in.tool_offset_mu[0],
+                      &in.tool_offset_mu[1],
+                      &in.tool_offset_mu[2],
+                      &in.mu_per_mm,
+                      &in.tool_diameter_mu,
+                      &in.tool_corner_radius_mu,
+                      &in.tool_tip_angle_deg,
+                      &in.tool_flute_length_mu,
+                      &in.box_min_mu[0],
+                      &in.box_min_mu[1],
+                      &in.box_min_mu[2],
+                      &in.box_max_mu[0],
+                      &in.box_max_mu[1],
+                      &in.box_max_mu[2],
+                      &in.box_turn_deg,
+                      &in.distance_to_go_mu,
+                      &in.acceleration_mu_s2,
+                      &in.axis_acceleration_mu_s2[0],
+                      &in.axis_acceleration_mu_s2[1],
+                      &in.axis_acceleration_mu_s2[2],
+                      &in.max_jerk_mu_s3,
+                      &in.mrr_window_s };
     if (place) *place = all[which];
     return COUNT(all);
 }
@@ -170,10 +227,12 @@ static void check_tracker(void)
     }
     expect(out.has_fault == (out.fault_number != 0), "fault without a code, or the other way", out.fault_number);
     for (i = 0; i < 3; i++) sane &= isfinite(in.pos_mu[i]) && isfinite(in.tool_offset_mu[i]);
-    sane &= isfinite(in.mu_per_mm) && in.mu_per_mm > 0.0 && isfinite(in.tool_diameter_mu) && in.tool_diameter_mu > 0.0 && isfinite(in.tool_corner_radius_mu)
-        && isfinite(in.tool_tip_angle_deg) && isfinite(in.tool_flute_length_mu) && !in.tool_unknown && !in.watch_fault && !in.external_writer;
+    sane &= isfinite(in.mu_per_mm) && in.mu_per_mm > 0.0 && isfinite(in.tool_diameter_mu) && in.tool_diameter_mu > 0.0
+         && isfinite(in.tool_corner_radius_mu) && isfinite(in.tool_tip_angle_deg) && isfinite(in.tool_flute_length_mu)
+         && !in.tool_unknown && !in.watch_fault && !in.external_writer;
     expect(sane || !out.is_ready, "ready with inputs that cannot be", out.is_ready);
-    expect((in.mu_per_mm > 0.0 && isfinite(in.mu_per_mm)) || out.has_fault || in.external_writer, "no fault for the units", in.mu_per_mm);
+    expect((in.mu_per_mm > 0.0 && isfinite(in.mu_per_mm)) || out.has_fault || in.external_writer,
+           "no fault for the units", in.mu_per_mm);
     ready_periods += out.is_ready;
 }
 
@@ -184,9 +243,33 @@ static void check_feed(int spoilt)
     struct chip_watchdog_in seen;
     struct chip_tool_watch_in beat;
     struct chip_feed_out said;
-    double *first = &law.tool_max_rate_mm3_s, *numbers[] = { &law.mrr_target_mm3_s, &law.mrr_lower_mm3_s, &law.programmed_vel_mm_s, &law.requested_vel_mm_s, &law.acceleration_mm_s2, &law.min_vel_mm_s, &law.period_s, &law.section_area_mm2,
-        &law.load_distance_mm[3], &law.load_area_mm2[0], &law.load_accel_mm_s2[1], first, &law.max_vel_mm_s, &law.min_scale_of_f, &law.max_scale_of_f, &law.air_vel_mm_s, &law.plunge_vel_mm_s, &law.dir_z, &law.max_chip_thickness_mm,
-        &law.flutes, &law.spindle_speed_rps, &law.tool_diameter_mm, &law.depth_mm, &law.feed_override_share, &law.max_jerk_mm_s3, &law.current_vel_mm_s, &law.current_accel_mm_s2 };
+    double *first = &law.tool_max_rate_mm3_s, *numbers[] = { &law.mrr_target_mm3_s,
+                                                             &law.mrr_lower_mm3_s,
+                                                             &law.programmed_vel_mm_s,
+                                                             &law.requested_vel_mm_s,
+                                                             &law.acceleration_mm_s2,
+                                                             &law.min_vel_mm_s,
+                                                             &law.period_s,
+                                                             &law.section_area_mm2,
+                                                             &law.load_distance_mm[3],
+                                                             &law.load_area_mm2[0],
+                                                             &law.load_accel_mm_s2[1],
+                                                             first,
+                                                             &law.max_vel_mm_s,
+                                                             &law.min_scale_of_f,
+                                                             &law.max_scale_of_f,
+                                                             &law.air_vel_mm_s,
+                                                             &law.plunge_vel_mm_s,
+                                                             &law.dir_z,
+                                                             &law.max_chip_thickness_mm,
+                                                             &law.flutes,
+                                                             &law.spindle_speed_rps,
+                                                             &law.tool_diameter_mm,
+                                                             &law.depth_mm,
+                                                             &law.feed_override_share,
+                                                             &law.max_jerk_mm_s3,
+                                                             &law.current_vel_mm_s,
+                                                             &law.current_accel_mm_s2 };
     double recover = 0.0, band = 0.0, over;
     int i;
     memset(&law, 0, sizeof law);
@@ -264,18 +347,24 @@ static void run_episode(void)
         double *place, before;
         walk();
         if (period == 1 || period == PERIODS + 1) sound.define_request = 0;
-        if (period == PERIODS + 2) sound.motion = 2, sound.define_request = 1;         /* sound again, defined again */
+        if (period == PERIODS + 2) sound.motion = 2, sound.define_request = 1; /* sound again, defined again */
         in = sound;
         if (period < PERIODS) {
             if (left == 0 && chance() < 0.05) {
                 left = 1 + pick(chance() < 0.5 ? 3 : 40);
                 count = 1 + pick(4);
-                for (i = 0; i < count; i++) { spoilt[i] = pick(number(0, 0)); value[i] = hostile(); }
+                for (i = 0; i < count; i++) {
+                    spoilt[i] = pick(number(0, 0));
+                    value[i] = hostile();
+                }
             }
             if (left > 0) {
                 left--;
                 hostile_periods++;
-                for (i = 0; i < count; i++) { number(spoilt[i], &place); *place = value[i]; }
+                for (i = 0; i < count; i++) {
+                    number(spoilt[i], &place);
+                    *place = value[i];
+                }
                 if (chance() < 0.2) in.motion = hostile_whole();
                 if (chance() < 0.1) in.box_shape = hostile_whole();
                 if (chance() < 0.05) in.define_request = !in.define_request;
@@ -294,7 +383,8 @@ static void run_episode(void)
         check_feed(chance() < 0.5);
     }
     expect(out.is_ready && out.fault_number == 0, "ready when all is sound and the stock is new", out.is_ready);
-    expect(!memcmp(tracker.own_head, stock, sizeof *stock) && stock->capacity == capacity, "the map's own head", stock->cell);
+    expect(!memcmp(tracker.own_head, stock, sizeof *stock) && stock->capacity == capacity, "the map's own head",
+           stock->cell);
     drop_map();
 }
 
@@ -304,6 +394,7 @@ int main(void)
     long episodes = count && *count ? atol(count) : 300;
     start_seed = seed = from && *from ? strtoul(from, 0, 10) : 7134;
     for (episode = 0; episode < episodes; episode++) run_episode();
-    printf("%ld episodes, %ld hostile periods, %ld ready, %ld failures\n", episodes, hostile_periods, ready_periods, failures);
+    printf("%ld episodes, %ld hostile periods, %ld ready, %ld failures\n", episodes, hostile_periods, ready_periods,
+           failures);
     return failures != 0 || ready_periods == 0 || (episodes > 100 && hostile_periods == 0);
 }

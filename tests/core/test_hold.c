@@ -27,13 +27,13 @@ int main(void)
 {
     double before;
 
-    begin();                                    /* nobody writes, nothing moves: the stock is what it was */
+    begin(); /* nobody writes, nothing moves: the stock is what it was */
     before = out.removed_volume_mm3;
     hold(1);
     hold(0);
     expect(out.is_ready && out.fault_number == 0 && out.removed_volume_mm3 == before, "left alone");
 
-    begin();                                    /* the machine goes on: the cut is missing, the stock not known */
+    begin(); /* the machine goes on: the cut is missing, the stock not known */
     hold(1);
     go(20.0, -2.0, 100);
     hold(0);
@@ -42,7 +42,7 @@ int main(void)
     periods(20);
     expect(out.is_ready && out.fault_number == 0, "defined again");
 
-    begin();                                    /* jogging cuts nothing */
+    begin(); /* jogging cuts nothing */
     hold(1);
     in.is_enabled = 0;
     go(20.0, -2.0, 100);
@@ -51,20 +51,20 @@ int main(void)
     hold(0);
     expect(out.is_ready && out.fault_number == 0, "jogged under hold");
 
-    begin();                                    /* killed while writing: the generation is odd */
+    begin(); /* killed while writing: the generation is odd */
     hold(1);
     stock->generation++;
     stock->nx = 0;
     hold(0);
     expect(!out.has_stock && out.fault_number == CHIP_FAULT_MAP && stock->generation % 2 == 0, "killed while writing");
 
-    begin();                                    /* the same, after the head was written */
+    begin(); /* the same, after the head was written */
     hold(1);
     stock->generation++;
     hold(0);
     expect(!out.has_stock && out.fault_number == CHIP_FAULT_MAP, "killed before the end");
 
-    begin();                                    /* written to the end */
+    begin(); /* written to the end */
     hold(1);
     stock->generation++;
     stock->removed = 1.0;
@@ -72,7 +72,7 @@ int main(void)
     hold(0);
     expect(out.is_ready && out.fault_number == 0 && out.removed_volume_mm3 == 1.0, "written to the end");
 
-    begin();                                    /* moves that still waited are missing where nobody writes */
+    begin(); /* moves that still waited are missing where nobody writes */
     tracker.sweep.waiting = 1;
     hold(1);
     hold(0);

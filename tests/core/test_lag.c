@@ -28,13 +28,14 @@ int main(void)
     all = out.removed_volume_mm3;
 
     ramp();
-    in.is_enabled = 0;                     /* jogged away, through the stock */
+    in.is_enabled = 0; /* jogged away, through the stock */
     go(50.0, 5.0, 40);
     go(20.0, 5.0, 40);
-    expect(tracker.sweep.waiting == 0 && fabs(out.removed_volume_mm3 - all) < 1e-9 * all, "cutting off while moves wait");
+    expect(tracker.sweep.waiting == 0 && fabs(out.removed_volume_mm3 - all) < 1e-9 * all,
+           "cutting off while moves wait");
 
     ramp();
-    in.is_enabled = 0;                     /* off for one period, and on again elsewhere: no way between */
+    in.is_enabled = 0; /* off for one period, and on again elsewhere: no way between */
     in.pos_mu[0] = 20.5;
     in.pos_mu[2] = 5.0;
     periods(1);

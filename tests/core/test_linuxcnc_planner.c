@@ -116,7 +116,7 @@ static void test_lines(void)
     tc->term_cond = TC_TERM_COND_TANGENT;
     append_line(point(10, 8, 3), point(10, 8, -1));
     follow(50.0);
-    CHECK(!path.known);                         /* after one period it is unknown whether motion runs */
+    CHECK(!path.known); /* after one period it is unknown whether motion runs */
     follow(50.0);
     CHECK(path.known && path.count == 3 && near(path.s, 1.0) && near(path.end_s, 20.0));
     CHECK(near(path.segment[0].accel, 400.0) && path.segment[0].join == CHIP_JOIN_STOP);
@@ -125,11 +125,11 @@ static void test_lines(void)
     CHECK(near(tip[0], 1.0) && near(tip[1], 2.0) && near(tip[2], -7.0) && near(dir[0], 1.0));
     chip_path_at(&path, 18.0, tip, dir);
     CHECK(near(tip[1], 8.0) && near(tip[2], -9.0) && near(dir[2], -1.0));
-    queue[0].progress = 2.5;                    /* the tool goes on, the last segment becomes final */
+    queue[0].progress = 2.5; /* the tool goes on, the last segment becomes final */
     append_line(point(10, 8, -1), point(0, 8, -1));
     follow(50.0);
     CHECK(path.known && near(path.s, 2.5) && path.count == 4 && path.segment[2].join == CHIP_JOIN_STOP);
-    end.status.heartbeat--;                     /* motion has stopped: the same count as the period before */
+    end.status.heartbeat--; /* motion has stopped: the same count as the period before */
     follow(50.0);
     CHECK(!path.known);
 }
@@ -158,7 +158,7 @@ static void test_arcs(void)
         follow(50.0);
         follow(50.0);
         CHECK(path.count == 1 && near(path.segment[0].curvature, turn / 5.0) && near(path.segment[0].length, 2.5 * PI));
-        CHECK(near(path.segment[0].accel, 200.0));      /* the tangential share */
+        CHECK(near(path.segment[0].accel, 200.0)); /* the tangential share */
         chip_path_at(&path, path.end_s, tip, dir);
         CHECK(near(tip[0], 0.0) && near(tip[1], 5.0 * turn) && near(dir[0], -1.0));
     }
@@ -234,16 +234,16 @@ static void test_where_it_ends(void)
     append_line(point(10, 2, 3), point(10, 8, 3));
     follow(50.0);
     follow(50.0);
-    CHECK(path.known && path.count == 1);       /* a tap is nowhere the core could look ahead */
+    CHECK(path.known && path.count == 1); /* a tap is nowhere the core could look ahead */
     begin(1.0);
-    tp()->queue.start = tp()->queue.size - 2;   /* the queue is a ring */
+    tp()->queue.start = tp()->queue.size - 2; /* the queue is a ring */
     for (i = 0; i < 40; i++) append_line(point(i, 2, 3), point(i + 1, 2, 3));
     for (i = 0; i < 4; i++) follow(10.0);
     CHECK(path.known && path.end_s > 10.0 && path.end_s < 10.0 + CHIP_PLANNER_MARGIN + 1.1);
     begin(1.0);
     follow(50.0);
     follow(50.0);
-    CHECK(!path.known);                         /* an empty queue */
+    CHECK(!path.known); /* an empty queue */
 }
 
 static void test_unsound(void)

@@ -24,7 +24,10 @@ static void begin(void)
     define(0.25, size, DIAMETER, at);
 }
 
-static double slot(double length, double depth) { return depth * (DIAMETER * length + 0.25 * PI * DIAMETER * DIAMETER); }
+static double slot(double length, double depth)
+{
+    return depth * (DIAMETER * length + 0.25 * PI * DIAMETER * DIAMETER);
+}
 
 static void near(double value, double wanted, const char *what)
 {
@@ -51,7 +54,7 @@ static void change_between_cuts(double x, double y, double z)
     go(25.0 + x, 5.0 + z, 1000);
     in.pos_mu[1] += 12.0 + y;
     expect(!out.has_fault, "the path to the next slot");
-    in.is_enabled = 0;                     /* across in one step, as if jogged */
+    in.is_enabled = 0; /* across in one step, as if jogged */
     periods(2);
     in.is_enabled = 1;
     periods(2);
@@ -69,7 +72,7 @@ static void change_in_the_stock(void)
     begin();
     go(5.0, -2.0, 50);
     before = out.removed_volume_mm3;
-    offset(0.0, 0.0, 3.0);              /* a longer tool: its tip would stand 3 mm deeper */
+    offset(0.0, 0.0, 3.0); /* a longer tool: its tip would stand 3 mm deeper */
     periods(5);
     offset(4.0, 0.0, 3.0);
     periods(5);
@@ -96,7 +99,8 @@ static void length_before_numbers(void)
         periods(5);
         in.motion = 1;
         go(5.0, 13.0, 100);
-        expect(out.removed_volume_mm3 == before && !out.has_fault && !out.has_rapid_contact, "another tool cuts nothing where it appears");
+        expect(out.removed_volume_mm3 == before && !out.has_fault && !out.has_rapid_contact,
+               "another tool cuts nothing where it appears");
         in.motion = 2;
         go(5.0, 2.0, 100);
         near(out.removed_volume_mm3, 6.0 * PI * 25.0, "and all below it when it falls");
@@ -147,7 +151,7 @@ static void jumps_are_still_faults(void)
     expect(out.fault_number == CHIP_FAULT_JUMP, "a jump of the axes is a fault");
     begin();
     in.pos_mu[0] += 40.0;
-    offset(40.0, 0.0, 0.0);             /* hidden behind an offset */
+    offset(40.0, 0.0, 0.0); /* hidden behind an offset */
     periods(1);
     expect(out.fault_number == CHIP_FAULT_JUMP, "also with an offset that makes up for it");
     begin();

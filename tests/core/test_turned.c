@@ -13,14 +13,14 @@ int main(void)
     before = out.removed_volume_mm3;
     expect(out.is_ready && before > 100.0, "the slot is begun");
 
-    in.is_turned = 1;                         /* the table turns, and the tool goes on */
+    in.is_turned = 1; /* the table turns, and the tool goes on */
     periods(3);
     expect(out.fault_number == CHIP_FAULT_TURNED && out.has_fault && !out.is_ready && !out.has_stock, "said");
     go(20.0, -2.0, 100);
     expect(out.removed_volume_mm3 == before, "nothing is cut out of a map that is not there");
     expect(out.section_area_mm2 == 0.0 && !out.has_rapid_contact && !out.has_flute_excess, "no load, no guard");
 
-    in.define_request = 1;                             /* defined anew at this angle */
+    in.define_request = 1; /* defined anew at this angle */
     periods(2);
     in.is_turned = 0;
     periods(200);
