@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Python's structures and constants of the core are those of the C headers, and a library with others is refused."""
 import os
+import re
 import shutil
 import subprocess
 
@@ -31,9 +32,11 @@ def copy(folder):
 
 
 def replace(path, text, other):
-    content = path.read_text()
-    assert content.count(text) == 1, f"{path.name} has `{text}` {content.count(text)} times; give this test a new text"
-    path.write_text(content.replace(text, other))
+    """Put `other` in the place of a text, which may be spaced in another way."""
+    pattern = r"\s+".join(map(re.escape, text.split()))
+    content, count = re.subn(pattern, lambda _found: other, path.read_text())
+    assert count == 1, f"{path.name} has `{text}` {count} times; give this test a new text"
+    path.write_text(content)
 
 
 def generate(folder, *options):
