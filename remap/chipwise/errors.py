@@ -72,6 +72,11 @@ def printable(text: str) -> str:
     return text.encode("utf-8", "replace").decode("utf-8")
 
 
+def with_line(text: str, line: int) -> str:
+    """A message with its line (0: none), unless it has one already."""
+    return f"{text} (line {line})" if line and "(line " not in text else text
+
+
 def clip(text: str, end: str = "") -> str:
     """text + end, shortened in the text to what a message of LinuxCNC holds."""
     room = MESSAGE_BYTES - len(end.encode())

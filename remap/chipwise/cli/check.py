@@ -10,46 +10,39 @@ Exit status: 0 no findings, 1 findings, 2 a program cannot be checked.
 
 import json
 import os
-import shutil
 import signal
 import sys
 
+from chipwise.cli.machine_options import Progress, add_machine_options, machine_of, refuser
 from chipwise.cli.output import unwritable, write_whole
-from chipwise.errors import format_length, printable
+from chipwise.errors import format_length, printable, with_line
 
 NAME = 'check'
 HELP = 'check whole programs: flutes, traverses, holder, times'
 
 MAX_PRINTED = 20        # findings of one program; --json has all
 MAX_JOBS = 256
-BAR = 30                # characters
+
+refuse = refuser(NAME)
 
 
 def add_arguments(parser):
     parser.add_argument('programs', nargs='+', metavar='PROGRAM', help='G-code file, or a folder of them')
-    parser.add_argument('--ini', metavar='INI', help='the machine (default: INI_FILE_NAME, else configs/mill.ini)')
-    parser.add_argument('--stock', nargs=6, type=float, metavar=('X0', 'Y0', 'Z0', 'X1', 'Y1', 'Z1'),
-                        help='corners of the stock for programs without M250: machine units, work coordinates of the first move')
     parser.add_argument('--json', metavar='FILE', help='all results as JSON (-: standard output)')
     parser.add_argument('--report', metavar='FILE.html', help='all results as one page that needs no network')
     parser.add_argument('--jobs', type=int, metavar='N', help='programs at a time (default: one per processor)')
     parser.add_argument('--scheduler', metavar='ADDRESS', help='work the programs on a Dask cluster: tcp://HOST:PORT')
-    parser.add_argument('--cell', type=float, metavar='MM', help='cell of the stock model (default: [CHIPWISE]CELL)')
-    parser.add_argument('--time-limit', type=float, default=600.0, metavar='S',
-                        help='computing time for one program (default: 600)')
-    parser.error = refuse
-
-
-def refuse(text):
-    """argparse's own complaints in our form."""
-    from chipwise.cli import UsageError
-    raise UsageError(f'{NAME}: {text}; see chipwise {NAME} --help')
+    add_machine_options(parser, refuse)
 
 
 def run(options):
     """-> exit status."""
     from chipwise.check.run import programs_of
-    arguments = order(options)
+    if options.jobs is not None and not 1 <= options.jobs <= MAX_JOBS:
+        refuse(f'--jobs {options.jobs} is not from 1 to {MAX_JOBS}')
+    if options.scheduler is not None and options.jobs is not None:
+        refuse('--jobs counts processes of this computer; leave it out with --scheduler')
+    arguments = machine_of(options, refuse)
     programs = programs_of(options.programs)
     if not programs:
         refuse('there is no program (.ngc, .nc, .tap) in the folder')
@@ -87,38 +80,6 @@ def results_of(options, programs, progress, arguments):
         raise UsageError(f'{NAME}: {error}') from None
 
 
-def order(options):
-    """Arguments of simulate.check from the options."""
-    from chipwise.check.reader import Machine, Unreadable
-    from chipwise.headless.runner import ROOT
-    if options.jobs is not None and not 1 <= options.jobs <= MAX_JOBS:
-        refuse(f'--jobs {options.jobs} is not from 1 to {MAX_JOBS}')
-    if options.scheduler is not None and options.jobs is not None:
-        refuse('--jobs counts processes of this computer; leave it out with --scheduler')
-    if options.cell is not None and not 0.01 <= options.cell <= 10:
-        refuse(f'--cell {options.cell:g} is not a length from 0.01 to 10 mm')
-    if not 1 <= options.time_limit <= 1e6:
-        refuse(f'--time-limit {options.time_limit:g} is not from 1 to 1000000 s')
-    ini = options.ini or os.environ.get('INI_FILE_NAME') or os.path.join(ROOT, 'configs', 'mill.ini')
-    try:
-        machine = Machine(ini)
-    except Unreadable as error:
-        refuse(str(error).partition('; see')[0])
-    return {'machine': machine, 'stock': stock_of(options.stock, machine.unit_mm), 'cell': options.cell,
-            'cpu_s': int(options.time_limit)}
-
-
-def stock_of(corners, unit_mm):
-    """--stock -> (low, high) mm."""
-    if corners is None:
-        return None
-    low, high = ([value * unit_mm for value in corners[k:k + 3]] for k in (0, 3))
-    for axis, a, b in zip('XYZ', low, high):
-        if not 1e-3 <= b - a <= 1e5:
-            refuse(f'--stock: the stock has no extent in {axis}; give X0 Y0 Z0 (minimum) and X1 Y1 Z1 (maximum)')
-    return low, high
-
-
 # ---- what is printed -----------------------------------------------------------------------------------------------
 
 
@@ -126,7 +87,7 @@ def report(result):
     """Lines of text of one program."""
     if result.error:
         text, line = result.error
-        yield printable(f'{result.program}: {text}') + (f' (line {line})' if line and '(line ' not in text else '')
+        yield with_line(printable(f'{result.program}: {text}'), line)
         return
     count = result.findings.count
     yield printable(f'{result.program}: ') + (f'{count} finding{"s" * (count != 1)}' if count else 'no findings')
@@ -160,36 +121,6 @@ def seconds(value):
     if value < 600:
         return f'{value:.1f} s'
     return f'{int(value) // 3600}:{int(value) // 60 % 60:02}:{int(value) % 60:02}'
-
-
-class Progress:
-    """A bar on a terminal; elsewhere FILTER_PROGRESS= lines, at most 100, as the GUIs' filters want them."""
-
-    def __init__(self, stream):
-        self.stream, self.terminal, self.shown, self.drawn = stream, stream.isatty(), 0, False
-
-    def __call__(self, share):
-        percent = min(99, int(100 * share))
-        if percent <= self.shown:
-            return
-        self.shown = percent
-        if self.terminal:
-            room = max(5, min(BAR, shutil.get_terminal_size().columns - 10))
-            full = room * percent // 100
-            self.stream.write(f'\r[{"#" * full}{"." * (room - full)}] {percent} %')
-            self.drawn = True
-        else:
-            self.stream.write(f'FILTER_PROGRESS={percent}\n')
-        self.stream.flush()
-
-    def clear(self):
-        """Before something else is printed."""
-        if self.drawn:
-            self.stream.write('\r\033[K')
-            self.stream.flush()
-            self.drawn = False
-
-    end = clear
 
 
 # ---- files ---------------------------------------------------------------------------------------------------------

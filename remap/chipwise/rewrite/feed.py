@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Writes feeds into a program so that the removal rate stays constant, for controls without the realtime components.
 
-Called by cli/rewrite.py.  Source: JP3131045: F = UQ x LC / VC [0007], and [0013] for two bounds.
+Called by run.py.  Source: JP3131045: F = UQ x LC / VC [0007], and [0013] for two bounds.
 
  1. Each feed move is divided into pieces of the reference length.  The volume VC of each piece of length LC is cut out of the
     stock as the moves before have left it.

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Shifts the parts of a program's path for which the flutes are too short, and adds the path for what is left.
 
-Called by cli/rewrite.py.  Source: CN105492980 [0060]..[0093] and figure 7.
+Called by run.py.  Source: CN105492980 [0060]..[0093] and figure 7.
 
  1. Judge (S103): every move in the stock as the moves before have left it.  Long enough everywhere: nothing changes.
  2. Otherwise a *body* at a time: feed moves across the tool's axis, one after the other, with the moves along the axis that

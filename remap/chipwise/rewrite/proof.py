@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Reads a rewritten program back and compares it with the first one, before anything is kept.
 
-Called by cli/rewrite.py.  Nothing here knows how the text was made.
+Called by run.py.  Nothing here knows how the text was made.
 
  1. same_path: every step of the first path ends where steps of the second one do, in the same order, and what lies between
     lies on the step: to PATH_MM.

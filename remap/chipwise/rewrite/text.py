@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Writes a rewritten program: the lines that need no change keep their text, the others become plain G0, G1, G2, G3.
 
-Called by cli/rewrite.py.
+Called by run.py.
 
  1. A line whose moves stay as they are is copied byte for byte.
  2. Else its moves are written out: absolute, in the units, plane and arc mode in force there, under the coordinate system in

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The words of a line of G-code, as text: found and changed.  Called by program.py, text.py and cli/rewrite.py."""
+"""The words of a line of G-code, as text: found and changed.  Called by program.py, text.py and run.py."""
 
 import re
 

@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""What check, rewrite and filter have in common: the machine, the stock and the limits a program is read with; progress.
+
+Called by check.py, rewrite.py and filter.py.
+"""
+
+import os
+import shutil
+
+from chipwise import ROOT
+from chipwise.cli import UsageError
+
+BAR = 30                # characters
+CELLS_MM = 0.01, 10.0
+LIMITS_S = 1, 1e6
+
+
+def refuser(name):
+    """-> refuse(text) of a subcommand: argparse's own complaints in our form, too."""
+    def refuse(text):
+        raise UsageError(f'{name}: {text}; see chipwise {name} --help')
+    return refuse
+
+
+def add_machine_options(parser, refuse):
+    """--ini, --stock, --cell, --time-limit."""
+    add_ini(parser)
+    parser.add_argument('--stock', nargs=6, type=float, metavar=('X0', 'Y0', 'Z0', 'X1', 'Y1', 'Z1'),
+                        help='corners of the stock for programs without M250: machine units, work coordinates of the first move')
+    parser.add_argument('--cell', type=float, metavar='MM', help='cell of the stock model (default: [CHIPWISE]CELL)')
+    parser.add_argument('--time-limit', type=float, default=600.0, metavar='S',
+                        help='computing time for one program (default: 600)')
+    parser.error = refuse
+
+
+def add_ini(parser):
+    parser.add_argument('--ini', metavar='INI', help='the machine (default: INI_FILE_NAME, else configs/mill.ini)')
+
+
+def ini_of(options):
+    """Path of the machine's INI file."""
+    return options.ini or os.environ.get('INI_FILE_NAME') or os.path.join(ROOT, 'configs', 'mill.ini')
+
+
+def machine_of(options, refuse):
+    """Arguments of simulate.check and rewrite.run from the options: machine, stock, cell, cpu_s."""
+    from chipwise.check.reader import Machine, Unreadable
+    low, high = CELLS_MM
+    if options.cell is not None and not low <= options.cell <= high:
+        refuse(f'--cell {options.cell:g} is not a length from 0.01 to 10 mm')
+    low, high = LIMITS_S
+    if not low <= options.time_limit <= high:
+        refuse(f'--time-limit {options.time_limit:g} is not from 1 to 1000000 s')
+    try:
+        machine = Machine(ini_of(options))
+    except Unreadable as error:
+        refuse(str(error).partition('; see')[0])
+    return {'machine': machine, 'stock': stock_of(options.stock, machine.unit_mm, refuse), 'cell': options.cell,
+            'cpu_s': int(options.time_limit)}
+
+
+def stock_of(corners, unit_mm, refuse):
+    """--stock -> (low, high) mm."""
+    if corners is None:
+        return None
+    low, high = ([value * unit_mm for value in corners[k:k + 3]] for k in (0, 3))
+    for axis, a, b in zip('XYZ', low, high):
+        if not 1e-3 <= b - a <= 1e5:
+            refuse(f'--stock: the stock has no extent in {axis}; give X0 Y0 Z0 (minimum) and X1 Y1 Z1 (maximum)')
+    return low, high
+
+
+class Progress:
+    """A bar on a terminal; elsewhere FILTER_PROGRESS= lines, at most 100, as the GUIs' filters want them."""
+
+    def __init__(self, stream):
+        self.stream, self.terminal, self.shown, self.drawn = stream, stream.isatty(), 0, False
+
+    def __call__(self, share):
+        percent = min(99, int(100 * share))
+        if percent <= self.shown:
+            return
+        self.shown = percent
+        if self.terminal:
+            room = max(5, min(BAR, shutil.get_terminal_size().columns - 10))
+            full = room * percent // 100
+            self.stream.write(f'\r[{"#" * full}{"." * (room - full)}] {percent} %')
+            self.drawn = True
+        else:
+            self.stream.write(f'FILTER_PROGRESS={percent}\n')
+        self.stream.flush()
+
+    def clear(self):
+        """Before something else is printed."""
+        if self.drawn:
+            self.stream.write('\r\033[K')
+            self.stream.flush()
+            self.drawn = False
+
+    end = clear

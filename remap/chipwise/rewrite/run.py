@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Rewrites one program, from the file to the bytes of the new one, which are read back and compared first.
+
+Called by cli/rewrite.py and filter/work.py.
+"""
+
+import os
+import tempfile
+from dataclasses import dataclass
+from typing import Optional
+
+from chipwise.check.reader import Unreadable
+from chipwise.errors import CycleError, format_length
+from chipwise.rewrite import cutting, feed, flute, proof
+from chipwise.rewrite.program import read
+from chipwise.rewrite.text import Writer
+from chipwise.rewrite.words import words_of
+from chipwise.settings import load_settings
+from chipwise.tools import load_tools
+
+SYNCHRONISED = {33, 33.1, 74, 76, 84}
+REPEATS = 5                     # of judging the new program again,
+RESERVE_MM = 0.03               # each time with so much more room below the flutes' end
+
+
+@dataclass(frozen=True)
+class Order:
+    """What is asked for.  rates: feed.Rates, None: respect the flutes; whole, diameter (mm): of flute.rewrite()."""
+
+    rates: Optional[feed.Rates] = None
+    whole: bool = False
+    diameter: Optional[float] = None
+
+
+def rewritten(path, order, progress, machine, stock=None, cell=None, **limits):
+    """-> (bytes of the new program, what is said).  Raises Unreadable, Different, MemoryError.
+
+    machine: reader.Machine; stock: (low, high) mm in work coordinates or None; cell: mm; limits: those of Reader.
+    """
+    try:
+        settings = load_settings(machine.ini)
+        geometry = load_tools(settings.path("TOOL_GEOMETRY"))
+    except CycleError as error:
+        raise Unreadable(error.text().removeprefix("chipwise: "), "") from error
+
+    def read_it(name):
+        return read(name, machine, stock, **limits)
+
+    program = read_it(path)
+    progress(0.2)
+    cell = cell or cutting.cell_for(program, geometry, settings["CELL"], *([cutting.CELLS_FOR_VOLUME] if order.rates else []))
+    work = write_feeds if order.rates else respect_flutes
+    return work(order, machine, program, geometry, cell, read_it, lambda share: progress(0.2 + 0.5 * share))
+
+
+def rate_unit(machine):
+    """(mm3/min of the unit that rates are said in, its name)."""
+    return (machine.unit_mm ** 3, "in3/min") if machine.unit_mm > 10 else (1000.0, "cm3/min")
+
+
+def read_back(program, data, read_it):
+    """The Program of the new text.  Raises Different where it cannot be read."""
+    with tempfile.TemporaryDirectory(prefix="chipwise-rewrite-") as folder:
+        path = os.path.join(folder, os.path.basename(program.path))
+        with open(path, "wb") as file:
+            file.write(data)
+        try:
+            return read_it(path)
+        except Unreadable as error:
+            raise proof.Different(f"the new program cannot be read ({error})") from error
+
+
+def respect_flutes(order, machine, program, geometry, cell, read_it, progress):
+    """CN105492980; -> (bytes, what is said)."""
+    edits, figures = flute.rewrite(program, geometry, cell, order.whole, order.diameter, progress)
+    if not edits:
+        return program.content(), "the flutes are long enough everywhere, the program is unchanged"
+    data, trouble = Writer(program, edits).write(), None
+    for repeat in range(1, REPEATS + 1):
+        second = read_back(program, data, read_it)
+        try:
+            proof.flutes(program, second, geometry, cell)
+            break
+        except proof.TooDeep as error:      # by less than a cell: the model's steps along the new path are others
+            trouble = error
+            again, _ = flute.rewrite(second, geometry, cell, order.whole, order.diameter, reserve=RESERVE_MM * repeat)
+            data = Writer(second, again).write()
+    else:
+        raise trouble
+    unit = "in" if machine.unit_mm > 10 else "mm"
+    parts = [f'line{"s" * (b > a)} {a}' + (f" to {b}" if b > a else "") + f" in {n} levels" for a, b, n in figures.lines[:5]]
+    more = f" and {len(figures.lines) - 5} more" if len(figures.lines) > 5 else ""
+    return data, (f'{", ".join(parts)}{more}; {format_length(round(figures.added_feed, 1), unit)} of feed added to '
+                  f"{format_length(round(figures.first_feed, 1), unit)}")
+
+
+def write_feeds(order, machine, program, geometry, cell, read_it, progress):
+    """JP3131045; -> (bytes, what is said)."""
+    fixed = [n for n, text in enumerate(program.source, 1)
+             if any(letter == "G" and value in SYNCHRONISED for letter, value in words_of(text))]
+    edits, figures = feed.rewrite(program, geometry, cell, order.rates, machine.speeds, fixed, progress)
+    for step in (*edits.feeds, *edits.instead):
+        program.check_writable(program.line_of(step), "F has to change")
+    data = Writer(program, edits).write() if edits else program.content()
+    if edits:
+        proof.same_path(program, read_back(program, data, read_it))
+    scale, unit = rate_unit(machine)
+    return data, (f"F of {figures.changed} of {figures.moves} feed moves changed, {figures.divided} divided; {figures.before_s:.1f} s "
+                  f"of feed become {figures.after_s:.1f} s, peak {figures.peak_before / scale:.4g} {unit} becomes "
+                  f"{figures.peak_after / scale:.4g}")
