@@ -20,7 +20,7 @@ CORE_TIMEOUT_S = 300
 MACHINE_GROUPS = 2          # LinuxCNCs at once; each waits for its simulated time more than half of the while
 SANDBOXED = ("tests/components", "tests/machine")
 # Folders and files of slow tests, beside those that are marked themselves.  The rest: about 80 s of computing time.
-SLOW = ("tests/check", "tests/components", "tests/geometry", "tests/install", "tests/interpreter", "tests/machine", "tests/oracles",
+SLOW = ("tests/check", "tests/components", "tests/filter", "tests/geometry", "tests/install", "tests/interpreter", "tests/machine", "tests/oracles",
         "tests/planner", "tests/core/test_profiles.py", "tests/core/test_sabotage.py", "tests/core/test_section.py",
         "tests/core/test_stock.py", "tests/core/test_strokes.py", "tests/cycles/test_contour.py", "tests/cycles/test_contour_chop.py",
         "tests/cycles/test_pocket.py")

@@ -17,18 +17,9 @@ sys.path[0] = os.path.dirname(sys.path[0])      # the modules are those of the p
 from chipwise import plans                      # noqa: E402
 from chipwise.errors import CycleError          # noqa: E402
 from chipwise.planner import HEAD               # noqa: E402
-from chipwise.processes import die_with_parent, memory_bytes     # noqa: E402
+from chipwise.processes import die_with_parent, limit_memory     # noqa: E402
 
-MEGABYTE = 1 << 20
 TRIES = 2               # the second one without what earlier plans have left
-
-
-def limit_memory(megabytes):
-    """Let the address space grow by so much from here."""
-    now, _resident, _shared = memory_bytes()
-    _, hard = resource.getrlimit(resource.RLIMIT_AS)
-    limit = now + megabytes * MEGABYTE
-    resource.setrlimit(resource.RLIMIT_AS, (limit if hard == resource.RLIM_INFINITY else min(limit, hard), hard))
 
 
 def answer(order):

@@ -7,10 +7,12 @@ one that does not exist.
 
 import math
 import os
+import resource
 import signal
 from typing import Iterator, Union
 
 PR_SET_PDEATHSIG = 1
+MEGABYTE = 1 << 20
 
 
 def pids() -> list[int]:
@@ -94,6 +96,14 @@ def memory_bytes(pid: Union[int, str] = "self") -> tuple[int, int, int]:
         size, resident, shared = map(int, file.read().split()[:3])
     page = os.sysconf("SC_PAGE_SIZE")
     return size * page, resident * page, shared * page
+
+
+def limit_memory(megabytes: int) -> None:
+    """Let the address space of this process grow by so much from here."""
+    now, _resident, _shared = memory_bytes()
+    _, hard = resource.getrlimit(resource.RLIMIT_AS)
+    limit = now + megabytes * MEGABYTE
+    resource.setrlimit(resource.RLIMIT_AS, (limit if hard == resource.RLIM_INFINITY else min(limit, hard), hard))
 
 
 def mappings() -> Iterator[tuple[int, int, str]]:

@@ -94,6 +94,12 @@ SETTINGS = {
     "PLAN_TIME": Setting(10, "s", _whole, lambda v: 1 <= v <= 600, "a whole number of seconds from 1 to 600"),
     "PLAN_MOVES": Setting(500_000, "", _whole, lambda v: 1000 <= v <= 10_000_000, "a whole number from 1000 to 10000000"),
     "PLAN_MEMORY": Setting(1024, "MB", _whole, lambda v: 64 <= v <= 65_536, "a whole number of MB from 64 to 65536"),
+    "FILTER_TIME": Setting(30.0, "s", _number, lambda v: 1 <= v <= 3600, "a time from 1 to 3600 s"),
+    "FILTER_REFUSE": Setting("unusable", "", str.lower, lambda v: v in ("unusable", "findings", "unchecked"),
+                             "unusable, findings or unchecked"),
+    "FILTER_REWRITE": Setting("no", "", str.lower, lambda v: v in ("no", "flute", "feed"), "no, flute or feed"),
+    "FILTER_RATE": Setting(0.0, "cm3/min", _number, lambda v: 0 <= v < 1e6, "a removal rate of 0 (none) or more"),
+    "FILTER_CEILING": Setting(0.0, "mm/min", _number, lambda v: 0 <= v < 1e6, "a feed of 0 (that of the axes) or more"),
     "GUARD_FLUTE": Setting(True, "", _yes_or_no, lambda v: True, "yes or no"),
 }
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Whole programs, read by LinuxCNC's interpreter and checked offline.
 
+    program_file.py                a file that may be a program
     reader.py + reader_runner.py   a program -> blocks of records, from a process of its own
     sweep.py                       the stock offline: components/offline/height_sweep.c
     simulate.py, times.py          records -> figures of each tool, findings (result.py, findings.py)

@@ -12,7 +12,6 @@ INI file: remaps, tool table, work offsets of the parameter file, SUBROUTINE_PAT
 Raises Unreadable, with file, line, problem and remedy, for a program that cannot be read.
 """
 
-import codecs
 import contextlib
 import json
 import os
@@ -25,9 +24,8 @@ import time
 
 import numpy as np
 
+from chipwise.check.program_file import Unfinished, Unreadable, Unusable, check_file, readable
 from chipwise.check.records import WIDTH
-from chipwise.errors import printable
-from chipwise.files import NoRegularFile, TooLong, open_regular
 from chipwise.ini import expanded, section_of
 from chipwise.machine import rs274
 from chipwise.processes import tree_cpu_s
@@ -35,26 +33,18 @@ from chipwise.processes import tree_cpu_s
 PYTHON = "/usr/bin/python3"
 RUNNER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "reader_runner.py")
 
-MAX_BYTES = 100_000_000        # of a program; 4 million moves
 MAX_MOVES = 50_000_000
 QUIET_S = 20                    # computing time without a block of moves
 CPU_S = 600                     # computing time of the interpreter
 STUCK_S = 30.0                  # without computing: the process waits for something that never comes
 CHORD_MM = 0.002                # sag of the chords of arcs
-LOOKED_AT = 1 << 16             # bytes of a program; a NUL among them means that it is not text
 LENGTHS = "XYZABCUVW"
 
-
-class Unreadable(Exception):
-    """A program that cannot be checked: str() is the message, line the line of the program (0: none)."""
-
-    def __init__(self, text, remedy, line=0):
-        super().__init__(printable(f"{text}; {remedy}" if remedy else text))
-        self.line = line
-
-
 class Machine:
-    """The machine of an INI file.  Raises Unreadable if it cannot be used."""
+    """The machine of an INI file.  Raises Unreadable if it cannot be used.  tool: number of the tool in the spindle at the
+    beginning, 0: none."""
+
+    tool = 0
 
     def __init__(self, ini):
         self.ini = os.path.abspath(ini)
@@ -94,30 +84,14 @@ class Machine:
         return None
 
 
-def check_file(path):
-    """Raise Unreadable for a file that is not a G-code program."""
-    try:
-        with open_regular(path, MAX_BYTES) as file:
-            head = file.read(LOOKED_AT)
-    except NoRegularFile as error:
-        raise Unreadable(error.strerror, "name a G-code program") from error
-    except TooLong as error:
-        raise Unreadable(f"it has {error.found / 1e6:.0f} MB, more than {error.most / 1e6:.0f}", "check it in parts") from error
-    except OSError as error:
-        raise Unreadable(error.strerror, "name a file that can be read") from error
-    if not head.strip():
-        raise Unreadable("it is empty", "name a G-code program")
-    if b"\0" in head or head.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
-        raise Unreadable("it is not a text file", "name a G-code program")
-
-
 class Reader:
-    """One program under way."""
+    """One program under way.  judged=False: codes that cannot be judged are read over, to see whether the program has an end."""
 
     def __init__(self, program, machine, stock=None, quiet_s=QUIET_S, cpu_s=CPU_S, most_moves=MAX_MOVES,
-                 written=False):
+                 written=False, judged=True, memory_mb=None):
         self.program, self.machine, self.messages = os.path.abspath(program), machine, []
-        self._stock, self._cpu_s, self._most_moves, self._written = stock, cpu_s, most_moves, written
+        self._stock, self._cpu_s, self._most_moves, self._written, self._judged = stock, cpu_s, most_moves, written, judged
+        self._memory_mb = memory_mb
         self._quiet_s = min(quiet_s, 0.8 * cpu_s)
         self._child = self._folder = None
 
@@ -143,10 +117,12 @@ class Reader:
         with open(paths["machine.var"], "wb") as file:
             file.write(parameters)
         order = json.dumps({
-            "program": self.program, "parameters": paths["machine.var"], "table": machine.table, "random": machine.random,
+            "program": readable(self.program, folder), "parameters": paths["machine.var"], "table": machine.table, "random": machine.random,
             "units_per_mm": 1.0 / machine.unit_mm, "axis_mask": machine.axis_mask, "quiet_s": self._quiet_s,
             "codes": ["G20" if machine.unit_mm > 10 else "G21", machine.startup], "most_moves": self._most_moves,
-            "cpu_s": self._cpu_s, "stock": self._stock, "chord_mm": CHORD_MM, "written": self._written})
+            "cpu_s": self._cpu_s, "stock": self._stock, "chord_mm": CHORD_MM, "written": self._written,
+            "judged": self._judged, "memory_mb": self._memory_mb,
+            "tool": machine.tool})
         environment = {**os.environ, "HOME": folder, "INI_FILE_NAME": paths["machine.ini"], "LC_ALL": "C",
                        "OPENBLAS_NUM_THREADS": "1"}
         self._errors = open(paths["errors"], "w+b")
@@ -176,8 +152,8 @@ class Reader:
                 if now != had:
                     had, since = now, time.monotonic()
                 elif time.monotonic() - since > STUCK_S:
-                    raise Unreadable("it waits for a file or a program that does not answer",
-                                     "look at the files that it calls on the SUBROUTINE_PATH")
+                    raise Unusable("it waits for a file or a program that does not answer",
+                                   "look at the files that it calls on the SUBROUTINE_PATH")
                 continue
             part = os.read(handle, count - len(data))
             if not part:
@@ -204,25 +180,25 @@ class Reader:
         """Raise Unreadable for a child that has ended without its last block."""
         status = self._child.wait()
         if status == -signal.SIGPROF:
-            raise Unreadable(f"it does not end: {self._quiet_s:g} s of computing time without a move",
+            raise Unfinished(f"it does not end: {self._quiet_s:g} s of computing time without a move",
                              "look for an O-word loop without an end")
         if status == -signal.SIGXCPU:
-            raise Unreadable(f"reading it needs more than {self._cpu_s:g} s of computing time",
+            raise Unfinished(f"reading it needs more than {self._cpu_s:g} s of computing time",
                              "look for an O-word loop without an end, or raise --time-limit")
         self._errors.seek(0, os.SEEK_END)
         self._errors.seek(max(0, self._errors.tell() - 4096))
         said = self._errors.read().decode("utf-8", "replace").strip().splitlines() or [f"status {status}"]
-        raise Unreadable(f"LinuxCNC's interpreter ended ({said[-1]})", "see whether `rs274 -g` reads it")
+        raise Unusable(f"LinuxCNC's interpreter ended ({said[-1]})", "see whether `rs274 -g` reads it")
 
     def _end(self, end):
         self.messages = end["messages"]
         if end["stop"]:
-            line, text, remedy = end["stop"]
-            raise Unreadable(text, remedy, line)
+            line, text, remedy, unfinished = end["stop"]
+            raise (Unfinished if unfinished else Unreadable)(text, remedy, line)
         if end["error"]:
             line, text = end["error"]
             text = text.strip().removeprefix("chipwise: ")
             remedy = "end it with M2" if "program end" in text else "" if ";" in text else "correct the line"
-            raise Unreadable(text, remedy, line)
+            raise Unusable(text, remedy, line)
         if end["moves"] == 0:
             raise Unreadable("it has no moves", "name a G-code program")

@@ -9,7 +9,8 @@ neither HAL nor a machine is needed.  Read in LinuxCNC 2.9: gcodemodule.cc, rs27
 
 Job:     program, parameters, table (paths), random (tool changer), units_per_mm, axis_mask, codes (run first), most_moves,
          quiet_s (computing time without a block of moves), cpu_s (in all), chord_mm, stock (null or low, high: mm, work
-         coordinates at the first move), written (whether CIRCLE records are wanted, for rewriting)
+         coordinates at the first move), written (whether CIRCLE records are wanted, for rewriting), judged (whether what cannot be judged ends it),
+         memory_mb (of this process; null: no limit), tool (number of the one in the spindle; 0: none)
 Blocks:  b"R", uint32 number of bytes, records of WIDTH doubles; b"E", uint32 number of bytes, JSON of the end
 
 The records: records.py.
@@ -33,10 +34,11 @@ import gcode                                                    # noqa: E402
 from chipwise.check.records import ARC, CIRCLE, DWELL, FEED, FRAME, RAPID, STOCK, TOOL, VOLUME, WIDTH      # noqa: E402
 from chipwise import interpreter_process                       # noqa: E402
 from chipwise.interpreter_process import INCH, Stop, limit_computing, make_tool_table, own_output      # noqa: E402
-from chipwise.processes import die_with_parent                  # noqa: E402
+from chipwise.processes import die_with_parent, limit_memory                  # noqa: E402
 
 BLOCK = 4096 * WIDTH
 MAX_POSITION_MM = 1e6
+MAX_POCKETS = 1001                  # CANON_POCKETS_MAX of LinuxCNC
 # feed_mode of the interpreter's state, ten times the code: modes that are not checked
 _UNCHECKED = {930: "G93 (inverse time)", 950: "G95 (feed per revolution)"}
 
@@ -70,6 +72,10 @@ class _ToolTable:
         orientation, = struct.unpack_from("=i", room.raw, 8 + 12 * 8)
         return (number, *lengths, orientation)
 
+    def of_number(self, number):
+        """entry() of the tool of that number; 0: no tool."""
+        return next((tool for tool in map(self.entry, range(1, MAX_POCKETS)) if tool[0] == number), _NO_TOOL) if number else _NO_TOOL
+
 
 class Canon(interpreter_process.Canon):
     """What the interpreter calls."""
@@ -81,12 +87,14 @@ class Canon(interpreter_process.Canon):
         self.count = self.line = 0
         self.plane = 1
         self.feed_rate = 0.0
-        self.spindle = self.tools.entry(0) if job["random"] else _NO_TOOL
+        self.spindle = self.tools.entry(0) if job["random"] else self.tools.of_number(job["tool"])
         self.g5x, self.g92, self.angle = (0.0,) * 3, (0.0,) * 3, 0.0
         self.sin, self.cos = 0.0, 1.0
         self.at = [0.0, 0.0, 0.0]           # inch, work coordinates without offsets
         self.stop = None
         self.messages = []
+        if job["tool"] and self.spindle[0] > 0:
+            self._tool_event()
         if job["stock"]:
             self._put = self._first_put
 
@@ -108,9 +116,10 @@ class Canon(interpreter_process.Canon):
             raise AttributeError(name)
         return lambda *arguments: None
 
-    def refuse(self, text, remedy):
-        self.stop = self.stop or [self.line, text, remedy]
-        raise Stop(text)
+    def refuse(self, text, remedy, unfinished=False):
+        if self.job["judged"] or unfinished:
+            self.stop = self.stop or [self.line, text, remedy, unfinished]
+            raise Stop(text)
 
     # ---- places ---------------------------------------------------------------------------------------------
 
@@ -153,7 +162,7 @@ class Canon(interpreter_process.Canon):
 
     def _flush(self):
         if self.count > self.job["most_moves"]:
-            self.refuse(f"the program makes more than {self.job['most_moves']} moves", "look for a loop without an end")
+            self.refuse(f"the program makes more than {self.job['most_moves']} moves", "look for a loop without an end", True)
         self.send(b"R", self.records.tobytes())
         del self.records[:]
         limit_computing(self.job["quiet_s"])          # from here, unless more moves come
@@ -199,7 +208,7 @@ class Canon(interpreter_process.Canon):
         sag = min(1.0, self.job["chord_mm"] / max(radius * INCH, 1e-9))
         pieces = max(1, math.ceil(abs(sweep) / (2 * math.acos(1 - sag))))
         if pieces > self.job["most_moves"]:
-            self.refuse(f"an arc of {abs(turns)} turns", "use fewer turns")
+            self.refuse(f"an arc of {abs(turns)} turns", "use fewer turns", True)
         if self.job["written"]:
             centre = (cx, cy, own[2])
             self._event(CIRCLE, self.plane, *self._machine(*(centre[i] for i in order)), turns)
@@ -229,6 +238,9 @@ class Canon(interpreter_process.Canon):
 
     def change_tool(self, index):
         self.spindle = self.tools.entry(index) if index > 0 or self.job["random"] else _NO_TOOL
+        self._tool_event()
+
+    def _tool_event(self):
         self._event(TOOL, max(0, self.spindle[0]), self.spindle[10] / self.job["units_per_mm"])
 
     def change_tool_number(self, index):
@@ -298,6 +310,8 @@ def main():
     send = sender(own_output())
     limit_computing(job["quiet_s"])
     limit(job["cpu_s"])
+    if job["memory_mb"]:
+        limit_memory(job["memory_mb"])
     canon = Canon(job, send, _ToolTable(job["table"], job["random"]))
     from chipwise import preview
     preview.listener = canon

@@ -53,6 +53,7 @@ class Result:
 
     program: str
     error: Optional[tuple] = None
+    state: str = ""                               # of a program with an error: Unreadable.state
     unit: str = "mm"
     cell: float = 0.0
     moves: int = 0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Checks many programs, each in a process of its own.  Called by cli/check.py.
+"""Checks many programs, each in a process of its own.  Called by cli/check.py; filter/work.py has a process of its own.
 
 Results come as they are ready.  If one program's process ends early (a crash, the kernel's out-of-memory killer), its result
 says so and the others continue.  A process ends with its parent.
@@ -12,6 +12,7 @@ import os
 import signal
 import sys
 
+from chipwise.check.program_file import UNFINISHED
 from chipwise.check.result import Result
 from chipwise.check.simulate import check
 from chipwise.processes import die_with_parent
@@ -33,7 +34,7 @@ def programs_of(paths):
     return found
 
 
-def _lines_of(path):
+def lines_of(path):
     """Lines of a program, at least 1: what progress is counted by."""
     count = 1
     try:
@@ -59,7 +60,7 @@ def _work(sender, parent, program, arguments):
     die_with_parent(parent)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))         # with the reader's files removed
     signal.signal(signal.SIGINT, signal.SIG_IGN)                    # the parent handles it
-    lines, sent = _lines_of(program), 0
+    lines, sent = lines_of(program), 0
 
     def progress(line):
         nonlocal sent
@@ -78,12 +79,12 @@ def checked(program, progress, arguments):
     try:
         return check(program, progress=progress, **arguments)
     except MemoryError:
-        return Result(program, error=("it needs more memory than there is; use a larger --cell", 0))
+        return Result(program, error=("it needs more memory than there is; use a larger --cell", 0), state=UNFINISHED)
     except Exception as error:      # one bad program never stops the rest
         if os.environ.get("CHIPWISE_TRACEBACK"):
             raise
         return Result(program, error=(f"internal error: {type(error).__name__}: {error}; please report it with what "
-                                      "CHIPWISE_TRACEBACK=1 adds", 0))
+                                      "CHIPWISE_TRACEBACK=1 adds", 0), state=UNFINISHED)
 
 
 class _Job:
@@ -104,7 +105,7 @@ class _Job:
             self.process.join(PATIENCE_S)
             code = self.process.exitcode
             how = f"was ended by signal {-code}" if code is not None and code < 0 else f"ended with status {code}"
-            return Result(self.program, error=(f"its process {how}; try again with a larger --cell", 0))
+            return Result(self.program, error=(f"its process {how}; try again with a larger --cell", 0), state=UNFINISHED)
         if isinstance(message, float):
             self.share = message
             return None

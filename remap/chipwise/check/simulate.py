@@ -17,7 +17,8 @@ import numpy as np
 
 from chipwise.check import records, rules
 from chipwise.check.findings import FLUTE, FLUTES_UNKNOWN, HOLDER, RAPID, RATE, TOOL, Finding
-from chipwise.check.reader import CPU_S, Reader, Unreadable
+from chipwise.check.program_file import UNCHECKED, Unfinished, Unreadable
+from chipwise.check.reader import CPU_S, Reader
 from chipwise.check.result import Result, ToolFigures
 from chipwise.check.sweep import Shape
 from chipwise.check.times import OFF, Timer
@@ -253,9 +254,9 @@ def check(program, machine, stock=None, cell=None, progress=None, cpu_s=CPU_S, *
             except _TooCoarse as error:
                 wanted = rules.finer_cell(simulation.map, cell, *error.args)
     except Unreadable as error:
-        return Result(program, error=(str(error), error.line))
+        return Result(program, error=(str(error), error.line), state=error.state)
     except CycleError as error:
-        return Result(program, error=(error.text().removeprefix("chipwise: "), 0))
+        return Result(program, error=(error.text().removeprefix("chipwise: "), 0), state=UNCHECKED)
 
 
 def _run(simulation, reader, progress, cpu_s):
@@ -264,7 +265,7 @@ def _run(simulation, reader, progress, cpu_s):
         for block in reader:
             simulation.take(block)
             if time.process_time() > cpu_s:
-                raise Unreadable(f"the check needs more than {cpu_s:g} s of computing time",
+                raise Unfinished(f"the check needs more than {cpu_s:g} s of computing time",
                                  "use a larger --cell, or raise --time-limit", int(block[-1, 1]))
             if progress:
                 progress(int(block[-1, 1]))

@@ -21,7 +21,7 @@ import sys
 from chipwise import ROOT, version
 from chipwise.errors import printable
 
-COMMANDS = {name: name for name in ('check', 'contour', 'demo', 'display', 'load', 'monitor', 'rewrite')} | {'try': 'try_program'}
+COMMANDS = {name: name for name in ('check', 'contour', 'demo', 'display', 'filter', 'load', 'monitor', 'rewrite')} | {'try': 'try_program'}
 INTERNAL = ('display', 'load', 'monitor')      # LinuxCNC calls them
 
 
@@ -65,7 +65,7 @@ def welcome(modules):
 
 def main(argv):
     """-> exit status.  Any error is one line; CHIPWISE_TRACEBACK=1 adds the traceback."""
-    for stream in (sys.stdout, sys.stderr):
+    for stream in (stream for stream in (sys.stdout, sys.stderr) if stream):        # None: closed
         stream.reconfigure(errors='replace')        # paths need not be UTF-8
     parser, modules = build_parser(argv[:1] if argv[:1] and argv[0] in COMMANDS else tuple(COMMANDS))
     try:

@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""A program as a file: whether it can be one, and the errors of one that cannot be checked.
+
+Called by reader.py and filter/; imports nothing that takes time.
+"""
+
+import codecs
+import os
+
+from chipwise.errors import printable
+from chipwise.files import NoRegularFile, TooLong, open_regular
+
+MAX_BYTES = 100_000_000        # of a program; 4 million moves
+LOOKED_AT = 1 << 16             # bytes of a program; a NUL among them means that it is not text
+_PART = 1 << 20
+_ASCII = bytes(byte if byte < 128 else ord("?") for byte in range(256))
+
+# What is known of a program that cannot be checked (Unreadable.state)
+UNCHECKED, UNUSABLE, UNFINISHED = "unchecked", "unusable", "unfinished"
+
+
+class Unreadable(Exception):
+    """A program that cannot be checked: str() is the message, line the line of the program (0: none)."""
+
+    state = UNCHECKED
+
+    def __init__(self, text, remedy, line=0):
+        super().__init__(printable(f"{text}; {remedy}" if remedy else text))
+        self.line = line
+
+
+class Unusable(Unreadable):
+    """LinuxCNC cannot use the file either."""
+
+    state = UNUSABLE
+
+
+class Unfinished(Unreadable):
+    """The program was not read to its end, and may have none."""
+
+    state = UNFINISHED
+
+
+def check_file(path):
+    """Raise Unreadable for a file that is not a G-code program."""
+    try:
+        with open_regular(path, MAX_BYTES) as file:
+            head = file.read(LOOKED_AT)
+    except NoRegularFile as error:
+        raise Unusable(error.strerror, "name a G-code program") from error
+    except TooLong as error:
+        raise Unusable(f"it has {error.found / 1e6:.0f} MB, more than {error.most / 1e6:.0f}", "check it in parts") from error
+    except OSError as error:
+        raise Unusable(error.strerror, "name a file that can be read") from error
+    if not head.strip():
+        raise Unusable("it is empty", "name a G-code program")
+    if b"\0" in head or head.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        raise Unusable("it is not a text file", "name a G-code program")
+
+
+def readable(path, folder):
+    """The program itself if it and its name are UTF-8, else a link, or a copy with "?" for other bytes, in the folder: module gcode
+    hands comments and names to Python as UTF-8 and fails at others (2.9).  Lines stay."""
+    copy = os.path.join(folder, os.path.basename(path).encode("utf-8", "replace").decode())
+    decoder = codecs.getincrementaldecoder("utf-8")()
+    with open(path, "rb") as file:
+        try:
+            while part := file.read(_PART):
+                decoder.decode(part)
+            decoder.decode(b"", True)
+            path.encode()
+            return path
+        except UnicodeDecodeError:
+            file.seek(0)
+        except UnicodeEncodeError:
+            os.symlink(path, copy)
+            return copy
+        with open(copy, "wb") as other:
+            while part := file.read(_PART):
+                other.write(part.translate(_ASCII))
+    return copy

@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Checks and rewrites one program for the GUI -> its Verdict.  Called by process.py, in a process of its own.
+
+ 1. A file that LinuxCNC cannot use (binary, too large, an error in a line, an endless loop) is not opened.
+ 2. A program that cannot be judged (no stock, rotary axes, G93, ..) is opened as it is, if it has an end: LinuxCNC's preview
+    runs it, too, and a GUI whose preview does not end cannot be used any more.
+ 3. A program with findings is opened with a warning; [CHIPWISE]FILTER_REFUSE is stricter.  That a tool's flutes are unknown is
+    said, but never a reason to refuse.
+ 4. [CHIPWISE]FILTER_REWRITE: the rewritten program goes to the GUI.  One that cannot be rewritten counts as one with findings.
+"""
+
+import os
+
+from chipwise.check.findings import FLUTE, FLUTES_UNKNOWN, RATE, TOOL
+from chipwise.check.program_file import UNFINISHED, UNUSABLE, Unreadable
+from chipwise.check.reader import Machine, Reader
+from chipwise.check.run import checked, lines_of
+from chipwise.errors import CycleError, with_line
+from chipwise.filter import verdict as verdicts
+from chipwise.settings import load_settings
+
+MAX_LISTED = 20         # findings in the log
+MAX_NAMED = 5           # tools in a message
+NOT_KNOWN = (TOOL, FLUTES_UNKNOWN)
+
+
+def judged(program, ini, limits, folder, loops, progress):
+    """Verdict of a program.
+
+    limits: those of Reader; folder: for a rewritten one; loops: it may have some; progress(share): called.
+    """
+    try:
+        settings = load_settings(ini)
+    except CycleError as error:
+        return _unchecked(error.text().removeprefix("chipwise: "), program, None, loops, "unusable", limits)
+    refuse = settings["FILTER_REFUSE"]
+    try:
+        machine = Machine(ini)
+    except Unreadable as error:
+        return _unchecked(str(error), program, None, loops, refuse, limits)
+    rewrite = settings["FILTER_REWRITE"] != "no"
+    lines = lines_of(program)
+
+    def check_it():
+        return checked(program, lambda line: progress(line / lines * (0.4 if rewrite else 1.0)), {"machine": machine, **limits})
+
+    result = check_it()
+    if result.error and result.state != UNFINISHED and os.environ.get("INI_FILE_NAME"):
+        machine.tool = spindle_tool()       # the program may count on it, as LinuxCNC's preview does
+        result = check_it() if machine.tool > 0 else result
+    if result.error:
+        return _with_error(result, machine, loops, refuse, limits)
+    verdict = verdicts.Verdict()
+    mended = _rewrite(program, machine, settings, result, folder, limits, lambda share: progress(0.4 + 0.6 * share),
+                      verdict) if rewrite else None
+    return _with_findings(result, mended, refuse, verdict)
+
+
+def spindle_tool():
+    """Number of the tool that LinuxCNC has in the spindle; 0: none, or no LinuxCNC."""
+    try:
+        import linuxcnc
+        status = linuxcnc.stat()
+        status.poll()
+        return status.tool_in_spindle
+    except (ImportError, RuntimeError):         # linuxcnc.error is a RuntimeError
+        return 0
+
+
+def _with_error(result, machine, loops, refuse, limits):
+    text = with_line(*result.error)
+    if result.state == UNUSABLE:
+        return verdicts.not_opened(text)
+    if result.state == UNFINISHED:
+        return verdicts.unfinished(text, loops, refuse)
+    return _unchecked(text, result.program, machine, loops, refuse, limits)
+
+
+def _unchecked(text, program, machine, loops, refuse, limits):
+    """A program that cannot be judged; one with loops is read to its end."""
+    if loops and machine is None:
+        return verdicts.unfinished(text, loops, refuse)
+    if loops:
+        try:
+            with Reader(program, machine, judged=False, **limits) as reader:
+                for _block in reader:
+                    pass
+        except Unreadable as error:
+            if error.state in (UNUSABLE, UNFINISHED):
+                return verdicts.not_opened(with_line(str(error), error.line))
+    return verdicts.unchecked(text, refuse)
+
+
+def _with_findings(result, mended, refuse, verdict):
+    """The verdict on a program that was checked; mended: the rule that the rewriting has seen to."""
+    unknown = sorted({finding.tool for finding in result.findings.kept if finding.rule in NOT_KNOWN})
+    left = [finding for finding in result.findings.kept if finding.rule != mended and finding.rule not in NOT_KNOWN]
+    count = len(left) + result.findings.dropped
+    if left:
+        first = left[0].text(result.unit)
+        verdict.note(first if count == 1 else f"{count} findings; the first: {first}", True)
+        verdict.more = [finding.text(result.unit) for finding in left[1:MAX_LISTED]]
+        if count > MAX_LISTED:
+            verdict.more.append(f"and {count - MAX_LISTED} more; `chipwise check` has all")
+    if unknown:
+        names = ", ".join([*map(str, unknown[:MAX_NAMED]), *([".."] if len(unknown) > MAX_NAMED else [])])
+        verdict.note(f"the depth of tool {names} is not checked, the length of the flutes is unknown; give it in "
+                     "[CHIPWISE]TOOL_GEOMETRY")
+    if verdict.warns and refuse in verdicts.FINDINGS_ARE_REFUSED:
+        verdict.status, verdict.path = verdicts.FINDINGS, ""
+    return verdict
+
+
+# ---- rewriting -------------------------------------------------------------------------------------------------
+
+
+def _rewrite(program, machine, settings, result, folder, limits, progress, verdict):
+    """Rewrite it as the settings say, with a note; -> the rule that the new program does not break any more, or None."""
+    from chipwise.rewrite.proof import Different
+    from chipwise.rewrite.run import rewritten
+    flute = settings["FILTER_REWRITE"] == "flute"
+    if flute and not any(finding.rule == FLUTE for finding in result.findings.kept) and not result.findings.dropped:
+        return None
+    try:
+        data, said = rewritten(program, _order(settings, machine, flute), progress, machine, **limits)
+        with open(program, "rb") as file:
+            if file.read() == data:
+                return FLUTE if flute else RATE
+        path = os.path.join(folder, "rewritten.ngc")
+        with open(path, "wb") as file:
+            file.write(data)
+    except Unreadable as error:
+        verdict.note(f"it is not rewritten: {verdicts.for_screen(with_line(str(error), error.line))}", True)
+    except Different as error:
+        verdict.note(f"it is not rewritten: {error}; please report it with the program", True)
+    except MemoryError:
+        verdict.note("it is not rewritten: it needs more memory than there is; raise [CHIPWISE]PLAN_MEMORY", True)
+    except OSError as error:
+        verdict.note(f"it is not rewritten: {error.strerror} in the folder for temporary files; make room there", True)
+    else:
+        verdict.path = path
+        verdict.note(f"it is rewritten: {said}")
+        return FLUTE if flute else RATE
+    return None
+
+
+def _order(settings, machine, flute):
+    from chipwise.rewrite import feed
+    from chipwise.rewrite.run import Order
+    if flute:
+        return Order()
+    if not settings["FILTER_RATE"]:
+        raise Unreadable("[CHIPWISE]FILTER_RATE is 0", "give a removal rate in cm3/min")
+    return Order(feed.Rates(settings["FILTER_RATE"] * 1000.0, ceiling=settings["FILTER_CEILING"] or None))
