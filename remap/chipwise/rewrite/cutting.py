@@ -135,6 +135,13 @@ class Window:
     def restore(self):
         self._view[...] = self._kept
 
+    def swapped(self):
+        """Put back the heights; -> a Window of those that were there."""
+        other = object.__new__(Window)
+        other._view, other._kept = self._view, self._view.copy()
+        self.restore()
+        return other
+
     def keep(self):
         """The heights as they are now are those to be put back."""
         self._kept[...] = self._view

@@ -137,12 +137,13 @@ class Shifter:
         points, owner = cutting.pieces(np.concatenate((program.start(first)[None], program.end[first:end])), self._piece())
         body = along.Body(points, owner + first, lead)
         window = cutting.Window(self.stock, points, self.tool.shape.diameter / 2)
-        if (self._cut(body, points)["depth"] <= self.tool.flute_length + OVER_MM).all():
+        depth = self._cut(body, points)["depth"]
+        if (depth <= self.tool.flute_length + OVER_MM).all():
             return
-        target = self.stock.height.copy()                       # what the first path leaves
+        target = cutting.Window(self.stock, points, self.tool.shape.diameter / 2)      # what the first path leaves
         window.restore()
         self._check_rewritable(first, end)
-        moved = self._shifted(body, target)
+        moved = self._shifted(body, target, depth)
         self._replace(body, moved)
         levels = self._rest(body, moved, end, section_end)
         self.figures.bodies += 1
@@ -156,19 +157,24 @@ class Shifter:
             self.stock.cut(self.tool.shape, (x, y, max(z, self.stock.z_max)), path[:1])
         return self.stock.cut(self.tool.shape, path[0], path[1:])
 
-    def _shifted(self, body, target=None):
-        """R3 of a path in the stock as it is, which is cut: (n, 3) points.  Points that were bridged are NaN."""
+    def _shifted(self, body, target=None, depth=None):
+        """R3 of a path in the stock as it is, which is cut: (n, 3) points.  Points that were bridged are NaN.
+
+        depth: what the path has met there, if that is known; target: Window of what the first path leaves, if there may be bridges.
+        """
         points = body.points
         window = cutting.Window(self.stock, points, self.tool.shape.diameter / 2)
-        air = self._cut(body, points)["depth"] <= OVER_MM
-        window.restore()
+        if depth is None:
+            depth = self._cut(body, points)["depth"]
+            window.restore()
+        air = depth <= OVER_MM
         s, need = shift.along(points), np.full(len(points), -np.inf)
         dropped = np.zeros(len(points), bool)
         tried = set()
         for _ in range(MOST_ROUNDS):
             amount = shift.held(s, np.maximum(need - points[:, 2], 0.0), air)
             moved = shift.shifted(points, shift.rounded(s, amount, self._radius()))
-            too_low = self._too_low(body, moved, dropped) or self._too_low_as_written(body, moved, dropped, s, window)
+            too_low = self._too_low(body, moved, dropped, depth) or self._too_low_as_written(body, moved, dropped, s, window)
             if too_low:
                 for index, z in too_low:
                     need[index] = np.maximum(need[index], z)
@@ -181,13 +187,14 @@ class Shifter:
                     return moved
                 dropped = new
             window.restore()
+            depth = None
         raise Unreadable("the flutes are too short, and the path cannot be shifted so that they reach",
                          "take smaller steps in Z, or a tool with longer flutes", int(self.program.line[body.move[0]]))
 
-    def _too_low(self, body, moved, dropped):
-        """Cuts a path piece by piece; -> [(points, Z they must not be below)] where it is too deep."""
+    def _too_low(self, body, moved, dropped, depth=None):
+        """Cuts a path piece by piece, unless its depth is known; -> [(points, Z they must not be below)] where it is too deep."""
         path, index = moved[~dropped], np.flatnonzero(~dropped)
-        over = self._cut(body, path)["depth"] - self.tool.flute_length
+        over = (self._cut(body, path)["depth"] if depth is None else depth) - self.tool.flute_length
         low = np.minimum(path[:-1, 2], path[1:, 2])
         return [(np.arange(index[k], index[k + 1] + 1), low[k] + over[k] + self.reserve) for k in np.flatnonzero(over > OVER_MM)]
 
@@ -198,6 +205,7 @@ class Shifter:
         path[dropped] = np.nan
         moves, spans = along.moves_along(self.program, body, path)
         chords, owner = along.polyline(moved[0], moves)
+        chords = self.program.as_written(chords, int(self.program.step[body.move[0]]))
         points, piece = cutting.pieces(chords, SEGMENT_MM)
         over = self._cut(body, points)["depth"] - self.tool.flute_length
         low, at, result = np.minimum(points[:-1, 2], points[1:, 2]), shift.along(points), []
@@ -227,15 +235,14 @@ class Shifter:
     def _interferes(self, moved, dropped, target):
         """Whether a bridge would cut into what the first path leaves."""
         stock = self.stock
-        now = stock.height.copy()
-        stock.height[...] = target
+        now = target.swapped()
         index = np.flatnonzero(~dropped)
         gouged = False
         for a, b in zip(index[:-1], index[1:]):
             if b - a > 1:
                 met = stock.cut(self.tool.shape, moved[a], moved[b][None])
                 gouged = gouged or bool(met["volume"][0] > GOUGE_MM3 and met["depth"][0] > OVER_MM)
-        stock.height[...] = now
+        now.restore()
         return gouged
 
     # ---- what is left -----------------------------------------------------------------------------------------

@@ -17,9 +17,10 @@ import numpy as np
 
 from chipwise.check import records, rules
 from chipwise.check.reader import Reader, Unreadable
-from chipwise.rewrite.words import words_of
+from chipwise.rewrite.words import only_comment, plain_move, words_of
 
 MOST_MOVES = 4_000_000          # 500 MB
+INCH = 25.4                     # mm
 
 
 class Modes(NamedTuple):
@@ -58,7 +59,8 @@ def modes_by_line(source, subs, modes):
     """[Modes on each line] of a program that is run from the first line to the last; subs: numbers of lines in subs."""
     result = []
     for number, text in enumerate(source, 1):
-        if number not in subs and ("G" in text or "g" in text or modes.unclear):
+        if number not in subs and (modes.unclear or (("G" in text or "g" in text) and not only_comment(text)
+                                                     and (modes.cycle or not plain_move(text)))):    # that ends a cycle, no more
             modes = after_line(modes, text)
         result.append(modes)
     return result
@@ -66,6 +68,7 @@ def modes_by_line(source, subs, modes):
 
 _O_WORD = re.compile(rb"^\s*/?\s*(?:n\s*\d[\d\s]*)?o\s*(?:<[^>]*>|\d+|#\S+|\[[^\]]*\])\s*([a-z]+)", re.I)
 _M98 = re.compile(rb"^[^(;]*\bm\s*9[89]\b", re.I)
+_MOVES = b"GXYZIJKFgxyzijkf("        # a line that begins so has no O-word
 _OPENS, _CLOSES = {b"sub", b"while", b"do", b"if", b"repeat"}, {b"endsub", b"endwhile", b"endif", b"endrepeat"}
 
 
@@ -73,6 +76,12 @@ def o_blocks(lines):
     """({numbers of the lines inside subs, loops and conditions}, {those inside subs}, whether subs are called) of a program."""
     inside, subs, calls, blocks = set(), set(), False, []
     for number, text in enumerate(lines, 1):
+        if text[:1] in _MOVES and b"M" not in text and b"m" not in text:
+            if blocks:
+                inside.add(number)
+                if b"sub" in blocks:
+                    subs.add(number)
+            continue
         match = _O_WORD.match(text)
         word = match.group(1).lower() if match else None
         calls = calls or word == b"call" or bool(_M98.match(text))
@@ -132,6 +141,7 @@ class Program:
     messages: list = field(default_factory=list)
     inside: set = field(default_factory=set)        # numbers of lines in subs, loops and conditions
     calls: bool = False                             # subs are called
+    simulated: dict = field(default_factory=dict)   # by cell: proof.simulated() of it
 
     @property
     def steps(self):
@@ -150,6 +160,16 @@ class Program:
         """The Modes while a step runs."""
         line = self.line_of(step)
         return self.modes[line - 1] if 1 <= line <= len(self.modes) else Modes()
+
+    def as_written(self, points, step):
+        """(n, 3) points as they are read back once they are written at a step: rounded to the last digit (text.Numbers)."""
+        frame, digits, unit = self.frames[self.frame[step]], 5, 1.0
+        if frame.turn:
+            return points                               # not worth it
+        if self.modes_on(step).units == 20:
+            digits, unit = 6, INCH
+        zero = np.asarray(frame.offset) + np.asarray(frame.g92)
+        return zero + np.round((points - zero) / unit, digits) * unit
 
     @functools.cached_property
     def first_unclear(self):

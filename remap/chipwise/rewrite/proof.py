@@ -82,7 +82,13 @@ def _turned(program, step, circle):
 
 
 def simulated(program, geometry, cell):
-    """[(height map after each stock, [(section, deepest feed, deepest traverse, line of the first)])] of a program."""
+    """[(height map after each stock, [(section, deepest feed, deepest traverse, line of the first)])] of a program; kept with it."""
+    if cell not in program.simulated:
+        program.simulated[cell] = _simulated(program, geometry, cell)
+    return program.simulated[cell]
+
+
+def _simulated(program, geometry, cell):
     result = []
     for section, stock in cutting.in_stock(program, cutting.sections(program, geometry), cell):
         if not result or result[-1][0] is not stock:

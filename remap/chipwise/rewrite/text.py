@@ -19,7 +19,7 @@ import numpy as np
 from chipwise.check.records import ARC, FEED, RAPID
 from chipwise.check.reader import Unreadable
 from chipwise.rewrite.edits import original
-from chipwise.rewrite.words import MOTION, active_comments, code, with_feed, with_word, words_of
+from chipwise.rewrite.words import MOTION, active_comments, code, plain_move, with_feed, with_word, words_of
 
 INCH = 25.4
 MOST_SHOWN = 120            # characters of a line that is shown as a comment; LinuxCNC takes 255 bytes a line
@@ -110,6 +110,8 @@ class Writer:
         if not 1 <= number <= len(self.source):
             raise Unreadable("a move that has to change is not written in this file", "write the program out without subs", number)
         text = self.source[number - 1]
+        if plain_move(text):
+            return
         if text.lstrip().startswith("/"):
             raise Unreadable("its moves have to change, and it is run only while block delete is off", "remove the / if it counts",
                              number)
@@ -126,13 +128,15 @@ class Writer:
 
     def _keep(self, text, steps):
         """[1], [4]"""
+        plain = plain_move(text)
+        says_motion = plain[1] if plain else MOTION.search(code(text))
         feeds = [s for s in steps if self.program.kind_of(s) != RAPID]
         wanted = self.edits.feeds.get(feeds[0]) if len(steps) == 1 and feeds else None
-        if steps and self.motion is not None and not MOTION.search(code(text)) and not self._cycle_of(steps):
+        if steps and self.motion is not None and not says_motion and not self._cycle_of(steps):
             own = _g_of(self.program, steps[0])
             if own != self.motion:
                 text = with_word(text, own)
-        if steps or MOTION.search(code(text)):
+        if steps or says_motion:
             self.motion = None
         if feeds and (wanted is not None or self.feed is not None):
             own = float(self.program.feed[self.program.first[feeds[0]]])
@@ -159,10 +163,11 @@ class Writer:
         note = next((self.edits.notes[s] for s in steps if s in self.edits.notes), "written out")
         old = re.sub(r"[()\r\n]", " ", text).strip()[:MOST_SHOWN]
         self.out.append(f"(chipwise: {note}: {old}){self.end}")
-        self.out += [comment + self.end for comment in active_comments(text)]
-        set_here = [f"G{value:g}" for letter, value in words_of(text) if letter == "G" and value in _SETTERS]
-        if set_here:
-            self.out.append(" ".join(set_here) + self.end)
+        if not plain_move(text):
+            self.out += [comment + self.end for comment in active_comments(text)]
+            set_here = [f"G{value:g}" for letter, value in words_of(text) if letter == "G" and value in _SETTERS]
+            if set_here:
+                self.out.append(" ".join(set_here) + self.end)
         moves = []
         for step in steps:
             own = self.edits.instead.get(step)
@@ -186,9 +191,9 @@ class Writer:
             self.out.append("G80" + self.end)
         written = None              # X Y Z as the output has them
         for move in moves:
-            words = self._one(move, written, frame, modes, numbers)
-            written = [numbers.length(v) for v in frame.to_work(move.end)]
-            self.at = np.array(move.end, float)
+            text = [numbers.length(v) for v in frame.to_work(move.end)]
+            words = self._one(move, text, written, frame, modes, numbers)
+            written, self.at = text, move.end
             if words:
                 self.out.append(" ".join(words) + self.end)
         if modes.distance == 91:
@@ -199,9 +204,8 @@ class Writer:
         if own is not None and self.feed is not None and abs(self.feed - own) < 1e-9:
             self.feed = None
 
-    def _one(self, move, written, frame, modes, numbers):
-        """Words of one move; `written`: X Y Z in force, None at the beginning of a block."""
-        text = [numbers.length(v) for v in frame.to_work(move.end)]
+    def _one(self, move, text, written, frame, modes, numbers):
+        """Words of one move; text: X Y Z of its end; `written`: those in force, None at the beginning of a block."""
         words = [letter + t for letter, t, had in zip("XYZ", text, written or (None,) * 3) if t != had or move.kind == ARC]
         if not words:
             return []

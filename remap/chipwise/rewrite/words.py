@@ -5,12 +5,25 @@ import re
 
 _COMMENT = re.compile(r"\([^)]*\)?|;.*$")
 _WORD = re.compile(r"([a-z])\s*(?:([+-]?\s*(?:\d+\.?\d*|\.\d+))|(?=[#\[+-]))", re.I)
+# A line of an N word, G0 to G3 and numbers behind X Y Z I J K R F, without comments: nearly every line of a long program.
+_PLAIN_MOVE = re.compile(r"[ \t]*(?:n\d+[ \t]*)?(g0*[0-3](?![\d.])[ \t]*)?(?:[xyzijkrf][ \t]*[+-]?(?:\d+\.?\d*|\.\d+)[ \t]*)*[\r\n]*",
+                         re.I)
 MOTION = re.compile(r"(?<![a-z<_])g\s*0*([0-3])(?![\d.])", re.I)
 
 
 def code(text):
     """A line without comments."""
     return _COMMENT.sub(" ", text)
+
+
+def plain_move(text):
+    """The match of a line that has nothing but a move or an F, its group 1 the G word; None for any other line."""
+    return _PLAIN_MOVE.fullmatch(text)
+
+
+def only_comment(text):
+    """Whether a line is one comment in round brackets."""
+    return text.startswith("(") and text.find(")") == len(text.rstrip()) - 1
 
 
 def active_comments(text):
