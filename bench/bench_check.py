@@ -80,7 +80,7 @@ def own_time(pid):
 
 def side_by_side(paths, jobs, ini):
     """-> (status, computing s of the first process, of the others, wall s)."""
-    start, own = time.monotonic(), 0.0
+    start = time.monotonic()
     command = [CHIPWISE, "check", *paths, "--ini", ini, "--cell", "0.1", "--jobs", str(jobs)]
     cores = sorted(os.sched_getaffinity(0))[:jobs]
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
@@ -104,7 +104,8 @@ def parallel(folder, ini, moves):
     one, two = (min((r[k] for r in rounds), key=lambda found: found[1] + found[2]) for k in (0, 1))
     gain = (one[1] + one[2]) / (two[1] + two[2] / 2)
     show("8 programs, two cores against one, by computing time", gain, "times",
-         f"S {one[1]:.2f} s, P {one[2]:.2f} s; two cores: S {two[1]:.2f} s, P {two[2]:.2f} s", target=LEAST_GAIN)
+         f"{'meets' if gain >= LEAST_GAIN else 'MISSES'} at least {LEAST_GAIN}; S {one[1]:.2f} s, P {one[2]:.2f} s; two cores: "
+         f"S {two[1]:.2f} s, P {two[2]:.2f} s")
     walls = [min(r[k][3] for r in rounds) for k in (0, 1)]
     show("8 programs, two cores against one, on the clock", walls[0] / walls[1], "times",
          f"the best of {ROUNDS}: {walls[0]:.1f} s and {walls[1]:.1f} s; says something on a machine that does nothing else")
