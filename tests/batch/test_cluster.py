@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""chipwise check --scheduler: a real Dask cluster of two workers on this computer, and clusters that are not there."""
+"""chipwise check and rewrite --scheduler: a real Dask cluster of two workers on this computer, and clusters that are not there."""
 import json
 import os
 import signal
@@ -11,6 +11,7 @@ import pytest
 
 from support import ROOT
 from support.dask_rig import Cluster, installed, wait_for
+from support.rewrite_rig import deep_program, make_machine, rewrite
 
 pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("dask")]
 
@@ -142,3 +143,23 @@ def test_without_the_package(tmp_path):
     done = subprocess.run([CHIPWISE, "check", str(folder), "--scheduler", "tcp://127.0.0.1:1", "--jobs", "2"], text=True,
                           capture_output=True, stdin=subprocess.DEVNULL, timeout=BOUND_S, check=False)
     assert done.returncode == 2 and "--jobs counts processes of this computer" in done.stderr
+
+
+def test_a_folder_is_rewritten_on_a_cluster(cluster, tmp_path):
+    """The same files as with --jobs, with a worker killed in mid-run."""
+    ini = make_machine(tmp_path / "mill")
+    folder = tmp_path / "programs"
+    folder.mkdir()
+    for seed in (900, 902, 903, 905, 908):
+        (folder / f"{seed}.ngc").write_text(deep_program(seed))
+    command = subprocess.Popen([CHIPWISE, "rewrite", str(folder), "-o", str(tmp_path / "far"), "--flute", "--ini", str(ini),
+                                "--scheduler", cluster.address], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, text=True,
+                               stderr=subprocess.PIPE)
+    wait_for(lambda: cluster.runners(cluster.workers[0]) or command.poll() is not None, "a program on the first worker")
+    cluster.workers[0].kill()
+    _, errors = command.communicate(timeout=600)
+    assert command.returncode == 0, errors
+    here = rewrite(folder, tmp_path / "here", ini, "--flute", "--jobs", "2")
+    assert here.status == 0, here.errors
+    for seed in (900, 902, 903, 905, 908):
+        assert (tmp_path / "far" / f"{seed}.ngc").read_bytes() == (tmp_path / "here" / f"{seed}.ngc").read_bytes()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Works many programs on the workers of a Dask cluster.  Called by cli/check.py.
+"""Works many programs on the workers of a Dask cluster.  Called by cli/check.py and cli/rewrite_folder.py.
 
 What a worker does is the standard library's subprocess.run of cluster_runner.py, a process of its own for each program:
  1. the Python of a worker needs nothing of chipwise, only the files under the same paths (a shared folder);

@@ -26,7 +26,13 @@ def check(program, arguments):
     return checked(program, None, arguments)
 
 
-TASKS = {"check": check}
+def rewrite(program, arguments):
+    """As rewrite.one.one."""
+    from chipwise.rewrite.one import one
+    return one(program, lambda share: None, arguments)
+
+
+TASKS = {"check": check, "rewrite": rewrite}
 
 
 def main():

@@ -66,16 +66,14 @@ def run(options):
 
 def results_of(options, programs, progress, arguments):
     """Yield (number, Result) of each program as it is ready."""
-    from chipwise.check.run import check_all
+    from chipwise.check.run import check_all, failed
     if options.scheduler is None:
         yield from check_all(programs, options.jobs or os.cpu_count() or 1, progress, **arguments)
         return
     from chipwise.batch.cluster import ClusterError, on_cluster
-    from chipwise.check.result import Result
     from chipwise.cli import UsageError
     try:
-        yield from on_cluster(options.scheduler, 'check', programs, arguments, lambda program, text: Result(program, error=(text, 0)),
-                              progress)
+        yield from on_cluster(options.scheduler, 'check', programs, arguments, failed, progress)
     except ClusterError as error:
         raise UsageError(f'{NAME}: {error}') from None
 

@@ -9,9 +9,11 @@ compared before it is kept.
 Exit status: 0 written, 2 the program cannot be rewritten; nothing is written then.
 """
 
+import os
 import signal
 import sys
 
+from chipwise.cli import rewrite_folder
 from chipwise.cli.machine_options import Progress, add_machine_options, machine_of, refuser
 from chipwise.cli.output import unwritable, write_whole
 from chipwise.errors import printable, with_line
@@ -23,8 +25,8 @@ refuse = refuser(NAME)
 
 
 def add_arguments(parser):
-    parser.add_argument('program', metavar='PROGRAM', help='G-code file')
-    parser.add_argument('-o', '--output', metavar='OUT.ngc', required=True, help='the new program')
+    parser.add_argument('program', metavar='PROGRAM', help='G-code file, or a folder of them')
+    parser.add_argument('-o', '--output', metavar='OUT.ngc', required=True, help='the new program; with a folder the folder of the new ones')
     what = parser.add_mutually_exclusive_group(required=True)
     what.add_argument('--flute', action='store_true', help='respect the flute length of every tool')
     what.add_argument('--feed', type=float, metavar='Q', help='removal rate, cm3/min (in3/min on an inch machine)')
@@ -34,6 +36,8 @@ def add_arguments(parser):
                         help="with --feed: no F is raised above it, machine units/min (default: the axes' velocity)")
     parser.add_argument('--whole', action='store_true', help='with --flute: travel the whole path again, not only where stock is left')
     parser.add_argument('--diameter', type=float, metavar='MM', help="with --flute: of arcs at corners (default: the tool's)")
+    parser.add_argument('--jobs', type=int, metavar='N', help='programs of a folder at a time (default: one per processor)')
+    parser.add_argument('--scheduler', metavar='ADDRESS', help='work the programs of a folder on a Dask cluster: tcp://HOST:PORT')
     add_machine_options(parser, refuse)
 
 
@@ -45,9 +49,12 @@ def run(options):
     check_options(options)
     arguments = machine_of(options, refuse)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
+    order = order_of(options, arguments['machine'])
+    if os.path.isdir(options.program):
+        return rewrite_folder.run(options, {'order': order, **arguments}, refuse)
     progress = Progress(sys.stderr)
     try:
-        data, said = rewritten(options.program, order_of(options, arguments['machine']), progress, **arguments)
+        data, said = rewritten(options.program, order, progress, **arguments)
         write(options.output, data)
     except Unreadable as error:
         progress.clear()
@@ -82,7 +89,8 @@ def check_options(options):
         refuse(f'--lower {options.lower:g} is above --feed {options.feed:g}')
     if options.split is not None and options.split < 0.05:
         refuse(f'--split {options.split:g} mm is too short; use 0.05 or more')
-    trouble = unwritable(options.output)
+    rewrite_folder.check_options(options, refuse)
+    trouble = None if os.path.isdir(options.program) else unwritable(options.output)
     if trouble:
         refuse('-o ' + '; '.join(trouble))
 

@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""One of many programs, rewritten: run.py with its errors as a result.
+
+Called by cli/rewrite_folder.py in a process of its own, and by batch/cluster_runner.py.
+"""
+
+import os
+from dataclasses import dataclass
+from typing import Optional
+
+from chipwise.check.reader import Unreadable
+from chipwise.rewrite.proof import Different
+from chipwise.rewrite.run import rewritten
+
+
+@dataclass
+class Rewritten:
+    """data, said: as of run.rewritten(); error: (text, line) if the program cannot be rewritten, else None."""
+
+    program: str
+    data: bytes = b""
+    said: str = ""
+    error: Optional[tuple] = None
+
+
+def failed(program, text):
+    """The Rewritten of a program whose process has died."""
+    return Rewritten(program, error=(text, 0))
+
+
+def one(program, progress, arguments):
+    """The Rewritten, also after an unexpected error.  arguments: those of run.rewritten()."""
+    try:
+        return Rewritten(program, *rewritten(program, progress=progress, **arguments))
+    except Unreadable as error:
+        return Rewritten(program, error=(str(error), error.line))
+    except Different as error:
+        return failed(program, f"{error}: nothing is written; please report it with the program")
+    except MemoryError:
+        return failed(program, "the memory is not enough for it; use a larger --cell")
+    except Exception as error:      # one bad program never stops the rest
+        if os.environ.get("CHIPWISE_TRACEBACK"):
+            raise
+        return failed(program, f"internal error: {type(error).__name__}: {error}; please report it with what CHIPWISE_TRACEBACK=1 adds")
