@@ -6,9 +6,9 @@ LinuxCNC looks the functions up in the machine's module `remap`. chipwise's own 
 does that of a machine with codes of its own: `from chipwise.codes import *`.
 """
 
-from chipwise.glue import contour, hole, pocket, session, stock_codes, volumetric
+from chipwise.glue import contour, hole, pattern, pocket, session, stock_codes, volumetric
 
-__all__ = ("g12", "g13", "g77", "g78", "g79", "m250", "m251", "m252", "m253", "m254", "feed")
+__all__ = ("g12", "g13", "g75", "g77", "g78", "g79", "m250", "m251", "m252", "m253", "m254", "feed")
 
 
 def g12(self, **words):
@@ -19,6 +19,11 @@ def g12(self, **words):
 def g13(self, **words):
     """G13: circular hole, cut counter-clockwise."""
     yield from session.run_cycle(self, "G13", words, hole.order_of(ccw=True))
+
+
+def g75(self, **words):
+    """G75: run a sub as a pattern."""
+    yield from session.run_cycle(self, "G75", words, pattern.order)
 
 
 def g77(self, **words):

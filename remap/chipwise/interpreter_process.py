@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What the programs that run LinuxCNC's interpreter (module gcode) in a process of their own have in common.
 
-Called by contour_sub/runner.py and check/reader_runner.py.  It is the interpreter of AXIS's preview: full doubles, line
+Called by contour_sub/runner.py, pattern/runner.py and check/reader_runner.py.  It is the interpreter of AXIS's preview: full doubles, line
 numbers, no HAL, no machine.  Read in LinuxCNC 2.9: gcodemodule.cc, rs274/interpret.py.
 """
 
 import ctypes
 import os
 import signal
+import struct
 
 INCH = 25.4         # mm of the unit the interpreter gives coordinates in
 
@@ -66,3 +67,37 @@ def make_tool_table(random: bool = False):
         return library
     except (OSError, AttributeError):
         return None
+
+
+NO_TOOL = (-1,) + (0.0,) * 12 + (0,)
+MAX_POCKETS = 1001      # CANON_POCKETS_MAX of LinuxCNC
+
+
+class ToolTable:
+    """LinuxCNC's own reader of tool tables; the table is ~/.tool.mmap of a HOME of this process's own."""
+
+    def __init__(self, path, random):
+        self._lib = None
+        try:
+            lib = make_tool_table(random)
+            lib._Z13tooldata_initb(bool(random))
+            self._get, load = lib._Z12tooldata_getP16CANON_TOOL_TABLEi, lib._Z13tooldata_loadPKcPPc
+            if path and load(os.fsencode(path), None) == 0:
+                self._lib = lib
+        except AttributeError:
+            pass                    # another LinuxCNC, another way of keeping tools
+
+    def entry(self, index):
+        """The numbers of get_tool(), machine units; those of no tool if the pocket is empty."""
+        if self._lib is None or index < 0:
+            return NO_TOOL
+        room = ctypes.create_string_buffer(1024)
+        if self._get(room, index) != 0:
+            return NO_TOOL
+        number, _pocket, *lengths = struct.unpack_from("=ii12d", room.raw)
+        orientation, = struct.unpack_from("=i", room.raw, 8 + 12 * 8)
+        return (number, *lengths, orientation)
+
+    def of_number(self, number):
+        """entry() of the tool of that number; 0: no tool."""
+        return next((tool for tool in map(self.entry, range(1, MAX_POCKETS)) if tool[0] == number), NO_TOOL) if number else NO_TOOL

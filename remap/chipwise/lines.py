@@ -1,15 +1,17 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Moves (mm) -> plain G0 G1 G2 G3 lines in program units, in chunks.  Pure.
 
-Called by plans.py; glue/emit.py executes the lines, in G90 and G91.1: absolute XYZ, incremental I J.
+Called by plans.py; glue/emit.py executes the lines, in G90 and G91.1: absolute XYZ, incremental I J K; it begins and ends in G17.
 """
 
-from typing import Iterable, Iterator, Sequence
+from typing import Iterable, Iterator, Optional, Sequence
 
 from chipwise.errors import CycleError
-from chipwise.moves import Arc, Line, Move, Rapid
+from chipwise.moves import Arc, Code, Line, Move, PlaneArc, Rapid
 
 DECIMALS = 6  # of a mm or an inch: arcs then close far inside LinuxCNC's 0.0283 mm and 0.1 %
+
+_CENTRE = {"G17": ((0, "I"), (1, "J")), "G18": ((0, "I"), (2, "K")), "G19": ((1, "J"), (2, "K"))}
 
 # A chunk ends at the first place to rest after so many moves.  LinuxCNC takes 50,000 to 100,000 lines a second, and
 # serves nobody meanwhile.
@@ -19,21 +21,25 @@ CHUNK_MOVES = 2000
 MOST_MOVES = 20_000
 
 
-def _lines(moves: Iterable[Move], start: tuple, unit_mm: float) -> Iterator:
-    """(move, text, feed in program units or None) of each move that moves."""
-    scale = 1.0 / unit_mm
-    x, y, z = (round(value * scale, DECIMALS) for value in start)
+def _lines(moves: Iterable[Move], start: tuple, unit_mm: float, decimals: int = DECIMALS) -> Iterator:
+    """(move, text, feed in program units or None) of each move that moves, and of each Code."""
+    scale, plane = 1.0 / unit_mm, "G17"
+    at = tuple(round(value * scale, decimals) for value in start)
     for move in moves:
-        was = (x, y, z)
-        x, y, z = (old if new is None else round(new * scale, DECIMALS)
-                   for old, new in zip(was, (move.x, move.y, move.z)))
-        target = f"X{x:.{DECIMALS}f} Y{y:.{DECIMALS}f} Z{z:.{DECIMALS}f}"
-        if isinstance(move, Arc):
-            i, j = move.cx * scale - was[0], move.cy * scale - was[1]
+        if isinstance(move, Code):
+            yield move, move.text, None
+            continue
+        was, ends = at, move.end if isinstance(move, PlaneArc) else (move.x, move.y, move.z)
+        at = x, y, z = tuple(old if new is None else round(new * scale, decimals) for old, new in zip(was, ends))
+        target = f"X{x:.{decimals}f} Y{y:.{decimals}f} Z{z:.{decimals}f}"
+        if isinstance(move, (Arc, PlaneArc)):
+            own = move.plane if isinstance(move, PlaneArc) else "G17"
+            centre = move.centre if isinstance(move, PlaneArc) else (move.cx, move.cy)
+            words = " ".join(f"{letter}{centre[k] * scale - was[k]:.{decimals}f}" for k, letter in _CENTRE[own])
             turns = f" P{move.turns}" if move.turns != 1 else ""
-            yield (move, f"G{3 if move.ccw else 2} {target} I{i:.{DECIMALS}f} J{j:.{DECIMALS}f}{turns}",
-                   move.feed * scale)
-        elif (x, y, z) == was:
+            yield move, f"{own + ' ' if own != plane else ''}G{3 if move.ccw else 2} {target} {words}{turns}", move.feed * scale
+            plane = own
+        elif at == was:
             continue
         elif isinstance(move, Line):
             yield move, f"G1 {target}", move.feed * scale
@@ -48,31 +54,56 @@ def _may_rest(move: Move) -> bool:
     return isinstance(move, Rapid) or isinstance(move, Line) and move.x is None and move.y is None
 
 
-def chunks(moves: Sequence[Move], start: tuple, unit_mm: float) -> tuple:
-    """Tuple of chunks, each a tuple of (feed in program units or None: as it is, lines joined by "\\n").
+def chunks(moves: Sequence[Move], start: tuple, unit_mm: float, decimals: int = DECIMALS) -> tuple:
+    """Tuple of chunks, each a tuple of rows: (feed in program units or None: as it is, lines joined by "\\n"), and the line of the
+    program if it is not the cycle's.
 
     start    (x, y, z) mm before the first move
     unit_mm  mm of a program unit
     Raises CycleError for more than MOST_MOVES moves without a place where the tool may rest.
     """
     found: list[tuple] = []
-    chunk: list[tuple] = []
-    run: list[str] = []
-    feed, count = None, 0
-    for move, text, new_feed in _lines(moves, start, unit_mm):
+    rows = _Rows()
+    count = 0
+    for move, text, feed in _lines(moves, start, unit_mm, decimals):
         if count >= CHUNK_MOVES and _may_rest(move):
-            chunk.append((feed, "\n".join(run)))
-            found.append(tuple(chunk))
-            chunk, run, feed, count = [], [], None, 0
-        if new_feed is not None and new_feed != feed:
-            if run:
-                chunk.append((feed, "\n".join(run)))
-            run, feed = [], new_feed
-        run.append(text)
+            found.append(rows.taken())
+            count = 0
+        rows.add(text, feed, move.line)
         count += 1
         if count > MOST_MOVES:
             raise CycleError(f"more than {MOST_MOVES} moves follow one another without a traverse or a plunge",
                              "use a contour of fewer elements, or a larger step")
-    if run:
-        chunk.append((feed, "\n".join(run)))
-    return (*found, tuple(chunk)) if chunk else tuple(found)
+    last = rows.taken()
+    return (*found, last) if last else tuple(found)
+
+
+class _Rows:
+    """The rows of one chunk under way."""
+
+    def __init__(self) -> None:
+        self._rows: list[tuple] = []
+        self._texts: list[str] = []
+        self._feed: Optional[float] = None
+        self._line = 0
+
+    def add(self, text: str, feed: Optional[float], line: int) -> None:
+        """One more line; a new feed or line number begins a new row."""
+        if feed is None:
+            feed = self._feed
+        if feed != self._feed or line != self._line:
+            self._close()
+            self._feed, self._line = feed, line
+        self._texts.append(text)
+
+    def _close(self) -> None:
+        if self._texts:
+            self._rows.append((self._feed, "\n".join(self._texts), *([self._line] if self._line else [])))
+            self._texts = []
+
+    def taken(self) -> tuple:
+        """The chunk; a new one begins."""
+        self._close()
+        rows = tuple(self._rows)
+        self._rows, self._feed, self._line = [], None, 0
+        return rows

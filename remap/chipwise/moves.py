@@ -2,7 +2,8 @@
 """What a cycle hands to the glue: a tuple of moves.
 
 Lengths in mm, feeds in mm/min (mm per revolution under G95), absolute work coordinates in the XY plane.
-None for an axis means: unchanged.  Frozen, so that whole tuples can be cached and compared.
+None for an axis means: unchanged.  line: of the program, 0 for the line of the cycle.
+Frozen, so that whole tuples can be cached and compared.
 """
 
 from dataclasses import dataclass
@@ -16,6 +17,7 @@ class Rapid:
     x: Optional[float] = None
     y: Optional[float] = None
     z: Optional[float] = None
+    line: int = 0
 
 
 @dataclass(frozen=True)
@@ -26,6 +28,7 @@ class Line:
     y: Optional[float] = None
     z: Optional[float] = None
     feed: float = 0.0
+    line: int = 0
 
 
 @dataclass(frozen=True)
@@ -43,6 +46,28 @@ class Arc:
     z: Optional[float] = None
     feed: float = 0.0
     turns: int = 1
+    line: int = 0
 
 
-Move = Union[Rapid, Line, Arc]
+@dataclass(frozen=True)
+class PlaneArc:
+    """An arc of plane "G18" or "G19" about centre, ccw as seen from the end of the axis it turns about; else as Arc."""
+
+    plane: str
+    end: tuple
+    centre: tuple
+    ccw: bool
+    feed: float = 0.0
+    turns: int = 1
+    line: int = 0
+
+
+@dataclass(frozen=True)
+class Code:
+    """A line that moves nothing, as "M8"; of a pattern's sub."""
+
+    text: str
+    line: int = 0
+
+
+Move = Union[Rapid, Line, Arc, PlaneArc, Code]

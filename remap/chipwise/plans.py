@@ -4,15 +4,20 @@
 Called by planner_runner.py, a process apart from the interpreter: all that a plan may depend on is in the Order.
 """
 
+from dataclasses import replace
+
 from chipwise.contour_sub import find, read
-from chipwise.cycles import contour, contour_chop, hole, pocket
+from chipwise.cycles import contour, contour_chop, hole, pattern, pocket
 from chipwise.cycles.plan import CyclePlan
 from chipwise.errors import CycleError
 from chipwise.geometry.base.contour import ContourError
-from chipwise.lines import chunks
+from chipwise.lines import DECIMALS, chunks
 from chipwise.order import Order, Outcome
+from chipwise.pattern import run as pattern_run
+from chipwise.pattern.recorded import Recorded
 
-_CACHING = (hole, contour, contour_chop, pocket, find, read)
+_DECIMALS = {"pattern": 9}       # what a sub has computed goes on exactly
+_CACHING = (hole, contour, contour_chop, pocket, find, read, pattern_run)
 
 
 def forget() -> None:
@@ -28,7 +33,7 @@ def make(order: Order) -> Outcome:
     plan = _CYCLES[order.cycle](order)
     messages = tuple(CycleError(text, code=order.code, **lengths).text(order.unit) for text, lengths in plan.notes)
     report = plan.report() if order.report and plan.report else None
-    return Outcome(chunks(plan.moves, order.start, order.unit_mm), messages, report)
+    return Outcome(chunks(plan.moves, order.start, order.unit_mm, _DECIMALS.get(order.cycle, DECIMALS)), messages, report)
 
 
 def _hole(order: Order) -> CyclePlan:
@@ -39,8 +44,10 @@ def _contour(order: Order) -> CyclePlan:
     shape = read.read_shape(order.job)
     if len(shape.loops) > 1:
         read.one_contour(shape)     # raises
+    fields = dict(order.fields)
+    loop = read.backwards(shape.loops[0]) if fields.pop("backwards", False) else shape.loops[0]
     try:
-        return contour.contour_plan(contour.ContourRequest(shape=shape.loops[0], **order.fields))
+        return contour.contour_plan(contour.ContourRequest(shape=loop, **fields))
     except ContourError as error:
         raise read.shape_error(shape, error) from error
 
@@ -53,4 +60,12 @@ def _pocket(order: Order) -> CyclePlan:
         raise read.shape_error(shape, error) from error
 
 
-_CYCLES = {"hole": _hole, "contour": _contour, "pocket": _pocket}
+def _pattern(order: Order) -> CyclePlan:
+    job = order.job
+
+    def read_from(start: tuple, mirrored: bool) -> Recorded:
+        return pattern_run.read_pattern(replace(job, mirrored=mirrored != job.mirrored, sub=replace(job.sub, position=start)))
+    return pattern.pattern_plan(pattern.PatternRequest(**order.fields), read_from)
+
+
+_CYCLES = {"hole": _hole, "contour": _contour, "pocket": _pocket, "pattern": _pattern}

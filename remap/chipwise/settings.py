@@ -71,6 +71,7 @@ SETTINGS = {
     "MAP_SIZE": Setting((300.0, 200.0), "mm", _pair, lambda v: min(v) > 0, "two lengths above 0 mm, X and Y"),
     "CHOP_SIZE": Setting(0.0, "mm", _number, lambda v: v == 0 or v >= MIN_CHOP_SIZE,
                          f"0 (never chop) or a length of {MIN_CHOP_SIZE:g} mm or more"),
+    "CHORD": Setting(0.002, "mm", _number, lambda v: 1e-4 <= v <= 1, "a length from 0.0001 to 1 mm"),
     "CLOSE_GAP": Setting(0.01, "mm", _number, lambda v: 0 <= v <= 0.5, "a length from 0 to 0.5 mm"),
     "TOOL_GEOMETRY": Setting("", "path", str, lambda v: True, "the path of a TOML file"),
     "ANALOG_OUT": Setting(0, "", _whole, lambda v: 0 <= v <= 61, "a whole number from 0 to 61 (three pins are used)"),

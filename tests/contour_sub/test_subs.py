@@ -10,6 +10,7 @@ import time
 
 import pytest
 
+from chipwise import sub_process
 from chipwise.contour_sub import run
 from chipwise.errors import CycleError
 from chipwise.geometry.base.contour import ArcElement, LineElement
@@ -60,7 +61,7 @@ def test_files_that_never_end(read, tmp_path):
 
 def test_a_call_that_waits_for_ever(read, tmp_path, monkeypatch):
     """A FIFO whose name only the running sub knows: given up because nothing is computed."""
-    monkeypatch.setattr(run, "STUCK_S", 2.0)
+    monkeypatch.setattr(sub_process, "STUCK_S", 2.0)
     (tmp_path / "subs").mkdir()
     os.mkfifo(tmp_path / "subs" / "7.ngc")
     with pytest.raises(CycleError, match="the sub waits for a file that does not answer"):

@@ -29,7 +29,8 @@ class Recorder:
 
     def next_line(self, code):
         self.line = code.sequence_number
-        self.mode = {"gcodes": list(code.gcodes), "feed": code.feed_rate}
+        self.mode = {"gcodes": list(code.gcodes), "feed": code.feed_rate, "spindle": (code.spindle, code.speed),
+                     "coolant": (code.mist, code.flood)}
 
     def note(self, kind, *numbers):
         self.calls.append([kind, self.line, *numbers])
@@ -42,6 +43,12 @@ class Recorder:
 
     def arc_feed(self, x, y, cx, cy, turn, z, *rest):
         self.note("arc", x * 25.4, y * 25.4, z * 25.4, cx * 25.4, cy * 25.4, turn)
+
+    def set_plane(self, plane):
+        self.note("plane", plane)
+
+    def dwell(self, seconds):
+        self.note("dwell", seconds)
 
     def set_feed_rate(self, rate):
         self.note("F", rate * 25.4)

@@ -17,7 +17,6 @@ The records: records.py.
 """
 
 import array
-import ctypes
 import itertools
 import json
 import math
@@ -33,48 +32,16 @@ import gcode                                                    # noqa: E402
 
 from chipwise.check.records import ARC, CIRCLE, DWELL, FEED, FRAME, RAPID, STOCK, TOOL, VOLUME, WIDTH      # noqa: E402
 from chipwise import interpreter_process                       # noqa: E402
-from chipwise.interpreter_process import INCH, Stop, limit_computing, make_tool_table, own_output      # noqa: E402
+from chipwise.interpreter_process import INCH, NO_TOOL, Stop, ToolTable, limit_computing, own_output      # noqa: E402
 from chipwise.processes import die_with_parent, limit_memory                  # noqa: E402
 
 BLOCK = 4096 * WIDTH
 MAX_POSITION_MM = 1e6
-MAX_POCKETS = 1001                  # CANON_POCKETS_MAX of LinuxCNC
 # feed_mode of the interpreter's state, ten times the code: modes that are not checked
 _UNCHECKED = {930: "G93 (inverse time)", 950: "G95 (feed per revolution)"}
 
 # of a plane: which of its arc's axes (first, second, along) are X, Y and Z
 _AXES = {1: (0, 1, 2), 2: (2, 0, 1), 3: (1, 2, 0)}
-_NO_TOOL = (-1,) + (0.0,) * 12 + (0,)
-
-
-class _ToolTable:
-    """LinuxCNC's own reader of tool tables; the table is ~/.tool.mmap of a HOME of this process's own."""
-
-    def __init__(self, path, random):
-        self._lib = None
-        try:
-            lib = make_tool_table(random)
-            lib._Z13tooldata_initb(bool(random))
-            self._get, load = lib._Z12tooldata_getP16CANON_TOOL_TABLEi, lib._Z13tooldata_loadPKcPPc
-            if path and load(os.fsencode(path), None) == 0:
-                self._lib = lib
-        except AttributeError:
-            pass                    # another LinuxCNC, another way of keeping tools
-
-    def entry(self, index):
-        """The numbers of get_tool(), machine units; those of no tool if the pocket is empty."""
-        if self._lib is None or index < 0:
-            return _NO_TOOL
-        room = ctypes.create_string_buffer(1024)
-        if self._get(room, index) != 0:
-            return _NO_TOOL
-        number, _pocket, *lengths = struct.unpack_from("=ii12d", room.raw)
-        orientation, = struct.unpack_from("=i", room.raw, 8 + 12 * 8)
-        return (number, *lengths, orientation)
-
-    def of_number(self, number):
-        """entry() of the tool of that number; 0: no tool."""
-        return next((tool for tool in map(self.entry, range(1, MAX_POCKETS)) if tool[0] == number), _NO_TOOL) if number else _NO_TOOL
 
 
 class Canon(interpreter_process.Canon):
@@ -237,7 +204,7 @@ class Canon(interpreter_process.Canon):
     # ---- tools ----------------------------------------------------------------------------------------------
 
     def change_tool(self, index):
-        self.spindle = self.tools.entry(index) if index > 0 or self.job["random"] else _NO_TOOL
+        self.spindle = self.tools.entry(index) if index > 0 or self.job["random"] else NO_TOOL
         self._tool_event()
 
     def _tool_event(self):
@@ -312,7 +279,7 @@ def main():
     limit(job["cpu_s"])
     if job["memory_mb"]:
         limit_memory(job["memory_mb"])
-    canon = Canon(job, send, _ToolTable(job["table"], job["random"]))
+    canon = Canon(job, send, ToolTable(job["table"], job["random"]))
     from chipwise import preview
     preview.listener = canon
     error, line = None, 0

@@ -59,7 +59,7 @@ def welcome(modules):
     return '\n'.join([
         f'chipwise {version()}: stock-aware feed and cycles for LinuxCNC', '', *usual, '',
         'chipwise COMMAND --help says more about one of them; man chipwise about all.',
-        'The G-codes (G12, G13, G77 to G79, M250 to M254) work inside LinuxCNC: start the simulated mill with',
+        'The G-codes (G12, G13, G75, G77 to G79, M250 to M254) work inside LinuxCNC: start the simulated mill with',
         f'  linuxcnc {os.path.join(ROOT, "configs", "mill.ini")}'])
 
 

@@ -10,7 +10,6 @@ Departs from the call of a sub: what it assigns to parameters is gone afterwards
 """
 
 import json
-import math
 import os
 import re
 import signal
@@ -24,14 +23,12 @@ from chipwise.contour_sub.check import check_text
 from chipwise.contour_sub.find import Found, fault, o_word, plain_text, quoted, read_file, sub_folders, sub_name
 from chipwise.contour_sub.job import Job
 from chipwise.errors import MM_PER_INCH, CycleError
-from chipwise.processes import cpu_s
+from chipwise.sub_process import PYTHON, answer_of, assignments, decimal
 
-PYTHON = "/usr/bin/python3"     # the interpreter LinuxCNC is built for
 RUNNER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "runner.py")
 
 CPU_S = 1.0             # computing time a sub may take, whatever else the machine does meanwhile, ..
 LINE_S = 5e-5           # .. and more for each line of it: LinuxCNC reads 80,000 a second here
-STUCK_S = 20.0          # a runner that computes nothing for so long waits for something that never comes
 MAX_MOVES = 100_000     # moves of one sub; 20,000 elements are offset in half a second
 
 _BEGIN, _END, _MARK = "chipwise: sub begins", "chipwise: sub has ended", "chipwise: line "
@@ -102,24 +99,12 @@ def _program(found, job):
             inside = None
     scale = 1.0 / (MM_PER_INCH if job.unit == "in" else 1.0)
     x, y, z = (value * scale for value in job.position)
-    lines += ["G17 G40 G90 G91.1 G94", f"F{_decimal(job.feed if job.feed > 0 else 1000.0)}"]
-    for number, (name, value) in enumerate(job.named):
-        if math.isfinite(value):
-            # names that LinuxCNC itself keeps exist already, and may be read-only
-            lines += [f"o<chipwise-{number}> if [EXISTS[#<{name}>] EQ 0]", f"#<{name}> = {_decimal(value)}",
-                      f"o<chipwise-{number}> endif"]
-    lines += [f"G0 X{_decimal(x)} Y{_decimal(y)} Z{_decimal(z)}",
+    lines += ["G17 G40 G90 G91.1 G94", f"F{decimal(job.feed if job.feed > 0 else 1000.0)}"]
+    lines += assignments(job.named)
+    lines += [f"G0 X{decimal(x)} Y{decimal(y)} Z{decimal(z)}",
               ("G91" if job.incremental else "G90") + (" G90.1" if job.ijk_absolute else " G91.1"),
               f"({_BEGIN})", f"o{sub_name(found)} call", f"({_END})", "M2"]
     return "\n".join(lines) + "\n"
-
-
-def _decimal(value):
-    """A number LinuxCNC reads: it knows no exponents, and no lines of more than 255 characters."""
-    if value == 0 or 1e-3 <= abs(value) < 1e15:
-        return f"{value:.12f}"
-    mantissa, _, exponent = f"{value:.17e}".partition("e")
-    return f"[{mantissa} * 10 ** {int(exponent)}]" if int(exponent) > 0 else f"[{mantissa} / 10 ** {-int(exponent)}]"
 
 
 _FOREIGN = re.compile(r"^\s*(REMAP|TOPLEVEL|PATH_PREPEND|PATH_APPEND|RS274NGC_STARTUP_CODE|ON_ABORT_COMMAND|"
@@ -156,7 +141,7 @@ def _child(found, job):
         environment = {**os.environ, "HOME": folder, "INI_FILE_NAME": paths["sub.ini"], "LC_ALL": "C"}
         process = subprocess.Popen([PYTHON, "-s", RUNNER, str(os.getpid())], env=environment, text=True,
                                    stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-        answer = _answer(process, order)
+        answer = answer_of(process, order)
     if answer is None:
         raise fault(found, found.first, "the sub waits for a file that does not answer",
                      "look at the files that it calls on the SUBROUTINE_PATH")
@@ -171,21 +156,3 @@ def _child(found, job):
 def _cpu_limit(found):
     """Computing time (s) the sub may take."""
     return CPU_S + round(LINE_S * len(found.body), 1)
-
-
-def _answer(process, order):
-    """(stdout, stderr) of the runner, None where it was given up: it computed nothing for STUCK_S.  Its computing time it
-    limits itself."""
-    had, since = -1.0, time.monotonic()
-    while True:
-        try:
-            return process.communicate(order, timeout=0.5)
-        except subprocess.TimeoutExpired:
-            order = None                    # communicate() keeps what is left of it
-        now = cpu_s(process.pid)
-        if now != had:
-            had, since = now, time.monotonic()
-        elif time.monotonic() - since > STUCK_S:
-            process.kill()
-            process.communicate()
-            return None

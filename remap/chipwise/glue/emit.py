@@ -14,6 +14,7 @@ the call state of the waiting remap in place, wrap_interp_execute_1 does not).
 """
 
 from chipwise.glue.ceiling import set_canon_feed
+from chipwise.pattern import hand
 
 _ABSOLUTE = 0  # interp_internal.hh: DISTANCE_MODE
 
@@ -29,19 +30,23 @@ def set_feed(interp, feed):
 
 
 def emit(interp, line_number, chunk):
-    """Execute a chunk of lines.chunks(); modes, feed and line number are afterwards what they were, also after an error."""
+    """Execute a chunk of lines.chunks(), rows with a line number of their own under that; modes, feed and line number are afterwards what they were, also after an error."""
     motion_mode, feed_before, number_before = interp.motion_mode, interp.feed_rate, interp.sequence_number
-    modes_before = (f"{'G90' if interp.distance_mode == _ABSOLUTE else 'G91'} "
+    modes_before = (f"G17 {'G90' if interp.distance_mode == _ABSOLUTE else 'G91'} "
                     f"{'G90.1' if interp.ijk_distance_mode == _ABSOLUTE else 'G91.1'}")
     interp.sequence_number = line_number
+    hand.emitting = True
     try:
         interp.execute("G90 G91.1")
-        for feed, lines in chunk:
+        for feed, lines, *numbers in chunk:
+            if numbers:
+                interp.sequence_number = numbers[0]
             if feed is not None and feed != interp.feed_rate:
                 set_feed(interp, feed)
             for line in lines.split("\n"):
                 interp.execute(line)
     finally:
+        hand.emitting = False
         if interp.feed_rate != feed_before:
             set_feed(interp, feed_before)
         # The motion mode first: executing a line is what copies the modes to where task and preview read them.

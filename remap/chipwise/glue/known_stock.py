@@ -10,6 +10,7 @@ parameter: to LinuxCNC's parser a name ends at ">".
 """
 
 NAME = "_chipwise>stock_top"       # mm, machine coordinates of the tool's tip
+caller_top = None               # the same, of the caller of a pattern: pattern/runner.py sets it in its own process
 
 
 def _parameters(interp):
@@ -29,4 +30,4 @@ def forget(interp):
 
 def top(interp):
     """mm, machine coordinates; None if it is not known."""
-    return interp.params[NAME] if NAME in interp.params.globals() else None
+    return interp.params[NAME] if NAME in interp.params.globals() else caller_top

@@ -37,7 +37,7 @@ class _Since:
 
 def _size(chunk):
     """Moves of a chunk of lines.chunks()."""
-    return sum(lines.count("\n") + 1 for _, lines in chunk)
+    return sum(lines.count("\n") + 1 for _, lines, *_line in chunk)
 
 
 class Turn:

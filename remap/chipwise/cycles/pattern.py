@@ -1,0 +1,157 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""G75: a sub as a pattern: mirrored, rotated, shifted, repeated.  PatternRequest -> CyclePlan; pure, mm.
+
+Source: the patent abstract on registered patterns: a pattern defined in coordinates of its own is placed by shift and rotation, and
+its mirror image likewise.  Departs from it: copies, and what each copy may rest on is checked.
+
+Copy c = 0, 1, ..: mirror about the pattern's origin, rotate by rotation + c turn, shift by (X + c I, Y + c J, Z).
+
+ 1. A copy begins where the one before it has ended.  What the sub does from there is read for the first two copies (read_pattern).
+    A coordinate that both runs have from their start belongs to the start of every copy; all others belong to the pattern.  A sub that
+    depends on its start in another way (G91 in its first moves) is read for each copy.
+ 2. From the second copy on the first move has to be a traverse, and if it goes across, above the cuts of the sub.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Callable
+
+import numpy as np
+
+from chipwise.cycles.plan import CyclePlan, Note, Report
+from chipwise.errors import CycleError, braceless
+from chipwise.moves import Arc, Code, Line, PlaneArc, Rapid
+from chipwise.pattern.isometry import Isometry, moved, placed
+from chipwise.pattern.recorded import ARC, FEED, PLANE_OF_AXIS, RAPID, Recorded, Step, points_of
+
+SAME_MM = 1e-7          # a coordinate read twice; the interpreter's doubles are better by far
+MAX_COPIES = 100_000
+MIRRORS = {0: "none", 1: "X", 2: "Y", 3: "X and Y"}
+
+
+@dataclass(frozen=True)
+class PatternRequest:
+    """Words of the line; lengths mm, angles degrees.
+
+    mirror: 0 none, 1 X, 2 Y, 3 both; start: (x, y, z) of the tool; chord: of arcs that cannot stay arcs.
+    """
+
+    shift: tuple
+    start: tuple
+    chord: float
+    most_moves: int
+    rotation: float = 0.0
+    mirror: float = 0
+    copies: float = 1
+    step: tuple = (0.0, 0.0)
+    turn: float = 0.0
+    station: float = 0
+
+
+def pattern_plan(request: PatternRequest, read: Callable[[tuple, bool], Recorded]) -> CyclePlan:
+    """read(start, mirrored): what the sub does from a position in its own coordinates.  Raises CycleError."""
+    check(request)
+    copies = [copy_of(request, c) for c in range(int(request.copies))]
+    mirrored = copies[0].mirrors
+    first = read(copies[0].back(request.start), mirrored)
+    steps = moved(first, points_of(first), first.start, copies[0], request.chord)
+    here = _end(steps, request.start)
+    template = None
+    for c, isometry in enumerate(copies[1:], 1):
+        start = isometry.back(here)
+        if template is None:
+            second = read(start, mirrored)
+            template = Template(first, second)
+        recorded = template.recorded if template.fits else read(start, mirrored)
+        points = template.at(start) if template.fits else points_of(recorded)
+        _check_start(recorded, points, start, c)
+        steps += moved(recorded, points, start, isometry, request.chord)
+        here = _end(steps, here)
+        if len(steps) > request.most_moves:
+            raise CycleError(f"the pattern has more than {request.most_moves} moves", "use fewer copies, or raise [CHIPWISE]PLAN_MOVES")
+    notes = [Note(braceless(text), {}) for text in first.messages]
+    if mirrored and first.own_cut:
+        notes.append(Note(f"the cuts from line {first.own_cut} of the sub on are mirrored, climb cuts become conventional; the cycles of chipwise "
+                          "keep theirs", {}))
+    return CyclePlan(tuple(_move(step) for step in steps), tuple(notes),
+                     lambda: Report("pattern", {"copies": len(copies), "moves": len(steps)}))
+
+
+def check(request: PatternRequest):
+    """Raise CycleError for words that cannot be carried out."""
+    if request.mirror not in MIRRORS:
+        raise CycleError(f"H{request.mirror:g} is not a mirror", "use H0 (none), H1 (X), H2 (Y) or H3 (both)")
+    if not 1 <= request.copies <= MAX_COPIES:
+        raise CycleError(f"L{request.copies:g} is not a number of copies", f"use a whole number from 1 to {MAX_COPIES}")
+    if request.station != 0:
+        raise CycleError(f"station P{request.station:g} is not known", "leave P out")
+    if request.copies == 1 and (request.step != (0.0, 0.0) or request.turn):
+        raise CycleError("I, J and K are for more than one copy", "add L, or use X, Y and R")
+
+
+def copy_of(request: PatternRequest, c: int) -> Isometry:
+    """The isometry of copy c."""
+    x, y, z = request.shift
+    return placed(int(request.mirror), request.rotation + c * request.turn, (x + c * request.step[0], y + c * request.step[1], z))
+
+
+class Template:
+    """The sub as two runs from different starts show it."""
+
+    def __init__(self, first: Recorded, second: Recorded):
+        self.recorded, self.points = first, points_of(first)
+        others = points_of(second)
+        alike = [_outline(a) == _outline(b) for a, b in zip(first.steps, second.steps)]
+        self.fits = len(first.steps) == len(second.steps) and all(alike) and self.points.shape == others.shape
+        if self.fits:
+            same = np.abs(self.points - others) <= SAME_MM
+            a, b = np.array(first.start), np.array(second.start)
+            self.inherited = (np.abs(self.points - a) <= SAME_MM) & (np.abs(others - b) <= SAME_MM) & ~(same & (np.abs(a - b) > SAME_MM))
+            self.fits = bool((same | self.inherited).all())
+
+    def at(self, start):
+        """Its points from another start."""
+        return np.where(self.inherited, np.array(start), self.points)
+
+
+def _outline(step):
+    """What two runs must have in common beside the points."""
+    return (step.kind, step.line, step.feed, step.axis, step.turns) if isinstance(step, Step) else step
+
+
+def _check_start(recorded, points, start, c):
+    """Principle 2."""
+    first = recorded.moves[0]
+    if first.kind != RAPID:
+        raise CycleError(f"copy {c + 1} begins with a cut: line {first.line} is the first move of the sub, and it is not G0",
+                         "begin the sub with G0 to its first position")
+    levels, here, at = [], start[2], 0
+    for step in recorded.moves:
+        z = float(points[at, 2])
+        if step.kind != RAPID and z <= here:
+            levels.append(z)
+        here, at = z, at + (2 if step.kind == ARC else 1)
+    if levels and start[2] <= max(levels) + SAME_MM and math.dist(points[0, :2], start[:2]) > SAME_MM:
+        raise CycleError("the sub ends at Z{end} of the pattern, no higher than its cuts at Z{level}: the traverse to the next copy would run "
+                         "there", "end the sub with G0 to a height above the stock", end=start[2], level=max(levels))
+
+
+def _end(steps, before):
+    return next((step.end for step in reversed(steps) if isinstance(step, Step)), before)
+
+
+def _move(step):
+    """A Step or a Code -> what lines.py writes."""
+    if not isinstance(step, Step):
+        return Code(step.text, step.line)
+    x, y, z = step.end
+    if step.kind == RAPID:
+        return Rapid(x, y, z, line=step.line)
+    if step.kind == FEED:
+        return Line(x, y, z, feed=step.feed, line=step.line)
+    ccw, turns = step.turns > 0, abs(step.turns)
+    if step.axis == 2:
+        return Arc(x, y, step.centre[0], step.centre[1], ccw, z, step.feed, turns, step.line)
+    return PlaneArc(PLANE_OF_AXIS[step.axis], step.end, step.centre, ccw, step.feed, turns, step.line)
+
+

@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""G75: words -> the fields of a PatternRequest, and the PatternJob of its sub.  Called by codes.py through session.run_cycle."""
+
+from chipwise.errors import CycleError
+from chipwise.glue import known_stock, shape
+from chipwise.pattern import hand
+from chipwise.pattern.job import PatternJob
+
+WORDS = "qxyzrhlijkp"
+
+_MODES = (0, 10, 20, 30)        # G0 to G3 as the interpreter's motion mode
+
+
+def order(state):
+    """The order of G75 for session.run_cycle: State -> Order."""
+    state.check_words(WORDS)
+    if not state.interp.feed_mode == 0:
+        raise CycleError("feed per revolution (G95) is on", "program G94 before")
+    fields = _fields(state)
+    return state.order("pattern", fields, _job(state, fields["shift"][2]))
+
+
+def _fields(state):
+    """Words of the line -> fields of a PatternRequest (mm, degrees)."""
+    here = state.position()
+    shift = []
+    for letter, now in zip("xyz", here):
+        value = state.length(letter)
+        shift.append(0.0 if value is None else now + value if state.incremental else value)
+    copies = state.number("l")
+    return dict(shift=tuple(shift), start=here, chord=state.settings["CHORD"], rotation=state.number("r") or 0.0,
+                mirror=state.number("h") or 0, copies=1 if copies is None else copies,
+                step=(state.length("i") or 0.0, state.length("j") or 0.0), turn=state.number("k") or 0.0,
+                station=state.number("p") or 0)
+
+
+def _job(state, up):
+    """The sub as it would be called here, in a pattern that is shifted up by so much (mm)."""
+    interp, params = state.interp, state.interp.params
+    turn = (3 if params["_spindle_cw"] else 4) if params["_spindle_on"] else 5
+    motion, top = interp.motion_mode, known_stock.top(interp)
+    return PatternJob(shape.job(state, shape.sub_number(state)), mirrored=hand.mirrored,
+                      spindle=(turn, float(interp.speed[0])), coolant=(bool(params["_mist"]), bool(params["_flood"])),
+                      motion=motion // 10 if motion in _MODES else 0, stock_top=None if top is None else top - up)

@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""What the text of a pattern's sub may hold.  Called by run.py, before LinuxCNC's interpreter reads the sub.
+
+A pattern's moves are transformed after they have been computed, so whatever acts apart from a move of X, Y and Z, or depends on
+where the machine is, has no place in it.
+"""
+
+import math
+import re
+
+from chipwise.contour_sub.find import fault, plain_text
+
+G_CODES = {0, 1, 2, 3, 4, 12, 13, 17, 18, 19, 20, 21, 40, 41, 41.1, 42, 42.1, 73, 75, 77, 78, 79, 80, 81, 82, 83, 85, 86, 89, 90, 90.1,
+           91, 91.1, 94, 97, 98, 99}
+M_CODES = {3, 4, 5, 7, 8, 9, 70, 71, 72, 73, 98, 99}
+_BEFORE = "program it before G75"
+REASONS = {
+    "g": ({28, 28.1, 30, 30.1, 53}, "moves in machine coordinates", "use positions of the pattern"),
+    "G": ({10, 43, 43.1, 43.2, 49, 52, 54, 55, 56, 57, 58, 59, 59.1, 59.2, 59.3, 92, 92.1, 92.2, 92.3}, "changes an offset", _BEFORE),
+    "probe": ({38.2, 38.3, 38.4, 38.5}, "probes", "probe outside of the pattern"),
+    "sync": ({33, 33.1, 74, 76, 84}, "is synchronised with the spindle", "tap outside of the pattern, or with G81 and a floating holder"),
+    "mode": ({7, 61, 61.1, 64, 93, 95, 96}, "sets a mode of the whole machine", _BEFORE),
+}
+
+_WORD = re.compile(r"([gm])(\d+(?:\.\d+)?|[#\[])")
+_POSITION = re.compile(r"#5(?:06\d|07[0-2]|42[0-8])(?!\d)|#<_(?:abs_)?[xyzabcuvw]>|#<_(?:hal|ini)\[")
+_O_LINE = re.compile(r"(n\d+(\.\d+)?)?o")
+
+
+def check_text(found):
+    """Refuse what a pattern may not hold, by its line."""
+    for number, text in found.body:
+        plain = plain_text(text).lstrip("/")
+        where = _POSITION.search(plain)
+        if where:
+            raise fault(found, number, f"{where.group().rstrip('[')} reads the machine, not the pattern", "put the value into a "
+                        "parameter before G75")
+        if _O_LINE.match(plain):
+            continue
+        for letter, value in _WORD.findall(re.sub(r"#<[^>]*>", "#<>", plain)):
+            _check_code(found, number, letter, value)
+
+
+def _check_code(found, number, letter, value):
+    if value in ("#", "["):
+        raise fault(found, number, f"{letter.upper()}{value}.. is a code that only the machine knows", "write the code as a number")
+    code = float(value)
+    if code in (G_CODES if letter == "g" else M_CODES):
+        return
+    named = f"{letter.upper()}{code:g}"
+    if letter == "m":
+        raise fault(found, number, f"{named} is not allowed in a pattern", "a pattern has M3 M4 M5 M7 M8 M9; program the rest before or "
+                    "after G75")
+    for codes, reason, remedy in REASONS.values():
+        if code in codes:
+            raise fault(found, number, f"{named} {reason}", remedy)
+    raise fault(found, number, f"{named} is not allowed in a pattern", "use moves, canned cycles and the cycles of chipwise")
+
+
+def refuse_odd(found, line, numbers):
+    """Refuse coordinates that are not finite."""
+    if not all(math.isfinite(v) for v in numbers):
+        raise fault(found, line or found.first, "a coordinate is not a finite number", "give every expression a value")

@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Mirror, rotation and shift: of points, and of moves.  Pure; mm.
+
+Source: the patent abstract on registered patterns: a pattern has a coordinate system of its own (Xp-Yp); shift and rotation (SX, SY,
+SR) place it on the machine, and a mirror image is placed in the same way.
+A move under an isometry x -> R x + t: a line stays a line.  An arc about the axis n by the angle a turns about R n, by a if R
+is a rotation and by -a if it mirrors; it stays an arc if R n is one of the three axes, and becomes chords otherwise.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Union
+
+import numpy as np
+
+from chipwise.pattern.recorded import ARC, FEED, Code, Recorded, Step
+
+EXACT = 1e-12           # of a direction: rounding of a rotation by whole quarters
+FULL_TURN = 1e-6        # rad, an arc that ends so near to its start is a full turn, as in LinuxCNC
+
+
+@dataclass(frozen=True)
+class Isometry:
+    """x -> matrix x + shift; matrix: 3 x 3 rows, orthogonal; shift: mm."""
+
+    matrix: tuple
+    shift: tuple
+
+    def points(self, points):
+        """(n, 3) -> (n, 3)."""
+        return np.asarray(points, float).reshape(-1, 3) @ np.array(self.matrix).T + np.array(self.shift)
+
+    def point(self, point):
+        """(x, y, z) -> (x, y, z)."""
+        return tuple(self.points([point])[0].tolist())
+
+    def back(self, point):
+        """The point that becomes this one."""
+        return tuple((np.array(self.matrix).T @ (np.array(point) - np.array(self.shift))).tolist())
+
+    @property
+    def mirrors(self) -> bool:
+        """Whether a left hand becomes a right one."""
+        return float(np.linalg.det(np.array(self.matrix))) < 0.0
+
+    def after(self, first: "Isometry") -> "Isometry":
+        """This one after another."""
+        matrix = np.array(self.matrix) @ np.array(first.matrix)
+        return Isometry(tuple(map(tuple, matrix.tolist())), self.point(first.shift))
+
+
+def placed(mirror: int, degrees: float, shift: tuple) -> Isometry:
+    """Mirror first (1: X changes its sign, 2: Y, 3: both), then rotate about Z, then shift."""
+    quarter, rest = divmod(degrees, 90.0)
+    if rest == 0.0:             # exact, so that arcs of G18 and G19 stay arcs
+        c, s = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[int(quarter) % 4]
+    else:
+        c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    x, y = (-1.0 if mirror & 1 else 1.0), (-1.0 if mirror & 2 else 1.0)
+    return Isometry(((c * x, -s * y, 0.0), (s * x, c * y, 0.0), (0.0, 0.0, 1.0)), tuple(map(float, shift)))
+
+
+def moved(recorded: Recorded, points, start, isometry: Isometry, chord: float) -> list:
+    """The steps of a sub under an isometry: Steps and Codes.
+
+    points: of recorded.points_of(), or what takes their place (k, 3); start: (x, y, z) before them; chord: largest distance (mm) of chords from an arc that
+    cannot stay one.
+    """
+    images = isometry.points(points)
+    placed_points = list(map(tuple, images.tolist()))
+    axes = [_axis(np.array(isometry.matrix)[:, k]) for k in range(3)]
+    turn = -1 if isometry.mirrors else 1
+    found: list[Union[Step, Code]] = []
+    here, at = np.array(start), 0
+    for step in recorded.steps:
+        if isinstance(step, Code):
+            found.append(step)
+            continue
+        if step.kind != ARC:
+            found.append(Step(step.kind, step.line, placed_points[at], step.feed))
+        elif axes[step.axis] is not None:
+            axis, sign = axes[step.axis]
+            found.append(Step(ARC, step.line, placed_points[at], step.feed, placed_points[at + 1], axis, step.turns * turn * sign))
+        else:
+            chords = isometry.points(arc_points(here, points[at], points[at + 1], step.axis, step.turns, chord))
+            found += [Step(FEED, step.line, tuple(p), step.feed) for p in chords[:-1].tolist()]
+            found.append(Step(FEED, step.line, placed_points[at], step.feed))
+        here = points[at]
+        at += 2 if step.kind == ARC else 1
+    return found
+
+
+def _axis(direction):
+    """(index, sign) of the axis a unit vector lies on, None if it lies on none."""
+    k = int(np.argmax(np.abs(direction)))
+    return (k, 1 if direction[k] > 0 else -1) if abs(abs(direction[k]) - 1.0) < EXACT else None
+
+
+def arc_points(start, end, centre, axis: int, turns: int, chord: float):
+    """Points on an arc or a helix, its end among them: (n, 3), so close that a chord is at most so far (mm) from it."""
+    a, b = (axis + 1) % 3, (axis + 2) % 3
+    first, last = (math.atan2(p[b] - centre[b], p[a] - centre[a]) for p in (start, end))
+    radius, end_radius = (math.hypot(p[a] - centre[a], p[b] - centre[b]) for p in (start, end))
+    sweep = (last - first) % (2 * math.pi) if turns > 0 else -((first - last) % (2 * math.pi))
+    if min(abs(sweep), 2 * math.pi - abs(sweep)) < FULL_TURN:
+        sweep = math.copysign(2 * math.pi, turns)
+    sweep += math.copysign(2 * math.pi * (abs(turns) - 1), turns)
+    most = 2.0 * math.acos(1.0 - min(1.0, chord / max(radius, end_radius, chord)))
+    share = np.arange(1, max(1, math.ceil(abs(sweep) / most)) + 1) / max(1, math.ceil(abs(sweep) / most))
+    angle, r = first + sweep * share, radius + (end_radius - radius) * share
+    points = np.empty((len(share), 3))
+    points[:, a], points[:, b] = centre[a] + r * np.cos(angle), centre[b] + r * np.sin(angle)
+    points[:, axis] = start[axis] + (end[axis] - start[axis]) * share
+    points[-1] = end
+    return points

@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""What a sub does when it runs: straight moves, arcs, and codes between them.  mm, mm/min, work coordinates.
+
+Made by run.py from what runner.py prints; transformed by isometry.py.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+RAPID, FEED, ARC = "rapid", "feed", "arc"
+AXIS_OF_PLANE = {"G17": 2, "G18": 1, "G19": 0}      # the axis an arc of that plane turns about
+PLANE_OF_AXIS = {axis: plane for plane, axis in AXIS_OF_PLANE.items()}
+
+
+@dataclass(frozen=True)
+class Step:
+    """One move.
+
+    kind     RAPID, FEED or ARC
+    line     of the file that holds the sub, 0 if it is another file's
+    end      (x, y, z)
+    feed     of a cutting move
+    centre   (x, y, z) of an arc, at the height of its start along the axis it turns about
+    axis     index of that axis
+    turns    of an arc: started turns, negative for clockwise about the axis
+    """
+
+    kind: str
+    line: int
+    end: tuple
+    feed: float = 0.0
+    centre: tuple = ()
+    axis: int = 2
+    turns: int = 0
+
+
+@dataclass(frozen=True)
+class Code:
+    """A line that moves nothing, as "M3 S8000" or "G4 P0.5"."""
+
+    text: str
+    line: int = 0
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """steps: of Step and Code, in order; messages: what the sub has for the operator; start: (x, y, z) of the run; own_cut: line of
+    the first cut across that no cycle makes, 0 without one."""
+
+    steps: tuple
+    messages: tuple
+    start: tuple
+    own_cut: int = 0
+
+    @property
+    def moves(self):
+        """The Steps alone."""
+        return [step for step in self.steps if isinstance(step, Step)]
+
+    @property
+    def end(self):
+        """(x, y, z) after the last move."""
+        moves = self.moves
+        return moves[-1].end if moves else self.start
+
+
+def points_of(recorded: Recorded):
+    """All ends and centres in order: (k, 3)."""
+    points = []
+    for step in recorded.moves:
+        points.append(step.end)
+        if step.kind == ARC:
+            points.append(step.centre)
+    return np.array(points, float).reshape(-1, 3)

@@ -1,0 +1,222 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Runs the sub of a pattern in an interpreter of its own and prints what it does.  A program, not a module.
+
+    /usr/bin/python3 -s runner.py PARENT_PID  < JSON of the job  > JSON of the result
+
+Started by run.py, one process per run.  The remaps of the INI file run here as in the preview; cycles in a mirrored pattern
+plan the other hand (glue/hand.py), so that the mirrored cut is climb milling again.
+
+Job:     program, parameters, table (paths), random (tool changer), units_per_mm, tool (number, diameter in machine units), codes
+         (run first), begin, end (comments around the call), max_moves, cpu_s, mirrored,
+         stock_top (mm or null)
+Result:  rows: [kind, line, feed, x, y, z (, plane, cx, cy, cz, turns)] in mm and mm/min, kind "rapid", "feed", "arc"; ["code", line,
+         text]; messages; stop: null or [line, text, remedy]; error: null or [line, text] of the interpreter; ended: bool; line: the last;
+         own_cut: line of the first cut across that no cycle makes, or 0
+
+The interpreter calls Python for moves, comments and dwells, and with each of these once for a new line, with the modes before it.
+Spindle and coolant have no call: a change of them is seen at the next line, and comes before the moves of the line that has
+made it (LinuxCNC executes M3 and M8 before the motion of their line).  Every line has a comment (run.py), so none is missed.
+Read in LinuxCNC 2.9: gcodemodule.cc, rs274ngc_pre.cc.
+"""
+
+import json
+import os
+import re
+import sys
+
+# modules are imported from the package, not from this file's folder
+sys.path[0] = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+
+import gcode                                                    # noqa: E402
+
+from chipwise import interpreter_process, preview               # noqa: E402
+from chipwise.interpreter_process import INCH, Stop             # noqa: E402
+from chipwise.glue import known_stock                           # noqa: E402
+from chipwise.pattern import hand                               # noqa: E402
+from chipwise.processes import die_with_parent                  # noqa: E402
+
+DECIMALS = 9        # of a mm: a program's decimals come out as they went in
+PLANES = {1: "G17", 2: "G19", 3: "G18"}
+# a plane's arcs: which of the arc's own axes (first, second, along) are X, Y and Z
+ORDER = {"G17": (0, 1, 2), "G18": (1, 2, 0), "G19": (2, 0, 1)}
+COOLANT = {"mist": "M7", "flood": "M8"}
+MAX_MESSAGES = 20
+
+
+class Canon(interpreter_process.Canon):
+    """What the interpreter calls."""
+
+    def __init__(self, job, tools):
+        super().__init__(job)
+        self.tools = tools
+        self.rows, self.messages, self.stop = [], [], None
+        self.inside = self.ended = False
+        self.line = self.reported = self.first_of_line = 0
+        self.feed, self.plane, self.at = 0.0, "G17", (0.0, 0.0, 0.0)
+        self.machine_state = None
+        self.own_cut = 0            # line of the first cut that is not a cycle's
+
+    def __getattr__(self, name):
+        if name.startswith("_"):
+            raise AttributeError(name)
+        return lambda *arguments: None
+
+    def refuse(self, text, remedy):
+        self.stop = self.stop or [self.line, text, remedy]
+        raise Stop(text)
+
+    # ---- lines ----------------------------------------------------------------------------------------------
+
+    def next_line(self, state):
+        """Before the first call of a line, with the state that the one before it has left."""
+        now = state.spindle, state.speed, state.mist == 7, state.flood == 8
+        if self.inside and now != self.machine_state:
+            codes = [["code", self.line, text] for text in _changes(self.machine_state, now)]
+            self.rows[self.first_of_line:self.first_of_line] = codes
+        self.machine_state = now
+        self.line, self.first_of_line = state.sequence_number, len(self.rows)
+
+    def comment(self, text):
+        if text == self.job["begin"]:
+            self.inside = True
+        elif text == self.job["end"]:
+            self.inside, self.ended = False, True
+        self.reported = self.line
+
+    def message(self, text):
+        if self.inside and len(self.messages) < MAX_MESSAGES and text not in self.messages:
+            self.messages.append(text)
+
+    # ---- moves ----------------------------------------------------------------------------------------------
+
+    def _put(self, kind, feed, x, y, z, rest, *more):
+        if any(rest[:3]):
+            self.refuse("a rotary axis moves", "a pattern moves X, Y and Z")
+        across, self.at = (x, y) != self.at[:2], (x, y, z)
+        if self.inside:
+            if kind != "rapid" and across and not hand.emitting:
+                self.own_cut = self.own_cut or self.line
+            if len(self.rows) >= self.job["max_moves"]:
+                self.refuse(f"the sub makes more than {self.job['max_moves']} moves", "divide it")
+            self.rows.append([kind, self.line, round(feed * INCH, DECIMALS), *_mm(x, y, z), *more])
+
+    def straight_traverse(self, x, y, z, *rest):
+        self._put("rapid", 0.0, x, y, z, rest)
+
+    def straight_feed(self, x, y, z, *rest):
+        self._put("feed", self.feed, x, y, z, rest)
+
+    def arc_feed(self, first, second, centre_first, centre_second, turns, along, *rest):
+        order = ORDER[self.plane]
+        height = self.at[{"G17": 2, "G18": 1, "G19": 0}[self.plane]]
+        end, centre = (first, second, along), (centre_first, centre_second, height)
+        self._put("arc", self.feed, *(end[k] for k in order), rest, self.plane, *_mm(*(centre[k] for k in order)), turns)
+
+    def set_plane(self, plane):
+        self.plane = PLANES.get(plane, "G17")
+
+    def set_feed_rate(self, rate):
+        self.feed = rate
+
+    def dwell(self, seconds):
+        if self.inside:
+            self.rows.append(["code", self.line, f"G4 P{seconds:.6f}"])
+
+    def rigid_tap(self, *_):
+        self.refuse("G33.1 is synchronised with the spindle", "tap outside of the pattern")
+
+    def straight_probe(self, *_):
+        self.refuse("G38 probes", "probe outside of the pattern")
+
+    def change_tool(self, _pocket):
+        self.refuse("M6 is not allowed in a pattern", "load the tool before G75")
+
+    def user_defined_function(self, number, *_):
+        self.refuse(f"M{100 + number} is not allowed in a pattern", "program it before or after G75")
+
+    # ---- the rest -------------------------------------------------------------------------------------------
+
+    def get_tool(self, pocket):
+        if pocket:
+            return self.tools.entry(pocket)
+        number, diameter = self.job["tool"]
+        return (number,) + (0.0,) * 9 + (diameter, 0.0, 0.0, 0)
+
+    def stock(self, *_):
+        self._no_stock("M250")
+
+    def restored(self, *_):
+        self._no_stock("M254")
+
+    def volume(self, *_):
+        self._no_stock("M251 or M252")
+
+    def _no_stock(self, code):
+        self.refuse(f"{code} is not allowed in a pattern", "program it before or after G75")
+
+
+def _changes(before, now):
+    """Lines that make the state of spindle and coolant what it is now."""
+    (turn, speed, *cooling), (new_turn, new_speed, *new_cooling) = before, now
+    lines = []
+    if (turn, speed) != (new_turn, new_speed):
+        words = [f"S{new_speed:.6f}".rstrip("0").rstrip(".")] if new_speed != speed else []
+        lines.append(" ".join(words + ([f"M{new_turn}"] if new_turn != turn else [])))
+    if any(old and not new for old, new in zip(cooling, new_cooling)):
+        lines.append("M9")
+        cooling = [False, False]
+    return lines + [code for code, old, new in zip(COOLANT.values(), cooling, new_cooling) if new and not old]
+
+
+def _mm(*inches):
+    return [round(v * INCH, DECIMALS) for v in inches]
+
+
+_OWN_LINE = re.compile(r" \(line (\d+)(?: of [^()]*)?\)$")
+
+
+def located(canon, text):
+    """[line, text] of an error.  Our own messages end with their line.  LinuxCNC's: a line that cannot be executed has been reported by
+    its comment; one that cannot be read has not, and is the next one if it gives the same error alone."""
+    own = _OWN_LINE.search(text)
+    if own:
+        return [int(own[1]), text[:own.start()]]
+    with open(canon.job["program"], encoding="utf-8", errors="surrogateescape") as program:
+        lines = program.read().split("\n")
+    following = next((k for k in range(canon.reported, len(lines)) if lines[k].strip()), None)
+    if following is None:
+        return [canon.reported, text]
+    alone = os.path.join(os.environ["HOME"], "line.ngc")
+    with open(alone, "w", encoding="utf-8", errors="surrogateescape") as file:
+        file.write(lines[following] + "\nM2\n")
+    try:
+        result, _line = gcode.parse(alone, Canon(canon.job, canon.tools), *canon.job["codes"])
+        same = result > gcode.MIN_ERROR and gcode.strerror(result).split(alone)[0] == text.split(canon.job["program"])[0]
+    except (RuntimeError, Stop):
+        same = False
+    return [following + 1 if same else canon.reported, text]
+
+
+def main():
+    die_with_parent(int(sys.argv[1]))
+    job, output = json.load(sys.stdin), os.fdopen(interpreter_process.own_output(), "w")
+    interpreter_process.limit_computing(job["cpu_s"])
+    hand.mirrored = job["mirrored"]
+    known_stock.caller_top = job["stock_top"]
+    canon = Canon(job, interpreter_process.ToolTable(job["table"], job["random"]))
+    preview.listener = canon
+    error = None
+    try:
+        result, _line = gcode.parse(job["program"], canon, *job["codes"])
+        if result > gcode.MIN_ERROR:
+            error = located(canon, gcode.strerror(result))
+    except (RuntimeError, Stop):
+        if canon.stop is None:
+            raise
+    json.dump({"rows": canon.rows, "messages": canon.messages, "stop": canon.stop, "error": error, "ended": canon.ended,
+               "line": canon.line, "own_cut": canon.own_cut}, output)
+    output.close()
+
+
+if __name__ == "__main__":
+    main()

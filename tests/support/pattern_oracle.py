@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""What a pattern has to do, from what its sub does by itself: G75's oracle, and random subs.
+
+Used by tests/interpreter/test_g75.py and bench/bench_pattern.py.  The sub runs in the preview's interpreter; every move becomes points on it, and the
+points are transformed with complex numbers: nothing of chipwise's isometries, arcs or planes is in it.
+"""
+
+import cmath
+import json
+import math
+import random
+
+import numpy as np
+
+from support import canon
+
+STILL_MM = 1e-8         # shorter moves are not compared
+SHARES = np.linspace(0.0, 1.0, 9)[1:]
+_OWN = {1: (0, 1, 2), 3: (2, 0, 1), 2: (1, 2, 0)}       # gcode's planes: X, Y, Z of the arc's first, second and third axis
+
+
+class Move:
+    """kind, points (n, 3) from its start on without it, feed (mm/min), line."""
+
+    def __init__(self, kind, points, feed, line, plane=1):
+        self.kind, self.points, self.feed, self.line, self.plane = kind, np.asarray(points), feed, line, plane
+
+
+def moves_of(program, first="begin", last="end", **options):
+    """(moves between two comments of a program, the Trace); raises AssertionError for an error of the program."""
+    trace = canon.run_preview(program, **options)
+    assert not trace.error, trace.error
+    return calls_to_moves(json.loads(trace.output.splitlines()[-1])["calls"], first, last), trace
+
+
+def calls_to_moves(calls, first="begin", last="end"):
+    """Moves, machine coordinates, of preview_probe.py's calls."""
+    here, feed, plane, found, inside = np.zeros(3), 0.0, 1, [], False
+    for kind, line, *n in calls:
+        if kind == "comment":
+            inside = n[0] == first or inside and n[0] != last
+        elif kind == "F":
+            feed = n[0]
+        elif kind == "plane":
+            plane = n[0]
+        elif kind in ("rapid", "feed"):
+            end = np.array(n[:3])
+            if inside and np.abs(end - here).max() > STILL_MM:
+                found.append(Move(kind, [end], feed if kind == "feed" else None, line))
+            here = end
+        elif kind == "arc":
+            points = _arc(here, n, plane)
+            if inside:
+                found.append(Move("arc", points, feed, line, plane))
+            here = points[-1]
+    return found
+
+
+def _arc(start, numbers, plane):
+    """Points on an arc at SHARES of its turn."""
+    first, second, along, centre_first, centre_second, turns = numbers
+    own = _OWN[plane]
+    a, b, c = start[list(own)]
+    centre = complex(centre_first, centre_second)
+    z0, z1 = complex(a, b) - centre, complex(first, second) - centre
+    sweep = cmath.phase(z1 / z0)
+    if turns > 0 and sweep <= 1e-9:
+        sweep += 2 * math.pi
+    if turns < 0 and sweep >= -1e-9:
+        sweep -= 2 * math.pi
+    sweep += 2 * math.pi * (abs(turns) - 1) * (1 if turns > 0 else -1)
+    points = np.empty((len(SHARES), 3))
+    for k, share in enumerate(SHARES):
+        z = centre + z0 * cmath.exp(1j * sweep * share)
+        points[k, list(own)] = z.real, z.imag, c + (along - c) * share
+    points[-1, list(own)] = first, second, along
+    return points
+
+
+def transformed(points, mirror, degrees, shift):
+    """Points (n, 3): mirrored about the origin, rotated, shifted."""
+    found = []
+    for x, y, z in np.atleast_2d(points):
+        w = complex(-x if mirror in (1, 3) else x, -y if mirror in (2, 3) else y) * cmath.rect(1.0, math.radians(degrees))
+        found.append((w.real + shift[0], w.imag + shift[1], z + shift[2]))
+    return np.array(found)
+
+
+def compare(pattern, plain, transform, tolerance=1e-6):
+    """Raise AssertionError unless `pattern` is `plain` under a function of points."""
+    assert [m.kind for m in pattern] == [m.kind for m in plain]
+    for k, (mine, other) in enumerate(zip(pattern, plain)):
+        off = float(np.abs(mine.points - transform(other.points)).max())
+        assert off <= tolerance, f"move {k} (line {mine.line}) is {off:.2g} mm off: {mine.points[-1]}, not {transform(other.points)[-1]}"
+        assert (mine.feed is None) == (other.feed is None)
+        if mine.feed is not None:
+            assert abs(mine.feed - other.feed) <= 1e-6 * other.feed, f"move {k} has F{mine.feed}, not F{other.feed}"
+
+
+# ---- random subs -----------------------------------------------------------------------------------------------------
+
+
+def random_sub(seed, cycles=True):
+    """Lines of a sub O100 and of the subs that it calls, for a tool of 2 mm: lines, I J and R arcs, helices, planes, G91, canned cycles,
+    compensation, loops, calls."""
+    r = random.Random(f"pattern {seed}")
+
+    def number(low, high):
+        return f"{r.uniform(low, high):.4f}"
+
+    def line():
+        return f"G1 X{number(-20, 20)} Y{number(-20, 20)}" + (f" Z{number(-5, 3)}" if r.random() < 0.4 else "") + (
+            f" F{number(50, 900)}" if r.random() < 0.4 else "")
+
+    def arc():
+        plane, (a, b), (i, j) = r.choice([("G17", "XY", "IJ"), ("G17", "XY", "IJ"), ("G18", "XZ", "IK"), ("G19", "YZ", "JK")])
+        x, y = r.uniform(-9, 9), r.uniform(-9, 9)
+        turn = cmath.rect(1.0, r.uniform(0.2, 6.0)) * complex(-x, -y)
+        along = "ZYX"["G17 G18 G19".split().index(plane)] + number(-2, 2) if r.random() < 0.4 else ""
+        end = turn - complex(-x, -y)
+        return [f"G91 {plane} G{r.choice('23')} {a}{end.real:.6f} {b}{end.imag:.6f} {along} {i}{x:.6f} {j}{y:.6f}"
+                + (f" P{r.choice((2, 3))}" if plane == "G17" and r.random() < 0.2 else ""), "G90 G17"]
+
+    def arc_r():
+        x, y = r.uniform(-9, 9), r.uniform(-9, 9)
+        return [f"G91 G{r.choice('23')} X{x:.4f} Y{y:.4f} R{r.choice((1, -1)) * math.hypot(x, y) * r.uniform(0.55, 2):.5f}", "G90"]
+
+    def canned():
+        code = r.choice(["G81", "G82", "G83", "G73"])
+        more = {"G82": " P0.05", "G83": " Q1.3", "G73": " Q0.9"}.get(code, "")
+        return [f"G{r.choice((98, 99))} {code} X{number(-20, 20)} Y{number(-20, 20)} Z{number(-6, -1)} R{number(0.5, 3)}{more}",
+                f"X{number(-20, 20)}", "G80", "G0 Z5"]
+
+    def compensated():
+        side = r.choice((41, 42))
+        return [f"G0 X-15 Y-15 Z{number(1, 4)}", f"G{side}.1 D{number(0.5, 2)}", "G1 X-5 Y-9", f"X{number(3, 9)}", f"Y{number(3, 9)}", "X-5", "G40", "G0 X-20"]
+
+    def called():
+        return [f"o200 call [{number(-9, 9)}] [{number(1, 5)}]"]
+
+    labels = iter(range(101, 200))
+
+    def looped():
+        label = next(labels)
+        return ["#1 = 0", f"o{label} while [#1 LT 3]", f"G0 X[#1 * {number(2, 6)}] Y{number(-5, 5)}", "G1 Z-1", "G0 Z4", "#1 = [#1 + 1]", f"o{label} endwhile"]
+
+    def cycle():
+        return [f"G0 X{number(-9, 9)} Y{number(-9, 9)} Z5", f"G{r.choice((12, 13))} I{number(2, 6)} K{number(7, 9)} Q0.9 Z-3 R2 F400"]
+    makers = [lambda: [line()]] * 4 + [arc, arc, arc_r, canned, compensated, called, looped] + ([cycle] if cycles else [])
+    body = [f"G0 X{number(-20, 20)} Y{number(-20, 20)}", "G0 Z4 (down)", line()]
+    for _ in range(r.randint(2, 7)):
+        body += r.choice(makers)()
+    body += ["G90 G17 G0 Z6"]
+    return ["o200 sub", "G0 X#1 Y#2 Z4", "G1 Z-2 F222", "G2 I1.5 J0.5", "G0 Z4", "o200 endsub", "o100 sub", *body, "o100 endsub"]
