@@ -75,6 +75,7 @@ def pytest_ignore_collect(collection_path, config):
     return True if 'not slow' in (config.option.markexpr or '') and is_slow(collection_path) else None
 
 
+@pytest.hookimpl(tryfirst=True)         # before xdist reads the groups (3.1)
 def pytest_collection_modifyitems(items):
     """Machine tests first, so that the first two processes of xdist take them and the others the rest."""
     for item in items:

@@ -29,8 +29,15 @@ def _lines(moves: Iterable[Move], start: tuple, unit_mm: float, decimals: int = 
         if isinstance(move, Code):
             yield move, move.text, None
             continue
-        was, ends = at, move.end if isinstance(move, PlaneArc) else (move.x, move.y, move.z)
-        at = x, y, z = tuple(old if new is None else round(new * scale, decimals) for old, new in zip(was, ends))
+        was = x, y, z = at
+        new_x, new_y, new_z = move.end if isinstance(move, PlaneArc) else (move.x, move.y, move.z)
+        if new_x is not None:
+            x = round(new_x * scale, decimals)
+        if new_y is not None:
+            y = round(new_y * scale, decimals)
+        if new_z is not None:
+            z = round(new_z * scale, decimals)
+        at = x, y, z
         target = f"X{x:.{decimals}f} Y{y:.{decimals}f} Z{z:.{decimals}f}"
         if isinstance(move, (Arc, PlaneArc)):
             own = move.plane if isinstance(move, PlaneArc) else "G17"

@@ -20,9 +20,8 @@ import numpy as np
 
 from chipwise.cycles.plan import CyclePlan, Note, Report
 from chipwise.errors import CycleError, braceless
-from chipwise.moves import Arc, Code, Line, PlaneArc, Rapid
 from chipwise.pattern.isometry import Isometry, moved, placed
-from chipwise.pattern.recorded import ARC, FEED, PLANE_OF_AXIS, RAPID, Recorded, Step, points_of
+from chipwise.pattern.recorded import ARC, RAPID, Recorded, Step, points_of
 
 SAME_MM = 1e-7          # a coordinate read twice; the interpreter's doubles are better by far
 MAX_COPIES = 100_000
@@ -54,8 +53,8 @@ def pattern_plan(request: PatternRequest, read: Callable[[tuple, bool], Recorded
     copies = [copy_of(request, c) for c in range(int(request.copies))]
     mirrored = copies[0].mirrors
     first = read(copies[0].back(request.start), mirrored)
-    steps = moved(first, points_of(first), first.start, copies[0], request.chord)
-    here = _end(steps, request.start)
+    moves = moved(first, points_of(first), first.start, copies[0], request.chord)
+    here = copies[0].point(first.end)
     template = None
     for c, isometry in enumerate(copies[1:], 1):
         start = isometry.back(here)
@@ -65,16 +64,16 @@ def pattern_plan(request: PatternRequest, read: Callable[[tuple, bool], Recorded
         recorded = template.recorded if template.fits else read(start, mirrored)
         points = template.at(start) if template.fits else points_of(recorded)
         _check_start(recorded, points, start, c)
-        steps += moved(recorded, points, start, isometry, request.chord)
-        here = _end(steps, here)
-        if len(steps) > request.most_moves:
+        moves += moved(recorded, points, start, isometry, request.chord)
+        here = isometry.point(points[-2 if recorded.moves[-1].kind == ARC else -1])
+        if len(moves) > request.most_moves:
             raise CycleError(f"the pattern has more than {request.most_moves} moves", "use fewer copies, or raise [CHIPWISE]PLAN_MOVES")
     notes = [Note(braceless(text), {}) for text in first.messages]
     if mirrored and first.own_cut:
         notes.append(Note(f"the cuts from line {first.own_cut} of the sub on are mirrored, climb cuts become conventional; the cycles of chipwise "
                           "keep theirs", {}))
-    return CyclePlan(tuple(_move(step) for step in steps), tuple(notes),
-                     lambda: Report("pattern", {"copies": len(copies), "moves": len(steps)}))
+    return CyclePlan(tuple(moves), tuple(notes),
+                     lambda: Report("pattern", {"copies": len(copies), "moves": len(moves)}))
 
 
 def check(request: PatternRequest):
@@ -134,24 +133,3 @@ def _check_start(recorded, points, start, c):
     if levels and start[2] <= max(levels) + SAME_MM and math.dist(points[0, :2], start[:2]) > SAME_MM:
         raise CycleError("the sub ends at Z{end} of the pattern, no higher than its cuts at Z{level}: the traverse to the next copy would run "
                          "there", "end the sub with G0 to a height above the stock", end=start[2], level=max(levels))
-
-
-def _end(steps, before):
-    return next((step.end for step in reversed(steps) if isinstance(step, Step)), before)
-
-
-def _move(step):
-    """A Step or a Code -> what lines.py writes."""
-    if not isinstance(step, Step):
-        return Code(step.text, step.line)
-    x, y, z = step.end
-    if step.kind == RAPID:
-        return Rapid(x, y, z, line=step.line)
-    if step.kind == FEED:
-        return Line(x, y, z, feed=step.feed, line=step.line)
-    ccw, turns = step.turns > 0, abs(step.turns)
-    if step.axis == 2:
-        return Arc(x, y, step.centre[0], step.centre[1], ccw, z, step.feed, turns, step.line)
-    return PlaneArc(PLANE_OF_AXIS[step.axis], step.end, step.centre, ccw, step.feed, turns, step.line)
-
-

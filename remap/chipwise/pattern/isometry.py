@@ -9,11 +9,12 @@ is a rotation and by -a if it mirrors; it stays an arc if R n is one of the thre
 
 import math
 from dataclasses import dataclass
-from typing import Union
 
 import numpy as np
 
-from chipwise.pattern.recorded import ARC, FEED, Code, Recorded, Step
+from chipwise import moves
+from chipwise.moves import Arc, Line, Move, PlaneArc, Rapid
+from chipwise.pattern.recorded import ARC, FEED, PLANE_OF_AXIS, RAPID, Code, Recorded
 
 EXACT = 1e-12           # of a direction: rounding of a rotation by whole quarters
 FULL_TURN = 1e-6        # rad, an arc that ends so near to its start is a full turn, as in LinuxCNC
@@ -61,33 +62,43 @@ def placed(mirror: int, degrees: float, shift: tuple) -> Isometry:
 
 
 def moved(recorded: Recorded, points, start, isometry: Isometry, chord: float) -> list:
-    """The steps of a sub under an isometry: Steps and Codes.
+    """The moves (moves.py) of a sub under an isometry.
 
-    points: of recorded.points_of(), or what takes their place (k, 3); start: (x, y, z) before them; chord: largest distance (mm) of chords from an arc that
-    cannot stay one.
+    points: of recorded.points_of(), or what takes their place (k, 3); start: (x, y, z) before them; chord: largest distance (mm) of
+    chords from an arc that cannot stay one.
     """
-    images = isometry.points(points)
-    placed_points = list(map(tuple, images.tolist()))
+    images: list[tuple] = list(map(tuple, isometry.points(points).tolist()))
     axes = [_axis(np.array(isometry.matrix)[:, k]) for k in range(3)]
     turn = -1 if isometry.mirrors else 1
-    found: list[Union[Step, Code]] = []
+    found: list[Move] = []
     here, at = np.array(start), 0
     for step in recorded.steps:
         if isinstance(step, Code):
-            found.append(step)
+            found.append(moves.Code(step.text, step.line))
             continue
-        if step.kind != ARC:
-            found.append(Step(step.kind, step.line, placed_points[at], step.feed))
+        if step.kind == RAPID:
+            x, y, z = images[at]
+            found.append(Rapid(x, y, z, step.line))
+        elif step.kind == FEED:
+            x, y, z = images[at]
+            found.append(Line(x, y, z, step.feed, step.line))
         elif axes[step.axis] is not None:
             axis, sign = axes[step.axis]
-            found.append(Step(ARC, step.line, placed_points[at], step.feed, placed_points[at + 1], axis, step.turns * turn * sign))
+            found.append(_arc(step, images[at], images[at + 1], axis, step.turns * turn * sign))
         else:
             chords = isometry.points(arc_points(here, points[at], points[at + 1], step.axis, step.turns, chord))
-            found += [Step(FEED, step.line, tuple(p), step.feed) for p in chords[:-1].tolist()]
-            found.append(Step(FEED, step.line, placed_points[at], step.feed))
+            found += [Line(x, y, z, step.feed, step.line) for x, y, z in (*chords[:-1].tolist(), images[at])]
         here = points[at]
         at += 2 if step.kind == ARC else 1
     return found
+
+
+def _arc(step, end, centre, axis, turns) -> Move:
+    """The arc about an axis by so many started turns."""
+    ccw, count = turns > 0, abs(turns)
+    if axis == 2:
+        return Arc(end[0], end[1], centre[0], centre[1], ccw, end[2], step.feed, count, step.line)
+    return PlaneArc(PLANE_OF_AXIS[axis], end, centre, ccw, step.feed, count, step.line)
 
 
 def _axis(direction):

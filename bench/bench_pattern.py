@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""G75 in figures: error against the oracle, and the time of many copies.
+
+    /usr/bin/python3 bench/bench_pattern.py [--count 20] [--seed 7134] [--table]
+
+Called by bench/run.py (prints JSON rows).
+error    random subs (tests/support/pattern_oracle.py) x 8 transforms in LinuxCNC's interpreter, against what each sub does by itself
+copies   200 copies of a sub of 500 moves: computing time of the plan, its child process included, and of LinuxCNC executing the lines
+"""
+import argparse
+import json
+import os
+import random
+import tempfile
+import time
+
+import numpy as np
+
+import roots  # noqa: F401  sys.path
+from chipwise import plans
+from chipwise.contour_sub.job import Job
+from chipwise.order import Order
+from chipwise.pattern import run as pattern_run
+from chipwise.pattern.job import PatternJob
+from rows import row
+from roots import ROOT
+from support import canon
+from support.pattern_oracle import compare, moves_of, random_sub, transformed
+
+HEAD = "G21 G90 G64 G94 G17 G40\nT1 M6\nS5000 M3\nF600\n"
+COPIES, MOVES = 200, 500
+
+
+def transforms(seed):
+    """Eight (mirror, degrees, shift)."""
+    r = random.Random(f"bench pattern {seed}")
+    places = [(mirror, degrees) for mirror in (0, 1, 2, 3) for degrees in (90.0 * r.randrange(4), round(r.uniform(-360, 360), 4))]
+    return [(mirror, degrees, tuple(round(r.uniform(-50, 50), 4) for _ in range(3))) for mirror, degrees in places]
+
+
+def errors(seed, count):
+    """(largest error in mm, cases, cases that differ otherwise)."""
+    worst, cases, wrong = 0.0, 0, []
+    for number in range(seed, seed + count):
+        for mirror, degrees, shift in transforms(number):
+            sub = random_sub(number, cycles=mirror in (0, 3))
+            if degrees % 90 and any("G18" in line or "G19" in line for line in sub):
+                continue            # those become chords
+            start = np.array([[3.0, -4.0, 7.0 + shift[2]]])
+            back = transformed(start - np.array(shift), 0, -degrees, (0, 0, 0))
+            back = transformed(back, mirror, 0, (0, 0, 0))[0]
+            here = " ".join(f"{letter}{value:.9f}" for letter, value in zip("XYZ", start[0]))
+            there = " ".join(f"{letter}{value:.9f}" for letter, value in zip("XYZ", back))
+            words = f"H{mirror} R{degrees:.4f} X{shift[0]} Y{shift[1]} Z{shift[2]}"
+            cases += 1
+            try:
+                found = moves_of("\n".join([*sub, HEAD, f"G0 {here}", "(begin)", f"G75 Q100 {words}", "(end)", "M2", ""]))[0]
+                own = moves_of("\n".join([*sub, HEAD, f"G0 {there}", "(begin)", "o100 call", "(end)", "M2", ""]))[0]
+                compare(found, own, lambda p, m=mirror, d=degrees, s=shift: transformed(p, m, d, s))
+                worst = max(worst, *(float(np.abs(a.points - transformed(b.points, mirror, degrees, shift)).max()) for a, b in zip(found, own)))
+            except AssertionError as error:
+                wrong.append(f"CHIPWISE_SEED={number} {words}: {str(error)[:200]}")
+    return worst, cases, wrong
+
+
+def long_sub(moves):
+    """A sub of so many moves, lines and arcs."""
+    r = random.Random("long sub")
+    body = ["G0 X0 Y0", "G0 Z2", "G1 Z-1 F300"]
+    while len(body) < moves - 1:
+        body.append(f"G1 X{r.uniform(0, 9):.3f} Y{r.uniform(0, 9):.3f}" if len(body) % 3 else "G3 I1.5 J0.5")
+    return ["o100 sub", *body, "G0 Z5", "o100 endsub"]
+
+
+def used_s():
+    return sum(os.times()[:4])
+
+
+def copies(folder):
+    """(s of computing for the plan, s of computing for the whole program in rs274, lines)."""
+    path = os.path.join(folder, "long.ngc")
+    text = "\n".join([*long_sub(MOVES), HEAD, "G0 X0 Y0 Z5", f"G75 Q100 L{COPIES} I12 J3 K7", "M2", ""])
+    with open(path, "w", encoding="ascii") as file:
+        file.write(text)
+    ini = canon.write_ini(folder)
+    os.chdir(ROOT / "configs")
+    job = PatternJob(Job(program=path, sub=100, ini=str(ini), position=(0.0, 0.0, 5.0)))
+    order = Order(cycle="pattern", code="G75", unit="mm", unit_mm=1.0, start=(0.0, 0.0, 5.0), memory_mb=1024, job=job, fields=dict(
+        shift=(0.0, 0.0, 0.0), start=(0.0, 0.0, 5.0), chord=0.002, most_moves=500_000, copies=COPIES, step=(12.0, 3.0), turn=7.0))
+    pattern_run._read.cache_clear()
+    before, began = used_s(), time.monotonic()
+    outcome = plans.make(order)
+    plan_s, wall_s = used_s() - before, time.monotonic() - began
+    before = used_s()
+    canon.run_rs274(text)
+    return plan_s, wall_s, used_s() - before, sum(lines.count("\n") + 1 for chunk in outcome.chunks for _feed, lines, *_ in chunk)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--count", type=int, default=20)
+    parser.add_argument("--seed", type=int, default=7134)
+    parser.add_argument("--table", action="store_true")
+    options = parser.parse_args()
+    worst, cases, wrong = errors(options.seed, options.count)
+    with tempfile.TemporaryDirectory() as folder:
+        plan_s, wall_s, run_s, lines = copies(folder)
+    rows = [row(f"G75: largest error in {cases} random cases", worst, "mm", "; ".join(wrong), 1e-6),
+            row("G75: cases that differ otherwise", len(wrong), "", "", 0),
+            row(f"G75: plan of {COPIES} copies of {MOVES} moves", plan_s, "s", f"computing time; {wall_s:.2f} s on the clock, {lines} lines", 1.0),
+            row(f"G75: the same program in rs274, {lines} lines", run_s, "s", "computing time, start of the interpreter included")]
+    for line in rows:
+        print(json.dumps(line) if not options.table else f"{line['name']:60s} {line['value']:12.3g} {line['unit']:3s} {line['note']}")
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
