@@ -160,7 +160,7 @@ def test_bad_files_and_options(tmp_path, machine):
     (tmp_path / "empty.ngc").write_bytes(b"")
     for program, options, said in (
             (tmp_path / "binary.ngc", ["--flute"], "not a text file"), (tmp_path / "empty.ngc", ["--flute"], "empty"),
-            (tmp_path / "none.ngc", ["--flute"], "No such file"), (tmp_path, ["--flute"], "regular file"),
+            (tmp_path / "none.ngc", ["--flute"], "No such file"),
             (good, [], "required"), (good, ["--flute", "--feed", "3"], "not allowed"), (good, ["--feed", "-3"], "above 0"),
             (good, ["--feed", "nan"], "above 0"), (good, ["--feed", "3", "--lower", "4"], "above --feed"),
             (good, ["--flute", "--split", "2"], "goes with --feed"), (good, ["--feed", "3", "--whole"], "goes with --flute"),

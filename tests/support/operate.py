@@ -25,6 +25,11 @@ class Stopped(AssertionError):
         self.answers = answers
 
 
+# The sandbox ends with its command. [c]: not the shell itself.  LinuxCNC does not wait until a monitor that a step has started by hand has kept
+# the stock.
+MONITOR_ENDS = 'for i in $(seq 600); do pgrep -f "[c]hipwise monitor" >/dev/null || break; sleep 0.1; done; '
+
+
 def operate(tmp_path, steps, ini='mill.ini', edit='', before=':', home=True, speed=SPEED, timeout=TIMEOUT_S):
     """Start LinuxCNC, do the steps, -> the answers; raises Stopped.
 
@@ -37,7 +42,7 @@ def operate(tmp_path, steps, ini='mill.ini', edit='', before=':', home=True, spe
     answers = tmp_path / 'answers.json'
     answers.unlink(missing_ok=True)
     script = (f"cd {CONFIGS} && {before} && sed -e 's#^DISPLAY = .*#DISPLAY = {SCRIPTED}#' -e '{edit or 'p;d'}' {ini}"
-              " > scripted.ini && exec linuxcnc -r scripted.ini")
+              " > scripted.ini && { linuxcnc -r scripted.ini; status=$?; " + MONITOR_ENDS + "exit $status; }")
     steps = [['home'], *steps] if home else steps
     env = dict(os.environ, CHIPWISE_STEPS=json.dumps(steps), CHIPWISE_ANSWERS=str(answers))
     env.pop('DISPLAY', None)

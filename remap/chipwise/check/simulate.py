@@ -260,11 +260,12 @@ def check(program, machine, stock=None, cell=None, progress=None, cpu_s=CPU_S, *
 
 
 def _run(simulation, reader, progress, cpu_s):
-    """Read and simulate to the end."""
+    """Read and simulate to the end, in cpu_s of computing time of this process from now on: it may have worked before."""
+    end = time.process_time() + cpu_s
     with reader:
         for block in reader:
             simulation.take(block)
-            if time.process_time() > cpu_s:
+            if time.process_time() > end:
                 raise Unfinished(f"the check needs more than {cpu_s:g} s of computing time",
                                  "use a larger --cell, or raise --time-limit", int(block[-1, 1]))
             if progress:
