@@ -17,7 +17,9 @@ goes to 0 when the machine is switched off (
 .B enabled
 FALSE) and when the program that has switched it on ends (
 .B program-running
-FALSE: end, abort, error, E-stop) or is not seen for a second. A feed switched on in MDI ends when a program starts.
+FALSE: end, abort, error, E-stop), is aborted (
+.B aborted
+TRUE, also if chipwise-monitor is late or dead) or is not seen for a second. A feed switched on in MDI ends when a program starts.
 """;
 
 pin in float word "number of the register that value goes to (motion.analog-out-N)";
@@ -34,6 +36,7 @@ pin out bit define "TRUE while word is 7";
 pin out s32 mode "register 11, as of the last commit: mode of volumetric_feed(9)";
 pin in bit enabled = 1 "motion.motion-enabled";
 pin in bit program_running "chipwise-monitor.program-running: TRUE while a program runs, not MDI";
+pin in bit aborted "stock-tracker.N.aborted: TRUE for a period when LinuxCNC's motion is told to abort";
 pin in bit stock_defined "stock-tracker.N.stock-defined";
 pin in s32 fault_code "stock-tracker.N.fault-code";
 pin in s32 reply "chipwise-monitor.reply";
@@ -61,13 +64,13 @@ include "registers.h";
 
 #define UNSEEN_S 1.0            /* longer than chipwise-monitor may take to see a program begin */
 
-/* Whether the feed has to end: the machine is off, its program is over, or a program starts after MDI. */
+/* Whether the feed has to end: the machine is off, its program is over or aborted, or a program starts after MDI. */
 static int feed_is_over(struct __comp_state *__comp_inst, long period)
 {
     int starts = program_running && !was_running, ends = !program_running && was_running;
     was_running = program_running;
     unseen_for = program_running ? 0.0 : unseen_for + fperiod;
-    return !enabled || (of_program ? ends || unseen_for > UNSEEN_S : starts);
+    return !enabled || (of_program ? ends || aborted || unseen_for > UNSEEN_S : starts);
 }
 
 FUNCTION(_) {

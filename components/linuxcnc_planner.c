@@ -54,7 +54,7 @@ void chip_planner_attach(struct chip_planner *planner)
     struct shmid_ds about;
     const char *block;
     planner->motion = 0;
-    planner->looked = planner->runs = 0;
+    planner->looked = planner->runs = planner->last_command = 0;
     if (id < 0 || shmctl(id, IPC_STAT, &about) < 0) return;
     if (about.shm_segsz < sizeof(struct chip_motion_end)) return;
     if (!chip_planner_ours(&about) || !is_mapped(id)) return; /* [1] */
@@ -285,14 +285,31 @@ static void extend_path(struct chip_planner *planner, const TP_STRUCT *tp, const
     }
 }
 
+/* The state that motion shows to user space. */
+static const volatile struct emcmot_status_t *motion_status(const struct chip_planner *planner)
+{
+    const char *end = (const char *)(planner->motion + 1);
+    return &((const volatile struct chip_motion_end *)(end - sizeof(struct chip_motion_end)))->status;
+}
+
+int chip_planner_aborted(struct chip_planner *planner)
+{
+    const volatile struct emcmot_status_t *status;
+    int number, is_new;
+    if (!planner->motion) return 0;
+    status = motion_status(planner);
+    number = status->commandNumEcho;
+    is_new = number != planner->last_command;
+    planner->last_command = number;
+    return is_new && status->commandEcho == EMCMOT_ABORT;
+}
+
 /* Notes whether motion-controller has run since the last period; the first period cannot tell. */
 static void note_heartbeat(struct chip_planner *planner)
 {
-    const volatile struct chip_motion_end *end;
     uint64_t beat;
     if (!planner->motion) return;
-    end = (const volatile struct chip_motion_end *)((const char *)(planner->motion + 1) - sizeof *end);
-    beat = end->status.heartbeat;
+    beat = motion_status(planner)->heartbeat;
     planner->runs = planner->looked && beat != planner->last_beat;
     planner->looked = 1;
     planner->last_beat = beat;

@@ -34,6 +34,7 @@ struct chip_planner {
     int tentative;                          /* parts at the path's end that are read again in every period */
     int looked, runs;                       /* a heartbeat of motion is known; it has changed since the last period */
     uint64_t last_beat;
+    int last_command; /* number of the last command that motion has carried out */
 };
 
 /* Whether a block of shared memory is ours alone: owner, creator, rights. */
@@ -41,6 +42,10 @@ int chip_planner_ours(const struct shmid_ds *about);
 
 /* Attaches motion's memory [1]; called while loading, not in realtime. */
 void chip_planner_attach(struct chip_planner *planner);
+
+/* Whether motion was told to abort (stop, E-stop, error of a program) since the last call, once a servo period: motion
+ * carries out one command per period and says which. */
+int chip_planner_aborted(struct chip_planner *planner);
 
 /* Follows the planner's queue up to `horizon` mm ahead: `path` is known afterwards, or not [3]. */
 void chip_planner_follow(struct chip_planner *planner, const struct chip_tracker_in *in, double horizon,

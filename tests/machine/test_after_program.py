@@ -71,11 +71,14 @@ def test_the_checker_sees_a_ceiling():
         check_plain([[1.0, 1.0], [5.0, 5.0]])
 
 
-def without_f(end, killed=()):
-    """Steps: the program with M251 and its end; then a program without an F."""
+def without_f(end, killed=(), frozen=()):
+    """Steps: the program with M251 and its end; then a program without an F.  killed: steps between the two; frozen: steps in the second,
+    where the monitor has stood still since before the end of the first."""
     lines, steps = ENDS[end]
     text = ('%\n' if end == 'percent' else '') + LEFT_ON + lines
-    return [['start', text], *steps, *killed, ['start', PLAIN.replace('F300\n', '').replace('X40', 'X200')], *feeds(15.0), ['abort']]
+    freeze = [['until', VELOCITY, '>', 5], ['freeze worker']] if frozen else []
+    return [['start', text], *freeze, *steps, *killed, ['start', PLAIN.replace('F300\n', '').replace('X40', 'X200')], *frozen,
+            *feeds(15.0), ['abort']]
 
 
 @pytest.mark.parametrize('end', ['abort', 'E-stop', 'percent'])
@@ -85,9 +88,20 @@ def test_a_program_without_f_goes_on_with_it(answers, end):
     check_plain(answers[-2], 15.0)
 
 
+@pytest.mark.parametrize('end', ['M2', 'percent', 'abort'])
+@pytest.mark.scene(MILL, lambda end: without_f(end, frozen=[['sleep', 0.2], ['thaw worker'], ['sleep', 0.3]]))
+def test_a_monitor_that_was_late_misses_no_end(answers, end):
+    """chipwise-monitor sees neither the end of the program nor the beginning of the next; then it goes on."""
+    check_plain(answers[-2], 15.0)
+
+
 def test_a_program_without_f_and_without_a_monitor(tmp_path):
-    """The same with chipwise-monitor dead."""
-    check_plain(operate(tmp_path, without_f('abort', [['kill monitor']]))[-2], 15.0)
+    """The same with chipwise-monitor dead before it has seen the abort."""
+    steps = without_f('abort', [['kill monitor']])
+    steps.insert(steps.index(['abort']), ['freeze worker'])
+    answers = operate(tmp_path, steps)
+    assert answers[steps.index(['freeze worker'])] == 1
+    check_plain(answers[-2], 15.0)
 
 
 # --- MDI -------------------------------------------------------------------------------------------------------------

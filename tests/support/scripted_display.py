@@ -21,6 +21,7 @@
     ["kill_monitor"]
     ["kill_worker"]                 only the process of chipwise-monitor that does the work
     ["signal_monitor", "STOP" or "CONT"]    to its processes, at once
+    ["freeze_worker"], ["thaw_worker"]   stop that process with SIGSTOP, let it go on
     ["kill_monitor_in", line, what, seconds]    begin an MDI line; kill the monitor so long after it has begun to "hold" the
                                     map, or to write a file in the folder `what`; the line goes on
     ["busy", number]                so many processes that do nothing but work, until the end
@@ -338,6 +339,18 @@ class Operator:
                 os.kill(process, signal.SIGKILL)
                 return True
         return False
+
+    def freeze_worker(self):
+        """The process that does the work of chipwise-monitor stands still until thaw_worker()."""
+        both = self.monitors()
+        self.frozen = [pid for pid in both if int(processes.stat_fields(pid)[1]) in both]
+        for process in self.frozen:
+            os.kill(process, signal.SIGSTOP)
+        return len(self.frozen)
+
+    def thaw_worker(self):
+        for process in self.frozen:
+            os.kill(process, signal.SIGCONT)
 
     def busy(self, number):
         for _ in range(number):

@@ -28,6 +28,7 @@ from chipwise.tools import tool_geometry
 POLL_S = 0.02
 SETTLE_S = 0.1          # a fallback shorter than this is not worth a message
 DIFFER_S = 1.0          # tool numbers of HAL and status that differ for longer are a property of the machine
+BLIND_S = 0.1           # a look this late may have missed that a program ended and the next one began
 REPEAT_S = 30.0         # least time between two messages about the same part
 MAX_FILE_S = 300.0      # the heart beats on for this long while a file is worked on
 MAX_BEATS = 1 << 30
@@ -36,6 +37,8 @@ FEED_MOTION = (MOTION_FEED, MOTION_ARC)
 
 OVERRIDE_IGNORED = ('the machine ignores the volumetric feed because adaptive feed is disabled (M52 P0), and the program is aborted; '
                     'use M252 before M52 P0')
+MAYBE_RESTARTED = ('chipwise-monitor was too late to see whether this is still the program that switched M251 on, so M251 has ended; '
+                   'start the program again if it needs M251')
 NO_STOCK = 'no stock is known, so the feed is F as programmed; define it with M250'
 
 
@@ -87,6 +90,7 @@ class Monitor:
         self.guard_depth = None                 # of the last look, during a flute excess
         self.machine_tool = 0                   # iocontrol.0.tool-number, before the last look at the status
         self.differ_since = None                # since when the tool numbers of HAL and status differ
+        self.looked = None                      # (time.monotonic(), number of the last command of LinuxCNC) of the last look
         self.reported = {}                  # part of the work: (text, time.monotonic()) of the last message
         self.died = died
         self.stock_files = StockFiles(component, settings, self.say, self.working)
@@ -116,11 +120,20 @@ class Monitor:
         if self.command:
             self.command.error_msg(text[:250])
 
-    def follow_run(self, _now):
-        """Whether a program runs, also while it is paused; not MDI."""
-        status = self.status
-        self.component['program-running'] = (status.task_mode == self.linuxcnc.MODE_AUTO
-                                             and status.interp_state != self.linuxcnc.INTERP_IDLE)
+    def follow_run(self, now):
+        """Whether a program runs, also while it is paused; not MDI.
+
+        A look that comes late while LinuxCNC got a command may have missed the end of one program and the beginning of the next: the
+        pin is FALSE until the look after it, so M251 ends rather than stays on in a program that knows nothing of it."""
+        status, before = self.status, self.looked
+        running = status.task_mode == self.linuxcnc.MODE_AUTO and status.interp_state != self.linuxcnc.INTERP_IDLE
+        self.looked = now, status.echo_serial_number
+        if before and now - before[0] > patience(BLIND_S) and before[1] != status.echo_serial_number and running \
+                and self.component['program-running']:
+            running = False
+            if self.component['mode']:
+                self.inform(MAYBE_RESTARTED)
+        self.component['program-running'] = running
 
     def inform(self, text):
         """An information on the operator's screen."""
@@ -146,6 +159,7 @@ class Monitor:
         finally:
             done.set()
             thread.join()
+            self.looked = None          # late, but not blind: the program waits for the file
 
     def acknowledge_tool(self, machine_tool, number, now):
         """The machine's own tool number, read before the status, -> tool-followed, once the status has the same number some ms
