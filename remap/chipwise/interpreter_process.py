@@ -10,7 +10,13 @@ import os
 import signal
 import struct
 
+import gcode
+
 INCH = 25.4         # mm of the unit the interpreter gives coordinates in
+DECIMALS = 9        # of a mm: a program's decimals come out as they went in
+PLANES = {1: "G17", 2: "G19", 3: "G18"}
+# of a plane: which of its arcs' axes (first, second, along) are X, Y and Z
+ARC_AXES = {1: (0, 1, 2), 2: (2, 0, 1), 3: (1, 2, 0)}
 
 
 class Stop(Exception):
@@ -22,6 +28,14 @@ class Canon:
 
     def __init__(self, job):
         self.job = job
+
+    def __getattr__(self, name):
+        if name.startswith("_"):
+            raise AttributeError(name)
+        return lambda *arguments: self.other(name)
+
+    def other(self, name):
+        """A call that the reader has no method for."""
 
     def get_external_length_units(self):
         return self.job["units_per_mm"]
@@ -41,6 +55,29 @@ class Canon:
     @property
     def parameter_file(self):
         return self.job["parameters"]
+
+
+def mm(*inches) -> list:
+    """Coordinates of the interpreter in mm."""
+    return [round(value * INCH, DECIMALS) for value in inches]
+
+
+def tool_entry(number, diameter) -> tuple:
+    """The numbers of get_tool() of a tool without offsets; diameter in machine units."""
+    return (number,) + (0.0,) * 9 + (diameter, 0.0, 0.0, 0)
+
+
+def fails_alike(canon, line, text) -> bool:
+    """Whether a line alone, as text, gives the error of the canon's program.  Which line an error belongs to, gcode says only if the
+    line could be read (2.9)."""
+    alone = os.path.join(os.environ["HOME"], "line.ngc")
+    with open(alone, "w", encoding="utf-8", errors="surrogateescape") as file:
+        file.write(line.rstrip("\n") + "\nM2\n")
+    try:
+        result, _ = gcode.parse(alone, canon, *canon.job["codes"])
+        return result > gcode.MIN_ERROR and gcode.strerror(result).split(alone)[0] == text.split(canon.job["program"])[0]
+    except (Stop, RuntimeError):
+        return False
 
 
 def own_output() -> int:

@@ -1,17 +1,25 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What starting a sub in an interpreter of its own needs, for contour subs and for patterns.
+"""Runs a sub in an interpreter of its own, for contour subs and for patterns.
 
 Called by contour_sub/run.py and pattern/run.py; the other side is interpreter_process.py.
 """
 
+import json
 import math
+import os
+import re
+import signal
 import subprocess
+import tempfile
 import time
 
+from chipwise.contour_sub.find import fault, o_word, sub_name
+from chipwise.errors import MM_PER_INCH
 from chipwise.processes import tree_cpu_s
 
 PYTHON = "/usr/bin/python3"     # the interpreter LinuxCNC is built for
 STUCK_S = 20.0                  # a process that computes nothing for so long waits for something that never comes
+BEGIN, END = "chipwise: sub begins", "chipwise: sub has ended"      # comments around the call
 
 
 def decimal(value: float) -> str:
@@ -30,6 +38,47 @@ def assignments(named) -> list:
             lines += [f"o<chipwise-{number}> if [EXISTS[#<{name}>] EQ 0]", f"#<{name}> = {decimal(value)}",
                       f"o<chipwise-{number}> endif"]
     return lines
+
+
+def call_of(found, job, before, behind=()) -> list:
+    """Lines that call a sub from the position and in the modes of its Job.  before: lines for the modes; behind: those that need
+    the position."""
+    scale = 1.0 / (MM_PER_INCH if job.unit == "in" else 1.0)
+    place = " ".join(f"{letter}{decimal(value * scale)}" for letter, value in zip("XYZ", job.position))
+    modes = ("G91" if job.incremental else "G90") + (" G90.1" if job.ijk_absolute else " G91.1")
+    return [*before, *assignments(job.named), f"G0 {place}", *behind, modes, f"({BEGIN})", f"o{sub_name(found)} call", f"({END})", "M2"]
+
+
+def run_sub(found, job, runner, program, ini, order, environment=()) -> dict:
+    """What a runner prints about a Found sub.  program: lines; ini: text; order: what this runner gets beside the common part.
+    Raises CycleError for a sub that does not end, that stops, or that the runner itself has found wrong."""
+    with tempfile.TemporaryDirectory(prefix="chipwise-") as folder:
+        contents = {os.path.basename(found.path): "\n".join(program) + "\n", "machine.ini": ini,
+                    "machine.var": "".join(f"{n} {v!r}\n" for n, v in job.numbered) or "5161 0\n"}
+        paths = [os.path.join(folder, name) for name in contents]
+        for path, text in zip(paths, contents.values()):
+            with open(path, "w", encoding="utf-8", errors="surrogateescape") as file:
+                file.write(text)
+        common = {"program": paths[0], "parameters": paths[2], "units_per_mm": 1.0 / job.machine_unit, "tool": job.tool,
+                  "codes": ["G20" if job.unit == "in" else "G21", "G0"], "begin": BEGIN, "end": END}
+        process = subprocess.Popen(
+            [PYTHON, "-s", runner, str(os.getpid())], text=True, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+            env={**os.environ, "HOME": folder, "INI_FILE_NAME": paths[1], "LC_ALL": "C", **dict(environment)})
+        answer = answer_of(process, json.dumps({**common, **order}))
+    if answer is None:
+        raise fault(found, found.first, "the sub waits for a file that does not answer", "look at the files that it calls on the SUBROUTINE_PATH")
+    if process.returncode == -signal.SIGPROF:
+        loops = [n for n, text in found.body if (o_word(text) or ("", ""))[1] in ("while", "do", "repeat", "call")]
+        where = f" (loops and calls: line {', '.join(map(str, loops[:5]))})" if loops else ""
+        raise fault(found, found.first, f"the sub does not end within {order['cpu_s']:g} s of computing time" + where,
+                    "correct the loop's condition, or make the sub simpler")
+    if process.returncode != 0:
+        said = (answer[1].strip().splitlines() or [f"exit {process.returncode}"])[-1]
+        raise fault(found, found.first, f"LinuxCNC's interpreter did not run it ({said})", "see whether `rs274` runs")
+    result = json.loads(answer[0])
+    if not (result["ended"] or result["stop"] or result["error"]):
+        raise fault(found, result["line"] or found.first, "the program ends inside the sub", "take the M2 or M30 out of it")
+    return result
 
 
 def answer_of(process, order: str):

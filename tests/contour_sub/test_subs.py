@@ -77,7 +77,7 @@ def test_a_busy_machine_is_no_endless_loop(read, monkeypatch):
         os.kill(process.pid, signal.SIGSTOP)
         threading.Timer(5.0, os.kill, (process.pid, signal.SIGCONT)).start()
         return process
-    monkeypatch.setattr(run.subprocess, "Popen", stopped)
+    monkeypatch.setattr(sub_process.subprocess, "Popen", stopped)
     assert len(read(sub("G0 X0 Y0", "G1 X5", "G1 Y5")).loops[0]) == 2
 
 
@@ -169,8 +169,8 @@ def test_functions_without_brackets_and_indirect_calls(read):
 def test_remembered(read, tmp_path, monkeypatch):
     """A sub is run once while nothing it can see has changed."""
     runs = []
-    real = run._child
-    monkeypatch.setattr(run, "_child", lambda *job: runs.append(1) or real(*job))
+    real = run.run_sub
+    monkeypatch.setattr(run, "run_sub", lambda *job: runs.append(1) or real(*job))
     plain, reading = sub("G0 X0 Y0", "G1 X7.5"), sub("G0 X0 Y0", "G1 X#31")
     for count, (text, job) in enumerate((
             (plain, {}), (plain, dict(position=(1.0, 1.0, 1.0), numbered=((31, 1.0),))), (plain, dict(unit="in")),

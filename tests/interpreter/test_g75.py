@@ -23,8 +23,7 @@ def program(calls, sub=SUB, start="G0 X3 Y-4 Z7", unit="G21", before=""):
 
 def back(point, mirror, degrees, shift):
     """The point that becomes this one."""
-    x, y = complex(point[0] - shift[0], point[1] - shift[1]), None
-    w = x + 1j * 0 if y else complex(point[0] - shift[0], point[1] - shift[1])
+    w = complex(point[0] - shift[0], point[1] - shift[1])
     w *= complex(math.cos(math.radians(-degrees)), math.sin(math.radians(-degrees)))
     return (-w.real if mirror in (1, 3) else w.real, -w.imag if mirror in (2, 3) else w.imag, point[2] - shift[2])
 
@@ -74,12 +73,16 @@ def test_compare_can_fail():
             compare(found, own, lambda p, w=wrong: transformed(p, *w))
 
 
-def test_copies():
+@pytest.mark.parametrize("words, start, place_of", [
+    ("X4 Y-3 H1 R10 L4 I30.5 J-7 K25", (3.0, -4.0, 7.0), lambda c: (1, 10.0 + c * 25, (4 + c * 30.5, -3 - c * 7.0, 0.0))),
+    # the sub's first X, 10, is by chance that of the tool before the first and before the second copy
+    ("L4 I40 J-1 K90", (10.0, -4.0, 7.0), lambda c: (0, 90.0 * c, (40.0 * c, -1.0 * c, 0.0)))], ids=["any", "X by chance"])
+def test_copies(words, start, place_of):
     """Copy c: rotated by R + c K, shifted by X + c I, Y + c J; each begins where the one before it has ended."""
-    found = moves_of(program(["G75 Q100 X4 Y-3 H1 R10 L4 I30.5 J-7 K25"]))[0]
-    at, expected = (3.0, -4.0, 7.0), []
+    found = moves_of(program([f"G75 Q100 {words}"], start=f"G0 X{start[0]:g} Y{start[1]:g} Z{start[2]:g}"))[0]
+    at, expected = start, []
     for c in range(4):
-        place = 1, 10.0 + c * 25, (4 + c * 30.5, -3 - c * 7.0, 0.0)
+        place = place_of(c)
         moves = plain(SUB, back(at, *place))
         for move in moves:
             move.points = transformed(move.points, *place)

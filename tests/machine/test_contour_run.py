@@ -63,7 +63,7 @@ def test_mdi(tmp_path):
              ['mdi', 'G77 Q101 P41 Z-2 R2'], ['mdi', 'G77 Q102 P41 Z-2 R2'], ['mdi', 'G77 Q103 P41 Z-2 R2'],
              ['mdi', 'G78 Q99 P41 Z-2 R2'], ['position'], ['mdi', 'G78 Q100 P41 Z-2 R2 F3000'], ['position'], ['messages']]
     answers = operate(tmp_path, steps, edit=f's#^SUBROUTINE_PATH = .*#SUBROUTINE_PATH = {folder}#')
-    for answer, words in zip(answers[3:7], ('101, line 1 of 101.ngc, does not end within 1 s',
+    for answer, words in zip(answers[3:7], ('101, line 1 of 101.ngc: the sub does not end within 1 s',
                                             '102, line 3 of 102.ngc: a move in Z', '103, line 1 of 103.ngc: the sub holds no',
                                             'there is no sub O99')):
         assert len(answer) == 1 and words in answer[0], answer

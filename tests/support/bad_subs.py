@@ -28,7 +28,7 @@ BAD_SUBS = {
     "no endsub": ("o100 sub\nG0 X0 Y0\nG1 X9\n",
                   "sub O100 begins in line 1 of program.ngc and has no endsub; end it with a line O100 endsub"),
     "endless": (sub("G0 X0 Y0", "o1 while [1]", "#1 = [#1 + 1]", "o1 endwhile", "G1 X5"),
-                "sub O100, line 1 of program.ngc, does not end within 1 s of computing time (loops and calls: line 3); "
+                "sub O100, line 1 of program.ngc: the sub does not end within 1 s of computing time (loops and calls: line 3); "
                 "correct the loop's condition, or make the sub simpler"),
     "long line": (sub("G0 X0 Y0", "G1 X5", "G1 Y" + "#" * 60000 + "1"), "sub O100, line 4 of program.ngc: the line has 60005 "
                   "characters, more than LinuxCNC's 255; divide the line"),

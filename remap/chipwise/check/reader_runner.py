@@ -32,16 +32,13 @@ import gcode                                                    # noqa: E402
 
 from chipwise.check.records import ARC, CIRCLE, DWELL, FEED, FRAME, RAPID, STOCK, TOOL, VOLUME, WIDTH      # noqa: E402
 from chipwise import interpreter_process                       # noqa: E402
-from chipwise.interpreter_process import INCH, NO_TOOL, Stop, ToolTable, limit_computing, own_output      # noqa: E402
+from chipwise.interpreter_process import ARC_AXES, INCH, NO_TOOL, Stop, ToolTable, fails_alike, limit_computing, own_output      # noqa: E402
 from chipwise.processes import die_with_parent, limit_memory                  # noqa: E402
 
 BLOCK = 4096 * WIDTH
 MAX_POSITION_MM = 1e6
 # feed_mode of the interpreter's state, ten times the code: modes that are not checked
 _UNCHECKED = {930: "G93 (inverse time)", 950: "G95 (feed per revolution)"}
-
-# of a plane: which of its arc's axes (first, second, along) are X, Y and Z
-_AXES = {1: (0, 1, 2), 2: (2, 0, 1), 3: (1, 2, 0)}
 
 
 class Canon(interpreter_process.Canon):
@@ -77,11 +74,6 @@ class Canon(interpreter_process.Canon):
         self._event(STOCK, 0.0, math.degrees(self.angle), *(p - h for p, h in zip(place, half)),
                     *(p + h for p, h in zip(place, half)))
         self._put(*move)
-
-    def __getattr__(self, name):
-        if name.startswith("_"):
-            raise AttributeError(name)
-        return lambda *arguments: None
 
     def refuse(self, text, remedy, unfinished=False):
         if self.job["judged"] or unfinished:
@@ -162,7 +154,7 @@ class Canon(interpreter_process.Canon):
 
     def arc_feed(self, x1, y1, cx, cy, turns, z1, *rest):
         self._axes(rest)
-        order = _AXES[self.plane]
+        order = ARC_AXES[self.plane]
         # place in the arc's own axes: first, second, along
         own = [self.at[i] for i in ((0, 1, 2), (1, 2, 0), (2, 0, 1))[self.plane - 1]]
         a0, b0, radius = own[0] - cx, own[1] - cy, math.hypot(own[0] - cx, own[1] - cy)
@@ -252,15 +244,8 @@ def line_of(canon, line, text):
     job = canon.job
     with open(job["program"], encoding="utf-8", errors="surrogateescape") as program:
         before = next(itertools.islice(program, line - 2, None), "") if line > 1 else ""
-    alone = os.path.join(os.environ["HOME"], "line.ngc")
-    with open(alone, "w", encoding="utf-8", errors="surrogateescape") as file:
-        file.write(before.rstrip("\n") + "\nM2\n")
-    try:
-        result, _ = gcode.parse(alone, Canon({**job, "stock": None, "written": False}, lambda *block: None, canon.tools), *job["codes"])
-        same = result > gcode.MIN_ERROR and gcode.strerror(result).split(alone)[0] == text.split(job["program"])[0]
-    except (Stop, RuntimeError):
-        same = False
-    return line - 1 if same else line
+    other = Canon({**job, "stock": None, "written": False}, lambda *block: None, canon.tools)
+    return line - 1 if fails_alike(other, before, text) else line
 
 
 def sender(handle):

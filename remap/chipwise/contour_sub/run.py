@@ -9,21 +9,15 @@ does can hang or hurt the caller.  The child takes about 50 ms.
 Departs from the call of a sub: what it assigns to parameters is gone afterwards.
 """
 
-import json
 import os
 import re
-import signal
-import subprocess
-import tempfile
 import time
 from dataclasses import replace
-from typing import Any
 
 from chipwise.contour_sub.check import check_text
-from chipwise.contour_sub.find import Found, fault, o_word, plain_text, quoted, read_file, sub_folders, sub_name
+from chipwise.contour_sub.find import Found, fault, plain_text, read_file, sub_folders
 from chipwise.contour_sub.job import Job
-from chipwise.errors import MM_PER_INCH, CycleError
-from chipwise.sub_process import PYTHON, answer_of, assignments, decimal
+from chipwise.sub_process import call_of, decimal, run_sub
 
 RUNNER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "runner.py")
 
@@ -31,7 +25,7 @@ CPU_S = 1.0             # computing time a sub may take, whatever else the machi
 LINE_S = 5e-5           # .. and more for each line of it: LinuxCNC reads 80,000 a second here
 MAX_MOVES = 100_000     # moves of one sub; 20,000 elements are offset in half a second
 
-_BEGIN, _END, _MARK = "chipwise: sub begins", "chipwise: sub has ended", "chipwise: line "
+_MARK = "chipwise: line "
 
 _START = re.compile(r"(n\d+)?(g40)?g0+(?=[xy])(?=.*x)(?=.*y)")
 
@@ -69,24 +63,18 @@ def called_files(job, found):
 def run(found: Found, job: Job) -> list:
     """Moves of a found sub, as runner.py prints them."""
     check_text(found)
-    result: Any = _child(found, job)
-    if result is None:
-        loops = [n for n, text in found.body if (o_word(text) or ("", ""))[1] in ("while", "do", "repeat", "call")]
-        where = f" (loops and calls: line {', '.join(map(str, loops[:5]))})" if loops else ""
-        raise CycleError(f"sub O{sub_name(found)}, line {found.first} of {quoted(found.path)}, does not end within "
-                         f"{_cpu_limit(found):g} s of computing time" + where, "correct the loop's condition, or make the sub simpler")
+    order = {"mark": _MARK, "max_moves": MAX_MOVES, "cpu_s": _cpu_limit(found)}
+    result = run_sub(found, job, RUNNER, _program(found, job), _ini_text(job.ini), order)
     last = result["moves"][-1][1] if result["moves"] else None
     for line, text in [end for end in (result["stop"], result["error"]) if end]:
         missing = re.search(r"EOF in file.*seeking o-word: o?<?(\w+)", text)
         text = f"there is no sub O{missing.group(1)}" if missing else text.rstrip(".")
         raise fault(found, line or found.first, text, "correct the line", last)
-    if not result["ended"]:
-        raise fault(found, result["line"] or found.first, "the program ends inside the sub", "take the M2 or M30 out of it")
     return result["moves"]
 
 
 def _program(found, job):
-    """Text for the runner: the sub definitions of the file, a mark before each line; the caller's state; the call."""
+    """Lines for the runner: the sub definitions of the file, a mark before each line; the caller's state; the call."""
     lines, inside = [], None
     words = read_file(found.path)[1]
     for number, text in enumerate(found.lines, 1):
@@ -97,14 +85,8 @@ def _program(found, job):
             lines += [f"({_MARK}{number})", text]
         if word == (inside, "endsub"):
             inside = None
-    scale = 1.0 / (MM_PER_INCH if job.unit == "in" else 1.0)
-    x, y, z = (value * scale for value in job.position)
-    lines += ["G17 G40 G90 G91.1 G94", f"F{decimal(job.feed if job.feed > 0 else 1000.0)}"]
-    lines += assignments(job.named)
-    lines += [f"G0 X{decimal(x)} Y{decimal(y)} Z{decimal(z)}",
-              ("G91" if job.incremental else "G90") + (" G90.1" if job.ijk_absolute else " G91.1"),
-              f"({_BEGIN})", f"o{sub_name(found)} call", f"({_END})", "M2"]
-    return "\n".join(lines) + "\n"
+    feed = job.feed if job.feed > 0 else 1000.0
+    return lines + call_of(found, job, ["G17 G40 G90 G91.1 G94", f"F{decimal(feed)}"])
 
 
 _FOREIGN = re.compile(r"^\s*(REMAP|TOPLEVEL|PATH_PREPEND|PATH_APPEND|RS274NGC_STARTUP_CODE|ON_ABORT_COMMAND|"
@@ -123,34 +105,6 @@ def _ini_text(path):
         return "[RS274NGC]\n"
     home = os.path.expanduser("~")
     return "".join(re.sub(r"(?<=[=:\s])~(?=/|:|\s)", lambda m: home, line) if _PATHS.match(line) else line for line in lines)
-
-
-def _child(found, job):
-    """Result of runner.py, None if the sub does not end."""
-    with tempfile.TemporaryDirectory(prefix="chipwise-") as folder:
-        paths = {name: os.path.join(folder, name) for name in ("sub.ngc", "sub.ini", "sub.var")}
-        texts = {"sub.ngc": _program(found, job), "sub.ini": _ini_text(job.ini),
-                 "sub.var": "".join(f"{n} {v!r}\n" for n, v in job.numbered) or "5161 0\n"}
-        for name, text in texts.items():
-            with open(paths[name], "w", encoding="utf-8", errors="surrogateescape") as file:
-                file.write(text)
-        order = json.dumps({
-            "program": paths["sub.ngc"], "parameters": paths["sub.var"], "units_per_mm": 1.0 / job.machine_unit,
-            "tool": job.tool, "codes": ["G20" if job.unit == "in" else "G21", "G0"], "begin": _BEGIN, "end": _END,
-            "mark": _MARK, "max_moves": MAX_MOVES, "cpu_s": _cpu_limit(found)})
-        environment = {**os.environ, "HOME": folder, "INI_FILE_NAME": paths["sub.ini"], "LC_ALL": "C"}
-        process = subprocess.Popen([PYTHON, "-s", RUNNER, str(os.getpid())], env=environment, text=True,
-                                   stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-        answer = answer_of(process, order)
-    if answer is None:
-        raise fault(found, found.first, "the sub waits for a file that does not answer",
-                     "look at the files that it calls on the SUBROUTINE_PATH")
-    if process.returncode == -signal.SIGPROF:
-        return None
-    if process.returncode != 0:
-        said = (answer[1].strip().splitlines() or [f"exit {process.returncode}"])[-1]
-        raise fault(found, found.first, f"LinuxCNC's interpreter did not run it ({said})", "see whether `rs274` runs")
-    return json.loads(answer[0])
 
 
 def _cpu_limit(found):

@@ -25,10 +25,8 @@ sys.path[0] = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__
 import gcode                                                    # noqa: E402
 
 from chipwise import interpreter_process                        # noqa: E402
-from chipwise.interpreter_process import INCH, Stop             # noqa: E402
+from chipwise.interpreter_process import Stop, mm, tool_entry             # noqa: E402
 from chipwise.processes import die_with_parent                  # noqa: E402
-
-DECIMALS = 9        # of a mm: a program's decimals come out as they went in
 
 MOTIONS = (0, 10, 20, 30)       # G0 G1 G2 G3 as the active motion mode, times ten
 
@@ -43,16 +41,11 @@ class Canon(interpreter_process.Canon):
         self.modes = None
         self.line = 0
 
-    def __getattr__(self, name):
-        if name.startswith("_"):
-            raise AttributeError(name)
-        return lambda *arguments: self._other(name)
-
     def _refuse(self, line, text):
         self.stop = self.stop or [line, text]
         raise Stop(text)
 
-    def _other(self, name):
+    def other(self, name):
         if self.inside:
             self._refuse(self.line, name.replace("_", " ") + " is not a move of a contour")
 
@@ -74,13 +67,13 @@ class Canon(interpreter_process.Canon):
         self.moves.append([kind, self.line, *numbers])
 
     def straight_traverse(self, x, y, z, *rest):
-        self._move("rapid", *_mm(x, y, z))
+        self._move("rapid", *mm(x, y, z))
 
     def straight_feed(self, x, y, z, *rest):
-        self._move("feed", *_mm(x, y, z))
+        self._move("feed", *mm(x, y, z))
 
     def arc_feed(self, x, y, cx, cy, turns, z, *rest):
-        self._move("arc", *_mm(x, y, z, cx, cy), turns)
+        self._move("arc", *mm(x, y, z, cx, cy), turns)
 
     def comment(self, text):
         if text == self.job["begin"]:
@@ -97,12 +90,7 @@ class Canon(interpreter_process.Canon):
         """Comments of the kind (MSG,..): the program's own call says them."""
 
     def get_tool(self, pocket):
-        number, diameter = self.job["tool"] if pocket == 0 else (-1, 0.0)
-        return (number,) + (0.0,) * 9 + (diameter, 0.0, 0.0, 0)
-
-
-def _mm(*inches):
-    return [round(v * INCH, DECIMALS) for v in inches]
+        return tool_entry(*(self.job["tool"] if pocket == 0 else (-1, 0.0)))
 
 
 def _mark_before(job, line):

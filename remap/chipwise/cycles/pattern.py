@@ -21,11 +21,11 @@ import numpy as np
 from chipwise.cycles.plan import CyclePlan, Note, Report
 from chipwise.errors import CycleError, braceless
 from chipwise.pattern.isometry import Isometry, moved, placed
-from chipwise.pattern.recorded import ARC, RAPID, Recorded, Step, points_of
+from chipwise.pattern.recorded import Recorded, Step
 
 SAME_MM = 1e-7          # a coordinate read twice; the interpreter's doubles are better by far
 MAX_COPIES = 100_000
-MIRRORS = {0: "none", 1: "X", 2: "Y", 3: "X and Y"}
+MIRRORS = (0, 1, 2, 3)
 
 
 @dataclass(frozen=True)
@@ -52,22 +52,17 @@ def pattern_plan(request: PatternRequest, read: Callable[[tuple, bool], Recorded
     check(request)
     copies = [copy_of(request, c) for c in range(int(request.copies))]
     mirrored = copies[0].mirrors
-    first = read(copies[0].back(request.start), mirrored)
-    moves = moved(first, points_of(first), first.start, copies[0], request.chord)
-    here = copies[0].point(first.end)
-    template = None
-    for c, isometry in enumerate(copies[1:], 1):
+    runs, moves, here = _Runs(lambda start: read(start, mirrored)), [], request.start
+    for c, isometry in enumerate(copies):
         start = isometry.back(here)
-        if template is None:
-            second = read(start, mirrored)
-            template = Template(first, second)
-        recorded = template.recorded if template.fits else read(start, mirrored)
-        points = template.at(start) if template.fits else points_of(recorded)
-        _check_start(recorded, points, start, c)
+        recorded, points = runs.at(start)
+        if c > 0:
+            _check_start(recorded, points, start, c)
         moves += moved(recorded, points, start, isometry, request.chord)
-        here = isometry.point(points[-2 if recorded.moves[-1].kind == ARC else -1])
         if len(moves) > request.most_moves:
             raise CycleError(f"the pattern has more than {request.most_moves} moves", "use fewer copies, or raise [CHIPWISE]PLAN_MOVES")
+        here = isometry.point(points[recorded.ends[-1]])
+    first = runs.first
     notes = [Note(braceless(text), {}) for text in first.messages]
     if mirrored and first.own_cut:
         notes.append(Note(f"the cuts from line {first.own_cut} of the sub on are mirrored, climb cuts become conventional; the cycles of chipwise "
@@ -94,23 +89,48 @@ def copy_of(request: PatternRequest, c: int) -> Isometry:
     return placed(int(request.mirror), request.rotation + c * request.turn, (x + c * request.step[0], y + c * request.step[1], z))
 
 
+class _Runs:
+    """What the sub does from any start (principle 1); read(start): a run of it."""
+
+    def __init__(self, read):
+        self._read, self._template, self.first = read, None, None
+
+    def at(self, start):
+        """(Recorded, its points (k, 3)) from a start."""
+        if self._template and self._template.covers(start):
+            return self._template.recorded, self._template.at(start)
+        recorded = self._read(start)
+        if self.first is None:
+            self.first = recorded
+        elif self._template is None:
+            self._template = Template(self.first, recorded)
+        return recorded, recorded.points
+
+
 class Template:
     """The sub as two runs from different starts show it."""
 
     def __init__(self, first: Recorded, second: Recorded):
-        self.recorded, self.points = first, points_of(first)
-        others = points_of(second)
+        self.recorded, points, others = first, first.points, second.points
         alike = [_outline(a) == _outline(b) for a, b in zip(first.steps, second.steps)]
-        self.fits = len(first.steps) == len(second.steps) and all(alike) and self.points.shape == others.shape
+        self.fits = len(first.steps) == len(second.steps) and all(alike) and points.shape == others.shape
         if self.fits:
-            same = np.abs(self.points - others) <= SAME_MM
-            a, b = np.array(first.start), np.array(second.start)
-            self.inherited = (np.abs(self.points - a) <= SAME_MM) & (np.abs(others - b) <= SAME_MM) & ~(same & (np.abs(a - b) > SAME_MM))
+            start, other = np.array(first.start), np.array(second.start)
+            same, like_start = np.abs(points - others) <= SAME_MM, np.abs(points - start) <= SAME_MM
+            moved_on = np.abs(start - other) > SAME_MM
+            self.inherited = like_start & (np.abs(others - other) <= SAME_MM) & moved_on & ~same
             self.fits = bool((same | self.inherited).all())
+            # coordinates of which both runs cannot tell whether they are the start's
+            self._unclear = (same & like_start).any(axis=0) & ~moved_on
+            self._start = start
+
+    def covers(self, start) -> bool:
+        """Whether the two runs show what the sub does from another start."""
+        return self.fits and not (self._unclear & (np.abs(np.array(start) - self._start) > SAME_MM)).any()
 
     def at(self, start):
         """Its points from another start."""
-        return np.where(self.inherited, np.array(start), self.points)
+        return np.where(self.inherited, np.array(start), self.recorded.points)
 
 
 def _outline(step):
@@ -121,15 +141,11 @@ def _outline(step):
 def _check_start(recorded, points, start, c):
     """Principle 2."""
     first = recorded.moves[0]
-    if first.kind != RAPID:
+    if recorded.cuts[0]:
         raise CycleError(f"copy {c + 1} begins with a cut: line {first.line} is the first move of the sub, and it is not G0",
                          "begin the sub with G0 to its first position")
-    levels, here, at = [], start[2], 0
-    for step in recorded.moves:
-        z = float(points[at, 2])
-        if step.kind != RAPID and z <= here:
-            levels.append(z)
-        here, at = z, at + (2 if step.kind == ARC else 1)
-    if levels and start[2] <= max(levels) + SAME_MM and math.dist(points[0, :2], start[:2]) > SAME_MM:
+    z = points[recorded.ends, 2]
+    levels = z[recorded.cuts & (z <= np.append(start[2], z[:-1]))]
+    if levels.size and start[2] <= levels.max() + SAME_MM and math.dist(points[0, :2], start[:2]) > SAME_MM:
         raise CycleError("the sub ends at Z{end} of the pattern, no higher than its cuts at Z{level}: the traverse to the next copy would run "
-                         "there", "end the sub with G0 to a height above the stock", end=start[2], level=max(levels))
+                         "there", "end the sub with G0 to a height above the stock", end=start[2], level=float(levels.max()))

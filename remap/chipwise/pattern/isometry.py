@@ -64,7 +64,7 @@ def placed(mirror: int, degrees: float, shift: tuple) -> Isometry:
 def moved(recorded: Recorded, points, start, isometry: Isometry, chord: float) -> list:
     """The moves (moves.py) of a sub under an isometry.
 
-    points: of recorded.points_of(), or what takes their place (k, 3); start: (x, y, z) before them; chord: largest distance (mm) of
+    points: of Recorded.points, or what takes their place (k, 3); start: (x, y, z) before them; chord: largest distance (mm) of
     chords from an arc that cannot stay one.
     """
     images: list[tuple] = list(map(tuple, isometry.points(points).tolist()))

@@ -5,6 +5,7 @@ Made by run.py from what runner.py prints; transformed by isometry.py.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -53,23 +54,26 @@ class Recorded:
     start: tuple
     own_cut: int = 0
 
-    @property
+    @cached_property
     def moves(self):
         """The Steps alone."""
         return [step for step in self.steps if isinstance(step, Step)]
 
-    @property
-    def end(self):
-        """(x, y, z) after the last move."""
-        moves = self.moves
-        return moves[-1].end if moves else self.start
+    @cached_property
+    def points(self):
+        """All ends and centres in order: (k, 3)."""
+        points = []
+        for step in self.moves:
+            points += [step.end, step.centre] if step.kind == ARC else [step.end]
+        return np.array(points, float).reshape(-1, 3)
 
+    @cached_property
+    def ends(self):
+        """Index of each move's end in points: (moves,)."""
+        widths = [2 if step.kind == ARC else 1 for step in self.moves]
+        return np.cumsum([0, *widths[:-1]])
 
-def points_of(recorded: Recorded):
-    """All ends and centres in order: (k, 3)."""
-    points = []
-    for step in recorded.moves:
-        points.append(step.end)
-        if step.kind == ARC:
-            points.append(step.centre)
-    return np.array(points, float).reshape(-1, 3)
+    @cached_property
+    def cuts(self):
+        """Which moves cut: (moves,)."""
+        return np.array([step.kind != RAPID for step in self.moves], bool)

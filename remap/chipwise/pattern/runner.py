@@ -4,7 +4,7 @@
     /usr/bin/python3 -s runner.py PARENT_PID  < JSON of the job  > JSON of the result
 
 Started by run.py, one process per run.  The remaps of the INI file run here as in the preview; cycles in a mirrored pattern
-plan the other hand (glue/hand.py), so that the mirrored cut is climb milling again.
+plan the other hand (pattern/hand.py), so that the mirrored cut is climb milling again.
 
 Job:     program, parameters, table (paths), random (tool changer), units_per_mm, tool (number, diameter in machine units), codes
          (run first), begin, end (comments around the call), max_moves, cpu_s, mirrored,
@@ -30,15 +30,11 @@ sys.path[0] = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__
 import gcode                                                    # noqa: E402
 
 from chipwise import interpreter_process, preview               # noqa: E402
-from chipwise.interpreter_process import INCH, Stop             # noqa: E402
+from chipwise.interpreter_process import ARC_AXES, PLANES, Stop, fails_alike, mm, tool_entry       # noqa: E402
 from chipwise.glue import known_stock                           # noqa: E402
 from chipwise.pattern import hand                               # noqa: E402
 from chipwise.processes import die_with_parent                  # noqa: E402
 
-DECIMALS = 9        # of a mm: a program's decimals come out as they went in
-PLANES = {1: "G17", 2: "G19", 3: "G18"}
-# a plane's arcs: which of the arc's own axes (first, second, along) are X, Y and Z
-ORDER = {"G17": (0, 1, 2), "G18": (1, 2, 0), "G19": (2, 0, 1)}
 COOLANT = {"mist": "M7", "flood": "M8"}
 MAX_MESSAGES = 20
 
@@ -52,14 +48,9 @@ class Canon(interpreter_process.Canon):
         self.rows, self.messages, self.stop = [], [], None
         self.inside = self.ended = False
         self.line = self.reported = self.first_of_line = 0
-        self.feed, self.plane, self.at = 0.0, "G17", (0.0, 0.0, 0.0)
+        self.feed, self.plane, self.at = 0.0, 1, (0.0, 0.0, 0.0)
         self.machine_state = None
         self.own_cut = 0            # line of the first cut that is not a cycle's
-
-    def __getattr__(self, name):
-        if name.startswith("_"):
-            raise AttributeError(name)
-        return lambda *arguments: None
 
     def refuse(self, text, remedy):
         self.stop = self.stop or [self.line, text, remedy]
@@ -98,7 +89,7 @@ class Canon(interpreter_process.Canon):
                 self.own_cut = self.own_cut or self.line
             if len(self.rows) >= self.job["max_moves"]:
                 self.refuse(f"the sub makes more than {self.job['max_moves']} moves", "divide it")
-            self.rows.append([kind, self.line, round(feed * INCH, DECIMALS), *_mm(x, y, z), *more])
+            self.rows.append([kind, self.line, *mm(feed, x, y, z), *more])
 
     def straight_traverse(self, x, y, z, *rest):
         self._put("rapid", 0.0, x, y, z, rest)
@@ -107,13 +98,12 @@ class Canon(interpreter_process.Canon):
         self._put("feed", self.feed, x, y, z, rest)
 
     def arc_feed(self, first, second, centre_first, centre_second, turns, along, *rest):
-        order = ORDER[self.plane]
-        height = self.at[{"G17": 2, "G18": 1, "G19": 0}[self.plane]]
-        end, centre = (first, second, along), (centre_first, centre_second, height)
-        self._put("arc", self.feed, *(end[k] for k in order), rest, self.plane, *_mm(*(centre[k] for k in order)), turns)
+        order = ARC_AXES[self.plane]
+        end, centre = (first, second, along), (centre_first, centre_second, self.at[order.index(2)])
+        self._put("arc", self.feed, *(end[k] for k in order), rest, PLANES[self.plane], *mm(*(centre[k] for k in order)), turns)
 
     def set_plane(self, plane):
-        self.plane = PLANES.get(plane, "G17")
+        self.plane = plane if plane in PLANES else 1
 
     def set_feed_rate(self, rate):
         self.feed = rate
@@ -139,8 +129,7 @@ class Canon(interpreter_process.Canon):
     def get_tool(self, pocket):
         if pocket:
             return self.tools.entry(pocket)
-        number, diameter = self.job["tool"]
-        return (number,) + (0.0,) * 9 + (diameter, 0.0, 0.0, 0)
+        return tool_entry(*self.job["tool"])
 
     def stock(self, *_):
         self._no_stock("M250")
@@ -168,10 +157,6 @@ def _changes(before, now):
     return lines + [code for code, old, new in zip(COOLANT.values(), cooling, new_cooling) if new and not old]
 
 
-def _mm(*inches):
-    return [round(v * INCH, DECIMALS) for v in inches]
-
-
 _OWN_LINE = re.compile(r" \(line (\d+)(?: of [^()]*)?\)$")
 
 
@@ -184,16 +169,7 @@ def located(canon, text):
     with open(canon.job["program"], encoding="utf-8", errors="surrogateescape") as program:
         lines = program.read().split("\n")
     following = next((k for k in range(canon.reported, len(lines)) if lines[k].strip()), None)
-    if following is None:
-        return [canon.reported, text]
-    alone = os.path.join(os.environ["HOME"], "line.ngc")
-    with open(alone, "w", encoding="utf-8", errors="surrogateescape") as file:
-        file.write(lines[following] + "\nM2\n")
-    try:
-        result, _line = gcode.parse(alone, Canon(canon.job, canon.tools), *canon.job["codes"])
-        same = result > gcode.MIN_ERROR and gcode.strerror(result).split(alone)[0] == text.split(canon.job["program"])[0]
-    except (RuntimeError, Stop):
-        same = False
+    same = following is not None and fails_alike(Canon(canon.job, canon.tools), lines[following], text)
     return [following + 1 if same else canon.reported, text]
 
 
