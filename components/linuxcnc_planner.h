@@ -43,7 +43,7 @@ int chip_planner_ours(const struct shmid_ds *about);
 /* Attaches motion's memory [1]; called while loading, not in realtime. */
 void chip_planner_attach(struct chip_planner *planner);
 
-/* Whether motion was told to abort (stop, E-stop, error of a program) since the last call, once a servo period: motion
+/* Whether motion got the command to abort (stop, E-stop, error of a program) since the last call, once a servo period: motion
  * carries out one command per period and says which. */
 int chip_planner_aborted(struct chip_planner *planner);
 

@@ -60,7 +60,7 @@ pin out float direction_z "vertical part of the unit direction of travel, -1 (pl
 pin out bit flute_excess "the depth exceeds the flute length while cutting";
 pin out bit rapid_contact "a traverse meets stock, or will meet it within its braking distance";
 pin out float rapid_distance "machine units to the stock a traverse is about to meet; 0: none seen";
-pin out bit aborted "LinuxCNC's motion was told to abort (Stop, E-stop, error) since the last period";
+pin out bit aborted "motion got the command to abort (Stop, E-stop, error of a program) since the last period";
 pin out bit path_known "the path ahead is read from the motion planner; FALSE: it is predicted";
 pin out float load_step_distance_#[8] "machine units of travel until load-step-area-N applies; step 0 applies now";
 pin out float load_step_area_#[8] "mm2, never too low; rises with N; 0: unused";

@@ -45,6 +45,7 @@ sys.path.insert(0, os.path.join(ROOT, 'remap'))
 
 from chipwise.machine import command, namespaces, sandbox        # noqa: E402
 from chipwise.machine.namespaces import libc            # noqa: E402
+from repository import repository_files                 # noqa: E402
 
 RELEASES = ('bookworm', 'trixie')
 INCLUDE = 'git make sudo'
@@ -325,19 +326,6 @@ def link_packages(source, target):
                 os.link(path, copy)
             except OSError:
                 shutil.copy2(path, copy)
-
-
-def repository_files():
-    """Files of the repository, changed ones included, without what git ignores."""
-    listed = output('git', '-c', 'safe.directory=*', '-C', ROOT, 'ls-files', '-z', '--cached', '--others',
-                    '--exclude-standard').split('\0')
-    names = {name for name in listed if name and os.path.lexists(os.path.join(ROOT, name))}
-    if names:
-        return names
-    for folder, folders, files in os.walk(ROOT):
-        folders[:] = [name for name in folders if name not in ('.git', 'build', '__pycache__')]
-        names.update(os.path.relpath(os.path.join(folder, name), ROOT) for name in files)
-    return names
 
 
 def home(options):

@@ -25,6 +25,8 @@ import tokenize
 from collections import Counter
 from dataclasses import dataclass
 
+from repository import repository_files
+
 ROOT = os.path.dirname(os.path.dirname(os.path.realpath(__file__)))
 
 CORE = r'^(components/|remap/chipwise/stock/core\.py$)'
@@ -191,9 +193,9 @@ def files(revision=None):
         return {path: git('show', f'{revision}:{path}')
                 for path in git('ls-tree', '-r', '--name-only', revision).split('\n') if re.search(TEXT, path)}
     found = {}
-    for path in git('ls-files', '--cached', '--others', '--exclude-standard').split('\n'):
+    for path in sorted(repository_files()):
         full = os.path.join(ROOT, path)
-        if path and os.path.isfile(full) and not os.path.islink(full) and re.search(TEXT, path):
+        if os.path.isfile(full) and not os.path.islink(full) and re.search(TEXT, path):
             with open(full, encoding='utf-8', errors='replace') as handle:
                 found[path] = handle.read()
     return found

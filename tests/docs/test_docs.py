@@ -3,7 +3,6 @@
 
 import os
 import re
-import subprocess
 import sys
 
 import pytest
@@ -13,6 +12,7 @@ sys.path.insert(0, os.path.join(ROOT, 'tools'))
 
 import message_source  # noqa: E402
 import messages  # noqa: E402
+from repository import repository_files  # noqa: E402
 
 
 LONGEST_PARAGRAPH = 600
@@ -20,13 +20,7 @@ LONGEST_PARAGRAPH = 600
 
 def tracked(pattern=''):
     """Paths of the repository's files that match a regular expression."""
-    listed = subprocess.run(['git', 'ls-files', '--cached', '--others', '--exclude-standard'], cwd=ROOT, text=True,
-                            stdout=subprocess.PIPE).stdout.split('\n')
-    if not any(listed):                                     # not a clone
-        listed = [os.path.relpath(os.path.join(folder, name), ROOT)
-                  for folder, _folders, names in os.walk(ROOT) for name in names]
-    return sorted(path for path in listed
-                  if path and os.path.isfile(os.path.join(ROOT, path)) and re.search(pattern, path))
+    return sorted(path for path in repository_files() if os.path.isfile(os.path.join(ROOT, path)) and re.search(pattern, path))
 
 
 def read(path):

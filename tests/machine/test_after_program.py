@@ -73,7 +73,7 @@ def test_the_checker_sees_a_ceiling():
 
 def without_f(end, killed=(), frozen=()):
     """Steps: the program with M251 and its end; then a program without an F.  killed: steps between the two; frozen: steps in the second,
-    where the monitor has stood still since before the end of the first."""
+    where the monitor has been stopped since before the end of the first."""
     lines, steps = ENDS[end]
     text = ('%\n' if end == 'percent' else '') + LEFT_ON + lines
     freeze = [['until', VELOCITY, '>', 5], ['freeze worker']] if frozen else []

@@ -341,7 +341,7 @@ class Operator:
         return False
 
     def freeze_worker(self):
-        """The process that does the work of chipwise-monitor stands still until thaw_worker()."""
+        """The process that does the work of chipwise-monitor is stopped until thaw_worker()."""
         both = self.monitors()
         self.frozen = [pid for pid in both if int(processes.stat_fields(pid)[1]) in both]
         for process in self.frozen:

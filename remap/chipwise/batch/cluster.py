@@ -8,7 +8,7 @@ What a worker does is the standard library's subprocess.run of cluster_runner.py
 
 If a worker is lost, the scheduler gives its programs to the others; a program whose workers were lost again and again has an error
 instead of a result.  The scheduler is asked every PING_S whether it answers: if it does not, or has no worker, for LOST_S, the
-whole ends with ClusterError.  Read in distributed 2022.12: client.py, scheduler.py.
+whole ends with ClusterError.  Read in distributed 2022.12 and 2024.12: client.py, scheduler.py.
 """
 
 import logging
@@ -17,6 +17,7 @@ import pickle
 import queue
 import re
 import subprocess
+import threading
 import time
 import uuid
 
@@ -26,6 +27,7 @@ from chipwise.errors import printable
 PYTHON = "/usr/bin/python3"
 RUNNER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "cluster_runner.py")
 CONNECT_S = 10.0            # for the first connection
+OVERTIME_S = 2.0            # by which it may be late
 PING_S = 5.0                # between two questions to the scheduler
 LOST_S = 30.0               # without an answer, or without a worker
 FETCH_S = 5.0               # for one result
@@ -48,11 +50,32 @@ def _connect(address):
         raise ClusterError("--scheduler needs Dask, which is not installed; apt-get install python3-distributed, or use --jobs") from None
     logging.getLogger("distributed").setLevel(logging.CRITICAL + 1)         # what matters is said here
     try:
-        return distributed, distributed.Client(address, timeout=CONNECT_S, set_as_default=False, name="chipwise")
+        return distributed, _within(CONNECT_S + OVERTIME_S, lambda: distributed.Client(
+            address, timeout=CONNECT_S, set_as_default=False, name="chipwise"))
     except Exception as error:      # OSError, ValueError, TypeError, .. with the address
         what = printable(str(error) or type(error).__name__).splitlines()[0][:SHOWN]
         raise ClusterError(f"no Dask scheduler answers at {address} within {CONNECT_S:g} s ({what}); start dask-scheduler, or "
                            "correct the address") from None
+
+
+def _within(seconds, action):
+    """Result of the action; TimeoutError if it takes longer.  distributed 2024.12 waits for ever for a scheduler that accepts the
+    connection and says nothing."""
+    answer = queue.SimpleQueue()
+
+    def act():
+        try:
+            answer.put((action(), None))
+        except Exception as error:
+            answer.put((None, error))
+    threading.Thread(target=act, daemon=True).start()
+    try:
+        result, error = answer.get(timeout=seconds)
+    except queue.Empty:
+        raise TimeoutError("it accepts the connection and says nothing") from None
+    if error:
+        raise error
+    return result
 
 
 def on_cluster(address, task, programs, arguments, failed, progress=None):
