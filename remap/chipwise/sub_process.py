@@ -7,7 +7,6 @@ Called by contour_sub/run.py and pattern/run.py; the other side is interpreter_p
 import json
 import math
 import os
-import re
 import signal
 import subprocess
 import tempfile

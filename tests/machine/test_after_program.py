@@ -88,7 +88,7 @@ def test_a_program_without_f_goes_on_with_it(answers, end):
     check_plain(answers[-2], 15.0)
 
 
-@pytest.mark.parametrize('end', ['M2', 'percent', 'abort'])
+@pytest.mark.parametrize('end', ['percent', 'abort'])
 @pytest.mark.scene(MILL, lambda end: without_f(end, frozen=[['sleep', 0.2], ['thaw worker'], ['sleep', 0.3]]))
 def test_a_monitor_that_was_late_misses_no_end(answers, end):
     """chipwise-monitor sees neither the end of the program nor the beginning of the next; then it goes on."""
