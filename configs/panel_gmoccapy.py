@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""chipwise's panel as a GladeVCP tab: texts for panel_gmoccapy.ui, whose pins panel_gmoccapy.hal connects.
+"""chipwise's panel as a GladeVCP tab: texts for panel_gmoccapy.ui, whose pins chipwise_panel_gladevcp.hal connects.
 
 Called by gladevcp (`-u panel_gmoccapy.py`), started by gmoccapy as [DISPLAY]EMBED_TAB_COMMAND.
 """

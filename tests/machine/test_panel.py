@@ -17,10 +17,16 @@ GLADE = ['chipwise-panel.' + name for name in (
     'stock-is-defined', 'mode-limit', 'by-stock', 'rate', 'rate-target', 'share', 'unit-in3')]
 
 
-@pytest.mark.parametrize('name, screen, watch, per', [
-    ('mill.ini', 'axis', PYVCP, 1.0), ('mill_inch.ini', 'axis', PYVCP, 16.387064), ('mill_gmoccapy.ini', 'gmoccapy', GLADE, 1.0)])
-def test_panel_and_line(name, screen, watch, per, tmp_path):
-    """M251 P1 Q6 on a full slot: while it cuts, and after it."""
+@pytest.mark.parametrize('name, screen, watch, per, late_s', [
+    ('mill.ini', 'axis', PYVCP, 1.0, 0), ('mill_inch.ini', 'axis', PYVCP, 16.387064, 0), ('mill_gmoccapy.ini', 'gmoccapy', GLADE, 1.0, 0),
+    ('mill_gmoccapy.ini', 'gmoccapy', GLADE, 1.0, 5)])
+def test_panel_and_line(name, screen, watch, per, late_s, tmp_path, monkeypatch):
+    """M251 P1 Q6 on a full slot: while it cuts, and after it.  late_s: the tab of gmoccapy is so late, as on a busy computer."""
+    if late_s:
+        (tmp_path / 'bin').mkdir()
+        (tmp_path / 'bin' / 'gladevcp').write_text(f'#!/bin/sh\nsleep {late_s}\nexec /usr/bin/gladevcp "$@"\n')
+        (tmp_path / 'bin' / 'gladevcp').chmod(0o755)
+        monkeypatch.setenv('PATH', f'{tmp_path / "bin"}:{os.environ["PATH"]}')
     sample = samples.Sample(name, name, screen)
     if samples.missing(sample):
         pytest.skip(samples.missing(sample))
