@@ -20,19 +20,19 @@ GLADE = ['chipwise-panel.' + name for name in (
 @pytest.mark.parametrize('name, screen, watch, per, late_s', [
     ('mill.ini', 'axis', PYVCP, 1.0, 0), ('mill_inch.ini', 'axis', PYVCP, 16.387064, 0), ('mill_gmoccapy.ini', 'gmoccapy', GLADE, 1.0, 0),
     ('mill_gmoccapy.ini', 'gmoccapy', GLADE, 1.0, 5)])
-def test_panel_and_line(name, screen, watch, per, late_s, tmp_path, monkeypatch):
+def test_panel_and_line(name, screen, watch, per, late_s, tmp_path):
     """M251 P1 Q6 on a full slot: while it cuts, and after it.  late_s: the tab of gmoccapy is so late, as on a busy computer."""
-    if late_s:
-        (tmp_path / 'bin').mkdir()
-        (tmp_path / 'bin' / 'gladevcp').write_text(f'#!/bin/sh\nsleep {late_s}\nexec /usr/bin/gladevcp "$@"\n')
-        (tmp_path / 'bin' / 'gladevcp').chmod(0o755)
-        monkeypatch.setenv('PATH', f'{tmp_path / "bin"}:{os.environ["PATH"]}')
     sample = samples.Sample(name, name, screen)
     if samples.missing(sample):
         pytest.skip(samples.missing(sample))
     installed = samples.stage(str(tmp_path))
     share = tmp_path / 'share'
     shutil.copytree(os.path.join(installed, 'usr/local/share/chipwise'), share, symlinks=True)
+    if late_s:
+        late, ini = tmp_path / 'late_gladevcp', share / 'configs' / name
+        late.write_text(f'#!/bin/sh\nsleep {late_s}\nexec gladevcp "$@"\n')
+        late.chmod(0o755)
+        ini.write_text(ini.read_text().replace(' gladevcp ', f' {late} '))
     result = samples.drive(sample, str(share / 'configs' / name), str(tmp_path), installed, watch=watch)
     assert samples.verdict(sample, result) == ''
     stock, mode, by, rate, target, share_of_target, inch = (result['during'][pin] for pin in watch)
