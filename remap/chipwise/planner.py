@@ -179,6 +179,7 @@ class Plan:
 
     def ready(self, timeout):
         """Whether there is an outcome, after waiting for it so long (s) at most."""
+        self._exchange(0.0)         # an answer that is there counts, however late it is fetched
         if self._outcome is None:
             now = cpu_s(self._process.pid)
             if now < math.inf:

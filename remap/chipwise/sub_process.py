@@ -52,7 +52,8 @@ def run_sub(found, job, runner, program, ini, order, environment=()) -> dict:
     """What a runner prints about a Found sub.  program: lines; ini: text; order: what this runner gets beside the common part.
     Raises CycleError for a sub that does not end, that stops, or that the runner itself has found wrong."""
     with tempfile.TemporaryDirectory(prefix="chipwise-") as folder:
-        contents = {os.path.basename(found.path): "\n".join(program) + "\n", "machine.ini": ini,
+        name = os.path.basename(found.path)
+        contents = {name if name.isprintable() else "sub.ngc": "\n".join(program) + "\n", "machine.ini": ini,
                     "machine.var": "".join(f"{n} {v!r}\n" for n, v in job.numbered) or "5161 0\n"}
         paths = [os.path.join(folder, name) for name in contents]
         for path, text in zip(paths, contents.values()):

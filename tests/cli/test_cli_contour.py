@@ -44,7 +44,7 @@ O300 sub
 O300 endsub
 O400 sub
   o401 while [1]
-    G1 X1
+    #1 = [#1 + 1]
   o401 endwhile
 O400 endsub
 O500 sub

@@ -41,7 +41,9 @@ def operate(tmp_path, steps, ini='mill.ini', edit='', before=':', home=True, spe
     """
     answers = tmp_path / 'answers.json'
     answers.unlink(missing_ok=True)
-    script = (f"cd {CONFIGS} && {before} && sed -e 's#^DISPLAY = .*#DISPLAY = {SCRIPTED}#' -e '{edit or 'p;d'}' {ini}"
+    # LinuxCNC drops a command that motion does not answer within COMM_TIMEOUT: with the fast clock a computer that is blocked for 3 s would do
+    script = (f"cd {CONFIGS} && {before} && sed -e 's#^DISPLAY = .*#DISPLAY = {SCRIPTED}#' -e 's#^COMM_TIMEOUT = .*#COMM_TIMEOUT = 300#' "
+              f"-e '{edit or 'p;d'}' {ini}"
               " > scripted.ini && { linuxcnc -r scripted.ini; status=$?; " + MONITOR_ENDS + "exit $status; }")
     steps = [['home'], *steps] if home else steps
     env = dict(os.environ, CHIPWISE_STEPS=json.dumps(steps), CHIPWISE_ANSWERS=str(answers))

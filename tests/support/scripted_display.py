@@ -365,7 +365,7 @@ class Operator:
         before = set(os.listdir(what)) if what != 'hold' else ()
         self.machine.set_mode(linuxcnc.MODE_MDI, 'MDI')
         self.machine.command.mdi(line)
-        end = time.monotonic() + 60
+        end = time.monotonic() + PATIENCE_S
         while time.monotonic() < end:
             if hal.get_value('chipwise-monitor.hold') if what == 'hold' else set(os.listdir(what)) - before:
                 break
