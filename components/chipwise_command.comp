@@ -36,7 +36,7 @@ pin out bit define "TRUE while word is 7";
 pin out s32 mode "register 11, as of the last commit: mode of volumetric_feed(9)";
 pin in bit enabled = 1 "motion.motion-enabled";
 pin in bit program_running "chipwise-monitor.program-running: TRUE while a program runs, not MDI";
-pin in bit aborted "stock-tracker.N.aborted: TRUE for a period in the period in which motion gets the command to abort";
+pin in bit aborted "stock-tracker.N.aborted: TRUE for the period in which motion gets the command to abort";
 pin in bit stock_defined "stock-tracker.N.stock-defined";
 pin in s32 fault_code "stock-tracker.N.fault-code";
 pin in s32 reply "chipwise-monitor.reply";

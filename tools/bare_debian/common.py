@@ -11,7 +11,7 @@ class Refusal(Exception):
 
 
 def read(path):
-    """A text file, or '' if there is none."""
+    """The text of a file; '' if it cannot be read."""
     try:
         with open(path, errors='replace') as handle:
             return handle.read()
