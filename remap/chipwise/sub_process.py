@@ -53,7 +53,8 @@ def run_sub(found, job, runner, program, ini, order, environment=()) -> dict:
     Raises CycleError for a sub that does not end, that stops, or that the runner itself has found wrong."""
     with tempfile.TemporaryDirectory(prefix="chipwise-") as folder:
         name = os.path.basename(found.path)
-        contents = {name if name.isprintable() else "sub.ngc": "\n".join(program) + "\n", "machine.ini": ini,
+        os.mkdir(os.path.join(folder, "sub"))           # its name may be that of one of the other files
+        contents = {os.path.join("sub", name if name.isprintable() else "sub.ngc"): "\n".join(program) + "\n", "machine.ini": ini,
                     "machine.var": "".join(f"{n} {v!r}\n" for n, v in job.numbered) or "5161 0\n"}
         paths = [os.path.join(folder, name) for name in contents]
         for path, text in zip(paths, contents.values()):
