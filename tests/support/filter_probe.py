@@ -9,6 +9,7 @@ opened it or has shown a dialog, and a message with the text `expect` has been o
 The result is a list of {path, seconds (until the GUI answered), loaded (path of the program in the task), dialog, messages}.
 """
 
+import contextlib
 import json
 import os
 import signal
@@ -159,8 +160,11 @@ def _filters(pid):
         except OSError:
             continue
         for child in children:
-            with open(f'/proc/{child}/cmdline', 'rb') as file:
-                words = file.read().split(b'\0')
+            try:
+                with open(f'/proc/{child}/cmdline', 'rb') as file:
+                    words = file.read().split(b'\0')
+            except OSError:
+                continue
             if b'filter' in words and any(word.endswith(b'bin/chipwise') for word in words):
                 found.append(int(child))
             found += _filters(child)
@@ -204,8 +208,9 @@ class Probe:
         record = self.record
         if self.file.get('kill') and not self.killed and now - self.started > KILL_AFTER_S:
             for pid in _filters(os.getpid()):
-                os.kill(pid, signal.SIGKILL)
-                self.killed = True
+                with contextlib.suppress(ProcessLookupError):       # it may have ended by itself: then the next look finds another
+                    os.kill(pid, signal.SIGKILL)
+                    self.killed = True
         record['messages'] = self.gui.messages()[self.before:]
         if record['seconds'] is None:
             record['dialog'] = self.gui.dialog()

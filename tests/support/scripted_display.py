@@ -60,6 +60,7 @@ program look, nothing that was there for a period is missed.  Pins that are not 
 The answers go to CHIPWISE_ANSWERS as one JSON list.
 """
 
+import contextlib
 import json
 import operator as relations
 import os
@@ -86,11 +87,15 @@ BEGINNING = ('start', 'begin', 'run from', 'run_from', 'mdi quietly', 'resume', 
 LOOKING = ('until', 'over', 'sleep', 'pins')            # these do nothing to the machine
 IDLE_POLLS = 20             # a program that has been idle so often is over, however short it was
 SETTLE_S = 0.3      # the monitor's messages come this late at most
-
-
 PATIENCE_S = 300        # for all steps from the start, or a step "fresh", on
 FRESH = ('M252', 'M52 P0', 'G17 G21 G40 G49 G54 G80 G90 G91.1 G94 G97 G64 P0.01 M48 M5', 'G10 L2 P1 X0 Y0 Z0 R0', 'G92.1',
          'G53 G0 Z89.9', 'G53 G0 X0 Y0', 'T0 M6', 'M250 P-49 Q-49 R-59 I1 J1 K1')   # RS274NGC_STARTUP_CODE of the INI files, and more
+
+
+def send(pid, number):
+    """A signal to a process, which may be gone by now: the worker of chipwise-monitor ends with its parent."""
+    with contextlib.suppress(ProcessLookupError):
+        os.kill(pid, number)
 
 
 class Operator:
@@ -308,7 +313,7 @@ class Operator:
     @staticmethod
     def kill(name):
         for process in processes.named(name):
-            os.kill(process, signal.SIGKILL)
+            send(process, signal.SIGKILL)
 
     @staticmethod
     def waited():
@@ -327,30 +332,32 @@ class Operator:
 
     def kill_monitor(self):
         for process in self.monitors():
-            os.kill(process, signal.SIGKILL)
+            send(process, signal.SIGKILL)
         while self.monitors():
             time.sleep(0.01)
 
+    def workers(self):
+        """Those of the two that do the work: the children of the others."""
+        both = self.monitors()
+        return [pid for pid in both if [parent for parent in processes.stat_fields(pid)[1:2] if int(parent) in both]]
+
     def kill_worker(self):
         """The child of the two; the parent starts another one."""
-        both = self.monitors()
-        for process in both:
-            if int(processes.stat_fields(process)[1]) in both:
-                os.kill(process, signal.SIGKILL)
-                return True
-        return False
+        workers = self.workers()
+        for process in workers:
+            send(process, signal.SIGKILL)
+        return bool(workers)
 
     def freeze_worker(self):
         """The process that does the work of chipwise-monitor is stopped until thaw_worker()."""
-        both = self.monitors()
-        self.frozen = [pid for pid in both if int(processes.stat_fields(pid)[1]) in both]
+        self.frozen = self.workers()
         for process in self.frozen:
-            os.kill(process, signal.SIGSTOP)
+            send(process, signal.SIGSTOP)
         return len(self.frozen)
 
     def thaw_worker(self):
         for process in self.frozen:
-            os.kill(process, signal.SIGCONT)
+            send(process, signal.SIGCONT)
 
     def busy(self, number):
         for _ in range(number):
@@ -358,10 +365,10 @@ class Operator:
 
     def signal_monitor(self, name):
         for process in self.monitors():
-            os.kill(process, getattr(signal, 'SIG' + name))
+            send(process, getattr(signal, 'SIG' + name))
 
     def kill_monitor_in(self, line, what, seconds):
-        processes = self.monitors()
+        monitors = self.monitors()
         before = set(os.listdir(what)) if what != 'hold' else ()
         self.machine.set_mode(linuxcnc.MODE_MDI, 'MDI')
         self.machine.command.mdi(line)
@@ -370,8 +377,8 @@ class Operator:
             if hal.get_value('chipwise-monitor.hold') if what == 'hold' else set(os.listdir(what)) - before:
                 break
         time.sleep(seconds)
-        for process in processes:
-            os.kill(process, signal.SIGKILL)
+        for process in monitors:
+            send(process, signal.SIGKILL)
         while self.monitors():
             time.sleep(0.01)
         return bool(time.monotonic() < end)
