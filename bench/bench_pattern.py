@@ -5,6 +5,7 @@
 
 Called by bench/run.py (prints JSON rows).
 error    random subs (tests/support/pattern_oracle.py) x 8 transforms in LinuxCNC's interpreter, against what each sub does by itself
+stations random stations from exact points, and from points that are 0.01 mm off, against the bound that is predicted
 copies   200 copies of a sub of 500 moves: computing time of the plan, its child process included, and of LinuxCNC executing the lines
 """
 import argparse
@@ -22,10 +23,12 @@ from chipwise.contour_sub.job import Job
 from chipwise.order import Order
 from chipwise.pattern import run as pattern_run
 from chipwise.pattern.job import PatternJob
+from chipwise.stations.frame import frame_of
 from rows import row
 from roots import ROOT
 from support import canon
 from support.pattern_oracle import compare, moves_of, random_sub, transformed
+from support.station_cases import case, off, shares_of_bound
 
 HEAD = "G21 G90 G64 G94 G17 G40\nT1 M6\nS5000 M3\nF600\n"
 COPIES, MOVES = 200, 500
@@ -61,6 +64,16 @@ def errors(seed, count):
             except AssertionError as error:
                 wrong.append(f"CHIPWISE_SEED={number} {words}: {str(error)[:200]}")
     return worst, cases, wrong
+
+
+def stations(seed, count):
+    """(largest error of exact points in mm, largest share of the bound, stations)."""
+    worst = 0.0
+    for number in range(seed, seed + count):
+        matrix, origin, local, points = case(number)
+        found = frame_of(points)
+        worst = max(worst, *(off(found, matrix, origin, np.array(place, float)) for place in local.values()))
+    return worst, max(max(shares_of_bound(number, 0.01)) for number in range(seed, seed + count)), count
 
 
 def long_sub(moves):
@@ -103,10 +116,13 @@ def main():
     parser.add_argument("--table", action="store_true")
     options = parser.parse_args()
     worst, cases, wrong = errors(options.seed, options.count)
+    exact, share, number = stations(options.seed, 10 * options.count)
     with tempfile.TemporaryDirectory() as folder:
         plan_s, wall_s, run_s, lines = copies(folder)
     rows = [row(f"G75: largest error in {cases} random cases", worst, "mm", "; ".join(wrong), 1e-6),
             row("G75: cases that differ otherwise", len(wrong), "", "", 0),
+            row(f"stations: largest error of {number} from exact points", exact, "mm", "", 1e-9),
+            row(f"stations: points 0.01 mm off, largest share of the bound, {number}", share, "", "90 places each, up to 300 mm per axis away", 1.0),
             row(f"G75: plan of {COPIES} copies of {MOVES} moves", plan_s, "s", f"computing time; {wall_s:.2f} s on the clock, {lines} lines", 1.0),
             row(f"G75: the same program in rs274, {lines} lines", run_s, "s", "computing time, start of the interpreter included")]
     for line in rows:

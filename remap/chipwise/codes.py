@@ -6,9 +6,9 @@ LinuxCNC looks the functions up in the machine's module `remap`. chipwise's own 
 does that of a machine with codes of its own: `from chipwise.codes import *`.
 """
 
-from chipwise.glue import contour, hole, pattern, pocket, session, stock_codes, volumetric
+from chipwise.glue import contour, hole, pattern, pocket, session, stations, stock_codes, volumetric
 
-__all__ = ("g12", "g13", "g75", "g77", "g78", "g79", "m250", "m251", "m252", "m253", "m254", "feed")
+__all__ = ("g12", "g13", "g75", "g77", "g78", "g79", "m250", "m251", "m252", "m253", "m254", "m255", "feed")
 
 
 def g12(self, **words):
@@ -64,6 +64,11 @@ def m253(self, **words):
 def m254(self, **words):
     """M254: restore a saved stock."""
     yield from session.run_steps(self, "M254", words, stock_codes.restore_stock)
+
+
+def m255(self, **words):
+    """M255: teach a point of a station."""
+    yield from session.run_steps(self, "M255", words, stations.teach)
 
 
 def feed(self, **words):

@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Read a file of unknown origin: regular, of a bounded size, without waiting.
+"""Read a file of unknown origin: regular, of a bounded size, without waiting.  Write one so that it is never half there.
 
-Called by whatever runs beside the machine (settings, tool geometry, stock files).  Opening a FIFO or a device may block or
+Called by whatever runs beside the machine (settings, tool geometry, stock files, stations).  Opening a FIFO or a device may block or
 have an effect; /dev/zero has no end.
 """
 
 import errno
 import os
 import stat
+import tempfile
 from typing import BinaryIO
 
 
@@ -54,6 +55,30 @@ def read_bytes(path: str, most: int) -> bytes:
     if len(data) > most:
         raise TooLong(path, len(data), most)
     return data
+
+
+def write_durable(path: str, content: bytes, unfinished: str) -> None:
+    """Write a file: the one at `path` is the old one or the new one at any moment, also after a power cut.
+
+    unfinished: how names of files end that are not complete; their beginning is the file's name.  Raises OSError."""
+    folder, fresh = os.path.dirname(os.path.abspath(path)), ""
+    try:
+        handle, fresh = tempfile.mkstemp(prefix=os.path.basename(path) + ".", suffix=unfinished, dir=folder)
+        with os.fdopen(handle, "wb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        os.chmod(fresh, 0o644)
+        os.replace(fresh, path)
+        fresh = ""
+        folder_handle = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(folder_handle)
+        finally:
+            os.close(folder_handle)
+    finally:
+        if fresh and os.path.exists(fresh):
+            os.unlink(fresh)
 
 
 def printable(text: str) -> str:

@@ -90,6 +90,7 @@ SETTINGS = {
     "RAMP_ANGLE": Setting(3.0, "deg", _number, lambda v: MIN_ANGLE <= v <= 90, _ANGLE_RULE),
     "ALLOWANCE": Setting(0.0, "mm", _number, lambda v: 0 <= v <= 100, "a length from 0 to 100 mm"),
     "STOCK_DIR": Setting("stock", "path", str, lambda v: v != "", "the path of a folder"),
+    "STATIONS": Setting("stations.toml", "path", str, lambda v: v != "", "the path of a TOML file"),
     "KEEP_STOCK": Setting(False, "", _yes_or_no, lambda v: True, "yes or no"),
     "GUARD_RAPID": Setting(True, "", _yes_or_no, lambda v: True, "yes or no"),
     "PLAN_TIME": Setting(10, "s", _whole, lambda v: 1 <= v <= 600, "a whole number of seconds from 1 to 600"),

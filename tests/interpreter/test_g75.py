@@ -233,7 +233,7 @@ def test_a_pattern_of_itself_ends():
 
 BAD = [
     ("G75", "word Q (number of the sub"), ("G75 Q7", "there is no sub O7"), ("G75 Q100 L0", "L0 is not a number of copies"),
-    ("G75 Q100 H4", "H4 is not a mirror"), ("G75 Q100 P3", "station P3 is not known"), ("G75 Q100 I5", "I, J and K are for more than one copy"),
+    ("G75 Q100 H4", "H4 is not a mirror"), ("G75 Q100 P3", "station P3 is not taught"), ("G75 Q100 I5", "I, J and K are for more than one copy"),
     ("G75 Q100 D5", "word D is not used here"), ("G18\nG75 Q100", "the plane is not G17"), ("G93\nG75 Q100 F5", "inverse time feed (G93) is on")]
 
 

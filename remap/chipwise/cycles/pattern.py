@@ -20,11 +20,13 @@ import numpy as np
 
 from chipwise.cycles.plan import CyclePlan, Note, Report
 from chipwise.errors import CycleError, braceless
-from chipwise.pattern.isometry import Isometry, moved, placed
+from chipwise.pattern.isometry import IDENTITY, Isometry, moved, placed
 from chipwise.pattern.recorded import Recorded, Step
 
 SAME_MM = 1e-7          # a coordinate read twice; the interpreter's doubles are better by far
 MAX_COPIES = 100_000
+MAX_TILT = 85.0         # degrees of a station on a machine whose tool does not turn: beyond it the cut has nothing of the pattern
+NOTED_TILT = 0.01       # degrees; from here on there is a note
 MIRRORS = (0, 1, 2, 3)
 
 
@@ -32,7 +34,8 @@ MIRRORS = (0, 1, 2, 3)
 class PatternRequest:
     """Words of the line; lengths mm, angles degrees.
 
-    mirror: 0 none, 1 X, 2 Y, 3 both; start: (x, y, z) of the tool; chord: of arcs that cannot stay arcs.
+    mirror: 0 none, 1 X, 2 Y, 3 both; start: (x, y, z) of the tool; chord: of arcs that cannot stay arcs; place: matrix and shift from the
+    coordinates of the station to work coordinates.
     """
 
     shift: tuple
@@ -45,6 +48,7 @@ class PatternRequest:
     step: tuple = (0.0, 0.0)
     turn: float = 0.0
     station: float = 0
+    place: tuple = (IDENTITY.matrix, IDENTITY.shift)
 
 
 def pattern_plan(request: PatternRequest, read: Callable[[tuple, bool], Recorded]) -> CyclePlan:
@@ -67,6 +71,8 @@ def pattern_plan(request: PatternRequest, read: Callable[[tuple, bool], Recorded
     if mirrored and first.own_cut:
         notes.append(Note(f"the cuts from line {first.own_cut} of the sub on are mirrored, climb cuts become conventional; the cycles of chipwise "
                           "keep theirs", {}))
+    if _tilt(request) > NOTED_TILT:
+        notes.append(Note(f"station {request.station:g} is tilted by {_tilt(request):.2f} degrees, and the tool's axis stays as it is", {}))
     return CyclePlan(tuple(moves), tuple(notes),
                      lambda: Report("pattern", {"copies": len(copies), "moves": len(moves)}))
 
@@ -77,16 +83,24 @@ def check(request: PatternRequest):
         raise CycleError(f"H{request.mirror:g} is not a mirror", "use H0 (none), H1 (X), H2 (Y) or H3 (both)")
     if not 1 <= request.copies <= MAX_COPIES:
         raise CycleError(f"L{request.copies:g} is not a number of copies", f"use a whole number from 1 to {MAX_COPIES}")
-    if request.station != 0:
-        raise CycleError(f"station P{request.station:g} is not known", "leave P out")
+    tilt = _tilt(request)
+    if tilt > MAX_TILT:
+        raise CycleError(f"station P{request.station:g} is tilted by {tilt:.1f} degrees, more than {MAX_TILT:g}: the tool's axis stays as it is",
+                         "see whether points 2 and 3 are interchanged")
     if request.copies == 1 and (request.step != (0.0, 0.0) or request.turn):
         raise CycleError("I, J and K are for more than one copy", "add L, or use X, Y and R")
+
+
+def _tilt(request):
+    """Degrees between the station's Z and Z."""
+    x, y, z = (row[2] for row in request.place[0])
+    return math.degrees(math.atan2(math.hypot(x, y), z))
 
 
 def copy_of(request: PatternRequest, c: int) -> Isometry:
     """The isometry of copy c."""
     x, y, z = request.shift
-    return placed(int(request.mirror), request.rotation + c * request.turn, (x + c * request.step[0], y + c * request.step[1], z))
+    return Isometry(*request.place).after(placed(int(request.mirror), request.rotation + c * request.turn, (x + c * request.step[0], y + c * request.step[1], z)))
 
 
 class _Runs:

@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """G75: words -> the fields of a PatternRequest, and the PatternJob of its sub.  Called by codes.py through session.run_cycle."""
 
+import os
+
 from chipwise.errors import CycleError
-from chipwise.glue import known_stock, shape
+from chipwise.glue import known_stock, shape, stations
 from chipwise.pattern import hand
-from chipwise.pattern.job import PatternJob
+from chipwise.pattern.job import DEPTH, PatternJob
 
 WORDS = "qxyzrhlijkp"
 
@@ -16,29 +18,37 @@ def order(state):
     state.check_words(WORDS)
     if not state.interp.feed_mode == 0:
         raise CycleError("feed per revolution (G95) is on", "program G94 before")
-    fields = _fields(state)
-    return state.order("pattern", fields, _job(state, fields["shift"][2]))
+    number = state.number("p") or 0
+    if number and os.environ.get(DEPTH, "0") != "0":
+        raise CycleError(f"station P{number:g} in a sub that is run as a pattern: its place would be moved with the pattern",
+                         "use P in the program itself")
+    station = stations.place_of(state, number) if number else None
+    fields = _fields(state, station)
+    up = fields["shift"][2]
+    if station:
+        fields["station"], fields["place"] = number, (station.matrix, station.shift)
+        up = station.point(fields["shift"])[2] if stations.is_level(station) else None
+    return state.order("pattern", fields, _job(state, up))
 
 
-def _fields(state):
-    """Words of the line -> fields of a PatternRequest (mm, degrees)."""
+def _fields(state, station):
+    """Words of the line -> fields of a PatternRequest (mm, degrees).  station: the Isometry from its coordinates to work coordinates."""
     here = state.position()
     shift = []
-    for letter, now in zip("xyz", here):
+    for letter, now in zip("xyz", station.back(here) if station else here):
         value = state.length(letter)
         shift.append(0.0 if value is None else now + value if state.incremental else value)
     copies = state.number("l")
     return dict(shift=tuple(shift), start=here, chord=state.settings["CHORD"], rotation=state.number("r") or 0.0,
                 mirror=state.number("h") or 0, copies=1 if copies is None else copies,
-                step=(state.length("i") or 0.0, state.length("j") or 0.0), turn=state.number("k") or 0.0,
-                station=state.number("p") or 0)
+                step=(state.length("i") or 0.0, state.length("j") or 0.0), turn=state.number("k") or 0.0)
 
 
 def _job(state, up):
-    """The sub as it would be called here, in a pattern that is shifted up by so much (mm)."""
+    """The sub as it would be called here, in a pattern that is shifted up by so much (mm); None: tilted."""
     interp, params = state.interp, state.interp.params
     turn = (3 if params["_spindle_cw"] else 4) if params["_spindle_on"] else 5
     motion, top = interp.motion_mode, known_stock.top(interp)
     return PatternJob(shape.job(state, shape.sub_number(state)), mirrored=hand.mirrored,
                       spindle=(turn, float(interp.speed[0])), coolant=(bool(params["_mist"]), bool(params["_flood"])),
-                      motion=motion // 10 if motion in _MODES else 0, stock_top=None if top is None else top - up)
+                      motion=motion // 10 if motion in _MODES else 0, stock_top=None if top is None or up is None else top - up)

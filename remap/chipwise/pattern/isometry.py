@@ -39,6 +39,11 @@ class Isometry:
         """The point that becomes this one."""
         return tuple((np.array(self.matrix).T @ (np.array(point) - np.array(self.shift))).tolist())
 
+    def inverse(self) -> "Isometry":
+        """The one that leads back."""
+        matrix = np.array(self.matrix).T
+        return Isometry(tuple(map(tuple, matrix.tolist())), tuple((-matrix @ np.array(self.shift)).tolist()))
+
     @property
     def mirrors(self) -> bool:
         """Whether a left hand becomes a right one."""
@@ -48,6 +53,9 @@ class Isometry:
         """This one after another."""
         matrix = np.array(self.matrix) @ np.array(first.matrix)
         return Isometry(tuple(map(tuple, matrix.tolist())), self.point(first.shift))
+
+
+IDENTITY = Isometry(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), (0.0, 0.0, 0.0))
 
 
 def placed(mirror: int, degrees: float, shift: tuple) -> Isometry:

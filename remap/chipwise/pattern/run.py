@@ -18,6 +18,7 @@ from chipwise.errors import CycleError, braceless
 from chipwise.ini import expanded, section_of
 from chipwise.machine import rs274
 from chipwise.pattern.check import check_text, refuse_odd
+from chipwise.pattern.job import DEPTH
 from chipwise.pattern.recorded import ARC, AXIS_OF_PLANE, Code, Recorded, Step
 from chipwise.sub_process import call_of, decimal, run_sub
 
@@ -25,7 +26,6 @@ RUNNER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "runner.py")
 CPU_S = 5.0             # computing time of LinuxCNC's interpreter for one run of the sub; cycles in it have their own budget
 MAX_MOVES = 200_000     # of one run of the sub
 MAX_DEPTH = 8           # patterns in patterns
-DEPTH = "CHIPWISE_PATTERN_DEPTH"        # environment: how many patterns this process is in
 _SETTLED = ("", "%")
 
 

@@ -22,7 +22,6 @@ import math
 import os
 import stat
 import struct
-import tempfile
 import time
 import zlib
 from dataclasses import asdict, dataclass
@@ -31,7 +30,7 @@ from typing import Any, NoReturn, Optional
 
 import numpy as np
 
-from chipwise.files import TooLong, read_bytes
+from chipwise.files import TooLong, read_bytes, write_durable
 from chipwise.stock import layout
 from chipwise.stock.core import CELL_DTYPE
 from chipwise.stock.reasons import BROKEN, DISK, NO_FILE, OTHER_CELL, OTHER_VERSION, TOO_LARGE
@@ -205,29 +204,12 @@ def _remove_remains(path: str) -> None:
 
 def write(path: str, head: Head, cells: np.ndarray) -> None:
     """Save; the file at `path` is the old one or the new one at any moment.  Raises StoreError."""
-    folder = os.path.dirname(os.path.abspath(path))
-    fresh = None
     try:
-        os.makedirs(folder, exist_ok=True)
+        os.makedirs(os.path.dirname(os.path.abspath(path)), exist_ok=True)
         _remove_remains(path)
-        handle, fresh = tempfile.mkstemp(prefix=os.path.basename(path) + ".", suffix=UNFINISHED, dir=folder)
-        with os.fdopen(handle, "wb") as file:
-            file.write(pack(head, cells))
-            file.flush()
-            os.fsync(file.fileno())
-        os.chmod(fresh, 0o644)
-        os.replace(fresh, path)
-        fresh = None
-        folder_handle = os.open(folder, os.O_RDONLY)
-        try:
-            os.fsync(folder_handle)
-        finally:
-            os.close(folder_handle)
+        write_durable(path, pack(head, cells), UNFINISHED)
     except OSError as error:
         raise StoreError(DISK, f"{path}: {error.strerror}") from error
-    finally:
-        if fresh and os.path.exists(fresh):
-            os.unlink(fresh)
 
 
 def read(path: str, cell: Optional[float] = None, most_cells: int = layout.MAX_CELLS) -> tuple[Head, np.ndarray]:

@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""List, check and edit the stations taught with M255.
+
+A station is usable with points 1, 2 and 3. Lengths are mm, machine coordinates of the tool's tip. The residual is the distance of
+a point from the station's XY plane: with three points it is 0 and says nothing.
+
+Exit status: 0 all stations are usable, 1 one is not, 2 the file cannot be read or changed.
+"""
+
+import json
+import math
+import os
+
+from chipwise.cli.machine_options import refuser
+from chipwise.cli.output import unwritable, write_whole
+from chipwise.errors import CycleError, format_length
+from chipwise.settings import load_settings
+from chipwise.stations import frame, store
+
+NAME = 'stations'
+HELP = 'list, check and edit the stations of M255'
+
+refuse = refuser(NAME)
+
+
+def add_arguments(parser):
+    parser.add_argument('--ini', metavar='INI', help='the machine (default: INI_FILE_NAME)')
+    parser.add_argument('--file', metavar='FILE', help='file of the stations (default: [CHIPWISE]STATIONS of the INI file)')
+    parser.add_argument('--error', type=float, default=0.01, metavar='MM', help='how far a taught point may be off (default: 0.01)')
+    parser.add_argument('--at', nargs=3, type=float, metavar=('X', 'Y', 'Z'),
+                        help='the error there too, in coordinates of the station')
+    parser.add_argument('--json', metavar='FILE', help='the figures, for programs')
+    change = parser.add_mutually_exclusive_group()
+    change.add_argument('--set', nargs=5, metavar=('P', 'Q', 'X', 'Y', 'Z'), help='put a point into a station')
+    change.add_argument('--level', type=int, metavar='P', help='give all points of a station the Z of point 1')
+    change.add_argument('--remove', type=int, metavar='P', help='remove a station')
+    parser.error = refuse
+
+
+def run(options):
+    """-> exit status."""
+    if not (math.isfinite(options.error) and 0 < options.error <= 100):
+        refuse(f'--error {options.error:g} is not a length above 0 mm, at most 100')
+    if options.at and not all(map(math.isfinite, options.at)):
+        refuse('--at needs three finite numbers')
+    if options.json and unwritable(options.json):
+        refuse('; '.join(unwritable(options.json)))
+    try:
+        path = options.file or _file_of(options)
+        change(path, options)
+        found = {number: figures(points, options) for number, points in sorted(store.load(path).items())}
+    except CycleError as error:
+        refuse(str(error).removeprefix('chipwise: '))
+    print('\n'.join(line for number, result in found.items() for line in text_of(number, result)) or f'{path}: there are no stations')
+    if options.json:
+        write_whole(options.json, json.dumps({'file': path, 'stations': found}, indent=1) + '\n')
+    return 1 if any('problem' in result for result in found.values()) else 0
+
+
+def _file_of(options):
+    settings = load_settings(options.ini)
+    if not settings.folder and not (options.ini or os.environ.get('INI_FILE_NAME')):
+        refuse('no machine is named; use --ini INI or --file FILE')
+    return settings.path('STATIONS')
+
+
+def change(path, options):
+    """--set, --level, --remove."""
+    if options.set:
+        numbers = [_whole(text, most, what) for text, most, what in zip(
+            options.set, (store.MAX_STATION, store.MAX_POINT), ('station P', 'point Q'))]
+        place = [_length(text) for text in options.set[2:]]
+        frame.check_point(numbers[1], place)
+        store.teach(path, *numbers, place)
+    if options.level is not None:
+        points = _station(path, options.level)
+        if frame.ORIGIN not in points:
+            refuse(f'station {options.level} has no point 1, whose Z the others would get')
+        for number, (x, y, _z) in points.items():
+            store.teach(path, options.level, number, (x, y, points[frame.ORIGIN][2]))
+    if options.remove is not None:
+        _station(path, options.remove)
+        store.remove(path, options.remove)
+
+
+def _station(path, number):
+    """The points of a station that is there."""
+    stations = store.load(path)
+    if number not in stations:
+        refuse(f'{path}: there is no station {number}; there are {", ".join(map(str, sorted(stations))) or "none"}')
+    return stations[number]
+
+
+def _whole(text, most, what):
+    if not (text.isascii() and text.isdigit() and len(text) <= 4 and 1 <= int(text) <= most):
+        refuse(f'--set: {what}{text} is not from 1 to {most}')
+    return int(text)
+
+
+def _length(text):
+    try:
+        return float(text)
+    except ValueError:
+        refuse(f'--set: {text} is not a number')
+
+
+def figures(points, options):
+    """What is to be said of a station."""
+    found = {'points': {str(number): list(place) for number, place in sorted(points.items())}}
+    try:
+        made = frame.frame_of(points)
+    except CycleError as error:
+        return {**found, 'problem': str(error).removeprefix('chipwise: ')}
+    found.update(origin=list(made.origin), matrix=[list(row) for row in made.matrix], tilt=made.tilt,
+                 turn=math.degrees(math.atan2(made.matrix[1][0], made.matrix[0][0])), residuals=made.residuals, error=options.error,
+                 error_at_points=max(made.predicted_error(made.local(place), options.error) for _, place in made.points))
+    if options.at:
+        found.update(at=options.at, error_at=made.predicted_error(options.at, options.error))
+    return found
+
+
+def text_of(number, result):
+    """Lines for the terminal."""
+    points = result['points']
+    if 'problem' in result:
+        yield f'station {number}: not usable: {result["problem"]}'
+    else:
+        yield f'station {number}: X axis at {round(result["turn"], 4) + 0.0:.4f} degrees, tilt {result["tilt"]:.4f} degrees'
+    for name, place in points.items():
+        residual = f'   residual {result["residuals"][int(name)]:+.4f}' if len(points) > 3 and 'problem' not in result else ''
+        yield f'  point {name:>2} ' + ' '.join(f'{axis}{value:.4f}' for axis, value in zip('XYZ', place)) + residual
+    if 'problem' not in result:
+        yield (f'  if each point is off by {format_length(result["error"])}, the station is off by up to '
+               f'{format_length(result["error_at_points"])} at the points'
+               + (f', {format_length(result["error_at"])} at X{result["at"][0]:g} Y{result["at"][1]:g} Z{result["at"][2]:g}' if 'at' in result else ''))
