@@ -72,7 +72,7 @@ def run(summary, ini, deadline, folder):
         started, idle_s = time.monotonic(), 0.0
         try:
             idle_s = machine.run_program()
-            summary['finished'] = not machine.failed
+            summary['finished'] = not machine.failure
         finally:
             summary['cycle_s'] = round(time.monotonic() - started - idle_s, 3)
             sampler.stop()
@@ -81,6 +81,8 @@ def run(summary, ini, deadline, folder):
     finally:
         machine.collect_messages()
         summary['errors'] += machine.errors
+        if machine.failure and not summary['errors']:
+            summary['errors'].append('chipwise-headless: %s' % machine.failure)
 
 
 def add_figures(summary, sampler, period, idle_s, machine):

@@ -68,7 +68,7 @@ class Session:
         self.channel = linuxcnc.error_channel()
         self.errors = []
         self.messages = []
-        self.failed = False                 # the task reported an error state
+        self.failure = ''                   # why the program does not count as finished: the task's error state
         self.guard = Guard()
 
     # --- polling ------------------------------------------------------------
@@ -80,8 +80,15 @@ class Session:
         except linuxcnc.error as error:
             raise SessionError('LinuxCNC does not answer: %s' % error) from error
         if self.status.state == linuxcnc.RCS_ERROR:
-            self.failed = True
+            self.note_failure('in an error state')
         self.collect_messages()
+
+    def note_failure(self, what):
+        """Keep what the task reports, and at which line: the first report is the cause."""
+        s = self.status
+        if not self.failure:
+            self.failure = ('LinuxCNC was %s at line %d (interpreter %d, execution %d, motion line %d)'
+                            % (what, s.current_line, s.interp_state, s.exec_state, s.motion_line))
 
     def collect_messages(self):
         while True:
@@ -159,7 +166,7 @@ class Session:
         if self.status.task_state != linuxcnc.STATE_ON:
             raise SessionError('the machine went off while the program ran')
         if self.status.interpreter_errcode == INTERP_ERROR:
-            self.failed = True
+            self.note_failure('left with an interpreter error')
         return time.monotonic() - idle_since
 
 
