@@ -4,7 +4,9 @@
 
 #define CHIP_MERGE_DEVIATION 1e-3 /* mm a merged segment may deviate, at most [5] */
 #define CHIP_BACK_CELLS 1.5       /* cells of the path before a segment that count for a round end [4] */
-#define CHIP_HEADING_CORNER 0.1   /* rad, a larger turn is a corner */
+#define CHIP_HEADING_CORNER 0.1   /* rad, a larger turn is a corner; of the slope, mm per mm */
+#define CHIP_STRAIGHT_MAX 1.0     /* mm of straight path that are remembered [4] */
+#define CHIP_PLUNGE_SLOPE 10.0    /* mm per mm, a steeper path is a plunge [4] */
 /* of the radius: an end that meets stock only up to there has no outline in it */
 #define CHIP_INNER_SHARE 0.98
 
@@ -67,33 +69,39 @@ void chip_sweep_to(struct chip_sweep *sweep, const double tip[3])
     for (i = 0; i < 3; i++) sweep->queue[slot][i] = tip[i];
 }
 
-/* [4] How far before the segment's start, mm, the tool was on its line: less if the path bends. */
-static double straight_before(const struct chip_sweep *sweep, const struct chip_sweep_segment *segment, double cell)
+/* How far back, mm, a path that turns or tilts by `bend` over `length` stays within CHIP_MERGE_DEVIATION of its line [4]. */
+static double line_before(double length, double bend)
 {
-    double far = chip_min(sweep->straight, CHIP_BACK_CELLS * cell), turn;
-    if (!(far > 0.0) || segment->dz != 0.0 || !(segment->length > 0.0)) return 0.0;
-    if (segment->dx * sweep->heading[0] + segment->dy * sweep->heading[1] <= 0.0) return 0.0;
-    turn = fabs(segment->dy * sweep->heading[0] - segment->dx * sweep->heading[1]) / segment->length;
+    if (bend > CHIP_HEADING_CORNER) return 0.0;
+    return bend > 0.0 ? chip_sqrt(2.0 * CHIP_MERGE_DEVIATION * length / bend) : CHIP_STRAIGHT_MAX;
+}
+
+/* [4] How far before the start of the segment (dx, dy, dz), mm in XY, the tool was on its line: less if the path bends. */
+static double straight_before(const struct chip_sweep *sweep, double dx, double dy, double dz, double length)
+{
+    double turn, tilt;
+    if (!(sweep->straight > 0.0) || !(length > 0.0)) return 0.0;
+    if (dx * sweep->heading[0] + dy * sweep->heading[1] <= 0.0) return 0.0;
     CHIP_FAULT(ONE_SEGMENT_ONLY, return 0.0);
-    if (turn > CHIP_HEADING_CORNER) return 0.0;
-    return chip_min(far, turn > 0.0 ? chip_sqrt(2.0 * CHIP_MERGE_DEVIATION * segment->length / turn) : far);
+    CHIP_FAULT(RAMPS_BY_ONE_SEGMENT, if (dz != 0.0) return 0.0);
+    turn = fabs(dy * sweep->heading[0] - dx * sweep->heading[1]) / length;
+    tilt = fabs(dz / length - sweep->rise);
+    return chip_min(sweep->straight, line_before(length, chip_max(turn, tilt)));
 }
 
 /* [4] The segment is finished. */
 static void note_straight(struct chip_sweep *sweep, const double from[3], const double to[3])
 {
-    double dx = to[0] - from[0], dy = to[1] - from[1], length = chip_sqrt(dx * dx + dy * dy), turn;
-    if (!(length > 0.0) || to[2] != from[2]) {
+    double dx = to[0] - from[0], dy = to[1] - from[1], dz = to[2] - from[2];
+    double length = chip_sqrt(dx * dx + dy * dy), before = straight_before(sweep, dx, dy, dz, length);
+    if (!(length > 0.0) || fabs(dz) > CHIP_PLUNGE_SLOPE * length) {
         sweep->straight = 0.0;
         return;
     }
-    dx /= length;
-    dy /= length;
-    turn = fabs(dy * sweep->heading[0] - dx * sweep->heading[1]);
-    if (dx * sweep->heading[0] + dy * sweep->heading[1] <= 0.0 || turn > CHIP_HEADING_CORNER) sweep->straight = 0.0;
-    sweep->straight = chip_min(sweep->straight + length, 1.0);
-    sweep->heading[0] = dx;
-    sweep->heading[1] = dy;
+    sweep->straight = chip_min(before + length, CHIP_STRAIGHT_MAX);
+    sweep->heading[0] = dx / length;
+    sweep->heading[1] = dy / length;
+    sweep->rise = dz / length;
 }
 
 static struct chip_sweep_segment make_segment(const struct chip_sweep *sweep, const struct chip_stock *stock,
@@ -101,7 +109,7 @@ static struct chip_sweep_segment make_segment(const struct chip_sweep *sweep, co
 {
     const double *from = sweep->at, *to = sweep->queue[0];
     struct chip_sweep_segment segment;
-    double inner;
+    double inner, lowest;
     int level_or_up = to[2] >= from[2];
 
     segment.x = from[0];
@@ -113,19 +121,22 @@ static struct chip_sweep_segment make_segment(const struct chip_sweep *sweep, co
     segment.length2 = segment.dx * segment.dx + segment.dy * segment.dy;
     segment.length = chip_sqrt(segment.length2);
     segment.per_length2 = segment.length2 > 0.0 ? 1.0 / segment.length2 : 0.0;
+    segment.flat_end = chip_tool_is_flat(tool);
     segment.earliest = 0.0;
+    if (!segment.flat_end)
+        segment.earliest = -chip_min(straight_before(sweep, segment.dx, segment.dy, segment.dz, segment.length),
+                                     CHIP_BACK_CELLS * stock->cell)
+                         * segment.length * segment.per_length2;
+    lowest = segment.z + chip_min(segment.dz, segment.earliest * segment.dz);
     segment.margin = stock->cell * 0.7071067811865476;
     segment.cell_area = stock->cell * stock->cell;
-    segment.reach = chip_tool_reach(tool, stock->z_max - (segment.z + chip_min(segment.dz, 0.0)));
-    segment.bottom = (float)chip_max(segment.z + chip_min(segment.dz, 0.0), stock->z_min);
+    segment.reach = chip_tool_reach(tool, stock->z_max - lowest);
+    segment.bottom = (float)chip_max(lowest, stock->z_min);
     inner = tool->radius - segment.margin;
     segment.inner2 = inner > 0.0 ? inner * inner : -1.0;
     inner = (tool->r_flat < tool->radius ? tool->r_flat : tool->radius) - segment.margin;
     segment.floor2 = inner > 0.0 ? inner * inner : -1.0;
     segment.outer2 = (segment.reach + segment.margin) * (segment.reach + segment.margin);
-    segment.flat_end = chip_tool_is_flat(tool);
-    if (!segment.flat_end)
-        segment.earliest = -straight_before(sweep, &segment, stock->cell) * segment.length * segment.per_length2;
     /* its rim is above the stock */
     if (segment.reach < CHIP_INNER_SHARE * tool->radius) segment.inner2 = segment.outer2;
     segment.flat = segment.flat_end && segment.dz == 0.0;

@@ -17,8 +17,8 @@
  *     lies inside.
  *  4. What the segment before has cut already (behind a tool that does not descend, and
  *     the disc below its flat part) is skipped, so the cost grows with the newly swept cells.
- *     If the tool came straight and level to the segment's start, a cell below a round end is cut by
- *     that path too: each of its points by the nearest tool position, in whatever segment that was.
+ *     If the tool came straight to the segment's start, level or sloping, a cell below a round end is cut by
+ *     that path too: each of its points by the lowest tool position, in whatever segment that was.
  *  5. Segments that wait and continue straight are merged: a falling tool sweeps its whole disc in every
  *     segment, and if that exceeds a period's bound there are fewer segments, not a longer queue.
  */
@@ -38,8 +38,9 @@ struct chip_sweep {
     int start_is_cut;                  /* the tool, as it is now, has cut all round at `at` */
     int row, row_end;                  /* rows of the segment to queue[0] still to be cut; row < 0: not begun */
     int column;                        /* the first column of that row still to be cut */
-    double heading[2];                 /* unit vector of the last segment, */
-    double straight;                   /* mm it went level and straight, as far as a round end needs it [4] */
+    double heading[2];                 /* unit vector of the last segment in XY, */
+    double rise;                       /* mm per mm of XY it rose by, */
+    double straight;                   /* mm of XY it went straight, as far as a round end needs it [4] */
     double deviation;                  /* mm the newest segment deviates by because it was merged [5] */
 };
 

@@ -44,20 +44,20 @@ static double height_at(const struct chip_sweep_segment *segment, const struct c
     return segment->z + t * segment->dz + profile(tool, axis_distance2(segment, px, py, t));
 }
 
-/* The part [lo, hi] of the segment in which the tool's disc covers the point; 0 if none. */
+/* The part [lo, hi] of the segment, and of its line before it [4], in which the tool's disc covers the point; 0 if none. */
 static int covering(const struct chip_sweep_segment *segment, double radius, double px, double py, double *lo,
                     double *hi)
 {
     double along = px * segment->dx + py * segment->dy;
     double off2 = px * px + py * py - radius * radius;
     double root;
-    *lo = 0.0;
+    *lo = segment->earliest;
     *hi = 1.0;
     if (segment->length2 <= 0.0) return off2 <= 0.0;
     root = along * along - segment->length2 * off2;
     if (root < 0.0) return 0;
     root = chip_sqrt(root);
-    *lo = chip_max(0.0, (along - root) * segment->per_length2);
+    *lo = chip_max(segment->earliest, (along - root) * segment->per_length2);
     *hi = chip_min(1.0, (along + root) * segment->per_length2);
     return *lo <= *hi;
 }

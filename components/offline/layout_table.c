@@ -427,6 +427,8 @@ const struct chip_layout_entry chip_layout_table[] = {
     { "chip_sweep.column size", sizeof(((struct chip_sweep *)0)->column) },
     { "chip_sweep.heading", offsetof(struct chip_sweep, heading) },
     { "chip_sweep.heading size", sizeof(((struct chip_sweep *)0)->heading) },
+    { "chip_sweep.rise", offsetof(struct chip_sweep, rise) },
+    { "chip_sweep.rise size", sizeof(((struct chip_sweep *)0)->rise) },
     { "chip_sweep.straight", offsetof(struct chip_sweep, straight) },
     { "chip_sweep.straight size", sizeof(((struct chip_sweep *)0)->straight) },
     { "chip_sweep.deviation", offsetof(struct chip_sweep, deviation) },

@@ -79,3 +79,59 @@ def test_volume_in_servo_steps(name):
             for point in points:
                 cutter.to(point)
             assert stock.head.removed == pytest.approx(volume, rel=limit), (angle, cell)
+
+
+def needle_volume(tool, joints, half_width):
+    """Volume above the lowest surface of a tool whose tip goes along the joints (x, z), in a block with its top at 0:
+    needles on a grid, each cut by a tip every 0.02 mm."""
+    reference = profiles.reference_tool(tool)
+    x_of, z_of = np.array(joints).T
+    length, rows = x_of[-1] - x_of[0], math.ceil(half_width / 0.06)
+    step = half_width / rows                                # a row ends at the tool's side
+    at = np.linspace(x_of[0], x_of[-1], round(length / 0.02) + 1)
+    tips = np.interp(at, x_of, z_of)
+    x = np.arange(x_of[0] - half_width + 0.5 * step, x_of[-1] + half_width, step)
+    total = 0.0
+    for y in step * (np.arange(rows) + 0.5):                # the other half is the same
+        r = np.hypot(x[:, None] - at[None, :], y)
+        surface = np.where(r <= reference.radius, reference.surface(np.minimum(r, reference.radius)) + tips, 0.0)
+        total += float(np.maximum(0.0, -surface.min(axis=1)).sum())
+    return 2.0 * total * step * step
+
+
+def volume_cut(tool, joints, angle, cell):
+    """What the core removes along the joints in servo steps of 0.05 mm."""
+    stock = core.Stock((-12.03, -12.02, -8.0), (12.02, 12.11, 0.0), cell)
+    cutter = core.Cutter(stock, core.Tool(*tool), (*profiles.along(angle, 0.0, joints[0][0]), joints[0][1]))
+    for (x0, z0), (x1, z1) in zip(joints, joints[1:]):
+        steps = max(1, round(abs(x1 - x0) / 0.05))
+        for n in range(1, steps + 1):
+            cutter.to((*profiles.along(angle, 0.0, x0 + (x1 - x0) * n / steps), z0 + (z1 - z0) * n / steps))
+    return stock.head.removed
+
+
+def check_volumes(tool, joints, angles=(0.0, 17.0, 73.0)):
+    """Within LIMIT of the needles, whichever end it begins at."""
+    volume = needle_volume(tool, joints, tool[0] / 2.0)
+    off = {(cell, angle, path[0]): volume_cut(tool, path, angle, cell) / volume - 1.0
+           for cell in LIMIT for angle in angles for path in (joints, joints[::-1])}
+    print({case: f"{100.0 * error:.3f} %" for case, error in off.items()})
+    bad = {case: f"{100.0 * error:.3f} %" for case, error in off.items() if abs(error) > LIMIT[case[0]]}
+    assert not bad, bad
+
+
+RAMPS = {"vee 60": (2.0, 2.2), "vee 120": (1.5, 0.5), "taper D6": (0.4, 2.0), "ball D6": (0.2, 2.4), "bull D10": (2.0, 1.0),
+         "ball D3.175": (0.3, 1.6)}
+
+
+@pytest.mark.parametrize("name", RAMPS)
+def test_volume_on_a_ramp(name):
+    """A sloping groove in servo steps, up or down, in odd directions: the needles' volume."""
+    check_volumes(profiles.TOOLS[name], [(-4.5, -RAMPS[name][0]), (4.5, -RAMPS[name][1])])
+
+
+@pytest.mark.parametrize("name", ["vee 60", "ball D3.175"])
+def test_a_bend_ends_the_line(name):
+    """Short chords that tilt at each joint, as in a relief: the tool is not taken to have come along the new chord."""
+    joints = [(-4.2 + 0.4 * n, -2.0 + 0.05 * (n % 2)) for n in range(22)]
+    check_volumes(profiles.TOOLS[name], joints, angles=(17.0,))

@@ -32,6 +32,7 @@ FAULTS = {
     "EDGE_SMEARED": ("walls at the tool's edge smeared", "test_profiles.py::test_area[flat D6, depth 3]"),
     "CONE_AS_CYLINDERS": ("a cone treated as cylinders", "test_profiles.py::test_area[taper D8, 40 % beside]"),
     "ONE_SEGMENT_ONLY": ("points of a cell cut by one segment only", "test_profiles.py::test_volume_in_servo_steps[vee 60]"),
+    "RAMPS_BY_ONE_SEGMENT": ("points of a cell on a ramp cut by one segment only", "test_profiles.py::test_volume_on_a_ramp[vee 60]"),
     "CELLS_WHOLE": ("cells cut wholly or not at all", "test_section.py::test_section[side flat 10 % 0 deg]"),
     "LOOKAHEAD_OFF": ("look-ahead off", "test_feed.py::test_ahead_is_braked_in_time"),
     "ARCS_STRAIGHT": ("arcs treated as straight", "test_lookahead.py::test_arc_and_helix_are_followed"),

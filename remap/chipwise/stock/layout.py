@@ -546,6 +546,7 @@ class Sweep(C.Structure):
         ("row_end", C.c_int),
         ("column", C.c_int),
         ("heading", C.c_double * 2),
+        ("rise", C.c_double),
         ("straight", C.c_double),
         ("deviation", C.c_double),
     ]
