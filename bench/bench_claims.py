@@ -51,6 +51,12 @@ def conditions(seed, count):
                                       rng.random() < 0.3) for _ in range(count)]
 
 
+def own_tools(text):
+    """{number: (judging.Tool, length)} of the tools a program of nc_files/ changes to; they are flat in the sample table."""
+    diameters = dict(re.findall(r"^T(\d+) .*?\bD([\d.]+)", (ROOT / "configs" / "mill.tbl").read_text(), re.M))
+    return {int(number): (judging.Tool(float(diameters[number])), 0.0) for number in re.findall(r"^T(\d+)\s*M6", text, re.M)}
+
+
 def own_programs():
     """{name: foreign.Program} of nc_files/, described by their own comments and the sample tables."""
     found = {}
@@ -58,17 +64,9 @@ def own_programs():
         text = path.read_text()
         if not re.search(r"^M251", text, re.M):
             continue
-        radius, low, high, _target = bench_time.facts(text)
-        number = int(re.search(r"^T(\d+)\s*M6", text, re.M).group(1))
-        found[path.stem] = foreign.Program(path.stem, text, judging.Blank.corners(low, high),
-                                           {number: (judging.Tool(2.0 * radius), 0.0)}, "own")
+        _radius, low, high, _target = bench_time.facts(text)
+        found[path.stem] = foreign.Program(path.stem, text, judging.Blank.corners(low, high), own_tools(text), "own")
     return found
-
-
-# --- what is made for a run ---------------------------------------------------------------------
-
-
-# --- what the judge gets ------------------------------------------------------------------------
 
 
 # --- cycle / optimum ----------------------------------------------------------------------------

@@ -11,6 +11,7 @@ import time
 import pytest
 
 from chipwise.headless import runner
+from support import operate
 
 pytestmark = pytest.mark.machine
 
@@ -162,6 +163,13 @@ def test_speed():
     done = sandbox('--speed', '10', '--', sys.executable, '-c', BOTH_CLOCKS)
     first, began, last, ended = (float(word) for word in done.stdout.split())
     assert last - first >= 10 and (last - first) / (ended - began) == pytest.approx(10, rel=0.05)
+
+
+def test_a_fast_clock_leaves_the_processes_their_time(tmp_path):
+    """LinuxCNC's processes wait for each other's shared buffers in real time: 2 s of that are 20 s of the clock."""
+    assert operate.operate(tmp_path, [['hold status', 2], ['mdi', 'G0 X1'], ['position']], speed=10)[1:] == [[], pytest.approx([1.0, 0.0, 90.0], abs=1e-6)]
+    text = (tmp_path / 'linuxcnc.txt').read_text()
+    assert 'semaphore' not in text, text
 
 
 CLIENTS = """

@@ -24,6 +24,7 @@
     ["freeze_worker"], ["thaw_worker"]   stop that process with SIGSTOP, let it go on
     ["kill_monitor_in", line, what, seconds]    begin an MDI line; kill the monitor so long after it has begun to "hold" the
                                     map, or to write a file in the folder `what`; the line goes on
+    ["hold status", seconds]        take LinuxCNC's status buffer for so long, in real time, as a process does that is stopped meanwhile
     ["busy", number]                so many processes that do nothing but work, until the end
     ["start_monitor"]               as from a shell, without LinuxCNC's environment; waits until it is ready
     ["mdi_end"]                     wait for the end of that line; answer: the operator errors it raised
@@ -61,6 +62,7 @@ The answers go to CHIPWISE_ANSWERS as one JSON list.
 """
 
 import contextlib
+import ctypes
 import json
 import operator as relations
 import os
@@ -87,9 +89,18 @@ BEGINNING = ('start', 'begin', 'run from', 'run_from', 'mdi quietly', 'resume', 
 LOOKING = ('until', 'over', 'sleep', 'pins')            # these do nothing to the machine
 IDLE_POLLS = 20             # a program that has been idle so often is over, however short it was
 SETTLE_S = 0.3      # the monitor's messages come this late at most
-PATIENCE_S = 300        # for all steps from the start, or a step "fresh", on
+# In real time, however fast the clock is: a busy computer takes that longer.
+PATIENCE_S = 120 * session.SPEED    # for all steps from the start, or a step "fresh", on
+WAIT_S = 60 * session.SPEED         # for one
 FRESH = ('M252', 'M52 P0', 'G17 G21 G40 G49 G54 G80 G90 G91.1 G94 G97 G64 P0.01 M48 M5', 'G10 L2 P1 X0 Y0 Z0 R0', 'G92.1',
          'G53 G0 Z89.9', 'G53 G0 X0 Y0', 'T0 M6', 'M250 P-49 Q-49 R-59 I1 J1 K1')   # RS274NGC_STARTUP_CODE of the INI files, and more
+
+STATUS_KEY = 1002
+
+
+class SemaphoreOperation(ctypes.Structure):
+    """struct sembuf of <sys/sem.h>."""
+    _fields_ = [(name, ctypes.c_short) for name in ('sem_num', 'sem_op', 'sem_flg')]
 
 
 def send(pid, number):
@@ -149,10 +160,10 @@ class Operator:
         return self.machine.messages
 
     def hear(self, said, text):
-        """What is said for a while, or until something said contains the text (60 s at most)."""
+        """What is said for a while, or until something said contains the text (WAIT_S at most)."""
         time.sleep(SETTLE_S)
         self.machine.poll()
-        end = time.monotonic() + 60
+        end = time.monotonic() + WAIT_S
         while text is not None and not any(text in one for one in said()) and time.monotonic() < end:
             time.sleep(0.05)
             self.machine.poll()
@@ -160,8 +171,8 @@ class Operator:
     def mdi(self, line):
         self.machine.set_mode(linuxcnc.MODE_MDI, 'MDI')
         self.machine.command.mdi(line)
-        self.machine.command.wait_complete(120)
-        self.machine.wait('end of ' + line, lambda s: s.interp_state == linuxcnc.INTERP_IDLE and s.inpos, 120)
+        self.machine.command.wait_complete(WAIT_S)
+        self.machine.wait('end of ' + line, lambda s: s.interp_state == linuxcnc.INTERP_IDLE and s.inpos, WAIT_S)
         return self.errors()
 
     def mdi_quietly(self, line):
@@ -175,7 +186,7 @@ class Operator:
         machine.wait('teleop', lambda s: s.motion_mode == linuxcnc.TRAJ_MODE_TELEOP)
         there = machine.status.position[axis] + distance
         machine.command.jog(linuxcnc.JOG_INCREMENT, False, axis, velocity, distance)
-        lowest, end = 1.0, time.monotonic() + abs(distance / velocity) + 30
+        lowest, end = 1.0, time.monotonic() + abs(distance / velocity) + WAIT_S
         while abs(machine.status.position[axis] - there) > 1e-6 and time.monotonic() < end:
             lowest = min(lowest, float(self.pins('volumetric-feed.0.adaptive-feed')[0]))
             machine.poll()
@@ -217,7 +228,7 @@ class Operator:
 
     def run_until(self, axis, value):
         self.run_from()
-        self.machine.wait('axis %d at %g' % (axis, value), lambda s: s.position[axis] > value, 60)
+        self.machine.wait('axis %d at %g' % (axis, value), lambda s: s.position[axis] > value, WAIT_S)
 
     def start(self, text):
         self.open_text(text)
@@ -242,9 +253,9 @@ class Operator:
     def until(self, pin, relation, number):
         holds = {'>': relations.gt, '<': relations.le, '=': relations.eq}[relation]
         if pin in self.record.columns:
-            self.machine.wait(f'{pin} {relation} {number}', self.record.first(pin, lambda value: holds(value, number)), 60)
+            self.machine.wait(f'{pin} {relation} {number}', self.record.first(pin, lambda value: holds(value, number)), WAIT_S)
             return self.record.row(self.record.mark)[self.record.columns[pin]]
-        self.machine.wait(f'{pin} {relation} {number}', lambda _s: holds(hal.get_value(pin), number), 60)
+        self.machine.wait(f'{pin} {relation} {number}', lambda _s: holds(hal.get_value(pin), number), WAIT_S)
         self.record.now()
         return hal.get_value(pin)
 
@@ -266,9 +277,9 @@ class Operator:
         """Single steps until the program has ended; -> how many."""
         for count in range(1, most + 1):
             self.machine.command.auto(linuxcnc.AUTO_STEP)
-            self.machine.command.wait_complete(5)
+            self.machine.command.wait_complete(WAIT_S)
             time.sleep(0.2)
-            self.machine.wait('step', lambda s: s.current_vel < 1e-9, 60)
+            self.machine.wait('step', lambda s: s.current_vel < 1e-9, WAIT_S)
             if self.machine.status.interp_state == linuxcnc.INTERP_IDLE:
                 return count
         return None
@@ -294,7 +305,7 @@ class Operator:
                      s.interp_state == linuxcnc.INTERP_IDLE, lambda s: s.current_vel == 0):
             while True:
                 machine.poll()
-                if done(machine.status) or time.monotonic() - began > 60:
+                if done(machine.status) or time.monotonic() - began > WAIT_S:
                     break
                 time.sleep(0.002)
             times.append(time.monotonic() - began - (self.waited() - waited))
@@ -363,6 +374,16 @@ class Operator:
         for _ in range(number):
             subprocess.Popen(['sh', '-c', 'while :; do :; done'], stdin=subprocess.DEVNULL)
 
+    def hold_status(self, seconds):
+        """The semaphore of emcStatus, whose key is in linuxcnc.nml."""
+        libc = ctypes.CDLL(None, use_errno=True)
+        number = libc.semget(STATUS_KEY, 1, 0)
+        take, give = (SemaphoreOperation(0, step, 0) for step in (-1, 1))
+        for operation, pause in ((take, seconds * session.SPEED), (give, 0)):
+            if number < 0 or libc.semop(number, ctypes.byref(operation), 1):
+                raise session.SessionError('status buffer: %s' % os.strerror(ctypes.get_errno()))
+            time.sleep(pause)
+
     def signal_monitor(self, name):
         for process in self.monitors():
             send(process, getattr(signal, 'SIG' + name))
@@ -392,10 +413,10 @@ class Operator:
             states = [line.split() for line in halcmd.attempt('show', 'comp').stdout.splitlines()]
             return any(words[2].startswith('chipwise-monitor') and words[3:] == [str(started.pid), 'ready']
                        for words in states if len(words) > 3)
-        self.machine.wait('a new chipwise-monitor', ready, 60)
+        self.machine.wait('a new chipwise-monitor', ready, WAIT_S)
 
     def mdi_end(self):
-        self.machine.wait('end of the line', lambda s: s.interp_state == linuxcnc.INTERP_IDLE and s.inpos, 120)
+        self.machine.wait('end of the line', lambda s: s.interp_state == linuxcnc.INTERP_IDLE and s.inpos, WAIT_S)
         return self.errors()
 
     def map_sum(self):
@@ -431,7 +452,7 @@ class Operator:
         self.machine.switch_on()
 
     def finish(self):
-        self.machine.wait('end of program', lambda s: s.interp_state == linuxcnc.INTERP_IDLE and s.inpos, 120)
+        self.machine.wait('end of program', lambda s: s.interp_state == linuxcnc.INTERP_IDLE and s.inpos, WAIT_S)
         return self.errors()
 
     def over(self, seconds, *pins):

@@ -18,7 +18,8 @@ from chipwise import processes
 
 POLL_S = 0.010
 ALIVE_S = 0.5               # between two looks whether the task still runs: /proc is read for that
-STEP_TIMEOUT_S = 200.0      # for every step but the program itself; in simulated time, which may be fast
+SPEED = float(os.environ.get('CHIPWISE_SPEED', 1.0))    # of the clock, in a sandbox
+STEP_TIMEOUT_S = 100.0 * SPEED      # for every step but the program itself: patience is in real time
 IDLE_POLLS = 20             # the interpreter is idle when it was this many times
 GUARD_S = 0.2               # a guard's stop that lasts as long is one
 GUARD_WORDS_S = 10.0        # for its message to come

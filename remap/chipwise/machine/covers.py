@@ -13,6 +13,8 @@ from chipwise.machine.namespaces import MS_BIND, mount
 # Where `halcompile --print-modinc` looks (2.9.0~pre1); that takes longer than the rest of a sandbox's start.
 FOLDERS_OF_MODINC = ('src', 'etc/linuxcnc', '/etc/linuxcnc', 'share/linuxcnc')
 
+NML_PATIENCE_S = 10.0       # s of real time (semtimedop), for a shared buffer
+
 
 def realtime_folders(makefile):
     """The values of RTLIBDIR in a Makefile.modinc, none without one ('')."""
@@ -93,6 +95,27 @@ def own_script(folder, home):
         handle.write(text.replace('/tmp/linuxcnc.', home + '/linuxcnc.'))
     os.chmod(copy, 0o755)
     return script, copy
+
+
+def cover_nml(scratch):
+    """Cover LinuxCNC's lists of shared buffers: with a fast clock its processes come to a buffer so often that a busy computer
+    exceeds the second that one waits for another ("SHMEM: Can't take semaphore").  Here they wait NML_PATIENCE_S."""
+    for path in glob.glob('/usr/share/linuxcnc/*.nml'):
+        with open(path, errors='surrogateescape') as handle:
+            lines = [patient(line) for line in handle]
+        copy = os.path.join(scratch, os.path.basename(path))
+        with open(copy, 'w', errors='surrogateescape') as handle:
+            handle.writelines(lines)
+        mount(copy, path, None, MS_BIND)
+
+
+def patient(line):
+    """A line of such a list: that of a process has its time-out as eighth word."""
+    words = line.split()
+    if words[:1] != ['P'] or len(words) < 8:
+        return line
+    words[7] = '%g' % max(NML_PATIENCE_S, float(words[7]))
+    return ' '.join(words) + '\n'
 
 
 def cover_rtapi(scratch):

@@ -39,7 +39,7 @@ import tempfile
 
 from chipwise import ROOT, version
 from chipwise.machine.command import environment, run_and_reap, start_xvfb
-from chipwise.machine.covers import cover_directory, cover_installed, cover_modules, cover_rtapi, cover_script
+from chipwise.machine.covers import cover_directory, cover_installed, cover_modules, cover_nml, cover_rtapi, cover_script
 from chipwise.machine.namespaces import (CLONE_NEWIPC, CLONE_NEWNET, CLONE_NEWNS, CLONE_NEWPID, as_user, choose_isolation,
                                          die_with_parent, enter, libc, mount, user_to_become)
 from chipwise.machine.unisolated import end_descendants, refuse_without_isolation, run_without_isolation, shared_memory
@@ -102,6 +102,8 @@ def inside(options, home, scratch, drop_to):
     if options.installed:
         cover_installed(options.installed, scratch)
     cover_script(scratch, home)
+    if options.speed > 1.0:
+        cover_nml(scratch)
     for number, directory in enumerate(options.private):
         cover_directory(directory, scratch, number)
     if drop_to:
