@@ -114,10 +114,12 @@ def run(program, condition, folder, free=False, speed=SPEED):
 
 
 def by_line(log, at_lines):
-    """Index into `at_lines` (sorted line numbers) of the last one passed, -1 before the first, for every row."""
-    line = np.where(log["motion_type"] > 0, log["line"], 0)
-    last = np.maximum.accumulate(np.where(line > 0, np.arange(len(line)), 0))
-    return np.searchsorted(np.array(at_lines), line[last], side="left") - 1
+    """Index into `at_lines` (sorted line numbers) of the last one passed, -1 before the first, for every row.
+
+    No program here goes back to a tool change or a code of ours; a sub above them is run after them.
+    """
+    farthest = np.maximum.accumulate(np.where(log["motion_type"] > 0, log["line"], 0))
+    return np.searchsorted(np.array(at_lines), farthest, side="left") - 1
 
 
 def told(program, log):

@@ -15,6 +15,9 @@ from chipwise.stock.layout import FeedMode
 
 RATE_WINDOW_MM = 2.0        # a rate is measured over at least this much path
 CORNER_MM = 0.01            # how far a corner may be rounded (G64 P) when times are estimated
+# LinuxCNC's planner shares the acceleration of an arc between its two directions, and that of two moves that blend parabolically
+# between them (tc.c, blendmath.h: BLEND_ACC_RATIO_TANGENTIAL, BLEND_ACC_RATIO_NORMAL).
+ALONG_ARC, CENTRIPETAL, BESIDE_BLEND = 0.5, 0.75 ** 0.5, 0.5
 DEFAULT_SPEED, DEFAULT_ACCEL = 50.0, 500.0      # mm/s, mm/s2 if the INI file has none
 OFF, LIMIT, CONSTANT, WINDOW = map(int, FeedMode)      # M251 P
 
@@ -55,6 +58,7 @@ class Timer:
             raise Unreadable("no feed is set", "give F on this line or before", int(lines[cutting & ~(feed > 0)][0]))
         plain = np.where(cutting, np.minimum(feed, rapid_speed), rapid_speed)
         corner = self._corner_speeds(kinds, direction, length, accel)
+        accel *= _accel_shares(kinds, lines)
         planned = self._planned(length, plain, accel, corner, self._speed)
         volumetric, volumetric_planned = plain, planned
         if self.mode != OFF:
@@ -80,7 +84,7 @@ class Timer:
         turn = np.arccos(cosine)
         with np.errstate(divide="ignore", invalid="ignore"):
             begin = np.sqrt(accel * CORNER_MM * half / np.maximum(1.0 - half, 1e-12))
-            arc = np.sqrt(accel * length / np.maximum(turn, 1e-12))
+            arc = np.sqrt(CENTRIPETAL * accel * length / np.maximum(turn, 1e-12))
         begin = np.where(kinds == records.ARC, np.minimum(np.maximum(begin, arc), arc), begin)
         kinds_before = np.concatenate((kinds[:1] if first else [self._last_kind], kinds[:-1]))
         begin[(kinds == records.RAPID) != (kinds_before == records.RAPID)] = 0.0
@@ -107,6 +111,17 @@ class Timer:
             return np.minimum(held, ceiling)
         raised = np.minimum(np.maximum(plain, lower / 60.0 / area), np.maximum(ceiling, plain) if self.ceiling else plain)
         return np.minimum(raised, held)
+
+
+def _accel_shares(kinds, lines):
+    """The share of the acceleration that LinuxCNC's planner uses along each move (tcGetTangentialMaxAccel in tc.c)."""
+    shares = np.where(kinds == records.ARC, ALONG_ARC, 1.0)
+    begins = np.concatenate(([True], (np.diff(kinds) != 0) | (np.diff(lines) != 0) | (kinds[1:] != records.ARC)))
+    whole = np.cumsum(begins) - 1                           # number of the arc or straight move that each belongs to
+    kind = kinds[begins] == records.RAPID
+    meets = np.concatenate((kind[1:] != kind[:-1], [False]))                # a blend between G0 and G1 follows
+    beside = meets | np.concatenate(([False], meets[:-1]))
+    return np.where(beside[whole] & (kinds != records.RAPID), BESIDE_BLEND * shares, shares)
 
 
 def _windows(length, volume):
