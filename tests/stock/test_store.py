@@ -10,6 +10,8 @@ import zlib
 
 import numpy as np
 import pytest
+
+import chipwise
 from support.random_cases import random_count, random_seed
 
 from chipwise.stock import core, reasons, store
@@ -143,9 +145,18 @@ def with_cell(taken, **values):
     return cells
 
 
-def test_the_forger_can_make_a_good_one(taken):
-    head, cells = store.unpack(forged(taken))
+@pytest.mark.parametrize("what", [{}, dict(chipwise="0.4.0"), dict(chipwise="12.10.3~rc1+dirty")])
+def test_the_forger_can_make_a_good_one(taken, what):
+    """Also one of a chipwise that did not name itself yet."""
+    head, cells = store.unpack(forged(taken, **what))
     assert head == taken[0] and np.array_equal(cells, taken[1])
+
+
+def test_a_file_says_which_chipwise_wrote_it(taken):
+    text = store.pack(*taken)
+    assert b'"chipwise": "%s"' % chipwise.version().encode() in text
+    with pytest.raises(store.StoreError, match=r"version 9 \(chipwise 7.1\), this chipwise reads 2"):
+        store.unpack(forged(taken, version=9, chipwise="7.1"))
 
 
 @pytest.mark.parametrize("what", [
@@ -159,7 +170,7 @@ def test_another_version(taken, what):
 @pytest.mark.parametrize("what", [
     dict(nx=61), dict(nx=-60), dict(nx=60.0), dict(nx=1 << 40, ny=1 << 40), dict(cell=0), dict(cell=-0.5), dict(cell=float("nan")),
     dict(cell="0.5"[:0]), dict(high=LOW), dict(high=[1e308] * 3), dict(low=[0, 0]), dict(low=5), dict(removed=-1),
-    dict(removed=float("inf")), dict(shape=7), dict(shape=[]), dict(extra=1), dict(low=...), dict(version=...),
+    dict(removed=float("inf")), dict(shape=7), dict(shape=[]), dict(extra=1), dict(chipwise=4), dict(chipwise=None), dict(chipwise="4; rm -rf"), dict(chipwise="4" * 33), dict(low=...), dict(version=...),
     dict(raw=b""), dict(raw=b"\0" * (1 << 24)), dict(cell=10 ** 400), dict(cell=True), dict(cell=1e-12), dict(cell=1e9), dict(shape=1.0),
     dict(shape=True), dict(shape=10 ** 30), dict(nx=True), dict(nx=10 ** 300), dict(removed=10 ** 400), dict(removed=None), dict(removed="0"),
     dict(low=[10 ** 400, 0, 0]), dict(low="abc"), dict(low=[[0], 0, 0]), dict(low={"0": 1}), dict(low=[True, 10.0, -12.0]),

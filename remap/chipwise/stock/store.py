@@ -7,7 +7,7 @@ LinuxCNC; the map is any buffer that starts with struct chip_stock (components/c
 A file holds, in this order
     16 bytes    "chipwise stock\\r\\n" (a transfer as text breaks it)
     4 bytes     length of the head, little endian
-    head        JSON: version, cell and box (mm, machine coordinates), shape, rows and columns, mm3 removed
+    head        JSON: version of the format, chipwise that wrote it (not in older files), cell and box (mm, machine coordinates), shape, rows and columns, mm3 removed
     cells       as in the map, ring included, zlib
     32 bytes    SHA-256 of everything before
 write() makes a new file beside the old one and then takes its place: a write that is cut off leaves the old one.
@@ -30,6 +30,7 @@ from typing import Any, NoReturn, Optional
 
 import numpy as np
 
+import chipwise
 from chipwise.files import TooLong, read_bytes, write_durable
 from chipwise.stock import layout
 from chipwise.stock.core import CELL_DTYPE
@@ -38,6 +39,7 @@ from chipwise.stock.reasons import BROKEN, DISK, NO_FILE, OTHER_CELL, OTHER_VERS
 MARK, VERSION = b"chipwise stock\r\n", 2
 DIGEST = 32
 MOST_HEAD = 4096                    # bytes
+MOST_WRITER = 32                    # characters of the version of chipwise that wrote a file
 MOST_NUMBER = 1 << 53               # of any whole number in a head
 ENDING = ".stock"
 UNFINISHED = ".new"
@@ -121,7 +123,7 @@ def _check_cells(head: Head, cells: np.ndarray) -> None:
 
 def pack(head: Head, cells: np.ndarray) -> bytes:
     """Head and cells ((ny + 2, nx + 2), CELL_DTYPE) -> the bytes of a file."""
-    fields = dict(asdict(head), version=VERSION)
+    fields = dict(asdict(head), version=VERSION, chipwise=chipwise.version())
     text = json.dumps(fields, sort_keys=True).encode()
     body = MARK + struct.pack("<I", len(text)) + text + zlib.compress(np.ascontiguousarray(cells).tobytes(), 1)
     return body + hashlib.sha256(body).digest()
@@ -171,6 +173,11 @@ def _has_type(value: Any, kind: Any) -> bool:
     return kind is _NUMBER and type(value) is float
 
 
+def _name(writer: Any) -> str:
+    """What can be printed of a chipwise's version."""
+    return "".join(letter for letter in str(writer)[:MOST_WRITER] if letter.isalnum() or letter in ".+-~")
+
+
 def _read_head(text: bytes) -> Head:
     try:
         fields = json.loads(text, parse_constant=_no_constant)
@@ -178,9 +185,12 @@ def _read_head(text: bytes) -> Head:
         raise StoreError(BROKEN, "its head cannot be read") from error
     if not isinstance(fields, dict) or "version" not in fields:
         raise StoreError(BROKEN, "its head is not that of a stock")
-    version = fields.pop("version")
+    version, writer = fields.pop("version"), fields.pop("chipwise", "")
     if type(version) is not int or version != VERSION:
-        raise StoreError(OTHER_VERSION, f"it has version {str(version)[:20]}, this chipwise reads {VERSION}")
+        raise StoreError(OTHER_VERSION, f"it has version {str(version)[:20]} (chipwise {_name(writer) or 'unknown'}), "
+                                        f"this chipwise reads {VERSION}")
+    if type(writer) is not str or _name(writer) != writer:
+        raise StoreError(BROKEN, "its head names no chipwise that can have written it")
     if set(fields) != {field.name for field in dataclass_fields(Head)}:
         raise StoreError(BROKEN, "its head lacks or has fields it should not")
     if not all(_has_type(fields[name], kind) for name, kind in _KINDS.items()):
