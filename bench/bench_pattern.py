@@ -6,6 +6,7 @@
 Called by bench/run.py (prints JSON rows).
 error    random subs (tests/support/pattern_oracle.py) x 8 transforms in LinuxCNC's interpreter, against what each sub does by itself
 stations random stations from exact points, and from points that are 0.01 mm off, against the bound that is predicted
+climb    share of the volume that is cut climbing (tests/support/climb_oracle.py), of subs and of their mirror images, kept and not kept
 copies   200 copies of a sub of 500 moves: computing time of the plan, its child process included, and of LinuxCNC executing the lines
 """
 import argparse
@@ -26,7 +27,7 @@ from chipwise.pattern.job import PatternJob
 from chipwise.stations.frame import frame_of
 from rows import row
 from roots import ROOT
-from support import canon
+from support import canon, climb_oracle, pattern_oracle
 from support.pattern_oracle import compare, moves_of, random_sub, transformed
 from support.station_cases import case, off, shares_of_bound
 
@@ -76,6 +77,18 @@ def stations(seed, count):
     return worst, max(max(shares_of_bound(number, 0.01)) for number in range(seed, seed + count)), count
 
 
+def climbs(seed, count):
+    """(largest difference of the climb share with it kept, and to the other share without, patterns)."""
+    kept, lost, pattern_oracle.SHARES = 0.0, 0.0, np.linspace(0.0, 1.0, 33)[1:]
+    for number in range(seed, seed + count):
+        sub, shares = climb_oracle.random_profile(number), []
+        for call, before, x in (("o100 call", "", 3), ("G75 Q100 H1", "#<_chipwise_keep_climb> = 1", -3), ("G75 Q100 H1", "", -3)):
+            text = "\n".join([*sub, HEAD, before, f"G0 X{x} Y-4 Z7", "(begin)", call, "(end)", "M2", ""])
+            shares.append(climb_oracle.cut(moves_of(text)[0], (x, -4.0, 7.0), climb_oracle.disc(9.5), 1.0)[0])
+        kept, lost = max(kept, abs(shares[1] - shares[0])), max(lost, abs(shares[2] - 1 + shares[0]))
+    return kept, lost, count
+
+
 def long_sub(moves):
     """A sub of so many moves, lines and arcs."""
     r = random.Random("long sub")
@@ -117,12 +130,15 @@ def main():
     options = parser.parse_args()
     worst, cases, wrong = errors(options.seed, options.count)
     exact, share, number = stations(options.seed, 10 * options.count)
+    kept, lost, profiles = climbs(options.seed, options.count)
     with tempfile.TemporaryDirectory() as folder:
         plan_s, wall_s, run_s, lines = copies(folder)
     rows = [row(f"G75: largest error in {cases} random cases", worst, "mm", "; ".join(wrong), 1e-6),
             row("G75: cases that differ otherwise", len(wrong), "", "", 0),
             row(f"stations: largest error of {number} from exact points", exact, "mm", "", 1e-9),
             row(f"stations: points 0.01 mm off, largest share of the bound, {number}", share, "", "90 places each, up to 300 mm per axis away", 1.0),
+            row(f"G75: climb share kept in {profiles} mirrored profiles, largest difference", kept, "", f"grid of {climb_oracle.CELL} mm", 0.04),
+            row("G75: not kept, largest difference to the other share", lost, "", ""),
             row(f"G75: plan of {COPIES} copies of {MOVES} moves", plan_s, "s", f"computing time; {wall_s:.2f} s on the clock, {lines} lines", 1.0),
             row(f"G75: the same program in rs274, {lines} lines", run_s, "s", "computing time, start of the interpreter included")]
     for line in rows:

@@ -41,16 +41,17 @@ def fine_arcs(monkeypatch):
     monkeypatch.setattr(pattern_oracle, 'SHARES', np.linspace(0.0, 1.0, 129)[1:])
 
 
+@pytest.mark.parametrize('keep', ['', '#<_chipwise_keep_climb> = 1\n'], ids=['', 'keep climb'])
 @pytest.mark.parametrize('case', range(random_count(6)))
-def test_the_mirrored_part(case):
+def test_the_mirrored_part(case, keep):
     seed, mirror = random_seed() + case, (1, 2, 3)[case % 3]
     sub = random_sub(seed)
     flip = {1: (1,), 2: (0,), 3: (0, 1)}[mirror]
     plain, volume = heights('o100 call', sub, (3.0, -4.0, 7.0))
     start = (-3.0 if mirror & 1 else 3.0, 4.0 if mirror & 2 else -4.0, 7.0)
-    found, mirrored_volume = heights(f'G75 Q100 H{mirror}', sub, start)
+    found, mirrored_volume = heights(f'{keep}G75 Q100 H{mirror}', sub, start)
     assert plain.min() < TOP + 7.9, 'nothing is cut'
-    assert within_a_cell(found, np.flip(plain, flip)) == 1.0, f'CHIPWISE_SEED={seed} H{mirror}'
+    assert within_a_cell(found, np.flip(plain, flip)) == 1.0, f'CHIPWISE_SEED={seed} H{mirror} {keep}'
     assert mirrored_volume == pytest.approx(volume, rel=1e-3)
 
 

@@ -9,7 +9,8 @@ Copy c = 0, 1, ..: mirror about the pattern's origin, rotate by rotation + c tur
  1. A copy begins where the one before it has ended.  What the sub does from there is read for the first two copies (read_pattern).
     A coordinate that both runs have from their start belongs to the start of every copy; all others belong to the pattern.  A sub that
     depends on its start in another way (G91 in its first moves) is read for each copy.
- 2. From the second copy on the first move has to be a traverse, and if it goes across, above the cuts of the sub.
+ 2. If the pattern is mirrored as a whole and climb is to be kept, the sub's own closed chains run backwards (pattern/climb.py).
+ 3. From the second copy on the first move has to be a traverse, and if it goes across, above the cuts of the sub.
 """
 
 import math
@@ -20,6 +21,7 @@ import numpy as np
 
 from chipwise.cycles.plan import CyclePlan, Note, Report
 from chipwise.errors import CycleError, braceless
+from chipwise.pattern.climb import reversed_chains
 from chipwise.pattern.isometry import IDENTITY, Isometry, moved, placed
 from chipwise.pattern.recorded import Recorded, Step
 
@@ -28,6 +30,7 @@ MAX_COPIES = 100_000
 MAX_TILT = 85.0         # degrees of a station on a machine whose tool does not turn: beyond it the cut has nothing of the pattern
 NOTED_TILT = 0.01       # degrees; from here on there is a note
 MIRRORS = (0, 1, 2, 3)
+MOST_NAMED = 5          # cuts in a message
 
 
 @dataclass(frozen=True)
@@ -35,7 +38,7 @@ class PatternRequest:
     """Words of the line; lengths mm, angles degrees.
 
     mirror: 0 none, 1 X, 2 Y, 3 both; start: (x, y, z) of the tool; chord: of arcs that cannot stay arcs; place: matrix and shift from the
-    coordinates of the station to work coordinates.
+    coordinates of the station to work coordinates; in_mirror: whether a pattern around this one mirrors it; close_gap: see climb.py.
     """
 
     shift: tuple
@@ -49,6 +52,9 @@ class PatternRequest:
     turn: float = 0.0
     station: float = 0
     place: tuple = (IDENTITY.matrix, IDENTITY.shift)
+    in_mirror: bool = False
+    keep_climb: bool = False
+    close_gap: float = 0.0
 
 
 def pattern_plan(request: PatternRequest, read: Callable[[tuple, bool], Recorded]) -> CyclePlan:
@@ -56,21 +62,27 @@ def pattern_plan(request: PatternRequest, read: Callable[[tuple, bool], Recorded
     check(request)
     copies = [copy_of(request, c) for c in range(int(request.copies))]
     mirrored = copies[0].mirrors
-    runs, moves, here = _Runs(lambda start: read(start, mirrored)), [], request.start
+    turned_over = mirrored != request.in_mirror
+    runs, moves, here, left = _Runs(lambda start: read(start, mirrored)), [], request.start, []
     for c, isometry in enumerate(copies):
         start = isometry.back(here)
         recorded, points = runs.at(start)
         if c > 0:
             _check_start(recorded, points, start, c)
+        if turned_over and request.keep_climb:
+            recorded, left = reversed_chains(recorded, points, start, request.close_gap)
+            points = recorded.points
         moves += moved(recorded, points, start, isometry, request.chord)
         if len(moves) > request.most_moves:
             raise CycleError(f"the pattern has more than {request.most_moves} moves", "use fewer copies, or raise [CHIPWISE]PLAN_MOVES")
         here = isometry.point(points[recorded.ends[-1]])
     first = runs.first
     notes = [Note(braceless(text), {}) for text in first.messages]
-    if mirrored and first.own_cut:
+    if turned_over and request.keep_climb:
+        notes += _left_note(left)
+    elif turned_over and first.own_cut:
         notes.append(Note(f"the cuts from line {first.own_cut} of the sub on are mirrored, climb cuts become conventional; the cycles of chipwise "
-                          "keep theirs", {}))
+                          "keep theirs, #<_chipwise_keep_climb> = 1 reverses closed chains", {}))
     if _tilt(request) > NOTED_TILT:
         notes.append(Note(f"station {request.station:g} is tilted by {_tilt(request):.2f} degrees, and the tool's axis stays as it is", {}))
     return CyclePlan(tuple(moves), tuple(notes),
@@ -89,6 +101,15 @@ def check(request: PatternRequest):
                          "see whether points 2 and 3 are interchanged")
     if request.copies == 1 and (request.step != (0.0, 0.0) or request.turn):
         raise CycleError("I, J and K are for more than one copy", "add L, or use X, Y and R")
+
+
+def _left_note(left):
+    """What of a mirrored sub is not reversed."""
+    if not left:
+        return []
+    parts = [f"{cut.first}{f'-{cut.last}' if cut.last != cut.first else ''} ({cut.reason})" for cut in left[:MOST_NAMED]]
+    more = f" and {len(left) - MOST_NAMED} more" if len(left) > MOST_NAMED else ""
+    return [Note(f"the cuts of lines {', '.join(parts)}{more} of the sub are mirrored and not reversed, climb cuts become conventional", {})]
 
 
 def _tilt(request):
@@ -153,7 +174,7 @@ def _outline(step):
 
 
 def _check_start(recorded, points, start, c):
-    """Principle 2."""
+    """Principle 3."""
     first = recorded.moves[0]
     if recorded.cuts[0]:
         raise CycleError(f"copy {c + 1} begins with a cut: line {first.line} is the first move of the sub, and it is not G0",

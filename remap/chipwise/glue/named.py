@@ -17,7 +17,7 @@ import re
 from chipwise.errors import CycleError
 
 PREFIX = "_chipwise_"
-KNOWN = ("_chipwise_allowance", "_chipwise_approach_angle", "_chipwise_chop_size", "_chipwise_ramp_angle")
+KNOWN = ("_chipwise_allowance", "_chipwise_approach_angle", "_chipwise_chop_size", "_chipwise_keep_climb", "_chipwise_ramp_angle")
 
 _UNSET = 4              # interp_internal.hh: PA_UNSET
 

@@ -40,8 +40,18 @@ def _fields(state, station):
         shift.append(0.0 if value is None else now + value if state.incremental else value)
     copies = state.number("l")
     return dict(shift=tuple(shift), start=here, chord=state.settings["CHORD"], rotation=state.number("r") or 0.0,
-                mirror=state.number("h") or 0, copies=1 if copies is None else copies,
+                mirror=state.number("h") or 0, copies=1 if copies is None else copies, in_mirror=hand.mirrored, keep_climb=_keep_climb(state), close_gap=state.settings["CLOSE_GAP"],
                 step=(state.length("i") or 0.0, state.length("j") or 0.0), turn=state.number("k") or 0.0)
+
+
+def _keep_climb(state):
+    """#<_chipwise_keep_climb>, else [CHIPWISE]KEEP_CLIMB."""
+    value = state.parameter("_chipwise_keep_climb")
+    if value is None:
+        return state.settings["KEEP_CLIMB"]
+    if value not in (0.0, 1.0):
+        raise CycleError(f"#<_chipwise_keep_climb> = {value:g} is neither 0 nor 1", "set it to 1 to run closed chains of a mirrored sub backwards")
+    return value == 1.0
 
 
 def _job(state, up):

@@ -6,5 +6,6 @@ check.py      what the text of the sub may hold
 run.py        starts the reader and keeps what it found
 runner.py     the reader: LinuxCNC's interpreter in a process of its own
 recorded.py   what it found: moves and codes
+climb.py      closed chains of a mirrored sub, run backwards
 isometry.py   mirror, rotation and shift, of points and of moves
 """

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The hand of a pattern: whether what is being planned will be mirrored.
 
-Set by runner.py in a process of its own; read by the glue of the cycles and of G75.  Moves that a sub programs itself stay mirrored:
-runner.py finds them, and G75 warns.  A cycle in a mirrored pattern plans the other
+Set by runner.py in a process of its own; read by the glue of the cycles and of G75.  Moves that a sub programs itself stay mirrored
+(runner.py finds them, and G75 warns) unless the operator has G75 run them backwards (climb.py).  A cycle in a mirrored pattern plans the other
 hand, and the mirror makes it the programmed one again: a hole that is cut clockwise stays one, a climb cut stays one.
 """
 

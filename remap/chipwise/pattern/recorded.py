@@ -25,6 +25,7 @@ class Step:
     centre   (x, y, z) of an arc, at the height of its start along the axis it turns about
     axis     index of that axis
     turns    of an arc: started turns, negative for clockwise about the axis
+    own      of a cut that the sub programs itself: its line in the file of the sub; 0 of a traverse or a cycle
     """
 
     kind: str
@@ -34,6 +35,7 @@ class Step:
     centre: tuple = ()
     axis: int = 2
     turns: int = 0
+    own: int = 0
 
 
 @dataclass(frozen=True)
@@ -46,13 +48,11 @@ class Code:
 
 @dataclass(frozen=True)
 class Recorded:
-    """steps: of Step and Code, in order; messages: what the sub has for the operator; start: (x, y, z) of the run; own_cut: line of
-    the first cut across that no cycle makes, 0 without one."""
+    """steps: of Step and Code, in order; messages: what the sub has for the operator; start: (x, y, z) of the run."""
 
     steps: tuple
     messages: tuple
     start: tuple
-    own_cut: int = 0
 
     @cached_property
     def moves(self):
@@ -72,6 +72,12 @@ class Recorded:
         """Index of each move's end in points: (moves,)."""
         widths = [2 if step.kind == ARC else 1 for step in self.moves]
         return np.cumsum([0, *widths[:-1]])
+
+    @cached_property
+    def own_cut(self):
+        """Line of the first cut across that no cycle makes, 0 without one."""
+        before = [self.start, *(step.end for step in self.moves)]
+        return next((step.own for step, was in zip(self.moves, before) if step.own and (step.kind == ARC or step.end[:2] != was[:2])), 0)
 
     @cached_property
     def cuts(self):

@@ -51,23 +51,23 @@ def _read(found, job, files):
     # a line of another file must not be shown as one of the program's
     own_lines = not files and bool(job.sub.programs) and found.path == os.path.abspath(job.sub.programs[0])
     steps = tuple(_step(found, row, own_lines) for row in result["rows"])
-    recorded = Recorded(steps, tuple(result["messages"]), job.sub.position, result["own_cut"])
+    recorded = Recorded(steps, tuple(result["messages"]), job.sub.position)
     if not recorded.moves:
         raise fault(found, found.first, "the sub moves nothing", "put the pattern in it")
     return recorded
 
 
 def _step(found, row, own_lines):
-    """A row of runner.py: [kind, line, feed, x, y, z (, plane, cx, cy, cz, turns)] or ["code", line, text]."""
+    """A row of runner.py: [kind, line, own, feed, x, y, z (, plane, cx, cy, cz, turns)] or ["code", line, text]."""
     kind, line, *rest = row
     line = line if own_lines else 0
     if kind == "code":
         return Code(rest[0], line)
-    feed, *numbers = rest
+    own, feed, *numbers = rest
     refuse_odd(found, row[1], [feed, *numbers[:3], *numbers[4:]])
     if kind == ARC:
-        return Step(ARC, line, tuple(numbers[:3]), feed, tuple(numbers[4:7]), AXIS_OF_PLANE[numbers[3]], int(numbers[7]))
-    return Step(kind, line, tuple(numbers[:3]), feed)
+        return Step(ARC, line, tuple(numbers[:3]), feed, tuple(numbers[4:7]), AXIS_OF_PLANE[numbers[3]], int(numbers[7]), own)
+    return Step(kind, line, tuple(numbers[:3]), feed, own=own)
 
 
 # ---- the child ---------------------------------------------------------------------------------------------------

@@ -9,9 +9,8 @@ plan the other hand (pattern/hand.py), so that the mirrored cut is climb milling
 Job:     program, parameters, table (paths), random (tool changer), units_per_mm, tool (number, diameter in machine units), codes
          (run first), begin, end (comments around the call), max_moves, cpu_s, mirrored,
          stock_top (mm or null)
-Result:  rows: [kind, line, feed, x, y, z (, plane, cx, cy, cz, turns)] in mm and mm/min, kind "rapid", "feed", "arc"; ["code", line,
-         text]; messages; stop: null or [line, text, remedy]; error: null or [line, text] of the interpreter; ended: bool; line: the last;
-         own_cut: line of the first cut across that no cycle makes, or 0
+Result:  rows: [kind, line, own, feed, x, y, z (, plane, cx, cy, cz, turns)] in mm and mm/min, kind "rapid", "feed", "arc", own: the line
+         of a cut that no cycle makes, else 0; ["code", line, text]; messages; stop: null or [line, text, remedy]; error: null or [line, text] of the interpreter; ended: bool; line: the last
 
 The interpreter calls Python for moves, comments and dwells, and with each of these once for a new line, with the modes before it.
 Spindle and coolant have no call: a change of them is seen at the next line, and comes before the moves of the line that has
@@ -50,7 +49,6 @@ class Canon(interpreter_process.Canon):
         self.line = self.reported = self.first_of_line = 0
         self.feed, self.plane, self.at = 0.0, 1, (0.0, 0.0, 0.0)
         self.machine_state = None
-        self.own_cut = 0            # line of the first cut that is not a cycle's
 
     def refuse(self, text, remedy):
         self.stop = self.stop or [self.line, text, remedy]
@@ -83,13 +81,12 @@ class Canon(interpreter_process.Canon):
     def _put(self, kind, feed, x, y, z, rest, *more):
         if any(rest[:3]):
             self.refuse("a rotary axis moves", "a pattern moves X, Y and Z")
-        across, self.at = (x, y) != self.at[:2], (x, y, z)
+        self.at = x, y, z
         if self.inside:
-            if kind != "rapid" and across and not hand.emitting:
-                self.own_cut = self.own_cut or self.line
             if len(self.rows) >= self.job["max_moves"]:
                 self.refuse(f"the sub makes more than {self.job['max_moves']} moves", "divide it")
-            self.rows.append([kind, self.line, *mm(feed, x, y, z), *more])
+            own = 0 if kind == "rapid" or hand.emitting else self.line
+            self.rows.append([kind, self.line, own, *mm(feed, x, y, z), *more])
 
     def straight_traverse(self, x, y, z, *rest):
         self._put("rapid", 0.0, x, y, z, rest)
@@ -190,7 +187,7 @@ def main():
         if canon.stop is None:
             raise
     json.dump({"rows": canon.rows, "messages": canon.messages, "stop": canon.stop, "error": error, "ended": canon.ended,
-               "line": canon.line, "own_cut": canon.own_cut}, output)
+               "line": canon.line}, output)
     output.close()
 
 
