@@ -92,6 +92,7 @@ SETTINGS = {
     "STOCK_DIR": Setting("stock", "path", str, lambda v: v != "", "the path of a folder"),
     "STATIONS": Setting("stations.toml", "path", str, lambda v: v != "", "the path of a TOML file"),
     "KEEP_STOCK": Setting(False, "", _yes_or_no, lambda v: True, "yes or no"),
+    "PATTERNS": Setting("patterns", "path", str, lambda v: v != "", "one or more paths of folders"),
     "KEEP_CLIMB": Setting(False, "", _yes_or_no, lambda v: True, "yes or no"),
     "GUARD_RAPID": Setting(True, "", _yes_or_no, lambda v: True, "yes or no"),
     "PLAN_TIME": Setting(10, "s", _whole, lambda v: 1 <= v <= 600, "a whole number of seconds from 1 to 600"),

@@ -261,6 +261,12 @@ def test_refused_subs(line, message):
     assert not trace.after("begin")
 
 
+def test_an_error_in_the_first_line_of_a_sub():
+    """It has the line of the sub, not that of the call."""
+    trace = canon.run_preview(program(["G75 Q100"], ["o100 sub", "(a comment)", "G0 X#<_nowhere>", "o100 endsub"]))
+    assert "sub O100, line 3 of program.ngc: Named parameter #<_nowhere> not defined" in trace.error, trace.error
+
+
 def test_copies_that_would_cut_to_each_other():
     cut_first = ["o100 sub", "G1 X5 F100", "G0 Z7", "o100 endsub"]
     assert not canon.run_preview(program(["G75 Q100"], cut_first)).error

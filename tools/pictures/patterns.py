@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Draws docs/user/patterns.svg: the path of nc_files/pattern.ngc, as LinuxCNC's interpreter runs it.
+"""Draws docs/user/patterns.svg: the path of nc_files/pattern.ngc, as LinuxCNC's interpreter runs it; and docs/user/pattern_library.svg.
 
     /usr/bin/python3 tools/pictures/patterns.py
 
 Blue: feed moves; grey dashes: traverses; crosses: the origins of the patterns, with the words of their lines.
 """
 
+import subprocess
 import sys
 from pathlib import Path
 
@@ -57,6 +58,7 @@ def main():
             lines.append(f'<path d="M{x - 1.5} {-y}h3M{x} {-y - 1.5}v3" stroke="#c03" stroke-width="0.35"/>')
             lines.append(f'<text x="{x + (-2 if right else 2)}" y="{-y - 2}" fill="#c03" text-anchor="{"end" if right else "start"}">{shown}</text>')
     (ROOT / "docs/user/patterns.svg").write_text("\n".join([*lines, "</svg>", ""]))
+    subprocess.run([str(ROOT / "bin/chipwise"), "patterns", "--ini", str(ROOT / "configs/mill.ini"), "-o", str(ROOT / "docs/user/pattern_library.svg")], check=True)
 
 
 if __name__ == "__main__":

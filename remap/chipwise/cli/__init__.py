@@ -21,7 +21,7 @@ import sys
 from chipwise import ROOT, version
 from chipwise.errors import printable
 
-COMMANDS = {name: name for name in ('check', 'contour', 'demo', 'display', 'filter', 'load', 'monitor', 'rewrite', 'stations')} | {'try': 'try_program'}
+COMMANDS = {name: name for name in ('check', 'contour', 'demo', 'display', 'filter', 'load', 'monitor', 'patterns', 'rewrite', 'stations')} | {'try': 'try_program'}
 INTERNAL = ('display', 'load', 'monitor')      # LinuxCNC calls them
 
 

@@ -10,15 +10,14 @@ list in the unit of the program (its first G20 or G21, else the machine's).
 import math
 import os
 import re
-import subprocess
-import tempfile
 
 import numpy as np
 
 from chipwise.contour_sub import read
+from chipwise.contour_sub.find import program_unit
 from chipwise.contour_sub.job import Job
 from chipwise.cli import UsageError
-from chipwise.cli.output import PREFIX, unwritable, write_whole
+from chipwise.cli.picture import check_output, write_picture
 from chipwise.errors import MM_PER_INCH, CycleError, format_length, printable
 from chipwise.drawing.data import Drawing, middle, offset, wrong
 from chipwise.geometry.base import elements
@@ -29,8 +28,6 @@ from chipwise.settings import load_settings
 NAME = 'contour'
 HELP = 'draw a contour sub, the centre path of a tool along it and what it cannot reach'
 
-SUFFIXES = ('.svg', '.png')
-RENDERER = 'rsvg-convert'           # Debian: librsvg2-bin
 LARGEST_TOOL_MM = 2000.0            # radii to 1 km are tested
 
 
@@ -55,12 +52,13 @@ def refuse(text):
 
 def run(options):
     """-> exit status."""
+    from chipwise.drawing.contour import svg
     try:
         if options.output:
             check_output(options.output)
         drawing = make_drawing(options)
         if options.output:
-            write(drawing, options.output)
+            write_picture(svg(drawing), options.output)
         print('\n'.join([*report(drawing), *([f'picture: {options.output}'] if options.output else [])]))
     except CycleError as error:
         raise UsageError(f'{NAME}: ' + error.text(error_unit(options)).removeprefix('chipwise: ')) from error
@@ -84,16 +82,6 @@ def read_program(path):
             return file.read()
     except OSError as error:
         raise wrong(f'{path}: {error.strerror}', 'name a G-code file that can be read') from error
-
-
-def program_unit(text, unit_mm):
-    """"mm" or "in": the first G20 or G21 of a program, else the unit of the machine."""
-    for line in text.splitlines():
-        code = re.sub(r'\([^)]*\)?|;.*|\s', '', line).upper()
-        found = re.search(r'G0*2([01])(?![\d.])', code)
-        if found:
-            return 'in' if found.group(1) == '0' else 'mm'
-    return 'in' if abs(unit_mm - MM_PER_INCH) < 1e-6 else 'mm'
 
 
 def error_unit(options):
@@ -226,48 +214,3 @@ def lines_text(numbers):
     if len(numbers) > 12:
         numbers = [*numbers[:11], '.. ' + numbers[-1]]
     return ('line ' if len(numbers) == 1 else 'lines ') + ', '.join(numbers)
-
-
-# ---- the picture ---------------------------------------------------------------------------------------------------
-
-
-def check_output(path):
-    """CycleError for a picture that cannot be made, before any work."""
-    suffix = os.path.splitext(path)[1].lower()
-    if suffix not in SUFFIXES:
-        raise wrong(f'-o {path}: {suffix or "no suffix"} is not a known kind of picture', 'use .svg or .png')
-    trouble = unwritable(path)
-    if trouble:
-        raise wrong('-o ' + trouble[0], trouble[1])
-
-
-def write(drawing, path):
-    """Write the picture, whole or not at all."""
-    from chipwise.drawing.contour import svg
-    text = svg(drawing)
-    try:
-        if os.path.splitext(path)[1].lower() != '.png':
-            write_whole(path, text)
-            return
-        with tempfile.TemporaryDirectory(dir=os.path.dirname(path) or '.', prefix=PREFIX) as folder:
-            drawn, painted = (os.path.join(folder, 'picture' + suffix) for suffix in ('.svg', '.png'))
-            write_whole(drawn, text)
-            render(drawn, painted)
-            os.replace(painted, path)
-    except OSError as error:
-        raise wrong(f'-o {path}: {error.strerror}', 'name a file in a folder of yours') from error
-
-
-def render(source, target):
-    """SVG to PNG."""
-    try:
-        done = subprocess.run([RENDERER, '--format=png', '--zoom=1.5', '-o', target, source],
-                              stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-                              timeout=60, check=False)
-    except FileNotFoundError as error:
-        raise wrong(f'{RENDERER} is not installed, which a .png needs',
-                    'make deps, or apt-get install librsvg2-bin, or write an .svg') from error
-    except subprocess.TimeoutExpired as error:
-        raise wrong(f'{RENDERER} did not end within 60 s', 'write an .svg') from error
-    if done.returncode:
-        raise wrong(f'{RENDERER}: {" ".join(done.stdout.split())}', 'write an .svg')

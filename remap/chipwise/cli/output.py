@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Output files of a command: checked before any work, written completely or not at all.
 
-Called by check.py and contour.py.
+Called by check.py, stations.py and picture.py.
 """
 
 import os

@@ -9,7 +9,7 @@ import re
 from dataclasses import dataclass
 from functools import lru_cache
 
-from chipwise.errors import CycleError, braceless
+from chipwise.errors import MM_PER_INCH, CycleError, braceless
 from chipwise.files import NoRegularFile, TooLong, read_bytes
 from chipwise.ini import section_of
 
@@ -37,6 +37,15 @@ _O_LINE = re.compile(r"^/?(?:n\d+(?:\.\d+)?)?o(\d+|<[^>]*>)(sub|endsub|while|do|
 def plain_text(text):
     """A line without comments and blanks, lower case."""
     return re.sub(r"\([^)]*\)?|;.*|\s", "", text).lower()
+
+
+def program_unit(text, unit_mm):
+    """"mm" or "in": the first G20 or G21 of a program, else the unit of the machine (mm)."""
+    for line in text.splitlines():
+        found = re.search(r"g0*2([01])(?![\d.])", plain_text(line))
+        if found:
+            return "in" if found.group(1) == "0" else "mm"
+    return "in" if abs(unit_mm - MM_PER_INCH) < 1e-6 else "mm"
 
 
 def o_word(text):

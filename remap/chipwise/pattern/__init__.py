@@ -7,5 +7,6 @@ run.py        starts the reader and keeps what it found
 runner.py     the reader: LinuxCNC's interpreter in a process of its own
 recorded.py   what it found: moves and codes
 climb.py      closed chains of a mirrored sub, run backwards
+library.py    folders of subs that are listed by name
 isometry.py   mirror, rotation and shift, of points and of moves
 """

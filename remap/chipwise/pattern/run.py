@@ -47,7 +47,7 @@ def _read(found, job, files):
         text = text.strip().rstrip(".").removeprefix("chipwise: ")
         if text.startswith("G75: sub O"):       # a pattern in this one: its own line says more
             raise CycleError(braceless(text.removeprefix("G75: ")))
-        raise fault(found, line or found.first, text, remedy or ("" if ";" in text else "correct the line"))
+        raise fault(found, line or _first_line(found), text, remedy or ("" if ";" in text else "correct the line"))
     # a line of another file must not be shown as one of the program's
     own_lines = not files and bool(job.sub.programs) and found.path == os.path.abspath(job.sub.programs[0])
     steps = tuple(_step(found, row, own_lines) for row in result["rows"])
@@ -55,6 +55,11 @@ def _read(found, job, files):
     if not recorded.moves:
         raise fault(found, found.first, "the sub moves nothing", "put the pattern in it")
     return recorded
+
+
+def _first_line(found):
+    """Number of the first line in the sub that does anything."""
+    return next((number for number, text in found.body if plain_text(text)), found.first)
 
 
 def _step(found, row, own_lines):

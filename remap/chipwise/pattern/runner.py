@@ -49,6 +49,7 @@ class Canon(interpreter_process.Canon):
         self.line = self.reported = self.first_of_line = 0
         self.feed, self.plane, self.at = 0.0, 1, (0.0, 0.0, 0.0)
         self.machine_state = None
+        self.called = 0             # line of the comment before the call
 
     def refuse(self, text, remedy):
         self.stop = self.stop or [self.line, text, remedy]
@@ -67,7 +68,7 @@ class Canon(interpreter_process.Canon):
 
     def comment(self, text):
         if text == self.job["begin"]:
-            self.inside = True
+            self.inside, self.called = True, self.line
         elif text == self.job["end"]:
             self.inside, self.ended = False, True
         self.reported = self.line
@@ -159,12 +160,14 @@ _OWN_LINE = re.compile(r" \(line (\d+)(?: of [^()]*)?\)$")
 
 def located(canon, text):
     """[line, text] of an error.  Our own messages end with their line.  LinuxCNC's: a line that cannot be executed has been reported by
-    its comment; one that cannot be read has not, and is the next one if it gives the same error alone."""
+    its comment; one that cannot be read has not, and is the next one if it gives the same error alone; 0: the first of the sub."""
     own = _OWN_LINE.search(text)
     if own:
         return [int(own[1]), text[:own.start()]]
     with open(canon.job["program"], encoding="utf-8", errors="surrogateescape") as program:
         lines = program.read().split("\n")
+    if canon.reported == canon.called:          # in the first line of the sub
+        return [0, text]
     following = next((k for k in range(canon.reported, len(lines)) if lines[k].strip()), None)
     same = following is not None and fails_alike(Canon(canon.job, canon.tools), lines[following], text)
     return [following + 1 if same else canon.reported, text]
