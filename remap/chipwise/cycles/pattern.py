@@ -15,11 +15,12 @@ Copy c = 0, 1, ..: mirror about the pattern's origin, rotate by rotation + c tur
 
 import math
 from dataclasses import dataclass
-from typing import Callable
+from typing import Callable, Optional
 
 import numpy as np
 
 from chipwise.cycles.plan import CyclePlan, Note, Report
+from chipwise.cycles.travel import Travel
 from chipwise.errors import CycleError, braceless
 from chipwise.pattern.climb import reversed_chains
 from chipwise.pattern.isometry import IDENTITY, Isometry, moved, placed
@@ -38,7 +39,8 @@ class PatternRequest:
     """Words of the line; lengths mm, angles degrees.
 
     mirror: 0 none, 1 X, 2 Y, 3 both; start: (x, y, z) of the tool; chord: of arcs that cannot stay arcs; place: matrix and shift from the
-    coordinates of the station to work coordinates; in_mirror: whether a pattern around this one mirrors it; close_gap: see climb.py.
+    coordinates of the station to work coordinates; in_mirror: whether a pattern around this one mirrors it; close_gap: see climb.py; travel: fields
+    of a Travel, None if nothing is known of the machine.
     """
 
     shift: tuple
@@ -53,6 +55,7 @@ class PatternRequest:
     station: float = 0
     place: tuple = (IDENTITY.matrix, IDENTITY.shift)
     in_mirror: bool = False
+    travel: Optional[dict] = None
     keep_climb: bool = False
     close_gap: float = 0.0
 
@@ -62,6 +65,7 @@ def pattern_plan(request: PatternRequest, read: Callable[[tuple, bool], Recorded
     check(request)
     copies = [copy_of(request, c) for c in range(int(request.copies))]
     mirrored = copies[0].mirrors
+    travel = Travel(**request.travel) if request.travel else None
     turned_over = mirrored != request.in_mirror
     runs, moves, here, left = _Runs(lambda start: read(start, mirrored)), [], request.start, []
     for c, isometry in enumerate(copies):
@@ -72,6 +76,8 @@ def pattern_plan(request: PatternRequest, read: Callable[[tuple, bool], Recorded
         if turned_over and request.keep_climb:
             recorded, left = reversed_chains(recorded, points, start, request.close_gap)
             points = recorded.points
+        if travel:
+            travel.check(recorded, points, start, isometry, c + 1)
         moves += moved(recorded, points, start, isometry, request.chord)
         if len(moves) > request.most_moves:
             raise CycleError(f"the pattern has more than {request.most_moves} moves", "use fewer copies, or raise [CHIPWISE]PLAN_MOVES")

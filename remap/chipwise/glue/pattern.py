@@ -4,7 +4,7 @@
 import os
 
 from chipwise.errors import CycleError
-from chipwise.glue import known_stock, shape, stations
+from chipwise.glue import known_stock, shape, stations, travel
 from chipwise.pattern import hand
 from chipwise.pattern.job import DEPTH, PatternJob
 
@@ -40,7 +40,7 @@ def _fields(state, station):
         shift.append(0.0 if value is None else now + value if state.incremental else value)
     copies = state.number("l")
     return dict(shift=tuple(shift), start=here, chord=state.settings["CHORD"], rotation=state.number("r") or 0.0,
-                mirror=state.number("h") or 0, copies=1 if copies is None else copies, in_mirror=hand.mirrored, keep_climb=_keep_climb(state), close_gap=state.settings["CLOSE_GAP"],
+                mirror=state.number("h") or 0, copies=1 if copies is None else copies, in_mirror=hand.mirrored, travel=travel.of(state), keep_climb=_keep_climb(state), close_gap=state.settings["CLOSE_GAP"],
                 step=(state.length("i") or 0.0, state.length("j") or 0.0), turn=state.number("k") or 0.0)
 
 

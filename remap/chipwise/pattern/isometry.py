@@ -117,18 +117,41 @@ def _axis(direction):
 
 def arc_points(start, end, centre, axis: int, turns: int, chord: float):
     """Points on an arc or a helix, its end among them: (n, 3), so close that a chord is at most so far (mm) from it."""
+    first, sweep, (radius, end_radius) = _turn(start, end, centre, axis, turns)
+    most = 2.0 * math.acos(1.0 - min(1.0, chord / max(radius, end_radius, chord)))
+    share = np.arange(1, max(1, math.ceil(abs(sweep) / most)) + 1) / max(1, math.ceil(abs(sweep) / most))
+    points = _at_shares(start, end, centre, axis, (first, sweep, (radius, end_radius)), share)
+    points[-1] = end
+    return points
+
+
+def arc_extremes(start, end, centre, axis: int, turns: int, directions):
+    """The points of an arc where the coordinate along one of some directions (m, 3) is largest or smallest, and its end: (n, 3)."""
+    turn = first, sweep, _radii = _turn(start, end, centre, axis, turns)
+    a, b = (axis + 1) % 3, (axis + 2) % 3
+    tops = np.array([math.atan2(direction[b], direction[a]) for direction in np.asarray(directions)])
+    angles = np.concatenate([tops, tops + math.pi])
+    share = ((angles - first) % (2 * math.pi) if sweep > 0 else (angles - first) % (2 * math.pi) - 2 * math.pi) / sweep
+    return np.vstack([_at_shares(start, end, centre, axis, turn, share[share < 1.0]), np.array(end)[None]])
+
+
+def _turn(start, end, centre, axis, turns):
+    """(angle of the start, angle swept, (radius at the start, at the end)) of an arc."""
     a, b = (axis + 1) % 3, (axis + 2) % 3
     first, last = (math.atan2(p[b] - centre[b], p[a] - centre[a]) for p in (start, end))
-    radius, end_radius = (math.hypot(p[a] - centre[a], p[b] - centre[b]) for p in (start, end))
+    radii = tuple(math.hypot(p[a] - centre[a], p[b] - centre[b]) for p in (start, end))
     sweep = (last - first) % (2 * math.pi) if turns > 0 else -((first - last) % (2 * math.pi))
     if min(abs(sweep), 2 * math.pi - abs(sweep)) < FULL_TURN:
         sweep = math.copysign(2 * math.pi, turns)
-    sweep += math.copysign(2 * math.pi * (abs(turns) - 1), turns)
-    most = 2.0 * math.acos(1.0 - min(1.0, chord / max(radius, end_radius, chord)))
-    share = np.arange(1, max(1, math.ceil(abs(sweep) / most)) + 1) / max(1, math.ceil(abs(sweep) / most))
+    return first, sweep + math.copysign(2 * math.pi * (abs(turns) - 1), turns), radii
+
+
+def _at_shares(start, end, centre, axis, turn, share):
+    """Points of an arc at shares (n,) of its turn: (n, 3)."""
+    first, sweep, (radius, end_radius) = turn
+    a, b = (axis + 1) % 3, (axis + 2) % 3
     angle, r = first + sweep * share, radius + (end_radius - radius) * share
     points = np.empty((len(share), 3))
     points[:, a], points[:, b] = centre[a] + r * np.cos(angle), centre[b] + r * np.sin(angle)
     points[:, axis] = start[axis] + (end[axis] - start[axis]) * share
-    points[-1] = end
     return points

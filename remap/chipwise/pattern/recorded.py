@@ -26,6 +26,7 @@ class Step:
     axis     index of that axis
     turns    of an arc: started turns, negative for clockwise about the axis
     own      of a cut that the sub programs itself: its line in the file of the sub; 0 of a traverse or a cycle
+    source   line of the file that the interpreter has read it from, 0 if not known
     """
 
     kind: str
@@ -36,6 +37,7 @@ class Step:
     axis: int = 2
     turns: int = 0
     own: int = 0
+    source: int = 0
 
 
 @dataclass(frozen=True)

@@ -71,8 +71,8 @@ def _step(found, row, own_lines):
     own, feed, *numbers = rest
     refuse_odd(found, row[1], [feed, *numbers[:3], *numbers[4:]])
     if kind == ARC:
-        return Step(ARC, line, tuple(numbers[:3]), feed, tuple(numbers[4:7]), AXIS_OF_PLANE[numbers[3]], int(numbers[7]), own)
-    return Step(kind, line, tuple(numbers[:3]), feed, own=own)
+        return Step(ARC, line, tuple(numbers[:3]), feed, tuple(numbers[4:7]), AXIS_OF_PLANE[numbers[3]], int(numbers[7]), own, row[1])
+    return Step(kind, line, tuple(numbers[:3]), feed, own=own, source=row[1])
 
 
 # ---- the child ---------------------------------------------------------------------------------------------------

@@ -1,0 +1,32 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""What of the machine limits a pattern: soft limits, and where work coordinates lie.  Called by glue/pattern.py.
+
+Only in the task: a preview, `chipwise try` and `chipwise check` may have other work offsets than the machine.
+"""
+
+import math
+import os
+
+import emccanon
+
+from chipwise import ini
+from chipwise.machine import limits
+from chipwise.pattern.job import DEPTH
+
+
+def of(state):
+    """What a cycles.travel.Travel is made of, as a dict; None where they are not known or do not count."""
+    path = ini.file_name()
+    if not state.interp.task or os.environ.get(DEPTH, "0") != "0" or not path:
+        return None
+    angle = math.radians(state.interp.rotation_xy)
+    c, s = math.cos(angle), math.sin(angle)
+    tip = state.machine_point((0.0, 0.0, 0.0))
+    return {"matrix": ((c, -s, 0.0), (s, c, 0.0), (0.0, 0.0, 1.0)),
+            "shift": tuple(a + b for a, b in zip(tip, _tool_offset(state))), "limits": limits.axis_limits(path)}
+
+
+def _tool_offset(state):
+    """G43: mm."""
+    return [state.unit_mm * value for value in (
+        emccanon.GET_EXTERNAL_TOOL_LENGTH_XOFFSET(), emccanon.GET_EXTERNAL_TOOL_LENGTH_YOFFSET(), emccanon.GET_EXTERNAL_TOOL_LENGTH_ZOFFSET())]
