@@ -36,7 +36,7 @@ MANPAGES = $(COMPONENTS:components/%.comp=build/man/%.9) $(COMMANDS:%=build/man/
 COMPLETIONS = build/completion/chipwise build/completion/chipwise-sandbox
 OBJECTS  = $(CORE:components/core/%.c=build/core/%.o)
 OFFLINES = $(OFFLINE:components/offline/%.c=build/offline/%.o)
-LIBRARY  = build/libchipwise.so
+LIBRARY  = build/libchipwise.so build/libchipwise_kinematics.so
 MODELS   = build/tests/support/fine_model.so build/tests/support/judge.so
 PROGRAMS = $(CORE_TESTS:tests/core/%.c=build/tests/%) $(BENCHES:bench/%.c=build/bench/%)
 
@@ -132,6 +132,11 @@ build/version.o: build/version.c
 
 build/libchipwise.so: $(OBJECTS) $(OFFLINES) build/version.o
 	$(CC) -shared -o $@ $^ -lm
+
+# Stands in for HAL when a kinematics module of LinuxCNC is used offline; a library of its own, because its functions have HAL's names.
+build/libchipwise_kinematics.so: components/kinematics_host.c
+	@mkdir -p $(@D)
+	$(CC) -O2 -fPIC -shared $(CFLAGS) -o $@ $<
 
 # Tests may use the stack as they like.
 build/tests/%: tests/core/%.c $(OBJECTS) components/linuxcnc_planner.c $(HEADERS) $(wildcard tests/core/*.h)

@@ -6,6 +6,7 @@
 Called by bench/run.py (prints JSON rows).
 error    random subs (tests/support/pattern_oracle.py) x 8 transforms in LinuxCNC's interpreter, against what each sub does by itself
 stations random stations from exact points, and from points that are 0.01 mm off, against the bound that is predicted
+robot    random programs of the simulated robot: bad ones that are found, good ones that are refused (tests/support/reach_oracle.py)
 climb    share of the volume that is cut climbing (tests/support/climb_oracle.py), of subs and of their mirror images, kept and not kept
 copies   200 copies of a sub of 500 moves: computing time of the plan, its child process included, and of LinuxCNC executing the lines
 """
@@ -27,7 +28,7 @@ from chipwise.pattern.job import PatternJob
 from chipwise.stations.frame import frame_of
 from rows import row
 from roots import ROOT
-from support import canon, climb_oracle, pattern_oracle
+from support import canon, climb_oracle, pattern_oracle, reach_oracle
 from support.pattern_oracle import compare, moves_of, random_sub, transformed
 from support.station_cases import case, off, shares_of_bound
 
@@ -89,6 +90,13 @@ def climbs(seed, count):
     return kept, lost, count
 
 
+def robots(seed, count):
+    """(bad programs, those not found, good programs, those refused) of so many."""
+    verdicts = [reach_oracle.judged(number, wild=number % 2 == 1) for number in range(seed, seed + count)]
+    bad, good = ([said for verdict, said in verdicts if verdict == kind] for kind in ("bad", "good"))
+    return len(bad), sum(not said for said in bad), len(good), sum(bool(said) for said in good)
+
+
 def long_sub(moves):
     """A sub of so many moves, lines and arcs."""
     r = random.Random("long sub")
@@ -131,6 +139,7 @@ def main():
     worst, cases, wrong = errors(options.seed, options.count)
     exact, share, number = stations(options.seed, 10 * options.count)
     kept, lost, profiles = climbs(options.seed, options.count)
+    bad, missed, good, alarms = robots(options.seed, 21 * options.count)
     with tempfile.TemporaryDirectory() as folder:
         plan_s, wall_s, run_s, lines = copies(folder)
     rows = [row(f"G75: largest error in {cases} random cases", worst, "mm", "; ".join(wrong), 1e-6),
@@ -139,6 +148,8 @@ def main():
             row(f"stations: points 0.01 mm off, largest share of the bound, {number}", share, "", "90 places each, up to 300 mm per axis away", 1.0),
             row(f"G75: climb share kept in {profiles} mirrored profiles, largest difference", kept, "", f"grid of {climb_oracle.CELL} mm", 0.04),
             row("G75: not kept, largest difference to the other share", lost, "", ""),
+            row(f"robot: bad programs not found before motion, of {bad}", missed, "", "reach, joint limits, singularities", 0),
+            row(f"robot: good programs refused, of {good}", alarms, "", "", 0),
             row(f"G75: plan of {COPIES} copies of {MOVES} moves", plan_s, "s", f"computing time; {wall_s:.2f} s on the clock, {lines} lines", 1.0),
             row(f"G75: the same program in rs274, {lines} lines", run_s, "s", "computing time, start of the interpreter included")]
     for line in rows:

@@ -11,7 +11,7 @@ Called by `make install` and `make uninstall`, with DESTDIR and PREFIX in the en
   build/completion/*       PREFIX/share/bash-completion/completions
   README.md .. docs/       PREFIX/share/doc/chipwise
   VERSION                  PREFIX/share/chipwise
-  build/libchipwise.so     PREFIX/lib/chipwise
+  build/libchipwise*.so    PREFIX/lib/chipwise
   configs/*.in             PREFIX/share/chipwise/configs, with the place filled in
   configs hal remap nc_files bin
                            PREFIX/share/chipwise, laid out as in the repository,
@@ -101,9 +101,10 @@ def wanted(prefix):
         files(shelf + '/*.[ms][dv]*', os.path.join(prefix, 'share', 'doc', 'chipwise', shelf))
     files('VERSION', share)
     plan[share + '/configs/chipwise.inc'] = for_prefix('configs/chipwise.inc.in', share)
-    files('build/libchipwise.so', os.path.join(prefix, 'lib', 'chipwise'))
-    if os.path.exists(os.path.join(ROOT, 'build', 'libchipwise.so')):
-        plan[share + '/build/libchipwise.so'] = ('link', '../../../lib/chipwise/libchipwise.so')
+    for library in ('libchipwise.so', 'libchipwise_kinematics.so'):
+        files('build/' + library, os.path.join(prefix, 'lib', 'chipwise'))
+        if os.path.exists(os.path.join(ROOT, 'build', library)):
+            plan[share + '/build/' + library] = ('link', '../../../lib/chipwise/' + library)
     for tree in TREES:
         for name in tree_files(tree):
             source = os.path.join(ROOT, name)

@@ -46,6 +46,9 @@ def _lines(moves: Iterable[Move], start: tuple, unit_mm: float, decimals: int = 
             turns = f" P{move.turns}" if move.turns != 1 else ""
             yield move, f"{own + ' ' if own != plane else ''}G{3 if move.ccw else 2} {target} {words}{turns}", move.feed * scale
             plane = own
+        elif isinstance(move, Rapid) and move.abc is not None:
+            turn = " ".join(f"{letter}{value:.6f}" for letter, value in zip("ABC", move.abc))
+            yield move, f"G0 {target} {turn}", None
         elif at == was:
             continue
         elif isinstance(move, Line):

@@ -12,12 +12,13 @@ from typing import Optional, Union
 
 @dataclass(frozen=True)
 class Rapid:
-    """A traverse (G0)."""
+    """A traverse (G0); abc: degrees of the axes A, B and C at its end."""
 
     x: Optional[float] = None
     y: Optional[float] = None
     z: Optional[float] = None
     line: int = 0
+    abc: Optional[tuple] = None
 
 
 @dataclass(frozen=True)

@@ -50,6 +50,14 @@ def _pair(text: str) -> tuple[float, float]:
     return _number(first), _number(second)
 
 
+def _angles(text: str) -> tuple:
+    """"180 0 0" -> (180.0, 0.0, 0.0); nothing -> ()."""
+    values = tuple(_number(word) for word in text.replace(",", " ").split())
+    if len(values) not in (0, 3):
+        raise ValueError
+    return values
+
+
 def _yes_or_no(text: str) -> bool:
     """"yes" or "no" -> bool."""
     return {"yes": True, "no": False}[text.lower()]
@@ -93,6 +101,7 @@ SETTINGS = {
     "STATIONS": Setting("stations.toml", "path", str, lambda v: v != "", "the path of a TOML file"),
     "KEEP_STOCK": Setting(False, "", _yes_or_no, lambda v: True, "yes or no"),
     "PATTERNS": Setting("patterns", "path", str, lambda v: v != "", "one or more paths of folders"),
+    "TOOL_POSE": Setting((), "deg", _angles, lambda v: True, "three angles A B C, or nothing"),
     "KEEP_CLIMB": Setting(False, "", _yes_or_no, lambda v: True, "yes or no"),
     "GUARD_RAPID": Setting(True, "", _yes_or_no, lambda v: True, "yes or no"),
     "PLAN_TIME": Setting(10, "s", _whole, lambda v: 1 <= v <= 600, "a whole number of seconds from 1 to 600"),

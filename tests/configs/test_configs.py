@@ -62,7 +62,7 @@ def test_inch_is_the_metric_mill():
 
 
 def test_files_named_exist():
-    for name in ('mill.ini', 'mill_inch.ini', 'mill_headless.ini', 'mill_gmoccapy.ini'):
+    for name in ('mill.ini', 'mill_inch.ini', 'mill_headless.ini', 'mill_gmoccapy.ini', 'robot.ini'):
         folder = os.path.join(ROOT, 'configs')
         for section, key, value in entries(name):
             if (section, key) in (('HAL', 'HALFILE'), ('HAL', 'POSTGUI_HALFILE'), ('DISPLAY', 'PYVCP'), ('EMCIO', 'TOOL_TABLE'),

@@ -178,3 +178,27 @@ def test_check_finds_the_stations_of_the_machine(tmp_path):
     assert done.returncode in (0, 1), done.stderr
     tool = json.loads(out.read_text())['programs'][0]['tools'][0]
     assert tool['volume_mm3'] == pytest.approx(20 * 6 + math.pi * 9, rel=0.01)
+
+
+def test_the_robot_turns_its_tool(tmp_path):
+    """The preview of configs/robot.ini: A B C of the four stations, one with its Z axis down; none on a mill."""
+    done = subprocess.run([str(canon.ROOT / 'bin' / 'chipwise'), 'try', str(canon.ROOT / 'nc_files' / 'stations.ngc'), '--ini',
+                           str(canon.ROOT / 'configs' / 'robot.ini')], capture_output=True, text=True, stdin=subprocess.DEVNULL)
+    turns = [tuple(map(float, line.rpartition('(')[2].rstrip(')').split(',')[3:])) for line in done.stdout.splitlines() if 'STRAIGHT_' in line]
+    assert list(dict.fromkeys(turns)) == [(180, 0, 0), (180, 0, 90), (180, -30, 0), (340, 0, 0)], done.stdout[-500:]
+
+
+@pytest.mark.parametrize('sub, words', [
+    (['o100 sub', 'G1 X5 F100', 'G0 Z50', 'o100 endsub'], 'the pattern begins with a cut: line'), (SUB, 'the machine has no axes A, B and C')])
+def test_what_a_robot_refuses(tmp_path, sub, words):
+    stations = taught(tmp_path / 'stations.toml', turned(40, 0, 0), np.zeros(3))
+    text = (canon.ROOT / 'configs' / 'robot.ini').read_text().replace('../nc_files', str(canon.ROOT / 'nc_files')).replace(
+        'robot_stations.toml', stations).replace('= remap', f'= {canon.ROOT}/configs/remap')
+    if 'axes' in words:
+        text = text.replace('COORDINATES = X Y Z A B C', 'COORDINATES = X Y Z')
+    (tmp_path / 'robot.ini').write_text(text)
+    (tmp_path / 'robot.tbl').write_text('T1 P1 D6 Z0\n')
+    (tmp_path / 'part.ngc').write_text('\n'.join([*sub, 'G21 G90 G17 G40 F600', 'G75 Q100 P7', 'M2', '']))
+    done = subprocess.run([str(canon.ROOT / 'bin' / 'chipwise'), 'try', str(tmp_path / 'part.ngc'), '--ini', str(tmp_path / 'robot.ini')],
+                          capture_output=True, text=True, stdin=subprocess.DEVNULL)
+    assert words in done.stdout + done.stderr, done.stdout + done.stderr

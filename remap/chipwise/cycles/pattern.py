@@ -14,14 +14,16 @@ Copy c = 0, 1, ..: mirror about the pattern's origin, rotate by rotation + c tur
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Callable, Optional
 
 import numpy as np
 
 from chipwise.cycles.plan import CyclePlan, Note, Report
+from chipwise.cycles.reach import Reach
 from chipwise.cycles.travel import Travel
 from chipwise.errors import CycleError, braceless
+from chipwise.moves import Rapid
 from chipwise.pattern.climb import reversed_chains
 from chipwise.pattern.isometry import IDENTITY, Isometry, moved, placed
 from chipwise.pattern.recorded import Recorded, Step
@@ -40,7 +42,8 @@ class PatternRequest:
 
     mirror: 0 none, 1 X, 2 Y, 3 both; start: (x, y, z) of the tool; chord: of arcs that cannot stay arcs; place: matrix and shift from the
     coordinates of the station to work coordinates; in_mirror: whether a pattern around this one mirrors it; close_gap: see climb.py; travel: fields
-    of a Travel, None if nothing is known of the machine.
+    of a Travel, None if nothing is known of the machine; pose: (A, B, C) that the tool turns to, None if it stays; reach: fields of a Reach, where
+    the machine is a robot.
     """
 
     shift: tuple
@@ -56,6 +59,8 @@ class PatternRequest:
     place: tuple = (IDENTITY.matrix, IDENTITY.shift)
     in_mirror: bool = False
     travel: Optional[dict] = None
+    pose: Optional[tuple] = None
+    reach: Optional[dict] = None
     keep_climb: bool = False
     close_gap: float = 0.0
 
@@ -66,6 +71,7 @@ def pattern_plan(request: PatternRequest, read: Callable[[tuple, bool], Recorded
     copies = [copy_of(request, c) for c in range(int(request.copies))]
     mirrored = copies[0].mirrors
     travel = Travel(**request.travel) if request.travel else None
+    runs_made: list = []
     turned_over = mirrored != request.in_mirror
     runs, moves, here, left = _Runs(lambda start: read(start, mirrored)), [], request.start, []
     for c, isometry in enumerate(copies):
@@ -78,10 +84,16 @@ def pattern_plan(request: PatternRequest, read: Callable[[tuple, bool], Recorded
             points = recorded.points
         if travel:
             travel.check(recorded, points, start, isometry, c + 1)
+        runs_made.append((c + 1, recorded, points, start, isometry))
         moves += moved(recorded, points, start, isometry, request.chord)
         if len(moves) > request.most_moves:
             raise CycleError(f"the pattern has more than {request.most_moves} moves", "use fewer copies, or raise [CHIPWISE]PLAN_MOVES")
         here = isometry.point(points[recorded.ends[-1]])
+    if request.pose:
+        moves[0] = _turning(moves[0], request.pose)
+    if request.reach and request.travel:
+        onto = Isometry(request.travel["matrix"], request.travel["shift"])
+        Reach(**request.reach).check([(*made, onto.after(place)) for *made, place in runs_made], request.pose or request.reach["abc"])
     first = runs.first
     notes = [Note(braceless(text), {}) for text in first.messages]
     if turned_over and request.keep_climb:
@@ -89,7 +101,7 @@ def pattern_plan(request: PatternRequest, read: Callable[[tuple, bool], Recorded
     elif turned_over and first.own_cut:
         notes.append(Note(f"the cuts from line {first.own_cut} of the sub on are mirrored, climb cuts become conventional; the cycles of chipwise "
                           "keep theirs, #<_chipwise_keep_climb> = 1 reverses closed chains", {}))
-    if _tilt(request) > NOTED_TILT:
+    if _tilt(request) > NOTED_TILT and not request.pose:
         notes.append(Note(f"station {request.station:g} is tilted by {_tilt(request):.2f} degrees, and the tool's axis stays as it is", {}))
     return CyclePlan(tuple(moves), tuple(notes),
                      lambda: Report("pattern", {"copies": len(copies), "moves": len(moves)}))
@@ -102,11 +114,19 @@ def check(request: PatternRequest):
     if not 1 <= request.copies <= MAX_COPIES:
         raise CycleError(f"L{request.copies:g} is not a number of copies", f"use a whole number from 1 to {MAX_COPIES}")
     tilt = _tilt(request)
-    if tilt > MAX_TILT:
+    if tilt > MAX_TILT and not request.pose:
         raise CycleError(f"station P{request.station:g} is tilted by {tilt:.1f} degrees, more than {MAX_TILT:g}: the tool's axis stays as it is",
                          "see whether points 2 and 3 are interchanged")
     if request.copies == 1 and (request.step != (0.0, 0.0) or request.turn):
         raise CycleError("I, J and K are for more than one copy", "add L, or use X, Y and R")
+
+
+def _turning(move, pose):
+    """The first move of the pattern, which turns the tool as well."""
+    if not isinstance(move, Rapid):
+        raise CycleError(f"the pattern begins with a cut: line {move.line} is the first move of the sub, and the tool has to turn to the station",
+                         "begin the sub with G0 to its first position")
+    return replace(move, abc=tuple(pose))
 
 
 def _left_note(left):

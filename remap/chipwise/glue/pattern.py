@@ -4,7 +4,7 @@
 import os
 
 from chipwise.errors import CycleError
-from chipwise.glue import known_stock, shape, stations, travel
+from chipwise.glue import known_stock, robot, shape, stations, travel
 from chipwise.pattern import hand
 from chipwise.pattern.job import DEPTH, PatternJob
 
@@ -24,6 +24,7 @@ def order(state):
                          "use P in the program itself")
     station = stations.place_of(state, number) if number else None
     fields = _fields(state, station)
+    fields.update(robot.of(state, station, fields["travel"]))
     up = fields["shift"][2]
     if station:
         fields["station"], fields["place"] = number, (station.matrix, station.shift)

@@ -23,10 +23,10 @@ def of(state):
     c, s = math.cos(angle), math.sin(angle)
     tip = state.machine_point((0.0, 0.0, 0.0))
     return {"matrix": ((c, -s, 0.0), (s, c, 0.0), (0.0, 0.0, 1.0)),
-            "shift": tuple(a + b for a, b in zip(tip, _tool_offset(state))), "limits": limits.axis_limits(path)}
+            "shift": tuple(a + b for a, b in zip(tip, tool_offset(state))), "limits": limits.axis_limits(path)}
 
 
-def _tool_offset(state):
-    """G43: mm."""
+def tool_offset(state):
+    """X, Y and Z of G43, mm."""
     return [state.unit_mm * value for value in (
         emccanon.GET_EXTERNAL_TOOL_LENGTH_XOFFSET(), emccanon.GET_EXTERNAL_TOOL_LENGTH_YOFFSET(), emccanon.GET_EXTERNAL_TOOL_LENGTH_ZOFFSET())]

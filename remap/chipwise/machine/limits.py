@@ -31,6 +31,23 @@ def _limits(_path, lines):
     return tuple((name, low, high) for name, low, high in found.values())
 
 
+def joint_limits(lines):
+    """((lowest, highest, speed per s), ..) of the joints, as the kinematics have them: machine units, degrees."""
+    found = []
+    for joint in range(int(section_of(lines, "KINS").get("JOINTS", "0"))):
+        section = section_of(lines, f"JOINT_{joint}")
+        low, high, speed = (_number(section.get(key, "")) for key in ("MIN_LIMIT", "MAX_LIMIT", "MAX_VELOCITY"))
+        found.append((-math.inf if low is None else low, math.inf if high is None else high, math.inf if speed is None else speed))
+    return tuple(found)
+
+
+def traverse_speeds(lines):
+    """(mm/s, degrees/s) of a traverse: those of the slowest axis."""
+    scale = unit_mm(section_of(lines, "TRAJ").get("LINEAR_UNITS", "mm"))
+    speeds = [[_number(section_of(lines, f"AXIS_{letter}").get("MAX_VELOCITY", "")) or math.inf for letter in letters] for letters in ("XYZ", "ABC")]
+    return min(speeds[0]) * scale, min(speeds[1])
+
+
 def trivial_joints(lines):
     """Letters of the axes that are joints 0, 1, ..; "" unless the kinematics are trivkins."""
     text = section_of(lines, "KINS").get("KINEMATICS", "")

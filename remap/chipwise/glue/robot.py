@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The tool's orientation in a station, and what of the robot G75 has to know.  Called by glue/pattern.py.
+
+[CHIPWISE]TOOL_POSE says that A, B and C are roll, pitch and yaw of the tool, and what they are in a level station.
+"""
+
+import os
+import subprocess
+
+import numpy as np
+
+from chipwise import ini
+from chipwise.errors import CycleError, braceless
+from chipwise.glue.travel import tool_offset
+from chipwise.machine import limits
+
+PATIENCE_S = 5.0
+_AXES = ("AA", "BB", "CC")
+
+
+def of(state, station, travel):
+    """{"pose": .., "reach": ..} of a PatternRequest, {} on a machine whose tool keeps its axis.
+
+    station: Isometry from its coordinates to work coordinates, None without one; travel: fields of a Travel, None in the preview.
+    """
+    pose = state.settings["TOOL_POSE"]
+    if not pose:
+        return {}
+    lines = tuple(ini.read_lines(ini.file_name()))
+    letters = ini.section_of(lines, "TRAJ").get("COORDINATES", "").upper()
+    if not set("ABC") <= set(letters):
+        raise CycleError("[CHIPWISE]TOOL_POSE is set, and the machine has no axes A, B and C", "take TOOL_POSE out of the INI file")
+    now = tuple(float(getattr(state.interp, f"{axis}_current")) for axis in _AXES)
+    reach = _reach(lines, now) if travel else None
+    if station is None:
+        return {"reach": reach}
+    _check_offsets(state)
+    from chipwise.stations.pose import in_station
+    angle = np.radians(state.interp.rotation_xy)
+    turned = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
+    return {"pose": in_station(turned @ np.array(station.matrix), pose, now), "reach": reach}
+
+
+def _check_offsets(state):
+    """Raise CycleError for offsets that would turn or shift the tool in another direction than the station's."""
+    interp = state.interp
+    for axis in _AXES:
+        if getattr(interp, f"{axis}_origin_offset") or getattr(interp, f"{axis}_axis_offset"):
+            raise CycleError(f"the work offset of {axis[0]} is not 0: the tool would not be square to the station", f"set it to 0, as with G10 L2 P1 {axis[0]}0")
+    if any(tool_offset(state)):
+        raise CycleError("a tool length is on (G43): it acts along Z of the machine, and not along the tool", "program G49, and put the length into the kinematics")
+
+
+def _reach(lines, now):
+    """What a cycles.reach.Reach is made of."""
+    module, *_arguments = ini.section_of(lines, "KINS").get("KINEMATICS", "").split() or [""]
+    joints = limits.joint_limits(lines)
+    pins = _pins(f"{module}.*", "joint.*.pos-cmd")
+    return dict(module=module, pins=tuple((name, value) for name, value in pins.items() if name.startswith(module + ".")),
+                joints=tuple(pins.get(f"joint.{k}.pos-cmd", 0.0) for k in range(len(joints))), limits=joints, abc=now,
+                per_mm=1.0 / ini.unit_mm(ini.section_of(lines, "TRAJ").get("LINEAR_UNITS", "mm")), speeds=limits.traverse_speeds(lines))
+
+
+def _pins(*patterns):
+    """{name: value} of the HAL pins that are numbers."""
+    found = {}
+    try:
+        for pattern in patterns:
+            said = subprocess.run(["halcmd", "-s", "show", "pin", pattern], stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=PATIENCE_S,
+                                  check=True, env={**os.environ, "LC_ALL": "C"}).stdout
+            for line in said.splitlines():
+                words = line.split()
+                if len(words) >= 5 and words[1] == "float":
+                    found[words[4]] = float(words[3])
+    except (OSError, subprocess.SubprocessError, ValueError) as error:
+        raise CycleError(f"the robot's joints cannot be read: {braceless(str(error))}", "see what `halcmd show pin` says") from error
+    return found
