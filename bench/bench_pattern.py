@@ -139,7 +139,7 @@ def main():
     worst, cases, wrong = errors(options.seed, options.count)
     exact, share, number = stations(options.seed, 10 * options.count)
     kept, lost, profiles = climbs(options.seed, options.count)
-    bad, missed, good, alarms = robots(options.seed, 21 * options.count)
+    bad, missed, good, alarms = robots(options.seed, 10 * options.count)
     with tempfile.TemporaryDirectory() as folder:
         plan_s, wall_s, run_s, lines = copies(folder)
     rows = [row(f"G75: largest error in {cases} random cases", worst, "mm", "; ".join(wrong), 1e-6),

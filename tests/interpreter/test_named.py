@@ -57,7 +57,7 @@ def test_an_unknown_name_is_named(run, line):
     code = line.split()[0]
     assert found.error == (
         f"chipwise: {code}: #<_chipwise_chopsize> is not known; known are #<_chipwise_allowance>, "
-        "#<_chipwise_approach_angle>, #<_chipwise_chop_size>, #<_chipwise_ramp_angle>")
+        "#<_chipwise_approach_angle>, #<_chipwise_chop_size>, #<_chipwise_keep_climb>, #<_chipwise_ramp_angle>")
     assert not [e for e in found.elements if e.kind != "rapid"]
 
 

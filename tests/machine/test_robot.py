@@ -77,6 +77,7 @@ def test_one_sub_at_four_stations(tmp_path):
         cut = square & (local[:, 2] < 5) & (np.abs(local[:, 0] - 27) < 60) & (np.abs(local[:, 1] - 15) < 60)
         assert cut.sum() > 500, number
         assert off_the_outline(local[cut]).max() < 0.001, (number, off_the_outline(local[cut]).max())
+        print(f"station {number}: {cut.sum()} periods, {off_the_outline(local[cut]).max():.2e} mm off")
         for corner in ((0, 0, -1), (40, 0, -1), (55, 15, -1), (40, 30, -1), (0, 30, -1)):
             assert np.linalg.norm(local[cut] - corner, axis=1).min() < (0.03 if corner[0] else 0.001), (number, corner)     # it stops in the corners at X0
     assert frames()[4][0][2, 2] < -0.9
