@@ -56,8 +56,11 @@ def _reach(lines, now):
     module, *_arguments = ini.section_of(lines, "KINS").get("KINEMATICS", "").split() or [""]
     joints = limits.joint_limits(lines)
     pins = _pins(f"{module}.*", "joint.*.pos-cmd")
+    named = [f"joint.{k}.pos-cmd" for k in range(len(joints))]
+    if not set(named) <= set(pins):
+        raise CycleError("the robot's joints cannot be read: HAL has no pins joint.N.pos-cmd", "see what `halcmd show pin` says")
     return dict(module=module, pins=tuple((name, value) for name, value in pins.items() if name.startswith(module + ".")),
-                joints=tuple(pins.get(f"joint.{k}.pos-cmd", 0.0) for k in range(len(joints))), limits=joints, abc=now,
+                joints=tuple(pins[name] for name in named), limits=joints, abc=now,
                 per_mm=1.0 / ini.unit_mm(ini.section_of(lines, "TRAJ").get("LINEAR_UNITS", "mm")), speeds=limits.traverse_speeds(lines))
 
 
@@ -70,7 +73,7 @@ def _pins(*patterns):
                                   check=True, env={**os.environ, "LC_ALL": "C"}).stdout
             for line in said.splitlines():
                 words = line.split()
-                if len(words) >= 5 and words[1] == "float":
+                if len(words) >= 5 and words[1] in ("float", "real"):
                     found[words[4]] = float(words[3])
     except (OSError, subprocess.SubprocessError, ValueError) as error:
         raise CycleError(f"the robot's joints cannot be read: {braceless(str(error))}", "see what `halcmd show pin` says") from error
