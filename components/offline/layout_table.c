@@ -12,6 +12,7 @@
 #include "core/tool_watch.h"
 #include "core/tracker.h"
 #include "offline/height_sweep.h"
+#include "offline/drop_cutter.h"
 
 struct chip_layout_entry { const char *name; long value; };
 
@@ -683,6 +684,36 @@ const struct chip_layout_entry chip_layout_table[] = {
     { "chip_height_met.at size", sizeof(((struct chip_height_met *)0)->at) },
     { "chip_height_met.holder", offsetof(struct chip_height_met, holder) },
     { "chip_height_met.holder size", sizeof(((struct chip_height_met *)0)->holder) },
+    { "chip_drop_mesh", sizeof(struct chip_drop_mesh) },
+    { "chip_drop_mesh.bin", offsetof(struct chip_drop_mesh, bin) },
+    { "chip_drop_mesh.bin size", sizeof(((struct chip_drop_mesh *)0)->bin) },
+    { "chip_drop_mesh.nx", offsetof(struct chip_drop_mesh, nx) },
+    { "chip_drop_mesh.nx size", sizeof(((struct chip_drop_mesh *)0)->nx) },
+    { "chip_drop_mesh.ny", offsetof(struct chip_drop_mesh, ny) },
+    { "chip_drop_mesh.ny size", sizeof(((struct chip_drop_mesh *)0)->ny) },
+    { "chip_drop_mesh.n", offsetof(struct chip_drop_mesh, n) },
+    { "chip_drop_mesh.n size", sizeof(((struct chip_drop_mesh *)0)->n) },
+    { "chip_drop_mesh.stamp", offsetof(struct chip_drop_mesh, stamp) },
+    { "chip_drop_mesh.stamp size", sizeof(((struct chip_drop_mesh *)0)->stamp) },
+    { "chip_drop_mesh.triangle", offsetof(struct chip_drop_mesh, triangle) },
+    { "chip_drop_mesh.triangle size", sizeof(((struct chip_drop_mesh *)0)->triangle) },
+    { "chip_drop_mesh.top", offsetof(struct chip_drop_mesh, top) },
+    { "chip_drop_mesh.top size", sizeof(((struct chip_drop_mesh *)0)->top) },
+    { "chip_drop_mesh.first", offsetof(struct chip_drop_mesh, first) },
+    { "chip_drop_mesh.first size", sizeof(((struct chip_drop_mesh *)0)->first) },
+    { "chip_drop_mesh.member", offsetof(struct chip_drop_mesh, member) },
+    { "chip_drop_mesh.member size", sizeof(((struct chip_drop_mesh *)0)->member) },
+    { "chip_drop_mesh.bin_top", offsetof(struct chip_drop_mesh, bin_top) },
+    { "chip_drop_mesh.bin_top size", sizeof(((struct chip_drop_mesh *)0)->bin_top) },
+    { "chip_drop_mesh.seen", offsetof(struct chip_drop_mesh, seen) },
+    { "chip_drop_mesh.seen size", sizeof(((struct chip_drop_mesh *)0)->seen) },
+    { "chip_drop_tool", sizeof(struct chip_drop_tool) },
+    { "chip_drop_tool.radius", offsetof(struct chip_drop_tool, radius) },
+    { "chip_drop_tool.radius size", sizeof(((struct chip_drop_tool *)0)->radius) },
+    { "chip_drop_tool.corner", offsetof(struct chip_drop_tool, corner) },
+    { "chip_drop_tool.corner size", sizeof(((struct chip_drop_tool *)0)->corner) },
+    { "chip_drop_tool.half_angle", offsetof(struct chip_drop_tool, half_angle) },
+    { "chip_drop_tool.half_angle size", sizeof(((struct chip_drop_tool *)0)->half_angle) },
     { 0, 0 }
 };
 

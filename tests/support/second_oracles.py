@@ -18,6 +18,7 @@ from support import ROOT
 
 VENV = ROOT / "build" / "oracles"
 PACKAGES = ("cavaliercontours-python", "pyclipper")
+MAY_LACK = "opencamlib"             # has no wheel for every Python
 
 
 def _install():
@@ -29,7 +30,7 @@ def _install():
 
 
 def _install_alone():
-    done, failed = VENV / "complete", VENV / "failed"
+    done, failed = VENV / "complete-2", VENV / "failed"
     if done.exists():
         return None
     if failed.exists():
@@ -37,6 +38,7 @@ def _install_alone():
     steps = ([sys.executable, "-m", "venv", "--system-site-packages", str(VENV)],
              [str(VENV / "bin" / "pip"), "install", "--quiet", "--disable-pip-version-check",
               "--timeout", "20", *PACKAGES])
+    pip = [str(VENV / "bin" / "pip"), "install", "--quiet", "--disable-pip-version-check", "--timeout", "20"]
     for step in steps:
         try:
             subprocess.run(step, check=True, capture_output=True, text=True, timeout=300)
@@ -45,6 +47,7 @@ def _install_alone():
             lines = (getattr(error, "stderr", "") or str(error)).strip().splitlines()
             failed.write_text(lines[-1] if lines else "pip failed")
             return failed.read_text()
+    subprocess.run([*pip, "--only-binary", ":all:", MAY_LACK], check=False, capture_output=True, timeout=300)
     done.write_text("")
     return None
 

@@ -9,6 +9,7 @@ BOX_REGISTERS = 6
 CELLS_PER_PERIOD = 12000
 CORE_VERSION = 1
 DROP_FULL = 32767
+DROP_NOTHING = -1e+30
 FEED_LOAD_STEPS = 8
 FEED_REGISTERS = 4
 FULL = 65535
@@ -752,6 +753,36 @@ class HeightMet(C.Structure):
     ]
 
 
+class DropMesh(C.Structure):
+    """struct chip_drop_mesh"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("bin", C.c_double),
+        ("nx", C.c_int32),
+        ("ny", C.c_int32),
+        ("n", C.c_int32),
+        ("stamp", C.c_uint32),
+        ("triangle", C.c_void_p),
+        ("top", C.c_void_p),
+        ("first", C.c_void_p),
+        ("member", C.c_void_p),
+        ("bin_top", C.c_void_p),
+        ("seen", C.c_void_p),
+    ]
+
+
+class DropTool(C.Structure):
+    """struct chip_drop_tool"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("radius", C.c_double),
+        ("corner", C.c_double),
+        ("half_angle", C.c_double),
+    ]
+
+
 STRUCTURES = {
     "chip_feed_in": FeedIn,
     "chip_feed_out": FeedOut,
@@ -785,4 +816,6 @@ STRUCTURES = {
     "chip_height_map": HeightMap,
     "chip_height_tool": HeightTool,
     "chip_height_met": HeightMet,
+    "chip_drop_mesh": DropMesh,
+    "chip_drop_tool": DropTool,
 }

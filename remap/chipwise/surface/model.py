@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""A model from a file, at its place: triangles in mm.
+
+Called by cycles/surface.py and cli/surface.py.  The kind of a file is read from its content, not from its name.
+"""
+
+import os
+from dataclasses import dataclass
+
+import numpy as np
+
+from chipwise.errors import CycleError, braceless
+from chipwise.files import TooLong, open_regular
+from chipwise.surface import png, stl
+
+LARGEST = 1e5               # mm, of a coordinate
+PIXEL = 0.1                 # mm of a pixel if neither the picture nor the user says it
+DEPTH = 5.0                 # mm from white to black if the user does not say it
+
+
+@dataclass(frozen=True)
+class Placing:
+    """Where a model goes.
+
+    shift   (x, y, z) mm, of the file's origin; of a picture its lower left corner, at the height of white
+    scale   factor of the file's lengths; STL files count as mm
+    pixel   mm of a pixel before the scale, None: as the picture says, else PIXEL
+    depth   mm from white to black, not scaled
+    """
+
+    shift: tuple = (0.0, 0.0, 0.0)
+    scale: float = 1.0
+    pixel: float | None = None
+    depth: float = DEPTH
+
+
+@dataclass(frozen=True)
+class Model:
+    """triangles  (n, 9) float32, mm from `low`, the highest triangle first
+    top         (n,) float32, mm from low: the highest point of each
+    low, high   (3,) float64, mm: the box around it
+    notes       for the operator
+    """
+
+    triangles: np.ndarray
+    top: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    notes: tuple = ()
+
+
+def read_model(path: str, placing: Placing) -> Model:
+    """Raises CycleError, with the file's name, for a file that is not a usable model."""
+    name = braceless(os.path.basename(path))
+    try:
+        with open_regular(path, max(stl.MAX_BYTES, png.MAX_BYTES)) as file:
+            corners, scale, notes = _read(file, os.fstat(file.fileno()).st_size, placing)
+    except TooLong as error:
+        raise CycleError(f"{name}: the file has {error.found} bytes, more than {error.most}", "export it with a larger tolerance") from error
+    except OSError as error:
+        raise CycleError(f"{name}: {braceless(error.strerror or str(error))}", "correct the name of the model") from error
+    except CycleError as error:
+        raise CycleError(f"{name}: {error.problem}", error.remedy, **error.values) from None
+    return _placed(name, corners, scale, placing.shift, notes)
+
+
+def _read(file, size, placing):
+    """-> (corners (n, 9) float32 in the file's unit, scale to mm, notes)."""
+    head = file.read(1024)
+    file.seek(0)
+    if head.startswith(png.SIGNATURE):
+        picture = png.read_png(file)
+        notes = ("the picture has 8 bit: steps of 1/255 of the depth stay visible; use 16 bit",) if picture.bits == 8 else ()
+        return _terrain(picture.height, placing.pixel or picture.pixel or PIXEL, placing.depth / placing.scale), placing.scale, notes
+    if head.startswith(b"\xff\xd8"):
+        raise CycleError("the file is a JPEG picture, not an STL or PNG file", "save it as 16-bit grey PNG")
+    if not size:
+        raise CycleError("the file is empty", "export the model again")
+    if not stl.is_stl(head, size):
+        raise CycleError("the file is neither STL nor PNG", "name an STL file or a PNG picture")
+    return stl.read_stl(file, size), placing.scale, ()
+
+
+def _terrain(height, pixel, depth):
+    """Two triangles between any four pixels; white at Z0, the first row at the largest Y."""
+    rows, columns = height.shape
+    x = np.broadcast_to((np.arange(columns) * pixel).astype(np.float32), (rows, columns))
+    y = np.broadcast_to((np.arange(rows)[::-1, None] * pixel).astype(np.float32), (rows, columns))
+    point = np.stack([x, y, (height - np.float32(1.0)) * np.float32(depth)], axis=2)
+    a, b, c, d = point[:-1, :-1], point[:-1, 1:], point[1:, 1:], point[1:, :-1]
+    return np.concatenate([np.concatenate([a, b, d], axis=2).reshape(-1, 9), np.concatenate([b, c, d], axis=2).reshape(-1, 9)])
+
+
+def _placed(name, corners, scale, shift, notes):
+    """Scaled, shifted, checked, and sorted by height."""
+    if not len(corners):
+        raise CycleError(f"{name}: the model has no triangles", "export the model again")
+    good = np.isfinite(corners).all(axis=1)
+    if not good.all():
+        raise CycleError(f"{name}: triangle {int(np.argmin(good)) + 1} of {len(corners)} has a coordinate that is not a finite number",
+                         "repair the model")
+    points = corners.reshape(-1, 3)
+    with np.errstate(over="ignore"):
+        low, high = points.min(axis=0).astype(np.float64) * scale + shift, points.max(axis=0).astype(np.float64) * scale + shift
+    if not max(np.abs(low).max(), np.abs(high).max()) <= LARGEST:
+        raise CycleError(f"{name}: the model reaches {{far}}, more than {{most}}", "check the unit and SCALE of the model",
+                         far=float(max(np.abs(low).max(), np.abs(high).max())), most=LARGEST)
+    off = np.tile(np.asarray(shift, np.float64) - low, 3)
+    for begin in range(0, len(corners), stl.PART):      # in place, and in double precision between
+        part = corners[begin:begin + stl.PART]
+        part[:] = part.astype(np.float64) * scale + off
+    top = corners[:, 2::3].max(axis=1)
+    order = np.argsort(-top, kind="stable")
+    return Model(corners[order], top[order], low, high, notes)

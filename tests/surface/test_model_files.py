@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Models from files: read right, or answered with a message in 2 s."""
+import os
+import time
+
+import numpy as np
+import pytest
+from support import surface_cases
+
+from chipwise.errors import CycleError
+from chipwise.surface import png, stl
+from chipwise.surface.model import Placing, read_model
+
+WAVES = surface_cases.waves(12)
+
+
+def answer(path, **placing):
+    """(Model or message, seconds)"""
+    began = time.monotonic()
+    try:
+        result = read_model(str(path), Placing(**placing))
+    except CycleError as error:
+        result = str(error)
+    return result, time.monotonic() - began
+
+
+@pytest.mark.parametrize("content", [surface_cases.stl_bytes(WAVES), surface_cases.stl_text(WAVES),
+                                     surface_cases.stl_text(WAVES).replace(b"\n", b"\r\n").upper(),
+                                     b"solid not text ".ljust(80) + surface_cases.stl_bytes(WAVES)[80:]],
+                         ids=["binary", "ascii", "capitals", "solid"])
+def test_binary_and_ascii(tmp_path, content):
+    (tmp_path / "model.stl").write_bytes(content)
+    model, _seconds = answer(tmp_path / "model.stl", shift=(5, -3, 1), scale=2.0)
+    expected = 2 * WAVES + (5, -3, 1)
+    assert model.low == pytest.approx(expected.min(axis=(0, 1)), abs=1e-5) and model.high == pytest.approx(expected.max(axis=(0, 1)), abs=1e-5)
+    found = surface_cases.triangles_of(model)
+    order = [np.lexsort(part.reshape(-1, 9).round(3).T) for part in (found, expected)]
+    assert found[order[0]] == pytest.approx(expected[order[1]], abs=2e-5)
+
+
+def test_parts_of_a_long_ascii_file(tmp_path, monkeypatch):
+    monkeypatch.setattr(stl, "TEXT_PART", 1000)
+    (tmp_path / "model.stl").write_bytes(surface_cases.stl_text(WAVES))
+    assert len(answer(tmp_path / "model.stl")[0].triangles) == len(WAVES)
+
+
+def binary(triangles=WAVES, count=None):
+    data = surface_cases.stl_bytes(triangles)
+    return data if count is None else data[:80] + count.to_bytes(4, "little") + data[84:]
+
+
+def not_finite(value):
+    triangles = WAVES.copy()
+    triangles[7, 1, 2] = value
+    return triangles
+
+
+@pytest.mark.parametrize("content, text", [
+    (b"", "the file is empty"),
+    (b"\xff\xd8\xff\xe0" + bytes(500), "JPEG"),
+    (b"G21\nG0 X0\n", "neither STL nor PNG"),
+    (binary()[:1000], "is cut off: it says 242 triangles and has 18"),
+    (binary(count=2 ** 32 - 1), "is cut off"),
+    (binary(WAVES[:0]), "has no triangles"),
+    (b"solid\nendsolid\n", "has no triangles"),
+    (binary(not_finite(np.nan)), "triangle 8 of 242 has a coordinate that is not a finite number"),
+    (binary(not_finite(np.inf)), "not a finite number"),
+    (binary(WAVES * 1e6), "check the unit"),
+    (surface_cases.stl_text(not_finite(np.nan)), "not a finite number"),
+    (surface_cases.stl_text(WAVES)[:5000], "endsolid is missing"),
+    (surface_cases.stl_text(WAVES).replace(b"vertex", b"vortex", 1), "without three vertices"),
+    (surface_cases.stl_text(WAVES).replace(b"vertex 0", b"vertex zero", 1), "not three numbers"),
+    (surface_cases.png_bytes(np.zeros((4, 4)))[:60], "is cut off"),
+    (surface_cases.png_bytes(np.zeros((4, 4)))[:45] + b"\7" + surface_cases.png_bytes(np.zeros((4, 4)))[46:], "is damaged"),
+    (surface_cases.png_bytes(np.zeros((1, 1))), "1 x 1 pixels"),
+    (surface_cases.png_bytes(np.zeros((4, 4))).replace(b"\x10\0\0\0\0", b"\x10\3\0\0\0", 1), "damaged"),
+], ids=lambda value: value.replace(" ", "_") if isinstance(value, str) else "")
+def test_bad_files_are_answered(tmp_path, content, text):
+    (tmp_path / "model.stl").write_bytes(content)
+    found, seconds = answer(tmp_path / "model.stl")
+    assert isinstance(found, str) and text in found and found.startswith("chipwise: model.stl: "), found
+    assert seconds < 2
+
+
+def test_files_that_are_none(tmp_path):
+    (tmp_path / "huge.stl").touch()
+    os.truncate(tmp_path / "huge.stl", 2 << 30)
+    os.mkfifo(tmp_path / "pipe.stl")
+    for name, text in (("huge.stl", "2147483648 bytes, more than"), ("pipe.stl", "not a regular file"), ("none.stl", "No such file"),
+                       (".", "not a regular file")):
+        found, seconds = answer(tmp_path / name)
+        assert text in found and seconds < 2, found
+
+
+def test_large_good_models_are_read_in_time(tmp_path):
+    """100,000 triangles in 2 s, and at most 150 bytes a triangle beside the file."""
+    many = surface_cases.waves(225)
+    (tmp_path / "model.stl").write_bytes(surface_cases.stl_bytes(many))
+    model, seconds = answer(tmp_path / "model.stl")
+    assert len(model.triangles) == len(many) > 100_000 and seconds < 2
+
+
+@pytest.mark.parametrize("bits", [8, 16])
+@pytest.mark.parametrize("filters", [(0,), (1,), (2,), (3,), (4,), (0, 4, 3, 2, 1)])
+def test_png(tmp_path, bits, filters):
+    values = np.random.default_rng(1).integers(0, 2 ** bits, (9, 13))
+    (tmp_path / "depth.png").write_bytes(surface_cases.png_bytes(values, bits, filters, 0.25))
+    with open(tmp_path / "depth.png", "rb") as file:
+        picture = png.read_png(file)
+    assert picture.height == pytest.approx(values / (2 ** bits - 1)) and picture.pixel == pytest.approx(0.25)
+    model, _seconds = answer(tmp_path / "depth.png", shift=(1, 2, 0), depth=4.0, scale=2.0)
+    assert model.low == pytest.approx([1, 2, 4 * (values.min() / (2 ** bits - 1) - 1)], abs=1e-5)
+    assert model.high[:2] == pytest.approx([1 + 12 * 0.5, 2 + 8 * 0.5], abs=1e-5)
+    assert bool(model.notes) == (bits == 8)
+    corner = surface_cases.triangles_of(model).reshape(-1, 3)
+    corner = corner[np.argmin(np.hypot(corner[:, 0] - 1, corner[:, 1] - 2))]
+    assert corner[2] == pytest.approx(4 * (values[-1, 0] / (2 ** bits - 1) - 1), abs=1e-5)      # the last row is the front
