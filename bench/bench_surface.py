@@ -7,22 +7,31 @@ Called by bench/run.py (prints JSON rows).
 points   random points over 100,000 triangles of hills and hollows on 100 x 100 mm, D6 ball and bull-nose (corner 1), and
          opencamlib's batch drop cutter on some of the same points, if pip has it
 memory   bytes a triangle while the model is read and put into bins
+whole    `chipwise surface` from STL to program: 10^6 points over the same triangles, one core
+path     D6 ball over hills, D6 bull-nose over a step, D6 flat over a sphere: gouge (drop cutter along every move; brute force at
+         random points), lines a point, time of the links P1 / P0 (every move from rest to rest, 100 mm/s, 500 mm/s2), and
+         traverses of all links that meet one of 3,000 needles of stock
 """
 import argparse
 import json
+import math
 import os
 import subprocess
 import sys
 import tempfile
+import time
 
 import numpy as np
 
 import roots  # noqa: F401  sys.path
 from chipwise.check.sweep import Shape
+from chipwise.cycles.surface import SurfaceRequest, surface_plan
+from chipwise.moves import Rapid
 from chipwise.surface import drop
 from chipwise.surface.model import Placing, read_model
 from rows import row
-from support import second_oracles, surface_cases
+from roots import ROOT
+from support import second_oracles, surface_cases, surface_judge
 
 FLOOR = -50.0
 OTHERS = 300            # points for opencamlib
@@ -79,15 +88,72 @@ def measure(path):
     print((peak_bytes() - before) / len(model.triangles))
 
 
+def whole(step):
+    """Rows of the command from file to file."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = surface_cases.write_stl(f"{folder}/model.stl", surface_cases.waves(225, 100.0))
+        began, clock = sum(os.times()[2:4]), time.monotonic()
+        subprocess.run([ROOT / "bin" / "chipwise", "surface", path, "-o", f"{folder}/out.ngc", "--tool", "4", "--step", str(step), "--link", "1",
+                        "--json", f"{folder}/out.json"], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        used, clock = sum(os.times()[2:4]) - began, time.monotonic() - clock
+        with open(f"{folder}/out.json") as file:
+            figures = json.load(file)
+    yield row("surface: STL to program, computing time", used, "s", f"{figures['sampled']} points, {clock:.0f} s on the clock", 60)
+    yield row("surface: lines a sampled point at 0.01 mm", figures["moves"] / figures["sampled"], "", f"{figures['moves']} moves", 1 / 3)
+
+
+DEMOS = {"hills, D6 ball": (lambda: surface_cases.waves(60), Shape(6, 3)),
+         "step, D6 bull-nose": (lambda: np.concatenate([surface_cases.box((0, 0, -5), (40, 40, 0)), surface_cases.box((10, 10, 0), (25.3, 24.1, 4))]),
+                                Shape(6, 1)),
+         "sphere, D6 flat": (lambda: surface_cases.sphere(15.0, 90), Shape(6))}
+START = (-30.0, -30.0, 30.0)
+
+
+def from_rest_to_rest(moves):
+    """Seconds of the moves that do not cut: traverses, and straight up and down."""
+    at, seconds = START, 0.0
+    for move in moves:
+        new = tuple(old if value is None else value for old, value in zip(at, (move.x, move.y, move.z)))
+        length, speed = math.dist(at, new), 100.0 if isinstance(move, Rapid) else move.feed / 60
+        if isinstance(move, Rapid) or move.x is None:
+            seconds += length / speed + speed / 500 if length > speed ** 2 / 500 else 2 * math.sqrt(length / 500)
+        at = new
+    return seconds
+
+
+def path():
+    """Rows of gouges, links and contacts of the demo surfaces."""
+    for name, (make, shape) in DEMOS.items():
+        with tempfile.TemporaryDirectory() as folder:
+            file = surface_cases.write_stl(f"{folder}/model.stl", make())
+            known = dict(file=file, stamp=(name,), placing=Placing(), bottom=None, clearance=None, tool=shape, step=0.5, feed=1500.0, plunge_feed=600.0,
+                         start=START, stock_is_model=True)
+            plans = [surface_plan(SurfaceRequest(link=link, **known)) for link in (0, 1, 2)]
+            model = read_model(file, Placing())
+        probe = drop.Probe(drop.Mesh(model, 3.0), shape, floor=float(model.low[2]))
+        points = np.array([p[-1] for _kind, p in surface_judge.positions(plans[1].moves, START)])
+        yield row(f"surface: {name}, deepest gouge along every move", float(probe.excess(points[2:-1], points[3:], 0.0)[0].max()), "mm", "", 1e-3)
+        deepest, highest = surface_judge.gouge_and_rest(plans[1].moves, START, surface_cases.triangles_of(model), shape, float(model.low[2]), 60, 1)
+        yield row(f"surface: {name}, the same by brute force at 60 points", max(0.0, deepest), "mm", f"highest {highest:.4f} mm, walls included", 1e-3)
+        times = [from_rest_to_rest(plan.moves) for plan in plans]
+        yield row(f"surface: {name}, link time P1 / P0", times[1] / times[0], "", f"{times[0]:.1f}, {times[1]:.1f} and with P2 {times[2]:.1f} s", 0.5)
+        contacts, links = 0, 0
+        for plan in plans:
+            depths = surface_judge.Needles(plan.low, plan.high, plan.high[2], 3000, 1).follow(plan.moves, START, shape)
+            contacts, links = contacts + sum(depth > surface_judge.RIDGE for depth in depths), links + len(depths)
+        yield row(f"surface: {name}, traverses that meet stock", contacts, "", f"of {links}", 0)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--points", type=int, default=100_000)
+    parser.add_argument("--step", type=float, default=0.055, help="mm, of the whole run: 0.055 gives 10^6 points")
     parser.add_argument("--table", action="store_true")
     parser.add_argument("--measure", help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.measure:
         return measure(options.measure)
-    rows = [*points(options.points), row("surface: memory a triangle, reading and bins", memory(), "bytes", "1,000,000 triangles", 150)]
+    rows = [*points(options.points), *whole(options.step), *path(), row("surface: memory a triangle, reading and bins", memory(), "bytes", "1,000,000 triangles", 150)]
     for line in rows:
         print(json.dumps(line) if not options.table else f"{line['name']:60s} {line['value']:12.5g} {line['unit']:5s} {line['note']}")
     return 0

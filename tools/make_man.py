@@ -70,7 +70,7 @@ def chipwise():
              '.SH SYNOPSIS', '.B chipwise', '.I COMMAND', '[options]', '.br', '.B chipwise \\-\\-help', '.br',
              '.B chipwise \\-\\-version',
              '.SH DESCRIPTION',
-             'chipwise is an add\\-on for LinuxCNC mills that knows the stock. The G\\-codes it adds (G12, G13, G75, G77 to G79, '
+             'chipwise is an add\\-on for LinuxCNC mills that knows the stock. The G\\-codes it adds (G12, G13, G24, G75, G77 to G79, '
              'M250 to M255) and its HAL components run inside LinuxCNC; this command does what is done from a shell.',
              '.SH COMMANDS']
     names = [name for name in choices if name not in INTERNAL] + [name for name in choices if name in INTERNAL]

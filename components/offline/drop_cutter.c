@@ -27,7 +27,7 @@ static double rise(const struct chip_tool *tool, double d2, double m, double s)
     return r > 0.0 ? m - chip_tool_slope(tool, least(r, tool->radius)) * s / r : m;
 }
 
-/* Where m s - g(r) is largest between low and high; m > 0, rise(low) > 0 > rise(high). */
+/* The s between low and high at which m s - g(r) is largest; m > 0, rise(low) > 0 > rise(high). */
 static double edge_contact(const struct chip_tool *tool, double d2, double m, double low, double high)
 {
     double arc2 = tool->corner * tool->corner - d2, s, f, f_low, f_high;
@@ -95,6 +95,8 @@ static double over_edge(const struct chip_tool *tool, const double a[3], const d
     }
     if (m == 0.0)
         s = clamped(0.0, low, high);
+    else if (tool->r_flat <= 0.0)
+        s = edge_contact(tool, d2, m, low, high); /* a closed form, and clamped */
     else if (low >= 0.0 && rise(tool, d2, m, low) <= 0.0)
         s = low;
     else if (high <= 0.0 || rise(tool, d2, m, high) >= 0.0)
@@ -112,13 +114,16 @@ static double radius_of_slope(const struct chip_tool *tool, double slope)
     return least(tool->r_flat + tool->corner * slope / sqrt(1.0 + slope * slope), tool->radius);
 }
 
-/* The tip over the inside of a triangle; CHIP_DROP_NOTHING if the facet is not met there. */
-static double over_facet(const struct chip_tool *tool, double p[3][3])
+/* The tip over the inside of a triangle; CHIP_DROP_NOTHING if the facet's plane is met outside of it, or it has none. *beyond:
+ * bit k if that is beyond the edge from vertex k, so that the highest tip of the triangle may be on that edge: from any other
+ * one a straight line to the plane's contact leads through the triangle, and upwards [1]. */
+static double over_facet(const struct chip_tool *tool, double p[3][3], int *beyond)
 {
     double ax = p[1][0] - p[0][0], ay = p[1][1] - p[0][1], az = p[1][2] - p[0][2];
     double bx = p[2][0] - p[0][0], by = p[2][1] - p[0][1], bz = p[2][2] - p[0][2];
     double area = ax * by - ay * bx, gx, gy, slope, r, x = 0.0, y = 0.0;
     int k;
+    *beyond = 7;
     if (fabs(area) <= SLIVER * (fabs(ax) + fabs(ay) + fabs(bx) + fabs(by))) return CHIP_DROP_NOTHING;
     gx = (az * by - bz * ay) / area;
     gy = (ax * bz - bx * az) / area;
@@ -128,11 +133,13 @@ static double over_facet(const struct chip_tool *tool, double p[3][3])
         x = r * gx / slope;
         y = r * gy / slope;
     }
+    *beyond = 0;
     for (k = 0; k < 3; k++) {
         const double *u = p[k], *v = p[(k + 1) % 3];
         double side = (v[0] - u[0]) * (y - u[1]) - (v[1] - u[1]) * (x - u[0]);
-        if (area > 0.0 ? side < 0.0 : side > 0.0) return CHIP_DROP_NOTHING;
+        if (area > 0.0 ? side < 0.0 : side > 0.0) *beyond |= 1 << k;
     }
+    if (*beyond) return CHIP_DROP_NOTHING;
     return p[0][2] + gx * (x - p[0][0]) + gy * (y - p[0][1]) - chip_tool_height(tool, r);
 }
 
@@ -147,7 +154,7 @@ static double gap(double a, double b, double c)
 static double over_triangle(const struct chip_tool *tool, const float *t, double x, double y, double z)
 {
     double p[3][3], d2, gx, gy, top;
-    int k;
+    int k, beyond;
     for (k = 0; k < 3; k++) {
         p[k][0] = t[3 * k] - x;
         p[k][1] = t[3 * k + 1] - y;
@@ -159,11 +166,10 @@ static double over_triangle(const struct chip_tool *tool, const float *t, double
     if (d2 > (tool->radius + RIM) * (tool->radius + RIM)) return CHIP_DROP_NOTHING;
     top = most(p[0][2], most(p[1][2], p[2][2]));
     if (top - chip_tool_height(tool, least(sqrt(d2), tool->radius)) <= z) return CHIP_DROP_NOTHING;
-    top = over_facet(tool, p);
-    if (top > CHIP_DROP_NOTHING) return top; /* inside: nothing of the triangle is higher [1] */
-    top = over_edge(tool, p[0], p[1]);
-    top = most(top, over_edge(tool, p[1], p[2]));
-    return most(top, over_edge(tool, p[2], p[0]));
+    top = over_facet(tool, p, &beyond);
+    for (k = 0; k < 3; k++)
+        if (beyond & 1 << k) top = most(top, over_edge(tool, p[k], p[(k + 1) % 3]));
+    return top;
 }
 
 /* ---- bins [3] ---------------------------------------------------------------------------------------------------- */
@@ -241,10 +247,10 @@ static uint32_t new_stamp(struct chip_drop_mesh *mesh)
 /* ---- at points --------------------------------------------------------------------------------------------------- */
 
 static double in_bin(struct chip_drop_mesh *mesh, const struct chip_tool *tool, int32_t i, int32_t j, double x,
-                     double y, double z)
+                     double y, double z, int32_t *touched)
 {
     int64_t b = (int64_t)j * mesh->nx + i;
-    double dx, dy, d2;
+    double dx, dy, d2, found;
     int32_t m;
     if (mesh->bin_top[b] <= z) return z;
     dx = off_bin(x, i, mesh->bin);
@@ -257,7 +263,11 @@ static double in_bin(struct chip_drop_mesh *mesh, const struct chip_tool *tool, 
         if (mesh->top[k] <= z) break;
         if (mesh->seen[k] == mesh->stamp) continue;
         mesh->seen[k] = mesh->stamp;
-        z = most(z, over_triangle(tool, mesh->triangle + 9 * (int64_t)k, x, y, z));
+        found = over_triangle(tool, mesh->triangle + 9 * (int64_t)k, x, y, z);
+        if (found > z) {
+            z = found;
+            *touched = k;
+        }
     }
     return z;
 }
@@ -266,21 +276,23 @@ void chip_drop_points(struct chip_drop_mesh *mesh, const struct chip_drop_tool *
                       double *z)
 {
     struct chip_tool profile;
-    int32_t i, j, at_i, at_j, i0, i1, j0, j1;
+    int32_t i, j, at_i, at_j, i0, i1, j0, j1, touched = 0;
     long k;
     profile_of(&profile, tool);
     for (k = 0; k < n; k++) {
         double x = xy[k][0], y = xy[k][1], found = z[k];
         new_stamp(mesh);
+        if (mesh->n > 0) /* the one that was touched last, as points are mostly neighbours */
+            found = most(found, over_triangle(&profile, mesh->triangle + 9 * (int64_t)touched, x, y, found));
         at_i = bin_of(x, mesh->bin, mesh->nx);
         at_j = bin_of(y, mesh->bin, mesh->ny);
         i0 = bin_of(x - profile.radius - RIM, mesh->bin, mesh->nx);
         i1 = bin_of(x + profile.radius + RIM, mesh->bin, mesh->nx);
         j0 = bin_of(y - profile.radius - RIM, mesh->bin, mesh->ny);
         j1 = bin_of(y + profile.radius + RIM, mesh->bin, mesh->ny);
-        found = in_bin(mesh, &profile, at_i, at_j, x, y, found); /* most often the contact is near */
+        found = in_bin(mesh, &profile, at_i, at_j, x, y, found, &touched); /* most often the contact is near */
         for (j = j0; j <= j1; j++)
-            for (i = i0; i <= i1; i++) found = in_bin(mesh, &profile, i, j, x, y, found);
+            for (i = i0; i <= i1; i++) found = in_bin(mesh, &profile, i, j, x, y, found, &touched);
         z[k] = found;
     }
 }
@@ -289,7 +301,7 @@ void chip_drop_points(struct chip_drop_mesh *mesh, const struct chip_drop_tool *
 
 struct path {
     const struct chip_tool *tool;
-    double x, y, z, ux, uy, uz; /* from, and the way to the end */
+    double x, y, z, ux, uy, uz; /* from, and the vector to the end */
 };
 
 static double excess_at(const struct path *p, const float *t, double s)
@@ -342,46 +354,79 @@ static int shares_over(const struct path *p, const float *t, double *low, double
     return *low <= *high;
 }
 
+/* A concave function between low and high, known at both and at s1 < s2 between. */
+struct bracket {
+    double low, s1, s2, high;
+    double f_low, f1, f2, f_high;
+};
+
+/* What it cannot exceed between them: beyond a line through two of its points it is below that line. */
+static double bound_of(const struct bracket *b)
+{
+    double width = b->s2 - b->s1, left = b->s1 - b->low, right = b->high - b->s2, outside, inside;
+    if (width <= 0.0 || left <= 0.0 || right <= 0.0) return most(b->f1, b->f2);
+    if (b->f1 > b->f2) {
+        outside = b->f1 + (b->f1 - b->f2) / width * left;
+        inside = b->f1 + (b->f1 - b->f_low) / left * width;
+    } else {
+        outside = b->f2 + (b->f2 - b->f1) / width * right;
+        inside = b->f2 + (b->f2 - b->f_high) / right * width;
+    }
+    return most(most(outside, inside), most(b->f1, b->f2));
+}
+
+/* Leaves out the end that cannot hold the maximum. */
+static void shrink(const struct path *p, const float *t, struct bracket *b)
+{
+    if (b->f1 > b->f2) {
+        b->high = b->s2;
+        b->f_high = b->f2;
+        b->s2 = b->s1;
+        b->f2 = b->f1;
+        b->s1 = b->high - GOLDEN * (b->high - b->low);
+        b->f1 = excess_at(p, t, b->s1);
+    } else {
+        b->low = b->s1;
+        b->f_low = b->f1;
+        b->s1 = b->s2;
+        b->f1 = b->f2;
+        b->s2 = b->low + GOLDEN * (b->high - b->low);
+        b->f2 = excess_at(p, t, b->s2);
+    }
+}
+
+static void keep_best(double f, double s, double *best, double *share)
+{
+    if (f <= *best) return;
+    *best = f;
+    *share = s;
+}
+
 /* The largest excess of one triangle, if it is above `best`. */
 static double triangle_excess(const struct path *p, const float *t, double best, double *share)
 {
-    double low, high, s1, s2, f1, f2, width, bound;
+    struct bracket b;
     int k;
-    if (!shares_over(p, t, &low, &high)) return best;
-    for (k = 0; k < 2; k++) {
-        f1 = excess_at(p, t, k ? high : low);
-        if (f1 > best) {
-            best = f1;
-            *share = k ? high : low;
-        }
+    b.low = 0.0;
+    b.high = 1.0;
+    b.f_low = excess_at(p, t, b.low);
+    b.f_high = excess_at(p, t, b.high);
+    if (b.f_low <= CHIP_DROP_NOTHING || b.f_high <= CHIP_DROP_NOTHING) { /* else it is met all along: convex */
+        if (!shares_over(p, t, &b.low, &b.high)) return best;
+        b.f_low = excess_at(p, t, b.low);
+        b.f_high = excess_at(p, t, b.high);
     }
-    s1 = high - GOLDEN * (high - low);
-    s2 = low + GOLDEN * (high - low);
-    f1 = excess_at(p, t, s1);
-    f2 = excess_at(p, t, s2);
-    for (k = 0; k < SHRINKS && high - low > 1e-14; k++) {
-        if (most(f1, f2) > best) {
-            best = most(f1, f2);
-            *share = f1 > f2 ? s1 : s2;
-        }
-        width = s2 - s1;
-        if (width > 0.0) { /* beyond the line through the two nothing is higher: concave */
-            bound = f1 > f2 ? f1 + (f1 - f2) / width * (s1 - low) : f2 + (f2 - f1) / width * (high - s2);
-            if (bound <= best + FOUND) break;
-        }
-        if (f1 > f2) {
-            high = s2;
-            s2 = s1;
-            f2 = f1;
-            s1 = high - GOLDEN * (high - low);
-            f1 = excess_at(p, t, s1);
-        } else {
-            low = s1;
-            s1 = s2;
-            f1 = f2;
-            s2 = low + GOLDEN * (high - low);
-            f2 = excess_at(p, t, s2);
-        }
+    b.s1 = b.high - GOLDEN * (b.high - b.low);
+    b.s2 = b.low + GOLDEN * (b.high - b.low);
+    b.f1 = excess_at(p, t, b.s1);
+    b.f2 = excess_at(p, t, b.s2);
+    keep_best(b.f_low, b.low, &best, share);
+    keep_best(b.f_high, b.high, &best, share);
+    for (k = 0; k < SHRINKS; k++) {
+        keep_best(b.f1, b.s1, &best, share);
+        keep_best(b.f2, b.s2, &best, share);
+        if (bound_of(&b) <= best + FOUND) break;
+        shrink(p, t, &b);
     }
     return best;
 }
@@ -425,26 +470,38 @@ static double off_path(const struct path *p, double x, double y)
     return sqrt(x * x + y * y);
 }
 
+/* What a bin can hold above the lower end of the path, or CHIP_DROP_NOTHING where the tool does not come. */
+static double bin_excess(const struct chip_drop_mesh *mesh, const struct path *p, int32_t i, int32_t j)
+{
+    double top = mesh->bin_top[(int64_t)j * mesh->nx + i], half = mesh->bin * 0.70711, d;
+    if (top <= CHIP_DROP_NOTHING) return CHIP_DROP_NOTHING;
+    d = off_path(p, (i + 0.5) * mesh->bin, (j + 0.5) * mesh->bin) - half;
+    if (d > p->tool->radius + RIM) return CHIP_DROP_NOTHING;
+    return top - least(p->z, p->z + p->uz) - chip_tool_height(p->tool, clamped(d, 0.0, p->tool->radius));
+}
+
 static double path_excess(struct chip_drop_mesh *mesh, const struct path *p, double best, double *share)
 {
-    double reach = p->tool->radius + RIM, half = mesh->bin * 0.70711, bottom = least(p->z, p->z + p->uz);
+    double reach = p->tool->radius + RIM, top = best, can;
     int32_t i0 = bin_of(least(p->x, p->x + p->ux) - reach, mesh->bin, mesh->nx);
     int32_t i1 = bin_of(most(p->x, p->x + p->ux) + reach, mesh->bin, mesh->nx);
     int32_t j0 = bin_of(least(p->y, p->y + p->uy) - reach, mesh->bin, mesh->ny);
     int32_t j1 = bin_of(most(p->y, p->y + p->uy) + reach, mesh->bin, mesh->ny);
     int32_t i, j;
+    int64_t highest = -1;
     new_stamp(mesh);
     for (j = j0; j <= j1; j++)
         for (i = i0; i <= i1; i++) {
-            int64_t b = (int64_t)j * mesh->nx + i;
-            double d;
-            if (mesh->bin_top[b] - bottom <= best) continue;
-            d = off_path(p, (i + 0.5) * mesh->bin, (j + 0.5) * mesh->bin) - half;
-            if (d > reach
-                || mesh->bin_top[b] - bottom - chip_tool_height(p->tool, clamped(d, 0.0, p->tool->radius)) <= best)
-                continue;
-            best = along_bin(mesh, p, b, best, share);
+            can = bin_excess(mesh, p, i, j);
+            if (can <= top) continue;
+            top = can;
+            highest = (int64_t)j * mesh->nx + i;
         }
+    if (highest < 0) return best;
+    best = along_bin(mesh, p, highest, best, share); /* the others have less to add then */
+    for (j = j0; j <= j1; j++)
+        for (i = i0; i <= i1; i++)
+            if (bin_excess(mesh, p, i, j) > best) best = along_bin(mesh, p, (int64_t)j * mesh->nx + i, best, share);
     return best;
 }
 
@@ -509,6 +566,57 @@ long chip_drop_thin(long n, const double *s, const double *low, const double *hi
         k = last;
     }
     return count;
+}
+
+/* ---- stock ------------------------------------------------------------------------------------------------------- */
+
+/* The columns of row `y` within reach of the path: low and high, from the left edge of the map. */
+static int columns_of(const struct path *p, const struct chip_height_map *map, double y, double reach, double *low,
+                      double *high)
+{
+    double a = 0.0, b = 1.0, s;
+    if (fabs(p->uy) > 1e-12) {
+        a = (y - reach - p->y) / p->uy;
+        b = (y + reach - p->y) / p->uy;
+        if (a > b) {
+            s = a;
+            a = b;
+            b = s;
+        }
+        a = most(a, 0.0);
+        b = least(b, 1.0);
+    } else if (fabs(y - p->y) > reach) {
+        return 0;
+    }
+    if (a > b) return 0;
+    *low = least(p->x + a * p->ux, p->x + b * p->ux) - reach - map->x0;
+    *high = most(p->x + a * p->ux, p->x + b * p->ux) + reach - map->x0;
+    return *high >= 0.0 && *low <= map->nx * map->cell;
+}
+
+double chip_drop_over_stock(const struct chip_height_map *map, const struct chip_drop_tool *tool, const double from[2],
+                            const double to[2])
+{
+    struct chip_tool profile;
+    struct path p = { &profile, from[0], from[1], 0.0, to[0] - from[0], to[1] - from[1], 0.0 };
+    double margin = 1.5 * map->cell, reach, best = CHIP_DROP_NOTHING, low, high; /* a needle is anywhere in its cell */
+    int32_t i, j, i1, j1;
+    profile_of(&profile, tool);
+    reach = profile.radius + margin;
+    j1 = bin_of(most(p.y, p.y + p.uy) + reach - map->y0, map->cell, map->ny);
+    for (j = bin_of(least(p.y, p.y + p.uy) - reach - map->y0, map->cell, map->ny); j <= j1; j++) {
+        double y = map->y0 + (j + 0.5) * map->cell;
+        if (!columns_of(&p, map, y, reach, &low, &high)) continue;
+        i1 = bin_of(high, map->cell, map->nx);
+        for (i = bin_of(low, map->cell, map->nx); i <= i1; i++) {
+            double z = map->height[(int64_t)j * map->nx + i], d;
+            if (z <= best || z <= map->z_min) continue;
+            d = off_path(&p, map->x0 + (i + 0.5) * map->cell, y);
+            if (d > reach) continue;
+            best = most(best, z - chip_tool_height(&profile, clamped(d - margin, 0.0, profile.radius)));
+        }
+    }
+    return best;
 }
 
 /* ---- pictures ---------------------------------------------------------------------------------------------------- */

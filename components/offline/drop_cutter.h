@@ -21,6 +21,8 @@
 
 #include <stdint.h>
 
+#include "offline/height_sweep.h"
+
 #define CHIP_DROP_NOTHING -1e30 /* mm: the tool meets nothing there */
 
 struct chip_drop_mesh {
@@ -61,6 +63,11 @@ void chip_drop_excess(struct chip_drop_mesh *mesh, const struct chip_drop_tool *
  * that straight segments between the kept ones stay within. Writes the kept indices and heights; returns their number. The
  * first and the last have the height `low`. */
 long chip_drop_thin(long n, const double *s, const double *low, const double *high, int64_t *kept, double *height);
+
+/* The lowest height (mm) of the tip on a level segment that keeps the tool off the stock of a height map (height_sweep.h), by
+ * the width of a cell; CHIP_DROP_NOTHING where there is no stock. */
+double chip_drop_over_stock(const struct chip_height_map *map, const struct chip_drop_tool *tool, const double from[2],
+                            const double to[2]);
 
 /* PNG: takes the filter off `rows` rows of `bytes` bytes, each after its filter's number; `step` bytes a pixel. Returns 0 for
  * a filter that PNG does not have. */

@@ -6,9 +6,9 @@ LinuxCNC looks the functions up in the machine's module `remap`. chipwise's own 
 does that of a machine with codes of its own: `from chipwise.codes import *`.
 """
 
-from chipwise.glue import contour, hole, pattern, pocket, session, stations, stock_codes, volumetric
+from chipwise.glue import contour, hole, pattern, pocket, session, stations, stock_codes, surface, volumetric
 
-__all__ = ("g12", "g13", "g75", "g77", "g78", "g79", "m250", "m251", "m252", "m253", "m254", "m255", "feed")
+__all__ = ("g12", "g13", "g24", "g75", "g77", "g78", "g79", "m250", "m251", "m252", "m253", "m254", "m255", "feed")
 
 
 def g12(self, **words):
@@ -19,6 +19,11 @@ def g12(self, **words):
 def g13(self, **words):
     """G13: circular hole, cut counter-clockwise."""
     yield from session.run_cycle(self, "G13", words, hole.order_of(ccw=True))
+
+
+def g24(self, **words):
+    """G24: machine a curved surface."""
+    yield from session.run_cycle(self, "G24", words, surface.order)
 
 
 def g75(self, **words):

@@ -59,6 +59,14 @@ def _lines(moves: Iterable[Move], start: tuple, unit_mm: float, decimals: int = 
             raise TypeError(f"unknown move {move!r}")
 
 
+def texts(moves: Sequence[Move], start: tuple, unit_mm: float, decimals: int) -> Iterator[str]:
+    """The lines of a program, with F on each line that changes the feed."""
+    active: Optional[float] = None
+    for _move, text, feed in _lines(moves, start, unit_mm, decimals):
+        yield text if feed is None or feed == active else f"{text} F{feed:.4f}".rstrip("0").rstrip(".")
+        active = active if feed is None else feed
+
+
 def _may_rest(move: Move) -> bool:
     """Whether the tool may rest before a move: a traverse or a plunge, before which it is off the finished wall."""
     return isinstance(move, Rapid) or isinstance(move, Line) and move.x is None and move.y is None

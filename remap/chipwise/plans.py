@@ -7,7 +7,7 @@ Called by planner_runner.py, a process apart from the interpreter: all that a pl
 from dataclasses import replace
 
 from chipwise.contour_sub import find, read
-from chipwise.cycles import contour, contour_chop, hole, pattern, pocket
+from chipwise.cycles import contour, contour_chop, hole, pattern, pocket, surface
 from chipwise.cycles.plan import CyclePlan
 from chipwise.errors import CycleError
 from chipwise.geometry.base.contour import ContourError
@@ -17,7 +17,7 @@ from chipwise.pattern import run as pattern_run
 from chipwise.pattern.recorded import Recorded
 
 _DECIMALS = {"pattern": 9}       # what a sub has computed goes on exactly
-_CACHING = (hole, contour, contour_chop, pocket, find, read, pattern_run)
+_CACHING = (hole, contour, contour_chop, pocket, surface, find, read, pattern_run)
 
 
 def forget() -> None:
@@ -68,4 +68,8 @@ def _pattern(order: Order) -> CyclePlan:
     return pattern.pattern_plan(pattern.PatternRequest(**order.fields), read_from)
 
 
-_CYCLES = {"hole": _hole, "contour": _contour, "pocket": _pocket, "pattern": _pattern}
+def _surface(order: Order) -> CyclePlan:
+    return surface.surface_plan(surface.SurfaceRequest(**order.fields))
+
+
+_CYCLES = {"hole": _hole, "contour": _contour, "pocket": _pocket, "pattern": _pattern, "surface": _surface}

@@ -97,6 +97,7 @@ SETTINGS = {
     "APPROACH_ANGLE": Setting(30.0, "deg", _number, lambda v: MIN_ANGLE <= v <= 90, _ANGLE_RULE),
     "RAMP_ANGLE": Setting(3.0, "deg", _number, lambda v: MIN_ANGLE <= v <= 90, _ANGLE_RULE),
     "ALLOWANCE": Setting(0.0, "mm", _number, lambda v: 0 <= v <= 100, "a length from 0 to 100 mm"),
+    "SURFACE_TOLERANCE": Setting(0.01, "mm", _number, lambda v: 0.001 <= v <= 1, "a length from 0.001 to 1 mm"),
     "STOCK_DIR": Setting("stock", "path", str, lambda v: v != "", "the path of a folder"),
     "STATIONS": Setting("stations.toml", "path", str, lambda v: v != "", "the path of a TOML file"),
     "KEEP_STOCK": Setting(False, "", _yes_or_no, lambda v: True, "yes or no"),

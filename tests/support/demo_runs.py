@@ -8,7 +8,7 @@ import numpy as np
 
 from chipwise.headless import runner
 
-DEMOS = ('contour', 'pocket', 'pocket_oneway')
+DEMOS = ('contour', 'pocket', 'pocket_oneway', 'relief')
 GROUP = 'demo runs'         # of the mark `together`
 SPEED = 10
 TIMEOUT_S = 600             # of the machine's time; the longest takes 230

@@ -44,7 +44,7 @@ def over_triangles(triangles, shape, x, y):
     height, radius = profile(shape)
     area, found = np.array(triangles, float), np.full(len(triangles), -np.inf)
     weights, fall = _weights(), STEEP * (1 + steepest(area))[:, None]
-    for _ in range(ZOOMS):
+    for _ in range(ZOOMS if len(area) else 0):
         points = np.einsum("wk,nkc->nwc", weights, area)
         r = np.hypot(points[:, :, 0] - x, points[:, :, 1] - y)
         value = points[:, :, 2] - height(np.minimum(r, radius))
@@ -123,4 +123,14 @@ def lowest(triangles, shape, x, y, floor):
     low, high = triangles[:, :, :2].min(axis=1), triangles[:, :, :2].max(axis=1)
     reach = shape.diameter / 2
     near = ((low <= np.array([x, y]) + reach) & (high >= np.array([x, y]) - reach)).all(axis=1)
-    return max([floor, *over_triangles(triangles[near], shape, x, y)])
+    return max([floor, *over_triangles(_candidates(triangles[near], shape, x, y), shape, x, y)])
+
+
+def _candidates(triangles, shape, x, y):
+    """Those that can be above what the corners of all of them already ask for: a tip is never above its triangle."""
+    height, radius = profile(shape)
+    r = np.hypot(triangles[:, :, 0] - x, triangles[:, :, 1] - y)
+    bound = np.where(r <= radius, triangles[:, :, 2] - height(np.minimum(r, radius)), -np.inf).max(initial=-np.inf)
+    gap = np.maximum(0, np.maximum(triangles[:, :, :2].min(axis=1) - (x, y), (x, y) - triangles[:, :, :2].max(axis=1)))
+    top = triangles[:, :, 2].max(axis=1) - height(np.minimum(np.hypot(*gap.T), radius))
+    return triangles[top >= bound - 1e-9]

@@ -93,6 +93,10 @@ class HeightMap:
                                           places.ctypes.data, len(places), met.ctypes.data)
         return met
 
+    def lowest_over(self, tool, start, end):
+        """The lowest tip (mm) of layout.DropTool `tool` on a level segment start to end (2,) that keeps off the stock by a cell."""
+        return self._functions.chip_drop_over_stock(C.byref(self._struct), C.byref(tool), (C.c_double * 2)(*start), (C.c_double * 2)(*end))
+
     def volume(self):
         """mm3 of stock."""
         return float((self.height.astype(np.float64) - self.z_min).sum()) * self.cell ** 2

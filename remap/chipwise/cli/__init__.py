@@ -21,7 +21,8 @@ import sys
 from chipwise import ROOT, version
 from chipwise.errors import printable
 
-COMMANDS = {name: name for name in ('check', 'contour', 'demo', 'display', 'filter', 'load', 'monitor', 'patterns', 'rewrite', 'stations')} | {'try': 'try_program'}
+COMMANDS = {name: name for name in ('check', 'contour', 'demo', 'display', 'filter', 'load', 'monitor',
+                                   'patterns', 'rewrite', 'stations', 'surface')} | {'try': 'try_program'}
 INTERNAL = ('display', 'load', 'monitor')      # LinuxCNC calls them
 
 
@@ -59,7 +60,7 @@ def welcome(modules):
     return '\n'.join([
         f'chipwise {version()}: stock-aware feed and cycles for LinuxCNC', '', *usual, '',
         'chipwise COMMAND --help says more about one of them; man chipwise about all.',
-        'The G-codes (G12, G13, G75, G77 to G79, M250 to M255) work inside LinuxCNC: start the simulated mill with',
+        'The G-codes (G12, G13, G24, G75, G77 to G79, M250 to M255) work inside LinuxCNC: start the simulated mill with',
         f'  linuxcnc {os.path.join(ROOT, "configs", "mill.ini")}'])
 
 

@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""G24: words and the SURFACE comment -> the fields of a SurfaceRequest.  Called by codes.py through session.run_cycle.
+
+Comment as in docs/user/surfaces.md:
+    (SURFACE,FILE=part.stl,X=0,Y=0,Z=0,SCALE=1)
+"""
+
+import math
+import os
+import re
+
+from chipwise.check.sweep import Shape
+from chipwise.errors import CycleError
+from chipwise.glue import known_stock
+from chipwise.ini import Ini, file_name
+from chipwise.pattern import hand
+from chipwise.surface.model import DEPTH, Placing
+from chipwise.tools import ToolGeometry, tool_geometry
+
+WORDS = "dlzrikep"
+KEYS = ("X", "Y", "Z", "SCALE", "PIXEL", "DEPTH")
+RELIEF = 1.0                # mm, K without a word
+_COMMENT = re.compile(r"\(\s*SURFACE\s*,([^)]*)\)", re.IGNORECASE)
+
+
+def order(state):
+    """The order of G24 for session.run_cycle: State -> Order."""
+    state.check_words(WORDS)
+    path, placing = surface_of(state)
+    return state.order("surface", dict(_words(state), file=path, stamp=stamp_of(path), placing=placing))
+
+
+def _words(state):
+    """Words of the line -> fields of a SurfaceRequest (mm), all but the model."""
+    clearance, bottom = state.heights()
+    relief, top = state.length("k"), known_stock.top(state.interp)
+    diameter = state.tool_diameter()
+    geometry = tool_geometry(state.settings.path("TOOL_GEOMETRY"), state.interp.tool_table[0].toolno) or ToolGeometry()
+    return dict(
+        bottom=bottom, clearance=clearance, tool=Shape.of_tool(diameter, geometry), step=state.needed("d", "step-over"),
+        direction=float(state.number("l") or 0), allowance=state.length("i") or 0.0, relief=RELIEF if relief is None else relief,
+        link=state.number("p") or 0, climb=state.turns_clockwise() != hand.mirrored, tolerance=state.settings["SURFACE_TOLERANCE"],
+        stock_top=None if top is None else top - state.machine_point((0.0, 0.0, 0.0))[2], cell=state.settings["CELL"],
+        start=state.position(), **state.feeds())
+
+
+def surface_of(state):
+    """(path, Placing) of the last SURFACE comment before the line; its lengths are in program units."""
+    text = find_comment(state.program(), state.line_number)
+    if text is None:
+        raise CycleError("there is no SURFACE comment before this line", "add (SURFACE,FILE=part.stl,X=0,Y=0,Z=0,SCALE=1) before it")
+    name, numbers = parse_comment(text)
+    unit = state.unit_mm
+    pixel = numbers.get("PIXEL")
+    placing = Placing(tuple(numbers.get(axis, 0.0) * unit for axis in "XYZ"), numbers.get("SCALE", 1.0),
+                      None if pixel is None else pixel * unit, numbers["DEPTH"] * unit if "DEPTH" in numbers else DEPTH)
+    return found_path(name, state.program()), placing
+
+
+def find_comment(path, line_number):
+    """Inside of the last SURFACE comment up to a line of a program; None without one."""
+    found = None
+    try:
+        with open(path, encoding="utf-8", errors="surrogateescape") as program:
+            for number, line in enumerate(program, 1):
+                if number > line_number > 0:
+                    break
+                match = _COMMENT.search(line)
+                found = match.group(1) if match else found
+    except OSError:
+        return None
+    return found
+
+
+def parse_comment(text):
+    """"FILE=part.stl,X=0,.." -> (name, {"X": 0.0, ..}).  Raises CycleError."""
+    name, numbers = "", {}
+    for part in filter(None, (piece.strip() for piece in text.split(","))):
+        key, _equals, value = (piece.strip() for piece in part.partition("="))
+        if key.upper() == "FILE" and value:
+            name = value
+            continue
+        try:
+            number = float(value)
+        except ValueError:
+            number = math.nan
+        if key.upper() not in KEYS or not math.isfinite(number) or key.upper() in KEYS[3:] and number <= 0:
+            raise CycleError("SURFACE comment: {part} is not FILE=name, X, Y or Z with a number, or SCALE, PIXEL or DEPTH with a number above 0",
+                             "correct the comment", part=part)
+        numbers[key.upper()] = number
+    if not name:
+        raise CycleError("SURFACE comment: FILE is missing", "add FILE=part.stl")
+    return name, numbers
+
+
+def found_path(name, program):
+    """Path of a model: in the program's folder, else in [DISPLAY]PROGRAM_PREFIX; an absolute one as it is."""
+    folders = [os.path.dirname(os.path.abspath(program))]
+    ini = file_name()
+    if ini:
+        folders.append(os.path.join(os.path.dirname(os.path.abspath(ini)), os.path.expanduser(Ini(ini).text("DISPLAY", "PROGRAM_PREFIX", "."))))
+    paths = [os.path.join(folder, os.path.expanduser(name)) for folder in folders]
+    return next((path for path in paths if os.path.exists(path)), paths[0])
+
+
+def stamp_of(path):
+    """(time of change in ns, bytes) of a file: a plan is kept for them; (0, 0) if it cannot be read."""
+    try:
+        found = os.stat(path)
+        return found.st_mtime_ns, found.st_size
+    except (OSError, ValueError):
+        return 0, 0

@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""What the tool must keep above from the end of a cut to the start of the next: model and stock.
+
+Called by cycles/surface.py.  The stock is a height map that every cut is taken out of as it is planned.  All lengths mm.
+"""
+
+import numpy as np
+
+from chipwise.check.sweep import HeightMap, least_cell
+from chipwise.surface.drop import drop_tool
+
+from chipwise.stock import layout
+
+
+class Obstacles:
+    """Model and stock.
+
+    probe         drop.Probe of the model
+    shape         check.sweep.Shape of the tool
+    low, high     (3,) mm: the box of the stock
+    cell          mm, of its map
+    """
+
+    def __init__(self, probe, shape, low, high, cell):
+        self._probe, self._shape = probe, shape
+        self._map = HeightMap(low, high, max(cell, least_cell(low, high)))
+        self._parts = [(drop_tool(shape), 0.0)]
+        if probe.has_holder:
+            self._parts.append((layout.DropTool(shape.holder_diameter / 2, 0.0, 0.0), -shape.stick_out))
+
+    def cut(self, chain):
+        """Takes a chain (k, 3) out of the stock."""
+        self._map.cut(self._shape, chain[0], chain)
+
+    def lowest(self, start, end=None, least=None):
+        """The lowest level (mm) of the tip on which a straight move from start (x, y) to end is clear of model and stock;
+        least (mm), else the floor, if that is enough."""
+        end = start if end is None else end
+        floor = self._probe.floor if least is None else max(least, self._probe.floor)
+        rise, _share = self._probe.excess([(*start[:2], floor)], [(*end[:2], floor)], 0.0)
+        stock = max(self._map.lowest_over(part, start[:2], end[:2]) + up for part, up in self._parts)
+        return float(np.maximum(floor + rise[0], stock))

@@ -1,0 +1,181 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Cuts side by side in one direction over a model, as chains of points within a tolerance.
+
+Called by cycles/surface.py.  All lengths mm.
+
+A chain is on or above the model: at most GOUGE below it anywhere, at most the tolerance above the lowest path of the tool
+    1. stations are halved until the middle of two is within a fifth of the tolerance of the line between them;
+    2. a step between stations as close as a quarter of the tolerance is a wall: the path goes straight up or down beside it;
+    3. chip_drop_thin keeps as few stations as the rest of the tolerance allows, upwards only;
+    4. chip_drop_excess looks at every segment between its ends, too; a station is added where the model is higher.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from chipwise.stock.core import library
+
+GOUGE = 5e-4                # mm [4]
+SAMPLING = 0.2              # of the tolerance [1]
+NARROW = 0.25               # of the tolerance [2]
+ROUNDS = 8                  # of adding stations [4]; then the segment is raised
+LEAST_STEP = 0.05           # mm, of the first stations
+
+
+@dataclass(frozen=True)
+class Tracks:
+    """Straight tracks seen from above.  start (n, 2), direction (n, 2) unit vectors, length (n,); mm"""
+
+    start: np.ndarray
+    direction: np.ndarray
+    length: np.ndarray
+
+    def backwards(self, which):
+        """The tracks of the mask `which` (n,) the other way round."""
+        which = np.asarray(which)[:, None]
+        return Tracks(np.where(which, self.start + self.direction * self.length[:, None], self.start),
+                      np.where(which, -self.direction, self.direction), self.length)
+
+    @property
+    def end(self):
+        return self.start + self.direction * self.length[:, None]
+
+
+def between(start, end):
+    """Tracks from points (n, 2) to points (n, 2)."""
+    step = end - start
+    length = np.hypot(step[:, 0], step[:, 1])
+    return Tracks(start, step / np.maximum(length, 1e-12)[:, None], length)
+
+
+def count_of(low, high, degrees, step):
+    """Number of parallel tracks over a rectangle."""
+    return max(1, math.ceil(_width(low, high, degrees) / step - 1e-9) + 1)
+
+
+def _width(low, high, degrees):
+    c, s = _direction(degrees)
+    return abs(s) * (high[0] - low[0]) + abs(c) * (high[1] - low[1])
+
+
+def _direction(degrees):
+    angle = math.radians(degrees)
+    return round(math.cos(angle), 15), round(math.sin(angle), 15)
+
+
+def parallel(low, high, degrees, step, climb):
+    """Tracks over the rectangle low .. high, both sides of it included, at most `step` apart.  climb: each has the ones not yet
+    cut on its right, else on its left."""
+    c, s = _direction(degrees)
+    count = count_of(low, high, degrees, step)
+    middle = (np.asarray(low[:2], float) + np.asarray(high[:2], float)) / 2
+    half = (np.asarray(high[:2], float) - np.asarray(low[:2], float)) / 2
+    across = np.linspace(-0.5, 0.5, count) * _width(low, high, degrees) if count > 1 else np.zeros(1)
+    if climb:
+        across = -across
+    first, last = np.full(count, -1e9), np.full(count, 1e9)
+    for axis, along, side in ((0, c, -s), (1, s, c)):
+        if abs(along) > 1e-12:
+            ends = np.sort((np.array([[-half[axis]], [half[axis]]]) - across * side) / along, axis=0)
+            first, last = np.maximum(first, ends[0]), np.minimum(last, ends[1])
+    corner = np.minimum(first, last)            # a track through a corner is a point, whatever rounding says
+    start = middle + np.stack([-s * across + c * corner, c * across + s * corner], axis=1)
+    return Tracks(start, np.tile((c, s), (count, 1)), np.maximum(last - first, 0.0))
+
+
+def chains(probe, tracks, shape, tolerance, progress=lambda share: None):
+    """One chain (k, 3) per track, mm, and how many stations were sampled.  probe: drop.Probe; shape: check.sweep.Shape."""
+    line, s, z = _sampled(probe, tracks, _first_step(shape, tolerance), tolerance, lambda share: progress(0.6 * share))
+    line, s, z = _walls(line, s, z, tolerance)
+    bounds = np.searchsorted(line, np.arange(len(tracks.length) + 1))
+    samples = [(s[a:b], z[a:b]) for a, b in zip(bounds[:-1], bounds[1:])]
+    found = [None] * len(samples)
+    waiting = np.arange(len(samples))
+    for turn in range(ROUNDS):
+        for k in waiting:
+            found[k] = _thinned(*samples[k], (1.0 - SAMPLING) * tolerance)
+        waiting = _added(probe, tracks, samples, found, waiting, turn == ROUNDS - 1)
+        progress(0.6 + 0.4 * (1.0 - len(waiting) / len(samples)))
+        if not len(waiting):
+            break
+    return [_points(tracks, k, *part) for k, part in enumerate(found)], len(s)
+
+
+def _first_step(shape, tolerance):
+    """So close that a bump as high as the tolerance is not passed over: the tip over a point of the model is the tool upside down."""
+    radius = shape.diameter / 2
+    flat = 0.0 if shape.tip_angle else radius - shape.corner_radius
+    return max(min(flat + math.sqrt(2.0 * shape.corner_radius * tolerance), radius / 4), min(LEAST_STEP, radius / 4))
+
+
+def _sampled(probe, tracks, step, tolerance, progress):
+    """(track, station, height) of each sample [1]."""
+    counts = np.maximum(np.ceil(tracks.length / step).astype(int), 1) + 1
+    line = np.repeat(np.arange(len(counts)), counts)
+    place = np.arange(len(line)) - np.repeat(np.cumsum(counts) - counts, counts)
+    s = place * np.repeat(tracks.length / (counts - 1), counts)
+    z = _heights(probe, tracks, line, s, progress)
+    left = np.flatnonzero(line[:-1] == line[1:])
+    while len(left):
+        left = left[s[left + 1] - s[left] > NARROW * tolerance]
+        middle = (s[left] + s[left + 1]) / 2
+        height = _heights(probe, tracks, line[left], middle)
+        off = np.abs(height - (z[left] + z[left + 1]) / 2) > SAMPLING * tolerance
+        left, middle, height = left[off], middle[off], height[off]
+        line, s, z = (np.insert(old, left + 1, new) for old, new in zip((line, s, z), (line[left], middle, height)))
+        left = left + np.arange(len(left))
+        left = np.sort(np.concatenate([left, left + 1]))
+    return line, s, z
+
+
+def _heights(probe, tracks, line, s, progress=lambda share: None, part=20_000):
+    z = np.empty(len(s))
+    for begin in range(0, len(s), part):
+        some = slice(begin, begin + part)
+        z[some] = probe.heights(tracks.start[line[some]] + s[some, None] * tracks.direction[line[some]])
+        progress(begin / len(s))
+    return z
+
+
+def _walls(line, s, z, tolerance):
+    """A sample at the upper height is put beside each step [2]."""
+    at = np.flatnonzero((line[:-1] == line[1:]) & (s[1:] - s[:-1] <= NARROW * tolerance) & (np.abs(z[1:] - z[:-1]) > tolerance))
+    lower = np.where(z[at] < z[at + 1], s[at], s[at + 1])
+    return tuple(np.insert(old, at + 1, new) for old, new in zip((line, s, z), (line[at], lower, np.maximum(z[at], z[at + 1]))))
+
+
+def _thinned(s, z, room):
+    """(stations, heights) of as few as `room` above the samples allows [3]."""
+    kept, height, high = np.empty(len(s), np.int64), np.empty(len(s)), z + room
+    count = library().chip_drop_thin(len(s), s.ctypes.data, z.ctypes.data, high.ctypes.data, kept.ctypes.data, height.ctypes.data)
+    return s[kept[:count]], height[:count].copy()
+
+
+def _points(tracks, k, s, z):
+    return np.column_stack([tracks.start[k] + s[:, None] * tracks.direction[k], z])
+
+
+def _added(probe, tracks, samples, found, waiting, is_last):
+    """Adds a sample where the model rises above a segment, and says for which tracks [4]; at last raises the segment instead."""
+    parts = [_points(tracks, k, *found[k]) for k in waiting]
+    start, end = np.concatenate([part[:-1] for part in parts]), np.concatenate([part[1:] for part in parts])
+    owner = np.repeat(np.arange(len(waiting)), [len(part) - 1 for part in parts])
+    segment = np.concatenate([np.arange(len(part) - 1) for part in parts])
+    excess, share = probe.excess(start, end, GOUGE)
+    high = np.flatnonzero(excess > GOUGE)
+    for i in high if is_last else ():
+        s, z = found[waiting[owner[i]]]
+        z[segment[i]:segment[i] + 2] += excess[i]
+    dirty = np.unique(owner[high])
+    for w in dirty:
+        k, mine = waiting[w], high[owner[high] == w]
+        s, z = found[k]
+        first = segment[mine]
+        new = s[first] + share[mine] * (s[first + 1] - s[first])
+        height = z[first] + share[mine] * (z[first + 1] - z[first]) + excess[mine]
+        old_s, old_z = samples[k]
+        at = np.searchsorted(old_s, new)
+        samples[k] = np.insert(old_s, at, new), np.insert(old_z, at, height)
+    return waiting[dirty]

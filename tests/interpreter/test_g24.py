@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""G24 through LinuxCNC's interpreter: units, offsets, modes, the SURFACE comment, refusals, preview and rs274 alike."""
+import math
+import re
+
+import pytest
+from support import surface_cases
+from support.canon import run_preview, run_rs274
+
+from chipwise.check.sweep import Shape
+from chipwise.cycles.surface import SurfaceRequest, surface_plan
+from chipwise.moves import Rapid
+from chipwise.surface.model import Placing
+
+TOOLS = {4: 6.0}
+START = (1.0, 2.0, 20.0)
+LINE = "G24 D1.5 Z-9 R4 L30 I0.2 K1.5 E150 P1 F600"
+
+
+@pytest.fixture(scope="module")
+def model(tmp_path_factory):
+    return surface_cases.write_stl(tmp_path_factory.mktemp("model") / "part.stl", surface_cases.waves(15, 15.0))
+
+
+def program(model, line=LINE, place="X=5,Y=-3,Z=1,SCALE=1.1", unit="G21", before="", start="G0 X1 Y2 Z20"):
+    if unit == "G20":
+        line, start = (re.sub(r"\b([XYZRIKDEF])(-?[\d.]+)", lambda m: f"{m[1]}{float(m[2]) / 25.4:.9f}", text) for text in (line, start))
+        place = re.sub(r"([XYZ])=(-?[\d.]+)", lambda m: f"{m[1]}={float(m[2]) / 25.4:.9f}", place)
+    return f"T4 M6\nS9000 M3\n{unit} G90 G17 G40 G94\n{before}\n{start}\n(SURFACE,FILE={model},{place})\n(begin)\n{line}\n(end)\nM2\n"
+
+
+def expected(model, **fields):
+    known = dict(file=model, stamp=(), placing=Placing((5.0, -3.0, 1.0), 1.1), bottom=-9.0, clearance=4.0, tool=Shape(6, 3), step=1.5, feed=600.0,
+                 plunge_feed=150.0, start=START, direction=30.0, allowance=0.2, relief=1.5, link=1)
+    return ends(surface_plan(SurfaceRequest(**{**known, **fields})).moves)
+
+
+def ends(moves):
+    """[(kind, (x, y, z))] of moves from START; moves without a length are left out."""
+    at, found = START, []
+    for move in moves:
+        new = tuple(old if value is None else value for old, value in zip(at, (move.x, move.y, move.z)))
+        if math.dist(at, new) > 1e-6:
+            found.append(("rapid" if isinstance(move, Rapid) else "feed", new))
+        at = new
+    return found
+
+
+def same(trace, wanted, shift=(0, 0, 0), off=2e-4):
+    assert not trace.error, trace.error
+    found = [e for e in trace.between("begin", "end") if math.dist(e.a, e.b) > 1e-6]
+    assert [e.kind for e in found] == [kind for kind, _ in wanted]
+    for element, (_kind, place) in zip(found, wanted):
+        assert math.dist(element.b, [p + s for p, s in zip(place, shift)]) <= off
+
+
+@pytest.mark.parametrize("unit", ["G21", "G20"])
+@pytest.mark.parametrize("machine", ["mm", "in"])
+def test_units(model, unit, machine):
+    """All four of program and machine units cut the same; 2e-4 mm: words of the test with nine decimals of an inch."""
+    same(run_preview(program(model, unit=unit), TOOLS, machine), expected(model))
+
+
+def test_rs274_and_offsets(model):
+    same(run_rs274(program(model), TOOLS), expected(model))
+    same(run_preview(program(model, before="G10 L2 P1 X7 Y8 Z-2"), TOOLS), expected(model), (7, 8, -2))
+
+
+def test_g91_counts_z_from_r_and_r_from_here(model):
+    same(run_preview(program(model, "G91\nG24 D1.5 R-16 Z-13 L30 I0.2 K1.5 E150 P1 F600\nG90"), TOOLS), expected(model))
+
+
+def test_modes_and_feed_are_afterwards_what_they_were(model):
+    trace = run_preview(program(model), TOOLS)
+    assert trace.modes("begin")[0] == trace.modes("end")[0]
+    feeds = {round(feed, 6) for feed in trace.feeds if feed}
+    assert feeds == {600.0, 150.0}
+
+
+def test_defaults_and_known_stock(model):
+    """Without R, L, I, K, P: from here, along X, no allowance, 1 mm, over the clearance plane; M250's top is used."""
+    text = program(model, "G24 D2 Z-9 F600")
+    same(run_preview(text, TOOLS), expected(model, clearance=20.0, step=2.0, direction=0.0, allowance=0.0, relief=1.0, link=0, plunge_feed=300.0))
+    known = program(model, "G24 D2 Z-9 F600", before="(WORKPIECE,BOX,XMIN=0,YMIN=-10,ZMIN=-20,XMAX=30,YMAX=30,ZMAX=3)\nM250")
+    same(run_preview(known, TOOLS), expected(model, clearance=20.0, step=2.0, direction=0.0, allowance=0.0, relief=1.0, link=0, plunge_feed=300.0,
+                                             stock_top=3.0))
+
+
+def test_conventional_with_m4(model):
+    same(run_preview(program(model, before="M4"), TOOLS), expected(model, climb=False))
+
+
+def test_the_last_comment_counts_and_the_folder_of_the_program(model, tmp_path):
+    text = program(model).replace("(begin)", "(SURFACE,FILE=none.stl)\n(surface , file = " + model + " , x=5, Y=-3,Z=1,SCALE=1.1)\n(begin)")
+    same(run_preview(text, TOOLS), expected(model))
+    trace = run_preview(text + "(SURFACE,FILE=later.stl)\n", TOOLS)
+    same(trace, expected(model))
+
+
+@pytest.mark.parametrize("change, text", [
+    (("G24 D1.5", "G24"), "word D (step-over) is missing"), (("D1.5", "D9"), "step-over D9 mm is larger than the tool (6 mm); use D up to 6 mm"),
+    (("Z-9", ""), "word Z (final depth) is missing"), (("R4", "R0.5"), "clearance plane R0.5 mm is below the top of the model"),
+    (("P1", "P3"), "link P3 is not known"), (("I0.2", "I0.2 J3"), "word J is not used here"), (("(SURFACE", "(SURFASE"), "there is no SURFACE comment"),
+    (("FILE=", "FILE=none"), "No such file"), (("FILE=", "FOLDER="), "is not FILE=name"), (("SCALE=1.1", "SCALE=0"), "SCALE=0 is not"),
+    (("X=5", "X=five"), "X=five is not"), (("F600", ""), "no feed is set"), (("G17", "G18"), "the plane is not G17")])
+def test_refused_without_motion(model, change, text):
+    assert change[0] in program(model)
+    trace = run_preview(program(model).replace(*change), TOOLS)
+    assert trace.error.startswith("chipwise: G24: ") and text in trace.error and trace.error_line == 8, trace.error
+    begin = next(n for name, n, _ in trace.comments if name == "begin")
+    assert len(trace.elements) == begin
+
+
+def test_bad_model_is_a_message(tmp_path):
+    (tmp_path / "part.stl").write_bytes(b"\xff\xd8\xff" + bytes(100))
+    assert "part.stl: the file is a JPEG picture" in run_preview(program(tmp_path / "part.stl"), TOOLS).error

@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Judges the moves over a model by brute force: gouges, what is left, traverses through stock.
+
+Shares nothing with the package but the moves: the lowest tip comes from drop_oracle.py, the stock is a set of needles.
+"""
+import numpy as np
+
+from support import drop_oracle
+
+STEP = 0.05             # mm, between the positions of a move that are looked at
+RIDGE = 0.01            # mm that stays on a needle between two of them
+
+
+def positions(moves, start):
+    """[(is a rapid, (n, 3) positions along it)] of moves from a start."""
+    at, found = np.array(start, float), []
+    for move in moves:
+        new = np.array([old if value is None else value for old, value in zip(at, (move.x, move.y, move.z))], float)
+        count = max(2, int(np.ceil(np.linalg.norm(new - at) / STEP)) + 1)
+        found.append((type(move).__name__ == "Rapid", np.linspace(at, new, count)))
+        at = new
+    return found
+
+
+class Needles:
+    """Stock as heights at random points of a rectangle; everything is below `top` at first."""
+
+    def __init__(self, low, high, top, count, seed):
+        self.xy = np.random.default_rng(seed).uniform(low[:2], high[:2], (count, 2))
+        self.height = np.full(count, float(top))
+
+    def follow(self, moves, start, shape):
+        """Cuts along the feed moves; -> how deep (mm) each rapid is in the stock."""
+        height, radius = drop_oracle.profile(shape)
+        depths = []
+        for is_rapid, points in positions(moves, start):
+            near = np.flatnonzero((self.xy >= points[:, :2].min(axis=0) - radius).all(axis=1)
+                                  & (self.xy <= points[:, :2].max(axis=0) + radius).all(axis=1))
+            r = np.linalg.norm(self.xy[near, None] - points[None, :, :2], axis=2)
+            under = np.where(r <= radius, points[None, :, 2] + height(np.minimum(r, radius)), np.inf).min(axis=1, initial=np.inf)
+            if is_rapid:
+                depths.append(max(0.0, float((self.height[near] - under).max(initial=0.0))))
+            else:
+                self.height[near] = np.minimum(self.height[near], under)
+        return depths
+
+
+def gouge_and_rest(moves, start, triangles, shape, floor, count, seed, allowance=0.0):
+    """(deepest, highest): how far below and above the lowest tip `count` random positions of the feed moves in XY are, mm.
+    allowance: left on a model by a ball, which is then a larger ball."""
+    import dataclasses
+    grown = dataclasses.replace(shape, diameter=shape.diameter + 2 * allowance, corner_radius=shape.corner_radius + allowance) if allowance else shape
+    points = np.concatenate([p for is_rapid, p in positions(moves, start) if not is_rapid and np.hypot(*(p[-1] - p[0])[:2]) > 1e-9])
+    points = points[np.random.default_rng(seed).integers(0, len(points), count)]
+    lowest = np.array([max(floor, drop_oracle.lowest(triangles, grown, x, y, floor - allowance) + allowance) for x, y, _z in points])
+    return float((lowest - points[:, 2]).max()), float((points[:, 2] - lowest).max())
