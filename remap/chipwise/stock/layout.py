@@ -49,9 +49,13 @@ STATUS_REPLY = 10000
 STATUS_STOCK = 10
 STOCK_MAGIC = 1129796436
 STOCK_VERSION = 2
+STYLUS_DELAY = 32
 SWEEP_QUEUE = 16
 TOOL_GRACE_S = 0.05
 TOOL_RINGS = 12
+TRACER_CHORD = 8
+TRACER_DELAY = 64
+TRACER_WINDOW = 17
 WORK_A_NODE = 14
 WORK_PER_PERIOD = 16500
 WORK_TO_CUT = 10500
@@ -178,6 +182,70 @@ class TrackerState(IntEnum):
     CUTTING = 0
     FLUSHING = 1
     EXTERNAL_WRITER = 2
+
+
+class TracerState(IntEnum):
+    """enum chip_tracer_state"""
+
+    IDLE = 0
+    APPROACH = 1
+    TRACE = 2
+    PICK = 3
+    RETRACT = 4
+    RETURN = 5
+    LOST = 6
+    OVER_RANGE = 7
+    FAULT = 8
+    DONE = 9
+
+
+class TracerMode(IntEnum):
+    """enum chip_tracer_mode"""
+
+    ONE_WAY = 1
+    BOTH_WAYS = 2
+    CONTOUR = 3
+    PARTIAL = 4
+
+
+class TracerLimit(IntEnum):
+    """enum chip_tracer_limit"""
+
+    NOTHING = 0
+    RANGE = 1
+    MAX_VEL = 2
+    BEND = 3
+    DEFLECTION = 4
+    WINDOW = 5
+    GAIN = 6
+
+
+class TracerFault(IntEnum):
+    """enum chip_tracer_fault"""
+
+    NO_FAULT = 0
+    SETTINGS = 1
+    NOT_FINITE = 2
+    SENSOR_JUMP = 3
+    POSITION_JUMP = 4
+    NO_CONTACT = 5
+    SOFT_LIMIT = 6
+    COLLISION = 7
+    TOO_FAR = 8
+    BELOW = 9
+
+
+class StylusSurface(IntEnum):
+    """enum chip_stylus_surface"""
+
+    PLANE = 0
+    BALL = 1
+    BOWL = 2
+    STEP = 3
+    CORNER = 4
+    CYLINDER = 5
+    BOX = 6
+    GRID = 7
 
 
 class FeedIn(C.Structure):
@@ -709,6 +777,167 @@ class Tracker(C.Structure):
     ]
 
 
+class TracerSettings(C.Structure):
+    """struct chip_tracer_settings"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("mode", C.c_int),
+        ("scan_axis", C.c_int),
+        ("direction", C.c_int),
+        ("feed_mm_s", C.c_double),
+        ("approach_vel_mm_s", C.c_double),
+        ("return_vel_mm_s", C.c_double),
+        ("max_vel_mm_s", C.c_double),
+        ("acceleration_mm_s2", C.c_double),
+        ("gain_hz", C.c_double),
+        ("deflection_mm", C.c_double),
+        ("range_mm", C.c_double),
+        ("dead_time_s", C.c_double),
+        ("max_jump_mm", C.c_double),
+        ("friction_share", C.c_double),
+        ("pick_mm", C.c_double),
+        ("retract_mm", C.c_double),
+        ("search_mm", C.c_double),
+        ("lost_mm", C.c_double),
+        ("approach_dir", C.c_double * 3),
+        ("window_min_mm", C.c_double * 3),
+        ("window_max_mm", C.c_double * 3),
+        ("soft_min_mm", C.c_double * 3),
+        ("soft_max_mm", C.c_double * 3),
+    ]
+
+
+class TracerIn(C.Structure):
+    """struct chip_tracer_in"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("is_enabled", C.c_int),
+        ("wants_retract", C.c_int),
+        ("feed_share", C.c_double),
+        ("period_s", C.c_double),
+        ("position_mm", C.c_double * 3),
+        ("deflection_mm", C.c_double * 3),
+    ]
+
+
+class TracerOut(C.Structure):
+    """struct chip_tracer_out"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("state", C.c_int),
+        ("fault", C.c_int),
+        ("limited_by", C.c_int),
+        ("lines", C.c_int),
+        ("velocity_mm_s", C.c_double * 3),
+        ("velocity_limit_mm_s", C.c_double),
+        ("gain_hz", C.c_double),
+        ("deflection_mm", C.c_double),
+        ("error_mm", C.c_double),
+        ("normal_vel_mm_s", C.c_double),
+        ("tangential_vel_mm_s", C.c_double),
+        ("friction_share", C.c_double),
+        ("normal", C.c_double * 3),
+    ]
+
+
+class TracerPoint(C.Structure):
+    """struct chip_tracer_point"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("ball_a_mm", C.c_double),
+        ("ball_b_mm", C.c_double),
+        ("angle_rad", C.c_double),
+        ("share", C.c_double),
+    ]
+
+
+class TracerLaw(C.Structure):
+    """struct chip_tracer_law"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("a", C.c_double * 3),
+        ("b", C.c_double * 3),
+        ("sense", C.c_double),
+        ("friction_share", C.c_double),
+        ("heading_rad", C.c_double),
+        ("rate_rad_s", C.c_double),
+        ("turned_rad", C.c_double),
+        ("periods", C.c_int),
+        ("newest", C.c_int),
+        ("point", TracerPoint * 17),
+    ]
+
+
+class Tracer(C.Structure):
+    """struct chip_tracer"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("settings", TracerSettings),
+        ("law", TracerLaw),
+        ("state", C.c_int),
+        ("fault", C.c_int),
+        ("lines", C.c_int),
+        ("has_settings", C.c_int),
+        ("stored", C.c_int),
+        ("newest", C.c_int),
+        ("position_mm", C.c_double * 3 * 64),
+        ("deflection_mm", C.c_double * 3),
+        ("velocity_mm_s", C.c_double * 3),
+        ("normal", C.c_double * 3),
+        ("from_mm", C.c_double * 3),
+        ("line_mm", C.c_double),
+        ("pick_to_mm", C.c_double),
+        ("highest_mm", C.c_double),
+        ("start_mm", C.c_double * 3),
+        ("start_tangent", C.c_double * 3),
+        ("has_left_start", C.c_int),
+        ("returns", C.c_int),
+        ("lost_in_pick", C.c_int),
+        ("periods_out", C.c_int),
+        ("sense", C.c_double),
+    ]
+
+
+class StylusSettings(C.Structure):
+    """struct chip_stylus_settings"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("surface", C.c_int),
+        ("at_mm", C.c_double * 3),
+        ("normal", C.c_double * 3),
+        ("size_mm", C.c_double),
+        ("angle_deg", C.c_double),
+        ("ball_mm", C.c_double),
+        ("friction", C.c_double),
+        ("noise_mm", C.c_double),
+        ("delay", C.c_int),
+        ("cell_mm", C.c_double),
+        ("nx", C.c_int),
+        ("ny", C.c_int),
+        ("height_mm", C.c_void_p),
+    ]
+
+
+class Stylus(C.Structure):
+    """struct chip_stylus"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("ball_mm", C.c_double * 3),
+        ("touches", C.c_int),
+        ("random", C.c_uint64),
+        ("newest", C.c_int),
+        ("deflection_mm", C.c_double * 3 * 32),
+    ]
+
+
 class HeightMap(C.Structure):
     """struct chip_height_map"""
 
@@ -783,6 +1012,28 @@ class DropTool(C.Structure):
     ]
 
 
+class TracerRow(C.Structure):
+    """struct chip_tracer_row"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("position_mm", C.c_double * 3),
+        ("ball_mm", C.c_double * 3),
+        ("deflection_mm", C.c_double * 3),
+        ("velocity_mm_s", C.c_double * 3),
+        ("normal", C.c_double * 3),
+        ("measured_mm", C.c_double),
+        ("velocity_limit_mm_s", C.c_double),
+        ("tangential_vel_mm_s", C.c_double),
+        ("friction_share", C.c_double),
+        ("gain_hz", C.c_double),
+        ("state", C.c_int),
+        ("fault", C.c_int),
+        ("limited_by", C.c_int),
+        ("lines", C.c_int),
+    ]
+
+
 STRUCTURES = {
     "chip_feed_in": FeedIn,
     "chip_feed_out": FeedOut,
@@ -813,9 +1064,18 @@ STRUCTURES = {
     "chip_tracker_in": TrackerIn,
     "chip_tracker_out": TrackerOut,
     "chip_tracker": Tracker,
+    "chip_tracer_settings": TracerSettings,
+    "chip_tracer_in": TracerIn,
+    "chip_tracer_out": TracerOut,
+    "chip_tracer_point": TracerPoint,
+    "chip_tracer_law": TracerLaw,
+    "chip_tracer": Tracer,
+    "chip_stylus_settings": StylusSettings,
+    "chip_stylus": Stylus,
     "chip_height_map": HeightMap,
     "chip_height_tool": HeightTool,
     "chip_height_met": HeightMet,
     "chip_drop_mesh": DropMesh,
     "chip_drop_tool": DropTool,
+    "chip_tracer_row": TracerRow,
 }

@@ -1,0 +1,98 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* tracer_cost.c - what a servo period of profiling control costs.
+ *
+ * Called by bench/run.py (prints JSON rows). A head traces a ball in lines to and fro; what it met is recorded and played
+ * REPLAYS times; the time of a period is the fastest of those (as bench_cost.py has it).
+ */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "core/stylus.h"
+#include "core/tracer.h"
+
+#define REPLAYS 5
+#define PERIODS 60000
+
+static struct chip_tracer_in in[PERIODS];
+static double best[PERIODS];
+
+static double now_us(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return t.tv_sec * 1e6 + t.tv_nsec * 1e-3;
+}
+
+static int rising(const void *a, const void *b)
+{
+    double d = *(const double *)a - *(const double *)b;
+    return d > 0.0 ? 1 : d < 0.0 ? -1 : 0;
+}
+
+static void row(const char *what, double us, double target)
+{
+    printf("{\"name\": \"tracer, lines over a ball: %s\", \"value\": %.3f, \"unit\": \"us\", \"note\": \"%s %g; %d "
+           "periods\"}\n",
+           what, us, us <= target ? "meets" : "MISSES", target, PERIODS);
+}
+
+int main(void)
+{
+    struct chip_tracer_settings s = { .mode = CHIP_TRACER_BOTH_WAYS,
+                                      .direction = 1,
+                                      .feed_mm_s = 30.0,
+                                      .approach_vel_mm_s = 10.0,
+                                      .return_vel_mm_s = 50.0,
+                                      .max_vel_mm_s = 100.0,
+                                      .acceleration_mm_s2 = 2000.0,
+                                      .gain_hz = 300.0,
+                                      .deflection_mm = 0.3,
+                                      .range_mm = 1.5,
+                                      .dead_time_s = 0.002,
+                                      .max_jump_mm = 0.5,
+                                      .pick_mm = 0.1,
+                                      .search_mm = 100.0,
+                                      .lost_mm = 10.0,
+                                      .approach_dir = { 0.0, 0.0, -1.0 },
+                                      .window_min_mm = { -10.0, -10.0, -100.0 },
+                                      .window_max_mm = { 10.0, 10.0, 100.0 },
+                                      .soft_min_mm = { -100.0, -100.0, -100.0 },
+                                      .soft_max_mm = { 100.0, 100.0, 100.0 } };
+    struct chip_stylus_settings model = {
+        .surface = CHIP_STYLUS_BALL, .size_mm = 20.0, .ball_mm = 2.0, .friction = 0.15, .noise_mm = 0.0005, .delay = 2
+    };
+    static struct chip_tracer tracer;
+    static struct chip_stylus stylus;
+    struct chip_tracer_out out;
+    double p[3] = { -10.0, -10.0, 25.0 }, now[3], sum = 0.0;
+    int i, k, replay, traced = 0;
+    chip_tracer_init(&tracer);
+    for (k = 0; k < PERIODS; k++) {
+        chip_stylus_step(&stylus, &model, p, in[k].deflection_mm, now);
+        for (i = 0; i < 3; i++) in[k].position_mm[i] = p[i];
+        in[k].is_enabled = 1;
+        in[k].feed_share = 1.0;
+        in[k].period_s = 0.001;
+        best[k] = 1e9;
+        chip_tracer_step(&tracer, &s, &in[k], &out);
+        traced += out.state == CHIP_TRACER_TRACE;
+        for (i = 0; i < 3; i++) p[i] += 0.001 * out.velocity_mm_s[i];
+    }
+    for (replay = 0; replay < REPLAYS; replay++) {
+        chip_tracer_init(&tracer);
+        for (k = 0; k < PERIODS; k++) {
+            double begin = now_us(), took;
+            chip_tracer_step(&tracer, &s, &in[k], &out);
+            took = now_us() - begin;
+            if (took < best[k]) best[k] = took;
+        }
+    }
+    for (k = 0; k < PERIODS; k++) sum += best[k];
+    qsort(best, PERIODS, sizeof *best, rising);
+    row("mean", sum / PERIODS, 2.0);
+    row("p99.99", best[(int)(0.9999 * PERIODS)], 2.0);
+    row("worst", best[PERIODS - 1], 2.0);
+    return traced < PERIODS / 2;
+}

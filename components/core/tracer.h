@@ -1,0 +1,179 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* tracer.h - profiling control: the deflection of a tracer head becomes the velocity of the axes, so that the stylus
+ * follows a model.
+ *
+ * Who calls it: tracer.comp, once per servo period; offline/tracer_loop.c for tests and the bench.
+ * Source: normal and tangential velocity from the deflection are the arrangement of copy mills (US 4,296,473, Profile
+ * control system). Departs from it in the friction estimate, the heading's feed-forward and the limits.
+ *
+ * Principle:
+ *  1. p is the position of the head, e the deflection of the stylus: the ball's centre is c = p + e. eps = |e|. Without
+ *     friction e is along the normal n of the surface, away from the model.
+ *  2. The law acts in the trace plane with the unit vectors a and b. Normal velocity: gain x (eps - eps0) along n;
+ *     tangential velocity: the feed along t, which is n turned by 90 degrees, so that t = a if n = b.
+ *  3. Friction turns e from n against the direction of travel by an angle phi. c itself moves along the surface, so a
+ *     chord of c shows t, and the angle between chord and e shows phi. Its sine times (part of e in the plane) / eps is the
+ *     same at every slope; this number is averaged, and turns e back into n.
+ *  4. n is known late, by the dead time. The rate of the heading, by a filter without lag at a constant rate, turns t
+ *     ahead by the dead time and half a period. In a bend e turns with the surface, and its part along the surface moves
+ *     the head along n: p = c - e. That is added to the normal velocity.
+ *  5. Limits, whatever the settings ask: the velocity from which the head stops at acceleration A, after the dead time,
+ *     within a share of range - eps0, which is less than sqrt(2 A (range - eps0)); gain x (dead time + period) <= 0.75;
+ *     in a bend, feed x rate of heading <= A; the feed falls as eps leaves eps0. The velocity changes with A at most, and
+ *     its part along n first.
+ *  6. A state ends the others: contact lost -> LOST, which goes back along n until there is contact; eps >= range ->
+ *     OVER_RANGE; a value that cannot be -> FAULT. In these two the head brakes with A and rests until `enable` is FALSE.
+ *  7. Every output is finite, and no velocity is above `velocity_limit_mm_s` unless it is falling with A.
+ */
+#ifndef CHIPWISE_TRACER_H
+#define CHIPWISE_TRACER_H
+
+#define CHIP_TRACER_DELAY 64  /* positions kept: longest dead time, periods */
+#define CHIP_TRACER_CHORD 8   /* periods before and after the middle of a chord [3] */
+#define CHIP_TRACER_WINDOW 17 /* 2 x CHIP_TRACER_CHORD + 1 */
+
+enum chip_tracer_state {
+    CHIP_TRACER_IDLE = 0,
+    CHIP_TRACER_APPROACH = 1, /* towards the model until there is contact */
+    CHIP_TRACER_TRACE = 2,
+    CHIP_TRACER_PICK = 3,    /* pick feed: in contact, to the next line */
+    CHIP_TRACER_RETRACT = 4, /* away from the model */
+    CHIP_TRACER_RETURN = 5,  /* above the model to the beginning of the next line */
+    CHIP_TRACER_LOST = 6,    /* back towards the model */
+    CHIP_TRACER_OVER_RANGE = 7,
+    CHIP_TRACER_FAULT = 8,
+    CHIP_TRACER_DONE = 9
+};
+
+enum chip_tracer_mode {
+    CHIP_TRACER_ONE_WAY = 1,   /* lines along the scan axis, each from the same side */
+    CHIP_TRACER_BOTH_WAYS = 2, /* lines along the scan axis, to and fro */
+    CHIP_TRACER_CONTOUR = 3,   /* round the model in XY at a height, 360 degrees; pick feed along Z */
+    CHIP_TRACER_PARTIAL = 4    /* the same between the window's sides, to and fro */
+};
+
+enum chip_tracer_limit {
+    CHIP_TRACER_BY_NOTHING = 0,
+    CHIP_TRACER_BY_RANGE = 1,      /* braking within the head's range */
+    CHIP_TRACER_BY_MAX_VEL = 2,    /* max_vel_mm_s */
+    CHIP_TRACER_BY_BEND = 3,       /* rate of the heading */
+    CHIP_TRACER_BY_DEFLECTION = 4, /* eps away from eps0 */
+    CHIP_TRACER_BY_WINDOW = 5,     /* braking before the end of a line */
+    CHIP_TRACER_BY_GAIN = 6        /* the gain is held below what was asked for; the feed is not */
+};
+
+enum chip_tracer_fault {
+    CHIP_TRACER_NO_FAULT = 0,
+    CHIP_TRACER_SETTINGS = 1,      /* a setting is not finite or out of its range */
+    CHIP_TRACER_NOT_FINITE = 2,    /* deflection or position */
+    CHIP_TRACER_SENSOR_JUMP = 3,   /* the deflection changed by more than max_jump_mm in a period */
+    CHIP_TRACER_POSITION_JUMP = 4, /* the position changed by more than max_jump_mm in a period */
+    CHIP_TRACER_NO_CONTACT = 5,    /* nothing met within search_mm */
+    CHIP_TRACER_SOFT_LIMIT = 6,    /* at min_mm or max_mm of an axis */
+    CHIP_TRACER_COLLISION = 7,     /* contact on the return above the model */
+    CHIP_TRACER_TOO_FAR = 8,       /* eps >= range: with the state OVER_RANGE */
+    CHIP_TRACER_BELOW = 9          /* a line has gone round to the underside of the model */
+};
+
+struct chip_tracer_settings {
+    int mode;                  /* chip_tracer_mode */
+    int scan_axis;             /* 0 X, 1 Y: of the lines; the pick feed is along the other */
+    int direction;             /* 1 or -1: first line towards + or -; contour: model on the right or on the left */
+    double feed_mm_s;          /* along the surface */
+    double approach_vel_mm_s;  /* approach, and back to the model when contact is lost */
+    double return_vel_mm_s;    /* retract and return */
+    double max_vel_mm_s;       /* of the head, in any direction */
+    double acceleration_mm_s2; /* of the head, in any direction: A */
+    double gain_hz;            /* normal velocity per deflection error, mm/s per mm */
+    double deflection_mm;      /* to hold: eps0 */
+    double range_mm;           /* the head's range: eps is below it */
+    double dead_time_s;        /* from velocity to measured deflection, without the period itself */
+    double max_jump_mm;        /* a larger change in a period is a fault */
+    double friction_share;     /* sine of the friction angle to begin with, 0..0.6 */
+    double pick_mm;            /* pick feed; its sign is its direction */
+    double retract_mm;         /* clearance of retract and return */
+    double search_mm;          /* longest approach */
+    double lost_mm;            /* longest travel back to the model when contact is lost */
+    double approach_dir[3];    /* direction of the approach; any length */
+    double window_min_mm[3];   /* lines end here, and the pick feed ends all */
+    double window_max_mm[3];
+    double soft_min_mm[3]; /* the axes' own limits */
+    double soft_max_mm[3];
+};
+
+struct chip_tracer_in {
+    int is_enabled;
+    int wants_retract; /* leave the model and end */
+    double feed_share; /* feed override, 0..1 */
+    double period_s;
+    double position_mm[3];   /* p */
+    double deflection_mm[3]; /* e */
+};
+
+struct chip_tracer_out {
+    int state;      /* chip_tracer_state */
+    int fault;      /* chip_tracer_fault */
+    int limited_by; /* chip_tracer_limit */
+    int lines;      /* lines or laps completed */
+    double velocity_mm_s[3];
+    double velocity_limit_mm_s; /* in force [5] */
+    double gain_hz;             /* in force [5] */
+    double deflection_mm;       /* eps */
+    double error_mm;            /* eps - eps0 */
+    double normal_vel_mm_s;     /* asked for along n */
+    double tangential_vel_mm_s; /* asked for along t */
+    double friction_share;      /* estimate [3] */
+    double normal[3];           /* n, friction removed */
+};
+
+/* What a chord needs of one period [3]. */
+struct chip_tracer_point {
+    double ball_a_mm, ball_b_mm; /* c in the plane */
+    double angle_rad;            /* of e in the plane */
+    double share;                /* part of e in the plane / eps */
+};
+
+/* What is known of the surface in the trace plane. */
+struct chip_tracer_law {
+    double a[3], b[3]; /* the plane */
+    double sense;      /* 1 or -1: t to the right or to the left of n */
+    double friction_share;
+    double heading_rad; /* of n, filtered [4] */
+    double rate_rad_s;
+    double turned_rad; /* heading's change since the plane was set */
+    int periods;       /* since the plane was set */
+    int newest;
+    struct chip_tracer_point point[CHIP_TRACER_WINDOW];
+};
+
+struct chip_tracer {
+    struct chip_tracer_settings settings; /* the last sound ones */
+    struct chip_tracer_law law;
+    int state, fault, lines;
+    int has_settings;
+    int stored; /* positions kept, up to CHIP_TRACER_DELAY */
+    int newest;
+    double position_mm[CHIP_TRACER_DELAY][3];
+    double deflection_mm[3]; /* of the period before */
+    double velocity_mm_s[3]; /* given in the period before */
+    double normal[3];        /* last known n */
+    double from_mm[3];       /* where this state began */
+    double line_mm;          /* of the trace plane, along its own normal */
+    double pick_to_mm;       /* the pick feed's end */
+    double highest_mm;       /* of the line, against the approach */
+    double start_mm[3];      /* of a lap */
+    double start_tangent[3];
+    int has_left_start;
+    int returns;      /* a line follows the retract */
+    int lost_in_pick; /* contact was lost in PICK, not in TRACE */
+    int periods_out;  /* periods without contact */
+    double sense;     /* of the next line */
+};
+
+void chip_tracer_init(struct chip_tracer *tracer);
+
+/* One period. */
+void chip_tracer_step(struct chip_tracer *tracer, const struct chip_tracer_settings *settings,
+                      const struct chip_tracer_in *in, struct chip_tracer_out *out);
+
+#endif
