@@ -58,6 +58,15 @@ FAULTS = {
     "WINDOW_PASSED": ("lines end 1 mm early", "test_tracer.py::test_partial"),
     "POSITION_NOT_LATE": ("position not as old as the deflection", "test_tracer.py::test_friction_with_dead_time"),
     "LOST_IGNORED": ("lost contact ignored", "test_tracer.py::test_nothing_below_the_edge"),
+    "OLD_PACKETS_USED": ("a packet older than the last used", "test_master_slave.py::test_doubled_and_old_packets_change_nothing"),
+    "DOUBLED_PACKETS_USED": ("a dead master not seen for doubled packets", "test_master_slave.py::test_a_dead_master_stops_it"),
+    "GAPS_IGNORED": ("a lost packet forgotten", "test_master_slave.py::test_a_lost_packet_costs_time"),
+    "CORRUPT_USED": ("a wrong packet used", "test_master_slave.py::test_a_wrong_packet_is_a_fault"),
+    "CATCHES_UP_AT_ONCE": ("what is missing done in one period", "test_master_slave.py::test_a_lost_packet_costs_time"),
+    "REMAINDER_DROPPED": ("remainder of the scale dropped", "test_master_slave.py::test_scale_and_mirror"),
+    "DEAD_MASTER_AWAITED": ("a dead master awaited", "test_master_slave.py::test_a_dead_master_stops_it"),
+    "MISSED_PULSES_DROPPED": ("missed pulses dropped", "test_master_slave.py::test_parts_that_are_missing_come_later"),
+    "PULSES_BUNCHED": ("pulses at the beginning of the period", "test_master_slave.py::test_pulses_are_even"),
     "ANY_NUMBER": ("no number comes through", "test_feed.py::test_fallback_is_the_programmed_feed"),
 }
 

@@ -248,6 +248,27 @@ class StylusSurface(IntEnum):
     GRID = 7
 
 
+class SlaveState(IntEnum):
+    """enum chip_slave_state"""
+
+    IDLE = 0
+    WAIT = 1
+    FOLLOW = 2
+    CATCH_UP = 3
+    DEAD = 4
+    FAULT = 5
+
+
+class SlaveFault(IntEnum):
+    """enum chip_slave_fault"""
+
+    NO_FAULT = 0
+    SETTINGS = 1
+    CORRUPT = 2
+    TOO_FAR = 3
+    NO_MASTER = 4
+
+
 class FeedIn(C.Structure):
     """struct chip_feed_in"""
 
@@ -938,6 +959,67 @@ class Stylus(C.Structure):
     ]
 
 
+class Packet(C.Structure):
+    """struct chip_packet"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("sequence_number", C.c_uint32),
+        ("position_counts", C.c_int64 * 3),
+        ("step_counts", C.c_int32 * 3),
+    ]
+
+
+class Master(C.Structure):
+    """struct chip_master"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("is_started", C.c_int),
+        ("packet", Packet),
+    ]
+
+
+class SlaveSettings(C.Structure):
+    """struct chip_slave_settings"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("scale", C.c_int32 * 3),
+        ("divisor", C.c_int32 * 3),
+        ("max_counts", C.c_int32),
+        ("catch_up_counts", C.c_int32),
+        ("max_behind_counts", C.c_int32),
+        ("dead_periods", C.c_int32),
+        ("ticks", C.c_int32),
+    ]
+
+
+class Slave(C.Structure):
+    """struct chip_slave"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("state", C.c_int),
+        ("fault", C.c_int),
+        ("silent_periods", C.c_int),
+        ("sequence_number", C.c_uint32),
+        ("received_counts", C.c_int64 * 3),
+        ("done_counts", C.c_int64 * 3),
+        ("zero_counts", C.c_int64 * 3),
+        ("remainder", C.c_int64 * 3),
+        ("position_counts", C.c_int64 * 3),
+        ("step_counts", C.c_int32 * 3),
+        ("pulsed_counts", C.c_int64 * 3),
+        ("pulse_counts", C.c_int32 * 3),
+        ("ticks", C.c_int32),
+        ("phase", C.c_int32 * 3),
+        ("tick", C.c_int32),
+        ("lost_packets", C.c_uint32),
+        ("ignored_packets", C.c_uint32),
+    ]
+
+
 class HeightMap(C.Structure):
     """struct chip_height_map"""
 
@@ -1072,6 +1154,10 @@ STRUCTURES = {
     "chip_tracer": Tracer,
     "chip_stylus_settings": StylusSettings,
     "chip_stylus": Stylus,
+    "chip_packet": Packet,
+    "chip_master": Master,
+    "chip_slave_settings": SlaveSettings,
+    "chip_slave": Slave,
     "chip_height_map": HeightMap,
     "chip_height_tool": HeightTool,
     "chip_height_met": HeightMet,

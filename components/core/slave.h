@@ -1,0 +1,95 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* slave.h - master and slave: the movement of a master in each servo period, sent as counts, moves a slave machine.
+ *
+ * Who calls it: tracer.comp (the master's part) and tracer_slave.comp, once per servo period each, and chip_slave_pulse in
+ * each period of a faster thread.
+ * Source: copy mills whose slave distributes the master's increments of a period as pulses. Departs from it: a packet
+ * also has the sum of all increments and a number, so that nothing that happens to packets can change the position.
+ *
+ * Principle:
+ *  1. The master rounds its position to counts; a packet has the number of the period, the counts since the start (64
+ *     bits) and the increments since the packet before.
+ *  2. A packet with the next number has to agree with itself: counts = counts before + increments, else it is a fault.
+ *     After a gap the counts alone say what is missing. A number that is not newer is ignored.
+ *  3. What is known and not yet done is done at once as far as it is the increment of this packet, and the rest by at
+ *     most catch_up_counts a period. So the slave is one period behind, later only after a loss, and never ahead of what
+ *     the master has sent.
+ *  4. Scaling: increments x scale / divisor, the remainder is carried. A negative scale mirrors.
+ *  5. The pulses of a period are even: in each of its `ticks` parts the counts are added to a remainder, which is carried
+ *     too; a pulse is due when it passes `ticks`. After `ticks` parts exactly the counts of the period are done; if the
+ *     faster thread has had fewer parts, what is missing is added to the next period.
+ *  6. No new packet for dead_periods: DEAD, nothing moves until the slave is disabled.
+ */
+#ifndef CHIPWISE_SLAVE_H
+#define CHIPWISE_SLAVE_H
+
+#include <stdint.h>
+
+enum chip_slave_state {
+    CHIP_SLAVE_IDLE = 0,
+    CHIP_SLAVE_WAIT = 1,   /* for a first packet; it sets the zero */
+    CHIP_SLAVE_FOLLOW = 2, /* one period behind */
+    CHIP_SLAVE_CATCH_UP = 3,
+    CHIP_SLAVE_DEAD = 4, /* no packets */
+    CHIP_SLAVE_FAULT = 5
+};
+
+enum chip_slave_fault {
+    CHIP_SLAVE_NO_FAULT = 0,
+    CHIP_SLAVE_SETTINGS = 1, /* a setting is out of its range */
+    CHIP_SLAVE_CORRUPT = 2,  /* counts and increments of a packet differ */
+    CHIP_SLAVE_TOO_FAR = 3,  /* more is missing than max_behind_counts */
+    CHIP_SLAVE_NO_MASTER = 4 /* with the state DEAD */
+};
+
+struct chip_packet {
+    uint32_t sequence_number;
+    int64_t position_counts[3];
+    int32_t step_counts[3];
+};
+
+struct chip_master {
+    int is_started;
+    struct chip_packet packet; /* sent last */
+};
+
+struct chip_slave_settings {
+    int32_t scale[3];          /* numerator, not 0; negative mirrors; -1000000..1000000 */
+    int32_t divisor[3];        /* 1..1000000 */
+    int32_t max_counts;        /* of the master, in a period; 1..1000000000 */
+    int32_t catch_up_counts;   /* of the master, in a period, beside the increment; 1..max_counts */
+    int32_t max_behind_counts; /* a larger difference is a fault */
+    int32_t dead_periods;      /* without a packet; 1..1000000 */
+    int32_t ticks;             /* parts of a period for chip_slave_pulse; 0: not used */
+};
+
+struct chip_slave {
+    int state, fault;
+    int silent_periods;
+    uint32_t sequence_number;   /* of the last packet used */
+    int64_t received_counts[3]; /* of the master, since the zero */
+    int64_t done_counts[3];     /* of the master, since the zero */
+    int64_t zero_counts[3];     /* the master's at the first packet */
+    int64_t remainder[3];       /* of the scaling, in 1 / divisor [4] */
+    int64_t position_counts[3]; /* of the slave, at the end of this period */
+    int32_t step_counts[3];     /* of the slave, in this period */
+    int64_t pulsed_counts[3];   /* pulses given, of the same zero as position_counts */
+    int32_t pulse_counts[3];    /* pulses to give in this period */
+    int32_t ticks;              /* of this period */
+    int32_t phase[3];           /* remainder of the pulses, 0..ticks - 1 [5] */
+    int32_t tick;               /* parts of this period done */
+    uint32_t lost_packets, ignored_packets;
+};
+
+/* The master's part: the packet of this period, from its position; counts_per_mm not 0. A position that is not finite, or
+ * a step that does not fit, sends nothing: the number stays. */
+void chip_master_step(struct chip_master *master, const double position_mm[3], const double counts_per_mm[3]);
+
+/* One period of the slave: `packet` is what has arrived last. */
+void chip_slave_step(struct chip_slave *slave, const struct chip_slave_settings *settings,
+                     const struct chip_packet *packet, int is_enabled);
+
+/* One of the parts of a period: 1, 0 or -1 pulse of an axis into `pulse`. */
+void chip_slave_pulse(struct chip_slave *slave, int pulse[3]);
+
+#endif
