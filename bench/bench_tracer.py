@@ -37,7 +37,7 @@ def ball(radius, feed, periods, hollow, target):
     """Lines over a ball; apart: the first 0.05 s of a line, in which the ball of the stylus sticks and then slides."""
     width, name = 0.75 * radius, f"{'hollow ' if hollow else ''}ball R{radius}, {feed} mm/s, {periods} periods late"
     rig = Rig((-width, -0.3 * radius, -0.4 * radius if hollow else radius + 2),
-              {"surface": SURFACE.BOWL if hollow else SURFACE.BALL, "size_mm": radius + (1 if hollow else -1), "delay": periods,
+              {"surface_number": SURFACE.BOWL if hollow else SURFACE.BALL, "size_mm": radius + (1 if hollow else -1), "delay_periods": periods,
                "noise_mm": 0.0005},
               feed_mm_s=feed, dead_time_s=0.001 * periods, pick_mm=0.3,
               window_min_mm=(-width, -0.3 * radius, -FAR), window_max_mm=(width, 0.3 * radius, FAR))
@@ -55,7 +55,7 @@ def corner():
     for accel in (300, 2000, 8000):
         for reach in (0.5, 1.5, 5.0):
             for periods in (0, 3, 10):
-                rig = Rig((-15, 0, 5), {"surface": SURFACE.CORNER, "delay": periods}, feed_mm_s=1e5, max_vel_mm_s=1e5,
+                rig = Rig((-15, 0, 5), {"surface_number": SURFACE.CORNER, "delay_periods": periods}, feed_mm_s=1e5, max_vel_mm_s=1e5,
                           acceleration_mm_s2=accel, range_mm=reach, dead_time_s=0.001 * periods, max_jump_mm=2.0,
                           approach_vel_mm_s=5.0, soft_max_mm=(FAR, FAR, 15.0))
                 rows = rig.until(STATE.DONE, STATE.FAULT, STATE.OVER_RANGE)
@@ -65,7 +65,7 @@ def corner():
 
 
 def contour():
-    rig = Rig((-15, 0, 0), {"surface": SURFACE.CYLINDER, "size_mm": 9, "noise_mm": 0.0005}, mode=MODE.CONTOUR,
+    rig = Rig((-15, 0, 0), {"surface_number": SURFACE.CYLINDER, "size_mm": 9, "noise_mm": 0.0005}, mode_number=MODE.CONTOUR,
               approach_dir=(1, 0, 0))
     row("contour of a cylinder R10, 1000 mm/min: p99", p99(error(tracing(rig.until(STATE.DONE)))), None, "landing included")
 

@@ -42,13 +42,13 @@ static void row(const char *what, double us, double target)
 /* Mean of a period of master, slave and 40 parts for its pulses, us. */
 static double slave_us(void)
 {
-    struct chip_slave_settings s = { .scale = { 1, -3, 254 },
-                                     .divisor = { 1, 7, 100 },
-                                     .max_counts = 15,
+    struct chip_slave_settings s = { .scale_numerator = { 1, -3, 254 },
+                                     .scale_divisor = { 1, 7, 100 },
+                                     .most_counts = 15,
                                      .catch_up_counts = 3,
                                      .max_behind_counts = 1000,
-                                     .dead_periods = 10,
-                                     .ticks = 40 };
+                                     .silence_periods = 10,
+                                     .tick_count = 40 };
     static struct chip_slave slave;
     static struct chip_master master;
     double counts_per_mm[3] = { 1000.0, 1000.0, 1000.0 }, position[3], begin;
@@ -66,8 +66,8 @@ static double slave_us(void)
 
 int main(void)
 {
-    struct chip_tracer_settings s = { .mode = CHIP_TRACER_BOTH_WAYS,
-                                      .direction = 1,
+    struct chip_tracer_settings s = { .mode_number = CHIP_TRACER_BOTH_WAYS,
+                                      .direction_sign = 1,
                                       .feed_mm_s = 30.0,
                                       .approach_vel_mm_s = 10.0,
                                       .return_vel_mm_s = 50.0,
@@ -86,9 +86,12 @@ int main(void)
                                       .window_max_mm = { 10.0, 10.0, 100.0 },
                                       .soft_min_mm = { -100.0, -100.0, -100.0 },
                                       .soft_max_mm = { 100.0, 100.0, 100.0 } };
-    struct chip_stylus_settings model = {
-        .surface = CHIP_STYLUS_BALL, .size_mm = 20.0, .ball_mm = 2.0, .friction = 0.15, .noise_mm = 0.0005, .delay = 2
-    };
+    struct chip_stylus_settings model = { .surface_number = CHIP_STYLUS_BALL,
+                                          .size_mm = 20.0,
+                                          .ball_mm = 2.0,
+                                          .friction_share = 0.15,
+                                          .noise_mm = 0.0005,
+                                          .delay_periods = 2 };
     static struct chip_tracer tracer;
     static struct chip_stylus stylus;
     struct chip_tracer_out out;
@@ -103,7 +106,7 @@ int main(void)
         in[k].period_s = 0.001;
         best[k] = 1e9;
         chip_tracer_step(&tracer, &s, &in[k], &out);
-        traced += out.state == CHIP_TRACER_TRACE;
+        traced += out.state_number == CHIP_TRACER_TRACE;
         for (i = 0; i < 3; i++) p[i] += 0.001 * out.velocity_mm_s[i];
     }
     for (replay = 0; replay < REPLAYS; replay++) {

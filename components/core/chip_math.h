@@ -34,4 +34,7 @@ static inline double chip_clamp(double x, double lo, double hi) { return x < lo 
 static inline double chip_min(double a, double b) { return a < b ? a : b; }
 static inline double chip_max(double a, double b) { return a > b ? a : b; }
 
+/* Machine units per mm, from a parameter; 0 if it cannot be. */
+static inline double chip_units(double per_mm) { return per_mm >= 1e-3 && per_mm <= 1e3 ? per_mm : 0.0; }
+
 #endif

@@ -3,47 +3,26 @@
 #include "chip_math.h"
 #include "slave.h"
 
-#define CHIP_SLAVE_LARGEST 4e18 /* counts: what fits into 64 bits */
-
-void chip_master_step(struct chip_master *master, const double position_mm[3], const double counts_per_mm[3])
-{
-    struct chip_packet next = master->packet;
-    int i;
-    for (i = 0; i < 3; i++) {
-        double counts = floor(position_mm[i] * counts_per_mm[i] + 0.5), step;
-        if (!(counts > -CHIP_SLAVE_LARGEST && counts < CHIP_SLAVE_LARGEST)) return;
-        next.position_counts[i] = (int64_t)counts;
-        step = counts - (double)master->packet.position_counts[i];
-        if (!master->is_started) step = 0.0;
-        if (!(step >= -2147483648.0 && step <= 2147483647.0)) return;
-        next.step_counts[i] =
-            master->is_started ? (int32_t)(next.position_counts[i] - master->packet.position_counts[i]) : 0;
-    }
-    next.sequence_number++;
-    master->packet = next;
-    master->is_started = 1;
-}
-
 static int is_sound(const struct chip_slave_settings *s)
 {
     int i;
-    if (s->max_counts < 1 || s->max_counts > 1000000000 || s->catch_up_counts < 1 || s->catch_up_counts > s->max_counts
-        || s->max_behind_counts < 1 || s->dead_periods < 1 || s->dead_periods > 1000000 || s->ticks < 0
-        || s->ticks > 1000000)
+    if (s->most_counts < 1 || s->most_counts > 1000000000 || s->catch_up_counts < 1
+        || s->catch_up_counts > s->most_counts || s->max_behind_counts < 1 || s->silence_periods < 1
+        || s->silence_periods > 1000000 || s->tick_count < 0 || s->tick_count > 1000000)
         return 0;
     for (i = 0; i < 3; i++) {
-        int64_t most = s->scale[i] < 0 ? -(int64_t)s->scale[i] : s->scale[i];
-        if (most < 1 || most > 1000000 || s->divisor[i] < 1 || s->divisor[i] > 1000000) return 0;
-        most = s->max_counts * most / s->divisor[i] + 1;
-        if (most > 2147483647 || (s->ticks > 0 && most > s->ticks)) return 0;
+        int64_t most = s->scale_numerator[i] < 0 ? -(int64_t)s->scale_numerator[i] : s->scale_numerator[i];
+        if (most < 1 || most > 1000000 || s->scale_divisor[i] < 1 || s->scale_divisor[i] > 1000000) return 0;
+        most = s->most_counts * most / s->scale_divisor[i] + 1;
+        if (most > 2147483647 || (s->tick_count > 0 && most > s->tick_count)) return 0;
     }
     return 1;
 }
 
 static void stop(struct chip_slave *slave, int state, int fault)
 {
-    slave->state = state;
-    slave->fault = fault;
+    slave->state_number = state;
+    slave->fault_number = fault;
 }
 
 /* The first packet: where the master is counts as 0. */
@@ -56,7 +35,7 @@ static void begin(struct chip_slave *slave, const struct chip_packet *packet)
     }
     slave->sequence_number = packet->sequence_number;
     slave->silent_periods = 0;
-    slave->state = CHIP_SLAVE_FOLLOW;
+    slave->state_number = CHIP_SLAVE_FOLLOW;
 }
 
 /* Takes what has arrived [2]; -> whether it is new. */
@@ -100,8 +79,8 @@ static int64_t counts_to_do(const struct chip_slave *slave, const struct chip_sl
     if (extra < -(int64_t)s->catch_up_counts) extra = -(int64_t)s->catch_up_counts;
     CHIP_FAULT(CATCHES_UP_AT_ONCE, extra = missing - step);
     extra += step;
-    if (extra > s->max_counts) extra = s->max_counts;
-    if (extra < -(int64_t)s->max_counts) extra = -(int64_t)s->max_counts;
+    if (extra > s->most_counts) extra = s->most_counts;
+    if (extra < -(int64_t)s->most_counts) extra = -(int64_t)s->most_counts;
     if (missing >= 0 ? extra < 0 : extra > 0) extra = 0; /* the rest goes the other direction: never away from it */
     if (missing >= 0 ? extra > missing : extra < missing) extra = missing;
     return extra;
@@ -115,23 +94,23 @@ static void move(struct chip_slave *slave, const struct chip_slave_settings *s, 
         int64_t counts = counts_to_do(slave, s, i, step[i]), all;
         slave->done_counts[i] += counts;
         behind |= slave->done_counts[i] != slave->received_counts[i];
-        all = counts * s->scale[i] + slave->remainder[i];
-        counts = all / s->divisor[i];
-        if (all % s->divisor[i] < 0) counts--; /* rounded down, so that the remainder is never negative */
-        slave->remainder[i] = all - counts * s->divisor[i];
+        all = counts * s->scale_numerator[i] + slave->remainder[i];
+        counts = all / s->scale_divisor[i];
+        if (all % s->scale_divisor[i] < 0) counts--; /* rounded down, so that the remainder is never negative */
+        slave->remainder[i] = all - counts * s->scale_divisor[i];
         CHIP_FAULT(REMAINDER_DROPPED, slave->remainder[i] = 0);
         slave->step_counts[i] = (int32_t)counts;
         slave->position_counts[i] = (int64_t)((uint64_t)slave->position_counts[i] + (uint64_t)counts);
     }
-    slave->state = behind ? CHIP_SLAVE_CATCH_UP : CHIP_SLAVE_FOLLOW;
+    slave->state_number = behind ? CHIP_SLAVE_CATCH_UP : CHIP_SLAVE_FOLLOW;
 }
 
 /* The pulses of this period [5]. */
 static void plan_pulses(struct chip_slave *slave, int32_t ticks)
 {
     int i;
-    if (slave->ticks != ticks) slave->phase[0] = slave->phase[1] = slave->phase[2] = 0;
-    slave->ticks = ticks;
+    if (slave->tick_count != ticks) slave->phase[0] = slave->phase[1] = slave->phase[2] = 0;
+    slave->tick_count = ticks;
     slave->tick = 0;
     for (i = 0; i < 3; i++) {
         int64_t left = (int64_t)((uint64_t)slave->position_counts[i] - (uint64_t)slave->pulsed_counts[i]);
@@ -152,16 +131,16 @@ static void follow(struct chip_slave *slave, const struct chip_slave_settings *s
         slave->sequence_number = packet->sequence_number;
         return;
     }
-    if (slave->state == CHIP_SLAVE_IDLE) slave->state = CHIP_SLAVE_WAIT;
-    if (slave->state >= CHIP_SLAVE_DEAD) return;
-    if (slave->state == CHIP_SLAVE_WAIT) {
+    if (slave->state_number == CHIP_SLAVE_IDLE) slave->state_number = CHIP_SLAVE_WAIT;
+    if (slave->state_number >= CHIP_SLAVE_DEAD) return;
+    if (slave->state_number == CHIP_SLAVE_WAIT) {
         if (packet->sequence_number != slave->sequence_number) begin(slave, packet);
         return;
     }
     is_new = receive(slave, settings, packet);
-    if (slave->state == CHIP_SLAVE_FAULT) return;
+    if (slave->state_number == CHIP_SLAVE_FAULT) return;
     slave->silent_periods = is_new ? 0 : slave->silent_periods + 1;
-    if (slave->silent_periods >= settings->dead_periods && !CHIP_FAULTY(DEAD_MASTER_AWAITED)) {
+    if (slave->silent_periods >= settings->silence_periods && !CHIP_FAULTY(DEAD_MASTER_AWAITED)) {
         stop(slave, CHIP_SLAVE_DEAD, CHIP_SLAVE_NO_MASTER);
         return;
     }
@@ -179,24 +158,24 @@ void chip_slave_step(struct chip_slave *slave, const struct chip_slave_settings 
     else
         stop(slave, is_enabled ? CHIP_SLAVE_FAULT : CHIP_SLAVE_IDLE,
              is_enabled ? CHIP_SLAVE_SETTINGS : CHIP_SLAVE_NO_FAULT);
-    plan_pulses(slave, sound ? settings->ticks : slave->ticks);
+    plan_pulses(slave, sound ? settings->tick_count : slave->tick_count);
 }
 
 void chip_slave_pulse(struct chip_slave *slave, int pulse[3])
 {
     int i;
     pulse[0] = pulse[1] = pulse[2] = 0;
-    if (slave->ticks < 1 || slave->tick >= slave->ticks) return;
+    if (slave->tick_count < 1 || slave->tick >= slave->tick_count) return;
     slave->tick++;
     for (i = 0; i < 3; i++) {
         CHIP_FAULT(PULSES_BUNCHED, slave->phase[i] = 0; pulse[i] = slave->tick <= slave->pulse_counts[i];
                    slave->pulsed_counts[i] += pulse[i]; continue);
         slave->phase[i] += slave->pulse_counts[i];
-        if (slave->phase[i] >= slave->ticks) {
-            slave->phase[i] -= slave->ticks;
+        if (slave->phase[i] >= slave->tick_count) {
+            slave->phase[i] -= slave->tick_count;
             pulse[i] = 1;
         } else if (slave->phase[i] < 0) {
-            slave->phase[i] += slave->ticks;
+            slave->phase[i] += slave->tick_count;
             pulse[i] = -1;
         }
         slave->pulsed_counts[i] += pulse[i];

@@ -15,10 +15,10 @@
  *     most catch_up_counts a period. So the slave is one period behind, later only after a loss, and never ahead of what
  *     the master has sent.
  *  4. Scaling: increments x scale / divisor, the remainder is carried. A negative scale mirrors.
- *  5. The pulses of a period are even: in each of its `ticks` parts the counts are added to a remainder, which is carried
- *     too; a pulse is due when it passes `ticks`. After `ticks` parts exactly the counts of the period are done; if the
+ *  5. The pulses of a period are even: in each of its `tick_count` parts the counts are added to a remainder, which is carried
+ *     too; a pulse is due when it passes `tick_count`. After `tick_count` parts exactly the counts of the period are done; if the
  *     faster thread has had fewer parts, what is missing is added to the next period.
- *  6. No new packet for dead_periods: DEAD, nothing moves until the slave is disabled.
+ *  6. No new packet for silence_periods: DEAD, nothing moves until the slave is disabled.
  */
 #ifndef CHIPWISE_SLAVE_H
 #define CHIPWISE_SLAVE_H
@@ -54,17 +54,17 @@ struct chip_master {
 };
 
 struct chip_slave_settings {
-    int32_t scale[3];          /* numerator, not 0; negative mirrors; -1000000..1000000 */
-    int32_t divisor[3];        /* 1..1000000 */
-    int32_t max_counts;        /* of the master, in a period; 1..1000000000 */
-    int32_t catch_up_counts;   /* of the master, in a period, beside the increment; 1..max_counts */
-    int32_t max_behind_counts; /* a larger difference is a fault */
-    int32_t dead_periods;      /* without a packet; 1..1000000 */
-    int32_t ticks;             /* parts of a period for chip_slave_pulse; 0: not used */
+    int32_t scale_numerator[3]; /* numerator, not 0; negative mirrors; -1000000..1000000 */
+    int32_t scale_divisor[3];   /* 1..1000000 */
+    int32_t most_counts;        /* of the master, in a period; 1..1000000000 */
+    int32_t catch_up_counts;    /* of the master, in a period, beside the increment; 1..most_counts */
+    int32_t max_behind_counts;  /* a larger difference is a fault */
+    int32_t silence_periods;    /* without a packet; 1..1000000 */
+    int32_t tick_count;         /* parts of a period for chip_slave_pulse; 0: not used */
 };
 
 struct chip_slave {
-    int state, fault;
+    int state_number, fault_number; /* chip_slave_state, chip_slave_fault */
     int silent_periods;
     uint32_t sequence_number;   /* of the last packet used */
     int64_t received_counts[3]; /* of the master, since the zero */
@@ -75,8 +75,8 @@ struct chip_slave {
     int32_t step_counts[3];     /* of the slave, in this period */
     int64_t pulsed_counts[3];   /* pulses given, of the same zero as position_counts */
     int32_t pulse_counts[3];    /* pulses to give in this period */
-    int32_t ticks;              /* of this period */
-    int32_t phase[3];           /* remainder of the pulses, 0..ticks - 1 [5] */
+    int32_t tick_count;         /* of this period */
+    int32_t phase[3];           /* remainder of the pulses, 0..tick_count - 1 [5] */
     int32_t tick;               /* parts of this period done */
     uint32_t lost_packets, ignored_packets;
 };

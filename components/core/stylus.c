@@ -56,11 +56,11 @@ static double box(double x, double y, double half, double normal[3])
 double chip_stylus_distance(const struct chip_stylus_settings *s, const double c[3], double normal[3])
 {
     double d[3] = { c[0] - s->at_mm[0], c[1] - s->at_mm[1], c[2] - s->at_mm[2] }, size, x, y, turn;
-    switch (s->surface) {
+    switch (s->surface_number) {
     case CHIP_STYLUS_BALL:
     case CHIP_STYLUS_BOWL:
         size = chip_max(longest(d[0], d[1], d[2]), 1e-9);
-        x = s->surface == CHIP_STYLUS_BALL ? 1.0 : -1.0;
+        x = s->surface_number == CHIP_STYLUS_BALL ? 1.0 : -1.0;
         along(normal, x * d[0] / size, x * d[1] / size, x * d[2] / size);
         return x * (size - s->size_mm) - s->ball_mm;
     case CHIP_STYLUS_STEP:
@@ -111,7 +111,7 @@ static void slide(struct chip_stylus *stylus, const struct chip_stylus_settings 
 {
     double *c = stylus->ball_mm, normal[3], e[3], q, size;
     int i, k;
-    if (!stylus->touches)
+    if (!stylus->is_touching)
         for (i = 0; i < 3; i++) c[i] = p[i];
     for (k = 0; k < CHIP_STYLUS_SLIDES; k++) {
         project(s, c, normal);
@@ -119,8 +119,8 @@ static void slide(struct chip_stylus *stylus, const struct chip_stylus_settings 
         q = chip_max(0.0, e[0] * normal[0] + e[1] * normal[1] + e[2] * normal[2]);
         for (i = 0; i < 3; i++) e[i] -= q * normal[i];
         size = longest(e[0], e[1], e[2]);
-        if (size <= s->friction * q + 1e-12) return;
-        for (i = 0; i < 3; i++) c[i] -= (1.0 - s->friction * q / size) * e[i];
+        if (size <= s->friction_share * q + 1e-12) return;
+        for (i = 0; i < 3; i++) c[i] -= (1.0 - s->friction_share * q / size) * e[i];
     }
     project(s, c, normal);
 }
@@ -141,16 +141,16 @@ void chip_stylus_step(struct chip_stylus *stylus, const struct chip_stylus_setti
                       double measured[3], double now[3])
 {
     double normal[3];
-    int delay = settings->delay < 0                     ? 0
-              : settings->delay > CHIP_STYLUS_DELAY - 1 ? CHIP_STYLUS_DELAY - 1
-                                                        : settings->delay;
+    int delay = settings->delay_periods < 0                     ? 0
+              : settings->delay_periods > CHIP_STYLUS_DELAY - 1 ? CHIP_STYLUS_DELAY - 1
+                                                                : settings->delay_periods;
     int i, late;
     if (chip_stylus_distance(settings, p, normal) >= 0.0) {
-        stylus->touches = 0;
+        stylus->is_touching = 0;
         for (i = 0; i < 3; i++) stylus->ball_mm[i] = p[i];
     } else {
         slide(stylus, settings, p);
-        stylus->touches = 1;
+        stylus->is_touching = 1;
     }
     stylus->newest = (stylus->newest + 1) % CHIP_STYLUS_DELAY;
     late = (stylus->newest + CHIP_STYLUS_DELAY - delay) % CHIP_STYLUS_DELAY;

@@ -9,8 +9,8 @@
  *  1. f(c) is the distance of the ball from the model, negative inside. Without contact the ball is at the head's
  *     position p, e = 0.
  *  2. In contact the ball is where f(c) = 0, and e = c - p has a part q along the normal n(c) and a part along the
- *     surface. The ball sticks to where it was while the second is at most friction x q, and slides to that otherwise.
- *  3. What is measured is e of `delay` periods before, plus noise.
+ *     surface. The ball sticks to where it was while the second is at most friction_share x q, and slides to that otherwise.
+ *  3. What is measured is e of `delay_periods` before, plus noise.
  */
 #ifndef CHIPWISE_STYLUS_H
 #define CHIPWISE_STYLUS_H
@@ -31,23 +31,23 @@ enum chip_stylus_surface {
 };
 
 struct chip_stylus_settings {
-    int surface; /* chip_stylus_surface */
+    int surface_number; /* chip_stylus_surface */
     double at_mm[3];
-    double normal[3]; /* PLANE: of length 1 */
-    double size_mm;   /* radius, half width, or height of a step */
-    double angle_deg; /* CORNER: of the wall to the floor */
-    double ball_mm;   /* radius of the stylus */
-    double friction;  /* coefficient */
-    double noise_mm;  /* standard deviation of each axis */
-    int delay;        /* periods from position to measured deflection */
-    double cell_mm;   /* GRID */
+    double normal[3];      /* PLANE: of length 1 */
+    double size_mm;        /* radius, half width, or height of a step */
+    double angle_deg;      /* CORNER: of the wall to the floor */
+    double ball_mm;        /* radius of the stylus */
+    double friction_share; /* coefficient */
+    double noise_mm;       /* standard deviation of each axis */
+    int delay_periods;     /* periods from position to measured deflection */
+    double cell_mm;        /* GRID */
     int nx, ny;
     const float *height_mm; /* GRID: ny rows of nx; `at` is the first one */
 };
 
 struct chip_stylus {
     double ball_mm[3]; /* c */
-    int touches;
+    int is_touching;
     uint64_t random;
     int newest;
     double deflection_mm[CHIP_STYLUS_DELAY][3];

@@ -24,15 +24,15 @@ static int is_sound(const struct chip_tracer_settings *s)
             || !chip_finite(s->soft_max_mm[i]))
             return 0;
     }
-    return s->mode >= CHIP_TRACER_ONE_WAY && s->mode <= CHIP_TRACER_PARTIAL && (s->scan_axis == 0 || s->scan_axis == 1)
-        && (s->direction == 1 || s->direction == -1) && within(s->feed_mm_s, 0.0, most)
-        && within(s->approach_vel_mm_s, 1e-3, most) && within(s->return_vel_mm_s, 1e-3, most)
-        && within(s->max_vel_mm_s, 1e-3, most) && within(s->acceleration_mm_s2, 1.0, most)
-        && within(s->gain_hz, 1e-2, most) && within(s->deflection_mm, 1e-3, 100.0)
-        && within(s->range_mm, 1.01 * s->deflection_mm, 100.0) && within(s->dead_time_s, 0.0, 1.0)
-        && within(s->max_jump_mm, 1e-4, 100.0) && within(s->friction_share, 0.0, 0.6) && within(s->pick_mm, -most, most)
-        && within(s->retract_mm, 0.0, most) && within(s->search_mm, 0.0, most) && within(s->lost_mm, 0.0, most)
-        && within(size, 1e-6, 1e6);
+    return s->mode_number >= CHIP_TRACER_ONE_WAY && s->mode_number <= CHIP_TRACER_PARTIAL
+        && (s->scan_axis_number == 0 || s->scan_axis_number == 1) && (s->direction_sign == 1 || s->direction_sign == -1)
+        && within(s->feed_mm_s, 0.0, most) && within(s->approach_vel_mm_s, 1e-3, most)
+        && within(s->return_vel_mm_s, 1e-3, most) && within(s->max_vel_mm_s, 1e-3, most)
+        && within(s->acceleration_mm_s2, 1.0, most) && within(s->gain_hz, 1e-2, most)
+        && within(s->deflection_mm, 1e-3, 100.0) && within(s->range_mm, 1.01 * s->deflection_mm, 100.0)
+        && within(s->dead_time_s, 0.0, 1.0) && within(s->max_jump_mm, 1e-4, 100.0)
+        && within(s->friction_share, 0.0, 0.6) && within(s->pick_mm, -most, most) && within(s->retract_mm, 0.0, most)
+        && within(s->search_mm, 0.0, most) && within(s->lost_mm, 0.0, most) && within(size, 1e-6, 1e6);
 }
 
 /* The settings in force, directions of length 1. */
@@ -160,9 +160,9 @@ void chip_tracer_init(struct chip_tracer *tracer)
 static void report(const struct chip_tracer *tracer, double eps, struct chip_tracer_out *out)
 {
     int i;
-    out->state = tracer->state;
-    out->fault = tracer->fault;
-    out->lines = tracer->lines;
+    out->state_number = tracer->state;
+    out->fault_number = tracer->fault;
+    out->line_count = tracer->lines;
     out->deflection_mm = eps;
     out->error_mm = tracer->has_settings ? eps - tracer->settings.deflection_mm : 0.0;
     out->friction_share = tracer->law.friction_share;
@@ -174,7 +174,7 @@ void chip_tracer_step(struct chip_tracer *tracer, const struct chip_tracer_setti
 {
     static const struct chip_tracer_out nothing;
     double wanted[3] = { 0.0, 0.0, 0.0 }, eps = 0.0, period_s = in->period_s;
-    int measured;
+    int measured, i;
     *out = nothing;
     period_s = chip_finite(period_s) ? chip_clamp(period_s, 1e-5, 0.1) : 0.001;
     if (is_sound(settings))
@@ -207,4 +207,6 @@ void chip_tracer_step(struct chip_tracer *tracer, const struct chip_tracer_setti
         wanted[0] = wanted[1] = wanted[2] = 0.0;
     give(tracer, period_s, wanted, out->velocity_limit_mm_s, out);
     report(tracer, eps, out);
+    if (measured)
+        for (i = 0; i < 3; i++) out->ball_mm[i] = chip_tracer_late(tracer, period_s)[i] + in->deflection_mm[i];
 }

@@ -76,9 +76,9 @@ enum chip_tracer_fault {
 };
 
 struct chip_tracer_settings {
-    int mode;                  /* chip_tracer_mode */
-    int scan_axis;             /* 0 X, 1 Y: of the lines; the pick feed is along the other */
-    int direction;             /* 1 or -1: first line towards + or -; contour: model on the right or on the left */
+    int mode_number;           /* chip_tracer_mode */
+    int scan_axis_number;      /* 0 X, 1 Y: of the lines; the pick feed is along the other */
+    int direction_sign;        /* 1 or -1: first line towards + or -; contour: model on the right or on the left */
     double feed_mm_s;          /* along the surface */
     double approach_vel_mm_s;  /* approach, and back to the model when contact is lost */
     double return_vel_mm_s;    /* retract and return */
@@ -111,10 +111,10 @@ struct chip_tracer_in {
 };
 
 struct chip_tracer_out {
-    int state;      /* chip_tracer_state */
-    int fault;      /* chip_tracer_fault */
-    int limited_by; /* chip_tracer_limit */
-    int lines;      /* lines or laps completed */
+    int state_number; /* chip_tracer_state */
+    int fault_number; /* chip_tracer_fault */
+    int limit_number; /* chip_tracer_limit */
+    int line_count;   /* lines or laps completed */
     double velocity_mm_s[3];
     double velocity_limit_mm_s; /* in force [5] */
     double gain_hz;             /* in force [5] */
@@ -124,6 +124,7 @@ struct chip_tracer_out {
     double tangential_vel_mm_s; /* asked for along t */
     double friction_share;      /* estimate [3] */
     double normal[3];           /* n, friction removed */
+    double ball_mm[3];          /* c: the position of then and the deflection of now; 0 until there is one */
 };
 
 /* What a chord needs of one period [3]. */

@@ -29,11 +29,14 @@ static void copy(double to[3], const double from[3])
 
 static int is_scan(const struct chip_tracer *tracer)
 {
-    return tracer->settings.mode == CHIP_TRACER_ONE_WAY || tracer->settings.mode == CHIP_TRACER_BOTH_WAYS;
+    return tracer->settings.mode_number == CHIP_TRACER_ONE_WAY || tracer->settings.mode_number == CHIP_TRACER_BOTH_WAYS;
 }
 
 /* Axis of the pick feed. */
-static int pick_axis(const struct chip_tracer *tracer) { return is_scan(tracer) ? 1 - tracer->settings.scan_axis : 2; }
+static int pick_axis(const struct chip_tracer *tracer)
+{
+    return is_scan(tracer) ? 1 - tracer->settings.scan_axis_number : 2;
+}
 
 /* Velocity from which the head stops within its range [5]. */
 static double head_limit(const struct chip_tracer_settings *s, double period_s)
@@ -52,7 +55,7 @@ void chip_tracer_begin(struct chip_tracer *tracer, const struct chip_tracer_in *
 {
     int i;
     tracer->lines = 0;
-    tracer->sense = tracer->settings.direction;
+    tracer->sense = tracer->settings.direction_sign;
     tracer->law.friction_share = tracer->settings.friction_share;
     tracer->highest_mm = -dot(in->position_mm, tracer->settings.approach_dir);
     tracer->pick_to_mm = in->position_mm[pick_axis(tracer)];
@@ -64,7 +67,7 @@ void chip_tracer_begin(struct chip_tracer *tracer, const struct chip_tracer_in *
 static void begin_trace(struct chip_tracer *tracer, const struct chip_tracer_in *in)
 {
     double a[3] = { 0.0, 0.0, 0.0 }, b[3] = { 0.0, 0.0, 0.0 }, across[3], place[3];
-    a[is_scan(tracer) ? tracer->settings.scan_axis : 0] = 1.0;
+    a[is_scan(tracer) ? tracer->settings.scan_axis_number : 0] = 1.0;
     b[is_scan(tracer) ? 2 : 1] = 1.0;
     cross(a, b, across);
     copy(place, in->position_mm);
@@ -109,7 +112,7 @@ static void end_line(struct chip_tracer *tracer, const struct chip_tracer_in *in
         return;
     }
     tracer->pick_to_mm = next;
-    if (s->mode == CHIP_TRACER_ONE_WAY) {
+    if (s->mode_number == CHIP_TRACER_ONE_WAY) {
         enter(tracer, CHIP_TRACER_RETRACT, in);
         tracer->returns = 1;
     } else {
@@ -158,8 +161,8 @@ static double end_of_trace(struct chip_tracer *tracer, const struct chip_tracer_
         *ended = left < CHIP_TRACER_ARRIVED_MM;
         return chip_min(feed, chip_tracer_normal_vel(&tracer->settings, chip_max(left, 0.0), CHIP_TRACER_END_GAIN));
     }
-    if (is_scan(tracer)) return window_feed(tracer, in, tangent, tracer->settings.scan_axis, feed, ended);
-    if (tracer->settings.mode == CHIP_TRACER_CONTOUR) {
+    if (is_scan(tracer)) return window_feed(tracer, in, tangent, tracer->settings.scan_axis_number, feed, ended);
+    if (tracer->settings.mode_number == CHIP_TRACER_CONTOUR) {
         *ended = is_lap(tracer, in, tangent);
         return feed;
     }
@@ -167,8 +170,7 @@ static double end_of_trace(struct chip_tracer *tracer, const struct chip_tracer_
     return window_feed(tracer, in, tangent, 1, most, ended);
 }
 
-/* Position of the head when the deflection of now was measured. */
-static const double *late_position(const struct chip_tracer *tracer, double period_s)
+const double *chip_tracer_late(const struct chip_tracer *tracer, double period_s)
 {
     int late = (int)chip_min(tracer->settings.dead_time_s / period_s + 0.5, CHIP_TRACER_DELAY - 1);
     if (late > tracer->stored - 1) late = tracer->stored - 1;
@@ -181,17 +183,18 @@ static int trace(struct chip_tracer *tracer, const struct chip_tracer_in *in, do
                  double wanted[3], struct chip_tracer_out *out)
 {
     const struct chip_tracer_settings *s = &tracer->settings;
-    const double *late = late_position(tracer, period_s);
+    const double *late = chip_tracer_late(tracer, period_s);
     struct chip_tracer_heading heading;
     double ball[3], across[3], feed, most, hold, height;
     int i, ended = 0;
     for (i = 0; i < 3; i++) ball[i] = late[i] + in->deflection_mm[i];
     chip_tracer_heading(&tracer->law, in->deflection_mm, ball, s->dead_time_s, period_s, &heading);
     feed = chip_tracer_feed(s, &tracer->law, chip_finite(in->feed_share) ? chip_clamp(in->feed_share, 0.0, 1.0) : 0.0,
-                            eps, period_s, &out->limited_by);
+                            eps, period_s, &out->limit_number);
     most = end_of_trace(tracer, in, heading.tangent, feed, &ended);
-    if (most < feed) feed = most, out->limited_by = CHIP_TRACER_BY_WINDOW;
-    if (out->limited_by == CHIP_TRACER_BY_NOTHING && out->gain_hz < s->gain_hz) out->limited_by = CHIP_TRACER_BY_GAIN;
+    if (most < feed) feed = most, out->limit_number = CHIP_TRACER_BY_WINDOW;
+    if (out->limit_number == CHIP_TRACER_BY_NOTHING && out->gain_hz < s->gain_hz)
+        out->limit_number = CHIP_TRACER_BY_GAIN;
     out->velocity_limit_mm_s = head_limit(s, period_s);
     out->tangential_vel_mm_s = feed;
     out->normal_vel_mm_s =
@@ -212,7 +215,7 @@ static int trace(struct chip_tracer *tracer, const struct chip_tracer_in *in, do
         tracer->lost_in_pick = tracer->state == CHIP_TRACER_PICK;
         enter(tracer, CHIP_TRACER_LOST, in);
     } else if (ended && tracer->state == CHIP_TRACER_PICK) {
-        if (s->mode != CHIP_TRACER_CONTOUR) tracer->sense = -tracer->sense;
+        if (s->mode_number != CHIP_TRACER_CONTOUR) tracer->sense = -tracer->sense;
         begin_trace(tracer, in);
     } else if (ended) {
         end_line(tracer, in);
@@ -266,7 +269,7 @@ static int go_back(struct chip_tracer *tracer, const struct chip_tracer_in *in, 
 {
     const struct chip_tracer_settings *s = &tracer->settings;
     double off[3] = { 0.0, 0.0, 0.0 }, left, vel;
-    int along = s->scan_axis, across = pick_axis(tracer), i;
+    int along = s->scan_axis_number, across = pick_axis(tracer), i;
     if (eps > CHIP_TRACER_LANDED * s->deflection_mm) return CHIP_TRACER_COLLISION;
     off[along] = (tracer->sense > 0.0 ? s->window_min_mm[along] : s->window_max_mm[along]) - in->position_mm[along];
     off[across] = tracer->pick_to_mm - in->position_mm[across];

@@ -12,6 +12,9 @@
 /* From IDLE: the approach, wherever the head is. */
 void chip_tracer_begin(struct chip_tracer *tracer, const struct chip_tracer_in *in);
 
+/* Position of the head when the deflection of now was measured, mm. */
+const double *chip_tracer_late(const struct chip_tracer *tracer, double period_s);
+
 /* One period of the state: the velocity it asks for, and what limits it; -> a fault (chip_tracer_fault) or 0. */
 int chip_tracer_run(struct chip_tracer *tracer, const struct chip_tracer_in *in, double eps, double period_s,
                     double wanted[3], struct chip_tracer_out *out);

@@ -26,9 +26,9 @@ void chip_tracer_loop(struct chip_tracer *tracer, const struct chip_tracer_setti
         row->tangential_vel_mm_s = out.tangential_vel_mm_s;
         row->friction_share = out.friction_share;
         row->gain_hz = out.gain_hz;
-        row->state = out.state;
-        row->fault = out.fault;
-        row->limited_by = out.limited_by;
-        row->lines = out.lines;
+        row->state = out.state_number;
+        row->fault = out.fault_number;
+        row->limited_by = out.limit_number;
+        row->lines = out.line_count;
     }
 }

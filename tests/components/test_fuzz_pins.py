@@ -15,12 +15,19 @@ loadrt stock_tracker cell=0.25 size_x=60 size_y=40
 loadrt volumetric_feed
 loadrt chipwise_guard
 loadrt chipwise_command
+loadrt tracer
+loadrt tracer_slave
+loadrt tracer_model
 loadrt integ
 setp integ.0.in 1000
 addf chipwise-command.0 servo
 addf stock-tracker.0 servo
 addf volumetric-feed.0 servo
 addf chipwise-guard.0 servo
+addf tracer.0 servo
+addf tracer-slave.0 servo
+addf tracer-slave.0.pulse servo
+addf tracer-model.0 servo
 addf integ.0 servo
 start
 loadusr -w {python} {script} {seed} {steps}
@@ -45,7 +52,8 @@ def test_hostile_numbers_on_every_pin(tmp_path):
     wrong, seen = (json.loads((tmp_path / (name + ".json")).read_text()) for name in ("wrong", "seen"))
     assert wrong == [], f"CHIPWISE_SEED={random_seed()} CHIPWISE_RANDOM_COUNT={steps}: {wrong[0]}"
     assert seen["steps"] == steps and seen["ready"] > 0.05 * steps
-    for component in ("stock_tracker", "volumetric_feed", "chipwise_guard", "chipwise_command"):
+    for component in ("stock_tracker", "volumetric_feed", "chipwise_guard", "chipwise_command", "tracer", "tracer_slave",
+                      "tracer_model"):
         prefix = component.replace("_", "-") + ".0."
         there = {name.removeprefix(prefix) for name in seen["inputs"] if name.startswith(prefix)}
         assert there == inputs_of(component), there ^ inputs_of(component)

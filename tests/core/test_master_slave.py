@@ -11,8 +11,8 @@ from chipwise.stock import core, layout
 from support.random_cases import random_count, random_seed
 
 STATE, FAULT = layout.SlaveState, layout.SlaveFault
-SETTINGS = dict(scale=(1, 1, 1), divisor=(1, 1, 1), max_counts=30, catch_up_counts=3, max_behind_counts=1000, dead_periods=10,
-                ticks=40)
+SETTINGS = dict(scale_numerator=(1, 1, 1), scale_divisor=(1, 1, 1), most_counts=30, catch_up_counts=3, max_behind_counts=1000, silence_periods=10,
+                tick_count=40)
 
 
 class Master:
@@ -43,10 +43,10 @@ class Slave:
         core.library().chip_slave_step(C.byref(self.slave), C.byref(self.settings), C.byref(packet), enabled)
         return list(self.slave.step_counts)
 
-    def pulses(self, ticks=40):
-        """(ticks, 3) of this period"""
+    def pulses(self, parts=40):
+        """(parts, 3) of this period"""
         pulse, all_ = (C.c_int * 3)(), []
-        for _ in range(ticks):
+        for _ in range(parts):
             core.library().chip_slave_pulse(C.byref(self.slave), pulse)
             all_.append(list(pulse))
         return np.array(all_)
@@ -60,7 +60,7 @@ def pair(**settings):
     master = Master()
     slave = Slave(layout.Packet.from_buffer_copy(master.master.packet), **settings)
     slave.step(master.at((0, 0, 0)))
-    assert slave.slave.state == STATE.FOLLOW
+    assert slave.slave.state_number == STATE.FOLLOW
     return master, slave
 
 
@@ -72,20 +72,19 @@ def test_one_period_behind():
         packet = master.at((x, -x, 0.1 * x))
         slave.step(packet)
         assert slave.position == list(packet.position_counts)
-        assert slave.slave.state == STATE.FOLLOW
+        assert slave.slave.state_number == STATE.FOLLOW
     assert packet.position_counts[0] == math.floor(100 * x + 0.5)
 
 
 def test_a_lost_packet_costs_time():
     """The period without a packet rests, and what is missing follows at the catch-up rate."""
     master, slave = pair()
-    for k in range(1, 20):
-        packet = master.at((0.1 * k, 0, 0))
+    packets = [master.at((0.1 * k, 0, 0)) for k in range(1, 20)]
+    for k, packet in enumerate(packets, 1):
         if k != 10:
             assert slave.step(packet)[0] == (10 if k < 10 else 13 if k < 14 else 11 if k == 14 else 10), k
         else:
-            assert slave.step(layout.Packet.from_buffer_copy(before))[0] == 0
-        before = packet
+            assert slave.step(packets[k - 2])[0] == 0
     assert slave.position[0] == 190 and slave.slave.lost_packets == 1
 
 
@@ -114,11 +113,11 @@ def test_never_ahead_of_the_master():
             before = slave.position[0]
             slave.step(last)
             assert before <= slave.position[0] <= last.position_counts[0]
-            if slave.slave.state == STATE.FAULT:
+            if slave.slave.state_number == STATE.FAULT:
                 pytest.fail("too far")
         for _ in range(400):
             slave.step(master.at((x, 0, 0)))
-        assert slave.position[0] == round(100 * x) and slave.slave.state == STATE.FOLLOW
+        assert slave.position[0] == round(100 * x) and slave.slave.state_number == STATE.FOLLOW
 
 
 def test_a_dead_master_stops_it():
@@ -126,17 +125,17 @@ def test_a_dead_master_stops_it():
     packet = master.at((0.1, 0, 0))
     moved = [slave.step(packet)[0] for _ in range(30)]
     assert moved[0] == 10 and not any(moved[1:])
-    assert slave.slave.state == STATE.DEAD and slave.slave.fault == FAULT.NO_MASTER
+    assert slave.slave.state_number == STATE.DEAD and slave.slave.fault_number == FAULT.NO_MASTER
     assert slave.step(master.at((5, 0, 0))) == [0, 0, 0]
     slave.step(packet, 0)
     slave.step(master.at((6, 0, 0)))                        # enabled again: where the master is now is the zero
     assert slave.step(master.at((6.1, 0, 0)))[0] == 10 and slave.position[0] == 20
     for periods in (1, 3, 50):
-        master, slave = pair(dead_periods=periods)
+        master, slave = pair(silence_periods=periods)
         packet = master.at((0, 0, 0))
         slave.step(packet)
         count = 0
-        while slave.slave.state != STATE.DEAD:
+        while slave.slave.state_number != STATE.DEAD:
             slave.step(packet)
             count += 1
         assert count == periods
@@ -148,20 +147,20 @@ def test_a_wrong_packet_is_a_fault():
         packet = master.at((0.1, 0, 0))
         getattr(packet, name)[0] += 1
         assert slave.step(packet) == [0, 0, 0]
-        assert slave.slave.state == STATE.FAULT and slave.slave.fault == FAULT.CORRUPT
+        assert slave.slave.state_number == STATE.FAULT and slave.slave.fault_number == FAULT.CORRUPT
 
 
 def test_too_much_missing_is_a_fault():
     master, slave = pair()
     master.at((20.0, 0, 0))
     slave.step(master.at((20.0, 0, 0)))
-    assert slave.slave.fault == FAULT.TOO_FAR and slave.position[0] == 0
+    assert slave.slave.fault_number == FAULT.TOO_FAR and slave.position[0] == 0
 
 
 def test_scale_and_mirror():
     """Counts x scale / divisor, rounded down, after 5,000 random steps to and fro."""
     random = np.random.default_rng(random_seed())
-    master, slave = pair(scale=(-1, 2, 254), divisor=(1, 3, 1000))
+    master, slave = pair(scale_numerator=(-1, 2, 254), scale_divisor=(1, 3, 1000))
     x = np.zeros(3)
     for step in random.integers(-15, 16, (5000, 3)):
         x = x + step / 100
@@ -206,9 +205,9 @@ def test_a_master_without_a_position_sends_nothing(value):
 
 
 def test_settings_that_cannot_be():
-    for name, value in (("scale", (0, 1, 1)), ("divisor", (1, 0, 1)), ("max_counts", 0), ("catch_up_counts", 31), ("dead_periods", 0),
-                        ("ticks", 30), ("max_behind_counts", 0)):
+    for name, value in (("scale_numerator", (0, 1, 1)), ("scale_divisor", (1, 0, 1)), ("most_counts", 0), ("catch_up_counts", 31), ("silence_periods", 0),
+                        ("tick_count", 30), ("max_behind_counts", 0)):
         master = Master()
         slave = Slave(master.at((0, 0, 0)), **{name: value})
         assert slave.step(master.at((1, 1, 1))) == [0, 0, 0]
-        assert slave.slave.fault == FAULT.SETTINGS, name
+        assert slave.slave.fault_number == FAULT.SETTINGS, name

@@ -19,13 +19,13 @@
 static unsigned long seed;
 static long period, failures, losses;
 static struct chip_slave slave;
-static struct chip_slave_settings settings = { .scale = { 1, -3, 254 },
-                                               .divisor = { 1, 7, 100 },
-                                               .max_counts = 15,
+static struct chip_slave_settings settings = { .scale_numerator = { 1, -3, 254 },
+                                               .scale_divisor = { 1, 7, 100 },
+                                               .most_counts = 15,
                                                .catch_up_counts = 3,
                                                .max_behind_counts = 100000,
-                                               .dead_periods = 1000,
-                                               .ticks = TICKS };
+                                               .silence_periods = 1000,
+                                               .tick_count = TICKS };
 static struct chip_packet sent, zero;
 
 static unsigned chance(unsigned below)
@@ -37,14 +37,14 @@ static unsigned chance(unsigned below)
 static void expect(int good, const char *what, long long value)
 {
     if (good || failures++ > 10) return;
-    printf("period %ld: %s: %lld (state %d, fault %d)\n", period, what, value, slave.state, slave.fault);
+    printf("period %ld: %s: %lld (state %d, fault %d)\n", period, what, value, slave.state_number, slave.fault_number);
 }
 
 /* floor(counts x scale / divisor) */
 static long long scaled(long long counts, int axis)
 {
-    __int128 all = (__int128)counts * settings.scale[axis], whole = all / settings.divisor[axis];
-    return (long long)(all % settings.divisor[axis] < 0 ? whole - 1 : whole);
+    __int128 all = (__int128)counts * settings.scale_numerator[axis], whole = all / settings.scale_divisor[axis];
+    return (long long)(all % settings.scale_divisor[axis] < 0 ? whole - 1 : whole);
 }
 
 /* The master walks: each axis has a velocity that changes now and then; counts of up to 12 a period. */
@@ -91,10 +91,11 @@ static void run_period(int is_bad)
     for (i = 0; i < 3; i++) {
         long long master = sent.position_counts[i] - zero.position_counts[i];
         expect(slave.position_counts[i] == scaled(slave.done_counts[i], i), "scaling", slave.position_counts[i]);
-        if (!is_bad && slave.state == CHIP_SLAVE_FOLLOW)
+        if (!is_bad && slave.state_number == CHIP_SLAVE_FOLLOW)
             expect(slave.done_counts[i] == master, "not the master's", slave.done_counts[i]);
     }
-    expect(slave.state == CHIP_SLAVE_FOLLOW || slave.state == CHIP_SLAVE_CATCH_UP, "state", slave.state);
+    expect(slave.state_number == CHIP_SLAVE_FOLLOW || slave.state_number == CHIP_SLAVE_CATCH_UP, "state",
+           slave.state_number);
     if (period % 64 == 0 || failures)
         for (tick = 0; tick < TICKS - (int)chance(2); tick++) chip_slave_pulse(&slave, pulse);
 }

@@ -31,7 +31,7 @@ class Stylus:
 
 def test_plane_with_friction():
     """Sliding: e is off the normal by atan(friction), against the motion; turned back it sticks and then slides."""
-    stylus = Stylus(friction=0.2)
+    stylus = Stylus(friction_share=0.2)
     for x in np.arange(0, 2, 0.01):
         _, e = stylus.at((x, 0, 1 - 0.3))
     assert e == pytest.approx([-0.2 * 0.3, 0, 0.3], abs=1e-9)
@@ -43,13 +43,13 @@ def test_plane_with_friction():
 
 
 def test_free_and_on_a_ball():
-    stylus = Stylus(surface=SURFACE.BALL, size_mm=9.0, friction=0.0)
+    stylus = Stylus(surface_number=SURFACE.BALL, size_mm=9.0, friction_share=0.0)
     assert stylus.at((0, 0, 10.001))[1] == pytest.approx([0, 0, 0])
     assert stylus.at((6 * 0.97, 0, 8 * 0.97))[1] == pytest.approx([0.18, 0, 0.24], abs=1e-6)
 
 
 def test_inside_corner_holds_the_ball():
-    stylus = Stylus(surface=SURFACE.CORNER, friction=0.15)
+    stylus = Stylus(surface_number=SURFACE.CORNER, friction_share=0.15)
     for x in np.arange(-3, -0.7, 0.01):
         _, e = stylus.at((x, 0, 0.7))
     assert e == pytest.approx([-1 - x, 0, 0.3], abs=1e-6)
@@ -60,8 +60,8 @@ def test_ball_is_on_the_model_and_force_in_the_cone(surface):
     """At random, in small steps: f(c) = 0, and the angle of e to the normal at c is at most that of friction."""
     random = np.random.default_rng(random_seed())
     y, x = np.mgrid[0:41, 0:41] * 0.5
-    stylus = Stylus(surface=surface, size_mm=8.0, height_mm=np.sin(x / 3) * np.cos(y / 4), cell_mm=0.5,
-                    at_mm=(-10, -10, 0) if surface == SURFACE.GRID else (0, 0, 0), friction=0.15, angle_deg=70.0)
+    stylus = Stylus(surface_number=surface, size_mm=8.0, height_mm=np.sin(x / 3) * np.cos(y / 4), cell_mm=0.5,
+                    at_mm=(-10, -10, 0) if surface == SURFACE.GRID else (0, 0, 0), friction_share=0.15, angle_deg=70.0)
     touched, p = 0, None
     for _ in range(random_count(400)):
         if p is None or random.random() < 0.05:
@@ -84,7 +84,7 @@ def test_ball_is_on_the_model_and_force_in_the_cone(surface):
 
 
 def test_delay_and_noise():
-    stylus = Stylus(delay=3, noise_mm=0.01, friction=0.0)
+    stylus = Stylus(delay_periods=3, noise_mm=0.01, friction_share=0.0)
     for _ in range(5):
         stylus.at((0, 0, 0.7))
     seen = np.array([stylus.at((0, 0, 0.5))[0][2] for _ in range(3)])

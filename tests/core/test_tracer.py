@@ -29,7 +29,7 @@ def ball(radius, feed, periods, hollow=False):
     """The path of the ball's centre has `radius`, whatever the stylus."""
     width, size = 0.75 * radius, radius + (1 if hollow else -1)
     return Rig((-width, 0, -0.4 * radius if hollow else radius + 2),
-               {"surface": SURFACE.BOWL if hollow else SURFACE.BALL, "size_mm": size, "delay": periods},
+               {"surface_number": SURFACE.BOWL if hollow else SURFACE.BALL, "size_mm": size, "delay_periods": periods},
                feed_mm_s=feed, dead_time_s=periods * PERIOD_S, pick_mm=0.5,
                window_min_mm=(-width, -1, -FAR), window_max_mm=(width, 1, FAR))
 
@@ -53,7 +53,7 @@ def test_slope_at_a_low_gain():
 
 def test_friction_on_a_ball():
     """The estimate is that of the model, on either side of a ball of R 5."""
-    rig = Rig((-3.5, 0, 7), {"surface": SURFACE.BALL, "size_mm": 4}, window_min_mm=(-3.5, -1, -FAR), window_max_mm=(3.5, 1, FAR),
+    rig = Rig((-3.5, 0, 7), {"surface_number": SURFACE.BALL, "size_mm": 4}, window_min_mm=(-3.5, -1, -FAR), window_max_mm=(3.5, 1, FAR),
               feed_mm_s=15.0)
     rows = tracing(ends(rig, STATE.DONE), 0.35)
     assert np.abs(rows["friction_share"] - math.sin(math.atan(0.15))).max() < 0.01
@@ -61,7 +61,7 @@ def test_friction_on_a_ball():
 
 def test_friction_with_dead_time():
     """A sensor 20 periods late, a feed that changes: the position of then counts."""
-    rig = Rig((-3.5, 0, 7), {"surface": SURFACE.BALL, "size_mm": 4, "delay": 20}, dead_time_s=20 * PERIOD_S, feed_mm_s=10.0,
+    rig = Rig((-3.5, 0, 7), {"surface_number": SURFACE.BALL, "size_mm": 4, "delay_periods": 20}, dead_time_s=20 * PERIOD_S, feed_mm_s=10.0,
               window_min_mm=(-3.5, -1, -FAR), window_max_mm=(3.5, 1, FAR))
     rows = tracing(ends(rig, STATE.DONE), 0.45)
     assert np.abs(rows["friction_share"] - math.sin(math.atan(0.15))).max() < 0.01
@@ -69,20 +69,20 @@ def test_friction_with_dead_time():
 
 def test_bend_at_a_low_gain():
     """R 3 at a gain of 50: a normal velocity that is missing would show as an error of 0.012 mm or more."""
-    rig = Rig((-15, 0, 0), {"surface": SURFACE.CYLINDER, "size_mm": 2}, mode=MODE.CONTOUR, approach_dir=(1, 0, 0), gain_hz=50.0,
+    rig = Rig((-15, 0, 0), {"surface_number": SURFACE.CYLINDER, "size_mm": 2}, mode_number=MODE.CONTOUR, approach_dir=(1, 0, 0), gain_hz=50.0,
               friction_share=0.148)
     assert np.percentile(error(tracing(ends(rig, STATE.DONE), 0.2)), 99) < 0.005
 
 
 def test_heading_with_dead_time():
     """R 3 with a sensor 10 periods late: a heading that is late too would be off by 4 degrees, an error of 0.02 mm."""
-    rig = Rig((-15, 0, 0), {"surface": SURFACE.CYLINDER, "size_mm": 2, "delay": 10}, mode=MODE.CONTOUR, approach_dir=(1, 0, 0),
+    rig = Rig((-15, 0, 0), {"surface_number": SURFACE.CYLINDER, "size_mm": 2, "delay_periods": 10}, mode_number=MODE.CONTOUR, approach_dir=(1, 0, 0),
               dead_time_s=10 * PERIOD_S, feed_mm_s=20.0, friction_share=0.148)
     assert np.percentile(error(tracing(ends(rig, STATE.DONE), 0.2)), 99) < 0.005
 
 
 def test_no_velocity_above_its_limit():
-    rig = Rig((-15, 0, 3), {"surface": SURFACE.CORNER}, feed_mm_s=1e4, max_vel_mm_s=25.0, soft_max_mm=(FAR, FAR, 15.0))
+    rig = Rig((-15, 0, 3), {"surface_number": SURFACE.CORNER}, feed_mm_s=1e4, max_vel_mm_s=25.0, soft_max_mm=(FAR, FAR, 15.0))
     rows = ends(rig, STATE.FAULT, FAULT.SOFT_LIMIT)
     speed = np.linalg.norm(rows["velocity_mm_s"], axis=1)
     assert 24.0 < speed.max() <= 25.0 * (1 + 1e-9) and (speed <= rows["velocity_limit_mm_s"] * (1 + 1e-9)).all()
@@ -106,7 +106,7 @@ def test_ball(radius, feed, periods, most, hollow):
 @pytest.mark.parametrize("angle", [45, 60, 90])
 def test_inside_corner(angle, delay, accel, reach, radius, share):
     """Into a wall at the highest velocity there is: no over-range; the trace goes on up the wall."""
-    rig = Rig((-15, 0, 5), {"surface": SURFACE.CORNER, "angle_deg": angle, "delay": delay, "ball_mm": radius},
+    rig = Rig((-15, 0, 5), {"surface_number": SURFACE.CORNER, "angle_deg": angle, "delay_periods": delay, "ball_mm": radius},
               feed_mm_s=1e5, max_vel_mm_s=1e5, acceleration_mm_s2=accel, range_mm=reach, dead_time_s=delay * PERIOD_S,
               max_jump_mm=2.0, approach_vel_mm_s=5.0, soft_max_mm=(FAR, FAR, 15.0))
     limit = math.sqrt(2 * accel * (reach - 0.3))
@@ -122,7 +122,7 @@ def test_inside_corner(angle, delay, accel, reach, radius, share):
 def test_a_loop_at_the_limit_of_its_gain_is_stable():
     """An asked-for gain of 1e5 is held to 0.75 / (dead time + period), and the deflection rests."""
     for periods in (0, 3, 10):
-        rig = Rig((0, 0, 3), {"delay": periods}, gain_hz=1e5, dead_time_s=periods * PERIOD_S, feed_mm_s=0.0)
+        rig = Rig((0, 0, 3), {"delay_periods": periods}, gain_hz=1e5, dead_time_s=periods * PERIOD_S, feed_mm_s=0.0)
         rows = rig.run(3.0)
         assert rows["gain_hz"][-1] == pytest.approx(0.75 / ((periods + 1) * PERIOD_S))
         assert error(rows[-500:]).max() < 1e-4
@@ -132,7 +132,7 @@ def test_a_loop_at_the_limit_of_its_gain_is_stable():
 
 def test_lines_to_and_fro():
     """Each line at its place, the window kept, the ball on the model."""
-    rig = Rig((-8, -4, 12), {"surface": SURFACE.BALL, "size_mm": 14}, pick_mm=2.0, feed_mm_s=40.0,
+    rig = Rig((-8, -4, 12), {"surface_number": SURFACE.BALL, "size_mm": 14}, pick_mm=2.0, feed_mm_s=40.0,
               window_min_mm=(-8, -4, -FAR), window_max_mm=(8, 4, FAR))
     rows = ends(rig, STATE.DONE)
     assert rows["lines"][-1] == 5
@@ -146,7 +146,7 @@ def test_lines_to_and_fro():
 
 
 def test_lines_one_way():
-    rig = Rig((-8, -4, 16), {"surface": SURFACE.BALL, "size_mm": 14}, mode=MODE.ONE_WAY, pick_mm=2.0,
+    rig = Rig((-8, -4, 16), {"surface_number": SURFACE.BALL, "size_mm": 14}, mode_number=MODE.ONE_WAY, pick_mm=2.0,
               window_min_mm=(-8, -4, -FAR), window_max_mm=(8, 4, FAR))
     rows = ends(rig, STATE.DONE)
     assert rows["lines"][-1] == 5
@@ -161,8 +161,8 @@ def test_lines_one_way():
 @pytest.mark.parametrize("surface, length", [(SURFACE.CYLINDER, 2 * math.pi * 9.7), (SURFACE.BOX, 64 + 2 * math.pi * 0.7)])
 def test_contour(surface, length, direction):
     """Three laps at three heights, each 360 degrees and not much more."""
-    rig = Rig((-15, 0, 0), {"surface": surface, "size_mm": 9 if surface == SURFACE.CYLINDER else 8}, mode=MODE.CONTOUR,
-              direction=direction, approach_dir=(1, 0, 0), pick_mm=-1.0, window_min_mm=(-20, -20, -2.5))
+    rig = Rig((-15, 0, 0), {"surface_number": surface, "size_mm": 9 if surface == SURFACE.CYLINDER else 8}, mode_number=MODE.CONTOUR,
+              direction_sign=direction, approach_dir=(1, 0, 0), pick_mm=-1.0, window_min_mm=(-20, -20, -2.5))
     rows = ends(rig, STATE.DONE)
     assert rows["lines"][-1] == 3
     traced = tracing(rows)
@@ -175,7 +175,7 @@ def test_contour(surface, length, direction):
 
 def test_partial():
     """Between the window's sides, to and fro, one height below the other."""
-    rig = Rig((-15, 0, 0), {"surface": SURFACE.CYLINDER, "size_mm": 9}, mode=MODE.PARTIAL, approach_dir=(1, 0, 0), pick_mm=-1.0,
+    rig = Rig((-15, 0, 0), {"surface_number": SURFACE.CYLINDER, "size_mm": 9}, mode_number=MODE.PARTIAL, approach_dir=(1, 0, 0), pick_mm=-1.0,
               window_min_mm=(-20, -7, -2.5), window_max_mm=(20, 7, 10))
     rows = ends(rig, STATE.DONE)
     assert rows["lines"][-1] == 3 and np.abs(rows["position_mm"][:, 1]).max() < 7.0
@@ -189,7 +189,7 @@ def test_partial():
 @pytest.mark.parametrize("radius", [0.0, 1.0])
 def test_step_down(feed, radius):
     """5 mm down: followed, or left and landed on; never over-range."""
-    rig = Rig((-15, 0, 3), {"surface": SURFACE.STEP, "size_mm": 5.0, "ball_mm": radius}, feed_mm_s=feed)
+    rig = Rig((-15, 0, 3), {"surface_number": SURFACE.STEP, "size_mm": 5.0, "ball_mm": radius}, feed_mm_s=feed)
     rows = ends(rig, STATE.DONE)
     low = rows[(rows["position_mm"][:, 0] > 5) & (rows["state"] == STATE.TRACE)]
     assert len(low) and np.abs(low["ball_mm"][:, 2] + 5.0 - radius).max() < 1e-9
@@ -200,7 +200,7 @@ def test_step_down(feed, radius):
 
 def test_nothing_below_the_edge():
     """A step of 100 mm: the steps back to the model is `lost_mm`, then it is a fault, and the head rests."""
-    rig = Rig((-15, 0, 3), {"surface": SURFACE.STEP, "size_mm": 100.0, "ball_mm": 0.0}, feed_mm_s=70, lost_mm=5.0)
+    rig = Rig((-15, 0, 3), {"surface_number": SURFACE.STEP, "size_mm": 100.0, "ball_mm": 0.0}, feed_mm_s=70, lost_mm=5.0)
     rig.model.angle_deg = 0.0
     rows = ends(rig, STATE.FAULT, FAULT.NO_CONTACT)
     lost = rows[rows["state"] == STATE.LOST]["position_mm"]
@@ -210,7 +210,7 @@ def test_nothing_below_the_edge():
 
 def test_overhang():
     """A line that goes round below a ball stops."""
-    rows = ends(Rig((0, 0, 12), {"surface": SURFACE.BALL, "size_mm": 9}), STATE.FAULT, FAULT.BELOW)
+    rows = ends(Rig((0, 0, 12), {"surface_number": SURFACE.BALL, "size_mm": 9}), STATE.FAULT, FAULT.BELOW)
     assert rows["ball_mm"][:, 2].min() > -5.0
 
 
@@ -262,16 +262,16 @@ def test_not_finite(what, value):
     p, surface = rig.p[0], rig.model.normal[2]
     if what == "position":
         rig.p[0] = value
-        rig.model.surface = -1
+        rig.model.surface_number = -1
         rig.model.normal[:] = (0, 0, 1)
     else:
         rig.model.noise_mm = 0.0
         rig.stylus.deflection_mm[0][0] = value
-        rig.model.delay = (rig.stylus.newest + 1) % 32
+        rig.model.delay_periods = (rig.stylus.newest + 1) % 32
     rows = rig.run(PERIOD_S)
     assert rows["state"][-1] == STATE.FAULT and rows["fault"][-1] == FAULT.NOT_FINITE
-    rig.p[0], rig.model.delay, rig.model.normal[2] = p, 0, surface
-    rig.stylus.touches = 0
+    rig.p[0], rig.model.delay_periods, rig.model.normal[2] = p, 0, surface
+    rig.stylus.is_touching = 0
     assert np.isfinite(rows["velocity_mm_s"]).all()
     rests(rig, rows)
 
@@ -283,8 +283,8 @@ def test_soft_limit():
 
 
 def test_settings_that_cannot_be():
-    for name, value in (("range_mm", 0.2), ("acceleration_mm_s2", math.nan), ("gain_hz", 0.0), ("mode", 9), ("scan_axis", 2),
-                        ("direction", 0), ("dead_time_s", -1.0), ("deflection_mm", math.inf), ("approach_dir", (0, 0, 0))):
+    for name, value in (("range_mm", 0.2), ("acceleration_mm_s2", math.nan), ("gain_hz", 0.0), ("mode_number", 9), ("scan_axis_number", 2),
+                        ("direction_sign", 0), ("dead_time_s", -1.0), ("deflection_mm", math.inf), ("approach_dir", (0, 0, 0))):
         rows = Rig((0, 0, 3), **{name: value}).run(0.1)
         assert (rows["state"] == STATE.FAULT).all() and (rows["fault"] == FAULT.SETTINGS).all(), name
         assert (rows["velocity_mm_s"] == 0.0).all(), name
@@ -296,9 +296,9 @@ def test_limited_by():
     fast = dict(SETTINGS, feed_mm_s=1e4)
     for settings in (dict(feed_mm_s=1e4, max_vel_mm_s=1e4), dict(fast, max_vel_mm_s=20.0), {}, dict(gain_hz=500.0)):
         for surface in (SURFACE.PLANE, SURFACE.CORNER):
-            rig = Rig((-15, 0, 3), {"surface": surface}, **{**settings, "soft_max_mm": (FAR, FAR, 15.0)})
+            rig = Rig((-15, 0, 3), {"surface_number": surface}, **{**settings, "soft_max_mm": (FAR, FAR, 15.0)})
             for limit in rig.until(STATE.DONE, STATE.FAULT)["limited_by"]:
                 seen[LIMIT(int(limit))] = True
-    rig = Rig((-15, 0, 0), {"surface": SURFACE.CYLINDER, "size_mm": 0.5}, feed_mm_s=70.0, mode=MODE.CONTOUR, approach_dir=(1, 0, 0))
+    rig = Rig((-15, 0, 0), {"surface_number": SURFACE.CYLINDER, "size_mm": 0.5}, feed_mm_s=70.0, mode_number=MODE.CONTOUR, approach_dir=(1, 0, 0))
     seen[LIMIT.BEND] = bool((rig.until(STATE.DONE)["limited_by"] == LIMIT.BEND).any())
     assert all(seen.values()), seen

@@ -19,7 +19,8 @@ from chipwise.halcmd import halcmd       # noqa: E402
 
 SETTLE = 4                  # servo periods until an input has been read and answered
 FILL_S = 20.0               # until the map is filled again
-PREFIXES = ("stock-tracker.0.", "volumetric-feed.0.", "chipwise-guard.0.", "chipwise-command.0.")
+PREFIXES = ("stock-tracker.0.", "volumetric-feed.0.", "chipwise-guard.0.", "chipwise-command.0.", "tracer.0.", "tracer-slave.0.",
+            "tracer-model.0.")
 KINDS = {"float": hal.HAL_FLOAT, "s32": hal.HAL_S32, "bit": hal.HAL_BIT, "u32": hal.HAL_U32}
 HOSTILE = [0.0, -0.0, 1.0, -1.0, 5e-324, 1e-300, 1e-12, 1e-6, 0.3, 90.0, 180.0, 1e5, 1e6, -1e6, 1.1e6, 1e9, 1e18, 1e150, -1e150, 1.7e308, -1.7e308,
            math.inf, -math.inf, math.nan]
@@ -30,7 +31,9 @@ SOUND = {
     "stock-tracker.0.pos-z": -2.0,
     "volumetric-feed.0.mode": 2, "volumetric-feed.0.mrr-target": 1800.0, "volumetric-feed.0.programmed-vel": 20.0,
     "volumetric-feed.0.requested-vel": 50.0, "volumetric-feed.0.motion-type": 2, "volumetric-feed.0.acceleration": 500.0,
-    "volumetric-feed.0.section-area": 2.0, "volumetric-feed.0.ready": 1}
+    "volumetric-feed.0.section-area": 2.0, "volumetric-feed.0.ready": 1,
+    "tracer.0.enable": 1, "tracer.0.mode": 2, "tracer.0.direction": 1, "tracer.0.feed": 10.0, "tracer.0.feed-override": 1.0,
+    "tracer.0.deflection-target": 0.3, "tracer.0.deflection-z": 0.3, "tracer.0.window-max-x": 50.0, "tracer-slave.0.enable": 1}
 # Registers carry what the program says; the tracker and the law judge it.
 PASSED_ON = {"chipwise-command.0." + name for name in ("min-x", "min-y", "min-z", "max-x", "max-y", "max-z", "mrr-target", "mrr-lower", "turn")}
 
@@ -95,6 +98,12 @@ class Bench:
         return self.own[self.outputs[name][0]]
 
 
+def hostile(kind, chance):
+    """A number for a pin or parameter of this kind."""
+    value = chance.choice(HOSTILE if kind == "float" else [0, 1] if kind == "bit" else HOSTILE_WHOLE)
+    return value % 2 ** 32 if kind == "u32" else value
+
+
 def spoil(bench, chance):
     """Some inputs or parameters hostile; -> what was done."""
     done = {}
@@ -102,12 +111,12 @@ def spoil(bench, chance):
         if chance.random() < 0.2:
             name = chance.choice(sorted(bench.params))
             kind = bench.params[name][0]
-            value = chance.choice(HOSTILE if kind == "float" else [0, 1] if kind == "bit" else HOSTILE_WHOLE)
+            value = hostile(kind, chance)
             hal.set_p(name, repr(value))
         else:
             name = chance.choice(sorted(bench.inputs))
             kind = bench.inputs[name][1]
-            value = chance.choice(HOSTILE if kind == "float" else [0, 1] if kind == "bit" else HOSTILE_WHOLE)
+            value = hostile(kind, chance)
             bench.put(name, value)
         done[name] = repr(value)
     return done

@@ -15,13 +15,13 @@ FAR = 1000.0
 STATE, FAULT, LIMIT, SURFACE = layout.TracerState, layout.TracerFault, layout.TracerLimit, layout.StylusSurface
 MODE = layout.TracerMode
 
-SETTINGS = dict(mode=MODE.BOTH_WAYS, scan_axis=0, direction=1, feed_mm_s=1000 / 60, approach_vel_mm_s=10.0, return_vel_mm_s=50.0,
+SETTINGS = dict(mode_number=MODE.BOTH_WAYS, scan_axis_number=0, direction_sign=1, feed_mm_s=1000 / 60, approach_vel_mm_s=10.0, return_vel_mm_s=50.0,
                 max_vel_mm_s=200.0, acceleration_mm_s2=2000.0, gain_hz=1000.0, deflection_mm=0.3, range_mm=1.5,
                 dead_time_s=0.0, max_jump_mm=0.5, friction_share=0.0, pick_mm=0.0, retract_mm=2.0, search_mm=100.0, lost_mm=20.0,
                 approach_dir=(0, 0, -1), window_min_mm=(-20, -20, -FAR), window_max_mm=(20, 20, FAR),
                 soft_min_mm=(-FAR,) * 3, soft_max_mm=(FAR,) * 3)
-MODEL = dict(surface=SURFACE.PLANE, at_mm=(0, 0, 0), normal=(0, 0, 1), size_mm=10.0, angle_deg=90.0, ball_mm=1.0, friction=0.15,
-             noise_mm=0.0, delay=0)
+MODEL = dict(surface_number=SURFACE.PLANE, at_mm=(0, 0, 0), normal=(0, 0, 1), size_mm=10.0, angle_deg=90.0, ball_mm=1.0, friction_share=0.15,
+             noise_mm=0.0, delay_periods=0)
 
 
 def filled(structure, values):

@@ -803,9 +803,9 @@ class TracerSettings(C.Structure):
 
     __slots__ = ()
     _fields_ = [
-        ("mode", C.c_int),
-        ("scan_axis", C.c_int),
-        ("direction", C.c_int),
+        ("mode_number", C.c_int),
+        ("scan_axis_number", C.c_int),
+        ("direction_sign", C.c_int),
         ("feed_mm_s", C.c_double),
         ("approach_vel_mm_s", C.c_double),
         ("return_vel_mm_s", C.c_double),
@@ -848,10 +848,10 @@ class TracerOut(C.Structure):
 
     __slots__ = ()
     _fields_ = [
-        ("state", C.c_int),
-        ("fault", C.c_int),
-        ("limited_by", C.c_int),
-        ("lines", C.c_int),
+        ("state_number", C.c_int),
+        ("fault_number", C.c_int),
+        ("limit_number", C.c_int),
+        ("line_count", C.c_int),
         ("velocity_mm_s", C.c_double * 3),
         ("velocity_limit_mm_s", C.c_double),
         ("gain_hz", C.c_double),
@@ -861,6 +861,7 @@ class TracerOut(C.Structure):
         ("tangential_vel_mm_s", C.c_double),
         ("friction_share", C.c_double),
         ("normal", C.c_double * 3),
+        ("ball_mm", C.c_double * 3),
     ]
 
 
@@ -930,15 +931,15 @@ class StylusSettings(C.Structure):
 
     __slots__ = ()
     _fields_ = [
-        ("surface", C.c_int),
+        ("surface_number", C.c_int),
         ("at_mm", C.c_double * 3),
         ("normal", C.c_double * 3),
         ("size_mm", C.c_double),
         ("angle_deg", C.c_double),
         ("ball_mm", C.c_double),
-        ("friction", C.c_double),
+        ("friction_share", C.c_double),
         ("noise_mm", C.c_double),
-        ("delay", C.c_int),
+        ("delay_periods", C.c_int),
         ("cell_mm", C.c_double),
         ("nx", C.c_int),
         ("ny", C.c_int),
@@ -952,7 +953,7 @@ class Stylus(C.Structure):
     __slots__ = ()
     _fields_ = [
         ("ball_mm", C.c_double * 3),
-        ("touches", C.c_int),
+        ("is_touching", C.c_int),
         ("random", C.c_uint64),
         ("newest", C.c_int),
         ("deflection_mm", C.c_double * 3 * 32),
@@ -985,13 +986,13 @@ class SlaveSettings(C.Structure):
 
     __slots__ = ()
     _fields_ = [
-        ("scale", C.c_int32 * 3),
-        ("divisor", C.c_int32 * 3),
-        ("max_counts", C.c_int32),
+        ("scale_numerator", C.c_int32 * 3),
+        ("scale_divisor", C.c_int32 * 3),
+        ("most_counts", C.c_int32),
         ("catch_up_counts", C.c_int32),
         ("max_behind_counts", C.c_int32),
-        ("dead_periods", C.c_int32),
-        ("ticks", C.c_int32),
+        ("silence_periods", C.c_int32),
+        ("tick_count", C.c_int32),
     ]
 
 
@@ -1000,8 +1001,8 @@ class Slave(C.Structure):
 
     __slots__ = ()
     _fields_ = [
-        ("state", C.c_int),
-        ("fault", C.c_int),
+        ("state_number", C.c_int),
+        ("fault_number", C.c_int),
         ("silent_periods", C.c_int),
         ("sequence_number", C.c_uint32),
         ("received_counts", C.c_int64 * 3),
@@ -1012,7 +1013,7 @@ class Slave(C.Structure):
         ("step_counts", C.c_int32 * 3),
         ("pulsed_counts", C.c_int64 * 3),
         ("pulse_counts", C.c_int32 * 3),
-        ("ticks", C.c_int32),
+        ("tick_count", C.c_int32),
         ("phase", C.c_int32 * 3),
         ("tick", C.c_int32),
         ("lost_packets", C.c_uint32),
