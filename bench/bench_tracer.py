@@ -11,6 +11,7 @@ import roots  # noqa: F401
 
 import numpy as np
 
+from chipwise.digitise import height_map
 from support.tracer_rig import FAR, MODE, STATE, SURFACE, Rig, error, tracing
 
 SLOPE = math.sqrt(0.5)
@@ -64,6 +65,19 @@ def corner():
                       "unit": "", "target": 1, "note": f"{'meets' if worst < 1 else 'MISSES'} 1; 27 cases"}))
 
 
+def digitised():
+    """Height map of a ball R9, traced with a stylus R1 in lines 0.1 mm apart, at the cells' middles."""
+    rig = Rig((-2.5, -2.5, 12), {"surface_number": SURFACE.BALL, "size_mm": 9, "noise_mm": 0.0005, "delay_periods": 2}, feed_mm_s=25.0,
+              pick_mm=0.1, dead_time_s=0.002, window_min_mm=(-2.5, -2.5, -FAR), window_max_mm=(2.5, 2.5, FAR))
+    rows = rig.until(STATE.DONE)
+    model = height_map.envelope(rows["seen_ball_mm"][rows["state"] == STATE.TRACE], 1.0, 0.1)
+    ny, nx = model.heights.shape
+    x, y = np.meshgrid(model.x0 + (np.arange(nx) + 0.5) * 0.1, model.y0 + (np.arange(ny) + 0.5) * 0.1)
+    inside = (np.abs(x) < 2.2) & (np.abs(y) < 2.2)
+    off = np.abs(model.heights - np.sqrt(81.0 - x ** 2 - y ** 2))[inside]
+    row("digitised ball R9: p99", p99(off), 0.005, f"{len(off)} cells, worst {off.max():.4f}")
+
+
 def contour():
     rig = Rig((-15, 0, 0), {"surface_number": SURFACE.CYLINDER, "size_mm": 9, "noise_mm": 0.0005}, mode_number=MODE.CONTOUR,
               approach_dir=(1, 0, 0))
@@ -79,6 +93,7 @@ def main():
         ball(3, 20, 3, hollow, 0.003)
     corner()
     contour()
+    digitised()
 
 
 if __name__ == "__main__":

@@ -993,6 +993,8 @@ const struct chip_layout_entry chip_layout_table[] = {
     { "chip_tracer_row.deflection_mm size", sizeof(((struct chip_tracer_row *)0)->deflection_mm) },
     { "chip_tracer_row.velocity_mm_s", offsetof(struct chip_tracer_row, velocity_mm_s) },
     { "chip_tracer_row.velocity_mm_s size", sizeof(((struct chip_tracer_row *)0)->velocity_mm_s) },
+    { "chip_tracer_row.seen_ball_mm", offsetof(struct chip_tracer_row, seen_ball_mm) },
+    { "chip_tracer_row.seen_ball_mm size", sizeof(((struct chip_tracer_row *)0)->seen_ball_mm) },
     { "chip_tracer_row.normal", offsetof(struct chip_tracer_row, normal) },
     { "chip_tracer_row.normal size", sizeof(((struct chip_tracer_row *)0)->normal) },
     { "chip_tracer_row.measured_mm", offsetof(struct chip_tracer_row, measured_mm) },

@@ -18,6 +18,7 @@ void chip_tracer_loop(struct chip_tracer *tracer, const struct chip_tracer_setti
         for (i = 0; i < 3; i++) {
             row->ball_mm[i] = stylus->ball_mm[i];
             row->velocity_mm_s[i] = out.velocity_mm_s[i];
+            row->seen_ball_mm[i] = out.ball_mm[i];
             row->normal[i] = out.normal[i];
             p[i] += period_s * out.velocity_mm_s[i];
         }

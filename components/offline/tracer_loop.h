@@ -14,8 +14,9 @@ struct chip_tracer_row {
     double ball_mm[3];
     double deflection_mm[3]; /* as it was, without delay and noise */
     double velocity_mm_s[3];
-    double normal[3];   /* as the tracer sees it */
-    double measured_mm; /* eps as measured */
+    double seen_ball_mm[3]; /* as the tracer sees it, with delay and noise */
+    double normal[3];       /* as the tracer sees it */
+    double measured_mm;     /* eps as measured */
     double velocity_limit_mm_s, tangential_vel_mm_s, friction_share, gain_hz;
     int state, fault, limited_by, lines;
 };

@@ -209,13 +209,16 @@ class Stock:
         return layout.Stock.from_address(self.address)
 
     @property
-    def cells(self):
-        """(ny, nx) view of the cells, dtype CELL_DTYPE, without the empty ring."""
+    def cells_and_ring(self):
+        """(ny + 2, nx + 2) view of the cells, dtype CELL_DTYPE, the empty ring around them included."""
         head = self.head
-        start = C.sizeof(layout.Stock)
         count = (head.ny + 2) * (head.nx + 2)
-        grid = np.frombuffer(self._block, CELL_DTYPE, count, start)
-        return grid.reshape(head.ny + 2, head.nx + 2)[1:-1, 1:-1]
+        return np.frombuffer(self._block, CELL_DTYPE, count, C.sizeof(layout.Stock)).reshape(head.ny + 2, head.nx + 2)
+
+    @property
+    def cells(self):
+        """(ny, nx) view of the cells, without the ring."""
+        return self.cells_and_ring[1:-1, 1:-1]
 
     def volume(self):
         """Volume left, mm3."""

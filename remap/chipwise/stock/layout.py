@@ -1104,6 +1104,7 @@ class TracerRow(C.Structure):
         ("ball_mm", C.c_double * 3),
         ("deflection_mm", C.c_double * 3),
         ("velocity_mm_s", C.c_double * 3),
+        ("seen_ball_mm", C.c_double * 3),
         ("normal", C.c_double * 3),
         ("measured_mm", C.c_double),
         ("velocity_limit_mm_s", C.c_double),

@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Turn the log of a trace into a height map and a program.
+
+The log has the pins in-contact, ball-x, ball-y and ball-z of tracer(9), as halsampler writes them. The map is a stock file that
+M254 restores; the program follows the model with a ball tool as large as the stylus. Lengths of the options are mm, the results
+have the coordinates of the log.
+
+Exit status: 0 done, 1 samples are missing in the log, 2 the log or an option cannot be used.
+"""
+
+import json
+import math
+import os
+
+import numpy as np
+
+from chipwise.cli.machine_options import refuser
+from chipwise.cli.output import unwritable, write_whole
+from chipwise.digitise import height_map, program, record
+from chipwise.errors import MM_PER_INCH, CycleError
+from chipwise.stock import store
+
+NAME = 'digitise'
+HELP = 'turn the log of a tracer head into a height map and a program'
+
+refuse = refuser(NAME)
+LENGTHS = {'ball': (0.01, 100.0), 'cell': (0.01, 100.0), 'floor': (-1e5, 1e5), 'chord': (1e-5, 10.0), 'allowance': (0.0, 100.0),
+           'clearance': (0.0, 1000.0), 'feed': (0.1, 1e6)}
+
+
+def add_arguments(parser):
+    parser.add_argument('log', metavar='LOG', help='what halsampler has written')
+    parser.add_argument('-o', '--output', required=True, metavar='FILE', help='height map FILE.stock, or program FILE.ngc')
+    parser.add_argument('--ball', type=float, required=True, metavar='R', help="radius of the stylus' ball")
+    parser.add_argument('--inch', action='store_true', help='the log is of an inch machine')
+    parser.add_argument('--cell', type=float, default=0.25, metavar='MM', help='cell of the map (default: 0.25)')
+    parser.add_argument('--floor', type=float, metavar='Z', help='bottom of the map (default: 1 mm below the lowest point)')
+    parser.add_argument('--chord', type=float, default=0.005, metavar='MM', help='chord error of the program (default: 0.005)')
+    parser.add_argument('--allowance', type=float, default=0.0, metavar='MM', help='raises the program, for roughing (default: 0)')
+    parser.add_argument('--clearance', type=float, default=5.0, metavar='MM', help='of the program above the model (default: 5)')
+    parser.add_argument('--feed', type=float, default=500.0, metavar='F', help='of the program, mm/min (default: 500)')
+    parser.add_argument('--json', metavar='FILE', help='the figures, for programs')
+    parser.error = refuse
+
+
+def _check(options):
+    for name, (low, high) in LENGTHS.items():
+        value = getattr(options, name)
+        if value is not None and not (math.isfinite(value) and low <= value <= high):
+            refuse(f'--{name} {value:g} is not from {low:g} to {high:g}')
+    if not options.output.endswith(('.stock', '.ngc')):
+        refuse(f'{options.output} is neither FILE.stock nor FILE.ngc')
+    for path in filter(None, (options.output, options.json)):
+        if unwritable(path):
+            refuse('; '.join(unwritable(path)))
+        if os.path.exists(path) and os.path.exists(options.log) and os.path.samefile(path, options.log):
+            refuse(f'{path} is the log; name another file')
+
+
+def _write_map(found, options):
+    """-> figures"""
+    model = height_map.envelope(found.centres, options.ball, options.cell)
+    floor = options.floor if options.floor is not None else math.floor(float(np.nanmin(model.heights))) - 1.0
+    head, cells = height_map.as_stock(model, floor)
+    store.write(options.output, head, cells)
+    untouched = int(np.isnan(model.heights).sum())
+    print(f'{options.output}: {head.nx} x {head.ny} cells of {head.cell:g} mm, Z {np.nanmin(model.heights):.3f} to '
+          f'{np.nanmax(model.heights):.3f} mm, {untouched} cells not touched')
+    return {'cells': [head.nx, head.ny], 'cell': head.cell, 'low': head.low, 'high': head.high, 'untouched': untouched}
+
+
+def _write_program(found, options):
+    """-> figures"""
+    paths = program.lines(found.centres, found.start, options.chord)
+    if not paths:
+        raise CycleError('the log has no two neighbouring rows in contact', 'record while tracer.N.state is 2')
+    write_whole(options.output, program.program(paths, options.ball, options.allowance, options.clearance, options.feed,
+                                                os.path.basename(options.output)))
+    points = sum(map(len, paths))
+    print(f'{options.output}: {len(paths)} lines, {points} of {len(found.centres)} points')
+    return {'lines': len(paths), 'points': points}
+
+
+def run(options):
+    """-> exit status."""
+    _check(options)
+    try:
+        found = record.read(options.log, 1.0 / MM_PER_INCH if options.inch else 1.0)
+        figures = (_write_map if options.output.endswith('.stock') else _write_program)(found, options)
+    except CycleError as error:
+        refuse(str(error).removeprefix('chipwise: '))
+    except store.StoreError as error:
+        refuse(str(error))
+    except OSError as error:
+        refuse(f'{options.log}: {error.strerror}')
+    if found.overruns:
+        print(f'{options.log}: samples are missing in {found.overruns} places; use a larger depth= of sampler')
+    if options.json:
+        write_whole(options.json, json.dumps({**figures, 'rows': found.rows, 'overruns': found.overruns}, indent=1) + '\n')
+    return 1 if found.overruns else 0
