@@ -31,6 +31,8 @@ SECTIONS = (                                    # (beginning of the path, headin
     ('remap/chipwise/cli/machine_options', 'chipwise check'),
     ('remap/chipwise/cli/filter', 'Filter'),
     ('remap/chipwise/filter/', 'Filter'),
+    ('remap/chipwise/turning/', 'chipwise turn'),
+    ('remap/chipwise/cli/turn', 'chipwise turn'),
     ('remap/chipwise/cli/contour', 'chipwise contour'),
     ('remap/chipwise/drawing/', 'chipwise contour'),
     ('remap/chipwise/cli/load', 'Start of LinuxCNC'),

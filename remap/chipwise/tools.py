@@ -111,8 +111,8 @@ def parse_tools(text: str, path: str = "tools.toml") -> dict[int, ToolGeometry]:
     except (ValueError, RecursionError) as error:       # a number of 5,000 digits is a ValueError
         _fail(path, None, f"is not TOML: {error}", "correct the file")
     for key in document:
-        if key != "tool":
-            _fail(path, None, f"[{_named(key)}] is unknown", "use [tool.N], N the tool number")
+        if key not in ("tool", "lathe"):                    # turning/tool.py reads the latter
+            _fail(path, None, f"[{_named(key)}] is unknown", "use [tool.N], on a lathe [lathe.N], N the tool number")
     tables = document.get("tool", {})
     if not isinstance(tables, dict):
         _fail(path, None, "tool is not a table", "use [tool.N], N the tool number")

@@ -15,6 +15,7 @@ _WORD = re.compile(r"([a-z@^])((?:[+-]?[0-9.]+)?)")
 _MOVE = re.compile(r"\s*(?:[gG]0*[0-3])?(?:\s*[xXyYiIjJrRfF]\s*[-+]?(?:\d+\.?\d*|\.\d+))*\s*")     # most lines are one
 _CODES = {0.0, 1.0, 2.0, 3.0, 40.0}
 _LETTERS = "gnxyijrpf@^"
+_LATHE_LETTERS = "gnxzikrpf"
 
 
 def _without_values(plain):
@@ -27,7 +28,7 @@ def _without_values(plain):
         plain = fewer
 
 
-def check_text(found):
+def check_text(found, lathe=False):
     """Refuse what no contour sub may hold, by its exact line; what hides behind an expression the runner finds."""
     if found.last - found.first > MAX_LINES:
         raise fault(found, found.first, f"the sub has {found.last - found.first - 1} lines, more than {MAX_LINES}",
@@ -38,7 +39,7 @@ def check_text(found):
                          "divide the line")
     _refuse_arguments(found)
     for number, text in found.body:
-        if _MOVE.fullmatch(text):
+        if _MOVE.fullmatch(text) and not lathe:
             continue
         plain = plain_text(text).lstrip("/")
         if re.match(r"(n\d+)?o", plain):
@@ -46,7 +47,10 @@ def check_text(found):
         words = _WORD.findall(_without_values(plain))
         for letter, value in words:
             wrong = None
-            if letter == "z":
+            if lathe:
+                if letter not in _LATHE_LETTERS or (letter == "g" and value and _number(value) not in _CODES):
+                    wrong, remedy = letter.upper() + value, "the sub of a turned part holds G0 G1 G2 G3 in X and Z (G40 and F are ignored)"
+            elif letter == "z":
                 wrong, remedy = "a move in Z", "a contour lies in XY; heights are the words Z and R of the cycle"
             elif letter not in _LETTERS or (letter == "g" and value and _number(value) not in _CODES):
                 wrong, remedy = letter.upper() + value, "a contour sub holds G0 G1 G2 G3 in XY (G40 and F are ignored)"

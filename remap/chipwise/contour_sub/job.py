@@ -24,6 +24,7 @@ class Job:
     numbered        ((number, value), ..) of numbered parameters
     named           ((name, value), ..) of global named parameters
     close_gap       mm: a G0 of up to this length between two elements joins them
+    lathe           the contour lies in ZX (G18); its first coordinate is Z, its second X; diameter: G7 where it is called
     """
 
     program: Union[str, tuple]
@@ -39,6 +40,8 @@ class Job:
     numbered: tuple = ()
     named: tuple = ()
     close_gap: float = CONNECT_MM
+    lathe: bool = False
+    diameter: bool = False
 
     @property
     def programs(self) -> tuple:

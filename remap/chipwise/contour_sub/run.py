@@ -62,8 +62,8 @@ def called_files(job, found):
 
 def run(found: Found, job: Job) -> list:
     """Moves of a found sub, as runner.py prints them."""
-    check_text(found)
-    order = {"mark": _MARK, "max_moves": MAX_MOVES, "cpu_s": _cpu_limit(found)}
+    check_text(found, job.lathe)
+    order = {"mark": _MARK, "max_moves": MAX_MOVES, "cpu_s": _cpu_limit(found), "lathe": job.lathe}
     result = run_sub(found, job, RUNNER, _program(found, job), _ini_text(job.ini), order)
     last = result["moves"][-1][1] if result["moves"] else None
     for line, text in [end for end in (result["stop"], result["error"]) if end]:
@@ -86,7 +86,8 @@ def _program(found, job):
         if word == (inside, "endsub"):
             inside = None
     feed = job.feed if job.feed > 0 else 1000.0
-    return lines + call_of(found, job, ["G17 G40 G90 G91.1 G94", f"F{decimal(feed)}"])
+    modes = ("G18 G7 " if job.diameter else "G18 G8 ") if job.lathe else "G17 "
+    return lines + call_of(found, job, [modes + "G40 G90 G91.1 G94", f"F{decimal(feed)}"])
 
 
 _FOREIGN = re.compile(r"^\s*(REMAP|TOPLEVEL|PATH_PREPEND|PATH_APPEND|RS274NGC_STARTUP_CODE|ON_ABORT_COMMAND|"

@@ -8,6 +8,7 @@ and never to the task or the preview.  It ends with its parent.
 
 Job:     program, parameters (paths), units_per_mm, tool (number, diameter in machine units), codes (run first), begin, end
          (comments that stand around the call), mark (a comment "mark N" stands before source line N), max_moves, cpu_s
+         lathe: the contour lies in ZX, and z, x, y are given for x, y, z
 Result:  moves: [kind, line, x, y, z (, cx, cy, turns)] in mm, kind "rapid", "feed", "arc"; stop: null or [line, text] of
          what does not belong in a contour; error: null or [line, text] of the interpreter; ended: bool; line: where it was last
 
@@ -66,11 +67,15 @@ class Canon(interpreter_process.Canon):
             self._refuse(self.line, f"the sub makes more than {self.job['max_moves']} moves")
         self.moves.append([kind, self.line, *numbers])
 
+    def _plane(self, x, y, z):
+        """Coordinates in the order of the plane: first, second, along.  Those of an arc come in that order."""
+        return (z, x, y) if self.job.get("lathe") else (x, y, z)
+
     def straight_traverse(self, x, y, z, *rest):
-        self._move("rapid", *mm(x, y, z))
+        self._move("rapid", *mm(*self._plane(x, y, z)))
 
     def straight_feed(self, x, y, z, *rest):
-        self._move("feed", *mm(x, y, z))
+        self._move("feed", *mm(*self._plane(x, y, z)))
 
     def arc_feed(self, x, y, cx, cy, turns, z, *rest):
         self._move("arc", *mm(x, y, z, cx, cy), turns)

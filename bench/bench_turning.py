@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""`chipwise turn` in figures: random parts against the oracle, residue, feed lengths, time of long profiles.
+
+    /usr/bin/python3 bench/bench_turning.py [--count 50] [--seed 7134] [--table]
+
+Called by bench/run.py (prints JSON rows).
+random   parts of lines, arcs, walls, pockets and bores, in both directions, C80 D55 V35, allowance 0 or 0.3, half with a chuck barrier
+residue  against closing by filters on a 0.005 mm grid
+long     one profile of 100 and of 1,000 elements: the whole plan
+"""
+import argparse
+import json
+import math
+import pathlib
+import random
+import tempfile
+import time
+
+import roots  # noqa: F401  sys.path
+from chipwise.errors import CycleError
+from chipwise.turning.plan import total_length
+from rows import row
+from support.turning_oracle import judge, inaccessible_area
+from support.turning_random import INSERTS, Case, words, dense, random_case
+from support.turning_rig import planned, with_margins
+
+RESIDUE_CASES = 6
+
+
+def random_parts(seed, count, folder):
+    """Rows of random parts."""
+    worst = {"gouge": -math.inf, "rapid": -math.inf, "holder": -math.inf}
+    refused, spent, feed, air, barriers = 0, 0.0, 0.0, 0.0, 0
+    for k in range(count):
+        case = random_case(random.Random(f"bench turning {seed} {k}"))
+        barriers += bool(case.barrier)
+        began = time.process_time()
+        try:
+            _, request, machine, text = planned(case, folder)
+        except CycleError:
+            refused += 1
+            continue
+        spent = max(spent, time.process_time() - began)
+        found, _, _ = judge(text, request.scale, case, machine.tools)
+        worst = {name: max(depth, found[name]) for name, depth in worst.items()}
+        feed, air = feed + found["feed"], air + found["air"]
+    note = f"{count} parts, {barriers} with a barrier"
+    return [row("turning: deepest gouge, barriers included", max(worst["gouge"], 0.0), "mm", note, 0.001),
+            row("turning: deepest rapid in stock", max(worst["rapid"], 0.0), "mm", note, 0.002),
+            row("turning: holder in stock", max(worst["holder"], 0.0), "mm", note, 0.001),
+            row("turning: parts refused", refused, "", note, 0), row("turning: slowest plan", spent, "s", note, 2.0),
+            row("turning: feed in the air", 100 * air / feed, "%", note, 5.0)]
+
+
+def residue(seed, folder):
+    """Row of the largest difference of residue."""
+    worst = 0.0
+    for k in range(RESIDUE_CASES):
+        case = random_case(random.Random(f"bench residue {seed} {k}"), allowance=0.0)
+        plan, _, machine, _ = planned(case, folder)
+        exact = inaccessible_area(case, [with_margins(machine.tools[n]) for n in (1, 2)])
+        worst = max(worst, abs(sum(r.area for r in plan.residue if not r.inside) - exact))
+    return [row("turning: residue against filters", worst, "mm2", f"{RESIDUE_CASES} parts; the grid is good for 0.0025 mm times the height of "
+                "the walls, closed forms agree to 1e-5 (tests/turning)", 0.01)]
+
+
+def long_profiles(seed, folder):
+    """Rows of profiles of 100 and 1,000 elements."""
+    rows = []
+    for count, target in ((100, 0.1), (1000, 1.0)):
+        rng = random.Random(seed)
+        chain, x = [(0.0, 12.0, None)], 12.0
+        for k in range(1, count + 1):
+            x = min(max(x + rng.uniform(-0.4, 0.4), 8.0), 16.0)
+            chain.append((-60.0 * k / count, x, None))
+        text = "\n".join(["(WORKPIECE,CYLINDER,AXIS=Z,DIAMETER=34,ZMIN=-90,ZMAX=1)", "G21 G18 G8 G94 G97 S500 M3",
+                          "G26 Q100 I0.3 D1.5 F100", "M2", "O100 sub", *words(chain, False, 1.0), "O100 endsub", ""])
+        case = Case(text, dense(chain), [], (17.0, -90.0, 1.0), 0.3, sorted(INSERTS)[1])
+        began = time.process_time()
+        plan, _, machine, program = planned(case, folder)
+        spent = time.process_time() - began
+        found, _, _ = judge(program, 1.0, case, machine.tools)
+        rows.append(row(f"turning: whole plan of {count} elements", spent, "s", f"gouge {max(found['gouge'], 0.0):.2g} mm", target))
+        rough = [s for s in plan.steps if s.name == "rough outside"]
+        ratio = total_length(rough) / (rough[0].removed / 1.5)
+        rows.append(row(f"turning: rough feed / (area / D), {count} elements", ratio, "", "with the shoulders that each level climbs", 1.1))
+    return rows
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--count", type=int, default=20)
+    parser.add_argument("--seed", type=int, default=7134)
+    parser.add_argument("--table", action="store_true")
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        rows = random_parts(options.seed, options.count, folder) + residue(options.seed, folder) + long_profiles(options.seed, folder)
+    if options.table:
+        print("\n".join(f"{r['name']:48} {r['value']:10.4g} {r['unit']:4} {r['note']}" for r in rows))
+    else:
+        print(json.dumps(rows))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Plan the turning of a part from its drawing: which steps, with which tools, over which ranges; and write them as plain G-code.
+
+The program's G26 line names the sub of the part; its WORKPIECE comment, or the sub in P, is the blank; its LATHE comment names the
+tools. The machine is not needed. -o FILE.svg draws the plan, -o FILE.ngc writes it as plain G-code with one commented block a step,
+for machines with or without chipwise. A plan that cannot be shown to be safe is refused, and nothing is written then.
+
+Exit status: 0 planned, 1 planned and stock is left that no tool reaches, 2 it cannot be planned.
+"""
+
+import json
+import os
+import tomllib
+
+from chipwise import ROOT
+from chipwise.cli import UsageError
+from chipwise.cli.machine_options import refuser
+from chipwise.cli.output import unwritable, write_whole
+from chipwise.errors import CycleError, braceless
+from chipwise.files import read_bytes
+from chipwise.ini import Ini
+from chipwise.settings import load_settings
+
+NAME = 'turn'
+HELP = 'plan the turning of a part from blank, drawing and tools, and write plain G-code'
+MAX_BYTES = 1 << 26
+SUFFIXES = ('.svg', '.ngc', '.nc')
+
+refuse = refuser(NAME)
+
+
+def add_arguments(parser):
+    parser.add_argument('program', metavar='PROGRAM', help='G-code file with a G26 line and the sub of the part')
+    parser.add_argument('--plan', action='store_true', help='print the plan only, whatever -o says')
+    parser.add_argument('-o', '--output', metavar='FILE', help='FILE.svg: picture; FILE.ngc: the plan as plain G-code')
+    parser.add_argument('--json', metavar='FILE', help='the plan as data: mm, mm2, s; - is standard output')
+    parser.add_argument('--steps', metavar='FILE.toml', help='steps = [..]: other steps, or in another order')
+    parser.add_argument('--ini', metavar='INI', help='the machine (default: INI_FILE_NAME, else configs/lathe.ini)')
+    parser.error = refuse
+
+
+def run(options):
+    """-> exit status."""
+    from chipwise.turning import text
+    from chipwise.turning.plan import make_plan
+    from chipwise.turning.read_part import Machine, make_order
+    from chipwise.turning.request import read_request
+    check_options(options)
+    unit = 'mm'
+    try:
+        path = options.ini or os.environ.get('INI_FILE_NAME') or os.path.join(ROOT, 'configs', 'lathe.ini')
+        machine = Machine(Ini(path), load_settings(path), path)
+        program = read_program(options.program)
+        request = read_request(program)
+        unit = request.unit
+        order = make_order(options.program, program, request, machine, read_steps(options.steps))
+        plan = make_plan(order)
+        title = f'O{request.words["Q"]} of {os.path.basename(options.program)}'
+        output = output_text(options, plan, request, title)
+    except CycleError as error:
+        raise UsageError(f'{NAME}: ' + error.text(unit).removeprefix('chipwise: ')) from error
+    if output:
+        write(options.output, output)
+    report(options, request, plan, machine, text)
+    return 1 if plan.residue else 0
+
+
+def output_text(options, plan, request, title):
+    """Picture or program, None if neither is asked for."""
+    from chipwise.drawing.turning import svg
+    from chipwise.turning.nc import program
+    if not options.output or options.plan:
+        return None
+    if options.output.lower().endswith('.svg'):
+        return svg(plan, title)
+    return program(plan, request, f'{title}, planned by chipwise turn')
+
+
+def report(options, request, plan, machine, text):
+    """Print the plan, and write --json."""
+    found = json.dumps(text.data(plan, request, machine.rapid_mm_s), indent=1) + '\n'
+    if options.json == '-':
+        print(found, end='')
+        return
+    if options.json:
+        write(options.json, found)
+    print('\n'.join(text.report(plan, request, machine.rapid_mm_s)))
+
+
+def check_options(options):
+    """UsageError for files that cannot be written, before any work."""
+    if options.output and not options.output.lower().endswith(SUFFIXES):
+        refuse(f'-o {options.output} is neither a picture nor a program; use .svg or .ngc')
+    for name, path in (('-o', options.output), ('--json', options.json)):
+        if not path or path == '-':
+            continue
+        trouble = unwritable(path)
+        if trouble:
+            refuse(f'{name} ' + '; '.join(trouble))
+        if os.path.exists(path) and os.path.exists(options.program) and os.path.samefile(path, options.program):
+            refuse(f'{name} {path} is the program itself; name another file')
+
+
+def read_program(path):
+    """Text of the program."""
+    try:
+        return read_bytes(path, MAX_BYTES).decode('utf-8', 'replace')
+    except OSError as error:
+        raise CycleError(f'{braceless(path)}: {error.strerror}', 'name a G-code file that can be read') from error
+
+
+def read_steps(path):
+    """Names of the steps."""
+    from chipwise.turning.state import ORDER
+    if not path:
+        return ORDER
+    try:
+        steps = tomllib.loads(read_bytes(path, MAX_BYTES).decode('utf-8')).get('steps')
+    except OSError as error:
+        raise CycleError(f'{braceless(path)}: {error.strerror}', 'name a file that can be read') from error
+    except (ValueError, RecursionError) as error:
+        raise CycleError(f'{braceless(path)} is not TOML: {braceless(str(error))}', 'correct the file') from error
+    if not isinstance(steps, list) or not steps or not all(isinstance(s, str) for s in steps):
+        raise CycleError(f'{braceless(path)} has no list of steps', 'write steps = ["face", "rough outside"]')
+    return tuple(braceless(s) for s in steps)
+
+
+def write(path, text):
+    """Write a file, whole or not at all."""
+    try:
+        write_whole(path, text)
+    except OSError as error:
+        raise UsageError(f'{NAME}: {path}: {error.strerror}; name a file in a folder of yours that has room') from error

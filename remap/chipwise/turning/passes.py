@@ -1,0 +1,222 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Passes of one tool: roughing in levels, finishing along the profile, facing, plunging.
+
+Called by steps.py.  Works on graphs of positions (reach.py): `reach`, the lowest positions allowed, and `contact`, those at
+which the tool touches the stock.  Every feed is on or above `reach`; every rapid is above `contact` by the clearance, or leaves
+along a place that has just been cut.
+
+A level at height c follows max(reach, c), so that it climbs the shoulder it ends at by one level, and enters a valley along
+its wall.  The stock's contact after it is min(contact, max(reach, c)) exactly, because reach is made by the tool itself.
+"""
+
+import math
+from dataclasses import dataclass
+
+from chipwise.errors import CycleError
+from chipwise.turning.graph import above, at, clip, flat, highest, lower, upper, value
+
+MAX_LEVELS = 400
+ROUNDING_MM = 1e-6
+SHORT_MM = 1e-7         # of a shorter move only rounding is left
+ARC_MM = 0.002          # a shorter arc is a line: one whose printed ends are equal would be a full circle to LinuxCNC
+MERGE_MM = 2.0          # of two parts of a finish with so little between them one is made
+
+
+@dataclass(frozen=True)
+class Move:
+    """kind "rapid", "feed" or "arc"; end (z, x) of the nose's centre, mm; of an arc centre (z, x) and direction."""
+
+    kind: str
+    z: float
+    x: float
+    centre: tuple = ()
+    ccw: bool = False
+
+
+@dataclass(frozen=True)
+class Work:
+    """What the passes of one step share.
+
+    reach, contact      graphs of positions
+    block               graph: positions that no rapid may go through beside contact (barrier, holder on stock)
+    start               (z, x) where the step begins and ends, clear of everything
+    roof                mm: no position is above (a boring bar's far side); inf outside
+    clearance           mm
+    """
+
+    reach: list
+    contact: list
+    block: list
+    start: tuple
+    roof: float = math.inf
+    clearance: float = 0.5
+
+
+class Path:
+    """Moves of a step in the making; z, x: where the tool is."""
+
+    def __init__(self, work):
+        self.work, self.moves, self.cut = work, [], []      # cut: (path graph) of every part that was fed
+        self.z, self.x = work.start
+
+    def rapid(self, z, x):
+        if abs(z - self.z) > SHORT_MM or abs(x - self.x) > SHORT_MM:
+            self._limit(x)
+            self.moves.append(Move("rapid", z, x))
+            self.z, self.x = z, x
+
+    def feed(self, z, x):
+        if abs(z - self.z) > SHORT_MM or abs(x - self.x) > SHORT_MM:
+            self._limit(x)
+            self.moves.append(Move("feed", z, x))
+            self.z, self.x = z, x
+
+    def _limit(self, x):
+        if x > self.work.roof + ROUNDING_MM:
+            raise CycleError("the boring bar would touch the far side of the bore: it is {wide} too wide",
+                             "use a smaller bar, or drill a larger hole", wide=x - self.work.roof)
+
+    def follow(self, path, z1, z0):
+        """Feed along a graph from z1 to the left to z0, walls included."""
+        for p in reversed(clip(path, z0, z1)):
+            if abs(value(p, p.z1) - self.x) > 1e-9 or p.z1 != self.z:
+                self.feed(p.z1, value(p, p.z1))
+            end = value(p, p.z0)
+            if p.r == 0.0 or math.hypot(p.z0 - self.z, end - self.x) < ARC_MM:
+                self.feed(p.z0, end)
+            else:
+                self._limit(end)
+                self.moves.append(Move("arc", p.z0, end, (p.zr, p.xr), p.side > 0))
+                self.z, self.x = p.z0, end
+        self.cut.append(clip(path, z0, z1))
+
+    def link(self, now, z, x):
+        """To (z, x) by rapids above all that is left (graph `now`)."""
+        high = max(self._height(now, min(z, self.z), max(z, self.z), x), self.x)
+        self.rapid(self.z, high)
+        self.rapid(z, high)
+        self.rapid(z, x)
+
+    def home(self, now):
+        """Back to where the step began."""
+        self.link(now, *self.work.start)
+
+    def _height(self, now, z0, z1, x):
+        """Of a rapid between two places: above all between them.  At the places themselves walls are touched at most."""
+        z0, z1 = z0 + ROUNDING_MM, z1 - ROUNDING_MM
+        found = max(highest(now, z0, z1), highest(self.work.block, z0, z1)) if z1 > z0 else -math.inf
+        return max(x, found + self.work.clearance)
+
+    def enter(self, now, path, z):
+        """To the right end z of a cut along `path`, without touching what is left but by feed."""
+        gap = self.work.clearance
+        x = value(clip(path, z - 1.0, z)[-1], z)
+        here = highest(now, z, z)
+        beyond = max(highest(now, z + ROUNDING_MM, z + gap), highest(path, z, z + gap), highest(self.work.block, z, z + gap))
+        if here > x + ROUNDING_MM and beyond <= x + ROUNDING_MM:
+            self.link(now, z + gap, x)
+        else:
+            high = max(here, x)
+            self.link(now, z, min(max(high + gap, x), max(self.work.roof, x)))
+        self.feed(z, x)
+
+    def leave(self, path, b):
+        """Away from the work where a cut that began at b has ended: to the upper right over what has just been cut, if it can."""
+        gap = self.work.clearance
+        if self.z + gap <= b and highest(path, self.z, self.z + gap) <= self.x + ROUNDING_MM and self.x + gap <= self.work.roof:
+            self.rapid(self.z + gap, self.x + gap)
+
+
+def worth(regions, least):
+    """Regions of above() that are higher than `least` mm and larger than its square: the others are rounding beside walls."""
+    return [r for r in regions if r[3] > least and r[2] > least * least]
+
+
+def rough(work, zone, depth, least):
+    """Path of the levels from the top of the stock down to reach, within zone (z0, z1); intervals with less than `least` mm on
+    them are left out.  None if nothing is to be cut."""
+    reach, contact = clip(work.reach, *zone), clip(work.contact, *zone)
+    regions = worth(above(contact, reach, ROUNDING_MM), least)
+    if not regions:
+        return None
+    high = max(highest(contact, a, b) for a, b, _, _ in regions)
+    low = min(_lowest(clip(reach, a + ROUNDING_MM, b - ROUNDING_MM) or clip(reach, a, b)) for a, b, _, _ in regions)
+    count = math.ceil((high - low) / depth - 1e-9)
+    if count > MAX_LEVELS:
+        raise CycleError(f"the depth of cut {{d}} makes {count} levels, more than {MAX_LEVELS}", "use a larger D", d=depth)
+    levels = [high - (high - low) * k / count for k in range(count + 1)]
+    path, whole = Path(work), (work.reach[0].z0, work.reach[-1].z1)
+    for c, lower_c in zip(levels, levels[1:]):
+        now = lower(work.contact, upper(work.reach, [flat(*whole, c)]))
+        floor = upper(work.reach, [flat(*whole, lower_c)])
+        for a, b, _, _ in reversed(worth(above(clip(now, *zone), floor, ROUNDING_MM), min(least, 0.5 * (c - lower_c)))):
+            _cut(path, now, floor, a, b)
+    return path
+
+
+def _lowest(pieces):
+    """Lowest point of pieces."""
+    return min(p.xr - p.r if p.r and p.side < 0 and p.z0 < p.zr < p.z1 else min(value(p, p.z0), value(p, p.z1)) for p in pieces)
+
+
+def _cut(path, now, floor, a, b):
+    """One cut from b to a along a graph, with its entry, the shoulder at its end, and the exit."""
+    path.enter(now, floor, b)
+    path.follow(floor, b, a)
+    wall = at(clip(floor, a - 1.0, a), a)
+    shoulder = highest(clip(now, a, b), a, a)
+    if wall is not None and wall > path.x + ROUNDING_MM and shoulder > path.x + ROUNDING_MM:
+        path.feed(a, min(wall, shoulder))
+    path.leave(floor, b)
+
+
+def finish(work, zone, least):
+    """Path along reach where the stock is above it by more than `least`, None if it is nowhere."""
+    reach, contact = clip(work.reach, *zone), clip(work.contact, *zone)
+    parts = []
+    for a, b, _, _ in worth(above(contact, reach, ROUNDING_MM), least):
+        if parts and a - parts[-1][1] < MERGE_MM:
+            parts[-1] = (parts[-1][0], b)
+        else:
+            parts.append((a, b))
+    if not parts:
+        return None
+    path, now = Path(work), work.contact
+    for a, b in reversed(parts):
+        _cut(path, now, work.reach, a, b)
+    return path
+
+
+def face(work, levels, x_from, x_to):
+    """Path of facing cuts at the positions `levels` (mm, from the right), each from x_from towards the axis to x_to."""
+    path, gap = Path(work), work.clearance
+    for z in levels:
+        path.link(upper(work.contact, [flat(z - 1.0, levels[0] + 1.0, x_from)]), z, x_from + gap)
+        path.feed(z, x_to)
+        path.rapid(z + gap, x_to)
+        path.rapid(z + gap, x_from + gap)
+    path.cut.append([flat(levels[-1], max(levels[0] + gap, work.contact[-1].z1), x_to)])
+    return path
+
+
+def plunge(work, zone, width, least):
+    """Path of plunges of a grooving tool, side by side by `width`, then along reach.  None if nothing is to be cut."""
+    regions = worth(above(clip(work.contact, *zone), clip(work.reach, *zone), ROUNDING_MM), least)
+    if not regions:
+        return None
+    path, gap = Path(work), work.clearance
+    for a, b, _, _ in reversed(regions):
+        count = max(math.ceil((b - a) / width), 1)
+        for k in range(count + 1):
+            z = b + (a - b) * k / count
+            bottom, surface = highest(work.reach, z, z), highest(work.contact, z, z)
+            if surface <= bottom + least:
+                continue
+            path.link(work.contact, z, surface + gap)
+            path.feed(z, bottom)
+            path.rapid(z, surface + gap)
+        path.link(work.contact, b, highest(work.contact, b, b) + gap)
+        path.feed(b, value(clip(work.reach, a, b)[-1], b))
+        path.follow(work.reach, b, a)
+        path.rapid(path.z, max(path.x, highest(work.contact, a, a) + gap))
+    return path

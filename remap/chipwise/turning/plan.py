@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The whole plan: order in, steps and what stays out.
+
+Called by cli/turn.py.
+
+    plan = make_plan(Order(part, blank, tools, ..))
+    plan.steps          Step, needed or not, in the stored order
+    plan.residue        Residue of the part: where, how much, which lines of the sub
+
+Raises CycleError for whatever cannot be shown to be safe; nothing is planned then.
+"""
+
+import math
+from dataclasses import dataclass
+
+from chipwise.errors import CycleError
+from chipwise.turning.graph import above, clip
+from chipwise.turning.state import ORDER, State
+from chipwise.turning.steps import STEPS
+
+MISSING_MM = 0.01       # the blank may be smaller than the part by so much
+RESIDUE_MM = 0.003      # thinner residue is not listed
+
+
+@dataclass(frozen=True)
+class Residue:
+    """Stock that no step has taken: range, area mm2, largest thickness mm, side, lines of the sub."""
+
+    z0: float
+    z1: float
+    area: float
+    height: float
+    inside: bool
+    lines: tuple
+
+
+@dataclass(frozen=True)
+class Plan:
+    """order; steps; residue: (Residue, ..); stock: {inside: graph} at the end; safe: (z, x) mm where tools are changed."""
+
+    order: object
+    steps: tuple
+    residue: tuple
+    stock: dict
+    safe: tuple
+
+
+def make_plan(order):
+    """Plan of an Order.  Raises CycleError."""
+    for name in order.order:
+        if name not in STEPS:
+            raise CycleError(f"{name} is not a step", "use " + ", ".join(ORDER))
+    _check(order)
+    state = State(order)
+    steps = []
+    for number, name in enumerate(order.order, 1):
+        try:
+            steps.append(STEPS[name](state, name))
+        except CycleError as error:
+            raise CycleError(f"step {number}, {name}: {error.problem}", error.remedy, **error.values) from error
+    return Plan(order, tuple(steps), tuple(_residue(state)), state.stock, (state.safe_z, state.safe_x))
+
+
+def _check(order):
+    """Refuse a blank that is smaller than the part, and a part inside of a barrier."""
+    part, blank = order.part, order.blank
+    if blank.z0 > part.z0 + MISSING_MM or blank.z1 < part.z1 - MISSING_MM:
+        raise CycleError("the blank ends at Z{a} and Z{b}, the part at Z{c} and Z{d}", "the blank has to hold the part",
+                         a=blank.z0, b=blank.z1, c=part.z0, d=part.z1)
+    for name, wanted, given in (("outside", part.outside, blank.outside), ("inside", part.bore, blank.bore)):
+        missing = above(wanted, given, MISSING_MM) if wanted and given else []
+        if missing:
+            z0, z1, _, height = missing[0]
+            raise CycleError(f"the blank is smaller than the part {name} by {{h}} from Z{{a}} to Z{{b}}", "correct the blank or the part",
+                             h=height, a=z0, b=z1)
+    for z0, z1, x0, x1 in order.barriers:
+        inside = [p for p in clip(part.outside, z0, z1) if p.z1 > z0 and p.z0 < z1]
+        if inside and x1 > 0:
+            raise CycleError("the part goes into a barrier, from Z{a} to Z{b}", "clamp it farther back, or correct G22", a=max(z0, part.z0),
+                             b=min(z1, part.z1))
+
+
+def _residue(state):
+    """Residues outside and inside, from the right."""
+    for inside, wanted in ((False, state.order.part.outside), (True, state.order.part.bore)):
+        stock = clip(state.stock[inside], state.order.part.z0, math.inf)
+        for z0, z1, area, height in reversed(above(stock, wanted)):
+            if height > RESIDUE_MM:
+                lines = sorted({p.line for p in clip(wanted, z0, z1) if p.line})
+                yield Residue(z0, z1, area, height, inside, tuple(lines))
+
+
+def total_length(steps):
+    """Feed length (mm) of steps."""
+    return sum(length for step in steps for kind, length in lengths(step) if kind != "rapid")
+
+
+def lengths(step):
+    """[(kind, mm)] of a step's moves."""
+    z, x = step.start
+    found = []
+    for m in step.moves:
+        chord = math.hypot(m.z - z, m.x - x)
+        if m.kind == "arc":
+            r = math.hypot(z - m.centre[0], x - m.centre[1])
+            chord = 2 * r * math.asin(min(chord / (2 * r), 1.0))
+        found.append((m.kind, chord))
+        z, x = m.z, m.x
+    return found
+

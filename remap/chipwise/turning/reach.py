@@ -1,0 +1,184 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Where a tool may be: the Minkowski sum of part and mirrored tool, exactly, on graphs.
+
+Called by plan.py and passes.py.  A tool is a disc (the nose), the cone above it between front and back edge, perhaps a flat
+bottom (grooving tools), and a holder box.  Positions are those of the nose's centre (of a grooving tool: of the corner on the
+left).  Then
+
+    positions that touch     dilated(f): max over s of f(s) - t(s - z), t the tool's own lower edge
+    what a path leaves       eroded(p): min over s of p(s) + t(z - s)
+
+A convex tool is the sum of its parts, so the disc, the cone and the flat are added one after the other.
+"""
+
+import math
+
+from chipwise.turning.graph import (
+    Piece, above, clip, closed, envelope, flat, lower, mirrored, moved, negative, slope_at, upper, value)
+
+HOLDER_ROUNDS = 40      # each raises the positions by less; most tools need one
+HOLDER_MM = 0.2         # levels leave what is thinner than 0.05 mm, the holder stays farther away
+SAME_MM = 1e-6          # a rise below this ends the rounds
+
+
+def disc(f, r):
+    """max over s of f(s) + sqrt(r^2 - (z - s)^2): f offset by r.  Ends of pieces are rounded where the graph is not concave."""
+    if r <= 0.0 or not f:
+        return list(f)
+    graphs = []
+    for k, p in enumerate(f):
+        before, after = (f[k - 1] if k else None), (f[k + 1] if k + 1 < len(f) else None)
+        if _needs_disc(before, p, r, at_start=True):
+            graphs.append([_half_circle(p.z0, value(p, p.z0), r, p.line)])
+        offset = _offset(p, r)
+        if offset:
+            graphs.append([offset])
+        if _needs_disc(p, after, r, at_start=False):
+            graphs.append([_half_circle(p.z1, value(p, p.z1), r, p.line)])
+    return envelope(graphs)
+
+
+def _vanishes(p, r):
+    return p.r > 0.0 and p.side < 0 and p.r <= r + 1e-9
+
+
+def _needs_disc(left, right, r, at_start):
+    """Whether the joint of two pieces is rounded by this end: not if the graph turns up there and both pieces have offsets."""
+    if left is None or right is None or left.z1 != right.z0:
+        return True
+    z = right.z0
+    a, b = value(left, z), value(right, z)
+    if abs(a - b) > 1e-9:
+        return (b > a) if at_start else (a > b)
+    if _vanishes(left, r) or _vanishes(right, r):
+        return not at_start
+    return not at_start and slope_at(right, z) - slope_at(left, z) < 1e-6
+
+
+def _half_circle(z, x, r, line):
+    return Piece(z - r, z + r, z, x, 0.0, r, 1, line)
+
+
+def _offset(p, r):
+    if p.r == 0.0:
+        length = math.hypot(1.0, p.slope)
+        dz, dx = -p.slope * r / length, r / length
+        return p._replace(z0=p.z0 + dz, z1=p.z1 + dz, zr=p.zr + dz, xr=p.xr + dx)
+    radius = p.r + p.side * r
+    if _vanishes(p, r):
+        return None
+    scale = radius / p.r
+    return p._replace(z0=p.zr + (p.z0 - p.zr) * scale, z1=p.zr + (p.z1 - p.zr) * scale, r=radius)
+
+
+def falling_left(f, slope, z_low):
+    """max over u >= 0 of f(z + u) - slope u, down to z_low: rays from f to the left, falling by `slope` mm per mm."""
+    if math.isinf(slope) or not f:
+        return list(f)
+    ray, z = -math.inf, f[-1].z1          # ray: the largest of f(s) - slope s so far
+    parts = []
+    for p in reversed(f):
+        if p.z1 < z and not math.isinf(ray):
+            parts.append([Piece(p.z1, z, 0.0, ray, slope)])
+        cuts = [p.z1, *[c for c in [_tangent(p, slope)] if c is not None and p.z0 < c < p.z1], p.z0]
+        for b, a in zip(cuts, cuts[1:]):
+            ray = max(ray, value(p, b) - slope * b)
+            if b > a:
+                parts.append(upper([Piece(a, b, *p[2:])], [Piece(a, b, 0.0, ray, slope, line=p.line)]))
+            ray = max(ray, value(p, a) - slope * a)
+        z = p.z0
+    if z > z_low:
+        parts.append([Piece(z_low, z, 0.0, ray, slope)])
+    return closed([p for part in reversed(parts) for p in part])
+
+
+def _tangent(p, slope):
+    """z where an upper arc has this slope: there its distance above a ray is largest."""
+    return p.zr - p.r * slope / math.hypot(1.0, slope) if p.r and p.side > 0 else None
+
+
+def cone(f, left, right, domain):
+    """f with rays: falling by `left` mm per mm to its left, by `right` to its right, within domain (z0, z1)."""
+    f = falling_left(f, left, domain[0])
+    return mirrored(falling_left(mirrored(f), right, -domain[1]))
+
+
+def window(f, u0, u1):
+    """max over u0 <= u <= u1 of f(z + u)."""
+    if u1 <= u0:
+        return moved(f, -u0, 0.0)
+    graphs = []
+    for p in f:
+        graphs += [[p._replace(z0=p.z0 - u1, z1=p.z1 - u1, zr=p.zr - u1)], [p._replace(z0=p.z0 - u0, z1=p.z1 - u0, zr=p.zr - u0)]]
+        peaks = {(p.z0, value(p, p.z0)), (p.z1, value(p, p.z1))}
+        if p.r and p.side > 0 and p.z0 < p.zr < p.z1:
+            peaks.add((p.zr, p.xr + p.r))
+        graphs += [[flat(z - u1, z - u0, x, p.line)] for z, x in sorted(peaks)]
+    return envelope(graphs)
+
+
+def dilated(f, tool, more, domain):
+    """Positions at which the tool's insert, its nose larger by `more`, touches the region of f."""
+    # an edge that rises by `right` per mm to the right of the nose meets what is to the right: rays fall to the left
+    f = cone(f, tool.right, tool.left, domain)
+    f = window(f, 0.0, tool.flat) if tool.flat > 0.0 else f
+    return clip(disc(f, tool.nose + more), *domain)
+
+
+def eroded(path, tool, domain):
+    """What a path of positions leaves standing: the lowest edge of the insert over all of the path; gaps: untouched."""
+    f = cone(negative(path), tool.left, tool.right, domain)
+    f = window(f, -tool.flat, 0.0) if tool.flat > 0.0 else f
+    return clip(negative(disc(f, tool.nose)), *domain)
+
+
+def after(stock, path, tool, domain):
+    """Stock after a path: where the path's gaps leave it, unchanged."""
+    if not path or not stock:
+        return list(stock)
+    left = eroded(path, tool, domain)
+    touched = lower(stock, left)
+    gaps, z = [], domain[0]
+    for p in left:
+        if p.z0 > z:
+            gaps.append((z, p.z0))
+        z = max(z, p.z1)
+    gaps.append((z, domain[1]))
+    return envelope([touched, *[clip(stock, *gap) for gap in gaps]])
+
+
+def holder_height(f, tool):
+    """Positions at which the holder touches the region of f."""
+    return moved(window(f, tool.holder_left + SAME_MM, tool.holder_right - SAME_MM), 0.0, -tool.holder_up) if f else []
+
+
+def reachable(part, stock, tool, allowance, floor, domain):
+    """Lowest positions: the insert stays clear of the part by the allowance, the holder of part and stock as they are now.
+
+    floor    no position is lower, mm
+    """
+    insert = upper(dilated(part, tool, allowance, domain), [flat(*domain, floor)])
+    return closed(upper(insert, clip(moved(holder_height(upper(part, stock), tool), 0.0, HOLDER_MM), *domain)))
+
+
+def reachable_in_levels(part, stock, tool, allowance, floor, domain):
+    """As reachable(), for roughing in levels: the holder stays clear of what the tool has left by then.  None if that does not
+    come to an end.
+
+    While level k is cut, the stock is below max(stock at the end, level k - 1) everywhere: levels are cut from the top, each
+    over its whole length, and the erosion of max(reach, c) is below max(erosion of reach, c) because reach is made by the tool
+    itself.  So the holder needs no more than to be above a depth of cut, and clear of the stock at the end, which depends on
+    where the holder lets the tool go: the least fixed point.
+    """
+    contact = dilated(stock, tool, 0.0, domain)
+    result = upper(dilated(part, tool, allowance, domain), [flat(*domain, floor)])
+    result = upper(result, clip(holder_height(part, tool), *domain)) if part else result
+    for _ in range(HOLDER_ROUNDS):
+        left = stock
+        for a, b, _, _ in above(contact, result):
+            left = after(left, clip(result, a, b), tool, domain)
+        grown = upper(result, clip(moved(holder_height(left, tool), 0.0, HOLDER_MM), *domain)) if left else result
+        if not above(grown, result, SAME_MM):
+            return closed(result)
+        result = grown
+    return None

@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Reads part and blank of a request, and its tools, into an Order.  Called by cli/turn.py."""
+
+import os
+
+from chipwise.contour_sub.job import Job
+from chipwise.contour_sub.read import one_contour, read_shape
+from chipwise.errors import CycleError
+from chipwise.turning.profile import blank_of_comment, make_profile
+from chipwise.turning.state import ORDER, Order
+from chipwise.turning.tool import ROLES, make_tool, read_geometry, read_table
+
+
+def read_profile(program, sub, request, ini, unit_mm, close_gap):
+    """Profile of an O-sub.  Raises CycleError."""
+    try:
+        shape = read_shape(Job(program=program, sub=sub, ini=ini, unit=request.unit, machine_unit=unit_mm, lathe=True,
+                               diameter=request.diameter, close_gap=close_gap))
+        return make_profile(shape, one_contour(shape))
+    except CycleError as error:
+        raise CycleError(_lathe_axes(error.problem), _lathe_axes(error.remedy), **error.values) from error
+
+
+def _lathe_axes(text):
+    """A message of the contour kernel, whose first coordinate is Z here, with the axes of a lathe."""
+    return text.replace("X{x} Y{y}", "Z{x} X{y} (radius)").replace("in XY", "in X and Z")
+
+
+def make_order(program, text, request, machine, steps=ORDER):
+    """Order of a request.  machine: Machine.  Raises CycleError."""
+    words = request.words
+    part = read_profile(program, words["Q"], request, machine.ini, machine.unit_mm, machine.close_gap)
+    blank = (read_profile(program, words["P"], request, machine.ini, machine.unit_mm, machine.close_gap) if words["P"]
+             else blank_of_comment(text, request.scale))
+    if blank is None:
+        raise CycleError("there is neither a blank sub P nor a WORKPIECE comment",
+                         "add (WORKPIECE,CYLINDER,AXIS=Z,DIAMETER=30,ZMIN=-60,ZMAX=0.5) to the program", "G26")
+    return Order(part, blank, tools_of(request, machine), request.barriers, words["I"], words["D"], steps)
+
+
+def tools_of(request, machine):
+    """{role: (LatheTool, ..)} of the program's LATHE comment, and for roles that it does not name of the tool geometry file."""
+    table, geometry = read_table(machine.table), read_geometry(machine.geometry)
+    tools = {}
+    for role in ROLES:
+        numbers = request.roles.get(role) or sorted(n for n, keys in geometry.items() if role in keys.get("roles", ()) and n in table)
+        tools[role] = tuple(make_tool(n, table, geometry, machine.unit_mm) for n in numbers)
+    if not any(tools.values()):
+        raise CycleError("no tool has a role", "add (LATHE,ROUGH=1,FINISH=2) to the program, or roles to the tool geometry file")
+    return tools
+
+
+class Machine:
+    """What the plan needs of an INI file: ini, table and geometry (paths), unit_mm, close_gap and rapid speed (mm/s)."""
+
+    def __init__(self, ini, settings, path):
+        folder = os.path.dirname(os.path.abspath(path))
+        table = ini.text("EMCIO", "TOOL_TABLE")
+        if not table:
+            raise CycleError("the INI file has no [EMCIO]TOOL_TABLE", "name the machine's INI file with --ini")
+        self.ini, self.table = path, os.path.join(folder, os.path.expanduser(table))
+        self.unit_mm = 1.0 / ini.units_per_mm()
+        self.geometry, self.close_gap = settings.path("TOOL_GEOMETRY"), settings["CLOSE_GAP"]
+        self.rapid_mm_s = (ini.number("TRAJ", "MAX_LINEAR_VELOCITY", 50.0) or 50.0) * self.unit_mm

@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""What a program asks for: its G26 line, the modes before it, barriers, tools, blank.  Text only: nothing is run.
+
+Called by cli/turn.py.  Only numbers are understood on the lines that it reads; an expression is refused.
+"""
+
+import math
+import re
+from dataclasses import dataclass, field
+
+from chipwise.errors import MM_PER_INCH, CycleError
+from chipwise.turning.tool import ROLES
+
+FAR_MM = 1e4            # a barrier without K ends here, to the left
+_WORD = re.compile(r"([A-Z])\s*([-+]?(?:\d+\.?\d*|\.\d+))")
+_LATHE = re.compile(r"\(\s*LATHE\s*,([^)]*)\)", re.IGNORECASE)
+_KNOWN = {"G": None, "Q": 0, "P": 0, "I": 1, "D": 1, "E": 0, "F": 0, "H": 0, "L": 0, "N": 0}
+
+
+@dataclass
+class Request:
+    """line of G26; unit "mm" or "in"; diameter: G7; per_rev: G95; spindle: words of the program (G96 D S M3); barriers mm
+    ((z0, z1, x0, x1), ..), x as radii; roles {role: (tool numbers)}; words of G26, lengths in mm."""
+
+    line: int = 0
+    unit: str = "mm"
+    diameter: bool = False
+    per_rev: bool = False
+    css: bool = False
+    cap: float = 0.0
+    speed: float = 0.0
+    direction: int = 0
+    barriers: tuple = ()
+    roles: dict = field(default_factory=dict)
+    words: dict = field(default_factory=dict)
+
+    @property
+    def scale(self):
+        """mm of a program unit."""
+        return MM_PER_INCH if self.unit == "in" else 1.0
+
+
+def read_request(text):
+    """Request of a program's text.  Raises CycleError naming the line."""
+    request, inside = Request(), None
+    for match in _LATHE.finditer(text):
+        request.roles.update(_roles(match.group(1)))
+    for number, raw in enumerate(text.splitlines(), 1):
+        line = re.sub(r"\([^)]*\)?|;.*", "", raw).upper()
+        compact = line.replace(" ", "")
+        o_word = re.match(r"(?:N\d+)?O(\d+|<[^>]*>)(SUB|ENDSUB)", compact)
+        if o_word:
+            inside = o_word.group(1) if o_word.group(2) == "SUB" else None
+            continue
+        if inside is not None:
+            continue
+        codes = {float(v) for letter, v in _WORD.findall(line) if letter == "G"}
+        if codes & {22.0, 26.0} and re.search(r"[#\[]", line):
+            raise CycleError("the line holds an expression, which is read only when the program runs (line {line})", "write numbers", line=str(number))
+        words = {letter: float(v) for letter, v in _WORD.findall(line) if letter not in "GM"}
+        _modes(request, codes, words, {int(float(v)) for letter, v in _WORD.findall(line) if letter == "M"})
+        if 22.0 in codes:
+            request.barriers += (_barrier(request, words, number),)
+        elif 23.0 in codes:
+            request.barriers = ()
+        elif 26.0 in codes:
+            return _call(request, words, number)
+    raise CycleError("the program has no G26", "add a line like G26 Q100 I0.3 D1 E0.08 F0.2, with Q the sub of the part")
+
+
+def _roles(text):
+    """{role: (number,)} of the inside of a LATHE comment."""
+    found = {}
+    for part in filter(None, (p.strip() for p in text.split(","))):
+        key, _, number = (w.strip() for w in part.partition("="))
+        if key.lower() not in ROLES or not re.fullmatch(r"\d{1,9}", number):
+            raise CycleError("LATHE comment: {part} is not a role and a tool number", "use (LATHE,ROUGH=1,FINISH=2); roles are "
+                             + ", ".join(r.upper() for r in ROLES), part=part)
+        found[key.lower()] = (*found.get(key.lower(), ()), int(number))
+    return found
+
+
+def _modes(request, codes, words, stops):
+    """Modes that a line sets."""
+    for code, name, value in ((20, "unit", "in"), (21, "unit", "mm"), (7, "diameter", True), (8, "diameter", False), (94, "per_rev", False),
+                              (95, "per_rev", True), (97, "css", False), (96, "css", True)):
+        if code in codes:
+            setattr(request, name, value)
+    if 96 in codes:
+        request.cap = words.get("D", 0.0)
+    if "S" in words:
+        request.speed = words["S"]
+    request.direction = 3 if 3 in stops else 4 if 4 in stops else 0 if 5 in stops else request.direction
+
+
+def _barrier(request, words, number):
+    """(z0, z1, x0, x1) mm of a G22 line."""
+    if "X" not in words or "Z" not in words:
+        raise CycleError("G22 lacks X or Z (line {line})", "give a corner of the box by X Z, the other one by I K", line=str(number))
+    half = request.scale * (0.5 if request.diameter else 1.0)
+    z = sorted((words["Z"] * request.scale, words["K"] * request.scale if "K" in words else -FAR_MM))
+    x = sorted((abs(words["X"]) * half, abs(words.get("I", 0.0)) * half))
+    return (*z, *x)
+
+
+def _call(request, words, number):
+    """The Request with the words of G26, checked."""
+    def wrong(fact, remedy):
+        raise CycleError(f"{fact} (line {number})", remedy, "G26")
+
+    for letter in words:
+        if letter not in _KNOWN and letter not in "SMT":
+            wrong(f"{letter} is not a word of G26", "use Q P I D E F H")
+    if "Q" not in words:
+        wrong("there is no Q", "give the number of the part's O-sub")
+    for letter in "QP":
+        if letter in words and not (words[letter] > 0 and words[letter] == int(words[letter])):
+            wrong(f"{letter}{words[letter]:g} is not the number of an O-sub", "use a whole number above 0")
+    i, d = words.get("I", 0.0) * request.scale, words.get("D", 1.0 / (1 if request.unit == "mm" else 25.4)) * request.scale
+    if not 0.0 <= i <= 20.0:
+        wrong(f"the allowance I{words['I']:g} is not from 0 to 20 mm", "give the material that is left for finishing")
+    if not 0.01 <= d <= 50.0:
+        wrong(f"the depth of cut D{words['D']:g} is not from 0.01 to 50 mm", "give the depth on one side")
+    feed = words.get("F", 0.0)
+    if not feed > 0.0:
+        wrong("there is no feed F above 0", "give the feed of roughing")
+    fine = words.get("E", feed / 2)
+    if not 0.0 < fine < math.inf:
+        wrong(f"the finish feed E{fine:g} is not above 0", "give E above 0")
+    if request.css and not request.cap > 0.0:
+        wrong("G96 has no D: near the axis the speed has no limit", "give the largest speed, 1/min, as G96 D2500 S180")
+    if request.per_rev and not request.speed > 0.0:
+        wrong("G95 is on and there is no speed S above 0", "give S before G26")
+    request.line = number
+    request.words = {"Q": int(words["Q"]), "P": int(words.get("P", 0)), "I": i, "D": d, "F": feed * request.scale, "E": fine * request.scale,
+                     "H": int(words.get("H", 0))}
+    return request

@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Part, stock and barriers on both sides while the steps go on; what a step is.  Called by steps.py and plan.py."""
+
+import math
+from dataclasses import dataclass, field, replace
+
+from chipwise.errors import CycleError
+from chipwise.turning import passes, reach
+from chipwise.turning.graph import above, clip, flat, highest, mirrored, upper, value
+from chipwise.turning.passes import Move, Work
+
+CLEARANCE_MM = 0.5
+OVERRUN_MM = 1.0        # of a tool and of a drill's full diameter behind a bore through the part
+FAR_MM = 5.0            # from the largest blank to where steps begin and end
+
+ORDER = ("face", "drill", "rough outside", "rough inside", "rest outside", "rest inside", "finish outside", "finish inside",
+         "groove", "part off")
+
+
+@dataclass(frozen=True)
+class Order:
+    """What is to be made.  part, blank: Profile; tools: {role: (LatheTool, ..)}; barriers: ((z0, z1, x0, x1), ..);
+    allowance, depth: mm; order: names of the steps."""
+
+    part: object
+    blank: object
+    tools: dict
+    barriers: tuple = ()
+    allowance: float = 0.0
+    depth: float = 1.0
+    order: tuple = ORDER
+
+
+@dataclass
+class Step:
+    """One step of the plan.  needed: bool; why: text; z0, z1: range; moves in the tool's own frame; removed: mm2."""
+
+    name: str
+    needed: bool
+    why: str
+    tool: object = None
+    direction: str = ""
+    z0: float = 0.0
+    z1: float = 0.0
+    moves: list = field(default_factory=list)
+    start: tuple = (0.0, 0.0)
+    removed: float = 0.0
+
+
+class State:
+    """Stock outside and in the bore (mirrored) as the steps go on."""
+
+    def __init__(self, order):
+        self.order, part, blank = order, order.part, order.blank
+        holders = [t for tools in order.tools.values() for t in tools]
+        more = 50.0 + max([abs(v) for t in holders for v in (t.holder_left, t.holder_right)] + [4 * t.nose + t.flat for t in holders], default=0.0)
+        self.domain = (min(part.z0, blank.z0) - more, max(part.z1, blank.z1) + more)
+        radius = max(highest(blank.outside, *self.domain), highest(part.outside, *self.domain), *(b[3] for b in order.barriers), 0.0)
+        self.safe_x = radius + FAR_MM
+        self.safe_z = max(part.z1, blank.z1) + FAR_MM
+        self.stock = {False: blank.outside, True: blank.bore or [flat(blank.z0, blank.z1, 0.0)]}
+        self.through = bool(part.bore) and part.bore[0].z0 < part.z0 + passes.ROUNDING_MM
+        self.part = {False: upper(part.outside, [flat(self.domain[0], part.z0, radius + 1.0)]), True: self._bore(part.bore)}
+        self.barrier = {False: _boxes(order.barriers, 3, 1), True: _boxes(order.barriers, 2, -1)}
+
+    def _bore(self, bore):
+        """The bore with its end: solid, a little behind it if it goes through the part."""
+        if not bore:
+            return []
+        end = bore[0].z0 - (OVERRUN_MM if self.through else 0.0)
+        more = [flat(end, bore[0].z0, value(bore[0], bore[0].z0))] if self.through else []
+        return [flat(self.domain[0], end, 0.0), *more, *bore]
+
+    def work(self, tool, allowance, levels=False, keep=(), standing=None):
+        """(Work, view, tool, domain) of a tool on its side; view: mirror of Z for a tool that cuts towards +Z.
+
+        levels: the tool works in levels, else through all at once; keep: stock
+        that the step does not touch; standing: all that the holder has to be clear of, None for the whole stock."""
+        side = tool.inside
+        view = mirrored if tool.towards > 0 else list
+        if tool.towards > 0:
+            tool = replace(tool, left=tool.right, right=tool.left, holder_left=-tool.holder_right, holder_right=-tool.holder_left)
+        domain = self.domain if tool.towards < 0 else (-self.domain[1], -self.domain[0])
+        part, stock, barrier = view(self.part[side]), view(self.stock[side]), view(self.barrier[side])
+        contact = reach.dilated(stock, tool, 0.0, domain)
+        floor = self._floor(side)
+        find = reach.reachable_in_levels if levels else reach.reachable
+        kept = upper(upper(part, barrier), view(keep))
+        lowest = find(kept, stock if standing is None else view(standing), tool, allowance, floor, domain)
+        if lowest is None:
+            raise CycleError("the holder finds no place beside the work", "correct the holder in the tool geometry file")
+        block = upper(clip(reach.holder_height(stock, tool), *domain), reach.dilated(barrier, tool, 0.0, domain))
+        block = upper(block, clip(reach.holder_height(barrier, tool), *domain)) if barrier else block
+        start_z = self.safe_z if tool.towards < 0 else -self.safe_z
+        start = (start_z + tool.nose, self.safe_x + tool.nose if not side else floor)
+        return Work(lowest, contact, block, start, math.inf, CLEARANCE_MM), view, tool, domain
+
+    def _floor(self, inside):
+        """The lowest position of a nose: at the axis or the hole in front of the face; inside, below all of the bore."""
+        if inside:
+            return min(min(value(p, p.z0), value(p, p.z1)) - (p.r if p.r else 0.0) for p in self.part[True])
+        face = self.order.part.z1
+        return max(-highest(self.stock[True], face - CLEARANCE_MM, math.inf) - CLEARANCE_MM, 0.0) if self.stock[True] else 0.0
+
+    def cut(self, step, path, tool, view, domain):
+        """Take a path's cuts from the stock, and its moves into the step."""
+        side = tool.inside
+        before = self.stock[side]
+        left = view(before)
+        for part in path.cut:
+            left = reach.after(left, part, tool, domain)
+        path.home(path.work.contact if path.cut else [])
+        self.stock[side] = view(left)
+        step.removed = sum(a[2] for a in above(before, self.stock[side])) + _gone(before, self.stock[side])
+        flip = -1.0 if view is mirrored else 1.0
+        step.moves = [Move(m.kind, flip * m.z, m.x, (flip * m.centre[0], m.centre[1]) if m.centre else (), m.ccw if flip > 0 else not m.ccw)
+                      for m in path.moves]
+        step.start = (flip * path.work.start[0], path.work.start[1])
+        cut = [flip * z for part in path.cut for z in (part[0].z0, part[-1].z1)]
+        step.z0, step.z1 = min(cut), max(cut)
+        step.needed = True
+
+
+def _boxes(barriers, column, sign):
+    """Barriers as a graph: filled from their side of the work to the axis and beyond."""
+    graph = []
+    for box in barriers:
+        graph = upper(graph, [flat(box[0], box[1], sign * box[column])])
+    return graph
+
+
+def _gone(before, after):
+    """Area (mm2) above the axis of what has no stock left at all."""
+    kept, total, z = sorted((p.z0, p.z1) for p in after), 0.0, -math.inf
+    for z0, z1 in [*kept, (math.inf, math.inf)]:
+        total += sum((p.z1 - p.z0) * max(value(p, 0.5 * (p.z0 + p.z1)), 0.0) for p in clip(before, z, z0))
+        z = z1
+    return total

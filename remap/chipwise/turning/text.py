@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""A plan as the operator reads it, and as data.  Called by cli/turn.py."""
+
+from chipwise.turning.nc import seconds
+from chipwise.turning.plan import total_length
+
+
+def report(plan, request, rapid_mm_s):
+    """Lines of text; lengths in program units, X as the program gives it."""
+    scale, unit = 1.0 / request.scale, request.unit
+    for number, step in enumerate(plan.steps, 1):
+        if not step.needed:
+            yield f"{number:2} {step.name:15} not needed: {step.why}"
+            continue
+        yield f"{number:2} {step.name:15} T{step.tool.number}  {step.why}"
+        yield (f"{'':18} {step.direction}, Z{step.z1 * scale:.3f} to Z{step.z0 * scale:.3f}; feed {total_length([step]) * scale:.1f} {unit}, "
+               f"{seconds(step, request, rapid_mm_s):.1f} s, removes {step.removed * scale ** 2:.4g} {unit}2")
+    needed = [s for s in plan.steps if s.needed]
+    if not needed:
+        yield "nothing to do: the blank is the part"
+    yield (f"{len(needed)} of {len(plan.steps)} steps, feed {total_length(needed) * scale:.1f} {unit}, "
+           f"{sum(seconds(s, request, rapid_mm_s) for s in needed):.1f} s")
+    yield f"residue: {len(plan.residue)}" + (f", {sum(r.area for r in plan.residue) * scale ** 2:.4f} {unit}2" if plan.residue else "")
+    for r in plan.residue:
+        lines = ("line " if len(r.lines) == 1 else "lines ") + ", ".join(map(str, r.lines)) if r.lines else "no line"
+        yield (f"   {'inside' if r.inside else 'outside'} Z{r.z1 * scale:.3f} to Z{r.z0 * scale:.3f}  {r.area * scale ** 2:.4f} {unit}2  "
+               f"{r.height * scale:.3f} {unit} at most  {lines}")
+
+
+def data(plan, request, rapid_mm_s):
+    """Plan for --json: lengths mm, areas mm2, times s."""
+    return {
+        "steps": [{"number": n, "name": s.name, "needed": s.needed, "why": s.why, "tool": s.tool.number if s.needed else None,
+                   "direction": s.direction, "z": [s.z0, s.z1] if s.needed else None, "feed_length_mm": total_length([s]),
+                   "time_s": seconds(s, request, rapid_mm_s) if s.needed else 0.0, "removed_mm2": s.removed} for n, s in enumerate(plan.steps, 1)],
+        "residue": [{"z": [r.z0, r.z1], "area_mm2": r.area, "height_mm": r.height, "side": "inside" if r.inside else "outside",
+                     "lines": list(r.lines)} for r in plan.residue]}

@@ -1,0 +1,192 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""What plain G-code of a lathe does to a bar: heights over a grid of Z, maximum filters, nothing of the product.
+
+The program is read as text: T, G0 G1 G2 G3 with X (radius), Z, I, K.  A tool is given by the numbers of its table line and its
+holder.  Every position is judged: the insert (nose, both edges without end) and the holder's box against the part, and on rapids
+against the stock; the holder against the stock on feeds, too.  Feeds take stock away.
+"""
+import math
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+CELL = 0.02
+STEP = 0.05
+CENTRE = {1: (1, -1), 2: (1, 1), 3: (-1, 1), 4: (-1, -1), 5: (0, -1), 6: (1, 0), 7: (0, 1), 8: (-1, 0), 9: (0, 0)}
+
+
+@dataclass
+class Insert:
+    """D, I, J, Q of the table, holder box and flat width (corner to corner); point angle of a drill."""
+
+    d: float
+    i: float
+    j: float
+    q: int
+    holder: tuple = (0.0, 0.0, 1e9)
+    flat: float = 0.0
+    point: float = 0.0
+    relief: float = 0.0
+
+    @property
+    def inside(self):
+        return self.q in (3, 4, 8) or bool(self.point)
+
+    def lower_edge(self, u):
+        """Height of the insert's lower edge at u (array) from the nose's centre, in the frame of its side; inf beside it."""
+        if self.point:
+            return np.where(np.abs(u) < 1e-9, 0.0, np.inf)
+        r = self.d / 2
+        low, high = sorted((a % 360) if not self.inside else (-a % 360) for a in (self.i, self.j))
+        t = np.full(len(u), np.inf)
+        for corner in (0.0, self.flat):
+            v = u - corner
+            t = np.where(np.abs(v) < r - 1e-9, np.minimum(t, -np.sqrt(np.maximum(r * r - v * v, 0))), t)
+        t = np.where((u >= 0) & (u <= self.flat), -r, t)
+        for angle, v in ((low, u - self.flat), (180 - high, -u)):
+            if angle < 90:
+                a = math.radians(angle - self.relief)
+                edge = -r * math.cos(a) + (v - r * math.sin(a)) * math.tan(a)
+                t = np.where(v >= r * math.sin(a), np.minimum(t, edge), t)
+        return t
+
+
+def heights(points, z):
+    """Largest x of a chain at every z, walls included; -inf outside."""
+    pz, px = (np.array(v) for v in zip(*points[::-1]))      # from the left, so that walls keep their order
+    order = np.argsort(pz, kind="stable")
+    found = np.interp(z, pz[order], px[order], left=-np.inf, right=-np.inf)
+    for a, x in zip(pz, px):                        # both ends of walls
+        k = int(round((a - z[0]) / CELL))
+        if 0 <= k < len(z) and abs(z[k] - a) < 1e-9:
+            found[k] = max(found[k], x)
+    return found
+
+
+def moves(text, unit):
+    """Yield (tool, kind, [(z, x)] points with about STEP between) of a program."""
+    tool, z, x = 0, None, None
+    for line in text.splitlines():
+        line = re.sub(r"\([^)]*\)", "", line)
+        if line.startswith("T"):
+            tool = int(re.match(r"T(\d+)", line).group(1))
+        words = dict(re.findall(r"([GXZIK])(-?[\d.]+)", line)) if re.match(r"G[0123] ", line) else {}
+        if not words or not ("X" in words or "Z" in words):
+            continue
+        z2, x2 = (float(words[k]) * unit if k in words else was for k, was in (("Z", z), ("X", x)))
+        if z is not None and x is not None:
+            if words["G"] in "01":
+                n = max(int(math.hypot(z2 - z, x2 - x) / STEP), 1)
+                points = [(z + (z2 - z) * k / n, x + (x2 - x) * k / n) for k in range(n + 1)]
+            else:
+                cz, cx = z + float(words["K"]) * unit, x + float(words["I"]) * unit
+                a, b = math.atan2(x - cx, z - cz), math.atan2(x2 - cx, z2 - cz)
+                if (z, x) == (z2, x2):
+                    b = a
+                r = math.hypot(x - cx, z - cz)
+                assert abs(r - math.hypot(x2 - cx, z2 - cz)) < 2e-4, line
+                turn = (b - a) % (2 * math.pi) if words["G"] == "3" else -((a - b) % (2 * math.pi))
+                turn = turn or (2 * math.pi if words["G"] == "3" else -2 * math.pi)         # equal ends are a full circle
+                n = max(int(abs(turn) * r / STEP), int(abs(turn) / 0.1), 1)
+                points = [(cz + r * math.cos(a + turn * k / n), cx + r * math.sin(a + turn * k / n)) for k in range(n + 1)]
+            yield tool, "rapid" if words["G"] == "0" else "feed", points
+        z, x = z2, x2
+
+
+def judge(text, unit, case, tools):
+    """{gouge, rapid, holder, air, feed} of a program: largest depths in mm (at most 0 is clean), feed lengths in mm.
+
+    case: outside, bore, blank as in turning_random.Case; tools: {number: Insert}."""
+    low, high = case.blank[1] - 60.0, case.blank[2] + 70.0
+    z = low + CELL * np.arange(int((high - low) / CELL) + 1)
+    end = case.outside[-1][0]
+    outside = heights(case.outside, z)
+    stock = np.where((z >= case.blank[1]) & (z <= case.blank[2]), case.blank[0], -np.inf)
+    outside[z < end - 1e-9] = stock[z < end - 1e-9]
+    if case.barrier:
+        radius, right = case.barrier
+        outside[z <= right] = np.maximum(outside[z <= right], radius)
+    bar = {False: [outside, stock], True: [heights([(a, -b) for a, b in case.bore], z) if case.bore else np.full(len(z), -np.inf),
+                                            np.where(np.isfinite(stock), 0.0, -np.inf)]}
+    found = {"gouge": -np.inf, "rapid": -np.inf, "holder": -np.inf, "feed": 0.0, "air": 0.0, "where": {}}
+    for number, kind, points in moves(text, unit):
+        _follow(found, bar[tools[number].inside], z, tools[number], kind, points)
+        bar[False][1][bar[False][1] <= 0.0] = -np.inf           # cut to the axis and beyond
+        bar[True][1][bar[False][1] <= np.maximum(-bar[True][1], 1e-6)] = -np.inf       # faced down to the hole: nothing is left inside
+    return found, bar, z
+
+
+def _note(found, name, depth, where):
+    if depth > found[name]:
+        found[name] = depth
+        found["where"][name] = where
+
+
+def _follow(found, sides, z, tool, kind, points):
+    """One move: judge every position, take stock away."""
+    part, stock = sides
+    dx, dz = CENTRE[tool.q]
+    r = 0.0 if tool.point else tool.d / 2
+    step = math.dist(points[0], points[1])
+    for k, (pz, px) in enumerate(points):
+        cz, cx = pz + dz * r, px + dx * r
+        if tool.inside:
+            cx = -cx
+        whole = k % 8 == 0 or k == len(points) - 1 or bool(tool.point)      # far from the nose the edges are straight
+        first, last = (0, len(z)) if whole else (int((v - z[0]) / CELL) + 1 for v in (cz - r - 0.3, cz + tool.flat + r + 1.0))
+        _judge_position(found, part, stock, z, tool, kind, (cz, cx), slice(first, last), whole, (round(pz, 4), round(px, 4), kind), step)
+
+
+def _judge_position(found, part, stock, z, tool, kind, centre, near, whole, where, step):
+    """One position: cells `near` for the insert, all of the holder's if `whole`."""
+    cz, cx = centre
+    u = z[near] - cz
+    if tool.point:
+        edge = np.where(u >= 0, np.maximum(-u * math.tan(math.radians(tool.point) / 2), -tool.d / 2), np.inf)
+    else:
+        edge = tool.lower_edge(u)
+    _note(found, "gouge", float(np.max(part[near] - (cx + edge))), where)
+    if whole:
+        box = slice(*np.searchsorted(z, (cz + tool.holder[0], cz + tool.holder[1] + 1e-9)))
+        if box.stop > box.start:
+            _note(found, "gouge", float(np.max(part[box])) - cx - tool.holder[2], where)
+            _note(found, "holder", float(np.max(stock[box])) - cx - tool.holder[2], where)
+    if kind == "rapid":
+        _note(found, "rapid", float(np.max(stock[near] - (cx + edge))), where)
+        return
+    cut = stock[near] > cx + edge + 1e-4
+    found["feed"] += step
+    found["air"] += 0.0 if cut.any() else step
+    stock[near] = np.minimum(stock[near], cx + edge)
+
+
+def inaccessible_area(case, tools, cell=0.005):
+    """Area (mm2) between the outside of a part and the lowest that all the outside tools leave together, by filters on a grid."""
+    end, face, radius = case.outside[-1][0], case.outside[0][0], case.blank[0]
+    z = end - 1.0 + cell * (np.arange(int((face - end + 60.0) / cell)) + 0.5)
+    points = case.outside[::-1]
+    part = np.interp(z, [p[0] for p in points], [p[1] for p in points], right=-np.inf)
+    part[z < end] = max(radius, part.max()) + 5.0
+    if case.barrier:
+        part[z <= case.barrier[1]] = np.maximum(part[z <= case.barrier[1]], case.barrier[0])
+    left = np.full(len(z), radius)
+    for tool in tools:
+        n = int((tool.d / 2 + 0.01) / cell)
+        u = cell * np.arange(-n, len(z))
+        edge = tool.lower_edge(u)
+        contact = np.full(len(z), -np.inf)
+        for k, t in zip(range(-n, len(z)), edge):                      # position i touches part[i + k] at height part - t
+            if np.isfinite(t) and t < 40.0:
+                a, b = max(0, -k), min(len(z), len(z) - k)
+                contact[a:b] = np.maximum(contact[a:b], part[a + k:b + k] - t)
+        box = slice(int(round(tool.holder[0] / cell)), int(round(tool.holder[1] / cell)))
+        windows = np.lib.stride_tricks.sliding_window_view(np.pad(part, (0, box.stop), constant_values=-np.inf), box.stop - box.start)
+        contact = np.maximum(contact, windows[:len(z)].max(axis=1) - tool.holder[2])
+        contact = np.maximum(contact, 0.0)
+        for k, t in zip(range(-n, len(z)), edge):
+            if np.isfinite(t) and t < 40.0:
+                a, b = max(0, -k), min(len(z), len(z) - k)
+                left[a + k:b + k] = np.minimum(left[a + k:b + k], contact[a:b] + t)
+    inside = (z > end) & (z < face)
+    return float(np.sum(np.maximum(left - part, 0.0)[inside]) * cell)

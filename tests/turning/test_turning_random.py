@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Random parts, planned and written as G-code, judged by an oracle written apart (support/turning_oracle.py)."""
+import random
+import re
+import time
+
+import pytest
+
+from support.random_cases import random_count, random_seed, write_replay
+from support.turning_oracle import judge, inaccessible_area
+from support.turning_random import random_case
+from support.turning_rig import planned, with_margins
+
+@pytest.mark.parametrize("k", range(random_count(12)))
+def test_random_parts_are_turned_without_gouge_or_collision(k, tmp_path):
+    seed = random_seed() * 100_003 + k
+    case = random_case(random.Random(seed))
+    replay = write_replay(f"turning_{seed}", {"seed": seed, "text": case.text})
+    began = time.process_time()
+    plan, request, machine, text = planned(case, tmp_path)
+    spent = time.process_time() - began
+    found, _, _ = judge(text, request.scale, case, machine.tools)
+    said = f"seed {seed}, {replay}: {found}"
+    assert found["gouge"] <= 0.001, said
+    assert found["rapid"] <= 0.002, said
+    assert found["holder"] <= 0.001, said
+    assert spent < 2.0, said
+    replay.unlink()
+    assert plan.steps
+
+
+
+FAULTS = [("gouge", 123, (-0.02, 0.0)), ("gouge", 123, (0.0, -0.05)), ("rapid", 0, (0.0, -1.5))]
+
+
+@pytest.mark.parametrize("name, code, shift", FAULTS)
+def test_the_oracle_sees_a_wrong_path(name, code, shift, tmp_path):
+    """Feeds moved into the part, rapids moved into the stock."""
+    case = random_case(random.Random(3), "D55", 0.0)
+    _, request, machine, text = planned(case, tmp_path)
+
+    def moved(match):
+        return f"G{match.group(1)} X{float(match.group(2)) + shift[1] / request.scale:.6f} Z{float(match.group(3)) + shift[0] / request.scale:.6f}"
+
+    wrong = re.sub(rf"^G([{code}]) X(-?[\d.]+) Z(-?[\d.]+)", moved, text, flags=re.M)
+    assert judge(text, request.scale, case, machine.tools)[0][name] <= 0.002
+    assert judge(wrong, request.scale, case, machine.tools)[0][name] > 0.01
+
+
+@pytest.mark.parametrize("k", range(min(random_count(2), 20)))
+def test_what_stays_is_what_no_tool_reaches(k, tmp_path):
+    """The area of residue against closing by maximum and minimum filters on a fine grid."""
+    seed = random_seed() * 1_003 + k
+    case = random_case(random.Random(seed), allowance=0.0)
+    plan, _, machine, _ = planned(case, tmp_path)
+    area = sum(r.area for r in plan.residue if not r.inside)
+    exact = inaccessible_area(case, [with_margins(machine.tools[n]) for n in (1, 2)])
+    walls = sum(abs(x1 - x0) for (z0, x0), (z1, x1) in zip(case.outside, case.outside[1:]) if abs(z1 - z0) < 1e-9)
+    within = 0.01 + 0.5 * 0.005 * (walls + 5.0)         # a wall is anywhere within a cell of the oracle's grid
+    assert area == pytest.approx(exact, abs=within), f"seed {seed}: {case.text}"
