@@ -84,7 +84,7 @@ def test_shipped_tools(root):
     ("[tool.3]\nflutes = 2.5", "t.toml: tool 3: flutes = 2.5 is not a whole number from 1 to 100; correct the file"),
     ("[tool.3]\ntip_angle = '90'", "t.toml: tool 3: tip_angle = '90' is not an angle of 0.1 degrees or more, below 180"),
     ("[tool.three]\nflutes = 2", "t.toml: tool three: is not a tool number; use [tool.N], N a whole number"),
-    ("[tools.3]\nflutes = 2", "t.toml: [tools] is unknown; use [tool.N], N the tool number"),
+    ("[tools.3]\nflutes = 2", "t.toml: [tools] is unknown; use [tool.N], on a lathe [lathe.N], N the tool number"),
     ("tool = 3", "t.toml: tool is not a table"),
     ("[tool]\n3 = 5", "t.toml: tool 3: is not a table; write [tool.3]"),
 ])
