@@ -3,7 +3,8 @@
  *
  * Who calls it: tracer.comp (the master's part) and tracer_slave.comp, once per servo period each, and chip_slave_pulse in
  * each period of a faster thread.
- * Source: copy mills whose slave distributes the master's increments of a period as pulses. Departs from it: a packet
+ * Source: the abstract on profiling control of a master-slave system: the slave's pulse distributor PDC2 gets the master's
+ * movement of each period (TCC1). Departs from it: a packet
  * also has the sum of all increments and a number, so that nothing that happens to packets can change the position.
  *
  * Principle:

@@ -3,8 +3,8 @@
  * follows a model.
  *
  * Who calls it: tracer.comp, once per servo period; offline/tracer_loop.c for tests and the bench.
- * Source: normal and tangential velocity from the deflection are the arrangement of copy mills (US 4,296,473, Profile
- * control system). Departs from it in the friction estimate, the heading's feed-forward and the limits.
+ * Source: the abstract on profiling control of a master-slave system (tracer head TC1, speed commands Vx, Vy, Vz from its
+ * detection signals). It does not say how; normal and tangential velocity, friction estimate, heading and limits are ours.
  *
  * Principle:
  *  1. p is the position of the head, e the deflection of the stylus: the ball's centre is c = p + e. eps = |e|. Without

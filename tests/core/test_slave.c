@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /* The slave of slave.h behind a channel that loses, doubles, delays and reorders packets.
  *
- * In every period the slave is never beyond what the master has sent; without a loss it is where the master was in the period
- * before, bit for bit. At the end the sums agree exactly: the slave's counts with floor(master's counts x scale / divisor),
+ * Without a loss the slave is in every period where the master was in the period before, bit for bit. At the end the sums agree exactly: the slave's counts with floor(master's counts x scale / divisor),
  * computed with 128 bits, and the pulses with the counts.
  *
  * CHIPWISE_RANDOM_COUNT periods (default 10^7; the proof has 10^8; a third of them through the bad channel), CHIPWISE_SEED.
