@@ -11,6 +11,9 @@ from chipwise import cli
 from support import ROOT
 from support.turning_oracle import moves
 
+pytestmark = pytest.mark.machine
+
+
 def distances(points, path):
     """Distance (n,) of points (n, 2) from a polyline (m, 2)."""
     a, b = path[:-1], path[1:]
