@@ -5,7 +5,6 @@ import os
 import re
 import signal
 import subprocess
-import time
 
 import numpy as np
 import pytest
@@ -75,9 +74,9 @@ def test_picture(tmp_path):
 def test_a_bad_model_leaves_the_old_program(tmp_path, content, text):
     (tmp_path / "part.stl").write_bytes(content)
     (tmp_path / "out.ngc").write_text(OLD)
-    began = time.monotonic()
+    began = sum(os.times()[2:4])            # s of computing of the commands before
     done = surface(tmp_path / "part.stl", "-o", tmp_path / "out.ngc", "--tool", 4, "--step", 1)
-    assert done.returncode == 2 and text in done.stderr and done.stderr.startswith("chipwise: surface: ") and time.monotonic() - began < 2 + 2
+    assert done.returncode == 2 and text in done.stderr and done.stderr.startswith("chipwise: surface: ") and sum(os.times()[2:4]) - began < 2
     assert (tmp_path / "out.ngc").read_text() == OLD and sorted(p.name for p in tmp_path.iterdir()) == ["out.ngc", "part.stl"]
 
 
