@@ -9,9 +9,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include "core/tracker.h"
+#include "lib/clock.h"
 
 #define REPLAYS 5
 #define MOST 20000
@@ -20,19 +20,6 @@ struct job {
     const char *name;
     double diameter, cell, speed, accel;
 };
-
-static double now_us(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return t.tv_sec * 1e6 + t.tv_nsec * 1e-3;
-}
-
-static int rising(const void *a, const void *b)
-{
-    double d = *(const double *)a - *(const double *)b;
-    return d > 0.0 ? 1 : d < 0.0 ? -1 : 0;
-}
 
 /* One traverse through the slot, 17 degrees to the cells, at its speed all the way; us a period into `best`. */
 static int traverse(const struct job *job, const struct chip_stock *stock, const struct chip_tool *tool, double *best,

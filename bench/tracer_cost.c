@@ -7,30 +7,17 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include "core/slave.h"
 #include "core/stylus.h"
 #include "core/tracer.h"
+#include "lib/clock.h"
 
 #define REPLAYS 5
 #define PERIODS 60000
 
 static struct chip_tracer_in in[PERIODS];
 static double best[PERIODS];
-
-static double now_us(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return t.tv_sec * 1e6 + t.tv_nsec * 1e-3;
-}
-
-static int rising(const void *a, const void *b)
-{
-    double d = *(const double *)a - *(const double *)b;
-    return d > 0.0 ? 1 : d < 0.0 ? -1 : 0;
-}
 
 static void row(const char *what, double us, double target)
 {
