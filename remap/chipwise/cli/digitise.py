@@ -15,7 +15,7 @@ import os
 import numpy as np
 
 from chipwise.cli.machine_options import refuser
-from chipwise.cli.output import unwritable, write_whole
+from chipwise.cli.output import is_same_file, unwritable, write_whole
 from chipwise.digitise import height_map, program, record
 from chipwise.errors import MM_PER_INCH, CycleError
 from chipwise.stock import store
@@ -53,7 +53,7 @@ def _check(options):
     for path in filter(None, (options.output, options.json)):
         if unwritable(path):
             refuse('; '.join(unwritable(path)))
-        if os.path.exists(path) and os.path.exists(options.log) and os.path.samefile(path, options.log):
+        if is_same_file(path, options.log):
             refuse(f'{path} is the log; name another file')
 
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Output files of a command: checked before any work, written completely or not at all.
 
-Called by check.py, stations.py and picture.py.
+Called by the commands that write files.
 """
 
 import os
@@ -18,6 +18,11 @@ def unwritable(path):
     if (os.path.exists(path) and not os.path.isfile(path)) or not os.access(path if os.path.exists(path) else folder, os.W_OK):
         return f'{path} cannot be written', 'name a file in a folder of yours'
     return None
+
+
+def is_same_file(path, other):
+    """Whether two paths name one file that exists."""
+    return os.path.exists(path) and os.path.exists(other) and os.path.samefile(path, other)
 
 
 def write_whole(path, content):

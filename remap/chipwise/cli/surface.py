@@ -16,7 +16,7 @@ import sys
 import time
 
 from chipwise.cli.machine_options import Progress, add_ini, ini_of, refuser
-from chipwise.cli.output import unwritable, write_whole
+from chipwise.cli.output import is_same_file, unwritable, write_whole
 from chipwise.errors import MM_PER_INCH, CycleError, printable
 
 NAME = 'surface'
@@ -108,7 +108,7 @@ def check_options(options):
     for path in filter(None, (options.output, options.json)):
         if unwritable(path):
             refuse('; '.join(unwritable(path)))
-        if os.path.exists(path) and os.path.exists(options.model) and os.path.samefile(path, options.model):
+        if is_same_file(path, options.model):
             refuse(f'{path} is the model itself')
 
 

@@ -15,7 +15,7 @@ import tomllib
 from chipwise import ROOT
 from chipwise.cli import UsageError
 from chipwise.cli.machine_options import refuser
-from chipwise.cli.output import unwritable, write_whole
+from chipwise.cli.output import is_same_file, unwritable, write_whole
 from chipwise.errors import CycleError, braceless
 from chipwise.files import read_bytes
 from chipwise.ini import Ini
@@ -97,7 +97,7 @@ def check_options(options):
         trouble = unwritable(path)
         if trouble:
             refuse(f'{name} ' + '; '.join(trouble))
-        if os.path.exists(path) and os.path.exists(options.program) and os.path.samefile(path, options.program):
+        if is_same_file(path, options.program):
             refuse(f'{name} {path} is the program itself; name another file')
 
 
