@@ -56,7 +56,7 @@ def file_rows():
             path = os.path.join(folder, "slot0.stock")
             take, taken = median_s(shared.take)
             write, _ = median_s(lambda: store.write(path, *taken))
-            read, found = median_s(lambda: store.read(path, cell, stock.head.capacity))
+            read, found = median_s(lambda: store.read(path, stock.head.capacity))
             put, _ = median_s(lambda: shared.put(*found))
             row(f"save a map of {name}", 1000 * (take + write), "ms", f"{1000 * take:.1f} ms of it to copy the map; file of "
                 f"{os.path.getsize(path) / 1e6:.1f} MB")

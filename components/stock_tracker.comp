@@ -10,6 +10,9 @@ velocity; volumetric_feed(9) turns that into a feed override.
 
 .B cell
 is the side of a map cell in mm (default 0.25),
+.B finest_cell
+its side at least where the stock is smaller than the map: the cells get as small as the memory allows (default: all cells have the side
+.BR cell ),
 .B size_x, size_y
 the largest stock in mm (default 300 by 200). The map needs 8 bytes a cell. With count=N there
 are N trackers with a map each.
@@ -99,6 +102,8 @@ include "core/stock_tracker_core.h";
 /* Module parameters: HAL has no float parameters, so lengths come as text. */
 static char *cell = "0.25";
 RTAPI_MP_STRING(cell, "side of a map cell, mm");
+static char *finest_cell = "";
+RTAPI_MP_STRING(finest_cell, "side of a map cell where the stock is small, mm");
 static char *size_x = "300";
 RTAPI_MP_STRING(size_x, "largest stock in X, mm");
 static char *size_y = "200";
@@ -135,7 +140,7 @@ static int refuse_external(int key)
 /* Makes the map of one instance in shared memory, so that other programs can read it. Variables are
  * zero here; halcompile sets initial values only after this, so map_id has none. */
 EXTRA_SETUP() {
-    double side = chip_decimal(cell), x = chip_decimal(size_x), y = chip_decimal(size_y);
+    double side = chip_decimal(cell), finest = *finest_cell ? chip_decimal(finest_cell) : side, x = chip_decimal(size_x), y = chip_decimal(size_y);
     uint32_t cells = chip_stock_cells(side, x, y);
     uint64_t bytes = chip_stock_bytes(cells);
 
@@ -144,6 +149,12 @@ EXTRA_SETUP() {
             "chipwise: stock_tracker: no map with cell=%s size_x=%s size_y=%s mm: each must be a "
             "number > 0, the cell 0.001 to 100 mm, and the map have at most 268435456 cells; use a larger cell or a smaller "
             "size\n", cell, size_x, size_y);
+        return -22;
+    }
+    if (!(finest >= CHIP_MIN_CELL && finest <= side)) {
+        rtapi_print_msg(RTAPI_MSG_ERR,
+            "chipwise: stock_tracker: finest_cell=%s mm is not a length from 0.001 mm to the cell of %s mm; correct it, or "
+            "leave it out\n", finest_cell, cell);
         return -22;
     }
     shm_key = CHIP_STOCK_MAGIC + extra_arg;
@@ -162,7 +173,7 @@ EXTRA_SETUP() {
         return -12;
     }
     memset(map, 0, bytes);      /* touches every page now, not in the servo thread */
-    chip_stock_init(map, side, cells);
+    chip_stock_init_finer(map, side, finest, cells);
     chip_tracker_init(&state);
     chip_tracker_own_map(&state, map);
     chip_planner_attach(&planner);

@@ -4,7 +4,8 @@
 #include "chip_math.h"
 #include "stock.h"
 
-#define CHIP_FILL_SHAPED 4 /* cells of an upright box that cost as much as one of another shape */
+#define CHIP_CELL_STEP 1e-3 /* mm, the side of a cell is a multiple of it [7] */
+#define CHIP_FILL_SHAPED 4  /* cells of an upright box that cost as much as one of another shape */
 
 uint32_t chip_stock_cells(double cell, double size_x, double size_y)
 {
@@ -24,11 +25,17 @@ uint64_t chip_stock_bytes(uint32_t cells)
 
 void chip_stock_init(struct chip_stock *stock, double cell, uint32_t capacity)
 {
+    chip_stock_init_finer(stock, cell, cell, capacity);
+}
+
+void chip_stock_init_finer(struct chip_stock *stock, double cell, double finest, uint32_t capacity)
+{
     stock->magic = CHIP_STOCK_MAGIC;
     stock->version = CHIP_STOCK_VERSION;
     stock->generation = 0;
     stock->capacity = capacity;
-    stock->cell = cell;
+    stock->coarsest = stock->cell = cell;
+    stock->finest = finest >= CHIP_MIN_CELL && finest < cell ? finest : cell;
     stock->x0 = stock->y0 = stock->x_max = stock->y_max = 0.0;
     stock->z_min = stock->z_max = 0.0;
     stock->drop_unit = 0.0;
@@ -39,7 +46,18 @@ void chip_stock_init(struct chip_stock *stock, double cell, uint32_t capacity)
     stock->half_x = stock->half_y = stock->turn = 0.0;
 }
 
-static int check_box(const struct chip_stock *stock, const double min[3], const double max[3])
+double chip_stock_cell_for(const struct chip_stock *stock, double size_x, double size_y)
+{
+    /* (size_x / cell + 3) (size_y / cell + 3) cells, ring and broken ones included, fill the memory */
+    double room = (double)stock->capacity - 9.0, edge = 3.0 * (size_x + size_y), side;
+    if (!(stock->finest < stock->coarsest) || !(room > 0.0) || !chip_finite(edge) || !(size_x > 0.0) || !(size_y > 0.0))
+        return stock->coarsest;
+    side = (edge + chip_sqrt(edge * edge + 4.0 * room * size_x * size_y)) / (2.0 * room);
+    side = ceil(side / CHIP_CELL_STEP) * CHIP_CELL_STEP;
+    return chip_clamp(side, stock->finest, stock->coarsest);
+}
+
+static int check_box(const struct chip_stock *stock, double cell, const double min[3], const double max[3])
 {
     uint32_t cells;
     int i;
@@ -47,7 +65,7 @@ static int check_box(const struct chip_stock *stock, const double min[3], const 
         if (!chip_finite(min[i]) || !chip_finite(max[i])) return CHIP_STOCK_NOT_FINITE;
     for (i = 0; i < 3; i++)
         if (!(max[i] - min[i] >= CHIP_MIN_SIZE)) return CHIP_STOCK_EMPTY;
-    cells = chip_stock_cells(stock->cell, max[0] - min[0], max[1] - min[1]);
+    cells = chip_stock_cells(cell, max[0] - min[0], max[1] - min[1]);
     if (cells == 0 || cells > stock->capacity) return CHIP_STOCK_TOO_LARGE;
     for (i = 0; i < 3; i++)
         if (fabs(min[i]) > CHIP_MAX_COORDINATE || fabs(max[i]) > CHIP_MAX_COORDINATE) return CHIP_STOCK_NOT_FINITE;
@@ -80,6 +98,7 @@ int chip_stock_define_turned(struct chip_stock *stock, const double min[3], cons
 {
     double low[3] = { min[0], min[1], min[2] }, high[3] = { max[0], max[1], max[2] }, half[2];
     double a = 0.5 * (max[0] - min[0]), b = 0.5 * (max[1] - min[1]);
+    double cell;
     int error, i;
     if (shape == CHIP_SHAPE_CYLINDER) turn = 0.0;
     if (!chip_finite(turn) || fabs(turn) > 1e6) return CHIP_STOCK_NOT_FINITE;
@@ -92,9 +111,11 @@ int chip_stock_define_turned(struct chip_stock *stock, const double min[3], cons
             high[i] = 0.5 * (min[i] + max[i]) + half[i];
         }
     }
-    error = check_box(stock, low, high);
+    cell = chip_stock_cell_for(stock, high[0] - low[0], high[1] - low[1]);
+    error = check_box(stock, cell, low, high);
     if (error) return error;
     chip_stock_begin_write(stock);
+    stock->cell = cell;
     stock->x0 = low[0];
     stock->y0 = low[1];
     stock->z_min = low[2];
@@ -123,17 +144,18 @@ static int box_fits(const struct chip_stock *stock)
     return fabs(half[0] - wide) <= 1e-9 * (1.0 + wide) && fabs(half[1] - deep) <= 1e-9 * (1.0 + deep);
 }
 
-int chip_stock_sound(const struct chip_stock *stock, double cell, uint32_t capacity)
+int chip_stock_sound(const struct chip_stock *stock, double coarsest, double finest, uint32_t capacity)
 {
     double min[3] = { stock->x0, stock->y0, stock->z_min };
     double max[3] = { stock->x_max, stock->y_max, stock->z_max };
     if (stock->magic != CHIP_STOCK_MAGIC || stock->version != CHIP_STOCK_VERSION) return 0;
-    if (stock->cell != cell || stock->capacity != capacity) return 0;
+    if (stock->coarsest != coarsest || stock->finest != finest || stock->capacity != capacity) return 0;
     if (stock->nx == 0) return 1;
-    if (check_box(stock, min, max)) return 0;
-    return stock->nx == cells_along(cell, min[0], max[0]) && stock->ny == cells_along(cell, min[1], max[1])
-        && stock->filled >= 0 && stock->filled <= stock->ny + 2 && stock->drop_unit == unit_of_drop(min[2], max[2])
-        && box_fits(stock) && chip_finite(stock->removed) && stock->removed >= 0.0;
+    if (check_box(stock, stock->cell, min, max)) return 0;
+    return stock->nx == cells_along(stock->cell, min[0], max[0])
+        && stock->ny == cells_along(stock->cell, min[1], max[1]) && stock->filled >= 0 && stock->filled <= stock->ny + 2
+        && stock->drop_unit == unit_of_drop(min[2], max[2]) && box_fits(stock) && chip_finite(stock->removed)
+        && stock->removed >= 0.0;
 }
 
 /* Integral of sqrt(1 - u^2) from 0 to u. */

@@ -20,6 +20,8 @@
  *  4. A ring of empty cells round the map lets readers interpolate without tests.
  *  5. All lengths are mm in machine coordinates; the map has no other units.
  *  6. The box may be turned about its middle; the map is the upright box around it.
+ *  7. The memory is for the largest stock in cells of the side `coarsest`. A smaller stock has smaller cells, down to
+ *     `finest`: as small as the memory allows. Slivers and walls are read to a share of a cell.
  *
  * Memory: 8 bytes a cell plus the ring and the head. It holds no pointers: different
  * processes may map the block at different addresses.
@@ -32,7 +34,7 @@
 #include "fault.h"
 
 #define CHIP_STOCK_MAGIC 0x43575354u /* "CWST" */
-#define CHIP_STOCK_VERSION 2u
+#define CHIP_STOCK_VERSION 3u
 #define CHIP_FULL 65535      /* a share of one, in cell units */
 #define CHIP_DROP_FULL 32767 /* the whole height of the stock, in steps of `drop` */
 #define CHIP_RIM 0x8000      /* in `drop`: a cell on the outline of the stock box */
@@ -77,7 +79,8 @@ struct chip_stock {
     uint32_t magic, version;
     volatile uint32_t generation; /* odd while a cell or the head is being written */
     uint32_t capacity;            /* cells behind this head, ring included */
-    double cell;                  /* mm, side of a cell */
+    double coarsest, finest;      /* mm, side of a cell at most and at least [7] */
+    double cell;                  /* mm, side of a cell of this stock */
     double x0, y0;                /* mm, machine coordinates of the map's corner (inside the ring) [6] */
     double z_min, z_max;          /* mm, bottom and top of the stock box */
     double x_max, y_max;          /* mm, far corner of the map [6] */
@@ -98,8 +101,15 @@ uint32_t chip_stock_cells(double cell, double size_x, double size_y);
 /* Bytes of a block with `cells` cells. */
 uint64_t chip_stock_bytes(uint32_t cells);
 
-/* Makes an empty map (no stock) in a block of chip_stock_bytes(capacity) bytes. */
+/* Makes an empty map (no stock) in a block of chip_stock_bytes(capacity) bytes; all its cells have the side `cell`. */
 void chip_stock_init(struct chip_stock *stock, double cell, uint32_t capacity);
+
+/* The same; a stock smaller than the map has smaller cells, at least `finest` mm [7]. A number that cannot be that
+ * means `cell`. */
+void chip_stock_init_finer(struct chip_stock *stock, double cell, double finest, uint32_t capacity);
+
+/* Side of the cells, mm, of an upright stock of size_x by size_y mm on this map [7]. */
+double chip_stock_cell_for(const struct chip_stock *stock, double size_x, double size_y);
 
 /* Starts a new stock box, mm in machine coordinates. Returns a chip_stock_error; on an
  * error the old stock stays as it is. The map is ready when chip_stock_fill says so. */
@@ -116,9 +126,9 @@ int chip_stock_define_turned(struct chip_stock *stock, const double min[3], cons
 /* Fills at most max_cells cells of a defined map (at least one row); returns 1 when done. */
 int chip_stock_fill(struct chip_stock *stock, int max_cells);
 
-/* 1 if the head, as another program has left it, can be that of a map with this cell and
- * capacity; a map without a stock is sound too. */
-int chip_stock_sound(const struct chip_stock *stock, double cell, uint32_t capacity);
+/* 1 if the head, as another program has left it, can be that of a map that was made with these numbers; a map without a
+ * stock is sound too. The cells may have any side with which they fit. */
+int chip_stock_sound(const struct chip_stock *stock, double coarsest, double finest, uint32_t capacity);
 
 /* 1 if a box is defined and filled. */
 int chip_stock_ready(const struct chip_stock *stock);

@@ -120,10 +120,10 @@ struct chip_tracker {
     int has_start;          /* it has cut nothing since, because earlier segments wait */
     int tip_known, last_request, box_error, fault;
     struct chip_guard guard;
-    int held_moved;             /* the machine moved while another program had the map: a cut may be missing */
-    int held_waiting;           /* segments were still to be cut when it took the map */
-    uint32_t held_generation;   /* of the map then */
-    double held_cell, held_mm3; /* mm, mm3: cell and volume removed then */
+    int held_moved;           /* the machine moved while another program had the map: a cut may be missing */
+    int held_waiting;         /* segments were still to be cut when it took the map */
+    uint32_t held_generation; /* of the map then */
+    double held_coarsest, held_finest, held_mm3; /* mm, mm, mm3: bounds of the cell, and volume removed then */
     uint32_t held_capacity;
     /* the map's head as of the last period: private memory */
     uint64_t own_head[(sizeof(struct chip_stock) + 7) / 8];

@@ -42,12 +42,12 @@ static const struct chip_stock *own_head(const struct chip_tracker *tracker)
     return (const struct chip_stock *)(const void *)tracker->own_head;
 }
 
-/* [2] The stock is unknown: an empty map of the cell and the capacity it was made with. */
+/* [2] The stock is unknown: an empty map with the numbers it was made with. */
 void chip_tracker_give_up_map(struct chip_tracker *tracker, struct chip_stock *stock)
 {
     const struct chip_stock *own = own_head(tracker);
     tracker->box_error = CHIP_STOCK_UNSOUND;
-    chip_stock_init(stock, own->cell, own->capacity);
+    chip_stock_init_finer(stock, own->coarsest, own->finest, own->capacity);
     start_over(tracker);
 }
 
@@ -67,17 +67,20 @@ int chip_tracker_serve_hold(struct chip_tracker *tracker, struct chip_stock *sto
         tracker->held_moved = 0;
         tracker->held_waiting = tracker->sweep.known && tracker->sweep.waiting > 0;
         tracker->held_generation = stock->generation;
-        tracker->held_cell = own_head(tracker)->cell;
+        tracker->held_coarsest = own_head(tracker)->coarsest;
+        tracker->held_finest = own_head(tracker)->finest;
         tracker->held_capacity = own_head(tracker)->capacity;
         tracker->held_mm3 = stock->removed;
     }
     if (!in->external_writer && held) {
         int lost = tracker->held_moved || (tracker->held_waiting && stock->generation == tracker->held_generation);
         int whole = stock->generation % 2 == 0 && (stock->nx == 0 || !lost);
-        tracker->box_error = whole && chip_stock_sound(stock, tracker->held_cell, tracker->held_capacity)
-                               ? CHIP_STOCK_OK
-                               : CHIP_STOCK_UNSOUND;
-        if (tracker->box_error) chip_stock_init(stock, tracker->held_cell, tracker->held_capacity);
+        tracker->box_error =
+            whole && chip_stock_sound(stock, tracker->held_coarsest, tracker->held_finest, tracker->held_capacity)
+                ? CHIP_STOCK_OK
+                : CHIP_STOCK_UNSOUND;
+        if (tracker->box_error)
+            chip_stock_init_finer(stock, tracker->held_coarsest, tracker->held_finest, tracker->held_capacity);
         tracker->state = CHIP_TRACKER_FLUSHING;
         start_over(tracker);
     }

@@ -76,6 +76,7 @@ class Setting:
 
 SETTINGS = {
     "CELL": Setting(0.25, "mm", _number, lambda v: 0.01 <= v <= 10, "a length from 0.01 to 10 mm"),
+    "FINEST_CELL": Setting(0.1, "mm", _number, lambda v: 0.01 <= v <= 10, "a length from 0.01 to 10 mm"),
     "MAP_SIZE": Setting((300.0, 200.0), "mm", _pair, lambda v: min(v) > 0, "two lengths above 0 mm, X and Y"),
     "CHOP_SIZE": Setting(0.0, "mm", _number, lambda v: v == 0 or v >= MIN_CHOP_SIZE,
                          f"0 (never chop) or a length of {MIN_CHOP_SIZE:g} mm or more"),

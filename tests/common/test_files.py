@@ -72,7 +72,7 @@ def test_no_file_where_one_should_be(odd):
 
 def test_a_stock_file_that_is_none(odd):
     with pytest.raises(store.StoreError) as caught:
-        store.read(odd, 0.25, 100_000)
+        store.read(odd, 100_000)
     assert caught.value.reply in (reasons.DISK, reasons.NO_FILE, reasons.TOO_LARGE)
 
 

@@ -47,7 +47,7 @@ def test_a_recorded_trace_is_digitised(tmp_path):
     done = subprocess.run([str(ROOT / "bin/chipwise"), "digitise", str(tmp_path / "trace.log"), "-o", str(tmp_path / "a.stock"),
                            "--ball", "1", "--cell", "0.1"], text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
     assert done.returncode == 0, done.stdout
-    head, cells = store.read(str(tmp_path / "a.stock"), 0.1)
+    head, cells = store.read(str(tmp_path / "a.stock"))
     along = cells["top"][1]                                     # the cells whose middles are 0.05 mm from the first line
     x = head.low[0] + (np.arange(-1, head.nx + 1) + 0.5) * 0.1
     inside = (x > 0.0) & (x < 4.5)                             # the first line begins where the head is, at 0

@@ -124,7 +124,7 @@ static void make_map(double cell)
     block = mmap(0, room + page, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     mprotect(block + room, page, PROT_NONE);
     stock = (struct chip_stock *)(block + room - bytes);
-    chip_stock_init(stock, cell, capacity);
+    chip_stock_init_finer(stock, cell, chance() < 0.5 ? chance() * cell : hostile(), capacity);
 }
 
 static void drop_map(void)

@@ -103,7 +103,7 @@ def test_turned_box(degrees, cell):
 
     stock = core.Stock((0.0, 0.0, -8.0), (*size, HIGH), cell, turn=angle)
     assert stock.volume() == pytest.approx(size[0] * size[1] * 8.0, rel=2e-5)
-    assert core.library().chip_stock_sound(stock.address, cell, stock.head.capacity)
+    assert core.library().chip_stock_sound(stock.address, cell, cell, stock.head.capacity)
     cut(stock, tool, turned(face(size, FACE)))
     for level in range(1, LEVELS + 1):
         for slot in slots(size, FACE + level * DOWN):

@@ -253,3 +253,37 @@ def test_refused_boxes_keep_the_stock():
         with pytest.raises(core.CoreError):
             stock.define(low, high)
         assert stock.volume() == before
+
+
+# --- the cell of a stock ------------------------------------------------------------------------------------------
+
+def test_a_small_stock_has_small_cells():
+    """As small as the map's memory allows, between `finest` and `cell`, whatever box comes after which; refused only what the
+    coarsest cells cannot hold."""
+    rng = np.random.default_rng(20261123)
+    stock = core.Stock((0, 0, -5), (300, 200, 0), 0.25, finest=0.1)
+    capacity = stock.head.capacity
+    for number in range(300):
+        size = rng.uniform(0.05, 1.0, 2) ** 2 * (330, 230)
+        turn = float(rng.choice([0.0, rng.uniform(-3, 3)]))
+        c, s = abs(math.cos(turn)), abs(math.sin(turn))
+        hull = (c * size[0] + s * size[1], s * size[0] + c * size[1])
+        fits = core.library().chip_stock_cells(0.25, *hull)
+        case = f"box {number}: {size[0]!r} by {size[1]!r} mm, turn {turn!r}"
+        if not fits or fits > capacity:
+            with pytest.raises(core.CoreError):
+                stock.define((0, 0, -5), (*size, 0), turn=turn)
+            continue
+        stock.define((0, 0, -5), (*size, 0), turn=turn)
+        head = stock.head
+        cells = (head.nx + 2) * (head.ny + 2)
+        assert 0.1 <= head.cell <= 0.25 and cells <= capacity, case
+        if head.cell > 0.1 and head.cell < 0.25:
+            finer = core.library().chip_stock_cells(head.cell - 0.002, *hull)
+            assert finer > 0.985 * capacity, case           # hardly a smaller one would fit
+        assert stock.volume() == pytest.approx(5 * size[0] * size[1], rel=1e-5), case
+
+
+def test_without_a_finer_cell_all_stocks_have_the_same():
+    for finest in (None, 0.25, 0.3, 0.0, -1.0, math.nan, math.inf):
+        assert core.Stock((0, 0, -5), (10, 10, 0), 0.25, capacity=100_000, finest=finest).head.cell == 0.25

@@ -41,7 +41,7 @@ def log(tmp_path_factory):
 
 def errors(path, cell, inside=HALF - 0.3):
     """Height above the ball's surface at the cells' middles, mm."""
-    head, cells = store.read(str(path), cell)
+    head, cells = store.read(str(path))
     x = head.low[0] + (np.arange(head.nx) + 0.5) * cell
     y = head.low[1] + (np.arange(head.ny) + 0.5) * cell
     x, y = np.meshgrid(x, y)
@@ -58,7 +58,7 @@ def test_the_height_map_of_a_ball(log, tmp_path):
     assert off.min() > -0.005
     assert json.loads((tmp_path / "figures.json").read_text())["cell"] == 0.1
     # the core accepts the file's map as its own, with the volume that the head speaks of
-    head, cells = store.read(str(out), 0.1)
+    head, cells = store.read(str(out))
     stock = core.Stock(head.low, head.high, 0.1)
     full = stock.volume()
     stock.cells_and_ring[:] = cells

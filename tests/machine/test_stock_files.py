@@ -15,6 +15,7 @@ from support.operate import operate
 
 pytestmark = pytest.mark.machine
 
+CELL_MM = 0.1       # FINEST_CELL of the sample INI files: the stock is small
 BOX = 'M250 P0 Q0 R-10 I60 J40 K10'
 CUT = [['mdi', 'G0 X-5 Y20'], ['mdi', 'G0 Z-2'], ['mdi', 'G1 X30 F2000'], ['mdi', 'G0 Z5']]
 STATE = ['pins', 'stock-tracker.0.stock-defined', 'stock-tracker.0.removed-volume', 'stock-tracker.0.fault-code']
@@ -84,15 +85,20 @@ def test_refusals(tmp_path):
         '[CHIPWISE]STOCK_DIR, and room on the disk')]
 
 
-def test_a_file_of_another_map_is_refused(tmp_path):
+MORE_CELLS = 'the stock in the file has more cells than the map; enlarge [CHIPWISE]MAP_SIZE, or use a smaller CELL'
+
+
+def test_a_file_of_another_map(tmp_path):
+    """It keeps its own cells where there is room for them, and is refused otherwise."""
     edit, _folder = files(tmp_path)
-    operate(tmp_path, [['mdi', BOX], ['mdi', 'M253 P0']], edit=edit)
-    for change, words in (('s#^CELL = .*#CELL = 0.5#', 'the file has cells of another size than the map; set [CHIPWISE]CELL to '
-                           'that of the file'),
-                          ('s#^MAP_SIZE = .*#MAP_SIZE = 50 40#', 'the stock in the file is larger than the map; enlarge '
-                           '[CHIPWISE]MAP_SIZE')):
+    first, back = str(tmp_path / 'first.npy'), str(tmp_path / 'back.npy')
+    operate(tmp_path, [['mdi', 'T1 M6'], ['mdi', BOX], *CUT, ['map', first], ['mdi', 'M253 P0']], edit=edit)
+    answers = operate(tmp_path, [['mdi', 'M254 P0'], STATE, ['map', back]],
+                      edit=edit + '; s#^CELL = .*#CELL = 0.2#; s#^FINEST_CELL = .*#FINEST_CELL = 0.2#')
+    assert answers[0] == [] and answers[1][0] == 'TRUE' and np.array_equal(np.load(first), np.load(back))
+    for change in ('s#^CELL = .*#CELL = 1#', 's#^MAP_SIZE = .*#MAP_SIZE = 50 40#'):
         answers = operate(tmp_path, [['mdi', 'M254 P0'], STATE], edit=edit + '; ' + change)
-        assert answers[0] == ['chipwise: M254: slot 0 was not restored: ' + words]
+        assert answers[0] == ['chipwise: M254: slot 0 was not restored: ' + MORE_CELLS]
         assert answers[1][0] == 'FALSE'
 
 
@@ -114,9 +120,8 @@ def test_the_stock_outlives_linuxcnc(tmp_path):
     assert sorted(os.listdir(folder)) == ['kept.stock'], (tmp_path / 'linuxcnc.txt').read_text()[-1500:]
     answers = operate(tmp_path, [['map', back], STATE, ['errors']], edit=edit)
     assert np.array_equal(np.load(first), np.load(back)) and answers[1][0] == 'TRUE' and answers[2] == []
-    answers = operate(tmp_path, [['errors'], STATE], edit=edit + '; s#^CELL = .*#CELL = 0.5#')
-    assert answers[0] == ['chipwise: the stock of the last run was not restored ([CHIPWISE]KEEP_STOCK): the file has cells of '
-                          'another size than the map; set [CHIPWISE]CELL to that of the file']
+    answers = operate(tmp_path, [['errors'], STATE], edit=edit + '; s#^CELL = .*#CELL = 1#')
+    assert answers[0] == ['chipwise: the stock of the last run was not restored ([CHIPWISE]KEEP_STOCK): ' + MORE_CELLS]
     assert answers[1][0] == 'FALSE'
     shutil.rmtree(folder)
     answers = operate(tmp_path, [['errors'], STATE], edit=edit)
@@ -152,13 +157,13 @@ FEED = ['pins', 'volumetric-feed.0.mode', 'motion.requested-vel', 'motion.analog
 
 def slot_heights(path, y):
     """Heights along the middle of a slot at y (mm), box of BOX."""
-    return np.load(path)[int(y / 0.25)]
+    return np.load(path)[int(y / CELL_MM)]
 
 
 def check_cut_up_to(path, y, x, depth):
     """The slot at y ends at the tool's edge, x + 3 mm: cut before it, untouched behind."""
     row = slot_heights(path, y)
-    centres = (np.arange(len(row)) + 0.5) * 0.25
+    centres = (np.arange(len(row)) + 0.5) * CELL_MM
     wrong = (np.abs(row + depth) > 1e-3) & (centres < x + 2.5) | (np.abs(row) > 1e-3) & (centres > x + 3.5)
     assert not wrong.any(), f'slot at y {y:g}: {wrong.sum()} cells are not as the machine left them, allowed: 0'
 
@@ -211,7 +216,7 @@ def test_cylinder_and_allowance(tmp_path):
                                  ['map', seen], ['mdi', 'G0 Z5'], ['open', str(larger)],
                                  ['run_until_stopped', 20], box, ['map', grown], ['mdi', BOX], box])
     for path, radius, top in ((seen, 25, 0.0), (grown, 27, 2.0)):
-        assert (np.load(path) + 20).sum() * 0.25 ** 2 == pytest.approx(np.pi * radius ** 2 * (20 + top), rel=1e-5)
+        assert (np.load(path) + 20).sum() * CELL_MM ** 2 == pytest.approx(np.pi * radius ** 2 * (20 + top), rel=1e-5)
     low = np.array([float(v) for v in answers[3][:3]])
     assert [float(v) for v in answers[8][:3]] == pytest.approx(list(low - [2, 2, 0]), abs=1e-5)
     assert answers[3][6] == answers[8][6] == '1' and answers[11][6] == '0'

@@ -18,6 +18,7 @@ TURN = ['pins', 'stock-tracker.0.turn', *(f'stock-tracker.0.{end}-{axis}' for en
 BESIDE = ''.join(f'G0 Z10\nG0 X{x} Y{y}\nG0 Z-9\n' for x, y in ((30, -4), (64, 20), (30, 44), (-4, 20)))
 SLOTS = ''.join(f'G0 Z5\nG0 X-6 Y{y}\nG0 Z{-z}\nG1 X66\n' for z in (2, 4, 6) for y in (12, 30))
 VOLUME = 2 * 60 * 6 * 6.0
+CELL_MM = 0.1       # FINEST_CELL of the sample INI files: the stock is small
 MILL = Shared('turned stock')
 
 
@@ -39,7 +40,7 @@ def test_the_rotated_box(answers, turn):
     found = [float(v) for v in pins]
     assert found[0] == pytest.approx((turn + 180) % 360 - 180)
     assert found[1:] == pytest.approx([middle[0] - 30, middle[1] - 20, -10, middle[0] + 30, middle[1] + 20, 0], abs=1e-4)
-    left = (np.load(seen) + 10).sum() * 0.25 ** 2
+    left = (np.load(seen) + 10).sum() * CELL_MM ** 2
     assert left + float(state[0]) == pytest.approx(60 * 40 * 10, rel=1e-4)
 
 

@@ -98,7 +98,7 @@ def test_a_head_larger_than_its_memory_is_refused(stock):
 
 @pytest.mark.parametrize("cell", [0.0, -1.0, float("nan"), 1e-12, 1e300])
 def test_a_cell_no_map_has_is_refused(stock, cell):
-    stock.head.cell = cell
+    stock.head.coarsest = cell
     with pytest.raises(SharedStockError, match="do not fit"):
         SharedStock(memoryview(stock._block))
 
@@ -108,7 +108,8 @@ def test_too_short_a_memory_is_refused():
         SharedStock(memoryview(bytearray(50)))
 
 
-@pytest.mark.parametrize("field, value", [("nx", 1 << 30), ("ny", 1 << 30), ("ny", -1), ("cell", 0.25), ("nx", 2 ** 31 - 1)])
+@pytest.mark.parametrize("field, value", [("nx", 1 << 30), ("ny", 1 << 30), ("ny", -1), ("cell", 0.0), ("cell", float("nan")),
+                                          ("coarsest", 9.0), ("finest", 0.01), ("nx", 2 ** 31 - 1)])
 def test_what_was_believed_once_counts(stock, field, value):
     """Another program changes the head after it has been checked."""
     shared = SharedStock(memoryview(stock._block))

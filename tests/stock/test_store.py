@@ -35,15 +35,15 @@ def taken(stock):
 def test_there_and_back(stock, taken, tmp_path):
     path = str(tmp_path / "new" / "slot1.stock")
     store.write(path, *taken)
-    head, cells = store.read(path, CELL)
+    head, cells = store.read(path)
     assert head == taken[0] and np.array_equal(cells, taken[1])
     other = core.Stock((0, 0, 0), (1, 1, 1), CELL, capacity=stock.head.capacity)
     SharedStock(memoryview(other._block)).put(head, cells)
     assert other.volume() == stock.volume() and other.head.removed == stock.head.removed
     sound = core.library().chip_stock_sound
-    assert sound(other.address, CELL, other.head.capacity) and not sound(other.address, 2 * CELL, other.head.capacity)
+    assert sound(other.address, CELL, CELL, other.head.capacity) and not sound(other.address, 2 * CELL, CELL, other.head.capacity)
     other.head.ny += 1
-    assert not sound(other.address, CELL, other.head.capacity)
+    assert not sound(other.address, CELL, CELL, other.head.capacity)
     other.head.ny -= 1
     tool, twin = core.Tool(6.0), core.Tool(6.0)         # and it is cut on as the first
     assert core.Cutter(other, tool, (10.0, 20.0, -4.0)).to((24.0, 12.0, -9.0)) \
@@ -111,9 +111,8 @@ def test_random_heads(taken):
         kept += 1
         assert (found.nx, found.ny) == (60, 40) and np.array_equal(cells, taken[1])
         other = core.Stock((0, 0, 0), (1, 1, 1), CELL, capacity=62 * 42)
-        if found.cell == CELL:
-            SharedStock(memoryview(other._block)).put(found, cells)
-            assert core.library().chip_stock_sound(other.address, CELL, other.head.capacity), bytes(text)
+        SharedStock(memoryview(other._block)).put(found, cells)
+        assert core.library().chip_stock_sound(other.address, CELL, CELL, other.head.capacity), bytes(text)
     assert kept
 
 
@@ -127,7 +126,7 @@ def test_what_stands_where_remains_would_be(taken, tmp_path):
     for name in os.listdir(tmp_path):
         os.utime(tmp_path / name, (1, 1), follow_symlinks=False)
     store.write(str(path), *taken)
-    assert store.read(str(path), CELL)[0] == taken[0]
+    assert store.read(str(path))[0] == taken[0]
     assert sorted(os.listdir(tmp_path)) == ["slot1.stock", "slot1.stock.x.new", "slot1.stock.y.new", "slot1.stock.z.new"]
 
 
@@ -209,14 +208,13 @@ def test_every_length_and_every_bit(taken):
         store.unpack(data + b"\0")
 
 
-def test_a_map_too_small_or_of_other_cells(taken, tmp_path):
+def test_a_map_too_small(taken, tmp_path):
     path = str(tmp_path / "a.stock")
     store.write(path, *taken)
-    for arguments, reply in (((0.25,), reasons.OTHER_CELL), ((CELL, 62 * 42 - 1), reasons.TOO_LARGE)):
-        with pytest.raises(store.StoreError) as caught:
-            store.read(path, *arguments)
-        assert caught.value.reply == reply
-    store.read(path, CELL, 62 * 42)
+    with pytest.raises(store.StoreError) as caught:
+        store.read(path, 62 * 42 - 1)
+    assert caught.value.reply == reasons.TOO_LARGE
+    assert store.read(path, 62 * 42)[0].cell == CELL
     with pytest.raises(store.StoreError) as caught:
         store.read(str(tmp_path / "none.stock"))
     assert caught.value.reply == reasons.NO_FILE
@@ -253,7 +251,7 @@ def test_a_killed_writer_leaves_the_old_file(taken, tmp_path):
         time.sleep(delay)
         os.kill(child, 9)
         os.waitpid(child, 0)
-        head, _cells = store.read(path, CELL)
+        head, _cells = store.read(path)
         assert head == taken[0]
 
 

@@ -187,8 +187,8 @@ def load(ini, settings):
     halcmds(
             ('loadrt', 'chipwise_inputs'),
             ('loadrt', 'chipwise_command'),
-            ('loadrt', 'stock_tracker', f"cell={settings['CELL']:.9g}", f'size_x={size_x:.9g}',
-             f'size_y={size_y:.9g}'),
+            ('loadrt', 'stock_tracker', f"cell={settings['CELL']:.9g}",
+             f"finest_cell={min(settings['CELL'], settings['FINEST_CELL']):.9g}", f'size_x={size_x:.9g}', f'size_y={size_y:.9g}'),
             ('loadrt', 'volumetric_feed'),
             ('loadrt', 'chipwise_guard'),
             ('setp', 'chipwise-guard.0.guard-rapid', f"{settings['GUARD_RAPID']:d}"),

@@ -26,7 +26,7 @@ def define_stock(state):
     """M250."""
     state.check_words("pqrijk")
     low, high, shape, turn = stock_of(state)
-    size = check_fits(state.settings, low, high, turn)
+    check_fits(state.settings, low, high, turn)
     known_stock.define(state.interp, high[2])
     if not state.interp.task:
         preview.stock(state.line_number, low, high, shape, turn)
@@ -37,7 +37,8 @@ def define_stock(state):
     units = emccanon.GET_EXTERNAL_LENGTH_UNITS()
     send(state, Register.BOX_SHAPE, [shape, turn], Register.IDLE)
     send(state, Register.BOX_FIRST, [value * units for value in [*low, *high]], Register.BOX_COMMIT)
-    for _ in range(FILL_TRIES + int(size[0] * size[1] / state.settings["CELL"] ** 2 / FILL_CELLS)):
+    room = state.settings["MAP_SIZE"]
+    for _ in range(FILL_TRIES + int(room[0] * room[1] / state.settings["CELL"] ** 2 / FILL_CELLS)):
         emccanon.DWELL(FILL_WAIT_S)
         yield
         _mode, defined, fault = status_now(state)

@@ -91,7 +91,7 @@ class StockFiles:
         """A file to the map; -> the reply.  Any error leaves the stock as it was."""
         from chipwise.stock import store
         try:
-            found = store.read(path, self.stock.cell, self.stock.capacity)
+            found = store.read(path, self.stock.capacity)
         except store.StoreError as error:
             return self.failed(error)
         self.component['hold'] = True

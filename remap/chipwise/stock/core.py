@@ -92,10 +92,11 @@ _FUNCTIONS = (      # name, result, arguments
     ("chip_tool_init", C.c_int, [_TOOL] + [C.c_double] * 4), ("chip_tool_height", C.c_double, [_TOOL, C.c_double]),
     ("chip_tool_reach", C.c_double, [_TOOL, C.c_double]), ("chip_stock_cells", C.c_uint32, [C.c_double] * 3),
     ("chip_stock_bytes", C.c_uint64, [C.c_uint32]), ("chip_stock_init", None, [_HEAD, C.c_double, C.c_uint32]),
+    ("chip_stock_init_finer", None, [_HEAD, C.c_double, C.c_double, C.c_uint32]),
     ("chip_stock_define", C.c_int, [_HEAD, _VEC, _VEC]),
     ("chip_stock_define_shape", C.c_int, [_HEAD, _VEC, _VEC, C.c_int]),
     ("chip_stock_define_turned", C.c_int, [_HEAD, _VEC, _VEC, C.c_int, C.c_double]),
-    ("chip_stock_sound", C.c_int, [_HEAD, C.c_double, C.c_uint32]), ("chip_stock_fill", C.c_int, [_HEAD, C.c_int]),
+    ("chip_stock_sound", C.c_int, [_HEAD, C.c_double, C.c_double, C.c_uint32]), ("chip_stock_fill", C.c_int, [_HEAD, C.c_int]),
     ("chip_stock_ready", C.c_int, [_HEAD]), ("chip_stock_volume", C.c_double, [_HEAD]),
     ("chip_stock_above", C.c_double, [_HEAD] + [C.c_double] * 3), ("chip_sweep_start", None, [_SWEEP, _VEC]),
     ("chip_sweep_to", None, [_SWEEP, _VEC]),
@@ -182,9 +183,10 @@ class Tool:
 
 class Stock:
     """A stock box `low`..`high` (3 floats each, mm, machine coordinates) with square cells; shape 1: the
-    cylinder along Z inscribed in it.  turn (rad): the box is turned about its middle by that."""
+    cylinder along Z inscribed in it.  turn (rad): the box is turned about its middle by that.  With room for more cells (`capacity`)
+    than it needs, they get smaller, down to `finest` mm."""
 
-    def __init__(self, low, high, cell=0.25, capacity=None, shape=0, turn=0.0):
+    def __init__(self, low, high, cell=0.25, capacity=None, shape=0, turn=0.0, finest=None):
         lib = library()
         wide, deep = (abs(math.cos(turn)), abs(math.sin(turn))) if turn else (1.0, 0.0)
         size = high[0] - low[0], high[1] - low[1]
@@ -193,7 +195,7 @@ class Stock:
             raise CoreError(f"stock: {_STOCK_ERRORS[layout.StockError.EMPTY]} (min {tuple(low)}, max {tuple(high)} mm)")
         self._block = np.zeros(lib.chip_stock_bytes(cells), np.uint8)
         self.address = self._block.ctypes.data
-        lib.chip_stock_init(self.address, cell, cells)
+        lib.chip_stock_init_finer(self.address, cell, cell if finest is None else finest, cells)
         self.define(low, high, shape, turn)
 
     def define(self, low, high, shape=0, turn=0.0):

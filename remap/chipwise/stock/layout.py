@@ -48,7 +48,7 @@ STATUS_FAULT = 100
 STATUS_REPLY = 10000
 STATUS_STOCK = 10
 STOCK_MAGIC = 1129796436
-STOCK_VERSION = 2
+STOCK_VERSION = 3
 STYLUS_DELAY = 32
 SWEEP_QUEUE = 16
 TOOL_GRACE_S = 0.05
@@ -506,6 +506,8 @@ class Stock(C.Structure):
         ("version", C.c_uint32),
         ("generation", C.c_uint32),
         ("capacity", C.c_uint32),
+        ("coarsest", C.c_double),
+        ("finest", C.c_double),
         ("cell", C.c_double),
         ("x0", C.c_double),
         ("y0", C.c_double),
@@ -787,7 +789,8 @@ class Tracker(C.Structure):
         ("held_moved", C.c_int),
         ("held_waiting", C.c_int),
         ("held_generation", C.c_uint32),
-        ("held_cell", C.c_double),
+        ("held_coarsest", C.c_double),
+        ("held_finest", C.c_double),
         ("held_mm3", C.c_double),
         ("held_capacity", C.c_uint32),
         ("own_head", C.c_uint64 * ((C.sizeof(Stock) + 7) // 8)),

@@ -7,14 +7,13 @@ Who calls it: glue/stock_codes.py (M253, M254), stock/store.py, cli/monitor.py.
 SLOTS = 10                          # M253 P0..P9
 
 IDLE, BUSY, DONE = 0, 1, 2
-NO_STOCK, NO_FILE, BROKEN, OTHER_VERSION, OTHER_CELL, TOO_LARGE, DISK, NO_ANSWER, BAD_SLOT = range(3, 12)
+NO_STOCK, NO_FILE, BROKEN, OTHER_VERSION, TOO_LARGE, DISK, NO_ANSWER, BAD_SLOT = range(3, 11)
 REASONS = {     # reply: (what, remedy)
     NO_STOCK: ("no stock is defined", "define it with M250 before"),
     NO_FILE: ("nothing has been saved there", "save a stock with M253 before, or see [CHIPWISE]STOCK_DIR"),
     BROKEN: ("the file is damaged or none of chipwise's", "delete it and save again"),
     OTHER_VERSION: ("the file is of another version of chipwise", "define the stock with M250 and save again"),
-    OTHER_CELL: ("the file has cells of another size than the map", "set [CHIPWISE]CELL to that of the file"),
-    TOO_LARGE: ("the stock in the file is larger than the map", "enlarge [CHIPWISE]MAP_SIZE"),
+    TOO_LARGE: ("the stock in the file has more cells than the map", "enlarge [CHIPWISE]MAP_SIZE, or use a smaller CELL"),
     DISK: ("the file cannot be read or written", "see the message in the log, [CHIPWISE]STOCK_DIR, and room on the disk"),
     NO_ANSWER: ("the stock tracker does not hand over its map", "switch the machine on; see whether the servo thread runs"),
     BAD_SLOT: ("there is no such slot", "use P0 to P9"),

@@ -11,7 +11,7 @@ one state; the bands are then some periods apart.
 put() writes a whole stock, for which the tracker must have let the map go (stock-tracker.N.held).
 
 Everything in the memory is checked before it is used: the block must be our own, for nobody else to write, and as large as its
-head says; its size, cell and capacity are kept here from then on, and every head is compared with them before an index is made
+head says; its size, bounds of the cell and capacity are kept here from then on, and every head is compared with them before an index is made
 of it.
 
 All lengths mm, machine coordinates.
@@ -83,13 +83,13 @@ class SharedStock:
             raise SharedStockError(f"chipwise: stock map: a block of {len(memory)} bytes is not a map; start LinuxCNC again")
         self._head = _Head.from_buffer(memory)
         self._room = (len(memory) - C.sizeof(_Head)) // CELL_DTYPE.itemsize
-        self._cell, self._capacity = self._head.cell, self._head.capacity
+        self._bounds, self._capacity = _bounds(self._head), self._head.capacity
         if (self._head.magic, self._head.version) != (layout.STOCK_MAGIC, layout.STOCK_VERSION):
             raise SharedStockError(
                 f"chipwise: stock map: magic {self._head.magic:#x} version {self._head.version} is not "
                 f"{layout.STOCK_MAGIC:#x} version {layout.STOCK_VERSION}; use the stock_tracker of this chipwise")
-        if not (0 < self._capacity <= self._room and layout.MIN_CELL <= self._cell <= layout.MAX_CELL):
-            raise SharedStockError(f"chipwise: stock map: {self._capacity} cells of {self._cell:g} mm do not fit into its memory of "
+        if not (0 < self._capacity <= self._room and layout.MIN_CELL <= self._bounds[0] <= self._bounds[1] <= layout.MAX_CELL):
+            raise SharedStockError(f"chipwise: stock map: {self._capacity} cells of {self._bounds[1]:g} mm do not fit into its memory of "
                                    f"{len(memory)} bytes; start LinuxCNC again")
 
     def close(self):
@@ -112,8 +112,8 @@ class SharedStock:
         if head.nx <= 0 or head.filled < head.ny + 2:
             return False
         numbers = (head.x0, head.y0, head.z_min, head.x_max, head.y_max, head.z_max, head.drop_unit, head.removed, head.turn)
-        if (head.ny <= 0 or (head.nx + 2) * (head.ny + 2) > self._capacity or head.cell != self._cell
-                or not all(abs(number) < MOST_NUMBER for number in numbers)):
+        if (head.ny <= 0 or (head.nx + 2) * (head.ny + 2) > self._capacity or _bounds(head) != self._bounds
+                or not layout.MIN_CELL <= head.cell <= layout.MAX_CELL or not all(abs(number) < MOST_NUMBER for number in numbers)):
             raise SharedStockError("chipwise: stock map: another program has written into its memory; define the stock again with "
                                    "M250")
         return True
@@ -142,11 +142,6 @@ class SharedStock:
                                f"{timeout_s:g} s; read it while the tool stands")
 
     @property
-    def cell(self):
-        """mm, side of a cell."""
-        return self._cell
-
-    @property
     def capacity(self):
         """Cells there is room for, ring included."""
         return self._capacity
@@ -171,13 +166,14 @@ class SharedStock:
     def put(self, found, cells):
         """Makes a stock of store.read() the map's.  Only while the tracker holds still."""
         head = self._head
-        if found.count > self._capacity or cells.size != found.count or found.cell != self._cell:
+        if found.count > self._capacity or cells.size != found.count:
             raise SharedStockError("chipwise: stock map: a stock that does not fit was to be written")
         head.generation += 1
         head.nx = 0                                     # no stock until everything is there
         start, raw = C.sizeof(_Head), cells.view(np.uint8).reshape(-1)
         np.frombuffer(self._memory, np.uint8, raw.size, start)[:] = raw
         (head.x0, head.y0, head.z_min), (head.x_max, head.y_max, head.z_max) = found.low, found.high
+        head.cell = found.cell
         head.drop_unit = (found.high[2] - found.low[2]) / layout.DROP_FULL
         head.shape, head.removed = found.shape, found.removed
         (head.half_x, head.half_y), head.turn = found.half, found.turn
@@ -218,6 +214,11 @@ class SharedStock:
         if first < head.ny + 2 or now is None or _box(now) != _box(head) or now.filled < now.ny + 2:
             return None
         return np.concatenate(bands)
+
+
+def _bounds(head):
+    """mm, the smallest and the largest side a cell of the map may have."""
+    return head.finest, head.coarsest
 
 
 def _box(head):

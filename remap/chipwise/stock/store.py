@@ -26,7 +26,7 @@ import time
 import zlib
 from dataclasses import asdict, dataclass
 from dataclasses import fields as dataclass_fields
-from typing import Any, NoReturn, Optional
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -34,7 +34,7 @@ import chipwise
 from chipwise.files import TooLong, read_bytes, write_durable
 from chipwise.stock import layout
 from chipwise.stock.core import CELL_DTYPE
-from chipwise.stock.reasons import BROKEN, DISK, NO_FILE, OTHER_CELL, OTHER_VERSION, TOO_LARGE
+from chipwise.stock.reasons import BROKEN, DISK, NO_FILE, OTHER_VERSION, TOO_LARGE
 
 MARK, VERSION = b"chipwise stock\r\n", 2
 DIGEST = 32
@@ -222,8 +222,8 @@ def write(path: str, head: Head, cells: np.ndarray) -> None:
         raise StoreError(DISK, f"{path}: {error.strerror}") from error
 
 
-def read(path: str, cell: Optional[float] = None, most_cells: int = layout.MAX_CELLS) -> tuple[Head, np.ndarray]:
-    """-> (head, cells) of a file, for a map with this cell and room for so many.  Raises StoreError."""
+def read(path: str, most_cells: int = layout.MAX_CELLS) -> tuple[Head, np.ndarray]:
+    """-> (head, cells) of a file, for a map with room for so many.  Raises StoreError."""
     try:
         data = read_bytes(path, most_cells * CELL_DTYPE.itemsize + MOST_HEAD * 16)
     except FileNotFoundError as error:
@@ -236,6 +236,4 @@ def read(path: str, cell: Optional[float] = None, most_cells: int = layout.MAX_C
         head, cells = unpack(data, most_cells)
     except StoreError as error:
         raise StoreError(error.reply, f"{path}: {error}") from error
-    if cell is not None and head.cell != cell:
-        raise StoreError(OTHER_CELL, f"{path}: its cells are {head.cell:g} mm, those of the map {cell:g} mm")
     return head, cells
