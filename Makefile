@@ -33,6 +33,7 @@ BENCHES    = $(sort $(wildcard bench/*.c))
 MODULES  = $(COMPONENTS:components/%.comp=build/modules/%.so)
 COMMANDS = $(notdir $(wildcard bin/*))
 MANPAGES = $(COMPONENTS:components/%.comp=build/man/%.9) $(COMMANDS:%=build/man/%.1)
+CATALOGUES = $(patsubst remap/chipwise/locale/%.po,build/locale/%/LC_MESSAGES/chipwise.mo,$(wildcard remap/chipwise/locale/*.po))
 COMPLETIONS = build/completion/chipwise build/completion/chipwise-sandbox
 OBJECTS  = $(CORE:components/core/%.c=build/core/%.o)
 OFFLINES = $(OFFLINE:components/offline/%.c=build/offline/%.o)
@@ -84,7 +85,7 @@ bench: deps
 	@$(MAKE) --no-print-directory build
 	@$(PYTHON) bench/run.py
 
-build: $(LAYOUT) $(MODULES) $(MANPAGES) $(COMPLETIONS) $(LIBRARY) $(PROGRAMS) $(MODELS) build/bench/lib/cost
+build: $(LAYOUT) $(MODULES) $(MANPAGES) $(COMPLETIONS) $(CATALOGUES) $(LIBRARY) $(PROGRAMS) $(MODELS) build/bench/lib/cost
 
 # halcompile puts components/ on the include path, and the result into the
 # directory it is started in.
@@ -106,6 +107,10 @@ build/man/%.1: tools/make_man.py $(PARSERS)
 build/completion/%: tools/make_completion.py $(PARSERS)
 	@mkdir -p $(@D)
 	@$(PYTHON) tools/make_completion.py $@
+
+build/locale/%/LC_MESSAGES/chipwise.mo: remap/chipwise/locale/%.po
+	@mkdir -p $(@D)
+	@msgfmt --check -o $@ $<
 
 build/core/%.o: components/core/%.c $(HEADERS)
 	@mkdir -p $(@D)

@@ -9,6 +9,7 @@ Called by `make install` and `make uninstall`, with DESTDIR and PREFIX in the en
   hal/chipwise*.hal        LinuxCNC's HAL library (HALFILE = chipwise.hal)
   build/man/*.1 *.9        PREFIX/share/man/man1, man9
   build/completion/*       PREFIX/share/bash-completion/completions
+  build/locale/*/          PREFIX/share/chipwise, laid out as in the repository
   README.md .. docs/       PREFIX/share/doc/chipwise
   VERSION                  PREFIX/share/chipwise
   build/libchipwise*.so    PREFIX/lib/chipwise
@@ -99,6 +100,8 @@ def wanted(prefix):
         files(page, os.path.join(prefix, 'share', 'doc', 'chipwise'))
     for shelf in ('docs', 'docs/user', 'docs/design', 'docs/proof'):
         files(shelf + '/*.[ms][dv]*', os.path.join(prefix, 'share', 'doc', 'chipwise', shelf))
+    for catalogue in glob.glob(os.path.join(ROOT, 'build', 'locale', '*', 'LC_MESSAGES', '*.mo')):
+        plan[os.path.join(share, os.path.relpath(catalogue, ROOT))] = catalogue
     files('VERSION', share)
     plan[share + '/configs/chipwise.inc'] = for_prefix('configs/chipwise.inc.in', share)
     for library in ('libchipwise.so', 'libchipwise_kinematics.so'):

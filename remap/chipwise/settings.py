@@ -103,6 +103,8 @@ SETTINGS = {
     "STATIONS": Setting("stations.toml", "path", str, lambda v: v != "", "the path of a TOML file"),
     "KEEP_STOCK": Setting(False, "", _yes_or_no, lambda v: True, "yes or no"),
     "PATTERNS": Setting("patterns", "path", str, lambda v: v != "", "one or more paths of folders"),
+    "ENTRY": Setting("", "path", str, lambda v: True, "the path of a TOML file"),
+    "COLOURS": Setting("", "path", str, lambda v: True, "the path of a TOML file"),
     "TOOL_POSE": Setting((), "deg", _angles, lambda v: True, "three angles A B C, or nothing"),
     "KEEP_CLIMB": Setting(False, "", _yes_or_no, lambda v: True, "yes or no"),
     "GUARD_RAPID": Setting(True, "", _yes_or_no, lambda v: True, "yes or no"),

@@ -21,7 +21,7 @@ import sys
 from chipwise import ROOT, version
 from chipwise.errors import printable
 
-COMMANDS = {name: name for name in ('check', 'contour', 'demo', 'digitise', 'display', 'filter', 'load', 'monitor',
+COMMANDS = {name: name for name in ('check', 'contour', 'demo', 'digitise', 'display', 'enter', 'filter', 'load', 'monitor',
                                    'patterns', 'rewrite', 'stations', 'surface', 'turn')} | {'try': 'try_program'}
 INTERNAL = ('display', 'load', 'monitor')      # LinuxCNC calls them
 
