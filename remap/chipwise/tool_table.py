@@ -27,3 +27,12 @@ def diameter_of(path: str, number: int) -> float:
                 raise CycleError(f"tool {number} has no diameter in the tool table", "give it a D there")
             return value
     raise CycleError(f"tool {number} is not in the tool table", "use the number of a tool that is")
+
+
+def numbers(path: str) -> list:
+    """Numbers of the tools of a table, in its order; none if it cannot be read."""
+    try:
+        text = read_bytes(path, MAX_BYTES).decode("utf-8", "replace") if path else ""
+    except OSError:
+        return []
+    return [int(found.group(1)) for found in map(_LINE.match, (line.partition(";")[0] for line in text.splitlines())) if found]

@@ -123,3 +123,51 @@ def test_a_terminal_whose_output_is_kept():
     shown.type("3\n")
     assert shown.child.stdout.read() == b"M253 P3\n" and shown.end() == 0
     shown.child.stdout.close()
+
+
+# ---- what the line does ------------------------------------------------------------------------------------------
+
+POCKET = ROOT / "nc_files" / "pocket.ngc"
+
+
+def test_a_drawing(tmp_path):
+    status, out, err = enter("G79", "--program", POCKET, "-o", tmp_path / "a.svg", "--dark", text="179,-8,,1\n", LANG="de_DE.UTF-8")
+    assert (status, out) == (0, "G79 Q179 Z-8 R1\n") and err.startswith("Werkzeug 3; Schnitte: ") and "down" not in err
+    text = (tmp_path / "a.svg").read_text()
+    assert "Endtiefe: -8 mm" in text and "Tasche räumen" in text and "#14181e" in text
+
+
+def test_a_line_that_the_code_refuses_names_the_field(tmp_path):
+    status, out, err = enter("G79", "--program", POCKET, "-o", tmp_path / "a.png", text="179,-8,30\n")
+    assert (status, out) == (1, "") and not (tmp_path / "a.png").exists()
+    assert err == "chipwise: enter: line 1: G79: step-over D30 mm is larger than the tool (10 mm); use D up to 10 mm (field 3, D)\n"
+
+
+def test_what_a_program_has_set(tmp_path):
+    arguments = ["G13", "-o", tmp_path / "a.svg", "--tool", "2", "--at", "1", "1", "3", "--unit", "mm"]
+    assert "chop lines" in enter(*arguments, "--set", "_chipwise_chop_size=12", text="36,58,22,-6.5,1\n")[2]
+    assert "chop lines" not in enter(*arguments, text="36,58,22,-6.5,1\n")[2]
+
+
+@pytest.mark.parametrize("arguments, words", [
+    (["G79", "-o", "/nowhere/a.svg"], "there is no folder /nowhere"), (["G79", "-o", "a.bmp"], ".bmp is not a known kind of picture"),
+    (["M253", "-o", "a.svg"], "M253 has nothing to draw; leave -o out"), (["G79", "-o", "a.svg", "--at", "0", "nan", "0"], "--at is not a position"),
+    (["G79", "-o", "a.svg", "--tool", "-1"], "--tool -1 is not the number of a tool"),
+    (["G79", "-o", "a.svg", "--set", "x"], "--set x is not a parameter and its value")])
+def test_wrong_options_of_a_drawing(arguments, words, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    status, out, err = enter(*arguments, text="179,-8\n")
+    assert status == 2 and out == "" and words in err and err.count("\n") == 1 and not list(tmp_path.iterdir())
+
+
+def test_nothing_of_the_users_is_overwritten(tmp_path):
+    program = tmp_path / "part.svg"
+    program.write_text(POCKET.read_text())
+    status, _, err = enter("G79", "--program", program, "-o", program, text="179,-8\n")
+    assert status == 2 and "is the program itself; name another file" in err and program.read_text() == POCKET.read_text()
+
+
+def test_one_line_is_drawn(tmp_path):
+    status, out, err = enter("M250", "-o", tmp_path / "a.svg", text="0,0,-5,10,10,5\n0,0,-5,20,20,5\n")
+    assert status == 2 and out == "M250 P0 Q0 R-5 I10 J10 K5\n" and "-o draws one line" in err
+    assert "10 mm x 10 mm x 5 mm" in (tmp_path / "a.svg").read_text()

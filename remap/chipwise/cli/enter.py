@@ -1,23 +1,31 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Type the data of a code in one line, with commas between them, and get the G-code line.
+"""Type the data of a code in one line, with commas between them, and get the G-code line, with a drawing of what it does.
 
 The names of the data are shown in the order in which they are typed. An empty place keeps the default of the code: 100,-8,,5
 and Enter. Numbers have a point, not a comma. In a terminal a line that is wrong can be corrected; otherwise each line of standard
 input gives a line on standard output. "list" as the code shows all codes.
 
+With -o or --program the code plans the line as the machine would: its own rules are checked, too. The program named has the sub and the
+WORKPIECE or SURFACE comments; nothing else of it is run. LinuxCNC need not run.
+
 Exit status: 0 every line was made, 1 a line was refused, 2 the code, a file or an option cannot be used.
 """
 
+import math
+import os
 import sys
 
 from chipwise import entry, language
+from chipwise.cli.contour import parameters
 from chipwise.cli.machine_options import add_ini, ini_of, refuser
+from chipwise.cli.output import is_same_file
+from chipwise.cli.picture import check_output, write_picture
 from chipwise.errors import MM_PER_INCH, CycleError, printable
 from chipwise.ini import Ini
 from chipwise.settings import load_settings
 
 NAME = 'enter'
-HELP = 'type the data of a code with commas between them, and get its G-code line'
+HELP = 'type the data of a code with commas between them, and get its G-code line and a drawing'
 LIST, ASK = 'list', '?'     # instead of a code: all codes; instead of data: their names again
 MAX_LINE = 10_000           # bytes of a line of standard input
 
@@ -28,6 +36,14 @@ def add_arguments(parser):
     parser.add_argument('code', metavar='CODE', help='G79, M251, ..; or list')
     parser.add_argument('--unit', choices=('mm', 'in'), help='of the program: G21 or G20 (default: that of the machine)')
     add_ini(parser)
+    parser.add_argument('-o', '--output', metavar='FILE', help='drawing of what the line does: FILE.svg or FILE.png')
+    parser.add_argument('--dark', action='store_true', help='the drawing in the colours of dark screens')
+    parser.add_argument('--program', metavar='PROGRAM', help='G-code file with the sub and the comments; else subs are sought on the SUBROUTINE_PATH')
+    parser.add_argument('--tool', type=int, default=0, metavar='N', help='tool of the tool table (default: the first of the program, else of the table)')
+    parser.add_argument('--at', nargs=3, type=float, metavar=('X', 'Y', 'Z'),
+                        help='position of the tool before the line, in the units of the line (default: 0 0, 5 mm above 0)')
+    parser.add_argument('--set', action='append', default=[], metavar='NAME=VALUE',
+                        help='a parameter that the program would have set: --set _chipwise_chop_size=12 --set 100=3')
     parser.error = refuse
 
 
@@ -41,6 +57,9 @@ def run(options):
             print('\n'.join(listed(options.table)))
             return 0
         entry.fields(options.code, options.table)
+        options.planned = bool(options.output or options.program)
+        if options.planned:
+            check_planned(options)
     except CycleError as error:
         refuse(str(error).removeprefix('chipwise: '))
     return asked(options) if sys.stdin and sys.stdin.isatty() else read(options)
@@ -67,6 +86,67 @@ def names(code, unit, table):
                         + (f'  {meanings}' if meanings else ''))
 
 
+# ---- what the line does ----------------------------------------------------------------------------------------
+
+
+def check_planned(options):
+    """Refuse, before anything is asked, what cannot be planned; options.scene."""
+    from chipwise.entry.planned import DRAWN, Scene
+    if options.output:
+        check_output(options.output)
+        if options.code not in DRAWN:
+            refuse(f'{options.code} has nothing to draw; leave -o out')
+        if options.program and is_same_file(options.output, options.program):
+            refuse(f'-o {options.output} is the program itself; name another file')
+    numbered, named = parameters(options.set)
+    scale = MM_PER_INCH if options.unit == 'in' else 1.0
+    at = tuple(scale * value for value in options.at) if options.at else (0.0, 0.0, 5.0)
+    if not all(map(math.isfinite, at)):
+        refuse('--at is not a position; give three numbers')
+    if options.tool < 0:
+        refuse(f'--tool {options.tool} is not the number of a tool; use a number of the tool table')
+    options.scene = Scene(os.path.abspath(ini_of(options)), options.unit, options.program and os.path.abspath(options.program) or '', options.tool, at,
+                          numbered, named)
+
+
+def made(options, text):
+    """The G-code line of what was typed; planned and drawn if that is asked for.  Raises CycleError."""
+    line = entry.line(options.code, text, options.table)
+    if options.planned:
+        from chipwise.entry.planned import plan
+        found = plan(options.scene, line, options.table)
+        for message in found.messages:
+            print(printable(message), file=sys.stderr)
+        if options.output:
+            draw(options, line, found)
+    return line
+
+
+def draw(options, line, found):
+    """Write the drawing."""
+    from chipwise.drawing.entered import figures, svg
+    from chipwise.panel import colours
+    translate = language.translator()
+    known = {field.letter: field for field in entry.fields(options.code, options.table)}
+    words = [(word[0], translate(known[word[0]].name), shown(known[word[0]], word[1:], options.unit, translate)) for word in line.split()[1:]]
+    items = colours.load(load_settings(ini_of(options)).path('COLOURS'))
+    write_picture(svg(found, entry.title(options.code, options.table), words, items, 'dark' if options.dark else 'light', translate), options.output)
+    print('; '.join([f'{translate("tool")} {found.tool}', *figures(found, translate), f'{translate("picture")}: {printable(options.output)}']), file=sys.stderr)
+
+
+def shown(field, value, unit, translate):
+    """A value with its unit or its meaning."""
+    meaning = next((meaning for number, meaning in field.choices if str(number) == value), '')
+    return f'{value} {field.unit(unit)}'.rstrip() + (f', {translate(meaning)}' if meaning else '')
+
+
+def explained(error):
+    """The message of an error, with the field that the code's own message means."""
+    text = str(error)
+    number, field = getattr(error, 'number', 0), getattr(error, 'field', None)
+    return text if isinstance(error, entry.EntryError) or field is None else f'{text} (field {number}, {field.letter})'
+
+
 # ---- standard input that is not a terminal ---------------------------------------------------------------------
 
 
@@ -74,10 +154,12 @@ def read(options):
     """A G-code line of each line of standard input; -> exit status."""
     status = 0
     for number, text in enumerate(lines_of(sys.stdin), 1):
+        if options.output and number > 1:
+            refuse('-o draws one line, and standard input has more; give the first alone')
         try:
-            print(entry.line(options.code, text, options.table), flush=True)
+            print(made(options, text), flush=True)
         except CycleError as error:
-            print(f'chipwise: {NAME}: line {number}: ' + str(error).removeprefix('chipwise: '), file=sys.stderr)
+            print(f'chipwise: {NAME}: line {number}: ' + explained(error).removeprefix('chipwise: '), file=sys.stderr)
             status = 1
     return status
 
@@ -112,10 +194,10 @@ def asked(options):
             text = ''
             continue
         try:
-            print(entry.line(options.code, text, options.table))
+            print(made(options, text))
             return 0
         except CycleError as error:
-            print(error, file=sys.stderr)
+            print(explained(error), file=sys.stderr)
 
 
 def answer(prompt, before):
