@@ -169,5 +169,10 @@ def test_nothing_of_the_users_is_overwritten(tmp_path):
 
 def test_one_line_is_drawn(tmp_path):
     status, out, err = enter("M250", "-o", tmp_path / "a.svg", text="0,0,-5,10,10,5\n0,0,-5,20,20,5\n")
-    assert status == 2 and out == "M250 P0 Q0 R-5 I10 J10 K5\n" and "-o draws one line" in err
+    assert status == 2 and out == "M250 P0 Q0 R-5 I10 J10 K5\n" and "-o and --run are for one line" in err
     assert "10 mm x 10 mm x 5 mm" in (tmp_path / "a.svg").read_text()
+
+
+def test_run_without_linuxcnc_and_with_a_position():
+    status, out, err = enter("M253", "--run", "--at", "0", "0", "5", text="1\n")
+    assert (status, out) == (2, "") and "--run takes program, tool and position from LinuxCNC; leave --program, --tool and --at out" in err

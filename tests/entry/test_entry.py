@@ -127,6 +127,14 @@ def test_an_error_has_its_parts():
     assert (error.fact, error.remedy) == ("x is not a number", "use digits and a point, as 12.5 or -8")
 
 
+def test_words_have_names():
+    assert entry.words("G77 Q100 P41 Z-8 I0.5", path="") == (("Q", "sub of the contour", "100"), ("P", "side of the tool", "41, left"),
+                                                         ("Z", "final depth", "-8 mm"), ("I", "side allowance", "0.5 mm"))
+    german = entry.words("M251 Q2.5 P3 R1 E100", "in", language.translator(("de",)), "")
+    assert german[0] == ("Q", "Zeitspanvolumen", "2.5 in3/min") and german[1] == ("P", "Betriebsart", "3, Fenster") and german[3][2] == "100 in/min"
+    assert entry.words("M252", path="") == ()
+
+
 def test_the_words_are_those_of_the_remaps():
     """Every word of each code's argspec can be entered, and no other but F."""
     text = (ROOT / "configs" / "chipwise_codes.inc").read_text()

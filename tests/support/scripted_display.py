@@ -42,6 +42,7 @@
     ["over", seconds, pin, ...]     answer: [lowest, highest] of each pin in that time, from the "until" before on
     ["feed override", factor]       the operator's slider
     ["hal", word, ...]              a halcmd command
+    ["enter", text, argument, ...]  chipwise enter with the text as standard input; answer: [exit status, output, errors]
     ["stop", how, seconds]          abort or estop, so long after the start of the open program; answer: {"served": s until the
                                     task had done it, "stood": s until nothing moved}, both without the time for which
                                     other programs had the processors; "busy": whether the program was still under way
@@ -472,6 +473,11 @@ class Operator:
 
     def hal(self, *words):
         return halcmd.attempt(*words).stdout.strip()
+
+    def enter(self, text, *arguments):
+        command = os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..', 'bin', 'chipwise')
+        done = subprocess.run([command, 'enter', *arguments], input=text, text=True, capture_output=True, check=False)
+        return [done.returncode, done.stdout, done.stderr]
 
 
 def main():

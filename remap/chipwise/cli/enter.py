@@ -8,12 +8,16 @@ input gives a line on standard output. "list" as the code shows all codes.
 With -o or --program the code plans the line as the machine would: its own rules are checked, too. The program named has the sub and the
 WORKPIECE or SURFACE comments; nothing else of it is run. LinuxCNC need not run.
 
+With --run the line is planned from where the machine is, and run by MDI if the machine is on, homed, idle and at rest; in a terminal after
+a question.
+
 Exit status: 0 every line was made, 1 a line was refused, 2 the code, a file or an option cannot be used.
 """
 
 import math
 import os
 import sys
+from dataclasses import replace
 
 from chipwise import entry, language
 from chipwise.cli.contour import parameters
@@ -26,6 +30,7 @@ from chipwise.settings import load_settings
 
 NAME = 'enter'
 HELP = 'type the data of a code with commas between them, and get its G-code line and a drawing'
+YES = ('y', 'yes', 'j', 'ja')
 LIST, ASK = 'list', '?'     # instead of a code: all codes; instead of data: their names again
 MAX_LINE = 10_000           # bytes of a line of standard input
 
@@ -44,6 +49,7 @@ def add_arguments(parser):
                         help='position of the tool before the line, in the units of the line (default: 0 0, 5 mm above 0)')
     parser.add_argument('--set', action='append', default=[], metavar='NAME=VALUE',
                         help='a parameter that the program would have set: --set _chipwise_chop_size=12 --set 100=3')
+    parser.add_argument('--run', action='store_true', help='run the line by MDI in the LinuxCNC that runs here, planned from where its tool is')
     parser.error = refuse
 
 
@@ -57,7 +63,7 @@ def run(options):
             print('\n'.join(listed(options.table)))
             return 0
         entry.fields(options.code, options.table)
-        options.planned = bool(options.output or options.program)
+        options.planned = bool(options.output or options.program or options.run)
         if options.planned:
             check_planned(options)
     except CycleError as error:
@@ -103,6 +109,8 @@ def check_planned(options):
     at = tuple(scale * value for value in options.at) if options.at else (0.0, 0.0, 5.0)
     if not all(map(math.isfinite, at)):
         refuse('--at is not a position; give three numbers')
+    if options.run and (options.program or options.tool or options.at):
+        refuse('--run takes program, tool and position from LinuxCNC; leave --program, --tool and --at out')
     if options.tool < 0:
         refuse(f'--tool {options.tool} is not the number of a tool; use a number of the tool table')
     options.scene = Scene(os.path.abspath(ini_of(options)), options.unit, options.program and os.path.abspath(options.program) or '', options.tool, at,
@@ -114,12 +122,38 @@ def made(options, text):
     line = entry.line(options.code, text, options.table)
     if options.planned:
         from chipwise.entry.planned import plan
-        found = plan(options.scene, line, options.table)
+        state = machine_state(options) if options.run else None
+        scene = options.scene if state is None else replace(options.scene, program=state.program, tool=state.tool, at=state.position)
+        found = plan(scene, line, options.table)
         for message in found.messages:
             print(printable(message), file=sys.stderr)
         if options.output:
             draw(options, line, found)
+        if options.run:
+            run_line(options, line, state)
     return line
+
+
+def machine_state(options):
+    """What the machine is doing, if the line may be run."""
+    from chipwise.machine import mdi
+    state = mdi.read()
+    mdi.check(state, options.unit, options.code.startswith('G'))
+    return state
+
+
+def run_line(options, line, before):
+    """Run a line that was planned, in a terminal after a question.  Raises CycleError if it is not run."""
+    from chipwise.machine import mdi
+    translate = language.translator()
+    if sys.stdin.isatty():
+        print(f'{translate("run now?")} {line}  [y/N] ', end='', file=sys.stderr, flush=True)
+        if sys.stdin.readline().strip().lower() not in YES:
+            raise CycleError('the line is not run: it was not confirmed', 'enter it again, and type y')
+    now = machine_state(options)
+    mdi.same(before, now)
+    mdi.send(line)
+    print(translate('running; Stop on the screen of LinuxCNC ends it'), file=sys.stderr)
 
 
 def draw(options, line, found):
@@ -127,17 +161,10 @@ def draw(options, line, found):
     from chipwise.drawing.entered import figures, svg
     from chipwise.panel import colours
     translate = language.translator()
-    known = {field.letter: field for field in entry.fields(options.code, options.table)}
-    words = [(word[0], translate(known[word[0]].name), shown(known[word[0]], word[1:], options.unit, translate)) for word in line.split()[1:]]
+    words = entry.words(line, options.unit, translate, options.table)
     items = colours.load(load_settings(ini_of(options)).path('COLOURS'))
     write_picture(svg(found, entry.title(options.code, options.table), words, items, 'dark' if options.dark else 'light', translate), options.output)
     print('; '.join([f'{translate("tool")} {found.tool}', *figures(found, translate), f'{translate("picture")}: {printable(options.output)}']), file=sys.stderr)
-
-
-def shown(field, value, unit, translate):
-    """A value with its unit or its meaning."""
-    meaning = next((meaning for number, meaning in field.choices if str(number) == value), '')
-    return f'{value} {field.unit(unit)}'.rstrip() + (f', {translate(meaning)}' if meaning else '')
 
 
 def explained(error):
@@ -154,8 +181,8 @@ def read(options):
     """A G-code line of each line of standard input; -> exit status."""
     status = 0
     for number, text in enumerate(lines_of(sys.stdin), 1):
-        if options.output and number > 1:
-            refuse('-o draws one line, and standard input has more; give the first alone')
+        if (options.output or options.run) and number > 1:
+            refuse('-o and --run are for one line, and standard input has more; give the first alone')
         try:
             print(made(options, text), flush=True)
         except CycleError as error:
