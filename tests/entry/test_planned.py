@@ -167,6 +167,38 @@ def test_a_line_that_the_code_refuses(program, line, letter, words):
     assert error.number == (0 if not letter else 1 + [field.letter for field in entry.fields(line.split()[0], "")].index(letter))
 
 
+BASES = {"G12": "I20 Z-3 R1", "G24": "D6 Z-10 R20", "G75": "Q200", "G77": "Q200 P42 Z-3 R1 L2 D2", "G78": "Q200 P42 Z-3 R1", "G79": "Q100 Z-3 R1",
+         "M250": "P0 Q0 R-5 I10 J10 K5", "M251": "Q30 P3 R10 E500", "M253": "P3", "M255": "P3 Q1"}
+
+
+def outside(field):
+    """Numbers that the entry refuses for a datum, nearest to those that it accepts."""
+    found = [field.above] if field.above is not None else []
+    found += [field.least - 1] if field.least is not None else []
+    found += [field.most + 1] if field.most is not None else []
+    return found + ([max(number for number, _meaning in field.choices) + 1] if field.choices else [])
+
+
+@pytest.mark.parametrize("code", BASES)
+def test_what_the_entry_refuses_the_code_refuses_too(code, tmp_path):
+    """The limits of fields.toml are those of the codes: no line is refused that would run."""
+    (tmp_path / "relief.stl").write_bytes((ROOT / "nc_files" / "relief.stl").read_bytes())
+    path = tmp_path / "part.ngc"
+    path.write_text(SUB + OUTLINE.replace("G0 X0 Y0\n", "G0 X0 Y0\nG0 Z5\n", 1).replace("o200", "o300") + OUTLINE + "(SURFACE,FILE=relief.stl)\nM2\n")
+    base = BASES[code].replace("Q200", "Q300") if code == "G75" else BASES[code]
+    scene = planned.Scene(**MM, program=str(path), tool=1)
+    planned.plan(scene, f"{code} {base}")
+    tried = 0
+    for field in entry.fields(code, ""):
+        for number in outside(field):
+            words = [word for word in base.split() if word[0] != field.letter]
+            with pytest.raises(planned.PlanError):
+                planned.plan(scene, " ".join([code, *words, f"{field.letter}{number:g}"]))
+                pytest.fail(f"{code} with {field.letter}{number:g} is planned")
+            tried += 1
+    assert tried
+
+
 def test_an_error_in_the_sub_has_the_line_of_the_users_program(tmp_path):
     path = tmp_path / "part.ngc"
     path.write_text("(one)\nG0 X1\n\n" + SUB.replace("G1 Y50", "G1 Y50 Z3") + "M2\n")

@@ -200,9 +200,9 @@ def _with_folder(comment, path):
 
 
 def _absolute(folder, name):
-    """A file beside the program by its whole path; any other name as it is."""
+    """A file beside the program by its whole path; any other name, and one whose path a comment cannot hold, as it is."""
     found = os.path.join(folder, os.path.expanduser(name))
-    return found if os.path.exists(found) else name
+    return found if os.path.exists(found) and not set("(),\n") & set(found) else name
 
 
 # ---- what the interpreter did ---------------------------------------------------------------------------------
