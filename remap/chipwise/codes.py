@@ -6,9 +6,9 @@ LinuxCNC looks the functions up in the machine's module `remap`. chipwise's own 
 does that of a machine with codes of its own: `from chipwise.codes import *`.
 """
 
-from chipwise.glue import contour, hole, pattern, pocket, session, stations, stock_codes, surface, volumetric
+from chipwise.glue import barriers, contour, hole, pattern, pocket, session, stations, stock_codes, surface, turning, volumetric
 
-__all__ = ("g12", "g13", "g24", "g75", "g77", "g78", "g79", "m250", "m251", "m252", "m253", "m254", "m255", "feed")
+__all__ = ("g12", "g13", "g22", "g23", "g24", "g26", "g27", "g75", "g77", "g78", "g79", "m250", "m251", "m252", "m253", "m254", "m255", "feed")
 
 
 def g12(self, **words):
@@ -21,9 +21,29 @@ def g13(self, **words):
     yield from session.run_cycle(self, "G13", words, hole.order_of(ccw=True))
 
 
+def g22(self, **words):
+    """G22: barrier of a lathe on."""
+    yield from session.run_steps(self, "G22", words, barriers.on)
+
+
+def g23(self, **words):
+    """G23: all barriers off."""
+    yield from session.run_steps(self, "G23", words, barriers.off)
+
+
 def g24(self, **words):
     """G24: machine a curved surface."""
     yield from session.run_cycle(self, "G24", words, surface.order)
+
+
+def g26(self, **words):
+    """G26: turn a part from its drawing."""
+    yield from session.run_cycle(self, "G26", words, turning.order_of(single=False), turning.check_modes, turning.carry_out)
+
+
+def g27(self, **words):
+    """G27: one step of G26's plan."""
+    yield from session.run_cycle(self, "G27", words, turning.order_of(single=True), turning.check_modes, turning.carry_out)
 
 
 def g75(self, **words):

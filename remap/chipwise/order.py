@@ -35,6 +35,7 @@ class Outcome:
     """A cycle that is planned.
 
     chunks     lines.chunks(): what to execute; between two of them the tool may rest
+    turning    turning.blocks.Turning for glue/turning.py, of G26 and G27
     messages   for the operator
     report     (kind, figures) for report.record(), None if nobody wants it
     """
@@ -42,3 +43,4 @@ class Outcome:
     chunks: tuple
     messages: tuple = ()
     report: Optional[tuple] = None
+    turning: Any = None

@@ -15,6 +15,7 @@ from chipwise.lines import DECIMALS, chunks
 from chipwise.order import Order, Outcome
 from chipwise.pattern import run as pattern_run
 from chipwise.pattern.recorded import Recorded
+from chipwise.turning import outcome
 
 _DECIMALS = {"pattern": 9}       # what a sub has computed goes on exactly
 _CACHING = (hole, contour, contour_chop, pocket, surface, find, read, pattern_run)
@@ -30,6 +31,8 @@ def forget() -> None:
 
 def make(order: Order) -> Outcome:
     """The Outcome of an Order.  Raises CycleError if it cannot be done."""
+    if order.cycle == "turning":
+        return outcome.make(order)
     plan = _CYCLES[order.cycle](order)
     messages = tuple(CycleError(text, code=order.code, **lengths).text(order.unit) for text, lengths in plan.notes)
     report = plan.report() if order.report and plan.report else None

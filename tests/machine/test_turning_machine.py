@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A written program on the simulated lathe: LinuxCNC follows the planned path, spindle, tool changes and feed per revolution included."""
+"""Plans on the simulated lathe, as a written program and as G26: LinuxCNC follows the path, spindle, tool changes and feed per revolution included."""
 import json
 import os
 import subprocess
@@ -9,43 +9,65 @@ import pytest
 
 from chipwise import cli
 from support import ROOT
+from support.operate import operate
 from support.turning_oracle import moves
+from support.turning_paths import distances
 
 pytestmark = pytest.mark.machine
+HOME = (100.0, 100.0)           # z, x where configs/lathe.ini begins, and changes tools
 
 
-def distances(points, path):
-    """Distance (n,) of points (n, 2) from a polyline (m, 2)."""
-    a, b = path[:-1], path[1:]
-    d = b - a
-    square = np.maximum((d * d).sum(axis=1), 1e-18)
-    found = np.full(len(points), np.inf)
-    for k in range(len(a)):
-        t = np.clip(((points - a[k]) @ d[k]) / square[k], 0.0, 1.0)
-        found = np.minimum(found, np.hypot(*(points - a[k] - t[:, None] * d[k]).T))
-    return found
-
-
-@pytest.mark.parametrize("name", ["turning_half", "turning_flange"])
-def test_linuxcnc_follows_the_plan(tmp_path, capsys, name):
+@pytest.mark.parametrize("name, code", [("turning_half", "written"), ("turning_half", "G26"), ("turning_flange", "G26"), ("turning_shaft", "G26")])
+def test_linuxcnc_follows_the_plan(tmp_path, capsys, name, code):
     ini, log = os.path.join(ROOT, "configs", "lathe_headless.ini"), tmp_path / "log.npz"
-    program, plan = tmp_path / "turned.ngc", tmp_path / "plan.json"
-    assert cli.main(["turn", os.path.join(ROOT, "nc_files", name + ".ngc"), "-o", str(program), "--json", str(plan)]) == 1
+    drawn, program, plan = os.path.join(ROOT, "nc_files", name + ".ngc"), tmp_path / "turned.ngc", tmp_path / "plan.json"
+    assert cli.main(["turn", drawn, "-o", str(program), "--json", str(plan)]) == 1
     capsys.readouterr()
-    environment = {**os.environ, "CHIPWISE_PROGRAM": str(program), "CHIPWISE_TIMEOUT": "280", "CHIPWISE_SUMMARY": str(tmp_path / "summary.json"),
-                   "CHIPWISE_LOG": str(log)}
+    environment = {**os.environ, "CHIPWISE_PROGRAM": drawn if code == "G26" else str(program), "CHIPWISE_TIMEOUT": "280",
+                   "CHIPWISE_SUMMARY": str(tmp_path / "summary.json"), "CHIPWISE_LOG": str(log)}
     done = subprocess.run([os.path.join(ROOT, "bin", "chipwise-sandbox"), "--speed", "5", "--timeout", "290", "--", "linuxcnc", ini],
                           env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=300, check=False)
     assert done.returncode == 0, done.stdout[-2000:]
     summary = json.loads((tmp_path / "summary.json").read_text())
     assert summary["finished"] and summary["errors"] == []
     rows = np.load(log)
-    path = np.array([p for _, _, points in moves(program.read_text(), 1.0) for p in points])
+    path = np.array([HOME, *(p for _, _, points in moves(f"G0 X{HOME[1]} Z{HOME[0]}\n" + program.read_text(), 1.0, HOME, 0.02) for p in points)])
     moving = np.column_stack((rows["z"], rows["x"]))[rows["motion_type"] > 0]
-    first = int(np.argmin(np.hypot(*(moving - path[0]).T)))         # before it the tool comes from its home
-    kept = moving[first:][:: max(len(moving) // 4000, 1)]
-    assert distances(kept, path).max() < 0.001
+    assert distances(moving[:: max(len(moving) // 4000, 1)], path).max() < 0.001
+    assert np.hypot(*(moving[-1] - HOME)) < 0.001
     planned = sum(s["time_s"] for s in json.loads(plan.read_text())["steps"])
-    assert planned < summary["cycle_s"] < 1.6 * planned + 15
+    assert planned < summary["cycle_s"] < 1.6 * planned + 60
     feeds = np.array([points[-1] for _, kind, points in moves(program.read_text(), 1.0) if kind == "feed"])
     assert distances(feeds[:: max(len(feeds) // 200, 1)], moving[::5]).max() < 0.06          # every part of it has been travelled
+
+
+def part(more="", code="G26 Q100 I0.3 D1 F200 E100"):
+    return (f"(WORKPIECE,CYLINDER,AXIS=Z,DIAMETER=30,ZMIN=-60,ZMAX=0)\n(LATHE,ROUGH=1)\nG21 G18 G8 G94 G97 S500 M3\n{more}\n{code}\nM2\n"
+            "O100 sub\nG0 X8 Z0\nG1 Z-20\nO100 endsub\n")
+
+
+CHUCK, WHOLE = "G22 X20 Z-19", "part goes into a barrier"
+
+
+def test_a_barrier_ends_with_its_program_and_stop_works(tmp_path):
+    """What outlives a program, an abort, E-stop: no barrier; the machine goes on with the next program."""
+    steps = [
+        ["start", part(CHUCK)], ["finish"], ["position"],                           # refused, nothing has moved
+        ["start", part(CHUCK, "")], ["finish"],                                     # a barrier that the program leaves
+        ["start", part("", "G26 Q100 D1 F200 H1")], ["finish"],                     # is not there for the next one
+        ["mdi", CHUCK], ["start", part("", "G26 Q100 D1 F200 H1")], ["finish"],     # nor is one of MDI
+        ["start", part("", "G26 Q100 I0.3 D1 F60")], ["until", "motion.motion-type", "=", 2], ["abort"], ["errors"],
+        ["start", part("", "G26 Q100 I0.3 D1 F60")], ["finish"],                    # refused beside the work
+        ["mdi", "G0 X100"], ["mdi", "G0 Z100"],
+        ["start", part("", "G27 Q100 D1 F200 L2")], ["finish"],
+        ["start", part("", "G26 Q100 I0.3 D1 F60")], ["until", "motion.motion-type", "=", 2], ["estop"], ["on"], ["errors"],
+        ["mdi", "G0 X100 Z100"], ["mdi", "G0 X50"], ["position"],
+        ["messages"]]
+    found = operate(tmp_path, steps, ini="lathe.ini")
+    refused, place, left, next_one, after_mdi, aborted, beside = (found[k] for k in (1, 2, 4, 6, 9, 13, 15))
+    assert len(refused) == 1 and WHOLE in refused[0] and "(line 5)" in refused[0]
+    assert place == pytest.approx([100.0, 0.0, 100.0], abs=1e-6)
+    assert left == [] and next_one == [] and after_mdi == [] and aborted == []
+    assert len(beside) == 1 and "the tool is beside the work at Z" in beside[0]
+    assert found[19] == [] and found[-2] == pytest.approx([50.0, 0.0, 100.0], abs=1e-6)
+    assert any("not needed: the part has no bore" in text for text in found[-1])

@@ -4,11 +4,12 @@
     preview_probe.py PROGRAM UNITS_PER_MM TOOL_TABLE PARAMETER_FILE
 
 The preview is what AXIS shows; unlike the program rs274 it can be a metric machine, and it hands out full doubles.
-Environment: INI_FILE_NAME, HOME (an own one: it gets a tool table, ~/.tool.mmap).  Lengths are printed in mm.
+Environment: INI_FILE_NAME, HOME (an own one: it gets a tool table, ~/.tool.mmap), AXIS_MASK (7 without it).  Lengths are printed in mm.
 """
 
 import ctypes
 import json
+import os
 import sys
 
 import gcode
@@ -44,6 +45,9 @@ class Recorder:
     def arc_feed(self, x, y, cx, cy, turn, z, *rest):
         self.note("arc", x * 25.4, y * 25.4, z * 25.4, cx * 25.4, cy * 25.4, turn)
 
+    def tool_offset(self, x, y, z, *rest):
+        self.note("tool offset", x * 25.4, y * 25.4, z * 25.4)
+
     def set_plane(self, plane):
         self.note("plane", plane)
 
@@ -72,8 +76,9 @@ class Recorder:
         self.loaded = self.tools.get(pocket, (0, 0.0))
 
     def get_tool(self, pocket):
-        number, diameter = self.loaded if pocket == 0 else self.tools.get(pocket, (-1, 0.0))
-        return (number,) + (0.0,) * 9 + (diameter, 0.0, 0.0, 0)
+        number, diameter, *offset = self.loaded if pocket == 0 else self.tools.get(pocket, (-1, 0.0))
+        x, z = offset or (0.0, 0.0)
+        return (number, x, 0.0, z) + (0.0,) * 6 + (diameter, 0.0, 0.0, 0)
 
     def get_external_length_units(self):
         return self.units
@@ -82,7 +87,7 @@ class Recorder:
         return 1.0
 
     def get_axis_mask(self):
-        return 7
+        return int(os.environ.get("AXIS_MASK", "7"))
 
     def get_block_delete(self):
         return False
@@ -92,13 +97,13 @@ class Recorder:
 
 
 def read_table(path):
-    """Tool table -> {index: (tool number, diameter)}; indexes count the lines from 1, as the interpreter does."""
+    """Tool table -> {index: (tool number, diameter, X and Z offset)}; indexes count the lines from 1, as the interpreter does."""
     tools = {}
     with open(path, encoding="utf-8") as lines:
         for line in lines:
             words = {word[0]: word[1:] for word in line.partition(";")[0].split()}
             if "T" in words:
-                tools[len(tools) + 1] = (int(words["T"]), float(words.get("D", "0")))
+                tools[len(tools) + 1] = (int(words["T"]), *(float(words.get(letter, "0")) for letter in "DXZ"))
     return tools
 
 

@@ -64,8 +64,12 @@ def heights(points, z):
     return found
 
 
-def moves(text, unit):
-    """Yield (tool, kind, [(z, x)] points with about STEP between) of a program."""
+def moves(text, unit, home=None, angle=0.1):
+    """Yield (tool, kind, [(z, x)] points with about STEP between) of a program.
+
+    home: (z, x) mm where tools are changed, without it the moves to there are left out; angle: rad, most of an arc between points."""
+    if home:
+        text = text.replace("X#<change_x>", f"X{home[1] / unit}").replace("Z#<change_z>", f"Z{home[0] / unit}")
     tool, z, x = 0, None, None
     for line in text.splitlines():
         line = re.sub(r"\([^)]*\)", "", line)
@@ -88,7 +92,7 @@ def moves(text, unit):
                 assert abs(r - math.hypot(x2 - cx, z2 - cz)) < 2e-4, line
                 turn = (b - a) % (2 * math.pi) if words["G"] == "3" else -((a - b) % (2 * math.pi))
                 turn = turn or (2 * math.pi if words["G"] == "3" else -2 * math.pi)         # equal ends are a full circle
-                n = max(int(abs(turn) * r / STEP), int(abs(turn) / 0.1), 1)
+                n = max(int(abs(turn) * r / STEP), math.ceil(abs(turn) / angle), 1)
                 points = [(cz + r * math.cos(a + turn * k / n), cx + r * math.sin(a + turn * k / n)) for k in range(n + 1)]
             yield tool, "rapid" if words["G"] == "0" else "feed", points
         z, x = z2, x2

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from chipwise.turning import nc
 from chipwise.turning.plan import make_plan
-from chipwise.turning.read_part import make_order
+from chipwise.turning.read_part import job_of, make_order
 from chipwise.turning.request import read_request
 from chipwise.turning.state import ORDER
 from support.turning_oracle import Insert
@@ -51,7 +51,7 @@ def planned(case, folder):
     machine = Machine(folder, case.insert)
     request = read_request(case.text)
     request.roles = ROLES
-    plan = make_plan(make_order(str(folder / "part.ngc"), case.text, request, machine, ORDER))
+    plan = make_plan(make_order(job_of(str(folder / "part.ngc"), request, machine), case.text, request, machine, ORDER))
     return plan, request, machine, nc.program(plan, request, "random")
 
 

@@ -43,7 +43,7 @@ def run(options):
     """-> exit status."""
     from chipwise.turning import text
     from chipwise.turning.plan import make_plan
-    from chipwise.turning.read_part import Machine, make_order
+    from chipwise.turning.read_part import Machine, job_of, make_order
     from chipwise.turning.request import read_request
     check_options(options)
     unit = 'mm'
@@ -53,7 +53,7 @@ def run(options):
         program = read_program(options.program)
         request = read_request(program)
         unit = request.unit
-        order = make_order(options.program, program, request, machine, read_steps(options.steps))
+        order = make_order(job_of(options.program, request, machine), program, request, machine, read_steps(options.steps))
         plan = make_plan(order)
         title = f'O{request.words["Q"]} of {os.path.basename(options.program)}'
         output = output_text(options, plan, request, title)

@@ -44,6 +44,12 @@ class Job:
     diameter: bool = False
 
     @property
+    def in_plane(self) -> tuple:
+        """The position as first and second coordinate of the contour, and the one along."""
+        x, y, z = self.position
+        return (z, x, y) if self.lathe else self.position
+
+    @property
     def programs(self) -> tuple:
         """Paths of the programs."""
         return (self.program,) if isinstance(self.program, str) else tuple(self.program)

@@ -86,8 +86,8 @@ def _program(found, job):
         if word == (inside, "endsub"):
             inside = None
     feed = job.feed if job.feed > 0 else 1000.0
-    modes = ("G18 G7 " if job.diameter else "G18 G8 ") if job.lathe else "G17 "
-    return lines + call_of(found, job, [modes + "G40 G90 G91.1 G94", f"F{decimal(feed)}"])
+    modes = "G18 G8 " if job.lathe else "G17 "
+    return lines + call_of(found, job, [modes + "G40 G90 G91.1 G94", f"F{decimal(feed)}"], ["G7"] if job.diameter else [])
 
 
 _FOREIGN = re.compile(r"^\s*(REMAP|TOPLEVEL|PATH_PREPEND|PATH_APPEND|RS274NGC_STARTUP_CODE|ON_ABORT_COMMAND|"

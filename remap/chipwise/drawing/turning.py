@@ -4,8 +4,8 @@
 from html import escape
 
 from chipwise.errors import printable
+from chipwise.turning.blocks import controlled
 from chipwise.turning.graph import clip, value
-from chipwise.turning.nc import controlled
 
 WIDTH, EDGE, LINE = 1000.0, 40.0, 18.0
 BLANK, PART, LEFT_OVER, RAPID, BARRIER = "#e4e1da", "#9db4c8", "#c0392b", "#8a8a8a", "#5b4a72"
@@ -79,7 +79,7 @@ def _paths(view, step, colour):
     here = (z + step.tool.tip[0], (-x if step.tool.inside else x) + step.tool.tip[1])
     rapid, feed, last = "", "", None
     for m in step.moves:
-        there = controlled(step, m)
+        there = controlled(step, m.z, m.x)
         kind = "rapid" if m.kind == "rapid" else "feed"
         text = "" if last == kind else f"M{view.at(*here)}"
         if m.kind == "arc":

@@ -31,7 +31,7 @@ def enter(interp, words):
     """A code of ours begins; words: its keyword arguments, n the line number.  -> whether another context begins."""
     if not interp.task:
         return False
-    _Context.line = _main_line(interp, int(words.get("n", 0)))
+    _Context.line = main_line(interp, int(words.get("n", 0)))
     before = _Context.kind
     _Context.kind = PROGRAM if task.is_program() else MDI
     starts = _Context.kind == PROGRAM and task.is_new_run()
@@ -59,7 +59,7 @@ def may_be_skipped():
     return _Context.kind == PROGRAM and _Context.start is None
 
 
-def _main_line(interp, line):
+def main_line(interp, line):
     """Line of the main program; during a sub, the line of the call; without a meaning in MDI."""
     return line if interp.call_level <= 1 else interp.sub_context[0].sequence_number
 

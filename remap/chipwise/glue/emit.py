@@ -5,8 +5,8 @@ Only built-in codes are executed.  A remapped code, or a word that is remapped (
 interpreter run the rest of the main program inside the cycle: Interp::_execute() enters its call loop, which ends only
 when the call level is back at 0 (rs274ngc_pre.cc, 2.9.0~pre1).  So no F word is ever emitted; see set_feed().
 
-The lines carry absolute XYZ and incremental I J; what that needs (G90, G91.1) is forced and put back.  Units, plane,
-path mode, feed mode and offsets are used as they are.
+The lines carry absolute XYZ and incremental I J; what that needs (G90, G91.1; on a lathe G8 and G61, too) is forced and put back.
+Units, feed mode and offsets are used as they are, and on a mill the path mode.
 
 execute() is called without the line number, which is set beforehand: with it, and after a `yield`, the interpreter
 would enter the waiting remap once more and crash (interpmodule.cc, wrap_interp_execute_2, 2.9.0~pre1 to 2.10: it leaves
@@ -16,6 +16,7 @@ the call state of the waiting remap in place, wrap_interp_execute_1 does not).
 from chipwise.glue.ceiling import set_canon_feed
 from chipwise.pattern import hand
 
+_PATH_MODES = {610: " G61", 611: " G61.1", 640: " G64"}         # by the interpreter's active G-code
 _ABSOLUTE = 0  # interp_internal.hh: DISTANCE_MODE
 
 
@@ -29,15 +30,37 @@ def set_feed(interp, feed):
     set_canon_feed(interp, feed)
 
 
-def emit(interp, line_number, chunk):
-    """Execute a chunk of lines.chunks(), rows with a line number of their own under that; modes, feed and line number are afterwards what they were, also after an error."""
+def _modes(interp, lathe):
+    """(line that forces what the lines of a cycle need, line that puts back what was in force)."""
+    forced = "G18 G90 G91.1 G8 G61" if lathe else "G90 G91.1"
+    before = (f"{'G18' if lathe else 'G17'} {'G90' if interp.distance_mode == _ABSOLUTE else 'G91'} "
+              f"{'G90.1' if interp.ijk_distance_mode == _ABSOLUTE else 'G91.1'}")
+    if lathe:
+        before += (" G7" if interp.params["_lathe_diameter_mode"] else " G8") + _path_mode(interp)
+    return forced, before
+
+
+def _path_mode(interp):
+    """" G61", " G61.1" or " G64 P.. Q.." as it is in force."""
+    code = next((c for c in interp.active_g_codes if c in _PATH_MODES), 610)
+    if code != 640:
+        return _PATH_MODES[code]
+    _line, _feed, _speed, *tolerances = interp.active_settings
+    words = "".join(f" {letter}{value:.6f}" for letter, value in zip("PQ", tolerances) if value > 0)
+    return _PATH_MODES[code] + words
+
+
+def emit(interp, line_number, chunk, lathe=False):
+    """Execute a chunk of lines.chunks(), rows with a line number of their own under that; modes, feed and line number are afterwards what they were, also after an error.
+
+    lathe: the lines are those of turning/blocks.py: in G18, X a radius, on exact path.
+    """
     motion_mode, feed_before, number_before = interp.motion_mode, interp.feed_rate, interp.sequence_number
-    modes_before = (f"G17 {'G90' if interp.distance_mode == _ABSOLUTE else 'G91'} "
-                    f"{'G90.1' if interp.ijk_distance_mode == _ABSOLUTE else 'G91.1'}")
+    forced, modes_before = _modes(interp, lathe)
     interp.sequence_number = line_number
     hand.emitting = True
     try:
-        interp.execute("G90 G91.1")
+        interp.execute(forced)
         for feed, lines, *numbers in chunk:
             if numbers:
                 interp.sequence_number = numbers[0]

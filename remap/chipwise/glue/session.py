@@ -15,7 +15,7 @@ from interpreter import INTERP_ERROR, INTERP_EXECUTE_FINISH, INTERP_OK
 
 from chipwise import planner, report
 from chipwise.errors import CycleError, clip, printable
-from chipwise.glue import context, emit, known_stock, named, task, volumetric
+from chipwise.glue import barriers, context, emit, known_stock, named, task, volumetric
 from chipwise.glue.ceiling import restore_programmed
 from chipwise.glue.state import State
 from chipwise.glue.turn import Turn
@@ -26,6 +26,7 @@ def begin(interp, words):
     another = context.enter(interp, words)
     if another:
         known_stock.forget(interp)
+        barriers.forget(interp)
     volumetric.begin(interp, another)
     restore_programmed(interp)
 
@@ -41,13 +42,24 @@ def program_feed(interp, words):
         return refuse(interp, "F", words, error)
 
 
-def run_cycle(interp, code, kwargs, order_of):
+def carry_out(state, turn, outcome):
+    """Execute the chunks of an Outcome: a generator that yields where the task gets its turn."""
+    for chunk in outcome.chunks:
+        if turn.is_over(chunk) and not context.may_be_skipped():
+            yield from turn.wait()
+        emit.emit(state.interp, state.line_number, chunk)
+        turn.count(chunk)
+
+
+def run_cycle(interp, code, kwargs, order_of, check=State.check_modes, do=carry_out):
     """Run one cycle: a generator, as LinuxCNC wants it of a code that may have to wait.
 
     interp    the interpreter (`self` of a remap)
     code      "G12"
     kwargs    the words LinuxCNC passed, n the line number
     order_of  function of a State, giving an Order
+    check     function of a State that refuses modes
+    do        generator function that executes the Outcome
     Yields INTERP_EXECUTE_FINISH for each wait (turn.py) and in the end INTERP_OK or, with the message set, INTERP_ERROR:
     never an exception, never a traceback.
     """
@@ -59,7 +71,7 @@ def run_cycle(interp, code, kwargs, order_of):
             yield INTERP_OK
             return
         state = State(interp, code, kwargs)
-        state.check_modes()
+        check(state)
         plan = planner.ask(order_of(state), turn.budget(state.settings["PLAN_TIME"]))
         while not plan.ready(turn.patience()):
             yield from turn.wait()
@@ -69,11 +81,7 @@ def run_cycle(interp, code, kwargs, order_of):
         if outcome.report:
             kind, figures = outcome.report
             report.record(kind, **figures)
-        for chunk in outcome.chunks:
-            if turn.is_over(chunk) and not context.may_be_skipped():
-                yield from turn.wait()
-            emit.emit(interp, state.line_number, chunk)
-            turn.count(chunk)
+        yield from do(state, turn, outcome)
         yield INTERP_OK
     except GeneratorExit:
         raise

@@ -55,18 +55,23 @@ class State:
     # ---- modes ----------------------------------------------------------------------------------------------
 
     def check_modes(self):
-        """Raise CycleError where a mode is active that no cycle works in.  (G53 on the line: LinuxCNC's own error.)"""
+        """Raise CycleError where a mode is active that no cycle of a mill works in.  (G53 on the line: LinuxCNC's own error.)"""
         interp = self.interp
         if interp.plane != emccanon.CANON_PLANE.CANON_PLANE_XY:
             raise CycleError("the plane is not G17", "program G17 before")
+        self.check_common_modes()
+        if interp.params["_lathe_diameter_mode"]:
+            raise CycleError("lathe diameter mode (G7) is on", "program G8 before")
+
+    def check_common_modes(self):
+        """As check_modes(), of what no cycle of a lathe works in either."""
+        interp = self.interp
         if interp.cutter_comp_side:
             raise CycleError("cutter compensation is on", "program G40 before")
         if interp.feed_mode == _INVERSE_TIME:
             raise CycleError("inverse time feed (G93) is on", "program G94 before")
         if interp.feed_mode == _UNITS_PER_REVOLUTION and not interp.speed[0] > 0:
             raise CycleError("feed per revolution (G95) without a spindle speed", "program S above 0 before, or G94")
-        if interp.params["_lathe_diameter_mode"]:
-            raise CycleError("lathe diameter mode (G7) is on", "program G8 before")
 
     def program(self):
         """Path of the file that the line is in."""

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Reads part and blank of a request, and its tools, into an Order.  Called by cli/turn.py."""
+"""Reads part and blank of a request, and its tools, into an Order.  Called by cli/turn.py and outcome.py."""
 
 import os
+from dataclasses import replace
 
 from chipwise.contour_sub.job import Job
 from chipwise.contour_sub.read import one_contour, read_shape
@@ -11,11 +12,10 @@ from chipwise.turning.state import ORDER, Order
 from chipwise.turning.tool import ROLES, make_tool, read_geometry, read_table
 
 
-def read_profile(program, sub, request, ini, unit_mm, close_gap):
+def read_profile(job):
     """Profile of an O-sub.  Raises CycleError."""
     try:
-        shape = read_shape(Job(program=program, sub=sub, ini=ini, unit=request.unit, machine_unit=unit_mm, lathe=True,
-                               diameter=request.diameter, close_gap=close_gap))
+        shape = read_shape(job)
         return make_profile(shape, one_contour(shape))
     except CycleError as error:
         raise CycleError(_lathe_axes(error.problem), _lathe_axes(error.remedy), **error.values) from error
@@ -26,12 +26,17 @@ def _lathe_axes(text):
     return text.replace("X{x} Y{y}", "Z{x} X{y} (radius)").replace("in XY", "in X and Z")
 
 
-def make_order(program, text, request, machine, steps=ORDER):
-    """Order of a request.  machine: Machine.  Raises CycleError."""
+def job_of(program, request, machine):
+    """Job of the part's sub, for a program that is not run."""
+    return Job(program=program, sub=request.words["Q"], ini=machine.ini, unit=request.unit, machine_unit=machine.unit_mm, lathe=True,
+               diameter=request.diameter, close_gap=machine.close_gap)
+
+
+def make_order(job, text, request, machine, steps=ORDER):
+    """Order of a request.  job: of the part's sub; text: of the program; machine: Machine.  Raises CycleError."""
     words = request.words
-    part = read_profile(program, words["Q"], request, machine.ini, machine.unit_mm, machine.close_gap)
-    blank = (read_profile(program, words["P"], request, machine.ini, machine.unit_mm, machine.close_gap) if words["P"]
-             else blank_of_comment(text, request.scale))
+    part = read_profile(job)
+    blank = read_profile(replace(job, sub=words["P"])) if words["P"] else blank_of_comment(text, request.scale)
     if blank is None:
         raise CycleError("there is neither a blank sub P nor a WORKPIECE comment",
                          "add (WORKPIECE,CYLINDER,AXIS=Z,DIAMETER=30,ZMIN=-60,ZMAX=0.5) to the program", "G26")

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What a program asks for: its G26 line, the modes before it, barriers, tools, blank.  Text only: nothing is run.
 
-Called by cli/turn.py.  Only numbers are understood on the lines that it reads; an expression is refused.
+Called by cli/turn.py, and by glue/turning.py, which has words and modes from the interpreter.  Only numbers are understood on the
+lines that are read as text; an expression is refused.
 """
 
 import math
@@ -14,7 +15,7 @@ from chipwise.turning.tool import ROLES
 FAR_MM = 1e4            # a barrier without K ends here, to the left
 _WORD = re.compile(r"([A-Z])\s*([-+]?(?:\d+\.?\d*|\.\d+))")
 _LATHE = re.compile(r"\(\s*LATHE\s*,([^)]*)\)", re.IGNORECASE)
-_KNOWN = {"G": None, "Q": 0, "P": 0, "I": 1, "D": 1, "E": 0, "F": 0, "H": 0, "L": 0, "N": 0}
+_KNOWN = "GQPIDEFHLN"
 
 
 @dataclass
@@ -42,30 +43,60 @@ class Request:
 
 def read_request(text):
     """Request of a program's text.  Raises CycleError naming the line."""
-    request, inside = Request(), None
-    for match in _LATHE.finditer(text):
-        request.roles.update(_roles(match.group(1)))
-    for number, raw in enumerate(text.splitlines(), 1):
-        line = re.sub(r"\([^)]*\)?|;.*", "", raw).upper()
-        compact = line.replace(" ", "")
-        o_word = re.match(r"(?:N\d+)?O(\d+|<[^>]*>)(SUB|ENDSUB)", compact)
-        if o_word:
-            inside = o_word.group(1) if o_word.group(2) == "SUB" else None
-            continue
-        if inside is not None:
-            continue
-        codes = {float(v) for letter, v in _WORD.findall(line) if letter == "G"}
-        if codes & {22.0, 26.0} and re.search(r"[#\[]", line):
+    request = Request()
+    request.roles = read_roles(text)
+    for number, line in _program_lines(text):
+        codes, words = _split(line)
+        if codes & {22.0, 26.0, 27.0} and re.search(r"[#\[]", line):
             raise CycleError("the line holds an expression, which is read only when the program runs (line {line})", "write numbers", line=str(number))
-        words = {letter: float(v) for letter, v in _WORD.findall(line) if letter not in "GM"}
-        _modes(request, codes, words, {int(float(v)) for letter, v in _WORD.findall(line) if letter == "M"})
+        _modes(request, codes, words, line)
         if 22.0 in codes:
             request.barriers += (_barrier(request, words, number),)
         elif 23.0 in codes:
             request.barriers = ()
-        elif 26.0 in codes:
-            return _call(request, words, number)
+        elif codes & {26.0, 27.0}:
+            for letter in words:
+                if letter not in _KNOWN and letter not in "SMT":
+                    raise CycleError(f"{letter} is not a word of G26 (line {number})", "use Q P I D E F H", "G26")
+            request.line = number
+            return complete(request, words, f" (line {number})")
     raise CycleError("the program has no G26", "add a line like G26 Q100 I0.3 D1 E0.08 F0.2, with Q the sub of the part")
+
+
+def read_spindle(text, last):
+    """(css, cap, speed) that the lines of a program up to number `last` set; 0 for what they do not set as a number."""
+    request = Request()
+    for number, line in _program_lines(text):
+        if number > last:
+            break
+        _modes(request, *_split(line), line)
+    return request.css, request.cap, request.speed
+
+
+def _program_lines(text):
+    """(number, line in capitals without comments) outside of subs."""
+    inside = None
+    for number, raw in enumerate(text.splitlines(), 1):
+        line = re.sub(r"\([^)]*\)?|;.*", "", raw).upper()
+        o_word = re.match(r"(?:N\d+)?O(\d+|<[^>]*>)(SUB|ENDSUB)", line.replace(" ", ""))
+        if o_word:
+            inside = o_word.group(1) if o_word.group(2) == "SUB" else None
+        elif inside is None:
+            yield number, line
+
+
+def _split(line):
+    """({G-codes}, {letter: number} of the other words) of a line."""
+    words = _WORD.findall(line)
+    return {float(v) for letter, v in words if letter == "G"}, {letter: float(v) for letter, v in words if letter not in "GM"}
+
+
+def read_roles(text):
+    """{role: (tool numbers)} of the LATHE comments of a program."""
+    roles = {}
+    for match in _LATHE.finditer(text):
+        roles.update(_roles(match.group(1)))
+    return roles
 
 
 def _roles(text):
@@ -80,7 +111,7 @@ def _roles(text):
     return found
 
 
-def _modes(request, codes, words, stops):
+def _modes(request, codes, words, line):
     """Modes that a line sets."""
     for code, name, value in ((20, "unit", "in"), (21, "unit", "mm"), (7, "diameter", True), (8, "diameter", False), (94, "per_rev", False),
                               (95, "per_rev", True), (97, "css", False), (96, "css", True)):
@@ -88,8 +119,9 @@ def _modes(request, codes, words, stops):
             setattr(request, name, value)
     if 96 in codes:
         request.cap = words.get("D", 0.0)
-    if "S" in words:
-        request.speed = words["S"]
+    if "S" in words or re.search(r"S\s*[-+]?\s*[\[#]", line):
+        request.speed = words.get("S", 0.0)
+    stops = {int(float(v)) for letter, v in _WORD.findall(line) if letter == "M"}
     request.direction = 3 if 3 in stops else 4 if 4 in stops else 0 if 5 in stops else request.direction
 
 
@@ -98,19 +130,20 @@ def _barrier(request, words, number):
     if "X" not in words or "Z" not in words:
         raise CycleError("G22 lacks X or Z (line {line})", "give a corner of the box by X Z, the other one by I K", line=str(number))
     half = request.scale * (0.5 if request.diameter else 1.0)
-    z = sorted((words["Z"] * request.scale, words["K"] * request.scale if "K" in words else -FAR_MM))
-    x = sorted((abs(words["X"]) * half, abs(words.get("I", 0.0)) * half))
-    return (*z, *x)
+    return box(words["X"] * half, words["Z"] * request.scale, words.get("I", 0.0) * half,
+               words["K"] * request.scale if "K" in words else None)
 
 
-def _call(request, words, number):
-    """The Request with the words of G26, checked."""
+def box(x, z, i, k):
+    """(z0, z1, x0, x1) of a barrier's corners X Z and I K, mm, x as radii; K None: it goes on to the left."""
+    return (*sorted((z, -FAR_MM if k is None else k)), *sorted((abs(x), abs(i))))
+
+
+def complete(request, words, where=""):
+    """The Request with the words of G26 or G27, in program units, checked; where: " (line 5)" for the messages."""
     def wrong(fact, remedy):
-        raise CycleError(f"{fact} (line {number})", remedy, "G26")
+        raise CycleError(fact + where, remedy, "G26" if where else None)
 
-    for letter in words:
-        if letter not in _KNOWN and letter not in "SMT":
-            wrong(f"{letter} is not a word of G26", "use Q P I D E F H")
     if "Q" not in words:
         wrong("there is no Q", "give the number of the part's O-sub")
     for letter in "QP":
@@ -122,7 +155,7 @@ def _call(request, words, number):
     if not 0.01 <= d <= 50.0:
         wrong(f"the depth of cut D{words['D']:g} is not from 0.01 to 50 mm", "give the depth on one side")
     feed = words.get("F", 0.0)
-    if not feed > 0.0:
+    if not 0.0 < feed < math.inf:
         wrong("there is no feed F above 0", "give the feed of roughing")
     fine = words.get("E", feed / 2)
     if not 0.0 < fine < math.inf:
@@ -131,7 +164,6 @@ def _call(request, words, number):
         wrong("G96 has no D: near the axis the speed has no limit", "give the largest speed, 1/min, as G96 D2500 S180")
     if request.per_rev and not request.speed > 0.0:
         wrong("G95 is on and there is no speed S above 0", "give S before G26")
-    request.line = number
     request.words = {"Q": int(words["Q"]), "P": int(words.get("P", 0)), "I": i, "D": d, "F": feed * request.scale, "E": fine * request.scale,
                      "H": int(words.get("H", 0))}
     return request

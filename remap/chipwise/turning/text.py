@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A plan as the operator reads it, and as data.  Called by cli/turn.py."""
+"""A plan as the operator reads it, and as data.  Called by cli/turn.py and outcome.py."""
 
-from chipwise.turning.nc import seconds
+from chipwise.turning.blocks import seconds
 from chipwise.turning.plan import total_length
+
+NOTHING = "nothing to do: the blank is the part"
 
 
 def report(plan, request, rapid_mm_s):
@@ -17,7 +19,7 @@ def report(plan, request, rapid_mm_s):
                f"{seconds(step, request, rapid_mm_s):.1f} s, removes {step.removed * scale ** 2:.4g} {unit}2")
     needed = [s for s in plan.steps if s.needed]
     if not needed:
-        yield "nothing to do: the blank is the part"
+        yield NOTHING
     yield (f"{len(needed)} of {len(plan.steps)} steps, feed {total_length(needed) * scale:.1f} {unit}, "
            f"{sum(seconds(s, request, rapid_mm_s) for s in needed):.1f} s")
     yield f"residue: {len(plan.residue)}" + (f", {sum(r.area for r in plan.residue) * scale ** 2:.4f} {unit}2" if plan.residue else "")
@@ -25,6 +27,17 @@ def report(plan, request, rapid_mm_s):
         lines = ("line " if len(r.lines) == 1 else "lines ") + ", ".join(map(str, r.lines)) if r.lines else "no line"
         yield (f"   {'inside' if r.inside else 'outside'} Z{r.z1 * scale:.3f} to Z{r.z0 * scale:.3f}  {r.area * scale ** 2:.4f} {unit}2  "
                f"{r.height * scale:.3f} {unit} at most  {lines}")
+
+
+def summary(plan, request, rapid_mm_s):
+    """One line: the needed steps, their time and what stays."""
+    needed = [(n, s) for n, s in enumerate(plan.steps, 1) if s.needed]
+    if not needed:
+        return NOTHING
+    time = sum(seconds(s, request, rapid_mm_s) for _, s in needed)
+    area = sum(r.area for r in plan.residue) / request.scale ** 2
+    return ", ".join(f"{n} {s.name} T{s.tool.number}" for n, s in needed) + f"; {time:.0f} s" + (
+        f"; {area:.4g} {request.unit}2 stay" if plan.residue else "")
 
 
 def data(plan, request, rapid_mm_s):

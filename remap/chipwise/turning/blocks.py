@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The steps of a plan as lines of G-code: X a radius (G8), absolute, program units; the points are those that the tool table controls.
+
+Called by nc.py, which writes them to a file, and by outcome.py, whose lines G26 executes: both have the same moves.
+
+    tool change             where the machine was when the plan began, which the operator has found clear for every tool
+    approach(block)         in front of the work by rapids in X and Z, one after the other
+    block.lines             the step; it ends where it began
+    retreat(..)             back to the place of the tool change, X first: before another tool, and at the end
+"""
+
+import math
+from typing import NamedTuple
+
+from chipwise.turning.plan import lengths
+
+FINE = ("finish outside", "finish inside", "groove", "part off", "drill")       # steps with the finish feed
+
+
+class Block(NamedTuple):
+    """One needed step.
+
+    number, name        of the step
+    tool                number of the tool; change: another one than before; back: the next one is another, or there is none
+    spindle             line that makes the spindle turn
+    feed                program units per minute or revolution
+    first               (z, x) program units, where the moves begin; z_first: the approach moves Z before X
+    lines               of G0 G1 G2 G3
+    """
+
+    number: int
+    name: str
+    tool: int
+    change: bool
+    back: bool
+    spindle: str
+    feed: float
+    first: tuple
+    z_first: bool
+    lines: tuple
+
+
+class Turning(NamedTuple):
+    """What G26 executes.
+
+    blocks      ((Block, chunks), ..); a chunk is a tuple of rows (feed, lines joined by "\n"), as those of lines.chunks()
+    clear       (z, x) program units: in front of z and outside of x every tool is clear of work and barriers
+    spindle     the program's own spindle line
+    """
+
+    blocks: tuple
+    clear: tuple
+    spindle: str
+
+
+def blocks(plan, request):
+    """Block of every needed step, in order."""
+    scale = 1.0 / request.scale
+    needed = [(n, s) for n, s in enumerate(plan.steps, 1) if s.needed]
+    tools = [None, *(s.tool.number for _, s in needed), None]
+    for k, (number, step) in enumerate(needed, 1):
+        z, x = controlled(step, *step.start)
+        yield Block(number, step.name, tools[k], tools[k] != tools[k - 1], tools[k] != tools[k + 1], spindle_line(request, step.tool),
+                    feed_of(step, request) * scale, (z * scale, x * scale), step.tool.inside, tuple(_lines(step, scale)))
+
+
+def controlled(step, z, x):
+    """(z, x) mm of the controlled point, in the machine's frame: x a radius."""
+    return z + step.tool.tip[0], (-x if step.tool.inside else x) + step.tool.tip[1]
+
+
+def feed_of(step, request):
+    """Feed of a step, mm/min or mm/rev."""
+    return request.words["E" if step.name in FINE else "F"]
+
+
+def spindle_line(request, tool=None):
+    """G96 or G97 with the program's speed; a drill turns at the speed of its rim."""
+    if request.css and tool is not None and tool.point_angle:
+        return f"G97 S{math.floor(rpm(request, tool.diameter / 2)):d} M{request.direction}"
+    return (f"G96 D{request.cap:g}" if request.css else "G97") + f" S{request.speed:g} M{request.direction}"
+
+
+def approach(block):
+    """Lines of the rapids to where the moves of a block begin."""
+    z, x = f"G0 Z{block.first[0]:.6f}", f"G0 X{block.first[1]:.6f}"
+    return (z, x) if block.z_first else (x, z)
+
+
+def _lines(step, scale):
+    """The moves of a step."""
+    z, x = step.start
+    for move in step.moves:
+        yield _line(step, move, z, scale, x)
+        z, x = move.z, move.x
+
+
+def _line(step, move, z, scale, x):
+    """One move."""
+    zt, xt = controlled(step, move.z, move.x)
+    code = {"rapid": "G0", "feed": "G1"}.get(move.kind)
+    end = f"X{xt * scale:.6f} Z{zt * scale:.6f}"
+    if code:
+        return f"{code} {end}"
+    sign = -1.0 if step.tool.inside else 1.0
+    code = "G3" if move.ccw != step.tool.inside else "G2"
+    return f"{code} {end} I{sign * (move.centre[1] - x) * scale:.6f} K{(move.centre[0] - z) * scale:.6f}"
+
+
+def seconds(step, request, rapid_mm_s):
+    """Time of a step's moves, s."""
+    total, x = 0.0, step.start[1]
+    for (kind, length), move in zip(lengths(step), step.moves):
+        if kind == "rapid":
+            total += length / rapid_mm_s
+        else:
+            radius = step.tool.diameter / 2 if step.tool.point_angle else 0.5 * (abs(x) + abs(move.x))
+            total += 60.0 * length / (feed_of(step, request) * (rpm(request, radius) if request.per_rev else 1.0))
+        x = move.x
+    return total
+
+
+def rpm(request, x):
+    """Speed at radius x, 1/min."""
+    if not request.css:
+        return request.speed
+    surface = request.speed * (1000.0 if request.unit == "mm" else 12 * 25.4)       # mm/min
+    speed = surface / (2 * math.pi * max(x, 0.5))
+    return min(speed, request.cap) if request.cap else speed
