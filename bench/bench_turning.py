@@ -5,7 +5,7 @@
 
 Called by bench/run.py (prints JSON rows).
 random   parts of lines, arcs, walls, pockets and bores, in both directions, C80 D55 V35, allowance 0 or 0.3, half with a chuck barrier
-residue  against closing by filters on a 0.005 mm grid
+residue  against closing by filters on a 0.005 mm grid, parts whose walls are on it
 long     one profile of 100 and of 1,000 elements: the whole plan
 """
 import argparse
@@ -56,12 +56,12 @@ def residue(seed, folder):
     """Row of the largest difference of residue."""
     worst = 0.0
     for k in range(RESIDUE_CASES):
-        case = random_case(random.Random(f"bench residue {seed} {k}"), allowance=0.0)
+        case = random_case(random.Random(f"bench residue {seed} {k}"), allowance=0.0, snap=0.005)
         plan, _, machine, _ = planned(case, folder)
         exact = inaccessible_area(case, [with_margins(machine.tools[n]) for n in (1, 2)])
         worst = max(worst, abs(sum(r.area for r in plan.residue if not r.inside) - exact))
-    return [row("turning: residue against filters", worst, "mm2", f"{RESIDUE_CASES} parts; the grid is good for 0.0025 mm times the height of "
-                "the walls, closed forms agree to 1e-5 (tests/turning)", 0.01)]
+    return [row("turning: residue against filters", worst, "mm2", f"{RESIDUE_CASES} parts with walls on the oracle's grid; closed forms agree to 1e-5 "
+                "(tests/turning)", 0.01)]
 
 
 def long_profiles(seed, folder):

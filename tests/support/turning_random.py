@@ -32,8 +32,8 @@ def _arc(rng, a, b):
     return c, side[0] > 0            # to the left over the top is counter-clockwise in (z, x)
 
 
-def _chain(rng, x, low, high, length, count):
-    """[(z, x, arc)] from Z0 to the left: a random chain within the radii low .. high."""
+def _chain(rng, x, low, high, length, count, snap=0.0):
+    """[(z, x, arc)] from Z0 to the left: a random chain within the radii low .. high; snap: mm, of which ends of elements are multiples in Z."""
     z, chain = 0.0, [(0.0, x, None)]
     step = length / count
     for k in range(count):
@@ -42,6 +42,7 @@ def _chain(rng, x, low, high, length, count):
             x = rng.uniform(low, high)
             chain.append((z, x, None))
         z2 = z - step * rng.uniform(0.4, 1.0)
+        z2 = snap * round(z2 / snap) if snap else z2
         x2 = x if kind < 0.55 else rng.uniform(low, high)
         arc = _arc(rng, (z, x), (z2, x2)) if kind > 0.75 else None
         if arc:
@@ -92,13 +93,13 @@ def reversed_chain(chain):
     return [(*points[0], None), *((*p, a and (a[0], not a[1])) for p, a in zip(points[1:], arcs))]
 
 
-def random_case(rng, insert=None, allowance=None):
-    """Case of a random.Random."""
+def random_case(rng, insert=None, allowance=None, snap=0.0):
+    """Case of a random.Random; snap: mm, of which ends of elements and barriers are multiples in Z."""
     unit, diameter = rng.choice((1.0, 1.0, 25.4)), rng.random() < 0.5
     high, length, count = rng.uniform(10, 18), rng.uniform(12, 40), rng.randint(3, 10)
     bored = rng.random() < 0.4
     low = rng.uniform(8.5, 9.5) if bored else rng.uniform(1.0, 6.0)
-    outside = _chain(rng, rng.uniform(low, high), low, high, length, count)
+    outside = _chain(rng, rng.uniform(low, high), low, high, length, count, snap)
     bore = []
     if bored:
         end = outside[-1][0] * (1.0 if rng.random() < 0.5 else rng.uniform(0.3, 0.8))
@@ -111,6 +112,8 @@ def random_case(rng, insert=None, allowance=None):
     blank = (high + rng.uniform(0.2, 4.0), outside[-1][0] - 30.0, rng.choice((0.0, 0.5, 2.5)))
     lines = words(chain, diameter, unit)
     barrier = (rng.uniform(5.0, 40.0), outside[-1][0] - rng.uniform(0.05, 12.0)) if rng.random() < 0.5 else ()
+    if barrier and snap:
+        barrier = (barrier[0], snap * round(barrier[1] / snap))
     chuck = [f"G22 X{barrier[0] * (2 if diameter else 1) / unit:.9f} Z{barrier[1] / unit:.9f}"] if barrier else []
     text = "\n".join([
         f"(WORKPIECE,CYLINDER,AXIS=Z,DIAMETER={2 * blank[0] / unit:.9f},ZMIN={blank[1] / unit:.9f},ZMAX={blank[2] / unit:.9f})",

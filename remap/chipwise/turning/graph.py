@@ -99,16 +99,20 @@ def _roots(p, q):
 
 def _add(out, p, z0, z1):
     """Append a piece over [z0, z1], joined to the one before if it is the same."""
-    if out and out[-1].z1 == z0 and out[-1][2:] == p[2:]:
-        out[-1] = out[-1]._replace(z1=z1)
-    else:
-        out.append(Piece(z0, z1, *p[2:]))
+    if out:
+        last = out[-1]
+        if last[1] == z0 and last[2:] == p[2:]:
+            out[-1] = Piece(last[0], z1, *p[2:])
+            return
+    out.append(p if p[0] == z0 and p[1] == z1 else Piece(z0, z1, *p[2:]))
 
 
 def _choose(out, p, q, z0, z1, sign):
     """Append the higher (sign 1) or lower (-1) of two pieces over [z0, z1]."""
     if p[2:7] == q[2:7]:
         return _add(out, p, z0, z1)
+    if p.r == 0.0 and q.r == 0.0:
+        return _choose_line(out, p, q, z0, z1, sign)
     cuts = [z0, *sorted(z for z in _roots(p, q) if z0 + TINY_MM < z < z1 - TINY_MM), z1]
     for a, b in zip(cuts, cuts[1:]):
         if b > a:
@@ -117,25 +121,51 @@ def _choose(out, p, q, z0, z1, sign):
     return None
 
 
+def _choose_line(out, p, q, z0, z1, sign):
+    """_choose() for two lines: their difference at both ends says where they cross."""
+    _, _, zp, xp, sp, *_ = p
+    _, _, zq, xq, sq, *_ = q
+    a = sign * (xp + sp * (z0 - zp) - xq - sq * (z0 - zq))
+    b = sign * (xp + sp * (z1 - zp) - xq - sq * (z1 - zq))
+    if (a < 0.0) != (b < 0.0) and a != b:
+        cut = z0 + (z1 - z0) * a / (a - b)
+        if z0 + TINY_MM < cut < z1 - TINY_MM:
+            _add(out, p if a > 0.0 else q, z0, cut)
+            return _add(out, p if b > 0.0 else q, cut, z1)
+    return _add(out, p if a + b >= 0.0 else q, z0, z1)
+
+
 def combine(f, g, sign):
     """Maximum (sign 1) or minimum (-1) of two graphs.  The maximum is where either is, the minimum where both are."""
+    if not f or not g:
+        return list(f or g) if sign > 0 else []
     out, i, j = [], 0, 0
-    z = min(f[0].z0 if f else math.inf, g[0].z0 if g else math.inf)
-    while i < len(f) or j < len(g):
-        p, q = (f[i] if i < len(f) else None), (g[j] if j < len(g) else None)
-        in_p, in_q = p is not None and p.z0 <= z, q is not None and q.z0 <= z
-        end = min(e for e in (p and (p.z1 if in_p else p.z0), q and (q.z1 if in_q else q.z0)) if e is not None)
+    p, q = f[0], g[0]
+    p0, p1, q0, q1 = p[0], p[1], q[0], q[1]         # inf: that graph is used up
+    z = min(p0, q0)
+    while True:
+        in_p, in_q = p0 <= z, q0 <= z
+        end_p, end_q = p1 if in_p else p0, q1 if in_q else q0
+        end = end_p if end_p < end_q else end_q
+        if end == math.inf:
+            return out
         if end > z:
             if in_p and in_q:
                 _choose(out, p, q, z, end, sign)
             elif sign > 0 and (in_p or in_q):
                 _add(out, p if in_p else q, z, end)
-        if p is not None and p.z1 <= end:
+        if p1 <= end:
             i += 1
-        if q is not None and q.z1 <= end:
+            p = f[i] if i < len(f) else _NONE
+            p0, p1 = p[0], p[1]
+        if q1 <= end:
             j += 1
+            q = g[j] if j < len(g) else _NONE
+            q0, q1 = q[0], q[1]
         z = end
-    return out
+
+
+_NONE = Piece(math.inf, math.inf, 0.0, 0.0)
 
 
 def upper(f, g):
@@ -169,7 +199,7 @@ def closed(f):
 
 def clip(f, z0, z1):
     """The part of a graph over [z0, z1]."""
-    return [p._replace(z0=max(p.z0, z0), z1=min(p.z1, z1)) for p in f if p.z1 > z0 and p.z0 < z1]
+    return [p if p[0] >= z0 and p[1] <= z1 else p._replace(z0=max(p[0], z0), z1=min(p[1], z1)) for p in f if p[1] > z0 and p[0] < z1]
 
 
 def negative(f):
@@ -195,7 +225,16 @@ def at(f, z):
 
 def highest(f, z0, z1):
     """Largest height over [z0, z1], walls at its ends included; -inf without any."""
-    return max((top(p, max(p.z0, z0), min(p.z1, z1)) for p in f if p.z1 >= z0 and p.z0 <= z1), default=-math.inf)
+    return max([top(p, max(p[0], z0), min(p[1], z1)) for p in f if p[1] >= z0 and p[0] <= z1], default=-math.inf)
+
+
+def _lines_below(p, q, z0, z1, margin):
+    """Whether two pieces are lines, and p is nowhere more than a margin above q."""
+    if p.r or q.r:
+        return False
+    a = p.xr - q.xr - margin - p.slope * p.zr + q.slope * q.zr
+    rise = p.slope - q.slope
+    return a + rise * z0 <= 0.0 and a + rise * z1 <= 0.0
 
 
 def above(f, g, margin=0.0):
@@ -205,7 +244,7 @@ def above(f, g, margin=0.0):
     while i < len(f) and j < len(g):
         p, q = f[i], g[j]
         z0, z1 = max(p.z0, q.z0), min(p.z1, q.z1)
-        if z1 > z0:
+        if z1 > z0 and not _lines_below(p, q, z0, z1, margin):
             raised = q._replace(xr=q.xr + margin) if margin else q
             cuts = [z0, *sorted(z for z in _roots(p, raised) if z0 < z < z1), z1]
             for a, b in zip(cuts, cuts[1:]):

@@ -19,23 +19,41 @@ from chipwise.turning.graph import (
 HOLDER_ROUNDS = 40      # each raises the positions by less; most tools need one
 HOLDER_MM = 0.2         # levels leave what is thinner than 0.05 mm, the holder stays farther away
 SAME_MM = 1e-6          # a rise below this ends the rounds
+SLOPE, SAME_X_MM = 1e-6, 1e-9       # rounding of slopes and of heights at joints
 
 
 def disc(f, r):
-    """max over s of f(s) + sqrt(r^2 - (z - s)^2): f offset by r.  Ends of pieces are rounded where the graph is not concave."""
+    """max over s of f(s) + sqrt(r^2 - (z - s)^2): f offset by r.  Ends of pieces are rounded where the graph is not concave.
+
+    Above a piece's offset no disc about its ends is higher, and beyond it the disc about the nearer end is: so of each disc only
+    the part between the offsets of its neighbours counts.
+    """
     if r <= 0.0 or not f:
         return list(f)
-    graphs = []
-    for k, p in enumerate(f):
+    graphs, offsets = [], [_offset(p, r) for p in f]
+    for k, (p, offset) in enumerate(zip(f, offsets)):
         before, after = (f[k - 1] if k else None), (f[k + 1] if k + 1 < len(f) else None)
         if _needs_disc(before, p, r, at_start=True):
-            graphs.append([_half_circle(p.z0, value(p, p.z0), r, p.line)])
-        offset = _offset(p, r)
+            _append(graphs, _half_circle(p.z0, value(p, p.z0), r, p.line), -math.inf, offset.z0 if offset else math.inf)
         if offset:
-            graphs.append([offset])
+            _append(graphs, offset, -math.inf, math.inf)
         if _needs_disc(p, after, r, at_start=False):
-            graphs.append([_half_circle(p.z1, value(p, p.z1), r, p.line)])
+            joined = after is not None and after.z0 == p.z1 and abs(value(after, p.z1) - value(p, p.z1)) <= SAME_X_MM and offsets[k + 1]
+            _append(graphs, _half_circle(p.z1, value(p, p.z1), r, p.line), offset.z1 if offset else -math.inf,
+                    offsets[k + 1].z0 if joined else math.inf)
     return envelope(graphs)
+
+
+def _append(graphs, piece, z0, z1):
+    """A piece, clipped to [z0, z1]: to the last graph if it is to the right of that, else as a new one."""
+    if z0 > piece.z0 or z1 < piece.z1:
+        piece = piece._replace(z0=max(piece.z0, z0), z1=min(piece.z1, z1))
+    if piece.z1 <= piece.z0:
+        return
+    if graphs and graphs[-1][-1].z1 <= piece.z0:
+        graphs[-1].append(piece)
+    else:
+        graphs.append([piece])
 
 
 def _vanishes(p, r):
@@ -48,7 +66,7 @@ def _needs_disc(left, right, r, at_start):
         return True
     z = right.z0
     a, b = value(left, z), value(right, z)
-    if abs(a - b) > 1e-9:
+    if abs(a - b) > SAME_X_MM:
         return (b > a) if at_start else (a > b)
     if _vanishes(left, r) or _vanishes(right, r):
         return not at_start
@@ -104,17 +122,29 @@ def cone(f, left, right, domain):
 
 
 def window(f, u0, u1):
-    """max over u0 <= u <= u1 of f(z + u)."""
+    """max over u0 <= u <= u1 of f(z + u): at one end of the window, or at a local maximum within."""
     if u1 <= u0:
         return moved(f, -u0, 0.0)
-    graphs = []
-    for p in f:
-        graphs += [[p._replace(z0=p.z0 - u1, z1=p.z1 - u1, zr=p.zr - u1)], [p._replace(z0=p.z0 - u0, z1=p.z1 - u0, zr=p.zr - u0)]]
-        peaks = {(p.z0, value(p, p.z0)), (p.z1, value(p, p.z1))}
+    flats = []
+    for z, x, line in _maxima(f):
+        _append(flats, flat(z - u1, z - u0, x, line), -math.inf, math.inf)
+    return envelope([moved(f, -u1, 0.0), moved(f, -u0, 0.0), envelope(flats)])
+
+
+def _maxima(f):
+    """(z, x, line) of the local maxima of a graph, ends at gaps and tops of walls included; in doubt more than needed."""
+    for k, p in enumerate(f):
+        before, after = (f[k - 1] if k else None), (f[k + 1] if k + 1 < len(f) else None)
+        first, last = value(p, p.z0), value(p, p.z1)
+        if slope_at(p, p.z0) <= SLOPE and (before is None or before.z1 != p.z0 or value(before, p.z0) < first - SAME_X_MM):
+            yield p.z0, first, p.line
         if p.r and p.side > 0 and p.z0 < p.zr < p.z1:
-            peaks.add((p.zr, p.xr + p.r))
-        graphs += [[flat(z - u1, z - u0, x, p.line)] for z, x in sorted(peaks)]
-    return envelope(graphs)
+            yield p.zr, p.xr + p.r, p.line
+        if slope_at(p, p.z1) < -SLOPE:
+            continue
+        step = math.inf if after is None or after.z0 != p.z1 else last - value(after, p.z1)
+        if step > SAME_X_MM or step >= -SAME_X_MM and slope_at(after, p.z1) <= SLOPE:
+            yield p.z1, last, p.line
 
 
 def dilated(f, tool, more, domain):
