@@ -16,6 +16,14 @@ G26 = "G26 Q100 I0.3 D1 F100 E50\n"
 SHAFT = "G0 X8 Z0\nG1 X10 Z-2\nG1 Z-20\nG1 X14\nG1 Z-30\n"
 BORED = "G0 X8 Z-25\nG1 Z0\nG1 X14\nG1 Z-25\n"
 GROOVED = "G0 X10 Z0\nG1 Z-10\nG1 X7\nG1 Z-16\nG1 X10\nG1 Z-30\n"
+PIN = "G0 X4 Z0\nG1 Z-30\n"
+FLANGE = "G0 X8 Z-25\nG1 Z-5\nG1 X10\nG1 Z0\nG1 X20\nG1 Z-8\nG1 X26\nG1 Z-25\n"
+BLIND = "G0 X6.5 Z-15\nG1 Z0\nG1 X14\nG1 Z-30\n"
+DISC = "G0 X24 Z0\nG1 Z-6\n"
+TAPER = "G0 X6 Z0\nG1 X12 Z-40\n"
+BALL = "G0 X0 Z0\nG3 X10 Z-10 I0 K-10\nG1 Z-20\n"
+HOLLOW = "G0 X10 Z0\nG1 Z-10\nG1 X7 Z-16\nG1 Z-18\nG1 X10 Z-24\nG1 Z-30\n"
+INSIDE = "ROUGH=1,ROUGH=7,FINISH=2,FINISH=7,DRILL=5"
 BAR = "(WORKPIECE,CYLINDER,AXIS=Z,DIAMETER={d},ZMIN=-60,ZMAX={z}{bore})\n"
 
 
@@ -73,6 +81,33 @@ EXPECTED = [
     # parted off
     (program(SHAFT, bar(), tools="PARTOFF=6"), ["rough outside", "finish outside", "part off"]),
     (program(SHAFT, blank_sub(SHAFT + "G1 X14 Z-60\n"), call=FROM_SUB, tools="PARTOFF=6"), ["part off"]),
+    (program(PIN, bar(8.4), tools="ROUGH=1,FINISH=2,PARTOFF=6"), ["finish outside", "part off"]),
+    (program(PIN, bar(8), tools="ROUGH=1,FINISH=2,PARTOFF=6"), ["part off"]),
+    (program(PIN, bar(8, 0.8), tools="ROUGH=1,FINISH=2,PARTOFF=6"), ["face", "finish outside", "part off"]),
+    # a flange with a stepped bore: from bar, tube, casting, either side finished
+    (program(FLANGE, bar(56, 1), tools=INSIDE), ["face", "drill", "rough outside", "rough inside", "finish outside", "finish inside"]),
+    (program(FLANGE, bar(56, 0, ",BORE=14"), tools=INSIDE), ["rough outside", "rough inside", "finish outside", "finish inside"]),
+    (program(FLANGE, bar(56, 1, ",BORE=14"), tools=INSIDE), ["face", "rough outside", "rough inside", "finish outside", "finish inside"]),
+    (program(FLANGE, blank_sub("G0 X7 Z-30\nG1 Z-4\nG1 X8.5\nG1 Z1.5\nG1 X21.5\nG1 Z-7\nG1 X27\nG1 Z-30\n"), call=FROM_SUB, tools=INSIDE),
+     ["face", "rough outside", "rough inside", "finish outside", "finish inside"]),
+    (program(FLANGE, blank_sub("G0 X7 Z-25\nG1 Z0\nG1 X20\nG1 Z-8\nG1 X26\nG1 Z-25\n"), call=FROM_SUB, tools=INSIDE), ["rough inside", "finish inside"]),
+    (program(FLANGE, blank_sub("G0 X8 Z-25\nG1 Z-5\nG1 X10\nG1 Z0\nG1 X27\nG1 Z-25\n"), call=FROM_SUB, tools=INSIDE), ["rough outside", "finish outside"]),
+    (program(FLANGE, blank_sub(FLANGE), call=FROM_SUB, tools=INSIDE), []),
+    # bores
+    (program(BLIND, bar(30, 0.5), tools=INSIDE), ["face", "drill", "rough outside", "rough inside", "finish outside", "finish inside"]),
+    (program(BORED, bar(28, 1, ",BORE=12"), tools=INSIDE), ["face", "rough inside", "finish outside", "finish inside"]),
+    (program(BORED, bar(28, bore=",BORE=12"), tools=INSIDE, call=G26.replace("I0.3", "I0")), ["rough inside"]),
+    # one cut, a face alone, a cone, a ball, a hollow
+    (program(DISC, bar(48.4)), ["finish outside"]),
+    (program(DISC, bar(48, 1.2)), ["face", "finish outside"]),
+    (program(TAPER, bar(26)), ["rough outside", "finish outside"]),
+    (program(TAPER, blank_sub("G0 X6.2 Z0\nG1 X12.2 Z-40\nG1 Z-50\n"), call=FROM_SUB), ["finish outside"]),
+    (program(BALL, bar(22)), ["rough outside", "finish outside"]),
+    (program(BALL, blank_sub("G0 X0 Z1\nG1 X11\nG1 Z-25\n"), call=FROM_SUB), ["face", "rough outside", "finish outside"]),
+    (program(HOLLOW, bar(22), tools="ROUGH=1,FINISH=4"), ["rough outside", "rest outside", "finish outside"]),
+    # a chuck, the drawing in reverse
+    (program(SHAFT, bar(z=1), more="G22 X20 Z-34\n"), ["face", "rough outside", "finish outside"]),
+    (program("G0 X14 Z-30\nG1 Z-20\nG1 X10\nG1 Z-2\nG1 X8 Z0\n", bar(z=1)), ["face", "rough outside", "finish outside"]),
 ]
 
 

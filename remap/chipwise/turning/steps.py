@@ -49,7 +49,7 @@ def face(state, name):
     count = math.ceil((end - target) / min(order.depth, tool.depth) - 1e-9)
     levels = [end + (target - end) * k / count + tool.nose for k in range(1, count + 1)]
     hole = -highest(state.stock[True], target, end)
-    x_to = max(hole - tool.nose - CLEARANCE_MM, 0.0)
+    x_to = max(hole - CLEARANCE_MM, 0.0)
     limit = highest(work.reach, levels[-1] + passes.ROUNDING_MM, domain[1])
     if limit > x_to + passes.ROUNDING_MM:
         raise CycleError("holder, barrier or part let the tool come to X{x} only in front of the face", "use a tool whose holder is behind its nose",
