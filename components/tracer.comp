@@ -38,7 +38,7 @@ pin in s32 mode = 2 "1 lines from one side, 2 lines to and fro, 3 contour, 4 par
 pin in s32 scan_axis "axis of the lines: 0 X, 1 Y";
 pin in s32 direction = 1 "first line towards + (1) or - (-1); contour: model on the right (1) or on the left (-1) of the travel";
 pin in float feed "along the surface, machine units/s";
-pin in float feed_override = 1.0 "share of feed, 0..1";
+pin in float feed_override = 1.0 "share of every velocity, 0..1";
 pin in float pick_feed "from line to line, machine units; its sign is its direction; 0: one line";
 pin in float deflection_target = 0.3 "deflection to hold, machine units; must be below range";
 pin in float deflection_x "of the stylus, from the head's rest position, machine units";
@@ -94,6 +94,7 @@ param rw float max_vel = 50.0 "of the head in any direction, machine units/s";
 param rw float approach_vel = 5.0 "approach, and back to the model when contact is lost, machine units/s";
 param rw float return_vel = 20.0 "retract and return, machine units/s";
 param rw float dead_time = 0.0 "from velocity to measured deflection, without the period itself, s";
+param rw float drive_time = 0.0 "part of dead-time from velocity to pos-x -y -z, of drives or LinuxCNC; the rest is the sensor's, s";
 param rw float max_jump = 0.5 "a larger change of deflection or position in a period is a fault, machine units";
 param rw float friction = 0.0 "sine of the friction angle to begin with, 0..0.6";
 param rw float retract_distance = 5.0 "clearance of retract and return, machine units";
@@ -136,6 +137,7 @@ static void read_settings(struct __comp_state *__comp_inst, struct chip_tracer_s
     s->deflection_mm = deflection_target / per_mm;
     s->range_mm = range / per_mm;
     s->dead_time_s = dead_time;
+    s->drive_time_s = drive_time;
     s->max_jump_mm = max_jump / per_mm;
     s->friction_share = friction;
     s->pick_mm = pick_feed / per_mm;

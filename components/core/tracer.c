@@ -30,9 +30,10 @@ static int is_sound(const struct chip_tracer_settings *s)
         && within(s->return_vel_mm_s, 1e-3, most) && within(s->max_vel_mm_s, 1e-3, most)
         && within(s->acceleration_mm_s2, 1.0, most) && within(s->gain_hz, 1e-2, most)
         && within(s->deflection_mm, 1e-3, 100.0) && within(s->range_mm, 1.01 * s->deflection_mm, 100.0)
-        && within(s->dead_time_s, 0.0, 1.0) && within(s->max_jump_mm, 1e-4, 100.0)
-        && within(s->friction_share, 0.0, 0.6) && within(s->pick_mm, -most, most) && within(s->retract_mm, 0.0, most)
-        && within(s->search_mm, 0.0, most) && within(s->lost_mm, 0.0, most) && within(size, 1e-6, 1e6);
+        && within(s->dead_time_s, 0.0, 1.0) && within(s->drive_time_s, 0.0, s->dead_time_s)
+        && within(s->max_jump_mm, 1e-4, 100.0) && within(s->friction_share, 0.0, 0.6) && within(s->pick_mm, -most, most)
+        && within(s->retract_mm, 0.0, most) && within(s->search_mm, 0.0, most) && within(s->lost_mm, 0.0, most)
+        && within(size, 1e-6, 1e6);
 }
 
 /* The settings in force, directions of length 1. */

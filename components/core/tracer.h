@@ -88,6 +88,7 @@ struct chip_tracer_settings {
     double deflection_mm;      /* to hold: eps0 */
     double range_mm;           /* the head's range: eps is below it */
     double dead_time_s;        /* from velocity to measured deflection, without the period itself */
+    double drive_time_s;       /* part of it from velocity to position; the rest is the sensor's */
     double max_jump_mm;        /* a larger change in a period is a fault */
     double friction_share;     /* sine of the friction angle to begin with, 0..0.6 */
     double pick_mm;            /* pick feed; its sign is its direction */
@@ -104,7 +105,7 @@ struct chip_tracer_settings {
 struct chip_tracer_in {
     int is_enabled;
     int wants_retract; /* leave the model and end */
-    double feed_share; /* feed override, 0..1 */
+    double feed_share; /* override of every movement, 0..1 */
     double period_s;
     double position_mm[3];   /* p */
     double deflection_mm[3]; /* e */

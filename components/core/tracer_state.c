@@ -172,10 +172,18 @@ static double end_of_trace(struct chip_tracer *tracer, const struct chip_tracer_
 
 const double *chip_tracer_late(const struct chip_tracer *tracer, double period_s)
 {
-    int late = (int)chip_min(tracer->settings.dead_time_s / period_s + 0.5, CHIP_TRACER_DELAY - 1);
+    double sensor_s = tracer->settings.dead_time_s - tracer->settings.drive_time_s;
+    int late = (int)chip_min(sensor_s / period_s + 0.5, CHIP_TRACER_DELAY - 1);
+    CHIP_FAULT(DRIVE_AS_SENSOR, late = (int)(tracer->settings.dead_time_s / period_s + 0.5));
     if (late > tracer->stored - 1) late = tracer->stored - 1;
     CHIP_FAULT(POSITION_NOT_LATE, late = 0);
     return tracer->position_mm[(tracer->newest + CHIP_TRACER_DELAY - late) % CHIP_TRACER_DELAY];
+}
+
+/* Share of its velocity that every movement has. */
+static double share_of(const struct chip_tracer_in *in)
+{
+    return chip_finite(in->feed_share) ? chip_clamp(in->feed_share, 0.0, 1.0) : 0.0;
 }
 
 /* TRACE and PICK: the law [2] to [5]; a fault if a line goes round below the model. */
@@ -189,8 +197,7 @@ static int trace(struct chip_tracer *tracer, const struct chip_tracer_in *in, do
     int i, ended = 0;
     for (i = 0; i < 3; i++) ball[i] = late[i] + in->deflection_mm[i];
     chip_tracer_heading(&tracer->law, in->deflection_mm, ball, s->dead_time_s, period_s, &heading);
-    feed = chip_tracer_feed(s, &tracer->law, chip_finite(in->feed_share) ? chip_clamp(in->feed_share, 0.0, 1.0) : 0.0,
-                            eps, period_s, &out->limit_number);
+    feed = chip_tracer_feed(s, &tracer->law, share_of(in), eps, period_s, &out->limit_number);
     most = end_of_trace(tracer, in, heading.tangent, feed, &ended);
     if (most < feed) feed = most, out->limit_number = CHIP_TRACER_BY_WINDOW;
     if (out->limit_number == CHIP_TRACER_BY_NOTHING && out->gain_hz < s->gain_hz)
@@ -244,7 +251,7 @@ static int seek(struct chip_tracer *tracer, const struct chip_tracer_in *in, dou
     out->velocity_limit_mm_s = most_vel;
     vel = chip_min(chip_min(s->approach_vel_mm_s, most_vel),
                    chip_tracer_normal_vel(s, s->deflection_mm - eps, out->gain_hz));
-    for (i = 0; i < 3; i++) wanted[i] = vel * dir[i];
+    for (i = 0; i < 3; i++) wanted[i] = share_of(in) * vel * dir[i];
     return CHIP_TRACER_NO_FAULT;
 }
 
@@ -260,7 +267,7 @@ static void retract(struct chip_tracer *tracer, const struct chip_tracer_in *in,
         return;
     }
     vel = chip_min(s->return_vel_mm_s, chip_tracer_normal_vel(s, left, CHIP_TRACER_END_GAIN));
-    for (i = 0; i < 3; i++) wanted[i] = -vel * s->approach_dir[i];
+    for (i = 0; i < 3; i++) wanted[i] = -share_of(in) * vel * s->approach_dir[i];
 }
 
 /* RETURN: above the model to the beginning of the next line. */
@@ -282,7 +289,7 @@ static int go_back(struct chip_tracer *tracer, const struct chip_tracer_in *in, 
     }
     vel = chip_min(chip_min(s->return_vel_mm_s, out->velocity_limit_mm_s),
                    chip_tracer_normal_vel(s, left, CHIP_TRACER_END_GAIN));
-    for (i = 0; i < 3; i++) wanted[i] = vel * off[i] / left;
+    for (i = 0; i < 3; i++) wanted[i] = share_of(in) * vel * off[i] / left;
     return CHIP_TRACER_NO_FAULT;
 }
 

@@ -4,9 +4,9 @@
 
 void chip_tracer_loop(struct chip_tracer *tracer, const struct chip_tracer_settings *settings,
                       struct chip_stylus *stylus, const struct chip_stylus_settings *model, double p[3],
-                      double period_s, int is_enabled, long count, struct chip_tracer_row *rows)
+                      double period_s, int is_enabled, double feed_share, long count, struct chip_tracer_row *rows)
 {
-    struct chip_tracer_in in = { .is_enabled = is_enabled, .feed_share = 1.0, .period_s = period_s };
+    struct chip_tracer_in in = { .is_enabled = is_enabled, .feed_share = feed_share, .period_s = period_s };
     struct chip_tracer_out out;
     long k;
     int i;

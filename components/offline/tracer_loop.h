@@ -24,6 +24,6 @@ struct chip_tracer_row {
 /* `count` periods from position p, which the velocities move; a row each into `rows`. */
 void chip_tracer_loop(struct chip_tracer *tracer, const struct chip_tracer_settings *settings,
                       struct chip_stylus *stylus, const struct chip_stylus_settings *model, double p[3],
-                      double period_s, int is_enabled, long count, struct chip_tracer_row *rows);
+                      double period_s, int is_enabled, double feed_share, long count, struct chip_tracer_row *rows);
 
 #endif

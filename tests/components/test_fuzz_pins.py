@@ -16,6 +16,7 @@ loadrt volumetric_feed
 loadrt chipwise_guard
 loadrt chipwise_command
 loadrt tracer
+loadrt tracer_offset
 loadrt tracer_slave
 loadrt tracer_model
 loadrt integ
@@ -25,6 +26,7 @@ addf stock-tracker.0 servo
 addf volumetric-feed.0 servo
 addf chipwise-guard.0 servo
 addf tracer.0 servo
+addf tracer-offset.0 servo
 addf tracer-slave.0 servo
 addf tracer-slave.0.pulse servo
 addf tracer-model.0 servo
@@ -52,7 +54,7 @@ def test_hostile_numbers_on_every_pin(tmp_path):
     wrong, seen = (json.loads((tmp_path / (name + ".json")).read_text()) for name in ("wrong", "seen"))
     assert wrong == [], f"CHIPWISE_SEED={random_seed()} CHIPWISE_RANDOM_COUNT={steps}: {wrong[0]}"
     assert seen["steps"] == steps and seen["ready"] > 0.05 * steps
-    for component in ("stock_tracker", "volumetric_feed", "chipwise_guard", "chipwise_command", "tracer", "tracer_slave",
+    for component in ("stock_tracker", "volumetric_feed", "chipwise_guard", "chipwise_command", "tracer", "tracer_offset", "tracer_slave",
                       "tracer_model"):
         prefix = component.replace("_", "-") + ".0."
         there = {name.removeprefix(prefix) for name in seen["inputs"] if name.startswith(prefix)}

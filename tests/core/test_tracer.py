@@ -67,6 +67,32 @@ def test_friction_with_dead_time():
     assert np.abs(rows["friction_share"] - math.sin(math.atan(0.15))).max() < 0.01
 
 
+def test_the_ball_behind_a_slow_drive():
+    """Dead time of the drive alone: position and deflection are of the same moment, and so is the ball."""
+    rows = tracing(ends(Rig((-15, 0, 3), dead_time_s=0.004, drive_time_s=0.004), STATE.DONE))
+    assert np.abs(rows["seen_ball_mm"] - rows["ball_mm"]).max() < 1e-9
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5])
+def test_the_override_acts_on_every_movement(share):
+    """Approach, trace, retract and return have that share of their velocity; 0 rests, also in contact."""
+    rig = Rig((-8, -4, 16), {"surface_number": SURFACE.BALL, "size_mm": 14}, mode_number=MODE.ONE_WAY, pick_mm=4.0, gain_hz=400.0,
+              window_min_mm=(-8, -4, -FAR), window_max_mm=(8, 4, FAR))
+    seen = {}
+    for _ in range(400):
+        rows = rig.run(0.05)
+        state = int(rows["state"][-1])
+        if (rows["state"] == state).all() and state not in seen and state in (STATE.APPROACH, STATE.TRACE, STATE.RETRACT, STATE.RETURN):
+            full = np.linalg.norm(rows["velocity_mm_s"][-1])
+            rig.feed_share = share
+            slow = rig.run(0.15)
+            rig.feed_share = 1.0
+            if (slow["state"] == state).all():
+                seen[state] = np.linalg.norm(slow["velocity_mm_s"][-1]) / full
+    assert len(seen) == 4 and max(seen.values()) < share + 0.2, seen
+    assert share or max(seen.values()) < 1e-3, seen
+
+
 def test_bend_at_a_low_gain():
     """R 3 at a gain of 50: a normal velocity that is missing would show as an error of 0.012 mm or more."""
     rig = Rig((-15, 0, 0), {"surface_number": SURFACE.CYLINDER, "size_mm": 2}, mode_number=MODE.CONTOUR, approach_dir=(1, 0, 0), gain_hz=50.0,

@@ -269,6 +269,27 @@ class SlaveFault(IntEnum):
     NO_MASTER = 4
 
 
+class AxisOffsetState(IntEnum):
+    """enum chip_axis_offset_state"""
+
+    HOLD = 0
+    FOLLOW = 1
+    CLEAR = 2
+    FAULT = 3
+
+
+class AxisOffsetFault(IntEnum):
+    """enum chip_axis_offset_fault"""
+
+    NO_FAULT = 0
+    SETTINGS = 1
+    NOT_FINITE = 2
+    ASTRAY = 3
+    BEHIND = 4
+    COLLISION = 5
+    TOO_FAR = 6
+
+
 class FeedIn(C.Structure):
     """struct chip_feed_in"""
 
@@ -818,6 +839,7 @@ class TracerSettings(C.Structure):
         ("deflection_mm", C.c_double),
         ("range_mm", C.c_double),
         ("dead_time_s", C.c_double),
+        ("drive_time_s", C.c_double),
         ("max_jump_mm", C.c_double),
         ("friction_share", C.c_double),
         ("pick_mm", C.c_double),
@@ -1024,6 +1046,78 @@ class Slave(C.Structure):
     ]
 
 
+class AxisOffsetSettings(C.Structure):
+    """struct chip_axis_offset_settings"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("acceleration_mm_s2", C.c_double * 3),
+        ("max_vel_mm_s", C.c_double * 3),
+        ("count_mm", C.c_double),
+        ("clear_vel_mm_s", C.c_double),
+        ("max_astray_mm", C.c_double),
+        ("max_behind_mm", C.c_double),
+        ("contact_mm", C.c_double),
+    ]
+
+
+class AxisOffsetIn(C.Structure):
+    """struct chip_axis_offset_in"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("has_request", C.c_int),
+        ("has_permit", C.c_int),
+        ("has_machine", C.c_int),
+        ("wants_clear", C.c_int),
+        ("period_s", C.c_double),
+        ("position_mm", C.c_double * 3),
+        ("offset_mm", C.c_double * 3),
+        ("requested_mm", C.c_double * 3),
+        ("deflection_mm", C.c_double),
+    ]
+
+
+class AxisOffsetOut(C.Structure):
+    """struct chip_axis_offset_out"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("state_number", C.c_int),
+        ("fault_number", C.c_int),
+        ("is_enabled", C.c_int),
+        ("is_cleared", C.c_int),
+        ("is_off", C.c_int),
+        ("counts", C.c_int32 * 3),
+        ("behind_mm", C.c_double),
+        ("lead_mm", C.c_double),
+        ("astray_mm", C.c_double),
+    ]
+
+
+class AxisOffset(C.Structure):
+    """struct chip_axis_offset"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("state", C.c_int),
+        ("fault", C.c_int),
+        ("had_request", C.c_int),
+        ("had_clear", C.c_int),
+        ("had_machine", C.c_int),
+        ("begin_s", C.c_double),
+        ("clear_s", C.c_double),
+        ("stage", C.c_int),
+        ("least_mm", C.c_double),
+        ("known", C.c_int),
+        ("counts", C.c_int32 * 3),
+        ("from_mm", C.c_double * 3),
+        ("missing_mm", C.c_double * 3),
+        ("velocity_mm_s", C.c_double * 3),
+        ("expected_mm", C.c_double * 3),
+    ]
+
+
 class HeightMap(C.Structure):
     """struct chip_height_map"""
 
@@ -1163,6 +1257,10 @@ STRUCTURES = {
     "chip_master": Master,
     "chip_slave_settings": SlaveSettings,
     "chip_slave": Slave,
+    "chip_axis_offset_settings": AxisOffsetSettings,
+    "chip_axis_offset_in": AxisOffsetIn,
+    "chip_axis_offset_out": AxisOffsetOut,
+    "chip_axis_offset": AxisOffset,
     "chip_height_map": HeightMap,
     "chip_height_tool": HeightTool,
     "chip_height_met": HeightMet,
