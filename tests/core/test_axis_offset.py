@@ -68,7 +68,7 @@ def test_a_stop_brakes_and_holds(what):
     held = rig.offsets[-1]
     rig.signals(permit=1)
     rig.run(1500, (500.0, 0, 0))
-    assert np.abs(rig.offsets[-1] - held).max() < 1e-5         # it does not begin again by itself
+    assert np.abs(rig.offsets[-1] - held).max() < 1e-5 and rig.states[-1][0] == STATE.HOLD         # it does not begin again by itself
     rig.signals(request=0)
     rig.run(2)
     rig.follow(straight(10.0, 100) + (500, 0, 0))
