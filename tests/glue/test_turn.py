@@ -15,9 +15,12 @@ from chipwise.moves import Line, Rapid
 def turn(monkeypatch):
     """chipwise.glue.turn with a stand-in for LinuxCNC's module of constants and a clock by hand."""
     monkeypatch.setitem(sys.modules, "interpreter", types.SimpleNamespace(INTERP_EXECUTE_FINISH=3))
+    queued = []
+    monkeypatch.setitem(sys.modules, "emccanon", types.SimpleNamespace(DWELL=queued.append))
     monkeypatch.delitem(sys.modules, "chipwise.glue.turn", raising=False)
     module = importlib.import_module("chipwise.glue.turn")
     module.clock = 0.0
+    module.queued = queued
     monkeypatch.setattr(module.time, "monotonic", lambda: module.clock)
     yield module
     sys.modules.pop("chipwise.glue.turn", None)
@@ -80,6 +83,7 @@ def test_feed_survives_the_wait(turn):
     machine = interp(1)
     wait = turn.Turn(machine).wait()
     next(wait)
+    assert turn.queued == [0.0]         # the move before is in the queue
     machine.feed_rate = 3000.0
     assert list(wait) == [] and machine.feed_rate == 7.0
 

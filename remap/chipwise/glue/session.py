@@ -18,7 +18,7 @@ from chipwise.errors import CycleError, clip, printable
 from chipwise.glue import barriers, context, emit, known_stock, named, task, volumetric
 from chipwise.glue.ceiling import restore_programmed
 from chipwise.glue.state import State
-from chipwise.glue.turn import Turn
+from chipwise.glue.turn import Turn, hand_over
 
 
 def begin(interp, words):
@@ -99,6 +99,7 @@ def run_steps(interp, code, kwargs, steps):
         begin(interp, kwargs)
         named.check_known(interp)
         for _ in steps(State(interp, code, kwargs)):
+            hand_over()
             yield INTERP_EXECUTE_FINISH
         yield INTERP_OK
     except GeneratorExit:  # the program was aborted while we waited

@@ -15,6 +15,7 @@ The preview has nobody to serve and never yields.
 
 import time
 
+import emccanon
 from interpreter import INTERP_EXECUTE_FINISH
 
 WAIT_S = 0.1
@@ -33,6 +34,12 @@ class _Since:
 
     seconds = 0.0
     moves = 0
+
+
+def hand_over():
+    """Queue the move before, which LinuxCNC may still hold back to join it with the next one (G64 P Q): it forgets what it holds back
+    when a remap yields INTERP_EXECUTE_FINISH (emccanon.cc: chained_points, drop_segments(); 2.9.0~pre1).  A dwell of 0 s queues it."""
+    emccanon.DWELL(0.0)
 
 
 def _size(chunk):
@@ -78,6 +85,7 @@ class Turn:
         if not self._interp.task:
             return
         feed = self._interp.feed_rate
+        hand_over()
         yield INTERP_EXECUTE_FINISH
         self._interp.feed_rate = feed
         _Since.seconds, _Since.moves, self._began = 0.0, 0, time.monotonic()
