@@ -4,6 +4,7 @@
 Called by the glue (remaps), by bin/chipwise and by the wiring scripts.  ini.py reads the file.
 """
 
+import ipaddress
 import math
 import os
 import re
@@ -63,6 +64,11 @@ def _yes_or_no(text: str) -> bool:
     return {"yes": True, "no": False}[text.lower()]
 
 
+def _address(text: str) -> str:
+    """The text of an IP address -> its usual form."""
+    return str(ipaddress.ip_address(text))
+
+
 @dataclass(frozen=True)
 class Setting:
     """One key: default, unit, parser, check and the text of its rule."""
@@ -117,6 +123,11 @@ SETTINGS = {
     "FILTER_REWRITE": Setting("no", "", str.lower, lambda v: v in ("no", "flute", "feed"), "no, flute or feed"),
     "FILTER_RATE": Setting(0.0, "cm3/min", _number, lambda v: 0 <= v < 1e6, "a removal rate of 0 (none) or more"),
     "FILTER_CEILING": Setting(0.0, "mm/min", _number, lambda v: 0 <= v < 1e6, "a feed of 0 (that of the axes) or more"),
+    "PANEL": Setting(False, "", _yes_or_no, lambda v: True, "yes or no"),
+    "PANEL_ADDRESS": Setting("127.0.0.1", "", _address, lambda v: True, "an IP address of this machine, or 0.0.0.0 for all of them"),
+    "PANEL_PORT": Setting(8250, "", _whole, lambda v: 1024 <= v <= 65_535, "a whole number from 1024 to 65535"),
+    "PANEL_TOKEN": Setting("", "", str, lambda v: v == "" or re.fullmatch(r"[!-~]{8,200}", v) is not None,
+                           "nothing (read-only), or 8 to 200 letters, digits and signs without blanks"),
     "GUARD_FLUTE": Setting(True, "", _yes_or_no, lambda v: True, "yes or no"),
 }
 

@@ -43,6 +43,7 @@
     ["feed override", factor]       the operator's slider
     ["hal", word, ...]              a halcmd command
     ["enter", text, argument, ...]  chipwise enter with the text as standard input; answer: [exit status, output, errors]
+    ["program", word, ...]          a program in LinuxCNC's environment; answer: [exit status, what it printed]
     ["stop", how, seconds]          abort or estop, so long after the start of the open program; answer: {"served": s until the
                                     task had done it, "stood": s until nothing moved}, both without the time for which
                                     other programs had the processors; "busy": whether the program was still under way
@@ -87,7 +88,7 @@ from support.servo_record import Record, RecordError     # noqa: E402
 
 # Steps that set the machine going: what comes of them counts from their beginning, of all others from their end.
 BEGINNING = ('start', 'begin', 'run from', 'run_from', 'mdi quietly', 'resume', 'reverse', 'forward')
-LOOKING = ('until', 'over', 'sleep', 'pins')            # these do nothing to the machine
+LOOKING = ('until', 'over', 'sleep', 'pins', 'program')            # these do nothing to the machine
 IDLE_POLLS = 20             # a program that has been idle so often is over, however short it was
 SETTLE_S = 0.3      # the monitor's messages come this late at most
 # In real time, however fast the clock is: a busy computer takes that longer.
@@ -470,6 +471,11 @@ class Operator:
     def feed_override(self, factor):
         self.machine.command.feedrate(factor)
         self.machine.wait('feed override', lambda s: abs(s.feedrate - factor) < 1e-6)
+
+    @staticmethod
+    def program(*words):
+        done = subprocess.run(words, text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+        return [done.returncode, done.stdout]
 
     def hal(self, *words):
         return halcmd.attempt(*words).stdout.strip()

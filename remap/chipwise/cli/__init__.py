@@ -22,7 +22,7 @@ from chipwise import ROOT, version
 from chipwise.errors import printable
 
 COMMANDS = {name: name for name in ('check', 'contour', 'demo', 'digitise', 'display', 'enter', 'filter', 'load', 'monitor',
-                                   'patterns', 'rewrite', 'stations', 'surface', 'turn')} | {'try': 'try_program'}
+                                   'panel', 'patterns', 'rewrite', 'stations', 'surface', 'turn')} | {'try': 'try_program'}
 INTERNAL = ('display', 'load', 'monitor')      # LinuxCNC calls them
 
 

@@ -8,6 +8,8 @@ does not start: a map of another size than the one asked for would be worse.
 
 import ctypes
 import os
+import subprocess
+import sys
 
 from chipwise import ROOT
 from chipwise.cli.python_section import check_codes
@@ -211,6 +213,16 @@ def load(ini, settings):
     watch_the_tool()
     join('motion.feed-inhibit', 'chipwise-guard.0.inhibit', 'chipwise-feed-inhibit')
     join('motion.feed-hold', 'chipwise-guard.0.hold', 'chipwise-feed-hold')
+    if settings['PANEL']:
+        start_panel()
+
+
+def start_panel():
+    """The page of `chipwise panel`, a process of its own: LinuxCNC starts and runs without it as well."""
+    try:
+        subprocess.Popen([sys.executable, os.path.join(ROOT, 'bin', 'chipwise'), 'panel'], stdin=subprocess.DEVNULL)
+    except OSError as error:
+        print(f'chipwise: the panel cannot be started: {error.strerror}', flush=True)
 
 
 def join(pin, ours, signal):

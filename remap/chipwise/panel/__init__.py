@@ -1,2 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The operator's panel: pins with figures of the volumetric feed, and one line at the end of each program."""
+"""What an operator sees of chipwise: pins for a panel of the screen, and the page of `chipwise panel`.
+
+    display.py          pins with figures of the volumetric feed, and one line at the end of each program
+    machine.py          the same machine, read for the page
+    watch.py            one look after the other: state, figures of a run, alarms
+    tiles.py, alarms.py the stock in tiles; the alarms
+    server.py           the web server; page/ has its files, locale/ its strings (catalogue.py)
+"""

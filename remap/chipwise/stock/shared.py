@@ -8,6 +8,9 @@ copy made between two equal even generations is one state of the map (a sequence
 large to be copied between two periods in which the tool cuts is read in bands of rows, each of which is
 one state; the bands are then some periods apart.
 
+live() is for a picture that follows the map: the cells themselves, of no one moment.  Such a reader attaches read-only, so that
+it cannot write into the map, whatever goes wrong in it.
+
 put() writes a whole stock, for which the tracker must have let the map go (stock-tracker.N.held).
 
 Everything in the memory is checked before it is used: the block must be our own, for nobody else to write, and as large as its
@@ -35,6 +38,7 @@ BAND_BYTES = 1 << 18                # copied between two looks at the generation
 TRIES = 6                           # to copy the map as a whole; one where it is large
 LARGE_BYTES = 1 << 20               # takes longer to copy than a period
 MOST_NUMBER = 1e15                  # mm, mm3: of any number in the head
+SHM_RDONLY = 0o10000                # of shmat: sys/shm.h
 TIMEOUT_S = 2.0                     # then the map is given up
 
 
@@ -163,6 +167,16 @@ class SharedStock:
         raise SharedStockError(f"chipwise: stock map: it changed faster than it could be read for "
                                f"{timeout_s:g} s; save it while the tool stands")
 
+    def live(self):
+        """(struct chip_stock without its cells, (ny, nx) uint64 view of the cells themselves), or None where no stock is defined.  The tracker goes on
+        writing: a cell is of one moment, two cells are not.  The view ends with close()."""
+        head = self._unmoved(lambda: _Head.from_buffer_copy(self._memory))
+        if head is None or not self._has_stock(head):
+            return None
+        width, start = head.nx + 2, C.sizeof(_Head)
+        cells = np.frombuffer(self._memory, np.uint64, (head.ny + 2) * width, start).reshape(-1, width)
+        return head, cells[1:-1, 1:-1]
+
     def put(self, found, cells):
         """Makes a stock of store.read() the map's.  Only while the tracker holds still."""
         head = self._head
@@ -251,13 +265,13 @@ class _Mapped:
     """The memory under a key.  hal.shm(..).getbuffer() of 2.9 leaves the shape of its buffer unset (halmodule.cc,
     shm_buffer_getbuffer): it works by luck, so the block is mapped here."""
 
-    def __init__(self, key):
+    def __init__(self, key, read_only):
         self._libc = C.CDLL(None, use_errno=True)
         self._libc.shmat.restype = C.c_void_p
         self._libc.shmdt.argtypes = [C.c_void_p]
         number = self._libc.shmget(C.c_int(key), C.c_size_t(C.sizeof(_Head)), 0o600)
         size = _size_of_ours(number) if number >= 0 else 0
-        self._address = self._libc.shmat(number, None, 0) if number >= 0 else None
+        self._address = self._libc.shmat(number, None, SHM_RDONLY if read_only else 0) if number >= 0 else None
         if self._address in (None, C.c_void_p(-1).value):
             self._address = None
             raise SharedStockError(f"chipwise: stock map: there is no memory under the key {key:#x} "
@@ -269,9 +283,9 @@ class _Mapped:
         self._libc.shmdt(self._address)
 
 
-def attach(tracker=0, component=None):
+def attach(tracker=0, component=None, read_only=False):
     """The SharedStock of stock-tracker.<tracker> of the LinuxCNC that runs here; component: the caller's
-    HAL component, if it has one."""
+    HAL component, if it has one; read_only: writing into the map ends this process."""
     import hal                      # only where LinuxCNC is
     own = component is None
     if own:
@@ -283,8 +297,8 @@ def attach(tracker=0, component=None):
             component.exit()
         raise SharedStockError(f"chipwise: stock map: there is no stock-tracker.{tracker}; start a LinuxCNC "
                                "with chipwise.hal") from error
-    holder = hal.shm(component, key, C.sizeof(_Head))   # its end removes a map nobody else has any more
-    mapped = _Mapped(key)
+    holder = None if read_only else hal.shm(component, key, C.sizeof(_Head))    # its end removes a map nobody else has any more
+    mapped = _Mapped(key, read_only)
     stock = SharedStock(mapped.memory)
     stock._held = (mapped, holder, component) if own else (mapped, holder)
     size = len(mapped.memory)

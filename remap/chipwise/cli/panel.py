@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Serve a page with the stock, the load and the alarms of the LinuxCNC that runs here.
+
+`chipwise load` starts it if [CHIPWISE]PANEL = yes; type it in a shell to start it again.  The page is at the address that it prints,
+http://127.0.0.1:8250 by default, for any browser.  It ends with LinuxCNC, and does not disturb it if it ends before.
+"""
+
+import errno
+import signal
+import threading
+import time
+
+from chipwise.clock import patience
+from chipwise.errors import CycleError
+from chipwise.settings import load_settings
+
+NAME = 'panel'
+HELP = 'serve a page with stock, load and alarms of the LinuxCNC that runs here'
+
+
+def add_arguments(parser):
+    del parser
+
+
+def leave(_number, _frame):
+    raise SystemExit(0)
+
+
+def make_server(settings, watch):
+    """The server at [CHIPWISE]PANEL_ADDRESS.  Raises CommandError if it cannot be there."""
+    from chipwise.cli import CommandError
+    from chipwise.panel.server import Server
+    address, port = settings['PANEL_ADDRESS'], settings['PANEL_PORT']
+    try:
+        return Server(address, port, watch, settings['PANEL_TOKEN'])
+    except OSError as error:
+        remedy = ('end the program that uses it, or set [CHIPWISE]PANEL_PORT to a free one' if error.errno == errno.EADDRINUSE else
+                  'set [CHIPWISE]PANEL_ADDRESS to an address of this machine')
+        raise CommandError(f'the panel cannot use port {port} of {address}: {error.strerror}; {remedy}') from error
+
+
+def run(options):
+    """Runs until LinuxCNC ends."""
+    del options
+    from chipwise.cli import CommandError
+    from chipwise.halcmd import pins
+    try:
+        import linuxcnc
+
+        from chipwise.monitor.takeover import ini_file
+        settings = load_settings(ini_file(linuxcnc))
+        if not pins('stock-tracker.0.'):
+            raise CycleError('there is no stock tracker in HAL', 'start LinuxCNC with chipwise.hal first')
+    except CycleError as error:
+        raise CommandError(str(error).removeprefix('chipwise: ')) from error
+    serve(settings)
+
+
+def serve(settings):
+    """The looks in this thread, the server in another one."""
+    from chipwise.panel.machine import Machine, wait_for_task
+    from chipwise.panel.watch import LOOK_S, Watch
+    signal.signal(signal.SIGTERM, leave)
+    if not wait_for_task():
+        return
+    watch = Watch(Machine())
+    try:
+        server = make_server(settings, watch)
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        print(f'chipwise: the panel is at {server.url}' + (
+            '' if settings['PANEL_TOKEN'] else ', read-only'), flush=True)
+        while watch.look():
+            time.sleep(patience(LOOK_S))
+        server.close()
+    finally:
+        watch.close()

@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Alarms for the page of `chipwise panel`: what, line, tool and remedy, and the last of them.
+
+Called by watch.py.  The words are those of chipwise-monitor (monitor/messages.py).  An alarm is active as long as its cause is
+there; after that it stays on the page until the operator clears it, and in the history then.
+"""
+
+from chipwise.monitor.messages import FAULTS, guard_text
+from chipwise.monitor.worker import OVERRIDE_IGNORED
+from chipwise.stock.layout import Fault, GuardReason
+
+HISTORY = 200           # alarms that are kept
+MM_PER_INCH = 25.4
+NEEDED_IN_CUT = range(Fault.TOOL_DIAMETER, Fault.TURNED + 1)    # an alarm while M251 is on
+
+
+class StillActive(Exception):
+    """The cause of an alarm that was to be cleared is still there."""
+
+
+def guard_words(pins, inch):
+    """The sentence of chipwise-monitor for a stop by a guard."""
+    per = 1 / MM_PER_INCH if inch else 1.0
+    return guard_text(int(pins["guard_reason"]), int(pins["guard_line"]), pins["guard_distance"] * per, pins["guard_depth"] * per,
+                      int(pins["tool"]), pins["tool_diameter"] * per, pins["tool_flute_length"] * per, "in" if inch else "mm")
+
+
+def causes(pins, inch):
+    """{kind: sentence} of what is wrong now."""
+    found = {}
+    reason, code = int(pins["guard_reason"]), int(pins["fault_code"]) if pins["fault"] else 0
+    if reason in (GuardReason.RAPID_CONTACT, GuardReason.FLUTE_EXCESS):
+        found[f"guard {reason}"] = guard_words(pins, inch)
+    if reason == GuardReason.OVERRIDE_IGNORED or pins["override_ignored"]:
+        found["override"] = OVERRIDE_IGNORED
+    if code and (code not in NEEDED_IN_CUT or pins["mode"]):
+        found[f"fault {code}"] = FAULTS.get(code, f"fault {code} of the stock tracker")
+    return found
+
+
+class Alarms:
+    """All alarms of this server, the newest last."""
+
+    def __init__(self):
+        self.entries = []
+        self._active = {}           # kind: its entry
+        self._count = 0
+
+    def step(self, pins, inch, now):
+        """pins: Machine.pins(); now: s since 1970.  -> whether anything has changed."""
+        found, changed = causes(pins, inch), False
+        for kind in [kind for kind in self._active if kind not in found]:
+            self._active.pop(kind)["active"] = False
+            changed = True
+        for kind, sentence in found.items():
+            what, _, remedy = sentence.partition("; ")
+            entry = self._active.get(kind)
+            if entry is None:
+                self._count += 1
+                entry = self._active[kind] = {"id": self._count, "time": round(now, 1), "active": True, "cleared": False, "what": "",
+                                              "line": int(pins["guard_line"] if kind.startswith("guard") else pins["line"]),
+                                              "tool": int(pins["tool"])}
+                self.entries = [*self.entries, entry][-HISTORY:]
+            if entry["what"] != what:               # the depth of a flute excess grows while the tool stops
+                entry.update(what=what, remedy=remedy)
+                changed = True
+        return changed
+
+    def clear(self, number=None):
+        """Clear one alarm, or all whose cause has gone.  Raises StillActive, KeyError."""
+        chosen = [entry for entry in self.entries if number in (None, entry["id"])]
+        if number is not None:
+            if not chosen:
+                raise KeyError(number)
+            if chosen[0]["active"]:
+                raise StillActive(chosen[0]["what"])
+        for entry in chosen:
+            entry["cleared"] = entry["cleared"] or not entry["active"]

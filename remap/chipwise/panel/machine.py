@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""What LinuxCNC and chipwise's components show, read for the page of `chipwise panel`.  Reads pins, commands nothing.
+
+Called by watch.py.  A pin that a machine lacks, or that holds no finite number, counts as 0.  Lengths come out in mm, velocities in
+mm/s, whatever the machine's unit.
+"""
+
+import math
+import os
+import time
+
+from chipwise import processes
+from chipwise.clock import patience
+from chipwise.stock.shared import attach
+
+START_S = 0.2           # between two looks whether LinuxCNC has started
+SETTLED_S = 10.0        # after its first answer: whatever starts with it has started
+LARGEST = 1e12          # larger numbers are not shown
+LOAD_STEPS = 8          # stock-tracker.0.load-step-area-N
+TRACKER, FEED, GUARD, INPUTS, MONITOR = ("stock-tracker.0.", "volumetric-feed.0.", "chipwise-guard.0.", "chipwise-inputs.0.",
+                                         "chipwise-monitor.")
+NUMBERS = {             # name here: pin
+    "mrr": TRACKER + "mrr", "removed": TRACKER + "removed-volume", "area": TRACKER + "section-area",
+    "fault_code": TRACKER + "fault-code", "fault": TRACKER + "fault", "ready": TRACKER + "ready",
+    "stock_defined": TRACKER + "stock-defined", "motion_type": TRACKER + "motion-type",
+    "target": FEED + "mrr-effective", "lower": FEED + "mrr-lower", "mode": FEED + "mode", "limited_by": FEED + "limited-by",
+    "override": FEED + "override", "override_ignored": FEED + "override-ignored",
+    "guard_reason": GUARD + "reason", "guard_line": GUARD + "line", "line": INPUTS + "program-line",
+    "tool": MONITOR + "tool-number"}
+LENGTHS = {
+    "depth": TRACKER + "depth", "pos_x": TRACKER + "pos-x", "pos_y": TRACKER + "pos-y", "pos_z": TRACKER + "pos-z",
+    "offset_x": TRACKER + "tool-offset-x", "offset_y": TRACKER + "tool-offset-y", "offset_z": TRACKER + "tool-offset-z",
+    "tool_diameter": TRACKER + "tool-diameter", "tool_corner_radius": TRACKER + "tool-corner-radius",
+    "tool_flute_length": TRACKER + "tool-flute-length", "programmed_vel": FEED + "programmed-vel",
+    "requested_vel": FEED + "requested-vel", "current_vel": INPUTS + "current-vel", "guard_distance": GUARD + "distance",
+    "guard_depth": GUARD + "deepest"}
+AREAS = tuple(f"{TRACKER}load-step-area-{n}" for n in range(LOAD_STEPS))
+
+
+def finite(value):
+    """A number that can be shown: 0 in place of one that is not finite or larger than LARGEST."""
+    value = float(value)
+    return value if math.isfinite(value) and abs(value) < LARGEST else 0.0
+
+
+def wait_for_task():
+    """Wait until LinuxCNC's task has got its first command, or has answered for SETTLED_S; -> False if the realtime ends before.
+    halcmd complains of a component that appears while it loads others, so ours comes after them."""
+    import linuxcnc
+    realtime, answered = processes.named("rtapi_app"), None
+    while not realtime or any(map(processes.lives, realtime)):
+        try:
+            status = linuxcnc.stat()
+            status.poll()
+            answered = answered or time.monotonic()
+            if status.echo_serial_number > 0 or time.monotonic() - answered > patience(SETTLED_S):
+                return True
+        except (linuxcnc.error, SystemError):
+            pass
+        time.sleep(patience(START_S))
+    return False
+
+
+class Machine:
+    """The LinuxCNC that runs here."""
+
+    def __init__(self):
+        import hal
+        import linuxcnc
+        self.hal, self.linuxcnc = hal, linuxcnc
+        self.component = hal.component(f"chipwise-page-{os.getpid()}")
+        self.component.ready()
+        self.status = None
+        self.missing = set()
+        self.realtime = processes.named("rtapi_app")
+
+    def runs(self):
+        """Whether the LinuxCNC that was there at the start still is."""
+        return not self.realtime or any(map(processes.lives, self.realtime))
+
+    def pin(self, name):
+        """Its value as a finite float."""
+        if name in self.missing:
+            return 0.0
+        try:
+            return finite(self.hal.get_value(name))
+        except RuntimeError:
+            self.missing.add(name)
+            return 0.0
+
+    def pins(self):
+        """{name: float} of NUMBERS and LENGTHS, area_ahead (mm2) and tip (x, y, z), machine coordinates."""
+        units = self.pin(TRACKER + "units-per-mm") or 1.0
+        found = {name: self.pin(pin) for name, pin in NUMBERS.items()}
+        found.update((name, self.pin(pin) / units) for name, pin in LENGTHS.items())
+        found["area_ahead"] = max(map(self.pin, AREAS))
+        found["tip"] = tuple(found["pos_" + axis] - found["offset_" + axis] for axis in "xyz")
+        return found
+
+    def task(self):
+        """What LinuxCNC's status says: {"state", "program", "running", "paused", "inch", "feed_override"}; None if nothing answers."""
+        try:
+            if self.status is None:
+                self.status = self.linuxcnc.stat()
+            self.status.poll()
+        except (self.linuxcnc.error, SystemError):      # not started yet, or already ended
+            self.status = None
+            return None
+        status, names = self.status, self.linuxcnc
+        states = {names.STATE_ESTOP: "estop", names.STATE_ESTOP_RESET: "off", names.STATE_OFF: "off", names.STATE_ON: "on"}
+        return {"state": states.get(status.task_state, "off"), "program": status.file or "",
+                "running": status.task_mode == names.MODE_AUTO and status.interp_state != names.INTERP_IDLE,
+                "paused": bool(status.paused), "inch": 0 < (status.linear_units or 1.0) < 0.5,
+                "feed_override": status.feedrate if status.feed_override_enabled else 1.0}
+
+    def stock(self):
+        """The map of the tracker.  Raises SharedStockError."""
+        return attach(component=self.component, read_only=True)
+
+    def close(self):
+        self.component.exit()

@@ -1,0 +1,89 @@
+'use strict';
+// Gauge and strip chart of the removal rate. SPDX-License-Identifier: GPL-2.0-or-later
+// Both are drawn from the state as panel.js keeps it; `unit` shows a rate of mm3/min in the operator's unit.
+
+const CHART_S = 60;
+const CHART_FONT = '13px sans-serif';
+
+// The 2D context of a canvas whose pixels are those of the screen; [context, width, height] in CSS pixels.
+function sheet(canvas) {
+    const scale = window.devicePixelRatio || 1, width = Math.max(1, canvas.clientWidth), height = Math.max(1, canvas.clientHeight);
+    if (canvas.width !== Math.round(width * scale) || canvas.height !== Math.round(height * scale)) {
+        Object.assign(canvas, {width: Math.round(width * scale), height: Math.round(height * scale)});
+    }
+    const context = canvas.getContext('2d');
+    context.setTransform(scale, 0, 0, scale, 0, 0);
+    context.clearRect(0, 0, width, height);
+    context.font = CHART_FONT;
+    return [context, width, height];
+}
+
+// A round number at or above `value`.
+function roundUp(value) {
+    const ten = 10 ** Math.floor(Math.log10(Math.max(value, 1e-9)));
+    return [1, 1.5, 2, 3, 4, 5, 6, 8, 10].find((k) => k * ten >= value * 0.999999) * ten;
+}
+
+// Half a ring: the rate, and marks at the limits {target, lower}.
+function drawGauge(canvas, rate, limits, unit, colour) {
+    const [context, width, height] = sheet(canvas);
+    const most = roundUp(Math.max(unit(limits.target) * 1.25, unit(rate), 1e-3));
+    const radius = Math.min(width / 2 - 26, height - 34), x = width / 2, y = height - 18;
+    const angle = (value) => Math.PI * (1 + Math.min(1, Math.max(0, value / most)));
+    const ring = (from, to, ink, thick) => {
+        context.beginPath();
+        context.strokeStyle = ink;
+        context.lineWidth = thick;
+        context.arc(x, y, radius, from, to);
+        context.stroke();
+    };
+    ring(Math.PI, 2 * Math.PI, colour('line'), 16);
+    ring(Math.PI, angle(unit(rate)), colour('rate'), 16);
+    for (const limit of [limits.target, limits.lower]) {
+        const at = angle(unit(limit));
+        if (limit > 0) ring(at - 0.015, at + 0.015, colour('limit'), 28);
+    }
+    context.fillStyle = colour('ink');
+    context.textAlign = 'center';
+    context.font = 'bold 26px sans-serif';
+    context.fillText(unit(rate).toPrecision(3), x, y - 8);
+    context.font = CHART_FONT;
+    context.fillText('0', x - radius, y + 16);
+    context.fillText(String(Number(most.toPrecision(3))), x + radius, y + 16);
+}
+
+// The last CHART_S: rows of [time s, rate, target, override]; the limits as lines.
+function drawChart(canvas, rows, unit, colour) {
+    const [context, width, height] = sheet(canvas), left = 46, low = height - 20, up = 8;
+    const now = rows.length ? rows[rows.length - 1][0] : 0;
+    const most = roundUp(Math.max(1e-3, ...rows.map((row) => 1.1 * Math.max(unit(row[1]), unit(row[2])))));
+    const x = (time) => left + (width - left - 6) * (1 - (now - time) / CHART_S), y = (value) => low - (low - up) * value / most;
+    context.strokeStyle = colour('line');
+    context.fillStyle = colour('faint');
+    context.lineWidth = 1;
+    context.textAlign = 'right';
+    for (const share of [0, 0.5, 1]) {
+        context.beginPath();
+        context.moveTo(left, y(share * most));
+        context.lineTo(width - 6, y(share * most));
+        context.stroke();
+        context.fillText(String(Number((share * most).toPrecision(3))), left - 4, y(share * most) + 4);
+    }
+    context.textAlign = 'center';
+    for (let s = 0; s <= CHART_S; s += 15) context.fillText(`${-s} s`, Math.min(width - 20, x(now - s)), height - 5);
+    const curve = (column, ink, thick, dashes, shown) => {
+        context.beginPath();
+        context.strokeStyle = ink;
+        context.lineWidth = thick;
+        context.setLineDash(dashes);
+        let on = false;
+        for (const row of rows) {
+            if (shown(row)) on ? context.lineTo(x(row[0]), y(unit(row[column]))) : context.moveTo(x(row[0]), y(unit(row[column])));
+            on = shown(row);
+        }
+        context.stroke();
+        context.setLineDash([]);
+    };
+    curve(1, colour('rate'), 2, [], () => true);
+    curve(2, colour('limit'), 2, [6, 4], (row) => row[2] > 0);
+}

@@ -1,0 +1,314 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The web server of `chipwise panel`: the page, what it shows as a stream, and the few things it may change.
+
+Called by cli/panel.py.  What a stranger may send is refused before anything is done with it:
+
+ 1. At most MOST_CONNECTIONS at once; each more is closed at once.  A request has REQUEST_S to arrive, an answer SEND_S for each
+    part to be accepted: a reader slower than that is cut off, and loses nothing but its own page.
+ 2. The Host header has to be the address that the connection has come to, so that no foreign name can be resolved to it (DNS
+    rebinding).  A request that names another origin is refused.
+ 3. Files are those of FILES and nothing else: no path of a request ever becomes a path of this machine.
+ 4. Nothing can be changed without [CHIPWISE]PANEL_TOKEN, the token in the request and the page's own origin; a wrong token costs
+    WRONG_TOKEN_S.
+
+A stream is a row of messages: one letter (kind), four bytes (length, least first), content.  R: the last minute, P: points of the
+path done, S: the state, M and T: the stock (tiles.py).  A page that is slow gets fewer of them, each up to date.
+"""
+
+import hmac
+import json
+import os
+import socket
+import struct
+import sys
+import threading
+import time
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+
+from chipwise import version
+from chipwise.panel.alarms import StillActive
+from chipwise.panel.catalogue import LANGUAGES, strings
+
+MOST_CONNECTIONS = 32
+MOST_STREAMS = 16
+REQUEST_S = 10.0
+SEND_S = 5.0
+UNREAD_BYTES = 1 << 18  # that the kernel keeps for a page that does not read
+WRONG_TOKEN_S = 0.5
+MOST_BODY = 4096        # bytes of a request
+WAIT_S = 5.0            # without a look at the machine, until a stream sends something all the same
+FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "page")
+SHARED = os.path.join(os.path.dirname(FOLDER), os.pardir, "drawing")
+FILES = {               # path: folder, file, type
+    "/": (FOLDER, "panel.html", "text/html"), "/panel.css": (FOLDER, "panel.css", "text/css"),
+    "/panel.js": (FOLDER, "panel.js", "text/javascript"), "/chart.js": (FOLDER, "chart.js", "text/javascript"),
+    "/height_view.js": (SHARED, "height_view.js", "text/javascript")}
+HEADERS = (
+    ("Cache-Control", "no-store"), ("X-Content-Type-Options", "nosniff"), ("Referrer-Policy", "no-referrer"),
+    ("Cross-Origin-Resource-Policy", "same-origin"), ("X-Frame-Options", "DENY"),
+    ("Content-Security-Policy", "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data:; "
+                                "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"))
+
+
+def message(kind, content):
+    """One message of a stream; kind: a byte."""
+    return kind + struct.pack("<I", len(content)) + content
+
+
+def as_url(address, port):
+    """http://ADDRESS:PORT, IPv6 in brackets."""
+    return f"http://[{address}]:{port}" if ":" in address else f"http://{address}:{port}"
+
+
+class Refused(Exception):
+    """An answer without content: status, words."""
+
+    def __init__(self, status, words):
+        super().__init__(words)
+        self.status = status
+
+
+class Handler(BaseHTTPRequestHandler):
+    """One request; a connection has one."""
+
+    server_version, sys_version = "chipwise", ""
+    timeout = REQUEST_S
+
+    def log_message(self, *_words):
+        """Nothing: a stranger must not fill the log."""
+
+    def do_GET(self):
+        self.answer(self.get)
+
+    def do_POST(self):
+        self.answer(self.post)
+
+    def answer(self, work):
+        """Do the work; whatever goes wrong, only this connection ends."""
+        try:
+            self.check_origin()
+            work()
+        except Refused as refused:
+            self.send(refused.status, str(refused).encode(), "text/plain")
+        except OSError:         # the other side has gone, or is too slow
+            pass
+        self.close_connection = True
+
+    def check_origin(self):
+        """Raise Refused unless the request is addressed to this server and comes from its own page, or from no page."""
+        self.server.in_time(self.connection)
+        hosts = self.server.names_of(self.connection.getsockname()[0])
+        if (self.headers.get("Host") or "").lower() not in hosts:
+            raise Refused(421, f"this is {self.server.url}, and the request names another host; open that address")
+        origin = self.headers.get("Origin")
+        if (origin is not None and origin.lower().removeprefix("http://") != self.headers["Host"].lower()
+                or self.headers.get("Sec-Fetch-Site") not in (None, "same-origin", "none")):
+            raise Refused(403, "the request comes from another page; use the panel's own")
+
+    def send(self, status, content, kind):
+        self.connection.settimeout(SEND_S)
+        self.send_response(status)
+        self.send_header("Content-Type", kind + "; charset=utf-8" if kind.startswith("text/") else kind)
+        self.send_header("Content-Length", str(len(content)))
+        self.headers_for_all()
+        self.end_headers()
+        self.wfile.write(content)
+
+    def headers_for_all(self):
+        for name, value in HEADERS:
+            self.send_header(name, value)
+        self.send_header("Connection", "close")
+
+    def send_json(self, status, found):
+        self.send(status, json.dumps(found).encode(), "application/json")
+
+    # --- reading ------------------------------------------------------------------------------------------------
+
+    def get(self):
+        path, _, query = self.path.partition("?")
+        if path in FILES:
+            folder, name, kind = FILES[path]
+            with open(os.path.join(folder, name), "rb") as file:
+                self.send(200, file.read(), kind)
+        elif path == "/strings.json":
+            self.send_json(200, strings(query if query in LANGUAGES else self.language()))
+        elif path == "/state.json":
+            self.send(200, self.server.watch.text, "application/json")
+        elif path == "/about.json":
+            self.send_json(200, {"version": version(), "can_change": bool(self.server.token)})
+        elif path == "/stream":
+            self.stream()
+        else:
+            raise Refused(404, "there is nothing here")
+
+    def language(self):
+        """The first language of the browser that there are strings for."""
+        wanted = [part.split(";")[0].strip()[:2].lower() for part in (self.headers.get("Accept-Language") or "").split(",")]
+        return next((name for name in wanted if name in LANGUAGES), LANGUAGES[0])
+
+    def stream(self):
+        """Messages until the page, LinuxCNC or this program ends."""
+        watch = self.server.watch
+        with self.server.one_more_page():
+            self.connection.settimeout(SEND_S)
+            self.connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, UNREAD_BYTES)
+            self.send_response(200)
+            self.send_header("Content-Type", "application/octet-stream")
+            self.headers_for_all()
+            self.end_headers()
+            self.wfile.write(message(b"R", json.dumps(watch.recent()).encode()))
+            stock, number, path = (0, 0), -1, (0, 0)
+            while not watch.ended and not self.server.closing:
+                number, state = watch.wait(number, WAIT_S)
+                parts, stock = watch.tiles.messages(stock)
+                points = watch.path_since(*path)
+                if points["points"] or points["epoch"] != path[0]:
+                    parts.append((b"P", json.dumps(points).encode()))
+                    path = points["epoch"], points["count"]
+                self.wfile.write(b"".join(message(kind, content) for kind, content in [*parts, (b"S", state)]))
+
+    # --- changing -----------------------------------------------------------------------------------------------
+
+    def post(self):
+        self.check_token()
+        wanted = self.body()
+        if self.path == "/token":
+            self.send_json(200, {"done": True})
+        elif self.path == "/clear":
+            self.clear(wanted.get("alarm"))
+        else:
+            raise Refused(404, "there is nothing here")
+
+    def check_token(self):
+        """Raise Refused unless the request may change something."""
+        if not self.server.token:
+            raise Refused(403, "this panel is read-only; set [CHIPWISE]PANEL_TOKEN to change something with it")
+        if self.headers.get("Origin") is None:
+            raise Refused(403, "the request does not name its origin; use the panel's own page")
+        given = self.headers.get("X-Chipwise-Token") or ""
+        if not hmac.compare_digest(given.encode("utf-8", "replace"), self.server.token.encode()):
+            time.sleep(WRONG_TOKEN_S)
+            raise Refused(403, "the token is not the one of [CHIPWISE]PANEL_TOKEN; enter that one")
+
+    def body(self):
+        """The JSON object of the request."""
+        try:
+            length = int(self.headers.get("Content-Length") or 0)
+            if not 0 <= length <= MOST_BODY:
+                raise Refused(413, f"the request has {length} bytes, more than {MOST_BODY}")
+            found = json.loads(self.rfile.read(length) or b"{}")
+        except (ValueError, RecursionError) as error:
+            raise Refused(400, "the request is not JSON") from error
+        if not isinstance(found, dict):
+            raise Refused(400, "the request is not a JSON object")
+        return found
+
+    def clear(self, number):
+        """Clear an alarm, or all that have ended (None)."""
+        if number is not None and (isinstance(number, bool) or not isinstance(number, int)):
+            raise Refused(400, "alarm is not a whole number")
+        with self.server.watch.published:
+            try:
+                self.server.watch.alarms.clear(number)
+            except StillActive as active:
+                raise Refused(409, f"the cause is still there: {active}") from active
+            except KeyError as error:
+                raise Refused(404, "there is no such alarm") from error
+        self.send_json(200, {"done": True})
+
+
+class Server(ThreadingHTTPServer):
+    """The server on one address; serve_forever() in a thread of its own."""
+
+    daemon_threads = True
+    block_on_close = False
+    request_queue_size = MOST_CONNECTIONS
+    allow_reuse_address = True
+
+    def __init__(self, address, port, watch, token=""):
+        """address: IPv4 or IPv6; port: 0 for a free one; token: "" for read-only.  Raises OSError."""
+        self.address_family = socket.AF_INET6 if ":" in address else socket.AF_INET
+        self.watch, self.token, self.closing = watch, token, False
+        self._lock = threading.Lock()
+        self._open = {}                 # connection: until when its request has to be there, None afterwards
+        super().__init__((address, port), Handler)
+        self.url = as_url(*self.server_address[:2])
+
+    def server_bind(self):
+        """As HTTPServer does, but without looking its own name up, which may need a network."""
+        socket.socket.setsockopt(self.socket, socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        self.socket.bind(self.server_address)
+        self.server_address = self.socket.getsockname()
+        self.server_name, self.server_port = self.server_address[:2]
+
+    def names_of(self, address):
+        """Values that a Host header may have on a connection to an address of this machine."""
+        address = address.removeprefix("::ffff:")
+        names = {f"[{address}]" if ":" in address else address}
+        if address in ("127.0.0.1", "::1"):
+            names.add("localhost")
+        return {f"{name}:{self.server_port}" for name in names} | (names if self.server_port == 80 else set())
+
+    def process_request(self, request, client_address):
+        with self._lock:
+            full = len(self._open) >= MOST_CONNECTIONS
+            if not full:
+                self._open[request] = time.monotonic() + REQUEST_S
+        if full:
+            self.shutdown_request(request)
+        else:
+            super().process_request(request, client_address)
+
+    def shutdown_request(self, request):
+        with self._lock:
+            self._open.pop(request, None)
+        super().shutdown_request(request)
+
+    def in_time(self, connection):
+        """The head of the request is there."""
+        with self._lock:
+            if connection in self._open:
+                self._open[connection] = None
+
+    def service_actions(self):
+        """Twice a second: a request that comes byte by byte ends here."""
+        now = time.monotonic()
+        with self._lock:
+            late = [connection for connection, until in self._open.items() if until is not None and until < now]
+        for connection in late:
+            try:
+                connection.shutdown(socket.SHUT_RDWR)
+            except OSError:
+                pass
+
+    def handle_error(self, request, client_address):
+        """Of one connection, in the log as one line."""
+        error = sys.exc_info()[1]
+        if not isinstance(error, OSError):
+            print(f"chipwise-panel: {type(error).__name__}: {error}", flush=True)
+
+    def one_more_page(self):
+        """Context of an open page; Refused for one too many."""
+        return _Page(self)
+
+    def close(self):
+        self.closing = True
+        self.shutdown()
+        self.server_close()
+
+
+class _Page:
+    """Counts the pages that are open."""
+
+    def __init__(self, server):
+        self.server = server
+
+    def __enter__(self):
+        with self.server._lock:
+            if self.server.watch.pages >= MOST_STREAMS:
+                raise Refused(503, f"{MOST_STREAMS} pages are open already; close one")
+            self.server.watch.pages += 1
+
+    def __exit__(self, *_error):
+        with self.server._lock:
+            self.server.watch.pages -= 1

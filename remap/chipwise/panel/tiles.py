@@ -1,0 +1,125 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The stock as pictures in tiles, of which only those that have changed are sent.
+
+Called by watch.py, which looks at the running map some times a second, and by server.py, once for each page and picture.
+
+ 1. A look compares the cells of the map with a copy of them, tile by tile.  The tracker writes meanwhile: what a look misses, the
+    next one finds.
+ 2. A tile that has changed gets the number of this look, and its heights are computed anew.
+ 3. A page names the last look it has; it gets all tiles with a higher number.
+ 4. A map of more than MOST_CELLS is shown in steps: one cell of each field of `step` by `step` cells.
+
+Heights go out as 16 bit numbers, 0 at the bottom of the stock's box, 65535 at its top.
+"""
+
+import json
+import struct
+import threading
+
+import numpy as np
+
+from chipwise.stock.core import CELL_DTYPE
+from chipwise.stock.shared import mean_heights
+
+TILE = 64                   # cells along the sides of a tile
+MOST_CELLS = 1 << 20        # of a picture
+MOST_SIDE = 4096            # of its cells along X or Y: what a browser's texture can have
+FULL = 65535                # height of the top of the box in a picture
+MAP, TILES = b"M", b"T"     # kinds of messages (server.py: frame)
+TILE_HEAD = struct.Struct("<HHHH")      # first column, first row, columns, rows
+
+
+def step_of(rows, columns):
+    """Cells of the map along one cell of the picture."""
+    step = 1
+    while -(-rows // step) * -(-columns // step) > MOST_CELLS or -(-max(rows, columns) // step) > MOST_SIDE:
+        step += 1
+    return step
+
+
+class Tiles:
+    """The picture of one map.  look() is for one thread, messages() for any."""
+
+    def __init__(self):
+        self._lock = threading.Lock()
+        self._box = None                # of the map that is shown
+        self._head = None
+        self._epoch = 0                 # counts maps: another box, another size
+        self._number = 0                # counts looks that have found a change
+        self._step = 1
+        self._seen = None               # (rows, columns) uint64: the cells as they were at the last look
+        self._heights = None            # (rows, columns) uint16
+        self._changed = None            # (tiles in Y, tiles in X): look at which a tile has changed last
+
+    @property
+    def now(self):
+        """(epoch, number) of what messages() would send."""
+        return self._epoch, self._number
+
+    def look(self, live):
+        """live: SharedStock.live(), None without a stock.  -> whether anything has changed."""
+        if live is None:
+            return False
+        head, cells = live
+        box = (head.x0, head.y0, head.z_min, head.x_max, head.y_max, head.z_max, head.nx, head.ny, head.cell)
+        if box != self._box:
+            return self._begin(head, cells, box)
+        cells = cells[::self._step, ::self._step]
+        rows, columns = (np.arange(0, size, TILE) for size in cells.shape)
+        found = (cells != self._seen).view(np.uint8)
+        hit = np.maximum.reduceat(np.maximum.reduceat(found, rows, axis=0), columns, axis=1)
+        if not hit.any():
+            return False
+        with self._lock:
+            self._number += 1
+            self._head = head
+            for j, i in np.argwhere(hit):
+                self._take(cells, slice(j * TILE, (j + 1) * TILE), slice(i * TILE, (i + 1) * TILE))
+            self._changed[hit != 0] = self._number
+        return True
+
+    def _begin(self, head, cells, box):
+        """A map of another box."""
+        with self._lock:
+            self._step = step_of(*cells.shape)
+            cells = cells[::self._step, ::self._step]
+            self._box, self._head = box, head
+            self._seen = np.zeros(cells.shape, np.uint64)
+            self._heights = np.zeros(cells.shape, np.uint16)
+            self._epoch += 1
+            self._number += 1
+            self._changed = np.full([-(-size // TILE) for size in cells.shape], self._number)
+            for first in range(0, cells.shape[0], TILE):
+                self._take(cells, slice(first, first + TILE), slice(None))
+        return True
+
+    def _take(self, cells, rows, columns):
+        """The cells of a part into the copy, and its heights from the copy."""
+        head = self._head
+        self._seen[rows, columns] = cells[rows, columns]
+        part = np.ascontiguousarray(self._seen[rows, columns])
+        heights = mean_heights(part.view(CELL_DTYPE).reshape(part.shape), head)
+        scaled = (heights - head.z_min) * (FULL / (head.z_max - head.z_min))
+        self._heights[rows, columns] = np.clip(np.nan_to_num(np.rint(scaled)), 0, FULL)
+
+    def messages(self, since):
+        """What a page needs that has `since` = (epoch, number), (0, 0) for a new one.
+        -> ([(kind, bytes), ..], the new (epoch, number))."""
+        with self._lock:
+            if since == self.now or self._heights is None:
+                return [], self.now
+            head, (epoch, number) = self._head, since
+            found = []
+            if epoch != self._epoch:
+                number = 0
+                rows, columns = self._heights.shape
+                found.append((MAP, json.dumps({
+                    "epoch": self._epoch, "rows": rows, "columns": columns, "cell": head.cell * self._step, "x": head.x0,
+                    "y": head.y0, "bottom": head.z_min, "top": head.z_max}).encode()))
+            data = b"".join(self._packed(j, i) for j, i in np.argwhere(self._changed > number))
+            return found + [(TILES, struct.pack("<I", self._epoch) + data)], self.now
+
+    def _packed(self, j, i):
+        """One tile: TILE_HEAD and its heights, row by row from the lowest Y."""
+        part = self._heights[j * TILE:(j + 1) * TILE, i * TILE:(i + 1) * TILE]
+        return TILE_HEAD.pack(i * TILE, j * TILE, part.shape[1], part.shape[0]) + part.astype("<u2").tobytes()

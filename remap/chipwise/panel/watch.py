@@ -1,0 +1,199 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""One look at the machine after the other, for all pages of `chipwise panel` together.
+
+Called by cli/panel.py, in the main thread; server.py reads from other threads what it publishes.
+
+ 1. LOOK_S between two looks at the pins, whether a page is open or not: the last HISTORY_S, peak and mean of a program are known
+    to a page that is opened later.
+ 2. The map is looked at only while a page is open, and never for more than MAP_SHARE of the time.
+ 3. A look is published as one JSON text with a number; who waits for it is woken.
+"""
+
+import json
+import os
+import threading
+import time
+from collections import deque
+
+from chipwise.clock import patience
+from chipwise.panel.alarms import Alarms
+from chipwise.panel.display import FEED_MOTION, LIMITS, MODES, Run
+from chipwise.panel.tiles import Tiles
+from chipwise.stock.shared import SharedStockError
+
+LOOK_S = 0.1
+HISTORY_S = 60.0
+ALIVE_S = 1.0           # between two looks whether LinuxCNC still runs
+MAP_SHARE = 0.05        # of the time, for looks at the map
+RETRY_S = 2.0           # until a map that could not be read is looked for again
+OVER = 1.1              # of the target: the background shows it
+PATH_POINTS = 5000      # of the path done
+PATH_STEP_MM = 0.2      # between two of them
+
+
+def figures(run, removed):
+    """Peak, mean, time and time saved of a run of a program (panel/display.py: Run); mm3/min and s, None: not known."""
+    if run is None:
+        return None
+    return {"seconds": round(run.seconds, 1), "peak": run.peak, "mean": removed / run.cut_s * 60 if run.cut_s > 0 else 0.0,
+            "saved": round(run.at_f_s - run.fed_s, 1) if run.fed_s > 0 else None}
+
+
+class PanelRun(Run):
+    """A run of a program with the time spent cutting and the volume removed."""
+
+    def __init__(self):
+        super().__init__()
+        self.cut_s = self.volume = 0.0
+        self.before = None          # removed volume of the last look
+
+    def look(self, dt, pins, override):
+        """dt s after the look before; pins: Machine.pins()."""
+        self.step(dt, {"mrr": pins["mrr"], "mode": pins["mode"], "target": pins["target"], "motion-type": pins["motion_type"],
+                       "programmed-vel": pins["programmed_vel"], "requested-vel": pins["requested_vel"],
+                       "current-vel": pins["current_vel"]}, override)
+        removed, before = pins["removed"], self.before
+        self.before = removed
+        if before is not None and before < removed:     # less: another stock
+            self.volume += removed - before
+            self.cut_s += dt if pins["motion_type"] in FEED_MOTION else 0.0
+
+
+def background(pins, task, alarms):
+    """The state at a glance: off, alarm, over (the target), cutting or calm."""
+    if any(entry["active"] for entry in alarms.entries):
+        return "alarm"
+    if task is None or task["state"] != "on":
+        return "off"
+    if 0 < OVER * pins["target"] < pins["mrr"]:
+        return "over"
+    return "cutting" if pins["mrr"] > 0 else "calm"
+
+
+class PathDone:
+    """Where the tip was, thinned; the path of the running program, or of the last one."""
+
+    def __init__(self):
+        self.points = deque(maxlen=PATH_POINTS)
+        self.count = 0              # points that were ever added
+        self.epoch = 0              # counts programs
+
+    def begin(self):
+        self.points.clear()
+        self.epoch += 1
+
+    def add(self, tip):
+        if not self.points or max(abs(a - b) for a, b in zip(tip, self.points[-1])) >= PATH_STEP_MM:
+            self.points.append(tuple(round(a, 3) for a in tip))
+            self.count += 1
+
+
+class Watch:
+    """The machine as the pages see it."""
+
+    def __init__(self, machine):
+        self.machine = machine
+        self.tiles, self.alarms, self.path = Tiles(), Alarms(), PathDone()
+        self.history = deque(maxlen=round(HISTORY_S / LOOK_S))
+        self.published = threading.Condition()
+        self.number = 0             # of the last look
+        self.text = b"{}"
+        self.pages = 0              # open ones (server.py)
+        self.ended = False
+        self.stock = None
+        self.stock_error = ""
+        self.run = None
+        self.was_running = False
+        self.last = time.monotonic()
+        self._map_due = self._alive_due = 0.0
+
+    def look(self):
+        """One look; -> whether LinuxCNC still runs."""
+        now = time.monotonic()
+        dt, self.last = now - self.last, now
+        if now >= self._alive_due:
+            self._alive_due = now + patience(ALIVE_S)
+            if not self.machine.runs():
+                self.end()
+                return False
+        pins, task = self.machine.pins(), self.machine.task()
+        self.look_at_map(now)
+        with self.published:
+            self.follow_run(dt, pins, task)
+            self.alarms.step(pins, bool(task and task["inch"]), time.time())
+            self.history.append((round(now, 2), round(pins["mrr"], 1), round(pins["target"], 1), round(pins["override"], 3)))
+            self.text = json.dumps(self.state(pins, task), allow_nan=False).encode()
+            self.number += 1
+            self.published.notify_all()
+        return True
+
+    def follow_run(self, dt, pins, task):
+        running = bool(task and task["running"])
+        if running and not self.was_running:
+            self.run = PanelRun()
+            self.path.begin()
+        self.was_running = running
+        if running:
+            self.run.look(dt, pins, task["feed_override"])
+            self.path.add(pins["tip"])
+
+    def look_at_map(self, now):
+        """The stock, if a page is open and the time has come; a map that cannot be read is tried again."""
+        if not self.pages or now < self._map_due:
+            return
+        began = time.process_time()
+        try:
+            if self.stock is None:
+                self.stock = self.machine.stock()
+            self.tiles.look(self.stock.live())
+            self.stock_error = ""
+            self._map_due = now + (time.process_time() - began) / MAP_SHARE
+        except SharedStockError as error:
+            self.stock_error = str(error).removeprefix("chipwise: ")
+            self._map_due = now + patience(RETRY_S)
+            if self.stock is not None:
+                self.stock.close()
+                self.stock = None
+
+    def state(self, pins, task):
+        """What a page shows beside the stock; mm, mm/s, mm2, mm3/min."""
+        shown = ("mrr", "target", "lower", "override", "area", "area_ahead", "depth", "tip", "tool", "tool_diameter",
+                 "tool_corner_radius", "tool_flute_length", "removed", "line", "current_vel", "programmed_vel", "requested_vel")
+        mode, limit = int(pins["mode"]), int(pins["limited_by"])
+        run = self.run
+        return {**{name: pins[name] for name in shown}, "time": self.history[-1][0], "stock": bool(pins["stock_defined"]),
+                "ready": bool(pins["ready"]), "mode": MODES[mode] if 0 <= mode < len(MODES) else MODES[0],
+                "limited_by": LIMITS[limit] if 0 <= limit < len(LIMITS) else LIMITS[0],
+                "task": {**task, "program": os.path.basename(task["program"])} if task else None,
+                "run": figures(run, run.volume if run else 0.0), "background": background(pins, task, self.alarms),
+                "alarms": self.alarms.entries, "stock_error": self.stock_error, "path": [self.path.epoch, self.path.count]}
+
+    def wait(self, number, seconds):
+        """Wait for a look after `number`.  -> (its number, its text), the same number after so many seconds or at the end."""
+        with self.published:
+            self.published.wait_for(lambda: self.number != number or self.ended, seconds)
+            return self.number, self.text
+
+    def path_since(self, epoch, count):
+        """Points of the path done that a page lacks which has `count` of them."""
+        with self.published:
+            points = list(self.path.points)
+            missing = self.path.count - count if epoch == self.path.epoch else len(points)
+            return {"epoch": self.path.epoch, "count": self.path.count, "points": points[len(points) - min(missing, len(points)):]}
+
+    def recent(self):
+        """The last HISTORY_S: rows of time (s), rate, target (mm3/min), override."""
+        with self.published:
+            return list(self.history)
+
+    def end(self):
+        """LinuxCNC has ended: so do the streams of the pages."""
+        with self.published:
+            self.ended = True
+            self.published.notify_all()
+
+    def close(self):
+        self.end()
+        if self.stock is not None:
+            self.stock.close()
+        self.machine.close()

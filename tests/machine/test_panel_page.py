@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""`chipwise panel` beside a real LinuxCNC that cuts: the right numbers and heights, and what happens when one of the two dies."""
+
+import json
+import os
+
+import pytest
+
+from chipwise.headless import runner
+from support.operate import operate
+
+pytestmark = pytest.mark.machine
+
+URL = 'http://127.0.0.1:8250'
+CLIENT = os.path.join(runner.ROOT, 'tests', 'support', 'panel_client.py')
+# A slot 6 mm wide and 4 mm deep along Y20: 24 mm2, so 6 cm3/min are 250 mm/min.
+SLOT = ('G21 G90 G64 P0.01\nT1 M6\nM250 P0 Q0 R-10 I60 J40 K10\nS1000 M3\nF600\nG0 X-10 Y20 Z5\nG1 Z-4\nM251 P1 Q6\n'
+        'G1 X50\nG0 Z5\nM2\n')
+PLACES = ['10,20', '10,16.5', '55,20']      # in the slot, beside it, before it
+PANELS = 'for p in $(pgrep -f "[c]hipwise panel"); do echo $p; done'
+KILL = f'for p in $({PANELS}); do kill -9 $p; done; sleep 0.5; {PANELS}'
+GONE = f'for i in $(seq 300); do [ -z "$({PANELS})" ] && exit 0; sleep 0.1; done; exit 1'
+AGAIN = f'{runner.ROOT}/bin/chipwise panel >/dev/null 2>&1 & for i in $(seq 300); do {CLIENT} {URL} 0 2>/dev/null && exit 0; sleep 0.1; done; exit 1'
+X = 'axis.x.pos-cmd'
+
+
+def look(seconds=0.5):
+    return ['program', CLIENT, URL, str(seconds), *PLACES]
+
+
+def seen(answer):
+    status, text = answer
+    assert status == 0, text
+    return json.loads(text.splitlines()[-1])
+
+
+def test_numbers_and_heights_while_it_cuts(tmp_path):
+    answers = operate(tmp_path, [['start', SLOT], ['until', X, '>', 20], look(), ['finish'], look(), ['program', 'sh', '-c', PANELS]], speed=1)
+    during, after = seen(answers[2]), seen(answers[4])
+    state = during['state']
+    assert state['mrr'] == pytest.approx(6000, rel=0.05) and state['target'] == 6000 and state['mode'] == 'limit'
+    assert state['limited_by'] == 'stock' and state['background'] == 'cutting' and state['tool'] == 1 and state['tool_diameter'] == 6
+    assert state['current_vel'] == pytest.approx(250 / 60, rel=0.05) and state['override'] == pytest.approx(250 / 600, rel=0.05)
+    assert state['area'] == pytest.approx(24, rel=0.05) and state['depth'] == pytest.approx(4, abs=1e-6)
+    assert state['task']['running'] and state['line'] == 9 and state['alarms'] == []
+    assert state['run']['mean'] == pytest.approx(6000, rel=0.1) and 5900 < state['run']['peak'] < 6400
+    assert during['points'] > 20 and during['recent'] > 10
+    assert during['map'] == dict(epoch=1, rows=160, columns=240, cell=0.25, x=0, y=0, bottom=-10, top=0)
+    assert during['heights'] == pytest.approx([-4, 0, 0], abs=2e-4)
+    assert after['heights'] == pytest.approx([-4, 0, 0], abs=2e-4) and not after['state']['task']['running']
+    assert after['state']['removed'] == pytest.approx(24 * 50 + 4 * 3 ** 2 * 3.14159 / 2, rel=0.01)
+    saved = after['state']['run']['saved']      # 50 mm at 250 for 600 mm/min, from the edge of the stock on
+    assert saved == pytest.approx(-(50 / (250 / 60) - 50 / 10), rel=0.15)
+    assert answers[3] == [] and len(answers[5][1].split()) == 1
+
+
+def test_a_rapid_into_stock_is_an_alarm(tmp_path):
+    program = SLOT.replace('G0 Z5\nM2', 'G0 Y35\nM2')
+    answers = operate(tmp_path, [['start', program], ['until', 'chipwise-guard.0.stop', '>', 0.5], ['sleep', 1], look(), ['abort'],
+                                 ['sleep', 1], look()], edit='s/^PANEL = yes/PANEL = yes\\nPANEL_TOKEN = correct-horse-7/')
+    alarm, = seen(answers[3])['state']['alarms']
+    assert alarm['active'] and alarm['what'].startswith('rapid stopped') and alarm['line'] == 10 and alarm['tool'] == 1
+    assert alarm['remedy'].startswith('press Stop') and seen(answers[3])['state']['background'] == 'alarm'
+    alarm, = seen(answers[6])['state']['alarms']
+    assert not alarm['active'] and not alarm['cleared']
+
+
+def test_the_panel_is_killed(tmp_path):
+    """LinuxCNC goes on; `chipwise panel` in a shell serves again."""
+    answers = operate(tmp_path, [['start', SLOT], ['until', X, '>', 5], look(0), ['program', 'sh', '-c', KILL], ['finish'], ['position'],
+                                 ['program', 'sh', '-c', AGAIN]])
+    seen(answers[2])
+    assert answers[3] == [0, ''] and answers[4] == [] and answers[5] == pytest.approx([50, 20, 5])
+    assert seen(answers[6])['state']['removed'] > 1000
+
+
+def test_linuxcnc_is_killed(tmp_path):
+    """The panel ends by itself, though nobody asks it to."""
+    answers = operate(tmp_path, [['start', SLOT], ['until', X, '>', 5], look(0), ['kill', 'rtapi_app'], ['program', 'sh', '-c', GONE]])
+    assert answers[4][0] == 0
+
+
+def test_without_a_panel(tmp_path):
+    answers = operate(tmp_path, [['program', 'sh', '-c', PANELS]], edit='s/^PANEL = yes/PANEL = no/', home=False)
+    assert answers[0] == [0, '']
+
+
+def test_the_port_is_taken(tmp_path):
+    """LinuxCNC starts and runs all the same; the log has the reason and the remedy."""
+    taker = '{ /usr/bin/python3 -m http.server 8250 --bind 127.0.0.1 >/dev/null 2>&1 & sleep 2; }'
+    answers = operate(tmp_path, [['sleep', 5], ['mdi', 'G0 X1'], ['program', 'sh', '-c', PANELS]], before=taker)
+    assert answers[1] == [] and answers[2] == [0, '']
+    assert ('chipwise: the panel cannot use port 8250 of 127.0.0.1: Address already in use; end the program that uses it, or set '
+            '[CHIPWISE]PANEL_PORT to a free one') in (tmp_path / 'linuxcnc.txt').read_text()

@@ -1,0 +1,161 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""What the pages of `chipwise panel` show: state, figures of a run, alarms."""
+
+import json
+import math
+
+import pytest
+
+from chipwise.panel import machine, watch
+from chipwise.panel.alarms import HISTORY, Alarms, StillActive
+from chipwise.stock.layout import Fault, GuardReason
+from support.panel_rig import Machine
+
+
+@pytest.fixture
+def seen(monkeypatch):
+    """(machine, watch, look): look(seconds) passes time and looks."""
+    clock = [100.0]
+    monkeypatch.setattr(watch.time, "monotonic", lambda: clock[0])
+    found = Machine()
+    watching = watch.Watch(found)
+
+    def look(seconds=0.1):
+        clock[0] += seconds
+        watching.look()
+        return json.loads(watching.text)
+    return found, watching, look
+
+
+def test_figures_of_a_run(seen):
+    """10 s at 40 mm/s where F is 20: 10 s saved; 600 mm3 in 5 s of them: 7200 mm3/min."""
+    found, _watching, look = seen
+    found.values.update(motion_type=2.0, mode=2.0, target=7000.0, requested_vel=20.0, current_vel=40.0, removed=50.0)
+    found.tasks["running"] = True
+    look()
+    for k in range(100):
+        found.values.update(removed=found.values["removed"] + (12.0 if k % 2 else 0.0), mrr=7200.0 if k == 70 else 6900.0)
+        state = look()
+    run = state["run"]
+    assert run["seconds"] == pytest.approx(10.1, abs=0.06) and run["peak"] == 7200.0
+    assert run["mean"] == pytest.approx(600 / 5 * 60, rel=1e-6) and run["saved"] == pytest.approx(10.1, abs=0.06)
+    found.values.update(removed=0.0)                    # another stock
+    assert look()["run"]["mean"] == pytest.approx(7200, rel=0.05)
+    found.tasks["running"] = False
+    assert look()["run"] == look()["run"]               # it stays until the next program
+
+
+def test_no_volumetric_feed_saves_no_time(seen):
+    found, _watching, look = seen
+    found.tasks["running"] = True
+    look()
+    assert look()["run"]["saved"] is None
+
+
+@pytest.mark.parametrize("values, state, words", [
+    ({}, "on", "calm"), ({"mrr": 5000.0, "target": 6000.0}, "on", "cutting"), ({"mrr": 6500.0, "target": 6000.0}, "on", "cutting"),
+    ({"mrr": 6700.0, "target": 6000.0}, "on", "over"), ({"mrr": 9e9}, "on", "cutting"), ({}, "off", "off"), ({}, "estop", "off"),
+    ({"guard_reason": float(GuardReason.RAPID_CONTACT)}, "off", "alarm")])
+def test_background(seen, values, state, words):
+    found, _watching, look = seen
+    found.values.update(values)
+    found.tasks["state"] = state
+    assert look()["background"] == words
+
+
+def test_linuxcnc_that_does_not_answer(seen):
+    found, _watching, look = seen
+    found.tasks = None
+    assert look()["task"] is None and look()["background"] == "off"
+
+
+def test_the_end_of_linuxcnc(seen):
+    found, watching, look = seen
+    look()
+    found.alive = False
+    number = watching.number
+    look(2.0)
+    assert watching.ended and watching.wait(number, 60)[0] == number       # nobody waits for what does not come
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 1e300])
+def test_numbers_that_are_none(value):
+    assert machine.finite(value) == 0.0
+
+
+def test_history_and_path(seen):
+    found, watching, look = seen
+    found.tasks["running"] = True
+    for k in range(700):
+        found.tip = (k * 0.15, 0.0, 0.0)
+        look()
+    assert len(watching.recent()) == 600 and watching.recent()[-1][0] - watching.recent()[0][0] == pytest.approx(59.9)
+    path = watching.path_since(0, 0)
+    assert path["count"] == len(path["points"]) == 350         # each second of 700: 0.2 mm or more apart
+    again = watching.path_since(path["epoch"], path["count"] - 3)
+    assert again["points"] == path["points"][-3:]
+    found.tasks["running"] = False
+    look()
+    found.tasks["running"], found.tip = True, (7.0, 8.0, 9.0)
+    look()
+    assert watching.path_since(path["epoch"], path["count"])["points"] == [found.tip]
+
+
+# ---- alarms --------------------------------------------------------------------------------------------------------
+
+
+def pins(**values):
+    return {**Machine().values, "guard_line": 57.0, "line": 60.0, **values}
+
+
+def test_an_alarm_from_its_begin_to_the_history():
+    alarms = Alarms()
+    rapid = pins(guard_reason=float(GuardReason.RAPID_CONTACT), guard_distance=3.1)
+    assert alarms.step(rapid, False, 1.0) and not alarms.step(rapid, False, 2.0)
+    entry, = alarms.entries
+    assert entry["what"] == "rapid stopped 3.10 mm before stock (line 57, tool 3, 6.00 mm)"
+    assert entry["remedy"].startswith("press Stop") and (entry["line"], entry["tool"], entry["time"]) == (57, 3, 1.0)
+    with pytest.raises(StillActive, match="rapid stopped"):
+        alarms.clear(entry["id"])
+    alarms.clear()
+    assert not entry["cleared"]
+    assert alarms.step(pins(), False, 3.0) and not entry["active"]
+    alarms.clear(entry["id"])
+    assert entry["cleared"] and alarms.entries == [entry]
+    alarms.step(rapid, False, 4.0)
+    assert [one["id"] for one in alarms.entries] == [1, 2]
+    with pytest.raises(KeyError):
+        alarms.clear(77)
+
+
+def test_the_depth_of_a_flute_excess_grows():
+    alarms = Alarms()
+    for depth in (12.0, 12.5):
+        alarms.step(pins(guard_reason=float(GuardReason.FLUTE_EXCESS), guard_depth=depth, tool_flute_length=10.0), False, 1.0)
+    entry, = alarms.entries
+    assert entry["what"].startswith("cut stopped at 12.50 mm")
+    alarms.step(pins(guard_reason=float(GuardReason.FLUTE_EXCESS), guard_depth=25.4, tool_flute_length=25.4), True, 1.0)
+    assert entry["what"].startswith("cut stopped at 1.0000 in")
+
+
+@pytest.mark.parametrize("values, words", [
+    ({"fault": 1.0, "fault_code": float(Fault.TOOL_DIAMETER)}, None),       # nothing cuts yet
+    ({"fault": 1.0, "fault_code": float(Fault.TOOL_DIAMETER), "mode": 1.0}, "the tool in the spindle has no diameter"),
+    ({"fault": 0.0, "fault_code": float(Fault.MAP)}, None),
+    ({"fault": 1.0, "fault_code": float(Fault.MAP)}, "the stock map is incomplete"),
+    ({"fault": 1.0, "fault_code": 99.0}, "fault 99 of the stock tracker"),
+    ({"override_ignored": 1.0}, "the machine ignores the volumetric feed")])
+def test_causes(values, words):
+    alarms = Alarms()
+    alarms.step(pins(**values), False, 1.0)
+    assert [entry["what"][:len(words or "")] for entry in alarms.entries] == ([words] if words else [])
+
+
+def test_the_history_has_an_end():
+    alarms = Alarms()
+    for k in range(HISTORY + 50):
+        alarms.step(pins(override_ignored=float(k % 2)), False, float(k))
+    assert len(alarms.entries) <= HISTORY
+    for k in range(2 * HISTORY):
+        alarms.step(pins(override_ignored=float(k % 2)), False, float(k))
+    assert len(alarms.entries) == HISTORY

@@ -1,0 +1,99 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""A reader of `chipwise panel` that shares no code with it: the stream's messages, and the stock put together from its tiles.
+
+Imported by tests; as a program, inside the LinuxCNC of a test: panel_client.py URL SECONDS prints one JSON object.
+"""
+import http.client
+import json
+import struct
+import sys
+import time
+import urllib.parse
+
+
+class Page:
+    """What a page knows after some messages."""
+
+    def __init__(self):
+        self.kinds, self.states, self.points, self.recent, self.map, self.rows = [], [], [], [], None, None
+        self.tiles = 0
+
+    def take(self, kind, content):
+        self.kinds.append(kind)
+        if kind == "S":
+            self.states.append(json.loads(content))
+        elif kind == "P":
+            self.points += json.loads(content)["points"]
+        elif kind == "R":
+            self.recent = json.loads(content)
+        elif kind == "M":
+            self.map = json.loads(content)
+            self.rows = [[None] * self.map["columns"] for _ in range(self.map["rows"])]
+        elif kind == "T":
+            self.put(content)
+
+    def put(self, content):
+        epoch, = struct.unpack_from("<I", content)
+        assert epoch == self.map["epoch"]
+        at = 4
+        while at < len(content):
+            column, row, columns, rows = struct.unpack_from("<HHHH", content, at)
+            values = struct.unpack_from(f"<{columns * rows}H", content, at + 8)
+            at += 8 + 2 * columns * rows
+            self.tiles += 1
+            for j in range(rows):
+                self.rows[row + j][column:column + columns] = values[j * columns:(j + 1) * columns]
+
+    def height(self, x, y):
+        """mm, machine coordinates, of the cell at a place."""
+        found = self.map
+        value = self.rows[int((y - found["y"]) / found["cell"])][int((x - found["x"]) / found["cell"])]
+        return found["bottom"] + value / 65535 * (found["top"] - found["bottom"])
+
+
+def request(url, path, method="GET", body=None, **headers):
+    """-> (status, headers, content); headers: Host_ and such with _ for -, None leaves one out."""
+    place = urllib.parse.urlsplit(url)
+    connection = http.client.HTTPConnection(place.hostname, place.port, timeout=60)
+    given = {name.replace("_", "-"): value for name, value in headers.items()}
+    connection.putrequest(method, path, skip_host="Host" in given)
+    for name, value in given.items():
+        if value is not None:
+            connection.putheader(name, value)
+    if body is not None:
+        connection.putheader("Content-Length", str(len(body)))
+    connection.endheaders(body)
+    answer = connection.getresponse()
+    found = answer.status, dict(answer.getheaders()), answer.read()
+    connection.close()
+    return found
+
+
+def follow(url, seconds=0.0, states=1):
+    """Read the stream for so long and until so many states have come, or to its end -> Page."""
+    place, page = urllib.parse.urlsplit(url), Page()
+    connection = http.client.HTTPConnection(place.hostname, place.port, timeout=60)
+    connection.request("GET", "/stream")
+    answer = connection.getresponse()
+    assert answer.status == 200, answer.read()
+    end = time.monotonic() + seconds
+    while time.monotonic() < end or len(page.states) < states or (page.states[-1]["stock"] and not page.map):
+        head = answer.read(5)
+        if len(head) < 5:
+            break
+        page.take(chr(head[0]), answer.read(struct.unpack("<I", head[1:])[0]))
+    connection.close()
+    return page
+
+
+def main(url, seconds, *places):
+    """places: X,Y in mm whose heights are wanted."""
+    page = follow(url, float(seconds), 2)
+    print(json.dumps({"state": page.states[-1], "states": len(page.states), "map": page.map, "points": len(page.points),
+                      "recent": len(page.recent), "tiles": page.tiles,
+                      "heights": [page.height(*map(float, place.split(","))) for place in places] if page.map else []}))
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

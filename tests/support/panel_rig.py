@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The server of `chipwise panel` with a machine that a test sets by hand, and a stock that the real core cuts."""
+import contextlib
+import threading
+import time
+
+from chipwise.panel import machine, server, watch
+from chipwise.stock import core
+from chipwise.stock.shared import SharedStock
+
+TOKEN = "correct-horse-7"
+
+
+class Machine:
+    """As panel.machine.Machine, but everything in it is set by the test."""
+
+    def __init__(self, low=(0.0, 0.0, -10.0), high=(60.0, 40.0, 0.0), cell=0.25):
+        self.core = core.Stock(low, high, cell)
+        self.values = {name: 0.0 for name in (*machine.NUMBERS, *machine.LENGTHS, "area_ahead")}
+        self.values.update(stock_defined=1.0, ready=1.0, tool=3.0, tool_diameter=6.0, override=1.0)
+        self.tip = (0.0, 0.0, 10.0)
+        self.tasks = {"state": "on", "program": "/home/me/part.ngc", "running": False, "paused": False, "inch": False,
+                      "feed_override": 1.0}
+        self.alive, self.closed, self.looks = True, False, 0
+
+    def runs(self):
+        return self.alive
+
+    def pins(self):
+        self.looks += 1
+        return {**self.values, "tip": self.tip}
+
+    def task(self):
+        return None if self.tasks is None else dict(self.tasks)
+
+    def stock(self):
+        return SharedStock(memoryview(self.core._block))
+
+    def close(self):
+        self.closed = True
+
+    def cut(self, start, end, diameter=6.0):
+        """A straight cut of a flat tool."""
+        cutter = core.Cutter(self.core, core.Tool(diameter), start)
+        cutter.to(end)
+        cutter.run()
+        self.tip = end
+
+
+class Rig:
+    """Machine, watch and server; look() by hand, or looks() in a thread."""
+
+    def __init__(self, found, token, address):
+        self.machine, self.watch = found, watch.Watch(found)
+        self.server = server.Server(address, 0, self.watch, token)
+        self.url = self.server.url
+        self._going = True
+
+    def look(self, count=1):
+        for _ in range(count):
+            self.watch.look()
+
+    def looks(self):
+        def go():
+            while self._going and self.watch.look():
+                time.sleep(watch.LOOK_S)
+        threading.Thread(target=go, daemon=True).start()
+
+    def wait(self, reached, seconds=60.0):
+        """Wait until something is so; AssertionError after so many seconds."""
+        end = time.monotonic() + seconds
+        while not reached():
+            assert time.monotonic() < end, "not reached in time"
+            time.sleep(0.01)
+
+
+@contextlib.contextmanager
+def serving(token="", address="127.0.0.1", **box):
+    """A Rig whose server answers; it has looked once."""
+    rig = Rig(Machine(**box), token, address)
+    thread = threading.Thread(target=rig.server.serve_forever, kwargs={"poll_interval": 0.05}, daemon=True)
+    thread.start()
+    rig.look()
+    try:
+        yield rig
+    finally:
+        rig._going = False
+        rig.watch.end()
+        rig.server.close()
