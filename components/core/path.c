@@ -9,6 +9,8 @@
 #define CHIP_SMOOTH_CORNER 0.02 /* rad, segments that join at less are smooth [5] */
 #define CHIP_SHARP_CORNER 0.25  /* rad, a corner however short its segments are */
 #define CHIP_CORNERS_APART 0.5  /* of the step: distance of a lesser corner from the last point at least */
+#define CHIP_BEND_BEGINS 0.05   /* rad per step, a change of the path's bend that has a point of its own [5] */
+#define CHIP_BENDS_APART 0.2    /* of the step: its distance from the last point at least */
 #define CHIP_NEVER 1e300        /* mm, nothing has changed */
 
 void chip_segment_at(const struct chip_segment *segment, double s, double tip[3], double dir[3])
@@ -171,6 +173,13 @@ static double corner_angle(const struct chip_segment *segment, const struct chip
     return angle_between(before, after);
 }
 
+/* [5] Whether the path bends otherwise behind the end of a segment than before it: a blend begins or ends there. */
+static int bend_changes(const struct chip_segment *segment, const struct chip_segment *next, double step)
+{
+    return fabs(next->curvature * next->horizontal - segment->curvature * segment->horizontal) * step
+         > CHIP_BEND_BEGINS;
+}
+
 static int point_at(const struct chip_segment *segment, double begin, double s, double turn, int corner,
                     struct chip_path_point *point)
 {
@@ -202,7 +211,8 @@ int chip_path_next(const struct chip_path *path, double s, double step, double t
         if (s >= end - CHIP_PATH_BEYOND && angle > CHIP_SMOOTH_CORNER)
             return point_at(&path->segment[slot(path, n + 1)], end, end + CHIP_PATH_BEYOND, angle, 1, next);
         if (angle > CHIP_SHARP_CORNER || turned + angle > turn
-            || (angle > CHIP_SMOOTH_CORNER && end - s >= CHIP_CORNERS_APART * step))
+            || (angle > CHIP_SMOOTH_CORNER && end - s >= CHIP_CORNERS_APART * step)
+            || (bend_changes(segment, &path->segment[slot(path, n + 1)], step) && end - s >= CHIP_BENDS_APART * step))
             return point_at(segment, begin, end, turned, 0, next);
         turned += angle;
         begin = end;

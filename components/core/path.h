@@ -14,7 +14,8 @@
  *  3. If the planner cannot be read the path is one endless segment, the predicted path (predicted_path.h).
  *  4. A parabolic blend leaves the chain: `blend` says where the tool is in it.
  *  5. A corner (two segments that do not join smoothly) has two points: one at the
- *     end of the first segment, and one CHIP_PATH_BEYOND behind it, with the direction of the next.
+ *     end of the first segment, and one CHIP_PATH_BEYOND behind it, with the direction of the next. The beginning and the
+ *     end of a blend arc have one: the load is largest or smallest there.
  */
 #ifndef CHIPWISE_PATH_H
 #define CHIPWISE_PATH_H
