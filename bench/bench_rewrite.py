@@ -21,15 +21,9 @@ from chipwise.rewrite import cutting
 from chipwise.rewrite.program import read
 from chipwise.tools import load_tools
 from rows import row
-from support.rewrite_rig import HEAD, deep_program, judged, make_machine, rewrite
+from support.rewrite_rig import HEAD, deep_program, judged, make_machine, neighbours, rewrite
 
 CELL = 0.25
-
-
-def neighbours(z):
-    """(9, rows, columns): each needle with those beside it."""
-    padded = np.pad(z, 1, mode="edge")
-    return np.stack([padded[i:i + z.shape[0], j:j + z.shape[1]] for i in range(3) for j in range(3)])
 
 
 def least(program, geometry):

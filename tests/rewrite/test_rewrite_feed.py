@@ -113,11 +113,13 @@ def rate(program, most):
     assert worst <= 1.06 * most, worst
 
 
-def test_a_loop_is_refused_and_a_contour_sub_is_not(tmp_path, machine):
-    before, after = tmp_path / "a.ngc", tmp_path / "b.ngc"
-    before.write_text(HEAD + STOCK + "T3 M6\nS8000 M3\no1 repeat [2]\nG0 X-10 Y30 Z5\nG0 Z-2\nG1 X110 F400\nG0 Z5\no1 endrepeat\nM2\n")
-    done = rewrite(before, after, machine, "--feed", "3")
-    assert done.status == 2 and "in a loop or a condition" in done.errors and "(line 8)" in done.errors and not after.exists()
+def test_a_loop_is_written_out_and_a_contour_sub_is_not(tmp_path, machine):
+    loop = HEAD + STOCK + "T3 M6\nS8000 M3\no1 repeat [2]\nG0 X-10 Y30 Z5\nG0 Z-2\nG1 X110 F400\nG0 Z5\no1 endrepeat\nM2\n"
+    one, two, after_text = rewritten(tmp_path, machine, loop, "--feed", "3")
+    proof.same_path(one, two)
+    assert "(chipwise: written out: o1 repeat [2])" in after_text and "\no1" not in after_text
+    across = [m for m in np.flatnonzero(two.kind != 0).tolist() if min(two.start(m)[0], two.end[m][0]) < 50 < max(two.start(m)[0], two.end[m][0])]
+    assert two.feed[across].tolist() == [pytest.approx(3000 / 20, rel=0.015), 400]         # the second time in the air
     text = (HEAD + STOCK + "T1 M6\nS8000 M3\no7 sub\nG0 X20 Y20\nG1 X60\nY45\nX20\nY20\no7 endsub\nG0 X0 Y0 Z5\n"
             "G79 Q7 Z-2 R1 D2 F600\nG0 Z5\nM2\n")
     one, two, after_text = rewritten(tmp_path, machine, text, "--feed", "4")

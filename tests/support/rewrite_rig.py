@@ -9,6 +9,8 @@ import random
 import subprocess
 from types import SimpleNamespace
 
+import numpy as np
+
 from support import ROOT
 from support.check_oracle import Needles
 
@@ -89,6 +91,27 @@ def deep_program(seed):
             x, y = u, v
         lines.append("G0 Z5")
     return "\n".join([*lines, "M2"]) + "\n"
+
+
+def neighbours(z):
+    """(9, rows, columns): each needle with those beside it."""
+    padded = np.pad(z, 1, mode="edge")
+    return np.stack([padded[i:i + z.shape[0], j:j + z.shape[1]] for i in range(3) for j in range(3)])
+
+
+def verdict(before, after, ini):
+    """(deepest over the flutes mm, most cut more mm, most left mm, worst traverse mm) of a rewritten program.
+
+    The stock that is left is compared but for single needles on a wall: they are on the edge of the tool's own path.
+    """
+    from chipwise.check.reader import Machine
+    from chipwise.rewrite.program import read
+    from chipwise.tools import load_tools
+    machine, geometry = Machine(str(ini)), load_tools(str(ini.parent / "tools.toml"))
+    one, _, _ = judged(read(str(before), machine), geometry)
+    two, excess, rapid = judged(read(str(after), machine), geometry)
+    lowest, highest = (pick(neighbours(one.z), axis=0) for pick in (np.min, np.max))
+    return max(excess.values()), float((lowest - two.z).max()), float((two.z - highest).max()), rapid
 
 
 def judged(program, geometry, spacing=0.2):

@@ -85,13 +85,14 @@ class Machine:
 
 
 class Reader:
-    """One program under way.  judged=False: codes that cannot be judged are read over, to see whether the program has an end."""
+    """One program under way.  judged=False: codes that cannot be judged are read over, to see whether the program has an end; watched:
+    of a marked program (trace.py), whose items are in `trace` at the end."""
 
     def __init__(self, program, machine, stock=None, quiet_s=QUIET_S, cpu_s=CPU_S, most_moves=MAX_MOVES,
-                 written=False, judged=True, memory_mb=None):
+                 written=False, judged=True, memory_mb=None, watched=None):
         self.program, self.machine, self.messages = os.path.abspath(program), machine, []
         self._stock, self._cpu_s, self._most_moves, self._written, self._judged = stock, cpu_s, most_moves, written, judged
-        self._memory_mb = memory_mb
+        self._memory_mb, self._watched, self.trace = memory_mb, watched, None
         self._quiet_s = min(quiet_s, 0.8 * cpu_s)
         self._child = self._folder = None
 
@@ -122,7 +123,7 @@ class Reader:
             "codes": ["G20" if machine.unit_mm > 10 else "G21", machine.startup], "most_moves": self._most_moves,
             "cpu_s": self._cpu_s, "stock": self._stock, "chord_mm": CHORD_MM, "written": self._written,
             "judged": self._judged, "memory_mb": self._memory_mb,
-            "tool": machine.tool})
+            "tool": machine.tool, "watched": self._watched})
         environment = {**os.environ, "HOME": folder, "INI_FILE_NAME": paths["machine.ini"], "LC_ALL": "C",
                        "OPENBLAS_NUM_THREADS": "1"}
         self._errors = open(paths["errors"], "w+b")
@@ -191,7 +192,7 @@ class Reader:
         raise Unusable(f"LinuxCNC's interpreter ended ({said[-1]})", "see whether `rs274 -g` reads it")
 
     def _end(self, end):
-        self.messages = end["messages"]
+        self.messages, self.trace = end["messages"], end["trace"]
         if end["stop"]:
             line, text, remedy, unfinished = end["stop"]
             raise (Unfinished if unfinished else Unreadable)(text, remedy, line)

@@ -10,7 +10,8 @@ neither HAL nor a machine is needed.  Read in LinuxCNC 2.9: gcodemodule.cc, rs27
 Job:     program, parameters, table (paths), random (tool changer), units_per_mm, axis_mask, codes (run first), most_moves,
          quiet_s (computing time without a block of moves), cpu_s (in all), chord_mm, stock (null or low, high: mm, work
          coordinates at the first move), written (whether CIRCLE records are wanted, for rewriting), judged (whether what cannot be judged ends it),
-         memory_mb (of this process; null: no limit), tool (number of the one in the spindle; 0: none)
+         memory_mb (of this process; null: no limit), tool (number of the one in the spindle; 0: none), watched (null, or the parameters
+         of a marked program: trace.py)
 Blocks:  b"R", uint32 number of bytes, records of WIDTH doubles; b"E", uint32 number of bytes, JSON of the end
 
 The records: records.py.
@@ -57,6 +58,7 @@ class Canon(interpreter_process.Canon):
         self.at = [0.0, 0.0, 0.0]           # inch, work coordinates without offsets
         self.stop = None
         self.messages = []
+        self.trace = None
         if job["tool"] and self.spindle[0] > 0:
             self._tool_event()
         if job["stock"]:
@@ -83,19 +85,21 @@ class Canon(interpreter_process.Canon):
     # ---- places ---------------------------------------------------------------------------------------------
 
     def set_g5x_offset(self, index, *offsets):
-        self.g5x = offsets[:3]
-        self._frame()
+        self._frame(offsets[:3], self.g92, self.angle)
 
     def set_g92_offset(self, *offsets):
-        self.g92 = offsets[:3]
-        self._frame()
+        self._frame(self.g5x, offsets[:3], self.angle)
 
     def set_xy_rotation(self, angle):
-        self.angle = math.radians(angle)
-        self.cos, self.sin = math.cos(self.angle), math.sin(self.angle)
-        self._frame()
+        self._frame(self.g5x, self.g92, math.radians(angle))
 
-    def _frame(self):
+    def _frame(self, g5x, g92, angle):
+        """The tool stays where it is, its work coordinates do not."""
+        x, y, z = (v / INCH for v in self._machine(*self.at))
+        self.g5x, self.g92, self.angle = g5x, g92, angle
+        self.cos, self.sin = math.cos(angle), math.sin(angle)
+        x, y = x - g5x[0], y - g5x[1]
+        self.at = x * self.cos + y * self.sin - g92[0], y * self.cos - x * self.sin - g92[1], z - g5x[2] - g92[2]
         self._event(FRAME, self.angle, *(v * INCH for v in (*self.g5x, *self.g92)))
 
     def set_plane(self, plane):
@@ -136,7 +140,8 @@ class Canon(interpreter_process.Canon):
     def next_line(self, state):
         if state.feed_mode in _UNCHECKED:        # the modes are those after the line before
             self.refuse(f"{_UNCHECKED[state.feed_mode]} is not judged", "use G94")
-        self.line = state.sequence_number
+        if self.trace is None:
+            self.line = state.sequence_number
 
     def straight_traverse(self, x, y, z, *rest):
         self._axes(rest)
@@ -228,9 +233,16 @@ class Canon(interpreter_process.Canon):
     def message(self, text):
         if len(self.messages) < 20:
             self.messages.append([self.line, text])
+        if self.trace is not None:
+            self.trace.message(text)
 
     def comment(self, text):
-        pass
+        if self.trace is not None:
+            self.trace.comment(text)
+
+    def mark(self, kind, *values):
+        """Of a marked program (trace.py)."""
+        self._event(kind, *values)
 
 
 def limit(cpu_s):
@@ -267,6 +279,9 @@ def main():
     canon = Canon(job, send, ToolTable(job["table"], job["random"]))
     from chipwise import preview
     preview.listener = canon
+    if job["watched"] is not None:
+        from chipwise.check.trace import Trace
+        canon.trace = Trace(canon, job["watched"])
     error, line = None, 0
     try:
         result, line = gcode.parse(job["program"], canon, *job["codes"])
@@ -280,7 +295,7 @@ def main():
         pass
     send(b"R", canon.records.tobytes())
     send(b"E", json.dumps({"error": error, "stop": canon.stop, "line": line, "last": canon.line, "moves": canon.count,
-                           "messages": canon.messages}).encode())
+                           "messages": canon.messages, "trace": canon.trace and canon.trace.items}).encode())
 
 
 if __name__ == "__main__":

@@ -31,6 +31,10 @@ class Edits:
     feeds: dict = field(default_factory=dict)
     notes: dict = field(default_factory=dict)
 
+    def changed(self):
+        """Numbers of the steps that change."""
+        return {*self.instead, *self.after, *self.feeds}
+
     def __bool__(self):
         return bool(self.instead or self.after or self.feeds)
 

@@ -49,13 +49,14 @@ class Figures:
     added_feed: float = 0.0
     bridged: int = 0            # points dropped
     lines: list = field(default_factory=list)       # (first, last, levels) of each body
+    shifted: list = field(default_factory=list)     # (first move, end) of each body
 
 
 class Shifter:
     """One program."""
 
-    def __init__(self, program, geometry, cell, whole=False, diameter=None, reserve=0.0):
-        self.program, self.whole, self.diameter, self.reserve = program, whole, diameter, reserve
+    def __init__(self, program, geometry, cell, whole=False, diameter=None, reserve=0.0, anywhere=False):
+        self.program, self.whole, self.diameter, self.reserve, self.anywhere = program, whole, diameter, reserve, anywhere
         self.sections = cutting.sections(program, geometry)
         self.cell = cell
         self.edits, self.figures = Edits(), Figures()
@@ -142,7 +143,9 @@ class Shifter:
             return
         target = cutting.Window(self.stock, points, self.tool.shape.diameter / 2)      # what the first path leaves
         window.restore()
-        self._check_rewritable(first, end)
+        self.figures.shifted.append((first, end))
+        if not self.anywhere:
+            program.check_shiftable(first, end)
         moved = self._shifted(body, target, depth)
         self._replace(body, moved)
         levels = self._rest(body, moved, end, section_end)
@@ -286,17 +289,6 @@ class Shifter:
 
     # ---- what is written --------------------------------------------------------------------------------------
 
-    def _check_rewritable(self, first, end):
-        """Unreadable where the path is written in a way that cannot be shifted."""
-        program = self.program
-        line = int(program.line[first])
-        for number in np.unique(program.line[first:end]).tolist():
-            program.check_writable(number, "the flutes are too short")
-        steps = range(int(program.step[first]), int(program.step[end - 1]) + 1)
-        if any(program.modes_on(step).cutter_side != 40 for step in steps):
-            raise Unreadable("the flutes are too short here, and cutter compensation is on (G41, G42)",
-                             "write the program with the tool's own path", line)
-
     def _replace(self, body, moved):
         """R3 in the place of the body's steps that it changes."""
         program, edits = self.program, self.edits
@@ -324,6 +316,7 @@ class Shifter:
             edits.notes.setdefault(step, "shifted along the axis")
         self.figures.added_feed += _length(moved[~np.isnan(moved[:, 2])]) - _length(body.points)
 
+
 def _length(points):
     return float(np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1)).sum())
 
@@ -338,12 +331,12 @@ def segments(left):
     return [(max(int(p[0]) - 1, 0), min(int(p[-1]) + 2, len(left))) for p in parts]
 
 
-def rewrite(program, geometry, cell, whole=False, diameter=None, progress=None, reserve=0.0):
+def rewrite(program, geometry, cell, whole=False, diameter=None, progress=None, reserve=0.0, anywhere=False):
     """(Edits, Figures) of a program: CN105492980.
 
     geometry: {number: ToolGeometry}; cell: mm; whole: travel the whole body again, not only where material is left;
     diameter: of the arcs at corners of the shifted path (mm, default the tool's); reserve: mm, how much higher than needed a
-    point is shifted.  Raises Unreadable.
+    point is shifted; anywhere: also what cannot be rewritten (Program.check_shiftable()).  Raises Unreadable.
     """
-    shifter = Shifter(program, geometry, cell, whole, diameter, reserve)
+    shifter = Shifter(program, geometry, cell, whole, diameter, reserve, anywhere)
     return shifter.run(progress), shifter.figures

@@ -9,14 +9,15 @@ traverse, a straight feed or a whole arc.  All lengths mm, machine coordinates o
 
 import functools
 import math
-import re
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import NamedTuple, Optional
 
 import numpy as np
 
 from chipwise.check import records, rules
 from chipwise.check.reader import Reader, Unreadable
+from chipwise.check.trace import BEGINS
+from chipwise.rewrite.blocks import Blocks, blocks_of
 from chipwise.rewrite.words import only_comment, plain_move, words_of
 
 MOST_MOVES = 4_000_000          # 500 MB
@@ -66,36 +67,6 @@ def modes_by_line(source, subs, modes):
     return result
 
 
-_O_WORD = re.compile(rb"^\s*/?\s*(?:n\s*\d[\d\s]*)?o\s*(?:<[^>]*>|\d+|#\S+|\[[^\]]*\])\s*([a-z]+)", re.I)
-_M98 = re.compile(rb"^[^(;]*\bm\s*9[89]\b", re.I)
-_MOVES = b"GXYZIJKFgxyzijkf("        # a line that begins so has no O-word
-_OPENS, _CLOSES = {b"sub", b"while", b"do", b"if", b"repeat"}, {b"endsub", b"endwhile", b"endif", b"endrepeat"}
-
-
-def o_blocks(lines):
-    """({numbers of the lines inside subs, loops and conditions}, {those inside subs}, whether subs are called) of a program."""
-    inside, subs, calls, blocks = set(), set(), False, []
-    for number, text in enumerate(lines, 1):
-        if text[:1] in _MOVES and b"M" not in text and b"m" not in text:
-            if blocks:
-                inside.add(number)
-                if b"sub" in blocks:
-                    subs.add(number)
-            continue
-        match = _O_WORD.match(text)
-        word = match.group(1).lower() if match else None
-        calls = calls or word == b"call" or bool(_M98.match(text))
-        if word in _CLOSES or (word == b"while" and blocks[-1:] == [b"do"]):
-            del blocks[-1:]
-        elif word in _OPENS:
-            blocks.append(word)
-        if blocks or word:
-            inside.add(number)
-        if b"sub" in blocks:
-            subs.add(number)
-    return inside, subs, calls
-
-
 @dataclass(frozen=True)
 class Circle:
     """An arc: plane 1 XY, 2 YZ, 3 XZ; centre (3,) mm; turns, negative: clockwise."""
@@ -139,8 +110,10 @@ class Program:
     source: list            # lines of text
     modes: list             # Modes on each line
     messages: list = field(default_factory=list)
-    inside: set = field(default_factory=set)        # numbers of lines in subs, loops and conditions
-    calls: bool = False                             # subs are called
+    blocks: Blocks = field(default_factory=Blocks)
+    place: Optional[np.ndarray] = None        # (n,) int: the line of the program itself that makes a move; of a block, its first (traced.py)
+    marks: Optional[np.ndarray] = None        # (k, 9): moves before it, line and values of each MARK record of a marked program
+    items: Optional[list] = None              # what the marks refer to
     simulated: dict = field(default_factory=dict)   # by cell: proof.simulated() of it
 
     @property
@@ -158,7 +131,7 @@ class Program:
 
     def modes_on(self, step):
         """The Modes while a step runs."""
-        line = self.line_of(step)
+        line = self.place_of(step)
         return self.modes[line - 1] if 1 <= line <= len(self.modes) else Modes()
 
     def as_written(self, points, step):
@@ -176,14 +149,45 @@ class Program:
         """Number of the first line with a G word that is an expression; infinite without one."""
         return next((n for n, modes in enumerate(self.modes, 1) if modes.unclear), math.inf)
 
-    def check_writable(self, line, why):
-        """Unreadable where a line cannot change because it is not one place in the program."""
-        unclear = self.first_unclear
+    def check_writable(self, step, why):
+        """Unreadable where a step cannot change because it is not in one place of the program."""
+        line, unclear = self.line_of(step), self.first_unclear
+        if self.traced:
+            line, unclear = self.place_of(step), math.inf
         if unclear <= line:
             raise Unreadable(f"{why} in line {line}, and a G word is an expression", "write it as a number", unclear)
-        if self.calls or line in self.inside:
-            what = "subs are called (O-words, M98)" if self.calls else "the line is in a loop or a condition"
+        if (self.blocks.calls or line in self.blocks.inside) and not (self.traced and self.block_of(step) is None):
+            what = "subs are called (O-words, M98)" if self.blocks.calls else "the line is in a loop or a condition"
             raise Unreadable(f"{why} here, and {what}", "write the program out without them", line)
+
+    def check_shiftable(self, first, end):
+        """Unreadable where moves first .. end - 1 are written in a way that cannot be shifted; those in blocks of a traced program stay."""
+        places = (self.line if self.place is None else self.place)[first:end]
+        for place, at in zip(*(a.tolist() for a in np.unique(places, return_index=True))):
+            if self.traced and place in self.blocks.outermost:
+                continue
+            self.check_writable(int(self.step[first + at]), "the flutes are too short")
+            if 1 <= place <= len(self.modes) and self.modes[place - 1].cutter_side != 40:
+                raise Unreadable("the flutes are too short here, and cutter compensation is on (G41, G42)",
+                                 "write the program with the tool's own path", int(self.line[first]))
+
+    @property
+    def traced(self):
+        """Whether each move's place is known: without calls and loops it is the line."""
+        return self.place is not None
+
+    def place_of(self, step):
+        """Number of the line of the program itself that makes a step; of a block, its first."""
+        return int((self.line if self.place is None else self.place)[self.first[step]])
+
+    def block_of(self, step):
+        """The outermost Block that makes a step of a traced program, None without one."""
+        return self.blocks.outermost.get(self.place_of(step))
+
+    def before_block(self, block):
+        """(G word of the motion mode, F in mm/min) where a Block of a traced program begins; None, 0 if it is not run."""
+        found = self.marks[(self.marks[:, 3] == BEGINS) & (self.marks[:, 1] == block.first)]
+        return (f"G{found[0, 7] / 10:g}", float(found[0, 8])) if len(found) else (None, 0.0)
 
     def content(self):
         """The program's own bytes."""
@@ -196,17 +200,22 @@ class Program:
         return int(self.kind[self.first[step]])
 
 
-class _Collector:
+class Collector:
     """Blocks of records -> arrays."""
 
     def __init__(self):
         self.parts, self.count = [], 0
         self.firsts, self.circle, self.frame = [], [], []
-        self.circles, self.frames, self.events = [], [records.Frame()], []
+        self.circles, self.frames, self.events, self.marks = [], [records.Frame()], [], []
         self.pending = -1
 
     def take(self, block):
         kinds = block[:, 0].astype(int)
+        marks = kinds == records.MARK
+        if marks.any():
+            at = self.count + np.cumsum(kinds <= records.ARC)[marks]
+            self.marks.append(np.column_stack((at, block[marks, 1:9])))
+            block, kinds = block[~marks], kinds[~marks]
         start = 0
         for event in (*np.flatnonzero(kinds > records.ARC).tolist(), len(block)):
             if event > start:
@@ -247,20 +256,24 @@ class _Collector:
         step = np.repeat(np.arange(len(first) - 1), np.diff(first))
         with open(path, "rb") as file:
             source = file.readlines()           # as LinuxCNC: only a line feed ends a line
-        inside, subs, calls = o_blocks(source)
+        blocks = blocks_of(source)
         source = [text.decode("utf-8", "surrogateescape") for text in source]
         return Program(path, kind, line, end, feed, step, first, np.concatenate(self.circle), np.concatenate(self.frame),
-                       self.circles, self.frames, self.events, source, modes_by_line(source, subs, before), messages, inside, calls)
+                       self.circles, self.frames, self.events, source, modes_by_line(source, blocks.subs, before), messages, blocks, marks=self.marks)
 
 
 def read(path, machine, stock=None, progress=None, **limits):
     """Program of a file.  machine: reader.Machine; stock: (low, high) mm in work coordinates or None.  Raises Unreadable."""
-    collector = _Collector()
+    collector = Collector()
     with Reader(path, machine, stock, written=True, **limits) as reader:
         for block in reader:
             rules.check_finite(block)
             collector.take(block)
             if progress:
                 progress(int(block[-1, 1]))
-        codes = f"G{20 if machine.unit_mm > 10 else 21} {machine.startup}"
-        return collector.program(path, reader.messages, after_line(Modes(), codes))
+        return collector.program(path, reader.messages, first_modes(machine))
+
+
+def first_modes(machine):
+    """The Modes at a program's beginning."""
+    return after_line(Modes(), f"G{20 if machine.unit_mm > 10 else 21} {machine.startup}")

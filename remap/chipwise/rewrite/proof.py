@@ -40,7 +40,7 @@ def _off(circle, begin, end, p):
     return np.sqrt(((p - begin - t[:, None] * d) ** 2).sum(axis=1))
 
 
-def _real(program):
+def real_steps(program):
     """Numbers of the steps that go anywhere."""
     ends = program.end[program.first[1:] - 1]
     begins = np.array([program.start(int(k)) for k in program.first[:-1]]).reshape(-1, 3)
@@ -49,8 +49,8 @@ def _real(program):
 
 def same_path(first, second):
     """Raises Different where two Programs do not make the same path."""
-    waiting = _real(second)[::-1]
-    for step in _real(first):
+    waiting = real_steps(second)[::-1]
+    for step in real_steps(first):
         a, b = int(first.first[step]), int(first.first[step + 1])
         begin, end, line = first.start(a), first.end[b - 1], first.line_of(step)
         circle = first.circles[first.circle[step]] if first.circle[step] >= 0 else None

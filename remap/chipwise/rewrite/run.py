@@ -7,12 +7,12 @@ Called by cli/rewrite.py and filter/work.py.
 import os
 import tempfile
 from dataclasses import dataclass
-from typing import Optional
+from typing import Callable, Optional
 
-from chipwise.check.reader import Unreadable
+from chipwise.check.reader import Machine, Unreadable
 from chipwise.errors import CycleError, format_length
-from chipwise.rewrite import cutting, feed, flute, proof
-from chipwise.rewrite.program import read
+from chipwise.rewrite import calls, cutting, feed, flute, proof
+from chipwise.rewrite.program import Program, read
 from chipwise.rewrite.text import Writer
 from chipwise.rewrite.words import words_of
 from chipwise.settings import load_settings
@@ -50,7 +50,7 @@ def rewritten(path, order, progress, machine, stock=None, cell=None, **limits):
     progress(0.2)
     cell = cell or cutting.cell_for(program, geometry, settings["CELL"], *([cutting.CELLS_FOR_VOLUME] if order.rates else []))
     work = write_feeds if order.rates else respect_flutes
-    return work(order, machine, program, geometry, cell, read_it, lambda share: progress(0.2 + 0.5 * share))
+    return work(order, Job(program, machine, geometry, cell, read_it, stock, limits), lambda share: progress(0.2 + 0.5 * share))
 
 
 def rate_unit(machine):
@@ -70,41 +70,89 @@ def read_back(program, data, read_it):
             raise proof.Different(f"the new program cannot be read ({error})") from error
 
 
-def respect_flutes(order, machine, program, geometry, cell, read_it, progress):
+@dataclass
+class Job:
+    """What every kind of rewriting needs: program, machine, geometry {number: ToolGeometry}, cell (mm), read: path -> Program, stock
+    and limits as of reader.Reader."""
+
+    program: Program
+    machine: Machine
+    geometry: dict
+    cell: float
+    read: Callable
+    stock: Optional[tuple]
+    limits: dict
+
+
+def in_place(job, program, rewrite, check):
+    """(Program, Edits, Figures): calls, loops and conditions that hold a step that has to change are written out.
+
+    rewrite: (Program, whether steps anywhere may change) -> (Edits, Figures); check: (Program, Edits, Figures), raises Unreadable for
+    what cannot be rewritten.  The Figures are those of the Program as it was, if it has such blocks: its lines are the user's.
+    """
+    if not calls.has_blocks(program):
+        return (program, *rewrite(program, False))
+    edits, figures = rewrite(program, True)
+    if not edits:
+        return program, edits, figures
+    followed, edits = calls.written_out(program, (edits, figures), lambda other: rewrite(other, True), job.read, job.machine, job.stock, job.limits)
+    try:
+        check(followed.program, *edits)
+    except Unreadable as error:
+        error.line = followed.line_of(error.line)
+        raise
+    return followed.program, edits[0], figures
+
+
+def respect_flutes(order, job, progress):
     """CN105492980; -> (bytes, what is said)."""
-    edits, figures = flute.rewrite(program, geometry, cell, order.whole, order.diameter, progress)
+    def rewrite(program, anywhere, reserve=0.0):
+        return flute.rewrite(program, job.geometry, job.cell, order.whole, order.diameter, progress, reserve, anywhere)
+
+    def check(program, _edits, figures):
+        for first, end in figures.shifted:
+            program.check_shiftable(first, end)
+
+    program, edits, figures = in_place(job, job.program, rewrite, check)
     if not edits:
         return program.content(), "the flutes are long enough everywhere, the program is unchanged"
     data, trouble = Writer(program, edits).write(), None
     for repeat in range(1, REPEATS + 1):
-        second = read_back(program, data, read_it)
+        second = read_back(job.program, data, job.read)
         try:
-            proof.flutes(program, second, geometry, cell)
+            proof.flutes(job.program, second, job.geometry, job.cell)
             break
         except proof.TooDeep as error:      # by less than a cell: the model's steps along the new path are others
             trouble = error
-            again, _ = flute.rewrite(second, geometry, cell, order.whole, order.diameter, reserve=RESERVE_MM * repeat)
+            second, again, _ = in_place(job, second, lambda *own: rewrite(*own, reserve=RESERVE_MM * repeat), check)
             data = Writer(second, again).write()
     else:
         raise trouble
-    unit = "in" if machine.unit_mm > 10 else "mm"
+    unit = "in" if job.machine.unit_mm > 10 else "mm"
     parts = [f'line{"s" * (b > a)} {a}' + (f" to {b}" if b > a else "") + f" in {n} levels" for a, b, n in figures.lines[:5]]
     more = f" and {len(figures.lines) - 5} more" if len(figures.lines) > 5 else ""
     return data, (f'{", ".join(parts)}{more}; {format_length(round(figures.added_feed, 1), unit)} of feed added to '
                   f"{format_length(round(figures.first_feed, 1), unit)}")
 
 
-def write_feeds(order, machine, program, geometry, cell, read_it, progress):
+def write_feeds(order, job, progress):
     """JP3131045; -> (bytes, what is said)."""
-    fixed = [n for n, text in enumerate(program.source, 1)
-             if any(letter == "G" and value in SYNCHRONISED for letter, value in words_of(text))]
-    edits, figures = feed.rewrite(program, geometry, cell, order.rates, machine.speeds, fixed, progress)
-    for step in (*edits.feeds, *edits.instead):
-        program.check_writable(program.line_of(step), "F has to change")
-    data = Writer(program, edits).write() if edits else program.content()
+    def rewrite(program, _anywhere):
+        fixed = [n for n, text in enumerate(program.source, 1)
+                 if any(letter == "G" and value in SYNCHRONISED for letter, value in words_of(text))]
+        return feed.rewrite(program, job.geometry, job.cell, order.rates, job.machine.speeds, fixed, progress)
+
+    def check(program, edits, _figures):
+        for step in edits.changed():
+            program.check_writable(step, "F has to change")
+
+    program, edits, figures = in_place(job, job.program, rewrite, check)
+    if not calls.has_blocks(job.program):
+        check(program, edits, figures)
+    data = Writer(program, edits).write() if edits else job.program.content()
     if edits:
-        proof.same_path(program, read_back(program, data, read_it))
-    scale, unit = rate_unit(machine)
+        proof.same_path(job.program, read_back(job.program, data, job.read))
+    scale, unit = rate_unit(job.machine)
     return data, (f"F of {figures.changed} of {figures.moves} feed moves changed, {figures.divided} divided; {figures.before_s:.1f} s "
                   f"of feed become {figures.after_s:.1f} s, peak {figures.peak_before / scale:.4g} {unit} becomes "
                   f"{figures.peak_after / scale:.4g}")

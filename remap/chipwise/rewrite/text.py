@@ -9,47 +9,24 @@ Called by run.py.
  3. A canned cycle is written out whole, with the lines that repeat it.
  4. What the next line takes over from the ones before is put right: G91, the motion mode, F.
  5. A line that does more than move (a tool, a spindle, M250) cannot be written out: Unreadable.
+ 6. Calls, loops and conditions stay: calls.py has written out those with moves that change.  Before them the motion mode and F are
+    what the program has there.
 """
 
-import math
 import re
 
 import numpy as np
 
-from chipwise.check.records import ARC, FEED, RAPID
+from chipwise.check.records import RAPID
 from chipwise.check.reader import Unreadable
 from chipwise.rewrite.edits import original
+from chipwise.rewrite.move_text import MoveText, Numbers, g_code
 from chipwise.rewrite.words import MOTION, active_comments, code, plain_move, with_feed, with_word, words_of
 
-INCH = 25.4
 MOST_SHOWN = 120            # characters of a line that is shown as a comment; LinuxCNC takes 255 bytes a line
-_ARC_LETTERS = {1: ((0, "I"), (1, "J")), 2: ((1, "J"), (2, "K")), 3: ((0, "I"), (2, "K"))}
-_G = {RAPID: "G0", FEED: "G1"}
 _OUR_CYCLES = {12, 13, 77, 78, 79}
 _SETTERS = {17, 18, 19, 20, 21, 90, 91, 90.1, 91.1, 94, 61, 61.1, 98, 99, 40}
 _PLAIN_G = {*_OUR_CYCLES, *_SETTERS, 0, 1, 2, 3, 80, 73, 81, 82, 83, 85, 86, 89}
-
-
-class Numbers:
-    """Lengths and feeds as text in the units of a line."""
-
-    def __init__(self, units):
-        self.inch = units == 20
-        self.scale = 1.0 / INCH if self.inch else 1.0
-
-    def length(self, mm, digits=0):
-        return _plain(mm * self.scale, (6 if self.inch else 5) + digits)
-
-    def feed(self, mm_min):
-        """Rounded down: a feed is never larger than was wanted."""
-        digits = 3 if self.inch else 2
-        value = mm_min * self.scale
-        return _plain(math.floor(value * 10 ** digits + 1e-6) / 10 ** digits, digits) if value > 1.0 else _plain(value, 5)
-
-
-def _plain(value, digits):
-    text = f"{value:.{digits}f}".rstrip("0").rstrip(".")
-    return "0" if text in ("-0", "") else text
 
 
 class Writer:
@@ -67,12 +44,16 @@ class Writer:
         """-> bytes of the new program."""
         steps_of = {}
         for step in range(self.program.steps):
-            steps_of.setdefault(self.program.line_of(step), []).append(step)
-        written_out = self._written_out(steps_of)
+            steps_of.setdefault(self.program.place_of(step), []).append(step)
+        written_out, blocks = self._written_out(steps_of), self.program.blocks
         for number, text in enumerate(self.source, 1):
             steps = steps_of.get(number, [])
             if number in written_out:
                 self._write_out(number, text, steps)
+            elif number in blocks.outermost:
+                self._keep_of_block(number, text, blocks.outermost[number], steps_of)
+            elif number in blocks.subs:
+                self.out.append(text)
             else:
                 self._keep(text, steps)
                 if steps and steps[-1] in self.edits.after:
@@ -103,7 +84,8 @@ class Writer:
 
     def _cycle_of(self, steps):
         """The canned cycle that a line runs, 0 without one."""
-        return self.program.modes_on(steps[0]).cycle if len(steps) > 1 else 0
+        program = self.program
+        return program.modes_on(steps[0]).cycle if len(steps) > 1 and program.place_of(steps[0]) not in program.blocks.outermost else 0
 
     def _check(self, number):
         """[5]"""
@@ -156,6 +138,23 @@ class Writer:
             self.at = self.program.end[self.program.first[steps[-1] + 1] - 1]
         self.out.append(text)
 
+    def _keep_of_block(self, number, text, block, steps_of):
+        """[6]"""
+        steps = steps_of.get(block.first, [])
+        if number == block.first and (self.motion is not None or self.feed is not None):
+            motion, feed = self.program.before_block(block)
+            if None not in (self.motion, motion) and self.motion != motion:
+                if motion not in ("G0", "G1", "G80"):
+                    raise Unreadable(f"a call or a loop begins while {motion} is in force, and the moves before it have to change",
+                                     f"write the G word of the first move in it, and G1 before line {number}", number)
+                self.out.append(motion + self.end)
+            if self.feed is not None and feed > 0.0 and abs(self.feed - feed) > 1e-9:
+                self.out.append("F" + Numbers(self.program.modes[number - 1].units).feed(feed) + self.end)
+            self.motion = self.feed = None
+        if number == block.last and steps:
+            self.at = self.program.end[self.program.first[steps[-1] + 1] - 1]
+        self.out.append(text)
+
     def _write_out(self, number, text, steps):
         """[2]"""
         if self.out and not self.out[-1].endswith("\n"):
@@ -182,55 +181,29 @@ class Writer:
         """Moves in the coordinate system and the modes of a step's line [2], [4]."""
         program = self.program
         modes, frame = self.program.modes_on(step), program.frames[program.frame[step]]
-        numbers = Numbers(modes.units)
         if self.out and not self.out[-1].endswith("\n"):
             self.out[-1] += self.end
         if modes.distance == 91:
             self.out.append("G90" + self.end)
         if modes.cycle:
             self.out.append("G80" + self.end)
-        written = None              # X Y Z as the output has them
+        text = MoveText(frame, modes, self.at)
         for move in moves:
-            text = [numbers.length(v) for v in frame.to_work(move.end)]
-            words = self._one(move, text, written, frame, modes, numbers)
-            written, self.at = text, move.end
+            words = text.words(move)
+            if words and move.kind != RAPID and (self.feed is None or abs(self.feed - move.feed) > 1e-9):
+                words.append("F" + text.numbers.feed(move.feed))
+                self.feed = move.feed
             if words:
                 self.out.append(" ".join(words) + self.end)
+        self.at = text.at
         if modes.distance == 91:
             self.out.append("G91" + self.end)
         if moves:
-            self.motion = _g(moves[-1])
+            self.motion = g_code(moves[-1])
         own = float(program.feed[program.first[step + 1] - 1]) if program.kind_of(step) != RAPID else None
         if own is not None and self.feed is not None and abs(self.feed - own) < 1e-9:
             self.feed = None
 
-    def _one(self, move, text, written, frame, modes, numbers):
-        """Words of one move; text: X Y Z of its end; `written`: those in force, None at the beginning of a block."""
-        words = [letter + t for letter, t, had in zip("XYZ", text, written or (None,) * 3) if t != had or move.kind == ARC]
-        if not words:
-            return []
-        words.insert(0, _g(move))
-        if move.kind == ARC:
-            begin = np.array([float(t) for t in written]) / numbers.scale if written else frame.to_work(self.at)
-            words += _centre(move.circle, begin, frame, modes, numbers)
-        if move.kind != RAPID and (self.feed is None or abs(self.feed - move.feed) > 1e-9):
-            words.append("F" + numbers.feed(move.feed))
-            self.feed = move.feed
-        return words
-
-
-def _centre(circle, begin, frame, modes, numbers):
-    """I J K of an arc that begins at a place in work coordinates."""
-    centre = frame.to_work(circle.centre)
-    origin = (0.0, 0.0, 0.0) if modes.arc_distance == 90.1 else begin
-    words = [letter + numbers.length(centre[k] - origin[k], 1) for k, letter in _ARC_LETTERS[circle.plane]]
-    turns = round(abs(circle.turns))
-    return words + ([f"P{turns}"] if turns > 1 else [])
-
-
-def _g(move):
-    return _G.get(move.kind) or ("G3" if move.circle.turns > 0 else "G2")
-
 
 def _g_of(program, step):
-    return _g(original(program, step))
+    return g_code(original(program, step))

@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Programs with calls, loops and conditions: those that hold a move that has to change are written out first.
+
+Called by run.py.
+
+ 1. Read the program with marks (traced.py), find what has to change, and the outermost blocks that it is in.
+ 2. Write these blocks out (unroll.py), and read the new program with marks.  It has to make the same moves at the same feeds, with the same
+    tools and stocks, and behind each block the same parameters and modes hold.
+ 3. Until nothing that has to change is in a block: which moves these are, the last digit may decide.
+"""
+
+import dataclasses
+import os
+import tempfile
+
+import numpy as np
+
+from chipwise.check.reader import Unreadable
+from chipwise.check.trace import ENDS, LINE, STATES
+from chipwise.rewrite import kept_codes, proof
+from chipwise.rewrite.traced import AT, ITEM, LINE_NUMBER, WHAT, Followed, modes_of
+from chipwise.rewrite.unroll import Unroller
+
+ROUNDS = 5
+SAME = 1e-9                 # of parameters
+STATE_MM = 0.001            # of the state behind a block: positions, lengths, speeds
+FEED_SHARE = 1e-5           # the last digit of F
+
+
+def has_blocks(program):
+    """Whether a move's line does not say where in the program it is."""
+    return bool(program.blocks.outermost)
+
+
+def written_out(program, found, edits_of, read_it, machine, stock, limits):
+    """-> (Followed program, its (Edits, Figures)): no step that they change is in a block.
+
+    found: (Edits, Figures) of the Program; edits_of: Program -> (Edits, Figures); read_it: path -> Program; machine, stock, limits: of reader.Reader.  Raises
+    Unreadable, Different.
+    """
+    now, (edits, figures) = Followed(program, machine, stock, **limits), found
+    for _ in range(ROUNDS):
+        blocks = {block for block in map(now.program.block_of, edits.changed()) if block}
+        if not blocks:
+            return now, (edits, figures)
+        try:
+            now = _without(now, blocks, read_it, machine, stock, limits)
+        except Unreadable as error:
+            error.line = now.line_of(error.line)
+            raise
+        edits, figures = edits_of(now.program)
+    raise Unreadable(f"calls and loops cannot be written out in {ROUNDS} rounds", "write the program out without them")
+
+
+def _without(now, blocks, read_it, machine, stock, limits):
+    """The Followed program without some Blocks [2]."""
+    unroller = Unroller(now)
+    data = unroller.write(blocks)
+    with tempfile.TemporaryDirectory(prefix="chipwise-rewrite-") as folder:
+        path = os.path.join(folder, os.path.basename(now.program.path))
+        with open(path, "wb") as file:
+            file.write(data)
+        try:
+            new = read_it(path)
+            after = Followed(new, machine, stock, now, unroller, **limits)
+        except Unreadable as error:
+            raise proof.Different(f"with its calls and loops written out it cannot be read ({error})") from error
+    same_program(now.program, new)
+    same_codes(now.program, after.program)
+    _same_state(now.program, after.program)
+    after.program = dataclasses.replace(after.program, path=now.program.path)
+    return after
+
+
+def same_program(first, second):
+    """Raises Different where two Programs do not make the same moves, one for one, with the same tools, stocks and feeds."""
+    proof.same_path(first, second)
+    one, two = (np.array(proof.real_steps(p), int) for p in (first, second))
+    if len(one) != len(two):
+        raise proof.Different(f"it has {len(two)} moves instead of {len(one)}")
+    f, g = (p.feed[p.first[own]] for p, own in ((first, one), (second, two)))
+    other = np.flatnonzero(np.abs(f - g) > FEED_SHARE * np.maximum(f, 1.0))
+    if len(other):
+        raise proof.Different(f"F of line {first.line_of(int(one[other[0]]))} has changed")
+    events = [[(int(np.searchsorted(p.first[own], event.at)), event.kind, np.round(event.values, 6).tolist()) for event in p.events]
+              for p, own in ((first, one), (second, two))]
+    if events[0] != events[1]:
+        raise proof.Different("tools, stocks or dwells have changed")
+
+
+def same_codes(first, second):
+    """Raises Different where two Programs that have been read with marks do not run the same codes between the same moves."""
+    one, two = _codes(first), _codes(second)
+    for (line, *a), (_, *b) in zip(one, two):
+        if a != b:
+            raise proof.Different(f"what line {line} does besides moving has changed")
+    if len(one) != len(two):
+        raise proof.Different(f"{len(two)} lines do something besides moving instead of {len(one)}")
+
+
+def _codes(program):
+    """[(line, moves before it, codes and their values)] of the lines that do something besides moving."""
+    steps, result = program.first[proof.real_steps(program)], []
+    for mark in program.marks[(program.marks[:, WHAT] == LINE) & (program.marks[:, ITEM] >= 0)]:
+        item, line = program.items[int(mark[ITEM])], int(mark[LINE_NUMBER])
+        if "comment" in item:
+            continue
+        try:
+            codes = [(letter, round(value, 6)) for letter, value in kept_codes.kept(item, line)[0]]
+        except Unreadable:
+            codes = [("", sorted(item["g"]), item["m"], item["words"])]     # outside of what is written out
+        if codes:
+            result.append((line, int(np.searchsorted(steps, mark[AT])), codes))
+    return result
+
+
+def _same_state(first, second):
+    """Raises Different where something else holds behind a block."""
+    one, two = ({int(mark[LINE_NUMBER]): mark for mark in p.marks if mark[WHAT] == what} for p, what in ((first, ENDS), (second, STATES)))
+    for line, mark in one.items():
+        new = two.get(line)
+        if new is None:
+            raise proof.Different(f"the block of line {line} is gone")
+        for name, a, b, most in _pairs(first.items[int(mark[ITEM])], second.items[int(new[ITEM])]):
+            if a is None or b is None or abs(a - b) > most:
+                raise proof.Different(f"behind the block of line {line} {name} is {b} instead of {a}")
+        if modes_of(mark)._replace(cycle=0) != modes_of(new)._replace(cycle=0):
+            raise proof.Different(f"behind the block of line {line} other modes are in force")
+
+
+def _pairs(one, two):
+    """(name, value, value, how much they may differ) of the parameters and the state behind a block."""
+    for kind, most in (("parameters", SAME), ("state", STATE_MM)):
+        for name in sorted({*one[kind], *two[kind]}):
+            yield name, one[kind].get(name), two[kind].get(name), most

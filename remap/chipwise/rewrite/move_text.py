@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""A move as text: G0, G1, G2 or G3 in given units, plane and arc mode.  Called by text.py and unroll.py."""
+
+import math
+
+import numpy as np
+
+from chipwise.check.records import ARC, FEED, RAPID
+
+INCH = 25.4
+_ARC_LETTERS = {1: ((0, "I"), (1, "J")), 2: ((1, "J"), (2, "K")), 3: ((0, "I"), (2, "K"))}
+_G = {RAPID: "G0", FEED: "G1"}
+
+
+class Numbers:
+    """Lengths and feeds as text in the units of a line."""
+
+    def __init__(self, units):
+        self.inch = units == 20
+        self.scale = 1.0 / INCH if self.inch else 1.0
+
+    def length(self, mm, digits=0):
+        return plain(mm * self.scale, (6 if self.inch else 5) + digits)
+
+    def feed(self, mm_min):
+        """Rounded down: a feed is never larger than was wanted."""
+        digits = 3 if self.inch else 2
+        value = mm_min * self.scale
+        return plain(math.floor(value * 10 ** digits + 1e-6) / 10 ** digits, digits) if value > 1.0 else plain(value, 5)
+
+
+def plain(value, digits):
+    """A number as text, without what says nothing."""
+    text = f"{value:.{digits}f}".rstrip("0").rstrip(".")
+    return "0" if text in ("-0", "") else text
+
+
+def g_code(move):
+    """The G word of a Move."""
+    return _G.get(move.kind) or ("G3" if move.circle.turns > 0 else "G2")
+
+
+class MoveText:
+    """Moves one after the other in one coordinate system: at, mm, machine coordinates: where the tool is."""
+
+    def __init__(self, frame, modes, at):
+        self.frame, self.modes, self.at = frame, modes, at
+        self.numbers = Numbers(modes.units)
+        self.written = None         # X Y Z as the output has them
+
+    def words(self, move):
+        """The words of a Move but for F; none for a straight one that goes nowhere."""
+        text = [self.numbers.length(v) for v in self.frame.to_work(move.end)]
+        before, self.written = self.written, text
+        begin, self.at = self.at, move.end
+        words = [letter + t for letter, t, had in zip("XYZ", text, before or (None,) * 3) if t != had or move.kind == ARC]
+        if not words:
+            return []
+        words.insert(0, g_code(move))
+        if move.kind == ARC:
+            words += self._centre(move.circle, np.array([float(t) for t in before]) / self.numbers.scale if before
+                                  else self.frame.to_work(begin))
+        return words
+
+    def _centre(self, circle, begin):
+        """I J K of an arc that begins at a place in work coordinates."""
+        centre = self.frame.to_work(circle.centre)
+        origin = (0.0, 0.0, 0.0) if self.modes.arc_distance == 90.1 else begin
+        words = [letter + self.numbers.length(centre[k] - origin[k], 1) for k, letter in _ARC_LETTERS[circle.plane]]
+        turns = round(abs(circle.turns))
+        return words + ([f"P{turns}"] if turns > 1 else [])
