@@ -48,7 +48,7 @@ def g27(self, **words):
 
 def g75(self, **words):
     """G75: run a sub as a pattern."""
-    yield from session.run_cycle(self, "G75", words, pattern.order)
+    yield from session.run_cycle(self, "G75", words, pattern.order, pattern.check_modes)
 
 
 def g77(self, **words):

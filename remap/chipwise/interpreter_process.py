@@ -62,9 +62,9 @@ def mm(*inches) -> list:
     return [round(value * INCH, DECIMALS) for value in inches]
 
 
-def tool_entry(number, diameter) -> tuple:
-    """The numbers of get_tool() of a tool without offsets; diameter in machine units."""
-    return (number,) + (0.0,) * 9 + (diameter, 0.0, 0.0, 0)
+def tool_entry(number, diameter, orientation=0) -> tuple:
+    """The numbers of get_tool() of a tool without offsets; diameter in machine units, orientation of a lathe's tool."""
+    return (number,) + (0.0,) * 9 + (diameter, 0.0, 0.0, orientation)
 
 
 def fails_alike(canon, line, text) -> bool:

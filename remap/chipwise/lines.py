@@ -1,15 +1,16 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Moves (mm) -> plain G0 G1 G2 G3 lines in program units, in chunks.  Pure.
 
-Called by plans.py; glue/emit.py executes the lines, in G90 and G91.1: absolute XYZ, incremental I J K; it begins and ends in G17.
+Called by plans.py; glue/emit.py executes the lines, in G90, G91.1 and G8: absolute XYZ, incremental I J K; it begins and ends in G17.
 """
 
 from typing import Iterable, Iterator, Optional, Sequence
 
 from chipwise.errors import CycleError
-from chipwise.moves import Arc, Code, Line, Move, PlaneArc, Rapid
+from chipwise.moves import CALLERS_PATH, PATH, Arc, Code, Line, Move, PlaneArc, Rapid, Thread
 
 DECIMALS = 6  # of a mm or an inch: arcs then close far inside LinuxCNC's 0.0283 mm and 0.1 %
+AXES = "XYZABC"
 
 _CENTRE = {"G17": ((0, "I"), (1, "J")), "G18": ((0, "I"), (2, "K")), "G19": ((1, "J"), (2, "K"))}
 
@@ -21,9 +22,23 @@ CHUNK_MOVES = 2000
 MOST_MOVES = 20_000
 
 
-def _lines(moves: Iterable[Move], start: tuple, unit_mm: float, decimals: int = DECIMALS) -> Iterator:
+def path_text(code: float, tolerance: Optional[float], naive: Optional[float], unit_mm: float) -> str:
+    """The line of a path mode: 61, 61.1 or 64, and the tolerances P and Q of G64 in mm, None without the word."""
+    if code != 64:
+        return f"G{code:g}"
+    return "G64" + "".join(f" {letter}{value / unit_mm:.9f}" for letter, value in (("P", tolerance), ("Q", naive)) if value is not None)
+
+
+def _target(at: tuple, abc: Optional[tuple], decimals: int, axes: str) -> str:
+    """The words of a place; abc: degrees of A, B and C, None if they stay."""
+    y = f"Y{at[1]:.{decimals}f} " if "Y" in axes else ""
+    place = f"X{at[0]:.{decimals}f} {y}Z{at[2]:.{decimals}f}"
+    return place if abc is None else " ".join([place, *(f"{letter}{value:.6f}" for letter, value in zip("ABC", abc) if letter in axes)])
+
+
+def _lines(moves: Iterable[Move], start: tuple, unit_mm: float, decimals: int = DECIMALS, axes: str = AXES) -> Iterator:
     """(move, text, feed in program units or None) of each move that moves, and of each Code."""
-    scale, plane = 1.0 / unit_mm, "G17"
+    scale, plane, turned = 1.0 / unit_mm, "G17", None
     at = tuple(round(value * scale, decimals) for value in start)
     for move in moves:
         if isinstance(move, Code):
@@ -38,7 +53,8 @@ def _lines(moves: Iterable[Move], start: tuple, unit_mm: float, decimals: int = 
         if new_z is not None:
             z = round(new_z * scale, decimals)
         at = x, y, z
-        target = f"X{x:.{decimals}f} Y{y:.{decimals}f} Z{z:.{decimals}f}"
+        target = _target(at, move.abc, decimals, axes)
+        still, turned = at == was and move.abc == turned, move.abc
         if isinstance(move, (Arc, PlaneArc)):
             own = move.plane if isinstance(move, PlaneArc) else "G17"
             centre = move.centre if isinstance(move, PlaneArc) else (move.cx, move.cy)
@@ -46,11 +62,10 @@ def _lines(moves: Iterable[Move], start: tuple, unit_mm: float, decimals: int = 
             turns = f" P{move.turns}" if move.turns != 1 else ""
             yield move, f"{own + ' ' if own != plane else ''}G{3 if move.ccw else 2} {target} {words}{turns}", move.feed * scale
             plane = own
-        elif isinstance(move, Rapid) and move.abc is not None:
-            turn = " ".join(f"{letter}{value:.6f}" for letter, value in zip("ABC", move.abc))
-            yield move, f"G0 {target} {turn}", None
-        elif at == was:
+        elif still:
             continue
+        elif isinstance(move, Thread):
+            yield move, f"G33 {target} K{move.pitch * scale:.9f}", None
         elif isinstance(move, Line):
             yield move, f"G1 {target}", move.feed * scale
         elif isinstance(move, Rapid):
@@ -72,21 +87,26 @@ def _may_rest(move: Move) -> bool:
     return isinstance(move, Rapid) or isinstance(move, Line) and move.x is None and move.y is None
 
 
-def chunks(moves: Sequence[Move], start: tuple, unit_mm: float, decimals: int = DECIMALS) -> tuple:
+def chunks(moves: Sequence[Move], start: tuple, unit_mm: float, decimals: int = DECIMALS, axes: str = AXES) -> tuple:
     """Tuple of chunks, each a tuple of rows: (feed in program units or None: as it is, lines joined by "\\n"), and the line of the
-    program if it is not the cycle's.
+    program if it is not the cycle's.  Each chunk sets the path mode that its moves have: between two of them the caller's is in force.
 
     start    (x, y, z) mm before the first move
     unit_mm  mm of a program unit
+    axes     letters of the machine's axes
     Raises CycleError for more than MOST_MOVES moves without a place where the tool may rest.
     """
     found: list[tuple] = []
     rows = _Rows()
-    count = 0
-    for move, text, feed in _lines(moves, start, unit_mm, decimals):
+    count, path = 0, ""
+    for move, text, feed in _lines(moves, start, unit_mm, decimals, axes):
         if count >= CHUNK_MOVES and _may_rest(move):
             found.append(rows.taken())
             count = 0
+            if path:
+                rows.add(path, None, move.line)
+        if isinstance(move, Code) and text.startswith(PATH):
+            path = "" if text == CALLERS_PATH else text
         rows.add(text, feed, move.line)
         count += 1
         if count > MOST_MOVES:

@@ -10,6 +10,10 @@ from dataclasses import dataclass
 from typing import Optional, Union
 
 
+PATH = "G6"                     # all codes of the path mode begin so: G61, G61.1, G64
+CALLERS_PATH = "G6 caller"      # a Code: the path mode of the program that has called; glue/path_mode.py puts it in
+
+
 @dataclass(frozen=True)
 class Rapid:
     """A traverse (G0); abc: degrees of the axes A, B and C at its end."""
@@ -23,13 +27,26 @@ class Rapid:
 
 @dataclass(frozen=True)
 class Line:
-    """A straight cut (G1)."""
+    """A straight cut (G1); abc: as of a traverse."""
 
     x: Optional[float] = None
     y: Optional[float] = None
     z: Optional[float] = None
     feed: float = 0.0
     line: int = 0
+    abc: Optional[tuple] = None
+
+
+@dataclass(frozen=True)
+class Thread:
+    """A straight cut in step with the spindle (G33): pitch mm of the path per revolution."""
+
+    x: float
+    y: float
+    z: float
+    pitch: float
+    line: int = 0
+    abc: Optional[tuple] = None
 
 
 @dataclass(frozen=True)
@@ -48,6 +65,7 @@ class Arc:
     feed: float = 0.0
     turns: int = 1
     line: int = 0
+    abc: Optional[tuple] = None
 
 
 @dataclass(frozen=True)
@@ -61,14 +79,15 @@ class PlaneArc:
     feed: float = 0.0
     turns: int = 1
     line: int = 0
+    abc: Optional[tuple] = None
 
 
 @dataclass(frozen=True)
 class Code:
-    """A line that moves nothing, as "M8"; of a pattern's sub."""
+    """A line that moves nothing, as "M8"; of a pattern's sub.  PATH, then a code of the path mode: "G64 P0.01", or the caller's."""
 
     text: str
     line: int = 0
 
 
-Move = Union[Rapid, Line, Arc, PlaneArc, Code]
+Move = Union[Rapid, Line, Thread, Arc, PlaneArc, Code]

@@ -4,6 +4,8 @@
 from dataclasses import dataclass
 from typing import Any, Optional
 
+from chipwise.lines import AXES
+
 
 @dataclass(frozen=True)
 class Order:
@@ -17,6 +19,7 @@ class Order:
     start       (x, y, z) mm, of the tool
     memory_mb   how much memory the plan may take
     report      whether somebody wants the report
+    axes        letters of the machine's axes, of X Y Z A B C
     """
 
     cycle: str
@@ -28,6 +31,7 @@ class Order:
     memory_mb: int
     job: Any = None
     report: bool = False
+    axes: str = AXES
 
 
 @dataclass(frozen=True)

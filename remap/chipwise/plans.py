@@ -36,7 +36,7 @@ def make(order: Order) -> Outcome:
     plan = _CYCLES[order.cycle](order)
     messages = tuple(CycleError(text, code=order.code, **lengths).text(order.unit) for text, lengths in plan.notes)
     report = plan.report() if order.report and plan.report else None
-    return Outcome(chunks(plan.moves, order.start, order.unit_mm, _DECIMALS.get(order.cycle, DECIMALS)), messages, report)
+    return Outcome(chunks(plan.moves, order.start, order.unit_mm, _DECIMALS.get(order.cycle, DECIMALS), order.axes), messages, report)
 
 
 def _hole(order: Order) -> CyclePlan:
@@ -66,8 +66,8 @@ def _pocket(order: Order) -> CyclePlan:
 def _pattern(order: Order) -> CyclePlan:
     job = order.job
 
-    def read_from(start: tuple, mirrored: bool) -> Recorded:
-        return pattern_run.read_pattern(replace(job, mirrored=mirrored != job.mirrored, sub=replace(job.sub, position=start)))
+    def read_from(start: tuple, abc: tuple, mirrored: bool) -> Recorded:
+        return pattern_run.read_pattern(replace(job, mirrored=mirrored != job.mirrored, abc=abc, sub=replace(job.sub, position=start)))
     return pattern.pattern_plan(pattern.PatternRequest(**order.fields), read_from)
 
 

@@ -39,11 +39,12 @@ def assignments(named) -> list:
     return lines
 
 
-def call_of(found, job, before, behind=()) -> list:
+def call_of(found, job, before, behind=(), axes="XYZ", turned=()) -> list:
     """Lines that call a sub from the position and in the modes of its Job.  before: lines for the modes; behind: those that need
-    the position."""
+    the position; axes: letters of the machine's axes; turned: (letter, degrees) of its rotary ones."""
     scale = 1.0 / (MM_PER_INCH if job.unit == "in" else 1.0)
-    place = " ".join(f"{letter}{decimal(value * scale)}" for letter, value in zip("XYZ", job.position))
+    places = [(letter, value * scale) for letter, value in zip("XYZ", job.position) if letter in axes]
+    place = " ".join(f"{letter}{decimal(value)}" for letter, value in [*places, *turned])
     modes = ("G91" if job.incremental else "G90") + (" G90.1" if job.ijk_absolute else " G91.1")
     return [*before, *assignments(job.named), f"G0 {place}", *behind, modes, f"({BEGIN})", f"o{sub_name(found)} call", f"({END})", "M2"]
 

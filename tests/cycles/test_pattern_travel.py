@@ -57,6 +57,24 @@ def turned(tilt, turn):
         [[math.cos(z), -math.sin(z), 0], [math.sin(z), math.cos(z), 0], [0, 0, 1]])
 
 
+@pytest.mark.parametrize("mirror, offset, says", [
+    (0, 0.0, ""), (2, 0.0, "line 3 of the sub, copy 1: axis A would be at -100 degrees, beyond its limit of -90"), (0, 20.0, ""),
+    (0, 30.5, "line 3 of the sub, copy 1: axis A would be at 130.5 degrees, beyond its limit of 130"), (1, 0.0, "")])
+def test_a_rotary_axis(mirror, offset, says):
+    """Sense and work offset of A count."""
+    steps = (Step(RAPID, 2, (0, 0, 9), source=2, abc=(20.0, 0.0, 0.0)), Step(FEED, 3, (5, 0, 9), 100.0, source=3, abc=(100.0, 0.0, 0.0)))
+    open_ended = ("axis B", -math.inf, math.inf, 0.0)
+    travel = dict(matrix=np.eye(3).tolist(), shift=(0, 0, 0), limits=[(f"axis {letter}", -99, 99) for letter in "XYZ"],
+                  rotary=(("axis A", -90.0, 130.0, offset), open_ended, open_ended))
+    request = PatternRequest(shift=(0, 0, 0), start=(0, 0, 10), chord=0.002, most_moves=1000, mirror=mirror, travel=travel)
+    try:
+        pattern_plan(request, lambda start, abc, mirrored: Recorded(steps, (), start, abc))
+        said = ""
+    except CycleError as error:
+        said = str(error)
+    assert (says in said) if says else not said, said
+
+
 @pytest.mark.parametrize("case", range(random_count(200)))
 def test_random_patterns(case):
     """Refused if and only if a point is beyond a limit; the line is the first one's, axis, value and limit are right."""
@@ -80,7 +98,7 @@ def test_random_patterns(case):
     out = [(line, points[(np.maximum(points - high, low - points)).max(axis=1) > 0]) for line, points in found]
     clearly = [line for line, points in out if len(points) and np.maximum(points - high, low - points).max() > SURE]
     try:
-        pattern_plan(request, lambda start, mirrored: recorded)
+        pattern_plan(request, lambda start, abc, mirrored: recorded)
     except CycleError as error:
         said = re.search(r"line (\d+) of the sub, copy 1: axis ([XYZ]) would be at (\S+) mm, beyond its limit of (\S+) mm", str(error))
         assert said, error

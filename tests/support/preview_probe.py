@@ -21,7 +21,7 @@ class Recorder:
     def __init__(self, units, tools, parameter_file):
         self.units, self.tools, self.parameter_file = units, tools, parameter_file
         self.calls, self.line, self.loaded = [], 0, (0, 0.0)
-        self.mode = None
+        self.mode, self.turned = None, (0.0, 0.0, 0.0)
 
     def __getattr__(self, name):
         if name.startswith("_"):
@@ -36,13 +36,22 @@ class Recorder:
     def note(self, kind, *numbers):
         self.calls.append([kind, self.line, *numbers])
 
+    def turn(self, abc):
+        """Before a move, where A, B or C is another one at its end."""
+        if abc != self.turned:
+            self.turned = abc
+            self.note("abc", *abc)
+
     def straight_traverse(self, x, y, z, *rest):
+        self.turn(rest[:3])
         self.note("rapid", x * 25.4, y * 25.4, z * 25.4)
 
     def straight_feed(self, x, y, z, *rest):
+        self.turn(rest[:3])
         self.note("feed", x * 25.4, y * 25.4, z * 25.4)
 
     def arc_feed(self, x, y, cx, cy, turn, z, *rest):
+        self.turn(rest[:3])
         self.note("arc", x * 25.4, y * 25.4, z * 25.4, cx * 25.4, cy * 25.4, turn)
 
     def tool_offset(self, x, y, z, *rest):

@@ -108,7 +108,7 @@ def judged(seed, wild):
     request = PatternRequest(shift=(0, 0, 0), start=tuple(first), chord=0.002, most_moves=100_000, station=1, pose=abc, travel=travel, reach=reach,
                              place=(tuple(map(tuple, matrix.tolist())), tuple(origin.tolist())))
     try:
-        pattern_plan(request, lambda start, mirrored: recorded)
+        pattern_plan(request, lambda start, abc, mirrored: recorded)
         said = ""
     except CycleError as error:
         said = str(error)

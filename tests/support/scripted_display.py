@@ -8,6 +8,7 @@
     ["jog", axis, distance, velocity]   jog in teleop mode, mm and mm/s; answer: [lowest adaptive-feed seen]
     ["pins", name, ...]             answer: values, as text
     ["position"]                    answer: [x, y, z] commanded, machine units
+    ["modes"]                       answer: what of the program outlives it: active codes, feed, speed, path tolerances, offsets
     ["sleep", seconds]
     ["open", program]
     ["open text", program text]
@@ -202,6 +203,13 @@ class Operator:
     def position(self):
         self.machine.poll()
         return list(self.machine.status.position[:3])
+
+    def modes(self):
+        """Without line numbers, and without codes that are not modal."""
+        self.machine.poll()
+        s = self.machine.status
+        return [list(s.gcodes[1:2] + s.gcodes[3:16]), list(s.mcodes[2:]), [round(v, 9) for v in s.settings[1:]], list(s.g5x_offset), list(s.g92_offset),
+                list(s.tool_offset), s.rotation_xy, s.g5x_index]
 
     def sleep(self, seconds):
         time.sleep(seconds)

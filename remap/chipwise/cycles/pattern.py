@@ -4,13 +4,17 @@
 Source: the patent abstract on registered patterns: a pattern defined in coordinates of its own is placed by shift and rotation, and
 its mirror image likewise.  Departs from it: copies, and what each copy may rest on is checked.
 
-Copy c = 0, 1, ..: mirror about the pattern's origin, rotate by rotation + c turn, shift by (X + c I, Y + c J, Z).
+Copy c = 0, 1, ..: mirror about the pattern's origin, rotate by rotation + c turn, shift by (X + c I, Y + c J, Z).  On a lathe: mirror X or Z,
+shift by (X + c I, Z + c J).
 
  1. A copy begins where the one before it has ended.  What the sub does from there is read for the first two copies (read_pattern).
     A coordinate that both runs have from their start belongs to the start of every copy; all others belong to the pattern.  A sub that
     depends on its start in another way (G91 in its first moves) is read for each copy.
  2. If the pattern is mirrored as a whole and climb is to be kept, the sub's own closed chains run backwards (pattern/climb.py).
- 3. From the second copy on the first move has to be a traverse, and if it goes across, above the cuts of the sub.
+ 3. From the second copy on the first move has to be a traverse, and if it goes across, above the cuts of the sub; on a lathe, if it goes
+    along, from outside of the box of its cuts.
+ 4. A rotary axis turns as the sub has it, in the other direction where the isometry turns it over, as that of a mirrored part; a pattern
+    that gives the axis another direction is refused.  A thread keeps its hand: refused where Z changes its sense.
 """
 
 import math
@@ -23,9 +27,9 @@ from chipwise.cycles.plan import CyclePlan, Note, Report
 from chipwise.cycles.reach import Reach
 from chipwise.cycles.travel import Travel
 from chipwise.errors import CycleError, braceless
-from chipwise.moves import Rapid
+from chipwise.moves import CALLERS_PATH, Code, Rapid
 from chipwise.pattern.climb import reversed_chains
-from chipwise.pattern.isometry import IDENTITY, Isometry, moved, placed
+from chipwise.pattern.isometry import IDENTITY, Isometry, moved, placed, placed_in_zx, turned
 from chipwise.pattern.recorded import Recorded, Step
 
 SAME_MM = 1e-7          # a coordinate read twice; the interpreter's doubles are better by far
@@ -43,7 +47,7 @@ class PatternRequest:
     mirror: 0 none, 1 X, 2 Y, 3 both; start: (x, y, z) of the tool; chord: of arcs that cannot stay arcs; place: matrix and shift from the
     coordinates of the station to work coordinates; in_mirror: whether a pattern around this one mirrors it; close_gap: see climb.py; travel: fields
     of a Travel, None if nothing is known of the machine; pose: (A, B, C) that the tool turns to, None if it stays; reach: fields of a Reach, where
-    the machine is a robot.
+    the machine is a robot; abc: (A, B, C) of the work before the pattern; lathe: shift, step and mirror are in X and Z.
     """
 
     shift: tuple
@@ -63,32 +67,36 @@ class PatternRequest:
     reach: Optional[dict] = None
     keep_climb: bool = False
     close_gap: float = 0.0
+    abc: tuple = (0.0, 0.0, 0.0)
+    lathe: bool = False
 
 
-def pattern_plan(request: PatternRequest, read: Callable[[tuple, bool], Recorded]) -> CyclePlan:
-    """read(start, mirrored): what the sub does from a position in its own coordinates.  Raises CycleError."""
+def pattern_plan(request: PatternRequest, read: Callable[[tuple, tuple, bool], Recorded]) -> CyclePlan:
+    """read(start, abc, mirrored): what the sub does from a position, and angles of A, B and C, in its own coordinates.  Raises CycleError."""
     check(request)
     copies = [copy_of(request, c) for c in range(int(request.copies))]
     mirrored = copies[0].mirrors
     travel = Travel(**request.travel) if request.travel else None
     runs_made: list = []
-    turned_over = mirrored != request.in_mirror
-    runs, moves, here, left = _Runs(lambda start: read(start, mirrored)), [], request.start, []
+    turned_over = mirrored != request.in_mirror and not request.lathe
+    runs, moves, here, abc, left = _Runs(lambda start, abc: read(start, abc, mirrored)), [], request.start, request.abc, []
     for c, isometry in enumerate(copies):
-        start = isometry.back(here)
-        recorded, points = runs.at(start)
+        start, senses = isometry.back(here), isometry.senses
+        recorded, points = runs.at(start, turned(senses, abc))
+        _check_axes(recorded, isometry, request)
         if c > 0:
-            _check_start(recorded, points, start, c)
+            (_check_start_in_zx if request.lathe else _check_start)(recorded, points, start, c)
         if turned_over and request.keep_climb:
             recorded, left = reversed_chains(recorded, points, start, request.close_gap)
             points = recorded.points
         if travel:
             travel.check(recorded, points, start, isometry, c + 1)
+            travel.check_turns(recorded, senses, c + 1)
         runs_made.append((c + 1, recorded, points, start, isometry))
-        moves += moved(recorded, points, start, isometry, request.chord)
+        moves += moved(recorded, points, start, isometry, request.chord) + ([Code(CALLERS_PATH)] if recorded.path else [])
         if len(moves) > request.most_moves:
             raise CycleError(f"the pattern has more than {request.most_moves} moves", "use fewer copies, or raise [CHIPWISE]PLAN_MOVES")
-        here = isometry.point(points[recorded.ends[-1]])
+        here, abc = isometry.point(points[recorded.ends[-1]]), turned(senses, recorded.moves[-1].abc or recorded.abc)
     if request.pose:
         moves[0] = _turning(moves[0], request.pose)
     if request.reach and request.travel:
@@ -101,6 +109,9 @@ def pattern_plan(request: PatternRequest, read: Callable[[tuple, bool], Recorded
     elif turned_over and first.own_cut:
         notes.append(Note(f"the cuts from line {first.own_cut} of the sub on are mirrored, climb cuts become conventional; the cycles of chipwise "
                           "keep theirs, #<_chipwise_keep_climb> = 1 reverses closed chains", {}))
+    elif request.lathe and mirrored != request.in_mirror and any(step.own for step in first.moves):
+        own = next(step.own for step in first.moves if step.own)
+        notes.append(Note(f"the cuts from line {own} of the sub on are mirrored: the tool has to cut in that direction", {}))
     if _tilt(request) > NOTED_TILT and not request.pose:
         notes.append(Note(f"station {request.station:g} is tilted by {_tilt(request):.2f} degrees, and the tool's axis stays as it is", {}))
     return CyclePlan(tuple(moves), tuple(notes),
@@ -117,8 +128,39 @@ def check(request: PatternRequest):
     if tilt > MAX_TILT and not request.pose:
         raise CycleError(f"station P{request.station:g} is tilted by {tilt:.1f} degrees, more than {MAX_TILT:g}: the tool's axis stays as it is",
                          "see whether points 2 and 3 are interchanged")
+    if request.lathe:
+        _check_lathe(request)
     if request.copies == 1 and (request.step != (0.0, 0.0) or request.turn):
         raise CycleError("I, J and K are for more than one copy", "add L, or use X, Y and R")
+
+
+def _check_lathe(request: PatternRequest):
+    """Raise CycleError for words that have no meaning on a lathe."""
+    if request.rotation or request.turn:
+        raise CycleError(f"{'R' if request.rotation else 'K'} on a machine without Y: the tool does not turn with the pattern",
+                         "leave it out; half a turn is H3")
+    if request.station:
+        raise CycleError(f"station P{request.station:g} on a machine without Y", "use X and Z")
+
+
+def _check_axes(recorded, isometry, request):
+    """Principle 4."""
+    for k, step in recorded.turns.items():
+        where = f"line {step.source} of the sub" if step.source else "the sub"
+        if request.pose or request.reach:
+            raise CycleError(f"{where} turns axis {'ABC'[k]}, which is the tool's orientation", "leave the orientation to the station")
+        if not isometry.senses[k]:
+            raise CycleError(f"{where} turns axis {'ABC'[k]}, and the pattern is turned so that this is another axis of the part",
+                             "use R0 or R180, mirrors and shifts" if k < 2 else "use a level station")
+    thread = recorded.thread
+    if thread is None or request.pose:
+        return
+    where = f"line {thread.source} of the sub" if thread.source else "the sub"
+    up = isometry.matrix[2][2]
+    if up < 0:
+        raise CycleError(f"{where} cuts a thread, and Z is mirrored: it would have the other hand", "write the thread the other way round, without H2 or H3")
+    if up < math.cos(math.radians(NOTED_TILT)):
+        raise CycleError(f"{where} cuts a thread in a tilted station, and the spindle's axis stays as it is", "level the station")
 
 
 def _turning(move, pose):
@@ -147,24 +189,26 @@ def _tilt(request):
 def copy_of(request: PatternRequest, c: int) -> Isometry:
     """The isometry of copy c."""
     x, y, z = request.shift
+    if request.lathe:
+        return placed_in_zx(int(request.mirror), (x + c * request.step[0], y, z + c * request.step[1]))
     return Isometry(*request.place).after(placed(int(request.mirror), request.rotation + c * request.turn, (x + c * request.step[0], y + c * request.step[1], z)))
 
 
 class _Runs:
-    """What the sub does from any start (principle 1); read(start): a run of it."""
+    """What the sub does from any start (principle 1); read(start, abc): a run of it."""
 
     def __init__(self, read):
-        self._read, self._template, self.first = read, None, None
+        self._read, self._template, self._before, self.first = read, None, None, None
 
-    def at(self, start):
-        """(Recorded, its points (k, 3)) from a start."""
-        if self._template and self._template.covers(start):
+    def at(self, start, abc):
+        """(Recorded, its points (k, 3)) from a start.  Two runs are compared if their axes turn alike."""
+        if self._template and abc == self._before.abc and self._template.covers(start):
             return self._template.recorded, self._template.at(start)
-        recorded = self._read(start)
-        if self.first is None:
-            self.first = recorded
-        elif self._template is None:
-            self._template = Template(self.first, recorded)
+        recorded = self._read(start, abc)
+        self.first = self.first or recorded
+        if self._before and self._before.abc == abc and self._template is None:
+            self._template = Template(self._before, recorded)
+        self._before = recorded
         return recorded, recorded.points
 
 
@@ -196,7 +240,7 @@ class Template:
 
 def _outline(step):
     """What two runs must have in common beside the points."""
-    return (step.kind, step.line, step.feed, step.axis, step.turns) if isinstance(step, Step) else step
+    return (step.kind, step.line, step.feed, step.axis, step.turns, step.pitch, step.abc) if isinstance(step, Step) else step
 
 
 def _check_start(recorded, points, start, c):
@@ -210,3 +254,18 @@ def _check_start(recorded, points, start, c):
     if levels.size and start[2] <= levels.max() + SAME_MM and math.dist(points[0, :2], start[:2]) > SAME_MM:
         raise CycleError("the sub ends at Z{end} of the pattern, no higher than its cuts at Z{level}: the traverse to the next copy would run "
                          "there", "end the sub with G0 to a height above the stock", end=start[2], level=float(levels.max()))
+
+
+def _check_start_in_zx(recorded, points, start, c):
+    """Principle 3 on a lathe."""
+    first = recorded.moves[0]
+    if recorded.cuts[0]:
+        raise CycleError(f"copy {c + 1} begins with a cut: line {first.line} is the first move of the sub, and it is not G0",
+                         "begin the sub with G0 to its first position")
+    ends = points[recorded.ends][:, [0, 2]]
+    touched = ends[recorded.cuts | np.append(recorded.cuts[1:], False)]     # the ends and the beginnings of its cuts
+    here = np.array([ends[-1], [start[0], start[2]]])           # in the copy before, in this one
+    inside = touched.size and ((here >= touched.min(axis=0) - SAME_MM) & (here <= touched.max(axis=0) + SAME_MM)).all(axis=1).any()
+    if inside and abs(points[0, 2] - start[2]) > SAME_MM:
+        raise CycleError("the sub ends at Z{z}, {x} from the axis, among its own cuts: the traverse to the next copy would run there",
+                         "end the sub with G0 away from the work", x=abs(float(ends[-1, 0])), z=float(ends[-1, 1]))

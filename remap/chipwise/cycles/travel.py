@@ -23,11 +23,13 @@ SLACK = 1e-6            # mm; positions are rounded to less
 
 @dataclass(frozen=True)
 class Travel:
-    """matrix, shift: from work coordinates to positions of the axes; limits: (name, lowest, highest) of X, Y and Z."""
+    """matrix, shift: from work coordinates to positions of the axes; limits: (name, lowest, highest) of X, Y and Z; rotary: of A, B and C, and the
+    work offset, degrees."""
 
     matrix: tuple
     shift: tuple
     limits: tuple
+    rotary: tuple = ()
 
     def check(self, recorded, points, start, place: Isometry, copy: int):
         """Raise CycleError for the first point of a copy that is out of reach.
@@ -47,6 +49,16 @@ class Travel:
         if beyond.any():
             k = int(np.argmax(beyond))
             self._refuse(recorded.moves[k], ends[k], copy)
+
+    def check_turns(self, recorded, senses, copy: int):
+        """Raise CycleError for the first angle that is beyond a limit; senses: of Isometry."""
+        for k, (name, low, high, offset) in enumerate(self.rotary):
+            for step in recorded.moves if k in recorded.turns else ():
+                angle = senses[k] * step.abc[k] + offset
+                if not low - SLACK <= angle <= high + SLACK:
+                    where = f"line {step.source} of the sub" if step.source else "the sub"
+                    raise CycleError(f"{where}, copy {copy}: {name} would be at {angle:g} degrees, beyond its limit of {low if angle < low else high:g}",
+                                     "turn the work back before, or change the work offset")
 
     @staticmethod
     def _arcs_to_look_at(recorded, points, start, onto, limits):

@@ -5,18 +5,21 @@ Only built-in codes are executed.  A remapped code, or a word that is remapped (
 interpreter run the rest of the main program inside the cycle: Interp::_execute() enters its call loop, which ends only
 when the call level is back at 0 (rs274ngc_pre.cc, 2.9.0~pre1).  So no F word is ever emitted; see set_feed().
 
-The lines carry absolute XYZ and incremental I J; what that needs (G90, G91.1; on a lathe G8 and G61, too) is forced and put back.
-Units, feed mode and offsets are used as they are, and on a mill the path mode.
+The lines carry absolute XYZ, X as a radius, and incremental I J, and begin in G17, those of a turned part in G18 on exact path; what
+that needs (G90, G91.1, the plane, G8, G61) is forced and put back, and so is the path mode if a line sets it.  Units, feed mode and offsets are used as they are.
 
 execute() is called without the line number, which is set beforehand: with it, and after a `yield`, the interpreter
 would enter the waiting remap once more and crash (interpmodule.cc, wrap_interp_execute_2, 2.9.0~pre1 to 2.10: it leaves
 the call state of the waiting remap in place, wrap_interp_execute_1 does not).
 """
 
+import emccanon
+
 from chipwise.glue.ceiling import set_canon_feed
+from chipwise.glue.path_mode import PathMode
+from chipwise.lines import path_text
 from chipwise.pattern import hand
 
-_PATH_MODES = {610: " G61", 611: " G61.1", 640: " G64"}         # by the interpreter's active G-code
 _ABSOLUTE = 0  # interp_internal.hh: DISTANCE_MODE
 
 
@@ -32,22 +35,11 @@ def set_feed(interp, feed):
 
 def _modes(interp, lathe):
     """(line that forces what the lines of a cycle need, line that puts back what was in force)."""
-    forced = "G18 G90 G91.1 G8 G61" if lathe else "G90 G91.1"
-    before = (f"{'G18' if lathe else 'G17'} {'G90' if interp.distance_mode == _ABSOLUTE else 'G91'} "
-              f"{'G90.1' if interp.ijk_distance_mode == _ABSOLUTE else 'G91.1'}")
-    if lathe:
-        before += (" G7" if interp.params["_lathe_diameter_mode"] else " G8") + _path_mode(interp)
-    return forced, before
-
-
-def _path_mode(interp):
-    """" G61", " G61.1" or " G64 P.. Q.." as it is in force."""
-    code = next((c for c in interp.active_g_codes if c in _PATH_MODES), 610)
-    if code != 640:
-        return _PATH_MODES[code]
-    _line, _feed, _speed, *tolerances = interp.active_settings
-    words = "".join(f" {letter}{value:.6f}" for letter, value in zip("PQ", tolerances) if value > 0)
-    return _PATH_MODES[code] + words
+    turned, diameter = interp.plane == emccanon.CANON_PLANE.CANON_PLANE_XZ, interp.params["_lathe_diameter_mode"]
+    plane = " G18" if lathe else " G17" if turned else ""
+    before = (f"G{18 if turned else 17} {'G90' if interp.distance_mode == _ABSOLUTE else 'G91'} "
+              f"{'G90.1' if interp.ijk_distance_mode == _ABSOLUTE else 'G91.1'}{' G7' if diameter else ''}")
+    return f"G90 G91.1{plane}{' G8' if diameter else ''}", before
 
 
 def emit(interp, line_number, chunk, lathe=False):
@@ -59,17 +51,21 @@ def emit(interp, line_number, chunk, lathe=False):
     forced, modes_before = _modes(interp, lathe)
     interp.sequence_number = line_number
     hand.emitting = True
+    path = PathMode(interp)
     try:
         interp.execute(forced)
+        if lathe:
+            path.execute(path_text(61, None, None, 1.0))
         for feed, lines, *numbers in chunk:
             if numbers:
                 interp.sequence_number = numbers[0]
             if feed is not None and feed != interp.feed_rate:
                 set_feed(interp, feed)
             for line in lines.split("\n"):
-                interp.execute(line)
+                path.execute(line)
     finally:
         hand.emitting = False
+        path.end()
         if interp.feed_rate != feed_before:
             set_feed(interp, feed_before)
         # The motion mode first: executing a line is what copies the modes to where task and preview read them.

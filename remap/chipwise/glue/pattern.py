@@ -2,6 +2,9 @@
 """G75: words -> the fields of a PatternRequest, and the PatternJob of its sub.  Called by codes.py through session.run_cycle."""
 
 import os
+from dataclasses import replace
+
+import emccanon
 
 from chipwise.errors import CycleError
 from chipwise.glue import known_stock, robot, shape, stations, travel
@@ -13,29 +16,44 @@ WORDS = "qxyzrhlijkp"
 _MODES = (0, 10, 20, 30)        # G0 to G3 as the interpreter's motion mode
 
 
+def check_modes(state):
+    """Raise CycleError where a mode is active that G75 does not work in: on a machine without Y those of a lathe count."""
+    if "Y" in state.axes():
+        state.check_modes()
+        return
+    if state.interp.plane != emccanon.CANON_PLANE.CANON_PLANE_XZ:
+        raise CycleError("the plane is not G18", "program G18 before")
+    state.check_common_modes()
+
+
 def order(state):
     """The order of G75 for session.run_cycle: State -> Order."""
     state.check_words(WORDS)
-    if not state.interp.feed_mode == 0:
+    machine = state.axes()
+    lathe = "Y" not in machine
+    if state.interp.feed_mode != 0 and not lathe:
         raise CycleError("feed per revolution (G95) is on", "program G94 before")
     number = state.number("p") or 0
     if number and os.environ.get(DEPTH, "0") != "0":
         raise CycleError(f"station P{number:g} in a sub that is run as a pattern: its place would be moved with the pattern",
                          "use P in the program itself")
-    station = stations.place_of(state, number) if number else None
-    fields = _fields(state, station)
+    station = stations.place_of(state, number) if number and not lathe else None
+    fields = dict(_fields(state, station), lathe=lathe, station=number)
     fields.update(robot.of(state, station, fields["travel"]))
     up = fields["shift"][2]
     if station:
-        fields["station"], fields["place"] = number, (station.matrix, station.shift)
+        fields["place"] = (station.matrix, station.shift)
         up = station.point(fields["shift"])[2] if stations.is_level(station) else None
-    return state.order("pattern", fields, _job(state, up))
+    # the orientation of a robot's tool is the station's: its axes are nothing that a sub turns
+    letters = "".join(letter for letter in machine if letter in "XYZ" or not state.settings["TOOL_POSE"])
+    fields["abc"] = tuple(getattr(state.interp, 2 * letter + "_current") if letter in letters else 0.0 for letter in "ABC")
+    return replace(state.order("pattern", fields, _job(state, up, letters)), axes=machine)
 
 
 def _fields(state, station):
     """Words of the line -> fields of a PatternRequest (mm, degrees).  station: the Isometry from its coordinates to work coordinates."""
     here = state.position()
-    shift = []
+    shift = []          # under G7 the interpreter has halved X
     for letter, now in zip("xyz", station.back(here) if station else here):
         value = state.length(letter)
         shift.append(0.0 if value is None else now + value if state.incremental else value)
@@ -55,11 +73,12 @@ def _keep_climb(state):
     return value == 1.0
 
 
-def _job(state, up):
-    """The sub as it would be called here, in a pattern that is shifted up by so much (mm); None: tilted."""
+def _job(state, up, letters):
+    """The sub as it would be called here, in a pattern that is shifted up by so much (mm); None: tilted; letters: of the axes it may move."""
     interp, params = state.interp, state.interp.params
     turn = (3 if params["_spindle_cw"] else 4) if params["_spindle_on"] else 5
     motion, top = interp.motion_mode, known_stock.top(interp)
-    return PatternJob(shape.job(state, shape.sub_number(state)), mirrored=hand.mirrored,
+    sub = replace(shape.job(state, shape.sub_number(state)), lathe="Y" not in letters, diameter=bool(params["_lathe_diameter_mode"]))
+    return PatternJob(sub, mirrored=hand.mirrored, axes=letters, per_rev=interp.feed_mode != 0, orientation=interp.tool_table[0].orientation,
                       spindle=(turn, float(interp.speed[0])), coolant=(bool(params["_mist"]), bool(params["_flood"])),
                       motion=motion // 10 if motion in _MODES else 0, stock_top=None if top is None or up is None else top - up)

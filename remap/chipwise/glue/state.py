@@ -9,9 +9,10 @@ import math
 
 import emccanon
 
-from chipwise import report
+from chipwise import ini, report
 from chipwise.errors import MM_PER_INCH, CycleError
 from chipwise.glue import known_stock, named
+from chipwise.machine import limits
 from chipwise.order import Order
 from chipwise.settings import MIN_ANGLE, load_settings
 from chipwise.tools import tool_geometry
@@ -72,6 +73,14 @@ class State:
             raise CycleError("inverse time feed (G93) is on", "program G94 before")
         if interp.feed_mode == _UNITS_PER_REVOLUTION and not interp.speed[0] > 0:
             raise CycleError("feed per revolution (G95) without a spindle speed", "program S above 0 before, or G94")
+
+    def axes(self):
+        """Letters of the machine's axes, of X Y Z A B C."""
+        path = ini.file_name()
+        if path:
+            return limits.machine_axes(tuple(ini.read_lines(path)))
+        mask = emccanon.GET_EXTERNAL_AXIS_MASK()
+        return "".join(letter for k, letter in enumerate("XYZABC") if mask & 1 << k)
 
     def program(self):
         """Path of the file that the line is in."""

@@ -22,7 +22,9 @@ def of(state):
     angle = math.radians(state.interp.rotation_xy)
     c, s = math.cos(angle), math.sin(angle)
     tip = state.machine_point((0.0, 0.0, 0.0))
-    return {"matrix": ((c, -s, 0.0), (s, c, 0.0), (0.0, 0.0, 1.0)),
+    rotary = zip(limits.rotary_limits(path), ("AA", "BB", "CC"))
+    return {"rotary": tuple((*limit, getattr(state.interp, f"{axis}_origin_offset") + getattr(state.interp, f"{axis}_axis_offset")) for limit, axis in rotary),
+            "matrix": ((c, -s, 0.0), (s, c, 0.0), (0.0, 0.0, 1.0)),
             "shift": tuple(a + b for a, b in zip(tip, tool_offset(state))), "limits": limits.axis_limits(path)}
 
 

@@ -31,6 +31,24 @@ def _limits(_path, lines):
     return tuple((name, low, high) for name, low, high in found.values())
 
 
+def rotary_limits(path):
+    """((name, low, high), ..) of A, B and C in degrees; as axis_limits()."""
+    lines = tuple(read_lines(path))
+    found = {letter: [f"axis {letter}", -math.inf, math.inf] for letter in "ABC"}
+    for letter in "ABC":
+        _tighten(found[letter], section_of(lines, f"AXIS_{letter}"), 1.0)
+    for joint, letter in enumerate(trivial_joints(lines)):
+        if letter in found:
+            _tighten(found[letter], section_of(lines, f"JOINT_{joint}"), 1.0)
+    return tuple(map(tuple, found.values()))
+
+
+def machine_axes(lines):
+    """Letters of the axes X Y Z A B C that the machine has, in this order; all that LinuxCNC assumes without [TRAJ]COORDINATES."""
+    named = section_of(lines, "TRAJ").get("COORDINATES", "XYZ").upper()
+    return "".join(letter for letter in "XYZABC" if letter in named)
+
+
 def joint_limits(lines):
     """((lowest, highest, speed per s), ..) of the joints, as the kinematics have them: machine units, degrees."""
     found = []

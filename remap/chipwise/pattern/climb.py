@@ -8,7 +8,7 @@ it back; the places where the tool has been are the same, so what it leaves is t
     cycle and codes end it.
  2. It is reversed whole, lead-in and lead-out too, if it ends where it begins, within the setting CLOSE_GAP, and has one feed: it is
     entered and left at the same place then, and its entry is as slow as it was.
- 3. Every other cut across is left as it is, and named.
+ 3. Every other cut across is left as it is, and named: threads and cuts that turn an axis too.
 """
 
 import math
@@ -16,12 +16,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from chipwise.pattern.recorded import ARC, FEED, RAPID, Code, Recorded, Step
+from chipwise.pattern.recorded import ARC, FEED, RAPID, THREAD, Code, Recorded, Step
 
 SAME_MM = 1e-6          # shorter is nothing: rounding of the interpreter in inches
 SAME_FEED = 1e-6        # relative
-OPEN, SLOPING, FEEDS = "open", "changes Z", "two feeds"
-_LEVEL, _SLOPE, _END = range(3)
+OPEN, SLOPING, FEEDS, TURNS = "open", "changes Z", "two feeds", "turns an axis"
+_LEVEL, _SLOPE, _TURN, _END = range(4)
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ def reversed_chains(recorded: Recorded, points, start, close_gap: float):
     steps: list = []
     left: list[Left] = []
     here = np.array(start, float)
-    for kind, group in _groups(placed, here):
+    for kind, group in _groups(placed, here, bool(recorded.turns)):
         chain, end = placed[group], _end_of(placed[group], here)
         reason = _reason(kind, chain, here, end, close_gap)
         if reason is None:
@@ -71,11 +71,11 @@ def _placed(recorded, points):
     return found
 
 
-def _groups(steps, here):
+def _groups(steps, here, turning):
     """(kind, slice) of the longest runs of one kind; _END has one step each."""
     first, kind_before = 0, _END
     for k, step in enumerate(steps):
-        kind = _kind(step, here)
+        kind = _kind(step, here, turning)
         if k > first and (kind != kind_before or kind == _END):
             yield kind_before, slice(first, k)
             first = k
@@ -84,10 +84,12 @@ def _groups(steps, here):
         yield kind_before, slice(first, len(steps))
 
 
-def _kind(step, here):
-    """Principle 1, of a step that begins here."""
-    if isinstance(step, Code) or step.kind == RAPID or not step.own:
+def _kind(step, here, turning):
+    """Principle 1, of a step that begins here; turning: whether the sub turns an axis."""
+    if isinstance(step, Code) or step.kind in (RAPID, THREAD) or not step.own:
         return _END
+    if turning:
+        return _TURN
     rises = abs(step.end[2] - here[2]) > SAME_MM
     if step.kind == FEED:
         across = math.dist(step.end[:2], here[:2]) > SAME_MM
@@ -101,6 +103,8 @@ def _reason(kind, chain, here, end, close_gap):
         return ""
     if kind == _SLOPE:
         return SLOPING
+    if kind == _TURN:
+        return TURNS
     if math.dist(here[:2], end[:2]) > max(close_gap, SAME_MM):
         return OPEN
     feeds = [step.feed for step in chain]

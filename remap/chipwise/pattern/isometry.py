@@ -4,7 +4,8 @@
 Source: the patent abstract on registered patterns: a pattern has a coordinate system of its own (Xp-Yp); shift and rotation (SX, SY,
 SR) place it on the machine, and a mirror image is placed in the same way.
 A move under an isometry x -> R x + t: a line stays a line.  An arc about the axis n by the angle a turns about R n, by a if R
-is a rotation and by -a if it mirrors; it stays an arc if R n is one of the three axes, and becomes chords otherwise.
+is a rotation and by -a if it mirrors; it stays an arc if R n is one of the three axes, and becomes chords otherwise.  So a turn of the
+work by a about the axis n = A, B or C is one by det(R) s a if R n = s n, with s = 1 or -1, and none of that axis otherwise.
 """
 
 import math
@@ -13,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from chipwise import moves
-from chipwise.moves import Arc, Line, Move, PlaneArc, Rapid
-from chipwise.pattern.recorded import ARC, FEED, PLANE_OF_AXIS, RAPID, Code, Recorded
+from chipwise.moves import Arc, Line, Move, PlaneArc, Rapid, Thread
+from chipwise.pattern.recorded import ARC, FEED, PLANE_OF_AXIS, RAPID, THREAD, Code, Recorded
 
 EXACT = 1e-12           # of a direction: rounding of a rotation by whole quarters
 FULL_TURN = 1e-6        # rad, an arc that ends so near to its start is a full turn, as in LinuxCNC
@@ -49,6 +50,12 @@ class Isometry:
         """Whether a left hand becomes a right one."""
         return float(np.linalg.det(np.array(self.matrix))) < 0.0
 
+    @property
+    def senses(self) -> tuple:
+        """Of the axes A, B and C: 1 if a turn keeps its sense, -1 if it changes it, 0 if it becomes one about another axis."""
+        found = [_axis(np.array(self.matrix)[:, k]) for k in range(3)]
+        return tuple(axis[1] * (-1 if self.mirrors else 1) if axis and axis[0] == k else 0 for k, axis in enumerate(found))
+
     def after(self, first: "Isometry") -> "Isometry":
         """This one after another."""
         matrix = np.array(self.matrix) @ np.array(first.matrix)
@@ -69,6 +76,11 @@ def placed(mirror: int, degrees: float, shift: tuple) -> Isometry:
     return Isometry(((c * x, -s * y, 0.0), (s * x, c * y, 0.0), (0.0, 0.0, 1.0)), tuple(map(float, shift)))
 
 
+def placed_in_zx(mirror: int, shift: tuple) -> Isometry:
+    """On a lathe: mirror (1: X changes its sign, 2: Z, 3: both), then shift."""
+    return Isometry((((-1.0 if mirror & 1 else 1.0), 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, (-1.0 if mirror & 2 else 1.0))), tuple(map(float, shift)))
+
+
 def moved(recorded: Recorded, points, start, isometry: Isometry, chord: float) -> list:
     """The moves (moves.py) of a sub under an isometry.
 
@@ -76,6 +88,7 @@ def moved(recorded: Recorded, points, start, isometry: Isometry, chord: float) -
     chords from an arc that cannot stay one.
     """
     images: list[tuple] = list(map(tuple, isometry.points(points).tolist()))
+    senses, abc = isometry.senses, turned(isometry.senses, recorded.abc)
     axes = [_axis(np.array(isometry.matrix)[:, k]) for k in range(3)]
     turn = -1 if isometry.mirrors else 1
     found: list[Move] = []
@@ -84,29 +97,36 @@ def moved(recorded: Recorded, points, start, isometry: Isometry, chord: float) -
         if isinstance(step, Code):
             found.append(moves.Code(step.text, step.line))
             continue
+        before, abc, (x, y, z) = abc, None if step.abc is None else turned(senses, step.abc), images[at]
         if step.kind == RAPID:
-            x, y, z = images[at]
-            found.append(Rapid(x, y, z, step.line))
+            found.append(Rapid(x, y, z, step.line, abc))
         elif step.kind == FEED:
-            x, y, z = images[at]
-            found.append(Line(x, y, z, step.feed, step.line))
+            found.append(Line(x, y, z, step.feed, step.line, abc))
+        elif step.kind == THREAD:
+            found.append(Thread(x, y, z, step.pitch, step.line, abc))
         elif axes[step.axis] is not None:
             axis, sign = axes[step.axis]
-            found.append(_arc(step, images[at], images[at + 1], axis, step.turns * turn * sign))
+            found.append(_arc(step, images[at], images[at + 1], axis, step.turns * turn * sign, abc))
         else:
             chords = isometry.points(arc_points(here, points[at], points[at + 1], step.axis, step.turns, chord))
-            found += [Line(x, y, z, step.feed, step.line) for x, y, z in (*chords[:-1].tolist(), images[at])]
+            angles = [None] * len(chords) if abc is None else np.linspace(before, abc, len(chords) + 1)[1:].tolist()
+            found += [Line(x, y, z, step.feed, step.line, turns and tuple(turns)) for (x, y, z), turns in zip((*chords[:-1].tolist(), images[at]), angles)]
         here = points[at]
         at += 2 if step.kind == ARC else 1
     return found
 
 
-def _arc(step, end, centre, axis, turns) -> Move:
+def turned(senses, abc):
+    """Angles of A, B and C under an isometry; those of an axis that it gives another direction stay."""
+    return tuple(angle * (sense or 1) for angle, sense in zip(abc, senses))
+
+
+def _arc(step, end, centre, axis, turns, abc) -> Move:
     """The arc about an axis by so many started turns."""
     ccw, count = turns > 0, abs(turns)
     if axis == 2:
-        return Arc(end[0], end[1], centre[0], centre[1], ccw, end[2], step.feed, count, step.line)
-    return PlaneArc(PLANE_OF_AXIS[axis], end, centre, ccw, step.feed, count, step.line)
+        return Arc(end[0], end[1], centre[0], centre[1], ccw, end[2], step.feed, count, step.line, abc)
+    return PlaneArc(PLANE_OF_AXIS[axis], end, centre, ccw, step.feed, count, step.line, abc)
 
 
 def _axis(direction):

@@ -19,6 +19,10 @@ class PatternJob:
     coolant     (mist, flood)
     stock_top   mm, machine coordinates less the pattern's shift: nothing is above it; None: not known
     motion      0 to 3: the motion mode, for a first line without a G word
+    axes        letters of the machine's axes that the sub may move; without Y it is a lathe, and the sub runs in G18
+    abc         degrees of A, B and C where the sub begins, as the pattern has them
+    orientation of the tool, for cutter compensation on a lathe
+    per_rev     F is mm per revolution (G95)
     """
 
     sub: Job
@@ -27,3 +31,7 @@ class PatternJob:
     coolant: tuple = (False, False)
     motion: int = 0
     stock_top: Optional[float] = None
+    axes: str = "XYZ"
+    abc: tuple = (0.0, 0.0, 0.0)
+    orientation: int = 0
+    per_rev: bool = False

@@ -1,16 +1,18 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What a sub does when it runs: straight moves, arcs, and codes between them.  mm, mm/min, work coordinates.
+"""What a sub does when it runs: straight moves, arcs, threads, and codes between them.  mm, mm/min, degrees, work coordinates.
 
 Made by run.py from what runner.py prints; transformed by isometry.py.
 """
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Optional
 
 import numpy as np
 
-RAPID, FEED, ARC = "rapid", "feed", "arc"
+RAPID, FEED, ARC, THREAD = "rapid", "feed", "arc", "thread"
 AXIS_OF_PLANE = {"G17": 2, "G18": 1, "G19": 0}      # the axis an arc of that plane turns about
+SAME_DEGREES = 1e-9                                  # rounding of the interpreter
 PLANE_OF_AXIS = {axis: plane for plane, axis in AXIS_OF_PLANE.items()}
 
 
@@ -18,7 +20,7 @@ PLANE_OF_AXIS = {axis: plane for plane, axis in AXIS_OF_PLANE.items()}
 class Step:
     """One move.
 
-    kind     RAPID, FEED or ARC
+    kind     RAPID, FEED, ARC or THREAD: in step with the spindle (G33, the passes of G76)
     line     of the file that holds the sub, 0 if it is another file's
     end      (x, y, z)
     feed     of a cutting move
@@ -27,6 +29,8 @@ class Step:
     turns    of an arc: started turns, negative for clockwise about the axis
     own      of a cut that the sub programs itself: its line in the file of the sub; 0 of a traverse or a cycle
     source   line of the file that the interpreter has read it from, 0 if not known
+    abc      (A, B, C) at its end, of a sub that turns an axis; None of all others
+    pitch    of a thread: mm of its path per revolution
     """
 
     kind: str
@@ -38,11 +42,13 @@ class Step:
     turns: int = 0
     own: int = 0
     source: int = 0
+    abc: Optional[tuple] = None
+    pitch: float = 0.0
 
 
 @dataclass(frozen=True)
 class Code:
-    """A line that moves nothing, as "M3 S8000" or "G4 P0.5"."""
+    """A line that moves nothing, as "M3 S8000", "G4 P0.5" or "G64 P0.02"."""
 
     text: str
     line: int = 0
@@ -50,11 +56,14 @@ class Code:
 
 @dataclass(frozen=True)
 class Recorded:
-    """steps: of Step and Code, in order; messages: what the sub has for the operator; start: (x, y, z) of the run."""
+    """steps: of Step and Code, in order; messages: what the sub has for the operator; start: (x, y, z) of the run; abc: (A, B, C) of its
+    start; path: whether it sets the path mode (G61, G64)."""
 
     steps: tuple
     messages: tuple
     start: tuple
+    abc: tuple = (0.0, 0.0, 0.0)
+    path: bool = False
 
     @cached_property
     def moves(self):
@@ -80,6 +89,21 @@ class Recorded:
         """Line of the first cut across that no cycle makes, 0 without one."""
         before = [self.start, *(step.end for step in self.moves)]
         return next((step.own for step, was in zip(self.moves, before) if step.own and (step.kind == ARC or step.end[:2] != was[:2])), 0)
+
+    @cached_property
+    def turns(self):
+        """The axes it turns: {index of A, B or C: the first Step that does}."""
+        found = {}
+        for step in self.moves:
+            for k, (now, was) in enumerate(zip(step.abc or (), self.abc)):
+                if abs(now - was) > SAME_DEGREES:
+                    found.setdefault(k, step)
+        return found
+
+    @cached_property
+    def thread(self):
+        """The first thread, None without one."""
+        return next((step for step in self.moves if step.kind == THREAD), None)
 
     @cached_property
     def cuts(self):

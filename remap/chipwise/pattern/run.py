@@ -14,12 +14,14 @@ from functools import lru_cache
 
 from chipwise.contour_sub.find import fault, find_sub, plain_text, read_file
 from chipwise.contour_sub.run import called_files
-from chipwise.errors import CycleError, braceless
+from chipwise.errors import MM_PER_INCH, CycleError, braceless
 from chipwise.ini import expanded, section_of
+from chipwise.lines import AXES, path_text
 from chipwise.machine import rs274
+from chipwise.moves import CALLERS_PATH
 from chipwise.pattern.check import check_text, refuse_odd
 from chipwise.pattern.job import DEPTH
-from chipwise.pattern.recorded import ARC, AXIS_OF_PLANE, Code, Recorded, Step
+from chipwise.pattern.recorded import ARC, AXIS_OF_PLANE, SAME_DEGREES, THREAD, Code, Recorded, Step
 from chipwise.sub_process import call_of, decimal, run_sub
 
 RUNNER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "runner.py")
@@ -34,7 +36,7 @@ def read_pattern(job) -> Recorded:
     if int(os.environ.get(DEPTH, "0")) >= MAX_DEPTH:
         raise CycleError(f"sub O{job.sub.sub} is called by patterns more than {MAX_DEPTH} deep", "see whether it calls itself")
     found = find_sub(job.sub)
-    check_text(found)
+    check_text(found, job.per_rev)
     return _read(found, job, called_files(job.sub, found))
 
 
@@ -50,8 +52,10 @@ def _read(found, job, files):
         raise fault(found, line or _first_line(found), text, remedy or ("" if ";" in text else "correct the line"))
     # a line of another file must not be shown as one of the program's
     own_lines = not files and bool(job.sub.programs) and found.path == os.path.abspath(job.sub.programs[0])
-    steps = tuple(_step(found, row, own_lines) for row in result["rows"])
-    recorded = Recorded(steps, tuple(result["messages"]), job.sub.position)
+    rows = result["rows"]
+    turning = any(abs(now - was) > SAME_DEGREES for row in rows if row[0] not in ("code", "path") for now, was in zip(row[7:10], job.abc))
+    steps = tuple(_step(found, row, own_lines, job, turning) for row in rows)
+    recorded = Recorded(steps, tuple(result["messages"]), job.sub.position, job.abc, any(row[0] == "path" for row in rows))
     if not recorded.moves:
         raise fault(found, found.first, "the sub moves nothing", "put the pattern in it")
     return recorded
@@ -62,17 +66,25 @@ def _first_line(found):
     return next((number for number, text in found.body if plain_text(text)), found.first)
 
 
-def _step(found, row, own_lines):
-    """A row of runner.py: [kind, line, own, feed, x, y, z (, plane, cx, cy, cz, turns)] or ["code", line, text]."""
+def _step(found, row, own_lines, job, turning):
+    """A row of runner.py -> Step or Code; turning: whether the sub turns an axis."""
     kind, line, *rest = row
     line = line if own_lines else 0
     if kind == "code":
         return Code(rest[0], line)
+    if kind == "path":
+        code, p, q = rest
+        return Code(path_text(code, p, q, MM_PER_INCH if job.sub.unit == "in" else 1.0) if code else CALLERS_PATH, line)
     own, feed, *numbers = rest
-    refuse_odd(found, row[1], [feed, *numbers[:3], *numbers[4:]])
+    refuse_odd(found, row[1], [feed, *numbers[:6], *numbers[7:]])
+    more = {"own": own, "source": row[1], "abc": tuple(round(angle, 9) for angle in numbers[3:6]) if turning else None}
     if kind == ARC:
-        return Step(ARC, line, tuple(numbers[:3]), feed, tuple(numbers[4:7]), AXIS_OF_PLANE[numbers[3]], int(numbers[7]), own, row[1])
-    return Step(kind, line, tuple(numbers[:3]), feed, own=own, source=row[1])
+        if job.sub.lathe and numbers[6] != "G18":
+            raise fault(found, row[1], f"an arc of {numbers[6]} leaves the plane of a lathe", "program G18")
+        return Step(ARC, line, tuple(numbers[:3]), feed, tuple(numbers[7:10]), AXIS_OF_PLANE[numbers[6]], int(numbers[10]), **more)
+    if kind == THREAD:
+        return Step(THREAD, line, tuple(numbers[:3]), pitch=feed, **more)
+    return Step(kind, line, tuple(numbers[:3]), feed, **more)
 
 
 # ---- the child ---------------------------------------------------------------------------------------------------
@@ -87,9 +99,11 @@ def _program(found, job):
             more, names = _definitions(path, known)
             lines, known = lines + [text for text in more if text], known | names
     turn, speed = job.spindle
-    before = ["G17 G40 G49 G80 G90 G91.1 G94", f"F{decimal(sub.feed)}" if sub.feed > 0 else "", f"S{decimal(speed)} M{turn}"]
+    before = [f"G{18 if sub.lathe else 17} G8 G40 G49 G80 G90 G91.1 G94", f"F{decimal(sub.feed)}" if sub.feed > 0 else "", f"S{decimal(speed)} M{turn}"]
     before += [f"M{code}" for code, on in zip((7, 8), job.coolant) if on]
-    return lines + call_of(found, sub, before, [f"G{job.motion}" if sub.feed > 0 or not job.motion else ""])
+    behind = [f"G{job.motion}" if sub.feed > 0 or not job.motion else "", "G7" if sub.diameter else ""]
+    turned = tuple((letter, angle) for letter, angle in zip("ABC", job.abc) if letter in job.axes)
+    return lines + call_of(found, sub, before, behind, job.axes, turned)
 
 
 def _definitions(path, known):
@@ -128,6 +142,7 @@ def _run(found, job):
     section = section_of(text.splitlines(), "EMCIO")
     order = {"table": os.path.join(os.getcwd(), os.path.expanduser(section.get("TOOL_TABLE", ""))),
              "random": section.get("RANDOM_TOOLCHANGER", "0").strip() == "1", "max_moves": MAX_MOVES, "cpu_s": CPU_S,
-             "mirrored": job.mirrored, "stock_top": job.stock_top}
+             "mirrored": job.mirrored, "stock_top": job.stock_top, "axis_mask": sum(1 << AXES.index(letter) for letter in job.axes),
+             "tool": (*sub.tool, job.orientation), "per_rev": job.per_rev}
     environment = {"OPENBLAS_NUM_THREADS": "1", DEPTH: str(int(os.environ.get(DEPTH, "0")) + 1)}
     return run_sub(found, sub, RUNNER, _program(found, job), rs274.usable_elsewhere(text, ini_folder), order, environment)

@@ -6,16 +6,18 @@
 Started by run.py, one process per run.  The remaps of the INI file run here as in the preview; cycles in a mirrored pattern
 plan the other hand (pattern/hand.py), so that the mirrored cut is climb milling again.
 
-Job:     program, parameters, table (paths), random (tool changer), units_per_mm, tool (number, diameter in machine units), codes
-         (run first), begin, end (comments around the call), max_moves, cpu_s, mirrored,
-         stock_top (mm or null)
-Result:  rows: [kind, line, own, feed, x, y, z (, plane, cx, cy, cz, turns)] in mm and mm/min, kind "rapid", "feed", "arc", own: the line
-         of a cut that no cycle makes, else 0; ["code", line, text]; messages; stop: null or [line, text, remedy]; error: null or [line, text] of the interpreter; ended: bool; line: the last
+Job:     program, parameters, table (paths), random (tool changer), units_per_mm, tool (number, diameter in machine units, orientation),
+         codes (run first), begin, end (comments around the call), max_moves, cpu_s, mirrored, axis_mask, per_rev, stock_top (mm or null)
+Result:  rows: [kind, line, own, feed, x, y, z, a, b, c (, plane, cx, cy, cz, turns)] in mm, mm/min and degrees, kind "rapid", "feed",
+         "arc" or, with the pitch in place of the feed, "thread", own: the line of a cut that no cycle makes, else 0; ["code", line, text];
+         ["path", line, code, p, q]: a path mode, code 0: the caller's; messages; stop: null or [line, text, remedy]; error: null or [line, text] of the interpreter; ended: bool; line: the last
 
 The interpreter calls Python for moves, comments and dwells, and with each of these once for a new line, with the modes before it.
 Spindle and coolant have no call: a change of them is seen at the next line, and comes before the moves of the line that has
 made it (LinuxCNC executes M3 and M8 before the motion of their line).  Every line has a comment (run.py), so none is missed.
-Read in LinuxCNC 2.9: gcodemodule.cc, rs274ngc_pre.cc.
+Path modes and threads have no call either, and their numbers are in no mode: they are read from the interpreter's block, a path mode
+at the comment of its line, which comes first.
+Read in LinuxCNC 2.9: gcodemodule.cc, rs274ngc_pre.cc, interp_convert.cc.
 """
 
 import json
@@ -29,13 +31,18 @@ sys.path[0] = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__
 import gcode                                                    # noqa: E402
 
 from chipwise import interpreter_process, preview               # noqa: E402
-from chipwise.interpreter_process import ARC_AXES, PLANES, Stop, fails_alike, mm, tool_entry       # noqa: E402
+from chipwise.interpreter_process import ARC_AXES, INCH, PLANES, Stop, fails_alike, mm, tool_entry       # noqa: E402
+from chipwise.errors import CycleError                          # noqa: E402
 from chipwise.glue import known_stock                           # noqa: E402
 from chipwise.pattern import hand                               # noqa: E402
+from chipwise.pattern.check import check_code                   # noqa: E402
 from chipwise.processes import die_with_parent                  # noqa: E402
 
 COOLANT = {"mist": "M7", "flood": "M8"}
 MAX_MESSAGES = 20
+PATH_CODES = {610: 61, 611: 61.1, 640: 64}
+G33, G76 = 330, 760
+_UNITS, _CONTROL_MODE = 6, 13       # interp_internal.hh: GM_LENGTH_UNITS, GM_CONTROL_MODE
 
 
 class Canon(interpreter_process.Canon):
@@ -46,13 +53,13 @@ class Canon(interpreter_process.Canon):
         self.tools = tools
         self.rows, self.messages, self.stop = [], [], None
         self.inside = self.ended = False
-        self.line = self.reported = self.first_of_line = 0
+        self.line = self.seen = self.reported = self.first_of_line = 0
         self.feed, self.plane, self.at = 0.0, 1, (0.0, 0.0, 0.0)
         self.machine_state = None
         self.called = 0             # line of the comment before the call
 
     def refuse(self, text, remedy):
-        self.stop = self.stop or [self.line, text, remedy]
+        self.stop = self.stop or [self.line or self.seen + 1, text, remedy]       # a line with F, which is remapped, has no number
         raise Stop(text)
 
     # ---- lines ----------------------------------------------------------------------------------------------
@@ -65,13 +72,38 @@ class Canon(interpreter_process.Canon):
             self.rows[self.first_of_line:self.first_of_line] = codes
         self.machine_state = now
         self.line, self.first_of_line = state.sequence_number, len(self.rows)
+        self.seen = self.line or self.seen
 
     def comment(self, text):
         if text == self.job["begin"]:
             self.inside, self.called = True, self.line
         elif text == self.job["end"]:
             self.inside, self.ended = False, True
+        elif text == hand.CALLERS:
+            self._put_path()
+        elif self.inside:
+            self._look_at_codes()
         self.reported = self.line
+
+    def _look_at_codes(self):
+        """Refuse what a sub that is called may not hold either, and see the path mode that the line sets."""
+        block = _block()
+        if block is None:
+            return
+        modes = list(block.g_modes)
+        for letter, code in [("g", mode / 10) for mode in modes if mode >= 0] + [("m", mode) for mode in block.m_modes if mode >= 0]:
+            try:
+                check_code(letter, code, self.job["per_rev"])
+            except CycleError as error:
+                self.refuse(error.problem, error.remedy)
+        code = PATH_CODES.get(modes[_CONTROL_MODE])
+        if code:
+            unit = {200: INCH, 210: 1.0}.get(modes[_UNITS]) or _unit_mm()
+            self._put_path(code, *(value * unit if value >= 0 else None for value in (block.p_number, block.q_number)))
+
+    def _put_path(self, code=0, p=None, q=None):
+        self.rows.append(["path", self.line, code, p, q])
+        hand.path = (code, p, q) if code else ()
 
     def message(self, text):
         if self.inside and len(self.messages) < MAX_MESSAGES and text not in self.messages:
@@ -80,20 +112,36 @@ class Canon(interpreter_process.Canon):
     # ---- moves ----------------------------------------------------------------------------------------------
 
     def _put(self, kind, feed, x, y, z, rest, *more):
-        if any(rest[:3]):
-            self.refuse("a rotary axis moves", "a pattern moves X, Y and Z")
+        if any(rest[3:]):
+            self.refuse("axis U, V or W moves", "a pattern moves X, Y, Z, A, B and C")
         self.at = x, y, z
         if self.inside:
             if len(self.rows) >= self.job["max_moves"]:
                 self.refuse(f"the sub makes more than {self.job['max_moves']} moves", "divide it")
-            own = 0 if kind == "rapid" or hand.emitting else self.line
-            self.rows.append([kind, self.line, own, *mm(feed, x, y, z), *more])
+            own = self.line if kind in ("feed", "arc") and not hand.emitting else 0
+            self.rows.append([kind, self.line, own, *mm(feed, x, y, z), *rest[:3], *more])
 
     def straight_traverse(self, x, y, z, *rest):
         self._put("rapid", 0.0, x, y, z, rest)
 
     def straight_feed(self, x, y, z, *rest):
-        self._put("feed", self.feed, x, y, z, rest)
+        pitch = self._pitch() if self.inside else None
+        if pitch is None:
+            self._put("feed", self.feed, x, y, z, rest)
+        else:
+            self._put("thread", pitch / INCH, x, y, z, rest)
+
+    def _pitch(self):
+        """mm per revolution of a cut that is in step with the spindle, None of any other."""
+        interp = _interpreter()
+        if interp is None or interp.motion_mode not in (G33, G76):
+            return None
+        block = _block()
+        if interp.motion_mode == G33:
+            return block.k_number * _unit_mm()
+        if block.l_number > 0:
+            self.refuse("G76 with L has tapered passes", "leave L out, or program the passes with G33")
+        return block.p_number * _unit_mm()
 
     def arc_feed(self, first, second, centre_first, centre_second, turns, along, *rest):
         order = ARC_AXES[self.plane]
@@ -142,6 +190,32 @@ class Canon(interpreter_process.Canon):
         self.refuse(f"{code} is not allowed in a pattern", "program it before or after G75")
 
 
+def _interpreter():
+    """The interpreter that is running; None without one of Python's (an INI file without TOPLEVEL)."""
+    return getattr(sys.modules.get("interpreter") or _imported(), "this", None)
+
+
+def _imported():
+    """LinuxCNC's module, which there is from the beginning of a program on."""
+    try:
+        import interpreter
+        return interpreter
+    except ImportError:
+        return None
+
+
+def _block():
+    """The line that is being executed: interp_internal.hh, EXECUTING_BLOCK."""
+    interp = _interpreter()
+    return interp.blocks[0] if interp else None
+
+
+def _unit_mm():
+    """mm of the program's unit."""
+    import emccanon
+    return INCH if _interpreter().length_units == emccanon.CANON_UNITS.CANON_UNITS_INCHES else 1.0
+
+
 def _changes(before, now):
     """Lines that make the state of spindle and coolant what it is now."""
     (turn, speed, *cooling), (new_turn, new_speed, *new_cooling) = before, now
@@ -178,6 +252,7 @@ def main():
     job, output = json.load(sys.stdin), os.fdopen(interpreter_process.own_output(), "w")
     interpreter_process.limit_computing(job["cpu_s"])
     hand.mirrored = job["mirrored"]
+    hand.path = ()
     known_stock.caller_top = job["stock_top"]
     canon = Canon(job, interpreter_process.ToolTable(job["table"], job["random"]))
     preview.listener = canon

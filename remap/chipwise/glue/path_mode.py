@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The path mode (G61, G61.1, G64) around the lines of a pattern: the sub's inside, the program's own before and after.
+
+Called by glue/emit.py.  The interpreter keeps the mode of G64 and not its P and Q; canon has all three (emccanon.cc, 2.9 and 2.10), in program units.
+"""
+
+import emccanon
+
+from chipwise.errors import MM_PER_INCH
+from chipwise.lines import path_text
+from chipwise.moves import CALLERS_PATH, PATH
+from chipwise.pattern import hand
+
+_CODES = {1: 61.1, 2: 61, 3: 64}            # canon.hh: CANON_EXACT_STOP, CANON_EXACT_PATH, CANON_CONTINUOUS
+
+
+class PathMode:
+    """What the path mode is before the first line of a chunk, and whether a line has changed it."""
+
+    def __init__(self, interp):
+        self._interp, self._callers, self._changed = interp, None, False
+
+    def execute(self, line):
+        """Execute a line of lines.chunks()."""
+        if not line.startswith(PATH):
+            self._interp.execute(line)
+            return
+        if self._callers is None:
+            self._callers = _callers(self._interp)
+        self._changed = line != CALLERS_PATH
+        if self._changed:       # the reader of a pattern around this one sees a line by its comment (pattern/runner.py)
+            self._interp.execute(line if hand.path is None else line + " (.)")
+        else:
+            self._put_back()
+
+    def end(self):
+        """Put the mode back that was there before."""
+        if self._changed:
+            self._put_back()
+            self._changed = False
+
+    def _put_back(self):
+        for text in self._callers:
+            self._interp.execute(text)
+
+
+def _callers(interp):
+    """Lines that make the path mode what it is now."""
+    unit_mm = MM_PER_INCH if interp.length_units == emccanon.CANON_UNITS.CANON_UNITS_INCHES else 1.0
+    if hand.path is not None:
+        return (f"{path_text(*hand.path, unit_mm)} (.)" if hand.path else f"({hand.CALLERS})",)
+    code = _CODES.get(int(emccanon.GET_EXTERNAL_MOTION_CONTROL_MODE()), 64)
+    if code == 64:
+        return (path_text(64, emccanon.GET_EXTERNAL_MOTION_CONTROL_TOLERANCE(), emccanon.GET_EXTERNAL_MOTION_CONTROL_NAIVECAM_TOLERANCE(), 1.0),)
+    # P and Q of the last G64, which the interpreter keeps and shows
+    return path_text(64, *list(interp.active_settings)[3:5], 1.0), path_text(code, None, None, 1.0)
