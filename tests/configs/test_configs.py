@@ -24,7 +24,7 @@ def entries(name):
     return found
 
 
-@pytest.mark.parametrize('machine', ['mill', 'lathe'])
+@pytest.mark.parametrize('machine', ['mill', 'lathe', 'robot'])
 def test_headless_is_the_machine_with_another_display(machine):
     def common(name):
         return [entry for entry in entries(name)

@@ -18,22 +18,29 @@ pytestmark = pytest.mark.machine
 
 CONFIGS = ROOT / "configs"
 DISPLAY = ROOT / "tests" / "support" / "robot_display.py"
-SAMPLER = "loadrt sampler depth=300000 cfg=ffffff\n" + "".join(f"net sampled-{k} joint.{k}.pos-cmd => sampler.0.pin.{k}\n" for k in range(6)) + "addf sampler.0 servo-thread\n"
+
+
+def sampler(count):
+    """HAL lines that sample so many joints."""
+    nets = "".join(f"net sampled-{k} joint.{k}.pos-cmd => sampler.0.pin.{k}\n" for k in range(count))
+    return f"loadrt sampler depth=300000 cfg={'f' * count}\n{nets}addf sampler.0 servo-thread\n"
+
+
 SUB = ["o100 sub", "G0 X0 Y0 Z40", "G0 Z5", "G1 Z-1 F900", "X40", "G3 X40 Y30 J15", "G1 X0", "Y0", "G0 Z40", "o100 endsub"]
 
 
-def machine(tmp_path, programs, stations=None):
-    """(answer of each program, joints (n, 6) of every servo period)."""
-    (tmp_path / "sampler.hal").write_text(SAMPLER)
+def machine(tmp_path, programs, stations=None, edits=(), before=":", count=6):
+    """(answer of each program, joints (n, count) of every servo period).  edits: more of sed, on robot.ini; before: a shell command in configs/."""
+    (tmp_path / "sampler.hal").write_text(sampler(count))
     paths = []
     for k, text in enumerate(programs):
         paths.append(str(tmp_path / f"{k}.ngc"))
         (tmp_path / f"{k}.ngc").write_text(text)
-    edits = [f"s#^DISPLAY = .*#DISPLAY = {DISPLAY}#", "s#^OPEN_FILE.*##", f"s#^HALFILE = .*#&\\nHALFILE = {tmp_path}/sampler.hal#"]
+    edits = [*edits, f"s#^DISPLAY = .*#DISPLAY = {DISPLAY}#", "s#^OPEN_FILE.*##", f"s#^HALFILE = .*#&\\nHALFILE = {tmp_path}/sampler.hal#"]
     if stations:
         (tmp_path / "stations.toml").write_text(stations)
         edits.append(f"s#^STATIONS = .*#STATIONS = {tmp_path}/stations.toml#")
-    script = f"cd {CONFIGS} && sed " + " ".join(f"-e '{edit}'" for edit in edits) + " robot.ini > scripted.ini && linuxcnc -r scripted.ini"
+    script = f"cd {CONFIGS} && {before} && sed " + " ".join(f"-e '{edit}'" for edit in edits) + " robot.ini > scripted.ini && linuxcnc -r scripted.ini"
     env = dict(os.environ, CHIPWISE_PROGRAMS=json.dumps(paths), CHIPWISE_ANSWERS=str(tmp_path / "answers.json"), CHIPWISE_SAMPLES=str(tmp_path / "joints.txt"))
     env.pop("DISPLAY", None)
     done = subprocess.run([runner.SANDBOX, "--timeout", "240", "--speed", "4", "--", "sh", "-c", script], env=env, text=True, stdin=subprocess.DEVNULL,
@@ -42,7 +49,7 @@ def machine(tmp_path, programs, stations=None):
     answers = json.loads((tmp_path / "answers.json").read_text())
     assert len(answers) == len(programs), done.stdout[-3000:]
     rows = [line.split() for line in (tmp_path / "joints.txt").read_text().splitlines() if line[:1] in "-0123456789"]
-    return answers, np.array([row[1:] for row in rows if len(row) == 7], float)
+    return answers, np.array([row[1:] for row in rows if len(row) == count + 1], float)
 
 
 def frames():
@@ -105,3 +112,64 @@ def test_what_the_robot_cannot_do(tmp_path):
         assert answer["joints"] == pytest.approx(home, abs=1e-5)
     assert not [text for text in answers[-1]["errors"] if "chipwise" in text] and answers[-1]["joints"] != pytest.approx(home, abs=1)
     assert tip(answers[-1]["joints"])[0] == pytest.approx((450, 0, -60), abs=1e-3)
+
+
+def test_the_robot_without_a_screen(tmp_path):
+    """configs/robot_headless.ini runs the four stations and ends above the last one."""
+    env = {**os.environ, "CHIPWISE_PROGRAM": str(ROOT / "nc_files" / "stations.ngc"), "CHIPWISE_TIMEOUT": "230", "CHIPWISE_SUMMARY": str(tmp_path / "summary.json"),
+           "CHIPWISE_LOG": str(tmp_path / "log.npz")}
+    done = subprocess.run([runner.SANDBOX, "--timeout", "240", "--speed", "4", "--", "linuxcnc", str(CONFIGS / "robot_headless.ini")], env=env, text=True,
+                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    assert done.returncode == 0, done.stdout[-3000:]
+    summary = json.loads((tmp_path / "summary.json").read_text())
+    assert summary["finished"] and summary["errors"] == []
+    rows = np.load(tmp_path / "log.npz")
+    matrix, origin = frames()[4]
+    assert [rows[axis][-1] for axis in "xyz"] == pytest.approx(matrix @ (0, 0, 40) + origin, abs=1e-3)
+
+
+# ---- a table that tilts and turns ------------------------------------------------------------------------------------
+
+PIVOT, OFFSET, LENGTH = np.array([15.0, -7.0, -30.0]), np.array([0.0, 20.0, 10.0]), 35.0
+TABLE_HAL = "sed -e '/pumakins/d' -e '/joint.5/d' ../hal/robot.hal > table.hal" + "".join(f" && echo '{line}' >> table.hal" for line in [
+    *(f"setp xyzac-trt-kins.{axis}-rot-point {value}" for axis, value in zip("xyz", PIVOT)),
+    *(f"setp xyzac-trt-kins.{axis}-offset {value}" for axis, value in zip("yz", OFFSET[1:])),
+    "net tool-length motion.tooloffset.z xyzac-trt-kins.tool-offset"])
+TABLE = ["s#^HALFILE = .*#HALFILE = table.hal#", "s#^KINEMATICS.*#KINEMATICS = xyzac-trt-kins#", "s#^JOINTS = .*#JOINTS = 5#",
+         "s#^COORDINATES.*#COORDINATES = X Y Z A C#", "s#^TOOL_POSE.*#TOOL_POSE = 0 0 0#", "s#^HOME_*O*F*F*S*E*T* = .*##", "s#^M\\([IA][NX]\\)_LIMIT = -*[0-9]*#&0#",
+         "/JOINT_3/,/JOINT_4/s#^M\\(..\\)_LIMIT = \\(-*\\).*#M\\1_LIMIT = \\260#"]
+
+
+def tip_on_table(joints):
+    """(tip on the part (n, 3), direction of the tool there (n, 3)) of joints X Y Z A C."""
+    places, tools = [], []
+    for row in joints:
+        back = about("z", -row[4]) @ about("x", -row[3])
+        places.append(PIVOT + about("z", -row[4]) @ (about("x", -row[3]) @ (row[:3] - (0, 0, LENGTH) - PIVOT - OFFSET) + OFFSET))
+        tools.append(back[:, 2])
+    return np.array(places), np.array(tools)
+
+
+def test_a_tilting_table_turns_with_the_station(tmp_path):
+    """xyzac-trt-kins, a tool with a length: 0.001 mm on the part at every servo period, the tool square to each station; too steep is refused."""
+    def station(number, turn, lean, origin):
+        matrix = about("z", turn) @ about("x", lean)
+        points = [(np.array(origin) + matrix @ np.array(point, float)).tolist() for point in ((0, 0, 0), (100, 0, 0), (0, 80, 0))]
+        return matrix, f"[station.{number}]\n" + "".join(f"{k} = {point}\n" for k, point in enumerate(points, 1))
+    places = {1: (15, 8, (10, 20, 0)), 2: (30, 40, (-20, 5, 10)), 3: (-120, 25, (30, -10, 5))}
+    made = {number: station(number, *place) for number, place in places.items()}
+    stations = "".join(text for _matrix, text in [*made.values(), station(9, 10, 75, (0, 0, 0))])
+    run = "\n".join([*SUB, "G21 G90 G17 G40 G61 F900", f"G43.1 Z{LENGTH}", "G0 Z60", *(f"G75 Q100 P{k}" for k in made), "M2", ""])
+    steep = "\n".join([*SUB, "G21 G90 G17 G40 G61 F900", f"G43.1 Z{LENGTH}", "G0 Z60", "G75 Q100 P9", "M2", ""])
+    answers, joints = machine(tmp_path, [run, steep], stations, TABLE, TABLE_HAL, 5)
+    assert not [text for text in answers[0]["errors"] if "chipwise" in text], answers[0]["errors"]
+    tips, tools = tip_on_table(joints)
+    for number, (matrix, _text) in made.items():
+        local = (tips - np.array(places[number][2])) @ matrix
+        cut = (np.abs(tools - matrix[:, 2]).max(axis=1) < 1e-6) & (np.abs(local[:, 2] - 1) < 4) & (np.abs(local[:, 0] - 27) < 60) & (np.abs(local[:, 1] - 15) < 60)
+        assert cut.sum() > 500, number
+        print(f"station {number}: {cut.sum()} periods, {off_the_outline(local[cut]).max():.2e} mm off")
+        assert off_the_outline(local[cut]).max() < 0.001
+        assert np.linalg.norm(local[cut] - (55, 15, -1), axis=1).min() < 0.03
+    assert any("joint 3 would be at" in text and "beyond its limit" in text for text in answers[1]["errors"]), answers[1]["errors"]
+    assert answers[1]["joints"][3:5] == pytest.approx(answers[0]["joints"][3:5], abs=1e-6)

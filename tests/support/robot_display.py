@@ -53,7 +53,7 @@ def main():
     command.state(linuxcnc.STATE_ON)
     command.wait_complete()
     command.home(-1)
-    until(command, stat, lambda: all(stat.homed[:6]))
+    until(command, stat, lambda: all(stat.homed[:stat.joints]))
     sampler = subprocess.Popen(['halsampler', '-t', os.environ["CHIPWISE_SAMPLES"]], stdin=subprocess.DEVNULL)
     answers = []
     for program in json.loads(os.environ["CHIPWISE_PROGRAMS"]):

@@ -3,13 +3,18 @@
 
 A, B and C are roll, pitch and yaw: the rotation Rz(C) Ry(B) Rx(A), as pumakins and the other kinematics of arms have it.  In a station with the
 matrix S, the tool that has the pose P in a level one has S P.
+
+On a table that tilts and turns (xyzac-trt-kins, xyzbc-trt-kins) A or B and C are the table's angles, and X Y Z the part's own coordinates.  The tool's axis
+in the part, the direction in which joint Z moves the tip (trtfuncs.c, 2.9), is (sin C sin A, cos C sin A, cos A) or
+(-cos C sin B, sin C sin B, cos B).  Only the axis counts: the tool turns about it anyway.
 """
 
 import math
 
 import numpy as np
 
-LEVEL = 1e-9            # of a cosine: B is +-90 degrees, and only A - C or A + C counts
+LEVEL = 1e-9            # of a cosine: B is +-90 degrees, and only A - C or A + C counts; of a sine: the tool's axis is Z, and C does not count
+TABLES = {"xyzac-trt-kins": "AC", "xyzbc-trt-kins": "BC"}      # module: its rotary axes, the tilting one first
 
 
 def matrix_of(abc):
@@ -40,3 +45,30 @@ def abc_of(matrix, near=(0.0, 0.0, 0.0)):
 def in_station(station, pose, near):
     """(A, B, C) of a tool in a station (3 x 3, to machine coordinates) that has the pose in a level one."""
     return abc_of(np.asarray(station) @ matrix_of(pose), near)
+
+
+def table_axis(axes, abc):
+    """The tool's axis in the part (3,) of a table at (A, B, C); axes: of TABLES."""
+    tilt, turn = math.radians(abc[0] if axes == "AC" else abc[1]), math.radians(abc[2])
+    if axes == "AC":
+        return np.array([math.sin(turn) * math.sin(tilt), math.cos(turn) * math.sin(tilt), math.cos(tilt)])
+    return np.array([-math.cos(turn) * math.sin(tilt), math.sin(turn) * math.sin(tilt), math.cos(tilt)])
+
+
+def table_in_station(axes, station, pose, near, ranges):
+    """(A, B, C) of a table whose tool has the axis in a station (3 x 3) that it has at `pose` in a level one.
+
+    near: (A, B, C) now; ranges: (lowest, highest) of A, B and C.  Of all that are equal and in range the one with the least turn from near; without
+    one in range, of all."""
+    x, y, z = np.asarray(station) @ table_axis(axes, pose)
+    flat, tilting = math.hypot(x, y), "AB".index(axes[0])
+    found = []
+    for sign in (1, -1):
+        tilt = sign * math.degrees(math.atan2(flat, z))
+        turn = near[2] if flat < LEVEL else math.degrees(math.atan2(sign * x, sign * y) if axes == "AC" else math.atan2(sign * y, -sign * x))
+        for whole in (-1, 0, 1):
+            abc = list(near)
+            abc[tilting], abc[2] = tilt, turn + 360.0 * (whole + round((near[2] - turn) / 360.0))
+            found.append(tuple(abc))
+    fits = [abc for abc in found if all(low <= angle <= high for angle, (low, high) in zip(abc, ranges))]
+    return min(fits or found, key=lambda abc: max(abs(angle - now) for angle, now in zip(abc, near)))
