@@ -15,10 +15,10 @@ from chipwise.lines import DECIMALS, chunks
 from chipwise.order import Order, Outcome
 from chipwise.pattern import run as pattern_run
 from chipwise.pattern.recorded import Recorded
-from chipwise.turning import outcome
+from chipwise.turning import outcome, reach
 
 _DECIMALS = {"pattern": 9}       # what a sub has computed goes on exactly
-_CACHING = (hole, contour, contour_chop, pocket, surface, find, read, pattern_run)
+_CACHING = (hole, contour, contour_chop, pocket, surface, find, read, pattern_run, reach)
 
 
 def forget() -> None:

@@ -206,6 +206,22 @@ def test_g27_makes_one_step(lathe):
     assert not unneeded.error and unneeded.between("begin", "end") == [] and "step 2, drill: not needed" in unneeded.messages[0]
 
 
+def test_the_steps_of_the_ini_file(tmp_path):
+    """[CHIPWISE]TURNING_STEPS has the order for G26 and for chipwise turn; a file that cannot be used is named."""
+    (tmp_path / "steps.toml").write_text('steps = ["rough outside", "finish outside"]\n')
+    ini = machine(tmp_path, TABLE, edit=lambda text: text.replace("[CHIPWISE]\n", "[CHIPWISE]\nTURNING_STEPS = steps.toml\n"))
+    text = program(bar=(30, -60, 0))
+    seen = preview(tmp_path, ini, text)
+    assert not seen.error and seen.messages[0].startswith("chipwise: G26: 1 rough outside T1, 2 finish outside T2"), seen
+    assert "(step 2: finish outside" in written(tmp_path, text)
+    for content, words in (("steps = [1]", "has no list of steps"), ("steps = [", "is not TOML"), ('steps = ["polish"]', "polish is not a step")):
+        (tmp_path / "steps.toml").write_text(content)
+        seen = preview(tmp_path, ini, text)
+        assert words in seen.error and seen.error.startswith("chipwise: G26: "), seen.error
+    (tmp_path / "steps.toml").unlink()
+    assert "steps.toml: No such file" in preview(tmp_path, ini, text).error
+
+
 def test_h1_only_says_the_plan(lathe):
     seen = lathe(program(code="G26 Q100 H1"))
     assert not seen.error and seen.between("begin", "end") == [] and seen.tools[1:] == []

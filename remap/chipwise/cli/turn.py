@@ -10,7 +10,6 @@ Exit status: 0 planned, 1 planned and stock is left that no tool reaches, 2 it c
 
 import json
 import os
-import tomllib
 
 from chipwise import ROOT
 from chipwise.cli import UsageError
@@ -34,7 +33,7 @@ def add_arguments(parser):
     parser.add_argument('--plan', action='store_true', help='print the plan only, whatever -o says')
     parser.add_argument('-o', '--output', metavar='FILE', help='FILE.svg: picture; FILE.ngc: the plan as plain G-code')
     parser.add_argument('--json', metavar='FILE', help='the plan as data: mm, mm2, s; - is standard output')
-    parser.add_argument('--steps', metavar='FILE.toml', help='steps = [..]: other steps, or in another order')
+    parser.add_argument('--steps', metavar='FILE.toml', help='steps = [..]: other steps, or in another order (default: [CHIPWISE]TURNING_STEPS)')
     parser.add_argument('--ini', metavar='INI', help='the machine (default: INI_FILE_NAME, else configs/lathe.ini)')
     parser.error = refuse
 
@@ -43,7 +42,7 @@ def run(options):
     """-> exit status."""
     from chipwise.turning import text
     from chipwise.turning.plan import make_plan
-    from chipwise.turning.read_part import Machine, job_of, make_order
+    from chipwise.turning.read_part import Machine, job_of, make_order, read_steps
     from chipwise.turning.request import read_request
     check_options(options)
     unit = 'mm'
@@ -53,7 +52,8 @@ def run(options):
         program = read_program(options.program)
         request = read_request(program)
         unit = request.unit
-        order = make_order(job_of(options.program, request, machine), program, request, machine, read_steps(options.steps))
+        order = make_order(job_of(options.program, request, machine), program, request, machine,
+                           read_steps(options.steps) if options.steps else machine.steps)
         plan = make_plan(order)
         title = f'O{request.words["Q"]} of {os.path.basename(options.program)}'
         output = output_text(options, plan, request, title)
@@ -107,22 +107,6 @@ def read_program(path):
         return read_bytes(path, MAX_BYTES).decode('utf-8', 'replace')
     except OSError as error:
         raise CycleError(f'{braceless(path)}: {error.strerror}', 'name a G-code file that can be read') from error
-
-
-def read_steps(path):
-    """Names of the steps."""
-    from chipwise.turning.state import ORDER
-    if not path:
-        return ORDER
-    try:
-        steps = tomllib.loads(read_bytes(path, MAX_BYTES).decode('utf-8')).get('steps')
-    except OSError as error:
-        raise CycleError(f'{braceless(path)}: {error.strerror}', 'name a file that can be read') from error
-    except (ValueError, RecursionError) as error:
-        raise CycleError(f'{braceless(path)} is not TOML: {braceless(str(error))}', 'correct the file') from error
-    if not isinstance(steps, list) or not steps or not all(isinstance(s, str) for s in steps):
-        raise CycleError(f'{braceless(path)} has no list of steps', 'write steps = ["face", "rough outside"]')
-    return tuple(braceless(s) for s in steps)
 
 
 def write(path, text):

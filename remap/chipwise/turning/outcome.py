@@ -39,7 +39,7 @@ def make(order):
     request, program = asked.request, read_program(asked.program)
     request.roles = read_roles(program)
     machine = Machine(Ini(order.job.ini), load_settings(order.job.ini), order.job.ini)
-    plan = make_plan(make_order(order.job, program, request, machine))
+    plan = make_plan(make_order(order.job, program, request, machine, machine.steps))
     if asked.number > len(plan.steps):
         raise CycleError(f"there is no step L{asked.number}: the plan has {len(plan.steps)}", "use G26 H1 to see the plan")
     said = tuple(f"{LEAD}{order.code}: {line}" for line in _said(plan, request, machine, asked))

@@ -12,6 +12,7 @@ A convex tool is the sum of its parts, so the disc, the cone and the flat are ad
 """
 
 import math
+from functools import lru_cache
 
 from chipwise.turning.graph import (
     Piece, above, clip, closed, envelope, flat, lower, mirrored, moved, negative, slope_at, upper, value)
@@ -149,10 +150,15 @@ def _maxima(f):
 
 def dilated(f, tool, more, domain):
     """Positions at which the tool's insert, its nose larger by `more`, touches the region of f."""
+    return list(_dilated(tuple(f), tool, more, domain))
+
+
+@lru_cache(maxsize=32)
+def _dilated(f, tool, more, domain):
     # an edge that rises by `right` per mm to the right of the nose meets what is to the right: rays fall to the left
     f = cone(f, tool.right, tool.left, domain)
     f = window(f, 0.0, tool.flat) if tool.flat > 0.0 else f
-    return clip(disc(f, tool.nose + more), *domain)
+    return tuple(clip(disc(f, tool.nose + more), *domain))
 
 
 def eroded(path, tool, domain):

@@ -2,14 +2,18 @@
 """Reads part and blank of a request, and its tools, into an Order.  Called by cli/turn.py and outcome.py."""
 
 import os
+import tomllib
 from dataclasses import replace
 
 from chipwise.contour_sub.job import Job
 from chipwise.contour_sub.read import one_contour, read_shape
-from chipwise.errors import CycleError
+from chipwise.errors import CycleError, braceless
+from chipwise.files import read_bytes
 from chipwise.turning.profile import blank_of_comment, make_profile
 from chipwise.turning.state import ORDER, Order
 from chipwise.turning.tool import ROLES, make_tool, read_geometry, read_table
+
+MAX_STEPS_BYTES = 1 << 16
 
 
 def read_profile(job):
@@ -43,6 +47,21 @@ def make_order(job, text, request, machine, steps=ORDER):
     return Order(part, blank, tools_of(request, machine), request.barriers, words["I"], words["D"], steps)
 
 
+def read_steps(path):
+    """Names of the steps of a TOML file, the usual ones without a file.  Raises CycleError."""
+    if not path:
+        return ORDER
+    try:
+        steps = tomllib.loads(read_bytes(path, MAX_STEPS_BYTES).decode("utf-8")).get("steps")
+    except OSError as error:
+        raise CycleError(f"{braceless(path)}: {error.strerror}", "name a file that can be read") from error
+    except (ValueError, RecursionError) as error:
+        raise CycleError(f"{braceless(path)} is not TOML: {braceless(str(error))}", "correct the file") from error
+    if not isinstance(steps, list) or not steps or not all(isinstance(s, str) for s in steps):
+        raise CycleError(f"{braceless(path)} has no list of steps", 'write steps = ["face", "rough outside"]')
+    return tuple(braceless(s) for s in steps)
+
+
 def tools_of(request, machine):
     """{role: (LatheTool, ..)} of the program's LATHE comment, and for roles that it does not name of the tool geometry file."""
     table, geometry = read_table(machine.table), read_geometry(machine.geometry)
@@ -56,7 +75,7 @@ def tools_of(request, machine):
 
 
 class Machine:
-    """What the plan needs of an INI file: ini, table and geometry (paths), unit_mm, close_gap and rapid speed (mm/s)."""
+    """What the plan needs of an INI file: ini, table and geometry (paths), unit_mm, close_gap, steps, and rapid speed (mm/s)."""
 
     def __init__(self, ini, settings, path):
         folder = os.path.dirname(os.path.abspath(path))
@@ -66,4 +85,5 @@ class Machine:
         self.ini, self.table = path, os.path.join(folder, os.path.expanduser(table))
         self.unit_mm = 1.0 / ini.units_per_mm()
         self.geometry, self.close_gap = settings.path("TOOL_GEOMETRY"), settings["CLOSE_GAP"]
+        self.steps = read_steps(settings.path("TURNING_STEPS"))
         self.rapid_mm_s = (ini.number("TRAJ", "MAX_LINEAR_VELOCITY", 50.0) or 50.0) * self.unit_mm
