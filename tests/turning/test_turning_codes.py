@@ -241,7 +241,7 @@ REFUSED = [
     (dict(code="G26 Q7"), "there is no sub O7"), (dict(words="I-1 F100"), "allowance I-1 is not"), (dict(words="D0 F100"), "depth of cut D0 is not"),
     (dict(code="G26 Q100 L2"), "word L is not used here"), (dict(code="G26 Q100 H2"), "H2 is neither 0 nor 1"), (dict(code="G27 Q100"), "word L"),
     (dict(code="G27 Q100 L11"), "there is no step L11: the plan has 10"), (dict(bar=(20, -60, 1)), "blank is smaller than the part"),
-    (dict(tools="ROUGH=9"), "no such tool"), (dict(start=(10, -5)), "the tool is beside the work at Z"), (dict(part=((8, 0), (8, -10), (9, -5), (9, -20))), "turns back in Z"),
+    (dict(tools="ROUGH=9"), "no such tool"), (dict(part=((8, 0), (8, -10), (9, -5), (9, -20))), "turns back in Z"),
     (dict(chuck="G22 X40"), "word Z (corner of the barrier) is missing"), (dict(chuck="G22 X40 Z-30 R5"), "word R is not used here"),
     (dict(chuck="\n".join(["G22 X20 Z-40"] * 21)), "there are 20 barriers already"),
 ]
@@ -255,6 +255,22 @@ def test_refused_without_motion(lathe, k):
     assert words in seen.error and ";" in seen.error and seen.error.startswith("chipwise: G2"), seen.error
     first = seen.marks.get("begin", len(seen.moves))
     assert [m for m in seen.moves[first:]] == []
+
+
+def test_the_preview_says_that_the_tool_begins_beside_the_work(lathe):
+    """It begins where the machine is when the program is opened; the task refuses (tests/machine/test_turning_machine.py)."""
+    seen = lathe(program(start=(10, -5)))
+    assert not seen.error and len(seen.between("begin", "end")) > 20
+    assert any(text.startswith("chipwise: G26: the tool is beside the work at Z2.5 mm X7 mm (radius); begin in front of Z6 mm") for text in seen.messages)
+    assert not any("beside" in text for text in lathe(program()).messages)
+
+
+def test_check_plans_g26_and_says_what_it_lacks(tmp_path, capsys):
+    """`chipwise check` is for mills: it has no stock here.  It runs G26 with a copy of the INI file elsewhere, so the tool table has to be found."""
+    machine(tmp_path, TABLE)
+    (tmp_path / "part.ngc").write_text(program())
+    assert cli.main(["check", str(tmp_path / "part.ngc"), "--ini", str(tmp_path / "lathe.ini")]) == 2
+    assert "no stock is defined" in capsys.readouterr().out
 
 
 def test_a_remapped_tool_change_is_refused(tmp_path):

@@ -16,7 +16,7 @@ from dataclasses import replace
 import emccanon
 
 from chipwise import ini
-from chipwise.errors import CycleError
+from chipwise.errors import CycleError, clip
 from chipwise.glue import barriers, context, emit, shape
 from chipwise.turning.blocks import approach
 from chipwise.turning.outcome import read_program
@@ -91,7 +91,7 @@ def carry_out(state, turn, outcome):
         if block.change:
             yield from _change_tool(state, turn, block.tool)
             home = interp.current_z, interp.current_x
-            _check_clear(home, plan.clear, state.unit_mm)
+            _check_clear(state, home, plan.clear)
         _emit(state, block.spindle, *approach(block))
         for chunk in chunks:
             if turn.is_over(chunk) and not context.may_be_skipped():
@@ -121,8 +121,16 @@ def _change_tool(state, turn, number):
     _emit(state, "G43")
 
 
-def _check_clear(place, clear, unit):
-    """Refuse to go on from a place beside the work: the approach has rapids in X and Z, one after the other."""
-    if place[0] < clear[0] - SAME and place[1] < clear[1] - SAME:
-        raise CycleError("the tool is beside the work at Z{z} X{x} (radius)", "begin in front of Z{front} or outside of X{out} (radius)",
-                         z=place[0] * unit, x=place[1] * unit, front=clear[0] * unit, out=clear[1] * unit)
+def _check_clear(state, place, clear):
+    """Refuse to go on from a place beside the work: the approach has rapids in X and Z, one after the other.
+
+    The preview only says it: it begins where the machine is when the program is opened, before homing at zero.
+    """
+    if place[0] >= clear[0] - SAME or place[1] >= clear[1] - SAME:
+        return
+    unit = state.unit_mm
+    error = CycleError("the tool is beside the work at Z{z} X{x} (radius)", "begin in front of Z{front} or outside of X{out} (radius)", state.code,
+                       z=place[0] * unit, x=place[1] * unit, front=clear[0] * unit, out=clear[1] * unit)
+    if state.interp.task:
+        raise error
+    emccanon.MESSAGE(clip(error.text(state.unit)))

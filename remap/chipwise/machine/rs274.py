@@ -24,7 +24,8 @@ from chipwise.settings import SECTION, parse_settings
 PATIENCE_S = 60.0
 PROBE = "G21\nT1 M6\nG43\nM2\n"                 # prints the length of a tool of 1 machine unit in mm
 LENGTHS = re.compile(r"(?<![A-Za-z])([DXYZUVW])\s*([-+]?(?:\d+\.?\d*|\.\d+))", re.IGNORECASE)
-PATH_KEYS = ("TOOL_GEOMETRY", "STOCK_DIR", "STATIONS")
+PATH_KEYS = ("TOOL_GEOMETRY", "STOCK_DIR", "STATIONS", "TURNING_STEPS")
+TABLE = re.compile(r"(?m)^(\s*TOOL_TABLE\s*=\s*)([^\s#;].*?)(?=\s*$| #)")
 
 
 class Rs274Error(Exception):
@@ -88,10 +89,11 @@ def run(program, ini, **options):
 
 
 def usable_elsewhere(text, directory):
-    """An INI text whose [CHIPWISE] paths and ~ mean the same in a file elsewhere and with another HOME."""
+    """An INI text whose [CHIPWISE] paths, tool table and ~ mean the same in a file elsewhere and with another HOME."""
     settings = parse_settings(section_of(text.splitlines(), SECTION), directory)
     paths = "".join(f"{key} = {settings.path(key)}\n" for key in PATH_KEYS if settings[key])
     home = os.path.expanduser("~")
+    text = TABLE.sub(lambda match: match[1] + os.path.join(directory, os.path.expanduser(match[2])), text)
     # of two equal keys the first counts
     return "[CHIPWISE]\n" + paths + re.sub(r"(?m)(?<=[=:\s])~(?=/|:|$)", lambda match: home, text)
 
