@@ -10,9 +10,13 @@ memory   bytes a triangle while the model is read and put into bins
 whole    `chipwise surface` from STL to program: 10^6 points over the same triangles, one core
 path     D6 ball over hills, D6 bull-nose over a step, D6 flat over a sphere: gouge (drop cutter along every move; brute force at
          random points), lines a point, time of the links P1 / P0 (every move from rest to rest, 100 mm/s, 500 mm/s2), and
-         traverses of all links that meet one of 3,000 needles of stock
+         traverses of all links that meet one of 3,000 needles of stock; the traverses in XY alone against the links of P0, which no
+         one-way path can go below
+rest     after a D6 ball at 0.5 mm a D3 ball at 0.2 mm where more than 0.05 mm is left: share of the feed in air (needles 0.15 mm apart,
+         bits of 0.25 mm), cuts alone and with plunges; link time P1 / P0; and levels of 1.5 mm with a flat D6: the same
 """
 import argparse
+import dataclasses
 import json
 import math
 import os
@@ -137,11 +141,64 @@ def path():
         yield row(f"surface: {name}, the same by brute force at 60 points", max(0.0, deepest), "mm", f"highest {highest:.4f} mm, walls included", 1e-3)
         times = [from_rest_to_rest(plan.moves) for plan in plans]
         yield row(f"surface: {name}, link time P1 / P0", times[1] / times[0], "", f"{times[0]:.1f}, {times[1]:.1f} and with P2 {times[2]:.1f} s", 0.5)
+        yield row(f"surface: {name}, traverses in XY alone / P0", across_only(plans[1].moves) / times[0], "", "no one-way path goes below it")
         contacts, links = 0, 0
         for plan in plans:
             depths = surface_judge.Needles(plan.low, plan.high, plan.high[2], 3000, 1).follow(plan.moves, START, shape)
             contacts, links = contacts + sum(depth > surface_judge.RIDGE for depth in depths), links + len(depths)
         yield row(f"surface: {name}, traverses that meet stock", contacts, "", f"of {links}", 0)
+
+
+def across_only(moves):
+    """Seconds of the traverses in XY alone."""
+    at, seconds = START, 0.0
+    for move in moves:
+        new = tuple(old if value is None else value for old, value in zip(at, (move.x, move.y, move.z)))
+        length = math.dist(at[:2], new[:2])
+        if isinstance(move, Rapid) and length > 0:
+            seconds += length / 100 + 0.2 if length > 20 else 2 * math.sqrt(length / 500)
+        at = new
+    return seconds
+
+
+def grooves():
+    """Three vee grooves along X, 90 degrees, on 25 x 24 mm."""
+    y = np.linspace(0, 24, 97)
+    return surface_cases.terrain(np.linspace(0, 25, 3), y, np.repeat(np.abs((y + 4) % 8 - 4)[:, None] - 4, 3, axis=1))
+
+
+PARTS = {"vee grooves": grooves, "hills": lambda: surface_cases.waves(30, 25.0),
+         "step": lambda: np.concatenate([surface_cases.box((0, 0, -5), (25, 20, 0)), surface_cases.box((6, 6, 0), (15.3, 14.1, 4))])}
+
+
+def rest():
+    """Rows of levels and of the rest with a smaller tool."""
+    for name, make in PARTS.items():
+        with tempfile.TemporaryDirectory() as folder:
+            file = surface_cases.write_stl(f"{folder}/model.stl", make())
+            known = dict(file=file, stamp=(name,), placing=Placing(), bottom=None, clearance=None, feed=1500.0, plunge_feed=600.0, start=START,
+                         stock_is_model=True, relief=0.3)
+            levels = SurfaceRequest(tool=Shape(6), step=2.4, depth=1.5, allowance=0.3, tolerance=0.03, **known)
+            finish = SurfaceRequest(tool=Shape(6, 3), step=0.5, earlier=(levels,), **known)
+            small = SurfaceRequest(tool=Shape(3, 1.5), step=0.2, least=0.05, earlier=(levels, dataclasses.replace(finish, earlier=())), **known)
+            plans = {kind: [surface_plan(dataclasses.replace(r, link=link)) for link in (0, 1, 2)] for kind, r in
+                     (("levels", levels), ("rest", small))}
+            needles = surface_judge.grid(plans["levels"][1].low, plans["levels"][1].high, plans["levels"][1].high[2] + levels.allowance, 0.15, 6.0)
+            figures = {"levels": surface_judge.feed_figures(needles, plans["levels"][1].moves, START, levels.tool)}
+            surface_judge.feed_figures(needles, surface_plan(finish).moves, START, finish.tool)
+            before = needles.height.copy()
+            for link in (1, 2):
+                needles.height = before.copy()
+                figures[f"rest P{link}"] = surface_judge.feed_figures(needles, plans["rest"][link].moves, START, small.tool)
+        for kind, (lengths, deepest) in figures.items():
+            cut, air = lengths[1500.0]
+            yield row(f"surface: {name}, {kind}, cuts in air", air / cut, "", f"of {cut:.0f} mm; deepest {deepest:.2f} mm", 0.05)
+            everything, air = (sum(v[k] for v in lengths.values()) for k in (0, 1))
+            yield row(f"surface: {name}, {kind}, feed in air with plunges and entries", air / everything, "", f"of {everything:.0f} mm", 0.05)
+        for kind, made in plans.items():
+            times = [from_rest_to_rest(plan.moves) for plan in made]
+            yield row(f"surface: {name}, {kind}, link time P1 / P0", times[1] / times[0], "",
+                      f"{times[0]:.1f}, {times[1]:.1f} and with P2 {times[2]:.1f} s; {made[1].cuts} cuts", 0.5)
 
 
 def main():
@@ -150,10 +207,15 @@ def main():
     parser.add_argument("--step", type=float, default=0.055, help="mm, of the whole run: 0.055 gives 10^6 points")
     parser.add_argument("--table", action="store_true")
     parser.add_argument("--measure", help=argparse.SUPPRESS)
+    parser.add_argument("--only", choices=("path", "rest"), help="one group of rows")
     options = parser.parse_args()
+    if options.only:
+        for line in {"path": path, "rest": rest}[options.only]():
+            print(f"{line['name']:75s} {line['value']:12.5g} {line['note']}", flush=True)
+        return 0
     if options.measure:
         return measure(options.measure)
-    rows = [*points(options.points), *whole(options.step), *path(), row("surface: memory a triangle, reading and bins", memory(), "bytes", "1,000,000 triangles", 150)]
+    rows = [*points(options.points), *whole(options.step), *path(), *rest(), row("surface: memory a triangle, reading and bins", memory(), "bytes", "1,000,000 triangles", 150)]
     for line in rows:
         print(json.dumps(line) if not options.table else f"{line['name']:60s} {line['value']:12.5g} {line['unit']:5s} {line['note']}")
     return 0

@@ -17,6 +17,7 @@
 #include "core/axis_offset.h"
 #include "offline/height_sweep.h"
 #include "offline/drop_cutter.h"
+#include "offline/stock_need.h"
 #include "offline/tracer_loop.h"
 
 struct chip_layout_entry { const char *name; long value; };

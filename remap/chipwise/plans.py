@@ -72,7 +72,10 @@ def _pattern(order: Order) -> CyclePlan:
 
 
 def _surface(order: Order) -> CyclePlan:
-    return surface.surface_plan(surface.SurfaceRequest(**order.fields))
+    fields = dict(order.fields)
+    most = fields["most_moves"]
+    earlier = tuple(surface.SurfaceRequest(**dict(pairs), most_moves=most) for pairs in fields.pop("earlier", ()))
+    return surface.surface_plan(surface.SurfaceRequest(**fields, earlier=earlier))
 
 
 _CYCLES = {"hole": _hole, "contour": _contour, "pocket": _pocket, "pattern": _pattern, "surface": _surface}

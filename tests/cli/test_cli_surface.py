@@ -113,3 +113,67 @@ def test_stopped(tmp_path, how):
     assert (tmp_path / "out.ngc").read_text() == OLD and "Traceback" not in work.stderr.read()
     work.stderr.close()
     assert sorted(p.name for p in tmp_path.iterdir()) == ["out.ngc", "part.stl"]
+
+
+JOB = """model = "part.stl"
+link = 1
+[[cut]]
+tool = 3
+step = 2.5
+rough = 2
+allowance = 0.3
+[[cut]]
+tool = 4
+step = 1
+[[cut]]
+tool = 4
+step = 0.4
+direction = 90
+rest = 0.1
+link = 2
+"""
+
+
+def test_job(model, tmp_path):
+    """Roughing, finishing and rest in one program: nothing is gouged, no traverse meets stock, and the command of one cut is the same."""
+    (tmp_path / "part.toml").write_text(JOB)
+    done = surface(tmp_path / "part.toml", "-o", tmp_path / "out.ngc", "--json", tmp_path / "out.json")
+    assert done.returncode == 0, done.stderr
+    text, parts = (tmp_path / "out.ngc").read_text(), json.loads((tmp_path / "out.json").read_text())["parts"]
+    assert re.findall(r"^T(\d+) M6$", text, re.M) == ["3", "4", "4"] and text.count("M5\n") == 3 and len(parts) == 3
+    assert "levels 2" in text and "rest 0.1" in text and parts[2]["feed_mm"] < parts[1]["feed_mm"]
+    needles = surface_judge.Needles((0, 0), (20, 20), parts[0]["high"][2], 1000, 1)
+    head, programs = "\n".join(text.splitlines()[:2]) + "\n", text.split("M5\n")[:3]
+    for program, tool, shape in zip(programs, (3, 4, 4), (Shape(10), Shape(6, 3), Shape(6, 3))):
+        moves, start = moves_of(head + program + "M2\n", {tool: shape.diameter})
+        assert max(needles.follow(moves, start, shape)) <= surface_judge.RIDGE
+        deepest, _highest = surface_judge.gouge_and_rest(moves, start, surface_cases.waves(15, 20.0), shape, -10.0, 10, 1)
+        assert deepest <= 1.1e-3
+    alone = surface(model, "-o", tmp_path / "alone.ngc", "--tool", 3, "--step", 2.5, "--rough", 2, "--allowance", 0.3, "--link", 1)
+    assert alone.returncode == 0
+    assert [line for line in (tmp_path / "alone.ngc").read_text().splitlines() if line.startswith("G1")] == \
+        [line for line in programs[0].splitlines() if line.startswith("G1")]
+
+
+@pytest.mark.parametrize("change, text", [
+    (("[[cut]]", "[[cuts]]"), "the job file has no [[cut]]"), (("step = 1\n", ""), "step of cut 2 is missing"), (("tool = 3", "tool = 3.5"), "which is not a whole number"),
+    (("rest = 0.1", "rest = nan"), "rest = nan of cut 3, which is not a number"), (("rest = 0.1", "rests = 0.1"), "rests of cut 3 is not a key"),
+    (("rest = 0.1", "rest = -1"), "--rest -1 is not a length above 0"), (("link = 1", "link ="), "part.toml: Invalid value"), (("part.stl", "none.stl"), "none.stl: No such file"),
+    (("link = 1", "output = 'x'"), "output is not a key"), (("allowance", "at = [1, 2, 3]\nallowance"), "at of cut 1 is not a key"), (("rough = 2", "rough = 0.001"), "more than 1000 levels")])
+def test_bad_jobs(model, tmp_path, change, text):
+    assert change[0] in JOB
+    (tmp_path / "part.toml").write_text(JOB.replace(change[0], change[1], 3 if "cuts" in change[1] else 1))
+    (tmp_path / "out.ngc").write_text(OLD)
+    done = surface(tmp_path / "part.toml", "-o", tmp_path / "out.ngc")
+    assert done.returncode == 2 and text in done.stderr and done.stderr.count("Traceback") == 0, done.stderr
+    assert (tmp_path / "out.ngc").read_text() == OLD
+
+
+def test_options_beside_a_job_and_files_that_are_none(model, tmp_path):
+    (tmp_path / "part.toml").write_text(JOB)
+    (tmp_path / "bad.toml").write_bytes(b"\xff\xfe")
+    for arguments, text in ((["part.toml", "--tool", 3], "--tool is given beside a job file"), (["bad.toml"], "bad.toml: "), (["no.toml"], "no.toml: No such file")):
+        done = surface(tmp_path / arguments[0], "-o", tmp_path / "out.ngc", *arguments[1:])
+        assert done.returncode == 2 and text in done.stderr and "Traceback" not in done.stderr, done.stderr
+    done = surface(tmp_path / "part.toml", "-o", tmp_path / "part.toml")
+    assert done.returncode == 2 and "is the job file itself" in done.stderr and (tmp_path / "part.toml").read_text() == JOB

@@ -29,10 +29,12 @@ def program(model, line=LINE, place="X=5,Y=-3,Z=1,SCALE=1.1", unit="G21", before
     return f"T4 M6\nS9000 M3\n{unit} G90 G17 G40 G94\n{before}\n{start}\n(SURFACE,FILE={model},{place})\n(begin)\n{line}\n(end)\nM2\n"
 
 
+KNOWN = dict(stamp=(), placing=Placing((5.0, -3.0, 1.0), 1.1), bottom=-9.0, clearance=4.0, tool=Shape(6, 3), step=1.5, feed=600.0,
+             plunge_feed=150.0, start=START, direction=30.0, allowance=0.2, relief=1.5, link=1)
+
+
 def expected(model, **fields):
-    known = dict(file=model, stamp=(), placing=Placing((5.0, -3.0, 1.0), 1.1), bottom=-9.0, clearance=4.0, tool=Shape(6, 3), step=1.5, feed=600.0,
-                 plunge_feed=150.0, start=START, direction=30.0, allowance=0.2, relief=1.5, link=1)
-    return ends(surface_plan(SurfaceRequest(**{**known, **fields})).moves)
+    return ends(surface_plan(SurfaceRequest(**{**KNOWN, "file": model, **fields})).moves)
 
 
 def ends(moves):
@@ -97,12 +99,48 @@ def test_the_last_comment_counts_and_the_folder_of_the_program(model, tmp_path):
     same(trace, expected(model))
 
 
+LEVELS = "#<_chipwise_surface_depth> = 2.5\n#<_chipwise_ramp_angle> = 10\n"
+
+
+@pytest.mark.parametrize("unit", ["G21", "G20"])
+def test_levels(model, unit):
+    before = LEVELS if unit == "G21" else LEVELS.replace("2.5", f"{2.5 / 25.4:.9f}")
+    same(run_preview(program(model, unit=unit, before=before), TOOLS), expected(model, depth=2.5, ramp_angle=10.0))
+    same(run_preview(program(model, before=LEVELS + "#<_chipwise_surface_depth> = 0"), TOOLS), expected(model))
+
+
+def test_the_lines_before_are_known(model):
+    """The second line finds the cuts of the first one done, but not after M250, another offset or with a model elsewhere."""
+    first = SurfaceRequest(**KNOWN, file=model, most_moves=500_000)
+    second = "#<_chipwise_surface_rest> = 0.1\nG24 D0.8 Z-9 R4 I0.2 K1.5 E150 P1"
+    stock = "M250 P-20 Q-20 R-12 I60 J60 K16"
+
+    def after(between):
+        text = program(model).replace("(begin)\n" + LINE, f"{LINE}\n{between}\n(begin)\n#<_chipwise_surface_depth>=0\n{second}")
+        trace = run_preview(text, TOOLS)
+        assert not trace.error, trace.error
+        return [e for e in trace.between("begin", "end") if math.dist(e.a, e.b) > 1e-6]
+    wanted = SurfaceRequest(**{**KNOWN, "direction": 0.0, "step": 0.8, "start": (0.0, 0.0, 4.0)}, file=model, least=0.1, earlier=(first,))
+    plan = surface_plan(wanted)
+    found = after("")
+    assert sum(e.kind != "rapid" for e in found) == sum(1 for m in plan.moves if not isinstance(m, Rapid))
+    assert [e.b for e in found if e.kind != "rapid"][-1] == pytest.approx([m for m in ends_of(plan) if m[0] == "feed"][-1][1], abs=2e-4)
+    everything = len(after(stock))
+    assert everything > 1.5 * len(found)
+    assert len(after("G10 L2 P1 X0.5")) > 1.5 * len(found)
+    assert len(after(f"(SURFACE,FILE={model},X=6,Y=-3,Z=1,SCALE=1.1)")) > 1.5 * len(found)
+
+
+def ends_of(plan):
+    return ends(plan.moves)
+
+
 @pytest.mark.parametrize("change, text", [
     (("G24 D1.5", "G24"), "word D (step-over) is missing"), (("D1.5", "D9"), "step-over D9 mm is larger than the tool (6 mm); use D up to 6 mm"),
     (("Z-9", ""), "word Z (final depth) is missing"), (("R4", "R0.5"), "clearance plane R0.5 mm is below the top of the model"),
     (("P1", "P3"), "link P3 is not known"), (("I0.2", "I0.2 J3"), "word J is not used here"), (("(SURFACE", "(SURFASE"), "there is no SURFACE comment"),
     (("FILE=", "FILE=none"), "No such file"), (("FILE=", "FOLDER="), "is not FILE=name"), (("SCALE=1.1", "SCALE=0"), "SCALE=0 is not"),
-    (("X=5", "X=five"), "X=five is not"), (("F600", ""), "no feed is set"), (("G17", "G18"), "the plane is not G17")])
+    (("X=5", "X=five"), "X=five is not"), (("F600", ""), "no feed is set"), (("(begin)", "#<_chipwise_surface_depth> = -1 (begin)"), "#<_chipwise_surface_depth> = -1 is not a height"), (("G17", "G18"), "the plane is not G17")])
 def test_refused_without_motion(model, change, text):
     assert change[0] in program(model)
     trace = run_preview(program(model).replace(*change), TOOLS)

@@ -56,8 +56,8 @@ def test_an_unknown_name_is_named(run, line):
     found = run(program(line, "#<_chipwise_chopsize> = 12\n"), tools=tools)
     code = line.split()[0]
     assert found.error == (
-        f"chipwise: {code}: #<_chipwise_chopsize> is not known; known are #<_chipwise_allowance>, "
-        "#<_chipwise_approach_angle>, #<_chipwise_chop_size>, #<_chipwise_keep_climb>, #<_chipwise_ramp_angle>")
+        f"chipwise: {code}: #<_chipwise_chopsize> is not known; known after #<_chipwise_ are allowance, "
+        "approach_angle, chop_size, keep_climb, ramp_angle, surface_depth, surface_rest")
     assert not [e for e in found.elements if e.kind != "rapid"]
 
 

@@ -54,3 +54,38 @@ def gouge_and_rest(moves, start, triangles, shape, floor, count, seed, allowance
     points = points[np.random.default_rng(seed).integers(0, len(points), count)]
     lowest = np.array([max(floor, drop_oracle.lowest(triangles, grown, x, y, floor - allowance) + allowance) for x, y, _z in points])
     return float((lowest - points[:, 2]).max()), float((points[:, 2] - lowest).max())
+
+
+def grid(low, high, top, apart, beyond=0.0):
+    """Needles on a grid, `apart` mm, of a stock that reaches `beyond` mm further in X and Y."""
+    low, high = np.asarray(low[:2]) - beyond, np.asarray(high[:2]) + beyond
+    needles = Needles(low, high, top, 0, 0)
+    x, y = (np.arange(low[k] + apart / 3, high[k], apart) for k in (0, 1))
+    needles.xy = np.stack(np.meshgrid(x, y), axis=2).reshape(-1, 2)
+    needles.height = np.full(len(needles.xy), float(top))
+    return needles
+
+
+AIR_MM, BIT_MM = 1e-4, 0.25       # a bit of a feed move that lowers no needle by more is in air
+
+
+def feed_figures(needles, moves, start, shape):
+    """Cuts the needles along the feed moves -> {feed: (mm in all, mm in air)}, deepest mm that a bit of a move takes off a needle."""
+    height, radius = drop_oracle.profile(shape)
+    lengths, deepest = {}, 0.0
+    for move, (is_rapid, points) in zip(moves, positions(moves, start)):
+        if is_rapid:
+            continue
+        size = max(1, int(BIT_MM / max(np.linalg.norm(points[-1] - points[0]) / (len(points) - 1), 1e-9)))
+        for first in range(0, len(points) - 1, size):
+            bit = points[first:first + size + 1]
+            near = np.flatnonzero((needles.xy >= bit[:, :2].min(axis=0) - radius).all(axis=1) & (needles.xy <= bit[:, :2].max(axis=0) + radius).all(axis=1))
+            r = np.linalg.norm(needles.xy[near, None] - bit[None, :, :2], axis=2)
+            under = np.where(r <= radius, bit[None, :, 2] + height(np.minimum(r, radius)), np.inf).min(axis=1, initial=np.inf)
+            taken = float((needles.height[near] - under).max(initial=0.0))
+            needles.height[near] = np.minimum(needles.height[near], under)
+            all_mm, air_mm = lengths.get(move.feed, (0.0, 0.0))
+            length = float(np.linalg.norm(bit[-1] - bit[0]))
+            lengths[move.feed] = all_mm + length, air_mm + (length if taken <= AIR_MM else 0.0)
+            deepest = max(deepest, taken)
+    return lengths, deepest

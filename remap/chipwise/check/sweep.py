@@ -70,7 +70,7 @@ class HeightMap:
         self._leave(shape, middle, size, math.radians(turn))
         self._struct = layout.HeightMap(self.x0, self.y0, cell, self.z_min, self.z_max, self.nx, self.ny, self.height.ctypes.data,
                             self._x.ctypes.data, self.shift_x.ctypes.data, self.shift_y.ctypes.data)
-        self._functions = library()
+        self._functions, self._room = library(), None
 
     def _leave(self, shape, middle, size, turn):
         """Remove the cells outside of the shape, row by row."""
@@ -96,6 +96,17 @@ class HeightMap:
     def lowest_over(self, tool, start, end):
         """The lowest tip (mm) of layout.DropTool `tool` on a level segment start to end (2,) that keeps off the stock by a cell."""
         return self._functions.chip_drop_over_stock(C.byref(self._struct), C.byref(tool), (C.c_double * 2)(*start), (C.c_double * 2)(*end))
+
+    def needed(self, tool, start, end, least):
+        """Which of n steps of a path, start (n, 3) to end (n, 3), layout.DropTool `tool` has to cut so that no needle stays more than
+        `least` (mm) higher than the whole path leaves it -> (n,) bool.  A step is not longer than a cell.  Nothing is cut."""
+        start, end = (np.ascontiguousarray(v, np.float64) for v in (start, end))
+        if self._room is None:
+            self._room = np.full(self.height.shape, layout.NEED_NONE, np.float32), np.zeros(self.height.shape, np.int32)
+        found = np.zeros(len(start), np.uint8)
+        self._functions.chip_stock_need(C.byref(self._struct), C.byref(tool), len(start), start.ctypes.data, end.ctypes.data, least,
+                                        self._room[0].ctypes.data, self._room[1].ctypes.data, found.ctypes.data)
+        return found.astype(bool)
 
     def volume(self):
         """mm3 of stock."""

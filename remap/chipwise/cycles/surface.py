@@ -1,35 +1,34 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """G24 and `chipwise surface`: a curved surface is cut in one direction, with pick feeds between the cuts.
 
-Called by plans.py and cli/surface.py.  Pure but for the model's file; mm.
-Source: the pick-feed abstract.  From the end Pe of a cut the tool goes up by the tool relief to Pa, to the foot Pb of Pa on the
-clearance plane, to the foot Pc of Pd on it, and to Pd, the tool relief above the start Ps of the next cut; then to Ps.
-Departs from it: Pa and Pd are not above the clearance plane; Pd is above the stock as it has been cut so far, if that is higher.
+Called by plans.py and cli/surface.py.  Pure but for the model's file; mm.  surface_moves.py has the moves.
+    all cuts        over the whole model, in one level
+    depth           in levels: each cut goes no lower than its level, and only where the stock needs it
+    least           only where the stock reaches more than that above what the tool leaves of it: the rest that a larger tool has left
+The stock is the one that the requests before (`earlier`) have left.
 """
 
-from dataclasses import dataclass, field
+import math
+from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 
 import numpy as np
 
-from chipwise.check.sweep import Shape
-from chipwise.cycles.mover import Mover
+from chipwise.check.sweep import HeightMap, Shape, least_cell
 from chipwise.cycles.plan import CyclePlan, Note, Report
-from chipwise.cycles.word_checks import EQUAL, MOST_MOVES, check_feeds, check_moves, check_step
+from chipwise.cycles.surface_moves import LOWEST, PICK_FEED, ZIGZAG, Driver
+from chipwise.cycles.word_checks import EQUAL, MAX_PASSES, MOST_MOVES, check_feeds, check_moves, check_step
 from chipwise.errors import CycleError
-from chipwise.moves import Line, Rapid
-from chipwise.surface import raster
+from chipwise.surface import needed, raster
 from chipwise.surface.drop import Mesh, Probe
 from chipwise.surface.links import Obstacles
 from chipwise.surface.model import Placing, read_model
 
-PICK_FEED, LOWEST, ZIGZAG = 0, 1, 2
 LEAST_TOLERANCE = 1e-3      # mm
 MAX_ALLOWANCE = 1000.0      # mm
 OFF_MM = 0.01               # mm, that the holder keeps the tool up before the operator is asked to look
 MOST_TRACKS = 20_000
-REST_MOVES = 10_000         # of a zigzag without a place to rest (lines.MOST_MOVES)
-LIFT_MM = 0.1
+LEAST_STOCK = 0.05          # mm: a level leaves what reaches no more than this above it
 _SHARE = 0.85               # of the progress, until the links are planned
 
 
@@ -52,6 +51,10 @@ class SurfaceRequest:
     stock_top    nothing is above it; None: the clearance plane, for all that is known, or with stock_is_model the top of the model
     cell         of the stock's map
     margin       how far the tool's centre goes beyond the model in X and Y
+    depth        largest depth of a level; None: one level
+    least        only where the stock reaches more than this above what the tool leaves; None: LEAST_STOCK in levels, else everywhere
+    ramp_angle   degrees, into full stock of a level
+    earlier      SurfaceRequests of the same model whose cuts have been taken from the stock, in their order
     feed         mm/min (mm per revolution under G95); plunge_feed: E, same unit; feed_per: "min" or "rev"
     start        (x, y, z) of the tool; None: above the first cut, on the clearance plane
     most_moves   a cycle of more is refused
@@ -79,6 +82,10 @@ class SurfaceRequest:
     margin: float = 0.0
     most_moves: int = MOST_MOVES
     feed_per: str = "min"
+    depth: float | None = None
+    least: float | None = None
+    ramp_angle: float = 3.0
+    earlier: tuple = ()
 
 
 @dataclass(frozen=True)
@@ -112,6 +119,10 @@ def check(r):
         raise CycleError(f"direction L{r.direction:g} is not a whole number of degrees from -360 to 360", "correct L")
     if not LEAST_TOLERANCE <= r.tolerance <= 1:
         raise CycleError("tolerance {t} is not from {least} to {most}", "correct the tolerance", t=r.tolerance, least=LEAST_TOLERANCE, most=1.0)
+    if r.depth is not None and not r.depth > 0:
+        raise CycleError("depth of a level {j} is not above 0", "use a depth above 0", j=r.depth)
+    if r.least is not None and not r.least > 0:
+        raise CycleError("rest of {l} is not above 0", "use a height above 0", l=r.least)
     check_feeds(r)
 
 
@@ -121,61 +132,146 @@ def _model(file, stamp, placing):
     return read_model(file, placing)
 
 
-@lru_cache(maxsize=4)
 def surface_plan(request, progress=None):
     """The whole cycle.  Raises CycleError, before any move, if it cannot be done."""
-    r, said = request, progress or (lambda share: None)
-    check(r)
+    check(request)
+    return _planned(request, _box(request), progress)[0]
+
+
+@lru_cache(maxsize=4)
+def _planned(r, box, progress=None):
+    """(SurfacePlan, the heights of the stock after it); box: of the stock, ((3,), (3,)) mm."""
+    said = progress or (lambda share: None)
     model = _model(r.file, r.stamp, r.placing)
+    heights = _heights(r, model)
+    probe = Probe(Mesh(model, r.tool.diameter / 2), r.tool, r.allowance, heights.bottom)
+    tracks = _tracks(r, model)
+    cuts, sampled = raster.chains(probe, tracks, r.tool, r.tolerance, lambda share: said(_SHARE * share))
+    check_moves(sum(map(len, cuts)) + 6 * len(cuts), r, "use a larger D or tolerance")
+    stock = _stock_before(r, box)
+    driver = Driver(r, heights.clearance, Obstacles(probe, r.tool, stock), probe)
+    count = _follow(driver, r, tracks, cuts, lambda share: said(_SHARE + (1 - _SHARE) * share))
+    moves = driver.moves()
+    notes = tuple(Note(text, {}) for text in model.notes) + _holder_notes(probe, cuts)
+    if not count:
+        notes += (Note("the stock is nowhere more than {l} above what this tool leaves: nothing is cut", {"l": _least(r)}),)
+    figures = dict(cuts=count, sampled=sampled, moves=len(moves))
+    first = driver.first or tuple(cuts[0][0, :2].tolist())
+    return SurfacePlan(moves, notes, partial(Report, "surface", figures), count, sampled,
+                       tuple(model.low.tolist()), tuple(model.high.tolist()), heights.clearance, first), stock.height
+
+
+# ---- heights and stock -------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class _Heights:
+    """mm: the floor, the clearance plane, and the top of the stock's map"""
+
+    bottom: float
+    clearance: float
+    stock_top: float
+
+
+def _heights(r, model):
+    """_Heights of a request.  Raises CycleError for a clearance plane that is not clear."""
     bottom = float(model.low[2]) if r.bottom is None else r.bottom
     top = float(model.high[2]) + r.allowance
     stock_top = top if r.stock_top is None and r.stock_is_model else r.stock_top
     clearance = max(top, top if stock_top is None else stock_top) + CLEAR_MM if r.clearance is None else r.clearance
-    _check_clearance(bottom, clearance, top, stock_top)
-    probe = Probe(Mesh(model, r.tool.diameter / 2), r.tool, r.allowance, bottom)
-    tracks = _tracks(r, model)
-    cuts, sampled = raster.chains(probe, tracks, r.tool, r.tolerance, lambda share: said(_SHARE * share))
-    check_moves(sum(map(len, cuts)) + 6 * len(cuts), r, "use a larger D or tolerance")
-    driver = _Driver(r, clearance, _obstacles(r, model, probe, bottom, clearance if stock_top is None else stock_top))
-    for number, cut in enumerate(cuts):
-        driver.add(cut)
-        said(_SHARE + (1 - _SHARE) * number / len(cuts))
-    driver.mover.up()
-    notes = tuple(Note(text, {}) for text in model.notes) + _holder_notes(probe, cuts)
-    figures = dict(cuts=len(cuts), sampled=sampled, moves=len(driver.mover.moves))
-    return SurfacePlan(tuple(driver.mover.moves), notes, partial(Report, "surface", figures), len(cuts), sampled,
-                       tuple(model.low.tolist()), tuple(model.high.tolist()), clearance, tuple(cuts[0][0, :2].tolist()))
-
-
-def _check_clearance(bottom, clearance, top, stock_top):
-    """Raise CycleError for a clearance plane that is not clear."""
     if bottom >= clearance - EQUAL:
         raise CycleError("final depth Z{z} is not below the clearance plane R{r}", "use Z below R or R above Z", z=bottom, r=clearance)
     for what, height in (("model", top), ("stock", stock_top)):
         if height is not None and clearance < height - EQUAL:
             raise CycleError(f"clearance plane R{{r}} is below the top of the {what} ({{top}})", "use R above {top}", r=clearance, top=height)
+    return _Heights(bottom, clearance, clearance if stock_top is None else stock_top)
+
+
+def _box(r):
+    """The box of the stock: that of the cuts of a request and those before it, with the tools about them -> ((3,), (3,)) mm."""
+    low, high = [], []
+    for one in (*r.earlier, r):
+        model, more = _model(one.file, one.stamp, one.placing), one.margin + one.tool.diameter
+        heights = _heights(one, model)
+        bottom = min(heights.bottom, float(model.low[2]))
+        low.append((*(model.low[:2] - more), bottom - 1.0))
+        high.append((*(model.high[:2] + more), max(heights.stock_top, bottom + 1e-3)))
+    return tuple(np.min(low, axis=0).tolist()), tuple(np.max(high, axis=0).tolist())
+
+
+def _stock_before(r, box):
+    """HeightMap of the stock that the requests before have left."""
+    stock = HeightMap(*box, max(r.cell, least_cell(*box)))
+    if r.earlier:
+        before = _planned(replace(r.earlier[-1], earlier=r.earlier[:-1], cell=r.cell), box)[1]
+        stock.height[:] = before
+    return stock
+
+
+# ---- cuts --------------------------------------------------------------------------------------------------------
 
 
 def _tracks(r, model):
-    """The cuts as tracks seen from above; of a zigzag with the links between them."""
+    """The cuts as tracks seen from above; of a zigzag over all of the model with the links between them."""
     low, high = model.low[:2] - r.margin, model.high[:2] + r.margin
     if raster.count_of(low, high, r.direction, r.step) > MOST_TRACKS:
         raise CycleError(f"step-over D{{d}} needs more than {MOST_TRACKS} cuts side by side", "use a larger D", d=r.step)
-    tracks = raster.parallel(low, high, r.direction, r.step, r.climb)
+    tracks = raster.parallel(low, high, r.direction, raster.evenly(low, high, r.direction, r.step), r.climb)
     if r.link != ZIGZAG:
         return tracks
     tracks = tracks.backwards(np.arange(len(tracks.length)) % 2 == 1)
-    links = raster.between(tracks.end[:-1], tracks.start[1:])
-    order = np.argsort(np.concatenate([np.arange(len(tracks.length)), np.arange(len(links.length)) + 0.5]), kind="stable")
-    return raster.Tracks(*(np.concatenate([a, b])[order] for a, b in
-                           ((tracks.start, links.start), (tracks.direction, links.direction), (tracks.length, links.length))))
+    return tracks if _in_segments(r) else raster.with_links(tracks)
 
 
-def _obstacles(r, model, probe, bottom, stock_top):
-    """Model and stock: the box of the cuts, with the tool about them, up to the top of the stock."""
-    more = r.margin + r.tool.diameter
-    top = max(stock_top, bottom + 1e-3)
-    return Obstacles(probe, r.tool, (model.low[0] - more, model.low[1] - more, bottom - 1.0), (model.high[0] + more, model.high[1] + more, top), r.cell)
+def _in_segments(r):
+    """Whether only what the stock needs is cut."""
+    return r.depth is not None or r.least is not None
+
+
+def _least(r):
+    return LEAST_STOCK if r.least is None else r.least
+
+
+def _follow(driver, r, tracks, cuts, said):
+    """Adds all cuts to the Driver, or what the stock needs of them -> their number."""
+    if not _in_segments(r):
+        for number, cut in enumerate(cuts):
+            driver.add(cut)
+            said(number / len(cuts))
+        return len(cuts)
+    levels, count = _levels(r, cuts, driver.obstacles.stock), 0
+    for number, level in enumerate(levels):
+        for one in _wanted(driver.obstacles, r, tracks, cuts, level, None if driver.mover is None else driver.mover.xy):
+            driver.add_segment(one.chain, level)
+            count += 1
+            check_moves(len(driver.mover.moves), r, "use a larger D, tolerance or depth")
+        said((number + 1) / len(levels))
+    return count
+
+
+def _levels(r, cuts, stock):
+    """The heights of the levels, falling (mm); [None] for one level that is the surface."""
+    if r.depth is None:
+        return [None]
+    top, low = float(stock.height.max()), min(float(cut[:, 2].min()) for cut in cuts)
+    count = max(1, math.ceil((top - low) / r.depth - 1e-6))
+    if count > MAX_PASSES:
+        raise CycleError(f"depth of a level {{j}} needs more than {MAX_PASSES} levels", "use a larger depth", j=r.depth)
+    return [top - (top - low) * k / count for k in range(1, count + 1)]
+
+
+def _wanted(obstacles, r, tracks, cuts, level, at):
+    """The Segments of a level in the order they are cut: looked for track by track in a stock that each of them is taken out of."""
+    stock, found = obstacles.stock, []
+    before = stock.height.copy()
+    direction = tracks.direction[0]
+    for number, cut in enumerate(cuts):
+        mine = needed.segments(stock, obstacles.tool, cut if level is None else needed.clipped(cut, level), _least(r), number, direction)
+        for one in mine:
+            obstacles.cut(one.chain)
+        found += mine
+    stock.height[:] = before
+    return needed.in_order(found, at)
 
 
 def _holder_notes(probe, cuts):
@@ -188,69 +284,3 @@ def _holder_notes(probe, cuts):
         return ()
     x, y = points[int(raised.argmax()), :2]
     return (Note("the holder keeps the tool up to {h} above the surface, most at X{x} Y{y}; use a longer tool", {"h": float(raised.max()), "x": x, "y": y}),)
-
-
-class _Driver:
-    """Adds one cut after the other to a Mover, with the links between them."""
-
-    def __init__(self, request, clearance, obstacles):
-        self.request, self.clearance, self.obstacles = request, clearance, obstacles
-        self.mover, self.rested = None, 0
-
-    def add(self, cut):
-        """To the start of a cut (k, 3), and along it."""
-        start = tuple(map(float, cut[0]))
-        if self.mover is None:
-            self._begin(start)
-        elif self.request.link != ZIGZAG:
-            self._link(start)
-        elif len(self.mover.moves) - self.rested > REST_MOVES:
-            self._rest()
-        self._descend(start)
-        self.mover.moves.extend(Line(x=x, y=y, z=z, feed=self.request.feed) for x, y, z in cut[1:].tolist())
-        self.mover.at = tuple(map(float, cut[-1]))
-        self.obstacles.cut(cut)
-
-    def _begin(self, start):
-        r = self.request
-        self.mover = Mover(_Frame(r.start or (*start[:2], self.clearance), self.clearance, r.feed, r.plunge_feed))
-        self.mover.over(start[:2])
-
-    def _link(self, start):
-        """Pe - Pa - Pb - Pc - Pd, or with P1 the lowest safe link."""
-        mover, relief, end = self.mover, self.request.relief, self.mover.at
-        level = self.clearance
-        if self.request.link == LOWEST:
-            level = min(level, self.obstacles.lowest(end, start, max(end[2], start[2])) + relief)
-        lifted = min(end[2] + relief, level)
-        if self.request.link == PICK_FEED and lifted > end[2] + EQUAL:
-            mover.moves.append(Line(z=lifted, feed=self.request.feed))
-        mover.moves.append(Rapid(z=level))
-        mover.moves.append(Rapid(x=start[0], y=start[1]))
-        mover.at = (start[0], start[1], level)
-
-    def _rest(self):
-        """Up by the relief and down again, in a long zigzag: the task serves nobody between two places where the tool may rest."""
-        self.rested = len(self.mover.moves)
-        level = min(self.mover.z + max(self.request.relief, LIFT_MM), self.clearance)
-        self.mover.moves.append(Line(z=level, feed=self.request.feed))
-        self.mover.at = (*self.mover.xy, level)
-
-    def _descend(self, start):
-        """Pc - Pd - Ps: by rapid to the relief above the start and above the stock there, then at E."""
-        mover = self.mover
-        if mover.z > start[2] + EQUAL:
-            above = max(start[2], self.obstacles.lowest(start)) + self.request.relief
-            if above < mover.z - EQUAL:
-                mover.rapid(z=above)
-            mover.plunge(start[2])
-
-
-@dataclass(frozen=True)
-class _Frame:
-    """What a Mover asks of a request."""
-
-    start: tuple
-    clearance: float
-    feed: float
-    plunge_feed: float

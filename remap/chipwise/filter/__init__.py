@@ -2,6 +2,7 @@
 """The filter of [FILTER] in the INI file: a program on its way from the operator's file into the GUI.
 
     work.py        a process of its own checks the program and rewrites it -> a Verdict (verdict.py)
+    model.py       a process of its own makes the program that cuts a model or a job file
     process.py     that process: its time, its memory, its end
     loops.py       whether it may have no end
     program_out.py the program to standard output, whole or not at all

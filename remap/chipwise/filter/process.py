@@ -18,6 +18,7 @@ import time
 
 from chipwise.check.program_file import Unreadable, check_file
 from chipwise.filter import verdict as verdicts
+from chipwise.filter.model import is_model, made
 from chipwise.filter.loops import may_loop
 from chipwise.processes import descendants, die_with_parent, limit_memory, lives
 
@@ -32,7 +33,7 @@ class Work:
     """The process that judges one program."""
 
     def __init__(self, program, ini, settings, folder):
-        self._settings, self._loops = settings, True        # until it is known
+        self._settings, self._loops, self._model = settings, True, is_model(program)        # loops: until it is known
         self._receiver, sender = multiprocessing.connection.Pipe(duplex=False)
         parent = os.getpid()
         self.pid = os.fork()
@@ -55,6 +56,8 @@ class Work:
             events.register(2, 0)               # POLLERR: nobody can read it any more
         while True:
             left = deadline - time.monotonic()
+            if left <= 0 and self._model:
+                return verdicts.late_model(self._settings["FILTER_TIME"])
             if left <= 0:
                 return verdicts.late(self._settings["FILTER_TIME"], self._loops, self._settings["FILTER_REFUSE"])
             ready = [handle for handle, _event in events.poll(1000.0 * left)]
@@ -74,6 +77,9 @@ class Work:
                 return message
 
     def _died(self):
+        if self._model:
+            return verdicts.not_opened("the planning ended early, for want of memory or by a signal; raise [CHIPWISE]PLAN_MEMORY, "
+                                       "or export the model with a larger tolerance")
         return verdicts.unfinished("the check ended early, for want of memory or by a signal; raise [CHIPWISE]PLAN_MEMORY, "
                                    "or report it with the program", self._loops, self._settings["FILTER_REFUSE"])
 
@@ -103,13 +109,14 @@ def _child(sender, program, ini, settings, folder):
         os.dup2(null, handle)
     os.environ["TMPDIR"] = tempfile.tempdir = folder
     os.environ["OPENBLAS_NUM_THREADS"] = "1"
-    try:
-        check_file(program)             # before numpy is imported: most files that cannot be used are seen here
-    except Unreadable as error:
-        sender.send(verdicts.not_opened(str(error)))
-        return
-    loops = may_loop(program)
-    sender.send(loops)
+    if not is_model(program):
+        try:
+            check_file(program)         # before numpy is imported: most files that cannot be used are seen here
+        except Unreadable as error:
+            sender.send(verdicts.not_opened(str(error)))
+            return
+        loops = may_loop(program)
+        sender.send(loops)
     last = 0.0
 
     def progress(share):
@@ -119,6 +126,10 @@ def _child(sender, program, ini, settings, folder):
             sender.send(last)
 
     try:
+        if is_model(program):
+            limit_memory(settings["PLAN_MEMORY"])
+            sender.send(made(program, ini, folder, progress))
+            return
         from chipwise.filter.work import judged
         limit_memory(settings["PLAN_MEMORY"])
         limits = {"cpu_s": int(settings["FILTER_TIME"]) + RESERVE_S, "quiet_s": QUIET_S,
@@ -130,5 +141,5 @@ def _child(sender, program, ini, settings, folder):
         if os.environ.get("CHIPWISE_TRACEBACK"):
             raise
         found = verdicts.unfinished(f"internal error: {type(error).__name__}: {error}; please report it with what "
-                                    "CHIPWISE_TRACEBACK=1 adds", loops, settings["FILTER_REFUSE"])
+                                    "CHIPWISE_TRACEBACK=1 adds", is_model(program) or loops, settings["FILTER_REFUSE"])
     sender.send(found)

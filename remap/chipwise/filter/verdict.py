@@ -64,6 +64,11 @@ def unfinished(text, loops, refuse):
     return not_opened(text) if loops else unchecked(text, refuse)
 
 
+def late_model(seconds):
+    """The time is up, and there is no program yet."""
+    return not_opened(f"it takes more than {seconds:g} s to plan; raise [CHIPWISE]FILTER_TIME, or use `chipwise surface`")
+
+
 def late(seconds, loops, refuse):
     """The time is up."""
     if loops:

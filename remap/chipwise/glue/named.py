@@ -17,7 +17,8 @@ import re
 from chipwise.errors import CycleError
 
 PREFIX = "_chipwise_"
-KNOWN = ("_chipwise_allowance", "_chipwise_approach_angle", "_chipwise_chop_size", "_chipwise_keep_climb", "_chipwise_ramp_angle")
+KNOWN = ("_chipwise_allowance", "_chipwise_approach_angle", "_chipwise_chop_size", "_chipwise_keep_climb", "_chipwise_ramp_angle",
+         "_chipwise_surface_depth", "_chipwise_surface_rest")
 
 _UNSET = 4              # interp_internal.hh: PA_UNSET
 
@@ -43,7 +44,7 @@ def check_known(interp):
     if unknown:
         del interp.sub_context[0].named_params[unknown[0]]      # said once: nobody else could take it out in MDI
         shown = unknown[0].lower().replace("{", "{{").replace("}", "}}")
-        raise CycleError(f"#<{shown}> is not known", "known are " + ", ".join(f"#<{name}>" for name in KNOWN))
+        raise CycleError(f"#<{shown}> is not known", f"known after #<{PREFIX} are " + ", ".join(name.removeprefix(PREFIX) for name in KNOWN))
 
 
 # ---- what was set before ----------------------------------------------------------------------------------------

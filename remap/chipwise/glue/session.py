@@ -15,7 +15,7 @@ from interpreter import INTERP_ERROR, INTERP_EXECUTE_FINISH, INTERP_OK
 
 from chipwise import planner, report
 from chipwise.errors import CycleError, clip, printable
-from chipwise.glue import barriers, context, emit, known_stock, named, task, volumetric
+from chipwise.glue import barriers, context, emit, known_cuts, known_stock, named, task, volumetric
 from chipwise.glue.ceiling import restore_programmed
 from chipwise.glue.state import State
 from chipwise.glue.turn import Turn, hand_over
@@ -27,6 +27,7 @@ def begin(interp, words):
     if another:
         known_stock.forget(interp)
         barriers.forget(interp)
+        known_cuts.forget(interp)
     volumetric.begin(interp, another)
     restore_programmed(interp)
 

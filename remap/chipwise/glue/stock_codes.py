@@ -9,7 +9,7 @@ import emccanon
 
 from chipwise import preview
 from chipwise.errors import CycleError
-from chipwise.glue import context, known_stock
+from chipwise.glue import context, known_cuts, known_stock
 from chipwise.glue.registers import InForce, send, status_now
 from chipwise.glue.workpiece import check_fits, stock_of
 from chipwise.stock import layout, reasons
@@ -28,6 +28,7 @@ def define_stock(state):
     low, high, shape, turn = stock_of(state)
     check_fits(state.settings, low, high, turn)
     known_stock.define(state.interp, high[2])
+    known_cuts.forget(state.interp)
     if not state.interp.task:
         preview.stock(state.line_number, low, high, shape, turn)
         return
@@ -149,6 +150,7 @@ def restore_stock(state):
     """M254."""
     _slot(state)
     known_stock.forget(state.interp)
+    known_cuts.forget(state.interp)
     if not state.interp.task:
         preview.restored(state.line_number)
     if state.interp.task and _run_from_line_keeps_stock(state):

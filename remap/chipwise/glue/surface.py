@@ -11,7 +11,7 @@ import re
 
 from chipwise.check.sweep import Shape
 from chipwise.errors import CycleError
-from chipwise.glue import known_stock
+from chipwise.glue import known_cuts, known_stock
 from chipwise.ini import Ini, file_name
 from chipwise.pattern import hand
 from chipwise.surface.model import DEPTH, Placing
@@ -27,7 +27,11 @@ def order(state):
     """The order of G24 for session.run_cycle: State -> Order."""
     state.check_words(WORDS)
     path, placing = surface_of(state)
-    return state.order("surface", dict(_words(state), file=path, stamp=stamp_of(path), placing=placing))
+    fields = dict(_words(state), file=path, stamp=stamp_of(path), placing=placing)
+    frame = state.machine_point((0.0, 0.0, 0.0)), state.interp.rotation_xy
+    earlier = known_cuts.before(state.interp, frame, fields)
+    known_cuts.add(state.interp, frame, fields)
+    return state.order("surface", dict(fields, earlier=earlier))
 
 
 def _words(state):
@@ -41,7 +45,16 @@ def _words(state):
         direction=float(state.number("l") or 0), allowance=state.length("i") or 0.0, relief=RELIEF if relief is None else relief,
         link=state.number("p") or 0, climb=state.turns_clockwise() != hand.mirrored, tolerance=state.settings["SURFACE_TOLERANCE"],
         stock_top=None if top is None else top - state.machine_point((0.0, 0.0, 0.0))[2], cell=state.settings["CELL"],
-        start=state.position(), **state.feeds())
+        start=state.position(), depth=_height(state, "_chipwise_surface_depth"), least=_height(state, "_chipwise_surface_rest"),
+        ramp_angle=state.ramp_angle(), **state.feeds())
+
+
+def _height(state, name):
+    """A named parameter in program units -> mm; None where it is 0 or not set.  Raises CycleError."""
+    value = state.parameter(name)
+    if value is not None and not 0 <= value < math.inf:
+        raise CycleError(f"#<{name}> = {value:g} is not a height of 0 or more", f"set #<{name}> to 0 (not used) or more")
+    return value * state.unit_mm if value else None
 
 
 def surface_of(state):

@@ -6,7 +6,6 @@ Called by cycles/surface.py.  The stock is a height map that every cut is taken 
 
 import numpy as np
 
-from chipwise.check.sweep import HeightMap, least_cell
 from chipwise.surface.drop import drop_tool
 
 from chipwise.stock import layout
@@ -17,20 +16,19 @@ class Obstacles:
 
     probe         drop.Probe of the model
     shape         check.sweep.Shape of the tool
-    low, high     (3,) mm: the box of the stock
-    cell          mm, of its map
+    stock         check.sweep.HeightMap, which the cuts are taken out of
     """
 
-    def __init__(self, probe, shape, low, high, cell):
-        self._probe, self._shape = probe, shape
-        self._map = HeightMap(low, high, max(cell, least_cell(low, high)))
-        self._parts = [(drop_tool(shape), 0.0)]
+    def __init__(self, probe, shape, stock):
+        self._probe, self._shape, self.stock = probe, shape, stock
+        self.tool = drop_tool(shape)
+        self._parts = [(self.tool, 0.0)]
         if probe.has_holder:
             self._parts.append((layout.DropTool(shape.holder_diameter / 2, 0.0, 0.0), -shape.stick_out))
 
     def cut(self, chain):
         """Takes a chain (k, 3) out of the stock."""
-        self._map.cut(self._shape, chain[0], chain)
+        self.stock.cut(self._shape, chain[0], chain)
 
     def lowest(self, start, end=None, least=None):
         """The lowest level (mm) of the tip on which a straight move from start (x, y) to end is clear of model and stock;
@@ -38,5 +36,13 @@ class Obstacles:
         end = start if end is None else end
         floor = self._probe.floor if least is None else max(least, self._probe.floor)
         rise, _share = self._probe.excess([(*start[:2], floor)], [(*end[:2], floor)], 0.0)
-        stock = max(self._map.lowest_over(part, start[:2], end[:2]) + up for part, up in self._parts)
+        stock = max(self.stock.lowest_over(part, start[:2], end[:2]) + up for part, up in self._parts)
         return float(np.maximum(floor + rise[0], stock))
+
+    def deepest(self, points):
+        """How far (mm) the stock keeps the tool above the lowest of points (n, 3), each taken alone; 0 in air."""
+        return max(0.0, *(self.stock.lowest_over(self.tool, point[:2], point[:2]) - point[2] for point in points.tolist()))
+
+    def is_free(self, point, least):
+        """Whether the tool at a point (3,) lowers no stock by more than `least` (mm)."""
+        return not self.stock.needed(self.tool, [point], [point], least)[0]

@@ -50,31 +50,44 @@ def between(start, end):
     return Tracks(start, step / np.maximum(length, 1e-12)[:, None], length)
 
 
+def with_links(tracks):
+    """Tracks of a zigzag with the tracks from the end of each to the start of the next between them."""
+    links = between(tracks.end[:-1], tracks.start[1:])
+    order = np.argsort(np.concatenate([np.arange(len(tracks.length)), np.arange(len(links.length)) + 0.5]), kind="stable")
+    return Tracks(*(np.concatenate([a, b])[order] for a, b in
+                    ((tracks.start, links.start), (tracks.direction, links.direction), (tracks.length, links.length))))
+
+
 def count_of(low, high, degrees, step):
     """Number of parallel tracks over a rectangle."""
-    return max(1, math.ceil(_width(low, high, degrees) / step - 1e-9) + 1)
+    return max(1, math.ceil(width_of(low, high, degrees) / step - 1e-9) + 1)
 
 
-def _width(low, high, degrees):
-    c, s = _direction(degrees)
+def width_of(low, high, degrees):
+    c, s = direction_of(degrees)
     return abs(s) * (high[0] - low[0]) + abs(c) * (high[1] - low[1])
 
 
-def _direction(degrees):
+def direction_of(degrees):
     angle = math.radians(degrees)
     return round(math.cos(angle), 15), round(math.sin(angle), 15)
 
 
-def parallel(low, high, degrees, step, climb):
-    """Tracks over the rectangle low .. high, both sides of it included, at most `step` apart.  climb: each has the ones not yet
-    cut on its right, else on its left."""
-    c, s = _direction(degrees)
+def evenly(low, high, degrees, step):
+    """Where tracks of a rectangle are, at most `step` apart: mm from its middle, both sides of it included -> (n,)."""
     count = count_of(low, high, degrees, step)
+    return np.linspace(-0.5, 0.5, count) * width_of(low, high, degrees) if count > 1 else np.zeros(1)
+
+
+def parallel(low, high, degrees, across, climb):
+    """Tracks over the rectangle low .. high at `across` (n,), mm from its middle.  climb: each has the ones not yet cut on its right, else
+    on its left."""
+    c, s = direction_of(degrees)
+    count = len(across)
     middle = (np.asarray(low[:2], float) + np.asarray(high[:2], float)) / 2
     half = (np.asarray(high[:2], float) - np.asarray(low[:2], float)) / 2
-    across = np.linspace(-0.5, 0.5, count) * _width(low, high, degrees) if count > 1 else np.zeros(1)
     if climb:
-        across = -across
+        across = across[::-1]
     first, last = np.full(count, -1e9), np.full(count, 1e9)
     for axis, along, side in ((0, c, -s), (1, s, c)):
         if abs(along) > 1e-12:

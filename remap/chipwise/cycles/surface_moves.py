@@ -1,0 +1,211 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The moves of a surface: cuts, the links between them, and the entry into full stock.
+
+Called by surface.py; mm.
+Source: the pick-feed abstract.  From the end Pe of a cut the tool goes up by the tool relief to Pa, to the foot Pb of Pa on the
+clearance plane, to the foot Pc of Pd on it, and to Pd, the tool relief above the start Ps of the next cut; then to Ps.
+Departs from it: Pa and Pd are not above the clearance plane; Pd is above the stock as it has been cut so far, if that is higher.
+Into full stock of a level the tool goes by ramps over the beginning of the cut, the last of them back to Ps.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from chipwise.cycles.mover import Mover
+from chipwise.cycles.word_checks import EQUAL
+from chipwise.moves import Line, Rapid
+from chipwise.surface import raster
+from chipwise.surface.needed import clipped
+
+PICK_FEED, LOWEST, ZIGZAG = 0, 1, 2
+REST_MOVES = 10_000         # of a zigzag without a place to rest (lines.MOST_MOVES)
+LIFT_MM = 0.1
+SHALLOW = 0.1               # mm of stock into which the tool goes straight down, also in a level
+MOST_RAMPS = 40             # back and forth; over a cut that is shorter than that asks for they are steeper
+NEXT_STEPS = 2.0            # step-overs: to a start as near as this a zigzag stays down
+
+
+class Driver:
+    """Adds one cut after the other to a Mover, with the links between them.
+
+    request    SurfaceRequest; clearance: mm
+    obstacles  surface.links.Obstacles
+    probe      surface.drop.Probe
+    """
+
+    def __init__(self, request, clearance, obstacles, probe):
+        self.request, self.clearance, self.obstacles, self.probe = request, clearance, obstacles, probe
+        self.mover, self.rested, self.first, self.last = None, 0, None, None
+
+    def add(self, cut):
+        """To the start of a cut (k, 3), and along it."""
+        start = tuple(map(float, cut[0]))
+        if self.mover is None:
+            self._begin(start)
+        elif self.request.link != ZIGZAG:
+            self._link(start)
+        else:
+            self._rest()
+        self._descend(start)
+        self._along(cut, self.request.feed)
+
+    def add_segment(self, cut, level):
+        """As add() for a part of a cut that is not lower than `level` (mm, or None): it may be anywhere in the stock."""
+        entry = self._from_the_side(cut, level)
+        entry = self._ramp(cut) if entry is None else entry
+        start = tuple(map(float, entry[0]))
+        if self.mover is None:
+            self._begin(start)
+        elif self._stay_down(cut, level):
+            entry = cut[:1]
+        else:
+            self._link(start)
+            self.rested = len(self.mover.moves)
+        if len(entry) > 1:
+            self._descend(start)
+            self._along(entry, self.request.plunge_feed)
+        self._descend(tuple(map(float, cut[0])))
+        self._along(cut, self.request.feed)
+        self.last = cut
+
+    def moves(self):
+        """All of them, with the one up to the clearance plane."""
+        if self.mover is None:
+            if self.request.start is None:
+                return ()
+            self._begin(self.request.start)
+        self.mover.up()
+        return tuple(self.mover.moves)
+
+    def _along(self, chain, feed):
+        self.mover.moves.extend(Line(x=x, y=y, z=z, feed=feed) for x, y, z in chain[1:].tolist())
+        self.mover.at = tuple(map(float, chain[-1]))
+        self.obstacles.cut(chain)
+
+    def _begin(self, start):
+        r = self.request
+        self.first = start[:2]
+        self.mover = Mover(_Frame(r.start or (*start[:2], self.clearance), self.clearance, r.feed, r.plunge_feed))
+        self.mover.over(start[:2])
+
+    def _link(self, start):
+        """Pe - Pa - Pb - Pc - Pd, or with P1 and P2 the lowest safe link."""
+        mover, relief, end = self.mover, self.request.relief, self.mover.at
+        level = self.clearance
+        if self.request.link != PICK_FEED:
+            level = min(level, self.obstacles.lowest(end, start, max(end[2], start[2])) + relief)
+        lifted = min(end[2] + relief, level)
+        if self.request.link == PICK_FEED and lifted > end[2] + EQUAL:
+            mover.moves.append(Line(z=lifted, feed=self.request.feed))
+        mover.moves.append(Rapid(z=level))
+        mover.moves.append(Rapid(x=start[0], y=start[1]))
+        mover.at = (start[0], start[1], level)
+
+    def _stay_down(self, cut, level):
+        """With P2, over the surface to a start that is a step away; whether it did."""
+        end, start = np.array(self.mover.at), cut[0]
+        if self.request.link != ZIGZAG or math.dist(end[:2], start[:2]) > NEXT_STEPS * self.request.step:
+            return False
+        self._rest()
+        self._along(self._across(end, start, level), self.request.feed)
+        return True
+
+    def _across(self, start, end, level):
+        """The chain (k, 3) over the surface from a point (3,) to another one, not lower than `level`, nor than the line between them:
+        what two cuts leave between them may be deeper than a level."""
+        (chain,), _sampled = raster.chains(self.probe, raster.between(start[None, :2], end[None, :2]), self.request.tool, self.request.tolerance)
+        if level is not None:
+            chain = clipped(chain, level)
+            share = np.hypot(*(chain[:, :2] - start[:2]).T) / max(math.dist(start[:2], end[:2]), 1e-12)
+            chain[:, 2] = np.maximum(chain[:, 2], start[2] + share * (end[2] - start[2]))
+        return np.concatenate([start[None], chain, end[None]])
+
+    def _rest(self):
+        """Up by the relief and down again, in a long zigzag: the task serves nobody between two places where the tool may rest."""
+        if len(self.mover.moves) - self.rested <= REST_MOVES:
+            return
+        self.rested = len(self.mover.moves)
+        level = min(self.mover.z + max(self.request.relief, LIFT_MM), self.clearance)
+        self.mover.moves.append(Line(z=level, feed=self.request.feed))
+        self.mover.at = (*self.mover.xy, level)
+
+    def _descend(self, start):
+        """Pc - Pd - Ps: by rapid to the relief above the start and above the stock there, then at E."""
+        mover = self.mover
+        if mover.z > start[2] + EQUAL:
+            above = max(start[2], self.obstacles.lowest(start)) + self.request.relief
+            if above < mover.z - EQUAL:
+                mover.rapid(z=above)
+            mover.plunge(start[2])
+
+    def _from_the_side(self, cut, level):
+        """The path (k, 3) into the start of a cut from the one before, which is a step away and free of stock; None if it is not."""
+        if self.request.depth is None or self.last is None:
+            return None
+        beside = _nearest(self.last, cut[0])
+        if math.dist(beside[:2], cut[0][:2]) > NEXT_STEPS * self.request.step or not self.obstacles.is_free(beside, SHALLOW):
+            return None
+        path = self._across(beside, cut[0], level)
+        return path if self.obstacles.deepest(_along(path, self.request.tool.diameter / 8)) <= self.request.depth + SHALLOW else None
+
+    def _ramp(self, cut):
+        """The ramps (k, 3) down to the start of a cut in a level, or the start alone: over the beginning of the cut, above it all along."""
+        r = self.request
+        far = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(cut[:, :2], axis=0).T))])
+        if r.depth is None or far[-1] < SHALLOW or self.obstacles.is_free(cut[0], SHALLOW):
+            return cut[:1]
+        slope = math.tan(math.radians(r.ramp_angle))
+        ahead = _beginning(cut, far, min(r.depth / slope, far[-1]))
+        depth = min(self.obstacles.deepest(_along(ahead, r.tool.diameter / 4)), r.depth)
+        if depth <= SHALLOW or slope > 1e6:
+            return cut[:1]
+        return _ramps(_beginning(cut, far, min(depth / slope, far[-1])), depth, slope)
+
+
+def _nearest(chain, point):
+    """The point (3,) of a chain (k, 3) that is nearest to a point, seen from above."""
+    start, step = chain[:-1], np.diff(chain, axis=0)
+    square = np.maximum((step[:, :2] ** 2).sum(axis=1), 1e-18)
+    share = np.clip(((point[:2] - start[:, :2]) * step[:, :2]).sum(axis=1) / square, 0.0, 1.0)
+    found = start + share[:, None] * step
+    return found[int(np.hypot(*(found[:, :2] - point[:2]).T).argmin())]
+
+
+def _along(chain, step):
+    """Points (n, 3) of a chain (k, 3) that are at most `step` (mm) apart seen from above."""
+    far = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(chain[:, :2], axis=0).T))])
+    at = np.linspace(0.0, far[-1], max(2, math.ceil(far[-1] / step) + 1))
+    return np.column_stack([np.interp(at, far, chain[:, axis]) for axis in range(3)])
+
+
+def _beginning(cut, far, length):
+    """A cut up to a length (mm seen from above; far (k,): of its points)."""
+    count = int(np.searchsorted(far, length))
+    share = (length - far[count - 1]) / max(far[count] - far[count - 1], 1e-12)
+    return np.concatenate([cut[:count], (cut[count - 1] + share * (cut[count] - cut[count - 1]))[None]])
+
+
+def _ramps(chain, depth, slope):
+    """Back and forth over a chain (k, 3), from `depth` above it evenly down to its start; the last pass leads back to it."""
+    far = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(chain[:, :2], axis=0).T))])
+    count = min(max(1, math.ceil(depth / slope / far[-1] - 1e-6)), MOST_RAMPS)
+    found = []
+    for number in range(count):
+        back = (count - 1 - number) % 2 == 0
+        points, done = (chain[::-1], far[-1] - far[::-1]) if back else (chain, far)
+        raised = points.copy()
+        raised[:, 2] += depth * (1.0 - (number + done / far[-1]) / count)
+        found.append(raised if not found else raised[1:])
+    return np.concatenate(found)
+
+
+@dataclass(frozen=True)
+class _Frame:
+    """What a Mover asks of a request."""
+
+    start: tuple
+    clearance: float
+    feed: float
+    plunge_feed: float

@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""A model or a job file that is opened in the GUI -> the program that cuts it, as `chipwise surface` makes it.
+
+Called by process.py, in a process of its own.
+
+ 1. part.toml is a job file (cli/surface_job.py).
+ 2. part.stl with a part.toml beside it is that job.
+ 3. part.stl alone is one cut with the tool in the spindle: a step-over of STEP_SHARE of its diameter, lowest safe links, the defaults of
+    `chipwise surface` for all else.  A message says with what.
+"""
+
+import argparse
+import os
+
+from chipwise.filter import verdict as verdicts
+
+ENDINGS = (".stl", ".toml")
+STEP_SHARE = 0.1            # of the tool's diameter
+
+
+def is_model(path):
+    """Whether a file is one of these, by its name: LinuxCNC chooses the filter so, too."""
+    return path.lower().endswith(ENDINGS)
+
+
+def made(path, ini, folder, progress):
+    """Verdict of a model or job file.
+
+    folder: for the program; progress(share): called.
+    """
+    from chipwise.cli import UsageError
+    from chipwise.cli.machine_options import refuser
+    from chipwise.cli.surface import NAME, check_options
+    from chipwise.cli.surface_job import message_of
+    from chipwise.cli.surface_program import planned, program_text, unit_of
+    from chipwise.errors import CycleError
+    unit = unit_of(argparse.Namespace(ini=ini))
+    try:
+        cuts, how = _cuts(path, ini)
+        for cut in cuts:
+            check_options(cut)
+        parts = planned(cuts, refuser(NAME), progress)
+        text = program_text(parts)
+    except (CycleError, UsageError) as error:
+        return verdicts.not_opened(message_of(error, unit))
+    program = os.path.join(folder, "surface.ngc")
+    try:
+        with open(program, "w") as file:
+            file.write(text)
+    except OSError as error:
+        return verdicts.not_opened(f"{error.strerror} in the folder for temporary files; make room there")
+    verdict = verdicts.Verdict(path=program)
+    notes = [CycleError(note.text, **note.lengths).text(unit).removeprefix("chipwise: ") for part in parts for note in part.plan.notes]
+    for note in dict.fromkeys(notes):
+        verdict.note(note, True)
+    tools = ", ".join(f"tool {part.options.tool}: {part.plan.cuts} cuts" for part in parts)
+    verdict.note(f"it is made into a program ({tools}){how}; look at it before you start it")
+    return verdict
+
+
+def _cuts(path, ini):
+    """(options of each cut, what the operator should know of them)."""
+    from chipwise.cli.surface import job_defaults
+    from chipwise.cli.surface_job import ENDING, is_job, read_job
+    stem = os.path.splitext(path)[0]
+    job = path if is_job(path) else stem + ENDING
+    if is_job(path) or os.path.exists(job):
+        cuts, how = read_job(job, job_defaults()), "" if job == path else f" by {os.path.basename(job)}"
+    else:
+        tool, diameter = _tool_in_spindle(ini, os.path.basename(job))
+        cuts = [argparse.Namespace(**{**job_defaults(), "model": path, "tool": tool, "step": STEP_SHARE * diameter, "link": 1})]
+        how = f", step-over {STEP_SHARE:g} of its diameter; a job file {os.path.basename(job)} beside it says it otherwise"
+    for cut in cuts:
+        cut.ini = ini
+    return cuts, how
+
+
+def _tool_in_spindle(ini, job):
+    """(number, diameter in machine units).  Raises CycleError."""
+    from chipwise.check.reader import Machine, Unreadable
+    from chipwise.errors import CycleError, braceless
+    from chipwise.filter.work import spindle_tool
+    from chipwise.tool_table import diameter_of
+    try:
+        machine = Machine(ini)
+    except Unreadable as error:
+        raise CycleError(braceless(str(error)), "correct the configuration") from error
+    tool = spindle_tool()
+    if tool <= 0:
+        raise CycleError("no tool is in the spindle to cut the model with", f"load one, or write a job file {braceless(job)} beside it")
+    return tool, diameter_of(machine.table, tool)
