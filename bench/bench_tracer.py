@@ -35,7 +35,7 @@ def slope(gain, friction, name, target):
 
 
 def ball(radius, feed, periods, hollow, target):
-    """Lines over a ball; apart: the first 0.05 s of a line, in which the ball of the stylus sticks and then slides."""
+    """Lines over a ball; without and with the first 0.05 s of a line, in which the ball of the stylus sticks and then slides."""
     width, name = 0.75 * radius, f"{'hollow ' if hollow else ''}ball R{radius}, {feed} mm/s, {periods} periods late"
     rig = Rig((-width, -0.3 * radius, -0.4 * radius if hollow else radius + 2),
               {"surface_number": SURFACE.BOWL if hollow else SURFACE.BALL, "size_mm": radius + (1 if hollow else -1), "delay_periods": periods,
@@ -47,7 +47,7 @@ def ball(radius, feed, periods, hollow, target):
     trace[:np.argmax(trace) + 200] = False
     settled = (np.convolve(trace, np.ones(50))[:len(rows)] == 50)
     row(f"{name}: p99", p99(error(rows[settled])), target, f"{settled.sum()} periods")
-    row(f"{name}: p99 with the beginning of each line", p99(error(rows[trace])), None, f"{trace.sum()} periods")
+    row(f"{name}: p99 with the beginning of each line", p99(error(rows[trace])), target, f"{trace.sum()} periods")
 
 
 def corner():

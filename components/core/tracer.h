@@ -13,13 +13,15 @@
  *     tangential velocity: the feed along t, which is n turned by 90 degrees, so that t = a if n = b.
  *  3. Friction turns e from n against the direction of travel by an angle phi. c itself moves along the surface, so a
  *     chord of c shows t, and the angle between chord and e shows phi. Its sine times (part of e in the plane) / eps is the
- *     same at every slope; this number is averaged, and turns e back into n.
+ *     same at every slope; this number is averaged while the stylus slides, and turns e back into n. After a change of
+ *     direction it sticks first: the force of friction turns with the travel of the head, as far as its largest value.
  *  4. n is known late, by the dead time. The rate of the heading, by a filter without lag at a constant rate, turns t
  *     ahead by the dead time and half a period. In a bend e turns with the surface, and its part along the surface moves
  *     the head along n: p = c - e. That is added to the normal velocity.
  *  5. Limits, whatever the settings ask: the velocity from which the head stops at acceleration A, after the dead time,
  *     within a share of range - eps0, which is less than sqrt(2 A (range - eps0)); gain x (dead time + period) <= 0.75;
- *     in a bend, feed x rate of heading <= A; the feed falls as eps leaves eps0. The velocity changes with A at most, and
+ *     in a bend, feed x rate of heading <= A; at the beginning of a line the rate is not known yet, so the feed rises
+ *     over ten dead times; the feed falls as eps leaves eps0. The velocity changes with A at most, and
  *     its part along n first.
  *  6. A state ends the others: contact lost -> LOST, which goes back along n until there is contact; eps >= range ->
  *     OVER_RANGE; a value that cannot be -> FAULT. In these two the head brakes with A and rests until `enable` is FALSE.
@@ -143,7 +145,13 @@ struct chip_tracer_law {
     double heading_rad; /* of n, filtered [4] */
     double rate_rad_s;
     double turned_rad; /* heading's change since the plane was set */
-    int periods;       /* since the plane was set */
+    int periods;       /* since the plane was set, up to CHIP_TRACER_WINDOW */
+    double since_s;    /* since the plane was set */
+    int sliding;       /* periods for which the stylus has slid along the tangent [3] */
+    int has_head;      /* head_mm and normal are known */
+    double head_mm[3]; /* of the period before, when the deflection was measured */
+    double normal[3];  /* of the period before */
+    double drag[3];    /* force of friction over that of the spring: it lags behind the travel [3] */
     int newest;
     struct chip_tracer_point point[CHIP_TRACER_WINDOW];
 };

@@ -16,6 +16,9 @@ struct chip_tracer_heading {
 /* A plane with unit vectors a and b, perpendicular to each other; what is known of friction is kept. */
 void chip_tracer_plane(struct chip_tracer_law *law, const double a[3], const double b[3], double sense);
 
+/* The stylus comes from the air: without a force of friction. */
+void chip_tracer_land(struct chip_tracer_law *law);
+
 /* One period: deflection e, ball at c. */
 void chip_tracer_heading(struct chip_tracer_law *law, const double e[3], const double c[3], double dead_time_s,
                          double period_s, struct chip_tracer_heading *heading);

@@ -239,6 +239,7 @@ static int seek(struct chip_tracer *tracer, const struct chip_tracer_in *in, dou
     int i;
     for (i = 0; i < 3; i++) gone[i] = in->position_mm[i] - tracer->from_mm[i];
     if (eps >= CHIP_TRACER_LANDED * s->deflection_mm) {
+        chip_tracer_land(&tracer->law);
         if (tracer->state == CHIP_TRACER_APPROACH) {
             begin_trace(tracer, in);
         } else {

@@ -47,6 +47,8 @@ FAULTS = {
     "FRICTION_AS_NORMAL": ("friction left in the normal", "test_tracer.py::test_slope_at_a_low_gain"),
     "HEADING_LATE": ("heading not turned ahead", "test_tracer.py::test_heading_with_dead_time"),
     "BEND_FORGOTTEN": ("deflection that turns in a bend forgotten", "test_tracer.py::test_bend_at_a_low_gain"),
+    "STICKING_FORGOTTEN": ("a stylus that sticks treated as one that slides", "test_tracer.py::test_ball[3-20-3-0.003-False]"),
+    "RISES_WITHOUT_RATE": ("a line that begins faster than its bend is known", "test_tracer.py::test_ball[3-20-3-0.003-False]"),
     "GAIN_UNLIMITED": ("any gain", "test_tracer.py::test_a_loop_at_the_limit_of_its_gain_is_stable"),
     "RANGE_UNLIMITED": ("any velocity", "test_tracer.py::test_inside_corner[90-0-300-5.0-0-1.0]"),
     "VELOCITY_UNLIMITED": ("velocity above its limit", "test_tracer.py::test_no_velocity_above_its_limit"),

@@ -117,14 +117,14 @@ def test_no_velocity_above_its_limit():
 @pytest.mark.parametrize("hollow", [False, True])
 @pytest.mark.parametrize("radius, feed, periods, most", [(10, 50, 0, 0.005), (3, 20, 3, 0.003)])
 def test_ball(radius, feed, periods, most, hollow):
-    """Lines over a ball, each from 0.05 s after its beginning on (the ball sticks first), 0.2 s after the landing."""
+    """Lines over a ball, 0.2 s after the landing: from 0.05 s after the beginning of each on, in which the stylus sticks first, and whole."""
     rows = ends(ball(radius, feed, periods, hollow), STATE.DONE)
     trace = rows["state"] == STATE.TRACE
     settled = np.convolve(trace, np.ones(50))[:len(rows)] == 50
     settled[:np.argmax(trace) + 200] = False
     assert settled.sum() > 300
     assert np.percentile(error(rows[settled]), 99) < most
-    assert np.percentile(error(rows[np.argmax(trace) + 200:][trace[np.argmax(trace) + 200:]]), 99) < 0.015
+    assert np.percentile(error(rows[np.argmax(trace) + 200:][trace[np.argmax(trace) + 200:]]), 99) < most
 
 
 @pytest.mark.parametrize("share", [0.3, 1.0])

@@ -917,6 +917,12 @@ class TracerLaw(C.Structure):
         ("rate_rad_s", C.c_double),
         ("turned_rad", C.c_double),
         ("periods", C.c_int),
+        ("since_s", C.c_double),
+        ("sliding", C.c_int),
+        ("has_head", C.c_int),
+        ("head_mm", C.c_double * 3),
+        ("normal", C.c_double * 3),
+        ("drag", C.c_double * 3),
         ("newest", C.c_int),
         ("point", TracerPoint * 17),
     ]
