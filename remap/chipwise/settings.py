@@ -127,6 +127,7 @@ SETTINGS = {
     "PANEL": Setting(False, "", _yes_or_no, lambda v: True, "yes or no"),
     "PANEL_ADDRESS": Setting("127.0.0.1", "", _address, lambda v: True, "an IP address of this machine, or 0.0.0.0 for all of them"),
     "PANEL_PORT": Setting(8250, "", _whole, lambda v: 1024 <= v <= 65_535, "a whole number from 1024 to 65535"),
+    "PANEL_LOG": Setting("", "path", str, lambda v: True, "the path of a CSV file, or nothing"),
     "PANEL_TOKEN": Setting("", "", str, lambda v: v == "" or re.fullmatch(r"[!-~]{8,200}", v) is not None,
                            "nothing (read-only), or 8 to 200 letters, digits and signs without blanks"),
     "GUARD_FLUTE": Setting(True, "", _yes_or_no, lambda v: True, "yes or no"),

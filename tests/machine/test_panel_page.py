@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """`chipwise panel` beside a real LinuxCNC that cuts: the right numbers and heights, and what happens when one of the two dies."""
 
+import csv
 import json
 import os
 
@@ -35,7 +36,8 @@ def seen(answer):
 
 
 def test_numbers_and_heights_while_it_cuts(tmp_path):
-    answers = operate(tmp_path, [['start', SLOT], ['until', X, '>', 20], look(), ['finish'], look(), ['program', 'sh', '-c', PANELS]], speed=1)
+    answers = operate(tmp_path, [['start', SLOT], ['until', X, '>', 20], look(), ['finish'], look(), ['program', 'sh', '-c', PANELS]], speed=1,
+                      edit=f's#^PANEL = yes#PANEL = yes\\nPANEL_LOG = {tmp_path}/load.csv#')
     during, after = seen(answers[2]), seen(answers[4])
     state = during['state']
     assert state['mrr'] == pytest.approx(6000, rel=0.05) and state['target'] == 6000 and state['mode'] == 'limit'
@@ -52,6 +54,11 @@ def test_numbers_and_heights_while_it_cuts(tmp_path):
     saved = after['state']['run']['saved']      # 50 mm at 250 for 600 mm/min, from the edge of the stock on
     assert saved == pytest.approx(-(50 / (250 / 60) - 50 / 10), rel=0.15)
     assert answers[3] == [] and len(answers[5][1].split()) == 1
+    with open(tmp_path / 'load.csv', newline='', encoding='utf-8') as file:
+        tool, = csv.DictReader(file)
+    assert (tool['tool'], tool['reference_cm3_min'], tool['stops'], tool['program']) == ('1', '6.0', '0', state['task']['program'])
+    assert float(tool['mean_cm3_min']) == pytest.approx(6, rel=0.05) and float(tool['cutting_s']) == pytest.approx(12.5, rel=0.1)
+    assert float(tool['slowed_s']) == pytest.approx(12.5, rel=0.1) and float(tool['diameter_mm']) == 6
 
 
 def test_a_rapid_into_stock_is_an_alarm(tmp_path):

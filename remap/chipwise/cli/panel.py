@@ -63,7 +63,7 @@ def serve(settings):
     signal.signal(signal.SIGTERM, leave)
     if not wait_for_task():
         return
-    watch = Watch(Machine())
+    watch = Watch(Machine(), settings.path('PANEL_LOG'))
     try:
         server = make_server(settings, watch)
         threading.Thread(target=server.serve_forever, daemon=True).start()

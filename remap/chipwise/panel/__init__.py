@@ -5,5 +5,6 @@
     machine.py          the same machine, read for the page
     watch.py            one look after the other: state, figures of a run, alarms
     tiles.py, alarms.py the stock in tiles; the alarms
+    tool_log.py         what each tool did in a program
     server.py           the web server; page/ has its files, locale/ its strings (catalogue.py)
 """

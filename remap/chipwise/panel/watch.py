@@ -19,6 +19,7 @@ from chipwise.clock import patience
 from chipwise.panel.alarms import Alarms
 from chipwise.panel.display import FEED_MOTION, LIMITS, MODES, Run
 from chipwise.panel.tiles import Tiles
+from chipwise.panel.tool_log import ToolLog, append
 from chipwise.stock.shared import SharedStockError
 
 LOOK_S = 0.1
@@ -91,8 +92,11 @@ class PathDone:
 class Watch:
     """The machine as the pages see it."""
 
-    def __init__(self, machine):
-        self.machine = machine
+    def __init__(self, machine, log_path=""):
+        """log_path: file of the tool log, "" for none."""
+        self.machine, self.log_path = machine, log_path
+        self.tools = ToolLog("", 0.0)
+        self.log_error = ""
         self.tiles, self.alarms, self.path = Tiles(), Alarms(), PathDone()
         self.history = deque(maxlen=round(HISTORY_S / LOOK_S))
         self.published = threading.Condition()
@@ -131,11 +135,25 @@ class Watch:
         running = bool(task and task["running"])
         if running and not self.was_running:
             self.run = PanelRun()
+            self.tools = ToolLog(os.path.basename(task["program"]), time.time())
             self.path.begin()
+        elif self.was_running and not running:
+            self.keep_log()
         self.was_running = running
         if running:
             self.run.look(dt, pins, task["feed_override"])
+            self.tools.look(dt, pins)
             self.path.add(pins["tip"])
+
+    def keep_log(self):
+        """The tools of the program that has ended, into the file; what is wrong with it is shown."""
+        if not self.log_path:
+            return
+        try:
+            append(self.log_path, self.tools)
+            self.log_error = ""
+        except (OSError, ValueError) as error:
+            self.log_error = f"{self.log_path}: {getattr(error, 'strerror', None) or error}; correct [CHIPWISE]PANEL_LOG"
 
     def look_at_map(self, now):
         """The stock, if a page is open and the time has come; a map that cannot be read is tried again."""
@@ -161,12 +179,14 @@ class Watch:
                  "tool_corner_radius", "tool_flute_length", "removed", "line", "current_vel", "programmed_vel", "requested_vel")
         mode, limit = int(pins["mode"]), int(pins["limited_by"])
         run = self.run
-        return {**{name: pins[name] for name in shown}, "time": self.history[-1][0], "stock": bool(pins["stock_defined"]),
+        return {**{name: pins[name] for name in shown}, "time": self.history[-1][0], "clock": round(time.time(), 3), "look": self.number + 1,
+                "stock": bool(pins["stock_defined"]),
                 "ready": bool(pins["ready"]), "mode": MODES[mode] if 0 <= mode < len(MODES) else MODES[0],
                 "limited_by": LIMITS[limit] if 0 <= limit < len(LIMITS) else LIMITS[0],
                 "task": {**task, "program": os.path.basename(task["program"])} if task else None,
                 "run": figures(run, run.volume if run else 0.0), "background": background(pins, task, self.alarms),
-                "alarms": self.alarms.entries, "stock_error": self.stock_error, "path": [self.path.epoch, self.path.count]}
+                "alarms": self.alarms.entries, "stock_error": self.stock_error,
+                "tools": self.tools.rows(), "log_error": self.log_error, "path": [self.path.epoch, self.path.count]}
 
     def wait(self, number, seconds):
         """Wait for a look after `number`.  -> (its number, its text), the same number after so many seconds or at the end."""
@@ -194,6 +214,9 @@ class Watch:
 
     def close(self):
         self.end()
+        if self.was_running:
+            self.was_running = False
+            self.keep_log()
         if self.stock is not None:
             self.stock.close()
         self.machine.close()

@@ -9,7 +9,7 @@
     const $ = (id) => document.getElementById(id);
     const root = document.documentElement;
     let words = {}, state = null, rows = [], points = [], pathEpoch = 0, epoch = 0, canChange = false, wholeHistory = false, heard = 0;
-    let seen = new Set(), due = false;
+    let seen = new Set(), due = false, ageMs = [], firstPicture = 0, drawn = 0;
     const t = (text) => words[text] || text;
     const colour = (name) => getComputedStyle(root).getPropertyValue('--' + name).trim();
     const rgb = (name) => colour(name).match(/[0-9a-f]{2}/gi).map((part) => parseInt(part, 16) / 255);
@@ -48,7 +48,17 @@
         if (!state) return;
         drawGauge($('gauge'), state.mrr, state, toRate, colour);
         figures();
+        tools();
         alarms();
+        measure();
+    }
+
+    // How old a state is when it is drawn, and when the first picture of the stock was, for the benchmark.
+    function measure() {
+        if (drawn === state.clock) return;
+        drawn = state.clock;
+        ageMs = ageMs.concat(Date.now() - 1000 * state.clock).slice(-200);
+        if (view.map) firstPicture = firstPicture || performance.now();
     }
 
     function figures() {
@@ -72,7 +82,23 @@
         put('time', run ? seconds(run.seconds) : '-');
         put('saved', run && run.saved !== null ? `${run.saved < 0 ? '-' : ''}${seconds(Math.abs(run.saved))}` : '-');
         put('removed', inch() ? `${(s.removed / MM3_PER.in3).toFixed(3)} in3` : `${(s.removed / MM3_PER.cm3).toFixed(2)} cm3`);
+        put('log-error', s.log_error);
         put('stock-note', s.stock_error || (s.stock ? (s.ready ? '' : t('The feed is F as programmed')) : t('No stock is defined; use M250')));
+    }
+
+    // The tools of the program: rates in the operator's unit, times in s.
+    function tools() {
+        const rate = (cm3) => toRate(1000 * cm3).toPrecision(3);
+        const rows = state.tools.map((use) => [use.tool, rate(use.mean_cm3_min), rate(use.peak_cm3_min), `${use.cutting_s} s`,
+                                               `${use.slowed_s} s`, use.stops]);
+        const key = JSON.stringify(rows);
+        if ($('tool-rows').dataset.key === key) return;
+        $('tool-rows').dataset.key = key;
+        $('tool-rows').replaceChildren(...rows.map((cells) => {
+            const row = document.createElement('tr');
+            cells.forEach((text) => { row.insertCell().textContent = text; });
+            return row;
+        }));
     }
 
     function alarms() {
@@ -245,15 +271,19 @@
     setInterval(() => { if (late()) show(); }, 1000);
 
     async function begin() {
-        const found = await (await fetch('strings.json' + (new URLSearchParams(location.search).get('lang') || '').replace(/^/, '?'))).json();
+        const language = new URLSearchParams(location.search).get('lang') || '';
+        const [found, about] = await Promise.all(['strings.json?' + language, 'about.json'].map(async (path) => (await fetch(path)).json()));
         words = found.strings;
         root.lang = found.language;
         document.querySelectorAll('[data-t]').forEach((e) => { e.textContent = t(e.dataset.t); });
-        canChange = (await (await fetch('about.json')).json()).can_change;
+        canChange = about.can_change;
         rights();
-        theme(localStorage.getItem('chipwise-theme') || (matchMedia('(prefers-color-scheme: dark)').matches ? 'dark' : 'light'));
+        show();
     }
 
-    window.chipwise = {view, get state() { return state; }, get rows() { return rows; }};     // for the console, and tests
-    begin().then(followForEver, followForEver);
+    window.chipwise = {view, get state() { return state; }, get rows() { return rows; }, get ageMs() { return ageMs; },
+                       get firstPicture() { return firstPicture; }};     // for the console, and tests
+    theme(localStorage.getItem('chipwise-theme') || (matchMedia('(prefers-color-scheme: dark)').matches ? 'dark' : 'light'));
+    begin().catch((error) => put('status', error.message));
+    followForEver();
 }());

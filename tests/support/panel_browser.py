@@ -1,0 +1,164 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Opens the page of `chipwise panel` in Debian's chromium, reads, clicks and types, and prints what it saw as one JSON object.
+
+    panel_browser.py URL FOLDER [TOKEN]         a whole visit, in the LinuxCNC of a test; FOLDER: chromium's own
+    picture(url, path)                          one screenshot (tools/pictures/panel.py)
+
+The colours come from the page's own canvas, in CSS pixels along its middle column and row; what they should be, panel_colours says.
+"""
+import json
+import os
+import re
+import sys
+import time
+
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+CSS = os.path.join(ROOT, "remap", "chipwise", "panel", "page", "panel.css")
+SIZE = (1024, 768)
+WAIT_S = 60
+# Pixels of the canvas along its middle column, from the top, and along a row at a share of its height.
+COLUMN = """const v = chipwise.view.canvas, c = document.createElement('canvas'); c.width = v.width; c.height = v.height;
+    const x = c.getContext('2d'); x.drawImage(v, 0, 0);
+    return Array.from(x.getImageData(v.width >> 1, 0, 1, v.height).data)"""
+
+
+def missing():
+    """Why no browser can be used here, "" if one can."""
+    import importlib.util
+    import shutil
+    if not shutil.which("chromium") or not shutil.which("chromedriver") or importlib.util.find_spec("selenium") is None:
+        return "no browser: apt-get install chromium chromium-driver python3-selenium"
+    return ""
+
+
+def browser(folder, size=SIZE):
+    from selenium import webdriver
+    from selenium.webdriver.chrome.options import Options
+    from selenium.webdriver.chrome.service import Service
+    options = Options()
+    for word in ("--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-first-run",
+                 "--disable-dev-shm-usage", f"--user-data-dir={folder}/chromium", "--lang=en", "--hide-scrollbars"):
+        options.add_argument(word)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    options.binary_location = "/usr/bin/chromium"
+    driver = webdriver.Chrome(options=options, service=Service("/usr/bin/chromedriver"))
+    driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {"width": size[0], "height": size[1], "deviceScaleFactor": 1,
+                                                                   "mobile": False})
+    return driver
+
+
+def wait(driver, script, what):
+    """Until a script gives something true; -> it."""
+    end = time.monotonic() + WAIT_S
+    while True:
+        found = driver.execute_script("return " + script)
+        if found:
+            return found
+        assert time.monotonic() < end, f"not reached: {what}"
+        time.sleep(0.05)
+
+
+def opened(driver, url):
+    """Open the page and wait for its first picture."""
+    driver.get(url)
+    wait(driver, "window.chipwise && chipwise.firstPicture", "the first picture")
+
+
+def picture(url, path, folder, dark=False):
+    driver = browser(folder)
+    try:
+        opened(driver, url)
+        if dark != (driver.execute_script("return document.documentElement.dataset.theme") == "dark"):
+            driver.find_element("id", "theme").click()
+        wait(driver, "chipwise.ageMs.length > 10", "some pictures")
+        driver.save_screenshot(path)
+    finally:
+        driver.quit()
+
+
+def figures(driver):
+    return {name: driver.find_element("id", name).text for name in (
+        "status", "program", "rate", "target", "mode", "limit", "override", "area", "depth", "tool", "line", "peak", "mean", "rights")}
+
+
+def above(driver):
+    """RGB along the middle column of the stock from above, drawn anew."""
+    driver.find_element("id", "above").click()
+    driver.execute_script("chipwise.view.path([]); chipwise.view.tool(null); chipwise.view.draw()")
+    flat = driver.execute_script(COLUMN)
+    return [flat[k:k + 3] for k in range(0, len(flat), 4)]
+
+
+def targets(driver):
+    """[name, width, height] of what can be pressed, CSS pixels."""
+    return driver.execute_script("""return Array.from(document.querySelectorAll('button, input')).filter((e) => e.offsetParent)
+        .map((e) => [e.id, e.getBoundingClientRect().width, e.getBoundingClientRect().height])""")
+
+
+def visit(url, folder, token):
+    driver = browser(folder)
+    try:
+        opened(driver, url)
+        wait(driver, "chipwise.ageMs.length > 30", "thirty pictures")
+        found = {"figures": figures(driver), "first_ms": driver.execute_script("return chipwise.firstPicture"),
+                 "late_ms": driver.execute_script("return chipwise.ageMs"), "webgl": driver.execute_script(
+                     "return chipwise.view instanceof HeightView"), "targets": targets(driver), "state": driver.execute_script(
+                         "return chipwise.state"), "column": above(driver), "overflow": driver.execute_script(
+                             "return [document.documentElement.scrollWidth, document.documentElement.scrollHeight]")}
+        found["alarms"] = [e.text for e in driver.find_elements("css selector", "#alarm-list li")]
+        found["background"] = driver.execute_script("return document.body.dataset.state")
+        if token:
+            found["token"] = enter_token(driver, token)
+        driver.find_element("id", "clear").click()
+        found["after_clear"] = [e.text for e in driver.find_elements("css selector", "#alarm-list li.active, #alarm-list li")]
+        found["messages"] = [entry["message"] for entry in driver.get_log("browser") if entry["level"] == "SEVERE"]
+        opened(driver, url + "/?flat&lang=de")
+        found["flat"] = not driver.execute_script("return chipwise.view instanceof HeightView")
+        found["flat_column"], found["german"] = above(driver), figures(driver)
+        return found
+    finally:
+        driver.quit()
+
+
+def enter_token(driver, token):
+    """A wrong one, then the right one; -> [what the page says to each, who may change]."""
+    said = []
+    driver.find_element("id", "unlock").click()
+    for typed in ("wrong" + token, token):
+        field = driver.find_element("id", "token-text")
+        field.clear()
+        field.send_keys(typed + "\n")
+        wait(driver, "document.getElementById('token-answer').textContent || document.getElementById('token').hidden", "an answer")
+        said.append(driver.find_element("id", "token-answer").get_attribute("textContent"))
+        driver.execute_script("document.getElementById('token-answer').textContent = ''")
+    return [*said, driver.find_element("id", "rights").text]
+
+
+# ---- what the colours should be ------------------------------------------------------------------------------------
+
+
+def css_colours(theme):
+    """{name: (r, g, b) from 0 to 1} of panel.css."""
+    with open(CSS, encoding="utf-8") as file:
+        text = file.read()
+    part = re.search(r':root\[data-theme="dark"\] \{(.*?)\}' if theme == "dark" else r":root \{(.*?)\}", text, re.DOTALL)[1]
+    return {name: tuple(int(value[k:k + 2], 16) / 255 for k in (0, 2, 4)) for name, value in re.findall(r"--([\w-]+): #(\w{6})", part)}
+
+
+def level_colour(theme, depth_share):
+    """RGB (0..255) of a level surface: 35 % everywhere, 65 % by the cosine to a lamp at (-0.4, -0.5, 0.8); blue by depth."""
+    colours, light = css_colours(theme), 0.35 + 0.65 * 0.8 / (0.16 + 0.25 + 0.64) ** 0.5
+    base = colours["uncut"] if depth_share <= 0 else tuple(
+        a + (b - a) * depth_share for a, b in zip(colours["shallow"], colours["deep"]))
+    return [255 * light * value for value in base]
+
+
+def parts(column, theme, shares):
+    """How many pixels of a column have the colour of each depth (share of the box)."""
+    wanted = [level_colour(theme, share) for share in shares]
+    return [sum(max(abs(a - b) for a, b in zip(pixel, colour)) <= 3 for pixel in column) for colour in wanted]
+
+
+if __name__ == "__main__":
+    print(json.dumps(visit(sys.argv[1], sys.argv[2], "".join(sys.argv[3:]))))

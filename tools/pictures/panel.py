@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Makes docs/user/panel.png: the page of `chipwise panel` in Debian's chromium, a stock cut by the core, a machine set by hand.
+
+    /usr/bin/python3 tools/pictures/panel.py
+
+Needs chromium, chromium-driver and python3-selenium.
+"""
+
+import math
+import sys
+import tempfile
+import threading
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "remap")]
+
+from chipwise.panel.watch import LOOK_S  # noqa: E402
+from support import panel_browser, panel_rig  # noqa: E402
+
+TARGET = 6000.0         # mm3/min
+STEP = 0.417            # mm in a look
+SLOT = [(-10.0, 10.0), (52.0, 10.0), (52.0, 30.0), (24.0, 30.0)]
+
+
+def cut(rig):
+    """A slot in two depths along SLOT, a look each STEP."""
+    values = rig.machine.values
+    values.update(mode=2.0, motion_type=2.0, target=TARGET, limited_by=1.0, override=0.21, line=14.0, tool=1.0, tool_flute_length=20.0,
+                  area=24.0, area_ahead=24.0, depth=4.0, requested_vel=20.0, programmed_vel=3.0, current_vel=STEP / LOOK_S)
+    rig.machine.tasks.update(program="slots.ngc", running=True)
+    at = (*SLOT[0], -4.0)
+    for corner in SLOT[1:]:
+        count = math.ceil(math.dist(at[:2], corner) / STEP)
+        start = at
+        for k in range(1, count + 1):
+            there = tuple(a + (b - a) * k / count for a, b in zip(start, (*corner, -4.0 if corner[1] < 20 else -7.0)))
+            rig.machine.cut(at, there)
+            values["mrr"] = TARGET * (0.98 + 0.02 * math.sin(k)) * min(1.0, k / 8) if there[0] > 0 else 0.0
+            values["removed"] += values["mrr"] / 60 * LOOK_S
+            at = there
+            rig.look()
+
+
+def main():
+    if panel_browser.missing():
+        sys.exit(panel_browser.missing())
+    with panel_rig.serving() as rig, tempfile.TemporaryDirectory() as folder:
+        clock, real = [time.monotonic()], time.monotonic
+        time.monotonic = lambda: clock[0]
+
+        def look():
+            clock[0] += LOOK_S
+            look.once()
+        look.once, rig.look = rig.look, look
+        cut(rig)
+        shift = clock[0] - real()
+        time.monotonic = lambda: real() + shift
+        going = threading.Event()
+        threading.Thread(target=lambda: [look.once() or time.sleep(LOOK_S) for _ in iter(going.is_set, True)], daemon=True).start()
+        panel_browser.picture(rig.url, str(ROOT / "docs" / "user" / "panel.png"), folder)
+        going.set()
+
+
+if __name__ == "__main__":
+    main()
