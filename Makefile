@@ -70,6 +70,7 @@ run: deps
 
 test: deps
 	-@tools/deps python3-distributed
+	-@tools/deps chromium chromium-driver python3-selenium
 	@$(MAKE) --no-print-directory build
 	@tools/test
 

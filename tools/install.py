@@ -99,7 +99,8 @@ def wanted(prefix):
     for page in ('README.md', 'CHANGELOG.md', 'CONTRIBUTING.md'):
         files(page, os.path.join(prefix, 'share', 'doc', 'chipwise'))
     for shelf in ('docs', 'docs/user', 'docs/design', 'docs/proof'):
-        files(shelf + '/*.[ms][dv]*', os.path.join(prefix, 'share', 'doc', 'chipwise', shelf))
+        for pattern in ('/*.[ms][dv]*', '/*.png'):
+            files(shelf + pattern, os.path.join(prefix, 'share', 'doc', 'chipwise', shelf))
     for catalogue in glob.glob(os.path.join(ROOT, 'build', 'locale', '*', 'LC_MESSAGES', '*.mo')):
         plan[os.path.join(share, os.path.relpath(catalogue, ROOT))] = catalogue
     files('VERSION', share)

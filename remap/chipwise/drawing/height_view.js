@@ -15,7 +15,7 @@
 const HEIGHT_LIGHT = [-0.4, -0.5, 0.8];
 const HEIGHT_AMBIENT = 0.35;
 const HEIGHT_FULL = 65535;
-const HEIGHT_VERTICES = 300000;         // of the mesh, about
+const HEIGHT_VERTICES = 100000;         // of the mesh, about
 const HEIGHT_CUT_MM = 0.01;             // lower than before by this: cut
 
 // What both views have: the map, and how hands and keys turn it.
@@ -216,7 +216,10 @@ class HeightView extends HeightBase {
         gl.uniform1f(at('cell'), cell);
         gl.uniform1f(at('high'), high);
         for (const name of ['uncut', 'shallow', 'deep']) gl.uniform3fv(at(name), colours[name]);
+        gl.enable(gl.POLYGON_OFFSET_FILL);          // a path on the surface lies before it
+        gl.polygonOffset(2, 2);
         gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 2 * grid[0], grid[1] - 1);
+        gl.disable(gl.POLYGON_OFFSET_FILL);
     }
 
     drawLine(numbers, kind, ink) {

@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The page of `chipwise panel` in a real browser, beside a real LinuxCNC that cuts: numbers, colours, alarms, token, languages."""
+
+import json
+import os
+
+import pytest
+
+from chipwise.headless import runner
+from support import panel_browser
+from support.operate import operate
+
+pytestmark = [pytest.mark.machine, pytest.mark.together('panel browser'), pytest.mark.skipif(panel_browser.missing() != '', reason=panel_browser.missing() or 'a browser')]
+
+URL, TOKEN = 'http://127.0.0.1:8250', 'correct-horse-7'
+BROWSER = os.path.join(runner.ROOT, 'tests', 'support', 'panel_browser.py')
+# A slot 6 mm wide and 4 of 10 mm deep along the middle of 60 x 40 mm; 24 mm2 at 0.3 cm3/min are 12.5 mm/min: it lasts for a visit.
+CUT = ('G21 G90 G64 P0.01\nT1 M6\nM250 P0 Q0 R-10 I60 J40 K10\nS1000 M3\nF600\nG0 X-10 Y20 Z5\nG1 Z-4\nG1 X35\nM251 P1 Q0.3\nG1 X64\nM2\n')
+INTO_STOCK = 'G21 G90\nG0 Z5\nG0 X30 Y35\nG0 Z-2\nM2\n'
+TOUCH_PX = 9 / 25.4 * 96        # 9 mm
+
+
+def visit(tmp_path):
+    folder = tmp_path / 'visit'
+    folder.mkdir(mode=0o777)
+    folder.chmod(0o777)
+    return ['program', BROWSER, URL, str(folder), TOKEN]
+
+
+def seen(answer):
+    status, text = answer
+    assert status == 0, text
+    return json.loads(text.splitlines()[-1])
+
+
+@pytest.fixture(scope='module')
+def visits(tmp_path_factory):
+    """Two: while it cuts, and after a guard has stopped a rapid."""
+    folder = tmp_path_factory.mktemp('panel')
+    first, second = visit(folder), visit(tmp_path_factory.mktemp('panel'))
+    answers = operate(folder, [['start', CUT], ['until', 'axis.x.pos-cmd', '>', 35.5], first, ['abort'], ['start', INTO_STOCK],
+                               ['until', 'chipwise-guard.0.stop', '>', 0.5], second, ['abort']], speed=1, timeout=300,
+                      edit=f's/^PANEL = yes/PANEL = yes\\nPANEL_TOKEN = {TOKEN}/')
+    return seen(answers[2]), seen(answers[6])
+
+
+def number(text):
+    return float(text.split()[0])
+
+
+def test_numbers(visits):
+    figures, state = visits[0]['figures'], visits[0]['state']
+    assert number(figures['rate']) == pytest.approx(0.3, rel=0.05) and figures['rate'].endswith('cm3/min')
+    assert figures['target'] == '0.300 cm3/min' and (figures['mode'], figures['limit']) == ('limit', 'stock here')
+    assert number(figures['override']) == pytest.approx(12.5 / 6, abs=1) and number(figures['area']) == pytest.approx(24, rel=0.05)
+    assert (figures['depth'], figures['tool'], figures['line']) == ('4.00 mm', '1: 6.00 mm', '10')
+    assert figures['status'] == 'Cutting' and visits[0]['background'] == 'cutting' and figures['rights'] == 'Locked'
+    assert figures['program'] == state['task']['program'] != ''
+    german = visits[1]['german']
+    assert (german['status'], german['mode']) == ('Alarm', 'aus')
+
+
+@pytest.mark.parametrize('which', ['column', 'flat_column'])
+def test_colours(visits, which):
+    """Along the middle column: 40 mm of stock, of which 6 are cut 4 of 10 mm deep."""
+    assert visits[1]['webgl'] and visits[1]['flat']
+    uncut, cut = panel_browser.parts(visits[1][which], 'light', [0.0, 0.4])
+    assert uncut > 60 and cut / (uncut + cut) == pytest.approx(6 / 40, abs=0.03), (uncut, cut)
+    assert panel_browser.parts(visits[1][which], 'light', [0.7]) < [3]      # another depth has another colour
+
+
+def test_an_alarm_and_the_token(visits):
+    found = visits[1]
+    alarm, = found['alarms']
+    assert 'rapid stopped' in alarm and 'press Stop' in alarm and 'Line 4, Tool 1' in alarm
+    assert found['background'] == 'alarm'
+    wrong, right, rights = found['token']
+    assert wrong.startswith('the token is not the one of') and right == '' and rights == 'Unlocked'
+    assert found['after_clear'] == found['alarms']         # its cause is still there
+    assert visits[0]['alarms'] == []
+
+
+def test_fits_the_screen_and_the_finger(visits):
+    for found in visits:
+        assert found['overflow'] == [1024, 768]
+        small = [(name, wide, high) for name, wide, high in found['targets'] if min(wide, high) < TOUCH_PX]
+        assert not small and len(found['targets']) >= 5
+
+
+def test_no_complaints_of_the_browser(visits):
+    for found in visits:
+        assert [text for text in found['messages'] if '403' not in text] == []
+
+
+def test_times(visits):
+    """A busy computer makes both longer: the bounds say that it works, bench_panel measures."""
+    for found in visits:
+        assert found['first_ms'] < 20_000 and sorted(found['late_ms'])[len(found['late_ms']) // 2] < 2000
