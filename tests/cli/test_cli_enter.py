@@ -11,7 +11,7 @@ import pytest
 from support import ROOT
 
 COMMAND = str(ROOT / "bin" / "chipwise")
-PATIENCE_S = 60.0           # for an answer of the terminal, on a busy machine
+PATIENCE_S = 300.0          # for an answer of the terminal, on a busy machine
 
 
 def environment(**more):

@@ -208,7 +208,7 @@ def test_an_error_in_the_sub_has_the_line_of_the_users_program(tmp_path):
 
 @pytest.mark.parametrize("scene, words", [
     ({"program": "/nowhere.ngc"}, "/nowhere.ngc: No such file or directory; name a G-code file that can be read"),
-    ({"program": "/dev/zero"}, "/dev/zero: it is not a regular file"), ({"tool": 99}, "99"), ({"ini": "/nowhere.ini"}, "nowhere.ini")])
+    ({"program": "/dev/zero"}, "/dev/zero: it is not a regular file"), ({"tool": 99}, "99"), ({"ini": str(ROOT / "configs" / "lathe.ini")}, "lathe.ini has no REMAP for G13, so LinuxCNC does not know it there"), ({"ini": "/nowhere.ini"}, "nowhere.ini")])
 def test_a_scene_that_cannot_be(scene, words):
     with pytest.raises(CycleError) as caught:
         planned.plan(planned.Scene(**{**MM, **scene}), "G13 I10 Z-1 R1")

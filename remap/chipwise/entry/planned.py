@@ -26,6 +26,7 @@ from chipwise.contour_sub.job import Job
 from chipwise.entry.table import EntryField, fields
 from chipwise.errors import MM_PER_INCH, CycleError, braceless
 from chipwise.files import read_bytes
+from chipwise.ini import values_of
 from chipwise.settings import load_settings
 from chipwise.sub_process import decimal
 from chipwise.tool_table import numbers
@@ -138,6 +139,7 @@ def _read(scene, line, path):
         machine = Machine(scene.ini)
     except Unreadable as error:
         raise _refused(line.split()[0], str(error), path) from error
+    _check_remap(machine, line.split()[0])
     kept, before = _program(scene, machine)
     with tempfile.TemporaryDirectory(prefix="chipwise-enter-") as folder:
         program = os.path.join(folder, os.path.basename(scene.program) or "line.ngc")
@@ -150,6 +152,14 @@ def _read(scene, line, path):
             raise _refused(line.split()[0], str(error), path) from error
         messages = tuple(_LINE.sub("", text) for _line, text in reader.messages)
     return _planned(scene, line, records, len(kept) + len(before), messages)
+
+
+def _check_remap(machine, code):
+    """CycleError for a code that the machine does not have."""
+    remaps = values_of(machine.text.splitlines(), "RS274NGC", "REMAP")
+    if code not in [text.split()[0].upper() for text in remaps if text]:
+        raise CycleError("{file} has no REMAP for {name}, so LinuxCNC does not know it there", "name another machine with --ini, or add the line of "
+                         "configs/chipwise_codes.inc", file=os.path.basename(machine.ini), name=code)
 
 
 def _refused(code, text, path):

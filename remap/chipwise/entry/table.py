@@ -86,7 +86,7 @@ def title(code: str, path: Optional[str] = None) -> str:
 def _of(code, path):
     table = load_table(path)
     if code not in table:
-        raise CycleError(braceless(f"{_shown(code)} is not a code that can be entered"), "use one of " + ", ".join(table))
+        raise CycleError("{given} is not a code that can be entered", "use one of " + ", ".join(table), given=_shown(code))
     return table[code]
 
 
