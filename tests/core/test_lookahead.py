@@ -302,7 +302,7 @@ def test_random_walk():
             pytest.fail(f"walk {number} of seed {seed}: {wrong}; {path}")
 
 
-def least_told_at_a_blend(rng, cell):
+def least_share_at_a_blend(rng, cell):
     """Share of the load that the profile has at the tool at least, within 0.3 mm of the blend's beginning."""
     bend, radius, depth = math.radians(rng.uniform(8, 20)), rng.uniform(0.2, 0.6), rng.uniform(2, 5.9)
     low, high = (-20.0, -20.0, -6.0), (20.0, 0.0, 0.0)
@@ -337,8 +337,8 @@ def least_told_at_a_blend(rng, cell):
 @pytest.mark.parametrize("cell", [0.1, 0.25])
 def test_the_peak_where_a_blend_begins(cell):
     """Into the side of a block at a small angle, then along it: the load is largest where the blend arc begins, falls within it, and
-    is not passed over between two samples (84 % of it was told at worst)."""
+    is not passed over between two samples (only 84 % of it was in the profile at worst)."""
     seed = random_seed()
     for case in range(random_count(20)):
-        told = least_told_at_a_blend(np.random.default_rng([seed, case]), cell)
-        assert told > 0.975, f"CHIPWISE_SEED={seed}, case {case}: {100 * told:.1f} % of the load is told"
+        share = least_share_at_a_blend(np.random.default_rng([seed, case]), cell)
+        assert share > 0.975, f"CHIPWISE_SEED={seed}, case {case}: {100 * share:.1f} % of the load is in the profile"
