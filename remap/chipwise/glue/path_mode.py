@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The path mode (G61, G61.1, G64) around the lines of a pattern: the sub's inside, the program's own before and after.
 
-Called by glue/emit.py.  The interpreter keeps the mode of G64 and not its P and Q; canon has all three (emccanon.cc, 2.9 and 2.10), in program units.
+Called by glue/emit.py.  The interpreter keeps the mode of G64 and not its P and Q; canon has them (emccanon.cc, 2.9 and 2.10), in program units.
 """
 
 import emccanon
@@ -11,7 +11,7 @@ from chipwise.lines import path_text
 from chipwise.moves import CALLERS_PATH, PATH
 from chipwise.pattern import hand
 
-_CODES = {1: 61.1, 2: 61, 3: 64}            # canon.hh: CANON_EXACT_STOP, CANON_EXACT_PATH, CANON_CONTINUOUS
+_CODES = {610: 61, 611: 61.1, 640: 64}      # by the interpreter's active G-code, which the preview has, too
 
 
 class PathMode:
@@ -49,7 +49,7 @@ def _callers(interp):
     unit_mm = MM_PER_INCH if interp.length_units == emccanon.CANON_UNITS.CANON_UNITS_INCHES else 1.0
     if hand.path is not None:
         return (f"{path_text(*hand.path, unit_mm)} (.)" if hand.path else f"({hand.CALLERS})",)
-    code = _CODES.get(int(emccanon.GET_EXTERNAL_MOTION_CONTROL_MODE()), 64)
+    code = next((_CODES[c] for c in interp.active_g_codes if c in _CODES), 64)
     if code == 64:
         return (path_text(64, emccanon.GET_EXTERNAL_MOTION_CONTROL_TOLERANCE(), emccanon.GET_EXTERNAL_MOTION_CONTROL_NAIVECAM_TOLERANCE(), 1.0),)
     # P and Q of the last G64, which the interpreter keeps and shows
