@@ -20,7 +20,7 @@ APART = 2e-4                # in the unit in force: rs274 prints 4 decimals, and
 def acts(path, ini):
     """([(what, numbers in mm, how far they may be off)], error text): what a program does, moves that go nowhere left out."""
     done = rs274.run(path, ini, capture_output=True, timeout=120)
-    result, unit, plane, feed, at = [], 1.0, "", 0.0, None
+    result, offsets, unit, plane, feed, at = [], {}, 1.0, "", 0.0, None
     cycles = "G81" in path.read_text()              # it runs them in exact path mode, their moves written out are in the program's
     for line in done.stdout.splitlines():
         match = _CALL.match(line)
@@ -45,8 +45,8 @@ def acts(path, ini):
         elif name not in _QUIET and not (cycles and name in ("SET_MOTION_CONTROL_MODE", "SET_NAIVECAM_TOLERANCE")):
             lengths = name in ("SET_G5X_OFFSET", "SET_G92_OFFSET", "USE_TOOL_LENGTH_OFFSET")
             result.append((name if numbers else f"{name} {text}", [n * (unit if lengths else 1.0) for n in numbers], apart))
-            if lengths or name == "SET_XY_ROTATION":
-                at = None
+            if (lengths or name == "SET_XY_ROTATION") and offsets.get(name) != numbers:
+                offsets[name], at = numbers, None
     return result, done.stderr.strip() if "PROGRAM_END" not in done.stdout else ""
 
 

@@ -10,6 +10,7 @@ Called by run.py.
 """
 
 import dataclasses
+import math
 import os
 import tempfile
 
@@ -74,14 +75,20 @@ def _without(now, blocks, read_it, machine, stock, limits):
 
 def same_program(first, second):
     """Raises Different where two Programs do not make the same moves, one for one, with the same tools, stocks and feeds."""
-    proof.same_path(first, second)
     one, two = (np.array(proof.real_steps(p), int) for p in (first, second))
     if len(one) != len(two):
         raise proof.Different(f"it has {len(two)} moves instead of {len(one)}")
-    f, g = (p.feed[p.first[own]] for p, own in ((first, one), (second, two)))
-    other = np.flatnonzero(np.abs(f - g) > FEED_SHARE * np.maximum(f, 1.0))
-    if len(other):
-        raise proof.Different(f"F of line {first.line_of(int(one[other[0]]))} has changed")
+    wrong = np.zeros(len(one), bool)
+    for values in ("kind", "feed"):
+        f, g = (getattr(p, values)[p.first[own]] for p, own in ((first, one), (second, two)))
+        wrong |= np.abs(f - g) > FEED_SHARE * np.maximum(np.abs(f), 1.0)
+    for at in (lambda p, own: p.end[p.first[own + 1] - 1], lambda p, own: p.end[np.maximum(p.first[own] - 1, 0)]):
+        wrong |= np.abs(at(first, one) - at(second, two)).max(axis=1) > proof.PATH_MM
+    for k in np.flatnonzero((first.circle[one] >= 0) & ~wrong).tolist():
+        a, b = first.circles[first.circle[one[k]]], second.circles[second.circle[two[k]]]
+        wrong[k] = a.plane != b.plane or a.turns != b.turns or math.dist(a.centre, b.centre) > proof.PATH_MM
+    if wrong.any():
+        raise proof.Different(f"line {first.line_of(int(one[wrong.argmax()]))} has become another move")
     events = [[(int(np.searchsorted(p.first[own], event.at)), event.kind, np.round(event.values, 6).tolist()) for event in p.events]
               for p, own in ((first, one), (second, two))]
     if events[0] != events[1]:

@@ -5,6 +5,7 @@ Called by calls.py.  Calls run lines of other places, and loops run lines again:
 belongs.
 """
 
+import functools
 import os
 import tempfile
 
@@ -22,10 +23,14 @@ _UNITS, _PLANES, _ARCS = {1: 20, 2: 21}, {1: 17, 2: 19, 3: 18}, {0: 90.1, 1: 91.
 
 def modes_of(mark):
     """The Modes in force at a mark."""
-    packed, motion = int(mark[MODES]), int(mark[MOTION]) // 10
+    return _modes(int(mark[MODES]), int(mark[MOTION]) // 10, bool(mark[SIDE]))
+
+
+@functools.lru_cache(maxsize=256)
+def _modes(packed, motion, side):
     units, distance, plane, arcs = packed // 1000, packed // 100 % 10, packed // 10 % 10, packed % 10
     cycle = motion if motion in (73, 76) or 81 <= motion <= 89 else 0
-    return Modes(90 + (distance != 0), _UNITS.get(units, 21), _PLANES.get(plane, 17), 41 if mark[SIDE] else 40, _ARCS.get(arcs, 91.1), cycle)
+    return Modes(90 + (distance != 0), _UNITS.get(units, 21), _PLANES.get(plane, 17), 41 if side else 40, _ARCS.get(arcs, 91.1), cycle)
 
 
 class Followed:

@@ -38,6 +38,8 @@ class Unroller:
     def __init__(self, followed):
         self.followed, self.program = followed, followed.program
         self.marks = self.program.marks
+        self.steps = np.searchsorted(self.program.first, self.marks[:, AT]).tolist()       # before each mark
+        self.checked = set()        # (file, line) of lines that may be written out
         self.end = "\r\n" if self.program.source[0].endswith("\r\n") else "\n"
         self.out, self.checks, self.origin, self.key, self.text = [], {}, [], None, None
 
@@ -121,7 +123,11 @@ class Unroller:
 
     def _check_line(self, k):
         """Unreadable for an executed line that cannot be written out whatever it does."""
-        text, line = self._source(k), int(self.marks[k, LINE_NUMBER])
+        place = int(self.marks[k, FILE]), int(self.marks[k, LINE_NUMBER])
+        if place in self.checked:
+            return
+        self.checked.add(place)
+        text, line = self._source(k), place[1]
         if text.lstrip().startswith("/"):
             raise kept_codes.cannot("/", line, "the line is run only while block delete is off")
         if "$" in code(text):
@@ -134,7 +140,7 @@ class Unroller:
         self._check_line(k)
         program, item, line = self.program, self._item(k), int(self.marks[k, LINE_NUMBER])
         after = modes_of(self.marks[k + 1])
-        first, end = (int(np.searchsorted(program.first, self.marks[j, AT])) for j in (k, k + 1))
+        first, end = self.steps[k], self.steps[k + 1]
         self._set(after)
         if item is not None and "comment" in item:
             self._comment(self._source(k), item, line)
