@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """G75 in figures: error against the oracle, and the time of many copies.
 
-    /usr/bin/python3 bench/bench_pattern.py [--count 20] [--seed 7134] [--table]
+    /usr/bin/python3 bench/bench_pattern.py [--count 20] [--seed 7134] [--only error stations ..] [--table]
 
 Called by bench/run.py (prints JSON rows).
 error    random subs (tests/support/pattern_oracle.py) x 8 transforms in LinuxCNC's interpreter, against what each sub does by itself
@@ -29,7 +29,7 @@ from chipwise.stations.frame import frame_of
 from rows import row
 from roots import ROOT
 from support import canon, climb_oracle, pattern_oracle, reach_oracle
-from support.pattern_oracle import compare, moves_of, random_sub, transformed
+from support.pattern_oracle import calls_to_moves, compare, moves_of, random_sub, transformed
 from support.station_cases import case, off, shares_of_bound
 
 HEAD = "G21 G90 G64 G94 G17 G40\nT1 M6\nS5000 M3\nF600\n"
@@ -44,28 +44,38 @@ def transforms(seed):
 
 
 def errors(seed, count):
-    """(largest error in mm, cases, cases that differ otherwise)."""
-    worst, cases, wrong = 0.0, 0, []
+    """(largest error in mm, cases, those of them with arcs that become chords, cases that differ otherwise)."""
+    worst, cases, chords, wrong = 0.0, 0, 0, []
     for number in range(seed, seed + count):
-        for mirror, degrees, shift in transforms(number):
-            sub = random_sub(number, cycles=mirror in (0, 3))
-            if degrees % 90 and any("G18" in line or "G19" in line for line in sub):
-                continue            # those become chords
-            start = np.array([[3.0, -4.0, 7.0 + shift[2]]])
-            back = transformed(start - np.array(shift), 0, -degrees, (0, 0, 0))
-            back = transformed(back, mirror, 0, (0, 0, 0))[0]
-            here = " ".join(f"{letter}{value:.9f}" for letter, value in zip("XYZ", start[0]))
-            there = " ".join(f"{letter}{value:.9f}" for letter, value in zip("XYZ", back))
-            words = f"H{mirror} R{degrees:.4f} X{shift[0]} Y{shift[1]} Z{shift[2]}"
-            cases += 1
-            try:
-                found = moves_of("\n".join([*sub, HEAD, f"G0 {here}", "(begin)", f"G75 Q100 {words}", "(end)", "M2", ""]))[0]
-                own = moves_of("\n".join([*sub, HEAD, f"G0 {there}", "(begin)", "o100 call", "(end)", "M2", ""]))[0]
-                compare(found, own, lambda p, m=mirror, d=degrees, s=shift: transformed(p, m, d, s))
-                worst = max(worst, *(float(np.abs(a.points - transformed(b.points, mirror, degrees, shift)).max()) for a, b in zip(found, own)))
-            except AssertionError as error:
-                wrong.append(f"CHIPWISE_SEED={number} {words}: {str(error)[:200]}")
-    return worst, cases, wrong
+        for cycles in (True, False):            # a cycle in a mirrored pattern plans the other hand
+            sub, places = random_sub(number, cycles), [place for place in transforms(number) if (place[0] in (0, 3)) == cycles]
+            planar = not any("G18" in line or "G19" in line for line in sub)
+            exact = [place for place in places if planar or place[1] % 90 == 0]
+            cases, chords = cases + len(exact), chords + len(places) - len(exact)
+            found, own = _calls(sub, exact, True), _calls(sub, exact, False)
+            for k, (mirror, degrees, shift) in enumerate(exact):
+                try:
+                    pairs = [calls_to_moves(calls, f"begin {k}", f"end {k}") for calls in (found, own)]
+                    compare(*pairs, lambda p, m=mirror, d=degrees, s=shift: transformed(p, m, d, s))
+                    worst = max(worst, *(float(np.abs(a.points - transformed(b.points, mirror, degrees, shift)).max()) for a, b in zip(*pairs)))
+                except AssertionError as error:
+                    wrong.append(f"CHIPWISE_SEED={number} H{mirror} R{degrees:.4f}: {str(error)[:200]}")
+    return worst, cases, chords, wrong
+
+
+def _calls(sub, places, pattern):
+    """Canonical calls of one program: the sub as a pattern at each place, or by itself from where that place begins."""
+    lines = [*sub, HEAD]
+    for k, (mirror, degrees, shift) in enumerate(places):
+        start = np.array([[3.0, -4.0, 7.0 + shift[2]]])
+        back = transformed(transformed(start - np.array(shift), 0, -degrees, (0, 0, 0)), mirror, 0, (0, 0, 0))
+        where = " ".join(f"{letter}{value:.9f}" for letter, value in zip("XYZ", (start if pattern else back)[0]))
+        call = f"G75 Q100 H{mirror} R{degrees:.4f} X{shift[0]} Y{shift[1]} Z{shift[2]}" if pattern else "o100 call"
+        # a plain call leaves the modes of the sub to the next one
+        lines += ["G21 G90 G91.1 G94 G17 G40 G98 F600", f"G0 {where}", f"(begin {k})", call, f"(end {k})"]
+    trace = canon.run_preview("\n".join([*lines, "M2", ""]))
+    assert not trace.error, trace.error
+    return json.loads(trace.output.splitlines()[-1])["calls"]
 
 
 def stations(seed, count):
@@ -134,27 +144,49 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--count", type=int, default=20)
     parser.add_argument("--seed", type=int, default=7134)
+    parser.add_argument("--only", nargs="+", choices=PARTS, default=list(PARTS))
     parser.add_argument("--table", action="store_true")
     options = parser.parse_args()
-    worst, cases, wrong = errors(options.seed, options.count)
-    exact, share, number = stations(options.seed, 10 * options.count)
-    kept, lost, profiles = climbs(options.seed, options.count)
-    bad, missed, good, alarms = robots(options.seed, 10 * options.count)
+    bad = False
+    for part in options.only:
+        for line in PARTS[part](options.seed, options.count):
+            bad = bad or part == "error" and line["name"].endswith("otherwise") and line["value"] > 0
+            print(json.dumps(line) if not options.table else f"{line['name']:60s} {line['value']:12.3g} {line['unit']:3s} {line['note']}", flush=True)
+    return 1 if bad else 0
+
+
+def error_rows(seed, count):
+    worst, cases, chords, wrong = errors(seed, count)
+    return [row(f"G75: largest error in {cases} random cases", worst, "mm", f"{chords} more have arcs of G18 or G19 that become chords", 1e-6),
+            row("G75: cases that differ otherwise", len(wrong), "", "; ".join(wrong), 0)]
+
+
+def station_rows(seed, count):
+    exact, share, number = stations(seed, 10 * count)
+    return [row(f"stations: largest error of {number} from exact points", exact, "mm", "", 1e-9),
+            row(f"stations: points 0.01 mm off, largest share of the bound, {number}", share, "", "90 places each, up to 300 mm per axis away", 1.0)]
+
+
+def climb_rows(seed, count):
+    kept, lost, profiles = climbs(seed, count)
+    return [row(f"G75: climb share kept in {profiles} mirrored profiles, largest difference", kept, "", f"grid of {climb_oracle.CELL} mm", 0.04),
+            row("G75: not kept, largest difference to the other share", lost, "", "")]
+
+
+def robot_rows(seed, count):
+    bad, missed, good, alarms = robots(seed, 10 * count)
+    return [row(f"robot: bad programs not found before motion, of {bad}", missed, "", "reach, joint limits, singularities", 0),
+            row(f"robot: good programs refused, of {good}", alarms, "", "", 0)]
+
+
+def copy_rows(_seed, _count):
     with tempfile.TemporaryDirectory() as folder:
         plan_s, wall_s, run_s, lines = copies(folder)
-    rows = [row(f"G75: largest error in {cases} random cases", worst, "mm", "; ".join(wrong), 1e-6),
-            row("G75: cases that differ otherwise", len(wrong), "", "", 0),
-            row(f"stations: largest error of {number} from exact points", exact, "mm", "", 1e-9),
-            row(f"stations: points 0.01 mm off, largest share of the bound, {number}", share, "", "90 places each, up to 300 mm per axis away", 1.0),
-            row(f"G75: climb share kept in {profiles} mirrored profiles, largest difference", kept, "", f"grid of {climb_oracle.CELL} mm", 0.04),
-            row("G75: not kept, largest difference to the other share", lost, "", ""),
-            row(f"robot: bad programs not found before motion, of {bad}", missed, "", "reach, joint limits, singularities", 0),
-            row(f"robot: good programs refused, of {good}", alarms, "", "", 0),
-            row(f"G75: plan of {COPIES} copies of {MOVES} moves", plan_s, "s", f"computing time; {wall_s:.2f} s on the clock, {lines} lines", 1.0),
+    return [row(f"G75: plan of {COPIES} copies of {MOVES} moves", plan_s, "s", f"computing time; {wall_s:.2f} s on the clock, {lines} lines", 1.0),
             row(f"G75: the same program in rs274, {lines} lines", run_s, "s", "computing time, start of the interpreter included")]
-    for line in rows:
-        print(json.dumps(line) if not options.table else f"{line['name']:60s} {line['value']:12.3g} {line['unit']:3s} {line['note']}")
-    return 1 if wrong else 0
+
+
+PARTS = {"error": error_rows, "stations": station_rows, "climb": climb_rows, "robot": robot_rows, "copies": copy_rows}
 
 
 if __name__ == "__main__":
