@@ -33,7 +33,8 @@ def of(state, station, travel):
     from chipwise.stations import pose as poses
     table = poses.TABLES.get(module)
     if not set(table or "ABC") <= set(letters):
-        raise CycleError(f"[CHIPWISE]TOOL_POSE is set, and the machine has no axes {' and '.join(table or 'ABC')}", "take TOOL_POSE out of the INI file")
+        needed = " and ".join(table) if table else "A, B and C"
+        raise CycleError(f"[CHIPWISE]TOOL_POSE is set, and the machine has no axes {needed}", "take TOOL_POSE out of the INI file")
     now = tuple(float(getattr(state.interp, f"{axis}_current")) for axis in _AXES)
     if table:
         _check_switch(module, arguments, travel)
