@@ -71,6 +71,7 @@ run: deps
 test: deps
 	-@tools/deps python3-distributed
 	-@tools/deps chromium chromium-driver python3-selenium
+	-@tools/deps gir1.2-webkit2-4.1
 	@$(MAKE) --no-print-directory build
 	@tools/test
 

@@ -19,7 +19,8 @@ HELP = 'serve a page with stock, load and alarms of the LinuxCNC that runs here'
 
 
 def add_arguments(parser):
-    del parser
+    parser.add_argument('--tab', metavar='XID', help='show the page in the X window of this number: [DISPLAY]EMBED_TAB_COMMAND = chipwise '
+                                                     'panel --tab {XID}')
 
 
 def leave(_number, _frame):
@@ -40,9 +41,10 @@ def make_server(settings, watch):
 
 
 def run(options):
-    """Runs until LinuxCNC ends."""
-    del options
+    """Runs until LinuxCNC ends, with --tab until the screen does."""
     from chipwise.cli import CommandError
+    if options.tab is not None:
+        return show_tab(options.tab)
     from chipwise.halcmd import pins
     try:
         import linuxcnc
@@ -54,6 +56,31 @@ def run(options):
     except CycleError as error:
         raise CommandError(str(error).removeprefix('chipwise: ')) from error
     serve(settings)
+    return 0
+
+
+def show_tab(text):
+    """The page as a tab."""
+    from chipwise.cli import CommandError, UsageError
+    from chipwise.panel import tab
+    from chipwise.panel.server import as_url
+    try:
+        window = int(text, 0)
+    except ValueError:
+        window = 0
+    if not 0 < window < 1 << 32:
+        raise UsageError(f'--tab {text} is not the number of an X window; use the one that EMBED_TAB_COMMAND gives')
+    try:
+        settings = load_settings()
+        here = settings['PANEL_ADDRESS'].replace('0.0.0.0', '127.0.0.1')
+        tab.show(window, as_url('::1' if here == '::' else here, settings['PANEL_PORT']))
+    except CycleError as error:
+        raise CommandError(str(error).removeprefix('chipwise: ')) from error
+    except (ImportError, ValueError) as error:
+        raise CommandError(f'a tab needs GTK 3 for Python ({error}); apt-get install python3-gi gir1.2-gtk-3.0') from error
+    except RuntimeError as error:
+        raise CommandError(f'a tab cannot be shown: {error}; start it from a screen of LinuxCNC') from error
+    return 0
 
 
 def serve(settings):

@@ -5,6 +5,7 @@
     machine.py          the same machine, read for the page
     watch.py            one look after the other: state, figures of a run, alarms
     tiles.py, alarms.py the stock in tiles; the alarms
+    tab.py              the page as a tab of AXIS and gmoccapy
     tool_log.py         what each tool did in a program
     server.py           the web server; page/ has its files, locale/ its strings (catalogue.py)
 """

@@ -186,7 +186,7 @@ class Watch:
                 "task": {**task, "program": os.path.basename(task["program"])} if task else None,
                 "run": figures(run, run.volume if run else 0.0), "background": background(pins, task, self.alarms),
                 "alarms": self.alarms.entries, "stock_error": self.stock_error,
-                "tools": self.tools.rows(), "log_error": self.log_error, "path": [self.path.epoch, self.path.count]}
+                "tools": self.tools.rows(), "log_error": self.log_error, "pages": self.pages, "path": [self.path.epoch, self.path.count]}
 
     def wait(self, number, seconds):
         """Wait for a look after `number`.  -> (its number, its text), the same number after so many seconds or at the end."""
