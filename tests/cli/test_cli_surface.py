@@ -61,6 +61,16 @@ def test_inch_machine_and_placing(model, tmp_path):
     assert figures["low"][:2] == pytest.approx([25.4, 50.8], abs=1e-4) and figures["high"][:2] == pytest.approx([65.4, 90.8], abs=1e-4)
 
 
+def test_scallop(model, tmp_path):
+    """A smaller scallop takes more cuts; --step is then the largest step-over and may be left out."""
+    cuts = []
+    for arguments in (["--scallop", 0.1], ["--scallop", 0.02], ["--scallop", 0.1, "--step", 0.3]):
+        done = surface(model, "-o", tmp_path / "out.ngc", "--tool", 4, *arguments, "--json", tmp_path / "out.json")
+        assert done.returncode == 0 and f"scallop {arguments[1]}" in (tmp_path / "out.ngc").read_text(), done.stderr
+        cuts.append(json.loads((tmp_path / "out.json").read_text())["cuts"])
+    assert cuts[1] > 1.8 * cuts[0] and cuts[2] > 20 / 0.3
+
+
 def test_picture(tmp_path):
     values = np.linspace(0, 65535, 60)[None, :].repeat(50, axis=0)
     (tmp_path / "depth.png").write_bytes(surface_cases.png_bytes(values))

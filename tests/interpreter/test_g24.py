@@ -107,6 +107,12 @@ def test_levels(model, unit):
     before = LEVELS if unit == "G21" else LEVELS.replace("2.5", f"{2.5 / 25.4:.9f}")
     same(run_preview(program(model, unit=unit, before=before), TOOLS), expected(model, depth=2.5, ramp_angle=10.0))
     same(run_preview(program(model, before=LEVELS + "#<_chipwise_surface_depth> = 0"), TOOLS), expected(model))
+    height = 0.06 if unit == "G21" else 0.06 / 25.4
+    trace, wanted = run_preview(program(model, unit=unit, before=f"#<_chipwise_surface_scallop> = {height:.9f}"), TOOLS), expected(model, scallop=0.06)
+    if unit == "G21":
+        same(trace, wanted)
+    else:           # a step-over that adapts carries the rounding of an inch on: not move by move
+        assert not trace.error and len(trace.between("begin", "end")) == pytest.approx(len(wanted), rel=0.01)
 
 
 def test_the_lines_before_are_known(model):

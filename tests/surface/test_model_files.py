@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 from support import surface_cases
 
+from chipwise.check.sweep import Shape
 from chipwise.errors import CycleError
-from chipwise.surface import png, stl
+from chipwise.stock import core, layout, store
+from chipwise.surface import drop, png, stl
 from chipwise.surface.model import Placing, read_model
 
 WAVES = surface_cases.waves(12)
@@ -98,6 +100,39 @@ def test_large_good_models_are_read_in_time(tmp_path):
     (tmp_path / "model.stl").write_bytes(surface_cases.stl_bytes(many))
     model, seconds = answer(tmp_path / "model.stl")
     assert len(model.triangles) == len(many) > 100_000 and seconds < 2
+
+
+def stock_file(path, turn=0.0, cell=0.5):
+    """A stock of 20 x 12 mm with a groove along Y, cut by the core, as M253 saves it."""
+    stock = core.Stock((5, -3, -10), (25, 9, 0), cell, turn=turn)
+    stock.cells["top"][:, 10:18] = -2.5
+    head = stock.head
+    low, high = (head.x0, head.y0, head.z_min), (head.x_max, head.y_max, head.z_max)
+    store.write(str(path), store.Head(cell, low, high, layout.StockShape.BOX, head.nx, head.ny, 0.0, (head.half_x, head.half_y), turn),
+                stock.cells_and_ring.copy())
+
+
+def test_a_stock_file_is_a_model(tmp_path):
+    """Its cells are points of the surface, in its own coordinates; shifted and scaled as any model."""
+    stock_file(tmp_path / "slot1.stock")
+    model, _seconds = answer(tmp_path / "slot1.stock", shift=(1, 2, 0.5))
+    assert model.low == pytest.approx([6.25, -0.75, -2.0], abs=1e-5) and model.high == pytest.approx([25.75, 10.75, 0.5], abs=1e-5)
+    probe = drop.Mesh(model, 1.0)
+    x = np.array([8.0, 11.6, 12.5, 14.4, 20.0])
+    found = probe.heights(drop.drop_tool(Shape(0.01)), np.column_stack([x, np.full(5, 4.0)]), -50.0)
+    assert found == pytest.approx([0.5, -2.0, -2.0, -2.0, 0.5], abs=1e-3)
+
+
+def test_stock_files_that_are_refused(tmp_path):
+    stock_file(tmp_path / "good.stock")
+    data = (tmp_path / "good.stock").read_bytes()
+    (tmp_path / "bad.stock").write_bytes(data[:-40] + bytes(40))
+    (tmp_path / "cut.stock").write_bytes(data[:200])
+    stock_file(tmp_path / "turned.stock", turn=0.3)
+    for name, text in (("bad.stock", "the stock file cannot be used: its checksum is wrong"), ("cut.stock", "its checksum is wrong"),
+                       ("turned.stock", "the stock in the file is turned")):
+        found, seconds = answer(tmp_path / name)
+        assert isinstance(found, str) and text in found and seconds < 2, found
 
 
 @pytest.mark.parametrize("bits", [8, 16])

@@ -85,7 +85,7 @@ def cuts_of(options):
     """The options of each cut: those of the command, or of the job file it names."""
     if not is_job(options.model):
         for name in ('tool', 'step'):
-            if getattr(options, name) is None:
+            if getattr(options, name) is None and (name == 'tool' or options.scallop is None):
                 refuse(f'--{name} is missing')
         return [options]
     given = [f'--{name.replace("_", "-")}' for name, value in job_defaults().items()

@@ -48,7 +48,7 @@ def read_job(path, defaults):
         found = [argparse.Namespace(**{**common, **_values(cut, f" of cut {number}", of_a_cut)}) for number, cut in enumerate(cuts, 1)]
         for number, cut in enumerate(found, 1):
             for key in ("model", "tool", "step"):
-                if getattr(cut, key) is None:
+                if getattr(cut, key) is None and (key != "step" or cut.scallop is None):
                     raise CycleError(f"{key} of cut {number} is missing", f"add {key} = ..")
             cut.model = os.path.join(os.path.dirname(os.path.abspath(path)), os.path.expanduser(cut.model))
         return found

@@ -9,9 +9,11 @@ from chipwise.cli.machine_options import ini_of
 from chipwise.errors import MM_PER_INCH, CycleError
 
 MOST_MOVES = 20_000_000
+STEP_SHARE = 0.5            # of the tool's diameter: the largest step-over if only a scallop is given
 # option: (metavar, default in mm or None, smallest, may be the smallest, help)
 LENGTHS = {
     'step': ('D', None, 0, False, 'largest step-over'),
+    'scallop': ('H', None, 0, False, 'height along the normal that the cuts may leave; the step-over adapts to the slope'),
     'allowance': ('I', 0.0, 0, True, 'left on the model all over (default: 0)'),
     'clearance': ('R', None, None, True, 'clearance plane (default: 5 mm above model and stock)'),
     'relief': ('K', 1.0, 0, True, 'tool relief at the ends of cuts (default: 1 mm)'),
@@ -72,7 +74,7 @@ def request_of(options, refuse):
         refuse(str(error).partition('; see')[0])
     settings, unit = load_settings(machine.ini), machine.unit_mm
     geometry = tool_geometry(settings.path('TOOL_GEOMETRY'), options.tool) or ToolGeometry()
-    lengths = {}
+    diameter, lengths = diameter_of(machine.table, options.tool) * unit, {}
     for name, (_metavar, default, *_rest) in LENGTHS.items():
         value = getattr(options, name.replace('-', '_'))
         lengths[name] = default if value is None else value * unit
@@ -80,12 +82,17 @@ def request_of(options, refuse):
     placing = Placing(tuple(value * unit for value in options.at), options.scale, lengths['pixel'], lengths['depth'])
     return SurfaceRequest(
         file=options.model, stamp=(), placing=placing, bottom=lengths['floor'], clearance=lengths['clearance'],
-        tool=Shape.of_tool(diameter_of(machine.table, options.tool) * unit, geometry), step=lengths['step'], feed=feed,
+        tool=Shape.of_tool(diameter, geometry), step=_step(lengths, diameter), feed=feed,
         plunge_feed=feed / 2 if options.plunge_feed is None else options.plunge_feed * unit, start=None,
         direction=float(options.direction), allowance=lengths['allowance'], relief=lengths['relief'], link=options.link,
         climb=not options.conventional, tolerance=lengths['tolerance'], stock_top=lengths['stock-top'], stock_is_model=True,
         cell=settings['CELL'], margin=lengths['margin'], most_moves=MOST_MOVES,
-        depth=lengths['rough'], least=lengths['rest'], ramp_angle=settings['RAMP_ANGLE']), unit
+        scallop=lengths['scallop'], depth=lengths['rough'], least=lengths['rest'], ramp_angle=settings['RAMP_ANGLE']), unit
+
+
+def _step(lengths, diameter):
+    """The largest step-over (mm): with a scallop alone STEP_SHARE of the diameter."""
+    return STEP_SHARE * diameter if lengths['step'] is None else lengths['step']
 
 
 def program_text(parts):
@@ -99,6 +106,7 @@ def program_text(parts):
     for part in parts:
         options, request, plan = part.options, part.request, part.plan
         kind = f', levels {request.depth / unit_mm:.4g}' if request.depth else ''
+        kind += f', scallop {request.scallop / unit_mm:.4g}' if request.scallop else ''
         kind += f', rest {request.least / unit_mm:.4g}' if request.least else ''
         lines += [f'(tool {options.tool}, step-over {request.step / unit_mm:.4g}, direction {options.direction}, link {options.link}{kind})',
                   f'G64 P{0.2 * request.tolerance / unit_mm:.6f}', f'T{options.tool} M6', 'G43', f'S{options.speed:g} M3',

@@ -19,7 +19,7 @@ from chipwise.cycles.plan import CyclePlan, Note, Report
 from chipwise.cycles.surface_moves import LOWEST, PICK_FEED, ZIGZAG, Driver
 from chipwise.cycles.word_checks import EQUAL, MAX_PASSES, MOST_MOVES, check_feeds, check_moves, check_step
 from chipwise.errors import CycleError
-from chipwise.surface import needed, raster
+from chipwise.surface import needed, raster, scallop
 from chipwise.surface.drop import Mesh, Probe
 from chipwise.surface.links import Obstacles
 from chipwise.surface.model import Placing, read_model
@@ -28,6 +28,7 @@ LEAST_TOLERANCE = 1e-3      # mm
 MAX_ALLOWANCE = 1000.0      # mm
 OFF_MM = 0.01               # mm, that the holder keeps the tool up before the operator is asked to look
 MOST_TRACKS = 20_000
+LEAST_SCALLOP = 1e-3        # mm
 LEAST_STOCK = 0.05          # mm: a level leaves what reaches no more than this above it
 _SHARE = 0.85               # of the progress, until the links are planned
 
@@ -42,6 +43,7 @@ class SurfaceRequest:
     clearance    clearance plane; None: CLEAR_MM above the model and the stock
     tool         check.sweep.Shape
     step         D: largest step-over
+    scallop      height along the normal that the cuts may leave between them; None: all are as far apart as D allows
     direction    L: degrees
     allowance    I: left on the model, all over
     relief       K: tool relief
@@ -84,6 +86,7 @@ class SurfaceRequest:
     feed_per: str = "min"
     depth: float | None = None
     least: float | None = None
+    scallop: float | None = None
     ramp_angle: float = 3.0
     earlier: tuple = ()
 
@@ -121,6 +124,10 @@ def check(r):
         raise CycleError("tolerance {t} is not from {least} to {most}", "correct the tolerance", t=r.tolerance, least=LEAST_TOLERANCE, most=1.0)
     if r.depth is not None and not r.depth > 0:
         raise CycleError("depth of a level {j} is not above 0", "use a depth above 0", j=r.depth)
+    if r.scallop is not None and not r.scallop > 0:
+        raise CycleError("scallop {h} is not above 0", "use a height above 0", h=r.scallop)
+    if r.scallop is not None and r.scallop < LEAST_SCALLOP:
+        raise CycleError("scallop {h} is below {least}", "use {least} or more", h=r.scallop, least=LEAST_SCALLOP)
     if r.least is not None and not r.least > 0:
         raise CycleError("rest of {l} is not above 0", "use a height above 0", l=r.least)
     check_feeds(r)
@@ -145,8 +152,8 @@ def _planned(r, box, progress=None):
     model = _model(r.file, r.stamp, r.placing)
     heights = _heights(r, model)
     probe = Probe(Mesh(model, r.tool.diameter / 2), r.tool, r.allowance, heights.bottom)
-    tracks = _tracks(r, model)
-    cuts, sampled = raster.chains(probe, tracks, r.tool, r.tolerance, lambda share: said(_SHARE * share))
+    tracks = _tracks(r, model, probe)
+    cuts, sampled = raster.chains(probe, tracks, r.tool, _tolerance(r), lambda share: said(_SHARE * share))
     check_moves(sum(map(len, cuts)) + 6 * len(cuts), r, "use a larger D or tolerance")
     stock = _stock_before(r, box)
     driver = Driver(r, heights.clearance, Obstacles(probe, r.tool, stock), probe)
@@ -211,12 +218,23 @@ def _stock_before(r, box):
 # ---- cuts --------------------------------------------------------------------------------------------------------
 
 
-def _tracks(r, model):
+def _tolerance(r):
+    """Of the path: it comes on top of the scallop."""
+    return r.tolerance if r.scallop is None else min(r.tolerance, scallop.PATH_SHARE * r.scallop)
+
+
+def _tracks(r, model, probe):
     """The cuts as tracks seen from above; of a zigzag over all of the model with the links between them."""
     low, high = model.low[:2] - r.margin, model.high[:2] + r.margin
     if raster.count_of(low, high, r.direction, r.step) > MOST_TRACKS:
         raise CycleError(f"step-over D{{d}} needs more than {MOST_TRACKS} cuts side by side", "use a larger D", d=r.step)
-    tracks = raster.parallel(low, high, r.direction, raster.evenly(low, high, r.direction, r.step), r.climb)
+    if r.scallop is None:
+        across = raster.evenly(low, high, r.direction, r.step)
+    else:
+        across = scallop.across(probe, r.tool, low, high, r.direction, r.step, r.scallop - _tolerance(r), MOST_TRACKS)
+        if across is None:
+            raise CycleError(f"a scallop of {{h}} needs more than {MOST_TRACKS} cuts side by side", "use a larger scallop", h=r.scallop)
+    tracks = raster.parallel(low, high, r.direction, across, r.climb)
     if r.link != ZIGZAG:
         return tracks
     tracks = tracks.backwards(np.arange(len(tracks.length)) % 2 == 1)

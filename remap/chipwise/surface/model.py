@@ -11,7 +11,8 @@ import numpy as np
 
 from chipwise.errors import CycleError, braceless
 from chipwise.files import TooLong, open_regular
-from chipwise.surface import png, stl
+from chipwise.stock import store
+from chipwise.surface import png, stl, stock_model
 
 LARGEST = 1e5               # mm, of a coordinate
 PIXEL = 0.1                 # mm of a pixel if neither the picture nor the user says it
@@ -53,7 +54,7 @@ def read_model(path: str, placing: Placing) -> Model:
     """Raises CycleError, with the file's name, for a file that is not a usable model."""
     name = braceless(os.path.basename(path))
     try:
-        with open_regular(path, max(stl.MAX_BYTES, png.MAX_BYTES)) as file:
+        with open_regular(path, max(stl.MAX_BYTES, png.MAX_BYTES, stock_model.MAX_BYTES)) as file:
             corners, scale, notes = _read(file, os.fstat(file.fileno()).st_size, placing)
     except TooLong as error:
         raise CycleError(f"{name}: the file has {error.found} bytes, more than {error.most}", "export it with a larger tolerance") from error
@@ -72,21 +73,29 @@ def _read(file, size, placing):
         picture = png.read_png(file)
         notes = ("the picture has 8 bit: steps of 1/255 of the depth stay visible; use 16 bit",) if picture.bits == 8 else ()
         return _terrain(picture.height, placing.pixel or picture.pixel or PIXEL, placing.depth / placing.scale), placing.scale, notes
+    if head.startswith(store.MARK):
+        height, cell, (x0, y0) = stock_model.read_stock(file.read())
+        return _grid(height, cell, x0, y0), placing.scale, ()
     if head.startswith(b"\xff\xd8"):
         raise CycleError("the file is a JPEG picture, not an STL or PNG file", "save it as 16-bit grey PNG")
     if not size:
         raise CycleError("the file is empty", "export the model again")
     if not stl.is_stl(head, size):
-        raise CycleError("the file is neither STL nor PNG", "name an STL file or a PNG picture")
+        raise CycleError("the file is neither STL nor PNG", "name an STL file, a PNG picture or a stock file")
     return stl.read_stl(file, size), placing.scale, ()
 
 
 def _terrain(height, pixel, depth):
-    """Two triangles between any four pixels; white at Z0, the first row at the largest Y."""
-    rows, columns = height.shape
-    x = np.broadcast_to((np.arange(columns) * pixel).astype(np.float32), (rows, columns))
-    y = np.broadcast_to((np.arange(rows)[::-1, None] * pixel).astype(np.float32), (rows, columns))
-    point = np.stack([x, y, (height - np.float32(1.0)) * np.float32(depth)], axis=2)
+    """White at Z0, the lower left pixel at the origin."""
+    return _grid((height - np.float32(1.0)) * np.float32(depth), pixel, 0.0, 0.0)
+
+
+def _grid(z, apart, x0, y0):
+    """Two triangles between any four points of a grid z (rows, columns), the first row at the largest Y; x0, y0: of the lower left one."""
+    rows, columns = z.shape
+    x = np.broadcast_to((x0 + np.arange(columns) * apart).astype(np.float32), (rows, columns))
+    y = np.broadcast_to((y0 + np.arange(rows)[::-1, None] * apart).astype(np.float32), (rows, columns))
+    point = np.stack([x, y, z], axis=2)
     a, b, c, d = point[:-1, :-1], point[:-1, 1:], point[1:, 1:], point[1:, :-1]
     return np.concatenate([np.concatenate([a, b, d], axis=2).reshape(-1, 9), np.concatenate([b, c, d], axis=2).reshape(-1, 9)])
 
