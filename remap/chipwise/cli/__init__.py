@@ -21,9 +21,9 @@ import sys
 from chipwise import ROOT, version
 from chipwise.errors import printable
 
-COMMANDS = {name: name for name in ('check', 'contour', 'demo', 'digitise', 'display', 'enter', 'filter', 'load', 'monitor',
+COMMANDS = {name: name for name in ('check', 'contour', 'demo', 'digitise', 'display', 'enter', 'filter', 'link', 'load', 'monitor',
                                    'panel', 'patterns', 'rewrite', 'stations', 'surface', 'turn')} | {'try': 'try_program'}
-INTERNAL = ('display', 'load', 'monitor')      # LinuxCNC calls them
+INTERNAL = ('display', 'link', 'load', 'monitor')      # LinuxCNC calls them
 
 
 class CommandError(Exception):
