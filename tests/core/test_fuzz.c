@@ -22,43 +22,12 @@
 #include "core/watchdog.h"
 #include "core/tool_watch.h"
 #include "core/tracker.h"
+#include "random_numbers.h"
 
 #define PERIODS 250 /* of an episode */
 #define SETTLE 60   /* until a map of this size is filled again */
 #define LONGEST_S 0.05
 
-static const double HOSTILE[] = { 0.0,
-                                  -0.0,
-                                  1.0,
-                                  -1.0,
-                                  4.9e-324,
-                                  1e-300,
-                                  -1e-300,
-                                  1e-12,
-                                  1e-6,
-                                  0.25,
-                                  180.0,
-                                  1e5,
-                                  999999.0,
-                                  1e6,
-                                  -1e6,
-                                  1.1e6,
-                                  1e9,
-                                  2147483647.0,
-                                  2147483648.0,
-                                  -2147483649.0,
-                                  1e18,
-                                  1e150,
-                                  -1e150,
-                                  1e300,
-                                  1.7976931348623157e308,
-                                  -1.7976931348623157e308,
-                                  INFINITY,
-                                  -INFINITY,
-                                  NAN };
-#define COUNT(array) ((int)(sizeof(array) / sizeof *(array)))
-
-static unsigned long seed, start_seed;
 static long episode, period;
 static struct chip_stock *stock;
 static uint32_t capacity;
@@ -69,27 +38,6 @@ static struct chip_feed_easing easing;
 static struct chip_watchdog watchdog;
 static struct chip_tool_watch watch;
 static long failures, hostile_periods, ready_periods;
-
-static double chance(void)
-{
-    seed = seed * 6364136223846793005ul + 1442695040888963407ul;
-    return (double)(seed >> 11) / 9007199254740992.0;
-}
-
-static int pick(int count) { return (int)(chance() * count); }
-
-static double hostile(void)
-{
-    double value = HOSTILE[pick(COUNT(HOSTILE))];
-    if (chance() < 0.3) value *= 1.0 + chance();
-    if (chance() < 0.1) {
-        uint64_t bits = 0;
-        int i;
-        for (i = 0; i < 8; i++) bits = bits << 8 | (uint64_t)pick(256);
-        memcpy(&value, &bits, 8);
-    }
-    return value;
-}
 
 static int hostile_whole(void)
 {
@@ -390,9 +338,7 @@ static void run_episode(void)
 
 int main(void)
 {
-    const char *count = getenv("CHIPWISE_RANDOM_COUNT"), *from = getenv("CHIPWISE_SEED");
-    long episodes = count && *count ? atol(count) : 300;
-    start_seed = seed = from && *from ? strtoul(from, 0, 10) : 7134;
+    long episodes = random_begin(300);
     for (episode = 0; episode < episodes; episode++) run_episode();
     printf("%ld episodes, %ld hostile periods, %ld ready, %ld failures\n", episodes, hostile_periods, ready_periods,
            failures);

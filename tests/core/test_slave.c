@@ -11,11 +11,11 @@
 #include <string.h>
 
 #include "core/slave.h"
+#include "random_numbers.h"
 
 #define TICKS 40
 #define QUEUE 8
 
-static unsigned long seed;
 static long period, failures, losses;
 static struct chip_slave slave;
 static struct chip_slave_settings settings = { .scale_numerator = { 1, -3, 254 },
@@ -26,12 +26,6 @@ static struct chip_slave_settings settings = { .scale_numerator = { 1, -3, 254 }
                                                .silence_periods = 1000,
                                                .tick_count = TICKS };
 static struct chip_packet sent, zero;
-
-static unsigned chance(unsigned below)
-{
-    seed = seed * 6364136223846793005ul + 1442695040888963407ul;
-    return (unsigned)(seed >> 33) % below;
-}
 
 static void expect(int good, const char *what, long long value)
 {
@@ -53,7 +47,7 @@ static void walk(void)
     int i;
     sent.sequence_number++;
     for (i = 0; i < 3; i++) {
-        if (chance(2000) == 0) velocity[i] = (int)chance(25) - 12;
+        if (pick(2000) == 0) velocity[i] = pick(25) - 12;
         sent.step_counts[i] = velocity[i];
         sent.position_counts[i] += velocity[i];
     }
@@ -67,10 +61,10 @@ static struct chip_packet channel(void)
     static int is_started;
     int i, late;
     if (!is_started) is_started = 1, last = zero;
-    if (chance(50) == 0) {
+    if (pick(50) == 0) {
         losses++;
     } else {
-        late = chance(50) == 0 ? (int)chance(QUEUE) : 0;
+        late = pick(50) == 0 ? pick(QUEUE) : 0;
         for (i = 0; i < QUEUE && waits[i]; i++)
             ;
         if (i < QUEUE) queue[i] = sent, waits[i] = late + 1;
@@ -96,15 +90,13 @@ static void run_period(int is_bad)
     expect(slave.state_number == CHIP_SLAVE_FOLLOW || slave.state_number == CHIP_SLAVE_CATCH_UP, "state",
            slave.state_number);
     if (period % 64 == 0 || failures)
-        for (tick = 0; tick < TICKS - (int)chance(2); tick++) chip_slave_pulse(&slave, pulse);
+        for (tick = 0; tick < TICKS - pick(2); tick++) chip_slave_pulse(&slave, pulse);
 }
 
 int main(void)
 {
-    const char *count = getenv("CHIPWISE_RANDOM_COUNT"), *from = getenv("CHIPWISE_SEED");
-    long periods = count && *count ? atol(count) : 10000000;
+    long periods = random_begin(10000000);
     int i, tick, pulse[3];
-    seed = from && *from ? strtoul(from, 0, 10) : 7134;
     sent.sequence_number = 4294967295u - 1000; /* it wraps soon */
     sent.position_counts[0] = 5000000000000000000;
     sent.position_counts[1] = -1234567890123456789;

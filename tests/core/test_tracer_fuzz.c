@@ -15,18 +15,11 @@
 
 #include "core/stylus.h"
 #include "core/tracer.h"
+#include "random_numbers.h"
 
 #define PERIODS 500 /* of an episode */
 #define SETTLE 3000 /* until a sound tracer has landed again */
 
-static const double HOSTILE[] = { 0.0,       -0.0,     1.0,         -1.0,   4.9e-324, 1e-300,
-                                  1e-12,     1e-6,     0.25,        180.0,  1e5,      -1e6,
-                                  1.1e6,     1e9,      1e18,        1e150,  1e300,    1.7976931348623157e308,
-                                  0.001,     0.3,      50.0,        -1e300, INFINITY, NAN,
-                                  -INFINITY, -1.8e307, 2147483648.0 };
-#define COUNT(array) ((int)(sizeof(array) / sizeof *(array)))
-
-static unsigned long seed, start_seed;
 static long episode, period, failures, hostile_periods, traced;
 static struct chip_tracer tracer;
 static struct chip_tracer_settings sound, settings;
@@ -35,20 +28,6 @@ static struct chip_tracer_out out;
 static struct chip_stylus stylus;
 static struct chip_stylus_settings model;
 static double head[3];
-
-static double chance(void)
-{
-    seed = seed * 6364136223846793005ul + 1442695040888963407ul;
-    return (double)(seed >> 11) / 9007199254740992.0;
-}
-
-static int pick(int count) { return (int)(chance() * count); }
-
-static double hostile(void)
-{
-    double value = HOSTILE[pick(COUNT(HOSTILE))];
-    return chance() < 0.3 ? value * (1.0 + chance()) : value;
-}
 
 static void expect(int good, const char *what, double value)
 {
@@ -201,9 +180,7 @@ static void run_episode(void)
 
 int main(void)
 {
-    const char *count = getenv("CHIPWISE_RANDOM_COUNT"), *from = getenv("CHIPWISE_SEED");
-    long episodes = count && *count ? atol(count) : 2000;
-    start_seed = seed = from && *from ? strtoul(from, 0, 10) : 7134;
+    long episodes = random_begin(2000);
     for (episode = 0; episode < episodes; episode++) run_episode();
     printf("%ld episodes, %ld hostile periods, %ld traced, %ld failures\n", episodes, hostile_periods, traced,
            failures);
