@@ -7,8 +7,10 @@ import subprocess
 import numpy as np
 import pytest
 
-from chipwise.digitise import program, record
+from chipwise.digitise import height_map, mesh, program, record
+from chipwise.errors import CycleError
 from chipwise.stock import core, store
+from chipwise.surface.model import Placing, read_model
 from support import ROOT
 from support.random_cases import random_count, random_seed
 from support.tracer_rig import FAR, STATE, SURFACE, Rig
@@ -65,6 +67,34 @@ def test_the_height_map_of_a_ball(log, tmp_path):
     assert full - stock.volume() == pytest.approx(head.removed, rel=1e-6)
 
 
+def off_the_ball(path):
+    """Height of the STL's corners above the ball, mm, away from the edge; as G24 reads them."""
+    model = read_model(str(path), Placing())
+    points = model.triangles.reshape(-1, 3).astype(float) + model.low
+    points = points[(np.abs(points[:, :2]) < HALF - 0.3).all(axis=1)]
+    return points[:, 2] - np.sqrt(RADIUS ** 2 - points[:, 0] ** 2 - points[:, 1] ** 2)
+
+
+def test_the_surface_of_a_ball(log, tmp_path):
+    out = tmp_path / "model.stl"
+    done = digitise(log, "-o", out, "--ball", STYLUS, "--cell", 0.1)
+    assert done.returncode == 0 and "triangles" in done.stdout, done.stdout
+    off = off_the_ball(out)
+    assert len(off) > 5000 and np.percentile(np.abs(off), 99) < 0.005
+    assert digitise(log, "-o", tmp_path / "wrong.stl", "--ball", 1.05 * STYLUS, "--cell", 0.1).returncode == 0
+    assert np.abs(off_the_ball(tmp_path / "wrong.stl")).max() > 0.04
+
+
+def test_a_surface_has_no_triangle_where_nothing_was_touched():
+    heights = np.zeros((4, 5))
+    heights[1, 2] = np.nan
+    corners = mesh.triangles(height_map.HeightMap(heights, 10.0, 20.0, 0.5))
+    assert len(corners) == 2 * (3 * 4 - 4) and corners[..., 0].min() == 10.25 and corners[..., 1].max() == 21.75
+    assert (np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2] > 0).all()
+    with pytest.raises(CycleError, match="no four neighbouring cells"):
+        mesh.triangles(height_map.HeightMap(np.full((4, 5), np.nan), 0.0, 0.0, 0.5))
+
+
 def test_the_judge_sees_a_wrong_ball(log, tmp_path):
     digitise(log, "-o", tmp_path / "model.stock", "--ball", STYLUS + 0.05, "--cell", 0.1)
     assert np.percentile(np.abs(errors(tmp_path / "model.stock", 0.1)), 99) > 0.03
@@ -94,7 +124,7 @@ def test_an_allowance_raises_the_program(log, tmp_path):
     for name, allowance in (("a", 0.0), ("b", 0.4)):
         digitise(log, "-o", tmp_path / (name + ".ngc"), "--ball", STYLUS, "--allowance", allowance)
     a, b = (centres_of((tmp_path / (name + ".ngc")).read_text(), STYLUS) for name in "ab")
-    assert b - a == pytest.approx(np.tile((0, 0, 0.4), (len(a), 1)), abs=1e-4)
+    assert b - a == pytest.approx(np.tile((0, 0, 0.4), (len(a), 1)), abs=1.001e-4)      # two roundings to 0.0001 mm
 
 
 def test_an_inch_log(log, tmp_path):
@@ -144,7 +174,7 @@ def test_a_log_that_cannot_be_used(tmp_path, content, message):
 
 
 def test_options_that_cannot_be(log, tmp_path):
-    for options, message in ((["-o", tmp_path / "a.txt"], "neither FILE.stock nor"), (["-o", tmp_path / "no" / "a.ngc"], "no folder"),
+    for options, message in ((["-o", tmp_path / "a.txt"], "is not FILE.stock, FILE.stl or"), (["-o", tmp_path / "no" / "a.ngc"], "no folder"),
                              (["-o", tmp_path / "a.stock", "--cell", "nan"], "--cell nan"), (["-o", tmp_path / "a.stock", "--floor", 9], "the floor 9 mm")):
         done = digitise(log, "--ball", 1, *options)
         assert done.returncode == 2 and message in done.stdout, done.stdout

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Turn the log of a trace into a height map and a program.
+"""Turn the log of a trace into a height map, a surface and a program.
 
 The log has the pins in-contact, ball-x, ball-y and ball-z of tracer(9), as halsampler writes them. The map is a stock file that
-M254 restores; the program follows the model with a ball tool as large as the stylus. Lengths of the options are mm, the results
+M254 restores; the surface is an STL file that G24 machines; the program follows the model with a ball tool as large as the stylus. Lengths of the options are mm, the results
 have the coordinates of the log.
 
 Exit status: 0 done, 1 samples are missing in the log, 2 the log or an option cannot be used.
@@ -16,12 +16,12 @@ import numpy as np
 
 from chipwise.cli.machine_options import refuser
 from chipwise.cli.output import is_same_file, unwritable, write_whole
-from chipwise.digitise import height_map, program, record
+from chipwise.digitise import height_map, mesh, program, record
 from chipwise.errors import MM_PER_INCH, CycleError
 from chipwise.stock import store
 
 NAME = 'digitise'
-HELP = 'turn the log of a tracer head into a height map and a program'
+HELP = 'turn the log of a tracer head into a height map, a surface and a program'
 
 refuse = refuser(NAME)
 LENGTHS = {'ball': (0.01, 100.0), 'cell': (0.01, 100.0), 'floor': (-1e5, 1e5), 'chord': (1e-5, 10.0), 'allowance': (0.0, 100.0),
@@ -30,7 +30,7 @@ LENGTHS = {'ball': (0.01, 100.0), 'cell': (0.01, 100.0), 'floor': (-1e5, 1e5), '
 
 def add_arguments(parser):
     parser.add_argument('log', metavar='LOG', help='what halsampler has written')
-    parser.add_argument('-o', '--output', required=True, metavar='FILE', help='height map FILE.stock, or program FILE.ngc')
+    parser.add_argument('-o', '--output', required=True, metavar='FILE', help='height map FILE.stock, surface FILE.stl, or program FILE.ngc')
     parser.add_argument('--ball', type=float, required=True, metavar='R', help="radius of the stylus' ball")
     parser.add_argument('--inch', action='store_true', help='the log is of an inch machine')
     parser.add_argument('--cell', type=float, default=0.25, metavar='MM', help='cell of the map (default: 0.25)')
@@ -48,8 +48,8 @@ def _check(options):
         value = getattr(options, name)
         if value is not None and not (math.isfinite(value) and low <= value <= high):
             refuse(f'--{name} {value:g} is not from {low:g} to {high:g}')
-    if not options.output.endswith(('.stock', '.ngc')):
-        refuse(f'{options.output} is neither FILE.stock nor FILE.ngc')
+    if not options.output.endswith(tuple(KINDS)):
+        refuse(f'{options.output} is not FILE.stock, FILE.stl or FILE.ngc')
     for path in filter(None, (options.output, options.json)):
         if unwritable(path):
             refuse('; '.join(unwritable(path)))
@@ -69,6 +69,16 @@ def _write_map(found, options):
     return {'cells': [head.nx, head.ny], 'cell': head.cell, 'low': head.low, 'high': head.high, 'untouched': untouched}
 
 
+def _write_surface(found, options):
+    """-> figures"""
+    model = height_map.envelope(found.centres, options.ball, options.cell)
+    corners = mesh.triangles(model)
+    write_whole(options.output, mesh.stl(corners))
+    untouched = int(np.isnan(model.heights).sum())
+    print(f'{options.output}: {len(corners)} triangles, Z {corners[..., 2].min():.3f} to {corners[..., 2].max():.3f} mm, {untouched} cells not touched')
+    return {'triangles': len(corners), 'cell': options.cell, 'untouched': untouched}
+
+
 def _write_program(found, options):
     """-> figures"""
     paths = program.lines(found.centres, found.start, options.chord)
@@ -81,12 +91,15 @@ def _write_program(found, options):
     return {'lines': len(paths), 'points': points}
 
 
+KINDS = {'.stock': _write_map, '.stl': _write_surface, '.ngc': _write_program}
+
+
 def run(options):
     """-> exit status."""
     _check(options)
     try:
         found = record.read(options.log, 1.0 / MM_PER_INCH if options.inch else 1.0)
-        figures = (_write_map if options.output.endswith('.stock') else _write_program)(found, options)
+        figures = KINDS[os.path.splitext(options.output)[1]](found, options)
     except CycleError as error:
         refuse(str(error).removeprefix('chipwise: '))
     except store.StoreError as error:
