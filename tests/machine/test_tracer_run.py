@@ -98,7 +98,7 @@ def test_the_map_is_a_stock_for_the_mill(traced, tmp_path):
                               edit=f"s#^STOCK_DIR = .*#STOCK_DIR = {tmp_path}#")
     assert answers[0] == []
     heights = np.load(tmp_path / "map.npy")
-    low = store.read(str(tmp_path / "slot3.stock"), 0.25)[0].low
+    low = store.read(str(tmp_path / "slot3.stock"))[0].low
     x, y = (low[0] + (np.arange(heights.shape[1]) + 0.5) * 0.25, low[1] + (np.arange(heights.shape[0]) + 0.5) * 0.25)
     x, y = np.meshgrid(x, y)
     inside = (np.abs(x - CENTRE[0]) < 7) & (np.abs(y - CENTRE[1]) < 2.5)
