@@ -135,9 +135,9 @@ def test_holder_raises_the_tool_and_is_named(files):
 
 
 def test_long_zigzag_has_places_to_rest(files, monkeypatch):
-    from chipwise.cycles import surface
+    from chipwise.cycles import surface_moves
     from chipwise.lines import chunks
-    monkeypatch.setattr(surface, "REST_MOVES", 100)
+    monkeypatch.setattr(surface_moves, "REST_MOVES", 100)
     plan = surface_plan(dataclasses.replace(request(files["waves"], "ball", link=2), most_moves=499_999))
     lifts = [k for k, move in enumerate(plan.moves) if isinstance(move, Line) and move.x is None and move.z > (plan.moves[k - 1].z or 0)]
     assert len(lifts) > 3 and chunks(plan.moves, START, 1.0)
