@@ -153,7 +153,7 @@ static int must_stop(const struct chip_guard *guard, const struct chip_stock *st
 {
     double near = guard->on_line.hit_near - guard->travelled, far = guard->on_line.hit_far - guard->travelled;
     double braking = 0.5 * guard->speed * guard->speed, travel = guard->speed * in->period_s;
-    double slowing = chip_max(guard->slowing, guard->slowing_before), thin = CHIP_GUARD_STRIP * stock->cell;
+    double slowing = chip_max(guard->slowing, guard->slowing_before), thin = ignored_strip(stock);
     int begins = guard->slowing > CHIP_GUARD_GROWING * guard->slowing_before;
     if (far <= -thin) return 1;
     if (in->distance_to_go_mm > 0.0 && far + thin <= in->distance_to_go_mm)
@@ -240,7 +240,7 @@ static int check_blend(struct chip_guard *guard, const struct chip_stock *stock,
     on_line.distance_to_go_mm = parabola->length - parabola->travelled;
     follow_blend(guard, parabola, stock, in);
     return check_line(guard, stock, tool, &on_line, bound, work)
-        && guard->on_line.hit_far - guard->travelled + CHIP_GUARD_STRIP * stock->cell <= on_line.distance_to_go_mm;
+        && guard->on_line.hit_far - guard->travelled + ignored_strip(stock) <= on_line.distance_to_go_mm;
 }
 
 int chip_guard_traverse(struct chip_guard *guard, const struct chip_stock *stock, const struct chip_tool *tool,

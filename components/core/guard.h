@@ -11,7 +11,7 @@
  *  1. A traverse is a straight line. A probe runs ahead of the tool on it and cuts copies of the
  *     cells, as the sweep would (chip_sweep_meets). What the tool has cut itself is nested in what
  *     it would cut again and therefore does not count: walls of its own slot are seen exactly, not as
- *     interpolated heights. A strip narrower than CHIP_GUARD_STRIP cells is ignored (over a step of the probe:
+ *     interpolated heights. A strip narrower than CHIP_GUARD_STRIP cells or CHIP_GUARD_STRIP_MM is ignored (over a step of the probe:
  *     so is the edge of a block touched by little more than a cell), and so is as thin
  *     a layer at the end of the segment: a blend has left it there.
  *  2. The probe stays ahead by the braking distance, with a bound on its work.
@@ -42,6 +42,7 @@
 /* cells, width of a strip of stock that is ignored; smaller stops at what a blend has left of
  * the stock, larger lets the traverse into thin walls. */
 #define CHIP_GUARD_STRIP 0.5
+#define CHIP_GUARD_STRIP_MM 0.125 /* mm, its width at least, whatever the cells: a blend leaves as much */
 
 /* Members carry the name of the pin they come from and their unit. */
 struct chip_guard_in {

@@ -21,11 +21,17 @@ static inline void begin_probe(struct chip_guard_probe *probe, double s)
 
 static inline int found(const struct chip_guard_probe *probe) { return probe->hit_far > probe->hit_near; }
 
+/* Width of a strip of stock that is ignored, mm. */
+static inline double ignored_strip(const struct chip_stock *stock)
+{
+    return chip_max(CHIP_GUARD_STRIP * stock->cell, CHIP_GUARD_STRIP_MM);
+}
+
 /* Contact that is ignored on `length` mm: a thin strip, as high as the stock can be. */
 static inline double ignored(const struct chip_stock *stock, double low, double length)
 {
     double height = chip_max(0.0, stock->z_max - low);
-    return length * (CHIP_GUARD_MIN_CONTACT + CHIP_GUARD_STRIP * stock->cell * height);
+    return length * (CHIP_GUARD_MIN_CONTACT + ignored_strip(stock) * height);
 }
 
 /* Whether a step is above or beside the stock; looks at no cell. */

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Read the diameter of a tool from LinuxCNC's tool table, without LinuxCNC.  Called by cli/surface.py."""
+"""Read diameters of tools from LinuxCNC's tool table, without LinuxCNC.  Called by cli/surface.py and cli/load.py."""
 
 import re
 
@@ -36,3 +36,14 @@ def numbers(path: str) -> list:
     except OSError:
         return []
     return [int(found.group(1)) for found in map(_LINE.match, (line.partition(";")[0] for line in text.splitlines())) if found]
+
+
+def largest_diameter(path: str) -> float:
+    """The largest diameter in a table, machine units; 0 if there is none or it cannot be read."""
+    largest = 0.0
+    for number in numbers(path):
+        try:
+            largest = max(largest, diameter_of(path, number))
+        except CycleError:          # a probe, say, without a diameter
+            continue
+    return largest

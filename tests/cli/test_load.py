@@ -124,3 +124,15 @@ def test_no_python_section_and_no_codes(tmp_path):
     assert 'no [PYTHON] section' in said(python_section.check_codes, Ini(str(ini)))
     ini.write_text('[HAL]\nHALFILE = x.hal\n')
     python_section.check_codes(Ini(str(ini)))
+
+
+@pytest.mark.parametrize("table, unit, cell", [
+    ("T1 P1 D3.0 ;small\nT2 P2 D2\n", "mm", 0.1), ("T1 P1 D7.2\nT9 P9 ;a probe\n", "mm", 0.15), ("T1 D6\nT2 D50\n", "mm", 0.25),
+    ("T1 P1 D0.25\n", "inch", 25.4 * 0.25 / 48), ("", "mm", 0.25), ("nonsense\n", "mm", 0.25), (None, "mm", 0.25)])
+def test_the_finest_cell_follows_the_largest_tool(tmp_path, table, unit, cell):
+    """A tool has 48 cells across at most; without a table nothing is known of the tools, and all stocks have CELL."""
+    if table is not None:
+        (tmp_path / "my.tbl").write_text(table)
+    path = tmp_path / "my.ini"
+    path.write_text(f"[EMCIO]\nTOOL_TABLE = my.tbl\n[TRAJ]\nLINEAR_UNITS = {unit}\n")
+    assert load.finest_cell(Ini(str(path)), {"CELL": 0.25, "FINEST_CELL": 0.1}) == pytest.approx(cell)

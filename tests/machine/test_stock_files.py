@@ -15,7 +15,7 @@ from support.operate import operate
 
 pytestmark = pytest.mark.machine
 
-CELL_MM = 0.1       # FINEST_CELL of the sample INI files: the stock is small
+CELL_MM = 0.25      # CELL of the sample INI files, whose largest tool has 12 mm
 BOX = 'M250 P0 Q0 R-10 I60 J40 K10'
 CUT = [['mdi', 'G0 X-5 Y20'], ['mdi', 'G0 Z-2'], ['mdi', 'G1 X30 F2000'], ['mdi', 'G0 Z5']]
 STATE = ['pins', 'stock-tracker.0.stock-defined', 'stock-tracker.0.removed-volume', 'stock-tracker.0.fault-code']

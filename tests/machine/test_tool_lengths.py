@@ -51,11 +51,11 @@ def program(unit=1.0, feed='M251 Q6 P2 E3000'):
 def machine(tmp_path):
     """A sed command for a machine that is tall enough, with tools from TABLE."""
     return (f's#^TOOL_TABLE = .*#TOOL_TABLE = {tmp_path}/tools.tbl#; s#^MAX_LIMIT = 90#MAX_LIMIT = 290#; '
-            's#^MAX_LIMIT = 3.543307#MAX_LIMIT = 11.5#')
+            's#^MAX_LIMIT = 3.543307#MAX_LIMIT = 11.5#; s#^FINEST_CELL = .*#FINEST_CELL = 0.25#')
 
 
-CELL_MM = 0.1       # FINEST_CELL of the sample INI files: the stock is small
-ROWS = (np.arange(400) + 0.5) * CELL_MM
+CELL_MM = 0.25
+ROWS = (np.arange(160) + 0.5) * CELL_MM
 
 
 def floors():
@@ -77,7 +77,7 @@ def check(answers, seen):
     assert state[1:3] == ['0', 'TRUE'] and state[4] == 'FALSE', state
     assert float(state[0]) == pytest.approx(removed(), rel=2e-3)
     heights = np.load(seen)
-    inside = heights[:, 50:-50]
+    inside = heights[:, 20:-20]
     edge = np.array([np.abs(ROWS - s[1] + side * s[2] / 2) < CELL_MM + 0.01 for s in SLOTS for side in (-1, 1)]).any(axis=0)
     wrong = np.abs(inside + floors()[:, None]).max(axis=1)
     assert (wrong[~edge] < 1e-3).all(), np.flatnonzero(wrong[~edge] >= 1e-3)

@@ -19,6 +19,7 @@ from chipwise.halcmd import halcmd, halcmds, pins, signal_of, thread_functions
 from chipwise.ini import Ini
 from chipwise.settings import load_settings
 from chipwise.stock.layout import Cell
+from chipwise.tool_table import largest_diameter
 
 NAME = 'load'
 HELP = 'load the HAL components (called by chipwise.hal)'
@@ -26,6 +27,7 @@ HELP = 'load the HAL components (called by chipwise.hal)'
 BYTES_PER_CELL = ctypes.sizeof(Cell)
 MONITOR_TIMEOUT_S = 5.0     # without a heartbeat of chipwise-monitor until fault 16
 TOOL_NUMBER = 'iocontrol.0.tool-number'
+CELLS_ACROSS = 48.0         # of a tool: with more, its ramps are more work than a period has, and the map lags behind the tool
 SHARE_OF_MEMORY = 0.25      # of the machine's memory, at most, for the map
 
 
@@ -69,6 +71,15 @@ def check_memory(settings):
             f'the map needs {wanted / 2**20:.0f} MiB ([CHIPWISE]MAP_SIZE = {size_x:g} {size_y:g} mm, '
             f'CELL = {cell:g} mm), more than a quarter of the {memory / 2**20:.0f} MiB of this machine',
             'use larger cells or a smaller map')
+
+
+def finest_cell(ini, settings):
+    """mm, side of the cells of a small stock: FINEST_CELL, or larger for the largest tool of the tool table."""
+    table = ini.text('EMCIO', 'TOOL_TABLE').strip()
+    largest = largest_diameter(os.path.join(os.path.dirname(os.path.abspath(ini.path)), os.path.expanduser(table))) if table else 0.0
+    if not largest:
+        return settings['CELL']
+    return min(settings['CELL'], max(settings['FINEST_CELL'], largest / ini.units_per_mm() / CELLS_ACROSS))
 
 
 def user_of(signal):
@@ -190,7 +201,7 @@ def load(ini, settings):
             ('loadrt', 'chipwise_inputs'),
             ('loadrt', 'chipwise_command'),
             ('loadrt', 'stock_tracker', f"cell={settings['CELL']:.9g}",
-             f"finest_cell={min(settings['CELL'], settings['FINEST_CELL']):.9g}", f'size_x={size_x:.9g}', f'size_y={size_y:.9g}'),
+             f'finest_cell={finest_cell(ini, settings):.9g}', f'size_x={size_x:.9g}', f'size_y={size_y:.9g}'),
             ('loadrt', 'volumetric_feed'),
             ('loadrt', 'chipwise_guard'),
             ('setp', 'chipwise-guard.0.guard-rapid', f"{settings['GUARD_RAPID']:d}"),
