@@ -52,9 +52,12 @@ def least_cell(low, high):
 
 
 class HeightMap:
-    """One height per needle.  A box or cylinder `low` .. `high` as in stock.core.Stock, turn in degrees."""
+    """One height per needle.  A box or cylinder `low` .. `high` as in stock.core.Stock, turn in degrees.
 
-    def __init__(self, low, high, cell, shape=BOX, turn=0.0):
+    phase: share of a cell, moves every needle within its cell.
+    """
+
+    def __init__(self, low, high, cell, shape=BOX, turn=0.0, phase=0.0):
         c, s = abs(math.cos(math.radians(turn))), abs(math.sin(math.radians(turn)))
         middle = (low[0] + high[0]) / 2, (low[1] + high[1]) / 2
         size = high[0] - low[0], high[1] - low[1]
@@ -64,8 +67,8 @@ class HeightMap:
         self.nx, self.ny = max(1, math.ceil(wide / cell - 1e-6)), max(1, math.ceil(deep / cell - 1e-6))
         self.z_min, self.z_max = low[2], high[2]
         self._x = (np.arange(self.nx) * cell).astype(np.float32)
-        self.shift_x = (np.arange(self.ny) * _STEP_X % 1.0 * cell).astype(np.float32)
-        self.shift_y = (np.arange(self.nx) * _STEP_Y % 1.0 * cell).astype(np.float32)
+        self.shift_x = ((np.arange(self.ny) * _STEP_X + phase) % 1.0 * cell).astype(np.float32)
+        self.shift_y = ((np.arange(self.nx) * _STEP_Y + phase) % 1.0 * cell).astype(np.float32)
         self.height = np.full((self.ny, self.nx), self.z_max, np.float32)
         self._leave(shape, middle, size, math.radians(turn))
         self._struct = layout.HeightMap(self.x0, self.y0, cell, self.z_min, self.z_max, self.nx, self.ny, self.height.ctypes.data,

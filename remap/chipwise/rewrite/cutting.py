@@ -78,16 +78,16 @@ def cell_for(program, geometry, wanted, cells=CELLS_ACROSS):
     return min(wanted, *(max(0.02, d / cells) for d in across)) if across else wanted
 
 
-def in_stock(program, found, cell, progress=None):
+def in_stock(program, found, cell, progress=None, phase=0.0):
     """Yield (Section, HeightMap) of the sections that move, in their order; the moves are the caller's to cut.
 
     The moves before the first known height belong to none.  Raises Unreadable where a feed move has no tool or no stock to cut
-    in, or the cells are too large for the tool.  progress: called with the share that is done.
+    in, or the cells are too large for the tool.  progress: called with the share that is done; phase: of the needles.
     """
     stock = None
     for section in found:
         if section.stock is not None:
-            stock = rules.make_map(section.stock.line, section.stock.values, cell)
+            stock = rules.make_map(section.stock.line, section.stock.values, cell, phase)
         section = replace(section, first=max(section.first, program.height_known_from))
         if section.end > section.first:
             tool = section.tool

@@ -55,16 +55,16 @@ class Figures:
 class Shifter:
     """One program."""
 
-    def __init__(self, program, geometry, cell, whole=False, diameter=None, reserve=0.0, anywhere=False):
+    def __init__(self, program, geometry, cell, whole=False, diameter=None, reserve=0.0, anywhere=False, phase=0.0):
         self.program, self.whole, self.diameter, self.reserve, self.anywhere = program, whole, diameter, reserve, anywhere
         self.sections = cutting.sections(program, geometry)
-        self.cell = cell
+        self.cell, self.phase = cell, phase
         self.edits, self.figures = Edits(), Figures()
         self.stock, self.tool, self.links = None, None, Links(program)
 
     def run(self, progress=None):
         """-> Edits."""
-        for section, stock in cutting.in_stock(self.program, self.sections, self.cell, progress):
+        for section, stock in cutting.in_stock(self.program, self.sections, self.cell, progress, self.phase):
             self.stock, self.tool = self.links.stock, self.links.tool = stock, section.tool
             self._section(section)
         return self.edits
@@ -135,11 +135,17 @@ class Shifter:
 
     def _body(self, lead, first, end, section_end):
         program = self.program
-        points, owner = cutting.pieces(np.concatenate((program.start(first)[None], program.end[first:end])), self._piece())
-        body = along.Body(points, owner + first, lead)
-        window = cutting.Window(self.stock, points, self.tool.shape.diameter / 2)
-        depth = self._cut(body, points)["depth"]
-        if (depth <= self.tool.flute_length + OVER_MM).all():
+        for piece in (self._piece(), SEGMENT_MM) if self.reserve else (self._piece(),):       # a repeat: also as proof.py has judged
+            points, owner = cutting.pieces(np.concatenate((program.start(first)[None], program.end[first:end])), piece)
+            body = along.Body(points, owner + first, lead)
+            window = cutting.Window(self.stock, points, self.tool.shape.diameter / 2)
+            depth = self._cut(body, points)["depth"]
+            if not (depth <= self.tool.flute_length + OVER_MM).all():
+                break
+            cut = cutting.Window(self.stock, points, self.tool.shape.diameter / 2)
+            window.restore()
+        else:
+            cut.restore()
             return
         target = cutting.Window(self.stock, points, self.tool.shape.diameter / 2)      # what the first path leaves
         window.restore()
@@ -331,12 +337,13 @@ def segments(left):
     return [(max(int(p[0]) - 1, 0), min(int(p[-1]) + 2, len(left))) for p in parts]
 
 
-def rewrite(program, geometry, cell, whole=False, diameter=None, progress=None, reserve=0.0, anywhere=False):
+def rewrite(program, geometry, cell, whole=False, diameter=None, progress=None, reserve=0.0, anywhere=False, phase=0.0):
     """(Edits, Figures) of a program: CN105492980.
 
     geometry: {number: ToolGeometry}; cell: mm; whole: travel the whole body again, not only where material is left;
     diameter: of the arcs at corners of the shifted path (mm, default the tool's); reserve: mm, how much higher than needed a
-    point is shifted; anywhere: also what cannot be rewritten (Program.check_shiftable()).  Raises Unreadable.
+    point is shifted; anywhere: also what cannot be rewritten (Program.check_shiftable()); phase: of the stock's needles.
+    Raises Unreadable.
     """
-    shifter = Shifter(program, geometry, cell, whole, diameter, reserve, anywhere)
+    shifter = Shifter(program, geometry, cell, whole, diameter, reserve, anywhere, phase)
     return shifter.run(progress), shifter.figures

@@ -5,7 +5,9 @@ Called by run.py.  Nothing here knows how the text was made.
 
  1. same_path: every step of the first path ends where steps of the second one do, in the same order, and what lies between
     lies on the step: to PATH_MM.
- 2. flutes: the second path never cuts deeper than the flutes are long, no new traverse meets stock, and the stock it leaves is that
+ 2. between_needles: on needles that the shifting did not see, closer ones beside those of 3, the path never cuts deeper than the
+    flutes are long.  A remainder or a first contact smaller than a cell lies between needles.
+ 3. flutes: the second path never cuts deeper than the flutes are long, no new traverse meets stock, and the stock it leaves is that
     of the first within a cell.
 """
 
@@ -18,6 +20,8 @@ from chipwise.rewrite import cutting
 PATH_MM = 0.001
 OVER_MM = 0.006             # OVER_MM of flute.py, and the rounding of the text
 HEIGHT_CELLS = 0.2          # of a cell
+BETWEEN_CELLS = 0.5         # of a cell, from needle to needle of between_needles
+BETWEEN_PHASE = 0.41        # of such a cell: rows and columns begin elsewhere
 
 
 class Different(Exception):
@@ -25,7 +29,15 @@ class Different(Exception):
 
 
 class TooDeep(Different):
-    """It still cuts deeper than the flutes are long."""
+    """It still cuts deeper than the flutes are long.
+
+    depth, limit: mm; tool: number; place (3,): mm of the tip; cell (mm), phase: of the needles that have met it.
+    """
+
+    def __init__(self, line, depth, tool, place, cell, phase=0.0):
+        super().__init__(f"line {line} of the new program still cuts {depth:.3f} mm deep")
+        self.depth, self.limit, self.tool = depth, tool.flute_length, tool.number
+        self.place, self.cell, self.phase = place, cell, phase
 
 
 def _off(circle, begin, end, p):
@@ -82,15 +94,15 @@ def _turned(program, step, circle):
 
 
 def simulated(program, geometry, cell):
-    """[(height map after each stock, [(section, deepest feed, deepest traverse, line of the first)])] of a program; kept with it."""
+    """[(height map after each stock, [(section, deepest feed, deepest traverse, line of each, holder, place of the first)])] of a program; kept with it."""
     if cell not in program.simulated:
         program.simulated[cell] = _simulated(program, geometry, cell)
     return program.simulated[cell]
 
 
-def _simulated(program, geometry, cell):
+def _simulated(program, geometry, cell, phase=0.0):
     result = []
-    for section, stock in cutting.in_stock(program, cutting.sections(program, geometry), cell):
+    for section, stock in cutting.in_stock(program, cutting.sections(program, geometry), cell, phase=phase):
         if not result or result[-1][0] is not stock:
             result.append((stock, []))
         a, b = section.first, section.end
@@ -101,8 +113,28 @@ def _simulated(program, geometry, cell):
         worst = int(depth.argmax())
         touch = np.where(rapid, met["depth"], 0.0)
         result[-1][1].append((section, float(depth[worst]), int(program.line[a + owner[worst]]), float(touch.max()),
-                              int(program.line[a + owner[int(touch.argmax())]]), float(met["holder"].max())))
+                              int(program.line[a + owner[int(touch.argmax())]]), float(met["holder"].max()), points[worst + 1]))
     return result
+
+
+def between_needles(program, geometry, cell):
+    """Raises TooDeep where closer needles, in places of their own, are met deeper than the flutes are long."""
+    cell *= BETWEEN_CELLS
+    for _stock, found in _simulated(program, geometry, cell, BETWEEN_PHASE):
+        for section, depth, line, *_others, place in found:
+            if depth > cutting.finite_room(section.tool.flute_length) + OVER_MM:
+                raise TooDeep(line, depth, section.tool, place, cell, BETWEEN_PHASE)
+
+
+def line_below(program, place):
+    """The line of the feed move whose path in XY is nearest to a place (3,): shifted paths lie above the program's own."""
+    feeds = np.flatnonzero(program.kind != RAPID)
+    begin, end = program.end[np.maximum(feeds - 1, 0), :2], program.end[feeds, :2]
+    d, p = end - begin, np.asarray(place[:2])
+    length2 = (d * d).sum(axis=1)
+    t = np.clip(((p - begin) * d).sum(axis=1) / np.where(length2 > 0, length2, 1.0), 0.0, 1.0)
+    off = np.hypot(*(begin + t[:, None] * d - p).T)
+    return int(program.line[feeds[int(np.argmax(off <= off.min() + PATH_MM))]])
 
 
 def _filtered(heights, pick):
@@ -121,7 +153,7 @@ def flutes(first, second, geometry, cell):
             limit = cutting.finite_room(new[0].tool.flute_length)
             deepest = max(deepest, new[1] - limit)
             if new[1] > limit + OVER_MM:
-                raise TooDeep(f"line {new[2]} of the new program still cuts {new[1]:.3f} mm deep")
+                raise TooDeep(new[2], new[1], new[0].tool, new[6], cell)
             if new[3] > (own[3] + cell if own[3] > OVER_MM else OVER_MM):
                 raise Different(f"a traverse in line {new[4]} of the new program meets {new[3]:.3f} mm of stock")
             holder = max(holder, new[5] - own[5])

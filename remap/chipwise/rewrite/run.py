@@ -106,33 +106,52 @@ def in_place(job, program, rewrite, check):
 
 def respect_flutes(order, job, progress):
     """CN105492980; -> (bytes, what is said)."""
-    def rewrite(program, anywhere, reserve=0.0):
-        return flute.rewrite(program, job.geometry, job.cell, order.whole, order.diameter, progress, reserve, anywhere)
+    def rewrite(program, anywhere, reserve=0.0, cell=job.cell, phase=0.0):
+        return flute.rewrite(program, job.geometry, cell, order.whole, order.diameter, progress, reserve, anywhere, phase)
 
     def check(program, _edits, figures):
         for first, end in figures.shifted:
             program.check_shiftable(first, end)
 
     program, edits, figures = in_place(job, job.program, rewrite, check)
-    if not edits:
-        return program.content(), "the flutes are long enough everywhere, the program is unchanged"
-    data, trouble = Writer(program, edits).write(), None
+    data, trouble = Writer(program, edits).write() if edits else None, None
     for repeat in range(1, REPEATS + 1):
-        second = read_back(job.program, data, job.read)
+        second = read_back(job.program, data, job.read) if data else job.program
         try:
-            proof.flutes(job.program, second, job.geometry, job.cell)
+            if data:
+                proof.flutes(job.program, second, job.geometry, job.cell)
+            proof.between_needles(second, job.geometry, job.cell)
             break
-        except proof.TooDeep as error:      # by less than a cell: the model's steps along the new path are others
+        except proof.TooDeep as error:      # by less than a cell: the model's steps along the new path are others; or between needles
             trouble = error
-            second, again, _ = in_place(job, second, lambda *own: rewrite(*own, reserve=RESERVE_MM * repeat), check)
+            on = {"reserve": RESERVE_MM * repeat, "cell": error.cell, "phase": error.phase}
+            try:
+                second, again, found = in_place(job, second, lambda *own: rewrite(*own, **on), check)
+            except Unreadable as refused:
+                refused.line = proof.line_below(job.program, error.place)       # its own is one of the new program
+                raise
             data = Writer(second, again).write()
+            if figures.lines:
+                figures.added_feed += found.added_feed
+            else:
+                figures = found
     else:
-        raise trouble
+        raise still_too_deep(job, trouble)
+    if not data:
+        return program.content(), "the flutes are long enough everywhere, the program is unchanged"
     unit = "in" if job.machine.unit_mm > 10 else "mm"
     parts = [f'line{"s" * (b > a)} {a}' + (f" to {b}" if b > a else "") + f" in {n} levels" for a, b, n in figures.lines[:5]]
     more = f" and {len(figures.lines) - 5} more" if len(figures.lines) > 5 else ""
     return data, (f'{", ".join(parts)}{more}; {format_length(round(figures.added_feed, 1), unit)} of feed added to '
                   f"{format_length(round(figures.first_feed, 1), unit)}")
+
+
+def still_too_deep(job, trouble):
+    """The Unreadable for a proof.TooDeep that no repeat has mended."""
+    unit = "in" if job.machine.unit_mm > 10 else "mm"
+    return Unreadable(f"the rewritten path of tool {trouble.tool} would still cut {format_length(round(trouble.depth, 3), unit)} deep, its "
+                      f"flutes are {format_length(trouble.limit, unit)} long", "take smaller steps in Z here, or a tool with longer flutes",
+                      proof.line_below(job.program, trouble.place))
 
 
 def write_feeds(order, job, progress):
