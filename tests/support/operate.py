@@ -14,7 +14,7 @@ BOX = 'M250 P0 Q0 R-10 I60 J40 K10'                    # the stock of most tests
 SPEED = 4       # of the machine's time; what the task does between moves takes that much more of it
 
 
-TIMEOUT_S = 150     # real time, for one start and its steps
+TIMEOUT_S = 300     # real time, for one start and its steps
 
 
 class Stopped(AssertionError):

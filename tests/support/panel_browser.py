@@ -16,7 +16,7 @@ import time
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 CSS = os.path.join(ROOT, "remap", "chipwise", "panel", "page", "panel.css")
 SIZE = (1024, 768)
-WAIT_S = 60
+WAIT_S = 200.0
 # Pixels of the canvas along its middle column, from the top, and along a row at a share of its height.
 COLUMN = """const v = chipwise.view.canvas, c = document.createElement('canvas'); c.width = v.width; c.height = v.height;
     const x = c.getContext('2d'); x.drawImage(v, 0, 0);
@@ -100,7 +100,7 @@ def visit(url, folder, token):
     driver = browser(folder)
     try:
         opened(driver, url)
-        wait(driver, "chipwise.ageMs.length > 30", "thirty pictures")
+        wait(driver, "chipwise.ageMs.length > 6", "some pictures")
         found = {"figures": figures(driver), "first_ms": driver.execute_script("return chipwise.firstPicture"),
                  "late_ms": driver.execute_script("return chipwise.ageMs"), "webgl": driver.execute_script(
                      "return chipwise.view instanceof HeightView"), "targets": targets(driver), "state": driver.execute_script(
