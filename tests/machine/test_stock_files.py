@@ -86,6 +86,7 @@ def test_refusals(tmp_path):
 
 
 MORE_CELLS = 'the stock in the file has more cells than the map; enlarge [CHIPWISE]MAP_SIZE, or use a smaller CELL'
+COARSE = 's#^CELL = .*#CELL = 4#; s#^FINEST_CELL = .*#FINEST_CELL = 4#'
 
 
 def test_a_file_of_another_map(tmp_path):
@@ -96,7 +97,7 @@ def test_a_file_of_another_map(tmp_path):
     answers = operate(tmp_path, [['mdi', 'M254 P0'], STATE, ['map', back]],
                       edit=edit + '; s#^CELL = .*#CELL = 0.2#; s#^FINEST_CELL = .*#FINEST_CELL = 0.2#')
     assert answers[0] == [] and answers[1][0] == 'TRUE' and np.array_equal(np.load(first), np.load(back))
-    for change in ('s#^CELL = .*#CELL = 1#', 's#^MAP_SIZE = .*#MAP_SIZE = 50 40#'):
+    for change in (COARSE, 's#^MAP_SIZE = .*#MAP_SIZE = 50 40#'):
         answers = operate(tmp_path, [['mdi', 'M254 P0'], STATE], edit=edit + '; ' + change)
         assert answers[0] == ['chipwise: M254: slot 0 was not restored: ' + MORE_CELLS]
         assert answers[1][0] == 'FALSE'
@@ -120,7 +121,7 @@ def test_the_stock_outlives_linuxcnc(tmp_path):
     assert sorted(os.listdir(folder)) == ['kept.stock'], (tmp_path / 'linuxcnc.txt').read_text()[-1500:]
     answers = operate(tmp_path, [['map', back], STATE, ['errors']], edit=edit)
     assert np.array_equal(np.load(first), np.load(back)) and answers[1][0] == 'TRUE' and answers[2] == []
-    answers = operate(tmp_path, [['errors'], STATE], edit=edit + '; s#^CELL = .*#CELL = 1#')
+    answers = operate(tmp_path, [['errors'], STATE], edit=edit + '; ' + COARSE)
     assert answers[0] == ['chipwise: the stock of the last run was not restored ([CHIPWISE]KEEP_STOCK): ' + MORE_CELLS]
     assert answers[1][0] == 'FALSE'
     shutil.rmtree(folder)
