@@ -274,7 +274,7 @@ int chip_guard_shank(struct chip_guard *guard, const struct chip_stock *stock, c
     if (!(tool->flute > 0.0) || misses(stock, tool->radius, a, b)) return guard->excess = 0;
     if (step < CHIP_GUARD_MIN_STEP) return guard->excess;
     if (guard->shank.radius != tool->radius) chip_tool_init(&guard->shank, 2.0 * tool->radius, 0.0, 0.0, 0.0);
-    enough = ignored(stock, chip_min(a[2], b[2]), step);
+    enough = ignored(stock, stands_above(stock, chip_min(a[2], b[2])), step);
     guard->excess = chip_sweep_meets(stock, &guard->shank, a, b, start_is_cut, enough, work) >= enough;
     return guard->excess;
 }

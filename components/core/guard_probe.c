@@ -36,15 +36,35 @@ static void probe_point(const struct chip_probe_track *track, double s, double t
         chip_guard_point_on_line(track->guard, s, tip);
 }
 
+/* Whether the tool meets stock on a straight step `length` mm long. Before a plunge that leaves out a ring of the tool as wide
+ * as the strip that is ignored: the tool may have passed here with its path blended, and where it turned a crescent
+ * stands beside it. */
+static int meets(const struct chip_stock *stock, const struct chip_tool *tool, const double a[3], const double b[3],
+                 double length, long *work)
+{
+    double across = stands_above(stock, chip_min(a[2], b[2])), enough;
+    struct chip_tool inner;
+    if (plunges(a, b) && !CHIP_FAULTY(PLUNGE_AS_WIDE)) {
+        inner = *tool;
+        inner.radius = chip_max(tool->radius - ignored_strip(stock), 0.5 * tool->radius);
+        inner.r_flat = chip_min(tool->r_flat, inner.radius);
+        inner.r_arc = chip_min(tool->r_arc, inner.radius);
+        inner.shoulder = chip_tool_height(tool, inner.radius);
+        tool = &inner;
+        across = chip_min(across, inner.radius);
+    }
+    enough = ignored(stock, across, length);
+    return chip_sweep_meets(stock, tool, a, b, 1, enough, work) >= enough;
+}
+
 /* Halves the step in which stock was found. */
 static void narrow(struct chip_guard_probe *probe, const struct chip_probe_track *track, const struct chip_stock *stock,
                    const struct chip_tool *tool, long *work)
 {
-    double a[3], b[3], middle = 0.5 * (probe->hit_near + probe->hit_far), enough;
+    double a[3], b[3], middle = 0.5 * (probe->hit_near + probe->hit_far);
     probe_point(track, probe->hit_near, a);
     probe_point(track, middle, b);
-    enough = ignored(stock, chip_min(a[2], b[2]), middle - probe->hit_near);
-    if (chip_sweep_meets(stock, tool, a, b, 1, enough, work) >= enough)
+    if (meets(stock, tool, a, b, middle - probe->hit_near, work))
         probe->hit_far = middle;
     else
         probe->hit_near = middle;
@@ -74,16 +94,13 @@ static void send_on(struct chip_guard_probe *probe, const struct chip_probe_trac
                     const struct chip_stock *stock, const struct chip_tool *tool, double end, long *work)
 {
     double step = chip_max(CHIP_GUARD_STEP * stock->cell, CHIP_GUARD_RADII * tool->radius);
-    double a[3], b[3], next, enough;
+    double a[3], b[3], next;
     probe_point(track, probe->clear, a);
     next = next_probe_point(track, probe, step, end, a, b);
-    if (!misses(stock, tool->radius, a, b)) {
-        enough = ignored(stock, chip_min(a[2], b[2]), next - probe->clear);
-        if (chip_sweep_meets(stock, tool, a, b, 1, enough, work) >= enough) {
-            probe->hit_near = probe->clear;
-            probe->hit_far = next;
-            return;
-        }
+    if (!misses(stock, tool->radius, a, b) && meets(stock, tool, a, b, next - probe->clear, work)) {
+        probe->hit_near = probe->clear;
+        probe->hit_far = next;
+        return;
     }
     probe->clear = next;
 }

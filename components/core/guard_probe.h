@@ -27,11 +27,23 @@ static inline double ignored_strip(const struct chip_stock *stock)
     return chip_max(CHIP_GUARD_STRIP * stock->cell, CHIP_GUARD_STRIP_MM);
 }
 
-/* Contact that is ignored on `length` mm: a thin strip, as high as the stock can be. */
-static inline double ignored(const struct chip_stock *stock, double low, double length)
+/* Whether a step is a plunge: more down than across. */
+static inline int plunges(const double a[3], const double b[3])
 {
-    double height = chip_max(0.0, stock->z_max - low);
-    return length * (CHIP_GUARD_MIN_CONTACT + ignored_strip(stock) * height);
+    double dx = b[0] - a[0], dy = b[1] - a[1], dz = b[2] - a[2];
+    return dz < 0.0 && dz * dz > dx * dx + dy * dy;
+}
+
+/* Height of the stock above `low`, mm. */
+static inline double stands_above(const struct chip_stock *stock, double low)
+{
+    return chip_max(0.0, stock->z_max - low);
+}
+
+/* Contact, mm3, that is ignored on `length` mm: a thin strip, `across` mm from one end to the other. */
+static inline double ignored(const struct chip_stock *stock, double across, double length)
+{
+    return length * (CHIP_GUARD_MIN_CONTACT + ignored_strip(stock) * across);
 }
 
 /* Whether a step is above or beside the stock; looks at no cell. */

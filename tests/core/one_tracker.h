@@ -29,7 +29,7 @@ static void periods(int count)
 }
 
 /* To a place in X and Z, evenly in `count` periods. */
-static void go(double x, double z, int count)
+static inline void go(double x, double z, int count)
 {
     double x0 = in.pos_mu[0], z0 = in.pos_mu[2];
     int i;

@@ -34,6 +34,7 @@ FAULTS = {
     "ONE_SEGMENT_ONLY": ("points of a cell cut by one segment only", "test_profiles.py::test_volume_in_servo_steps[vee 60]"),
     "RAMPS_BY_ONE_SEGMENT": ("points of a cell on a ramp cut by one segment only", "test_profiles.py::test_volume_on_a_ramp[vee 60]"),
     "CELLS_WHOLE": ("cells cut wholly or not at all", "test_section.py::test_section[side flat 10 % 0 deg]"),
+    "PLUNGE_AS_WIDE": ("the ring of a plunging tool looked at", "test_plunge.c"),
     "LOOKAHEAD_OFF": ("look-ahead off", "test_feed.py::test_ahead_is_braked_in_time"),
     "ARCS_STRAIGHT": ("arcs treated as straight", "test_lookahead.py::test_arc_and_helix_are_followed"),
     "TOO_FAST": ("five percent too fast", "test_feed.py::test_at_the_tool"),
@@ -102,7 +103,14 @@ def build(folder, fault=None):
 
 
 def outcome(library, test):
-    """Exit status of one test of tests/core run with another library."""
+    """Exit status of one test of tests/core, or of a C program there, run with another library."""
+    if test.endswith(".c"):
+        program = library.with_name("program")
+        subprocess.run(["gcc", "-std=gnu11", "-w", "-I", str(CORE.parent), "-o", str(program), str(ROOT / "tests/core" / test),
+                        str(library), "-lm"], check=True)
+        done = subprocess.run([str(program)], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                              timeout=OUTCOME_TIMEOUT_S)
+        return done.returncode, done.stdout
     command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider",
                str(ROOT / "tests" / "core" / test)]
     done = subprocess.run(command, cwd=ROOT, env={**os.environ, "CHIPWISE_CORE": str(library)},
