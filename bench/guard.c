@@ -61,7 +61,7 @@ static void measure(const struct job *job)
     struct chip_stock *stock = malloc(chip_stock_bytes(cells));
     double low[3] = { 0, 0, -10 }, high[3] = { 300, 200, 0 }, at[3] = { 30, 40 - 10 * tan(0.3), -5 };
     double end[3] = { 40 + 240 * cos(0.3), 40 + 240 * sin(0.3), -5 }, mean = 0.0;
-    struct chip_sweep sweep;
+    static struct chip_sweep sweep;
     struct chip_tool tool;
     int i, n = 0;
     chip_stock_init(stock, job->cell, cells);

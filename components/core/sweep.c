@@ -2,7 +2,7 @@
 /* sweep.c - see sweep.h; the numbers in brackets are those of its principle. */
 #include "sweep_segment.h"
 
-#define CHIP_MERGE_DEVIATION 1e-3 /* mm a merged segment may deviate, at most [5] */
+#define CHIP_MERGE_DEVIATION 1e-3 /* mm a merged segment may deviate, for each that waits [5] */
 #define CHIP_BACK_CELLS 1.5       /* cells of the path before a segment that count for a round end [4] */
 #define CHIP_HEADING_CORNER 0.1   /* rad, a larger turn is a corner; of the slope, mm per mm */
 #define CHIP_STRAIGHT_MAX 1.0     /* mm of straight path that are remembered [4] */
@@ -26,33 +26,73 @@ void chip_sweep_start(struct chip_sweep *sweep, const double tip[3])
     sweep->waiting = 0;
     sweep->start_is_cut = 0;
     sweep->row = -1;
-    sweep->straight = sweep->deviation = 0.0;
+    sweep->straight = 0.0;
 }
 
-/* Whether the newest waiting segment can continue to `tip` as one straight segment [5]: its end stays on
- * the path within CHIP_MERGE_DEVIATION over everything merged into it. */
-static int continues_straight(struct chip_sweep *sweep, const double tip[3])
+/* The tip `slot` of those that wait, oldest first; -1: where everything is cut. */
+static const double *waiting_tip(const struct chip_sweep *sweep, int slot)
 {
-    const double *end = sweep->queue[sweep->waiting - 1];
-    const double *begin = sweep->waiting > 1 ? sweep->queue[sweep->waiting - 2] : sweep->at;
-    double along = 0.0, whole2 = 0.0, first2 = 0.0, deviation;
+    return slot < 0 ? sweep->at : sweep->queue[slot];
+}
+
+/* Distance, mm, of the tip `slot` from the straight line between the one before it and `next`; above CHIP_MAX_COORDINATE if it is
+ * not between them. */
+static double off_the_line(const struct chip_sweep *sweep, int slot, const double next[3])
+{
+    const double *tip = waiting_tip(sweep, slot), *begin = waiting_tip(sweep, slot - 1);
+    double along = 0.0, whole2 = 0.0, first2 = 0.0;
     int i;
-    if (sweep->waiting == 1 && sweep->row >= 0) return 0; /* part of it is cut */
     for (i = 0; i < 3; i++) {
-        along += (end[i] - begin[i]) * (tip[i] - begin[i]);
-        whole2 += (tip[i] - begin[i]) * (tip[i] - begin[i]);
-        first2 += (end[i] - begin[i]) * (end[i] - begin[i]);
+        along += (tip[i] - begin[i]) * (next[i] - begin[i]);
+        whole2 += (next[i] - begin[i]) * (next[i] - begin[i]);
+        first2 += (tip[i] - begin[i]) * (tip[i] - begin[i]);
     }
-    if (along < 0.0 || along > whole2 || !(whole2 > 0.0)) return 0;
-    deviation = sweep->deviation + chip_sqrt(chip_max(0.0, first2 - along * along / whole2));
-    if (deviation > CHIP_MERGE_DEVIATION) return 0;
-    sweep->deviation = deviation;
+    if (along < 0.0 || along > whole2 || !(whole2 > 0.0)) return 2.0 * CHIP_MAX_COORDINATE;
+    return chip_sqrt(chip_max(0.0, first2 - along * along / whole2));
+}
+
+/* [5] Deviation, mm, of the one segment to `next` that takes the place of those to the tips `slot` and `slot` + 1. */
+static double deviation_without(const struct chip_sweep *sweep, int slot, const double next[3], double of_next)
+{
+    return chip_max(sweep->deviation[slot], of_next) + off_the_line(sweep, slot, next);
+}
+
+/* [2] Leaves out the one tip of a full queue, or the newest for `tip`, whose segments deviate least without it. A segment of
+ * which a part is cut stays. */
+static void leave_one_out(struct chip_sweep *sweep, const double tip[3])
+{
+    int i, j, last = sweep->waiting - 1, best = last;
+    double least = deviation_without(sweep, last, tip, 0.0);
+    for (j = last - 1; j >= (sweep->row >= 0 ? 1 : 0); j--) {
+        double deviation = deviation_without(sweep, j, sweep->queue[j + 1], sweep->deviation[j + 1]);
+        if (deviation >= least) continue;
+        least = deviation;
+        best = j;
+    }
+    for (j = best; j < last; j++) {
+        for (i = 0; i < 3; i++) sweep->queue[j][i] = sweep->queue[j + 1][i];
+        sweep->deviation[j] = sweep->deviation[j + 1];
+    }
+    if (best < last) sweep->deviation[best] = least;
+    sweep->deviation[last] = best < last ? 0.0 : least;
+}
+
+/* [5] Whether the newest waiting segment was made to end at `tip`: everything merged into it stays near it. */
+static int merged(struct chip_sweep *sweep, const double tip[3])
+{
+    int i, last = sweep->waiting - 1;
+    double deviation;
+    if (last < 0 || (last == 0 && sweep->row >= 0)) return 0; /* part of it is cut */
+    deviation = deviation_without(sweep, last, tip, 0.0);
+    if (deviation > CHIP_MERGE_DEVIATION * chip_max(1.0, last)) return 0;
+    sweep->deviation[last] = deviation;
+    for (i = 0; i < 3; i++) sweep->queue[last][i] = tip[i];
     return 1;
 }
 
 void chip_sweep_to(struct chip_sweep *sweep, const double tip[3])
 {
-    int i, slot;
+    int i;
     if (!is_position(tip)) return;
     if (!sweep->known) {
         chip_sweep_start(sweep, tip);
@@ -61,12 +101,12 @@ void chip_sweep_to(struct chip_sweep *sweep, const double tip[3])
     if (!sweep->waiting && sweep->start_is_cut && tip[0] == sweep->at[0] && tip[1] == sweep->at[1]
         && tip[2] == sweep->at[2])
         return; /* it is at rest, and all is cut */
-    if (sweep->waiting == 0 || !continues_straight(sweep, tip)) {
-        sweep->deviation = 0.0;
-        if (sweep->waiting < CHIP_SWEEP_QUEUE) sweep->waiting++; /* otherwise the newest is replaced [2] */
-    }
-    slot = sweep->waiting - 1;
-    for (i = 0; i < 3; i++) sweep->queue[slot][i] = tip[i];
+    if (merged(sweep, tip)) return;
+    if (sweep->waiting < CHIP_SWEEP_QUEUE)
+        sweep->deviation[sweep->waiting++] = 0.0;
+    else
+        leave_one_out(sweep, tip);
+    for (i = 0; i < 3; i++) sweep->queue[sweep->waiting - 1][i] = tip[i];
 }
 
 /* How far back, mm, a path that turns or tilts by `bend` over `length` stays within CHIP_MERGE_DEVIATION of its line [4]. */
@@ -166,8 +206,10 @@ static void advance(struct chip_sweep *sweep)
     int i, j;
     note_straight(sweep, sweep->at, sweep->queue[0]);
     for (i = 0; i < 3; i++) sweep->at[i] = sweep->queue[0][i];
-    for (j = 1; j < sweep->waiting; j++)
+    for (j = 1; j < sweep->waiting; j++) {
         for (i = 0; i < 3; i++) sweep->queue[j - 1][i] = sweep->queue[j][i];
+        sweep->deviation[j - 1] = sweep->deviation[j];
+    }
     sweep->waiting--;
     sweep->start_is_cut = 1;
     sweep->row = -1;

@@ -10,7 +10,7 @@
  *  1. The tool's path is a chain of points; each segment sweeps a capsule in XY.
  *  2. A segment is cut row by row. The work can stop after any cell and continue in the next
  *     period, so a period's cost is bounded. Points that wait are kept in a short queue;
- *     when it is full the newest point replaces the last one that waits. Work is counted
+ *     when it is full, the one of them that can be left out with the least deviation is. Work is counted
  *     in cells of a flat end, about a dozen instructions each.
  *  3. A cell well inside the capsule is cut to the lowest height any tool position of
  *     the segment has over it; a cell on the outline is cut in that share of its area that
@@ -20,7 +20,8 @@
  *     If the tool came straight to the segment's start, level or sloping, a cell below a round end is cut by
  *     that path too: each of its points by the lowest tool position, in whatever segment that was.
  *  5. Segments that wait and continue straight are merged: a falling tool sweeps its whole disc in every
- *     segment, and if that exceeds a period's bound there are fewer segments, not a longer queue.
+ *     segment, and if that exceeds a period's bound there are fewer segments, not a longer queue. The more wait the more
+ *     may a merged one deviate.
  */
 #ifndef CHIPWISE_SWEEP_H
 #define CHIPWISE_SWEEP_H
@@ -31,17 +32,17 @@
 #define CHIP_SWEEP_QUEUE 16 /* positions that may wait */
 
 struct chip_sweep {
-    double at[3];                      /* mm, tip: everything up to here is cut */
-    double queue[CHIP_SWEEP_QUEUE][3]; /* mm, tips still to go to, oldest first */
-    int waiting;                       /* entries in use */
-    int known;                         /* `at` is a position of the tool */
-    int start_is_cut;                  /* the tool, as it is now, has cut all round at `at` */
-    int row, row_end;                  /* rows of the segment to queue[0] still to be cut; row < 0: not begun */
-    int column;                        /* the first column of that row still to be cut */
-    double heading[2];                 /* unit vector of the last segment in XY, */
-    double rise;                       /* mm per mm of XY it rose by, */
-    double straight;                   /* mm of XY it went straight, as far as a round end needs it [4] */
-    double deviation;                  /* mm the newest segment deviates by because it was merged [5] */
+    double at[3];                       /* mm, tip: everything up to here is cut */
+    double queue[CHIP_SWEEP_QUEUE][3];  /* mm, tips still to go to, oldest first */
+    int waiting;                        /* entries in use */
+    int known;                          /* `at` is a position of the tool */
+    int start_is_cut;                   /* the tool, as it is now, has cut all round at `at` */
+    int row, row_end;                   /* rows of the segment to queue[0] still to be cut; row < 0: not begun */
+    int column;                         /* the first column of that row still to be cut */
+    double heading[2];                  /* unit vector of the last segment in XY, */
+    double rise;                        /* mm per mm of XY it rose by, */
+    double straight;                    /* mm of XY it went straight, as far as a round end needs it [4] */
+    double deviation[CHIP_SWEEP_QUEUE]; /* mm the segment to each tip deviates by at most because it was merged [5] */
 };
 
 /* Puts the tool at a position without cutting (start, tool change, after a jump). */

@@ -14,6 +14,7 @@ FEED_LOAD_STEPS = 8
 FEED_REGISTERS = 4
 FULL = 65535
 GUARD_STRIP = 0.5
+GUARD_STRIP_MM = 0.125
 HEIGHT_RIDGE = 0.002
 HEIGHT_SKIN = 0.004
 LOAD_STEPS = 8
@@ -663,7 +664,7 @@ class Sweep(C.Structure):
         ("heading", C.c_double * 2),
         ("rise", C.c_double),
         ("straight", C.c_double),
-        ("deviation", C.c_double),
+        ("deviation", C.c_double * 16),
     ]
 
 
