@@ -22,7 +22,7 @@
 #define PERIOD 0.001 /* s */
 #define CEILING 83.0 /* mm/s */
 #define WINDOW 10    /* periods, 10 ms */
-#define NEEDLE 0.025 /* mm between needles; half of it for a flat end, which cuts a needle at once */
+#define NEEDLE 0.025 /* mm between needles; half of it for an end with a flat part, which cuts a needle at once */
 #define MOST_SEGMENTS 40
 #define TURNED 0.4371 /* rad, the needles against the cells */
 
@@ -70,7 +70,7 @@ static double profile(const struct cutter *tool, double r)
 static void new_field(struct field *field, const struct cutter *tool)
 {
     int i, j;
-    field->pitch = is_flat(tool) ? 0.5 * NEEDLE : NEEDLE;
+    field->pitch = tool->slope == 0.0 && tool->corner < tool->radius ? 0.5 * NEEDLE : NEEDLE;
     field->side = (int)(2.0 * HALF / field->pitch);
     field->last[2] = 1e9;
     field->top = realloc(field->top, sizeof *field->top * field->side * field->side);
