@@ -23,6 +23,7 @@
 #define CEILING 83.0 /* mm/s */
 #define WINDOW 10    /* periods, 10 ms */
 #define NEEDLE 0.025 /* mm between needles; half of it for an end with a flat part, which cuts a needle at once */
+#define STEP 0.02    /* mm */
 #define MOST_SEGMENTS 40
 #define TURNED 0.4371 /* rad, the needles against the cells */
 
@@ -137,6 +138,19 @@ static double cut_field(struct field *field, const struct cutter *tool, const do
     field->last[1] = v;
     field->last[2] = tip[2];
     return sum * field->pitch * field->pitch;
+}
+
+/* Cuts along a straight step in parts of STEP: an end that is not flat would leave ridges between the periods' tips. */
+static double cut_along(struct field *field, const struct cutter *tool, const double from[3], const double to[3])
+{
+    double length = sqrt(pow(to[0] - from[0], 2) + pow(to[1] - from[1], 2) + pow(to[2] - from[2], 2)), sum = 0.0,
+           tip[3];
+    int i, j, count = (int)ceil(length / STEP);
+    for (j = 1; j <= count; j++) {
+        for (i = 0; i < 3; i++) tip[i] = from[i] + (to[i] - from[i]) * j / count;
+        sum += cut_field(field, tool, tip);
+    }
+    return sum;
 }
 
 /* ---- a path of lines and arcs that join smoothly ---- */
@@ -351,7 +365,7 @@ static struct result drive(struct chip_stock *stock, struct field *field, const 
         while (now < route->count && s >= route->begin[now + 1]) now++;
         if (now >= route->count) break;
         chip_segment_at(&route->segment[now], s - route->begin[now], tip, dir);
-        removed = cut_field(field, tool, tip);
+        removed = cut_along(field, tool, in.pos_mu, tip);
         window += removed - recent[n % WINDOW];
         recent[n % WINDOW] = removed;
         truth += removed;
