@@ -62,6 +62,7 @@ pin out float vel_y "";
 pin out float vel_z "";
 pin out s32 state "0 idle, 1 approach, 2 trace, 3 pick feed, 4 retract, 5 return, 6 lost, 7 over-range, 8 fault, 9 done";
 pin out s32 fault_code "0 none, 1 settings, 2 not finite, 3 sensor jump, 4 position jump, 5 no contact, 6 soft limit, 7 collision, 8 over-range, 9 below the model";
+pin out s32 last_fault "fault-code of the last fault, kept until enable is TRUE again";
 pin out bit fault "the trace has ended with a fault";
 pin out bit done "the trace has ended";
 pin out bit in_contact "the deflection is above half of its target in states 2 and 3";
@@ -160,6 +161,7 @@ static void show(struct __comp_state *__comp_inst, const struct chip_tracer_out 
     state = out->state_number;
     fault_code = out->fault_number;
     fault = out->fault_number != CHIP_TRACER_NO_FAULT;
+    if (fault || enable) last_fault = out->fault_number;
     done = out->state_number == CHIP_TRACER_DONE;
     in_contact = (out->state_number == CHIP_TRACER_TRACE || out->state_number == CHIP_TRACER_PICK)
         && out->deflection_mm * per_mm > 0.5 * deflection_target;

@@ -51,6 +51,7 @@ pin out s32 counts_y "";
 pin out s32 counts_z "";
 pin out s32 state "0 hold, 1 follow, 2 clear, 3 fault";
 pin out s32 fault_code "0 none, 1 settings, 2 not finite, 3 astray, 4 behind, 5 collision, 6 too far";
+pin out s32 last_fault "fault-code of the last fault, kept until request or clear is TRUE again";
 pin out bit fault "the axes brake and rest, until request and clear are FALSE";
 pin out bit cleared "the offset is 0";
 pin out bit off "to motion.feed-inhibit: the axes are off their place, so that no program may move them";
@@ -111,6 +112,7 @@ static void show(struct __comp_state *__comp_inst, const struct chip_axis_offset
     state = out->state_number;
     fault_code = out->fault_number;
     fault = out->fault_number != CHIP_AXIS_OFFSET_NO_FAULT;
+    if (fault || request || clear) last_fault = out->fault_number;
     cleared = out->is_cleared;
     off = out->is_off;
     stranded = out->is_off && permit && out->state_number == CHIP_AXIS_OFFSET_HOLD;

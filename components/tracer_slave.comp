@@ -36,6 +36,7 @@ pin out bit phase_a_#[3] "quadrature signal, for function pulse";
 pin out bit phase_b_#[3] "";
 pin out s32 state "0 idle, 1 wait, 2 follow, 3 catch up, 4 dead, 5 fault";
 pin out s32 fault_code "0 none, 1 settings, 2 corrupt packet, 3 too far behind, 4 no packets";
+pin out s32 last_fault "fault-code of the last fault, kept until enable is TRUE again";
 pin out bit fault "the slave has stopped with a fault";
 pin out u32 lost "packets lost";
 pin out u32 ignored "packets ignored, because they were late";
@@ -96,6 +97,7 @@ FUNCTION(_) {
     state = slave.state_number;
     fault_code = slave.fault_number;
     fault = slave.fault_number != CHIP_SLAVE_NO_FAULT;
+    if (fault || enable) last_fault = slave.fault_number;
     lost = slave.lost_packets;
     ignored = slave.ignored_packets;
 }

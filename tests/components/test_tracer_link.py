@@ -31,6 +31,7 @@ SLAVE = """loadrt threads name1=servo-thread period1=1000000
 {link}
 setp tracer-slave.0.scale-0 -1
 setp tracer-slave.0.dead-periods {periods}
+setp tracer-slave.0.max-behind 1000000000
 setp tracer-slave.0.enable 1
 start
 loadusr -w touch {here}/there
@@ -67,7 +68,7 @@ def test_two_machines_and_a_bad_network(tmp_path):
     for name, text in SCRIPTS.items():
         (tmp_path / name).write_text(text.format(**words))
     first = re.findall(r"(?ms)^```\n(.*?)^```", (ROOT / "docs/user/tracer.md").read_text())[0].replace(" servo\n", " servo-thread\n")
-    first = first.replace("name1=servo ", "name1=servo-thread ").replace("setp tracer.0.enable 1\n", "").replace("start\n", LEND.format(name="in", port=LENT, **words) + link("master", LENT) + "start\n")
+    first = first.replace("name1=servo ", "name1=servo-thread ").replace("setp tracer.0.enable 1\n", "").replace("start\n", LEND.format(name="in", port=LENT, **words) + link("master", LENT).replace("depth=1000 ", "depth=50000 ") + "start\n")
     (tmp_path / "master.hal").write_text(first + MASTER.format(**words))
     (tmp_path / "slave.hal").write_text(SLAVE.format(link=LEND.format(name="out", port=LENT, **words) + link("slave", PORT), periods=DEAD_PERIODS, **words))
     done = {}
@@ -81,6 +82,6 @@ def test_two_machines_and_a_bad_network(tmp_path):
     *_rest, low_x, high_x, low_z, high_z, overruns = values(done["master"])
     *_rest, x, z, fault, lost, passed, refused = values(done["slave"])
     print(f"{network.counts}; slave: {passed:.0f} packets, {lost:.0f} lost, {refused:.0f} refused; sampler lost {overruns:.0f}")
-    assert signed(low_x, high_x) != 0 and round(x * 1000) == -signed(low_x, high_x) and round(z * 1000) == signed(low_z, high_z)
+    assert signed(low_x, high_x) != 0 and round(x * 100000) == -signed(low_x, high_x) and round(z * 100000) == signed(low_z, high_z)
     assert fault == NO_MASTER
     assert network.counts["all"] > 5000 and lost > 50 and refused > 20 and overruns == 0

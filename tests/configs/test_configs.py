@@ -79,7 +79,7 @@ def test_the_inch_tools_are_the_metric_ones():
 
 def test_files_named_exist():
     for name in ('mill.ini', 'mill_inch.ini', 'mill_headless.ini', 'mill_gmoccapy.ini', 'robot.ini', 'lathe.ini', 'lathe_inch.ini',
-                 'lathe_headless.ini', 'tracer.ini'):
+                 'lathe_headless.ini', 'tracer.ini', 'tracer_slave.ini'):
         folder = os.path.join(ROOT, 'configs')
         for section, key, value in entries(name):
             if (section, key) in (('HAL', 'HALFILE'), ('HAL', 'POSTGUI_HALFILE'), ('DISPLAY', 'PYVCP'), ('EMCIO', 'TOOL_TABLE'),

@@ -171,10 +171,10 @@ def test_estop_keeps_the_place_and_ends_the_offset(stopped):
 def test_a_soft_limit_and_a_wrong_planner(tmp_path):
     """The soft limit is not reached; with another acceleration than LinuxCNC's it stops within 0.1 mm of offset."""
     answers, rows = trace(tmp_path, [
-        ["hal", "setp", "tracer.0.soft-max-x", "60"], ["start", TRACE], ["finish"], ["pins", "tracer.0.fault-code", "motion.eoffset-limited"],
+        ["hal", "setp", "tracer.0.soft-max-x", "60"], ["start", TRACE], ["finish"], ["pins", "tracer.0.fault-code", "tracer.0.last-fault", "motion.eoffset-limited"],
         ["start", BACK], ["finish"], ["position"],
         ["hal", "setp", "tracer.0.soft-max-x", "350"], ["hal", "setp", "tracer-offset.0.av-ratio-x", "0.35"], ["start", TRACE], ["finish"]])
-    assert answers[2] and "ended with a fault" in answers[2][0] and answers[3] == ["0", "FALSE"]
+    assert answers[2] and "ended with a fault" in answers[2][0] and answers[3] == ["0", "6", "FALSE"]
     assert 6 in rows["fault"] and rows["x"][rows["fault"] == 6].max() < 60.0
     assert answers[6] == pytest.approx([52, 47, 10], abs=1e-5)
     assert answers[10] and "ended with a fault" in answers[10][0] and set(rows["astray_fault"]) == {0, 3}
