@@ -246,7 +246,7 @@ def test_refused_words(line, message):
 BAD_LINES = [
     ("G28", "G28 moves in machine coordinates"), ("G53 G0 X1", "G53 moves in machine coordinates"), ("G10 L2 P1 X0", "G10 changes an offset"),
     ("G92 X0", "G92 changes an offset"), ("G55", "G55 changes an offset"), ("G43 H1", "G43 changes an offset"), ("G38.2 Z-5 F10", "G38.2 probes"),
-    ("G33.1 Z-5 K1", "G33.1 taps in step with the spindle"), ("G84 Z-9 R1", "G84 taps in step"), ("G95", "G95 sets a mode"),
+    ("G33.1 Z-5 K1", "G33.1 taps in step with the spindle"), ("G84 Z-9 R1", "G84 taps in step"), ("G74 Z-9 R1", "G74 taps in step"), ("G95", "G95 sets a mode"),
     ("G64 P0.1 (msg, fast)", "G64 is on a line with a message; put it on a line of its own"),
     ("M101", "M101 is not allowed in a pattern"), ("M62 P1", "M62 is not allowed"), ("M6 T1", "M6 is not allowed"), ("M250", "M250 is not allowed"),
     ("G0 X#5420", "#5420 reads the machine"), ("G0 X#<_abs_x>", "#<_abs_x> reads the machine"), ("G0 X#<_hal[motion.analog-in-00]>", "reads the machine"),

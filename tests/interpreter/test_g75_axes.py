@@ -154,3 +154,14 @@ def test_a_mirrored_sub_that_turns_is_not_reversed(options):
     assert "(turns an axis)" in canon.run_preview(text, **options).output
     ends = [round(angles[-1][0], 6) for _kind, _places, angles in path_of(text, options)]
     assert list(dict.fromkeys(ends)) == [0, -10] and ends[-1] == 0
+
+
+@pytest.mark.parametrize("letter, bit", [("U", 6), ("V", 7), ("W", 8)])
+def test_a_sub_that_moves_u_v_or_w_is_refused(letter, bit, tmp_path, monkeypatch):
+    """With the line; an axis that is not programmed stays where it is."""
+    monkeypatch.setenv("AXIS_MASK", str(7 | 1 << bit))
+    options = {"ini": canon.write_ini(tmp_path, COORDINATES=f"X Y Z {letter}")}
+    trace = canon.run_preview(program(["G75 Q100 X5"], ["o100 sub", "G0 X1 Y1", f"G1 {letter}5", "o100 endsub"]), **options)
+    assert f"sub O100, line 3 of program.ngc: word {letter} is an axis that a pattern does not move; use X, Y, Z, A, B and C" in trace.error and not trace.after("begin"), trace.error
+    trace = canon.run_preview(program(["G75 Q100 X5"], ["o100 sub", "G0 X1 Y1", "G1 X4", "o100 endsub"], start=f"G0 X3 Y-4 Z7 {letter}2"), **options)
+    assert not trace.error and trace.after("begin"), trace.error

@@ -13,7 +13,7 @@ from chipwise.errors import CycleError
 
 PATH_CODES = {61, 61.1, 64}
 G_CODES = PATH_CODES | {0, 1, 2, 3, 4, 12, 13, 17, 18, 19, 20, 21, 33, 40, 41, 41.1, 42, 42.1, 73, 75, 76, 77, 78, 79, 80, 81, 82, 83, 85, 86, 89, 90, 90.1,
-           91, 91.1, 94, 97, 98, 99}
+           91, 91.1, 93, 94, 97, 98, 99}
 M_CODES = {3, 4, 5, 7, 8, 9, 70, 71, 72, 73, 98, 99}
 _BEFORE = "program it before G75"
 REASONS = {
@@ -58,7 +58,7 @@ def _check_code(found, number, letter, value, per_rev):
 def check_code(letter, code, per_rev=False):
     """Raise CycleError, without the line, for a G or M code that no pattern may hold.  Called by runner.py too: for subs that the sub calls."""
     named = f"{letter.upper()}{code:g}"
-    if code in (G_CODES if letter == "g" else M_CODES) and not (per_rev and named == "G94"):
+    if code in (G_CODES if letter == "g" else M_CODES) and not (per_rev and named in ("G93", "G94")):
         return
     if letter == "m":
         raise CycleError(f"{named} is not allowed in a pattern", "a pattern has M3 M4 M5 M7 M8 M9; program the rest before or after G75")

@@ -10,6 +10,7 @@ Departs from the call of a sub: what it assigns to parameters is gone afterwards
 """
 
 import os
+import re
 from functools import lru_cache
 
 from chipwise.contour_sub.find import fault, find_sub, plain_text, read_file
@@ -29,6 +30,9 @@ CPU_S = 5.0             # computing time of LinuxCNC's interpreter for one run o
 MAX_MOVES = 200_000     # of one run of the sub
 MAX_DEPTH = 8           # patterns in patterns
 _SETTLED = ("", "%")
+_OTHER_AXIS = re.compile(r"Bad character '([uvw])' used")        # the child has none of these axes
+# F remapped by the package does what LinuxCNC does; without it F works under G93 (docs/design/code_overview.md), and its lines have their numbers
+_OWN_F = re.compile(r"(?mi)^\s*REMAP\s*=\s*F\s[^\n]*\bpython\s*=\s*feed\s*$")
 
 
 def read_pattern(job) -> Recorded:
@@ -47,6 +51,9 @@ def _read(found, job, files):
     if result["stop"] or result["error"]:
         line, text, remedy = result["stop"] or (*result["error"], "")
         text = text.strip().rstrip(".").removeprefix("chipwise: ")
+        other = _OTHER_AXIS.match(text)
+        if other:
+            raise fault(found, line or _first_line(found), f"word {other[1].upper()} is an axis that a pattern does not move", "use X, Y, Z, A, B and C")
         if text.startswith("G75: sub O"):       # a pattern in this one: its own line says more
             raise CycleError(braceless(text.removeprefix("G75: ")))
         raise fault(found, line or _first_line(found), text, remedy or ("" if ";" in text else "correct the line"))
@@ -143,6 +150,6 @@ def _run(found, job):
     order = {"table": os.path.join(os.getcwd(), os.path.expanduser(section.get("TOOL_TABLE", ""))),
              "random": section.get("RANDOM_TOOLCHANGER", "0").strip() == "1", "max_moves": MAX_MOVES, "cpu_s": CPU_S,
              "mirrored": job.mirrored, "stock_top": job.stock_top, "axis_mask": sum(1 << AXES.index(letter) for letter in job.axes),
-             "tool": (*sub.tool, job.orientation), "per_rev": job.per_rev}
+             "tool": (*sub.tool, job.orientation), "per_rev": job.per_rev, "unit_mm": MM_PER_INCH if sub.unit == "in" else 1.0}
     environment = {"OPENBLAS_NUM_THREADS": "1", DEPTH: str(int(os.environ.get(DEPTH, "0")) + 1)}
-    return run_sub(found, sub, RUNNER, _program(found, job), rs274.usable_elsewhere(text, ini_folder), order, environment)
+    return run_sub(found, sub, RUNNER, _program(found, job), _OWN_F.sub("", rs274.usable_elsewhere(text, ini_folder)), order, environment)

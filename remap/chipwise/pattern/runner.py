@@ -7,8 +7,9 @@ Started by run.py, one process per run.  The remaps of the INI file run here as 
 plan the other hand (pattern/hand.py), so that the mirrored cut is climb milling again.
 
 Job:     program, parameters, table (paths), random (tool changer), units_per_mm, tool (number, diameter in machine units, orientation),
-         codes (run first), begin, end (comments around the call), max_moves, cpu_s, mirrored, axis_mask, per_rev, stock_top (mm or null)
-Result:  rows: [kind, line, own, feed, x, y, z, a, b, c (, plane, cx, cy, cz, turns)] in mm, mm/min and degrees, kind "rapid", "feed",
+         codes (run first), begin, end (comments around the call), max_moves, cpu_s, mirrored, axis_mask, per_rev, stock_top (mm or null),
+         unit_mm (mm of the caller's unit)
+Result:  rows: [kind, line, own, feed, x, y, z, a, b, c (, plane, cx, cy, cz, turns)] in mm, mm/min (set_feed_rate()) and degrees, kind "rapid", "feed",
          "arc" or, with the pitch in place of the feed, "thread", own: the line of a cut that no cycle makes, else 0; ["code", line, text];
          ["path", line, code, p, q]: a path mode, code 0: the caller's; messages; stop: null or [line, text, remedy]; error: null or [line, text] of the interpreter; ended: bool; line: the last
 
@@ -54,7 +55,7 @@ class Canon(interpreter_process.Canon):
         self.rows, self.messages, self.stop = [], [], None
         self.inside = self.ended = False
         self.line = self.seen = self.reported = self.first_of_line = 0
-        self.feed, self.plane, self.at = 0.0, 1, (0.0, 0.0, 0.0)
+        self.feed, self.turning, self.plane, self.at, self.abc = 0.0, 0.0, 1, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
         self.machine_state = None
         self.called = 0             # line of the comment before the call
 
@@ -114,7 +115,9 @@ class Canon(interpreter_process.Canon):
     def _put(self, kind, feed, x, y, z, rest, *more):
         if any(rest[3:]):
             self.refuse("axis U, V or W moves", "a pattern moves X, Y, Z, A, B and C")
-        self.at = x, y, z
+        if kind == "feed" and (x, y, z) == self.at and tuple(rest[:3]) != self.abc:
+            feed = self.turning
+        self.at, self.abc = (x, y, z), tuple(rest[:3])
         if self.inside:
             if len(self.rows) >= self.job["max_moves"]:
                 self.refuse(f"the sub makes more than {self.job['max_moves']} moves", "divide it")
@@ -152,7 +155,11 @@ class Canon(interpreter_process.Canon):
         self.plane = plane if plane in PLANES else 1
 
     def set_feed_rate(self, rate):
+        """inch/min.  G93 comes as the rate of each move; a move under an isometry is as long as before, so it takes as long.
+
+        F of a move that only turns is degrees/min in both units: the number that the caller's unit makes of it has to be the same one."""
         self.feed = rate
+        self.turning = rate / _unit_mm() * self.job["unit_mm"]
 
     def dwell(self, seconds):
         if self.inside:
@@ -211,9 +218,10 @@ def _block():
 
 
 def _unit_mm():
-    """mm of the program's unit."""
+    """mm of the program's unit; that of a program in mm without an interpreter of Python's."""
     import emccanon
-    return INCH if _interpreter().length_units == emccanon.CANON_UNITS.CANON_UNITS_INCHES else 1.0
+    interp = _interpreter()
+    return INCH if interp and interp.length_units == emccanon.CANON_UNITS.CANON_UNITS_INCHES else 1.0
 
 
 def _changes(before, now):
