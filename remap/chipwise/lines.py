@@ -29,22 +29,26 @@ def path_text(code: float, tolerance: Optional[float], naive: Optional[float], u
     return "G64" + "".join(f" {letter}{value / unit_mm:.9f}" for letter, value in (("P", tolerance), ("Q", naive)) if value is not None)
 
 
-def _target(at: tuple, abc: Optional[tuple], decimals: int, axes: str) -> str:
-    """The words of a place; abc: degrees of A, B and C, None if they stay."""
-    y = f"Y{at[1]:.{decimals}f} " if "Y" in axes else ""
-    place = f"X{at[0]:.{decimals}f} {y}Z{at[2]:.{decimals}f}"
-    return place if abc is None else " ".join([place, *(f"{letter}{value:.6f}" for letter, value in zip("ABC", abc) if letter in axes)])
+def _place(decimals: int, axes: str) -> str:
+    """The words of a place: a % format of x, y, z; of x, z on a machine without Y."""
+    return " ".join(f"{letter}%.{decimals}f" for letter in "XYZ" if letter != "Y" or "Y" in axes)
+
+
+def _angles(abc: tuple, axes: str) -> str:
+    """The words of degrees of A, B and C, each after a blank."""
+    return "".join(f" {letter}{value:.6f}" for letter, value in zip("ABC", abc) if letter in axes)
 
 
 def _lines(moves: Iterable[Move], start: tuple, unit_mm: float, decimals: int = DECIMALS, axes: str = AXES) -> Iterator:
     """(move, text, feed in program units or None) of each move that moves, and of each Code."""
     scale, plane, turned = 1.0 / unit_mm, "G17", None
-    at = tuple(round(value * scale, decimals) for value in start)
+    place, has_y, centres = _place(decimals, axes), "Y" in axes, f" %s%.{decimals}f %s%.{decimals}f"
+    x, y, z = (round(value * scale, decimals) for value in start)
     for move in moves:
         if isinstance(move, Code):
             yield move, move.text, None
             continue
-        was = x, y, z = at
+        was, was_turned, turned = (x, y, z), turned, move.abc
         new_x, new_y, new_z = move.end if isinstance(move, PlaneArc) else (move.x, move.y, move.z)
         if new_x is not None:
             x = round(new_x * scale, decimals)
@@ -52,24 +56,24 @@ def _lines(moves: Iterable[Move], start: tuple, unit_mm: float, decimals: int = 
             y = round(new_y * scale, decimals)
         if new_z is not None:
             z = round(new_z * scale, decimals)
-        at = x, y, z
-        target = _target(at, move.abc, decimals, axes)
-        still, turned = at == was and move.abc == turned, move.abc
+        target = place % ((x, y, z) if has_y else (x, z))
+        if turned is not None:
+            target += _angles(turned, axes)
         if isinstance(move, (Arc, PlaneArc)):
-            own = move.plane if isinstance(move, PlaneArc) else "G17"
-            centre = move.centre if isinstance(move, PlaneArc) else (move.cx, move.cy)
-            words = " ".join(f"{letter}{centre[k] * scale - was[k]:.{decimals}f}" for k, letter in _CENTRE[own])
+            own, centre = (move.plane, move.centre) if isinstance(move, PlaneArc) else ("G17", (move.cx, move.cy))
+            (a, first), (b, second) = _CENTRE[own]
+            words = centres % (first, centre[a] * scale - was[a], second, centre[b] * scale - was[b])
             turns = f" P{move.turns}" if move.turns != 1 else ""
-            yield move, f"{own + ' ' if own != plane else ''}G{3 if move.ccw else 2} {target} {words}{turns}", move.feed * scale
+            yield move, f"{own + ' ' if own != plane else ''}G{3 if move.ccw else 2} {target}{words}{turns}", move.feed * scale
             plane = own
-        elif still:
+        elif was == (x, y, z) and was_turned == turned:
             continue
         elif isinstance(move, Thread):
             yield move, f"G33 {target} K{move.pitch * scale:.9f}", None
         elif isinstance(move, Line):
-            yield move, f"G1 {target}", move.feed * scale
+            yield move, "G1 " + target, move.feed * scale
         elif isinstance(move, Rapid):
-            yield move, f"G0 {target}", None
+            yield move, "G0 " + target, None
         else:
             raise TypeError(f"unknown move {move!r}")
 
@@ -105,7 +109,7 @@ def chunks(moves: Sequence[Move], start: tuple, unit_mm: float, decimals: int = 
             count = 0
             if path:
                 rows.add(path, None, move.line)
-        if isinstance(move, Code) and text.startswith(PATH):
+        if text.startswith(PATH) and isinstance(move, Code):
             path = "" if text == CALLERS_PATH else text
         rows.add(text, feed, move.line)
         count += 1
