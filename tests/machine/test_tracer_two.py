@@ -19,7 +19,7 @@ LENT, PORT = 7134, 7135                     # of the loopback of each sandbox
 PER_MM = 100000                             # counts of the HAL files
 WAITING, DEAD_PERIODS = 1000, 3000          # this computer has pauses of that many periods
 PERIOD_S, A_MM_S2 = 0.001, 500.0            # MAX_ACCELERATION x OFFSET_AV_RATIO of both
-FEED_MM_S, FASTEST_MM_S = 8.0, 25.0           # a slave that has to wait brakes over v^2 / 2 A, which max-behind of tracer-offset allows
+FEED_MM_S, FASTEST_MM_S = 8.0, 15.0           # so fast that a slave that has to wait stays within max-behind of tracer-offset, 1 mm
 FOLLOW, DEAD, NO_MASTER, HOLD = 1, 4, 4, 0  # states of tracer-offset and tracer-slave, fault-code of the slave
 TRACE, BACK, FOLLOWING = ((ROOT / "nc_files/tracer" / name).read_text() for name in ("trace.ngc", "back.ngc", "follow.ngc"))
 MASTER = {"number": "tracer.0.sequence", "low_x": "tracer.0.count-low-0", "high_x": "tracer.0.count-high-0", "low_y": "tracer.0.count-low-1",
@@ -86,7 +86,8 @@ def followed(tmp_path_factory):
     network = BadNetwork(folder, PORT, random_seed(), lost=0.02, doubled=0.02, delayed=0.02, damaged=0.01)
     network.start()
     edits = {"master": ("tracer.ini", MASTER_STEPS, [f"/^HALFILE = .*head_sim/a HALFILE = {folder}/master.hal", f"$a [TRACER_LINK]\\nSLAVE = 127.0.0.1:{LENT}",
-                                                     f"s#^FEED = .*#FEED = {FEED_MM_S}#", f"s#^MAX_LINEAR_VELOCITY = .*#MAX_LINEAR_VELOCITY = {FASTEST_MM_S}#"]),
+                                                     f"s#^FEED = .*#FEED = {FEED_MM_S}#", f"s#^MAX_LINEAR_VELOCITY = .*#MAX_LINEAR_VELOCITY = {FASTEST_MM_S}#",
+                                                     f"s#^RETURN_VEL = .*#RETURN_VEL = {FASTEST_MM_S}#"]),
              "slave": ("tracer_slave.ini", SLAVE_STEPS, [f"s#^HALFILE = .*tracer_link_slave.*#HALFILE = {folder}/slave.hal#", f"s#^LISTEN = .*#LISTEN = 127.0.0.1:{PORT}#",
                                                          f"/^HALFILE = .*tracer_offset/a HALFILE = {folder}/slave_seen.hal"])}
     done = {}
