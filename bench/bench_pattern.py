@@ -14,6 +14,7 @@ import argparse
 import json
 import os
 import random
+import re
 import tempfile
 import time
 
@@ -34,6 +35,8 @@ from support.station_cases import case, off, shares_of_bound
 
 HEAD = "G21 G90 G64 G94 G17 G40\nT1 M6\nS5000 M3\nF600\n"
 COPIES, MOVES = 200, 500
+GROUP = 4                   # subs in a program
+CONTOURS = 8                # one sub of so many has G77, G78, G79 and patterns of its own: most of the time
 
 
 def transforms(seed):
@@ -43,39 +46,63 @@ def transforms(seed):
     return [(mirror, degrees, tuple(round(r.uniform(-50, 50), 4) for _ in range(3))) for mirror, degrees in places]
 
 
+def places_of(number):
+    """[(sub, mirror, degrees, shift)] of a random sub; a cycle in a mirrored pattern plans the other hand, so those subs have none."""
+    subs = {cycles: random_sub(number, cycles, contours=number % CONTOURS == 0) for cycles in (True, False)}
+    return [(subs[mirror in (0, 3)], mirror, degrees, shift) for mirror, degrees, shift in transforms(number)]
+
+
 def errors(seed, count):
-    """(largest error in mm, cases, those of them with arcs that become chords, cases that differ otherwise)."""
+    """(largest error in mm, cases, those that are not compared because arcs become chords, cases that differ otherwise)."""
     worst, cases, chords, wrong = 0.0, 0, 0, []
-    for number in range(seed, seed + count):
-        for cycles in (True, False):            # a cycle in a mirrored pattern plans the other hand
-            sub, places = random_sub(number, cycles), [place for place in transforms(number) if (place[0] in (0, 3)) == cycles]
-            planar = not any("G18" in line or "G19" in line for line in sub)
-            exact = [place for place in places if planar or place[1] % 90 == 0]
-            cases, chords = cases + len(exact), chords + len(places) - len(exact)
-            found, own = _calls(sub, exact, True), _calls(sub, exact, False)
-            for k, (mirror, degrees, shift) in enumerate(exact):
-                try:
-                    pairs = [calls_to_moves(calls, f"begin {k}", f"end {k}") for calls in (found, own)]
-                    compare(*pairs, lambda p, m=mirror, d=degrees, s=shift: transformed(p, m, d, s))
-                    worst = max(worst, *(float(np.abs(a.points - transformed(b.points, mirror, degrees, shift)).max()) for a, b in zip(*pairs)))
-                except AssertionError as error:
-                    wrong.append(f"CHIPWISE_SEED={number} H{mirror} R{degrees:.4f}: {str(error)[:200]}")
+    for first in range(seed, seed + count, GROUP):
+        numbers = range(first, min(first + GROUP, seed + count))
+        places = [(number, *place) for number in numbers for place in places_of(number)]
+        exact = [place for place in places if place[3] % 90 == 0 or not any("G18" in line or "G19" in line for line in place[1])]
+        cases, chords = cases + len(exact), chords + len(places) - len(exact)
+        for place, pairs in zip(exact, _pairs(exact)):
+            number, _sub, mirror, degrees, shift = place
+            try:
+                if isinstance(pairs, AssertionError):
+                    raise pairs
+                compare(*pairs, lambda p, m=mirror, d=degrees, s=shift: transformed(p, m, d, s))
+                worst = max(worst, *(float(np.abs(a.points - transformed(b.points, mirror, degrees, shift)).max()) for a, b in zip(*pairs)))
+            except AssertionError as error:
+                wrong.append(f"CHIPWISE_SEED={number} H{mirror} R{degrees:.4f}: {str(error)[:200]}")
     return worst, cases, chords, wrong
 
 
-def _calls(sub, places, pattern):
-    """Canonical calls of one program: the sub as a pattern at each place, or by itself from where that place begins."""
-    lines = [*sub, HEAD]
-    for k, (mirror, degrees, shift) in enumerate(places):
-        start = np.array([[3.0, -4.0, 7.0 + shift[2]]])
+def _pairs(places):
+    """Of each place (moves as a pattern, moves of the sub by itself from where that place begins), or the error of its program.
+
+    All are one program, because most of the time is the start of its processes; if that has an error, each is one of its own.
+    """
+    trace = canon.run_preview("\n".join(_program(places)), timeout=900)
+    if trace.error:
+        return [AssertionError(trace.error)] if len(places) == 1 else [pair for place in places for pair in _pairs([place])]
+    calls = json.loads(trace.output.splitlines()[-1])["calls"]
+    ends = [0, *(n + 1 for n, (kind, _line, *more) in enumerate(calls) if kind == "comment" and more[0] == "end")]
+    parts = [calls_to_moves(calls[a:b], "begin", "end") for a, b in zip(ends, ends[1:])]
+    return list(zip(parts[::2], parts[1::2]))
+
+
+def _program(places):
+    lines, names = [], {}
+    for number, sub, *_ in places:
+        key = number, id(sub)
+        if key not in names:
+            names[key] = 1000 * len(names)
+            lines += [re.sub(r"\b([oQ])(\d{3})\b", lambda found, key=key: f"{found[1]}{int(found[2]) + names[key]}", line) for line in sub]
+    lines += [HEAD]
+    for number, sub, mirror, degrees, shift in places:
+        start, name = np.array([[3.0, -4.0, 7.0 + shift[2]]]), 100 + names[number, id(sub)]
         back = transformed(transformed(start - np.array(shift), 0, -degrees, (0, 0, 0)), mirror, 0, (0, 0, 0))
-        where = " ".join(f"{letter}{value:.9f}" for letter, value in zip("XYZ", (start if pattern else back)[0]))
-        call = f"G75 Q100 H{mirror} R{degrees:.4f} X{shift[0]} Y{shift[1]} Z{shift[2]}" if pattern else "o100 call"
-        # a plain call leaves the modes of the sub to the next one
-        lines += ["G21 G90 G91.1 G94 G17 G40 G98 F600", f"G0 {where}", f"(begin {k})", call, f"(end {k})"]
-    trace = canon.run_preview("\n".join([*lines, "M2", ""]))
-    assert not trace.error, trace.error
-    return json.loads(trace.output.splitlines()[-1])["calls"]
+        pattern = f"G75 Q{name} H{mirror} R{degrees:.4f} X{shift[0]} Y{shift[1]} Z{shift[2]}"
+        for place, call in zip((start, back), (pattern, f"o{name} call")):
+            where = " ".join(f"{letter}{value:.9f}" for letter, value in zip("XYZ", place[0]))
+            # a plain call leaves the modes of the sub to the next one
+            lines += ["G21 G90 G91.1 G94 G17 G40 G98 F600", f"G0 {where}", "(begin)", call, "(end)"]
+    return [*lines, "M2", ""]
 
 
 def stations(seed, count):

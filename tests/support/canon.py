@@ -178,15 +178,15 @@ def parse_rs274(text):
     return trace
 
 
-def run_preview(program, tools=None, machine="mm", ini=None, **settings):
-    """A program through the preview's interpreter on a mm or inch machine, tools in mm."""
+def run_preview(program, tools=None, machine="mm", ini=None, timeout=60, **settings):
+    """A program through the preview's interpreter on a mm or inch machine, tools in mm; timeout: s."""
     with tempfile.TemporaryDirectory() as folder:
         path, environment = _prepare(folder, program)
         environment["INI_FILE_NAME"] = str(ini or write_ini(folder, machine, **settings))
         table = write_tools(folder, tools or {1: 2.0}, UNIT_MM[machine])
         run = subprocess.run([PYTHON, str(ROOT / "tests/support/preview_probe.py"), str(path), repr(1 / UNIT_MM[machine]),
                               str(table), f"{folder}/test.var"],
-                             cwd=ROOT, env=environment, capture_output=True, text=True, timeout=60, check=False)
+                             cwd=ROOT, env=environment, capture_output=True, text=True, timeout=timeout, check=False)
     trace = Trace(output=run.stdout + run.stderr)
     if run.returncode != 0:
         raise RuntimeError(f"preview: exit {run.returncode}\n{run.stderr}")

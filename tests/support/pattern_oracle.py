@@ -100,9 +100,9 @@ def compare(pattern, plain, transform, tolerance=1e-6):
 # ---- random subs -----------------------------------------------------------------------------------------------------
 
 
-def random_sub(seed, cycles=True):
+def random_sub(seed, cycles=True, contours=False):
     """Lines of a sub O100 and of the subs that it calls, for a tool of 2 mm: lines, I J and R arcs, helices, planes, G91, canned cycles,
-    compensation, loops, calls."""
+    compensation, loops, calls; cycles: G12 and G13 too; contours: patterns in the pattern, and of the cycles G77, G78 and G79 too."""
     r = random.Random(f"pattern {seed}")
 
     def number(low, high):
@@ -146,9 +146,23 @@ def random_sub(seed, cycles=True):
 
     def cycle():
         return [f"G0 X{number(-9, 9)} Y{number(-9, 9)} Z5", f"G{r.choice((12, 13))} I{number(2, 6)} K{number(7, 9)} Q0.9 Z-3 R2 F400"]
+
+    def contour_cycle():
+        code = r.choice([f"G77 P{r.choice((41, 42))} I0.2 D0.9", f"G78 P{r.choice((41, 42))}", f"G79 D0.9 P{r.randrange(4)}"])
+        return [f"G0 X{number(-9, 9)} Y{number(-9, 9)} Z5", f"{code} Q300 Z-2 R2 J1.5 F400"]
+
+    def nested():
+        return [f"G0 X{number(-9, 9)} Y{number(-9, 9)} Z5", f"G75 Q400 X{number(-9, 9)} Y{number(-9, 9)} R{number(-180, 180)} H{r.randrange(4)} L2 I7 K{number(0, 90)}"]
     makers = [lambda: [line()]] * 4 + [arc, arc, arc_r, canned, compensated, called, looped] + ([cycle] if cycles else [])
+    makers += ([nested] + ([contour_cycle] if cycles else [])) if contours else []
     body = [f"G0 X{number(-20, 20)} Y{number(-20, 20)}", "G0 Z4 (down)", line()]
     for _ in range(r.randint(2, 7)):
         body += r.choice(makers)()
     body += ["G90 G17 G0 Z6"]
-    return ["o200 sub", "G0 X#1 Y#2 Z4", "G1 Z-2 F222", "G2 I1.5 J0.5", "G0 Z4", "o200 endsub", "o100 sub", *body, "o100 endsub"]
+    return ["o200 sub", "G0 X#1 Y#2 Z4", "G1 Z-2 F222", "G2 I1.5 J0.5", "G0 Z4", "o200 endsub", *(_PARTS if contours else []), "o100 sub", *body,
+            "o100 endsub"]
+
+
+# a contour with round corners, and a sub for a pattern in the pattern
+_PARTS = ["o300 sub", "G0 X-6 Y-4", "G1 X6", "G3 X8 Y-2 I0 J2", "G1 Y5", "X-3", "G2 X-6 Y2 I0 J-3", "G1 Y-4", "o300 endsub",
+          "o400 sub", "G0 X1 Y2 Z4", "G1 Z-1 F333", "G2 X3 Y1 I1.5 J0.5", "G1 X5 Y-1", "G0 Z4", "o400 endsub"]
