@@ -39,6 +39,30 @@ def test_linuxcnc_follows_the_plan(tmp_path, capsys, name, code):
     assert planned < summary["cycle_s"] < 1.6 * planned + 60
     feeds = np.array([points[-1] for _, kind, points in moves(program.read_text(), 1.0) if kind == "feed"])
     assert distances(feeds[:: max(len(feeds) // 200, 1)], moving[::5]).max() < 0.06          # every part of it has been travelled
+    if name == "turning_shaft":
+        check_thread(rows, 1.5, 800 / 60, -1.3, -14.0, 8)
+
+
+def check_thread(rows, pitch, turns_per_s, z1, z0, count):
+    """The passes of the shaft's thread are in step with the spindle: the same pitch all along it, the same phase in every pass."""
+    z, x, period = rows["z"], rows["x"], float(rows["period"])
+    time, speed = rows["sample"] * period, np.gradient(rows["z"]) / period
+    cutting = (z < z1) & (z > z0) & (np.abs(speed + pitch * turns_per_s) < 0.2 * pitch * turns_per_s) & (x < 10.0) & (x > 9.0)
+    assert count * (z1 - z0) / (pitch * turns_per_s) * 0.98 < cutting.sum() * period < count * (z1 - z0) / (pitch * turns_per_s) * 1.02
+    turns = time[cutting] * turns_per_s + z[cutting] / pitch            # of the spindle, less those that the thread has: one number but for whole turns
+    phase = np.angle(np.exp(2j * np.pi * (turns - turns[0]))) / (2 * np.pi)
+    print(f"thread: pitch and phase within {pitch * np.ptp(phase):.4f} mm")
+    assert pitch * np.ptp(phase) < 0.01
+
+
+def test_the_check_of_a_thread_sees_a_pass_out_of_phase():
+    """Eight passes of 20 mm/s, 25 turns of the spindle apart; one of them 1/50 of a turn late."""
+    def rows(late):
+        z = np.concatenate([np.where(np.arange(1875) < 1000, -0.02 * np.arange(1875) - 0.02 * (-late if k == 5 else 0), 1.0) for k in range(8)])
+        return {"z": z, "x": np.full(len(z), 9.5), "sample": np.arange(len(z)), "period": 0.001}
+    check_thread(rows(0.0), 1.5, 800 / 60, -1.3, -14.0, 8)
+    with pytest.raises(AssertionError):
+        check_thread(rows(1.5), 1.5, 800 / 60, -1.3, -14.0, 8)
 
 
 def part(more="", code="G26 Q100 I0.3 D1 F200 E100"):

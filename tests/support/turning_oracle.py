@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What plain G-code of a lathe does to a bar: heights over a grid of Z, maximum filters, nothing of the product.
 
-The program is read as text: T, G0 G1 G2 G3 with X (radius), Z, I, K.  A tool is given by the numbers of its table line and its
+The program is read as text: T, G0 G1 G2 G3 G33 with X (radius), Z, I, K.  A tool is given by the numbers of its table line and its
 holder.  Every position is judged: the insert (nose, both edges without end) and the holder's box against the part, and on rapids
-against the stock; the holder against the stock on feeds, too.  Feeds take stock away.
+against the stock; the holder against the stock on feeds, too.  Feeds take stock away.  Threads (G33) are judged against a part of their own.
 """
 import math
 import re
@@ -18,7 +18,8 @@ CENTRE = {1: (1, -1), 2: (1, 1), 3: (-1, 1), 4: (-1, -1), 5: (0, -1), 6: (1, 0),
 
 @dataclass
 class Insert:
-    """D, I, J, Q of the table, holder box and flat width (corner to corner); point angle of a drill."""
+    """D, I, J, Q of the table, holder box and flat width (corner to corner); point angle of a drill; edge: mm, of the flanks of a
+    threading insert, which has straight sides above them."""
 
     d: float
     i: float
@@ -28,6 +29,7 @@ class Insert:
     flat: float = 0.0
     point: float = 0.0
     relief: float = 0.0
+    edge: float = math.inf
 
     @property
     def inside(self):
@@ -48,7 +50,7 @@ class Insert:
             if angle < 90:
                 a = math.radians(angle - self.relief)
                 edge = -r * math.cos(a) + (v - r * math.sin(a)) * math.tan(a)
-                t = np.where(v >= r * math.sin(a), np.minimum(t, edge), t)
+                t = np.where((v >= r * math.sin(a)) & (v <= self.edge * math.cos(a)), np.minimum(t, edge), t)
         return t
 
 
@@ -75,12 +77,12 @@ def moves(text, unit, home=None, angle=0.1):
         line = re.sub(r"\([^)]*\)", "", line)
         if line.startswith("T"):
             tool = int(re.match(r"T(\d+)", line).group(1))
-        words = dict(re.findall(r"([GXZIK])(-?[\d.]+)", line)) if re.match(r"G[0123] ", line) else {}
+        words = dict(re.findall(r"([GXZIK])(-?[\d.]+)", line)) if re.match(r"G(?:[0123]|33) ", line) else {}
         if not words or not ("X" in words or "Z" in words):
             continue
         z2, x2 = (float(words[k]) * unit if k in words else was for k, was in (("Z", z), ("X", x)))
         if z is not None and x is not None:
-            if words["G"] in "01":
+            if words["G"] in ("0", "1", "33"):
                 n = max(int(math.hypot(z2 - z, x2 - x) / STEP), 1)
                 points = [(z + (z2 - z) * k / n, x + (x2 - x) * k / n) for k in range(n + 1)]
             else:
@@ -94,14 +96,15 @@ def moves(text, unit, home=None, angle=0.1):
                 turn = turn or (2 * math.pi if words["G"] == "3" else -2 * math.pi)         # equal ends are a full circle
                 n = max(int(abs(turn) * r / STEP), math.ceil(abs(turn) / angle), 1)
                 points = [(cz + r * math.cos(a + turn * k / n), cx + r * math.sin(a + turn * k / n)) for k in range(n + 1)]
-            yield tool, "rapid" if words["G"] == "0" else "feed", points
+            yield tool, {"0": "rapid", "33": "thread"}.get(words["G"], "feed"), points
         z, x = z2, x2
 
 
-def judge(text, unit, case, tools):
+def judge(text, unit, case, tools, threaded=None):
     """{gouge, rapid, holder, air, feed} of a program: largest depths in mm (at most 0 is clean), feed lengths in mm.
 
-    case: outside, bore, blank as in turning_random.Case; tools: {number: Insert}."""
+    case: outside, bore, blank as in turning_random.Case; tools: {number: Insert}; threaded: (outside, bore) of the part with its threads cut down
+    to their roots, which is what the passes of a thread must not touch."""
     low, high = case.blank[1] - 60.0, case.blank[2] + 70.0
     z = low + CELL * np.arange(int((high - low) / CELL) + 1)
     end = case.outside[-1][0]
@@ -113,9 +116,18 @@ def judge(text, unit, case, tools):
         outside[z <= right] = np.maximum(outside[z <= right], radius)
     bar = {False: [outside, stock], True: [heights([(a, -b) for a, b in case.bore], z) if case.bore else np.full(len(z), -np.inf),
                                             np.where(np.isfinite(stock), 0.0, -np.inf)]}
+    if threaded:
+        roots = {False: heights(threaded[0], z), True: heights([(a, -b) for a, b in threaded[1]], z) if threaded[1] else None}
+        roots[False][z < end - 1e-9] = outside[z < end - 1e-9]
     found = {"gouge": -np.inf, "rapid": -np.inf, "holder": -np.inf, "feed": 0.0, "air": 0.0, "where": {}}
     for number, kind, points in moves(text, unit):
-        _follow(found, bar[tools[number].inside], z, tools[number], kind, points)
+        side = tools[number].inside
+        if kind == "thread":
+            for k in range(len(points)):
+                _judge_position(found, roots[side], bar[side][1], z, tools[number], kind, _centre(tools[number], points[k]), slice(0, len(z)), True,
+                                (*np.round(points[k], 4), kind), 0.0)
+            continue
+        _follow(found, bar[side], z, tools[number], kind, points)
         bar[False][1][bar[False][1] <= 0.0] = -np.inf           # cut to the axis and beyond
         bar[True][1][bar[False][1] <= np.maximum(-bar[True][1], 1e-6)] = -np.inf       # faced down to the hole: nothing is left inside
     return found, bar, z
@@ -130,16 +142,20 @@ def _note(found, name, depth, where):
 def _follow(found, sides, z, tool, kind, points):
     """One move: judge every position, take stock away."""
     part, stock = sides
-    dx, dz = CENTRE[tool.q]
     r = 0.0 if tool.point else tool.d / 2
     step = math.dist(points[0], points[1])
     for k, (pz, px) in enumerate(points):
-        cz, cx = pz + dz * r, px + dx * r
-        if tool.inside:
-            cx = -cx
+        cz, cx = _centre(tool, (pz, px))
         whole = k % 8 == 0 or k == len(points) - 1 or bool(tool.point)      # far from the nose the edges are straight
         first, last = (0, len(z)) if whole else (int((v - z[0]) / CELL) + 1 for v in (cz - r - 0.3, cz + tool.flat + r + 1.0))
         _judge_position(found, part, stock, z, tool, kind, (cz, cx), slice(first, last), whole, (round(pz, 4), round(px, 4), kind), step)
+
+
+def _centre(tool, point):
+    """Centre of the nose (z, x) in the frame of its side, of a controlled point."""
+    dx, dz = CENTRE[tool.q]
+    r = 0.0 if tool.point else tool.d / 2
+    return point[0] + dz * r, (point[1] + dx * r) * (-1 if tool.inside else 1)
 
 
 def _judge_position(found, part, stock, z, tool, kind, centre, near, whole, where, step):
@@ -156,6 +172,8 @@ def _judge_position(found, part, stock, z, tool, kind, centre, near, whole, wher
         if box.stop > box.start:
             _note(found, "gouge", float(np.max(part[box])) - cx - tool.holder[2], where)
             _note(found, "holder", float(np.max(stock[box])) - cx - tool.holder[2], where)
+    if kind == "thread":
+        return
     if kind == "rapid":
         _note(found, "rapid", float(np.max(stock[near] - (cx + edge))), where)
         return

@@ -7,6 +7,7 @@ from chipwise.turning.plan import make_plan
 from chipwise.turning.read_part import job_of, make_order
 from chipwise.turning.request import read_request
 from chipwise.turning.state import ORDER
+from chipwise.turning.thread import Drive
 from support.turning_oracle import Insert
 from support.turning_random import INSERTS
 
@@ -34,7 +35,7 @@ holder = [0.3, 60, 2]
 class Machine:
     """What make_order() needs of a machine."""
 
-    ini, unit_mm, close_gap, rapid_mm_s = "", 1.0, 0.01, 100.0
+    ini, unit_mm, close_gap, rapid_mm_s, drive = "", 1.0, 0.01, 100.0, Drive()
 
     def __init__(self, folder, insert):
         self.table, self.geometry = str(folder / "lathe.tbl"), str(folder / "tools.toml")

@@ -240,7 +240,7 @@ REFUSED = [
     (dict(spindle="G94 G96 D#<_d> S180 M3", more=""), "G96"), (dict(words="I0.3 D1 E50"), "no feed F above 0"), (dict(code="G26"), "there is no Q"),
     (dict(code="G26 Q7"), "there is no sub O7"), (dict(words="I-1 F100"), "allowance I-1 is not"), (dict(words="D0 F100"), "depth of cut D0 is not"),
     (dict(code="G26 Q100 L2"), "word L is not used here"), (dict(code="G26 Q100 H2"), "H2 is neither 0 nor 1"), (dict(code="G27 Q100"), "word L"),
-    (dict(code="G27 Q100 L11"), "there is no step L11: the plan has 10"), (dict(bar=(20, -60, 1)), "blank is smaller than the part"),
+    (dict(code="G27 Q100 L14"), "there is no step L14: the plan has 13"), (dict(bar=(20, -60, 1)), "blank is smaller than the part"),
     (dict(tools="ROUGH=9"), "no such tool"), (dict(part=((8, 0), (8, -10), (9, -5), (9, -20))), "turns back in Z"),
     (dict(chuck="G22 X40"), "word Z (corner of the barrier) is missing"), (dict(chuck="G22 X40 Z-30 R5"), "word R is not used here"),
     (dict(chuck="\n".join(["G22 X20 Z-40"] * 21)), "there are 20 barriers already"),

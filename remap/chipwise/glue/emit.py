@@ -21,6 +21,7 @@ from chipwise.lines import path_text
 from chipwise.pattern import hand
 
 _ABSOLUTE = 0  # interp_internal.hh: DISTANCE_MODE
+_PER_REV = 2   # interp_internal.hh: FEED_MODE
 
 
 def set_feed(interp, feed):
@@ -66,7 +67,8 @@ def emit(interp, line_number, chunk, lathe=False):
     finally:
         hand.emitting = False
         path.end()
-        if interp.feed_rate != feed_before:
+        # a G33 ends the feed per revolution until a feed is set again (emccanon.cc: STOP_SPEED_FEED_SYNCH, 2.9.0~pre1)
+        if interp.feed_rate != feed_before or lathe and interp.feed_mode == _PER_REV:
             set_feed(interp, feed_before)
         # The motion mode first: executing a line is what copies the modes to where task and preview read them.
         interp.motion_mode = motion_mode

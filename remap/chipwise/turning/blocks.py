@@ -13,8 +13,9 @@ import math
 from typing import NamedTuple
 
 from chipwise.turning.plan import lengths
+from chipwise.turning.request import rpm
 
-FINE = ("finish outside", "finish inside", "groove", "part off", "drill")       # steps with the finish feed
+FINE = ("finish outside", "finish inside", "groove", "undercut", "part off", "drill")       # steps with the finish feed
 
 
 class Block(NamedTuple):
@@ -25,7 +26,7 @@ class Block(NamedTuple):
     spindle             line that makes the spindle turn
     feed                program units per minute or revolution
     first               (z, x) program units, where the moves begin; z_first: the approach moves Z before X
-    lines               of G0 G1 G2 G3
+    lines               of G0 G1 G2 G3 G33
     """
 
     number: int
@@ -60,7 +61,7 @@ def blocks(plan, request):
     tools = [None, *(s.tool.number for _, s in needed), None]
     for k, (number, step) in enumerate(needed, 1):
         z, x = controlled(step, *step.start)
-        yield Block(number, step.name, tools[k], tools[k] != tools[k - 1], tools[k] != tools[k + 1], spindle_line(request, step.tool),
+        yield Block(number, step.name, tools[k], tools[k] != tools[k - 1], tools[k] != tools[k + 1], spindle_line(request, step),
                     feed_of(step, request) * scale, (z * scale, x * scale), step.tool.inside, tuple(_lines(step, scale)))
 
 
@@ -74,10 +75,10 @@ def feed_of(step, request):
     return request.words["E" if step.name in FINE else "F"]
 
 
-def spindle_line(request, tool=None):
-    """G96 or G97 with the program's speed; a drill turns at the speed of its rim."""
-    if request.css and tool is not None and tool.point_angle:
-        return f"G97 S{math.floor(rpm(request, tool.diameter / 2)):d} M{request.direction}"
+def spindle_line(request, step=None):
+    """G96 or G97 with the program's speed; a drill turns at the speed of its rim, a thread is cut under G97."""
+    if step is not None and (step.speed or request.css and step.tool.point_angle):
+        return f"G97 S{math.floor(step.speed or rpm(request, step.tool.diameter / 2)):d} M{request.direction}"
     return (f"G96 D{request.cap:g}" if request.css else "G97") + f" S{request.speed:g} M{request.direction}"
 
 
@@ -102,6 +103,8 @@ def _line(step, move, z, scale, x):
     end = f"X{xt * scale:.6f} Z{zt * scale:.6f}"
     if code:
         return f"{code} {end}"
+    if move.kind == "thread":
+        return f"G33 {end} K{move.pitch * scale:.9f}"
     sign = -1.0 if step.tool.inside else 1.0
     code = "G3" if move.ccw != step.tool.inside else "G2"
     return f"{code} {end} I{sign * (move.centre[1] - x) * scale:.6f} K{(move.centre[0] - z) * scale:.6f}"
@@ -113,17 +116,10 @@ def seconds(step, request, rapid_mm_s):
     for (kind, length), move in zip(lengths(step), step.moves):
         if kind == "rapid":
             total += length / rapid_mm_s
+        elif kind == "thread":
+            total += 60.0 / step.speed * (length / move.pitch + 0.5)        # on average it waits half a turn for the index
         else:
             radius = step.tool.diameter / 2 if step.tool.point_angle else 0.5 * (abs(x) + abs(move.x))
             total += 60.0 * length / (feed_of(step, request) * (rpm(request, radius) if request.per_rev else 1.0))
         x = move.x
     return total
-
-
-def rpm(request, x):
-    """Speed at radius x, 1/min."""
-    if not request.css:
-        return request.speed
-    surface = request.speed * (1000.0 if request.unit == "mm" else 12 * 25.4)       # mm/min
-    speed = surface / (2 * math.pi * max(x, 0.5))
-    return min(speed, request.cap) if request.cap else speed

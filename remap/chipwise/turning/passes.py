@@ -24,13 +24,15 @@ MERGE_MM = 2.0          # of two parts of a finish with so little between them o
 
 @dataclass(frozen=True)
 class Move:
-    """kind "rapid", "feed" or "arc"; end (z, x) of the nose's centre, mm; of an arc centre (z, x) and direction."""
+    """kind "rapid", "feed", "arc" or "thread"; end (z, x) of the nose's centre, mm; of an arc centre (z, x) and direction; of a thread mm per
+    revolution of the spindle."""
 
     kind: str
     z: float
     x: float
     centre: tuple = ()
     ccw: bool = False
+    pitch: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -70,6 +72,12 @@ class Path:
             self._limit(x)
             self.moves.append(Move("feed", z, x))
             self.z, self.x = z, x
+
+    def thread(self, z, x, pitch):
+        """A move in step with the spindle."""
+        self._limit(x)
+        self.moves.append(Move("thread", z, x, pitch=pitch))
+        self.z, self.x = z, x
 
     def _limit(self, x):
         if x > self.work.roof + ROUNDING_MM:

@@ -23,12 +23,13 @@ CLOSE_MM = 1e-5         # walls that are dropped leave gaps of this width
 
 @dataclass(frozen=True)
 class Profile:
-    """outside, bore: graphs (bore: -x(z), [] for none); z0, z1: mm, left and right end; lines: sub lines by graph."""
+    """outside, bore: graphs (bore: -x(z), [] for none); z0, z1: mm, left and right end; threads: (thread_comment.Thread, ..)."""
 
     outside: list
     bore: list
     z0: float
     z1: float
+    threads: tuple = ()
 
 
 def make_profile(shape, contour):

@@ -1,26 +1,34 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Reads part and blank of a request, and its tools, into an Order.  Called by cli/turn.py and outcome.py."""
 
+import math
 import os
 import tomllib
 from dataclasses import replace
 
+from chipwise.contour_sub.find import find_sub
 from chipwise.contour_sub.job import Job
 from chipwise.contour_sub.read import one_contour, read_shape
-from chipwise.errors import CycleError, braceless
+from chipwise.errors import MM_PER_INCH, CycleError, braceless
 from chipwise.files import read_bytes
+from chipwise.machine.limits import trivial_joints
 from chipwise.turning.profile import blank_of_comment, make_profile
+from chipwise.turning.request import rpm
 from chipwise.turning.state import ORDER, Order
+from chipwise.turning.thread import Drive
+from chipwise.turning.thread_comment import read_threads
 from chipwise.turning.tool import ROLES, make_tool, read_geometry, read_table
 
 MAX_STEPS_BYTES = 1 << 16
+UNKNOWN_MM_S2 = 50.0    # acceleration of an axis whose INI file has none: slow, so that a run-in is long
 
 
 def read_profile(job):
     """Profile of an O-sub.  Raises CycleError."""
     try:
         shape = read_shape(job)
-        return make_profile(shape, one_contour(shape))
+        profile = make_profile(shape, one_contour(shape))
+        return replace(profile, threads=read_threads(find_sub(job), profile.outside, profile.bore, MM_PER_INCH if job.unit == "in" else 1.0))
     except CycleError as error:
         raise CycleError(_lathe_axes(error.problem), _lathe_axes(error.remedy), **error.values) from error
 
@@ -44,7 +52,16 @@ def make_order(job, text, request, machine, steps=ORDER):
     if blank is None:
         raise CycleError("there is neither a blank sub P nor a WORKPIECE comment",
                          "add (WORKPIECE,CYLINDER,AXIS=Z,DIAMETER=30,ZMIN=-60,ZMAX=0.5) to the program", "G26")
-    return Order(part, blank, tools_of(request, machine), request.barriers, words["I"], words["D"], steps)
+    part = replace(part, threads=tuple(replace(t, speed=_thread_speed(request, t)) for t in part.threads))
+    return Order(part, blank, tools_of(request, machine), request.barriers, words["I"], words["D"], steps, replace(machine.drive, direction=request.direction))
+
+
+def _thread_speed(request, thread):
+    """1/min, whole: that of its comment, else the program's, under G96 that of its diameter.  Raises CycleError."""
+    speed = math.floor(thread.speed or rpm(request, thread.x))
+    if speed < 1:
+        raise CycleError(f"a thread has no speed of the spindle (line {thread.line})", "give S before G26, or SPEED= in the THREAD comment")
+    return speed
 
 
 def read_steps(path):
@@ -75,7 +92,7 @@ def tools_of(request, machine):
 
 
 class Machine:
-    """What the plan needs of an INI file: ini, table and geometry (paths), unit_mm, close_gap, steps, and rapid speed (mm/s)."""
+    """What the plan needs of an INI file: ini, table and geometry (paths), unit_mm, close_gap, steps, rapid speed (mm/s), and drive (thread.Drive)."""
 
     def __init__(self, ini, settings, path):
         folder = os.path.dirname(os.path.abspath(path))
@@ -86,4 +103,19 @@ class Machine:
         self.unit_mm = 1.0 / ini.units_per_mm()
         self.geometry, self.close_gap = settings.path("TOOL_GEOMETRY"), settings["CLOSE_GAP"]
         self.steps = read_steps(settings.path("TURNING_STEPS"))
+        self.drive = _drive(ini, self.unit_mm)
         self.rapid_mm_s = (ini.number("TRAJ", "MAX_LINEAR_VELOCITY", 50.0) or 50.0) * self.unit_mm
+
+
+def _drive(ini, unit_mm):
+    """Drive of an INI file, without the direction of the spindle: the lowest limits of the Z axis, its joint and the path."""
+    joint = trivial_joints(ini.lines).find("Z")
+    sections = ["AXIS_Z", *([f"JOINT_{joint}"] if joint >= 0 else [])]
+
+    def least(key, path_key):
+        found = [ini.number(section, key) for section in sections] + [ini.number("TRAJ", path_key)]
+        return min((v for v in found if v), default=math.inf) * unit_mm
+
+    acceleration = least("MAX_ACCELERATION", "MAX_LINEAR_ACCELERATION")
+    return Drive(velocity=least("MAX_VELOCITY", "MAX_LINEAR_VELOCITY"), acceleration=acceleration if math.isfinite(acceleration) else UNKNOWN_MM_S2,
+                 override=max(ini.number("DISPLAY", "MAX_SPINDLE_OVERRIDE", 1.0) or 1.0, 1.0))

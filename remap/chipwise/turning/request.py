@@ -91,6 +91,15 @@ def _split(line):
     return {float(v) for letter, v in words if letter == "G"}, {letter: float(v) for letter, v in words if letter not in "GM"}
 
 
+def rpm(request, x):
+    """Speed of the spindle at radius x (mm), 1/min."""
+    if not request.css:
+        return request.speed
+    surface = request.speed * (1000.0 if request.unit == "mm" else 12 * 25.4)       # mm/min
+    speed = surface / (2 * math.pi * max(x, 0.5))
+    return min(speed, request.cap) if request.cap else speed
+
+
 def read_roles(text):
     """{role: (tool numbers)} of the LATHE comments of a program."""
     roles = {}

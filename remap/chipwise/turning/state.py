@@ -14,13 +14,13 @@ OVERRUN_MM = 1.0        # of a tool and of a drill's full diameter behind a bore
 FAR_MM = 5.0            # from the largest blank to where steps begin and end
 
 ORDER = ("face", "drill", "rough outside", "rough inside", "rest outside", "rest inside", "finish outside", "finish inside",
-         "groove", "part off")
+         "groove", "undercut", "thread outside", "thread inside", "part off")
 
 
 @dataclass(frozen=True)
 class Order:
     """What is to be made.  part, blank: Profile; tools: {role: (LatheTool, ..)}; barriers: ((z0, z1, x0, x1), ..);
-    allowance, depth: mm; order: names of the steps."""
+    allowance, depth: mm; order: names of the steps; drive: thread.Drive, None where no thread is to be cut."""
 
     part: object
     blank: object
@@ -29,11 +29,13 @@ class Order:
     allowance: float = 0.0
     depth: float = 1.0
     order: tuple = ORDER
+    drive: object = None
 
 
 @dataclass
 class Step:
-    """One step of the plan.  needed: bool; why: text; z0, z1: range; moves in the tool's own frame; removed: mm2."""
+    """One step of the plan.  needed: bool; why: text; z0, z1: range; moves in the tool's own frame; removed: mm2;
+    speed: 1/min of the spindle, 0: the program's."""
 
     name: str
     needed: bool
@@ -45,6 +47,7 @@ class Step:
     moves: list = field(default_factory=list)
     start: tuple = (0.0, 0.0)
     removed: float = 0.0
+    speed: float = 0.0
 
 
 class State:
@@ -112,13 +115,23 @@ class State:
         path.home(path.work.contact if path.cut else [])
         self.stock[side] = view(left)
         step.removed = sum(a[2] for a in above(before, self.stock[side])) + _gone(before, self.stock[side])
+        step.start, step.moves = oriented(path, view is mirrored)
         flip = -1.0 if view is mirrored else 1.0
-        step.moves = [Move(m.kind, flip * m.z, m.x, (flip * m.centre[0], m.centre[1]) if m.centre else (), m.ccw if flip > 0 else not m.ccw)
-                      for m in path.moves]
-        step.start = (flip * path.work.start[0], path.work.start[1])
         cut = [flip * z for part in path.cut for z in (part[0].z0, part[-1].z1)]
         step.z0, step.z1 = min(cut), max(cut)
         step.needed = True
+
+
+def roof(state, tool, deepest):
+    """The highest position in the bore at which the far side of a boring bar is clear, for cuts down to Z deepest, mm."""
+    return -highest(state.stock[True], deepest + tool.holder_left, math.inf) + tool.nose - tool.bar
+
+
+def oriented(path, mirror):
+    """(start, moves) of a path; mirror: it was made in the mirror of Z."""
+    flip = -1.0 if mirror else 1.0
+    moves = [Move(m.kind, flip * m.z, m.x, (flip * m.centre[0], m.centre[1]) if m.centre else (), m.ccw != mirror, m.pitch) for m in path.moves]
+    return (flip * path.work.start[0], path.work.start[1]), moves
 
 
 def _boxes(barriers, column, sign):

@@ -13,7 +13,8 @@ from chipwise.errors import CycleError
 from chipwise.turning import passes, reach
 from chipwise.turning.graph import above, clip, flat, highest, lower, negative, segment, upper, value
 from chipwise.turning.passes import Move
-from chipwise.turning.state import CLEARANCE_MM, OVERRUN_MM, Step
+from chipwise.turning.state import CLEARANCE_MM, OVERRUN_MM, Step, roof
+from chipwise.turning.thread import thread
 
 ROUGH_MM = 0.05         # a roughing step leaves what is thinner
 FINISH_MM = 0.003       # a finishing step, too
@@ -115,14 +116,6 @@ def _out_of_reach(state, tool, contact):
     return clip(state.stock[True], -math.inf, beyond[-1][1]) if beyond else []
 
 
-def _roof(state, tool, regions):
-    """The highest position in the bore at which the bar's far side is clear, mm."""
-    if not tool.inside or not regions:
-        return math.inf
-    deepest = min(r[0] for r in regions)
-    return -highest(state.stock[True], deepest + tool.holder_left, math.inf) + tool.nose - tool.bar
-
-
 def turn(state, name, role, inside, finishing, rest=False):
     """Roughing or finishing, outside or inside, with the first tool of the role that has something to do; rest: the others."""
     if inside and not state.part[True]:
@@ -132,7 +125,7 @@ def turn(state, name, role, inside, finishing, rest=False):
         tools = _tools(state, "rough", inside)[1:] + [t for t in _tools(state, "finish", inside)]
     if not tools:
         return _without(name, role, inside)
-    allowance, least = (0.0, FINISH_MM) if finishing else (state.order.allowance, ROUGH_MM)
+    allowance, least = (0.0, FINISH_MM) if finishing else (0.0 if role == "undercut" else state.order.allowance, ROUGH_MM)
     for tool in tools:
         keep = _out_of_reach(state, tool, reach.dilated(state.stock[True], tool, 0.0, state.domain)) if inside else []
         work, view, framed, domain = state.work(tool, allowance, not finishing, keep)
@@ -140,7 +133,7 @@ def turn(state, name, role, inside, finishing, rest=False):
         if not regions:
             continue
         if tool.inside:
-            work = replace(work, roof=_roof(state, framed, regions))
+            work = replace(work, roof=roof(state, framed, min(r[0] for r in regions)))
         depth = min(state.order.depth, tool.depth, max(tool.holder_up, 0.0))
         if finishing and inside:
             keep = _thick(state, tool, work.contact, keep)
@@ -227,6 +220,8 @@ def part_off(state, name):
 
 STEPS = {
     "face": face, "drill": drill, "groove": groove, "part off": part_off,
+    "thread outside": lambda s, n: thread(s, n, False), "thread inside": lambda s, n: thread(s, n, True),
+    "undercut": lambda s, n: turn(s, n, "undercut", False, False),
     "rough outside": lambda s, n: turn(s, n, "rough", False, False), "rough inside": lambda s, n: turn(s, n, "rough", True, False),
     "rest outside": lambda s, n: turn(s, n, "rough", False, False, True), "rest inside": lambda s, n: turn(s, n, "rough", True, False, True),
     "finish outside": lambda s, n: turn(s, n, "finish", False, True), "finish inside": lambda s, n: turn(s, n, "finish", True, True)}

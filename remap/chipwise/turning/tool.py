@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from chipwise.errors import CycleError, braceless
 from chipwise.files import read_bytes
 
-ROLES = ("rough", "finish", "groove", "thread", "drill", "partoff")
+ROLES = ("rough", "finish", "groove", "undercut", "thread", "drill", "partoff")
 CENTRE = {1: (1, -1), 2: (1, 1), 3: (-1, 1), 4: (-1, -1), 5: (0, -1), 6: (1, 0), 7: (0, 1), 8: (-1, 0), 9: (0, 0)}
 RELIEF_DEG = 2.0        # the edges' clearance from the work, unless the file says another
 MAX_BYTES = 1 << 18
@@ -39,6 +39,7 @@ class LatheTool:
     towards             -1 cuts towards -Z, 1 towards +Z
     tip                 (z, x) mm from the nose's centre to the controlled point, in the machine's own frame
     point_angle         degrees, of a drill; 0: not a drill
+    included            degrees between the edges; pitch: mm, (least, most) of a threading tool, () for any
     """
 
     number: int
@@ -58,6 +59,8 @@ class LatheTool:
     towards: int
     tip: tuple
     point_angle: float = 0.0
+    included: float = 0.0
+    pitch: tuple = ()
 
 
 @dataclass(frozen=True)
@@ -114,8 +117,11 @@ def _checked(number, table):
             if not (isinstance(value, list) and len(value) == 3 and all(map(_finite, value)) and value[0] < value[1] and value[2] > 0):
                 raise CycleError(f"lathe tool {number}: holder is not [left, right, up] with left below right and up above 0",
                                  "give the holder's box in mm from the centre of the nose: holder = [-2, 18, 8]")
+        elif key == "pitch":
+            if not (isinstance(value, list) and len(value) == 2 and all(map(_finite, value)) and 0 < value[0] <= value[1]):
+                raise CycleError(f"lathe tool {number}: pitch is not [least, most] above 0", "give the pitches of the insert in mm: pitch = [0.5, 1.5]")
         elif key not in _NUMBERS:
-            raise CycleError(f"lathe tool {number}: {braceless(key[:40])} is not a key", "use roles, holder, " + ", ".join(_NUMBERS))
+            raise CycleError(f"lathe tool {number}: {braceless(key[:40])} is not a key", "use roles, holder, pitch, " + ", ".join(_NUMBERS))
         else:
             most, zero, rule = _NUMBERS[key]
             if not _finite(value) or not (0 <= value <= most if zero else 0 < value <= most):
@@ -162,7 +168,8 @@ def make_tool(number, table, geometry, unit_mm=1.0):
     at_flat = {1: 0.0, 0: 0.5, -1: 1.0}[z] * flat
     return LatheTool(number, tuple(more.get("roles", ())), inside, nose, diameter, left, right, flat, more["edge_length"],
                      min(more.get("depth", more["edge_length"] / 2), more["edge_length"]), *more["holder"], more.get("bar", 0.0),
-                     1 if low >= 90.0 and high > 90.0 else -1, (at_flat - z * nose, -x * nose))
+                     1 if low >= 90.0 and high > 90.0 else -1, (at_flat - z * nose, -x * nose), included=high - low,
+                     pitch=tuple(more.get("pitch", ())))
 
 
 def _edges(entry, flat, wrong):

@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Threads that the drawing names: a comment on the line of the sub that draws the cylinder.
+
+    G1 Z-18 (THREAD,PITCH=1.5)
+
+Called by read_part.py.  Outside the drawn cylinder is the major diameter, in a bore the minor one, as it is before the thread is cut.
+"""
+
+import math
+import re
+from dataclasses import dataclass
+
+from chipwise.contour_sub.find import fault
+from chipwise.turning.graph import value
+
+OUTSIDE, INSIDE = 0.61343, 0.54127      # depth / pitch of a metric thread of 60 degrees, ISO 68-1: 17/24 and 5/8 of the height of its triangle
+MOST_MM = 50.0          # of a pitch
+CYLINDER_MM = 1e-4      # a cylinder's ends differ by less
+_COMMENT = re.compile(r"\(\s*THREAD\b([^)]*)\)", re.IGNORECASE)
+_NUMBERS = ("PITCH", "DEPTH", "SPEED")
+
+
+@dataclass(frozen=True)
+class Thread:
+    """A thread on a cylinder of the part.
+
+    z0, z1      mm, ends of the cylinder; x: its radius, mm
+    pitch       mm per revolution; depth: mm, radial, from the cylinder to the root
+    standard    the depth is that of a thread of 60 degrees
+    left        left-handed; speed: 1/min, 0: the program's
+    inside      in the bore; line: of the file
+    """
+
+    z0: float
+    z1: float
+    x: float
+    pitch: float
+    depth: float
+    standard: bool
+    left: bool
+    speed: float
+    inside: bool
+    line: int
+
+
+def read_threads(found, outside, bore, unit_mm):
+    """(Thread, ..) of the comments in a sub (find.Found), for its graphs.  Raises CycleError naming the line."""
+    threads = []
+    for number, text in found.body:
+        for comment in _COMMENT.findall(text):
+            fields = _fields(found, number, comment, unit_mm)
+            pieces = [(p, side) for graph, side in ((outside, False), (bore, True)) for p in graph if p.line == number]
+            if not pieces:
+                raise fault(found, number, "the THREAD comment is on a line that draws nothing", "put it on the line of the cylinder")
+            threads += [_thread(found, number, fields, p, side) for p, side in pieces]
+    return tuple(threads)
+
+
+def _fields(found, number, comment, unit_mm):
+    """{PITCH, DEPTH: mm, SPEED: 1/min, HAND: text} of the inside of a comment."""
+    fields = {}
+    for part in filter(None, (p.strip().upper() for p in comment.split(","))):
+        key, _, given = (word.strip() for word in part.partition("="))
+        if key == "HAND" and given in ("LEFT", "RIGHT"):
+            fields[key] = given
+        elif key in _NUMBERS and re.fullmatch(r"\d+\.?\d*|\.\d+", given) and float(given) > 0.0:
+            fields[key] = float(given) * (1.0 if key == "SPEED" else unit_mm)
+        else:
+            raise fault(found, number, f"THREAD comment: {part[:40]} is not understood",
+                        "write (THREAD,PITCH=1.5), with DEPTH= SPEED= as numbers above 0 and HAND=LEFT or RIGHT where needed")
+    if not 0.0 < fields.get("PITCH", 0.0) <= MOST_MM:
+        raise fault(found, number, f"THREAD comment: PITCH is not above 0 and up to {MOST_MM:g} mm", "write (THREAD,PITCH=1.5)")
+    if fields.get("DEPTH", 0.0) > fields["PITCH"]:
+        raise fault(found, number, "THREAD comment: DEPTH is more than PITCH", "give the depth on one side")
+    return fields
+
+
+def _thread(found, number, fields, piece, inside):
+    """Thread of a piece of a graph; a bore's graph is mirrored."""
+    ends = value(piece, piece.z0), value(piece, piece.z1)
+    if piece.r or abs(ends[0] - ends[1]) > CYLINDER_MM:
+        raise fault(found, number, "the thread is not on a cylinder", "put the THREAD comment on a line along Z; tapered threads are not planned")
+    x = math.fabs(ends[0])
+    depth = fields.get("DEPTH", fields["PITCH"] * (INSIDE if inside else OUTSIDE))
+    if not inside and depth >= x:
+        raise fault(found, number, f"the thread is {depth:.3f} mm deep, more than its radius of {x:.3f} mm", "correct PITCH, DEPTH or the diameter")
+    return Thread(piece.z0, piece.z1, x, fields["PITCH"], depth, "DEPTH" not in fields, fields.get("HAND") == "LEFT", fields.get("SPEED", 0.0), inside,
+                  number)

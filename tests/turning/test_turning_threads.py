@@ -1,0 +1,285 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Threads and undercuts: passes, run-in and run-out, units, hands, refusals; judged by an oracle written apart."""
+import json
+import math
+import os
+import random
+import re
+import subprocess
+
+import pytest
+
+from chipwise import cli
+from support import ROOT
+from support.lathe_preview import machine, preview
+from support.random_cases import random_count, random_seed, write_replay
+from support.turning_oracle import Insert, judge, moves
+from support.turning_random import Case
+
+TOOLS = {1: Insert(0.8, 85, 5, 2, (0, 25, 8)), 3: Insert(0.4, 90, 90, 2, (-1, 22, 12), flat=2.6), 4: Insert(0.4, 87, 52, 2, (0, 25, 12)),
+         5: Insert(12, 0, 0, 7, point=118), 7: Insert(0.4, 275, 328, 3, (0.3, 60, 2)), 8: Insert(0.2, 120, 60, 6, (-1.2, 25, 2), edge=2.3),
+         9: Insert(0.4, 107.5, 72.5, 6, (-2, 25, 10)), 10: Insert(0.2, 240, 300, 8, (-1.2, 60, 2), edge=2.3)}
+INSIDE_TABLE = "T10 P10 D{d} I240 J300 Q8 ;60 degree threading insert on a bar of 6 mm\n"
+INSIDE_GEOMETRY = '\n[lathe.10]\nroles = ["thread"]\nedge_length = 2.3\nrelief = 0\nbar = 6\nholder = [-1.2, 60, 2]\n'
+ACCELERATION = 500.0            # mm/s2, of configs/lathe.ini
+OVERRIDE = 1.2
+
+# M20 x 1.5 with a chamfer and an undercut before a shoulder: (z, x), radii
+M20 = [(0.0, 8.2), (-1.8, 10.0), (-14.0, 10.0), (-16.0, 8.85), (-19.2, 8.85), (-19.2, 14.0), (-30.0, 14.0)]
+# a bore of 18.376 mm for M20 x 1.5 with an undercut at its end
+NUT = [(-24.0, 8.0), (-20.0, 8.0), (-20.0, 10.4), (-16.2, 10.4), (-14.0, 9.188), (-1.0, 9.188), (0.0, 10.2), (0.0, 15.0), (-24.0, 15.0)]
+
+
+def sub(chain, note, at, unit=1.0, twice=1):
+    """Lines of a sub; note: comment on the line that ends at point `at`."""
+    yield "O100 sub"
+    for k, (z, x) in enumerate(chain):
+        yield f"G{1 if k else 0} X{twice * x / unit:.8f} Z{z / unit:.8f}" + (f" {note}" if k == at else "")
+    yield "O100 endsub"
+
+
+def program(chain=M20, note="(THREAD,PITCH=1.5)", at=2, bar=(32, -60, 0), tools="ROUGH=1,FINISH=4,THREAD=8", spindle="G94 G97 S800 M3", unit=1.0, twice=1,
+            words="I0.3 D1.5 F200 E100", more=""):
+    words = re.sub(r"([IDFE])([\d.]+)", lambda m: f"{m[1]}{float(m[2]) / unit:.8f}", words)
+    return "\n".join([f"(WORKPIECE,CYLINDER,AXIS=Z,DIAMETER={bar[0] / unit:.8f},ZMIN={bar[1] / unit:.8f},ZMAX={bar[2] / unit:.8f})",
+                      f"(LATHE,{tools})", f"G{20 if unit > 1 else 21} G18 G{7 if twice > 1 else 8} {spindle}", "G0 X60 Z60" if unit == 1 else "G0 X2.4 Z2.4", more,
+                      "(begin)", f"G26 Q100 {words}", "(end)", "M2", *sub(chain, note, at, unit, twice), ""])
+
+
+@pytest.fixture
+def lathe(tmp_path):
+    """INI file of the simulated lathe with a threading tool for bores."""
+    with open(os.path.join(ROOT, "configs", "lathe.tbl")) as table, open(os.path.join(ROOT, "configs", "lathe_tools.toml")) as tools:
+        return machine(tmp_path, table.read() + INSIDE_TABLE.format(d=0.2), geometry=tools.read() + INSIDE_GEOMETRY)
+
+
+@pytest.fixture
+def turn(tmp_path, lathe, capsys):
+    """(text) -> (status, steps by name, written program, messages)."""
+    def run(text):
+        for name in ("out.ngc", "plan.json"):
+            (tmp_path / name).unlink(missing_ok=True)
+        (tmp_path / "part.ngc").write_text(text)
+        status = cli.main(["turn", str(tmp_path / "part.ngc"), "-o", str(tmp_path / "out.ngc"), "--json", str(tmp_path / "plan.json"), "--ini", str(lathe)])
+        out = capsys.readouterr()
+        if status == 2:
+            assert not (tmp_path / "out.ngc").exists()
+            return status, {}, "", out.err
+        steps = {s["name"]: s for s in json.loads((tmp_path / "plan.json").read_text())["steps"]}
+        return status, steps, (tmp_path / "out.ngc").read_text(), out.out
+    return run
+
+
+def passes(text, unit=1.0):
+    """[(z start, z end, x, pitch)] mm of the G33 lines of a program, the controlled point."""
+    pitches = [float(k) * unit for k in re.findall(r"^G33 .*K([\d.]+)", text, flags=re.M)]
+    found = [(p[0][0], p[-1][0], p[0][1]) for _, kind, p in moves(text, unit) if kind == "thread"]
+    assert len(found) == len(pitches)
+    return [(*a, k) for a, k in zip(found, pitches)]
+
+
+def judged(text, chain, roots, bar, unit=1.0, bore=False):
+    """What the oracle finds; roots: the chain with the thread cut down to its root."""
+    split = next(k for k in range(len(chain)) if chain[k][0] == 0.0 and k and chain[k][1] > chain[k - 1][1]) if bore else 0
+    outside, inside = (chain[split:], chain[:split][::-1]) if bore else (chain, [])
+    deep = (outside, roots[:split][::-1]) if bore else (roots, [])
+    case = Case(text, outside, inside, (bar[0] / 2, bar[1], bar[2]), 0.3, "V35")
+    return judge(text, unit, case, TOOLS, deep)[0]
+
+
+def clean(found):
+    return found["gouge"] <= 0.001 and found["rapid"] <= 0.002 and found["holder"] <= 0.001
+
+
+def at_root(chain, root):
+    """A chain with nothing above a radius, between points that are kept: exact where elements cross the radius."""
+    out = []
+    for (z0, x0), (z1, x1) in zip(chain, chain[1:]):
+        out.append((z0, min(x0, root)))
+        if (x0 - root) * (x1 - root) < 0:
+            out.append((z0 + (z1 - z0) * (root - x0) / (x1 - x0), root))
+    return [*out, (chain[-1][0], min(chain[-1][1], root))]
+
+
+def lowered(chain, root, shoulder):
+    """M20 and the like: down to the root in front of the shoulder at index `shoulder`."""
+    return at_root(chain[:shoulder], root) + chain[shoulder:]
+
+
+def test_passes_have_chips_of_equal_area_and_room_at_both_ends(turn):
+    status, steps, text, said = turn(program())
+    assert status in (0, 1) and steps["thread outside"]["needed"], said
+    found = passes(text)
+    depth, root = 0.61343 * 1.5, 10.0 - 0.61343 * 1.5
+    squares = [((10.0 - x) / depth) ** 2 for _, _, x, _ in found]
+    n = len(found) - 1
+    assert n == 7 and squares == pytest.approx([min(k / n, 1.0) for k in range(1, n + 2)], abs=1e-5)
+    speed = 800 / 60 * 1.5 * OVERRIDE
+    room = speed * speed / (2 * ACCELERATION)
+    half = 0.1 + depth / math.tan(math.radians(60))         # at most, of the insert from its middle where it meets the crest
+    for z0, z1, x, pitch in found:
+        assert pitch == pytest.approx(1.5) and x >= root - 1e-6
+        assert z0 - half - room >= -(10.0 - root) + 0.0 and z1 + half + room <= -14.0
+    assert clean(judged(text, M20, lowered(M20, root, 5), (32, -60, 0))), said
+
+
+FAULTS = [(lambda z0, z1, x: (z0, z1 - 1.5, x)), (lambda z0, z1, x: (z0, z1, x - 0.3))]
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_the_oracle_sees_a_wrong_pass(turn, fault):
+    _, _, text, _ = turn(program())
+    root = 10.0 - 0.61343 * 1.5
+    wrong = re.sub(r"^G33 X([\d.-]+) Z([\d.-]+)", lambda m: "G33 X{2:.6f} Z{1:.6f}".format(*fault(0, float(m[2]), float(m[1]))), text, flags=re.M)
+    assert wrong != text and judged(wrong, M20, lowered(M20, root, 5), (32, -60, 0))["gouge"] > 0.01
+
+
+def test_a_thread_in_a_bore(turn):
+    """M20 x 1.5 inside: from the bore's diameter outwards, the far side of the bar clear of the bore."""
+    status, steps, text, said = turn(program(NUT, "(THREAD,PITCH=1.5)", 5, (30, -40, 0), "ROUGH=7,FINISH=7,DRILL=5,THREAD=10", "G94 G97 S300 M3"))
+    assert status in (0, 1) and steps["thread inside"]["needed"] and not steps["thread outside"]["needed"], said
+    found = passes(text)
+    assert found[-1][2] == found[-2][2] == pytest.approx(9.188 + 0.54127 * 1.5, abs=1e-5) and found[0][0] > 0 > -16 > found[0][1] > -20
+    root = 9.188 + 0.54127 * 1.5
+    split = [*NUT[:4], (-16.2 + 2.2 * (10.4 - root) / (10.4 - 9.188), root), (-(10.2 - root) / (10.2 - 9.188), root), (0.0, 10.2), *NUT[7:]]
+    assert clean(judged(text, NUT, split, (30, -40, 0), bore=True)), said
+
+
+@pytest.mark.parametrize("unit, twice", [(25.4, 1), (25.4, 2), (1.0, 2)])
+def test_the_same_thread_in_all_units(turn, unit, twice):
+    _, _, plain, _ = turn(program())
+    _, _, other, said = turn(program(unit=unit, twice=twice, note=f"(THREAD,PITCH={1.5 / unit:.9f})"))
+    assert other, said
+    for a, b in zip(passes(plain), passes(other, unit), strict=True):
+        assert a == pytest.approx(b, abs=2e-5)
+
+
+def test_hands(turn):
+    """M3 towards the chuck is right-handed, M4 left-handed; the other two begin in the undercut."""
+    right = passes(turn(program())[2])
+    assert passes(turn(program(note="(THREAD,PITCH=1.5,HAND=LEFT)", spindle="G94 G97 S800 M4"))[2]) == right
+    for note, spindle in (("(THREAD,PITCH=1.5,HAND=LEFT)", "G94 G97 S500 M3"), ("(THREAD,PITCH=1.5,HAND=RIGHT)", "G94 G97 S500 M4")):
+        status, _, text, said = turn(program(note=note, spindle=spindle))
+        assert status in (0, 1), said
+        found = passes(text)
+        assert all(-19.2 < z0 < -14 and z1 > 0 for z0, z1, _, _ in found)
+        assert clean(judged(text, M20, lowered(M20, 10.0 - 0.61343 * 1.5, 5), (32, -60, 0))), said
+
+
+def test_threads_run_under_g97(turn):
+    """Under G96 the speed is that of the thread's diameter, or the comment's; the next step has G96 again."""
+    for note, speed in (("(THREAD,PITCH=1.5)", math.floor(50e3 / (20 * math.pi))), ("(THREAD,PITCH=1.5,SPEED=640)", 640)):
+        _, _, text, said = turn(program(note=note, spindle="G95 G96 D2500 S50 M3", words="I0.3 D1.5 F0.2 E0.1", tools="ROUGH=1,FINISH=4,THREAD=8,PARTOFF=6"))
+        assert text, said
+        block, after = text.split("thread outside, T8")[1].split("(thread outside ends)")
+        assert f"G97 S{speed} M3" in block and "G96 D2500 S50 M3" in after
+
+
+def test_a_thread_that_the_blank_has_is_not_cut_again(turn):
+    lines = list(sub(M20, "(THREAD,PITCH=1.5)", 2))
+    text = program(words="P200 I0.3 D1.5 F200 E100") + "\n".join(["O200 sub", *lines[1:-1], "O200 endsub", ""])
+    status, steps, _, said = turn(text)
+    assert status in (0, 1) and not any(s["needed"] for s in steps.values()) and "the blank has the same thread" in said
+    assert turn(text.replace("PITCH=1.5", "PITCH=1.25", 1))[1]["thread outside"]["needed"]
+
+
+def wide(chain, z):
+    """The chain with its undercut longer by z."""
+    return [(a - (z if k > 3 else 0.0), b) for k, (a, b) in enumerate(chain)]
+
+
+REFUSED = [
+    (dict(note="(THREAD)"), "PITCH is not above 0"), (dict(note="(THREAD,PITCH=0)"), "PITCH=0 is not understood"), (dict(note="(THREAD,PITCH=nan)"), "PITCH=NAN is not"),
+    (dict(note="(THREAD,PITCH=1.5,DEPTH=2)"), "DEPTH is more than PITCH"), (dict(note="(THREAD,PITCH=1.5,COLOUR=2)"), "COLOUR=2 is not understood"),
+    (dict(note="(THREAD,PITCH=51)"), "up to 50 mm"), (dict(at=3), "not on a cylinder"), (dict(at=0), "draws nothing"), (dict(at=5), "draws nothing"),
+    (dict(spindle="G94 G97 S2900 M3"), "the run-out of the thread needs"), (dict(spindle="G94 G97 S3900 M3"), "MAX_VELOCITY is 100 mm/s"),
+    (dict(spindle="G94 G97 S2000 M4"), "the run-in of the thread needs"), (dict(at=6), "the part is above its root"),
+    (dict(note="(THREAD,PITCH=2.5)"), "the pitch 2.5 mm is not one of T8"), (dict(note="(THREAD,PITCH=0.6)"), "nose radius 0.1 mm is more than"),
+    (dict(tools="ROUGH=1,FINISH=4,THREAD=9"), "35 degrees between its edges"), (dict(tools="ROUGH=1,FINISH=5,GROOVE=1,THREAD=8"), "of stock is left on the cylinder"),
+    (dict(more="G22 X9.5 I0 Z20 K0.4"), "the run-in of the thread needs"), (dict(spindle="G94 M3"), "a thread has no speed"),
+]
+
+
+@pytest.mark.parametrize("k", range(len(REFUSED)))
+def test_what_is_refused(turn, k):
+    fields, words = REFUSED[k]
+    status, _, _, said = turn(program(**fields))
+    assert status == 2 and words in said and ";" in said and "line" in said and said.count("\n") == 1 and "Traceback" not in said, said
+
+
+def test_the_speed_that_a_refusal_names_is_possible(turn):
+    """And a speed a little above it is refused."""
+    said = turn(program(spindle="G94 G97 S2900 M3"))[3]
+    speed = int(re.search(r"write SPEED=(\d+)", said)[1])
+    assert 900 < speed < 2900 and turn(program(note=f"(THREAD,PITCH=1.5,SPEED={speed})"))[0] != 2
+    assert turn(program(note=f"(THREAD,PITCH=1.5,SPEED={speed * 1.1:.0f})"))[0] == 2
+
+
+def test_without_a_thread_in_the_drawing_nothing_changes(turn):
+    _, steps, text, _ = turn(program(note=""))
+    assert not steps["thread outside"]["needed"] and "no thread outside" in steps["thread outside"]["why"] and "G33" not in text
+    _, steps, _, _ = turn(program(tools="ROUGH=1,FINISH=4", note="(THREAD,PITCH=1.5)"))     # T8 has the role in the tool geometry file
+    assert steps["thread outside"]["needed"]
+
+
+STEEP = [(0.0, 10.0), (-12.0, 10.0), (-12.4, 8.8), (-14.4, 8.8), (-14.8, 10.0), (-17.0, 14.0), (-30.0, 14.0)]
+
+
+def test_an_undercut_is_cut_by_the_tool_that_reaches_it(turn):
+    """What roughing and finishing leave; not needed where they reach it."""
+    text = program(STEEP, "", tools="ROUGH=1,FINISH=4,UNDERCUT=9")
+    _, steps, written, said = turn(text)
+    assert steps["undercut"]["needed"] and steps["undercut"]["tool"] == 9 and steps["undercut"]["removed_mm2"] > 0.05, said
+    assert clean(judged(written, STEEP, STEEP, (32, -60, 0))), said
+    assert not turn(program(M20, "", tools="ROUGH=1,FINISH=4,UNDERCUT=9"))[1]["undercut"]["needed"]
+    _, without, _, _ = turn(program(STEEP, "", tools="ROUGH=1,FINISH=4"))
+    assert not without["undercut"]["needed"] and "none of role UNDERCUT" in without["undercut"]["why"]
+
+
+@pytest.mark.parametrize("k", range(random_count(8)))
+def test_random_threads(turn, k):
+    """Chamfers, undercuts, shoulders, speeds: cut without touching anything but the thread, or refused with the line."""
+    seed = random_seed() * 100_019 + k
+    rng = random.Random(seed)
+    pitch, major = rng.choice((0.75, 1.0, 1.25, 1.5, 2.0)), rng.uniform(6.0, 14.0)
+    depth = 0.61343 * pitch
+    length, under, gap = rng.uniform(4, 20), depth + rng.uniform(0.05, 0.5), rng.uniform(1.0, 8.0)
+    chamfer = rng.choice((0.0, depth * 1.2, depth * 0.6))
+    chain = [(0.0, major - chamfer), *([(-chamfer, major)] if chamfer else []), (-length, major), (-length - under / math.tan(math.radians(30)), major - under),
+             (-length - under / math.tan(math.radians(30)) - gap, major - under), (-length - under / math.tan(math.radians(30)) - gap, major + rng.uniform(1, 4)),
+             (-length - 30.0, major + 4)]
+    shoulder, bar = len(chain) - 2, (2 * major + 10, -80.0, rng.choice((0.0, 1.0)))
+    text = program(chain, f"(THREAD,PITCH={pitch})", shoulder - 3, bar, spindle=f"G94 G97 S{rng.randint(100, 2500)} {rng.choice(('M3', 'M4'))}")
+    replay = write_replay(f"thread_{seed}", {"seed": seed, "text": text})
+    status, _, written, said = turn(text)
+    if status == 2:
+        assert re.search(r"the run-(in|out) of the thread needs|MAX_VELOCITY", said), (seed, said)
+    else:
+        assert len(passes(written)) > 4 and clean(judged(written, chain, lowered(chain, major - depth, shoulder), bar)), (seed, str(replay), said)
+    replay.unlink()
+
+
+def test_g26_has_the_passes_of_the_written_program(tmp_path, lathe, turn):
+    text = program(spindle="G95 G97 S800 M3", words="I0.3 D1.5 F0.2 E0.1")
+    seen = preview(tmp_path, lathe, text)
+    assert not seen.error, seen.error
+    _, _, written, _ = turn(text)
+    wanted = [(round(z0, 5), round(z1, 5), round(x, 5)) for z0, z1, x, _ in passes(written)]
+    found, at = [], None
+    for kind, _, place, _, arc in seen.between("begin", "end"):
+        if kind == "feed" and not arc and at and (round(at[0], 5), round(place[0], 5), round(place[1], 5)) in wanted:
+            found.append((round(at[0], 5), round(place[0], 5), round(place[1], 5)))
+        at = place
+    assert found == wanted
+
+
+def test_the_feed_per_revolution_comes_back_after_a_thread(tmp_path, lathe):
+    """G33 ends it in LinuxCNC; a feed move after G26 would creep at F per minute."""
+    (tmp_path / "part.ngc").write_text(program(spindle="G95 G97 S800 M3", words="I0.3 D1.5 F0.2 E0.1").replace("(end)", "(end)\nG1 X70"))
+    (tmp_path / "test.var").write_text("5161 0\n")
+    done = subprocess.run(["rs274", "-g", "-i", str(lathe), "-t", str(tmp_path / "lathe.tbl"), "-v", str(tmp_path / "test.var"), str(tmp_path / "part.ngc")],
+                          env={**os.environ, "HOME": str(tmp_path)}, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False)
+    calls = [line.split(" ", 1)[1] for line in re.findall(r"N\S+ .*", done.stdout)]
+    deepest = [k for k, call in enumerate(calls) if call.startswith(f"STRAIGHT_FEED({10 - 0.61343 * 1.5:.4f},")]
+    after = calls[deepest[-1]:]
+    assert len(deepest) >= 2 and "SET_FEED_RATE(0.2000)" in after[:after.index('COMMENT("end")')], done.stdout[-800:] + done.stderr
