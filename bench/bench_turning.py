@@ -5,6 +5,7 @@
 
 Called by bench/run.py (prints JSON rows).
 random   parts of lines, arcs, walls, pockets and bores, in both directions, C80 D55 V35, allowance 0 or 0.3, half with a chuck barrier
+g71      LinuxCNC's own G71 and G70 on those parts that have no bore
 residue  against closing by filters on a 0.005 mm grid, parts whose walls are on it
 long     one profile of 100 and of 1,000 elements: the whole plan
 """
@@ -20,36 +21,68 @@ import roots  # noqa: F401  sys.path
 from chipwise.errors import CycleError
 from chipwise.turning.plan import total_length
 from rows import row
-from support.turning_oracle import judge, inaccessible_area
+from support.turning_cut import lengths
+from support.turning_g71 import judged
+from support.turning_oracle import Insert, judge, inaccessible_area
 from support.turning_random import INSERTS, Case, words, dense, random_case
 from support.turning_rig import planned, with_margins
 
 RESIDUE_CASES = 6
+LEVELS = ("rough outside", "rough inside", "rest outside", "rest inside")
 
 
 def random_parts(seed, count, folder):
     """Rows of random parts."""
     worst = {"gouge": -math.inf, "rapid": -math.inf, "holder": -math.inf}
-    refused, spent, feed, air, barriers = 0, 0.0, 0.0, 0.0, 0
+    refused, spent, barriers, length, least = 0, 0.0, 0, 0.0, 0.0
+    total = {"feed": 0.0, "air": 0.0, "rapid": 0.0}
     for k in range(count):
         case = random_case(random.Random(f"bench turning {seed} {k}"))
         barriers += bool(case.barrier)
         began = time.process_time()
         try:
-            _, request, machine, text = planned(case, folder)
+            plan, request, machine, text = planned(case, folder)
         except CycleError:
             refused += 1
             continue
         spent = max(spent, time.process_time() - began)
         found, _, _ = judge(text, request.scale, case, machine.tools)
         worst = {name: max(depth, found[name]) for name, depth in worst.items()}
-        feed, air = feed + found["feed"], air + found["air"]
+        total = _added(total, lengths(text, request.scale, case.blank, machine.tools))
+        fine = total_length([s for s in plan.steps if s.name.startswith("finish")])
+        levels = [s for s in plan.steps if s.name in LEVELS]
+        length, least = length + total_length(levels) + fine, least + sum(s.removed for s in levels) / request.words["D"] + fine
     note = f"{count} parts, {barriers} with a barrier"
     return [row("turning: deepest gouge, barriers included", max(worst["gouge"], 0.0), "mm", note, 0.001),
             row("turning: deepest rapid in stock", max(worst["rapid"], 0.0), "mm", note, 0.002),
             row("turning: holder in stock", max(worst["holder"], 0.0), "mm", note, 0.001),
             row("turning: parts refused", refused, "", note, 0), row("turning: slowest plan", spent, "s", note, 2.0),
-            row("turning: feed in the air", 100 * air / feed, "%", note, 5.0)]
+            row("turning: feed in the air", 100 * total["air"] / total["feed"], "%", note, 5.0),
+            row("turning: rapids that cut", total["rapid"], "mm", note, 0.0),
+            row("turning: feed / (area / D + finish)", length / least, "", note, 1.1)]
+
+
+def _added(total, found):
+    return {name: total[name] + found[name] for name in total}
+
+
+def g71(seed, count, folder):
+    """Rows of LinuxCNC's own cycles on the same parts, depth of cut 1 mm."""
+    total, failed, gouges, worst, parts = {"feed": 0.0, "air": 0.0, "rapid": 0.0}, 0, 0, 0.0, 0
+    for k in range(count):
+        case = random_case(random.Random(f"bench turning {seed} {k}"))
+        if case.bore:
+            continue
+        parts += 1
+        found = judged(case, Insert(0.8, *INSERTS[case.insert], 2), 1.0, folder)
+        if found["error"]:
+            failed += 1
+            continue
+        gouges, worst = gouges + (found["gouge"] > 0.001), max(worst, found["gouge"])
+        total = _added(total, found)
+    note = f"{parts} parts without a bore"
+    return [row("G71 G70: parts that end in an error", failed, "", note), row("G71 G70: parts that are gouged", gouges, "", f"{note}; {worst:.2g} mm at most"),
+            row("G71 G70: feed in the air", 100 * total["air"] / max(total["feed"], 1e-9), "%", note), row("G71 G70: rapids that cut", total["rapid"], "mm", note)]
 
 
 def residue(seed, folder):
@@ -95,7 +128,7 @@ def main():
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
-        rows = random_parts(options.seed, options.count, folder) + residue(options.seed, folder) + long_profiles(options.seed, folder)
+        rows = random_parts(options.seed, options.count, folder) + g71(options.seed, options.count, folder) + residue(options.seed, folder) + long_profiles(options.seed, folder)
     if options.table:
         print("\n".join(f"{r['name']:48} {r['value']:10.4g} {r['unit']:4} {r['note']}" for r in rows))
     else:
