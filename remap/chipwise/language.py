@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Names on screens in the user's language, by gettext.  Called by cli/enter.py and the panel.
+"""Names on screens in the user's language, by gettext.  Called by cli/enter.py and panel/server.py.
 
 The catalogues are remap/chipwise/locale/LANGUAGE.po; `make build` compiles them into build/locale.  A text without a translation, and
 every text without a catalogue, stays as it is in the source: English.  Messages of errors are not translated: docs/user/messages.md
@@ -30,12 +30,37 @@ def translator(wanted: Optional[Sequence[str]] = None, folder: str = FOLDER) -> 
     """The function text -> text for the first of the wanted languages that there is: ("de_AT", "en"); None: the environment's,
     LANGUAGE, LC_ALL, LC_MESSAGES or LANG."""
     if wanted is not None:
-        first = next((name for name in map(_short, wanted) if name in languages(folder)), "en")
-        wanted = [first] if first != "en" else []
+        wanted = [name for name in (_first(wanted, folder),) if name != "en"]
     try:
         return gettext.translation(DOMAIN, folder, wanted, fallback=True).gettext
     except (OSError, ValueError, struct.error):         # a catalogue that is broken
         return lambda text: text
+
+
+def catalogue(wanted: Sequence[str], folder: str = FOLDER) -> tuple:
+    """(language, {English: translated}) for the first of the wanted languages that there is; without texts for English."""
+    name = _first(wanted, folder)
+    try:
+        found = gettext.translation(DOMAIN, folder, [name], class_=_Catalogue, fallback=name == "en")
+    except (OSError, ValueError, struct.error):
+        return "en", {}
+    return name, found.texts() if isinstance(found, _Catalogue) else {}
+
+
+class _Catalogue(gettext.GNUTranslations):
+    """A catalogue that can be read as a whole."""
+
+    _catalog: dict      # of gettext: {msgid: msgstr}, the head of the file under ""
+
+    def texts(self) -> dict:
+        """{English: translated}."""
+        return {text: translated for text, translated in self._catalog.items() if text and isinstance(text, str)}
+
+
+def _first(wanted, folder):
+    """The first of the wanted languages that there is, "en" if there is none of them."""
+    known = languages(folder)
+    return next((name for name in map(_short, wanted) if name in known), "en")
 
 
 def _short(name):

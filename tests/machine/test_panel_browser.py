@@ -54,7 +54,7 @@ def test_numbers(visits):
     assert figures['target'] == '0.300 cm3/min' and (figures['mode'], figures['limit']) == ('limit', 'stock here')
     assert number(figures['override']) == pytest.approx(12.5 / 6, abs=1) and number(figures['area']) == pytest.approx(24, rel=0.05)
     assert (figures['depth'], figures['tool'], figures['line']) == ('4.00 mm', '1: 6.00 mm', '10')
-    assert figures['status'] == 'Cutting' and visits[0]['background'] == 'cutting' and figures['rights'] == 'Locked'
+    assert figures['status'] == 'Slower than F' and visits[0]['background'] == 'limited' and figures['rights'] == 'Locked'
     assert figures['program'] == state['task']['program'] != ''
     german = visits[1]['german']
     assert (german['status'], german['mode']) == ('Alarm', 'aus')

@@ -41,7 +41,7 @@ def test_numbers_and_heights_while_it_cuts(tmp_path):
     during, after = seen(answers[2]), seen(answers[4])
     state = during['state']
     assert state['mrr'] == pytest.approx(6000, rel=0.05) and state['target'] == 6000 and state['mode'] == 'limit'
-    assert state['limited_by'] == 'stock' and state['background'] == 'cutting' and state['tool'] == 1 and state['tool_diameter'] == 6
+    assert state['limited_by'] == 'stock' and state['background'] == 'limited' and state['tool'] == 1 and state['tool_diameter'] == 6
     assert state['current_vel'] == pytest.approx(250 / 60, rel=0.05) and state['override'] == pytest.approx(250 / 600, rel=0.05)
     assert state['area'] == pytest.approx(24, rel=0.05) and state['depth'] == pytest.approx(4, abs=1e-6)
     assert state['task']['running'] and state['line'] == 9 and state['alarms'] == []

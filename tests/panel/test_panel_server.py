@@ -14,9 +14,9 @@ import time
 
 import pytest
 
-from chipwise.panel import server, watch
-from chipwise.panel.catalogue import LANGUAGES, read_po, strings
-from support import ROOT
+from chipwise import language
+from chipwise.panel import colours, page_colours, server, watch
+from support import ROOT, colour_vision
 from support.panel_client import follow, request
 from support.panel_rig import TOKEN, serving
 
@@ -108,18 +108,62 @@ def test_every_string_is_translated():
     wanted = set(re.findall(r'data-t="([^"]+)"', text)) | set(re.findall(r"\bt\('([^']+)'\)", text))
     for table in ("STATUS", "MODES", "LIMITS"):
         wanted |= set(re.findall(r"\w+: '([^']+)'", re.search(rf"const {table} = \{{(.*?)\}};", text, re.DOTALL)[1]))
-    for language in LANGUAGES[1:]:
-        known = read_po(os.path.join(os.path.dirname(server.__file__), "locale", f"{language}.po"))
-        assert set(known) == wanted, (wanted - set(known), set(known) - wanted)
-    assert strings("en")["strings"] == {}
+    part = (ROOT / "remap/chipwise/locale/de.po").read_text().partition("# ---- panel/page\n")[2]
+    known = language.catalogue(("de",))[1]
+    assert len(wanted) > 40 and not [word for word in wanted if word not in known]
+    assert set(re.findall(r'\nmsgid "(.+)"', part)) <= wanted                 # nothing is left behind
 
 
-def test_po_files_of_the_tools_of_gettext(tmp_path):
-    """Comments, lines that are continued, what is not translated."""
-    path = tmp_path / "x.po"
-    path.write_text('# a\n#: panel.js:3\nmsgid ""\nmsgstr "Language: x\\n"\n\nmsgid ""\n"two "\n"lines"\nmsgstr "zwei \\"Zeilen\\""\n'
-                    'msgid "none"\nmsgstr ""\n\n#, fuzzy\nmsgid "last"\nmsgstr "l\\u00e4ngst"\n')
-    assert read_po(path) == {"two lines": 'zwei "Zeilen"', "last": "längst"}
+def test_the_page_has_the_one_catalogue():
+    name, texts = language.catalogue(("fr-CA", "de-AT", "en"))
+    assert name == "de" and texts["step-over"] == "Bahnabstand" and texts["Tool"] == "Werkzeug" and "" not in texts
+    assert language.catalogue(("en", "de")) == ("en", {}) and language.catalogue(()) == ("en", {}) and language.catalogue(("../de",)) == ("en", {})
+
+
+def test_a_catalogue_that_is_broken(tmp_path):
+    folder = tmp_path / "de" / "LC_MESSAGES"
+    folder.mkdir(parents=True)
+    (folder / "chipwise.mo").write_bytes(b"\xde\x12\x04\x95 broken")
+    assert language.catalogue(("de",), str(tmp_path)) == ("en", {})
+
+
+# ---- its colours -------------------------------------------------------------------------------------------------
+
+
+def sheet(url):
+    """{mode: {name: "#rrggbb"}} of the style sheet, read by itself."""
+    text = request(url, "/colours.css")[2].decode()
+    light, dark = re.fullmatch(r':root \{(.*)\}\n:root\[data-theme="dark"\] \{(.*)\}\n', text).groups()
+    return {mode: dict(re.findall(r"--([a-z-]+): (#[0-9a-f]{6});", part)) for mode, part in (("light", light), ("dark", dark))}
+
+
+def test_the_page_has_the_colours_of_the_items(rig, tmp_path):
+    found = sheet(rig.url)
+    for mode in colours.MODES:
+        for item, entry in colours.load("").items():
+            assert found[mode][item.replace("_", "-")] == entry.colour(mode)
+    path = tmp_path / "colours.toml"
+    path.write_text('[tool]\nlight = "#8a2be2"\n')
+    with serving(items=colours.load(str(path))) as other:
+        assert sheet(other.url)["light"]["tool"] == "#8a2be2" and sheet(other.url)["dark"] == found["dark"]
+
+
+def test_every_colour_that_the_page_asks_for_is_there(rig):
+    text = "".join((PAGE / name).read_text() for name in ("panel.css", "panel.js", "chart.js"))
+    wanted = set(re.findall(r"var\(--([a-z-]+)\)", text)) | set(re.findall(r"\b(?:colour|rgb)\('([a-z-]+)'\)", text))
+    for names in sheet(rig.url).values():
+        assert len(wanted) > 15 and not wanted - set(names)
+    assert not re.findall(r"#[0-9a-fA-F]{6}", text)           # no colour of its own
+
+
+def test_words_are_read_in_every_state():
+    """WCAG 2.1, 1.4.3: 4.5:1 for words, for every eye."""
+    for mode in colours.MODES:
+        names = page_colours.variables(colours.load(""), mode)
+        for behind in ("box", *(name for name in names if name.startswith("state-"))):
+            for word in ("ink", "faint") if behind == "box" else ("ink",):
+                for eye in colour_vision.VISIONS:
+                    assert colour_vision.contrast(names[word], names[behind], eye) >= 4.5, (mode, behind, word, eye)
 
 
 @pytest.mark.skipif(shutil.which("node") is None, reason="no node to read JavaScript with")

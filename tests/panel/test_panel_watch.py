@@ -54,6 +54,9 @@ def test_no_volumetric_feed_saves_no_time(seen):
 
 @pytest.mark.parametrize("values, state, words", [
     ({}, "on", "calm"), ({"mrr": 5000.0, "target": 6000.0}, "on", "cutting"), ({"mrr": 6500.0, "target": 6000.0}, "on", "cutting"),
+    ({"mrr": 5.0, "override": 0.5, "requested_vel": 20.0, "programmed_vel": 20.0}, "on", "limited"),
+    ({"mrr": 5.0, "override": 0.5, "requested_vel": 40.0, "programmed_vel": 20.0}, "on", "cutting"),     # mode 2: at F
+    ({"mrr": 5.0, "override": 0.5, "requested_vel": 40.0, "programmed_vel": 0.0}, "on", "limited"),
     ({"mrr": 6700.0, "target": 6000.0}, "on", "over"), ({"mrr": 9e9}, "on", "cutting"), ({}, "off", "off"), ({}, "estop", "off"),
     ({"guard_reason": float(GuardReason.RAPID_CONTACT)}, "off", "alarm")])
 def test_background(seen, values, state, words):
@@ -133,7 +136,7 @@ def test_the_depth_of_a_flute_excess_grows():
     for depth in (12.0, 12.5):
         alarms.step(pins(guard_reason=float(GuardReason.FLUTE_EXCESS), guard_depth=depth, tool_flute_length=10.0), False, 1.0)
     entry, = alarms.entries
-    assert entry["what"].startswith("cut stopped at 12.50 mm")
+    assert entry["what"].startswith("cut stopped at 12.50 mm") and entry["item"] == "alarm_flute"
     alarms.step(pins(guard_reason=float(GuardReason.FLUTE_EXCESS), guard_depth=25.4, tool_flute_length=25.4), True, 1.0)
     assert entry["what"].startswith("cut stopped at 1.0000 in")
 

@@ -14,7 +14,7 @@ import sys
 import time
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-CSS = os.path.join(ROOT, "remap", "chipwise", "panel", "page", "panel.css")
+ITEMS = os.path.join(ROOT, "remap", "chipwise", "panel", "colours.toml")
 SIZE = (1024, 768)
 WAIT_S = 200.0
 # Pixels of the canvas along its middle column, from the top, and along a row at a share of its height.
@@ -138,19 +138,18 @@ def enter_token(driver, token):
 # ---- what the colours should be ------------------------------------------------------------------------------------
 
 
-def css_colours(theme):
-    """{name: (r, g, b) from 0 to 1} of panel.css."""
-    with open(CSS, encoding="utf-8") as file:
-        text = file.read()
-    part = re.search(r':root\[data-theme="dark"\] \{(.*?)\}' if theme == "dark" else r":root \{(.*?)\}", text, re.DOTALL)[1]
-    return {name: tuple(int(value[k:k + 2], 16) / 255 for k in (0, 2, 4)) for name, value in re.findall(r"--([\w-]+): #(\w{6})", part)}
+def item_colours(theme):
+    """{display item: (r, g, b) from 0 to 1} of colours.toml."""
+    with open(ITEMS, encoding="utf-8") as file:
+        found = re.findall(rf'\[(\w+)\][^\[]*?\n{theme} = "#(\w{{6}})"', re.sub(r"groups = .*\n", "", file.read()))
+    return {name: tuple(int(value[k:k + 2], 16) / 255 for k in (0, 2, 4)) for name, value in found}
 
 
 def level_colour(theme, depth_share):
-    """RGB (0..255) of a level surface: 35 % everywhere, 65 % by the cosine to a lamp at (-0.4, -0.5, 0.8); blue by depth."""
-    colours, light = css_colours(theme), 0.35 + 0.65 * 0.8 / (0.16 + 0.25 + 0.64) ** 0.5
-    base = colours["uncut"] if depth_share <= 0 else tuple(
-        a + (b - a) * depth_share for a, b in zip(colours["shallow"], colours["deep"]))
+    """RGB (0..255) of a level surface: 35 % everywhere, 65 % by the cosine to a lamp at (-0.4, -0.5, 0.8); what is cut, by its depth."""
+    colours, light = item_colours(theme), 0.35 + 0.65 * 0.8 / (0.16 + 0.25 + 0.64) ** 0.5
+    base = colours["stock"] if depth_share <= 0 else tuple(
+        a + (b - a) * depth_share for a, b in zip(colours["stock_cut"], colours["stock_deep"]))
     return [255 * light * value for value in base]
 
 

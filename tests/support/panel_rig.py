@@ -50,9 +50,9 @@ class Machine:
 class Rig:
     """Machine, watch and server; look() by hand, or looks() in a thread."""
 
-    def __init__(self, found, token, address):
+    def __init__(self, found, token, address, items):
         self.machine, self.watch = found, watch.Watch(found)
-        self.server = server.Server(address, 0, self.watch, token)
+        self.server = server.Server(address, 0, self.watch, token, items)
         self.url = self.server.url
         self._going = True
 
@@ -75,9 +75,9 @@ class Rig:
 
 
 @contextlib.contextmanager
-def serving(token="", address="127.0.0.1", **box):
+def serving(token="", address="127.0.0.1", items=None, **box):
     """A Rig whose server answers; it has looked once."""
-    rig = Rig(Machine(**box), token, address)
+    rig = Rig(Machine(**box), token, address, items)
     thread = threading.Thread(target=rig.server.serve_forever, kwargs={"poll_interval": 0.05}, daemon=True)
     thread.start()
     rig.look()

@@ -27,13 +27,13 @@ def leave(_number, _frame):
     raise SystemExit(0)
 
 
-def make_server(settings, watch):
-    """The server at [CHIPWISE]PANEL_ADDRESS.  Raises CommandError if it cannot be there."""
+def make_server(settings, watch, items):
+    """The server, with its colours (colours.load()), at [CHIPWISE]PANEL_ADDRESS.  Raises CommandError if it cannot be there."""
     from chipwise.cli import CommandError
     from chipwise.panel.server import Server
     address, port = settings['PANEL_ADDRESS'], settings['PANEL_PORT']
     try:
-        return Server(address, port, watch, settings['PANEL_TOKEN'])
+        return Server(address, port, watch, settings['PANEL_TOKEN'], items)
     except OSError as error:
         remedy = ('end the program that uses it, or set [CHIPWISE]PANEL_PORT to a free one' if error.errno == errno.EADDRINUSE else
                   'set [CHIPWISE]PANEL_ADDRESS to an address of this machine')
@@ -46,16 +46,18 @@ def run(options):
     if options.tab is not None:
         return show_tab(options.tab)
     from chipwise.halcmd import pins
+    from chipwise.panel import colours
     try:
         import linuxcnc
 
         from chipwise.monitor.takeover import ini_file
         settings = load_settings(ini_file(linuxcnc))
+        items = colours.load(settings.path('COLOURS'))
         if not pins('stock-tracker.0.'):
             raise CycleError('there is no stock tracker in HAL', 'start LinuxCNC with chipwise.hal first')
     except CycleError as error:
         raise CommandError(str(error).removeprefix('chipwise: ')) from error
-    serve(settings)
+    serve(settings, items)
     return 0
 
 
@@ -83,7 +85,7 @@ def show_tab(text):
     return 0
 
 
-def serve(settings):
+def serve(settings, items):
     """The looks in this thread, the server in another one."""
     from chipwise.panel.machine import Machine, wait_for_task
     from chipwise.panel.watch import LOOK_S, Watch
@@ -92,7 +94,7 @@ def serve(settings):
         return
     watch = Watch(Machine(), settings.path('PANEL_LOG'))
     try:
-        server = make_server(settings, watch)
+        server = make_server(settings, watch, items)
         threading.Thread(target=server.serve_forever, daemon=True).start()
         print(f'chipwise: the panel is at {server.url}' + (
             '' if settings['PANEL_TOKEN'] else ', read-only'), flush=True)

@@ -7,5 +7,5 @@
     tiles.py, alarms.py the stock in tiles; the alarms
     tab.py              the page as a tab of AXIS and gmoccapy
     tool_log.py         what each tool did in a program
-    server.py           the web server; page/ has its files, locale/ its strings (catalogue.py)
+    server.py           the web server; page/ has its files, page_colours.py their colours
 """

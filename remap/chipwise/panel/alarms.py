@@ -25,6 +25,10 @@ def guard_words(pins, inch):
                       int(pins["tool"]), pins["tool_diameter"] * per, pins["tool_flute_length"] * per, "in" if inch else "mm")
 
 
+ITEMS = {f"guard {GuardReason.RAPID_CONTACT}": "alarm_rapid", f"guard {GuardReason.FLUTE_EXCESS}": "alarm_flute"}     # display items; else:
+OTHER = "alarm_fault"
+
+
 def causes(pins, inch):
     """{kind: sentence} of what is wrong now."""
     found = {}
@@ -59,7 +63,7 @@ class Alarms:
                 self._count += 1
                 entry = self._active[kind] = {"id": self._count, "time": round(now, 1), "active": True, "cleared": False, "what": "",
                                               "line": int(pins["guard_line"] if kind.startswith("guard") else pins["line"]),
-                                              "tool": int(pins["tool"])}
+                                              "tool": int(pins["tool"]), "item": ITEMS.get(kind, OTHER)}
                 self.entries = [*self.entries, entry][-HISTORY:]
             if entry["what"] != what:               # the depth of a flute excess grows while the tool stops
                 entry.update(what=what, remedy=remedy)

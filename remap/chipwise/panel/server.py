@@ -25,9 +25,10 @@ import threading
 import time
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
-from chipwise import version
+from chipwise import language, version
+from chipwise.panel import colours
 from chipwise.panel.alarms import StillActive
-from chipwise.panel.catalogue import LANGUAGES, strings
+from chipwise.panel.page_colours import stylesheet
 
 MOST_CONNECTIONS = 32
 MOST_STREAMS = 16
@@ -131,7 +132,10 @@ class Handler(BaseHTTPRequestHandler):
             with open(os.path.join(folder, name), "rb") as file:
                 self.send(200, file.read(), kind)
         elif path == "/strings.json":
-            self.send_json(200, strings(query if query in LANGUAGES else self.language()))
+            name, texts = language.catalogue([query, *self.languages()])
+            self.send_json(200, {"language": name, "strings": texts})
+        elif path == "/colours.css":
+            self.send(200, stylesheet(self.server.items).encode(), "text/css")
         elif path == "/state.json":
             self.send(200, self.server.watch.text, "application/json")
         elif path == "/about.json":
@@ -141,10 +145,9 @@ class Handler(BaseHTTPRequestHandler):
         else:
             raise Refused(404, "there is nothing here")
 
-    def language(self):
-        """The first language of the browser that there are strings for."""
-        wanted = [part.split(";")[0].strip()[:2].lower() for part in (self.headers.get("Accept-Language") or "").split(",")]
-        return next((name for name in wanted if name in LANGUAGES), LANGUAGES[0])
+    def languages(self):
+        """The languages that the browser asks for, in their order."""
+        return [part.split(";")[0].strip() for part in (self.headers.get("Accept-Language") or "").split(",")]
 
     def stream(self):
         """Messages until the page, LinuxCNC or this program ends."""
@@ -225,10 +228,12 @@ class Server(ThreadingHTTPServer):
     request_queue_size = MOST_CONNECTIONS
     allow_reuse_address = True
 
-    def __init__(self, address, port, watch, token=""):
-        """address: IPv4 or IPv6; port: 0 for a free one; token: "" for read-only.  Raises OSError."""
+    def __init__(self, address, port, watch, token="", items=None):
+        """address: IPv4 or IPv6; port: 0 for a free one; token: "" for read-only; items: colours.load(), None: chipwise's own.
+        Raises OSError."""
         self.address_family = socket.AF_INET6 if ":" in address else socket.AF_INET
         self.watch, self.token, self.closing = watch, token, False
+        self.items = colours.load("") if items is None else items
         self._lock = threading.Lock()
         self._open = {}                 # connection: until when its request has to be there, None afterwards
         super().__init__((address, port), Handler)

@@ -28,6 +28,7 @@ ALIVE_S = 1.0           # between two looks whether LinuxCNC still runs
 MAP_SHARE = 0.05        # of the time, for looks at the map
 RETRY_S = 2.0           # until a map that could not be read is looked for again
 OVER = 1.1              # of the target: the background shows it
+SLOWER = 0.98           # of F: the background shows it
 PATH_POINTS = 5000      # of the path done
 PATH_STEP_MM = 0.2      # between two of them
 
@@ -61,14 +62,17 @@ class PanelRun(Run):
 
 
 def background(pins, task, alarms):
-    """The state at a glance: off, alarm, over (the target), cutting or calm."""
+    """The state at a glance: off, alarm, over (the target), limited (slower than F), cutting or calm."""
     if any(entry["active"] for entry in alarms.entries):
         return "alarm"
     if task is None or task["state"] != "on":
         return "off"
     if 0 < OVER * pins["target"] < pins["mrr"]:
         return "over"
-    return "cutting" if pins["mrr"] > 0 else "calm"
+    if pins["mrr"] <= 0:
+        return "calm"
+    programmed = pins["programmed_vel"] if pins["programmed_vel"] > 0 else pins["requested_vel"]
+    return "limited" if pins["override"] * pins["requested_vel"] < SLOWER * programmed else "cutting"
 
 
 class PathDone:

@@ -52,8 +52,9 @@ function drawGauge(canvas, rate, limits, unit, colour) {
     context.fillText(String(Number(most.toPrecision(3))), x + radius, y + 16);
 }
 
-// The last CHART_S: rows of [time s, rate, target, override]; the limits as lines.
-function drawChart(canvas, rows, unit, colour) {
+// The last CHART_S: rows of [time s, rate, target, override]; the target as a dashed line, the override from 0 to the largest, 100 % at least.
+// names: {rate, limit, override} in the operator's language.
+function drawChart(canvas, rows, unit, colour, names) {
     const [context, width, height] = sheet(canvas), left = 46, low = height - 20, up = 8;
     const now = rows.length ? rows[rows.length - 1][0] : 0;
     const most = roundUp(Math.max(1e-3, ...rows.map((row) => 1.1 * Math.max(unit(row[1]), unit(row[2])))));
@@ -71,19 +72,34 @@ function drawChart(canvas, rows, unit, colour) {
     }
     context.textAlign = 'center';
     for (let s = 0; s <= CHART_S; s += 15) context.fillText(`${-s} s`, Math.min(width - 20, x(now - s)), height - 5);
-    const curve = (column, ink, thick, dashes, shown) => {
+    const full = Math.max(1, ...rows.map((row) => row[3]));
+    const curve = (height, ink, thick, dashes, shown) => {
         context.beginPath();
         context.strokeStyle = ink;
         context.lineWidth = thick;
         context.setLineDash(dashes);
         let on = false;
         for (const row of rows) {
-            if (shown(row)) on ? context.lineTo(x(row[0]), y(unit(row[column]))) : context.moveTo(x(row[0]), y(unit(row[column])));
+            if (shown(row)) on ? context.lineTo(x(row[0]), height(row)) : context.moveTo(x(row[0]), height(row));
             on = shown(row);
         }
         context.stroke();
         context.setLineDash([]);
     };
-    curve(1, colour('rate'), 2, [], () => true);
-    curve(2, colour('limit'), 2, [6, 4], (row) => row[2] > 0);
+    curve((row) => low - (low - up) * row[3] / full, colour('override'), 1.5, [2, 2], () => true);
+    curve((row) => y(unit(row[1])), colour('rate'), 2, [], () => true);
+    curve((row) => y(unit(row[2])), colour('limit'), 2, [6, 4], (row) => row[2] > 0);
+    drawNames(context, left + 8, up + 12, [['rate', names.rate], ['limit', names.limit], ['override', `${names.override}, ${Math.round(100 * full)} %`]], colour);
+}
+
+// What the colours mean, one beside the other: [[colour, words], ..].
+function drawNames(context, x, y, names, colour) {
+    context.textAlign = 'left';
+    for (const [item, words] of names) {
+        context.fillStyle = colour(item);
+        context.fillRect(x, y - 8, 10, 8);
+        context.fillStyle = colour('ink');
+        context.fillText(words, x + 14, y);
+        x += 30 + context.measureText(words).width;
+    }
 }

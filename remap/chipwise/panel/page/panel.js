@@ -13,8 +13,8 @@
     const t = (text) => words[text] || text;
     const colour = (name) => getComputedStyle(root).getPropertyValue('--' + name).trim();
     const rgb = (name) => colour(name).match(/[0-9a-f]{2}/gi).map((part) => parseInt(part, 16) / 255);
-    const colours = () => ({background: rgb('view'), uncut: rgb('uncut'), shallow: rgb('shallow'), deep: rgb('deep'), path: rgb('path'),
-                            tool: rgb('cutter')});
+    const colours = () => ({background: rgb('background'), uncut: rgb('stock'), shallow: rgb('stock-cut'), deep: rgb('stock-deep'),
+                            path: rgb('path-done'), tool: rgb('tool')});
     const view = makeHeightView($('view'), colours(), new URLSearchParams(location.search).has('flat'));
     view.listen(show);
 
@@ -28,9 +28,9 @@
     const area = (mm2) => (inch() ? `${(mm2 / 645.16).toFixed(4)} in2` : `${mm2.toFixed(2)} mm2`);
     const seconds = (s) => (s < 60 ? `${s.toFixed(1)} s` : `${Math.floor(s / 60)} min ${Math.round(s % 60)} s`);
 
-    const STATUS = {off: 'The machine is off', calm: 'Ready', cutting: 'Cutting', over: 'Above the target', alarm: 'Alarm'};
+    const STATUS = {off: 'The machine is off', calm: 'Ready', cutting: 'Cutting', limited: 'Slower than F', over: 'Above the target', alarm: 'Alarm'};
     const MODES = {off: 'off', limit: 'limit', constant: 'constant', window: 'window'};
-    const LIMITS = {nothing: 'nothing', stock: 'stock here', ahead: 'stock ahead', floor: 'floor', ceiling: 'ceiling',
+    const LIMITS = {nothing: 'nothing', stock: 'stock here', ahead: 'stock ahead', floor: 'feed floor', ceiling: 'feed ceiling',
                     fallback: 'no stock known: F as programmed'};
 
     // ---- what is shown -------------------------------------------------------------------------------------------
@@ -44,7 +44,7 @@
 
     function draw() {
         view.draw();
-        drawChart($('chart'), rows, toRate, colour);
+        drawChart($('chart'), rows, toRate, colour, {rate: t('Removal rate'), limit: t('Target'), override: t('Override')});
         if (!state) return;
         drawGauge($('gauge'), state.mrr, state, toRate, colour);
         figures();
@@ -115,6 +115,7 @@
         text.textContent = `${at} ${t(alarm.what)}${alarm.remedy ? '; ' + t(alarm.remedy) : ''}`;
         where.textContent = `${alarm.line > 0 ? `${t('Line')} ${alarm.line}` : 'MDI'}, ${t('Tool')} ${alarm.tool}`;
         item.className = alarm.active ? 'active' : alarm.cleared || seen.has(alarm.id) ? 'cleared' : '';
+        item.dataset.item = alarm.item;
         item.append(text, where);
         return item;
     }
