@@ -3,6 +3,7 @@
 """Opens the page of `chipwise panel` in Debian's chromium, reads, clicks and types, and prints what it saw as one JSON object.
 
     panel_browser.py URL FOLDER [TOKEN]         a whole visit, in the LinuxCNC of a test; FOLDER: chromium's own
+    panel_browser.py URL FOLDER TOKEN LINES     the same for lines that are typed and run
     picture(url, path)                          one screenshot (tools/pictures/panel.py)
 
 The colours come from the page's own canvas, in CSS pixels along its middle column and row; what they should be, panel_colours says.
@@ -135,6 +136,53 @@ def enter_token(driver, token):
     return [*said, driver.find_element("id", "rights").text]
 
 
+# ---- a typed line -----------------------------------------------------------------------------------------------
+
+
+def typed(driver, code, text, enter=True):
+    """Choose a code and type its data; -> what the page says after Enter, or while it is typed."""
+    from selenium.webdriver.support.select import Select
+    Select(driver.find_element("id", "code")).select_by_value(code)
+    field = driver.find_element("id", "entry-line")
+    field.clear()
+    driver.execute_script("document.getElementById('entry-says').textContent = ''")
+    field.send_keys(text + ("\n" if enter else ""))
+    wait(driver, "!['', 'Planning'].includes(document.getElementById('entry-says').textContent)", "words about the line")
+    return {"line": driver.find_element("id", "entry-gcode").text, "says": driver.find_element("id", "entry-says").text,
+            "wrong": [row.text for row in driver.find_elements("css selector", "#field-rows tr.wrong")],
+            "rows": [row.text for row in driver.find_elements("css selector", "#field-rows tr")],
+            "run": driver.find_element("id", "entry-run").is_enabled() and driver.find_element("id", "entry-run").is_displayed(),
+            "drawn": driver.execute_script("const e = document.getElementById('entry-drawing'); return e.hidden ? 0 : e.naturalWidth")}
+
+
+def pressed_run(driver):
+    """-> what the page says about the line that is to run."""
+    before = driver.find_element("id", "entry-says").text
+    driver.find_element("id", "entry-run").click()
+    wait(driver, f"document.getElementById('entry-says').textContent !== {json.dumps(before)}", "an answer")
+    return driver.find_element("id", "entry-says").text
+
+
+def entry(url, folder, token, lines):
+    """Type lines [[code, text], ..], and run each one that can be."""
+    driver = browser(folder)
+    try:
+        opened(driver, url)
+        found = []
+        driver.find_element("id", "enter").click()
+        wait(driver, "document.getElementById('code').options.length", "the codes")
+        found.append(typed(driver, *lines[0]))
+        enter_token(driver, token)
+        for code, text in lines:
+            answer = typed(driver, code, text)
+            found.append({**answer, "ran": pressed_run(driver) if answer["run"] else ""})
+        return {"lines": found, "targets": targets(driver), "overflow": driver.execute_script(
+            "return [document.documentElement.scrollWidth, document.documentElement.scrollHeight]"),
+            "messages": [one["message"] for one in driver.get_log("browser") if one["level"] == "SEVERE"]}
+    finally:
+        driver.quit()
+
+
 # ---- what the colours should be ------------------------------------------------------------------------------------
 
 
@@ -160,4 +208,5 @@ def parts(column, theme, shares):
 
 
 if __name__ == "__main__":
-    print(json.dumps(visit(sys.argv[1], sys.argv[2], "".join(sys.argv[3:]))))
+    done = entry(*sys.argv[1:4], json.loads(sys.argv[4])) if len(sys.argv) > 4 else visit(sys.argv[1], sys.argv[2], "".join(sys.argv[3:]))
+    print(json.dumps(done))

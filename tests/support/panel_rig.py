@@ -19,7 +19,7 @@ class Machine:
         self.values = {name: 0.0 for name in (*machine.NUMBERS, *machine.LENGTHS, "area_ahead")}
         self.values.update(stock_defined=1.0, ready=1.0, tool=3.0, tool_diameter=6.0, override=1.0)
         self.tip = (0.0, 0.0, 10.0)
-        self.tasks = {"state": "on", "program": "/home/me/part.ngc", "running": False, "paused": False, "inch": False,
+        self.tasks = {"state": "on", "program": "/home/me/part.ngc", "running": False, "paused": False, "inch": False, "mdi_unit": "mm",
                       "feed_override": 1.0}
         self.alive, self.closed, self.looks = True, False, 0
 
@@ -50,9 +50,9 @@ class Machine:
 class Rig:
     """Machine, watch and server; look() by hand, or looks() in a thread."""
 
-    def __init__(self, found, token, address, items):
+    def __init__(self, found, token, address, **parts):
         self.machine, self.watch = found, watch.Watch(found)
-        self.server = server.Server(address, 0, self.watch, token, items)
+        self.server = server.Server(address, 0, self.watch, token, **parts)
         self.url = self.server.url
         self._going = True
 
@@ -75,9 +75,9 @@ class Rig:
 
 
 @contextlib.contextmanager
-def serving(token="", address="127.0.0.1", items=None, **box):
+def serving(token="", address="127.0.0.1", items=None, lines=None, **box):
     """A Rig whose server answers; it has looked once."""
-    rig = Rig(Machine(**box), token, address, items)
+    rig = Rig(Machine(**box), token, address, items=items, lines=lines)
     thread = threading.Thread(target=rig.server.serve_forever, kwargs={"poll_interval": 0.05}, daemon=True)
     thread.start()
     rig.look()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Makes docs/user/panel.png: the page of `chipwise panel` in Debian's chromium, a stock cut by the core, a machine set by hand.
+"""Makes docs/user/panel.png and panel_entry.png: the page of `chipwise panel` in Debian's chromium, a stock cut by the core, a machine set by hand.
 
     /usr/bin/python3 tools/pictures/panel.py
 
@@ -16,9 +16,12 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent.parent
 sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "remap")]
 
+from chipwise.machine import mdi  # noqa: E402
+from chipwise.panel import line_process, lines  # noqa: E402
 from chipwise.panel.watch import LOOK_S  # noqa: E402
 from support import panel_browser, panel_rig  # noqa: E402
 
+ENTERED = "179,-6,,2"     # of G79
 TARGET = 6000.0         # mm3/min
 STEP = 0.417            # mm in a look
 SLOT = [(-10.0, 10.0), (52.0, 10.0), (52.0, 30.0), (24.0, 30.0)]
@@ -43,6 +46,35 @@ def cut(rig):
             rig.look()
 
 
+class Mdi:
+    """machine/mdi.py of a machine at rest, with the program that has the pocket."""
+
+    State, check = mdi.State, staticmethod(mdi.check)
+
+    @staticmethod
+    def read():
+        return mdi.State(tool=1, position=(0.0, 0.0, 5.0), program=str(ROOT / "nc_files" / "pocket.ngc"))
+
+
+def entry_picture(folder):
+    """docs/user/panel_entry.png."""
+    found = lines.Lines(str(ROOT / "configs" / "mill.ini"), lambda order: line_process.answer(order, Mdi))
+    with panel_rig.serving("a-word-of-yours", lines=found) as rig:
+        rig.machine.tasks["program"] = "pocket.ngc"
+        rig.looks()
+        driver = panel_browser.browser(folder)
+        try:
+            panel_browser.opened(driver, rig.url)
+            panel_browser.enter_token(driver, "a-word-of-yours")
+            driver.find_element("id", "enter").click()
+            panel_browser.wait(driver, "document.getElementById('code').options.length", "the codes")
+            panel_browser.typed(driver, "G79", ENTERED)
+            panel_browser.wait(driver, "document.getElementById('entry-drawing').complete", "the drawing")
+            driver.save_screenshot(str(ROOT / "docs" / "user" / "panel_entry.png"))
+        finally:
+            driver.quit()
+
+
 def main():
     if panel_browser.missing():
         sys.exit(panel_browser.missing())
@@ -61,6 +93,8 @@ def main():
         threading.Thread(target=lambda: [look.once() or time.sleep(LOOK_S) for _ in iter(going.is_set, True)], daemon=True).start()
         panel_browser.picture(rig.url, str(ROOT / "docs" / "user" / "panel.png"), folder)
         going.set()
+    with tempfile.TemporaryDirectory() as folder:
+        entry_picture(folder)
 
 
 if __name__ == "__main__":

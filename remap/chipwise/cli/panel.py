@@ -27,13 +27,13 @@ def leave(_number, _frame):
     raise SystemExit(0)
 
 
-def make_server(settings, watch, items):
-    """The server, with its colours (colours.load()), at [CHIPWISE]PANEL_ADDRESS.  Raises CommandError if it cannot be there."""
+def make_server(settings, watch, *parts):
+    """The server, with its colours (colours.load()) and lines (lines.Lines), at [CHIPWISE]PANEL_ADDRESS.  Raises CommandError if it cannot be there."""
     from chipwise.cli import CommandError
     from chipwise.panel.server import Server
     address, port = settings['PANEL_ADDRESS'], settings['PANEL_PORT']
     try:
-        return Server(address, port, watch, settings['PANEL_TOKEN'], items)
+        return Server(address, port, watch, settings['PANEL_TOKEN'], *parts)
     except OSError as error:
         remedy = ('end the program that uses it, or set [CHIPWISE]PANEL_PORT to a free one' if error.errno == errno.EADDRINUSE else
                   'set [CHIPWISE]PANEL_ADDRESS to an address of this machine')
@@ -51,13 +51,15 @@ def run(options):
         import linuxcnc
 
         from chipwise.monitor.takeover import ini_file
-        settings = load_settings(ini_file(linuxcnc))
-        items = colours.load(settings.path('COLOURS'))
+        from chipwise.panel.lines import Lines
+        ini = ini_file(linuxcnc)
+        settings = load_settings(ini)
+        parts = colours.load(settings.path('COLOURS')), Lines(ini)
         if not pins('stock-tracker.0.'):
             raise CycleError('there is no stock tracker in HAL', 'start LinuxCNC with chipwise.hal first')
     except CycleError as error:
         raise CommandError(str(error).removeprefix('chipwise: ')) from error
-    serve(settings, items)
+    serve(settings, *parts)
     return 0
 
 
@@ -85,7 +87,7 @@ def show_tab(text):
     return 0
 
 
-def serve(settings, items):
+def serve(settings, *parts):
     """The looks in this thread, the server in another one."""
     from chipwise.panel.machine import Machine, wait_for_task
     from chipwise.panel.watch import LOOK_S, Watch
@@ -94,7 +96,7 @@ def serve(settings, items):
         return
     watch = Watch(Machine(), settings.path('PANEL_LOG'))
     try:
-        server = make_server(settings, watch, items)
+        server = make_server(settings, watch, *parts)
         threading.Thread(target=server.serve_forever, daemon=True).start()
         print(f'chipwise: the panel is at {server.url}' + (
             '' if settings['PANEL_TOKEN'] else ', read-only'), flush=True)

@@ -7,5 +7,6 @@
     tiles.py, alarms.py the stock in tiles; the alarms
     tab.py              the page as a tab of AXIS and gmoccapy
     tool_log.py         what each tool did in a program
+    lines.py            a typed line: made, planned, run; line_process.py plans and runs it, line_requests.py are the requests about it
     server.py           the web server; page/ has its files, page_colours.py their colours
 """

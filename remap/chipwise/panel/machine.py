@@ -15,6 +15,7 @@ from chipwise.stock.shared import attach
 
 START_S = 0.2           # between two looks whether LinuxCNC has started
 SETTLED_S = 10.0        # after its first answer: whatever starts with it has started
+G20 = 200               # of stat.gcodes: ten times the code
 LARGEST = 1e12          # larger numbers are not shown
 LOAD_STEPS = 8          # stock-tracker.0.load-step-area-N
 TRACKER, FEED, GUARD, INPUTS, MONITOR = ("stock-tracker.0.", "volumetric-feed.0.", "chipwise-guard.0.", "chipwise-inputs.0.",
@@ -98,7 +99,7 @@ class Machine:
         return found
 
     def task(self):
-        """What LinuxCNC's status says: {"state", "program", "running", "paused", "inch", "feed_override"}; None if nothing answers."""
+        """What LinuxCNC's status says: {"state", "program", "running", "paused", "inch", "mdi_unit" ("mm" or "in"), "feed_override"}; None if nothing answers."""
         try:
             if self.status is None:
                 self.status = self.linuxcnc.stat()
@@ -111,6 +112,7 @@ class Machine:
         return {"state": states.get(status.task_state, "off"), "program": status.file or "",
                 "running": status.task_mode == names.MODE_AUTO and status.interp_state != names.INTERP_IDLE,
                 "paused": bool(status.paused), "inch": 0 < (status.linear_units or 1.0) < 0.5,
+                "mdi_unit": "in" if G20 in status.gcodes else "mm",
                 "feed_override": status.feedrate if status.feed_override_enabled else 1.0}
 
     def stock(self):

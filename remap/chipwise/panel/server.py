@@ -8,7 +8,8 @@ Called by cli/panel.py.  What a stranger may send is refused before anything is 
  2. The Host header has to be the address that the connection has come to, so that no foreign name can be resolved to it (DNS
     rebinding).  A request that names another origin is refused.
  3. Files are those of FILES and nothing else: no path of a request ever becomes a path of this machine.
- 4. Nothing can be changed without [CHIPWISE]PANEL_TOKEN, the token in the request and the page's own origin; a wrong token costs
+ 4. A plan of a typed line changes nothing and needs no token, but the page's own origin; lines.py makes one at a time.
+ 5. Nothing can be changed without [CHIPWISE]PANEL_TOKEN, the token in the request and the page's own origin; a wrong token costs
     WRONG_TOKEN_S.
 
 A stream is a row of messages: one letter (kind), four bytes (length, least first), content.  R: the last minute, P: points of the
@@ -28,6 +29,8 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from chipwise import language, version
 from chipwise.panel import colours
 from chipwise.panel.alarms import StillActive
+from chipwise.panel.line_requests import LineRequests, Refused
+from chipwise.panel.lines import Lines
 from chipwise.panel.page_colours import stylesheet
 
 MOST_CONNECTIONS = 32
@@ -42,7 +45,7 @@ FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "page")
 SHARED = os.path.join(os.path.dirname(FOLDER), os.pardir, "drawing")
 FILES = {               # path: folder, file, type
     "/": (FOLDER, "panel.html", "text/html"), "/panel.css": (FOLDER, "panel.css", "text/css"),
-    "/panel.js": (FOLDER, "panel.js", "text/javascript"), "/chart.js": (FOLDER, "chart.js", "text/javascript"),
+    "/panel.js": (FOLDER, "panel.js", "text/javascript"), "/entry.js": (FOLDER, "entry.js", "text/javascript"), "/chart.js": (FOLDER, "chart.js", "text/javascript"),
     "/height_view.js": (SHARED, "height_view.js", "text/javascript")}
 HEADERS = (
     ("Cache-Control", "no-store"), ("X-Content-Type-Options", "nosniff"), ("Referrer-Policy", "no-referrer"),
@@ -61,15 +64,7 @@ def as_url(address, port):
     return f"http://[{address}]:{port}" if ":" in address else f"http://{address}:{port}"
 
 
-class Refused(Exception):
-    """An answer without content: status, words."""
-
-    def __init__(self, status, words):
-        super().__init__(words)
-        self.status = status
-
-
-class Handler(BaseHTTPRequestHandler):
+class Handler(LineRequests, BaseHTTPRequestHandler):
     """One request; a connection has one."""
 
     server_version, sys_version = "chipwise", ""
@@ -140,14 +135,14 @@ class Handler(BaseHTTPRequestHandler):
             self.send(200, self.server.watch.text, "application/json")
         elif path == "/about.json":
             self.send_json(200, {"version": version(), "can_change": bool(self.server.token)})
+        elif path == "/codes.json":
+            self.codes(query)
+        elif path == "/line.json":
+            self.line(query)
         elif path == "/stream":
             self.stream()
         else:
             raise Refused(404, "there is nothing here")
-
-    def languages(self):
-        """The languages that the browser asks for, in their order."""
-        return [part.split(";")[0].strip() for part in (self.headers.get("Accept-Language") or "").split(",")]
 
     def stream(self):
         """Messages until the page, LinuxCNC or this program ends."""
@@ -173,21 +168,32 @@ class Handler(BaseHTTPRequestHandler):
     # --- changing -----------------------------------------------------------------------------------------------
 
     def post(self):
+        path, _, query = self.path.partition("?")
+        if path == "/plan":             # changes nothing
+            self.check_own_page()
+            self.plan(self.body(), query)
+            return
         self.check_token()
         wanted = self.body()
-        if self.path == "/token":
+        if path == "/token":
             self.send_json(200, {"done": True})
-        elif self.path == "/clear":
+        elif path == "/clear":
             self.clear(wanted.get("alarm"))
+        elif path == "/run":
+            self.run(wanted.get("plan"))
         else:
             raise Refused(404, "there is nothing here")
+
+    def check_own_page(self):
+        """Raise Refused unless the request names its origin, which check_origin() has compared."""
+        if self.headers.get("Origin") is None:
+            raise Refused(403, "the request does not name its origin; use the panel's own page")
 
     def check_token(self):
         """Raise Refused unless the request may change something."""
         if not self.server.token:
             raise Refused(403, "this panel is read-only; set [CHIPWISE]PANEL_TOKEN to change something with it")
-        if self.headers.get("Origin") is None:
-            raise Refused(403, "the request does not name its origin; use the panel's own page")
+        self.check_own_page()
         given = self.headers.get("X-Chipwise-Token") or ""
         if not hmac.compare_digest(given.encode("utf-8", "replace"), self.server.token.encode()):
             time.sleep(WRONG_TOKEN_S)
@@ -228,12 +234,13 @@ class Server(ThreadingHTTPServer):
     request_queue_size = MOST_CONNECTIONS
     allow_reuse_address = True
 
-    def __init__(self, address, port, watch, token="", items=None):
-        """address: IPv4 or IPv6; port: 0 for a free one; token: "" for read-only; items: colours.load(), None: chipwise's own.
-        Raises OSError."""
+    def __init__(self, address, port, watch, token="", items=None, lines=None):
+        """address: IPv4 or IPv6; port: 0 for a free one; token: "" for read-only; items: colours.load(), None: chipwise's own;
+        lines: lines.Lines, None: without a machine.  Raises OSError."""
         self.address_family = socket.AF_INET6 if ":" in address else socket.AF_INET
         self.watch, self.token, self.closing = watch, token, False
         self.items = colours.load("") if items is None else items
+        self.lines = lines or Lines("")
         self._lock = threading.Lock()
         self._open = {}                 # connection: until when its request has to be there, None afterwards
         super().__init__((address, port), Handler)

@@ -123,6 +123,7 @@
     function rights() {
         put('rights', !canChange ? t('Read-only') : token() ? t('Unlocked') : t('Locked'));
         $('unlock').hidden = !canChange || Boolean(token());
+        if (window.chipwise.onRights) window.chipwise.onRights();
     }
 
     // ---- the stream ----------------------------------------------------------------------------------------------
@@ -272,8 +273,7 @@
     setInterval(() => { if (late()) show(); }, 1000);
 
     async function begin() {
-        const language = new URLSearchParams(location.search).get('lang') || '';
-        const [found, about] = await Promise.all(['strings.json?' + language, 'about.json'].map(async (path) => (await fetch(path)).json()));
+        const [found, about] = await Promise.all(['strings.json?' + language(), 'about.json'].map(async (path) => (await fetch(path)).json()));
         words = found.strings;
         root.lang = found.language;
         document.querySelectorAll('[data-t]').forEach((e) => { e.textContent = t(e.dataset.t); });
@@ -282,8 +282,9 @@
         show();
     }
 
-    window.chipwise = {view, get state() { return state; }, get rows() { return rows; }, get ageMs() { return ageMs; },
-                       get firstPicture() { return firstPicture; }};     // for the console, and tests
+    const language = () => new URLSearchParams(location.search).get('lang') || '';
+    window.chipwise = {t, change, token, put, language, show, view, get state() { return state; }, get rows() { return rows; }, get ageMs() { return ageMs; },
+                       get firstPicture() { return firstPicture; }};     // for entry.js, the console, and tests
     theme(localStorage.getItem('chipwise-theme') || (matchMedia('(prefers-color-scheme: dark)').matches ? 'dark' : 'light'));
     begin().catch((error) => put('status', error.message));
     followForEver();

@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Plans or runs one typed line for the page of `chipwise panel`, in a process of its own: an order as JSON on standard input, the answer as JSON
+on standard output.  Called by lines.py; a plan may compute for long, and the looks at the machine go on meanwhile.
+
+    {"do": "plan", "ini", "code", "text", "mode", "language"}
+        -> {"line", "unit", "svg", "figures", "messages", "refused", "state"}   refused: why it may not be run now, "" if it may
+    {"do": "run", "code", "line", "unit", "state"}      state: of the plan; -> {}
+    any of them -> {"error", "number"}                  number: of the field that is wrong, from 1; 0: not of a field
+
+The rules are those of `chipwise enter --run`: entry/typed.py, entry/planned.py, machine/mdi.py.
+"""
+
+import json
+import os
+import sys
+from dataclasses import asdict
+
+from chipwise import entry, language
+from chipwise.errors import CycleError, printable
+from chipwise.settings import load_settings
+
+NICE = 10               # plans wait for whatever else this computer has to do
+
+
+def without_name(error):
+    """The text of a CycleError without the name of the package."""
+    return printable(str(error)).removeprefix("chipwise: ")
+
+
+def refusal(machine, state, unit, code):
+    """Why a line of a code may not be run now, "" if it may."""
+    try:
+        machine.check(state, unit, code.startswith("G"))
+    except CycleError as error:
+        return without_name(error)
+    return ""
+
+
+def plan(order, machine):
+    """The answer to "plan"; machine: machine/mdi.py, or what a test has in its place."""
+    from chipwise.drawing.entered import figures, svg
+    from chipwise.entry.planned import DRAWN, Scene
+    from chipwise.entry.planned import plan as planned
+    from chipwise.panel import colours
+    settings, code = load_settings(order["ini"]), order["code"]
+    table, translate = settings.path("ENTRY"), language.translator((order["language"],))
+    line = entry.line(code, order["text"], table)
+    state = machine.read()
+    found = planned(Scene(os.path.abspath(order["ini"]), state.unit, state.program, state.tool, state.position), line, table)
+    drawing = ""
+    if code in DRAWN:
+        words = entry.words(line, state.unit, translate, table)
+        drawing = svg(found, entry.title(code, table), words, colours.load(settings.path("COLOURS")), order["mode"], translate)
+    return {"line": line, "unit": state.unit, "svg": drawing, "figures": list(figures(found, translate)), "state": asdict(state),
+            "messages": list(map(printable, found.messages)), "refused": refusal(machine, state, state.unit, code)}
+
+
+def run(order, machine):
+    """The answer to "run": the machine has to be as it was when the line was planned."""
+    now = machine.read()
+    machine.check(now, order["unit"], order["code"].startswith("G"))
+    machine.same(machine.State(**order["state"]), now)
+    machine.send(order["line"])
+    return {}
+
+
+def answer(order, machine):
+    """The answer to an order."""
+    try:
+        return {"plan": plan, "run": run}[order["do"]](order, machine)
+    except CycleError as error:
+        return {"error": without_name(error), "number": getattr(error, "number", 0)}
+
+
+def main():
+    from chipwise.machine import mdi
+    order = json.load(sys.stdin)
+    if order["do"] == "plan":
+        os.nice(NICE)
+    print(json.dumps(answer(order, mdi)), flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Requests of the page of `chipwise panel` about a typed line: the part of server.py's Handler that asks lines.py."""
+
+import urllib.parse
+
+from chipwise.errors import CycleError
+from chipwise.panel.line_process import without_name
+
+
+class Refused(Exception):
+    """An answer without content: status, words."""
+
+    def __init__(self, status, words):
+        super().__init__(words)
+        self.status = status
+
+
+class LineRequests:
+    """What a Handler answers about lines; it has server.lines, headers and send_json()."""
+
+    def languages(self):
+        """The languages that the browser asks for, in their order."""
+        return [part.split(";")[0].strip() for part in (self.headers.get("Accept-Language") or "").split(",")]
+
+    def codes(self, query):
+        """The codes with their data; query: a language, or nothing."""
+        self.send_json(200, self.asked(self.server.lines.codes, [query, *self.languages()]))
+
+    def line(self, query):
+        """The line of G-code of what is typed."""
+        self.send_json(200, self.asked(self.server.lines.line, *self.words(query, "code", "text")))
+
+    def plan(self, wanted, query):
+        """What a typed line does."""
+        values = [wanted.get(name, "") for name in ("code", "text", "mode")]
+        if not all(isinstance(value, str) for value in values):
+            raise Refused(400, "code, text and mode are not texts")
+        self.send_json(200, self.asked(self.server.lines.plan, *values, [query, *self.languages()]))
+
+    def run(self, number):
+        """Run the line that was planned last."""
+        if isinstance(number, bool) or not isinstance(number, int):
+            raise Refused(400, "plan is not a whole number")
+        found = self.asked(self.server.lines.run, number)
+        if "error" in found:
+            raise Refused(409, found["error"])
+        self.send_json(200, {"done": True})
+
+    def asked(self, work, *values):
+        """What lines.py answers.  Raises Refused with its message."""
+        try:
+            return work(*values)
+        except CycleError as error:
+            raise Refused(409, without_name(error)) from error
+
+    def words(self, query, *names):
+        """Values of names in a query, "" for one that is not in it."""
+        try:
+            found = urllib.parse.parse_qs(query, keep_blank_values=True, max_num_fields=len(names))
+        except ValueError as error:
+            raise Refused(400, "the request asks for too much") from error
+        return [found.get(name, [""])[0] for name in names]

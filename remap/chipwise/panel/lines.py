@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Entry by fields for the page of `chipwise panel`: the codes with their data, a line of G-code, its plan with a drawing, its run by MDI.
+
+Called by server.py.  A line is made here, at once; it is planned and run in a process of its own (line_process.py).
+
+ 1. One line is planned or run at a time, whatever how many pages there are.
+ 2. Only the line that was planned last can be run, once, within VALID_S, and only if tool, position and program are what they were.
+ 3. A process that takes longer than PLAN_S is ended.
+"""
+
+import contextlib
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+from chipwise import entry, language
+from chipwise.clock import patience
+from chipwise.errors import CycleError
+from chipwise.ini import expanded, values_of
+from chipwise.panel.line_process import without_name
+from chipwise.settings import load_settings
+
+PLAN_S = 120.0
+VALID_S = 600.0
+MODES = ("light", "dark")
+REMAP = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+
+
+def process(order):
+    """Answer of line_process.py to an order.  Raises CycleError if there is none."""
+    child = subprocess.Popen([sys.executable, "-m", "chipwise.panel.line_process"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                             stderr=subprocess.PIPE, text=True, env={**os.environ, "PYTHONPATH": REMAP}, start_new_session=True)
+    try:
+        out, words = child.communicate(json.dumps(order), patience(PLAN_S))
+    except subprocess.TimeoutExpired:
+        raise CycleError(f"the plan took more than {PLAN_S:g} s, and was ended", "plan it in a terminal with chipwise enter") from None
+    finally:
+        if child.poll() is None:
+            os.killpg(child.pid, signal.SIGKILL)
+            child.communicate()
+    try:
+        return json.loads(out.splitlines()[-1])
+    except (ValueError, IndexError) as error:
+        last = (words.strip().splitlines() or ["it said nothing"])[-1]
+        raise CycleError("{what} has failed ({why})", "plan it in a terminal with chipwise enter", what=order["do"], why=last[:200]) from error
+
+
+class Lines:
+    """The lines of one machine."""
+
+    def __init__(self, ini, ask=process):
+        """ini: path of the INI file, "" without one; ask: order -> answer."""
+        self.ini, self.ask = ini, ask
+        self._busy = threading.Lock()
+        self._plan = None               # (number, answer of the plan, code, s on the clock); None: none that could be run
+        self._count = 0
+
+    def _table(self):
+        return load_settings(self.ini).path("ENTRY")
+
+    def codes(self, wanted):
+        """The codes that this machine has, with their data in the order of entry, in the first of the wanted languages.  Raises CycleError."""
+        table, translate = self._table(), language.translator(wanted)
+        return [{"code": code, "title": translate(entry.title(code, table)), "fields": [
+            {"letter": field.letter, "name": translate(field.name), "units": [field.unit("mm"), field.unit("in")], "required": field.required,
+             "default": translate(field.default), "choices": [[number, translate(meaning)] for number, meaning in field.choices]}
+            for field in entry.fields(code, table)]} for code in entry.codes(table) if code in self._known()]
+
+    def _known(self):
+        """Codes of the machine's INI file."""
+        try:
+            remaps = values_of(expanded(self.ini).splitlines(), "RS274NGC", "REMAP")
+        except OSError as error:
+            raise CycleError("{path}: {why}", "start LinuxCNC again", path=self.ini, why=error.strerror) from error
+        return {text.split()[0].upper() for text in remaps if text}
+
+    def line(self, code, text):
+        """{"line"}, or {"error", "number"} of the field."""
+        try:
+            return {"line": entry.line(code, text, self._table())}
+        except CycleError as error:
+            return {"error": without_name(error), "number": getattr(error, "number", 0)}
+
+    def plan(self, code, text, mode, wanted):
+        """What a line does, as a page shows it, with the number of the plan; or {"error", "number"}.  Raises CycleError."""
+        refused = self.line(code, text)
+        if "error" in refused:
+            return refused
+        with self._one():
+            self._plan = None
+            found = self._asked({"do": "plan", "ini": self.ini, "code": code, "text": text, "mode": mode if mode in MODES else MODES[0],
+                                 "language": language.catalogue(wanted)[0]})
+            if "error" in found:
+                return found
+            self._count += 1
+            self._plan = self._count, found, code, time.monotonic()
+            return {"plan": self._count, **{name: value for name, value in found.items() if name != "state"}}
+
+    def run(self, number):
+        """Run the line that was planned last: {}, or {"error"} with why it is not run.  Raises CycleError."""
+        with self._one():
+            if self._plan is None or number != self._plan[0]:
+                raise CycleError("the line is not run: it is not the one that was planned last", "plan it again")
+            _number, found, code, then = self._plan
+            self._plan = None
+            if time.monotonic() - then > patience(VALID_S):
+                raise CycleError(f"the line is not run: it was planned more than {VALID_S / 60:g} min ago", "plan it again")
+            done = self._asked({"do": "run", "code": code, "line": found["line"], "unit": found["unit"], "state": found["state"]})
+            return done
+
+    @contextlib.contextmanager
+    def _one(self):
+        """The right to plan or run.  Raises CycleError if another page has it."""
+        if not self._busy.acquire(blocking=False):
+            raise CycleError("another line is being planned or run", "wait until it is done")
+        try:
+            yield
+        finally:
+            self._busy.release()
+
+    def _asked(self, order):
+        try:
+            return self.ask(order)
+        except CycleError as error:
+            return {"error": without_name(error), "number": 0}

@@ -1,0 +1,148 @@
+'use strict';
+// Entry by fields: the data of a code in one line, with commas between them. SPDX-License-Identifier: GPL-2.0-or-later
+// The server makes the line of G-code (line.json), plans and draws it (plan), and runs by MDI what was planned last (run).
+(function () {
+    const WAIT_MS = 150;                // after a key, until the line is looked at
+    const $ = (id) => document.getElementById(id);
+    const {t, change, token, put, language} = window.chipwise;
+    let codes = [], asked = 0, planned = null, timer = 0;
+
+    const state = () => window.chipwise.state;
+    const inch = () => Boolean(state() && state().task && state().task.mdi_unit === 'in');
+    const code = () => codes.find((one) => one.code === $('code').value);
+    const texts = () => $('entry-line').value.split(',');
+
+    // ---- what is shown -----------------------------------------------------------------------------------------
+
+    // A row for each datum in the order of entry: number, letter, name, what is typed, what an empty place means.
+    function fields(wrong = 0) {
+        const given = texts(), chosen = code();
+        $('field-rows').replaceChildren(...chosen.fields.map((field, k) => {
+            const row = document.createElement('tr'), unit = field.units[inch() ? 1 : 0], typed = (given[k] || '').trim();
+            const meaning = field.choices.map(([number, words]) => `${number} ${words}`).join(', ');
+            const empty = field.required ? t('required') : `[${field.default}]`;
+            [k + 1, field.letter, field.name + (unit ? `, ${unit}` : ''), [typed || empty, meaning].filter(Boolean).join(': ')].forEach((text) => {
+                row.insertCell().textContent = text;
+            });
+            row.className = k + 1 === wrong ? 'wrong' : typed ? 'typed' : field.required ? 'required' : '';
+            return row;
+        }));
+    }
+
+    function says(text, wrong = 0) {
+        put('entry-says', text);
+        $('entry-says').className = wrong || (text && !planned) ? 'wrong' : '';
+        fields(wrong);
+    }
+
+    function rights() {
+        $('entry-run').hidden = !token();
+        $('entry-run').disabled = !planned || Boolean(planned.refused);
+    }
+
+    function forget() {
+        planned = null;
+        $('entry-drawing').classList.add('old');
+        rights();
+    }
+
+    // ---- what is typed -----------------------------------------------------------------------------------------
+
+    async function look() {
+        const mine = ++asked, query = new URLSearchParams({code: $('code').value, text: $('entry-line').value});
+        const answer = await fetch('line.json?' + query);
+        if (mine !== asked) return;
+        const found = answer.ok ? await answer.json() : {error: await answer.text(), number: 0};
+        put('entry-gcode', found.line || '');
+        $('entry-copy').disabled = !found.line;
+        says(found.error || '', found.error ? found.number : 0);
+    }
+
+    function changed() {
+        forget();
+        clearTimeout(timer);
+        timer = setTimeout(() => look().catch(trouble), WAIT_MS);
+    }
+
+    async function plan() {
+        clearTimeout(timer);
+        forget();
+        const mine = ++asked;
+        says(t('Planning'));
+        const answer = await fetch('plan?' + language(), {method: 'POST', headers: {'Content-Type': 'application/json'}, body: JSON.stringify(
+            {code: $('code').value, text: $('entry-line').value, mode: document.documentElement.dataset.theme})});
+        const found = answer.ok ? await answer.json() : {error: await answer.text(), number: 0};
+        if (mine !== asked) return;
+        if (!found.error) planned = found;
+        put('entry-gcode', found.line || '');
+        $('entry-copy').disabled = !found.line;
+        $('entry-drawing').hidden = !found.svg;
+        $('entry-drawing').classList.remove('old');
+        if (found.svg) $('entry-drawing').src = 'data:image/svg+xml;charset=utf-8,' + encodeURIComponent(found.svg);
+        says(found.error || [...found.figures, ...found.messages, found.refused].filter(Boolean).join('; ') || t('Planned: nothing moves'), found.number || 0);
+        rights();
+    }
+
+    async function run() {
+        const refused = await change('run', {plan: planned.plan});
+        planned = null;
+        rights();
+        says(refused || t('running; Stop on the screen of LinuxCNC ends it'));
+        $('entry-says').className = refused ? 'wrong' : '';
+    }
+
+    // ---- opening -----------------------------------------------------------------------------------------------
+
+    // The volumetric feed as it is now, as a start for another one.
+    function present() {
+        const s = state(), per = inch() ? 16387.064 : 1000, modes = {limit: 1, constant: 2, window: 3};
+        if ($('code').value !== 'M251' || !s || !(s.target > 0) || !modes[s.mode]) return '';
+        const rate = (mm3) => String(Number((mm3 / per).toPrecision(6)));
+        return [rate(s.target), modes[s.mode], ...(s.mode === 'window' ? [rate(s.lower)] : [])].join(',');
+    }
+
+    function choose(name, text = null) {
+        $('code').value = name;
+        $('entry-line').value = text === null ? present() : text;
+        $('entry-drawing').hidden = true;
+        put('entry-names', code().fields.map((field) => field.letter).join(','));
+        fields();
+        changed();
+        $('entry-line').focus();
+    }
+
+    async function load() {
+        const answer = await fetch('codes.json?' + language());
+        if (!answer.ok) throw new Error(await answer.text());
+        codes = await answer.json();
+        $('code').replaceChildren(...codes.map((one) => new Option(`${one.code} ${one.title}`, one.code)));
+        document.querySelectorAll('[data-code]').forEach((e) => { e.hidden = !codes.some((one) => one.code === e.dataset.code); });
+    }
+
+    async function open(on) {
+        document.body.dataset.open = on ? 'entry' : '';
+        $('entry').hidden = !on;
+        if (!on) return window.chipwise.show();
+        rights();
+        if (codes.length) return $('entry-line').focus();
+        await load();
+        choose((codes.find((one) => one.code === 'G79') || codes[0]).code);
+    }
+
+    const trouble = (error) => put('entry-says', error.message);
+    $('enter').addEventListener('click', () => open($('entry').hidden).catch(trouble));
+    $('entry-close').addEventListener('click', () => open(false));
+    $('code').addEventListener('change', () => choose($('code').value));
+    document.querySelectorAll('[data-code]').forEach((e) => e.addEventListener('click', () => choose(e.dataset.code)));
+    $('entry-line').addEventListener('input', changed);
+    $('entry-form').addEventListener('submit', (e) => { e.preventDefault(); plan().catch(trouble); });
+    $('entry-run').addEventListener('click', () => run().catch(trouble));
+    $('entry-copy').addEventListener('click', async () => {
+        const range = document.createRange();
+        range.selectNodeContents($('entry-gcode'));         // what a page without the right to the clipboard can do: Ctrl-C copies it
+        getSelection().removeAllRanges();
+        getSelection().addRange(range);
+        try { await navigator.clipboard.writeText($('entry-gcode').textContent); } catch (error) { document.execCommand('copy'); }
+    });
+    window.chipwise.onRights = rights;
+}());

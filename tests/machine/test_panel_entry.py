@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""A line typed in the page of `chipwise panel` in a real browser, beside a real LinuxCNC: shown at its field, drawn, run by MDI or refused."""
+
+import json
+import math
+
+import pytest
+
+from chipwise.headless import runner
+from support import panel_browser
+from support.operate import BOX, operate
+
+pytestmark = [pytest.mark.machine, pytest.mark.together('panel browser'), pytest.mark.skipif(panel_browser.missing() != '', reason=panel_browser.missing() or 'a browser')]
+
+URL, TOKEN = 'http://127.0.0.1:8250', 'correct-horse-7'
+BROWSER = f'{runner.ROOT}/tests/support/panel_browser.py'
+RING = math.pi * (8 ** 2 - 2 ** 2) * 3               # mm3; a slug of 4 mm is left
+HOLE = ['G13', '30,20,8,-3,1,,,,,600']
+LONG = 'G21 G90 G54\nG1 Z11 F2\nM2\n'              # 10 mm up: five minutes
+TOUCH_PX = 9 / 25.4 * 96        # 9 mm
+
+
+def entry(folder, *lines):
+    own = folder / f'browser{len(list(folder.glob("browser*")))}'
+    own.mkdir(mode=0o777)
+    own.chmod(0o777)
+    return ['program', BROWSER, URL, str(own), TOKEN, json.dumps(lines)]
+
+
+def seen(answer):
+    status, text = answer
+    assert status == 0, text
+    return json.loads(text.splitlines()[-1])
+
+
+def test_lines_of_the_page(tmp_path):
+    answers = operate(tmp_path, [
+        ['mdi', 'G21 G90 G54 T1 M6'], ['mdi', 'G10 L2 P1 X0 Y0 Z-20'], ['mdi', 'G0 X5 Y5 Z8'], ['mdi', BOX], ['pins', 'stock-tracker.0.removed-volume'],
+        entry(tmp_path, ['G13', '30,20,0,-3'], ['G13', '30,20,2,-3'], ['M251', '6,1'], ['M252', ''], HOLE),
+        ['until', 'stock-tracker.0.removed-volume', '>', 0.97 * RING], ['mdi', 'G4 P0.5'], ['pins', 'stock-tracker.0.removed-volume'],
+        ['start', LONG], ['until', 'axis.z.pos-cmd', '>', -18.9], entry(tmp_path, HOLE, ['M251', '6,1']), ['abort'], ['sleep', 1],
+        ['pins', 'stock-tracker.0.removed-volume']],
+        speed=1, timeout=900, edit=f's/^PANEL = yes/PANEL = yes\\nPANEL_TOKEN = {TOKEN}/')
+    found = seen(answers[5])
+    locked, wrong, small, *on_and_off, hole = found['lines']
+    assert not locked['run'] and 'field 3, I (radius): 0 is not above 0' in wrong['says'] and not wrong['run']
+    assert [row.split()[:3] for row in wrong['wrong']] == [['3', 'I', 'radius,']] and len(wrong['rows']) == 11
+    assert 'radius I2 mm is not larger than the tool radius 3 mm' in small['says'] and small['wrong'][0].startswith('3 I') and not small['run']
+    assert hole['line'] == 'G13 X30 Y20 I8 Z-3 R1 F600' and hole['drawn'] > 100 and hole['says'].startswith('cuts: ')
+    assert hole['run'] and hole['ran'] == 'running; Stop on the screen of LinuxCNC ends it' and not hole['wrong']
+    assert float(answers[8][0]) - float(answers[4][0]) == pytest.approx(RING, rel=0.03)
+    assert found['overflow'] == [1024, 768] and not [text for text in found['messages'] if '403' not in text]
+    assert len(found['targets']) > 10 and not [one for one in found['targets'] if min(one[1:]) < TOUCH_PX]
+    assert [(one['line'], one['says'], one['ran']) for one in on_and_off] == [
+        (line, 'Planned: nothing moves', 'running; Stop on the screen of LinuxCNC ends it') for line in ('M251 Q6 P1', 'M252')]
+    for one in seen(answers[11])['lines'][1:]:
+        assert 'a program or a command is under way' in one['says'] and not one['run'] and one['line']
+    assert answers[8] == answers[14]
