@@ -69,6 +69,17 @@ def test_colours(visits, which):
     assert panel_browser.parts(visits[1][which], 'light', [0.7]) < [3]      # another depth has another colour
 
 
+@pytest.mark.parametrize('which', ['run_column', 'flat_run_column'])
+def test_before_and_after_the_program(visits, which):
+    """The first visit is in a program that defines its own stock, the second in one that begins with the slot and cuts nothing."""
+    assert visits[0][which] is None
+    now, before = visits[1][which]
+    assert panel_browser.parts(now, 'light', [0.4]) < [3]
+    uncut, cut = panel_browser.parts(before, 'light', [0.0, 0.4])
+    assert uncut > 60 and cut / (uncut + cut) == pytest.approx(6 / 40, abs=0.03)
+    assert panel_browser.parts(now, 'light', [0.0])[0] == pytest.approx(uncut + cut, abs=6)
+
+
 def test_an_alarm_and_the_token(visits):
     found = visits[1]
     alarm, = found['alarms']

@@ -36,13 +36,13 @@ def seen(answer):
 def test_lines_of_the_page(tmp_path):
     answers = operate(tmp_path, [
         ['mdi', 'G21 G90 G54 T1 M6'], ['mdi', 'G10 L2 P1 X0 Y0 Z-20'], ['mdi', 'G0 X5 Y5 Z8'], ['mdi', BOX], ['pins', 'stock-tracker.0.removed-volume'],
-        entry(tmp_path, ['G13', '30,20,0,-3'], ['G13', '30,20,2,-3'], ['M251', '6,1'], ['M252', ''], HOLE),
+        entry(tmp_path, ['G13', '30,20,0,-3'], ['G13', '30,20,2,-3'], HOLE),
         ['until', 'stock-tracker.0.removed-volume', '>', 0.97 * RING], ['mdi', 'G4 P0.5'], ['pins', 'stock-tracker.0.removed-volume'],
-        ['start', LONG], ['until', 'axis.z.pos-cmd', '>', -18.9], entry(tmp_path, HOLE, ['M251', '6,1']), ['abort'], ['sleep', 1],
+        ['start', LONG], ['until', 'axis.z.pos-cmd', '>', -18.9], entry(tmp_path, HOLE), ['abort'], ['sleep', 1],
         ['pins', 'stock-tracker.0.removed-volume']],
         speed=1, timeout=900, edit=f's/^PANEL = yes/PANEL = yes\\nPANEL_TOKEN = {TOKEN}/')
     found = seen(answers[5])
-    locked, wrong, small, *on_and_off, hole = found['lines']
+    locked, wrong, small, hole = found['lines']
     assert not locked['run'] and 'field 3, I (radius): 0 is not above 0' in wrong['says'] and not wrong['run']
     assert [row.split()[:3] for row in wrong['wrong']] == [['3', 'I', 'radius,']] and len(wrong['rows']) == 11
     assert 'radius I2 mm is not larger than the tool radius 3 mm' in small['says'] and small['wrong'][0].startswith('3 I') and not small['run']
@@ -51,8 +51,9 @@ def test_lines_of_the_page(tmp_path):
     assert float(answers[8][0]) - float(answers[4][0]) == pytest.approx(RING, rel=0.03)
     assert found['overflow'] == [1024, 768] and not [text for text in found['messages'] if '403' not in text]
     assert len(found['targets']) > 10 and not [one for one in found['targets'] if min(one[1:]) < TOUCH_PX]
-    assert [(one['line'], one['says'], one['ran']) for one in on_and_off] == [
-        (line, 'Planned: nothing moves', 'running; Stop on the screen of LinuxCNC ends it') for line in ('M251 Q6 P1', 'M252')]
     for one in seen(answers[11])['lines'][1:]:
         assert 'a program or a command is under way' in one['says'] and not one['run'] and one['line']
     assert answers[8] == answers[14]
+    for refused in seen(answers[11])['guards']:
+        assert refused[0] == 'Guard of flutes: on' and 'a program or a command is under way' in refused[1]
+    assert found['guards'] == [['Guard of flutes: off', ''], ['Guard of flutes: on', '']]       # the pin, as the server reads it

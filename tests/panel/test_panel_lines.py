@@ -159,12 +159,49 @@ def test_one_at_a_time():
     assert made.plan("M252", "", "light", ()) == {"error": "x", "number": 0}
 
 
+# ---- guards --------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def switched(monkeypatch):
+    """What was set in HAL."""
+    found = []
+    monkeypatch.setattr(line_process, "halcmd", lambda *words: found.append(words))
+    return found
+
+
+def test_guards(rig, switched):
+    for name, on, value in (("rapid", False, "0"), ("flute", False, "0"), ("rapid", True, "1")):
+        assert post(rig, "/guard", {"guard": name, "on": on})[0] == 200
+        assert switched[-1] == ("setp", f"chipwise-guard.0.guard-{name}", value)
+    assert len(switched) == 3
+
+
+@pytest.mark.parametrize("change", [{"idle": False}, {"at_rest": False}])
+def test_no_guard_is_switched_in_a_cut(rig, machine, switched, change):
+    machine.state = replace(machine.state, **change)
+    status, _headers, words = post(rig, "/guard", {"guard": "rapid", "on": False})
+    assert status == 409 and b"the guard is not switched: a program or a command is under way" in words and switched == []
+
+
+@pytest.mark.parametrize("body", [{}, {"guard": "rapid"}, {"guard": "rapid", "on": 0}, {"guard": "rapid", "on": "false"}, {"guard": "x", "on": True},
+                                  {"guard": "rapid 1\nsetp x", "on": True}, {"guard": None, "on": True}, {"guard": ["rapid"], "on": True}])
+def test_guards_of_strangers(rig, switched, body):
+    assert post(rig, "/guard", body)[0] == 400 and switched == []
+
+
+@pytest.mark.parametrize("how", [{"token": None}, {"token": "wrong-token"}, {"origin": None}, {"origin": "http://evil.example"}])
+def test_no_guard_is_switched_without_token_and_origin(rig, switched, how, monkeypatch):
+    monkeypatch.setattr(server, "WRONG_TOKEN_S", 0.01)
+    assert post(rig, "/guard", {"guard": "rapid", "on": False}, **how)[0] == 403 and switched == []
+
+
 # ---- the process ----------------------------------------------------------------------------------------------------
 
 
-def test_the_process_without_linuxcnc():
-    found = lines.process({"do": "plan", "ini": MILL, "code": "M252", "text": "", "mode": "light", "language": "en"})
-    assert found == {"error": "LinuxCNC is not running here; start it, or leave --run out", "number": 0}
+def test_the_process():
+    found = lines.process({"do": "plan", "ini": MILL, "code": "G13", "text": "1,2", "mode": "light", "language": "en"})
+    assert found == {"error": "G13: field 3, I (radius): nothing is given; give the radius", "number": 3}
 
 
 def test_a_process_that_fails():

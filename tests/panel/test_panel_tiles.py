@@ -117,3 +117,41 @@ def test_steps_show_cells_of_the_map(monkeypatch):
     step = step_of(160, 240)
     assert step == 3 and reader.page.map["cell"] == pytest.approx(0.75)
     assert np.abs(reader.heights() - truth(machine)[::3, ::3]).max() < 2e-4
+
+
+# ---- the stock before a program ------------------------------------------------------------------------------------
+
+
+def heights_of(message):
+    """(epoch, (n,) heights) of a message B, read by itself."""
+    kind, content = message
+    assert kind == b"B"
+    return int.from_bytes(content[:4], "little"), np.frombuffer(content[4:], "<u2")
+
+
+def test_the_stock_before_a_program():
+    machine, tiles = Machine(), Tiles()
+    tiles.mark()                                                # nothing was seen yet
+    assert tiles.before(0)[0] == []
+    machine.cut((-10.0, 20.0, -4.0), (70.0, 20.0, -4.0))
+    tiles.look(machine.stock().live())
+    assert tiles.before(0)[0] == []                             # no program has begun
+    tiles.mark()
+    reader = Reader(tiles)
+    reader.read()
+    then = reader.heights().copy()
+    machine.cut((70.0, 20.0, -4.0), (70.0, 33.0, -8.0))
+    machine.cut((70.0, 33.0, -8.0), (-10.0, 33.0, -8.0))
+    tiles.look(machine.stock().live())
+    (message,), mark = tiles.before(0)
+    epoch, heights = heights_of(message)
+    assert epoch == reader.page.map["epoch"] and tiles.before(mark) == ([], mark)
+    assert np.abs(heights / 65535 * 10 - 10 - then.ravel()).max() < 2e-4
+    reader.read()
+    assert reader.heights().min() == pytest.approx(-8, abs=2e-4) and then.min() == pytest.approx(-4, abs=2e-4)
+    tiles.mark()                                                # the next program
+    (message,), mark = tiles.before(mark)
+    assert heights_of(message)[1].min() == round(65535 * 0.2)
+    machine.core.define((0, 0, -10), (30, 20, 0))               # another box
+    tiles.look(machine.stock().live())
+    assert tiles.before(mark)[0] == [] and tiles.before(0)[0] == []

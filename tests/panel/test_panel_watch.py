@@ -66,6 +66,12 @@ def test_background(seen, values, state, words):
     assert look()["background"] == words
 
 
+def test_guards_that_are_off(seen):
+    found, _watching, look = seen
+    found.values.update(guard_rapid=1.0, guard_flute=0.0)
+    assert look()["guards"] == {"rapid": True, "flute": False}
+
+
 def test_linuxcnc_that_does_not_answer(seen):
     found, _watching, look = seen
     found.tasks = None
@@ -84,6 +90,26 @@ def test_the_end_of_linuxcnc(seen):
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 1e300])
 def test_numbers_that_are_none(value):
     assert machine.finite(value) == 0.0
+
+
+def test_the_stock_is_looked_at_when_a_program_begins(seen):
+    """Without a page, too: one that is opened later shows what the program has cut."""
+    found, watching, look = seen
+    found.cut((-10.0, 20.0, -4.0), (40.0, 20.0, -4.0))
+    look()
+    assert watching.stock is None
+    found.tasks["running"] = True
+    look()
+    (_kind, content), = watching.tiles.before(0)[0]
+    mark = watching.tiles.before(0)[1]
+    found.cut((40.0, 20.0, -4.0), (40.0, 33.0, -6.0))
+    look()
+    assert watching.tiles.before(mark)[0] == [] and watching.tiles.before(0)[0] == [(_kind, content)]
+    found.tasks["running"] = False
+    look()
+    found.tasks["running"] = True
+    look()
+    assert watching.tiles.before(mark)[0][0][1] != content
 
 
 def test_history_and_path(seen):

@@ -91,6 +91,17 @@ def above(driver):
     return [flat[k:k + 3] for k in range(0, len(flat), 4)]
 
 
+def run_column(driver):
+    """As above(), what the program has cut in its colour; of the stock as it is, and as it was before the program; None without that."""
+    if driver.execute_script("return document.getElementById('this-run').disabled"):
+        return None
+    driver.find_element("id", "this-run").click()
+    now = above(driver)
+    driver.find_element("id", "this-run").click()
+    driver.find_element("id", "before").click()
+    return now, above(driver)
+
+
 def targets(driver):
     """[name, width, height] of what can be pressed, CSS pixels."""
     return driver.execute_script("""return Array.from(document.querySelectorAll('button, input')).filter((e) => e.offsetParent)
@@ -114,9 +125,11 @@ def visit(url, folder, token):
         driver.find_element("id", "clear").click()
         found["after_clear"] = [e.text for e in driver.find_elements("css selector", "#alarm-list li.active, #alarm-list li")]
         found["messages"] = [entry["message"] for entry in driver.get_log("browser") if entry["level"] == "SEVERE"]
+        found["run_column"] = run_column(driver)
         opened(driver, url + "/?flat&lang=de")
         found["flat"] = not driver.execute_script("return chipwise.view instanceof HeightView")
         found["flat_column"], found["german"] = above(driver), figures(driver)
+        found["flat_run_column"] = run_column(driver)
         return found
     finally:
         driver.quit()
@@ -163,6 +176,17 @@ def pressed_run(driver):
     return driver.find_element("id", "entry-says").text
 
 
+def pressed_guard(driver, name):
+    """-> [what the guard's button shows, what the page says], when one of them has changed."""
+    shown = "[document.getElementById('guard-%s').textContent, document.getElementById('guard-answer').textContent]" % name
+    wait(driver, f"!document.getElementById('guard-{name}').disabled", "the right to switch")
+    driver.execute_script("document.getElementById('guard-answer').textContent = ''")
+    before = driver.execute_script("return " + shown)
+    driver.find_element("id", "guard-" + name).click()
+    wait(driver, f"{shown}.join() !== {json.dumps(','.join(before))}", "the guard")
+    return driver.execute_script("return " + shown)
+
+
 def entry(url, folder, token, lines):
     """Type lines [[code, text], ..], and run each one that can be."""
     driver = browser(folder)
@@ -173,10 +197,11 @@ def entry(url, folder, token, lines):
         wait(driver, "document.getElementById('code').options.length", "the codes")
         found.append(typed(driver, *lines[0]))
         enter_token(driver, token)
+        guards = [pressed_guard(driver, "flute") for _ in range(2)]
         for code, text in lines:
             answer = typed(driver, code, text)
             found.append({**answer, "ran": pressed_run(driver) if answer["run"] else ""})
-        return {"lines": found, "targets": targets(driver), "overflow": driver.execute_script(
+        return {"lines": found, "guards": guards, "targets": targets(driver), "overflow": driver.execute_script(
             "return [document.documentElement.scrollWidth, document.documentElement.scrollHeight]"),
             "messages": [one["message"] for one in driver.get_log("browser") if one["level"] == "SEVERE"]}
     finally:

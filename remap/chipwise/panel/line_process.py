@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Plans or runs one typed line for the page of `chipwise panel`, in a process of its own: an order as JSON on standard input, the answer as JSON
+"""Plans or runs one typed line, or switches a guard, for the page of `chipwise panel`, in a process of its own: an order as JSON on standard input, the answer as JSON
 on standard output.  Called by lines.py; a plan may compute for long, and the looks at the machine go on meanwhile.
 
     {"do": "plan", "ini", "code", "text", "mode", "language"}
         -> {"line", "unit", "svg", "figures", "messages", "refused", "state"}   refused: why it may not be run now, "" if it may
     {"do": "run", "code", "line", "unit", "state"}      state: of the plan; -> {}
+    {"do": "guard", "name", "on"}                       name: one of GUARDS; -> {}
     any of them -> {"error", "number"}                  number: of the field that is wrong, from 1; 0: not of a field
 
 The rules are those of `chipwise enter --run`: entry/typed.py, entry/planned.py, machine/mdi.py.
@@ -17,8 +18,10 @@ from dataclasses import asdict
 
 from chipwise import entry, language
 from chipwise.errors import CycleError, printable
+from chipwise.halcmd import halcmd
 from chipwise.settings import load_settings
 
+GUARDS = ("rapid", "flute")     # chipwise-guard.0.guard-NAME
 NICE = 10               # plans wait for whatever else this computer has to do
 
 
@@ -64,10 +67,19 @@ def run(order, machine):
     return {}
 
 
+def guard(order, machine):
+    """The answer to "guard"; only at rest, because a stop or its end in a cut would come as a surprise."""
+    state = machine.read()
+    if not (state.idle and state.at_rest):
+        raise CycleError("the guard is not switched: a program or a command is under way, or the machine moves", "wait for its end, or press Stop")
+    halcmd("setp", f"chipwise-guard.0.guard-{order['name']}", "1" if order["on"] else "0")
+    return {}
+
+
 def answer(order, machine):
     """The answer to an order."""
     try:
-        return {"plan": plan, "run": run}[order["do"]](order, machine)
+        return {"plan": plan, "run": run, "guard": guard}[order["do"]](order, machine)
     except CycleError as error:
         return {"error": without_name(error), "number": getattr(error, "number", 0)}
 

@@ -4,7 +4,7 @@
 import urllib.parse
 
 from chipwise.errors import CycleError
-from chipwise.panel.line_process import without_name
+from chipwise.panel.line_process import GUARDS, without_name
 
 
 class Refused(Exception):
@@ -44,6 +44,16 @@ class LineRequests:
         found = self.asked(self.server.lines.run, number)
         if "error" in found:
             raise Refused(409, found["error"])
+        self.send_json(200, {"done": True})
+
+    def guard(self, name, on):
+        """Switch a guard on or off."""
+        if name not in GUARDS or not isinstance(on, bool):
+            raise Refused(400, "guard is not rapid or flute, or on is not true or false")
+        found = self.asked(self.server.lines.guard, name, on)
+        if "error" in found:
+            raise Refused(409, found["error"])
+        print(f"chipwise-panel: guard-{name} is {'on' if on else 'off'}, by the page", flush=True)
         self.send_json(200, {"done": True})
 
     def asked(self, work, *values):

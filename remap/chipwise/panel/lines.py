@@ -112,6 +112,11 @@ class Lines:
             done = self._asked({"do": "run", "code": code, "line": found["line"], "unit": found["unit"], "state": found["state"]})
             return done
 
+    def guard(self, name, on):
+        """Switch a guard of line_process.GUARDS: {}, or {"error"} with why it is not switched.  Raises CycleError."""
+        with self._one():
+            return self._asked({"do": "guard", "name": name, "on": on})
+
     @contextlib.contextmanager
     def _one(self):
         """The right to plan or run.  Raises CycleError if another page has it."""

@@ -26,7 +26,8 @@ NUMBERS = {             # name here: pin
     "stock_defined": TRACKER + "stock-defined", "motion_type": TRACKER + "motion-type",
     "target": FEED + "mrr-effective", "lower": FEED + "mrr-lower", "mode": FEED + "mode", "limited_by": FEED + "limited-by",
     "override": FEED + "override", "override_ignored": FEED + "override-ignored",
-    "guard_reason": GUARD + "reason", "guard_line": GUARD + "line", "line": INPUTS + "program-line",
+    "guard_reason": GUARD + "reason", "guard_line": GUARD + "line", "guard_rapid": GUARD + "guard-rapid",
+    "guard_flute": GUARD + "guard-flute", "line": INPUTS + "program-line",
     "tool": MONITOR + "tool-number"}
 LENGTHS = {
     "depth": TRACKER + "depth", "pos_x": TRACKER + "pos-x", "pos_y": TRACKER + "pos-y", "pos_z": TRACKER + "pos-z",

@@ -13,7 +13,7 @@ Called by cli/panel.py.  What a stranger may send is refused before anything is 
     WRONG_TOKEN_S.
 
 A stream is a row of messages: one letter (kind), four bytes (length, least first), content.  R: the last minute, P: points of the
-path done, S: the state, M and T: the stock (tiles.py).  A page that is slow gets fewer of them, each up to date.
+path done, S: the state, M and T: the stock, B: the stock before the program (tiles.py).  A page that is slow gets fewer of them, each up to date.
 """
 
 import hmac
@@ -155,10 +155,12 @@ class Handler(LineRequests, BaseHTTPRequestHandler):
             self.headers_for_all()
             self.end_headers()
             self.wfile.write(message(b"R", json.dumps(watch.recent()).encode()))
-            stock, number, path = (0, 0), -1, (0, 0)
+            stock, number, path, mark = (0, 0), -1, (0, 0), 0
             while not watch.ended and not self.server.closing:
                 number, state = watch.wait(number, WAIT_S)
                 parts, stock = watch.tiles.messages(stock)
+                before, mark = watch.tiles.before(mark)
+                parts += before
                 points = watch.path_since(*path)
                 if points["points"] or points["epoch"] != path[0]:
                     parts.append((b"P", json.dumps(points).encode()))
@@ -181,6 +183,8 @@ class Handler(LineRequests, BaseHTTPRequestHandler):
             self.clear(wanted.get("alarm"))
         elif path == "/run":
             self.run(wanted.get("plan"))
+        elif path == "/guard":
+            self.guard(wanted.get("guard"), wanted.get("on"))
         else:
             raise Refused(404, "there is nothing here")
 

@@ -7,7 +7,8 @@ Called by watch.py, which looks at the running map some times a second, and by s
     next one finds.
  2. A tile that has changed gets the number of this look, and its heights are computed anew.
  3. A page names the last look it has; it gets all tiles with a higher number.
- 4. A map of more than MOST_CELLS is shown in steps: one cell of each field of `step` by `step` cells.
+ 4. The heights at the begin of a program are kept (mark), and sent to each page once: what the program has cut is the difference.
+ 5. A map of more than MOST_CELLS is shown in steps: one cell of each field of `step` by `step` cells.
 
 Heights go out as 16 bit numbers, 0 at the bottom of the stock's box, 65535 at its top.
 """
@@ -25,7 +26,7 @@ TILE = 64                   # cells along the sides of a tile
 MOST_CELLS = 1 << 20        # of a picture
 MOST_SIDE = 4096            # of its cells along X or Y: what a browser's texture can have
 FULL = 65535                # height of the top of the box in a picture
-MAP, TILES = b"M", b"T"     # kinds of messages (server.py: frame)
+MAP, TILES, BEFORE = b"M", b"T", b"B"       # kinds of messages (server.py: message)
 TILE_HEAD = struct.Struct("<HHHH")      # first column, first row, columns, rows
 
 
@@ -49,6 +50,8 @@ class Tiles:
         self._step = 1
         self._seen = None               # (rows, columns) uint64: the cells as they were at the last look
         self._heights = None            # (rows, columns) uint16
+        self._before = None             # (rows, columns) uint16: the heights at the last mark(), of the same box
+        self._mark = 0                  # counts marks and maps
         self._changed = None            # (tiles in Y, tiles in X): look at which a tile has changed last
 
     @property
@@ -84,6 +87,7 @@ class Tiles:
             self._step = step_of(*cells.shape)
             cells = cells[::self._step, ::self._step]
             self._box, self._head = box, head
+            self._before, self._mark = None, self._mark + 1
             self._seen = np.zeros(cells.shape, np.uint64)
             self._heights = np.zeros(cells.shape, np.uint16)
             self._epoch += 1
@@ -101,6 +105,19 @@ class Tiles:
         heights = mean_heights(part.view(CELL_DTYPE).reshape(part.shape), head)
         scaled = (heights - head.z_min) * (FULL / (head.z_max - head.z_min))
         self._heights[rows, columns] = np.clip(np.nan_to_num(np.rint(scaled)), 0, FULL)
+
+    def mark(self):
+        """The stock of the last look is what later ones are compared with; another box ends that."""
+        with self._lock:
+            if self._heights is not None:
+                self._before, self._mark = self._heights.copy(), self._mark + 1
+
+    def before(self, mark):
+        """The stock at the last mark(), for a page that has that of `mark` (0: none yet): ([(kind, bytes)], the new mark)."""
+        with self._lock:
+            if mark == self._mark or self._before is None:
+                return [], self._mark
+            return [(BEFORE, struct.pack("<I", self._epoch) + self._before.astype("<u2").tobytes())], self._mark
 
     def messages(self, since):
         """What a page needs that has `since` = (epoch, number), (0, 0) for a new one.

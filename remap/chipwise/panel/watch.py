@@ -5,7 +5,7 @@ Called by cli/panel.py, in the main thread; server.py reads from other threads w
 
  1. LOOK_S between two looks at the pins, whether a page is open or not: the last HISTORY_S, peak and mean of a program are known
     to a page that is opened later.
- 2. The map is looked at only while a page is open, and never for more than MAP_SHARE of the time.
+ 2. The map is looked at when a program begins and while a page is open, and never for more than MAP_SHARE of the time.
  3. A look is published as one JSON text with a number; who waits for it is woken.
 """
 
@@ -125,7 +125,10 @@ class Watch:
                 self.end()
                 return False
         pins, task = self.machine.pins(), self.machine.task()
-        self.look_at_map(now)
+        begins = bool(task and task["running"]) and not self.was_running
+        self.look_at_map(now, begins)
+        if begins:
+            self.tiles.mark()
         with self.published:
             self.follow_run(dt, pins, task)
             self.alarms.step(pins, bool(task and task["inch"]), time.time())
@@ -159,9 +162,9 @@ class Watch:
         except (OSError, ValueError) as error:
             self.log_error = f"{self.log_path}: {getattr(error, 'strerror', None) or error}; correct [CHIPWISE]PANEL_LOG"
 
-    def look_at_map(self, now):
-        """The stock, if a page is open and the time has come; a map that cannot be read is tried again."""
-        if not self.pages or now < self._map_due:
+    def look_at_map(self, now, begins=False):
+        """The stock, if a page is open and the time has come, or a program begins; a map that cannot be read is tried again."""
+        if not begins and (not self.pages or now < self._map_due):
             return
         began = time.process_time()
         try:
@@ -189,7 +192,7 @@ class Watch:
                 "limited_by": LIMITS[limit] if 0 <= limit < len(LIMITS) else LIMITS[0],
                 "task": {**task, "program": os.path.basename(task["program"])} if task else None,
                 "run": figures(run, run.volume if run else 0.0), "background": background(pins, task, self.alarms),
-                "alarms": self.alarms.entries, "stock_error": self.stock_error,
+                "guards": {"rapid": bool(pins["guard_rapid"]), "flute": bool(pins["guard_flute"])}, "alarms": self.alarms.entries, "stock_error": self.stock_error,
                 "tools": self.tools.rows(), "log_error": self.log_error, "pages": self.pages, "path": [self.path.epoch, self.path.count]}
 
     def wait(self, number, seconds):

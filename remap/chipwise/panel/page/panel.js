@@ -9,6 +9,7 @@
     const $ = (id) => document.getElementById(id);
     const root = document.documentElement;
     let words = {}, state = null, rows = [], points = [], pathEpoch = 0, epoch = 0, canChange = false, wholeHistory = false, heard = 0;
+    let heights = null, earlier = null;         // of the map, as it is and as it was before the program: Uint16Array, row by row
     let seen = new Set(), due = false, ageMs = [], firstPicture = 0, drawn = 0;
     const t = (text) => words[text] || text;
     const colour = (name) => getComputedStyle(root).getPropertyValue('--' + name).trim();
@@ -50,6 +51,7 @@
         figures();
         tools();
         alarms();
+        guards();
         measure();
     }
 
@@ -120,6 +122,21 @@
         return item;
     }
 
+    // The two guards: whether they are on; with the token they can be switched.
+    function guards() {
+        for (const [name, words] of [['rapid', t('Guard of rapids')], ['flute', t('Guard of flutes')]]) {
+            const button = $('guard-' + name), on = state.guards[name];
+            put(button.id, `${words}: ${on ? t('on') : t('off')}`);
+            button.className = on ? '' : 'guard-off';
+            button.disabled = !token();
+        }
+    }
+
+    async function switchGuard(name) {
+        const on = !state.guards[name];
+        put('guard-answer', await change('guard', {guard: name, on}));
+    }
+
     function rights() {
         put('rights', !canChange ? t('Read-only') : token() ? t('Unlocked') : t('Locked'));
         $('unlock').hidden = !canChange || Boolean(token());
@@ -133,9 +150,35 @@
 
     function stock(found) {
         epoch = found.epoch;
+        heights = new Uint16Array(found.rows * found.columns);
+        earlier = null;
         view.begin({rows: found.rows, columns: found.columns, cell: found.cell, high: found.top - found.bottom, x: found.x, y: found.y,
                     z: found.bottom});
+        compared();
         place();
+    }
+
+    // The stock before the program.
+    function before(bytes) {
+        const head = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+        if (head.getUint32(0, true) !== epoch || bytes.byteLength !== 4 + heights.byteLength) return;
+        earlier = new Uint16Array(bytes.slice(4).buffer);
+        compared();
+    }
+
+    const pressed = (id) => $(id).getAttribute('aria-pressed') === 'true';
+
+    function press(id, on) {
+        $(id).setAttribute('aria-pressed', String(on));
+        compared();
+        show();
+    }
+
+    // What is drawn as cut, and which of the two stocks is drawn.
+    function compared() {
+        for (const id of ['this-run', 'before']) $(id).disabled = !earlier;
+        view.before(earlier && pressed('this-run') ? earlier : null);
+        view.put(0, 0, view.map.columns, view.map.rows, earlier && pressed('before') ? earlier : heights);
     }
 
     function tiles(bytes) {
@@ -144,7 +187,9 @@
         for (let at = 4; at < bytes.byteLength;) {
             const [column, row, columns, count] = [0, 2, 4, 6].map((k) => head.getUint16(at + k, true));
             const size = columns * count * 2;
-            view.put(column, row, columns, count, new Uint16Array(bytes.slice(at + 8, at + 8 + size).buffer));
+            const part = new Uint16Array(bytes.slice(at + 8, at + 8 + size).buffer);
+            for (let j = 0; j < count; j++) heights.set(part.subarray(j * columns, (j + 1) * columns), (row + j) * view.map.columns + column);
+            if (!(earlier && pressed('before'))) view.put(column, row, columns, count, part);
             at += 8 + size;
         }
     }
@@ -172,7 +217,7 @@
         place();
     }
 
-    const KINDS = {R: (b) => { rows = json(b); }, P: (b) => path(json(b)), S: (b) => now(json(b)), M: (b) => stock(json(b)), T: tiles};
+    const KINDS = {R: (b) => { rows = json(b); }, P: (b) => path(json(b)), S: (b) => now(json(b)), M: (b) => stock(json(b)), T: tiles, B: before};
 
     // Whole messages out of what has come; -> the rest.
     function consume(bytes) {
@@ -247,6 +292,7 @@
     $('theme').addEventListener('click', () => theme(root.dataset.theme === 'dark' ? 'light' : 'dark'));
     $('above').addEventListener('click', () => { view.above(true); show(); });
     $('slanted').addEventListener('click', () => { view.above(false); show(); });
+    for (const id of ['this-run', 'before']) $(id).addEventListener('click', () => press(id, !pressed(id)));
     $('history').addEventListener('click', () => {
         wholeHistory = !wholeHistory;
         $('history').setAttribute('aria-pressed', String(wholeHistory));
@@ -258,6 +304,7 @@
         if (token()) put('token-answer', await change('clear', {}));
         show();
     });
+    for (const name of ['rapid', 'flute']) $('guard-' + name).addEventListener('click', () => switchGuard(name));
     $('unlock').addEventListener('click', () => { $('token').hidden = false; $('token-text').focus(); });
     $('token').addEventListener('submit', async (e) => {
         e.preventDefault();
