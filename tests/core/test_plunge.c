@@ -63,17 +63,17 @@ static void new_box(double cell, double diameter, double corner, double bottom)
     expect(out.is_ready, "the stock is defined");
 }
 
-/* Two legs at 100 degrees, `deviation` mm off the corner between them, at the depth z; then up. */
+/* Two lines at 100 degrees, `deviation` mm off the corner between them, at the depth z; then up. */
 static void cut_a_blended_corner(double z, double deviation)
 {
     const double turn = 100.0 * M_PI / 180.0, u[2] = { cos(turn), sin(turn) };
-    double leg = 2.0 * deviation / sin(0.5 * turn);
+    double before = 2.0 * deviation / sin(0.5 * turn);
     int i;
     feed(in.pos_mu[0], in.pos_mu[1], z, 100.0);
-    feed(CORNER[0] - leg, CORNER[1], z, 40.0);
-    for (i = 1; i <= 10; i++) { /* a parabola with the legs as its tangents */
+    feed(CORNER[0] - before, CORNER[1], z, 40.0);
+    for (i = 1; i <= 10; i++) { /* a parabola with both lines as its tangents */
         double t = i / 10.0, a = (1.0 - t) * (1.0 - t), b = t * t;
-        feed(CORNER[0] - a * leg + b * leg * u[0], CORNER[1] + b * leg * u[1], z, 10.0);
+        feed(CORNER[0] - a * before + b * before * u[0], CORNER[1] + b * before * u[1], z, 10.0);
     }
     feed(CORNER[0] + 12.0 * u[0], CORNER[1] + 12.0 * u[1], z, 40.0);
     feed(in.pos_mu[0], in.pos_mu[1], 5.0, 100.0);
