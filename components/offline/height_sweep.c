@@ -6,6 +6,7 @@
 
 #include "core/tool.h"
 #include "height_sweep.h"
+#include "needles.h"
 
 #define ROW_MOST 4096     /* cells of a row whose old heights are kept for [4] */
 #define MARGIN_MOST 0.6   /* cells, at most added to a depth [4] */
@@ -303,48 +304,18 @@ double chip_height_sweep(const struct chip_height_map *map, const struct chip_he
                          const double (*to)[3], long n, struct chip_height_met *met)
 {
     struct shape s = make_shape(tool);
+    struct chip_tool profile;
     row_function cut = tool->corner <= 0.0 && tool->slope <= 0.0          ? row_flat
                      : tool->slope <= 0.0 && tool->corner >= tool->radius ? row_round
                                                                           : row_any;
     double sum = 0.0;
     long i;
+    chip_tool_set_profile(&profile, tool->radius, tool->corner, tool->slope > 0.0 ? atan(1.0 / tool->slope) : 0.0);
     for (i = 0; i < n; i++) {
         memset(&met[i], 0, sizeof met[i]);
         cut_move(map, tool, &s, cut, i ? to[i - 1] : from, to[i], &met[i]);
+        if (map->needles) chip_needles_cut(map, &profile, i ? to[i - 1] : from, to[i], &met[i]);
         sum += met[i].volume;
     }
-    return sum;
-}
-
-/* Seconds for a path of `length` from speed u to v with at most w. */
-static double seconds_of(double length, double u, double v, double w, double a)
-{
-    double peak = sqrt(least(w * w, a * length + 0.5 * (u * u + v * v)));
-    double ramps = (2.0 * peak * peak - u * u - v * v) / (2.0 * a);
-    if (!(length > 0.0) || !(peak > 0.0)) return 0.0;
-    return (peak - u + peak - v) / a + most(length - ramps, 0.0) / peak;
-}
-
-double chip_height_times(long n, const double *length, const double *most_speed, const double *accel,
-                         const double *corner, double *end_speed, double *speed, double *seconds)
-{
-    double at = *speed, sum = 0.0;
-    long i;
-    for (i = n - 1; i >= 0; i--) {
-        double end = least(corner[i], most_speed[i]);
-        if (i + 1 < n) {
-            double next = least(end_speed[i + 1], most_speed[i + 1]);
-            end = least(end, least(most_speed[i + 1], sqrt(next * next + 2.0 * accel[i + 1] * length[i + 1])));
-        }
-        end_speed[i] = end;
-    }
-    for (i = 0; i < n; i++) {
-        double begin = least(at, most_speed[i]);
-        double end = least(end_speed[i], sqrt(begin * begin + 2.0 * accel[i] * length[i]));
-        seconds[i] = seconds_of(length[i], begin, end, most_speed[i], accel[i]);
-        sum += seconds[i];
-        at = length[i] > 0.0 ? end : at;
-    }
-    *speed = at;
     return sum;
 }

@@ -28,14 +28,17 @@
 #define CHIP_HEIGHT_SKIN 0.004  /* mm [3] */
 
 struct chip_height_map {
-    double x0, y0;        /* mm, corner of the map */
-    double cell;          /* mm */
-    double z_min, z_max;  /* mm, bottom and top of the stock; a needle at z_min has none */
-    int32_t nx, ny;       /* cells */
-    float *height;        /* ny rows of nx, mm */
-    const float *x;       /* nx, mm from x0: i * cell */
-    const float *shift_x; /* ny, mm: shift of row j in X, 0 .. cell [1] */
-    const float *shift_y; /* nx, mm: shift of column i in Y */
+    double x0, y0;                     /* mm, corner of the map */
+    double cell;                       /* mm */
+    double z_min, z_max;               /* mm, bottom and top of the stock; a needle at z_min has none */
+    int32_t nx, ny;                    /* cells */
+    float *height;                     /* ny rows of nx, mm */
+    const float *x;                    /* nx, mm from x0: i * cell */
+    const float *shift_x;              /* ny, mm: shift of row j in X, 0 .. cell [1] */
+    const float *shift_y;              /* nx, mm: shift of column i in Y */
+    const double *needle_x, *needle_y; /* mm, single needles besides, X rising; see needles.h */
+    float *needle_height;              /* mm */
+    int32_t needles, pad;
 };
 
 /* A tool as in tool.h; the holder is a cylinder above it. */

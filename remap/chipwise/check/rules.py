@@ -41,9 +41,8 @@ def moves_at_unknown_height(kinds, z):
     return first + int(kinds[first] == records.RAPID), True
 
 
-def make_map(line, values, cell, phase=0.0):
-    """HeightMap of a STOCK record; the cell is larger where the stock is; phase: of its needles.  Unreadable for one that cannot be
-    known."""
+def make_map(line, values, cell):
+    """HeightMap of a STOCK record; the cell is larger where the stock is.  Unreadable for one that cannot be known."""
     shape, turn, *corners = values[:8]
     if shape < 0:
         raise Unreadable("M254 restores a stock that only the machine has", "define it with M250, or name it with --stock "
@@ -51,7 +50,7 @@ def make_map(line, values, cell, phase=0.0):
     low, high = corners[:3], corners[3:]
     if not all(b - a >= 1e-3 for a, b in zip(low, high)):
         raise Unreadable("the stock has no extent", "give a maximum above the minimum in X, Y and Z", line)
-    return HeightMap(low, high, max(cell, least_cell(low, high)), int(shape), turn, phase)
+    return HeightMap(low, high, max(cell, least_cell(low, high)), int(shape), turn)
 
 
 def cannot_cut(tool, shape, line):

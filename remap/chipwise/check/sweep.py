@@ -52,40 +52,50 @@ def least_cell(low, high):
 
 
 class HeightMap:
-    """One height per needle.  A box or cylinder `low` .. `high` as in stock.core.Stock, turn in degrees.
+    """One height per needle.  A box or cylinder `low` .. `high` as in stock.core.Stock, turn in degrees."""
 
-    phase: share of a cell, moves every needle within its cell.
-    """
-
-    def __init__(self, low, high, cell, shape=BOX, turn=0.0, phase=0.0):
+    def __init__(self, low, high, cell, shape=BOX, turn=0.0):
         c, s = abs(math.cos(math.radians(turn))), abs(math.sin(math.radians(turn)))
-        middle = (low[0] + high[0]) / 2, (low[1] + high[1]) / 2
+        self._middle = middle = (low[0] + high[0]) / 2, (low[1] + high[1]) / 2
         size = high[0] - low[0], high[1] - low[1]
         wide, deep = size[0] * c + size[1] * s, size[0] * s + size[1] * c
-        self.cell, self.low, self.high = cell, tuple(low), tuple(high)
+        self.cell, self.low, self.high, self.shape, self.turn = cell, tuple(low), tuple(high), shape, turn
         self.x0, self.y0 = middle[0] - wide / 2, middle[1] - deep / 2
         self.nx, self.ny = max(1, math.ceil(wide / cell - 1e-6)), max(1, math.ceil(deep / cell - 1e-6))
         self.z_min, self.z_max = low[2], high[2]
         self._x = (np.arange(self.nx) * cell).astype(np.float32)
-        self.shift_x = ((np.arange(self.ny) * _STEP_X + phase) % 1.0 * cell).astype(np.float32)
-        self.shift_y = ((np.arange(self.nx) * _STEP_Y + phase) % 1.0 * cell).astype(np.float32)
+        self.shift_x = (np.arange(self.ny) * _STEP_X % 1.0 * cell).astype(np.float32)
+        self.shift_y = (np.arange(self.nx) * _STEP_Y % 1.0 * cell).astype(np.float32)
         self.height = np.full((self.ny, self.nx), self.z_max, np.float32)
-        self._leave(shape, middle, size, math.radians(turn))
+        self._leave()
         self._struct = layout.HeightMap(self.x0, self.y0, cell, self.z_min, self.z_max, self.nx, self.ny, self.height.ctypes.data,
                             self._x.ctypes.data, self.shift_x.ctypes.data, self.shift_y.ctypes.data)
         self._functions, self._room = library(), None
+        self.needles, self.needle_height = np.zeros((0, 2)), np.zeros(0, np.float32)
 
-    def _leave(self, shape, middle, size, turn):
+    def _leave(self):
         """Remove the cells outside of the shape, row by row."""
         for row in range(self.ny):
-            x, y = self._x + self.shift_x[row] + (self.x0 - middle[0]), self.shift_y + (self.y0 + row * self.cell - middle[1])
-            if turn:
-                x, y = x * math.cos(turn) + y * math.sin(turn), y * math.cos(turn) - x * math.sin(turn)
-            if shape == CYLINDER:
-                inside = (2 * x / size[0]) ** 2 + (2 * y / size[1]) ** 2 <= 1.0
-            else:
-                inside = (np.abs(x) <= size[0] / 2) & (np.abs(y) <= size[1] / 2)
-            self.height[row, ~inside] = self.z_min
+            x, y = self._x + self.shift_x[row] + (self.x0 - self._middle[0]), self.shift_y + (self.y0 + row * self.cell - self._middle[1])
+            self.height[row, ~self._inside(x, y)] = self.z_min
+
+    def _inside(self, x, y):
+        """(n,) bool: places x, y (n,) from the middle of the stock that it covers."""
+        size = self.high[0] - self.low[0], self.high[1] - self.low[1]
+        if self.turn:
+            c, s = math.cos(math.radians(self.turn)), math.sin(math.radians(self.turn))
+            x, y = x * c + y * s, y * c - x * s
+        if self.shape == CYLINDER:
+            return (2 * x / size[0]) ** 2 + (2 * y / size[1]) ** 2 <= 1.0
+        return (np.abs(x) <= size[0] / 2) & (np.abs(y) <= size[1] / 2)
+
+    def add_needles(self, places):
+        """Single needles (n, 2) in mm besides, exact where those of the cells are not; as high as the stock before it is cut."""
+        self.needles = np.asfortranarray(places[np.argsort(places[:, 0])], np.float64)
+        x, y = self.needles[:, 0], self.needles[:, 1]
+        self.needle_height = np.where(self._inside(x - self._middle[0], y - self._middle[1]), self.z_max, self.z_min).astype(np.float32)
+        self._struct.needle_x, self._struct.needle_y = x.ctypes.data, y.ctypes.data
+        self._struct.needle_height, self._struct.needles = self.needle_height.ctypes.data, len(places)
 
     def cut(self, tool, start, places):
         """Moves from `start` (3,) along `places` (n, 3) -> records of MET, one per move."""

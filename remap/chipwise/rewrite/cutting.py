@@ -78,16 +78,20 @@ def cell_for(program, geometry, wanted, cells=CELLS_ACROSS):
     return min(wanted, *(max(0.02, d / cells) for d in across)) if across else wanted
 
 
-def in_stock(program, found, cell, progress=None, phase=0.0):
+def in_stock(program, found, cell, progress=None, needles=None):
     """Yield (Section, HeightMap) of the sections that move, in their order; the moves are the caller's to cut.
 
     The moves before the first known height belong to none.  Raises Unreadable where a feed move has no tool or no stock to cut
-    in, or the cells are too large for the tool.  progress: called with the share that is done; phase: of the needles.
+    in, or the cells are too large for the tool.  progress: called with the share that is done; needles: {number of the stock, from 0: places
+    (n, 2) of needles to add to its map}.
     """
-    stock = None
+    stock, count = None, 0
     for section in found:
         if section.stock is not None:
-            stock = rules.make_map(section.stock.line, section.stock.values, cell, phase)
+            stock = rules.make_map(section.stock.line, section.stock.values, cell)
+            if needles and count in needles:
+                stock.add_needles(needles[count])
+            count += 1
         section = replace(section, first=max(section.first, program.height_known_from))
         if section.end > section.first:
             tool = section.tool
@@ -129,22 +133,24 @@ class Window:
         low, high = points.min(axis=0) - radius, points.max(axis=0) + radius
         row = [int(np.clip((v - stock.y0) / stock.cell + k, 0, stock.ny)) for v, k in ((low[1], -2), (high[1], 3))]
         column = [int(np.clip((v - stock.x0) / stock.cell + k, 0, stock.nx)) for v, k in ((low[0], -2), (high[0], 3))]
-        self._view = stock.height[row[0]:row[1], column[0]:column[1]]
-        self._kept = self._view.copy()
+        self._views = stock.height[row[0]:row[1], column[0]:column[1]], stock.needle_height
+        self._kept = [view.copy() for view in self._views]
 
     def restore(self):
-        self._view[...] = self._kept
+        for view, kept in zip(self._views, self._kept):
+            view[...] = kept
 
     def swapped(self):
         """Put back the heights; -> a Window of those that were there."""
         other = object.__new__(Window)
-        other._view, other._kept = self._view, self._view.copy()
+        other._views, other._kept = self._views, [view.copy() for view in self._views]
         self.restore()
         return other
 
     def keep(self):
         """The heights as they are now are those to be put back."""
-        self._kept[...] = self._view
+        for view, kept in zip(self._views, self._kept):
+            kept[...] = view
 
 
 def highest(stock, x, y, radius):
@@ -159,4 +165,5 @@ def highest(stock, x, y, radius):
     v = stock.y0 + rows[:, None] * stock.cell + stock.shift_y[columns][None] - y
     near = u * u + v * v < radius * radius
     heights = stock.height[rows[0]:rows[-1] + 1, columns[0]:columns[-1] + 1]
-    return float(heights[near].max()) if near.any() else stock.z_min
+    single = stock.needle_height[np.hypot(*(stock.needles - (x, y)).T) < radius]
+    return float(max(heights[near].max(initial=stock.z_min), single.max(initial=stock.z_min)))

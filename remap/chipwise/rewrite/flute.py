@@ -55,16 +55,16 @@ class Figures:
 class Shifter:
     """One program."""
 
-    def __init__(self, program, geometry, cell, whole=False, diameter=None, reserve=0.0, anywhere=False, phase=0.0):
+    def __init__(self, program, geometry, cell, whole=False, diameter=None, reserve=0.0, anywhere=False, needles=None):
         self.program, self.whole, self.diameter, self.reserve, self.anywhere = program, whole, diameter, reserve, anywhere
         self.sections = cutting.sections(program, geometry)
-        self.cell, self.phase = cell, phase
+        self.cell, self.needles = cell, needles
         self.edits, self.figures = Edits(), Figures()
         self.stock, self.tool, self.links = None, None, Links(program)
 
     def run(self, progress=None):
         """-> Edits."""
-        for section, stock in cutting.in_stock(self.program, self.sections, self.cell, progress, self.phase):
+        for section, stock in cutting.in_stock(self.program, self.sections, self.cell, progress, self.needles):
             self.stock, self.tool = self.links.stock, self.links.tool = stock, section.tool
             self._section(section)
         return self.edits
@@ -77,11 +77,11 @@ class Shifter:
         start = program.start(first)
         steps = np.diff(program.end[first:end], axis=0, prepend=start[None])
         self.figures.first_feed += float(np.sqrt((steps[kinds != RAPID] ** 2).sum(axis=1)).sum())
-        kept = self.stock.height.copy()
+        before = cutting.Window(self.stock, np.array([[-math.inf] * 3, [math.inf] * 3]), 0.0)
         if self._long_enough(start, program.end[first:end], kinds):
             return
-        self.stock.height[...] = kept
-        del kept
+        before.restore()
+        del before
         self._bodies(first, end, np.hypot(steps[:, 0], steps[:, 1]) > ACROSS_MM)
 
     def _long_enough(self, start, ends, kinds):
@@ -135,17 +135,11 @@ class Shifter:
 
     def _body(self, lead, first, end, section_end):
         program = self.program
-        for piece in (self._piece(), SEGMENT_MM) if self.reserve else (self._piece(),):       # a repeat: also as proof.py has judged
-            points, owner = cutting.pieces(np.concatenate((program.start(first)[None], program.end[first:end])), piece)
-            body = along.Body(points, owner + first, lead)
-            window = cutting.Window(self.stock, points, self.tool.shape.diameter / 2)
-            depth = self._cut(body, points)["depth"]
-            if not (depth <= self.tool.flute_length + OVER_MM).all():
-                break
-            cut = cutting.Window(self.stock, points, self.tool.shape.diameter / 2)
-            window.restore()
-        else:
-            cut.restore()
+        points, owner = cutting.pieces(np.concatenate((program.start(first)[None], program.end[first:end])), self._piece())
+        body = along.Body(points, owner + first, lead)
+        window = cutting.Window(self.stock, points, self.tool.shape.diameter / 2)
+        depth = self._cut(body, points)["depth"]
+        if (depth <= self.tool.flute_length + OVER_MM).all():
             return
         target = cutting.Window(self.stock, points, self.tool.shape.diameter / 2)      # what the first path leaves
         window.restore()
@@ -203,9 +197,9 @@ class Shifter:
     def _too_low(self, body, moved, dropped, depth=None):
         """Cuts a path piece by piece, unless its depth is known; -> [(points, Z they must not be below)] where it is too deep."""
         path, index = moved[~dropped], np.flatnonzero(~dropped)
-        over = (self._cut(body, path)["depth"] if depth is None else depth) - self.tool.flute_length
+        over = (self._cut(body, path)["depth"] if depth is None else depth) - self.tool.flute_length + self.reserve
         low = np.minimum(path[:-1, 2], path[1:, 2])
-        return [(np.arange(index[k], index[k + 1] + 1), low[k] + over[k] + self.reserve) for k in np.flatnonzero(over > OVER_MM)]
+        return [(np.arange(index[k], index[k + 1] + 1), low[k] + over[k]) for k in np.flatnonzero(over > OVER_MM)]
 
     def _too_low_as_written(self, body, moved, dropped, s, window):
         """The same with the moves as they will be read back: the model's steps along them are others."""
@@ -216,13 +210,13 @@ class Shifter:
         chords, owner = along.polyline(moved[0], moves)
         chords = self.program.as_written(chords, int(self.program.step[body.move[0]]))
         points, piece = cutting.pieces(chords, SEGMENT_MM)
-        over = self._cut(body, points)["depth"] - self.tool.flute_length
+        over = self._cut(body, points)["depth"] - self.tool.flute_length + self.reserve
         low, at, result = np.minimum(points[:-1, 2], points[1:, 2]), shift.along(points), []
         for k in np.flatnonzero(over > OVER_MM):
             first, last = spans[owner[piece[k]]]
             a, b = (int(np.searchsorted(s[first:last + 1], at[k + e], side=side)) for e, side in ((0, "right"), (1, "left")))
             index = np.arange(max(first + a - 1, first), min(first + b, last) + 1)
-            result.append((index, low[k] + over[k] + self.reserve))
+            result.append((index, low[k] + over[k]))
         return result
 
     def _radius(self):
@@ -337,13 +331,13 @@ def segments(left):
     return [(max(int(p[0]) - 1, 0), min(int(p[-1]) + 2, len(left))) for p in parts]
 
 
-def rewrite(program, geometry, cell, whole=False, diameter=None, progress=None, reserve=0.0, anywhere=False, phase=0.0):
+def rewrite(program, geometry, cell, whole=False, diameter=None, progress=None, reserve=0.0, anywhere=False, needles=None):
     """(Edits, Figures) of a program: CN105492980.
 
     geometry: {number: ToolGeometry}; cell: mm; whole: travel the whole body again, not only where material is left;
-    diameter: of the arcs at corners of the shifted path (mm, default the tool's); reserve: mm, how much higher than needed a
-    point is shifted; anywhere: also what cannot be rewritten (Program.check_shiftable()); phase: of the stock's needles.
+    diameter: of the arcs at corners of the shifted path (mm, default the tool's); reserve: mm of the flutes that shifted
+    paths leave unused; anywhere: also what cannot be rewritten (Program.check_shiftable()); needles: as of cutting.in_stock().
     Raises Unreadable.
     """
-    shifter = Shifter(program, geometry, cell, whole, diameter, reserve, anywhere, phase)
+    shifter = Shifter(program, geometry, cell, whole, diameter, reserve, anywhere, needles)
     return shifter.run(progress), shifter.figures

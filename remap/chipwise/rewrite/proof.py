@@ -5,10 +5,8 @@ Called by run.py.  Nothing here knows how the text was made.
 
  1. same_path: every step of the first path ends where steps of the second one do, in the same order, and what lies between
     lies on the step: to PATH_MM.
- 2. between_needles: on needles that the shifting did not see, closer ones beside those of 3, the path never cuts deeper than the
-    flutes are long.  A remainder or a first contact smaller than a cell lies between needles.
- 3. flutes: the second path never cuts deeper than the flutes are long, no new traverse meets stock, and the stock it leaves is that
-    of the first within a cell.
+ 2. same_stock: no new traverse of the second path meets stock, and the stock it leaves is that of the first within a cell.
+    That it never cuts deeper than the flutes are long is proved by depths.py.
 """
 
 import numpy as np
@@ -18,26 +16,12 @@ from chipwise.check.simulate import SEGMENT_MM
 from chipwise.rewrite import cutting
 
 PATH_MM = 0.001
-OVER_MM = 0.006             # OVER_MM of flute.py, and the rounding of the text
+OVER_MM = 0.006             # OVER_MM of links.py, and the rounding of the text
 HEIGHT_CELLS = 0.2          # of a cell
-BETWEEN_CELLS = 0.5         # of a cell, from needle to needle of between_needles
-BETWEEN_PHASE = 0.41        # of such a cell: rows and columns begin elsewhere
 
 
 class Different(Exception):
     """The second program is not what it should be; str() says where."""
-
-
-class TooDeep(Different):
-    """It still cuts deeper than the flutes are long.
-
-    depth, limit: mm; tool: number; place (3,): mm of the tip; cell (mm), phase: of the needles that have met it.
-    """
-
-    def __init__(self, line, depth, tool, place, cell, phase=0.0):
-        super().__init__(f"line {line} of the new program still cuts {depth:.3f} mm deep")
-        self.depth, self.limit, self.tool = depth, tool.flute_length, tool.number
-        self.place, self.cell, self.phase = place, cell, phase
 
 
 def _off(circle, begin, end, p):
@@ -94,36 +78,24 @@ def _turned(program, step, circle):
 
 
 def simulated(program, geometry, cell):
-    """[(height map after each stock, [(section, deepest feed, deepest traverse, line of each, holder, place of the first)])] of a program; kept with it."""
+    """[(height map after each stock, [(deepest traverse, its line, holder)])] of a program; kept with it."""
     if cell not in program.simulated:
         program.simulated[cell] = _simulated(program, geometry, cell)
     return program.simulated[cell]
 
 
-def _simulated(program, geometry, cell, phase=0.0):
+def _simulated(program, geometry, cell):
     result = []
-    for section, stock in cutting.in_stock(program, cutting.sections(program, geometry), cell, phase=phase):
+    for section, stock in cutting.in_stock(program, cutting.sections(program, geometry), cell):
         if not result or result[-1][0] is not stock:
             result.append((stock, []))
         a, b = section.first, section.end
         points, owner = cutting.pieces(np.concatenate((program.start(a)[None], program.end[a:b])), SEGMENT_MM)
         met = stock.cut(section.tool.shape, points[0], points[1:])
-        rapid = program.kind[a:b][owner] == RAPID
-        depth = np.where(rapid, 0.0, met["depth"])
-        worst = int(depth.argmax())
-        touch = np.where(rapid, met["depth"], 0.0)
-        result[-1][1].append((section, float(depth[worst]), int(program.line[a + owner[worst]]), float(touch.max()),
-                              int(program.line[a + owner[int(touch.argmax())]]), float(met["holder"].max()), points[worst + 1]))
+        touch = np.where(program.kind[a:b][owner] == RAPID, met["depth"], 0.0)
+        worst = int(touch.argmax())
+        result[-1][1].append((float(touch[worst]), int(program.line[a + owner[worst]]), float(met["holder"].max())))
     return result
-
-
-def between_needles(program, geometry, cell):
-    """Raises TooDeep where closer needles, in places of their own, are met deeper than the flutes are long."""
-    cell *= BETWEEN_CELLS
-    for _stock, found in _simulated(program, geometry, cell, BETWEEN_PHASE):
-        for section, depth, line, *_others, place in found:
-            if depth > cutting.finite_room(section.tool.flute_length) + OVER_MM:
-                raise TooDeep(line, depth, section.tool, place, cell, BETWEEN_PHASE)
 
 
 def line_below(program, place):
@@ -144,22 +116,17 @@ def _filtered(heights, pick):
     return pick(pick(across[:-2], across[1:-1]), across[2:])
 
 
-def flutes(first, second, geometry, cell):
-    """Raises Different where the second program breaks a rule; -> (deepest mm over the flutes' length, worst holder contact mm)."""
-    one, two = simulated(first, geometry, cell), simulated(second, geometry, cell)
-    deepest, holder = -np.inf, 0.0
+def same_stock(first, second, geometry, cell):
+    """Raises Different where the second program breaks a rule; -> worst holder contact (mm) that the first has not."""
+    one, two, holder = simulated(first, geometry, cell), simulated(second, geometry, cell), 0.0
     for (stock, before), (other, after) in zip(one, two, strict=True):
         for own, new in zip(before, after, strict=True):
-            limit = cutting.finite_room(new[0].tool.flute_length)
-            deepest = max(deepest, new[1] - limit)
-            if new[1] > limit + OVER_MM:
-                raise TooDeep(new[2], new[1], new[0].tool, new[6], cell)
-            if new[3] > (own[3] + cell if own[3] > OVER_MM else OVER_MM):
-                raise Different(f"a traverse in line {new[4]} of the new program meets {new[3]:.3f} mm of stock")
-            holder = max(holder, new[5] - own[5])
+            if new[0] > (own[0] + cell if own[0] > OVER_MM else OVER_MM):
+                raise Different(f"a traverse in line {new[1]} of the new program meets {new[0]:.3f} mm of stock")
+            holder = max(holder, new[2] - own[2])
         low, high = _filtered(stock.height, np.minimum), _filtered(stock.height, np.maximum)
         if (other.height < low - HEIGHT_CELLS * cell).any():
             raise Different(f"the new program cuts {float((low - other.height).max()):.3f} mm more somewhere")
         if (other.height > high + HEIGHT_CELLS * cell).any():
             raise Different(f"the new program leaves {float((other.height - high).max()):.3f} mm more somewhere")
-    return deepest, holder
+    return holder

@@ -11,7 +11,7 @@ from typing import Callable, Optional
 
 from chipwise.check.reader import Machine, Unreadable
 from chipwise.errors import CycleError, format_length
-from chipwise.rewrite import calls, cutting, feed, flute, proof
+from chipwise.rewrite import calls, cutting, depths, feed, flute, proof
 from chipwise.rewrite.program import Program, read
 from chipwise.rewrite.text import Writer
 from chipwise.rewrite.words import words_of
@@ -19,8 +19,8 @@ from chipwise.settings import load_settings
 from chipwise.tools import load_tools
 
 SYNCHRONISED = {33, 33.1, 74, 76, 84}
-REPEATS = 5                     # of judging the new program again,
-RESERVE_MM = 0.03               # each time with so much more room below the flutes' end
+REPEATS = 8                     # of rewriting, with needles where the new program has been too deep,
+RESERVE_MM = 0.03               # each time with so much more of the flutes unused where the path is shifted
 
 
 @dataclass(frozen=True)
@@ -106,39 +106,28 @@ def in_place(job, program, rewrite, check):
 
 def respect_flutes(order, job, progress):
     """CN105492980; -> (bytes, what is said)."""
-    def rewrite(program, anywhere, reserve=0.0, cell=job.cell, phase=0.0):
-        return flute.rewrite(program, job.geometry, cell, order.whole, order.diameter, progress, reserve, anywhere, phase)
+    needles, data, figures = {}, None, None
+
+    def rewrite(program, anywhere, repeat=0):
+        return flute.rewrite(program, job.geometry, job.cell, order.whole, order.diameter, progress, RESERVE_MM * repeat, anywhere, needles)
 
     def check(program, _edits, figures):
         for first, end in figures.shifted:
             program.check_shiftable(first, end)
 
-    program, edits, figures = in_place(job, job.program, rewrite, check)
-    data, trouble = Writer(program, edits).write() if edits else None, None
-    for repeat in range(1, REPEATS + 1):
+    for repeat in range(REPEATS):
+        program, edits, figures = in_place(job, job.program, lambda *own, at=repeat: rewrite(*own, at), check)
+        data = Writer(program, edits).write() if edits else None
         second = read_back(job.program, data, job.read) if data else job.program
-        try:
-            if data:
-                proof.flutes(job.program, second, job.geometry, job.cell)
-            proof.between_needles(second, job.geometry, job.cell)
+        found = depths.too_deep(second, job.geometry, job.cell, proof.OVER_MM)
+        if not found:
             break
-        except proof.TooDeep as error:      # by less than a cell: the model's steps along the new path are others; or between needles
-            trouble = error
-            on = {"reserve": RESERVE_MM * repeat, "cell": error.cell, "phase": error.phase}
-            try:
-                second, again, found = in_place(job, second, lambda *own: rewrite(*own, **on), check)
-            except Unreadable as refused:
-                refused.line = proof.line_below(job.program, error.place)       # its own is one of the new program
-                raise
-            data = Writer(second, again).write()
-            if figures.lines:
-                figures.added_feed += found.added_feed
-            else:
-                figures = found
+        needles = depths.with_needles(needles, found)       # what the map of the edits has not met
     else:
-        raise still_too_deep(job, trouble)
+        raise still_too_deep(job, found)
     if not data:
         return program.content(), "the flutes are long enough everywhere, the program is unchanged"
+    proof.same_stock(job.program, second, job.geometry, job.cell)
     unit = "in" if job.machine.unit_mm > 10 else "mm"
     parts = [f'line{"s" * (b > a)} {a}' + (f" to {b}" if b > a else "") + f" in {n} levels" for a, b, n in figures.lines[:5]]
     more = f" and {len(figures.lines) - 5} more" if len(figures.lines) > 5 else ""
@@ -146,12 +135,13 @@ def respect_flutes(order, job, progress):
                   f"{format_length(round(figures.first_feed, 1), unit)}")
 
 
-def still_too_deep(job, trouble):
-    """The Unreadable for a proof.TooDeep that no repeat has mended."""
+def still_too_deep(job, found):
+    """The Unreadable for depths.Witness that no repeat has mended."""
+    worst = max(found, key=lambda witness: witness.depth - witness.tool.flute_length)
     unit = "in" if job.machine.unit_mm > 10 else "mm"
-    return Unreadable(f"the rewritten path of tool {trouble.tool} would still cut {format_length(round(trouble.depth, 3), unit)} deep, its "
-                      f"flutes are {format_length(trouble.limit, unit)} long", "take smaller steps in Z here, or a tool with longer flutes",
-                      proof.line_below(job.program, trouble.place))
+    return Unreadable(f"the rewritten path of tool {worst.tool.number} would still cut {format_length(round(worst.depth, 3), unit)} deep, its "
+                      f"flutes are {format_length(worst.tool.flute_length, unit)} long", "take smaller steps in Z here, or a tool with "
+                      "longer flutes", proof.line_below(job.program, worst.place))
 
 
 def write_feeds(order, job, progress):

@@ -41,6 +41,11 @@ PAST_ARM = 12
 PAST_POINTS = 32
 PATH_BEYOND = 1e-07
 PATH_SEGMENTS = 160
+PROOF_BESIDE = 0.003
+PROOF_LEAST = 0.004
+PROOF_MOST = 60
+PROOF_SKIN = 0.004
+PROOF_WITNESS = 0.1
 RATE_SLOTS = 1024
 RIM = 32768
 RIM_CUT = 511
@@ -1143,6 +1148,11 @@ class HeightMap(C.Structure):
         ("x", C.c_void_p),
         ("shift_x", C.c_void_p),
         ("shift_y", C.c_void_p),
+        ("needle_x", C.c_void_p),
+        ("needle_y", C.c_void_p),
+        ("needle_height", C.c_void_p),
+        ("needles", C.c_int32),
+        ("pad", C.c_int32),
     ]
 
 
@@ -1198,6 +1208,61 @@ class DropTool(C.Structure):
         ("radius", C.c_double),
         ("corner", C.c_double),
         ("half_angle", C.c_double),
+    ]
+
+
+class ProofStock(C.Structure):
+    """struct chip_proof_stock"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("x", C.c_double),
+        ("y", C.c_double),
+        ("half_x", C.c_double),
+        ("half_y", C.c_double),
+        ("cosine", C.c_double),
+        ("sine", C.c_double),
+        ("z_min", C.c_double),
+        ("z_max", C.c_double),
+        ("shape", C.c_int32),
+        ("pad", C.c_int32),
+    ]
+
+
+class ProofTool(C.Structure):
+    """struct chip_proof_tool"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("radius", C.c_double),
+        ("corner", C.c_double),
+        ("half_angle", C.c_double),
+    ]
+
+
+class ProofMove(C.Structure):
+    """struct chip_proof_move"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("from", C.c_double * 3),
+        ("to", C.c_double * 3),
+        ("limit", C.c_double),
+        ("tool", C.c_int32),
+        ("pad", C.c_int32),
+    ]
+
+
+class ProofFound(C.Structure):
+    """struct chip_proof_found"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("x", C.c_double),
+        ("y", C.c_double),
+        ("height", C.c_double),
+        ("at", C.c_double),
+        ("move", C.c_int64),
     ]
 
 
@@ -1275,5 +1340,9 @@ STRUCTURES = {
     "chip_height_met": HeightMet,
     "chip_drop_mesh": DropMesh,
     "chip_drop_tool": DropTool,
+    "chip_proof_stock": ProofStock,
+    "chip_proof_tool": ProofTool,
+    "chip_proof_move": ProofMove,
+    "chip_proof_found": ProofFound,
     "chip_tracer_row": TracerRow,
 }

@@ -1,0 +1,64 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* depth_proof.h - whether moves cut deeper than their limits, proved: no contact is lost between needles.
+ *
+ * Who calls it: remap/chipwise/rewrite/depths.py, through the shared library. Never in realtime.
+ * Source: CN105492980 [0045] (the stock as the path leaves it); the division into squares is branch and bound.
+ *
+ * Principle:
+ *  1. A place is met by a move when the tool, CHIP_PROOF_SKIN smaller in radius, first comes over it. Its stock is then as high as
+ *     the lowest of the moves before have left it (swept.h, exactly). What the move cuts below the tip afterwards is already cut.
+ *  2. Each cell of a map has the highest stock that can be anywhere in it, and the moves that have cut a part of it only, or that
+ *     may have cut parts lower than that.
+ *  3. A move meets cells that are too high. If its axis there runs within CHIP_PROOF_BESIDE of an earlier one's that is not too
+ *     high, then what it meets has been cut: the next level along a wall. Otherwise the cell is divided into four, again and again,
+ *     until each square is out of reach, or one earlier move has cut all of it low enough, or its middle is a witness: a place of
+ *     stock that is too high.
+ *  4. Squares with a diagonal of CHIP_PROOF_LEAST that are neither, do not count: contacts smaller than that, and stock thinner than
+ *     the skin at the tool's side. All others are found.
+ */
+#ifndef CHIPWISE_DEPTH_PROOF_H
+#define CHIPWISE_DEPTH_PROOF_H
+
+#include <stdint.h>
+
+#define CHIP_PROOF_SKIN 0.004   /* mm [1] */
+#define CHIP_PROOF_BESIDE 0.003 /* mm [3]; less than the skin */
+#define CHIP_PROOF_LEAST 0.004  /* mm [4] */
+#define CHIP_PROOF_WITNESS 0.1  /* mm: a square smaller than that has one witness */
+#define CHIP_PROOF_MOST 60      /* witnesses of one move */
+
+struct chip_proof_stock {
+    double x, y;           /* mm, its middle */
+    double half_x, half_y; /* mm, along its own axes */
+    double cosine, sine;   /* of its turn */
+    double z_min, z_max;   /* mm */
+    int32_t shape;         /* 0 a box, 1 a cylinder (ellipse) */
+    int32_t pad;
+};
+
+struct chip_proof_tool {
+    double radius, corner, half_angle; /* mm, mm, rad (0: no cone) */
+};
+
+struct chip_proof_move {
+    double from[3], to[3]; /* mm */
+    double limit;          /* mm, depth that is allowed; 1e30: is not judged */
+    int32_t tool;
+    int32_t pad;
+};
+
+struct chip_proof_found { /* a witness */
+    double x, y;          /* mm */
+    double height;        /* mm, Z of the stock there */
+    double at;            /* share of the move where the tool comes there */
+    int64_t move;
+};
+
+/* Looks for places where n moves, one after the other, cut deeper than their limits: at most `room` witnesses in `found`.
+ * cell (mm) of the map: a matter of time only. squares: at most so many are looked at; 0 afterwards: not all of them were.
+ * Returns the number of witnesses, -1 without memory. */
+long chip_prove_depths(const struct chip_proof_stock *stock, const struct chip_proof_tool *tools, long tool_count,
+                       const struct chip_proof_move *moves, long n, double cell, int64_t *squares,
+                       struct chip_proof_found *found, long room);
+
+#endif

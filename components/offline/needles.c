@@ -1,0 +1,55 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* needles.c - see needles.h. */
+#include "needles.h"
+#include "swept.h"
+
+/* The first needle whose X is not below x. */
+static int32_t first_from(const struct chip_height_map *map, double x)
+{
+    int32_t low = 0, high = map->needles;
+    while (low < high) {
+        int32_t middle = low + (high - low) / 2;
+        if (map->needle_x[middle] < x)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+/* Depth (mm) at which a move meets a needle, 0 if it does not [1]; *at: the share of the move. */
+static double depth_of(const struct chip_swept *m, const struct chip_tool *tool, double x, double y, double height,
+                       double *at)
+{
+    double last, off2, z;
+    if (!chip_swept_within(m, x, y, tool->radius - CHIP_NEEDLE_SKIN, at, &last)) return 0.0;
+    z = m->z + *at * m->dz;
+    if (height > z + tool->shoulder + CHIP_HEIGHT_SKIN) return height - z;
+    if (m->length2 <= CHIP_SWEPT_STILL) return 0.0;
+    z = chip_swept_nearest(m, x, y, &off2);
+    *at = z < *at ? *at : z > last ? last : z;
+    return height > chip_swept_at(m, tool, x, y, *at) + CHIP_HEIGHT_SKIN ? height - m->z - *at * m->dz : 0.0;
+}
+
+void chip_needles_cut(const struct chip_height_map *map, const struct chip_tool *tool, const double a[3],
+                      const double b[3], struct chip_height_met *met)
+{
+    struct chip_swept m = chip_swept_of(a, b);
+    double end = (a[0] > b[0] ? a[0] : b[0]) + tool->radius, low = (a[1] < b[1] ? a[1] : b[1]) - tool->radius;
+    double high = (a[1] > b[1] ? a[1] : b[1]) + tool->radius, bottom = a[2] < b[2] ? a[2] : b[2], depth, left, at;
+    int32_t i = first_from(map, (a[0] < b[0] ? a[0] : b[0]) - tool->radius);
+    for (; i < map->needles && map->needle_x[i] <= end; i++) {
+        double x = map->needle_x[i], y = map->needle_y[i], height = (double)map->needle_height[i];
+        if (y < low || y > high || height <= bottom || height <= map->z_min + CHIP_HEIGHT_SKIN) continue;
+        depth = depth_of(&m, tool, x, y, height, &at);
+        if (depth > (double)met->depth) {
+            met->depth = (float)depth;
+            met->at = (float)at;
+        }
+        left = chip_swept_height(&m, tool, x, y);
+        if (left >= height) continue;
+        left = left > map->z_min ? left : map->z_min;
+        met->volume += (float)((height - left) * CHIP_NEEDLE_AREA * map->cell * map->cell);
+        map->needle_height[i] = (float)left;
+    }
+}
