@@ -20,7 +20,7 @@ from chipwise.tools import load_tools
 
 SYNCHRONISED = {33, 33.1, 74, 76, 84}
 REPEATS = 8                     # of rewriting, with needles where the new program has been too deep,
-RESERVE_MM = 0.03               # each time with so much more of the flutes unused where the path is shifted
+RESERVE_MM = 0.06               # each time with so much more of the flutes unused where the path is shifted
 
 
 @dataclass(frozen=True)
