@@ -7,8 +7,8 @@
  * CELL in mm; without it as `chipwise load` chooses it for the tool.
  *
  * The truth is a field of needles on a grid turned against the cells, cut at every period's tip: it shares the tool's numbers with the
- * core and nothing else. The planner follows lines and arcs that join smoothly, brakes with the acceleration that it tells the tracker,
- * and obeys an override one period after it was given.
+ * core and nothing else. The planner follows lines and arcs that join smoothly, brakes with the acceleration that the tracker knows of,
+ * and uses an override one period after it was given.
  */
 #include <math.h>
 #include <stdint.h>
