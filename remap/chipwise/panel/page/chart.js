@@ -24,10 +24,15 @@ function roundUp(value) {
     return [1, 1.5, 2, 3, 4, 5, 6, 8, 10].find((k) => k * ten >= value * 0.999999) * ten;
 }
 
+// The top of a scale for values up to `value`; 1 while there are none.
+function topOf(value) {
+    return value > 1e-3 ? roundUp(value) : 1;
+}
+
 // Half a ring: the rate, and marks at the limits {target, lower}.
 function drawGauge(canvas, rate, limits, unit, colour) {
     const [context, width, height] = sheet(canvas);
-    const most = roundUp(Math.max(unit(limits.target) * 1.25, unit(rate), 1e-3));
+    const most = topOf(Math.max(unit(limits.target) * 1.25, unit(rate)));
     const radius = Math.min(width / 2 - 26, height - 34), x = width / 2, y = height - 18;
     const angle = (value) => Math.PI * (1 + Math.min(1, Math.max(0, value / most)));
     const ring = (from, to, ink, thick) => {
@@ -57,7 +62,7 @@ function drawGauge(canvas, rate, limits, unit, colour) {
 function drawChart(canvas, rows, unit, colour, names) {
     const [context, width, height] = sheet(canvas), left = 46, low = height - 20, up = 8;
     const now = rows.length ? rows[rows.length - 1][0] : 0;
-    const most = roundUp(Math.max(1e-3, ...rows.map((row) => 1.1 * Math.max(unit(row[1]), unit(row[2])))));
+    const most = topOf(Math.max(0, ...rows.map((row) => 1.1 * Math.max(unit(row[1]), unit(row[2])))));
     const x = (time) => left + (width - left - 6) * (1 - (now - time) / CHART_S), y = (value) => low - (low - up) * value / most;
     context.strokeStyle = colour('line');
     context.fillStyle = colour('faint');
