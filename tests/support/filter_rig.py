@@ -10,7 +10,7 @@ import re
 import shutil
 import subprocess
 
-from support import samples
+from support import samples, surface_cases
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 TIMEOUT_S = 500
@@ -24,18 +24,23 @@ UNKNOWN = 'G21 G90\nT1 M6\nG1 X5 F300\nM2\n'                # no stock
 ENDLESS = 'G21\nF100\no1 while [1]\nG1 X1\nG1 X0\no1 endwhile\nM2\n'
 BINARY = bytes(range(256)) * 64
 HUGE = 200_000_000
+MODEL = surface_cases.stl_bytes(surface_cases.waves(12, 15.0))
+JOB = 'model = "part.stl"\nlink = 1\n[[cut]]\ntool = 1\nstep = 2\n'
 
 
 def make_programs(folder):
     """-> {name: path} of one of each kind."""
     os.makedirs(folder, exist_ok=True)
     texts = {"it's clean.nc": CLEAN, 'finding.NC': RAPID, 'unknown.tap': UNKNOWN, 'bad.nc': BAD, 'endless.nc': ENDLESS, 'killed.nc': ENDLESS,
-             'binary.TAP': BINARY}
+             'binary.TAP': BINARY, 'part.stl': MODEL, 'picture.stl': b'\xff\xd8\xff' + bytes(200)}
     paths = {}
     for name, text in texts.items():
         paths[name] = os.path.join(folder, name)
         with open(paths[name], 'wb') as file:
             file.write(text if isinstance(text, bytes) else text.encode())
+    for name in ('part', 'picture'):
+        with open(os.path.join(folder, name + '.toml'), 'w') as file:
+            file.write(JOB.replace('part', name))
     paths['huge.nc'] = os.path.join(folder, 'huge.nc')
     with open(paths['huge.nc'], 'wb') as file:
         file.write(b'G1 X1\n' * 1000)
