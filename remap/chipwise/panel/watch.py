@@ -33,20 +33,20 @@ PATH_POINTS = 5000      # of the path done
 PATH_STEP_MM = 0.2      # between two of them
 
 
-def figures(run, removed):
+def figures(run):
     """Peak, mean, time and time saved of a run of a program (panel/display.py: Run); mm3/min and s, None: not known."""
     if run is None:
         return None
-    return {"seconds": round(run.seconds, 1), "peak": run.peak, "mean": removed / run.cut_s * 60 if run.cut_s > 0 else 0.0,
+    return {"seconds": round(run.seconds, 1), "peak": run.peak, "mean": run.cut_mm3 / run.cut_s * 60 if run.cut_s > 0 else 0.0,
             "saved": round(run.at_f_s - run.fed_s, 1) if run.fed_s > 0 else None}
 
 
 class PanelRun(Run):
-    """A run of a program with the time spent cutting and the volume removed."""
+    """A run of a program with the time and the volume of the feed moves that cut."""
 
     def __init__(self):
         super().__init__()
-        self.cut_s = self.volume = 0.0
+        self.cut_s = self.cut_mm3 = 0.0
         self.before = None          # removed volume of the last look
 
     def look(self, dt, pins, override):
@@ -56,9 +56,9 @@ class PanelRun(Run):
                        "current-vel": pins["current_vel"]}, override)
         removed, before = pins["removed"], self.before
         self.before = removed
-        if before is not None and before < removed:     # less: another stock
-            self.volume += removed - before
-            self.cut_s += dt if pins["motion_type"] in FEED_MOTION else 0.0
+        if before is not None and before < removed and pins["motion_type"] in FEED_MOTION:      # less: another stock
+            self.cut_s += dt
+            self.cut_mm3 += removed - before
 
 
 def background(pins, task, alarms):
@@ -117,14 +117,15 @@ class Watch:
 
     def look(self):
         """One look; -> whether LinuxCNC still runs."""
-        now = time.monotonic()
-        dt, self.last = now - self.last, now
-        if now >= self._alive_due:
-            self._alive_due = now + patience(ALIVE_S)
+        if time.monotonic() >= self._alive_due:
+            self._alive_due = time.monotonic() + patience(ALIVE_S)
             if not self.machine.runs():
                 self.end()
                 return False
-        pins, task = self.machine.pins(), self.machine.task()
+        pins = self.machine.pins()
+        now = time.monotonic()              # of the pins: what was removed since the look before belongs to this time
+        dt, self.last = now - self.last, now
+        task = self.machine.task()
         begins = bool(task and task["running"]) and not self.was_running
         self.look_at_map(now, begins)
         if begins:
@@ -191,7 +192,7 @@ class Watch:
                 "ready": bool(pins["ready"]), "mode": MODES[mode] if 0 <= mode < len(MODES) else MODES[0],
                 "limited_by": LIMITS[limit] if 0 <= limit < len(LIMITS) else LIMITS[0],
                 "task": {**task, "program": os.path.basename(task["program"])} if task else None,
-                "run": figures(run, run.volume if run else 0.0), "background": background(pins, task, self.alarms),
+                "run": figures(run), "background": background(pins, task, self.alarms),
                 "guards": {"rapid": bool(pins["guard_rapid"]), "flute": bool(pins["guard_flute"])}, "alarms": self.alarms.entries, "stock_error": self.stock_error,
                 "tools": self.tools.rows(), "log_error": self.log_error, "pages": self.pages, "path": [self.path.epoch, self.path.count]}
 
