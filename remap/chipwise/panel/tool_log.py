@@ -21,6 +21,12 @@ SLOWED = (LimitedBy.STOCK_HERE, LimitedBy.STOCK_AHEAD)
 MOST_TOOLS = 1000
 
 
+def is_cutting(removed, pins):
+    """Whether the time since the look before was spent cutting; removed: mm3 since then.  A rate without volume is a servo thread that
+    has not run since: a busy simulation, which makes up for it later."""
+    return pins["motion_type"] in FEED_MOTION and (removed > 0 or pins["mrr"] > 0)
+
+
 class Use:
     """One tool in one run; s, mm3, mm3/min."""
 
@@ -58,14 +64,14 @@ class ToolLog:
         stopped, was_stopped = bool(pins["guard_reason"]), self._stopped
         self._stopped = stopped
         number = int(pins["tool"])
-        if number not in self.uses and (cut <= 0 and not stopped or len(self.uses) >= MOST_TOOLS):
+        if number not in self.uses and (cut <= 0 and not stopped and not is_cutting(cut, pins) or len(self.uses) >= MOST_TOOLS):
             return
         use = self.uses.setdefault(number, Use(number, pins["tool_diameter"]))
         use.stops += stopped and not was_stopped
-        if cut <= 0 or pins["motion_type"] not in FEED_MOTION:
+        if not is_cutting(cut, pins):
             return
         use.cut_s += dt
-        use.volume += cut
+        use.volume += max(0.0, cut)
         use.peak = max(use.peak, pins["mrr"])
         use.reference = max(use.reference, pins["target"])
         use.slowed_s += dt if pins["mode"] and pins["limited_by"] in SLOWED else 0.0

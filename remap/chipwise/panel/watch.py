@@ -17,9 +17,9 @@ from collections import deque
 
 from chipwise.clock import patience
 from chipwise.panel.alarms import Alarms
-from chipwise.panel.display import FEED_MOTION, LIMITS, MODES, Run
+from chipwise.panel.display import LIMITS, MODES, Run
 from chipwise.panel.tiles import Tiles
-from chipwise.panel.tool_log import ToolLog, append
+from chipwise.panel.tool_log import ToolLog, append, is_cutting
 from chipwise.stock.shared import SharedStockError
 
 LOOK_S = 0.1
@@ -56,9 +56,9 @@ class PanelRun(Run):
                        "current-vel": pins["current_vel"]}, override)
         removed, before = pins["removed"], self.before
         self.before = removed
-        if before is not None and before < removed and pins["motion_type"] in FEED_MOTION:      # less: another stock
+        if before is not None and is_cutting(removed - before, pins):
             self.cut_s += dt
-            self.cut_mm3 += removed - before
+            self.cut_mm3 += max(0.0, removed - before)      # below 0: another stock
 
 
 def background(pins, task, alarms):
