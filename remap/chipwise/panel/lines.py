@@ -64,11 +64,11 @@ class Lines:
 
     def codes(self, wanted):
         """The codes that this machine has, with their data in the order of entry, in the first of the wanted languages.  Raises CycleError."""
-        table, translate = self._table(), language.translator(wanted)
+        table, translate, known = self._table(), language.translator(wanted), self._known()
         return [{"code": code, "title": translate(entry.title(code, table)), "fields": [
             {"letter": field.letter, "name": translate(field.name), "units": [field.unit("mm"), field.unit("in")], "required": field.required,
              "default": translate(field.default), "choices": [[number, translate(meaning)] for number, meaning in field.choices]}
-            for field in entry.fields(code, table)]} for code in entry.codes(table) if code in self._known()]
+            for field in entry.fields(code, table)]} for code in entry.codes(table) if code in known]
 
     def _known(self):
         """Codes of the machine's INI file."""
@@ -109,8 +109,7 @@ class Lines:
             self._plan = None
             if time.monotonic() - then > patience(VALID_S):
                 raise CycleError(f"the line is not run: it was planned more than {VALID_S / 60:g} min ago", "plan it again")
-            done = self._asked({"do": "run", "code": code, "line": found["line"], "unit": found["unit"], "state": found["state"]})
-            return done
+            return self._asked({"do": "run", "code": code, "line": found["line"], "unit": found["unit"], "state": found["state"]})
 
     def guard(self, name, on):
         """Switch a guard of line_process.GUARDS: {}, or {"error"} with why it is not switched.  Raises CycleError."""

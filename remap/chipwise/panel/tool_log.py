@@ -21,10 +21,10 @@ SLOWED = (LimitedBy.STOCK_HERE, LimitedBy.STOCK_AHEAD)
 MOST_TOOLS = 1000
 
 
-def is_cutting(removed, pins):
-    """Whether the time since the look before was spent cutting; removed: mm3 since then.  A rate without volume is a servo thread that
-    has not run since: a busy simulation, which makes up for it later."""
-    return pins["motion_type"] in FEED_MOTION and (removed > 0 or pins["mrr"] > 0)
+def mean(uses):
+    """Removal rate of uses while they cut, mm3/min."""
+    seconds = sum(use.cut_s for use in uses)
+    return sum(use.volume for use in uses) / seconds * 60 if seconds > 0 else 0.0
 
 
 class Use:
@@ -35,14 +35,10 @@ class Use:
         self.cut_s = self.slowed_s = self.volume = self.peak = self.reference = 0.0
         self.stops = 0
 
-    @property
-    def mean(self):
-        return self.volume / self.cut_s * 60 if self.cut_s > 0 else 0.0
-
     def row(self):
         """The figures as a page and the file show them."""
         return {"tool": self.tool, "diameter_mm": round(self.diameter, 4), "reference_cm3_min": round(self.reference / MM3_PER_CM3, 4),
-                "mean_cm3_min": round(self.mean / MM3_PER_CM3, 4), "peak_cm3_min": round(self.peak / MM3_PER_CM3, 4),
+                "mean_cm3_min": round(mean([self]) / MM3_PER_CM3, 4), "peak_cm3_min": round(self.peak / MM3_PER_CM3, 4),
                 "cutting_s": round(self.cut_s, 1), "removed_cm3": round(self.volume / MM3_PER_CM3, 4),
                 "slowed_s": round(self.slowed_s, 1), "stops": self.stops}
 
@@ -64,17 +60,24 @@ class ToolLog:
         stopped, was_stopped = bool(pins["guard_reason"]), self._stopped
         self._stopped = stopped
         number = int(pins["tool"])
-        if number not in self.uses and (cut <= 0 and not stopped and not is_cutting(cut, pins) or len(self.uses) >= MOST_TOOLS):
+        # a rate without volume: the servo thread has not run since the look before (a busy simulation), and makes up for it later
+        cutting = before is not None and pins["motion_type"] in FEED_MOTION and (cut > 0 or pins["mrr"] > 0)
+        if number not in self.uses and (cut <= 0 and not stopped and not cutting or len(self.uses) >= MOST_TOOLS):
             return
         use = self.uses.setdefault(number, Use(number, pins["tool_diameter"]))
         use.stops += stopped and not was_stopped
-        if not is_cutting(cut, pins):
+        if not cutting:
             return
         use.cut_s += dt
         use.volume += max(0.0, cut)
         use.peak = max(use.peak, pins["mrr"])
         use.reference = max(use.reference, pins["target"])
         use.slowed_s += dt if pins["mode"] and pins["limited_by"] in SLOWED else 0.0
+
+    @property
+    def mean(self):
+        """Of all tools, mm3/min."""
+        return mean(self.uses.values())
 
     def rows(self):
         return [use.row() for use in self.uses.values()]

@@ -19,7 +19,7 @@ from chipwise.clock import patience
 from chipwise.panel.alarms import Alarms
 from chipwise.panel.display import LIMITS, MODES, Run
 from chipwise.panel.tiles import Tiles
-from chipwise.panel.tool_log import ToolLog, append, is_cutting
+from chipwise.panel.tool_log import ToolLog, append
 from chipwise.stock.shared import SharedStockError
 
 LOOK_S = 0.1
@@ -33,32 +33,12 @@ PATH_POINTS = 5000      # of the path done
 PATH_STEP_MM = 0.2      # between two of them
 
 
-def figures(run):
-    """Peak, mean, time and time saved of a run of a program (panel/display.py: Run); mm3/min and s, None: not known."""
+def figures(run, tools):
+    """Peak, mean, time and time saved of a run of a program (panel/display.py: Run) and its tools; mm3/min and s, None: not known."""
     if run is None:
         return None
-    return {"seconds": round(run.seconds, 1), "peak": run.peak, "mean": run.cut_mm3 / run.cut_s * 60 if run.cut_s > 0 else 0.0,
+    return {"seconds": round(run.seconds, 1), "peak": run.peak, "mean": tools.mean,
             "saved": round(run.at_f_s - run.fed_s, 1) if run.fed_s > 0 else None}
-
-
-class PanelRun(Run):
-    """A run of a program with the time and the volume of the feed moves that cut."""
-
-    def __init__(self):
-        super().__init__()
-        self.cut_s = self.cut_mm3 = 0.0
-        self.before = None          # removed volume of the last look
-
-    def look(self, dt, pins, override):
-        """dt s after the look before; pins: Machine.pins()."""
-        self.step(dt, {"mrr": pins["mrr"], "mode": pins["mode"], "target": pins["target"], "motion-type": pins["motion_type"],
-                       "programmed-vel": pins["programmed_vel"], "requested-vel": pins["requested_vel"],
-                       "current-vel": pins["current_vel"]}, override)
-        removed, before = pins["removed"], self.before
-        self.before = removed
-        if before is not None and is_cutting(removed - before, pins):
-            self.cut_s += dt
-            self.cut_mm3 += max(0.0, removed - before)      # below 0: another stock
 
 
 def background(pins, task, alarms):
@@ -142,14 +122,16 @@ class Watch:
     def follow_run(self, dt, pins, task):
         running = bool(task and task["running"])
         if running and not self.was_running:
-            self.run = PanelRun()
+            self.run = Run()
             self.tools = ToolLog(os.path.basename(task["program"]), time.time())
             self.path.begin()
         elif self.was_running and not running:
             self.keep_log()
         self.was_running = running
         if running:
-            self.run.look(dt, pins, task["feed_override"])
+            self.run.step(dt, {"mrr": pins["mrr"], "mode": pins["mode"], "target": pins["target"], "motion-type": pins["motion_type"],
+                               "programmed-vel": pins["programmed_vel"], "requested-vel": pins["requested_vel"],
+                               "current-vel": pins["current_vel"]}, task["feed_override"])
             self.tools.look(dt, pins)
             self.path.add(pins["tip"])
 
@@ -192,7 +174,7 @@ class Watch:
                 "ready": bool(pins["ready"]), "mode": MODES[mode] if 0 <= mode < len(MODES) else MODES[0],
                 "limited_by": LIMITS[limit] if 0 <= limit < len(LIMITS) else LIMITS[0],
                 "task": {**task, "program": os.path.basename(task["program"])} if task else None,
-                "run": figures(run), "background": background(pins, task, self.alarms),
+                "run": figures(run, self.tools), "background": background(pins, task, self.alarms),
                 "guards": {"rapid": bool(pins["guard_rapid"]), "flute": bool(pins["guard_flute"])}, "alarms": self.alarms.entries, "stock_error": self.stock_error,
                 "tools": self.tools.rows(), "log_error": self.log_error, "pages": self.pages, "path": [self.path.epoch, self.path.count]}
 
