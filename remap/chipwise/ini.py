@@ -130,6 +130,11 @@ class Ini:
             raise CycleError(f"[{section}]{key} = {braceless(text)} is not a number above 0", "correct the INI file")
         return number
 
+    def tool_table(self) -> str:
+        """Path of [EMCIO]TOOL_TABLE; "" without one."""
+        name = self.text("EMCIO", "TOOL_TABLE")
+        return os.path.join(os.path.dirname(os.path.abspath(self.path)), os.path.expanduser(name)) if name else ""
+
     def units_per_mm(self) -> float:
         """[TRAJ]LINEAR_UNITS as machine units per mm."""
         text = self.text("TRAJ", "LINEAR_UNITS", "mm")

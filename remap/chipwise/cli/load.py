@@ -75,8 +75,7 @@ def check_memory(settings):
 
 def finest_cell(ini, settings):
     """mm, side of the cells of a small stock: FINEST_CELL, or larger for the largest tool of the tool table."""
-    table = ini.text('EMCIO', 'TOOL_TABLE').strip()
-    largest = largest_diameter(os.path.join(os.path.dirname(os.path.abspath(ini.path)), os.path.expanduser(table))) if table else 0.0
+    largest = largest_diameter(ini.tool_table())
     if not largest:
         return settings['CELL']
     return min(settings['CELL'], max(settings['FINEST_CELL'], largest / ini.units_per_mm() / CELLS_ACROSS))

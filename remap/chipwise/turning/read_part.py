@@ -2,7 +2,6 @@
 """Reads part and blank of a request, and its tools, into an Order.  Called by cli/turn.py and outcome.py."""
 
 import math
-import os
 import tomllib
 from dataclasses import replace
 
@@ -95,11 +94,9 @@ class Machine:
     """What the plan needs of an INI file: ini, table and geometry (paths), unit_mm, close_gap, steps, rapid speed (mm/s), and drive (thread.Drive)."""
 
     def __init__(self, ini, settings, path):
-        folder = os.path.dirname(os.path.abspath(path))
-        table = ini.text("EMCIO", "TOOL_TABLE")
-        if not table:
+        self.ini, self.table = path, ini.tool_table()
+        if not self.table:
             raise CycleError("the INI file has no [EMCIO]TOOL_TABLE", "name the machine's INI file with --ini")
-        self.ini, self.table = path, os.path.join(folder, os.path.expanduser(table))
         self.unit_mm = 1.0 / ini.units_per_mm()
         self.geometry, self.close_gap = settings.path("TOOL_GEOMETRY"), settings["CLOSE_GAP"]
         self.steps = read_steps(settings.path("TURNING_STEPS"))
