@@ -57,24 +57,43 @@ static double deviation_without(const struct chip_sweep *sweep, int slot, const 
     return chip_max(sweep->deviation[slot], of_next) + off_the_line(sweep, slot, next);
 }
 
-/* [2] Leaves out the one tip of a full queue, or the newest for `tip`, whose segments deviate least without it. A segment of
- * which a part is cut stays. */
-static void leave_one_out(struct chip_sweep *sweep, const double tip[3])
+/* Takes one tip out of the queue; the later ones move up. */
+static void drop_tip(struct chip_sweep *sweep, int slot)
 {
-    int i, j, last = sweep->waiting - 1, best = last;
-    double least = deviation_without(sweep, last, tip, 0.0);
-    for (j = last - 1; j >= (sweep->row >= 0 ? 1 : 0); j--) {
+    int i;
+    for (sweep->waiting--; slot < sweep->waiting; slot++) {
+        for (i = 0; i < 3; i++) sweep->queue[slot][i] = sweep->queue[slot + 1][i];
+        sweep->deviation[slot] = sweep->deviation[slot + 1];
+    }
+}
+
+/* [2] The one tip of a full queue whose segments deviate least without it, `tip` coming next; *least: by how much. A segment
+ * of which a part is cut stays. */
+static int least_needed(const struct chip_sweep *sweep, const double tip[3], double *least)
+{
+    int j, best = sweep->waiting - 1;
+    *least = deviation_without(sweep, best, tip, 0.0);
+    for (j = best - 1; j >= (sweep->row >= 0 ? 1 : 0); j--) {
         double deviation = deviation_without(sweep, j, sweep->queue[j + 1], sweep->deviation[j + 1]);
-        if (deviation >= least) continue;
-        least = deviation;
+        if (deviation >= *least) continue;
+        *least = deviation;
         best = j;
     }
-    for (j = best; j < last; j++) {
-        for (i = 0; i < 3; i++) sweep->queue[j][i] = sweep->queue[j + 1][i];
-        sweep->deviation[j] = sweep->deviation[j + 1];
+    return best;
+}
+
+/* Appends a tip, whose segment goes straight to it; a full queue leaves another one out [2]. */
+static void append(struct chip_sweep *sweep, const double tip[3])
+{
+    double least = 0.0;
+    int i, slot = sweep->waiting;
+    if (slot == CHIP_SWEEP_QUEUE) {
+        slot = least_needed(sweep, tip, &least);
+        drop_tip(sweep, slot);
     }
-    if (best < last) sweep->deviation[best] = least;
-    sweep->deviation[last] = best < last ? 0.0 : least;
+    for (i = 0; i < 3; i++) sweep->queue[sweep->waiting][i] = tip[i];
+    sweep->deviation[sweep->waiting++] = 0.0;
+    sweep->deviation[slot] = least;
 }
 
 /* [5] Whether the newest waiting segment was made to end at `tip`: everything merged into it stays near it. */
@@ -92,7 +111,6 @@ static int merged(struct chip_sweep *sweep, const double tip[3])
 
 void chip_sweep_to(struct chip_sweep *sweep, const double tip[3])
 {
-    int i;
     if (!is_position(tip)) return;
     if (!sweep->known) {
         chip_sweep_start(sweep, tip);
@@ -101,12 +119,7 @@ void chip_sweep_to(struct chip_sweep *sweep, const double tip[3])
     if (!sweep->waiting && sweep->start_is_cut && tip[0] == sweep->at[0] && tip[1] == sweep->at[1]
         && tip[2] == sweep->at[2])
         return; /* it is at rest, and all is cut */
-    if (merged(sweep, tip)) return;
-    if (sweep->waiting < CHIP_SWEEP_QUEUE)
-        sweep->deviation[sweep->waiting++] = 0.0;
-    else
-        leave_one_out(sweep, tip);
-    for (i = 0; i < 3; i++) sweep->queue[sweep->waiting - 1][i] = tip[i];
+    if (!merged(sweep, tip)) append(sweep, tip);
 }
 
 /* How far back, mm, a path that turns or tilts by `bend` over `length` stays within CHIP_MERGE_DEVIATION of its line [4]. */
@@ -203,14 +216,10 @@ static struct chip_span segment_rows(const struct chip_sweep_segment *segment, c
 /* Removes the finished segment from the queue. */
 static void advance(struct chip_sweep *sweep)
 {
-    int i, j;
+    int i;
     note_straight(sweep, sweep->at, sweep->queue[0]);
     for (i = 0; i < 3; i++) sweep->at[i] = sweep->queue[0][i];
-    for (j = 1; j < sweep->waiting; j++) {
-        for (i = 0; i < 3; i++) sweep->queue[j - 1][i] = sweep->queue[j][i];
-        sweep->deviation[j - 1] = sweep->deviation[j];
-    }
-    sweep->waiting--;
+    drop_tip(sweep, 0);
     sweep->start_is_cut = 1;
     sweep->row = -1;
 }

@@ -15,8 +15,8 @@ static int beside(const struct chip_swept *m, const struct chip_swept *other, st
     for (i = 0; i < 2; i++)
         if (chip_swept_within(m, other->x + i * other->dx, other->y + i * other->dy, CHIP_PROOF_BESIDE, &first,
                               &last)) {
-            span->first = least(span->first, first);
-            span->last = most(span->last, last);
+            span->first = chip_min(span->first, first);
+            span->last = chip_max(span->last, last);
             any = 1;
         }
     if (length > 1e-9) { /* the strip between its ends */
@@ -34,12 +34,12 @@ static int beside(const struct chip_swept *m, const struct chip_swept *other, st
                 if (at[i] < from[i] || at[i] > to[i]) high = -1.0;
                 continue;
             }
-            low = most(low, least((from[i] - at[i]) / by[i], (to[i] - at[i]) / by[i]));
-            high = least(high, most((from[i] - at[i]) / by[i], (to[i] - at[i]) / by[i]));
+            low = chip_max(low, chip_min((from[i] - at[i]) / by[i], (to[i] - at[i]) / by[i]));
+            high = chip_min(high, chip_max((from[i] - at[i]) / by[i], (to[i] - at[i]) / by[i]));
         }
         if (low <= high) {
-            span->first = least(span->first, low);
-            span->last = most(span->last, high);
+            span->first = chip_min(span->first, low);
+            span->last = chip_max(span->last, high);
             any = 1;
         }
     }
@@ -50,8 +50,8 @@ static int beside(const struct chip_swept *m, const struct chip_swept *other, st
 static double z_beside(const struct chip_swept *m, double t, const struct chip_swept *other)
 {
     double off2, s = chip_swept_nearest(other, m->x + t * m->dx, m->y + t * m->dy, &off2);
-    if (other->length2 <= CHIP_SWEPT_STILL) return least(other->z, other->z + other->dz);
-    return other->z + least(most(s, 0.0), 1.0) * other->dz;
+    if (other->length2 <= CHIP_SWEPT_STILL) return chip_min(other->z, other->z + other->dz);
+    return other->z + chip_min(chip_max(s, 0.0), 1.0) * other->dz;
 }
 
 static void add_span(struct proof *p, const struct judged *m, int32_t k)
@@ -77,7 +77,7 @@ static int by_first(const void *a, const void *b)
 /* Number of places, half a cell from each other, by which a move's axis is entered into the cells. */
 static long axis_places(const struct proof *p, const struct chip_swept *m)
 {
-    return (long)least(ceil(sqrt(m->length2) / (0.5 * p->cell)), 1e7);
+    return (long)chip_min(ceil(sqrt(m->length2) / (0.5 * p->cell)), 1e7);
 }
 
 static int on_map(const struct proof *p, double x, double y)
@@ -109,7 +109,7 @@ static void find_spans(struct proof *p, const struct judged *m)
     qsort(p->spans, (size_t)p->span_count, sizeof *p->spans, by_first);
     for (k = 1; k < p->span_count; k++) {
         if (p->spans[k].first <= p->spans[kept].last)
-            p->spans[kept].last = most(p->spans[kept].last, p->spans[k].last);
+            p->spans[kept].last = chip_max(p->spans[kept].last, p->spans[k].last);
         else
             p->spans[++kept] = p->spans[k];
     }

@@ -86,12 +86,12 @@ static void cut_cell(struct proof *p, const struct judged *m, double x, double y
     if (distance - round > m->tool->radius
         || !chip_swept_within(&m->swept, x, y, m->tool->radius + round, &first, &last))
         return;
-    low = m->swept.z + least(first * m->swept.dz, last * m->swept.dz);
-    low += chip_tool_height(m->tool, least(most(distance - round, 0.0), m->tool->radius));
+    low = m->swept.z + chip_min(first * m->swept.dz, last * m->swept.dz);
+    low += chip_tool_height(m->tool, chip_min(chip_max(distance - round, 0.0), m->tool->radius));
     if (low >= p->high[cell]) return;
     left = chip_depth_left(&m->swept, m->tool, x, y, half, distance);
     if (left < p->high[cell]) {
-        p->high[cell] = (float)most(left, p->stock->z_min);
+        p->high[cell] = (float)chip_max(left, p->stock->z_min);
         prune(p, &p->partial[cell], p->high[cell]);
     }
     if (low < p->high[cell] - 1e-5) chip_depth_put(p, &p->partial[cell], m->number, low);
@@ -101,23 +101,23 @@ static void cut_cell(struct proof *p, const struct judged *m, double x, double y
 static void take_move(struct proof *p, const struct judged *m)
 {
     const struct chip_swept *s = &m->swept;
-    double reach = m->tool->radius + DIAGONAL * p->cell, low_y = least(s->y, s->y + s->dy),
-           high_y = most(s->y, s->y + s->dy);
+    double reach = m->tool->radius + DIAGONAL * p->cell, low_y = chip_min(s->y, s->y + s->dy),
+           high_y = chip_max(s->y, s->y + s->dy);
     int32_t row = index_of(low_y - reach, p->y0, p->cell, p->ny), end = index_of(high_y + reach, p->y0, p->cell, p->ny),
             column, last;
     int judge = m->limit < 0.5 * CHIP_SWEPT_NEVER;
     for (; row <= end; row++) {
         double y = p->y0 + (row + 0.5) * p->cell, a = 0.0, b = 1.0, xa, xb;
         if (fabs(s->dy) > 1e-12) { /* the part of the move that is near the row */
-            a = least((y - reach - s->y) / s->dy, (y + reach - s->y) / s->dy);
-            b = most((y - reach - s->y) / s->dy, (y + reach - s->y) / s->dy);
-            a = least(most(a, 0.0), 1.0);
-            b = least(most(b, 0.0), 1.0);
+            a = chip_min((y - reach - s->y) / s->dy, (y + reach - s->y) / s->dy);
+            b = chip_max((y - reach - s->y) / s->dy, (y + reach - s->y) / s->dy);
+            a = chip_min(chip_max(a, 0.0), 1.0);
+            b = chip_min(chip_max(b, 0.0), 1.0);
         }
         xa = s->x + a * s->dx;
         xb = s->x + b * s->dx;
-        column = index_of(least(xa, xb) - reach, p->x0, p->cell, p->nx);
-        last = index_of(most(xa, xb) + reach, p->x0, p->cell, p->nx);
+        column = index_of(chip_min(xa, xb) - reach, p->x0, p->cell, p->nx);
+        last = index_of(chip_max(xa, xb) + reach, p->x0, p->cell, p->nx);
         for (; column <= last; column++) {
             long cell = (long)row * p->nx + column;
             double x = p->x0 + (column + 0.5) * p->cell;
@@ -138,8 +138,8 @@ static struct judged judged_of(const struct proof *p, long k)
     m.number = (int32_t)k;
     m.limit = move->limit;
     m.reach = m.tool->radius - CHIP_PROOF_SKIN;
-    m.lowest = least(move->from[2], move->to[2]);
-    m.highest = most(move->from[2], move->to[2]);
+    m.lowest = chip_min(move->from[2], move->to[2]);
+    m.highest = chip_max(move->from[2], move->to[2]);
     m.joined = k > 0 && before->tool == move->tool && !memcmp(before->to, move->from, sizeof move->from);
     m.nose = m.limit < m.tool->shoulder;
     return m;
@@ -191,7 +191,7 @@ long chip_prove_depths(const struct chip_proof_stock *stock, const struct chip_p
     p->tools = malloc(sizeof *p->tools * (size_t)(tool_count + 1));
     for (k = 0; p->tools && k < tool_count; k++) {
         chip_tool_set_profile(&p->tools[k], tools[k].radius, tools[k].corner, tools[k].half_angle);
-        p->most_radius = most(p->most_radius, tools[k].radius);
+        p->most_radius = chip_max(p->most_radius, tools[k].radius);
     }
     if (p->tools && n < INT32_MAX && make_map(p, n)) {
         for (k = 0; k < n && !p->failed && p->count<room && * squares> 0; k++) {

@@ -9,7 +9,7 @@ int chip_depth_in_stock(const struct chip_proof_stock *s, double x, double y, do
 {
     double u = x - s->x, v = y - s->y, a = u * s->cosine + v * s->sine, b = v * s->cosine - u * s->sine;
     if (!s->shape) return fabs(a) <= s->half_x + near && fabs(b) <= s->half_y + near;
-    return hypot(a / s->half_x, b / s->half_y) <= 1.0 + near / least(s->half_x, s->half_y);
+    return hypot(a / s->half_x, b / s->half_y) <= 1.0 + near / chip_min(s->half_x, s->half_y);
 }
 
 /* What a move leaves at most in a square, which a convex function has at a corner; CHIP_SWEPT_NEVER if it does not reach all of it. */
@@ -22,7 +22,7 @@ double chip_depth_left(const struct chip_swept *m, const struct chip_tool *tool,
     for (i = 0; i < 4; i++) {
         double here = chip_swept_height(m, tool, x + (i & 1 ? half : -half), y + (i & 2 ? half : -half));
         if (here >= 0.5 * CHIP_SWEPT_NEVER) return CHIP_SWEPT_NEVER;
-        high = most(high, here);
+        high = chip_max(high, here);
     }
     return high;
 }
@@ -37,13 +37,13 @@ static int is_witness(struct proof *p, const struct judged *m, double x, double 
     if (m->joined && first <= 0.0 && !m->nose) return 0;
     for (i = 0; i < n && height > floor; i++) {
         struct chip_swept other = swept_of(p, list[i]);
-        height = least(height, chip_swept_height(&other, &p->tools[p->moves[list[i]].tool], x, y));
+        height = chip_min(height, chip_swept_height(&other, &p->tools[p->moves[list[i]].tool], x, y));
     }
     t = first;
     over = height - m->swept.z - t * m->swept.dz - m->limit;
     if (m->nose && height <= m->swept.z + t * m->swept.dz + m->tool->shoulder) { /* met below it, where it is nearest */
         double off2, near = chip_swept_nearest(&m->swept, x, y, &off2);
-        t = least(most(near, first), last);
+        t = chip_min(chip_max(near, first), last);
         if (height <= chip_swept_at(&m->swept, m->tool, x, y, t) + CHIP_PROOF_SKIN) return 0;
         over = height - m->swept.z - t * m->swept.dz - m->limit;
     }
@@ -63,7 +63,7 @@ static int entered(const struct judged *m, double x, double y, double round, dou
     if (chip_swept_within(&m->swept, x, y, m->reach - round, last, &end)) return 1;
     near = chip_swept_nearest(&m->swept, x, y, &off2);
     if (m->swept.length2 > CHIP_SWEPT_STILL) near += round / sqrt(m->swept.length2);
-    *last = most(*first, least(near, 1.0));
+    *last = chip_max(*first, chip_min(near, 1.0));
     return 1;
 }
 
@@ -76,24 +76,24 @@ void chip_depth_judge(struct proof *p, const struct judged *m, double x, double 
     if (*p->squares <= 0 || p->count >= p->room || p->count - p->count_before >= CHIP_PROOF_MOST) return;
     --*p->squares;
     if (!entered(m, x, y, round, &first, &last)) return;
-    z = m->swept.z + least(first * m->swept.dz, last * m->swept.dz);
+    z = m->swept.z + chip_min(first * m->swept.dz, last * m->swept.dz);
     allowed = z + m->limit;
-    ever = m->highest + most(m->limit, m->tool->shoulder);
+    ever = m->highest + chip_max(m->limit, m->tool->shoulder);
     if (m->nose) {
-        double off = most(chip_swept_distance(&m->swept, x, y) - round, 0.0);
-        allowed = most(allowed, z + chip_tool_height(m->tool, least(off, m->tool->radius)));
+        double off = chip_max(chip_swept_distance(&m->swept, x, y) - round, 0.0);
+        allowed = chip_max(allowed, z + chip_tool_height(m->tool, chip_min(off, m->tool->radius)));
     }
-    allowed = most(allowed, p->stock->z_min + CHIP_PROOF_SKIN);
+    allowed = chip_max(allowed, p->stock->z_min + CHIP_PROOF_SKIN);
     if (high <= allowed || !chip_depth_in_stock(p->stock, x, y, round) || chip_depth_is_beside(p, m, first, last))
         return;
     for (i = 0; i < n; i++) {
         const struct chip_tool *tool = &p->tools[p->moves[list[i]].tool];
         struct chip_swept other = swept_of(p, list[i]);
         double distance = chip_swept_distance(&other, x, y), left;
-        if (distance - round > tool->radius || least(other.z, other.z + other.dz) >= ever) continue;
+        if (distance - round > tool->radius || chip_min(other.z, other.z + other.dz) >= ever) continue;
         left = chip_depth_left(&other, tool, x, y, half, distance);
         if (left <= allowed) return;
-        high = least(high, left);
+        high = chip_min(high, left);
         list[n + kept++] = list[i];
     }
     if (half <= CHIP_PROOF_WITNESS && is_witness(p, m, x, y, list + n, kept)) return;

@@ -6,6 +6,7 @@
 #ifndef CHIPWISE_DEPTH_STATE_H
 #define CHIPWISE_DEPTH_STATE_H
 
+#include "core/chip_math.h"
 #include "depth_proof.h"
 #include "swept.h"
 
@@ -57,8 +58,6 @@ struct judged {
     int nose; /* the flutes are shorter than the tool's nose: contacts below its shoulder count */
 };
 
-static inline double most(double a, double b) { return a > b ? a : b; }
-static inline double least(double a, double b) { return a < b ? a : b; }
 
 static inline struct chip_swept swept_of(const struct proof *p, int32_t k)
 {
@@ -68,7 +67,7 @@ static inline struct chip_swept swept_of(const struct proof *p, int32_t k)
 /* Column or row of a place, within the map. */
 static inline int32_t index_of(double v, double from, double cell, int32_t count)
 {
-    return (int32_t)most(0.0, least(floor((v - from) / cell), count - 1.0));
+    return (int32_t)chip_max(0.0, chip_min(floor((v - from) / cell), count - 1.0));
 }
 
 /* Puts a move into the chain of a cell. */

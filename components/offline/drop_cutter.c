@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /* drop_cutter.c - see drop_cutter.h. Compiled without infinities: CHIP_DROP_NOTHING takes their place. */
-#include <math.h>
 
+#include "core/chip_math.h"
 #include "core/tool.h"
 #include "drop_cutter.h"
 
@@ -14,9 +14,7 @@
 #define FOUND 1e-7       /* mm: a bracket is left when it can hold no more than that */
 #define GOLDEN 0.6180339887498949
 
-static double most(double a, double b) { return a > b ? a : b; }
-static double least(double a, double b) { return a < b ? a : b; }
-static double clamped(double v, double low, double high) { return most(low, least(v, high)); }
+static double clamped(double v, double low, double high) { return chip_max(low, chip_min(v, high)); }
 
 /* ---- one triangle [1] -------------------------------------------------------------------------------------------- */
 
@@ -24,7 +22,7 @@ static double clamped(double v, double low, double high) { return most(low, leas
 static double rise(const struct chip_tool *tool, double d2, double m, double s)
 {
     double r = sqrt(d2 + s * s);
-    return r > 0.0 ? m - chip_tool_slope(tool, least(r, tool->radius)) * s / r : m;
+    return r > 0.0 ? m - chip_tool_slope(tool, chip_min(r, tool->radius)) * s / r : m;
 }
 
 /* The s between low and high at which m s - g(r) is largest; m > 0, rise(low) > 0 > rise(high). */
@@ -72,7 +70,7 @@ static double over_edge(const struct chip_tool *tool, const double a[3], const d
     if (length < 1e-12) {
         d2 = a[0] * a[0] + a[1] * a[1];
         if (d2 > (tool->radius + RIM) * (tool->radius + RIM)) return CHIP_DROP_NOTHING;
-        return most(a[2], b[2]) - chip_tool_height(tool, least(sqrt(d2), tool->radius));
+        return chip_max(a[2], b[2]) - chip_tool_height(tool, chip_min(sqrt(d2), tool->radius));
     }
     ux /= length;
     uy /= length;
@@ -83,8 +81,8 @@ static double over_edge(const struct chip_tool *tool, const double a[3], const d
     if (reach2 < 0.0) return CHIP_DROP_NOTHING;
     m = (b[2] - a[2]) / length;
     high = sqrt(reach2);
-    low = most(s0, -high);
-    high = least(s0 + length, high);
+    low = chip_max(s0, -high);
+    high = chip_min(s0 + length, high);
     if (low > high) return CHIP_DROP_NOTHING;
     z = a[2] - m * s0;
     if (m < 0.0) {
@@ -102,8 +100,8 @@ static double over_edge(const struct chip_tool *tool, const double a[3], const d
     else if (high <= 0.0 || rise(tool, d2, m, high) >= 0.0)
         s = high;
     else
-        s = edge_contact(tool, d2, m, most(low, 0.0), high);
-    return z + m * s - chip_tool_height(tool, least(sqrt(d2 + s * s), tool->radius));
+        s = edge_contact(tool, d2, m, chip_max(low, 0.0), high);
+    return z + m * s - chip_tool_height(tool, chip_min(sqrt(d2 + s * s), tool->radius));
 }
 
 /* Distance from the axis at which the profile has a slope. */
@@ -111,7 +109,7 @@ static double radius_of_slope(const struct chip_tool *tool, double slope)
 {
     if (slope < LEVEL) return 0.0;
     if (tool->slope > 0.0 && slope > tool->slope) return tool->radius;
-    return least(tool->r_flat + tool->corner * slope / sqrt(1.0 + slope * slope), tool->radius);
+    return chip_min(tool->r_flat + tool->corner * slope / sqrt(1.0 + slope * slope), tool->radius);
 }
 
 /* The tip over the inside of a triangle; CHIP_DROP_NOTHING if the facet's plane is met outside of it, or it has none. *beyond:
@@ -146,7 +144,7 @@ static double over_facet(const struct chip_tool *tool, double p[3][3], int *beyo
 /* How far a range is from 0. */
 static double gap(double a, double b, double c)
 {
-    double low = least(a, least(b, c)), high = most(a, most(b, c));
+    double low = chip_min(a, chip_min(b, c)), high = chip_max(a, chip_max(b, c));
     return low > 0.0 ? low : high < 0.0 ? -high : 0.0;
 }
 
@@ -164,11 +162,11 @@ static double over_triangle(const struct chip_tool *tool, const float *t, double
     gy = gap(p[0][1], p[1][1], p[2][1]);
     d2 = gx * gx + gy * gy;
     if (d2 > (tool->radius + RIM) * (tool->radius + RIM)) return CHIP_DROP_NOTHING;
-    top = most(p[0][2], most(p[1][2], p[2][2]));
-    if (top - chip_tool_height(tool, least(sqrt(d2), tool->radius)) <= z) return CHIP_DROP_NOTHING;
+    top = chip_max(p[0][2], chip_max(p[1][2], p[2][2]));
+    if (top - chip_tool_height(tool, chip_min(sqrt(d2), tool->radius)) <= z) return CHIP_DROP_NOTHING;
     top = over_facet(tool, p, &beyond);
     for (k = 0; k < 3; k++)
-        if (beyond & 1 << k) top = most(top, over_edge(tool, p[k], p[(k + 1) % 3]));
+        if (beyond & 1 << k) top = chip_max(top, over_edge(tool, p[k], p[(k + 1) % 3]));
     return top;
 }
 
@@ -182,10 +180,10 @@ static int32_t bin_of(double v, double bin, int32_t count)
 /* The bins that a triangle's box touches: low x, high x, low y, high y. */
 static void bins_of(const struct chip_drop_mesh *mesh, const float *t, int32_t range[4])
 {
-    range[0] = bin_of(least(t[0], least(t[3], t[6])), mesh->bin, mesh->nx);
-    range[1] = bin_of(most(t[0], most(t[3], t[6])), mesh->bin, mesh->nx);
-    range[2] = bin_of(least(t[1], least(t[4], t[7])), mesh->bin, mesh->ny);
-    range[3] = bin_of(most(t[1], most(t[4], t[7])), mesh->bin, mesh->ny);
+    range[0] = bin_of(chip_min(t[0], chip_min(t[3], t[6])), mesh->bin, mesh->nx);
+    range[1] = bin_of(chip_max(t[0], chip_max(t[3], t[6])), mesh->bin, mesh->nx);
+    range[2] = bin_of(chip_min(t[1], chip_min(t[4], t[7])), mesh->bin, mesh->ny);
+    range[3] = bin_of(chip_max(t[1], chip_max(t[4], t[7])), mesh->bin, mesh->ny);
 }
 
 int64_t chip_drop_entries(const struct chip_drop_mesh *mesh)
@@ -227,7 +225,10 @@ void chip_drop_fill(struct chip_drop_mesh *mesh)
 }
 
 /* How far v is from bin k. */
-static double off_bin(double v, int32_t k, double bin) { return most(0.0, most(k * bin - v, v - (k + 1) * bin)); }
+static double off_bin(double v, int32_t k, double bin)
+{
+    return chip_max(0.0, chip_max(k * bin - v, v - (k + 1) * bin));
+}
 
 static void profile_of(struct chip_tool *profile, const struct chip_drop_tool *tool)
 {
@@ -257,7 +258,7 @@ static double in_bin(struct chip_drop_mesh *mesh, const struct chip_tool *tool, 
     dy = off_bin(y, j, mesh->bin);
     d2 = dx * dx + dy * dy;
     if (d2 > (tool->radius + RIM) * (tool->radius + RIM)) return z;
-    if (mesh->bin_top[b] - chip_tool_height(tool, least(sqrt(d2), tool->radius)) <= z) return z;
+    if (mesh->bin_top[b] - chip_tool_height(tool, chip_min(sqrt(d2), tool->radius)) <= z) return z;
     for (m = mesh->first[b]; m < mesh->first[b + 1]; m++) {
         int32_t k = mesh->member[m];
         if (mesh->top[k] <= z) break;
@@ -283,7 +284,7 @@ void chip_drop_points(struct chip_drop_mesh *mesh, const struct chip_drop_tool *
         double x = xy[k][0], y = xy[k][1], found = z[k];
         new_stamp(mesh);
         if (mesh->n > 0) /* the one that was touched last, as points are mostly neighbours */
-            found = most(found, over_triangle(&profile, mesh->triangle + 9 * (int64_t)touched, x, y, found));
+            found = chip_max(found, over_triangle(&profile, mesh->triangle + 9 * (int64_t)touched, x, y, found));
         at_i = bin_of(x, mesh->bin, mesh->nx);
         at_j = bin_of(y, mesh->bin, mesh->ny);
         i0 = bin_of(x - profile.radius - RIM, mesh->bin, mesh->nx);
@@ -322,8 +323,8 @@ static void near_edge(const struct path *p, const float *a, const float *b, doub
         double under = half * half - uu * (wx * wx + wy * wy - radius * radius);
         if (under < 0.0) continue;
         under = sqrt(under);
-        *low = least(*low, (-half - under) / uu);
-        *high = most(*high, (-half + under) / uu);
+        *low = chip_min(*low, (-half - under) / uu);
+        *high = chip_max(*high, (-half + under) / uu);
     }
     if (length > 1e-12) { /* the strip between them */
         double nx = -ey / length, ny = ex / length, vx = ex / length, vy = ey / length;
@@ -334,8 +335,8 @@ static void near_edge(const struct path *p, const float *a, const float *b, doub
         for (k = 0; k < n; k++) {
             double s = at[k], w = along + s * run;
             if (w >= 0.0 && w <= length) {
-                *low = least(*low, s);
-                *high = most(*high, s);
+                *low = chip_min(*low, s);
+                *high = chip_max(*high, s);
             }
         }
     }
@@ -349,8 +350,8 @@ static int shares_over(const struct path *p, const float *t, double *low, double
     near_edge(p, t, t + 3, low, high);
     near_edge(p, t + 3, t + 6, low, high);
     near_edge(p, t + 6, t, low, high);
-    *low = most(*low, 0.0);
-    *high = least(*high, 1.0);
+    *low = chip_max(*low, 0.0);
+    *high = chip_min(*high, 1.0);
     return *low <= *high;
 }
 
@@ -364,7 +365,7 @@ struct bracket {
 static double bound_of(const struct bracket *b)
 {
     double width = b->s2 - b->s1, left = b->s1 - b->low, right = b->high - b->s2, outside, inside;
-    if (width <= 0.0 || left <= 0.0 || right <= 0.0) return most(b->f1, b->f2);
+    if (width <= 0.0 || left <= 0.0 || right <= 0.0) return chip_max(b->f1, b->f2);
     if (b->f1 > b->f2) {
         outside = b->f1 + (b->f1 - b->f2) / width * left;
         inside = b->f1 + (b->f1 - b->f_low) / left * width;
@@ -372,7 +373,7 @@ static double bound_of(const struct bracket *b)
         outside = b->f2 + (b->f2 - b->f1) / width * right;
         inside = b->f2 + (b->f2 - b->f_high) / right * width;
     }
-    return most(most(outside, inside), most(b->f1, b->f2));
+    return chip_max(chip_max(outside, inside), chip_max(b->f1, b->f2));
 }
 
 /* Leaves out the end that cannot hold the maximum. */
@@ -434,13 +435,14 @@ static double triangle_excess(const struct path *p, const float *t, double best,
 /* Distance of a triangle's box from the path's, in X or Y. */
 static double box_gap(double a, double b, double c, double from, double to)
 {
-    double low = least(a, least(b, c)) - most(from, to), high = least(from, to) - most(a, most(b, c));
-    return most(0.0, most(low, high));
+    double low = chip_min(a, chip_min(b, c)) - chip_max(from, to),
+           high = chip_min(from, to) - chip_max(a, chip_max(b, c));
+    return chip_max(0.0, chip_max(low, high));
 }
 
 static double along_bin(struct chip_drop_mesh *mesh, const struct path *p, int64_t b, double best, double *share)
 {
-    double bottom = least(p->z, p->z + p->uz), radius = p->tool->radius;
+    double bottom = chip_min(p->z, p->z + p->uz), radius = p->tool->radius;
     int32_t m;
     for (m = mesh->first[b]; m < mesh->first[b + 1]; m++) {
         int32_t k = mesh->member[m];
@@ -452,7 +454,8 @@ static double along_bin(struct chip_drop_mesh *mesh, const struct path *p, int64
         gx = box_gap(t[0], t[3], t[6], p->x, p->x + p->ux);
         gy = box_gap(t[1], t[4], t[7], p->y, p->y + p->uy);
         d = sqrt(gx * gx + gy * gy);
-        if (d > radius + RIM || mesh->top[k] - bottom - chip_tool_height(p->tool, least(d, radius)) <= best) continue;
+        if (d > radius + RIM || mesh->top[k] - bottom - chip_tool_height(p->tool, chip_min(d, radius)) <= best)
+            continue;
         best = triangle_excess(p, t, best, share);
     }
     return best;
@@ -477,16 +480,16 @@ static double bin_excess(const struct chip_drop_mesh *mesh, const struct path *p
     if (top <= CHIP_DROP_NOTHING) return CHIP_DROP_NOTHING;
     d = off_path(p, (i + 0.5) * mesh->bin, (j + 0.5) * mesh->bin) - half;
     if (d > p->tool->radius + RIM) return CHIP_DROP_NOTHING;
-    return top - least(p->z, p->z + p->uz) - chip_tool_height(p->tool, clamped(d, 0.0, p->tool->radius));
+    return top - chip_min(p->z, p->z + p->uz) - chip_tool_height(p->tool, clamped(d, 0.0, p->tool->radius));
 }
 
 static double path_excess(struct chip_drop_mesh *mesh, const struct path *p, double best, double *share)
 {
     double reach = p->tool->radius + RIM, top = best, can;
-    int32_t i0 = bin_of(least(p->x, p->x + p->ux) - reach, mesh->bin, mesh->nx);
-    int32_t i1 = bin_of(most(p->x, p->x + p->ux) + reach, mesh->bin, mesh->nx);
-    int32_t j0 = bin_of(least(p->y, p->y + p->uy) - reach, mesh->bin, mesh->ny);
-    int32_t j1 = bin_of(most(p->y, p->y + p->uy) + reach, mesh->bin, mesh->ny);
+    int32_t i0 = bin_of(chip_min(p->x, p->x + p->ux) - reach, mesh->bin, mesh->nx);
+    int32_t i1 = bin_of(chip_max(p->x, p->x + p->ux) + reach, mesh->bin, mesh->nx);
+    int32_t j0 = bin_of(chip_min(p->y, p->y + p->uy) - reach, mesh->bin, mesh->ny);
+    int32_t j1 = bin_of(chip_max(p->y, p->y + p->uy) + reach, mesh->bin, mesh->ny);
     int32_t i, j;
     int64_t highest = -1;
     new_stamp(mesh);
@@ -517,10 +520,10 @@ void chip_drop_excess(struct chip_drop_mesh *mesh, const struct chip_drop_tool *
         double ux = to[k][0] - from[k][0], uy = to[k][1] - from[k][1];
         share[k] = 0.0;
         if (ux * ux + uy * uy < 1e-18) { /* straight up or down: the lower end decides */
-            double z = CHIP_DROP_NOTHING, low = least(from[k][2], to[k][2]);
+            double z = CHIP_DROP_NOTHING, low = chip_min(from[k][2], to[k][2]);
             chip_drop_points(mesh, tool, 1, (const double(*)[2])from[k], &z);
             share[k] = from[k][2] <= to[k][2] ? 0.0 : 1.0;
-            excess[k] = most(excess[k], z > CHIP_DROP_NOTHING ? z - low : CHIP_DROP_NOTHING);
+            excess[k] = chip_max(excess[k], z > CHIP_DROP_NOTHING ? z - low : CHIP_DROP_NOTHING);
             continue;
         }
         p.x = from[k][0];
@@ -552,8 +555,8 @@ long chip_drop_thin(long n, const double *s, const double *low, const double *hi
             double ds = s[j] - s[k], down = (low[j] - z) / ds, up = (high[j] - z) / ds;
             if (j == n - 1) up = down; /* the last one's height is `low` */
             if (down > steepest || up < flattest) break;
-            flattest = most(flattest, down);
-            steepest = least(steepest, up);
+            flattest = chip_max(flattest, down);
+            steepest = chip_min(steepest, up);
             last = j;
             end = clamped(z + 0.5 * (flattest + steepest) * ds, low[j], j == n - 1 ? low[j] : high[j]);
         }
@@ -583,14 +586,14 @@ static int columns_of(const struct path *p, const struct chip_height_map *map, d
             a = b;
             b = s;
         }
-        a = most(a, 0.0);
-        b = least(b, 1.0);
+        a = chip_max(a, 0.0);
+        b = chip_min(b, 1.0);
     } else if (fabs(y - p->y) > reach) {
         return 0;
     }
     if (a > b) return 0;
-    *low = least(p->x + a * p->ux, p->x + b * p->ux) - reach - map->x0;
-    *high = most(p->x + a * p->ux, p->x + b * p->ux) + reach - map->x0;
+    *low = chip_min(p->x + a * p->ux, p->x + b * p->ux) - reach - map->x0;
+    *high = chip_max(p->x + a * p->ux, p->x + b * p->ux) + reach - map->x0;
     return *high >= 0.0 && *low <= map->nx * map->cell;
 }
 
@@ -603,8 +606,8 @@ double chip_drop_over_stock(const struct chip_height_map *map, const struct chip
     int32_t i, j, i1, j1;
     profile_of(&profile, tool);
     reach = profile.radius + margin;
-    j1 = bin_of(most(p.y, p.y + p.uy) + reach - map->y0, map->cell, map->ny);
-    for (j = bin_of(least(p.y, p.y + p.uy) - reach - map->y0, map->cell, map->ny); j <= j1; j++) {
+    j1 = bin_of(chip_max(p.y, p.y + p.uy) + reach - map->y0, map->cell, map->ny);
+    for (j = bin_of(chip_min(p.y, p.y + p.uy) - reach - map->y0, map->cell, map->ny); j <= j1; j++) {
         double y = map->y0 + (j + 0.5) * map->cell;
         if (!columns_of(&p, map, y, reach, &low, &high)) continue;
         i1 = bin_of(high, map->cell, map->nx);
@@ -613,7 +616,7 @@ double chip_drop_over_stock(const struct chip_height_map *map, const struct chip
             if (z <= best || z <= map->z_min) continue;
             d = off_path(&p, map->x0 + (i + 0.5) * map->cell, y);
             if (d > reach) continue;
-            best = most(best, z - chip_tool_height(&profile, clamped(d - margin, 0.0, profile.radius)));
+            best = chip_max(best, z - chip_tool_height(&profile, clamped(d - margin, 0.0, profile.radius)));
         }
     }
     return best;

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /* height_sweep.c - see height_sweep.h. Compiled for speed, without traps and errno: the loops over a row become
  * vectors. */
-#include <math.h>
 #include <string.h>
 
+#include "core/chip_math.h"
 #include "core/tool.h"
 #include "height_sweep.h"
 #include "needles.h"
@@ -36,20 +36,18 @@ struct stamp {
     const float *old;
 };
 
-static double most(double a, double b) { return a > b ? a : b; }
-static double least(double a, double b) { return a < b ? a : b; }
 
 static struct shape make_shape(const struct chip_height_tool *tool)
 {
     struct shape s;
     struct chip_tool profile;
-    double inner = most(tool->radius - CHIP_HEIGHT_SKIN, 0.0);
+    double inner = chip_max(tool->radius - CHIP_HEIGHT_SKIN, 0.0);
     s.reach2 = (float)((tool->radius + CHIP_HEIGHT_RIDGE) * (tool->radius + CHIP_HEIGHT_RIDGE));
     s.probe2 = (float)(inner * inner);
     chip_tool_set_profile(&profile, tool->radius, tool->corner, tool->slope > 0.0 ? atan(1.0 / tool->slope) : 0.0);
     s.corner = (float)tool->corner;
     s.corner2 = (float)(tool->corner * tool->corner);
-    inner = most(tool->corner - CHIP_HEIGHT_SKIN, 0.0);
+    inner = chip_max(tool->corner - CHIP_HEIGHT_SKIN, 0.0);
     s.inner2 = (float)(inner * inner);
     s.slope = (float)tool->slope;
     s.r_flat = (float)profile.r_flat;
@@ -150,7 +148,7 @@ static int rows_within(const struct chip_height_map *map, double y, double radiu
 static int columns_within(const struct chip_height_map *map, int row, double x, double y, double radius, int *first,
                           int *end)
 {
-    double below = y - (map->y0 + row * map->cell), off = below < 0.0 ? -below : most(below - map->cell, 0.0), half;
+    double below = y - (map->y0 + row * map->cell), off = below < 0.0 ? -below : chip_max(below - map->cell, 0.0), half;
     if (off >= radius) return 0;
     half = sqrt(radius * radius - off * off);
     *first = clamp(floor((x - half - map->x0 - map->shift_x[row]) / map->cell), 0, map->nx);
@@ -202,10 +200,10 @@ static double margin(const struct chip_height_map *map, const struct stamp *stam
                 if (j < 0 || j >= map->ny || k < 0 || k >= map->nx) continue;
                 more = fabs((own ? stamp->old[k - stamp->first] : map->height[(long)j * map->nx + k])
                             - (double)stamp->top);
-                if (more <= STEADY * map->cell) rise = most(rise, more);
+                if (more <= STEADY * map->cell) rise = chip_max(rise, more);
             }
     }
-    return least(rise, MARGIN_MOST * map->cell);
+    return chip_min(rise, MARGIN_MOST * map->cell);
 }
 
 /* The highest needle within the holder's radius, mm above its lower end; 0 if there is none. */
@@ -244,8 +242,8 @@ static int clip(const struct chip_height_map *map, const double a[3], const doub
         }
         u = (least_at[i] - a[i]) / d;
         v = (most_at[i] - a[i]) / d;
-        *low = most(*low, least(u, v));
-        *high = least(*high, most(u, v));
+        *low = chip_max(*low, chip_min(u, v));
+        *high = chip_min(*high, chip_max(u, v));
     }
     return *low <= *high;
 }
@@ -254,7 +252,7 @@ static int clip(const struct chip_height_map *map, const double a[3], const doub
 static double spacing(const struct chip_height_map *map, const struct chip_height_tool *tool)
 {
     if (tool->slope > 0.0) return 0.25 * map->cell;
-    return least(sqrt(8.0 * tool->radius * CHIP_HEIGHT_RIDGE), 4.0 * map->cell);
+    return chip_min(sqrt(8.0 * tool->radius * CHIP_HEIGHT_RIDGE), 4.0 * map->cell);
 }
 
 static void cut_move(const struct chip_height_map *map, const struct chip_height_tool *tool, const struct shape *s,
@@ -263,11 +261,11 @@ static void cut_move(const struct chip_height_map *map, const struct chip_height
     float keep[2][ROW_MOST];
     double low, high, flat = hypot(b[0] - a[0], b[1] - a[1]), steps, k, count, volume = 0.0, depth = 0.0;
     steps = fabs(b[2] - a[2]) / ((flat < map->cell ? STEP_PLUNGE : STEP_DOWN) * map->cell);
-    steps = ceil(most(most(flat / spacing(map, tool), steps), 1.0));
+    steps = ceil(chip_max(chip_max(flat / spacing(map, tool), steps), 1.0));
     if (steps > STEPS_MOST) steps = STEPS_MOST;
     if (clip(map, a, b, tool->radius, 0.0, &low, &high)) {
-        count = least(ceil(high * steps), steps);
-        for (k = most(floor(low * steps), 1.0); k <= count; k++) {
+        count = chip_min(ceil(high * steps), steps);
+        for (k = chip_max(floor(low * steps), 1.0); k <= count; k++) {
             struct stamp stamp;
             double t = k / steps, tip[3];
             int i;
@@ -275,7 +273,7 @@ static void cut_move(const struct chip_height_map *map, const struct chip_height
             cut_stamp(map, s, cut, tool->radius + CHIP_HEIGHT_RIDGE, tip, keep, &stamp);
             volume += stamp.volume;
             if (stamp.top > -1e38f) {
-                double lowest = most(tip[2] - STEP_DOWN * map->cell, least(a[2], b[2]));
+                double lowest = chip_max(tip[2] - STEP_DOWN * map->cell, chip_min(a[2], b[2]));
                 double here = (double)stamp.top - (flat < map->cell ? tip[2] : lowest) + margin(map, &stamp);
                 if (here > depth) {
                     depth = here;
@@ -287,7 +285,7 @@ static void cut_move(const struct chip_height_map *map, const struct chip_height
     met->volume = (float)(volume * map->cell * map->cell);
     met->depth = (float)depth;
     if (tool->holder_radius > 0.0 && clip(map, a, b, tool->holder_radius, tool->stick_out, &low, &high)) {
-        steps = ceil(most(hypot(flat, b[2] - a[2]) * (high - low) / map->cell, 1.0));
+        steps = ceil(chip_max(hypot(flat, b[2] - a[2]) * (high - low) / map->cell, 1.0));
         for (k = 0.0; k <= steps; k++) {
             double t = low + (high - low) * k / steps, tip[3], over;
             int i;

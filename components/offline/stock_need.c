@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /* stock_need.c - see stock_need.h. */
-#include <math.h>
 
+#include "core/chip_math.h"
 #include "core/tool.h"
 #include "stock_need.h"
 
@@ -14,10 +14,8 @@ struct window {
     int32_t i0, i1, j0, j1; /* the first and the last column and row whose needles a segment may meet */
 };
 
-static double most(double a, double b) { return a > b ? a : b; }
-static double least_of(double a, double b) { return a < b ? a : b; }
 
-static int32_t within(double v, int32_t count) { return (int32_t)most(0.0, least_of(v, count - 1.0)); }
+static int32_t within(double v, int32_t count) { return (int32_t)chip_max(0.0, chip_min(v, count - 1.0)); }
 
 static struct segment segment_of(const double from[3], const double to[3])
 {
@@ -31,10 +29,10 @@ static struct window window_of(const struct chip_height_map *map, const struct s
 {
     double x = p->x - map->x0, y = p->y - map->y0;
     struct window w;
-    w.i0 = within(floor((least_of(x, x + p->ux) - radius) / map->cell) - 1.0, map->nx);
-    w.i1 = within(floor((most(x, x + p->ux) + radius) / map->cell) + 1.0, map->nx);
-    w.j0 = within(floor((least_of(y, y + p->uy) - radius) / map->cell) - 1.0, map->ny);
-    w.j1 = within(floor((most(y, y + p->uy) + radius) / map->cell) + 1.0, map->ny);
+    w.i0 = within(floor((chip_min(x, x + p->ux) - radius) / map->cell) - 1.0, map->nx);
+    w.i1 = within(floor((chip_max(x, x + p->ux) + radius) / map->cell) + 1.0, map->nx);
+    w.j0 = within(floor((chip_min(y, y + p->uy) - radius) / map->cell) - 1.0, map->ny);
+    w.j1 = within(floor((chip_max(y, y + p->uy) + radius) / map->cell) + 1.0, map->ny);
     return w;
 }
 
@@ -42,7 +40,7 @@ static struct window window_of(const struct chip_height_map *map, const struct s
 static double left_at(const struct chip_tool *tool, const struct segment *p, double x, double y, double share)
 {
     double dx = x - share * p->ux, dy = y - share * p->uy;
-    return p->z + share * p->uz + chip_tool_height(tool, least_of(sqrt(dx * dx + dy * dy), tool->radius));
+    return p->z + share * p->uz + chip_tool_height(tool, chip_min(sqrt(dx * dx + dy * dy), tool->radius));
 }
 
 /* The lowest of it along a segment, which is short: where the needle comes within reach and leaves it, and where it is nearest. */
@@ -54,12 +52,12 @@ static double left_by(const struct chip_tool *tool, const struct segment *p, dou
     room = tool->radius * tool->radius - dx * dx - dy * dy;
     if (room < 0.0) return CHIP_NEED_NONE;
     if (p->uu > 0.0) half = sqrt(room / p->uu);
-    first = most(near - half, 0.0);
-    last = least_of(near + half, 1.0);
+    first = chip_max(near - half, 0.0);
+    last = chip_min(near + half, 1.0);
     if (first > last) return CHIP_NEED_NONE;
-    near = most(first, least_of(near, last));
-    return least_of(left_at(tool, p, x, y, near),
-                    least_of(left_at(tool, p, x, y, first), left_at(tool, p, x, y, last)));
+    near = chip_max(first, chip_min(near, last));
+    return chip_min(left_at(tool, p, x, y, near),
+                    chip_min(left_at(tool, p, x, y, first), left_at(tool, p, x, y, last)));
 }
 
 /* Keeps the lowest height and its segment for every needle that segment k meets [1]. */
@@ -67,16 +65,16 @@ static void lower(const struct chip_height_map *map, const struct chip_tool *too
                   float *lowest, int32_t *owner)
 {
     struct window w = window_of(map, p, tool->radius);
-    double bottom = least_of(p->z, p->z + p->uz);
+    double bottom = chip_min(p->z, p->z + p->uz);
     int32_t i, j;
     for (j = w.j0; j <= w.j1; j++)
         for (i = w.i0; i <= w.i1; i++) {
             int64_t c = (int64_t)j * map->nx + i;
             double left;
             if (map->height[c] <= bottom || lowest[c] <= bottom) continue;
-            left = most(left_by(tool, p, map->x0 + map->x[i] + map->shift_x[j] - p->x,
-                                map->y0 + j * map->cell + map->shift_y[i] - p->y),
-                        map->z_min);
+            left = chip_max(left_by(tool, p, map->x0 + map->x[i] + map->shift_x[j] - p->x,
+                                    map->y0 + j * map->cell + map->shift_y[i] - p->y),
+                            map->z_min);
             if (left >= map->height[c] || left >= lowest[c] - CHIP_NEED_SAME) continue;
             lowest[c] = (float)left;
             owner[c] = k;
