@@ -40,8 +40,8 @@ static inline void go(double x, double z, int count)
     }
 }
 
-/* A box of size[0] x size[1] x 10 mm with its top at Z0 and a corner at X0 Y0, defined while a flat tool stands at `at`; mm. */
-static void define(double cell, const double size[2], double diameter, const double at[3])
+/* A box of size[0] x size[1] x size[2] mm with its top at Z0 and a corner at X0 Y0, defined while a flat tool stands at `at`; mm. */
+static void define(double cell, const double size[3], double diameter, const double at[3])
 {
     uint32_t cells = chip_stock_cells(cell, size[0] + 10.0, size[1] + 10.0);
     int i;
@@ -60,7 +60,7 @@ static void define(double cell, const double size[2], double diameter, const dou
     for (i = 0; i < 3; i++) in.pos_mu[i] = at[i];
     in.box_max_mu[0] = size[0];
     in.box_max_mu[1] = size[1];
-    in.box_min_mu[2] = -10.0;
+    in.box_min_mu[2] = -size[2];
     in.define_request = 1;
     periods(200);
     in.define_request = 0;

@@ -9,7 +9,7 @@
 /* A slot of 6 mm is begun in a box of 40 x 20 x 10 mm. */
 static void begin(void)
 {
-    static const double size[2] = { 40.0, 20.0 }, at[3] = { -10.0, 10.0, 5.0 };
+    static const double size[3] = { 40.0, 20.0, 10.0 }, at[3] = { -10.0, 10.0, 5.0 };
     define(0.25, size, 6.0, at);
     go(-10.0, -2.0, 100);
     go(10.0, -2.0, 100);

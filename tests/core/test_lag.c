@@ -11,7 +11,7 @@
 /* The ramp in a box of 80 x 40 x 10 mm; the tool stands at its end. */
 static void ramp(void)
 {
-    static const double size[2] = { 80.0, 40.0 }, at[3] = { 20.0, 20.0, 1.0 };
+    static const double size[3] = { 80.0, 40.0, 10.0 }, at[3] = { 20.0, 20.0, 1.0 };
     define(0.1, size, 25.0, at);
     go(50.0, -4.0, 300);
     expect(tracker.sweep.waiting > 0, "the map lags behind a falling tool of 25 mm");

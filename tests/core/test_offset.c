@@ -20,7 +20,7 @@ static void offset(double x, double y, double z)
 /* A box of 60 x 40 x 10 mm, a tool of 6 mm with its tip 5 mm over the place X5 Y20. */
 static void begin(void)
 {
-    static const double size[2] = { 60.0, 40.0 }, at[3] = { 5.0, 20.0, 5.0 };
+    static const double size[3] = { 60.0, 40.0, 10.0 }, at[3] = { 5.0, 20.0, 5.0 };
     define(0.25, size, DIAMETER, at);
 }
 
@@ -125,7 +125,7 @@ static void change_on_the_path(void)
 /* Legs that wait are cut, and what comes after the change is not lost meanwhile. */
 static void change_while_the_map_lags(void)
 {
-    static const double size[2] = { 80.0, 60.0 }, at[3] = { 20.0, 20.0, 1.0 };
+    static const double size[3] = { 80.0, 60.0, 10.0 }, at[3] = { 20.0, 20.0, 1.0 };
     double all, lagged;
     int late;
     for (late = 1; late >= 0; late--) {

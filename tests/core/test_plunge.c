@@ -47,20 +47,13 @@ static int traverse_down(double z, double *at)
 
 static void new_box(double cell, double diameter, double corner, double bottom)
 {
-    static const double size[2] = { 60.0, 45.0 };
+    const double size[3] = { 60.0, 45.0, -bottom };
     const double at[3] = { -10.0, CORNER[1], 5.0 };
     int i;
     define(cell, size, diameter, at);
     in.tool_corner_radius_mu = corner;
-    in.box_min_mu[2] = bottom;
-    in.define_request = 0;
-    periods(2);
-    in.define_request = 1;
-    periods(300);
-    in.define_request = 0;
     for (i = 0; i < 3; i++) in.axis_acceleration_mu_s2[i] = ACCEL;
     in.acceleration_mu_s2 = ACCEL;
-    expect(out.is_ready, "the stock is defined");
 }
 
 /* Two lines at 100 degrees, `deviation` mm off the corner between them, at the depth z; then up. */

@@ -4,7 +4,7 @@
 
 int main(void)
 {
-    static const double size[2] = { 40.0, 20.0 }, at[3] = { -10.0, 10.0, 5.0 };
+    static const double size[3] = { 40.0, 20.0, 10.0 }, at[3] = { -10.0, 10.0, 5.0 };
     double before;
 
     define(0.25, size, 6.0, at);
