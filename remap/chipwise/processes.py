@@ -12,6 +12,7 @@ import signal
 from typing import Iterator, Union
 
 PR_SET_PDEATHSIG = 1
+PF_EXITING = 0x4            # include/linux/sched.h
 MEGABYTE = 1 << 20
 
 
@@ -21,7 +22,7 @@ def pids() -> list[int]:
 
 
 def stat_fields(pid: int) -> list[str]:
-    """Fields of /proc/PID/stat after the name (0: state, 1: parent, 11..14: computing time); [] if there is no such process."""
+    """Fields of /proc/PID/stat after the name (0: state, 1: parent, 6: flags, 11..14: computing time); [] if there is no such process."""
     try:
         with open(f"/proc/{pid}/stat", encoding="ascii", errors="replace") as file:
             return file.read().rpartition(")")[2].split()
@@ -30,8 +31,9 @@ def stat_fields(pid: int) -> list[str]:
 
 
 def lives(pid: int) -> bool:
-    """Whether a process runs; a zombie does not."""
-    return stat_fields(pid)[:1] not in ([], ["Z"], ["X"])
+    """Whether a process runs; a zombie does not, nor does one that was killed and returns its memory, which may take 0.1 s."""
+    fields = stat_fields(pid)
+    return fields[:1] not in ([], ["Z"], ["X"]) and not int(fields[6]) & PF_EXITING
 
 
 def command_line(pid: int) -> list[bytes]:
