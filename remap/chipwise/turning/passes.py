@@ -11,6 +11,7 @@ its wall.  The stock's contact after it is min(contact, max(reach, c)) exactly, 
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from chipwise.errors import CycleError
 from chipwise.turning.graph import above, at, clip, flat, highest, lower, upper, value
@@ -19,6 +20,7 @@ MAX_LEVELS = 400
 ROUNDING_MM = 1e-6
 SHORT_MM = 1e-7         # of a shorter move only rounding is left
 ARC_MM = 0.002          # a shorter arc is a line: one whose printed ends are equal would be a full circle to LinuxCNC
+THIN = 0.2              # of the depth of cut: a last level that would be thinner is as thick as the others
 MERGE_MM = 2.0          # of two parts of a finish with so little between them one is made
 
 
@@ -142,24 +144,45 @@ def worth(regions, least):
 
 def rough(work, zone, depth, least):
     """Path of the levels from the top of the stock down to reach, within zone (z0, z1); intervals with less than `least` mm on
-    them are left out.  None if nothing is to be cut."""
-    reach, contact = clip(work.reach, *zone), clip(work.contact, *zone)
-    regions = worth(above(contact, reach, ROUNDING_MM), least)
+    them are left out.  None if nothing is to be cut.
+
+    Each region has levels from its own top, so that no place is passed more often than its stock is deep.  Of all regions the highest
+    level is next: elsewhere the stock is never higher than that by more than `depth` (reach.reachable_in_levels)."""
+    contact = clip(work.contact, *zone)
+    regions = [_Region(a, b, *_levels(work, contact, (a, b), depth))
+               for a, b, _, _ in worth(above(contact, clip(work.reach, *zone), ROUNDING_MM), least)]
     if not regions:
         return None
-    high = max(highest(contact, a, b) for a, b, _, _ in regions)
-    low = min(_lowest(clip(reach, a + ROUNDING_MM, b - ROUNDING_MM) or clip(reach, a, b)) for a, b, _, _ in regions)
-    count = math.ceil((high - low) / depth - 1e-9)
+    path, now = Path(work), work.contact
+    for c, k, region in sorted(((c, -k, region) for k, region in enumerate(regions) for c in region.levels), key=lambda cut: cut[:2], reverse=True):
+        a, b, top, _all = region
+        floor = upper(work.reach, [flat(a, b, c)])
+        higher = min((level for level in region.levels if level > c), default=top)
+        for z0, z1, _, _ in reversed(worth(above(clip(now, a, b), floor, ROUNDING_MM), min(least, 0.5 * (higher - c)))):
+            _cut(path, now, floor, z0, z1)
+        now = [*clip(now, -math.inf, a), *lower(clip(now, a, b), clip(floor, a, b)), *clip(now, b, math.inf)]
+    return path
+
+
+class _Region(NamedTuple):
+    """An interval (z0, z1) with stock: its top and the levels below, mm."""
+
+    z0: float
+    z1: float
+    top: float
+    levels: list
+
+
+def _levels(work, contact, interval, depth):
+    """(top of the stock in an interval, heights of the cuts below it): `depth` apart, or equal where the last would be too thin."""
+    a, b = interval
+    high = highest(contact, a, b)
+    low = _lowest(clip(work.reach, a + ROUNDING_MM, b - ROUNDING_MM) or clip(work.reach, a, b))
+    count = max(math.ceil((high - low) / depth - 1e-9), 1)
     if count > MAX_LEVELS:
         raise CycleError(f"the depth of cut {{d}} makes {count} levels, more than {MAX_LEVELS}", "use a larger D", d=depth)
-    levels = [high - (high - low) * k / count for k in range(count + 1)]
-    path, whole = Path(work), (work.reach[0].z0, work.reach[-1].z1)
-    for c, lower_c in zip(levels, levels[1:]):
-        now = lower(work.contact, upper(work.reach, [flat(*whole, c)]))
-        floor = upper(work.reach, [flat(*whole, lower_c)])
-        for a, b, _, _ in reversed(worth(above(clip(now, *zone), floor, ROUNDING_MM), min(least, 0.5 * (c - lower_c)))):
-            _cut(path, now, floor, a, b)
-    return path
+    step = depth if high - low - (count - 1) * depth >= THIN * depth else (high - low) / count
+    return high, [max(high - k * step, low) for k in range(1, count + 1)]
 
 
 def _lowest(pieces):
