@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A contour sub to be read, and what reading gives.  Made by glue/shape.py and cli/contour.py; plain values."""
+"""A contour sub to be read; read.py has what that gives.  Made by glue/shape.py and cli/contour.py; plain values."""
 
 from dataclasses import dataclass
 from typing import Union
 
-from chipwise.geometry.base.contour import ArcElement, LineElement
 from chipwise.geometry.base.tolerances import CONNECT_MM
 
 
@@ -53,13 +52,3 @@ class Job:
     def programs(self) -> tuple:
         """Paths of the programs."""
         return (self.program,) if isinstance(self.program, str) else tuple(self.program)
-
-
-@dataclass(frozen=True, eq=False)
-class Shape:
-    """loops: tuples of elements, one per contour; sub: O-number; file: that holds it; close_gap: as in the Job."""
-
-    sub: int
-    file: str
-    loops: tuple[tuple[Union[LineElement, ArcElement], ...], ...]
-    close_gap: float = CONNECT_MM

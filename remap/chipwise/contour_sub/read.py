@@ -11,17 +11,28 @@ Results are kept by the text of the files and, if the sub reads parameters, by t
 """
 
 import math
+from dataclasses import dataclass
 from functools import lru_cache
 
 from chipwise.contour_sub.find import fault, find_sub, quoted
-from chipwise.contour_sub.job import Job, Shape
+from chipwise.contour_sub.job import Job
 from chipwise.contour_sub.run import called_files, relevant, run
 from chipwise.errors import CycleError
 from chipwise.geometry.base.contour import (
     ArcElement, Contour, ContourError, LineElement, make_contour, refuse_nearly_closed)
-from chipwise.geometry.base.tolerances import NEARLY_CLOSED_MM
+from chipwise.geometry.base.tolerances import CONNECT_MM, NEARLY_CLOSED_MM
 
 HEIGHT_MM = 1e-6        # a move that leaves its height by more is a Z move
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """loops: tuples of elements, one per contour; sub: O-number; file: that holds it; close_gap: as in the Job."""
+
+    sub: int
+    file: str
+    loops: tuple[tuple[LineElement | ArcElement, ...], ...]
+    close_gap: float = CONNECT_MM
 
 
 def read_shape(job: Job) -> Shape:

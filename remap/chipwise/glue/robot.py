@@ -8,8 +8,6 @@ station.
 import os
 import subprocess
 
-import numpy as np
-
 from chipwise import ini
 from chipwise.errors import CycleError, braceless
 from chipwise.glue.travel import tool_offset
@@ -30,6 +28,8 @@ def of(state, station, travel):
     lines = tuple(ini.read_lines(ini.file_name()))
     letters = ini.section_of(lines, "TRAJ").get("COORDINATES", "").upper()
     module, *arguments = ini.section_of(lines, "KINS").get("KINEMATICS", "").split() or [""]
+    import numpy as np      # here, so that a machine without TOOL_POSE does not load it
+
     from chipwise.stations import pose as poses
     table = poses.TABLES.get(module)
     if not set(table or "ABC") <= set(letters):

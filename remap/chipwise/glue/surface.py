@@ -9,12 +9,10 @@ import math
 import os
 import re
 
-from chipwise.check.sweep import Shape
 from chipwise.errors import CycleError
 from chipwise.glue import known_cuts, known_stock
 from chipwise.ini import Ini, file_name
 from chipwise.pattern import hand
-from chipwise.surface.model import DEPTH, Placing
 from chipwise.tools import ToolGeometry, tool_geometry
 
 WORDS = "dlzrikep"
@@ -36,6 +34,7 @@ def order(state):
 
 def _words(state):
     """Words of the line -> fields of a SurfaceRequest (mm), all but the model."""
+    from chipwise.check.sweep import Shape      # here, so that only G24 loads numpy into the interpreter
     clearance, bottom = state.heights()
     relief, top = state.length("k"), known_stock.top(state.interp)
     diameter = state.tool_diameter()
@@ -60,6 +59,7 @@ def _height(state, name):
 
 def surface_of(state):
     """(path, Placing) of the last SURFACE comment before the line; its lengths are in program units."""
+    from chipwise.surface.model import DEPTH, Placing
     text = find_comment(state.program(), state.line_number)
     if text is None:
         raise CycleError("there is no SURFACE comment before this line", "add (SURFACE,FILE=part.stl,X=0,Y=0,Z=0,SCALE=1) before it")

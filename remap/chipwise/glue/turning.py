@@ -19,8 +19,7 @@ from chipwise import ini
 from chipwise.errors import CycleError, clip
 from chipwise.glue import barriers, context, emit, shape
 from chipwise.turning.blocks import approach
-from chipwise.turning.outcome import read_program
-from chipwise.turning.request import Request, complete, read_spindle
+from chipwise.turning.request import Request, complete, read_program, read_spindle
 
 WORDS, ONE_WORDS = "qpideh", "qpidel"
 _PER_REV = 2                    # interp_internal.hh: FEED_MODE

@@ -6,8 +6,7 @@ Called by plans.py.  The plan is that of `chipwise turn` for the same program.
 
 from dataclasses import dataclass
 
-from chipwise.errors import CycleError, braceless
-from chipwise.files import read_bytes
+from chipwise.errors import CycleError
 from chipwise.ini import Ini
 from chipwise.lines import CHUNK_MOVES
 from chipwise.order import Outcome
@@ -16,9 +15,8 @@ from chipwise.turning import text
 from chipwise.turning.blocks import Turning, blocks, spindle_line
 from chipwise.turning.plan import make_plan
 from chipwise.turning.read_part import Machine, make_order
-from chipwise.turning.request import read_roles
+from chipwise.turning.request import read_program, read_roles
 
-MAX_BYTES = 1 << 26
 LEAD = "chipwise: "
 
 
@@ -52,16 +50,6 @@ def make(order):
         chosen = [b._replace(change=True, back=True) for b in chosen]
     return Outcome((), said, turning=Turning(tuple((b, _chunks(b)) for b in chosen), tuple(v / request.scale for v in plan.safe),
                                              spindle_line(request)))
-
-
-def read_program(path):
-    """Text of the program that G26 is in."""
-    if not path:
-        return ""
-    try:
-        return read_bytes(path, MAX_BYTES).decode("utf-8", "replace")
-    except OSError as error:
-        raise CycleError(f"{braceless(path)}: {error.strerror}", "open the program again") from error
 
 
 def _said(plan, request, machine, asked):

@@ -9,9 +9,11 @@ import math
 import re
 from dataclasses import dataclass, field
 
-from chipwise.errors import MM_PER_INCH, CycleError
+from chipwise.errors import MM_PER_INCH, CycleError, braceless
+from chipwise.files import read_bytes
 from chipwise.turning.tool import ROLES
 
+MAX_BYTES = 1 << 26    # of a program
 FAR_MM = 1e4            # a barrier without K ends here, to the left
 _WORD = re.compile(r"([A-Z])\s*([-+]?(?:\d+\.?\d*|\.\d+))")
 _LATHE = re.compile(r"\(\s*LATHE\s*,([^)]*)\)", re.IGNORECASE)
@@ -39,6 +41,16 @@ class Request:
     def scale(self):
         """mm of a program unit."""
         return MM_PER_INCH if self.unit == "in" else 1.0
+
+
+def read_program(path):
+    """Text of the program that G26 is in, "" for the path ""."""
+    if not path:
+        return ""
+    try:
+        return read_bytes(path, MAX_BYTES).decode("utf-8", "replace")
+    except OSError as error:
+        raise CycleError(f"{braceless(path)}: {error.strerror}", "open the program again") from error
 
 
 def read_request(text):
