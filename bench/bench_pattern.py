@@ -24,7 +24,6 @@ import roots  # noqa: F401  sys.path
 from chipwise import plans
 from chipwise.contour_sub.job import Job
 from chipwise.order import Order
-from chipwise.pattern import run as pattern_run
 from chipwise.pattern.job import PatternJob
 from chipwise.stations.frame import frame_of
 from rows import row
@@ -35,6 +34,7 @@ from support.station_cases import case, off, shares_of_bound
 
 HEAD = "G21 G90 G64 G94 G17 G40\nT1 M6\nS5000 M3\nF600\n"
 COPIES, MOVES = 200, 500
+TRIES = 5                   # plans; the least computing time counts: what other processes do to the caches is not the plan's
 GROUP = 4                   # subs in a program
 CONTOURS = 8                # one sub of so many has G77, G78, G79 and patterns of its own: most of the time
 
@@ -158,10 +158,13 @@ def copies(folder):
     job = PatternJob(Job(program=path, sub=100, ini=str(ini), position=(0.0, 0.0, 5.0)))
     order = Order(cycle="pattern", code="G75", unit="mm", unit_mm=1.0, start=(0.0, 0.0, 5.0), memory_mb=1024, job=job, fields=dict(
         shift=(0.0, 0.0, 0.0), start=(0.0, 0.0, 5.0), chord=0.002, most_moves=500_000, copies=COPIES, step=(12.0, 3.0), turn=7.0))
-    pattern_run._read.cache_clear()
-    before, began = used_s(), time.monotonic()
-    outcome = plans.make(order)
-    plan_s, wall_s = used_s() - before, time.monotonic() - began
+    spent = []
+    for _ in range(TRIES):
+        plans.forget()
+        before, began = used_s(), time.monotonic()
+        outcome = plans.make(order)
+        spent.append((used_s() - before, time.monotonic() - began))
+    plan_s, wall_s = min(spent)
     before = used_s()
     canon.run_rs274(text)
     return plan_s, wall_s, used_s() - before, sum(lines.count("\n") + 1 for chunk in outcome.chunks for _feed, lines, *_ in chunk)
@@ -209,7 +212,7 @@ def robot_rows(seed, count):
 def copy_rows(_seed, _count):
     with tempfile.TemporaryDirectory() as folder:
         plan_s, wall_s, run_s, lines = copies(folder)
-    return [row(f"G75: plan of {COPIES} copies of {MOVES} moves", plan_s, "s", f"computing time; {wall_s:.2f} s on the clock, {lines} lines", 1.0),
+    return [row(f"G75: plan of {COPIES} copies of {MOVES} moves", plan_s, "s", f"least computing time of {TRIES}; {wall_s:.2f} s on the clock, {lines} lines", 1.0),
             row(f"G75: the same program in rs274, {lines} lines", run_s, "s", "computing time, start of the interpreter included")]
 
 

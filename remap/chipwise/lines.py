@@ -4,10 +4,10 @@
 Called by plans.py; glue/emit.py executes the lines, in G90, G91.1 and G8: absolute XYZ, incremental I J K; it begins and ends in G17.
 """
 
-from typing import Iterable, Iterator, Optional, Sequence
+from typing import Iterable, Iterator, Optional, Sequence, Union
 
 from chipwise.errors import CycleError
-from chipwise.moves import CALLERS_PATH, PATH, Arc, Code, Line, Move, PlaneArc, Rapid, Thread
+from chipwise.moves import CALLERS_PATH, PATH, Arc, Code, Copy, Line, Move, PlaneArc, Rapid, Thread
 
 DECIMALS = 6  # of a mm or an inch: arcs then close far inside LinuxCNC's 0.0283 mm and 0.1 %
 AXES = "XYZABC"
@@ -29,24 +29,113 @@ def path_text(code: float, tolerance: Optional[float], naive: Optional[float], u
     return "G64" + "".join(f" {letter}{value / unit_mm:.9f}" for letter, value in (("P", tolerance), ("Q", naive)) if value is not None)
 
 
-def _place(decimals: int, axes: str) -> str:
-    """The words of a place: a % format of x, y, z; of x, z on a machine without Y."""
-    return " ".join(f"{letter}%.{decimals}f" for letter in "XYZ" if letter != "Y" or "Y" in axes)
+class _Writer:
+    """Writes moves in program units: % formats, and the numbers for them.  The numbers of a move are x, y, z of its end, and i, j, k of an arc."""
+
+    def __init__(self, unit_mm: float, decimals: int, axes: str) -> None:
+        self.scale, self.decimals, self._axes = 1.0 / unit_mm, decimals, axes
+        self.ends = tuple(k for k, letter in enumerate("XYZ") if letter != "Y" or "Y" in axes)
+        self._place = " ".join(f"{'XYZ'[k]}%.{decimals}f" for k in self.ends)
+        self._centre = {plane: f" {first}%.{decimals}f {second}%.{decimals}f" for plane, ((_a, first), (_b, second)) in _CENTRE.items()}
+        self._sheets: dict[tuple, _Sheet] = {}
+
+    def _target(self, abc: Optional[tuple]) -> str:
+        """The words of a place, and of the degrees of A, B and C."""
+        if abc is None:
+            return self._place
+        return self._place + "".join(f" {letter}{value:.6f}" for letter, value in zip("ABC", abc) if letter in self._axes)
+
+    def straight(self, move: Move) -> tuple:
+        """(format, feed in program units or None)."""
+        if isinstance(move, Line):
+            return "G1 " + self._target(move.abc), move.feed * self.scale
+        if isinstance(move, Rapid):
+            return "G0 " + self._target(move.abc), None
+        if isinstance(move, Thread):
+            return f"G33 {self._target(move.abc)} K{move.pitch * self.scale:.9f}", None
+        raise TypeError(f"unknown move {move!r}")
+
+    def arc(self, move: Union[Arc, PlaneArc], plane: str) -> tuple:
+        """(format, feed in program units, its plane, which two of X, Y and Z its centre has) after that plane."""
+        own = move.plane if isinstance(move, PlaneArc) else "G17"
+        (a, _first), (b, _second) = _CENTRE[own]
+        turns = f" P{move.turns}" if move.turns != 1 else ""
+        return (f"{own + ' ' if own != plane else ''}G{3 if move.ccw else 2} {self._target(move.abc)}{self._centre[own]}{turns}",
+                move.feed * self.scale, own, (a, b))
+
+    def sheet(self, moves: tuple, plane: str, turned: Optional[tuple]) -> "_Sheet":
+        """The _Sheet of the moves of a Copy, after that plane and those degrees."""
+        key = id(moves), plane, turned
+        if key not in self._sheets:
+            self._sheets[key] = self._made(moves, plane, turned)
+        return self._sheets[key]
+
+    def _made(self, moves: tuple, plane: str, turned: Optional[tuple]) -> "_Sheet":
+        parts: list[tuple] = []
+        moving: list[int] = []
+        turning: list[bool] = []
+        for k, move in enumerate(moves):
+            if isinstance(move, Code):
+                parts.append((move, move.text.replace("%", "%%"), None, ()))
+                continue
+            columns: tuple = self.ends
+            if isinstance(move, (Arc, PlaneArc)):
+                text, feed, plane, centre = self.arc(move, plane)
+                columns += tuple(3 + axis for axis in centre)
+            else:
+                text, feed = self.straight(move)
+            parts.append((move, text, feed, tuple(6 * len(moving) + column for column in columns)))
+            turning.append(len(columns) > len(self.ends) or turned != move.abc)
+            moving.append(k)
+            turned = move.abc
+        return _Sheet(moves, parts, moving, turning, plane, turned)
 
 
-def _angles(abc: tuple, axes: str) -> str:
-    """The words of degrees of A, B and C, each after a blank."""
-    return "".join(f" {letter}{value:.6f}" for letter, value in zip("ABC", abc) if letter in axes)
+class _Sheet:
+    """The lines of all Copies of the same moves: made once, filled in for each."""
+
+    def __init__(self, moves: tuple, parts: list, moving: list, turning: list, plane: str, turned: Optional[tuple]) -> None:
+        """parts: (move, format, feed, indices of its numbers) of each; moving: indices of those that are not Codes; turning: which of these are written
+        even if they end where they begin; plane, turned: at their end."""
+        self.moves, self._parts, self._moving, self._turning, self.plane, self.turned = moves, parts, moving, turning, plane, turned
+        self._filled: dict[bytes, tuple] = {}
+
+    def lines(self, copy: Copy, writer: _Writer, here: tuple) -> tuple:
+        """([(move, text, feed)], (x, y, z) at the end in program units) of a Copy that begins at here."""
+        numbers = copy.places[self._moving] * writer.scale
+        ends = numbers[:, :3].round(writer.decimals)
+        numbers[1:, 3:] -= ends[:-1]
+        numbers[0, 3:] -= here
+        still = (ends[1:] == ends[:-1]).all(axis=1)
+        written = [turns or not stays for turns, stays in zip(self._turning, [bool((ends[0] == here).all()), *still.tolist()])]
+        which = bytes(written)
+        if which not in self._filled:
+            self._filled[which] = self._form(written)
+        form, index, moves, feeds = self._filled[which]
+        text = form % tuple(numbers.ravel()[index].tolist())
+        return zip(moves, text.split("\n"), feeds), tuple(ends[-1].tolist())
+
+    def _form(self, written: list) -> tuple:
+        """(format of all lines, indices of their numbers, moves, feeds) of the Codes and of those that are written."""
+        skipped = {k for k, write in zip(self._moving, written) if not write}
+        kept = [part for k, part in enumerate(self._parts) if k not in skipped]
+        return ("\n".join(part[1] for part in kept), [k for part in kept for k in part[3]], [part[0] for part in kept], [part[2] for part in kept])
 
 
-def _lines(moves: Iterable[Move], start: tuple, unit_mm: float, decimals: int = DECIMALS, axes: str = AXES) -> Iterator:
+def _lines(moves: Iterable[Union[Move, Copy]], start: tuple, unit_mm: float, decimals: int = DECIMALS, axes: str = AXES) -> Iterator:
     """(move, text, feed in program units or None) of each move that moves, and of each Code."""
-    scale, plane, turned = 1.0 / unit_mm, "G17", None
-    place, has_y, centres = _place(decimals, axes), "Y" in axes, f" %s%.{decimals}f %s%.{decimals}f"
+    writer = _Writer(unit_mm, decimals, axes)
+    scale, plane, turned, has_y = writer.scale, "G17", None, len(writer.ends) == 3
     x, y, z = (round(value * scale, decimals) for value in start)
     for move in moves:
         if isinstance(move, Code):
             yield move, move.text, None
+            continue
+        if isinstance(move, Copy):
+            sheet = writer.sheet(move.moves, plane, turned)
+            lines, (x, y, z) = sheet.lines(move, writer, (x, y, z))
+            yield from lines
+            plane, turned = sheet.plane, sheet.turned
             continue
         was, was_turned, turned = (x, y, z), turned, move.abc
         new_x, new_y, new_z = move.end if isinstance(move, PlaneArc) else (move.x, move.y, move.z)
@@ -56,29 +145,17 @@ def _lines(moves: Iterable[Move], start: tuple, unit_mm: float, decimals: int = 
             y = round(new_y * scale, decimals)
         if new_z is not None:
             z = round(new_z * scale, decimals)
-        target = place % ((x, y, z) if has_y else (x, z))
-        if turned is not None:
-            target += _angles(turned, axes)
+        numbers = (x, y, z) if has_y else (x, z)
         if isinstance(move, (Arc, PlaneArc)):
-            own, centre = (move.plane, move.centre) if isinstance(move, PlaneArc) else ("G17", (move.cx, move.cy))
-            (a, first), (b, second) = _CENTRE[own]
-            words = centres % (first, centre[a] * scale - was[a], second, centre[b] * scale - was[b])
-            turns = f" P{move.turns}" if move.turns != 1 else ""
-            yield move, f"{own + ' ' if own != plane else ''}G{3 if move.ccw else 2} {target}{words}{turns}", move.feed * scale
-            plane = own
-        elif was == (x, y, z) and was_turned == turned:
-            continue
-        elif isinstance(move, Thread):
-            yield move, f"G33 {target} K{move.pitch * scale:.9f}", None
-        elif isinstance(move, Line):
-            yield move, "G1 " + target, move.feed * scale
-        elif isinstance(move, Rapid):
-            yield move, "G0 " + target, None
-        else:
-            raise TypeError(f"unknown move {move!r}")
+            text, feed, plane, (a, b) = writer.arc(move, plane)
+            centre = move.centre if isinstance(move, PlaneArc) else (move.cx, move.cy)
+            yield move, text % (*numbers, centre[a] * scale - was[a], centre[b] * scale - was[b]), feed
+        elif was != (x, y, z) or was_turned != turned:
+            text, feed = writer.straight(move)
+            yield move, text % numbers, feed
 
 
-def texts(moves: Sequence[Move], start: tuple, unit_mm: float, decimals: int) -> Iterator[str]:
+def texts(moves: Sequence[Union[Move, Copy]], start: tuple, unit_mm: float, decimals: int) -> Iterator[str]:
     """The lines of a program, with F on each line that changes the feed."""
     active: Optional[float] = None
     for _move, text, feed in _lines(moves, start, unit_mm, decimals):
@@ -91,7 +168,7 @@ def _may_rest(move: Move) -> bool:
     return isinstance(move, Rapid) or isinstance(move, Line) and move.x is None and move.y is None
 
 
-def chunks(moves: Sequence[Move], start: tuple, unit_mm: float, decimals: int = DECIMALS, axes: str = AXES) -> tuple:
+def chunks(moves: Sequence[Union[Move, Copy]], start: tuple, unit_mm: float, decimals: int = DECIMALS, axes: str = AXES) -> tuple:
     """Tuple of chunks, each a tuple of rows: (feed in program units or None: as it is, lines joined by "\\n"), and the line of the
     program if it is not the cycle's.  Each chunk sets the path mode that its moves have: between two of them the caller's is in force.
 

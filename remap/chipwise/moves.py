@@ -7,7 +7,7 @@ Frozen, so that whole tuples can be cached and compared.
 """
 
 from dataclasses import dataclass
-from typing import Optional, Union
+from typing import Any, Optional, Union
 
 
 PATH = "G6"                     # all codes of the path mode begin so: G61, G61.1, G64
@@ -91,3 +91,15 @@ class Code:
 
 
 Move = Union[Rapid, Line, Thread, Arc, PlaneArc, Code]
+
+
+@dataclass(frozen=True, eq=False)
+class Copy:
+    """Moves of an earlier part of the plan at another place: 200 copies of a pattern are made of arrays.
+
+    moves    what they are: kinds, feeds, turns, angles, lines; a tuple of Move with all coordinates
+    places   numpy array (n, 6): end, and of an arc the centre, of each of them; the row of a Code is not used
+    """
+
+    moves: tuple
+    places: Any

@@ -27,9 +27,10 @@ from chipwise.cycles.plan import CyclePlan, Note, Report
 from chipwise.cycles.reach import Reach
 from chipwise.cycles.travel import Travel
 from chipwise.errors import CycleError, braceless
-from chipwise.moves import CALLERS_PATH, Code, Rapid
+from chipwise.moves import CALLERS_PATH, Code, Copy, Rapid
 from chipwise.pattern.climb import reversed_chains
-from chipwise.pattern.isometry import IDENTITY, Isometry, moved, placed, placed_in_zx, turned
+from chipwise.pattern.copies import Copier
+from chipwise.pattern.isometry import IDENTITY, Isometry, placed, placed_in_zx, turned
 from chipwise.pattern.recorded import Recorded, Step
 
 SAME_MM = 1e-7          # a coordinate read twice; the interpreter's doubles are better by far
@@ -79,7 +80,8 @@ def pattern_plan(request: PatternRequest, read: Callable[[tuple, tuple, bool], R
     travel = Travel(**request.travel) if request.travel else None
     runs_made: list = []
     turned_over = mirrored != request.in_mirror and not request.lathe
-    runs, moves, here, abc, left = _Runs(lambda start, abc: read(start, abc, mirrored)), [], request.start, request.abc, []
+    runs, copier, moves, count = _Runs(lambda start, abc: read(start, abc, mirrored)), Copier(request.chord), [], 0
+    here, abc, left = request.start, request.abc, []
     for c, isometry in enumerate(copies):
         start, senses = isometry.back(here), isometry.senses
         recorded, points = runs.at(start, turned(senses, abc))
@@ -93,8 +95,10 @@ def pattern_plan(request: PatternRequest, read: Callable[[tuple, tuple, bool], R
             travel.check(recorded, points, start, isometry, c + 1)
             travel.check_turns(recorded, senses, c + 1)
         runs_made.append((c + 1, recorded, points, start, isometry))
-        moves += moved(recorded, points, start, isometry, request.chord) + ([Code(CALLERS_PATH)] if recorded.path else [])
-        if len(moves) > request.most_moves:
+        found = copier.moves(recorded, points, start, isometry) + ([Code(CALLERS_PATH)] if recorded.path else [])
+        moves += found
+        count += sum(len(move.moves) if isinstance(move, Copy) else 1 for move in found)
+        if max(count, runs.least * len(copies)) > request.most_moves:
             raise CycleError(f"the pattern has more than {request.most_moves} moves", "use fewer copies, or raise [CHIPWISE]PLAN_MOVES")
         here, abc = isometry.point(points[recorded.ends[-1]]), turned(senses, recorded.moves[-1].abc or recorded.abc)
     if request.pose:
@@ -115,7 +119,7 @@ def pattern_plan(request: PatternRequest, read: Callable[[tuple, tuple, bool], R
     if _tilt(request) > NOTED_TILT and not request.pose:
         notes.append(Note(f"station {request.station:g} is tilted by {_tilt(request):.2f} degrees, and the tool's axis stays as it is", {}))
     return CyclePlan(tuple(moves), tuple(notes),
-                     lambda: Report("pattern", {"copies": len(copies), "moves": len(moves)}))
+                     lambda: Report("pattern", {"copies": len(copies), "moves": count}))
 
 
 def check(request: PatternRequest):
@@ -199,6 +203,11 @@ class _Runs:
 
     def __init__(self, read):
         self._read, self._template, self._before, self.first = read, None, None, None
+
+    @property
+    def least(self) -> int:
+        """Moves that every copy has, as far as that is known."""
+        return len(self._template.recorded.steps) if self._template and self._template.fits else 0
 
     def at(self, start, abc):
         """(Recorded, its points (k, 3)) from a start.  Two runs are compared if their axes turn alike."""

@@ -5,9 +5,9 @@ Made by hole.py, contour.py and pocket.py; read by plans.py, which turns the not
 """
 
 from dataclasses import dataclass, field
-from typing import Any, Callable, Mapping, NamedTuple, Optional
+from typing import Any, Callable, Mapping, NamedTuple, Optional, Union
 
-from chipwise.moves import Move
+from chipwise.moves import Copy, Move
 
 
 class Note(NamedTuple):
@@ -28,12 +28,12 @@ class Report(NamedTuple):
 class CyclePlan:
     """A planned cycle.
 
-    moves    of moves.py, in order
+    moves    of moves.py, in order; Copies only in a pattern
     notes    for the operator
     report   makes the Report when it is wanted; None: there is nothing to report.  A function, because measuring the
              largest of very many pieces takes longer than the rest of the plan.
     """
 
-    moves: tuple[Move, ...]
+    moves: tuple[Union[Move, Copy], ...]
     notes: tuple[Note, ...] = ()
     report: Optional[Callable[[], Report]] = field(default=None, compare=False)

@@ -8,5 +8,6 @@ runner.py     the reader: LinuxCNC's interpreter in a process of its own
 recorded.py   what it found: moves and codes
 climb.py      closed chains of a mirrored sub, run backwards
 library.py    folders of subs that are listed by name
+copies.py     the same sub at many places
 isometry.py   mirror, rotation and shift, of points and of moves
 """

@@ -10,6 +10,7 @@ work by a about the axis n = A, B or C is one by det(R) s a if R n = s n, with s
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -45,16 +46,20 @@ class Isometry:
         matrix = np.array(self.matrix).T
         return Isometry(tuple(map(tuple, matrix.tolist())), tuple((-matrix @ np.array(self.shift)).tolist()))
 
-    @property
+    @cached_property
     def mirrors(self) -> bool:
         """Whether a left hand becomes a right one."""
         return float(np.linalg.det(np.array(self.matrix))) < 0.0
 
-    @property
+    @cached_property
     def senses(self) -> tuple:
         """Of the axes A, B and C: 1 if a turn keeps its sense, -1 if it changes it, 0 if it becomes one about another axis."""
-        found = [_axis(np.array(self.matrix)[:, k]) for k in range(3)]
-        return tuple(axis[1] * (-1 if self.mirrors else 1) if axis and axis[0] == k else 0 for k, axis in enumerate(found))
+        return tuple(axis[1] * (-1 if self.mirrors else 1) if axis and axis[0] == k else 0 for k, axis in enumerate(self.axes))
+
+    @cached_property
+    def axes(self) -> tuple:
+        """What X, Y and Z become: (index, sign) of an axis, None if it lies between them."""
+        return tuple(_axis(np.array(self.matrix)[:, k]) for k in range(3))
 
     def after(self, first: "Isometry") -> "Isometry":
         """This one after another."""
@@ -89,7 +94,7 @@ def moved(recorded: Recorded, points, start, isometry: Isometry, chord: float) -
     """
     images: list[tuple] = list(map(tuple, isometry.points(points).tolist()))
     senses, abc = isometry.senses, turned(isometry.senses, recorded.abc)
-    axes = [_axis(np.array(isometry.matrix)[:, k]) for k in range(3)]
+    axes = isometry.axes
     turn = -1 if isometry.mirrors else 1
     found: list[Move] = []
     here, at = np.array(start), 0
