@@ -7,6 +7,7 @@ numbers, no HAL, no machine.  Read in LinuxCNC 2.9: gcodemodule.cc, rs274/interp
 
 import ctypes
 import os
+import resource
 import signal
 import struct
 
@@ -93,6 +94,14 @@ def limit_computing(seconds: float) -> None:
     signal.signal(signal.SIGPROF, signal.SIG_DFL)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGPROF])
     signal.setitimer(signal.ITIMER_PROF, seconds)
+
+
+def limit_run(seconds: float) -> None:
+    """limit_computing(), for a process that the planner has started: it inherits the computing time that the planner is lent (planner.py), which may
+    be less, and would end without a reason."""
+    _soft, hard = resource.getrlimit(resource.RLIMIT_CPU)
+    resource.setrlimit(resource.RLIMIT_CPU, (hard, hard))
+    limit_computing(seconds)
 
 
 def make_tool_table(random: bool = False):

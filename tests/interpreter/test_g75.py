@@ -231,6 +231,12 @@ def test_a_pattern_of_itself_ends():
     assert "sub O100 is called by patterns more than 8 deep; see whether it calls itself" in trace.error
 
 
+def test_a_sub_that_does_not_end():
+    """The planner is lent less computing time than the sub may take; its process has a limit of its own."""
+    trace = canon.run_preview(program(["G75 Q100"], ["o100 sub", "G0 X1", "o101 while [1]", "o101 endwhile", "o100 endsub"]), timeout=200)
+    assert "the sub does not end within 5 s of computing time (loops and calls: line 3); correct the loop's condition" in trace.error, trace.error
+
+
 BAD = [
     ("G75", "word Q (number of the sub"), ("G75 Q7", "there is no sub O7"), ("G75 Q100 L0", "L0 is not a number of copies"),
     ("G75 Q100 H4", "H4 is not a mirror"), ("G75 Q100 P3", "station P3 is not taught"), ("G75 Q100 I5", "I, J and K are for more than one copy"),

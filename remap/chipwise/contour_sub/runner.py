@@ -108,7 +108,7 @@ def _mark_before(job, line):
 def main():
     die_with_parent(int(sys.argv[1]))
     job, output = json.load(sys.stdin), os.fdopen(interpreter_process.own_output(), "w")
-    interpreter_process.limit_computing(job["cpu_s"])
+    interpreter_process.limit_run(job["cpu_s"])
     interpreter_process.make_tool_table()
     canon = Canon(job)
     error = None

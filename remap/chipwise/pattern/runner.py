@@ -258,7 +258,7 @@ def located(canon, text):
 def main():
     die_with_parent(int(sys.argv[1]))
     job, output = json.load(sys.stdin), os.fdopen(interpreter_process.own_output(), "w")
-    interpreter_process.limit_computing(job["cpu_s"])
+    interpreter_process.limit_run(job["cpu_s"])
     hand.mirrored = job["mirrored"]
     hand.path = ()
     known_stock.caller_top = job["stock_top"]
