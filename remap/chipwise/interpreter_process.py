@@ -27,6 +27,8 @@ class Stop(Exception):
 class Canon:
     """Answers to what the interpreter asks; job: dict with units_per_mm, parameters and, unless XYZ, axis_mask."""
 
+    wants_targets = False       # chipwise.preview
+
     def __init__(self, job):
         self.job = job
 

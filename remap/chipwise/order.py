@@ -19,6 +19,7 @@ class Order:
     start       (x, y, z) mm, of the tool
     memory_mb   how much memory the plan may take
     report      whether somebody wants the report
+    targets     whether somebody wants the contour
     axes        letters of the machine's axes, of X Y Z A B C
     """
 
@@ -31,6 +32,7 @@ class Order:
     memory_mb: int
     job: Any = None
     report: bool = False
+    targets: bool = False
     axes: str = AXES
 
 
@@ -42,9 +44,11 @@ class Outcome:
     turning    turning.blocks.Turning for glue/turning.py, of G26 and G27
     messages   for the operator
     report     (kind, figures) for report.record(), None if nobody wants it
+    targets    loops of points (x, y, z), mm, work coordinates: the contour, at the depth of the cycle; () if nobody wants it
     """
 
     chunks: tuple
     messages: tuple = ()
     report: Optional[tuple] = None
     turning: Any = None
+    targets: tuple = ()

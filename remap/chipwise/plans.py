@@ -10,6 +10,7 @@ from chipwise.contour_sub import find, read
 from chipwise.cycles import contour, contour_chop, hole, pattern, pocket, surface
 from chipwise.cycles.plan import CyclePlan
 from chipwise.errors import CycleError
+from chipwise.geometry.base.chains import flat
 from chipwise.geometry.base.contour import ContourError
 from chipwise.lines import DECIMALS, chunks
 from chipwise.order import Order, Outcome
@@ -18,6 +19,7 @@ from chipwise.pattern.recorded import Recorded
 from chipwise.turning import outcome, reach
 
 _DECIMALS = {"pattern": 9}       # what a sub has computed goes on exactly
+TARGET_SAG_MM = 0.01            # of the chords of a contour that is shown
 _CACHING = (hole, contour, contour_chop, pocket, surface, find, read, pattern_run, reach)
 
 
@@ -36,7 +38,14 @@ def make(order: Order) -> Outcome:
     plan = _CYCLES[order.cycle](order)
     messages = tuple(CycleError(text, code=order.code, **lengths).text(order.unit) for text, lengths in plan.notes)
     report = plan.report() if order.report and plan.report else None
-    return Outcome(chunks(plan.moves, order.start, order.unit_mm, _DECIMALS.get(order.cycle, DECIMALS), order.axes), messages, report)
+    return Outcome(chunks(plan.moves, order.start, order.unit_mm, _DECIMALS.get(order.cycle, DECIMALS), order.axes), messages, report,
+                   targets=_targets(order) if order.targets and order.cycle in ("contour", "pocket") else ())
+
+
+def _targets(order: Order) -> tuple:
+    """The loops of the sub as points, at the depth of the cycle; the plan has read them before."""
+    bottom = order.fields["bottom"]
+    return tuple(tuple((x, y, bottom) for x, y in flat(contour.elements, TARGET_SAG_MM).tolist()) for contour in read.contours(read.read_shape(order.job)))
 
 
 def _hole(order: Order) -> CyclePlan:

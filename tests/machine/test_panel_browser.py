@@ -15,7 +15,8 @@ pytestmark = [pytest.mark.machine, pytest.mark.together('panel browser'), pytest
 URL, TOKEN = 'http://127.0.0.1:8250', 'correct-horse-7'
 BROWSER = os.path.join(runner.ROOT, 'tests', 'support', 'panel_browser.py')
 # A slot 6 mm wide and 4 of 10 mm deep along the middle of 60 x 40 mm; 24 mm2 at 0.3 cm3/min are 12.5 mm/min: it lasts for a visit.
-CUT = ('G21 G90 G64 P0.01\nT1 M6\nM250 P0 Q0 R-10 I60 J40 K10\nS1000 M3\nF600\nG0 X-10 Y20 Z5\nG1 Z-4\nG1 X35\nM251 P1 Q0.3\nG1 X64\nM2\n')
+CUT = ('G21 G90 G64 P0.01\nT1 M6\nM250 P0 Q0 R-10 I60 J40 K10\nS1000 M3\nF600\nG0 X-10 Y20 Z5\nG1 Z-4\nG1 X35\nM251 P1 Q0.3\nG1 X64\n'
+       'G78 Q100 P42 Z-4 R5\nM2\no100 sub\nG0 X10 Y5\nG1 X50\nG1 Y30\nG1 X10\nG1 Y5\no100 endsub\n')
 INTO_STOCK = 'G21 G90\nG0 Z5\nG0 X30 Y35\nG0 Z-2\nM2\n'
 TOUCH_PX = 9 / 25.4 * 96        # 9 mm
 
@@ -78,6 +79,19 @@ def test_before_and_after_the_program(visits, which):
     uncut, cut = panel_browser.parts(before, 'light', [0.0, 0.4])
     assert uncut > 60 and cut / (uncut + cut) == pytest.approx(6 / 40, abs=0.03)
     assert panel_browser.parts(now, 'light', [0.0])[0] == pytest.approx(uncut + cut, abs=6)
+
+
+@pytest.mark.parametrize('which', ['ahead', 'flat_ahead'])
+def test_path_ahead_and_contour(visits, which):
+    """While it cuts along the slot its end is the next point; the contour of G78 is where it will be cut.  A guard has stopped the second one."""
+    cutting, stopped = (visit[which] for visit in visits)
+    assert cutting['points'][:4] == pytest.approx([64, 20, -4, 0], abs=1e-3)
+    (contour,), path, drawn = cutting['contours'], 0, 1
+    assert sorted({tuple(point) for point in contour}) == [(10, 5, -4), (10, 30, -4), (50, 5, -4), (50, 30, -4)]
+    assert cutting['with'][path] > 50 and cutting['without'][path] < 5, cutting
+    assert cutting['with'][drawn] > cutting['without'][drawn] + 300, cutting          # walls in the shade are as dark
+    assert cutting['hidden'] == 0 and cutting['shown'] > 8
+    assert stopped['points'] == pytest.approx([30, 35, -2, 1], abs=1e-3) and stopped['contours'] == []
 
 
 def test_an_alarm_and_the_token(visits):

@@ -24,6 +24,21 @@ COLUMN = """const v = chipwise.view.canvas, c = document.createElement('canvas')
     return Array.from(x.getImageData(v.width >> 1, 0, 1, v.height).data)"""
 
 
+BARE = """chipwise.ahead.show({path: false, loops: false}); chipwise.view.path([]); chipwise.view.tool(null); chipwise.view.draw();
+    chipwise.ahead.show({path: true, loops: true})"""
+# How many pixels of the stock's picture have nearly the colours of the second argument, drawn with or without path ahead and contours.
+INKS = """const v = chipwise.view, c = document.createElement('canvas');
+    chipwise.ahead.show({path: arguments[0], loops: arguments[0]}); v.path([]); v.tool(null); v.draw();
+    chipwise.ahead.show({path: true, loops: true});
+    c.width = v.canvas.width; c.height = v.canvas.height;
+    const x = c.getContext('2d'); x.drawImage(v.canvas, 0, 0);
+    const data = x.getImageData(0, 0, c.width, c.height).data, found = arguments[1].map(() => 0);
+    for (let k = 0; k < data.length; k += 4) {
+        arguments[1].forEach((rgb, n) => { if (rgb.every((value, i) => Math.abs(value - data[k + i]) < 25)) found[n]++; });
+    }
+    return found"""
+
+
 def missing():
     """Why no browser can be used here, "" if one can."""
     import importlib.util
@@ -86,7 +101,7 @@ def figures(driver):
 def above(driver):
     """RGB along the middle column of the stock from above, drawn anew."""
     driver.find_element("id", "above").click()
-    driver.execute_script("chipwise.view.path([]); chipwise.view.tool(null); chipwise.view.draw()")
+    driver.execute_script(BARE)
     flat = driver.execute_script(COLUMN)
     return [flat[k:k + 3] for k in range(0, len(flat), 4)]
 
@@ -100,6 +115,18 @@ def run_column(driver):
     driver.find_element("id", "this-run").click()
     driver.find_element("id", "before").click()
     return now, above(driver)
+
+
+def ahead(driver):
+    """What of the program is ahead: {points: the next ones, contours, pixels of each colour with and without, whether the button hides the path}."""
+    driver.find_element("id", "above").click()
+    inks = [[round(255 * v) for v in item_colours("light")[item]] for item in ("path_ahead", "target")]
+    found = {"points": driver.execute_script("return chipwise.ahead.points.slice(0, 8)"), "contours": driver.execute_script("return chipwise.ahead.contours"),
+             "with": driver.execute_script(INKS, True, inks), "without": driver.execute_script(INKS, False, inks)}
+    for shown in ("hidden", "shown"):
+        driver.find_element("id", "path-ahead").click()
+        found[shown] = driver.execute_script("return chipwise.ahead.points.length")
+    return found
 
 
 def targets(driver):
@@ -119,6 +146,8 @@ def visit(url, folder, token):
                          "return chipwise.state"), "column": above(driver), "overflow": driver.execute_script(
                              "return [document.documentElement.scrollWidth, document.documentElement.scrollHeight]")}
         found["alarms"] = [e.text for e in driver.find_elements("css selector", "#alarm-list li")]
+        wait(driver, "chipwise.ahead.points.length", "the path ahead")
+        found["ahead"] = ahead(driver)
         found["background"] = driver.execute_script("return document.body.dataset.state")
         if token:
             found["token"] = enter_token(driver, token)
@@ -130,6 +159,8 @@ def visit(url, folder, token):
         found["flat"] = not driver.execute_script("return chipwise.view instanceof HeightView")
         found["flat_column"], found["german"] = above(driver), figures(driver)
         found["flat_run_column"] = run_column(driver)
+        wait(driver, "chipwise.ahead.points.length", "the path ahead")
+        found["flat_ahead"] = ahead(driver)
         return found
     finally:
         driver.quit()

@@ -17,7 +17,7 @@ class Page:
 
     def __init__(self):
         self.kinds, self.states, self.points, self.recent, self.map, self.rows = [], [], [], [], None, None
-        self.tiles = 0
+        self.tiles, self.loops, self.ahead, self.ahead_points = 0, [], (0, 0), []
 
     def take(self, kind, content):
         self.kinds.append(kind)
@@ -32,6 +32,11 @@ class Page:
             self.rows = [[None] * self.map["columns"] for _ in range(self.map["rows"])]
         elif kind == "T":
             self.put(content)
+        elif kind == "A":
+            self.ahead = struct.unpack_from("<II", content)
+            self.ahead_points = list(struct.iter_unpack("<4f", content[8:]))
+        elif kind == "C":
+            self.loops = json.loads(content)
 
     def put(self, content):
         epoch, = struct.unpack_from("<I", content)

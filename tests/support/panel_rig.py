@@ -21,7 +21,7 @@ class Machine:
         self.tip = (0.0, 0.0, 10.0)
         self.tasks = {"state": "on", "program": "/home/me/part.ngc", "running": False, "paused": False, "inch": False, "mdi_unit": "mm",
                       "feed_override": 1.0}
-        self.alive, self.closed, self.looks = True, False, 0
+        self.alive, self.closed, self.looks, self.loaded = True, False, 0, None
 
     def runs(self):
         return self.alive
@@ -32,6 +32,9 @@ class Machine:
 
     def task(self):
         return None if self.tasks is None else dict(self.tasks)
+
+    def scene(self):
+        return self.loaded
 
     def stock(self):
         return SharedStock(memoryview(self.core._block))
@@ -50,8 +53,8 @@ class Machine:
 class Rig:
     """Machine, watch and server; look() by hand, or looks() in a thread."""
 
-    def __init__(self, found, token, address, **parts):
-        self.machine, self.watch = found, watch.Watch(found)
+    def __init__(self, found, token, address, ahead=None, **parts):
+        self.machine, self.watch = found, watch.Watch(found, ahead=ahead)
         self.server = server.Server(address, 0, self.watch, token, **parts)
         self.url = self.server.url
         self._going = True
@@ -75,9 +78,9 @@ class Rig:
 
 
 @contextlib.contextmanager
-def serving(token="", address="127.0.0.1", items=None, lines=None, **box):
+def serving(token="", address="127.0.0.1", items=None, lines=None, ahead=None, **box):
     """A Rig whose server answers; it has looked once."""
-    rig = Rig(Machine(**box), token, address, items=items, lines=lines)
+    rig = Rig(Machine(**box), token, address, ahead, items=items, lines=lines)
     thread = threading.Thread(target=rig.server.serve_forever, kwargs={"poll_interval": 0.05}, daemon=True)
     thread.start()
     rig.look()

@@ -18,6 +18,7 @@ sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "remap")]
 
 from chipwise.machine import mdi  # noqa: E402
 from chipwise.panel import line_process, lines  # noqa: E402
+from chipwise.panel.ahead import Ahead  # noqa: E402
 from chipwise.panel.watch import LOOK_S  # noqa: E402
 from support import panel_browser, panel_rig  # noqa: E402
 
@@ -25,16 +26,40 @@ ENTERED = "179,-6,,2"     # of G79
 TARGET = 6000.0         # mm3/min
 STEP = 0.417            # mm in a look
 SLOT = [(-10.0, 10.0), (52.0, 10.0), (52.0, 30.0), (24.0, 30.0)]
+# The loaded program: the slot to its end, and a pocket in it.
+PROGRAM = """G21 G90
+T1 M6
+S9000 M3
+F600
+G0 X-10 Y10 Z5
+G1 Z-4
+G1 X52
+G1 Y30 Z-7
+G1 X8
+G1 Y18
+G0 Z5
+G0 X24 Y18
+G79 Q100 Z-5 R1
+M2
+o100 sub
+G0 X14 Y15
+G1 X46
+G1 Y25
+G1 X14
+G1 Y15
+o100 endsub
+"""
 
 
 def cut(rig):
     """A slot in two depths along SLOT, a look each STEP."""
     values = rig.machine.values
-    values.update(mode=2.0, motion_type=2.0, target=TARGET, limited_by=1.0, override=0.21, line=14.0, tool=1.0, tool_flute_length=20.0,
+    values.update(mode=2.0, motion_type=2.0, target=TARGET, limited_by=1.0, override=0.21, tool=1.0, tool_flute_length=20.0,
                   area=24.0, area_ahead=24.0, depth=4.0, requested_vel=20.0, programmed_vel=3.0, current_vel=STEP / LOOK_S)
     rig.machine.tasks.update(program="slots.ngc", running=True)
     at = (*SLOT[0], -4.0)
-    for corner in SLOT[1:]:
+    for line, corner in enumerate(SLOT[1:], 7):
+        values["line"] = float(line)
         count = math.ceil(math.dist(at[:2], corner) / STEP)
         start = at
         for k in range(1, count + 1):
@@ -78,7 +103,14 @@ def entry_picture(folder):
 def main():
     if panel_browser.missing():
         sys.exit(panel_browser.missing())
-    with panel_rig.serving() as rig, tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as folder, panel_rig.serving(ahead=Ahead(str(ROOT / "configs" / "mill.ini"))) as rig:
+        program = Path(folder) / "slots.ngc"
+        program.write_text(PROGRAM)
+        rig.machine.loaded = {"program": str(program), "index": 1, "offset": [0.0] * 3, "g92": [0.0] * 3, "turn": 0.0, "tool": 1,
+                              "codes": "G21 G17 G90 G91.1", "block_delete": False}
+        rig.watch.pages = 1             # until the path has been read
+        rig.wait(lambda: rig.look() or rig.watch.ahead.state()["from"] is not None)
+        rig.watch.pages = 0
         clock, real = [time.monotonic()], time.monotonic
         time.monotonic = lambda: clock[0]
 

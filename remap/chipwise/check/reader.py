@@ -42,9 +42,10 @@ LENGTHS = "XYZABCUVW"
 
 class Machine:
     """The machine of an INI file.  Raises Unreadable if it cannot be used.  tool: number of the tool in the spindle at the
-    beginning, 0: none."""
+    beginning, 0: none; codes: the two lines that are executed before the program; block_delete: whether lines with / are left out."""
 
     tool = 0
+    block_delete = False
 
     def __init__(self, ini):
         self.ini = os.path.abspath(ini)
@@ -61,7 +62,7 @@ class Machine:
         self.table = self._path(section["EMCIO"].get("TOOL_TABLE"))
         self.random = section["EMCIO"].get("RANDOM_TOOLCHANGER", "0").strip() == "1"
         self.parameters = self._path(section["RS274NGC"].get("PARAMETER_FILE"))
-        self.startup = section["RS274NGC"].get("RS274NGC_STARTUP_CODE", "")
+        self.codes = ["G20" if self.unit_mm > 10 else "G21", section["RS274NGC"].get("RS274NGC_STARTUP_CODE", "")]
         coordinates = section["TRAJ"].get("COORDINATES", "XYZ").upper()
         self.axis_mask = sum(1 << k for k, letter in enumerate(LENGTHS) if letter in coordinates) or 7
         self.speeds = [self._number(section[f"AXIS_{a}"].get("MAX_VELOCITY"), section["TRAJ"].get("MAX_LINEAR_VELOCITY"))
@@ -86,13 +87,13 @@ class Machine:
 
 class Reader:
     """One program under way.  judged=False: codes that cannot be judged are read over, to see whether the program has an end; watched:
-    of a marked program (trace.py), whose items are in `trace` at the end."""
+    of a marked program (trace.py), whose items are in `trace` at the end; targets: with the contours of G77, G78 and G79."""
 
     def __init__(self, program, machine, stock=None, quiet_s=QUIET_S, cpu_s=CPU_S, most_moves=MAX_MOVES,
-                 written=False, judged=True, memory_mb=None, watched=None):
+                 written=False, judged=True, memory_mb=None, watched=None, targets=False):
         self.program, self.machine, self.messages = os.path.abspath(program), machine, []
         self._stock, self._cpu_s, self._most_moves, self._written, self._judged = stock, cpu_s, most_moves, written, judged
-        self._memory_mb, self._watched, self.trace = memory_mb, watched, None
+        self._memory_mb, self._watched, self._targets, self.trace = memory_mb, watched, targets, None
         self._quiet_s = min(quiet_s, 0.8 * cpu_s)
         self._child = self._folder = None
 
@@ -120,10 +121,10 @@ class Reader:
         order = json.dumps({
             "program": readable(self.program, folder), "parameters": paths["machine.var"], "table": machine.table, "random": machine.random,
             "units_per_mm": 1.0 / machine.unit_mm, "axis_mask": machine.axis_mask, "quiet_s": self._quiet_s,
-            "codes": ["G20" if machine.unit_mm > 10 else "G21", machine.startup], "most_moves": self._most_moves,
+            "codes": machine.codes, "most_moves": self._most_moves,
             "cpu_s": self._cpu_s, "stock": self._stock, "chord_mm": CHORD_MM, "written": self._written,
             "judged": self._judged, "memory_mb": self._memory_mb,
-            "tool": machine.tool, "watched": self._watched})
+            "tool": machine.tool, "watched": self._watched, "targets": self._targets, "block_delete": machine.block_delete})
         environment = {**os.environ, "HOME": folder, "INI_FILE_NAME": paths["machine.ini"], "LC_ALL": "C",
                        "OPENBLAS_NUM_THREADS": "1"}
         self._errors = open(paths["errors"], "w+b")

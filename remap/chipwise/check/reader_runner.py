@@ -11,7 +11,7 @@ Job:     program, parameters, table (paths), random (tool changer), units_per_mm
          quiet_s (computing time without a block of moves), cpu_s (in all), chord_mm, stock (null or low, high: mm, work
          coordinates at the first move), written (whether CIRCLE records are wanted, for rewriting), judged (whether what cannot be judged ends it),
          memory_mb (of this process; null: no limit), tool (number of the one in the spindle; 0: none), watched (null, or the parameters
-         of a marked program: trace.py)
+         of a marked program: trace.py), targets (whether TARGET records are wanted), block_delete (whether lines with / are left out)
 Blocks:  b"R", uint32 number of bytes, records of WIDTH doubles; b"E", uint32 number of bytes, JSON of the end
 
 The records: records.py.
@@ -31,7 +31,7 @@ sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspa
 
 import gcode                                                    # noqa: E402
 
-from chipwise.check.records import ARC, CIRCLE, DWELL, FEED, FRAME, RAPID, STOCK, TOOL, VOLUME, WIDTH      # noqa: E402
+from chipwise.check.records import ARC, CIRCLE, DWELL, FEED, FRAME, RAPID, STOCK, TARGET, TOOL, VOLUME, WIDTH      # noqa: E402
 from chipwise import interpreter_process                       # noqa: E402
 from chipwise.interpreter_process import ARC_AXES, INCH, NO_TOOL, Stop, ToolTable, fails_alike, limit_computing, own_output      # noqa: E402
 from chipwise.processes import die_with_parent, limit_memory                  # noqa: E402
@@ -59,6 +59,7 @@ class Canon(interpreter_process.Canon):
         self.stop = None
         self.messages = []
         self.trace = None
+        self.wants_targets = job["targets"]
         if job["tool"] and self.spindle[0] > 0:
             self._tool_event()
         if job["stock"]:
@@ -229,6 +230,16 @@ class Canon(interpreter_process.Canon):
         """M251, M252 (preview.py)."""
         self.line = line
         self._event(VOLUME, mode, target, lower, ceiling or 0.0)
+
+    def target(self, line, loops):
+        """A contour (preview.py)."""
+        self.line = line
+        for loop in loops:
+            for number, point in enumerate(loop):
+                self._event(TARGET, *self._machine(*(value / INCH for value in point)), float(number == 0))
+
+    def get_block_delete(self):
+        return self.job["block_delete"]
 
     def message(self, text):
         if len(self.messages) < 20:

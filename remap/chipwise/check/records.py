@@ -9,13 +9,14 @@ mm, mm/min, machine coordinates of the tool's tip:
     DWELL               seconds
     FRAME               turn (rad), offset of the coordinate system x y z, G92 offset x y z (before the turn)
     CIRCLE              plane (1 XY, 2 YZ, 3 XZ), centre x y z, turns (negative: clockwise)     of the ARC chords that follow; asked for
+    TARGET              x y z first         a point of a loop of a contour sub, first: 1 on a loop's first; asked for
     MARK                file, what, item, modes, side of compensation, motion mode, feed      of a marked program (trace.py)
 """
 
 import math
 from dataclasses import dataclass
 
-RAPID, FEED, ARC, TOOL, STOCK, VOLUME, DWELL, FRAME, CIRCLE, MARK = range(10)
+RAPID, FEED, ARC, TOOL, STOCK, VOLUME, DWELL, FRAME, CIRCLE, MARK, TARGET = range(11)
 WIDTH = 10
 
 

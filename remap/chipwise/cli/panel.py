@@ -59,7 +59,7 @@ def run(options):
             raise CycleError('there is no stock tracker in HAL', 'start LinuxCNC with chipwise.hal first')
     except CycleError as error:
         raise CommandError(str(error).removeprefix('chipwise: ')) from error
-    serve(settings, *parts)
+    serve(settings, ini, *parts)
     return 0
 
 
@@ -87,14 +87,15 @@ def show_tab(text):
     return 0
 
 
-def serve(settings, *parts):
+def serve(settings, ini, *parts):
     """The looks in this thread, the server in another one."""
+    from chipwise.panel.ahead import Ahead
     from chipwise.panel.machine import Machine, wait_for_task
     from chipwise.panel.watch import LOOK_S, Watch
     signal.signal(signal.SIGTERM, leave)
     if not wait_for_task():
         return
-    watch = Watch(Machine(), settings.path('PANEL_LOG'))
+    watch = Watch(Machine(), settings.path('PANEL_LOG'), Ahead(ini))
     try:
         server = make_server(settings, watch, *parts)
         threading.Thread(target=server.serve_forever, daemon=True).start()

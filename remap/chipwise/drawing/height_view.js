@@ -6,6 +6,7 @@
 //     view.put(column, row, columns, rows, heights);     a part; Uint16Array, 0 the bottom, 65535 the top
 //     view.before(heights);                              the map as it was: what is lower is drawn as cut (default: the top)
 //     view.path(points); view.tool({x, y, z, radius});   mm from the map's corner and bottom
+//     view.over = (matrix) => ..;                        draws over it, in WebGL; view.overFlat = (context, mm -> pixels) => ..
 //     view.recolour(colours); view.draw();
 //
 // colours: {background, uncut, shallow, deep, path, tool}, each [r, g, b] from 0 to 1. Used by the page of `chipwise check` and by
@@ -192,6 +193,7 @@ class HeightView extends HeightBase {
         gl.useProgram(this.line);
         gl.uniformMatrix4fv(gl.getUniformLocation(this.line, 'view'), false, view);
         this.drawLine(this.points.flat(), gl.LINE_STRIP, [...this.colours.path, 1]);
+        if (this.over) this.over(view);
         if (this.cutter) this.drawTool();
     }
 
@@ -315,6 +317,7 @@ class FlatView extends HeightBase {
         context.beginPath();
         for (const [x, y] of this.points) context.lineTo(left + x * k, low - y * k);
         context.stroke();
+        if (this.overFlat) this.overFlat(context, ([x, y]) => [left + (x - map.x) * k, low - (y - map.y) * k]);
         if (!this.cutter) return;
         context.fillStyle = css(this.colours.tool, 0.35);
         context.beginPath();
@@ -325,7 +328,7 @@ class FlatView extends HeightBase {
 
 // The view that this browser can show; flat: without WebGL.
 function makeHeightView(canvas, colours, flat = false) {
-    const gl = flat ? null : canvas.getContext('webgl2', {antialias: true, preserveDrawingBuffer: true});
+    const gl = flat ? null : canvas.getContext('webgl2', {alpha: false, antialias: true, preserveDrawingBuffer: true});
     if (gl) {
         try {
             return new HeightView(canvas, colours, gl);

@@ -13,7 +13,7 @@ import os
 import emccanon
 from interpreter import INTERP_ERROR, INTERP_EXECUTE_FINISH, INTERP_OK
 
-from chipwise import planner, report
+from chipwise import planner, preview, report
 from chipwise.errors import CycleError, clip, printable
 from chipwise.glue import barriers, context, emit, known_cuts, known_stock, named, task, volumetric
 from chipwise.glue.ceiling import restore_programmed
@@ -82,6 +82,8 @@ def run_cycle(interp, code, kwargs, order_of, check=State.check_modes, do=carry_
         if outcome.report:
             kind, figures = outcome.report
             report.record(kind, **figures)
+        if outcome.targets:
+            preview.target(state.line_number, outcome.targets)
         yield from do(state, turn, outcome)
         yield INTERP_OK
     except GeneratorExit:

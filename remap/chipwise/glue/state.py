@@ -9,7 +9,7 @@ import math
 
 import emccanon
 
-from chipwise import ini, report
+from chipwise import ini, preview, report
 from chipwise.errors import MM_PER_INCH, CycleError
 from chipwise.glue import known_stock, named
 from chipwise.machine import limits
@@ -51,7 +51,8 @@ class State:
         """The Order of this cycle: a function of plans.py, the fields of its request, the Job of its sub."""
         return Order(cycle=cycle, code=self.code, fields=dict(fields, most_moves=self.settings["PLAN_MOVES"]), job=job,
                      unit=self.unit, unit_mm=self.unit_mm, start=self.position(),
-                     memory_mb=self.settings["PLAN_MEMORY"], report=bool(self.interp.task and report.path()))
+                     memory_mb=self.settings["PLAN_MEMORY"], report=bool(self.interp.task and report.path()),
+                     targets=preview.wants_targets())
 
     # ---- modes ----------------------------------------------------------------------------------------------
 

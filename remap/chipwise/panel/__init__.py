@@ -5,6 +5,7 @@
     machine.py          the same machine, read for the page
     watch.py            one look after the other: state, figures of a run, alarms
     tiles.py, alarms.py the stock in tiles; the alarms
+    ahead.py            the path ahead and the contours of the loaded program; ahead_process.py reads it, path_ahead.py follows the tool on it
     tab.py              the page as a tab of AXIS and gmoccapy
     tool_log.py         what each tool did in a program
     lines.py            a typed line: made, planned, run; line_process.py plans and runs it, line_requests.py are the requests about it

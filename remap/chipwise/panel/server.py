@@ -13,7 +13,8 @@ Called by cli/panel.py.  What a stranger may send is refused before anything is 
     WRONG_TOKEN_S.
 
 A stream is a row of messages: one letter (kind), four bytes (length, least first), content.  R: the last minute, P: points of the
-path done, S: the state, M and T: the stock, B: the stock before the program (tiles.py).  A page that is slow gets fewer of them, each up to date.
+path done, S: the state, M and T: the stock, B: the stock before the program (tiles.py), A and C: path ahead and
+contours (ahead.py).  A page that is slow gets fewer of them, each up to date.
 """
 
 import hmac
@@ -45,7 +46,7 @@ FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "page")
 SHARED = os.path.join(os.path.dirname(FOLDER), os.pardir, "drawing")
 FILES = {               # path: folder, file, type
     "/": (FOLDER, "panel.html", "text/html"), "/panel.css": (FOLDER, "panel.css", "text/css"),
-    "/panel.js": (FOLDER, "panel.js", "text/javascript"), "/entry.js": (FOLDER, "entry.js", "text/javascript"), "/chart.js": (FOLDER, "chart.js", "text/javascript"),
+    "/panel.js": (FOLDER, "panel.js", "text/javascript"), "/entry.js": (FOLDER, "entry.js", "text/javascript"), "/chart.js": (FOLDER, "chart.js", "text/javascript"), "/ahead.js": (FOLDER, "ahead.js", "text/javascript"),
     "/height_view.js": (SHARED, "height_view.js", "text/javascript")}
 HEADERS = (
     ("Cache-Control", "no-store"), ("X-Content-Type-Options", "nosniff"), ("Referrer-Policy", "no-referrer"),
@@ -155,12 +156,13 @@ class Handler(LineRequests, BaseHTTPRequestHandler):
             self.headers_for_all()
             self.end_headers()
             self.wfile.write(message(b"R", json.dumps(watch.recent()).encode()))
-            stock, number, path, mark = (0, 0), -1, (0, 0), 0
+            stock, number, path, mark, ahead = (0, 0), -1, (0, 0), 0, (-1, 0)
             while not watch.ended and not self.server.closing:
                 number, state = watch.wait(number, WAIT_S)
                 parts, stock = watch.tiles.messages(stock)
                 before, mark = watch.tiles.before(mark)
-                parts += before
+                coming, ahead = watch.ahead.messages(ahead)
+                parts += before + coming
                 points = watch.path_since(*path)
                 if points["points"] or points["epoch"] != path[0]:
                     parts.append((b"P", json.dumps(points).encode()))

@@ -16,6 +16,7 @@ import time
 from collections import deque
 
 from chipwise.clock import patience
+from chipwise.panel.ahead import Ahead
 from chipwise.panel.alarms import Alarms
 from chipwise.panel.display import LIMITS, MODES, Run
 from chipwise.panel.tiles import Tiles
@@ -76,12 +77,12 @@ class PathDone:
 class Watch:
     """The machine as the pages see it."""
 
-    def __init__(self, machine, log_path=""):
-        """log_path: file of the tool log, "" for none."""
+    def __init__(self, machine, log_path="", ahead=None):
+        """log_path: file of the tool log, "" for none; ahead: Ahead, None: no program is read."""
         self.machine, self.log_path = machine, log_path
         self.tools = ToolLog("", 0.0)
         self.log_error = ""
-        self.tiles, self.alarms, self.path = Tiles(), Alarms(), PathDone()
+        self.tiles, self.alarms, self.path, self.ahead = Tiles(), Alarms(), PathDone(), ahead or Ahead("")
         self.history = deque(maxlen=round(HISTORY_S / LOOK_S))
         self.published = threading.Condition()
         self.number = 0             # of the last look
@@ -110,6 +111,7 @@ class Watch:
         self.look_at_map(now, begins)
         if begins:
             self.tiles.mark()
+        self.ahead.look(dt, self.machine.scene() if task else None, bool(task and task["running"]), pins, self.pages > 0)
         with self.published:
             self.follow_run(dt, pins, task)
             self.alarms.step(pins, bool(task and task["inch"]), time.time())
@@ -176,7 +178,7 @@ class Watch:
                 "task": {**task, "program": os.path.basename(task["program"])} if task else None,
                 "run": figures(run, self.tools), "background": background(pins, task, self.alarms),
                 "guards": {"rapid": bool(pins["guard_rapid"]), "flute": bool(pins["guard_flute"])}, "alarms": self.alarms.entries, "stock_error": self.stock_error,
-                "tools": self.tools.rows(), "log_error": self.log_error, "pages": self.pages, "path": [self.path.epoch, self.path.count]}
+                "tools": self.tools.rows(), "log_error": self.log_error, "pages": self.pages, "path": [self.path.epoch, self.path.count], "ahead": self.ahead.state()}
 
     def wait(self, number, seconds):
         """Wait for a look after `number`.  -> (its number, its text), the same number after so many seconds or at the end."""
@@ -209,4 +211,5 @@ class Watch:
             self.keep_log()
         if self.stock is not None:
             self.stock.close()
+        self.ahead.close()
         self.machine.close()

@@ -276,4 +276,4 @@ def read(path, machine, stock=None, progress=None, **limits):
 
 def first_modes(machine):
     """The Modes at a program's beginning."""
-    return after_line(Modes(), f"G{20 if machine.unit_mm > 10 else 21} {machine.startup}")
+    return after_line(Modes(), " ".join(machine.codes))

@@ -15,8 +15,9 @@
     const colour = (name) => getComputedStyle(root).getPropertyValue('--' + name).trim();
     const rgb = (name) => colour(name).match(/[0-9a-f]{2}/gi).map((part) => parseInt(part, 16) / 255);
     const colours = () => ({background: rgb('background'), uncut: rgb('stock'), shallow: rgb('stock-cut'), deep: rgb('stock-deep'),
-                            path: rgb('path-done'), tool: rgb('tool')});
+                            path: rgb('path-done'), tool: rgb('tool'), ahead: rgb('path-ahead'), rapid: rgb('rapid'), target: rgb('target')});
     const view = makeHeightView($('view'), colours(), new URLSearchParams(location.search).has('flat'));
+    const ahead = makeAhead(view, () => view.colours);
     view.listen(show);
 
     // ---- words and units -----------------------------------------------------------------------------------------
@@ -85,8 +86,11 @@
         put('saved', run && run.saved !== null ? `${run.saved < 0 ? '-' : ''}${seconds(Math.abs(run.saved))}` : '-');
         put('removed', inch() ? `${(s.removed / MM3_PER.in3).toFixed(3)} in3` : `${(s.removed / MM3_PER.cm3).toFixed(2)} cm3`);
         put('log-error', s.log_error);
-        put('stock-note', s.stock_error || (s.stock ? (s.ready ? '' : t('The feed is F as programmed')) : t('No stock is defined; use M250')));
+        put('stock-note', s.stock_error || (s.stock ? (s.ready ? '' : t('The feed is F as programmed')) : t('No stock is defined; use M250')) || pathNote(s.ahead));
     }
+
+    // Why the path ahead ends before the program does.
+    const pathNote = (a) => (a.note ? `${t('Path ahead')}${a.line ? `, ${t('Line')} ${a.line}` : ''}: ${t(a.note)}` : '');
 
     // The tools of the program: rates in the operator's unit, times in s.
     function tools() {
@@ -170,7 +174,8 @@
 
     function press(id, on) {
         $(id).setAttribute('aria-pressed', String(on));
-        compared();
+        ahead.show({path: pressed('path-ahead'), loops: pressed('contours')});
+        if (view.map) compared();
         show();
     }
 
@@ -214,10 +219,12 @@
         state = found;
         rows.push([found.time, found.mrr, found.target, found.override]);
         while (rows.length && rows[0][0] < found.time - KEEP_S) rows.shift();
+        ahead.now(found.ahead, found.tip);
         place();
     }
 
-    const KINDS = {R: (b) => { rows = json(b); }, P: (b) => path(json(b)), S: (b) => now(json(b)), M: (b) => stock(json(b)), T: tiles, B: before};
+    const KINDS = {R: (b) => { rows = json(b); }, P: (b) => path(json(b)), S: (b) => now(json(b)), M: (b) => stock(json(b)), T: tiles, B: before,
+                   A: ahead.path, C: (b) => ahead.loops(json(b))};
 
     // Whole messages out of what has come; -> the rest.
     function consume(bytes) {
@@ -292,7 +299,7 @@
     $('theme').addEventListener('click', () => theme(root.dataset.theme === 'dark' ? 'light' : 'dark'));
     $('above').addEventListener('click', () => { view.above(true); show(); });
     $('slanted').addEventListener('click', () => { view.above(false); show(); });
-    for (const id of ['this-run', 'before']) $(id).addEventListener('click', () => press(id, !pressed(id)));
+    for (const id of ['this-run', 'before', 'path-ahead', 'contours']) $(id).addEventListener('click', () => press(id, !pressed(id)));
     $('history').addEventListener('click', () => {
         wholeHistory = !wholeHistory;
         $('history').setAttribute('aria-pressed', String(wholeHistory));
@@ -330,7 +337,7 @@
     }
 
     const language = () => new URLSearchParams(location.search).get('lang') || '';
-    window.chipwise = {t, change, token, put, language, show, view, get state() { return state; }, get rows() { return rows; }, get ageMs() { return ageMs; },
+    window.chipwise = {t, change, token, put, language, show, view, ahead, get state() { return state; }, get rows() { return rows; }, get ageMs() { return ageMs; },
                        get firstPicture() { return firstPicture; }};     // for entry.js, the console, and tests
     theme(localStorage.getItem('chipwise-theme') || (matchMedia('(prefers-color-scheme: dark)').matches ? 'dark' : 'light'));
     begin().catch((error) => put('status', error.message));

@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Reads the loaded program for the picture of `chipwise panel`, in a process of its own: an order as JSON on standard input, the path and the
+contours of G77, G78 and G79 on standard output.  Called by ahead.py.
+
+    {"ini", "program", "scene", "tip"}      scene: panel/machine.py: scene(); tip: (x, y, z) of the tool, mm, machine coordinates
+    -> a line of JSON {"note", "line", "relative", "loops", "points", "step"}, then the arrays of path_ahead.Path, in their order
+
+note: why the path ends at this line, "" for a program that was read to its end.  Computing time, memory and the number of moves are limited.
+It is LinuxCNC's own interpreter with the remaps of the machine (check/reader.py), so the cycles plan as they do when the program runs.
+"""
+
+import json
+import math
+import os
+import re
+import sys
+import tempfile
+
+import numpy as np
+
+from chipwise.check.program_file import Unfinished, Unreadable
+from chipwise.check.reader import Machine, Reader
+from chipwise.check.records import ARC, RAPID, TARGET
+from chipwise.panel.path_ahead import Thinner
+from chipwise.processes import die_with_parent, limit_memory
+
+NICE = 10
+CPU_S = 120
+MEMORY_MB = 1500            # of this process, and of the one that reads
+MOST_MOVES = 5_000_000
+MOST_LOOP_POINTS = 20_000   # of all contours together
+G92, SYSTEM, OFFSETS, TURN, EACH = 5210, 5220, 5221, 9, 20      # parameters of LinuxCNC, numbers of LinuxCNC's manual
+_COMMENT = re.compile(r"\([^)\n]*\)|;[^\n]*")
+_RELATIVE = re.compile(r"g\s*0*91(?!\s*[.0-9])", re.IGNORECASE)
+
+
+def parameters(text, scene):
+    """The text of a parameter file with the work offsets that are in force, machine units."""
+    values = {}
+    for row in text.splitlines():
+        words = row.split()
+        if len(words) >= 2 and words[0].isdigit():
+            values[int(words[0])] = words[1]
+    first = OFFSETS + EACH * (scene["index"] - 1)
+    known = {SYSTEM: scene["index"], first + TURN: scene["turn"], G92: float(any(scene["g92"])),
+             **dict(zip(range(first, first + 3), scene["offset"])), **dict(zip(range(G92 + 1, G92 + 4), scene["g92"]))}
+    values.update((number, f"{value:.9f}") for number, value in known.items())
+    return "".join(f"{number} {value}\n" for number, value in sorted(values.items()))
+
+
+def machine_at(ini, scene, tip, folder):
+    """The check.reader.Machine of an INI file as it is now."""
+    machine = Machine(ini)
+    try:
+        with open(machine.parameters, encoding="utf-8", errors="replace") as file:
+            text = file.read(1 << 20)
+    except OSError:
+        text = ""
+    machine.parameters = os.path.join(folder, "now.var")
+    with open(machine.parameters, "w", encoding="utf-8") as file:
+        file.write(parameters(text, scene))
+    place = " ".join(f"{letter}{value / machine.unit_mm:.6f}" for letter, value in zip("XYZ", tip))
+    unit = "G20" if machine.unit_mm > 10 else "G21"
+    machine.tool, machine.block_delete = scene["tool"], scene["block_delete"]
+    machine.codes = [f"{unit} G90 G53 G0 {place}", scene["codes"]]
+    return machine
+
+
+def is_relative(program, scene):
+    """Whether the program may begin at the place of the tool: G91 in it, or in force."""
+    if "G91 " in scene["codes"] + " ":
+        return True
+    with open(program, encoding="utf-8", errors="replace") as file:
+        return any(_RELATIVE.search(_COMMENT.sub("", row)) for row in file)
+
+
+def read(order, folder):
+    """-> (dict of the answer, path_ahead.Path or None)."""
+    thinner, targets, note, line = Thinner(), [], "", 0
+    try:
+        machine = machine_at(order["ini"], order["scene"], order["tip"], folder)
+        with Reader(order["program"], machine, cpu_s=CPU_S, most_moves=MOST_MOVES, memory_mb=MEMORY_MB, targets=True) as reader:
+            for block in reader:
+                kinds = block[:, 0]
+                moves = block[kinds <= ARC]
+                thinner.add(moves[:, 2:5], moves[:, 0] == RAPID, moves[:, 1])
+                targets.append(block[kinds == TARGET][:, 2:6])
+    except Unreadable as error:
+        note = str(error)
+        line = 0 if "(line " in note else error.line
+        if isinstance(error, Unfinished):
+            note = f"{note.partition(';')[0]}; the picture ends there"
+    path = thinner.path()
+    return {"note": note, "line": line, "relative": is_relative(order["program"], order["scene"]), "loops": loops(targets),
+            "points": 0 if path is None else len(path.points), "step": 0.0 if path is None else path.step}, path
+
+
+def loops(targets):
+    """Rows x, y, z, first -> [[[x, y, z], ..], ..], each contour once, thinned to MOST_LOOP_POINTS."""
+    rows = np.concatenate(targets) if targets else np.empty((0, 4))
+    every = math.ceil(len(rows) / MOST_LOOP_POINTS) or 1
+    found = {}
+    for loop in np.split(rows[:, :3].round(4), np.flatnonzero(rows[:, 3])[1:]):
+        if len(loop):
+            kept = loop[::every].tolist()
+            found[json.dumps(kept + loop[-1:].tolist())] = kept if (len(loop) - 1) % every == 0 else kept + loop[-1:].tolist()
+    return list(found.values())
+
+
+def main():
+    die_with_parent(int(sys.argv[1]))
+    order = json.load(sys.stdin)
+    os.nice(NICE)
+    limit_memory(2 * MEMORY_MB)
+    with tempfile.TemporaryDirectory(prefix="chipwise-ahead-") as folder:
+        head, path = read(order, folder)
+    output = sys.stdout.buffer
+    output.write(json.dumps(head).encode() + b"\n")
+    if path is not None:
+        for array in (path.points, path.rapid, path.low, path.high):
+            output.write(array.tobytes())
+    output.flush()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,335 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The path ahead and the contours of the loaded program on the page: what LinuxCNC's own interpreter makes of it, and when it is shown."""
+
+import json
+import math
+import os
+import struct
+import time
+
+import numpy as np
+import pytest
+
+from chipwise.panel import ahead, ahead_process
+from chipwise.panel.path_ahead import Path, Thinner
+from support import ROOT
+from support.panel_client import follow
+from support.panel_rig import serving
+
+MM, INCH = str(ROOT / "configs" / "mill.ini"), str(ROOT / "configs" / "mill_inch.ini")
+SQUARE = "o100 sub\nG0 X10 Y10\nG1 X30\nG1 Y25\nG1 X10\nG1 Y10\no100 endsub\n"
+HEAD = "G21 G90\nT1 M6\nS1000 M3\nF600\n"
+
+
+def scene(program, **changed):
+    return {"program": str(program), "index": 1, "offset": [0.0] * 3, "g92": [0.0] * 3, "turn": 0.0, "tool": 1, "codes": "G21 G17 G90 G91.1",
+            "block_delete": False, **changed}
+
+
+def read(tmp_path, text, ini=MM, tip=(0.0, 0.0, 5.0), **changed):
+    program = tmp_path / "part.ngc"
+    program.write_text(text)
+    return ahead_process.read({"ini": ini, "program": str(program), "scene": scene(program, **changed), "tip": list(tip)}, str(tmp_path))
+
+
+# ---- what is read ------------------------------------------------------------------------------------------------
+
+
+def test_moves_of_a_program(tmp_path):
+    head, path = read(tmp_path, HEAD + "G0 X10 Y20\nG1 Z-2\nG1 X40\nG2 X40 Y20 I-5\nG0 Z5\nM2\n", tip=(1.0, 2.0, 3.0))
+    assert (head["note"], head["relative"], head["loops"], head["points"]) == ("", False, [], len(path.points))
+    assert path.points[:4].tolist() == [[1, 2, 3], [10, 20, 3], [10, 20, -2], [40, 20, -2]] and path.rapid[:4].tolist() == [True, True, False, False]
+    assert path.low[:4].tolist() == path.high[:4].tolist() == [0, 5, 6, 7]
+    arc = path.points[4:-1]
+    assert len(arc) > 20 and np.abs(np.hypot(arc[:, 0] - 35, arc[:, 1] - 20) - 5).max() < 1e-3 and (path.low[4:-1] == 8).all()
+    assert path.points[-1].tolist() == [40, 20, 5] and path.rapid[-1]
+
+
+@pytest.mark.parametrize("ini, unit, words", [(MM, 1.0, "G21"), (INCH, 25.4, "G20"), (MM, 1.0, "G20"), (INCH, 25.4, "G21")])
+def test_work_offsets_and_units(tmp_path, ini, unit, words):
+    """Offset, G92 and rotation of the status in machine units; the program in either unit."""
+    program = 25.4 if words == "G20" else 1.0
+    head, path = read(tmp_path, f"{words} G90\nT1 M6\nS1000 M3\nF60\nG0 Z1\nG0 X2 Y1\nM2\n", ini, index=3, offset=[5.0, 7.0, -1.0], g92=[0.5, 0.0, 0.25], turn=90.0)
+    # program (2, 1) + G92, turned by 90 degrees, + offset
+    there = [5.0 * unit - 1 * program, 7.0 * unit + 2 * program + 0.5 * unit, -1.0 * unit + 1 * program + 0.25 * unit]
+    assert head["note"] == "" and path.points[-1].tolist() == pytest.approx(there, abs=1e-3)
+
+
+@pytest.mark.parametrize("code", ["G77 Q100 P42 Z-4 R1 I0.3", "G78 Q100 P42 Z-4 R1", "G79 Q100 Z-4 R1"])
+def test_contours_at_their_place(tmp_path, code):
+    """Work offset, a rotation by 90 degrees, and G55 chosen by the program; depth of the cycle; the path ends where the cycle does."""
+    head, path = read(tmp_path, SQUARE + HEAD + f"G10 L2 P2 X100 Y50 Z-3 R90\nG55\nG0 X0 Y0 Z5\n{code}\nM2\n")
+    corners = {(round(x, 3), round(y, 3), round(z, 3)) for x, y, z in (loop for loops in head["loops"] for loop in loops)}
+    assert head["note"] == "" and len(head["loops"]) == 1 and len(path.points) > 5
+    assert corners == {(100 - y, 50 + x, -7.0) for x, y in ((10, 10), (30, 10), (30, 25), (10, 25))}
+    outside = path.points[(path.low >= 15) & ~path.rapid]
+    box = {"G77": (-3.3, 3.3), "G78": (-3.0, 3.0), "G79": (3.0, -3.0)}[code[:3]]
+    assert outside[:, 0].min() == pytest.approx(75 + box[0], abs=0.02) or code[:3] != "G79"
+    assert head["loops"][0][0] == head["loops"][0][-1]
+
+
+def test_each_contour_once(tmp_path):
+    head, _path = read(tmp_path, SQUARE + HEAD + "G0 X0 Y0 Z5\nG77 Q100 P42 Z-4 R1\nG78 Q100 P42 Z-4 R1\nG78 Q100 P42 Z-6 R1\nM2\n")
+    assert sorted(loop[0][2] for loop in head["loops"]) == [-6, -4]
+
+
+@pytest.mark.parametrize("text, note, line", [
+    (HEAD + "G0 X10\nG38.2 Z-5 F50\nG1 X20\nM2\n", "the program probes (G38): what it finds is known on the machine only", 6),
+    (HEAD + "G0 X10\nG1 X20\nG1 X[1/0]\nM2\n", "", 7), (HEAD + "G0 X10\nG93\nG1 X20 F2\nM2\n", "G93 (inverse time) is not judged", 6),
+    (HEAD + "G0 X10\nG79 Q7 Z-1\nM2\n", "G79: there is no sub O7", 0)])
+def test_the_path_up_to_what_cannot_be_known(tmp_path, text, note, line):
+    head, path = read(tmp_path, text)
+    assert head["note"].startswith(note) and head["note"] and head["line"] == line, head
+    assert path.points[1].tolist() == [10, 0, 5] and path.points[:, 0].max() <= 20
+
+
+@pytest.mark.parametrize("text", ["", "\0\1\2", "G1\nG93", "%%%", "M2\n", "o100 sub\n"])
+def test_files_that_are_no_programs(tmp_path, text):
+    head, path = read(tmp_path, text)
+    assert path is None or len(path.points) < 3
+    assert head["loops"] == []
+
+
+def test_a_loop_without_an_end(tmp_path, monkeypatch):
+    monkeypatch.setattr(ahead_process, "MOST_MOVES", 20_000)
+    head, path = read(tmp_path, HEAD + "G0 X1\no1 while [1]\nG1 X[1+#1]\n#1=[#1+0.01]\no1 endwhile\nM2\n")
+    assert head["note"] == "the program makes more than 20000 moves; the picture ends there" and 1000 < len(path.points)
+
+
+def test_relative_programs_begin_where_the_tool_is(tmp_path):
+    text = "G21\nT1 M6\nG91\nF600\nG1 X10\nG1 Z-5\nM2\n"
+    head, path = read(tmp_path, text, tip=(7.0, 8.0, 9.0))
+    assert head["relative"] and path.points.tolist() == [[7, 8, 9], [17, 8, 9], [17, 8, 4]]
+    assert read(tmp_path, "G90.1 G91.1 (G91)\nG0 X1 ;G91\nM2\n")[0]["relative"] is False
+    assert read(tmp_path, "G0 X1\nM2\n", codes="G21 G17 G91 G91.1", tip=(7.0, 8.0, 9.0))[1].points[-1].tolist() == [8, 8, 9]
+
+
+def test_lines_that_are_left_out(tmp_path):
+    text = HEAD + "G0 X10\n/G0 X20\nM2\n"
+    assert read(tmp_path, text)[1].points[-1, 0] == 20 and read(tmp_path, text, block_delete=True)[1].points[-1, 0] == 10
+
+
+def test_a_parameter_file_with_the_offsets_in_force():
+    text = ahead_process.parameters("5161\t1.5\n5241 7\nwords here\n\n5220\t1\n", scene("", index=2, offset=[1.0, -2.0, 3e-7], turn=45.0, g92=[0.0, 1.0, 0.0]))
+    rows = [row.split() for row in text.splitlines()]
+    numbers = [int(row[0]) for row in rows]
+    found = {int(n): float(v) for n, v in rows}
+    assert numbers == sorted(numbers) and found[5161] == 1.5 and found[5220] == 2
+    assert [found[n] for n in (5241, 5242, 5243, 5250, 5210, 5212)] == [1, -2, 3e-7, 45, 1, 1]
+
+
+# ---- when it is shown --------------------------------------------------------------------------------------------
+
+
+def straight(length=100.0, step=10.0, line=10):
+    """A path along X at Z0, a line for each move; from (0, 0, 0)."""
+    thinner, count = Thinner(), round(length / step) + 1
+    thinner.add(np.array([[k * step, 0, 0] for k in range(count)]), np.zeros(count, bool), np.arange(line, line + count))
+    return thinner.path()
+
+
+class Reading:
+    """One that a test lets end."""
+
+    all: list = []
+
+    def __init__(self, order):
+        self.order, self.found, self.ended = order, None, False
+        Reading.all.append(self)
+
+    def end(self):
+        self.ended = True
+
+    def answer(self, path, **head):
+        self.found = {"note": "", "line": 0, "relative": False, "loops": [], **head}, path
+
+
+class Shop:
+    """A machine with a loaded program."""
+
+    def __init__(self, tmp_path):
+        Reading.all = []
+        self.program = tmp_path / "part.ngc"
+        self.program.write_text("G0 X1\n")
+        self.ahead = ahead.Ahead("mill.ini", Reading)
+        self.scene = scene(self.program)
+        self.pins = {"tip": (0.0, 0.0, 0.0), "line": 0.0, "current_vel": 10.0}
+
+    def look(self, running=False, wanted=True, dt=0.1, **pins):
+        self.pins.update(pins)
+        self.ahead.look(dt, self.scene, running, self.pins, wanted)
+        return self.ahead.state()["from"]
+
+    def run_to(self, x, **pins):
+        """To X, in looks of a millimetre, a line each 10."""
+        found, at = None, self.pins["tip"][0]
+        while at < x:
+            at += 1
+            found = self.look(True, tip=(at, 0.0, 0.0), line=float(math.ceil(at / 10) + 10), **pins)
+        return found
+
+
+@pytest.fixture
+def shop(tmp_path):
+    found = Shop(tmp_path)
+    found.look()
+    Reading.all[-1].answer(straight(), loops=[[[1, 2, 3], [4, 5, 6]]])
+    return found
+
+
+def test_before_while_and_after_a_run(shop):
+    assert shop.look() == 0 and shop.ahead.state()["joined"] is False
+    assert shop.run_to(5) == 1 and shop.ahead.state()["joined"] and shop.run_to(35) == 4 and shop.run_to(99) == 10
+    assert shop.look(False) is None and shop.look(False) is None           # ended or aborted: nothing is ahead
+    shop.pins["tip"] = (0.0, 0.0, 0.0)
+    assert shop.look(True, line=11.0) == 1 and shop.run_to(25) == 3 and len(Reading.all) == 1
+
+
+def test_only_for_a_page(tmp_path):
+    shop = Shop(tmp_path)
+    assert shop.look(wanted=False) is None and not Reading.all
+    shop.look()
+    assert len(Reading.all) == 1 and Reading.all[0].order["program"] == str(shop.program) and Reading.all[0].order["tip"] == [0, 0, 0]
+
+
+def test_a_page_that_is_opened_while_a_program_runs(tmp_path):
+    """The program is read as it was loaded, whatever offsets it has chosen since; the tool is found on it."""
+    shop = Shop(tmp_path)
+    shop.look(wanted=False)
+    before = dict(shop.scene)
+    shop.scene = {**shop.scene, "index": 2, "offset": [9.0, 9.0, 9.0]}
+    shop.look(True, wanted=False)
+    shop.look(True, tip=(42.0, 0.0, 0.0), line=15.0)
+    assert Reading.all[0].order["scene"] == before
+    Reading.all[0].answer(straight())
+    states = [shop.look(True, tip=(42.0 + 0.3 * k, 0.0, 0.0), line=15.0) for k in range(20)]
+    assert states[-1] == 5
+
+
+@pytest.mark.parametrize("change", ["file", "offset", "tool", "gone", "other"])
+def test_what_has_changed_is_read_again(shop, tmp_path, change):
+    """What was known of it goes at once."""
+    shop.look()
+    if change == "file":
+        shop.program.write_text("G0 X2 Y3\n")
+    elif change == "gone":
+        shop.scene = None
+    elif change == "other":
+        shop.scene = scene(tmp_path / "nothing.ngc")
+    else:
+        shop.scene = {**shop.scene, **({"offset": [1.0, 0.0, 0.0]} if change == "offset" else {"tool": 2})}
+    assert shop.look() is None and len(Reading.all) == (1 if change in ("gone", "other") else 2)
+    messages, _seen = shop.ahead.messages((1, 0))
+    assert messages[0] == (b"C", b"[]") and len(messages[1][1]) == 8
+
+
+def test_a_file_that_changes_while_it_is_read(tmp_path):
+    shop = Shop(tmp_path)
+    shop.look()
+    shop.program.write_text("G0 X2 Y3 Z4\n")
+    Reading.all[0].answer(straight())
+    assert shop.look() is None and Reading.all[0].ended and len(Reading.all) == 2
+    shop.program.write_text("G0 X2 Y3 Z4 F5\n")
+    Reading.all[1].answer(straight())
+    assert shop.look(True) is None
+
+
+def test_a_running_program_is_not_read_again(shop):
+    shop.run_to(15)
+    shop.scene = {**shop.scene, "offset": [1.0, 0.0, 0.0], "tool": 4, "codes": "G20 G91"}
+    assert shop.run_to(25) == 3 and len(Reading.all) == 1
+
+
+def test_a_tool_that_leaves_the_path(shop):
+    """A second later nothing is drawn; it is there again with the tool."""
+    shop.run_to(15)
+    away = [shop.look(True, tip=(15.0, 30.0, 0.0), line=12.0) for _ in range(14)]
+    assert away[0] == 2 and away[-1] is None
+    back = [shop.look(True, tip=(67.0, 0.0, 0.0), line=17.0) for _ in range(14)]
+    assert back[-1] == 7
+
+
+def test_mdi_does_not_move_along_the_program(shop):
+    assert shop.look(False, tip=(50.0, 0.0, 0.0), line=15.0) == 0
+
+
+def test_a_relative_program_is_read_again_from_its_start(tmp_path):
+    shop = Shop(tmp_path)
+    shop.look()
+    Reading.all[0].answer(straight(), relative=True)
+    shop.look()
+    shop.look(True, tip=(0.0, 0.0, 0.0))
+    assert len(Reading.all) == 1
+    shop.look(False)
+    shop.look(True, tip=(3.0, 0.0, 0.0))
+    assert len(Reading.all) == 2 and Reading.all[1].order["tip"] == [3, 0, 0] and shop.ahead.state()["from"] is None
+
+
+def test_windows(tmp_path):
+    """A page has the points from its window on, wherever the tool is; points and kinds as they are on the path."""
+    shop = Shop(tmp_path)
+    shop.look()
+    path = straight(30_000.0, 1.0)
+    Reading.all[0].answer(path)
+    shop.look()
+    assert shop.ahead.messages((-1, 0))[1] == (2, 0)
+    found, seen = shop.ahead.messages((2, 7))
+    (kind, data), = found
+    assert kind == b"A" and struct.unpack_from("<II", data) == (2, 0) and len(data) == 8 + 16 * 2 * ahead.WINDOW and seen == (2, 0)
+    assert shop.ahead.messages(seen) == ([], seen)
+    shop.ahead.look(0.1, shop.scene, True, {**shop.pins, "tip": (0.0, 0.0, 0.0)}, True)
+    for k in range(30):
+        shop.ahead.look(0.1, shop.scene, True, {**shop.pins, "tip": (12_345.5, 0.0, 0.0), "line": 12_356.0}, True)
+    assert shop.ahead.state()["from"] == 12_346
+    (kind, data), = shop.ahead.messages(seen)[0]
+    rows = np.frombuffer(data[8:], "<f4").reshape(-1, 4)
+    assert struct.unpack_from("<II", data) == (2, 10_000) and rows[0].tolist() == [10_000, 0, 0, 0] and len(rows) == 2 * ahead.WINDOW
+
+
+# ---- the whole of it ----------------------------------------------------------------------------------------------
+
+
+def test_a_page_gets_path_and_contours(tmp_path):
+    """The real process and the real server; a killed process leaves a note."""
+    program = tmp_path / "part.ngc"
+    program.write_text(SQUARE + HEAD + "G0 X0 Y0 Z5\nG78 Q100 P42 Z-4 R1\nM2\n")
+    found = ahead.Ahead(MM)
+    with serving(ahead=found) as rig:
+        rig.machine.loaded = scene(program)
+        rig.looks()
+        page = follow(rig.url, seconds=1.0)
+        rig.wait(lambda: page_of(rig).ahead_points)
+        page = page_of(rig)
+        assert page.states[-1]["ahead"]["from"] == 0 and page.states[-1]["ahead"]["note"] == ""
+        assert page.ahead_points[0] == (0, 0, 10, 1) and len(page.loops) == 1 and page.loops[0][0] == [10, 10, -4]
+        program.write_text(HEAD + "o1 while [1]\no1 endwhile\nM2\n")
+        rig.wait(lambda: page_of(rig, 1.0) and found._reading is not None)
+        child = found._reading._child
+        os.kill(child.pid, 9)
+        rig.wait(lambda: json.loads(rig.watch.text)["ahead"]["note"] or page_of(rig, 0.3) is None)
+        assert json.loads(rig.watch.text)["ahead"]["note"].startswith("it could not be read within the time")
+        assert child.poll() is not None
+
+
+def page_of(rig, seconds=0.5):
+    return follow(rig.url, seconds=seconds)
+
+
+def test_close_ends_the_process(tmp_path):
+    program = tmp_path / "part.ngc"
+    program.write_text(HEAD + "o1 while [1]\no1 endwhile\nM2\n")
+    found = ahead.Ahead(MM)
+    found.look(0.1, scene(program), False, {"tip": (0, 0, 0), "line": 0, "current_vel": 0}, True)
+    child = found._reading._child
+    found.close()
+    end = time.monotonic() + 30
+    while child.poll() is None and time.monotonic() < end:
+        time.sleep(0.01)
+    assert child.poll() is not None
+
+
+def test_answers_that_are_no_answers():
+    for text in (b"", b"{}", b"not json\n", b'{"points": 3, "step": 0.1}\nabc'):
+        with pytest.raises((ValueError, KeyError)):
+            ahead.unpacked(text)
+    assert isinstance(ahead.unpacked(json.dumps({"points": 1, "step": 0.1}).encode() + b"\n" + bytes(12 + 1 + 4 + 4))[1], Path)
