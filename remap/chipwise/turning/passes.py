@@ -46,6 +46,8 @@ class Work:
     start               (z, x) where the step begins and ends, clear of everything
     roof                mm: no position is above (a boring bar's far side); inf outside
     clearance           mm
+    near                mm of feed before a surface that this plan has made: it is where the plan has it
+    faced               the stock is such a surface from this Z on; inf: its end is the blank's
     """
 
     reach: list
@@ -54,6 +56,8 @@ class Work:
     start: tuple
     roof: float = math.inf
     clearance: float = 0.5
+    near: float = 0.2
+    faced: float = math.inf
 
 
 class Path:
@@ -123,11 +127,12 @@ class Path:
         x = value(clip(path, z - 1.0, z)[-1], z)
         here = highest(now, z, z)
         beyond = max(highest(now, z + ROUNDING_MM, z + gap), highest(path, z, z + gap), highest(self.work.block, z, z + gap))
+        made = here < highest(self.work.contact, z, z) - ROUNDING_MM
         if here > x + ROUNDING_MM and beyond <= x + ROUNDING_MM:
-            self.link(now, z + gap, x)
+            self.link(now, z + (self.work.near if made or z >= self.work.faced else gap), x)
         else:
-            high = max(here, x)
-            self.link(now, z, min(max(high + gap, x), max(self.work.roof, x)))
+            high = max(here, x) + (self.work.near if made else gap)
+            self.link(now, z, min(max(high, x), max(self.work.roof, x)))
         self.feed(z, x)
 
     def leave(self, path, b):

@@ -10,6 +10,7 @@ from chipwise.turning.graph import above, clip, flat, highest, mirrored, upper, 
 from chipwise.turning.passes import Move, Work
 
 CLEARANCE_MM = 0.5
+FACED_MM = 0.05         # a blank that ends so near to the face of the part has been faced
 OVERRUN_MM = 1.0        # of a tool and of a drill's full diameter behind a bore through the part
 FAR_MM = 5.0            # from the largest blank to where steps begin and end
 
@@ -62,6 +63,7 @@ class State:
         self.safe_x = radius + FAR_MM
         self.safe_z = max(part.z1, blank.z1) + FAR_MM
         self.stock = {False: blank.outside, True: blank.bore or [flat(blank.z0, blank.z1, 0.0)]}
+        self.faced = part.z1 + order.allowance if blank.z1 <= part.z1 + order.allowance + FACED_MM else math.inf
         self.through = bool(part.bore) and part.bore[0].z0 < part.z0 + passes.ROUNDING_MM
         self.part = {False: upper(part.outside, [flat(self.domain[0], part.z0, radius + 1.0)]), True: self._bore(part.bore)}
         self.barrier = {False: _boxes(order.barriers, 3, 1), True: _boxes(order.barriers, 2, -1)}
@@ -96,7 +98,7 @@ class State:
         block = upper(block, clip(reach.holder_height(barrier, tool), *domain)) if barrier else block
         start_z = self.safe_z if tool.towards < 0 else -self.safe_z
         start = (start_z + tool.nose, self.safe_x + tool.nose if not side else floor)
-        return Work(lowest, contact, block, start, math.inf, CLEARANCE_MM), view, tool, domain
+        return Work(lowest, contact, block, start, clearance=CLEARANCE_MM, faced=self.faced if tool.towards < 0 else math.inf), view, tool, domain
 
     def _floor(self, inside):
         """The lowest position of a nose: at the axis or the hole in front of the face; inside, below all of the bore."""

@@ -13,7 +13,7 @@ from chipwise.errors import CycleError
 from chipwise.turning import passes, reach
 from chipwise.turning.graph import above, clip, flat, highest, lower, negative, segment, upper, value
 from chipwise.turning.passes import Move
-from chipwise.turning.state import CLEARANCE_MM, OVERRUN_MM, Step, roof
+from chipwise.turning.state import CLEARANCE_MM, FACED_MM, OVERRUN_MM, Step, roof
 from chipwise.turning.thread import thread
 
 ROUGH_MM = 0.05         # a roughing step leaves what is thinner
@@ -39,7 +39,7 @@ def face(state, name):
     order, stock = state.order, state.stock[False]
     end = max((p.z1 for p in stock if max(value(p, p.z0), value(p, p.z1)) > 0.0), default=-math.inf)
     target = order.part.z1 + order.allowance
-    if end - target <= ROUGH_MM:
+    if end - target <= FACED_MM:
         return Step(name, False, f"the stock ends at Z{end:.3f}, the face is at Z{order.part.z1:.3f}")
     tools = [t for t in _tools(state, "rough", False) if t.towards < 0]
     if not tools:
@@ -59,6 +59,7 @@ def face(state, name):
     path = passes.face(work, levels, highest(work.contact, levels[-1] - 1e-9, domain[1]), x_to)
     state.cut(step, path, tool, view, domain)
     state.stock[True] = clip(state.stock[True], state.domain[0], target)
+    state.faced = target
     return step
 
 
