@@ -19,6 +19,7 @@ from typing import Any, Optional
 
 MM_PER_INCH = 25.4
 
+NAME = "chipwise: "
 MESSAGE_BYTES = 250     # linuxcnc.h: LINELEN is 255
 
 
@@ -84,6 +85,11 @@ def clip(text: str, end: str = "") -> str:
     if len(data) <= room:
         return text + end
     return data[:room - 3].decode("utf-8", "ignore") + ".." + end
+
+
+def unnamed(message: object) -> str:
+    """A message, or an error's text in mm, without the package's name: for those who put a name of their own before it."""
+    return str(message).removeprefix(NAME)
 
 
 class CycleError(Exception):

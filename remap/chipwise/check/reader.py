@@ -26,6 +26,7 @@ import numpy as np
 
 from chipwise.check.program_file import Unfinished, Unreadable, Unusable, check_file, readable
 from chipwise.check.records import WIDTH
+from chipwise.errors import unnamed
 from chipwise.ini import expanded, section_of
 from chipwise.machine import rs274
 from chipwise.processes import tree_cpu_s
@@ -199,7 +200,7 @@ class Reader:
             raise (Unfinished if unfinished else Unreadable)(text, remedy, line)
         if end["error"]:
             line, text = end["error"]
-            text = text.strip().removeprefix("chipwise: ")
+            text = unnamed(text.strip())
             remedy = "end it with M2" if "program end" in text else "" if ";" in text else "correct the line"
             raise Unusable(text, remedy, line)
         if end["moves"] == 0:

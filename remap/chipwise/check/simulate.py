@@ -22,7 +22,7 @@ from chipwise.check.reader import CPU_S, Reader
 from chipwise.check.result import Result, ToolFigures
 from chipwise.check.sweep import Shape
 from chipwise.check.times import OFF, Timer
-from chipwise.errors import CycleError
+from chipwise.errors import CycleError, unnamed
 from chipwise.settings import load_settings
 from chipwise.tools import ToolGeometry, load_tools
 
@@ -256,7 +256,7 @@ def check(program, machine, stock=None, cell=None, progress=None, cpu_s=CPU_S, *
     except Unreadable as error:
         return Result(program, error=(str(error), error.line), state=error.state)
     except CycleError as error:
-        return Result(program, error=(error.text().removeprefix("chipwise: "), 0), state=UNCHECKED)
+        return Result(program, error=(unnamed(error.text()), 0), state=UNCHECKED)
 
 
 def _run(simulation, reader, progress, cpu_s):

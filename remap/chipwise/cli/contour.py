@@ -18,7 +18,7 @@ from chipwise.contour_sub.find import program_unit
 from chipwise.contour_sub.job import Job
 from chipwise.cli import UsageError
 from chipwise.cli.picture import check_output, write_picture
-from chipwise.errors import MM_PER_INCH, CycleError, format_length, printable
+from chipwise.errors import MM_PER_INCH, CycleError, format_length, printable, unnamed
 from chipwise.drawing.data import Drawing, middle, offset, wrong
 from chipwise.geometry.base import elements
 from chipwise.geometry.offset.inaccessible import InaccessibleRegion
@@ -61,7 +61,7 @@ def run(options):
             write_picture(svg(drawing), options.output)
         print('\n'.join([*report(drawing), *([f'picture: {options.output}'] if options.output else [])]))
     except CycleError as error:
-        raise UsageError(f'{NAME}: ' + error.text(error_unit(options)).removeprefix('chipwise: ')) from error
+        raise UsageError(f'{NAME}: ' + unnamed(error.text(error_unit(options)))) from error
     return 0
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from chipwise.cli.machine_options import refuser
 from chipwise.cli.output import is_same_file, unwritable, write_whole
 from chipwise.digitise import height_map, mesh, program, record
-from chipwise.errors import MM_PER_INCH, CycleError
+from chipwise.errors import MM_PER_INCH, CycleError, unnamed
 from chipwise.stock import store
 
 NAME = 'digitise'
@@ -101,7 +101,7 @@ def run(options):
         found = record.read(options.log, 1.0 / MM_PER_INCH if options.inch else 1.0)
         figures = KINDS[os.path.splitext(options.output)[1]](found, options)
     except CycleError as error:
-        refuse(str(error).removeprefix('chipwise: '))
+        refuse(unnamed(error))
     except store.StoreError as error:
         refuse(str(error))
     except OSError as error:

@@ -9,7 +9,7 @@ import signal
 import time
 
 from chipwise import report
-from chipwise.errors import CycleError
+from chipwise.errors import CycleError, unnamed
 from chipwise.halcmd import pins
 from chipwise.panel.display import COMPONENT, POLL_S, Display, make_component
 
@@ -37,7 +37,7 @@ def run(options):
         if pins(COMPONENT + '.'):
             raise CommandError(f'{COMPONENT} is already running; use that one')
     except CycleError as error:
-        raise CommandError(str(error).removeprefix('chipwise: ')) from error
+        raise CommandError(unnamed(error)) from error
     component = make_component()
     display = Display(component)
     display.show()

@@ -24,7 +24,7 @@ from chipwise.cli.contour import parameters
 from chipwise.cli.machine_options import add_ini, ini_of, refuser
 from chipwise.cli.output import is_same_file
 from chipwise.cli.picture import check_output, write_picture
-from chipwise.errors import MM_PER_INCH, CycleError, printable
+from chipwise.errors import MM_PER_INCH, CycleError, printable, unnamed
 from chipwise.ini import Ini
 from chipwise.settings import load_settings
 
@@ -67,7 +67,7 @@ def run(options):
         if options.planned:
             check_planned(options)
     except CycleError as error:
-        refuse(str(error).removeprefix('chipwise: '))
+        refuse(unnamed(error))
     return asked(options) if sys.stdin and sys.stdin.isatty() else read(options)
 
 
@@ -186,7 +186,7 @@ def read(options):
         try:
             print(made(options, text), flush=True)
         except CycleError as error:
-            print(f'chipwise: {NAME}: line {number}: ' + explained(error).removeprefix('chipwise: '), file=sys.stderr)
+            print(f'chipwise: {NAME}: line {number}: ' + unnamed(explained(error)), file=sys.stderr)
             status = 1
     return status
 

@@ -14,7 +14,7 @@ import sys
 from chipwise import ROOT
 from chipwise.cli.python_section import check_codes
 from chipwise.clock import patience
-from chipwise.errors import CycleError, braceless
+from chipwise.errors import CycleError, braceless, unnamed
 from chipwise.halcmd import halcmd, halcmds, pins, signal_of, thread_functions
 from chipwise.ini import Ini
 from chipwise.settings import load_settings
@@ -183,7 +183,7 @@ def run(options):
     try:
         load(Ini(), load_settings())
     except (CycleError, ValueError) as error:
-        raise CommandError(str(error).removeprefix('chipwise: ')) from error
+        raise CommandError(unnamed(error)) from error
 
 
 def load(ini, settings):

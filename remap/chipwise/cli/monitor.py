@@ -5,7 +5,7 @@ Called by hal/chipwise.hal (`loadusr -Wn chipwise-monitor chipwise monitor`); ru
 a message says that chipwise-monitor does not answer: it takes over the pins of the one that was killed.
 """
 
-from chipwise.errors import CycleError
+from chipwise.errors import CycleError, unnamed
 from chipwise.halcmd import pins
 from chipwise.monitor import takeover, worker
 from chipwise.monitor.component import make_component
@@ -31,7 +31,7 @@ def run(options):
             raise CycleError('there is no stock tracker in HAL', 'start LinuxCNC with chipwise.hal first')
         component, inherited = make_component()
     except CycleError as error:
-        raise CommandError(str(error).removeprefix('chipwise: ')) from error
+        raise CommandError(unnamed(error)) from error
     component.ready()
     try:
         Supervisor(lambda died: worker.watch(component, settings, inherited, died), lambda: component['heartbeat']).run()

@@ -11,7 +11,7 @@ import threading
 import time
 
 from chipwise.clock import patience
-from chipwise.errors import CycleError
+from chipwise.errors import CycleError, unnamed
 from chipwise.settings import load_settings
 
 NAME = 'panel'
@@ -58,7 +58,7 @@ def run(options):
         if not pins('stock-tracker.0.'):
             raise CycleError('there is no stock tracker in HAL', 'start LinuxCNC with chipwise.hal first')
     except CycleError as error:
-        raise CommandError(str(error).removeprefix('chipwise: ')) from error
+        raise CommandError(unnamed(error)) from error
     serve(settings, ini, *parts)
     return 0
 
@@ -79,7 +79,7 @@ def show_tab(text):
         here = settings['PANEL_ADDRESS'].replace('0.0.0.0', '127.0.0.1')
         tab.show(window, as_url('::1' if here == '::' else here, settings['PANEL_PORT']))
     except CycleError as error:
-        raise CommandError(str(error).removeprefix('chipwise: ')) from error
+        raise CommandError(unnamed(error)) from error
     except (ImportError, ValueError) as error:
         raise CommandError(f'a tab needs GTK 3 for Python ({error}); apt-get install python3-gi gir1.2-gtk-3.0') from error
     except RuntimeError as error:

@@ -15,7 +15,7 @@ from chipwise.cli import contour
 from chipwise.cli.machine_options import add_ini, ini_of, refuser
 from chipwise.cli.output import unwritable, write_whole
 from chipwise.cli.picture import check_output, write_picture
-from chipwise.errors import MM_PER_INCH, CycleError, format_length, printable
+from chipwise.errors import MM_PER_INCH, CycleError, format_length, printable, unnamed
 from chipwise.pattern import library
 from chipwise.settings import load_settings
 
@@ -56,7 +56,7 @@ def run(options):
             write_picture(svg(entries, unit), options.output)
             print(f'picture: {printable(options.output)}')
     except CycleError as error:
-        refuse(str(error).removeprefix('chipwise: '))
+        refuse(unnamed(error))
     if options.json:
         write_whole(options.json, json.dumps({'patterns': [figures(entry, hidden) for entry in entries],
                                               'skipped': [{'file': printable(bad.path), 'problem': bad.problem} for bad in skipped]}, indent=1) + '\n')

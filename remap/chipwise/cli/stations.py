@@ -13,7 +13,7 @@ import os
 
 from chipwise.cli.machine_options import refuser
 from chipwise.cli.output import unwritable, write_whole
-from chipwise.errors import CycleError, format_length
+from chipwise.errors import CycleError, format_length, unnamed
 from chipwise.settings import load_settings
 from chipwise.stations import frame, store
 
@@ -50,7 +50,7 @@ def run(options):
         change(path, options)
         found = {number: figures(points, options) for number, points in sorted(store.load(path).items())}
     except CycleError as error:
-        refuse(str(error).removeprefix('chipwise: '))
+        refuse(unnamed(error))
     print('\n'.join(line for number, result in found.items() for line in text_of(number, result)) or f'{path}: there are no stations')
     if options.json:
         write_whole(options.json, json.dumps({'file': path, 'stations': found}, indent=1) + '\n')
@@ -110,7 +110,7 @@ def figures(points, options):
     try:
         made = frame.frame_of(points)
     except CycleError as error:
-        return {**found, 'problem': str(error).removeprefix('chipwise: ')}
+        return {**found, 'problem': unnamed(error)}
     found.update(origin=list(made.origin), matrix=[list(row) for row in made.matrix], tilt=made.tilt,
                  turn=math.degrees(math.atan2(made.matrix[1][0], made.matrix[0][0])), residuals=made.residuals, error=options.error,
                  error_at_points=max(made.predicted_error(made.local(place), options.error) for _, place in made.points))

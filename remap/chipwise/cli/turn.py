@@ -15,7 +15,7 @@ from chipwise import ROOT
 from chipwise.cli import UsageError
 from chipwise.cli.machine_options import refuser
 from chipwise.cli.output import is_same_file, unwritable, write_whole
-from chipwise.errors import CycleError, braceless
+from chipwise.errors import CycleError, braceless, unnamed
 from chipwise.files import read_bytes
 from chipwise.ini import Ini
 from chipwise.settings import load_settings
@@ -58,7 +58,7 @@ def run(options):
         title = f'O{request.words["Q"]} of {os.path.basename(options.program)}'
         output = output_text(options, plan, request, title)
     except CycleError as error:
-        raise UsageError(f'{NAME}: ' + error.text(unit).removeprefix('chipwise: ')) from error
+        raise UsageError(f'{NAME}: ' + unnamed(error.text(unit))) from error
     if output:
         write(options.output, output)
     report(options, request, plan, machine, text)

@@ -15,7 +15,7 @@ from chipwise.check.findings import FLUTE, FLUTES_UNKNOWN, RATE, TOOL
 from chipwise.check.program_file import UNFINISHED, UNUSABLE, Unreadable
 from chipwise.check.reader import Machine, Reader
 from chipwise.check.run import checked, lines_of
-from chipwise.errors import CycleError, with_line
+from chipwise.errors import CycleError, unnamed, with_line
 from chipwise.filter import verdict as verdicts
 from chipwise.settings import load_settings
 
@@ -32,7 +32,7 @@ def judged(program, ini, limits, folder, loops, progress):
     try:
         settings = load_settings(ini)
     except CycleError as error:
-        return _unchecked(error.text().removeprefix("chipwise: "), program, None, loops, "unusable", limits)
+        return _unchecked(unnamed(error.text()), program, None, loops, "unusable", limits)
     refuse = settings["FILTER_REFUSE"]
     try:
         machine = Machine(ini)

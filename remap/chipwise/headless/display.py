@@ -29,7 +29,7 @@ import tempfile
 import time
 
 from chipwise import ROOT, report, version
-from chipwise.errors import CycleError
+from chipwise.errors import CycleError, unnamed
 from chipwise.headless import log as runlog
 from chipwise.headless import sampling, session
 from chipwise.ini import Ini
@@ -164,7 +164,7 @@ def main(arguments):
                 raise session.SessionError(wrong)
             run(summary, ini, time.monotonic() + timeout, folder)
         except (session.SessionError, CycleError) as error:
-            summary['errors'].append('chipwise-headless: ' + str(error).removeprefix('chipwise: '))
+            summary['errors'].append('chipwise-headless: ' + unnamed(error))
     add_holes(summary)
     print_summary(summary)
     return 0 if summary['finished'] and not summary['errors'] else 1

@@ -16,7 +16,7 @@ import time
 from contextlib import contextmanager
 
 from chipwise.clock import patience
-from chipwise.errors import CycleError
+from chipwise.errors import CycleError, unnamed
 from chipwise.files import printable
 from chipwise.monitor.loaded_program import LoadedProgram
 from chipwise.monitor.messages import FAULTS, guard_text
@@ -194,7 +194,7 @@ class Monitor:
             shape = Tool()
             if self.said_tool != str(error):
                 self.said_tool = str(error)
-                self.say(str(error).removeprefix('chipwise: ') + '; the feed is F as programmed')
+                self.say(unnamed(error) + '; the feed is F as programmed')
         self.show_tool(number, shape)
 
     def show_tool(self, number, shape):

@@ -14,7 +14,7 @@ import numpy as np
 
 from chipwise.contour_sub import find
 from chipwise.contour_sub.job import Job
-from chipwise.errors import CycleError
+from chipwise.errors import CycleError, unnamed
 from chipwise.files import printable, read_bytes
 from chipwise.pattern.isometry import arc_points
 from chipwise.pattern.job import PatternJob
@@ -87,7 +87,7 @@ def read_entry(path, ini, unit_mm, tool_mm, parameters=((), ())):
             return Skipped(path, "it has no comment; begin it with (name: description)")
         recorded = read_pattern(_job(path, number, ini, unit_mm, tool_mm, text, parameters))
     except CycleError as error:
-        return Skipped(path, str(error).removeprefix("chipwise: "))
+        return Skipped(path, unnamed(error))
     except OSError as error:
         return Skipped(path, error.strerror or str(error))
     name, _colon, rest = (part.strip() for part in said.partition(":"))

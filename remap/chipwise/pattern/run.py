@@ -15,7 +15,7 @@ from functools import lru_cache
 
 from chipwise.contour_sub.find import fault, find_sub, plain_text, read_file
 from chipwise.contour_sub.run import called_files
-from chipwise.errors import MM_PER_INCH, CycleError, braceless
+from chipwise.errors import MM_PER_INCH, CycleError, braceless, unnamed
 from chipwise.ini import expanded, section_of
 from chipwise.lines import AXES, path_text
 from chipwise.machine import rs274
@@ -50,7 +50,7 @@ def _read(found, job, files):
     result = _run(found, job)
     if result["stop"] or result["error"]:
         line, text, remedy = result["stop"] or (*result["error"], "")
-        text = text.strip().rstrip(".").removeprefix("chipwise: ")
+        text = unnamed(text.strip().rstrip("."))
         other = _OTHER_AXIS.match(text)
         if other:
             raise fault(found, line or _first_line(found), f"word {other[1].upper()} is an axis that a pattern does not move", "use X, Y, Z, A, B and C")

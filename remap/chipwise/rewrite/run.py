@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Callable, Optional
 
 from chipwise.check.reader import Machine, Unreadable
-from chipwise.errors import CycleError, format_length
+from chipwise.errors import CycleError, format_length, unnamed
 from chipwise.rewrite import calls, cutting, depths, feed, flute, proof
 from chipwise.rewrite.program import Program, read
 from chipwise.rewrite.text import Writer
@@ -41,7 +41,7 @@ def rewritten(path, order, progress, machine, stock=None, cell=None, **limits):
         settings = load_settings(machine.ini)
         geometry = load_tools(settings.path("TOOL_GEOMETRY"))
     except CycleError as error:
-        raise Unreadable(error.text().removeprefix("chipwise: "), "") from error
+        raise Unreadable(unnamed(error.text()), "") from error
 
     def read_it(name):
         return read(name, machine, stock, **limits)
