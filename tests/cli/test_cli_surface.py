@@ -19,7 +19,7 @@ OLD = "an older program\n"
 
 def surface(*arguments, env=None):
     return subprocess.run([ROOT / "bin" / "chipwise", "surface", *map(str, arguments)], text=True, stdin=subprocess.DEVNULL, capture_output=True,
-                          env={**os.environ, "INI_FILE_NAME": "", **(env or {})}, timeout=60, check=False)
+                          env={**os.environ, "INI_FILE_NAME": "", **(env or {})}, timeout=300, check=False)
 
 
 @pytest.fixture
@@ -119,7 +119,7 @@ def test_stopped(tmp_path, how):
                             preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))     # ignored below a background shell
     assert "FILTER_PROGRESS" in work.stderr.readline()
     work.send_signal(how)
-    assert work.wait(60) != 0
+    assert work.wait(300) != 0
     assert (tmp_path / "out.ngc").read_text() == OLD and "Traceback" not in work.stderr.read()
     work.stderr.close()
     assert sorted(p.name for p in tmp_path.iterdir()) == ["out.ngc", "part.stl"]

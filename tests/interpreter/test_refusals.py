@@ -52,7 +52,7 @@ def test_a_path_that_is_not_utf8(tmp_path, code):
     table = write_tools(tmp_path, TOOLS, tool_table_unit("mm"))
     run = subprocess.run([b"rs274", b"-g", b"-i", os.fsencode(write_ini(tmp_path)), b"-t", os.fsencode(table), b"-v",
                           os.fsencode(tmp_path / "t.var"), path], cwd=ROOT, env={**os.environ, "HOME": str(tmp_path)},
-                         stdin=subprocess.DEVNULL, capture_output=True, timeout=60, check=False)
+                         stdin=subprocess.DEVNULL, capture_output=True, timeout=300, check=False)
     said = [line for line in run.stderr.decode(errors="replace").splitlines() if line.startswith("chipwise")]
     assert [split_line(line) for line in said] == [
         (f"chipwise: {code.split()[0]}: the path of the program is not valid UTF-8; rename the file or its folder", 10)]

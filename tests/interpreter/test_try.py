@@ -20,7 +20,7 @@ INCH = PROGRAM.format(unit="G20", x=0.8, z=0.2, radius=0.36, feed=24)
 
 def chipwise_try(program, *options, cwd=ROOT, **environment):
     return subprocess.run([ROOT / "bin/chipwise", "try", program, *options], cwd=cwd, text=True,
-                          env={**os.environ, **environment}, stdin=subprocess.DEVNULL, capture_output=True, timeout=60)
+                          env={**os.environ, **environment}, stdin=subprocess.DEVNULL, capture_output=True, timeout=300)
 
 
 @pytest.fixture

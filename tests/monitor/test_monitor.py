@@ -236,7 +236,7 @@ def test_stopped_and_going_on_is_no_end(scene, who):
         time.sleep(2.0)
     assert one.process.poll() is None
     one.process.terminate()
-    rest = one.process.communicate(timeout=20)[0].split()
+    rest = one.process.communicate(timeout=300)[0].split()
     assert rest[-1] == 'over' and rest.count('work') == (who == 'parent')       # of which the first line has been read for both
 
 

@@ -139,7 +139,7 @@ def _rs274(program, tools, machine, ini, settings, options):
         unit = section_of(Path(ini).read_text().splitlines(), "TRAJ").get("LINEAR_UNITS", "mm")
         table = write_tools(folder, tools or {1: 2.0}, rs274.tool_table_unit(unit))
         return subprocess.run(["rs274", "-g", *options, "-i", str(ini), "-t", str(table), "-v", f"{folder}/test.var",
-                               str(path)], cwd=ROOT, env=environment, capture_output=True, text=True, timeout=60,
+                               str(path)], cwd=ROOT, env=environment, capture_output=True, text=True, timeout=300,
                               check=False)
 
 
@@ -178,7 +178,7 @@ def parse_rs274(text):
     return trace
 
 
-def run_preview(program, tools=None, machine="mm", ini=None, timeout=60, **settings):
+def run_preview(program, tools=None, machine="mm", ini=None, timeout=300, **settings):
     """A program through the preview's interpreter on a mm or inch machine, tools in mm; timeout: s."""
     with tempfile.TemporaryDirectory() as folder:
         path, environment = _prepare(folder, program)

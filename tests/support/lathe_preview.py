@@ -62,7 +62,7 @@ def preview(folder, ini, program):
     table = folder / re.search(r"TOOL_TABLE = (\S+)", text)[1]
     run = subprocess.run([PYTHON, str(ROOT / "tests/support/preview_probe.py"), str(path), repr(1 / unit), str(table), str(folder / "test.var")],
                          cwd=ROOT, env={**os.environ, "HOME": str(folder), "INI_FILE_NAME": str(ini), "AXIS_MASK": "5"}, capture_output=True,
-                         text=True, timeout=60, check=False)
+                         text=True, timeout=300, check=False)
     if run.returncode != 0:
         raise RuntimeError(f"preview: exit {run.returncode}\n{run.stderr}")
     result = json.loads(run.stdout.splitlines()[-1])

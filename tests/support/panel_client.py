@@ -60,7 +60,7 @@ class Page:
 def request(url, path, method="GET", body=None, **headers):
     """-> (status, headers, content); headers: Host_ and such with _ for -, None leaves one out."""
     place = urllib.parse.urlsplit(url)
-    connection = http.client.HTTPConnection(place.hostname, place.port, timeout=60)
+    connection = http.client.HTTPConnection(place.hostname, place.port, timeout=300)
     given = {name.replace("_", "-"): value for name, value in headers.items()}
     connection.putrequest(method, path, skip_host="Host" in given)
     for name, value in given.items():
@@ -78,7 +78,7 @@ def request(url, path, method="GET", body=None, **headers):
 def follow(url, seconds=0.0, states=1):
     """Read the stream for so long and until so many states have come, or to its end -> Page."""
     place, page = urllib.parse.urlsplit(url), Page()
-    connection = http.client.HTTPConnection(place.hostname, place.port, timeout=60)
+    connection = http.client.HTTPConnection(place.hostname, place.port, timeout=300)
     connection.request("GET", "/stream")
     answer = connection.getresponse()
     assert answer.status == 200, answer.read()

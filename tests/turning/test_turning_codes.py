@@ -164,7 +164,7 @@ def test_the_tolerance_of_the_path_mode_comes_back(tmp_path):
     (tmp_path / "part.ngc").write_text(program(more="G64 P0.02 Q0.01"))
     (tmp_path / "test.var").write_text("5161 0\n")
     done = subprocess.run(["rs274", "-g", "-i", str(ini), "-t", str(tmp_path / "lathe.tbl"), "-v", str(tmp_path / "test.var"), str(tmp_path / "part.ngc")],
-                          env={**os.environ, "HOME": str(tmp_path)}, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False)
+                          env={**os.environ, "HOME": str(tmp_path)}, cwd=tmp_path, capture_output=True, text=True, timeout=300, check=False)
     modes = [line.split(" ", 1)[1] for line in re.findall(r"N\S+ (?:SET_MOTION_CONTROL_MODE|SET_NAIVECAM_TOLERANCE).*", done.stdout)]
     assert modes[-2:] == ["SET_MOTION_CONTROL_MODE(CANON_CONTINUOUS, 0.020000)", "SET_NAIVECAM_TOLERANCE(0.0100)"], done.stdout[-500:] + done.stderr
     assert "SET_MOTION_CONTROL_MODE(CANON_EXACT_PATH)" in modes

@@ -278,7 +278,7 @@ def test_the_feed_per_revolution_comes_back_after_a_thread(tmp_path, lathe):
     (tmp_path / "part.ngc").write_text(program(spindle="G95 G97 S800 M3", words="I0.3 D1.5 F0.2 E0.1").replace("(end)", "(end)\nG1 X70"))
     (tmp_path / "test.var").write_text("5161 0\n")
     done = subprocess.run(["rs274", "-g", "-i", str(lathe), "-t", str(tmp_path / "lathe.tbl"), "-v", str(tmp_path / "test.var"), str(tmp_path / "part.ngc")],
-                          env={**os.environ, "HOME": str(tmp_path)}, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False)
+                          env={**os.environ, "HOME": str(tmp_path)}, cwd=tmp_path, capture_output=True, text=True, timeout=300, check=False)
     calls = [line.split(" ", 1)[1] for line in re.findall(r"N\S+ .*", done.stdout)]
     deepest = [k for k, call in enumerate(calls) if call.startswith(f"STRAIGHT_FEED({10 - 0.61343 * 1.5:.4f},")]
     after = calls[deepest[-1]:]
