@@ -28,6 +28,12 @@ def comb(teeth):
     return '\n'.join(['o100 sub', 'G0 X0 Y0', *lines, 'o100 endsub'])
 
 
+def zigzag(moves):
+    """A sub of so many moves that ends above its cuts."""
+    lines = [f'G1 X{k % 2 * 3 + 1} Y{k * 0.1:g}' for k in range(moves - 3)]
+    return '\n'.join(['o100 sub', 'G0 X0 Y0', 'G1 Z-1', *lines, 'G0 Z5', 'o100 endsub'])
+
+
 # name: (cycle, settings before it, sub); no budget but PLAN_TIME ends these
 LONG = {
     'hole': ('G13 I2000 Z-10 J1', '#<_chipwise_chop_size>=6.1', ''),
@@ -35,6 +41,8 @@ LONG = {
     'slug': ('G78 Q100 P41 Z-10', '#<_chipwise_chop_size>=10', square(100000)),
     'radial passes': ('G77 Q100 P41 L50 D0.1 Z-10 J0.0101', '', square(60)),
     'comb': ('G79 Q100 Z-10 P0', '', comb(3000)),
+    'pattern': ('G75 Q100 L990 I0.1', '', zigzag(500)),
+    'pattern of a large sub': ('G75 Q100 L98 I0.1', '', zigzag(5000)),
     'endless sub': ('G77 Q100 P41 Z-10', '', 'o100 sub\nG0 X0 Y0\no1 while [1]\no1 endwhile\no100 endsub'),
 }
 
