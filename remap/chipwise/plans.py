@@ -20,7 +20,7 @@ from chipwise.turning import outcome, reach
 
 _DECIMALS = {"pattern": 9}       # what a sub has computed goes on exactly
 TARGET_SAG_MM = 0.01            # of the chords of a contour that is shown
-_CACHING = (hole, contour, contour_chop, pocket, surface, find, read, pattern_run, reach)
+_CACHING = (hole, contour, contour_chop, pocket, surface, find, read, reach)
 
 
 def forget() -> None:

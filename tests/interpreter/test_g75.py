@@ -4,6 +4,7 @@
 import json
 import math
 import random
+import tempfile
 
 import numpy as np
 import pytest
@@ -257,6 +258,7 @@ BAD_LINES = [
     ("M101", "M101 is not allowed in a pattern"), ("M62 P1", "M62 is not allowed"), ("M6 T1", "M6 is not allowed"), ("M250", "M250 is not allowed"),
     ("G0 X#5420", "#5420 reads the machine"), ("G0 X#<_abs_x>", "#<_abs_x> reads the machine"), ("G0 X#<_hal[motion.analog-in-00]>", "reads the machine"),
     ("G[50 + 3] G0 X1", "is a code that only the machine knows"), ("M2", "M2 is not allowed"), ("G0 X[1/0]", "divide by zero"),
+    ("o200 call", "there is no sub O200 that it could call; write it from O200 sub"), ("M98 P200", "there is no sub O200 that it could call"),
     ("G1 X5 QQ", "line 3 of program.ngc"), ("G13 I99 Z-1 K3 F100", "G13: ")]
 
 
@@ -272,6 +274,17 @@ def test_an_error_in_the_first_line_of_a_sub():
     """It has the line of the sub, not that of the call."""
     trace = canon.run_preview(program(["G75 Q100"], ["o100 sub", "(a comment)", "G0 X#<_nowhere>", "o100 endsub"]))
     assert "sub O100, line 3 of program.ngc: Named parameter #<_nowhere> not defined" in trace.error, trace.error
+
+
+def test_a_folder_of_any_name(tmp_path, monkeypatch):
+    """Program, and all that its processes write, in a folder with blanks, brackets and characters beyond ASCII."""
+    folder = tmp_path / "Teile (neu) #1 %s für Öl"
+    folder.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(folder))
+    monkeypatch.setenv("TMPDIR", str(folder))
+    found, expected = moves_of(program(["G75 Q100 X5 R30 L2 I40"]))[0], plain(SUB, back((3, -4, 7), 0, 30, (5, 0, 0)))
+    assert len(found) == 2 * len(expected)
+    compare(found[:len(expected)], expected, lambda p: transformed(p, 0, 30, (5, 0, 0)))
 
 
 def test_copies_that_would_cut_to_each_other():

@@ -11,7 +11,6 @@ Departs from the call of a sub: what it assigns to parameters is gone afterwards
 
 import os
 import re
-from functools import lru_cache
 
 from chipwise.contour_sub.find import fault, find_sub, plain_text, read_file
 from chipwise.contour_sub.run import called_files
@@ -30,6 +29,7 @@ CPU_S = 5.0             # computing time of LinuxCNC's interpreter for one run o
 MAX_MOVES = 200_000     # of one run of the sub
 MAX_DEPTH = 8           # patterns in patterns
 _SETTLED = ("", "%")
+_NO_SUB = re.compile(r"EOF in file:.* seeking o-word: o<(.*)> from line: \d+")       # interp_o_word.cc
 _OTHER_AXIS = re.compile(r"Bad character '([uvw])' used")        # the child has none of these axes
 # F remapped by the package does what LinuxCNC does; without it F works under G93 (docs/design/code_overview.md), and its lines have their numbers
 _OWN_F = re.compile(r"(?mi)^\s*REMAP\s*=\s*F\s[^\n]*\bpython\s*=\s*feed\s*$")
@@ -44,9 +44,8 @@ def read_pattern(job) -> Recorded:
     return _read(found, job, called_files(job.sub, found))
 
 
-@lru_cache(maxsize=64)
 def _read(found, job, files):
-    """Kept by the text of the files and all that the sub can read."""
+    """Not kept for the next time: a sub may read files that nobody knows beforehand, of other patterns and contours, of tools.  files: of called_files()."""
     result = _run(found, job)
     if result["stop"] or result["error"]:
         line, text, remedy = result["stop"] or (*result["error"], "")
@@ -54,6 +53,10 @@ def _read(found, job, files):
         other = _OTHER_AXIS.match(text)
         if other:
             raise fault(found, line or _first_line(found), f"word {other[1].upper()} is an axis that a pattern does not move", "use X, Y, Z, A, B and C")
+        missing = _NO_SUB.match(text)
+        if missing:
+            raise fault(found, line or _first_line(found), f"there is no sub O{missing[1]} that it could call", f"write it from O{missing[1]} sub to "
+                        f"O{missing[1]} endsub, and call it with O{missing[1]} call; M98 finds only files")
         if text.startswith("G75: sub O"):       # a pattern in this one: its own line says more
             raise CycleError(braceless(text.removeprefix("G75: ")))
         raise fault(found, line or _first_line(found), text, remedy or ("" if ";" in text else "correct the line"))
