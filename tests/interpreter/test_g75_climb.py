@@ -94,6 +94,7 @@ LEFT = [
     (["G3 X0 Y0 I2 J0 Z-3 F300"], "lines 5 (changes Z)"),
     (["G18 G3 X4 I2 K0 F300", "G17"], "lines 5 (changes Z)"),
     (["G1 X5 F300", "G1 Y5 F200", "G1 X0 Y0"], "lines 5-7 (two feeds)"),
+    (["G33 X5 K1", "G1 Y5 F300", "G1 X0 Y0"], "lines 5 (in step with the spindle), 6-7 (open)"),
     (["G1 X5 F300", "M8", "G1 Y5", "G1 X0 Y0"], "lines 5 (open), 7-8 (open)"),
     (["G1 X5 F300", "G4 P0.1", "G1 X0"], "lines 5 (open), 7 (open)")]
 

@@ -20,8 +20,8 @@ from chipwise.pattern.recorded import ARC, FEED, RAPID, THREAD, Code, Recorded, 
 
 SAME_MM = 1e-6          # shorter is nothing: rounding of the interpreter in inches
 SAME_FEED = 1e-6        # relative
-OPEN, SLOPING, FEEDS, TURNS = "open", "changes Z", "two feeds", "turns an axis"
-_LEVEL, _SLOPE, _TURN, _END = range(4)
+OPEN, SLOPING, FEEDS, TURNS, SYNCHRONISED = "open", "changes Z", "two feeds", "turns an axis", "in step with the spindle"
+_LEVEL, _SLOPE, _TURN, _SYNC, _END = range(5)
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ def reversed_chains(recorded: Recorded, points, start, close_gap: float):
         if reason is None:
             chain = _backwards(chain, here, end)
         elif reason:
-            found = Left(chain[0].own, chain[-1].own, reason)
+            found = Left(_line(chain[0]), _line(chain[-1]), reason)
             left += [] if found in left else [found]
         steps += chain
         here = end
@@ -86,7 +86,9 @@ def _groups(steps, here, turning):
 
 def _kind(step, here, turning):
     """Principle 1, of a step that begins here; turning: whether the sub turns an axis."""
-    if isinstance(step, Code) or step.kind in (RAPID, THREAD) or not step.own:
+    if isinstance(step, Step) and step.kind == THREAD:
+        return _SYNC if math.dist(step.end[:2], here[:2]) > SAME_MM else _END
+    if isinstance(step, Code) or step.kind == RAPID or not step.own:
         return _END
     if turning:
         return _TURN
@@ -103,12 +105,17 @@ def _reason(kind, chain, here, end, close_gap):
         return ""
     if kind == _SLOPE:
         return SLOPING
-    if kind == _TURN:
-        return TURNS
+    if kind in (_TURN, _SYNC):
+        return TURNS if kind == _TURN else SYNCHRONISED
     if math.dist(here[:2], end[:2]) > max(close_gap, SAME_MM):
         return OPEN
     feeds = [step.feed for step in chain]
     return FEEDS if max(feeds) - min(feeds) > SAME_FEED * max(feeds) else None
+
+
+def _line(step):
+    """Line of a cut in the file of the sub; a thread has only that of the file it is read from."""
+    return step.own or step.source
 
 
 def _end_of(steps, here):
