@@ -387,7 +387,7 @@ def test_bad_subs(name):
 
 REFUSED = [
     ("G77 Q100 P41 Z-6 R2", "no feed is set; give F on this line or before"),
-    ("G77 P41 Z-6 R2 F600", "word Q (number of the sub with the contour) is missing; add Q"),
+    ("G77 P41 Z-6 R2 F600", "word Q (number of the sub) is missing; add Q"),
     ("G77 Q1.5 P41 Z-6 R2 F600", "Q1.5 is not the number of a sub; use the number of an O-sub: Q100 for O100 sub"),
     ("G77 Q-1 P41 Z-6 R2 F600", "Q-1 is not the number of a sub; use the number of an O-sub: Q100 for O100 sub"),
     ("G77 Q100 Z-6 R2 F600", "word P (side of the tool) is missing; add P41 (tool left of the contour) or P42 (right)"),

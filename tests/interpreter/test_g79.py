@@ -187,7 +187,7 @@ REFUSED = [
     ("G20\nG79 Q100 Z-6 R2 F600 D.2363", "step-over D0.2363 in is larger than the tool (0.23622 in); use D up to 0.23622 in"),
     ("G79 Q100 Z-6 R2 F600 D0", "step-over D0 mm is not above 0; use D above 0, up to 6 mm"),
     ("G79 Q100 Z-6 R2", "no feed is set; give F on this line or before"),
-    ("G79 Z-6 R2 F600", "word Q (number of the sub with the contour) is missing; add Q"),
+    ("G79 Z-6 R2 F600", "word Q (number of the sub) is missing; add Q"),
     ("G79 Q100 R2 F600", "word Z (final depth) is missing; add Z"),
     ("G79 Q100 Z-6 R2 F600 P4", "strategy P4 is not known; use P0, P1, P2 or P3"),
     ("G79 Q100 Z-6 R2 F600 P.5", "strategy P0.5 is not known; use P0, P1, P2 or P3"),

@@ -24,7 +24,7 @@ BAD_SUBS = {
     "empty": (sub(), "sub O100, line 1 of program.ngc: the sub holds no G1, G2 or G3; put the contour in it"),
     "only rapids": (sub("G0 X1 Y1"), "sub O100, line 1 of program.ngc: the sub holds no G1, G2 or G3; put the contour in it"),
     "missing": ("", "there is no sub O100 in program.ngc and no file 100.ngc with it on the SUBROUTINE_PATH; "
-                    "put the contour between O100 sub and O100 endsub, before or after the program's M2"),
+                    "put the sub between O100 sub and O100 endsub, before or after the program's M2"),
     "no endsub": ("o100 sub\nG0 X0 Y0\nG1 X9\n",
                   "sub O100 begins in line 1 of program.ngc and has no endsub; end it with a line O100 endsub"),
     "endless": (sub("G0 X0 Y0", "o1 while [1]", "#1 = [#1 + 1]", "o1 endwhile", "G1 X5"),

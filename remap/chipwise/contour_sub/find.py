@@ -96,7 +96,7 @@ def find_sub(job):
     own = [p for p in job.programs if p]
     raise CycleError(f"there is no sub O{name}" + (f" in {quoted(own[0])}" if own else "")
                      + f" and no file {name}.ngc with it on the SUBROUTINE_PATH",
-                     f"put the contour between O{name} sub and O{name} endsub, before or after the program's M2")
+                     f"put the sub between O{name} sub and O{name} endsub, before or after the program's M2")
 
 
 def sub_folders(ini):

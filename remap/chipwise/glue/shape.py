@@ -20,7 +20,7 @@ def sub_number(state):
     """The word Q as a number of an O-sub."""
     value = state.number("q")
     if value is None:
-        raise CycleError("word Q (number of the sub with the contour) is missing", "add Q")
+        raise CycleError("word Q (number of the sub) is missing", "add Q")
     if value != int(value) or value < 0:
         raise CycleError(f"Q{value:g} is not the number of a sub", "use the number of an O-sub: Q100 for O100 sub")
     return int(value)
