@@ -9,16 +9,17 @@ points   random points over 100,000 triangles of hills and hollows on 100 x 100 
 memory   bytes a triangle while the model is read and put into bins
 whole    `chipwise surface` from STL to program: 10^6 points over the same triangles, one core
 path     D6 ball over hills, D6 bull-nose over a step, D6 flat over a sphere: gouge (drop cutter along every move; brute force at
-         random points), lines a point, time of the links P1 / P0 (every move from rest to rest, 100 mm/s, 500 mm/s2), and
-         traverses of all links that meet one of 3,000 needles of stock; the traverses in XY alone against the links of P0, which no
-         one-way path can go below
+         random points), lines a point, time of the links P1 / P0 with what brings the tool off and in (support/link_judge.py: 100 mm/s,
+         500 mm/s2 an axis, corners as the planner rounds them), and traverses of all links that meet one of 3,000 needles of stock; the path
+         across and the last relief at the plunge feed against the links of P0, which no one-way path can go below
+contacts 20,000 links (--links N, --seed S) of random surfaces, tools, directions, levels, cells (surface_links.py): those that meet stock
+machine  the links of P1 / P0 of the same three surfaces in LinuxCNC on the simulated mill, from its log of every servo period
 rest     after a D6 ball at 0.5 mm a D3 ball at 0.2 mm where more than 0.05 mm is left: share of the feed in air (needles 0.15 mm apart,
          bits of 0.25 mm), cuts alone and with plunges; link time P1 / P0; and levels of 1.5 mm with a flat D6: the same
 """
 import argparse
 import dataclasses
 import json
-import math
 import os
 import subprocess
 import sys
@@ -30,12 +31,12 @@ import numpy as np
 import roots  # noqa: F401  sys.path
 from chipwise.check.sweep import Shape
 from chipwise.cycles.surface import SurfaceRequest, surface_plan
-from chipwise.moves import Rapid
 from chipwise.surface import drop
 from chipwise.surface.model import Placing, read_model
 from rows import row
 from roots import ROOT
-from support import second_oracles, surface_cases, surface_judge
+import surface_links
+from support import link_judge, second_oracles, surface_cases, surface_judge
 
 FLOOR = -50.0
 OTHERS = 300            # points for opencamlib
@@ -113,16 +114,8 @@ DEMOS = {"hills, D6 ball": (lambda: surface_cases.waves(60), Shape(6, 3)),
 START = (-30.0, -30.0, 30.0)
 
 
-def from_rest_to_rest(moves):
-    """Seconds of the moves that do not cut: traverses, and straight up and down."""
-    at, seconds = START, 0.0
-    for move in moves:
-        new = tuple(old if value is None else value for old, value in zip(at, (move.x, move.y, move.z)))
-        length, speed = math.dist(at, new), 100.0 if isinstance(move, Rapid) else move.feed / 60
-        if isinstance(move, Rapid) or move.x is None:
-            seconds += length / speed + speed / 500 if length > speed ** 2 / 500 else 2 * math.sqrt(length / 500)
-        at = new
-    return seconds
+def link_seconds(plan):
+    return sum(map(link_judge.seconds, link_judge.links_of(plan.moves, START)))
 
 
 def path():
@@ -139,9 +132,9 @@ def path():
         yield row(f"surface: {name}, deepest gouge along every move", float(probe.excess(points[2:-1], points[3:], 0.0)[0].max()), "mm", "", 1e-3)
         deepest, highest = surface_judge.gouge_and_rest(plans[1].moves, START, surface_cases.triangles_of(model), shape, float(model.low[2]), 60, 1)
         yield row(f"surface: {name}, the same by brute force at 60 points", max(0.0, deepest), "mm", f"highest {highest:.4f} mm, walls included", 1e-3)
-        times = [from_rest_to_rest(plan.moves) for plan in plans]
+        times = [link_seconds(plan) for plan in plans]
         yield row(f"surface: {name}, link time P1 / P0", times[1] / times[0], "", f"{times[0]:.1f}, {times[1]:.1f} and with P2 {times[2]:.1f} s", 0.5)
-        yield row(f"surface: {name}, traverses in XY alone / P0", across_only(plans[1].moves) / times[0], "", "no one-way path goes below it")
+        yield row(f"surface: {name}, across and the last relief alone / P0", least_seconds(plans[0]) / times[0], "", "no one-way path goes below it")
         contacts, links = 0, 0
         for plan in plans:
             depths = surface_judge.Needles(plan.low, plan.high, plan.high[2], 3000, 1).follow(plan.moves, START, shape)
@@ -149,16 +142,30 @@ def path():
         yield row(f"surface: {name}, traverses that meet stock", contacts, "", f"of {links}", 0)
 
 
-def across_only(moves):
-    """Seconds of the traverses in XY alone."""
-    at, seconds = START, 0.0
-    for move in moves:
-        new = tuple(old if value is None else value for old, value in zip(at, (move.x, move.y, move.z)))
-        length = math.dist(at[:2], new[:2])
-        if isinstance(move, Rapid) and length > 0:
-            seconds += length / 100 + 0.2 if length > 20 else 2 * math.sqrt(length / 500)
-        at = new
-    return seconds
+def least_seconds(plan):
+    """Seconds of the traverses in XY alone, and of the relief (1 mm) straight down."""
+    return sum(link_judge.path_seconds(np.array([link.corners[0], link.corners[-1]]) * (1, 1, 0), np.full(2, np.inf))
+               + link_judge.path_seconds(np.array([(0, 0, 1.0), (0, 0, 0)]), np.full(2, np.inf), link.after[0] / 60) for link in link_judge.links_of(plan.moves, START))
+
+
+def contacts(count, seed):
+    """The row of contacts of random links."""
+    began = cpu_s()
+    links, met, deepest = surface_links.contacts(count, seed)
+    yield row("surface: links of random surfaces that meet stock", met, "", f"of {links}, seed {seed}, deepest {deepest:.3f} mm, {cpu_s() - began:.0f} s", 0)
+
+
+def machine():
+    """Rows of the links in LinuxCNC."""
+    for name, (make, shape) in DEMOS.items():
+        with tempfile.TemporaryDirectory() as folder:
+            file = surface_cases.write_stl(f"{folder}/model.stl", make())
+            known = dict(file=file, stamp=(name, "machine"), placing=Placing((40.0, 40.0, -20.0)), bottom=None, clearance=None, tool=shape, step=0.5,
+                         feed=1500.0, plunge_feed=600.0, start=None, stock_is_model=True)
+            found = [surface_links.machine_seconds(surface_plan(SurfaceRequest(link=link, **known)), folder) for link in (0, 1)]
+        lost = max(lost for _seconds, lost in found)
+        yield row(f"surface: {name}, link time P1 / P0 in LinuxCNC", found[1][0] / found[0][0], "",
+                  f"{found[0][0]:.1f} and {found[1][0]:.1f} s; {lost} gaps in the log", 0.5)
 
 
 def grooves():
@@ -196,7 +203,7 @@ def rest():
             everything, air = (sum(v[k] for v in lengths.values()) for k in (0, 1))
             yield row(f"surface: {name}, {kind}, feed in air with plunges and entries", air / everything, "", f"of {everything:.0f} mm", 0.05)
         for kind, made in plans.items():
-            times = [from_rest_to_rest(plan.moves) for plan in made]
+            times = [link_seconds(plan) for plan in made]
             yield row(f"surface: {name}, {kind}, link time P1 / P0", times[1] / times[0], "",
                       f"{times[0]:.1f}, {times[1]:.1f} and with P2 {times[2]:.1f} s; {made[1].cuts} cuts", 0.5)
 
@@ -207,10 +214,13 @@ def main():
     parser.add_argument("--step", type=float, default=0.055, help="mm, of the whole run: 0.055 gives 10^6 points")
     parser.add_argument("--table", action="store_true")
     parser.add_argument("--measure", help=argparse.SUPPRESS)
-    parser.add_argument("--only", choices=("path", "rest"), help="one group of rows")
+    parser.add_argument("--only", choices=("path", "rest", "contacts", "machine"), help="one group of rows")
+    parser.add_argument("--links", type=int, default=20_000, help="of contacts")
+    parser.add_argument("--seed", type=int, default=10_000, help="of contacts")
     options = parser.parse_args()
     if options.only:
-        for line in {"path": path, "rest": rest}[options.only]():
+        groups = {"path": path, "rest": rest, "contacts": lambda: contacts(options.links, options.seed), "machine": machine}
+        for line in groups[options.only]():
             print(f"{line['name']:75s} {line['value']:12.5g} {line['note']}", flush=True)
         return 0
     if options.measure:

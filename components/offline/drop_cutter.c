@@ -597,8 +597,15 @@ static int columns_of(const struct path *p, const struct chip_height_map *map, d
     return *high >= 0.0 && *low <= map->nx * map->cell;
 }
 
+/* Whether a cell is behind a line through ahead[0], [1], across the unit vector ahead[2], [3], wherever in it its needle is. */
+static int behind(const struct chip_height_map *map, const double ahead[4], int32_t i, double y)
+{
+    double x = map->x0 + (i + 0.5) * map->cell;
+    return (x - ahead[0]) * ahead[2] + (y - ahead[1]) * ahead[3] < -0.70711 * map->cell;
+}
+
 double chip_drop_over_stock(const struct chip_height_map *map, const struct chip_drop_tool *tool, const double from[2],
-                            const double to[2])
+                            const double to[2], const double *ahead)
 {
     struct chip_tool profile;
     struct path p = { &profile, from[0], from[1], 0.0, to[0] - from[0], to[1] - from[1], 0.0 };
@@ -615,7 +622,7 @@ double chip_drop_over_stock(const struct chip_height_map *map, const struct chip
             double z = map->height[(int64_t)j * map->nx + i], d;
             if (z <= best || z <= map->z_min) continue;
             d = off_path(&p, map->x0 + (i + 0.5) * map->cell, y);
-            if (d > reach) continue;
+            if (d > reach || (ahead && behind(map, ahead, i, y))) continue;
             best = chip_max(best, z - chip_tool_height(&profile, clamped(d - margin, 0.0, profile.radius)));
         }
     }

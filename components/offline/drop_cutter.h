@@ -65,9 +65,10 @@ void chip_drop_excess(struct chip_drop_mesh *mesh, const struct chip_drop_tool *
 long chip_drop_thin(long n, const double *s, const double *low, const double *high, int64_t *kept, double *height);
 
 /* The lowest height (mm) of the tip on a level segment that keeps the tool off the stock of a height map (height_sweep.h), by
- * the width of a cell; CHIP_DROP_NOTHING where there is no stock. */
+ * the width of a cell; CHIP_DROP_NOTHING where there is no stock. ahead, if it is not 0: a point and a unit vector; only stock
+ * that is ahead of the point counts: of the other stock a tool that has cut at the point goes away. */
 double chip_drop_over_stock(const struct chip_height_map *map, const struct chip_drop_tool *tool, const double from[2],
-                            const double to[2]);
+                            const double to[2], const double *ahead);
 
 /* PNG: takes the filter off `rows` rows of `bytes` bytes, each after its filter's number; `step` bytes a pixel. Returns 0 for
  * a filter that PNG does not have. */

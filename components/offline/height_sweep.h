@@ -66,4 +66,11 @@ double chip_height_sweep(const struct chip_height_map *map, const struct chip_he
 double chip_height_times(long n, const double *length, const double *most, const double *accel, const double *corner,
                          double *end_speed, double *speed, double *seconds);
 
+#define CHIP_TRAVERSE_POINTS 256
+
+/* The time (s) of straight traverses between n points (mm; CHIP_TRAVERSE_POINTS are looked at), at rest at both ends. Each axis
+ * has a speed (mm/s) and an acceleration (mm/s2); corners are rounded by `blend` (mm) as LinuxCNC's planner does it
+ * (blendmath.c): by an arc that takes at most half of each side. */
+double chip_traverse_seconds(long n, const double (*points)[3], double speed, double accel, double blend);
+
 #endif

@@ -7,7 +7,7 @@ Called by plans.py; glue/emit.py executes the lines, in G90, G91.1 and G8: absol
 from typing import Iterable, Iterator, Optional, Sequence, Union
 
 from chipwise.errors import CycleError
-from chipwise.moves import CALLERS_PATH, PATH, Arc, Code, Copy, Line, Move, PlaneArc, Rapid, Thread
+from chipwise.moves import CALLERS_PATH, PATH, Arc, Blend, Code, Copy, Line, Move, PlaneArc, Rapid, Thread
 
 DECIMALS = 6  # of a mm or an inch: arcs then close far inside LinuxCNC's 0.0283 mm and 0.1 %
 AXES = "XYZABC"
@@ -123,13 +123,16 @@ class _Sheet:
 
 
 def _lines(moves: Iterable[Union[Move, Copy]], start: tuple, unit_mm: float, decimals: int = DECIMALS, axes: str = AXES) -> Iterator:
-    """(move, text, feed in program units or None) of each move that moves, and of each Code."""
+    """(move, text, feed in program units or None) of each move that moves, and of each Code and Blend."""
     writer = _Writer(unit_mm, decimals, axes)
     scale, plane, turned, has_y = writer.scale, "G17", None, len(writer.ends) == 3
     x, y, z = (round(value * scale, decimals) for value in start)
     for move in moves:
         if isinstance(move, Code):
             yield move, move.text, None
+            continue
+        if isinstance(move, Blend):
+            yield move, CALLERS_PATH if move.tolerance is None else path_text(64, move.tolerance, None, unit_mm), None
             continue
         if isinstance(move, Copy):
             sheet = writer.sheet(move.moves, plane, turned)
@@ -155,10 +158,11 @@ def _lines(moves: Iterable[Union[Move, Copy]], start: tuple, unit_mm: float, dec
             yield move, text % numbers, feed
 
 
-def texts(moves: Sequence[Union[Move, Copy]], start: tuple, unit_mm: float, decimals: int) -> Iterator[str]:
-    """The lines of a program, with F on each line that changes the feed."""
+def texts(moves: Sequence[Union[Move, Copy]], start: tuple, unit_mm: float, decimals: int, path: str) -> Iterator[str]:
+    """The lines of a program, with F on each line that changes the feed.  path: the line of its path mode, which a Blend(None) is."""
     active: Optional[float] = None
     for _move, text, feed in _lines(moves, start, unit_mm, decimals):
+        text = path if text == CALLERS_PATH else text
         yield text if feed is None or feed == active else f"{text} F{feed:.4f}".rstrip("0").rstrip(".")
         active = active if feed is None else feed
 
@@ -186,7 +190,7 @@ def chunks(moves: Sequence[Union[Move, Copy]], start: tuple, unit_mm: float, dec
             count = 0
             if path:
                 rows.add(path, None, move.line)
-        if text.startswith(PATH) and isinstance(move, Code):
+        if text.startswith(PATH) and isinstance(move, (Code, Blend)):
             path = "" if text == CALLERS_PATH else text
         rows.add(text, feed, move.line)
         count += 1

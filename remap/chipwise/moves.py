@@ -90,7 +90,17 @@ class Code:
     line: int = 0
 
 
-Move = Union[Rapid, Line, Thread, Arc, PlaneArc, Code]
+@dataclass(frozen=True)
+class Blend:
+    """The path mode of the moves after it: G64 with a tolerance in mm; None: the caller's again.  It moves nothing."""
+
+    tolerance: Optional[float]
+    line: int = 0
+    x = y = z = abc = None
+    feed = 0.0
+
+
+Move = Union[Rapid, Line, Thread, Arc, PlaneArc, Code, Blend]
 
 
 @dataclass(frozen=True, eq=False)

@@ -74,7 +74,7 @@ def test_no_traverse_meets_stock(files, name, tool, link):
     depths = needles.follow(plan.moves, START, r.tool)
     assert len(depths) > 2 and max(depths) <= surface_judge.RIDGE
     if link:
-        lower = [move if isinstance(move, Line) else dataclasses.replace(move, z=None if move.z is None else move.z - 3.0) for move in plan.moves]
+        lower = [move if not isinstance(move, Rapid) else dataclasses.replace(move, z=None if move.z is None else move.z - 3.0) for move in plan.moves]
         again = surface_judge.Needles(plan.low, plan.high, 4.5, 3000, 1)
         assert max(again.follow(lower, START, r.tool)) > 0.5        # the judge sees it
 

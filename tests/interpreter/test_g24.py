@@ -72,11 +72,27 @@ def test_g91_counts_z_from_r_and_r_from_here(model):
     same(run_preview(program(model, "G91\nG24 D1.5 R-16 Z-13 L30 I0.2 K1.5 E150 P1 F600\nG90"), TOOLS), expected(model))
 
 
-def test_modes_and_feed_are_afterwards_what_they_were(model):
-    trace = run_preview(program(model), TOOLS)
+@pytest.mark.parametrize("path", ["G64 P0.01", "G61"])
+def test_modes_and_feed_are_afterwards_what_they_were(model, path):
+    """Also the path mode, which the links change."""
+    trace = run_preview(program(model, before=path), TOOLS)
     assert trace.modes("begin")[0] == trace.modes("end")[0]
     feeds = {round(feed, 6) for feed in trace.feeds if feed}
-    assert feeds == {600.0, 150.0}
+    assert {600.0, 150.0} <= feeds and min(feeds) >= 150 and max(feeds) <= 600      # at a slant the lead-in is between E and F
+
+
+@pytest.mark.parametrize("unit, mm", [("G21", 1.0), ("G20", 25.4)])
+def test_only_the_traverses_of_links_are_rounded(model, unit, mm):
+    """Every cut has the program's path mode, P and Q; between two cuts, and only there, it is 0.5 mm: two cells of the map."""
+    trace = run_rs274(program(model, unit=unit, before=f"G64 P{0.02 / mm:.9f} Q{0.01 / mm:.9f}"), TOOLS)
+    assert not trace.error, trace.error
+    tolerance, cuts, wide = None, set(), 0
+    for line in trace.output.splitlines():
+        mode = re.search(r"SET_MOTION_CONTROL_MODE\(CANON_CONTINUOUS, ([\d.]+)\)", line)
+        tolerance = float(mode[1]) if mode else tolerance
+        wide += mode is not None and float(mode[1]) == pytest.approx(0.5 / mm, abs=1e-6)
+        cuts |= {tolerance} if "STRAIGHT_FEED" in line else set()
+    assert max(cuts) == min(cuts) == tolerance == pytest.approx(0.02 / mm, abs=1e-6) and wide > 5
 
 
 def test_defaults_and_known_stock(model):

@@ -11,13 +11,17 @@ STEP = 0.05             # mm, between the positions of a move that are looked at
 RIDGE = 0.01            # mm that stays on a needle between two of them
 
 
+def between(start, end):
+    """(n, 3) positions along a straight move."""
+    return np.linspace(start, end, max(2, int(np.ceil(np.linalg.norm(end - start) / STEP)) + 1))
+
+
 def positions(moves, start):
     """[(is a rapid, (n, 3) positions along it)] of moves from a start."""
     at, found = np.array(start, float), []
     for move in moves:
         new = np.array([old if value is None else value for old, value in zip(at, (move.x, move.y, move.z))], float)
-        count = max(2, int(np.ceil(np.linalg.norm(new - at) / STEP)) + 1)
-        found.append((type(move).__name__ == "Rapid", np.linspace(at, new, count)))
+        found.append((type(move).__name__ == "Rapid", between(at, new)))
         at = new
     return found
 
@@ -29,8 +33,8 @@ class Needles:
         self.xy = np.random.default_rng(seed).uniform(low[:2], high[:2], (count, 2))
         self.height = np.full(count, float(top))
 
-    def follow(self, moves, start, shape):
-        """Cuts along the feed moves; -> how deep (mm) each rapid is in the stock."""
+    def follow(self, moves, start, shape, positions=positions):
+        """Cuts along the feed moves; -> how deep (mm) each rapid is in the stock.  positions: how moves become positions."""
         height, radius = drop_oracle.profile(shape)
         depths = []
         for is_rapid, points in positions(moves, start):

@@ -106,9 +106,11 @@ class HeightMap:
                                           places.ctypes.data, len(places), met.ctypes.data)
         return met
 
-    def lowest_over(self, tool, start, end):
-        """The lowest tip (mm) of layout.DropTool `tool` on a level segment start to end (2,) that keeps off the stock by a cell."""
-        return self._functions.chip_drop_over_stock(C.byref(self._struct), C.byref(tool), (C.c_double * 2)(*start), (C.c_double * 2)(*end))
+    def lowest_over(self, tool, start, end, ahead=None):
+        """The lowest tip (mm) of layout.DropTool `tool` on a level segment start to end (2,) that keeps off the stock by a cell.  ahead: a point
+        and a unit vector (4,); only stock that is ahead of the point counts."""
+        return self._functions.chip_drop_over_stock(C.byref(self._struct), C.byref(tool), (C.c_double * 2)(*start), (C.c_double * 2)(*end),
+                                                    None if ahead is None else (C.c_double * 4)(*ahead))
 
     def needed(self, tool, start, end, least):
         """Which of n steps of a path, start (n, 3) to end (n, 3), layout.DropTool `tool` has to cut so that no needle stays more than

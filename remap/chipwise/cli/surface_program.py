@@ -108,10 +108,11 @@ def program_text(parts):
         kind = f', levels {request.depth / unit_mm:.4g}' if request.depth else ''
         kind += f', scallop {request.scallop / unit_mm:.4g}' if request.scallop else ''
         kind += f', rest {request.least / unit_mm:.4g}' if request.least else ''
+        path = f'G64 P{0.2 * request.tolerance / unit_mm:.6f}'
         lines += [f'(tool {options.tool}, step-over {request.step / unit_mm:.4g}, direction {options.direction}, link {options.link}{kind})',
-                  f'G64 P{0.2 * request.tolerance / unit_mm:.6f}', f'T{options.tool} M6', 'G43', f'S{options.speed:g} M3',
+                  path, f'T{options.tool} M6', 'G43', f'S{options.speed:g} M3',
                   f'G0 Z{plan.clearance / unit_mm:.4f}', 'G0 X{:.5f} Y{:.5f}'.format(*(value / unit_mm for value in plan.first))]
-        lines += texts(plan.moves, (*plan.first, plan.clearance), unit_mm, 5 if inch else 4)
+        lines += texts(plan.moves, (*plan.first, plan.clearance), unit_mm, 5 if inch else 4, path)
         lines.append('M5')
     return '\n'.join([*lines, 'M2', ''])
 

@@ -30,6 +30,7 @@ OFF_MM = 0.01               # mm, that the holder keeps the tool up before the o
 MOST_TRACKS = 20_000
 LEAST_SCALLOP = 1e-3        # mm
 LEAST_STOCK = 0.05          # mm: a level leaves what reaches no more than this above it
+LINK_MOVES = 8              # of a link, about
 _SHARE = 0.85               # of the progress, until the links are planned
 
 
@@ -154,7 +155,7 @@ def _planned(r, box, progress=None):
     probe = Probe(Mesh(model, r.tool.diameter / 2), r.tool, r.allowance, heights.bottom)
     tracks = _tracks(r, model, probe)
     cuts, sampled = raster.chains(probe, tracks, r.tool, _tolerance(r), lambda share: said(_SHARE * share))
-    check_moves(sum(map(len, cuts)) + 6 * len(cuts), r, "use a larger D or tolerance")
+    check_moves(sum(map(len, cuts)) + LINK_MOVES * len(cuts), r, "use a larger D or tolerance")
     stock = _stock_before(r, box)
     driver = Driver(r, heights.clearance, Obstacles(probe, r.tool, stock), probe)
     count = _follow(driver, r, tracks, cuts, lambda share: said(_SHARE + (1 - _SHARE) * share))

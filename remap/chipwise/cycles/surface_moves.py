@@ -15,11 +15,15 @@ import numpy as np
 
 from chipwise.cycles.mover import Mover
 from chipwise.cycles.word_checks import EQUAL
-from chipwise.moves import Line, Rapid
+from chipwise.moves import Blend, Line, Rapid
 from chipwise.surface import raster
 from chipwise.surface.needed import clipped
+from chipwise.surface.quickest_link import Terms, quickest_link, lead_in
+from chipwise.surface.raster import direction_of
 
 PICK_FEED, LOWEST, ZIGZAG = 0, 1, 2
+BLEND, BLEND_CELLS = 0.35, 2.0      # the corners of a link are rounded by so much of the relief, at most by so many cells of the stock's map
+MINUTE, TURNS = 1 / 60, 10.0        # mm/s of a feed of 1: a minute, and a revolution at 600 1/min
 REST_MOVES = 10_000         # of a zigzag without a place to rest (lines.MOST_MOVES)
 LIFT_MM = 0.1
 SHALLOW = 0.1               # mm of stock into which the tool goes straight down, also in a level
@@ -38,6 +42,9 @@ class Driver:
     def __init__(self, request, clearance, obstacles, probe):
         self.request, self.clearance, self.obstacles, self.probe = request, clearance, obstacles, probe
         self.mover, self.rested, self.first, self.last = None, 0, None, None
+        across, along = direction_of(request.direction)
+        self.terms = Terms(request.relief, clearance, min(BLEND * request.relief, BLEND_CELLS * obstacles.stock.cell), (-along, across), request.step, request.feed,
+                           request.plunge_feed, MINUTE if request.feed_per == "min" else TURNS)
 
     def add(self, cut):
         """To the start of a cut (k, 3), and along it."""
@@ -91,17 +98,30 @@ class Driver:
         self.mover.over(start[:2])
 
     def _link(self, start):
-        """Pe - Pa - Pb - Pc - Pd, or with P1 and P2 the lowest safe link."""
-        mover, relief, end = self.mover, self.request.relief, self.mover.at
-        level = self.clearance
+        """Pe - Pa - Pb - Pc - Pd, or with P1 and P2 the quickest safe link, to the start."""
         if self.request.link != PICK_FEED:
-            level = min(level, self.obstacles.lowest(end, start, max(end[2], start[2])) + relief)
-        lifted = min(end[2] + relief, level)
-        if self.request.link == PICK_FEED and lifted > end[2] + EQUAL:
+            self._quickest_link(start)
+            return
+        mover, end = self.mover, self.mover.at
+        lifted = min(end[2] + self.request.relief, self.clearance)
+        if lifted > end[2] + EQUAL:
             mover.moves.append(Line(z=lifted, feed=self.request.feed))
-        mover.moves.append(Rapid(z=level))
+        mover.moves.append(Rapid(z=self.clearance))
         mover.moves.append(Rapid(x=start[0], y=start[1]))
-        mover.at = (start[0], start[1], level)
+        mover.at = (start[0], start[1], self.clearance)
+
+    def _quickest_link(self, start):
+        """As links.py says; down to the start straight or at a slant."""
+        *points, _start = quickest_link(self.obstacles, np.array(self.mover.at), np.array(start), self.terms).tolist()
+        rounded = [Blend(self.terms.blend)] if self.terms.blend > 0 else []
+        self.mover.moves += rounded
+        for point in points[1:]:
+            self.mover.rapid(*(new if abs(new - old) > EQUAL else None for new, old in zip(point, self.mover.at)))
+        self.mover.moves += [Blend(None) for _ in rounded]
+        if math.dist(self.mover.xy, start[:2]) > EQUAL:
+            feed, _seconds = lead_in(self.mover.at, start, self.terms)
+            self.mover.moves.append(Line(x=start[0], y=start[1], z=start[2], feed=feed))
+            self.mover.at = tuple(start)
 
     def _stay_down(self, cut, level):
         """With P2, over the surface to a start that is a step away; whether it did."""

@@ -1,14 +1,17 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What the tool must keep above from the end of a cut to the start of the next: model and stock.
 
-Called by cycles/surface.py.  The stock is a height map that every cut is taken out of as it is planned.  All lengths mm.
+Called by cycles/surface_moves.py and quickest_link.py.  The stock is a height map that every cut is taken out of as it is planned.  All lengths mm.
 """
+
+import itertools
+import math
 
 import numpy as np
 
-from chipwise.surface.drop import drop_tool
-
 from chipwise.stock import layout
+from chipwise.surface.drop import drop_tool
+from chipwise.surface.raster import GOUGE
 
 
 class Obstacles:
@@ -38,6 +41,29 @@ class Obstacles:
         rise, _share = self._probe.excess([(*start[:2], floor)], [(*end[:2], floor)], 0.0)
         stock = max(self.stock.lowest_over(part, start[:2], end[:2]) + up for part, up in self._parts)
         return float(np.maximum(floor + rise[0], stock))
+
+    def lowest_at(self, places):
+        """As lowest(), at each of places (n, 2) -> (n,) mm."""
+        stock = [max(self.stock.lowest_over(part, place, place) + up for part, up in self._parts) for place in places.tolist()]
+        return np.maximum(self._probe.heights(places), stock)
+
+    def lowest_along(self, places):
+        """As lowest(), on each of the moves between places (n, 2) -> (n - 1,) mm."""
+        points = np.column_stack([places, np.full(len(places), self._probe.floor)])
+        rise, _share = self._probe.excess(points[:-1], points[1:], 0.0)
+        stock = [max(self.stock.lowest_over(part, a, b) + up for part, up in self._parts) for a, b in itertools.pairwise(places.tolist())]
+        return np.maximum(self._probe.floor + rise, stock)
+
+    def touches_model(self, start, end):
+        """Whether a straight move from a point (3,) to another one is in the model."""
+        return bool(self._probe.excess([start], [end], GOUGE)[0][0] > GOUGE)
+
+    def lowest_ahead(self, start, end, point):
+        """The lowest level (mm) of the tip on a move from start (x, y) to end that is clear of all the stock that is not behind a point (x, y): of
+        that the tool goes away, if it has cut at the point and does not go down."""
+        step = np.subtract(end[:2], point[:2])
+        ahead = (*point[:2], *(step / max(math.hypot(*step), 1e-12)))
+        return max(self.stock.lowest_over(part, start[:2], end[:2], ahead) + up for part, up in self._parts)
 
     def deepest(self, points):
         """How far (mm) the stock keeps the tool above the lowest of points (n, 3), each taken alone; 0 in air."""

@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The links of P1 between random cuts of surface_plan(), judged apart (support/link_judge.py): no contact as LinuxCNC rounds them, the relief,
+the lead-in, and that they are quick."""
+import math
+
+import numpy as np
+import pytest
+from support import drop_oracle, link_judge, surface_cases, surface_judge
+from support.random_cases import random_count, random_seed
+
+from chipwise.check.sweep import Shape
+from chipwise.cycles.surface import SurfaceRequest, surface_plan
+from chipwise.lines import chunks, texts
+from chipwise.moves import CALLERS_PATH, Blend, Line, Rapid
+from chipwise.surface.model import Placing, read_model
+
+TOOLS = {"flat": Shape(6), "ball": Shape(6, 3), "bull": Shape(6, 1), "vee": Shape(6, 0, 60), "tapered": Shape(4, 1, 20)}
+START = (-10.0, -10.0, 30.0)
+ENDS_MM = 4.0           # from the ends of a link: further away the relief is kept
+KEPT = 0.4              # of it, where a corner is rounded
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("models")
+    step = np.concatenate([surface_cases.box((0, 0, -5), (25, 20, 0)), surface_cases.box((6, 6, 0), (15.3, 14.1, 4))])
+    return {"waves": surface_cases.write_stl(folder / "waves.stl", surface_cases.waves(25, 25.0)),
+            "step": surface_cases.write_stl(folder / "step.stl", step), "dome": surface_cases.write_stl(folder / "dome.stl", surface_cases.sphere(9.0, 48))}
+
+
+def request(file, tool, **fields):
+    known = dict(file=file, stamp=(), placing=Placing(), bottom=None, clearance=None, tool=TOOLS[tool], step=1.0, feed=600.0,
+                 plunge_feed=200.0, start=START, stock_is_model=True, link=1, tolerance=0.03)
+    return SurfaceRequest(**{**known, **fields})
+
+
+def depths_of(plan, r, seed, positions):
+    return surface_judge.Needles(plan.low, plan.high, plan.high[2] + r.allowance, 3000, seed).follow(plan.moves, START, r.tool, positions)
+
+
+def random_request(files, rng):
+    depth = float(rng.choice([0, 1.5])) or None
+    return request(files[rng.choice(sorted(files))], rng.choice(sorted(TOOLS)), direction=float(rng.integers(0, 360)), step=float(rng.uniform(0.6, 2.5)),
+                   relief=float(rng.choice([0.2, 0.5, 1.0, 2.0])), cell=float(rng.choice([0.15, 0.25, 0.4])), depth=depth, link=int(rng.choice([1, 2])) if depth else 1,
+                   allowance=float(rng.choice([0, 0.3])), climb=bool(rng.integers(0, 2)))
+
+
+def test_no_link_meets_stock_however_its_corners_are_rounded(files):
+    rng = np.random.default_rng(random_seed())
+    for case in range(random_count(3)):
+        r = random_request(files, rng)
+        plan = surface_plan(r)
+        for positions in (surface_judge.positions, link_judge.rounded_positions):
+            depths = depths_of(plan, r, case, positions)
+            assert max(depths) <= surface_judge.RIDGE, (random_seed(), case, r)
+
+
+def test_the_judge_sees_low_links_and_rounds_corners(files):
+    r = request(files["step"], "bull")
+    plan = surface_plan(r)
+    low = [Rapid(move.x, move.y, None if move.z is None else move.z - 1.8) if isinstance(move, Rapid) else move for move in plan.moves]
+    needles = surface_judge.Needles(plan.low, plan.high, plan.high[2], 3000, 1)
+    assert max(needles.follow(low, START, r.tool, link_judge.rounded_positions)) > 0.05
+    corner, blend = np.array([20.0, 0.0, 0.0]), 0.4
+    points, _radii = link_judge.rounded([np.zeros(3), corner, np.array([20.0, 30.0, 0.0])], blend)
+    assert np.linalg.norm(points - corner, axis=1).min() == pytest.approx(blend, abs=5e-3)
+    points, _radii = link_judge.rounded([np.zeros(3), corner, np.array([20.0, 0.1, 0.0])], blend)
+    assert np.linalg.norm(points - corner, axis=1).min() == pytest.approx(0.05 * (math.sqrt(2) - 1), abs=1e-3)
+
+
+@pytest.mark.parametrize("name, tool", [("waves", "ball"), ("step", "flat"), ("dome", "bull")])
+def test_the_relief_is_kept_away_from_the_ends(files, name, tool):
+    """Above model (brute force) and stock (needles), where corners are rounded all of it but a part."""
+    r = request(files[name], tool, relief=1.0)
+    plan = surface_plan(r)
+    triangles = surface_cases.triangles_of(read_model(r.file, Placing()))
+    height, radius = drop_oracle.profile(r.tool)
+    needles, rng, seen = surface_judge.Needles(plan.low, plan.high, plan.high[2], 3000, 1), np.random.default_rng(random_seed()), 0
+    for is_rapid, points in link_judge.rounded_positions(plan.moves, START)[2:-1]:
+        far = points[(np.linalg.norm(points[:, :2] - points[0, :2], axis=1) > ENDS_MM) & (np.linalg.norm(points[:, :2] - points[-1, :2], axis=1) > ENDS_MM)]
+        if not is_rapid:
+            one = [Line(*points[-1], feed=1.0)]
+            needles.follow(one, points[0], r.tool)
+            continue
+        for x, y, z in far[rng.integers(0, len(far), min(len(far), 2))]:
+            apart = np.hypot(*(needles.xy - (x, y)).T)
+            stock = (needles.height - height(np.minimum(apart, radius)))[apart <= radius].max()
+            model = drop_oracle.lowest(triangles, r.tool, x, y, plan.low[2])
+            assert z >= max(stock, model) + KEPT * r.relief, (x, y, z, stock, model)
+            seen += 1
+    assert seen > 20
+
+
+@pytest.mark.parametrize("name, tool", [("waves", "ball"), ("step", "bull"), ("dome", "flat")])
+def test_links_are_quicker_than_over_the_clearance_plane(files, name, tool):
+    """By another planner: at most 0.75 of the time on these small models, where every link is short; bench/bench_surface.py has larger ones."""
+    seconds = []
+    for link in (0, 1):
+        plan = surface_plan(request(files[name], tool, link=link, step=0.5, feed=1500.0, plunge_feed=600.0))
+        seconds.append(sum(map(link_judge.seconds, link_judge.links_of(plan.moves, START))))
+    assert seconds[1] <= 0.75 * seconds[0]
+
+
+def test_the_lead_in_goes_down_at_the_plunge_feed(files):
+    r = request(files["waves"], "ball")
+    slanted = 0
+    for link in link_judge.links_of(surface_plan(r).moves, START):
+        feed, (above, start) = link.after
+        assert above[2] > start[2] and feed * (above[2] - start[2]) / math.dist(above, start) <= r.plunge_feed * (1 + 1e-9) and feed <= r.feed
+        slanted += math.dist(above[:2], start[:2]) > 0.1
+    assert slanted > 10
+
+
+def test_path_modes_of_the_lines(files):
+    """G64 with its tolerance in program units for the traverses of each link, then the caller's again."""
+    plan = surface_plan(request(files["waves"], "ball"))
+    blends = [move.tolerance for move in plan.moves if isinstance(move, Blend)]
+    assert set(blends[::2]) == {0.35} and set(blends[1::2]) == {None} and len(blends) % 2 == 0
+    mode = None
+    for move in plan.moves:
+        mode = move.tolerance if isinstance(move, Blend) else mode
+        assert mode is None or isinstance(move, (Blend, Rapid))
+    rows = [line for chunk in chunks(plan.moves, START, 25.4) for row in chunk for line in row[1].split("\n")]
+    assert sum(line == f"G64 P{0.35 / 25.4:.9f}" for line in rows) >= len(blends) // 2 and rows.count(CALLERS_PATH) == len(blends) // 2
+    program = list(texts(plan.moves, START, 1.0, 4, "G64 P0.002"))
+    assert program.count("G64 P0.002") == len(blends) // 2 and CALLERS_PATH not in program
+
+
+def test_without_relief_nothing_is_rounded(files):
+    plan = surface_plan(request(files["step"], "ball", relief=0.0))
+    assert not any(isinstance(move, Blend) for move in plan.moves)
+    assert max(depths_of(plan, request(files["step"], "ball"), 1, surface_judge.positions)) <= surface_judge.RIDGE
