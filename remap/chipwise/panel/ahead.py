@@ -108,7 +108,7 @@ class Ahead:
     def look(self, dt, scene, running, pins, wanted):
         """dt: s since the look before; scene: panel/machine.py; running: whether a program runs; wanted: whether a page is open."""
         begins, ends, self._run = running and not self._run, self._run and not running, running
-        if scene is not None and (not running or self._loaded is None):
+        if scene is not None and (not running or self._loaded is None or begins and self._is_other(scene)):
             self._loaded = scene, identity(scene["program"])
         elif scene is None and not running:
             self._loaded = None
@@ -125,6 +125,10 @@ class Ahead:
         self._take()
         if running and self._path is not None:
             self._follow(dt, pins)
+
+    def _is_other(self, scene):
+        """Whether a program was opened and begun between two looks."""
+        return scene["program"] != self._loaded[0]["program"] or identity(scene["program"]) != self._loaded[1]
 
     def _ask(self, tip):
         """Have the loaded program read; what is known of another one goes."""
@@ -149,7 +153,8 @@ class Ahead:
         with self._lock:
             self._head, self._path = head, path
             self._epoch += 1
-            self._done, self._reach, self._lost = 0.0, 0.0, 0.0
+            self._done, self._reach = 0.0, 0.0
+            self._shown, self._lost = not self._run, LOST_S * self._run         # the tool may be anywhere on it
 
     def _follow(self, dt, pins):
         """Where the tool is on the path."""
