@@ -15,6 +15,7 @@ pytestmark = [pytest.mark.machine, pytest.mark.together('panel browser'), pytest
 URL, TOKEN = 'http://127.0.0.1:8250', 'correct-horse-7'
 BROWSER = f'{runner.ROOT}/tests/support/panel_browser.py'
 RING = math.pi * (8 ** 2 - 2 ** 2) * 3               # mm3; a slug of 4 mm is left
+DISC = math.pi * 8 ** 2 * 3
 HOLE = ['G13', '30,20,8,-3,1,,,,,600']
 LONG = 'G21 G90 G54\nG1 Z11 F2\nM2\n'              # 10 mm up: five minutes
 TOUCH_PX = 9 / 25.4 * 96        # 9 mm
@@ -39,7 +40,8 @@ def test_lines_of_the_page(tmp_path):
         entry(tmp_path, ['G13', '30,20,0,-3'], ['G13', '30,20,2,-3'], HOLE),
         ['until', 'stock-tracker.0.removed-volume', '>', 0.97 * RING], ['mdi', 'G4 P0.5'], ['pins', 'stock-tracker.0.removed-volume'],
         ['start', LONG], ['until', 'axis.z.pos-cmd', '>', -18.9], entry(tmp_path, HOLE), ['abort'], ['sleep', 1],
-        ['pins', 'stock-tracker.0.removed-volume']],
+        ['pins', 'stock-tracker.0.removed-volume'], ['mdi', BOX], entry(tmp_path, [*HOLE, '6']),
+        ['until', 'stock-tracker.0.removed-volume', '>', 0.98 * DISC]],
         speed=1, timeout=900, edit=f's/^PANEL = yes/PANEL = yes\\nPANEL_TOKEN = {TOKEN}/')
     found = seen(answers[5])
     locked, wrong, small, hole = found['lines']
@@ -56,4 +58,6 @@ def test_lines_of_the_page(tmp_path):
     assert answers[8] == answers[14]
     for refused in seen(answers[11])['guards']:
         assert refused[0] == 'Guard of flutes: on' and 'a program or a command is under way' in refused[1]
+    chopped = seen(answers[16])['lines'][-1]
+    assert chopped['line'] == '#<_chipwise_chop_size>=6 ' + hole['line'] and 'chop lines: ' in chopped['says'] and chopped['ran'].startswith('running')
     assert found['guards'] == [['Guard of flutes: off', ''], ['Guard of flutes: on', '']]       # the pin, as the server reads it

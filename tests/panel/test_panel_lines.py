@@ -105,6 +105,29 @@ def test_what_cannot_be_planned(made, machine, code, text, number, words):
     assert machine.sent == []
 
 
+def test_a_chop_size(made, machine):
+    """It is part of the line, in the plan and in the run; a line without has that of the INI file again."""
+    assert made.line("G13", HOLE, " 5.50 ") == {"line": "#<_chipwise_chop_size>=5.5 G13 X30 Y20 I8 Z-3 R1 F600"}
+    assert made.line("G79", "100,-3", "5") == {"line": "G79 Q100 Z-3"} and made.line("G13", HOLE, "") == {"line": "G13 X30 Y20 I8 Z-3 R1 F600"}
+    plain, chopped = (made.plan("G13", HOLE, "light", ("en",), chop) for chop in ("", "6"))
+    assert any(text.startswith("chop lines: ") for text in chopped["figures"]) and not any(text.startswith("chop lines: ") for text in plain["figures"])
+    assert made.run(made.plan("G13", HOLE, "light", ("en",))["plan"]) == made.run(made.plan("G13", HOLE, "light", ("en",), "6")["plan"]) == {}
+    assert made.run(made.plan("G13", HOLE, "light", ("en",))["plan"]) == {} and made.run(made.plan("M252", "", "light", ("en",))["plan"]) == {}
+    line = plain["line"]
+    assert machine.sent == [line, "#<_chipwise_chop_size>=6 " + line, "#<_chipwise_chop_size>=0 " + line, "M252"]
+    found = {one["code"]: one["chop"] for one in made.codes(("en",))}
+    assert found["G13"] == found["G78"] == ["0", "0"] and found["G79"] is None
+
+
+@pytest.mark.parametrize("chop, words", [
+    ("1,5", "chop size: 1,5 is not a number; use digits and a point"), ("-1", "chop size: -1 is not 0 or more; give a number 0 or more"), ("nan", "is not a number"),
+    ("5]G0Z-9[", "is not a number"), ("1e3", "is not a number"), ("1" * 10, "more than 9 digits"), ("5\nG0 Z-9", "is not a number")])
+def test_what_is_no_chop_size(made, machine, chop, words):
+    for found in (made.line("G13", HOLE, chop), made.plan("G13", HOLE, "light", ("en",), chop)):
+        assert words in found["error"] and found["number"] == 0 and "line" not in found
+    assert machine.orders == 0
+
+
 # ---- running it ---------------------------------------------------------------------------------------------------
 
 

@@ -182,12 +182,15 @@ def enter_token(driver, token):
 # ---- a typed line -----------------------------------------------------------------------------------------------
 
 
-def typed(driver, code, text, enter=True):
-    """Choose a code and type its data; -> what the page says after Enter, or while it is typed."""
+def typed(driver, code, text, chop="", enter=True):
+    """Choose a code and type its data and a chop size; -> what the page says after Enter, or while it is typed."""
     from selenium.webdriver.support.select import Select
     Select(driver.find_element("id", "code")).select_by_value(code)
     field = driver.find_element("id", "entry-line")
     field.clear()
+    if chop:
+        driver.find_element("id", "chop-size").clear()
+        driver.find_element("id", "chop-size").send_keys(chop)
     driver.execute_script("document.getElementById('entry-says').textContent = ''")
     field.send_keys(text + ("\n" if enter else ""))
     wait(driver, "!['', 'Planning'].includes(document.getElementById('entry-says').textContent)", "words about the line")
@@ -218,7 +221,7 @@ def pressed_guard(driver, name):
 
 
 def entry(url, folder, token, lines):
-    """Type lines [[code, text], ..], and run each one that can be."""
+    """Type lines [[code, text, chop size or nothing], ..], and run each one that can be."""
     driver = browser(folder)
     try:
         opened(driver, url)
@@ -228,8 +231,8 @@ def entry(url, folder, token, lines):
         found.append(typed(driver, *lines[0]))
         enter_token(driver, token)
         guards = [pressed_guard(driver, "flute") for _ in range(2)]
-        for code, text in lines:
-            answer = typed(driver, code, text)
+        for line in lines:
+            answer = typed(driver, *line)
             found.append({**answer, "ran": pressed_run(driver) if answer["run"] else ""})
         return {"lines": found, "guards": guards, "targets": targets(driver), "overflow": driver.execute_script(
             "return [document.documentElement.scrollWidth, document.documentElement.scrollHeight]"),

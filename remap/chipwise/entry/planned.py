@@ -41,7 +41,7 @@ _TOOL = re.compile(r"t(\d+)")
 _WORD = re.compile(r"\b([A-Z])(?=-?[0-9.])|\bword ([A-Z])\b")
 _LINE = re.compile(r" \(line \d+\)$")       # of the program around the typed line: not the user's
 _SHAPED = ("G77", "G78", "G79")             # codes with a contour sub in Q
-_CHOPPED = ("G12", "G13", "G78")
+CHOPPED = ("G12", "G13", "G78")
 _KINDS = {RAPID: "rapid", FEED: "line", ARC: "arc"}
 DRAWN = ("G12", "G13", "G24", "G75", "G77", "G78", "G79", "M250")
 
@@ -114,7 +114,7 @@ def plan(scene: Scene, line: str, path: Optional[str] = None) -> Planned:
     """What a line does on the machine of a Scene.  path as of table.load_table.  Raises PlanError or CycleError."""
     code = line.split()[0]
     found, moves = _read(scene, line, path)
-    if code in _CHOPPED and " H" not in line:
+    if code in CHOPPED and " H" not in line:
         moves = _with_chops(moves, _read(scene, line + " H0", path)[1])
     return replace(found, runs=_runs(moves), loops=_loops(scene, line, found) if code in _SHAPED else ())
 

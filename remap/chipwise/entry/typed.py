@@ -102,6 +102,16 @@ def _too_many(code, known, number, texts):
                       (f"take out what comes behind {known[-1].letter} ({known[-1].name})" if known else "press Enter alone") + end, code)
 
 
+def number(field: EntryField, text: str) -> str:
+    """A number by itself as LinuxCNC reads it, "" for an empty text.  Raises CycleError."""
+    text = text.strip(BLANKS)
+    try:
+        return _digits(field, text) if text else ""
+    except _Wrong as error:
+        fact, remedy = error.args
+        raise CycleError(braceless(f"{field.name}: {fact}"), braceless(remedy)) from None
+
+
 # ---- commas -------------------------------------------------------------------------------------------------
 
 

@@ -2,7 +2,7 @@
 """Plans or runs one typed line, or switches a guard, for the page of `chipwise panel`, in a process of its own: an order as JSON on standard input, the answer as JSON
 on standard output.  Called by lines.py; a plan may compute for long, and the looks at the machine go on meanwhile.
 
-    {"do": "plan", "ini", "code", "text", "mode", "language"}
+    {"do": "plan", "ini", "code", "text", "chop", "mode", "language"}     chop: size in the unit of MDI, "" for that of the INI file
         -> {"line", "unit", "svg", "figures", "messages", "refused", "state"}   refused: why it may not be run now, "" if it may
     {"do": "run", "code", "line", "unit", "state"}      state: of the plan; -> {}
     {"do": "guard", "name", "on"}                       name: one of GUARDS; -> {}
@@ -49,7 +49,8 @@ def plan(order, machine):
     table, translate = settings.path("ENTRY"), language.translator((order["language"],))
     line = entry.line(code, order["text"], table)
     state = machine.read()
-    found = planned(Scene(os.path.abspath(order["ini"]), state.unit, state.program, state.tool, state.position), line, table)
+    named = (("_chipwise_chop_size", float(order["chop"])),) if order["chop"] else ()
+    found = planned(Scene(os.path.abspath(order["ini"]), state.unit, state.program, state.tool, state.position, named=named), line, table)
     drawing = ""
     if code in DRAWN:
         words = entry.words(line, state.unit, translate, table)

@@ -28,14 +28,14 @@ class LineRequests:
 
     def line(self, query):
         """The line of G-code of what is typed."""
-        self.send_json(200, self.asked(self.server.lines.line, *self.words(query, "code", "text")))
+        self.send_json(200, self.asked(self.server.lines.line, *self.words(query, "code", "text", "chop")))
 
     def plan(self, wanted, query):
         """What a typed line does."""
-        values = [wanted.get(name, "") for name in ("code", "text", "mode")]
+        code, text, mode, chop = values = [wanted.get(name, "") for name in ("code", "text", "mode", "chop")]
         if not all(isinstance(value, str) for value in values):
-            raise Refused(400, "code, text and mode are not texts")
-        self.send_json(200, self.asked(self.server.lines.plan, *values, [query, *self.languages()]))
+            raise Refused(400, "code, text, mode and chop are not texts")
+        self.send_json(200, self.asked(self.server.lines.plan, code, text, mode, [query, *self.languages()], chop))
 
     def run(self, number):
         """Run the line that was planned last."""

@@ -6,6 +6,8 @@ Called by server.py.  A line is made here, at once; it is planned and run in a p
  1. One line is planned or run at a time, whatever how many pages there are.
  2. Only the line that was planned last can be run, once, within VALID_S, and only if tool, position and program are what they were.
  3. A process that takes longer than PLAN_S is ended.
+ 4. A chop size is part of the line: #<_chipwise_chop_size>=5 G13 ..  It stays in force for MDI, so once one was sent, a line without gets
+    that of the INI file.
 """
 
 import contextlib
@@ -19,7 +21,9 @@ import time
 
 from chipwise import entry, language
 from chipwise.clock import patience
-from chipwise.errors import CycleError
+from chipwise.entry import typed
+from chipwise.entry.planned import CHOPPED
+from chipwise.errors import MM_PER_INCH, CycleError
 from chipwise.ini import expanded, values_of
 from chipwise.panel.line_process import without_name
 from chipwise.settings import load_settings
@@ -27,6 +31,8 @@ from chipwise.settings import load_settings
 PLAN_S = 120.0
 VALID_S = 600.0
 MODES = ("light", "dark")
+CHOP_SIZE = entry.EntryField("", "chop size", "length", least=0.0)
+CHOP_PARAMETER = "#<_chipwise_chop_size>"
 REMAP = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 
 
@@ -58,14 +64,15 @@ class Lines:
         self._busy = threading.Lock()
         self._plan = None               # (number, answer of the plan, code, s on the clock); None: none that could be run
         self._count = 0
+        self._sent_chop = False         # whether a chop size was sent
 
     def _table(self):
         return load_settings(self.ini).path("ENTRY")
 
     def codes(self, wanted):
         """The codes that this machine has, with their data in the order of entry, in the first of the wanted languages.  Raises CycleError."""
-        table, translate, known = self._table(), language.translator(wanted), self._known()
-        return [{"code": code, "title": translate(entry.title(code, table)), "fields": [
+        table, translate, known, sizes = self._table(), language.translator(wanted), self._known(), [self._chop_size(unit) for unit in ("mm", "in")]
+        return [{"code": code, "title": translate(entry.title(code, table)), "chop": sizes if code in CHOPPED else None, "fields": [
             {"letter": field.letter, "name": translate(field.name), "units": [field.unit("mm"), field.unit("in")], "required": field.required,
              "default": translate(field.default), "choices": [[number, translate(meaning)] for number, meaning in field.choices]}
             for field in entry.fields(code, table)]} for code in entry.codes(table) if code in known]
@@ -78,25 +85,31 @@ class Lines:
             raise CycleError("{path}: {why}", "start LinuxCNC again", path=self.ini, why=error.strerror) from error
         return {text.split()[0].upper() for text in remaps if text}
 
-    def line(self, code, text):
-        """{"line"}, or {"error", "number"} of the field."""
+    def _chop_size(self, unit):
+        """[CHIPWISE]CHOP_SIZE in "mm" or "in", as text."""
+        return f"{load_settings(self.ini)['CHOP_SIZE'] / (MM_PER_INCH if unit == 'in' else 1.0):.9g}"
+
+    def line(self, code, text, chop=""):
+        """{"line"}, or {"error", "number"} of the field; chop: size that no piece may reach, as it was typed, "" for that of the INI file."""
         try:
-            return {"line": entry.line(code, text, self._table())}
+            size = typed.number(CHOP_SIZE, chop) if code in CHOPPED else ""
+            return {"line": (f"{CHOP_PARAMETER}={size} " if size else "") + entry.line(code, text, self._table())}
         except CycleError as error:
             return {"error": without_name(error), "number": getattr(error, "number", 0)}
 
-    def plan(self, code, text, mode, wanted):
+    def plan(self, code, text, mode, wanted, chop=""):
         """What a line does, as a page shows it, with the number of the plan; or {"error", "number"}.  Raises CycleError."""
-        refused = self.line(code, text)
-        if "error" in refused:
-            return refused
+        made = self.line(code, text, chop)
+        if "error" in made:
+            return made
         with self._one():
             self._plan = None
-            found = self._asked({"do": "plan", "ini": self.ini, "code": code, "text": text, "mode": mode if mode in MODES else MODES[0],
+            found = self._asked({"do": "plan", "ini": self.ini, "code": code, "text": text, "chop": typed.number(CHOP_SIZE, chop) if code in CHOPPED else "", "mode": mode if mode in MODES else MODES[0],
                                  "language": language.catalogue(wanted)[0]})
             if "error" in found:
                 return found
             self._count += 1
+            found["line"] = made["line"]
             self._plan = self._count, found, code, time.monotonic()
             return {"plan": self._count, **{name: value for name, value in found.items() if name != "state"}}
 
@@ -109,7 +122,12 @@ class Lines:
             self._plan = None
             if time.monotonic() - then > patience(VALID_S):
                 raise CycleError(f"the line is not run: it was planned more than {VALID_S / 60:g} min ago", "plan it again")
-            return self._asked({"do": "run", "code": code, "line": found["line"], "unit": found["unit"], "state": found["state"]})
+            line = found["line"]
+            if line.startswith(CHOP_PARAMETER):
+                self._sent_chop = True
+            elif self._sent_chop and code in CHOPPED:
+                line = f"{CHOP_PARAMETER}={self._chop_size(found['unit'])} {line}"
+            return self._asked({"do": "run", "code": code, "line": line, "unit": found["unit"], "state": found["state"]})
 
     def guard(self, name, on):
         """Switch a guard of line_process.GUARDS: {}, or {"error"} with why it is not switched.  Raises CycleError."""

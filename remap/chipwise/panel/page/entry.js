@@ -10,6 +10,7 @@
     const state = () => window.chipwise.state;
     const inch = () => Boolean(state() && state().task && state().task.mdi_unit === 'in');
     const code = () => codes.find((one) => one.code === $('code').value);
+    const chop = () => (code().chop ? $('chop-size').value : '');
     const texts = () => $('entry-line').value.split(',');
 
     // ---- what is shown -----------------------------------------------------------------------------------------
@@ -17,6 +18,9 @@
     // A row for each datum in the order of entry: number, letter, name, what is typed, what an empty place means.
     function fields(wrong = 0) {
         const given = texts(), chosen = code();
+        $('chop').hidden = !chosen.chop;
+        put('chop-unit', inch() ? 'in' : 'mm');
+        $('chop-size').placeholder = chosen.chop ? chosen.chop[inch() ? 1 : 0] : '';
         $('field-rows').replaceChildren(...chosen.fields.map((field, k) => {
             const row = document.createElement('tr'), unit = field.units[inch() ? 1 : 0], typed = (given[k] || '').trim();
             const meaning = field.choices.map(([number, words]) => `${number} ${words}`).join(', ');
@@ -49,7 +53,7 @@
     // ---- what is typed -----------------------------------------------------------------------------------------
 
     async function look() {
-        const mine = ++asked, query = new URLSearchParams({code: $('code').value, text: $('entry-line').value});
+        const mine = ++asked, query = new URLSearchParams({code: $('code').value, text: $('entry-line').value, chop: chop()});
         const answer = await fetch('line.json?' + query);
         if (mine !== asked) return;
         const found = answer.ok ? await answer.json() : {error: await answer.text(), number: 0};
@@ -70,7 +74,7 @@
         const mine = ++asked;
         says(t('Planning'));
         const answer = await fetch('plan?' + language(), {method: 'POST', headers: {'Content-Type': 'application/json'}, body: JSON.stringify(
-            {code: $('code').value, text: $('entry-line').value, mode: document.documentElement.dataset.theme})});
+            {code: $('code').value, text: $('entry-line').value, chop: chop(), mode: document.documentElement.dataset.theme})});
         const found = answer.ok ? await answer.json() : {error: await answer.text(), number: 0};
         if (mine !== asked) return;
         if (!found.error) planned = found;
@@ -134,7 +138,7 @@
     $('entry-close').addEventListener('click', () => open(false));
     $('code').addEventListener('change', () => choose($('code').value));
     document.querySelectorAll('[data-code]').forEach((e) => e.addEventListener('click', () => choose(e.dataset.code)));
-    $('entry-line').addEventListener('input', changed);
+    for (const id of ['entry-line', 'chop-size']) $(id).addEventListener('input', changed);
     $('entry-form').addEventListener('submit', (e) => { e.preventDefault(); plan().catch(trouble); });
     $('entry-run').addEventListener('click', () => run().catch(trouble));
     $('entry-copy').addEventListener('click', async () => {
