@@ -61,6 +61,14 @@ def test_numbers_and_heights_while_it_cuts(tmp_path):
     assert float(tool['slowed_s']) == pytest.approx(12.5, rel=0.1) and float(tool['diameter_mm']) == 6
 
 
+def test_the_stock_before_a_program(tmp_path):
+    """A program without a stock of its own begins with that of the last one; the same program with its M250 again with a whole one."""
+    other = 'G21 G90\nF600\nG0 Z5\nG0 X0\nG1 X50\nM2\n'
+    answers = operate(tmp_path, [['start', SLOT], ['finish'], ['start', other], ['until', X, '>', 5], look(), ['finish'],
+                                 ['start', SLOT], ['until', X, '>', 5], look(), ['abort']])
+    assert seen(answers[4])['before'] == 160 * 240 and seen(answers[8])['before'] == 0
+
+
 def test_a_rapid_into_stock_is_an_alarm(tmp_path):
     program = SLOT.replace('G0 Z5\nM2', 'G0 Y35\nM2')
     answers = operate(tmp_path, [['start', program], ['until', 'chipwise-guard.0.stop', '>', 0.5], ['sleep', 1], look(), ['abort'],

@@ -155,3 +155,18 @@ def test_the_stock_before_a_program():
     machine.core.define((0, 0, -10), (30, 20, 0))               # another box
     tiles.look(machine.stock().live())
     assert tiles.before(mark)[0] == [] and tiles.before(0)[0] == []
+
+
+def test_another_stock_of_the_same_box_ends_that():
+    machine, tiles = Machine(), Tiles()
+    machine.cut((-10.0, 20.0, -4.0), (70.0, 20.0, -4.0))
+    tiles.look(machine.stock().live())
+    tiles.mark()
+    mark = tiles.before(0)[1]
+    tiles.unmark()
+    (message,), now = tiles.before(mark)
+    assert len(message[1]) == 4 and tiles.before(now) == ([], now)
+    tiles.unmark()
+    assert tiles.before(now) == ([], now)
+    tiles.mark()
+    assert len(tiles.before(now)[0][0][1]) > 4

@@ -125,6 +125,14 @@ def test_the_stock_is_looked_at_when_a_program_begins(seen):
     found.tasks["running"] = True
     look()
     assert watching.tiles.before(mark)[0][0][1] != content
+    mark = watching.tiles.before(0)[1]
+    found.values["removed"] += 10.0
+    look()
+    assert watching.tiles.before(mark)[0] == []
+    found.values["removed"] = 0.0                       # its M250: the same box, whole again
+    look()
+    (_kind, content), = watching.tiles.before(mark)[0]
+    assert len(content) == 4
 
 
 def test_history_and_path(seen):

@@ -17,6 +17,7 @@ class Page:
 
     def __init__(self):
         self.kinds, self.states, self.points, self.recent, self.map, self.rows = [], [], [], [], None, None
+        self.before = 0             # heights of the stock before the program
         self.tiles, self.loops, self.ahead, self.ahead_points = 0, [], (0, 0), []
 
     def take(self, kind, content):
@@ -32,6 +33,8 @@ class Page:
             self.rows = [[None] * self.map["columns"] for _ in range(self.map["rows"])]
         elif kind == "T":
             self.put(content)
+        elif kind == "B":
+            self.before = (len(content) - 4) // 2
         elif kind == "A":
             self.ahead = struct.unpack_from("<II", content)
             self.ahead_points = list(struct.iter_unpack("<4f", content[8:]))
@@ -96,7 +99,7 @@ def main(url, seconds, *places):
     """places: X,Y in mm whose heights are wanted."""
     page = follow(url, float(seconds), 2)
     print(json.dumps({"state": page.states[-1], "states": len(page.states), "map": page.map, "points": len(page.points),
-                      "recent": len(page.recent), "tiles": page.tiles,
+                      "recent": len(page.recent), "tiles": page.tiles, "before": page.before,
                       "heights": [page.height(*map(float, place.split(","))) for place in places] if page.map else []}))
 
 

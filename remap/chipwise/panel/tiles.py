@@ -8,6 +8,7 @@ Called by watch.py, which looks at the running map some times a second, and by s
  2. A tile that has changed gets the number of this look, and its heights are computed anew.
  3. A page names the last look it has; it gets all tiles with a higher number.
  4. The heights at the begin of a program are kept (mark), and sent to each page once: what the program has cut is the difference.
+    Another stock ends that (unmark), also one of the same box.
  5. A map of more than MOST_CELLS is shown in steps: one cell of each field of `step` by `step` cells.
 
 Heights go out as 16 bit numbers, 0 at the bottom of the stock's box, 65535 at its top.
@@ -52,6 +53,7 @@ class Tiles:
         self._heights = None            # (rows, columns) uint16
         self._before = None             # (rows, columns) uint16: the heights at the last mark(), of the same box
         self._mark = 0                  # counts marks and maps
+        self._unmarked = -1             # the one that unmark() has made
         self._changed = None            # (tiles in Y, tiles in X): look at which a tile has changed last
 
     @property
@@ -112,12 +114,21 @@ class Tiles:
             if self._heights is not None:
                 self._before, self._mark = self._heights.copy(), self._mark + 1
 
-    def before(self, mark):
-        """The stock at the last mark(), for a page that has that of `mark` (0: none yet): ([(kind, bytes)], the new mark)."""
+    def unmark(self):
+        """There is nothing to compare with any more."""
         with self._lock:
-            if mark == self._mark or self._before is None:
+            if self._before is not None:
+                self._before, self._mark = None, self._mark + 1
+                self._unmarked = self._mark
+
+    def before(self, mark):
+        """The stock at the last mark(), for a page that has that of `mark` (0: none yet): ([(kind, bytes)], the new mark); without heights if there is
+        none any more."""
+        with self._lock:
+            if mark == self._mark or self._before is None and self._unmarked != self._mark:
                 return [], self._mark
-            return [(BEFORE, struct.pack("<I", self._epoch) + self._before.astype("<u2").tobytes())], self._mark
+            heights = b"" if self._before is None else self._before.astype("<u2").tobytes()
+            return [(BEFORE, struct.pack("<I", self._epoch) + heights)], self._mark
 
     def messages(self, since):
         """What a page needs that has `since` = (epoch, number), (0, 0) for a new one.

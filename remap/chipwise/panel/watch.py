@@ -94,7 +94,7 @@ class Watch:
         self.run = None
         self.was_running = False
         self.last = time.monotonic()
-        self._map_due = self._alive_due = 0.0
+        self._map_due = self._alive_due = self._removed = 0.0
 
     def look(self):
         """One look; -> whether LinuxCNC still runs."""
@@ -111,6 +111,9 @@ class Watch:
         self.look_at_map(now, begins)
         if begins:
             self.tiles.mark()
+        if pins["removed"] < self._removed:            # another stock, perhaps of the same box
+            self.tiles.unmark()
+        self._removed = pins["removed"]
         self.ahead.look(dt, self.machine.scene() if task else None, bool(task and task["running"]), pins, self.pages > 0)
         with self.published:
             self.follow_run(dt, pins, task)

@@ -165,8 +165,8 @@
     // The stock before the program.
     function before(bytes) {
         const head = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
-        if (head.getUint32(0, true) !== epoch || bytes.byteLength !== 4 + heights.byteLength) return;
-        earlier = new Uint16Array(bytes.slice(4).buffer);
+        if (head.getUint32(0, true) !== epoch || ![4, 4 + heights.byteLength].includes(bytes.byteLength)) return;
+        earlier = bytes.byteLength > 4 ? new Uint16Array(bytes.slice(4).buffer) : null;
         compared();
     }
 
