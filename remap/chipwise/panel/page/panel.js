@@ -8,6 +8,10 @@
     const KEEP_S = 60;
     const $ = (id) => document.getElementById(id);
     const root = document.documentElement;
+    const language = () => new URLSearchParams(location.search).get('lang') || '';
+    // Asked for before the view is made: the answers come while the graphics processor compiles.
+    const askedFor = (path) => { const answer = fetch(path, {cache: 'no-store'}); answer.catch(() => {}); return answer; };
+    const early = {stream: askedFor('stream'), texts: ['strings.json?' + language(), 'about.json'].map(askedFor)};
     let words = {}, state = null, rows = [], points = [], pathEpoch = 0, epoch = 0, canChange = false, wholeHistory = false, heard = 0;
     let heights = null, earlier = null;         // of the map, as it is and as it was before the program: Uint16Array, row by row
     let seen = new Set(), due = false, ageMs = [], firstPicture = 0, drawn = 0;
@@ -246,7 +250,9 @@
     }
 
     async function follow() {
-        const answer = await fetch('stream', {cache: 'no-store'});
+        const asked = early.stream || askedFor('stream');
+        early.stream = null;
+        const answer = await asked;
         if (!answer.ok) throw new Error(await answer.text());
         const reader = answer.body.getReader();
         let parts = [], size = 0, wanted = 5;
@@ -327,7 +333,7 @@
     setInterval(() => { if (late()) show(); }, 1000);
 
     async function begin() {
-        const [found, about] = await Promise.all(['strings.json?' + language(), 'about.json'].map(async (path) => (await fetch(path)).json()));
+        const [found, about] = await Promise.all(early.texts.map(async (answer) => (await answer).json()));
         words = found.strings;
         root.lang = found.language;
         document.querySelectorAll('[data-t]').forEach((e) => { e.textContent = t(e.dataset.t); });
@@ -336,7 +342,6 @@
         show();
     }
 
-    const language = () => new URLSearchParams(location.search).get('lang') || '';
     window.chipwise = {t, change, token, put, language, show, view, ahead, get state() { return state; }, get rows() { return rows; }, get ageMs() { return ageMs; },
                        get firstPicture() { return firstPicture; }};     // for entry.js, the console, and tests
     theme(localStorage.getItem('chipwise-theme') || (matchMedia('(prefers-color-scheme: dark)').matches ? 'dark' : 'light'));
