@@ -228,7 +228,7 @@ def test_the_flutes_and_the_stock_of_the_caller_count():
 
 
 def test_a_pattern_of_itself_ends():
-    trace = canon.run_preview(program(["G75 Q100"], ["o100 sub", "G0 X1", "G75 Q100 X1", "o100 endsub"]))
+    trace = canon.run_preview(program(["G75 Q100"], ["o100 sub", "G0 X1", "G75 Q100 X1", "o100 endsub"]), timeout=300)     # 17 processes
     assert "sub O100 is called by patterns more than 8 deep; see whether it calls itself" in trace.error
 
 
