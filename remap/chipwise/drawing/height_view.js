@@ -328,7 +328,7 @@ class FlatView extends HeightBase {
 
 // The view that this browser can show; flat: without WebGL.
 function makeHeightView(canvas, colours, flat = false) {
-    const gl = flat ? null : canvas.getContext('webgl2', {alpha: false, antialias: true, preserveDrawingBuffer: true});
+    const gl = flat ? null : canvas.getContext('webgl2', {alpha: false, antialias: false, preserveDrawingBuffer: true});
     if (gl) {
         try {
             return new HeightView(canvas, colours, gl);
