@@ -3,11 +3,14 @@
 
 Times of the server are computing times of its process for a look at the machine, times ten: the share of a core at ten looks a second,
 also on a computer that is too busy for so many.
-The age of a picture is from the look at the machine to the drawn picture in Debian's chromium, if that is installed.
+The age of a picture is from the look at the machine to the drawn picture in Debian's chromium, if that is installed.  The path ahead: a program
+of MOVES short moves is read, and followed; `bench_panel.py path` measures that alone.
 """
 
 import json
+import math
 import os
+import resource
 import statistics
 import sys
 import tempfile
@@ -28,6 +31,7 @@ MAP = 's/^MAP_SIZE = .*/MAP_SIZE = 250 150/'
 # Slots across 250 x 150 mm for as long as it is measured.
 PROGRAM = ('G21 G90 G64 P0.01\nT8 M6\nM250 P0 Q0 R-10 I250 J150 K10\nS1000 M3\nF1500\nG0 X-10 Y0 Z5\nG1 Z-2\nM251 P1 Q20\n'
            + ''.join(f'G1 Y{y}\nG1 X{260 if k % 2 == 0 else -10}\n' for k, y in enumerate(range(5, 146, 14))) + 'M2\n')
+MOVES = 1_000_000           # of 0.03 to 0.15 mm
 PERIODS = ('motion-controller.time', 'stock-tracker.0.time')
 
 
@@ -86,7 +90,39 @@ def show(*values, **more):
     print(json.dumps(row(*values, **more)), flush=True)
 
 
+def path_ahead(folder):
+    """Computing times of reading a program of MOVES moves and of following the tool on it."""
+    from chipwise.panel import ahead, path_ahead
+    program = folder / 'path.ngc'
+    with program.open('w') as file:
+        file.write('G21 G90\nT1 M6\nF2000\nG0 X0 Y0 Z5\n')
+        for k in range(MOVES):
+            radius, angle = 10 + 2e-5 * k * 1e6 / MOVES, 0.003 * k
+            file.write(f'G1 X{50 + radius * math.cos(angle):.3f} Y{40 + radius * math.sin(angle):.3f} Z{-5e-6 * k:.4f}\n')
+        file.write('M2\n')
+    scene = {'program': str(program), 'index': 1, 'offset': [0.0] * 3, 'g92': [0.0] * 3, 'turn': 0.0, 'tool': 1, 'codes': 'G21 G17 G90 G91.1', 'block_delete': False}
+    reading, most = ahead.Reading({'ini': str(ROOT / 'configs/mill.ini'), 'program': str(program), 'scene': scene, 'tip': [0.0, 0.0, 5.0]}), {}
+    while reading.found is None:
+        for pid in [reading._child.pid, *processes.descendants(reading._child.pid)]:
+            try:
+                most[pid] = max(most.get(pid, 0), processes.memory_bytes(pid)[1])
+            except OSError:
+                pass
+        time.sleep(0.1)
+    path, used = reading.found[1], resource.getrusage(resource.RUSAGE_CHILDREN)
+    show(f'path ahead of {MOVES} moves, read', used.ru_utime + used.ru_stime, 's', f'computing time; {len(path.points)} points, none of the program further than {path.step:g} mm')
+    show('path ahead, memory while it is read', sum(most.values()) / 2**20, 'MiB', 'largest of each process, added')
+    places, began = range(1, len(path.s), len(path.s) // 1000), time.process_time()
+    for k in places:
+        path_ahead.follow(path, path.s[k - 1], path.points[k], int(path.high[k]), 20.0)
+    show('path ahead, followed', 1000 * (time.process_time() - began) / len(places), 'ms', 'computing time of a look')
+
+
 def main():
+    with tempfile.TemporaryDirectory() as name:
+        path_ahead(Path(name))
+    if sys.argv[1:] == ['path']:
+        return
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         folder.chmod(0o777)
