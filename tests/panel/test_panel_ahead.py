@@ -246,6 +246,17 @@ def test_a_file_that_changes_while_it_is_read(tmp_path):
     assert shop.look(True) is None
 
 
+def test_no_process_for_it(tmp_path):
+    """The looks go on, and the page says why there is no path."""
+    shop = Shop(tmp_path)
+
+    def refuse(_order):
+        raise OSError(11, "Resource temporarily unavailable")
+    shop.ahead = ahead.Ahead("mill.ini", refuse)
+    assert shop.look() is None and shop.look(True) is None
+    assert shop.ahead.state()["note"] == "it could not be read: Resource temporarily unavailable; open the program again"
+
+
 def test_a_running_program_is_not_read_again(shop):
     shop.run_to(15)
     shop.scene = {**shop.scene, "offset": [1.0, 0.0, 0.0], "tool": 4, "codes": "G20 G91"}

@@ -34,6 +34,7 @@ SLACK_MM = 2.0              # beyond what the velocity says, in a look
 FASTER = 1.5                # than the velocities that were read
 REMAP = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 PATH, TARGETS = b"A", b"C"  # kinds of messages (server.py: message)
+NOTHING = {"note": "", "line": 0, "relative": False, "loops": []}       # known of a program
 _FIELDS = (("<f4", 3), ("?", 1), ("<i4", 1), ("<i4", 1))
 
 
@@ -68,7 +69,7 @@ class Reading(threading.Thread):
         try:
             self.found = unpacked(answer)
         except (ValueError, KeyError):
-            self.found = {"note": "it could not be read within the time and memory for it", "line": 0, "relative": False, "loops": []}, None
+            self.found = {**NOTHING, "note": "it could not be read within the time and memory for it"}, None
 
     def end(self):
         with contextlib.suppress(ProcessLookupError):
@@ -95,7 +96,7 @@ class Ahead:
         self._lock = threading.Lock()
         self._loaded = None                 # (scene, identity) of the program that runs, or would
         self._asked = self._order = self._reading = None
-        self._head, self._path = {"note": "", "line": 0, "relative": False, "loops": []}, None
+        self._head, self._path = NOTHING, None
         self._epoch = 0                     # counts paths
         self._run = False                   # a program runs
         self._ended = None                  # _place() of the program whose run has ended
@@ -135,11 +136,14 @@ class Ahead:
         if self._reading is not None:
             self._reading.end()
         self._asked, self._reading = self._loaded, None
-        self._put({"note": "", "line": 0, "relative": False, "loops": []}, None)
+        self._put(NOTHING, None)
         if self._loaded is not None and self._loaded[1] is not None:
             scene = self._loaded[0]
             self._order = {"ini": self._ini, "program": scene["program"], "scene": scene, "tip": [round(v, 6) for v in tip]}
-            self._reading = self._read(self._order)
+            try:
+                self._reading = self._read(self._order)
+            except OSError as error:        # no process or no memory for it; the looks go on
+                self._put({**NOTHING, "note": f"it could not be read: {error.strerror}; open the program again"}, None)
 
     def _take(self):
         """What has been read, if the file is still what it was then."""
