@@ -78,6 +78,7 @@ def test_random_lines():
     ("_check_comma", lambda *arguments: None),
     ("_has_blanks", lambda texts: False),
     ("_SPARE_ZERO", re.compile("x")),
+    ("_MINUS_ZERO", re.compile("x")),
     ("DIGITS", 99),
     ("fields", lambda code, path=None: tuple(reversed(entry.fields(code, path)))),
     ("_NUMBER", re.compile(r"([-+]?)(\d*)(?:\.(\d*))?"))])
@@ -104,6 +105,8 @@ def test_lines(code, text, line):
                             "with a blank behind each comma"),
     ("G79", "100,-8,1,05", "field 3, D (step-over): 1,05 looks like a number with a decimal comma; write numbers with a point: 1.05, or two "
                            "data with a blank behind each comma"),
+    ("G79", "100,-0,5", "field 2, Z (final depth): -0,5 looks like a number with a decimal comma; write numbers with a point: -0.5, or two data "
+                        "with a blank behind each comma"),
     ("G79", "100;-8;2,5", "field 1, Q (sub of the pocket): 100;-8;2 has a semicolon; put a comma between the data and a point into numbers: 1.5"),
     ("M253", "1,5", "field 2: 2 data are given, M253 has 1; take out what comes behind P (slot); write decimals with a point: 1.5"),
     ("M252", "1", "field 1: 1 data are given, M252 has 0; press Enter alone"),

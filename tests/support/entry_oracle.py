@@ -61,7 +61,9 @@ def doubtful(places, k, spaced):
         return True
     if k + 1 == len(places) or places[k][-1:] not in tuple(DIGITS) or places[k + 1][:1] not in tuple(DIGITS):
         return False
-    after = places[k + 1].strip(" \t")
+    before, after = places[k].strip(" \t"), places[k + 1].strip(" \t")
+    if before[0] == "-" and all(letter == "0" for letter in before[1:]):
+        return True
     return spaced or len(after) > 1 and after[0] == "0" and all(letter in DIGITS for letter in after)
 
 
@@ -127,6 +129,8 @@ def typed(code, rng):
         text = text[:at] + rng.choice((",", ";", " ", ".", "-", ", ", "0", ",0")) + text[at + rng.randint(0, 1):]
     if rng.random() < 0.04:         # a decimal comma
         text = text.replace(".", ",", 1)
+    if rng.random() < 0.01:
+        text = text.replace("-", "-0,", 1)
     return text + rng.choice(("", "", "\n", "\r\n"))
 
 

@@ -7,8 +7,8 @@
  2. A number is written as LinuxCNC reads it: digits with a point, no exponent.  It is never rounded: the digits of the line are
     those that were typed, without zeros that say nothing.
  3. A comma in a number by itself looks like one between two data.  It is refused wherever the line shows it: `1, 2,5, 3` (a comma
-    without a blank among commas with one), `1,05` (no datum begins with a spare 0), a semicolon between the data, one datum too many, or
-    a number that its place refuses.
+    without a blank among commas with one), `1,05` (no datum begins with a spare 0), `-0,5` (no datum is minus 0), a semicolon between the
+    data, one datum too many, or a number that its place refuses.
 """
 
 import re
@@ -23,6 +23,7 @@ MAX_TEXT = 1000         # characters of a line
 _NUMBER = re.compile(r"([-+]?)([0-9]*)(?:\.([0-9]*))?")
 _TIGHT = re.compile(r"[0-9],[0-9]")
 _SPARE_ZERO = re.compile(r"0[0-9]+")
+_MINUS_ZERO = re.compile(r"-0+")
 BLANKS = " \t"
 _SHOWN = 20             # characters of a datum in a message
 
@@ -122,9 +123,9 @@ def _check_comma(code, number, field, texts):
         raise EntryError(number, field, f"{_shown(text)} has a semicolon", "put a comma between the data and a point into numbers: 1.5", code)
     if number == len(texts) or not _is_tight(texts, number - 1):
         return
-    following = texts[number].strip(BLANKS)
-    if _has_blanks(texts) or _SPARE_ZERO.fullmatch(following):
-        pair = f"{text.strip(BLANKS)},{following}"
+    before, following = text.strip(BLANKS), texts[number].strip(BLANKS)
+    if _has_blanks(texts) or _SPARE_ZERO.fullmatch(following) or _MINUS_ZERO.fullmatch(before):
+        pair = f"{before},{following}"
         raise EntryError(number, field, f"{_shown(pair)} looks like a number with a decimal comma", "write numbers with a point: "
                          f"{_shown(pair.replace(',', '.'))}, or two data with a blank behind each comma", code)
 
