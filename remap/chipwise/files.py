@@ -5,11 +5,13 @@ Called by whatever runs beside the machine (settings, tool geometry, stock files
 have an effect; /dev/zero has no end.
 """
 
+import contextlib
 import errno
+import fcntl
 import os
 import stat
 import tempfile
-from typing import BinaryIO
+from typing import BinaryIO, Iterator
 
 
 class NoRegularFile(OSError):
@@ -57,10 +59,21 @@ def read_bytes(path: str, most: int) -> bytes:
     return data
 
 
-def write_durable(path: str, content: bytes, unfinished: str) -> None:
+@contextlib.contextmanager
+def locked(folder: str) -> Iterator[None]:
+    """One writer in a folder at a time.  Raises OSError."""
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(handle)
+
+
+def write_durable(path: str, content: bytes, unfinished: str, mode: int = 0o644) -> None:
     """Write a file: the one at `path` is the old one or the new one at any moment, also after a power cut.
 
-    unfinished: how names of files end that are not complete; their beginning is the file's name.  Raises OSError."""
+    unfinished: how names of files end that are not complete; their beginning is the file's name.  mode: its rights.  Raises OSError."""
     folder, fresh = os.path.dirname(os.path.abspath(path)), ""
     try:
         handle, fresh = tempfile.mkstemp(prefix=os.path.basename(path) + ".", suffix=unfinished, dir=folder)
@@ -68,7 +81,7 @@ def write_durable(path: str, content: bytes, unfinished: str) -> None:
             file.write(content)
             file.flush()
             os.fsync(file.fileno())
-        os.chmod(fresh, 0o644)
+        os.chmod(fresh, mode)
         os.replace(fresh, path)
         fresh = ""
         folder_handle = os.open(folder, os.O_RDONLY)

@@ -56,6 +56,8 @@ _NUMBERS = {
     "holder_diameter": (0.0, False, 1e4, "a length above 0 mm"),
 }
 
+KEYS = ("shape", *_NUMBERS)
+
 
 def _fail(path: str, tool: Any, text: str, remedy: str) -> NoReturn:
     """Raise the message naming file, tool, key and rule."""
@@ -92,8 +94,8 @@ def _parse_tool(path: str, tool: int, table: Any) -> ToolGeometry:
     if not isinstance(table, dict):
         _fail(path, tool, "is not a table", f"write [tool.{tool}]")
     for key in table:
-        if key != "shape" and key not in _NUMBERS:
-            _fail(path, tool, f"{_named(key)} is not a key", "use shape, " + ", ".join(_NUMBERS))
+        if key not in KEYS:
+            _fail(path, tool, f"{_named(key)} is not a key", "use " + ", ".join(KEYS))
     shape = table.get("shape", "flat")
     if shape not in SHAPES:
         _fail(path, tool, f"shape = {_shown(shape)} is unknown", "use one of " + ", ".join(SHAPES))

@@ -61,6 +61,19 @@ def test_numbers(visits):
     assert (german['status'], german['mode']) == ('Alarm', 'aus')
 
 
+def test_the_log(visits):
+    """Line 8 without M251, then line 10 with it; the program of the second visit cuts nothing, and is stopped."""
+    log = visits[0]['log']
+    tool, = log['tools']
+    now, before = log['operations']
+    assert (tool[0], tool[1]) == ('1: 6.00', '0.300') and (before[:4], now[:4]) == (['1', '8', '1', '-'], ['2', '10', '1', '0.300'])
+    braking = 24 * 600 / 1000 * 0.3 / number(now[7])       # cm3/min: 24 mm2 at F for 0.3 s, until the machine has slowed down
+    assert 0.28 < number(now[4]) < 0.32 + braking and number(before[4]) > 5 and now[8] == 'stock here' and before[8] == 'nothing'
+    assert log['overflow'] == [1024, 768] and log['stock']
+    stopped, = visits[1]['log']['operations']
+    assert stopped[1:4] == ['4', '1', '-'] and stopped[-1] == '1'
+
+
 @pytest.mark.parametrize('which', ['column', 'flat_column'])
 def test_colours(visits, which):
     """Along the middle column: 40 mm of stock, of which 6 are cut 4 of 10 mm deep."""

@@ -34,6 +34,18 @@ def seen(answer):
     return json.loads(text.splitlines()[-1])
 
 
+def check_tools(still, cutting, file, flute_length):
+    """Tool 1 is changed at rest, in the file and in the stock tracker; with reasons where it is not."""
+    number, zero, saved = still['said']
+    assert number == 'Flute length: x is not a number; write it with a point: 12.5' and 'flute_length = 0 is not a length above 0 mm' in zero
+    assert saved == 'Tool 1: saved in tools.toml' and still['rows'][0] == ['1', 'flat', '-', '-', '21.5', '2', '12000', '-', '-'] and len(still['rows']) == 8
+    assert 'the tool is not changed: a program or a command is under way' in cutting['said'][2]
+    for one in (still, cutting):
+        assert one['overflow'] == [1024, 768] and not [target for target in one['targets'] if min(target[1:]) < TOUCH_PX]
+    lines = open(f'{runner.ROOT}/configs/tools.toml', encoding='utf-8').read().replace('flute_length = 20', 'flute_length = 21.5', 1)
+    assert file[0] == 0 and file[1].startswith(lines.rstrip()) and '.bak' in file[1] and float(flute_length[0]) == pytest.approx(21.5)
+
+
 def test_lines_of_the_page(tmp_path):
     answers = operate(tmp_path, [
         ['mdi', 'G21 G90 G54 T1 M6'], ['mdi', 'G10 L2 P1 X0 Y0 Z-20'], ['mdi', 'G0 X5 Y5 Z8'], ['mdi', BOX], ['pins', 'stock-tracker.0.removed-volume'],
@@ -41,7 +53,8 @@ def test_lines_of_the_page(tmp_path):
         ['until', 'stock-tracker.0.removed-volume', '>', 0.97 * RING], ['mdi', 'G4 P0.5'], ['pins', 'stock-tracker.0.removed-volume'],
         ['start', LONG], ['until', 'axis.z.pos-cmd', '>', -18.9], entry(tmp_path, HOLE), ['abort'], ['sleep', 1],
         ['pins', 'stock-tracker.0.removed-volume'], ['mdi', BOX], entry(tmp_path, [*HOLE, '6']),
-        ['until', 'stock-tracker.0.removed-volume', '>', 0.98 * DISC]],
+        ['until', 'stock-tracker.0.removed-volume', '>', 0.98 * DISC],
+        ['program', 'sh', '-c', 'cat tools.toml; ls'], ['pins', 'stock-tracker.0.tool-flute-length']],
         speed=1, timeout=900, edit=f's/^PANEL = yes/PANEL = yes\\nPANEL_TOKEN = {TOKEN}/')
     found = seen(answers[5])
     locked, wrong, small, hole = found['lines']
@@ -51,11 +64,12 @@ def test_lines_of_the_page(tmp_path):
     assert hole['line'] == 'G13 X30 Y20 I8 Z-3 R1 F600' and hole['drawn'] > 100 and hole['says'].startswith('cuts: ')
     assert hole['run'] and hole['ran'] == 'running; Stop on the screen of LinuxCNC ends it' and not hole['wrong']
     assert float(answers[8][0]) - float(answers[4][0]) == pytest.approx(RING, rel=0.03)
-    assert found['overflow'] == [1024, 768] and not [text for text in found['messages'] if '403' not in text]
+    assert found['overflow'] == [1024, 768] and not [text for text in found['messages'] if '403' not in text and '/tool ' not in text]
     assert len(found['targets']) > 10 and not [one for one in found['targets'] if min(one[1:]) < TOUCH_PX]
     for one in seen(answers[11])['lines'][1:]:
         assert 'a program or a command is under way' in one['says'] and not one['run'] and one['line']
     assert answers[8] == answers[14]
+    check_tools(found['tools'], seen(answers[11])['tools'], *answers[18:20])
     for refused in seen(answers[11])['guards']:
         assert refused[0] == 'Guard of flutes: on' and 'a program or a command is under way' in refused[1]
     chopped = seen(answers[16])['lines'][-1]

@@ -69,6 +69,26 @@ def test_the_stock_before_a_program(tmp_path):
     assert seen(answers[4])['before'] == 160 * 240 and seen(answers[8])['before'] == 0
 
 
+# Two holes, a slot with the volumetric feed and its end without, and a slot of another tool
+OPERATIONS = ('G21 G90 G64 P0.01\nT1 M6\nM250 P0 Q0 R-10 I60 J40 K10\nS1000 M3\nF600\nG0 X30 Y20 Z5\nG13 X30 Y20 I8 Z-3 R1\nG13 X12 Y12 I6 Z-3 R1\n'
+              'G0 X-10 Y36\nG1 Z-2\nM251 P1 Q6\nG1 X50\nM252\nG1 X58 F60\nG0 Z5\nT2 M6\nG0 X-10 Y28\nG1 Z-1\nG1 X20 F200\nG0 Z5\nM2\n')
+
+
+def test_the_log_of_operations(tmp_path):
+    answers = operate(tmp_path, [['start', OPERATIONS], ['finish'], ['sleep', 1], ['pins', 'stock-tracker.0.removed-volume']], speed=1,
+                      edit=f's#^PANEL = yes#PANEL = yes\\nPANEL_LOG = {tmp_path}/load.csv#')
+    assert answers[1] == []
+    with open(tmp_path / 'load_operations.csv', newline='', encoding='utf-8') as file:
+        rows = list(csv.DictReader(file))
+    assert [(row['code'], row['line'], row['tool'], row['mode']) for row in rows] == [
+        ('G13', '7', '1', 'off'), ('G13', '8', '1', 'off'), ('', '12', '1', 'limit'), ('', '14', '1', 'off'), ('', '19', '2', 'off')]
+    assert [row['operation'] for row in rows] == list('12345') and {row['complete'] for row in rows} == {'yes'}
+    slot, end = rows[2:4]
+    assert (slot['reference_cm3_min'], slot['limited_by'], end['reference_cm3_min'], end['limited_by']) == ('6.0', 'stock', '0.0', 'nothing')
+    assert float(slot['mean_cm3_min']) == pytest.approx(6, rel=0.1) and float(end['mean_cm3_min']) < 2
+    assert sum(float(row['removed_cm3']) for row in rows) == pytest.approx(float(answers[3][0]) / 1000, rel=0.02)
+
+
 def test_a_rapid_into_stock_is_an_alarm(tmp_path):
     program = SLOT.replace('G0 Z5\nM2', 'G0 Y35\nM2')
     answers = operate(tmp_path, [['start', program], ['until', 'chipwise-guard.0.stop', '>', 0.5], ['sleep', 1], look(), ['abort'],

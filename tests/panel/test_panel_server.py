@@ -104,10 +104,10 @@ def test_the_language_of_the_browser(rig, accept, language):
 
 
 def test_every_string_is_translated():
-    text = "".join((PAGE / name).read_text() for name in ("panel.html", "panel.js", "entry.js"))
+    text = "".join(path.read_text() for path in sorted(PAGE.iterdir()) if path.suffix in (".html", ".js"))
     wanted = set(re.findall(r'data-t="([^"]+)"', text)) | set(re.findall(r"\bt\('([^']+)'\)", text))
-    for table in ("STATUS", "MODES", "LIMITS"):
-        wanted |= set(re.findall(r"\w+: '([^']+)'", re.search(rf"const {table} = \{{(.*?)\}};", text, re.DOTALL)[1]))
+    for table in re.findall(r"const (?:STATUS|MODES|LIMITS|NAMES) = \{(.*?)\};", text, re.DOTALL):
+        wanted |= set(re.findall(r"\w+: '([^']+)'", table))
     part = (ROOT / "remap/chipwise/locale/de.po").read_text().partition("# ---- panel/page\n")[2]
     known = language.catalogue(("de",))[1]
     assert len(wanted) > 40 and not [word for word in wanted if word not in known]
@@ -149,7 +149,7 @@ def test_the_page_has_the_colours_of_the_items(rig, tmp_path):
 
 
 def test_every_colour_that_the_page_asks_for_is_there(rig):
-    text = "".join((PAGE / name).read_text() for name in ("panel.css", "panel.js", "chart.js", "entry.js"))
+    text = "".join(path.read_text() for path in PAGE.iterdir() if path.suffix in (".css", ".js"))
     wanted = set(re.findall(r"var\(--([a-z-]+)\)", text)) | set(re.findall(r"\b(?:colour|rgb)\('([a-z-]+)'\)", text))
     for names in sheet(rig.url).values():
         assert len(wanted) > 15 and not wanted - set(names)

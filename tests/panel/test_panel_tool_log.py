@@ -1,13 +1,18 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The log of each tool: figures of a run, and the file that is appended to at its end."""
+"""The log of each tool: figures of a run, and the files that are appended to."""
 
 import csv
 import json
 import os
+import signal
+import subprocess
+import sys
+import time
 
 import pytest
 
-from chipwise.panel import tool_log, watch
+from chipwise.panel import load_log, log_file, operations, tool_log, watch
+from support import ROOT
 from support.panel_rig import Machine
 
 
@@ -15,16 +20,29 @@ def pins(**values):
     return {**Machine().values, "motion_type": 2.0, "mode": 1.0, "target": 6000.0, "limited_by": 1.0, **values}
 
 
-def run_of(*looks):
+def run_of(*looks, path=""):
     """A log of (dt, values) looks; the first one is the beginning."""
-    log = tool_log.ToolLog("part.ngc", 0.0)
+    log = load_log.LoadLog(str(path))
+    log.begin("/nowhere/part.ngc", 0.0)
     for dt, values in looks:
-        log.look(dt, pins(**values))
+        log.look(dt, pins(**values), 0.0)
     return log
 
 
+def ended(path, *looks, program="part.ngc"):
+    """A log that has been written."""
+    log = run_of(*looks, path=path)
+    log.program = program
+    log.end()
+    log.write()
+    return log
+
+
+ONE = ((0.1, {}), (0.1, {"removed": 6.0}))         # 6 mm3 in 0.1 s
+
+
 def test_two_tools():
-    """Tool 3: 1000 mm3 in 10 s, 4 of them slowed; tool 5: 30 mm3 in 1 s, and a stop by a guard."""
+    """Tool 3: 1000 mm3 in 10 s, 4 of them slowed; tool 5: 30 mm3 in 1 s, 0.5 of them above the target, and a stop by a guard."""
     removed, looks = 0.0, [(0.1, {"tool": 3.0})]
     for k in range(100):
         removed += 10.0
@@ -32,22 +50,25 @@ def test_two_tools():
     looks += [(5.0, {"tool": 5.0, "removed": removed, "motion_type": 1.0})]
     for k in range(10):
         removed += 3.0
-        looks.append((0.1, {"tool": 5.0, "removed": removed, "mrr": 1800.0, "target": 2000.0, "tool_diameter": 2.0, "limited_by": 0.0}))
+        looks.append((0.1, {"tool": 5.0, "removed": removed, "mrr": 1800.0 if k < 5 else 2300.0, "target": 2000.0, "tool_diameter": 2.0, "limited_by": 0.0}))
     looks += [(0.1, {"tool": 5.0, "removed": removed, "guard_reason": 1.0})] * 5
-    first, second = run_of(*looks).rows()
+    first, second = run_of(*looks).tools.rows()
     assert first == {"tool": 3, "diameter_mm": 6.0, "reference_cm3_min": 6.0, "mean_cm3_min": 6.0, "peak_cm3_min": 6.099,
-                     "cutting_s": 10.0, "removed_cm3": 1.0, "slowed_s": 4.0, "stops": 0}
-    assert second == {"tool": 5, "diameter_mm": 2.0, "reference_cm3_min": 2.0, "mean_cm3_min": 1.8, "peak_cm3_min": 1.8,
-                      "cutting_s": 1.0, "removed_cm3": 0.03, "slowed_s": 0.0, "stops": 1}
+                     "cutting_s": 10.0, "removed_cm3": 1.0, "slowed_s": 4.0, "over_s": 0.0, "limited_by": "ceiling", "stops": 0}
+    assert second == {"tool": 5, "diameter_mm": 2.0, "reference_cm3_min": 2.0, "mean_cm3_min": 1.8, "peak_cm3_min": 2.3,
+                      "cutting_s": 1.0, "removed_cm3": 0.03, "slowed_s": 0.0, "over_s": 0.5, "limited_by": "nothing", "stops": 1}
 
 
 def test_another_stock_in_the_run_removes_nothing():
     log = run_of((0.1, {"removed": 50.0}), (0.1, {"removed": 60.0}), (0.1, {"removed": 0.0}), (0.1, {"removed": 5.0}))
-    assert log.rows()[0]["removed_cm3"] == 0.015
+    assert log.tools.rows()[0]["removed_cm3"] == 0.015
 
 
 def test_a_tool_that_cuts_nothing_has_no_row():
-    assert run_of((0.1, {}), (0.1, {}), (0.1, {"tool": 9.0})).rows() == []
+    assert run_of((0.1, {}), (0.1, {}), (0.1, {"tool": 9.0})).tools.rows() == []
+
+
+# ---- the files ---------------------------------------------------------------------------------------------------
 
 
 def table(path):
@@ -55,25 +76,64 @@ def table(path):
         return list(csv.DictReader(file))
 
 
-def test_the_file(tmp_path):
-    path = tmp_path / "load.csv"
-    log = run_of((0.1, {}), (0.1, {"removed": 60.0}))
-    log.program = '=HYPERLINK("x"),\n"a"'
-    tool_log.append(str(path), log)
-    tool_log.append(str(path), run_of((0.1, {}), (0.1, {"removed": 6.0})))
+def test_the_files(tmp_path):
+    path, strange = tmp_path / "load.csv", '=HYPERLINK("x"),\n"a"'
+    ended(path, *ONE, program=strange)
+    ended(path, *ONE, (0.1, {"removed": 66.0}))
     first, second = table(path)
-    assert tuple(first) == tool_log.COLUMNS and first["program"] == "'" + log.program and second["program"] == "part.ngc"
-    assert (first["removed_cm3"], second["removed_cm3"]) == ("0.06", "0.006")
-    tool_log.append(str(tmp_path / "none.csv"), run_of((0.1, {})))
-    assert not (tmp_path / "none.csv").exists()
+    assert tuple(first) == tool_log.COLUMNS and first["program"] == "'" + strange and second["program"] == "part.ngc"
+    assert (first["removed_cm3"], second["removed_cm3"], second["complete"]) == ("0.006", "0.066", "yes")
+    first, second = table(tmp_path / "load_operations.csv")
+    assert tuple(first) == operations.COLUMNS and (first["operation"], first["removed_cm3"], second["removed_cm3"]) == ("1", "0.006", "0.066")
+    ended(tmp_path / "none.csv", (0.1, {}))
+    assert sorted(os.listdir(tmp_path)) == ["load.csv", "load_operations.csv"]
 
 
 def test_a_long_file_is_kept_and_a_new_one_begins(tmp_path, monkeypatch):
-    monkeypatch.setattr(tool_log, "MOST_BYTES", 300)
+    monkeypatch.setattr(log_file, "MOST_BYTES", 700)
     path = tmp_path / "load.csv"
     for _ in range(20):
-        tool_log.append(str(path), run_of((0.1, {}), (0.1, {"removed": 6.0})))
-    assert len(table(path)) < 20 and len(table(str(path) + ".old")) > 1
+        ended(path, *ONE)
+    for name in ("load.csv", "load_operations.csv"):
+        assert 0 < len(table(tmp_path / name)) < 20 and len(table(tmp_path / (name + ".old"))) > 1
+
+
+@pytest.mark.parametrize("content", [b"a,b\r\n1,2\r\n", b"start,program\r\n", b"\x00" * 9000, b"x", "Größe;1\n".encode("latin-1")])
+def test_a_file_of_somebody_else_stays_as_it_is(tmp_path, content, monkeypatch):
+    monkeypatch.setattr(log_file, "MOST_BYTES", 5000)
+    path = tmp_path / "load.csv"
+    path.write_bytes(content)
+    log = ended(path, *ONE)
+    assert path.read_bytes() == content and log.error == f"{path}: its first line is not that of this log; correct [CHIPWISE]PANEL_LOG"
+    assert len(table(tmp_path / "load_operations.csv")) == 1
+
+
+def test_a_line_without_its_end(tmp_path):
+    """A power cut leaves half a row: the next one is whole."""
+    path = tmp_path / "load.csv"
+    ended(path, *ONE)
+    path.write_bytes(path.read_bytes()[:-9])
+    ended(path, *ONE)
+    assert [row["removed_cm3"] for row in table(path)] == ["0.006", "0.006"] and table(path)[1]["complete"] == "yes"
+
+
+def test_a_file_with_other_line_ends(tmp_path):
+    """As an editor may leave them."""
+    path = tmp_path / "load.csv"
+    ended(path, *ONE)
+    path.write_bytes(path.read_bytes().replace(b"\r\n", b"\n"))
+    assert ended(path, *ONE).error == "" and len(table(path)) == 2
+
+
+def test_a_row_that_does_not_fit_is_taken_back(tmp_path, monkeypatch):
+    path, write = tmp_path / "load.csv", os.write
+    ended(path, *ONE)
+    before = path.read_bytes()
+    monkeypatch.setattr(os, "write", lambda handle, data: write(handle, data[:7]))
+    log = run_of(*ONE, path=path)
+    log.end()
+    log.write()
+    assert path.read_bytes() == before and "No space left on device; correct" in log.error
 
 
 @pytest.mark.parametrize("make", [lambda path: path.mkdir(), lambda path: os.mkfifo(path), lambda path: path.symlink_to("/nowhere/x")])
@@ -105,7 +165,7 @@ def test_the_end_of_a_program_writes_it(tmp_path):
         machine.values["removed"] += 60.0
         watching.look()
     assert [row["program"] for row in table(tmp_path / "load.csv")] == ["part.ngc"] * 2
-    assert json.loads(watching.text)["log_error"] == ""
+    assert json.loads(watching.text)["log_error"] == "" and not (tmp_path / "load.csv.running").exists()
 
 
 def test_linuxcnc_that_ends_in_a_program(tmp_path):
@@ -117,4 +177,74 @@ def test_linuxcnc_that_ends_in_a_program(tmp_path):
     machine.values["removed"] += 60.0
     watching.look()
     watching.close()
-    assert len(table(tmp_path / "load.csv")) == 1
+    for name in ("load.csv", "load_operations.csv"):
+        row, = table(tmp_path / name)
+        assert row["complete"] == "no"
+
+
+# ---- a server that is killed -----------------------------------------------------------------------------------
+
+
+def test_what_was_running_is_added_by_the_next_server(tmp_path):
+    path = tmp_path / "load.csv"
+    log = run_of(*ONE, path=path)
+    log.write()
+    log.look(0.1, pins(removed=12.0, mode=2.0), 0.0)        # another operation; the first one is in the file from now on
+    log.write()
+    del log                                                 # killed
+    load_log.LoadLog(str(path))
+    tool, = table(path)
+    assert (tool["removed_cm3"], tool["complete"]) == ("0.012", "no")
+    assert [(row["operation"], row["removed_cm3"], row["complete"]) for row in table(tmp_path / "load_operations.csv")] == [
+        ("1", "0.006", "yes"), ("2", "0.006", "no")]
+    load_log.LoadLog(str(path))
+    assert len(table(path)) == 1
+
+
+@pytest.mark.parametrize("content", [b"", b"{", b"\xff", b"[]", b"[[], [], []]", b'[[{"x": 1}], []]', b"[1, 2]", b"[" * 100000], ids=range(8))
+def test_a_running_file_that_is_damaged(tmp_path, content):
+    path = tmp_path / "load.csv"
+    (tmp_path / "load.csv.running").write_bytes(content)
+    assert load_log.LoadLog(str(path)).error.startswith(f"{path}.running: it is not what the panel has kept")
+    assert ended(path, *ONE).tools.rows() and len(table(path)) == 1
+
+
+WRITER = """
+import sys, time
+from chipwise.panel import load_log
+from support.panel_rig import Machine
+load_log.RUNNING_S, path, removed = 0.0, sys.argv[1], 0.0
+values = {**Machine().values, "motion_type": 2.0, "mode": 1.0, "target": 6000.0, "mrr": 6000.0}
+log = load_log.LoadLog(path)
+for number in range(10 ** 9):
+    log.begin("part.ngc", float(number))
+    for k in range(7):
+        removed += 10.0
+        log.look(0.1, {**values, "removed": removed, "tool": 1.0 + k // 4, "line": float(k)}, float(number))
+        log.write()
+    log.end()
+    log.write()
+    print(number, flush=True)
+"""
+
+
+def test_killed_at_any_moment(tmp_path):
+    """Each line of the files is whole, and no program that has ended is lost; twice there at most the one that was being written."""
+    path, env = tmp_path / "load.csv", {**os.environ, "PYTHONPATH": f"{ROOT / 'remap'}:{ROOT / 'tests'}"}
+    for _ in range(4):
+        writer = subprocess.Popen([sys.executable, "-c", WRITER, str(path)], env=env, stdout=subprocess.PIPE)
+        said = [writer.stdout.readline() for _ in range(5)]
+        time.sleep(0.0317)
+        writer.send_signal(signal.SIGKILL)
+        rest = writer.communicate()[0].split(b"\n")[:-1]
+        last = int((rest or said)[-1])
+        load_log.LoadLog(str(path))
+        starts = [(row["start"], row["tool"]) for row in table(path) if row["complete"] == "yes"]
+        for number in range(last + 1):
+            assert (load_log.moment_text(number), "1") in starts and (load_log.moment_text(number), "2") in starts
+        assert len(starts) - len(set(starts)) <= 2
+        for name, columns in (("load.csv", tool_log.COLUMNS), ("load_operations.csv", operations.COLUMNS)):
+            for row in table(tmp_path / name):
+                assert tuple(row) == columns and None not in row.values() and row["complete"] in ("yes", "no")
+        for name in ("load.csv", "load_operations.csv"):
+            (tmp_path / name).unlink()

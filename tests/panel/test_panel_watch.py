@@ -57,7 +57,7 @@ def test_a_servo_thread_that_makes_up_for_a_pause(seen):
             found.values["removed"] += 120.0
         state = look()
     assert state["run"]["mean"] == pytest.approx(7200, rel=1e-6)
-    assert watching.tools.rows()[0]["mean_cm3_min"] == pytest.approx(7.2, rel=0.03)
+    assert watching.log.tools.rows()[0]["mean_cm3_min"] == pytest.approx(7.2, rel=0.03)
 
 
 def test_no_volumetric_feed_saves_no_time(seen):

@@ -4,7 +4,7 @@
 
     panel_browser.py URL FOLDER [TOKEN]         a whole visit, in the LinuxCNC of a test; FOLDER: chromium's own
     panel_browser.py URL FOLDER TOKEN LINES     the same for lines that are typed and run
-    picture(url, path)                          one screenshot (tools/pictures/panel.py)
+    picture(url, path)                          one screenshot, of a section with the button that opens it (tools/pictures/panel.py)
 
 The colours come from the page's own canvas, in CSS pixels along its middle column and row; what they should be, panel_colours says.
 """
@@ -81,13 +81,16 @@ def opened(driver, url):
     wait(driver, "window.chipwise && chipwise.firstPicture", "the first picture")
 
 
-def picture(url, path, folder, dark=False):
+def picture(url, path, folder, dark=False, section="", reached="true"):
     driver = browser(folder)
     try:
         opened(driver, url)
         if dark != (driver.execute_script("return document.documentElement.dataset.theme") == "dark"):
             driver.find_element("id", "theme").click()
         wait(driver, "chipwise.ageMs.length > 10", "some pictures")
+        if section:
+            driver.find_element("id", section).click()
+            wait(driver, reached, section)
         driver.save_screenshot(path)
     finally:
         driver.quit()
@@ -130,7 +133,7 @@ def ahead(driver):
 
 def targets(driver):
     """[name, width, height] of what can be pressed, CSS pixels."""
-    return driver.execute_script("""return Array.from(document.querySelectorAll('button, input')).filter((e) => e.offsetParent)
+    return driver.execute_script("""return Array.from(document.querySelectorAll('button, input, select')).filter((e) => e.offsetParent)
         .map((e) => [e.id, e.getBoundingClientRect().width, e.getBoundingClientRect().height])""")
 
 
@@ -148,6 +151,7 @@ def visit(url, folder, token):
         wait(driver, "chipwise.ahead.points.length", "the path ahead")
         found["ahead"] = ahead(driver)
         found["background"] = driver.execute_script("return document.body.dataset.state")
+        found["log"] = log(driver)
         if token:
             found["token"] = enter_token(driver, token)
         driver.find_element("id", "clear").click()
@@ -163,6 +167,17 @@ def visit(url, folder, token):
         return found
     finally:
         driver.quit()
+
+
+def log(driver):
+    """Rows of the log as it is shown: those of tools and of operations, each a list of texts; closed again."""
+    driver.find_element("id", "log-open").click()
+    wait(driver, "document.querySelectorAll('#log-operations tr').length", "the log")
+    rows = [driver.execute_script(f"return Array.from(document.querySelectorAll('#{name} tr'), (row) => Array.from(row.cells, (e) => e.textContent))")
+            for name in ("log-tools", "log-operations")]
+    overflow = driver.execute_script("return [document.documentElement.scrollWidth, document.documentElement.scrollHeight]")
+    driver.find_element("id", "log-close").click()
+    return {"tools": rows[0], "operations": rows[1], "overflow": overflow, "stock": driver.find_element("id", "view").is_displayed()}
 
 
 def enter_token(driver, token):
@@ -220,8 +235,25 @@ def pressed_guard(driver, name):
     return driver.execute_script("return " + shown)
 
 
+def tool_changes(driver, number, texts):
+    """Give a tool flute lengths in the section of tools; -> its rows at last, what the page says to each, its size and what can be pressed."""
+    driver.find_element("id", "geometry-open").click()
+    wait(driver, "document.querySelectorAll('#geometry-rows tr').length", "the tools")
+    driver.execute_script(f"Array.from(document.querySelectorAll('#geometry-rows button')).find((e) => e.textContent === '{number}').click()")
+    said = []
+    for text in texts:
+        field = driver.find_element("id", "geometry-flute_length")
+        field.clear()
+        field.send_keys(text + "\n")
+        wait(driver, "document.getElementById('geometry-says').textContent", "words about the tool")
+        said.append(driver.find_element("id", "geometry-says").text)
+    rows = driver.execute_script("return Array.from(document.querySelectorAll('#geometry-rows tr'), (row) => Array.from(row.cells, (e) => e.textContent))")
+    overflow = driver.execute_script("return [document.documentElement.scrollWidth, document.documentElement.scrollHeight]")
+    return {"rows": rows, "said": said, "overflow": overflow, "targets": targets(driver)}
+
+
 def entry(url, folder, token, lines):
-    """Type lines [[code, text, chop size or nothing], ..], and run each one that can be."""
+    """Type lines [[code, text, chop size or nothing], ..], and run each one that can be; change a tool before."""
     driver = browser(folder)
     try:
         opened(driver, url)
@@ -231,10 +263,12 @@ def entry(url, folder, token, lines):
         found.append(typed(driver, *lines[0]))
         enter_token(driver, token)
         guards = [pressed_guard(driver, "flute") for _ in range(2)]
+        tools = tool_changes(driver, 1, ["x", "0", "21.5"])
+        driver.find_element("id", "enter").click()
         for line in lines:
             answer = typed(driver, *line)
             found.append({**answer, "ran": pressed_run(driver) if answer["run"] else ""})
-        return {"lines": found, "guards": guards, "targets": targets(driver), "overflow": driver.execute_script(
+        return {"lines": found, "guards": guards, "tools": tools, "targets": targets(driver), "overflow": driver.execute_script(
             "return [document.documentElement.scrollWidth, document.documentElement.scrollHeight]"),
             "messages": [one["message"] for one in driver.get_log("browser") if one["level"] == "SEVERE"]}
     finally:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Makes docs/user/panel.png and panel_entry.png: the page of `chipwise panel` in Debian's chromium, a stock cut by the core, a machine set by hand.
+"""Makes docs/user/panel.png, panel_log.png, panel_entry.png and panel_tools.png: the page of `chipwise panel` in Debian's chromium, a stock cut by the core, a machine set by hand.
 
     /usr/bin/python3 tools/pictures/panel.py
 
@@ -51,15 +51,15 @@ o100 endsub
 """
 
 
-def cut(rig):
+def cut(rig, program):
     """A slot in two depths along SLOT, a look each STEP."""
     values = rig.machine.values
     values.update(mode=2.0, motion_type=2.0, target=TARGET, limited_by=1.0, override=0.21, tool=1.0, tool_flute_length=20.0,
                   area=24.0, area_ahead=24.0, depth=4.0, requested_vel=20.0, programmed_vel=3.0, current_vel=STEP / LOOK_S)
-    rig.machine.tasks.update(program="slots.ngc", running=True)
+    rig.machine.tasks.update(program=program, running=True)
     at = (*SLOT[0], -4.0)
-    for line, corner in enumerate(SLOT[1:], 7):
-        values["line"] = float(line)
+    for number, (corner, share) in enumerate(zip(SLOT[1:], (1.0, 0.75, 1.5))):
+        values.update(line=7.0 + number, target=share * TARGET, limited_by=2.0 - number % 2)
         count = math.ceil(math.dist(at[:2], corner) / STEP)
         start = at
         for k in range(1, count + 1):
@@ -69,6 +69,15 @@ def cut(rig):
             values["removed"] += values["mrr"] / 60 * LOOK_S
             at = there
             rig.look()
+
+
+def goes_on(rig, look, end):
+    """Looks at a cut that goes on at the same rate."""
+    while not end.is_set():
+        before = time.monotonic()
+        look()
+        time.sleep(LOOK_S)
+        rig.machine.values["removed"] += rig.machine.values["mrr"] / 60 * (time.monotonic() - before)
 
 
 class Mdi:
@@ -82,7 +91,7 @@ class Mdi:
 
 
 def entry_picture(folder):
-    """docs/user/panel_entry.png."""
+    """docs/user/panel_entry.png and panel_tools.png."""
     found = lines.Lines(str(ROOT / "configs" / "mill.ini"), lambda order: line_process.answer(order, Mdi))
     with panel_rig.serving("a-word-of-yours", lines=found) as rig:
         rig.machine.tasks["program"] = "pocket.ngc"
@@ -96,6 +105,9 @@ def entry_picture(folder):
             panel_browser.typed(driver, "G79", ENTERED)
             panel_browser.wait(driver, "document.getElementById('entry-drawing').complete", "the drawing")
             driver.save_screenshot(str(ROOT / "docs" / "user" / "panel_entry.png"))
+            driver.find_element("id", "geometry-open").click()
+            panel_browser.wait(driver, "document.getElementById('geometry-flute_length')", "the form of a tool")
+            driver.save_screenshot(str(ROOT / "docs" / "user" / "panel_tools.png"))
         finally:
             driver.quit()
 
@@ -118,12 +130,14 @@ def main():
             clock[0] += LOOK_S
             look.once()
         look.once, rig.look = rig.look, look
-        cut(rig)
+        cut(rig, str(program))
         shift = clock[0] - real()
         time.monotonic = lambda: real() + shift
         going = threading.Event()
-        threading.Thread(target=lambda: [look.once() or time.sleep(LOOK_S) for _ in iter(going.is_set, True)], daemon=True).start()
+        threading.Thread(target=goes_on, args=(rig, look.once, going), daemon=True).start()
         panel_browser.picture(rig.url, str(ROOT / "docs" / "user" / "panel.png"), folder)
+        panel_browser.picture(rig.url, str(ROOT / "docs" / "user" / "panel_log.png"), folder, section="log-open",
+                              reached="document.querySelectorAll('#log-operations tr').length")
         going.set()
     with tempfile.TemporaryDirectory() as folder:
         entry_picture(folder)

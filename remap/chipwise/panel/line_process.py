@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Plans or runs one typed line, or switches a guard, for the page of `chipwise panel`, in a process of its own: an order as JSON on standard input, the answer as JSON
-on standard output.  Called by lines.py; a plan may compute for long, and the looks at the machine go on meanwhile.
+"""Plans or runs one typed line, switches a guard, or changes a tool, for the page of `chipwise panel`, in a process of its own: an order as JSON on standard input,
+the answer as JSON on standard output.  Called by lines.py; a plan may compute for long, and the looks at the machine go on meanwhile.
 
     {"do": "plan", "ini", "code", "text", "chop", "mode", "language"}     chop: size in the unit of MDI, "" for that of the INI file
         -> {"line", "unit", "svg", "figures", "messages", "refused", "state"}   refused: why it may not be run now, "" if it may
     {"do": "run", "code", "line", "unit", "state"}      state: of the plan; -> {}
     {"do": "guard", "name", "on"}                       name: one of GUARDS; -> {}
+    {"do": "tool", "ini", "number", "values", "seen"}   of tool_editor.change(); -> its listed()
     any of them -> {"error", "number"}                  number: of the field that is wrong, from 1; 0: not of a field
 
 The rules are those of `chipwise enter --run`: entry/typed.py, entry/planned.py, machine/mdi.py.
@@ -16,10 +17,12 @@ import os
 import sys
 from dataclasses import asdict
 
-from chipwise import entry, language
+from chipwise import entry, language, tool_editor
 from chipwise.errors import CycleError, printable
 from chipwise.halcmd import halcmd
+from chipwise.ini import Ini
 from chipwise.settings import load_settings
+from chipwise.tool_table import diameter_of
 
 GUARDS = ("rapid", "flute")     # chipwise-guard.0.guard-NAME
 NICE = 10               # plans wait for whatever else this computer has to do
@@ -77,10 +80,34 @@ def guard(order, machine):
     return {}
 
 
+def check_corner(ini, number, radius):
+    """Raise CycleError if a corner radius (mm, None: none) is larger than the tool: the stock tracker would be in fault."""
+    machine = Ini(ini)
+    try:
+        diameter = diameter_of(machine.tool_table(), number) / machine.units_per_mm()
+    except CycleError:                  # a tool that the table does not have yet
+        return
+    if isinstance(radius, (int, float)) and radius > diameter / 2:
+        raise CycleError("corner_radius {radius} is larger than half of the diameter of tool {number}, {diameter}", "give at most {half}",
+                         radius=float(radius), number=str(number), diameter=diameter, half=diameter / 2)
+
+
+def tool(order, machine):
+    """The answer to "tool"; only at rest, because the stock tracker has the new tool at once."""
+    path = load_settings(order["ini"]).path("TOOL_GEOMETRY")
+    found = tool_editor.listed(path)["tools"].get(str(order["number"]), {})
+    check_corner(order["ini"], order["number"], {**found, **order["values"]}.get("corner_radius"))
+    state = machine.read()
+    if not (state.idle and state.at_rest):
+        raise CycleError("the tool is not changed: a program or a command is under way, or the machine moves", "wait for its end, or press Stop")
+    tool_editor.change(path, order["seen"], order["number"], order["values"])
+    return tool_editor.listed(path)
+
+
 def answer(order, machine):
     """The answer to an order."""
     try:
-        return {"plan": plan, "run": run, "guard": guard}[order["do"]](order, machine)
+        return {"plan": plan, "run": run, "guard": guard, "tool": tool}[order["do"]](order, machine)
     except CycleError as error:
         return {"error": without_name(error), "number": getattr(error, "number", 0)}
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Requests of the page of `chipwise panel` about a typed line: the part of server.py's Handler that asks lines.py."""
+"""Requests of the page of `chipwise panel` about a typed line, a guard or a tool: the part of server.py's Handler that asks lines.py."""
 
+import math
 import urllib.parse
 
 from chipwise.errors import CycleError
@@ -55,6 +56,22 @@ class LineRequests:
             raise Refused(409, found["error"])
         print(f"chipwise-panel: guard-{name} is {'on' if on else 'off'}, by the page", flush=True)
         self.send_json(200, {"done": True})
+
+    def tools(self):
+        """The tools with their geometry."""
+        self.send_json(200, self.asked(self.server.lines.tools))
+
+    def tool(self, number, values, seen):
+        """Change a tool."""
+        if isinstance(number, bool) or not isinstance(number, int) or not isinstance(seen, str) or not isinstance(values, dict):
+            raise Refused(400, "tool is not a whole number, values is not an object, or checksum is not a text")
+        if not all(value is None or isinstance(value, str) or type(value) in (int, float) and math.isfinite(value) for value in values.values()):
+            raise Refused(400, "values are not texts and numbers")
+        found = self.asked(self.server.lines.tool, number, values, seen)
+        if "error" in found:
+            raise Refused(409, found["error"])
+        print(f"chipwise-panel: tool {number} is changed in {found['file']}, by the page", flush=True)
+        self.send_json(200, found)
 
     def asked(self, work, *values):
         """What lines.py answers.  Raises Refused with its message."""

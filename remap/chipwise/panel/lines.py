@@ -19,7 +19,7 @@ import sys
 import threading
 import time
 
-from chipwise import entry, language
+from chipwise import entry, language, tool_editor
 from chipwise.clock import patience
 from chipwise.entry import typed
 from chipwise.entry.planned import CHOPPED
@@ -134,9 +134,18 @@ class Lines:
         with self._one():
             return self._asked({"do": "guard", "name": name, "on": on})
 
+    def tools(self):
+        """The file of tool geometry, as tool_editor.listed().  Raises CycleError."""
+        return tool_editor.listed(load_settings(self.ini).path("TOOL_GEOMETRY"))
+
+    def tool(self, number, values, seen):
+        """Change a tool (tool_editor.change()): the file as it is then, or {"error"} with why it is not changed.  Raises CycleError."""
+        with self._one():
+            return self._asked({"do": "tool", "ini": self.ini, "number": number, "values": values, "seen": seen})
+
     @contextlib.contextmanager
     def _one(self):
-        """The right to plan or run.  Raises CycleError if another page has it."""
+        """The right to plan, run or change.  Raises CycleError if another page has it."""
         if not self._busy.acquire(blocking=False):
             raise CycleError("another line is being planned or run", "wait until it is done")
         try:

@@ -46,7 +46,10 @@ FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "page")
 SHARED = os.path.join(os.path.dirname(FOLDER), os.pardir, "drawing")
 FILES = {               # path: folder, file, type
     "/": (FOLDER, "panel.html", "text/html"), "/panel.css": (FOLDER, "panel.css", "text/css"),
-    "/panel.js": (FOLDER, "panel.js", "text/javascript"), "/entry.js": (FOLDER, "entry.js", "text/javascript"), "/chart.js": (FOLDER, "chart.js", "text/javascript"), "/ahead.js": (FOLDER, "ahead.js", "text/javascript"),
+    "/panel.js": (FOLDER, "panel.js", "text/javascript"), "/chart.js": (FOLDER, "chart.js", "text/javascript"),
+    "/ahead.js": (FOLDER, "ahead.js", "text/javascript"),
+    "/sections.js": (FOLDER, "sections.js", "text/javascript"), "/entry.js": (FOLDER, "entry.js", "text/javascript"), "/log.js": (FOLDER, "log.js", "text/javascript"),
+    "/geometry.js": (FOLDER, "geometry.js", "text/javascript"),
     "/height_view.js": (SHARED, "height_view.js", "text/javascript")}
 HEADERS = (
     ("Cache-Control", "no-store"), ("X-Content-Type-Options", "nosniff"), ("Referrer-Policy", "no-referrer"),
@@ -134,8 +137,14 @@ class Handler(LineRequests, BaseHTTPRequestHandler):
             self.send(200, stylesheet(self.server.items).encode(), "text/css")
         elif path == "/state.json":
             self.send(200, self.server.watch.text, "application/json")
+        elif path == "/log.json":
+            with self.server.watch.published:
+                found = self.server.watch.log.shown()
+            self.send_json(200, found)
         elif path == "/about.json":
             self.send_json(200, {"version": version(), "can_change": bool(self.server.token)})
+        elif path == "/tools.json":
+            self.tools()
         elif path == "/codes.json":
             self.codes(query)
         elif path == "/line.json":
@@ -187,6 +196,8 @@ class Handler(LineRequests, BaseHTTPRequestHandler):
             self.run(wanted.get("plan"))
         elif path == "/guard":
             self.guard(wanted.get("guard"), wanted.get("on"))
+        elif path == "/tool":
+            self.tool(wanted.get("tool"), wanted.get("values"), wanted.get("checksum"))
         else:
             raise Refused(404, "there is nothing here")
 

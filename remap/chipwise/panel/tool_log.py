@@ -1,23 +1,23 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What each tool did in a program: reference, mean and peak of the removal rate, time, how often and how it was held back.
 
-Called by watch.py for the running program; at its end the rows go into the file [CHIPWISE]PANEL_LOG, a CSV file that any
-spreadsheet opens.  The columns are those of load logs of machine tools: reference, mean, peak, time, reaction.
+Called by load_log.py for the running program; operations.py has the same for each operation.  The columns are those of load logs of
+machine tools: reference, mean, peak, time, overload reaction.
+
+ 1. Moments makes one Moment of two looks at the machine: time, volume, whether it cuts, whether a guard has just stopped it.
+ 2. A Use adds up the moments of one tool, or of one operation.
 """
 
-import csv
-import io
-import os
-import time
+from dataclasses import dataclass
 
-from chipwise.panel.display import FEED_MOTION
+from chipwise.panel.display import FEED_MOTION, LIMITS
 from chipwise.stock.layout import LimitedBy
 
 COLUMNS = ("start", "program", "tool", "diameter_mm", "reference_cm3_min", "mean_cm3_min", "peak_cm3_min", "cutting_s", "removed_cm3",
-           "slowed_s", "stops")
-MOST_BYTES = 5_000_000      # of the file; then it is renamed to NAME.old and a new one begins
+           "slowed_s", "over_s", "limited_by", "stops", "complete")
 MM3_PER_CM3 = 1000.0
 SLOWED = (LimitedBy.STOCK_HERE, LimitedBy.STOCK_AHEAD)
+OVER = 1.1              # of the target: an overload
 MOST_TOOLS = 1000
 
 
@@ -27,52 +27,114 @@ def mean(uses):
     return sum(use.volume for use in uses) / seconds * 60 if seconds > 0 else 0.0
 
 
+@dataclass(frozen=True)
+class Moment:
+    """The time between two looks: dt s, volume mm3, whether it cuts, whether a guard has stopped the machine in it; pins: Machine.pins()
+    at its end."""
+
+    dt: float
+    volume: float
+    cutting: bool
+    stop: bool
+    pins: dict
+
+    @property
+    def counts(self):
+        """Whether a tool or an operation of which nothing is known yet gets a row for it."""
+        return self.cutting or self.stop
+
+    @property
+    def late(self):
+        """Volume that was cut before the motion which this look has found: it belongs to whoever has cut last."""
+        return 0.0 if self.cutting else self.volume
+
+    @property
+    def tool(self):
+        return int(self.pins["tool"])
+
+
+class Moments:
+    """Looks one after the other."""
+
+    def __init__(self):
+        self._removed = None
+        self._stopped = False
+
+    def look(self, dt, pins):
+        """-> the Moment that ends with this look, dt s after the one before."""
+        before, self._removed = self._removed, pins["removed"]
+        volume = pins["removed"] - before if before is not None else 0.0        # below 0: another stock
+        stopped, was_stopped = bool(pins["guard_reason"]), self._stopped
+        self._stopped = stopped
+        # a rate without volume: the servo thread has not run since the look before (a busy simulation), and makes up for it later
+        cutting = before is not None and pins["motion_type"] in FEED_MOTION and (volume > 0 or pins["mrr"] > 0)
+        return Moment(dt, max(0.0, volume), cutting, stopped and not was_stopped, pins)
+
+
 class Use:
-    """One tool in one run; s, mm3, mm3/min."""
+    """What one tool did, or one operation; s, mm3, mm3/min."""
 
     def __init__(self, tool, diameter):
         self.tool, self.diameter = tool, diameter
-        self.cut_s = self.slowed_s = self.volume = self.peak = self.reference = 0.0
+        self.cut_s = self.over_s = self.volume = self.peak = self.reference = 0.0
+        self.limited_s = [0.0] * len(LIMITS)        # by LimitedBy
         self.stops = 0
 
-    def row(self):
-        """The figures as a page and the file show them."""
+    def add(self, moment):
+        pins = moment.pins
+        self.stops += moment.stop
+        if not moment.cutting:
+            return
+        self.cut_s += moment.dt
+        self.volume += moment.volume
+        self.peak = max(self.peak, pins["mrr"])
+        self.reference = max(self.reference, pins["target"])
+        limit = int(pins["limited_by"])
+        if pins["mode"] and 0 < limit < len(LIMITS):
+            self.limited_s[limit] += moment.dt
+        if pins["mode"] and 0 < OVER * pins["target"] < pins["mrr"]:
+            self.over_s += moment.dt
+
+    @property
+    def slowed_s(self):
+        """Time for which the stock held the feed back."""
+        return sum(self.limited_s[limit] for limit in SLOWED)
+
+    @property
+    def limited_by(self):
+        """What held the feed back longest: a name of display.LIMITS."""
+        longest = max(self.limited_s)
+        return LIMITS[self.limited_s.index(longest)] if longest > 0 else LIMITS[LimitedBy.NONE]
+
+    def figures(self):
+        """The figures that tools and operations have in common."""
         return {"tool": self.tool, "diameter_mm": round(self.diameter, 4), "reference_cm3_min": round(self.reference / MM3_PER_CM3, 4),
                 "mean_cm3_min": round(mean([self]) / MM3_PER_CM3, 4), "peak_cm3_min": round(self.peak / MM3_PER_CM3, 4),
                 "cutting_s": round(self.cut_s, 1), "removed_cm3": round(self.volume / MM3_PER_CM3, 4),
-                "slowed_s": round(self.slowed_s, 1), "stops": self.stops}
+                "over_s": round(self.over_s, 1), "limited_by": self.limited_by, "stops": self.stops}
+
+    def row(self):
+        """The figures of a tool, as a page and the file show them."""
+        return {**self.figures(), "slowed_s": round(self.slowed_s, 1)}
 
 
 class ToolLog:
     """The tools of one run of a program, in the order of their first cut."""
 
-    def __init__(self, program, now):
-        """now: s since 1970."""
-        self.program, self.start = program, now
+    def __init__(self):
         self.uses = {}
-        self._removed = None
-        self._stopped = False
+        self._last = None           # the Use that has cut last
 
-    def look(self, dt, pins):
-        """dt s after the look before; pins: Machine.pins()."""
-        before, self._removed = self._removed, pins["removed"]
-        cut = pins["removed"] - before if before is not None else 0.0       # below 0: another stock
-        stopped, was_stopped = bool(pins["guard_reason"]), self._stopped
-        self._stopped = stopped
-        number = int(pins["tool"])
-        # a rate without volume: the servo thread has not run since the look before (a busy simulation), and makes up for it later
-        cutting = before is not None and pins["motion_type"] in FEED_MOTION and (cut > 0 or pins["mrr"] > 0)
-        if number not in self.uses and (cut <= 0 and not stopped and not cutting or len(self.uses) >= MOST_TOOLS):
-            return
-        use = self.uses.setdefault(number, Use(number, pins["tool_diameter"]))
-        use.stops += stopped and not was_stopped
-        if not cutting:
-            return
-        use.cut_s += dt
-        use.volume += max(0.0, cut)
-        use.peak = max(use.peak, pins["mrr"])
-        use.reference = max(use.reference, pins["target"])
-        use.slowed_s += dt if pins["mode"] and pins["limited_by"] in SLOWED else 0.0
+    def add(self, moment):
+        if self._last is not None:
+            self._last.volume += moment.late
+        number = moment.tool
+        if number not in self.uses:
+            if not moment.counts or len(self.uses) >= MOST_TOOLS:
+                return
+            self.uses[number] = Use(number, moment.pins["tool_diameter"])
+        self.uses[number].add(moment)
+        self._last = self.uses[number] if moment.cutting else self._last
 
     @property
     def mean(self):
@@ -81,26 +143,3 @@ class ToolLog:
 
     def rows(self):
         return [use.row() for use in self.uses.values()]
-
-
-def safe(text):
-    """A text for a spreadsheet: a name that begins like a formula is shown, not computed."""
-    return "'" + text if text[:1] in ("=", "+", "-", "@", "\t", "\r") else text
-
-
-def append(path, log):
-    """Add the rows of a run to the file.  Raises OSError."""
-    rows = log.rows()
-    if not rows:
-        return
-    if os.path.exists(path) and os.path.getsize(path) > MOST_BYTES:
-        os.replace(path, path + ".old")
-    text = io.StringIO()
-    writer = csv.DictWriter(text, COLUMNS)
-    start = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(log.start))
-    handle = os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_NONBLOCK | os.O_CLOEXEC, 0o644)
-    with open(handle, "ab") as file:
-        if file.tell() == 0:
-            writer.writeheader()
-        writer.writerows({"start": start, "program": safe(log.program), **row} for row in rows)
-        file.write(text.getvalue().encode("utf-8", "replace"))

@@ -19,8 +19,9 @@ from chipwise.clock import patience
 from chipwise.panel.ahead import Ahead
 from chipwise.panel.alarms import Alarms
 from chipwise.panel.display import LIMITS, MODES, Run
+from chipwise.panel.load_log import LoadLog
 from chipwise.panel.tiles import Tiles
-from chipwise.panel.tool_log import ToolLog, append
+from chipwise.panel.tool_log import OVER
 from chipwise.stock.shared import SharedStockError
 
 LOOK_S = 0.1
@@ -28,7 +29,6 @@ HISTORY_S = 60.0
 ALIVE_S = 1.0           # between two looks whether LinuxCNC still runs
 MAP_SHARE = 0.05        # of the time, for looks at the map
 RETRY_S = 2.0           # until a map that could not be read is looked for again
-OVER = 1.1              # of the target: the background shows it
 SLOWER = 0.98           # of F: the background shows it
 PATH_POINTS = 5000      # of the path done
 PATH_STEP_MM = 0.2      # between two of them
@@ -78,10 +78,8 @@ class Watch:
     """The machine as the pages see it."""
 
     def __init__(self, machine, log_path="", ahead=None):
-        """log_path: file of the tool log, "" for none; ahead: Ahead, None: no program is read."""
-        self.machine, self.log_path = machine, log_path
-        self.tools = ToolLog("", 0.0)
-        self.log_error = ""
+        """log_path: file of the load log, "" for none; ahead: Ahead, None: no program is read."""
+        self.machine, self.log = machine, LoadLog(log_path)
         self.tiles, self.alarms, self.path, self.ahead = Tiles(), Alarms(), PathDone(), ahead or Ahead("")
         self.history = deque(maxlen=round(HISTORY_S / LOOK_S))
         self.published = threading.Condition()
@@ -117,6 +115,8 @@ class Watch:
         self.ahead.look(dt, self.machine.scene() if task else None, bool(task and task["running"]), pins, self.pages > 0)
         with self.published:
             self.follow_run(dt, pins, task)
+        self.log.write()
+        with self.published:
             self.alarms.step(pins, bool(task and task["inch"]), time.time())
             self.history.append((round(now, 2), round(pins["mrr"], 1), round(pins["target"], 1), round(pins["override"], 3)))
             self.text = json.dumps(self.state(pins, task), allow_nan=False).encode()
@@ -128,27 +128,17 @@ class Watch:
         running = bool(task and task["running"])
         if running and not self.was_running:
             self.run = Run()
-            self.tools = ToolLog(os.path.basename(task["program"]), time.time())
+            self.log.begin(task["program"], time.time())
             self.path.begin()
         elif self.was_running and not running:
-            self.keep_log()
+            self.log.end()
         self.was_running = running
         if running:
             self.run.step(dt, {"mrr": pins["mrr"], "mode": pins["mode"], "target": pins["target"], "motion-type": pins["motion_type"],
                                "programmed-vel": pins["programmed_vel"], "requested-vel": pins["requested_vel"],
                                "current-vel": pins["current_vel"]}, task["feed_override"])
-            self.tools.look(dt, pins)
+            self.log.look(dt, pins, time.time())
             self.path.add(pins["tip"])
-
-    def keep_log(self):
-        """The tools of the program that has ended, into the file; what is wrong with it is shown."""
-        if not self.log_path:
-            return
-        try:
-            append(self.log_path, self.tools)
-            self.log_error = ""
-        except (OSError, ValueError) as error:
-            self.log_error = f"{self.log_path}: {getattr(error, 'strerror', None) or error}; correct [CHIPWISE]PANEL_LOG"
 
     def look_at_map(self, now, begins=False):
         """The stock, if a page is open and the time has come, or a program begins; a map that cannot be read is tried again."""
@@ -179,9 +169,9 @@ class Watch:
                 "ready": bool(pins["ready"]), "mode": MODES[mode] if 0 <= mode < len(MODES) else MODES[0],
                 "limited_by": LIMITS[limit] if 0 <= limit < len(LIMITS) else LIMITS[0],
                 "task": {**task, "program": os.path.basename(task["program"])} if task else None,
-                "run": figures(run, self.tools), "background": background(pins, task, self.alarms),
+                "run": figures(run, self.log.tools), "background": background(pins, task, self.alarms),
                 "guards": {"rapid": bool(pins["guard_rapid"]), "flute": bool(pins["guard_flute"])}, "alarms": self.alarms.entries, "stock_error": self.stock_error,
-                "tools": self.tools.rows(), "log_error": self.log_error, "pages": self.pages, "path": [self.path.epoch, self.path.count], "ahead": self.ahead.state()}
+                "tools": self.log.tools.rows(), "log_error": self.log.error, "pages": self.pages, "path": [self.path.epoch, self.path.count], "ahead": self.ahead.state()}
 
     def wait(self, number, seconds):
         """Wait for a look after `number`.  -> (its number, its text), the same number after so many seconds or at the end."""
@@ -211,7 +201,8 @@ class Watch:
         self.end()
         if self.was_running:
             self.was_running = False
-            self.keep_log()
+            self.log.end(complete=False)
+            self.log.write()
         if self.stock is not None:
             self.stock.close()
         self.ahead.close()

@@ -9,13 +9,12 @@ Called by glue/stations.py and cli/stations.py.
 """
 
 import contextlib
-import fcntl
 import os
 import tomllib
 from typing import Any, NoReturn
 
 from chipwise.errors import CycleError, braceless
-from chipwise.files import read_bytes, write_durable
+from chipwise.files import locked, read_bytes, write_durable
 
 MAX_BYTES = 1 << 20
 MAX_COORDINATE = 1e6        # mm
@@ -102,7 +101,7 @@ def _changing(path):
     folder = os.path.dirname(os.path.abspath(path))
     try:
         os.makedirs(folder, exist_ok=True)
-        with _locked(folder):
+        with locked(folder):
             text = read_bytes(path, MAX_BYTES).decode("utf-8") if os.path.exists(path) else _HEAD
             document: Any = tomlkit.parse(text)
             yield document
@@ -110,14 +109,3 @@ def _changing(path):
     except (OSError, ValueError, TypeError) as error:
         raise CycleError(braceless(f"{os.path.basename(path)}: it cannot be written: {getattr(error, 'strerror', None) or error}"),
                          "correct the file, its folder or [CHIPWISE]STATIONS") from error
-
-
-@contextlib.contextmanager
-def _locked(folder):
-    """One writer in a folder at a time."""
-    handle = os.open(folder, os.O_RDONLY)
-    try:
-        fcntl.flock(handle, fcntl.LOCK_EX)
-        yield
-    finally:
-        os.close(handle)

@@ -4,7 +4,7 @@
 (function () {
     const WAIT_MS = 150;                // after a key, until the line is looked at
     const $ = (id) => document.getElementById(id);
-    const {t, change, token, put, language} = window.chipwise;
+    const {t, change, token, put, language, section} = window.chipwise;
     let codes = [], asked = 0, planned = null, timer = 0;
 
     const state = () => window.chipwise.state;
@@ -123,10 +123,7 @@
         document.querySelectorAll('[data-code]').forEach((e) => { e.hidden = !codes.some((one) => one.code === e.dataset.code); });
     }
 
-    async function open(on) {
-        document.body.dataset.open = on ? 'entry' : '';
-        $('entry').hidden = !on;
-        if (!on) return window.chipwise.show();
+    async function open() {
         rights();
         if (codes.length) return $('entry-line').focus();
         await load();
@@ -134,8 +131,7 @@
     }
 
     const trouble = (error) => put('entry-says', error.message);
-    $('enter').addEventListener('click', () => open($('entry').hidden).catch(trouble));
-    $('entry-close').addEventListener('click', () => open(false));
+    section('entry', 'enter', () => open().catch(trouble));
     $('code').addEventListener('change', () => choose($('code').value));
     document.querySelectorAll('[data-code]').forEach((e) => e.addEventListener('click', () => choose(e.dataset.code)));
     for (const id of ['entry-line', 'chop-size']) $(id).addEventListener('input', changed);

@@ -12,7 +12,7 @@
     // Asked for before the view is made: the answers come while the graphics processor compiles.
     const askedFor = (path) => { const answer = fetch(path, {cache: 'no-store'}); answer.catch(() => {}); return answer; };
     const early = {stream: askedFor('stream'), texts: ['strings.json?' + language(), 'about.json'].map(askedFor)};
-    let words = {}, state = null, rows = [], points = [], pathEpoch = 0, epoch = 0, canChange = false, wholeHistory = false, heard = 0;
+    let words = {}, state = null, rows = [], points = [], pathEpoch = 0, epoch = 0, canChange = false, wholeHistory = false, switching = false, heard = 0;
     let heights = null, earlier = null;         // of the map, as it is and as it was before the program: Uint16Array, row by row
     let seen = new Set(), due = false, ageMs = [], firstPicture = 0, drawn = 0;
     const t = (text) => words[text] || text;
@@ -136,13 +136,15 @@
             const button = $('guard-' + name), on = state.guards[name];
             put(button.id, `${words}: ${on ? t('on') : t('off')}`);
             button.className = on ? '' : 'guard-off';
-            button.disabled = !token();
+            button.disabled = !token() || switching;
         }
     }
 
     async function switchGuard(name) {
         const on = !state.guards[name];
-        put('guard-answer', await change('guard', {guard: name, on}));
+        switching = true;               // until it is answered, one at a time
+        put('guard-answer', await change('guard', {guard: name, on}).finally(() => { switching = false; }));
+        show();
     }
 
     function rights() {

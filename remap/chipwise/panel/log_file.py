@@ -1,0 +1,125 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Files of the load log: CSV that any spreadsheet opens, appended to while somebody reads it.  Called by load_log.py.
+
+ 1. Rows are added by one write at the end of the file.  What cannot be written whole is taken back; a line that a power cut has left
+    without its end gets one.
+ 2. A file whose first line is not that of the log is somebody else's, and stays as it is.
+ 3. Above MOST_BYTES the file is renamed to NAME.old and a new one begins.
+ 4. NAME.running holds what is not in the files yet, renewed while a program runs.  After a kill or a power cut the next server adds
+    it to them.
+"""
+
+import csv
+import errno
+import io
+import json
+import os
+import stat
+
+from chipwise.files import NoRegularFile, read_bytes, write_durable
+
+MOST_BYTES = 5_000_000
+MOST_RUNNING = 1 << 20      # bytes of NAME.running
+
+
+class OtherColumns(OSError):
+    """A file that is not a log."""
+
+    def __init__(self, path):
+        super().__init__(errno.EINVAL, "its first line is not that of this log", path)
+
+
+class Damaged(OSError):
+    """A NAME.running that cannot be used."""
+
+    def __init__(self, path):
+        super().__init__(errno.EINVAL, "it is not what the panel has kept, and is left out", path)
+
+
+def operations_path(path):
+    """load.csv -> load_operations.csv, "" -> ""."""
+    name, ending = os.path.splitext(path)
+    return f"{name}_operations{ending}" if path else ""
+
+
+def safe(value):
+    """A value for a spreadsheet: a text that begins like a formula is shown, not computed."""
+    return "'" + value if isinstance(value, str) and value[:1] in ("=", "+", "-", "@", "\t", "\r") else value
+
+
+def _text(columns, rows, head=False):
+    """CSV of dicts, as bytes."""
+    text = io.StringIO()
+    writer = csv.DictWriter(text, columns)
+    if head:
+        writer.writeheader()
+    writer.writerows({name: safe(value) for name, value in row.items()} for row in rows)
+    return text.getvalue().encode("utf-8", "replace")
+
+
+def append(path, columns, rows):
+    """Add rows, dicts by column, to a file.  Raises OSError."""
+    if not rows:
+        return
+    if os.path.exists(path):
+        found = os.stat(path)
+        if not stat.S_ISREG(found.st_mode):
+            raise NoRegularFile(path)
+        if found.st_size > MOST_BYTES:
+            _check_head(path, columns)
+            os.replace(path, path + ".old")
+    handle = os.open(path, os.O_RDWR | os.O_APPEND | os.O_CREAT | os.O_NONBLOCK | os.O_CLOEXEC, 0o644)
+    try:
+        before = os.fstat(handle).st_size
+        if before:
+            _check_head(path, columns)
+        end = b"\r\n" if before and os.pread(handle, 1, before - 1) != b"\n" else b""
+        content = end + _text(columns, rows, head=not before)
+        if os.write(handle, content) != len(content):
+            os.ftruncate(handle, before)
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), path)
+    finally:
+        os.close(handle)
+
+
+def _check_head(path, columns):
+    """Raise OtherColumns unless the file begins with the names of the columns."""
+    head = _text(columns, [], head=True)
+    with open(path, "rb") as file:
+        if file.read(len(head)).split(b"\n")[0].rstrip(b"\r") != head.rstrip():
+            raise OtherColumns(path)
+
+
+def running_path(path):
+    return path + ".running"
+
+
+def keep_running(path, parts):
+    """Write what is not in the files yet; parts: [[columns, rows], ..].  Raises OSError."""
+    write_durable(running_path(path), json.dumps(parts).encode(), ".unfinished")
+
+
+def forget_running(path):
+    """All of it is in the files.  Raises OSError."""
+    try:
+        os.unlink(running_path(path))
+    except FileNotFoundError:
+        pass
+
+
+def left_running(path, *columns):
+    """The rows that a server has left which was killed: a list for each of the columns.  Raises OSError."""
+    if not os.path.exists(running_path(path)):
+        return [[] for _ in columns]
+    try:
+        found = json.loads(read_bytes(running_path(path), MOST_RUNNING))
+    except (ValueError, RecursionError):
+        found = None
+    if not (isinstance(found, list) and len(found) == len(columns) and all(map(_are_rows, found, columns))):
+        raise Damaged(running_path(path))
+    return found
+
+
+def _are_rows(rows, columns):
+    """Whether something read from a file is a list of rows."""
+    return isinstance(rows, list) and all(isinstance(row, dict) and set(row) <= set(columns) for row in rows)

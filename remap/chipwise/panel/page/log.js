@@ -1,0 +1,43 @@
+'use strict';
+// The log of the load: what each tool and each operation of the program did (log.json). SPDX-License-Identifier: GPL-2.0-or-later
+(function () {
+    const AGAIN_MS = 1000;
+    const $ = (id) => document.getElementById(id);
+    const {t, put, section, fill} = window.chipwise;
+    const LIMITS = {nothing: 'nothing', stock: 'stock here', ahead: 'stock ahead', floor: 'feed floor', ceiling: 'feed ceiling',
+                    fallback: 'F as programmed'};
+
+    const inch = () => Boolean(window.chipwise.state && window.chipwise.state.task && window.chipwise.state.task.inch);
+    const rate = (cm3) => (cm3 / (inch() ? 16.387064 : 1)).toPrecision(3);
+    const length = (mm) => (inch() ? (mm / 25.4).toFixed(4) : mm.toFixed(2));
+    const seconds = (s) => (s < 60 ? `${s.toFixed(1)} s` : `${Math.floor(s / 60)} min ${Math.floor(s % 60)} s`);
+
+    const load = (row) => [row.reference_cm3_min > 0 ? rate(row.reference_cm3_min) : '-', rate(row.mean_cm3_min), rate(row.peak_cm3_min)];
+    const reaction = (row) => [t(LIMITS[row.limited_by]), seconds(row.over_s), row.stops];
+    const lines = (row) => (row.last_line === row.line ? `${row.line}` : `${row.line}-${row.last_line}`);
+    const tool = (row) => [`${row.tool}: ${length(row.diameter_mm)}`, ...load(row), seconds(row.cutting_s), seconds(row.slowed_s), ...reaction(row)];
+    const operation = (row) => [row.operation, `${row.code} ${lines(row)}`.trim(), row.tool, ...load(row), seconds(row.seconds), seconds(row.cutting_s),
+                                ...reaction(row)];
+    const held = (rows) => rows.map((row) => (row.stops || row.over_s > 0 ? 'held' : ''));
+
+    async function look() {
+        const answer = await fetch('log.json');
+        if (!answer.ok) throw new Error(await answer.text());
+        const found = await answer.json(), newest = found.operations.slice().reverse();
+        put('log-program', found.program);
+        put('log-unit', inch() ? 'in3/min, in' : 'cm3/min, mm');
+        put('log-file', found.error || (found.file ? `${t('File')}: ${found.file}` : t('No file: set [CHIPWISE]PANEL_LOG')));
+        fill($('log-tools'), found.tools.map(tool), held(found.tools));
+        fill($('log-operations'), newest.map(operation), held(newest));
+        put('log-count', found.count > newest.length ? `${newest.length} / ${found.count}` : '');
+    }
+
+    async function follow() {
+        while (!$('log').hidden) {
+            await look().catch((error) => put('log-file', error.message));
+            await new Promise((done) => setTimeout(done, AGAIN_MS));
+        }
+    }
+
+    section('log', 'log-open', follow);
+}());
