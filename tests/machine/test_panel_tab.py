@@ -3,6 +3,7 @@
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -10,9 +11,11 @@ import sys
 import pytest
 
 from chipwise.headless import runner
+from support import filter_rig, samples
 
 pytestmark = pytest.mark.machine
 
+HERE = os.path.join(runner.ROOT, 'tests', 'support')
 HOST = os.path.join(runner.ROOT, 'tests', 'support', 'panel_tab_host.py')
 
 
@@ -49,6 +52,33 @@ print("pages", json.load(r.urlopen("http://127.0.0.1:8250/state.json"))["pages"]
     done = subprocess.run([runner.SANDBOX, '--timeout', '300', '--xvfb', '1280x1024', '--', 'sh', '-c', script], text=True,
                           stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
     assert done.returncode == 0, done.stdout[-3000:]
+
+
+def test_the_page_in_qtdragon(tmp_path):
+    """LinuxCNC's own sample machine with README's lines and a tab: as above, and the picture of the tab has the colours of the page."""
+    webkit = subprocess.run(['/usr/bin/python3', '-c', 'import gi; gi.require_version("WebKit2", "4.1")'], stderr=subprocess.DEVNULL)
+    sample = samples.named('qtdragon')
+    if webkit.returncode or filter_rig.missing(sample):
+        pytest.skip(filter_rig.missing(sample) or 'no WebKitGTK 4.1')
+    where = str(tmp_path)
+    installed, ini = samples.stage(where), samples.copied(sample, where)
+    (tmp_path / 'command.py').write_text(f'import sys\nsys.path.insert(0, {HERE!r})\nimport panel_qt_tab\npanel_qt_tab.start({where!r})\n')
+    with open(ini, encoding='utf-8') as file:
+        text = re.sub(r'(?m)^EMBED_TAB_.*\n', '', file.read())
+    with open(ini, 'w', encoding='utf-8') as file:
+        file.write(text.replace('[DISPLAY]\n', f'[DISPLAY]\nUSER_COMMAND_FILE = {where}/command.py\nEMBED_TAB_NAME = Stock\n'
+                                'EMBED_TAB_LOCATION = tabWidget_utilities\nEMBED_TAB_COMMAND = chipwise panel --tab {XID}\n', 1)
+                   + '\n[CHIPWISE]\nPANEL = yes\n')
+    os.chmod(where, 0o777)
+    script = f"""cd {os.path.dirname(ini)}
+        linuxcnc -r {os.path.basename(ini)} </dev/null &
+        for i in $(seq 1500); do [ -e {where}/result.json ] && exit 0; sleep 0.2; done
+        exit 1"""
+    done = subprocess.run([runner.SANDBOX, '--installed', installed, '--xvfb', '1400x900', '--timeout', '400', '--', 'sh', '-c', script], text=True,
+                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    assert done.returncode == 0, done.stdout[-3000:]
+    found = json.loads((tmp_path / 'result.json').read_text())
+    assert found['tabs'][-1] == 'Stock' and found['pages'] == 1 and found['box'] > 0.2 and found['state'] > 0.01 and found['outside'] == [0, 0], found
 
 
 @pytest.mark.parametrize('number, status', [('x', 2), ('0', 2), ('-1', 2), ('', 2), ('99999999999', 2), ('0x1f', 1)])

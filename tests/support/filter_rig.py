@@ -73,13 +73,7 @@ def make_machine(sample, where, installed, command_file):
         with open(ini) as file:
             text = file.read()
     else:
-        copy = os.path.join(where, 'configs')
-        shutil.copytree(samples.STOCK, copy, symlinks=True, ignore=shutil.ignore_patterns('by_machine', 'attic', '*.var'))
-        subprocess.run(['chmod', '-R', 'u+w', copy], check=True)
-        ini = os.path.join(copy, sample.path)
-        samples.paste(ini, samples.readme_lines())
-        samples.give_it_a_tool(ini)
-        samples.be_patient(ini)
+        ini = samples.copied(sample, where)
         with open(ini) as file, open(os.path.join(share, 'configs', 'mill.ini')) as mill:
             lines = re.search(r'^\[FILTER\]\n(.*?)\n\[', mill.read(), re.MULTILINE | re.DOTALL)[1]
             text = re.sub(r'^\[FILTER\]\n.*?\n\[', f'[FILTER]\n{lines}\n[', file.read(), count=1, flags=re.MULTILINE | re.DOTALL)

@@ -177,11 +177,8 @@ def stage(where):
     return folder
 
 
-def run(sample, where, installed, edit=None, picture=None, after=()):
-    """-> the driver's result.
-
-    edit(ini): more changes to the copy.  after: MDI lines when the program is over.
-    """
+def copied(sample, where):
+    """-> INI file of a copy of a configuration, with README's lines."""
     copy = os.path.join(where, 'configs')
     shutil.copytree(STOCK, copy, symlinks=True, ignore=shutil.ignore_patterns('by_machine', 'attic', '*.var'))
     subprocess.run(['chmod', '-R', 'u+w', copy], check=True)
@@ -192,6 +189,15 @@ def run(sample, where, installed, edit=None, picture=None, after=()):
                 for section, lines in readme_lines()])
     give_it_a_tool(ini)
     be_patient(ini)
+    return ini
+
+
+def run(sample, where, installed, edit=None, picture=None, after=()):
+    """-> the driver's result.
+
+    edit(ini): more changes to the copy.  after: MDI lines when the program is over.
+    """
+    ini = copied(sample, where)
     if edit:
         edit(ini)
     return drive(sample, ini, where, installed, picture, after=after)

@@ -6,7 +6,7 @@
     watch.py            one look after the other: state, figures of a run, alarms
     tiles.py, alarms.py the stock in tiles; the alarms
     ahead.py            the path ahead and the contours of the loaded program; ahead_process.py reads it, path_ahead.py follows the tool on it
-    tab.py              the page as a tab of AXIS and gmoccapy
+    tab.py              the page as a tab of AXIS, gmoccapy and QtDragon
     load_log.py         what each tool did in a program (tool_log.py), and each operation (operations.py); log_file.py keeps both
     lines.py            a typed line: made, planned, run; line_process.py plans and runs it, line_requests.py are the requests about it
     server.py           the web server; page/ has its files, page_colours.py their colours

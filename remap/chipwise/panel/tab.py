@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The panel page as a tab of a screen: a window of GTK inside the screen's own, as AXIS and gmoccapy embed programs (X11).
+"""The panel page as a tab of a screen: a window of GTK inside the screen's own, as AXIS, gmoccapy and QtVCP embed programs (X11).
 
 Called by cli/panel.py (`chipwise panel --tab XID`, in [DISPLAY]EMBED_TAB_COMMAND).  The page is shown by WebKitGTK if it is
 installed; without it the tab has a button that opens the browser.  It ends with the screen.
@@ -10,6 +10,7 @@ import signal
 
 AGAIN_MS = 2000             # until a page that did not answer is asked for again: the server starts after the screen
 WEBKITS = ("4.1", "4.0")    # versions of WebKit2 for GTK 3
+FIT_MS = 500                # between two looks at the size of the window around the page
 TOUCH_PX = 48
 
 
@@ -78,6 +79,22 @@ def put_into(plug, window):
     inner.reparent(window, 0, 0)
     inner.map()
     server.sync()
+    return server, inner, drawable.Window(server.display, window, 0)
+
+
+def fit(server, inner, outer):
+    """Give the page the size of the window around it: QtVCP's container is no socket of XEmbed, and leaves that to whoever is in it.
+    -> True, to be called again; a window that has gone ends the page elsewhere."""
+    from Xlib.error import ConnectionClosedError, XError
+    try:
+        wanted, found = outer.get_geometry(), inner.get_geometry()
+        size = wanted.width, wanted.height
+        if size != (found.width, found.height) and min(size) > 1:
+            inner.configure(x=0, y=0, width=size[0], height=size[1])
+            server.sync()
+    except (ConnectionClosedError, XError, OSError):
+        return False
+    return True
 
 
 def show(window, url):
@@ -93,5 +110,5 @@ def show(window, url):
     for number in (signal.SIGTERM, signal.SIGINT):
         GLib.unix_signal_add(GLib.PRIORITY_HIGH, number, Gtk.main_quit)
     plug.show_all()
-    put_into(plug, window)
+    GLib.timeout_add(FIT_MS, fit, *put_into(plug, window))
     Gtk.main()
