@@ -185,7 +185,8 @@ def test_linuxcnc_that_ends_in_a_program(tmp_path):
 # ---- a server that is killed -----------------------------------------------------------------------------------
 
 
-def test_what_was_running_is_added_by_the_next_server(tmp_path):
+def test_what_was_running_is_added_by_the_next_server(tmp_path, monkeypatch):
+    monkeypatch.setattr(load_log, "RUNNING_S", 0.0)
     path = tmp_path / "load.csv"
     log = run_of(*ONE, path=path)
     log.write()
@@ -199,6 +200,21 @@ def test_what_was_running_is_added_by_the_next_server(tmp_path):
         ("1", "0.006", "yes"), ("2", "0.006", "no")]
     load_log.LoadLog(str(path))
     assert len(table(path)) == 1
+
+
+def test_the_running_file_is_written_seldom(tmp_path, monkeypatch):
+    """300 operations in 30 s: every 10 s, and once more when the operation that it has has ended, so that it is nowhere twice."""
+    path, clock, writes = tmp_path / "load.csv", [1000.0], []
+    monkeypatch.setattr(load_log.time, "monotonic", lambda: clock[0])
+    monkeypatch.setattr(log_file, "keep_running", lambda _path, parts: writes.append(parts[1]))
+    log = load_log.LoadLog(str(path))
+    log.begin("part.ngc", 0.0)
+    for k in range(300):
+        clock[0] += 0.1
+        log.look(0.1, pins(removed=10.0 * k, tool=float(1 + k % 2)), 0.0)
+        log.write()
+    assert 4 <= len(writes) <= 8 and [] in writes
+    assert len(table(tmp_path / "load_operations.csv")) == 298
 
 
 @pytest.mark.parametrize("content", [b"", b"{", b"\xff", b"[]", b"[[], [], []]", b'[[{"x": 1}], []]', b"[1, 2]", b"[" * 100000], ids=range(8))

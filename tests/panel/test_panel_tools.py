@@ -273,7 +273,7 @@ def run(count, seed):
 
 
 def test_random_changes():
-    count = random_count(1500)
+    count = random_count(600)
     fault, made = run(count, random_seed())
     assert not fault, fault
     assert made > 0.15 * count

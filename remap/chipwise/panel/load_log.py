@@ -94,9 +94,12 @@ class LoadLog:
         if self._ended is not None:
             self._try(self._append_tools)
             self._ended = None
-        elif self._running and (time.monotonic() >= self._running_due or self._kept not in (None, self.operations.now)):
-            self._running_due = time.monotonic() + RUNNING_S
-            self._try(self._keep_running)
+        elif self._running:
+            due = time.monotonic() >= self._running_due
+            if due or self._kept not in (None, self.operations.now):        # that one is in its file by now
+                self._running_due = time.monotonic() + RUNNING_S if due else self._running_due
+                self._kept = self.operations.now if due else None
+                self._try(self._keep_running)
 
     def _try(self, work):
         try:
@@ -117,9 +120,8 @@ class LoadLog:
 
     def _keep_running(self):
         """Tools of the program and the operation under way, as incomplete."""
-        now = self._kept = self.operations.now
         if self.tools.uses:
-            log_file.keep_running(self.path, [self._tool_rows(False), [self._operation_row(now, False)] if now else []])
+            log_file.keep_running(self.path, [self._tool_rows(False), [self._operation_row(self._kept, False)] if self._kept else []])
 
     def _recover(self):
         """Add what a server has left that was killed."""
