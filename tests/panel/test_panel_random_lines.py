@@ -108,8 +108,8 @@ def test_the_checker_sees_a_fault_of_the_request(monkeypatch, name, replacement)
 def test_the_checker_sees_a_wrong_field(monkeypatch):
     line = lines.Lines.line
 
-    def other(self, code, text):
-        found = line(self, code, text)
+    def other(self, *values):
+        found = line(self, *values)
         return {**found, "number": found["number"] + 1, "error": found["error"].replace(f"field {found['number']}", f"field {found['number'] + 1}")
                 } if "error" in found else found
     monkeypatch.setattr(lines.Lines, "line", other)

@@ -54,7 +54,7 @@
         if (!state) return;
         drawGauge($('gauge'), state.mrr, state, toRate, colour);
         figures();
-        tools();
+        if (window.chipwise.fill) tools();          // sections.js
         alarms();
         guards();
         measure();
@@ -101,14 +101,7 @@
         const rate = (cm3) => toRate(1000 * cm3).toPrecision(3);
         const rows = state.tools.map((use) => [use.tool, rate(use.mean_cm3_min), rate(use.peak_cm3_min), `${use.cutting_s} s`,
                                                `${use.slowed_s} s`, use.stops]);
-        const key = JSON.stringify(rows);
-        if ($('tool-rows').dataset.key === key) return;
-        $('tool-rows').dataset.key = key;
-        $('tool-rows').replaceChildren(...rows.map((cells) => {
-            const row = document.createElement('tr');
-            cells.forEach((text) => { row.insertCell().textContent = text; });
-            return row;
-        }));
+        window.chipwise.fill($('tool-rows'), rows);
     }
 
     function alarms() {
