@@ -83,7 +83,7 @@ def put_into(plug, window):
 
 
 def fit(server, inner, outer):
-    """Give the page the size of the window around it: QtVCP's container is no socket of XEmbed, and leaves that to whoever is in it.
+    """Give the page the size of the window around it: QtVCP's container does not follow XEmbed, and leaves that to whoever is in it.
     -> True, to be called again; a window that has gone ends the page elsewhere."""
     from Xlib.error import ConnectionClosedError, XError
     try:

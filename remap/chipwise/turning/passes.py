@@ -159,10 +159,11 @@ def rough(work, zone, depth, least):
     if not regions:
         return None
     path, now = Path(work), work.contact
-    for c, k, region in sorted(((c, -k, region) for k, region in enumerate(regions) for c in region.levels), key=lambda cut: cut[:2], reverse=True):
-        a, b, top, _all = region
+    cuts = sorted(((level, -k) for k, region in enumerate(regions) for level in region.levels), reverse=True)
+    for c, k in cuts:
+        a, b, top, levels = regions[-k]
         floor = upper(work.reach, [flat(a, b, c)])
-        higher = min((level for level in region.levels if level > c), default=top)
+        higher = min((level for level in levels if level > c), default=top)
         for z0, z1, _, _ in reversed(worth(above(clip(now, a, b), floor, ROUNDING_MM), min(least, 0.5 * (higher - c)))):
             _cut(path, now, floor, z0, z1)
         now = [*clip(now, -math.inf, a), *lower(clip(now, a, b), clip(floor, a, b)), *clip(now, b, math.inf)]
