@@ -229,7 +229,7 @@ def test_png(program, tmp_path):
 
 @pytest.mark.parametrize('arguments, words', [
     (['/no/such.ngc', '--sub', '100', '--tool', '6'], ('/no/such.ngc', 'No such file')),
-    (['PROGRAM', '--sub', '999', '--tool', '6'], ('O999', 'put the contour')),
+    (['PROGRAM', '--sub', '999', '--tool', '6'], ('O999', 'put the sub')),
     (['PROGRAM', '--sub', 'x', '--tool', '6'], ('--sub x', 'O100')),
     (['PROGRAM', '--sub', '400', '--tool', '6'], ('O400', 'does not end', 'loop')),
     (['PROGRAM', '--sub', '500', '--tool', '6'], ('O500', 'line 36', 'Z')),
