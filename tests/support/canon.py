@@ -102,7 +102,7 @@ def write_ini(folder, machine="mm", **settings):
 def write_tools(folder, tools, unit_mm):
     """A tool table from {number: diameter in mm}, in a unit of so many mm."""
     path = Path(folder) / "tool.tbl"
-    path.write_text("".join(f"T{n} P{n} D{d / unit_mm:.9f}\n" for n, d in tools.items()))
+    path.write_text("".join(f"T{n} P{n} D{d / unit_mm:.15f}\n" for n, d in tools.items()))
     return path
 
 

@@ -21,6 +21,9 @@ from chipwise.tools import tool_geometry
 COMMON_WORDS = "fst"
 ALL_WORDS = "abcdefhijklpqrstuvwxyz"
 
+# A table in inches gives 3 mm as 2.9999999999998: where a pocket has several starts that are as good, the rounding would choose.
+DIAMETER_DECIMALS = 9
+
 _INVERSE_TIME, _UNITS_PER_REVOLUTION = 1, 2  # interp_internal.hh: FEED_MODE
 
 
@@ -174,11 +177,11 @@ class State:
     # ---- tool and settings ----------------------------------------------------------------------------------
 
     def tool_diameter(self):
-        """Diameter (mm) of the tool in the spindle.  The tool table is in machine units, whatever G20/G21 says."""
+        """Diameter (mm) of the tool in the spindle, to DIAMETER_DECIMALS.  The tool table is in machine units, whatever G20/G21 says."""
         tool = self.interp.tool_table[0]
         if tool.toolno <= 0:
             raise CycleError("no tool is in the spindle", "load one with T.. M6")
-        diameter = tool.diameter / emccanon.GET_EXTERNAL_LENGTH_UNITS()
+        diameter = round(tool.diameter / emccanon.GET_EXTERNAL_LENGTH_UNITS(), DIAMETER_DECIMALS)
         if not diameter > 0:
             raise CycleError(f"tool {tool.toolno} has a diameter of {{d}}, which is not above 0",
                              "give it a D in the tool table", d=diameter)
