@@ -87,13 +87,21 @@ def test_the_state_and_the_stream_agree(rig):
     rig.wait(lambda: follow(rig.url).height(20.0, 20.0) < -3.99)
 
 
-def test_the_map_is_looked_at_only_for_a_page(rig):
+def test_without_a_page_the_map_is_looked_at_between_programs(rig):
     rig.look(3)
-    assert rig.watch.stock is None
+    seen = rig.watch.tiles.now
+    rig.machine.cut((-10.0, 20.0, -4.0), (40.0, 20.0, -4.0))
+    rig.wait(lambda: (rig.look(), rig.watch.tiles.now != seen)[1])
+    seen = rig.watch.tiles.now
+    rig.machine.tasks["running"] = True
+    rig.machine.cut((-10.0, 30.0, -4.0), (40.0, 30.0, -4.0))
+    rig.look(2)
+    time.sleep(1.0)                     # a look would be due again
+    rig.look()
+    assert rig.watch.tiles.now == seen
     rig.looks()
-    follow(rig.url)
+    rig.wait(lambda: follow(rig.url).height(20.0, 30.0) < -3.99)
     rig.wait(lambda: rig.watch.pages == 0)
-    assert rig.watch.stock is not None
 
 
 @pytest.mark.parametrize("accept, language", [("de-AT,de;q=0.9,en;q=0.5", "de"), ("fr,en", "en"), (None, "en"), ("x" * 2000, "en")])

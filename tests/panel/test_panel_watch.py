@@ -4,6 +4,7 @@
 import json
 import math
 
+import numpy as np
 import pytest
 
 from chipwise.panel import machine, watch
@@ -112,7 +113,6 @@ def test_the_stock_is_looked_at_when_a_program_begins(seen):
     found, watching, look = seen
     found.cut((-10.0, 20.0, -4.0), (40.0, 20.0, -4.0))
     look()
-    assert watching.stock is None
     found.tasks["running"] = True
     look()
     (_kind, content), = watching.tiles.before(0)[0]
@@ -133,6 +133,27 @@ def test_the_stock_is_looked_at_when_a_program_begins(seen):
     look()
     (_kind, content), = watching.tiles.before(mark)[0]
     assert len(content) == 4
+
+
+@pytest.mark.parametrize("looked", [True, False])
+def test_a_program_that_has_cut_before_the_first_look_at_it(seen, looked):
+    """The stock before it is that of the look before, if there was one."""
+    found, watching, look = seen
+    found.cut((-10.0, 20.0, -4.0), (40.0, 20.0, -4.0))
+    if looked:
+        look()
+    found.tasks["running"] = True
+    found.cut((40.0, 20.0, -4.0), (40.0, 33.0, -6.0))
+    look()
+    before = watching.tiles.before(0)[0]
+    assert bool(before) == looked
+    if looked:
+        assert np.frombuffer(before[0][1][4:], "<u2").min() == round(65535 * 0.6)
+    found.tasks["running"] = False
+    look()
+    found.tasks["running"] = True
+    look()
+    assert watching.tiles.before(0)[0] != []
 
 
 def test_history_and_path(seen):

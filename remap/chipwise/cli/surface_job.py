@@ -22,7 +22,7 @@ import os
 import tomllib
 
 from chipwise.cli import UsageError
-from chipwise.errors import CycleError, braceless
+from chipwise.errors import CycleError, braceless, unnamed
 from chipwise.files import read_bytes
 
 ENDING = ".toml"
@@ -91,4 +91,4 @@ def message_of(error, unit):
     """CycleError or UsageError -> text without the program's name."""
     if isinstance(error, UsageError):
         return str(error).removeprefix("surface: ").partition("; see chipwise")[0]
-    return error.text(unit).removeprefix("chipwise: ")
+    return unnamed(error.text(unit))

@@ -33,7 +33,7 @@ def made(path, ini, folder, progress):
     from chipwise.cli.surface import NAME, check_options
     from chipwise.cli.surface_job import message_of
     from chipwise.cli.surface_program import planned, program_text, unit_of
-    from chipwise.errors import CycleError
+    from chipwise.errors import CycleError, unnamed
     unit = unit_of(argparse.Namespace(ini=ini))
     try:
         cuts, how = _cuts(path, ini)
@@ -50,7 +50,7 @@ def made(path, ini, folder, progress):
     except OSError as error:
         return verdicts.not_opened(f"{error.strerror} in the folder for temporary files; make room there")
     verdict = verdicts.Verdict(path=program)
-    notes = [CycleError(note.text, **note.lengths).text(unit).removeprefix("chipwise: ") for part in parts for note in part.plan.notes]
+    notes = [unnamed(CycleError(note.text, **note.lengths).text(unit)) for part in parts for note in part.plan.notes]
     for note in dict.fromkeys(notes):
         verdict.note(note, True)
     tools = ", ".join(f"tool {part.options.tool}: {part.plan.cuts} cuts" for part in parts)

@@ -18,7 +18,7 @@ import sys
 from dataclasses import asdict
 
 from chipwise import entry, language, tool_editor
-from chipwise.errors import CycleError, printable
+from chipwise.errors import CycleError, printable, unnamed
 from chipwise.halcmd import halcmd
 from chipwise.ini import Ini
 from chipwise.settings import load_settings
@@ -28,17 +28,12 @@ GUARDS = ("rapid", "flute")     # chipwise-guard.0.guard-NAME
 NICE = 10               # plans wait for whatever else this computer has to do
 
 
-def without_name(error):
-    """The text of a CycleError without the name of the package."""
-    return printable(str(error)).removeprefix("chipwise: ")
-
-
 def refusal(machine, state, unit, code):
     """Why a line of a code may not be run now, "" if it may."""
     try:
         machine.check(state, unit, code.startswith("G"))
     except CycleError as error:
-        return without_name(error)
+        return printable(unnamed(error))
     return ""
 
 
@@ -109,7 +104,7 @@ def answer(order, machine):
     try:
         return {"plan": plan, "run": run, "guard": guard, "tool": tool}[order["do"]](order, machine)
     except CycleError as error:
-        return {"error": without_name(error), "number": getattr(error, "number", 0)}
+        return {"error": printable(unnamed(error)), "number": getattr(error, "number", 0)}
 
 
 def main():

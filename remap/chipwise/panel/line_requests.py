@@ -4,8 +4,8 @@
 import math
 import urllib.parse
 
-from chipwise.errors import CycleError
-from chipwise.panel.line_process import GUARDS, without_name
+from chipwise.errors import CycleError, printable, unnamed
+from chipwise.panel.line_process import GUARDS
 
 
 class Refused(Exception):
@@ -78,7 +78,7 @@ class LineRequests:
         try:
             return work(*values)
         except CycleError as error:
-            raise Refused(409, without_name(error)) from error
+            raise Refused(409, printable(unnamed(error))) from error
 
     def words(self, query, *names):
         """Values of names in a query, "" for one that is not in it."""

@@ -23,9 +23,8 @@ from chipwise import entry, language, tool_editor
 from chipwise.clock import patience
 from chipwise.entry import typed
 from chipwise.entry.planned import CHOPPED
-from chipwise.errors import MM_PER_INCH, CycleError
+from chipwise.errors import MM_PER_INCH, CycleError, printable, unnamed
 from chipwise.ini import expanded, values_of
-from chipwise.panel.line_process import without_name
 from chipwise.settings import load_settings
 
 PLAN_S = 120.0
@@ -95,7 +94,7 @@ class Lines:
             size = typed.number(CHOP_SIZE, chop) if code in CHOPPED else ""
             return {"line": (f"{CHOP_PARAMETER}={size} " if size else "") + entry.line(code, text, self._table())}
         except CycleError as error:
-            return {"error": without_name(error), "number": getattr(error, "number", 0)}
+            return {"error": printable(unnamed(error)), "number": getattr(error, "number", 0)}
 
     def plan(self, code, text, mode, wanted, chop=""):
         """What a line does, as a page shows it, with the number of the plan; or {"error", "number"}.  Raises CycleError."""
@@ -157,4 +156,4 @@ class Lines:
         try:
             return self.ask(order)
         except CycleError as error:
-            return {"error": without_name(error), "number": 0}
+            return {"error": printable(unnamed(error)), "number": 0}

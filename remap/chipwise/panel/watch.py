@@ -16,6 +16,7 @@ import time
 from collections import deque
 
 from chipwise.clock import patience
+from chipwise.errors import unnamed
 from chipwise.panel.ahead import Ahead
 from chipwise.panel.alarms import Alarms
 from chipwise.panel.display import LIMITS, MODES, Run
@@ -92,6 +93,7 @@ class Watch:
         self.run = None
         self.was_running = False
         self.last = time.monotonic()
+        self._generation = self._shown = None       # of the map: at the last look, and of what tiles have
         self._map_due = self._alive_due = self._removed = 0.0
 
     def look(self):
@@ -105,16 +107,20 @@ class Watch:
         now = time.monotonic()              # of the pins: what was removed since the look before belongs to this time
         dt, self.last = now - self.last, now
         task = self.machine.task()
-        begins = bool(task and task["running"]) and not self.was_running
-        self.look_at_map(now, begins)
-        if begins:
+        running = bool(task and task["running"])
+        if running and not self.was_running and self._shown == self._generation:
             self.tiles.mark()
+        elif running and not self.was_running:          # nobody has seen the stock before the program
+            self.tiles.unmark()
+        if self.was_running and not running:
+            self._map_due = now                         # the next program may begin soon
+        self.look_at_map(now, self.pages or not running)
         if pins["removed"] < self._removed:            # another stock, perhaps of the same box
             self.tiles.unmark()
         self._removed = pins["removed"]
-        self.ahead.look(dt, self.machine.scene() if task else None, bool(task and task["running"]), pins, self.pages > 0)
+        self.ahead.look(dt, self.machine.scene() if task else None, running, pins, self.pages > 0)
         with self.published:
-            self.follow_run(dt, pins, task)
+            self.follow_run(dt, pins, task, running)
         self.log.write()
         with self.published:
             self.alarms.step(pins, bool(task and task["inch"]), time.time())
@@ -124,8 +130,7 @@ class Watch:
             self.published.notify_all()
         return True
 
-    def follow_run(self, dt, pins, task):
-        running = bool(task and task["running"])
+    def follow_run(self, dt, pins, task, running):
         if running and not self.was_running:
             self.run = Run()
             self.log.begin(task["program"], time.time())
@@ -140,19 +145,24 @@ class Watch:
             self.log.look(dt, pins, time.time())
             self.path.add(pins["tip"])
 
-    def look_at_map(self, now, begins=False):
-        """The stock, if a page is open and the time has come, or a program begins; a map that cannot be read is tried again."""
-        if not begins and (not self.pages or now < self._map_due):
+    def look_at_map(self, now, wanted):
+        """Its generation, and if wanted and due, what has changed; a map that cannot be read is tried again.  Between programs it is wanted
+        without pages too: it is what was before the next program."""
+        if now < self._map_due and self.stock is None:
             return
         began = time.process_time()
         try:
             if self.stock is None:
                 self.stock = self.machine.stock()
-            self.tiles.look(self.stock.live())
+            self._generation = self.stock.generation
+            if wanted and now >= self._map_due and self._shown != self._generation:
+                live = self.stock.live()
+                self.tiles.look(live)
+                self._shown = live and live[0].generation
+                self._map_due = now + (time.process_time() - began) / MAP_SHARE
             self.stock_error = ""
-            self._map_due = now + (time.process_time() - began) / MAP_SHARE
         except SharedStockError as error:
-            self.stock_error = str(error).removeprefix("chipwise: ")
+            self.stock_error = unnamed(error)
             self._map_due = now + patience(RETRY_S)
             if self.stock is not None:
                 self.stock.close()
