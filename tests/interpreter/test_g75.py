@@ -258,7 +258,7 @@ BAD_LINES = [
     ("M101", "M101 is not allowed in a pattern"), ("M62 P1", "M62 is not allowed"), ("M6 T1", "M6 is not allowed"), ("M250", "M250 is not allowed"),
     ("G0 X#5420", "#5420 reads the machine"), ("G0 X#<_abs_x>", "#<_abs_x> reads the machine"), ("G0 X#<_hal[motion.analog-in-00]>", "reads the machine"),
     ("G[50 + 3] G0 X1", "is a code that only the machine knows"), ("M2", "M2 is not allowed"), ("G0 X[1/0]", "divide by zero"),
-    ("o200 call", "there is no sub O200 that it could call; write it from O200 sub"), ("M98 P200", "there is no sub O200 that it could call"),
+    ("o200 call", "the sub O200 that it calls is missing; write it from O200 sub"), ("M98 P200", "the sub O200 that it calls is missing"),
     ("G1 X5 QQ", "line 3 of program.ngc"), ("G13 I99 Z-1 K3 F100", "G13: ")]
 
 

@@ -142,7 +142,7 @@ class Ahead:
             self._order = {"ini": self._ini, "program": scene["program"], "scene": scene, "tip": [round(v, 6) for v in tip]}
             try:
                 self._reading = self._read(self._order)
-            except OSError as error:        # no process or no memory for it; the looks go on
+            except OSError as error:        # no process or no memory for it: the page works without the path
                 self._put({**NOTHING, "note": f"it could not be read: {error.strerror}; open the program again"}, None)
 
     def _take(self):

@@ -85,7 +85,7 @@ class LoadLog:
         return next(iter(self._errors.values()), "")
 
     def write(self):
-        """Bring the files up to date; what is wrong with them is in error, and the looks go on."""
+        """Bring the files up to date; what is wrong with them is in `error`; nothing is raised."""
         if not self.path:
             return
         if self._rows:

@@ -55,7 +55,7 @@ def _read(found, job, files):
             raise fault(found, line or _first_line(found), f"word {other[1].upper()} is an axis that a pattern does not move", "use X, Y, Z, A, B and C")
         missing = _NO_SUB.match(text)
         if missing:
-            raise fault(found, line or _first_line(found), f"there is no sub O{missing[1]} that it could call", f"write it from O{missing[1]} sub to "
+            raise fault(found, line or _first_line(found), f"the sub O{missing[1]} that it calls is missing", f"write it from O{missing[1]} sub to "
                         f"O{missing[1]} endsub, and call it with O{missing[1]} call; M98 finds only files")
         if text.startswith("G75: sub O"):       # a pattern in this one: its own line says more
             raise CycleError(braceless(text.removeprefix("G75: ")))
