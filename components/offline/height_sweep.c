@@ -13,6 +13,8 @@
 #define STEADY 3.0        /* cells: a larger difference from needle to needle is a wall */
 #define STEP_DOWN 0.2     /* cells, from stamp to stamp in Z [2] */
 #define STEP_PLUNGE 0.125 /* the same for a plunge, where all the stock below the tool seems equally deep */
+#define LAG 0.05          /* mm in XY: stamps that are nearer to each other spare the tool's skin [3] */
+#define STILL 1e-6        /* mm in XY: a move along the axis */
 #define STEPS_MOST 100000000.0
 
 /* Wider vectors where the processor has them. */
@@ -88,19 +90,20 @@ static inline __attribute__((always_inline)) void profile_at(const struct shape 
     if (kind == ANY && s->corner <= (float)CHIP_HEIGHT_SKIN) *probe = *cut + s->skin;
 }
 
-/* One row of needles: cuts it; returns the sum of the removed heights, *top: the highest needle met. */
-static inline __attribute__((always_inline)) float cut_row(const struct shape *s, enum profile kind, int n,
+/* One row of needles: cuts it, with the probing profile if `spare`; returns the sum of the removed heights, *top: the
+ * highest needle met. */
+static inline __attribute__((always_inline)) float cut_row(const struct shape *s, enum profile kind, int spare, int n,
                                                            float *height, const float *x, const float *y, float dx,
                                                            float dy, float z, float floor, float *top)
 {
-    float sum = 0.0f, highest = -3e38f;
+    float sum = 0.0f, highest = -3e38f, reach2 = spare ? s->probe2 : s->reach2;
     int i;
     for (i = 0; i < n; i++) {
         float u = x[i] + dx, v = y[i] + dy, d2 = u * u + v * v, cut, probe, old = height[i], low, seen;
         profile_at(s, kind, d2, &cut, &probe);
-        low = z + cut;
+        low = z + (spare ? probe : cut);
         low = low > floor ? low : floor;
-        low = d2 < s->reach2 ? low : 3e38f;
+        low = d2 < reach2 ? low : 3e38f;
         low = low < old ? low : old;
         sum += old - low;
         height[i] = low;
@@ -117,19 +120,25 @@ static inline __attribute__((always_inline)) float cut_row(const struct shape *s
 CLONES float row_flat(const struct shape *s, int n, float *h, const float *x, const float *y, float dx, float dy,
                       float z, float floor, float *top)
 {
-    return cut_row(s, FLAT, n, h, x, y, dx, dy, z, floor, top);
+    return cut_row(s, FLAT, 0, n, h, x, y, dx, dy, z, floor, top);
 }
 
 CLONES float row_round(const struct shape *s, int n, float *h, const float *x, const float *y, float dx, float dy,
                        float z, float floor, float *top)
 {
-    return cut_row(s, ROUND, n, h, x, y, dx, dy, z, floor, top);
+    return cut_row(s, ROUND, 0, n, h, x, y, dx, dy, z, floor, top);
 }
 
 CLONES float row_any(const struct shape *s, int n, float *h, const float *x, const float *y, float dx, float dy,
                      float z, float floor, float *top)
 {
-    return cut_row(s, ANY, n, h, x, y, dx, dy, z, floor, top);
+    return cut_row(s, ANY, 0, n, h, x, y, dx, dy, z, floor, top);
+}
+
+CLONES float row_spare(const struct shape *s, int n, float *h, const float *x, const float *y, float dx, float dy,
+                       float z, float floor, float *top)
+{
+    return cut_row(s, ANY, 1, n, h, x, y, dx, dy, z, floor, top);
 }
 
 typedef float (*row_function)(const struct shape *, int, float *, const float *, const float *, float, float, float,
@@ -255,31 +264,88 @@ static double spacing(const struct chip_height_map *map, const struct chip_heigh
     return chip_min(sqrt(8.0 * tool->radius * CHIP_HEIGHT_RIDGE), 4.0 * map->cell);
 }
 
-static void cut_move(const struct chip_height_map *map, const struct chip_height_tool *tool, const struct shape *s,
-                     row_function cut, const double a[3], const double b[3], struct chip_height_met *met)
+/* Stamps one after the other; those that are nearer to each other than LAG spare the tool's skin [3]. */
+struct chain {
+    const struct chip_height_tool *tool;
+    const struct shape *s;
+    row_function cut;
+    int spared;     /* the last stamp has spared the skin */
+    double mark[3]; /* where the next stamp of the whole tool is due, */
+    double gone;    /* mm in XY from there */
+};
+
+static double stamp_whole(const struct chip_height_map *map, const struct chain *chain, const double tip[3])
 {
     float keep[2][ROW_MOST];
+    struct stamp stamp;
+    cut_stamp(map, chain->s, chain->cut, chain->tool->radius + CHIP_HEIGHT_RIDGE, tip, keep, &stamp);
+    return stamp.volume;
+}
+
+/* Cuts what the last stamps have spared, where the tool is now; returns the volume. */
+static double cut_spared(const struct chip_height_map *map, struct chain *chain, const double tip[3])
+{
+    if (!chain->spared) return 0.0;
+    chain->spared = 0;
+    return stamp_whole(map, chain, chain->mark) + stamp_whole(map, chain, tip);
+}
+
+/* Before a stamp `advance` mm behind the last one: whether it spares the skin. The whole tool follows LAG behind it, so
+ * that nothing ahead is lost. */
+static int spares(const struct chip_height_map *map, struct chain *chain, const double tip[3], double advance,
+                  double *volume)
+{
+    if (advance >= LAG) return 0;
+    chain->gone += advance;
+    if (chain->spared && chain->gone < LAG) return 1;
+    if (chain->spared) *volume += stamp_whole(map, chain, chain->mark);
+    chain->spared = 1;
+    chain->gone = 0.0;
+    memcpy(chain->mark, tip, sizeof chain->mark);
+    return 1;
+}
+
+/* One stamp of a move: its volume is added, *depth raised. Returns 1 if that is the move's deepest. */
+static int stamp_at(const struct chip_height_map *map, struct chain *chain, const double tip[3], double advance,
+                    double lowest, double *volume, double *depth)
+{
+    float keep[2][ROW_MOST];
+    struct stamp stamp;
+    int spare = spares(map, chain, tip, advance, volume);
+    double here;
+    cut_stamp(map, chain->s, spare ? row_spare : chain->cut, chain->tool->radius + CHIP_HEIGHT_RIDGE, tip, keep,
+              &stamp);
+    *volume += stamp.volume;
+    if (stamp.top <= -1e38f) return 0;
+    here = (double)stamp.top - lowest + margin(map, &stamp);
+    if (here <= *depth) return 0;
+    *depth = here;
+    return 1;
+}
+
+static void cut_move(const struct chip_height_map *map, struct chain *chain, const double a[3], const double b[3],
+                     struct chip_height_met *met)
+{
+    const struct chip_height_tool *tool = chain->tool;
     double low, high, flat = hypot(b[0] - a[0], b[1] - a[1]), steps, k, count, volume = 0.0, depth = 0.0;
+    if (flat >= LAG || flat < STILL) volume = cut_spared(map, chain, a);
     steps = fabs(b[2] - a[2]) / ((flat < map->cell ? STEP_PLUNGE : STEP_DOWN) * map->cell);
     steps = ceil(chip_max(chip_max(flat / spacing(map, tool), steps), 1.0));
     if (steps > STEPS_MOST) steps = STEPS_MOST;
     if (clip(map, a, b, tool->radius, 0.0, &low, &high)) {
         count = chip_min(ceil(high * steps), steps);
         for (k = chip_max(floor(low * steps), 1.0); k <= count; k++) {
-            struct stamp stamp;
-            double t = k / steps, tip[3];
+            double t = k / steps, tip[3], lowest;
             int i;
             for (i = 0; i < 3; i++) tip[i] = a[i] + t * (b[i] - a[i]);
-            cut_stamp(map, s, cut, tool->radius + CHIP_HEIGHT_RIDGE, tip, keep, &stamp);
-            volume += stamp.volume;
-            if (stamp.top > -1e38f) {
-                double lowest = chip_max(tip[2] - STEP_DOWN * map->cell, chip_min(a[2], b[2]));
-                double here = (double)stamp.top - (flat < map->cell ? tip[2] : lowest) + margin(map, &stamp);
-                if (here > depth) {
-                    depth = here;
-                    met->at = (float)t;
-                }
-            }
+            lowest = flat < map->cell ? tip[2] : chip_max(tip[2] - STEP_DOWN * map->cell, chip_min(a[2], b[2]));
+            if (stamp_at(map, chain, tip, flat / steps, lowest, &volume, &depth)) met->at = (float)t;
+        }
+        if (count < steps) { /* out of the stock */
+            double t = chip_max(count, 0.0) / steps, tip[3];
+            int i;
+            for (i = 0; i < 3; i++) tip[i] = a[i] + t * (b[i] - a[i]);
+            volume += cut_spared(map, chain, tip);
         }
     }
     met->volume = (float)(volume * map->cell * map->cell);
@@ -303,15 +369,16 @@ double chip_height_sweep(const struct chip_height_map *map, const struct chip_he
 {
     struct shape s = make_shape(tool);
     struct chip_tool profile;
-    row_function cut = tool->corner <= 0.0 && tool->slope <= 0.0          ? row_flat
-                     : tool->slope <= 0.0 && tool->corner >= tool->radius ? row_round
-                                                                          : row_any;
+    struct chain chain = { tool, &s, row_any, 0, { 0.0, 0.0, 0.0 }, 0.0 };
     double sum = 0.0;
     long i;
+    if (tool->slope <= 0.0 && tool->corner <= 0.0) chain.cut = row_flat;
+    if (tool->slope <= 0.0 && tool->corner >= tool->radius) chain.cut = row_round;
     chip_tool_set_profile(&profile, tool->radius, tool->corner, tool->slope > 0.0 ? atan(1.0 / tool->slope) : 0.0);
     for (i = 0; i < n; i++) {
         memset(&met[i], 0, sizeof met[i]);
-        cut_move(map, tool, &s, cut, i ? to[i - 1] : from, to[i], &met[i]);
+        cut_move(map, &chain, i ? to[i - 1] : from, to[i], &met[i]);
+        if (i == n - 1) met[i].volume += (float)(cut_spared(map, &chain, to[i]) * map->cell * map->cell);
         if (map->needles) chip_needles_cut(map, &profile, i ? to[i - 1] : from, to[i], &met[i]);
         sum += met[i].volume;
     }

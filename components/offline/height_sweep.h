@@ -14,6 +14,8 @@
  *     CHIP_HEIGHT_RIDGE, and no step in Z more than a fifth of a cell.
  *  3. The tool cuts with its own shape and probes with one that is CHIP_HEIGHT_SKIN smaller all over. So
  *     it does not meet again what it has cut before: a wall that it follows a second time, or the ridges of [2].
+ *     Stamps that are nearer to each other than LAG in XY (steep moves, moves of a few micrometres) would have cut all
+ *     stock before they probe it: they cut with the smaller shape, too, and the whole tool follows LAG behind.
  *  4. Depth: the highest needle that a stamp meets, above the lowest position of the tip within a fifth of a cell, plus
  *     the difference from that needle to those beside it, at most 0.6 cells: between needles the stock may be
  *     that much higher. Beside walls and on level stock nothing is added.

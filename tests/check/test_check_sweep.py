@@ -63,6 +63,37 @@ def test_plunge_and_helix_are_not_deep():
     assert 0 < cut(stock, Shape(6), (20, 20, 2), (20, 20, -15))["depth"][0] <= CELL
 
 
+SHAPES = {"flat": Shape(6), "ball": Shape(6, 3), "bull-nose": Shape(6, 1), "cone": Shape(6, 0, 90)}
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("step", [0.002, 0.005, 0.01, 0.03, 0.1, 1.0])
+def test_moves_of_micrometres_are_as_deep_as_long_ones(shape, step):
+    """Each stamp comes nearer to the stock than the skin is thick: none may be lost."""
+    stock = HeightMap((0, 0, -20), (60, 40, 0), CELL)
+    y = np.arange(-4.0, -1.0, step)
+    met = stock.cut(SHAPES[shape], (30, -4.5, -10), np.column_stack((np.full(len(y), 30.0), y, np.full(len(y), -10.0))))
+    assert met["depth"].max() == pytest.approx(10.0, abs=0.01)
+    again = stock.cut(SHAPES[shape], (30, -4.5, -10), np.column_stack((np.full(len(y), 30.0), y + 0.3 * step, np.full(len(y), -10.0))))
+    assert again["depth"][:-3].max(initial=0.0) == 0.0
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("angle", [45, 60, 75, 80, 85, 88])
+@pytest.mark.parametrize("pieces", [1, 40])
+def test_a_steep_move_meets_the_wall_beside_it(shape, angle, pieces):
+    """20 mm up or down, 0.2 mm beside the stock at its start: the side comes to the wall, and does so on and on."""
+    slope = math.tan(math.radians(angle))
+    rise = np.linspace(0.0, 1.0, pieces + 1)[:, None]
+    for a, b in ((-25.0, -5.0), (-5.0, -25.0)):
+        stock = HeightMap((0, 0, -40), (60, 40, 0), CELL)
+        path = np.array([30, -3.2, a]) + rise * [0, 20 / slope, b - a]
+        depth = stock.cut(SHAPES[shape], path[0], path[1:])["depth"].max()
+        truth = 25.0 - 0.2 * slope if a < b else 25.0
+        late = 0.06 * slope                     # mm: the nearest needle is so far behind the wall's face
+        assert truth - late - 0.01 <= depth <= truth + CELL
+
+
 def test_drill_volume_and_cylinder():
     stock = HeightMap((-20, -20, -10), (20, 20, 0), 0.1, CYLINDER)
     assert stock.volume() == pytest.approx(math.pi * 400 * 10, rel=1e-3)
