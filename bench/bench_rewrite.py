@@ -3,7 +3,8 @@
 
 Called by bench/run.py (prints JSON rows); by hand: `/usr/bin/python3 bench/bench_rewrite.py --count 200 --seed 1 --table`.
 The verdict on depth and stock is tests/support/check_oracle.py's needles.  *least*: for each body the levels that its deepest
-cut needs, less one, times the length that is too deep in the first path.
+cut needs, less one, times the length that is too deep in the first path.  *least of a round edge*: the same with the levels that
+such a tool needs: the round of its edge is left at the wall, so all levels but the first are less high by it.
 """
 import argparse
 import json
@@ -24,11 +25,18 @@ from rows import row
 from support.rewrite_rig import HEAD, deep_program, judged, make_machine, neighbours, rewrite
 
 CELL = 0.25
+SKIN = 0.004                # mm of contact at the tool's side that does not count
+
+
+def left_at_the_wall(shape):
+    """mm: how high above the tip a tool leaves stock that the next level meets with its side."""
+    corner = min(shape.corner_radius, shape.diameter / 2)
+    return corner - math.sqrt(corner ** 2 - max(corner - SKIN, 0.0) ** 2)
 
 
 def least(program, geometry):
-    """mm of feed that has to be added at least."""
-    total = 0.0
+    """mm of feed that has to be added at least: (flutes' length a level, less the round of the edge after the first)."""
+    total = np.zeros(2)
     for section, stock in cutting.in_stock(program, cutting.sections(program, geometry), CELL):
         first, end = section.first, section.end
         points, owner = cutting.pieces(np.concatenate((program.start(first)[None], program.end[first:end])), 1.0)
@@ -36,8 +44,10 @@ def least(program, geometry):
         length = np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1))
         deep = (program.kind[first:end][owner] != 0) & (met["depth"] > cutting.finite_room(section.tool.flute_length) + 0.005)
         if deep.any():
-            levels = np.ceil((met["depth"][deep] - 0.005) / section.tool.flute_length) - 1
-            total += float((levels * length[deep]).sum())
+            flute = section.tool.flute_length
+            more = met["depth"][deep] - 0.005 - flute
+            steps = np.array([flute, flute - left_at_the_wall(section.tool.shape)])
+            total += (np.ceil(more / steps[:, None]) * length[deep]).sum(axis=1)
     return total
 
 
@@ -56,8 +66,13 @@ def one(seed, ini, folder):
     b, excess, _ = judged(second, geometry)
     near = neighbours(a.z)
     return {"seed": seed, "over": max(excess.values()), "more": float((near.min(axis=0) - b.z).max()),
-            "left": float((b.z - near.max(axis=0)).max()), "least": least(first, geometry),
-            "added": feed_length(second) - feed_length(first)}
+            "left": float((b.z - near.max(axis=0)).max()), **added(first, second, geometry)}
+
+
+def added(first, second, geometry):
+    """Feed (mm) that a rewritten program has more than the first, and what it has to have at least."""
+    plain, round_edge = least(first, geometry).tolist()
+    return {"least": plain, "least_round": round_edge, "added": feed_length(second) - feed_length(first)}
 
 
 def feed_length(program):
@@ -114,8 +129,9 @@ def main():
             show("rewrite: deeper than the flutes, by the needles", max(f["over"] for f in good), "mm", note)
             show("rewrite: cut more than the first path", max(f["more"] for f in good), "mm", note)
             show("rewrite: left more than the first path", max(f["left"] for f in good), "mm", note)
-            ratio = [f["added"] / f["least"] for f in good if f["least"] > 20]
-            show("rewrite: added feed / least, median", float(np.median(ratio)), "", f"worst {max(ratio):.2f}")
+            for key, name in (("least", "least"), ("least_round", "least of a round edge")):
+                ratio = [f["added"] / f[key] for f in good if f["least"] > 20]
+                show(f"rewrite: added feed / {name}, median", float(np.median(ratio)), "", f"worst {max(ratio):.2f}")
         seconds, said = timed(ini, folder, options.moves)
         show(f"rewrite: {options.moves} moves of 0.1 mm", seconds, "s", said)
 

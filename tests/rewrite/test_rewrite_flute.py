@@ -8,7 +8,7 @@ import pytest
 from chipwise.check.reader import Machine
 from chipwise.rewrite.program import read
 from support.random_cases import random_count, random_seed
-from support.rewrite_rig import HEAD, check_status, deep_program, make_machine, rewrite, verdict
+from support.rewrite_rig import FLUTES, HEAD, check_status, deep_program, make_machine, rewrite, verdict
 
 STOCK = "M250 P0 Q0 R-40 I100 J60 K40\n"
 WITHIN = 0.125              # mm, half a cell: what the height map's depth may be too low by on slopes and remains
@@ -93,6 +93,26 @@ def test_random_programs(tmp_path, machine):
         over, more, left, _ = verdict(before, after, machine)
         assert over <= WITHIN, (seed, over)
         assert left <= 0.25 and more <= 0.25, (seed, more, left)
+
+
+@pytest.mark.parametrize("seed", [59, 134])
+def test_what_the_first_path_has_cut_is_not_travelled_again(tmp_path, machine, seed):
+    """Once the first path itself has been there, what the model's steps leave is no reason to go again: it was 25 and 14 levels."""
+    text = deep_program(seed)
+    said, _before, _after = rewritten(tmp_path, machine, text)
+    tool = int(re.findall(r"T(\d) M6", text)[-1])
+    flute, corner = FLUTES[tool], {1: 0.0, 2: 3.0, 4: 1.0}[tool]
+    step = flute - (corner - np.sqrt(corner ** 2 - max(corner - 0.004, 0.0) ** 2)) - 0.2     # the edge's round is left at the wall
+    deepest = -min(float(z) for z in re.findall(r"Z(-[\d.]+)", text.split(f"T{tool} M6")[1]))
+    levels = [int(n) for n in re.findall(r"in (\d+) levels", said)]
+    assert levels and max(levels) <= 1 + np.ceil((deepest - flute) / step)
+
+
+def test_beside_a_steep_move_nothing_is_left(tmp_path, machine):
+    """Its steps across the axis are a few micrometres: 16 mm of stock were left there."""
+    _said, before, after = rewritten(tmp_path, machine, deep_program(98))
+    over, more, left, rapid = verdict(before, after, machine)
+    assert over <= WITHIN and left <= 0.25 and more <= 0.25 and rapid <= 0.006
 
 
 def test_modes_are_kept(tmp_path, machine):

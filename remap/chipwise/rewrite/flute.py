@@ -253,11 +253,12 @@ class Shifter:
     def _rest(self, body, moved, end, section_end):
         """[4]: R4; -> levels in all."""
         points, levels, written, at, had = body.points, 1, [], moved[-1], math.inf
+        done = _unshifted(points, moved)
         window = cutting.Window(self.stock, points, self.tool.shape.diameter / 2)
         while True:
             window.keep()
             met = self.stock.cut(self.tool.shape, points[0], points[1:])
-            left, removed = self._left(points, met), float(met["volume"].sum(dtype=np.float64))
+            left, removed = self._left(points, met) & ~done, float(met["volume"].sum(dtype=np.float64))
             window.restore()
             if not left.any() or (removed >= had and (met["depth"] <= self.tool.flute_length + OVER_MM).all()):
                 break
@@ -265,6 +266,7 @@ class Shifter:
                 part = along.Body(points[a:b + 1], body.move[a:b], [], entered=True)
                 link = self.links.to_segment(at, part, body)
                 path = self._shifted(part)
+                done[a:b] |= _unshifted(part.points, path)
                 written += link(path[0, 2])
                 written += along.moves_along(self.program, part, path)[0]
                 at = path[-1]
@@ -319,6 +321,12 @@ class Shifter:
 
 def _length(points):
     return float(np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1)).sum())
+
+
+def _unshifted(points, path):
+    """(n - 1,) bool: segments of points (n, 3) that a path (n, 3) travels where they are: nothing is left of them."""
+    here = path[:, 2] <= points[:, 2] + 1e-9                    # a bridged point is NaN
+    return here[:-1] & here[1:]
 
 
 def segments(left):
