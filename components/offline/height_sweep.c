@@ -135,7 +135,20 @@ CLONES float row_any(const struct shape *s, int n, float *h, const float *x, con
     return cut_row(s, ANY, 0, n, h, x, y, dx, dy, z, floor, top);
 }
 
-CLONES float row_spare(const struct shape *s, int n, float *h, const float *x, const float *y, float dx, float dy,
+/* The same with the smaller shape [3]. */
+CLONES float spare_flat(const struct shape *s, int n, float *h, const float *x, const float *y, float dx, float dy,
+                        float z, float floor, float *top)
+{
+    return cut_row(s, FLAT, 1, n, h, x, y, dx, dy, z, floor, top);
+}
+
+CLONES float spare_round(const struct shape *s, int n, float *h, const float *x, const float *y, float dx, float dy,
+                         float z, float floor, float *top)
+{
+    return cut_row(s, ROUND, 1, n, h, x, y, dx, dy, z, floor, top);
+}
+
+CLONES float spare_any(const struct shape *s, int n, float *h, const float *x, const float *y, float dx, float dy,
                        float z, float floor, float *top)
 {
     return cut_row(s, ANY, 1, n, h, x, y, dx, dy, z, floor, top);
@@ -268,7 +281,7 @@ static double spacing(const struct chip_height_map *map, const struct chip_heigh
 struct chain {
     const struct chip_height_tool *tool;
     const struct shape *s;
-    row_function cut;
+    row_function cut, spare;
     int spared;     /* the last stamp has spared the skin */
     double mark[3]; /* where the next stamp of the whole tool is due, */
     double gone;    /* mm in XY from there */
@@ -313,7 +326,7 @@ static int stamp_at(const struct chip_height_map *map, struct chain *chain, cons
     struct stamp stamp;
     int spare = spares(map, chain, tip, advance, volume);
     double here;
-    cut_stamp(map, chain->s, spare ? row_spare : chain->cut, chain->tool->radius + CHIP_HEIGHT_RIDGE, tip, keep,
+    cut_stamp(map, chain->s, spare ? chain->spare : chain->cut, chain->tool->radius + CHIP_HEIGHT_RIDGE, tip, keep,
               &stamp);
     *volume += stamp.volume;
     if (stamp.top <= -1e38f) return 0;
@@ -369,11 +382,16 @@ double chip_height_sweep(const struct chip_height_map *map, const struct chip_he
 {
     struct shape s = make_shape(tool);
     struct chip_tool profile;
-    struct chain chain = { tool, &s, row_any, 0, { 0.0, 0.0, 0.0 }, 0.0 };
+    struct chain chain = { tool, &s, row_any, spare_any, 0, { 0.0, 0.0, 0.0 }, 0.0 };
     double sum = 0.0;
     long i;
-    if (tool->slope <= 0.0 && tool->corner <= 0.0) chain.cut = row_flat;
-    if (tool->slope <= 0.0 && tool->corner >= tool->radius) chain.cut = row_round;
+    if (tool->slope <= 0.0 && tool->corner <= 0.0) {
+        chain.cut = row_flat;
+        chain.spare = spare_flat;
+    } else if (tool->slope <= 0.0 && tool->corner >= tool->radius) {
+        chain.cut = row_round;
+        chain.spare = spare_round;
+    }
     chip_tool_set_profile(&profile, tool->radius, tool->corner, tool->slope > 0.0 ? atan(1.0 / tool->slope) : 0.0);
     for (i = 0; i < n; i++) {
         memset(&met[i], 0, sizeof met[i]);
