@@ -30,8 +30,8 @@ from chipwise.rewrite.edits import Edits, Move
 from chipwise.rewrite.links import ACROSS_MM, OVER_MM, Links
 
 LEFT_MM = 0.002             # smaller shifts are ignored
-LEFT_DEPTH = 0.3            # cells of depth, and
-LEFT_SHARE = 0.05           # cells of mean height across the tool, below which nothing is left to travel again for
+LEFT_DEPTH = 0.15           # cells of depth, less than proof.py's HEIGHT_CELLS, and
+LEFT_SHARE = 0.005          # cells of mean height across the tool, below which nothing is left to travel again for
 NEAR_PIECES = 6             # segments with fewer pieces between them are travelled as one
 PIECES_ACROSS = 12          # of a tool's diameter: how finely a move is divided where it is shifted
 MOST_ROUNDS = 400           # of trials of one path; each raises some point
