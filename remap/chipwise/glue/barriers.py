@@ -35,9 +35,9 @@ def on(state):
     number = _count(state.interp)
     if number >= MOST:
         raise CycleError(f"there are {MOST} barriers already", "end them with G23")
-    shift = _shift(state)
+    to_machine = shift(state)
     for column, value in enumerate(corners):
-        state.interp.params[_name(number, column)] = value + shift[column // 2]
+        state.interp.params[_name(number, column)] = value + to_machine[column // 2]
     state.interp.params[COUNT] = number + 1
     yield from ()
 
@@ -49,7 +49,7 @@ def off(state):
     yield from ()
 
 
-def _shift(state):
+def shift(state):
     """(z, x) mm from work coordinates to machine coordinates of the tip."""
     x, _, z = state.machine_point((0.0, 0.0, 0.0))
     return z, x
@@ -64,6 +64,6 @@ def forget(interp):
 
 def in_work_coordinates(state):
     """((z0, z1, x0, x1), ..) mm of the barriers in force."""
-    shift = _shift(state)
-    return tuple(tuple(state.interp.params[_name(number, column)] - shift[column // 2] for column in range(4))
+    to_machine = shift(state)
+    return tuple(tuple(state.interp.params[_name(number, column)] - to_machine[column // 2] for column in range(4))
                  for number in range(_count(state.interp)))

@@ -10,14 +10,17 @@ what the interpreter reads back of its speed afterwards is the machine's: 0, or 
 the text of the program, and each step says its own.
 """
 
+import contextlib
 import os
 from dataclasses import replace
 
 import emccanon
+from interpreter import INTERP_EXECUTE_FINISH
 
 from chipwise import ini
 from chipwise.errors import CycleError, clip
 from chipwise.glue import barriers, context, emit, shape
+from chipwise.turning import kept
 from chipwise.turning.blocks import approach
 from chipwise.turning.request import Request, complete, read_program, read_spindle
 
@@ -52,7 +55,10 @@ def _order(state, single):
     program = "" if context.is_mdi() else state.program()
     request = _request(state, read_program(program))
     job = replace(shape.job(state, request.words["Q"]), lathe=True, diameter=request.diameter)
-    return state.order("turning", {"request": request, "program": program, "number": int(number or 0), "only_say": bool(say)}, job)
+    stock = "" if single or not program or context.may_be_skipped() else state.settings.path("TURNING_STOCK")
+    fields = {"request": request, "program": program, "number": int(number or 0), "only_say": bool(say), "zero": barriers.shift(state), "stock": stock,
+              "keep": bool(stock and state.interp.task)}
+    return state.order("turning", fields, job)
 
 
 def _request(state, text):
@@ -86,21 +92,47 @@ def _refuse_remapped():
 def carry_out(state, turn, outcome):
     """Execute the blocks of an Outcome: a generator that yields for tool changes and where the task gets its turn."""
     interp, plan, home = state.interp, outcome.turning, None
-    for block, chunks in plan.blocks if plan else ():
+    if plan is None:
+        return
+    if plan.question and plan.record:
+        yield from _ask(state, turn, plan)
+    for block, chunks, stages in plan.blocks:
         if block.change:
             yield from _change_tool(state, turn, block.tool)
             home = interp.current_z, interp.current_x
             _check_clear(state, home, plan.clear)
         _emit(state, block.spindle, *approach(block))
-        for chunk in chunks:
+        for chunk, stage in zip(chunks, stages):
             if turn.is_over(chunk) and not context.may_be_skipped():
                 yield from turn.wait()
             emit.emit(interp, state.line_number, chunk, lathe=True)
             turn.count(chunk)
+            if stage:
+                yield from turn.wait()          # what has been cut is known when it has been cut
+                _note(plan.record, stage)
         if block.back:
             _emit(state, f"G0 X{home[1]:.10f}", f"G0 Z{home[0]:.10f}")
-    if plan and plan.blocks and plan.blocks[-1][0].spindle != plan.spindle:
+    if plan.record or plan.blocks and plan.blocks[-1].block.spindle != plan.spindle:
         _emit(state, plan.spindle)
+    if plan.record:
+        with contextlib.suppress(OSError):
+            kept.end(plan.record)
+
+
+def _ask(state, turn, plan):
+    """Stop the program until the operator has confirmed that the part in the chuck is the one that was stopped: Resume."""
+    yield from turn.wait()
+    _note(plan.record, kept.ASKED)
+    emccanon.MESSAGE(clip(plan.question))
+    emccanon.PROGRAM_STOP()
+    yield INTERP_EXECUTE_FINISH
+    _note(plan.record, kept.CONFIRMED)
+
+
+def _note(record, what):
+    """Append to the file of the stock.  Where that fails it says less than has been cut, which is safe."""
+    with contextlib.suppress(OSError):
+        kept.note(record, what)
 
 
 def _emit(state, *lines):

@@ -10,7 +10,7 @@ Called by nc.py, which writes them to a file, and by outcome.py, whose lines G26
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from chipwise.turning.plan import lengths
 from chipwise.turning.request import rpm
@@ -41,17 +41,33 @@ class Block(NamedTuple):
     lines: tuple
 
 
+class Run(NamedTuple):
+    """A Block as it is executed.
+
+    chunks      a chunk is a tuple of rows (feed, lines joined by "\n"), as those of lines.chunks()
+    stages      of every chunk the number of the stage that is done after it, 0 for none
+    """
+
+    block: Block
+    chunks: tuple
+    stages: tuple
+
+
 class Turning(NamedTuple):
     """What G26 executes.
 
-    blocks      ((Block, chunks), ..); a chunk is a tuple of rows (feed, lines joined by "\n"), as those of lines.chunks()
+    blocks      (Run, ..)
     clear       (z, x) program units: in front of z and outside of x every tool is clear of work and barriers
     spindle     the program's own spindle line
+    record      kept.Record of the file that says how far the machine has come, None without one
+    question    what the operator has to confirm before anything moves, "" for nothing
     """
 
     blocks: tuple
     clear: tuple
     spindle: str
+    record: Any = None
+    question: str = ""
 
 
 def blocks(plan, request):

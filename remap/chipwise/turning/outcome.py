@@ -4,6 +4,7 @@
 Called by plans.py.  The plan is that of `chipwise turn` for the same program.
 """
 
+import os
 from dataclasses import dataclass
 
 from chipwise.errors import CycleError
@@ -11,9 +12,8 @@ from chipwise.ini import Ini
 from chipwise.lines import CHUNK_MOVES
 from chipwise.order import Outcome
 from chipwise.settings import load_settings
-from chipwise.turning import text
-from chipwise.turning.blocks import Turning, blocks, spindle_line
-from chipwise.turning.plan import make_plan
+from chipwise.turning import kept, rest, text
+from chipwise.turning.blocks import Run, Turning, blocks, spindle_line
 from chipwise.turning.read_part import Machine, make_order
 from chipwise.turning.request import read_program, read_roles
 
@@ -22,12 +22,16 @@ LEAD = "chipwise: "
 
 @dataclass(frozen=True)
 class TurnRequest:
-    """request: Request, complete; program: path, "" in MDI; number: of the only step to make, 0 for all; only_say: H1."""
+    """request: Request, complete; program: path, "" in MDI; number: of the only step to make, 0 for all; only_say: H1; zero: (z, x) mm of the
+    work coordinates on the machine; stock: path of the file of the stock, "" for none; keep: write it."""
 
     request: object
     program: str = ""
     number: int = 0
     only_say: bool = False
+    zero: tuple = (0.0, 0.0)
+    stock: str = ""
+    keep: bool = False
     most_moves: int = 0
 
 
@@ -37,10 +41,13 @@ def make(order):
     request, program = asked.request, read_program(asked.program)
     request.roles = read_roles(program)
     machine = Machine(Ini(order.job.ini), load_settings(order.job.ini), order.job.ini)
-    plan = make_plan(make_order(order.job, program, request, machine, machine.steps))
+    part = make_order(order.job, program, request, machine, machine.steps)
+    key = kept.key_of(part, asked.program, asked.zero)
+    choice = rest.choose(part, asked.stock, key)
+    plan = choice.plan
     if asked.number > len(plan.steps):
         raise CycleError(f"there is no step L{asked.number}: the plan has {len(plan.steps)}", "use G26 H1 to see the plan")
-    said = tuple(f"{LEAD}{order.code}: {line}" for line in _said(plan, request, machine, asked))
+    said = (*_texts(order, choice.notes), *(f"{LEAD}{order.code}: {line}" for line in _said(plan, request, machine, asked)))
     if asked.only_say:
         return Outcome((), said)
     chosen = [b for b in blocks(plan, request) if asked.number in (0, b.number)]
@@ -48,8 +55,30 @@ def make(order):
         raise CycleError(f"the plan has more than {asked.most_moves} moves", "use a larger D, or raise [CHIPWISE]PLAN_MOVES")
     if asked.number:
         chosen = [b._replace(change=True, back=True) for b in chosen]
-    return Outcome((), said, turning=Turning(tuple((b, _chunks(b)) for b in chosen), tuple(v / request.scale for v in plan.safe),
-                                             spindle_line(request)))
+    marks, record = {}, None
+    if asked.keep and chosen:
+        marks, record, notes = _keep(asked.stock, key, choice)
+        said += _texts(order, notes)
+    question = "".join(_texts(order, (rest.question(choice),))) if choice.stage else ""
+    return Outcome((), said, turning=Turning(tuple(_run(b, marks.get(b.number, ())) for b in chosen), tuple(v / request.scale for v in plan.safe),
+                                             spindle_line(request), record, question))
+
+
+def _texts(order, notes):
+    """CycleErrors as the operator reads them."""
+    for note in notes:
+        note.code = order.code
+    return tuple(note.text(order.unit) for note in notes)
+
+
+def _keep(path, key, choice):
+    """(marks of rest.Stages, kept.Record, notes): the file of a plan is written; without marks and Record where it cannot be."""
+    found = rest.stages(choice.plan, choice.stage.step if choice.stage else "")
+    try:
+        return found.marks, kept.write(path, key, found.stages), ()
+    except OSError as error:
+        return {}, None, (CycleError("the stock of a part that is stopped will not be known: {file}: {why}", "make the folder writable, or set "
+                                     "[CHIPWISE]TURNING_STOCK", file=os.path.basename(path), why=error.strerror),)
 
 
 def _said(plan, request, machine, asked):
@@ -62,12 +91,18 @@ def _said(plan, request, machine, asked):
     return [text.summary(plan, request, machine.rapid_mm_s)]
 
 
-def _chunks(block):
-    """Chunks of rows (feed, lines), as lines.chunks() makes them: each begins at a rapid."""
-    found, now = [], []
-    for line in block.lines:
-        if len(now) >= CHUNK_MOVES and line.startswith("G0 "):
-            found.append(now)
-            now = []
+def _run(block, marks):
+    """Run of a block; marks: ((moves that have been made, number of the stage), ..), the last one at its end.
+
+    A chunk begins at a rapid; one that ends a stage where the rapid before it has lifted the tool off the work."""
+    found, now, before, rapid = [], [], 0, False
+    for k, line in enumerate(block.lines):
+        lifted, rapid = rapid, line.startswith("G0 ")
+        stage = max((number for count, number in marks if count < k), default=0) if rapid and lifted else 0
+        if now and rapid and (stage > before or len(now) >= CHUNK_MOVES):
+            found.append((now, stage if stage > before else 0))
+            now, before = [], max(stage, before)
         now.append(line)
-    return tuple(((block.feed, "\n".join(rows)),) for rows in [*found, now] if rows)
+    found.append((now, marks[-1][1] if marks else 0))
+    found = [(rows, stage) for rows, stage in found if rows]
+    return Run(block, tuple(((block.feed, "\n".join(rows)),) for rows, _ in found), tuple(stage for _, stage in found))

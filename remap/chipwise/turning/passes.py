@@ -64,7 +64,8 @@ class Path:
     """Moves of a step in the making; z, x: where the tool is."""
 
     def __init__(self, work):
-        self.work, self.moves, self.cut = work, [], []      # cut: (path graph) of every part that was fed
+        self.work, self.moves = work, []
+        self.cut, self.cut_at = [], []          # path graph of every part that was fed; how many moves there were then
         self.z, self.x = work.start
 
     def rapid(self, z, x):
@@ -102,7 +103,12 @@ class Path:
                 self._limit(end)
                 self.moves.append(Move("arc", p.z0, end, (p.zr, p.xr), p.side > 0))
                 self.z, self.x = p.z0, end
-        self.cut.append(clip(path, z0, z1))
+        self.has_cut(clip(path, z0, z1))
+
+    def has_cut(self, graph):
+        """The path along a graph is behind the tool."""
+        self.cut.append(graph)
+        self.cut_at.append(len(self.moves))
 
     def link(self, now, z, x):
         """To (z, x) by rapids above all that is left (graph `now`)."""
@@ -182,8 +188,10 @@ class _Region(NamedTuple):
 def _levels(work, contact, interval, depth):
     """(top of the stock in an interval, heights of the cuts below it): `depth` apart, or equal where the last would be too thin."""
     a, b = interval
+    if b - a > 4 * ROUNDING_MM:             # a wall at the end belongs to what is beside
+        a, b = a + ROUNDING_MM, b - ROUNDING_MM
     high = highest(contact, a, b)
-    low = _lowest(clip(work.reach, a + ROUNDING_MM, b - ROUNDING_MM) or clip(work.reach, a, b))
+    low = _lowest(clip(work.reach, a, b))
     count = max(math.ceil((high - low) / depth - 1e-9), 1)
     if count > MAX_LEVELS:
         raise CycleError(f"the depth of cut {{d}} makes {count} levels, more than {MAX_LEVELS}", "use a larger D", d=depth)
@@ -230,9 +238,9 @@ def face(work, levels, x_from, x_to):
     for z in levels:
         path.link(upper(work.contact, [flat(z - 1.0, levels[0] + 1.0, x_from)]), z, x_from + gap)
         path.feed(z, x_to)
+        path.has_cut([flat(z, max(levels[0] + gap, work.contact[-1].z1), x_to)])
         path.rapid(z + gap, x_to)
         path.rapid(z + gap, x_from + gap)
-    path.cut.append([flat(levels[-1], max(levels[0] + gap, work.contact[-1].z1), x_to)])
     return path
 
 

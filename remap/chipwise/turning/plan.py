@@ -56,6 +56,7 @@ def make_plan(order):
     for number, name in enumerate(order.order, 1):
         try:
             steps.append(STEPS[name](state, name))
+            steps[-1].after = dict(state.stock)
         except CycleError as error:
             raise CycleError(f"step {number}, {name}: {error.problem}", error.remedy, **error.values) from error
     return Plan(order, tuple(steps), tuple(_residue(state)), state.stock, (state.safe_z, state.safe_x))

@@ -36,7 +36,8 @@ class Order:
 @dataclass
 class Step:
     """One step of the plan.  needed: bool; why: text; z0, z1: range; moves in the tool's own frame; removed: mm2;
-    speed: 1/min of the spindle, 0: the program's."""
+    speed: 1/min of the spindle, 0: the program's; cuts: (number of moves that have been made, stock of the tool's side then) after each cut;
+    after: {inside: stock} after the step."""
 
     name: str
     needed: bool
@@ -49,6 +50,8 @@ class Step:
     start: tuple = (0.0, 0.0)
     removed: float = 0.0
     speed: float = 0.0
+    cuts: list = field(default_factory=list)
+    after: dict = field(default_factory=dict)
 
 
 class State:
@@ -112,8 +115,9 @@ class State:
         side = tool.inside
         before = self.stock[side]
         left = view(before)
-        for part in path.cut:
+        for part, count in zip(path.cut, path.cut_at):
             left = reach.after(left, part, tool, domain)
+            step.cuts.append((count, view(left)))
         path.home(path.work.contact if path.cut else [])
         self.stock[side] = view(left)
         step.removed = sum(a[2] for a in above(before, self.stock[side])) + _gone(before, self.stock[side])

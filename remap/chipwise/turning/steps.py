@@ -90,12 +90,15 @@ def drill(state, name):
         raise CycleError("the hole is {deep} deep, more than the drill's flutes of {edge}", "use a longer drill", deep=end - tip, edge=tool.edge)
     if tip + point >= end:
         return Step(name, False, f"the hole is {end - tip:.3f} mm deep, too shallow for the drill's point of {point:.3f} mm")
+    before = state.stock[True]
+    drilled = upper(lower(before, shape), clip(before, state.domain[0], tip))
+    if not passes.worth(above(before, drilled), ROUGH_MM):
+        return Step(name, False, f"the hole of {tool.diameter:g} mm is there already")
     if above(upper(part, state.barrier[True]), shape, passes.ROUNDING_MM):
         raise CycleError("a drill of {d} does not stay inside the bore", "use a smaller drill", d=tool.diameter)
     step = Step(name, True, f"solid stock where the bore of {2 * room:.3f} mm is", tool, "inside, along the axis", tip, end)
     step.start, step.moves = (state.safe_z, 0.0), _pecks(end, tip, tool.depth, state.safe_z)
-    before = state.stock[True]
-    state.stock[True] = upper(lower(before, shape), clip(before, state.domain[0], tip))
+    state.stock[True] = drilled
     step.removed = sum(a[2] for a in above(before, state.stock[True]))
     return step
 
