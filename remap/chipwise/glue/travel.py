@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What of the machine limits a pattern: soft limits, and where work coordinates lie.  Called by glue/pattern.py.
+"""What of the machine limits a pattern or a turned part: soft limits, and where work coordinates lie.  Called by glue/pattern.py, glue/turning.py.
 
 Only in the task: a preview, `chipwise try` and `chipwise check` may have other work offsets than the machine.
 """
@@ -26,6 +26,15 @@ def of(state):
     return {"rotary": tuple((*limit, getattr(state.interp, f"{axis}_origin_offset") + getattr(state.interp, f"{axis}_axis_offset")) for limit, axis in rotary),
             "matrix": ((c, -s, 0.0), (s, c, 0.0), (0.0, 0.0, 1.0)),
             "shift": tuple(a + b for a, b in zip(tip, tool_offset(state))), "limits": limits.axis_limits(path)}
+
+
+def lathe(state):
+    """((name, low, high), ..) mm of Z and X; () where they are not known or do not count."""
+    path = ini.file_name()
+    if not state.interp.task or not path:
+        return ()
+    x, _, z = limits.axis_limits(path)
+    return z, x
 
 
 def tool_offset(state):

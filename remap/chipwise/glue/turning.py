@@ -19,7 +19,7 @@ from interpreter import INTERP_EXECUTE_FINISH
 
 from chipwise import ini
 from chipwise.errors import CycleError, clip
-from chipwise.glue import barriers, context, emit, shape
+from chipwise.glue import barriers, context, emit, shape, travel
 from chipwise.turning import kept
 from chipwise.turning.blocks import approach
 from chipwise.turning.request import Request, complete, read_program, read_spindle
@@ -56,7 +56,7 @@ def _order(state, single):
     request = _request(state, read_program(program))
     job = replace(shape.job(state, request.words["Q"]), lathe=True, diameter=request.diameter)
     stock = "" if single or not program or context.may_be_skipped() else state.settings.path("TURNING_STOCK")
-    fields = {"request": request, "program": program, "number": int(number or 0), "only_say": bool(say), "zero": barriers.shift(state), "stock": stock,
+    fields = {"request": request, "program": program, "number": int(number or 0), "only_say": bool(say), "zero": barriers.shift(state), "limits": travel.lathe(state), "stock": stock,
               "keep": bool(stock and state.interp.task)}
     return state.order("turning", fields, job)
 

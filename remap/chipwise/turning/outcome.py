@@ -12,10 +12,11 @@ from chipwise.ini import Ini
 from chipwise.lines import CHUNK_MOVES
 from chipwise.order import Outcome
 from chipwise.settings import load_settings
-from chipwise.turning import kept, rest, text
+from chipwise.turning import kept, rest, text, travel
 from chipwise.turning.blocks import Run, Turning, blocks, spindle_line
 from chipwise.turning.read_part import Machine, make_order
 from chipwise.turning.request import read_program, read_roles
+from chipwise.turning.tool import read_table
 
 LEAD = "chipwise: "
 
@@ -23,13 +24,15 @@ LEAD = "chipwise: "
 @dataclass(frozen=True)
 class TurnRequest:
     """request: Request, complete; program: path, "" in MDI; number: of the only step to make, 0 for all; only_say: H1; zero: (z, x) mm of the
-    work coordinates on the machine; stock: path of the file of the stock, "" for none; keep: write it."""
+    work coordinates on the machine; limits: ((name, low, high), ..) of its Z and X, () where they do not count; stock: path of the file of the stock,
+    "" for none; keep: write it."""
 
     request: object
     program: str = ""
     number: int = 0
     only_say: bool = False
     zero: tuple = (0.0, 0.0)
+    limits: tuple = ()
     stock: str = ""
     keep: bool = False
     most_moves: int = 0
@@ -48,6 +51,12 @@ def make(order):
     if asked.number > len(plan.steps):
         raise CycleError(f"there is no step L{asked.number}: the plan has {len(plan.steps)}", "use G26 H1 to see the plan")
     said = (*_texts(order, choice.notes), *(f"{LEAD}{order.code}: {line}" for line in _said(plan, request, machine, asked)))
+    try:
+        _check_travel(plan, asked, machine)
+    except CycleError as error:
+        if not asked.only_say:
+            raise
+        said += _texts(order, (error,))
     if asked.only_say:
         return Outcome((), said)
     chosen = [b for b in blocks(plan, request) if asked.number in (0, b.number)]
@@ -62,6 +71,16 @@ def make(order):
     question = "".join(_texts(order, (rest.question(choice),))) if choice.stage else ""
     return Outcome((), said, turning=Turning(tuple(_run(b, marks.get(b.number, ())) for b in chosen), tuple(v / request.scale for v in plan.safe),
                                              spindle_line(request), record, question))
+
+
+def _check_travel(plan, asked, machine):
+    """Raise CycleError if the steps that are carried out leave the soft limits."""
+    if not asked.limits:
+        return
+    steps = [(n, s) for n, s in enumerate(plan.steps, 1) if s.needed and asked.number in (0, n)]
+    table = read_table(machine.table)
+    offsets = {s.tool.number: (table[s.tool.number].z * machine.unit_mm, table[s.tool.number].x * machine.unit_mm) for _, s in steps}
+    travel.check(steps, asked.limits, asked.zero, offsets)
 
 
 def _texts(order, notes):

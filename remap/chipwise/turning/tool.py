@@ -65,12 +65,14 @@ class LatheTool:
 
 @dataclass(frozen=True)
 class TableTool:
-    """A line of the tool table: D, I, J, Q; machine units and degrees."""
+    """A line of the tool table: D, I, J, Q, and the offsets X (a radius) and Z; machine units and degrees."""
 
     diameter: float = 0.0
     front: float = 0.0
     back: float = 0.0
     orientation: int = 0
+    x: float = 0.0
+    z: float = 0.0
 
 
 def read_table(path):
@@ -81,10 +83,10 @@ def read_table(path):
         raise CycleError(f"tool table {braceless(path)}: {error.strerror}", "correct [EMCIO]TOOL_TABLE") from error
     tools = {}
     for line in text.splitlines():
-        words = dict(re.findall(r"([TDIJQ])\s*([-+]?[0-9.]+)", line.partition(";")[0].upper()))
+        words = dict(re.findall(r"([TDIJQXZ])\s*([-+]?[0-9.]+)", line.partition(";")[0].upper()))
         try:
             if "T" in words:
-                tools.setdefault(int(words["T"]), TableTool(*(float(words.get(k, 0)) for k in "DIJ"), int(float(words.get("Q", 0)))))
+                tools.setdefault(int(words["T"]), TableTool(*(float(words.get(k, 0)) for k in "DIJ"), int(float(words.get("Q", 0))), *(float(words.get(k, 0)) for k in "XZ")))
         except ValueError as error:
             raise CycleError(f"tool table {braceless(path)}: the line {braceless(line.strip()[:60])} cannot be read",
                              "correct the tool table") from error
