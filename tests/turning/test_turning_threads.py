@@ -238,7 +238,7 @@ def test_an_undercut_is_cut_by_the_tool_that_reaches_it(turn):
 
 @pytest.mark.parametrize("k", range(random_count(8)))
 def test_random_threads(turn, k):
-    """Chamfers, undercuts, shoulders, speeds: cut without touching anything but the thread, or refused with the line."""
+    """Chamfers, undercuts, shoulders, starts, speeds: cut without touching anything but the thread, or refused with the line."""
     seed = random_seed() * 100_019 + k
     rng = random.Random(seed)
     pitch, major = rng.choice((0.75, 1.0, 1.25, 1.5, 2.0)), rng.uniform(6.0, 14.0)
@@ -249,7 +249,8 @@ def test_random_threads(turn, k):
              (-length - under / math.tan(math.radians(30)) - gap, major - under), (-length - under / math.tan(math.radians(30)) - gap, major + rng.uniform(1, 4)),
              (-length - 30.0, major + 4)]
     shoulder, bar = len(chain) - 2, (2 * major + 10, -80.0, rng.choice((0.0, 1.0)))
-    text = program(chain, f"(THREAD,PITCH={pitch})", shoulder - 3, bar, spindle=f"G94 G97 S{rng.randint(100, 2500)} {rng.choice(('M3', 'M4'))}")
+    starts = rng.choice(("", "", ",STARTS=2", ",STARTS=3"))
+    text = program(chain, f"(THREAD,PITCH={pitch}{starts})", shoulder - 3, bar, spindle=f"G94 G97 S{rng.randint(100, 2500)} {rng.choice(('M3', 'M4'))}")
     replay = write_replay(f"thread_{seed}", {"seed": seed, "text": text})
     status, _, written, said = turn(text)
     if status == 2:
@@ -283,3 +284,35 @@ def test_the_feed_per_revolution_comes_back_after_a_thread(tmp_path, lathe):
     deepest = [k for k, call in enumerate(calls) if call.startswith(f"STRAIGHT_FEED({10 - 0.61343 * 1.5:.4f},")]
     after = calls[deepest[-1]:]
     assert len(deepest) >= 2 and "SET_FEED_RATE(0.2000)" in after[:after.index('COMMENT("end")')], done.stdout[-800:] + done.stderr
+
+
+@pytest.mark.parametrize("starts, hand, spindle", [(2, "RIGHT", "G94 G97 S400 M3"), (3, "RIGHT", "G94 G97 S300 M3"), (2, "RIGHT", "G94 G97 S170 M4")])
+def test_several_starts(turn, starts, hand, spindle):
+    """Each depth once for every start, a pitch apart where they begin, so that every start has a phase of its own; G33 has the lead."""
+    status, steps, text, said = turn(program(note=f"(THREAD,PITCH=1.5,STARTS={starts},HAND={hand})", spindle=spindle))
+    assert status in (0, 1) and f"with {starts} starts, each in 7 + 1 passes" in steps["thread outside"]["why"], said
+    found = passes(text)
+    single = passes(turn(program(note=f"(THREAD,PITCH=1.5,HAND={hand})", spindle=spindle))[2])
+    assert len(found) == starts * len(single)
+    for k, (z0, z1, x, lead) in enumerate(found):
+        assert lead == pytest.approx(1.5 * starts) and x == pytest.approx(single[k // starts][2], abs=1e-6)
+        assert abs(z0 - found[0][0]) == pytest.approx(1.5 * (k % starts), abs=1e-5) and z1 == found[0][1]
+    phases = sorted({round((z0 / (1.5 * starts)) % 1.0, 4) for z0, _, _, _ in found})
+    assert len(phases) == starts and all(b - a == pytest.approx(1 / starts, abs=2e-4) for a, b in zip(phases, phases[1:]))
+    root = 10.0 - 0.61343 * 1.5
+    assert clean(judged(text, M20, lowered(M20, root, 5), (32, -60, 0))), said
+    speed = float(spindle.split("S")[1].split()[0]) / 60 * 1.5 * starts * OVERRIDE
+    assert min(abs(z0) for z0, _, _, _ in found) > speed * speed / (2 * ACCELERATION) or "M4" in spindle
+
+
+@pytest.mark.parametrize("more, words", [("STARTS=0", "STARTS=0 is not understood"), ("STARTS=13", "STARTS=13 is not understood"), ("STARTS=1.5", "STARTS=1.5 is not"),
+                                         ("STARTS=-2", "STARTS=-2 is not"), ("STARTS=2,PITCH=26", "times STARTS, up to 50 mm"), ("STARTS=12", "300 rpm with a lead of 18 mm needs 108 mm/s along Z"), ("STARTS=4", "the run-out of the thread needs")])
+def test_starts_that_are_refused(turn, more, words):
+    status, _, _, said = turn(program(note=f"(THREAD,PITCH=1.5,{more})", spindle="G94 G97 S300 M3"))
+    assert status == 2 and words in said and "line" in said and "Traceback" not in said, said
+
+
+def test_a_thread_with_other_starts_is_another_one(turn):
+    lines = list(sub(M20, "(THREAD,PITCH=1.5)", 2))
+    text = program(words="P200 I0.3 D1.5 F200 E100", spindle="G94 G97 S300 M3") + "\n".join(["O200 sub", *lines[1:-1], "O200 endsub", ""])
+    assert turn(text.replace("PITCH=1.5", "PITCH=1.5,STARTS=2", 1))[1]["thread outside"]["needed"]

@@ -2,7 +2,8 @@
 """The step that cuts threads: G33 passes whose depths make chips of equal area, from a run-in to a run-out.
 
 Called by steps.py.  The flanks of the insert are those of the thread, so it goes straight in: the area that it has cut at depth d grows with
-d^2, and pass k of n goes to depth * sqrt(k / n).  The last pass is made twice, for the spring of the work.
+d^2, and pass k of n goes to depth * sqrt(k / n).  The last pass is made twice, for the spring of the work.  Of several starts each begins a pitch farther
+away from the work than the one before, at the same index of the spindle.
 
 LinuxCNC begins a G33 move at the spindle's index, from rest (tp.c: sync_accel, 2.9.0~pre1): the tool is in step with the spindle after
 v^2 / 2a, and it brakes over as much before its end.  Both lie beside the thread: the run-in before it, the run-out in the undercut.
@@ -54,7 +55,7 @@ def thread(state, name, inside):
         return Step(name, False, f"no tool for it: none of role THREAD works {'inside' if inside else 'outside'}")
     speed = min(t.speed for t in missing)
     parts = sorted((_Part(state, replace(t, speed=speed), tools[0]) for t in missing), key=lambda part: -part.thread.z1)
-    said = " and ".join(f"{2 * p.thread.x:.3f} x {p.thread.pitch:g} mm{' left-handed' if p.thread.left else ''} in {p.count} + {SPRING_PASSES} passes"
+    said = " and ".join(f"{2 * p.thread.x:.3f} x {p.thread.pitch:g} mm{' left-handed' if p.thread.left else ''}{_starts(p.thread)} in {p.count} + {SPRING_PASSES} passes"
                         for p in parts)
     step = Step(name, True, f"thread of {said} at {speed:.0f} rpm", tools[0], f"{'inside' if inside else 'outside'}, in step with the spindle",
                 min(p.thread.z0 for p in parts), max(p.thread.z1 for p in parts), speed=speed)
@@ -64,9 +65,14 @@ def thread(state, name, inside):
     return step
 
 
+def _starts(t):
+    """Text for several starts."""
+    return f" with {t.starts} starts, each" if t.starts > 1 else ""
+
+
 def _same(a, b):
     """Whether two threads are the same one."""
-    return (a.inside, a.left, round(a.pitch, 6)) == (b.inside, b.left, round(b.pitch, 6)) and max(
+    return (a.inside, a.left, a.starts, round(a.pitch, 6)) == (b.inside, b.left, b.starts, round(b.pitch, 6)) and max(
         abs(a.z0 - b.z0), abs(a.z1 - b.z1), abs(a.x - b.x)) < FINISHED_MM
 
 
@@ -85,19 +91,20 @@ class _Part:
         self.crest, self.root = crest + tool.nose, crest - wanted.depth + tool.nose         # positions
         self.count, self.depths = self._depths()
         self.start, self.end = self._ends()
+        self.far = self.start + (wanted.starts - 1) * wanted.pitch
         if wanted.inside:
-            deepest = min(z if self.forward else -z for z in (self.start, self.end))
+            deepest = min(z if self.forward else -z for z in (self.far, self.end))
             self.work = replace(self.work, roof=roof(state, self.tool, deepest))
 
     def _braking(self):
         """mm that the axis needs to stop; it must be able to follow the spindle."""
         t, drive = self.thread, self.drive
-        speed = t.speed * drive.override / 60.0 * t.pitch
+        speed = t.speed * drive.override / 60.0 * t.lead
         if speed > drive.velocity:
-            most = math.floor(60.0 * drive.velocity / (t.pitch * drive.override))
-            raise CycleError(f"{t.speed:.0f} rpm with a pitch of {{p}} needs {{v}}/s along Z, its MAX_VELOCITY is {{most}}/s (line {{line}})"
+            most = math.floor(60.0 * drive.velocity / (t.lead * drive.override))
+            raise CycleError(f"{t.speed:.0f} rpm with a lead of {{p}} needs {{v}}/s along Z, its MAX_VELOCITY is {{most}}/s (line {{line}})"
                              + (f", spindle override {100 * drive.override:.0f} % included" if drive.override > 1 else ""),
-                             f"write SPEED={most} or less into the THREAD comment", p=t.pitch, v=speed, most=drive.velocity, line=str(t.line))
+                             f"write SPEED={most} or less into the THREAD comment", p=t.lead, v=speed, most=drive.velocity, line=str(t.line))
         return SURPLUS * speed * speed / (2 * drive.acceleration) + speed * SETTLE_S
 
     def _depths(self):
@@ -129,7 +136,7 @@ class _Part:
         width = self.tool.nose + t.depth / min(self.framed.left, self.framed.right)         # of the insert from its middle, at the crest
         before = min((v[0] for v in blocked if v[1] > 0.5 * (a + b)), default=math.inf) - b - width
         behind = a - width - max((v[1] for v in blocked if v[0] < 0.5 * (a + b)), default=-math.inf)
-        self._check_room("run-in", before, b)
+        self._check_room("run-in", before - (t.starts - 1) * t.pitch, b)        # the other starts begin farther away
         self._check_room("run-out", behind, a)
         return b + width + self.braking, a - width - self.braking
 
@@ -139,7 +146,7 @@ class _Part:
             return
         t = self.thread
         share = SURPLUS / (2 * self.drive.acceleration)
-        slow = math.floor(60.0 * (math.sqrt(SETTLE_S ** 2 + 4 * share * max(room, 0.0)) - SETTLE_S) / (2 * share * t.pitch * self.drive.override))
+        slow = math.floor(60.0 * (math.sqrt(SETTLE_S ** 2 + 4 * share * max(room, 0.0)) - SETTLE_S) / (2 * share * t.lead * self.drive.override))
         raise CycleError(f"the {what} of the thread needs {{need}} beside Z{{z}} at {t.speed:.0f} rpm, there is room for {{room}} (line {{line}})",
                          f"write SPEED={slow} or less into the THREAD comment, or make room there" if slow >= 20 else
                          "make room there: a wider undercut, nothing in front of the thread",
@@ -167,12 +174,15 @@ class _Part:
     def moves(self):
         """(start, moves) of the passes, in the frame of the tool's side."""
         path = passes.Path(self.work)
-        high = max(self.crest, highest(self.work.contact, self.end, self.start)) + CLEARANCE_MM
+        high = max(self.crest, highest(self.work.contact, self.end, self.far)) + CLEARANCE_MM
         path.link(self.work.contact, self.start, high)
+        begins = [self.start + k * self.thread.pitch for k in range(self.thread.starts)]
         for depth in self.depths:
-            path.rapid(self.start, self.crest - depth)
-            path.thread(self.end, self.crest - depth, self.thread.pitch)
-            path.rapid(self.end, high)
+            for z in begins:                # at the spindle's index: a pitch farther away is another start
+                path.rapid(z, high)
+                path.rapid(z, self.crest - depth)
+                path.thread(self.end, self.crest - depth, self.thread.lead)
+                path.rapid(self.end, high)
             path.rapid(self.start, high)
         path.home(self.work.contact)
         return oriented(path, self.view is mirrored)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Threads that the drawing names: a comment on the line of the sub that draws the cylinder.
 
-    G1 Z-18 (THREAD,PITCH=1.5)
+    G1 Z-18 (THREAD,PITCH=1.5)          or (THREAD,PITCH=1.5,STARTS=2)
 
 Called by read_part.py.  Outside the drawn cylinder is the major diameter, in a bore the minor one, as it is before the thread is cut.
 """
@@ -14,7 +14,8 @@ from chipwise.contour_sub.find import fault
 from chipwise.turning.graph import value
 
 OUTSIDE, INSIDE = 0.61343, 0.54127      # depth / pitch of a metric thread of 60 degrees, ISO 68-1: 17/24 and 5/8 of the height of its triangle
-MOST_MM = 50.0          # of a pitch
+MOST_MM = 50.0          # of a lead
+MOST_STARTS = 12
 CYLINDER_MM = 1e-4      # a cylinder's ends differ by less
 _COMMENT = re.compile(r"\(\s*THREAD\b([^)]*)\)", re.IGNORECASE)
 _NUMBERS = ("PITCH", "DEPTH", "SPEED")
@@ -25,7 +26,8 @@ class Thread:
     """A thread on a cylinder of the part.
 
     z0, z1      mm, ends of the cylinder; x: its radius, mm
-    pitch       mm per revolution; depth: mm, radial, from the cylinder to the root
+    pitch       mm from one turn of the thread to the next; depth: mm, radial, from the cylinder to the root
+    starts      threads side by side, each with a lead of so many pitches
     standard    the depth is that of a thread of 60 degrees
     left        left-handed; speed: 1/min, 0: the program's
     inside      in the bore; line: of the file
@@ -41,6 +43,12 @@ class Thread:
     speed: float
     inside: bool
     line: int
+    starts: int = 1
+
+    @property
+    def lead(self):
+        """mm per revolution."""
+        return self.pitch * self.starts
 
 
 def read_threads(found, outside, bore, unit_mm):
@@ -57,19 +65,21 @@ def read_threads(found, outside, bore, unit_mm):
 
 
 def _fields(found, number, comment, unit_mm):
-    """{PITCH, DEPTH: mm, SPEED: 1/min, HAND: text} of the inside of a comment."""
+    """{PITCH, DEPTH: mm, SPEED: 1/min, HAND: text, STARTS: number} of the inside of a comment."""
     fields = {}
     for part in filter(None, (p.strip().upper() for p in comment.split(","))):
         key, _, given = (word.strip() for word in part.partition("="))
         if key == "HAND" and given in ("LEFT", "RIGHT"):
             fields[key] = given
+        elif key == "STARTS" and re.fullmatch(r"\d{1,2}", given) and 1 <= int(given) <= MOST_STARTS:
+            fields[key] = int(given)
         elif key in _NUMBERS and re.fullmatch(r"\d+\.?\d*|\.\d+", given) and float(given) > 0.0:
             fields[key] = float(given) * (1.0 if key == "SPEED" else unit_mm)
         else:
             raise fault(found, number, f"THREAD comment: {part[:40]} is not understood",
-                        "write (THREAD,PITCH=1.5), with DEPTH= SPEED= as numbers above 0 and HAND=LEFT or RIGHT where needed")
-    if not 0.0 < fields.get("PITCH", 0.0) <= MOST_MM:
-        raise fault(found, number, f"THREAD comment: PITCH is not above 0 and up to {MOST_MM:g} mm", "write (THREAD,PITCH=1.5)")
+                        f"write (THREAD,PITCH=1.5), with DEPTH= SPEED= as numbers above 0, HAND=LEFT or RIGHT, STARTS= from 1 to {MOST_STARTS} where needed")
+    if not 0.0 < fields.get("PITCH", 0.0) * fields.get("STARTS", 1) <= MOST_MM:
+        raise fault(found, number, f"THREAD comment: PITCH is not above 0 and, times STARTS, up to {MOST_MM:g} mm", "write (THREAD,PITCH=1.5)")
     if fields.get("DEPTH", 0.0) > fields["PITCH"]:
         raise fault(found, number, "THREAD comment: DEPTH is more than PITCH", "give the depth on one side")
     return fields
@@ -85,4 +95,4 @@ def _thread(found, number, fields, piece, inside):
     if not inside and depth >= x:
         raise fault(found, number, f"the thread is {depth:.3f} mm deep, more than its radius of {x:.3f} mm", "correct PITCH, DEPTH or the diameter")
     return Thread(piece.z0, piece.z1, x, fields["PITCH"], depth, "DEPTH" not in fields, fields.get("HAND") == "LEFT", fields.get("SPEED", 0.0), inside,
-                  number)
+                  number, fields.get("STARTS", 1))
