@@ -104,7 +104,7 @@ def whole(step):
         with open(f"{folder}/out.json") as file:
             figures = json.load(file)
     yield row("surface: STL to program, computing time", used, "s", f"{figures['sampled']} points, {clock:.0f} s on the clock", 60)
-    yield row("surface: lines a sampled point at 0.01 mm", figures["moves"] / figures["sampled"], "", f"{figures['moves']} moves", 1 / 3)
+    yield row("surface: lines a sampled point at 0.01 mm", figures["moves"] / figures["sampled"], "", f"{figures['moves']} moves, {figures['arcs']} of them arcs", 1 / 3)
 
 
 DEMOS = {"hills, D6 ball": (lambda: surface_cases.waves(60), Shape(6, 3)),

@@ -536,41 +536,6 @@ void chip_drop_excess(struct chip_drop_mesh *mesh, const struct chip_drop_tool *
     }
 }
 
-/* ---- chains ------------------------------------------------------------------------------------------------------ */
-
-long chip_drop_thin(long n, const double *s, const double *low, const double *high, int64_t *kept, double *height)
-{
-    long count = 0, k = 0, j, last;
-    double flattest, steepest, end;
-    if (n < 1) return 0;
-    kept[count] = 0;
-    height[count++] = low[0];
-    while (k < n - 1) {
-        double z = height[count - 1];
-        flattest = -1e30;
-        steepest = 1e30;
-        last = k;
-        end = z;
-        for (j = k + 1; j < n; j++) {
-            double ds = s[j] - s[k], down = (low[j] - z) / ds, up = (high[j] - z) / ds;
-            if (j == n - 1) up = down; /* the last one's height is `low` */
-            if (down > steepest || up < flattest) break;
-            flattest = chip_max(flattest, down);
-            steepest = chip_min(steepest, up);
-            last = j;
-            end = clamped(z + 0.5 * (flattest + steepest) * ds, low[j], j == n - 1 ? low[j] : high[j]);
-        }
-        if (last == k) { /* the next one cannot be reached within its band: a wall */
-            last = k + 1;
-            end = low[last];
-        }
-        kept[count] = last;
-        height[count++] = end;
-        k = last;
-    }
-    return count;
-}
-
 /* ---- stock ------------------------------------------------------------------------------------------------------- */
 
 /* The columns of row `y` within reach of the path: low and high, from the left edge of the map. */

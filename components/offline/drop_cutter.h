@@ -59,11 +59,6 @@ void chip_drop_points(struct chip_drop_mesh *mesh, const struct chip_drop_tool *
 void chip_drop_excess(struct chip_drop_mesh *mesh, const struct chip_drop_tool *tool, long n, const double (*from)[3],
                       const double (*to)[3], double *excess, double *share);
 
-/* Thins a chain of n stations s (rising) whose heights may be from low to high (mm): keeps as few as possible greedily, such
- * that straight segments between the kept ones stay within. Writes the kept indices and heights; returns their number. The
- * first and the last have the height `low`. */
-long chip_drop_thin(long n, const double *s, const double *low, const double *high, int64_t *kept, double *height);
-
 /* The lowest height (mm) of the tip on a level segment that keeps the tool off the stock of a height map (height_sweep.h), by
  * the width of a cell; CHIP_DROP_NOTHING where there is no stock. ahead, if it is not 0: a point and a unit vector; only stock
  * that is ahead of the point counts: of the other stock a tool that has cut at the point goes away. */

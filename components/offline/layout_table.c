@@ -20,6 +20,7 @@
 #include "offline/stock_need.h"
 #include "offline/depth_proof.h"
 #include "offline/tracer_loop.h"
+#include "offline/chain_fit.h"
 
 struct chip_layout_entry { const char *name; long value; };
 

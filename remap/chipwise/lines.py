@@ -174,7 +174,8 @@ def _may_rest(move: Move) -> bool:
 
 def chunks(moves: Sequence[Union[Move, Copy]], start: tuple, unit_mm: float, decimals: int = DECIMALS, axes: str = AXES) -> tuple:
     """Tuple of chunks, each a tuple of rows: (feed in program units or None: as it is, lines joined by "\\n"), and the line of the
-    program if it is not the cycle's.  Each chunk sets the path mode that its moves have: between two of them the caller's is in force.
+    program if it is not the cycle's.  Each chunk sets the path mode and the plane that its moves have: between two of them the caller's path mode
+    and G17 are in force.
 
     start    (x, y, z) mm before the first move
     unit_mm  mm of a program unit
@@ -183,15 +184,16 @@ def chunks(moves: Sequence[Union[Move, Copy]], start: tuple, unit_mm: float, dec
     """
     found: list[tuple] = []
     rows = _Rows()
-    count, path = 0, ""
+    count, path, plane = 0, "", "G17"
     for move, text, feed in _lines(moves, start, unit_mm, decimals, axes):
         if count >= CHUNK_MOVES and _may_rest(move):
             found.append(rows.taken())
             count = 0
-            if path:
-                rows.add(path, None, move.line)
+            for mode in filter(None, (path, plane if plane != "G17" else "")):
+                rows.add(mode, None, move.line)
         if text.startswith(PATH) and isinstance(move, (Code, Blend)):
             path = "" if text == CALLERS_PATH else text
+        plane = text[:3] if text[:3] in _CENTRE else plane
         rows.add(text, feed, move.line)
         count += 1
         if count > MOST_MOVES:

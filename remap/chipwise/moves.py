@@ -81,6 +81,21 @@ class PlaneArc:
     line: int = 0
     abc: Optional[tuple] = None
 
+    @property
+    def x(self) -> float:
+        """Of its end, as y and z."""
+        return float(self.end[0])
+
+    @property
+    def y(self) -> float:
+        """As x."""
+        return float(self.end[1])
+
+    @property
+    def z(self) -> float:
+        """As x."""
+        return float(self.end[2])
+
 
 @dataclass(frozen=True)
 class Code:

@@ -156,7 +156,7 @@ def test_direction_is_that_of_the_cuts(files):
     (dict(tolerance=0.0), "tolerance 0 mm"), (dict(clearance=-3.0), "clearance plane R-3 mm is below the top of the model"),
     (dict(clearance=3.0, stock_top=4.0), "below the top of the stock (4 mm)"), (dict(bottom=9.0, clearance=5.0), "is not below the clearance plane"),
     (dict(feed=0.0), "no feed"), (dict(direction=0.5), "not a whole number of degrees"), (dict(tool=Shape(0.01), step=0.001), "more than 20000 cuts"),
-    (dict(most_moves=1000), "moves, more than 1000"), (dict(file="/nowhere/x.stl"), "x.stl: No such file")])
+    (dict(most_moves=300), "moves, more than 300"), (dict(file="/nowhere/x.stl"), "x.stl: No such file")])
 def test_refused(files, fields, text):
     with pytest.raises(CycleError) as found:
         surface_plan(dataclasses.replace(request(files["waves"], "ball"), **fields))

@@ -5,7 +5,7 @@ import re
 
 import pytest
 from support import surface_cases
-from support.canon import run_preview, run_rs274
+from support.canon import ends_of, run_preview, run_rs274
 
 from chipwise.check.sweep import Shape
 from chipwise.cycles.surface import SurfaceRequest, surface_plan
@@ -50,7 +50,7 @@ def ends(moves):
 
 def same(trace, wanted, shift=(0, 0, 0), off=2e-4):
     assert not trace.error, trace.error
-    found = [e for e in trace.between("begin", "end") if math.dist(e.a, e.b) > 1e-6]
+    found = ends_of(trace.between("begin", "end"))
     assert [e.kind for e in found] == [kind for kind, _ in wanted]
     for element, (_kind, place) in zip(found, wanted):
         assert math.dist(element.b, [p + s for p, s in zip(place, shift)]) <= off
@@ -141,20 +141,30 @@ def test_the_lines_before_are_known(model):
         text = program(model).replace("(begin)\n" + LINE, f"{LINE}\n{between}\n(begin)\n#<_chipwise_surface_depth>=0\n{second}")
         trace = run_preview(text, TOOLS)
         assert not trace.error, trace.error
-        return [e for e in trace.between("begin", "end") if math.dist(e.a, e.b) > 1e-6]
+        return trace.between("begin", "end")
+
+    def fed(between):
+        return sum(math.dist(e.a, e.b) for e in after(between) if e.kind != "rapid")
     wanted = SurfaceRequest(**{**KNOWN, "direction": 0.0, "step": 0.8, "start": (0.0, 0.0, 4.0)}, file=model, least=0.1, earlier=(first,))
     plan = surface_plan(wanted)
-    found = after("")
-    assert sum(e.kind != "rapid" for e in found) == sum(kind == "feed" for kind, _ in ends_of(plan))
-    assert [e.b for e in found if e.kind != "rapid"][-1] == pytest.approx([m for m in ends_of(plan) if m[0] == "feed"][-1][1], abs=2e-4)
-    everything = len(after(stock))
-    assert everything > 1.5 * len(found)
-    assert len(after("G10 L2 P1 X0.5")) > 1.5 * len(found)
-    assert len(after(f"(SURFACE,FILE={model},X=6,Y=-3,Z=1,SCALE=1.1)")) > 1.5 * len(found)
+    found, rest = ends_of(after("")), fed("")
+    assert sum(e.kind != "rapid" for e in found) == sum(kind == "feed" for kind, _ in ends(plan.moves))
+    assert [e.b for e in found if e.kind != "rapid"][-1] == pytest.approx([m for m in ends(plan.moves) if m[0] == "feed"][-1][1], abs=2e-4)
+    assert fed(stock) > 1.5 * rest
+    assert fed("G10 L2 P1 X0.5") > 1.5 * rest
+    assert fed(f"(SURFACE,FILE={model},X=6,Y=-3,Z=1,SCALE=1.1)") > 1.5 * rest
 
 
-def ends_of(plan):
-    return ends(plan.moves)
+def test_arcs_in_all_units_and_none_in_turned_coordinates(model):
+    """G18 after G20 and G91, G90.1 and offsets; under a rotation LinuxCNC has no such arcs, and the moves are lines."""
+    line = "G24 D3 Z-9 R4 L90 F600"
+    wanted = dict(direction=90.0, step=3.0, allowance=0.0, relief=1.0, link=0, plunge_feed=300.0)
+    assert sum(type(move).__name__ == "PlaneArc" for move in surface_plan(SurfaceRequest(**{**KNOWN, **wanted}, file=model)).moves) > 3
+    same(run_preview(program(model, line, before="G90.1\nG10 L2 P1 X7 Y8 Z-2"), TOOLS), expected(model, **wanted), (7, 8, -2))
+    same(run_preview(program(model, line, unit="G20"), TOOLS, "in"), expected(model, **wanted))
+    turned = run_preview(program(model, line, before="G10 L2 P1 R30"), TOOLS)
+    assert not turned.error and all(e.kind != "arc" and e.ccw for e in turned.between("begin", "end"))
+    assert len(ends_of(turned.between("begin", "end"))) == len(expected(model, **wanted, arcs=False))
 
 
 @pytest.mark.parametrize("change, text", [

@@ -30,7 +30,7 @@ def test_demo_relief():
     assert summary['over_target_share'] < 0.02
     model = read_model(os.path.join(runner.ROOT, 'nc_files', 'relief.stl'), Placing(PLACE))
     triangles = surface_cases.triangles_of(model)
-    tip = np.column_stack([log['x'], log['y'], log['z'] - log['tool_offset_z']])[log['motion_type'] == 2]
+    tip = np.column_stack([log['x'], log['y'], log['z'] - log['tool_offset_z']])[np.isin(log['motion_type'], (2, 3))]
     rng = np.random.default_rng(1)
     for x, y, z in tip[rng.integers(0, len(tip), 60)]:
         assert z >= drop_oracle.lowest(triangles, BALL, x, y, -3.0) - BLEND - 1e-3
@@ -49,6 +49,7 @@ def lowest_over(points, z, x, y, height):
     """What balls with their tips at points and heights z leave of a needle at (x, y)."""
     r = np.hypot(points[:, 0] - x, points[:, 1] - y)
     return (z + height(np.minimum(r, 3.0)))[r <= 3.0].min()
+
 
 def test_mdi(tmp_path):
     """MDI has no program, so no comment: a refused line moves nothing."""

@@ -8,6 +8,7 @@ Two ways, each with a HOME of its own per run (rs274 empties ~/.tool.mmap, and p
 Both give a Trace in machine coordinates (offsets, rotation and G92 applied), mm.
 """
 
+import cmath
 import json
 import math
 import os
@@ -25,6 +26,7 @@ from support.hole_oracle import Element
 
 PYTHON = "/usr/bin/python3"
 UNIT_MM = {"mm": 1.0, "in": 25.4}
+UPRIGHT_STEP = 0.002    # rad
 
 
 @dataclass
@@ -68,7 +70,7 @@ class _World:
 
     def __init__(self, trace):
         self.trace, self.g5x, self.g92, self.rotation = trace, (0, 0, 0), (0, 0, 0), 0.0
-        self.here, self.feed = (0.0, 0.0, 0.0), 0.0
+        self.here, self.feed, self.plane, self.program_here = (0.0, 0.0, 0.0), 0.0, "XY", (0.0, 0.0, 0.0)
 
     def machine(self, x, y, z=0.0):
         x, y = x + self.g92[0], y + self.g92[1]
@@ -76,13 +78,34 @@ class _World:
         return (x * math.cos(t) - y * math.sin(t) + self.g5x[0], x * math.sin(t) + y * math.cos(t) + self.g5x[1],
                 z + self.g92[2] + self.g5x[2])
 
-    def move(self, kind, line, x, y, z, centre=None, turn=1):
-        there = self.machine(x, y, z)
-        extra = {} if centre is None else {"centre": self.machine(*centre)[:2], "ccw": turn > 0}
+    def move(self, kind, line, x, y, z, centre=None, turn=1, inside=False):
+        """inside: a chord of an arc, not its last one."""
+        there, self.program_here = self.machine(x, y, z), (x, y, z)
+        extra = {"ccw": not inside} if centre is None else {"centre": self.machine(*centre)[:2], "ccw": turn > 0}
         self.trace.elements.append(Element(kind, self.here, there, **extra))
         self.trace.feeds.append(None if kind == "rapid" else self.feed)
         self.trace.lines.append(line)
         self.here = there
+
+
+def _upright_arc(world, line, mm, turn):
+    """An arc of ARC_FEED in G18 (Z, X, then Y) or G19 (Y, Z, then X) as short straight moves, whose ccw is False but for the last one.
+    mm: in program coordinates: the two ends, the centre, the turns, the third end."""
+    order = (2, 0, 1) if world.plane == "XZ" else (1, 2, 0)
+    here = [world.program_here[k] for k in order]
+    start, centre, end = complex(here[0], here[1]), complex(mm[2], mm[3]), complex(mm[0], mm[1])
+    sweep = cmath.phase((end - centre) / (start - centre)) % (2 * math.pi)
+    sweep -= 2 * math.pi * (turn < 0)
+    count = max(1, math.ceil(abs(sweep) / UPRIGHT_STEP))
+    for k in range(1, count + 1):
+        at = end if k == count else centre + (start - centre) * cmath.exp(1j * sweep * k / count) * (1 + (abs((end - centre) / (start - centre)) - 1) * k / count)
+        place = dict(zip(order, (at.real, at.imag, here[2] + (mm[5] - here[2]) * k / count)))
+        world.move("feed", line, place[0], place[1], place[2], inside=k < count)
+
+
+def ends_of(elements):
+    """Elements with a length, of an arc in G18 or G19 only the last chord."""
+    return [e for e in elements if math.dist(e.a, e.b) > 1e-6 and (e.ccw or e.kind == "arc")]
 
 
 def write_ini(folder, machine="mm", **settings):
@@ -157,6 +180,8 @@ def parse_rs274(text):
         name, arguments = match.groups()
         if name == "USE_LENGTH_UNITS":
             unit = 1.0 if "MM" in arguments else 25.4
+        elif name == "SELECT_PLANE":
+            world.plane = arguments[-2:]
         elif name == "COMMENT":
             trace.comments.append((arguments.strip('"'), len(trace.elements), None))
         elif name == "SET_FEED_RATE":
@@ -171,6 +196,8 @@ def parse_rs274(text):
                 world.g92 = tuple(mm[:3])
             elif name == "SET_XY_ROTATION":
                 world.rotation = n[0]
+            elif name == "ARC_FEED" and world.plane != "XY":
+                _upright_arc(world, 0, mm, n[4])
             elif name == "ARC_FEED":
                 world.move("arc", 0, mm[0], mm[1], mm[5], mm[2:4], n[4])
             else:
@@ -196,6 +223,10 @@ def run_preview(program, tools=None, machine="mm", ini=None, timeout=300, **sett
     for kind, line, *n in result["calls"]:
         if kind in ("rapid", "feed"):
             world.move(kind, line, *n)
+        elif kind == "plane":
+            world.plane = {1: "XY", 2: "YZ", 3: "XZ"}[n[0]]
+        elif kind == "arc" and world.plane != "XY":
+            _upright_arc(world, line, [n[0], n[1], n[3], n[4], 0.0, n[2]], n[5])
         elif kind == "arc":
             world.move("arc", line, *n[:3], n[3:5], n[5])
         elif kind == "F":

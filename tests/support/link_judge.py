@@ -114,7 +114,7 @@ def rounded_positions(moves, start):
         if kind == "Rapid":
             corners = [*(corners or [at]), new]
         else:
-            found.append((False, surface_judge.between(at, new)))
+            found.append((False, surface_judge.along(move, at, new)))
         at = new
     return found + ([(True, rounded(corners, blend)[0])] if corners else [])
 

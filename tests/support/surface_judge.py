@@ -16,12 +16,32 @@ def between(start, end):
     return np.linspace(start, end, max(2, int(np.ceil(np.linalg.norm(end - start) / STEP)) + 1))
 
 
+def arc(start, end, centre, plane, ccw):
+    """(n, 3) positions along an arc of G18 (seen from +Y: Z to X is counter-clockwise) or G19 (seen from +X: Y to Z)."""
+    a, b = {"G18": (2, 0), "G19": (1, 2)}[plane]
+    middle = complex(centre[a], centre[b])
+    first, last = complex(start[a], start[b]) - middle, complex(end[a], end[b]) - middle
+    sweep = np.angle(last / first) % (2 * np.pi) - (0.0 if ccw else 2 * np.pi)
+    share = np.linspace(0, 1, max(2, int(np.ceil(abs(sweep * first) / STEP)) + 1))
+    on = middle + first * np.exp(1j * sweep * share) * (1 + (abs(last / first) - 1) * share)
+    found = start + share[:, None] * (end - start)
+    found[:, a], found[:, b] = on.real, on.imag
+    return found
+
+
+def along(move, start, end):
+    """(n, 3) positions along a move."""
+    if type(move).__name__ == "PlaneArc":
+        return arc(start, end, move.centre, move.plane, move.ccw)
+    return between(start, end)
+
+
 def positions(moves, start):
     """[(is a rapid, (n, 3) positions along it)] of moves from a start."""
     at, found = np.array(start, float), []
     for move in moves:
         new = np.array([old if value is None else value for old, value in zip(at, (move.x, move.y, move.z))], float)
-        found.append((type(move).__name__ == "Rapid", between(at, new)))
+        found.append((type(move).__name__ == "Rapid", along(move, at, new)))
         at = new
     return found
 

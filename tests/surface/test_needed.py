@@ -7,6 +7,7 @@ from support.random_cases import random_count, random_seed
 
 from chipwise.check.sweep import HeightMap, Shape
 from chipwise.surface import needed
+from chipwise.surface.curve import Curve
 from chipwise.surface.drop import drop_tool
 
 SHAPES = {"flat": Shape(4), "ball": Shape(4, 2), "bull": Shape(4, 0.5), "vee": Shape(4, 0, 60), "tapered": Shape(4, 0.5, 20)}
@@ -68,11 +69,11 @@ def test_nothing_is_needed_in_air_and_one_step_where_the_path_is_flat():
     stock = HeightMap((0, 0, -5), (20, 12, 0), CELL)
     tool = drop_tool(SHAPES["flat"])
     for z, wanted in ((0.01, False), (-0.01, False), (-0.2, True)):
-        assert (len(needed.segments(stock, tool, np.array([(-5, 6, z), (25, 6, z)]), 0.05)) == 1) is wanted
-    one, = needed.segments(stock, tool, np.array([(-5.0, 6, -1), (25, 6, -1)]), 0.05)
+        assert (len(needed.segments(stock, tool, Curve.straight(np.array([(-5, 6, z), (25, 6, z)])), 0.05)) == 1) is wanted
+    one, = needed.segments(stock, tool, Curve.straight(np.array([(-5.0, 6, -1), (25, 6, -1)])), 0.05)
     assert -2 - 3 * CELL <= one.low <= -2 + CELL and 18 - CELL <= one.high <= 20 + CELL     # the flat end is 2 mm ahead of the axis, and its sides are not
-    stock.cut(SHAPES["flat"], one.chain[0], one.chain)
-    assert needed.segments(stock, tool, np.array([(-5.0, 6, -1), (25, 6, -1)]), 0.05) == []
+    stock.cut(SHAPES["flat"], one.curve.points[0], one.curve.points)
+    assert needed.segments(stock, tool, Curve.straight(np.array([(-5.0, 6, -1), (25, 6, -1)])), 0.05) == []
 
 
 def test_gaps():
@@ -82,22 +83,22 @@ def test_gaps():
         tool = SHAPES["ball"]
         xy, _height = needles_of(stock)
         stock.height[(np.abs(xy[:, 0] - 10) < gap / 2).reshape(stock.height.shape)] = -5
-        found = needed.segments(stock, drop_tool(tool), np.array([(-5.0, 2, -1), (25, 2, -1)]), 0.05)
+        found = needed.segments(stock, drop_tool(tool), Curve.straight(np.array([(-5.0, 2, -1), (25, 2, -1)])), 0.05)
         assert len(found) == count
-        assert all((part.chain[:, 2] == -1).all() for part in found)
+        assert all((part.curve.points[:, 2] == -1).all() for part in found)
 
 
 def test_clipped():
-    chain = np.array([(0.0, 0, 0), (1, 0, 2), (2, 0, 1), (3, 0, 1), (4, 0, -2)])
-    found = needed.clipped(chain, 1.5)
+    chain = Curve.straight(np.array([(0.0, 0, 0), (1, 0, 2), (2, 0, 1), (3, 0, 1), (4, 0, -2)]))
+    found = needed.clipped(chain, 1.5).points
     assert found == pytest.approx(np.array([(0, 0, 1.5), (0.75, 0, 1.5), (1, 0, 2), (1.5, 0, 1.5), (4, 0, 1.5)]))
-    assert (needed.clipped(chain, -5.0) == chain).all()
-    assert needed.clipped(chain, 9.0) == pytest.approx(np.array([(0, 0, 9), (4, 0, 9)]))
+    assert (needed.clipped(chain, -5.0).points == chain.points).all()
+    assert needed.clipped(chain, 9.0).points == pytest.approx(np.array([(0, 0, 9), (4, 0, 9)]))
 
 
 def test_regions_are_cut_as_a_whole_and_the_nearest_is_next():
     def part(track, low, high):
-        return needed.Segment(track, low, high, np.array([(low, track, 0.0), (high, track, 0.0)]))
+        return needed.Segment(track, low, high, Curve.straight(np.array([(low, track, 0.0), (high, track, 0.0)])))
     given = [part(0, 0, 5), part(0, 20, 25), part(1, 3, 8), part(1, 22, 30), part(2, 50, 60), part(3, 7, 9)]
     found = needed.in_order(given, (24.0, 0.0))
     assert [(one.track, one.low) for one in found] == [(0, 20), (1, 22), (2, 50), (3, 7), (0, 0), (1, 3)]

@@ -113,19 +113,22 @@ def program_text(parts):
                   path, f'T{options.tool} M6', 'G43', f'S{options.speed:g} M3',
                   f'G0 Z{plan.clearance / unit_mm:.4f}', 'G0 X{:.5f} Y{:.5f}'.format(*(value / unit_mm for value in plan.first))]
         lines += texts(plan.moves, (*plan.first, plan.clearance), unit_mm, 5 if inch else 4, path)
-        lines.append('M5')
+        lines += ['G17', 'M5']
     return '\n'.join([*lines, 'M2', ''])
 
 
 def figures_of(request, plan, seconds):
     """What was made: lengths in mm."""
-    from chipwise.moves import Line, Rapid
+    from chipwise.moves import Line, PlaneArc, Rapid
     at, feed_mm, rapid_mm = (*plan.first, plan.clearance), 0.0, 0.0
     for move in plan.moves:
         new = tuple(old if value is None else value for old, value in zip(at, (move.x, move.y, move.z)))
         length = math.dist(at, new)
-        feed_mm, rapid_mm = feed_mm + length * isinstance(move, Line), rapid_mm + length * isinstance(move, Rapid)
+        if isinstance(move, PlaneArc):
+            twice = math.dist(at, move.centre) + math.dist(new, move.centre)
+            length = twice * math.asin(min(1.0, length / twice))
+        feed_mm, rapid_mm = feed_mm + length * isinstance(move, (Line, PlaneArc)), rapid_mm + length * isinstance(move, Rapid)
         at = new
-    return {'cuts': plan.cuts, 'sampled': plan.sampled, 'moves': len(plan.moves), 'feed_mm': round(feed_mm, 3), 'rapid_mm': round(rapid_mm, 3),
+    return {'cuts': plan.cuts, 'sampled': plan.sampled, 'moves': len(plan.moves), 'arcs': sum(isinstance(move, PlaneArc) for move in plan.moves), 'feed_mm': round(feed_mm, 3), 'rapid_mm': round(rapid_mm, 3),
             'low': [round(v, 6) for v in plan.low], 'high': [round(v, 6) for v in plan.high], 'clearance': plan.clearance,
             'tolerance': request.tolerance, 'seconds': round(seconds, 3), 'notes': [CycleError(n.text, **n.lengths).text() for n in plan.notes]}

@@ -56,6 +56,7 @@ class SurfaceRequest:
     margin       how far the tool's centre goes beyond the model in X and Y
     depth        largest depth of a level; None: one level
     least        only where the stock reaches more than this above what the tool leaves; None: LEAST_STOCK in levels, else everywhere
+    arcs         cuts along X or Y may have arcs of G18 and G19
     ramp_angle   degrees, into full stock of a level
     earlier      SurfaceRequests of the same model whose cuts have been taken from the stock, in their order
     feed         mm/min (mm per revolution under G95); plunge_feed: E, same unit; feed_per: "min" or "rev"
@@ -89,6 +90,7 @@ class SurfaceRequest:
     least: float | None = None
     scallop: float | None = None
     ramp_angle: float = 3.0
+    arcs: bool = True
     earlier: tuple = ()
 
 
@@ -154,8 +156,8 @@ def _planned(r, box, progress=None):
     heights = _heights(r, model)
     probe = Probe(Mesh(model, r.tool.diameter / 2), r.tool, r.allowance, heights.bottom)
     tracks = _tracks(r, model, probe)
-    cuts, sampled = raster.chains(probe, tracks, r.tool, _tolerance(r), lambda share: said(_SHARE * share))
-    check_moves(sum(map(len, cuts)) + LINK_MOVES * len(cuts), r, "use a larger D or tolerance")
+    cuts, sampled = raster.chains(probe, tracks, r.tool, _tolerance(r), lambda share: said(_SHARE * share), r.arcs)
+    check_moves(sum(cut.moves for cut in cuts) + LINK_MOVES * len(cuts), r, "use a larger D or tolerance")
     stock = _stock_before(r, box)
     driver = Driver(r, heights.clearance, Obstacles(probe, r.tool, stock), probe)
     count = _follow(driver, r, tracks, cuts, lambda share: said(_SHARE + (1 - _SHARE) * share))
@@ -164,7 +166,7 @@ def _planned(r, box, progress=None):
     if not count:
         notes += (Note("the stock is nowhere more than {l} above what this tool leaves: nothing is cut", {"l": _least(r)}),)
     figures = dict(cuts=count, sampled=sampled, moves=len(moves))
-    first = driver.first or tuple(cuts[0][0, :2].tolist())
+    first = driver.first or tuple(cuts[0].points[0, :2].tolist())
     return SurfacePlan(moves, notes, partial(Report, "surface", figures), count, sampled,
                        tuple(model.low.tolist()), tuple(model.high.tolist()), heights.clearance, first), stock.height
 
@@ -261,7 +263,7 @@ def _follow(driver, r, tracks, cuts, said):
     levels, count = _levels(r, cuts, driver.obstacles.stock), 0
     for number, level in enumerate(levels):
         for one in _wanted(driver.obstacles, r, tracks, cuts, level, None if driver.mover is None else driver.mover.xy):
-            driver.add_segment(one.chain, level)
+            driver.add_segment(one.curve, level)
             count += 1
             check_moves(len(driver.mover.moves), r, "use a larger D, tolerance or depth")
         said((number + 1) / len(levels))
@@ -272,7 +274,7 @@ def _levels(r, cuts, stock):
     """The heights of the levels, falling (mm); [None] for one level that is the surface."""
     if r.depth is None:
         return [None]
-    top, low = float(stock.height.max()), min(float(cut[:, 2].min()) for cut in cuts)
+    top, low = float(stock.height.max()), min(float(cut.points[:, 2].min()) for cut in cuts)
     count = max(1, math.ceil((top - low) / r.depth - 1e-6))
     if count > MAX_PASSES:
         raise CycleError(f"depth of a level {{j}} needs more than {MAX_PASSES} levels", "use a larger depth", j=r.depth)
@@ -287,7 +289,7 @@ def _wanted(obstacles, r, tracks, cuts, level, at):
     for number, cut in enumerate(cuts):
         mine = needed.segments(stock, obstacles.tool, cut if level is None else needed.clipped(cut, level), _least(r), number, direction)
         for one in mine:
-            obstacles.cut(one.chain)
+            obstacles.cut(one.curve.points)
         found += mine
     stock.height[:] = before
     return needed.in_order(found, at)
@@ -297,7 +299,7 @@ def _holder_notes(probe, cuts):
     """What the operator should know if the holder kept the tool away."""
     if not probe.has_holder:
         return ()
-    points = np.concatenate(cuts)
+    points = np.concatenate([cut.points for cut in cuts])
     raised = probe.raised(points[:, :2])
     if raised.max() <= OFF_MM:
         return ()

@@ -17,6 +17,7 @@ from chipwise.cycles.mover import Mover
 from chipwise.cycles.word_checks import EQUAL
 from chipwise.moves import Blend, Line, Rapid
 from chipwise.surface import raster
+from chipwise.surface.curve import moves_of
 from chipwise.surface.needed import clipped
 from chipwise.surface.quickest_link import Terms, quickest_link, lead_in
 from chipwise.surface.raster import direction_of
@@ -47,8 +48,8 @@ class Driver:
                            request.plunge_feed, MINUTE if request.feed_per == "min" else TURNS)
 
     def add(self, cut):
-        """To the start of a cut (k, 3), and along it."""
-        start = tuple(map(float, cut[0]))
+        """To the start of a cut, surface.curve.Curve, and along it."""
+        start = tuple(map(float, cut.points[0]))
         if self.mover is None:
             self._begin(start)
         elif self.request.link != ZIGZAG:
@@ -56,10 +57,11 @@ class Driver:
         else:
             self._rest()
         self._descend(start)
-        self._along(cut, self.request.feed)
+        self._follow(cut)
 
-    def add_segment(self, cut, level):
+    def add_segment(self, curve, level):
         """As add() for a part of a cut that is not lower than `level` (mm, or None): it may be anywhere in the stock."""
+        cut = curve.points
         entry = self._from_the_side(cut, level)
         entry = self._ramp(cut) if entry is None else entry
         start = tuple(map(float, entry[0]))
@@ -74,7 +76,7 @@ class Driver:
             self._descend(start)
             self._along(entry, self.request.plunge_feed)
         self._descend(tuple(map(float, cut[0])))
-        self._along(cut, self.request.feed)
+        self._follow(curve)
         self.last = cut
 
     def moves(self):
@@ -85,6 +87,12 @@ class Driver:
             self._begin(self.request.start)
         self.mover.up()
         return tuple(self.mover.moves)
+
+    def _follow(self, curve):
+        """Along a cut, from its start."""
+        self.mover.moves += moves_of(curve, self.request.feed)
+        self.mover.at = tuple(map(float, curve.points[-1]))
+        self.obstacles.cut(curve.points)
 
     def _along(self, chain, feed):
         self.mover.moves.extend(Line(x=x, y=y, z=z, feed=feed) for x, y, z in chain[1:].tolist())
@@ -135,9 +143,10 @@ class Driver:
     def _across(self, start, end, level):
         """The chain (k, 3) over the surface from a point (3,) to another one, not lower than `level`, nor than the line between them:
         what two cuts leave between them may be deeper than a level."""
-        (chain,), _sampled = raster.chains(self.probe, raster.between(start[None, :2], end[None, :2]), self.request.tool, self.request.tolerance)
+        (curve,), _sampled = raster.chains(self.probe, raster.between(start[None, :2], end[None, :2]), self.request.tool, self.request.tolerance, arcs=False)
+        chain = curve.points
         if level is not None:
-            chain = clipped(chain, level)
+            chain = clipped(curve, level).points
             share = np.hypot(*(chain[:, :2] - start[:2]).T) / max(math.dist(start[:2], end[:2]), 1e-12)
             chain[:, 2] = np.maximum(chain[:, 2], start[2] + share * (end[2] - start[2]))
         return np.concatenate([start[None], chain, end[None]])
@@ -181,7 +190,7 @@ class Driver:
         depth = min(self.obstacles.deepest(_along(ahead, r.tool.diameter / 4)), r.depth)
         if depth <= SHALLOW or slope > 1e6:
             return cut[:1]
-        return _ramps(_beginning(cut, far, min(depth / slope, far[-1])), depth, slope)
+        return _ramps(raster.thinned(_beginning(cut, far, min(depth / slope, far[-1])), r.tolerance), depth, slope)
 
 
 def _nearest(chain, point):

@@ -45,7 +45,7 @@ def _words(state):
         link=state.number("p") or 0, climb=state.turns_clockwise() != hand.mirrored, tolerance=state.settings["SURFACE_TOLERANCE"],
         stock_top=None if top is None else top - state.machine_point((0.0, 0.0, 0.0))[2], cell=state.settings["CELL"],
         start=state.position(), depth=_height(state, "_chipwise_surface_depth"), least=_height(state, "_chipwise_surface_rest"),
-        scallop=_height(state, "_chipwise_surface_scallop"),
+        scallop=_height(state, "_chipwise_surface_scallop"), arcs=not state.interp.rotation_xy,
         ramp_angle=state.ramp_angle(), **state.feeds())
 
 

@@ -126,7 +126,7 @@ _FUNCTIONS = (      # name, result, arguments
     ("chip_stock_need", C.c_long, [C.POINTER(layout.HeightMap), _DROP_TOOL, C.c_long] + [C.c_void_p] * 2 + [C.c_double] + [C.c_void_p] * 3),
     ("chip_prove_depths", C.c_long, [C.POINTER(layout.ProofStock), C.c_void_p, C.c_long, C.c_void_p, C.c_long, C.c_double, C.c_void_p,
                                      C.c_void_p, C.c_long]),
-    ("chip_drop_thin", C.c_long, [C.c_long] + [C.c_void_p] * 5),
+    ("chip_chain_fit", C.c_long, [C.c_long] + [C.c_void_p] * 7),
     ("chip_png_unfilter", C.c_int, [C.c_void_p, C.c_long, C.c_long, C.c_int]))
 
 

@@ -5,7 +5,8 @@
     drop.py      the lowest tip over the triangles, at points and along segments (components/offline/drop_cutter.c)
     scallop.py   how far apart cuts may be for the ridges between them
     needed.py    the parts of cuts that the stock needs, and their order
-    raster.py    cuts in one direction as chains of points within a tolerance
+    raster.py    cuts in one direction as lines and arcs within a tolerance
+    curve.py     lines and arcs as points for the stock, and as moves
     links.py     from the end of a cut to the start of the next, safe against model and stock
 cycles/surface.py puts them together.
 """

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The segments of cuts that the stock needs, and the order in which they are cut.
 
-Called by cycles/surface.py.  All lengths mm; a cut is a chain (k, 3) over a straight track.
+Called by cycles/surface.py.  All lengths mm; a cut is a curve.Curve over a straight track.
 Source: CN105492980 [0045]: where the stock has been cut already no pass is made.
 Departs from it: the stock is a height map that every planned cut is taken out of, not the contour of a slice.
 
@@ -16,29 +16,45 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from chipwise.surface.curve import Curve, on_arcs
+
 BRIDGE = 1.0                # mm along the cut
 
 
 @dataclass(frozen=True)
 class Segment:
-    """track: number of its track; low, high: mm in the direction of the tracks; chain (k, 3)"""
+    """track: number of its track; low, high: mm in the direction of the tracks; curve: curve.Curve"""
 
     track: int
     low: float
     high: float
-    chain: np.ndarray
+    curve: Curve
 
 
-def clipped(chain, level):
-    """A chain that goes no lower than `level` (mm)."""
-    z = chain[:, 2]
+def clipped(curve, level):
+    """A Curve that goes no lower than `level` (mm)."""
+    chain, z = curve.points, curve.points[:, 2]
     k = np.flatnonzero((z[:-1] < level) != (z[1:] < level))
     share = (level - z[k]) / (z[k + 1] - z[k])
-    found = np.insert(chain, k + 1, chain[k] + share[:, None] * (chain[k + 1] - chain[k]), axis=0)
+    new = chain[k] + share[:, None] * (chain[k + 1] - chain[k])
+    found, centre = np.insert(chain, k + 1, _at_level(new, curve.centre[k + 1], chain[k + 1], level), axis=0), np.insert(curve.centre, k + 1, curve.centre[k + 1], axis=0)
     found[:, 2] = np.maximum(found[:, 2], level)
-    keep = np.ones(len(found), bool)            # of a level part only the ends are kept
-    keep[1:-1] = ~((found[:-2, 2] == level) & (found[1:-1, 2] == level) & (found[2:, 2] == level))
-    return found[keep]
+    is_level = np.append(False, (found[:-1, 2] == level) & (found[1:, 2] == level))
+    centre[is_level] = np.nan
+    keep = np.append(~(is_level[:-1] & is_level[1:]), True)         # of a level part only the ends are kept
+    return Curve(found[keep], centre[keep])
+
+
+def _at_level(points, centre, ends, level):
+    """Points (n, 3) of chords, at a height `level`, moved along it onto the arcs about centre (n, 3) that lead to ends (n, 3)."""
+    points = points.copy()
+    off = points[:, :2] - centre[:, :2]
+    now = np.hypot(off[:, 0], off[:, 1])
+    there = np.sqrt(np.maximum(((ends - centre) ** 2).sum(axis=1) - (level - centre[:, 2]) ** 2, 0.0))
+    moves = now > 1e-9              # not those of lines, whose centre is NaN
+    points[moves, :2] = (centre[:, :2] + off * (there / np.maximum(now, 1e-9))[:, None])[moves]
+    points[:, 2] = level
+    return points
 
 
 def _steps(chain, longest):
@@ -55,22 +71,27 @@ def _points(chain, places):
     return chain[edge] + (places - edge)[:, None] * (chain[edge + 1] - chain[edge])
 
 
-def _part(chain, first, last):
-    """The chain from a place to another one."""
+def _part(curve, first, last):
+    """The Curve from a place to another one."""
     between = np.arange(int(np.floor(first)) + 1, int(np.ceil(last)))
-    ends = _points(chain, np.array([first, last]))
-    return np.concatenate([ends[:1], chain[between], ends[1:]])
+    edge = np.minimum(np.array([first, last]).astype(int), len(curve.points) - 2)
+    edge[1] = int(np.ceil(last)) - 1
+    centre = curve.centre[edge + 1]
+    ends = on_arcs(_points(curve.points, np.array([first, last])), centre, np.linalg.norm(curve.points[edge + 1] - centre, axis=1))
+    return Curve(np.concatenate([ends[:1], curve.points[between], ends[1:]]),
+                 np.concatenate([np.full((1, 3), np.nan), curve.centre[between], centre[1:]]))
 
 
-def segments(stock, tool, chain, least, track=0, direction=(1.0, 0.0)):
-    """The Segments of a chain that lower the stock.
+def segments(stock, tool, curve, least, track=0, direction=(1.0, 0.0)):
+    """The Segments of a Curve that lower the stock.
 
     stock      check.sweep.HeightMap; nothing is cut
     tool       layout.DropTool
     least      mm: stock that reaches no more than this above what the whole chain leaves may stay
     track      number of its track; direction: (2,) unit vector of all tracks
     """
-    chain = chain if len(chain) > 1 else np.repeat(chain, 2, axis=0)
+    curve = curve if len(curve.points) > 1 else Curve.straight(np.repeat(curve.points, 2, axis=0))
+    chain = curve.points
     places = _steps(chain, stock.cell)
     points = _points(chain, places)
     wanted = stock.needed(tool, points[:-1], points[1:], least)
@@ -83,7 +104,7 @@ def segments(stock, tool, chain, least, track=0, direction=(1.0, 0.0)):
     first, last = first[np.concatenate([[True], apart])], last[np.concatenate([apart, [True]])]
     first, last = np.maximum(first - 1, 0), np.minimum(last + 1, len(places) - 1)
     far = points[:, :2] @ np.asarray(direction)
-    return [Segment(track, *sorted((float(far[a]), float(far[b]))), _part(chain, places[a], places[b])) for a, b in zip(first, last)]
+    return [Segment(track, *sorted((float(far[a]), float(far[b]))), _part(curve, places[a], places[b])) for a, b in zip(first, last)]
 
 
 def regions(parts):
@@ -114,8 +135,8 @@ def in_order(parts, at):
     """Segments region by region, the next one with the nearest start; at: (x, y) of the tool, or None."""
     left, found = regions(parts), []
     while left:
-        starts = np.array([region[0].chain[0, :2] for region in left])
+        starts = np.array([region[0].curve.points[0, :2] for region in left])
         nearest = 0 if at is None else int(np.hypot(*(starts - at).T).argmin())
         found += left.pop(nearest)
-        at = found[-1].chain[-1, :2]
+        at = found[-1].curve.points[-1, :2]
     return found

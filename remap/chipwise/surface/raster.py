@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Cuts side by side in one direction over a model, as chains of points within a tolerance.
+"""Cuts side by side in one direction over a model, as chains of lines and arcs within a tolerance.
 
 Called by cycles/surface.py.  All lengths mm.
 
 A chain is on or above the model: at most GOUGE below it anywhere, at most the tolerance above the lowest path of the tool
     1. stations are halved until the middle of two is within a fifth of the tolerance of the line between them;
     2. a step between stations as close as a quarter of the tolerance is a wall: the path goes straight up or down beside it;
-    3. chip_drop_thin keeps as few stations as the rest of the tolerance allows, upwards only;
-    4. chip_drop_excess looks at every segment between its ends, too; a station is added where the model is higher.
+    3. chip_chain_fit keeps as few stations as the rest of the tolerance allows, upwards only, with lines between them and, on tracks along
+       X or Y, arcs;
+    4. chip_drop_excess looks at every segment between its ends, too; a station is added where the model is higher.  For an arc it looks at
+       chords or tangents that are below it by at most ARC_SAG of the tolerance.
 """
 
 import math
@@ -16,11 +18,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from chipwise.stock.core import library
+from chipwise.surface import curve
 
 GOUGE = 5e-4                # mm [4]
 SAMPLING = 0.2              # of the tolerance [1]
 NARROW = 0.25               # of the tolerance [2]
 ROUNDS = 8                  # of adding stations [4]; then the segment is raised
+ARC_ROUNDS = 5              # of them with arcs
+ARC_SAG, MOST_SAG = 0.25, 0.0025    # of the tolerance, and mm: of the chords in place of an arc
 LEAST_STEP = 0.05           # mm, of the first stations
 
 
@@ -98,22 +103,25 @@ def parallel(low, high, degrees, across, climb):
     return Tracks(start, np.tile((c, s), (count, 1)), np.maximum(last - first, 0.0))
 
 
-def chains(probe, tracks, shape, tolerance, progress=lambda share: None):
-    """One chain (k, 3) per track, mm, and how many stations were sampled.  probe: drop.Probe; shape: check.sweep.Shape."""
+def chains(probe, tracks, shape, tolerance, progress=lambda share: None, arcs=True):
+    """One curve.Curve per track, and how many stations were sampled.  probe: drop.Probe; shape: check.sweep.Shape; arcs: whether they may be
+    in it."""
     line, s, z = _sampled(probe, tracks, _first_step(shape, tolerance), tolerance, lambda share: progress(0.6 * share))
     line, s, z = _walls(line, s, z, tolerance)
     bounds = np.searchsorted(line, np.arange(len(tracks.length) + 1))
     samples = [(s[a:b], z[a:b]) for a, b in zip(bounds[:-1], bounds[1:])]
     found = [None] * len(samples)
     waiting = np.arange(len(samples))
+    with_arcs = curve.may_have_arcs(tracks.direction) & arcs
     for turn in range(ROUNDS):
         for k in waiting:
-            found[k] = _thinned(*samples[k], (1.0 - SAMPLING) * tolerance)
-        waiting = _added(probe, tracks, samples, found, waiting, turn == ROUNDS - 1)
+            found[k] = _fitted(*samples[k], tolerance, with_arcs[k] and turn < ARC_ROUNDS)
+        waiting = _added(probe, samples, tracks, found, waiting, tolerance, turn == ROUNDS - 1)
         progress(0.6 + 0.4 * (1.0 - len(waiting) / len(samples)))
         if not len(waiting):
             break
-    return [_points(tracks, k, *part) for k, part in enumerate(found)], len(s)
+    sag = min(ARC_SAG * tolerance, MOST_SAG)
+    return [curve.placed(tracks.start[k], tracks.direction[k], *part, sag) for k, part in enumerate(found)], len(s)
 
 
 def _first_step(shape, tolerance):
@@ -159,36 +167,48 @@ def _walls(line, s, z, tolerance):
     return tuple(np.insert(old, at + 1, new) for old, new in zip((line, s, z), (line[at], lower, np.maximum(z[at], z[at + 1]))))
 
 
-def _thinned(s, z, room):
-    """(stations, heights) of as few as `room` above the samples allows [3]."""
-    kept, height, high = np.empty(len(s), np.int64), np.empty(len(s)), z + room
-    count = library().chip_drop_thin(len(s), s.ctypes.data, z.ctypes.data, high.ctypes.data, kept.ctypes.data, height.ctypes.data)
-    return s[kept[:count]], height[:count].copy()
+def _fitted(s, z, tolerance, arcs):
+    """(stations, heights, arcs as of chip_chain_fit) of as few as the tolerance above the samples allows [3]."""
+    kept, height, arc, high = np.empty(len(s), np.int64), np.empty(len(s)), np.empty((len(s), 3)), z + (1.0 - SAMPLING) * tolerance
+    arc_low = z + ARC_SAG * tolerance
+    count = library().chip_chain_fit(len(s), s.ctypes.data, z.ctypes.data, high.ctypes.data, arc_low.ctypes.data if arcs else None,
+                                     kept.ctypes.data, height.ctypes.data, arc.ctypes.data)
+    return s[kept[:count]], height[:count].copy(), arc[:count].copy()
 
 
-def _points(tracks, k, s, z):
-    return np.column_stack([tracks.start[k] + s[:, None] * tracks.direction[k], z])
+def thinned(points, room):
+    """A chain (k, 3) over a straight track as lines that are at most `room` (mm) above it, and nowhere below."""
+    far = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points[:, :2], axis=0).T))])
+    s, z, _arc = _fitted(far, np.ascontiguousarray(points[:, 2]), room, False)
+    return np.column_stack([np.interp(s, far, points[:, 0]), np.interp(s, far, points[:, 1]), z])
 
 
-def _added(probe, tracks, samples, found, waiting, is_last):
+def _added(probe, samples, tracks, found, waiting, tolerance, is_last):
     """Adds a sample where the model rises above a segment, and says for which tracks [4]; at last raises the segment instead."""
-    parts = [_points(tracks, k, *found[k]) for k in waiting]
-    start, end = np.concatenate([part[:-1] for part in parts]), np.concatenate([part[1:] for part in parts])
-    owner = np.repeat(np.arange(len(waiting)), [len(part) - 1 for part in parts])
-    segment = np.concatenate([np.arange(len(part) - 1) for part in parts])
+    owner, s0, z0, s1, z1, segment = _segments([found[k] for k in waiting], tolerance)
+    track = waiting[owner]
+    start, end = (np.column_stack([tracks.start[track] + s[:, None] * tracks.direction[track], z]) for s, z in ((s0, z0), (s1, z1)))
     excess, share = probe.excess(start, end, GOUGE)
     high = np.flatnonzero(excess > GOUGE)
     for i in high if is_last else ():
-        s, z = found[waiting[owner[i]]]
-        z[segment[i]:segment[i] + 2] += excess[i]
+        found[track[i]][1][segment[i]:segment[i] + 2] += excess[i]
+    new, height = s0 + share * (s1 - s0), z0 + share * (z1 - z0) + excess
     dirty = np.unique(owner[high])
     for w in dirty:
-        k, mine = waiting[w], high[owner[high] == w]
-        s, z = found[k]
-        first = segment[mine]
-        new = s[first] + share[mine] * (s[first + 1] - s[first])
-        height = z[first] + share[mine] * (z[first + 1] - z[first]) + excess[mine]
-        old_s, old_z = samples[k]
-        at = np.searchsorted(old_s, new)
-        samples[k] = np.insert(old_s, at, new), np.insert(old_z, at, height)
+        mine = high[owner[high] == w]
+        old_s, old_z = samples[waiting[w]]
+        at = np.searchsorted(old_s, new[mine])
+        samples[waiting[w]] = np.insert(old_s, at, new[mine]), np.insert(old_z, at, height[mine])
     return waiting[dirty]
+
+
+def _segments(parts, tolerance):
+    """Straight segments on or below chains as of _fitted(): (number of the chain, s, z of the start, s, z of the end, edge of the chain) of each."""
+    s, z, arc = (np.concatenate([part[k] for part in parts]) for k in range(3))
+    chain = np.repeat(np.arange(len(parts)), [len(part[0]) for part in parts])
+    first = np.searchsorted(chain, chain)
+    edge, more_s, more_z = curve.divided(s, z, arc[1:], ARC_SAG * tolerance, outside=True)
+    before_s, before_z = (np.concatenate([v[:1], more[:-1]]) for v, more in ((s, more_s), (z, more_z)))
+    inside = chain[edge] == chain[edge + 1]         # not from the end of a chain to the start of the next
+    edge = edge[inside]
+    return chain[edge], before_s[inside], before_z[inside], more_s[inside], more_z[inside], edge - first[edge]
