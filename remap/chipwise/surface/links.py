@@ -38,9 +38,9 @@ class Obstacles:
         least (mm), else the floor, if that is enough."""
         end = start if end is None else end
         floor = self._probe.floor if least is None else max(least, self._probe.floor)
-        rise, _share = self._probe.excess([(*start[:2], floor)], [(*end[:2], floor)], 0.0)
-        stock = max(self.stock.lowest_over(part, start[:2], end[:2]) + up for part, up in self._parts)
-        return float(np.maximum(floor + rise[0], stock))
+        above = max(floor, *(self.stock.lowest_over(part, start[:2], end[:2]) + up for part, up in self._parts))
+        rise, _share = self._probe.excess([(*start[:2], above)], [(*end[:2], above)], 0.0)       # above the stock there is little to look for
+        return above + float(rise[0])
 
     def lowest_at(self, places):
         """As lowest(), at each of places (n, 2) -> (n,) mm."""
@@ -49,10 +49,10 @@ class Obstacles:
 
     def lowest_along(self, places):
         """As lowest(), on each of the moves between places (n, 2) -> (n - 1,) mm."""
-        points = np.column_stack([places, np.full(len(places), self._probe.floor)])
-        rise, _share = self._probe.excess(points[:-1], points[1:], 0.0)
-        stock = [max(self.stock.lowest_over(part, a, b) + up for part, up in self._parts) for a, b in itertools.pairwise(places.tolist())]
-        return np.maximum(self._probe.floor + rise, stock)
+        above = np.array([max(self._probe.floor, *(self.stock.lowest_over(part, a, b) + up for part, up in self._parts))
+                          for a, b in itertools.pairwise(places.tolist())])
+        rise, _share = self._probe.excess(np.column_stack([places[:-1], above]), np.column_stack([places[1:], above]), 0.0)
+        return above + rise
 
     def touches_model(self, start, end):
         """Whether a straight move from a point (3,) to another one is in the model."""
