@@ -97,7 +97,7 @@ def test_random_programs(tmp_path, machine):
 
 @pytest.mark.parametrize("seed", [59, 134])
 def test_what_the_first_path_has_cut_is_not_travelled_again(tmp_path, machine, seed):
-    """Once the first path itself has been there, what the model's steps leave is no reason to go again: it was 25 and 14 levels."""
+    """Once the first path itself has been there, what the model's steps leave does not send the tool there again: it was 25 and 14 levels."""
     text = deep_program(seed)
     said, _before, _after = rewritten(tmp_path, machine, text)
     tool = int(re.findall(r"T(\d) M6", text)[-1])
