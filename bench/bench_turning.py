@@ -7,7 +7,8 @@ Called by bench/run.py (prints JSON rows).
 random   parts of lines, arcs, walls, pockets and bores, in both directions, C80 D55 V35, allowance 0 or 0.3, half with a chuck barrier
 g71      LinuxCNC's own G71 and G70 on those parts that have no bore
 residue  against closing by filters on a 0.005 mm grid, parts whose walls are on it
-long     one profile of 100 and of 1,000 elements: the whole plan
+stopped  such parts, stopped at a random cut and finished by a second plan
+long     one profile of 100 and of 1,000 elements: the whole plan, and the file of its stock
 """
 import argparse
 import json
@@ -19,12 +20,14 @@ import time
 
 import roots  # noqa: F401  sys.path
 from chipwise.errors import CycleError
+from chipwise.turning import kept, nc, rest
 from chipwise.turning.plan import total_length
 from rows import row
 from support.turning_cut import lengths
 from support.turning_g71 import judged
 from support.turning_oracle import Insert, judge, inaccessible_area
 from support.turning_random import INSERTS, Case, words, dense, random_case
+from support.turning_rest import feed_left, finished, stop, stopped
 from support.turning_rig import planned, with_margins
 
 RESIDUE_CASES = 6
@@ -60,6 +63,25 @@ def random_parts(seed, count, folder):
             row("turning: feed in the air", 100 * total["air"] / total["feed"], "%", note, 5.0),
             row("turning: rapids that cut", total["rapid"], "mm", note, 0.0),
             row("turning: feed / (area / D + finish)", length / least, "", note, 1.1)]
+
+
+def stopped_parts(seed, count, folder):
+    """Rows of parts that are stopped and finished."""
+    worst, left, again, cut = {"gouge": -math.inf, "rapid": -math.inf, "holder": -math.inf}, 0.0, 0.0, 0.0
+    for k in range(count):
+        rng = random.Random(f"bench stopped {seed} {k}")
+        case = random_case(rng)
+        plan, request, machine, text = planned(case, folder)
+        stage, number, moves = stop(rng, plan)
+        second = finished(plan, stage)
+        found, _, _ = judge(stopped(text, number, moves) + nc.program(second, request, "rest"), request.scale, case, machine.tools)
+        worst = {name: max(depth, found[name]) for name, depth in worst.items()}
+        left, again, cut = left + feed_left(plan, number, moves), again + total_length(second.steps), cut + total_length(plan.steps)
+    note = f"{count} parts"
+    return [row("turning: stopped parts, deepest gouge", max(worst["gouge"], 0.0), "mm", note, 0.001),
+            row("turning: stopped parts, deepest rapid in stock", max(worst["rapid"], 0.0), "mm", note, 0.002),
+            row("turning: stopped parts, holder in stock", max(worst["holder"], 0.0), "mm", note, 0.001),
+            row("turning: feed of the rest / feed that was left", again / left, "", f"{note}; {again / cut:.2f} of the whole plan")]
 
 
 def _added(total, found):
@@ -114,6 +136,10 @@ def long_profiles(seed, folder):
         spent = time.process_time() - began
         found, _, _ = judge(program, 1.0, case, machine.tools)
         rows.append(row(f"turning: whole plan of {count} elements", spent, "s", f"gouge {max(found['gouge'], 0.0):.2g} mm", target))
+        began, stages = time.process_time(), rest.stages(plan).stages
+        kept.write(str(folder / "turning.stock"), kept.key_of(plan.order, "part.ngc", (0.0, 0.0)), stages)
+        rows.append(row(f"turning: file of the stock, {count} elements", time.process_time() - began, "s",
+                        f"{len(stages)} stages, {(folder / 'turning.stock').stat().st_size} bytes"))
         rough = [s for s in plan.steps if s.name == "rough outside"]
         ratio = total_length(rough) / (rough[0].removed / 1.5)
         rows.append(row(f"turning: rough feed / (area / D), {count} elements", ratio, "", "with the shoulders that each level climbs", 1.1))
@@ -128,7 +154,7 @@ def main():
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
-        rows = random_parts(options.seed, options.count, folder) + g71(options.seed, options.count, folder) + residue(options.seed, folder) + long_profiles(options.seed, folder)
+        rows = random_parts(options.seed, options.count, folder) + stopped_parts(options.seed, options.count, folder) + g71(options.seed, options.count, folder) + residue(options.seed, folder) + long_profiles(options.seed, folder)
     if options.table:
         print("\n".join(f"{r['name']:48} {r['value']:10.4g} {r['unit']:4} {r['note']}" for r in rows))
     else:

@@ -18,42 +18,14 @@ from support.lathe_preview import machine, preview
 from support.random_cases import random_count, random_seed, write_replay
 from support.turning_oracle import judge
 from support.turning_random import random_case
+from support.turning_rest import feed_left, finished, stop, stopped
 from support.turning_rig import planned
 
 ZERO = (-120.0, 0.0)
 
 
-def stopped(text, number, count):
-    """A written program up to move `count` of its step `number`, and back to where the tool is changed, away from the work first."""
-    lines = text.split("\n")
-    begin = next(k for k, line in enumerate(lines) if line.startswith(f"(step {number}: ") and "not needed" not in line)
-    moves = next(k for k in range(begin, len(lines)) if lines[k].startswith("F")) + 1
-    end = next(k for k in range(moves, len(lines)) if lines[k].startswith("("))
-    if count == end - moves:
-        return "\n".join(lines[:end] + ["G0 X#<change_x>", "G0 Z#<change_z>", ""])
-    (x, z), (far_x, far_z) = ([float(lines[k].split(letter)[1].split()[0]) for letter in "XZ"] for k in (moves + count - 1, end - 1))
-    if " inside" in lines[begin]:
-        away = 0.4 / (25.4 if "G20 " in text else 1.0)
-        retreat = [f"G0 X{x - away:.6f} Z{z + away:.6f}", f"G0 Z{far_z:.6f}", f"G0 X{far_x:.6f}"]
-    else:
-        retreat = [f"G0 X{far_x:.6f}", f"G0 Z{far_z:.6f}"]
-    return "\n".join([*lines[:moves + count], *retreat, ""])
-
-
-def stop(rng, plan):
-    """(Stage, number of the step, moves) of a stop anywhere in a plan."""
-    found = rest.stages(plan)
-    number, count, stage = rng.choice([(number, *mark) for number, marks in found.marks.items() for mark in marks])
-    return found.stages[stage], number, count
-
-
 def said(choice):
     return [note.text() for note in choice.notes]
-
-
-def finished(plan, stage):
-    """The plan for what a stage has left."""
-    return make_plan(replace(plan.order, blank=rest.blank_of(stage)))
 
 
 @pytest.mark.parametrize("k", range(random_count(8)))
@@ -79,9 +51,7 @@ def test_what_is_done_is_not_cut_again(tmp_path):
         rng = random.Random(f"rest {k}")
         plan, *_ = planned(random_case(rng), tmp_path)
         stage, number, count = stop(rng, plan)
-        steps = [s for n, s in enumerate(plan.steps, 1) if n > number]
-        now = plan.steps[number - 1]
-        left += total_length(steps) + total_length([replace(now, start=(now.moves[count - 1].z, now.moves[count - 1].x), moves=now.moves[count:])])
+        left += feed_left(plan, number, count)
         again, whole = again + total_length(finished(plan, stage).steps), whole + total_length(plan.steps)
     print(f"feed of the second plans: {again / left:.3f} of what was left, {again / whole:.2f} of the whole")
     assert again <= 1.05 * left
