@@ -1,7 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The path mode (G61, G61.1, G64) around the lines of a pattern: the sub's inside, the program's own before and after.
 
-Called by glue/emit.py.  The interpreter keeps the mode of G64 and not its P and Q; canon has them (emccanon.cc, 2.9 and 2.10), in program units.
+Called by glue/emit.py and session.py.  The interpreter keeps the mode of G64 and not its P and Q; canon has them (emccanon.cc, 2.9 and 2.10), in
+program units.
+
+An abort drops what is queued, so motion may keep the mode of the inside, while interpreter and canon, which are ahead of it, have the program's own
+again.  renew() sends that once more, before the first move of another program that has a code of ours or an F word before it.
 """
 
 import emccanon
@@ -12,6 +16,20 @@ from chipwise.moves import CALLERS_PATH, PATH
 from chipwise.pattern import hand
 
 _CODES = {610: 61, 611: 61.1, 640: 64}      # by the interpreter's active G-code, which the preview has, too
+
+
+class _Sent:
+    """inside: whether motion may have the mode of an inside."""
+
+    inside = False
+
+
+def renew(interp):
+    """In the task, when another context has begun: the mode that interpreter and canon have, for motion, if an inside may have left another one."""
+    if _Sent.inside and interp.task:
+        _Sent.inside = False
+        for text in _callers(interp):
+            interp.execute(text)
 
 
 class PathMode:
@@ -28,6 +46,7 @@ class PathMode:
         if self._callers is None:
             self._callers = _callers(self._interp)
         self._changed = line != CALLERS_PATH
+        _Sent.inside = _Sent.inside or self._changed and bool(self._interp.task)
         if self._changed:       # the reader of a pattern around this one sees a line by its comment (pattern/runner.py)
             self._interp.execute(line if hand.path is None else line + " (.)")
         else:
