@@ -31,6 +31,7 @@ import numpy as np
 import roots  # noqa: F401  sys.path
 from chipwise.check.sweep import Shape
 from chipwise.cycles.surface import SurfaceRequest, surface_plan
+from chipwise.moves import PlaneArc
 from chipwise.surface import drop
 from chipwise.surface.model import Placing, read_model
 from rows import row
@@ -128,7 +129,8 @@ def path():
             plans = [surface_plan(SurfaceRequest(link=link, **known)) for link in (0, 1, 2)]
             model = read_model(file, Placing())
         probe = drop.Probe(drop.Mesh(model, 3.0), shape, floor=float(model.low[2]))
-        points = np.array([p[-1] for _kind, p in surface_judge.positions(plans[1].moves, START)])
+        points = np.concatenate([p[1:] if isinstance(move, PlaneArc) else p[-1:]
+                                 for move, (_kind, p) in zip(plans[1].moves, surface_judge.positions(plans[1].moves, START))])
         yield row(f"surface: {name}, deepest gouge along every move", float(probe.excess(points[2:-1], points[3:], 0.0)[0].max()), "mm", "", 1e-3)
         deepest, highest = surface_judge.gouge_and_rest(plans[1].moves, START, surface_cases.triangles_of(model), shape, float(model.low[2]), 60, 1)
         yield row(f"surface: {name}, the same by brute force at 60 points", max(0.0, deepest), "mm", f"highest {highest:.4f} mm, walls included", 1e-3)
