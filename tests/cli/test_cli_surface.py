@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import resource
 import signal
 import subprocess
 
@@ -17,9 +18,10 @@ from chipwise.moves import Line, Rapid
 OLD = "an older program\n"
 
 
-def surface(*arguments, env=None):
+def surface(*arguments, env=None, most_bytes=None):
     return subprocess.run([ROOT / "bin" / "chipwise", "surface", *map(str, arguments)], text=True, stdin=subprocess.DEVNULL, capture_output=True,
-                          env={**os.environ, "INI_FILE_NAME": "", **(env or {})}, timeout=300, check=False)
+                          env={**os.environ, "INI_FILE_NAME": "", **(env or {})}, timeout=300, check=False,
+                          preexec_fn=most_bytes and (lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (most_bytes, most_bytes))))
 
 
 @pytest.fixture
@@ -56,6 +58,16 @@ def test_the_program_cuts_the_model(model, tmp_path):
     assert max(needles.follow(moves, start, Shape(6, 3))) <= surface_judge.RIDGE
     shares = [int(line.partition("=")[2]) for line in done.stderr.splitlines()]
     assert shares == sorted(shares) and shares[-1] <= 99 and "FILTER_PROGRESS=" in done.stderr
+
+
+def test_a_full_disk(model, tmp_path):
+    """Here no file may be longer than 1000 bytes: the old one is kept, nothing else is left, and the file is named with a remedy."""
+    (tmp_path / "out.ngc").write_text(OLD)
+    before = sorted(os.listdir(tmp_path))
+    done = surface(model, "-o", tmp_path / "out.ngc", "--tool", 4, "--step", 3, most_bytes=1000)
+    assert (done.returncode, done.stderr.splitlines()[-1]) == (
+        2, f"chipwise: surface: {tmp_path / 'out.ngc'}: File too large; name a file in a folder of yours that has room")
+    assert (tmp_path / "out.ngc").read_text() == OLD and sorted(os.listdir(tmp_path)) == before
 
 
 def test_inch_machine_and_placing(model, tmp_path):

@@ -106,5 +106,12 @@ def test_a_library_without_a_table_is_refused(tmp_path):
     assert "cannot be loaded" in answer(library)
 
 
+def test_a_library_without_a_function_is_refused(tmp_path):
+    folder = copy(tmp_path)
+    replace(folder / "components" / "offline" / "drop_cutter.c", "chip_png_unfilter(", "chip_png_unfilter_old(")
+    said = answer(build(folder))
+    assert "another version (it has no chip_png_unfilter); run `make build`" in said, said
+
+
 def test_the_library_of_this_build_is_taken():
     assert answer(core.library_path()) == ""

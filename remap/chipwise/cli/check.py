@@ -14,7 +14,7 @@ import signal
 import sys
 
 from chipwise.cli.machine_options import Progress, add_machine_options, machine_of, refuser
-from chipwise.cli.output import unwritable, write_whole
+from chipwise.cli.output import unwritable, write_output
 from chipwise.errors import format_length, printable, with_line
 
 NAME = 'check'
@@ -140,11 +140,8 @@ def check_output(path):
 
 
 def write(path, text):
-    """Write a file, whole or not at all."""
+    """Write a file, whole or not at all; "-": standard output."""
     if path == '-':
         sys.stdout.write(text)
-        return
-    try:
-        write_whole(path, text)
-    except OSError as error:
-        refuse(f'{path}: {error.strerror}')
+    else:
+        write_output(NAME, path, text)

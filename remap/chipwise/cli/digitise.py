@@ -15,7 +15,7 @@ import os
 import numpy as np
 
 from chipwise.cli.machine_options import refuser
-from chipwise.cli.output import is_same_file, unwritable, write_whole
+from chipwise.cli.output import is_same_file, unwritable, write_output
 from chipwise.digitise import height_map, mesh, program, record
 from chipwise.errors import MM_PER_INCH, CycleError, unnamed
 from chipwise.stock import store
@@ -73,7 +73,7 @@ def _write_surface(found, options):
     """-> figures"""
     model = height_map.envelope(found.centres, options.ball, options.cell)
     corners = mesh.triangles(model)
-    write_whole(options.output, mesh.stl(corners))
+    write_output(NAME, options.output, mesh.stl(corners))
     untouched = int(np.isnan(model.heights).sum())
     print(f'{options.output}: {len(corners)} triangles, Z {corners[..., 2].min():.3f} to {corners[..., 2].max():.3f} mm, {untouched} cells not touched')
     return {'triangles': len(corners), 'cell': options.cell, 'untouched': untouched}
@@ -84,8 +84,8 @@ def _write_program(found, options):
     paths = program.lines(found.centres, found.start, options.chord)
     if not paths:
         raise CycleError('the log has no two neighbouring rows in contact', 'record while tracer.N.state is 2')
-    write_whole(options.output, program.program(paths, options.ball, options.allowance, options.clearance, options.feed,
-                                                os.path.basename(options.output)))
+    text = program.program(paths, options.ball, options.allowance, options.clearance, options.feed, os.path.basename(options.output))
+    write_output(NAME, options.output, text)
     points = sum(map(len, paths))
     print(f'{options.output}: {len(paths)} lines, {points} of {len(found.centres)} points')
     return {'lines': len(paths), 'points': points}
@@ -109,5 +109,5 @@ def run(options):
     if found.overruns:
         print(f'{options.log}: samples are missing in {found.overruns} places; use a larger depth= of sampler')
     if options.json:
-        write_whole(options.json, json.dumps({**figures, 'rows': found.rows, 'overruns': found.overruns}, indent=1) + '\n')
+        write_output(NAME, options.json, json.dumps({**figures, 'rows': found.rows, 'overruns': found.overruns}, indent=1) + '\n')
     return 1 if found.overruns else 0

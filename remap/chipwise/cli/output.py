@@ -7,6 +7,9 @@ Called by the commands that write files.
 import os
 import tempfile
 
+from chipwise.cli import UsageError
+from chipwise.errors import printable
+
 PREFIX = '.chipwise-'       # of files that are not complete yet
 
 
@@ -18,6 +21,14 @@ def unwritable(path):
     if (os.path.exists(path) and not os.path.isfile(path)) or not os.access(path if os.path.exists(path) else folder, os.W_OK):
         return f'{path} cannot be written', 'name a file in a folder of yours'
     return None
+
+
+def write_output(name, path, content):
+    """Write a file of the subcommand `name`, text or bytes, whole or not at all.  Raises UsageError."""
+    try:
+        write_whole(path, content)
+    except OSError as error:
+        raise UsageError(printable(f'{name}: {path}: {error.strerror}; name a file in a folder of yours that has room')) from error
 
 
 def is_same_file(path, other):

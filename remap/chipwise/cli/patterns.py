@@ -13,7 +13,7 @@ import os
 
 from chipwise.cli import contour
 from chipwise.cli.machine_options import add_ini, ini_of, refuser
-from chipwise.cli.output import unwritable, write_whole
+from chipwise.cli.output import unwritable, write_output
 from chipwise.cli.picture import check_output, write_picture
 from chipwise.errors import MM_PER_INCH, CycleError, format_length, printable, unnamed
 from chipwise.pattern import library
@@ -58,8 +58,9 @@ def run(options):
     except CycleError as error:
         refuse(unnamed(error))
     if options.json:
-        write_whole(options.json, json.dumps({'patterns': [figures(entry, hidden) for entry in entries],
-                                              'skipped': [{'file': printable(bad.path), 'problem': bad.problem} for bad in skipped]}, indent=1) + '\n')
+        found = {'patterns': [figures(entry, hidden) for entry in entries],
+                 'skipped': [{'file': printable(bad.path), 'problem': bad.problem} for bad in skipped]}
+        write_output(NAME, options.json, json.dumps(found, indent=1) + '\n')
     return 1 if skipped or hidden else 0
 
 

@@ -12,7 +12,7 @@ import math
 import os
 
 from chipwise.cli.machine_options import refuser
-from chipwise.cli.output import unwritable, write_whole
+from chipwise.cli.output import unwritable, write_output
 from chipwise.errors import CycleError, format_length, unnamed
 from chipwise.settings import load_settings
 from chipwise.stations import frame, store
@@ -53,7 +53,7 @@ def run(options):
         refuse(unnamed(error))
     print('\n'.join(line for number, result in found.items() for line in text_of(number, result)) or f'{path}: there are no stations')
     if options.json:
-        write_whole(options.json, json.dumps({'file': path, 'stations': found}, indent=1) + '\n')
+        write_output(NAME, options.json, json.dumps({'file': path, 'stations': found}, indent=1) + '\n')
     return 1 if any('problem' in result for result in found.values()) else 0
 
 

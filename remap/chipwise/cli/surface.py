@@ -16,7 +16,7 @@ import sys
 import time
 
 from chipwise.cli.machine_options import Progress, add_ini, refuser
-from chipwise.cli.output import is_same_file, unwritable, write_whole
+from chipwise.cli.output import is_same_file, unwritable, write_output
 from chipwise.cli.surface_job import is_job, read_job
 from chipwise.cli.surface_program import LENGTHS, figures_of, planned, program_text, unit_of
 from chipwise.errors import CycleError, printable
@@ -59,7 +59,7 @@ def run(options):
             check_options(cut)
             check_outputs(cut)
         parts = planned(cuts, refuse, progress)
-        write_whole(options.output, program_text(parts))
+        write_output(NAME, options.output, program_text(parts))
     except CycleError as error:
         progress.clear()
         print(printable(error.text(unit_of(options)).replace('chipwise: ', f'chipwise: {NAME}: ', 1)), file=sys.stderr)
@@ -77,7 +77,7 @@ def run(options):
         print(printable(f'{options.output}: {which}{one["cuts"]} cuts, {one["moves"]} moves from {one["sampled"]} points'))
     if options.json:
         found = {'parts': figures} if is_job(options.model) else figures[0]
-        write_whole(options.json, json.dumps({'output': options.output, **found}, indent=1) + '\n')
+        write_output(NAME, options.json, json.dumps({'output': options.output, **found}, indent=1) + '\n')
     return 0
 
 

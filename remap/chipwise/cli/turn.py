@@ -14,7 +14,7 @@ import os
 from chipwise import ROOT
 from chipwise.cli import UsageError
 from chipwise.cli.machine_options import refuser
-from chipwise.cli.output import is_same_file, unwritable, write_whole
+from chipwise.cli.output import is_same_file, unwritable, write_output
 from chipwise.errors import CycleError, braceless, unnamed
 from chipwise.files import read_bytes
 from chipwise.ini import Ini
@@ -60,7 +60,7 @@ def run(options):
     except CycleError as error:
         raise UsageError(f'{NAME}: ' + unnamed(error.text(unit))) from error
     if output:
-        write(options.output, output)
+        write_output(NAME, options.output, output)
     report(options, request, plan, machine, text)
     return 1 if plan.residue else 0
 
@@ -83,7 +83,7 @@ def report(options, request, plan, machine, text):
         print(found, end='')
         return
     if options.json:
-        write(options.json, found)
+        write_output(NAME, options.json, found)
     print('\n'.join(text.report(plan, request, machine.rapid_mm_s)))
 
 
@@ -107,11 +107,3 @@ def read_program(path):
         return read_bytes(path, MAX_BYTES).decode('utf-8', 'replace')
     except OSError as error:
         raise CycleError(f'{braceless(path)}: {error.strerror}', 'name a G-code file that can be read') from error
-
-
-def write(path, text):
-    """Write a file, whole or not at all."""
-    try:
-        write_whole(path, text)
-    except OSError as error:
-        raise UsageError(f'{NAME}: {path}: {error.strerror}; name a file in a folder of yours that has room') from error

@@ -140,7 +140,9 @@ def _load():
         raise CoreError(f"chipwise: core library {path} cannot be loaded ({error}); run `make build`") from error
     _check_layout(lib, path)
     for name, result, args in _FUNCTIONS:
-        function = getattr(lib, name)
+        function = getattr(lib, name, None)
+        if function is None:
+            raise CoreError(f"chipwise: core library {path} is of another version (it has no {name}); run `make build`")
         function.restype, function.argtypes = result, args
     return lib
 
