@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 
@@ -145,6 +146,7 @@ def test_four_linuxcncs_at_once(tmp_path):
 # The sandbox's time and that of the machine (/proc/uptime, s), read together, before and after a sleep.
 BOTH_CLOCKS = """
 import time
+from pathlib import Path
 def uptime():
     return float(open('/proc/uptime').read().split()[0])
 def both():
@@ -187,6 +189,21 @@ def test_the_display_outlives_its_clients():
     display before it opens its window was one of them."""
     done = sandbox('--xvfb', '320x200', '--', sys.executable, '-c', CLIENTS, stderr=subprocess.STDOUT)
     assert done.stdout.split() == ['True'] * 200, done.stdout[-500:]
+
+
+def test_a_display_has_a_socket_of_its_own():
+    """Another sandbox's display has another process 3, so a lock in the common /tmp would keep nobody off its socket."""
+    folder = Path('/tmp/.X11-unix')
+    script = 'ls /tmp/.X11-unix; echo "X${DISPLAY#:}"'
+    folder.mkdir(mode=0o1777, exist_ok=True)
+    other = folder / f'X{os.getpid()}'
+    other.touch()
+    try:
+        done = sandbox('--xvfb', '320x200', '--', 'sh', '-c', script, stderr=subprocess.STDOUT)
+        own, name = done.stdout.split()
+        assert own == name and other.exists()
+    finally:
+        other.unlink()
 
 
 def test_axis_starts(tmp_path):

@@ -13,6 +13,8 @@ from chipwise.machine.namespaces import MS_BIND, mount
 # Where `halcompile --print-modinc` looks (2.9.0~pre1); that takes longer than the rest of a sandbox's start.
 FOLDERS_OF_MODINC = ('src', 'etc/linuxcnc', '/etc/linuxcnc', 'share/linuxcnc')
 
+DISPLAYS = '/tmp/.X11-unix'
+
 NML_PATIENCE_S = 10.0       # s of real time (semtimedop), for a shared buffer
 
 
@@ -116,6 +118,13 @@ def patient(line):
         return line
     words[7] = '%g' % max(NML_PATIENCE_S, float(words[7]))
     return ' '.join(words) + '\n'
+
+
+def cover_displays():
+    """Cover the folder of the X displays' sockets: a display of another sandbox, whose lock has a process number that means nothing here,
+    would lose its socket to ours, and its screen would find ours or none."""
+    os.makedirs(DISPLAYS, exist_ok=True)
+    mount('tmpfs', DISPLAYS, 'tmpfs')
 
 
 def cover_rtapi(scratch):

@@ -23,7 +23,8 @@ nothing left behind.  Called by `make run`, by `chipwise demo` and by the tests.
 4. The module directory is covered by one with LinuxCNC's modules and the
    freshly built ones; the linuxcnc script by a copy that keeps its lock file
    and logs in HOME; each --private directory by a copy (default: configs/,
-   where LinuxCNC saves its parameters).
+   where LinuxCNC saves its parameters); with --xvfb, the sockets of X displays
+   by an empty folder.
 5. --speed N preloads libfaketime, so that N seconds pass in one.
 
 Exit status: COMMAND's; 124 after --timeout; 128 + signal when killed.
@@ -39,7 +40,7 @@ import tempfile
 
 from chipwise import ROOT, version
 from chipwise.machine.command import environment, run_and_reap, start_xvfb
-from chipwise.machine.covers import cover_directory, cover_installed, cover_modules, cover_nml, cover_rtapi, cover_script
+from chipwise.machine.covers import cover_directory, cover_displays, cover_installed, cover_modules, cover_nml, cover_rtapi, cover_script
 from chipwise.machine.namespaces import (CLONE_NEWIPC, CLONE_NEWNET, CLONE_NEWNS, CLONE_NEWPID, as_user, choose_isolation,
                                          die_with_parent, enter, libc, mount, user_to_become)
 from chipwise.machine.unisolated import end_descendants, refuse_without_isolation, run_without_isolation, shared_memory
@@ -112,6 +113,7 @@ def inside(options, home, scratch, drop_to):
     if drop_to:
         subprocess.run(['chown', '-R', '-h', '%d:%d' % drop_to, scratch, home], check=True)
     if options.xvfb:
+        cover_displays()
         start_xvfb(options.xvfb, env)
     return run_and_reap(options.command, env, as_user(drop_to) if drop_to else [])
 
