@@ -85,7 +85,10 @@ def test_the_log_of_operations(tmp_path):
     assert [row['operation'] for row in rows] == list('12345') and {row['complete'] for row in rows} == {'yes'}
     slot, end = rows[2:4]
     assert (slot['reference_cm3_min'], slot['limited_by'], end['reference_cm3_min'], end['limited_by']) == ('6.0', 'stock', '0.0', 'nothing')
-    assert float(slot['mean_cm3_min']) == pytest.approx(6, rel=0.1) and float(end['mean_cm3_min']) < 2
+    # a busy computer looks late: what was cut until then counts for the operation after it, so the mean can be lower, and the peak not
+    assert float(slot['peak_cm3_min']) == pytest.approx(6, rel=0.1) and float(end['mean_cm3_min']) < float(slot['mean_cm3_min']) < 6.6
+    for row in rows:
+        assert float(row['mean_cm3_min']) == pytest.approx(60 * float(row['removed_cm3']) / float(row['cutting_s']), rel=0.03), row
     assert sum(float(row['removed_cm3']) for row in rows) == pytest.approx(float(answers[3][0]) / 1000, rel=0.02)
 
 
