@@ -13,8 +13,8 @@
 #define STEADY 3.0        /* cells: a larger difference from needle to needle is a wall */
 #define STEP_DOWN 0.2     /* cells, from stamp to stamp in Z [2] */
 #define STEP_PLUNGE 0.125 /* the same for a plunge, where all the stock below the tool seems equally deep */
-#define LAG 0.05          /* mm in XY: stamps that are nearer to each other spare the tool's skin [3] */
-#define STILL 1e-6        /* mm in XY: a move along the axis */
+#define LAG CHIP_HEIGHT_LAG
+#define STILL CHIP_HEIGHT_STILL
 #define STEPS_MOST 100000000.0
 
 /* Wider vectors where the processor has them. */
@@ -117,58 +117,18 @@ static inline __attribute__((always_inline)) float cut_row(const struct shape *s
     return sum;
 }
 
-CLONES float row_flat(const struct shape *s, int n, float *h, const float *x, const float *y, float dx, float dy,
-                      float z, float floor, float *top)
-{
-    return cut_row(s, FLAT, 0, n, h, x, y, dx, dy, z, floor, top);
-}
-
-CLONES float row_round(const struct shape *s, int n, float *h, const float *x, const float *y, float dx, float dy,
-                       float z, float floor, float *top)
-{
-    return cut_row(s, ROUND, 0, n, h, x, y, dx, dy, z, floor, top);
-}
-
-CLONES float row_any(const struct shape *s, int n, float *h, const float *x, const float *y, float dx, float dy,
-                     float z, float floor, float *top)
-{
-    return cut_row(s, ANY, 0, n, h, x, y, dx, dy, z, floor, top);
-}
-
-/* The same with the smaller shape [3]. */
-CLONES float spare_flat(const struct shape *s, int n, float *h, const float *x, const float *y, float dx, float dy,
-                        float z, float floor, float *top)
-{
-    return cut_row(s, FLAT, 1, n, h, x, y, dx, dy, z, floor, top);
-}
-
-CLONES float spare_round(const struct shape *s, int n, float *h, const float *x, const float *y, float dx, float dy,
-                         float z, float floor, float *top)
-{
-    return cut_row(s, ROUND, 1, n, h, x, y, dx, dy, z, floor, top);
-}
-
-CLONES float spare_any(const struct shape *s, int n, float *h, const float *x, const float *y, float dx, float dy,
-                       float z, float floor, float *top)
-{
-    return cut_row(s, ANY, 1, n, h, x, y, dx, dy, z, floor, top);
-}
-
-typedef float (*row_function)(const struct shape *, int, float *, const float *, const float *, float, float, float,
-                              float, float *);
-
-static int clamp(double v, int low, int high) { return v < low ? low : v > high ? high : (int)v; }
+static inline int clamp(double v, int low, int high) { return v < low ? low : v > high ? high : (int)v; }
 
 /* Rows and columns whose needles may lie within `radius` of a position; 0 if there are none. */
-static int rows_within(const struct chip_height_map *map, double y, double radius, int *first, int *end)
+static inline int rows_within(const struct chip_height_map *map, double y, double radius, int *first, int *end)
 {
     *first = clamp(floor((y - radius - map->y0) / map->cell) - 1.0, 0, map->ny);
     *end = clamp(ceil((y + radius - map->y0) / map->cell) + 1.0, 0, map->ny);
     return *first < *end;
 }
 
-static int columns_within(const struct chip_height_map *map, int row, double x, double y, double radius, int *first,
-                          int *end)
+static inline int columns_within(const struct chip_height_map *map, int row, double x, double y, double radius,
+                                 int *first, int *end)
 {
     double below = y - (map->y0 + row * map->cell), off = below < 0.0 ? -below : chip_max(below - map->cell, 0.0), half;
     if (off >= radius) return 0;
@@ -178,8 +138,11 @@ static int columns_within(const struct chip_height_map *map, int row, double x, 
     return *first < *end;
 }
 
-static void cut_stamp(const struct chip_height_map *map, const struct shape *s, row_function cut, double radius,
-                      const double tip[3], float keep[2][ROW_MOST], struct stamp *stamp)
+/* One stamp of the tool, which cuts with the probing profile if `spare`; keep: room for old heights, NULL: only the volume counts. */
+static inline __attribute__((always_inline)) void cut_rows(const struct chip_height_map *map, const struct shape *s,
+                                                           enum profile kind, int spare, double radius,
+                                                           const double tip[3], float keep[2][ROW_MOST],
+                                                           struct stamp *stamp)
 {
     int row, end, first, last, side = 0;
     stamp->volume = 0.0;
@@ -192,11 +155,13 @@ static void cut_stamp(const struct chip_height_map *map, const struct shape *s, 
         int width;
         if (!columns_within(map, row, tip[0], tip[1], radius, &first, &last)) continue;
         width = last - first;
-        if (width <= ROW_MOST) memcpy(keep[side], height + first, sizeof(float) * (unsigned)width);
-        stamp->volume += cut(s, width, height + first, map->x + first, map->shift_y + first,
-                             (float)(map->x0 + map->shift_x[row] - tip[0]), (float)(map->y0 + row * map->cell - tip[1]),
-                             (float)tip[2], (float)map->z_min, &top);
-        if (top > stamp->top) {
+        if (keep && width <= ROW_MOST) memcpy(keep[side], height + first, sizeof(float) * (unsigned)width);
+        last = first + ((width + 7) & ~7); /* whole vectors */
+        if (last > map->nx) last = map->nx;
+        stamp->volume += cut_row(s, kind, spare, last - first, height + first, map->x + first, map->shift_y + first,
+                                 (float)(map->x0 + map->shift_x[row] - tip[0]),
+                                 (float)(map->y0 + row * map->cell - tip[1]), (float)tip[2], (float)map->z_min, &top);
+        if (keep && top > stamp->top) {
             stamp->top = top;
             stamp->row = row;
             stamp->first = first;
@@ -206,6 +171,25 @@ static void cut_stamp(const struct chip_height_map *map, const struct shape *s, 
         }
     }
 }
+
+/* A stamp of one kind, for each of the vectors. */
+#define STAMP(name, kind, spare)                                                                                       \
+    CLONES void name(const struct chip_height_map *map, const struct shape *s, double radius, const double tip[3],     \
+                     float keep[2][ROW_MOST], struct stamp *stamp)                                                     \
+    {                                                                                                                  \
+        cut_rows(map, s, kind, spare, radius, tip, keep, stamp);                                                       \
+    }
+
+STAMP(cut_flat, FLAT, 0)
+STAMP(cut_round, ROUND, 0)
+STAMP(cut_any, ANY, 0)
+/* The same with the smaller shape [3]. */
+STAMP(spare_flat, FLAT, 1)
+STAMP(spare_round, ROUND, 1)
+STAMP(spare_any, ANY, 1)
+
+typedef void (*stamp_function)(const struct chip_height_map *, const struct shape *, double, const double[3],
+                               float[2][ROW_MOST], struct stamp *);
 
 /* How much the stock rises steadily from the highest needle a stamp has met to those beside it [4]. */
 static double margin(const struct chip_height_map *map, const struct stamp *stamp)
@@ -281,7 +265,7 @@ static double spacing(const struct chip_height_map *map, const struct chip_heigh
 struct chain {
     const struct chip_height_tool *tool;
     const struct shape *s;
-    row_function cut, spare;
+    stamp_function cut, spare;
     int spared;     /* the last stamp has spared the skin */
     double mark[3]; /* where the next stamp of the whole tool is due, */
     double gone;    /* mm in XY from there */
@@ -289,9 +273,8 @@ struct chain {
 
 static double stamp_whole(const struct chip_height_map *map, const struct chain *chain, const double tip[3])
 {
-    float keep[2][ROW_MOST];
     struct stamp stamp;
-    cut_stamp(map, chain->s, chain->cut, chain->tool->radius + CHIP_HEIGHT_RIDGE, tip, keep, &stamp);
+    chain->cut(map, chain->s, chain->tool->radius + CHIP_HEIGHT_RIDGE, tip, 0, &stamp);
     return stamp.volume;
 }
 
@@ -326,8 +309,7 @@ static int stamp_at(const struct chip_height_map *map, struct chain *chain, cons
     struct stamp stamp;
     int spare = spares(map, chain, tip, advance, volume);
     double here;
-    cut_stamp(map, chain->s, spare ? chain->spare : chain->cut, chain->tool->radius + CHIP_HEIGHT_RIDGE, tip, keep,
-              &stamp);
+    (spare ? chain->spare : chain->cut)(map, chain->s, chain->tool->radius + CHIP_HEIGHT_RIDGE, tip, keep, &stamp);
     *volume += stamp.volume;
     if (stamp.top <= -1e38f) return 0;
     here = (double)stamp.top - lowest + margin(map, &stamp);
@@ -382,14 +364,14 @@ double chip_height_sweep(const struct chip_height_map *map, const struct chip_he
 {
     struct shape s = make_shape(tool);
     struct chip_tool profile;
-    struct chain chain = { tool, &s, row_any, spare_any, 0, { 0.0, 0.0, 0.0 }, 0.0 };
+    struct chain chain = { tool, &s, cut_any, spare_any, 0, { 0.0, 0.0, 0.0 }, 0.0 };
     double sum = 0.0;
     long i;
     if (tool->slope <= 0.0 && tool->corner <= 0.0) {
-        chain.cut = row_flat;
+        chain.cut = cut_flat;
         chain.spare = spare_flat;
     } else if (tool->slope <= 0.0 && tool->corner >= tool->radius) {
-        chain.cut = row_round;
+        chain.cut = cut_round;
         chain.spare = spare_round;
     }
     chip_tool_set_profile(&profile, tool->radius, tool->corner, tool->slope > 0.0 ? atan(1.0 / tool->slope) : 0.0);

@@ -15,7 +15,8 @@
  *  3. The tool cuts with its own shape and probes with one that is CHIP_HEIGHT_SKIN smaller all over. So
  *     it does not meet again what it has cut before: a wall that it follows a second time, or the ridges of [2].
  *     Stamps that are nearer to each other than LAG in XY (steep moves, moves of a few micrometres) would have cut all
- *     stock before they probe it: they cut with the smaller shape, too, and the whole tool follows LAG behind.
+ *     stock before they probe it: they cut with the smaller shape, too, and the whole tool follows LAG behind. A call whose
+ *     first move is longer than LAG in XY, or along the axis, goes on where the call before has ended.
  *  4. Depth: the highest needle that a stamp meets, above the lowest position of the tip within a fifth of a cell, plus
  *     the difference from that needle to those beside it, at most 0.6 cells: between needles the stock may be
  *     that much higher. Beside walls and on level stock nothing is added.
@@ -28,6 +29,8 @@
 
 #define CHIP_HEIGHT_RIDGE 0.002 /* mm [2] */
 #define CHIP_HEIGHT_SKIN 0.004  /* mm [3] */
+#define CHIP_HEIGHT_LAG 0.05    /* mm in XY: stamps that are nearer to each other spare the tool's skin [3] */
+#define CHIP_HEIGHT_STILL 1e-6  /* mm in XY: a move along the axis */
 
 struct chip_height_map {
     double x0, y0;                     /* mm, corner of the map */
@@ -74,5 +77,26 @@ double chip_height_times(long n, const double *length, const double *most, const
  * has a speed (mm/s) and an acceleration (mm/s2); corners are rounded by `blend` (mm) as LinuxCNC's planner does it
  * (blendmath.c): by an arc that takes at most half of each side. */
 double chip_traverse_seconds(long n, const double (*points)[3], double speed, double accel, double blend);
+
+#define CHIP_ROUTE_POINTS 24
+#define CHIP_ROUTE_SAME 1e-6 /* mm */
+#define CHIP_ROUTE_BAD 1e9   /* s */
+
+/* What a route from one place to another may do. A route is points of distance (mm, seen from above, from 0 to `length`) and height
+ * (mm); it goes over three places, with a corner at one of them, or with `corner` 0 over the last two. Neither its straight sides may
+ * be below `limit`, nor the arcs in its corners below `lower`: lines over points of distance and height, from 0 to `length`. Only
+ * straight up at the beginning and straight down at the end it may. */
+struct chip_lane {
+    double place[6];             /* mm, X and Y of three places */
+    double corner, length;       /* mm */
+    double top;                  /* mm; no point is higher */
+    double blend, speed, accel;  /* as chip_traverse_seconds() */
+    const double *limit, *lower; /* pairs of mm */
+    int64_t limits, lowers;
+};
+
+/* The time (s) of a route of n points, at most CHIP_ROUTE_POINTS, or CHIP_ROUTE_BAD if it may not be. With `search` its points are
+ * moved first, but for both ends, as long as that saves time; it then still may be. */
+double chip_traverse_improve(const struct chip_lane *lane, long n, double (*route)[2], int search);
 
 #endif

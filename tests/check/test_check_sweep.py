@@ -18,6 +18,9 @@ COUNT = int(os.environ.get("CHIPWISE_RANDOM_COUNT", "6"))
 SEED = int(os.environ.get("CHIPWISE_SEED", "1"))
 SKINS = 0.02, 0.001         # mm: the oracle's tool made smaller, for the lower and the upper bound
 SLACK = 0.3                 # cells below the oracle: the ridge between two needles on a steep slope
+LENS = 1.1                  # mm late, for cells and radii of 1 mm: (cells^2 x 1.63 / sqrt(2 x radius))^(2/3)
+LATE = LENS * CELL ** (4 / 3) * 1.5 ** (-1 / 3)      # mm, for the smallest radius here; times the slope of a rise it is in the depth
+STEP_OVER = 0.03            # mm, the oracle's step
 SELDOM = 0.02               # of the moves may be below,
 FAR_SELDOM = 0.01           # and by more than SLACK: what is left of a ridge, smaller than a cell, falls between the needles
 
@@ -131,7 +134,7 @@ def test_far_and_hostile_moves():
 
 
 def random_case(seed):
-    """(judged, lower, upper) of the depths of a random program, and the two volumes left."""
+    """(judged, lower, upper, mm that it may be less for a late needle) of the depths of a random program, and the two volumes left."""
     rng = np.random.default_rng([SEED, seed])
     diameter = rng.choice([3.0, 4.0, 6.0])
     tool = [(diameter, 0, 0), (diameter, diameter / 2, 0), (diameter, 0.5, 0), (diameter, 0, 90.0)][seed % 4]
@@ -150,15 +153,16 @@ def random_case(seed):
         elif kind == 3:
             there[1:] = here[1:]
         lower, upper = needles.move(tool, here, there, SKINS)
-        depths.append((float(stock.cut(Shape(*tool), here, there[None])["depth"][0]), lower, upper))
+        late = LATE * max(there[2] - here[2], 0.0) / max(math.dist(here[:2], there[:2]), 1e-6)
+        depths.append((float(stock.cut(Shape(*tool), here, there[None])["depth"][0]), lower, upper, late))
         before, here = here, there
     return np.array(depths), stock.volume(), needles.volume()
 
 
 def verdict(depths):
     """Moves whose judged depth is below the oracle's, and that by more than seldom is allowed; moves more than a cell above."""
-    judged, lower, upper = depths.T
-    return (judged < lower - 1e-3), (judged < lower - SLACK * CELL), (judged > upper + CELL + 1e-3)
+    judged, lower, upper, late = depths.T
+    return (judged < lower - late - 1e-3), (judged < lower - late - SLACK * CELL), (judged > upper + CELL + 1e-3)
 
 
 @pytest.mark.slow
@@ -173,9 +177,60 @@ def test_random_programs_against_fine_needles():
         assert left == pytest.approx(truth, abs=0.005 * 14 * 12 * 12)
 
 
+@pytest.mark.parametrize("case", range(4 * COUNT))
+def test_random_steep_moves_to_a_wall_against_fine_needles(case):
+    rng = np.random.default_rng([SEED, case])
+    radius, angle, slope = rng.choice([1.5, 3.0]), rng.uniform(-1, 1), math.tan(math.radians(rng.uniform(60, 88)))
+    corner = [0.0, radius, 0.5][case % 3]
+    gap, inside = rng.uniform(0.05, 0.3), rng.uniform(0.3, 0.5)     # mm before the wall, and in it
+    ahead = np.array([math.tan(angle), 1.0]) * (gap + inside)
+    rise = slope * math.hypot(*ahead) * (1 if case % 2 else -1)
+    here = np.array([rng.uniform(9, 11), -radius - gap, -5.0 - max(rise, 0.0)])
+    there = here + (*ahead, rise)
+    low, high = (0, 0, -40), (20, 6, 0)
+    judged = float(HeightMap(low, high, CELL).cut(Shape(2 * radius, corner), here, there[None])["depth"][0])
+    truth, = Needles(low, high, 0.1).move((2 * radius, corner, 0.0), here, there, SKINS[:1])
+    late = (LENS * CELL ** (4 / 3) * radius ** (-1 / 3) + 0.004) * slope / math.cos(angle)
+    early = (0.04 + SKINS[0]) * slope / math.cos(angle)             # the oracle's own needles are late, too
+    assert truth > 3.0 and truth - late - SLACK * CELL <= judged <= truth + early + CELL, (judged, truth, late, early)
+
+
+@pytest.mark.parametrize("angle", [60, 80, 88])
+def test_the_oracle_sees_steep_moves_and_moves_of_micrometres(angle):
+    """The wall of test_a_steep_move_meets_the_wall_beside_it, and the same contact in level steps of 2 um."""
+    slope, skins = math.tan(math.radians(angle)), (0.02, 0.004, 0.001)
+    for a, b in ((-25.0, -5.0), (-5.0, -25.0)):
+        needles = Needles((20, 0, -40), (40, 10, 0), 0.1)
+        found = np.array(needles.move((6, 0, 0), (30, -3.2, a), (30, -3.2 + 20 / slope, b), skins))
+        behind = 0.037 + np.array(skins) + STEP_OVER                # mm: the first needles, and the oracle's step
+        truth = 25.0 - (0.2 + behind) * slope if a < b else np.full(3, 24.8)
+        assert (found >= truth - 0.02).all() and (found <= (25.0 - 0.2 * slope if a < b else 25.0) + 0.02).all()
+        again = needles.move((6, 0, 0), (30, -3.2, a), (30, -3.2 + 20 / slope, b), skins)
+        assert np.array(again).max() <= 0.02                        # what it has cut is not met again
+    needles, here, depth = Needles((20, 0, -40), (40, 10, 0), 0.1), np.array([30.0, -3.05, -9.0]), 0.0
+    for _ in range(60):
+        depth = max(depth, *needles.move((6, 0, 0), here, here + (0, 0.002, 0), skins[:2]))
+        here = here + (0, 0.002, 0)
+    assert depth == pytest.approx(9.0)
+
+
+@pytest.mark.parametrize("cell, radius", [(0.1, 1.5), (0.1, 8.0), (CELL, 1.5), (CELL, 3.0), (0.5, 3.0)])
+def test_how_late_a_wall_is_met(cell, radius):
+    """mm that the tool is in a wall when it meets the first needle: the lens that it has cut is about a cell large."""
+    rng, stock, late = np.random.default_rng(SEED), HeightMap((0, 0, -5), (40, 20, 0), cell), []
+    whole = stock.height.copy()
+    for _ in range(10 * COUNT):
+        into = np.arange(-0.02, 1.2 * cell, 0.02 * cell)
+        path = np.column_stack((rng.uniform(12, 28) + math.tan(rng.uniform(-1, 1)) * into, into - radius, np.full(len(into), -3.0)))
+        met = stock.cut(Shape(2 * radius), path[0], path[1:])
+        stock.height[...] = whole
+        late.append(into[1 + int(np.argmax(met["depth"] > 0.01))])
+    assert 0.25 * LENS * cell ** (4 / 3) * radius ** (-1 / 3) < max(late) <= LENS * cell ** (4 / 3) * radius ** (-1 / 3) + 0.004
+
+
 def test_the_verdict_sees_wrong_depths():
     depths = random_case(0)[0]
-    deep = depths[:, 1] > 1
+    deep = (depths[:, 1] > 1) & (depths[:, 3] < 0.03)
     assert deep.any()
     for expected in (1, 2):
         spoiled = depths[deep].copy()

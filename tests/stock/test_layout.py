@@ -14,10 +14,11 @@ PYTHON = "/usr/bin/python3"
 PROBE = """
 import sys
 sys.path.insert(0, sys.argv[1])
+from chipwise.errors import LibraryError
 from chipwise.stock import core
 try:
     core.library()
-except core.CoreError as error:
+except LibraryError as error:
     print(error)
 """
 

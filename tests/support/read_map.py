@@ -26,10 +26,11 @@ class Looks:
     def __init__(self):
         self.count = self.none = self.inexact = 0
         self.first = self.last = None
-        self.worst = {True: 0.0, False: 0.0}        # mm3 by which map and removed volume differ
+        self.worst = {True: 0.0, False: 0.0}        # mm3 by which map and removed volume differ, beyond what was cut meanwhile if not exact
         self.started = self.changed = time.monotonic()
 
-    def add(self, seen):
+    def look(self, stock):
+        seen = stock.snapshot()
         self.count += 1
         if seen is None:
             self.none += 1
@@ -38,7 +39,8 @@ class Looks:
             self.changed = time.monotonic()
         self.first, self.last = self.first or seen, seen
         self.inexact += not seen.exact
-        self.worst[seen.exact] = max(self.worst[seen.exact], abs(missing_mm3(seen) - seen.removed))
+        meanwhile = 0.0 if seen.exact else stock._head.removed - seen.removed
+        self.worst[seen.exact] = max(self.worst[seen.exact], abs(missing_mm3(seen) - seen.removed) - meanwhile)
 
     def still(self):
         now = time.monotonic()
@@ -59,10 +61,10 @@ class Looks:
 def main(tracker, mode, name):
     stock, looks = attach(tracker), Looks()
     Path(name + ".ready").touch()
-    looks.add(stock.snapshot())
+    looks.look(stock)
     while mode == "follow" and not looks.still():
         time.sleep(0.0005)
-        looks.add(stock.snapshot())
+        looks.look(stock)
     stock.close()
     Path(name + ".part").write_text(json.dumps(looks.result()))
     Path(name + ".part").rename(name + ".json")

@@ -36,5 +36,7 @@ class Frame:
     def to_work(self, p):
         """(3,) machine -> work coordinates."""
         x, y = p[0] - self.offset[0], p[1] - self.offset[1]
+        if not self.turn:
+            return x - self.g92[0], y - self.g92[1], p[2] - self.offset[2] - self.g92[2]
         c, s = math.cos(self.turn), math.sin(self.turn)
         return x * c + y * s - self.g92[0], y * c - x * s - self.g92[1], p[2] - self.offset[2] - self.g92[2]

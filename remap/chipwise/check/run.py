@@ -7,6 +7,7 @@ from chipwise.batch.pool import on_processes
 from chipwise.check.program_file import UNFINISHED
 from chipwise.check.result import Result
 from chipwise.check.simulate import check
+from chipwise.errors import of_unexpected
 
 SUFFIXES = (".ngc", ".nc", ".tap")
 
@@ -45,8 +46,7 @@ def checked(program, progress, arguments):
     except Exception as error:      # one bad program never stops the rest
         if os.environ.get("CHIPWISE_TRACEBACK"):
             raise
-        return Result(program, error=(f"internal error: {type(error).__name__}: {error}; please report it with what "
-                                      "CHIPWISE_TRACEBACK=1 adds", 0), state=UNFINISHED)
+        return Result(program, error=(of_unexpected(error), 0), state=UNFINISHED)
 
 
 def failed(program, text):

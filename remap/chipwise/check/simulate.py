@@ -15,7 +15,7 @@ import time
 
 import numpy as np
 
-from chipwise.check import records, rules
+from chipwise.check import doubts, records, rules
 from chipwise.check.findings import FLUTE, FLUTES_UNKNOWN, HOLDER, RAPID, RATE, TOOL, Finding
 from chipwise.check.program_file import UNCHECKED, Unfinished, Unreadable
 from chipwise.check.reader import CPU_S, Reader
@@ -39,9 +39,9 @@ class _TooCoarse(Exception):
 
 
 class Simulation:
-    """A program under way: take() each block of records, then finish()."""
+    """A program under way: take() each block of records, then finish().  needles: {number of the stock: places (n, 2)} besides."""
 
-    def __init__(self, program, machine, cell, settings, tools):
+    def __init__(self, program, machine, cell, settings, tools, needles=None):
         self.result = Result(program, unit="in" if machine.unit_mm > 10 else "mm")
         self.settings, self.cell, self.geometry = settings, cell, tools
         self.timer = Timer(machine)
@@ -52,6 +52,8 @@ class Simulation:
         self.frame = records.Frame()
         self.segments = 0                               # taken before this part
         self.broken = {}                                # by rule: the last segment that broke it
+        self.needles, self.stock_number = needles or {}, -1
+        self.doubts = {}                                # {number of the stock: [(radius, rows of doubts.doubtful())]}
 
     # ---- blocks ---------------------------------------------------------------------------------------------
 
@@ -84,6 +86,9 @@ class Simulation:
     def _define(self, line, values):
         """A stock."""
         self.map = rules.make_map(line, values, self.cell)
+        self.stock_number += 1
+        if self.stock_number in self.needles:
+            self.map.add_needles(self.needles[self.stock_number])
         self.before = self.map.picture(PICTURE)
         self.result.cell = self.map.cell
 
@@ -196,9 +201,17 @@ class Simulation:
         g = tool.geometry
         if g is not None and g.flute_length is not None:
             self._find(FLUTE, cuts & (met["depth"] > g.flute_length + MIN_DEPTH_MM), met["depth"], g.flute_length, positions, lines, met)
+            self._doubt(positions, cuts, met["depth"], g.flute_length + MIN_DEPTH_MM)
         self._find(RAPID, (met["depth"] > MIN_DEPTH_MM) & (kinds == records.RAPID), met["depth"], None, positions, lines, met)
         self._find(HOLDER, met["holder"] > MIN_DEPTH_MM, met["holder"], self.shape.stick_out or None, positions, lines, met)
         return met
+
+    def _doubt(self, positions, cuts, depth, limit):
+        """Keep the moves up that may cut deeper than they are judged."""
+        if not self.needles:
+            found = doubts.doubtful(np.concatenate((self.position[None], positions[:-1])), positions, cuts, depth, limit)
+            if len(found):
+                self.doubts.setdefault(self.stock_number, []).append((self.shape.diameter / 2, found))
 
     def _work_position(self, positions, index, met):
         """Where on a move the worst contact was, mm in work coordinates."""
@@ -246,11 +259,14 @@ def check(program, machine, stock=None, cell=None, progress=None, cpu_s=CPU_S, *
     try:
         settings = load_settings(machine.ini)
         tools = load_tools(settings.path("TOOL_GEOMETRY"))
-        wanted = cell or settings["CELL"]
+        wanted, needles = cell or settings["CELL"], {}
         while True:
-            simulation = Simulation(program, machine, wanted, settings, tools)
+            simulation = Simulation(program, machine, wanted, settings, tools, needles)
             try:
-                return _run(simulation, Reader(program, machine, stock, cpu_s=cpu_s, **limits), progress, cpu_s)
+                result = _run(simulation, Reader(program, machine, stock, cpu_s=cpu_s, **limits), progress, cpu_s)
+                needles = doubts.needles(simulation.doubts, simulation.segments, result.cell)
+                if not needles:
+                    return result
             except _TooCoarse as error:
                 wanted = rules.finer_cell(simulation.map, cell, *error.args)
     except Unreadable as error:

@@ -16,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
+from chipwise.errors import LibraryError
 from chipwise.stock import layout
 
 FeedIn = layout.FeedIn
@@ -70,7 +71,7 @@ def _layout_of(lib):
 
 
 def _check_layout(lib, path):
-    """Raise CoreError if the library has other structures than layout.py: a call would overwrite memory."""
+    """Raise LibraryError if the library has other structures than layout.py: a call would overwrite memory."""
     expected = {}
     for name, structure in layout.STRUCTURES.items():
         expected[name] = C.sizeof(structure)
@@ -80,8 +81,8 @@ def _check_layout(lib, path):
     found = _layout_of(lib)
     for name in sorted(set(expected) | set(found)):
         if expected.get(name) != found.get(name):
-            raise CoreError(f"chipwise: core library {path} is of another version ({name}: {found.get(name)} bytes, "
-                            f"expected {expected.get(name)}); run `make build`")
+            raise LibraryError(f"chipwise: core library {path} is of another version ({name}: {found.get(name)} bytes, "
+                               f"expected {expected.get(name)}); run `make build`")
 
 
 _VEC, _HEAD = C.c_double * 3, C.c_void_p
@@ -121,6 +122,7 @@ _FUNCTIONS = (      # name, result, arguments
     ("chip_drop_entries", C.c_int64, [_MESH]), ("chip_drop_fill", None, [_MESH]),
     ("chip_drop_points", None, [_MESH, _DROP_TOOL, C.c_long, C.c_void_p, C.c_void_p]),
     ("chip_traverse_seconds", C.c_double, [C.c_long, C.c_void_p] + [C.c_double] * 3),
+    ("chip_traverse_improve", C.c_double, [C.POINTER(layout.Lane), C.c_long, C.c_void_p, C.c_int]),
     ("chip_drop_excess", None, [_MESH, _DROP_TOOL, C.c_long] + [C.c_void_p] * 4),
     ("chip_drop_over_stock", C.c_double, [C.POINTER(layout.HeightMap), _DROP_TOOL, C.c_double * 2, C.c_double * 2, C.c_void_p]),
     ("chip_stock_need", C.c_long, [C.POINTER(layout.HeightMap), _DROP_TOOL, C.c_long] + [C.c_void_p] * 2 + [C.c_double] + [C.c_void_p] * 3),
@@ -133,16 +135,16 @@ _FUNCTIONS = (      # name, result, arguments
 def _load():
     path = library_path()
     if not path.exists():
-        raise CoreError(f"chipwise: core library {path} is missing; run `make build` first")
+        raise LibraryError(f"chipwise: core library {path} is missing; run `make build` first")
     try:
         lib = C.CDLL(str(path))
     except OSError as error:
-        raise CoreError(f"chipwise: core library {path} cannot be loaded ({error}); run `make build`") from error
+        raise LibraryError(f"chipwise: core library {path} cannot be loaded ({error}); run `make build`") from error
     _check_layout(lib, path)
     for name, result, args in _FUNCTIONS:
         function = getattr(lib, name, None)
         if function is None:
-            raise CoreError(f"chipwise: core library {path} is of another version (it has no {name}); run `make build`")
+            raise LibraryError(f"chipwise: core library {path} is of another version (it has no {name}); run `make build`")
         function.restype, function.argtypes = result, args
     return lib
 

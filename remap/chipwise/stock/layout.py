@@ -16,8 +16,10 @@ FEED_REGISTERS = 4
 FULL = 65535
 GUARD_STRIP = 0.5
 GUARD_STRIP_MM = 0.125
+HEIGHT_LAG = 0.05
 HEIGHT_RIDGE = 0.002
 HEIGHT_SKIN = 0.004
+HEIGHT_STILL = 1e-06
 LOAD_STEPS = 8
 LOOKAHEAD_SAMPLES = 192
 MAX_CELL = 100.0
@@ -53,6 +55,10 @@ RIM_CUT = 511
 RIM_DROP = 1023
 RIM_GONE = 2047
 RIM_TWO = 16384
+ROUTE_BAD = 1000000000.0
+ROUTE_POINTS = 24
+ROUTE_SAME = 1e-06
+SAMPLE_RING = 256
 STATUS_FAULT = 100
 STATUS_REPLY = 10000
 STATUS_STOCK = 10
@@ -620,15 +626,15 @@ class Lookahead(C.Structure):
         ("first", C.c_int),
         ("count", C.c_int),
         ("stale", C.c_int),
-        ("s", C.c_double * 192),
-        ("area", C.c_float * 192),
-        ("full_area", C.c_float * 192),
-        ("depth", C.c_float * 192),
-        ("position_error", C.c_float * 192),
-        ("turn", C.c_float * 192),
-        ("corner_turn", C.c_double * 192),
-        ("corner", C.c_ubyte * 192),
-        ("read_clear", C.c_ubyte * 192),
+        ("s", C.c_double * 256),
+        ("area", C.c_float * 256),
+        ("full_area", C.c_float * 256),
+        ("depth", C.c_float * 256),
+        ("position_error", C.c_float * 256),
+        ("turn", C.c_float * 256),
+        ("corner_turn", C.c_double * 256),
+        ("corner", C.c_ubyte * 256),
+        ("read_clear", C.c_ubyte * 256),
     ]
 
 
@@ -1183,6 +1189,25 @@ class HeightMet(C.Structure):
     ]
 
 
+class Lane(C.Structure):
+    """struct chip_lane"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("place", C.c_double * 6),
+        ("corner", C.c_double),
+        ("length", C.c_double),
+        ("top", C.c_double),
+        ("blend", C.c_double),
+        ("speed", C.c_double),
+        ("accel", C.c_double),
+        ("limit", C.c_void_p),
+        ("lower", C.c_void_p),
+        ("limits", C.c_int64),
+        ("lowers", C.c_int64),
+    ]
+
+
 class DropMesh(C.Structure):
     """struct chip_drop_mesh"""
 
@@ -1340,6 +1365,7 @@ STRUCTURES = {
     "chip_height_map": HeightMap,
     "chip_height_tool": HeightTool,
     "chip_height_met": HeightMet,
+    "chip_lane": Lane,
     "chip_drop_mesh": DropMesh,
     "chip_drop_tool": DropTool,
     "chip_proof_stock": ProofStock,

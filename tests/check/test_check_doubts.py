@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""bin/chipwise check: a move up that comes to a wall between two needles of the map is judged by the place where it does."""
+
+import math
+import random
+
+import numpy as np
+import pytest
+
+from chipwise.check import doubts, simulate
+from chipwise.check.reader import Machine
+from support import canon
+from support.random_cases import random_count, random_seed, write_replay
+
+HEAD = "G21 G90 G17 G40 G49 G80 G94"
+FLUTES = 10.0               # mm, of tool 1
+SKIN = 0.004                # mm: thinner stock is not judged
+LATE = 0.03                 # mm at 80 degrees with needles doubts.SPACING_MM apart
+
+
+def rising(seed, deeper):
+    """Program: tool 1 (6 mm) rises into the face of a turned stock, `deeper` (mm) than its flutes at the contact."""
+    rng = random.Random(f"doubts {seed}")
+    slope = math.tan(math.radians(rng.uniform(55, 80)))
+    aside, gap, inside = rng.uniform(-0.6, 0.6), rng.uniform(0.05, 3.0), rng.uniform(0.5, 1.2)
+    length = math.hypot(1.0, aside)                                     # of the path for each mm across the face
+    contact = 20.0 - FLUTES - deeper - SKIN * length * slope
+    z0, z1 = contact - gap * length * slope, contact + inside * length * slope
+    x, turn, origin = rng.uniform(20, 80), rng.uniform(-90, 90), rng.uniform(-33, 33)
+    lines = [HEAD, f"G10 L2 P1 X{origin:.3f} Y7.77 R{turn:.3f}", "M250 P0 Q0 R-60 I100 J60 K80", "T1 M6", "S8000 M3", "F400",
+             f"G0 X{x:.4f} Y{-3 - gap:.4f} Z25", f"G0 Z{z0:.4f}",
+             f"G1 X{x + aside * (gap + inside):.4f} Y{-3 + inside:.4f} Z{z1:.4f}", "G0 Y-20", "G0 Z30", "M2"]
+    return "\n".join(lines) + "\n"
+
+
+def judged(text, folder):
+    """chipwise.check.result.Result of a program with tool 1."""
+    (folder / "part.ngc").write_text(text)
+    (folder / "tools.toml").write_text(f"[tool.1]\nshape = 'flat'\nflute_length = {FLUTES}\n")
+    (folder / "mill.tbl").write_text("T1 P1 D6 Z30\n")
+    ini = canon.write_ini(folder, TOOL_GEOMETRY="tools.toml")
+    return simulate.check(str(folder / "part.ngc"), Machine(str(ini)))
+
+
+@pytest.mark.parametrize("case", range(random_count(8)))
+def test_a_contact_between_needles(case, tmp_path):
+    seed = random_seed() + case
+    replay = write_replay(f"doubts_{seed}", {"seed": seed, "text": rising(seed, LATE)})
+    result = judged(rising(seed, LATE), tmp_path)
+    said = f"seed {seed}, {replay}: {result.error}, {result.findings.kept}"
+    assert [(found.rule, found.line) for found in result.findings.kept] == [("flute", 9)], said
+    assert FLUTES < result.findings.kept[0].value <= FLUTES + LATE + 0.05, said
+    result = judged(rising(seed, -0.02), tmp_path)
+    assert not result.error and not result.findings.kept, f"seed {seed}, {replay}: {result.error}, {result.findings.kept}"
+    replay.unlink()
+
+
+def test_without_needles_of_its_own_it_is_judged_too_low(tmp_path, monkeypatch):
+    """Sabotage: some contacts of these programs are then no findings."""
+    monkeypatch.setattr(doubts, "needles", lambda *_: {})
+    assert not all(judged(rising(seed, LATE), tmp_path).findings.kept for seed in range(6))
+
+
+def test_which_moves_are_in_doubt():
+    start = np.array([[0, 0, -9.0], [1, 0, -8.5], [2, 0, -8.0], [3, 0, -7.0], [4, 0, -7.0]])
+    end = np.array([[1, 0, -8.5], [2, 0, -8.0], [3, 0, -7.0], [4, 0, -7.0], [5, 0, -8.0]])
+    cuts = np.array([True, True, True, True, True])
+    found = doubts.doubtful(start, end, cuts, np.array([9.0, 9.2, 8.4, 9.9, 9.9]), 10.0)
+    assert found.tolist() == [[0, 0, 2, 0, pytest.approx(10.2)]]        # not: within it anyhow, level, down
+    assert len(doubts.doubtful(start, end, ~cuts, np.full(5, 9.9), 10.0)) == 0
+    assert len(doubts.doubtful(start, end, cuts, np.full(5, 10.1), 10.0)) == 0       # too deep as judged
+
+
+def test_places_are_in_the_part_that_is_new():
+    rows = np.array([[0.0, 0.0, 0.3, 0.1, 11.0]])
+    found = doubts.places(rows, 3.0, 0.02)
+    across = found @ np.array([-0.1, 0.3]) / math.hypot(0.3, 0.1)
+    assert np.hypot(*found.T).min() >= 3 - 0.05 and np.abs(across).max() <= 3.0
+    new = 6 * math.hypot(0.3, 0.1) + math.pi * 3 * 0.04         # and a narrow ring of what is not
+    assert len(found) * 0.02 ** 2 == pytest.approx(new, rel=0.1)
+
+
+def test_needles_are_few_where_the_program_is_long():
+    rows = np.array([[0.0, 0.0, 0.3, 0.1, 11.0]])
+    few, many = (len(doubts.needles({0: [(3.0, rows)]}, segments, 0.25)[0]) for segments in (2_000_000, 100))
+    assert few < 1500 < many
+    assert not doubts.needles({0: [(3.0, np.repeat(rows, 5000, axis=0))]}, 2_000_000, 0.25)
+    assert not doubts.needles({}, 100, 0.25)
+    wide, = doubts.needles({0: [(60.0, rows)]}, 100, 0.25).values()
+    assert 100 < len(wide) < doubts.MOST
