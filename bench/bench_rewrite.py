@@ -94,13 +94,13 @@ def long_program(path, moves):
 
 
 def timed(ini, folder, moves):
-    """(seconds of computing of the whole command: read, shifted, written, read back, compared; what it said)."""
+    """(seconds of computing of the whole command: read, shifted, written, read back, compared; MB of the largest process so far; what it said)."""
     path = folder / "long.ngc"
     long_program(path, moves)
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    done = rewrite(path, folder / "long.out.ngc", ini, "--flute")
+    done = rewrite(path, folder / "long.out.ngc", ini, "--flute", timeout=600 + moves / 200)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, done.said.partition(": ")[2] or done.errors
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, after.ru_maxrss / 1024, done.said.partition(": ")[2] or done.errors
 
 
 def show(*row_of):
@@ -132,8 +132,9 @@ def main():
             for key, name in (("least", "least"), ("least_round", "least of a round edge")):
                 ratio = [f["added"] / f[key] for f in good if f["least"] > 20]
                 show(f"rewrite: added feed / {name}, median", float(np.median(ratio)), "", f"worst {max(ratio):.2f}")
-        seconds, said = timed(ini, folder, options.moves)
+        seconds, memory, said = timed(ini, folder, options.moves)
         show(f"rewrite: {options.moves} moves of 0.1 mm", seconds, "s", said)
+        show(f"rewrite: {options.moves} moves of 0.1 mm, memory", memory, "MB", said)
 
 
 if __name__ == "__main__":

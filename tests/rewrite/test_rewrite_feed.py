@@ -153,3 +153,14 @@ def test_the_proof_sees_another_path(tmp_path, machine):
         with pytest.raises(proof.Different):
             proof.same_path(one, two)
         two.end[last, axis] -= off
+
+
+@pytest.mark.parametrize("plane, words", [("G17", "X110 Y30 Z-2 I{0} J{1}"), ("G18", "X110 Y30 Z-2 I{0} K{1}")])
+def test_a_wide_arc_is_divided_on_the_arc(tmp_path, machine, plane, words):
+    """Its chords are longer than the pieces: their middles are 2 um off it."""
+    text = SLOT.replace("N50 G1 X110 F400 (the slot)", f"{plane}\n{'G2' if plane == 'G17' else 'G3'} {words.format(60, -300)} F400\nG17")
+    one, two, out = rewritten(tmp_path, machine, text, "--feed", "12")
+    proof.same_path(one, two)
+    arcs = two.end[two.kind == 2]
+    radius = np.hypot(arcs[:, 0] - 50, arcs[:, 1] - 30 + 300 if plane == "G17" else arcs[:, 2] + 2 + 300)
+    assert np.abs(radius - math.hypot(60, 300)).max() < 1e-4 and len(re.findall(r"^G[23] X", out, re.M)) > 3

@@ -7,6 +7,8 @@ import pytest
 
 from chipwise.check.reader import Machine
 from chipwise.rewrite.program import read
+from chipwise.rewrite.proof import Different, same_stock
+from chipwise.tools import load_tools
 from support.random_cases import random_count, random_seed
 from support.rewrite_rig import FLUTES, HEAD, check_status, deep_program, make_machine, rewrite, verdict
 
@@ -129,6 +131,18 @@ def test_modes_are_kept(tmp_path, machine):
     assert over <= 0.006 and more <= 0.02 and left <= 0.05
     text = after.read_text()
     assert text.count("\nG90\n") == 3 and text.count("\nG91\n") == 4 and "\nG90 G20\n" in text
+
+
+@pytest.mark.parametrize("retract", ["G0 Z35\nX-20", "G0 Z35", "o1 sub\nG0 Z35\no1 endsub\no1 call"])
+def test_an_incremental_retract_goes_no_further_than_it_did(tmp_path, machine, retract):
+    body = f"T1 M6\nS8000 M3\nG0 X-10 Y30 Z5\nG91\nG1 Z-35 F200\nX120 F400\n{retract}\nM2\n"
+    _said, before, after = rewritten(tmp_path, machine, HEAD + STOCK + body)
+    machine_ = Machine(str(machine))
+    one, two = read(str(before), machine_), read(str(after), machine_)
+    assert np.abs(one.end[-1] - two.end[-1]).max() < 1e-5 and two.end[:, 2].max() == 5.0
+    two.end[-1, 2] += 35.0                          # what it did before
+    with pytest.raises(Different, match="ends at another place"):
+        same_stock(one, two, load_tools(str(machine.parent / "tools.toml")), 0.25)
 
 
 REFUSED = {

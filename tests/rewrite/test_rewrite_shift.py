@@ -74,3 +74,4 @@ def test_stretches_and_kept_points():
     s = np.arange(5.0)
     assert kept_points(s, np.array([0, 0, 0, 1.0, 2.0])) == [0, 2, 4]
     assert kept_points(s, np.array([0, np.nan, 0, 0, 0])) == [0, 4]
+    assert kept_points(s, np.full(5, np.nan)) == []         # the whole step is bridged

@@ -40,10 +40,10 @@ def make_machine(folder, tools=TOOLS, table=TABLE, unit="mm"):
     return folder / name
 
 
-def rewrite(program, out, ini, *options):
+def rewrite(program, out, ini, *options, timeout=600):
     """Run the command; -> status, text on stdout and stderr."""
     done = subprocess.run([CHIPWISE, "rewrite", str(program), "-o", str(out), "--ini", str(ini), *options], text=True,
-                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, timeout=600, check=False)
+                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, timeout=timeout, check=False)
     errors = "\n".join(line for line in done.stderr.splitlines() if not line.startswith("FILTER_PROGRESS="))
     assert "Traceback" not in done.stdout + done.stderr and "internal error" not in errors
     return SimpleNamespace(status=done.returncode, said=done.stdout.strip(), errors=errors)

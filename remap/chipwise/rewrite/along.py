@@ -13,10 +13,11 @@ import numpy as np
 from chipwise.check.records import ARC, FEED
 from chipwise.check.reader import CHORD_MM
 from chipwise.rewrite import shift
-from chipwise.rewrite.edits import Move
+from chipwise.rewrite.edits import Move, Table
 from chipwise.rewrite.program import Circle
 
 ARC_RAD = 2.9               # of a part of an arc at most: less than half a turn has one centre whatever its rounding
+LINE_MM = 2e-4              # points nearer to a line are on it
 
 
 @dataclass
@@ -31,24 +32,52 @@ class Body:
 
 
 def moves_along(program, part, path):
-    """(Moves along the path of a Body, the first and the last of its points that each of them goes along).
+    """(Table of the moves along the path of a Body, (n, 2) int: the first and the last of its points that each of them goes along).
 
     path (n, 3): where the Body's points have been shifted to; NaN: bridged.
     """
-    moves, spans = [], []
     steps = program.step[part.move]
     bounds = np.concatenate(([0], np.flatnonzero(np.diff(steps)) + 1, [len(steps)]))
-    circles = program.circle[steps[bounds[:-1]]].tolist()
-    feeds, ends, whole = program.feed[part.move].tolist(), path.tolist(), ~np.isnan(path[:, 2])
-    for a, b, circle in zip(bounds[:-1].tolist(), bounds[1:].tolist(), circles):
+    circles = program.circle[steps[bounds[:-1]]]
+    single = (circles < 0) & ((np.diff(bounds) == 1) | _lines(part.points, path[:, 2], bounds))     # one straight move: most of a long program
+    runs = np.concatenate(([0], np.flatnonzero(np.diff(single)) + 1, [len(single)])).tolist()
+    tables, spans = [], []
+    for a, b in zip(runs[:-1], runs[1:]):
+        if single[a]:
+            table, own = _singles(program, part, path, bounds[a:b], bounds[a + 1:b + 1])
+        else:
+            table, own = _pieces(program, part, path, bounds[a:b + 1].tolist(), circles[a:b].tolist())
+        tables.append(table)
+        spans.append(own)
+    return Table.joined(tables), np.concatenate(spans)
+
+
+def _lines(points, z, bounds):
+    """(k,) bool: whether the heights z (n,) of a path between the points `bounds` (k + 1,) are surely on a line, as kept_points() sees it."""
+    s, a, b = shift.along(points), bounds[:-1], bounds[1:]
+    of = np.repeat(np.arange(len(a)), b - a)                    # of the points but the first
+    length = np.where(s[b] > s[a], s[b] - s[a], np.nan)
+    off = np.abs(z[1:] - z[a][of] - ((z[b] - z[a]) / length)[of] * (s[1:] - s[a][of]))
+    return np.maximum.reduceat(off, a) <= LINE_MM - 1e-9        # NaN: no
+
+
+def _singles(program, part, path, a, b):
+    """(Table, spans) of straight steps from the points a (k,) to b (k,)."""
+    there = ~np.isnan(path[b, 2])
+    a, b = a[there], b[there]
+    return Table(np.full(len(a), FEED, np.int8), path[b], program.feed[part.move[a]], {}), np.column_stack((a, b))
+
+
+def _pieces(program, part, path, bounds, circles):
+    """(Table, spans) of steps between the points `bounds`; circles: number of the circle of each, -1: straight."""
+    moves, spans = [], []
+    for a, b, circle in zip(bounds[:-1], bounds[1:], circles):
+        feed = float(program.feed[part.move[a]])
         if circle >= 0:
-            _arc(program.circles[circle], feeds[a], part, path, a, b, moves, spans)
-        elif b - a > 1:
-            _straight(feeds[a], part, path, a, b, moves, spans)
-        elif whole[b]:
-            moves.append(Move(FEED, tuple(ends[b]), feeds[a]))
-            spans.append((a, b))
-    return moves, spans
+            _arc(program.circles[circle], feed, part, path, a, b, moves, spans)
+        else:
+            _straight(feed, part, path, a, b, moves, spans)
+    return Table.of(moves), np.array(spans, int).reshape(-1, 2)
 
 
 def _straight(feed, part, path, a, b, moves, spans):
@@ -94,35 +123,38 @@ def arcs_through(circle, points, amount, feed):
 
 
 def polyline(start, moves):
-    """(points (n, 3), owner (n - 1,)): Moves from a place as check/reader.py gives them, arcs in chords."""
-    points, owner = [np.asarray(start, float)[None]], []
-    for number, move in enumerate(moves):
-        made = chords(points[-1][-1], move) if move.kind == ARC else np.array([move.end])
-        points.append(made)
-        owner += [number] * len(made)
-    return np.concatenate(points), np.array(owner)
+    """(points (n, 3), owner (n - 1,)): a Table of moves from a place as check/reader.py gives them, arcs in chords."""
+    begin, count, parts, last = np.concatenate((np.array(start, float)[None], moves.end)), np.ones(len(moves), int), [], 0
+    for number, circle in sorted(moves.circles.items()):
+        made = chords(tuple(begin[number].tolist()), Move(ARC, tuple(moves.end[number].tolist()), None, circle))
+        parts += [begin[last:number + 1], made]
+        count[number], last = len(made), number + 2
+    return np.concatenate((*parts, begin[last:])), np.repeat(np.arange(len(moves)), count)
 
 
 def chords(begin, move):
-    """(n, 3): ends of the chords of an arc of at most half a turn."""
+    """(n, 3): ends of the chords of an arc of at most half a turn; its radius goes over from that of its begin to that of its end."""
     centre, end = move.circle.centre, np.array(move.end)
     u, v = {1: (0, 1), 2: (1, 2), 3: (2, 0)}[move.circle.plane]
     along = 3 - u - v
-    radius = math.hypot(begin[u] - centre[u], begin[v] - centre[v])
+    radius, last = (math.hypot(p[u] - centre[u], p[v] - centre[v]) for p in (begin, end))
     a0, a1 = (math.atan2(p[v] - centre[v], p[u] - centre[u]) for p in (begin, end))
     sweep = (a1 - a0) % (2 * math.pi) if move.circle.turns > 0 else -((a0 - a1) % (2 * math.pi))
     count = max(1, math.ceil(abs(sweep) / (2 * math.acos(1 - min(1.0, CHORD_MM / max(radius, 1e-9))))))
     t = np.arange(1, count + 1) / count
     result = np.empty((count, 3))
-    result[:, u], result[:, v] = centre[u] + radius * np.cos(a0 + sweep * t), centre[v] + radius * np.sin(a0 + sweep * t)
+    r, angle = radius + (last - radius) * t, a0 + sweep * t
+    result[:, u], result[:, v] = centre[u] + r * np.cos(angle), centre[v] + r * np.sin(angle)
     result[:, along] = begin[along] + (end[along] - begin[along]) * t
     result[-1] = end
     return result
 
 
-def kept_points(s, z, tolerance=2e-4):
+def kept_points(s, z, tolerance=LINE_MM):
     """Indices of the points of a polyline (s, z) that stay when those within a tolerance of a line are left out; NaN: left out."""
     good = np.flatnonzero(~np.isnan(z))
+    if not len(good):
+        return []
     keep, stack = {int(good[0]), int(good[-1])}, [(0, len(good) - 1)]
     while stack:
         a, b = stack.pop()

@@ -11,10 +11,12 @@ import numpy as np
 
 from chipwise.check import records, rules
 from chipwise.check.sweep import Shape
+from chipwise.stock import layout
 from chipwise.tools import ToolGeometry
 
 CELLS_ACROSS = 16           # of the smallest tool, where memory allows
 CELLS_FOR_VOLUME = 48       # the same where the volume of a short move counts
+PART = 50_000               # moves that are cut at once
 
 
 @dataclass(frozen=True)
@@ -121,19 +123,50 @@ def pieces(points, most):
     return np.concatenate((points[:1], made)), owner
 
 
+def apart(start, places):
+    """(n,) bool: moves from start (3,) along places (n, 3) that need nothing of the one before: HeightMap.cut() of the moves up to them, then of
+    the others, is the same as of all, but for the volume of the move before (height_sweep.h [3])."""
+    steps = np.diff(places[:, :2], axis=0, prepend=np.asarray(start, float)[None, :2])
+    across = np.hypot(steps[:, 0], steps[:, 1])
+    return (across > layout.HEIGHT_LAG + 1e-6) | (across < layout.HEIGHT_STILL / 2)
+
+
+def cut_along(stock, shape, start, ends, most):
+    """Cut moves from start (3,) along ends (n, 3) in pieces of at most `most` mm -> yield (owner (k,): number of the move, MET records (k,)), so
+    many at a time that the memory is limited however many there are."""
+    at = 0
+    while at < len(ends):
+        points, owner = pieces(np.concatenate((np.asarray(start, float)[None], ends[at:at + PART])), most)
+        if at + PART < len(ends):
+            begins = np.flatnonzero(np.diff(owner)) + 1                         # of the moves but the first
+            begins = begins[apart(points[0], points[1:])[begins]]
+            if not len(begins):
+                points, owner = pieces(np.concatenate((np.asarray(start, float)[None], ends[at:])), most)
+            else:
+                points, owner = points[:begins[-1] + 1], owner[:begins[-1]]
+        yield owner + at, stock.cut(shape, points[0], points[1:])
+        at += int(owner[-1]) + 1
+        start = ends[at - 1]
+
+
 def finite_room(limit):
     """A flute length that is not known limits nothing."""
     return math.inf if limit is None else limit
+
+
+def near(stock, points, radius):
+    """View of the heights of a HeightMap that a tool of this radius cuts or looks at along points (n, 3)."""
+    low, high = points.min(axis=0) - radius, points.max(axis=0) + radius
+    row = [int(np.clip((v - stock.y0) / stock.cell + k, 0, stock.ny)) for v, k in ((low[1], -2), (high[1], 3))]
+    column = [int(np.clip((v - stock.x0) / stock.cell + k, 0, stock.nx)) for v, k in ((low[0], -2), (high[0], 3))]
+    return stock.height[row[0]:row[1], column[0]:column[1]]
 
 
 class Window:
     """The heights near a path, to be put back."""
 
     def __init__(self, stock, points, radius):
-        low, high = points.min(axis=0) - radius, points.max(axis=0) + radius
-        row = [int(np.clip((v - stock.y0) / stock.cell + k, 0, stock.ny)) for v, k in ((low[1], -2), (high[1], 3))]
-        column = [int(np.clip((v - stock.x0) / stock.cell + k, 0, stock.nx)) for v, k in ((low[0], -2), (high[0], 3))]
-        self._views = stock.height[row[0]:row[1], column[0]:column[1]], stock.needle_height
+        self._views = near(stock, points, radius), stock.needle_height
         self._kept = [view.copy() for view in self._views]
 
     def restore(self):

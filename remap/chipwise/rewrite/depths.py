@@ -64,15 +64,15 @@ def _stocks(program, geometry, cell, over):
 
 def _moves(program, stock):
     """(ProofMove records, number of the program's move of each)."""
-    index = np.concatenate([np.arange(s.first, s.end) for s, _, _ in stock.parts])
-    moves = np.zeros(len(index), MOVE)
-    moves["to"], moves["from"][1:] = program.end[index], program.end[index[1:] - 1]
-    moves["from"][0] = program.start(int(index[0]))
+    index = np.concatenate([np.arange(s.first, s.end, dtype=np.int32) for s, _, _ in stock.parts])
+    moves, at = np.zeros(len(index), MOVE), 0
     for section, tool, limit in stock.parts:
-        own = (index >= section.first) & (index < section.end)
-        feed = program.kind[index[own]] != records.RAPID
-        moves["tool"][own] = tool
-        moves["limit"][own] = np.where(feed & math.isfinite(limit), min(limit, UNLIMITED), UNLIMITED)
+        first, end = section.first, section.end
+        own = moves[at:at + end - first]
+        own["to"], own["from"][0], own["from"][1:], own["tool"] = program.end[first:end], program.start(first), program.end[first:end - 1], tool
+        feed = program.kind[first:end] != records.RAPID
+        own["limit"] = np.where(feed & math.isfinite(limit), min(limit, UNLIMITED), UNLIMITED)
+        at += end - first
     return moves, index
 
 

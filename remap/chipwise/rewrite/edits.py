@@ -1,18 +1,22 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What takes the place of a program's steps: made by flute.py and feed.py, written by text.py.
 
-Lengths mm, machine coordinates of the tool's tip; feeds mm/min.
+Long programs have millions of such moves: they are kept in arrays.  Lengths mm, machine coordinates of the tool's tip; feeds mm/min.
 """
 
+import math
 from dataclasses import dataclass, field
-from typing import Optional
+from typing import NamedTuple, Optional
+
+import numpy as np
 
 from chipwise.check.records import ARC, RAPID
 from chipwise.rewrite.program import Circle
 
+BATCH = 1024                # Moves made at a time
 
-@dataclass(frozen=True)
-class Move:
+
+class Move(NamedTuple):
     """A move to be written: kind RAPID, FEED or ARC; end (3,) mm; circle of an ARC; feed, None: the one in force."""
 
     kind: int
@@ -21,22 +25,145 @@ class Move:
     circle: Optional[Circle] = None
 
 
+@dataclass(frozen=True)
+class Table:
+    """n Moves: kind (n,) int8; end (n, 3) mm; feed (n,), NaN: the one in force; circles by number of the ARC."""
+
+    kind: np.ndarray
+    end: np.ndarray
+    feed: np.ndarray
+    circles: dict
+
+    @classmethod
+    def of(cls, moves):
+        """From Moves."""
+        return cls(np.array([m.kind for m in moves], np.int8), np.array([m.end for m in moves], float).reshape(-1, 3),
+                   np.array([math.nan if m.feed is None else m.feed for m in moves], float),
+                   {k: m.circle for k, m in enumerate(moves) if m.kind == ARC})
+
+    @classmethod
+    def joined(cls, tables):
+        """One Table after the other."""
+        if len(tables) < 2:
+            return tables[0] if tables else cls.of([])
+        first = np.cumsum([0, *map(len, tables)]).tolist()
+        circles = {at + k: circle for at, table in zip(first, tables) for k, circle in table.circles.items()}
+        return cls(*(np.concatenate([getattr(table, name) for table in tables]) for name in ("kind", "end", "feed")), circles)
+
+    def take(self, index):
+        """The Table of the moves `index` (k,) int."""
+        kind = self.kind[index]
+        circles = {k: self.circles[int(index[k])] for k in np.flatnonzero(kind == ARC).tolist()} if self.circles else {}
+        return Table(kind, self.end[index], self.feed[index], circles)
+
+    def part(self, first, end):
+        """The Table of the moves first .. end - 1."""
+        circles = {k - first: self.circles[k] for k in range(first, end) if k in self.circles} if self.circles else {}
+        return Table(self.kind[first:end], self.end[first:end], self.feed[first:end], circles)
+
+    def __len__(self):
+        return len(self.kind)
+
+    def __iter__(self):
+        """The Moves."""
+        for first in range(0, len(self), BATCH):
+            part = slice(first, first + BATCH)
+            rows = zip(self.kind[part].tolist(), self.end[part].tolist(), self.feed[part].tolist())
+            for k, (kind, end, feed) in enumerate(rows, first):
+                yield Move(kind, tuple(end), None if feed != feed else feed, self.circles.get(k))
+
+
+class ByStep:
+    """A Table for each of some steps of a program, and a note on it, said in a comment before its first line.  A step that is set twice has
+    what was set last."""
+
+    def __init__(self):
+        self._parts, self._small, self._notes = [], 0, [None]
+
+    def put(self, steps, first, table, note=None):
+        """steps (k,) int, different; first (k + 1,) int: where the moves of each begin in the Table."""
+        if note not in self._notes:
+            self._notes.append(note)
+        self._parts.append((np.asarray(steps, np.int64), np.asarray(first, np.int64), table, np.full(len(steps), self._notes.index(note), np.int8)))
+        self._small += 1
+        if self._small >= BATCH:
+            self._parts[-BATCH:] = [_one(self._parts[-BATCH:])]
+            self._small = 0
+
+    def __setitem__(self, step, moves):
+        self.put([step], [0, len(moves)], Table.of(moves))
+
+    def _whole(self):
+        if self._small or len(self._parts) != 1:
+            self._parts, self._small = [_one(self._parts)], 0
+        return self._parts[0]
+
+    def merged(self):
+        """(steps (k,) int, rising; first (k + 1,) int; Table)."""
+        return self._whole()[:3]
+
+    @property
+    def steps(self):
+        """(k,) int, rising."""
+        return self._whole()[0]
+
+    def get(self, step, default=None):
+        """The Table of a step."""
+        steps, first, table, _ = self._whole()
+        k = steps.searchsorted(step)
+        return table.part(int(first[k]), int(first[k + 1])) if k < len(steps) and steps[k] == step else default
+
+    def note(self, step):
+        """The note on a step, None without one."""
+        steps, _, _, note = self._whole()
+        k = steps.searchsorted(step)
+        return self._notes[note[k]] if k < len(steps) and steps[k] == step else None
+
+    def __len__(self):
+        return len(self.steps)
+
+
+def _one(parts):
+    """One part of several, its steps rising."""
+    if not parts:
+        return np.zeros(0, np.int64), np.zeros(1, np.int64), Table.of([]), np.zeros(0, np.int8)
+    steps, note = (np.concatenate([part[k] for part in parts]) for k in (0, 3))
+    count = np.concatenate([np.diff(part[1]) for part in parts])
+    begin = np.cumsum(count) - count
+    own, last = np.unique(steps[::-1], return_index=True)
+    last = len(steps) - 1 - last
+    index, first = _ranges(begin[last], count[last])
+    table = Table.joined([part[2] for part in parts])
+    return own, first, table if len(index) == len(table) and (np.diff(index) == 1).all() else table.take(index), note[last]
+
+
+def _ranges(begin, count):
+    """(begin[0] .. begin[0] + count[0] - 1, begin[1] .., where each begins in it (k + 1,))."""
+    first = np.concatenate(([0], np.cumsum(count)))
+    return np.arange(first[-1]) + np.repeat(begin - first[:-1], count), first
+
+
 @dataclass
 class Edits:
-    """By number of step: `instead` the Moves in its place, `after` those behind it, `feeds` a feed in its line's text; and
-    `notes`, said in a comment before the first of them."""
+    """By number of step: `instead` the moves in its place, `after` those behind it, `feeds` a feed in its line's text."""
 
-    instead: dict = field(default_factory=dict)
-    after: dict = field(default_factory=dict)
+    instead: ByStep = field(default_factory=ByStep)
+    after: ByStep = field(default_factory=ByStep)
     feeds: dict = field(default_factory=dict)
-    notes: dict = field(default_factory=dict)
 
     def changed(self):
         """Numbers of the steps that change."""
-        return {*self.instead, *self.after, *self.feeds}
+        return {*self.instead.steps.tolist(), *self.after.steps.tolist(), *self.feeds}
+
+    def moves(self):
+        """(step (n,) int, rising, Table of n moves): what takes the place of steps or comes behind them."""
+        parts = [own.merged() for own in (self.instead, self.after)]
+        steps = np.concatenate([np.repeat(steps, np.diff(first)) for steps, first, _ in parts])
+        order = np.argsort(steps, kind="stable")
+        return steps[order], Table.joined([table for _, _, table in parts]).take(order)
 
     def __bool__(self):
-        return bool(self.instead or self.after or self.feeds)
+        return bool(len(self.instead) or len(self.after) or self.feeds)
 
 
 def original(program, step):

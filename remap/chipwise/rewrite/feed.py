@@ -23,7 +23,7 @@ import numpy as np
 from chipwise.check.records import ARC, FEED, RAPID
 from chipwise.rewrite import cutting
 from chipwise.rewrite.along import arcs_through
-from chipwise.rewrite.edits import Edits, Move, original
+from chipwise.rewrite.edits import Edits, Move, Table, original
 
 SPREAD = 1.03               # more, and what is between is too fast or too slow; less, and moves are divided for the cells' sake
 AIR_MM = 0.005              # stock less deep than that is not cut
@@ -133,13 +133,17 @@ class Feeder:
                 self.edits.feeds[step] = groups[0][1]
                 continue
             self.figures.divided += 1
-            self.edits.notes[step] = "divided"
-            self.edits.instead[step] = self._divided(step, points, index, groups)
+            table = Table.of(self._divided(step, points, move, int(index[0]), groups))
+            self.edits.instead.put([step], [0, len(table)], table, "divided")
 
-    def _divided(self, step, points, index, groups):
-        """Moves of a step that is divided."""
-        program, moves, begin = self.program, [], int(index[0])
-        whole = original(program, step)
+    def _divided(self, step, points, move, begin, groups):
+        """Moves of a step that is divided; begin: its first piece."""
+        moves, whole = [], original(self.program, step)
+        end = begin + sum(count for count, _ in groups)
+        points = points[begin:end + 1]
+        if whole.kind == ARC:
+            points = on_arc(whole.circle, points, np.concatenate(([True], np.diff(move[begin:end]) != 0, [True])))
+        begin = 0
         for count, feed in groups:
             end = begin + count
             if whole.kind == ARC:
@@ -148,6 +152,17 @@ class Feeder:
                 moves.append(Move(FEED, tuple(points[end].tolist()), feed))
             begin = end
         return moves
+
+
+def on_arc(circle, points, ends):
+    """Points (n, 3) along the chords of an arc, moved onto it; ends (n,) bool: those that chords begin or end at, which are on it."""
+    u, v = {1: (0, 1), 2: (1, 2), 3: (2, 0)}[circle.plane]
+    off = points[:, [u, v]] - np.array(circle.centre)[[u, v]]
+    radius, index = np.hypot(off[:, 0], off[:, 1]), np.arange(len(points))
+    result, between = points.copy(), ~ends
+    wanted = np.interp(index[between], index[ends], radius[ends])           # that of a spiral changes
+    result[np.ix_(between, [u, v])] += off[between] * (wanted / radius[between] - 1.0)[:, None]
+    return result
 
 
 def grouped(wanted, now=None, own=None):

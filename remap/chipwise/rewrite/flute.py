@@ -8,7 +8,7 @@ Called by run.py.  Source: CN105492980 [0060]..[0093] and figure 7.
     lead to them.  Its points that are too deep are found (S104) and shifted along the axis until the flutes are long enough
     (S105): R3, which takes the body's place.  Both ends of a segment are shifted, so that the whole of it is.  Shifting leaves
     stock for the points behind it, so this is repeated until nothing changes.
- 3. Corners of R3 become arcs, and points where it turns back are bridged (shift.py; figure 20).
+ 3. Corners of R3 become arcs, and points where it turns back are bridged (trials.py, shift.py; figure 20).
  4. The segments of the first path that still meet material (R4, figure 13), or the whole body (`whole`), are travelled again
     and judged in the same way, until the first path itself has been cut.  Between them the tool goes up to where the program
     last travelled, across, and down to a gap above what it has cut.
@@ -25,18 +25,16 @@ import numpy as np
 from chipwise.check.records import FEED, RAPID
 from chipwise.check.reader import Unreadable
 from chipwise.check.simulate import SEGMENT_MM
-from chipwise.rewrite import along, cutting, shift
-from chipwise.rewrite.edits import Edits, Move
+from chipwise.rewrite import along, cutting
+from chipwise.rewrite.edits import Edits, Move, Table
 from chipwise.rewrite.links import ACROSS_MM, OVER_MM, Links
+from chipwise.rewrite.trials import Trials
 
-LEFT_MM = 0.002             # smaller shifts are ignored
 LEFT_DEPTH = 0.15           # cells of depth, less than proof.py's HEIGHT_CELLS, and
 LEFT_SHARE = 0.005          # cells of mean height across the tool, below which nothing is left to travel again for
 NEAR_PIECES = 6             # segments with fewer pieces between them are travelled as one
 PIECES_ACROSS = 12          # of a tool's diameter: how finely a move is divided where it is shifted
-MOST_ROUNDS = 400           # of trials of one path; each raises some point
 MOST_LEVELS = 1000          # of one body
-GOUGE_MM3 = 1e-3            # what a bridge may take of the part
 
 
 @dataclass
@@ -87,9 +85,8 @@ class Shifter:
     def _long_enough(self, start, ends, kinds):
         """[1]: cuts the first path; whether the flutes reach."""
         limit = cutting.finite_room(self.tool.flute_length)
-        points, owner = cutting.pieces(np.concatenate((start[None], ends)), SEGMENT_MM)
-        met = self.stock.cut(self.tool.shape, points[0], points[1:])
-        return not ((met["depth"] > limit + OVER_MM) & (kinds[owner] != RAPID)).any()
+        return not any(((met["depth"] > limit + OVER_MM) & (kinds[owner] != RAPID)).any()
+                       for owner, met in cutting.cut_along(self.stock, self.tool.shape, start, ends, SEGMENT_MM))
 
     def _piece(self):
         return min(SEGMENT_MM, max(self.tool.shape.diameter / PIECES_ACROSS, 0.5 * self.stock.cell))
@@ -138,7 +135,8 @@ class Shifter:
         points, owner = cutting.pieces(np.concatenate((program.start(first)[None], program.end[first:end])), self._piece())
         body = along.Body(points, owner + first, lead)
         window = cutting.Window(self.stock, points, self.tool.shape.diameter / 2)
-        depth = self._cut(body, points)["depth"]
+        self._lead_in(body, points)
+        depth = self.stock.cut(self.tool.shape, points[0], points[1:])["depth"]
         if (depth <= self.tool.flute_length + OVER_MM).all():
             return
         target = cutting.Window(self.stock, points, self.tool.shape.diameter / 2)      # what the first path leaves
@@ -152,101 +150,25 @@ class Shifter:
         self.figures.bodies += 1
         self.figures.lines.append((int(program.line[first]), int(program.line[end - 1]), levels))
 
-    def _cut(self, body, path):
-        """Cut the lead and a path; -> what the path has met."""
+    def _lead_in(self, body, path):
+        """Cut the moves that lead to a path (n, 3)."""
         self._cut_lead(body.lead, path[0, 2])
         if body.entered:
             x, y, z = path[0]
             self.stock.cut(self.tool.shape, (x, y, max(z, self.stock.z_max)), path[:1])
-        return self.stock.cut(self.tool.shape, path[0], path[1:])
 
     def _shifted(self, body, target=None, depth=None):
         """R3 of a path in the stock as it is, which is cut: (n, 3) points.  Points that were bridged are NaN.
 
-        depth: what the path has met there, if that is known; target: Window of what the first path leaves, if there may be bridges.
+        depth, target: as of Trials.shifted().
         """
-        points = body.points
-        window = cutting.Window(self.stock, points, self.tool.shape.diameter / 2)
-        if depth is None:
-            depth = self._cut(body, points)["depth"]
-            window.restore()
-        air = depth <= OVER_MM
-        s, need = shift.along(points), np.full(len(points), -np.inf)
-        dropped = np.zeros(len(points), bool)
-        tried = set()
-        for _ in range(MOST_ROUNDS):
-            amount = shift.held(s, np.maximum(need - points[:, 2], 0.0), air)
-            moved = shift.shifted(points, shift.rounded(s, amount, self._radius()))
-            too_low = self._too_low(body, moved, dropped, depth) or self._too_low_as_written(body, moved, dropped, s, window)
-            if too_low:
-                for index, z in too_low:
-                    need[index] = np.maximum(need[index], z)
-                    dropped[index] = False                      # of a bridge that is too deep
-            else:
-                new = self._bridges(points, moved, dropped, tried, target) if target is not None else None
-                if new is None:
-                    self.figures.bridged += int(dropped.sum())
-                    moved[dropped] = np.nan
-                    return moved
-                dropped = new
-            window.restore()
-            depth = None
-        raise Unreadable("the flutes are too short, and the path cannot be shifted so that they reach",
-                         "take smaller steps in Z, or a tool with longer flutes", int(self.program.line[body.move[0]]))
-
-    def _too_low(self, body, moved, dropped, depth=None):
-        """Cuts a path piece by piece, unless its depth is known; -> [(points, Z they must not be below)] where it is too deep."""
-        path, index = moved[~dropped], np.flatnonzero(~dropped)
-        over = (self._cut(body, path)["depth"] if depth is None else depth) - self.tool.flute_length + self.reserve
-        low = np.minimum(path[:-1, 2], path[1:, 2])
-        return [(np.arange(index[k], index[k + 1] + 1), low[k] + over[k]) for k in np.flatnonzero(over > OVER_MM)]
-
-    def _too_low_as_written(self, body, moved, dropped, s, window):
-        """The same with the moves as they will be read back: the model's steps along them are others."""
-        window.restore()
-        path = moved.copy()
-        path[dropped] = np.nan
-        moves, spans = along.moves_along(self.program, body, path)
-        chords, owner = along.polyline(moved[0], moves)
-        chords = self.program.as_written(chords, int(self.program.step[body.move[0]]))
-        points, piece = cutting.pieces(chords, SEGMENT_MM)
-        over = self._cut(body, points)["depth"] - self.tool.flute_length + self.reserve
-        low, at, result = np.minimum(points[:-1, 2], points[1:, 2]), shift.along(points), []
-        for k in np.flatnonzero(over > OVER_MM):
-            first, last = spans[owner[piece[k]]]
-            a, b = (int(np.searchsorted(s[first:last + 1], at[k + e], side=side)) for e, side in ((0, "right"), (1, "left")))
-            index = np.arange(max(first + a - 1, first), min(first + b, last) + 1)
-            result.append((index, low[k] + over[k]))
-        return result
+        trials = Trials(self.program, body, self.stock, self.tool, lambda path: self._lead_in(body, path))
+        moved = trials.shifted(self._radius(), self.reserve, target, depth)
+        self.figures.bridged += int(np.isnan(moved[:, 2]).sum())
+        return moved
 
     def _radius(self):
         return (self.tool.shape.diameter if self.diameter is None else self.diameter) / 2
-
-    def _bridges(self, points, moved, dropped, tried, target):
-        """[0101]..[0103]: points to drop besides; None where there are none that may go."""
-        kept = np.flatnonzero(~dropped)
-        turned = kept[shift.turned_points(points[kept], moved[kept])]
-        raised = moved[turned, 2] > points[turned, 2] + LEFT_MM
-        turned = [int(k) for k in turned[raised] if int(k) not in tried]
-        if not turned:
-            return None
-        tried.update(turned)
-        new = dropped.copy()
-        new[turned] = True
-        return new if not self._interferes(moved, new, target) else self._bridges(points, moved, dropped, tried, target)
-
-    def _interferes(self, moved, dropped, target):
-        """Whether a bridge would cut into what the first path leaves."""
-        stock = self.stock
-        now = target.swapped()
-        index = np.flatnonzero(~dropped)
-        gouged = False
-        for a, b in zip(index[:-1], index[1:]):
-            if b - a > 1:
-                met = stock.cut(self.tool.shape, moved[a], moved[b][None])
-                gouged = gouged or bool(met["volume"][0] > GOUGE_MM3 and met["depth"][0] > OVER_MM)
-        now.restore()
-        return gouged
 
     # ---- what is left -----------------------------------------------------------------------------------------
 
@@ -267,8 +189,7 @@ class Shifter:
                 link = self.links.to_segment(at, part, body)
                 path = self._shifted(part)
                 done[a:b] |= _unshifted(part.points, path)
-                written += link(path[0, 2])
-                written += along.moves_along(self.program, part, path)[0]
+                written += [Table.of(link(path[0, 2])), along.moves_along(self.program, part, path)[0]]
                 at = path[-1]
                 self.figures.segments += 1
                 self.figures.added_feed += _length(path)
@@ -278,9 +199,10 @@ class Shifter:
                                  "take a tool with longer flutes", int(self.program.line[body.move[0]]))
             had = removed
         if written or math.dist(at, points[-1]) > 1e-9:
-            written += self.links.back(at, points[-1], end, section_end, body)
-        if written:
-            self.edits.after[int(self.program.step[end - 1])] = written
+            written.append(Table.of(self.links.back(at, points[-1], end, section_end, body)))
+        if any(map(len, written)):
+            table = Table.joined(written)
+            self.edits.after.put([int(self.program.step[end - 1])], [0, len(table)], table)
         return levels
 
     def _left(self, points, met):
@@ -306,16 +228,12 @@ class Shifter:
         changed = np.isnan(moved[:, 2]) | (moved[:, 2] > body.points[:, 2] + 1e-9)
         steps = program.step[body.move]
         moves, spans = along.moves_along(program, body, moved)
-        if z0 > body.points[0, 2] + 1e-9 and not body.lead:         # the tool stands at the first path's height before
-            moves.insert(0, Move(FEED, tuple(moved[0].tolist()), float(program.feed[body.move[0]])))
-            spans.insert(0, (0, 0))
-        instead = {step: [] for step in np.unique(steps[changed[:-1] | changed[1:]]).tolist()}
-        for move, step in zip(moves, steps[[first for first, _ in spans]].tolist()):
-            if step in instead:
-                instead[step].append(move)
-        edits.instead.update(instead)
-        for step in instead:
-            edits.notes.setdefault(step, "shifted along the axis")
+        if z0 > body.points[0, 2] + 1e-9 and not body.lead:         # the tool is at the first path's height before
+            down = Move(FEED, tuple(moved[0].tolist()), float(program.feed[body.move[0]]))
+            moves, spans = Table.joined([Table.of([down]), moves]), np.concatenate(([[0, 0]], spans))
+        instead, owner = np.unique(steps[changed[:-1] | changed[1:]]), steps[spans[:, 0]]
+        own = np.flatnonzero(np.isin(owner, instead))
+        edits.instead.put(instead, np.append(np.searchsorted(owner[own], instead), len(own)), moves.take(own), "shifted along the axis")
         self.figures.added_feed += _length(moved[~np.isnan(moved[:, 2])]) - _length(body.points)
 
 

@@ -65,13 +65,19 @@ class Links:
         window.restore()
         return max(safe, self.stock.z_max + GAP_MM) if met["depth"][0] > OVER_MM else safe
 
+    def _is_absolute(self, move):
+        """Whether a move ends at the same place wherever it begins: not under G91, nor in a block, which may have G91 in it."""
+        step = int(self.program.step[move])
+        modes = self.program.modes_on(step)
+        return modes.distance == 90 and not modes.unclear and self.program.block_of(step) is None
+
     def back(self, at, place, end, section_end, body):
         """From the last segment to where the first path's body ends."""
         if math.hypot(at[0] - place[0], at[1] - place[1]) <= ACROSS_MM:
             return [Move(FEED, tuple(place), self._plunge_feed(body))] if abs(at[2] - place[2]) > 1e-9 else []
         moves = self._over(at, place[0], place[1])(place[2])
         follows = self.program.end[end] if end < section_end else None
-        if follows is not None and self.program.kind[end] == RAPID and follows[2] > place[2] + GAP_MM \
+        if follows is not None and self._is_absolute(end) and self.program.kind[end] == RAPID and follows[2] > place[2] + GAP_MM \
                 and math.hypot(follows[0] - place[0], follows[1] - place[1]) <= ACROSS_MM:
             return moves[:2]                                    # the program goes up there anyway
         return [*moves, Move(FEED, tuple(place), self._plunge_feed(body))]

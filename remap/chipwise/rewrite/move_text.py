@@ -31,8 +31,8 @@ class Numbers:
 
 def plain(value, digits):
     """A number as text, without what says nothing."""
-    text = f"{value:.{digits}f}".rstrip("0").rstrip(".")
-    return "0" if text in ("-0", "") else text
+    text = ("%.*f" % (digits, value)).rstrip("0").rstrip(".")
+    return "0" if text == "-0" or not text else text
 
 
 def g_code(move):

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Optional
 
 from chipwise.check.reader import Unreadable
+from chipwise.errors import of_unexpected
 from chipwise.rewrite.proof import Different
 from chipwise.rewrite.run import rewritten
 
@@ -41,4 +42,4 @@ def one(program, progress, arguments):
     except Exception as error:      # one bad program never stops the rest
         if os.environ.get("CHIPWISE_TRACEBACK"):
             raise
-        return failed(program, f"internal error: {type(error).__name__}: {error}; please report it with what CHIPWISE_TRACEBACK=1 adds")
+        return failed(program, of_unexpected(error))

@@ -86,8 +86,24 @@ class Event:
     values: list
 
 
+class Moves:
+    """Moves of a class that has their kind (n,) int and end (n, 3) mm."""
+
+    kind: np.ndarray
+    end: np.ndarray
+
+    def start(self, move):
+        """(3,): start of a move. The machine's position before the first is unknown: the first move starts at its end."""
+        return self.end[max(move - 1, 0)]
+
+    @functools.cached_property
+    def height_known_from(self):
+        """Number of the first move whose height the machine and the interpreter agree on (rules.moves_at_unknown_height)."""
+        return rules.moves_at_unknown_height(self.kind, self.end[:, 2])[0]
+
+
 @dataclass
-class Program:
+class Program(Moves):
     """n moves, m steps.
 
     kind, line (n,) int; end (n, 3) mm; feed (n,) mm/min
@@ -119,15 +135,6 @@ class Program:
     @property
     def steps(self):
         return len(self.first) - 1
-
-    def start(self, move):
-        """(3,): start of a move. The machine's position before the first is unknown: the first move starts at its end."""
-        return self.end[max(move - 1, 0)]
-
-    @functools.cached_property
-    def height_known_from(self):
-        """Number of the first move whose height the machine and the interpreter agree on (rules.moves_at_unknown_height)."""
-        return rules.moves_at_unknown_height(self.kind, self.end[:, 2])[0]
 
     def modes_on(self, step):
         """The Modes while a step runs."""
@@ -162,7 +169,7 @@ class Program:
 
     def check_shiftable(self, first, end):
         """Unreadable where moves first .. end - 1 are written in a way that cannot be shifted; those in blocks of a traced program stay."""
-        places = (self.line if self.place is None else self.place)[first:end]
+        places = self.places[first:end]
         for place, at in zip(*(a.tolist() for a in np.unique(places, return_index=True))):
             if self.traced and place in self.blocks.outermost:
                 continue
@@ -176,9 +183,14 @@ class Program:
         """Whether each move's place is known: without calls and loops it is the line."""
         return self.place is not None
 
+    @property
+    def places(self):
+        """(n,) int: the line of the program itself that makes each move; of a block, its first."""
+        return self.line if self.place is None else self.place
+
     def place_of(self, step):
-        """Number of the line of the program itself that makes a step; of a block, its first."""
-        return int((self.line if self.place is None else self.place)[self.first[step]])
+        """The same of a step."""
+        return int(self.places[self.first[step]])
 
     def block_of(self, step):
         """The outermost Block that makes a step of a traced program, None without one."""
@@ -250,20 +262,25 @@ class Collector:
         else:
             self.events.append(Event(self.count, kind, line, values))
 
-    def program(self, path, messages, before):
+    def program(self, path, messages, before, text=True):
+        """The Program; text: as of read()."""
         kind, line, end, feed = (np.concatenate(parts) for parts in zip(*self.parts))
         first = np.concatenate((*self.firsts, [self.count]))
         step = np.repeat(np.arange(len(first) - 1), np.diff(first))
-        with open(path, "rb") as file:
-            source = file.readlines()           # as LinuxCNC: only a line feed ends a line
-        blocks = blocks_of(source)
-        source = [text.decode("utf-8", "surrogateescape") for text in source]
+        source, blocks, modes = [], Blocks(), []
+        if text:
+            with open(path, "rb") as file:
+                source = file.readlines()       # as LinuxCNC: only a line feed ends a line
+            blocks = blocks_of(source)
+            source = [own.decode("utf-8", "surrogateescape") for own in source]
+            modes = modes_by_line(source, blocks.subs, before)
         return Program(path, kind, line, end, feed, step, first, np.concatenate(self.circle), np.concatenate(self.frame),
-                       self.circles, self.frames, self.events, source, modes_by_line(source, blocks.subs, before), messages, blocks, marks=self.marks)
+                       self.circles, self.frames, self.events, source, modes, messages, blocks, marks=self.marks)
 
 
-def read(path, machine, stock=None, progress=None, **limits):
-    """Program of a file.  machine: reader.Machine; stock: (low, high) mm in work coordinates or None.  Raises Unreadable."""
+def read(path, machine, stock=None, progress=None, text=True, **limits):
+    """Program of a file.  machine: reader.Machine; stock: (low, high) mm in work coordinates or None; text: whether its lines are
+    wanted, with what follows from them (source, modes, blocks).  Raises Unreadable."""
     collector = Collector()
     with Reader(path, machine, stock, written=True, **limits) as reader:
         for block in reader:
@@ -271,7 +288,7 @@ def read(path, machine, stock=None, progress=None, **limits):
             collector.take(block)
             if progress:
                 progress(int(block[-1, 1]))
-        return collector.program(path, reader.messages, first_modes(machine))
+        return collector.program(path, reader.messages, first_modes(machine), text)
 
 
 def first_modes(machine):

@@ -5,7 +5,8 @@ Called by run.py.  Nothing here knows how the text was made.
 
  1. same_path: every step of the first path ends where steps of the second one do, in the same order, and what lies between
     lies on the step: to PATH_MM.
- 2. same_stock: no new traverse of the second path meets stock, and the stock it leaves is that of the first within a cell.
+ 2. same_stock: no new traverse of the second path meets stock, the stock it leaves is that of the first within a cell, and both end at
+    the same place.
     That it never cuts deeper than the flutes are long is proved by depths.py.
 """
 
@@ -90,11 +91,14 @@ def _simulated(program, geometry, cell):
         if not result or result[-1][0] is not stock:
             result.append((stock, []))
         a, b = section.first, section.end
-        points, owner = cutting.pieces(np.concatenate((program.start(a)[None], program.end[a:b])), SEGMENT_MM)
-        met = stock.cut(section.tool.shape, points[0], points[1:])
-        touch = np.where(program.kind[a:b][owner] == RAPID, met["depth"], 0.0)
-        worst = int(touch.argmax())
-        result[-1][1].append((float(touch[worst]), int(program.line[a + owner[worst]]), float(met["holder"].max())))
+        deepest, line, holder = -1.0, 0, 0.0
+        for owner, met in cutting.cut_along(stock, section.tool.shape, program.start(a), program.end[a:b], SEGMENT_MM):
+            touch = np.where(program.kind[a:b][owner] == RAPID, met["depth"], 0.0)
+            worst = int(touch.argmax())
+            if touch[worst] > deepest:
+                deepest, line = float(touch[worst]), int(program.line[a + owner[worst]])
+            holder = max(holder, float(met["holder"].max()))
+        result[-1][1].append((deepest, line, holder))
     return result
 
 
@@ -118,6 +122,8 @@ def _filtered(heights, pick):
 
 def same_stock(first, second, geometry, cell):
     """Raises Different where the second program breaks a rule; -> worst holder contact (mm) that the first has not."""
+    if np.abs(first.end[-1] - second.end[-1]).max() > PATH_MM:
+        raise Different("the new program ends at another place")
     one, two, holder = simulated(first, geometry, cell), simulated(second, geometry, cell), 0.0
     for (stock, before), (other, after) in zip(one, two, strict=True):
         for own, new in zip(before, after, strict=True):

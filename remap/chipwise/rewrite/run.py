@@ -11,7 +11,7 @@ from typing import Callable, Optional
 
 from chipwise.check.reader import Machine, Unreadable
 from chipwise.errors import CycleError, format_length, unnamed
-from chipwise.rewrite import calls, cutting, depths, feed, flute, proof
+from chipwise.rewrite import calls, cutting, depths, feed, flute, foreseen, proof
 from chipwise.rewrite.program import Program, read
 from chipwise.rewrite.text import Writer
 from chipwise.rewrite.words import words_of
@@ -43,8 +43,8 @@ def rewritten(path, order, progress, machine, stock=None, cell=None, **limits):
     except CycleError as error:
         raise Unreadable(unnamed(error.text()), "") from error
 
-    def read_it(name):
-        return read(name, machine, stock, **limits)
+    def read_it(name, text=True):
+        return read(name, machine, stock, text=text, **limits)
 
     program = read_it(path)
     progress(0.2)
@@ -72,8 +72,8 @@ def read_back(program, data, read_it):
 
 @dataclass
 class Job:
-    """What every kind of rewriting needs: program, machine, geometry {number: ToolGeometry}, cell (mm), read: path -> Program, stock
-    and limits as of reader.Reader."""
+    """What every kind of rewriting needs: program, machine, geometry {number: ToolGeometry}, cell (mm), read: path, text=False for one without its lines ->
+    Program, stock and limits as of reader.Reader."""
 
     program: Program
     machine: Machine
@@ -82,6 +82,10 @@ class Job:
     read: Callable
     stock: Optional[tuple]
     limits: dict
+
+    def moves_of(self, path):
+        """The Program of a file, without its lines."""
+        return self.read(path, text=False)
 
 
 def in_place(job, program, rewrite, check):
@@ -106,33 +110,45 @@ def in_place(job, program, rewrite, check):
 
 def respect_flutes(order, job, progress):
     """CN105492980; -> (bytes, what is said)."""
-    needles, data, figures = {}, None, None
-
-    def rewrite(program, anywhere, repeat=0):
-        return flute.rewrite(program, job.geometry, job.cell, order.whole, order.diameter, progress, RESERVE_MM * repeat, anywhere, needles)
-
-    def check(program, _edits, figures):
-        for first, end in figures.shifted:
-            program.check_shiftable(first, end)
-
+    needles = {}
     for repeat in range(REPEATS):
-        program, edits, figures = in_place(job, job.program, lambda *own, at=repeat: rewrite(*own, at), check)
-        data = Writer(program, edits).write() if edits else None
-        second = read_back(job.program, data, job.read) if data else job.program
-        found = depths.too_deep(second, job.geometry, job.cell, proof.OVER_MM)
+        data, second, figures, found = _with_reserve(order, job, progress, RESERVE_MM * repeat, needles)
         if not found:
             break
-        needles = depths.with_needles(needles, found)       # what the map of the edits has not met
+        needles, second = depths.with_needles(needles, found), None         # what the map of the edits has not met
     else:
         raise still_too_deep(job, found)
     if not data:
-        return program.content(), "the flutes are long enough everywhere, the program is unchanged"
+        return job.program.content(), "the flutes are long enough everywhere, the program is unchanged"
     proof.same_stock(job.program, second, job.geometry, job.cell)
     unit = "in" if job.machine.unit_mm > 10 else "mm"
     parts = [f'line{"s" * (b > a)} {a}' + (f" to {b}" if b > a else "") + f" in {n} levels" for a, b, n in figures.lines[:5]]
     more = f" and {len(figures.lines) - 5} more" if len(figures.lines) > 5 else ""
     return data, (f'{", ".join(parts)}{more}; {format_length(round(figures.added_feed, 1), unit)} of feed added to '
                   f"{format_length(round(figures.first_feed, 1), unit)}")
+
+
+def _with_reserve(order, job, progress, reserve, needles):
+    """One of the repeats -> (bytes, None: not written; what is cut then: Program, or Foreseen of what is not written; Figures; [Witness]
+    of what is too deep)."""
+    def rewrite(program, anywhere):
+        return flute.rewrite(program, job.geometry, job.cell, order.whole, order.diameter, progress, reserve, anywhere, needles)
+
+    def check(program, _edits, figures):
+        for first, end in figures.shifted:
+            program.check_shiftable(first, end)
+
+    program, edits, figures = in_place(job, job.program, rewrite, check)
+    second = foreseen.foreseen(program, edits) if edits else job.program
+    found = depths.too_deep(second, job.geometry, job.cell, proof.OVER_MM)
+    if found or not edits:
+        return None, second, figures, found
+    data = Writer(program, edits).write()
+    path, program, edits = second, None, None               # long programs need the room
+    second = read_back(job.program, data, job.moves_of)
+    if not foreseen.same_moves(path, second):
+        found = depths.too_deep(second, job.geometry, job.cell, proof.OVER_MM)
+    return data, second, figures, found
 
 
 def still_too_deep(job, found):
@@ -160,7 +176,7 @@ def write_feeds(order, job, progress):
         check(program, edits, figures)
     data = Writer(program, edits).write() if edits else job.program.content()
     if edits:
-        proof.same_path(job.program, read_back(job.program, data, job.read))
+        proof.same_path(job.program, read_back(job.program, data, job.moves_of))
     scale, unit = rate_unit(job.machine)
     return data, (f"F of {figures.changed} of {figures.moves} feed moves changed, {figures.divided} divided; {figures.before_s:.1f} s "
                   f"of feed become {figures.after_s:.1f} s, peak {figures.peak_before / scale:.4g} {unit} becomes "

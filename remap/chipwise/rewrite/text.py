@@ -29,56 +29,78 @@ _SETTERS = {17, 18, 19, 20, 21, 90, 91, 90.1, 91.1, 94, 61, 61.1, 98, 99, 40}
 _PLAIN_G = {*_OUR_CYCLES, *_SETTERS, 0, 1, 2, 3, 80, 73, 81, 82, 83, 85, 86, 89}
 
 
+class Output(bytearray):
+    """The new program's text as it grows."""
+
+    def line(self, text, end=""):
+        """A line, or lines, after the end of the one before."""
+        self += (text + end).encode("utf-8", "surrogateescape")
+
+    def end_line(self, end):
+        """What is there ends with an end of line."""
+        if self and not self.endswith(b"\n"):
+            self.line(end)
+
+
 class Writer:
     """One program with its edits -> bytes."""
 
     def __init__(self, program, edits):
         self.program, self.edits, self.source = program, edits, program.source
-        self.out = []
+        self.out = Output()
         self.at = np.array(program.start(0), float)     # mm, machine coordinates
         self.motion = None          # G-code in force in the output, None: as in the source
         self.feed = None            # F in force in the output, mm/min; None: as in the source
+        self._place = program.places[program.first[:-1]]            # (m,) int: the line of each step
+        self._by_place = np.argsort(self._place, kind="stable")     # (m,) int: the steps line by line, and
+        self._begin = np.searchsorted(self._place[self._by_place], np.arange(max(len(self.source), int(self._place.max(initial=0))) + 2))
         self.end = "\r\n" if self.source and self.source[0].endswith("\r\n") else "\n"
 
     def write(self):
         """-> bytes of the new program."""
-        steps_of = {}
-        for step in range(self.program.steps):
-            steps_of.setdefault(self.program.place_of(step), []).append(step)
-        written_out, blocks = self._written_out(steps_of), self.program.blocks
+        written_out, blocks = self._written_out(), self.program.blocks
         for number, text in enumerate(self.source, 1):
-            steps = steps_of.get(number, [])
+            steps = self._steps_of(number)
             if number in written_out:
                 self._write_out(number, text, steps)
             elif number in blocks.outermost:
-                self._keep_of_block(number, text, blocks.outermost[number], steps_of)
+                self._keep_of_block(number, text, blocks.outermost[number])
             elif number in blocks.subs:
-                self.out.append(text)
+                self.out.line(text)
             else:
                 self._keep(text, steps)
-                if steps and steps[-1] in self.edits.after:
-                    self._moves(steps[-1], self.edits.after[steps[-1]], number)
-        return "".join(self.out).encode("utf-8", "surrogateescape")
+                if steps and (moves := self.edits.after.get(steps[-1])):
+                    self._moves(steps[-1], moves, number)
+        return bytes(self.out)
 
     # ---- which lines ------------------------------------------------------------------------------------------
 
-    def _written_out(self, steps_of):
+    def _steps_of(self, number):
+        """[numbers of the steps that a line makes], rising."""
+        return self._by_place[self._begin[number]:self._begin[number + 1]].tolist()
+
+    def _written_out(self):
         """Numbers of the lines that are written out [2], [3]."""
-        edits, result = self.edits, set()
-        for number, steps in steps_of.items():
-            changed = any(s in edits.instead for s in steps) or any(s in edits.after for s in steps[:-1]) \
-                or (len(steps) > 1 and any(s in edits.feeds for s in steps))
-            if changed:
-                result.add(number)
-        cycle = {number: self._cycle_of(steps) for number, steps in steps_of.items()}
-        ordered = sorted(steps_of)
-        for along in (ordered, ordered[::-1]):                  # the lines that repeat a cycle, before and behind
-            before = None
-            for number in along:
-                if before in result and cycle[number] and cycle[number] == cycle[before]:
-                    result.add(number)
-                before = number
-        for number in result:
+        edits, place = self.edits, self._place
+        several = np.diff(self._begin)[place] > 1
+        last = self._by_place[self._begin[place + 1] - 1] == np.arange(len(place))
+        changed = np.zeros(len(place), bool)
+        changed[edits.instead.steps] = True
+        after = edits.after.steps
+        changed[after] |= ~last[after]
+        feeds = np.fromiter(edits.feeds, int, len(edits.feeds))
+        changed[feeds] |= several[feeds]
+        result = set(np.unique(place[changed]).tolist())
+        cycle = {number: self._cycle_of(self._steps_of(number)) for number in np.unique(place[several]).tolist()}
+        if any(cycle.values()):
+            ordered = np.unique(place).tolist()
+            for along in (ordered, ordered[::-1]):              # the lines that repeat a cycle, before and behind
+                before = None
+                for number in along:
+                    if before in result and cycle.get(number) and cycle[number] == cycle.get(before):
+                        result.add(number)
+                    before = number
+        for number in sorted(result):
             self._check(number)
         return result
 
@@ -136,37 +158,37 @@ class Writer:
             self.feed = None
         if steps:
             self.at = self.program.end[self.program.first[steps[-1] + 1] - 1]
-        self.out.append(text)
+        self.out.line(text)
 
-    def _keep_of_block(self, number, text, block, steps_of):
+    def _keep_of_block(self, number, text, block):
         """[6]"""
-        steps = steps_of.get(block.first, [])
+        steps = self._steps_of(block.first)
         if number == block.first and (self.motion is not None or self.feed is not None):
             motion, feed = self.program.before_block(block)
             if None not in (self.motion, motion) and self.motion != motion:
                 if motion not in ("G0", "G1", "G80"):
                     raise Unreadable(f"a call or a loop begins while {motion} is in force, and the moves before it have to change",
                                      f"write the G word of the first move in it, and G1 before line {number}", number)
-                self.out.append(motion + self.end)
+                self.out.line(motion, self.end)
             if self.feed is not None and feed > 0.0 and abs(self.feed - feed) > 1e-9:
-                self.out.append("F" + Numbers(self.program.modes[number - 1].units).feed(feed) + self.end)
+                self.out.line("F" + Numbers(self.program.modes[number - 1].units).feed(feed), self.end)
             self.motion = self.feed = None
         if number == block.last and steps:
             self.at = self.program.end[self.program.first[steps[-1] + 1] - 1]
-        self.out.append(text)
+        self.out.line(text)
 
     def _write_out(self, number, text, steps):
         """[2]"""
-        if self.out and not self.out[-1].endswith("\n"):
-            self.out[-1] += self.end
-        note = next((self.edits.notes[s] for s in steps if s in self.edits.notes), "written out")
+        self.out.end_line(self.end)
+        note = next(filter(None, map(self.edits.instead.note, steps)), "written out")
         old = re.sub(r"[()\r\n]", " ", text).strip()[:MOST_SHOWN]
-        self.out.append(f"(chipwise: {note}: {old}){self.end}")
+        self.out.line(f"(chipwise: {note}: {old})", self.end)
         if not plain_move(text):
-            self.out += [comment + self.end for comment in active_comments(text)]
+            for comment in active_comments(text):
+                self.out.line(comment, self.end)
             set_here = [f"G{value:g}" for letter, value in words_of(text) if letter == "G" and value in _SETTERS]
             if set_here:
-                self.out.append(" ".join(set_here) + self.end)
+                self.out.line(" ".join(set_here), self.end)
         moves = []
         for step in steps:
             own = self.edits.instead.get(step)
@@ -174,32 +196,31 @@ class Writer:
                 one = original(self.program, step)
                 feed = self.edits.feeds.get(step)
                 own = [one if feed is None else type(one)(one.kind, one.end, feed, one.circle)]
-            moves += own + self.edits.after.get(step, [])
+            moves += [*own, *self.edits.after.get(step, ())]
         self._moves(steps[-1], moves, number)
 
     def _moves(self, step, moves, number):
         """Moves in the coordinate system and the modes of a step's line [2], [4]."""
         program = self.program
         modes, frame = self.program.modes_on(step), program.frames[program.frame[step]]
-        if self.out and not self.out[-1].endswith("\n"):
-            self.out[-1] += self.end
+        self.out.end_line(self.end)
         if modes.distance == 91:
-            self.out.append("G90" + self.end)
+            self.out.line("G90", self.end)
         if modes.cycle:
-            self.out.append("G80" + self.end)
-        text = MoveText(frame, modes, self.at)
+            self.out.line("G80", self.end)
+        text, move = MoveText(frame, modes, self.at), None
         for move in moves:
             words = text.words(move)
             if words and move.kind != RAPID and (self.feed is None or abs(self.feed - move.feed) > 1e-9):
                 words.append("F" + text.numbers.feed(move.feed))
                 self.feed = move.feed
             if words:
-                self.out.append(" ".join(words) + self.end)
+                self.out.line(" ".join(words), self.end)
         self.at = text.at
         if modes.distance == 91:
-            self.out.append("G91" + self.end)
-        if moves:
-            self.motion = g_code(moves[-1])
+            self.out.line("G91", self.end)
+        if move is not None:
+            self.motion = g_code(move)
         own = float(program.feed[program.first[step + 1] - 1]) if program.kind_of(step) != RAPID else None
         if own is not None and self.feed is not None and abs(self.feed - own) < 1e-9:
             self.feed = None

@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Trials of one path: its points are shifted until the flutes are long enough, its corners rounded, its turned segments bridged.
+
+Called by flute.py, whose [2] and [3] this is.  Source: CN105492980 [0094]..[0115] (shift.py has the amounts).
+Lengths mm, machine coordinates of the tool's tip.
+"""
+
+import numpy as np
+
+from chipwise.check.reader import Unreadable
+from chipwise.check.simulate import SEGMENT_MM
+from chipwise.rewrite import along, cutting, shift
+from chipwise.rewrite.again import PART_POINTS, Recut
+from chipwise.rewrite.links import OVER_MM
+
+LEFT_MM = 0.002             # smaller shifts are ignored
+MOST_ROUNDS = 400           # of trials of one path; each raises some point
+GOUGE_MM3 = 1e-3            # what a bridge may take of the part
+
+
+class Trials:
+    """Of one path: an along.Body in the stock as it is.  lead_in: cuts the moves that lead to a path (n, 3)."""
+
+    def __init__(self, program, body, stock, tool, lead_in):
+        self.program, self.body, self.stock, self.tool, self.lead_in = program, body, stock, tool, lead_in
+        self.window = cutting.Window(stock, body.points, tool.shape.diameter / 2)
+        self.recut = Recut(stock, tool.shape)
+        self.s = shift.along(body.points)
+
+    def shifted(self, radius, reserve, target=None, depth=None):
+        """The shifted path, which is cut: (n, 3) points.  Points that were bridged are NaN.
+
+        radius: of corners; reserve: of the flutes, not used; depth: what the path has met, if that is known; target: Window of what
+        the first path leaves, if there may be bridges.
+        """
+        points, window = self.body.points, self.window
+        if depth is None:
+            self.lead_in(points)
+            depth = self.stock.cut(self.tool.shape, points[0], points[1:])["depth"]
+            window.restore()
+        air = depth <= OVER_MM
+        need, dropped = np.full(len(points), -np.inf), np.zeros(len(points), bool)
+        tried, moved = set(), None
+        for _ in range(MOST_ROUNDS):
+            if moved is None:
+                amount = shift.held(self.s, np.maximum(need - points[:, 2], 0.0), air)
+                moved = shift.shifted(points, shift.rounded(self.s, amount, radius))
+            too_low = self._too_low(moved, dropped, reserve, depth) or self._too_low_as_written(moved, dropped, reserve)
+            if too_low:
+                _raise(need, dropped, *too_low)
+                moved = None
+            else:
+                new = self._bridges(moved, dropped, tried, target) if target is not None else None
+                if new is None:
+                    moved[dropped] = np.nan
+                    return moved
+                dropped = new
+            window.restore()
+            depth = None
+        raise Unreadable("the flutes are too short, and the path cannot be shifted so that they reach",
+                         "take smaller steps in Z, or a tool with longer flutes", int(self.program.line[self.body.move[0]]))
+
+    def _too_low(self, moved, dropped, reserve, depth=None):
+        """Cuts a path piece by piece, unless its depth is known; -> (first point, last point, Z (k,)) that they must not be below where it is
+        too deep, None: nowhere."""
+        path, index = moved[~dropped], np.flatnonzero(~dropped)
+        if depth is None:
+            self.lead_in(path)
+            depth = self.recut.depths("pieces", path[0], path[1:], index[1:] // PART_POINTS)
+        over = depth - self.tool.flute_length + reserve
+        k = np.flatnonzero(over > OVER_MM)
+        return (index[k], index[k + 1], np.minimum(path[k, 2], path[k + 1, 2]) + over[k]) if len(k) else None
+
+    def _too_low_as_written(self, moved, dropped, reserve):
+        """The same with the moves as they will be read back: the model's steps along them are others."""
+        self.window.restore()
+        path = moved.copy()
+        path[dropped] = np.nan
+        moves, spans = along.moves_along(self.program, self.body, path)
+        chords, owner = along.polyline(moved[0], moves)
+        chords = self.program.as_written(chords, int(self.program.step[self.body.move[0]]))
+        points, piece = cutting.pieces(chords, SEGMENT_MM)
+        spans = spans[owner[piece]]
+        self.lead_in(points)
+        over = self.recut.depths("written", points[0], points[1:], spans[:, 1] // PART_POINTS) - self.tool.flute_length + reserve
+        low, at, s, result = np.minimum(points[:-1, 2], points[1:, 2]), shift.along(points), self.s, []
+        for k in np.flatnonzero(over > OVER_MM):
+            first, last = spans[k].tolist()
+            a, b = (int(np.searchsorted(s[first:last + 1], at[k + e], side=side)) for e, side in ((0, "right"), (1, "left")))
+            result.append((max(first + a - 1, first), min(first + b, last), low[k] + over[k]))
+        return tuple(map(np.array, zip(*result))) if result else None
+
+    def _bridges(self, moved, dropped, tried, target):
+        """[0101]..[0103]: points to drop besides; None where there are none that may go."""
+        points, kept = self.body.points, np.flatnonzero(~dropped)
+        turned = kept[shift.turned_points(points[kept], moved[kept])]
+        raised = moved[turned, 2] > points[turned, 2] + LEFT_MM
+        turned = [int(k) for k in turned[raised] if int(k) not in tried]
+        if not turned:
+            return None
+        tried.update(turned)
+        new = dropped.copy()
+        new[turned] = True
+        return new if not self._interferes(moved, new, target) else self._bridges(moved, dropped, tried, target)
+
+    def _interferes(self, moved, dropped, target):
+        """Whether a bridge would cut into what the first path leaves."""
+        now = target.swapped()
+        index, gouged = np.flatnonzero(~dropped), False
+        gaps = np.flatnonzero(np.diff(index) > 1)
+        for a, b in zip(index[gaps], index[gaps + 1]):
+            met = self.stock.cut(self.tool.shape, moved[a], moved[b][None])
+            gouged = gouged or bool(met["volume"][0] > GOUGE_MM3 and met["depth"][0] > OVER_MM)
+        now.restore()
+        return gouged
+
+
+def _raise(need, dropped, first, last, z):
+    """Points first .. last, each (k,), must not be below z (k,); those of a bridge that is too deep are points of the path again."""
+    for at in range(int((last - first).max()) + 1):
+        own = last - first >= at
+        np.maximum.at(need, first[own] + at, z[own])
+        dropped[first[own] + at] = False

@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The moves that are foreseen for a program with edits against those that LinuxCNC's interpreter reads from its text."""
+import re
+
+import numpy as np
+import pytest
+
+from chipwise.check.reader import Machine
+from chipwise.check.records import ARC
+from chipwise.rewrite import flute, foreseen
+from chipwise.rewrite.program import read
+from chipwise.rewrite.run import read_back
+from chipwise.rewrite.text import Writer
+from chipwise.tools import load_tools
+from support.random_cases import random_count, random_seed
+from support.rewrite_rig import deep_program, make_machine
+
+CELL = 0.5
+KINDS = {"plain": (lambda text: text),
+         "offset": (lambda text: text.replace("M250", "G10 L2 P1 X1.23456 Y-7.7 Z3.3 R0\nM250", 1)),
+         "incremental": (lambda text: text.replace("M250", "G91.1\nM250", 1) + "G91\n"),
+         "centres": (lambda text: text.replace("M250", "G90.1\nM250", 1))}
+
+
+@pytest.fixture(scope="module", name="ini")
+def fixture_ini(tmp_path_factory):
+    return make_machine(tmp_path_factory.mktemp("foreseen") / "mill")
+
+
+def trial(path, ini, **options):
+    """(Program, Edits, Program of the new text) of one trial."""
+    machine = Machine(str(ini))
+    program = read(str(path), machine)
+    edits, _ = flute.rewrite(program, load_tools(str(ini.parent / "tools.toml")), CELL, **options)
+    return program, edits, read_back(program, Writer(program, edits).write(), lambda name: read(name, machine)) if edits else None
+
+
+@pytest.mark.parametrize("case", range(random_count(8)))
+def test_random_programs_make_the_moves_that_are_foreseen(ini, tmp_path, case):
+    seed, kind = random_seed() + case, list(KINDS)[case % len(KINDS)]
+    path = tmp_path / f"{seed}.ngc"
+    path.write_text(KINDS[kind](deep_program(seed)))
+    program, edits, after = trial(path, ini, reserve=0.06 * (case % 2))
+    if not edits:
+        return
+    found = foreseen.foreseen(program, edits)
+    assert len(found.kind) == len(after.kind), f"{kind}, seed {seed}, {path}"
+    assert np.abs(found.end - after.end).max() <= foreseen.SAME_MM, f"{kind}, seed {seed}, {path}"
+    assert foreseen.same_moves(found, after), f"{kind}, seed {seed}, {path}"
+
+
+def slot(ini, folder, text):
+    """foreseen() of a slot in one line of text, and its Program read back."""
+    path = folder / "slot.ngc"
+    path.write_text("G21 G90 G17 G40 G49 G80 G94\nM250 P0 Q0 R-40 I60 J50 K40\nT1 M6\nS8000 M3\n" + text + "\nM2\n")
+    program, edits, after = trial(path, ini)
+    return foreseen.foreseen(program, edits), after
+
+
+@pytest.mark.parametrize("text", [
+    "G0 X-10 Y25 Z5\nG1 Z-30 F200\nX70 F400\nG0 Z5",
+    "G0 X-10 Y25 Z5\nG91\nG1 Z-35 F200\nX80 F400\nG0 Z35\nG90",
+    "G20\nG0 X-0.4 Y1 Z0.2\nG1 Z-1.2 F8\nG3 X2.7 Y1 I1.55 J1 F16\nG0 Z0.2",
+    "G0 X-10 Y25 Z5\nG1 Z-30 F200\nG2 X30 Y25 Z-26 R21 F400\nG3 X70 Y25 R30\nG0 Z5",
+    "G0 X-10 Y25 Z5\nG1 Z-30 F200\nX70 F400\nG0 Z5\nT3 M6\nS8000 M3\nG0 X-12 Y8 Z5\nG1 Z-4 F100\nX70\nG0 Z5"])
+def test_modes_units_arcs_and_tools_are_foreseen(ini, tmp_path, text):
+    found, after = slot(ini, tmp_path, text)
+    assert len(found.kind) > 8 and foreseen.same_moves(found, after)
+    assert bool(re.search("G[23] X", text)) == bool((found.kind == ARC).any())
+
+
+def test_other_moves_tools_or_kinds_are_not_the_same(ini, tmp_path):
+    found, after = slot(ini, tmp_path, "G0 X-10 Y25 Z5\nG1 Z-30 F200\nX70 F400\nG0 Z5\nT3 M6\nS8000 M3\nG0 X-12 Y8 Z5\nG1 Z-4 F100\nX70\nG0 Z5")
+    for wrong in ("end", "kind", "tool", "at", "one less"):
+        one = foreseen.Foreseen(found.kind.copy(), found.line, found.end.copy(), [type(e)(e.at, e.kind, e.line, list(e.values)) for e in found.events])
+        if wrong == "end":
+            one.end[7, 1] += 1e-4
+        elif wrong == "kind":
+            one.kind[7] = 1 - one.kind[7]
+        elif wrong == "tool":
+            one.events[-1].values[0] += 1
+        elif wrong == "at":
+            one.events[-1].at += 1
+        else:
+            one.kind, one.end = one.kind[:-1], one.end[:-1]
+        assert not foreseen.same_moves(one, after), wrong
