@@ -41,11 +41,19 @@ def request(rng, file, number):
     diameter = float(rng.uniform(1.0, 4.0))
     corner, tip = [(0, 0), (diameter / 2, 0), (diameter / 5, 0), (0, 60), (diameter / 6, 20)][rng.integers(0, 5)]
     levels = rng.random() < 0.3
-    return SurfaceRequest(
+    made = SurfaceRequest(
         file=file, stamp=(number,), placing=Placing(), bottom=None, clearance=None, tool=Shape(diameter, corner, tip), step=float(rng.uniform(0.1, 0.4)) * diameter,
         feed=1500.0, plunge_feed=600.0, start=START, stock_is_model=True, direction=float(rng.integers(0, 360)), relief=float(rng.choice([0.1, 0.3, 1.0, 1.5])),
         link=2 if levels and rng.random() < 0.3 else 1, cell=float(rng.choice([0.1, 0.15, 0.25])), tolerance=0.03, climb=bool(rng.integers(0, 2)),
         allowance=float(rng.choice([0.0, 0.2])), depth=float(rng.uniform(0.5, 2)) if levels else None)
+    return made if rng.random() < 0.7 else rest(rng, made)
+
+
+def rest(rng, made):
+    """What a tool of twice to three times the diameter has left, zigzag or not."""
+    large = Shape(float(rng.uniform(2, 3)) * made.tool.diameter, 0.0)
+    before = dataclasses.replace(made, tool=dataclasses.replace(large, corner_radius=float(rng.choice([0.0, 0.5])) * large.diameter), step=0.3 * large.diameter)
+    return dataclasses.replace(made, depth=None, allowance=0.0, least=float(rng.uniform(0.05, 0.2)), link=int(rng.integers(1, 3)), earlier=(before,))
 
 
 EXACT = "G64 P0.002"    # of the cuts
@@ -91,9 +99,12 @@ def contacts(count, seed):
                 print(f"seed {case}: {error}", file=sys.stderr)
                 case += 1
                 continue
+            before = [(surface_plan(one).moves, one.tool) for one in r.earlier]
             area = (plan.high[0] - plan.low[0]) * (plan.high[1] - plan.low[1])
             needles = surface_judge.Needles(plan.low, plan.high, plan.high[2] + r.allowance, int(A_NEEDLE * area), case)
             straight = case % 2 == 0
+            for moves, tool in before:
+                needles.follow(moves, START, tool)
             depths = needles.follow(plan.moves, START, r.tool, surface_judge.positions if straight else link_judge.rounded_positions)
             bad = sum(depth > surface_judge.RIDGE for depth in depths)
             links, met, deepest = links + len(link_judge.links_of(plan.moves, START)) + 1, met + bad, max(deepest, max(depths))

@@ -155,3 +155,16 @@ def test_an_error_nobody_thought_of_is_one_line(monkeypatch, capsys):
     assert cli.main(['contour', 'x.ngc', '--sub', '1', '--tool', '3']) == 1
     said = capsys.readouterr().err
     assert said.startswith("chipwise: internal error: KeyError: 'a") and said.count('\n') == 1
+
+
+@pytest.mark.parametrize('command', [['check', '--stock', '0', '0', '-10', '50', '50', '0'],
+                                     ['rewrite', '--flute', '--stock', '0', '0', '-10', '50', '50', '0', '-o', 'out.ngc']])
+def test_without_the_core_library(tmp_path, monkeypatch, command):
+    """After an update without `make build`: the remedy, not an internal error."""
+    (tmp_path / 'program.ngc').write_text('G21 G90\nT1 M6\nF300\nG0 X10 Y10 Z5\nG1 Z-2\nG1 X30\nM2\n')
+    monkeypatch.setenv('CHIPWISE_CORE', str(tmp_path / 'none.so'))
+    monkeypatch.chdir(tmp_path)
+    done = chipwise(command[0], 'program.ngc', *command[1:])
+    said = done.stdout + done.stderr
+    assert done.returncode and f'core library {tmp_path}/none.so is missing; run `make build`' in said, said
+    assert 'internal error' not in said and not (tmp_path / 'out.ngc').exists()

@@ -114,7 +114,9 @@ def test_a_bad_model_leaves_the_old_program(tmp_path, content, text):
     (["--step", "nan"], "--step nan is not"), (["--step", "1", "--tool", "77"], "tool 77 is not in the tool table"), (["--step", "1", "--tool", "0"], "--tool 0"),
     (["--step", "1", "--link", "5"], "link P5 is not known"), (["--step", "1", "--feed", "-1"], "--feed -1 is not a number above 0"),
     (["--step", "1", "--direction", "1.5"], "invalid int value"), (["--step", "1", "--clearance", "-3"], "is below the top of the model"),
-    (["--step", "1", "--scale", "0"], "--scale 0"), (["--step", "1", "--ini", "/nowhere.ini"], "INI file /nowhere.ini"), ([], "--step")])
+    (["--step", "1", "--scale", "0"], "--scale 0"), (["--step", "1", "--scale", "2e6"], "--scale 2e+06 is not a number above 0, up to 1000000"),
+    (["--step", "1", "--scale", "1e6"], "the model reaches"), (["--step", "1", "--floor", "-200000"], "--floor -200000 is not a length from -100000, up to 100000"),
+    (["--step", "1", "--ini", "/nowhere.ini"], "INI file /nowhere.ini"), ([], "--step")])
 def test_options_that_cannot_be_meant(model, tmp_path, arguments, text):
     tool = [] if "--tool" in arguments else ["--tool", "4"]
     done = surface(model, "-o", tmp_path / "out.ngc", *tool, *arguments)

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from support import surface_cases, surface_judge
+from support import link_judge, surface_cases, surface_judge
 from support.random_cases import random_count, random_seed
 
 from chipwise.check.sweep import Shape
@@ -105,11 +105,13 @@ def test_links_over_finished_stock_come_down_to_the_relief(files):
 
 def test_lowest_links_are_lower_and_one_way_cuts_keep_their_hand(files):
     for name in ("waves", "step"):
-        heights = {}
+        heights = []
         for link in (0, 1):
             plan = surface_plan(request(files[name], "ball", link=link, clearance=15.0))
-            heights[link] = sum(move.z for move in plan.moves if isinstance(move, Rapid) and move.z is not None)
-        assert heights[1] < heights[0]
+            heights.append([max(corner[2] for corner in one.corners) for one in link_judge.links_of(plan.moves, START)])
+        over, lowest = map(np.array, heights)
+        assert len(lowest) == len(over) > 10 and (over == 15.0).all()
+        assert (lowest <= over).all() and lowest.mean() < over.mean() - 5
     for climb in (True, False):
         plan = surface_plan(request(files["waves"], "ball", climb=climb, start=None))
         y = [move.y for move in plan.moves if isinstance(move, Rapid) and move.y is not None]

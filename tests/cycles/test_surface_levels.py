@@ -131,6 +131,29 @@ def test_rest_with_a_smaller_tool(files, name, link):
     assert 0 < fed < 0.5 * everywhere
 
 
+def in_air(r, before):
+    """Share of the feed moves of a plan that lowers no needle, with all that leads into the cuts; before: needles as they are then."""
+    needles = surface_judge.grid(r.low, r.high, r.high[2], 0.2)
+    needles.height = before.copy()
+    lengths, _deepest = surface_judge.feed_figures(needles, r.moves, START, Shape(3, 1.5))
+    total, air = (sum(one[k] for one in lengths.values()) for k in (0, 1))
+    return air / total
+
+
+def test_rest_is_hardly_ever_in_air(files):
+    """Around a block with vertical walls, whose rest is a ring: one side after the other, without going up the walls.  One-way cuts have to come in
+    anew each time, which the judge sees."""
+    first = request(files["step"], "ball", step=0.5)
+    r = request(files["step"], Shape(3, 1.5), step=0.2, least=0.05, relief=0.3, link=2, feed=1500.0, plunge_feed=600.0, earlier=(first,))
+    zigzag, one_way = surface_plan(r), surface_plan(dataclasses.replace(r, link=1))
+    needles = surface_judge.grid(zigzag.low, zigzag.high, zigzag.high[2], 0.2)
+    assert max(needles.follow(surface_plan(first).moves, START, first.tool)) <= surface_judge.RIDGE
+    before = needles.height.copy()
+    assert in_air(zigzag, before) <= 0.05
+    assert in_air(one_way, before) > 0.1
+    assert max(needles.follow(zigzag.moves, START, r.tool)) <= surface_judge.RIDGE
+
+
 def test_stock_before_is_known_to_the_links(files):
     """After roughing the links of finishing are lower, and still meet nothing."""
     rough = request(files["waves"], "flat", depth=1.5, allowance=0.3)

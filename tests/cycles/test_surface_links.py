@@ -115,13 +115,13 @@ def test_path_modes_of_the_lines(files):
     """G64 with its tolerance in program units for the traverses of each link, then the caller's again."""
     plan = surface_plan(request(files["waves"], "ball"))
     blends = [move.tolerance for move in plan.moves if isinstance(move, Blend)]
-    assert set(blends[::2]) == {0.35} and set(blends[1::2]) == {None} and len(blends) % 2 == 0
+    assert set(blends[::2]) == {0.7} and set(blends[1::2]) == {None} and len(blends) % 2 == 0
     mode = None
     for move in plan.moves:
         mode = move.tolerance if isinstance(move, Blend) else mode
         assert mode is None or isinstance(move, (Blend, Rapid))
     rows = [line for chunk in chunks(plan.moves, START, 25.4) for row in chunk for line in row[1].split("\n")]
-    assert sum(line == f"G64 P{0.35 / 25.4:.9f}" for line in rows) >= len(blends) // 2 and rows.count(CALLERS_PATH) == len(blends) // 2
+    assert sum(line == f"G64 P{0.7 / 25.4:.9f}" for line in rows) >= len(blends) // 2 and rows.count(CALLERS_PATH) == len(blends) // 2
     program = list(texts(plan.moves, START, 1.0, 4, "G64 P0.002"))
     assert program.count("G64 P0.002") == len(blends) // 2 and CALLERS_PATH not in program
 
@@ -130,3 +130,15 @@ def test_without_relief_nothing_is_rounded(files):
     plan = surface_plan(request(files["step"], "ball", relief=0.0))
     assert not any(isinstance(move, Blend) for move in plan.moves)
     assert max(depths_of(plan, request(files["step"], "ball"), 1, surface_judge.positions)) <= surface_judge.RIDGE
+
+
+def test_links_stay_over_the_rectangle(files):
+    """Seen from above no move leaves the rectangle around the model and the margin, links beside the first and the last cut included."""
+    rng = np.random.default_rng(random_seed())
+    for case in range(random_count(3)):
+        margin = float(rng.choice([0.0, 1.5]))
+        r = request(files[rng.choice(sorted(files))], rng.choice(sorted(TOOLS)), direction=float(rng.integers(0, 360)), step=2.0, climb=bool(rng.integers(0, 2)), margin=margin)
+        plan = surface_plan(r)
+        places = np.array([(move.x, move.y) for move in plan.moves if getattr(move, "x", None) is not None and move.y is not None])
+        assert len(places) > 20
+        assert (places >= np.array(plan.low[:2]) - margin - 1e-5).all() and (places <= np.array(plan.high[:2]) + margin + 1e-5).all(), (random_seed(), case)

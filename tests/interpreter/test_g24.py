@@ -68,6 +68,13 @@ def test_rs274_and_offsets(model):
     same(run_preview(program(model, before="G10 L2 P1 X7 Y8 Z-2"), TOOLS), expected(model), (7, 8, -2))
 
 
+def test_without_the_core_library(model, tmp_path, monkeypatch):
+    """Its planner is a process of its own: the remedy comes through, not an internal error."""
+    monkeypatch.setenv("CHIPWISE_CORE", str(tmp_path / "none.so"))
+    error = run_preview(program(model), TOOLS).error
+    assert f"core library {tmp_path}/none.so is missing; run `make build` first" in error and "internal error" not in error, error
+
+
 def test_g91_counts_z_from_r_and_r_from_here(model):
     same(run_preview(program(model, "G91\nG24 D1.5 R-16 Z-13 L30 I0.2 K1.5 E150 P1 F600\nG90"), TOOLS), expected(model))
 

@@ -103,3 +103,54 @@ def test_regions_are_cut_as_a_whole_and_the_nearest_is_next():
     found = needed.in_order(given, (24.0, 0.0))
     assert [(one.track, one.low) for one in found] == [(0, 20), (1, 22), (2, 50), (3, 7), (0, 0), (1, 3)]
     assert sorted(map(id, found)) == sorted(map(id, given))
+
+
+def track_part(track, low, high):
+    return needed.Segment(track, low, high, Curve.straight(np.array([(low, 0.5 * track, 0.0), (high, 0.5 * track, 0.0)])))
+
+
+def test_a_ring_is_cut_one_branch_after_the_other():
+    """The two sides of a ring, each track after track, then what closes it: no cut before those beside it on the track before."""
+    given = [track_part(0, 2, 8), *(track_part(k, low, low + 3) for k in (1, 2, 3) for low in (0, 7)), track_part(4, 2, 8)]
+    found = [(one.track, one.low) for one in needed.in_order(given, (2.0, 0.0))]
+    assert found[0] == (0, 2) and found[-1] == (4, 2)
+    assert found[1:-1] in ([(1, 0), (2, 0), (3, 0), (1, 7), (2, 7), (3, 7)], [(1, 7), (2, 7), (3, 7), (1, 0), (2, 0), (3, 0)])
+
+
+def random_parts(rng):
+    """Up to four parts on each of ten tracks, in the order of the tracks."""
+    found = []
+    for track in range(10):
+        ends = np.sort(rng.uniform(0, 30, 2 * rng.integers(0, 5)))
+        found += [track_part(track, *pair) for pair in ends.reshape(-1, 2)]
+    return found
+
+
+def test_order_of_random_parts():
+    """Each once, none before those beside it on the track before, and a region as a whole."""
+    rng = np.random.default_rng(random_seed())
+    for case in range(random_count(50)):
+        given = random_parts(rng)
+        order = needed.in_order(given, None if case % 2 else tuple(rng.uniform(0, 30, 2)))
+        assert sorted(map(id, order)) == sorted(map(id, given)), case
+        when = {id(one): k for k, one in enumerate(order)}
+        beside = [(a, b) for a in given for b in given if b.track == a.track + 1 and a.low <= b.high and b.low <= a.high]
+        assert all(when[id(a)] < when[id(b)] for a, b in beside), case
+        group = {id(one): id(one) for one in given}
+        for _ in given:
+            for a, b in beside:
+                group[id(a)] = group[id(b)] = min(group[id(a)], group[id(b)])
+        changes = sum(group[id(a)] != group[id(b)] for a, b in zip(order, order[1:]))
+        assert changes == max(0, len(set(group.values())) - 1), case
+
+
+def test_a_step_longer_but_not_up_a_wall():
+    """Stock beside two walls: the part is from foot to foot; where it ends on the level it is a step longer."""
+    stock = HeightMap((0, 0, -5), (20, 4, -0.5), 0.2)
+    chain = np.array([(-5.0, 2, 2), (5, 2, 2), (5, 2, -1), (15, 2, -1), (15, 2, 2), (25, 2, 2)])
+    one, = needed.segments(stock, drop_tool(SHAPES["ball"]), Curve.straight(chain), 0.05)
+    assert (one.low, one.high) == (5.0, 15.0) and (one.curve.points[:, 2] == -1).all()
+    xy, _height = needles_of(stock)
+    stock.height[(xy[:, 0] > 10).reshape(stock.height.shape)] = -5
+    one, = needed.segments(stock, drop_tool(SHAPES["ball"]), Curve.straight(chain), 0.05)
+    assert one.low == 5.0 and 10 - 0.4 <= one.high <= 10 + 3 * 0.2

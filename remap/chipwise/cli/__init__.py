@@ -19,7 +19,7 @@ import os
 import sys
 
 from chipwise import ROOT, version
-from chipwise.errors import printable
+from chipwise.errors import NAME, of_unexpected, printable
 
 COMMANDS = {name: name for name in ('check', 'contour', 'demo', 'digitise', 'display', 'enter', 'filter', 'link', 'load', 'monitor',
                                    'panel', 'patterns', 'rewrite', 'stations', 'surface', 'turn')} | {'try': 'try_program'}
@@ -87,6 +87,5 @@ def main(argv):
     except Exception as error:
         if os.environ.get('CHIPWISE_TRACEBACK'):
             raise
-        print(printable(f'chipwise: internal error: {type(error).__name__}: {error}; please report it with what '
-                        'CHIPWISE_TRACEBACK=1 adds'), file=sys.stderr)
+        print(printable(NAME + of_unexpected(error)), file=sys.stderr)
     return 1

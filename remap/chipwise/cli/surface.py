@@ -27,6 +27,7 @@ HELP = 'make a program that cuts a curved surface from STL or a depth picture'
 refuse = refuser(NAME)
 
 LARGEST = 1e5               # of any length option, machine units
+MOST = 1e6                  # of feeds, speed and scale
 
 
 def add_arguments(parser):
@@ -114,11 +115,12 @@ def check_options(options):
             continue
         low = -LARGEST if least is None else least
         if not (low < value <= LARGEST or closed and value == low):
-            refuse(f'--{name} {value:g} is not {"a length" if least is None else "a length of 0 or more" if closed else "a length above 0"}')
+            kind = f'a length from {-LARGEST:.0f}' if least is None else 'a length of 0 or more' if closed else 'a length above 0'
+            refuse(f'--{name} {value:g} is not {kind}, up to {LARGEST:.0f}')
     for name in ('feed', 'plunge_feed', 'speed', 'scale'):
         value = getattr(options, name)
-        if value is not None and not 0 < value < 1e6:
-            refuse(f'--{name.replace("_", "-")} {value:g} is not a number above 0')
+        if value is not None and not 0 < value <= MOST:
+            refuse(f'--{name.replace("_", "-")} {value:g} is not a number above 0, up to {MOST:.0f}')
     if not all(abs(value) <= LARGEST for value in options.at):
         refuse('--at needs three lengths')
     if options.tool < 1:

@@ -159,7 +159,7 @@ def _planned(r, box, progress=None):
     cuts, sampled = raster.chains(probe, tracks, r.tool, _tolerance(r), lambda share: said(_SHARE * share), r.arcs)
     check_moves(sum(cut.moves for cut in cuts) + LINK_MOVES * len(cuts), r, "use a larger D or tolerance")
     stock = _stock_before(r, box)
-    driver = Driver(r, heights.clearance, Obstacles(probe, r.tool, stock), probe)
+    driver = Driver(r, heights.clearance, Obstacles(probe, r.tool, stock), probe, model.low[:2] - r.margin, model.high[:2] + r.margin)
     count = _follow(driver, r, tracks, cuts, lambda share: said(_SHARE + (1 - _SHARE) * share))
     moves = driver.moves()
     notes = tuple(Note(text, {}) for text in model.notes) + _holder_notes(probe, cuts)

@@ -18,12 +18,12 @@ from chipwise.cycles.word_checks import EQUAL
 from chipwise.moves import Blend, Line, Rapid
 from chipwise.surface import raster
 from chipwise.surface.curve import moves_of
-from chipwise.surface.needed import clipped
+from chipwise.surface.needed import BRIDGE, clipped
 from chipwise.surface.quickest_link import Terms, quickest_link, lead_in
 from chipwise.surface.raster import direction_of
 
 PICK_FEED, LOWEST, ZIGZAG = 0, 1, 2
-BLEND, BLEND_CELLS = 0.35, 2.0      # the corners of a link are rounded by so much of the relief, at most by so many cells of the stock's map
+BLEND, BLEND_CELLS = 0.7, 4.0      # the corners of a link are rounded by so much of the relief, at most by so many cells of the stock's map
 MINUTE, TURNS = 1 / 60, 10.0        # mm/s of a feed of 1: a minute, and a revolution at 600 1/min
 REST_MOVES = 10_000         # of a zigzag without a place to rest (lines.MOST_MOVES)
 LIFT_MM = 0.1
@@ -38,14 +38,15 @@ class Driver:
     request    SurfaceRequest; clearance: mm
     obstacles  surface.links.Obstacles
     probe      surface.drop.Probe
+    low, high  (2,) mm: the rectangle that the cuts are over
     """
 
-    def __init__(self, request, clearance, obstacles, probe):
+    def __init__(self, request, clearance, obstacles, probe, low, high):
         self.request, self.clearance, self.obstacles, self.probe = request, clearance, obstacles, probe
         self.mover, self.rested, self.first, self.last = None, 0, None, None
         across, along = direction_of(request.direction)
         self.terms = Terms(request.relief, clearance, min(BLEND * request.relief, BLEND_CELLS * obstacles.stock.cell), (-along, across), request.step, request.feed,
-                           request.plunge_feed, MINUTE if request.feed_per == "min" else TURNS)
+                           request.plunge_feed, MINUTE if request.feed_per == "min" else TURNS, low, high)
 
     def add(self, cut):
         """To the start of a cut, surface.curve.Curve, and along it."""
@@ -120,8 +121,9 @@ class Driver:
 
     def _quickest_link(self, start):
         """As links.py says; down to the start straight or at a slant."""
-        *points, _start = quickest_link(self.obstacles, np.array(self.mover.at), np.array(start), self.terms).tolist()
-        rounded = [Blend(self.terms.blend)] if self.terms.blend > 0 else []
+        chain, blend = quickest_link(self.obstacles, np.array(self.mover.at), np.array(start), self.terms)
+        *points, _start = chain.tolist()
+        rounded = [Blend(blend)] if blend > 0 else []
         self.mover.moves += rounded
         for point in points[1:]:
             self.mover.rapid(*(new if abs(new - old) > EQUAL else None for new, old in zip(point, self.mover.at)))
@@ -132,12 +134,16 @@ class Driver:
             self.mover.at = tuple(start)
 
     def _stay_down(self, cut, level):
-        """With P2, over the surface to a start that is a step away; whether it did."""
+        """With P2, over the surface to a start that is a step away, or as near as a gap that is cut through; whether it did."""
         end, start = np.array(self.mover.at), cut[0]
-        if self.request.link != ZIGZAG or math.dist(end[:2], start[:2]) > NEXT_STEPS * self.request.step:
+        near = max(NEXT_STEPS * self.request.step, BRIDGE if level is None else 0.0)
+        if self.request.link != ZIGZAG or math.dist(end[:2], start[:2]) > near:
+            return False
+        path = self._across(end, start, level)
+        if level is None and np.linalg.norm(np.diff(path, axis=0), axis=1).sum() > near:     # over a wall
             return False
         self._rest()
-        self._along(self._across(end, start, level), self.request.feed)
+        self._along(path, self.request.feed)
         return True
 
     def _across(self, start, end, level):

@@ -47,10 +47,10 @@ class Obstacles:
         stock = [max(self.stock.lowest_over(part, place, place) + up for part, up in self._parts) for place in places.tolist()]
         return np.maximum(self._probe.heights(places), stock)
 
-    def lowest_along(self, places):
-        """As lowest(), on each of the moves between places (n, 2) -> (n - 1,) mm."""
-        above = np.array([max(self._probe.floor, *(self.stock.lowest_over(part, a, b) + up for part, up in self._parts))
-                          for a, b in itertools.pairwise(places.tolist())])
+    def lowest_along(self, places, point=None):
+        """As lowest(), on each of the moves between places (n, 2) -> (n - 1,) mm.  point: as lowest_ahead(), only stock that is not behind it."""
+        stock = [self.lowest_ahead(a, b, point) for a, b in itertools.pairwise(places.tolist())]
+        above = np.maximum(self._probe.floor, stock)
         rise, _share = self._probe.excess(np.column_stack([places[:-1], above]), np.column_stack([places[1:], above]), 0.0)
         return above + rise
 
@@ -60,9 +60,11 @@ class Obstacles:
 
     def lowest_ahead(self, start, end, point):
         """The lowest level (mm) of the tip on a move from start (x, y) to end that is clear of all the stock that is not behind a point (x, y): of
-        that the tool goes away, if it has cut at the point and does not go down."""
-        step = np.subtract(end[:2], point[:2])
-        ahead = (*point[:2], *(step / max(math.hypot(*step), 1e-12)))
+        that the tool goes away, if it has cut at the point and does not go down.  None: of all stock."""
+        ahead = None
+        if point is not None:
+            step = np.subtract(end[:2], point[:2])
+            ahead = (*point[:2], *(step / max(math.hypot(*step), 1e-12)))
         return max(self.stock.lowest_over(part, start[:2], end[:2], ahead) + up for part, up in self._parts)
 
     def deepest(self, points):

@@ -19,6 +19,7 @@ import numpy as np
 from chipwise.surface.curve import Curve, on_arcs
 
 BRIDGE = 1.0                # mm along the cut
+WALL = 0.01                 # run of a step over its rise: what is as steep as this is a wall
 
 
 @dataclass(frozen=True)
@@ -102,14 +103,34 @@ def segments(stock, tool, curve, least, track=0, direction=(1.0, 0.0)):
     first, last = np.flatnonzero(turns == 1), np.flatnonzero(turns == -1)
     apart = along[first[1:]] - along[last[:-1]] > BRIDGE
     first, last = first[np.concatenate([[True], apart])], last[np.concatenate([apart, [True]])]
-    first, last = np.maximum(first - 1, 0), np.minimum(last + 1, len(places) - 1)
+    first, last = _widened(points, first, last)
     far = points[:, :2] @ np.asarray(direction)
     return [Segment(track, *sorted((float(far[a]), float(far[b]))), _part(curve, places[a], places[b])) for a, b in zip(first, last)]
 
 
-def regions(parts):
-    """Lists of Segments of neighbouring tracks that overlap; each in the order it was given in."""
-    owner = list(range(len(parts)))
+def _widened(points, first, last):
+    """Segments that begin at points[first] and end at points[last], a step longer at both ends.  Not up a wall: there it cuts nothing, and a
+    Segment that begins on its step down a wall begins at the foot of it."""
+    step = np.diff(points, axis=0)
+    wall = np.append(np.hypot(step[:, 0], step[:, 1]) < WALL * np.abs(step[:, 2]), False)
+    low = wall[first] & (last - first > 1)
+    early, late = ~low & (first > 0) & ~wall[first - 1], (last < len(step)) & ~wall[last]
+    return first + low - early, last + late
+
+
+def _neighbours(parts):
+    """For each of the Segments the numbers of those of the track before it that it overlaps."""
+    by_track, found = {}, []
+    for k, one in enumerate(parts):
+        by_track.setdefault(one.track, []).append(k)
+    for one in parts:
+        found.append([k for k in by_track.get(one.track - 1, ()) if parts[k].low <= one.high and one.low <= parts[k].high])
+    return found
+
+
+def _regions(before):
+    """The number of its region for each Segment, from _neighbours()."""
+    owner = list(range(len(before)))
 
     def root(k):
         while owner[k] != k:
@@ -117,26 +138,38 @@ def regions(parts):
             k = owner[k]
         return k
 
-    by_track = {}
-    for k, one in enumerate(parts):
-        by_track.setdefault(one.track, []).append(k)
-    for track, mine in by_track.items():
-        for k in mine:
-            for other in by_track.get(track + 1, ()):
-                if parts[k].low <= parts[other].high and parts[other].low <= parts[k].high:
-                    owner[root(other)] = root(k)
-    found = {}
-    for k, one in enumerate(parts):
-        found.setdefault(root(k), []).append(one)
-    return list(found.values())
+    for k, others in enumerate(before):
+        for other in others:
+            owner[root(k)] = root(other)
+    return np.array([root(k) for k in range(len(before))])
 
 
 def in_order(parts, at):
-    """Segments region by region, the next one with the nearest start; at: (x, y) of the tool, or None."""
-    left, found = regions(parts), []
-    while left:
-        starts = np.array([region[0].curve.points[0, :2] for region in left])
-        nearest = 0 if at is None else int(np.hypot(*(starts - at).T).argmin())
-        found += left.pop(nearest)
-        at = found[-1].curve.points[-1, :2]
+    """Segments region by region, the next one with the nearest start; at: (x, y) of the tool, or None.
+
+    A region is cut branch by branch: after a Segment the one beside it on the next track, unless another branch has to be cut before
+    that, because it leads to it, too.
+    """
+    if not parts:
+        return []
+    before = _neighbours(parts)
+    after, waits = [[] for _ in parts], np.array([len(one) for one in before])
+    for k, others in enumerate(before):
+        for other in others:
+            after[other].append(k)
+    region, starts = _regions(before), np.array([one.curve.points[0, :2] for one in parts])
+    found, now = [], None
+    ready = waits == 0
+    left = np.bincount(region, minlength=len(parts))
+    while len(found) < len(parts):
+        here = [] if now is None else [k for k in after[now] if ready[k]]
+        if not here:
+            here = np.flatnonzero(ready & (region == region[now])) if now is not None and left[region[now]] else np.flatnonzero(ready)
+        now = int(here[0] if at is None else here[int(np.hypot(*(starts[here] - at).T).argmin())])
+        found.append(parts[now])
+        at, ready[now] = parts[now].curve.points[-1, :2], False
+        left[region[now]] -= 1
+        for k in after[now]:
+            waits[k] -= 1
+            ready[k] = waits[k] == 0
     return found

@@ -4,14 +4,14 @@
 Called by cycles/surface_moves.py.  All lengths mm.
 Source: the pick-feed abstract has the link over the clearance plane; this is the lower one of P1.
 
-A link is straight traverses, and a last move at a feed into the start. It is always found over the ends themselves: straight up, over all
-that is in between, straight down to the relief. Beside a cut the stock that has still to be cut keeps the tool up, and a few cells
-away from it does not, so these are tried as well:
-    off the end     up to a place aside: away from the stock beside and behind the cut, and first straight up, if stock ahead asks for it
+A link is straight traverses, and a last move at a feed into the start. It is always found straight up over the end, and over all that is in
+between. Beside a cut the stock that has still to be cut keeps the tool up, and a few cells away from it does not, so these are tried as well:
+    off the end     at a slant over a place aside: away from the stock beside and behind the cut, and first straight up, if stock ahead asks for it
     into the start  at a slant from a place aside
-Between the two places the link is one of route.py. The one that takes the least time is used.
+The heights over such a lane are one of route.py. The link that takes the least time is used.
 """
 
+import itertools
 import math
 from dataclasses import dataclass
 
@@ -23,6 +23,10 @@ ASIDE_CELLS = 2.2           # cells of the stock's map from a cut aside: Obstacl
 ASIDE = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1))      # across and along the cuts
 PIECE, FIRST_PIECE = 1.0, 0.0625    # mm of a link for which one height is looked for, and at its ends
 MOST_PIECES = 64
+CHECKED = 0.25              # mm of a move off a cut for which one height is looked for
+FROM, OFF = (1.0, 0.6), (1.0, 2.5)  # times as far aside: of a start, of an end
+NEAR, GROWS = 0.5, 0.25     # of the relief, at the place aside of a start, and mm of it more for each mm away from there, up to all of it
+KEPT = 0.5                  # of the relief, where corners are rounded
 CORNER_S = 0.002            # s, for each corner: of two links that are as quick the simpler one
 
 
@@ -37,6 +41,7 @@ class Terms:
     step       mm between them
     feed, plunge   of the lead-in: the most along it, and straight down
     rate       mm/s of a feed of 1
+    low, high  (2,) mm: the rectangle that the tool's centre stays over
     """
 
     relief: float
@@ -47,21 +52,30 @@ class Terms:
     feed: float
     plunge: float
     rate: float
+    low: tuple
+    high: tuple
+
+    def inside(self, places):
+        """Those of places (n, 2) that are in the rectangle."""
+        return places[((places >= np.array(self.low) - route.SAME) & (places <= np.array(self.high) + route.SAME)).all(axis=1)]
 
 
 def quickest_link(obstacles, end, start, terms):
-    """Points (k, 3) from the end (3,) of a cut to the start (3,) of the next; the last move is at lead_in(), the others are traverses."""
-    over_end, leave = _aside(obstacles, end, terms, 0.0)
-    over_start, enter = _aside(obstacles, start, terms, terms.step)
-    if enter is None or obstacles.touches_model(enter, start):
-        enter = over_start
-    found = [(np.vstack([end, one]), 0) for one in _between(obstacles, over_end, over_start, terms)]
-    off = end[None] if leave is None else _off(obstacles, end, leave)
-    for one in _between(obstacles, over_end if leave is None else leave, enter, terms):
-        found.append((np.vstack([off, one]), 0 if leave is None else len(off)))
-    found.sort(key=lambda one: _cost(one[0], start, terms))
-    best = next(chain for chain, count in found if not count or _is_clear(obstacles, chain, count))
-    return np.vstack([best, start])
+    """Points (k, 3) from the end (3,) of a cut to the start (3,) of the next, and how far their corners may be rounded (mm).
+
+    The last move is at lead_in(), the others are traverses."""
+    enter = _entry(obstacles, start, terms)
+    over_end = _over(obstacles, end[None, :2], end, terms)[0]
+    if math.dist(end[:2], enter[:2]) < route.SAME:
+        return np.array([end, (*end[:2], max(over_end[2], enter[2])), enter, start]), 0.0
+    over = _over_all(obstacles, end, over_end[2], enter, terms)
+    lanes = [over, *(_off(obstacles, end, leave, enter, terms) for leave in _asides(obstacles, end, enter, terms))]
+    found = [(seconds + CORNER_S * len(points), k, points) for k, lane in enumerate(lanes) for seconds, points in lane.routes()]
+    for _seconds, k, points in sorted(found, key=lambda one: one[0]):
+        chain = lanes[k].chain(points)
+        if lanes[k] is over or _is_clear(obstacles, chain, lanes[k].places[1], terms.blend):
+            return np.vstack([chain, start]), terms.blend
+    return np.vstack([over.chain(over.level()), start]), 0.0
 
 
 def lead_in(above, start, terms):
@@ -72,40 +86,83 @@ def lead_in(above, start, terms):
     return feed, length / speed + speed / route.ACCEL
 
 
-def _cost(chain, start, terms):
-    return route.seconds(chain, terms.blend) + lead_in(chain[-1], start, terms)[1] + CORNER_S * len(chain)
-
-
 def _over(obstacles, places, point, terms):
     """The points (n, 3) over places (n, 2) that are the relief above a point, and above all that is there."""
     height = np.maximum(obstacles.lowest_at(places), point[2]) + terms.relief
     return np.column_stack([places, np.minimum(height, terms.clearance)])
 
 
-def _aside(obstacles, point, terms, step):
-    """The point (3,) the relief above one, and the lowest one aside of it if that is lower, or None; step: mm more across."""
-    across = (ASIDE_CELLS * obstacles.stock.cell + step) * np.array(terms.side)
-    along = ASIDE_CELLS * obstacles.stock.cell * np.array((terms.side[1], -terms.side[0]))
-    over, *aside = _over(obstacles, np.array([point[:2] + a * across + b * along for a, b in ((0, 0), *ASIDE)]), point, terms)
-    lowest = min(aside, key=lambda one: one[2])
-    return over, lowest if lowest[2] < over[2] - route.SAME else None
+def _places(obstacles, point, terms):
+    """Places (n, 2) aside of the start of a cut, where the cut before has been or further away."""
+    aside = ASIDE_CELLS * obstacles.stock.cell
+    across, along = np.array(terms.side), np.array((terms.side[1], -terms.side[0]))
+    return terms.inside(np.array([point[:2] + a * (scale * aside + terms.step) * across + b * scale * aside * along for scale in FROM for a, b in ASIDE]))
 
 
-def _off(obstacles, end, leave):
-    """The points (k, 3) off the end of a cut before a place aside: so far straight up that its corner may be cut off."""
-    up = 2.0 * (obstacles.lowest_ahead(end, leave, end) - end[2])
-    return np.array([end, (*end[:2], end[2] + up)] if up > route.SAME else [end])
+def _entry(obstacles, start, terms):
+    """The point (3,) from which the tool goes in: the one aside with the quickest clear lead-in, else the relief above the start."""
+    over = _over(obstacles, start[None, :2], start, terms)[0]
+    places = _places(obstacles, start, terms)
+    if not len(places):
+        return over
+    height = np.minimum(np.maximum(obstacles.lowest_at(places) + NEAR * terms.relief, start[2] + terms.relief), terms.clearance)
+    aside = sorted((one for one in np.column_stack([places, height]) if one[2] < over[2] - route.SAME), key=lambda one: lead_in(one, start, terms)[1])
+    return next((one for one in aside if not obstacles.touches_model(one, start)), over)
 
 
-def _between(obstacles, leave, enter, terms):
-    """[(k, 3)]: routes between two points."""
-    length = math.dist(leave[:2], enter[:2])
-    if length < route.SAME:
-        return [np.array([leave, enter] if leave[2] > enter[2] + route.SAME else [enter])]
-    at, step = _pieces(length), (enter[:2] - leave[:2]) / length
-    needs = obstacles.lowest_along(leave[:2] + at[:, None] * step) + terms.relief
-    return [np.column_stack([leave[:2] + one[:, :1] * step, one[:, 1]])
-            for one in route.routes(at, needs, leave[2], enter[2], terms.clearance, terms.blend)]
+def _asides(obstacles, end, enter, terms):
+    """Places (2,) aside of the end of a cut: low, and towards the point (3,) where the link leads; one is further away."""
+    places = terms.inside(end[:2] + ASIDE_CELLS * obstacles.stock.cell * np.array(ASIDE))
+    if not len(places):
+        return []
+    k = int((obstacles.lowest_at(places) + np.hypot(*(places - enter[:2]).T)).argmin())
+    found = terms.inside(np.array([end[:2] + scale * (places[k] - end[:2]) for scale in OFF]))
+    return [leave for leave in found if math.dist(leave, enter[:2]) > route.SAME]
+
+
+def _over_all(obstacles, end, height, enter, terms):
+    """route.Lane straight up to a height over the end of a cut, and to a point."""
+    at = _pieces(math.dist(enter[:2], end[:2]))
+    ground = obstacles.lowest_along(_line(end, enter, at))
+    limit = _hull(at, ground + _near(at, terms), height, enter[2], terms)
+    lower = _hull(at, ground + KEPT * terms.relief, height - (1.0 - KEPT) * terms.relief, enter[2], terms)
+    return route.Lane(np.array([end[:2], end[:2], enter[:2]]), 0.0, limit, lower, end[2], enter[2], terms.clearance, terms.blend)
+
+
+def _off(obstacles, end, leave, enter, terms):
+    """route.Lane off the end of a cut over a place aside to a point. The relief grows up to that place."""
+    first, rest = math.dist(leave, end[:2]), math.dist(enter[:2], leave)
+    ahead, beyond = _pieces(first), _pieces(rest)
+    free = obstacles.lowest_along(_line(end, leave, ahead), end)
+    at = np.concatenate([ahead[:-1], first + beyond])
+    ground = np.concatenate([free, obstacles.lowest_along(_line(leave, enter, beyond))])
+    away = np.minimum(_ends(at) / first, 1.0)
+    up = max(0.0, free[ahead[1:] <= CHECKED].max() - end[2])
+    limit = _hull(at, ground + np.minimum(terms.relief * away, _near(at, terms)), end[2] + 2.0 * up, enter[2], terms, off=True)
+    lower = _hull(at, ground + KEPT * terms.relief * away, end[2] + up, enter[2], terms, off=True)
+    return route.Lane(np.array([end[:2], leave, enter[:2]]), first, limit, lower, end[2], enter[2], terms.clearance, terms.blend)
+
+
+def _hull(at, needs, start, end, terms, off=False):
+    """Upper hull of a start, needs (2, n) between distances (n + 1,), which are no higher than the clearance plane, and an end; off: at the
+    start the tool is clear."""
+    start, needs = min(start, terms.clearance), np.broadcast_to(np.minimum(needs, terms.clearance), (2, len(at) - 1))
+    return route.upper_hull(np.concatenate([[(0.0, start)], np.column_stack([at[:-1], needs[0]])[int(off):], np.column_stack([at[1:], needs[1]]), [(at[-1], end)]]))
+
+
+def _line(start, end, at):
+    """Places (n, 2) at distances (n,) from a point to another one."""
+    return start[:2] + at[:, None] * ((end[:2] - start[:2]) / at[-1])
+
+
+def _ends(at):
+    """Where moves between distances (n + 1,) begin and end -> (2, n)."""
+    return np.stack([at[:-1], at[1:]])
+
+
+def _near(at, terms):
+    """The relief (2, n) at the ends of moves between distances (n + 1,), which is less close to the last one."""
+    return np.minimum(terms.relief, NEAR * terms.relief + GROWS * (at[-1] - _ends(at)))
 
 
 def _pieces(length):
@@ -116,12 +173,16 @@ def _pieces(length):
     return np.concatenate([near[:-1], np.linspace(near[-1], length - near[-1], count + 1), length - near[-2::-1]])
 
 
-def _is_clear(obstacles, chain, aside):
-    """Whether the moves off a cut are clear: the move aside, which leads to chain[aside], and where its corners are cut off."""
-    step = np.diff(chain[:aside + 2], axis=0)
-    length = np.linalg.norm(step, axis=1)
-    moves = [(chain[aside - 1], chain[aside])]
-    for k in range(1, len(step)):
-        half = min(length[k - 1:k + 1]) / 2
-        moves.append((chain[k] - half * step[k - 1] / length[k - 1], chain[k] + half * step[k] / length[k]))
-    return all(min(a[2], b[2]) >= obstacles.lowest_ahead(a, b, chain[0]) - route.SAME and not obstacles.touches_model(a, b) for a, b in moves)
+def _is_clear(obstacles, chain, leave, blend):
+    """Whether a route is clear off the end of a cut, up to a place aside (2,) and around its corner there, also where corners are cut off."""
+    corner = int(np.hypot(*(chain[:, :2] - leave).T).argmin())
+    return all(_is_off(obstacles, a, b, chain[0]) for a, b in itertools.pairwise(route.cut_corners(chain, blend)[:2 * corner + 1]))
+
+
+def _is_off(obstacles, start, end, point):
+    """Whether a straight move is clear of the model, and of all stock that is not behind the end of a cut."""
+    if math.dist(start[:2], end[:2]) < route.SAME:
+        return True             # straight up over the end
+    places = np.linspace(start, end, 1 + math.ceil(math.dist(start[:2], end[:2]) / CHECKED))
+    return not obstacles.touches_model(start, end) and all(
+        min(a[2], b[2]) >= obstacles.lowest_ahead(a, b, point) - route.SAME for a, b in itertools.pairwise(places))
