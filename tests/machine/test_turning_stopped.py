@@ -75,12 +75,12 @@ def check_path(log, path):
 def test_an_aborted_part_is_finished(lathe):
     """After an abort and after an E-stop the rest is cut, and nothing of what has been cut; a finished part leaves no file."""
     keep = ["program", "cp", str(lathe.stock), str(lathe.folder / "kept")]
-    found = lathe.operate([*lathe.cut(4), ["abort"], ["errors"], *AWAY, *lathe.begun, ["messages", "press Resume"], ["position"], ["resume"],
-                           ["until", "motion.motion-type", "=", 2], ["sleep", 3], ["estop"], ["on"], keep, *AWAY, ["log", str(lathe.program)],
-                           ["messages"], ["position"]], ini="lathe_headless.ini")
+    found = lathe.operate([*lathe.cut(4), ["abort"], ["errors"], *AWAY, *lathe.begun, ["messages", "press Resume"], ["position"],
+                           ["until", "spindle.0.on", "=", 0], ["resume"], ["until", "motion.motion-type", "=", 2], ["sleep", 3],
+                           ["estop"], ["on"], keep, *AWAY, ["log", str(lathe.program)], ["messages"], ["position"]], ini="lathe_headless.ini")
     assert found[3][0] == 0 and found[5] == []
     asked, place, log, said = found[10], found[11], found[-3], found[-2]
-    assert place == pytest.approx([100.0, 0.0, 100.0], abs=1e-6)            # nothing moves before Resume
+    assert place == pytest.approx([100.0, 0.0, 100.0], abs=1e-6)            # nothing moves before Resume, and the spindle has stopped
     assert any("G26: planned from what the step rough outside has left (line 4)" in text for text in asked)
     assert sum("goes on from there; press Resume if it is in the chuck as it was" in text for text in said) == 2
     assert log[0] == [] and found[-1] == pytest.approx([100.0, 0.0, 100.0], abs=1e-6)

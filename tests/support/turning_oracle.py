@@ -95,7 +95,8 @@ def moves(text, unit, home=None, angle=0.1):
                 turn = (b - a) % (2 * math.pi) if words["G"] == "3" else -((a - b) % (2 * math.pi))
                 turn = turn or (2 * math.pi if words["G"] == "3" else -2 * math.pi)         # equal ends are a full circle
                 n = max(int(abs(turn) * r / STEP), math.ceil(abs(turn) / angle), 1)
-                points = [(cz + r * math.cos(a + turn * k / n), cx + r * math.sin(a + turn * k / n)) for k in range(n + 1)]
+                points = [(cz + r * math.cos(a + turn * k / n), cx + r * math.sin(a + turn * k / n)) for k in range(n)]
+                points.append((z2, x2))         # an arc ends where its line says, whatever its printed centre is: at a wall 0.00001 mm are a column
             yield tool, {"0": "rapid", "33": "thread"}.get(words["G"], "feed"), points
         z, x = z2, x2
 
@@ -217,7 +218,9 @@ def _contact(part, tool, cell):
             a, b = max(0, -k), min(len(part), len(part) - k)
             contact[a:b] = np.maximum(contact[a:b], part[a + k:b + k] - t)
     box = slice(int(round(tool.holder[0] / cell)) + 1, int(round(tool.holder[1] / cell)))         # the open box: its sides may be beside a wall
-    windows = np.lib.stride_tricks.sliding_window_view(np.pad(part, (0, box.stop), constant_values=-np.inf)[box.start:], box.stop - box.start)
+    ahead = max(-box.start, 0)          # a box that begins to the left of the nose's centre
+    padded = np.pad(part, (ahead, box.stop), constant_values=-np.inf)[box.start + ahead:]
+    windows = np.lib.stride_tricks.sliding_window_view(padded, box.stop - box.start)
     return np.maximum(np.maximum(contact, windows[:len(part)].max(axis=1) - tool.holder[2]), 0.0)
 
 

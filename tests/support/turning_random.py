@@ -93,10 +93,10 @@ def reversed_chain(chain):
     return [(*points[0], None), *((*p, a and (a[0], not a[1])) for p, a in zip(points[1:], arcs))]
 
 
-def random_case(rng, insert=None, allowance=None, snap=0.0):
-    """Case of a random.Random; snap: mm, of which ends of elements and barriers are multiples in Z."""
+def random_case(rng, insert=None, allowance=None, snap=0.0, wide=False):
+    """Case of a random.Random; snap: mm, of which ends of elements and barriers are multiples in Z; wide: a disc, not a shaft."""
     unit, diameter = rng.choice((1.0, 1.0, 25.4)), rng.random() < 0.5
-    high, length, count = rng.uniform(10, 18), rng.uniform(12, 40), rng.randint(3, 10)
+    high, length, count = (rng.uniform(20, 40), rng.uniform(4, 14), rng.randint(2, 5)) if wide else (rng.uniform(10, 18), rng.uniform(12, 40), rng.randint(3, 10))
     bored = rng.random() < 0.4
     low = rng.uniform(8.5, 9.5) if bored else rng.uniform(1.0, 6.0)
     outside = _chain(rng, rng.uniform(low, high), low, high, length, count, snap)

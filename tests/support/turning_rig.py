@@ -57,6 +57,7 @@ def planned(case, folder):
 
 
 def with_margins(tool):
-    """The tool with the relief of its edges and the 0.2 mm that the holder keeps."""
+    """The tool with the relief of its edges and the 0.2 mm that the holder keeps, above it and on a side that goes beyond the nose."""
     left, right, up = tool.holder
-    return replace(tool, relief=2.0, holder=(left, right, up - 0.2))
+    nose = tool.d / 2
+    return replace(tool, relief=2.0, holder=(left - 0.2 * (left < -nose), right + 0.2 * (right > nose), up - 0.2))

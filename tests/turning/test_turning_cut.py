@@ -42,6 +42,7 @@ def test_rapids_that_cut_are_seen():
 def test_drill_and_boring_bar():
     drilled = lengths("T1\nG0 X0 Z5\nG1 X0 Z-20\nG0 X0 Z5\nT2\nG0 X6.5 Z2\nG1 X6.5 Z-10\nG1 X6.5 Z-8\n", 1.0, BLANK, {1: DRILL, 2: BORING})
     assert [drilled[name] for name in ("feed", "air", "rapid")] == pytest.approx([25 + 12 + 2, 5 + 2 + 2, 0], abs=0.2)
+    assert [drilled[2, name] for name in ("feed", "air")] == pytest.approx([12 + 2, 2 + 2], abs=0.2)
 
 
 def without_bore(seed):

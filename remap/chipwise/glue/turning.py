@@ -120,9 +120,12 @@ def carry_out(state, turn, outcome):
 
 
 def _ask(state, turn, plan):
-    """Stop the program until the operator has confirmed that the part in the chuck is the one that was stopped: Resume."""
+    """Stop spindle and program until the operator has confirmed that the part in the chuck is the one that was stopped: Resume.
+
+    Each block makes the spindle turn again."""
     yield from turn.wait()
     _note(plan.record, kept.ASKED)
+    _emit(state, "M5")
     emccanon.MESSAGE(clip(plan.question))
     emccanon.PROGRAM_STOP()
     yield INTERP_EXECUTE_FINISH

@@ -65,6 +65,11 @@ def top(p, z0, z1):
     return p.xr + p.r if p.r and p.side > 0 and z0 < p.zr < z1 else high
 
 
+def lowest(p):
+    """Smallest height of a piece."""
+    return p.xr - p.r if p.r and p.side < 0 and p.z0 < p.zr < p.z1 else min(value(p, p.z0), value(p, p.z1))
+
+
 def area_under(p, z0, z1):
     """Integral of a piece over [z0, z1], mm2."""
     if p.r == 0.0:
@@ -101,7 +106,7 @@ def _add(out, p, z0, z1):
     """Append a piece over [z0, z1], joined to the one before if it is the same."""
     if out:
         last = out[-1]
-        if last[1] == z0 and last[2:] == p[2:]:
+        if last[1] == z0 and last[2] == p[2] and last[2:] == p[2:]:
             out[-1] = Piece(last[0], z1, *p[2:])
             return
     out.append(p if p[0] == z0 and p[1] == z1 else Piece(z0, z1, *p[2:]))
@@ -109,11 +114,12 @@ def _add(out, p, z0, z1):
 
 def _choose(out, p, q, z0, z1, sign):
     """Append the higher (sign 1) or lower (-1) of two pieces over [z0, z1]."""
-    if p[2:7] == q[2:7]:
+    if p[2] == q[2] and p[2:7] == q[2:7]:
         return _add(out, p, z0, z1)
-    if p.r == 0.0 and q.r == 0.0:
+    if p[5] == 0.0 and q[5] == 0.0:
         return _choose_line(out, p, q, z0, z1, sign)
-    cuts = [z0, *sorted(z for z in _roots(p, q) if z0 + TINY_MM < z < z1 - TINY_MM), z1]
+    inner = [z for z in _roots(p, q) if z0 + TINY_MM < z < z1 - TINY_MM]
+    cuts = [z0, *sorted(inner), z1] if inner else (z0, z1)
     for a, b in zip(cuts, cuts[1:]):
         if b > a:
             middle = 0.5 * (a + b)
@@ -199,7 +205,7 @@ def closed(f):
 
 def clip(f, z0, z1):
     """The part of a graph over [z0, z1]."""
-    return [p if p[0] >= z0 and p[1] <= z1 else p._replace(z0=max(p[0], z0), z1=min(p[1], z1)) for p in f if p[1] > z0 and p[0] < z1]
+    return [p if p[0] >= z0 and p[1] <= z1 else Piece(max(p[0], z0), min(p[1], z1), *p[2:]) for p in f if p[1] > z0 and p[0] < z1]
 
 
 def negative(f):
@@ -214,7 +220,7 @@ def mirrored(f):
 
 def moved(f, dz, dx):
     """The graph shifted."""
-    return [p._replace(z0=p.z0 + dz, z1=p.z1 + dz, zr=p.zr + dz, xr=p.xr + dx) for p in f]
+    return [Piece(p[0] + dz, p[1] + dz, p[2] + dz, p[3] + dx, *p[4:]) for p in f]
 
 
 def at(f, z):
@@ -245,7 +251,7 @@ def above(f, g, margin=0.0):
         p, q = f[i], g[j]
         z0, z1 = max(p.z0, q.z0), min(p.z1, q.z1)
         if z1 > z0 and not _lines_below(p, q, z0, z1, margin):
-            raised = q._replace(xr=q.xr + margin) if margin else q
+            raised = Piece(*q[:3], q.xr + margin, *q[4:]) if margin else q
             cuts = [z0, *sorted(z for z in _roots(p, raised) if z0 < z < z1), z1]
             for a, b in zip(cuts, cuts[1:]):
                 middle = 0.5 * (a + b)

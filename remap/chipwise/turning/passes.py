@@ -14,13 +14,13 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from chipwise.errors import CycleError
-from chipwise.turning.graph import above, at, clip, flat, highest, lower, upper, value
+from chipwise.turning import transverse
+from chipwise.turning.graph import above, at, clip, flat, highest, lower, segment, upper, value
+from chipwise.turning.levels import levels
 
-MAX_LEVELS = 400
 ROUNDING_MM = 1e-6
 SHORT_MM = 1e-7         # of a shorter move only rounding is left
 ARC_MM = 0.002          # a shorter arc is a line: one whose printed ends are equal would be a full circle to LinuxCNC
-THIN = 0.2              # of the depth of cut: a last level that would be thinner is as thick as the others
 MERGE_MM = 2.0          # of two parts of a finish with so little between them one is made
 
 
@@ -46,8 +46,12 @@ class Work:
     start               (z, x) where the step begins and ends, clear of everything
     roof                mm: no position is above (a boring bar's far side); inf outside
     clearance           mm
-    near                mm of feed before a surface that this plan has made: it is where the plan has it
+    given, near         graph: positions that touch the blank, or what a drill has left of it; mm of feed before a surface that is below it: this plan
+                        has made it, with an insert, and it is where the plan has it
     faced               the stock is such a surface from this Z on; inf: its end is the blank's
+    stock, nose         graph before the step, and mm: a climb ends where the widest place of the nose has passed the stock
+    tool                LatheTool, None where only levels are cut
+    lean, tooth         mm per mm by which the edge at the wall leans away from it; mm that may stay there after each level, 0 for nothing
     """
 
     reach: list
@@ -56,8 +60,14 @@ class Work:
     start: tuple
     roof: float = math.inf
     clearance: float = 0.5
+    given: tuple = ()
     near: float = 0.2
     faced: float = math.inf
+    stock: tuple = ()
+    nose: float = 0.0
+    lean: float = math.inf
+    tooth: float = 0.0
+    tool: object = None
 
 
 class Path:
@@ -66,6 +76,7 @@ class Path:
     def __init__(self, work):
         self.work, self.moves = work, []
         self.cut, self.cut_at = [], []          # path graph of every part that was fed; how many moves there were then
+        self.transverse, self.columns = [], 0   # (z0, z1) of what was cut in columns; how many of them
         self.z, self.x = work.start
 
     def rapid(self, z, x):
@@ -94,16 +105,26 @@ class Path:
     def follow(self, path, z1, z0):
         """Feed along a graph from z1 to the left to z0, walls included."""
         for p in reversed(clip(path, z0, z1)):
-            if abs(value(p, p.z1) - self.x) > 1e-9 or p.z1 != self.z:
-                self.feed(p.z1, value(p, p.z1))
-            end = value(p, p.z0)
-            if p.r == 0.0 or math.hypot(p.z0 - self.z, end - self.x) < ARC_MM:
-                self.feed(p.z0, end)
-            else:
-                self._limit(end)
-                self.moves.append(Move("arc", p.z0, end, (p.zr, p.xr), p.side > 0))
-                self.z, self.x = p.z0, end
+            self._along(p, p.z1, p.z0, p.side > 0)
         self.has_cut(clip(path, z0, z1))
+
+    def back(self, path, z0, z1):
+        """Feed along a graph from z0 to the right to z1, walls included."""
+        for p in clip(path, z0, z1):
+            self._along(p, p.z0, p.z1, p.side < 0)
+        self.has_cut(clip(path, z0, z1))
+
+    def _along(self, p, start, end, ccw):
+        """Feed along a piece."""
+        if abs(value(p, start) - self.x) > 1e-9 or start != self.z:
+            self.feed(start, value(p, start))
+        x = value(p, end)
+        if p.r == 0.0 or math.hypot(end - self.z, x - self.x) < ARC_MM:
+            self.feed(end, x)
+        else:
+            self._limit(x)
+            self.moves.append(Move("arc", end, x, (p.zr, p.xr), ccw))
+            self.z, self.x = end, x
 
     def has_cut(self, graph):
         """The path along a graph is behind the tool."""
@@ -133,7 +154,7 @@ class Path:
         x = value(clip(path, z - 1.0, z)[-1], z)
         here = highest(now, z, z)
         beyond = max(highest(now, z + ROUNDING_MM, z + gap), highest(path, z, z + gap), highest(self.work.block, z, z + gap))
-        made = here < highest(self.work.contact, z, z) - ROUNDING_MM
+        made = here < highest(self.work.given, z, z) - ROUNDING_MM
         if here > x + ROUNDING_MM and beyond <= x + ROUNDING_MM:
             self.link(now, z + (self.work.near if made or z >= self.work.faced else gap), x)
         else:
@@ -141,11 +162,16 @@ class Path:
             self.link(now, z, min(max(high, x), max(self.work.roof, x)))
         self.feed(z, x)
 
-    def leave(self, path, b):
-        """Away from the work where a cut that began at b has ended: to the upper right over what has just been cut, if it can."""
+    def can_leave(self, path, b):
+        """Whether a move to the upper right is over what has just been cut, where a cut along `path` that began at b has ended."""
         gap = self.work.clearance
-        if self.z + gap <= b and highest(path, self.z, self.z + gap) <= self.x + ROUNDING_MM and self.x + gap <= self.work.roof:
-            self.rapid(self.z + gap, self.x + gap)
+        over = above(clip(path, self.z + ROUNDING_MM, self.z + gap), [segment(self.z, self.x, self.z + gap, self.x + gap)], ROUNDING_MM)
+        return self.z + gap <= b and not over and self.x + gap <= self.work.roof
+
+    def leave(self, path, b):
+        """Away from the work, if it can be."""
+        if self.can_leave(path, b):
+            self.rapid(self.z + self.work.clearance, self.x + self.work.clearance)
 
 
 def worth(regions, least):
@@ -160,18 +186,23 @@ def rough(work, zone, depth, least):
     Each region has levels from its own top, so that no place is passed more often than its stock is deep.  Of all regions the highest
     level is next: elsewhere the stock is never higher than that by more than `depth` (reach.reachable_in_levels)."""
     contact = clip(work.contact, *zone)
-    regions = [_Region(a, b, *_levels(work, contact, (a, b), depth))
+    regions = [_Region(a, b, *levels(work.reach, contact, (a, b), depth))
                for a, b, _, _ in worth(above(contact, clip(work.reach, *zone), ROUNDING_MM), least)]
     if not regions:
         return None
     path, now = Path(work), work.contact
-    cuts = sorted(((level, -k) for k, region in enumerate(regions) for level in region.levels), reverse=True)
+    cuts = sorted(((level, -k) for k, region in enumerate(regions) for level in region.heights), reverse=True)
     for c, k in cuts:
-        a, b, top, levels = regions[-k]
+        a, b, top, heights = regions[-k]
         floor = upper(work.reach, [flat(a, b, c)])
-        higher = min((level for level in levels if level > c), default=top)
+        higher = min((level for level in heights if level > c), default=top)
+        left = math.inf                     # end of what has been cut in columns at this level
         for z0, z1, _, _ in reversed(worth(above(clip(now, a, b), floor, ROUNDING_MM), min(least, 0.5 * (higher - c)))):
-            _cut(path, now, floor, z0, z1)
+            columns = transverse.choose(work, now, (a, b), 0.5 * (z0 + z1), depth) if z1 - z0 < higher - heights[-1] and z1 <= left else None
+            if columns:
+                now, left = transverse.cut(path, now, columns), columns[-1].z
+            elif z1 <= left:
+                _cut(path, now, floor, z0, z1)
         now = [*clip(now, -math.inf, a), *lower(clip(now, a, b), clip(floor, a, b)), *clip(now, b, math.inf)]
     return path
 
@@ -182,26 +213,7 @@ class _Region(NamedTuple):
     z0: float
     z1: float
     top: float
-    levels: list
-
-
-def _levels(work, contact, interval, depth):
-    """(top of the stock in an interval, heights of the cuts below it): `depth` apart, or equal where the last would be too thin."""
-    a, b = interval
-    if b - a > 4 * ROUNDING_MM:             # a wall at the end belongs to what is beside
-        a, b = a + ROUNDING_MM, b - ROUNDING_MM
-    high = highest(contact, a, b)
-    low = _lowest(clip(work.reach, a, b))
-    count = max(math.ceil((high - low) / depth - 1e-9), 1)
-    if count > MAX_LEVELS:
-        raise CycleError(f"the depth of cut {{d}} makes {count} levels, more than {MAX_LEVELS}", "use a larger D", d=depth)
-    step = depth if high - low - (count - 1) * depth >= THIN * depth else (high - low) / count
-    return high, [max(high - k * step, low) for k in range(1, count + 1)]
-
-
-def _lowest(pieces):
-    """Lowest point of pieces."""
-    return min(p.xr - p.r if p.r and p.side < 0 and p.z0 < p.zr < p.z1 else min(value(p, p.z0), value(p, p.z1)) for p in pieces)
+    heights: list
 
 
 def _cut(path, now, floor, a, b):
@@ -209,10 +221,21 @@ def _cut(path, now, floor, a, b):
     path.enter(now, floor, b)
     path.follow(floor, b, a)
     wall = at(clip(floor, a - 1.0, a), a)
-    shoulder = highest(clip(now, a, b), a, a)
-    if wall is not None and wall > path.x + ROUNDING_MM and shoulder > path.x + ROUNDING_MM:
-        path.feed(a, min(wall, shoulder))
+    if wall is not None:
+        _climb(path, wall, highest(clip(now, a, b), a, a), path.can_leave(floor, b))
     path.leave(floor, b)
+
+
+def _climb(path, wall, level, aside):
+    """Up a wall to the level before, or to where nothing is left of the stock: what the edge leaves there leans away from it.
+
+    aside: the tool could leave the wall at once; then a tooth may stay there, else all teeth above are taken: it goes up by rapid."""
+    work = path.work
+    x = min(wall, highest(work.stock, path.z - work.nose, path.z))
+    if aside or not work.tooth:
+        x = min(x, level)
+    if x > path.x + ROUNDING_MM and not (aside and work.lean * (x - path.x) <= work.tooth - ROUNDING_MM):
+        path.feed(path.z, x)
 
 
 def finish(work, zone, least):

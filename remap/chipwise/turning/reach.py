@@ -48,7 +48,7 @@ def disc(f, r):
 def _append(graphs, piece, z0, z1):
     """A piece, clipped to [z0, z1]: to the last graph if it is to the right of that, else as a new one."""
     if z0 > piece.z0 or z1 < piece.z1:
-        piece = piece._replace(z0=max(piece.z0, z0), z1=min(piece.z1, z1))
+        piece = Piece(max(piece.z0, z0), min(piece.z1, z1), *piece[2:])
     if piece.z1 <= piece.z0:
         return
     if graphs and graphs[-1][-1].z1 <= piece.z0:
@@ -82,7 +82,7 @@ def _offset(p, r):
     if p.r == 0.0:
         length = math.hypot(1.0, p.slope)
         dz, dx = -p.slope * r / length, r / length
-        return p._replace(z0=p.z0 + dz, z1=p.z1 + dz, zr=p.zr + dz, xr=p.xr + dx)
+        return Piece(p.z0 + dz, p.z1 + dz, p.zr + dz, p.xr + dx, *p[4:])
     radius = p.r + p.side * r
     if _vanishes(p, r):
         return None
@@ -183,9 +183,12 @@ def after(stock, path, tool, domain):
     return envelope([touched, *[clip(stock, *gap) for gap in gaps]])
 
 
-def holder_height(f, tool):
-    """Positions at which the holder touches the region of f."""
-    return moved(window(f, tool.holder_left + SAME_MM, tool.holder_right - SAME_MM), 0.0, -tool.holder_up) if f else []
+def holder_height(f, tool, aside=HOLDER_MM):
+    """Positions at which the holder touches the region of f, or comes nearer than `aside` mm beside it; a side of it that does not go beyond the nose
+    has no such distance, for the nose is nearer."""
+    left = tool.holder_left - aside * (-tool.holder_left > tool.nose)
+    right = tool.holder_right + aside * (tool.holder_right > tool.flat + tool.nose)
+    return moved(window(f, left + SAME_MM, right - SAME_MM), 0.0, -tool.holder_up) if f else []
 
 
 def reachable(part, stock, tool, allowance, floor, domain):

@@ -37,7 +37,7 @@ class Order:
 class Step:
     """One step of the plan.  needed: bool; why: text; z0, z1: range; moves in the tool's own frame; removed: mm2;
     speed: 1/min of the spindle, 0: the program's; cuts: (number of moves that have been made, stock of the tool's side then) after each cut;
-    after: {inside: stock} after the step."""
+    after: {inside: stock} after the step; transverse: ((z0, z1), ..) of what a step of roughing cuts in columns."""
 
     name: str
     needed: bool
@@ -52,10 +52,11 @@ class Step:
     speed: float = 0.0
     cuts: list = field(default_factory=list)
     after: dict = field(default_factory=dict)
+    transverse: tuple = ()
 
 
 class State:
-    """Stock outside and in the bore (mirrored) as the steps go on."""
+    """Stock outside and in the bore (mirrored) as the steps go on.  given: as it was before an insert has cut it."""
 
     def __init__(self, order):
         self.order, part, blank = order, order.part, order.blank
@@ -66,6 +67,7 @@ class State:
         self.safe_x = radius + FAR_MM
         self.safe_z = max(part.z1, blank.z1) + FAR_MM
         self.stock = {False: blank.outside, True: blank.bore or [flat(blank.z0, blank.z1, 0.0)]}
+        self.given = dict(self.stock)
         self.faced = part.z1 + order.allowance if blank.z1 <= part.z1 + order.allowance + FACED_MM else math.inf
         self.through = bool(part.bore) and part.bore[0].z0 < part.z0 + passes.ROUNDING_MM
         self.part = {False: upper(part.outside, [flat(self.domain[0], part.z0, radius + 1.0)]), True: self._bore(part.bore)}
@@ -84,24 +86,30 @@ class State:
 
         levels: the tool works in levels, else through all at once; keep: stock
         that the step does not touch; standing: all that the holder has to be clear of, None for the whole stock."""
+        lowest, view, tool, domain = self.lowest(tool, allowance, levels, keep, standing)
+        side = tool.inside
+        stock, barrier = view(self.stock[side]), view(self.barrier[side])
+        contact = reach.dilated(stock, tool, 0.0, domain)
+        block = upper(clip(reach.holder_height(stock, tool), *domain), reach.dilated(barrier, tool, 0.0, domain))
+        block = upper(block, clip(reach.holder_height(barrier, tool), *domain)) if barrier else block
+        start_z = self.safe_z if tool.towards < 0 else -self.safe_z
+        start = (start_z + tool.nose, self.safe_x + tool.nose if not side else self._floor(side))
+        return Work(lowest, contact, block, start, clearance=CLEARANCE_MM, faced=self.faced if tool.towards < 0 else math.inf, stock=tuple(stock),
+                    nose=tool.nose, lean=tool.lean, given=tuple(reach.dilated(view(self.given[side]), tool, 0.0, domain)), tool=tool if levels else None), view, tool, domain
+
+    def lowest(self, tool, allowance, levels=False, keep=(), standing=None):
+        """(lowest positions allowed, view, tool, domain) of a tool on its side, arguments as work()'s."""
         side = tool.inside
         view = mirrored if tool.towards > 0 else list
         if tool.towards > 0:
             tool = replace(tool, left=tool.right, right=tool.left, holder_left=-tool.holder_right, holder_right=-tool.holder_left)
         domain = self.domain if tool.towards < 0 else (-self.domain[1], -self.domain[0])
-        part, stock, barrier = view(self.part[side]), view(self.stock[side]), view(self.barrier[side])
-        contact = reach.dilated(stock, tool, 0.0, domain)
-        floor = self._floor(side)
         find = reach.reachable_in_levels if levels else reach.reachable
-        kept = upper(upper(part, barrier), view(keep))
-        lowest = find(kept, stock if standing is None else view(standing), tool, allowance, floor, domain)
-        if lowest is None:
+        kept = upper(upper(view(self.part[side]), view(self.barrier[side])), view(keep))
+        found = find(kept, view(self.stock[side]) if standing is None else view(standing), tool, allowance, self._floor(side), domain)
+        if found is None:
             raise CycleError("the holder finds no place beside the work", "correct the holder in the tool geometry file")
-        block = upper(clip(reach.holder_height(stock, tool), *domain), reach.dilated(barrier, tool, 0.0, domain))
-        block = upper(block, clip(reach.holder_height(barrier, tool), *domain)) if barrier else block
-        start_z = self.safe_z if tool.towards < 0 else -self.safe_z
-        start = (start_z + tool.nose, self.safe_x + tool.nose if not side else floor)
-        return Work(lowest, contact, block, start, clearance=CLEARANCE_MM, faced=self.faced if tool.towards < 0 else math.inf), view, tool, domain
+        return found, view, tool, domain
 
     def _floor(self, inside):
         """The lowest position of a nose: at the axis or the hole in front of the face; inside, below all of the bore."""
@@ -125,6 +133,7 @@ class State:
         flip = -1.0 if view is mirrored else 1.0
         cut = [flip * z for part in path.cut for z in (part[0].z0, part[-1].z1)]
         step.z0, step.z1 = min(cut), max(cut)
+        step.transverse = tuple(tuple(sorted((flip * a, flip * b))) for a, b in path.transverse)
         step.needed = True
 
 

@@ -19,6 +19,8 @@ from chipwise.turning.thread import thread
 ROUGH_MM = 0.05         # a roughing step leaves what is thinner
 FINISH_MM = 0.003       # a finishing step, too
 THICK, THIN_MM = 1.5, 0.3       # a finishing cut is thinner than so many allowances, and than so much at least
+TOOTH, TOOTH_MM = THICK - 1.0, 0.15     # of the allowance, and mm, less than a rapid keeps: may stay at a wall after each level, for the finish
+PECK_MM = 0.25          # of feed before the bottom that a drill has made itself
 GROOVE_MM = 0.3         # a grooving tool does not come for less
 
 
@@ -97,18 +99,18 @@ def drill(state, name):
     if above(upper(part, state.barrier[True]), shape, passes.ROUNDING_MM):
         raise CycleError("a drill of {d} does not stay inside the bore", "use a smaller drill", d=tool.diameter)
     step = Step(name, True, f"solid stock where the bore of {2 * room:.3f} mm is", tool, "inside, along the axis", tip, end)
-    step.start, step.moves = (state.safe_z, 0.0), _pecks(end, tip, tool.depth, state.safe_z)
-    state.stock[True] = drilled
+    step.start, step.moves = (state.safe_z, 0.0), _pecks(end, tip, tool.depth, state.safe_z, PECK_MM if end >= state.faced else CLEARANCE_MM)
+    state.stock[True] = state.given[True] = drilled
     step.removed = sum(a[2] for a in above(before, state.stock[True]))
     return step
 
 
-def _pecks(end, tip, depth, far):
-    """Moves of a drill: by `depth`, out after each."""
+def _pecks(end, tip, depth, far, first):
+    """Moves of a drill: by `depth`, out after each.  first: mm of feed before the stock."""
     count, moves = math.ceil((end - tip) / depth - 1e-9), []
     for k in range(1, count + 1):
         top = end + (tip - end) * (k - 1) / count
-        moves += [Move("rapid", top + CLEARANCE_MM, 0.0), Move("feed", end + (tip - end) * k / count, 0.0), Move("rapid", end + CLEARANCE_MM, 0.0)]
+        moves += [Move("rapid", top + (first if k == 1 else PECK_MM), 0.0), Move("feed", end + (tip - end) * k / count, 0.0), Move("rapid", end + CLEARANCE_MM, 0.0)]
     return [*moves, Move("rapid", far, 0.0)]
 
 
@@ -139,6 +141,8 @@ def turn(state, name, role, inside, finishing, rest=False):
         if tool.inside:
             work = replace(work, roof=roof(state, framed, min(r[0] for r in regions)))
         depth = min(state.order.depth, tool.depth, max(tool.holder_up, 0.0))
+        if _finished_later(state, name, inside):
+            work = replace(work, tooth=min(TOOTH * allowance, TOOTH_MM))
         if finishing and inside:
             keep = _thick(state, tool, work.contact, keep)
             work, view, framed, domain = state.work(tool, allowance, False, keep)
@@ -152,16 +156,28 @@ def turn(state, name, role, inside, finishing, rest=False):
             continue
         side = "inside" if inside else "outside"
         step = Step(name, True, f"{sum(r[2] for r in regions):.2f} mm2 within its reach", tool,
-                    f"{side}, longitudinal, towards {'-Z' if tool.towards < 0 else '+Z'}" + (", along the profile" if finishing else ""))
+                    f"{side}, {_direction(path, tool)}" + (", along the profile" if finishing else ""))
         state.cut(step, path, framed, view, domain)
         return step
     return Step(name, False, f"nothing thicker than {least:g} mm is left within reach of " + " or ".join(f"T{t.number}" for t in tools))
 
 
+def _direction(path, tool):
+    """Text: levels along Z, columns, or both."""
+    found = [f"longitudinal, towards {'-Z' if tool.towards < 0 else '+Z'}"] if len(path.cut) > path.columns else []
+    return " and ".join(found + [f"transverse, {'away from' if tool.inside else 'towards'} the axis"] * bool(path.columns))
+
+
+def _finished_later(state, name, inside):
+    """Whether a step after this one finishes the side."""
+    later = state.order.order[state.order.order.index(name) + 1:]
+    return f"finish {'inside' if inside else 'outside'}" in later and bool(_tools(state, "finish", inside))
+
+
 def _thickness(state, tool, contact, keep):
     """(mm, regions) that are too thick for a finishing cut."""
     most = max(THICK * state.order.allowance, THIN_MM)
-    reserve = state.work(tool, most, keep=keep)[0].reach
+    reserve = state.lowest(tool, most, keep=keep)[0]
     return most, passes.worth(above(contact, reserve, passes.ROUNDING_MM), ROUGH_MM)
 
 

@@ -130,7 +130,7 @@ class _Part:
         solid = upper(upper(self._without(part, a, b), self._without(stock, a, b)), barrier)
         # above its tooth the insert is not wider, until the holder's box: what is higher counts as if it ended there
         solid = lower(solid, [flat(*self.domain, self.root - self.tool.nose + _tooth(self.tool))])
-        holder = clip(reach.holder_height(upper(upper(part, stock), barrier), self.framed), *self.domain)
+        holder = clip(reach.holder_height(upper(upper(part, stock), barrier), self.framed, 0.0), *self.domain)
         blocked = above(upper(upper(reach.dilated(solid, self.framed, 0.0, self.domain), holder), [flat(*self.domain, self.root - 1.0)]),
                         [flat(*self.domain, self.root)], SAME_MM)
         width = self.tool.nose + t.depth / min(self.framed.left, self.framed.right)         # of the insert from its middle, at the crest

@@ -89,7 +89,7 @@ def _thread(found, number, fields, piece, inside):
     """Thread of a piece of a graph; a bore's graph is mirrored."""
     ends = value(piece, piece.z0), value(piece, piece.z1)
     if piece.r or abs(ends[0] - ends[1]) > CYLINDER_MM:
-        raise fault(found, number, "the thread is not on a cylinder", "put the THREAD comment on a line along Z; tapered threads are not planned")
+        raise fault(found, number, "the thread is not on a cylinder", "put the THREAD comment on a line along Z; a tapered thread is not planned: cut it after G26, with G33 in X and Z")
     x = math.fabs(ends[0])
     depth = fields.get("DEPTH", fields["PITCH"] * (INSIDE if inside else OUTSIDE))
     if not inside and depth >= x:

@@ -39,6 +39,7 @@ class LatheTool:
     towards             -1 cuts towards -Z, 1 towards +Z
     tip                 (z, x) mm from the nose's centre to the controlled point, in the machine's own frame
     point_angle         degrees, of a drill; 0: not a drill
+    lean                mm per mm by which the edge in front leans away from a wall; inf: it reaches over
     included            degrees between the edges; pitch: mm, (least, most) of a threading tool, () for any
     """
 
@@ -61,6 +62,7 @@ class LatheTool:
     point_angle: float = 0.0
     included: float = 0.0
     pitch: tuple = ()
+    lean: float = math.inf
 
 
 @dataclass(frozen=True)
@@ -168,10 +170,12 @@ def make_tool(number, table, geometry, unit_mm=1.0):
         wrong(f"[lathe.{number}] has no bar", "add the width of the boring bar, from the tip to its far side")
     x, z = CENTRE[entry.orientation]
     at_flat = {1: 0.0, 0: 0.5, -1: 1.0}[z] * flat
+    towards = 1 if low >= 90.0 and high > 90.0 else -1
+    ahead = low - 90.0 if towards > 0 else 90.0 - high
     return LatheTool(number, tuple(more.get("roles", ())), inside, nose, diameter, left, right, flat, more["edge_length"],
                      min(more.get("depth", more["edge_length"] / 2), more["edge_length"]), *more["holder"], more.get("bar", 0.0),
-                     1 if low >= 90.0 and high > 90.0 else -1, (at_flat - z * nose, -x * nose), included=high - low,
-                     pitch=tuple(more.get("pitch", ())))
+                     towards, (at_flat - z * nose, -x * nose), included=high - low,
+                     pitch=tuple(more.get("pitch", ())), lean=math.tan(math.radians(ahead)) if ahead >= 0.0 else math.inf)
 
 
 def _edges(entry, flat, wrong):
