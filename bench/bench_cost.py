@@ -20,7 +20,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -172,6 +172,13 @@ def measure(case):
             "head": size - 8.0 * cells}
 
 
+def counted(case, periods):
+    """Mean of the instructions of a case's first `periods` periods: the same in every run; None without valgrind."""
+    path = path_of(replace(case, periods=1))[0][1:periods + 1]
+    found = instructions(case, path, 0, periods - 1)
+    return found / periods if found else None
+
+
 def growth():
     """Mean us over a slot, [(size mm, speed mm/s, us, mm3 a period)], and cells make the cost."""
     out = []
@@ -215,9 +222,17 @@ def main():
     parser.add_argument("names", nargs="*")
     parser.add_argument("--table", action="store_true")
     parser.add_argument("--quick", action="store_true")
+    parser.add_argument("--count", type=int, metavar="PERIODS", help="only the instructions of a case's first periods")
     options = parser.parse_args()
     for case in CASES:
         if options.names and not any(name in case.name for name in options.names):
+            continue
+        if options.count:
+            found = counted(case, options.count)
+            if found is None:
+                sys.exit("bench_cost: --count needs valgrind")
+            print(json.dumps(row(f"{case.name}: instructions", found, "", None,
+                                 f"mean of the first {options.count} periods")), flush=True)
             continue
         if options.quick:
             case.periods //= 10
@@ -233,7 +248,7 @@ def main():
             if case is MILLION:
                 print(json.dumps(row("memory of the map, all included", found["bytes_a_cell"], "B/cell", None,
                                      f"8 bytes a cell, the empty ring's too, and a head of {found['head']:.0f} bytes")), flush=True)
-    if not options.names:
+    if not options.names and not options.count:
         points = growth()
         for point in growth_rows(points):
             print(json.dumps(point) if not options.table else f"{point['name']}: {point['value']} us, {point['note']}")

@@ -143,8 +143,7 @@ static double stopping(const struct chip_guard *guard, const struct chip_guard_i
 static int goes_over(const struct chip_path *path)
 {
     return path && path->count > 0 && path->segment[path->first].join == CHIP_JOIN_TANGENT
-        && path->segment[path->first].rapid
-        && (path->count == 1 || path->segment[(path->first + 1) % CHIP_PATH_SEGMENTS].rapid);
+        && path->segment[path->first].rapid && (path->count == 1 || path->segment[chip_path_slot(path, 1)].rapid);
 }
 
 /* [3], [4] */
@@ -173,7 +172,7 @@ static double certain_until(const struct chip_path *path)
     double begin = path->begin_s;
     int n;
     for (n = 0; n < path->count; n++) {
-        const struct chip_segment *segment = &path->segment[(path->first + n) % CHIP_PATH_SEGMENTS];
+        const struct chip_segment *segment = &path->segment[chip_path_slot(path, n)];
         if (!segment->rapid) break;
         if (segment->join == CHIP_JOIN_PARABOLIC) return begin + 0.5 * segment->length;
         begin += segment->length;

@@ -156,14 +156,14 @@ static double late_rise(const struct chip_lookahead *lookahead, const struct chi
 }
 
 struct chip_load_interval chip_load_between(const struct chip_lookahead *lookahead, const struct chip_stock *stock,
-                                            int i)
+                                            int i, double bound_before)
 {
     struct chip_load_interval interval;
     double begin, half = 0.5 * lookahead->turn[sample_slot(lookahead, i)];
     interval.from = sample_s(lookahead, i - 1);
     interval.to = sample_s(lookahead, i);
-    interval.a = chip_load_bound(lookahead, stock, i - 1);
-    interval.b = chip_load_bound(lookahead, stock, i);
+    interval.a = bound_before;
+    interval.b = interval.bound = chip_load_bound(lookahead, stock, i);
     interval.jump = !chip_load_jumps(lookahead, stock, i)
                       ? 0
                       : (sample_area(lookahead, i) > sample_area(lookahead, i - 1) ? 1 : -1);
@@ -195,18 +195,19 @@ static double largest(const struct chip_load_interval *interval, double from, do
  * low [3] [6]. If it falls without a jump the load CHIP_TRAILING cells back counts, as far as cells may hide it. */
 double chip_load_bound_now(const struct chip_lookahead *lookahead, const struct chip_stock *stock)
 {
-    double to = lookahead->at_s + lookahead->latency_travel, full = 0.0, behind = 0.0, max_depth = 0.0;
+    double to = lookahead->at_s + lookahead->latency_travel, full = 0.0, behind = 0.0, max_depth = 0.0, bound;
     int i, last = lookahead->first + lookahead->count - 1;
     if (lookahead->count == 0) return lookahead->begin_area;
-    if (sample_s(lookahead, lookahead->first) > lookahead->at_s)
-        full = chip_load_bound(lookahead, stock, lookahead->first);
+    bound = chip_load_bound(lookahead, stock, lookahead->first);
+    if (sample_s(lookahead, lookahead->first) > lookahead->at_s) full = bound;
     if (lookahead->at_s < lookahead->begin_s + lookahead->spacing) full = chip_max(full, lookahead->begin_area);
     if (sample_s(lookahead, last) <= to) full = chip_max(full, chip_load_bound(lookahead, stock, last));
     for (i = lookahead->first + 1; i <= last; i++) {
         struct chip_load_interval interval;
         double back;
         if (sample_s(lookahead, i - 1) - (CHIP_STEP_WIDTH + CHIP_LATE_AT_ONCE) * stock->cell > to) break;
-        interval = chip_load_between(lookahead, stock, i);
+        interval = chip_load_between(lookahead, stock, i, bound);
+        bound = interval.bound;
         if (interval.from > to) continue;
         if (interval.to > lookahead->at_s) full = chip_max(full, largest(&interval, lookahead->at_s, to));
         back = lookahead->at_s - (interval.jump ? 0.0 : CHIP_TRAILING * position_error(lookahead, stock, i));

@@ -76,8 +76,7 @@ static void carry_over(struct chip_lookahead *lookahead, const struct chip_predi
         share = s - a;
         area[n] =
             (float)(sample_area(lookahead, a) + share * (sample_area(lookahead, a + 1) - sample_area(lookahead, a)));
-        depth[n] = (float)chip_max(lookahead->depth[a % CHIP_LOOKAHEAD_SAMPLES],
-                                   lookahead->depth[(a + 1) % CHIP_LOOKAHEAD_SAMPLES]);
+        depth[n] = (float)chip_max(lookahead->depth[slot_of(a)], lookahead->depth[slot_of(a + 1)]);
         n++;
     }
     for (i = 0; i < n; i++) {

@@ -36,7 +36,8 @@
 #include "predicted_path.h"
 #include "section.h"
 
-#define CHIP_LOOKAHEAD_SAMPLES 192
+#define CHIP_LOOKAHEAD_SAMPLES 192 /* in use at most */
+#define CHIP_SAMPLE_RING 256       /* places for them: a power of two, as a division takes longer than a reading */
 #define CHIP_LOAD_STEPS 8
 
 struct chip_lookahead {
@@ -46,22 +47,22 @@ struct chip_lookahead {
     double latency_travel;                /* mm the tool travels until a command given now takes effect */
     /* mm the tool travels while a jerk-limited planner builds up its braking; 0: not limited */
     double jerk_travel;
-    double jerk_gain;                                 /* mm/s it may gain meanwhile */
-    double spacing;                                   /* mm between samples at most; 0: not begun */
-    double next_spacing;                              /* mm to the next sample [5] */
-    double begin_s;                                   /* mm, position of the tool when the samples began */
-    double begin_area;                                /* mm2, load at the tool then */
-    int first, count;                                 /* samples in use: numbers first .. first + count - 1 */
-    int stale;                                        /* number of the first sample to be taken again */
-    double s[CHIP_LOOKAHEAD_SAMPLES];                 /* mm, position of sample i at index i % CHIP_LOOKAHEAD_SAMPLES */
-    float area[CHIP_LOOKAHEAD_SAMPLES];               /* mm2 */
-    float full_area[CHIP_LOOKAHEAD_SAMPLES];          /* mm2, the largest possible area there at that depth */
-    float depth[CHIP_LOOKAHEAD_SAMPLES];              /* mm above the tip */
-    float position_error[CHIP_LOOKAHEAD_SAMPLES];     /* cells along the path by which a reading may be displaced [6] */
-    float turn[CHIP_LOOKAHEAD_SAMPLES];               /* rad the path turns by since the sample before */
-    double corner_turn[CHIP_LOOKAHEAD_SAMPLES];       /* rad, the sum of the turns at corners [2] */
-    unsigned char corner[CHIP_LOOKAHEAD_SAMPLES];     /* same position as the sample before [5] */
-    unsigned char read_clear[CHIP_LOOKAHEAD_SAMPLES]; /* read clear of the cut stock, so farther on */
+    double jerk_gain;                           /* mm/s it may gain meanwhile */
+    double spacing;                             /* mm between samples at most; 0: not begun */
+    double next_spacing;                        /* mm to the next sample [5] */
+    double begin_s;                             /* mm, position of the tool when the samples began */
+    double begin_area;                          /* mm2, load at the tool then */
+    int first, count;                           /* samples in use: numbers first .. first + count - 1 */
+    int stale;                                  /* number of the first sample to be taken again */
+    double s[CHIP_SAMPLE_RING];                 /* mm, position of sample i at index i % CHIP_SAMPLE_RING */
+    float area[CHIP_SAMPLE_RING];               /* mm2 */
+    float full_area[CHIP_SAMPLE_RING];          /* mm2, the largest possible area there at that depth */
+    float depth[CHIP_SAMPLE_RING];              /* mm above the tip */
+    float position_error[CHIP_SAMPLE_RING];     /* cells along the path by which a reading may be displaced [6] */
+    float turn[CHIP_SAMPLE_RING];               /* rad the path turns by since the sample before */
+    double corner_turn[CHIP_SAMPLE_RING];       /* rad, the sum of the turns at corners [2] */
+    unsigned char corner[CHIP_SAMPLE_RING];     /* same position as the sample before [5] */
+    unsigned char read_clear[CHIP_SAMPLE_RING]; /* read clear of the cut stock, so farther on */
 };
 
 struct chip_load_step {

@@ -84,16 +84,14 @@ void chip_path_mark_read(struct chip_path *path)
     path->changed_s = CHIP_NEVER;
 }
 
-static int slot(const struct chip_path *path, int n) { return (path->first + n) % CHIP_PATH_SEGMENTS; }
-
 void chip_path_follow(struct chip_path *path, long key, double length, double progress)
 {
-    while (path->count > 0 && path->key[slot(path, 0)] != key) {
-        path->begin_s += path->segment[slot(path, 0)].length;
-        path->first = slot(path, 1);
+    while (path->count > 0 && path->key[chip_path_slot(path, 0)] != key) {
+        path->begin_s += path->segment[chip_path_slot(path, 0)].length;
+        path->first = chip_path_slot(path, 1);
         path->count--;
     }
-    if (path->count == 0 || fabs(path->segment[slot(path, 0)].length - length) > CHIP_SAME_LENGTH) {
+    if (path->count == 0 || fabs(path->segment[chip_path_slot(path, 0)].length - length) > CHIP_SAME_LENGTH) {
         path->new_chain = 1;
         path->count = 0;
         path->begin_s = path->end_s = 0.0;
@@ -116,7 +114,7 @@ void chip_path_append(struct chip_path *path, long key, const struct chip_segmen
     int n;
     if (path->count >= CHIP_PATH_SEGMENTS) return;
     if (path->count == 0) path->end_s = path->begin_s;
-    n = slot(path, path->count++);
+    n = chip_path_slot(path, path->count++);
     if (path->key[n] != key || !same_segment(&path->segment[n], segment))
         path->changed_s = chip_min(path->changed_s, path->end_s);
     path->key[n] = key;
@@ -127,17 +125,17 @@ void chip_path_append(struct chip_path *path, long key, const struct chip_segmen
 void chip_path_retract(struct chip_path *path)
 {
     if (path->count == 0) return;
-    path->end_s -= path->segment[slot(path, --path->count)].length;
+    path->end_s -= path->segment[chip_path_slot(path, --path->count)].length;
 }
 
 double chip_path_at(const struct chip_path *path, double s, double tip[3], double dir[3])
 {
     double begin = path->begin_s;
     int n = 0;
-    while (n + 1 < path->count && s > begin + path->segment[slot(path, n)].length)
-        begin += path->segment[slot(path, n++)].length;
-    chip_segment_at(&path->segment[slot(path, n)], s - begin, tip, dir);
-    return path->segment[slot(path, n)].curvature;
+    while (n + 1 < path->count && s > begin + path->segment[chip_path_slot(path, n)].length)
+        begin += path->segment[chip_path_slot(path, n++)].length;
+    chip_segment_at(&path->segment[chip_path_slot(path, n)], s - begin, tip, dir);
+    return path->segment[chip_path_slot(path, n)].curvature;
 }
 
 double chip_path_braking(const struct chip_path *path, double s)
@@ -145,7 +143,7 @@ double chip_path_braking(const struct chip_path *path, double s)
     double begin = path->begin_s, sum = 0.0;
     int n;
     for (n = 0; n < path->count && begin < s; n++) {
-        const struct chip_segment *segment = &path->segment[slot(path, n)];
+        const struct chip_segment *segment = &path->segment[chip_path_slot(path, n)];
         double end = begin + segment->length;
         if (!(segment->accel > 0.0)) return 0.0;
         sum += segment->accel * chip_max(0.0, chip_min(end, s) - chip_max(begin, path->s));
@@ -196,10 +194,10 @@ int chip_path_next(const struct chip_path *path, double s, double step, double t
     double begin = path->begin_s, turned = 0.0;
     int n = 0;
     if (path->count == 0 || s >= path->end_s) return 0;
-    while (n + 1 < path->count && s > begin + path->segment[slot(path, n)].length)
-        begin += path->segment[slot(path, n++)].length;
+    while (n + 1 < path->count && s > begin + path->segment[chip_path_slot(path, n)].length)
+        begin += path->segment[chip_path_slot(path, n++)].length;
     for (;;) {
-        const struct chip_segment *segment = &path->segment[slot(path, n)];
+        const struct chip_segment *segment = &path->segment[chip_path_slot(path, n)];
         double end = begin + segment->length, from = chip_max(s, begin), goal = s + step, angle;
         double turn_rate = fabs(segment->curvature) * segment->horizontal;
         if (turn_rate * (goal - from) > turn - turned) goal = from + chip_max(0.0, turn - turned) / turn_rate;
@@ -207,12 +205,13 @@ int chip_path_next(const struct chip_path *path, double s, double step, double t
             return point_at(segment, begin, chip_min(goal, end), turned + turn_rate * (chip_min(goal, end) - from), 0,
                             next);
         turned += turn_rate * chip_max(0.0, end - from);
-        angle = corner_angle(segment, &path->segment[slot(path, n + 1)]);
+        angle = corner_angle(segment, &path->segment[chip_path_slot(path, n + 1)]);
         if (s >= end - CHIP_PATH_BEYOND && angle > CHIP_SMOOTH_CORNER)
-            return point_at(&path->segment[slot(path, n + 1)], end, end + CHIP_PATH_BEYOND, angle, 1, next);
+            return point_at(&path->segment[chip_path_slot(path, n + 1)], end, end + CHIP_PATH_BEYOND, angle, 1, next);
         if (angle > CHIP_SHARP_CORNER || turned + angle > turn
             || (angle > CHIP_SMOOTH_CORNER && end - s >= CHIP_CORNERS_APART * step)
-            || (bend_changes(segment, &path->segment[slot(path, n + 1)], step) && end - s >= CHIP_BENDS_APART * step))
+            || (bend_changes(segment, &path->segment[chip_path_slot(path, n + 1)], step)
+                && end - s >= CHIP_BENDS_APART * step))
             return point_at(segment, begin, end, turned, 0, next);
         turned += angle;
         begin = end;
@@ -225,7 +224,7 @@ double chip_path_stop(const struct chip_path *path, double speed, double accel)
     double begin = path->begin_s, energy = 0.5 * speed * speed;
     int n;
     for (n = 0; n < path->count; n++) {
-        const struct chip_segment *segment = &path->segment[slot(path, n)];
+        const struct chip_segment *segment = &path->segment[chip_path_slot(path, n)];
         double from = chip_max(begin, path->s), end = begin + segment->length;
         double brake = segment->accel > 0.0 ? segment->accel : accel;
         if (!(brake > 0.0)) return CHIP_NEVER;

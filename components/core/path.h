@@ -63,6 +63,13 @@ struct chip_path {
     struct chip_blend blend;
 };
 
+/* Index of the n-th segment from the one the tool is on: without a division, it is asked for every segment of every period. */
+static inline int chip_path_slot(const struct chip_path *path, int n)
+{
+    n += path->first;
+    return n < CHIP_PATH_SEGMENTS ? n : n - CHIP_PATH_SEGMENTS;
+}
+
 /* Tip (mm) and direction (unit vector) `s` mm behind the beginning of a segment. */
 void chip_segment_at(const struct chip_segment *segment, double s, double tip[3], double dir[3]);
 

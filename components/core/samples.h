@@ -16,26 +16,26 @@
 #define CHIP_MIN_LOAD 1e-3 /* mm2, smaller loads do not count as contact */
 
 /* Index of sample i. */
-static inline int slot_of(int i) { return i % CHIP_LOOKAHEAD_SAMPLES; }
+static inline int slot_of(int i) { return i & (CHIP_SAMPLE_RING - 1); }
 
 /* Slot of sample i; beyond the ends that of the nearest one. */
-static inline int sample_slot(const struct chip_lookahead *lookahead, int i)
+static inline __attribute__((always_inline)) int sample_slot(const struct chip_lookahead *lookahead, int i)
 {
     int last = lookahead->first + lookahead->count - 1;
     return slot_of(i < lookahead->first ? lookahead->first : (i > last ? last : i));
 }
 
-static inline double sample_area(const struct chip_lookahead *lookahead, int i)
+static inline __attribute__((always_inline)) double sample_area(const struct chip_lookahead *lookahead, int i)
 {
     return lookahead->area[sample_slot(lookahead, i)];
 }
 
-static inline double sample_s(const struct chip_lookahead *lookahead, int i)
+static inline __attribute__((always_inline)) double sample_s(const struct chip_lookahead *lookahead, int i)
 {
     return lookahead->s[sample_slot(lookahead, i)];
 }
 
-static inline int is_corner(const struct chip_lookahead *lookahead, int i)
+static inline __attribute__((always_inline)) int is_corner(const struct chip_lookahead *lookahead, int i)
 {
     return lookahead->corner[sample_slot(lookahead, i)];
 }
@@ -59,6 +59,7 @@ static inline double full_area(const struct chip_tool *tool, const double dir[3]
 struct chip_load_interval {
     double from, to; /* mm, where it applies */
     double a, b;     /* mm2 at its ends; linear between them, or the larger one throughout */
+    double bound;    /* mm2, chip_load_bound of sample i */
     int jump;        /* 1: up, -1: down */
 };
 
@@ -73,9 +74,9 @@ double chip_load_bound_now(const struct chip_lookahead *lookahead, const struct 
 /* Area of sample i, mm2, never too low [6]. */
 double chip_load_bound(const struct chip_lookahead *lookahead, const struct chip_stock *stock, int i);
 
-/* The load between sample i - 1 and sample i; whether it jumps there. */
+/* The load between sample i - 1, whose chip_load_bound is `bound_before`, and sample i; whether it jumps there. */
 struct chip_load_interval chip_load_between(const struct chip_lookahead *lookahead, const struct chip_stock *stock,
-                                            int i);
+                                            int i, double bound_before);
 int chip_load_jumps(const struct chip_lookahead *lookahead, const struct chip_stock *stock, int i);
 
 #pragma GCC visibility pop
