@@ -1,7 +1,8 @@
 # chipwise: build, test, install.
 #
 #   make run        install what is missing, build, install, start the simulated mill
-#   make test       install what is missing, build, run every test
+#   make test       install what is missing, build, run the tests: ten minutes
+#   make test-all   with those of tests/long.txt: three quarters of an hour
 #   make test-quick the tests that need no machine and little time: a minute
 #   make lint       ruff, mypy and clang-format over the tree; changes nothing
 #   make bench      the benchmarks; writes build/bench.json
@@ -58,7 +59,7 @@ space = $(empty) $(empty)
 
 CHIPWISE_VERSION = $(shell cat VERSION)
 
-.PHONY: run test test-quick lint bench build install uninstall deps clean
+.PHONY: run test test-all test-quick lint bench build install uninstall deps clean
 .DELETE_ON_ERROR:
 
 # The steps in their order, each a make of its own: what LinuxCNC's
@@ -68,12 +69,15 @@ run: deps
 	@$(MAKE) --no-print-directory install
 	@tools/run
 
-test: deps
+test test-all: deps
 	-@tools/deps python3-distributed
 	-@tools/deps chromium chromium-driver python3-selenium
 	-@tools/deps gir1.2-webkit2-4.1
+	-@tools/deps valgrind
+	-@tools/deps python3-pyqt5 python3-pyqt5.qtsvg python3-pyqt5.qtopengl python3-pyqt5.qsci python3-pyqt5.qtwebengine \
+		python3-dbus.mainloop.pyqt5 pyqt5-dev-tools
 	@$(MAKE) --no-print-directory build
-	@tools/test
+	@tools/test $(if $(filter test-all,$@),--all)
 
 test-quick: deps
 	@$(MAKE) --no-print-directory build

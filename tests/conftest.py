@@ -2,6 +2,7 @@
 """What runs where.
 
   @pytest.mark.machine    the test runs a whole LinuxCNC: at most two at once, first; with xdist, other tests run beside them
+  @pytest.mark.long       the test is in tests/long.txt (tools/long_tests.py); not in `make test`, but in `make test-all`
   @pytest.mark.slow       the test takes more than two seconds of computing, or is one of SLOW; not in tools/test --quick
   tests/components, tests/machine    refused where bin/chipwise-sandbox has no private namespaces
   tests/core/*.c          collected as one test per program
@@ -18,6 +19,7 @@ from support import ROOT                        # noqa: E402
 
 CORE_TIMEOUT_S = 300
 MACHINE_GROUPS = 2          # LinuxCNCs at once; each waits for its simulated time more than half of the while
+LONG = frozenset((ROOT / 'tests/long.txt').read_text().split())
 SANDBOXED = ("tests/components", "tests/machine")
 # Folders and files of slow tests, beside those that are marked themselves.  The rest: about 80 s of computing time.
 SLOW = ("tests/check", "tests/components", "tests/filter", "tests/geometry", "tests/install", "tests/interpreter", "tests/machine", "tests/oracles",
@@ -43,6 +45,7 @@ def answers(request, tmp_path_factory):
 
 def pytest_configure(config):
     config.addinivalue_line('markers', 'machine: runs a whole simulated LinuxCNC')
+    config.addinivalue_line('markers', 'long: is in tests/long.txt; not part of `make test`')
     config.addinivalue_line('markers', 'slow: takes more than two seconds of computing; not part of tools/test --quick')
     config.addinivalue_line('markers', 'scene(shared, steps): steps in a LinuxCNC that several tests share (support/operate.py)')
     config.addinivalue_line('markers', 'together(name): machine tests that judge the same run (support/demo_runs.py)')
@@ -81,6 +84,9 @@ def pytest_collection_modifyitems(items):
     for item in items:
         if is_slow(item.path):
             item.add_marker(pytest.mark.slow)
+        path = str(item.path.relative_to(ROOT))
+        if path in LONG or f'{path}::{item.name.partition("[")[0]}' in LONG:
+            item.add_marker(pytest.mark.long)
     machine = [item for item in items if item.get_closest_marker('machine')]
     groups = {}             # what runs in one process: the scenes of one LinuxCNC, the tests of one run, else a test
     for item in machine:

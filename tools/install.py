@@ -19,13 +19,15 @@ Called by `make install` and `make uninstall`, with DESTDIR and PREFIX in the en
                            so that every relative path in the INI files holds
   bin/*                    PREFIX/bin, as links
 
-The list of files and directories made is kept in PREFIX/share/chipwise/manifest;
-uninstall removes those, and what Python compiled beside them.  Files already
+The Python files are compiled there.  The list of files and directories made is
+kept in PREFIX/share/chipwise/manifest; uninstall removes those, and what Python
+compiled beside them.  Files already
 there and equal are left alone, and files that are not ours are never replaced.
 If the caller may not write there, it runs itself again through sudo.
 """
 
 import argparse
+import compileall
 import filecmp
 import glob
 import os
@@ -199,6 +201,8 @@ def install(destdir, prefix):
         with open(manifest, 'w') as handle:
             handle.write(''.join(['f %s\n' % name for name in sorted(plan)]
                                  + ['d %s\n' % name for name in folders]))
+    # An operator may not write there: without it LinuxCNC and each preview would compile the package again.
+    compileall.compile_dir(os.path.join(destdir + prefix, 'share', 'chipwise', 'remap'), quiet=1, stripdir=destdir or None)
     print('chipwise: installed in %s' % (destdir + prefix))
 
 

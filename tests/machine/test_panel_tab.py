@@ -54,7 +54,6 @@ print("pages", json.load(r.urlopen("http://127.0.0.1:8250/state.json"))["pages"]
     assert done.returncode == 0, done.stdout[-3000:]
 
 
-@pytest.mark.skipif('CHIPWISE_QTDRAGON' not in os.environ, reason='the page is not always in its tab in time; CHIPWISE_QTDRAGON=1 runs it')
 def test_the_page_in_qtdragon(tmp_path):
     """LinuxCNC's own sample machine with README's lines and a tab: as above, and the picture of the tab has the colours of the page."""
     webkit = subprocess.run(['/usr/bin/python3', '-c', 'import gi; gi.require_version("WebKit2", "4.1")'], stderr=subprocess.DEVNULL)

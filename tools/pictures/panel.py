@@ -25,6 +25,8 @@ from support import panel_browser, panel_rig  # noqa: E402
 ENTERED = "179,-6,,2"     # of G79
 TARGET = 6000.0         # mm3/min
 STEP = 0.417            # mm in a look
+# Of TARGET: target and rate of each pass, and what limits it: stock ahead; the lower bound, which is above the target; stock here.
+PASSES = [(1.0, 1.0, 2.0), (0.75, 1.0, 3.0), (1.5, 1.5, 1.0)]
 SLOT = [(-10.0, 10.0), (52.0, 10.0), (52.0, 30.0), (24.0, 30.0)]
 # The loaded program: the slot to its end, and a pocket in it.
 PROGRAM = """G21 G90
@@ -58,14 +60,14 @@ def cut(rig, program):
                   area=24.0, area_ahead=24.0, depth=4.0, requested_vel=20.0, programmed_vel=3.0, current_vel=STEP / LOOK_S)
     rig.machine.tasks.update(program=program, running=True)
     at = (*SLOT[0], -4.0)
-    for number, (corner, share) in enumerate(zip(SLOT[1:], (1.0, 0.75, 1.5))):
-        values.update(line=7.0 + number, target=share * TARGET, limited_by=2.0 - number % 2)
+    for number, (corner, (share, rate, limit)) in enumerate(zip(SLOT[1:], PASSES)):
+        values.update(line=7.0 + number, target=share * TARGET, limited_by=limit, override=0.21 * rate)
         count = math.ceil(math.dist(at[:2], corner) / STEP)
         start = at
         for k in range(1, count + 1):
             there = tuple(a + (b - a) * k / count for a, b in zip(start, (*corner, -4.0 if corner[1] < 20 else -7.0)))
             rig.machine.cut(at, there)
-            values["mrr"] = TARGET * (0.98 + 0.02 * math.sin(k)) * min(1.0, k / 8) if there[0] > 0 else 0.0
+            values["mrr"] = rate * TARGET * (0.98 + 0.02 * math.sin(k)) * min(1.0, k / 8) if there[0] > 0 else 0.0
             values["removed"] += values["mrr"] / 60 * LOOK_S
             at = there
             rig.look()
