@@ -92,6 +92,17 @@ def unnamed(message: object) -> str:
     return str(message).removeprefix(NAME)
 
 
+class LibraryError(Exception):
+    """The C core cannot be used: it is missing, damaged, or built from other sources; the text has the remedy."""
+
+
+def of_unexpected(error: BaseException) -> str:
+    """What a command says of an exception that nobody raised for the operator, without "chipwise: "."""
+    if isinstance(error, LibraryError):
+        return unnamed(error)
+    return f"internal error: {type(error).__name__}: {error}; please report it with what CHIPWISE_TRACEBACK=1 adds"
+
+
 class CycleError(Exception):
     """A request that cannot be carried out.
 

@@ -15,7 +15,7 @@ import sys
 sys.path[0] = os.path.dirname(sys.path[0])      # the modules are those of the package, not those beside this file
 
 from chipwise import plans                      # noqa: E402
-from chipwise.errors import CycleError          # noqa: E402
+from chipwise.errors import CycleError, LibraryError, braceless, unnamed     # noqa: E402
 from chipwise.planner import HEAD               # noqa: E402
 from chipwise.processes import die_with_parent, limit_memory     # noqa: E402
 
@@ -32,6 +32,8 @@ def answer(order):
             return pickle.dumps(error)
         except MemoryError:
             pass            # first what the plan held has to go, with the exception
+        except LibraryError as error:
+            return pickle.dumps(CycleError(braceless(unnamed(error))))
         except Exception as error:
             text = f"{type(error).__name__}: {error}".splitlines()[0].replace("{", "{{").replace("}", "}}")
             return pickle.dumps(CycleError(f"internal error: {text}", "report the program"))

@@ -17,6 +17,7 @@ import tempfile
 import time
 
 from chipwise.check.program_file import Unreadable, check_file
+from chipwise.errors import of_unexpected
 from chipwise.filter import verdict as verdicts
 from chipwise.filter.model import is_model, made
 from chipwise.filter.loops import may_loop
@@ -140,6 +141,5 @@ def _child(sender, program, ini, settings, folder):
     except Exception as error:
         if os.environ.get("CHIPWISE_TRACEBACK"):
             raise
-        found = verdicts.unfinished(f"internal error: {type(error).__name__}: {error}; please report it with what "
-                                    "CHIPWISE_TRACEBACK=1 adds", is_model(program) or loops, settings["FILTER_REFUSE"])
+        found = verdicts.unfinished(of_unexpected(error), is_model(program) or loops, settings["FILTER_REFUSE"])
     sender.send(found)
