@@ -29,7 +29,8 @@ def lines_to_stop_at():
 def test_nothing_is_left_after_an_abort_at_any_line(tmp_path):
     """Codes, speed and offsets are those of a program with a plain move in its place; the next program does what it says.
 
-    F and the tolerances are the program's, or what LinuxCNC makes of them when a traverse is aborted: 0."""
+    F and the tolerances are the program's, or what LinuxCNC makes of them when a traverse is aborted: 0.  The program's are 600, and 100 in its
+    last line, which a busy computer may come to before the abort; 700 and 500 are the sub's."""
     lines = lines_to_stop_at()
     steps = [['start', program('G1 X300 F600')], ['until', 'motion.program-line', '=', len(SUB) + 5], ['abort'], ['modes'], ['errors']]
     for line in lines:
@@ -40,8 +41,8 @@ def test_nothing_is_left_after_an_abort_at_any_line(tmp_path):
     for k, line in enumerate(lines):
         _started, _there, _aborted, modes, errors = answers[5 + 5 * k:10 + 5 * k]
         assert modes[0][1:] == plain[0][1:] and modes[1] == plain[1] and modes[3:] == plain[3:], (line, modes, plain)   # G0 or G1 is that of the line
-        (feed, speed, *tolerances), (plain_feed, plain_speed, *plain_tolerances) = modes[2], plain[2]
-        assert feed in (0, 600, plain_feed) and speed == plain_speed, (line, modes)
+        (feed, speed, *tolerances), (_feed, plain_speed, *plain_tolerances) = modes[2], plain[2]
+        assert feed in (0, 600, 100) and speed == plain_speed, (line, modes)
         assert all(value in (0, before) for value, before in zip(tolerances, plain_tolerances)), (line, modes)
         assert not errors, (line, errors)
     finished, place, _modes, said, after = answers[-5:]
