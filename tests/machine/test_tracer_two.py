@@ -17,7 +17,7 @@ pytestmark = pytest.mark.machine
 
 LENT, PORT = 7134, 7135                     # of the loopback of each sandbox
 PER_MM = 100000                             # counts of the HAL files
-WAITING, DEAD_PERIODS = 1000, 3000          # this computer has pauses of that many periods
+WAITING, DEAD_PERIODS = 6000, 6000          # this computer has pauses of more than 1000 periods
 PERIOD_S, A_MM_S2 = 0.001, 500.0            # MAX_ACCELERATION x OFFSET_AV_RATIO of both
 FEED_MM_S, FASTEST_MM_S = 8.0, 15.0           # so fast that a slave that has to wait stays within max-behind of tracer-offset, 1 mm
 FOLLOW, DEAD, NO_MASTER, HOLD = 1, 4, 4, 0  # states of tracer-offset and tracer-slave, fault-code of the slave

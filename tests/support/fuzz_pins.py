@@ -88,6 +88,7 @@ class Bench:
             hal.set_p(name, value)
         self.settle()
         self.put("stock-tracker.0.define", 1)
+        self.settle()       # until then it is ready with the stock before
         end = time.monotonic() + FILL_S
         while time.monotonic() < end and not (self.read("stock-tracker.0.ready") and not self.read("stock-tracker.0.fault")):
             time.sleep(0.004)
