@@ -69,7 +69,7 @@ def test_no_more_wait_than_asked_for(most, room, expected):
 
 @pytest.mark.parametrize('arguments, text', [(['send', 'nowhere'], 'is not HOST:PORT'), (['send', '127.0.0.1:0'], 'is not HOST:PORT'),
                                              (['send', 'no.such.host.invalid:7134'], 'host no.such.host.invalid'),
-                                             (['receive', '127.0.0.1:7134', '--waiting', '0'], '--waiting 0 is not from 1 to 1000'),
+                                             (['receive', '127.0.0.1:7134', '--waiting', '0'], '--waiting 0 is not from 1 to 10000'),
                                              (['receive', '127.0.0.1:7134', '--channel', '9'], '--channel 9 is not from 0 to 7')])
 def test_what_cannot_be_carried_out(arguments, text):
     done = subprocess.run([str(ROOT / 'bin/chipwise'), 'link', *arguments], text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)

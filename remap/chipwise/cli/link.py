@@ -58,8 +58,8 @@ def run(options):
     """Runs until LinuxCNC ends it."""
     from chipwise.cli import CommandError, UsageError
     address = address_of(options.address)
-    if not 1 <= options.waiting <= 1000:
-        raise UsageError(f'link: --waiting {options.waiting} is not from 1 to 1000')
+    if not 1 <= options.waiting <= 10000:
+        raise UsageError(f'link: --waiting {options.waiting} is not from 1 to 10000')
     if not 0 <= options.channel <= 7:
         raise UsageError(f'link: --channel {options.channel} is not from 0 to 7')
     import hal
