@@ -14,7 +14,7 @@ from collections import Counter
 from pathlib import Path
 
 LIST = Path(__file__).resolve().parent.parent / "tests/long.txt"
-MACHINE_S, OTHERS_S = 900.0, 1700.0     # of a process of four that share two cores
+MACHINE_S, OTHERS_S = 650.0, 1350.0     # of a process of four that share two cores
 
 
 def group_of(classname, name):

@@ -60,24 +60,24 @@ def same_cuts(trace, wanted, off=2e-4):
     """Each feed ends where it should, and the traverses are as long, each but for a tenth, all but for a hundredth: of two links that take the
     same time, the last decimals of a word may choose the other one."""
     assert not trace.error, trace.error
-    cuts, ways = parted([(e.kind, e.b) for e in ends_of(trace.between("begin", "end"))])
-    wanted_cuts, wanted_ways = parted(wanted)
+    cuts, lengths = parted([(e.kind, e.b) for e in ends_of(trace.between("begin", "end"))])
+    wanted_cuts, wanted_lengths = parted(wanted)
     assert len(cuts) == len(wanted_cuts)
-    for cut, way, wanted_cut, wanted_way in zip(cuts, ways, wanted_cuts, wanted_ways):
-        assert math.dist(cut, wanted_cut) <= off and way == pytest.approx(wanted_way, rel=0.1, abs=off), (cut, way)
-    assert sum(ways) == pytest.approx(sum(wanted_ways), rel=0.01)
+    for cut, length, wanted_cut, wanted_length in zip(cuts, lengths, wanted_cuts, wanted_lengths):
+        assert math.dist(cut, wanted_cut) <= off and length == pytest.approx(wanted_length, rel=0.1, abs=off), (cut, length)
+    assert sum(lengths) == pytest.approx(sum(wanted_lengths), rel=0.01)
 
 
 def parted(moves):
     """Of [(kind, end)] from START the ends of the feeds, and how long the traverses before each of them are."""
-    at, ends, ways, way = START, [], [], 0.0
+    at, ends, lengths, length = START, [], [], 0.0
     for kind, end in moves:
         if kind == "feed":
             ends.append(end)
-            ways.append(way)
-        way = 0.0 if kind == "feed" else way + math.dist(at, end)
+            lengths.append(length)
+        length = 0.0 if kind == "feed" else length + math.dist(at, end)
         at = end
-    return ends, ways
+    return ends, lengths
 
 
 @pytest.mark.parametrize("unit", ["G21", "G20"])
