@@ -11,7 +11,7 @@ PYTHON = "/usr/bin/python3"
 
 BENCH = """
 loadrt threads name1=servo period1=1000000
-loadrt stock_tracker cell=0.25 size_x=60 size_y=40
+""" + halrig.COUNT_PERIODS + """loadrt stock_tracker cell=0.25 size_x=60 size_y=40
 loadrt volumetric_feed
 loadrt chipwise_guard
 loadrt chipwise_command
@@ -19,8 +19,6 @@ loadrt tracer
 loadrt tracer_offset
 loadrt tracer_slave
 loadrt tracer_model
-loadrt integ
-setp integ.0.in 1000
 addf chipwise-command.0 servo
 addf stock-tracker.0 servo
 addf volumetric-feed.0 servo
@@ -30,7 +28,6 @@ addf tracer-offset.0 servo
 addf tracer-slave.0 servo
 addf tracer-slave.0.pulse servo
 addf tracer-model.0 servo
-addf integ.0 servo
 start
 loadusr -w {python} {script} {seed} {steps}
 getp stock-tracker.0.fault

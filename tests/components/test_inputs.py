@@ -116,8 +116,8 @@ def test_an_axis_beside_xyz_that_turns_is_said_until_the_stock_is_defined_again(
 
 def test_a_machine_without_these_pins_reads_zeros(tmp_path):
     (tmp_path / "test.hal").write_text(
-        "loadrt threads name1=servo period1=1000000\nloadrt chipwise_inputs\naddf chipwise-inputs.0 servo\nstart\n"
-        "loadusr -w sleep 0.05\ngetp chipwise-inputs.0.pos-x\ngetp chipwise-inputs.0.turned\n")
+        f"loadrt threads name1=servo period1=1000000\nloadrt chipwise_inputs\naddf chipwise-inputs.0 servo\n{halrig.COUNT_PERIODS}start\n"
+        "loadusr -w sh $(SUPPORT)/wait_periods 4\ngetp chipwise-inputs.0.pos-x\ngetp chipwise-inputs.0.turned\n")
     done = halrig.halrun(["-f", "test.hal"], tmp_path)
     assert done.returncode == 0, done.stdout
     assert [line for line in done.stdout.splitlines() if line in ("0", "FALSE")] == ["0", "FALSE"], done.stdout

@@ -194,7 +194,7 @@ def test_units_that_cannot_be(tmp_path, units):
     """A fault, no crash; sound again with sound units and a stock."""
     text = f"""
 loadrt threads name1=servo period1=1000000
-loadrt stock_tracker size_x=60 size_y=40
+{halrig.COUNT_PERIODS}loadrt stock_tracker size_x=60 size_y=40
 loadrt volumetric_feed
 addf stock-tracker.0 servo
 addf volumetric-feed.0 servo
@@ -218,7 +218,7 @@ getp stock-tracker.0.mrr
 getp volumetric-feed.0.adaptive-feed
 setp stock-tracker.0.define 0
 setp stock-tracker.0.units-per-mm 1
-loadusr -w sleep 0.4
+loadusr -w sh $(SUPPORT)/wait_periods 4
 setp stock-tracker.0.define 1
 loadusr -w sh $(SUPPORT)/wait_pin stock-tracker.0.ready TRUE
 getp stock-tracker.0.fault-code
