@@ -46,7 +46,7 @@ def operate(tmp_path, steps, ini='mill.ini', edit='', before=':', home=True, spe
               f"-e '{edit or 'p;d'}' {ini}"
               " > scripted.ini && { linuxcnc -r scripted.ini; status=$?; " + MONITOR_ENDS + "exit $status; }")
     steps = [['home'], *steps] if home else steps
-    env = dict(os.environ, CHIPWISE_STEPS=json.dumps(steps), CHIPWISE_ANSWERS=str(answers))
+    env = dict(os.environ, CHIPWISE_STEPS=json.dumps(steps), CHIPWISE_ANSWERS=str(answers), CHIPWISE_PATIENCE=f'{0.8 * timeout:g}')
     env.pop('DISPLAY', None)
     done = subprocess.run([runner.SANDBOX, '--timeout', f'{timeout:g}', '--speed', f'{speed:g}', '--', 'sh', '-c', script], env=env,
                           text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)

@@ -62,7 +62,7 @@
 The pins of "until" and "over" are recorded every servo period (servo_record.py): however late a loaded machine lets this
 program look, nothing that was there for a period is missed.  Pins that are not there at the start are looked at live.
 
-The answers go to CHIPWISE_ANSWERS as one JSON list.
+The answers go to CHIPWISE_ANSWERS as one JSON list.  CHIPWISE_PATIENCE: s of real time that they may take.
 """
 
 import contextlib
@@ -94,7 +94,7 @@ LOOKING = ('until', 'over', 'sleep', 'pins', 'program')            # these do no
 IDLE_POLLS = 20             # a program that has been idle so often is over, however short it was
 SETTLE_S = 0.3      # the monitor's messages come this late at most
 # In real time, however fast the clock is: a busy computer takes that longer.
-PATIENCE_S = 240 * session.SPEED    # for all steps from the start, or a step "fresh", on
+PATIENCE_S = float(os.environ.get('CHIPWISE_PATIENCE', '240')) * session.SPEED     # for all steps from the start, or a step "fresh", on
 WAIT_S = 400 * session.SPEED        # for one
 FRESH = ('M252', 'M52 P0', 'G17 G21 G40 G49 G54 G80 G90 G91.1 G94 G97 G64 P0.01 M48 M5', 'G10 L2 P1 X0 Y0 Z0 R0', 'G92.1',
          'G53 G0 Z89.9', 'G53 G0 X0 Y0', 'T0 M6', 'M250 P-49 Q-49 R-59 I1 J1 K1')   # RS274NGC_STARTUP_CODE of the INI files, and more
