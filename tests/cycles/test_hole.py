@@ -152,6 +152,7 @@ def test_deterministic_and_cached():
 @pytest.mark.parametrize("changes, text", [
     (dict(tool_radius=0.0), "tool diameter 0 mm is not above 0 mm; load a tool with a diameter"),
     (dict(radius=-2.0), "radius I-2 mm is not above 0; use the radius of the hole"),
+    (dict(radius=1.0005), "radius I1.0005 mm is less than 0.005 mm larger than the tool radius 1 mm; use a larger I or a smaller tool"),
     (dict(radius=1.0), "radius I1 mm is not larger than the tool radius 1 mm; use I above 1 mm or a smaller tool"),
     (dict(bottom=3.0), "final depth Z3 mm is not below the clearance plane R2 mm; use Z below R or R above Z"),
     (dict(bottom=2.0), "final depth Z2 mm is not below the clearance plane R2 mm; use Z below R or R above Z"),

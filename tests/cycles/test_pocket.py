@@ -297,8 +297,8 @@ def test_the_same_request_gives_the_same_moves():
     (dict(depth_step=0.0), "depth per pass J0 mm is not above 0; use J above 0"),
     (dict(depth_step=1e-4), "depth per pass J0.0001 mm needs more than 1000 passes from R to Z; use a larger J"),
     (dict(tool_radius=0.0), "tool diameter 0 mm is not above 0 mm; load a tool with a diameter"),
-    (dict(tool_radius=25.0), "the tool (50 mm, with the side allowance 50 mm) fits nowhere in the pocket; use a smaller tool"),
-    (dict(loops=(BOX, rectangle(-1, -1, 61, 41))), "the tool (6 mm, with the side allowance 6 mm) fits nowhere in the pocket; use a "
+    (dict(tool_radius=25.0), "the tool (50 mm) fits nowhere in the pocket; use a smaller tool"),
+    (dict(loops=(BOX, rectangle(-1, -1, 61, 41))), "the tool (6 mm) fits nowhere in the pocket; use a "
                                                    "smaller tool"),
 ])
 def test_refused(changes, text):

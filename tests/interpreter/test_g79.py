@@ -194,7 +194,7 @@ REFUSED = [
     ("G79 Q100 Z6 R2 F600", "final depth Z6 mm with the floor allowance K0 mm is not below the clearance plane R2 mm; use a deeper Z, "
                             "a smaller K or a higher R"),
     ("G79 Q100 Z-6 R2 F600 I-1", "side allowance I-1 mm is negative; use I of 0 or more"),
-    ("G79 Q100 Z-6 R2 F600 I12", "the tool (6 mm, with the side allowance 30 mm) fits nowhere in the pocket; use a smaller tool"),
+    ("G79 Q100 Z-6 R2 F600 I12", "the tool (6 mm) with the side allowance I12 mm beside it fits nowhere in the pocket; use a smaller tool or a smaller I"),
     ("G79 Q100 Z-6 R2 F600 E0", "plunge feed E0 mm/min is not above 0; use E above 0, or leave it out for F/2"),
     ("G79 Q100 Z-6 R2 F600 J0", "depth per pass J0 mm is not above 0; use J above 0"),
     ("G79 Q100 Z-6 R2 F600 H5", "word H5 is not H0; H0 means do not chop; the chop size is #<_chipwise_chop_size>"),

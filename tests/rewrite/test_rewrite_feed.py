@@ -164,3 +164,30 @@ def test_a_wide_arc_is_divided_on_the_arc(tmp_path, machine, plane, words):
     arcs = two.end[two.kind == 2]
     radius = np.hypot(arcs[:, 0] - 50, arcs[:, 1] - 30 + 300 if plane == "G17" else arcs[:, 2] + 2 + 300)
     assert np.abs(radius - math.hypot(60, 300)).max() < 1e-4 and len(re.findall(r"^G[23] X", out, re.M)) > 3
+
+
+def test_a_traverse_with_an_f_changes_f(tmp_path, machine):
+    """The move behind it has the same rate as the one before: its F has to be written once more."""
+    text = HEAD + STOCK + "T3 M6\nS8000 M3\nG0 X-10 Y30 Z5\nG0 Z-2\nG1 X20 F400\nX50\nG0 Z5 F900\nG0 Z-2\nG1 X80\nG0 Z5\nM2\n"
+    _, two, out = rewritten(tmp_path, machine, text, "--feed", "12", "--split", "30")
+    assert "divided" not in out
+    assert feed_at(two, 40) == pytest.approx(600, rel=0.015) and feed_at(two, 70) == feed_at(two, 40)
+
+
+@pytest.mark.parametrize("before", ["G1 X30 F400", "G1 X20 F400\nG2 X30 I5"])
+def test_a_thread_keeps_its_lines(tmp_path, machine, before):
+    """G33 takes no F, and a line that repeats it is no G1; the F of the moves behind it is right all the same."""
+    text = HEAD + STOCK + f"T3 M6\nS8000 M3\nG0 X-10 Y30 Z5\nG0 Z-2\n{before}\nG33 X50 K0.1\nX60 K0.2\nG1 X90\nG0 Z5\nM2\n"
+    one, two, out = rewritten(tmp_path, machine, text, "--feed", "12")
+    proof.same_path(one, two)
+    assert "\nG33 X50 K0.1\nX60 K0.2\n" in out
+    assert feed_at(two, 10) == pytest.approx(600, rel=0.03) == feed_at(two, 80)
+
+
+@pytest.mark.parametrize("comp", ["G41.1 D6", "G42.1 D4"])
+def test_cutter_compensation_is_refused(tmp_path, machine, comp):
+    before, after = tmp_path / "a.ngc", tmp_path / "b.ngc"
+    before.write_text(HEAD + STOCK + f"T3 M6\nS8000 M3\nG0 X-20 Y20 Z5\nG0 Z-2\n{comp} G1 X-10 Y30 F400\nX110\nG40 Y50\nG0 Z5\nM2\n")
+    done = rewrite(before, after, machine, "--feed", "3")
+    assert done.status == 2 and "cutter compensation is on (G41, G42); write" in done.errors and re.search("line [89][)]$", done.errors), done.errors
+    assert not after.exists()

@@ -18,6 +18,7 @@ The records: records.py.
 """
 
 import array
+import functools
 import itertools
 import json
 import math
@@ -38,8 +39,10 @@ from chipwise.processes import die_with_parent, limit_memory                  # 
 
 BLOCK = 4096 * WIDTH
 MAX_POSITION_MM = 1e6
-# feed_mode of the interpreter's state, ten times the code: modes that are not checked
-_UNCHECKED = {930: "G93 (inverse time)", 950: "G95 (feed per revolution)"}
+# modes that are not checked, by feed_mode of the interpreter's state, ten times the code, and of the interpreter itself
+_INVERSE_TIME, _PER_REVOLUTION = "G93 (inverse time)", "G95 (feed per revolution)"
+_UNCHECKED = {930: _INVERSE_TIME, 950: _PER_REVOLUTION}
+_UNCHECKED_NOW = {1: _INVERSE_TIME, 2: _PER_REVOLUTION}
 
 
 class Canon(interpreter_process.Canon):
@@ -49,9 +52,9 @@ class Canon(interpreter_process.Canon):
         super().__init__(job)
         self.send, self.tools = send, tools
         self.records = array.array("d")
-        self.count = self.line = 0
+        self.count = self.line = self.seen = 0
         self.plane = 1
-        self.feed_rate = 0.0
+        self.feed_rate, self.unchecked = 0.0, None     # mm/min, and the mode it counts in if that is not judged
         self.spindle = self.tools.entry(0) if job["random"] else self.tools.of_number(job["tool"])
         self.g5x, self.g92, self.angle = (0.0,) * 3, (0.0,) * 3, 0.0
         self.sin, self.cos = 0.0, 1.0
@@ -80,7 +83,7 @@ class Canon(interpreter_process.Canon):
 
     def refuse(self, text, remedy, unfinished=False):
         if self.job["judged"] or unfinished:
-            self.stop = self.stop or [self.line, text, remedy, unfinished]
+            self.stop = self.stop or [self.line or self.seen + 1, text, remedy, unfinished]
             raise Stop(text)
 
     # ---- places ---------------------------------------------------------------------------------------------
@@ -139,27 +142,41 @@ class Canon(interpreter_process.Canon):
     # ---- moves ----------------------------------------------------------------------------------------------
 
     def next_line(self, state):
-        if state.feed_mode in _UNCHECKED:        # the modes are those after the line before
-            self.refuse(f"{_UNCHECKED[state.feed_mode]} is not judged", "use G94")
+        self._judge_feed_mode(_UNCHECKED.get(state.feed_mode))      # the modes are those after the line before
         if self.trace is None:
             self.line = state.sequence_number
+            self.seen = self.line or self.seen      # under G93 a line with F, which is remapped, has no number
+
+    def _judge_feed_mode(self, unchecked):
+        if unchecked:
+            self.refuse(f"{unchecked} is not judged", "use G94")
+
+    @functools.cached_property
+    def _interpreter(self):
+        """The interpreter as Python sees it, None where the INI file has no [PYTHON]."""
+        try:
+            import interpreter
+            return interpreter.this
+        except ImportError:
+            return None
 
     def straight_traverse(self, x, y, z, *rest):
-        self._axes(rest)
+        self._judge_move(rest)
         self._put(RAPID, x, y, z, 0.0)
         self.at = x, y, z
 
     def straight_feed(self, x, y, z, *rest):
-        self._axes(rest)
+        self._judge_move(rest)
         self._put(FEED, x, y, z, self.feed_rate)
         self.at = x, y, z
 
-    def _axes(self, rest):
+    def _judge_move(self, rest):
+        self._judge_feed_mode(self.unchecked)
         if any(rest[:3]):
             self.refuse("a rotary axis moves", "only X, Y and Z are judged")
 
     def arc_feed(self, x1, y1, cx, cy, turns, z1, *rest):
-        self._axes(rest)
+        self._judge_move(rest)
         order = ARC_AXES[self.plane]
         # place in the arc's own axes: first, second, along
         own = [self.at[i] for i in ((0, 1, 2), (1, 2, 0), (2, 0, 1))[self.plane - 1]]
@@ -194,6 +211,9 @@ class Canon(interpreter_process.Canon):
         self.refuse("the program probes (G38): what it finds is known on the machine only", "check the parts before and behind it")
 
     def set_feed_rate(self, rate):
+        """A line with an F that is remapped leaves the state of next_line() as it was (2.9), also if it has G93 or G95, which need one."""
+        if self._interpreter is not None:
+            self.unchecked = _UNCHECKED_NOW.get(int(self._interpreter.feed_mode))
         self.feed_rate = rate * INCH
 
     def dwell(self, seconds):

@@ -89,7 +89,10 @@ def check(request):
         raise CycleError("tool diameter {d} is not above 0 mm", "load a tool with a diameter", d=2 * r.tool_radius)
     if r.radius <= 0:
         raise CycleError("radius I{i} is not above 0", "use the radius of the hole", i=r.radius)
-    if r.radius - r.tool_radius < MIN_PATH_RADIUS:
+    if 0.0 < r.radius - r.tool_radius < MIN_PATH_RADIUS:
+        raise CycleError("radius I{i} is less than {least} larger than the tool radius {t}", "use a larger I or a smaller tool",
+                         i=r.radius, least=MIN_PATH_RADIUS, t=r.tool_radius)
+    if r.radius <= r.tool_radius:
         raise CycleError("radius I{i} is not larger than the tool radius {t}", "use I above {t} or a smaller tool",
                          i=r.radius, t=r.tool_radius)
     check_heights(r)

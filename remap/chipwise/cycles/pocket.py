@@ -137,8 +137,10 @@ def pocket_plan(request):
     found = machinable.machinable_regions(pocket, distance)
     missed = inaccessible(pocket, found, distance)
     if not found:
-        raise CycleError("the tool ({d}, with the side allowance {w}) fits nowhere in the pocket", "use a smaller tool",
-                         d=2 * r.tool_radius, w=2 * distance)
+        if r.side_allowance > 0.0:
+            raise CycleError("the tool ({d}) with the side allowance I{i} beside it fits nowhere in the pocket", "use a smaller tool or a smaller I",
+                             d=2 * r.tool_radius, i=r.side_allowance)
+        raise CycleError("the tool ({d}) fits nowhere in the pocket", "use a smaller tool", d=2 * r.tool_radius)
     driver = _Driver(r)
     waiting = [(region, region_tracks(region, r)) for region in found]
     while waiting:

@@ -32,15 +32,17 @@ class Modes(NamedTuple):
     plane: float = 17
     cutter_side: float = 40
     arc_distance: float = 91.1
-    cycle: float = 0            # 73, 76, 81 .. 89 while such a cycle is modal, else 0
+    cycle: float = 0            # 73, 74, 76, 81 .. 89 while such a cycle is modal, else 0
+    synchronised: float = 0     # of SYNCHRONISED while it is modal, else 0
     unclear: bool = False       # a G word on this line is an expression
 
 
+SYNCHRONISED = {33, 33.1, 74, 76, 84}        # motion that follows the spindle
 # which of Modes a G word sets
 _SETS = {float(code): name for name, codes in {
     "distance": (90, 91), "units": (20, 21), "plane": (17, 18, 19), "cutter_side": (40, 41, 41.1, 42, 42.1),
-    "arc_distance": (90.1, 91.1), "cycle": (0, 1, 2, 3, 33, 33.1, 73, 76, *range(80, 90))}.items() for code in codes}
-_CYCLES = {73, 76, *range(81, 90)}
+    "arc_distance": (90.1, 91.1), "cycle": (0, 1, 2, 3, 33, 33.1, 73, 74, 76, *range(80, 90))}.items() for code in codes}
+_CYCLES = {73, 74, 76, *range(81, 90)}
 
 
 def after_line(modes, text):
@@ -53,6 +55,8 @@ def after_line(modes, text):
             own["unclear"] = True
         elif value in _SETS:
             own[_SETS[value]] = value if _SETS[value] != "cycle" or value in _CYCLES else 0
+            if _SETS[value] == "cycle":
+                own["synchronised"] = value if value in SYNCHRONISED else 0
     return modes._replace(**own) if own else modes
 
 
@@ -61,7 +65,7 @@ def modes_by_line(source, subs, modes):
     result = []
     for number, text in enumerate(source, 1):
         if number not in subs and (modes.unclear or (("G" in text or "g" in text) and not only_comment(text)
-                                                     and (modes.cycle or not plain_move(text)))):    # that ends a cycle, no more
+                                                     and (modes.cycle or modes.synchronised or not plain_move(text)))):    # that ends a cycle, no more
             modes = after_line(modes, text)
         result.append(modes)
     return result

@@ -12,13 +12,12 @@ from typing import Callable, Optional
 from chipwise.check.reader import Machine, Unreadable
 from chipwise.errors import CycleError, format_length, unnamed
 from chipwise.rewrite import calls, cutting, depths, feed, flute, foreseen, proof
-from chipwise.rewrite.program import Program, read
+from chipwise.rewrite.program import SYNCHRONISED, Program, read
 from chipwise.rewrite.text import Writer
 from chipwise.rewrite.words import words_of
 from chipwise.settings import load_settings
 from chipwise.tools import load_tools
 
-SYNCHRONISED = {33, 33.1, 74, 76, 84}
 REPEATS = 8                     # of rewriting, with needles where the new program has been too deep,
 RESERVE_MM = 0.06               # each time with so much more of the flutes unused where the path is shifted
 
@@ -163,8 +162,8 @@ def still_too_deep(job, found):
 def write_feeds(order, job, progress):
     """JP3131045; -> (bytes, what is said)."""
     def rewrite(program, _anywhere):
-        fixed = [n for n, text in enumerate(program.source, 1)
-                 if any(letter == "G" and value in SYNCHRONISED for letter, value in words_of(text))]
+        fixed = [n for n, (text, modes) in enumerate(zip(program.source, program.modes), 1)
+                 if modes.synchronised or any(letter == "G" and value in SYNCHRONISED for letter, value in words_of(text))]
         return feed.rewrite(program, job.geometry, job.cell, order.rates, job.machine.speeds, fixed, progress)
 
     def check(program, edits, _figures):

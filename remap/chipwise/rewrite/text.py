@@ -26,6 +26,7 @@ from chipwise.rewrite.words import MOTION, active_comments, code, plain_move, wi
 MOST_SHOWN = 120            # characters of a line that is shown as a comment; LinuxCNC takes 255 bytes a line
 _OUR_CYCLES = {12, 13, 77, 78, 79}
 _SETTERS = {17, 18, 19, 20, 21, 90, 91, 90.1, 91.1, 94, 61, 61.1, 98, 99, 40}
+_WITHOUT_F = {33, 33.1, 76}     # the spindle alone sets their feed; G33 refuses an F
 _PLAIN_G = {*_OUR_CYCLES, *_SETTERS, 0, 1, 2, 3, 80, 73, 81, 82, 83, 85, 86, 89}
 
 
@@ -68,7 +69,7 @@ class Writer:
             elif number in blocks.subs:
                 self.out.line(text)
             else:
-                self._keep(text, steps)
+                self._keep(text, steps, self.program.modes[number - 1].synchronised)
                 if steps and (moves := self.edits.after.get(steps[-1])):
                     self._moves(steps[-1], moves, number)
         return bytes(self.out)
@@ -114,6 +115,9 @@ class Writer:
         if not 1 <= number <= len(self.source):
             raise Unreadable("a move that has to change is not written in this file", "write the program out without subs", number)
         text = self.source[number - 1]
+        if number <= len(self.program.modes) and self.program.modes[number - 1].cutter_side != 40:
+            raise Unreadable("its moves have to change, and cutter compensation is on (G41, G42)", "write the program with the tool's own path",
+                             number)
         if plain_move(text):
             return
         if text.lstrip().startswith("/"):
@@ -130,11 +134,11 @@ class Writer:
 
     # ---- lines ------------------------------------------------------------------------------------------------
 
-    def _keep(self, text, steps):
-        """[1], [4]"""
+    def _keep(self, text, steps, synchronised):
+        """[1], [4]; synchronised: of Modes."""
         plain = plain_move(text)
-        says_motion = plain[1] if plain else MOTION.search(code(text))
-        feeds = [s for s in steps if self.program.kind_of(s) != RAPID]
+        says_motion = synchronised or (plain[1] if plain else MOTION.search(code(text)))
+        feeds = [s for s in steps if self.program.kind_of(s) != RAPID and synchronised not in _WITHOUT_F]
         wanted = self.edits.feeds.get(feeds[0]) if len(steps) == 1 and feeds else None
         if steps and self.motion is not None and not says_motion and not self._cycle_of(steps):
             own = _g_of(self.program, steps[0])
@@ -154,7 +158,7 @@ class Writer:
                     raise Unreadable("its F is an expression, and has to change", "write F as a number", self.program.line_of(steps[0]))
                 text = changed
             self.feed = target if wanted is not None else None
-        elif not steps and self.feed is not None and any(letter == "F" for letter, _ in words_of(text)):
+        elif not feeds and self.feed is not None and any(letter == "F" for letter, _ in words_of(text)):
             self.feed = None
         if steps:
             self.at = self.program.end[self.program.first[steps[-1] + 1] - 1]
