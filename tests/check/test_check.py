@@ -190,6 +190,7 @@ BAD = {
     "endless moves": (SLOT.replace("G0 Z5\nM2", "o1 while [1]\nG1 X0\nG1 X1\no1 endwhile\nM2"), "computing time"),
     "binary": (b"\x7fELF\0\0\0\1" * 100, "not a text file"),
     "empty": ("", "empty"),
+    "byte order mark": (SLOT.encode("utf-8-sig"), "it begins with a byte order mark, which LinuxCNC refuses; save it as UTF-8 without one (line 1)"),
     "no m2": (SLOT.replace("M2\n", ""), "M2"),
     "unknown code": (SLOT.replace("G1 X110", "G1234 X110"), "line 7"),
     "unknown word": (SLOT.replace("G1 X110", "G1 X110 @@"), "line 7"),

@@ -56,6 +56,8 @@ def check_file(path):
         raise Unusable("it is empty", "name a G-code program")
     if b"\0" in head or head.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         raise Unusable("it is not a text file", "name a G-code program")
+    if head.startswith(codecs.BOM_UTF8):
+        raise Unusable("it begins with a byte order mark, which LinuxCNC refuses", "save it as UTF-8 without one", 1)
 
 
 def readable(path, folder):
