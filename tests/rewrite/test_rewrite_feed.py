@@ -191,3 +191,29 @@ def test_cutter_compensation_is_refused(tmp_path, machine, comp):
     done = rewrite(before, after, machine, "--feed", "3")
     assert done.status == 2 and "cutter compensation is on (G41, G42); write" in done.errors and re.search("line [89][)]$", done.errors), done.errors
     assert not after.exists()
+
+
+@pytest.mark.parametrize("home", ["G28 Z9", "G30 Z9", "G0 G53 Z9"])
+def test_a_line_of_its_own_motion_stays(tmp_path, machine, home):
+    """Behind a changed move; the line behind it still has to repeat G1."""
+    text = HEAD + STOCK + f"T3 M6\nS8000 M3\nG0 X-10 Y30 Z5\nG0 Z-2\nG1 X50 F400\nG2 X70 I10\n{home}\nM2\n"
+    one, two, out = rewritten(tmp_path, machine, text, "--feed", "12")
+    proof.same_path(one, two)
+    assert f"\n{home}\n" in out
+
+
+def test_the_motion_mode_behind_g28(tmp_path, machine):
+    text = HEAD + STOCK + "T3 M6\nS8000 M3\nG0 X-10 Y30 Z9\nG28.1\nG1 Z-2 F400\nX50\nG28 Z9\nX-20 Y50\nM2\n"
+    one, two, out = rewritten(tmp_path, machine, text, "--feed", "12")
+    proof.same_path(one, two)
+    assert "\nG28 Z9\n" in out
+
+
+@pytest.mark.parametrize("body, said", [("G7\nG1 X220 F400\nG8", "X is a diameter (G7); write the program with G8 (line 8)"),
+                                        ("G1 X0 F400\nG5 I0 J3 P0 Q-3 X30 Y30", "they are those of G5; write them as G0 to G3 (line 8)")])
+def test_other_motion_is_refused(tmp_path, machine, body, said):
+    before, after = tmp_path / "a.ngc", tmp_path / "b.ngc"
+    before.write_text(HEAD + STOCK + f"T3 M6\nS8000 M3\nG0 X-10 Y30 Z5\nG0 Z-2\n{body}\nG0 Z5\nM2\n")
+    done = rewrite(before, after, machine, "--feed", "3")
+    assert done.status == 2 and done.errors.endswith(said), done.errors
+    assert not after.exists()

@@ -33,6 +33,7 @@ class Modes(NamedTuple):
     cutter_side: float = 40
     arc_distance: float = 91.1
     cycle: float = 0            # 73, 74, 76, 81 .. 89 while such a cycle is modal, else 0
+    diameter: float = 8         # 7: X is a diameter
     synchronised: float = 0     # of SYNCHRONISED while it is modal, else 0
     unclear: bool = False       # a G word on this line is an expression
 
@@ -41,7 +42,7 @@ SYNCHRONISED = {33, 33.1, 74, 76, 84}        # motion that follows the spindle
 # which of Modes a G word sets
 _SETS = {float(code): name for name, codes in {
     "distance": (90, 91), "units": (20, 21), "plane": (17, 18, 19), "cutter_side": (40, 41, 41.1, 42, 42.1),
-    "arc_distance": (90.1, 91.1), "cycle": (0, 1, 2, 3, 33, 33.1, 73, 74, 76, *range(80, 90))}.items() for code in codes}
+    "arc_distance": (90.1, 91.1), "diameter": (7, 8), "cycle": (0, 1, 2, 3, 33, 33.1, 73, 74, 76, *range(80, 90))}.items() for code in codes}
 _CYCLES = {73, 74, 76, *range(81, 90)}
 
 

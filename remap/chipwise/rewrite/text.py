@@ -27,6 +27,8 @@ MOST_SHOWN = 120            # characters of a line that is shown as a comment; L
 _OUR_CYCLES = {12, 13, 77, 78, 79}
 _SETTERS = {17, 18, 19, 20, 21, 90, 91, 90.1, 91.1, 94, 61, 61.1, 98, 99, 40}
 _WITHOUT_F = {33, 33.1, 76}     # the spindle alone sets their feed; G33 refuses an F
+_BESIDE_MOTION = {28, 30}       # traverses that take no motion word and leave the motion mode
+_OTHER_MOTION = {5, 5.1, 5.2, 5.3, 28, 30, 33, 33.1, 74, 76, 84, 87, 88}
 _PLAIN_G = {*_OUR_CYCLES, *_SETTERS, 0, 1, 2, 3, 80, 73, 81, 82, 83, 85, 86, 89}
 
 
@@ -115,9 +117,12 @@ class Writer:
         if not 1 <= number <= len(self.source):
             raise Unreadable("a move that has to change is not written in this file", "write the program out without subs", number)
         text = self.source[number - 1]
-        if number <= len(self.program.modes) and self.program.modes[number - 1].cutter_side != 40:
+        modes = self.program.modes[number - 1]
+        if modes.cutter_side != 40:
             raise Unreadable("its moves have to change, and cutter compensation is on (G41, G42)", "write the program with the tool's own path",
                              number)
+        if modes.diameter == 7:
+            raise Unreadable("its moves have to change, and X is a diameter (G7)", "write the program with G8", number)
         if plain_move(text):
             return
         if text.lstrip().startswith("/"):
@@ -127,6 +132,8 @@ class Writer:
             raise Unreadable("its moves have to change, and it sets a parameter", "give that a line of its own", number)
         for letter, value in words_of(text):
             plain = letter in "NXYZIJKRFPLQDEH" or (letter == "G" and value in _PLAIN_G)
+            if letter == "G" and value in _OTHER_MOTION:
+                raise Unreadable(f"its moves have to change, and they are those of G{value:g}", "write them as G0 to G3", number)
             if not plain:
                 what = f"{letter}{value:g}" if value is not None else letter
                 raise Unreadable(f"its moves have to change, and {what} on the same line is more than a move",
@@ -138,6 +145,8 @@ class Writer:
         """[1], [4]; synchronised: of Modes."""
         plain = plain_move(text)
         says_motion = synchronised or (plain[1] if plain else MOTION.search(code(text)))
+        if not plain and any(letter == "G" and value in _BESIDE_MOTION for letter, value in words_of(text)):
+            return self._pass(text, steps)
         feeds = [s for s in steps if self.program.kind_of(s) != RAPID and synchronised not in _WITHOUT_F]
         wanted = self.edits.feeds.get(feeds[0]) if len(steps) == 1 and feeds else None
         if steps and self.motion is not None and not says_motion and not self._cycle_of(steps):
@@ -160,6 +169,10 @@ class Writer:
             self.feed = target if wanted is not None else None
         elif not feeds and self.feed is not None and any(letter == "F" for letter, _ in words_of(text)):
             self.feed = None
+        self._pass(text, steps)
+
+    def _pass(self, text, steps):
+        """A line as it is."""
         if steps:
             self.at = self.program.end[self.program.first[steps[-1] + 1] - 1]
         self.out.line(text)
