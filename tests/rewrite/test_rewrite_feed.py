@@ -166,9 +166,10 @@ def test_a_wide_arc_is_divided_on_the_arc(tmp_path, machine, plane, words):
     assert np.abs(radius - math.hypot(60, 300)).max() < 1e-4 and len(re.findall(r"^G[23] X", out, re.M)) > 3
 
 
-def test_a_traverse_with_an_f_changes_f(tmp_path, machine):
+@pytest.mark.parametrize("traverse", ["G0 Z5 F900", "G28 Z5 F900"])
+def test_a_traverse_with_an_f_changes_f(tmp_path, machine, traverse):
     """The move behind it has the same rate as the one before: its F has to be written once more."""
-    text = HEAD + STOCK + "T3 M6\nS8000 M3\nG0 X-10 Y30 Z5\nG0 Z-2\nG1 X20 F400\nX50\nG0 Z5 F900\nG0 Z-2\nG1 X80\nG0 Z5\nM2\n"
+    text = HEAD + STOCK + f"T3 M6\nS8000 M3\nG0 X-10 Y30 Z5\nG28.1\nG0 Z-2\nG1 X20 F400\nX50\n{traverse}\nG0 Z-2\nG1 X80\nG0 Z5\nM2\n"
     _, two, out = rewritten(tmp_path, machine, text, "--feed", "12", "--split", "30")
     assert "divided" not in out
     assert feed_at(two, 40) == pytest.approx(600, rel=0.015) and feed_at(two, 70) == feed_at(two, 40)

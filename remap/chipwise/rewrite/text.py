@@ -145,15 +145,14 @@ class Writer:
         """[1], [4]; synchronised: of Modes."""
         plain = plain_move(text)
         says_motion = synchronised or (plain[1] if plain else MOTION.search(code(text)))
-        if not plain and any(letter == "G" and value in _BESIDE_MOTION for letter, value in words_of(text)):
-            return self._pass(text, steps)
+        beside = not plain and any(letter == "G" and value in _BESIDE_MOTION for letter, value in words_of(text))
         feeds = [s for s in steps if self.program.kind_of(s) != RAPID and synchronised not in _WITHOUT_F]
         wanted = self.edits.feeds.get(feeds[0]) if len(steps) == 1 and feeds else None
-        if steps and self.motion is not None and not says_motion and not self._cycle_of(steps):
+        if steps and self.motion is not None and not (says_motion or beside or self._cycle_of(steps)):
             own = _g_of(self.program, steps[0])
             if own != self.motion:
                 text = with_word(text, own)
-        if steps or says_motion:
+        if steps and not beside or says_motion:
             self.motion = None
         if feeds and (wanted is not None or self.feed is not None):
             own = float(self.program.feed[self.program.first[feeds[0]]])
@@ -169,10 +168,6 @@ class Writer:
             self.feed = target if wanted is not None else None
         elif not feeds and self.feed is not None and any(letter == "F" for letter, _ in words_of(text)):
             self.feed = None
-        self._pass(text, steps)
-
-    def _pass(self, text, steps):
-        """A line as it is."""
         if steps:
             self.at = self.program.end[self.program.first[steps[-1] + 1] - 1]
         self.out.line(text)
