@@ -143,6 +143,10 @@ class Ini:
         except ValueError as error:
             raise CycleError(f"[TRAJ]LINEAR_UNITS = {braceless(text)} is not a unit", "use mm or inch") from error
 
+    def startup_codes(self) -> str:
+        """Codes in force when LinuxCNC has started: its unit, and [RS274NGC]RS274NGC_STARTUP_CODE."""
+        return ("G20 " if self.units_per_mm() < 0.1 else "G21 ") + self.text("RS274NGC", "RS274NGC_STARTUP_CODE").upper()
+
     def servo_period_s(self) -> float:
         """[EMCMOT]SERVO_PERIOD in s."""
         return (self.number("EMCMOT", "SERVO_PERIOD") or 1e6) * 1e-9

@@ -130,6 +130,11 @@ def test_the_model_is_never_overwritten(model):
     assert done.returncode == 2 and "is the model itself" in done.stderr and open(model, "rb").read() == before
 
 
+def test_the_figures_do_not_overwrite_the_program(model, tmp_path):
+    done = surface(model, "-o", tmp_path / "out.ngc", "--tool", 4, "--step", 1, "--json", tmp_path / "." / "out.ngc")
+    assert done.returncode == 2 and "-o and --json are the same file" in done.stderr and not (tmp_path / "out.ngc").exists()
+
+
 @pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGINT, signal.SIGKILL])
 def test_stopped(tmp_path, how):
     """A large model under way: stopped at once, the old program is still there."""

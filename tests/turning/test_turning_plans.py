@@ -262,6 +262,52 @@ def test_a_tool_without_its_geometry_is_refused(turn, tmp_path, key, words):
     assert status == 2 and words in said, said
 
 
+@pytest.mark.parametrize("tool, allowance, radius", [(4, 0.3, 30), (2, 0.6, 30), (4, 0.6, 15)])
+def test_a_face_is_finished_to_the_axis(turn, tmp_path, tool, allowance, radius):
+    """The holder beside the nose meets the allowance of a large face while it is cut from the axis: what stays then is cut afterwards."""
+    bar_, part = bar(2 * radius + 4, 1), f"G0 X0 Z0\nG1 X{radius}\nG1 Z-20\n"
+    text = program(part, bar_, tools=f"ROUGH=1,FINISH={tool}", call=G26.replace("I0.3", f"I{allowance}"))
+    _, plan, said = turn(text, "-o", str(tmp_path / "out.ngc"))
+    assert all(r["z"][1] < -19.0 for r in plan["residue"]), said
+    cut = sorted({round(x, 2) for _, kind, points in moves((tmp_path / "out.ngc").read_text(), 1.0) if kind == "feed" for z, x in points if abs(z) < 1e-5 and x < radius})
+    assert cut[0] <= 0.0 and cut[-1] >= radius - 0.5 and max(b - a for a, b in zip(cut, cut[1:])) < 0.11      # sampled 0.05 mm apart
+
+
+def test_what_stays_in_front_of_the_face_is_residue(turn, tmp_path):
+    (tmp_path / "steps.toml").write_text('steps = ["face", "rough outside"]\n')
+    status, plan, said = turn(program(PIN, bar(z=1)), "--steps", str(tmp_path / "steps.toml"))
+    assert status == 1 and plan["residue"][0]["z"][1] == pytest.approx(0.3, abs=1e-5), said
+    _, plan, said = turn(program(BORED, bar(d=30, z=1, bore=",BORE=14"), tools="ROUGH=1"), "--steps", str(tmp_path / "steps.toml"))
+    assert plan["residue"][0]["height_mm"] == pytest.approx(14.3 - 7.0, abs=0.01), said
+
+
+@pytest.mark.parametrize("bottom", ["G0 X0 Z-25\nG1 X8 Z-20\n", "G0 X0 Z-25\nG1 X6.3 Z-21.2145\n", "G0 X0 Z-25\nG2 X8 Z-17 I0 K8\n"])
+def test_a_bore_that_ends_on_the_axis_is_drilled(turn, tmp_path, bottom):
+    """In a cone or a ball the drill goes as deep as its point stays inside by the allowance."""
+    _, plan, said = turn(program(bottom + "G1 Z0\nG1 X14\nG1 Z-40\n", bar(z=1), tools=INSIDE), "-o", str(tmp_path / "out.ngc"))
+    drill = next(s for s in plan["steps"] if s["name"] == "drill")
+    assert drill["needed"] and -24.7 <= drill["z"][0] < -21.0, said
+    assert sum(r["area_mm2"] for r in plan["residue"] if r["side"] == "inside") < 8.0, said
+
+
+@pytest.mark.parametrize("ini, same", [("lathe.ini", "G21 G7"), ("lathe_inch.ini", "G20 G7")])
+def test_the_codes_of_the_machine_s_start_count(turn, tmp_path, ini, same):
+    """A program without G20, G21, G7 and G8 is planned in those that the INI file begins with."""
+    text, ini = scaled(program(SHAFT, bar()), 25.4 if "G20" in same else 1.0, True), os.path.join(ROOT, "configs", ini)
+    bare = re.sub(r"G2[01] G18 G7", "G18", text)
+    assert bare != text
+    for number, source in enumerate((text, bare)):
+        assert turn(source, "--ini", ini, "-o", str(tmp_path / f"{number}.ngc"))[0] == 1
+    assert (tmp_path / "0.ngc").read_text() == (tmp_path / "1.ngc").read_text()
+
+
+def test_an_offset_after_a_barrier_is_refused(turn):
+    """G22 stays where the machine is, and chipwise turn does not know the offsets."""
+    status, _, said = turn(program(SHAFT, bar(), more="G22 X40 Z-40\nG55\n"))
+    assert status == 2 and "the work offset changes after G22" in said
+    assert turn(program(SHAFT, bar(), more="G55\nG22 X40 Z-40\n"))[0] == 1
+
+
 @pytest.mark.parametrize("name", ["turning_shaft", "turning_flange", "turning_half"])
 def test_the_samples_are_planned_drawn_and_written(tmp_path, capsys, name):
     path = os.path.join(ROOT, "nc_files", name + ".ngc")
@@ -278,6 +324,12 @@ def test_the_program_itself_is_not_overwritten(tmp_path, capsys):
     path.write_text(program(SHAFT, bar()))
     assert cli.main(["turn", str(path), "-o", str(path)]) == 2
     assert "is the program itself" in capsys.readouterr().err and path.read_text() == program(SHAFT, bar())
+
+
+def test_the_plan_as_data_does_not_overwrite_the_program(tmp_path, capsys):
+    (tmp_path / "part.ngc").write_text(program(SHAFT, bar()))
+    assert cli.main(["turn", str(tmp_path / "part.ngc"), "-o", str(tmp_path / "out.ngc"), "--json", str(tmp_path / "out.ngc")]) == 2
+    assert "-o and --json are the same file" in capsys.readouterr().err and not (tmp_path / "out.ngc").exists()
 
 
 def test_steps_in_another_order(turn, tmp_path):

@@ -36,6 +36,11 @@ def is_same_file(path, other):
     return os.path.exists(path) and os.path.exists(other) and os.path.samefile(path, other)
 
 
+def is_same_output(path, other):
+    """Whether two outputs, which need not exist yet, are one file; None and - are no files."""
+    return bool(path and other and path != '-') and os.path.realpath(path) == os.path.realpath(other)
+
+
 def write_whole(path, content):
     """Write a file, text or bytes, with the rights of an ordinary one.  Raises OSError."""
     handle, scratch = tempfile.mkstemp(dir=os.path.dirname(path) or '.', prefix=PREFIX)

@@ -16,7 +16,7 @@ import sys
 import time
 
 from chipwise.cli.machine_options import Progress, add_ini, refuser
-from chipwise.cli.output import is_same_file, unwritable, write_output
+from chipwise.cli.output import is_same_file, is_same_output, unwritable, write_output
 from chipwise.cli.surface_job import is_job, read_job
 from chipwise.cli.surface_program import LENGTHS, figures_of, planned, program_text, unit_of
 from chipwise.errors import CycleError, printable
@@ -129,6 +129,8 @@ def check_options(options):
 
 def check_outputs(options):
     """UsageError for files that cannot be written, or must not be."""
+    if is_same_output(options.output, options.json):
+        refuse(f'-o and --json are the same file, {options.json}; name another one')
     for path in filter(None, (options.output, options.json)):
         if unwritable(path):
             refuse('; '.join(unwritable(path)))

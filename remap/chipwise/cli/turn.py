@@ -14,7 +14,7 @@ import os
 from chipwise import ROOT
 from chipwise.cli import UsageError
 from chipwise.cli.machine_options import refuser
-from chipwise.cli.output import is_same_file, unwritable, write_output
+from chipwise.cli.output import is_same_file, is_same_output, unwritable, write_output
 from chipwise.errors import CycleError, braceless, unnamed
 from chipwise.files import read_bytes
 from chipwise.ini import Ini
@@ -50,7 +50,7 @@ def run(options):
         path = options.ini or os.environ.get('INI_FILE_NAME') or os.path.join(ROOT, 'configs', 'lathe.ini')
         machine = Machine(Ini(path), load_settings(path), path)
         program = read_program(options.program)
-        request = read_request(program)
+        request = read_request(program, machine.startup)
         unit = request.unit
         order = make_order(job_of(options.program, request, machine), program, request, machine,
                            read_steps(options.steps) if options.steps else machine.steps)
@@ -91,6 +91,8 @@ def check_options(options):
     """UsageError for files that cannot be written, before any work."""
     if options.output and not options.output.lower().endswith(SUFFIXES):
         refuse(f'-o {options.output} is neither a picture nor a program; use .svg or .ngc')
+    if is_same_output(options.output, options.json):
+        refuse(f'-o and --json are the same file, {options.json}; name another one')
     for name, path in (('-o', options.output), ('--json', options.json)):
         if not path or path == '-':
             continue

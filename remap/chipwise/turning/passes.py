@@ -163,10 +163,12 @@ class Path:
         self.feed(z, x)
 
     def can_leave(self, path, b):
-        """Whether a move to the upper right is over what has just been cut, where a cut along `path` that began at b has ended."""
+        """Whether a move to the upper right is over what has just been cut, where a cut along `path` that began at b has ended, and over what is
+        beyond b."""
         gap = self.work.clearance
-        over = above(clip(path, self.z + ROUNDING_MM, self.z + gap), [segment(self.z, self.x, self.z + gap, self.x + gap)], ROUNDING_MM)
-        return self.z + gap <= b and not over and self.x + gap <= self.work.roof
+        end, beyond = self.z + gap, upper(self.work.contact, self.work.block)
+        below = [*clip(path, self.z + ROUNDING_MM, min(b, end)), *clip(beyond, max(b, self.z + ROUNDING_MM), end)]
+        return not above(below, [segment(self.z, self.x, end, self.x + gap)], ROUNDING_MM) and self.x + gap <= self.work.roof
 
     def leave(self, path, b):
         """Away from the work, if it can be."""

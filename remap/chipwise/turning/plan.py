@@ -14,12 +14,12 @@ import math
 from dataclasses import dataclass
 
 from chipwise.errors import CycleError
-from chipwise.turning.graph import above, clip
+from chipwise.turning.graph import above, clip, flat, negative, upper
 from chipwise.turning.state import ORDER, State
 from chipwise.turning.steps import STEPS
 
 MISSING_MM = 0.01       # the blank may be smaller than the part by so much
-RESIDUE_MM = 0.003      # thinner residue is not listed
+RESIDUE_MM = 0.003      # thinner residue is not listed, nor of a smaller area than its square
 
 
 @dataclass(frozen=True)
@@ -83,12 +83,18 @@ def _check(order):
 
 def _residue(state):
     """Residues outside and inside, from the right."""
-    for inside, wanted in ((False, state.order.part.outside), (True, state.order.part.bore)):
+    for inside, wanted in ((False, state.order.part.outside + _hole_in_front(state)), (True, state.order.part.bore)):
         stock = clip(state.stock[inside], state.order.part.z0, math.inf)
         for z0, z1, area, height in reversed(above(stock, wanted)):
-            if height > RESIDUE_MM:
+            if height > RESIDUE_MM and area > RESIDUE_MM ** 2:
                 lines = sorted({p.line for p in clip(wanted, z0, z1) if p.line})
                 yield Residue(z0, z1, area, height, inside, tuple(lines))
+
+
+def _hole_in_front(state):
+    """Graph of what may be in front of the face: nothing but the hole, to the axis where there is none."""
+    face, end = state.order.part.z1, state.domain[1]
+    return upper([flat(face, end, 0.0)], negative(clip(state.stock[True], face, end)))
 
 
 def total_length(steps):

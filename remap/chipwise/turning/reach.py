@@ -99,7 +99,7 @@ def falling_left(f, slope, z_low):
     for p in reversed(f):
         if p.z1 < z and not math.isinf(ray):
             parts.append([Piece(p.z1, z, 0.0, ray, slope)])
-        cuts = [p.z1, *[c for c in [_tangent(p, slope)] if c is not None and p.z0 < c < p.z1], p.z0]
+        cuts = [p.z1, *[c for c in [tangent(p, slope)] if c is not None and p.z0 < c < p.z1], p.z0]
         for b, a in zip(cuts, cuts[1:]):
             ray = max(ray, value(p, b) - slope * b)
             if b > a:
@@ -111,7 +111,7 @@ def falling_left(f, slope, z_low):
     return closed([p for part in reversed(parts) for p in part])
 
 
-def _tangent(p, slope):
+def tangent(p, slope):
     """z where an upper arc has this slope: there its distance above a ray is largest."""
     return p.zr - p.r * slope / math.hypot(1.0, slope) if p.r and p.side > 0 else None
 

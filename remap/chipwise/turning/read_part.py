@@ -91,13 +91,15 @@ def tools_of(request, machine):
 
 
 class Machine:
-    """What the plan needs of an INI file: ini, table and geometry (paths), unit_mm, close_gap, steps, rapid speed (mm/s), and drive (thread.Drive)."""
+    """What the plan needs of an INI file: ini, table and geometry (paths), unit_mm, close_gap, steps, rapid speed (mm/s), drive (thread.Drive),
+    and startup (codes in force before a program).
+    """
 
     def __init__(self, ini, settings, path):
         self.ini, self.table = path, ini.tool_table()
         if not self.table:
             raise CycleError("the INI file has no [EMCIO]TOOL_TABLE", "name the machine's INI file with --ini")
-        self.unit_mm = 1.0 / ini.units_per_mm()
+        self.unit_mm, self.startup = 1.0 / ini.units_per_mm(), ini.startup_codes()
         self.geometry, self.close_gap = settings.path("TOOL_GEOMETRY"), settings["CLOSE_GAP"]
         self.steps = read_steps(settings.path("TURNING_STEPS"))
         self.drive = _drive(ini, self.unit_mm)

@@ -18,6 +18,7 @@ FAR_MM = 1e4            # a barrier without K ends here, to the left
 _WORD = re.compile(r"([A-Z])\s*([-+]?(?:\d+\.?\d*|\.\d+))")
 _LATHE = re.compile(r"\(\s*LATHE\s*,([^)]*)\)", re.IGNORECASE)
 _KNOWN = "GQPIDEFHLN"
+_OFFSETS = {10.0, 54.0, 55.0, 56.0, 57.0, 58.0, 59.0, 59.1, 59.2, 59.3, 92.0, 92.1, 92.2, 92.3}
 
 
 @dataclass
@@ -53,15 +54,19 @@ def read_program(path):
         raise CycleError(f"{braceless(path)}: {error.strerror}", "open the program again") from error
 
 
-def read_request(text):
-    """Request of a program's text.  Raises CycleError naming the line."""
+def read_request(text, before=""):
+    """Request of a program's text.  before: codes in force when it begins (Ini.startup_codes()).  Raises CycleError naming the line."""
     request = Request()
+    _modes(request, *_split(before), before)
     request.roles = read_roles(text)
     for number, line in _program_lines(text):
         codes, words = _split(line)
         if codes & {22.0, 26.0, 27.0} and re.search(r"[#\[]", line):
             raise CycleError("the line holds an expression, which is read only when the program runs (line {line})", "write numbers", line=str(number))
         _modes(request, codes, words, line)
+        if request.barriers and codes & _OFFSETS:
+            raise CycleError("the work offset changes after G22: only the machine knows where the barrier is then (line {line})",
+                             "set the work offset before G22", line=str(number))
         if 22.0 in codes:
             request.barriers += (_barrier(request, words, number),)
         elif 23.0 in codes:

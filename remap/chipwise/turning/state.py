@@ -119,19 +119,20 @@ class State:
         return max(-highest(self.stock[True], face - CLEARANCE_MM, math.inf) - CLEARANCE_MM, 0.0) if self.stock[True] else 0.0
 
     def cut(self, step, path, tool, view, domain):
-        """Take a path's cuts from the stock, and its moves into the step."""
-        side = tool.inside
+        """Take a path's cuts from the stock, and add its moves to the step."""
+        side, done = tool.inside, len(step.moves)
         before = self.stock[side]
         left = view(before)
         for part, count in zip(path.cut, path.cut_at):
             left = reach.after(left, part, tool, domain)
-            step.cuts.append((count, view(left)))
+            step.cuts.append((done + count, view(left)))
         path.home(path.work.contact if path.cut else [])
         self.stock[side] = view(left)
-        step.removed = sum(a[2] for a in above(before, self.stock[side])) + _gone(before, self.stock[side])
-        step.start, step.moves = oriented(path, view is mirrored)
+        step.removed += sum(a[2] for a in above(before, self.stock[side])) + _gone(before, self.stock[side])
+        step.start, moves = oriented(path, view is mirrored)
+        step.moves = step.moves + moves
         flip = -1.0 if view is mirrored else 1.0
-        cut = [flip * z for part in path.cut for z in (part[0].z0, part[-1].z1)]
+        cut = [flip * z for part in path.cut for z in (part[0].z0, part[-1].z1)] + [step.z0, step.z1] * bool(done)
         step.z0, step.z1 = min(cut), max(cut)
         step.transverse = tuple(tuple(sorted((flip * a, flip * b))) for a, b in path.transverse)
         step.needed = True

@@ -20,6 +20,7 @@ ROUGH_MM = 0.05         # a roughing step leaves what is thinner
 FINISH_MM = 0.003       # a finishing step, too
 THICK, THIN_MM = 1.5, 0.3       # a finishing cut is thinner than so many allowances, and than so much at least
 TOOTH, TOOTH_MM = THICK - 1.0, 0.15     # of the allowance, and mm, less than a rapid keeps: may stay at a wall after each level, for the finish
+FINISHES = 3            # of a finishing tool, one after the other: each finds the stock lower that its holder has to be clear of
 PECK_MM = 0.25          # of feed before the bottom that a drill has made itself
 GROOVE_MM = 0.3         # a grooving tool does not come for less
 
@@ -42,7 +43,7 @@ def face(state, name):
     end = max((p.z1 for p in stock if max(value(p, p.z0), value(p, p.z1)) > 0.0), default=-math.inf)
     target = order.part.z1 + order.allowance
     if end - target <= FACED_MM:
-        return Step(name, False, f"the stock ends at Z{end:.3f}, the face is at Z{order.part.z1:.3f}")
+        return Step(name, False, f"the stock ends at Z{end:.3f} mm, the face is at Z{order.part.z1:.3f} mm")
     tools = [t for t in _tools(state, "rough", False) if t.towards < 0]
     if not tools:
         return _without(name, "rough", False)
@@ -73,17 +74,18 @@ def drill(state, name):
     z0, z1, room = order.part.bore[0].z0, order.part.z1, -highest(order.part.bore, *state.domain)
     drills = sorted((t for t in order.tools.get("drill", ()) if t.point_angle), key=lambda t: -t.diameter)
     now = -highest(clip(state.stock[True], z0 + ROUGH_MM, z1), *state.domain)
-    fitting = [t for t in drills if t.diameter / 2 <= room - order.allowance]
+    fitting = [t for t in drills if t.diameter / 2 <= room - order.allowance or not state.through and _deepest(state, t) <= z0 + order.allowance + _point(t)]
     if not drills or not fitting:
-        return Step(name, False, f"no drill is smaller than the bore, diameter {2 * room:.3f} mm" if drills else "no tool for it: none of role DRILL")
+        return Step(name, False, "no tool for it: none of role DRILL" if not drills else f"no drill is smaller than the bore, diameter {2 * room:.3f} mm"
+                    if room > ROUGH_MM else "the point of no drill fits into the end of the bore")
     tool = fitting[0]
     if now >= tool.diameter / 2 - ROUGH_MM:
         return Step(name, False, f"the bore is {2 * now:.3f} mm wide already")
     end = max(p.z1 for p in state.stock[True])
     radius = tool.diameter / 2
-    point = radius / math.tan(math.radians(tool.point_angle) / 2) if tool.point_angle < 180 else 0.0
+    point = _point(tool)
     tip = z0 - point - 2 * OVERRUN_MM if state.through and not highest(state.barrier[True], z0 - point - 4 * OVERRUN_MM, z0) > -math.inf \
-        else z0 + order.allowance
+        else max(z0 + order.allowance, _deepest(state, tool))
     if tip < z0:
         part = clip(part, z0, math.inf)
     shape = [segment(tip, 0.0, tip + point, -radius)] if point else []
@@ -98,11 +100,27 @@ def drill(state, name):
         return Step(name, False, f"the hole of {tool.diameter:g} mm is there already")
     if above(upper(part, state.barrier[True]), shape, passes.ROUNDING_MM):
         raise CycleError("a drill of {d} does not stay inside the bore", "use a smaller drill", d=tool.diameter)
-    step = Step(name, True, f"solid stock where the bore of {2 * room:.3f} mm is", tool, "inside, along the axis", tip, end)
+    step = Step(name, True, "solid stock where the bore is", tool, "inside, along the axis", tip, end)
     step.start, step.moves = (state.safe_z, 0.0), _pecks(end, tip, tool.depth, state.safe_z, PECK_MM if end >= state.faced else CLEARANCE_MM)
     state.stock[True] = state.given[True] = drilled
     step.removed = sum(a[2] for a in above(before, state.stock[True]))
     return step
+
+
+def _point(tool):
+    """Length of a drill's point, mm."""
+    return tool.diameter / 2 / math.tan(math.radians(tool.point_angle) / 2) if tool.point_angle < 180 else 0.0
+
+
+def _deepest(state, tool):
+    """The lowest place of a drill's tip at which its point stays inside of a bore that narrows towards its end, mm."""
+    part, rise = reach.disc(state.part[True], state.order.allowance), math.tan(math.radians(tool.point_angle) / 2)
+    tips = [-math.inf]
+    for z0, z1, _, _ in above(part, [flat(*state.domain, -tool.diameter / 2)], passes.ROUNDING_MM):
+        for p in clip(part, z0, z1):
+            touch = reach.tangent(p, -rise)
+            tips += [z + value(p, z) / rise for z in (p.z0, p.z1, touch) if z is not None and p.z0 <= z <= p.z1]
+    return max(tips)
 
 
 def _pecks(end, tip, depth, far, first):
@@ -133,33 +151,49 @@ def turn(state, name, role, inside, finishing, rest=False):
         return _without(name, role, inside)
     allowance, least = (0.0, FINISH_MM) if finishing else (0.0 if role == "undercut" else state.order.allowance, ROUGH_MM)
     for tool in tools:
-        keep = _out_of_reach(state, tool, reach.dilated(state.stock[True], tool, 0.0, state.domain)) if inside else []
-        work, view, framed, domain = state.work(tool, allowance, not finishing, keep)
+        step = _turned(state, name, tool, inside, finishing, allowance, least)
+        if step:
+            return step
+    return Step(name, False, f"nothing thicker than {least:g} mm is left within reach of " + " or ".join(f"T{t.number}" for t in tools))
+
+
+def _turned(state, name, tool, inside, finishing, allowance, least):
+    """Step of a tool, None if it has nothing to do.  A finish is made again where the holder could not go before the stock beside it was cut: the
+    allowance of a face keeps it from the axis."""
+    step = None
+    for _ in range(FINISHES if finishing else 1):
+        found = _path(state, name, tool, inside, finishing, allowance, least)
+        if found is None:
+            break
+        path, area, framed, view, domain = found
+        step = step or Step(name, True, f"{area:.2f} mm2 within its reach", tool,
+                            f"{'inside' if inside else 'outside'}, {_direction(path, tool)}" + (", along the profile" if finishing else ""))
+        state.cut(step, path, framed, view, domain)
+    return step
+
+
+def _path(state, name, tool, inside, finishing, allowance, least):
+    """(Path, mm2 within the tool's reach, tool, view and domain as of State.work()), None if it has nothing to do."""
+    keep = _out_of_reach(state, tool, reach.dilated(state.stock[True], tool, 0.0, state.domain)) if inside else []
+    work, view, framed, domain = state.work(tool, allowance, not finishing, keep)
+    regions = passes.worth(above(clip(work.contact, *domain), work.reach, passes.ROUNDING_MM), least)
+    if not regions:
+        return None
+    if tool.inside:
+        work = replace(work, roof=roof(state, framed, min(r[0] for r in regions)))
+    depth = min(state.order.depth, tool.depth, max(tool.holder_up, 0.0))
+    if _finished_later(state, name, inside):
+        work = replace(work, tooth=min(TOOTH * allowance, TOOTH_MM))
+    if finishing and inside:
+        keep = _thick(state, tool, work.contact, keep)
+        work, view, framed, domain = state.work(tool, allowance, False, keep)
         regions = passes.worth(above(clip(work.contact, *domain), work.reach, passes.ROUNDING_MM), least)
         if not regions:
-            continue
-        if tool.inside:
-            work = replace(work, roof=roof(state, framed, min(r[0] for r in regions)))
-        depth = min(state.order.depth, tool.depth, max(tool.holder_up, 0.0))
-        if _finished_later(state, name, inside):
-            work = replace(work, tooth=min(TOOTH * allowance, TOOTH_MM))
-        if finishing and inside:
-            keep = _thick(state, tool, work.contact, keep)
-            work, view, framed, domain = state.work(tool, allowance, False, keep)
-            regions = passes.worth(above(clip(work.contact, *domain), work.reach, passes.ROUNDING_MM), least)
-            if not regions:
-                continue
-        elif finishing:
-            _refuse_thick(state, tool, work.contact, keep)
-        path = passes.finish(work, domain, least) if finishing else passes.rough(work, domain, depth, least)
-        if path is None or not path.cut:
-            continue
-        side = "inside" if inside else "outside"
-        step = Step(name, True, f"{sum(r[2] for r in regions):.2f} mm2 within its reach", tool,
-                    f"{side}, {_direction(path, tool)}" + (", along the profile" if finishing else ""))
-        state.cut(step, path, framed, view, domain)
-        return step
-    return Step(name, False, f"nothing thicker than {least:g} mm is left within reach of " + " or ".join(f"T{t.number}" for t in tools))
+            return None
+    elif finishing:
+        _refuse_thick(state, tool, work.contact, keep)
+    path = passes.finish(work, domain, least) if finishing else passes.rough(work, domain, depth, least)
+    return (path, sum(r[2] for r in regions), framed, view, domain) if path and path.cut else None
 
 
 def _direction(path, tool):
@@ -219,7 +253,7 @@ def part_off(state, name):
     tool = tools[0]
     z = order.part.z0 - tool.nose - tool.flat
     if not stock or stock[0].z0 >= order.part.z0 - ROUGH_MM:
-        return Step(name, False, f"there is no bar behind the part, whose left end is at Z{order.part.z0:.3f}")
+        return Step(name, False, f"there is no bar behind the part, whose left end is at Z{order.part.z0:.3f} mm")
     hole = -highest(state.stock[True], z - tool.nose, z + tool.flat + tool.nose)
     x_to = max(hole - CLEARANCE_MM, 0.0) + (tool.nose if hole > 0 else 0.0)
     around = upper(stock, clip(state.part[False], order.part.z0, math.inf))
@@ -229,7 +263,7 @@ def part_off(state, name):
         raise CycleError("holder or barrier let the tool come to X{x} only behind the part", "use a longer blade, or leave more bar outside of the chuck",
                          x=limit)
     top = max(highest(reach.dilated(stock, tool, 0.0, state.domain), z, z), x_to) + CLEARANCE_MM
-    step = Step(name, True, f"bar behind the part, from Z{order.part.z0:.3f} on", tool, "outside, transverse", z - tool.nose, order.part.z0)
+    step = Step(name, True, f"bar behind the part, from Z{order.part.z0:.3f} mm on", tool, "outside, transverse", z - tool.nose, order.part.z0)
     step.start = (state.safe_z + tool.nose, state.safe_x + tool.nose)
     step.moves = [Move("rapid", z, step.start[1]), Move("rapid", z, top), Move("feed", z, x_to), Move("rapid", z, step.start[1]),
                   Move("rapid", *step.start)]

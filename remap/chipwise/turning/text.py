@@ -24,11 +24,16 @@ def report(plan, request, rapid_mm_s):
         yield NOTHING
     yield (f"{len(needed)} of {len(plan.steps)} steps, feed {total_length(needed) * scale:.1f} {unit}, "
            f"{sum(seconds(s, request, rapid_mm_s) for s in needed):.1f} s")
-    yield f"residue: {len(plan.residue)}" + (f", {sum(r.area for r in plan.residue) * scale ** 2:.4f} {unit}2" if plan.residue else "")
+    yield f"residue: {len(plan.residue)}" + (f", {_area(sum(r.area for r in plan.residue), request)}" if plan.residue else "")
     for r in plan.residue:
         lines = ("line " if len(r.lines) == 1 else "lines ") + ", ".join(map(str, r.lines)) if r.lines else "no line"
-        yield (f"   {'inside' if r.inside else 'outside'} Z{r.z1 * scale:.3f} to Z{r.z0 * scale:.3f}  {r.area * scale ** 2:.4f} {unit}2  "
+        yield (f"   {'inside' if r.inside else 'outside'} Z{r.z1 * scale:.3f} to Z{r.z0 * scale:.3f}  {_area(r.area, request)}  "
                f"{r.height * scale:.3f} {unit} at most  {lines}")
+
+
+def _area(mm2, request):
+    """An area in the program's unit: 0.0001 mm2, and as fine in inch."""
+    return f"{mm2:.4f} mm2" if request.unit == "mm" else f"{mm2 / request.scale ** 2:.7f} in2"
 
 
 def summary(plan, request, rapid_mm_s):
