@@ -37,7 +37,7 @@ def is_same_file(path, other):
 
 
 def is_same_output(path, other):
-    """Whether two outputs, which need not exist yet, are one file; None and - are no files."""
+    """Whether two outputs, which need not exist yet, are one file; False for None and -."""
     return bool(path and other and path != '-') and os.path.realpath(path) == os.path.realpath(other)
 
 

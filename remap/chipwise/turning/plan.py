@@ -14,7 +14,7 @@ import math
 from dataclasses import dataclass
 
 from chipwise.errors import CycleError
-from chipwise.turning.graph import above, clip, flat, negative, upper
+from chipwise.turning.graph import above, clip, flat, negative, value
 from chipwise.turning.state import ORDER, State
 from chipwise.turning.steps import STEPS
 
@@ -92,9 +92,10 @@ def _residue(state):
 
 
 def _hole_in_front(state):
-    """Graph of what may be in front of the face: nothing but the hole, to the axis where there is none."""
-    face, end = state.order.part.z1, state.domain[1]
-    return upper([flat(face, end, 0.0)], negative(clip(state.stock[True], face, end)))
+    """Graph of what may be in front of the face: nothing but the hole, to the axis where there is none.  Facing has cut it off: there it is as at its end."""
+    face, hole = state.order.part.z1, state.stock[True]
+    end = hole[-1].z1 if hole else -math.inf
+    return [*negative(clip(hole, face, math.inf)), flat(max(face, end), state.domain[1], -value(hole[-1], end) if hole else 0.0)]
 
 
 def total_length(steps):
