@@ -41,9 +41,11 @@ struct chip_height_map {
     const float *x;                    /* nx, mm from x0: i * cell */
     const float *shift_x;              /* ny, mm: shift of row j in X, 0 .. cell [1] */
     const float *shift_y;              /* nx, mm: shift of column i in Y */
-    const double *needle_x, *needle_y; /* mm, single needles besides, X rising; see needles.h */
+    const double *needle_x, *needle_y; /* mm, single needles besides, strip by strip of Y, in each X rising; see needles.h */
     float *needle_height;              /* mm */
-    int32_t needles, pad;
+    const int32_t *strip;              /* strips + 1: the first needle of each, and their number */
+    double strip_y, strip_width;       /* mm, where the first begins, and how wide each is */
+    int32_t needles, strips;
 };
 
 /* A tool as in tool.h; the holder is a cylinder above it. */

@@ -248,3 +248,23 @@ def test_times_closed_forms():
     assert parts.sum() == pytest.approx(whole.sum(), rel=1e-6)
     stops, _ = times([0.1] * 1000, [50.0] * 1000, [500.0] * 1000, [0.0] * 1000, 0.0)
     assert stops.sum() == pytest.approx(1000 * 2 * math.sqrt(0.1 / 500))
+
+
+def test_single_needles_in_strips_are_found_and_cut_as_each_alone():
+    """The same heights and the same deepest contact as with each needle in a map of its own; in a box there are those that are in it."""
+    for case in range(COUNT):
+        rng = np.random.default_rng([SEED, case, 7])
+        places = rng.uniform((-2, -2), (42, 32), (int(rng.choice([1, 40, 900])), 2))
+        tool, path = Shape(6.0, float(rng.choice([0.0, 1.0, 3.0]))), rng.uniform((-5, -5, -9), (45, 35, 2), (12, 3))
+        stock, own = HeightMap((0, 0, -10), (40, 30, 0), 1.0), HeightMap((0, 0, -10), (40, 30, 0), 1.0)
+        stock.add_needles(places)
+        own.height[:] = stock.height[:] = stock.z_min
+        for low, high in np.sort(rng.uniform(-6, 46, (20, 2, 2)), axis=1):
+            inside = ((stock.needles >= low) & (stock.needles <= high)).all(axis=1)
+            assert np.sort(stock.needles_in(low, high)).tolist() == np.flatnonzero(inside).tolist(), (SEED, case)
+        met, deepest = stock.cut(tool, path[0], path[1:])["depth"], np.zeros(len(path) - 1, np.float32)
+        for number in rng.permutation(len(places))[:100] if len(places) > 100 else range(len(places)):
+            own.add_needles(stock.needles[[number]])
+            deepest = np.maximum(deepest, own.cut(tool, path[0], path[1:])["depth"])
+            assert own.needle_height[0] == stock.needle_height[number], (SEED, case)
+        assert (met == deepest).all() if len(places) <= 100 else (met >= deepest).all(), (SEED, case)

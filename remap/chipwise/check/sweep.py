@@ -16,6 +16,7 @@ from chipwise.stock.core import library
 MAX_CELLS = 12_000_000         # 48 MB of heights
 MIN_CELL = 0.01               # mm
 BOX, CYLINDER = map(int, layout.StockShape)
+STRIP_ROWS = 4                # there are so many times fewer strips of needles than rows, were they even
 _STEP_X, _STEP_Y = math.sqrt(2.0) - 1.0, (math.sqrt(5.0) - 1.0) / 2.0      # shifts that fill a cell evenly, in any direction
 
 MET = np.dtype(layout.HeightMet)
@@ -49,6 +50,32 @@ class Shape:
 def least_cell(low, high):
     """The smallest cell (mm) a stock box may have here."""
     return max(MIN_CELL, math.sqrt((high[0] - low[0]) * (high[1] - low[1]) / MAX_CELLS))
+
+
+class Strips:
+    """Places (n, 2) in strips of Y, in each X rising: those in a box are found without looking at all.
+
+    order (n,): their index, strip by strip; first (count + 1,) int32: where each strip begins in that; low, width: mm, of the strips.
+    """
+
+    def __init__(self, places):
+        x, y = places[:, 0], places[:, 1]
+        self.count = 1 + int(math.sqrt(len(places)) / STRIP_ROWS)
+        self.low = float(y.min(initial=math.inf)) if len(places) else 0.0
+        self.width = max((float(y.max()) - self.low) / self.count, 1e-6) * (1 + 1e-9) if len(places) else 1.0
+        number = np.clip(((y - self.low) / self.width).astype(np.int64), 0, self.count - 1)
+        self.order = np.lexsort((x, number))
+        self.first = np.searchsorted(number[self.order], np.arange(self.count + 1)).astype(np.int32)
+        self._x = x[self.order]
+
+    def between(self, low, high):
+        """Numbers (k,) int in `order` of the places of X low[0] .. high[0] in the strips of Y low[1] .. high[1]."""
+        a, b = (math.floor(min(max((v - self.low) / self.width, -1.0), float(self.count))) for v in (low[1], high[1]))
+        found = []
+        for first, end in zip(self.first[max(a, 0):b + 1].tolist(), self.first[max(a, 0) + 1:b + 2].tolist()):
+            own = self._x[first:end]
+            found.append(np.arange(first + own.searchsorted(low[0]), first + own.searchsorted(high[0], side="right")))
+        return np.concatenate(found) if found else np.zeros(0, int)
 
 
 class HeightMap:
@@ -91,11 +118,22 @@ class HeightMap:
 
     def add_needles(self, places):
         """Single needles (n, 2) in mm besides, exact where those of the cells are not; as high as the stock before it is cut."""
-        self.needles = np.asfortranarray(places[np.argsort(places[:, 0])], np.float64)
+        self._strips = strips = Strips(places)
+        self.needles = np.asfortranarray(places[strips.order], np.float64)
         x, y = self.needles[:, 0], self.needles[:, 1]
         self.needle_height = np.where(self._inside(x - self._middle[0], y - self._middle[1]), self.z_max, self.z_min).astype(np.float32)
         self._struct.needle_x, self._struct.needle_y = x.ctypes.data, y.ctypes.data
         self._struct.needle_height, self._struct.needles = self.needle_height.ctypes.data, len(places)
+        self._struct.strip, self._struct.strips = strips.first.ctypes.data, strips.count
+        self._struct.strip_y, self._struct.strip_width = strips.low, strips.width
+
+    def needles_in(self, low, high):
+        """Index (k,) of the single needles in a box (x, y)."""
+        if not len(self.needles):
+            return np.zeros(0, int)
+        index = self._strips.between(low, high)
+        y = self.needles[index, 1]
+        return index[(y >= low[1]) & (y <= high[1])]
 
     def cut(self, tool, start, places):
         """Moves from `start` (3,) along `places` (n, 3) -> records of MET, one per move."""

@@ -61,7 +61,7 @@ class Recut:
 
     def _part(self, key, points):
         stock, radius = self.stock, self.shape.diameter / 2
-        view, single = cutting.near(stock, points, radius), self._needles(points, radius + layout.HEIGHT_SKIN)
+        view, single = cutting.near(stock, points, radius), stock.needles_in(*_box(points, radius + layout.HEIGHT_SKIN))
         before, needles_before = view.copy(), stock.needle_height[single]
         digest = hashlib.blake2b(points, digest_size=16)
         digest.update(before)
@@ -78,19 +78,17 @@ class Recut:
         self._keep(key, Kept(digest.digest(), depth, cells, after[cells], changed, stock.needle_height[changed]))
         return depth
 
-    def _needles(self, points, radius):
-        """Index (k,) of the needles within a radius of the box round points."""
-        (x0, y0, _), (x1, y1, _) = points.min(axis=0) - radius, points.max(axis=0) + radius
-        x, y = self.stock.needles[:, 0], self.stock.needles[:, 1]
-        first, end = np.searchsorted(x, x0), np.searchsorted(x, x1, side="right")
-        return first + np.flatnonzero((y[first:end] >= y0) & (y[first:end] <= y1))
-
     def _keep(self, key, new):
         old = self._kept.pop(key, None)
         self._bytes -= old.size if old else 0
         if self._bytes + new.size <= MOST_BYTES:
             self._kept[key] = new
             self._bytes += new.size
+
+
+def _box(points, radius):
+    """(low, high), each (3,): what is within a radius of the box round points."""
+    return points.min(axis=0) - radius, points.max(axis=0) + radius
 
 
 def parts(start, places, label):

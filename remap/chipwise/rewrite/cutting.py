@@ -198,5 +198,6 @@ def highest(stock, x, y, radius):
     v = stock.y0 + rows[:, None] * stock.cell + stock.shift_y[columns][None] - y
     near = u * u + v * v < radius * radius
     heights = stock.height[rows[0]:rows[-1] + 1, columns[0]:columns[-1] + 1]
-    single = stock.needle_height[np.hypot(*(stock.needles - (x, y)).T) < radius]
+    single = stock.needles_in((x - radius, y - radius), (x + radius, y + radius))
+    single = stock.needle_height[single[np.hypot(*(stock.needles[single] - (x, y)).T) < radius]]
     return float(max(heights[near].max(initial=stock.z_min), single.max(initial=stock.z_min)))

@@ -1159,8 +1159,11 @@ class HeightMap(C.Structure):
         ("needle_x", C.c_void_p),
         ("needle_y", C.c_void_p),
         ("needle_height", C.c_void_p),
+        ("strip", C.c_void_p),
+        ("strip_y", C.c_double),
+        ("strip_width", C.c_double),
         ("needles", C.c_int32),
-        ("pad", C.c_int32),
+        ("strips", C.c_int32),
     ]
 
 
