@@ -17,7 +17,8 @@ from chipwise.rewrite import cutting
 from chipwise.stock import layout
 from chipwise.stock.core import library
 
-MOST = 60000                # witnesses of one stock
+ROOM = 2_000_000            # witnesses of one stock that are found: a long program has one in every few moves before it is repeated
+MOST = 60000                # those of them that count: the deepest
 SQUARES = 300_000_000       # looked at for one stock: minutes
 CELLS_ACROSS = 16           # of the smallest tool, of the proof's map
 MOST_CELLS = 4_000_000
@@ -106,21 +107,31 @@ def too_deep(program, geometry, cell, over):
         shape, tools = _shape(stock.map), _tools(stock.tools)
         wide = max(1e-3, (stock.map.nx * stock.map.cell) * (stock.map.ny * stock.map.cell))
         own = max(float(tools["radius"].min()) * 2 / CELLS_ACROSS, math.sqrt(wide / MOST_CELLS))
-        found, squares = np.zeros(MOST, FOUND), C.c_int64(SQUARES)
+        found, squares = np.zeros(ROOM, FOUND), C.c_int64(SQUARES)
         count = library().chip_prove_depths(C.byref(shape), tools.ctypes.data, len(tools), moves.ctypes.data, len(moves), own,
-                                            C.addressof(squares), found.ctypes.data, MOST)
+                                            C.addressof(squares), found.ctypes.data, ROOM)
         if count < 0:
             raise MemoryError
         if squares.value <= 0 and not count:
             raise Unreadable("the depth of the cuts cannot be proved, there are too many walls", "rewrite the program in parts",
                              int(program.line[index[-1]]))
-        for one in found[:count]:
+        for one in _deepest(found[:count], moves):
             move = int(one["move"])
             begin, end = moves["from"][move], moves["to"][move]
             place = begin + one["at"] * (end - begin)
             result.append(Witness(number, float(one["x"]), float(one["y"]), float(one["height"] - place[2]), stock.tools[moves["tool"][move]],
                                   int(program.line[index[move]]), tuple(place.tolist())))
     return result
+
+
+def _deepest(found, moves):
+    """ProofFound records: MOST of them, those that are deepest over their limits, in their order."""
+    if len(found) <= MOST:
+        return found
+    own = moves[found["move"]]
+    tip = own["from"][:, 2] + found["at"] * (own["to"][:, 2] - own["from"][:, 2])
+    over = found["height"] - tip - own["limit"]
+    return found[np.sort(np.argpartition(-over, MOST)[:MOST])]
 
 
 def with_needles(needles, found):
