@@ -119,6 +119,10 @@ class ByStep:
         k = steps.searchsorted(step)
         return self._notes[note[k]] if k < len(steps) and steps[k] == step else None
 
+    def notes(self):
+        """The notes on all steps, in the order of merged()."""
+        return [self._notes[k] for k in self._whole()[3].tolist()]
+
     def __len__(self):
         return len(self.steps)
 

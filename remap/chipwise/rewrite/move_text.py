@@ -9,7 +9,7 @@ from chipwise.check.records import ARC, FEED, RAPID
 
 INCH = 25.4
 _ARC_LETTERS = {1: ((0, "I"), (1, "J")), 2: ((1, "J"), (2, "K")), 3: ((0, "I"), (2, "K"))}
-_G = {RAPID: "G0", FEED: "G1"}
+G = {RAPID: "G0", FEED: "G1"}
 
 
 class Numbers:
@@ -37,7 +37,14 @@ def plain(value, digits):
 
 def g_code(move):
     """The G word of a Move."""
-    return _G.get(move.kind) or ("G3" if move.circle.turns > 0 else "G2")
+    return G.get(move.kind) or ("G3" if move.circle.turns > 0 else "G2")
+
+
+def changed_words(text, had):
+    """The words of X Y Z, as text, that are not those of the place before; all of them if that is None."""
+    if had is None:
+        return ["X" + text[0], "Y" + text[1], "Z" + text[2]]
+    return [letter + t for letter, t, before in zip("XYZ", text, had) if t != before]
 
 
 class MoveText:
@@ -53,7 +60,7 @@ class MoveText:
         text = [self.numbers.length(v) for v in self.frame.to_work(move.end)]
         before, self.written = self.written, text
         begin, self.at = self.at, move.end
-        words = [letter + t for letter, t, had in zip("XYZ", text, before or (None,) * 3) if t != had or move.kind == ARC]
+        words = changed_words(text, None if move.kind == ARC else before)
         if not words:
             return []
         words.insert(0, g_code(move))

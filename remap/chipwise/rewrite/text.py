@@ -20,7 +20,8 @@ import numpy as np
 from chipwise.check.records import RAPID
 from chipwise.check.reader import Unreadable
 from chipwise.rewrite.edits import original
-from chipwise.rewrite.move_text import MoveText, Numbers, g_code
+from chipwise.rewrite.move_text import G, MoveText, Numbers, g_code
+from chipwise.rewrite.straight_text import StraightLines
 from chipwise.rewrite.words import MOTION, active_comments, code, plain_move, with_feed, with_word, words_of
 
 MOST_SHOWN = 120            # characters of a line that is shown as a comment; LinuxCNC takes 255 bytes a line
@@ -57,6 +58,7 @@ class Writer:
         self._place = program.places[program.first[:-1]]            # (m,) int: the line of each step
         self._by_place = np.argsort(self._place, kind="stable")     # (m,) int: the steps line by line, and
         self._begin = np.searchsorted(self._place[self._by_place], np.arange(max(len(self.source), int(self._place.max(initial=0))) + 2))
+        self._straight = StraightLines(program, edits, (np.diff(self._begin) == 1)[self._place])
         self.end = "\r\n" if self.source and self.source[0].endswith("\r\n") else "\n"
 
     def write(self):
@@ -192,10 +194,13 @@ class Writer:
     def _write_out(self, number, text, steps):
         """[2]"""
         self.out.end_line(self.end)
-        note = next(filter(None, map(self.edits.instead.note, steps)), "written out")
-        old = re.sub(r"[()\r\n]", " ", text).strip()[:MOST_SHOWN]
-        self.out.line(f"(chipwise: {note}: {old})", self.end)
-        if not plain_move(text):
+        plain = plain_move(text)
+        if plain and len(steps) == 1 and self._straight.has(steps[0]):
+            self._write_straight(text, steps[0])
+            return
+        note = next(filter(None, map(self.edits.instead.note, steps)), None)
+        self.out.line(_shown(note, text), self.end)
+        if not plain:
             for comment in active_comments(text):
                 self.out.line(comment, self.end)
             set_here = [f"G{value:g}" for letter, value in words_of(text) if letter == "G" and value in _SETTERS]
@@ -210,6 +215,20 @@ class Writer:
                 own = [one if feed is None else type(one)(one.kind, one.end, feed, one.circle)]
             moves += [*own, *self.edits.after.get(step, ())]
         self._moves(steps[-1], moves, number)
+
+    def _write_straight(self, text, step):
+        """The same of nearly all lines."""
+        lines, kind, self.at, self.feed = self._straight.moves(step, self.feed, self.end)
+        self.out.line(f"{_shown(self._straight.note(step), text)}{self.end}{lines}")
+        self.motion = G[kind]
+        self._take_over(step)
+
+    def _take_over(self, step):
+        """The F of the source is in force behind a step if the output's is the same."""
+        program = self.program
+        own = float(program.feed[program.first[step + 1] - 1]) if program.kind_of(step) != RAPID else None
+        if own is not None and self.feed is not None and abs(self.feed - own) < 1e-9:
+            self.feed = None
 
     def _moves(self, step, moves, number):
         """Moves in the coordinate system and the modes of a step's line [2], [4]."""
@@ -233,9 +252,13 @@ class Writer:
             self.out.line("G91", self.end)
         if move is not None:
             self.motion = g_code(move)
-        own = float(program.feed[program.first[step + 1] - 1]) if program.kind_of(step) != RAPID else None
-        if own is not None and self.feed is not None and abs(self.feed - own) < 1e-9:
-            self.feed = None
+        self._take_over(step)
+
+
+def _shown(note, text):
+    """The comment above what takes a line's place."""
+    old = re.sub(r"[()\r\n]", " ", text).strip()[:MOST_SHOWN]
+    return f"(chipwise: {note or 'written out'}: {old})"
 
 
 def _g_of(program, step):
