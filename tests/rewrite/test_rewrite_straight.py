@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Lines that are written a batch at a time (rewrite/straight_text.py) against the same lines written one by one."""
 import random
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from chipwise.check.reader import Machine
 from chipwise.check.records import ARC, FEED, RAPID
-from chipwise.rewrite import straight_text
+from chipwise.rewrite import straight_text, text
 from chipwise.rewrite.edits import Edits, Move, Table
+from chipwise.rewrite.move_text import MoveText
 from chipwise.rewrite.program import Circle, read
 from chipwise.rewrite.text import Writer
 from support.random_cases import random_count, random_seed
@@ -52,6 +54,17 @@ def random_edits(rng, program):
     return edits
 
 
+def one_by_one(numbers, frame, table, feed, end):
+    """long_lines(), with a MoveText."""
+    words_of = MoveText(frame, SimpleNamespace(units=20 if numbers.inch else 21), (0.0, 0.0, 0.0)).words
+    for move in table:
+        words = words_of(move)
+        if words and move.kind != RAPID and feed != move.feed:
+            words.append("F" + numbers.feed(move.feed))
+            feed = move.feed
+        yield " ".join(words) + end * bool(words), feed
+
+
 def test_batches_are_written_as_single_lines_are(machine, tmp_path, monkeypatch):
     batched = 0
     for case in range(random_count(12)):
@@ -62,6 +75,7 @@ def test_batches_are_written_as_single_lines_are(machine, tmp_path, monkeypatch)
         edits = random_edits(rng, program)
         with monkeypatch.context() as patch:
             patch.setattr(straight_text.StraightLines, "has", lambda self, step: False)
+            patch.setattr(text, "long_lines", one_by_one)
             wanted = Writer(program, edits).write()
         with monkeypatch.context() as patch:
             patch.setattr(straight_text, "BATCH", rng.choice([1, 7, 4096]))

@@ -19,9 +19,9 @@ import numpy as np
 
 from chipwise.check.records import RAPID
 from chipwise.check.reader import Unreadable
-from chipwise.rewrite.edits import original
+from chipwise.rewrite.edits import Table, original
 from chipwise.rewrite.move_text import G, MoveText, Numbers, g_code
-from chipwise.rewrite.straight_text import StraightLines
+from chipwise.rewrite.straight_text import StraightLines, long_lines
 from chipwise.rewrite.words import MOTION, active_comments, code, plain_move, with_feed, with_word, words_of
 
 MOST_SHOWN = 120            # characters of a line that is shown as a comment; LinuxCNC takes 255 bytes a line
@@ -206,15 +206,15 @@ class Writer:
             set_here = [f"G{value:g}" for letter, value in words_of(text) if letter == "G" and value in _SETTERS]
             if set_here:
                 self.out.line(" ".join(set_here), self.end)
-        moves = []
+        parts = []
         for step in steps:
             own = self.edits.instead.get(step)
             if own is None:
                 one = original(self.program, step)
                 feed = self.edits.feeds.get(step)
-                own = [one if feed is None else type(one)(one.kind, one.end, feed, one.circle)]
-            moves += [*own, *self.edits.after.get(step, ())]
-        self._moves(steps[-1], moves, number)
+                own = Table.of([one if feed is None else one._replace(feed=feed)])
+            parts += [own, *filter(None, [self.edits.after.get(step)])]
+        self._moves(steps[-1], Table.joined(parts), number)
 
     def _write_straight(self, text, step):
         """The same of nearly all lines."""
@@ -239,7 +239,19 @@ class Writer:
             self.out.line("G90", self.end)
         if modes.cycle:
             self.out.line("G80", self.end)
-        text, move = MoveText(frame, modes, self.at), None
+        if len(moves) and not moves.circles:
+            for lines, self.feed in long_lines(Numbers(modes.units), frame, moves, self.feed, self.end):
+                self.out.line(lines)
+            self.at, self.motion = moves.end[-1], G[int(moves.kind[-1])]
+        else:
+            self._single_moves(MoveText(frame, modes, self.at), moves)
+        if modes.distance == 91:
+            self.out.line("G91", self.end)
+        self._take_over(step)
+
+    def _single_moves(self, text, moves):
+        """Moves one by one, with a MoveText of their own."""
+        move = None
         for move in moves:
             words = text.words(move)
             if words and move.kind != RAPID and (self.feed is None or abs(self.feed - move.feed) > 1e-9):
@@ -248,11 +260,8 @@ class Writer:
             if words:
                 self.out.line(" ".join(words), self.end)
         self.at = text.at
-        if modes.distance == 91:
-            self.out.line("G91", self.end)
         if move is not None:
             self.motion = g_code(move)
-        self._take_over(step)
 
 
 def _shown(note, text):
