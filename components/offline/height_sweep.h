@@ -33,18 +33,19 @@
 #define CHIP_HEIGHT_STILL 1e-6  /* mm in XY: a move along the axis */
 
 struct chip_height_map {
-    double x0, y0;                     /* mm, corner of the map */
-    double cell;                       /* mm */
-    double z_min, z_max;               /* mm, bottom and top of the stock; a needle at z_min has none */
-    int32_t nx, ny;                    /* cells */
-    float *height;                     /* ny rows of nx, mm */
-    const float *x;                    /* nx, mm from x0: i * cell */
-    const float *shift_x;              /* ny, mm: shift of row j in X, 0 .. cell [1] */
-    const float *shift_y;              /* nx, mm: shift of column i in Y */
-    const double *needle_x, *needle_y; /* mm, single needles besides, strip by strip of Y, in each X rising; see needles.h */
-    float *needle_height;              /* mm */
-    const int32_t *strip;              /* strips + 1: the first needle of each, and their number */
-    double strip_y, strip_width;       /* mm, where the first begins, and how wide each is */
+    double x0, y0;        /* mm, corner of the map */
+    double cell;          /* mm */
+    double z_min, z_max;  /* mm, bottom and top of the stock; a needle at z_min has none */
+    int32_t nx, ny;       /* cells */
+    float *height;        /* ny rows of nx, mm */
+    const float *x;       /* nx, mm from x0: i * cell */
+    const float *shift_x; /* ny, mm: shift of row j in X, 0 .. cell [1] */
+    const float *shift_y; /* nx, mm: shift of column i in Y */
+    const double *needle_x,
+        *needle_y;               /* mm, single needles besides, strip by strip of Y, in each X rising; see needles.h */
+    float *needle_height;        /* mm */
+    const int32_t *strip;        /* strips + 1: the first needle of each, and their number */
+    double strip_y, strip_width; /* mm, where the first begins, and how wide each is */
     int32_t needles, strips;
 };
 
