@@ -240,8 +240,9 @@ class Writer:
         if modes.cycle:
             self.out.line("G80", self.end)
         if len(moves) and not moves.circles:
-            for lines, self.feed in long_lines(Numbers(modes.units), frame, moves, self.feed, self.end):
+            for lines, feed in long_lines(Numbers(modes.units), frame, moves, self.feed, self.end):
                 self.out.line(lines)
+                self.feed = feed
             self.at, self.motion = moves.end[-1], G[int(moves.kind[-1])]
         else:
             self._single_moves(MoveText(frame, modes, self.at), moves)
