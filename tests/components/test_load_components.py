@@ -147,17 +147,18 @@ def slot_file(where):
 
 
 def test_two_trackers_have_maps_of_their_own_that_can_be_read(tmp_path):
-    """Read while the tool cuts: every snapshot misses just the volume removed so far."""
-    for attempt in range(4):        # a reader that waits for the processor collides with the tracker more often: the least counts
+    """Read while the tool cuts: a snapshot of one moment misses just the volume removed so far, any other no more than was cut meanwhile."""
+    for attempt in range(4):        # a reader that waits for the processor looks less often, and collides with the tracker more often
         folder = tmp_path / str(attempt)
         folder.mkdir()
         status, out = hal(folder, TWO, env=slot_file(folder))
         assert status == 0, out
         before, cutting, after, other = looks_of(folder, "before", "cutting", "after", "other")
         assert before["none"] == before["looks"] == 1
-        if cutting["inexact"] < 0.05 * cutting["looks"]:
+        exact = cutting["looks"] - cutting["none"] - cutting["inexact"]
+        if exact > 20:
             break
-    assert cutting["looks"] - cutting["none"] > 50 and cutting["inexact"] < 0.05 * cutting["looks"], cutting
+    assert exact > 20 and cutting["worst_inexact_mm3"] < 1e-2, cutting
     for look in (cutting, after, other):
         assert look["worst_mm3"] < 1e-3, look
     assert (after["low"], after["high"]) == ([0, 0, -10], [60, 40, 0])
