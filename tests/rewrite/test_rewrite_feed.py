@@ -177,7 +177,7 @@ def test_a_traverse_with_an_f_changes_f(tmp_path, machine, traverse):
 
 @pytest.mark.parametrize("before", ["G1 X30 F400", "G1 X20 F400\nG2 X30 I5"])
 def test_a_thread_keeps_its_lines(tmp_path, machine, before):
-    """G33 takes no F, and a line that repeats it is no G1; the F of the moves behind it is right all the same."""
+    """A line of G33 gets neither an F nor a G1, and the moves behind it have their own F."""
     text = HEAD + STOCK + f"T3 M6\nS8000 M3\nG0 X-10 Y30 Z5\nG0 Z-2\n{before}\nG33 X50 K0.1\nX60 K0.2\nG1 X90\nG0 Z5\nM2\n"
     one, two, out = rewritten(tmp_path, machine, text, "--feed", "12")
     proof.same_path(one, two)
