@@ -18,6 +18,7 @@ pytestmark = pytest.mark.machine
 LENT, PORT = 7134, 7135                     # of the loopback of each sandbox
 PER_MM = 100000                             # counts of the HAL files
 WAITING, DEAD_PERIODS = 6000, 6000          # this computer has pauses of more than 1000 periods
+BEHIND = 100 * PER_MM                       # and what comes in meanwhile a socket does not keep: more than 277 packets, 2.2 mm of travel, are lost
 PERIOD_S, A_MM_S2 = 0.001, 500.0            # MAX_ACCELERATION x OFFSET_AV_RATIO of both
 FEED_MM_S, FASTEST_MM_S = 8.0, 15.0           # so fast that a slave that has to wait stays within max-behind of tracer-offset, 1 mm
 FOLLOW, DEAD, NO_MASTER, HOLD = 1, 4, 4, 0  # states of tracer-offset and tracer-slave, fault-code of the slave
@@ -56,7 +57,7 @@ def files(folder):
     master = master.replace("depth=1000 cfg=uuuussssss", f"depth=1000,200000 cfg=uuuussssss,{letters}").replace("loadusr -Wn", lend.format("in") + "loadusr -Wn")
     (folder / "master.hal").write_text("\n".join([master, *lines, ""]))
     slave = slave.replace("depth=300", f"depth={WAITING + 100}").replace("--waiting 200", f"--waiting {WAITING}").replace("loadusr -Wn", lend.format("out") + "loadusr -Wn")
-    (folder / "slave.hal").write_text(slave + f"setp tracer-slave.0.dead-periods {DEAD_PERIODS}\n")
+    (folder / "slave.hal").write_text(slave + f"setp tracer-slave.0.dead-periods {DEAD_PERIODS}\nsetp tracer-slave.0.max-behind {BEHIND}\n")
     letters, lines = recorder(SLAVE, folder / "slave.log", 0, SIGNALS)
     (folder / "slave_seen.hal").write_text("\n".join([f"loadrt sampler depth=400000 cfg={letters}", *lines, ""]))
 

@@ -288,8 +288,10 @@ class Operator:
         """Single steps until the program has ended; -> how many."""
         for count in range(1, most + 1):
             self.machine.command.auto(linuxcnc.AUTO_STEP)
-            self.machine.command.wait_complete(WAIT_S)
-            time.sleep(0.2)
+            # not wait_complete(): the task calls a program in single steps under way until its end
+            self.machine.wait('the task has the step', lambda s: s.echo_serial_number >= self.machine.command.serial, WAIT_S)
+            self.record.now()
+            self.sleep(0.2)
             self.machine.wait('step', lambda s: s.current_vel < 1e-9, WAIT_S)
             if self.machine.status.interp_state == linuxcnc.INTERP_IDLE:
                 return count
