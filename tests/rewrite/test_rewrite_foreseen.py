@@ -7,7 +7,7 @@ import pytest
 
 from chipwise.check.reader import Machine
 from chipwise.check.records import ARC
-from chipwise.rewrite import flute, foreseen
+from chipwise.rewrite import flute, foreseen, proof
 from chipwise.rewrite.program import read
 from chipwise.rewrite.run import read_back
 from chipwise.rewrite.text import Writer
@@ -47,6 +47,7 @@ def test_random_programs_make_the_moves_that_are_foreseen(ini, tmp_path, case):
     assert len(found.kind) == len(after.kind), f"{kind}, seed {seed}, {path}"
     assert np.abs(found.end - after.end).max() <= foreseen.SAME_MM, f"{kind}, seed {seed}, {path}"
     assert foreseen.same_moves(found, after), f"{kind}, seed {seed}, {path}"
+    proof.same_feeds(found, after)
 
 
 def slot(ini, folder, text):
@@ -72,7 +73,7 @@ def test_modes_units_arcs_and_tools_are_foreseen(ini, tmp_path, text):
 def test_other_moves_tools_or_kinds_are_not_the_same(ini, tmp_path):
     found, after = slot(ini, tmp_path, "G0 X-10 Y25 Z5\nG1 Z-30 F200\nX70 F400\nG0 Z5\nT3 M6\nS8000 M3\nG0 X-12 Y8 Z5\nG1 Z-4 F100\nX70\nG0 Z5")
     for wrong in ("end", "kind", "tool", "at", "one less"):
-        one = foreseen.Foreseen(found.kind.copy(), found.line, found.end.copy(), [type(e)(e.at, e.kind, e.line, list(e.values)) for e in found.events])
+        one = foreseen.Foreseen(found.kind.copy(), found.line, found.end.copy(), found.feed, [type(e)(e.at, e.kind, e.line, list(e.values)) for e in found.events])
         if wrong == "end":
             one.end[7, 1] += 1e-4
         elif wrong == "kind":
@@ -84,3 +85,16 @@ def test_other_moves_tools_or_kinds_are_not_the_same(ini, tmp_path):
         else:
             one.kind, one.end = one.kind[:-1], one.end[:-1]
         assert not foreseen.same_moves(one, after), wrong
+
+
+@pytest.mark.parametrize("wrong, says", [(lambda f: f * 1.00001, "instead of"), (lambda f: f - 0.1, "instead of"), (lambda f: f - 0.02, "")])
+def test_another_f_is_seen(ini, tmp_path, wrong, says):
+    """But not the last digit, which is rounded down, and not where F means nothing."""
+    found, after = slot(ini, tmp_path, "G0 X-10 Y25 Z5\nG1 Z-30 F200\nX70 F400\nG0 Z5")
+    proof.same_feeds(found, after)
+    k = int(np.flatnonzero(found.kind != 0)[-1])
+    after.feed[k] = wrong(after.feed[k])
+    if says:
+        with pytest.raises(proof.Different, match=f"^a move of line 7 has F .* {says} 400$"):
+            proof.same_feeds(found, after)
+    proof.same_feeds(found, after, without=[7] if says else ())

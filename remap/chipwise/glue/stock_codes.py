@@ -8,6 +8,7 @@ back whether they were taken.  In the preview the words are checked and nothing 
 import emccanon
 
 from chipwise import preview
+from chipwise.clock import patience
 from chipwise.errors import CycleError
 from chipwise.glue import context, known_cuts, known_stock
 from chipwise.glue.registers import InForce, send, status_now
@@ -18,7 +19,7 @@ from chipwise.stock.layout import Fault, Register
 FILL_TRIES, FILL_WAIT_S = 100, 0.05     # the map is filled a part per servo period:
 FILL_CELLS = 100_000                    # so many in a try at least (tracker.h: 12000 a period, stock.c: a quarter of turned ones)
 TOOL_FAULTS = range(Fault.TOOL_DIAMETER, Fault.NO_MONITOR + 1)      # of the tool, not of the stock; M250 may come before M6
-FILE_TRIES, FILE_WAIT_S = 600, 0.05     # the monitor reads or writes a file meanwhile
+FILE_S, FILE_WAIT_S = 30.0, 0.05         # the monitor reads or writes a file meanwhile
 SAME_MM, SAME_DEG = 1e-6, 1e-9          # boxes that differ by less are the same
 
 
@@ -106,7 +107,7 @@ def _reply(state):
 
 def _wait_for(state, answered):
     """Wait until the monitor's reply is one; -> it, None after the time-out."""
-    for _ in range(FILE_TRIES):
+    for _ in range(round(patience(FILE_S) / FILE_WAIT_S)):
         yield
         if answered(_reply(state)):
             return _reply(state)
@@ -129,7 +130,7 @@ def _file_request(state, commit, what):
         yield                       # as in define_stock()
     if reply is None:
         raise CycleError(f"slot {slot} was not {what}: chipwise-monitor gave no answer within "
-                         f"{FILE_TRIES * FILE_WAIT_S:g} s", "load chipwise.hal ([HAL]HALFILE); if it has died start "
+                         f"{FILE_S:g} s", "load chipwise.hal ([HAL]HALFILE); if it has died start "
                          "`chipwise monitor` again")
     if reply != reasons.DONE:
         problem, remedy = reasons.REASONS.get(reply, (f"reason {reply}", "see the log"))

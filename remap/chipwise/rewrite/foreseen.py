@@ -18,11 +18,12 @@ SAME_MM = 3e-5              # of two moves' ends: the last digit of the text, as
 
 @dataclass
 class Foreseen(Moves):
-    """kind, line (n,) int, end (n, 3) mm, events: as of program.Program."""
+    """kind, line (n,) int, end (n, 3) mm, events: as of program.Program; feed (n,) mm/min, NaN: the one in force."""
 
     kind: np.ndarray
     line: np.ndarray
     end: np.ndarray
+    feed: np.ndarray
     events: list
 
 
@@ -35,13 +36,22 @@ def foreseen(program, edits):
     goes = np.flatnonzero(np.concatenate(([True], ~still))[:len(moves)])        # the others would have no words
     replaced = np.zeros(program.steps, bool)
     replaced[edits.instead.steps] = True
-    steps, kinds, ends = _with_chords(program, replaced, moves.take(goes), steps[goes], ends[goes])
+    steps, kinds, feeds, ends = _with_chords(program, replaced, moves.take(goes), steps[goes], ends[goes])
     kept = np.flatnonzero(~replaced[program.step])
+    kept_feed = _kept_feeds(program, edits.feeds)[kept]
     before = np.concatenate((kept, program.first[steps + 1] - 1))               # the move of the program that each is, or comes behind
     order = np.argsort(before, kind="stable")
     events = [type(e)(int(np.searchsorted(before[order], e.at)), e.kind, e.line, e.values) for e in program.events]
     return Foreseen(*(np.concatenate(pair)[order] for pair in ((program.kind[kept], kinds), (program.line[kept], _lines(program, steps)),
-                                                               (program.end[kept], ends))), events)
+                                                               (program.end[kept], ends), (kept_feed, feeds))), events)
+
+
+def _kept_feeds(program, feeds):
+    """(n,) float32: F of a program's moves with other F by step."""
+    result = program.feed.astype(np.float32)
+    for step, feed in feeds.items():
+        result[program.first[step]:program.first[step + 1]] = feed
+    return result
 
 
 def _lines(program, steps):
@@ -61,7 +71,7 @@ def _as_written(program, points, steps):
 
 
 def _with_chords(program, replaced, moves, steps, ends):
-    """(steps, kinds, ends) of a Table of moves that end at `ends`, arcs in chords; replaced (m,) bool: steps of the program."""
+    """(steps, kinds, feeds, ends) of a Table of moves that end at `ends`, arcs in chords; replaced (m,) bool: steps of the program."""
     arcs = sorted(moves.circles)
     parts, count = [], np.ones(len(moves), int)
     for k, last in zip(arcs, (-1, *arcs)):
@@ -76,7 +86,7 @@ def _with_chords(program, replaced, moves, steps, ends):
         parts += [ends[last + 1:k], made]
         count[k] = len(made)
     parts.append(ends[arcs[-1] + 1:] if arcs else ends)
-    return np.repeat(steps, count), np.repeat(moves.kind, count), np.concatenate(parts)
+    return np.repeat(steps, count), np.repeat(moves.kind, count), np.repeat(moves.feed.astype(np.float32), count), np.concatenate(parts)
 
 
 def same_moves(path, program):

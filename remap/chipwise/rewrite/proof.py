@@ -5,7 +5,8 @@ Called by run.py.  Nothing here knows how the text was made.
 
  1. same_path: every step of the first path ends where steps of the second one do, in the same order, and what lies between
     lies on the step: to PATH_MM.
- 2. same_stock: no new traverse of the second path meets stock, the stock it leaves is that of the first within a cell, and both end at
+ 2. same_feeds: every feed move has the F that was meant for it, rounded down.
+ 3. same_stock: no new traverse of the second path meets stock, the stock it leaves is that of the first within a cell, and both end at
     the same place.
     That it never cuts deeper than the flutes are long is proved by depths.py.
 """
@@ -19,6 +20,9 @@ from chipwise.rewrite import cutting
 PATH_MM = 0.001
 OVER_MM = 0.006             # OVER_MM of links.py, and the rounding of the text
 HEIGHT_CELLS = 0.2          # of a cell
+FEED_BELOW = 0.03           # mm/min that F is lower by at most: the last digit, rounded down
+FEED_ABOVE = 3e-4           # mm/min that it is higher by at most: that of an F below 1
+FEED_SHARE = 1e-6           # the same of large ones
 
 
 class Different(Exception):
@@ -67,6 +71,17 @@ def same_path(first, second):
                 break
     if waiting:
         raise Different(f"there is more behind line {first.line_of(first.steps - 1)}")
+
+
+def same_feeds(path, second, without=()):
+    """Raises Different where a feed move of a Program does not have the F of a Foreseen that makes the same moves.  without: numbers of lines whose F
+    means nothing, as of G33."""
+    wanted, found = path.feed.astype(float), second.feed
+    counts = (path.kind != RAPID) & ~np.isnan(wanted) & ~np.isin(path.line, list(without))
+    off = counts & ((found > wanted * (1 + FEED_SHARE) + FEED_ABOVE) | (found < wanted * (1 - FEED_SHARE) - FEED_BELOW))
+    if off.any():
+        k = int(off.argmax())
+        raise Different(f"a move of line {path.line[k]} has F {found[k]:.5g} mm/min instead of {wanted[k]:.5g}")
 
 
 def _turned(program, step, circle):

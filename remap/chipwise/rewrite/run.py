@@ -14,7 +14,7 @@ from chipwise.errors import CycleError, format_length, unnamed
 from chipwise.rewrite import calls, cutting, depths, feed, flute, foreseen, proof
 from chipwise.rewrite.program import SYNCHRONISED, Program, read
 from chipwise.rewrite.text import Writer
-from chipwise.rewrite.words import words_of
+from chipwise.rewrite.words import plain_move, words_of
 from chipwise.settings import load_settings
 from chipwise.tools import load_tools
 
@@ -142,11 +142,13 @@ def _with_reserve(order, job, progress, reserve, needles):
     found = depths.too_deep(second, job.geometry, job.cell, proof.OVER_MM)
     if found or not edits:
         return None, second, figures, found
-    data = Writer(program, edits).write()
+    data, without_f = Writer(program, edits).write(), synchronised_lines(program)
     path, program, edits = second, None, None               # long programs need the room
     second = read_back(job.program, data, job.moves_of)
     if not foreseen.same_moves(path, second):
         found = depths.too_deep(second, job.geometry, job.cell, proof.OVER_MM)
+    else:
+        proof.same_feeds(path, second, without_f)
     return data, second, figures, found
 
 
@@ -159,12 +161,16 @@ def still_too_deep(job, found):
                       "longer flutes", proof.line_below(job.program, worst.place))
 
 
+def synchronised_lines(program):
+    """[numbers of the lines whose moves follow the spindle]: their F means nothing."""
+    return [n for n, (text, modes) in enumerate(zip(program.source, program.modes), 1)
+            if modes.synchronised or (not plain_move(text) and any(letter == "G" and value in SYNCHRONISED for letter, value in words_of(text)))]
+
+
 def write_feeds(order, job, progress):
     """JP3131045; -> (bytes, what is said)."""
     def rewrite(program, _anywhere):
-        fixed = [n for n, (text, modes) in enumerate(zip(program.source, program.modes), 1)
-                 if modes.synchronised or any(letter == "G" and value in SYNCHRONISED for letter, value in words_of(text))]
-        return feed.rewrite(program, job.geometry, job.cell, order.rates, job.machine.speeds, fixed, progress)
+        return feed.rewrite(program, job.geometry, job.cell, order.rates, job.machine.speeds, synchronised_lines(program), progress)
 
     def check(program, edits, _figures):
         for step in edits.changed():
@@ -175,7 +181,11 @@ def write_feeds(order, job, progress):
         check(program, edits, figures)
     data = Writer(program, edits).write() if edits else job.program.content()
     if edits:
-        proof.same_path(job.program, read_back(job.program, data, job.moves_of))
+        second, path = read_back(job.program, data, job.moves_of), foreseen.foreseen(program, edits)
+        proof.same_path(job.program, second)
+        if not foreseen.same_moves(path, second):
+            raise proof.Different("its moves are not those that were meant")
+        proof.same_feeds(path, second, synchronised_lines(program))
     scale, unit = rate_unit(job.machine)
     return data, (f"F of {figures.changed} of {figures.moves} feed moves changed, {figures.divided} divided; {figures.before_s:.1f} s "
                   f"of feed become {figures.after_s:.1f} s, peak {figures.peak_before / scale:.4g} {unit} becomes "
