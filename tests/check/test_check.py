@@ -96,6 +96,17 @@ def test_each_rule(tmp_path, machine):
         assert finding["text"] in out and "; " in finding["text"]
 
 
+def test_a_plunge_by_traverse_is_as_deep_as_it_goes(tmp_path, machine):
+    """Whatever the model's steps; and what traverses remove is not in the mean of the feeds, which is that of the slot: 24 mm2 at F400."""
+    text = HEAD + STOCK + "T1 M6\nS8000 M3\nG0 X20 Y30 Z5\nG0 Z-4\nG1 X80 F400\nG0 Z5\n" + "X50 Y0\nX40\n" * 3 + "X85 Y50\nZ-2.7\nM2\n"
+    _, _, _, report = chipwise_check(tmp_path, {"a.ngc": text}, machine=machine)
+    found = {f["line"]: f for f in report["programs"][0]["findings"]}
+    assert [f["rule"] for f in found.values()] == ["rapid"] * 2
+    assert (found[6]["value"], found[6]["z"]) == pytest.approx((4, -4), rel=0.005) and (found[16]["value"], found[16]["z"]) == pytest.approx((2.7, -2.7), rel=0.005)
+    tool, = report["programs"][0]["tools"]
+    assert tool["mean_rate_mm3_min"] == pytest.approx(24 * 400, rel=0.02) and tool["mean_rate_mm3_min"] <= 1.02 * tool["peak_rate_mm3_min"]
+
+
 def test_exactly_the_flute_length_is_no_finding(tmp_path, machine):
     text = HEAD + STOCK + "T1 M6\nG0 X-10 Y30 Z5\nG0 Z-10\nG1 X110 F600\nG0 Z5\nM2\n"
     assert chipwise_check(tmp_path, {"part.ngc": text}, machine=machine)[0] == 0

@@ -50,7 +50,7 @@ class Parser(html.parser.HTMLParser):
 
 def make_result(program="a.ngc"):
     result = Result(program, cell=0.5, moves=10)
-    result.tools[3] = ToolFigures(3, 6.0, ToolGeometry("ball", flute_length=12.0), feed_s=10, planned_s=11, volume=600.0,
+    result.tools[3] = ToolFigures(3, 6.0, ToolGeometry("ball", flute_length=12.0), feed_s=10, planned_s=11, volume=600.0, feed_volume=600.0,
                                   cutting_s=6.0, depth=14.25, depth_line=7, reach=15.0)
     result.findings = Findings()
     result.findings.add(Finding(FLUTE, 7, 9, 3, (1.0, 2.0, -3.0), 14.25, 12.0))

@@ -27,12 +27,18 @@ class ToolFigures:
     volumetric_planned_s: float = 0.0
     cutting_s: float = 0.0              # planned, while stock is removed
     volume: float = 0.0
+    feed_volume: float = 0.0            # the same without what traverses remove
     peak_rate: float = 0.0              # mm3/min at F, over RATE_WINDOW_MM
     depth: float = 0.0
     depth_line: int = 0
     depth_position: Optional[tuple] = None     # mm, work coordinates
     lowest: float = math.inf            # Z of the tip below the top of the stock
     reach: float = 0.0                  # stick-out that is enough for any holder
+
+    @property
+    def mean_rate(self):
+        """mm3/min of the feed moves that cut."""
+        return self.feed_volume / self.cutting_s * 60.0 if self.cutting_s > 0 else 0.0
 
     def json(self):
         """As in --json."""
@@ -41,7 +47,7 @@ class ToolFigures:
                 "stick_out_mm": g.stick_out, "feed_s": self.feed_s, "planned_s": self.planned_s,
                 "volumetric_s": self.volumetric_s, "volumetric_planned_s": self.volumetric_planned_s,
                 "cutting_s": self.cutting_s, "volume_mm3": self.volume,
-                "mean_rate_mm3_min": self.volume / self.cutting_s * 60.0 if self.cutting_s > 0 else 0.0,
+                "mean_rate_mm3_min": self.mean_rate,
                 "peak_rate_mm3_min": self.peak_rate, "depth_mm": self.depth, "depth_line": self.depth_line,
                 "depth_place": self.depth_position, "least_flute_length_mm": math.ceil(self.depth * 10 - 1e-6) / 10,
                 "least_stick_out_mm": math.ceil(max(self.reach, self.depth) * 10 - 1e-6) / 10}

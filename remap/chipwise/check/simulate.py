@@ -28,6 +28,7 @@ from chipwise.tools import ToolGeometry, load_tools
 
 MIN_DEPTH_MM = 0.005        # smaller depths and contacts are ignored
 SEGMENT_MM = 1.0            # moves with feeds are divided into segments of this length
+STILL_MM = 1e-6             # across the axis: straight down
 GAP = 5                     # segments within the rule that do not divide a finding
 PART = 65536                # segments simulated at once
 RATE_SLACK = 1.05           # the cells give the rate over a window to some per cent
@@ -202,9 +203,21 @@ class Simulation:
         if g is not None and g.flute_length is not None:
             self._find(FLUTE, cuts & (met["depth"] > g.flute_length + MIN_DEPTH_MM), met["depth"], g.flute_length, positions, lines, met)
             self._doubt(positions, cuts, met["depth"], g.flute_length + MIN_DEPTH_MM)
-        self._find(RAPID, (met["depth"] > MIN_DEPTH_MM) & (kinds == records.RAPID), met["depth"], None, positions, lines, met)
+        self._find_traverses(kinds, positions, lines, met)
         self._find(HOLDER, met["holder"] > MIN_DEPTH_MM, met["holder"], self.shape.stick_out or None, positions, lines, met)
         return met
+
+    def _find_traverses(self, kinds, positions, lines, met):
+        """Traverses in stock.  The model cuts one straight down in steps, and the depth of each is that of what is new; together they are as deep as
+        the volume over the tool's circle, or more."""
+        broken = (kinds == records.RAPID) & (met["depth"] > MIN_DEPTH_MM)
+        if not broken.any():
+            return
+        across = np.hypot(*np.diff(positions[:, :2], axis=0, prepend=self.position[None, :2]).T)
+        down = met["volume"] / (math.pi * self.shape.diameter ** 2 / 4)
+        whole = broken & (across < STILL_MM) & (down > met["depth"])
+        met["at"][whole] = 1.0
+        self._find(RAPID, broken, np.where(whole, down, met["depth"]), None, positions, lines, met)
 
     def _doubt(self, positions, cuts, depth, limit):
         """Keep the moves up that may cut deeper than they are judged."""

@@ -72,7 +72,8 @@ class Timer:
         tool.planned_s += float(planned.sum())
         tool.volumetric_s += float((length / volumetric).sum())
         tool.volumetric_planned_s += float(volumetric_planned.sum())
-        tool.cutting_s += float(planned[volume > 0].sum())
+        tool.cutting_s += float(planned[cutting & (volume > 0)].sum())
+        tool.feed_volume += float(volume[cutting].sum())
         return _rates(length, plain, planned, volume, cutting)
 
     def _corner_speeds(self, kinds, direction, length, accel):

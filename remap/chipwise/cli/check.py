@@ -107,11 +107,7 @@ def tool_line(tool, unit):
     time = f'{seconds(tool.planned_s)}'
     if abs(tool.volumetric_planned_s - tool.planned_s) > 0.05:
         time += f', {seconds(tool.volumetric_planned_s)} with M251'
-    return (f'{what}: {time}, {tool.volume:.0f} mm3, mean {mean(tool):.0f} and peak {tool.peak_rate:.0f} mm3/min at F, {depth}')
-
-
-def mean(tool):
-    return tool.volume / tool.cutting_s * 60.0 if tool.cutting_s > 0 else 0.0
+    return (f'{what}: {time}, {tool.volume:.0f} mm3, mean {tool.mean_rate:.0f} and peak {tool.peak_rate:.0f} mm3/min at F, {depth}')
 
 
 def seconds(value):
