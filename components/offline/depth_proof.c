@@ -6,7 +6,8 @@
 
 #include "depth_state.h"
 
-#define LEVELS 24 /* of squares in squares: a cell has less */
+#define MOST_PIECES 1e6 /* of a move that are looked at */
+#define LEVELS 24       /* of squares in squares: a cell has less */
 
 /* ---- memory ---------------------------------------------------------------------------------------------------- */
 
@@ -141,6 +142,8 @@ static struct judged judged_of(const struct proof *p, long k)
     m.lowest = chip_min(move->from[2], move->to[2]);
     m.highest = chip_max(move->from[2], move->to[2]);
     m.joined = k > 0 && before->tool == move->tool && !memcmp(before->to, move->from, sizeof move->from);
+    m.length = sqrt(m.swept.length2 + (move->to[2] - move->from[2]) * (move->to[2] - move->from[2]));
+    m.most = CHIP_PROOF_MOST + (long)(CHIP_PROOF_MOST_MORE * chip_min(m.length / CHIP_PROOF_PIECE, MOST_PIECES));
     m.nose = m.limit < m.tool->shoulder;
     return m;
 }
@@ -197,8 +200,9 @@ long chip_prove_depths(const struct chip_proof_stock *stock, const struct chip_p
         for (k = 0; k < n && !p->failed && p->count<room && * squares> 0; k++) {
             struct judged m = judged_of(p, k);
             p->spans_known = 0;
-            p->count_before = p->count;
+            p->hits = 0;
             take_move(p, &m);
+            p->along += m.length;
         }
         if (!p->failed) count = p->count;
     }

@@ -27,6 +27,31 @@ double chip_depth_left(const struct chip_swept *m, const struct chip_tool *tool,
     return high;
 }
 
+/* Depth of a witness over its move's limit. */
+static double over_of(const struct proof *p, const struct chip_proof_found *w)
+{
+    const struct chip_proof_move *m = &p->moves[w->move];
+    return w->height - m->from[2] - w->at * (m->to[2] - m->from[2]) - m->limit;
+}
+
+/* Keeps a witness if it is the deepest of its piece [4]. */
+static void keep(struct proof *p, const struct judged *m, double x, double y, double height, double t)
+{
+    const struct chip_swept *s = &m->swept;
+    int right = (x - s->x) * s->dy > (y - s->y) * s->dx;
+    struct chip_proof_found own = { x, y, height, t, m->number, 0 };
+    long *slot;
+    own.piece = 2 * (int64_t)floor((p->along + t * m->length) / CHIP_PROOF_PIECE) + right;
+    p->hits++;
+    slot = &p->recent[own.piece % RECENT];
+    if (*slot < p->count && p->found[*slot].piece == own.piece) {
+        if (over_of(p, &own) > over_of(p, &p->found[*slot])) p->found[*slot] = own;
+    } else if (p->count < p->room) {
+        *slot = p->count;
+        p->found[p->count++] = own;
+    }
+}
+
 /* Whether the judged move meets too high stock at a place; keeps the witness. */
 static int is_witness(struct proof *p, const struct judged *m, double x, double y, const int32_t *list, long n)
 {
@@ -48,7 +73,7 @@ static int is_witness(struct proof *p, const struct judged *m, double x, double 
         over = height - m->swept.z - t * m->swept.dz - m->limit;
     }
     if (height <= floor || over <= 0.0) return 0;
-    if (p->count < p->room) p->found[p->count++] = (struct chip_proof_found){ x, y, height, t, m->number };
+    keep(p, m, x, y, height, t);
     return 1;
 }
 
@@ -73,7 +98,7 @@ void chip_depth_judge(struct proof *p, const struct judged *m, double x, double 
     double round = DIAGONAL * half, first, last, z, allowed, ever;
     long i, kept = 0;
     int k;
-    if (*p->squares <= 0 || p->count >= p->room || p->count - p->count_before >= CHIP_PROOF_MOST) return;
+    if (*p->squares <= 0 || p->count >= p->room || p->hits >= m->most) return;
     --*p->squares;
     if (!entered(m, x, y, round, &first, &last)) return;
     z = m->swept.z + chip_min(first * m->swept.dz, last * m->swept.dz);

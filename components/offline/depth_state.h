@@ -13,6 +13,7 @@
 #define DIAGONAL 1.4142135623730951
 #define SPANS_MOST 4096 /* parts of a move beside earlier ones [3] */
 #define NOTHING (-1)
+#define RECENT 4096 /* pieces whose witness is known [4]; of those before, another one may be kept */
 
 struct node { /* of a chain of moves at a cell */
     int32_t move, next;
@@ -44,7 +45,10 @@ struct proof {
     int span_count, spans_known;
     int64_t *squares;
     struct chip_proof_found *found;
-    long count, room, count_before;
+    long count, room;
+    long recent[RECENT]; /* index in found, by number of the piece */
+    long hits;           /* witnesses of this move, with those that do not count [4] */
+    double along;        /* mm of path before this move */
     int failed;
 };
 
@@ -54,6 +58,8 @@ struct judged {
     const struct chip_tool *tool;
     int32_t number;
     double limit, reach, lowest, highest; /* mm: limit, radius less the skin, Z of the ends */
+    double length;                        /* mm */
+    long most;                            /* witnesses that are looked for */
     int joined;                           /* the move before, with the same tool, ends where it begins */
     int nose; /* the flutes are shorter than the tool's nose: contacts below its shoulder count */
 };

@@ -1181,6 +1181,8 @@ const struct chip_layout_entry chip_layout_table[] = {
     { "chip_proof_found.at size", sizeof(((struct chip_proof_found *)0)->at) },
     { "chip_proof_found.move", offsetof(struct chip_proof_found, move) },
     { "chip_proof_found.move size", sizeof(((struct chip_proof_found *)0)->move) },
+    { "chip_proof_found.piece", offsetof(struct chip_proof_found, piece) },
+    { "chip_proof_found.piece size", sizeof(((struct chip_proof_found *)0)->piece) },
     { "chip_tracer_row", sizeof(struct chip_tracer_row) },
     { "chip_tracer_row.position_mm", offsetof(struct chip_tracer_row, position_mm) },
     { "chip_tracer_row.position_mm size", sizeof(((struct chip_tracer_row *)0)->position_mm) },

@@ -9,6 +9,7 @@ from chipwise.check.reader import Unreadable
 from chipwise.check.records import FEED, RAPID, STOCK, TOOL
 from chipwise.check.sweep import HeightMap, Shape
 from chipwise.rewrite import depths
+from chipwise.stock import layout
 from chipwise.tools import ToolGeometry
 from support.check_oracle import Needles, profile
 from support.random_cases import random_count, random_seed
@@ -153,3 +154,13 @@ def test_of_too_many_witnesses_the_deepest_count(monkeypatch):
     few = witnesses(ramp, (6.0, 0.0, 0.0), 4.5)
     assert len(few) == len(every) // 4 and few[-1].line == every[-1].line
     assert sorted(w.depth for w in few) == sorted(w.depth for w in every)[-len(few):]
+
+
+@pytest.mark.parametrize("moves", [1, 7, 400])
+def test_a_piece_of_the_path_has_one_witness_on_each_side(moves):
+    """However its moves are long, a slot that is too deep has some along all of its length, each the deepest of its piece."""
+    x = np.linspace(-4.0, 18.0, moves + 1)
+    found = witnesses(np.column_stack((x, np.full(len(x), 6.03), -6 - x / 10)), (4.0, 0.0, 0.0), 3.0)
+    assert len(found) <= 2 * 22 / layout.PROOF_PIECE + 2
+    own = sorted(w.place[0] for w in found)
+    assert own[0] < -1.0 and own[-1] > 10.0 and np.diff(own).max() <= 2.5 * layout.PROOF_PIECE, own

@@ -18,7 +18,7 @@ from chipwise.stock import layout
 from chipwise.stock.core import library
 
 ROOM = 2_000_000            # witnesses of one stock that are found: a long program has one in every few moves before it is repeated
-MOST = 60000                # those of them that count: the deepest
+MOST = 200_000              # those of them that count: the deepest
 SQUARES = 300_000_000       # looked at for one stock: minutes
 CELLS_ACROSS = 16           # of the smallest tool, of the proof's map
 MOST_CELLS = 4_000_000
