@@ -13,8 +13,8 @@ import os
 import signal
 import sys
 
-from chipwise.cli.machine_options import Progress, add_machine_options, machine_of, refuser
-from chipwise.cli.output import unwritable, write_output
+from chipwise.cli.machine_options import Progress, add_machine_options, ini_of, machine_of, refuser
+from chipwise.cli.output import check_outputs, write_output
 from chipwise.errors import format_length, printable, with_line
 
 NAME = 'check'
@@ -46,8 +46,8 @@ def run(options):
     programs = programs_of(options.programs)
     if not programs:
         refuse('there is no program (.ngc, .nc, .tap) in the folder')
-    for path in filter(None, (options.report, options.json)):
-        check_output(path)
+    check_outputs(refuse, {'--report': options.report, '--json': options.json},
+                  [*(('one of the programs', program) for program in programs), ('the INI file', ini_of(options))])
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
     results, progress = [None] * len(programs), Progress(sys.stderr)
     for number, result in results_of(options, programs, progress, arguments):
@@ -124,15 +124,6 @@ def json_text(results):
     """All results, in the order of the programs."""
     return json.dumps({'status': max(r.status for r in results), 'programs': [r.json() for r in results]}, indent=1,
                       allow_nan=False) + '\n'
-
-
-def check_output(path):
-    """Refuse a file that cannot be written, before any work."""
-    if path == '-':
-        return
-    trouble = unwritable(path)
-    if trouble:
-        refuse(trouble[0])
 
 
 def write(path, text):

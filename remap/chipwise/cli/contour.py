@@ -17,6 +17,7 @@ from chipwise.contour_sub import read
 from chipwise.contour_sub.find import program_unit
 from chipwise.contour_sub.job import Job
 from chipwise.cli import UsageError
+from chipwise.cli.output import check_outputs
 from chipwise.cli.picture import check_output, write_picture
 from chipwise.errors import MM_PER_INCH, CycleError, format_length, printable, unnamed
 from chipwise.drawing.data import Drawing, middle, offset, wrong
@@ -56,6 +57,7 @@ def run(options):
     try:
         if options.output:
             check_output(options.output)
+            check_outputs(refuse, {'-o': options.output}, [('the program', options.program), ('the INI file', ini_of(options))])
         drawing = make_drawing(options)
         if options.output:
             write_picture(svg(drawing), options.output)

@@ -15,7 +15,7 @@ import os
 import numpy as np
 
 from chipwise.cli.machine_options import refuser
-from chipwise.cli.output import is_same_file, unwritable, write_output
+from chipwise.cli.output import check_outputs, write_output
 from chipwise.digitise import height_map, mesh, program, record
 from chipwise.errors import MM_PER_INCH, CycleError, unnamed
 from chipwise.stock import store
@@ -50,11 +50,7 @@ def _check(options):
             refuse(f'--{name} {value:g} is not from {low:g} to {high:g}')
     if not options.output.endswith(tuple(KINDS)):
         refuse(f'{options.output} is not FILE.stock, FILE.stl or FILE.ngc')
-    for path in filter(None, (options.output, options.json)):
-        if unwritable(path):
-            refuse('; '.join(unwritable(path)))
-        if is_same_file(path, options.log):
-            refuse(f'{path} is the log; name another file')
+    check_outputs(refuse, {'-o': options.output, '--json': options.json}, [('the log', options.log)])
 
 
 def _write_map(found, options):

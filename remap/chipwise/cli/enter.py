@@ -22,7 +22,7 @@ from dataclasses import replace
 from chipwise import entry, language
 from chipwise.cli.contour import parameters
 from chipwise.cli.machine_options import add_ini, ini_of, refuser
-from chipwise.cli.output import is_same_file
+from chipwise.cli.output import check_outputs
 from chipwise.cli.picture import check_output, write_picture
 from chipwise.errors import MM_PER_INCH, CycleError, printable, unnamed
 from chipwise.ini import Ini
@@ -102,8 +102,7 @@ def check_planned(options):
         check_output(options.output)
         if options.code not in DRAWN:
             refuse(f'{options.code} has nothing to draw; leave -o out')
-        if options.program and is_same_file(options.output, options.program):
-            refuse(f'-o {options.output} is the program itself; name another file')
+        check_outputs(refuse, {'-o': options.output}, [('the program', options.program), ('the INI file', ini_of(options))])
     numbered, named = parameters(options.set)
     scale = MM_PER_INCH if options.unit == 'in' else 1.0
     at = tuple(scale * value for value in options.at) if options.at else (0.0, 0.0, 5.0)

@@ -31,14 +31,32 @@ def write_output(name, path, content):
         raise UsageError(printable(f'{name}: {path}: {error.strerror}; name a file in a folder of yours that has room')) from error
 
 
+def check_outputs(refuse, outputs, inputs):
+    """Refuse, before any work, an output that cannot be written, that is another one too, or that would replace what the command reads.
+
+    refuse   function of a text, which raises
+    outputs  {option: path}; None and - (standard output) are no files
+    inputs   pairs (what it is, path or None)
+    """
+    seen = []
+    for option, path in outputs.items():
+        if not path or path == '-':
+            continue
+        trouble = unwritable(path)
+        if trouble:
+            refuse(f'{option} ' + '; '.join(trouble))
+        for other, taken in seen:
+            if os.path.realpath(path) == os.path.realpath(taken):
+                refuse(f'{other} and {option} are the same file, {path}; name another one')
+        for what, source in inputs:
+            if source and is_same_file(path, source):
+                refuse(f'{option} {path} is {what} itself; name another file')
+        seen.append((option, path))
+
+
 def is_same_file(path, other):
     """Whether two paths name one file that exists."""
     return os.path.exists(path) and os.path.exists(other) and os.path.samefile(path, other)
-
-
-def is_same_output(path, other):
-    """Whether two outputs, which need not exist yet, are one file; False for None and -."""
-    return bool(path and other and path != '-') and os.path.realpath(path) == os.path.realpath(other)
 
 
 def write_whole(path, content):

@@ -13,7 +13,7 @@ import os
 
 from chipwise.cli import contour
 from chipwise.cli.machine_options import add_ini, ini_of, refuser
-from chipwise.cli.output import unwritable, write_output
+from chipwise.cli.output import check_outputs, write_output
 from chipwise.cli.picture import check_output, write_picture
 from chipwise.errors import MM_PER_INCH, CycleError, format_length, printable, unnamed
 from chipwise.pattern import library
@@ -42,10 +42,11 @@ def run(options):
     try:
         if options.output:
             check_output(options.output)
-        if options.json and unwritable(options.json):
-            refuse('; '.join(unwritable(options.json)))
         unit_mm = contour.machine_unit(options.ini)
-        entries, skipped = entries_of(options, folders_of(options), unit_mm)
+        paths = files_of(folders_of(options))
+        check_outputs(refuse, {'-o': options.output, '--json': options.json},
+                      [*(('a pattern', path) for path in paths), ('the INI file', options.ini)])
+        entries, skipped = entries_of(options, paths, unit_mm)
         unit = 'in' if unit_mm == MM_PER_INCH else 'mm'
         hidden = {entry.path: other for entry in entries for other in [elsewhere(entry, options.ini)] if other != entry.path}
         print('\n'.join(line for entry in entries for line in text_of(entry, unit, hidden)) or 'there are no patterns')
@@ -75,17 +76,22 @@ def folders_of(options):
     return there
 
 
-def entries_of(options, folders, unit_mm):
-    """([Entry], [Skipped]) of folders."""
-    tool, parameters = contour.tool_diameter(options.tool, unit_mm), contour.parameters(options.set)
-    os.chdir(os.path.dirname(options.ini))          # as LinuxCNC: its relative paths count from there
-    found = []
+def files_of(folders):
+    """Paths of the patterns in folders."""
+    paths = []
     for folder in folders:
         try:
-            paths = library.files_of(folder)
+            paths += library.files_of(folder)
         except OSError as error:
             refuse(printable(f'{folder}: {error.strerror}'))
-        found += [library.read_entry(path, options.ini, unit_mm, tool, parameters) for path in paths]
+    return paths
+
+
+def entries_of(options, paths, unit_mm):
+    """([Entry], [Skipped]) of files."""
+    tool, parameters = contour.tool_diameter(options.tool, unit_mm), contour.parameters(options.set)
+    os.chdir(os.path.dirname(options.ini))          # as LinuxCNC: its relative paths count from there
+    found = [library.read_entry(path, options.ini, unit_mm, tool, parameters) for path in paths]
     return ([entry for entry in found if isinstance(entry, library.Entry)],
             [entry for entry in found if isinstance(entry, library.Skipped)])
 

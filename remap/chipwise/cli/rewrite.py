@@ -14,8 +14,8 @@ import signal
 import sys
 
 from chipwise.cli import rewrite_folder
-from chipwise.cli.machine_options import Progress, add_machine_options, machine_of, refuser
-from chipwise.cli.output import unwritable, write_whole
+from chipwise.cli.machine_options import Progress, add_machine_options, ini_of, machine_of, refuser
+from chipwise.cli.output import check_outputs, write_whole
 from chipwise.errors import printable, with_line
 
 NAME = 'rewrite'
@@ -90,9 +90,8 @@ def check_options(options):
     if options.split is not None and options.split < 0.05:
         refuse(f'--split {options.split:g} mm is too short; use 0.05 or more')
     rewrite_folder.check_options(options, refuse)
-    trouble = None if os.path.isdir(options.program) else unwritable(options.output)
-    if trouble:
-        refuse('-o ' + '; '.join(trouble))
+    if not os.path.isdir(options.program):
+        check_outputs(refuse, {'-o': options.output}, [('the program', options.program), ('the INI file', ini_of(options))])
 
 
 def order_of(options, machine):

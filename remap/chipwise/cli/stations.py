@@ -12,7 +12,7 @@ import math
 import os
 
 from chipwise.cli.machine_options import refuser
-from chipwise.cli.output import unwritable, write_output
+from chipwise.cli.output import check_outputs, write_output
 from chipwise.errors import CycleError, format_length, unnamed
 from chipwise.settings import load_settings
 from chipwise.stations import frame, store
@@ -43,10 +43,9 @@ def run(options):
         refuse(f'--error {options.error:g} is not a length above 0 mm, at most 100')
     if options.at and not all(map(math.isfinite, options.at)):
         refuse('--at needs three finite numbers')
-    if options.json and unwritable(options.json):
-        refuse('; '.join(unwritable(options.json)))
     try:
         path = options.file or _file_of(options)
+        check_outputs(refuse, {'--json': options.json}, [('the file of the stations', path), ('the INI file', options.ini or os.environ.get('INI_FILE_NAME'))])
         change(path, options)
         found = {number: figures(points, options) for number, points in sorted(store.load(path).items())}
     except CycleError as error:

@@ -15,8 +15,8 @@ import signal
 import sys
 import time
 
-from chipwise.cli.machine_options import Progress, add_ini, refuser
-from chipwise.cli.output import is_same_file, is_same_output, unwritable, write_output
+from chipwise.cli.machine_options import Progress, add_ini, ini_of, refuser
+from chipwise.cli.output import check_outputs, write_output
 from chipwise.cli.surface_job import is_job, read_job
 from chipwise.cli.surface_program import LENGTHS, figures_of, planned, program_text, unit_of
 from chipwise.errors import CycleError, printable
@@ -58,7 +58,8 @@ def run(options):
         cuts = cuts_of(options)
         for cut in cuts:
             check_options(cut)
-            check_outputs(cut)
+            check_outputs(refuse, {'-o': cut.output, '--json': cut.json},
+                          [('the model', cut.model), ('the job file', getattr(cut, 'job', None)), ('the INI file', ini_of(cut))])
         parts = planned(cuts, refuse, progress)
         write_output(NAME, options.output, program_text(parts))
     except CycleError as error:
@@ -125,18 +126,3 @@ def check_options(options):
         refuse('--at needs three lengths')
     if options.tool < 1:
         refuse(f'--tool {options.tool} is not the number of a tool')
-
-
-def check_outputs(options):
-    """UsageError for files that cannot be written, or must not be."""
-    if is_same_output(options.output, options.json):
-        refuse(f'-o and --json are the same file, {options.json}; name another one')
-    for path in filter(None, (options.output, options.json)):
-        if unwritable(path):
-            refuse('; '.join(unwritable(path)))
-        if is_same_file(path, options.model):
-            refuse(f'{path} is the model itself')
-        if is_same_file(path, getattr(options, 'job', options.model)):
-            refuse(f'{path} is the job file itself')
-
-

@@ -14,7 +14,7 @@ import os
 from chipwise import ROOT
 from chipwise.cli import UsageError
 from chipwise.cli.machine_options import refuser
-from chipwise.cli.output import is_same_file, is_same_output, unwritable, write_output
+from chipwise.cli.output import check_outputs, write_output
 from chipwise.errors import CycleError, braceless, unnamed
 from chipwise.files import read_bytes
 from chipwise.ini import Ini
@@ -91,16 +91,8 @@ def check_options(options):
     """UsageError for files that cannot be written, before any work."""
     if options.output and not options.output.lower().endswith(SUFFIXES):
         refuse(f'-o {options.output} is neither a picture nor a program; use .svg or .ngc')
-    if is_same_output(options.output, options.json):
-        refuse(f'-o and --json are the same file, {options.json}; name another one')
-    for name, path in (('-o', options.output), ('--json', options.json)):
-        if not path or path == '-':
-            continue
-        trouble = unwritable(path)
-        if trouble:
-            refuse(f'{name} ' + '; '.join(trouble))
-        if is_same_file(path, options.program):
-            refuse(f'{name} {path} is the program itself; name another file')
+    check_outputs(refuse, {'-o': options.output, '--json': options.json},
+                  [('the program', options.program), ('the file of steps', options.steps), ('the INI file', options.ini)])
 
 
 def read_program(path):
