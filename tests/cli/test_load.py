@@ -21,7 +21,8 @@ def machine(monkeypatch, tmp_path):
     monkeypatch.setattr(load, 'halcmds', lambda *commands: pytest.fail(f'halcmds {commands}'))
     ini = tmp_path / 'machine.ini'
     monkeypatch.setenv('INI_FILE_NAME', str(ini))
-    ini.write_text('[TRAJ]\nCOORDINATES = XYZ\nLINEAR_UNITS = mm\nMAX_LINEAR_ACCELERATION = 500\n')
+    ini.write_text('[TRAJ]\nCOORDINATES = XYZ\nLINEAR_UNITS = mm\nMAX_LINEAR_ACCELERATION = 500\n'
+                   + ''.join(f'[AXIS_{axis}]\nMAX_ACCELERATION = 600\n' for axis in 'XYZ'))
     return ini, hal
 
 
@@ -34,7 +35,8 @@ def said(function, *arguments):
 def test_a_usual_machine(machine):
     load.check_machine(Ini())
     load.check_free(parse_settings({}))
-    assert load.planner_acceleration(Ini()) == 500 and load.axis_accelerations(Ini()) == {} and Ini().units_per_mm() == 1
+    assert load.planner_acceleration(Ini()) == 500 and Ini().units_per_mm() == 1
+    assert load.axis_accelerations(Ini()) == {'x': 600, 'y': 600, 'z': 600}
 
 
 @pytest.mark.parametrize('text, words', [
@@ -76,11 +78,21 @@ def test_the_user_of_a_signal_is_named(machine):
     ('[AXIS_X]\nMAX_ACCELERATION = fast\n', '[AXIS_X]MAX_ACCELERATION = fast is not a number above 0'),
     ('[TRAJ]\nMAX_LINEAR_ACCELERATION = -5\n', '[TRAJ]MAX_LINEAR_ACCELERATION = -5 is not a number above 0'),
     ('[TRAJ]\nMAX_LINEAR_ACCELERATION = {nan}\n', '[TRAJ]MAX_LINEAR_ACCELERATION = {nan} is not'),
-    ('', 'no acceleration in the INI file'),
 ])
 def test_an_acceleration_that_is_none(machine, text, words):
     machine[0].write_text(text)
     assert words in said(load.planner_acceleration, Ini())
+
+
+@pytest.mark.parametrize('text, planner, axes', [
+    ('', 1, {'x': 1, 'y': 1, 'z': 1}),
+    ('[TRAJ]\nMAX_LINEAR_ACCELERATION = 500\n', 1, {'x': 1, 'y': 1, 'z': 1}),
+    ('[AXIS_X]\nMAX_ACCELERATION = 500\n[AXIS_Y]\nMAX_ACCELERATION = 400\n', 1, {'x': 500, 'y': 400, 'z': 1}),
+    ('[AXIS_X]\nMAX_ACCELERATION = 0.5\n', 0.5, {'x': 0.5, 'y': 1, 'z': 1}),
+])
+def test_an_axis_without_an_acceleration_has_linuxcncs(machine, text, planner, axes):
+    machine[0].write_text(text)
+    assert load.planner_acceleration(Ini()) == planner and load.axis_accelerations(Ini()) == axes
 
 
 # --- the [PYTHON] section ---------------------------------------------------

@@ -7,6 +7,7 @@ does not start: a map of another size than the one asked for would be worse.
 """
 
 import ctypes
+import math
 import os
 import subprocess
 import sys
@@ -25,6 +26,7 @@ NAME = 'load'
 HELP = 'load the HAL components (called by chipwise.hal)'
 
 BYTES_PER_CELL = ctypes.sizeof(Cell)
+AXIS_ACCELERATION = 1.0     # machine units/s2: LinuxCNC's for an axis without one, whatever [TRAJ] and the joint have (emccfg.h, 2.9 and 2.10)
 MONITOR_TIMEOUT_S = 5.0     # without a heartbeat of chipwise-monitor until fault 16
 TOOL_NUMBER = 'iocontrol.0.tool-number'
 CELLS_ACROSS = 48.0         # of a tool: with more, its ramps are more work than a period has, and the map lags behind the tool
@@ -37,12 +39,7 @@ def add_arguments(parser):
 
 def planner_acceleration(ini):
     """Smallest acceleration the planner may use in a straight move, machine units/s2."""
-    found = [ini.number('TRAJ', 'MAX_LINEAR_ACCELERATION'), *axis_accelerations(ini).values()]
-    numbers = [number for number in found if number]
-    if not numbers:
-        raise CycleError('no acceleration in the INI file',
-                         'set [TRAJ]MAX_LINEAR_ACCELERATION or [AXIS_X]MAX_ACCELERATION')
-    return min(numbers)
+    return min(ini.number('TRAJ', 'MAX_LINEAR_ACCELERATION', math.inf), *axis_accelerations(ini).values())
 
 
 def planner_jerk(ini):
@@ -55,9 +52,8 @@ def planner_jerk(ini):
 
 
 def axis_accelerations(ini):
-    """{axis: machine units/s2} of the axes in the INI file: the deceleration of a traverse."""
-    found = {axis: ini.number('AXIS_' + axis.upper(), 'MAX_ACCELERATION') for axis in 'xyz'}
-    return {axis: number for axis, number in found.items() if number}
+    """{axis: machine units/s2}: the deceleration of a traverse."""
+    return {axis: ini.number('AXIS_' + axis.upper(), 'MAX_ACCELERATION', AXIS_ACCELERATION) for axis in 'xyz'}
 
 
 def check_memory(settings):
