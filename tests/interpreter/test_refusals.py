@@ -87,3 +87,8 @@ def test_areas_in_program_units():
         shape = shape.replace("G1 X30", f"G1 X{30 * scale:.6f}")
         said = run_rs274(f"{shape}T1 M6\n{unit} G0 X0 Y0 Z1\nG78 Q100 P41 Z{-2 * scale:.5f} R{scale:.5f} F{200 * scale:.3f}\nM2\n", TOOLS).output
         assert "does not fit in one place (line 5, 6, 7; " in said and shown in said, said[-600:]
+
+
+@pytest.mark.parametrize("line, words", [("M252 P1", "words are F"), ("M253 P1 Q2", "words are P F")])
+def test_the_words_of_an_m_code_are_named(line, words):
+    assert error_of(f"T1 M6\n{line}\nM2\n")[0] == f"chipwise: {line[:4]}: word {line.split()[-1][0]} is not used here; {words}"

@@ -104,8 +104,7 @@ class State:
         block = self._block()
         for letter in ALL_WORDS:
             if letter not in allowed and letter not in COMMON_WORDS and getattr(block, letter + "_flag"):
-                listed = " ".join(allowed.upper())
-                raise CycleError(f"word {letter.upper()} is not used here", f"words are {listed} F")
+                raise CycleError(f"word {letter.upper()} is not used here", f"words are {' '.join(allowed.upper() + 'F')}")
 
     def number(self, letter):
         """A word's plain value, None where absent."""
