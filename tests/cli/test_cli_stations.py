@@ -74,3 +74,19 @@ def test_the_file_of_a_machine(tmp_path):
         assert done.returncode == 0 and done.stdout.startswith('station 3: ')
     done = stations(None)
     assert done.returncode == 2 and 'no machine is named; use --ini INI or --file FILE' in done.stderr
+
+
+def test_options_may_be_repeated(path):
+    """All of them count, and none if one cannot be done."""
+    before = path.read_text()
+    done = stations(path, *'--set 7 1 0 0 0 --set 7 2 10 0 0 --set 7 3 0 10 nan'.split())
+    assert done.returncode == 2 and 'is not a position' in done.stderr and path.read_text() == before
+    done = stations(path, *'--set 7 1 0 0 5 --set 7 2 10 0 0 --set 7 3 0 10 0'.split())
+    assert done.returncode == 0 and 'station 7: X axis at 0.0000' in done.stdout, done.stdout
+    done = stations(path, '--level', '7', '--level', '3')
+    assert done.returncode == 0 and 'X10.0000 Y0.0000 Z5.0000' in done.stdout and 'X300.0000 Y50.0000 Z-20.0000' in done.stdout, done.stdout
+    taught = path.read_text()
+    done = stations(path, '--remove', '7', '--remove', '8')
+    assert done.returncode == 2 and 'there is no station 8' in done.stderr and path.read_text() == taught
+    done = stations(path, '--remove', '7', '--remove', '3', '--remove', '7')
+    assert done.returncode == 0 and 'there are no stations' in done.stdout

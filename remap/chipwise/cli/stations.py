@@ -31,9 +31,11 @@ def add_arguments(parser):
                         help='the error there too, in coordinates of the station')
     parser.add_argument('--json', metavar='FILE', help='the figures, for programs')
     change = parser.add_mutually_exclusive_group()
-    change.add_argument('--set', nargs=5, metavar=('P', 'Q', 'X', 'Y', 'Z'), help='put a point into a station')
-    change.add_argument('--level', type=int, metavar='P', help='give all points of a station the Z of point 1')
-    change.add_argument('--remove', type=int, metavar='P', help='remove a station')
+    change.add_argument('--set', nargs=5, action='append', default=[], metavar=('P', 'Q', 'X', 'Y', 'Z'),
+                        help='put a point into a station; may be repeated')
+    change.add_argument('--level', type=int, action='append', default=[], metavar='P',
+                        help='give all points of a station the Z of point 1; may be repeated')
+    change.add_argument('--remove', type=int, action='append', default=[], metavar='P', help='remove a station; may be repeated')
     parser.error = refuse
 
 
@@ -64,22 +66,29 @@ def _file_of(options):
 
 
 def change(path, options):
-    """--set, --level, --remove."""
-    if options.set:
-        numbers = [_whole(text, most, what) for text, most, what in zip(
-            options.set, (store.MAX_STATION, store.MAX_POINT), ('station P', 'point Q'))]
-        place = [_length(text) for text in options.set[2:]]
-        frame.check_point(numbers[1], place)
-        store.teach(path, *numbers, place)
-    if options.level is not None:
-        points = _station(path, options.level)
+    """--set, --level, --remove: all of them, or none if one cannot be done."""
+    taught = [_point(words) for words in options.set]
+    for number in options.level:
+        points = _station(path, number)
         if frame.ORIGIN not in points:
-            refuse(f'station {options.level} has no point 1, whose Z the others would get')
-        for number, (x, y, _z) in points.items():
-            store.teach(path, options.level, number, (x, y, points[frame.ORIGIN][2]))
-    if options.remove is not None:
-        _station(path, options.remove)
-        store.remove(path, options.remove)
+            refuse(f'station {number} has no point 1, whose Z the others would get')
+        taught += [(number, point, (x, y, points[frame.ORIGIN][2])) for point, (x, y, _z) in points.items()]
+    removed = list(dict.fromkeys(options.remove))
+    for number in removed:
+        _station(path, number)
+    for point in taught:
+        store.teach(path, *point)
+    for number in removed:
+        store.remove(path, number)
+
+
+def _point(words):
+    """--set -> (station, point, place)."""
+    numbers = [_whole(text, most, what) for text, most, what in zip(
+        words, (store.MAX_STATION, store.MAX_POINT), ('station P', 'point Q'))]
+    place = [_length(text) for text in words[2:]]
+    frame.check_point(numbers[1], place)
+    return (*numbers, place)
 
 
 def _station(path, number):
