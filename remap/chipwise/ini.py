@@ -45,16 +45,19 @@ def read_lines(path: str) -> list[str]:
 def expanded(path: str) -> str:
     """The text of an INI file with its #INCLUDE lines replaced, as `linuxcnc` does it.  Raises OSError."""
     lines = []
-    with open(path, encoding="utf-8", errors="surrogateescape") as file:
-        for line in file:
-            words = line.split(None, 1)
-            if words[:1] == ["#INCLUDE"] and len(words) == 2:
-                name = os.path.expanduser(os.path.expandvars(words[1].strip()))
-                with open(os.path.join(os.path.dirname(path), name), encoding="utf-8", errors="surrogateescape") as part:
-                    lines.append(part.read() + "\n")
-            else:
-                lines.append(line)
+    for line in _whole(path).splitlines(keepends=True):
+        words = line.split(None, 1)
+        if words[:1] == ["#INCLUDE"] and len(words) == 2:
+            name = os.path.expanduser(os.path.expandvars(words[1].strip()))
+            lines.append(_whole(os.path.join(os.path.dirname(path), name)) + "\n")
+        else:
+            lines.append(line)
     return "".join(lines)
+
+
+def _whole(path: str) -> str:
+    """The text of a file, whatever its bytes and line ends.  Raises OSError."""
+    return read_bytes(path, MAX_BYTES).decode("utf-8", "surrogateescape").replace("\r\n", "\n").replace("\r", "\n")
 
 
 def _entries(lines: Iterable[str]) -> Iterator[tuple[int, str, str, str]]:
@@ -108,7 +111,7 @@ class Ini:
         try:
             self.lines = read_lines(self.path)
         except OSError as error:
-            raise CycleError(f"INI file {braceless(self.path)}: {error.strerror}", "correct INI_FILE_NAME") from error
+            raise CycleError(f"INI file {braceless(self.path)}: {error.strerror}", "correct --ini, or INI_FILE_NAME") from error
 
     def section(self, name: str) -> dict[str, str]:
         """{KEY: text}, {} without such a section."""

@@ -191,7 +191,7 @@ def load_settings(ini_path: Optional[str] = None) -> Settings:
             _cache[stamp] = parse_settings(ini.section_of(lines, SECTION), os.path.dirname(stamp[0]))
     except (OSError, ValueError) as error:
         raise CycleError(f"INI file {braceless(path)}: {getattr(error, 'strerror', None) or error}",
-                         "correct INI_FILE_NAME") from error
+                         "correct --ini, or INI_FILE_NAME") from error
     return _cache[stamp]
 
 

@@ -168,3 +168,42 @@ def test_without_the_core_library(tmp_path, monkeypatch, command):
     said = done.stdout + done.stderr
     assert done.returncode and f'core library {tmp_path}/none.so is missing; run `make build`' in said, said
     assert 'internal error' not in said and not (tmp_path / 'out.ngc').exists()
+
+
+SLOTS = f'{ROOT}/nc_files/slots.ngc'
+STATIONS = f'{ROOT}/configs/robot_stations.toml'
+
+
+def redirected(line, **environment):
+    """(exit status, standard error) of a shell line; Python buffers what it prints, as it does for a user."""
+    env = {name: value for name, value in os.environ.items() if name != 'PYTHONUNBUFFERED'} | environment
+    done = subprocess.run(['sh', '-c', line.replace('chipwise ', f'{ROOT}/bin/chipwise ')], env=env, text=True, stdin=subprocess.DEVNULL,
+                          stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    return done.returncode, done.stderr
+
+
+@pytest.mark.parametrize('command', ['--help', '', f'try {SLOTS}', f'check {SLOTS}', f'stations --file {STATIONS}', 'enter list'],
+                         ids=lambda command: command.split(' ')[0].strip('-') or 'nothing')
+def test_output_on_a_full_disk_is_not_done(command):
+    status, said = redirected(f'chipwise {command} > /dev/full')
+    assert status == 1 and said.splitlines()[-1] == 'chipwise: the output cannot be written: No space left on device; it is not complete', said
+
+
+@pytest.mark.parametrize('command', [f'try {SLOTS}', f'check {SLOTS}', '--help'])
+@pytest.mark.parametrize('closed', ['>&-', '2>&-', '<&-', '<&- >&- 2>&-'])
+def test_closed_handles(command, closed):
+    status, said = redirected(f'chipwise {command} {closed}')
+    assert status == 0 and 'error' not in said, said
+
+
+def test_errors_do_not_go_to_the_output_if_their_handle_is_closed():
+    done = subprocess.run(['sh', '-c', f'{ROOT}/bin/chipwise contour none.ngc --sub 1 --tool 3 2>&-'], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE)
+    assert (done.returncode, done.stdout) == (2, b'')
+
+
+@pytest.mark.parametrize('command', ['contour {0} --sub 1 --tool 3', 'check {1} --ini {0}', 'try {1} --ini {0}', 'rewrite {1} --ini {0} --flute -o out.ngc'])
+def test_a_fifo_is_not_waited_for(tmp_path, command):
+    os.mkfifo(tmp_path / 'fifo')
+    words = command.format(tmp_path / 'fifo', SLOTS).split()
+    done = subprocess.run([os.path.join(ROOT, 'bin', 'chipwise'), *words], cwd=tmp_path, text=True, stdin=subprocess.DEVNULL, capture_output=True, timeout=100)
+    assert done.returncode == 2 and ('not a regular file' in done.stderr or 'does not exist' in done.stderr), done.stderr

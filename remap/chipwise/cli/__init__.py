@@ -14,6 +14,7 @@ so only the module that is called is imported.
 """
 
 import argparse
+import errno
 import importlib
 import os
 import sys
@@ -23,6 +24,7 @@ from chipwise.errors import NAME, of_unexpected, printable
 
 COMMANDS = {name: name for name in ('check', 'contour', 'demo', 'digitise', 'display', 'enter', 'filter', 'link', 'load', 'monitor',
                                    'panel', 'patterns', 'rewrite', 'stations', 'surface', 'turn')} | {'try': 'try_program'}
+FULL = errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO
 INTERNAL = ('display', 'link', 'load', 'monitor')      # LinuxCNC calls them
 
 
@@ -64,10 +66,27 @@ def welcome(modules):
         f'  linuxcnc {os.path.join(ROOT, "configs", "mill.ini")}'])
 
 
-def main(argv):
-    """-> exit status.  Any error is one line; CHIPWISE_TRACEBACK=1 adds the traceback."""
-    for stream in (stream for stream in (sys.stdout, sys.stderr) if stream):        # None: closed
-        stream.reconfigure(errors='replace')        # paths need not be UTF-8
+def open_handles():
+    """Closed standard handles lead to nowhere from here on: else the next file that is opened would get their number."""
+    for name, mode in (('stdin', 'r'), ('stdout', 'w'), ('stderr', 'w')):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, mode))
+
+
+def drop_output():
+    """What is still to be printed goes nowhere: the interpreter's own end would complain of it once more."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def of_system(error):
+    """What is said of an OSError, without "chipwise: "."""
+    if error.filename is None and error.errno in FULL:
+        return f'the output cannot be written: {error.strerror}; it is not complete'
+    return str(error)
+
+
+def run(argv):
+    """-> exit status of a command."""
     parser, modules = build_parser(argv[:1] if argv[:1] and argv[0] in COMMANDS else tuple(COMMANDS))
     try:
         options = parser.parse_args(argv)
@@ -75,13 +94,27 @@ def main(argv):
             print(welcome(modules))
             return 2
         return modules[options.command].run(options) or 0
+    except SystemExit as ended:                     # of argparse after --help, of a signal
+        return ended.code or 0
+
+
+def main(argv):
+    """-> exit status.  Any error is one line; CHIPWISE_TRACEBACK=1 adds the traceback."""
+    open_handles()
+    for stream in (sys.stdout, sys.stderr):
+        stream.reconfigure(errors='replace')        # paths need not be UTF-8
+    try:
+        status = run(argv)
+        sys.stdout.flush()                          # what could not be written is not done
+        return status
     except CommandError as error:
         print('chipwise: %s' % error, file=sys.stderr)
         return error.status
     except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        drop_output()
     except OSError as error:
-        print('chipwise: %s' % error, file=sys.stderr)
+        print(printable(NAME + of_system(error)), file=sys.stderr)
+        drop_output()
     except KeyboardInterrupt:
         return 130
     except Exception as error:

@@ -14,12 +14,13 @@ import re
 import numpy as np
 
 from chipwise.contour_sub import read
-from chipwise.contour_sub.find import program_unit
+from chipwise.contour_sub.find import MAX_BYTES, program_unit
 from chipwise.contour_sub.job import Job
 from chipwise.cli import UsageError
 from chipwise.cli.output import check_outputs
 from chipwise.cli.picture import check_output, write_picture
 from chipwise.errors import MM_PER_INCH, CycleError, format_length, printable, unnamed
+from chipwise.files import read_bytes
 from chipwise.drawing.data import Drawing, middle, offset, wrong
 from chipwise.geometry.base import elements
 from chipwise.geometry.offset.inaccessible import InaccessibleRegion
@@ -80,8 +81,7 @@ def machine_unit(ini):
 def read_program(path):
     """Text of the program."""
     try:
-        with open(path, encoding='utf-8', errors='replace') as file:
-            return file.read()
+        return read_bytes(path, MAX_BYTES).decode('utf-8', 'replace')
     except OSError as error:
         raise wrong(f'{path}: {error.strerror}', 'name a G-code file that can be read') from error
 

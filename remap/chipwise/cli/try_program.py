@@ -6,6 +6,7 @@ table. Work offsets are 0, whatever the machine has. Nothing is written, and a r
 """
 
 import os
+import sys
 
 from chipwise.errors import CycleError
 from chipwise.headless import runner
@@ -27,6 +28,6 @@ def run(options):
         if not os.path.isfile(path):
             raise UsageError('%s %s does not exist' % (what, path))
     try:
-        return 1 if rs274.run(options.program, options.ini).returncode else 0
+        return 1 if rs274.run(options.program, options.ini, to=sys.stdout).returncode else 0
     except (CycleError, rs274.Rs274Error) as error:
         raise UsageError(error) from error

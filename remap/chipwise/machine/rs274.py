@@ -15,6 +15,7 @@ Called by `chipwise try`, by tests/support/canon.py and by the benchmarks.  Prop
 import functools
 import os
 import re
+import shutil
 import subprocess
 import tempfile
 
@@ -57,18 +58,34 @@ def tool_table_unit(linear_units="mm"):
     return float(length[1])
 
 
-def start(arguments, home, directory, **options):
-    """rs274 -g ARGUMENTS -> CompletedProcess."""
+def start(arguments, home, directory, call=subprocess.run, **options):
+    """rs274 -g ARGUMENTS -> CompletedProcess, or what `call` gives."""
     environment = {**os.environ, "HOME": str(home), "LC_ALL": "C"}
     try:
-        return subprocess.run(["rs274", "-g", *arguments], cwd=directory, env=environment, text=True, errors="replace",
-                              stdin=subprocess.DEVNULL, check=False, **options)
+        return call(["rs274", "-g", *arguments], cwd=directory, env=environment, text=True, errors="replace",
+                    stdin=subprocess.DEVNULL, **options)
     except FileNotFoundError:
         raise Rs274Error("LinuxCNC's rs274 is not on the PATH; install linuxcnc-uspace") from None
 
 
-def run(program, ini, **options):
-    """A program on the machine of an INI file, tool table included; work offsets are 0.  -> CompletedProcess"""
+def relayed(arguments, home, directory, to):
+    """As start(), with the standard output written to the stream `to`: rs274 itself does not see that its output cannot be written.
+
+    Raises OSError.  -> Popen that has ended"""
+    with start(arguments, home, directory, call=subprocess.Popen, stdout=subprocess.PIPE) as process:
+        try:
+            shutil.copyfileobj(process.stdout, to)
+            to.flush()
+        except OSError:
+            process.kill()
+            raise
+    return process
+
+
+def run(program, ini, to=None, **options):
+    """A program on the machine of an INI file, tool table included; work offsets are 0.  -> CompletedProcess or Popen, with its returncode
+
+    to: stream that gets the standard output; else options of subprocess.run()."""
     ini = os.path.abspath(ini)
     directory = os.path.dirname(ini)
     text = expanded(ini)
@@ -85,7 +102,8 @@ def run(program, ini, **options):
         for name, content in files.items():
             with open(os.path.join(folder, name), "w", encoding="utf-8", errors="surrogateescape") as file:
                 file.write(content)
-        return start([*arguments, os.path.abspath(program)], folder, directory, **options)
+        arguments.append(os.path.abspath(program))
+        return start(arguments, folder, directory, **options) if to is None else relayed(arguments, folder, directory, to)
 
 
 def usable_elsewhere(text, directory):
