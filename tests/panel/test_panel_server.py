@@ -299,12 +299,16 @@ def test_a_hundred_connections(rig, monkeypatch):
     assert not page.is_alive()
 
 
-def test_byte_by_byte(rig, monkeypatch):
+@pytest.mark.parametrize("at_once, slowly", [
+    ("", "GET / HTTP/1.0\r\nX-Long: " + "a" * 1000),
+    ("POST /plan HTTP/1.0\r\nHost: {0}\r\nOrigin: http://{0}\r\nContent-Length: 4000\r\n\r\n", " " * 1000)], ids=["head", "body"])
+def test_byte_by_byte(rig, monkeypatch, at_once, slowly):
     """A request that never ends is cut off, though each byte of it comes in time."""
     monkeypatch.setattr(server, "REQUEST_S", 1.0)
     with socket.create_connection(rig.server.server_address[:2], timeout=300) as connection:
         began, cut = time.monotonic(), False
-        for byte in b"GET / HTTP/1.0\r\nX-Long: " + b"a" * 1000:
+        connection.sendall(at_once.format(rig.url.removeprefix("http://")).encode())
+        for byte in slowly.encode():
             try:
                 connection.sendall(bytes([byte]))
             except OSError:

@@ -3,7 +3,7 @@
 
 Called by cli/panel.py.  What a stranger may send is refused before anything is done with it:
 
- 1. At most MOST_CONNECTIONS at once; each more is closed at once.  A request has REQUEST_S to arrive, an answer SEND_S for each
+ 1. At most MOST_CONNECTIONS at once; each more is closed at once.  A request has REQUEST_S to arrive with its body, an answer SEND_S for each
     part to be accepted: a reader slower than that is cut off, and loses nothing but its own page.
  2. The Host header has to be the address that the connection has come to, so that no foreign name can be resolved to it (DNS
     rebinding).  A request that names another origin is refused.
@@ -96,7 +96,6 @@ class Handler(LineRequests, BaseHTTPRequestHandler):
 
     def check_origin(self):
         """Raise Refused unless the request is addressed to this server and comes from its own page, or from no page."""
-        self.server.in_time(self.connection)
         hosts = self.server.names_of(self.connection.getsockname()[0])
         if (self.headers.get("Host") or "").lower() not in hosts:
             raise Refused(421, f"this is {self.server.url}, and the request names another host; open that address")
@@ -125,6 +124,7 @@ class Handler(LineRequests, BaseHTTPRequestHandler):
     # --- reading ------------------------------------------------------------------------------------------------
 
     def get(self):
+        self.server.in_time(self.connection)
         path, _, query = self.path.partition("?")
         if path in FILES:
             folder, name, kind = FILES[path]
@@ -222,7 +222,9 @@ class Handler(LineRequests, BaseHTTPRequestHandler):
             length = int(self.headers.get("Content-Length") or 0)
             if not 0 <= length <= MOST_BODY:
                 raise Refused(413, f"the request has {length} bytes, more than {MOST_BODY}")
-            found = json.loads(self.rfile.read(length) or b"{}")
+            content = self.rfile.read(length)
+            self.server.in_time(self.connection)
+            found = json.loads(content or b"{}")
         except (ValueError, RecursionError) as error:
             raise Refused(400, "the request is not JSON") from error
         if not isinstance(found, dict):
@@ -294,7 +296,7 @@ class Server(ThreadingHTTPServer):
         super().shutdown_request(request)
 
     def in_time(self, connection):
-        """The head of the request is there."""
+        """The request is there, with its body."""
         with self._lock:
             if connection in self._open:
                 self._open[connection] = None
