@@ -95,6 +95,27 @@ def test_an_axis_without_an_acceleration_has_linuxcncs(machine, text, planner, a
     assert load.planner_acceleration(Ini()) == planner and load.axis_accelerations(Ini()) == axes
 
 
+# --- what LinuxCNC has expanded ------------------------------------------------
+
+@pytest.mark.parametrize('line, words', [
+    ('#INCLUDE /usr/local/share/chipwise/configs/chipwise_codes.inc',
+     'LinuxCNC has not expanded "#INCLUDE /usr/local/share/chipwise/configs/chipwise_codes.inc"'),
+    ('  #include chipwise.inc', 'has not expanded "#include chipwise.inc"'),
+    ('# handle_includes(): <37> CANNOT READ /opt/chipwise.inc', 'LinuxCNC cannot read /opt/chipwise.inc; correct the #INCLUDE line')])
+def test_an_include_that_linuxcnc_has_left(machine, line, words):
+    with machine[0].open('a') as file:
+        file.write(line + '\n')
+    assert words in said(python_section.check_includes, Ini())
+
+
+@pytest.mark.parametrize('line', ['#*** Begin #INCLUDE file: /usr/local/share/chipwise/configs/chipwise.inc', '#INCLUDE spindle.inc',
+                                  '# handle_includes(): <37> CANNOT READ spindle.inc', '##INCLUDE chipwise.inc'])
+def test_other_includes_are_not_ours(machine, line):
+    with machine[0].open('a') as file:
+        file.write(line + '\n')
+    python_section.check_includes(Ini())
+
+
 # --- the [PYTHON] section ---------------------------------------------------
 
 REMAPS = '[RS274NGC]\nREMAP = M250 modalgroup=10 argspec=pqrijkN python=m250\n'

@@ -13,7 +13,7 @@ import subprocess
 import sys
 
 from chipwise import ROOT
-from chipwise.cli.python_section import check_codes
+from chipwise.cli.python_section import check_codes, check_includes
 from chipwise.clock import patience
 from chipwise.errors import CycleError, braceless, unnamed
 from chipwise.halcmd import halcmd, halcmds, pins, signal_of, thread_functions
@@ -184,6 +184,7 @@ def run(options):
 
 def load(ini, settings):
     """Check settings, machine and HAL, then load and connect the components.  Raises CycleError."""
+    check_includes(ini)
     check_memory(settings)
     size_x, size_y = settings['MAP_SIZE']
     units = ini.units_per_mm()

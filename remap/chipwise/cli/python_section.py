@@ -15,7 +15,23 @@ from chipwise.ini import first_section_of, values_of
 
 CODES = os.path.dirname(os.path.dirname(os.path.dirname(os.path.realpath(__file__))))     # the folder remap/
 IMPORT = 'from chipwise.codes import *'
+LEFT = re.compile(r'\s*(#include\s+\S*chipwise\w*\.inc)\s*$', re.IGNORECASE)
+UNREAD = re.compile(r'# handle_includes\(\):.* CANNOT READ (\S*chipwise\w*\.inc)\s*$')
 OURS = re.compile(r'.*\bpython\s*=\s*m250\b', re.IGNORECASE)
+
+
+def check_includes(ini):
+    """Raise CycleError for an Ini, as LinuxCNC has expanded it, in which a file of chipwise's is missing.
+
+    LinuxCNC (handle_includes in linuxcnc, 2.9) leaves an #INCLUDE of an included file as it is, and goes on without a file that it
+    cannot read: G-codes would be unknown without a reason."""
+    for line in ini.lines:
+        left, unread = LEFT.match(line), UNREAD.match(line)
+        if left:
+            raise CycleError(f'LinuxCNC has not expanded "{braceless(left[1])}": it expands only lines of the main INI file, in capitals',
+                             'put it into the main INI file; one of an included section goes directly behind the #INCLUDE of that section')
+        if unread:
+            raise CycleError(f'LinuxCNC cannot read {braceless(unread[1])}', 'correct the #INCLUDE line, or run make install again')
 
 
 def check_codes(ini):
