@@ -92,3 +92,12 @@ def test_areas_in_program_units():
 @pytest.mark.parametrize("line, words", [("M252 P1", "words are F"), ("M253 P1 Q2", "words are P F")])
 def test_the_words_of_an_m_code_are_named(line, words):
     assert error_of(f"T1 M6\n{line}\nM2\n")[0] == f"chipwise: {line[:4]}: word {line.split()[-1][0]} is not used here; {words}"
+
+
+@pytest.mark.parametrize("line, words", [
+    ("M250 P0 Q0 R-10 I0.0004 J20 K10", "the stock has 0.0004 mm in X, less than 0.001 mm; give it a larger size"),
+    ("M250 P0 Q0 R-10 I20 J20 K99999999", "a corner of the stock is at Z99999989 mm of the machine, more than 1000000 mm from its zero"),
+    ("M250 P0 Q-2000000 R-10 I20 J20 K10", "a corner of the stock is at Y-2000000 mm of the machine, more than 1000000 mm from its zero"),
+    ("(WORKPIECE,BOX,XMIN=0,YMIN=0,ZMIN=-5,XMAX=10,YMAX=10,ZMAX=5,XMIN=3)\nM250", "WORKPIECE comment: XMIN is given twice; give it once")])
+def test_a_stock_that_the_tracker_would_refuse(line, words):
+    assert error_of(f"T1 M6\nG21\n{line}\nM2\n")[0].startswith(f"chipwise: M250: {words}")

@@ -12,7 +12,7 @@ from chipwise.clock import patience
 from chipwise.errors import CycleError
 from chipwise.glue import context, known_cuts, known_stock
 from chipwise.glue.registers import InForce, send, status_now
-from chipwise.glue.workpiece import check_fits, stock_of
+from chipwise.glue.workpiece import check_extent, check_fits, stock_of
 from chipwise.stock import layout, reasons
 from chipwise.stock.layout import Fault, Register
 
@@ -20,6 +20,7 @@ FILL_TRIES, FILL_WAIT_S = 100, 0.05     # the map is filled a part per servo per
 FILL_CELLS = 100_000                    # so many in a try at least (tracker.h: 12000 a period, stock.c: a quarter of turned ones)
 TOOL_FAULTS = range(Fault.TOOL_DIAMETER, Fault.NO_MONITOR + 1)      # of the tool, not of the stock; M250 may come before M6
 FILE_S, FILE_WAIT_S = 30.0, 0.05         # the monitor reads or writes a file meanwhile
+REFUSED = range(Fault.BOX_NOT_FINITE, Fault.BOX_TOO_LARGE + 1)      # of the last request
 SAME_MM, SAME_DEG = 1e-6, 1e-9          # boxes that differ by less are the same
 
 
@@ -27,6 +28,7 @@ def define_stock(state):
     """M250."""
     state.check_words("pqrijk")
     low, high, shape, turn = stock_of(state)
+    check_extent(low, high)
     check_fits(state.settings, low, high, turn)
     known_stock.define(state.interp, high[2])
     known_cuts.forget(state.interp)
@@ -47,7 +49,7 @@ def define_stock(state):
         if defined or fault and fault not in TOOL_FAULTS:
             break
     emccanon.SET_AUX_OUTPUT_VALUE(state.settings["ANALOG_OUT"], Register.IDLE)
-    if not defined:
+    if not defined or fault in REFUSED:         # what is defined may be the old stock
         yield                       # an error throws away what is queued: the request would stand, and be served later
         raise CycleError(f"the stock tracker has refused the stock (fault {fault})",
                          "see its message; without one, load chipwise.hal ([HAL]HALFILE); where chipwise-monitor has "

@@ -11,7 +11,7 @@ import math
 import re
 
 from chipwise.errors import CycleError
-from chipwise.stock.layout import StockShape
+from chipwise.stock.layout import MAX_COORDINATE, MIN_SIZE, StockShape
 
 CORNER_WORDS, SIZE_WORDS = "pqr", "ijk"
 BOX, CYLINDER = map(int, StockShape)
@@ -44,6 +44,8 @@ def _fields(text):
             if value != "Z":
                 raise CycleError("WORKPIECE comment: AXIS={value} is not Z", "use AXIS=Z", value=value)
             continue
+        if key in fields:
+            raise CycleError("WORKPIECE comment: {key} is given twice", "give it once", key=key)
         try:
             fields[key] = float(value)
             good = bool(equals) and math.isfinite(fields[key])
@@ -144,6 +146,17 @@ def to_machine(state, low, high):
     half = [(b - a) / 2 for a, b in zip(low, high)]
     return (tuple(m - h for m, h in zip(middle, half)), tuple(m + h for m, h in zip(middle, half)),
             (turn + 180) % 360 - 180)
+
+
+def check_extent(low, high):
+    """Raise CycleError for a box that the stock tracker refuses: components/core/stock.h."""
+    for axis, a, b in zip("XYZ", low, high):
+        if not b - a >= MIN_SIZE:
+            raise CycleError(f"the stock has {{size}} in {axis}, less than {{least}}", "give it a larger size", size=b - a, least=MIN_SIZE)
+        far = max(a, b, key=abs)
+        if not abs(far) <= MAX_COORDINATE:
+            raise CycleError(f"a corner of the stock is at {axis}{{far}} of the machine, more than {{most}} from its zero",
+                             "correct the words of M250, the comment or the work offset", far=far, most=MAX_COORDINATE)
 
 
 def check_fits(settings, low, high, turn=0.0):

@@ -7,8 +7,8 @@ Called by worker.py.
 from chipwise.stock.layout import Fault, GuardReason
 
 FAULTS = {              # stock-tracker.0.fault-code (man stock_tracker)
-    Fault.BOX_NOT_FINITE: 'the stock box has a corner that is not a number; define it again with M250',
-    Fault.BOX_EMPTY: 'the stock box has no extent in X, Y or Z; give M250 a size above 0',
+    Fault.BOX_NOT_FINITE: 'the stock box has a corner that is not a number, or 1000000 mm from machine zero; define it again with M250',
+    Fault.BOX_EMPTY: 'the stock box has less than 0.001 mm in X, Y or Z; give M250 a larger size',
     Fault.BOX_TOO_LARGE: 'the stock is larger than the map and was not changed; enlarge [CHIPWISE]MAP_SIZE or CELL, or use a smaller box',
     Fault.MAP: 'the stock map is incomplete (an interrupted restore, or another program wrote into it) and no longer valid; define the '
        'stock with M250 or restore it with M254',
