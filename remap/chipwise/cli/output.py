@@ -35,7 +35,7 @@ def check_outputs(refuse, outputs, inputs):
     """Refuse, before any work, an output that cannot be written, that is another one too, or that would replace what the command reads.
 
     refuse   function of a text, which raises
-    outputs  {option: path}; None and - (standard output) are no files
+    outputs  {option: path}; None and - (standard output) are left out
     inputs   pairs (what it is, path or None)
     """
     seen = []
