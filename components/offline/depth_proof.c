@@ -6,8 +6,8 @@
 
 #include "depth_state.h"
 
-#define MOST_PIECES 1e6 /* of a move that are looked at */
-#define LEVELS 24       /* of squares in squares: a cell has less */
+#define MOST_SEGMENTS 1e6 /* of a move that are looked at */
+#define LEVELS 24         /* of squares in squares: a cell has less */
 
 /* ---- memory ---------------------------------------------------------------------------------------------------- */
 
@@ -143,7 +143,7 @@ static struct judged judged_of(const struct proof *p, long k)
     m.highest = chip_max(move->from[2], move->to[2]);
     m.joined = k > 0 && before->tool == move->tool && !memcmp(before->to, move->from, sizeof move->from);
     m.length = sqrt(m.swept.length2 + (move->to[2] - move->from[2]) * (move->to[2] - move->from[2]));
-    m.most = CHIP_PROOF_MOST + (long)(CHIP_PROOF_MOST_MORE * chip_min(m.length / CHIP_PROOF_PIECE, MOST_PIECES));
+    m.most = CHIP_PROOF_MOST + (long)(CHIP_PROOF_MOST_MORE * chip_min(m.length / CHIP_PROOF_SEGMENT, MOST_SEGMENTS));
     m.nose = m.limit < m.tool->shoulder;
     return m;
 }

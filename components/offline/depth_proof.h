@@ -13,7 +13,7 @@
  *     high, then what it meets has been cut: the next level along a wall. Otherwise the cell is divided into four, again and again,
  *     until each square is out of reach, or one earlier move has cut all of it low enough, or its middle is a witness: a place of
  *     stock that is too high.
- *  4. Of the witnesses on one side of a piece of the path, CHIP_PROOF_PIECE long, the deepest counts: a path that is shifted there meets the
+ *  4. Of the witnesses on one side of a segment of the path, CHIP_PROOF_SEGMENT long, the deepest counts: a path that is shifted there meets the
  *     others less, too. What it still meets is found when the new path is proved.
  *  5. Squares with a diagonal of CHIP_PROOF_LEAST that are neither, do not count: contacts smaller than that, and stock thinner than
  *     the skin at the tool's side. All others are found.
@@ -26,10 +26,10 @@
 #define CHIP_PROOF_SKIN 0.004   /* mm [1] */
 #define CHIP_PROOF_BESIDE 0.003 /* mm [3]; less than the skin */
 #define CHIP_PROOF_LEAST 0.004  /* mm [5] */
-#define CHIP_PROOF_PIECE 0.2    /* mm [4] */
+#define CHIP_PROOF_SEGMENT 0.2  /* mm [4] */
 #define CHIP_PROOF_WITNESS 0.1  /* mm: a square smaller than that has one witness */
 #define CHIP_PROOF_MOST 60      /* witnesses of one move that are looked for, and */
-#define CHIP_PROOF_MOST_MORE 30 /* so many more for each of its pieces */
+#define CHIP_PROOF_MOST_MORE 30 /* so many more for each of its segments */
 
 struct chip_proof_stock {
     double x, y;           /* mm, its middle */
@@ -56,7 +56,7 @@ struct chip_proof_found { /* a witness */
     double height;        /* mm, Z of the stock there */
     double at;            /* share of the move where the tool comes there */
     int64_t move;
-    int64_t piece; /* its number [4] */
+    int64_t segment; /* its number [4] */
 };
 
 /* Looks for places where n moves, one after the other, cut deeper than their limits: at most `room` witnesses in `found`.

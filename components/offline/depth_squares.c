@@ -34,17 +34,17 @@ static double over_of(const struct proof *p, const struct chip_proof_found *w)
     return w->height - m->from[2] - w->at * (m->to[2] - m->from[2]) - m->limit;
 }
 
-/* Keeps a witness if it is the deepest of its piece [4]. */
+/* Keeps a witness if it is the deepest of its segment [4]. */
 static void keep(struct proof *p, const struct judged *m, double x, double y, double height, double t)
 {
     const struct chip_swept *s = &m->swept;
     int right = (x - s->x) * s->dy > (y - s->y) * s->dx;
     struct chip_proof_found own = { x, y, height, t, m->number, 0 };
     long *slot;
-    own.piece = 2 * (int64_t)floor((p->along + t * m->length) / CHIP_PROOF_PIECE) + right;
+    own.segment = 2 * (int64_t)floor((p->along + t * m->length) / CHIP_PROOF_SEGMENT) + right;
     p->hits++;
-    slot = &p->recent[own.piece % RECENT];
-    if (*slot < p->count && p->found[*slot].piece == own.piece) {
+    slot = &p->recent[own.segment % RECENT];
+    if (*slot < p->count && p->found[*slot].segment == own.segment) {
         if (over_of(p, &own) > over_of(p, &p->found[*slot])) p->found[*slot] = own;
     } else if (p->count < p->room) {
         *slot = p->count;

@@ -13,7 +13,7 @@
 #define DIAGONAL 1.4142135623730951
 #define SPANS_MOST 4096 /* parts of a move beside earlier ones [3] */
 #define NOTHING (-1)
-#define RECENT 4096 /* pieces whose witness is known [4]; of those before, another one may be kept */
+#define RECENT 4096 /* segments whose witness is known [4]; of those before, another one may be kept */
 
 struct node { /* of a chain of moves at a cell */
     int32_t move, next;
@@ -46,7 +46,7 @@ struct proof {
     int64_t *squares;
     struct chip_proof_found *found;
     long count, room;
-    long recent[RECENT]; /* index in found, by number of the piece */
+    long recent[RECENT]; /* index in found, by number of the segment */
     long hits;           /* witnesses of this move, with those that do not count [4] */
     double along;        /* mm of path before this move */
     int failed;

@@ -157,10 +157,10 @@ def test_of_too_many_witnesses_the_deepest_count(monkeypatch):
 
 
 @pytest.mark.parametrize("moves", [1, 7, 400])
-def test_a_piece_of_the_path_has_one_witness_on_each_side(moves):
-    """However its moves are long, a slot that is too deep has some along all of its length, each the deepest of its piece."""
+def test_a_segment_of_the_path_has_one_witness_on_each_side(moves):
+    """However its moves are long, a slot that is too deep has some along all of its length, each the deepest of its segment."""
     x = np.linspace(-4.0, 18.0, moves + 1)
     found = witnesses(np.column_stack((x, np.full(len(x), 6.03), -6 - x / 10)), (4.0, 0.0, 0.0), 3.0)
-    assert len(found) <= 2 * 22 / layout.PROOF_PIECE + 2
+    assert len(found) <= 2 * 22 / layout.PROOF_SEGMENT + 2
     own = sorted(w.place[0] for w in found)
-    assert own[0] < -1.0 and own[-1] > 10.0 and np.diff(own).max() <= 2.5 * layout.PROOF_PIECE, own
+    assert own[0] < -1.0 and own[-1] > 10.0 and np.diff(own).max() <= 2.5 * layout.PROOF_SEGMENT, own

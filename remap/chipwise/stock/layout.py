@@ -48,7 +48,7 @@ PROOF_BESIDE = 0.003
 PROOF_LEAST = 0.004
 PROOF_MOST = 60
 PROOF_MOST_MORE = 30
-PROOF_PIECE = 0.2
+PROOF_SEGMENT = 0.2
 PROOF_SKIN = 0.004
 PROOF_WITNESS = 0.1
 RATE_SLOTS = 1024
@@ -1295,7 +1295,7 @@ class ProofFound(C.Structure):
         ("height", C.c_double),
         ("at", C.c_double),
         ("move", C.c_int64),
-        ("piece", C.c_int64),
+        ("segment", C.c_int64),
     ]
 
 
