@@ -169,18 +169,21 @@ def test_at_rest_the_axes_are_where_the_master_is(followed):
 
 @pytest.mark.together("two machines")
 def test_the_axes_stay_near_the_masters_path(followed):
-    """A slave that waits brakes with A, so it leaves its place by v^2 / 2 A at most; the path is the master's."""
+    """A slave that waits brakes with A, so it leaves its place by v^2 / 2 A at most; the path is the master's, but for what it has never heard of:
+    where many packets in a row are lost it takes the short cut."""
     _master, _slave, master, slave, _network = followed
     counts, rows = counts_of(master), following(slave)
     zero, start = counts[int(rows["number"][0])], three(rows)[0]
+    heard = np.unique(rows["number"].astype(int))
+    unheard = max(sum(np.abs(counts[k + 1] - counts[k]).sum() for k in range(a, b)) for a, b in zip(heard[:-1], heard[1:]) if b - a > 1) / PER_MM
     path = np.array([place for number, place in sorted(counts.items()) if number >= rows["number"][0]])
     path = (path - zero) * MIRROR / PER_MM
     path = path[np.concatenate([[True], np.abs(np.diff(path, axis=0)).max(axis=1) > 0])]
     joints = three(rows)[::7] - start
     far = max(np.sqrt(((path - place) ** 2).sum(axis=1).min()) for place in joints)
     moved = np.abs(np.diff(three(rows), n=2, axis=0)).max() / PERIOD_S ** 2
-    print(f"joints at most {far:.4f} mm off the master's path, acceleration at most {moved:.0f} mm/s2")
-    assert far < FASTEST_MM_S ** 2 / (2 * A_MM_S2) and moved < A_MM_S2 + 20
+    print(f"joints at most {far:.4f} mm off the master's path, {unheard:.4f} mm of it not heard of, acceleration at most {moved:.0f} mm/s2")
+    assert far < FASTEST_MM_S ** 2 / (2 * A_MM_S2) + unheard and moved < A_MM_S2 + 20
 
 
 @pytest.mark.together("two machines")
@@ -195,7 +198,7 @@ def test_a_dead_master_stops_the_slave(followed):
     news = np.flatnonzero(slave["number"] == last)[0]
     assert 0 <= end - news - DEAD_PERIODS <= 2, (end, news)
     counts = counts_of(master)
-    assert np.abs(counts[last + 5] - counts[last]).max() > 0.01 * PER_MM            # the master was moving
+    assert max(np.abs(counts[k] - counts[last]).max() for k in range(last, last + 500) if k in counts) > PER_MM       # the master went on
     rest = three(slave)[news + 500:end + 500]
     assert np.ptp(rest, axis=0).max() < 1e-5
     assert said[9] == [] and said[10] == pytest.approx([200, 60, 30], abs=1e-5)

@@ -13,7 +13,7 @@
     ["open", program]
     ["open text", program text]
     ["run_until_stopped", seconds, line]   run from a line (0: the start) until a guard stops it
-                                    (answer true) or it ends (false)
+                                    (answer true) or it ends (false), for so long and WAIT_S at least
     ["run_from", line]              run from a line; goes on at once
     ["run_until", axis, value]      run until the axis is past the value (machine units, rising)
     ["abort"]
@@ -225,7 +225,7 @@ class Operator:
 
     def run_until_stopped(self, seconds, line=0):
         self.run_from(line)
-        end, idle = time.monotonic() + seconds, 0
+        end, idle = time.monotonic() + max(seconds, WAIT_S), 0
         while time.monotonic() < end and idle < 20:
             self.machine.poll()
             status = self.machine.status

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Models from files: read right, or answered with a message in 2 s."""
 import os
+import struct
 import time
+import zlib
 
 import numpy as np
 import pytest
@@ -70,6 +72,8 @@ def not_finite(value):
     (binary(WAVES * 1e6), "check the unit"),
     (surface_cases.stl_text(not_finite(np.nan)), "not a finite number"),
     (surface_cases.stl_text(WAVES)[:5000], "endsolid is missing"),
+    (surface_cases.stl_text(WAVES) + surface_cases.stl_text(WAVES)[:5000], "endsolid is missing"),
+    (surface_cases.stl_text(WAVES) + b"solid two\nfacet normal 0 0 1\nouter loop\nvertex 1 2 3\n", "endsolid is missing"),
     (surface_cases.stl_text(WAVES).replace(b"vertex", b"vortex", 1), "without three vertices"),
     (surface_cases.stl_text(WAVES).replace(b"vertex 0", b"vertex zero", 1), "not three numbers"),
     (surface_cases.png_bytes(np.zeros((4, 4)))[:60], "is cut off"),
@@ -133,6 +137,23 @@ def test_stock_files_that_are_refused(tmp_path):
                        ("turned.stock", "the stock in the file is turned")):
         found, seconds = answer(tmp_path / name)
         assert isinstance(found, str) and text in found and seconds < 2, found
+
+
+def test_an_ascii_file_with_several_solids(tmp_path):
+    (tmp_path / "model.stl").write_bytes(surface_cases.stl_text(WAVES) * 3)
+    assert len(answer(tmp_path / "model.stl")[0].triangles) == 3 * len(WAVES)
+
+
+@pytest.mark.parametrize("across, up, unit, good", [(2000, 1000, 1, False), (1, 2, 0, False), (11811, 11812, 1, True), (3, 3, 0, True), (0, 5, 1, True)])
+def test_pixels_that_are_not_square(tmp_path, across, up, unit, good):
+    """Refused, unless the size of a pixel is given."""
+    data = surface_cases.png_bytes(np.arange(12).reshape(3, 4) * 5000, pixel_mm=0.25)
+    old, new = (struct.pack(">IIB", *sizes) for sizes in ((4000, 4000, 1), (across, up, unit)))
+    data = data.replace(old + struct.pack(">I", zlib.crc32(b"pHYs" + old)), new + struct.pack(">I", zlib.crc32(b"pHYs" + new)))
+    (tmp_path / "depth.png").write_bytes(data)
+    found, _seconds = answer(tmp_path / "depth.png", depth=3.0)
+    assert isinstance(found, str) != good and (good or "times as wide as high" in found), found
+    assert not isinstance(answer(tmp_path / "depth.png", depth=3.0, pixel=0.2)[0], str)
 
 
 @pytest.mark.parametrize("bits", [8, 16])

@@ -184,13 +184,13 @@ def run(options):
 
 def load(ini, settings):
     """Check settings, machine and HAL, then load and connect the components.  Raises CycleError."""
-    check_includes(ini)
     check_memory(settings)
     size_x, size_y = settings['MAP_SIZE']
     units = ini.units_per_mm()
     acceleration = planner_acceleration(ini)
     check_codes(ini)
     check_machine(ini)
+    check_includes(ini)
     check_free(settings)
     first, status = settings['ANALOG_OUT'], settings['ANALOG_IN']
     halcmds(

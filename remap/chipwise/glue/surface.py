@@ -7,8 +7,8 @@ Comment as in docs/user/surfaces.md:
 
 import math
 import os
-import re
 
+from chipwise import comments
 from chipwise.errors import CycleError
 from chipwise.glue import known_cuts, known_stock
 from chipwise.ini import Ini, file_name
@@ -18,7 +18,6 @@ from chipwise.tools import ToolGeometry, tool_geometry
 WORDS = "dlzrikep"
 KEYS = ("X", "Y", "Z", "SCALE", "PIXEL", "DEPTH")
 RELIEF = 1.0                # mm, K without a word
-_COMMENT = re.compile(r"\(\s*SURFACE\s*,([^)]*)\)", re.IGNORECASE)
 
 
 def order(state):
@@ -79,8 +78,7 @@ def find_comment(path, line_number):
             for number, line in enumerate(program, 1):
                 if number > line_number > 0:
                     break
-                match = _COMMENT.search(line)
-                found = match.group(1) if match else found
+                found = (comments.insides(line, "SURFACE") or [found])[-1]
     except OSError:
         return None
     return found

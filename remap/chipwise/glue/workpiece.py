@@ -8,14 +8,13 @@ Called by stock_codes.py.  Comments as in docs/user/codes.md:
 
 import itertools
 import math
-import re
 
+from chipwise import comments
 from chipwise.errors import CycleError
 from chipwise.stock.layout import MAX_COORDINATE, MIN_SIZE, StockShape
 
 CORNER_WORDS, SIZE_WORDS = "pqr", "ijk"
 BOX, CYLINDER = map(int, StockShape)
-_COMMENT = re.compile(r"\(\s*WORKPIECE\s*,([^)]*)\)", re.IGNORECASE)
 _BOX_KEYS = ("XMIN", "YMIN", "ZMIN", "XMAX", "YMAX", "ZMAX")
 _CYLINDER_KEYS = ("X", "Y", "ZMIN", "ZMAX", "DIAMETER")
 
@@ -92,9 +91,11 @@ def find_comment(path, line_number):
     try:
         with open(path, encoding="utf-8", errors="replace") as program:
             for number, line in enumerate(program, 1):
-                match = _COMMENT.search(line)
-                if match and (first is None or number <= line_number):
-                    first = match.group(1)
+                here = comments.insides(line, "WORKPIECE")
+                if here and number <= line_number:
+                    first = here[-1]
+                elif here and first is None:
+                    first = here[0]
     except OSError:
         return None
     return first

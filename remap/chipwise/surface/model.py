@@ -16,6 +16,7 @@ from chipwise.surface import png, stl, stock_model
 
 LARGEST = 1e5               # mm, of a coordinate
 PIXEL = 0.1                 # mm of a pixel if neither the picture nor the user says it
+SQUARE = 0.01               # share by which a pixel may be wider than high: what is rounded
 DEPTH = 5.0                 # mm from white to black if the user does not say it
 
 
@@ -71,6 +72,9 @@ def _read(file, size, placing):
     file.seek(0)
     if head.startswith(png.SIGNATURE):
         picture = png.read_png(file)
+        if not placing.pixel and abs(picture.aspect - 1.0) > SQUARE:
+            raise CycleError(f"a pixel of the picture is {picture.aspect:.4g} times as wide as high", "scale the picture so that its pixels are "
+                             "square, or give PIXEL if they are and the picture says otherwise")
         notes = ("the picture has 8 bit: steps of 1/255 of the depth stay visible; use 16 bit",) if picture.bits == 8 else ()
         return _terrain(picture.height, placing.pixel or picture.pixel or PIXEL, placing.depth / placing.scale), placing.scale, notes
     if head.startswith(store.MARK):

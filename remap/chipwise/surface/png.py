@@ -25,22 +25,24 @@ _AGAIN = "save the picture again as 16-bit grey PNG without interlace"
 
 @dataclass(frozen=True)
 class Picture:
-    """height  (rows, columns) float32, 0 black .. 1 white, the first row at the top; bits: 8 or 16; pixel: mm, None: not said"""
+    """height  (rows, columns) float32, 0 black .. 1 white, the first row at the top; bits: 8 or 16; pixel: mm, None: not said; aspect: width of a pixel over its height"""
 
     height: np.ndarray
     bits: int
     pixel: float | None
+    aspect: float = 1.0
 
 
 def read_png(file: BinaryIO) -> Picture:
     """An open file that begins with SIGNATURE -> Picture.  Raises CycleError."""
-    head, data, pixel = b"", [], None
+    head, data, pixel, aspect = b"", [], None, 1.0
     for kind, content in _chunks(file.read(MAX_BYTES)):
         if kind == b"IHDR":
             head = content
         elif kind == b"pHYs" and len(content) == 9:
-            across, _up, unit = struct.unpack(">IIB", content)
+            across, up, unit = struct.unpack(">IIB", content)
             pixel = 1000.0 / across if unit == 1 and across else None
+            aspect = up / across if across and up else 1.0
         elif kind == b"IDAT":
             data.append(content)
     if len(head) != 13:
@@ -50,7 +52,7 @@ def read_png(file: BinaryIO) -> Picture:
         raise CycleError(f"the PNG file has {bits} bit, colour type {colour}{' and interlace' if interlace else ''}, which is not read", _AGAIN)
     if columns < 2 or rows < 2 or columns * rows > MAX_PIXELS:
         raise CycleError(f"the picture has {columns} x {rows} pixels, not 2 x 2 to {MAX_PIXELS} together", "scale the picture")
-    return Picture(_heights(b"".join(data), rows, columns, bits, colour), bits, pixel)
+    return Picture(_heights(b"".join(data), rows, columns, bits, colour), bits, pixel, aspect)
 
 
 def _chunks(data: bytes) -> Iterator[tuple[bytes, bytes]]:

@@ -61,13 +61,12 @@ def _binary(file: BinaryIO, size: int, count: int) -> np.ndarray:
 
 def _text(file: BinaryIO) -> np.ndarray:
     file.seek(0)
-    parts, rest, total, ended = [], b"", 0, False
+    parts, rest, total = [], b"", 0
     while True:
         data = file.read(TEXT_PART)
         text = rest + data
         cut = text.lower().rfind(b"endfacet") + len(b"endfacet") if data else len(text)
-        ended = ended or b"endsolid" in text.lower()
-        if not data and not ended:
+        if not data and not _is_end(text):
             raise CycleError(f"the ASCII STL file is cut off after triangle {total}: the line endsolid is missing", "export the model again")
         if not data or cut >= len(b"endfacet"):
             parts.append(_corners(text[:cut], total))
@@ -82,6 +81,13 @@ def _text(file: BinaryIO) -> np.ndarray:
         if not data:
             break
     return np.concatenate(parts)
+
+
+def _is_end(text: bytes) -> bool:
+    """Whether the last solid ends in what comes behind the last whole facet: one endsolid is not enough, there may be several solids."""
+    lines = text.lower().split(b"\n")
+    last = max((k for k, line in enumerate(lines) if b"endsolid" in line), default=None)
+    return last is not None and not any(line.split()[:1] in ([b"solid"], [b"facet"], [b"vertex"]) for line in lines[last + 1:])
 
 
 def _corners(text: bytes, before: int) -> np.ndarray:

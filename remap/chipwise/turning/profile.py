@@ -6,11 +6,11 @@ one chain: the outside, in either direction; or bore, face and outside in one ch
 """
 
 import math
-import re
 from dataclasses import dataclass
 
 import numpy as np
 
+from chipwise import comments
 from chipwise.contour_sub.find import quoted
 from chipwise.errors import CycleError
 from chipwise.geometry.base import elements
@@ -118,16 +118,13 @@ def _joined(pieces):
     return closed(out)
 
 
-_BLANK = re.compile(r"\(\s*WORKPIECE\s*,\s*CYLINDER\s*,([^)]*)\)", re.IGNORECASE)
-
-
 def blank_of_comment(text, unit_mm):
     """Profile of the program's (WORKPIECE,CYLINDER,..) comment; None without one.  BORE: diameter of a hole through it."""
-    found = _BLANK.search(text)
+    found = [fields for shape, _, fields in (inside.partition(",") for inside in comments.insides(text, "WORKPIECE")) if shape.strip().upper() == "CYLINDER"]
     if not found:
         return None
     fields = {}
-    for part in found.group(1).split(","):
+    for part in found[0].split(","):
         key, _, number = (word.strip().upper() for word in part.partition("="))
         try:
             fields[key] = number if key == "AXIS" else float(number) * unit_mm

@@ -9,6 +9,7 @@ import math
 import re
 from dataclasses import dataclass, field
 
+from chipwise import comments
 from chipwise.errors import MM_PER_INCH, CycleError, braceless
 from chipwise.files import read_bytes
 from chipwise.turning.tool import ROLES
@@ -16,7 +17,6 @@ from chipwise.turning.tool import ROLES
 MAX_BYTES = 1 << 26    # of a program
 FAR_MM = 1e4            # a barrier without K ends here, to the left
 _WORD = re.compile(r"([A-Z])\s*([-+]?(?:\d+\.?\d*|\.\d+))")
-_LATHE = re.compile(r"\(\s*LATHE\s*,([^)]*)\)", re.IGNORECASE)
 _KNOWN = "GQPIDEFHLN"
 _OFFSETS = {10.0, 54.0, 55.0, 56.0, 57.0, 58.0, 59.0, 59.1, 59.2, 59.3, 92.0, 92.1, 92.2, 92.3}
 
@@ -120,8 +120,8 @@ def rpm(request, x):
 def read_roles(text):
     """{role: (tool numbers)} of the LATHE comments of a program."""
     roles = {}
-    for match in _LATHE.finditer(text):
-        roles.update(_roles(match.group(1)))
+    for inside in comments.insides(text, "LATHE"):
+        roles.update(_roles(inside))
     return roles
 
 

@@ -10,6 +10,7 @@ import math
 import re
 from dataclasses import dataclass
 
+from chipwise import comments
 from chipwise.contour_sub.find import fault
 from chipwise.turning.graph import value
 
@@ -17,7 +18,6 @@ OUTSIDE, INSIDE = 0.61343, 0.54127      # depth / pitch of a metric thread of 60
 MOST_MM = 50.0          # of a lead
 MOST_STARTS = 12
 CYLINDER_MM = 1e-4      # a cylinder's ends differ by less
-_COMMENT = re.compile(r"\(\s*THREAD\b([^)]*)\)", re.IGNORECASE)
 _NUMBERS = ("PITCH", "DEPTH", "SPEED")
 
 
@@ -55,7 +55,7 @@ def read_threads(found, outside, bore, unit_mm):
     """(Thread, ..) of the comments in a sub (find.Found), for its graphs.  Raises CycleError naming the line."""
     threads = []
     for number, text in found.body:
-        for comment in _COMMENT.findall(text):
+        for comment in comments.insides(text, "THREAD", comma=False):
             fields = _fields(found, number, comment, unit_mm)
             pieces = [(p, side) for graph, side in ((outside, False), (bore, True)) for p in graph if p.line == number]
             if not pieces:

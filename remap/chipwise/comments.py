@@ -1,0 +1,18 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Comments of a program that chipwise reads, such as (SURFACE,FILE=part.stl).
+
+Called by glue/ and turning/.  As LinuxCNC does with (MSG, ..): what is behind a ; is a remark, and so is what is in another comment.
+"""
+
+import re
+
+_COMMENT = re.compile(r"\(([^()\n]*)\)|;[^\n]*")
+
+
+def insides(text: str, name: str, comma: bool = True) -> list[str]:
+    """What is behind the name in each comment of a line, or of a whole program, that begins with it and, if `comma`, a comma."""
+    if name not in text.upper():
+        return []
+    begins = re.compile(rf"\s*{name}\s*," if comma else rf"\s*{name}\b", re.IGNORECASE)
+    found = ((inside, begins.match(inside)) for inside in (match.group(1) or "" for match in _COMMENT.finditer(text)))
+    return [inside[match.end():] for inside, match in found if match]
