@@ -11,7 +11,7 @@ from chipwise.turning import profile, request
     ("( surface , FILE=a.stl,X=1 ) (SURFACE,FILE=b.stl)", [" FILE=a.stl,X=1 ", "FILE=b.stl"]),
     ("; (SURFACE,FILE=a.stl)", []),
     ("(SURFACE,FILE=a.stl) ; before: (SURFACE,FILE=b.stl)", ["FILE=a.stl"]),
-    ("(a ; in a comment is no remark) (SURFACE,FILE=a.stl)", ["FILE=a.stl"]),
+    ("(a ; within a comment) (SURFACE,FILE=a.stl)", ["FILE=a.stl"]),
     ("(was: SURFACE,FILE=a.stl)", []),
     ("(Surface of the part)", []),
     ("(SURFACES,FILE=a.stl)", []),
