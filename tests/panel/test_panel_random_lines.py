@@ -23,8 +23,8 @@ class Page(server.Handler):
     """The Handler of the server without a connection: what get() answers to a path."""
 
     def __init__(self, ini):
-        self.server = type("Server", (), {"lines": lines.Lines(ini)})()
-        self.headers, self.path, self.found = {}, "", None
+        self.server = type("Server", (), {"lines": lines.Lines(ini), "in_time": lambda self, connection: None})()
+        self.headers, self.connection, self.path, self.found = {}, None, "", None
 
     def send(self, status, content, kind):
         self.found = status, kind, content
