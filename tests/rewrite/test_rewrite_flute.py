@@ -133,6 +133,18 @@ def test_modes_are_kept(tmp_path, machine):
     assert text.count("\nG90\n") == 3 and text.count("\nG91\n") == 4 and "\nG90 G20\n" in text
 
 
+def test_arcs_of_several_planes_in_one_body(tmp_path, machine):
+    """What is travelled again behind the last line has arcs of G18 and G19 in it; G17 and G19 are in force behind it."""
+    body = "T2 M6\nS8000 M3\nG0 X20 Y20 Z5\nG1 Z-12 F100\nG18 G3 X44 Z-12 I12 K8\nG19 G2 Y32 Z-12 J6 K0\n{}\nG0 Z5\nM2\n"
+    for name, last in (("a", "G17"), ("b", "G1 Y34 Z-14")):
+        folder = tmp_path / name
+        folder.mkdir()
+        _said, before, after = rewritten(folder, machine, HEAD + STOCK + body.format(last))
+        over, more, left, rapid = verdict(before, after, machine)
+        assert over <= 0.006 and left <= 0.05 and more <= 0.02 and rapid <= 0.006
+        assert {"G18", "G19"} <= set(after.read_text().partition("K0)")[2].split())     # behind the last line that is shown
+
+
 @pytest.mark.parametrize("retract", ["G0 Z35\nX-20", "G0 Z35", "o1 sub\nG0 Z35\no1 endsub\no1 call"])
 def test_an_incremental_retract_goes_no_further_than_it_did(tmp_path, machine, retract):
     body = f"T1 M6\nS8000 M3\nG0 X-10 Y30 Z5\nG91\nG1 Z-35 F200\nX120 F400\n{retract}\nM2\n"

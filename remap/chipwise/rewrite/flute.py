@@ -154,8 +154,7 @@ class Shifter:
         """Cut the moves that lead to a path (n, 3)."""
         self._cut_lead(body.lead, path[0, 2])
         if body.entered:
-            x, y, z = path[0]
-            self.stock.cut(self.tool.shape, (x, y, max(z, self.stock.z_max)), path[:1])
+            self.stock.cut(self.tool.shape, path[0], path[:1])          # straight down: what is left is that of the lowest place
 
     def _shifted(self, body, target=None, depth=None):
         """R3 of a path in the stock as it is, which is cut: (n, 3) points.  Points that were bridged are NaN.

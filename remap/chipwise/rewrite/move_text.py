@@ -10,6 +10,7 @@ from chipwise.check.records import ARC, FEED, RAPID
 INCH = 25.4
 _ARC_LETTERS = {1: ((0, "I"), (1, "J")), 2: ((1, "J"), (2, "K")), 3: ((0, "I"), (2, "K"))}
 G = {RAPID: "G0", FEED: "G1"}
+PLANE = {1: 17, 2: 19, 3: 18}       # G word of a Circle's plane
 
 
 class Numbers:

@@ -256,7 +256,7 @@ class Collector:
         self.parts.append((kinds, block[:, 1].astype(np.int32), block[:, 2:5].copy(), block[:, 5].copy()))
         self.count += len(block)
         if self.count > MOST_MOVES:
-            raise Unreadable(f"it makes more than {MOST_MOVES} moves", "rewrite it in parts")
+            raise Unreadable(f"it makes more than {MOST_MOVES} moves", "look for a loop without an end, or rewrite it in parts")
 
     def _event(self, kind, line, values):
         if kind == records.CIRCLE:

@@ -17,10 +17,10 @@ import re
 
 import numpy as np
 
-from chipwise.check.records import RAPID
+from chipwise.check.records import ARC, RAPID
 from chipwise.check.reader import Unreadable
 from chipwise.rewrite.edits import Table, original
-from chipwise.rewrite.move_text import G, MoveText, Numbers, g_code
+from chipwise.rewrite.move_text import PLANE, G, MoveText, Numbers, g_code
 from chipwise.rewrite.straight_text import StraightLines, long_lines
 from chipwise.rewrite.words import MOTION, active_comments, code, plain_move, with_feed, with_word, words_of
 
@@ -251,15 +251,20 @@ class Writer:
         self._take_over(step)
 
     def _single_moves(self, text, moves):
-        """Moves one by one, with a MoveText of their own."""
-        move = None
+        """Moves one by one, with a MoveText of their own.  Segments that are travelled again may have arcs of other planes than the line's."""
+        move, plane = None, text.modes.plane
         for move in moves:
             words = text.words(move)
+            if words and move.kind == ARC and PLANE[move.circle.plane] != plane:
+                plane = PLANE[move.circle.plane]
+                words.insert(0, f"G{plane}")
             if words and move.kind != RAPID and (self.feed is None or abs(self.feed - move.feed) > 1e-9):
                 words.append("F" + text.numbers.feed(move.feed))
                 self.feed = move.feed
             if words:
                 self.out.line(" ".join(words), self.end)
+        if plane != text.modes.plane:
+            self.out.line(f"G{text.modes.plane:g}", self.end)
         self.at = text.at
         if move is not None:
             self.motion = g_code(move)
