@@ -62,8 +62,10 @@ def welcome(modules):
     return '\n'.join([
         f'chipwise {version()}: stock-aware feed and cycles for LinuxCNC', '', *usual, '',
         'chipwise COMMAND --help says more about one of them; man chipwise about all.',
-        'The G-codes (G12, G13, G24, G75, G77 to G79, M250 to M255) work inside LinuxCNC: start the simulated mill with',
-        f'  linuxcnc {os.path.join(ROOT, "configs", "mill.ini")}'])
+        'The codes work inside LinuxCNC: G12, G13, G24, G75, G77 to G79 and M250 to M255 on the simulated mill,',
+        f'  linuxcnc {os.path.join(ROOT, "configs", "mill.ini")}',
+        'G22, G23, G26 and G27 on the simulated lathe,',
+        f'  linuxcnc {os.path.join(ROOT, "configs", "lathe.ini")}'])
 
 
 def open_handles():
