@@ -39,7 +39,7 @@ COMPLETIONS = build/completion/chipwise build/completion/chipwise-sandbox
 OBJECTS  = $(CORE:components/core/%.c=build/core/%.o)
 OFFLINES = $(OFFLINE:components/offline/%.c=build/offline/%.o)
 LIBRARY  = build/libchipwise.so build/libchipwise_kinematics.so
-MODELS   = build/tests/support/fine_model.so build/tests/support/judge.so
+MODELS   = build/tests/support/fine_model.so build/tests/support/judge.so build/tests/support/turning_oracle.so
 PROGRAMS = $(CORE_TESTS:tests/core/%.c=build/tests/%) $(BENCHES:bench/%.c=build/bench/%)
 
 # As in LinuxCNC's Makefile.modinc; the warnings are ours.
@@ -158,7 +158,7 @@ build/bench/%: bench/%.c $(OBJECTS) $(HEADERS)
 	@mkdir -p $(@D)
 	$(CC) $(RTFLAGS) $(CFLAGS) -Icomponents -o $@ $< $(OBJECTS) -lm
 
-# Models of the stock that judge runs: nothing of the core is in them.
+# Models of the stock that judge runs, and the oracle of turned parts: nothing of the product is in them.
 build/tests/support/%.so: tests/support/%.c
 	@mkdir -p $(@D)
 	$(CC) -O2 -fPIC -shared $(CFLAGS) -o $@ $< -lm

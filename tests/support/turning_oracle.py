@@ -5,18 +5,24 @@ The program is read as text: T, G0 G1 G2 G3 G33 with X (radius), Z, I, K.  A too
 holder.  Every position is judged: the insert (nose, both edges without end) and the holder's box against the part, and on rapids
 against the stock; the holder against the stock on feeds, too.  Feeds take stock away.  Threads (G33) are judged against a part of their own.
 """
+import ctypes as C
 import math
 import re
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
+from support import ROOT
+
+LIBRARY = ROOT / "build" / "tests" / "support" / "turning_oracle.so"
+KINDS = ("gouge", "rapid", "holder")    # in the order of turning_oracle.c
 CELL = 0.02
 STEP = 0.05
 CENTRE = {1: (1, -1), 2: (1, 1), 3: (-1, 1), 4: (-1, -1), 5: (0, -1), 6: (1, 0), 7: (0, 1), 8: (-1, 0), 9: (0, 0)}
 
 
-@dataclass
+@dataclass(frozen=True)
 class Insert:
     """D, I, J, Q of the table, holder box and flat width (corner to corner); point angle of a drill; edge: mm, of the flanks of a
     threading insert, which has straight sides above them."""
@@ -141,7 +147,22 @@ def _note(found, name, depth, where):
 
 
 def _follow(found, sides, z, tool, kind, points):
-    """One move: judge every position, take stock away."""
+    """One move: judge every position, take stock away (turning_oracle.c)."""
+    centres = np.array([_centre(tool, point) for point in points])
+    got = _Found((C.c_double * 3)(*(found[name] for name in KINDS)), (C.c_int * 3)(-1, -1, -1), 0)
+    part, stock = sides
+    _library().follow(C.byref(got), part.ctypes, stock.ctypes, z.ctypes, len(z), C.c_double(CELL), C.byref(_tool_of(tool)), centres.ctypes, len(points), kind == "rapid")
+    for name, depth, k in zip(KINDS, got.depth, got.at):
+        if k >= 0:
+            _note(found, name, depth, (round(points[k][0], 4), round(points[k][1], 4), kind))
+    if kind == "feed":
+        step = math.dist(points[0], points[1])
+        found["feed"] += step * len(points)
+        found["air"] += step * (len(points) - got.cutting)
+
+
+def follow_slowly(found, sides, z, tool, kind, points):
+    """_follow() without the library; tests/turning/test_turning_random.py compares the two."""
     part, stock = sides
     r = 0.0 if tool.point else tool.d / 2
     step = math.dist(points[0], points[1])
@@ -150,6 +171,38 @@ def _follow(found, sides, z, tool, kind, points):
         whole = k % 8 == 0 or k == len(points) - 1 or bool(tool.point)      # far from the nose the edges are straight
         first, last = (0, len(z)) if whole else (int((v - z[0]) / CELL) + 1 for v in (cz - r - 0.3, cz + tool.flat + r + 1.0))
         _judge_position(found, part, stock, z, tool, kind, (cz, cx), slice(first, last), whole, (round(pz, 4), round(px, 4), kind), step)
+
+
+class _Tool(C.Structure):
+    """struct tool of turning_oracle.c."""
+
+    _fields_ = [("radius", C.c_double), ("flat", C.c_double), ("begin", C.c_double * 2), ("end", C.c_double * 2), ("foot", C.c_double * 2),
+                ("rise", C.c_double * 2), ("holder", C.c_double * 3), ("point", C.c_double), ("drill_radius", C.c_double)]
+
+
+class _Found(C.Structure):
+    """struct found of turning_oracle.c."""
+
+    _fields_ = [("depth", C.c_double * 3), ("at", C.c_int * 3), ("cutting", C.c_int)]
+
+
+@lru_cache(maxsize=1)
+def _library():
+    return C.CDLL(str(LIBRARY))
+
+
+@lru_cache(maxsize=64)
+def _tool_of(tool):
+    """_Tool of an Insert."""
+    point = math.tan(math.radians(tool.point) / 2) if tool.point else 0.0
+    r = 0.0 if tool.point else tool.d / 2
+    low, high = sorted((a % 360) if not tool.inside else (-a % 360) for a in (tool.i, tool.j))
+    begin, end, foot, rise = ([0.0, 0.0] for _ in range(4))
+    for k, angle in enumerate((low, 180 - high)):
+        a = math.radians(angle - tool.relief)
+        begin[k], end[k], foot[k], rise[k] = (r * math.sin(a), tool.edge * math.cos(a), -r * math.cos(a), math.tan(a)) if angle < 90 else (1.0, 0.0, 0.0, 0.0)
+    two = C.c_double * 2
+    return _Tool(r, tool.flat, two(*begin), two(*end), two(*foot), two(*rise), (C.c_double * 3)(*tool.holder), point, tool.d / 2)
 
 
 def _centre(tool, point):

@@ -4,8 +4,10 @@ import random
 import re
 import time
 
+import numpy as np
 import pytest
 
+from support import turning_oracle
 from support.random_cases import random_count, random_seed, write_replay
 from support.turning_oracle import judge, inaccessible_area
 from support.turning_random import random_case
@@ -28,6 +30,18 @@ def test_random_parts_are_turned_without_gouge_or_collision(k, tmp_path):
     assert spent < 2.0, said
     replay.unlink()
     assert plan.steps
+
+
+def test_the_library_judges_as_the_text_of_the_oracle_does(tmp_path, monkeypatch):
+    case = random_case(random.Random(random_seed()), wide=True)
+    _, request, machine, text = planned(case, tmp_path)
+    found, bars, _ = judge(text, request.scale, case, machine.tools)
+    monkeypatch.setattr(turning_oracle, "_follow", turning_oracle.follow_slowly)
+    slow, others, _ = judge(text, request.scale, case, machine.tools)
+    assert found.pop("where") == slow.pop("where")
+    assert found == pytest.approx(slow, rel=1e-9)
+    for side in bars:
+        assert all(np.array_equal(a, b) for a, b in zip(bars[side], others[side]))
 
 
 FAULTS = [("gouge", 123, (-0.02, 0.0)), ("gouge", 123, (0.0, -0.05)), ("rapid", 0, (0.0, -1.5))]

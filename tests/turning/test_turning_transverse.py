@@ -3,6 +3,7 @@
 import json
 import os
 import random
+from dataclasses import replace
 import re
 
 import pytest
@@ -83,7 +84,7 @@ def test_the_holder_is_seen_by_the_oracle(tmp_path, monkeypatch):
         def wide(self, folder, insert):
             plain(self, folder, insert)
             (folder / "tools.toml").write_text((folder / "tools.toml").read_text().replace("holder = [0, 25, 8]", "holder = [-2, 25, 8]"))
-            self.tools[1].holder = (-2, 25, 8)
+            self.tools[1] = replace(self.tools[1], holder=(-2, 25, 8))
 
         with monkeypatch.context() as patch:
             patch.setattr(Machine, "__init__", wide)
