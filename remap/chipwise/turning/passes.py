@@ -21,6 +21,7 @@ from chipwise.turning.levels import levels
 ROUNDING_MM = 1e-6
 SHORT_MM = 1e-7         # of a shorter move only rounding is left
 ARC_MM = 0.002          # a shorter arc is a line: one whose printed ends are equal would be a full circle to LinuxCNC
+THIN = 0.8              # of what a step may leave: ends of cuts on slopes are left for the finish
 MERGE_MM = 2.0          # of two parts of a finish with so little between them one is made
 
 
@@ -204,9 +205,15 @@ def rough(work, zone, depth, least):
             if columns:
                 now, left = transverse.cut(path, now, columns), columns[-1].z
             elif z1 <= left:
-                _cut(path, now, floor, z0, z1)
+                _cut(path, now, floor, *_thick_part(clip(now, z0, z1), floor, min(THIN * min(least, 0.5 * (higher - c)), work.tooth), (z0, z1)))
         now = [*clip(now, -math.inf, a), *lower(clip(now, a, b), clip(floor, a, b)), *clip(now, b, math.inf)]
     return path
+
+
+def _thick_part(now, floor, thin, interval):
+    """The interval without its ends where less than `thin` mm is left above the floor: a step that finishes takes them."""
+    found = above(now, floor, thin) if thin > ROUNDING_MM else []
+    return (found[0][0], found[-1][1]) if found else interval
 
 
 class _Region(NamedTuple):
