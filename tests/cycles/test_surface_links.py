@@ -2,16 +2,18 @@
 """The links of P1 between random cuts of surface_plan(), judged apart (support/link_judge.py): no contact as LinuxCNC rounds them, the relief,
 the lead-in, and that they are quick."""
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from support import drop_oracle, link_judge, surface_cases, surface_judge
 from support.random_cases import random_count, random_seed
 
-from chipwise.check.sweep import Shape
+from chipwise.check.sweep import HeightMap, Shape
 from chipwise.cycles.surface import SurfaceRequest, surface_plan
 from chipwise.lines import chunks, texts
 from chipwise.moves import CALLERS_PATH, Blend, Line, Rapid
+from chipwise.surface.links import Obstacles
 from chipwise.surface.model import Placing, read_model
 
 TOOLS = {"flat": Shape(6), "ball": Shape(6, 3), "bull": Shape(6, 1), "vee": Shape(6, 0, 60), "tapered": Shape(4, 1, 20)}
@@ -53,6 +55,19 @@ def test_no_link_meets_stock_however_its_corners_are_rounded(files):
         for positions in (surface_judge.positions, link_judge.rounded_positions):
             depths = depths_of(plan, r, case, positions)
             assert max(depths) <= surface_judge.RIDGE, (random_seed(), case, r)
+
+
+def test_stock_behind_the_end_of_a_cut_counts_further_down():
+    """A wall of 3 mm that a flat tool has passed at 2 mm: away from it the tool may go level, but not down beside it, into what is left of it."""
+    stock = HeightMap((-10, -10, 0), (10, 10, 3), 0.25)
+    stock.height[:] = 0.0
+    stock.height[:, :40] = 2.0                      # up to X0
+    obstacles = Obstacles(SimpleNamespace(has_holder=False), Shape(6), stock)
+    end = np.array([2.0, 0.0, 2.0])
+    assert obstacles.lowest_ahead((2.0, 0.0), (2.5, 0.0), end) == pytest.approx(2.0)
+    assert obstacles.lowest_ahead((5.0, 0.0), (5.5, 0.0), end) < 0.1           # out of its reach
+    stock.height[:, :40] = 3.0                      # it has been cut away where the tool was
+    assert obstacles.lowest_ahead((2.0, 0.0), (2.5, 0.0), end) == pytest.approx(2.0)
 
 
 def test_the_judge_sees_low_links_and_rounds_corners(files):

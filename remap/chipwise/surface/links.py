@@ -38,13 +38,13 @@ class Obstacles:
         least (mm), else the floor, if that is enough."""
         end = start if end is None else end
         floor = self._probe.floor if least is None else max(least, self._probe.floor)
-        above = max(floor, *(self.stock.lowest_over(part, start[:2], end[:2]) + up for part, up in self._parts))
+        above = max(floor, self._over_stock(start, end))
         rise, _share = self._probe.excess([(*start[:2], above)], [(*end[:2], above)], 0.0)       # above the stock there is little to look for
         return above + float(rise[0])
 
     def lowest_at(self, places):
         """As lowest(), at each of places (n, 2) -> (n,) mm."""
-        stock = [max(self.stock.lowest_over(part, place, place) + up for part, up in self._parts) for place in places.tolist()]
+        stock = [self._over_stock(place, place) for place in places.tolist()]
         return np.maximum(self._probe.heights(places), stock)
 
     def lowest_along(self, places, point=None):
@@ -59,12 +59,16 @@ class Obstacles:
         return bool(self._probe.excess([start], [end], GOUGE)[0][0] > GOUGE)
 
     def lowest_ahead(self, start, end, point):
-        """The lowest level (mm) of the tip on a move from start (x, y) to end that is clear of all the stock that is not behind a point (x, y): of
-        that the tool goes away, if it has cut at the point and does not go down.  None: of all stock."""
-        ahead = None
-        if point is not None:
-            step = np.subtract(end[:2], point[:2])
-            ahead = (*point[:2], *(step / max(math.hypot(*step), 1e-12)))
+        """The lowest level (mm) of the tip on a move from start (x, y) to end that is clear of the stock, after the tool has cut at a point (3,).  Stock
+        behind the point keeps it no higher than the point: of that it goes away.  Lower it is met again.  point None: of all stock alike."""
+        if point is None:
+            return self._over_stock(start, end)
+        step = np.subtract(end[:2], point[:2])
+        found = self._over_stock(start, end, (*point[:2], *(step / max(math.hypot(*step), 1e-12))))
+        return found if found >= point[2] else max(found, min(self._over_stock(start, end), point[2]))
+
+    def _over_stock(self, start, end, ahead=None):
+        """HeightMap.lowest_over() for tool and holder."""
         return max(self.stock.lowest_over(part, start[:2], end[:2], ahead) + up for part, up in self._parts)
 
     def deepest(self, points):
