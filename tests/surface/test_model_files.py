@@ -30,8 +30,10 @@ def answer(path, **placing):
 
 @pytest.mark.parametrize("content", [surface_cases.stl_bytes(WAVES), surface_cases.stl_text(WAVES),
                                      surface_cases.stl_text(WAVES).replace(b"\n", b"\r\n").upper(),
-                                     b"solid not text ".ljust(80) + surface_cases.stl_bytes(WAVES)[80:]],
-                         ids=["binary", "ascii", "capitals", "solid"])
+                                     b"solid not text ".ljust(80) + surface_cases.stl_bytes(WAVES)[80:],
+                                     b"solid facet endsolid".ljust(80) + surface_cases.stl_bytes(WAVES)[80:] + b"more\n",
+                                     b"\xef\xbb\xbf\n" + surface_cases.stl_text(WAVES).replace(b"test", b"t" * 2000)],
+                         ids=["binary", "ascii", "capitals", "solid", "solid and more", "mark and long name"])
 def test_binary_and_ascii(tmp_path, content):
     (tmp_path / "model.stl").write_bytes(content)
     model, _seconds = answer(tmp_path / "model.stl", shift=(5, -3, 1), scale=2.0)
@@ -63,6 +65,10 @@ def not_finite(value):
     (b"", "the file is empty"),
     (b"\xff\xd8\xff\xe0" + bytes(500), "JPEG"),
     (b"G21\nG0 X0\n", "neither STL nor PNG"),
+    (b"G21\nG0 X0\n" * 30, "the file is text, not an STL file; export the model as STL"),
+    (b"PK\x03\x04" + b"ab" * 300, "is a ZIP archive, perhaps 3MF, not an STL file"),
+    (b"BM" + b"ab" * 300, "is a BMP picture, not an STL file; export the model as STL, or save a picture as 16-bit grey PNG"),
+    (surface_cases.stl_text(WAVES).decode().encode("utf-16"), "is text in UTF-16"),
     (binary()[:1000], "is cut off: it says 242 triangles and has 18"),
     (binary(count=2 ** 32 - 1), "is cut off"),
     (binary(WAVES[:0]), "has no triangles"),
@@ -96,6 +102,26 @@ def test_files_that_are_none(tmp_path):
                        (".", "not a regular file")):
         found, seconds = answer(tmp_path / name)
         assert text in found and seconds < 2, found
+
+
+def test_an_ascii_model_far_from_its_origin(tmp_path):
+    """Its decimals are kept, which single precision has not there (0.004 mm); --at or X Y bring it back."""
+    far = WAVES + (65000.1234, -40000.4321, 0)
+    facets = [f"vertex {x:.4f} {y:.4f} {z:.4f}" for x, y, z in far.reshape(-1, 3)]
+    lines = ["solid", *(line for k in range(0, len(facets), 3) for line in ("facet normal 0 0 1", "outer loop", *facets[k:k + 3], "endloop", "endfacet")), "endsolid"]
+    (tmp_path / "model.stl").write_text("\n".join(lines))
+    model, _seconds = answer(tmp_path / "model.stl", shift=(-65000.0, 40000.0, 0))
+    found = surface_cases.triangles_of(model).reshape(-1, 9)
+    expected = (far.round(4) - (65000, -40000, 0)).reshape(-1, 9)
+    order = [np.lexsort(part.round(3).T) for part in (found, expected)]
+    assert found[order[0]] == pytest.approx(expected[order[1]], abs=2e-5)
+
+
+@pytest.mark.parametrize("size, said", [(0.02, True), (1.5, False)])
+def test_a_model_in_metres_is_named(tmp_path, size, said):
+    (tmp_path / "model.stl").write_bytes(surface_cases.stl_bytes(WAVES * size / 40))
+    model, _seconds = answer(tmp_path / "model.stl")
+    assert [("check its unit and SCALE" in note) for note in model.notes] == [True] * said
 
 
 def test_large_good_models_are_read_in_time(tmp_path):
@@ -154,6 +180,19 @@ def test_pixels_that_are_not_square(tmp_path, across, up, unit, good):
     found, _seconds = answer(tmp_path / "depth.png", depth=3.0)
     assert isinstance(found, str) != good and (good or "times as wide as high" in found), found
     assert not isinstance(answer(tmp_path / "depth.png", depth=3.0, pixel=0.2)[0], str)
+
+
+@pytest.mark.parametrize("alpha, said", [(65535, False), (65534, True)])
+def test_transparent_pixels_are_named(tmp_path, alpha, said):
+    grey = np.arange(12, dtype=np.uint16).reshape(3, 4) * 5000
+    head = struct.pack(">IIBBBBB", 4, 3, 16, 4, 0, 0, 0)
+    both = np.stack([grey, np.full((3, 4), 65535)], axis=2)
+    both[1, 2, 1] = alpha
+    data = b"".join(b"\0" + row.astype(">u2").tobytes() for row in both)
+    chunks = [(b"IHDR", head), (b"IDAT", zlib.compress(data)), (b"IEND", b"")]
+    (tmp_path / "depth.png").write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(struct.pack(">I", len(c)) + k + c + struct.pack(">I", zlib.crc32(k + c)) for k, c in chunks))
+    model, _seconds = answer(tmp_path / "depth.png")
+    assert model.low[2] == pytest.approx(-5) and any("transparent pixels" in note for note in model.notes) == said
 
 
 @pytest.mark.parametrize("bits", [8, 16])

@@ -15,6 +15,7 @@ from chipwise.stock import store
 from chipwise.surface import png, stl, stock_model
 
 LARGEST = 1e5               # mm, of a coordinate
+SMALL = 1.0                 # mm: of a model that is smaller the unit is probably another one
 PIXEL = 0.1                 # mm of a pixel if neither the picture nor the user says it
 SQUARE = 0.01               # share by which a pixel may be wider than high: what is rounded
 DEPTH = 5.0                 # mm from white to black if the user does not say it
@@ -56,18 +57,18 @@ def read_model(path: str, placing: Placing) -> Model:
     name = braceless(os.path.basename(path))
     try:
         with open_regular(path, max(stl.MAX_BYTES, png.MAX_BYTES, stock_model.MAX_BYTES)) as file:
-            corners, scale, notes = _read(file, os.fstat(file.fileno()).st_size, placing)
+            corners, origin, notes = _read(file, os.fstat(file.fileno()).st_size, placing)
     except TooLong as error:
         raise CycleError(f"{name}: the file has {error.found} bytes, more than {error.most}", "export it with a larger tolerance") from error
     except OSError as error:
         raise CycleError(f"{name}: {braceless(error.strerror or str(error))}", "correct the name of the model") from error
     except CycleError as error:
         raise CycleError(f"{name}: {error.problem}", error.remedy, **error.values) from None
-    return _placed(name, corners, scale, placing.shift, notes)
+    return _placed(name, corners, placing.scale, origin * placing.scale + placing.shift, notes)
 
 
 def _read(file, size, placing):
-    """-> (corners (n, 9) float32 in the file's unit, scale to mm, notes)."""
+    """-> (corners (n, 9) float32 from an origin (3,), both in the file's unit, and notes)."""
     head = file.read(1024)
     file.seek(0)
     if head.startswith(png.SIGNATURE):
@@ -76,17 +77,18 @@ def _read(file, size, placing):
             raise CycleError(f"a pixel of the picture is {picture.aspect:.4g} times as wide as high", "scale the picture so that its pixels are "
                              "square, or give PIXEL if they are and the picture says otherwise")
         notes = ("the picture has 8 bit: steps of 1/255 of the depth stay visible; use 16 bit",) if picture.bits == 8 else ()
-        return _terrain(picture.height, placing.pixel or picture.pixel or PIXEL, placing.depth / placing.scale), placing.scale, notes
+        notes += ("the picture has transparent pixels, which count by their colour; remove its alpha channel",) if picture.transparent else ()
+        return _terrain(picture.height, placing.pixel or picture.pixel or PIXEL, placing.depth / placing.scale), np.zeros(3), notes
     if head.startswith(store.MARK):
         height, cell, (x0, y0) = stock_model.read_stock(file.read())
-        return _grid(height, cell, x0, y0), placing.scale, ()
+        return _grid(height, cell, x0, y0), np.zeros(3), ()
     if head.startswith(b"\xff\xd8"):
         raise CycleError("the file is a JPEG picture, not an STL or PNG file", "save it as 16-bit grey PNG")
     if not size:
         raise CycleError("the file is empty", "export the model again")
     if not stl.is_stl(head, size):
         raise CycleError("the file is neither STL nor PNG", "name an STL file, a PNG picture or a stock file")
-    return stl.read_stl(file, size), placing.scale, ()
+    return *stl.read_stl(file, size), ()
 
 
 def _terrain(height, pixel, depth):
@@ -122,6 +124,8 @@ def _placed(name, corners, scale, shift, notes):
     for begin in range(0, len(corners), stl.PART):      # in place, and in double precision between
         part = corners[begin:begin + stl.PART]
         part[:] = part.astype(np.float64) * scale + off
+    if (high - low)[:2].max() < SMALL:
+        notes += (f"the model is only {(high - low)[:2].max():.3g} mm large; the lengths of STL files count as mm, so check its unit and SCALE",)
     top = corners[:, 2::3].max(axis=1)
     order = np.argsort(-top, kind="stable")
     return Model(corners[order], top[order], low, high, notes)

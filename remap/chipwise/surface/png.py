@@ -25,12 +25,14 @@ _AGAIN = "save the picture again as 16-bit grey PNG without interlace"
 
 @dataclass(frozen=True)
 class Picture:
-    """height  (rows, columns) float32, 0 black .. 1 white, the first row at the top; bits: 8 or 16; pixel: mm, None: not said; aspect: width of a pixel over its height"""
+    """height  (rows, columns) float32, 0 black .. 1 white, the first row at the top; bits: 8 or 16; pixel: mm, None: not said; aspect: width of a pixel over its height;
+    transparent: some pixels are"""
 
     height: np.ndarray
     bits: int
     pixel: float | None
     aspect: float = 1.0
+    transparent: bool = False
 
 
 def read_png(file: BinaryIO) -> Picture:
@@ -52,7 +54,8 @@ def read_png(file: BinaryIO) -> Picture:
         raise CycleError(f"the PNG file has {bits} bit, colour type {colour}{' and interlace' if interlace else ''}, which is not read", _AGAIN)
     if columns < 2 or rows < 2 or columns * rows > MAX_PIXELS:
         raise CycleError(f"the picture has {columns} x {rows} pixels, not 2 x 2 to {MAX_PIXELS} together", "scale the picture")
-    return Picture(_heights(b"".join(data), rows, columns, bits, colour), bits, pixel, aspect)
+    height, transparent = _heights(b"".join(data), rows, columns, bits, colour)
+    return Picture(height, bits, pixel, aspect, transparent)
 
 
 def _chunks(data: bytes) -> Iterator[tuple[bytes, bytes]]:
@@ -72,7 +75,7 @@ def _chunks(data: bytes) -> Iterator[tuple[bytes, bytes]]:
     raise CycleError("the PNG file is cut off", _AGAIN)
 
 
-def _heights(data: bytes, rows: int, columns: int, bits: int, colour: int) -> np.ndarray:
+def _heights(data: bytes, rows: int, columns: int, bits: int, colour: int) -> tuple[np.ndarray, bool]:
     step = _CHANNELS[colour] * bits // 8
     expected = rows * (columns * step + 1)
     try:
@@ -85,5 +88,6 @@ def _heights(data: bytes, rows: int, columns: int, bits: int, colour: int) -> np
     if not library().chip_png_unfilter(pixels.ctypes.data, rows, columns * step, step):
         raise CycleError("the PNG file is damaged: a row has an unknown filter", _AGAIN)
     plain = np.ascontiguousarray(pixels.reshape(rows, -1)[:, 1:])
-    values = plain.view(">u2" if bits == 16 else np.uint8).reshape(rows, columns, -1)[:, :, :_COLOURS[colour]]
-    return (values.mean(axis=2) / (2 ** bits - 1)).astype(np.float32)
+    values, colours = plain.view(">u2" if bits == 16 else np.uint8).reshape(rows, columns, -1), _COLOURS[colour]
+    most = 2 ** bits - 1
+    return (values[:, :, :colours].mean(axis=2) / most).astype(np.float32), bool((values[:, :, colours:] < most).any())

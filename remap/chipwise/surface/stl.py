@@ -18,6 +18,10 @@ PART = 200_000                      # triangles read at a time
 TEXT_PART = 1 << 22                 # bytes
 
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", 9), ("attribute", "<u2")])
+_MARK = b"\xef\xbb\xbf"              # of UTF-8, before a text
+_OTHERS = ((b"PK\x03\x04", "a ZIP archive, perhaps 3MF"), (b"\x1f\x8b", "packed by gzip"), (b"ISO-10303-21", "a STEP file"), (b"ply", "a PLY file"),
+           (b"\xff\xfe", "text in UTF-16"), (b"\xfe\xff", "text in UTF-16"), (b"GIF8", "a GIF picture"), (b"II*\0", "a TIFF picture"),
+           (b"MM\0*", "a TIFF picture"), (b"BM", "a BMP picture"), (b"RIFF", "a WebP picture"), (b"%PDF", "a PDF document"))
 _VERTEX = re.compile(rb"vertex\s+(\S+)\s+(\S+)\s+(\S+)", re.IGNORECASE)
 
 
@@ -26,20 +30,33 @@ def is_stl(head: bytes, size: int) -> bool:
     return _is_text(head) or size >= HEAD
 
 
-def read_stl(file: BinaryIO, size: int) -> np.ndarray:
-    """An open file of `size` bytes -> (n, 9) float32, x y z of the corners of each triangle, in the file's unit.
+def read_stl(file: BinaryIO, size: int) -> tuple[np.ndarray, np.ndarray]:
+    """An open file of `size` bytes -> ((n, 9) float32, x y z of the corners of each triangle from an origin, (3,) float64, that), in the file's unit.
 
-    Raises CycleError for a file that is cut off or damaged, and for more than MAX_TRIANGLES."""
+    Raises CycleError for a file that is cut off, damaged or of another kind, and for more than MAX_TRIANGLES."""
     head = file.read(1024)
     count = int.from_bytes(head[80:HEAD], "little") if len(head) >= HEAD else 0
-    if len(head) >= HEAD and size == HEAD + RECORD * count or not _is_text(head):
-        return _binary(file, size, count)
-    return _text(file)
+    if len(head) >= HEAD and size == HEAD + RECORD * count:
+        return _binary(file, size, count), np.zeros(3)
+    if _is_text(head):
+        return _text(file)
+    if size < HEAD + RECORD * count:
+        _check_kind(head)
+    return _binary(file, size, count), np.zeros(3)
 
 
 def _is_text(head: bytes) -> bool:
-    start = head.lstrip()[:1024].lower()
-    return start.startswith(b"solid") and (b"facet" in start or b"endsolid" in start)
+    """A binary file has a 0 in the number of its triangles, if that is not above 2^24, whatever stands before it."""
+    return head.removeprefix(_MARK).lstrip()[:5].lower() == b"solid" and b"\0" not in head
+
+
+def _check_kind(head: bytes) -> None:
+    """Raises CycleError for what is known to be another kind of file."""
+    kind = next((kind for mark, kind in _OTHERS if head.startswith(mark)), None)
+    if kind is None and not re.search(rb"[^\t\n\f\r -~\x80-\xff]", head):
+        kind = "text"
+    if kind is not None:
+        raise CycleError(f"the file is {kind}, not an STL file", "export the model as STL, or save a picture as 16-bit grey PNG")
 
 
 def _binary(file: BinaryIO, size: int, count: int) -> np.ndarray:
@@ -59,9 +76,9 @@ def _binary(file: BinaryIO, size: int, count: int) -> np.ndarray:
     return corners
 
 
-def _text(file: BinaryIO) -> np.ndarray:
+def _text(file: BinaryIO) -> tuple[np.ndarray, np.ndarray]:
     file.seek(0)
-    parts, rest, total = [], b"", 0
+    parts, rest, total, origin = [], b"", 0, None
     while True:
         data = file.read(TEXT_PART)
         text = rest + data
@@ -69,8 +86,11 @@ def _text(file: BinaryIO) -> np.ndarray:
         if not data and not _is_end(text):
             raise CycleError(f"the ASCII STL file is cut off after triangle {total}: the line endsolid is missing", "export the model again")
         if not data or cut >= len(b"endfacet"):
-            parts.append(_corners(text[:cut], total))
-            total += len(parts[-1])
+            corners = _corners(text[:cut], total)
+            if origin is None and len(corners):
+                origin = np.nan_to_num(corners[0, :3], posinf=0.0, neginf=0.0)
+            parts.append((corners - np.tile(np.zeros(3) if origin is None else origin, 3)).astype(np.float32))
+            total += len(corners)
             rest = text[cut:]
         else:
             rest = text
@@ -80,24 +100,24 @@ def _text(file: BinaryIO) -> np.ndarray:
             raise CycleError(f"the model has more than {MAX_TRIANGLES} triangles", "export it with a larger tolerance")
         if not data:
             break
-    return np.concatenate(parts)
+    return np.concatenate(parts), np.zeros(3) if origin is None else origin
 
 
 def _is_end(text: bytes) -> bool:
     """Whether the last solid ends in what comes behind the last whole facet: one endsolid is not enough, there may be several solids."""
-    lines = text.lower().split(b"\n")
+    lines = text.lower().splitlines()
     last = max((k for k, line in enumerate(lines) if b"endsolid" in line), default=None)
     return last is not None and not any(line.split()[:1] in ([b"solid"], [b"facet"], [b"vertex"]) for line in lines[last + 1:])
 
 
 def _corners(text: bytes, before: int) -> np.ndarray:
-    """Whole facets of an ASCII file -> (n, 9) float32."""
+    """Whole facets of an ASCII file -> (n, 9)."""
     words = _VERTEX.findall(text)
     facets = len(re.findall(rb"endfacet", text, re.IGNORECASE))
     if len(words) != 3 * facets:
         raise CycleError(f"the ASCII STL file has facets without three vertices after triangle {before}", "export the model again")
     try:
-        return np.array(words, "S").astype(np.float64).astype(np.float32).reshape(facets, 9)
+        return np.array(words, "S").astype(np.float64).reshape(facets, 9)
     except ValueError:
         raise CycleError(f"the ASCII STL file has a vertex that is not three numbers after triangle {before}",
                          "export the model again") from None
