@@ -7,8 +7,8 @@ from chipwise.errors import CycleError, braceless
 from chipwise.files import read_bytes
 
 MAX_BYTES = 1 << 20
-_LINE = re.compile(r"^\s*(?:[A-Z][-+.\d]+\s+)*?T(\d+)\b", re.IGNORECASE)
-_DIAMETER = re.compile(r"(?:^|\s)D([-+]?[\d.]+)", re.IGNORECASE)
+_LINE = re.compile(r"^\s*(?:[A-Z][-+.\dE]+\s+)*?T(\d+)\b", re.IGNORECASE)
+_DIAMETER = re.compile(r"(?:^|\s)D([-+]?[\d.]+(?:E[-+]?\d+)?)", re.IGNORECASE)
 
 
 def _tools(path):

@@ -216,6 +216,11 @@ BAD = [
     (program(SHAFT, bar(), call="G26 Q100 F100 Y3\n"), "Y is not a word of G26"),
     (program(SHAFT, bar(), call="G26 Q7 F100\n"), "there is no sub O7"),
     (program(SHAFT, bar(), call=""), "no G26"),
+    (program(SHAFT, bar(), call="G26 Q100 F100 H2\n"), "H2 is neither 0 nor 1"),
+    (program(SHAFT, bar(), head=HEAD.replace("G18", "G17")), "the plane is G17"),
+    (program(SHAFT, bar(), more="G22 X40 Z-40 R3\n"), "R is not a word of G22"),
+    (program(SHAFT, bar(), tools="ROUGH=5"), "tool 5 has the role ROUGH and is a drill"),
+    (program(SHAFT, bar(), tools="ROUGH=1,GROOVE=2"), "tool 2 has the role GROOVE and is a turning tool"),
     (program(SHAFT, bar(), call=G26.replace("D1", "D0.01")), "makes 682 levels, more than 400"),
     (program(SHAFT, bar(), head="G21 G18 G8 G95\n"), "no speed S above 0"),
     (program(SHAFT, bar(), head="G21 G18 G8 G94\n"), "the spindle does not turn at G26"),
@@ -240,7 +245,7 @@ def test_what_is_refused(turn, tmp_path, text, words):
 
 TOOL_FAULTS = [("T1 P1 D0.8 I85 J85 Q2", "no insert between them"), ("T1 P1 D0.8 I85 J5 Q0", "orientation Q0"), ("T1 P1 I85 J5 Q2", "nose diameter"),
                ("T1 P1 D0.8 I-30 J30 Q7", "point along Z"), ("T1 P1 D0.8 I85 J1 Q2", "relief"), ("T1 P1 D0.8 I275 J335 Q2", "different sides"),
-               ("T1 P1 D0.8 Q2", "no insert between them")]
+               ("T1 P1 D0.8 Q2", "no insert between them"), ("T1 P1 Dnan I85 J5 Q2", "cannot be read")]
 
 
 @pytest.mark.parametrize("line, words", TOOL_FAULTS)

@@ -10,6 +10,7 @@ Exit status: 0 planned, 1 planned and stock is left that no tool reaches, 2 it c
 
 import json
 import os
+import sys
 
 from chipwise import ROOT
 from chipwise.cli import UsageError
@@ -43,7 +44,7 @@ def run(options):
     from chipwise.turning import text
     from chipwise.turning.plan import make_plan
     from chipwise.turning.read_part import Machine, job_of, make_order, read_steps
-    from chipwise.turning.request import read_request
+    from chipwise.turning.request import lines_of_plans, read_request
     check_options(options)
     unit = 'mm'
     try:
@@ -62,6 +63,9 @@ def run(options):
     if output:
         write_output(NAME, options.output, output)
     report(options, request, plan, machine, text)
+    others = lines_of_plans(program)[1:]
+    if others:
+        print(f'chipwise: {NAME}: this is the plan of line {request.line} only; G26 or G27 is also in line {", ".join(map(str, others))}', file=sys.stderr)
     return 1 if plan.residue else 0
 
 

@@ -84,10 +84,20 @@ def tools_of(request, machine):
     tools = {}
     for role in ROLES:
         numbers = request.roles.get(role) or sorted(n for n, keys in geometry.items() if role in keys.get("roles", ()) and n in table)
-        tools[role] = tuple(make_tool(n, table, geometry, machine.unit_mm) for n in numbers)
+        tools[role] = tuple(_of_role(make_tool(n, table, geometry, machine.unit_mm), role) for n in numbers)
     if not any(tools.values()):
         raise CycleError("no tool has a role", "add (LATHE,ROUGH=1,FINISH=2) to the program, or roles to the tool geometry file")
     return tools
+
+
+def _of_role(tool, role):
+    """The tool, if its kind is that of the role.  Raises CycleError."""
+    kind, key = ("drill", "point_angle") if tool.point_angle else ("grooving tool", "width") if tool.flat else ("turning tool", "")
+    wanted = {"drill": "drill", "groove": "grooving tool", "partoff": "grooving tool"}.get(role, "turning tool")
+    if kind != wanted:
+        raise CycleError(f"tool {tool.number} has the role {role.upper()} and is a {kind}" + (f" ([lathe.{tool.number}] has {key})" if key else ", without a width larger than its nose" if wanted == "grooving tool" else ""),
+                         "name another tool in (LATHE,..), or correct the tool geometry file")
+    return tool
 
 
 class Machine:

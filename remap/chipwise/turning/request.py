@@ -17,14 +17,14 @@ from chipwise.turning.tool import ROLES
 MAX_BYTES = 1 << 26    # of a program
 FAR_MM = 1e4            # a barrier without K ends here, to the left
 _WORD = re.compile(r"([A-Z])\s*([-+]?(?:\d+\.?\d*|\.\d+))")
-_KNOWN = "GQPIDEFHLN"
+_KNOWN, _KNOWN_BARRIER = "GQPIDEFHLN", "GXZIKN"
 _OFFSETS = {10.0, 54.0, 55.0, 56.0, 57.0, 58.0, 59.0, 59.1, 59.2, 59.3, 92.0, 92.1, 92.2, 92.3}
 
 
 @dataclass
 class Request:
-    """line of G26; unit "mm" or "in"; diameter: G7; per_rev: G95; spindle: words of the program (G96 D S M3); barriers mm
-    ((z0, z1, x0, x1), ..), x as radii; roles {role: (tool numbers)}; words of G26, lengths in mm."""
+    """line of G26; unit "mm" or "in"; diameter: G7; per_rev: G95; spindle: words of the program (G96 D S M3); feed: F in force, program units;
+    plane: 17, 18 or 19; barriers mm ((z0, z1, x0, x1), ..), x as radii; roles {role: (tool numbers)}; words of G26, lengths in mm."""
 
     line: int = 0
     unit: str = "mm"
@@ -34,6 +34,8 @@ class Request:
     cap: float = 0.0
     speed: float = 0.0
     direction: int = 0
+    feed: float = 0.0
+    plane: int = 18
     barriers: tuple = ()
     roles: dict = field(default_factory=dict)
     words: dict = field(default_factory=dict)
@@ -68,16 +70,29 @@ def read_request(text, before=""):
             raise CycleError("the work offset changes after G22: only the machine knows where the barrier is then (line {line})",
                              "set the work offset before G22", line=str(number))
         if 22.0 in codes:
+            _only(words, _KNOWN_BARRIER, "G22", number, "use X Z I K")
             request.barriers += (_barrier(request, words, number),)
         elif 23.0 in codes:
             request.barriers = ()
         elif codes & {26.0, 27.0}:
-            for letter in words:
-                if letter not in _KNOWN and letter not in "SMT":
-                    raise CycleError(f"{letter} is not a word of G26 (line {number})", "use Q P I D E F H", "G26")
+            _only(words, _KNOWN, "G26", number, "use Q P I D E F H")
+            if request.plane != 18:
+                raise CycleError(f"the plane is G{request.plane} (line {number})", "program G18 before", "G26")
             request.line = number
-            return complete(request, words, f" (line {number})")
-    raise CycleError("the program has no G26", "add a line like G26 Q100 I0.3 D1 E0.08 F0.2, with Q the sub of the part")
+            return complete(request, {"F": request.feed, **words}, f" (line {number})")
+    raise CycleError("the program has no G26 outside of its subs", "add a line like G26 Q100 I0.3 D1 E0.08 F0.2, with Q the sub of the part")
+
+
+def lines_of_plans(text):
+    """Numbers of the lines with G26 or G27: only the first is planned without a machine."""
+    return [number for number, line in _program_lines(text) if _split(line)[0] & {26.0, 27.0}]
+
+
+def _only(words, known, code, number, remedy):
+    """CycleError for a word that a code does not have."""
+    for letter in words:
+        if letter not in known and letter not in "ST":
+            raise CycleError(f"{letter} is not a word of {code} (line {number})", remedy, code)
 
 
 def read_spindle(text, last):
@@ -138,11 +153,17 @@ def _roles(text):
 
 
 def _modes(request, codes, words, line):
-    """Modes that a line sets."""
+    """Modes that a line sets.  A change of unit or kind of feed ends the feed before."""
+    before = request.unit, request.per_rev
     for code, name, value in ((20, "unit", "in"), (21, "unit", "mm"), (7, "diameter", True), (8, "diameter", False), (94, "per_rev", False),
                               (95, "per_rev", True), (97, "css", False), (96, "css", True)):
         if code in codes:
             setattr(request, name, value)
+    request.plane = next((int(code) for code in (17, 18, 19) if code in codes), request.plane)
+    if before != (request.unit, request.per_rev):
+        request.feed = 0.0
+    if "F" in words or re.search(r"F\s*[-+]?\s*[\[#]", line):
+        request.feed = words.get("F", 0.0)
     if 96 in codes:
         request.cap = words.get("D", 0.0)
     if "S" in words or re.search(r"S\s*[-+]?\s*[\[#]", line):
@@ -180,6 +201,8 @@ def complete(request, words, where=""):
         wrong(f"the allowance I{words['I']:g} is not from 0 to 20 mm", "give the material that is left for finishing")
     if not 0.01 <= d <= 50.0:
         wrong(f"the depth of cut D{words['D']:g} is not from 0.01 to 50 mm", "give the depth on one side")
+    if words.get("H", 0) not in (0, 1):
+        wrong(f"H{words['H']:g} is neither 0 nor 1", "H1 only says the plan")
     feed = words.get("F", 0.0)
     if not 0.0 < feed < math.inf:
         wrong("there is no feed F above 0", "give the feed of roughing")

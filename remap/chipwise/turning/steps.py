@@ -25,9 +25,6 @@ PECK_MM = 0.25          # of feed before the bottom that a drill has made itself
 GROOVE_MM = 0.3         # a grooving tool does not come for less
 
 
-
-
-
 def _tools(state, role, inside, flat_bottom=False):
     return [t for t in state.order.tools.get(role, ()) if t.inside == inside and not t.point_angle and bool(t.flat) == flat_bottom]
 
@@ -56,7 +53,7 @@ def face(state, name):
     x_to = max(hole - CLEARANCE_MM, 0.0)
     limit = highest(work.reach, levels[-1] + passes.ROUNDING_MM, domain[1])
     if limit > x_to + passes.ROUNDING_MM:
-        raise CycleError("holder, barrier or part let the tool come to X{x} only in front of the face", "use a tool whose holder is behind its nose",
+        raise CycleError("holder, barrier or part let the tool come to X{x} only in front of the face", "use a tool whose holder is behind its nose, or a faced blank with a tailstock",
                          x=limit - tool.nose)
     step = Step(name, True, f"{end - target:.3f} mm of stock before the face", tool, "transverse, towards the axis")
     path = passes.face(work, levels, highest(work.contact, levels[-1] - 1e-9, domain[1]), x_to)

@@ -85,14 +85,21 @@ def read_table(path):
         raise CycleError(f"tool table {braceless(path)}: {error.strerror}", "correct [EMCIO]TOOL_TABLE") from error
     tools = {}
     for line in text.splitlines():
-        words = dict(re.findall(r"([TDIJQXZ])\s*([-+]?[0-9.]+)", line.partition(";")[0].upper()))
-        try:
-            if "T" in words:
-                tools.setdefault(int(words["T"]), TableTool(*(float(words.get(k, 0)) for k in "DIJ"), int(float(words.get("Q", 0))), *(float(words.get(k, 0)) for k in "XZ")))
-        except ValueError as error:
-            raise CycleError(f"tool table {braceless(path)}: the line {braceless(line.strip()[:60])} cannot be read",
-                             "correct the tool table") from error
+        words = {word[0]: word[1:] for word in line.partition(";")[0].upper().split() if word[0] in "TDIJQXZ"}
+        if re.fullmatch(r"\d{1,9}", words.get("T", "")):
+            tools.setdefault(int(words["T"]), _table_tool(path, line, words))
     return tools
+
+
+def _table_tool(path, line, words):
+    """TableTool of the words {letter: text} of a line."""
+    try:
+        numbers = {letter: float(text) for letter, text in words.items()}
+        if all(map(math.isfinite, numbers.values())):
+            return TableTool(*(numbers.get(k, 0.0) for k in "DIJ"), int(numbers.get("Q", 0)), *(numbers.get(k, 0.0) for k in "XZ"))
+    except ValueError:
+        pass
+    raise CycleError(f"tool table {braceless(path)}: the line {braceless(line.strip()[:60])} cannot be read", "correct the tool table")
 
 
 def read_geometry(path):
