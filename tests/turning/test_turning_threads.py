@@ -195,7 +195,7 @@ REFUSED = [
     (dict(spindle="G94 G97 S2900 M3"), "the run-out of the thread needs"), (dict(spindle="G94 G97 S3900 M3"), "MAX_VELOCITY is 100 mm/s"),
     (dict(spindle="G94 G97 S2000 M4"), "the run-in of the thread needs"), (dict(at=6), "the part is above its root"),
     (dict(note="(THREAD,PITCH=2.5)"), "the pitch 2.5 mm is not one of T8"), (dict(note="(THREAD,PITCH=0.6)"), "nose radius 0.1 mm is more than"),
-    (dict(tools="ROUGH=1,FINISH=4,THREAD=9"), "35 degrees between its edges"), (dict(tools="ROUGH=1,FINISH=7,GROOVE=1,THREAD=8"), "of stock is left on the cylinder"),
+    (dict(tools="ROUGH=1,FINISH=4,THREAD=9"), "35 degrees between its edges"), (dict(tools="ROUGH=1,FINISH=7,THREAD=8", words="I0.2 D1.5 F200"), "of stock is left on the cylinder"),
     (dict(more="G22 X9.5 I0 Z20 K0.4"), "the run-in of the thread needs"), (dict(spindle="G94 M3"), "a thread has no speed"),
 ]
 
