@@ -195,7 +195,7 @@ REFUSED = [
     (dict(spindle="G94 G97 S2900 M3"), "the run-out of the thread needs"), (dict(spindle="G94 G97 S3900 M3"), "MAX_VELOCITY is 100 mm/s"),
     (dict(spindle="G94 G97 S2000 M4"), "the run-in of the thread needs"), (dict(at=6), "the part is above its root"),
     (dict(note="(THREAD,PITCH=2.5)"), "the pitch 2.5 mm is not one of T8"), (dict(note="(THREAD,PITCH=0.6)"), "nose radius 0.1 mm is more than"),
-    (dict(tools="ROUGH=1,FINISH=4,THREAD=9"), "35 degrees between its edges"), (dict(tools="ROUGH=1,FINISH=7,THREAD=8", words="I0.2 D1.5 F200"), "of stock is left on the cylinder"),
+    (dict(tools="ROUGH=1,FINISH=4,THREAD=9"), "35 degrees between its edges"),
     (dict(more="G22 X9.5 I0 Z20 K0.4"), "the run-in of the thread needs"), (dict(spindle="G94 M3"), "a thread has no speed"),
 ]
 
@@ -205,6 +205,13 @@ def test_what_is_refused(turn, k):
     fields, words = REFUSED[k]
     status, _, _, said = turn(program(**fields))
     assert status == 2 and words in said and ";" in said and "line" in said and said.count("\n") == 1 and "Traceback" not in said, said
+
+
+def test_a_cylinder_that_is_not_finished_is_refused(tmp_path, capsys):
+    (tmp_path / "part.ngc").write_text(program())
+    (tmp_path / "steps.toml").write_text('steps = ["rough outside", "thread outside"]\n')
+    assert cli.main(["turn", str(tmp_path / "part.ngc"), "--steps", str(tmp_path / "steps.toml")]) == 2
+    assert "0.3 mm of stock is left on the cylinder of the thread (line 13)" in capsys.readouterr().err
 
 
 def test_the_speed_that_a_refusal_names_is_possible(turn):
