@@ -121,6 +121,9 @@ def judge(text, unit, case, tools, threaded=None):
     if case.barrier:
         radius, right = case.barrier
         outside[z <= right] = np.maximum(outside[z <= right], radius)
+    if case.tailstock:
+        radius, left, right = case.tailstock
+        outside[(z >= left) & (z <= right)] = np.maximum(outside[(z >= left) & (z <= right)], radius)
     bar = {False: [outside, stock], True: [heights([(a, -b) for a, b in case.bore], z) if case.bore else np.full(len(z), -np.inf),
                                             np.where(np.isfinite(stock), 0.0, -np.inf)]}
     if threaded:

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Random turned parts as programs: lines, arcs, walls, pockets, bores; drawn in either direction; G7 or G8, G20 or G21."""
 import math
-from dataclasses import dataclass
+import re
+from dataclasses import dataclass, replace
 
 INSERTS = {"C80": (85.0, 5.0), "D55": (87.0, 32.0), "V35": (87.0, 52.0)}
 
@@ -17,6 +18,7 @@ class Case:
     allowance: float
     insert: str
     barrier: tuple = ()     # (radius, right end) of a chuck
+    tailstock: tuple = ()   # (radius, left and right end)
 
 
 def _arc(rng, a, b):
@@ -121,3 +123,15 @@ def random_case(rng, insert=None, allowance=None, snap=0.0, wide=False):
         f"G26 Q100 I{allowance / unit:.9f} D{rng.uniform(0.5, 2.0) / unit:.9f} F{100 / unit:.6f} E{50 / unit:.6f}", "M2", "O100 sub", *lines,
         "O100 endsub", ""])
     return Case(text, dense(outside), dense(bore), blank, allowance, insert, barrier)
+
+
+def tailstock_case(rng):
+    """Case of a faced blank without a bore and with a tailstock in front of it."""
+    case = random_case(rng, wide=rng.random() < 0.3)
+    while case.bore:
+        case = random_case(rng)
+    unit, twice = (25.4 if "G20" in case.text else 1.0), (2 if "G7 " in case.text else 1)
+    left = rng.uniform(0.0, 2.0)
+    radius, right = rng.uniform(0.5, case.blank[0] + 3.0), left + rng.uniform(0.5, 50.0)
+    text = re.sub(r"ZMAX=[\d.]+", "ZMAX=0", case.text).replace("G26 ", f"G22 X{radius * twice / unit:.9f} Z{right / unit:.9f} K{left / unit:.9f}\nG26 ")
+    return replace(case, text=text, blank=(*case.blank[:2], 0.0), tailstock=(radius, left, right))

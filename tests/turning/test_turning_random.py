@@ -10,7 +10,7 @@ import pytest
 from support import turning_oracle
 from support.random_cases import random_count, random_seed, write_replay
 from support.turning_oracle import judge, inaccessible_area
-from support.turning_random import random_case
+from support.turning_random import random_case, tailstock_case
 from support.turning_rig import planned, with_margins
 
 
@@ -30,6 +30,16 @@ def test_random_parts_are_turned_without_gouge_or_collision(k, tmp_path):
     assert spent < 2.0, said
     replay.unlink()
     assert plan.steps
+
+
+@pytest.mark.parametrize("k", range(random_count(6)))
+def test_nothing_enters_chuck_and_tailstock(k, tmp_path):
+    """A box in front of the work, whose sides are wherever the dice say, and in half of the cases a chuck."""
+    rng = random.Random(f"tailstock {random_seed()} {k}")
+    case = tailstock_case(rng)
+    _, request, machine, text = planned(case, tmp_path)
+    found, _, _ = judge(text, request.scale, case, machine.tools)
+    assert found["gouge"] <= 0.001 and found["rapid"] <= 0.002 and found["holder"] <= 0.001, f"{found}\n{case.text}"
 
 
 def test_the_library_judges_as_the_text_of_the_oracle_does(tmp_path, monkeypatch):

@@ -67,7 +67,7 @@ def _request(state, text):
     css, cap, speed = read_spindle(text, context.main_line(interp, state.line_number))
     request = Request(line=state.line_number, unit=state.unit, diameter=bool(interp.params["_lathe_diameter_mode"]),
                       per_rev=interp.feed_mode == _PER_REV, css=bool(interp.params["_spindle_css_mode"]), barriers=barriers.in_work_coordinates(state))
-    if request.css and not (css and speed):
+    if request.css and not (css and cap and speed):
         raise CycleError("G96 is on, and the program has no G96 with D and S as numbers before this line", "write G96 D2500 S180, or use G97")
     request.cap, request.speed = cap, speed or float(interp.speed[0])
     request.direction = (3 if interp.params["_spindle_cw"] else 4) if interp.params["_spindle_on"] else 0

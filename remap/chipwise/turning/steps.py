@@ -95,7 +95,10 @@ def drill(state, name):
     drilled = upper(lower(before, shape), clip(before, state.domain[0], tip))
     if not passes.worth(above(before, drilled), ROUGH_MM):
         return Step(name, False, f"the hole of {tool.diameter:g} mm is there already")
-    if above(upper(part, state.barrier[True]), shape, passes.ROUNDING_MM):
+    inside = above(clip(state.barrier[True], tip, math.inf), shape, passes.ROUNDING_MM)
+    if inside:
+        raise CycleError("a drill of {d} would enter a barrier at Z{z}", "end the barrier of the tailstock with G23", d=tool.diameter, z=inside[-1][0])
+    if above(part, shape, passes.ROUNDING_MM):
         raise CycleError("a drill of {d} does not stay inside the bore", "use a smaller drill", d=tool.diameter)
     step = Step(name, True, "solid stock where the bore is", tool, "inside, along the axis", tip, end)
     step.start, step.moves = (state.safe_z, 0.0), _pecks(end, tip, tool.depth, state.safe_z, PECK_MM if end >= state.faced else CLEARANCE_MM)
