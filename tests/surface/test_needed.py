@@ -53,7 +53,7 @@ def test_the_needed_steps_do_what_the_whole_path_does(name):
     shape, rng = SHAPES[name], np.random.default_rng(random_seed())
     for case in range(random_count(4)):
         stock, chain, least = hills(rng), random_chain(rng), float(rng.uniform(0.02, 0.5))
-        points = needed._points(chain, needed._steps(chain, CELL))
+        points = needed.points_at(chain, needed.steps(chain, CELL))
         wanted = stock.needed(drop_tool(shape), points[:-1], points[1:], least)
         xy, before = needles_of(stock)
         whole, some = (np.maximum(np.minimum(before, left_by(steps, shape, xy)), stock.z_min)

@@ -58,6 +58,7 @@ class SurfaceRequest:
     least        only where the stock reaches more than this above what the tool leaves; None: LEAST_STOCK in levels, else everywhere
     arcs         cuts along X or Y may have arcs of G18 and G19
     ramp_angle   degrees, into full stock of a level
+    flute_length of the tool; 0: not known
     earlier      SurfaceRequests of the same model whose cuts have been taken from the stock, in their order
     feed         mm/min (mm per revolution under G95); plunge_feed: E, same unit; feed_per: "min" or "rev"
     start        (x, y, z) of the tool; None: above the first cut, on the clearance plane
@@ -91,6 +92,7 @@ class SurfaceRequest:
     scallop: float | None = None
     ramp_angle: float = 3.0
     arcs: bool = True
+    flute_length: float = 0.0
     earlier: tuple = ()
 
 
@@ -162,7 +164,7 @@ def _planned(r, box, progress=None):
     driver = Driver(r, heights.clearance, Obstacles(probe, r.tool, stock), probe, model.low[:2] - r.margin, model.high[:2] + r.margin)
     count = _follow(driver, r, tracks, cuts, lambda share: said(_SHARE + (1 - _SHARE) * share))
     moves = driver.moves()
-    notes = tuple(Note(text, {}) for text in model.notes) + _holder_notes(probe, cuts)
+    notes = tuple(Note(text, {}) for text in model.notes) + _holder_notes(probe, cuts) + _stock_notes(driver, r.flute_length)
     if not count:
         notes += (Note("the stock is nowhere more than {l} above what this tool leaves: nothing is cut", {"l": _least(r)}),)
     figures = dict(cuts=count, sampled=sampled, moves=len(moves))
@@ -262,7 +264,7 @@ def _follow(driver, r, tracks, cuts, said):
         return len(cuts)
     levels, count = _levels(r, cuts, driver.obstacles.stock), 0
     for number, level in enumerate(levels):
-        for one in _wanted(driver.obstacles, r, tracks, cuts, level, None if driver.mover is None else driver.mover.xy):
+        for one in _wanted(driver, r, tracks, cuts, level):
             driver.add_segment(one.curve, level)
             count += 1
             check_moves(len(driver.mover.moves), r, "use a larger D, tolerance or depth")
@@ -281,18 +283,22 @@ def _levels(r, cuts, stock):
     return [top - (top - low) * k / count for k in range(1, count + 1)]
 
 
-def _wanted(obstacles, r, tracks, cuts, level, at):
+def _wanted(driver, r, tracks, cuts, level):
     """The Segments of a level in the order they are cut: looked for track by track in a stock that each of them is taken out of."""
-    stock, found = obstacles.stock, []
+    obstacles, stock, found = driver.obstacles, driver.obstacles.stock, []
     before = stock.height.copy()
     direction = tracks.direction[0]
     for number, cut in enumerate(cuts):
-        mine = needed.segments(stock, obstacles.tool, cut if level is None else needed.clipped(cut, level), _least(r), number, direction)
+        lowest = cut if level is None else needed.clipped(cut, level)
+        raised = obstacles.held_up(lowest)[0]
+        for one in needed.segments(stock, obstacles.tool, lowest, _least(r)) if raised is not lowest else ():
+            driver.held_up(one.curve)
+        mine = needed.segments(stock, obstacles.tool, raised, _least(r), number, direction)
         for one in mine:
             obstacles.cut(one.curve.points)
         found += mine
     stock.height[:] = before
-    return needed.in_order(found, at)
+    return needed.in_order(found, None if driver.mover is None else driver.mover.xy)
 
 
 def _holder_notes(probe, cuts):
@@ -305,3 +311,15 @@ def _holder_notes(probe, cuts):
         return ()
     x, y = points[int(raised.argmax()), :2]
     return (Note("the holder keeps the tool up to {h} above the surface, most at X{x} Y{y}; use a longer tool", {"h": float(raised.max()), "x": x, "y": y}),)
+
+
+def _stock_notes(driver, flute_length):
+    """What the operator should know if there was stock beside the holder, or above the flutes."""
+    notes = ()
+    if driver.held > OFF_MM:
+        x, y = driver.held_at
+        notes += (Note("stock beside the holder keeps the tool up to {h} higher, most at X{x} Y{y}; rough there first, or use a longer tool",
+                       {"h": driver.held, "x": x, "y": y}),)
+    if 0 < flute_length < driver.deepest - OFF_MM:
+        notes += (Note("the cuts are up to {d} deep, the flutes are {f} long; rough in levels first", {"d": driver.deepest, "f": flute_length}),)
+    return notes

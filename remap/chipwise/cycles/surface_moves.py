@@ -17,7 +17,7 @@ from chipwise.cycles.mover import Mover
 from chipwise.cycles.word_checks import EQUAL
 from chipwise.moves import Blend, Line, Rapid
 from chipwise.surface import raster
-from chipwise.surface.curve import moves_of
+from chipwise.surface.curve import Curve, moves_of
 from chipwise.surface.needed import BRIDGE, clipped
 from chipwise.surface.quickest_link import Terms, quickest_link, lead_in
 from chipwise.surface.raster import direction_of
@@ -44,12 +44,14 @@ class Driver:
     def __init__(self, request, clearance, obstacles, probe, low, high):
         self.request, self.clearance, self.obstacles, self.probe = request, clearance, obstacles, probe
         self.mover, self.rested, self.first, self.last = None, 0, None, None
+        self.held, self.held_at, self.deepest = 0.0, (0.0, 0.0), 0.0       # how far, and where, stock has kept the holder up; how deep a cut is
         across, along = direction_of(request.direction)
         self.terms = Terms(request.relief, clearance, min(BLEND * request.relief, BLEND_CELLS * obstacles.stock.cell), (-along, across), request.step, request.feed,
                            request.plunge_feed, MINUTE if request.feed_per == "min" else TURNS, low, high)
 
     def add(self, cut):
         """To the start of a cut, surface.curve.Curve, and along it."""
+        cut = self.held_up(cut)
         start = tuple(map(float, cut.points[0]))
         if self.mover is None:
             self._begin(start)
@@ -62,6 +64,7 @@ class Driver:
 
     def add_segment(self, curve, level):
         """As add() for a part of a cut that is not lower than `level` (mm, or None): it may be anywhere in the stock."""
+        curve = self.held_up(curve)
         cut = curve.points
         entry = self._from_the_side(cut, level)
         entry = self._ramp(cut) if entry is None else entry
@@ -93,7 +96,14 @@ class Driver:
         """Along a cut, from its start."""
         self.mover.moves += moves_of(curve, self.request.feed)
         self.mover.at = tuple(map(float, curve.points[-1]))
-        self.obstacles.cut(curve.points)
+        self.deepest = max(self.deepest, self.obstacles.cut(curve.points))
+
+    def held_up(self, curve):
+        """A Curve so high that the holder is clear of the stock; `held` knows by how much."""
+        curve, rise, place = self.obstacles.held_up(curve)
+        if rise > self.held:
+            self.held, self.held_at = rise, place
+        return curve
 
     def _along(self, chain, feed):
         self.mover.moves.extend(Line(x=x, y=y, z=z, feed=feed) for x, y, z in chain[1:].tolist())
@@ -155,7 +165,7 @@ class Driver:
             chain = clipped(curve, level).points
             share = np.hypot(*(chain[:, :2] - start[:2]).T) / max(math.dist(start[:2], end[:2]), 1e-12)
             chain[:, 2] = np.maximum(chain[:, 2], start[2] + share * (end[2] - start[2]))
-        return np.concatenate([start[None], chain, end[None]])
+        return np.concatenate([start[None], self.held_up(Curve.straight(chain)).points, end[None]])
 
     def _rest(self):
         """Up by the relief and down again, in a long zigzag: the task serves nobody between two places where the tool may rest."""

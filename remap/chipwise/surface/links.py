@@ -10,8 +10,13 @@ import math
 import numpy as np
 
 from chipwise.stock import layout
+from chipwise.surface.curve import Curve
 from chipwise.surface.drop import drop_tool
-from chipwise.surface.raster import GOUGE
+from chipwise.surface.needed import points_at, steps
+from chipwise.surface.raster import GOUGE, MOST_SAG
+
+HOLDER_SAME = 1e-3          # mm: less is not raised
+HOLDER_STEP = 1.0           # mm of a cut for which the holder has one height
 
 
 class Obstacles:
@@ -30,8 +35,28 @@ class Obstacles:
             self._parts.append((layout.DropTool(shape.holder_diameter / 2, 0.0, 0.0), -shape.stick_out))
 
     def cut(self, chain):
-        """Takes a chain (k, 3) out of the stock."""
-        self.stock.cut(self._shape, chain[0], chain)
+        """Takes a chain (k, 3) out of the stock -> how deep (mm) the tool is in it at most."""
+        return float(self.stock.cut(self._shape, chain[0], chain)["depth"].max())
+
+    def held_up(self, curve):
+        """A Curve raised so far that the holder is clear of the stock as it is -> (Curve, mm by which, (x, y) where most).  A raised one has no arcs."""
+        same = curve, 0.0, (0.0, 0.0)
+        if len(self._parts) < 2 or float(self.stock.height.max()) + self._parts[1][1] <= curve.points[:, 2].min():
+            return same
+        chain = curve.points if len(curve.points) > 1 else np.repeat(curve.points, 2, axis=0)
+        places = steps(chain, HOLDER_STEP)
+        points = points_at(chain, places)
+        holder, up = self._parts[1]
+        least = np.array([self.stock.lowest_over(holder, a, b) + up for a, b in itertools.pairwise(points[:, :2].tolist())])
+        rise = np.maximum(np.maximum(np.append(least, -np.inf), np.append(-np.inf, least)) - points[:, 2], 0.0)
+        if rise.max() < HOLDER_SAME:
+            return same
+        is_arc = np.isfinite(curve.centre[np.minimum(np.ceil(places).astype(int), len(curve.centre) - 1), 0])
+        is_arc[:-1] |= is_arc[1:]           # chords may be below their arc
+        raised = points + np.column_stack([np.zeros((len(points), 2)), np.maximum(rise, MOST_SAG * is_arc)])
+        changed = rise > 0.0
+        keep = (places == np.floor(places)) | changed | np.append(changed[1:], False) | np.append(False, changed[:-1])
+        return Curve.straight(raised[keep]), float(rise.max()), tuple(points[int(rise.argmax()), :2].tolist())
 
     def lowest(self, start, end=None, least=None):
         """The lowest level (mm) of the tip on which a straight move from start (x, y) to end is clear of model and stock;

@@ -58,7 +58,7 @@ def _at_level(points, centre, ends, level):
     return points
 
 
-def _steps(chain, longest):
+def steps(chain, longest):
     """Places along a chain, as edge and share of it, at most `longest` (mm) apart -> (n,)."""
     counts = np.maximum(np.ceil(np.linalg.norm(np.diff(chain, axis=0), axis=1) / longest - 1e-9), 1).astype(int)
     edge = np.repeat(np.arange(len(counts)), counts)
@@ -66,7 +66,7 @@ def _steps(chain, longest):
     return np.append(edge + share, float(len(counts)))
 
 
-def _points(chain, places):
+def points_at(chain, places):
     """Places -> (n, 3)."""
     edge = np.minimum(places.astype(int), len(chain) - 2)
     return chain[edge] + (places - edge)[:, None] * (chain[edge + 1] - chain[edge])
@@ -78,7 +78,7 @@ def _part(curve, first, last):
     edge = np.minimum(np.array([first, last]).astype(int), len(curve.points) - 2)
     edge[1] = int(np.ceil(last)) - 1
     centre = curve.centre[edge + 1]
-    ends = on_arcs(_points(curve.points, np.array([first, last])), centre, np.linalg.norm(curve.points[edge + 1] - centre, axis=1))
+    ends = on_arcs(points_at(curve.points, np.array([first, last])), centre, np.linalg.norm(curve.points[edge + 1] - centre, axis=1))
     return Curve(np.concatenate([ends[:1], curve.points[between], ends[1:]]),
                  np.concatenate([np.full((1, 3), np.nan), curve.centre[between], centre[1:]]))
 
@@ -93,8 +93,8 @@ def segments(stock, tool, curve, least, track=0, direction=(1.0, 0.0)):
     """
     curve = curve if len(curve.points) > 1 else Curve.straight(np.repeat(curve.points, 2, axis=0))
     chain = curve.points
-    places = _steps(chain, stock.cell)
-    points = _points(chain, places)
+    places = steps(chain, stock.cell)
+    points = points_at(chain, places)
     wanted = stock.needed(tool, points[:-1], points[1:], least)
     if not wanted.any():
         return []
