@@ -56,7 +56,7 @@ static double z_beside(const struct chip_swept *m, double t, const struct chip_s
 
 static void add_span(struct proof *p, const struct judged *m, int32_t k)
 {
-    const struct chip_tool *tool = &p->tools[p->moves[k].tool];
+    const struct chip_tool *tool = tool_of(p, k);
     struct chip_swept other = swept_of(p, k);
     struct span span;
     double slack, room;

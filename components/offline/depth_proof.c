@@ -130,19 +130,20 @@ static void take_move(struct proof *p, const struct judged *m)
     chip_depth_enter_axis(p, s, m->number);
 }
 
-static struct judged judged_of(const struct proof *p, long k)
+static struct judged judged_of(const struct proof *p, int32_t k)
 {
-    const struct chip_proof_move *move = &p->moves[k], *before = move - 1;
+    int32_t own = tool_index(p, k);
+    double end = p->path->to[3 * (long)k + 2];
     struct judged m;
-    m.swept = chip_swept_of(move->from, move->to);
-    m.tool = &p->tools[move->tool];
-    m.number = (int32_t)k;
-    m.limit = move->limit;
+    m.swept = swept_of(p, k);
+    m.tool = &p->tools[own];
+    m.number = k;
+    m.limit = p->path->tool[k] < 0 ? CHIP_SWEPT_NEVER : p->table[own].limit;
     m.reach = m.tool->radius - CHIP_PROOF_SKIN;
-    m.lowest = chip_min(move->from[2], move->to[2]);
-    m.highest = chip_max(move->from[2], move->to[2]);
-    m.joined = k > 0 && before->tool == move->tool && !memcmp(before->to, move->from, sizeof move->from);
-    m.length = sqrt(m.swept.length2 + (move->to[2] - move->from[2]) * (move->to[2] - move->from[2]));
+    m.lowest = chip_min(m.swept.z, end);
+    m.highest = chip_max(m.swept.z, end);
+    m.joined = k > 0 && tool_index(p, k - 1) == own;
+    m.length = sqrt(m.swept.length2 + m.swept.dz * m.swept.dz);
     m.most = CHIP_PROOF_MOST + (long)(CHIP_PROOF_MOST_MORE * chip_min(m.length / CHIP_PROOF_SEGMENT, MOST_SEGMENTS));
     m.nose = m.limit < m.tool->shoulder;
     return m;
@@ -179,14 +180,15 @@ static int make_map(struct proof *p, long n)
 }
 
 long chip_prove_depths(const struct chip_proof_stock *stock, const struct chip_proof_tool *tools, long tool_count,
-                       const struct chip_proof_move *moves, long n, double cell, int64_t *squares,
+                       const struct chip_proof_path *path, double cell, int64_t *squares,
                        struct chip_proof_found *found, long room)
 {
     struct proof *p = calloc(1, sizeof *p);
-    long k, count = -1;
+    long k, n = path->n, count = -1;
     if (!p) return -1;
     p->stock = stock;
-    p->moves = moves;
+    p->path = path;
+    p->table = tools;
     p->cell = cell;
     p->squares = squares;
     p->found = found;
@@ -198,7 +200,9 @@ long chip_prove_depths(const struct chip_proof_stock *stock, const struct chip_p
     }
     if (p->tools && n < INT32_MAX && make_map(p, n)) {
         for (k = 0; k < n && !p->failed && p->count<room && * squares> 0; k++) {
-            struct judged m = judged_of(p, k);
+            struct judged m;
+            if (path->tool[k] == CHIP_PROOF_ELSEWHERE) continue;
+            m = judged_of(p, (int32_t)k);
             p->spans_known = 0;
             p->hits = 0;
             take_move(p, &m);

@@ -23,6 +23,8 @@
 
 #include <stdint.h>
 
+#define CHIP_PROOF_ELSEWHERE INT32_MIN
+
 #define CHIP_PROOF_SKIN 0.004   /* mm [1] */
 #define CHIP_PROOF_BESIDE 0.003 /* mm [3]; less than the skin */
 #define CHIP_PROOF_LEAST 0.004  /* mm [5] */
@@ -42,13 +44,17 @@ struct chip_proof_stock {
 
 struct chip_proof_tool {
     double radius, corner, half_angle; /* mm, mm, rad (0: no cone) */
+    double limit;                      /* mm, depth that is allowed; 1e30: is not judged */
 };
 
-struct chip_proof_move {
-    double from[3], to[3]; /* mm */
-    double limit;          /* mm, depth that is allowed; 1e30: is not judged */
-    int32_t tool;
-    int32_t pad;
+/* n moves, one after the other. Long programs have millions: 28 bytes each. */
+struct chip_proof_path {
+    const double *start; /* mm, where the first begins */
+    const double *to;    /* n times three mm, where they end */
+    const int32_t
+        *tool; /* n: index of the tool; below 0: of ~tool, and the move is not judged; CHIP_PROOF_ELSEWHERE: none, what
+                          * follows begins there */
+    int64_t n;
 };
 
 struct chip_proof_found { /* a witness */
@@ -59,11 +65,11 @@ struct chip_proof_found { /* a witness */
     int64_t segment; /* its number [4] */
 };
 
-/* Looks for places where n moves, one after the other, cut deeper than their limits: at most `room` witnesses in `found`.
+/* Looks for places where the moves of a path cut deeper than their tools' limits: at most `room` witnesses in `found`.
  * cell (mm) of the map: a matter of time only. squares: at most so many are looked at; 0 afterwards: not all of them were.
  * Returns the number of witnesses, -1 without memory. */
 long chip_prove_depths(const struct chip_proof_stock *stock, const struct chip_proof_tool *tools, long tool_count,
-                       const struct chip_proof_move *moves, long n, double cell, int64_t *squares,
+                       const struct chip_proof_path *path, double cell, int64_t *squares,
                        struct chip_proof_found *found, long room);
 
 #endif

@@ -30,8 +30,8 @@ double chip_depth_left(const struct chip_swept *m, const struct chip_tool *tool,
 /* Depth of a witness over its move's limit. */
 static double over_of(const struct proof *p, const struct chip_proof_found *w)
 {
-    const struct chip_proof_move *m = &p->moves[w->move];
-    return w->height - m->from[2] - w->at * (m->to[2] - m->from[2]) - m->limit;
+    struct chip_swept m = swept_of(p, (int32_t)w->move);
+    return w->height - m.z - w->at * m.dz - p->table[tool_index(p, (int32_t)w->move)].limit;
 }
 
 /* Keeps a witness if it is the deepest of its segment [4]. */
@@ -52,17 +52,20 @@ static void keep(struct proof *p, const struct judged *m, double x, double y, do
     }
 }
 
-/* Whether the judged move meets too high stock at a place; keeps the witness. */
-static int is_witness(struct proof *p, const struct judged *m, double x, double y, const int32_t *list, long n)
+/* Whether the judged move meets too high stock at a place; keeps the witness. high: the highest that it can be there: moves that have cut
+ * the whole cell no lower than that are not in the list. Nor are those that cut no lower than any depth that is allowed: beside them the
+ * depth may be said too large, but it is too large. */
+static int is_witness(struct proof *p, const struct judged *m, double x, double y, const int32_t *list, long n,
+                      double high)
 {
-    double first, last, height = p->stock->z_max, floor = p->stock->z_min + CHIP_PROOF_SKIN, over, t;
+    double first, last, height = chip_min(p->stock->z_max, high), floor = p->stock->z_min + CHIP_PROOF_SKIN, over, t;
     long i;
     if (!chip_depth_in_stock(p->stock, x, y, 0.0) || !chip_swept_within(&m->swept, x, y, m->reach, &first, &last))
         return 0;
     if (m->joined && first <= 0.0 && !m->nose) return 0;
     for (i = 0; i < n && height > floor; i++) {
         struct chip_swept other = swept_of(p, list[i]);
-        height = chip_min(height, chip_swept_height(&other, &p->tools[p->moves[list[i]].tool], x, y));
+        height = chip_min(height, chip_swept_height(&other, tool_of(p, list[i]), x, y));
     }
     t = first;
     over = height - m->swept.z - t * m->swept.dz - m->limit;
@@ -112,7 +115,7 @@ void chip_depth_judge(struct proof *p, const struct judged *m, double x, double 
     if (high <= allowed || !chip_depth_in_stock(p->stock, x, y, round) || chip_depth_is_beside(p, m, first, last))
         return;
     for (i = 0; i < n; i++) {
-        const struct chip_tool *tool = &p->tools[p->moves[list[i]].tool];
+        const struct chip_tool *tool = tool_of(p, list[i]);
         struct chip_swept other = swept_of(p, list[i]);
         double distance = chip_swept_distance(&other, x, y), left;
         if (distance - round > tool->radius || chip_min(other.z, other.z + other.dz) >= ever) continue;
@@ -121,12 +124,12 @@ void chip_depth_judge(struct proof *p, const struct judged *m, double x, double 
         high = chip_min(high, left);
         list[n + kept++] = list[i];
     }
-    if (half <= CHIP_PROOF_WITNESS && is_witness(p, m, x, y, list + n, kept)) return;
+    if (half <= CHIP_PROOF_WITNESS && is_witness(p, m, x, y, list + n, kept, high)) return;
     for (k = 0; k < 4; k++) {
         double u = x + (k & 1 ? half : -half), v = y + (k & 2 ? half : -half);
         if (2.0 * round > CHIP_PROOF_LEAST)
             chip_depth_judge(p, m, 0.5 * (x + u), 0.5 * (y + v), 0.5 * half, list + n, kept, high);
-        else if (is_witness(p, m, u, v, list + n, kept))
+        else if (is_witness(p, m, u, v, list + n, kept, high))
             return;
     }
 }

@@ -31,8 +31,9 @@ struct span {
 
 struct proof {
     const struct chip_proof_stock *stock;
-    const struct chip_proof_move *moves;
-    struct chip_tool *tools;
+    const struct chip_proof_path *path;
+    const struct chip_proof_tool *table;
+    struct chip_tool *tools; /* of the table */
     double x0, y0, cell, most_radius;
     int32_t nx, ny;
     float *high;             /* of each cell [2] */
@@ -65,10 +66,25 @@ struct judged {
 };
 
 
+/* Where a move begins. */
+static inline const double *place_before(const struct proof *p, int32_t k)
+{
+    return k > 0 ? p->path->to + 3 * (long)(k - 1) : p->path->start;
+}
+
 static inline struct chip_swept swept_of(const struct proof *p, int32_t k)
 {
-    return chip_swept_of(p->moves[k].from, p->moves[k].to);
+    return chip_swept_of(place_before(p, k), p->path->to + 3 * (long)k);
 }
+
+/* Index of a move's tool, CHIP_PROOF_ELSEWHERE without one. */
+static inline int32_t tool_index(const struct proof *p, int32_t k)
+{
+    int32_t own = p->path->tool[k];
+    return own < 0 && own != CHIP_PROOF_ELSEWHERE ? ~own : own;
+}
+
+static inline const struct chip_tool *tool_of(const struct proof *p, int32_t k) { return &p->tools[tool_index(p, k)]; }
 
 /* Column or row of a place, within the map. */
 static inline int32_t index_of(double v, double from, double cell, int32_t count)

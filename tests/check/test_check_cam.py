@@ -123,3 +123,11 @@ def test_broken_programs_are_refused_with_one_line(tmp_path):
         if program["status"] == 2:
             assert sum(line.startswith(program["program"] + ": ") for line in out.splitlines()) == 1
             assert len(program["error"]) > 5
+
+
+def test_moves_of_a_turning_cycle_have_its_line(tmp_path):
+    """LinuxCNC gives the moves within G70 to G72 the line -1."""
+    path = tmp_path / "cycle.ngc"
+    path.write_text("G54 G18 G21\nF400\nO100 sub\nG0 X10 Z2\nG1 Z-10\nX14 Z-12\nO100 endsub\nG0 X20 Z5\nG70 Q100 X20 Z5 D1\nM2\n")
+    status, out, report = check(tmp_path, path, options=STOCK)
+    assert status == 2 and report["programs"][0]["status"] == 2 and "no tool is in the spindle" in out and "(line 9)" in out, out

@@ -164,3 +164,18 @@ def test_a_segment_of_the_path_has_one_witness_on_each_side(moves):
     assert len(found) <= 2 * 22 / layout.PROOF_SEGMENT + 2
     own = sorted(w.place[0] for w in found)
     assert own[0] < -1.0 and own[-1] > 10.0 and np.diff(own).max() <= 2.5 * layout.PROOF_SEGMENT, own
+
+
+@pytest.mark.parametrize("tool", ((6.0, 0.0, 0.0), (6.0, 1.0, 0.0)))
+def test_a_slope_in_a_slot_that_is_just_not_too_deep(tool):
+    """What is met is as high as the slot's floor, not as the stock was: cells that the slot has cut whole have no moves to ask."""
+    slot = [(-8, 6, -4), (22, 6, -4), (22, 6, 5), (-8, 6, 5)]
+    edge = -3.0 if not tool[1] else -3.0 + 1e-3
+    deepest = (edge, -4.0 - 6.2)                                # the axis' place, and Z there: 6.2 mm below the floor
+    slope = [(edge - 3, 6, deepest[1] - 3), (edge + 12, 6, deepest[1] + 12)]
+    kinds = [RAPID] * (len(slot)) + [FEED]
+    box = {"low": (0.0, 0.0, -14.0), "high": (14.0, 12.0, 0.0), "kinds": kinds}
+    found = witnesses([*slot, *slope], tool, 6.3, **box)
+    assert not [w for w in found if abs(w.y - 6) < 2.5], found[:3]
+    low = [w for w in witnesses([*slot, *slope], tool, 6.0, **box) if abs(w.y - 6) < 2.5]
+    assert low and all(w.depth == pytest.approx(6.1, abs=0.15) for w in low)

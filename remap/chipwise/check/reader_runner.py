@@ -144,7 +144,7 @@ class Canon(interpreter_process.Canon):
     def next_line(self, state):
         self._judge_feed_mode(_UNCHECKED.get(state.feed_mode))      # the modes are those after the line before
         if self.trace is None:
-            self.line = state.sequence_number
+            self.line = state.sequence_number if state.sequence_number >= 0 else self.seen      # -1: within G70 to G72
             self.seen = self.line or self.seen      # under G93 a line with F, which is remapped, has no number
 
     def _judge_feed_mode(self, unchecked):

@@ -25,7 +25,9 @@ MOST_CELLS = 4_000_000
 UNLIMITED = 1e30
 APART_MM = 0.02             # of two needles
 
-MOVE, TOOL, FOUND = (np.dtype(kind) for kind in (layout.ProofMove, layout.ProofTool, layout.ProofFound))
+ELSEWHERE = -1 << 31        # CHIP_PROOF_ELSEWHERE
+
+TOOL, FOUND = np.dtype(layout.ProofTool), np.dtype(layout.ProofFound)
 
 
 @dataclass(frozen=True)
@@ -63,18 +65,41 @@ def _stocks(program, geometry, cell, over):
     return found
 
 
-def _moves(program, stock):
-    """(ProofMove records, number of the program's move of each)."""
-    index = np.concatenate([np.arange(s.first, s.end, dtype=np.int32) for s, _, _ in stock.parts])
-    moves, at = np.zeros(len(index), MOVE), 0
-    for section, tool, limit in stock.parts:
-        first, end = section.first, section.end
-        own = moves[at:at + end - first]
-        own["to"], own["from"][0], own["from"][1:], own["tool"] = program.end[first:end], program.start(first), program.end[first:end - 1], tool
-        feed = program.kind[first:end] != records.RAPID
-        own["limit"] = np.where(feed & math.isfinite(limit), min(limit, UNLIMITED), UNLIMITED)
-        at += end - first
-    return moves, index
+@dataclass
+class _Path:
+    """The moves in a stock: start (3,) mm; to (n, 3) mm; tool (n,) int32, as of chip_proof_path; index (n,): number of the program's move of
+    each."""
+
+    start: np.ndarray
+    to: np.ndarray
+    tool: np.ndarray
+    index: np.ndarray
+
+    def place(self, move, share):
+        """(3,): of the tip at a share of a move."""
+        begin = self.to[move - 1] if move else self.start
+        return begin + share * (self.to[move] - begin)
+
+    def struct(self):
+        return layout.ProofPath(self.start.ctypes.data, self.to.ctypes.data, self.tool.ctypes.data, len(self.to))
+
+
+def _path(program, stock):
+    """The _Path of a program in a _Stock.  Its places are the program's own, not a copy, if the moves follow one another."""
+    parts = [(s.first, s.end, tool) for s, tool, _ in stock.parts]
+    start = np.array(program.start(parts[0][0]), float)
+    joined = all(a[1] == b[0] for a, b in zip(parts, parts[1:]))
+    if joined:
+        to, index = program.end[parts[0][0]:parts[-1][1]], np.arange(parts[0][0], parts[-1][1], dtype=np.int32)
+    else:                                           # a place more before each, where it begins
+        to = np.concatenate([np.concatenate((program.start(a)[None], program.end[a:b])) for a, b, _ in parts])
+        index = np.concatenate([np.arange(a - 1, b, dtype=np.int32) for a, b, _ in parts])
+    tool, at = np.full(len(index), ELSEWHERE, np.int32), 0
+    for a, b, number in parts:
+        at += not joined
+        tool[at:at + b - a] = np.where(program.kind[a:b] != records.RAPID, number, ~number)
+        at += b - a
+    return _Path(start, np.ascontiguousarray(to, np.float64), tool, index)
 
 
 def _shape(stock):
@@ -85,9 +110,10 @@ def _shape(stock):
                              int(stock.shape == CYLINDER), 0)
 
 
-def _tools(tools):
-    table = np.zeros(len(tools), TOOL)
-    for row, tool in zip(table, tools):
+def _tools(stock):
+    table = np.zeros(len(stock.tools), TOOL)
+    table["limit"] = [min(limit, UNLIMITED) for _, _, limit in stock.parts]
+    for row, tool in zip(table, stock.tools):
         row["radius"], row["corner"] = tool.shape.diameter / 2, min(tool.shape.corner_radius, tool.shape.diameter / 2)
         row["half_angle"] = math.radians(tool.shape.tip_angle) / 2
     return table
@@ -101,36 +127,35 @@ def too_deep(program, geometry, cell, over):
     """
     result = []
     for number, stock in enumerate(_stocks(program, geometry, cell, over)):
-        moves, index = _moves(program, stock)
-        if not (moves["limit"] < UNLIMITED).any():
+        shape, tools, path = _shape(stock.map), _tools(stock), _path(program, stock)
+        if not ((tools["limit"] < UNLIMITED)[path.tool[path.tool >= 0]]).any():
             continue
-        shape, tools = _shape(stock.map), _tools(stock.tools)
         wide = max(1e-3, (stock.map.nx * stock.map.cell) * (stock.map.ny * stock.map.cell))
         own = max(float(tools["radius"].min()) * 2 / CELLS_ACROSS, math.sqrt(wide / MOST_CELLS))
         found, squares = np.zeros(ROOM, FOUND), C.c_int64(SQUARES)
-        count = library().chip_prove_depths(C.byref(shape), tools.ctypes.data, len(tools), moves.ctypes.data, len(moves), own,
+        count = library().chip_prove_depths(C.byref(shape), tools.ctypes.data, len(tools), C.byref(path.struct()), own,
                                             C.addressof(squares), found.ctypes.data, ROOM)
         if count < 0:
             raise MemoryError
         if squares.value <= 0 and not count:
             raise Unreadable("the depth of the cuts cannot be proved, there are too many walls", "rewrite the program in parts",
-                             int(program.line[index[-1]]))
-        for one in _deepest(found[:count], moves):
+                             int(program.line[path.index[-1]]))
+        for one in _deepest(found[:count], path, tools["limit"]):
             move = int(one["move"])
-            begin, end = moves["from"][move], moves["to"][move]
-            place = begin + one["at"] * (end - begin)
-            result.append(Witness(number, float(one["x"]), float(one["y"]), float(one["height"] - place[2]), stock.tools[moves["tool"][move]],
-                                  int(program.line[index[move]]), tuple(place.tolist())))
+            place = path.place(move, one["at"])
+            result.append(Witness(number, float(one["x"]), float(one["y"]), float(one["height"] - place[2]), stock.tools[path.tool[move]],
+                                  int(program.line[path.index[move]]), tuple(place.tolist())))
     return result
 
 
-def _deepest(found, moves):
-    """ProofFound records: MOST of them, those that are deepest over their limits, in their order."""
+def _deepest(found, path, limits):
+    """ProofFound records: MOST of them, those that are deepest over their limits (m,), in their order."""
     if len(found) <= MOST:
         return found
-    own = moves[found["move"]]
-    tip = own["from"][:, 2] + found["at"] * (own["to"][:, 2] - own["from"][:, 2])
-    over = found["height"] - tip - own["limit"]
+    move = found["move"]
+    begin = np.where(move > 0, path.to[move - 1, 2], path.start[2])
+    tip = begin + found["at"] * (path.to[move, 2] - begin)
+    over = found["height"] - tip - limits[path.tool[move]]
     return found[np.sort(np.argpartition(-over, MOST)[:MOST])]
 
 

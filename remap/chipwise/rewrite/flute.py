@@ -5,7 +5,7 @@ Called by run.py.  Source: CN105492980 [0060]..[0093] and figure 7.
 
  1. Judge (S103): every move in the stock as the moves before have left it.  Long enough everywhere: nothing changes.
  2. Otherwise a *body* at a time: feed moves across the tool's axis, one after the other, with the moves along the axis that
-    lead to them.  Its points that are too deep are found (S104) and shifted along the axis until the flutes are long enough
+    lead to them, at most MOST_MOVES.  Its points that are too deep are found (S104) and shifted along the axis until the flutes are long enough
     (S105): R3, which takes the body's place.  Both ends of a segment are shifted, so that the whole of it is.  Shifting leaves
     stock for the points behind it, so this is repeated until nothing changes.
  3. Corners of R3 become arcs, and points where it turns back are bridged (trials.py, shift.py; figure 20).
@@ -35,6 +35,7 @@ LEFT_SHARE = 0.005          # cells of mean height across the tool, below which 
 NEAR_PIECES = 6             # segments with fewer pieces between them are travelled as one
 PIECES_ACROSS = 12          # of a tool's diameter: how finely a move is divided where it is shifted
 MOST_LEVELS = 1000          # of one body
+MOST_MOVES = 20_000         # of one body: longer ones are divided, so that the memory is limited
 
 
 @dataclass
@@ -94,28 +95,26 @@ class Shifter:
     def _bodies(self, first, end, across):
         """[2]: a section whose flutes are too short somewhere."""
         program = self.program
-        lead, at = [], first
-        while at < end:
-            step_end = min(int(program.first[program.step[at] + 1]), end)
-            feed = program.kind[at] != RAPID
-            if feed and across[at - first:step_end - first].any():
-                body_end = step_end
-                while body_end < end:
-                    after = min(int(program.first[program.step[body_end] + 1]), end)
-                    if program.kind[body_end] == RAPID or not across[body_end - first:after - first].any():
-                        break
-                    body_end = after
-                self._body(lead, at, body_end, end)
-                lead, at = [], body_end
+        begins = program.first[program.step[first]:program.step[end - 1] + 1].clip(first, end)         # of the steps
+        goes = np.logical_or.reduceat(across, begins - first)
+        begins, feeds = np.append(begins, end), program.kind[begins] != RAPID
+        ends = np.append(np.flatnonzero(~(goes & feeds)), len(feeds))
+        lead, k = [], 0
+        while k < len(feeds):
+            at, step_end = begins[k:k + 2].tolist()
+            if goes[k] and feeds[k]:
+                k = max(k + 1, min(int(ends[ends.searchsorted(k)]), int(begins.searchsorted(at + MOST_MOVES, side="right")) - 1))
+                self._body(lead, at, int(begins[k]), end)
+                lead = []
                 continue
-            if across[at - first:step_end - first].any():       # a traverse
+            if goes[k]:                                             # a traverse
                 self._cut_lead(lead, -math.inf)
                 lead = []
                 self.stock.cut(self.tool.shape, program.start(at), program.end[at:step_end])
                 self.links.travel = float(program.end[step_end - 1][2])
             else:
                 lead += range(at, step_end)
-            at = step_end
+            k += 1
         self._cut_lead(lead, -math.inf)
 
     def _cut_lead(self, lead, lowest):
@@ -148,7 +147,12 @@ class Shifter:
         self._replace(body, moved)
         levels = self._rest(body, moved, end, section_end)
         self.figures.bodies += 1
-        self.figures.lines.append((int(program.line[first]), int(program.line[end - 1]), levels))
+        lines = self.figures.lines
+        if lines and self.figures.shifted[-2:-1] and self.figures.shifted[-2][1] == first and not lead:      # a long body's next part
+            levels, begin = max(levels, lines[-1][2]), lines.pop()[0]
+        else:
+            begin = int(program.line[first])
+        lines.append((begin, int(program.line[end - 1]), levels))
 
     def _lead_in(self, body, path):
         """Cut the moves that lead to a path (n, 3)."""

@@ -9,6 +9,7 @@ traverse, a straight feed or a whole arc.  All lengths mm, machine coordinates o
 
 import functools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple, Optional
 
@@ -18,6 +19,7 @@ from chipwise.check import records, rules
 from chipwise.check.reader import Reader, Unreadable
 from chipwise.check.trace import BEGINS
 from chipwise.rewrite.blocks import Blocks, blocks_of
+from chipwise.rewrite.source import Lines
 from chipwise.rewrite.words import only_comment, plain_move, words_of
 
 MOST_MOVES = 4_000_000          # 500 MB
@@ -128,7 +130,7 @@ class Program(Moves):
     circles: list
     frames: list
     events: list
-    source: list            # lines of text
+    source: Sequence        # lines of text
     modes: list             # Modes on each line
     messages: list = field(default_factory=list)
     blocks: Blocks = field(default_factory=Blocks)
@@ -208,7 +210,7 @@ class Program(Moves):
 
     def content(self):
         """The program's own bytes."""
-        return "".join(self.source).encode("utf-8", "surrogateescape")
+        return self.source.data
 
     def line_of(self, step):
         return int(self.line[self.first[step]])
@@ -271,13 +273,12 @@ class Collector:
         """The Program; text: as of read()."""
         kind, line, end, feed = (np.concatenate(parts) for parts in zip(*self.parts))
         first = np.concatenate((*self.firsts, [self.count]))
-        step = np.repeat(np.arange(len(first) - 1), np.diff(first))
-        source, blocks, modes = [], Blocks(), []
+        step = np.repeat(np.arange(len(first) - 1, dtype=np.int32), np.diff(first))
+        source, blocks, modes = Lines(b""), Blocks(), []
         if text:
             with open(path, "rb") as file:
-                source = file.readlines()       # as LinuxCNC: only a line feed ends a line
-            blocks = blocks_of(source)
-            source = [own.decode("utf-8", "surrogateescape") for own in source]
+                source = Lines(file.read())
+            blocks = blocks_of(source.parts())
             modes = modes_by_line(source, blocks.subs, before)
         return Program(path, kind, line, end, feed, step, first, np.concatenate(self.circle), np.concatenate(self.frame),
                        self.circles, self.frames, self.events, source, modes, messages, blocks, marks=self.marks)

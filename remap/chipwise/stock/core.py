@@ -126,8 +126,8 @@ _FUNCTIONS = (      # name, result, arguments
     ("chip_drop_excess", None, [_MESH, _DROP_TOOL, C.c_long] + [C.c_void_p] * 4),
     ("chip_drop_over_stock", C.c_double, [C.POINTER(layout.HeightMap), _DROP_TOOL, C.c_double * 2, C.c_double * 2, C.c_void_p]),
     ("chip_stock_need", C.c_long, [C.POINTER(layout.HeightMap), _DROP_TOOL, C.c_long] + [C.c_void_p] * 2 + [C.c_double] + [C.c_void_p] * 3),
-    ("chip_prove_depths", C.c_long, [C.POINTER(layout.ProofStock), C.c_void_p, C.c_long, C.c_void_p, C.c_long, C.c_double, C.c_void_p,
-                                     C.c_void_p, C.c_long]),
+    ("chip_prove_depths", C.c_long, [C.POINTER(layout.ProofStock), C.c_void_p, C.c_long, C.POINTER(layout.ProofPath), C.c_double,
+                                     C.c_void_p, C.c_void_p, C.c_long]),
     ("chip_chain_fit", C.c_long, [C.c_long] + [C.c_void_p] * 7),
     ("chip_png_unfilter", C.c_int, [C.c_void_p, C.c_long, C.c_long, C.c_int]))
 

@@ -1269,19 +1269,19 @@ class ProofTool(C.Structure):
         ("radius", C.c_double),
         ("corner", C.c_double),
         ("half_angle", C.c_double),
+        ("limit", C.c_double),
     ]
 
 
-class ProofMove(C.Structure):
-    """struct chip_proof_move"""
+class ProofPath(C.Structure):
+    """struct chip_proof_path"""
 
     __slots__ = ()
     _fields_ = [
-        ("from", C.c_double * 3),
-        ("to", C.c_double * 3),
-        ("limit", C.c_double),
-        ("tool", C.c_int32),
-        ("pad", C.c_int32),
+        ("start", C.c_void_p),
+        ("to", C.c_void_p),
+        ("tool", C.c_void_p),
+        ("n", C.c_int64),
     ]
 
 
@@ -1376,7 +1376,7 @@ STRUCTURES = {
     "chip_drop_tool": DropTool,
     "chip_proof_stock": ProofStock,
     "chip_proof_tool": ProofTool,
-    "chip_proof_move": ProofMove,
+    "chip_proof_path": ProofPath,
     "chip_proof_found": ProofFound,
     "chip_tracer_row": TracerRow,
 }
