@@ -59,6 +59,7 @@ static void level_section(const struct chip_stock *stock, const struct chip_pose
                                         clear,
                                         ring.outer,
                                         ring.rise > CHIP_STEEP * (ring.outer - ring.inner),
+                                        0,
                                         0 };
             if (ring.rise > CHIP_MIN_CONTACT) chip_strip_add(stock, at, tool, tip, &strip, section);
         }

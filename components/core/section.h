@@ -35,8 +35,14 @@
  *     on the edge counts with the part that lies inside (what has been cut from it lies on the same side, stock.h, 2).
  *     A wall of
  *     the tool's own slot then does not count, at any depth.
+ *     Beside a path that bends, so does that edge.
  *  9. A band ends where the tool comes out of the top of the whole stock. If few bands are below it (a fine groove cut
  *     with a large vee) they are read in parts: a wider band would count stock that lies beside the tool.
+ * 10. A wall of the stock that runs through a cell is read where it is, and not interpolated between the cells: its direction comes
+ *     from the cells around it, its place from the share of the cell that is cut. It is spread evenly to both sides, by half a cell
+ *     at most and never beyond the tool's edge. Interpolated, it would lie up to 0.1 cells beside its place where the circle of the
+ *     tool crosses it at an angle and it crosses rows of cells. A point whose cells know of more than two heights, and one that is
+ *     read clear of the tool [4], is interpolated.
  */
 #ifndef CHIPWISE_SECTION_H
 #define CHIPWISE_SECTION_H

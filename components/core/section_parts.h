@@ -14,6 +14,7 @@
 #define CHIP_NODE_CELLS 2.0   /* distance of nodes, in cells */
 #define CHIP_REFINE 3         /* points inserted into an interval in which the stock jumps */
 #define CHIP_JUMP 0.2         /* change from node to node, of the larger, that is a jump */
+#define CHIP_WALL_JUMP 0.02   /* the same beside a wall of the stock, whose height the map knows */
 #define CHIP_LEVEL_TOP 0.02   /* of a band's rise: columns this similar belong to a level top [6] */
 #define CHIP_MIN_CONTACT 1e-4 /* mm, smaller contact is ignored */
 
@@ -40,28 +41,45 @@ static inline __attribute__((always_inline)) double cell_between(const struct ch
     return uncut + (cell->cut * (1.0 / CHIP_FULL)) * (rest - uncut);
 }
 
-/* Stock between low and high at a point, mm above low, interpolated between the four cells around
- * it; the cells are read once for both heights. */
+struct chip_corners {             /* the four cells round a point */
+    const struct chip_cell *cell; /* the first of them, */
+    int ix, iy;                   /* its numbers, the ring's cell is number 0, */
+    double fx, fy;                /* and where the point lies from its middle, in cells */
+};
+
+/* Finds them; 0 if the point is not on the map. */
+static inline __attribute__((always_inline)) int find_corners(const struct chip_stock *stock,
+                                                              const struct chip_pose *at, double x, double y,
+                                                              struct chip_corners *corners)
+{
+    double fx = (x - stock->x0) * at->per_cell + 0.5, fy = (y - stock->y0) * at->per_cell + 0.5;
+    if (!(fx >= 0.0 && fy >= 0.0 && fx < stock->nx + 1.0 && fy < stock->ny + 1.0)) return 0;
+    corners->ix = (int)fx;
+    corners->iy = (int)fy;
+    corners->fx = fx - corners->ix;
+    corners->fy = fy - corners->iy;
+    corners->cell = stock->cells + (long)corners->iy * (stock->nx + 2) + corners->ix;
+    return 1;
+}
+
+/* Stock between low and high, mm above low, interpolated between the four cells, which are read once for both heights. */
+static inline __attribute__((always_inline)) double
+between_corners(const struct chip_stock *stock, const struct chip_corners *corners, double low, double high)
+{
+    const struct chip_cell *a = corners->cell, *b = a + stock->nx + 2;
+    double h0 = cell_between(stock, a, low, high), h1;
+    h0 += corners->fx * (cell_between(stock, a + 1, low, high) - h0);
+    h1 = cell_between(stock, b, low, high);
+    h1 += corners->fx * (cell_between(stock, b + 1, low, high) - h1);
+    return h0 + corners->fy * (h1 - h0);
+}
+
+/* The same at a point. */
 static inline __attribute__((always_inline)) double between(const struct chip_stock *stock, const struct chip_pose *at,
                                                             double x, double y, double low, double high)
 {
-    double fx = (x - stock->x0) * at->per_cell + 0.5; /* in cells; the ring's cell is number 0 */
-    double fy = (y - stock->y0) * at->per_cell + 0.5;
-    const struct chip_cell *a, *b;
-    double h0, h1;
-    int ix, iy;
-    if (!(fx >= 0.0 && fy >= 0.0 && fx < stock->nx + 1.0 && fy < stock->ny + 1.0)) return 0.0;
-    ix = (int)fx;
-    iy = (int)fy;
-    fx -= ix;
-    fy -= iy;
-    a = stock->cells + (long)iy * (stock->nx + 2) + ix;
-    b = a + stock->nx + 2;
-    h0 = cell_between(stock, a, low, high);
-    h0 += fx * (cell_between(stock, a + 1, low, high) - h0);
-    h1 = cell_between(stock, b, low, high);
-    h1 += fx * (cell_between(stock, b + 1, low, high) - h1);
-    return h0 + fy * (h1 - h0);
+    struct chip_corners corners;
+    return find_corners(stock, at, x, y, &corners) ? between_corners(stock, &corners, low, high) : 0.0;
 }
 
 /* Sine and cosine of a step between nodes, at most 2 pi / CHIP_MIN_NODES: to 1e-15, at a
@@ -103,6 +121,12 @@ struct chip_strip {
     double ended;        /* mm, `outer` of the whole band, where the stock may be lower than its upper edge */
     int edged;           /* its edge is like a wall's [8] */
     int nodes;           /* read so far */
+    int walled;          /* the point read last is near a wall of the stock, or its rim [10] */
+};
+
+struct chip_point {     /* where the stock in front of a strip is read, mm */
+    double x, y;        /* machine coordinates */
+    double front, side; /* the strip's own circle there: before the axis, and beside it */
 };
 
 /* Functions of the core's own; nothing outside calls them. */
@@ -122,6 +146,10 @@ double chip_band_flat_area(const struct chip_stock *stock, const struct chip_pos
 /* Adds a band of a tool that moves level, or the wall of any tool. */
 void chip_strip_add(const struct chip_stock *stock, const struct chip_pose *at, const struct chip_tool *tool,
                     double tip, struct chip_strip *strip, struct chip_section *section);
+
+/* [8] [10] Stock between low and the strip's upper edge, at a point of a strip whose edge is like a wall's, mm. */
+double chip_wall_between(const struct chip_stock *stock, const struct chip_pose *at, const struct chip_point *point,
+                         struct chip_strip *strip, double low);
 
 /* The wall above the tool's end. */
 void chip_strip_add_wall(const struct chip_stock *stock, const struct chip_pose *at, const struct chip_tool *tool,

@@ -3,50 +3,8 @@
  * section.h; the numbers in brackets are those of its principle. */
 #include "section_parts.h"
 
-#define CHIP_EDGE_CELLS 1.5 /* cells from a band's edge within which stock beyond it would be read [8] */
-#define CHIP_EDGE_NODES 3   /* cost of a point there, in points elsewhere */
-/* a cell of which the tool covers less than a quarter counts less, down to nothing [8] */
-#define CHIP_PARTLY_COVERED 4.0
 #define CHIP_GAUSS_CELLS 2.5 /* width of a band, in cells, for which a pair of points is enough [7] */
 #define CHIP_GAUSS_PARTS 4   /* pairs at most */
-
-/* [8] The part of a cell's stock between two heights that lies in the share k the tool is going to cover. */
-static double inside(const struct chip_stock *stock, const struct chip_cell *cell, double k, double low, double high)
-{
-    double cut = cell->cut * (1.0 / CHIP_FULL), top, rest;
-    if (!cell->cut || k >= 1.0) return cell_between(stock, cell, low, high);
-    if (cell->drop & CHIP_RIM)
-        return cell_between(stock, cell, low, high) / chip_max(1.0 - chip_cell_levels(stock, cell).gone, k);
-    top = chip_clamp(cell->top, low, high) - low;
-    rest = chip_clamp(cell->top - cell->drop * stock->drop_unit, low, high) - low;
-    return k <= cut ? rest : top + cut / k * (rest - top);
-}
-
-/* [8] As between(), of the stock nearer to the path than `edge`; the point is `side` beside it, both mm. */
-static double between_edges(const struct chip_stock *stock, const struct chip_pose *at, double x, double y, double side,
-                            double edge, double low, double high)
-{
-    double fx = (x - stock->x0) * at->per_cell + 0.5, fy = (y - stock->y0) * at->per_cell + 0.5;
-    double nx = side < 0.0 ? at->hy : -at->hy, ny = side < 0.0 ? -at->hx : at->hx; /* away from the path */
-    double outside = (fabs(side) - edge) * at->per_cell, sum = 0.0, weights = 0.0;
-    const struct chip_cell *cell;
-    int ix, iy, i;
-    if (!(fx >= 0.0 && fy >= 0.0 && fx < stock->nx + 1.0 && fy < stock->ny + 1.0)) return 0.0;
-    ix = (int)fx;
-    iy = (int)fy;
-    fx -= ix;
-    fy -= iy;
-    cell = stock->cells + (long)iy * (stock->nx + 2) + ix;
-    for (i = 0; i < 4; i++) {
-        double dx = (i & 1) - fx, dy = (i >> 1) - fy;
-        double k = chip_cell_covered(outside + dx * nx + dy * ny, nx, ny);
-        double weight = (1.0 - fabs(dx)) * (1.0 - fabs(dy)) * chip_min(1.0, CHIP_PARTLY_COVERED * k);
-        if (weight <= 0.0) continue;
-        weights += weight;
-        sum += weight * inside(stock, cell + (i & 1) + (i >> 1) * (long)(stock->nx + 2), k, low, high);
-    }
-    return weights > 1e-6 ? sum / weights : 0.0;
-}
 
 /* [7] Stock between low and the band's upper edge, in front of it `side` mm beside the path, mm; `front`: how far
  * before the axis the band's own circle is there. */
@@ -61,14 +19,14 @@ static double met(const struct chip_stock *stock, const struct chip_pose *at, st
         lateral += at->half_curvature * (ahead2 - front * front); /* the same distance beside a curved path */
     } else {
         double ahead2 = strip->middle * strip->middle - side * side;
-        ahead = ahead2 > 0.0 ? chip_sqrt(ahead2) : 0.0;
+        front = ahead = ahead2 > 0.0 ? chip_sqrt(ahead2) : 0.0;
     }
     x = at->x + ahead * at->hx - lateral * at->hy;
     y = at->y + ahead * at->hy + lateral * at->hx;
     CHIP_FAULT(EDGE_SMEARED, return between(stock, at, x, y, low, strip->high));
-    if (strip->edged && fabs(side) > strip->ended - CHIP_EDGE_CELLS / at->per_cell) {
-        strip->nodes += CHIP_EDGE_NODES - 1;
-        return between_edges(stock, at, x, y, side, strip->ended, low, strip->high);
+    if (strip->edged) {
+        struct chip_point point = { x, y, front, side };
+        return chip_wall_between(stock, at, &point, strip, low);
     }
     return between(stock, at, x, y, low, strip->high);
 }
@@ -81,16 +39,19 @@ static double middle_area(const struct chip_stock *stock, const struct chip_pose
     int n = node_count(stock, strip->inner) / 2, i, k;
     double step = CHIP_PI / n, r = strip->inner, turn_c, turn_s, fine_c, fine_s, sum = 0.0;
     double c = 0.0, s = -1.0, last = met(stock, at, strip, -r, 0.0, strip->low);
+    int walled = strip->walled;
     small_turn(step, &turn_c, &turn_s);
     small_turn(step / (CHIP_REFINE + 1), &fine_c, &fine_s);
     *highest = last;
     for (i = 0; i < n; i++) {
         double x = c, y = s, h;
+        int was_walled = walled;
         c = x * turn_c - y * turn_s;
         s = y * turn_c + x * turn_s;
         h = met(stock, at, strip, r * s, r * c, strip->low);
         if (h > *highest) *highest = h;
-        if (fabs(h - last) > CHIP_JUMP * chip_max(h, last)) {
+        walled = strip->walled;
+        if (fabs(h - last) > (walled || was_walled ? CHIP_WALL_JUMP : CHIP_JUMP) * chip_max(h, last)) {
             for (k = 0; k < CHIP_REFINE; k++) {
                 double next = x * fine_c - y * fine_s, side = y, before = last;
                 y = y * fine_c + x * fine_s;
@@ -165,7 +126,7 @@ void chip_strip_add_wall(const struct chip_stock *stock, const struct chip_pose 
                          double tip, double margin, struct chip_section *section)
 {
     struct chip_strip strip = {
-        tool->radius, tool->radius, tool->radius, tip + tool->shoulder, 1e301, margin, tool->radius, 1, 0
+        tool->radius, tool->radius, tool->radius, tip + tool->shoulder, 1e301, margin, tool->radius, 1, 0, 0
     };
     if (strip.low < stock->z_max) chip_strip_add(stock, at, tool, tip, &strip, section);
 }

@@ -12,6 +12,7 @@
 #include "core/sweep.c"
 #include "core/section_band.c"
 #include "core/section_strip.c"
+#include "core/section_wall.c"
 #include "core/section.c"
 #include "core/path.c"
 #include "core/predicted_path.c"
