@@ -192,6 +192,15 @@ PARTS = {"vee grooves": grooves, "hills": lambda: surface_cases.waves(30, 25.0),
          "step": lambda: np.concatenate([surface_cases.box((0, 0, -5), (25, 20, 0)), surface_cases.box((6, 6, 0), (15.3, 14.1, 4))])}
 
 
+def fine_rest(small, needles, top):
+    """feed_figures() of the rest with one-way cuts, a small relief and small cells."""
+    levels, finish, fine = (dataclasses.replace(r, cell=0.1, earlier=()) for r in (*small.earlier, dataclasses.replace(small, relief=0.1, link=1)))
+    needles.height[:] = top
+    for r in (levels, dataclasses.replace(finish, earlier=(levels,))):
+        surface_judge.feed_figures(needles, surface_plan(r).moves, START, r.tool)
+    return surface_judge.feed_figures(needles, surface_plan(dataclasses.replace(fine, earlier=(levels, finish))).moves, START, small.tool)
+
+
 def rest():
     """Rows of levels and of the rest with a smaller tool."""
     for name, make in PARTS.items():
@@ -211,6 +220,7 @@ def rest():
             for link in (1, 2):
                 needles.height = before.copy()
                 figures[f"rest P{link}"] = surface_judge.feed_figures(needles, plans["rest"][link].moves, START, small.tool)
+            figures["rest P1, K0.1 and cells of 0.1 mm"] = fine_rest(small, needles, plans["levels"][1].high[2] + levels.allowance)
         for kind, (lengths, deepest) in figures.items():
             cut, air = lengths[1500.0]
             yield row(f"surface: {name}, {kind}, cuts in air", air / cut, "", f"of {cut:.0f} mm; deepest {deepest:.2f} mm", 0.05)

@@ -90,6 +90,16 @@ def test_scallop(model, tmp_path):
     assert cuts[1] > 1.8 * cuts[0] and cuts[2] > 20 / 0.3
 
 
+def test_cell(model, tmp_path):
+    """The default is that of the settings; other cells give other links."""
+    programs = []
+    for arguments in ([], ["--cell", 0.25], ["--cell", 0.1]):
+        done = surface(model, "-o", tmp_path / "out.ngc", "--tool", 4, "--step", 2, "--link", 1, *arguments)
+        assert done.returncode == 0, done.stderr
+        programs.append((tmp_path / "out.ngc").read_text())
+    assert programs[0] == programs[1] != programs[2]
+
+
 def test_picture(tmp_path):
     values = np.linspace(0, 65535, 60)[None, :].repeat(50, axis=0)
     (tmp_path / "depth.png").write_bytes(surface_cases.png_bytes(values))
@@ -116,6 +126,7 @@ def test_a_bad_model_leaves_the_old_program(tmp_path, content, text):
     (["--step", "1", "--direction", "1.5"], "invalid int value"), (["--step", "1", "--clearance", "-3"], "is below the top of the model"),
     (["--step", "1", "--scale", "0"], "--scale 0"), (["--step", "1", "--scale", "2e6"], "--scale 2e+06 is not a number above 0, up to 1000000"),
     (["--step", "1", "--scale", "1e6"], "the model reaches"), (["--step", "1", "--floor", "-200000"], "--floor -200000 is not a length from -100000, up to 100000"),
+    (["--step", "1", "--cell", "0"], "--cell 0 is not a length above 0"), (["--step", "1", "--cell", "0.001"], "cell 0.001 mm is not from 0.01 mm to 10 mm; correct --cell"),
     (["--step", "1", "--ini", "/nowhere.ini"], "INI file /nowhere.ini"), ([], "--step")])
 def test_options_that_cannot_be_meant(model, tmp_path, arguments, text):
     tool = [] if "--tool" in arguments else ["--tool", "4"]
@@ -195,7 +206,7 @@ def test_job(model, tmp_path):
     (("[[cut]]", "[[cuts]]"), "the job file has no [[cut]]"), (("step = 1\n", ""), "step of cut 2 is missing"), (("tool = 3", "tool = 3.5"), "which is not a whole number"),
     (("rest = 0.1", "rest = nan"), "rest = nan of cut 3, which is not a number"), (("rest = 0.1", "rests = 0.1"), "rests of cut 3 is not a key"),
     (("rest = 0.1", "rest = -1"), "--rest -1 is not a length above 0"), (("link = 1", "link ="), "part.toml: Invalid value"), (("part.stl", "none.stl"), "none.stl: No such file"),
-    (("link = 1", "output = 'x'"), "output is not a key"), (("allowance", "at = [1, 2, 3]\nallowance"), "at of cut 1 is not a key"), (("rough = 2", "rough = 0.001"), "more than 1000 levels")])
+    (("link = 1", "output = 'x'"), "output is not a key"), (("rough = 2", "cell = 0.1"), "cell of cut 1 is not a key"), (("allowance", "at = [1, 2, 3]\nallowance"), "at of cut 1 is not a key"), (("rough = 2", "rough = 0.001"), "more than 1000 levels")])
 def test_bad_jobs(model, tmp_path, change, text):
     assert change[0] in JOB
     (tmp_path / "part.toml").write_text(JOB.replace(change[0], change[1], 3 if "cuts" in change[1] else 1))

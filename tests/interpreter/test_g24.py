@@ -203,13 +203,18 @@ def test_arcs_in_all_units_and_none_in_turned_coordinates(model):
     (("Z-9", ""), "word Z (final depth) is missing"), (("R4", "R0.5"), "clearance plane R0.5 mm is below the top of the model"),
     (("P1", "P3"), "link P3 is not known"), (("I0.2", "I0.2 J3"), "word J is not used here"), (("(SURFACE", "(SURFASE"), "there is no SURFACE comment"),
     (("FILE=", "FILE=none"), "No such file"), (("FILE=", "FOLDER="), "is not FILE=name"), (("SCALE=1.1", "SCALE=0"), "SCALE=0 is not"),
-    (("X=5", "X=five"), "X=five is not"), (("F600", ""), "no feed is set"), (("(begin)", "#<_chipwise_surface_depth> = -1 (begin)"), "#<_chipwise_surface_depth> = -1 is not a height"), (("G17", "G18"), "the plane is not G17")])
+    (("X=5", "X=five"), "X=five is not"), (("X=5", "X=5,x=6"), "SURFACE comment: X is given twice; give it once"), (("F600", ""), "no feed is set"), (("(begin)", "#<_chipwise_surface_depth> = -1 (begin)"), "#<_chipwise_surface_depth> = -1 is not a height"), (("G17", "G18"), "the plane is not G17")])
 def test_refused_without_motion(model, change, text):
     assert change[0] in program(model)
     trace = run_preview(program(model).replace(*change), TOOLS)
     assert trace.error.startswith("chipwise: G24: ") and text in trace.error and trace.error_line == 8, trace.error
     begin = next(n for name, n, _ in trace.comments if name == "begin")
     assert len(trace.elements) == begin
+
+
+def test_no_pattern_holds_it(model):
+    text = f"T4 M6\nG21 G90 G17 F600\nO100 sub\n{LINE}\nO100 endsub\nG75 Q100 X30 H1\nM2\n"
+    assert "G24 follows the stock at one place only; program it outside of the pattern" in run_preview(text, TOOLS).error
 
 
 def test_bad_model_is_a_message(tmp_path):

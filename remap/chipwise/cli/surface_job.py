@@ -27,7 +27,7 @@ from chipwise.files import read_bytes
 
 ENDING = ".toml"
 MAX_BYTES, MAX_CUTS, MAX_SHOWN = 1 << 18, 50, 40
-OF_THE_MODEL = ("model", "at", "scale", "pixel", "depth")       # not in a [[cut]]
+OF_THE_MODEL = ("model", "at", "scale", "pixel", "depth", "cell")       # not in a [[cut]]
 
 
 def is_job(path):

@@ -23,6 +23,7 @@ LENGTHS = {
     'tolerance': ('MM', 0.01, 0, False, 'how far the path may be above the exact one (default: 0.01 mm)'),
     'pixel': ('MM', None, 0, False, 'size of a pixel (default: as the picture says, else 0.1 mm)'),
     'depth': ('MM', 5.0, 0, False, 'from white to black (default: 5 mm)'),
+    'cell': ('MM', None, 0, False, "of the map of the stock (default: [CHIPWISE]CELL)"),
     'rough': ('MM', None, 0, False, 'in levels of at most this depth, only where there is stock'),
     'rest': ('MM', None, 0, False, 'only where the stock is more than this above what the tool leaves')}
 
@@ -86,7 +87,7 @@ def request_of(options, refuse):
         plunge_feed=feed / 2 if options.plunge_feed is None else options.plunge_feed * unit, start=None,
         direction=float(options.direction), allowance=lengths['allowance'], relief=lengths['relief'], link=options.link,
         climb=not options.conventional, tolerance=lengths['tolerance'], stock_top=lengths['stock-top'], stock_is_model=True,
-        cell=settings['CELL'], margin=lengths['margin'], most_moves=MOST_MOVES,
+        cell=settings['CELL'] if lengths['cell'] is None else lengths['cell'], margin=lengths['margin'], most_moves=MOST_MOVES,
         scallop=lengths['scallop'], depth=lengths['rough'], least=lengths['rest'], ramp_angle=settings['RAMP_ANGLE'], flute_length=geometry.flute_length or 0.0), unit
 
 

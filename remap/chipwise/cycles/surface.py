@@ -25,6 +25,7 @@ from chipwise.surface.links import Obstacles
 from chipwise.surface.model import Placing, read_model
 
 LEAST_TOLERANCE = 1e-3      # mm
+CELLS = 0.01, 10.0          # mm: of the stock's map
 MAX_ALLOWANCE = 1000.0      # mm
 OFF_MM = 0.01               # mm, that the holder keeps the tool up before the operator is asked to look
 MOST_TRACKS = 20_000
@@ -127,6 +128,8 @@ def check(r):
         raise CycleError(f"direction L{r.direction:g} is not a whole number of degrees from -360 to 360", "correct L")
     if not LEAST_TOLERANCE <= r.tolerance <= 1:
         raise CycleError("tolerance {t} is not from {least} to {most}", "correct the tolerance", t=r.tolerance, least=LEAST_TOLERANCE, most=1.0)
+    if not CELLS[0] <= r.cell <= CELLS[1]:
+        raise CycleError("cell {c} is not from {least} to {most}", "correct --cell", c=r.cell, least=CELLS[0], most=CELLS[1])
     if r.depth is not None and not r.depth > 0:
         raise CycleError("depth of a level {j} is not above 0", "use a depth above 0", j=r.depth)
     if r.scallop is not None and not r.scallop > 0:

@@ -89,6 +89,8 @@ def parse_comment(text):
     name, numbers = "", {}
     for part in filter(None, (piece.strip() for piece in text.split(","))):
         key, _equals, value = (piece.strip() for piece in part.partition("="))
+        if key.upper() in numbers or name and key.upper() == "FILE":
+            raise CycleError("SURFACE comment: {key} is given twice", "give it once", key=key.upper())
         if key.upper() == "FILE" and value:
             name = value
             continue

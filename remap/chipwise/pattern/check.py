@@ -19,6 +19,7 @@ _BEFORE = "program it before G75"
 REASONS = {
     "g": ({28, 28.1, 30, 30.1, 53}, "moves in machine coordinates", "use positions of the pattern"),
     "G": ({10, 43, 43.1, 43.2, 49, 52, 54, 55, 56, 57, 58, 59, 59.1, 59.2, 59.3, 92, 92.1, 92.2, 92.3}, "changes an offset", _BEFORE),
+    "surface": ({24}, "follows the stock at one place only", "program it outside of the pattern, each time with a SURFACE comment of its own"),
     "probe": ({38.2, 38.3, 38.4, 38.5}, "probes", "probe outside of the pattern"),
     "sync": ({33.1, 74, 84}, "taps in step with the spindle", "tap outside of the pattern, or with G81 and a floating holder"),
     "mode": ({7, 8, 93, 94, 95, 96}, "sets a mode of the whole machine", _BEFORE),
