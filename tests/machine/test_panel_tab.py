@@ -78,7 +78,7 @@ def test_the_page_in_qtdragon(tmp_path):
                           stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
     assert done.returncode == 0, done.stdout[-3000:]
     found = json.loads((tmp_path / 'result.json').read_text())
-    assert found['tabs'][-1] == 'Stock' and found['pages'] == 1 and found['box'] > 0.2 and found['state'] > 0.01 and found['outside'] == [0, 0], found
+    assert 'Stock' in found['tabs'] and found['pages'] == 1 and found['box'] > 0.2 and found['state'] > 0.01 and found['outside'] == [0, 0], found
 
 
 @pytest.mark.parametrize('number, status', [('x', 2), ('0', 2), ('-1', 2), ('', 2), ('99999999999', 2), ('0x1f', 1)])

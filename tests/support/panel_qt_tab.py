@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Inside QtDragon, as its USER_COMMAND_FILE: brings the last tab of tabWidget_utilities to the front, waits until the page in it reads the stream of
+"""Inside QtDragon, as its USER_COMMAND_FILE: brings the tab TAB of tabWidget_utilities to the front, waits until the page in it reads the stream of
 `chipwise panel`, and has a look at what the screen shows there.
 
     start(FOLDER)       FOLDER/result.json: {"tabs", "pages", "box", "state": shares of the tab's pixels that have the colours of
@@ -15,6 +15,7 @@ from PyQt5 import QtCore, QtWidgets
 
 STATE = "http://127.0.0.1:8250/state.json"
 COLOURS = "http://127.0.0.1:8250/colours.css"
+TAB = "Stock"               # LinuxCNC 2.9.4 adds others behind it
 EVERY_MS = 2000
 NEAR = 4                    # of 255
 BOX, STATES = 0.2, 0.01     # shares of the tab at least: of the page's boxes, and of the background that shows the state; a blank window has one colour
@@ -55,7 +56,7 @@ def look(folder):
     tabs, stack = widget("tabWidget_utilities"), widget("stackedWidget_mainTab")
     screen = QtWidgets.QApplication.instance().primaryScreen()
     tabs.window().setGeometry(screen.geometry())            # there is no window manager that would do it
-    tabs.setCurrentIndex(tabs.count() - 1)
+    tabs.setCurrentIndex(next(k for k in range(tabs.count()) if tabs.tabText(k) == TAB))
     stack.setCurrentIndex(next(k for k in range(stack.count()) if stack.widget(k).isAncestorOf(tabs)))
     pages = json.loads(asked(STATE) or "{}").get("pages", 0)
     if not pages:
