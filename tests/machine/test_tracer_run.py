@@ -108,7 +108,7 @@ def test_the_map_is_a_stock_for_the_mill(traced, tmp_path):
 
 
 STOPS = [["start", TRACE], ["until", "tracer.0.lines", "=", 2], ["sleep", 0.3], ["abort"], ["sleep", 1], HELD,      # 0..5
-         ["start", TRACE], ["finish"], ["mdi quietly", "G0 X3"], ["sleep", 2], HELD, ["errors"], ["abort"],           # 6..12
+         ["start", TRACE], ["finish"], ["mdi quietly", "G0 X3"], ["sleep", 7], HELD, ["errors"], ["abort"],           # 6..12
          ["start", BACK], ["finish"], ["position"], HELD,                                                             # 13..16
          ["start", TRACE], ["until", "tracer.0.state", "=", 2], ["sleep", 0.5], ["pause"], ["sleep", 1], HELD, ["sleep", 1], HELD, ["resume"],   # 17..25
          ["until", "tracer.0.lines", "=", 1], ["sleep", 0.3], ["estop"], ["sleep", 0.5], HELD, ["on"], ["sleep", 0.5], HELD,                     # 26..33
