@@ -54,6 +54,14 @@ def test_the_library_judges_as_the_text_of_the_oracle_does(tmp_path, monkeypatch
         assert all(np.array_equal(a, b) for a, b in zip(bars[side], others[side]))
 
 
+def test_what_a_second_finish_finds_too_thick_stays(tmp_path):
+    """The first one lowers the stock beside the holder, which then reaches stock that roughing could not: the plan was refused (part 3614 of seed 20261125)."""
+    case = random_case(random.Random(20261125 * 100_003 + 3614))
+    plan, request, machine, text = planned(case, tmp_path)
+    assert judge(text, request.scale, case, machine.tools)[0]["gouge"] <= 0.001
+    assert any(r.height > 3.0 for r in plan.residue)
+
+
 FAULTS = [("gouge", 123, (-0.02, 0.0)), ("gouge", 123, (0.0, -0.05)), ("rapid", 0, (0.0, -1.5))]
 
 

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What chipwise turn reads as text: words and modes of the program, tool tables of other people."""
+import json
+
 import pytest
 
 from chipwise import cli
@@ -45,3 +47,48 @@ def test_a_second_g26_is_named(tmp_path, capsys):
     (tmp_path / "part.ngc").write_text(text.format(""))
     assert cli.main(["turn", str(tmp_path / "part.ngc")]) == 1
     assert not capsys.readouterr().err
+
+
+PART = "(WORKPIECE,CYLINDER,AXIS=Z,DIAMETER=30,ZMIN=-60,ZMAX=0)\n(LATHE,ROUGH=1,FINISH=2)\n" + HEAD + "{before}G26 Q100 F100\nM2\nO100 sub\n{sub}O100 endsub\n"
+
+
+@pytest.fixture
+def turn(tmp_path, capsys):
+    """(text, options) -> (status, steps as data or None, messages)."""
+    def run(text, *options):
+        (tmp_path / "part.ngc").write_text(text)
+        status = cli.main(["turn", str(tmp_path / "part.ngc"), "--json", str(tmp_path / "plan.json"), *options])
+        said = capsys.readouterr().err
+        return status, None if status == 2 else json.loads((tmp_path / "plan.json").read_text())["steps"], said
+    return run
+
+
+def test_a_parameter_that_the_program_sets_is_asked_for(turn):
+    """LinuxCNC reads an unset #100 as 0: X#100 was a cone to the axis, planned without a word."""
+    sub, number = "G0 X8 Z0\nG1 X{x} Z-20\nG1 Z-30\n", PART.format(before="", sub="G0 X8 Z0\nG1 X12 Z-20\nG1 Z-30\n")
+    wanted = turn(number)[1]
+    for name, option in (("#100", "100=12"), ("#<_wide>", "_wide=12")):
+        text = PART.format(before=f"{name}=12\n", sub=sub.format(x=name))
+        status, _, said = turn(text)
+        assert status == 2 and "--set" in said and "line 9" in said and said.count("\n") == 1, said
+        assert turn(text, "--set", option)[1] == wanted
+    assert turn(number, "--set", "100")[0] == 2
+
+
+@pytest.mark.parametrize("sub, right", [
+    ("#31=12\nG0 X8 Z0\nG1 X#31 Z-20\nG1 Z-30\n", True), ("#1=12\nG0 X8 Z0\nG1 X#1 Z-20\nG1 Z-30\n", True),
+    ("G0 X8 Z0\nG1 X12 Z-20 (#100)\nG1 Z-30\n", True), ("#1=31\nG0 X8 Z0\nG1 X#[30+1] Z-20\nG1 Z-30\n", False),
+    ("G0 X8 Z0\n#31=[#31+12]\nG1 X#31 Z-20\nG1 Z-30\n", False), ("G0 X8 Z0\nG1 X12 Z[-20+#5422]\nG1 Z-30\n", False),
+    ("G0 X8 Z0\nO200 call\nG1 Z-30\nO100 endsub\nO200 sub\nG1 X#100 Z-20\nO200 endsub\nO300 sub\nG1 X2\n", False)])
+def test_parameters_that_the_sub_sets_itself_are_known(turn, sub, right):
+    status, _, said = turn(PART.format(before="#100=12\n", sub=sub).replace("G1 X2\nO100 endsub", "G1 X2\nO300 endsub"))
+    assert (status == 1) == right, said
+    assert right or "has its value only when the program runs" in said
+
+
+def test_modes_before_g26_are_those_of_the_sub(turn):
+    arc = "G0 X8 Z0\nG1 Z-18\nG2 X10 Z-20 I{} K{}\nG1 Z-30\n"
+    assert turn(PART.format(before="G90\\n", sub=arc.format(2, 0)))[1] == turn(PART.format(before="G90.1\n", sub=arc.format(10, -18)))[1]
+    status, _, said = turn(PART.format(before="G91\n", sub=arc.format(2, 0)))
+    assert status == 2 and "G91 is on" in said and "program G90 before" in said
+    assert turn(PART.format(before="G91\nG90\n", sub=arc.format(2, 0)))[0] == 1

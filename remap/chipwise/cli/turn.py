@@ -11,6 +11,7 @@ Exit status: 0 planned, 1 planned and stock is left that no tool reaches, 2 it c
 import json
 import os
 import sys
+from dataclasses import replace
 
 from chipwise import ROOT
 from chipwise.cli import UsageError
@@ -36,29 +37,37 @@ def add_arguments(parser):
     parser.add_argument('--json', metavar='FILE', help='the plan as data: mm, mm2, s; - is standard output')
     parser.add_argument('--steps', metavar='FILE.toml', help='steps = [..]: other steps, or in another order (default: [CHIPWISE]TURNING_STEPS)')
     parser.add_argument('--ini', metavar='INI', help='the machine (default: INI_FILE_NAME, else configs/lathe.ini)')
+    parser.add_argument('--set', action='append', default=[], metavar='NAME=VALUE',
+                        help='a parameter that the program sets for its sub: --set _width=40 --set 100=3')
     parser.error = refuse
 
 
 def run(options):
     """-> exit status."""
-    from chipwise.turning import text
+    from chipwise.cli.contour import parameters as values
+    from chipwise.turning import parameters, text
     from chipwise.turning.plan import make_plan
     from chipwise.turning.read_part import Machine, job_of, make_order, read_steps
     from chipwise.turning.request import lines_of_plans, read_request
     check_options(options)
     unit = 'mm'
     try:
+        numbered, named = values(options.set)
         path = options.ini or os.environ.get('INI_FILE_NAME') or os.path.join(ROOT, 'configs', 'lathe.ini')
         machine = Machine(Ini(path), load_settings(path), path)
         program = read_program(options.program)
         request = read_request(program, machine.startup)
         unit = request.unit
-        order = make_order(job_of(options.program, request, machine), program, request, machine,
-                           read_steps(options.steps) if options.steps else machine.steps)
+        job = replace(job_of(options.program, request, machine), numbered=numbered, named=named)
+        for sub in filter(None, (request.words['Q'], request.words['P'])):
+            parameters.check(replace(job, sub=sub))
+        order = make_order(job, program, request, machine, read_steps(options.steps) if options.steps else machine.steps)
         plan = make_plan(order)
         title = f'O{request.words["Q"]} of {os.path.basename(options.program)}'
         output = output_text(options, plan, request, title)
     except CycleError as error:
+        if 'Named parameter' in error.problem and 'not defined' in error.problem:
+            error.remedy = 'give it with --set _name=value, or set it in the sub'
         raise UsageError(f'{NAME}: ' + unnamed(error.text(unit))) from error
     if output:
         write_output(NAME, options.output, output)

@@ -40,7 +40,7 @@ def _lathe_axes(text):
 def job_of(program, request, machine):
     """Job of the part's sub, for a program that is not run."""
     return Job(program=program, sub=request.words["Q"], ini=machine.ini, unit=request.unit, machine_unit=machine.unit_mm, lathe=True,
-               diameter=request.diameter, close_gap=machine.close_gap)
+               diameter=request.diameter, ijk_absolute=request.ijk_absolute, close_gap=machine.close_gap)
 
 
 def make_order(job, text, request, machine, steps=ORDER):

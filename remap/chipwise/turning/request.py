@@ -24,7 +24,7 @@ _OFFSETS = {10.0, 54.0, 55.0, 56.0, 57.0, 58.0, 59.0, 59.1, 59.2, 59.3, 92.0, 92
 @dataclass
 class Request:
     """line of G26; unit "mm" or "in"; diameter: G7; per_rev: G95; spindle: words of the program (G96 D S M3); feed: F in force, program units;
-    plane: 17, 18 or 19; barriers mm ((z0, z1, x0, x1), ..), x as radii; roles {role: (tool numbers)}; words of G26, lengths in mm."""
+    plane: 17, 18 or 19; incremental: G91; ijk_absolute: G90.1; barriers mm ((z0, z1, x0, x1), ..), x as radii; roles {role: (tool numbers)}; words of G26, lengths in mm."""
 
     line: int = 0
     unit: str = "mm"
@@ -36,6 +36,8 @@ class Request:
     direction: int = 0
     feed: float = 0.0
     plane: int = 18
+    incremental: bool = False
+    ijk_absolute: bool = False
     barriers: tuple = ()
     roles: dict = field(default_factory=dict)
     words: dict = field(default_factory=dict)
@@ -78,6 +80,8 @@ def read_request(text, before=""):
             _only(words, _KNOWN, "G26", number, "use Q P I D E F H")
             if request.plane != 18:
                 raise CycleError(f"the plane is G{request.plane} (line {number})", "program G18 before", "G26")
+            if request.incremental:
+                raise CycleError(f"G91 is on: the sub begins where the tool is, which only the machine knows (line {number})", "program G90 before", "G26")
             request.line = number
             return complete(request, {"F": request.feed, **words}, f" (line {number})")
     raise CycleError("the program has no G26 outside of its subs", "add a line like G26 Q100 I0.3 D1 E0.08 F0.2, with Q the sub of the part")
@@ -156,7 +160,8 @@ def _modes(request, codes, words, line):
     """Modes that a line sets.  A change of unit or kind of feed ends the feed before."""
     before = request.unit, request.per_rev
     for code, name, value in ((20, "unit", "in"), (21, "unit", "mm"), (7, "diameter", True), (8, "diameter", False), (94, "per_rev", False),
-                              (95, "per_rev", True), (97, "css", False), (96, "css", True)):
+                              (95, "per_rev", True), (90, "incremental", False), (91, "incremental", True), (90.1, "ijk_absolute", True),
+                              (91.1, "ijk_absolute", False), (97, "css", False), (96, "css", True)):
         if code in codes:
             setattr(request, name, value)
     request.plane = next((int(code) for code in (17, 18, 19) if code in codes), request.plane)

@@ -162,7 +162,7 @@ def _turned(state, name, tool, inside, finishing, allowance, least):
     allowance of a face keeps it from the axis."""
     step = None
     for _ in range(FINISHES if finishing else 1):
-        found = _path(state, name, tool, inside, finishing, allowance, least)
+        found = _path(state, name, tool, inside, finishing, allowance, least, again=step is not None)
         if found is None:
             break
         path, area, framed, view, domain = found
@@ -172,8 +172,10 @@ def _turned(state, name, tool, inside, finishing, allowance, least):
     return step
 
 
-def _path(state, name, tool, inside, finishing, allowance, least):
-    """(Path, mm2 within the tool's reach, tool, view and domain as of State.work()), None if it has nothing to do."""
+def _path(state, name, tool, inside, finishing, allowance, least, again=False):
+    """(Path, mm2 within the tool's reach, tool, view and domain as of State.work()), None if it has nothing to do.
+
+    again: of a finish, which has lowered the stock beside the holder: what is too thick in the holder's new reach stays."""
     keep = _out_of_reach(state, tool, reach.dilated(state.stock[True], tool, 0.0, state.domain)) if inside else []
     work, view, framed, domain = state.work(tool, allowance, not finishing, keep)
     regions = passes.worth(above(clip(work.contact, *domain), work.reach, passes.ROUNDING_MM), least)
@@ -190,6 +192,8 @@ def _path(state, name, tool, inside, finishing, allowance, least):
         regions = passes.worth(above(clip(work.contact, *domain), work.reach, passes.ROUNDING_MM), least)
         if not regions:
             return None
+    elif finishing and again and _thickness(state, tool, work.contact, keep)[1]:
+        return None
     elif finishing:
         _refuse_thick(state, tool, work.contact, keep)
     path = passes.finish(work, domain, least) if finishing else passes.rough(work, domain, depth, least)

@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Numbered parameters that the sub of a part reads and the program may have set: `chipwise turn` does not run the program.
+
+Called by cli/turn.py.  LinuxCNC reads a parameter that nobody has set as 0, which would be another part without a word.
+"""
+
+import re
+
+from chipwise.contour_sub.find import fault, find_sub, o_word, plain_text
+
+ARGUMENTS = 30          # #1 .. #30 are a sub's own: contour_sub/check.py
+
+
+def check(job):
+    """Raise CycleError if the sub of a Job reads a parameter above #30 that neither it nor the Job has set."""
+    found = find_sub(job)
+    known = {number for number, _ in job.numbered}
+    for number, text in _lines(found):
+        plain = plain_text(text)
+        for name in re.findall(r"#(\d+|\[)", re.sub(r"#\d+=", "", plain)):
+            if name == "[" or int(name) > ARGUMENTS and int(name) not in known:
+                raise fault(found, number, f"#{name} has its value only when the program runs", "give it with --set 100=30, or write numbers")
+        known |= set(map(int, re.findall(r"#(\d+)=", plain)))
+
+
+def _lines(found):
+    """[(line number, text)] of the sub; if it calls others, then those of all subs of its file, too."""
+    if not any(word and word[1] == "call" for word in (o_word(text) for _, text in found.body)):
+        return found.body
+    inside, lines = None, []
+    for number, text in enumerate(found.lines, 1):
+        word = o_word(text)
+        if inside is None and word and word[1] == "sub":
+            inside = word[0]
+        elif word == (inside, "endsub"):
+            inside = None
+        elif inside is not None:
+            lines.append((number, text))
+    return lines
