@@ -47,7 +47,7 @@ def test_feeds():
     plan = contour_plan(request(approach=2.0))
     for move in plan.moves:
         if isinstance(move, Line):
-            assert move.feed == (200.0 if move.x is None else 600.0)
+            assert move.feed == (200.0 if move.x is None else pytest.approx(400.0) if move.z == -6.0 else 600.0)     # 30 degrees: 200 / sin 30
         elif isinstance(move, Arc):
             assert move.feed == 600.0
 
@@ -94,6 +94,13 @@ def test_rapid_to_pa_where_pa_is_above_the_clearance_plane():
 def test_approach_at_90_degrees_goes_straight_down():
     _plan, elements, slants, _plunges = done(request(approach=2.0, angle=math.pi / 2))
     assert slants == []
+
+
+@pytest.mark.parametrize("degrees, feed", [(10, 600.0), (30, 200.0 / 0.5), (45, 200.0 / math.sqrt(0.5)), (90, 200.0)])
+def test_the_approach_is_not_faster_down_than_the_plunge_feed(degrees, feed):
+    plan = contour_plan(request(approach=2.0, angle=math.radians(degrees), feed=600.0, plunge_feed=200.0))
+    down = next(m for m in plan.moves if isinstance(m, Line) and m.z == -6.0)
+    assert down.feed == pytest.approx(feed)
 
 
 def test_no_room_for_the_slant_is_told():

@@ -223,7 +223,7 @@ class _Driver:
         ccw = SIDES[self.request.side] == LEFT
         self._down(enter.at(enter.out), z + enter.height)
         if enter.height:
-            mover.line(enter.point, z)
+            mover.line(enter.point, z, mover.descent_feed(self.request.angle))
         elif enter.lead:
             if self.slug:
                 mover.arc(enter.at(enter.out), enter.at(enter.lead), ccw)

@@ -5,6 +5,8 @@ Used by hole.py, contour.py, contour_chop.py and pocket.py.  What rapids may do 
 above the clearance plane, and straight up and down.
 """
 
+import math
+
 from chipwise.cycles.word_checks import EQUAL
 from chipwise.geometry.base import elements
 from chipwise.geometry.base.elements import Elements
@@ -64,9 +66,13 @@ class Mover:
         if z < self.z - EQUAL:
             self._add(Line(z=z, feed=self.plunge_feed))
 
-    def line(self, point, z=None):
-        """A straight cut to (x, y)."""
-        self._add(Line(x=point[0], y=point[1], z=z, feed=self.feed))
+    def descent_feed(self, angle):
+        """The cutting feed, or less, so that the vertical speed at this angle (rad) to the work plane is the plunge feed at most."""
+        return min(self.feed, self.plunge_feed / math.sin(angle))
+
+    def line(self, point, z=None, feed=None):
+        """A straight cut to (x, y); feed: default the cutting feed."""
+        self._add(Line(x=point[0], y=point[1], z=z, feed=self.feed if feed is None else feed))
 
     def arc(self, end, centre, ccw, z=None, feed=None):
         """An arc, or a helix if z is given, to (x, y) about a centre (x, y); feed: default the cutting feed."""

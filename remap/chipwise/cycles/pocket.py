@@ -237,7 +237,7 @@ class _Driver:
         r, mover = self.request, self.mover
         angle = math.radians(r.ramp_angle)
         entry = entries.entry(region, track, r.tool_radius, mover.z - z, angle)
-        feed, top = min(r.feed, r.plunge_feed / math.sin(angle)), mover.z
+        feed, top = mover.descent_feed(angle), mover.z
         check_moves(len(mover.moves) + entries.move_count(entry), r, "use a larger #<_chipwise_ramp_angle> or J")
         if isinstance(entry, entries.Helix):
             for turn in range(1, entry.turns + 1):
