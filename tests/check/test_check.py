@@ -252,6 +252,13 @@ def test_unusable_files(tmp_path):
         assert len(done.stderr.strip().splitlines()) == 1
 
 
+def test_an_include_that_is_missing_is_named(tmp_path):
+    machine = tmp_path / "machine.ini"
+    machine.write_text("#INCLUDE none.inc\n")
+    _status, _out, err, _report = chipwise_check(tmp_path, {"a.ngc": SLOT}, machine=machine)
+    assert f"machine.ini: #INCLUDE {tmp_path}/none.inc: No such file or directory; correct the line" in err
+
+
 def test_many_programs_one_bad_and_progress(tmp_path):
     programs = {f"p{k}.ngc": SLOT.replace("X110", "X" + ("110" if k != 2 else "@")) for k in range(5)}
     status, out, err, report = chipwise_check(tmp_path, programs, "--jobs", "2", "--report", str(tmp_path / "page.html"))

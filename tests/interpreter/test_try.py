@@ -101,6 +101,13 @@ def test_what_cannot_be_tried_is_said(program, tmp_path):
     done = chipwise_try(good, "--ini", str(tmp_path / "bad.ini"))
     assert done.returncode == 2
     assert done.stderr.startswith("chipwise: [TRAJ]LINEAR_UNITS = cubit is not a unit; use mm or inch")
+    for line, message in (("[EMCIO]\nTOOL_TABLE = none.tbl", f"[EMCIO]TOOL_TABLE {tmp_path}/none.tbl cannot be read: No such file or "
+                           "directory; correct the INI file"),
+                          ("#INCLUDE none.inc", f"#INCLUDE {tmp_path}/none.inc cannot be read: No such file or directory; correct the INI file"),
+                          ("[CHIPWISE]\nCELL = fine", "[CHIPWISE]CELL = fine is not a length from 0.01 to 10 mm; correct the INI file")):
+        (tmp_path / "bad.ini").write_text(line + "\n")
+        done = chipwise_try(good, "--ini", str(tmp_path / "bad.ini"))
+        assert (done.returncode, done.stderr) == (2, f"chipwise: {message}\n")
     done = chipwise_try(good, PATH="/nowhere")
     assert (done.returncode, done.stderr) == (
         2, "chipwise: LinuxCNC's rs274 is not on the PATH; install linuxcnc-uspace\n")

@@ -57,7 +57,9 @@ class Machine:
             section = {name: section_of(lines, name) for name in ("TRAJ", "EMCIO", "RS274NGC", "AXIS_X", "AXIS_Y", "AXIS_Z")}
             self.unit_mm = rs274.units_in_mm(section["TRAJ"].get("LINEAR_UNITS", "mm"))
         except OSError as error:
-            raise Unreadable(f"INI file {ini}: {error.strerror}", "name the machine's INI file with --ini") from error
+            included = error.filename not in (None, self.ini)
+            raise Unreadable(f"INI file {ini}: {f'#INCLUDE {error.filename}: ' if included else ''}{error.strerror}",
+                             "correct the line" if included else "name the machine's INI file with --ini") from error
         except rs274.Rs274Error as error:
             raise Unreadable(f"INI file {ini}: {error}", "") from error
         self.table = self._path(section["EMCIO"].get("TOOL_TABLE"))

@@ -8,7 +8,7 @@ table. Work offsets are 0, whatever the machine has. Nothing is written, and a r
 import os
 import sys
 
-from chipwise.errors import CycleError
+from chipwise.errors import CycleError, unnamed
 from chipwise.headless import runner
 from chipwise.machine import rs274
 
@@ -30,4 +30,4 @@ def run(options):
     try:
         return 1 if rs274.run(options.program, options.ini, to=sys.stdout).returncode else 0
     except (CycleError, rs274.Rs274Error) as error:
-        raise UsageError(error) from error
+        raise UsageError(unnamed(error)) from error

@@ -18,6 +18,7 @@ import re
 import shutil
 import subprocess
 import tempfile
+from pathlib import Path
 
 from chipwise.ini import expanded, section_of, unit_mm
 from chipwise.settings import SECTION, parse_settings
@@ -88,7 +89,7 @@ def run(program, ini, to=None, **options):
     to: stream that gets the standard output; else options of subprocess.run()."""
     ini = os.path.abspath(ini)
     directory = os.path.dirname(ini)
-    text = expanded(ini)
+    text = _read(ini, expanded, "#INCLUDE")
     with tempfile.TemporaryDirectory(prefix="chipwise-rs274.") as folder:
         files = {"machine.ini": usable_elsewhere(text, directory), "machine.var": "5161 0\n"}
         arguments = ["-i", f"{folder}/machine.ini", "-v", f"{folder}/machine.var"]
@@ -96,14 +97,22 @@ def run(program, ini, to=None, **options):
         if table:
             path = os.path.join(directory, os.path.expanduser(table))
             linear_units = section_of(text.splitlines(), "TRAJ").get("LINEAR_UNITS", "mm")
-            with open(path, encoding="utf-8", errors="surrogateescape") as file:
-                files["machine.tbl"] = scaled_table(file.read(), units_in_mm(linear_units) / tool_table_unit(linear_units))
+            tools = _read(path, lambda name: Path(name).read_text(encoding="utf-8", errors="surrogateescape"), "[EMCIO]TOOL_TABLE")
+            files["machine.tbl"] = scaled_table(tools, units_in_mm(linear_units) / tool_table_unit(linear_units))
             arguments += ["-t", f"{folder}/machine.tbl"]
         for name, content in files.items():
             with open(os.path.join(folder, name), "w", encoding="utf-8", errors="surrogateescape") as file:
                 file.write(content)
         arguments.append(os.path.abspath(program))
         return start(arguments, folder, directory, **options) if to is None else relayed(arguments, folder, directory, to)
+
+
+def _read(path, call, key):
+    """call(path), a file of the machine that `key` of its INI file names.  Raises Rs274Error."""
+    try:
+        return call(path)
+    except OSError as error:
+        raise Rs274Error(f"{key} {error.filename or path} cannot be read: {error.strerror}; correct the INI file") from None
 
 
 def usable_elsewhere(text, directory):
