@@ -65,8 +65,4 @@ void chip_drop_excess(struct chip_drop_mesh *mesh, const struct chip_drop_tool *
 double chip_drop_over_stock(const struct chip_height_map *map, const struct chip_drop_tool *tool, const double from[2],
                             const double to[2], const double *ahead);
 
-/* PNG: takes the filter off `rows` rows of `bytes` bytes, each after its filter's number; `step` bytes a pixel. Returns 0 for
- * a filter that PNG does not have. */
-int chip_png_unfilter(unsigned char *data, long rows, long bytes, int step);
-
 #endif

@@ -109,7 +109,7 @@ def test_a_library_without_a_table_is_refused(tmp_path):
 
 def test_a_library_without_a_function_is_refused(tmp_path):
     folder = copy(tmp_path)
-    replace(folder / "components" / "offline" / "drop_cutter.c", "chip_png_unfilter(", "chip_png_unfilter_old(")
+    replace(folder / "components" / "offline" / "png.c", "chip_png_unfilter(", "chip_png_unfilter_old(")
     said = answer(build(folder))
     assert "another version (it has no chip_png_unfilter); run `make build`" in said, said
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Read a PNG picture as depth: white is the top, black the bottom.
 
-Called by model.py.  Source: PNG specification (W3C), chunks IHDR, pHYs, IDAT; the filters are taken off in C (drop_cutter.h).
+Called by model.py.  Source: PNG specification (W3C), chunks IHDR, pHYs, IDAT; the filters are taken off in C (png.h).
 Grey or colour, 8 or 16 bit, without interlace; colours count with their mean.
 """
 
