@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The message about G93 when a program is opened."""
+"""The messages about G93 and M73 when a program is opened."""
 
 import os
 import time
 
 import pytest
 
-from chipwise.monitor.loaded_program import LoadedProgram, inverse_time_line
+from chipwise.monitor.loaded_program import LoadedProgram, lines_of
 
 
 @pytest.mark.parametrize("line, found", [
@@ -15,7 +15,24 @@ from chipwise.monitor.loaded_program import LoadedProgram, inverse_time_line
 def test_lines(tmp_path, line, found):
     path = tmp_path / "a.ngc"
     path.write_text(f"G21\n{line}\nM2\n")
-    assert inverse_time_line(str(path)) == (2 if found else 0)
+    assert lines_of(str(path)) == ({"G93": 2} if found else {})
+
+
+@pytest.mark.parametrize("line, found", [
+    ("M73", True), ("m 7 3", True), ("N5M073(a)", True), ("(M73)", False), ("; M73", False), ("M72", False), ("M730", False), ("G73 X1", False),
+    ("G1 X73", False)])
+def test_lines_with_m73(tmp_path, line, found):
+    path = tmp_path / "a.ngc"
+    path.write_text(f"G21\n{line}\nM2\n")
+    assert lines_of(str(path)) == ({"M73": 2} if found else {})
+
+
+def test_both_are_said(tmp_path):
+    path = tmp_path / "a.ngc"
+    path.write_text("M73\nG93\nM73\n")
+    said = []
+    LoadedProgram(said.append, True).follow(str(path))
+    assert [text.partition(",")[0] for text in said] == ["a.ngc uses G93 (line 2)", "a.ngc uses M73 (line 1)"]
 
 
 def test_said_once_for_each_program(tmp_path):
@@ -41,10 +58,10 @@ def test_hostile_files(tmp_path):
     fifo = tmp_path / "fifo"
     os.mkfifo(fifo)
     large = tmp_path / "large.ngc"
-    large.write_bytes(b"G1 X93.5 Y9 Z33\n" * 1_000_000)
+    large.write_bytes(b"G1 X93.5 Y9 Z73\n" * 1_000_000)
     binary = tmp_path / "binary"
     binary.write_bytes(os.urandom(100_000).replace(b"3", b"x"))
     started = time.process_time()
     for path in (fifo, "/dev/zero", large, binary, tmp_path, tmp_path / "none", "/dev/null", "a\0b"):
-        assert inverse_time_line(str(path)) == 0
+        assert lines_of(str(path)) == {}
     assert time.process_time() - started < 2.0

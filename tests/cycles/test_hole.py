@@ -158,7 +158,7 @@ def test_deterministic_and_cached():
     (dict(bottom=2.0), "final depth Z2 mm is not below the clearance plane R2 mm; use Z below R or R above Z"),
     (dict(chop_size=-1.0), "chop size -1 mm is negative; set #<_chipwise_chop_size> to 0 (never chop) or more"),
     (dict(depth_step=0.0), "depth per pass J0 mm is not above 0; use J above 0"),
-    (dict(depth_step=0.001), "depth per pass J0.001 mm needs more than 1000 passes from R to Z; use a larger J"),
+    (dict(depth_step=0.001), "depth per pass J0.001 mm needs more than 1000 passes from R to Z; use a larger J, or correct Z; without J it is the flute length"),
     (dict(feed=0.0), "no feed is set; give F on this line or before"),
     (dict(plunge_feed=0.0), "plunge feed E0 mm/min is not above 0; use E above 0, or leave it out for F/2"),
     (dict(finished=5.0, step=1.0), "finished radius K5 mm is smaller than the first radius I10 mm; use K of 10 mm or more"),

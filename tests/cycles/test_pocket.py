@@ -295,7 +295,7 @@ def test_the_same_request_gives_the_same_moves():
     (dict(feed=0.0), "no feed is set; give F on this line or before"),
     (dict(plunge_feed=0.0), "plunge feed E0 mm/min is not above 0; use E above 0, or leave it out for F/2"),
     (dict(depth_step=0.0), "depth per pass J0 mm is not above 0; use J above 0"),
-    (dict(depth_step=1e-4), "depth per pass J0.0001 mm needs more than 1000 passes from R to Z; use a larger J"),
+    (dict(depth_step=1e-4), "depth per pass J0.0001 mm needs more than 1000 passes from R to Z; use a larger J, or correct Z; without J it is the flute length"),
     (dict(tool_radius=0.0), "tool diameter 0 mm is not above 0 mm; load a tool with a diameter"),
     (dict(tool_radius=25.0), "the tool (50 mm) fits nowhere in the pocket; use a smaller tool"),
     (dict(loops=(BOX, rectangle(-1, -1, 61, 41))), "the tool (6 mm) fits nowhere in the pocket; use a "

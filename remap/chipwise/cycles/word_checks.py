@@ -45,8 +45,8 @@ def check_depth_step(r):
     if r.depth_step <= 0:
         raise CycleError("depth per pass J{j} is not above 0", "use J above 0", j=r.depth_step)
     if (r.clearance - r.bottom) / r.depth_step > MAX_PASSES:
-        raise CycleError(f"depth per pass J{{j}} needs more than {MAX_PASSES} passes from R to Z", "use a larger J",
-                         j=r.depth_step)
+        raise CycleError(f"depth per pass J{{j}} needs more than {MAX_PASSES} passes from R to Z",
+                         "use a larger J, or correct Z; without J it is the flute length", j=r.depth_step)
 
 
 def check_step(name, letter, step, diameter, why=""):

@@ -1,34 +1,52 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Warns of G93 in a program as soon as it is opened.  Called by worker.py.
+"""Warns of G93 and M73 in a program as soon as it is opened.  Called by worker.py.
 
-LinuxCNC 2.9 loses a level of remapping with every F under G93 while F is remapped, and the tenth ends the program with
-"maximum nesting of remapped blocks exceeded" (docs/user/codes.md).  No Python of ours runs on such a line, so the program is
-looked through when it is opened.
+While F is remapped (read in LinuxCNC 2.9.0~pre1, docs/user/volumetric_feed.md):
+ 1. LinuxCNC loses a level of remapping with every F under G93, and the tenth ends the program with "maximum nesting of
+    remapped blocks exceeded".  No Python of ours runs on such a line.
+ 2. At the return of a sub with M73 that has set another F, LinuxCNC sets F again itself, and the program ends with
+    "BUG: remap_finished(): phase=0".  M70 and M72 do the same work without it.
+So the program is looked through when it is opened.
 """
 
 import os
 import re
 import stat
 
-READ_BYTES = 4_000_000      # a program sets its feed mode near its head; the monitor must not spend time on the rest
+READ_BYTES = 4_000_000      # a program sets its modes near its head; the monitor must not spend time on the rest
 _COMMENT = re.compile(rb"\([^)\n]*\)|;[^\n]*")
-_INVERSE_TIME = re.compile(rb"g\s*0*9\s*3(?![\s]*[0-9.])", re.IGNORECASE)
 
 
-def inverse_time_line(path):
-    """Number of the first line with G93 in a program, 0 without one or if the file cannot be read."""
+def _code(letter, tens, ones):
+    """The pattern of a code of two digits, with blanks and zeros as LinuxCNC allows them."""
+    return re.compile(rb"%s\s*0*%s\s*%s(?![\s]*[0-9.])" % (letter, tens, ones), re.IGNORECASE)
+
+
+_RULES = (("G93", b"93", _code(b"g", b"9", b"3")), ("M73", b"73", _code(b"m", b"7", b"3")))
+
+
+def _read(path):
+    """The beginning of a program, b"" if it cannot be read."""
     try:
         handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
         with open(handle, "rb") as program:
-            text = program.read(READ_BYTES) if stat.S_ISREG(os.fstat(handle).st_mode) else b""
+            return program.read(READ_BYTES) if stat.S_ISREG(os.fstat(handle).st_mode) else b""
     except (OSError, ValueError):
-        return 0
-    if b"93" not in text.replace(b" ", b""):
-        return 0
-    for number, line in enumerate(text.split(b"\n"), 1):
-        if b"3" in line and _INVERSE_TIME.search(_COMMENT.sub(b"", line)):
-            return number
-    return 0
+        return b""
+
+
+def lines_of(path):
+    """{"G93": line, "M73": line}: the first line with each code in a program, without those that it has not."""
+    text, found = _read(path), {}
+    dense = text.replace(b" ", b"")
+    for code, digits, pattern in _RULES:
+        if digits not in dense:
+            continue
+        for number, line in enumerate(text.split(b"\n"), 1):
+            if digits[1:] in line and pattern.search(_COMMENT.sub(b"", line)):
+                found[code] = number
+                break
+    return found
 
 
 class LoadedProgram:
@@ -47,7 +65,11 @@ class LoadedProgram:
         if found == self.seen:
             return
         self.seen = found
-        line = inverse_time_line(path) if found and self.feed_is_remapped else 0
-        if line:
-            self.inform(f"{os.path.basename(path)} uses G93 (line {line}), which LinuxCNC ends at the tenth F while F is remapped; "
+        lines = lines_of(path) if found and self.feed_is_remapped else {}
+        name = os.path.basename(path)
+        if "G93" in lines:
+            self.inform(f"{name} uses G93 (line {lines['G93']}), which LinuxCNC ends at the tenth F while F is remapped; "
                         "remove REMAP = F from the INI file")
+        if "M73" in lines:
+            self.inform(f"{name} uses M73 (line {lines['M73']}), which LinuxCNC ends when it restores F while F is remapped; "
+                        "use M70 and M72, or remove REMAP = F from the INI file")
