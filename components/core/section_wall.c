@@ -132,10 +132,13 @@ static double cut_height(const struct chip_stock *stock, const struct chip_cell 
 static int find_wall(const struct chip_stock *stock, const struct chip_corners *corners, double low, double high,
                      struct wall *wall)
 {
-    int best = nearest_wall(stock, corners), x = best & 1, y = best >> 1, i;
-    const struct chip_cell *cell = corner(stock, corners, best);
+    int best = nearest_wall(stock, corners), x, y, i;
+    const struct chip_cell *cell;
     double gx, gy, length, v[9];
     if (best < 0) return 0;
+    x = best & 1;
+    y = best >> 1;
+    cell = corner(stock, corners, best);
     if (corners->ix + x < 1 || corners->iy + y < 1 || corners->ix + x > stock->nx || corners->iy + y > stock->ny)
         return 0;
     wall->top = chip_clamp(cell->top, low, high) - low;
