@@ -120,3 +120,12 @@ def test_many_programs_keep_the_page_small():
 def test_the_script_is_one():
     done = subprocess.run(["node", "--check", os.path.join(page.FOLDER, "page.js")], capture_output=True, check=False)
     assert done.returncode == 0, done.stderr
+
+
+def test_the_axis_ends_at_a_round_number():
+    """At most a half above the largest value, whatever it is; ends and middle have at most two digits."""
+    for value in [*np.geomspace(1e-3, 1e7, 400), 1.0, 10.0, 44288.0, 1.6e4]:
+        top = page.round_above(float(value))
+        assert value <= top * (1 + 1e-12) <= 1.5 * value + 1e-9, (value, top)
+        assert all(len(f"{mark:.6e}".partition("e")[0].rstrip("0").rstrip(".").replace(".", "")) <= 2 for mark in (top, top / 2)), top
+    assert page.round_above(44288.0) == 50000 and page.round_above(0.0) > 0

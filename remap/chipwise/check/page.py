@@ -8,6 +8,7 @@ be turned and zoomed instead (page.js, page.css beside this file and drawing/hei
 import base64
 import html
 import json
+import math
 import os
 import struct
 import zlib
@@ -112,16 +113,22 @@ def findings_table(result):
 # ---- load over time ------------------------------------------------------------------------------------------------
 
 
+def round_above(value):
+    """A number with one or two digits that is not below the value, for the top of an axis; its half is round, too."""
+    power = 10.0 ** math.floor(math.log10(max(value, 1e-9)))
+    return next(digits * power for digits in (1, 1.2, 1.6, 2, 2.4, 3, 4, 5, 6, 8, 10) if digits * power >= value)
+
+
 def load_chart(result):
     """SVG of the removal rate over time, at F and with M251."""
     curves = [("at F", "#888", result.load)] + ([("with M251", "#06c", result.load_volumetric)] if result.load_volumetric else [])
     end = max(width * len(rates) for _, _, (width, rates) in curves)
-    top = max(max(float(rates.max()) for _, _, (_, rates) in curves), 1e-9)
+    top = round_above(max(float(rates.max()) for _, _, (_, rates) in curves))
     lines = "".join(curve(colour, width, rates, end, top) for _, colour, (width, rates) in curves)
     keys = "".join(f'<text x="{LEFT + 10 + 110 * k}" y="14" fill="{colour}">{name}</text>' for k, (name, colour, _) in enumerate(curves))
     marks = "".join(f'<text x="{LEFT + WIDE * k / 4:.0f}" y="{HIGH + 20}" text-anchor="middle">{end * k / 4:.1f} s</text>'
                     for k in range(5))
-    marks += "".join(f'<text x="{LEFT - 5}" y="{HIGH - (HIGH - 20) * k / 2 + 4:.0f}" text-anchor="end">{top * k / 2:.0f}</text>'
+    marks += "".join(f'<text x="{LEFT - 5}" y="{HIGH - (HIGH - 20) * k / 2 + 4:.0f}" text-anchor="end">{top * k / 2:g}</text>'
                      f'<line x1="{LEFT}" x2="{LEFT + WIDE}" y1="{HIGH - (HIGH - 20) * k / 2:.0f}" y2="{HIGH - (HIGH - 20) * k / 2:.0f}" '
                      'stroke="#ddd"/>' for k in range(3))
     return (f'<h3>Removal rate, mm3/min, over time</h3>\n<svg class="load" viewBox="0 0 {LEFT + WIDE + 30} {HIGH + BOTTOM}" '
