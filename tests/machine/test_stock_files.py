@@ -121,9 +121,11 @@ def test_the_stock_outlives_linuxcnc(tmp_path):
     assert sorted(os.listdir(folder)) == ['kept.stock'], (tmp_path / 'linuxcnc.txt').read_text()[-1500:]
     answers = operate(tmp_path, [['map', back], STATE, ['errors']], edit=edit)
     assert np.array_equal(np.load(first), np.load(back)) and answers[1][0] == 'TRUE' and answers[2] == []
-    answers = operate(tmp_path, [['errors'], STATE], edit=edit + '; ' + COARSE)
-    assert answers[0] == ['chipwise: the stock of the last run was not restored ([CHIPWISE]KEEP_STOCK): ' + MORE_CELLS]
-    assert answers[1][0] == 'FALSE'
+    for home, left in ((False, ['kept.stock']), (True, [])):        # the file stays until the machine has been switched on
+        answers = operate(tmp_path, [['errors', 'KEEP_STOCK'], STATE], edit=edit + '; ' + COARSE, home=home)
+        assert answers[0] == ['chipwise: the stock of the last run was not restored ([CHIPWISE]KEEP_STOCK): ' + MORE_CELLS
+                              + ', before you switch the machine on']
+        assert answers[1][0] == 'FALSE' and os.listdir(folder) == left
     shutil.rmtree(folder)
     answers = operate(tmp_path, [['errors'], STATE], edit=edit)
     assert answers == [[], ['FALSE', '0', '0']]

@@ -31,6 +31,8 @@ class StockFiles:
         self.stock = None
         self.served = 0
         self.kept_is_due = settings['KEEP_STOCK']
+        self.was_on = False         # the machine, in this run: it may have cut
+        self.kept_refused = False   # the stock of the last run is still in its file
 
     def path(self, name):
         return os.path.join(self.settings.path('STOCK_DIR'), name)
@@ -117,13 +119,18 @@ class StockFiles:
 
     def restore_kept(self):
         """The stock of the last run, at the start.  The file is deleted: if this run ends without a monitor, no stock is
-        better than one from before its cuts."""
+        better than one from before its cuts.  So one that cannot be deleted is not used."""
         from chipwise.stock import store
-        reply = self.restore(self.path(store.KEPT))
+        path = self.path(store.KEPT)
+        if os.path.exists(path) and not os.access(os.path.dirname(path), os.W_OK):
+            reply = self.failed(store.StoreError(reasons.DISK, f'{path} cannot be deleted, so it would come back after later cuts'))
+        else:
+            reply = self.restore(path)
         if reply == reasons.DONE:
-            os.unlink(self.path(store.KEPT))
-        if reply not in (reasons.DONE, reasons.NO_FILE):
-            problem, remedy = reasons.REASONS[reply]
+            os.unlink(path)
+        self.kept_refused = reply not in (reasons.DONE, reasons.NO_FILE)
+        if self.kept_refused:
+            problem, remedy = reasons.REASONS[reply][0], reasons.kept_remedy(reply)
             self.say(f'the stock of the last run was not restored ([CHIPWISE]KEEP_STOCK): {problem}; {remedy}')
 
     def end(self):
@@ -135,13 +142,21 @@ class StockFiles:
                 self.stock.close()
 
     def keep(self):
-        """Save the stock for the next run; without a stock, delete the file of an earlier run."""
+        """Save the stock for the next run; without a stock, delete the file of an earlier run, unless it was refused and nothing can have
+        been cut since: the remedy may be a setting."""
         if self.stock is None or not self.settings['KEEP_STOCK'] or self.kept_is_due:
             return
         from chipwise.stock import store
         path = self.path(store.KEPT)
         reply = self.save(path)
-        if reply == reasons.NO_STOCK and os.path.exists(path):
-            os.unlink(path)
+        if reply == reasons.NO_STOCK and os.path.exists(path) and (self.was_on or not self.kept_refused):
+            self.remove(path)
         elif reply not in (reasons.DONE, reasons.NO_STOCK):
             print(f'chipwise: the stock was not saved for the next run: {reasons.REASONS[reply][0]}', flush=True)
+
+    @staticmethod
+    def remove(path):
+        try:
+            os.unlink(path)
+        except OSError as error:
+            print(printable(f'chipwise: {path} was not deleted: {error.strerror}; delete it, because it is from before the last cuts'), flush=True)

@@ -128,6 +128,7 @@ class Monitor:
         status, before = self.status, self.looked
         running = status.task_mode == self.linuxcnc.MODE_AUTO and status.interp_state != self.linuxcnc.INTERP_IDLE
         self.looked = now, status.echo_serial_number
+        self.stock_files.was_on |= status.task_state == self.linuxcnc.STATE_ON
         if before and now - before[0] > patience(BLIND_S) and before[1] != status.echo_serial_number and running \
                 and self.component['program-running']:
             running = False

@@ -18,3 +18,10 @@ REASONS = {     # reply: (what, remedy)
     NO_ANSWER: ("the stock tracker does not hand over its map", "switch the machine on; see whether the servo thread runs"),
     BAD_SLOT: ("there is no such slot", "use P0 to P9"),
 }
+
+
+def kept_remedy(reply: int) -> str:
+    """What to do if the stock of the last run was not restored: there is no other file, and the next start can try this one again."""
+    if reply in (TOO_LARGE, DISK):
+        return REASONS[reply][1] + ", before you switch the machine on"
+    return "define it with M250"
