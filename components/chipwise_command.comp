@@ -20,6 +20,9 @@ FALSE) and when the program that has switched it on ends (
 FALSE: end, abort, error, E-stop), is aborted (
 .B aborted
 TRUE, also if chipwise-monitor is late or dead) or is not seen for a second. A feed switched on in MDI ends when a program starts.
+
+.B request
+ends with an abort and with the machine off, too: nobody waits for the file any more.
 """;
 
 pin in float word "number of the register that value goes to (motion.analog-out-N)";
@@ -40,7 +43,7 @@ pin in bit aborted "stock-tracker.N.aborted: TRUE for the period in which motion
 pin in bit stock_defined "stock-tracker.N.stock-defined";
 pin in s32 fault_code "stock-tracker.N.fault-code";
 pin in s32 reply "chipwise-monitor.reply";
-pin out s32 request "to the monitor: 1 save while word is 27, 2 restore while it is 28, else 0";
+pin out s32 request "to the monitor: 1 save while word is 27, 2 restore while it is 28, until an abort or machine off, else 0";
 pin out s32 slot "register 21, as of the last commit: number of the file";
 pin out float status "to motion.analog-in-N, where the codes check that they took effect: mode + 10 if a stock is defined + 100 * fault-code + 10000 * reply";
 pin out float mrr_target "register 12, as of the last commit: mm3/min";
@@ -55,6 +58,7 @@ variable int of_program;
 variable int was_running;
 variable double unseen_for;
 variable int committed;
+variable int file_given_up;
 function _ fp;
 license "GPL";
 author "chipwise";
@@ -76,6 +80,7 @@ static int feed_is_over(struct __comp_state *__comp_inst, long period)
 FUNCTION(_) {
     double w = word;
     int number = w > 0.5 && w < 100.0 ? (int)(w + 0.5) : 0;
+    int of_file = number == CHIP_REGISTER_SAVE_COMMIT || number == CHIP_REGISTER_RESTORE_COMMIT;
 
     if (number >= CHIP_REGISTER_BOX_FIRST && number < CHIP_REGISTER_BOX_FIRST + CHIP_BOX_REGISTERS)
         box[number - CHIP_REGISTER_BOX_FIRST] = value;
@@ -104,10 +109,11 @@ FUNCTION(_) {
         mrr_lower = feed[2];
     }
     committed = number == CHIP_REGISTER_FEED_COMMIT;
-    if (number == CHIP_REGISTER_SAVE_COMMIT || number == CHIP_REGISTER_RESTORE_COMMIT)
+    /* The word stays there after an abort; another chipwise-monitor would serve the request once more, hours later. */
+    file_given_up = of_file && (file_given_up || aborted || !enabled);
+    if (of_file)
         slot = number_of_file > -0.5 && number_of_file < 99.5 ? (int)(number_of_file + 0.5) : -1;
-    request = number == CHIP_REGISTER_SAVE_COMMIT ? CHIP_REQUEST_SAVE
-        : number == CHIP_REGISTER_RESTORE_COMMIT ? CHIP_REQUEST_RESTORE : CHIP_REQUEST_NONE;
+    request = !of_file || file_given_up ? CHIP_REQUEST_NONE : number == CHIP_REGISTER_SAVE_COMMIT ? CHIP_REQUEST_SAVE : CHIP_REQUEST_RESTORE;
     status = mode + (stock_defined ? CHIP_STATUS_STOCK : 0) + (double)CHIP_STATUS_FAULT * fault_code
         + (double)CHIP_STATUS_REPLY * reply;
 }

@@ -15,6 +15,11 @@ def check(trace):
         part = trace.only(phase)
         always(part, "mode", mode)
         always(part, "status", mode)
+        always(part, "request", 0)
+    for commit, request in ((27, 1), (28, 2)):
+        for how in ("aborted", "off"):
+            for phase, wanted in (("asked", request), ("given up", 0), ("afterwards", 0)):
+                always(trace.only(f"file {commit} {how}: {phase}"), "request", wanted)
 
 
 SABOTAGE = {
@@ -23,5 +28,8 @@ SABOTAGE = {
     "on again by the old commit": lambda t: t.put("mode", "on again", 2, -1),
     "MDI ends by itself": lambda t: t.put("mode", "mdi", 0, -1),
     "MDI outlives the start": lambda t: t.put("mode", "mdi, program starts", 2, 3),
+    "request outlives the abort": lambda t: t.put("request", "file 28 aborted: afterwards", 2, 7),
+    "request outlives the machine": lambda t: t.put("request", "file 27 off: given up", 1),
+    "request lost": lambda t: t.put("request", "file 27 aborted: asked", 0, 3),
     "status of before": lambda t: t.put("status", "off", 2, 5),
 }

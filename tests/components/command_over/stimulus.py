@@ -2,12 +2,12 @@
 """Feeds switched on by a program and in MDI, and what comes after them; the commit (17) stays in word, as in a run."""
 from support.halrig import Stimulus
 
-FEED_COMMIT = 17
+FEED_COMMIT, SAVE_COMMIT, RESTORE_COMMIT, IDLE = 17, 27, 28, 0
 MDI, PROGRAM = 0.0, 1.0
 
 
 def stimulus():
-    rows = Stimulus({"word": [], "value": [], "enabled": [], "program-running": []})
+    rows = Stimulus({"word": [], "value": [], "enabled": [], "program-running": [], "aborted": []})
 
     def switch_on(whose, running):
         rows.phase(f"switching {len(rows)}")
@@ -44,6 +44,12 @@ def stimulus():
     switch_on(PROGRAM, 0)
     play("seen late: before", 900)
     play("seen late", 2500, program_running=1)
+    for commit, end in ((SAVE_COMMIT, {"aborted": 1}), (RESTORE_COMMIT, {"aborted": 1}), (SAVE_COMMIT, {"enabled": 0}), (RESTORE_COMMIT, {"enabled": 0})):
+        name = f"file {commit} {'aborted' if 'aborted' in end else 'off'}"
+        rows.add({"word": IDLE, "enabled": 1})
+        play(f"{name}: asked", 20, word=commit)
+        play(f"{name}: given up", 1, **end)
+        play(f"{name}: afterwards", 50, aborted=0, enabled=1)
     rows.phase("end")
     rows.add({})
     return rows
