@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The moves that are foreseen for a program with edits against those that LinuxCNC's interpreter reads from its text."""
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from chipwise.check.reader import Machine
-from chipwise.check.records import ARC
+from chipwise.check.records import ARC, FEED
 from chipwise.rewrite import flute, foreseen, proof
+from chipwise.rewrite.edits import Edits, Move, original
 from chipwise.rewrite.program import read
 from chipwise.rewrite.run import read_back
 from chipwise.rewrite.text import Writer
@@ -48,6 +50,39 @@ def test_random_programs_make_the_moves_that_are_foreseen(ini, tmp_path, case):
     assert np.abs(found.end - after.end).max() <= foreseen.SAME_MM, f"{kind}, seed {seed}, {path}"
     assert foreseen.same_moves(found, after), f"{kind}, seed {seed}, {path}"
     proof.same_feeds(found, after)
+
+
+def raised(program):
+    """Edits that raise each step by 1 mm.  Each but an arc begins with a move to where the step before ends: not one on the same line."""
+    edits, before = Edits(), None
+    for step in range(program.steps):
+        move = original(program, step)
+        x, y, z = move.end
+        move = move._replace(end=(x, y, z + 1.0), circle=move.circle and replace(move.circle, centre=tuple(np.add(move.circle.centre, (0, 0, 1.0)))))
+        edits.instead[step] = [move] if before is None or move.kind == ARC else [Move(FEED, before.end, 100.0), move]
+        before = move
+    return edits
+
+
+def test_parts_of_any_size_make_the_same_moves(ini, tmp_path, monkeypatch):
+    """To the last bit: arcs that begin where a part ends, moves that go nowhere there, tools between parts."""
+    path = tmp_path / "parts.ngc"
+    path.write_text("G21 G90 G17 G40 G49 G80 G94\nM250 P0 Q0 R-40 I60 J50 K40\nT1 M6\nS8000 M3\nG0 X-10 Y25 Z5\nG1 Z-3 F200\nG2 X30 Y25 Z-2 R21 F400\n"
+                    "G3 X70 Y25 R30\nG0 Z5\nT2 M6\nS8000 M3\nG81 X10 Y10 Z-2 R1 F100\nX20 Z-3\nG80\nG0 Z5\nM2\n")
+    program = read(str(path), Machine(str(ini)))
+    edits = raised(program)
+    whole = foreseen.foreseen(program, edits)
+    once = np.count_nonzero(np.diff(program.line[program.first[:-1]]) == 0)
+    assert once > 3 and len(whole.kind) == len(program.kind) + program.steps - 1 - len(program.circles) - once
+    arcs = np.flatnonzero((whole.kind == ARC) & (np.roll(whole.kind, 1) != ARC))
+    assert np.abs(np.diff(whole.end[:, 2])[arcs - 1]).max() < 0.1                # they begin at the raised end of the step before
+    for size in (1, 2, 3, 7):
+        monkeypatch.setattr(foreseen, "PART_STEPS", size)
+        one = foreseen.foreseen(program, edits)
+        assert one.events == whole.events, size
+        for name in ("kind", "line", "end", "feed"):
+            a, b = getattr(one, name), getattr(whole, name)
+            assert a.dtype == b.dtype and a.tobytes() == b.tobytes(), f"{name}, {size} steps"
 
 
 def slot(ini, folder, text):

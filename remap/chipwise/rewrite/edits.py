@@ -102,6 +102,12 @@ class ByStep:
         """(steps (k,) int, rising; first (k + 1,) int; Table)."""
         return self._whole()[:3]
 
+    def part(self, begin, end=None):
+        """merged() of the steps begin .. end - 1; end None: of all from there."""
+        steps, first, table = self.merged()
+        a, b = int(steps.searchsorted(begin)), len(steps) if end is None else int(steps.searchsorted(end))
+        return steps[a:b], first[a:b + 1] - first[a], table.part(int(first[a]), int(first[b]))
+
     @property
     def steps(self):
         """(k,) int, rising."""
@@ -159,9 +165,9 @@ class Edits:
         """Numbers of the steps that change."""
         return {*self.instead.steps.tolist(), *self.after.steps.tolist(), *self.feeds}
 
-    def moves(self):
-        """(step (n,) int, rising, Table of n moves): what takes the place of steps or comes behind them."""
-        parts = [own.merged() for own in (self.instead, self.after)]
+    def moves(self, begin=0, end=None):
+        """(step (n,) int, rising, Table of n moves): what takes the place of the steps begin .. end - 1 or comes behind them; end None: of all."""
+        parts = [own.part(begin, end) for own in (self.instead, self.after)]
         steps = np.concatenate([np.repeat(steps, np.diff(first)) for steps, first, _ in parts])
         order = np.argsort(steps, kind="stable")
         return steps[order], Table.joined([table for _, _, table in parts]).take(order)

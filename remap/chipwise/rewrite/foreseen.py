@@ -11,8 +11,10 @@ import numpy as np
 from chipwise.check import records
 from chipwise.rewrite import along
 from chipwise.rewrite.edits import Move
-from chipwise.rewrite.program import Moves
+from chipwise.rewrite.program import Moves, joined
 
+PART_STEPS = 16_384         # of the program that are worked on at a time
+PART_MOVES = 65_536         # that are compared at a time
 SAME_MM = 3e-5              # of two moves' ends: the last digit of the text, as a tie is rounded up or down
 
 
@@ -27,23 +29,65 @@ class Foreseen(Moves):
     events: list
 
 
+class _Columns:
+    """Parts of the kind, line, end and feed of a Foreseen, one part behind the other."""
+
+    def __init__(self):
+        self.parts = [], [], [], []
+
+    def add(self, order, *pairs):
+        """The arrays of two kinds of moves, in this order."""
+        for column, pair in zip(self.parts, pairs):
+            column.append(np.concatenate(pair)[order])
+
+    def joined(self):
+        """The arrays; one at a time is there twice."""
+        return [joined(column) for column in self.parts]
+
+
 def foreseen(program, edits):
-    """Foreseen of a Program with Edits."""
-    steps, moves = edits.moves()
-    ends = _as_written(program, moves.end, steps)
-    lines = _lines(program, steps)
-    still = (moves.kind[1:] != records.ARC) & (ends[1:] == ends[:-1]).all(axis=1) & (lines[1:] == lines[:-1])
-    goes = np.flatnonzero(np.concatenate(([True], ~still))[:len(moves)])        # the others would have no words
-    replaced = np.zeros(program.steps, bool)
+    """Foreseen of a Program with Edits, made PART_STEPS at a time: no more than that is copied."""
+    replaced, columns, before = np.zeros(program.steps, bool), _Columns(), None
     replaced[edits.instead.steps] = True
-    steps, kinds, feeds, ends = _with_chords(program, replaced, moves.take(goes), steps[goes], ends[goes])
-    kept = np.flatnonzero(~replaced[program.step])
-    kept_feed = _kept_feeds(program, edits.feeds)[kept]
-    before = np.concatenate((kept, program.first[steps + 1] - 1))               # the move of the program that each is, or comes behind
-    order = np.argsort(before, kind="stable")
-    events = [type(e)(int(np.searchsorted(before[order], e.at)), e.kind, e.line, e.values) for e in program.events]
-    return Foreseen(*(np.concatenate(pair)[order] for pair in ((program.kind[kept], kinds), (program.line[kept], _lines(program, steps)),
-                                                               (program.end[kept], ends), (kept_feed, feeds))), events)
+    inch, feeds = np.array([modes.units == 20 for modes in program.modes]), _kept_feeds(program, edits.feeds)
+    wanted = np.array([event.at for event in program.events], int)
+    at = np.zeros(len(wanted), int)
+    for first in range(0, program.steps, PART_STEPS):
+        end = min(first + PART_STEPS, program.steps)
+        (steps, kinds, new_feeds, ends), before = _new_moves(program, edits.moves(first, end), replaced, inch, before)
+        a, b = program.first[[first, end]].tolist()
+        kept = a + np.flatnonzero(~replaced[program.step[a:b]])
+        behind = np.concatenate((kept, program.first[steps + 1] - 1))           # the move of the program that each is, or comes behind
+        order = np.argsort(behind, kind="stable")
+        at += np.searchsorted(behind[order], wanted)
+        columns.add(order, (program.kind[kept], kinds), (program.line[kept], _lines(program, steps)), (program.end[kept], ends),
+                    (feeds[kept], new_feeds))
+    events = [type(e)(int(k), e.kind, e.line, e.values) for k, e in zip(at, program.events)]
+    return Foreseen(*columns.joined(), events)
+
+
+@dataclass(frozen=True)
+class _Before:
+    """The edits' last move before a part: end (3,) mm and line; step of the last one that goes anywhere."""
+
+    end: np.ndarray
+    line: int
+    step: int
+
+
+def _new_moves(program, moves, replaced, inch, before):
+    """((steps, kinds, feeds, ends) of Edits.moves(), the _Before of the moves behind).  before: a _Before or None."""
+    steps, table = moves
+    if not len(table):
+        return _with_chords(program, replaced, table, steps, table.end, before), before
+    ends, lines = _as_written(program, table.end, steps, inch), _lines(program, steps)
+    old = (ends[:1], [-1]) if before is None else (before.end[None], [before.line])
+    same = (np.concatenate((old[0], ends[:-1])) == ends).all(axis=1) & (np.concatenate((old[1], lines[:-1])) == lines)
+    if before is None:
+        same[0] = False
+    goes = np.flatnonzero((table.kind == records.ARC) | ~same)                  # the others would have no words
+    behind = _Before(ends[-1].copy(), int(lines[-1]), int(steps[goes[-1]]) if len(goes) else before.step)
+    return _with_chords(program, replaced, table.take(goes), steps[goes], ends[goes], before), behind
 
 
 def _kept_feeds(program, feeds):
@@ -59,9 +103,8 @@ def _lines(program, steps):
     return program.places[program.first[steps]]
 
 
-def _as_written(program, points, steps):
-    """Program.as_written() of (n, 3) points, each at a step of its own."""
-    inch = np.array([modes.units == 20 for modes in program.modes])
+def _as_written(program, points, steps, inch):
+    """Program.as_written() of (n, 3) points, each at a step of its own; inch (lines,) bool: whether G20 is in force on each line."""
     group = program.frame[steps] * 2 + inch[np.clip(_lines(program, steps), 1, len(inch)) - 1]
     result = points.copy()
     for one in np.unique(group):
@@ -70,14 +113,16 @@ def _as_written(program, points, steps):
     return result
 
 
-def _with_chords(program, replaced, moves, steps, ends):
-    """(steps, kinds, feeds, ends) of a Table of moves that end at `ends`, arcs in chords; replaced (m,) bool: steps of the program."""
+def _with_chords(program, replaced, moves, steps, ends, before):
+    """(steps, kinds, feeds, ends) of a Table of moves that end at `ends`, arcs in chords; replaced (m,) bool: steps of the program; before: _Before
+    or None."""
     arcs = sorted(moves.circles)
     parts, count = [], np.ones(len(moves), int)
     for k, last in zip(arcs, (-1, *arcs)):
         step = int(steps[k])
-        if k and steps[k - 1] in ((step, step - 1) if replaced[step] else (step,)):
-            begin = ends[k - 1]
+        old = (int(steps[k - 1]), ends[k - 1]) if k else (before.step, before.end) if before else (None, None)
+        if old[0] in ((step, step - 1) if replaced[step] else (step,)):
+            begin = old[1]
         elif replaced[step]:
             begin = program.start(int(program.first[step]))
         else:
@@ -95,4 +140,5 @@ def same_moves(path, program):
         return [(e.at, e.kind, e.values) for e in one.events if e.kind in (records.TOOL, records.STOCK)]
 
     return (len(path.kind) == len(program.kind) and bool(((path.kind == records.RAPID) == (program.kind == records.RAPID)).all())
-            and float(np.abs(path.end - program.end).max(initial=0.0)) <= SAME_MM and cuts(path) == cuts(program))
+            and all(float(np.abs(path.end[k:k + PART_MOVES] - program.end[k:k + PART_MOVES]).max()) <= SAME_MM
+                    for k in range(0, len(path.kind), PART_MOVES)) and cuts(path) == cuts(program))

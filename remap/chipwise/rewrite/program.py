@@ -219,11 +219,18 @@ class Program(Moves):
         return int(self.kind[self.first[step]])
 
 
+def joined(parts):
+    """One array of a list of them, which is empty then: long programs need the room."""
+    result = np.concatenate(parts)
+    parts.clear()
+    return result
+
+
 class Collector:
     """Blocks of records -> arrays."""
 
     def __init__(self):
-        self.parts, self.count = [], 0
+        self.parts, self.count = ([], [], [], []), 0       # of kind, line, end and feed
         self.firsts, self.circle, self.frame = [], [], []
         self.circles, self.frames, self.events, self.marks = [], [records.Frame()], [], []
         self.pending = -1
@@ -255,7 +262,8 @@ class Collector:
         self.firsts.append(firsts + self.count)
         self.circle.append(circle)
         self.frame.append(np.full(len(firsts), len(self.frames) - 1, np.int32))
-        self.parts.append((kinds, block[:, 1].astype(np.int32), block[:, 2:5].copy(), block[:, 5].copy()))
+        for column, own in zip(self.parts, (kinds, block[:, 1].astype(np.int32), block[:, 2:5].copy(), block[:, 5].copy())):
+            column.append(own)
         self.count += len(block)
         if self.count > MOST_MOVES:
             raise Unreadable(f"it makes more than {MOST_MOVES} moves", "look for a loop without an end, or rewrite it in parts")
@@ -271,7 +279,7 @@ class Collector:
 
     def program(self, path, messages, before, text=True):
         """The Program; text: as of read()."""
-        kind, line, end, feed = (np.concatenate(parts) for parts in zip(*self.parts))
+        kind, line, end, feed = map(joined, self.parts)
         first = np.concatenate((*self.firsts, [self.count]))
         step = np.repeat(np.arange(len(first) - 1, dtype=np.int32), np.diff(first))
         source, blocks, modes = Lines(b""), Blocks(), []

@@ -11,6 +11,7 @@ from typing import Callable, Optional
 
 from chipwise.check.reader import Machine, Unreadable
 from chipwise.errors import CycleError, format_length, unnamed
+from chipwise.processes import return_freed_arrays
 from chipwise.rewrite import calls, cutting, depths, feed, flute, foreseen, proof
 from chipwise.rewrite.program import SYNCHRONISED, Program, read
 from chipwise.rewrite.text import Writer
@@ -36,6 +37,7 @@ def rewritten(path, order, progress, machine, stock=None, cell=None, **limits):
 
     machine: reader.Machine; stock: (low, high) mm in work coordinates or None; cell: mm; limits: those of Reader.
     """
+    return_freed_arrays()
     try:
         settings = load_settings(machine.ini)
         geometry = load_tools(settings.path("TOOL_GEOMETRY"))

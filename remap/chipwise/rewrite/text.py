@@ -13,6 +13,7 @@ Called by run.py.
     what the program has there.
 """
 
+import io
 import re
 
 import numpy as np
@@ -33,17 +34,27 @@ _OTHER_MOTION = {5, 5.1, 5.2, 5.3, 28, 30, 33, 33.1, 74, 76, 84, 87, 88}
 _PLAIN_G = {*_OUR_CYCLES, *_SETTERS, 0, 1, 2, 3, 80, 73, 81, 82, 83, 85, 86, 89}
 
 
-class Output(bytearray):
+class Output:
     """The new program's text as it grows."""
+
+    def __init__(self):
+        self._file = io.BytesIO()           # its bytes are handed out without a copy
+        self._open = False                  # whether the last line has no end yet
 
     def line(self, text, end=""):
         """A line, or lines, after the end of the one before."""
-        self += (text + end).encode("utf-8", "surrogateescape")
+        if text or end:
+            self._file.write((text + end).encode("utf-8", "surrogateescape"))
+            self._open = not (end or text).endswith("\n")
 
     def end_line(self, end):
         """What is there ends with an end of line."""
-        if self and not self.endswith(b"\n"):
+        if self._open:
             self.line(end)
+
+    def content(self):
+        """-> bytes."""
+        return self._file.getvalue()
 
 
 class Writer:
@@ -76,7 +87,7 @@ class Writer:
                 self._keep(text, steps, self.program.modes[number - 1].synchronised)
                 if steps and (moves := self.edits.after.get(steps[-1])):
                     self._moves(steps[-1], moves, number)
-        return bytes(self.out)
+        return self.out.content()
 
     # ---- which lines ------------------------------------------------------------------------------------------
 
