@@ -231,6 +231,20 @@ def test_run_from_line_without_another_f(answers):
     assert float(answers[9][0]) == pytest.approx(SLOT, rel=0.01)
 
 
+TWICE = SLOTS.replace('G0 X-10 Y30', 'M250 P0 Q0 R-7 I50 J40 K7\nG0 X-10 Y30')         # another stock for the second slot
+REFUSED = 'the stock in force is a different one'
+
+
+@pytest.mark.scene(MILL, [
+    *run_from(TWICE, 0), ['pins', VOLUME], *run_from(TWICE, SECOND + 1), ['pins', VOLUME], *run_from(TWICE, FIRST)])
+def test_run_from_line_behind_a_second_stock(answers):
+    """The last M250 before the start line decides: behind the second one the run goes on with its stock, before it nothing moves."""
+    print(answers)
+    assert [answers[k] for k in (2, 6)] == [[]] * 2
+    assert float(answers[3][0]) == pytest.approx(50 * 6 * 2, rel=0.01) and answers[7] == answers[3]
+    assert len(answers[10]) == 1 and REFUSED in answers[10][0]
+
+
 ASKS = [        # (line 3 of the program, lines of MDI before, words of the refusal)
     (BOX, [], 'run from line skips this line and no stock is defined'),
     ('M254 P1', [], 'run from line skips this line and no stock is defined'),

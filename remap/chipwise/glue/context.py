@@ -13,7 +13,7 @@ skipped() is True for the lines that run from line only reads over.
 import os
 
 from chipwise.contour_sub.find import sub_folders
-from chipwise.glue import named, task
+from chipwise.glue import named, skipped_lines, task
 from chipwise import ini
 
 MDI, PROGRAM = "MDI", "program"
@@ -57,6 +57,15 @@ def skipped():
 def may_be_skipped():
     """Whether that is not known."""
     return _Context.kind == PROGRAM and _Context.start is None
+
+
+def stock_is_defined_again(interp):
+    """Whether a later line that is skipped, too, defines or restores the stock."""
+    try:
+        with open(_main_file(interp), encoding="utf-8", errors="replace") as program:
+            return skipped_lines.stock_is_defined_again(program.read(), _Context.line, _Context.start)
+    except OSError:
+        return False
 
 
 def main_line(interp, line):

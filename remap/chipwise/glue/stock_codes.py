@@ -78,6 +78,8 @@ def _run_from_line_keeps_stock(state, box=None):
     if not defined:
         raise CycleError("run from line skips this line and no stock is defined",
                          f"give it in MDI, or restore the stock with M254, or {_START_BEFORE}")
+    if not same and context.stock_is_defined_again(state.interp):     # that line decides
+        return True
     if not same:
         raise CycleError("run from line skips this line, and the stock in force is a different one",
                          f"give this line in MDI, or restore the stock with M254, or {_START_BEFORE}")
