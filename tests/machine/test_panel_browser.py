@@ -42,7 +42,7 @@ def visits(tmp_path_factory):
     folder = tmp_path_factory.mktemp('panel')
     first, second = visit(folder), visit(tmp_path_factory.mktemp('panel'))
     answers = operate(folder, [['start', CUT], ['until', 'axis.x.pos-cmd', '>', 35.5], first, ['abort'], ['start', INTO_STOCK],
-                               ['until', 'chipwise-guard.0.stop', '>', 0.5], second, ['abort']], speed=1, timeout=900,
+                               ['until', 'chipwise-guard.0.stop', '>', 0.5], second, ['abort']], speed=1, timeout=1800,
                       edit=f's/^PANEL = yes/PANEL = yes\\nPANEL_TOKEN = {TOKEN}/')
     return seen(answers[2]), seen(answers[6])
 

@@ -18,6 +18,7 @@ ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)
 ITEMS = os.path.join(ROOT, "remap", "chipwise", "panel", "colours.toml")
 SIZE = (1024, 768)
 WAIT_S = 200.0
+AHEAD_S = 380.0         # the process that reads the path is a nice one, and the cut of test_panel_browser.py takes 420 s
 # Pixels of the canvas along its middle column, from the top, and along a row at a share of its height.
 COLUMN = """const v = chipwise.view.canvas, c = document.createElement('canvas'); c.width = v.width; c.height = v.height;
     const x = c.getContext('2d'); x.drawImage(v, 0, 0);
@@ -64,9 +65,9 @@ def browser(folder, size=SIZE):
     return driver
 
 
-def wait(driver, script, what):
+def wait(driver, script, what, patience_s=WAIT_S):
     """Until a script gives something true; -> it."""
-    end = time.monotonic() + WAIT_S
+    end = time.monotonic() + patience_s
     while True:
         found = driver.execute_script("return " + script)
         if found:
@@ -148,7 +149,7 @@ def visit(url, folder, token):
                          "return chipwise.state"), "column": above(driver), "overflow": driver.execute_script(
                              "return [document.documentElement.scrollWidth, document.documentElement.scrollHeight]")}
         found["alarms"] = [e.text for e in driver.find_elements("css selector", "#alarm-list li")]
-        wait(driver, "chipwise.ahead.points.length", "the path ahead")
+        wait(driver, "chipwise.ahead.points.length", "the path ahead", AHEAD_S)
         found["ahead"] = ahead(driver)
         found["background"] = driver.execute_script("return document.body.dataset.state")
         found["log"] = log(driver)

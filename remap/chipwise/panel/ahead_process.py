@@ -24,7 +24,7 @@ from chipwise.check.records import ARC, RAPID, TARGET
 from chipwise.panel.path_ahead import Thinner
 from chipwise.processes import die_with_parent, limit_memory
 
-NICE = 10
+NICE = 5                # LinuxCNC comes first; with 10 a busy computer showed no path for minutes
 CPU_S = 120
 MEMORY_MB = 1500            # of this process, and of the one that reads
 MOST_MOVES = 5_000_000
