@@ -199,6 +199,8 @@ def test_a_dead_master_stops_the_slave(followed):
     assert 0 <= end - news - DEAD_PERIODS <= 2, (end, news)
     counts = counts_of(master)
     assert max(np.abs(counts[k] - counts[last]).max() for k in range(last, last + 500) if k in counts) > PER_MM       # the master went on
-    rest = three(slave)[news + 500:end + 500]
-    assert np.ptp(rest, axis=0).max() < 1e-5
+    place = three(slave)
+    moving = np.flatnonzero(np.abs(place[news:end] - place[end]).max(axis=1) > 1e-5)
+    rests = news + (moving[-1] + 1 if len(moving) else 0)       # on a busy computer it has up to max-behind to make up for
+    assert rests < news + DEAD_PERIODS / 4 and np.ptp(place[rests:end + 500], axis=0).max() < 1e-5, (rests, news, end)
     assert said[9] == [] and said[10] == pytest.approx([200, 60, 30], abs=1e-5)

@@ -53,6 +53,10 @@ class Page:
             for j in range(rows):
                 self.rows[row + j][column:column + columns] = values[j * columns:(j + 1) * columns]
 
+    def whole(self):
+        """Whether there is a map and every cell of it has come: the tiles are messages of their own."""
+        return bool(self.map) and not any(None in row for row in self.rows)
+
     def height(self, x, y):
         """mm, machine coordinates, of the cell at a place."""
         found = self.map
@@ -86,7 +90,7 @@ def follow(url, seconds=0.0, states=1):
     answer = connection.getresponse()
     assert answer.status == 200, answer.read()
     end = time.monotonic() + seconds
-    while time.monotonic() < end or len(page.states) < states or (page.states[-1]["stock"] and not page.map):
+    while time.monotonic() < end or len(page.states) < states or (page.states[-1]["stock"] and not page.whole()):
         head = answer.read(5)
         if len(head) < 5:
             break
@@ -100,7 +104,7 @@ def main(url, seconds, *places):
     page = follow(url, float(seconds), 2)
     print(json.dumps({"state": page.states[-1], "states": len(page.states), "map": page.map, "points": len(page.points),
                       "recent": len(page.recent), "tiles": page.tiles, "before": page.before,
-                      "heights": [page.height(*map(float, place.split(","))) for place in places] if page.map else []}))
+                      "heights": [page.height(*map(float, place.split(","))) for place in places] if page.whole() else []}))
 
 
 if __name__ == "__main__":
