@@ -239,6 +239,19 @@ def test_without_namespaces_isolation_and_speed_are_refused(options):
     assert 'ran' not in done.stdout.split()
 
 
+def test_an_installed_chipwise_is_hidden_by_another(tmp_path):
+    """As after `make run`: the tests' own installation is not mixed with that of the machine."""
+    for name, files in (('old', ('codes.py', 'gone.py')), ('new', ('codes.py',))):
+        folder = tmp_path / name / 'usr/local/share/chipwise/remap'
+        folder.mkdir(parents=True)
+        for file in files:
+            (folder / file).write_text(name)
+    shown = 'cd /usr/local/share/chipwise/remap && pwd -P && cat *'
+    done = subprocess.run([runner.SANDBOX, '--installed', tmp_path / 'old', '--', runner.SANDBOX, '--installed', tmp_path / 'new', '--', 'sh', '-c', shown],
+                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True)
+    assert done.stdout.split() == [str(tmp_path / 'new/usr/local/share/chipwise/remap'), 'new'], done.stdout
+
+
 def test_without_namespaces_configs_are_copies_with_the_same_neighbours():
     configs = os.path.join(runner.ROOT, 'configs')
     done = in_container(runner.SANDBOX, '--', 'sh', '-c', 'cd $0 && touch written && ls -d written ../hal/sim.hal; '

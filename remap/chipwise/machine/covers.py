@@ -59,10 +59,12 @@ def cover_modules(fresh, scratch):
 
 
 def cover_installed(destdir, scratch):
-    """Show the files below DESTDIR at their installed paths, beside the files that exist there."""
+    """Show the files below DESTDIR at their installed paths, beside the files that exist there.
+
+    A folder `chipwise` is shown as it is in DESTDIR: mixed with that of an installed chipwise its modules would be found in two places."""
     for number, (folder, folders, names) in enumerate(os.walk(os.path.abspath(destdir))):
         place = os.path.join('/', os.path.relpath(folder, destdir))
-        new = names + [name for name in folders if not os.path.isdir(os.path.join(place, name))]
+        new = names + [name for name in folders if name == 'chipwise' or not os.path.isdir(os.path.join(place, name))]
         folders[:] = [name for name in folders if name not in new]
         if not new:
             continue
