@@ -52,14 +52,18 @@ endif
 CFLAGS ?= -Wall -Wextra -Werror=implicit-function-declaration
 WERROR ?=
 override CFLAGS += $(WERROR)
+# The folder of LinuxCNC's source, for a LinuxCNC that does not install the headers of its motion (2.10); the last one named counts.
+MOTION = build/motion_headers
+NAMED := $(shell cat build/motion_source 2>/dev/null)
+LINUXCNC_SOURCE ?= $(NAMED)
 # halcompile knows no warnings; its make takes the compiler from here.  The code it generates has unused parameters.
-MODULE_CC = $(CC) -Wall -Wextra -Wno-unused-parameter $(WERROR)
+MODULE_CC = $(CC) -Wall -Wextra -Wno-unused-parameter $(WERROR) @$(CURDIR)/$(MOTION)
 empty =
 space = $(empty) $(empty)
 
 CHIPWISE_VERSION = $(shell cat VERSION)
 
-.PHONY: run test test-all test-quick lint bench build install uninstall deps clean
+.PHONY: run test FORCE test-all test-quick lint bench build install uninstall deps clean
 .DELETE_ON_ERROR:
 
 # The steps in their order, each a make of its own: what LinuxCNC's
@@ -93,9 +97,18 @@ bench: deps
 
 build: $(LAYOUT) $(MODULES) $(MANPAGES) $(COMPLETIONS) $(CATALOGUES) $(LIBRARY) $(PROGRAMS) $(MODELS) build/bench/lib/cost
 
+# A file of compiler options.
+$(MOTION): tools/motion_headers $(if $(filter-out x$(NAMED),x$(LINUXCNC_SOURCE)),FORCE)
+	@mkdir -p $(@D)
+	@tools/motion_headers "$(LINUXCNC_SOURCE)" >$@.new || { rm -f $@.new; exit 1; }
+	@mv $@.new $@
+	@echo '$(LINUXCNC_SOURCE)' >build/motion_source
+
+FORCE:
+
 # halcompile puts components/ on the include path, and the result into the
 # directory it is started in.
-build/modules/%.so: components/%.comp $(CORE) components/linuxcnc_planner.c $(HEADERS)
+build/modules/%.so: components/%.comp $(CORE) components/linuxcnc_planner.c $(HEADERS) $(MOTION)
 	@mkdir -p $(@D)
 	cd $(@D) && MAKEFLAGS='CC=$(subst $(space),\ ,$(strip $(MODULE_CC)))' $(HALCOMPILE) --compile $(CURDIR)/$<
 
@@ -150,9 +163,9 @@ build/libchipwise_kinematics.so: components/kinematics_host.c
 	$(CC) -O2 -fPIC -shared $(CFLAGS) -o $@ $<
 
 # Tests may use the stack as they like.
-build/tests/%: tests/core/%.c $(OBJECTS) components/linuxcnc_planner.c $(HEADERS) $(wildcard tests/core/*.h)
+build/tests/%: tests/core/%.c $(OBJECTS) components/linuxcnc_planner.c $(HEADERS) $(wildcard tests/core/*.h) $(MOTION)
 	@mkdir -p $(@D)
-	$(CC) $(filter-out -Wframe-larger-than=%,$(RTFLAGS)) $(CFLAGS) -DULAPI -Icomponents -I/usr/include/linuxcnc -o $@ $< $(OBJECTS) -lm
+	$(CC) $(filter-out -Wframe-larger-than=%,$(RTFLAGS)) $(CFLAGS) -DULAPI -Icomponents @$(MOTION) -I/usr/include/linuxcnc -o $@ $< $(OBJECTS) -lm
 
 build/bench/%: bench/%.c $(OBJECTS) $(HEADERS)
 	@mkdir -p $(@D)
@@ -164,9 +177,9 @@ build/tests/support/%.so: tests/support/%.c
 	$(CC) -O2 -fPIC -shared $(CFLAGS) -o $@ $< -lm
 
 # The core as the components compile it: one unit, realtime flags.
-build/bench/lib/cost: bench/lib/cost.c $(CORE) components/linuxcnc_planner.c $(HEADERS)
+build/bench/lib/cost: bench/lib/cost.c $(CORE) components/linuxcnc_planner.c $(HEADERS) $(MOTION)
 	@mkdir -p $(@D)
-	$(CC) $(RTFLAGS) $(CFLAGS) -DULAPI -Icomponents -I/usr/include/linuxcnc -o $@ $< -lm
+	$(CC) $(RTFLAGS) $(CFLAGS) -DULAPI -Icomponents @$(MOTION) -I/usr/include/linuxcnc -o $@ $< -lm
 
 install: build
 	@$(PYTHON) tools/install.py install
