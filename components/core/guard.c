@@ -12,6 +12,7 @@
 #define CHIP_GUARD_LATE 3.0
 #define CHIP_GUARD_BRAKING 0.3  /* share of the acceleration above which the tool is braking [4] */
 #define CHIP_GUARD_GROWING 1.02 /* braking that has grown by this factor in a period is only beginning [4] */
+#define CHIP_GUARD_JERK 1.75    /* of the least jerk of an axis, on a slanted line */
 #define CHIP_GUARD_UNKNOWN 20.0 /* mm, braking distance if the acceleration is unknown */
 #define CHIP_GUARD_DRIFT 0.2    /* cells the tool may be off the predicted blend before it is predicted anew [5b] */
 /* of the braking the planner is capable of on its path; in arcs less than half the acceleration */
@@ -138,6 +139,20 @@ static double stopping(const struct chip_guard *guard, const struct chip_guard_i
     return 0.5 * guard->speed * guard->speed / accel + late;
 }
 
+/* The shortest way, mm, on which a planner that limits the jerk can stop: its braking, mm/s2, of now grows to `accel`
+ * and vanishes again as it stops. */
+static double shortest_stop(double speed, double slowing, double accel, double jerk)
+{
+    double held = chip_min(chip_max(slowing, 0.0), accel), peak, rise, after, end;
+    if (held * held >= 2.0 * jerk * speed) return 0.0; /* it is ending its braking already */
+    peak = chip_min(sqrt(jerk * speed + 0.5 * held * held), accel);
+    rise = (peak - held) / jerk;
+    after = speed - (held + 0.5 * jerk * rise) * rise;
+    end = 0.5 * peak * peak / jerk;
+    return (speed - (0.5 * held + jerk * rise / 6.0) * rise) * rise
+         + 0.5 * chip_max(after * after - end * end, 0.0) / peak + end * peak / (3.0 * jerk);
+}
+
 /* Whether the present traverse continues into another one without a stop [5a]. (If no more segments are known
  * the next one is beyond the braking distance.) */
 static int goes_over(const struct chip_path *path)
@@ -153,12 +168,16 @@ static int must_stop(const struct chip_guard *guard, const struct chip_stock *st
     double near = guard->on_line.hit_near - guard->travelled, far = guard->on_line.hit_far - guard->travelled;
     double braking = 0.5 * guard->speed * guard->speed, travel = guard->speed * in->period_s;
     double slowing = chip_max(guard->slowing, guard->slowing_before), thin = ignored_strip(stock);
+    double jerk = chip_finite(in->max_jerk_mm_s3) ? in->max_jerk_mm_s3 : 0.0;
     int begins = guard->slowing > CHIP_GUARD_GROWING * guard->slowing_before;
     if (far <= -thin) return 1;
     if (in->distance_to_go_mm > 0.0 && far + thin <= in->distance_to_go_mm)
         return near <= stopping(guard, in, 0.5 * accel);
     if (goes_over(in->path)) return 0; /* the path is checked instead of the line */
     if (!(accel > 0.0)) return near <= CHIP_GUARD_UNKNOWN;
+    if (jerk > 0.0 && (in->distance_to_go_mm > 0.0 || slowing > CHIP_GUARD_BRAKING * accel))
+        return far <= shortest_stop(guard->speed, guard->slowing, accel, CHIP_GUARD_JERK * jerk) - travel;
+    if (jerk > 0.0) return near <= shortest_stop(guard->speed, 0.0, accel, jerk) + travel;
     if (chip_min(guard->slowing, guard->slowing_before) > CHIP_GUARD_BRAKING * accel)
         return far <= braking / (begins ? accel : slowing) - travel;
     if (in->distance_to_go_mm > 0.0) return far <= braking / accel - travel;

@@ -22,6 +22,8 @@
  *     known when it has stopped growing: the planner begins within a period, and a step gives the mean of two
  *     velocities, so two periods show less. If the distance to go is unknown the traverse is stopped at the
  *     braking distance unless it is braking.
+ *     Under a jerk limit braking grows slowly and says little about where it ends: the traverse is stopped where
+ *     the planner cannot stop any more.
  *  5. In a blend the path bends, or the distance to go does not fall by the step, because it belongs to
  *     one of the two segments: no line is seen. Only the planner then knows what is ahead:
  *     a. An arc between two traverses, and what follows it without a stop, is probed along the programmed
