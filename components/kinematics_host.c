@@ -9,7 +9,7 @@
  *  2. chip_host_follow() does what motion does in each period (control.c, 2.9): inverse kinematics of the next pose with the flags of
  *     the joints before, then forward kinematics of the new joints, which gives the next flags.
  *
- * Read in LinuxCNC 2.9: hal.h, kinematics.h, switchkins.c, control.c.
+ * Read in LinuxCNC 2.9 and 2.10: hal.h, kinematics.h, switchkins.c, control.c.
  */
 #include <stdarg.h>
 #include <stddef.h>
@@ -97,6 +97,30 @@ PIN_FUNCTIONS(float, 'f')
 PIN_FUNCTIONS(s32, 'i')
 PIN_FUNCTIONS(u32, 'i')
 PIN_FUNCTIONS(bit, 'b')
+
+// Those of LinuxCNC 2.10, with a value to begin with.
+#define NEW_PIN_FUNCTION(NAME, TYPE, KIND)                                                                             \
+    int hal_pin_new_##NAME(int id, int direction, void **at, TYPE initial, const char *format, ...)                    \
+    {                                                                                                                  \
+        va_list values;                                                                                                \
+        int result;                                                                                                    \
+        (void)direction;                                                                                               \
+        (void)id;                                                                                                      \
+        va_start(values, format);                                                                                      \
+        result = new_pin(KIND, at, format, values);                                                                    \
+        va_end(values);                                                                                                \
+        if (result == 0) {                                                                                             \
+            memcpy(*at, &initial, sizeof initial);                                                                     \
+        }                                                                                                              \
+        return result;                                                                                                 \
+    }
+
+NEW_PIN_FUNCTION(real, double, 'f')
+NEW_PIN_FUNCTION(sint, long, 'i')
+NEW_PIN_FUNCTION(uint, unsigned long, 'i')
+NEW_PIN_FUNCTION(si32, int, 'i')
+NEW_PIN_FUNCTION(ui32, unsigned, 'i')
+NEW_PIN_FUNCTION(bool, _Bool, 'b')
 
 // ---- what kinematics.py calls -------------------------------------------------------------------------------------
 

@@ -106,12 +106,17 @@ def limit_run(seconds: float) -> None:
     limit_computing(seconds)
 
 
+def named_function(library: ctypes.CDLL, name: str, mangled: str):
+    """A function of LinuxCNC's C++ library: 2.10 exports it under its own name, 2.9 under that of the compiler.  Raises AttributeError."""
+    return getattr(library, name, None) or getattr(library, mangled)
+
+
 def make_tool_table(random: bool = False):
     """Make ~/.tool.mmap, which gcode expects a task to have made: 2.9 crashes without.  -> the library, None if there is
     none: another LinuxCNC, another way of keeping tools."""
     try:
         library = ctypes.CDLL("libtooldata.so.0")
-        library._Z17tool_mmap_creatorPK13EMC_TOOL_STATi(None, int(random))
+        named_function(library, "tool_mmap_creator", "_Z17tool_mmap_creatorPK13EMC_TOOL_STATi")(None, int(random))
         return library
     except (OSError, AttributeError):
         return None
@@ -128,9 +133,10 @@ class ToolTable:
         self._lib = None
         try:
             lib = make_tool_table(random)
-            lib._Z13tooldata_initb(bool(random))
-            self._get, load = lib._Z12tooldata_getP16CANON_TOOL_TABLEi, lib._Z13tooldata_loadPKcPPc
-            if path and load(os.fsencode(path), None) == 0:
+            named_function(lib, "tooldata_init", "_Z13tooldata_initb")(bool(random))
+            self._get = named_function(lib, "tooldata_get", "_Z12tooldata_getP16CANON_TOOL_TABLEi")
+            load = named_function(lib, "tooldata_load", "_Z13tooldata_loadPKcPPc")
+            if path and load(os.fsencode(path), None) == 0:         # 2.10 has no second argument
                 self._lib = lib
         except AttributeError:
             pass                    # another LinuxCNC, another way of keeping tools

@@ -119,8 +119,9 @@ def read_table(path):
 def main():
     program, units, table, parameter_file = sys.argv[1:5]
     tooldata = ctypes.CDLL("libtooldata.so.0")  # loaded by gcode already, which expects a task to have filled it
-    tooldata._Z17tool_mmap_creatorPK13EMC_TOOL_STATi(None, 0)
-    tooldata._Z13tooldata_loadPKcPPc(table.encode(), None)
+    for plain, mangled, values in (("tool_mmap_creator", "_Z17tool_mmap_creatorPK13EMC_TOOL_STATi", (None, 0)),
+                                   ("tooldata_load", "_Z13tooldata_loadPKcPPc", (table.encode(), None))):
+        (getattr(tooldata, plain, None) or getattr(tooldata, mangled))(*values)        # LinuxCNC 2.10, or 2.9
     canon = Recorder(float(units), read_table(table), parameter_file)
     result, line = gcode.parse(program, canon, "G21", "G0")
     error = gcode.strerror(result) if result > gcode.MIN_ERROR else ""
