@@ -86,6 +86,14 @@ def machine_seconds(plan, folder):
     return total, int((np.linalg.norm(np.diff(place, axis=0), axis=1) > LEAP).sum())
 
 
+def places(moves, depths, straight):
+    """A line of text for each traverse that meets stock: how deep, and from where to where it goes."""
+    made = (surface_judge.positions if straight else link_judge.rounded_positions)(moves, START)
+    traverses = [points for is_rapid, points in made if is_rapid]
+    return [f"{depth:.3f} mm from X{a[0]:.3f} Y{a[1]:.3f} Z{a[2]:.3f} to X{b[0]:.3f} Y{b[1]:.3f} Z{b[2]:.3f}"
+            for depth, (a, *_, b) in zip(depths, traverses, strict=True) if depth > surface_judge.RIDGE]
+
+
 def contacts(count, seed):
     """(links, those that meet stock by more than the ridges of the judge, the deepest in mm): corners as they are, or rounded, by turns."""
     links, met, deepest, case = 0, 0, 0.0, seed
@@ -110,7 +118,7 @@ def contacts(count, seed):
             links, met, deepest = links + len(link_judge.links_of(plan.moves, START)) + 1, met + bad, max(deepest, max(depths))
             if bad:
                 where = random_cases.write_replay(f"surface_links_{case}", dict(dataclasses.asdict(r), seed=case))
-                print(f"seed {case}: {bad} contacts, {max(depths):.3f} mm deep; {where}", file=sys.stderr)
+                print(f"seed {case}: {bad} contacts, {max(depths):.3f} mm deep; {where}", *places(plan.moves, depths, straight), sep="\n  ", file=sys.stderr)
             case += 1
     return links, met, deepest
 
