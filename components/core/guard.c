@@ -139,7 +139,7 @@ static double stopping(const struct chip_guard *guard, const struct chip_guard_i
     return 0.5 * guard->speed * guard->speed / accel + late;
 }
 
-/* The shortest way, mm, on which a planner that limits the jerk can stop: its braking, mm/s2, of now grows to `accel`
+/* The shortest braking distance, mm, of a planner that limits the jerk: its braking, mm/s2, of now grows to `accel`
  * and vanishes again as it stops. */
 static double shortest_stop(double speed, double slowing, double accel, double jerk)
 {

@@ -96,7 +96,7 @@ static double traverse(double length, double gap, double velocity, double accel,
     return -1.0;
 }
 
-/* The least way, mm, in which such a planner stops. */
+/* The shortest braking distance, mm, of such a planner. */
 static double least_stop(double speed, double accel, double jerk)
 {
     struct profile profile = { jerk, accel, 0.0, 0.0, 0.0, 0.0 };

@@ -54,14 +54,14 @@ def start_xvfb(size, env):
 
 
 # libfaketime's shared clock goes with the first bash script that ends below a bash that made it: inivar of LinuxCNC 2.10 is one.
-CLOCK_KEEPER = ('sh', '-c', '"$@"; exit "$?"', 'sh')
+CLOCK_HOLDER = ('sh', '-c', '"$@"; exit "$?"', 'sh')
 
 
 def run_and_reap(command, env, prefix=()):
     """Run the command as a child of this PID 1, reaping every orphan."""
-    keeper = CLOCK_KEEPER if 'FAKETIME' in env else ()
+    holder = CLOCK_HOLDER if 'FAKETIME' in env else ()
     try:
-        main = subprocess.Popen([*prefix, *keeper, *command], env=env, process_group=0)
+        main = subprocess.Popen([*prefix, *holder, *command], env=env, process_group=0)
     except OSError as error:
         print('chipwise-sandbox: %s: %s' % (command[0], error.strerror), file=sys.stderr)
         return 127
