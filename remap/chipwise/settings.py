@@ -205,3 +205,12 @@ def feed_is_remapped(ini_path: Optional[str] = None) -> bool:
     except OSError:
         return True
     return any(re.match(r"F(\s|$)", text, re.IGNORECASE) for text in ini.values_of(lines, "RS274NGC", "REMAP"))
+
+
+def planner_limits_jerk(ini_path: Optional[str] = None) -> bool:
+    """Whether [TRAJ]PLANNER_TYPE is 1, the planner of LinuxCNC 2.10 that limits the jerk; False if there is no INI file to read."""
+    path = ini_path or ini.file_name()
+    try:
+        return bool(path) and ini.section_of(ini.read_lines(path), "TRAJ").get("PLANNER_TYPE", "").strip() == "1"
+    except OSError:
+        return False

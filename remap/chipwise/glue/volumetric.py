@@ -14,7 +14,7 @@ from chipwise.glue import ceiling as feed_ceiling
 from chipwise.glue import context, task
 from chipwise.glue.ceiling import Ceiling, set_canon_feed
 from chipwise.glue.registers import InForce, mode_now, queue, send, status_now
-from chipwise.settings import feed_is_remapped, load_settings
+from chipwise.settings import feed_is_remapped, load_settings, planner_limits_jerk
 from chipwise.stock import layout
 from chipwise.stock.layout import Fault, Register
 
@@ -67,6 +67,9 @@ def _rate(state, letter, meaning):
 def _feed_words(state):
     """(mode, target, lower, ceiling) of M251: mm3/min, mm/min; ceiling None where F stays the upper limit."""
     state.check_words("qpre")
+    if planner_limits_jerk():
+        raise CycleError("LinuxCNC's planner of [TRAJ]PLANNER_TYPE = 1 leaves the path where the feed changes in a blended corner",
+                         "set PLANNER_TYPE = 0, or leave M251 out")
     mode = state.number("p")
     mode = LIMIT if mode is None else mode
     if mode not in (LIMIT, CONSTANT, WINDOW):
