@@ -100,6 +100,11 @@ def values_of(lines: Iterable[str], section: str, key: str) -> list[str]:
     return [text for _header, name, found, text in _entries(lines) if (name, found) == (section, key)]
 
 
+def limits_jerk(lines: Iterable[str]) -> bool:
+    """Whether the planner limits the jerk: [TRAJ]PLANNER_TYPE is 1 (LinuxCNC 2.10)."""
+    return section_of(lines, "TRAJ").get("PLANNER_TYPE", "").strip() == "1"
+
+
 class Ini:
     """The INI file LinuxCNC runs with, or the one at `path`.  Raises CycleError if it cannot be read."""
 

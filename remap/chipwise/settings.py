@@ -195,22 +195,21 @@ def load_settings(ini_path: Optional[str] = None) -> Settings:
     return _cache[stamp]
 
 
+def _machine_lines(ini_path: Optional[str]) -> Optional[list[str]]:
+    """The lines of an INI file (default: INI_FILE_NAME), None if there is none to read."""
+    path = ini_path or ini.file_name()
+    try:
+        return ini.read_lines(path) if path else None
+    except OSError:
+        return None
+
+
 def feed_is_remapped(ini_path: Optional[str] = None) -> bool:
     """Whether [RS274NGC] has REMAP = F; True if there is no INI file to read."""
-    path = ini_path or ini.file_name()
-    if not path:
-        return True
-    try:
-        lines = ini.read_lines(path)
-    except OSError:
-        return True
-    return any(re.match(r"F(\s|$)", text, re.IGNORECASE) for text in ini.values_of(lines, "RS274NGC", "REMAP"))
+    lines = _machine_lines(ini_path)
+    return lines is None or any(re.match(r"F(\s|$)", text, re.IGNORECASE) for text in ini.values_of(lines, "RS274NGC", "REMAP"))
 
 
 def planner_limits_jerk(ini_path: Optional[str] = None) -> bool:
-    """Whether [TRAJ]PLANNER_TYPE is 1, the planner of LinuxCNC 2.10 that limits the jerk; False if there is no INI file to read."""
-    path = ini_path or ini.file_name()
-    try:
-        return bool(path) and ini.section_of(ini.read_lines(path), "TRAJ").get("PLANNER_TYPE", "").strip() == "1"
-    except OSError:
-        return False
+    """Whether the planner of LinuxCNC limits the jerk; False if there is no INI file to read."""
+    return ini.limits_jerk(_machine_lines(ini_path) or [])

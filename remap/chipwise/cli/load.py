@@ -17,7 +17,7 @@ from chipwise.cli.python_section import check_codes, check_includes
 from chipwise.clock import patience
 from chipwise.errors import CycleError, braceless, unnamed
 from chipwise.halcmd import halcmd, halcmds, pins, signal_of, thread_functions
-from chipwise.ini import Ini
+from chipwise.ini import Ini, limits_jerk
 from chipwise.settings import load_settings
 from chipwise.stock.layout import Cell
 from chipwise.tool_table import largest_diameter
@@ -43,9 +43,9 @@ def planner_acceleration(ini):
 
 
 def planner_jerk(ini):
-    """Jerk limit of the planner, machine units/s3: [TRAJ]MAX_LINEAR_JERK with PLANNER_TYPE = 1 (LinuxCNC 2.10), at most
-    that of each axis; 0: no bound."""
-    if ini.text('TRAJ', 'PLANNER_TYPE').strip() != '1':
+    """Jerk limit of the planner, machine units/s3: [TRAJ]MAX_LINEAR_JERK where the planner limits it (LinuxCNC 2.10), at
+    most that of each axis; 0: no bound."""
+    if not limits_jerk(ini.lines):
         return 0.0
     found = [ini.number('TRAJ', 'MAX_LINEAR_JERK'), *(ini.number('AXIS_' + axis, 'MAX_JERK') for axis in 'XYZ')]
     return min((number for number in found if number), default=0.0)
