@@ -76,16 +76,20 @@ static int new_pin(char kind, void **at, const char *format, va_list values)
     return 0;
 }
 
+// What the functions of both kinds do: int result is that of new_pin().
+#define ADD_PIN(KIND)                                                                                                  \
+    va_list values;                                                                                                    \
+    int result;                                                                                                        \
+    (void)direction;                                                                                                   \
+    (void)id;                                                                                                          \
+    va_start(values, format);                                                                                          \
+    result = new_pin(KIND, at, format, values);                                                                        \
+    va_end(values)
+
 #define PIN_FUNCTIONS(TYPE, KIND)                                                                                      \
     int hal_pin_##TYPE##_newf(int direction, void **at, int id, const char *format, ...)                               \
     {                                                                                                                  \
-        va_list values;                                                                                                \
-        int result;                                                                                                    \
-        (void)direction;                                                                                               \
-        (void)id;                                                                                                      \
-        va_start(values, format);                                                                                      \
-        result = new_pin(KIND, at, format, values);                                                                    \
-        va_end(values);                                                                                                \
+        ADD_PIN(KIND);                                                                                                 \
         return result;                                                                                                 \
     }                                                                                                                  \
     int hal_pin_##TYPE##_new(const char *name, int direction, void **at, int id)                                       \
@@ -102,13 +106,7 @@ PIN_FUNCTIONS(bit, 'b')
 #define NEW_PIN_FUNCTION(NAME, TYPE, KIND)                                                                             \
     int hal_pin_new_##NAME(int id, int direction, void **at, TYPE initial, const char *format, ...)                    \
     {                                                                                                                  \
-        va_list values;                                                                                                \
-        int result;                                                                                                    \
-        (void)direction;                                                                                               \
-        (void)id;                                                                                                      \
-        va_start(values, format);                                                                                      \
-        result = new_pin(KIND, at, format, values);                                                                    \
-        va_end(values);                                                                                                \
+        ADD_PIN(KIND);                                                                                                 \
         if (result == 0) {                                                                                             \
             memcpy(*at, &initial, sizeof initial);                                                                     \
         }                                                                                                              \
