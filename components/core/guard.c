@@ -147,10 +147,10 @@ static double shortest_stop(double speed, double slowing, double accel, double j
     if (held * held >= 2.0 * jerk * speed) return 0.0; /* it is ending its braking already */
     peak = chip_min(sqrt(jerk * speed + 0.5 * held * held), accel);
     rise = (peak - held) / jerk;
-    after = speed - (held + 0.5 * jerk * rise) * rise;
+    after = speed - 0.5 * (held + peak) * rise;
     end = 0.5 * peak * peak / jerk;
-    return (speed - (0.5 * held + jerk * rise / 6.0) * rise) * rise
-         + 0.5 * chip_max(after * after - end * end, 0.0) / peak + end * peak / (3.0 * jerk);
+    return (speed - (2.0 * held + peak) / 6.0 * rise) * rise + 0.5 * chip_max(after * after - end * end, 0.0) / peak
+         + end * peak / (3.0 * jerk);
 }
 
 /* Whether the present traverse continues into another one without a stop [5a]. (If no more segments are known
