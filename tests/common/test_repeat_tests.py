@@ -1,17 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """tools/repeat_tests: a run that fails is counted, and its output kept."""
 
-import importlib.util
-from importlib.machinery import SourceFileLoader
-
 import pytest
 
-from support import ROOT
+from support.scripts import load_script
 
-LOADER = SourceFileLoader("repeat_tests", str(ROOT / "tools/repeat_tests"))
-SPEC = importlib.util.spec_from_loader("repeat_tests", LOADER)
-repeat_tests = importlib.util.module_from_spec(SPEC)
-LOADER.exec_module(repeat_tests)
+repeat_tests = load_script("repeat_tests")
 
 
 @pytest.mark.parametrize("recipe, status, summary", [

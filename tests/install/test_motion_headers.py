@@ -1,22 +1,18 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """tools/motion_headers: a LinuxCNC that does not install the headers of its motion needs its source, of the same version."""
 
-import importlib.machinery
-import importlib.util
 import os
 import subprocess
 
 import pytest
 
-ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+from support import ROOT
+from support.scripts import load_script
 
 
 @pytest.fixture(scope="module")
 def headers():
-    loader = importlib.machinery.SourceFileLoader("motion_headers", os.path.join(ROOT, "tools", "motion_headers"))
-    module = importlib.util.module_from_spec(importlib.util.spec_from_loader("motion_headers", loader))
-    loader.exec_module(module)
-    return module
+    return load_script("motion_headers")
 
 
 @pytest.fixture
@@ -59,5 +55,5 @@ def test_the_compiler_reads_them(headers, source, tmp_path):
 
 
 def test_make_stops_with_the_reason(tmp_path):
-    done = subprocess.run([os.path.join(ROOT, "tools", "motion_headers"), str(tmp_path)], text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    done = subprocess.run([ROOT / "tools/motion_headers", str(tmp_path)], text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     assert done.returncode == 1 and done.stdout == "" and done.stderr.startswith(f"chipwise: LINUXCNC_SOURCE={tmp_path} has no VERSION")

@@ -61,10 +61,10 @@ def test_no_volumetric_feed_under_a_jerk_limit(tmp_path):
     """LinuxCNC 2.10's planner leaves the path when the feed changes in a blend (docs/design/feed_law.md); M252 and the cycles stay."""
     ini = write_ini(tmp_path)
     machine = ini.read_text()
-    machine = machine if "[TRAJ]\n" in machine else machine + "\n[TRAJ]\n"
+    assert machine.count("[TRAJ]\n") == 1
     box, tool = "G21\nT1 M6\nM250 P0 Q0 R-10 I60 J40 K10\n", {1: 6.0}
     for kind, refused in (("1", True), ("0", False)):
-        ini.write_text(machine.replace("[TRAJ]\n", f"[TRAJ]\nPLANNER_TYPE = {kind}\n", 1))
+        ini.write_text(machine.replace("[TRAJ]\n", f"[TRAJ]\nPLANNER_TYPE = {kind}\n"))
         for line in ("M251 Q6", "M251 Q6 P2 E3000"):
             found = run_preview(box + line + "\nM2\n", tools=tool, ini=ini).error
             assert found.startswith("chipwise: M251: LinuxCNC's planner of [TRAJ]PLANNER_TYPE = 1 leaves the path") == refused and bool(found) == refused, found
