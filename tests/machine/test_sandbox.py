@@ -240,9 +240,9 @@ def test_without_namespaces_isolation_and_speed_are_refused(options):
 
 
 def test_the_faked_clock_outlives_scripts(tmp_path):
-    """linuxcnc is a bash script, and inivar of LinuxCNC 2.10 another one that it calls."""
+    """linuxcnc is a bash script, and inivar of LinuxCNC 2.10 another one that it calls, which ends with exec."""
     inner, outer = tmp_path / 'inner', tmp_path / 'outer'
-    inner.write_text('#!/bin/bash\nx=$(/bin/echo told)\necho $x\n')
+    inner.write_text('#!/bin/bash\nx=$(/bin/echo told)\nexec /bin/echo $x\n')
     outer.write_text(f'#!/bin/bash\nfor k in 1 2 3; do x=$({inner} 2>&1); echo "$? $x"; done\nexit 5\n')
     for script in (inner, outer):
         script.chmod(0o755)

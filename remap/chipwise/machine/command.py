@@ -53,7 +53,7 @@ def start_xvfb(size, env):
     env['LIBGL_ALWAYS_SOFTWARE'] = '1'
 
 
-# libfaketime's shared clock goes with the first bash script that ends below a bash that made it: inivar of LinuxCNC 2.10 is one.
+# A bash below the one that made libfaketime's shared clock removes it with exec, as inivar of LinuxCNC 2.10 does; below this sh it does not.
 CLOCK_HOLDER = ('sh', '-c', '"$@"; exit "$?"', 'sh')
 
 
