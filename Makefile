@@ -56,6 +56,7 @@ override CFLAGS += $(WERROR)
 MOTION = build/motion_headers
 NAMED := $(shell cat build/motion_source 2>/dev/null)
 LINUXCNC_SOURCE ?= $(NAMED)
+export LINUXCNC_SOURCE        # through the environment: any character is allowed
 # halcompile knows no warnings; its make takes the compiler from here.  The code it generates has unused parameters.
 MODULE_CC = $(CC) -Wall -Wextra -Wno-unused-parameter $(WERROR) @$(CURDIR)/$(MOTION)
 empty =
@@ -63,7 +64,7 @@ space = $(empty) $(empty)
 
 CHIPWISE_VERSION = $(shell cat VERSION)
 
-.PHONY: run test FORCE test-all test-quick lint bench build install uninstall deps clean
+.PHONY: run test test-all test-quick lint bench build install uninstall deps clean FORCE
 .DELETE_ON_ERROR:
 
 # The steps in their order, each a make of its own: what LinuxCNC's
@@ -100,9 +101,9 @@ build: $(LAYOUT) $(MODULES) $(MANPAGES) $(COMPLETIONS) $(CATALOGUES) $(LIBRARY) 
 # A file of compiler options.
 $(MOTION): tools/motion_headers $(if $(filter-out x$(NAMED),x$(LINUXCNC_SOURCE)),FORCE)
 	@mkdir -p $(@D)
-	@tools/motion_headers "$(LINUXCNC_SOURCE)" >$@.new || { rm -f $@.new; exit 1; }
+	@tools/motion_headers "$$LINUXCNC_SOURCE" >$@.new || { rm -f $@.new; exit 1; }
 	@mv $@.new $@
-	@echo '$(LINUXCNC_SOURCE)' >build/motion_source
+	@printf '%s\n' "$$LINUXCNC_SOURCE" >build/motion_source
 
 FORCE:
 
