@@ -25,7 +25,7 @@ def run(tmp_path, text, **options):
     program = tmp_path / 'program.ngc'
     program.write_text(text)
     options.setdefault('speed', SPEED)
-    options.setdefault('timeout', 120)
+    options.setdefault('timeout', 1200)     # s of the machine; a busy computer needs many of them to start
     return runner.run_headless(str(program), **options)
 
 

@@ -7,14 +7,12 @@ The preview is what AXIS shows; unlike the program rs274 it can be a metric mach
 Environment: INI_FILE_NAME, HOME (an own one: it gets a tool table, ~/.tool.mmap), AXIS_MASK (7 without it).  Lengths are printed in mm.
 """
 
+import ctypes
 import json
 import os
 import sys
 
 import gcode
-
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "remap"))
-from chipwise.interpreter_process import ToolTable  # noqa: E402
 
 
 class Recorder:
@@ -120,7 +118,10 @@ def read_table(path):
 
 def main():
     program, units, table, parameter_file = sys.argv[1:5]
-    ToolTable(table, random=False)      # gcode expects that a task has filled it
+    tooldata = ctypes.CDLL("libtooldata.so.0")  # loaded by gcode already, which expects a task to have filled it
+    for plain, mangled, values in (("tool_mmap_creator", "_Z17tool_mmap_creatorPK13EMC_TOOL_STATi", (None, 0)),
+                                   ("tooldata_load", "_Z13tooldata_loadPKcPPc", (table.encode(), None))):
+        (getattr(tooldata, plain, None) or getattr(tooldata, mangled))(*values)        # LinuxCNC 2.10, or 2.9
     canon = Recorder(float(units), read_table(table), parameter_file)
     result, line = gcode.parse(program, canon, "G21", "G0")
     error = gcode.strerror(result) if result > gcode.MIN_ERROR else ""
