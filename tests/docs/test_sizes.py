@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Sizes of files and functions: what is longer than the rule is named here, with its lines, and can only become shorter."""
+import ast
+import re
+
+import pytest
+from support import ROOT
+from support.scripts import load_script
+
+FILE_LINES, FUNCTION_LINES = 350, 50
+ENDINGS = (".py", ".c", ".h", ".comp", ".js", ".sh")
+GENERATED = {"remap/chipwise/stock/layout.py", "components/offline/layout_table.c"}     # by tools/make_layout.py
+# Path: lines today.
+LONG_FILES = {
+    "components/offline/height_sweep.c": 386,
+    "remap/chipwise/stock/core.py": 359,
+    "tests/check/test_check.py": 380,
+    "tests/core/test_core.c": 504,
+    "tests/core/test_feed.py": 386,
+    "tests/cycles/test_contour_chop.py": 355,
+    "tests/cycles/test_pocket.py": 394,
+    "tests/filter/test_filter.py": 357,
+    "tests/interpreter/test_g12_g13.py": 400,
+    "tests/interpreter/test_g77_g78.py": 444,
+    "tests/machine/test_guards.py": 466,
+    "tests/panel/test_panel_ahead.py": 358,
+    "tests/panel/test_panel_server.py": 400,
+    "tests/panel/test_panel_tools.py": 375,
+    "tests/support/closed_loop.c": 433,
+    "tests/support/foreign.py": 623,
+    "tests/support/judge.c": 732,
+    "tests/support/scripted_display.py": 541,
+}
+# (Path, name): lines today.
+LONG_FUNCTIONS = {
+    ("bench/bench_time.py", "judge"): 54,
+    ("bench/lib/cost.c", "main"): 74,
+    ("bench/tracer_cost.c", "main"): 61,
+    ("tests/components/command/stimulus.py", "stimulus"): 85,
+    ("tests/core/test_fuzz.c", "check_feed"): 91,
+    ("tests/core/test_hold.c", "main"): 57,
+    ("tests/support/foreign.py", "mastercam_inch"): 56,
+    ("tests/support/judge.c", "judge_chords"): 57,
+    ("tests/support/judge.c", "judge_needles"): 66,
+    ("tests/support/pattern_oracle.py", "random_sub"): 61,
+}
+C_HEAD = re.compile(r"(\w+)\([^;]*\)\s*\{\s*$")
+
+
+def sources():
+    """{path: text} of programs and scripts."""
+    found = {}
+    for name in sorted(load_script("repository.py").repository_files()):
+        path = ROOT / name
+        if path.is_file() and not path.is_symlink() and (name.endswith(ENDINGS) or not path.suffix):
+            text = path.read_bytes().decode(errors="replace")
+            if path.suffix or text.startswith("#!"):
+                found[name] = text
+    return found
+
+
+def python_functions(text):
+    """[(name, lines)], functions in functions and methods included."""
+    return [(node.name, node.end_lineno - node.lineno + 1) for node in ast.walk(ast.parse(text))
+            if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef))]
+
+
+def c_functions(text):
+    """[(name, lines)] of those that are more than a line, from the first brace to the last, which is in the first column."""
+    found, head, start = [], "", None
+    for number, line in enumerate(text.splitlines(), 1):
+        if start is None:
+            head = line if re.match(r"\w", line) else head + " " + line
+            begins = C_HEAD.search(head)
+            if begins:
+                start, name = number, begins[1]
+        elif line.startswith("}"):
+            found.append((name, number - start + 1))
+            head, start = "", None
+    return found
+
+
+def functions(name, text):
+    if name.endswith((".c", ".h", ".comp")):
+        return c_functions(text)
+    return python_functions(text) if name.endswith(".py") or re.match(r"#!.*python", text) else []
+
+
+def breaches(sizes, limit, exceptions):
+    """What is longer than the limit without being named, has grown, or is named without need."""
+    found = [f"{what}: {lines} lines, {exceptions.get(what, limit)} allowed" for what, lines in sizes.items()
+             if lines > exceptions.get(what, limit)]
+    return found + [f"{what}: no longer an exception" for what in exceptions if sizes.get(what, 0) <= limit]
+
+
+@pytest.fixture(scope="module")
+def hand_written():
+    every = sources()
+    assert GENERATED < set(every) and len(every) > 500
+    return {name: text for name, text in every.items() if name not in GENERATED}
+
+
+def test_files(hand_written):
+    assert not breaches({name: len(text.splitlines()) for name, text in hand_written.items()}, FILE_LINES, LONG_FILES)
+
+
+def test_functions(hand_written):
+    sizes = {}
+    for path, text in hand_written.items():
+        for name, lines in functions(path, text):
+            sizes[path, name] = max(lines, sizes.get((path, name), 0))
+    assert len(sizes) > 3000
+    assert not breaches(sizes, FUNCTION_LINES, LONG_FUNCTIONS)
+
+
+def test_generated_files_say_so():
+    for name in GENERATED:
+        assert "Made by tools/make_layout.py" in (ROOT / name).read_text()[:600]
+
+
+@pytest.mark.parametrize("sizes, exceptions, words", [
+    ({"a": 11}, {}, "a: 11 lines, 10 allowed"),
+    ({"a": 13}, {"a": 12}, "a: 13 lines, 12 allowed"),
+    ({"a": 10}, {"a": 12}, "a: no longer an exception"),
+    ({}, {"a": 12}, "a: no longer an exception"),
+    ({"a": 11, "b": 10}, {"a": 12}, None)])
+def test_breaches_are_seen(sizes, exceptions, words):
+    assert breaches(sizes, 10, exceptions) == ([words] if words else [])
+
+
+def test_functions_are_measured():
+    assert python_functions("class A:\n    def b(self):\n        async def c():\n            pass\n        return c\n") == [("b", 4), ("c", 2)]
+    assert c_functions("int a(int b,\n      int c)\n{\n    if (b) {\n        c++;\n    }\n    return c;\n}\n"
+                       "static void d(void) { e(); }\nstruct f {\n    int g;\n};\nFUNCTION(_) {\n    h();\n}\n"
+                       "static const int k[] = {\n    1,\n};\nint m(void);\n") == [("a", 6), ("FUNCTION", 3)]
