@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Contour subs that are refused, each with its message.  Called by test_subs.py (all of them) and test_g77_g78.py."""
+"""Contour subs that are refused, each with its message.  Called by test_subs.py (all of them) and test_g77_g78_subs.py."""
 
 NO_PLACE = "is not allowed in a contour sub; a contour sub holds G0 G1 G2 G3 in XY (G40 and F are ignored)"
 

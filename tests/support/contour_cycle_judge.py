@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Requests of G77 and G78, random ones too, and the verdict on one: shared by test_contour.py and test_g77_g78.py."""
+"""Requests of G77 and G78, random ones too, and the verdict on one: shared by test_contour.py and test_g77_g78*.py."""
 import math
 
 import numpy as np
