@@ -20,7 +20,6 @@ LONG_FILES = {
     "tests/cycles/test_contour_chop.py": 355,
     "tests/cycles/test_pocket.py": 394,
     "tests/filter/test_filter.py": 357,
-    "tests/interpreter/test_g12_g13.py": 400,
     "tests/panel/test_panel_ahead.py": 358,
     "tests/panel/test_panel_server.py": 400,
     "tests/panel/test_panel_tools.py": 375,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Random holes for G12 and G13, and the verdict on one: shared by test_hole.py and test_g12_g13.py."""
+"""Random holes for G12 and G13, and the verdict on one: shared by test_hole.py and test_g12_g13*.py."""
 import math
 
 from chipwise.cycles import hole
