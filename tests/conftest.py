@@ -25,7 +25,7 @@ SANDBOXED = ("tests/components", "tests/machine")
 SLOW = ("tests/check", "tests/components", "tests/filter", "tests/geometry", "tests/install", "tests/interpreter", "tests/machine", "tests/oracles",
         "tests/planner", "tests/core/test_profiles.py", "tests/core/test_sabotage.py", "tests/core/test_section.py",
         "tests/core/test_stock.py", "tests/core/test_strokes.py", "tests/cycles/test_contour.py", "tests/cycles/test_contour_chop.py",
-        "tests/cycles/test_pocket.py", "tests/turning/test_turning_random.py")
+        "tests/cycles/test_pocket.py", "tests/cycles/test_pocket_entries.py", "tests/turning/test_turning_random.py")
 
 
 @pytest.fixture

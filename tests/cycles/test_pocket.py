@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""G79 as a pure cycle: random pockets against the oracle, entries, levels, order, refusals; and the oracle itself."""
+"""G79 as a pure cycle: random pockets against the oracle, regions, rings, order, refusals."""
 
 import math
 import random
@@ -8,40 +8,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from support import hole_oracle as trace
 from support import pocket_oracle as oracle
 from chipwise.cycles import pocket as cycle
 from chipwise.errors import CycleError
 from chipwise.geometry.base import elements
 from chipwise.geometry.base.contour import ContourError, LineElement, make_contour
 from chipwise.geometry.offset.kernel import make_pocket, pocket_ring
-from chipwise.geometry.pocket import entries, machinable, rest_material
+from chipwise.geometry.pocket import machinable, rest_material
 from chipwise.geometry.pocket.strategies import NAMES, STRATEGIES
 from chipwise.geometry.pocket.tracks import MachinableRegion, make_track
-from chipwise.moves import Arc, Line, Rapid
+from chipwise.moves import Arc, Line
 from chipwise.stock.reference import ReferenceStock, ReferenceTool
+from support.pocket_requests import BOX, request, walked, faults
 from support.random_cases import random_count, random_seed, write_replay
 from support.pocket_judge import case_of, random_request, verdict
 from support.pocket_random import circle, rectangle
-
-BOX = rectangle(0, 0, 60, 40)
-
-
-def request(loops=(BOX,), **changes):
-    """A plain request: tool 6 mm, D 2.4, 4 mm deep in one level."""
-    given = dict(bottom=-4.0, clearance=1.0, tool_radius=3.0, step=2.4, feed=600.0, plunge_feed=200.0, start=(0.0, 0.0, 10.0))
-    return cycle.PocketRequest(loops=tuple(loops), **{**given, **changes})
-
-
-def walked(asked):
-    return trace.walk(cycle.pocket_plan(asked).moves, asked.start)
-
-
-def faults(asked, moves=None, plunges=None):
-    """The oracle's verdict, on the cycle's own moves or others."""
-    plan = cycle.pocket_plan(asked)
-    return oracle.judge(case_of(asked), trace.walk(plan.moves if moves is None else moves, asked.start), asked.ramp_angle,
-                        cycle.GAP_MM, plan.plunges if plunges is None else plunges)
 
 
 # ---- random pockets ----------------------------------------------------------------------------------------------
@@ -206,69 +187,6 @@ def test_the_wall_is_cut_as_the_spindle_turns(strategy, climb):
     assert (every.sweep[about] < 0) == climb
 
 
-# ---- levels, entries, rapids -------------------------------------------------------------------------------------
-
-
-def test_levels_and_floor_allowance():
-    asked = request(depth_step=2.0, floor_allowance=0.5)
-    depths = {round(e.b[2], 6) for e in walked(asked) if e.kind != "rapid" and e.a[2] == e.b[2]}
-    assert depths == {-0.5, -2.0, -3.5}                     # from R1 in three equal steps, none above J
-    assert faults(asked) == []
-
-
-def test_helix_then_ramp_then_plunge():
-    """What fits: a circle in a wide pocket, to and fro in a narrow one, straight down in a point contact; and the message."""
-    wide = cycle.pocket_plan(request())
-    first = [m for m in wide.moves if not isinstance(m, Rapid)][0]
-    assert isinstance(first, Arc) and first.z is not None and wide.plunges == ()
-    narrow = cycle.pocket_plan(request((rectangle(0, 0, 6.5, 40),)))
-    first = [m for m in narrow.moves if not isinstance(m, Rapid)][0]
-    assert isinstance(first, Line) and first.z is not None and first.z < 1.0 and narrow.plunges == ()
-    short = cycle.pocket_plan(request((rectangle(0, 0, 6.5, 8),)))
-    assert len(short.plunges) == 1
-    text, _ = short.notes[0]
-    assert text == "no clearance for a helix or a ramp, so the tool plunges at E in 1 place, the first at X{x} Y{y}"
-
-
-@pytest.mark.parametrize("angle", [1.0, 3.0, 20.0])
-@pytest.mark.parametrize("wide", [6.5, 40.0])
-def test_entries_keep_the_angle(angle, wide):
-    asked = request((rectangle(0, 0, wide, 40),), ramp_angle=angle)
-    assert faults(asked) == []
-    falls = [math.degrees(math.atan2(e.a[2] - e.b[2], e.radius * abs(e.sweep[1]) if e.kind == "arc" else math.dist(e.a[:2], e.b[:2])))
-             for e in walked(asked) if e.kind != "rapid" and e.a[2] - e.b[2] > 1e-9 and math.dist(e.a, e.b) > 0.6 or e.kind == "arc"]
-    assert max(falls) == pytest.approx(angle, rel=0.35)     # and no flatter than whole turns need
-
-
-def test_ninety_degrees_is_a_plunge():
-    assert len(cycle.pocket_plan(request(ramp_angle=90.0)).plunges) == 1
-
-
-def test_a_helix_never_leaves_the_field():
-    field, = machinable.split(make_contour(rectangle(0, 0, 10, 10)), [], 3.0)
-    track = make_track(elements.make_lines(np.array([[3.0, 5.0]]), np.array([[3.0, 7.0]])))
-    how = entries.entry(field, track, 3.0, 4.0, math.radians(3))
-    assert isinstance(how, entries.Helix) and how.centre[0] == pytest.approx(3.0 + how.radius) and how.radius <= 2.0
-    assert 2 * math.pi * how.radius * how.turns * math.tan(math.radians(3)) >= 4.0
-
-
-@pytest.mark.parametrize("z", [10.0, 1.0, -2.0])
-def test_lead_in_and_out(z):
-    """Up first where the tool stands below R; across; down; and on the clearance plane at the end."""
-    found = walked(request(start=(100.0, 0.0, z)))
-    assert found[-1].b[2] == 1.0
-    across = next(e for e in found if e.a[:2] != e.b[:2])
-    assert across.kind == "rapid" and across.a[2] == across.b[2] == max(z, 1.0)
-
-
-@pytest.mark.parametrize("strategy", sorted(NAMES))
-def test_rapids_across_stay_on_the_clearance_plane(strategy):
-    """And down there only straight up and down: the guard of the stock tracker need not know where the tool will turn."""
-    asked = request((rectangle(0, 0, 80, 40), circle(6, (30, 20))), strategy=strategy, depth_step=2.5)
-    heights = {round(e.a[2], 6) for e in walked(asked)[1:] if e.kind == "rapid" and e.a[:2] != e.b[:2]}
-    assert heights <= {1.0}
-
-
 def test_the_same_request_gives_the_same_moves():
     asked = request((BOX, circle(6, (30, 20))))
     first = cycle.pocket_plan(asked)
@@ -313,60 +231,6 @@ def test_an_open_loop_is_no_pocket(parts, kind):
     with pytest.raises(ContourError) as error:
         cycle.pocket_plan(request((parts,)))
     assert error.value.kind == kind
-
-
-# ---- the oracle must be able to fail -----------------------------------------------------------------------------
-
-JUDGED = request((BOX, circle(6, (30, 20))), depth_step=2.5)
-
-
-def sabotaged(change):
-    """Faults after change(list of moves)."""
-    moves = list(cycle.pocket_plan(JUDGED).moves)
-    return " ".join(faults(JUDGED, change(moves)))
-
-
-def nth(moves, kind, n, wanted=lambda m: True):
-    return [k for k, m in enumerate(moves) if isinstance(m, kind) and wanted(m)][n]
-
-
-def test_the_oracle_finds_nothing_in_the_original():
-    assert faults(JUDGED) == []
-
-
-def test_the_oracle_sees_a_gouge():
-    def closer(moves):
-        k = nth(moves, Line, -2, lambda m: m.z is None)
-        return moves[:k] + [replace(moves[k], x=moves[k].x + 0.01, y=moves[k].y + 0.01)] + moves[k + 1:]
-    assert "gouge" in sabotaged(closer) or "gouge" in sabotaged(lambda m: [
-        replace(e, y=e.y - 0.002) if getattr(e, "y", None) is not None and not isinstance(e, Arc) else e for e in m])
-    assert "gouge" in sabotaged(lambda m: m[:-1] + [Line(x=30.0, y=20.0, feed=600.0)] + m[-1:])     # into the island
-    assert "gouge" in sabotaged(lambda m: m[:-1] + [Line(x=90.0, y=20.0, feed=600.0)] + m[-1:])     # outside
-
-
-def test_the_oracle_sees_residue_and_a_wall_left_out():
-    """A third of the moves of the last level gone; and the last ring about the island alone."""
-    assert "residue" in sabotaged(lambda m: m[:5 * len(m) // 6] + m[-1:])
-    last = lambda m: m[:nth(m, Arc, -1, lambda a: a.z is None)] + m[-1:]  # noqa: E731
-    assert "wall not run" in sabotaged(last)
-
-
-def test_the_oracle_sees_a_rapid_through_stock():
-    def rapid(moves):
-        k = max((k for k, m in enumerate(moves) if isinstance(m, Line) and m.z is None and k < len(moves) // 3),
-                key=lambda k: math.dist((moves[k].x, moves[k].y), (moves[k - 1].x or 0, moves[k - 1].y or 0)))
-        return moves[:k] + [Rapid(x=moves[k].x, y=moves[k].y)] + moves[k + 1:]
-    assert "rapid" in sabotaged(rapid)
-    assert "rapid" in sabotaged(lambda m: [Rapid(z=1.0), Rapid(x=20.0, y=30.0), Rapid(z=0.9)] + m)
-
-
-def test_the_oracle_sees_entries_and_floor():
-    steep = request((BOX, circle(6, (30, 20))), depth_step=2.5, ramp_angle=4.0)
-    moves = cycle.pocket_plan(steep).moves
-    assert "slope" in " ".join(oracle.judge(case_of(steep), trace.walk(moves, steep.start), 3.0, cycle.GAP_MM, ()))
-    k = nth(moves, Arc, 0)
-    assert "plunge" in sabotaged(lambda m: m[:k] + [Line(z=-1.5, feed=1.0)] + m[k:])
-    assert "too deep" in sabotaged(lambda m: m[:-1] + [Line(z=-4.01, feed=1.0)] + m[-1:])
 
 
 def test_rest_tracks_find_what_a_bad_strategy_leaves():

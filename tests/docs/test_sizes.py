@@ -18,7 +18,6 @@ LONG_FILES = {
     "tests/core/test_core.c": 504,
     "tests/core/test_feed.py": 386,
     "tests/cycles/test_contour_chop.py": 355,
-    "tests/cycles/test_pocket.py": 394,
     "tests/filter/test_filter.py": 357,
     "tests/panel/test_panel_ahead.py": 358,
     "tests/panel/test_panel_server.py": 400,

@@ -9,7 +9,7 @@ loop.  No offset is computed.
                the end where the tool reaches, and the section area along the path
   walls()      places the tool touches a wall from: each must have been visited at final depth
   entries()    feeds that go down: none steeper than the ramp, but the plunges that were announced
-Each has been seen to fail: tests/cycles/test_pocket.py feeds sabotaged moves.  Lengths mm.
+Each has been seen to fail: tests/oracles/test_pocket_oracle.py feeds sabotaged moves.  Lengths mm.
 """
 import math
 from dataclasses import dataclass
