@@ -1,44 +1,14 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The feed law: F = Q / A at the tool, braking before the load, modes, floor, fallback."""
+
 import math
 
 import numpy as np
 import pytest
 
-from chipwise.stock import core, layout
+from chipwise.stock import core
+from support.feed_cases import OFF, LIMIT, CONSTANT, WINDOW, NOTHING, HERE, AHEAD, FLOOR, CEILING, FALLBACK, given, law, hostile
 from support.random_cases import random_count, random_seed, write_replay
-
-OFF, LIMIT, CONSTANT, WINDOW = layout.FeedMode
-NOTHING, HERE, AHEAD, FLOOR, CEILING, FALLBACK = layout.LimitedBy
-# Short names of the cases -> members of FeedIn.
-MEMBERS = {
-    "kind": "feed_mode", "target": "mrr_target_mm3_s", "lower": "mrr_lower_mm3_s", "programmed": "programmed_vel_mm_s",
-    "requested": "requested_vel_mm_s", "accel": "acceleration_mm_s2", "floor": "min_vel_mm_s", "dt": "period_s",
-    "trusted": "is_trusted", "area": "section_area_mm2", "tool_target": "tool_max_rate_mm3_s", "most": "max_vel_mm_s",
-    "floor_share": "min_scale_of_f", "most_share": "max_scale_of_f", "air": "air_vel_mm_s", "plunge": "plunge_vel_mm_s",
-    "upward": "dir_z", "chip": "max_chip_thickness_mm", "teeth": "flutes", "turns": "spindle_speed_rps",
-    "tool_width": "tool_diameter_mm", "stock_height": "depth_mm", "knob": "feed_override_share", "jerk": "max_jerk_mm_s3",
-    "speed": "current_vel_mm_s", "gain": "current_accel_mm_s2"}
-ODD = [math.nan, math.inf, -math.inf, 0.0, -0.0, -1.0, 1e-9, 5e-324, 1.0, 60.0, 1e308, -1e308]
-
-
-def given(**values):
-    """A sound input: target 60 mm3/s, F and requested 10 mm/s, 500 mm/s2, 1 ms; changed by
-    `values`; ahead=[(distance, area), ..]."""
-    into = core.FeedIn()
-    into.feed_mode, into.mrr_target_mm3_s, into.mrr_lower_mm3_s = LIMIT, 60.0, 0.0
-    into.programmed_vel_mm_s = into.requested_vel_mm_s = 10.0
-    into.motion, into.acceleration_mm_s2, into.period_s, into.is_trusted = layout.MOTION_FEED, 500.0, 0.001, 1
-    for i, (distance, area) in enumerate(values.pop("ahead", [])):
-        into.load_distance_mm[i], into.load_area_mm2[i] = distance, area
-    for name, value in values.items():
-        setattr(into, MEMBERS.get(name, name), value)
-    return into
-
-
-def law(last=1.0, **values):
-    out = core.feed(given(**values), last)
-    return out.scale, out.limit
 
 
 def test_at_the_tool():
@@ -139,22 +109,6 @@ def test_no_requested_velocity(requested):
     assert law(area=12.0, requested=requested) == (1.0, FALLBACK)
 
 
-def hostile(random):
-    names = ["target", "lower", "programmed", "requested", "accel", "floor", "dt", "area", "tool_target", "most",
-             "floor_share", "most_share", "air", "plunge", "upward", "chip", "teeth", "turns", "tool_width",
-             "stock_height"]
-    case = {"kind": int(random.integers(-1, 6)), "motion": int(random.integers(0, 5)),
-            "trusted": int(random.integers(0, 4) != 0), "last": 1.0, "ahead": []}
-    for name in random.choice(names, random.integers(1, 10), replace=False):
-        case[str(name)] = ODD[random.integers(len(ODD))]
-    if random.integers(2):
-        case["ahead"] = [(ODD[random.integers(len(ODD))], ODD[random.integers(len(ODD))])
-                         for _ in range(random.integers(1, 9))]
-    if random.integers(4) == 0:
-        case["last"] = ODD[random.integers(len(ODD))]
-    return case
-
-
 def test_hostile_input():
     """Whatever comes in: finite, 0 <= scale <= 1, a known code."""
     seed, random = random_seed(), np.random.default_rng(random_seed())
@@ -164,22 +118,6 @@ def test_hostile_input():
         scale, by = law(values.pop("last"), **values)
         if not (0.0 <= scale <= 1.0 and by in range(6)):
             pytest.fail(f"seed {seed}: scale {scale}, by {by}; {write_replay('feed', case)}")
-
-
-def test_hostile_easing():
-    """Whatever comes in, period after period: finite, 0 <= scale <= that of the law."""
-    seed, random = random_seed(), np.random.default_rng(random_seed())
-    easing = core.FeedEasing()
-    for _ in range(max(random_count(0), 20000)):
-        case = hostile(random)
-        values = dict(case)
-        last = values.pop("last")
-        given_now = given(**values)
-        law_now = core.feed(given_now, last)
-        recover, band = (ODD[random.integers(len(ODD))] for _ in range(2))
-        scale = core.ease(easing, given_now, law_now, recover, band).scale
-        if not 0.0 <= scale <= law_now.scale:
-            pytest.fail(f"seed {seed}: {scale} of {law_now.scale}; {write_replay('easing', case)}")
 
 
 def test_sound_random_input():
@@ -288,99 +226,3 @@ def test_unknown_chip():
         assert law(area=4.0, **{**CHIP, missing: 0.0}) == (1.0, CEILING)
         assert law(area=4.0, **{**CHIP, missing: math.nan}) == (1.0, CEILING)
     assert law(area=1e9, stock_height=4.0, **{**CHIP, "target": 1e300})[0] == pytest.approx(0.04 * math.pi / 2)
-
-
-# --- easing ------------------------------------------------------------------------------------
-
-def eased(scales, recover=0.0, deadband=0.0):
-    """The scales of the law (limited by the stock here), one a period -> what is given out."""
-    easing, values = core.FeedEasing(), given()
-    return [core.ease(easing, values, core.FeedOut(scale, HERE), recover, deadband).scale for scale in scales]
-
-
-def test_drops_pass_at_once_and_rises_climb():
-    """500 mm/s2 in 1 ms at 10 mm/s: 0.05 a period."""
-    assert eased([0.5, 0.2, 0.4, 0.4, 0.4, 0.4, 0.4, 0.1], recover=500.0) == \
-        pytest.approx([0.5, 0.2, 0.25, 0.3, 0.35, 0.4, 0.4, 0.1])
-    assert eased([0.5, 0.2, 0.4]) == pytest.approx([0.5, 0.2, 0.4])
-
-
-def test_deadband_holds_rises_only():
-    """10 %: a rise to 0.55 is held, one to 0.56 passes; the smallest drop passes."""
-    assert eased([0.5, 0.54, 0.549, 0.56, 0.559, 0.6, 0.62], deadband=0.1) == \
-        pytest.approx([0.5, 0.5, 0.5, 0.56, 0.559, 0.559, 0.62])
-
-
-def test_deadband_and_climb():
-    """The climb goes on behind the deadband and shows in steps."""
-    scales = eased([0.2] + [0.4] * 6, recover=500.0, deadband=0.4)
-    assert scales == pytest.approx([0.2, 0.2, 0.3, 0.3, 0.3, 0.3, 0.3])
-    top = core.FeedEasing()
-    for scale, by, expected in ((0.5, HERE, 0.5), (0.52, NOTHING, 0.52), (0.51, HERE, 0.51), (0.53, CEILING, 0.53)):
-        assert core.ease(top, given(), core.FeedOut(scale, by), 0.0, 0.1).scale == pytest.approx(expected)
-
-
-def test_never_above_the_law():
-    random = np.random.default_rng(random_seed())
-    for recover, deadband in ((0.0, 0.2), (50.0, 0.0), (200.0, 0.05), (0.0, 5.0)):
-        scales = np.clip(0.5 + np.cumsum(random.normal(0, 0.02, 5000)), 0, 1)
-        assert np.all(np.array(eased(scales, recover, deadband)) <= scales + 1e-15)
-
-
-def test_easing_is_for_the_law_only():
-    """Fallback, rapids and mode 0 go through as they are, and the next feed move starts anew."""
-    easing = core.FeedEasing()
-    low = core.FeedOut(0.1, HERE)
-    for values, law_now in ((given(), core.FeedOut(0.9, FALLBACK)), (given(motion=1), core.FeedOut(1.0, NOTHING)),
-                            (given(kind=OFF), core.FeedOut(1.0, NOTHING))):
-        assert core.ease(easing, given(), low, 1.0, 0.5).scale == pytest.approx(0.1)
-        assert core.ease(easing, values, law_now, 1.0, 0.5).scale == law_now.scale
-        assert core.ease(easing, given(), core.FeedOut(0.3, HERE), 1.0, 0.5).scale == pytest.approx(0.3)
-        easing.is_begun = 0
-
-
-def approach(law_knob, knob, jerk=0.0, law_jerk=0.0, area=30.0, accel=500.0, ceiling=60.0, wall=45.0):
-    """Rate over k Q where the load begins, of a machine that starts from rest `wall` mm before it: it goes at `knob` times what
-    a command, with half the acceleration and, if jerk > 0, with that bound on the jerk; mm, s."""
-    at, v, gain, scale = 0.0, 0.0, 0.0, 1.0
-    while at < wall:
-        goal = knob * scale * ceiling                   # last period's scale, as motion sees it
-        scale = law(scale, kind=CONSTANT, requested=ceiling, programmed=10.0, accel=accel, knob=law_knob, jerk=law_jerk, speed=v,
-                    gain=gain, ahead=[(wall - at, area)])[0]
-        if jerk:
-            wanted = math.copysign(min(math.sqrt(2 * jerk * abs(goal - v)), accel / 2), goal - v)
-            gain += min(max(wanted - gain, -jerk * 0.001), jerk * 0.001)
-        else:
-            gain = min(max((goal - v) / 0.001, -accel / 2), accel / 2)
-        v = max(v + gain * 0.001, 0.01)
-        at += v * 0.001
-    return v * area / (knob * 60.0)
-
-
-@pytest.mark.parametrize("knob", [0.5, 0.8, 1.0, 1.2, 2.0])
-def test_braking_is_reckoned_with_the_operator_s_override(knob):
-    """The target goes with the knob, braking does not: at 120 % the tool has to brake earlier."""
-    assert 0.9 < approach(knob, knob) < 1.01
-
-
-def test_the_check_sees_an_override_left_out():
-    assert approach(1.0, 1.2) > 1.1
-
-
-@pytest.mark.parametrize("jerk", [1000.0, 3000.0, 20000.0, 1e5])
-@pytest.mark.parametrize("knob", [1.0, 1.2])
-def test_braking_is_reckoned_with_the_jerk(jerk, knob):
-    """A planner that bounds the jerk still gains velocity after a command to brake, and builds up its braking."""
-    assert 0.5 < approach(knob, knob, jerk, jerk) < 1.02
-
-
-@pytest.mark.parametrize("jerk", [1000.0, 3000.0])
-def test_the_check_sees_a_jerk_left_out(jerk):
-    assert approach(1.0, 1.0, jerk, 0.0) > 1.5
-
-
-@pytest.mark.parametrize("name", ["knob", "jerk", "speed", "gain"])
-@pytest.mark.parametrize("value", ODD)
-def test_no_override_or_jerk_makes_it_unsound(name, value):
-    scale, _by = law(area=12.0, ahead=[(1.0, 60.0)], **{"jerk": 3000.0, "gain": 100.0, name: value})
-    assert math.isfinite(scale) and 0.0 <= scale <= 1.0

@@ -41,7 +41,7 @@ FAULTS = {
     "BRAKES_LATE": ("brakes too late", "test_feed.py::test_ahead_is_braked_in_time"),
     "CEILING_NOT_BRAKED": ("highest velocity not braked to", "test_feed.py::test_fastest_while_cutting"),
     "CHIP_OF_SMALL_CUT": ("chip as at the small engagement", "test_feed.py::test_mean_chip"),
-    "RISES_AT_ONCE": ("rises at once", "test_feed.py::test_drops_pass_at_once_and_rises_climb"),
+    "RISES_AT_ONCE": ("rises at once", "test_feed_easing.py::test_drops_pass_at_once_and_rises_climb"),
     "BRAKING_AS_IGNORED": ("braking treated as an ignored override", "test_watchdog.py::test_a_machine_that_follows_is_never_stopped"),
     "CEILING_EXPLAINS": ("an ignored override explained by the ceiling", "test_watchdog.py::test_it_is_seen_in_time"),
     "CHORD_AT_ITS_END": ("chord of friction judged at its end", "test_tracer.py::test_friction_on_a_ball"),

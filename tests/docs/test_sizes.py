@@ -16,7 +16,6 @@ LONG_FILES = {
     "remap/chipwise/stock/core.py": 359,
     "tests/check/test_check.py": 380,
     "tests/core/test_core.c": 504,
-    "tests/core/test_feed.py": 386,
     "tests/cycles/test_contour_chop.py": 355,
     "tests/filter/test_filter.py": 357,
     "tests/panel/test_panel_ahead.py": 358,
