@@ -14,7 +14,6 @@ GENERATED = {"remap/chipwise/stock/layout.py", "components/offline/layout_table.
 LONG_FILES = {
     "components/offline/height_sweep.c": 386,
     "remap/chipwise/stock/core.py": 359,
-    "tests/check/test_check.py": 380,
     "tests/core/test_core.c": 504,
     "tests/cycles/test_contour_chop.py": 355,
     "tests/filter/test_filter.py": 357,
