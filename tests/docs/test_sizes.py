@@ -19,7 +19,6 @@ LONG_FILES = {
     "tests/filter/test_filter.py": 357,
     "tests/panel/test_panel_ahead.py": 358,
     "tests/panel/test_panel_server.py": 400,
-    "tests/panel/test_panel_tools.py": 375,
     "tests/support/closed_loop.c": 433,
     "tests/support/foreign.py": 623,
     "tests/support/judge.c": 732,
