@@ -17,7 +17,6 @@ LONG_FILES = {
     "tests/core/test_core.c": 504,
     "tests/cycles/test_contour_chop.py": 355,
     "tests/filter/test_filter.py": 357,
-    "tests/panel/test_panel_ahead.py": 358,
     "tests/support/closed_loop.c": 433,
     "tests/support/foreign.py": 623,
     "tests/support/judge.c": 732,
