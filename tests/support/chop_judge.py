@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Random closed inside contours for the chop, and the verdict on one: shared by test_contour_chop.py and
-bench/bench_chop.py.
+"""Random closed inside contours for the chop, and the verdict on one: shared by test_contour_chop.py,
+test_chop_oracle.py and bench/bench_chop.py.
 
 Run by itself it judges a case again:   tools/judge chop SEED [SEED ..]
 """
@@ -27,6 +27,12 @@ from support.contour_random import contour_case, grid
 OUTSIDE_MM = 0.001      # the target: no kerf further outside the contour
 
 KINDS = ("filleted", "bulged", "slot", "bent slot", "grid", "island")
+SQUARE = [(0.0, 0.0), (40.0, 0.0), (40.0, 40.0), (0.0, 40.0)]
+
+
+def outline(*points):
+    """A closed loop of lines."""
+    return [LineElement(p, points[(k + 1) % len(points)], k + 1) for k, p in enumerate(points)]
 
 
 def from_line_end(path, segments, tool_radius):

@@ -6,7 +6,7 @@ does as motions in the same tuples, in their order, and judges:
   outside()        how far a kerf reaches beyond the finish shape, by exact distances
   final_pieces()   the loose pieces at the end: shapely, finer than the package draws, kerfs with their round ends
   Stage            stock as cells, flood fill: the pieces that are loose at any time
-Each has been seen to fail: tests/cycles/test_contour_chop.py feeds sabotaged motions.
+Each has been seen to fail: tests/oracles/test_chop_oracle.py feeds sabotaged motions.
 """
 import math
 
