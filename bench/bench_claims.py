@@ -27,7 +27,7 @@ import numpy as np
 from roots import ROOT
 import bench_time
 from support.claims import Condition
-from support import claims, foreign, speed_log
+from support import claims, foreign, foreign_post, speed_log
 from support import judge as judging
 from chipwise.headless import runner
 from rows import row
@@ -58,14 +58,14 @@ def own_tools(text):
 
 
 def own_programs():
-    """{name: foreign.Program} of nc_files/, described by their own comments and the sample tables."""
+    """{name: foreign_post.Program} of nc_files/, described by their own comments and the sample tables."""
     found = {}
     for path in sorted((ROOT / "nc_files").glob("*.ngc")):
         text = path.read_text()
         if not re.search(r"^M251", text, re.M):
             continue
         _radius, low, high, _target = bench_time.facts(text)
-        found[path.stem] = foreign.Program(path.stem, text, judging.Blank.corners(low, high), own_tools(text), "own")
+        found[path.stem] = foreign_post.Program(path.stem, text, judging.Blank.corners(low, high), own_tools(text), "own")
     return found
 
 

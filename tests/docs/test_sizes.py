@@ -16,7 +16,6 @@ LONG_FILES = {
     "remap/chipwise/stock/core.py": 359,
     "tests/core/test_core.c": 504,
     "tests/support/closed_loop.c": 433,
-    "tests/support/foreign.py": 623,
     "tests/support/judge.c": 732,
     "tests/support/scripted_display.py": 541,
 }
@@ -28,7 +27,6 @@ LONG_FUNCTIONS = {
     ("tests/components/command/stimulus.py", "stimulus"): 85,
     ("tests/core/test_fuzz.c", "check_feed"): 91,
     ("tests/core/test_hold.c", "main"): 57,
-    ("tests/support/foreign.py", "mastercam_inch"): 56,
     ("tests/support/judge.c", "judge_chords"): 57,
     ("tests/support/judge.c", "judge_needles"): 66,
     ("tests/support/pattern_oracle.py", "random_sub"): 61,
