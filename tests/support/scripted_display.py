@@ -65,12 +65,8 @@ program look, nothing that was there for a period is missed.  Pins that are not 
 The answers go to CHIPWISE_ANSWERS as one JSON list.  CHIPWISE_PATIENCE: s of real time that they may take.
 """
 
-import contextlib
-import ctypes
 import json
-import operator as relations
 import os
-import signal
 import subprocess
 import sys
 import tempfile
@@ -82,38 +78,25 @@ sys.path[:0] = [os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', f
 import hal                                                      # noqa: E402
 import linuxcnc                                                 # noqa: E402
 
-from chipwise import halcmd, processes                          # noqa: E402
+from chipwise import halcmd                                     # noqa: E402
 from chipwise.headless import log as runlog                     # noqa: E402
 from chipwise.headless import sampling, session                 # noqa: E402
 
-from support.servo_record import Record, RecordError     # noqa: E402
+from support.display_processes import ProcessSteps              # noqa: E402
+from support.display_program import WAIT_S, ProgramSteps        # noqa: E402
+from support.servo_record import Record, RecordError            # noqa: E402
 
 # Steps that set the machine going: what comes of them counts from their beginning, of all others from their end.
 BEGINNING = ('start', 'begin', 'run from', 'run_from', 'mdi quietly', 'resume', 'reverse', 'forward')
 LOOKING = ('until', 'over', 'sleep', 'pins', 'program')            # these do nothing to the machine
-IDLE_POLLS = 20             # a program that has been idle so often is over, however short it was
 SETTLE_S = 0.3      # the monitor's messages come this late at most
 # In real time, however fast the clock is: a busy computer takes that longer.
 PATIENCE_S = float(os.environ.get('CHIPWISE_PATIENCE', '240')) * session.SPEED     # for all steps from the start, or a step "fresh", on
-WAIT_S = 400 * session.SPEED        # for one
 FRESH = ('M252', 'M52 P0', 'G17 G21 G40 G49 G54 G80 G90 G91.1 G94 G97 G64 P0.01 M48 M5', 'G10 L2 P1 X0 Y0 Z0 R0', 'G92.1',
          'G53 G0 Z89.9', 'G53 G0 X0 Y0', 'T0 M6', 'M250 P-49 Q-49 R-59 I1 J1 K1')   # RS274NGC_STARTUP_CODE of the INI files, and more
 
-STATUS_KEY = 1002
 
-
-class SemaphoreOperation(ctypes.Structure):
-    """struct sembuf of <sys/sem.h>."""
-    _fields_ = [(name, ctypes.c_short) for name in ('sem_num', 'sem_op', 'sem_flg')]
-
-
-def send(pid, number):
-    """A signal to a process, which may be gone by now: the worker of chipwise-monitor ends with its parent."""
-    with contextlib.suppress(ProcessLookupError):
-        os.kill(pid, number)
-
-
-class Operator:
+class Operator(ProgramSteps, ProcessSteps):
     def __init__(self, steps):
         session.wait_for_task(time.monotonic() + session.STEP_TIMEOUT_S)
         self.machine = session.Session(time.monotonic() + PATIENCE_S)
@@ -216,240 +199,6 @@ class Operator:
         time.sleep(seconds)
         self.record.pass_by(seconds if self.record.columns else 0)
 
-    def open(self, program):
-        self.machine.open(program)
-
-    def run_from(self, line=0):
-        self.machine.set_mode(linuxcnc.MODE_AUTO, 'auto')
-        self.run(line)
-
-    def run_until_stopped(self, seconds, line=0):
-        self.run_from(line)
-        end, idle = time.monotonic() + max(seconds, WAIT_S), 0
-        while time.monotonic() < end and idle < 20:
-            self.machine.poll()
-            status = self.machine.status
-            if self.pins('chipwise-guard.0.stop') == ['TRUE']:
-                self.machine.wait('stand', lambda s: s.current_vel == 0)
-                time.sleep(0.2)
-                return True
-            idle = idle + 1 if status.interp_state == linuxcnc.INTERP_IDLE and status.inpos else 0
-            time.sleep(0.01)
-        return False
-
-    def run_until(self, axis, value):
-        self.run_from()
-        self.machine.wait('axis %d at %g' % (axis, value), lambda s: s.position[axis] > value, WAIT_S)
-
-    def start(self, text):
-        self.open_text(text)
-        self.run()
-
-    def open_text(self, text):
-        with tempfile.NamedTemporaryFile('w', suffix='.ngc', delete=False) as program:
-            program.write(text)
-        self.machine.open(program.name)
-
-    def run(self, line=0):
-        """Begin the open program; returns when it runs, was refused, or is over already."""
-        idle, errors = 0, len(self.machine.errors)
-        self.machine.command.auto(linuxcnc.AUTO_RUN, line)
-
-        def started(status):
-            nonlocal idle
-            idle += status.echo_serial_number >= self.machine.command.serial
-            return status.interp_state != linuxcnc.INTERP_IDLE or len(self.machine.errors) > errors or idle > IDLE_POLLS
-        self.machine.wait('start', started)
-
-    def until(self, pin, relation, number):
-        holds = {'>': relations.gt, '<': relations.le, '=': relations.eq}[relation]
-        if pin in self.record.columns:
-            self.machine.wait(f'{pin} {relation} {number}', self.record.first(pin, lambda value: holds(value, number)), WAIT_S)
-            return self.record.row(self.record.mark)[self.record.columns[pin]]
-        self.machine.wait(f'{pin} {relation} {number}', lambda _s: holds(hal.get_value(pin), number), WAIT_S)
-        self.record.now()
-        return hal.get_value(pin)
-
-    def pause(self):
-        self.machine.command.auto(linuxcnc.AUTO_PAUSE)
-        self.machine.wait('pause', lambda s: s.paused and s.current_vel < 1e-9)
-
-    def resume(self):
-        self.machine.command.auto(linuxcnc.AUTO_RESUME)
-        self.machine.wait('resume', lambda s: not s.paused)
-
-    def reverse(self):
-        self.machine.command.auto(linuxcnc.AUTO_REVERSE)
-
-    def forward(self):
-        self.machine.command.auto(linuxcnc.AUTO_FORWARD)
-
-    def step_to_end(self, most=20):
-        """Single steps until the program has ended; -> how many."""
-        for count in range(1, most + 1):
-            self.machine.command.auto(linuxcnc.AUTO_STEP)
-            # not wait_complete(): the task calls a program in single steps under way until its end
-            self.machine.wait('the task has the step', lambda s: s.echo_serial_number >= self.machine.command.serial, WAIT_S)
-            self.record.now()
-            self.sleep(0.2)
-            self.machine.wait('step', lambda s: s.current_vel < 1e-9, WAIT_S)
-            if self.machine.status.interp_state == linuxcnc.INTERP_IDLE:
-                return count
-        return None
-
-    def abort(self):
-        self.machine.command.abort()
-        self.machine.wait('abort', lambda s: s.interp_state == linuxcnc.INTERP_IDLE and s.inpos)
-
-    def stop(self, how, seconds):
-        machine = self.machine
-        machine.set_mode(linuxcnc.MODE_AUTO, 'auto')
-        machine.command.auto(linuxcnc.AUTO_RUN, 0)
-        time.sleep(seconds)
-        machine.poll()
-        busy = machine.status.interp_state != linuxcnc.INTERP_IDLE
-        waited, began = self.waited(), time.monotonic()
-        if how == 'abort':
-            machine.command.abort()
-        else:
-            machine.command.state(linuxcnc.STATE_ESTOP)
-        times = []
-        for done in (lambda s: s.task_state == linuxcnc.STATE_ESTOP if how == 'estop' else
-                     s.interp_state == linuxcnc.INTERP_IDLE, lambda s: s.current_vel == 0):
-            while True:
-                machine.poll()
-                if done(machine.status) or time.monotonic() - began > WAIT_S:
-                    break
-                time.sleep(0.002)
-            times.append(time.monotonic() - began - (self.waited() - waited))
-        if how == 'estop':
-            machine.switch_on()
-        return dict(served=times[0], stood=times[1], busy=busy)
-
-    def begin(self):
-        self.machine.set_mode(linuxcnc.MODE_AUTO, 'auto')
-        self.machine.command.auto(linuxcnc.AUTO_RUN, 0)
-
-    @staticmethod
-    def planners():
-        return sum(any(b'planner_runner.py' in word for word in processes.command_line(pid)) for pid in processes.pids())
-
-    @staticmethod
-    def kill(name):
-        for process in processes.named(name):
-            send(process, signal.SIGKILL)
-
-    @staticmethod
-    def waited():
-        """s for which LinuxCNC and this program have waited for a processor."""
-        total = 0
-        for process in [os.getpid()] + processes.named('milltask', 'rtapi_app', 'io'):
-            for thread in os.listdir(f'/proc/{process}/task'):
-                with open(f'/proc/{process}/task/{thread}/schedstat') as handle:
-                    total += int(handle.read().split()[1])
-        return total / 1e9
-
-    @staticmethod
-    def monitors():
-        """Processes of chipwise-monitor that live."""
-        return [pid for pid in processes.pids() if processes.command_line(pid)[-1:] == [b'monitor']]
-
-    def kill_monitor(self):
-        for process in self.monitors():
-            send(process, signal.SIGKILL)
-        while self.monitors():
-            time.sleep(0.01)
-
-    def workers(self):
-        """Those of the two that do the work: the children of the others."""
-        both = self.monitors()
-        return [pid for pid in both if [parent for parent in processes.stat_fields(pid)[1:2] if int(parent) in both]]
-
-    def kill_worker(self):
-        """The child of the two; the parent starts another one."""
-        workers = self.workers()
-        for process in workers:
-            send(process, signal.SIGKILL)
-        return bool(workers)
-
-    def freeze_worker(self):
-        """The process that does the work of chipwise-monitor is stopped until thaw_worker()."""
-        self.frozen = self.workers()
-        for process in self.frozen:
-            send(process, signal.SIGSTOP)
-        return len(self.frozen)
-
-    def thaw_worker(self):
-        for process in self.frozen:
-            send(process, signal.SIGCONT)
-
-    def busy(self, number):
-        for _ in range(number):
-            subprocess.Popen(['sh', '-c', 'while :; do :; done'], stdin=subprocess.DEVNULL)
-
-    def hold_status(self, seconds):
-        """The semaphore of emcStatus, whose key is in linuxcnc.nml."""
-        libc = ctypes.CDLL(None, use_errno=True)
-        number = libc.semget(STATUS_KEY, 1, 0)
-        take, give = (SemaphoreOperation(0, step, 0) for step in (-1, 1))
-        for operation, pause in ((take, seconds * session.SPEED), (give, 0)):
-            if number < 0 or libc.semop(number, ctypes.byref(operation), 1):
-                raise session.SessionError('status buffer: %s' % os.strerror(ctypes.get_errno()))
-            time.sleep(pause)
-
-    def signal_monitor(self, name):
-        for process in self.monitors():
-            send(process, getattr(signal, 'SIG' + name))
-
-    def kill_monitor_in(self, line, what, seconds):
-        monitors = self.monitors()
-        before = set(os.listdir(what)) if what != 'hold' else ()
-        self.machine.set_mode(linuxcnc.MODE_MDI, 'MDI')
-        while not self.caught(line, lambda: hal.get_value('chipwise-monitor.hold') if what == 'hold' else set(os.listdir(what)) - before):
-            self.errors()               # of the line that was over before this program had a look: it is begun again
-        time.sleep(seconds)
-        for process in monitors:
-            send(process, signal.SIGKILL)
-        while self.monitors():
-            time.sleep(0.01)
-
-    def caught(self, line, there):
-        """Begin an MDI line; -> whether `there()` was seen before the line was over."""
-        idle = 0
-        self.machine.command.mdi(line)
-
-        def seen(status):
-            nonlocal idle
-            idle = idle + 1 if status.echo_serial_number >= self.machine.command.serial and status.interp_state == linuxcnc.INTERP_IDLE else 0
-            return idle > IDLE_POLLS or bool(there())
-        self.machine.wait(line, seen, WAIT_S)
-        return idle <= IDLE_POLLS
-
-    def start_monitor(self):
-        program = os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..', 'bin', 'chipwise')
-        env = {name: value for name, value in os.environ.items() if name != 'INI_FILE_NAME'}
-        env['PYTHONFAULTHANDLER'] = '1'         # for what_it_does()
-        started = subprocess.Popen([program, 'monitor'], cwd='/', env=env, stdin=subprocess.DEVNULL)
-
-        def ready(_status):
-            states = [line.split() for line in halcmd.attempt('show', 'comp').stdout.splitlines()]
-            if started.poll() is not None:
-                raise session.SessionError(f'the new chipwise-monitor has ended with status {started.returncode}')
-            return any(words[2].startswith('chipwise-monitor') and words[3:] == [str(started.pid), 'ready']
-                       for words in states if len(words) > 3)
-        try:
-            self.machine.wait('a new chipwise-monitor', ready, WAIT_S)
-        except session.SessionError as error:
-            raise session.SessionError(f'{error}; {self.what_it_does(started.pid)}') from error
-
-    @staticmethod
-    def what_it_does(pid):
-        """A process and those it started, and the components in HAL, for a failure's text; where it is in its source it prints."""
-        there = [(each, processes.command_line(each), processes.stat_fields(each)[:1]) for each in [pid, *processes.descendants(pid)]]
-        text = f'{there}\n{halcmd.attempt("show", "comp").stdout}'
-        send(pid, signal.SIGABRT)
-        return text
-
     def mdi_end(self):
         self.machine.wait('end of the line', lambda s: s.interp_state == linuxcnc.INTERP_IDLE and s.inpos, WAIT_S)
         return self.errors()
@@ -485,21 +234,6 @@ class Operator:
 
     def on(self):
         self.machine.switch_on()
-
-    def finish(self):
-        self.machine.wait('end of program', lambda s: s.interp_state == linuxcnc.INTERP_IDLE and s.inpos, WAIT_S)
-        return self.errors()
-
-    def over(self, seconds, *pins):
-        if all(pin in self.record.columns for pin in pins):
-            return self.record.span(seconds, pins)
-        end, found = time.monotonic() + seconds, [[float('inf'), float('-inf')] for _ in pins]
-        while time.monotonic() < end:
-            for span, pin in zip(found, pins):
-                value = float(hal.get_value(pin))
-                span[:] = min(span[0], value), max(span[1], value)
-            time.sleep(0.001)
-        return found
 
     def feed_override(self, factor):
         self.machine.command.feedrate(factor)

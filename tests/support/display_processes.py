@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Steps of scripted_display.py that look at processes, stop, kill and start them, chipwise-monitor above all.  Its head says what each step is."""
+
+import contextlib
+import ctypes
+import os
+import signal
+import subprocess
+import time
+
+import hal
+import linuxcnc
+
+from chipwise import halcmd, processes
+from chipwise.headless import session
+
+from support.display_program import IDLE_POLLS, WAIT_S
+
+STATUS_KEY = 1002
+
+
+class SemaphoreOperation(ctypes.Structure):
+    """struct sembuf of <sys/sem.h>."""
+    _fields_ = [(name, ctypes.c_short) for name in ('sem_num', 'sem_op', 'sem_flg')]
+
+
+def send(pid, number):
+    """A signal to a process, which may be gone by now: the worker of chipwise-monitor ends with its parent."""
+    with contextlib.suppress(ProcessLookupError):
+        os.kill(pid, number)
+
+
+class ProcessSteps:
+    """Of an Operator, which has a machine (chipwise.headless.session)."""
+
+    @staticmethod
+    def planners():
+        return sum(any(b'planner_runner.py' in word for word in processes.command_line(pid)) for pid in processes.pids())
+
+    @staticmethod
+    def kill(name):
+        for process in processes.named(name):
+            send(process, signal.SIGKILL)
+
+    @staticmethod
+    def waited():
+        """s for which LinuxCNC and this program have waited for a processor."""
+        total = 0
+        for process in [os.getpid()] + processes.named('milltask', 'rtapi_app', 'io'):
+            for thread in os.listdir(f'/proc/{process}/task'):
+                with open(f'/proc/{process}/task/{thread}/schedstat') as handle:
+                    total += int(handle.read().split()[1])
+        return total / 1e9
+
+    @staticmethod
+    def monitors():
+        """Processes of chipwise-monitor that live."""
+        return [pid for pid in processes.pids() if processes.command_line(pid)[-1:] == [b'monitor']]
+
+    def kill_monitor(self):
+        for process in self.monitors():
+            send(process, signal.SIGKILL)
+        while self.monitors():
+            time.sleep(0.01)
+
+    def workers(self):
+        """Those of the two that do the work: the children of the others."""
+        both = self.monitors()
+        return [pid for pid in both if [parent for parent in processes.stat_fields(pid)[1:2] if int(parent) in both]]
+
+    def kill_worker(self):
+        """The child of the two; the parent starts another one."""
+        workers = self.workers()
+        for process in workers:
+            send(process, signal.SIGKILL)
+        return bool(workers)
+
+    def freeze_worker(self):
+        """The process that does the work of chipwise-monitor is stopped until thaw_worker()."""
+        self.frozen = self.workers()
+        for process in self.frozen:
+            send(process, signal.SIGSTOP)
+        return len(self.frozen)
+
+    def thaw_worker(self):
+        for process in self.frozen:
+            send(process, signal.SIGCONT)
+
+    def busy(self, number):
+        for _ in range(number):
+            subprocess.Popen(['sh', '-c', 'while :; do :; done'], stdin=subprocess.DEVNULL)
+
+    def hold_status(self, seconds):
+        """The semaphore of emcStatus, whose key is in linuxcnc.nml."""
+        libc = ctypes.CDLL(None, use_errno=True)
+        number = libc.semget(STATUS_KEY, 1, 0)
+        take, give = (SemaphoreOperation(0, step, 0) for step in (-1, 1))
+        for operation, pause in ((take, seconds * session.SPEED), (give, 0)):
+            if number < 0 or libc.semop(number, ctypes.byref(operation), 1):
+                raise session.SessionError('status buffer: %s' % os.strerror(ctypes.get_errno()))
+            time.sleep(pause)
+
+    def signal_monitor(self, name):
+        for process in self.monitors():
+            send(process, getattr(signal, 'SIG' + name))
+
+    def kill_monitor_in(self, line, what, seconds):
+        monitors = self.monitors()
+        before = set(os.listdir(what)) if what != 'hold' else ()
+        self.machine.set_mode(linuxcnc.MODE_MDI, 'MDI')
+        while not self.caught(line, lambda: hal.get_value('chipwise-monitor.hold') if what == 'hold' else set(os.listdir(what)) - before):
+            self.errors()               # of the line that was over before this program had a look: it is begun again
+        time.sleep(seconds)
+        for process in monitors:
+            send(process, signal.SIGKILL)
+        while self.monitors():
+            time.sleep(0.01)
+
+    def caught(self, line, there):
+        """Begin an MDI line; -> whether `there()` was seen before the line was over."""
+        idle = 0
+        self.machine.command.mdi(line)
+
+        def seen(status):
+            nonlocal idle
+            idle = idle + 1 if status.echo_serial_number >= self.machine.command.serial and status.interp_state == linuxcnc.INTERP_IDLE else 0
+            return idle > IDLE_POLLS or bool(there())
+        self.machine.wait(line, seen, WAIT_S)
+        return idle <= IDLE_POLLS
+
+    def start_monitor(self):
+        program = os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..', 'bin', 'chipwise')
+        env = {name: value for name, value in os.environ.items() if name != 'INI_FILE_NAME'}
+        env['PYTHONFAULTHANDLER'] = '1'         # for what_it_does()
+        started = subprocess.Popen([program, 'monitor'], cwd='/', env=env, stdin=subprocess.DEVNULL)
+
+        def ready(_status):
+            states = [line.split() for line in halcmd.attempt('show', 'comp').stdout.splitlines()]
+            if started.poll() is not None:
+                raise session.SessionError(f'the new chipwise-monitor has ended with status {started.returncode}')
+            return any(words[2].startswith('chipwise-monitor') and words[3:] == [str(started.pid), 'ready']
+                       for words in states if len(words) > 3)
+        try:
+            self.machine.wait('a new chipwise-monitor', ready, WAIT_S)
+        except session.SessionError as error:
+            raise session.SessionError(f'{error}; {self.what_it_does(started.pid)}') from error
+
+    @staticmethod
+    def what_it_does(pid):
+        """A process and those it started, and the components in HAL, for a failure's text; where it is in its source it prints."""
+        there = [(each, processes.command_line(each), processes.stat_fields(each)[:1]) for each in [pid, *processes.descendants(pid)]]
+        text = f'{there}\n{halcmd.attempt("show", "comp").stdout}'
+        send(pid, signal.SIGABRT)
+        return text

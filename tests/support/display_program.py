@@ -1,0 +1,148 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Steps of scripted_display.py that run a program and stop it: as the buttons of a screen do.  Its head says what each step is."""
+
+import operator as relations
+import tempfile
+import time
+
+import hal
+import linuxcnc
+
+from chipwise.headless import session
+
+IDLE_POLLS = 20             # a program that has been idle so often is over, however short it was
+# In real time, however fast the clock is: a busy computer takes that longer.
+WAIT_S = 400 * session.SPEED        # for a step
+
+
+class ProgramSteps:
+    """Of an Operator, which has a machine (chipwise.headless.session) and a record (servo_record.py)."""
+
+    def open(self, program):
+        self.machine.open(program)
+
+    def run_from(self, line=0):
+        self.machine.set_mode(linuxcnc.MODE_AUTO, 'auto')
+        self.run(line)
+
+    def run_until_stopped(self, seconds, line=0):
+        self.run_from(line)
+        end, idle = time.monotonic() + max(seconds, WAIT_S), 0
+        while time.monotonic() < end and idle < 20:
+            self.machine.poll()
+            status = self.machine.status
+            if self.pins('chipwise-guard.0.stop') == ['TRUE']:
+                self.machine.wait('stand', lambda s: s.current_vel == 0)
+                time.sleep(0.2)
+                return True
+            idle = idle + 1 if status.interp_state == linuxcnc.INTERP_IDLE and status.inpos else 0
+            time.sleep(0.01)
+        return False
+
+    def run_until(self, axis, value):
+        self.run_from()
+        self.machine.wait('axis %d at %g' % (axis, value), lambda s: s.position[axis] > value, WAIT_S)
+
+    def start(self, text):
+        self.open_text(text)
+        self.run()
+
+    def open_text(self, text):
+        with tempfile.NamedTemporaryFile('w', suffix='.ngc', delete=False) as program:
+            program.write(text)
+        self.machine.open(program.name)
+
+    def run(self, line=0):
+        """Begin the open program; returns when it runs, was refused, or is over already."""
+        idle, errors = 0, len(self.machine.errors)
+        self.machine.command.auto(linuxcnc.AUTO_RUN, line)
+
+        def started(status):
+            nonlocal idle
+            idle += status.echo_serial_number >= self.machine.command.serial
+            return status.interp_state != linuxcnc.INTERP_IDLE or len(self.machine.errors) > errors or idle > IDLE_POLLS
+        self.machine.wait('start', started)
+
+    def until(self, pin, relation, number):
+        holds = {'>': relations.gt, '<': relations.le, '=': relations.eq}[relation]
+        if pin in self.record.columns:
+            self.machine.wait(f'{pin} {relation} {number}', self.record.first(pin, lambda value: holds(value, number)), WAIT_S)
+            return self.record.row(self.record.mark)[self.record.columns[pin]]
+        self.machine.wait(f'{pin} {relation} {number}', lambda _s: holds(hal.get_value(pin), number), WAIT_S)
+        self.record.now()
+        return hal.get_value(pin)
+
+    def pause(self):
+        self.machine.command.auto(linuxcnc.AUTO_PAUSE)
+        self.machine.wait('pause', lambda s: s.paused and s.current_vel < 1e-9)
+
+    def resume(self):
+        self.machine.command.auto(linuxcnc.AUTO_RESUME)
+        self.machine.wait('resume', lambda s: not s.paused)
+
+    def reverse(self):
+        self.machine.command.auto(linuxcnc.AUTO_REVERSE)
+
+    def forward(self):
+        self.machine.command.auto(linuxcnc.AUTO_FORWARD)
+
+    def step_to_end(self, most=20):
+        """Single steps until the program has ended; -> how many."""
+        for count in range(1, most + 1):
+            self.machine.command.auto(linuxcnc.AUTO_STEP)
+            # not wait_complete(): the task calls a program in single steps under way until its end
+            self.machine.wait('the task has the step', lambda s: s.echo_serial_number >= self.machine.command.serial, WAIT_S)
+            self.record.now()
+            self.sleep(0.2)
+            self.machine.wait('step', lambda s: s.current_vel < 1e-9, WAIT_S)
+            if self.machine.status.interp_state == linuxcnc.INTERP_IDLE:
+                return count
+        return None
+
+    def abort(self):
+        self.machine.command.abort()
+        self.machine.wait('abort', lambda s: s.interp_state == linuxcnc.INTERP_IDLE and s.inpos)
+
+    def stop(self, how, seconds):
+        machine = self.machine
+        machine.set_mode(linuxcnc.MODE_AUTO, 'auto')
+        machine.command.auto(linuxcnc.AUTO_RUN, 0)
+        time.sleep(seconds)
+        machine.poll()
+        busy = machine.status.interp_state != linuxcnc.INTERP_IDLE
+        waited, began = self.waited(), time.monotonic()
+        if how == 'abort':
+            machine.command.abort()
+        else:
+            machine.command.state(linuxcnc.STATE_ESTOP)
+        times = []
+        for done in (lambda s: s.task_state == linuxcnc.STATE_ESTOP if how == 'estop' else
+                     s.interp_state == linuxcnc.INTERP_IDLE, lambda s: s.current_vel == 0):
+            while True:
+                machine.poll()
+                if done(machine.status) or time.monotonic() - began > WAIT_S:
+                    break
+                time.sleep(0.002)
+            times.append(time.monotonic() - began - (self.waited() - waited))
+        if how == 'estop':
+            machine.switch_on()
+        return dict(served=times[0], stood=times[1], busy=busy)
+
+    def begin(self):
+        self.machine.set_mode(linuxcnc.MODE_AUTO, 'auto')
+        self.machine.command.auto(linuxcnc.AUTO_RUN, 0)
+
+    def finish(self):
+        self.machine.wait('end of program', lambda s: s.interp_state == linuxcnc.INTERP_IDLE and s.inpos, WAIT_S)
+        return self.errors()
+
+    def over(self, seconds, *pins):
+        if all(pin in self.record.columns for pin in pins):
+            return self.record.span(seconds, pins)
+        end, found = time.monotonic() + seconds, [[float('inf'), float('-inf')] for _ in pins]
+        while time.monotonic() < end:
+            for span, pin in zip(found, pins):
+                value = float(hal.get_value(pin))
+                span[:] = min(span[0], value), max(span[1], value)
+            time.sleep(0.001)
+        return found
