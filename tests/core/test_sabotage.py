@@ -11,7 +11,7 @@ import pytest
 from support import ROOT
 
 CORE = ROOT / "components" / "core"
-C_TEST = ROOT / "tests" / "core" / "test_core.c"
+C_TESTS = [ROOT / "tests" / "core" / name for name in ("test_core.c", "test_core_load.c")]
 OUTCOME_TIMEOUT_S = 600     # a loaded machine
 SANITIZE = ["-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=undefined"]
 
@@ -144,12 +144,14 @@ def test_without_fault(tmp_path):
 @pytest.mark.parametrize("flags", [SANITIZE, ["-fno-fast-math", "-Wframe-larger-than=2560"]],
                          ids=["sanitizers", "realtime flags"])
 def test_c_program(flags, tmp_path):
-    """The bound on the frame is for the realtime core, not for the test program."""
-    program, build_flags = tmp_path / "test_core", ["gcc", "-std=gnu11", "-Os", "-Wall", "-Wextra", "-Werror"]
+    """The bound on the frame is for the realtime core, not for the test programs."""
+    build_flags = ["gcc", "-std=gnu11", "-Os", "-Wall", "-Wextra", "-Werror"]
     sources = [str(source) for source in sorted(CORE.glob("*.c"))]
     subprocess.run([*build_flags, *flags, "-c", *sources], check=True, cwd=tmp_path)
-    subprocess.run([*build_flags, *[f for f in flags if "frame" not in f], "-o", str(program), str(C_TEST),
-                    *map(str, sorted(tmp_path.glob("*.o"))), "-lm"], check=True)
-    done = subprocess.run([str(program)], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-    assert done.returncode == 0, done.stdout
-    assert done.stdout.splitlines()[-1].endswith(" passed, 0 failed")
+    objects = [str(path) for path in sorted(tmp_path.glob("*.o"))]
+    for source in C_TESTS:
+        program = tmp_path / source.stem
+        subprocess.run([*build_flags, *[f for f in flags if "frame" not in f], "-o", str(program), str(source), *objects, "-lm"], check=True)
+        done = subprocess.run([str(program)], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        assert done.returncode == 0, done.stdout
+        assert done.stdout.splitlines()[-1].endswith(" passed, 0 failed")
