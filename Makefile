@@ -175,7 +175,9 @@ build/bench/%: bench/%.c $(OBJECTS) $(HEADERS)
 # Models of the stock that judge runs, and the oracle of turned parts: nothing of the product is in them.
 build/tests/support/%.so: tests/support/%.c
 	@mkdir -p $(@D)
-	$(CC) -O2 -fPIC -shared $(CFLAGS) -o $@ $< -lm
+	$(CC) -O2 -fPIC -shared $(CFLAGS) -o $@ $(filter %.c,$^) -lm
+
+build/tests/support/judge.so: $(sort $(wildcard tests/support/judge_*.[ch]))
 
 # The core as the components compile it: one unit, realtime flags.
 build/bench/lib/cost: bench/lib/cost.c $(CORE) components/linuxcnc_planner.c $(HEADERS) $(MOTION)
