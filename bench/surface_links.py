@@ -50,10 +50,12 @@ def request(rng, file, number):
 
 
 def rest(rng, made):
-    """What a tool of twice to three times the diameter has left, zigzag or not."""
+    """What a tool of twice to three times the diameter has left, zigzag or not; one half of them has been cut in another direction."""
     large = Shape(float(rng.uniform(2, 3)) * made.tool.diameter, 0.0)
     before = dataclasses.replace(made, tool=dataclasses.replace(large, corner_radius=float(rng.choice([0.0, 0.5])) * large.diameter), step=0.3 * large.diameter)
-    return dataclasses.replace(made, depth=None, allowance=0.0, least=float(rng.uniform(0.05, 0.2)), link=int(rng.integers(1, 3)), earlier=(before,))
+    least, link, turn = float(rng.uniform(0.05, 0.2)), int(rng.integers(1, 3)), float(rng.choice([0, rng.integers(1, 180)]))
+    before = dataclasses.replace(before, direction=(made.direction + turn) % 360)
+    return dataclasses.replace(made, depth=None, allowance=0.0, least=least, link=link, earlier=(before,))
 
 
 EXACT = "G64 P0.002"    # of the cuts

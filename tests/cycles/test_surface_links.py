@@ -15,6 +15,7 @@ from chipwise.lines import chunks, texts
 from chipwise.moves import CALLERS_PATH, Blend, Line, Rapid
 from chipwise.surface.links import Obstacles
 from chipwise.surface.model import Placing, read_model
+from chipwise.surface.scallop import unseen
 
 TOOLS = {"flat": Shape(6), "ball": Shape(6, 3), "bull": Shape(6, 1), "vee": Shape(6, 0, 60), "tapered": Shape(4, 1, 20)}
 START = (-10.0, -10.0, 30.0)
@@ -68,6 +69,28 @@ def test_stock_behind_the_end_of_a_cut_counts_further_down():
     assert obstacles.lowest_ahead((5.0, 0.0), (5.5, 0.0), end) < 0.1           # out of its reach
     stock.height[:, :40] = 3.0                      # it has been cut away where the tool was
     assert obstacles.lowest_ahead((2.0, 0.0), (2.5, 0.0), end) == pytest.approx(2.0)
+
+
+def test_a_ridge_thinner_than_a_cell_is_kept_above():
+    """A plane cut with steep tools: above each place of it the tool stays clear of the ridges as they are, of which the map may not have a top."""
+    rng, short = np.random.default_rng(random_seed()), 0.0
+    for case in range(random_count(20)):
+        tool = Shape(float(rng.uniform(2, 4)), float(rng.uniform(0.1, 0.5)), float(rng.choice([20, 60])))
+        cell, step, direction = float(rng.uniform(0.1, 0.4)), float(rng.uniform(0.3, 0.9)) * tool.diameter / 2, math.radians(rng.uniform(0, 360))
+        along, across = np.array([math.cos(direction), math.sin(direction)]), np.array([-math.sin(direction), math.cos(direction)])
+        stock = HeightMap((-5, -5, -1), (5, 5, 5), cell)
+        for k in range(-14, 15):
+            middle = k * step * across
+            stock.cut(tool, (*(middle - 9 * along), 0.0), np.array([(*(middle + 9 * along), 0.0)]))
+        obstacles = Obstacles(SimpleNamespace(has_holder=False, floor=0.0, heights=lambda xy: np.zeros(len(xy))), tool, stock, unseen(tool, step, cell))
+        height, _radius = drop_oracle.profile(tool)
+        places = rng.uniform(-2, 2, (20, 2))
+        nearest = np.abs((places @ across / step) % 1.0 - 0.5) * step           # to the middle between two cuts
+        true = np.maximum(height(step / 2) - height(nearest), 0.0)
+        told = obstacles.lowest_at(places)
+        short = max(short, float((true - told).max()) + obstacles.ridge)
+        assert (told >= true - 0.02 * true.max() - 1e-4).all(), (random_seed(), case, tool, cell, step, direction)
+    assert short > 0.02         # what the map alone has
 
 
 def test_the_judge_sees_low_links_and_rounds_corners(files):

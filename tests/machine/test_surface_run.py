@@ -57,3 +57,20 @@ def test_mdi(tmp_path):
     answers = operate(tmp_path, steps)
     assert len(answers[3]) == 1 and 'chipwise: G24: there is no SURFACE comment' in answers[3][0]
     assert answers[4] == pytest.approx([5, 5, 5], abs=1e-6)
+
+
+def test_cuts_of_an_ended_program_are_not_known(tmp_path):
+    """A rest pass knows the G24 lines before it in its own program only: behind an abort in a level, an abort in a pause, an E-stop and a program
+    that has ended it finds the stock full, and goes down into it."""
+    model = f"(SURFACE,FILE={runner.ROOT}/nc_files/relief.stl,X=20,Y=20)\n"
+    head = "G21 G17 G40 G49 G54 G80 G90 G94\nT4 M6\nG43\nF3000\nG0 X20 Y20 Z10\n" + model
+    levels = head + "#<_chipwise_surface_depth> = 0.7\nG24 Z-3 R2 D3 P1 E900\nM2\n"
+    rest = head + "#<_chipwise_surface_rest> = 0.1\nG24 Z-3 R2 D3 P1 E900\nM2\n"
+    low, up = ['until', 'joint.2.pos-cmd', '<', -2.0], ['until', 'joint.2.pos-cmd', '>', -0.5]
+    in_level = ['until', 'joint.2.pos-cmd', '<', -0.6]
+    again = [['start', rest], low, ['abort'], ['errors']]
+    steps = [['start', levels], in_level, ['abort'], *again, ['start', levels], in_level, ['pause'], ['abort'], *again,
+             ['start', levels], in_level, ['estop'], ['home'], *again, ['start', rest], low, up, ['finish'], *again, ['messages']]
+    answers = operate(tmp_path, steps)
+    said = [text for (name, *_), answer in zip(steps, answers) if name in ('errors', 'messages') for text in answer]
+    assert not any('chipwise' in text or 'nothing is cut' in text for text in said), said

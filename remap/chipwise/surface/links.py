@@ -25,10 +25,11 @@ class Obstacles:
     probe         drop.Probe of the model
     shape         check.sweep.Shape of the tool
     stock         check.sweep.HeightMap, which the cuts are taken out of
+    ridge         how much (mm) what cuts have left may be above that
     """
 
-    def __init__(self, probe, shape, stock):
-        self._probe, self._shape, self.stock = probe, shape, stock
+    def __init__(self, probe, shape, stock, ridge=0.0):
+        self._probe, self._shape, self.stock, self.ridge = probe, shape, stock, ridge
         self.tool = drop_tool(shape)
         self._parts = [(self.tool, 0.0)]
         if probe.has_holder:
@@ -63,18 +64,19 @@ class Obstacles:
         least (mm), else the floor, if that is enough."""
         end = start if end is None else end
         floor = self._probe.floor if least is None else max(least, self._probe.floor)
-        above = max(floor, self._over_stock(start, end))
+        above = max(floor, self._over_ridges(start, end))
         rise, _share = self._probe.excess([(*start[:2], above)], [(*end[:2], above)], 0.0)       # above the stock there is little to look for
         return above + float(rise[0])
 
     def lowest_at(self, places):
         """As lowest(), at each of places (n, 2) -> (n,) mm."""
-        stock = [self._over_stock(place, place) for place in places.tolist()]
+        stock = [self._over_ridges(place, place) for place in places.tolist()]
         return np.maximum(self._probe.heights(places), stock)
 
     def lowest_along(self, places, point=None):
-        """As lowest(), on each of the moves between places (n, 2) -> (n - 1,) mm.  point: as lowest_ahead(), only stock that is not behind it."""
-        stock = [self.lowest_ahead(a, b, point) for a, b in itertools.pairwise(places.tolist())]
+        """As lowest(), on each of the moves between places (n, 2) -> (n - 1,) mm.  point: as lowest_ahead(), only stock that is not behind it,
+        and no higher ridges."""
+        stock = [self._over_ridges(a, b) if point is None else self.lowest_ahead(a, b, point) for a, b in itertools.pairwise(places.tolist())]
         above = np.maximum(self._probe.floor, stock)
         rise, _share = self._probe.excess(np.column_stack([places[:-1], above]), np.column_stack([places[1:], above]), 0.0)
         return above + rise
@@ -85,12 +87,15 @@ class Obstacles:
 
     def lowest_ahead(self, start, end, point):
         """The lowest level (mm) of the tip on a move from start (x, y) to end that is clear of the stock, after the tool has cut at a point (3,).  Stock
-        behind the point keeps it no higher than the point: of that it goes away.  Lower it is met again.  point None: of all stock alike."""
-        if point is None:
-            return self._over_stock(start, end)
+        behind the point keeps it no higher than the point: of that it goes away.  Lower it is met again."""
         step = np.subtract(end[:2], point[:2])
         found = self._over_stock(start, end, (*point[:2], *(step / max(math.hypot(*step), 1e-12))))
         return found if found >= point[2] else max(found, min(self._over_stock(start, end), point[2]))
+
+    def _over_ridges(self, start, end):
+        """As _over_stock(), with what a ridge may be higher than the map."""
+        found = self._over_stock(start, end)
+        return min(found + self.ridge, max(found, self.stock.z_max))
 
     def _over_stock(self, start, end, ahead=None):
         """HeightMap.lowest_over() for tool and holder."""
