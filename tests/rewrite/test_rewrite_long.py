@@ -7,9 +7,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from chipwise.check.reader import Machine
+from chipwise.check.reader import Machine, Unreadable
 from chipwise.check.records import FEED, RAPID, STOCK, TOOL
-from chipwise.rewrite import depths, flute, run
+from chipwise.rewrite import depths, flute, proof, run
 from chipwise.rewrite.source import Lines
 from chipwise.tools import ToolGeometry
 from support.random_cases import random_seed
@@ -41,6 +41,34 @@ def test_a_body_in_parts(tmp_path, machine, monkeypatch, text, most):
     assert text is not STAIRS or said.startswith("lines 7 to 11 in 3 levels, lines 13 to 14 in 3 levels;"), said
     over, more, left, _rapid = verdict(before, after, machine)
     assert over <= 0.006 and more <= 0.25 and left <= 0.25
+
+
+def test_a_program_is_not_refused_for_what_it_becomes(tmp_path, machine, monkeypatch):
+    """The limit of a program's bytes does not count for the new one; neither is work lost to its number of moves."""
+    before, limit = tmp_path / "a.ngc", len(STAIRS)
+    before.write_text(STAIRS)
+
+    def rewritten():
+        return run.rewritten(str(before), run.Order(), lambda share: None, Machine(str(machine)), most_bytes=limit)[0]
+
+    data = rewritten()
+    assert len(data) > limit
+    monkeypatch.setattr(run, "MOST_BYTES", limit)
+    with pytest.raises(proof.Different, match="cannot be read"):
+        rewritten()
+    monkeypatch.setattr(flute, "MOST_WRITTEN", 20)
+    monkeypatch.setattr(depths, "too_deep", None)                       # nothing is proved or written by then
+    with pytest.raises(Unreadable, match="the new program would have more than 20 moves"):
+        rewritten()
+
+
+def test_a_note_is_said_once(tmp_path, machine):
+    """Each changed line stays as a comment; that of the first in a row has the note."""
+    before = tmp_path / "a.ngc"
+    before.write_text(STAIRS)
+    lines = run.rewritten(str(before), run.Order(), lambda share: None, Machine(str(machine)))[0].decode().splitlines()
+    notes = [line for line in lines if line.startswith("(")]
+    assert notes[:3] == ["(chipwise: written out: G1 Z-20 F100)", "(chipwise: shifted along the axis: X40 F400)", "(was: Y16 Z-26)"], notes
 
 
 def test_lines_are_those_of_readlines():

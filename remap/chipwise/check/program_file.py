@@ -41,10 +41,10 @@ class Unfinished(Unreadable):
     state = UNFINISHED
 
 
-def check_file(path):
-    """Raise Unreadable for a file that is not a G-code program."""
+def check_file(path, most_bytes=MAX_BYTES):
+    """Raise Unreadable for a file that is not a G-code program, or has more than most_bytes."""
     try:
-        with open_regular(path, MAX_BYTES) as file:
+        with open_regular(path, most_bytes) as file:
             head = file.read(LOOKED_AT)
     except NoRegularFile as error:
         raise Unusable(error.strerror, "name a G-code program") from error

@@ -24,7 +24,7 @@ import time
 
 import numpy as np
 
-from chipwise.check.program_file import Unfinished, Unreadable, Unusable, check_file, readable
+from chipwise.check.program_file import MAX_BYTES, Unfinished, Unreadable, Unusable, check_file, readable
 from chipwise.check.records import WIDTH
 from chipwise.errors import unnamed
 from chipwise.ini import expanded, section_of
@@ -90,18 +90,20 @@ class Machine:
 
 class Reader:
     """One program under way.  judged=False: codes that cannot be judged are read over, to see whether the program has an end; watched:
-    of a marked program (trace.py), whose items are in `trace` at the end; targets: with the contours of G77, G78 and G79."""
+    of a marked program (trace.py), whose items are in `trace` at the end; targets: with the contours of G77, G78 and G79; most_bytes: of the
+    file."""
 
     def __init__(self, program, machine, stock=None, quiet_s=QUIET_S, cpu_s=CPU_S, most_moves=MAX_MOVES,
-                 written=False, judged=True, memory_mb=None, watched=None, targets=False):
+                 written=False, judged=True, memory_mb=None, watched=None, targets=False, most_bytes=MAX_BYTES):
         self.program, self.machine, self.messages = os.path.abspath(program), machine, []
         self._stock, self._cpu_s, self._most_moves, self._written, self._judged = stock, cpu_s, most_moves, written, judged
+        self._most_bytes = most_bytes
         self._memory_mb, self._watched, self._targets, self.trace = memory_mb, watched, targets, None
         self._quiet_s = min(quiet_s, 0.8 * cpu_s)
         self._child = self._folder = None
 
     def __enter__(self):
-        check_file(self.program)
+        check_file(self.program, self._most_bytes)
         self._folder = tempfile.TemporaryDirectory(prefix="chipwise-check-")
         try:
             self._start(self._folder.name)

@@ -36,6 +36,7 @@ NEAR_PIECES = 6             # segments with fewer pieces between them are travel
 PIECES_ACROSS = 12          # of a tool's diameter: how finely a move is divided where it is shifted
 MOST_LEVELS = 1000          # of one body
 MOST_MOVES = 20_000         # of one body: longer ones are divided, so that the memory is limited
+MOST_WRITTEN = 20_000_000   # moves of the new program
 
 
 @dataclass
@@ -58,7 +59,7 @@ class Shifter:
         self.program, self.whole, self.diameter, self.reserve, self.anywhere = program, whole, diameter, reserve, anywhere
         self.sections = cutting.sections(program, geometry)
         self.cell, self.needles = cell, needles
-        self.edits, self.figures = Edits(), Figures()
+        self.edits, self.figures, self.written = Edits(), Figures(), len(program.kind)
         self.stock, self.tool, self.links = None, None, Links(program)
 
     def run(self, progress=None):
@@ -205,8 +206,16 @@ class Shifter:
             written.append(Table.of(self.links.back(at, points[-1], end, section_end, body)))
         if any(map(len, written)):
             table = Table.joined(written)
+            self._check_length(len(table), int(self.program.line[body.move[0]]))
             self.edits.after.put([int(self.program.step[end - 1])], [0, len(table)], table)
         return levels
+
+    def _check_length(self, more, line):
+        """Unreadable as soon as the new program has more moves than are read back."""
+        self.written += more
+        if self.written > MOST_WRITTEN:
+            raise Unreadable(f"the new program would have more than {MOST_WRITTEN} moves", "take a tool with longer flutes, or rewrite it in parts",
+                             line)
 
     def _left(self, points, met):
         """(n - 1,) bool: pieces that still meet material, more than the ridges between the model's steps."""

@@ -229,7 +229,8 @@ def joined(parts):
 class Collector:
     """Blocks of records -> arrays."""
 
-    def __init__(self):
+    def __init__(self, most=MOST_MOVES):
+        self.most = most            # moves
         self.parts, self.count = ([], [], [], []), 0       # of kind, line, end and feed
         self.firsts, self.circle, self.frame = [], [], []
         self.circles, self.frames, self.events, self.marks = [], [records.Frame()], [], []
@@ -265,8 +266,8 @@ class Collector:
         for column, own in zip(self.parts, (kinds, block[:, 1].astype(np.int32), block[:, 2:5].copy(), block[:, 5].copy())):
             column.append(own)
         self.count += len(block)
-        if self.count > MOST_MOVES:
-            raise Unreadable(f"it makes more than {MOST_MOVES} moves", "look for a loop without an end, or rewrite it in parts")
+        if self.count > self.most:
+            raise Unreadable(f"it makes more than {self.most} moves", "look for a loop without an end, or rewrite it in parts")
 
     def _event(self, kind, line, values):
         if kind == records.CIRCLE:
@@ -292,10 +293,10 @@ class Collector:
                        self.circles, self.frames, self.events, source, modes, messages, blocks, marks=self.marks)
 
 
-def read(path, machine, stock=None, progress=None, text=True, **limits):
+def read(path, machine, stock=None, progress=None, text=True, most=MOST_MOVES, **limits):
     """Program of a file.  machine: reader.Machine; stock: (low, high) mm in work coordinates or None; text: whether its lines are
-    wanted, with what follows from them (source, modes, blocks).  Raises Unreadable."""
-    collector = Collector()
+    wanted, with what follows from them (source, modes, blocks); most: moves; limits: of Reader.  Raises Unreadable."""
+    collector = Collector(most)
     with Reader(path, machine, stock, written=True, **limits) as reader:
         for block in reader:
             rules.check_finite(block)

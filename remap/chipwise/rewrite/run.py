@@ -21,6 +21,7 @@ from chipwise.tools import load_tools
 
 REPEATS = 8                     # of rewriting, with needles where the new program has been too deep,
 RESERVE_MM = 0.06               # each time with so much more of the flutes unused where the path is shifted
+MOST_BYTES = 2_000_000_000      # of a text of our own that is read back: a program that was taken is not refused for what is made of it
 
 
 @dataclass(frozen=True)
@@ -44,10 +45,12 @@ def rewritten(path, order, progress, machine, stock=None, cell=None, **limits):
     except CycleError as error:
         raise Unreadable(unnamed(error.text()), "") from error
 
-    def read_it(name, text=True):
-        return read(name, machine, stock, text=text, **limits)
+    program = read(path, machine, stock, **limits)
+    limits = {**limits, "most_bytes": MOST_BYTES}
 
-    program = read_it(path)
+    def read_it(name, text=True):
+        return read(name, machine, stock, text=text, most=flute.MOST_WRITTEN, **limits)
+
     progress(0.2)
     cell = cell or cutting.cell_for(program, geometry, settings["CELL"], *([cutting.CELLS_FOR_VOLUME] if order.rates else []))
     work = write_feeds if order.rates else respect_flutes

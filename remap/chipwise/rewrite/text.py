@@ -26,6 +26,7 @@ from chipwise.rewrite.straight_text import StraightLines, long_lines
 from chipwise.rewrite.words import MOTION, active_comments, code, plain_move, with_feed, with_word, words_of
 
 MOST_SHOWN = 120            # characters of a line that is shown as a comment; LinuxCNC takes 255 bytes a line
+_BRACKETS = re.compile(r"[()\r\n]")
 _OUR_CYCLES = {12, 13, 77, 78, 79}
 _SETTERS = {17, 18, 19, 20, 21, 90, 91, 90.1, 91.1, 94, 61, 61.1, 98, 99, 40}
 _WITHOUT_F = {33, 33.1, 76}     # the spindle alone sets their feed; G33 refuses an F
@@ -66,6 +67,7 @@ class Writer:
         self.at = np.array(program.start(0), float)     # mm, machine coordinates
         self.motion = None          # G-code in force in the output, None: as in the source
         self.feed = None            # F in force in the output, mm/min; None: as in the source
+        self._said = None           # the note on the last line that was written out
         self._place = program.places[program.first[:-1]]            # (m,) int: the line of each step
         self._by_place = np.argsort(self._place, kind="stable")     # (m,) int: the steps line by line, and
         self._begin = np.searchsorted(self._place[self._by_place], np.arange(max(len(self.source), int(self._place.max(initial=0))) + 2))
@@ -156,6 +158,7 @@ class Writer:
 
     def _keep(self, text, steps, synchronised):
         """[1], [4]; synchronised: of Modes."""
+        self._said = None
         plain = plain_move(text)
         says_motion = synchronised or (plain[1] if plain else MOTION.search(code(text)))
         beside = not plain and any(letter == "G" and value in _BESIDE_MOTION for letter, value in words_of(text))
@@ -187,7 +190,7 @@ class Writer:
 
     def _keep_of_block(self, number, text, block):
         """[6]"""
-        steps = self._steps_of(block.first)
+        self._said, steps = None, self._steps_of(block.first)
         if number == block.first and (self.motion is not None or self.feed is not None):
             motion, feed = self.program.before_block(block)
             if None not in (self.motion, motion) and self.motion != motion:
@@ -210,7 +213,7 @@ class Writer:
             self._write_straight(text, steps[0])
             return
         note = next(filter(None, map(self.edits.instead.note, steps)), None)
-        self.out.line(_shown(note, text), self.end)
+        self.out.line(self._shown(note, text), self.end)
         if not plain:
             for comment in active_comments(text):
                 self.out.line(comment, self.end)
@@ -230,9 +233,15 @@ class Writer:
     def _write_straight(self, text, step):
         """The same of nearly all lines."""
         lines, kind, self.at, self.feed = self._straight.moves(step, self.feed, self.end)
-        self.out.line(f"{_shown(self._straight.note(step), text)}{self.end}{lines}")
+        self.out.line(f"{self._shown(self._straight.note(step), text)}{self.end}{lines}")
         self.motion = G[kind]
         self._take_over(step)
+
+    def _shown(self, note, text):
+        """The comment above what takes a line's place.  The note is said once: long programs have millions of such lines."""
+        old = _BRACKETS.sub(" ", text).strip()[:MOST_SHOWN]
+        had, self._said = self._said, note or "written out"
+        return f"(was: {old})" if had == self._said else f"(chipwise: {self._said}: {old})"
 
     def _take_over(self, step):
         """The F of the source is in force behind a step if the output's is the same."""
@@ -279,12 +288,6 @@ class Writer:
         self.at = text.at
         if move is not None:
             self.motion = g_code(move)
-
-
-def _shown(note, text):
-    """The comment above what takes a line's place."""
-    old = re.sub(r"[()\r\n]", " ", text).strip()[:MOST_SHOWN]
-    return f"(chipwise: {note or 'written out'}: {old})"
 
 
 def _g_of(program, step):
