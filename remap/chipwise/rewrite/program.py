@@ -163,6 +163,11 @@ class Program(Moves):
         """Number of the first line with a G word that is an expression; infinite without one."""
         return next((n for n, modes in enumerate(self.modes, 1) if modes.unclear), math.inf)
 
+    @functools.cached_property
+    def first_not_plain(self):
+        """Number of the first line with a G word that is an expression, or with cutter compensation on; infinite without one."""
+        return next((n for n, modes in enumerate(self.modes, 1) if modes.unclear or modes.cutter_side != 40), math.inf)
+
     def check_writable(self, step, why):
         """Unreadable where a step cannot change because it is not in one place of the program."""
         line, unclear = self.line_of(step), self.first_unclear
@@ -177,6 +182,8 @@ class Program(Moves):
     def check_shiftable(self, first, end):
         """Unreadable where moves first .. end - 1 are written in a way that cannot be shifted; those in blocks of a traced program stay."""
         places = self.places[first:end]
+        if not (self.traced or self.blocks.calls or self.blocks.inside) and int(places.max()) < self.first_not_plain:
+            return
         for place, at in zip(*(a.tolist() for a in np.unique(places, return_index=True))):
             if self.traced and place in self.blocks.outermost:
                 continue
