@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What is done otherwise for long programs: bodies in parts, lines in one block, paths that are proved where they are."""
 import io
+import math
 import random
 from types import SimpleNamespace
 
@@ -104,3 +105,14 @@ def test_moves_without_a_tool_between(gap):
     assert inside and all(w.depth == pytest.approx(12.0, abs=1e-3) for w in inside if abs(w.y - 10) < 2.5)
     assert max(w.depth for w in found) == pytest.approx(20.0, abs=1e-3)
     assert not depths.too_deep(program, {1: ToolGeometry(shape="flat", flute_length=20.1)}, 0.25, 0.0)
+
+
+def test_what_is_left_bit_by_bit(tmp_path, machine):
+    """Rows 0.1 mm apart over a crest: each move of 0.1 mm lowers a cell there by little, and all of them together by more than a millimetre."""
+    lines = ["G21 G90 G17 G40 G49 G80 G94", "M250 P0 Q0 R-40 I100 J100 K40", "T1 M6", "S8000 M3", "G0 X8 Y96 Z5", "G1 Z-14 F300"]
+    for row in range(960, 1000):
+        for k in range(80, 201)[::1 - 2 * (row % 2)]:
+            lines.append(f"X{k / 10:.3f} Y{row / 10:.3f} Z{-24 + 10 * math.sin(k / 90) * math.cos(row / 40):.4f}")
+    before = tmp_path / "a.ngc"
+    before.write_text("\n".join([*lines, "G0 Z5", "M2", ""]))
+    assert b"shifted along the axis" in run.rewritten(str(before), run.Order(), lambda share: None, Machine(str(machine)))[0]

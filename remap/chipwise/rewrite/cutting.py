@@ -156,17 +156,23 @@ def finite_room(limit):
 
 def near(stock, points, radius):
     """View of the heights of a HeightMap that a tool of this radius cuts or looks at along points (n, 3)."""
+    return stock.height[_near(stock, points, radius)]
+
+
+def _near(stock, points, radius):
+    """The slices of rows and columns of near()."""
     low, high = points.min(axis=0) - radius, points.max(axis=0) + radius
     row = [int(np.clip((v - stock.y0) / stock.cell + k, 0, stock.ny)) for v, k in ((low[1], -2), (high[1], 3))]
     column = [int(np.clip((v - stock.x0) / stock.cell + k, 0, stock.nx)) for v, k in ((low[0], -2), (high[0], 3))]
-    return stock.height[row[0]:row[1], column[0]:column[1]]
+    return slice(*row), slice(*column)
 
 
 class Window:
     """The heights near a path, to be put back."""
 
     def __init__(self, stock, points, radius):
-        self._views = near(stock, points, radius), stock.needle_height
+        self._stock, self._slices = stock, _near(stock, points, radius)
+        self._views = stock.height[self._slices], stock.needle_height
         self._kept = [view.copy() for view in self._views]
 
     def restore(self):
@@ -176,9 +182,18 @@ class Window:
     def swapped(self):
         """Put back the heights; -> a Window of those that were there."""
         other = object.__new__(Window)
-        other._views, other._kept = self._views, [view.copy() for view in self._views]
+        other._stock, other._slices, other._views = self._stock, self._slices, self._views
+        other._kept = [view.copy() for view in self._views]
         self.restore()
         return other
+
+    def left(self, least):
+        """Places (n, 2) in mm of the cells that were more than `least` (mm) higher than they and all their neighbours are now."""
+        if not self._kept[0].size:
+            return np.zeros((0, 2))
+        stock, (row, column) = self._stock, np.nonzero(self._kept[0] > filtered(self._views[0], np.maximum) + least)
+        row, column = row + self._slices[0].start, column + self._slices[1].start
+        return np.column_stack([stock.x0 + column * stock.cell + stock.shift_x[row], stock.y0 + row * stock.cell + stock.shift_y[column]])
 
     def keep(self):
         """The heights as they are now are those to be put back."""
@@ -201,3 +216,10 @@ def highest(stock, x, y, radius):
     single = stock.needles_in((x - radius, y - radius), (x + radius, y + radius))
     single = stock.needle_height[single[np.hypot(*(stock.needles[single] - (x, y)).T) < radius]]
     return float(max(heights[near].max(initial=stock.z_min), single.max(initial=stock.z_min)))
+
+
+def filtered(heights, pick):
+    """Each cell's lowest or highest of itself and its eight neighbours."""
+    padded = np.pad(heights, 1, mode="edge")
+    across = pick(pick(padded[:, :-2], padded[:, 1:-1]), padded[:, 2:])
+    return pick(pick(across[:-2], across[1:-1]), across[2:])

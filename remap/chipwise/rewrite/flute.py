@@ -30,7 +30,7 @@ from chipwise.rewrite.edits import Edits, Move, Table
 from chipwise.rewrite.links import ACROSS_MM, OVER_MM, Links
 from chipwise.rewrite.trials import Trials
 
-LEFT_DEPTH = 0.15           # cells of depth, less than proof.py's HEIGHT_CELLS, and
+LEFT_DEPTH = 0.15           # cells of depth, or of a cell's height, less than proof.py's HEIGHT_CELLS, and
 LEFT_SHARE = 0.005          # cells of mean height across the tool, below which nothing is left to travel again for
 NEAR_PIECES = 6             # segments with fewer pieces between them are travelled as one
 PIECES_ACROSS = 12          # of a tool's diameter: how finely a move is divided where it is shifted
@@ -185,6 +185,8 @@ class Shifter:
             window.keep()
             met = self.stock.cut(self.tool.shape, points[0], points[1:])
             left, removed = self._left(points, met) & ~done, float(met["volume"].sum(dtype=np.float64))
+            if not left.any():
+                left = self._left_bit_by_bit(points, met, window) & ~done
             window.restore()
             if not left.any() or (removed >= had and (met["depth"] <= self.tool.flute_length + OVER_MM).all()):
                 break
@@ -222,6 +224,13 @@ class Shifter:
         cell, length = self.stock.cell, np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1))
         share = met["volume"] / (cell * self.tool.shape.diameter * np.maximum(length, 1e-9))
         return (met["depth"] > cell) | ((met["depth"] > LEFT_DEPTH * cell) & (share > LEFT_SHARE))
+
+    def _left_bit_by_bit(self, points, met, window):
+        """(n - 1,) bool: pieces that lower a cell, though each of them by little, which the proof would find too high without them."""
+        left, reach = np.zeros(len(points) - 1, bool), self.tool.shape.diameter / 2 + self._piece()
+        for place in window.left(LEFT_DEPTH * self.stock.cell):
+            left |= np.hypot(*(points[:-1, :2] - place).T) < reach
+        return left & (met["volume"] > 0.0)
 
     # ---- what is written --------------------------------------------------------------------------------------
 

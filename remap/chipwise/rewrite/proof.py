@@ -128,13 +128,6 @@ def line_below(program, place):
     return int(program.line[feeds[int(np.argmax(off <= off.min() + PATH_MM))]])
 
 
-def _filtered(heights, pick):
-    """Each cell's lowest or highest of itself and its eight neighbours."""
-    padded = np.pad(heights, 1, mode="edge")
-    across = pick(pick(padded[:, :-2], padded[:, 1:-1]), padded[:, 2:])
-    return pick(pick(across[:-2], across[1:-1]), across[2:])
-
-
 def same_stock(first, second, geometry, cell):
     """Raises Different where the second program breaks a rule; -> worst holder contact (mm) that the first has not."""
     if np.abs(first.end[-1] - second.end[-1]).max() > PATH_MM:
@@ -145,7 +138,7 @@ def same_stock(first, second, geometry, cell):
             if new[0] > (own[0] + cell if own[0] > OVER_MM else OVER_MM):
                 raise Different(f"a traverse in line {new[1]} of the new program meets {new[0]:.3f} mm of stock")
             holder = max(holder, new[2] - own[2])
-        low, high = _filtered(stock.height, np.minimum), _filtered(stock.height, np.maximum)
+        low, high = cutting.filtered(stock.height, np.minimum), cutting.filtered(stock.height, np.maximum)
         if (other.height < low - HEIGHT_CELLS * cell).any():
             raise Different(f"the new program cuts {float((low - other.height).max()):.3f} mm more somewhere")
         if (other.height > high + HEIGHT_CELLS * cell).any():
