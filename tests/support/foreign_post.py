@@ -28,7 +28,11 @@ class Post:
         self.decimals, self.modal, self.comment = decimals + (1 if inch else 0), modal, comment
         self.lines, self.count, self.at, self.motion, self.feed = [], 0, {}, None, None
 
-    def raw(self, text, number=True):
+    def raw(self, *lines):
+        for text in lines:
+            self._raw(text)
+
+    def _raw(self, text, number=True):
         self.count += 1
         head = f"N{self.count * self.numbers} " if self.numbers and number and not text.startswith(("(", "%")) else ""
         if not self.spaced and not text.startswith("("):
@@ -36,7 +40,7 @@ class Post:
         self.lines.append(head + text)
 
     def say(self, text):
-        self.raw(self.comment.format(text.upper() if self.rng.random() < 0.3 else text), number=False)
+        self._raw(self.comment.format(text.upper() if self.rng.random() < 0.3 else text), number=False)
 
     def value(self, number):
         text = f"{number / self.unit:.{self.decimals}f}"
@@ -95,13 +99,11 @@ class Job:
         x, y = self.offset[0] + c * centre[0] - s * centre[1], self.offset[1] + s * centre[0] + c * centre[1]
         return Blank(x, y, self.size[0], self.size[1], self.offset[2] - self.size[2], self.offset[2], self.turn, self.round)
 
-    def start(self, rate_mm3_s, ceiling, mode=2, feed=None, path="G64 P0.02"):
+    def start(self, path="G64 P0.02"):
         """Preamble; the first tool has to be in already."""
-        p = self.post
-        v = p.value
+        v = self.post.value
         turn = f" R{math.degrees(self.turn):.4f}" if self.turn else ""
-        p.raw(f"G10 L2 P1 X{v(self.offset[0])} Y{v(self.offset[1])} Z{v(self.offset[2])}{turn}")
-        p.raw(path)
+        self.post.raw(f"G10 L2 P1 X{v(self.offset[0])} Y{v(self.offset[1])} Z{v(self.offset[2])}{turn}", path)
 
     def stock(self, rate_mm3_s, ceiling, mode=2):
         p = self.post

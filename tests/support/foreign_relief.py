@@ -14,32 +14,34 @@ def relief(x, y, rng_phase):
         + 0.4 * math.sin(0.9 * x + 0.4 * y)
 
 
+def relief_rows(job, rows, beyond, step, phase, feed):
+    """Zigzag rows, (first y, below which, how far apart), over a relief and so far beyond its ends.  step: () -> mm of the next move."""
+    (y, last, apart), p, forth = rows, job.post, True
+    while y < last:
+        x, end = (-beyond, job.size[0] + beyond) if forth else (job.size[0] + beyond, -beyond)
+        p.line(x=x, y=y, z=relief(x, y, phase), feed=feed)
+        while abs(end - x) > 1e-9:
+            x = min(x + step(), end) if forth else max(x - step(), end)
+            p.line(x=x, y=y, z=relief(x, y, phase))
+        y, forth = y + apart, not forth
+
+
 def estlcam_relief(rng):
     """One D3.175 ball, zigzag raster of a relief straight from the solid: 0.5 mm rows, moves of 0.05 to 0.5 mm."""
     p = Post(rng, numbers=10, decimals=4)
     job = Job(rng, p, (number(rng, 24, 28), number(rng, 7, 9), number(rng, 9, 11)))
     job.tool(1, ball(3.175), number(rng, 20, 30))
     p.say("Project relief")
-    for code in ("G21", "G90 G17 G94"):
-        p.raw(code)
-    job.start(0, 0, path="G64 P0.01")
-    p.raw("T1 M6")
-    p.raw("G43 H1")
-    p.raw("M3 S24000")
+    p.raw("G21", "G90 G17 G94")
+    job.start("G64 P0.01")
+    p.raw("T1 M6", "G43 H1", "M3 S24000")
     p.rapid(z=5.0)
     job.stock(rng.uniform(28, 36), 2400)
     phase = [rng.uniform(0, 6) for _ in range(3)]
-    y, forth = 1.3, True
+    y = 1.3
     p.rapid(x=-2.1, y=y)
     p.rapid(z=1.0)
-    while y < job.size[1] - 1.0:
-        x, end = (-2.1, job.size[0] + 2.1) if forth else (job.size[0] + 2.1, -2.1)
-        p.line(x=x, y=y, z=relief(x, y, phase), feed=1200)
-        while abs(end - x) > 1e-9:
-            step = rng.choice((0.05, 0.1, 0.17, 0.25, 0.5))
-            x = min(x + step, end) if forth else max(x - step, end)
-            p.line(x=x, y=y, z=relief(x, y, phase))
-        y, forth = y + 0.5, not forth
+    relief_rows(job, (y, job.size[1] - 1.0, 0.5), 2.1, lambda: rng.choice((0.05, 0.1, 0.17, 0.25, 0.5)), phase, 1200)
     p.rapid(z=5.0)
     return job.finish("estlcam_relief")
 
@@ -51,12 +53,9 @@ def vectric_vcarve(rng):
     job.offset = (job.offset[0], job.offset[1] + 22.0, job.offset[2])
     job.tool(7, Tool(12.7, 0.0, 60.0), number(rng, 60, 75))
     p.say("v-carve sign")
-    p.raw("G20")
-    p.raw("G17G40G49G80G90G94")
-    job.start(0, 0, path="G64 P0.0005")
-    p.raw("T7M6")
-    p.raw("G43H7")
-    p.raw("S16000M3")
+    p.raw("G20", "G17G40G49G80G90G94")
+    job.start("G64 P0.0005")
+    p.raw("T7M6", "G43H7", "S16000M3")
     p.rapid(z=CLEAR)
     job.stock(rng.uniform(40, 55), 2400)
     for k in range(9):
@@ -82,12 +81,9 @@ def taper_two_tools(rng):
     job.tool(21, Tool(6.0), 28.0 + rng.random())
     job.tool(22, Tool(6.0, 0.5, 20.0), 96.0 + rng.random())
     p.say("Aspire 3D rough + finish")
-    for code in ("G21", "G17 G90 G40 G94"):
-        p.raw(code)
-    job.start(0, 0, path="G64 P0.01")
-    p.raw("T21 M6")
-    p.raw("G43 H21")
-    p.raw("S14000 M3")
+    p.raw("G21", "G17 G90 G40 G94")
+    job.start("G64 P0.01")
+    p.raw("T21 M6", "G43 H21", "S14000 M3")
     p.rapid(z=CLEAR)
     job.stock(rng.uniform(60, 80), 3000)
     phase = [rng.uniform(0, 6) for _ in range(3)]
@@ -98,24 +94,16 @@ def taper_two_tools(rng):
         p.line(x=job.size[0] + 4.3, feed=900)
         p.rapid(z=CLEAR)
         y += 4.4
-    p.raw("M5")
-    p.raw("G53 G0 Z115.")
-    p.raw("T22 M6")
-    p.raw(f"G43.1 Z{p.value(job.tools[22][1])}")            # the length told by the program, as a presetter's post does
+    p.raw("M5", "G53 G0 Z115.", "T22 M6")
+    p.raw(f"G43.1 Z{p.value(job.tools[22][1])}")            # the length is in the program, as the post of a presetter has it
     p.raw("S18000 M3")
     job.rate(rng.uniform(22, 30), 2400)
-    y, forth = 2.9, True
+    y = 2.9
     p.motion, p.at = None, {}
     p.rapid(x=-1.0, y=y)
     p.rapid(z=CLEAR)
     p.rapid(z=1.0)
-    while y < 7.5:
-        x, end = (-1.0, job.size[0] + 1.0) if forth else (job.size[0] + 1.0, -1.0)
-        p.line(x=x, y=y, z=relief(x, y, phase), feed=1300)
-        while abs(end - x) > 1e-9:
-            x = min(x + 0.3, end) if forth else max(x - 0.3, end)
-            p.line(x=x, y=y, z=relief(x, y, phase))
-        y, forth = y + 0.4, not forth
+    relief_rows(job, (y, 7.5, 0.4), 1.0, lambda: 0.3, phase, 1300)
     p.rapid(z=CLEAR)
     return job.finish("taper_two_tools")
 
@@ -130,10 +118,8 @@ def spiral_round(rng):
     job.tool(16, Tool(10.0), number(rng, 45, 55))
     p.say("spiral")
     p.raw("G21 G17 G90 G94 G91.1")
-    job.start(0, 0, path="G64 P0.03 Q0.01")
-    p.raw("T15 M6")
-    p.raw("G43 H15")
-    p.raw("M3 S8000")
+    job.start("G64 P0.03 Q0.01")
+    p.raw("T15 M6", "G43 H15", "M3 S8000")
     p.rapid(z=CLEAR)
     job.stock(rng.uniform(150, 190), 3900)
     radius, angle = 0.5 * size + 6.0, 0.0
@@ -144,10 +130,7 @@ def spiral_round(rng):
         radius = 0.5 * size + 6.0 - 3.7 * angle / (2.0 * math.pi)
         p.line(x=radius * math.cos(angle), y=radius * math.sin(angle), feed=1500)
     p.rapid(z=CLEAR)
-    p.raw("G53 G0 Z115.")
-    p.raw("T16 M6")
-    p.raw("G43 H16")
-    p.raw("M3 S7000")
+    p.raw("G53 G0 Z115.", "T16 M6", "G43 H16", "M3 S7000")
     p.motion, p.at = None, {}
     job.rate(rng.uniform(130, 170), 3900)
     p.rapid(x=4.2, y=0.0)
