@@ -138,7 +138,7 @@ def test_a_file_that_changes_while_it_is_read(tmp_path):
 
 
 def test_no_process_for_it(tmp_path):
-    """The looks go on, and the page says why there is no path."""
+    """The panel goes on looking at the machine, and the page says why there is no path."""
     shop = Shop(tmp_path)
 
     def refuse(_order):

@@ -11,21 +11,9 @@ import pytest
 
 from chipwise.panel import server, watch
 from support.panel_client import follow, request
-from support.panel_rig import TOKEN, serving
+from support.panel_rig import serving
 
 GARBAGE = int(os.environ.get("CHIPWISE_PANEL_GARBAGE", 60))
-
-
-@pytest.fixture
-def rig():
-    with serving() as found:
-        yield found
-
-
-@pytest.fixture
-def changing():
-    with serving(TOKEN) as found:
-        yield found
 
 
 def test_a_hundred_connections(rig, monkeypatch):

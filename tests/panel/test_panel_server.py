@@ -17,18 +17,6 @@ from support.panel_client import follow, request
 from support.panel_rig import TOKEN, serving
 
 
-@pytest.fixture
-def rig():
-    with serving() as found:
-        yield found
-
-
-@pytest.fixture
-def changing():
-    with serving(TOKEN) as found:
-        yield found
-
-
 def raw(rig, data, seconds=20.0):
     """What comes back for some bytes, up to the end of the connection."""
     with socket.create_connection(rig.server.server_address[:2], timeout=seconds) as connection:

@@ -18,12 +18,6 @@ from support.panel_rig import serving
 PAGE = ROOT / "remap/chipwise/panel/page"
 
 
-@pytest.fixture
-def rig():
-    with serving() as found:
-        yield found
-
-
 @pytest.mark.parametrize("accept, language", [("de-AT,de;q=0.9,en;q=0.5", "de"), ("fr,en", "en"), (None, "en"), ("x" * 2000, "en")])
 def test_the_language_of_the_browser(rig, accept, language):
     found = json.loads(request(rig.url, "/strings.json", Accept_Language=accept)[2])
