@@ -177,7 +177,7 @@ def test_figures_of_a_known_cut(tmp_path, machine):
     ini = headless_ini(tmp_path, machine)
     log = str(tmp_path / 'log.npz')
     summary = run(tmp_path, SLOTS, ini=ini, log=log)
-    assert (summary['exit_status'], summary['errors']) == (0, [])
+    assert (summary['exit_status'], summary['errors']) == (0, []), summary['errors']
     assert summary['volume_mm3'] == pytest.approx((6 + 4) * 40 * 3, rel=0.005)
     assert summary['rate_target'] == pytest.approx(3600)
     assert summary['rate_mean'] == pytest.approx(3600, rel=0.03)

@@ -28,7 +28,7 @@ class ProgramSteps:
     def run_until_stopped(self, seconds, line=0):
         self.run_from(line)
         end, idle = time.monotonic() + max(seconds, WAIT_S), 0
-        while time.monotonic() < end and idle < 20:
+        while time.monotonic() < end and idle < IDLE_POLLS:
             self.machine.poll()
             status = self.machine.status
             if self.pins('chipwise-guard.0.stop') == ['TRUE']:
