@@ -13,6 +13,8 @@ from chipwise.headless import session
 IDLE_POLLS = 20             # a program that has been idle so often is over, however short it was
 # In real time, however fast the clock is: a busy computer takes that longer.
 WAIT_S = 400 * session.SPEED        # for a step
+REST_LOOKS = 4              # at a machine at rest, one after the other, each after a servo period: see rest()
+PERIOD_PIN = 'motion-controller.time'       # of the last servo period, ns: never twice the same but by chance
 
 
 class ProgramSteps:
@@ -80,6 +82,22 @@ class ProgramSteps:
         self.machine.command.auto(linuxcnc.AUTO_RESUME)
         self.machine.wait('resume', lambda s: not s.paused)
 
+    def rest(self, what):
+        """Wait until the line or program is over and the axes rest.
+
+        A machine that has taken a move and not begun it looks like one at rest, for as long as a busy computer lets the task or the servo
+        thread wait.  So it has to rest in several looks, between which both have been at work."""
+        looks, period = 0, None
+
+        def at_rest(status):
+            nonlocal looks, period
+            if not (status.interp_state == linuxcnc.INTERP_IDLE and status.inpos and status.queue == 0):
+                looks = 0
+            elif hal.get_value(PERIOD_PIN) != period:
+                looks, period = looks + 1, hal.get_value(PERIOD_PIN)
+            return looks >= REST_LOOKS
+        self.machine.wait(what, at_rest, WAIT_S)
+
     def reverse(self):
         self.machine.command.auto(linuxcnc.AUTO_REVERSE)
 
@@ -133,7 +151,7 @@ class ProgramSteps:
         self.machine.command.auto(linuxcnc.AUTO_RUN, 0)
 
     def finish(self):
-        self.machine.wait('end of program', lambda s: s.interp_state == linuxcnc.INTERP_IDLE and s.inpos, WAIT_S)
+        self.rest('end of program')
         return self.errors()
 
     def over(self, seconds, *pins):

@@ -159,7 +159,7 @@ class Operator(ProgramSteps, ProcessSteps):
         self.machine.set_mode(linuxcnc.MODE_MDI, 'MDI')
         self.machine.command.mdi(line)
         self.machine.command.wait_complete(WAIT_S)
-        self.machine.wait('end of ' + line, lambda s: s.interp_state == linuxcnc.INTERP_IDLE and s.inpos, WAIT_S)
+        self.rest('end of ' + line)
         return self.errors()
 
     def mdi_quietly(self, line):
@@ -200,7 +200,7 @@ class Operator(ProgramSteps, ProcessSteps):
         self.record.pass_by(seconds if self.record.columns else 0)
 
     def mdi_end(self):
-        self.machine.wait('end of the line', lambda s: s.interp_state == linuxcnc.INTERP_IDLE and s.inpos, WAIT_S)
+        self.rest('end of the line')
         return self.errors()
 
     def map_sum(self):

@@ -19,7 +19,7 @@ from chipwise.files import printable
 from chipwise.stock import reasons
 from chipwise.stock.layout import FileRequest
 
-HELD_TIMEOUT_S = 2.0        # for the tracker's answer, which comes in its next period
+HELD_TIMEOUT_S = 10.0       # for the tracker's answer, which comes in its next period: a busy computer may hold up either for seconds
 
 
 class StockFiles:
