@@ -116,3 +116,16 @@ def test_what_is_left_bit_by_bit(tmp_path, machine):
     before = tmp_path / "a.ngc"
     before.write_text("\n".join([*lines, "G0 Z5", "M2", ""]))
     assert b"shifted along the axis" in run.rewritten(str(before), run.Order(), lambda share: None, Machine(str(machine)))[0]
+
+
+@pytest.mark.parametrize("most", (700, 2000))
+def test_what_is_left_where_two_parts_meet(tmp_path, machine, monkeypatch, most):
+    """A part's last rows are lower than their neighbours only when the next part has been cut: they are travelled all the same."""
+    monkeypatch.setattr(flute, "MOST_MOVES", most)
+    lines = ["G21 G90 G17 G40 G49 G80 G94", "M250 P0 Q0 R-40 I100 J100 K40", "T1 M6", "S8000 M3", "G0 X36 Y34 Z5", "G1 Z-14 F300"]
+    for row in range(340, 411):
+        for k in range(361, 501)[::1 - 2 * (row % 2)]:
+            lines.append(f"X{k / 10:.3f} Y{row / 10:.3f} Z{-24 + 10 * math.sin(k / 90) * math.cos(row / 40):.4f}")
+    before = tmp_path / "a.ngc"
+    before.write_text("\n".join([*lines, "G0 Z5", "M2", ""]))
+    assert b"shifted along the axis" in run.rewritten(str(before), run.Order(), lambda share: None, Machine(str(machine)))[0]

@@ -17,6 +17,7 @@ from chipwise.tools import ToolGeometry
 CELLS_ACROSS = 16           # of the smallest tool, where memory allows
 CELLS_FOR_VOLUME = 48       # the same where the volume of a short move counts
 PART = 50_000               # moves that are cut at once
+LOWERED = 0.01              # cells: what lowers a cell by less does nothing, far above what the model's heights differ by
 
 
 @dataclass(frozen=True)
@@ -167,6 +168,13 @@ def _near(stock, points, radius):
     return slice(*row), slice(*column)
 
 
+class Final:
+    """What a program leaves of a stock: height and high (ny, nx) mm; high: the highest of a cell and its neighbours, up to which the proof allows stock."""
+
+    def __init__(self, stock):
+        self.height, self.high = stock.height, filtered(stock.height, np.maximum)
+
+
 class Window:
     """The heights near a path, to be put back."""
 
@@ -187,11 +195,12 @@ class Window:
         self.restore()
         return other
 
-    def left(self, least):
-        """Places (n, 2) in mm of the cells that were more than `least` (mm) higher than they and all their neighbours are now."""
+    def left(self, least, final):
+        """Places (n, 2) in mm of the cells that were more than `least` (mm) too high and that nothing lowers later.  final: a Final."""
         if not self._kept[0].size:
             return np.zeros((0, 2))
-        stock, (row, column) = self._stock, np.nonzero(self._kept[0] > filtered(self._views[0], np.maximum) + least)
+        stock, now = self._stock, self._views[0]
+        row, column = np.nonzero((self._kept[0] > final.high[self._slices] + least) & (final.height[self._slices] > now - LOWERED * stock.cell))
         row, column = row + self._slices[0].start, column + self._slices[1].start
         return np.column_stack([stock.x0 + column * stock.cell + stock.shift_x[row], stock.y0 + row * stock.cell + stock.shift_y[column]])
 

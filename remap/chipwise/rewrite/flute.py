@@ -25,7 +25,7 @@ import numpy as np
 from chipwise.check.records import FEED, RAPID
 from chipwise.check.reader import Unreadable
 from chipwise.check.simulate import SEGMENT_MM
-from chipwise.rewrite import along, cutting
+from chipwise.rewrite import along, cutting, proof
 from chipwise.rewrite.edits import Edits, Move, Table
 from chipwise.rewrite.links import ACROSS_MM, OVER_MM, Links
 from chipwise.rewrite.trials import Trials
@@ -61,10 +61,13 @@ class Shifter:
         self.cell, self.needles = cell, needles
         self.edits, self.figures, self.written = Edits(), Figures(), len(program.kind)
         self.stock, self.tool, self.links = None, None, Links(program)
+        self.geometry, self.number, self.final = geometry, -1, None         # number of the stock
 
     def run(self, progress=None):
         """-> Edits."""
         for section, stock in cutting.in_stock(self.program, self.sections, self.cell, progress, self.needles):
+            if stock is not self.stock:
+                self.number, self.final = self.number + 1, None
             self.stock, self.tool = self.links.stock, self.links.tool = stock, section.tool
             self._section(section)
         return self.edits
@@ -228,9 +231,15 @@ class Shifter:
     def _left_bit_by_bit(self, points, met, window):
         """(n - 1,) bool: pieces that lower a cell, though each of them by little, which the proof would find too high without them."""
         left, reach = np.zeros(len(points) - 1, bool), self.tool.shape.diameter / 2 + self._piece()
-        for place in window.left(LEFT_DEPTH * self.stock.cell):
+        for place in window.left(LEFT_DEPTH * self.stock.cell, self._final()):
             left |= np.hypot(*(points[:-1, :2] - place).T) < reach
         return left & (met["volume"] > 0.0)
+
+    def _final(self):
+        """The cutting.Final of the stock, as proof.same_stock will have it."""
+        if self.final is None:
+            self.final = cutting.Final(proof.simulated(self.program, self.geometry, self.cell)[self.number][0])
+        return self.final
 
     # ---- what is written --------------------------------------------------------------------------------------
 
