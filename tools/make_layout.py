@@ -158,7 +158,7 @@ def table_text(structs):
     lines = ["/* SPDX-License-Identifier: GPL-2.0-or-later */",
              "/* layout_table.c - size of each structure, offset and size of each member, as this library was compiled.",
              " *",
-             " * Who reads it: remap/chipwise/stock/core.py, when it opens the library. Made by tools/make_layout.py.",
+             " * Who reads it: remap/chipwise/stock/library.py, when it opens the library. Made by tools/make_layout.py.",
              " */", "#include <stddef.h>", ""]
     lines += [f'#include "{name}"' for name in HEADERS]
     lines += ["", "struct chip_layout_entry { const char *name; long value; };", "",

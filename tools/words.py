@@ -29,7 +29,7 @@ from repository import repository_files
 
 ROOT = os.path.dirname(os.path.dirname(os.path.realpath(__file__)))
 
-CORE = r'^(components/|remap/chipwise/stock/core\.py$)'
+CORE = r'^(components/|remap/chipwise/stock/(core|library)\.py$)'
 GEOMETRY = r'remap/chipwise/(geometry|cycles)/'
 CODE = r'(remap|components|bin|tests|bench|tools)/'
 

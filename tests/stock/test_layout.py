@@ -7,7 +7,7 @@ import subprocess
 
 import pytest
 
-from chipwise.stock import core
+from chipwise.stock import library
 from support import ROOT
 
 PYTHON = "/usr/bin/python3"
@@ -15,9 +15,9 @@ PROBE = """
 import sys
 sys.path.insert(0, sys.argv[1])
 from chipwise.errors import LibraryError
-from chipwise.stock import core
+from chipwise.stock import library
 try:
-    core.library()
+    library.library()
 except LibraryError as error:
     print(error)
 """
@@ -45,7 +45,7 @@ def generate(folder, *options):
 
 
 def answer(library):
-    """What core.py says about a library; "" if it takes it."""
+    """What library.py says about a library; "" if it takes it."""
     done = subprocess.run([PYTHON, "-c", PROBE, str(ROOT / "remap")], env={**os.environ, "CHIPWISE_CORE": str(library)},
                           text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
     assert done.returncode == 0, done.stdout
@@ -115,4 +115,4 @@ def test_a_library_without_a_function_is_refused(tmp_path):
 
 
 def test_the_library_of_this_build_is_taken():
-    assert answer(core.library_path()) == ""
+    assert answer(library.library_path()) == ""

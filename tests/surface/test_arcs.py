@@ -16,7 +16,7 @@ from chipwise.cycles.surface import SurfaceRequest, surface_plan
 from chipwise.lines import chunks, texts
 from chipwise.moves import Line, PlaneArc, Rapid
 from chipwise.stock import layout
-from chipwise.stock.core import library
+from chipwise.stock.library import library
 from chipwise.surface import curve, needed
 from chipwise.surface.model import Placing, read_model
 

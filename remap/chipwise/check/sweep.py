@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from chipwise.stock import layout
-from chipwise.stock.core import library
+from chipwise.stock.library import library
 
 MAX_CELLS = 12_000_000         # 48 MB of heights
 MIN_CELL = 0.01               # mm

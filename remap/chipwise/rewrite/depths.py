@@ -15,7 +15,7 @@ from chipwise.check.reader import Unreadable
 from chipwise.check.sweep import CYLINDER
 from chipwise.rewrite import cutting
 from chipwise.stock import layout
-from chipwise.stock.core import library
+from chipwise.stock.library import library
 
 ROOM = 2_000_000            # witnesses of one stock that are found: a long program has one in every few moves before it is repeated
 MOST = 200_000              # those of them that count: the deepest

@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from chipwise.stock import layout
-from chipwise.stock.core import library
+from chipwise.stock.library import library
 
 NOTHING = layout.DROP_NOTHING
 MAX_BINS = 4_000_000

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from chipwise.stock.core import library
+from chipwise.stock.library import library
 from chipwise.surface import curve
 
 GOUGE = 5e-4                # mm [4]

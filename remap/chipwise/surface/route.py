@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from chipwise.stock import layout
-from chipwise.stock.core import library
+from chipwise.stock.library import library
 
 SPEED, ACCEL = 100.0, 500.0     # mm/s, mm/s2 of an axis: they decide between routes that are all safe
 SAME = 1e-6                     # mm
