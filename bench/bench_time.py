@@ -183,21 +183,12 @@ def window_rates(log, volume, area, span):
     return removed / (time[rows] - time[rows - span]), rows, removed / toolpath
 
 
-def judge(name, folder, text):
-    """dict of a program's figures."""
-    radius, low, high, target = facts(text)
-    held, free = Log(folder / f"{name}-held.npz"), Log(folder / f"{name}-free.npz")
-    rows, other_rows = held.places(), free.places()
-    area, volume = areas(held, rows, radius, low, high)
-    other_way = matched(held, rows, free, other_rows)
+def feed_times(held, free, rows, area, target, steep, steady_feed):
+    """(seconds of the feed moves, of the optimum, at the constant feed; [(lost s, first and last line, took s, best s)] of each block)."""
+    other_way = matched(held, rows, free, free.places())
     moving = np.concatenate([[True], np.diff(free.toolpath) > 1e-9])
     accel_of = accelerations((held, free))
     actual = best = constant = 0.0
-    rate10, at10, met10 = window_rates(held, volume, area, 10)
-    rate1, at1, _ = window_rates(held, volume, area, 1)
-    peak = float(rate10.max())
-    steep = np.abs(np.diff(held.tips[:, 2], prepend=held.tips[0, 2])) > 0.7 * held.speed * held.took
-    steady_feed = peak / float(met10[~(steep[at10] | steep[at10 - 10])].max())
     lost, row_path = [], held.toolpath[rows]
     for first, last in blocks(held.held):
         if held.toolpath[last - 1] - held.toolpath[first - 1] < 1e-6:
@@ -210,15 +201,29 @@ def judge(name, folder, text):
         index = np.searchsorted(held.toolpath[first:last], toolpath).clip(0, last - first - 1) + first
         accel = np.array([accel_of.get(place, ACCEL)
                           for place in zip(held.line[index], held.motion[index])])
-        met = area[index]
-        stock = target / np.maximum(met, 1e-9)
-        seconds, v = fastest(toolpath, np.minimum(planner, stock), accel)
-        actual += float(held.took[first:last].sum())
+        stock = target / np.maximum(area[index], 1e-9)
+        seconds, _ = fastest(toolpath, np.minimum(planner, stock), accel)
+        took = float(held.took[first:last].sum())
+        actual += took
         best += seconds
         plain = np.where(steep[index], stock, steady_feed)
         constant += fastest(toolpath, np.minimum(planner, plain), accel)[0]
-        lost.append((held.took[first:last].sum() - seconds, int(held.line[first]), int(held.line[last - 1]),
-                     float(held.took[first:last].sum()), seconds))
+        lost.append((took - seconds, int(held.line[first]), int(held.line[last - 1]), took, seconds))
+    return actual, best, constant, lost
+
+
+def judge(name, folder, text):
+    """dict of a program's figures."""
+    radius, low, high, target = facts(text)
+    held, free = Log(folder / f"{name}-held.npz"), Log(folder / f"{name}-free.npz")
+    rows = held.places()
+    area, volume = areas(held, rows, radius, low, high)
+    rate10, at10, met10 = window_rates(held, volume, area, 10)
+    rate1, at1, _ = window_rates(held, volume, area, 1)
+    peak = float(rate10.max())
+    steep = np.abs(np.diff(held.tips[:, 2], prepend=held.tips[0, 2])) > 0.7 * held.speed * held.took
+    steady_feed = peak / float(met10[~(steep[at10] | steep[at10 - 10])].max())
+    actual, best, constant, lost = feed_times(held, free, rows, area, target, steep, steady_feed)
     other = float(held.took.sum()) - actual
     span = held.took[at10].sum()
     worst10, worst1 = int(at10[np.argmax(rate10)]), int(at1[np.argmax(rate1)])

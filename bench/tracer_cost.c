@@ -51,39 +51,41 @@ static double slave_us(void)
     return (now_us() - begin) / PERIODS;
 }
 
-int main(void)
+static const struct chip_tracer_settings settings = { .mode_number = CHIP_TRACER_BOTH_WAYS,
+                                                      .direction_sign = 1,
+                                                      .feed_mm_s = 30.0,
+                                                      .approach_vel_mm_s = 10.0,
+                                                      .return_vel_mm_s = 50.0,
+                                                      .max_vel_mm_s = 100.0,
+                                                      .acceleration_mm_s2 = 2000.0,
+                                                      .gain_hz = 300.0,
+                                                      .deflection_mm = 0.3,
+                                                      .range_mm = 1.5,
+                                                      .dead_time_s = 0.002,
+                                                      .max_jump_mm = 0.5,
+                                                      .pick_mm = 0.1,
+                                                      .search_mm = 100.0,
+                                                      .lost_mm = 10.0,
+                                                      .approach_dir = { 0.0, 0.0, -1.0 },
+                                                      .window_min_mm = { -10.0, -10.0, -100.0 },
+                                                      .window_max_mm = { 10.0, 10.0, 100.0 },
+                                                      .soft_min_mm = { -100.0, -100.0, -100.0 },
+                                                      .soft_max_mm = { 100.0, 100.0, 100.0 } };
+static const struct chip_stylus_settings model = { .surface_number = CHIP_STYLUS_BALL,
+                                                   .size_mm = 20.0,
+                                                   .ball_mm = 2.0,
+                                                   .friction_share = 0.15,
+                                                   .noise_mm = 0.0005,
+                                                   .delay_periods = 2 };
+static struct chip_tracer tracer;
+
+/* Traces the ball and records what is met; -> how many periods the head traced. */
+static int record(void)
 {
-    struct chip_tracer_settings s = { .mode_number = CHIP_TRACER_BOTH_WAYS,
-                                      .direction_sign = 1,
-                                      .feed_mm_s = 30.0,
-                                      .approach_vel_mm_s = 10.0,
-                                      .return_vel_mm_s = 50.0,
-                                      .max_vel_mm_s = 100.0,
-                                      .acceleration_mm_s2 = 2000.0,
-                                      .gain_hz = 300.0,
-                                      .deflection_mm = 0.3,
-                                      .range_mm = 1.5,
-                                      .dead_time_s = 0.002,
-                                      .max_jump_mm = 0.5,
-                                      .pick_mm = 0.1,
-                                      .search_mm = 100.0,
-                                      .lost_mm = 10.0,
-                                      .approach_dir = { 0.0, 0.0, -1.0 },
-                                      .window_min_mm = { -10.0, -10.0, -100.0 },
-                                      .window_max_mm = { 10.0, 10.0, 100.0 },
-                                      .soft_min_mm = { -100.0, -100.0, -100.0 },
-                                      .soft_max_mm = { 100.0, 100.0, 100.0 } };
-    struct chip_stylus_settings model = { .surface_number = CHIP_STYLUS_BALL,
-                                          .size_mm = 20.0,
-                                          .ball_mm = 2.0,
-                                          .friction_share = 0.15,
-                                          .noise_mm = 0.0005,
-                                          .delay_periods = 2 };
-    static struct chip_tracer tracer;
     static struct chip_stylus stylus;
     struct chip_tracer_out out;
-    double p[3] = { -10.0, -10.0, 25.0 }, now[3], sum = 0.0;
-    int i, k, replay, traced = 0;
+    double p[3] = { -10.0, -10.0, 25.0 }, now[3];
+    int i, k, traced = 0;
     chip_tracer_init(&tracer);
     for (k = 0; k < PERIODS; k++) {
         chip_stylus_step(&stylus, &model, p, in[k].deflection_mm, now);
@@ -92,19 +94,34 @@ int main(void)
         in[k].feed_share = 1.0;
         in[k].period_s = 0.001;
         best[k] = 1e9;
-        chip_tracer_step(&tracer, &s, &in[k], &out);
+        chip_tracer_step(&tracer, &settings, &in[k], &out);
         traced += out.state_number == CHIP_TRACER_TRACE;
         for (i = 0; i < 3; i++) p[i] += 0.001 * out.velocity_mm_s[i];
     }
+    return traced;
+}
+
+/* Plays the record REPLAYS times. */
+static void play(void)
+{
+    struct chip_tracer_out out;
+    int k, replay;
     for (replay = 0; replay < REPLAYS; replay++) {
         chip_tracer_init(&tracer);
         for (k = 0; k < PERIODS; k++) {
             double begin = now_us(), took;
-            chip_tracer_step(&tracer, &s, &in[k], &out);
+            chip_tracer_step(&tracer, &settings, &in[k], &out);
             took = now_us() - begin;
             if (took < best[k]) best[k] = took;
         }
     }
+}
+
+int main(void)
+{
+    double sum = 0.0;
+    int k, traced = record();
+    play();
     for (k = 0; k < PERIODS; k++) sum += best[k];
     qsort(best, PERIODS, sizeof *best, rising);
     row("tracer, lines over a ball: mean", sum / PERIODS, 2.0);

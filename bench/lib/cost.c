@@ -21,6 +21,9 @@
 #include "core/stock_tracker_core.h"
 #include "core/volumetric_feed_core.h"
 
+typedef double place[3];   /* x y z, mm */
+typedef uint32_t times[3]; /* a period's row of TIMES */
+
 struct machine {
     struct chip_tracker tracker;
     struct chip_tracker_in in;
@@ -76,32 +79,26 @@ static void new_stock(struct machine *m)
     chip_tracker_init(&m->tracker);
 }
 
-int main(int argc, char **argv)
+/* The path of a file, and how many periods it has; NULL for one that cannot be read. */
+static place *read_path(const char *name, long *count)
 {
-    double number[16];
-    struct machine *m = calloc(1, sizeof *m);
-    struct sched_param priority = { .sched_priority = 50 };
-    struct timespec begin;
-    uint32_t(*took)[3];
-    double(*path)[3];
-    long count, i, first, last;
-    int replay, replays, k;
-    FILE *file;
-
-    if (argc != 17) return 2;
-    for (k = 3; k < 17; k++) number[k - 3] = atof(argv[k]);
-    file = fopen(argv[1], "rb");
-    if (!file) return 2;
+    place *path;
+    FILE *file = fopen(name, "rb");
+    if (!file) return 0;
     fseek(file, 0, SEEK_END);
-    count = ftell(file) / (long)sizeof *path;
+    *count = ftell(file) / (long)sizeof *path;
     rewind(file);
-    path = malloc(count * sizeof *path);
-    if (fread(path, sizeof *path, count, file) != (size_t)count) return 2;
+    path = malloc(*count * sizeof *path);
+    if (fread(path, sizeof *path, *count, file) != (size_t)*count) return 0;
     fclose(file);
-    took = calloc(count, sizeof *took);
-    mlockall(MCL_CURRENT | MCL_FUTURE);
-    if (getenv("COST_FIFO")) sched_setscheduler(0, SCHED_FIFO, &priority);
+    return path;
+}
 
+/* The machine of the command line's numbers: tool, cell, box, acceleration. */
+static void set_up(struct machine *m, const double number[11])
+{
+    uint32_t cells = chip_stock_cells(number[3], number[7] - number[4], number[8] - number[5]);
+    int k;
     m->in.mu_per_mm = 1.0;
     m->in.motion = 2;
     m->in.is_enabled = 1;
@@ -115,37 +112,60 @@ int main(int argc, char **argv)
     m->in.acceleration_mu_s2 = number[10];
     m->in.mrr_window_s = 0.02;
     m->in.period_s = 0.001;
-    replays = (int)number[11];
-    first = (long)number[12];
-    last = (long)number[13];
-    {
-        uint32_t cells = chip_stock_cells(number[3], number[7] - number[4], number[8] - number[5]);
-        m->stock = malloc(chip_stock_bytes(cells));
-        memset(m->stock, 0, chip_stock_bytes(cells));
-        chip_stock_init(m->stock, number[3], cells);
-        printf("%.0f %u\n", (double)chip_stock_bytes(cells), cells);
-    }
-    for (replay = 0; replay < replays; replay++) {
-        new_stock(m);
-        for (i = 0; i < count; i++) {
-            double before = m->stock->removed;
-            uint32_t ns;
-            if (path[i][0] != path[i][0]) {
-                new_stock(m);
-                continue;
-            }
-            for (k = 0; k < 3; k++) m->in.pos_mu[k] = path[i][k];
-            clock_gettime(CLOCK_MONOTONIC, &begin);
-            if (i >= first && i <= last)
-                marked_period(m);
-            else
-                plain_period(m);
-            ns = now_ns(&begin);
-            if (replay == 0) took[i][0] = ns;
-            if (replay == 0 || ns < took[i][1]) took[i][1] = ns;
-            took[i][2] = (uint32_t)(1000.0 * (m->stock->removed - before) + 0.5);
+    m->stock = malloc(chip_stock_bytes(cells));
+    memset(m->stock, 0, chip_stock_bytes(cells));
+    chip_stock_init(m->stock, number[3], cells);
+    printf("%.0f %u\n", (double)chip_stock_bytes(cells), cells);
+}
+
+/* Goes through the path once, the first time if not `again`. */
+static void play(struct machine *m, const place *path, long count, long first, long last, int again, times *took)
+{
+    struct timespec begin;
+    long i;
+    int k;
+    new_stock(m);
+    for (i = 0; i < count; i++) {
+        double before = m->stock->removed;
+        uint32_t ns;
+        if (path[i][0] != path[i][0]) {
+            new_stock(m);
+            continue;
         }
+        for (k = 0; k < 3; k++) m->in.pos_mu[k] = path[i][k];
+        clock_gettime(CLOCK_MONOTONIC, &begin);
+        if (i >= first && i <= last)
+            marked_period(m);
+        else
+            plain_period(m);
+        ns = now_ns(&begin);
+        if (!again) took[i][0] = ns;
+        if (!again || ns < took[i][1]) took[i][1] = ns;
+        took[i][2] = (uint32_t)(1000.0 * (m->stock->removed - before) + 0.5);
     }
+}
+
+int main(int argc, char **argv)
+{
+    double number[14];
+    place *path;
+    struct machine *m = calloc(1, sizeof *m);
+    struct sched_param priority = { .sched_priority = 50 };
+    times *took;
+    long count;
+    int replay, k;
+    FILE *file;
+
+    if (argc != 17) return 2;
+    for (k = 3; k < 17; k++) number[k - 3] = atof(argv[k]);
+    path = read_path(argv[1], &count);
+    if (!path) return 2;
+    took = calloc(count, sizeof *took);
+    mlockall(MCL_CURRENT | MCL_FUTURE);
+    if (getenv("COST_FIFO")) sched_setscheduler(0, SCHED_FIFO, &priority);
+    set_up(m, number);
+    for (replay = 0; replay < (int)number[11]; replay++)
+        play(m, path, count, (long)number[12], (long)number[13], replay > 0, took);
     file = fopen(argv[2], "wb");
     if (!file || fwrite(took, sizeof *took, count, file) != (size_t)count) return 2;
     fclose(file);

@@ -81,4 +81,11 @@ static inline double hostile(void)
     return value;
 }
 
+/* A whole number that an input should not have. */
+static inline int hostile_whole(void)
+{
+    static const int some[] = { 0, 1, 2, 3, 4, 5, 8, -1, 16, 255, 2147483647, -2147483647 - 1 };
+    return some[pick(COUNT(some))];
+}
+
 #endif

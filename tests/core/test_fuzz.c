@@ -22,6 +22,7 @@
 #include "core/watchdog.h"
 #include "core/tool_watch.h"
 #include "core/tracker.h"
+#include "hostile_law.h"
 #include "random_numbers.h"
 
 #define PERIODS 250 /* of an episode */
@@ -38,12 +39,6 @@ static struct chip_feed_easing easing;
 static struct chip_watchdog watchdog;
 static struct chip_tool_watch watch;
 static long failures, hostile_periods, ready_periods;
-
-static int hostile_whole(void)
-{
-    static const int some[] = { 0, 1, 2, 3, 4, 5, 8, -1, 16, 255, 2147483647, -2147483647 - 1 };
-    return some[pick(COUNT(some))];
-}
 
 static void expect(int good, const char *what, double value)
 {
@@ -184,64 +179,47 @@ static void check_tracker(void)
     ready_periods += out.is_ready;
 }
 
-/* The law on what the tracker says, with hostile settings too. */
+/* The watchdog on the law and what it has said. */
+static void check_watchdog(const struct chip_feed_in *law, double override_share, int spoilt)
+{
+    struct chip_watchdog_in seen;
+    memset(&seen, 0, sizeof seen);
+    seen.feed_mode = law->feed_mode;
+    seen.motion = law->motion;
+    seen.programmed_vel_mm_s = law->programmed_vel_mm_s;
+    seen.requested_vel_mm_s = law->requested_vel_mm_s;
+    seen.override_share = override_share;
+    seen.current_vel_mm_s = spoilt ? hostile() : 20.0;
+    seen.acceleration_mm_s2 = law->acceleration_mm_s2;
+    seen.max_override_share = spoilt ? hostile() : 1.0;
+    seen.period_s = law->period_s;
+    chip_watchdog_step(&watchdog, &seen);
+    in_range("explained", watchdog.explained_mm_s, 0.0, 1e300);
+}
+
+static void check_tool_watch(int spoilt)
+{
+    struct chip_tool_watch_in beat;
+    beat.tool_in_spindle_number = spoilt ? hostile_whole() : 1;
+    beat.tool_followed_number = 1;
+    beat.heartbeat_count = spoilt ? hostile_whole() : (int)period;
+    beat.monitor_timeout_s = spoilt ? hostile() : 5.0;
+    beat.period_s = spoilt ? hostile() : 0.001;
+    chip_tool_watch_step(&watch, &beat);
+    in_range("silent", watch.silent_s, 0.0, 1e6);
+    in_range("changed", watch.changed_s, 0.0, 1e6);
+    expect(beat.tool_in_spindle_number == 1 || watch.is_unknown, "an unknown tool", beat.tool_in_spindle_number);
+}
+
+/* The law on what the tracker says, with hostile settings too; then both watches. */
 static void check_feed(int spoilt)
 {
     struct chip_feed_in law;
-    struct chip_watchdog_in seen;
-    struct chip_tool_watch_in beat;
     struct chip_feed_out said;
-    double *first = &law.tool_max_rate_mm3_s, *numbers[] = { &law.mrr_target_mm3_s,
-                                                             &law.mrr_lower_mm3_s,
-                                                             &law.programmed_vel_mm_s,
-                                                             &law.requested_vel_mm_s,
-                                                             &law.acceleration_mm_s2,
-                                                             &law.min_vel_mm_s,
-                                                             &law.period_s,
-                                                             &law.section_area_mm2,
-                                                             &law.load_distance_mm[3],
-                                                             &law.load_area_mm2[0],
-                                                             &law.load_accel_mm_s2[1],
-                                                             first,
-                                                             &law.max_vel_mm_s,
-                                                             &law.min_scale_of_f,
-                                                             &law.max_scale_of_f,
-                                                             &law.air_vel_mm_s,
-                                                             &law.plunge_vel_mm_s,
-                                                             &law.dir_z,
-                                                             &law.max_chip_thickness_mm,
-                                                             &law.flutes,
-                                                             &law.spindle_speed_rps,
-                                                             &law.tool_diameter_mm,
-                                                             &law.depth_mm,
-                                                             &law.feed_override_share,
-                                                             &law.max_jerk_mm_s3,
-                                                             &law.current_vel_mm_s,
-                                                             &law.current_accel_mm_s2 };
     double recover = 0.0, band = 0.0, over;
-    int i;
-    memset(&law, 0, sizeof law);
-    law.feed_mode = pick(5) - 1;
-    law.motion = in.motion;
-    law.mrr_target_mm3_s = 60.0;
-    law.mrr_lower_mm3_s = 20.0;
-    law.programmed_vel_mm_s = 20.0;
-    law.requested_vel_mm_s = 50.0;
-    law.acceleration_mm_s2 = 500.0;
-    law.period_s = 0.001;
-    law.is_trusted = out.is_ready && !out.has_fault;
-    law.section_area_mm2 = out.section_area_mm2;
-    for (i = 0; i < CHIP_FEED_LOAD_STEPS; i++) {
-        int used = i < out.load.steps;
-        law.load_distance_mm[i] = used ? out.load.step[i].distance : 0.0;
-        law.load_area_mm2[i] = used ? out.load.step[i].area : 0.0;
-        law.load_accel_mm_s2[i] = used ? out.load.step[i].accel : 0.0;
-    }
-    law.feed_override_share = 1.0;
+    set_law(&law, in.motion, &out);
     if (spoilt) {
-        for (i = pick(4); i >= 0; i--) *numbers[pick(COUNT(numbers))] = hostile();
-        if (chance() < 0.3) law.feed_mode = hostile_whole();
-        if (chance() < 0.3) law.motion = hostile_whole();
+        spoil_law(&law);
         if (chance() < 0.3) recover = hostile();
         if (chance() < 0.3) band = hostile();
     }
@@ -255,27 +233,8 @@ static void check_feed(int spoilt)
     in_range("override", over, 0.0, 1.0);
     over = chip_feed_target(&law);
     in_range("target", over, 0.0, 1.7976931348623157e308);
-    memset(&seen, 0, sizeof seen);
-    seen.feed_mode = law.feed_mode;
-    seen.motion = law.motion;
-    seen.programmed_vel_mm_s = law.programmed_vel_mm_s;
-    seen.requested_vel_mm_s = law.requested_vel_mm_s;
-    seen.override_share = said.scale;
-    seen.current_vel_mm_s = spoilt ? hostile() : 20.0;
-    seen.acceleration_mm_s2 = law.acceleration_mm_s2;
-    seen.max_override_share = spoilt ? hostile() : 1.0;
-    seen.period_s = law.period_s;
-    chip_watchdog_step(&watchdog, &seen);
-    in_range("explained", watchdog.explained_mm_s, 0.0, 1e300);
-    beat.tool_in_spindle_number = spoilt ? hostile_whole() : 1;
-    beat.tool_followed_number = 1;
-    beat.heartbeat_count = spoilt ? hostile_whole() : (int)period;
-    beat.monitor_timeout_s = spoilt ? hostile() : 5.0;
-    beat.period_s = spoilt ? hostile() : 0.001;
-    chip_tool_watch_step(&watch, &beat);
-    in_range("silent", watch.silent_s, 0.0, 1e6);
-    in_range("changed", watch.changed_s, 0.0, 1e6);
-    expect(beat.tool_in_spindle_number == 1 || watch.is_unknown, "an unknown tool", beat.tool_in_spindle_number);
+    check_watchdog(&law, said.scale, spoilt);
+    check_tool_watch(spoilt);
 }
 
 static double cpu_s(void)

@@ -100,64 +100,80 @@ def compare(pattern, plain, transform, tolerance=1e-6):
 # ---- random subs -----------------------------------------------------------------------------------------------------
 
 
+class _Maker:
+    """Lines of a random sub, a kind of move each."""
+
+    def __init__(self, seed):
+        self.random, self.labels = random.Random(f"pattern {seed}"), iter(range(101, 200))
+
+    def kinds(self, cycles, contours):
+        """What one is chosen of: functions that return lines."""
+        found = [lambda: [self.line()]] * 4 + [self.arc, self.arc, self.arc_r, self.canned, self.compensated, self.called, self.looped]
+        found += [self.cycle] if cycles else []
+        return found + (([self.nested] + ([self.contour_cycle] if cycles else [])) if contours else [])
+
+    def number(self, low, high):
+        return f"{self.random.uniform(low, high):.4f}"
+
+    def line(self):
+        return f"G1 X{self.number(-20, 20)} Y{self.number(-20, 20)}" + (f" Z{self.number(-5, 3)}" if self.random.random() < 0.4 else "") + (
+            f" F{self.number(50, 900)}" if self.random.random() < 0.4 else "")
+
+    def arc(self):
+        plane, (a, b), (i, j) = self.random.choice([("G17", "XY", "IJ"), ("G17", "XY", "IJ"), ("G18", "XZ", "IK"), ("G19", "YZ", "JK")])
+        x, y = self.random.uniform(-9, 9), self.random.uniform(-9, 9)
+        turn = cmath.rect(1.0, self.random.uniform(0.2, 6.0)) * complex(-x, -y)
+        along = "ZYX"["G17 G18 G19".split().index(plane)] + self.number(-2, 2) if self.random.random() < 0.4 else ""
+        end = turn - complex(-x, -y)
+        return [f"G91 {plane} G{self.random.choice('23')} {a}{end.real:.6f} {b}{end.imag:.6f} {along} {i}{x:.6f} {j}{y:.6f}"
+                + (f" P{self.random.choice((2, 3))}" if plane == "G17" and self.random.random() < 0.2 else ""), "G90 G17"]
+
+    def arc_r(self):
+        x, y = self.random.uniform(-9, 9), self.random.uniform(-9, 9)
+        code, side = self.random.choice("23"), self.random.choice((1, -1))
+        return [f"G91 G{code} X{x:.4f} Y{y:.4f} R{side * math.hypot(x, y) * self.random.uniform(0.55, 2):.5f}", "G90"]
+
+    def canned(self):
+        code = self.random.choice(["G81", "G82", "G83", "G73"])
+        more = {"G82": " P0.05", "G83": " Q1.3", "G73": " Q0.9"}.get(code, "")
+        return [f"G{self.random.choice((98, 99))} {code} X{self.number(-20, 20)} Y{self.number(-20, 20)} Z{self.number(-6, -1)} R{self.number(0.5, 3)}{more}",
+                f"X{self.number(-20, 20)}", "G80", "G0 Z5"]
+
+    def compensated(self):
+        side = self.random.choice((41, 42))
+        return [f"G0 X-15 Y-15 Z{self.number(1, 4)}", f"G{side}.1 D{self.number(0.5, 2)}", "G1 X-5 Y-9",
+                f"X{self.number(3, 9)}", f"Y{self.number(3, 9)}", "X-5", "G40", "G0 X-20"]
+
+    def called(self):
+        return [f"o200 call [{self.number(-9, 9)}] [{self.number(1, 5)}]"]
+
+    def looped(self):
+        label = next(self.labels)
+        return ["#1 = 0", f"o{label} while [#1 LT 3]", f"G0 X[#1 * {self.number(2, 6)}] Y{self.number(-5, 5)}", "G1 Z-1", "G0 Z4",
+                "#1 = [#1 + 1]", f"o{label} endwhile"]
+
+    def cycle(self):
+        return [f"G0 X{self.number(-9, 9)} Y{self.number(-9, 9)} Z5",
+                f"G{self.random.choice((12, 13))} I{self.number(2, 6)} K{self.number(7, 9)} Q0.9 Z-3 R2 F400"]
+
+    def contour_cycle(self):
+        code = self.random.choice([f"G77 P{self.random.choice((41, 42))} I0.2 D0.9", f"G78 P{self.random.choice((41, 42))}",
+                                   f"G79 D0.9 P{self.random.randrange(4)}"])
+        return [f"G0 X{self.number(-9, 9)} Y{self.number(-9, 9)} Z5", f"{code} Q300 Z-2 R2 J1.5 F400"]
+
+    def nested(self):
+        return [f"G0 X{self.number(-9, 9)} Y{self.number(-9, 9)} Z5",
+                f"G75 Q400 X{self.number(-9, 9)} Y{self.number(-9, 9)} R{self.number(-180, 180)} H{self.random.randrange(4)} L2 I7 K{self.number(0, 90)}"]
+
+
 def random_sub(seed, cycles=True, contours=False):
     """Lines of a sub O100 and of the subs that it calls, for a tool of 2 mm: lines, I J and R arcs, helices, planes, G91, canned cycles,
     compensation, loops, calls; cycles: G12 and G13 too; contours: patterns in the pattern, and of the cycles G77, G78 and G79 too."""
-    r = random.Random(f"pattern {seed}")
-
-    def number(low, high):
-        return f"{r.uniform(low, high):.4f}"
-
-    def line():
-        return f"G1 X{number(-20, 20)} Y{number(-20, 20)}" + (f" Z{number(-5, 3)}" if r.random() < 0.4 else "") + (
-            f" F{number(50, 900)}" if r.random() < 0.4 else "")
-
-    def arc():
-        plane, (a, b), (i, j) = r.choice([("G17", "XY", "IJ"), ("G17", "XY", "IJ"), ("G18", "XZ", "IK"), ("G19", "YZ", "JK")])
-        x, y = r.uniform(-9, 9), r.uniform(-9, 9)
-        turn = cmath.rect(1.0, r.uniform(0.2, 6.0)) * complex(-x, -y)
-        along = "ZYX"["G17 G18 G19".split().index(plane)] + number(-2, 2) if r.random() < 0.4 else ""
-        end = turn - complex(-x, -y)
-        return [f"G91 {plane} G{r.choice('23')} {a}{end.real:.6f} {b}{end.imag:.6f} {along} {i}{x:.6f} {j}{y:.6f}"
-                + (f" P{r.choice((2, 3))}" if plane == "G17" and r.random() < 0.2 else ""), "G90 G17"]
-
-    def arc_r():
-        x, y = r.uniform(-9, 9), r.uniform(-9, 9)
-        return [f"G91 G{r.choice('23')} X{x:.4f} Y{y:.4f} R{r.choice((1, -1)) * math.hypot(x, y) * r.uniform(0.55, 2):.5f}", "G90"]
-
-    def canned():
-        code = r.choice(["G81", "G82", "G83", "G73"])
-        more = {"G82": " P0.05", "G83": " Q1.3", "G73": " Q0.9"}.get(code, "")
-        return [f"G{r.choice((98, 99))} {code} X{number(-20, 20)} Y{number(-20, 20)} Z{number(-6, -1)} R{number(0.5, 3)}{more}",
-                f"X{number(-20, 20)}", "G80", "G0 Z5"]
-
-    def compensated():
-        side = r.choice((41, 42))
-        return [f"G0 X-15 Y-15 Z{number(1, 4)}", f"G{side}.1 D{number(0.5, 2)}", "G1 X-5 Y-9", f"X{number(3, 9)}", f"Y{number(3, 9)}", "X-5", "G40", "G0 X-20"]
-
-    def called():
-        return [f"o200 call [{number(-9, 9)}] [{number(1, 5)}]"]
-
-    labels = iter(range(101, 200))
-
-    def looped():
-        label = next(labels)
-        return ["#1 = 0", f"o{label} while [#1 LT 3]", f"G0 X[#1 * {number(2, 6)}] Y{number(-5, 5)}", "G1 Z-1", "G0 Z4", "#1 = [#1 + 1]", f"o{label} endwhile"]
-
-    def cycle():
-        return [f"G0 X{number(-9, 9)} Y{number(-9, 9)} Z5", f"G{r.choice((12, 13))} I{number(2, 6)} K{number(7, 9)} Q0.9 Z-3 R2 F400"]
-
-    def contour_cycle():
-        code = r.choice([f"G77 P{r.choice((41, 42))} I0.2 D0.9", f"G78 P{r.choice((41, 42))}", f"G79 D0.9 P{r.randrange(4)}"])
-        return [f"G0 X{number(-9, 9)} Y{number(-9, 9)} Z5", f"{code} Q300 Z-2 R2 J1.5 F400"]
-
-    def nested():
-        return [f"G0 X{number(-9, 9)} Y{number(-9, 9)} Z5", f"G75 Q400 X{number(-9, 9)} Y{number(-9, 9)} R{number(-180, 180)} H{r.randrange(4)} L2 I7 K{number(0, 90)}"]
-    makers = [lambda: [line()]] * 4 + [arc, arc, arc_r, canned, compensated, called, looped] + ([cycle] if cycles else [])
-    makers += ([nested] + ([contour_cycle] if cycles else [])) if contours else []
-    body = [f"G0 X{number(-20, 20)} Y{number(-20, 20)}", "G0 Z4 (down)", line()]
+    maker = _Maker(seed)
+    r, kinds = maker.random, maker.kinds(cycles, contours)
+    body = [f"G0 X{maker.number(-20, 20)} Y{maker.number(-20, 20)}", "G0 Z4 (down)", maker.line()]
     for _ in range(r.randint(2, 7)):
-        body += r.choice(makers)()
+        body += r.choice(kinds)()
     body += ["G90 G17 G0 Z6"]
     return ["o200 sub", "G0 X#1 Y#2 Z4", "G1 Z-2 F222", "G2 I1.5 J0.5", "G0 Z4", "o200 endsub", *(_PARTS if contours else []), "o100 sub", *body,
             "o100 endsub"]
