@@ -157,6 +157,20 @@ static void note_straight(struct chip_sweep *sweep, const double from[3], const 
     sweep->rise = dz / length;
 }
 
+/* The distances from the axis at which all four points of a cell are below the arc of the tool's end, or its cone. */
+static void round_zones(struct chip_sweep_segment *segment, const struct chip_stock *stock,
+                        const struct chip_tool *tool)
+{
+    double reach = CHIP_GAUSS_REACH * stock->cell, from = tool->r_flat > 0.0 ? tool->r_flat + reach : 0.0;
+    double arc = tool->r_arc - reach, rim = tool->radius - reach;
+    segment->round_level = !segment->flat_end && segment->dz == 0.0;
+    if (!segment->round_level) return;
+    segment->arc_from2 = from * from;
+    segment->arc_to2 = arc > 0.0 ? arc * arc : 0.0;
+    segment->cone_from2 = (tool->r_arc + reach) * (tool->r_arc + reach);
+    segment->cone_to2 = rim > 0.0 ? rim * rim : 0.0;
+}
+
 static struct chip_sweep_segment make_segment(const struct chip_sweep *sweep, const struct chip_stock *stock,
                                               const struct chip_tool *tool, long *work)
 {
@@ -192,6 +206,7 @@ static struct chip_sweep_segment make_segment(const struct chip_sweep *sweep, co
     segment.outer2 = (segment.reach + segment.margin) * (segment.reach + segment.margin);
     /* its rim is above the stock */
     if (segment.reach < CHIP_INNER_SHARE * tool->radius) segment.inner2 = segment.outer2;
+    round_zones(&segment, stock, tool);
     segment.flat = segment.flat_end && segment.dz == 0.0;
     segment.skip_disc = sweep->start_is_cut && level_or_up && segment.floor2 > 0.0;
     segment.skip_back = sweep->start_is_cut && level_or_up;

@@ -10,33 +10,7 @@
 #define CHIP_WORK_RIM 20      /* more, if it is on the stock's rim too */
 #define CHIP_WORK_LOWEST 14   /* of the lowest tool position over a point */
 #define CHIP_WORK_HALVING 12  /* of each halving for that */
-#define CHIP_WORK_CURVED 14   /* of a cell below an end that is not flat */
-#define CHIP_GAUSS_REACH 0.41 /* cells from a cell's middle to the points it is read at */
 #define CHIP_HALVING_END 1e-4 /* mm, where the halving ends */
-
-#define CHIP_INLINE inline __attribute__((always_inline)) /* executed for every cell */
-
-/* Distance^2 of a point (relative to the segment's start) from the tool's axis at t. */
-static CHIP_INLINE double axis_distance2(const struct chip_sweep_segment *segment, double px, double py, double t)
-{
-    double ex = px - t * segment->dx, ey = py - t * segment->dy;
-    return ex * ex + ey * ey;
-}
-
-/* Profile of the tool at the distance^2 r2 from its axis; constant beyond its rim. */
-static CHIP_INLINE double profile(const struct chip_tool *tool, double r2)
-{
-    double r = 0.0, rest;
-    if (r2 >= tool->radius * tool->radius) return tool->shoulder;
-    if (r2 > tool->r_arc * tool->r_arc) return tool->arc_top + tool->slope * (chip_sqrt(r2) - tool->r_arc);
-    if (tool->r_flat > 0.0) {
-        if (r2 <= tool->r_flat * tool->r_flat) return 0.0;
-        r = chip_sqrt(r2) - tool->r_flat;
-        r2 = r * r;
-    }
-    rest = tool->corner * tool->corner - r2;
-    return rest > 0.0 ? tool->corner - chip_sqrt(rest) : tool->corner;
-}
 
 static double height_at(const struct chip_sweep_segment *segment, const struct chip_tool *tool, double px, double py,
                         double t)
@@ -99,35 +73,14 @@ static double lowest(const struct chip_sweep_segment *segment, const struct chip
     return height_at(segment, tool, px, py, 0.5 * (lo + hi));
 }
 
-/* Share of the segment at which it is nearest to a point. */
-static CHIP_INLINE double nearest_on(const struct chip_sweep_segment *segment, double px, double py)
-{
-    double t = (px * segment->dx + py * segment->dy) * segment->per_length2;
-    CHIP_FAULT(PLUNGE_OUTLINE_MISSED, if (segment->length2 <= 0.0) return 0.0);
-    if (segment->length2 <= 0.0) return segment->dz < 0.0 ? 1.0 : 0.0; /* the lower end of a plunge */
-    return t < segment->earliest ? segment->earliest : (t > 1.0 ? 1.0 : t);
-}
-
-/* A cell under a tool that is not flat: four points of it. In the stock's original top they give a plane,
+/* In the stock's original top the four points give a plane,
  * and where that leaves the top gives the share that is cut. A cell cut before is a slope itself, so only the
  * mean of all four may be compared with it (otherwise each pass would take a bit more). */
-static double cut_curved(const struct chip_sweep_segment *segment, const struct chip_stock *stock,
-                         const struct chip_tool *tool, struct chip_cell *cell, double px, double py)
+double chip_sweep_curved(const struct chip_sweep_segment *segment, const struct chip_stock *stock,
+                         struct chip_cell *cell, const double z[4])
 {
-    double step = stock->cell * 0.28867513459481287; /* Gauss points: cell / (2 sqrt 3) */
-    double z[4], mean, gx, gy, slope, over, share, below;
-    int i;
-    *segment->work += CHIP_WORK_CURVED;
-    for (i = 0; i < 4; i++) {
-        double qx = px + (i & 1 ? step : -step), qy = py + (i & 2 ? step : -step);
-        double t = nearest_on(segment, qx, qy);
-        if (segment->dz == 0.0)
-            z[i] = segment->z + profile(tool, axis_distance2(segment, qx, qy, t));
-        else
-            z[i] = lowest(segment, tool, qx, qy, t);
-    }
-    mean = 0.25 * (z[0] + z[1] + z[2] + z[3]);
-    if (cell->top < (float)stock->z_max && !CHIP_FAULTY(ROUND_END_AGAIN)) return chip_cell_cut(stock, cell, 1.0, mean);
+    double mean = 0.25 * (z[0] + z[1] + z[2] + z[3]), gx, gy, slope, over, share, below;
+    if (is_slope(cell, (float)stock->z_max)) return chip_cell_cut(stock, cell, 1.0, mean);
     gx = 0.8660254037844386 * (z[1] + z[3] - z[0] - z[2]); /* rise of the plane over the cell */
     gy = 0.8660254037844386 * (z[2] + z[3] - z[0] - z[1]);
     over = mean - (double)cell->top;
@@ -138,6 +91,24 @@ static double cut_curved(const struct chip_sweep_segment *segment, const struct 
     share = chip_cell_covered(over / slope, gx / slope, gy / slope);
     below = slope * chip_cell_wedge(over / slope, gx / slope, gy / slope);
     return share > 0.0 ? chip_cell_cut(stock, cell, share, (double)cell->top - below / share) : 0.0;
+}
+
+/* A cell under a tool that is not flat: four points of it. */
+static double cut_curved(const struct chip_sweep_segment *segment, const struct chip_stock *stock,
+                         const struct chip_tool *tool, struct chip_cell *cell, double px, double py)
+{
+    double step = stock->cell * CHIP_GAUSS_STEP, z[4];
+    int i;
+    *segment->work += CHIP_WORK_CURVED;
+    for (i = 0; i < 4; i++) {
+        double qx = px + (i & 1 ? step : -step), qy = py + (i & 2 ? step : -step);
+        double t = nearest_on(segment, qx, qy);
+        if (segment->dz == 0.0)
+            z[i] = segment->z + profile(tool, axis_distance2(segment, qx, qy, t));
+        else
+            z[i] = lowest(segment, tool, qx, qy, t);
+    }
+    return chip_sweep_curved(segment, stock, cell, z);
 }
 
 /* A cell on the outline of the sweep: the share inside, at the height of the middle of that
@@ -298,6 +269,12 @@ static CHIP_INLINE void fetch_row(const struct chip_cell *row, const struct chip
     __builtin_prefetch(ahead + last, 1);
 }
 
+/* The last column of those from ix to `last` that comes before the columns of `other`, behind which ix is not. */
+static CHIP_INLINE int before(struct chip_span other, int last, int ix)
+{
+    return other.first > ix && other.first <= last && other.last >= other.first ? other.first - 1 : last;
+}
+
 /* Cuts one row of a segment, or copies of its cells (`dry`), from a column on; returns the volume in mm3.
  * `*column` is where to continue: beyond the row if it is done, otherwise the bound
  * on the work was reached [2]. */
@@ -325,6 +302,15 @@ double chip_sweep_row(const struct chip_sweep_segment *segment, const struct chi
             *segment->work += count;
             ix += (int)count;
         } else {
+            if (segment->round_level && !dry) {
+                int next =
+                    chip_sweep_level(segment, stock, tool, row, ix, before(skip, before(floor_span, span.last, ix), ix),
+                                     x0, y, bound, &removed);
+                if (next > ix) {
+                    ix = next;
+                    continue;
+                }
+            }
             copy = row[ix];
             removed += cut_cell(segment, stock, tool, dry ? &copy : &row[ix], x0 + ix * stock->cell, y);
             *segment->work += 2;
