@@ -174,6 +174,20 @@ def test_history_and_path(seen):
     assert watching.path_since(path["epoch"], path["count"])["points"] == [found.tip]
 
 
+def test_a_program_that_begins_where_another_one_ran_at_the_look_before(seen):
+    """It has figures, a path and operations of its own."""
+    found, watching, look = seen
+    found.tasks["running"] = True
+    look(), look()
+    epoch, shown = watching.path.epoch, []
+    watching.ahead.look = lambda _dt, _scene, running, _pins, _wanted: shown.append(running)
+    found.tasks["program"], found.tip = "/home/me/other.ngc", (7.0, 8.0, 9.0)
+    for _ in range(3):
+        state = look()
+    assert shown == [False, True, True] and watching.path.epoch == epoch + 1 and watching.log.program == "other.ngc"
+    assert state["run"]["seconds"] == 0.2 and watching.path_since(epoch, 0)["points"] == [found.tip]
+
+
 # ---- alarms --------------------------------------------------------------------------------------------------------
 
 

@@ -72,7 +72,7 @@ def wait(driver, script, what, patience_s=WAIT_S):
         found = driver.execute_script("return " + script)
         if found:
             return found
-        assert time.monotonic() < end, f"not reached: {what}"
+        assert time.monotonic() < end, f"not reached: {what}; the page has {driver.execute_script('return JSON.stringify(chipwise.state)')}"
         time.sleep(0.05)
 
 

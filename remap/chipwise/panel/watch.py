@@ -6,7 +6,8 @@ Called by cli/panel.py, in the main thread; server.py reads from other threads w
  1. LOOK_S between two looks at the pins, whether a page is open or not: the last HISTORY_S, peak and mean of a program are known
     to a page that is opened later.
  2. The map is looked at when a program begins and while a page is open, and never for more than MAP_SHARE of the time.
- 3. A look is published as one JSON text with a number; who waits for it is woken.
+ 3. If a program runs and another one ran at the look before, the look counts as one between the two: the other one begins with the next look.
+ 4. A look is published as one JSON text with a number; who waits for it is woken.
 """
 
 import json
@@ -91,7 +92,7 @@ class Watch:
         self.stock = None
         self.stock_error = ""
         self.run = None
-        self.was_running = False
+        self.was_running, self.program = False, ""         # at the look before
         self.last = time.monotonic()
         self._generation = self._shown = None       # of the map: at the last look, and of what tiles have
         self._map_due = self._alive_due = self._removed = 0.0
@@ -107,7 +108,7 @@ class Watch:
         now = time.monotonic()              # of the pins: what was removed since the look before belongs to this time
         dt, self.last = now - self.last, now
         task = self.machine.task()
-        running = bool(task and task["running"])
+        running = self.runs_on(task)
         if running and not self.was_running and self._shown == self._generation:
             self.tiles.mark()
         elif running and not self.was_running:          # nobody has seen the stock before the program
@@ -129,6 +130,12 @@ class Watch:
             self.number += 1
             self.published.notify_all()
         return True
+
+    def runs_on(self, task):
+        """Whether a program runs, and none that has begun since the look before while another one ran."""
+        running, before = bool(task and task["running"]), self.program
+        self.program = task["program"] if task else ""
+        return running and not (self.was_running and self.program != before)
 
     def follow_run(self, dt, pins, task, running):
         if running and not self.was_running:
