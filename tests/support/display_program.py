@@ -91,10 +91,8 @@ class ProgramSteps:
 
         def at_rest(status):
             nonlocal looks, period
-            if not (status.interp_state == linuxcnc.INTERP_IDLE and status.inpos and status.queue == 0):
-                looks = 0
-            elif hal.get_value(PERIOD_PIN) != period:
-                looks, period = looks + 1, hal.get_value(PERIOD_PIN)
+            before, period = period, hal.get_value(PERIOD_PIN)
+            looks = looks + (period != before) if session.is_at_rest(status) else 0
             return looks >= REST_LOOKS
         self.machine.wait(what, at_rest, WAIT_S)
 

@@ -19,6 +19,7 @@ import linuxcnc
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..', 'remap'))
 
 from chipwise.halcmd import attempt                             # noqa: E402
+from chipwise.headless import session                           # noqa: E402
 
 START_S, HOME_S, RUN_S = 150.0, 150.0, 150.0        # real time; a machine under load is slow
 SETTLE_S = 6.0                                      # without change in HAL: the screen's own HAL files have run
@@ -127,8 +128,7 @@ class Sample:
         time.sleep(2.0)                 # screens change pages and modes now
 
     def idle(self):
-        status = self.poll()
-        return status.interp_state == linuxcnc.INTERP_IDLE and status.queue == 0 and status.inpos
+        return session.is_at_rest(self.poll())
 
     def in_mode(self, mode):
         """One try to have a mode that stays: screens change it by themselves after homing and when a program is opened."""

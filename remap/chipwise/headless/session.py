@@ -156,9 +156,7 @@ class Session:
             nonlocal idle, idle_since
             if status.paused and status.interp_state == linuxcnc.INTERP_PAUSED:
                 self.command.auto(linuxcnc.AUTO_RESUME)      # M0: nobody to press Start
-            still = (status.interp_state == linuxcnc.INTERP_IDLE and status.inpos
-                     and status.queue == 0)
-            idle = idle + 1 if still else 0
+            idle = idle + 1 if is_at_rest(status) else 0
             idle_since = time.monotonic() if idle <= 1 else idle_since
             return idle >= IDLE_POLLS or status.task_state != linuxcnc.STATE_ON or self.guard.stopped()
         self.wait('end of program', ended, timeout=float('inf'))
@@ -180,6 +178,11 @@ class Session:
         self.command.abort()
         self.wait('abort', lambda s: s.interp_state == linuxcnc.INTERP_IDLE)
         raise SessionError('a guard has stopped the program (line %d)' % line)
+
+
+def is_at_rest(status):
+    """Whether nothing is left of a line or program.  A machine that has taken a move and not begun it looks the same for a moment."""
+    return status.interp_state == linuxcnc.INTERP_IDLE and status.inpos and status.queue == 0
 
 
 def task_runs():
