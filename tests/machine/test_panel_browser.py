@@ -69,8 +69,8 @@ def test_the_log(visits):
     tool, = log['tools']
     now, before = log['operations']
     assert (tool[0], tool[1]) == ('1: 6.00', '0.100') and (before[:4], now[:4]) == (['1', '8', '1', '-'], ['2', '10', '1', '0.100'])
-    braking = AREA * BEFORE / 1000 * 0.3 / number(now[7])       # cm3/min: 24 mm2 at F for 0.3 s, until the machine has slowed down
-    full = AREA * BEFORE / 1000         # in the stock from X-3 to X35, and the panel's first look at a cut may count from X-10 on
+    full = AREA * BEFORE / 1000         # cm3/min, in the stock from X-3 to X35; the panel's first look at a cut may count from X-10 on
+    braking = full * 0.3 / number(now[7])       # 0.3 s, until the machine has slowed down
     assert 0.8 * RATE < number(now[4]) < 1.07 * RATE + braking and 0.9 * full * 35 / 45 < number(before[4]) < 1.05 * full and now[8] == 'stock here' and before[8] == 'nothing'
     assert log['overflow'] == [1024, 768] and log['stock']
     stopped, = visits[1]['log']['operations']

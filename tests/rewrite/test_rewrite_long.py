@@ -107,14 +107,20 @@ def test_moves_without_a_tool_between(gap):
     assert not depths.too_deep(program, {1: ToolGeometry(shape="flat", flute_length=20.1)}, 0.25, 0.0)
 
 
-def test_what_is_left_bit_by_bit(tmp_path, machine):
-    """Rows 0.1 mm apart over a crest: each move of 0.1 mm lowers a cell there by little, and all of them together by more than a millimetre."""
-    lines = ["G21 G90 G17 G40 G49 G80 G94", "M250 P0 Q0 R-40 I100 J100 K40", "T1 M6", "S8000 M3", "G0 X8 Y96 Z5", "G1 Z-14 F300"]
-    for row in range(960, 1000):
-        for k in range(80, 201)[::1 - 2 * (row % 2)]:
+def crest(rows, columns, down):
+    """A program of rows 0.1 mm apart over a crest, to and fro, in moves of 0.1 mm; rows, columns: ranges of tenths of a millimetre; down: (X, Y) where
+    it goes down."""
+    lines = ["G21 G90 G17 G40 G49 G80 G94", "M250 P0 Q0 R-40 I100 J100 K40", "T1 M6", "S8000 M3", f"G0 X{down[0]} Y{down[1]} Z5", "G1 Z-14 F300"]
+    for row in rows:
+        for k in columns[::1 - 2 * (row % 2)]:
             lines.append(f"X{k / 10:.3f} Y{row / 10:.3f} Z{-24 + 10 * math.sin(k / 90) * math.cos(row / 40):.4f}")
+    return "\n".join([*lines, "G0 Z5", "M2", ""])
+
+
+def test_what_is_left_bit_by_bit(tmp_path, machine):
+    """Each move over the crest lowers a cell there by little, and all of them together by more than a millimetre."""
     before = tmp_path / "a.ngc"
-    before.write_text("\n".join([*lines, "G0 Z5", "M2", ""]))
+    before.write_text(crest(range(960, 1000), range(80, 201), (8, 96)))
     assert b"shifted along the axis" in run.rewritten(str(before), run.Order(), lambda share: None, Machine(str(machine)))[0]
 
 
@@ -122,10 +128,6 @@ def test_what_is_left_bit_by_bit(tmp_path, machine):
 def test_what_is_left_where_two_parts_meet(tmp_path, machine, monkeypatch, most):
     """A part's last rows are lower than their neighbours only when the next part has been cut: they are travelled all the same."""
     monkeypatch.setattr(flute, "MOST_MOVES", most)
-    lines = ["G21 G90 G17 G40 G49 G80 G94", "M250 P0 Q0 R-40 I100 J100 K40", "T1 M6", "S8000 M3", "G0 X36 Y34 Z5", "G1 Z-14 F300"]
-    for row in range(340, 411):
-        for k in range(361, 501)[::1 - 2 * (row % 2)]:
-            lines.append(f"X{k / 10:.3f} Y{row / 10:.3f} Z{-24 + 10 * math.sin(k / 90) * math.cos(row / 40):.4f}")
     before = tmp_path / "a.ngc"
-    before.write_text("\n".join([*lines, "G0 Z5", "M2", ""]))
+    before.write_text(crest(range(340, 411), range(361, 501), (36, 34)))
     assert b"shifted along the axis" in run.rewritten(str(before), run.Order(), lambda share: None, Machine(str(machine)))[0]
