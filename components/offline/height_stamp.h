@@ -42,7 +42,8 @@ double chip_stamp_margin(const struct chip_height_map *map, const struct chip_st
 
 static inline int chip_stamp_clamp(double v, int low, int high) { return v < low ? low : v > high ? high : (int)v; }
 
-/* Rows and columns whose needles may lie within `radius` of a position; 0 if there are none. */
+/* The rows from *first to before *end that may have needles within `radius` of y; the columns of one that may have some within `radius` of
+ * (x, y). Return 0 if there are none. */
 static inline int chip_stamp_rows_within(const struct chip_height_map *map, double y, double radius, int *first,
                                          int *end)
 {
