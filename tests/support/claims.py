@@ -167,6 +167,8 @@ def measure(program, condition, folder, speed=SPEED):
     swept = judging.sweep(run_, program.blank, tools)
     found = judging.judge(run_, program.blank, tools, target, swept)
     held = run_.feeding & (target > 0)
+    # at rest, before the task has sent the next move, no velocity is asked for, and the law has none to compare with
+    fallback = held & (log["limited_by"] == FALLBACK) & (log["velocity"] > 0)
     tracker = float(log["removed_volume"][-1])
     result = {"program": program.name, "condition": str(condition), "finished": bool(summary["finished"]),
               "errors": summary["errors"], "lost": run_.lost, "cycle_s": float(run_.took.sum()),
@@ -174,7 +176,7 @@ def measure(program, condition, folder, speed=SPEED):
               "mean": found.mean, "volume": found.volume, "tracker": tracker,
               "volume_off": tracker / found.volume - 1.0 if found.volume else 0.0, "own_error": found.own_error,
               "rapid_volume": found.rapid_volume, "stops": sum("stopped" in text for text in summary["errors"]),
-              "fallback_s": float((held & (log["limited_by"] == FALLBACK)).sum() * run_.period),
+              "fallback_s": float(fallback.sum() * run_.period),
               "places": found.places, "worst": found.worst, "cycle_ratio": None}
     return result, run_, swept, target
 
