@@ -9,11 +9,11 @@ import math
 import os
 import signal
 import subprocess
-import tempfile
 import time
 
 from chipwise.contour_sub.find import fault, o_word, sub_name
 from chipwise.errors import MM_PER_INCH
+from chipwise.own_folder import OwnFolder
 from chipwise.processes import tree_cpu_s
 
 PYTHON = "/usr/bin/python3"     # the interpreter LinuxCNC is built for
@@ -52,7 +52,7 @@ def call_of(found, job, before, behind=(), axes="XYZ", turned=()) -> list:
 def run_sub(found, job, runner, program, ini, order, environment=()) -> dict:
     """What a runner prints about a Found sub.  program: lines; ini: text; order: what this runner gets beside the common part.
     Raises CycleError for a sub that does not end, that stops, or that the runner itself has found wrong."""
-    with tempfile.TemporaryDirectory(prefix="chipwise-") as folder:
+    with OwnFolder("sub") as folder:
         name = os.path.basename(found.path)
         os.mkdir(os.path.join(folder, "sub"))           # its name may be that of one of the other files
         contents = {os.path.join("sub", name if name.isprintable() else "sub.ngc"): "\n".join(program) + "\n", "machine.ini": ini,

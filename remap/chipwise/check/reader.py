@@ -19,7 +19,6 @@ import select
 import signal
 import struct
 import subprocess
-import tempfile
 import time
 
 import numpy as np
@@ -29,6 +28,7 @@ from chipwise.check.records import WIDTH
 from chipwise.errors import unnamed
 from chipwise.ini import expanded, section_of
 from chipwise.machine import rs274
+from chipwise.own_folder import OwnFolder
 from chipwise.processes import tree_cpu_s
 
 PYTHON = "/usr/bin/python3"
@@ -104,7 +104,7 @@ class Reader:
 
     def __enter__(self):
         check_file(self.program, self._most_bytes)
-        self._folder = tempfile.TemporaryDirectory(prefix="chipwise-check-")
+        self._folder = OwnFolder("check")
         try:
             self._start(self._folder.name)
         except BaseException:

@@ -13,25 +13,19 @@ Exit status: 0 the program is opened, 1 it has findings and is not opened, 2 it 
 """
 
 import ctypes
-import fcntl
-import glob
 import os
-import shutil
 import signal
 import sys
-import tempfile
 import time
 
 from chipwise.cli.machine_options import add_ini, ini_of, refuser
 from chipwise.errors import CycleError
+from chipwise.own_folder import OwnFolder
 from chipwise.processes import PR_SET_PDEATHSIG
 from chipwise.settings import load_settings, parse_settings
 
 NAME = 'filter'
 HELP = 'check and rewrite a program while a GUI opens it'
-
-FOLDER = 'chipwise-filter-'     # of temporary files
-LOCK = 'in-use'
 
 refuse = refuser(NAME)
 
@@ -56,13 +50,9 @@ def run(options):
     except CycleError:                  # work.py says so
         settings = parse_settings({})
     screen = Screen(ini, os.environ)
-    verdict = None
-    folder = own_folder()
-    try:
+    with OwnFolder(NAME) as folder:
         verdict = verdict_of(options.program, ini, settings, folder, started + settings['FILTER_TIME'], screen)
         deliver(output, options.program, verdict)
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
     screen.tell(options.program, verdict)
     return verdict.status
 
@@ -83,22 +73,6 @@ def own_output():
     os.dup2(null, 1)
     os.set_inheritable(output, False)
     return output
-
-
-def own_folder():
-    """A folder for temporary files, locked while we live; those of filters that were killed are removed."""
-    for path in glob.glob(os.path.join(glob.escape(tempfile.gettempdir()), FOLDER + '*', LOCK)):
-        try:
-            with open(path, 'rb') as file:
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                shutil.rmtree(os.path.dirname(path), ignore_errors=True)
-        except OSError:
-            pass                        # in use, or another user's
-    folder = tempfile.mkdtemp(prefix=FOLDER)
-    fresh = os.path.join(folder, LOCK + '.new')
-    fcntl.flock(os.open(fresh, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC), fcntl.LOCK_EX)
-    os.rename(fresh, os.path.join(folder, LOCK))
-    return folder
 
 
 def verdict_of(program, ini, settings, folder, deadline, screen):

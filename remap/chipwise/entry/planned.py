@@ -11,7 +11,6 @@ that are not there with H0.
 
 import os
 import re
-import tempfile
 from dataclasses import dataclass, replace
 from typing import Optional
 
@@ -27,6 +26,7 @@ from chipwise.entry.table import EntryField, fields
 from chipwise.errors import MM_PER_INCH, CycleError, braceless
 from chipwise.files import read_bytes
 from chipwise.ini import values_of
+from chipwise.own_folder import OwnFolder
 from chipwise.settings import load_settings
 from chipwise.sub_process import decimal
 from chipwise.tool_table import numbers
@@ -141,7 +141,7 @@ def _read(scene, line, path):
         raise _refused(line.split()[0], str(error), path) from error
     _check_remap(machine, line.split()[0])
     kept, before = _program(scene, machine)
-    with tempfile.TemporaryDirectory(prefix="chipwise-enter-") as folder:
+    with OwnFolder("enter") as folder:
         program = os.path.join(folder, os.path.basename(scene.program) or "line.ngc")
         with open(program, "w", encoding="utf-8", errors="surrogateescape") as file:
             file.write("\n".join([*kept, *before, line, "M2", ""]))

@@ -17,10 +17,10 @@ import os
 import re
 import shutil
 import subprocess
-import tempfile
 from pathlib import Path
 
 from chipwise.ini import expanded, section_of, unit_mm
+from chipwise.own_folder import OwnFolder
 from chipwise.settings import SECTION, parse_settings
 
 PATIENCE_S = 60.0
@@ -45,7 +45,7 @@ def units_in_mm(linear_units):
 @functools.lru_cache(maxsize=None)
 def tool_table_unit(linear_units="mm"):
     """mm per unit of rs274's tool table under an INI file with these LINEAR_UNITS."""
-    with tempfile.TemporaryDirectory(prefix="chipwise-rs274.") as folder:
+    with OwnFolder("rs274") as folder:
         files = {"probe.ini": f"[TRAJ]\nLINEAR_UNITS = {linear_units}\n", "probe.tbl": "T1 P1 Z1 D1\n",
                  "probe.var": "5161 0\n", "probe.ngc": PROBE}
         for name, text in files.items():
@@ -90,7 +90,7 @@ def run(program, ini, to=None, **options):
     ini = os.path.abspath(ini)
     directory = os.path.dirname(ini)
     text = _read(ini, expanded, "#INCLUDE")
-    with tempfile.TemporaryDirectory(prefix="chipwise-rs274.") as folder:
+    with OwnFolder("rs274") as folder:
         files = {"machine.ini": usable_elsewhere(text, directory), "machine.var": "5161 0\n"}
         arguments = ["-i", f"{folder}/machine.ini", "-v", f"{folder}/machine.var"]
         table = section_of(text.splitlines(), "EMCIO").get("TOOL_TABLE")

@@ -14,13 +14,13 @@ import math
 import os
 import re
 import sys
-import tempfile
 
 import numpy as np
 
 from chipwise.check.program_file import Unfinished, Unreadable
 from chipwise.check.reader import Machine, Reader
 from chipwise.check.records import ARC, RAPID, TARGET
+from chipwise.own_folder import OwnFolder
 from chipwise.panel.path_ahead import Thinner
 from chipwise.processes import die_with_parent, limit_memory
 
@@ -112,7 +112,7 @@ def main():
     order = json.load(sys.stdin)
     os.nice(NICE)
     limit_memory(2 * MEMORY_MB)
-    with tempfile.TemporaryDirectory(prefix="chipwise-ahead-") as folder:
+    with OwnFolder("ahead") as folder:
         head, path = read(order, folder)
     output = sys.stdout.buffer
     output.write(json.dumps(head).encode() + b"\n")

@@ -12,12 +12,12 @@ Called by run.py.
 import dataclasses
 import math
 import os
-import tempfile
 
 import numpy as np
 
 from chipwise.check.reader import Unreadable
 from chipwise.check.trace import ENDS, LINE, STATES
+from chipwise.own_folder import OwnFolder
 from chipwise.rewrite import kept_codes, proof
 from chipwise.rewrite.traced import AT, ITEM, LINE_NUMBER, WHAT, Followed, modes_of
 from chipwise.rewrite.unroll import Unroller
@@ -57,7 +57,7 @@ def _without(now, blocks, read_it, machine, stock, limits):
     """The Followed program without some Blocks [2]."""
     unroller = Unroller(now)
     data = unroller.write(blocks)
-    with tempfile.TemporaryDirectory(prefix="chipwise-rewrite-") as folder:
+    with OwnFolder("rewrite") as folder:
         path = os.path.join(folder, os.path.basename(now.program.path))
         with open(path, "wb") as file:
             file.write(data)

@@ -5,12 +5,12 @@ Called by cli/rewrite.py and filter/work.py.
 """
 
 import os
-import tempfile
 from dataclasses import dataclass
 from typing import Callable, Optional
 
 from chipwise.check.reader import Machine, Unreadable
 from chipwise.errors import CycleError, format_length, unnamed
+from chipwise.own_folder import OwnFolder
 from chipwise.processes import return_freed_arrays
 from chipwise.rewrite import calls, cutting, depths, feed, flute, foreseen, proof
 from chipwise.rewrite.program import SYNCHRONISED, Program, read
@@ -64,7 +64,7 @@ def rate_unit(machine):
 
 def read_back(program, data, read_it):
     """The Program of the new text.  Raises Different where it cannot be read."""
-    with tempfile.TemporaryDirectory(prefix="chipwise-rewrite-") as folder:
+    with OwnFolder("rewrite") as folder:
         path = os.path.join(folder, os.path.basename(program.path))
         with open(path, "wb") as file:
             file.write(data)

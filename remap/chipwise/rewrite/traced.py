@@ -7,12 +7,12 @@ belongs.
 
 import functools
 import os
-import tempfile
 
 import numpy as np
 
 from chipwise.check.reader import Reader, Unreadable
 from chipwise.check.trace import BEGINS, ENDS, LINE
+from chipwise.own_folder import OwnFolder
 from chipwise.rewrite.marks import marked, sub_files, watched
 from chipwise.rewrite.program import Collector, Modes, after_line, first_modes
 
@@ -46,7 +46,7 @@ class Followed:
         self.watch = before.watch if before else watched(texts)
         self.origin = [before.origin[n - 1] for n in unroller.origin] if unroller else list(range(1, len(program.source) + 1))
         collector = Collector()
-        with tempfile.TemporaryDirectory(prefix="chipwise-rewrite-") as folder:
+        with OwnFolder("rewrite") as folder:
             path = os.path.join(folder, os.path.basename(program.path))
             with open(path, "wb") as file:
                 file.write(marked(program.source, blocks, self.files, unroller.checks if unroller else {}))
