@@ -39,17 +39,10 @@ def remove_left_behind() -> None:
     for path in glob.glob(os.path.join(glob.escape(tempfile.gettempdir()), NAME + "*", LOCK)):
         folder = os.path.dirname(path)
         with contextlib.suppress(OSError):              # in use, or gone meanwhile
-            if not _is_own(os.lstat(folder), stat.S_ISDIR):
-                continue
             with open(os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC), "rb") as file:
-                if _is_own(os.fstat(file.fileno()), stat.S_ISREG):
+                if os.lstat(folder).st_uid == os.geteuid() and stat.S_ISREG(os.fstat(file.fileno()).st_mode):
                     fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                    shutil.rmtree(folder, ignore_errors=True)
-
-
-def _is_own(found, is_kind):
-    """Whether an os.stat_result is this user's, and of a kind."""
-    return found.st_uid == os.geteuid() and is_kind(found.st_mode)
+                    shutil.rmtree(folder, ignore_errors=True)           # not through a link
 
 
 def _locked(folder):
