@@ -6,24 +6,44 @@ releases the lock however the process ends.
 """
 
 import contextlib
+import errno
 import fcntl
 import glob
 import os
 import shutil
+import signal
 import stat
 import tempfile
+from typing import Iterator, Union
+
+from chipwise.errors import CycleError
 
 NAME = "chipwise-"
 LOCK = ".in-use"
+NO_ROOM = errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO
+
+
+class FolderError(CycleError):
+    """The folder for temporary files cannot be used."""
+
+
+def folder_error(reason: str) -> FolderError:
+    """The FolderError for what the system says."""
+    return FolderError("{reason} in the folder for temporary files", "make room there, or name another folder with TMPDIR", reason=reason)
 
 
 class OwnFolder(tempfile.TemporaryDirectory):
-    """A folder in $TMPDIR, with `kind` in its name; a context manager that gives its path.  Raises OSError."""
+    """A folder in $TMPDIR, with `kind` in its name; a context manager that gives its path.  Raises FolderError."""
 
     def __init__(self, kind: str):
-        remove_left_behind()
-        super().__init__(prefix=f"{NAME}{kind}-", ignore_cleanup_errors=True)
-        self._lock = _locked(self.name)
+        with writing():
+            remove_left_behind()
+            super().__init__(prefix=f"{NAME}{kind}-", ignore_cleanup_errors=True)
+            try:
+                self._lock = _locked(self.name)
+            except OSError:
+                super().cleanup()
+                raise
 
     def __enter__(self) -> str:
         return self.name
@@ -32,6 +52,31 @@ class OwnFolder(tempfile.TemporaryDirectory):
         """Remove it."""
         super().cleanup()
         self._lock.close()
+
+
+def put(folder: str, name: str, content: Union[str, bytes]) -> str:
+    """Write a file of an OwnFolder; -> its path.  Raises FolderError."""
+    path = os.path.join(folder, name)
+    with writing(), open(path, "wb") as file:
+        file.write(content.encode("utf-8", "surrogateescape") if isinstance(content, str) else content)
+    return path
+
+
+def check_room(folder: str, status: int) -> None:
+    """Raise FolderError where a process that has ended by itself, with a status as of Popen, found no room in its folder."""
+    room = os.statvfs(folder)
+    if status == -signal.SIGBUS or (status and not room.f_bavail):         # SIGBUS: of the tool table's file, which is mapped
+        raise folder_error(os.strerror(errno.ENOSPC))
+
+
+@contextlib.contextmanager
+def writing() -> Iterator[None]:
+    """Around what only writes to such a folder: its OSError becomes a FolderError."""
+    try:
+        yield
+    except OSError as error:
+        found_none = error.errno == errno.ENOENT and error.filename is None           # of module tempfile, which has tried several
+        raise folder_error("nothing can be written" if found_none else error.strerror) from error
 
 
 def remove_left_behind() -> None:

@@ -13,7 +13,7 @@ import time
 
 from chipwise.contour_sub.find import fault, o_word, sub_name
 from chipwise.errors import MM_PER_INCH
-from chipwise.own_folder import OwnFolder
+from chipwise.own_folder import OwnFolder, check_room, put, writing
 from chipwise.processes import tree_cpu_s
 
 PYTHON = "/usr/bin/python3"     # the interpreter LinuxCNC is built for
@@ -54,19 +54,18 @@ def run_sub(found, job, runner, program, ini, order, environment=()) -> dict:
     Raises CycleError for a sub that does not end, that stops, or that the runner itself has found wrong."""
     with OwnFolder("sub") as folder:
         name = os.path.basename(found.path)
-        os.mkdir(os.path.join(folder, "sub"))           # its name may be that of one of the other files
+        with writing():
+            os.mkdir(os.path.join(folder, "sub"))       # its name may be that of one of the other files
         contents = {os.path.join("sub", name if name.isprintable() else "sub.ngc"): "\n".join(program) + "\n", "machine.ini": ini,
                     "machine.var": "".join(f"{n} {v!r}\n" for n, v in job.numbered) or "5161 0\n"}
-        paths = [os.path.join(folder, name) for name in contents]
-        for path, text in zip(paths, contents.values()):
-            with open(path, "w", encoding="utf-8", errors="surrogateescape") as file:
-                file.write(text)
+        paths = [put(folder, name, text) for name, text in contents.items()]
         common = {"program": paths[0], "parameters": paths[2], "units_per_mm": 1.0 / job.machine_unit, "tool": job.tool,
                   "codes": ["G20" if job.unit == "in" else "G21", "G0"], "begin": BEGIN, "end": END}
         process = subprocess.Popen(
             [PYTHON, "-s", runner, str(os.getpid())], text=True, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
             env={**os.environ, "HOME": folder, "INI_FILE_NAME": paths[1], "LC_ALL": "C", **dict(environment)})
         answer = answer_of(process, json.dumps({**common, **order}))
+        check_room(folder, process.returncode)
     if answer is None:
         raise fault(found, found.first, "the sub waits for a file that does not answer", "look at the files that it calls on the SUBROUTINE_PATH")
     if process.returncode == -signal.SIGPROF:

@@ -28,7 +28,7 @@ from chipwise.check.records import WIDTH
 from chipwise.errors import unnamed
 from chipwise.ini import expanded, section_of
 from chipwise.machine import rs274
-from chipwise.own_folder import OwnFolder
+from chipwise.own_folder import NO_ROOM, OwnFolder, check_room, folder_error, put
 from chipwise.processes import tree_cpu_s
 
 PYTHON = "/usr/bin/python3"
@@ -107,6 +107,11 @@ class Reader:
         self._folder = OwnFolder("check")
         try:
             self._start(self._folder.name)
+        except OSError as error:
+            self._folder.cleanup()
+            if error.errno in NO_ROOM:
+                raise folder_error(error.strerror) from error
+            raise
         except BaseException:
             self._folder.cleanup()
             raise
@@ -114,25 +119,21 @@ class Reader:
 
     def _start(self, folder):
         machine = self.machine
-        paths = {name: os.path.join(folder, name) for name in ("machine.ini", "machine.var", "errors")}
-        with open(paths["machine.ini"], "w", encoding="utf-8", errors="surrogateescape") as file:
-            file.write(rs274.usable_elsewhere(machine.text, machine.folder))
+        ini = put(folder, "machine.ini", rs274.usable_elsewhere(machine.text, machine.folder))
         parameters = b"5161 0\n"
         if machine.parameters:
             with contextlib.suppress(OSError), open(machine.parameters, "rb") as file:
                 parameters = file.read(1 << 20) or parameters
-        with open(paths["machine.var"], "wb") as file:
-            file.write(parameters)
         order = json.dumps({
-            "program": readable(self.program, folder), "parameters": paths["machine.var"], "table": machine.table, "random": machine.random,
+            "program": readable(self.program, folder), "parameters": put(folder, "machine.var", parameters), "table": machine.table, "random": machine.random,
             "units_per_mm": 1.0 / machine.unit_mm, "axis_mask": machine.axis_mask, "quiet_s": self._quiet_s,
             "codes": machine.codes, "most_moves": self._most_moves,
             "cpu_s": self._cpu_s, "stock": self._stock, "chord_mm": CHORD_MM, "written": self._written,
             "judged": self._judged, "memory_mb": self._memory_mb,
             "tool": machine.tool, "watched": self._watched, "targets": self._targets, "block_delete": machine.block_delete})
-        environment = {**os.environ, "HOME": folder, "INI_FILE_NAME": paths["machine.ini"], "LC_ALL": "C",
+        environment = {**os.environ, "HOME": folder, "INI_FILE_NAME": ini, "LC_ALL": "C",
                        "OPENBLAS_NUM_THREADS": "1"}
-        self._errors = open(paths["errors"], "w+b")
+        self._errors = open(os.path.join(folder, "errors"), "w+b")
         self._child = subprocess.Popen([PYTHON, "-s", RUNNER, str(os.getpid())], env=environment, cwd=machine.folder,
                                        stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._errors)
         with contextlib.suppress(BrokenPipeError):
@@ -192,6 +193,7 @@ class Reader:
         if status == -signal.SIGXCPU:
             raise Unfinished(f"reading it needs more than {self._cpu_s:g} s of computing time",
                              "look for an O-word loop without an end, or raise --time-limit")
+        check_room(self._folder.name, status)
         self._errors.seek(0, os.SEEK_END)
         self._errors.seek(max(0, self._errors.tell() - 4096))
         said = self._errors.read().decode("utf-8", "replace").strip().splitlines() or [f"status {status}"]

@@ -7,7 +7,8 @@ from chipwise.batch.pool import on_processes
 from chipwise.check.program_file import UNFINISHED
 from chipwise.check.result import Result
 from chipwise.check.simulate import check
-from chipwise.errors import of_unexpected
+from chipwise.errors import of_unexpected, unnamed
+from chipwise.own_folder import FolderError
 
 SUFFIXES = (".ngc", ".nc", ".tap")
 
@@ -42,15 +43,17 @@ def checked(program, progress, arguments):
     try:
         return check(program, progress=progress, **arguments)
     except MemoryError:
-        return Result(program, error=("it needs more memory than there is; use a larger --cell", 0), state=UNFINISHED)
+        return failed(program, "it needs more memory than there is; use a larger --cell")
+    except FolderError as error:
+        return failed(program, unnamed(error))
     except Exception as error:      # one bad program never stops the rest
         if os.environ.get("CHIPWISE_TRACEBACK"):
             raise
-        return Result(program, error=(of_unexpected(error), 0), state=UNFINISHED)
+        return failed(program, of_unexpected(error))
 
 
 def failed(program, text):
-    """The Result of a program whose process has died."""
+    """The Result of a program that was not checked to its end."""
     return Result(program, error=(text, 0), state=UNFINISHED)
 
 

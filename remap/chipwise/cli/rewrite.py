@@ -15,8 +15,7 @@ import sys
 
 from chipwise.cli import rewrite_folder
 from chipwise.cli.machine_options import Progress, add_machine_options, ini_of, machine_of, refuser
-from chipwise.cli.output import check_outputs, write_whole
-from chipwise.errors import printable, with_line
+from chipwise.cli.output import check_outputs
 
 NAME = 'rewrite'
 HELP = 'rewrite a program for its flutes, or for a constant removal rate'
@@ -43,9 +42,7 @@ def add_arguments(parser):
 
 def run(options):
     """-> exit status."""
-    from chipwise.check.reader import Unreadable
-    from chipwise.rewrite.proof import Different
-    from chipwise.rewrite.run import rewritten
+    from chipwise.rewrite.one import one
     check_options(options)
     arguments = machine_of(options, refuse)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
@@ -53,25 +50,9 @@ def run(options):
     if os.path.isdir(options.program):
         return rewrite_folder.run(options, {'order': order, **arguments}, refuse)
     progress = Progress(sys.stderr)
-    try:
-        data, said = rewritten(options.program, order, progress, **arguments)
-        write(options.output, data)
-    except Unreadable as error:
-        progress.clear()
-        return failed(options, with_line(str(error), error.line))
-    except Different as error:
-        progress.clear()
-        return failed(options, f'{error}: nothing is written; please report it with the program')
-    except MemoryError:
-        return failed(options, 'the memory is not enough for it; use a larger --cell')
+    result = one(options.program, progress, {'order': order, **arguments})
     progress.end()
-    print(printable(f'{options.output}: {said}'))
-    return 0
-
-
-def failed(options, text):
-    print(printable(f'chipwise: {options.program}: {text}'), file=sys.stderr)
-    return 2
+    return rewrite_folder.kept(options.output, result)
 
 
 def check_options(options):
@@ -103,12 +84,3 @@ def order_of(options, machine):
     scale, _unit = rate_unit(machine)
     return Order(feed.Rates(options.feed * scale, (options.lower or 0.0) * scale, options.ceiling and options.ceiling * machine.unit_mm,
                             options.split or 1.0))
-
-
-def write(path, data):
-    """Raises Unreadable where the new program cannot be written."""
-    from chipwise.check.reader import Unreadable
-    try:
-        write_whole(path, data)
-    except OSError as error:
-        raise Unreadable(f'-o {path}: {error.strerror}', 'name a file in a folder of yours that has room') from error

@@ -41,7 +41,7 @@ def run(options, arguments, refuse):
     progress, status = Progress(sys.stderr), 0
     for _number, result in results_of(options, programs, progress, arguments):
         progress.clear()
-        status = max(status, kept(options, result))
+        status = max(status, kept(os.path.join(options.output, os.path.basename(result.program)), result))
     progress.end()
     return status
 
@@ -60,15 +60,15 @@ def results_of(options, programs, progress, arguments):
         raise UsageError(f'rewrite: {error}') from None
 
 
-def kept(options, result):
+def kept(output, result):
     """Write a new program, and say so; -> its exit status."""
-    error, output = result.error, os.path.join(options.output, os.path.basename(result.program))
+    error = result.error
     if not error:
         try:
             write_whole(output, result.data)
             print(printable(f'{output}: {result.said}'), flush=True)
             return 0
         except OSError as trouble:
-            error = f'-o {output}: {trouble.strerror}; name a folder of yours that has room', 0
+            error = f'-o {output}: {trouble.strerror}; name a file in a folder of yours that has room', 0
     print(printable(f'chipwise: {result.program}: {with_line(*error)}'), file=sys.stderr, flush=True)
     return 2

@@ -26,7 +26,7 @@ from chipwise.entry.table import EntryField, fields
 from chipwise.errors import MM_PER_INCH, CycleError, braceless
 from chipwise.files import read_bytes
 from chipwise.ini import values_of
-from chipwise.own_folder import OwnFolder
+from chipwise.own_folder import OwnFolder, put
 from chipwise.settings import load_settings
 from chipwise.sub_process import decimal
 from chipwise.tool_table import numbers
@@ -142,9 +142,7 @@ def _read(scene, line, path):
     _check_remap(machine, line.split()[0])
     kept, before = _program(scene, machine)
     with OwnFolder("enter") as folder:
-        program = os.path.join(folder, os.path.basename(scene.program) or "line.ngc")
-        with open(program, "w", encoding="utf-8", errors="surrogateescape") as file:
-            file.write("\n".join([*kept, *before, line, "M2", ""]))
+        program = put(folder, os.path.basename(scene.program) or "line.ngc", "\n".join([*kept, *before, line, "M2", ""]))
         try:
             with Reader(program, machine, most_moves=MAX_MOVES, cpu_s=CPU_S) as reader:
                 records = np.concatenate([np.empty((0, 10)), *reader])

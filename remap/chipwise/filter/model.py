@@ -13,6 +13,7 @@ import argparse
 import os
 
 from chipwise.filter import verdict as verdicts
+from chipwise.own_folder import FolderError, put
 
 ENDINGS = (".stl", ".toml")
 STEP_SHARE = 0.1            # of the tool's diameter
@@ -43,12 +44,10 @@ def made(path, ini, folder, progress):
         text = program_text(parts)
     except (CycleError, UsageError) as error:
         return verdicts.not_opened(message_of(error, unit))
-    program = os.path.join(folder, "surface.ngc")
     try:
-        with open(program, "w") as file:
-            file.write(text)
-    except OSError as error:
-        return verdicts.not_opened(f"{error.strerror} in the folder for temporary files; make room there")
+        program = put(folder, "surface.ngc", text)
+    except FolderError as error:
+        return verdicts.not_opened(unnamed(error))
     verdict = verdicts.Verdict(path=program)
     notes = [unnamed(CycleError(note.text, **note.lengths).text(unit)) for part in parts for note in part.plan.notes]
     for note in dict.fromkeys(notes):

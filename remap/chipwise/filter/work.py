@@ -17,6 +17,7 @@ from chipwise.check.reader import Machine, Reader
 from chipwise.check.run import checked, lines_of
 from chipwise.errors import CycleError, unnamed, with_line
 from chipwise.filter import verdict as verdicts
+from chipwise.own_folder import FolderError, put
 from chipwise.settings import load_settings
 
 MAX_LISTED = 20         # findings in the log
@@ -126,17 +127,15 @@ def _rewrite(program, machine, settings, result, folder, limits, progress, verdi
         with open(program, "rb") as file:
             if file.read() == data:
                 return FLUTE if flute else RATE
-        path = os.path.join(folder, "rewritten.ngc")
-        with open(path, "wb") as file:
-            file.write(data)
+        path = put(folder, "rewritten.ngc", data)
     except Unreadable as error:
         verdict.note(f"it is not rewritten: {verdicts.for_screen(with_line(str(error), error.line))}", True)
     except Different as error:
         verdict.note(f"it is not rewritten: {error}; please report it with the program", True)
     except MemoryError:
         verdict.note("it is not rewritten: it needs more memory than there is; raise [CHIPWISE]PLAN_MEMORY", True)
-    except OSError as error:
-        verdict.note(f"it is not rewritten: {error.strerror} in the folder for temporary files; make room there", True)
+    except FolderError as error:
+        verdict.note(f"it is not rewritten: {unnamed(error)}", True)
     else:
         verdict.path = path
         verdict.note(f"it is rewritten: {said}")

@@ -20,7 +20,7 @@ import subprocess
 from pathlib import Path
 
 from chipwise.ini import expanded, section_of, unit_mm
-from chipwise.own_folder import OwnFolder
+from chipwise.own_folder import OwnFolder, check_room, put
 from chipwise.settings import SECTION, parse_settings
 
 PATIENCE_S = 60.0
@@ -49,10 +49,10 @@ def tool_table_unit(linear_units="mm"):
         files = {"probe.ini": f"[TRAJ]\nLINEAR_UNITS = {linear_units}\n", "probe.tbl": "T1 P1 Z1 D1\n",
                  "probe.var": "5161 0\n", "probe.ngc": PROBE}
         for name, text in files.items():
-            with open(os.path.join(folder, name), "w", encoding="ascii") as file:
-                file.write(text)
+            put(folder, name, text)
         done = start(["-i", "probe.ini", "-t", "probe.tbl", "-v", "probe.var", "probe.ngc"], folder, folder,
                      capture_output=True, timeout=PATIENCE_S)
+        check_room(folder, done.returncode)
     length = re.search(r"USE_TOOL_LENGTH_OFFSET\(\S+ \S+ ([\d.]+)", done.stdout)
     if not length:
         raise Rs274Error("rs274 did not report its unit; see what `rs274 -g` prints")
@@ -101,10 +101,11 @@ def run(program, ini, to=None, **options):
             files["machine.tbl"] = scaled_table(tools, units_in_mm(linear_units) / tool_table_unit(linear_units))
             arguments += ["-t", f"{folder}/machine.tbl"]
         for name, content in files.items():
-            with open(os.path.join(folder, name), "w", encoding="utf-8", errors="surrogateescape") as file:
-                file.write(content)
+            put(folder, name, content)
         arguments.append(os.path.abspath(program))
-        return start(arguments, folder, directory, **options) if to is None else relayed(arguments, folder, directory, to)
+        done = start(arguments, folder, directory, **options) if to is None else relayed(arguments, folder, directory, to)
+        check_room(folder, done.returncode)
+        return done
 
 
 def _read(path, call, key):

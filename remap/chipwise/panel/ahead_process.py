@@ -20,7 +20,8 @@ import numpy as np
 from chipwise.check.program_file import Unfinished, Unreadable
 from chipwise.check.reader import Machine, Reader
 from chipwise.check.records import ARC, RAPID, TARGET
-from chipwise.own_folder import OwnFolder
+from chipwise.errors import unnamed
+from chipwise.own_folder import FolderError, OwnFolder, put
 from chipwise.panel.path_ahead import Thinner
 from chipwise.processes import die_with_parent, limit_memory
 
@@ -57,8 +58,7 @@ def machine_at(ini, scene, tip, folder):
     except OSError:
         text = ""
     machine.parameters = os.path.join(folder, "now.var")
-    with open(machine.parameters, "w", encoding="utf-8") as file:
-        file.write(parameters(text, scene))
+    put(folder, os.path.basename(machine.parameters), parameters(text, scene))
     place = " ".join(f"{letter}{value / machine.unit_mm:.6f}" for letter, value in zip("XYZ", tip))
     unit = "G20" if machine.unit_mm > 10 else "G21"
     machine.tool, machine.block_delete = scene["tool"], scene["block_delete"]
@@ -85,6 +85,8 @@ def read(order, folder):
                 moves = block[kinds <= ARC]
                 thinner.add(moves[:, 2:5], moves[:, 0] == RAPID, moves[:, 1])
                 targets.append(block[kinds == TARGET][:, 2:6])
+    except FolderError as error:
+        note = unnamed(error)
     except Unreadable as error:
         note = str(error)
         line = 0 if "(line " in note else error.line

@@ -17,7 +17,7 @@ import numpy as np
 
 from chipwise.check.reader import Unreadable
 from chipwise.check.trace import ENDS, LINE, STATES
-from chipwise.own_folder import OwnFolder
+from chipwise.own_folder import OwnFolder, put
 from chipwise.rewrite import kept_codes, proof
 from chipwise.rewrite.traced import AT, ITEM, LINE_NUMBER, WHAT, Followed, modes_of
 from chipwise.rewrite.unroll import Unroller
@@ -58,9 +58,7 @@ def _without(now, blocks, read_it, machine, stock, limits):
     unroller = Unroller(now)
     data = unroller.write(blocks)
     with OwnFolder("rewrite") as folder:
-        path = os.path.join(folder, os.path.basename(now.program.path))
-        with open(path, "wb") as file:
-            file.write(data)
+        path = put(folder, os.path.basename(now.program.path), data)
         try:
             new = read_it(path)
             after = Followed(new, machine, stock, now, unroller, **limits)

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from typing import Optional
 
 from chipwise.check.reader import Unreadable
-from chipwise.errors import of_unexpected
+from chipwise.errors import of_unexpected, unnamed
+from chipwise.own_folder import FolderError
 from chipwise.rewrite.proof import Different
 from chipwise.rewrite.run import rewritten
 
@@ -25,7 +26,7 @@ class Rewritten:
 
 
 def failed(program, text):
-    """The Rewritten of a program whose process has died."""
+    """The Rewritten of a program that nothing is written for."""
     return Rewritten(program, error=(text, 0))
 
 
@@ -37,6 +38,8 @@ def one(program, progress, arguments):
         return Rewritten(program, error=(str(error), error.line))
     except Different as error:
         return failed(program, f"{error}: nothing is written; please report it with the program")
+    except FolderError as error:
+        return failed(program, unnamed(error))
     except MemoryError:
         return failed(program, "the memory is not enough for it; use a larger --cell")
     except Exception as error:      # one bad program never stops the rest

@@ -10,7 +10,7 @@ from typing import Callable, Optional
 
 from chipwise.check.reader import Machine, Unreadable
 from chipwise.errors import CycleError, format_length, unnamed
-from chipwise.own_folder import OwnFolder
+from chipwise.own_folder import OwnFolder, put
 from chipwise.processes import return_freed_arrays
 from chipwise.rewrite import calls, cutting, depths, feed, flute, foreseen, proof
 from chipwise.rewrite.program import SYNCHRONISED, Program, read
@@ -34,7 +34,7 @@ class Order:
 
 
 def rewritten(path, order, progress, machine, stock=None, cell=None, **limits):
-    """-> (bytes of the new program, what is said).  Raises Unreadable, Different, MemoryError.
+    """-> (bytes of the new program, what is said).  Raises Unreadable, Different, FolderError, MemoryError.
 
     machine: reader.Machine; stock: (low, high) mm in work coordinates or None; cell: mm; limits: those of Reader.
     """
@@ -65,9 +65,7 @@ def rate_unit(machine):
 def read_back(program, data, read_it):
     """The Program of the new text.  Raises Different where it cannot be read."""
     with OwnFolder("rewrite") as folder:
-        path = os.path.join(folder, os.path.basename(program.path))
-        with open(path, "wb") as file:
-            file.write(data)
+        path = put(folder, os.path.basename(program.path), data)
         try:
             return read_it(path)
         except Unreadable as error:

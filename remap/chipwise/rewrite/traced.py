@@ -12,7 +12,7 @@ import numpy as np
 
 from chipwise.check.reader import Reader, Unreadable
 from chipwise.check.trace import BEGINS, ENDS, LINE
-from chipwise.own_folder import OwnFolder
+from chipwise.own_folder import OwnFolder, put
 from chipwise.rewrite.marks import marked, sub_files, watched
 from chipwise.rewrite.program import Collector, Modes, after_line, first_modes
 
@@ -47,9 +47,7 @@ class Followed:
         self.origin = [before.origin[n - 1] for n in unroller.origin] if unroller else list(range(1, len(program.source) + 1))
         collector = Collector()
         with OwnFolder("rewrite") as folder:
-            path = os.path.join(folder, os.path.basename(program.path))
-            with open(path, "wb") as file:
-                file.write(marked(program.source, blocks, self.files, unroller.checks if unroller else {}))
+            path = put(folder, os.path.basename(program.path), marked(program.source, blocks, self.files, unroller.checks if unroller else {}))
             with Reader(path, machine, stock, written=True, watched=self.watch, **limits) as reader:
                 for block in reader:
                     collector.take(block)
