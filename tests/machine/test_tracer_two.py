@@ -17,10 +17,13 @@ pytestmark = pytest.mark.machine
 
 LENT, PORT = 7134, 7135                     # of the loopback of each sandbox
 PER_MM = 100000                             # counts of the HAL files
-WAITING, DEAD_PERIODS = 6000, 6000          # this computer has pauses of more than 1000 periods
-BEHIND = 100 * PER_MM                       # and what comes in meanwhile a socket does not keep: more than 277 packets, 2.2 mm of travel, are lost
+# A busy computer has pauses of up to 28 s, and does the periods of a pause at once behind it: packets that nobody fetches meanwhile are lost, more than
+# 2 mm of travel in a row, and a slave without packets for so long would be dead.  So dead-periods is DEAD_PERIODS only from the sender's end on.
+WAITING, AWAKE_PERIODS, DEAD_PERIODS = 10000, 1000000, 6000
+BEHIND = 100 * PER_MM
 PERIOD_S, A_MM_S2 = 0.001, 500.0            # MAX_ACCELERATION x OFFSET_AV_RATIO of both
-FEED_MM_S, FASTEST_MM_S = 8.0, 15.0           # so fast that a slave that has to wait stays within max-behind of tracer-offset, 1 mm
+# a slave that catches up while the master turns back leaves its place by (2 x 15 mm/s)^2 / 2 A: within max-behind of tracer-offset, 1 mm
+FEED_MM_S, FASTEST_MM_S, CATCH_UP_MM_S = 8.0, 10.0, 5.0
 FOLLOW, DEAD, NO_MASTER, HOLD = 1, 4, 4, 0  # states of tracer-offset and tracer-slave, fault-code of the slave
 TRACE, BACK, FOLLOWING = ((ROOT / "nc_files/tracer" / name).read_text() for name in ("trace.ngc", "back.ngc", "follow.ngc"))
 MASTER = {"number": "tracer.0.sequence", "low_x": "tracer.0.count-low-0", "high_x": "tracer.0.count-high-0", "low_y": "tracer.0.count-low-1",
@@ -58,19 +61,20 @@ def files(folder):
     master = master.replace("depth=1000 cfg=uuuussssss", f"depth=1000,200000 cfg=uuuussssss,{letters}").replace("loadusr -Wn", lend.format("in") + "loadusr -Wn")
     (folder / "master.hal").write_text("\n".join([master, *lines, ""]))
     slave = slave.replace("depth=300", f"depth={WAITING + 100}").replace("--waiting 200", f"--waiting {WAITING}").replace("loadusr -Wn", lend.format("out") + "loadusr -Wn")
-    (folder / "slave.hal").write_text(slave + f"setp tracer-slave.0.dead-periods {DEAD_PERIODS}\nsetp tracer-slave.0.max-behind {BEHIND}\n")
+    (folder / "slave.hal").write_text(slave + f"setp tracer-slave.0.dead-periods {AWAKE_PERIODS}\nsetp tracer-slave.0.max-behind {BEHIND}\n"
+                                     f"setp tracer-slave.0.catch-up {CATCH_UP_MM_S * PERIOD_S * PER_MM:.0f}\n")
     letters, lines = recorder(SLAVE, folder / "slave.log", 0, SIGNALS)
     (folder / "slave_seen.hal").write_text("\n".join([f"loadrt sampler depth=400000 cfg={letters}", *lines, ""]))
 
 
 # the slave begins where the master rests; the master traces two lines, is aborted, rests, goes back, rests, and traces again until its packets end
-WAIT = "for i in $(seq 1200); do [ -e {{0}}/{} ] && exit 0; sleep 0.1; done; exit 1"
+WAIT = "for i in $(seq 2000); do [ -e {{0}}/{} ] && exit 0; sleep 0.1; done; exit 1"
 MASTER_STEPS = [["mdi", "G53 G0 X50 Y46 Z12"], ["pins", "tracer.0.sequence"], ["program", "touch", "{0}/ready"], ["program", "sh", "-c", WAIT.format("there")], ["start", TRACE], ["until", "tracer.0.lines", ">", 1], ["abort"],
                 ["sleep", 3], ["pins", "tracer.0.sequence"], ["sleep", 2], ["start", BACK], ["until", OFF_PLACE, "=", 0], ["finish"], ["sleep", 2], ["pins", "tracer.0.sequence"],
                 ["sleep", 2], ["start", TRACE], ["until", "tracer.0.lines", "=", 0], ["until", "tracer.0.lines", ">", 0], ["sleep", 0.3], ["program", "pkill", "-9", "-f", "[c]hipwise link send"],
-                ["sleep", 1], ["abort"]]
+                ["program", "touch", "{0}/silent"], ["sleep", 1], ["abort"]]
 SLAVE_STEPS = [["mdi", "G53 G0 X200 Y60 Z30"], ["program", "sh", "-c", WAIT.format("ready")], ["start", FOLLOWING], ["until", "tracer-slave.0.state", "=", 2], ["program", "touch", "{0}/there"],
-               ["finish"], ["sleep", 1], ["pins", "tracer-slave.0.last-fault", "tracer-slave.0.lost", "chipwise-link.passed",
+               ["program", "sh", "-c", WAIT.format("silent")], ["program", "halcmd", "setp", "tracer-slave.0.dead-periods", str(DEAD_PERIODS)], ["finish"], ["sleep", 1], ["pins", "tracer-slave.0.last-fault", "tracer-slave.0.lost", "chipwise-link.passed",
                                           "chipwise-link.ignored", "chipwise-link.refused", "chipwise-link.dropped", "tracer-offset.0.state", "tracer-offset.0.last-fault"],
                ["start", BACK], ["until", OFF_PLACE, "=", 0], ["finish"], ["position"]]
 
@@ -132,7 +136,7 @@ def three(rows, name=""):
 @pytest.mark.together("two machines")
 def test_the_network_was_bad(followed):
     _master, slave, _rows, _slave_rows, network = followed
-    _fault, lost, passed, ignored, refused, dropped, *_offset = map(float, slave[7])
+    _fault, lost, passed, ignored, refused, dropped, *_offset = map(float, slave[9])
     print(f"{dict(network.counts)}; slave: {passed:.0f} passed, {lost:.0f} lost, {ignored:.0f} ignored, {refused:.0f} refused")
     assert network.counts["all"] > 8000 and lost > 100 and ignored > 50 and refused > 40 and dropped == 0
 
@@ -172,13 +176,15 @@ def test_at_rest_the_axes_are_where_the_master_is(followed):
 
 @pytest.mark.together("two machines")
 def test_the_axes_stay_near_the_masters_path(followed):
-    """A slave that waits brakes with A, so it leaves its place by v^2 / 2 A at most; the path is the master's, but for what it has never heard of:
-    where many packets in a row are lost it takes the short cut."""
+    """A slave that waits brakes with A, so it leaves its place by v^2 / 2 A at most; the path is the master's, but for what it has never heard of
+    until it has caught up: where many packets in a row are lost it takes the short cut."""
     _master, _slave, master, slave, _network = followed
     counts, rows = counts_of(master), following(slave)
     zero, start = counts[int(rows["number"][0])], three(rows)[0]
-    heard = np.unique(rows["number"].astype(int))
-    unheard = max(sum(np.abs(counts[k + 1] - counts[k]).sum() for k in range(a, b)) for a, b in zip(heard[:-1], heard[1:]) if b - a > 1) / PER_MM
+    heard, arrived = np.unique(rows["number"].astype(int), return_index=True)
+    settled = np.maximum.accumulate(np.where(rows["state"] == 2, np.arange(len(rows)), 0))[arrived[1:] - 1]       # the last row that nothing was missing in
+    lost = [sum(np.abs(counts[k + 1] - counts[k]).sum() for k in range(a, b)) if b - a > 1 else 0 for a, b in zip(heard[:-1], heard[1:])]
+    unheard = np.bincount(settled, lost).max() / PER_MM
     path = np.array([place for number, place in sorted(counts.items()) if number >= rows["number"][0]])
     path = (path - zero) * MIRROR / PER_MM
     path = path[np.concatenate([[True], np.abs(np.diff(path, axis=0)).max(axis=1) > 0])]
@@ -186,24 +192,26 @@ def test_the_axes_stay_near_the_masters_path(followed):
     far = max(np.sqrt(((path - place) ** 2).sum(axis=1).min()) for place in joints)
     moved = np.abs(np.diff(three(rows), n=2, axis=0)).max() / PERIOD_S ** 2
     print(f"joints at most {far:.4f} mm off the master's path, {unheard:.4f} mm of it not heard of, acceleration at most {moved:.0f} mm/s2")
-    assert far < FASTEST_MM_S ** 2 / (2 * A_MM_S2) + unheard and moved < A_MM_S2 + 20
+    fastest = FASTEST_MM_S + CATCH_UP_MM_S * 3 ** 0.5
+    assert far < fastest ** 2 / (2 * A_MM_S2) + unheard and moved < A_MM_S2 + 20
 
 
 @pytest.mark.together("two machines")
 def test_a_dead_master_stops_the_slave(followed):
     """The packets end while the master moves: the slave stops, its program says so, and back.ngc brings it back."""
     _master, said, master, slave, _network = followed
-    fault, *_rest, offset, offset_fault = map(int, said[7])
+    fault, *_rest, offset, offset_fault = map(int, said[9])
     assert (fault, offset, offset_fault) == (NO_MASTER, HOLD, 0)
-    assert any("the slave has stopped and rests where it is" in text for text in said[5]), said[5]
+    assert any("the slave has stopped and rests where it is" in text for text in said[7]), said[7]
     end = np.flatnonzero(slave["state"] == DEAD)[0]
     last = int(slave["number"][end])
     news = np.flatnonzero(slave["number"] == last)[0]
-    assert 0 <= end - news - DEAD_PERIODS <= 2, (end, news)
+    assert end - news >= DEAD_PERIODS, (end, news)
     counts = counts_of(master)
-    assert max(np.abs(counts[k] - counts[last]).max() for k in range(last, last + 500) if k in counts) > PER_MM       # the master went on
+    assert max(np.abs(place - counts[last]).max() for number, place in counts.items() if number > last) > PER_MM        # the master went on
     place = three(slave)
-    moving = np.flatnonzero(np.abs(place[news:end] - place[end]).max(axis=1) > 1e-5)
-    rests = news + (moving[-1] + 1 if len(moving) else 0)       # 1e-5 is a count; on a busy computer it has up to max-behind to make up for
-    assert rests < news + DEAD_PERIODS / 4 and np.abs(place[rests:end + 500] - place[end]).max() < 1.5e-5, (rests, news, end)
-    assert said[10] == [] and said[11] == pytest.approx([200, 60, 30], abs=1e-5)
+    moving = np.flatnonzero(np.abs(place[news:end] - place[end]).max(axis=1) > 1e-5)        # 1e-5 is a count
+    rests = news + (moving[-1] + 1 if len(moving) else 0)
+    missing_s = np.abs(three(slave, "to_")[end] - three(slave, "to_")[news]).max() / CATCH_UP_MM_S
+    assert rests - news < missing_s / PERIOD_S + 200 and np.abs(place[rests:end + 500] - place[end]).max() < 1.5e-5, (rests, news, end)
+    assert said[12] == [] and said[13] == pytest.approx([200, 60, 30], abs=1e-5)
