@@ -41,6 +41,7 @@ TUNED = {
     "CHIP_SMOOTHED_PEAK": (0.0, 2.0),
     "CHIP_DIP": (0.0, 1.0),
     "CHIP_CLEAR": (0.75, 3.0),
+    "CHIP_TOGETHER": (0.01, 2.0),
     "CHIP_EDGE_CELLS": (0.75, 3.0),
     "CHIP_PARTLY_COVERED": (2.0, 8.0),
     "CHIP_WALL_HALF": (0.25, 1.0),
@@ -58,6 +59,7 @@ TUNED = {
     "CHIP_BEND_BEGINS": (0.01, 0.3),
     "CHIP_LATENCY": (0.0, 4.0),
     "CHIP_MARGIN_PERIODS": (1.0, 16.0),
+    "CHIP_WORK_PARTS": (1, 6),
     "CHIP_SAME_LOAD": (1.05, 2.0),
     "CHIP_CATCH_UP_FROM": (0.9, 0.999),
 }

@@ -54,7 +54,7 @@ struct chip_guard_in {
     double axis_acceleration_mm_s2[3]; /* of X, Y, Z; not positive: only acceleration_mm_s2 is known */
     double max_jerk_mm_s3;             /* of a jerk-limited planner; not positive: not limited */
     double distance_to_go_mm;          /* to the end of the segment; not positive: unknown */
-    int start_is_cut;                  /* the tool has cut all round at `to`; 0: the map lags behind the tool */
+    int start_is_cut;                  /* the map has all that feeds have cut; 0: it lags behind the tool */
     const struct chip_path *path;      /* the programmed path ahead; null: unknown */
 };
 

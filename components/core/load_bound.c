@@ -14,6 +14,9 @@
 #define CHIP_LATE_AT_ONCE 0.5 /* the same if it comes at once (a tool that meets a wall of its own radius) */
 #define CHIP_AT_ONCE 0.45     /* of the full area, a rise within a cell that counts as at once */
 #define CHIP_STEP_WIDTH 2.5   /* cells over which the map spreads such a rise */
+/* cells from a sample to others that its interval depends on, and some room: a cell ahead, CHIP_STEP_WIDTH behind */
+#define CHIP_CELLS_AHEAD 1.01
+#define CHIP_CELLS_BEHIND (CHIP_STEP_WIDTH + 0.01)
 /* cells behind the tool whose load it may still meet: the map spreads a fall to both sides [6] */
 #define CHIP_TRAILING 0.5
 /* cells of width that a reading beside a wall or a rim misses at most: 0.22, 0.29, 0.33 were measured; smaller reads
@@ -66,7 +69,7 @@ static double curvature_allowance(const struct chip_lookahead *lookahead, const 
 }
 
 /* Area of a sample, never too low [6]. */
-double chip_load_bound(const struct chip_lookahead *lookahead, const struct chip_stock *stock, int i)
+static double bound_of(const struct chip_lookahead *lookahead, const struct chip_stock *stock, int i)
 {
     double area = sample_area(lookahead, i), full = lookahead->full_area[sample_slot(lookahead, i)];
     int k;
@@ -155,15 +158,16 @@ static double late_rise(const struct chip_lookahead *lookahead, const struct chi
          * position_error(lookahead, stock, i);
 }
 
-struct chip_load_interval chip_load_between(const struct chip_lookahead *lookahead, const struct chip_stock *stock,
-                                            int i, double bound_before)
+/* The load between sample i - 1, whose bound is `bound_before`, and sample i. */
+static struct chip_load_interval interval_between(const struct chip_lookahead *lookahead,
+                                                  const struct chip_stock *stock, int i, double bound_before)
 {
     struct chip_load_interval interval;
     double begin, half = 0.5 * lookahead->turn[sample_slot(lookahead, i)];
     interval.from = sample_s(lookahead, i - 1);
     interval.to = sample_s(lookahead, i);
     interval.a = bound_before;
-    interval.b = interval.bound = chip_load_bound(lookahead, stock, i);
+    interval.b = interval.bound = bound_of(lookahead, stock, i);
     interval.jump = !chip_load_jumps(lookahead, stock, i)
                       ? 0
                       : (sample_area(lookahead, i) > sample_area(lookahead, i - 1) ? 1 : -1);
@@ -183,6 +187,32 @@ struct chip_load_interval chip_load_between(const struct chip_lookahead *lookahe
     return interval;
 }
 
+/* [6] An interval depends on the samples up to the first one that is a cell farther on, and back to the first one that is
+ * CHIP_STEP_WIDTH cells behind. */
+void chip_load_forget(struct chip_lookahead *lookahead, const struct chip_stock *stock, int i)
+{
+    double before = sample_s(lookahead, i - 1), behind = sample_s(lookahead, i + 1);
+    int k, last = lookahead->first + lookahead->count - 1;
+    CHIP_FAULT(INTERVALS_KEPT, lookahead->completed[slot_of(i)] = 0; return );
+    for (k = i;
+         k >= lookahead->first && (k > i - 3 || before - sample_s(lookahead, k) <= CHIP_CELLS_AHEAD * stock->cell); k--)
+        lookahead->completed[slot_of(k)] = 0;
+    for (k = i; k <= last && (k < i + 4 || sample_s(lookahead, k - 1) - behind <= CHIP_CELLS_BEHIND * stock->cell); k++)
+        lookahead->completed[slot_of(k)] = 0;
+}
+
+void chip_load_complete(struct chip_lookahead *lookahead, const struct chip_stock *stock)
+{
+    int i, last = lookahead->first + lookahead->count - 1;
+    for (i = lookahead->first; i <= last; i++) {
+        if (lookahead->completed[slot_of(i)]) continue;
+        lookahead->interval[slot_of(i)] = interval_between(lookahead, stock, i,
+                                                           i > lookahead->first ? interval_of(lookahead, i - 1)->bound
+                                                                                : bound_of(lookahead, stock, i));
+        lookahead->completed[slot_of(i)] = 1;
+    }
+}
+
 /* Largest load from `from` to `to`, which overlap the interval. */
 static double largest(const struct chip_load_interval *interval, double from, double to)
 {
@@ -195,24 +225,21 @@ static double largest(const struct chip_load_interval *interval, double from, do
  * low [3] [6]. If it falls without a jump the load CHIP_TRAILING cells back counts, as far as cells may hide it. */
 double chip_load_bound_now(const struct chip_lookahead *lookahead, const struct chip_stock *stock)
 {
-    double to = lookahead->at_s + lookahead->latency_travel, full = 0.0, behind = 0.0, max_depth = 0.0, bound;
+    double to = lookahead->at_s + lookahead->latency_travel, full = 0.0, behind = 0.0, max_depth = 0.0;
     int i, last = lookahead->first + lookahead->count - 1;
     if (lookahead->count == 0) return lookahead->begin_area;
-    bound = chip_load_bound(lookahead, stock, lookahead->first);
-    if (sample_s(lookahead, lookahead->first) > lookahead->at_s) full = bound;
+    if (sample_s(lookahead, lookahead->first) > lookahead->at_s) full = interval_of(lookahead, lookahead->first)->bound;
     if (lookahead->at_s < lookahead->begin_s + lookahead->spacing) full = chip_max(full, lookahead->begin_area);
-    if (sample_s(lookahead, last) <= to) full = chip_max(full, chip_load_bound(lookahead, stock, last));
+    if (sample_s(lookahead, last) <= to) full = chip_max(full, interval_of(lookahead, last)->bound);
     for (i = lookahead->first + 1; i <= last; i++) {
-        struct chip_load_interval interval;
+        const struct chip_load_interval *interval = interval_of(lookahead, i);
         double back;
         if (sample_s(lookahead, i - 1) - (CHIP_STEP_WIDTH + CHIP_LATE_AT_ONCE) * stock->cell > to) break;
-        interval = chip_load_between(lookahead, stock, i, bound);
-        bound = interval.bound;
-        if (interval.from > to) continue;
-        if (interval.to > lookahead->at_s) full = chip_max(full, largest(&interval, lookahead->at_s, to));
-        back = lookahead->at_s - (interval.jump ? 0.0 : CHIP_TRAILING * position_error(lookahead, stock, i));
-        if (interval.to <= back) continue;
-        behind = chip_max(behind, largest(&interval, back, to));
+        if (interval->from > to) continue;
+        if (interval->to > lookahead->at_s) full = chip_max(full, largest(interval, lookahead->at_s, to));
+        back = lookahead->at_s - (interval->jump ? 0.0 : CHIP_TRAILING * position_error(lookahead, stock, i));
+        if (interval->to <= back) continue;
+        behind = chip_max(behind, largest(interval, back, to));
         max_depth = chip_max(max_depth, lookahead->depth[sample_slot(lookahead, i)]);
     }
     return chip_max(full, chip_min(behind, full + CHIP_WIDTH_ERROR * stock->cell * max_depth));

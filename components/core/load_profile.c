@@ -107,7 +107,7 @@ void chip_lookahead_profile(const struct chip_lookahead *lookahead, const struct
                             const struct chip_stock *stock, const struct chip_tool *tool, double horizon,
                             struct chip_load_profile *profile)
 {
-    double reached = 0.0, until, bound;
+    double reached = 0.0, until;
     int i, now, last = lookahead->first + lookahead->count - 1,
                 known = lookahead->on_path || lookahead->predicted.known;
     profile->area = known ? chip_load_now(lookahead) : 0.0;
@@ -120,23 +120,20 @@ void chip_lookahead_profile(const struct chip_lookahead *lookahead, const struct
     for (i = now; i <= now + 1; i++)
         if (i >= lookahead->first && i <= last) profile->depth = chip_max(profile->depth, lookahead->depth[slot_of(i)]);
     until = chip_min(lookahead->at_s + horizon, binding_until(lookahead, path, horizon));
-    bound = lookahead->count ? chip_load_bound(lookahead, stock, now) : 0.0;
     for (i = now + 1; i <= last; i++) {
-        struct chip_load_interval interval;
+        const struct chip_load_interval *interval = interval_of(lookahead, i);
         double at = sample_s(lookahead, i) - lookahead->at_s, area;
         if (sample_s(lookahead, i - 1) > until && i > lookahead->first) break;
-        interval = chip_load_between(lookahead, stock, i, bound);
-        area = interval.b;
-        bound = interval.bound;
+        area = interval->b;
         reached = at;
-        if (interval.jump < 0 || i == lookahead->first)
-            area = bound;
+        if (interval->jump < 0 || i == lookahead->first)
+            area = interval->bound;
         else if (lookahead->turn[slot_of(i)] > 0.0 && !is_corner(lookahead, i)
                  && sample_s(lookahead, i - 1) > lookahead->at_s)
-            area = chip_max(interval.a, interval.b);
-        CHIP_FAULT(SAMPLES_LATE, at += lookahead->spacing + rise_begins_before(lookahead, &interval, i));
+            area = chip_max(interval->a, interval->b);
+        CHIP_FAULT(SAMPLES_LATE, at += lookahead->spacing + rise_begins_before(lookahead, interval, i));
         if (area > profile->step[profile->steps - 1].area)
-            add_step(profile, chip_max(0.0, at - rise_begins_before(lookahead, &interval, i)), area);
+            add_step(profile, chip_max(0.0, at - rise_begins_before(lookahead, interval, i)), area);
     }
     if (i <= last) reached = horizon; /* there are more, which do not bind */
     if (lookahead->on_path) horizon = chip_min(horizon, path->end_s - lookahead->at_s);

@@ -92,6 +92,7 @@ static void carry_over(struct chip_lookahead *lookahead, const struct chip_predi
     lookahead->first = 0;
     lookahead->count = n;
     lookahead->stale = same;
+    for (i = 0; i < n; i++) lookahead->completed[i] = 0;
 }
 
 /* How far clear of the tool's outline a point `in_front` mm in front of the tool must be read, mm [2]: so far that
@@ -119,6 +120,7 @@ static int read_sample(struct chip_lookahead *lookahead, const struct chip_stock
     lookahead->full_area[n] = (float)full_area(tool, at->dir, met.depth);
     lookahead->read_clear[n] = (unsigned char)(clear > 0.0);
     lookahead->position_error[n] = (float)cell_error(tool, chip_sqrt(dir[0] * dir[0] + dir[1] * dir[1]));
+    lookahead->completed[n] = 0;
     return met.nodes + CHIP_SAMPLE_NODES;
 }
 
@@ -141,6 +143,7 @@ static int resample(struct chip_lookahead *lookahead, const struct chip_path *pa
     struct chip_path_point at;
     find_point(lookahead, path, lookahead->s[slot_of(i)], &at);
     if (lookahead->on_path && fabs(at.curvature) * tool->radius > CHIP_TIGHT_ARC) return 1;
+    chip_load_forget(lookahead, stock, i);
     return read_sample(lookahead, stock, tool, i, &at);
 }
 
@@ -175,6 +178,7 @@ static int add_sample(struct chip_lookahead *lookahead, const struct chip_stock 
     lookahead->corner_turn[n] = bend + (sharp ? at->turn : 0.0);
     lookahead->corner[n] = (unsigned char)at->corner;
     lookahead->count++;
+    chip_load_forget(lookahead, stock, i);
     jump = lookahead->on_path && lookahead->count > 1 && chip_load_jumps(lookahead, stock, i);
     if (jump && before > 1.01 * closest) {
         lookahead->count--;
@@ -191,14 +195,18 @@ static int add_sample(struct chip_lookahead *lookahead, const struct chip_stock 
 static void drop_samples(struct chip_lookahead *lookahead, const struct chip_path *path, const struct chip_stock *stock)
 {
     double back = lookahead->at_s - (CHIP_LATE_FALL + 0.01) * stock->cell, end = 1e300;
+    int first = lookahead->first, count;
     while (lookahead->count > 2 + CHIP_CLEAR_BACK
            && sample_s(lookahead, lookahead->first + 1 + CHIP_CLEAR_BACK) < back) {
         lookahead->first++;
         lookahead->count--;
     }
+    if (lookahead->first != first) chip_load_forget(lookahead, stock, lookahead->first);
     if (lookahead->on_path) end = chip_min(path->changed_s, path->end_s) + 2.0 * CHIP_PATH_BEYOND;
+    count = lookahead->count;
     while (lookahead->count > 0 && sample_s(lookahead, lookahead->first + lookahead->count - 1) > end)
         lookahead->count--;
+    if (lookahead->count != count) chip_load_forget(lookahead, stock, lookahead->first + lookahead->count - 1);
     if (lookahead->stale < lookahead->first) lookahead->stale = lookahead->first;
     if (lookahead->stale > lookahead->first + lookahead->count) lookahead->stale = lookahead->first + lookahead->count;
 }
@@ -272,4 +280,5 @@ void chip_lookahead_step(struct chip_lookahead *lookahead, const struct chip_pat
     lookahead->latency_travel = CHIP_LATENCY * lookahead->predicted.speed * period;
     if (begun) lookahead->begin_s = lookahead->at_s;
     if (on_path || lookahead->predicted.known) update_samples(lookahead, path, stock, tool, horizon, budget);
+    chip_load_complete(lookahead, stock);
 }

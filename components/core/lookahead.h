@@ -27,6 +27,7 @@
  *     jump (the edge of the stock, a wall) may lie CHIP_LATE_RISE or CHIP_LATE_FALL cells from the position it is
  *     read at: between two samples the larger one counts, and so far beyond. A flat end that goes straight down
  *     has no such position error; on a slope the error is smaller the steeper it is.
+ *     What lies between two samples is computed when one of those it depends on changes, and kept.
  *  7. Where the path turns between two samples the area is sublinear in the direction: at most their larger
  *     one over the cosine of half the turn is met.
  */
@@ -39,6 +40,14 @@
 #define CHIP_LOOKAHEAD_SAMPLES 192 /* in use at most */
 #define CHIP_SAMPLE_RING 256       /* places for them: a power of two, as a division takes longer than a reading */
 #define CHIP_LOAD_STEPS 8
+
+/* The load between a sample and the one before it [6] [7]. */
+struct chip_load_interval {
+    double from, to; /* mm, where it applies */
+    double a, b;     /* mm2 at its ends; linear between them, or the larger one throughout */
+    double bound;    /* mm2, area of the sample, never too low */
+    int jump;        /* 1: up, -1: down */
+};
 
 struct chip_lookahead {
     struct chip_predicted_path predicted; /* the path if the programmed one is unknown */
@@ -63,6 +72,8 @@ struct chip_lookahead {
     double corner_turn[CHIP_SAMPLE_RING];       /* rad, the sum of the turns at corners [2] */
     unsigned char corner[CHIP_SAMPLE_RING];     /* same position as the sample before [5] */
     unsigned char read_clear[CHIP_SAMPLE_RING]; /* read clear of the cut stock, so farther on */
+    unsigned char completed[CHIP_SAMPLE_RING];  /* its interval is known */
+    struct chip_load_interval interval[CHIP_SAMPLE_RING];
 };
 
 struct chip_load_step {

@@ -55,13 +55,11 @@ static inline double full_area(const struct chip_tool *tool, const double dir[3]
     return 2.0 * tool->radius * depth * chip_sqrt(dir[0] * dir[0] + dir[1] * dir[1]) + plunge;
 }
 
-/* The load between sample i - 1 and sample i [6] [7]. */
-struct chip_load_interval {
-    double from, to; /* mm, where it applies */
-    double a, b;     /* mm2 at its ends; linear between them, or the larger one throughout */
-    double bound;    /* mm2, chip_load_bound of sample i */
-    int jump;        /* 1: up, -1: down */
-};
+/* The load between sample i - 1 and sample i. */
+static inline const struct chip_load_interval *interval_of(const struct chip_lookahead *lookahead, int i)
+{
+    return &lookahead->interval[slot_of(i)];
+}
 
 /* load_bound.c is part of the core; nothing outside calls these. */
 #pragma GCC visibility push(hidden)
@@ -71,12 +69,13 @@ struct chip_load_interval {
 double chip_load_now(const struct chip_lookahead *lookahead);
 double chip_load_bound_now(const struct chip_lookahead *lookahead, const struct chip_stock *stock);
 
-/* Area of sample i, mm2, never too low [6]. */
-double chip_load_bound(const struct chip_lookahead *lookahead, const struct chip_stock *stock, int i);
+/* Sample i has changed, or is the first or the last one now: forgets the intervals that depend on it. */
+void chip_load_forget(struct chip_lookahead *lookahead, const struct chip_stock *stock, int i);
 
-/* The load between sample i - 1, whose chip_load_bound is `bound_before`, and sample i; whether it jumps there. */
-struct chip_load_interval chip_load_between(const struct chip_lookahead *lookahead, const struct chip_stock *stock,
-                                            int i, double bound_before);
+/* Computes the intervals that are not known: those of few samples change in a period. */
+void chip_load_complete(struct chip_lookahead *lookahead, const struct chip_stock *stock);
+
+/* Whether the load jumps from sample i - 1 to i. */
 int chip_load_jumps(const struct chip_lookahead *lookahead, const struct chip_stock *stock, int i);
 
 #pragma GCC visibility pop

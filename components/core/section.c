@@ -10,6 +10,8 @@
 #define CHIP_STEEP 2.0            /* a band this much higher than wide has an edge like a wall's [8] */
 /* width of a band's part, in cells: narrower ones read no more than the cells know [9] */
 #define CHIP_PART_CELLS 1.5
+/* width, in cells, of bands that are read together [9]: less takes more time, more reads less */
+#define CHIP_TOGETHER 1.0
 
 /* [9] Largest number of parts of a band: if few bands are below the stock's top, `reach` mm from the axis, each gets
  * more. */
@@ -40,6 +42,18 @@ static struct chip_tool_ring band_part(const struct chip_tool *tool, const struc
     return part;
 }
 
+static int is_steep(const struct chip_tool_ring *ring) { return ring->rise > CHIP_STEEP * (ring->outer - ring->inner); }
+
+/* [9] Whether the next band is read together with this one: both are within a cell. */
+static int joins(const struct chip_stock *stock, const struct chip_tool *tool, const struct chip_tool_ring *ring,
+                 int next, double reach)
+{
+    const struct chip_tool_ring *other = &tool->ring[next];
+    return next < tool->rings && other->inner < reach && other->outer - ring->inner <= CHIP_TOGETHER * stock->cell
+        && other->straight == ring->straight && is_steep(other) == is_steep(ring)
+        && chip_min(ring->rise, other->rise) > CHIP_MIN_CONTACT;
+}
+
 /* [7] The tool moves level: the area between its outline and the stock's top, seen along the path. */
 static void level_section(const struct chip_stock *stock, const struct chip_pose *at, const struct chip_tool *tool,
                           double tip, double clear, struct chip_section *section)
@@ -47,20 +61,15 @@ static void level_section(const struct chip_stock *stock, const struct chip_pose
     double reach = chip_tool_reach(tool, stock->z_max - tip);
     int max = max_parts(tool, reach), i, k, n;
     for (i = 0; i < tool->rings && tool->ring[i].inner < reach; i++) {
-        n = band_parts(stock, &tool->ring[i], reach, max);
+        struct chip_tool_ring whole = tool->ring[i];
+        while (joins(stock, tool, &whole, i + 1, reach))
+            chip_tool_profile_part(tool, &whole, whole.inner, tool->ring[++i].outer, &whole);
+        n = band_parts(stock, &whole, reach, max);
         for (k = 0; k < n; k++) {
-            struct chip_tool_ring ring = band_part(tool, &tool->ring[i], reach, n, k);
+            struct chip_tool_ring ring = band_part(tool, &whole, reach, n, k);
             double low = tip + ring.height - 0.5 * ring.rise;
-            struct chip_strip strip = { ring.inner,
-                                        ring.outer,
-                                        ring.radius,
-                                        low,
-                                        low + ring.rise,
-                                        clear,
-                                        ring.outer,
-                                        ring.rise > CHIP_STEEP * (ring.outer - ring.inner),
-                                        0,
-                                        0 };
+            struct chip_strip strip = { ring.inner, ring.outer, ring.radius,     low, low + ring.rise,
+                                        clear,      ring.outer, is_steep(&ring), 0,   0 };
             if (ring.rise > CHIP_MIN_CONTACT) chip_strip_add(stock, at, tool, tip, &strip, section);
         }
     }

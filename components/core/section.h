@@ -38,6 +38,7 @@
  *     Beside a path that bends, so does that edge.
  *  9. A band ends where the tool comes out of the top of the whole stock. If few bands are below it (a fine groove cut
  *     with a large vee) they are read in parts: a wider band would count stock that lies beside the tool.
+ *     Neighbouring bands of a tool that moves level are read as one if they lie within a cell: the cells know no more.
  * 10. A wall of the stock that runs through a cell is read where it is, and not interpolated between the cells: its direction comes
  *     from the cells around it, its place from the share of the cell that is cut. It is spread evenly to both sides, by half a cell
  *     at most and never beyond the tool's edge. Interpolated, it would lie up to 0.1 cells beside its place where the circle of the

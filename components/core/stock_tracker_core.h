@@ -23,6 +23,7 @@
 #include "core/guard_probe.c"
 #include "core/guard.c"
 #include "core/tracker_map.c"
+#include "core/tracker_cut.c"
 #include "core/tracker.c"
 #include "core/tool_watch.c"
 

@@ -210,6 +210,8 @@ static struct chip_sweep_segment make_segment(const struct chip_sweep *sweep, co
     segment.flat = segment.flat_end && segment.dz == 0.0;
     segment.skip_disc = sweep->start_is_cut && level_or_up && segment.floor2 > 0.0;
     segment.skip_back = sweep->start_is_cut && level_or_up;
+    segment.back_is_cut = sweep->start_is_cut && segment.dz < 0.0 && !segment.flat_end && segment.length2 > 0.0;
+    segment.point_reach = CHIP_GAUSS_REACH * stock->cell;
     if (segment.skip_back && segment.length2 <= 0.0) segment.reach = 0.0; /* a retract cuts nothing */
     segment.work = work;
     return segment;
@@ -236,7 +238,15 @@ static void advance(struct chip_sweep *sweep)
     for (i = 0; i < 3; i++) sweep->at[i] = sweep->queue[0][i];
     drop_tip(sweep, 0);
     sweep->start_is_cut = 1;
+    sweep->finished++;
     sweep->row = -1;
+}
+
+long chip_sweep_level_work(const struct chip_stock *stock, const struct chip_tool *tool)
+{
+    double radius = tool->radius / stock->cell, flat = tool->r_flat / stock->cell;
+    double front = 0.5 * CHIP_PI * (radius * radius - flat * flat);
+    return (long)chip_min((2.0 + CHIP_WORK_CURVED) * front + 2.0 * CHIP_WORK_ROW * radius, 1e9);
 }
 
 double chip_sweep_run(struct chip_sweep *sweep, struct chip_stock *stock, const struct chip_tool *tool, long bound,

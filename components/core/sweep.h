@@ -38,6 +38,7 @@ struct chip_sweep {
     int known;                          /* `at` is a position of the tool */
     int start_is_cut;                   /* the tool, as it is now, has cut all round at `at` */
     int row, row_end;                   /* rows of the segment to queue[0] still to be cut; row < 0: not begun */
+    uint32_t finished;                  /* segments that have been cut, since the beginning; it wraps */
     int column;                         /* the first column of that row still to be cut */
     double heading[2];                  /* unit vector of the last segment in XY, */
     double rise;                        /* mm per mm of XY it rose by, */
@@ -50,6 +51,9 @@ void chip_sweep_start(struct chip_sweep *sweep, const double tip[3]);
 
 /* Queues a straight segment to `tip` (mm); a tip that is not a finite position is ignored. */
 void chip_sweep_to(struct chip_sweep *sweep, const double tip[3]);
+
+/* Work of a level step of the tool, its end being in stock all round. */
+long chip_sweep_level_work(const struct chip_stock *stock, const struct chip_tool *tool);
 
 /* Works on the queue until it is empty or the work reaches `bound`; returns the volume removed, mm3.
  * `*spent`, if not null, is increased by the work. */

@@ -27,6 +27,8 @@ struct chip_sweep_segment { /* a segment with what all its cells share; mm */
     int flat_end;             /* the tool's end is flat */
     int flat;                 /* and the height is constant along the segment */
     int round_level;          /* the end is not flat, and the segment is level */
+    int back_is_cut;          /* a round end falls, and has cut at the start what it now moves away from [4] */
+    double point_reach;       /* mm from a cell's middle to the points it is read at */
     int skip_disc, skip_back; /* `at` has cut the disc, what lies behind [4] */
     /* mm2: all of a cell whose middle is that far from the axis is below the arc, or the cone, and within the rim */
     double arc_from2, arc_to2, cone_from2, cone_to2;
@@ -39,8 +41,9 @@ struct chip_span {
 
 #define CHIP_INLINE inline __attribute__((always_inline)) /* executed for every cell */
 
-#define CHIP_WORK_CURVED 14                 /* work of a cell below an end that is not flat [2] */
-#define CHIP_GAUSS_REACH 0.41               /* cells from a cell's middle to the points it is read at */
+#define CHIP_WORK_ROW 35      /* work of a row, in cells of a flat end: about a dozen instructions each [2] */
+#define CHIP_WORK_CURVED 14   /* work of a cell below an end that is not flat [2] */
+#define CHIP_GAUSS_REACH 0.41 /* cells from a cell's middle to the points it is read at */
 #define CHIP_GAUSS_STEP 0.28867513459481287 /* of it in X and in Y: 1 / (2 sqrt 3) */
 
 /* Distance^2 of a point (relative to the segment's start) from the tool's axis at t. */
@@ -78,6 +81,18 @@ static CHIP_INLINE double nearest_on(const struct chip_sweep_segment *segment, d
     CHIP_FAULT(PLUNGE_OUTLINE_MISSED, if (segment->length2 <= 0.0) return 0.0);
     if (segment->length2 <= 0.0) return segment->dz < 0.0 ? 1.0 : 0.0; /* the lower end of a plunge */
     return t < segment->earliest ? segment->earliest : (t > 1.0 ? 1.0 : t);
+}
+
+/* [4] Whether the height over all four points of a cell rises from the start on: the tool moves away from it faster than it falls. The
+ * profile gets steeper outwards. */
+static CHIP_INLINE int only_rises(const struct chip_sweep_segment *segment, const struct chip_tool *tool, double px,
+                                  double py)
+{
+    double outward = -px * segment->dx - py * segment->dy - segment->point_reach * segment->length, r;
+    if (outward <= 0.0) return 0;
+    r = chip_sqrt(px * px + py * py);
+    if (r - segment->point_reach <= tool->r_flat || r + segment->point_reach >= tool->radius) return 0;
+    return segment->dz * (r + segment->point_reach) + chip_tool_slope(tool, r - segment->point_reach) * outward > 0.0;
 }
 
 #pragma GCC visibility push(hidden)

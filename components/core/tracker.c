@@ -102,37 +102,6 @@ static void serve_tool(struct chip_tracker *tracker, const struct chip_tracker_i
     chip_guard_reset(&tracker->guard);
 }
 
-/* [4] Queues and cuts the segment since the last period; returns its work. */
-static long cut(struct chip_tracker *tracker, struct chip_stock *stock, const struct chip_tracker_in *in,
-                const double tip[3])
-{
-    long work = 0;
-    if (in->motion > CHIP_MOTION_TRAVERSE && tracker->tip_known)
-        chip_guard_shank(&tracker->guard, stock, &tracker->tool, tracker->tip, tip,
-                         tracker->sweep.known && tracker->sweep.start_is_cut, &work);
-    else
-        tracker->guard.excess = 0;
-    if (!tracker->sweep.known) {
-        chip_sweep_start(&tracker->sweep, tracker->has_start   ? tracker->start
-                                          : tracker->tip_known ? tracker->tip
-                                                               : tip);
-        tracker->sweep.start_is_cut = tracker->has_start; /* at rest there it cuts nothing [1] */
-    }
-    tracker->has_start = 0;
-    chip_sweep_to(&tracker->sweep, tip);
-    chip_sweep_run(&tracker->sweep, stock, &tracker->tool, CHIP_WORK_TO_CUT, &work);
-    return work;
-}
-
-/* [4] Cutting is off: finishes the queued segments, then forgets the position. */
-static long flush(struct chip_tracker *tracker, struct chip_stock *stock)
-{
-    long work = 0;
-    chip_sweep_run(&tracker->sweep, stock, &tracker->tool, CHIP_WORK_TO_CUT, &work);
-    if (!tracker->sweep.waiting) tracker->sweep.known = 0;
-    return work;
-}
-
 /* Velocity, mm/s, that a jerk-limited planner may still gain before it can begin to brake. */
 static double jerk_gain(const struct chip_tracker_in *in)
 {
@@ -184,7 +153,8 @@ static void update_load(struct chip_tracker *tracker, const struct chip_stock *s
 {
     double far = chip_tracker_horizon(tracker, stock, in);
     if (tracker->tip_known) {
-        double nodes = (double)((CHIP_WORK_PER_PERIOD - work) / CHIP_WORK_A_NODE);
+        int a_node = chip_tool_is_flat(&tracker->tool) ? CHIP_WORK_A_NODE : CHIP_WORK_A_ROUND_NODE;
+        double nodes = (double)((CHIP_WORK_PER_PERIOD - work) / a_node);
         chip_lookahead_step(&tracker->lookahead, &tracker->path, stock, &tracker->tool, tracker->tip, tip, in->period_s,
                             far, (int)chip_max(1.0, nodes));
         chip_path_mark_read(&tracker->path);
@@ -216,7 +186,7 @@ static long run_guards(struct chip_tracker *tracker, const struct chip_stock *st
     motion.acceleration_mm_s2 = in->acceleration_mu_s2 / in->mu_per_mm;
     motion.max_jerk_mm_s3 = in->max_jerk_mu_s3 / in->mu_per_mm;
     motion.distance_to_go_mm = in->distance_to_go_mu / in->mu_per_mm;
-    motion.start_is_cut = tracker->sweep.start_is_cut && !tracker->sweep.waiting;
+    motion.start_is_cut = tracker->sweep.start_is_cut && chip_tracker_feeds_are_cut(tracker);
     motion.path = tracker->path.known ? &tracker->path : 0;
     hit = in->motion == CHIP_MOTION_TRAVERSE
        && chip_guard_traverse(&tracker->guard, stock, &tracker->tool, &motion, CHIP_WORK_PER_PERIOD, &work);
@@ -284,9 +254,9 @@ static void ready_period(struct chip_tracker *tracker, struct chip_stock *stock,
     long work = 0;
     if (!cutting) tracker->state = CHIP_TRACKER_FLUSHING;
     tracker->has_start &= cutting;
-    if (tracker->state == CHIP_TRACKER_FLUSHING) work = flush(tracker, stock);
+    if (tracker->state == CHIP_TRACKER_FLUSHING) work = chip_tracker_flush(tracker, stock);
     if (cutting && tracker->sweep.waiting == 0) tracker->state = CHIP_TRACKER_CUTTING;
-    if (tracker->state == CHIP_TRACKER_CUTTING) work += cut(tracker, stock, in, tip);
+    if (tracker->state == CHIP_TRACKER_CUTTING) work += chip_tracker_cut(tracker, stock, in, tip);
     if (cutting)
         work = run_guards(tracker, stock, in, tip, work, out);
     else

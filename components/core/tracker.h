@@ -18,7 +18,7 @@
  *  3. A tool whose numbers changed is built anew. An unknown tool, or one that is not in the
  *     spindle any more (tool_watch.h), cuts nothing.
  *  4. While cutting is enabled the segment since the last period is queued and cut; the rest is
- *     cut in the next period (sweep.h, 2).
+ *     cut in the next period (sweep.h, 2). A round end that moves level on a feed does a part of a segment in each period.
  *  5. The guards look at a traverse and at the shank (guard.h), the look-ahead takes its samples
  *     (lookahead.h). Their results and the sums are the output.
  *  6. 4 and 5 share CHIP_WORK_PER_PERIOD, cutting first, so that a period is bounded whatever the
@@ -36,8 +36,16 @@
 #define CHIP_CELLS_PER_PERIOD 12000 /* filled at most */
 #define CHIP_WORK_PER_PERIOD 16500  /* in cells of a flat end (sweep.h, 2), about a dozen instructions each */
 #define CHIP_WORK_TO_CUT 10500      /* of it, for cutting at most */
-#define CHIP_WORK_A_NODE 14         /* of a point read for a sample of the look-ahead */
-#define CHIP_RATE_SLOTS 1024        /* periods the removal rate can be averaged over */
+/* A round end lowers all cells in front of it in every period, however short the step is. So it does a part of a level step in
+ * a period, and what it moves meanwhile is joined to one step. More parts let the map lag more, by two or three periods each. */
+#define CHIP_WORK_PARTS 3
+#define CHIP_WORK_TO_RAMP 5250 /* and less than CHIP_WORK_TO_CUT of a ramp, which takes several periods in any case */
+#define CHIP_WAITING_MAX 3     /* steps that wait; if there are more, as in a bend, the whole step is done */
+#define CHIP_WORK_LEAST 1500   /* a part is at least so large */
+#define CHIP_WORK_A_NODE 14    /* of a point read for a sample of the look-ahead, */
+#define CHIP_WORK_A_ROUND_NODE                                                                                         \
+    20 /* and of one for a tool whose end is not flat: its samples have several times the points */
+#define CHIP_RATE_SLOTS 1024 /* periods the removal rate can be averaged over */
 
 #define CHIP_MIN_MU_PER_MM 1e-3 /* machine units per mm: 1, 1/25.4, .. */
 #define CHIP_MAX_MU_PER_MM 1e3
@@ -120,6 +128,8 @@ struct chip_tracker {
     int has_start;          /* it has cut nothing since, because earlier segments wait */
     int tip_known, last_request, box_error, fault;
     struct chip_guard guard;
+    uint32_t feed_finished;   /* sweep.finished when no feed's segment waits any more */
+    int parts_left;           /* periods until a round end's work is not divided any more [4] */
     int held_moved;           /* the machine moved while another program had the map: a cut may be missing */
     int held_waiting;         /* segments were still to be cut when it took the map */
     uint32_t held_generation; /* of the map then */

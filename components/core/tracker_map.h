@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
-/* tracker_map.h - whose the map is: a new stock, a map that another program has, a head that is not what it was.
+/* tracker_map.h - what the tracker does with the map: a new stock, a map that another program has, a head that is not what it was
+ * (tracker_map.c); what it cuts in a period (tracker_cut.c).
  *
  * Internal: called by tracker.c. The numbers in brackets are those of the principle in tracker.h. */
 #ifndef CHIPWISE_TRACKER_MAP_H
@@ -36,6 +37,16 @@ void chip_tracker_give_up_map(struct chip_tracker *tracker, struct chip_stock *s
 
 /* [2] Checks that the head is as the tracker has left it: every index is computed from its numbers. */
 void chip_tracker_check_head(struct chip_tracker *tracker, struct chip_stock *stock);
+
+/* [4] Queues and cuts the segment since the last period; returns its work. */
+long chip_tracker_cut(struct chip_tracker *tracker, struct chip_stock *stock, const struct chip_tracker_in *in,
+                      const double tip[3]);
+
+/* [4] Cutting is off: finishes the queued segments, then forgets the position; returns its work. */
+long chip_tracker_flush(struct chip_tracker *tracker, struct chip_stock *stock);
+
+/* [5] Whether all feeds before a traverse are in the map. Steps of the traverse itself may wait: what they leave is met. */
+int chip_tracker_feeds_are_cut(const struct chip_tracker *tracker);
 
 /* [2] 1 while another program has the map. */
 int chip_tracker_serve_hold(struct chip_tracker *tracker, struct chip_stock *stock, const struct chip_tracker_in *in);

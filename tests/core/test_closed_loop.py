@@ -3,6 +3,8 @@
 
 A failure prints the seed; `CHIPWISE_SEED=<seed> CHIPWISE_RANDOM_COUNT=1 tools/test tests/core/test_closed_loop.py` repeats it.
 """
+import subprocess
+
 import pytest
 
 from support import closed_loop, random_cases
@@ -20,6 +22,13 @@ def test_no_peak(tmp_path):
     assert not high(scenes), high(scenes)
     assert not [scene for scene in scenes if abs(scene.volume - 1.0) > VOLUME], scenes
     assert max(scene.peak for scene in scenes) > 0.9        # not all of it was air
+
+
+def test_loads_out_of_date_are_seen(tmp_path):
+    """The checker of closed_loop.c that compares what the look-ahead keeps with what it would compute."""
+    with pytest.raises(subprocess.CalledProcessError) as found:
+        closed_loop.run(closed_loop.build(tmp_path, "INTERVALS_KEPT"), 1, 1)
+    assert "is out of date" in found.value.stderr
 
 
 @pytest.mark.parametrize("fault", ["TOO_FAST", "SAMPLES_LATE", "LOOKAHEAD_OFF"])

@@ -35,6 +35,7 @@ FAULTS = {
     "RAMPS_BY_ONE_SEGMENT": ("points of a cell on a ramp cut by one segment only", "test_profiles.py::test_volume_on_a_ramp[vee 60]"),
     "CELLS_WHOLE": ("cells cut wholly or not at all", "test_section.py::test_section[side flat 10 % 0 deg]"),
     "PLUNGE_AS_WIDE": ("the ring of a plunging tool looked at", "test_plunge.c"),
+    "INTERVALS_KEPT": ("the load between samples kept when they change", "test_lookahead.py::test_load_steps_rise_with_the_entry"),
     "LOOKAHEAD_OFF": ("look-ahead off", "test_feed.py::test_ahead_is_braked_in_time"),
     "ARCS_STRAIGHT": ("arcs treated as straight", "test_lookahead.py::test_arc_and_helix_are_followed"),
     "TOO_FAST": ("five percent too fast", "test_feed.py::test_at_the_tool"),

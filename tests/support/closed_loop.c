@@ -17,6 +17,7 @@
 #include <string.h>
 
 #include "core/feed.h"
+#include "core/samples.h"
 #include "core/tracker.h"
 
 #include "closed_loop_field.h"
@@ -69,11 +70,34 @@ static void tell_path(const struct route *route, int now, double s)
     for (i = now + path->count; i < route->count; i++) chip_path_append(path, i + 1, &route->segment[i]);
 }
 
+/* The intervals that the look-ahead has kept are those that it would compute now. */
+static void check_intervals(const struct chip_stock *stock)
+{
+    static struct chip_lookahead fresh;
+    int i, slot;
+    fresh = tracker.lookahead;
+    memset(fresh.completed, 0, sizeof fresh.completed);
+    chip_load_complete(&fresh, stock);
+    for (i = fresh.first; i < fresh.first + fresh.count; i++) {
+        const struct chip_load_interval *a, *b;
+        slot = slot_of(i);
+        a = &fresh.interval[slot];
+        b = &tracker.lookahead.interval[slot];
+        if (a->from == b->from && a->to == b->to && a->a == b->a && a->b == b->b && a->bound == b->bound
+            && a->jump == b->jump)
+            continue;
+        fprintf(stderr, "the interval of sample %d of %d to %d is out of date\n", i, fresh.first,
+                fresh.first + fresh.count - 1);
+        exit(2);
+    }
+}
+
 static void step(struct chip_stock *stock, const double tip[3])
 {
     int i;
     for (i = 0; i < 3; i++) in.pos_mu[i] = tip[i];
     chip_tracker_step(&tracker, stock, &in, &out);
+    check_intervals(stock);
 }
 
 static void lead(struct chip_stock *stock, double from[3], const double to[3], struct field *field,

@@ -74,9 +74,14 @@ TRACER_CHORD = 8
 TRACER_DELAY = 64
 TRACER_WINDOW = 17
 TRAVERSE_POINTS = 256
+WAITING_MAX = 3
 WORK_A_NODE = 14
+WORK_A_ROUND_NODE = 20
+WORK_LEAST = 1500
+WORK_PARTS = 3
 WORK_PER_PERIOD = 16500
 WORK_TO_CUT = 10500
+WORK_TO_RAMP = 5250
 
 
 class Register(IntEnum):
@@ -610,6 +615,20 @@ class Section(C.Structure):
     ]
 
 
+class LoadInterval(C.Structure):
+    """struct chip_load_interval"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("from", C.c_double),
+        ("to", C.c_double),
+        ("a", C.c_double),
+        ("b", C.c_double),
+        ("bound", C.c_double),
+        ("jump", C.c_int),
+    ]
+
+
 class Lookahead(C.Structure):
     """struct chip_lookahead"""
 
@@ -637,6 +656,8 @@ class Lookahead(C.Structure):
         ("corner_turn", C.c_double * 256),
         ("corner", C.c_ubyte * 256),
         ("read_clear", C.c_ubyte * 256),
+        ("completed", C.c_ubyte * 256),
+        ("interval", LoadInterval * 256),
     ]
 
 
@@ -675,6 +696,7 @@ class Sweep(C.Structure):
         ("start_is_cut", C.c_int),
         ("row", C.c_int),
         ("row_end", C.c_int),
+        ("finished", C.c_uint32),
         ("column", C.c_int),
         ("heading", C.c_double * 2),
         ("rise", C.c_double),
@@ -825,6 +847,8 @@ class Tracker(C.Structure):
         ("box_error", C.c_int),
         ("fault", C.c_int),
         ("guard", Guard),
+        ("feed_finished", C.c_uint32),
+        ("parts_left", C.c_int),
         ("held_moved", C.c_int),
         ("held_waiting", C.c_int),
         ("held_generation", C.c_uint32),
@@ -1341,6 +1365,7 @@ STRUCTURES = {
     "chip_tool_ring": ToolRing,
     "chip_tool": Tool,
     "chip_section": Section,
+    "chip_load_interval": LoadInterval,
     "chip_lookahead": Lookahead,
     "chip_load_step": LoadStep,
     "chip_load_profile": LoadProfile,
