@@ -3,13 +3,13 @@
  * those of its principle. */
 #include "sweep_segment.h"
 
-#define CHIP_MAX_CHORDS 24  /* chords that find the lowest tool position over a cell */
-#define CHIP_ROWS_AHEAD 3   /* rows between the one that is cut and the one that is prefetched */
-#define CHIP_WORK_EDGE 20   /* of a cell on the outline */
-#define CHIP_WORK_RIM 20    /* more, if it is on the stock's rim too */
-#define CHIP_WORK_LOWEST 14 /* of the lowest tool position over a point */
-#define CHIP_WORK_CHORD 12  /* of each chord for that */
-#define CHIP_CHORD_END 1e-4 /* mm, a smaller step is the last one */
+#define CHIP_MAX_HALVINGS 24  /* halvings that find the lowest tool position over a cell */
+#define CHIP_ROWS_AHEAD 3     /* rows between the one that is cut and the one that is prefetched */
+#define CHIP_WORK_EDGE 20     /* of a cell on the outline */
+#define CHIP_WORK_RIM 20      /* more, if it is on the stock's rim too */
+#define CHIP_WORK_LOWEST 14   /* of the lowest tool position over a point */
+#define CHIP_WORK_HALVING 12  /* of each halving for that */
+#define CHIP_HALVING_END 1e-4 /* mm, where the halving ends */
 
 static double height_at(const struct chip_sweep_segment *segment, const struct chip_tool *tool, double px, double py,
                         double t)
@@ -35,51 +35,23 @@ static int covering(const struct chip_sweep_segment *segment, double radius, dou
     return *lo <= *hi;
 }
 
-/* How steeply the height over a point rises with t, times the distance from the axis. */
-static double rise_at(const struct chip_sweep_segment *segment, const struct chip_tool *tool, double px, double py,
-                      double t)
+/* Whether the height over a point rises with t. */
+static int rises(const struct chip_sweep_segment *segment, const struct chip_tool *tool, double px, double py, double t)
 {
     double r = chip_sqrt(axis_distance2(segment, px, py, t));
     double outward = t * segment->length2 - px * segment->dx - py * segment->dy;
-    if (r < 1e-12) return segment->dz;
-    return segment->dz * r + chip_tool_slope(tool, chip_min(r, tool->radius)) * outward;
-}
-
-/* The position between lo and hi where the height is least: it falls at lo and rises at hi. A chord between the two, whose end that
- * stays counts half (Illinois): a third of the steps that halving needs. */
-static double least_between(const struct chip_sweep_segment *segment, const struct chip_tool *tool, double px,
-                            double py, double lo, double hi, double at_lo, double at_hi)
-{
-    double t = lo, last = hi;
-    int i, side = 0;
-    for (i = 0; i < CHIP_MAX_CHORDS && fabs(t - last) * segment->length > CHIP_CHORD_END; i++) {
-        double rise;
-        last = t;
-        t = lo + (hi - lo) * at_lo / (at_lo - at_hi);
-        rise = rise_at(segment, tool, px, py, t);
-        if (rise > 0.0) {
-            hi = t;
-            at_hi = rise;
-            if (side > 0) at_lo *= 0.5;
-            side = 1;
-        } else {
-            lo = t;
-            at_lo = rise;
-            if (side < 0) at_hi *= 0.5;
-            side = -1;
-        }
-    }
-    *segment->work += CHIP_WORK_CHORD * i;
-    return t;
+    if (r < 1e-12) return segment->dz > 0.0;
+    return segment->dz * r + chip_tool_slope(tool, chip_min(r, tool->radius)) * outward > 0.0;
 }
 
 /* Lowest tool surface over a point along the segment. The height is convex in t (a convex
  * profile of a distance that is convex in t, plus a straight slope): its minimum is at an end of the part
- * that covers the point, or between them [3]. */
+ * that covers the point, or halving finds it [3]. */
 static double lowest(const struct chip_sweep_segment *segment, const struct chip_tool *tool, double px, double py,
                      double nearest)
 {
-    double lo, hi, at_lo, at_hi;
+    double lo, hi;
+    int i;
     *segment->work += CHIP_WORK_LOWEST;
     if (segment->dz == 0.0) return height_at(segment, tool, px, py, nearest);
     if (segment->dz < 0.0 && axis_distance2(segment, px, py, 1.0) <= tool->r_flat * tool->r_flat)
@@ -87,11 +59,17 @@ static double lowest(const struct chip_sweep_segment *segment, const struct chip
     if (!covering(segment, tool->radius, px, py, &lo, &hi)) return height_at(segment, tool, px, py, nearest);
     if (chip_tool_is_flat(tool) || segment->length2 <= 0.0)
         return height_at(segment, tool, px, py, segment->dz < 0.0 ? hi : lo);
-    at_hi = rise_at(segment, tool, px, py, hi);
-    if (!(at_hi > 0.0)) return height_at(segment, tool, px, py, hi);
-    at_lo = rise_at(segment, tool, px, py, lo);
-    if (at_lo > 0.0) return height_at(segment, tool, px, py, lo);
-    return height_at(segment, tool, px, py, least_between(segment, tool, px, py, lo, hi, at_lo, at_hi));
+    if (!rises(segment, tool, px, py, hi)) return height_at(segment, tool, px, py, hi);
+    if (rises(segment, tool, px, py, lo)) return height_at(segment, tool, px, py, lo);
+    for (i = 0; i < CHIP_MAX_HALVINGS && (hi - lo) * segment->length > CHIP_HALVING_END; i++) {
+        double t = 0.5 * (lo + hi);
+        if (rises(segment, tool, px, py, t))
+            hi = t;
+        else
+            lo = t;
+    }
+    *segment->work += CHIP_WORK_HALVING * i;
+    return height_at(segment, tool, px, py, 0.5 * (lo + hi));
 }
 
 /* In the stock's original top the four points give a plane,

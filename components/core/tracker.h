@@ -43,8 +43,8 @@
 #define CHIP_WAITING_MAX 3     /* steps that wait; if there are more, as in a bend, the whole step is done */
 #define CHIP_WORK_LEAST 1500   /* a part is at least so large */
 #define CHIP_WORK_A_NODE 14    /* of a point read for a sample of the look-ahead, */
-#define CHIP_WORK_A_ROUND_NODE                                                                                         \
-    20 /* and of one for a tool whose end is not flat: its samples have several times the points */
+/* of one for a tool whose end is not flat: its samples have several times the points */
+#define CHIP_WORK_A_ROUND_NODE 20
 #define CHIP_RATE_SLOTS 1024 /* periods the removal rate can be averaged over */
 
 #define CHIP_MIN_MU_PER_MM 1e-3 /* machine units per mm: 1, 1/25.4, .. */
