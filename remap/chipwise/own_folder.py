@@ -20,7 +20,6 @@ from chipwise.errors import CycleError
 
 NAME = "chipwise-"
 LOCK = ".in-use"
-NO_ROOM = errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO
 
 
 class FolderError(CycleError):

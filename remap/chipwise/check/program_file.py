@@ -9,6 +9,7 @@ import os
 
 from chipwise.errors import printable
 from chipwise.files import NoRegularFile, TooLong, open_regular
+from chipwise.own_folder import writing
 
 MAX_BYTES = 100_000_000        # of a program; 4 million moves
 LOOKED_AT = 1 << 16             # bytes of a program; a NUL among them means that it is not text
@@ -75,9 +76,10 @@ def readable(path, folder):
         except UnicodeDecodeError:
             file.seek(0)
         except UnicodeEncodeError:
-            os.symlink(path, copy)
+            with writing():
+                os.symlink(path, copy)
             return copy
-        with open(copy, "wb") as other:
+        with writing(), open(copy, "wb") as other:
             while part := file.read(_PART):
                 other.write(part.translate(_ASCII))
     return copy

@@ -28,7 +28,7 @@ from chipwise.check.records import WIDTH
 from chipwise.errors import unnamed
 from chipwise.ini import expanded, section_of
 from chipwise.machine import rs274
-from chipwise.own_folder import NO_ROOM, OwnFolder, check_room, folder_error, put
+from chipwise.own_folder import OwnFolder, check_room, put, writing
 from chipwise.processes import tree_cpu_s
 
 PYTHON = "/usr/bin/python3"
@@ -107,11 +107,6 @@ class Reader:
         self._folder = OwnFolder("check")
         try:
             self._start(self._folder.name)
-        except OSError as error:
-            self._folder.cleanup()
-            if error.errno in NO_ROOM:
-                raise folder_error(error.strerror) from error
-            raise
         except BaseException:
             self._folder.cleanup()
             raise
@@ -133,7 +128,8 @@ class Reader:
             "tool": machine.tool, "watched": self._watched, "targets": self._targets, "block_delete": machine.block_delete})
         environment = {**os.environ, "HOME": folder, "INI_FILE_NAME": ini, "LC_ALL": "C",
                        "OPENBLAS_NUM_THREADS": "1"}
-        self._errors = open(os.path.join(folder, "errors"), "w+b")
+        with writing():
+            self._errors = open(os.path.join(folder, "errors"), "w+b")
         self._child = subprocess.Popen([PYTHON, "-s", RUNNER, str(os.getpid())], env=environment, cwd=machine.folder,
                                        stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._errors)
         with contextlib.suppress(BrokenPipeError):

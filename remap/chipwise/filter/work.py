@@ -136,6 +136,8 @@ def _rewrite(program, machine, settings, result, folder, limits, progress, verdi
         verdict.note("it is not rewritten: it needs more memory than there is; raise [CHIPWISE]PLAN_MEMORY", True)
     except FolderError as error:
         verdict.note(f"it is not rewritten: {unnamed(error)}", True)
+    except OSError as error:
+        verdict.note(f"it is not rewritten: {error.strerror}", True)
     else:
         verdict.path = path
         verdict.note(f"it is rewritten: {said}")

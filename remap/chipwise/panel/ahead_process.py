@@ -57,8 +57,7 @@ def machine_at(ini, scene, tip, folder):
             text = file.read(1 << 20)
     except OSError:
         text = ""
-    machine.parameters = os.path.join(folder, "now.var")
-    put(folder, os.path.basename(machine.parameters), parameters(text, scene))
+    machine.parameters = put(folder, "now.var", parameters(text, scene))
     place = " ".join(f"{letter}{value / machine.unit_mm:.6f}" for letter, value in zip("XYZ", tip))
     unit = "G20" if machine.unit_mm > 10 else "G21"
     machine.tool, machine.block_delete = scene["tool"], scene["block_delete"]
