@@ -86,13 +86,12 @@ static void carry_over(struct chip_lookahead *lookahead, const struct chip_predi
         lookahead->position_error[i] = (float)cell_error(tool, along[0]);
         lookahead->turn[i] = 0.0f;
         lookahead->corner_turn[i] = 0.0;
-        lookahead->corner[i] = lookahead->read_clear[i] = 0;
+        lookahead->corner[i] = lookahead->read_clear[i] = lookahead->completed[i] = 0;
         lookahead->depth[i] = depth[i];
     }
     lookahead->first = 0;
     lookahead->count = n;
     lookahead->stale = same;
-    for (i = 0; i < n; i++) lookahead->completed[i] = 0;
 }
 
 /* How far clear of the tool's outline a point `in_front` mm in front of the tool must be read, mm [2]: so far that
@@ -120,7 +119,6 @@ static int read_sample(struct chip_lookahead *lookahead, const struct chip_stock
     lookahead->full_area[n] = (float)full_area(tool, at->dir, met.depth);
     lookahead->read_clear[n] = (unsigned char)(clear > 0.0);
     lookahead->position_error[n] = (float)cell_error(tool, chip_sqrt(dir[0] * dir[0] + dir[1] * dir[1]));
-    lookahead->completed[n] = 0;
     return met.nodes + CHIP_SAMPLE_NODES;
 }
 

@@ -211,7 +211,6 @@ static struct chip_sweep_segment make_segment(const struct chip_sweep *sweep, co
     segment.skip_disc = sweep->start_is_cut && level_or_up && segment.floor2 > 0.0;
     segment.skip_back = sweep->start_is_cut && level_or_up;
     segment.back_is_cut = sweep->start_is_cut && segment.dz < 0.0 && !segment.flat_end && segment.length2 > 0.0;
-    segment.point_reach = CHIP_GAUSS_REACH * stock->cell;
     if (segment.skip_back && segment.length2 <= 0.0) segment.reach = 0.0; /* a retract cuts nothing */
     segment.work = work;
     return segment;

@@ -145,6 +145,19 @@ static CHIP_INLINE double cut_inside(const struct chip_sweep_segment *segment, c
     return removed * segment->cell_area;
 }
 
+/* [4] Whether the height over all four points of a cell rises from the start on: the tool moves away from it faster than it falls. The
+ * profile gets steeper outwards. */
+static int only_rises(const struct chip_sweep_segment *segment, const struct chip_stock *stock,
+                      const struct chip_tool *tool, double px, double py)
+{
+    double reach = CHIP_GAUSS_REACH * stock->cell, r;
+    double outward = -px * segment->dx - py * segment->dy - reach * segment->length;
+    if (outward <= 0.0) return 0;
+    r = chip_sqrt(px * px + py * py);
+    if (r - reach <= tool->r_flat || r + reach >= tool->radius) return 0;
+    return segment->dz * (r + reach) + chip_tool_slope(tool, r - reach) * outward > 0.0;
+}
+
 /* One cell; its centre is (px, py) from the segment's start. */
 static CHIP_INLINE double cut_cell(const struct chip_sweep_segment *segment, const struct chip_stock *stock,
                                    const struct chip_tool *tool, struct chip_cell *cell, double px, double py)
@@ -153,7 +166,7 @@ static CHIP_INLINE double cut_cell(const struct chip_sweep_segment *segment, con
     if (segment->bottom >= cell->top) return 0.0;
     if (segment->dz <= 0.0 && axis_distance2(segment, px, py, 1.0) <= segment->floor2)
         return cut_inside(segment, stock, cell, segment->z + segment->dz);
-    if (segment->back_is_cut && only_rises(segment, tool, px, py)) return 0.0;
+    if (segment->back_is_cut && only_rises(segment, stock, tool, px, py)) return 0.0;
     t = nearest_on(segment, px, py);
     distance2 = axis_distance2(segment, px, py, t);
     if (distance2 >= segment->outer2) return 0.0;

@@ -28,7 +28,6 @@ struct chip_sweep_segment { /* a segment with what all its cells share; mm */
     int flat;                 /* and the height is constant along the segment */
     int round_level;          /* the end is not flat, and the segment is level */
     int back_is_cut;          /* a round end falls, and has cut at the start what it now moves away from [4] */
-    double point_reach;       /* mm from a cell's middle to the points it is read at */
     int skip_disc, skip_back; /* `at` has cut the disc, what lies behind [4] */
     /* mm2: all of a cell whose middle is that far from the axis is below the arc, or the cone, and within the rim */
     double arc_from2, arc_to2, cone_from2, cone_to2;
@@ -81,18 +80,6 @@ static CHIP_INLINE double nearest_on(const struct chip_sweep_segment *segment, d
     CHIP_FAULT(PLUNGE_OUTLINE_MISSED, if (segment->length2 <= 0.0) return 0.0);
     if (segment->length2 <= 0.0) return segment->dz < 0.0 ? 1.0 : 0.0; /* the lower end of a plunge */
     return t < segment->earliest ? segment->earliest : (t > 1.0 ? 1.0 : t);
-}
-
-/* [4] Whether the height over all four points of a cell rises from the start on: the tool moves away from it faster than it falls. The
- * profile gets steeper outwards. */
-static CHIP_INLINE int only_rises(const struct chip_sweep_segment *segment, const struct chip_tool *tool, double px,
-                                  double py)
-{
-    double outward = -px * segment->dx - py * segment->dy - segment->point_reach * segment->length, r;
-    if (outward <= 0.0) return 0;
-    r = chip_sqrt(px * px + py * py);
-    if (r - segment->point_reach <= tool->r_flat || r + segment->point_reach >= tool->radius) return 0;
-    return segment->dz * (r + segment->point_reach) + chip_tool_slope(tool, r - segment->point_reach) * outward > 0.0;
 }
 
 #pragma GCC visibility push(hidden)

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /* tracker_cut.c - what the tracker cuts in a period: see tracker.h; the numbers in brackets are those of its principle. */
+#include "chip_math.h"
 #include "motion_kind.h"
 #include "tracker_map.h"
 
@@ -8,7 +9,6 @@
 static long work_to_cut(struct chip_tracker *tracker, const struct chip_stock *stock, const struct chip_tracker_in *in)
 {
     const struct chip_sweep *sweep = &tracker->sweep;
-    long part;
     if (in->motion > CHIP_MOTION_TRAVERSE)
         tracker->parts_left = CHIP_WORK_PARTS + 1;
     else if (tracker->parts_left > 0)
@@ -16,8 +16,8 @@ static long work_to_cut(struct chip_tracker *tracker, const struct chip_stock *s
     if (!tracker->parts_left || chip_tool_is_flat(&tracker->tool) || sweep->waiting > CHIP_WAITING_MAX)
         return CHIP_WORK_TO_CUT;
     if (sweep->waiting && sweep->queue[0][2] != sweep->at[2]) return CHIP_WORK_TO_RAMP;
-    part = chip_sweep_level_work(stock, &tracker->tool) / CHIP_WORK_PARTS;
-    return part < CHIP_WORK_LEAST ? CHIP_WORK_LEAST : part < CHIP_WORK_TO_CUT ? part : CHIP_WORK_TO_CUT;
+    return (long)chip_clamp((double)chip_sweep_level_work(stock, &tracker->tool) / CHIP_WORK_PARTS, CHIP_WORK_LEAST,
+                            CHIP_WORK_TO_CUT);
 }
 
 long chip_tracker_cut(struct chip_tracker *tracker, struct chip_stock *stock, const struct chip_tracker_in *in,
