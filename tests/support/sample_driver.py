@@ -5,13 +5,15 @@
 
 Run in a sandbox by samples.py.  JOB: `lines` and `after` lists of MDI lines, before and after the program, and `program` (text) with {placeholders}, `picture` a
 path for a screenshot, `pins` a list, `watch` pins to be read while the tool cuts.  RESULT: `started`, `said` (lines of chipwise's in LinuxCNC's output), `output` (its
-end), `screen_alive`, `errors` (operator's), `done`, `pins` {name: text}, `during` the same of `watch`, `signals` {pin: signal}.
+end), `screen_alive`, `errors` (operator's), `done`, `pins` {name: text}, `during` the same of `watch`, `signals` {pin: signal}, `paused` (s: the longest
+pause of this computer).
 """
 
 import json
 import os
 import subprocess
 import sys
+import threading
 import time
 
 import linuxcnc
@@ -176,6 +178,20 @@ class Sample:
         return seen
 
 
+class Pauses(threading.Thread):
+    """Looks ten times a second whether it is there.  longest: s that it was not."""
+
+    def __init__(self):
+        super().__init__(daemon=True)
+        self.longest = 0.0
+
+    def run(self):
+        while True:
+            before = time.monotonic()
+            time.sleep(0.1)
+            self.longest = max(self.longest, time.monotonic() - before - 0.1)
+
+
 def place(status):
     """Placeholders of the program: D the sign of the side where X has room, LOW the stock's lower X."""
     x, limits = status.actual_position[0], status.axis[0]
@@ -216,6 +232,8 @@ def main(ini, job_path, result_path):
         job = json.load(handle)
     result = {'started': False, 'done': False, 'trouble': ''}
     os.makedirs(os.path.join(os.environ['HOME'], 'linuxcnc', 'nc_files'), exist_ok=True)    # touchy looks there
+    pauses = Pauses()
+    pauses.start()
     sample = Sample(ini, os.path.join(os.environ['HOME'], 'output'))
     try:
         work(sample, job, result)
@@ -225,7 +243,7 @@ def main(ini, job_path, result_path):
         time.sleep(1.0)
         subprocess.run(['import', '-window', 'root', job['picture']], check=False)
     result['screen_alive'] = not sample.ended()
-    result['errors'] = sample.errors
+    result['errors'], result['paused'] = sample.errors, pauses.longest
     result['pins'] = {pin: halcmd('getp', pin).strip() for pin in job['pins']} if result['screen_alive'] else {}
     result['signals'] = signals(job['signals']) if result['screen_alive'] else {}
     text = sample.text()

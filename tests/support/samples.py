@@ -203,15 +203,15 @@ def run(sample, where, installed, edit=None, picture=None, after=()):
     return drive(sample, ini, where, installed, picture, after=after)
 
 
-AWAY, DRIVES = 'chipwise-monitor does not answer', 3
+AWAY, PAUSE_S, DRIVES = 'chipwise-monitor does not answer', 2.0, 3         # of the 5 s that the monitor may be silent; other processes had some of them
 
 
 def drive(*arguments, **options):
-    """As driven().  A busy computer has pauses of many seconds and does the periods of a pause at once behind it: a run in which the monitor was silent
-    for so long is done again."""
+    """As driven().  A busy computer has pauses of many seconds, and LinuxCNC does the periods of a pause at once behind it: a run in which that has
+    silenced the monitor is done again.  Without such a pause its silence counts."""
     for _ in range(DRIVES):
         result = driven(*arguments, **options)
-        if not any(AWAY in error for error in result['errors']):
+        if result.get('paused', 0.0) < PAUSE_S or not any(AWAY in error for error in result['errors']):
             break
     return result
 
