@@ -155,6 +155,7 @@ static int only_rises(const struct chip_sweep_segment *segment, const struct chi
     if (outward <= 0.0) return 0;
     r = chip_sqrt(px * px + py * py);
     if (r - reach <= tool->r_flat || r + reach >= tool->radius) return 0;
+    CHIP_FAULT(BACK_LEFT, return 1);
     return segment->dz * (r + reach) + chip_tool_slope(tool, r - reach) * outward > 0.0;
 }
 
