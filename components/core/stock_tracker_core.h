@@ -9,6 +9,7 @@
 #include "core/cell.c"
 #include "core/stock.c"
 #include "core/sweep_level.c"
+#include "core/sweep_lowest.c"
 #include "core/sweep_row.c"
 #include "core/sweep.c"
 #include "core/section_band.c"

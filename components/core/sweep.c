@@ -163,8 +163,8 @@ static void round_zones(struct chip_sweep_segment *segment, const struct chip_st
 {
     double reach = CHIP_GAUSS_REACH * stock->cell, from = tool->r_flat > 0.0 ? tool->r_flat + reach : 0.0;
     double arc = tool->r_arc - reach, rim = tool->radius - reach;
-    segment->round_level = !segment->flat_end && segment->dz == 0.0;
-    if (!segment->round_level) return;
+    segment->round_not_up = !segment->flat_end && segment->dz <= 0.0;
+    if (!segment->round_not_up) return;
     segment->arc_from2 = from * from;
     segment->arc_to2 = arc > 0.0 ? arc * arc : 0.0;
     segment->cone_from2 = (tool->r_arc + reach) * (tool->r_arc + reach);

@@ -14,7 +14,8 @@
  *     in cells of a flat end, about a dozen instructions each.
  *  3. A cell well inside the capsule is cut to the lowest height any tool position of
  *     the segment has over it; a cell on the outline is cut in that share of its area that
- *     lies inside.
+ *     lies inside. Below a round end the lowest height is that at the end of the segment if it falls towards the cell,
+ *     otherwise a search in what is convex finds it (sweep_lowest.c).
  *  4. What the segment before has cut already (behind a tool that does not descend, and
  *     the disc below its flat part) is skipped, so the cost grows with the newly swept cells.
  *     If the tool came straight to the segment's start, level or sloping, a cell below a round end is cut by

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
-/* sweep_level.c - cells below a round end that moves level: most of what such a tool cuts in a period. See
- * sweep_segment.h and sweep.h; the numbers in brackets are those of its principle.
+/* sweep_level.c - cells below a round end that moves level, or falls towards them: most of what such a tool cuts in a
+ * period. See sweep_segment.h and sweep.h; the numbers in brackets are those of its principle.
  *
- * The height over a point depends on its distance from the segment alone. The four points of a cell are computed in
+ * The height over a point depends on its distance from the segment alone, or on that from its end. The four points of a cell are computed in
  * pairs, and the cases that need more are left to sweep_row.c: the results are the same bit for bit. */
 #include "sweep_segment.h"
 
@@ -26,12 +26,12 @@ static CHIP_INLINE pair arc_height_of(const struct chip_sweep_segment *segment, 
         pair r = root_of(r2) - tool->r_flat;
         r2 = r * r;
     }
-    return segment->z + (tool->corner - root_of(tool->corner * tool->corner - r2));
+    return segment->z + segment->dz + (tool->corner - root_of(tool->corner * tool->corner - r2));
 }
 
 static CHIP_INLINE pair cone_height_of(const struct chip_sweep_segment *segment, const struct chip_tool *tool, pair r2)
 {
-    return segment->z + (tool->arc_top + tool->slope * (root_of(r2) - tool->r_arc));
+    return segment->z + segment->dz + (tool->arc_top + tool->slope * (root_of(r2) - tool->r_arc));
 }
 
 /* Cuts a cell that was cut before, as a whole, to the height z [3]. */
@@ -98,7 +98,7 @@ static __attribute__((noinline)) void mixed_heights(const struct chip_sweep_segm
                                                     const struct chip_tool *tool, pair z[2])
 {
     int i;
-    for (i = 0; i < 4; i++) z[i >> 1][i & 1] = segment->z + profile(tool, z[i >> 1][i & 1]);
+    for (i = 0; i < 4; i++) z[i >> 1][i & 1] = segment->z + segment->dz + profile(tool, z[i >> 1][i & 1]);
 }
 
 /* Heights over the four points of a cell: two with the lower Y, two with the higher one. */
@@ -151,6 +151,7 @@ int chip_sweep_level(const struct chip_sweep_segment *segment, const struct chip
             continue;
         }
         beyond = is_beyond(segment, &row, px);
+        if (!beyond && segment->dz < 0.0) break;
         middle2 = middle_distance2(segment, &row, px, beyond);
         if (!(middle2 > row.from2 && middle2 < row.inside2)) break;
         level_heights(segment, tool, &row, px, beyond, middle2, z);

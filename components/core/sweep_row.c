@@ -3,74 +3,9 @@
  * those of its principle. */
 #include "sweep_segment.h"
 
-#define CHIP_MAX_HALVINGS 24  /* halvings that find the lowest tool position over a cell */
 #define CHIP_ROWS_AHEAD 3     /* rows between the one that is cut and the one that is prefetched */
 #define CHIP_WORK_EDGE 20     /* of a cell on the outline */
 #define CHIP_WORK_RIM 20      /* more, if it is on the stock's rim too */
-#define CHIP_WORK_LOWEST 14   /* of the lowest tool position over a point */
-#define CHIP_WORK_HALVING 12  /* of each halving for that */
-#define CHIP_HALVING_END 1e-4 /* mm, where the halving ends */
-
-static double height_at(const struct chip_sweep_segment *segment, const struct chip_tool *tool, double px, double py,
-                        double t)
-{
-    return segment->z + t * segment->dz + profile(tool, axis_distance2(segment, px, py, t));
-}
-
-/* The part [lo, hi] of the segment, and of its line before it [4], in which the tool's disc covers the point; 0 if none. */
-static int covering(const struct chip_sweep_segment *segment, double radius, double px, double py, double *lo,
-                    double *hi)
-{
-    double along = px * segment->dx + py * segment->dy;
-    double off2 = px * px + py * py - radius * radius;
-    double root;
-    *lo = segment->earliest;
-    *hi = 1.0;
-    if (segment->length2 <= 0.0) return off2 <= 0.0;
-    root = along * along - segment->length2 * off2;
-    if (root < 0.0) return 0;
-    root = chip_sqrt(root);
-    *lo = chip_max(segment->earliest, (along - root) * segment->per_length2);
-    *hi = chip_min(1.0, (along + root) * segment->per_length2);
-    return *lo <= *hi;
-}
-
-/* Whether the height over a point rises with t. */
-static int rises(const struct chip_sweep_segment *segment, const struct chip_tool *tool, double px, double py, double t)
-{
-    double r = chip_sqrt(axis_distance2(segment, px, py, t));
-    double outward = t * segment->length2 - px * segment->dx - py * segment->dy;
-    if (r < 1e-12) return segment->dz > 0.0;
-    return segment->dz * r + chip_tool_slope(tool, chip_min(r, tool->radius)) * outward > 0.0;
-}
-
-/* Lowest tool surface over a point along the segment. The height is convex in t (a convex
- * profile of a distance that is convex in t, plus a straight slope): its minimum is at an end of the part
- * that covers the point, or halving finds it [3]. */
-static double lowest(const struct chip_sweep_segment *segment, const struct chip_tool *tool, double px, double py,
-                     double nearest)
-{
-    double lo, hi;
-    int i;
-    *segment->work += CHIP_WORK_LOWEST;
-    if (segment->dz == 0.0) return height_at(segment, tool, px, py, nearest);
-    if (segment->dz < 0.0 && axis_distance2(segment, px, py, 1.0) <= tool->r_flat * tool->r_flat)
-        return segment->z + segment->dz; /* nothing is lower than the end of the segment */
-    if (!covering(segment, tool->radius, px, py, &lo, &hi)) return height_at(segment, tool, px, py, nearest);
-    if (chip_tool_is_flat(tool) || segment->length2 <= 0.0)
-        return height_at(segment, tool, px, py, segment->dz < 0.0 ? hi : lo);
-    if (!rises(segment, tool, px, py, hi)) return height_at(segment, tool, px, py, hi);
-    if (rises(segment, tool, px, py, lo)) return height_at(segment, tool, px, py, lo);
-    for (i = 0; i < CHIP_MAX_HALVINGS && (hi - lo) * segment->length > CHIP_HALVING_END; i++) {
-        double t = 0.5 * (lo + hi);
-        if (rises(segment, tool, px, py, t))
-            hi = t;
-        else
-            lo = t;
-    }
-    *segment->work += CHIP_WORK_HALVING * i;
-    return height_at(segment, tool, px, py, 0.5 * (lo + hi));
-}
 
 /* In the stock's original top the four points give a plane,
  * and where that leaves the top gives the share that is cut. A cell cut before is a slope itself, so only the
@@ -105,7 +40,7 @@ static double cut_curved(const struct chip_sweep_segment *segment, const struct 
         if (segment->dz == 0.0)
             z[i] = segment->z + profile(tool, axis_distance2(segment, qx, qy, t));
         else
-            z[i] = lowest(segment, tool, qx, qy, t);
+            z[i] = chip_sweep_lowest(segment, tool, qx, qy, t);
     }
     return chip_sweep_curved(segment, stock, cell, z);
 }
@@ -126,10 +61,10 @@ static double cut_edge(const struct chip_sweep_segment *segment, const struct ch
     }
     if (k <= 0.0) return 0.0;
     if (segment->flat_end)
-        return chip_cell_cut(stock, cell, k, segment->flat ? segment->z : lowest(segment, tool, px, py, t));
+        return chip_cell_cut(stock, cell, k, segment->flat ? segment->z : chip_sweep_lowest(segment, tool, px, py, t));
     if (k >= 1.0) return cut_curved(segment, stock, tool, cell, px, py);
     inward = distance - chip_max(tool->radius - 0.5 * k * stock->cell, 0.0);
-    return chip_cell_cut(stock, cell, k, lowest(segment, tool, px - inward * ex, py - inward * ey, t));
+    return chip_cell_cut(stock, cell, k, chip_sweep_lowest(segment, tool, px - inward * ex, py - inward * ey, t));
 }
 
 /* A cell well below a flat end, or below the flat part of one, that is at height z. */
@@ -174,7 +109,7 @@ static CHIP_INLINE double cut_cell(const struct chip_sweep_segment *segment, con
     if (distance2 > segment->inner2)
         return cut_edge(segment, stock, tool, cell, px, py, t, chip_max(chip_sqrt(distance2), 1e-9));
     if (distance2 <= segment->floor2 && (segment->flat_end || segment->dz == 0.0))
-        return cut_inside(segment, stock, cell, segment->dz == 0.0 ? segment->z : lowest(segment, tool, px, py, t));
+        return cut_inside(segment, stock, cell, segment->dz == 0.0 ? segment->z : chip_sweep_lowest(segment, tool, px, py, t));
     return cut_curved(segment, stock, tool, cell, px, py);
 }
 
@@ -316,7 +251,7 @@ double chip_sweep_row(const struct chip_sweep_segment *segment, const struct chi
             *segment->work += count;
             ix += (int)count;
         } else {
-            if (segment->round_level && !dry) {
+            if (segment->round_not_up && !dry) {
                 int next =
                     chip_sweep_level(segment, stock, tool, row, ix, before(skip, before(floor_span, span.last, ix), ix),
                                      x0, y, bound, &removed);

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /* sweep_segment.h - one segment of a sweep, and its rows.
  *
- * Internal: sweep.c makes the segments of a path, sweep_row.c cuts their rows. The numbers in brackets are those of the
+ * Internal: sweep.c makes the segments of a path, sweep_row.c cuts their rows, sweep_level.c most cells of a round end, and
+ * sweep_lowest.c says how high a segment leaves a point. The numbers in brackets are those of the
  * principle in sweep.h. */
 #ifndef CHIPWISE_SWEEP_SEGMENT_H
 #define CHIPWISE_SWEEP_SEGMENT_H
@@ -26,7 +27,7 @@ struct chip_sweep_segment { /* a segment with what all its cells share; mm */
     float bottom;             /* lowest tip: nothing is cut below */
     int flat_end;             /* the tool's end is flat */
     int flat;                 /* and the height is constant along the segment */
-    int round_level;          /* the end is not flat, and the segment is level */
+    int round_not_up;         /* the end is not flat, and the segment does not rise */
     int back_is_cut;          /* a round end falls, and has cut at the start what it now moves away from [4] */
     int skip_disc, skip_back; /* `at` has cut the disc, what lies behind [4] */
     /* mm2: all of a cell whose middle is that far from the axis is below the arc, or the cone, and within the rim */
@@ -82,6 +83,10 @@ static CHIP_INLINE double nearest_on(const struct chip_sweep_segment *segment, d
     return t < segment->earliest ? segment->earliest : (t > 1.0 ? 1.0 : t);
 }
 
+/* Lowest tool surface over a point along the segment, mm; nearest: nearest_on() of it. */
+double chip_sweep_lowest(const struct chip_sweep_segment *segment, const struct chip_tool *tool, double px, double py,
+                         double nearest);
+
 #pragma GCC visibility push(hidden)
 
 /* Cuts one row of a segment, or copies of its cells (`dry`), from a column on; returns the volume in mm3.
@@ -93,8 +98,8 @@ double chip_sweep_row(const struct chip_sweep_segment *segment, const struct chi
 double chip_sweep_curved(const struct chip_sweep_segment *segment, const struct chip_stock *stock,
                          struct chip_cell *cell, const double z[4]);
 
-/* Cuts the cells ix .. last of a row of a level segment, as long as they lie well inside below a curved end, and the
- * bound on the work is not reached; adds the volume to *removed, mm3. (x0, y): middle of the row's cell 0 from the
+/* Cuts the cells ix .. last of a row of a segment that does not rise, as long as they lie well inside below a curved end,
+ * beyond the segment's end if it falls, and the bound on the work is not reached; adds the volume to *removed, mm3. (x0, y): middle of the row's cell 0 from the
  * segment's start. Returns the column of the first cell not cut. */
 int chip_sweep_level(const struct chip_sweep_segment *segment, const struct chip_stock *stock,
                      const struct chip_tool *tool, struct chip_cell *cells, int ix, int last, double x0, double y,

@@ -13,9 +13,10 @@ static long work_to_cut(struct chip_tracker *tracker, const struct chip_stock *s
         tracker->parts_left = CHIP_WORK_PARTS + 1;
     else if (tracker->parts_left > 0)
         tracker->parts_left--;
-    if (!tracker->parts_left || chip_tool_is_flat(&tracker->tool) || sweep->waiting > CHIP_WAITING_MAX)
-        return CHIP_WORK_TO_CUT;
-    if (sweep->waiting && sweep->queue[0][2] != sweep->at[2]) return CHIP_WORK_TO_RAMP;
+    if (!tracker->parts_left || chip_tool_is_flat(&tracker->tool)) return CHIP_WORK_TO_CUT;
+    if (sweep->waiting && sweep->queue[0][2] != sweep->at[2])
+        return sweep->waiting > CHIP_WAITING_MAX ? CHIP_WORK_TO_RAMP_LATE : CHIP_WORK_TO_RAMP;
+    if (sweep->waiting > CHIP_WAITING_MAX) return CHIP_WORK_TO_CUT;
     return (long)chip_clamp((double)chip_sweep_level_work(stock, &tracker->tool) / CHIP_WORK_PARTS, CHIP_WORK_LEAST,
                             CHIP_WORK_TO_CUT);
 }
@@ -46,7 +47,8 @@ long chip_tracker_cut(struct chip_tracker *tracker, struct chip_stock *stock, co
 long chip_tracker_flush(struct chip_tracker *tracker, struct chip_stock *stock)
 {
     long work = 0;
-    chip_sweep_run(&tracker->sweep, stock, &tracker->tool, CHIP_WORK_TO_CUT, &work);
+    chip_sweep_run(&tracker->sweep, stock, &tracker->tool,
+                   chip_tool_is_flat(&tracker->tool) ? CHIP_WORK_TO_CUT : CHIP_WORK_TO_RAMP_LATE, &work);
     if (!tracker->sweep.waiting) tracker->sweep.known = 0;
     return work;
 }

@@ -18,8 +18,40 @@ static void ramp(void)
     expect(tracker.sweep.waiting < CHIP_SWEEP_QUEUE, "and the queue is not full");
 }
 
+/* A flat tool with as many cells across as it may have goes down a ramp, turns and goes on down over it, comes up, and traverses
+ * back over what is cut at once. */
+static void many_cells_across(double diameter, double cell, double slope, double step)
+{
+    static const double size[3] = { 120.0, 60.0, 20.0 }, at[3] = { 20.3, 30.1, 0.7 };
+    const double length = 57.1 / sqrt(1.0 + slope * slope);
+    double speed = 0.0, left = length;
+    int i, half, count = (int)(57.1 / step), most = 0;
+    define(cell, size, diameter, at);
+    for (i = 0; i < 3; i++) in.axis_acceleration_mu_s2[i] = 500.0;
+    for (half = 0; half < 2; half++)
+        for (i = 1; i <= count; i++) {
+            in.pos_mu[0] = at[0] + length * (half ? count - i : i) / count;
+            in.pos_mu[2] = at[2] - 0.5 * slope * length * (half + (double)i / count);
+            periods(1);
+            most = tracker.sweep.waiting > most ? tracker.sweep.waiting : most;
+        }
+    expect(most > 0 && most <= 3, "a ramp lags by three periods at most");
+    in.motion = 1;
+    go(at[0], 2.0, 40);
+    while (left > 1e-6 && !out.has_rapid_contact) {
+        speed = fmin(fmin(speed + 0.5, 120.0), sqrt(1000.0 * left));
+        left -= fmin(left, speed * 0.001);
+        in.pos_mu[0] = at[0] + length - left;
+        in.distance_to_go_mu = left;
+        periods(1);
+    }
+    expect(!out.has_rapid_contact, "a traverse over what is cut");
+}
+
 int main(void)
 {
+    static const double slopes[] = { 0.02, 0.1, 0.36, 0.8 };
+    unsigned i;
     double all;
 
     ramp();
@@ -42,6 +74,12 @@ int main(void)
     in.is_enabled = 1;
     periods(60);
     expect(tracker.sweep.waiting == 0 && fabs(out.removed_volume_mm3 - all) < 1e-9 * all, "off for one period");
+
+    for (i = 0; i < sizeof slopes / sizeof *slopes; i++) {
+        many_cells_across(12.0, 0.125, slopes[i], 0.1);
+        many_cells_across(23.7, 0.25, slopes[i], 0.173);
+        many_cells_across(9.6, 0.1, slopes[i], 0.03);
+    }
 
     if (!failures) printf("lag: every case as it must be\n");
     free(stock);

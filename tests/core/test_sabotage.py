@@ -34,6 +34,7 @@ FAULTS = {
     "ONE_SEGMENT_ONLY": ("points of a cell cut by one segment only", "test_profiles.py::test_volume_in_servo_steps[vee 60]"),
     "RAMPS_BY_ONE_SEGMENT": ("points of a cell on a ramp cut by one segment only", "test_profiles.py::test_volume_on_a_ramp[vee 60]"),
     "BACK_LEFT": ("all behind a falling tool left", "test_profiles.py::test_volume_on_a_ramp[bull D10]"),
+    "LOWEST_TOO_SOON": ("the lowest place on a ramp guessed", "test_lowest.c"),
     "CELLS_WHOLE": ("cells cut wholly or not at all", "test_section.py::test_section[side flat 10 % 0 deg]"),
     "PLUNGE_AS_WIDE": ("the ring of a plunging tool looked at", "test_plunge.c"),
     "INTERVALS_KEPT": ("the load between samples kept when they change", "test_lookahead.py::test_load_steps_rise_with_the_entry"),
