@@ -47,9 +47,9 @@ def numbers(path: str) -> list:
         return []
 
 
-def largest_diameter(path: str) -> float:
-    """The largest diameter in a table, machine units; 0 if it has none or cannot be read."""
+def diameters(path: str) -> list:
+    """[(tool number, diameter in machine units)] of the tools of a table that have one; none if it cannot be read."""
     try:
-        return max((diameter for _number, diameter in _tools(path) if diameter > 0), default=0.0)
+        return [(number, diameter) for number, diameter in _tools(path) if diameter > 0]
     except OSError:
-        return 0.0
+        return []

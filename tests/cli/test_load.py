@@ -7,6 +7,7 @@ from chipwise.cli import load, python_section
 from chipwise.errors import CycleError
 from chipwise.ini import Ini
 from chipwise.settings import parse_settings
+from chipwise.tools import ToolGeometry
 
 
 @pytest.fixture
@@ -159,13 +160,24 @@ def test_no_python_section_and_no_codes(tmp_path):
     python_section.check_codes(Ini(str(ini)))
 
 
-@pytest.mark.parametrize("table, unit, cell", [
-    ("T1 P1 D3.0 ;small\nT2 P2 D2\n", "mm", 0.1), ("T1 P1 D7.2\nT9 P9 ;a probe\n", "mm", 0.15), ("T1 D6\nT2 D50\n", "mm", 0.25),
-    ("T1 P1 D0.25\n", "inch", 25.4 * 0.25 / 48), ("", "mm", 0.25), ("nonsense\n", "mm", 0.25), (None, "mm", 0.25)])
-def test_the_finest_cell_follows_the_largest_tool(tmp_path, table, unit, cell):
-    """A tool has 48 cells across at most; without a table nothing is known of the tools, and all stocks have CELL."""
+BALL = {2: ToolGeometry("ball"), 9: ToolGeometry("vee", tip_angle=60.0)}
+
+
+@pytest.mark.parametrize("table, unit, shapes, cell", [
+    ("T1 P1 D3.0 ;small\nT2 P2 D2\n", "mm", {}, 0.1), ("T1 P1 D14.4\nT9 P9 ;a probe\n", "mm", {}, 0.15), ("T1 D6\nT2 D50\n", "mm", {}, 0.25),
+    ("T1 P1 D0.5\n", "inch", {}, 25.4 * 0.5 / 96), ("", "mm", {}, 0.25), ("nonsense\n", "mm", {}, 0.25), (None, "mm", {}, 0.25),
+    ("T1 P1 D12.3\nT2 P2 D6\n", "mm", BALL, 12.3 / 96), ("T1 P1 D12.3\nT2 P2 D7\n", "mm", BALL, 7 / 48), ("T9 P9 D8\nT3 P3 D2\n", "mm", BALL, 8 / 48),
+    ("T1 P1 D7.2\n", "mm", None, 0.15)])
+def test_the_finest_cell_follows_the_tools(tmp_path, table, unit, shapes, cell):
+    """A flat tool has 96 cells across at most, a round one, or one of unknown shape, 48; without a table all stocks have CELL."""
     if table is not None:
         (tmp_path / "my.tbl").write_text(table)
     path = tmp_path / "my.ini"
     path.write_text(f"[EMCIO]\nTOOL_TABLE = my.tbl\n[TRAJ]\nLINEAR_UNITS = {unit}\n")
-    assert load.finest_cell(Ini(str(path)), {"CELL": 0.25, "FINEST_CELL": 0.1}) == pytest.approx(cell)
+    assert load.finest_cell(Ini(str(path)), {"CELL": 0.25, "FINEST_CELL": 0.1}, shapes) == pytest.approx(cell)
+
+
+def test_a_geometry_file_that_cannot_be_used_leaves_the_shapes_unknown(tmp_path):
+    (tmp_path / "tools.toml").write_text("[tool.1]\nshape = 3\n")
+    assert load.tool_shapes(parse_settings({"TOOL_GEOMETRY": "tools.toml"}, str(tmp_path))) is None
+    assert load.tool_shapes(parse_settings({}, str(tmp_path))) == {}

@@ -20,7 +20,8 @@ from chipwise.halcmd import halcmd, halcmds, pins, signal_of, thread_functions
 from chipwise.ini import Ini, limits_jerk
 from chipwise.settings import load_settings
 from chipwise.stock.layout import Cell
-from chipwise.tool_table import largest_diameter
+from chipwise.tool_table import diameters
+from chipwise.tools import ToolGeometry, load_tools
 
 NAME = 'load'
 HELP = 'load the HAL components (called by chipwise.hal)'
@@ -29,7 +30,8 @@ BYTES_PER_CELL = ctypes.sizeof(Cell)
 AXIS_ACCELERATION = 1.0     # machine units/s2: LinuxCNC's for an axis without one, whatever [TRAJ] and the joint have (emccfg.h, 2.9 and 2.10)
 MONITOR_TIMEOUT_S = 5.0     # without a heartbeat of chipwise-monitor until fault 16
 TOOL_NUMBER = 'iocontrol.0.tool-number'
-CELLS_ACROSS = 48.0         # of a tool: with more, its ramps are more work than a period has, and the map lags behind the tool
+# Cells across a tool: with more, a period takes more than 10 us on average.  A round end lowers all cells in front of it, a flat one those at its rim.
+CELLS_ACROSS_FLAT, CELLS_ACROSS_ROUND = 96.0, 48.0
 SHARE_OF_MEMORY = 0.25      # of the machine's memory, at most, for the map
 
 
@@ -69,12 +71,24 @@ def check_memory(settings):
             'use larger cells or a smaller map')
 
 
-def finest_cell(ini, settings):
-    """mm, side of the cells of a small stock: FINEST_CELL, or larger for the largest tool of the tool table."""
-    largest = largest_diameter(ini.tool_table())
-    if not largest:
-        return settings['CELL']
-    return min(settings['CELL'], max(settings['FINEST_CELL'], largest / ini.units_per_mm() / CELLS_ACROSS))
+def finest_cell(ini, settings, shapes):
+    """mm, side of the cells of a small stock: FINEST_CELL, or larger for the tools of the tool table.
+
+    shapes: {tool number: ToolGeometry}, None if it is not known.
+    """
+    def across(number):
+        flat = shapes is not None and shapes.get(number, ToolGeometry()).shape == 'flat'
+        return CELLS_ACROSS_FLAT if flat else CELLS_ACROSS_ROUND
+    needed = [diameter / ini.units_per_mm() / across(number) for number, diameter in diameters(ini.tool_table())]
+    return min(settings['CELL'], max(settings['FINEST_CELL'], *needed)) if needed else settings['CELL']
+
+
+def tool_shapes(settings):
+    """{tool number: ToolGeometry}; None where the file cannot be used: who needs a tool of it says why."""
+    try:
+        return load_tools(settings.path('TOOL_GEOMETRY'))
+    except CycleError:
+        return None
 
 
 def user_of(signal):
@@ -197,7 +211,7 @@ def load(ini, settings):
             ('loadrt', 'chipwise_inputs'),
             ('loadrt', 'chipwise_command'),
             ('loadrt', 'stock_tracker', f"cell={settings['CELL']:.9g}",
-             f'finest_cell={finest_cell(ini, settings):.9g}', f'size_x={size_x:.9g}', f'size_y={size_y:.9g}'),
+             f'finest_cell={finest_cell(ini, settings, tool_shapes(settings)):.9g}', f'size_x={size_x:.9g}', f'size_y={size_y:.9g}'),
             ('loadrt', 'volumetric_feed'),
             ('loadrt', 'chipwise_guard'),
             ('setp', 'chipwise-guard.0.guard-rapid', f"{settings['GUARD_RAPID']:d}"),
