@@ -164,12 +164,12 @@ BALL = {2: ToolGeometry("ball"), 9: ToolGeometry("vee", tip_angle=60.0)}
 
 
 @pytest.mark.parametrize("table, unit, shapes, cell", [
-    ("T1 P1 D3.0 ;small\nT2 P2 D2\n", "mm", {}, 0.1), ("T1 P1 D14.4\nT9 P9 ;a probe\n", "mm", {}, 0.15), ("T1 D6\nT2 D50\n", "mm", {}, 0.25),
-    ("T1 P1 D0.5\n", "inch", {}, 25.4 * 0.5 / 96), ("", "mm", {}, 0.25), ("nonsense\n", "mm", {}, 0.25), (None, "mm", {}, 0.25),
-    ("T1 P1 D12.3\nT2 P2 D6\n", "mm", BALL, 12.3 / 96), ("T1 P1 D12.3\nT2 P2 D7\n", "mm", BALL, 7 / 48), ("T9 P9 D8\nT3 P3 D2\n", "mm", BALL, 8 / 48),
+    ("T1 P1 D3.0 ;small\nT2 P2 D2\n", "mm", {}, 0.1), ("T1 P1 D13.5\nT9 P9 ;a probe\n", "mm", {}, 0.15), ("T1 D6\nT2 D50\n", "mm", {}, 0.25),
+    ("T1 P1 D0.5\n", "inch", {}, 25.4 * 0.5 / 90), ("", "mm", {}, 0.25), ("nonsense\n", "mm", {}, 0.25), (None, "mm", {}, 0.25),
+    ("T1 P1 D12.3\nT2 P2 D6\n", "mm", BALL, 12.3 / 90), ("T1 P1 D12.3\nT2 P2 D7\n", "mm", BALL, 7 / 48), ("T9 P9 D8\nT3 P3 D2\n", "mm", BALL, 8 / 48),
     ("T1 P1 D7.2\n", "mm", None, 0.15)])
 def test_the_finest_cell_follows_the_tools(tmp_path, table, unit, shapes, cell):
-    """A flat tool has 96 cells across at most, a round one, or one of unknown shape, 48; without a table all stocks have CELL."""
+    """A flat tool has 90 cells across at most, a round one, or one of unknown shape, 48; without a table all stocks have CELL."""
     if table is not None:
         (tmp_path / "my.tbl").write_text(table)
     path = tmp_path / "my.ini"

@@ -31,7 +31,7 @@ AXIS_ACCELERATION = 1.0     # machine units/s2: LinuxCNC's for an axis without o
 MONITOR_TIMEOUT_S = 5.0     # without a heartbeat of chipwise-monitor until fault 16
 TOOL_NUMBER = 'iocontrol.0.tool-number'
 # Cells across a tool: with more, a period takes more than 10 us on average.  A round end lowers all cells in front of it, a flat one those at its rim.
-CELLS_ACROSS_FLAT, CELLS_ACROSS_ROUND = 96.0, 48.0
+CELLS_ACROSS_FLAT, CELLS_ACROSS_ROUND = 90.0, 48.0
 SHARE_OF_MEMORY = 0.25      # of the machine's memory, at most, for the map
 
 
