@@ -3,7 +3,7 @@
 
   @pytest.mark.machine    the test runs a whole LinuxCNC: at most two at once, first; with xdist, other tests run beside them
   @pytest.mark.long       the test is in tests/long.txt (tools/long_tests.py); not in `make test`, but in `make test-all`
-  @pytest.mark.slow       the test takes more than two seconds of computing, or is one of SLOW; not in tools/test --quick
+  @pytest.mark.slow       the test is in tests/slow.txt (tools/long_tests.py), or one of SANDBOXED; not in tools/test --quick
   tests/components, tests/machine    refused where bin/chipwise-sandbox has no private namespaces
   tests/core/*.c          collected as one test per program
 """
@@ -21,11 +21,7 @@ CORE_TIMEOUT_S = 300
 MACHINE_GROUPS = 2          # LinuxCNCs at once; each waits for its simulated time more than half of the while
 LONG = frozenset((ROOT / 'tests/long.txt').read_text().split())
 SANDBOXED = ("tests/components", "tests/machine")
-# Folders and files of slow tests, beside those that are marked themselves.  The rest: about 80 s of computing time.
-SLOW = ("tests/check", "tests/components", "tests/filter", "tests/geometry", "tests/install", "tests/interpreter", "tests/machine", "tests/oracles",
-        "tests/planner", "tests/core/test_profiles.py", "tests/core/test_sabotage.py", "tests/core/test_section.py",
-        "tests/core/test_stock.py", "tests/core/test_strokes.py", "tests/cycles/test_contour.py", "tests/cycles/test_contour_chop.py",
-        "tests/cycles/test_pocket.py", "tests/cycles/test_pocket_entries.py", "tests/turning/test_turning_random.py")
+SLOW = frozenset((ROOT / 'tests/slow.txt').read_text().split())
 
 
 @pytest.fixture
@@ -46,7 +42,7 @@ def answers(request, tmp_path_factory):
 def pytest_configure(config):
     config.addinivalue_line('markers', 'machine: runs a whole simulated LinuxCNC')
     config.addinivalue_line('markers', 'long: is in tests/long.txt; not part of `make test`')
-    config.addinivalue_line('markers', 'slow: takes more than two seconds of computing; not part of tools/test --quick')
+    config.addinivalue_line('markers', 'slow: is in tests/slow.txt, or needs a sandbox; not part of tools/test --quick')
     config.addinivalue_line('markers', 'scene(shared, steps): steps in a LinuxCNC that several tests share (support/operate.py)')
     config.addinivalue_line('markers', 'together(name): machine tests that judge the same run (support/demo_runs.py)')
     config.addinivalue_line('markers', 'xdist_group(name): tests of one name run in one process')
@@ -69,24 +65,25 @@ def refuse_without_namespaces(arguments):
             done.stderr.strip(), ' and '.join(SANDBOXED), ' '.join(others)))
 
 
-def is_slow(path):
-    return any(ROOT / name in (path, *path.parents) for name in SLOW)
+def is_sandboxed(path):
+    return any(ROOT / name in (path, *path.parents) for name in SANDBOXED)
 
 
 def pytest_ignore_collect(collection_path, config):
-    """With -m "not slow" the slow files are not even imported."""
-    return True if 'not slow' in (config.option.markexpr or '') and is_slow(collection_path) else None
+    """With -m "not slow" what needs a sandbox is not even imported."""
+    return True if 'not slow' in (config.option.markexpr or '') and is_sandboxed(collection_path) else None
 
 
 @pytest.hookimpl(tryfirst=True)         # before xdist reads the groups (3.1)
 def pytest_collection_modifyitems(items):
     """Machine tests first, so that the first two processes of xdist take them and the others the rest."""
     for item in items:
-        if is_slow(item.path):
-            item.add_marker(pytest.mark.slow)
         path = str(item.path.relative_to(ROOT))
-        if path in LONG or f'{path}::{item.name.partition("[")[0]}' in LONG:
+        names = {path, f'{path}::{item.name.partition("[")[0]}'}
+        if names & LONG:
             item.add_marker(pytest.mark.long)
+        if names & SLOW or is_sandboxed(item.path):
+            item.add_marker(pytest.mark.slow)
     machine = [item for item in items if item.get_closest_marker('machine')]
     groups = {}             # what runs in one process: the scenes of one LinuxCNC, the tests of one run, else a test
     for item in machine:
@@ -94,9 +91,6 @@ def pytest_collection_modifyitems(items):
         name = scene.args[0].name if scene else together.args[0] if together else item.nodeid
         group = groups.setdefault(name, len(groups))
         item.add_marker(pytest.mark.xdist_group('machine%d' % (group % MACHINE_GROUPS)))
-    for item in items:
-        if item.nodeid.startswith(SLOW):
-            item.add_marker(pytest.mark.slow)
     chosen = set(machine)
     items[:] = machine + [item for item in items if item not in chosen]
 

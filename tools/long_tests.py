@@ -1,11 +1,12 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Write tests/long.txt: the tests that `make test` leaves to `make test-all`, so that it ends in ten minutes on two cores.
+"""Write tests/long.txt and tests/slow.txt: what `make test` leaves to `make test-all`, and what `make test-quick` leaves out.
 
     tools/test --all --junitxml=build/tests.xml; tools/long_tests.py build/tests.xml
 
-A line is a file of tests/machine, whose tests share a LinuxCNC, or elsewhere a test with all its parameters (file::test; a C program is its file).  The
-shortest are kept until a budget of seconds is full, the rest is long.  A test that was not in the run is not long.
+So `make test` ends in ten minutes on two cores, and `make test-quick` in one.  A line is a file of tests/machine, whose tests share a LinuxCNC, or
+elsewhere a test with all its parameters (file::test; a C program is its file).  The shortest are kept until a budget of seconds is full, the rest is in
+the list.  A test that was not in the run is in neither.
 """
 
 import argparse
@@ -13,8 +14,10 @@ import xml.etree.ElementTree as ElementTree
 from collections import Counter
 from pathlib import Path
 
-LIST = Path(__file__).resolve().parent.parent / "tests/long.txt"
+TESTS = Path(__file__).resolve().parent.parent / "tests"
 MACHINE_S, OTHERS_S = 650.0, 1350.0     # of a process of four that share two cores
+QUICK_S = 60.0                          # of the two processes of `make test-quick`, which also build, and find the tests
+SANDBOXED = ("tests/components/", "tests/machine/")     # never in `make test-quick` (tests/conftest.py)
 
 
 def group_of(classname, name):
@@ -27,28 +30,43 @@ def group_of(classname, name):
     return path if path.startswith("tests/machine/") else f"{path}::{name.partition('[')[0].partition('@')[0]}"
 
 
-def long_groups(cases, machine_s=MACHINE_S, others_s=OTHERS_S):
-    """[group] that are not in the budgets; cases: (classname, name, seconds)."""
+def seconds_of(cases):
+    """{group: seconds}; cases: (classname, name, seconds)."""
     spent = Counter()
     for classname, name, seconds in cases:
         spent[group_of(classname, name)] += seconds
-    left, result = {True: machine_s, False: others_s}, []
+    return spent
+
+
+def over(spent, budget_s):
+    """{group} that are not in the budget, which the shortest fill."""
+    result, left = set(), budget_s
     for group, seconds in sorted(spent.items(), key=lambda item: (item[1], item[0])):
-        machine = group.startswith("tests/machine/")
-        left[machine] -= seconds
-        if left[machine] < 0:
-            result.append(group)
-    return sorted(result)
+        left -= seconds
+        if left < 0:
+            result.add(group)
+    return result
+
+
+def long_groups(spent, machine_s=MACHINE_S, others_s=OTHERS_S):
+    """{group} that `make test` leaves out; spent: {group: seconds}."""
+    machine = {group: seconds for group, seconds in spent.items() if group.startswith("tests/machine/")}
+    return over(machine, machine_s) | over({group: spent[group] for group in spent.keys() - machine.keys()}, others_s)
+
+
+def slow_groups(spent, quick_s=QUICK_S):
+    """{group} that `make test-quick` leaves out, beside all that needs a sandbox; spent: {group: seconds}."""
+    return over({group: seconds for group, seconds in spent.items() if not group.startswith(SANDBOXED)}, quick_s)
 
 
 def main():
-    parser = argparse.ArgumentParser(description="Write tests/long.txt from the times of a run of all tests.")
+    parser = argparse.ArgumentParser(description="Write tests/long.txt and tests/slow.txt from the times of a run of all tests.")
     parser.add_argument("junit", help="what tools/test --all --junitxml=FILE has written")
-    cases = [(case.get("classname"), case.get("name"), float(case.get("time"))) for case in ElementTree.parse(parser.parse_args().junit).iter("testcase")]
-    found = long_groups(cases)
-    LIST.write_text("".join(group + "\n" for group in found))
-    spent = sum(seconds for classname, name, seconds in cases if group_of(classname, name) not in set(found))
-    print(f"{len(found)} lines; {spent:.0f} of {sum(case[2] for case in cases):.0f} s are not long")
+    cases = ElementTree.parse(parser.parse_args().junit).iter("testcase")
+    spent = seconds_of((case.get("classname"), case.get("name"), float(case.get("time"))) for case in cases)
+    for name, found in (("long", long_groups(spent)), ("slow", slow_groups(spent))):
+        (TESTS / f"{name}.txt").write_text("".join(group + "\n" for group in sorted(found)))
+        print(f"tests/{name}.txt: {len(found)} lines, {sum(spent[group] for group in found):.0f} of {sum(spent.values()):.0f} s")
 
 
 if __name__ == "__main__":

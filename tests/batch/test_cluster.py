@@ -13,7 +13,7 @@ from support import ROOT
 from support.dask_rig import Cluster, installed, wait_for
 from support.rewrite_rig import deep_program, make_machine, rewrite
 
-pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("dask")]
+pytestmark = pytest.mark.xdist_group("dask")
 
 CHIPWISE = str(ROOT / "bin" / "chipwise")
 HEAD = "G21 G90 G17 G40 G49 G80 G94\nM250 P0 Q0 R-20 I100 J60 K20\nT1 M6\nS8000 M3\nG0 X-10 Y30 Z5\nG0 Z-4\nF400\n"

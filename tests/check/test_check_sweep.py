@@ -165,7 +165,6 @@ def verdict(depths):
     return (judged < lower - late - 1e-3), (judged < lower - late - SLACK * CELL), (judged > upper + CELL + 1e-3)
 
 
-@pytest.mark.slow
 def test_random_programs_against_fine_needles():
     cases = [random_case(seed) for seed in range(COUNT)]
     depths = np.concatenate([case[0] for case in cases])

@@ -128,7 +128,6 @@ def test_every_fault_is_tried():
     assert sorted(re.findall(r"CHIP_FAULT(?:Y?)\((\w+)", text)) == sorted(FAULTS)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("what", FAULT_OF)
 def test_fault_is_seen(what, tmp_path):
     fault = FAULT_OF[what]
@@ -136,14 +135,12 @@ def test_fault_is_seen(what, tmp_path):
     assert status == 1, text            # 1: tests ran and some failed
 
 
-@pytest.mark.slow
 def test_without_fault(tmp_path):
     """The same way of building and running, with no fault, is green."""
     status, text = outcome(build(tmp_path), "test_feed.py")
     assert status == 0, text
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("flags", [SANITIZE, ["-fno-fast-math", "-Wframe-larger-than=2560"]],
                          ids=["sanitizers", "realtime flags"])
 def test_c_program(flags, tmp_path):

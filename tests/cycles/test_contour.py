@@ -217,7 +217,6 @@ def test_a_contour_that_crosses_itself_names_both_lines():
 # ---- random --------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
 def test_random_contours():
     """Every promise, on random contours; at most a few fit no tool, and most of the rest come in as asked."""
     count, refused, told = random_count(25), 0, 0

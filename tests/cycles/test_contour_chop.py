@@ -36,7 +36,6 @@ def turned(points, degrees):
 # ---- random contours ---------------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
 def test_random_contours():
     first, chopped = seed_from_environment(), 0
     for seed in range(first, first + random_count(18)):
@@ -48,7 +47,6 @@ def test_random_contours():
     assert chopped > 0
 
 
-@pytest.mark.slow
 def test_random_contours_while_they_are_cut():
     first = seed_from_environment()
     for seed in range(first, first + max(1, random_count(18) // 4)):

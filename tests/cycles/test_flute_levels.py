@@ -61,7 +61,6 @@ def passes(plan):
     return len({move.z for move in plan.moves if move.z is not None})
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_no_pass_is_deeper_in_the_stock_than_the_flutes(name, capsys):
     rng, count, judged, saved, worst = random.Random(f"{random_seed()} {name}"), random_count(12), 0, 0, -math.inf

@@ -16,7 +16,6 @@ from support import hole_oracle as oracle
 from support.hole_judge import judge, random_case, request
 
 
-@pytest.mark.slow
 def test_random_holes(capsys):
     count, seed = random_count(500), random_seed()
     rng = random.Random(seed)
@@ -58,7 +57,6 @@ def test_no_piece_is_loose_before_it_is_small(r):
     assert worst < r.chop_size
 
 
-@pytest.mark.slow
 def test_random_holes_are_never_loose_too_early():
     """The same over time, for a share of the random cases."""
     rng = random.Random(random_seed() + 1)

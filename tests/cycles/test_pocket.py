@@ -28,7 +28,6 @@ from support.pocket_random import circle, rectangle
 # ---- random pockets ----------------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("strategy", sorted(NAMES))
 def test_random_pockets(strategy):
     """No gouge, no residue, no rapid through stock, every wall run, no steep entry; some of them full of islands that

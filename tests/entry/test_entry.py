@@ -64,7 +64,6 @@ def run(count, seed):
     return "", accepted, refused
 
 
-@pytest.mark.slow
 def test_random_lines():
     """Each gives the G-code line of the form, or an error at the right field."""
     count = random_count(LINES)

@@ -17,7 +17,6 @@ from chipwise.entry import planned
 from chipwise.errors import CycleError
 from chipwise.panel import colours
 
-pytestmark = pytest.mark.slow
 
 MM, INCH = ({"ini": str(ROOT / "configs" / name), "unit": unit} for name, unit in (("mill.ini", "mm"), ("mill_inch.ini", "in")))
 SUB = "o100 sub\nG0 X10 Y10\nG1 X60\nG3 X70 Y20 J10\nG1 Y50\nX10\nY10\nG0 X40 Y30\nG2 I-6\no100 endsub\n"

@@ -34,7 +34,6 @@ def marks(parts, side, radius):
     return signature(offset_contour(make_contour(parts), side, radius), False)
 
 
-@pytest.mark.slow
 def test_moved_and_turned():
     """Far from the origin and turned by an odd angle nothing changes."""
     c, s = math.cos(0.7), math.sin(0.7)
@@ -45,7 +44,6 @@ def test_moved_and_turned():
             assert same(marks(parts, side, radius), marks(moved, side, radius)), (kind, seed, side)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("scale", [0.02, 30.0])
 def test_small_and_large(scale):
     """Engraving and large plates: shapes of 1 mm and of 2 m."""
@@ -56,7 +54,6 @@ def test_small_and_large(scale):
             assert verdict(parts, side, scale * radius) == [], (kind, seed, side)
 
 
-@pytest.mark.slow
 def test_inward_offsets_add():
     """Inward by a, then every path inward by b, is inward by a + b (erosion)."""
     for kind, seed in CASES:
@@ -73,7 +70,6 @@ def test_inward_offsets_add():
             assert a == pytest.approx(b, abs=1e-4), (kind, seed)
 
 
-@pytest.mark.slow
 def test_rough_shape_gives_the_same_path_again():
     """Offsetting the rough shape, whose inner corners are arcs of the tool radius."""
     refused = tried = 0

@@ -58,7 +58,6 @@ def test_inaccessible_island_is_a_hole_of_the_region_about_it():
     assert len(region.holes) == 1 and region.holes[0].radius.tolist() == [5]
 
 
-@pytest.mark.slow
 def test_random_pockets():
     first = seed_from_environment()
     islands = 0

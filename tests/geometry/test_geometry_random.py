@@ -49,7 +49,6 @@ def fail_on(kind, seed, parts, side, radius, found):
         pytest.fail(f"{kind} contour CHIPWISE_SEED={seed}, side {side}: {found}; replay: {path}")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_closed(kind):
     for seed in range(SEED, SEED + how_many(kind, COUNT)):
@@ -66,7 +65,6 @@ def test_backwards_and_from_every_vertex(kind):
         fail_on(kind, seed, parts, side, radius, variants(parts, side, radius)[1])
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_open(kind):
     for seed in range(SEED, SEED + how_many(kind, COUNT // 2)):

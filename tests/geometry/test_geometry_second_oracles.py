@@ -37,7 +37,6 @@ def cases():
                        side, radius, result)
 
 
-@pytest.mark.slow
 def test_area_and_size_against_cavalier_contours(cavalier):
     """Same area of the centre region, and at most 1.1 times its elements.
 
@@ -58,7 +57,6 @@ def test_area_and_size_against_cavalier_contours(cavalier):
     assert ours <= 1.1 * theirs
 
 
-@pytest.mark.slow
 def test_area_against_clipper(clipper):
     """Same area within what its chords may stray, on every case."""
     for name, shape, side, radius, result in cases():

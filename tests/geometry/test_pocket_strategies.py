@@ -172,7 +172,6 @@ def star(rng, n, size, at=(0.0, 0.0)):
     return (p if p[:, 0] @ np.roll(p[:, 1], -1) > p[:, 1] @ np.roll(p[:, 0], -1) else p[::-1]) + at
 
 
-@pytest.mark.slow
 def test_random_divisions():
     import shapely.geometry
     done = 0
@@ -224,7 +223,6 @@ def faults(job, strategy, step, direction, climb, cell):
     return wrong
 
 
-@pytest.mark.slow
 def test_random_pockets():
     islands = 0
     for seed in range(random_seed(), random_seed() + random_count(10)):
