@@ -96,6 +96,16 @@ FRESH = ('M252', 'M52 P0', 'G17 G21 G40 G49 G54 G80 G90 G91.1 G94 G97 G64 P0.01 
          'G53 G0 Z89.9', 'G53 G0 X0 Y0', 'T0 M6', 'M250 P-49 Q-49 R-59 I1 J1 K1')   # RS274NGC_STARTUP_CODE of the INI files, and more
 
 
+def defined(look):
+    """What is seen of the stock map, as soon as there is a stock: a kept one comes some time after the start."""
+    end = time.monotonic() + WAIT_S
+    while True:
+        seen = look()
+        if seen is not None or time.monotonic() > end:
+            return seen
+        time.sleep(0.05)
+
+
 class Operator(ProgramSteps, ProcessSteps):
     def __init__(self, steps):
         session.wait_for_task(time.monotonic() + session.STEP_TIMEOUT_S)
@@ -206,7 +216,7 @@ class Operator(ProgramSteps, ProcessSteps):
     def map_sum(self):
         from chipwise.stock import shared
         stock = shared.attach()
-        head, cells = stock.take()
+        head, cells = defined(stock.take)
         stock.close()
         return [zlib.crc32(cells.tobytes()), head.removed]
 
@@ -217,7 +227,7 @@ class Operator(ProgramSteps, ProcessSteps):
             descriptor, name = tempfile.mkstemp(suffix='.npy', dir=os.path.dirname(os.environ['CHIPWISE_ANSWERS']))
             os.close(descriptor)
         stock = shared.attach()
-        seen = stock.snapshot()
+        seen = defined(stock.snapshot)
         np.save(name, seen.heights)
         stock.close()
         return [seen.removed, name]
