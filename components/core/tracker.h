@@ -39,11 +39,11 @@
 /* A round end lowers all cells in front of it in every period, however short the step is. So it does a part of a level step in
  * a period, and what it moves meanwhile is joined to one step. More parts let the map lag more, by two or three periods each. */
 #define CHIP_WORK_PARTS 3
-#define CHIP_WORK_TO_RAMP 5250      /* and less than CHIP_WORK_TO_CUT of a ramp, which takes several periods in any case */
+#define CHIP_WORK_TO_RAMP 5250 /* and less than CHIP_WORK_TO_CUT of a ramp, which takes several periods in any case */
 #define CHIP_WORK_TO_RAMP_LATE 8000 /* where more wait; a point on a ramp takes longer than its work says */
 #define CHIP_WAITING_MAX 3          /* steps that wait; if there are more, as in a bend, the whole step is done */
-#define CHIP_WORK_LEAST 1500   /* a part is at least so large */
-#define CHIP_WORK_A_NODE 14    /* of a point read for a sample of the look-ahead, */
+#define CHIP_WORK_LEAST 1500        /* a part is at least so large */
+#define CHIP_WORK_A_NODE 14         /* of a point read for a sample of the look-ahead, */
 /* of one for a tool whose end is not flat: its samples have several times the points */
 #define CHIP_WORK_A_ROUND_NODE 20
 #define CHIP_RATE_SLOTS 1024 /* periods the removal rate can be averaged over */

@@ -108,10 +108,11 @@ int main(void)
         worst = fmax(worst, found - true_height);
         if (found >= true_height - TOO_LOW && found <= true_height + TOO_HIGH) continue;
         if (failures++ > 10) continue;
-        printf("CHIPWISE_SEED=%lu case %ld: %.9f, the lowest is %.9f\n  tool: radius %.17g corner %.17g flat %.17g slope "
-               "%.17g\n  segment: %.17g %.17g %.17g, earliest %.17g; point %.17g %.17g\n",
-               start_seed, i, found, true_height, tool.radius, tool.corner, tool.r_flat, tool.slope, s.dx, s.dy, s.dz,
-               s.earliest, px, py);
+        printf(
+            "CHIPWISE_SEED=%lu case %ld: %.9f, the lowest is %.9f\n  tool: radius %.17g corner %.17g flat %.17g slope "
+            "%.17g\n  segment: %.17g %.17g %.17g, earliest %.17g; point %.17g %.17g\n",
+            start_seed, i, found, true_height, tool.radius, tool.corner, tool.r_flat, tool.slope, s.dx, s.dy, s.dz,
+            s.earliest, px, py);
     }
     if (searched < count / 10) printf("%ld points searched: %ld\n", searched, ++failures);
     printf("%ld points, %ld searched, at most %.3g mm too high, most work %ld, %ld failures\n", count, searched, worst,

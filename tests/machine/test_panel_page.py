@@ -3,12 +3,13 @@
 
 import csv
 import json
+import math
 import os
 
 import pytest
 
 from chipwise.headless import runner
-from support.operate import operate
+from support.operate import CELL_MM, operate
 
 pytestmark = pytest.mark.machine
 
@@ -47,7 +48,8 @@ def test_numbers_and_heights_while_it_cuts(tmp_path):
     assert state['task']['running'] and state['line'] == 9 and state['alarms'] == []
     assert state['run']['mean'] == pytest.approx(6000, rel=0.1) and 5900 < state['run']['peak'] < 6400
     assert during['points'] > 20 and during['recent'] > 10
-    assert during['map'] == dict(epoch=1, rows=160, columns=240, cell=0.25, x=0, y=0, bottom=-10, top=0)
+    rows, columns = math.ceil(40 / CELL_MM), math.ceil(60 / CELL_MM)
+    assert during['map'] == dict(epoch=1, rows=rows, columns=columns, cell=CELL_MM, x=0, y=0, bottom=-10, top=0)
     assert during['heights'] == pytest.approx([-4, 0, 0], abs=2e-4)
     assert after['heights'] == pytest.approx([-4, 0, 0], abs=2e-4) and not after['state']['task']['running']
     assert after['state']['removed'] == pytest.approx(24 * 50 + 4 * 3 ** 2 * 3.14159 / 2, rel=0.01)
@@ -66,7 +68,7 @@ def test_the_stock_before_a_program(tmp_path):
     other = 'G21 G90\nF600\nG0 Z5\nG0 X0\nG1 X50\nM2\n'
     answers = operate(tmp_path, [['start', SLOT], ['finish'], ['start', other], ['until', X, '>', 5], look(), ['finish'],
                                  ['start', SLOT], ['until', X, '>', 5], look(), ['abort']])
-    assert seen(answers[4])['before'] == 160 * 240 and seen(answers[8])['before'] == 0
+    assert seen(answers[4])['before'] == math.ceil(40 / CELL_MM) * math.ceil(60 / CELL_MM) and seen(answers[8])['before'] == 0
 
 
 # Two holes, a slot with the volumetric feed and its end without, and a slot of another tool

@@ -11,11 +11,10 @@ import numpy as np
 import pytest
 
 from chipwise.stock import store
-from support.operate import operate
+from support.operate import CELL_MM, operate
 
 pytestmark = pytest.mark.machine
 
-CELL_MM = 0.25      # CELL of the sample INI files, whose largest tool has 12 mm
 BOX = 'M250 P0 Q0 R-10 I60 J40 K10'
 CUT = [['mdi', 'G0 X-5 Y20'], ['mdi', 'G0 Z-2'], ['mdi', 'G1 X30 F2000'], ['mdi', 'G0 Z5']]
 STATE = ['pins', 'stock-tracker.0.stock-defined', 'stock-tracker.0.removed-volume', 'stock-tracker.0.fault-code']
@@ -159,8 +158,8 @@ FEED = ['pins', 'volumetric-feed.0.mode', 'motion.requested-vel', 'motion.analog
 
 
 def slot_heights(path, y):
-    """Heights along the middle of a slot at y (mm), box of BOX."""
-    return np.load(path)[int(y / CELL_MM)]
+    """Heights along the middle of a slot at y (mm), whole cells of the box of BOX."""
+    return np.load(path)[int(y / CELL_MM), :int(60 / CELL_MM)]
 
 
 def check_cut_up_to(path, y, x, depth):

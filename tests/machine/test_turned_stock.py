@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from support.operate import Shared, operate
+from support.operate import CELL_MM, Shared, operate
 
 pytestmark = pytest.mark.machine
 
@@ -18,7 +18,6 @@ TURN = ['pins', 'stock-tracker.0.turn', *(f'stock-tracker.0.{end}-{axis}' for en
 BESIDE = ''.join(f'G0 Z10\nG0 X{x} Y{y}\nG0 Z-9\n' for x, y in ((30, -4), (64, 20), (30, 44), (-4, 20)))
 SLOTS = ''.join(f'G0 Z5\nG0 X-6 Y{y}\nG0 Z{-z}\nG1 X66\n' for z in (2, 4, 6) for y in (12, 30))
 VOLUME = 2 * 60 * 6 * 6.0
-CELL_MM = 0.25      # CELL of the sample INI files, whose largest tool has 12 mm
 MILL = Shared('turned stock')
 
 
