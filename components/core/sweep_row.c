@@ -3,9 +3,9 @@
  * those of its principle. */
 #include "sweep_segment.h"
 
-#define CHIP_ROWS_AHEAD 3     /* rows between the one that is cut and the one that is prefetched */
-#define CHIP_WORK_EDGE 20     /* of a cell on the outline */
-#define CHIP_WORK_RIM 20      /* more, if it is on the stock's rim too */
+#define CHIP_ROWS_AHEAD 3 /* rows between the one that is cut and the one that is prefetched */
+#define CHIP_WORK_EDGE 20 /* of a cell on the outline */
+#define CHIP_WORK_RIM 20  /* more, if it is on the stock's rim too */
 
 /* In the stock's original top the four points give a plane,
  * and where that leaves the top gives the share that is cut. A cell cut before is a slope itself, so only the
@@ -109,7 +109,8 @@ static CHIP_INLINE double cut_cell(const struct chip_sweep_segment *segment, con
     if (distance2 > segment->inner2)
         return cut_edge(segment, stock, tool, cell, px, py, t, chip_max(chip_sqrt(distance2), 1e-9));
     if (distance2 <= segment->floor2 && (segment->flat_end || segment->dz == 0.0))
-        return cut_inside(segment, stock, cell, segment->dz == 0.0 ? segment->z : chip_sweep_lowest(segment, tool, px, py, t));
+        return cut_inside(segment, stock, cell,
+                          segment->dz == 0.0 ? segment->z : chip_sweep_lowest(segment, tool, px, py, t));
     return cut_curved(segment, stock, tool, cell, px, py);
 }
 
