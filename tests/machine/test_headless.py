@@ -222,3 +222,20 @@ def test_a_stop_by_a_guard_with_a_dead_monitor(tmp_path):
                    stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
     summary = json.loads(summary_path.read_text())
     assert summary['finished'] is False and 'a guard has stopped the program (line 8)' in summary['errors'][-1], summary
+
+
+def test_samples_that_a_late_reader_loses_are_said(tmp_path):
+    """LinuxCNC's counter of samples leaves out what a full buffer lost; the log's facts and a line on stderr do not."""
+    hal, log, said = (tmp_path / name for name in ('small.hal', 'log.npz', 'said.txt'))
+    with open(os.path.join(runner.ROOT, 'hal/headless.hal')) as handle:
+        hal.write_text(re.sub(r'depth=\d+', 'depth=5', handle.read()))
+    ini = own_ini(tmp_path)
+    with open(ini) as handle:
+        text = handle.read().replace(f'{runner.ROOT}/hal/headless.hal', str(hal))
+    with open(ini, 'w') as handle:
+        handle.write(text)
+    run(tmp_path, SQUARE, ini=ini, log=str(log), output=str(said))
+    with np.load(log) as found:
+        lost, sample = int(found['overruns']), found['sample']
+    assert lost > 0 and np.diff(sample).max() == 1
+    assert f'chipwise-headless: {lost} samples lost' in said.read_text()

@@ -95,8 +95,8 @@ def add_figures(summary, sampler, period, idle_s, machine):
     summary.update(figures)
     if os.environ.get('CHIPWISE_LOG'):
         runlog.save(os.environ['CHIPWISE_LOG'], log, period=period,
-                    units_per_mm=machine.status.linear_units)
-    lost = runlog.lost_samples(log)
+                    units_per_mm=machine.status.linear_units, overruns=sampler.overruns)
+    lost = runlog.lost_samples(log) + sampler.overruns
     if lost:
         print('chipwise-headless: %d samples lost' % lost, file=sys.stderr)
 

@@ -46,7 +46,7 @@ OVER_TARGET = 1.02          # a window counts as over the target from this ratio
 def load_text(path):
     """The output of `halsampler -t` -> {name: (n,) array}; `sample` counts periods.
 
-    A line `overrun` marks lost samples; the counter shows the gap.
+    Lines without a number are left out.  LinuxCNC 2.9 does not count samples that a full buffer lost: sampling.py does.
     """
     with open(path) as handle:
         lines = [line for line in handle if line[:1].isdigit()]

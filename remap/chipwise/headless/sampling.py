@@ -14,7 +14,7 @@ from chipwise.halcmd import attempt, getp, pins
 from chipwise.headless import log as runlog
 
 SAMPLER = 'sampler.0'
-DRAIN_TIMEOUT_S = 5.0
+DRAIN_TIMEOUT_S = 60.0      # of the machine's time, which may pass five times as fast
 
 
 class Sampling:
@@ -24,6 +24,7 @@ class Sampling:
         self.path = path
         self.reader = None
         self.columns = set()        # names of the columns this machine has
+        self.overruns = 0           # periods without a sample, because the reader was late: the samples' own counter leaves them out
 
     def start(self):
         """Connect the pins, start the reader and then the sampling.
@@ -44,8 +45,13 @@ class Sampling:
         self.reader = subprocess.Popen(['halsampler', '-t', self.path],
                                        stdin=subprocess.DEVNULL)
         time.sleep(0.1)
+        self.overruns = -self._counted()
         attempt('setp', SAMPLER + '.enable', '1')
         return True
+
+    @staticmethod
+    def _counted():
+        return int(getp(SAMPLER + '.overruns') or 0)
 
     def stop(self):
         """Stop sampling, let the reader drain the fifo and end."""
@@ -57,6 +63,7 @@ class Sampling:
             if getp(SAMPLER + '.curr-depth') in ('0', ''):
                 break
             time.sleep(0.05)
+        self.overruns += self._counted()
         time.sleep(0.1)
         self.reader.terminate()
         try:
