@@ -79,7 +79,7 @@ class Run:
         self.tool = np.zeros(count, dtype=np.int32) if tool is None else np.asarray(tool, dtype=np.int32)
         self.motion, self.line = data["motion_type"], data["line"]
         ticks = np.diff(self.sample, prepend=self.sample[:1] - 1)
-        self.lost = int(ticks.sum() - count) + int(log.get('overruns', 0))
+        self.lost = int(ticks.sum() - count) + int(data.get("overruns", 0))
         self.took = ticks * self.period
         apart = np.diff(offset, prepend=offset[:1]) != 0.0
         apart |= np.diff(self.tool, prepend=self.tool[:1]) != 0

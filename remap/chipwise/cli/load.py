@@ -79,7 +79,8 @@ def finest_cell(ini, settings, shapes):
     def across(number):
         flat = shapes is not None and shapes.get(number, ToolGeometry()).shape == 'flat'
         return CELLS_ACROSS_FLAT if flat else CELLS_ACROSS_ROUND
-    needed = [diameter / ini.units_per_mm() / across(number) for number, diameter in diameters(ini.tool_table())]
+    units = ini.units_per_mm()
+    needed = [diameter / units / across(number) for number, diameter in diameters(ini.tool_table())]
     return min(settings['CELL'], max(settings['FINEST_CELL'], *needed)) if needed else settings['CELL']
 
 
