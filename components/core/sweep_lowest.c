@@ -48,27 +48,6 @@ static double rise_rate(const struct chip_sweep_segment *segment, const struct c
     return segment->dz + chip_tool_slope(tool, chip_min(r, tool->radius)) * outward / r;
 }
 
-/* How far from the place nearest to a point, on the lower side, its height is lowest, mm: exact below a ball and a cone, a first guess
- * where there is a flat. aside: distance of the point from the line, mm; slope: of the segment, mm per mm, not 0. */
-static double expected_distance(const struct chip_tool *tool, double aside, double slope)
-{
-    double steep2 = slope * slope, aside2 = aside * aside, r = chip_max(aside, tool->r_flat), along2;
-    int i;
-    if (!(tool->r_flat > 0.0)) {
-        along2 = steep2 * (tool->corner * tool->corner - aside2) / (1.0 + steep2);
-        if (along2 + aside2 > tool->r_arc * tool->r_arc)
-            along2 = steep2 * aside2 / chip_max(tool->slope * tool->slope - steep2, 1e-9);
-        return chip_sqrt(chip_max(along2, 0.0));
-    }
-    for (i = 0; i < 2; i++) { /* the arc is as steep as the segment, seen along it, if its point is so far out */
-        double along = chip_sqrt(chip_max(r * r - aside2, 0.0)), steep;
-        if (!(along > 0.0)) return slope * aside / chip_max(chip_tool_slope(tool, aside), 1e-9);
-        steep = slope * r / along;
-        r = tool->r_flat + tool->corner * steep / chip_sqrt(1.0 + steep * steep);
-    }
-    return chip_sqrt(chip_max(r * r - aside2, 0.0));
-}
-
 struct range { /* of t: the height falls at lo and rises at hi */
     double lo, hi;
     double rate_lo, rate_hi; /* mm per t */
@@ -97,7 +76,7 @@ static double lowest_within(const struct chip_sweep_segment *segment, const stru
 {
     double nearest = (px * segment->dx + py * segment->dy) * segment->per_length2;
     double aside2 = axis_distance2(segment, px, py, nearest), t, rest;
-    double far = expected_distance(tool, chip_sqrt(aside2), fabs(segment->dz) / segment->length) / segment->length;
+    double far = chip_tool_as_steep(tool, chip_sqrt(aside2), fabs(segment->dz) / segment->length) / segment->length;
     int i;
     leave_out_flat(segment, tool, nearest, aside2, range);
     t = segment->dz < 0.0 ? nearest + far : nearest - far;

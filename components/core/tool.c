@@ -112,6 +112,25 @@ double chip_tool_slope(const struct chip_tool *tool, double r)
     return rest * CHIP_STEEPEST > d ? d / rest : CHIP_STEEPEST;
 }
 
+double chip_tool_as_steep(const struct chip_tool *tool, double aside, double slope)
+{
+    double steep2 = slope * slope, aside2 = aside * aside, r = chip_max(aside, tool->r_flat), along2;
+    int i;
+    if (!(tool->r_flat > 0.0)) {
+        along2 = steep2 * (tool->corner * tool->corner - aside2) / (1.0 + steep2);
+        if (along2 + aside2 > tool->r_arc * tool->r_arc)
+            along2 = steep2 * aside2 / chip_max(tool->slope * tool->slope - steep2, 1e-9);
+        return chip_sqrt(chip_max(along2, 0.0));
+    }
+    for (i = 0; i < 2; i++) { /* the arc is as steep as the line, seen along it, if its point is so far out */
+        double along = chip_sqrt(chip_max(r * r - aside2, 0.0)), steep;
+        if (!(along > 0.0)) return slope * aside / chip_max(chip_tool_slope(tool, aside), 1e-9);
+        steep = slope * r / along;
+        r = tool->r_flat + tool->corner * steep / chip_sqrt(1.0 + steep * steep);
+    }
+    return chip_sqrt(chip_max(r * r - aside2, 0.0));
+}
+
 double chip_tool_reach(const struct chip_tool *tool, double height)
 {
     double rest;

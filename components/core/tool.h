@@ -67,6 +67,10 @@ double chip_tool_height(const struct chip_tool *tool, double r);
 /* Slope dg/dr of the profile at r; large but finite where the arc is vertical. */
 double chip_tool_slope(const struct chip_tool *tool, double r);
 
+/* Along a line that passes the axis at a distance `aside` (mm), how far from there (mm) the profile is as steep as `slope` (mm per mm, not 0):
+ * exact for a ball and a cone, a first guess where there is a flat end. */
+double chip_tool_as_steep(const struct chip_tool *tool, double aside, double slope);
+
 /* Largest r whose profile lies below `height` (mm above the tip), at most the radius. */
 double chip_tool_reach(const struct chip_tool *tool, double height);
 

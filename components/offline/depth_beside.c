@@ -5,16 +5,15 @@
 
 #include "depth_state.h"
 
-/* The part of the judged move within CHIP_PROOF_BESIDE of another one's axis: a line in a capsule. */
-static int beside(const struct chip_swept *m, const struct chip_swept *other, struct span *span)
+/* The part of the judged move within `near` mm of another one's axis: a line in a capsule. */
+static int beside(const struct chip_swept *m, const struct chip_swept *other, double near, struct span *span)
 {
     double first, last, length = sqrt(other->length2);
     int i, any = 0;
     span->first = 2.0;
     span->last = -1.0;
     for (i = 0; i < 2; i++)
-        if (chip_swept_within(m, other->x + i * other->dx, other->y + i * other->dy, CHIP_PROOF_BESIDE, &first,
-                              &last)) {
+        if (chip_swept_within(m, other->x + i * other->dx, other->y + i * other->dy, near, &first, &last)) {
             span->first = chip_min(span->first, first);
             span->last = chip_max(span->last, last);
             any = 1;
@@ -27,8 +26,8 @@ static int beside(const struct chip_swept *m, const struct chip_swept *other, st
         by[1] = (m->dy * other->dx - m->dx * other->dy) / length;
         from[0] = 0.0;
         to[0] = length;
-        from[1] = -CHIP_PROOF_BESIDE;
-        to[1] = CHIP_PROOF_BESIDE;
+        from[1] = -near;
+        to[1] = near;
         for (i = 0; i < 2; i++) {
             if (fabs(by[i]) < 1e-12) {
                 if (at[i] < from[i] || at[i] > to[i]) high = -1.0;
@@ -54,15 +53,16 @@ static double z_beside(const struct chip_swept *m, double t, const struct chip_s
     return other->z + chip_min(chip_max(s, 0.0), 1.0) * other->dz;
 }
 
-static void add_span(struct proof *p, const struct judged *m, int32_t k)
+static void add_span(struct chip_proof *p, const struct judged *m, int32_t k)
 {
     const struct chip_tool *tool = tool_of(p, k);
     struct chip_swept other = swept_of(p, k);
     struct span span;
-    double slack, room;
-    if (tool->radius < m->tool->radius || p->span_count == SPANS_MOST || !beside(&m->swept, &other, &span)) return;
+    double near = chip_tool_is_flat(tool) ? CHIP_PROOF_BESIDE : CHIP_PROOF_BESIDE_ROUND, slack, room;
+    if (tool->radius < m->tool->radius || p->span_count == SPANS_MOST || !beside(&m->swept, &other, near, &span))
+        return;
     slack = other.length2 > CHIP_SWEPT_STILL ? CHIP_PROOF_SKIN * fabs(other.dz) / sqrt(other.length2) : 0.0;
-    room = m->limit - tool->shoulder - slack;
+    room = m->limit - chip_tool_height(tool, chip_min(m->reach + near, tool->radius)) - slack;
     if (z_beside(&m->swept, span.first, &other) > m->swept.z + span.first * m->swept.dz + room) return;
     if (z_beside(&m->swept, span.last, &other) > m->swept.z + span.last * m->swept.dz + room) return;
     p->spans[p->span_count++] = span;
@@ -75,22 +75,23 @@ static int by_first(const void *a, const void *b)
 }
 
 /* Number of places, half a cell from each other, by which a move's axis is entered into the cells. */
-static long axis_places(const struct proof *p, const struct chip_swept *m)
+static long axis_places(const struct chip_proof *p, const struct chip_swept *m)
 {
     return (long)chip_min(ceil(sqrt(m->length2) / (0.5 * p->cell)), 1e7);
 }
 
-static int on_map(const struct proof *p, double x, double y)
+static int on_map(const struct chip_proof *p, double x, double y)
 {
     return x >= p->x0 && y >= p->y0 && x < p->x0 + p->nx * p->cell && y < p->y0 + p->ny * p->cell;
 }
 
-static void find_spans(struct proof *p, const struct judged *m)
+static void find_spans(struct chip_proof *p, const struct judged *m)
 {
     long places = axis_places(p, &m->swept), i;
     int k, kept = 0;
     p->span_count = 0;
     p->spans_known = 1;
+    p->asked++;
     for (i = 0; i <= places; i++) {
         double t = places ? (double)i / places : 0.0, x = m->swept.x + t * m->swept.dx,
                y = m->swept.y + t * m->swept.dy;
@@ -100,8 +101,8 @@ static void find_spans(struct proof *p, const struct judged *m)
             for (a = column > 0 ? column - 1 : 0; a <= column + 1 && a < p->nx; a++)
                 for (own = p->axes[(long)b * p->nx + a]; own != NOTHING; own = p->pool.node[own].next) {
                     int32_t other = p->pool.node[own].move;
-                    if (p->seen[other] == m->number) continue;
-                    p->seen[other] = m->number;
+                    if (p->seen[other] == p->asked) continue;
+                    p->seen[other] = p->asked;
                     add_span(p, m, other);
                 }
     }
@@ -116,7 +117,7 @@ static void find_spans(struct proof *p, const struct judged *m)
     p->span_count = kept + 1;
 }
 
-int chip_depth_is_beside(struct proof *p, const struct judged *m, double first, double last)
+int chip_depth_is_beside(struct chip_proof *p, const struct judged *m, double first, double last)
 {
     int low = 0, high;
     if (m->nose) return 0;
@@ -134,13 +135,15 @@ int chip_depth_is_beside(struct proof *p, const struct judged *m, double first, 
     return 0;
 }
 
-void chip_depth_enter_axis(struct proof *p, const struct chip_swept *m, int32_t number)
+void chip_depth_enter_axis(struct chip_proof *p, const struct chip_swept *m, int32_t number)
 {
     long places = axis_places(p, m), i, before = -1;
     for (i = 0; i <= places; i++) {
         double t = places ? (double)i / places : 0.0, x = m->x + t * m->dx, y = m->y + t * m->dy;
-        long cell = (long)index_of(y, p->y0, p->cell, p->ny) * p->nx + index_of(x, p->x0, p->cell, p->nx);
+        int32_t row = index_of(y, p->y0, p->cell, p->ny);
+        long cell = (long)row * p->nx + index_of(x, p->x0, p->cell, p->nx);
         if (!on_map(p, x, y) || cell == before) continue;
+        chip_depth_keep_row(p, row);
         chip_depth_put(p, &p->axes[cell], number, 0.0);
         before = cell;
     }

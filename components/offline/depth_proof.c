@@ -11,15 +11,13 @@
 
 /* ---- memory ---------------------------------------------------------------------------------------------------- */
 
-void chip_depth_put(struct proof *p, int32_t *head, int32_t move, double low)
+void chip_depth_put(struct chip_proof *p, int32_t *head, int32_t move, double low)
 {
     struct pool *pool = &p->pool;
-    int32_t own = pool->free;
-    if (own != NOTHING) {
-        pool->free = pool->node[own].next;
-    } else {
+    int32_t own = chip_depth_free_node(p);
+    if (own == NOTHING) {
         if (pool->count == pool->size) {
-            int32_t size = pool->size < INT32_MAX / 2 ? 2 * pool->size : pool->size;
+            int32_t size = pool->size < INT32_MAX / 2 ? pool->size + pool->size / 4 : pool->size;
             struct node *bigger = size > pool->size ? realloc(pool->node, sizeof *bigger * (size_t)size) : 0;
             if (!bigger) {
                 p->failed = 1;
@@ -34,24 +32,7 @@ void chip_depth_put(struct proof *p, int32_t *head, int32_t move, double low)
     *head = own;
 }
 
-/* Takes the moves out of a cell's chain that cut nothing below `high`. */
-static void prune(struct proof *p, int32_t *head, float high)
-{
-    struct pool *pool = &p->pool;
-    while (*head != NOTHING) {
-        struct node *own = &pool->node[*head];
-        int32_t gone = *head;
-        if (own->low < high) {
-            head = &own->next;
-            continue;
-        }
-        *head = own->next;
-        own->next = pool->free;
-        pool->free = gone;
-    }
-}
-
-static int list_for(struct proof *p, long count)
+static int list_for(struct chip_proof *p, long count)
 {
     long size = count * LEVELS;
     int32_t *bigger;
@@ -68,38 +49,35 @@ static int list_for(struct proof *p, long count)
 
 /* ---- cells [2] --------------------------------------------------------------------------------------------------- */
 
-static void judge_cell(struct proof *p, const struct judged *m, double x, double y, long cell)
+static void judge_cell(struct chip_proof *p, const struct judged *m, double x, double y, long cell)
 {
+    double allowed;
     long n = 0;
     int32_t own;
+    if (!chip_depth_is_open(p, m, x, y, 0.5 * p->cell, p->high[cell], &allowed)) return;
     for (own = p->partial[cell]; own != NOTHING; own = p->pool.node[own].next) n++;
     if (!list_for(p, n + 1)) return;
     n = 0;
     for (own = p->partial[cell]; own != NOTHING; own = p->pool.node[own].next) p->list[n++] = p->pool.node[own].move;
-    chip_depth_judge(p, m, x, y, 0.5 * p->cell, p->list, n, p->high[cell]);
+    chip_depth_divide(p, m, x, y, 0.5 * p->cell, allowed, p->list, n, p->high[cell]);
 }
 
 /* What the move leaves of a cell. */
-static void cut_cell(struct proof *p, const struct judged *m, double x, double y, long cell)
+static void cut_cell(struct chip_proof *p, const struct judged *m, double x, double y, long cell)
 {
-    double half = 0.5 * p->cell, round = DIAGONAL * half, distance = chip_swept_distance(&m->swept, x, y), left, low,
-           first, last;
-    if (distance - round > m->tool->radius
-        || !chip_swept_within(&m->swept, x, y, m->tool->radius + round, &first, &last))
-        return;
-    low = m->swept.z + chip_min(first * m->swept.dz, last * m->swept.dz);
-    low += chip_tool_height(m->tool, chip_min(chip_max(distance - round, 0.0), m->tool->radius));
+    double half = 0.5 * p->cell, distance = chip_swept_distance(&m->swept, x, y), left;
+    double low = chip_depth_lowest(&m->swept, m->tool, x, y, DIAGONAL * half, distance);
     if (low >= p->high[cell]) return;
-    left = chip_depth_left(&m->swept, m->tool, x, y, half, distance);
+    left = chip_depth_left(&m->swept, m->tool, x, y, half, distance, p->high[cell]);
     if (left < p->high[cell]) {
-        p->high[cell] = (float)chip_max(left, p->stock->z_min);
-        prune(p, &p->partial[cell], p->high[cell]);
+        p->high[cell] = (float)chip_max(left, p->stock.z_min);
+        chip_depth_prune(p, &p->partial[cell], p->high[cell]);
     }
     if (low < p->high[cell] - 1e-5) chip_depth_put(p, &p->partial[cell], m->number, low);
 }
 
 /* All cells that a move may reach. */
-static void take_move(struct proof *p, const struct judged *m)
+static void take_move(struct chip_proof *p, const struct judged *m)
 {
     const struct chip_swept *s = &m->swept;
     double reach = m->tool->radius + DIAGONAL * p->cell, low_y = chip_min(s->y, s->y + s->dy),
@@ -117,6 +95,7 @@ static void take_move(struct proof *p, const struct judged *m)
         }
         xa = s->x + a * s->dx;
         xb = s->x + b * s->dx;
+        chip_depth_keep_row(p, row);
         column = index_of(chip_min(xa, xb) - reach, p->x0, p->cell, p->nx);
         last = index_of(chip_max(xa, xb) + reach, p->x0, p->cell, p->nx);
         for (; column <= last; column++) {
@@ -130,15 +109,15 @@ static void take_move(struct proof *p, const struct judged *m)
     chip_depth_enter_axis(p, s, m->number);
 }
 
-static struct judged judged_of(const struct proof *p, int32_t k)
+static struct judged judged_of(const struct chip_proof *p, int32_t k)
 {
     int32_t own = tool_index(p, k);
-    double end = p->path->to[3 * (long)k + 2];
+    double end = p->to[3 * (long)k + 2];
     struct judged m;
     m.swept = swept_of(p, k);
     m.tool = &p->tools[own];
     m.number = k;
-    m.limit = p->path->tool[k] < 0 ? CHIP_SWEPT_NEVER : p->table[own].limit;
+    m.limit = p->tool[k] < 0 ? CHIP_SWEPT_NEVER : p->table[own].limit;
     m.reach = m.tool->radius - CHIP_PROOF_SKIN;
     m.lowest = chip_min(m.swept.z, end);
     m.highest = chip_max(m.swept.z, end);
@@ -149,67 +128,39 @@ static struct judged judged_of(const struct proof *p, int32_t k)
     return m;
 }
 
-static int make_map(struct proof *p, long n)
+static int make_map(struct chip_proof *p)
 {
-    double wide =
-        fabs(p->stock->half_x * p->stock->cosine) + fabs(p->stock->half_y * p->stock->sine) + p->most_radius + p->cell;
-    double deep =
-        fabs(p->stock->half_x * p->stock->sine) + fabs(p->stock->half_y * p->stock->cosine) + p->most_radius + p->cell;
+    const struct chip_proof_stock *s = &p->stock;
+    double wide = fabs(s->half_x * s->cosine) + fabs(s->half_y * s->sine) + p->most_radius + p->cell;
+    double deep = fabs(s->half_x * s->sine) + fabs(s->half_y * s->cosine) + p->most_radius + p->cell;
     long cells, i;
-    p->x0 = p->stock->x - wide;
-    p->y0 = p->stock->y - deep;
+    p->x0 = s->x - wide;
+    p->y0 = s->y - deep;
     p->nx = (int32_t)ceil(2.0 * wide / p->cell);
     p->ny = (int32_t)ceil(2.0 * deep / p->cell);
     cells = (long)p->nx * p->ny;
     p->high = malloc(sizeof *p->high * (size_t)cells);
     p->partial = malloc(sizeof *p->partial * (size_t)cells);
     p->axes = malloc(sizeof *p->axes * (size_t)cells);
-    p->seen = malloc(sizeof *p->seen * (size_t)(n + 1));
     p->pool.size = 1 << 16;
-    p->pool.free = NOTHING;
+    p->pool.free = p->pool.recycled = NOTHING;
     p->pool.node = malloc(sizeof *p->pool.node * (size_t)p->pool.size);
-    if (!p->high || !p->partial || !p->axes || !p->seen || !p->pool.node) return 0;
+    if (!p->high || !p->partial || !p->axes || !p->pool.node) return 0;
     for (i = 0; i < cells; i++) {
         double x = p->x0 + (double)(i % p->nx + 0.5) * p->cell, y = p->y0 + (double)(i / p->nx + 0.5) * p->cell;
-        p->high[i] =
-            (float)(chip_depth_in_stock(p->stock, x, y, DIAGONAL * 0.5 * p->cell) ? p->stock->z_max : p->stock->z_min);
+        p->high[i] = (float)(chip_depth_in_stock(s, x, y, DIAGONAL * 0.5 * p->cell) ? s->z_max : s->z_min);
         p->partial[i] = p->axes[i] = NOTHING;
     }
-    for (i = 0; i < n; i++) p->seen[i] = NOTHING;
     return 1;
 }
 
-long chip_prove_depths(const struct chip_proof_stock *stock, const struct chip_proof_tool *tools, long tool_count,
-                       const struct chip_proof_path *path, double cell, int64_t *squares,
-                       struct chip_proof_found *found, long room)
+void chip_proof_close(struct chip_proof *p)
 {
-    struct proof *p = calloc(1, sizeof *p);
-    long k, n = path->n, count = -1;
-    if (!p) return -1;
-    p->stock = stock;
-    p->path = path;
-    p->table = tools;
-    p->cell = cell;
-    p->squares = squares;
-    p->found = found;
-    p->room = room;
-    p->tools = malloc(sizeof *p->tools * (size_t)(tool_count + 1));
-    for (k = 0; p->tools && k < tool_count; k++) {
-        chip_tool_set_profile(&p->tools[k], tools[k].radius, tools[k].corner, tools[k].half_angle);
-        p->most_radius = chip_max(p->most_radius, tools[k].radius);
-    }
-    if (p->tools && n < INT32_MAX && make_map(p, n)) {
-        for (k = 0; k < n && !p->failed && p->count<room && * squares> 0; k++) {
-            struct judged m;
-            if (path->tool[k] == CHIP_PROOF_ELSEWHERE) continue;
-            m = judged_of(p, (int32_t)k);
-            p->spans_known = 0;
-            p->hits = 0;
-            take_move(p, &m);
-            p->along += m.length;
-        }
-        if (!p->failed) count = p->count;
-    }
+    if (!p) return;
+    chip_depth_forget(p);
+    free(p->own_to);
+    free(p->own_tool);
+    free(p->table);
     free(p->tools);
     free(p->high);
     free(p->partial);
@@ -218,5 +169,117 @@ long chip_prove_depths(const struct chip_proof_stock *stock, const struct chip_p
     free(p->pool.node);
     free(p->list);
     free(p);
+}
+
+struct chip_proof *chip_proof_open(const struct chip_proof_stock *stock, const struct chip_proof_tool *tools,
+                                   long tool_count, double cell)
+{
+    struct chip_proof *p = calloc(1, sizeof *p);
+    long k;
+    if (!p) return 0;
+    p->stock = *stock;
+    p->cell = cell;
+    p->table = malloc(sizeof *p->table * (size_t)(tool_count + 1));
+    p->tools = malloc(sizeof *p->tools * (size_t)(tool_count + 1));
+    for (k = 0; p->table && p->tools && k < tool_count; k++) {
+        p->table[k] = tools[k];
+        chip_tool_set_profile(&p->tools[k], tools[k].radius, tools[k].corner, tools[k].half_angle);
+        p->most_radius = chip_max(p->most_radius, tools[k].radius);
+    }
+    if (p->table && p->tools && make_map(p)) return p;
+    chip_proof_close(p);
+    return 0;
+}
+
+static int room_to_ask(struct chip_proof *p, long n)
+{
+    int32_t *seen = p->seen;
+    long i;
+    if (n <= p->seen_size) return 1;
+    seen = realloc(seen, sizeof *seen * (size_t)n);
+    if (!seen) return 0;
+    for (i = p->seen_size; i < n; i++) seen[i] = 0;
+    p->seen = seen;
+    p->seen_size = (int32_t)n;
+    return 1;
+}
+
+/* The moves from number `first` on. */
+static long prove(struct chip_proof *p, int32_t first, int64_t *squares, struct chip_proof_found *found, long room)
+{
+    int32_t k;
+    p->squares = squares;
+    p->found = found;
+    p->room = room;
+    p->count = 0;
+    for (k = first; k < p->n && !p->failed && p->count<room && * squares> 0; k++) {
+        struct judged m;
+        if (p->tool[k] == CHIP_PROOF_ELSEWHERE) continue;
+        m = judged_of(p, k);
+        p->spans_known = 0;
+        p->hits = 0;
+        take_move(p, &m);
+        p->along += m.length;
+    }
+    return p->failed ? -1 : p->count;
+}
+
+/* Room for so many moves more that are kept here. */
+static int room_for(struct chip_proof *p, long n)
+{
+    long size = p->n + n;
+    double *to = p->own_to;
+    int32_t *tool = p->own_tool;
+    if (size > p->size) {
+        size += size / 8;
+        if (size >= INT32_MAX) return 0;
+        to = realloc(to, sizeof *to * 3 * (size_t)size);
+        if (to) p->own_to = to;
+        tool = realloc(tool, sizeof *tool * (size_t)size);
+        if (tool) p->own_tool = tool;
+        if (!to || !tool) return 0;
+        p->size = (int32_t)size;
+    }
+    return room_to_ask(p, p->size);
+}
+
+static void append(struct chip_proof *p, const double *place, int32_t tool)
+{
+    memcpy(p->own_to + 3 * (long)p->n, place, 3 * sizeof *place);
+    p->own_tool[p->n++] = tool;
+}
+
+long chip_proof_add(struct chip_proof *p, const struct chip_proof_path *path, int64_t *squares,
+                    struct chip_proof_found *found, long room)
+{
+    int32_t first = p->n;
+    long k, count;
+    if (p->failed || !room_for(p, path->n + 1)) return -1;
+    p->to = p->own_to;
+    p->tool = p->own_tool;
+    p->start = p->own_start;
+    if (!p->n || memcmp(path->start, place_before(p, p->n), 3 * sizeof *path->start) != 0)
+        append(p, path->start, CHIP_PROOF_ELSEWHERE);
+    first = p->n;
+    for (k = 0; k < path->n; k++) append(p, path->to + 3 * k, path->tool[k]);
+    count = prove(p, first, squares, found, room);
+    for (k = 0; k < count; k++) found[k].move -= first;
+    return count;
+}
+
+long chip_prove_depths(const struct chip_proof_stock *stock, const struct chip_proof_tool *tools, long tool_count,
+                       const struct chip_proof_path *path, double cell, int64_t *squares,
+                       struct chip_proof_found *found, long room)
+{
+    struct chip_proof *p = path->n < INT32_MAX ? chip_proof_open(stock, tools, tool_count, cell) : 0;
+    long count = -1;
+    if (p && room_to_ask(p, path->n)) {
+        p->start = path->start;
+        p->to = path->to;
+        p->tool = path->tool;
+        p->n = (int32_t)path->n;
+        count = prove(p, 0, squares, found, room);
+    }
+    chip_proof_close(p);
     return count;
 }

@@ -13,10 +13,11 @@
  *     high, then what it meets has been cut: the next level along a wall. Otherwise the cell is divided into four, again and again,
  *     until each square is out of reach, or one earlier move has cut all of it low enough, or its middle is a witness: a place of
  *     stock that is too high.
- *  4. Of the witnesses on one side of a segment of the path, CHIP_PROOF_SEGMENT long, the deepest counts: a path that is shifted there meets the
+ *  4. Of the first witnesses on one side of a segment of the path, CHIP_PROOF_SEGMENT long, the deepest counts: a path that is shifted there meets the
  *     others less, too. What it still meets is found when the new path is proved.
  *  5. Squares with a diagonal of CHIP_PROOF_LEAST that are neither, do not count: contacts smaller than that, and stock thinner than
  *     the skin at the tool's side. All others are found.
+ *  6. A path that is still sought is added, looked at and taken back again (chip_proof_back).
  */
 #ifndef CHIPWISE_DEPTH_PROOF_H
 #define CHIPWISE_DEPTH_PROOF_H
@@ -27,11 +28,14 @@
 
 #define CHIP_PROOF_SKIN 0.004   /* mm [1] */
 #define CHIP_PROOF_BESIDE 0.003 /* mm [3]; less than the skin */
+#define CHIP_PROOF_BESIDE_ROUND                                                                                        \
+    0.0005 /* mm [3], of tools that are not flat: they leave much more at their radius than a little within */
 #define CHIP_PROOF_LEAST 0.004  /* mm [5] */
 #define CHIP_PROOF_SEGMENT 0.2  /* mm [4] */
 #define CHIP_PROOF_WITNESS 0.1  /* mm: a square smaller than that has one witness */
 #define CHIP_PROOF_MOST 60      /* witnesses of one move that are looked for, and */
 #define CHIP_PROOF_MOST_MORE 30 /* so many more for each of its segments */
+#define CHIP_PROOF_ENOUGH 4     /* witnesses beside a segment, of which one counts */
 
 struct chip_proof_stock {
     double x, y;           /* mm, its middle */
@@ -57,6 +61,8 @@ struct chip_proof_path {
     int64_t n;
 };
 
+struct chip_proof; /* moves in a stock: depth_state.h */
+
 struct chip_proof_found { /* a witness */
     double x, y;          /* mm */
     double height;        /* mm, Z of the stock there */
@@ -71,5 +77,19 @@ struct chip_proof_found { /* a witness */
 long chip_prove_depths(const struct chip_proof_stock *stock, const struct chip_proof_tool *tools, long tool_count,
                        const struct chip_proof_path *path, double cell, int64_t *squares,
                        struct chip_proof_found *found, long room);
+
+/* The same bit by bit, for a path that is still sought [6]. Returns NULL without memory. */
+struct chip_proof *chip_proof_open(const struct chip_proof_stock *stock, const struct chip_proof_tool *tools,
+                                   long tool_count, double cell);
+void chip_proof_close(struct chip_proof *p);
+
+/* Adds moves to those before, and looks for witnesses in them alone; their `move` counts from the first of these. The path is copied.
+ * Returns as of chip_prove_depths; after -1 nothing more can be added. */
+long chip_proof_add(struct chip_proof *p, const struct chip_proof_path *path, int64_t *squares,
+                    struct chip_proof_found *found, long room);
+
+/* Where chip_proof_back returns to; what came before stays. Returns -1 without memory. */
+int chip_proof_mark(struct chip_proof *p);
+void chip_proof_back(struct chip_proof *p);
 
 #endif

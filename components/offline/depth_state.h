@@ -22,23 +22,49 @@ struct node { /* of a chain of moves at a cell */
 
 struct pool {
     struct node *node;
-    int32_t count, size, free;
+    int32_t count, size;
+    int32_t free, recycled; /* chains of nodes that are free: from before the mark, since the mark */
+    int32_t last_recycled;  /* the last one of its chain */
 };
 
 struct span {
     double first, last; /* shares of a move */
 };
 
-struct proof {
-    const struct chip_proof_stock *stock;
-    const struct chip_proof_path *path;
-    const struct chip_proof_tool *table;
+/* What chip_proof_back() puts back: depth_undo.c. */
+struct before {
+    char *is_kept; /* of each row of the map: whether its cells are kept here */
+    int32_t *kept; /* the n rows that are, in any order */
+    int32_t rows;
+    float *high; /* of each cell of those rows, as at the mark */
+    int32_t *partial, *axes;
+    int32_t n, count; /* moves, nodes of the pool */
+    int32_t *taken;   /* free nodes that are in use since, in their order */
+    int32_t taken_count, taken_size;
+    double along;
+    int is_set;
+};
+
+struct recent { /* of a segment: index in `found`, witnesses with those that do not count [4] */
+    long found, hits;
+};
+
+struct chip_proof {
+    struct chip_proof_stock stock;
+    const double *start, *to; /* of the moves so far, as of chip_proof_path */
+    const int32_t *tool;
+    int32_t n;
+    double *own_to; /* the same, where they are kept here */
+    int32_t *own_tool, size;
+    double own_start[3];
+    struct chip_proof_tool *table;
     struct chip_tool *tools; /* of the table */
     double x0, y0, cell, most_radius;
     int32_t nx, ny;
     float *high;             /* of each cell [2] */
     int32_t *partial, *axes; /* chains: moves that cut a part, moves whose axis is there */
-    int32_t *seen;           /* of each move: the last move that has asked */
+    int32_t *seen, asked;    /* of each move: the number of the last move that has asked, of those that have */
+    int32_t seen_size;
     struct pool pool;
     int32_t *list; /* chains on the path from a cell to a square */
     long list_size;
@@ -47,9 +73,11 @@ struct proof {
     int64_t *squares;
     struct chip_proof_found *found;
     long count, room;
-    long recent[RECENT]; /* index in found, by number of the segment */
-    long hits;           /* witnesses of this move, with those that do not count [4] */
-    double along;        /* mm of path before this move */
+    struct recent recent[RECENT]; /* by number of the segment */
+    int32_t clearing;             /* the last move that has cut all of a square: the next is often cut by it, too */
+    long hits;                    /* witnesses of this move, with those that do not count [4] */
+    double along;                 /* mm of path before this move */
+    struct before before;
     int failed;
 };
 
@@ -67,24 +95,27 @@ struct judged {
 
 
 /* Where a move begins. */
-static inline const double *place_before(const struct proof *p, int32_t k)
+static inline const double *place_before(const struct chip_proof *p, int32_t k)
 {
-    return k > 0 ? p->path->to + 3 * (long)(k - 1) : p->path->start;
+    return k > 0 ? p->to + 3 * (long)(k - 1) : p->start;
 }
 
-static inline struct chip_swept swept_of(const struct proof *p, int32_t k)
+static inline struct chip_swept swept_of(const struct chip_proof *p, int32_t k)
 {
-    return chip_swept_of(place_before(p, k), p->path->to + 3 * (long)k);
+    return chip_swept_of(place_before(p, k), p->to + 3 * (long)k);
 }
 
 /* Index of a move's tool, CHIP_PROOF_ELSEWHERE without one. */
-static inline int32_t tool_index(const struct proof *p, int32_t k)
+static inline int32_t tool_index(const struct chip_proof *p, int32_t k)
 {
-    int32_t own = p->path->tool[k];
+    int32_t own = p->tool[k];
     return own < 0 && own != CHIP_PROOF_ELSEWHERE ? ~own : own;
 }
 
-static inline const struct chip_tool *tool_of(const struct proof *p, int32_t k) { return &p->tools[tool_index(p, k)]; }
+static inline const struct chip_tool *tool_of(const struct chip_proof *p, int32_t k)
+{
+    return &p->tools[tool_index(p, k)];
+}
 
 /* Column or row of a place, within the map. */
 static inline int32_t index_of(double v, double from, double cell, int32_t count)
@@ -92,26 +123,47 @@ static inline int32_t index_of(double v, double from, double cell, int32_t count
     return (int32_t)chip_max(0.0, chip_min(floor((v - from) / cell), count - 1.0));
 }
 
+/* Keeps the cells of a row before they change. */
+void chip_depth_keep_row(struct chip_proof *p, int32_t row);
+
+/* A free node, NOTHING without one. */
+int32_t chip_depth_free_node(struct chip_proof *p);
+
+/* Takes the moves out of a cell's chain that cut nothing below `high`, but those from before the mark. */
+void chip_depth_prune(struct chip_proof *p, int32_t *head, float high);
+
+/* Frees what the mark has kept. */
+void chip_depth_forget(struct chip_proof *p);
+
 /* Puts a move into the chain of a cell. */
-void chip_depth_put(struct proof *p, int32_t *head, int32_t move, double low);
+void chip_depth_put(struct chip_proof *p, int32_t *head, int32_t move, double low);
 
 /* Whether the judged move from share `first` to `last` runs beside earlier moves that have cut what it meets [3]. */
-int chip_depth_is_beside(struct proof *p, const struct judged *m, double first, double last);
+int chip_depth_is_beside(struct chip_proof *p, const struct judged *m, double first, double last);
 
 /* Enters a move's axis into the cells it goes through. */
-void chip_depth_enter_axis(struct proof *p, const struct chip_swept *m, int32_t number);
+void chip_depth_enter_axis(struct chip_proof *p, const struct chip_swept *m, int32_t number);
 
 /* Whether the stock as it was first may be within `near` of a place. */
 int chip_depth_in_stock(const struct chip_proof_stock *s, double x, double y, double near);
 
-/* What a move leaves at most in a square, which a convex function has at a corner; CHIP_SWEPT_NEVER if it does not reach
- * all of it. distance: of its middle from the move. */
-double chip_depth_left(const struct chip_swept *m, const struct chip_tool *tool, double x, double y, double half,
-                       double distance);
+/* What a move cannot cut below within `round` of a place; CHIP_SWEPT_NEVER if it does not come there. distance: of the place from it. */
+double chip_depth_lowest(const struct chip_swept *m, const struct chip_tool *tool, double x, double y, double round,
+                         double distance);
 
-/* Divides a square until the judged move is known to keep its limit there, or witnesses are found [3]. list: the n moves that have
- * cut parts of it, with room behind for one list more for each division; high: mm, the highest that its stock can be. */
-void chip_depth_judge(struct proof *p, const struct judged *m, double x, double y, double half, int32_t *list, long n,
-                      double high);
+/* What a move leaves at most in a square, which a convex function has at a corner, or some height from `enough` on if it is not less;
+ * CHIP_SWEPT_NEVER if the move does not reach all of it. distance: of its middle from the move. */
+double chip_depth_left(const struct chip_swept *m, const struct chip_tool *tool, double x, double y, double half,
+                       double distance, double enough);
+
+/* Whether a square may have stock that is too high for the judged move, before the moves that have cut parts of it are looked at [3];
+ * *allowed: mm, up to which it may be. high: mm, the highest that its stock can be. */
+int chip_depth_is_open(struct chip_proof *p, const struct judged *m, double x, double y, double half, double high,
+                       double *allowed);
+
+/* Divides an open square until the judged move is known to keep its limit there, or witnesses are found [3]. list: the n moves that have
+ * cut parts of it, with room behind for one list more for each division. */
+void chip_depth_divide(struct chip_proof *p, const struct judged *m, double x, double y, double half, double allowed,
+                       int32_t *list, long n, double high);
 
 #endif

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /* swept.h - one straight move of a rotating tool, exactly: what it leaves above a place, and when it comes there.
  *
- * Who calls it: depth_proof.c, height_sweep.c. Never in realtime.
+ * Who calls it: depth_proof.c, needles.c, height_sweep.c. Never in realtime.
  * Source: CN105492980 [0045]; the solid a tool sweeps on a straight move is the Minkowski sum of the move and the tool, which is
  * convex. So chip_swept_height is a convex function of the place, and its highest value over a square is at a corner.
  */
@@ -14,7 +14,6 @@
 
 #define CHIP_SWEPT_NEVER 1e30  /* a height or a share: the tool does not come there */
 #define CHIP_SWEPT_STILL 1e-18 /* mm2: shorter moves go along Z only */
-#define CHIP_SWEPT_HALVES 24 /* steps of the search for a corner's or cone's lowest height: 6e-5 of what is searched */
 
 struct chip_swept {
     double x, y, z;    /* mm, where it begins */
@@ -72,30 +71,8 @@ static inline double chip_swept_at(const struct chip_swept *m, const struct chip
     return m->z + t * m->dz + chip_tool_height(tool, r < tool->radius ? r : tool->radius);
 }
 
-/* The lowest Z of the tool's surface above a place on the whole move: what it leaves there; CHIP_SWEPT_NEVER out of its
+/* The lowest Z of the tool's surface above a place on the whole move, to 1e-7 mm: what it leaves there; CHIP_SWEPT_NEVER out of its
  * reach. */
-static inline double chip_swept_height(const struct chip_swept *m, const struct chip_tool *tool, double x, double y)
-{
-    double first, last, off2, t;
-    int i;
-    if (!chip_swept_within(m, x, y, tool->radius, &first, &last)) return CHIP_SWEPT_NEVER;
-    if (m->length2 <= CHIP_SWEPT_STILL || chip_tool_is_flat(tool))
-        return chip_swept_at(m, tool, x, y, m->dz < 0.0 ? last : first);
-    t = chip_swept_nearest(m, x, y, &off2);
-    if (m->dz != 0.0 && tool->corner >= tool->radius) { /* a ball */
-        double room = tool->radius * tool->radius - off2;
-        t -= m->dz * sqrt(room > 0.0 ? room : 0.0) / sqrt(m->length2 * (m->length2 + m->dz * m->dz));
-    } else if (m->dz != 0.0) {
-        for (i = 0; i < CHIP_SWEPT_HALVES; i++) {
-            double a = first + (last - first) / 3.0, b = last - (last - first) / 3.0;
-            if (chip_swept_at(m, tool, x, y, a) < chip_swept_at(m, tool, x, y, b))
-                last = b;
-            else
-                first = a;
-        }
-        t = 0.5 * (first + last);
-    }
-    return chip_swept_at(m, tool, x, y, t < first ? first : t > last ? last : t);
-}
+double chip_swept_height(const struct chip_swept *m, const struct chip_tool *tool, double x, double y);
 
 #endif

@@ -1,76 +1,18 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Depths proved (components/offline/depth_proof.c) against needles in tiny steps and against the height at each witness, by brute force."""
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
 from chipwise.check.reader import Unreadable
-from chipwise.check.records import FEED, RAPID, STOCK, TOOL
+from chipwise.check.records import FEED, RAPID
 from chipwise.check.sweep import HeightMap, Shape
 from chipwise.rewrite import depths
 from chipwise.stock import layout
-from chipwise.tools import ToolGeometry
-from support.check_oracle import Needles, profile
-from support.random_cases import random_count, random_seed
+from support.check_oracle import profile
+from support.depth_cases import HIGH, LOW, left_at, random_case, witnesses
+from support.random_cases import random_count
 
-LOW, HIGH = (0.0, 0.0, -12.0), (14.0, 12.0, 0.0)
-SPACING = 0.05              # mm, of the oracle's needles
 STEP = 0.03                 # mm in Z and along the move that the oracle's steps may be beside the true contact
-
-
-def program_of(places, tool, kinds=None, low=LOW, high=HIGH):
-    """What depths.py reads of a Program: moves from the first of the places (n, 3) to the others with one tool (diameter, corner, tip)."""
-    places = np.array(places, float)
-    events = [SimpleNamespace(kind=STOCK, at=0, line=1, values=(0, 0.0, *low, *high)),
-              SimpleNamespace(kind=TOOL, at=0, line=2, values=(1, tool[0]))]
-    end = places[1:]
-    return SimpleNamespace(end=end, start=lambda k: places[k], kind=np.full(len(end), FEED) if kinds is None else np.array(kinds),
-                           line=np.arange(len(end)) + 3, events=events, height_known_from=0)
-
-
-def geometry_of(tool, flute):
-    diameter, corner, tip = tool
-    shape = "vee" if tip else "ball" if corner == diameter / 2 else "bull" if corner else "flat"
-    return {1: ToolGeometry(shape=shape, corner_radius=corner if shape == "bull" else None, tip_angle=tip or None, flute_length=flute)}
-
-
-def witnesses(places, tool, flute, **more):
-    return depths.too_deep(program_of(places, tool, **more), geometry_of(tool, flute), 0.25, 0.0)
-
-
-def left_at(x, y, places, tool, low=LOW, high=HIGH):
-    """Height of the stock at a place after moves along the places: thousands of positions of the tool."""
-    height = high[2] if low[0] <= x <= high[0] and low[1] <= y <= high[1] else low[2]
-    for a, b in zip(places[:-1], places[1:]):
-        along = a + (b - a) * np.linspace(0, 1, 4001)[:, None]
-        r = np.hypot(along[:, 0] - x, along[:, 1] - y)
-        inside = r <= tool[0] / 2
-        if inside.any():
-            height = min(height, float((along[inside, 2] + profile(tool, r[inside])).min()))
-    return height
-
-
-def random_case(seed):
-    """(tool, places, depth of each move by the needles)."""
-    rng = np.random.default_rng([random_seed(), seed])
-    diameter = rng.choice([3.0, 4.0, 6.0])
-    tool = [(diameter, 0.0, 0.0), (diameter, diameter / 2, 0.0), (diameter, 0.5, 0.0), (diameter, 0.0, 90.0)][seed % 4]
-    needles, places, found = Needles(LOW, HIGH, SPACING), [np.array([-4.0, rng.uniform(0, 12), 2.0])], []
-    for _ in range(10):
-        there = np.array([rng.uniform(-3, 17), rng.uniform(-3, 15), rng.uniform(-9, 1)])
-        kind = rng.integers(5)
-        if kind == 0:
-            there[2] = places[-1][2]
-        elif kind == 1:
-            there[:2] = places[-1][:2]
-        elif kind == 2 and len(places) > 1:
-            there = places[-2].copy()
-        elif kind == 3:
-            there[1:] = places[-1][1:]
-        found.append(needles.move(tool, places[-1], there, (0.005,))[0])
-        places.append(there)
-    return tool, places, found
 
 
 def test_never_less_than_the_needles_and_never_more_than_there_is():

@@ -102,7 +102,7 @@ def _path(program, stock):
     return _Path(start, np.ascontiguousarray(to, np.float64), tool, index)
 
 
-def _shape(stock):
+def shape_of(stock):
     """ProofStock of a HeightMap."""
     turn = math.radians(stock.turn)
     (x0, y0, z0), (x1, y1, z1) = stock.low, stock.high
@@ -110,13 +110,20 @@ def _shape(stock):
                              int(stock.shape == CYLINDER), 0)
 
 
-def _tools(stock):
-    table = np.zeros(len(stock.tools), TOOL)
-    table["limit"] = [min(limit, UNLIMITED) for _, _, limit in stock.parts]
-    for row, tool in zip(table, stock.tools):
+def table_of(tools, limits):
+    """TOOL records of cutting.Tools with the depths (mm) that are allowed."""
+    table = np.zeros(len(tools), TOOL)
+    table["limit"] = [min(limit, UNLIMITED) for limit in limits]
+    for row, tool in zip(table, tools):
         row["radius"], row["corner"] = tool.shape.diameter / 2, min(tool.shape.corner_radius, tool.shape.diameter / 2)
         row["half_angle"] = math.radians(tool.shape.tip_angle) / 2
     return table
+
+
+def cell_of(stock, tools):
+    """mm: the cell of the proof's map of a HeightMap and TOOL records: a matter of time and memory."""
+    wide = max(1e-3, (stock.nx * stock.cell) * (stock.ny * stock.cell))
+    return max(float(tools["radius"].min()) * 2 / CELLS_ACROSS, math.sqrt(wide / MOST_CELLS))
 
 
 def too_deep(program, geometry, cell, over):
@@ -127,13 +134,11 @@ def too_deep(program, geometry, cell, over):
     """
     result = []
     for number, stock in enumerate(_stocks(program, geometry, cell, over)):
-        shape, tools, path = _shape(stock.map), _tools(stock), _path(program, stock)
+        shape, tools, path = shape_of(stock.map), table_of(stock.tools, [limit for _, _, limit in stock.parts]), _path(program, stock)
         if not ((tools["limit"] < UNLIMITED)[path.tool[path.tool >= 0]]).any():
             continue
-        wide = max(1e-3, (stock.map.nx * stock.map.cell) * (stock.map.ny * stock.map.cell))
-        own = max(float(tools["radius"].min()) * 2 / CELLS_ACROSS, math.sqrt(wide / MOST_CELLS))
         found, squares = np.zeros(ROOM, FOUND), C.c_int64(SQUARES)
-        count = library().chip_prove_depths(C.byref(shape), tools.ctypes.data, len(tools), C.byref(path.struct()), own,
+        count = library().chip_prove_depths(C.byref(shape), tools.ctypes.data, len(tools), C.byref(path.struct()), cell_of(stock.map, tools),
                                             C.addressof(squares), found.ctypes.data, ROOM)
         if count < 0:
             raise MemoryError

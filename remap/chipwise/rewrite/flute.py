@@ -28,6 +28,7 @@ from chipwise.check.simulate import SEGMENT_MM
 from chipwise.rewrite import along, cutting, proof
 from chipwise.rewrite.edits import Edits, Move, Table
 from chipwise.rewrite.links import ACROSS_MM, OVER_MM, Links
+from chipwise.rewrite.sought import Sought
 from chipwise.rewrite.trials import Trials
 
 LEFT_DEPTH = 0.15           # cells of depth, or of a cell's height, less than proof.py's HEIGHT_CELLS, and
@@ -62,12 +63,14 @@ class Shifter:
         self.edits, self.figures, self.written = Edits(), Figures(), len(program.kind)
         self.stock, self.tool, self.links = None, None, Links(program)
         self.geometry, self.number, self.final = geometry, -1, None         # number of the stock
+        self.sought, self.reserved = None, False        # reserved: whether the reserve is larger since a path was found too deep
 
     def run(self, progress=None):
         """-> Edits."""
         for section, stock in cutting.in_stock(self.program, self.sections, self.cell, progress, self.needles):
             if stock is not self.stock:
                 self.number, self.final = self.number + 1, None
+                self.sought = Sought(stock, [s.tool for s in self.sections if s.tool and s.tool.shape])
             self.stock, self.tool = self.links.stock, self.links.tool = stock, section.tool
             self._section(section)
         return self.edits
@@ -82,6 +85,7 @@ class Shifter:
         self.figures.first_feed += float(np.sqrt((steps[kinds != RAPID] ** 2).sum(axis=1)).sum())
         before = cutting.Window(self.stock, np.array([[-math.inf] * 3, [math.inf] * 3]), 0.0)
         if self._long_enough(start, program.end[first:end], kinds):
+            self.sought.follow(self.tool, start, program.end[first:end])
             return
         before.restore()
         del before
@@ -115,6 +119,7 @@ class Shifter:
                 self._cut_lead(lead, -math.inf)
                 lead = []
                 self.stock.cut(self.tool.shape, program.start(at), program.end[at:step_end])
+                self.sought.follow(self.tool, program.start(at), program.end[at:step_end])
                 self.links.travel = float(program.end[step_end - 1][2])
             else:
                 lead += range(at, step_end)
@@ -141,6 +146,7 @@ class Shifter:
         self._lead_in(body, points)
         depth = self.stock.cut(self.tool.shape, points[0], points[1:])["depth"]
         if (depth <= self.tool.flute_length + OVER_MM).all():
+            self.sought.follow(self.tool, program.start(first), program.end[first:end])
             return
         target = cutting.Window(self.stock, points, self.tool.shape.diameter / 2)      # what the first path leaves
         window.restore()
@@ -169,8 +175,10 @@ class Shifter:
 
         depth, target: as of Trials.shifted().
         """
-        trials = Trials(self.program, body, self.stock, self.tool, lambda path: self._lead_in(body, path))
-        moved = trials.shifted(self._radius(), self.reserve, target, depth)
+        trials = Trials(self.program, body, self.stock, self.tool, lambda path: self._lead_in(body, path), self.sought, self.reserve)
+        moved = trials.shifted(self._radius(), target, depth)
+        if trials.found and not self.reserved:
+            self.reserve, self.reserved = trials.reserve, True
         self.figures.bridged += int(np.isnan(moved[:, 2]).sum())
         return moved
 
@@ -181,17 +189,24 @@ class Shifter:
 
     def _rest(self, body, moved, end, section_end):
         """[4]: R4; -> levels in all."""
-        points, levels, written, at, had = body.points, 1, [], moved[-1], math.inf
+        points, levels, written, at, had = body.points, 1, [], moved[-1], (math.inf, math.inf)
         done = _unshifted(points, moved)
         window = cutting.Window(self.stock, points, self.tool.shape.diameter / 2)
         while True:
             window.keep()
             met = self.stock.cut(self.tool.shape, points[0], points[1:])
-            left, removed = self._left(points, met) & ~done, float(met["volume"].sum(dtype=np.float64))
+            left, deepest = self._left(points, met), float(met["depth"].max())
+            found, here = self.sought.too_deep(self.tool, points, ~(left | done)), points[:-1, 2]
+            if len(found):
+                left[found["move"]] = True
+                deepest = max(deepest, float((found["height"] - here[found["move"]]).max()))
+            left &= ~done
             if not left.any():
                 left = self._left_bit_by_bit(points, met, window) & ~done
             window.restore()
-            if not left.any() or (removed >= had and (met["depth"] <= self.tool.flute_length + OVER_MM).all()):
+            now = float(met["volume"].sum(dtype=np.float64)), deepest
+            helped = now[0] < had[0] or now[1] < had[1]
+            if not left.any() or not (helped or deepest > self.tool.flute_length + OVER_MM):
                 break
             for a, b in [(0, len(left))] if self.whole else segments(left):
                 part = along.Body(points[a:b + 1], body.move[a:b], [], entered=True)
@@ -203,10 +218,10 @@ class Shifter:
                 self.figures.segments += 1
                 self.figures.added_feed += _length(path)
             levels += 1
-            if levels > MOST_LEVELS or removed >= had:
+            if levels > MOST_LEVELS or not helped:
                 raise Unreadable(f"the flutes of tool {self.tool.number} are too short, and shifting the path does not help",
                                  "take a tool with longer flutes", int(self.program.line[body.move[0]]))
-            had = removed
+            had = now
         if written or math.dist(at, points[-1]) > 1e-9:
             written.append(Table.of(self.links.back(at, points[-1], end, section_end, body)))
         if any(map(len, written)):

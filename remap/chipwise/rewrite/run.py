@@ -15,12 +15,12 @@ from chipwise.processes import return_freed_arrays
 from chipwise.rewrite import calls, cutting, depths, feed, flute, foreseen, proof
 from chipwise.rewrite.program import SYNCHRONISED, Program, read
 from chipwise.rewrite.text import Writer
+from chipwise.rewrite.trials import RESERVE_MM
 from chipwise.rewrite.words import plain_move, words_of
 from chipwise.settings import load_settings
 from chipwise.tools import load_tools
 
-REPEATS = 8                     # of rewriting, with needles where the new program has been too deep,
-RESERVE_MM = 0.06               # each time with so much more of the flutes unused where the path is shifted
+REPEATS = 8                     # of rewriting, with needles where the new program has been too deep, each time with RESERVE_MM more
 MOST_BYTES = 2_000_000_000      # of a text of our own that is read back: a program that was taken is not refused for what is made of it
 
 

@@ -15,22 +15,28 @@ from chipwise.rewrite.links import OVER_MM
 
 LEFT_MM = 0.002             # smaller shifts are ignored
 MOST_ROUNDS = 400           # of trials of one path; each raises some point
+MOST_PROOFS = 20            # of one path
+RESERVE_MM = 0.06           # of the flutes that paths leave unused once the proof has found one too deep: what check and the next level read of a
+                            # slope is a little more
 GOUGE_MM3 = 1e-3            # what a bridge may take of the part
 
 
 class Trials:
-    """Of one path: an along.Body in the stock as it is.  lead_in: cuts the moves that lead to a path (n, 3)."""
+    """Of one path: an along.Body in the stock as it is.  lead_in: cuts the moves that lead to a path (n, 3); sought: a Sought of what comes
+    before; reserve: mm of the flutes that are not used."""
 
-    def __init__(self, program, body, stock, tool, lead_in):
+    def __init__(self, program, body, stock, tool, lead_in, sought, reserve):
         self.program, self.body, self.stock, self.tool, self.lead_in = program, body, stock, tool, lead_in
+        self.sought, self.reserve = sought, reserve
+        self.proofs, self.found = 0, False          # found: whether the proof has found a path too deep; the reserve is larger then
         self.window = cutting.Window(stock, body.points, tool.shape.diameter / 2)
         self.recut = Recut(stock, tool.shape)
         self.s = shift.along(body.points)
 
-    def shifted(self, radius, reserve, target=None, depth=None):
+    def shifted(self, radius, target=None, depth=None):
         """The shifted path, which is cut: (n, 3) points.  Points that were bridged are NaN.
 
-        radius: of corners; reserve: of the flutes, not used; depth: what the path has met, if that is known; target: Window of what
+        radius: of corners; depth: what the path has met, if that is known; target: Window of what
         the first path leaves, if there may be bridges.
         """
         points, window = self.body.points, self.window
@@ -45,13 +51,17 @@ class Trials:
             if moved is None:
                 amount = shift.held(self.s, np.maximum(need - points[:, 2], 0.0), air)
                 moved = shift.shifted(points, shift.rounded(self.s, amount, radius))
-            too_low = self._too_low(moved, dropped, reserve, depth) or self._too_low_as_written(moved, dropped, reserve)
+            too_low = self._too_low(moved, dropped, depth)
+            if not too_low:
+                chords, spans = self._written(moved, dropped)
+                too_low = self._too_low_as_written(chords, spans) or self._too_low_proved(chords, spans, need, dropped)
             if too_low:
                 _raise(need, dropped, *too_low)
                 moved = None
             else:
                 new = self._bridges(moved, dropped, tried, target) if target is not None else None
                 if new is None:
+                    self.sought.keep()
                     moved[dropped] = np.nan
                     return moved
                 dropped = new
@@ -60,35 +70,61 @@ class Trials:
         raise Unreadable("the flutes are too short, and the path cannot be shifted so that they reach",
                          "take smaller steps in Z, or a tool with longer flutes", int(self.program.line[self.body.move[0]]))
 
-    def _too_low(self, moved, dropped, reserve, depth=None):
+    def _too_low(self, moved, dropped, depth=None):
         """Cuts a path piece by piece, unless its depth is known; -> (first point, last point, Z (k,)) that they must not be below where it is
         too deep, None: nowhere."""
         path, index = moved[~dropped], np.flatnonzero(~dropped)
         if depth is None:
             self.lead_in(path)
             depth = self.recut.depths("pieces", path[0], path[1:], index[1:] // PART_POINTS)
-        over = depth - self.tool.flute_length + reserve
+        over = depth - self.tool.flute_length + self.reserve
         k = np.flatnonzero(over > OVER_MM)
         return (index[k], index[k + 1], np.minimum(path[k, 2], path[k + 1, 2]) + over[k]) if len(k) else None
 
-    def _too_low_as_written(self, moved, dropped, reserve):
-        """The same with the moves as they will be read back: the model's steps along them are others."""
-        self.window.restore()
+    def _written(self, moved, dropped):
+        """(chords (n, 3), spans (n - 1, 2)): the path as it will be read back; first and last point that each chord goes to."""
         path = moved.copy()
         path[dropped] = np.nan
         moves, spans = along.moves_along(self.program, self.body, path)
         chords, owner = along.polyline(moved[0], moves)
-        chords = self.program.as_written(chords, int(self.program.step[self.body.move[0]]))
+        return self.program.as_written(chords, int(self.program.step[self.body.move[0]])), spans[owner]
+
+    def _too_low_as_written(self, chords, spans):
+        """The same with the moves as they will be read back: the model's steps along them are others."""
+        self.window.restore()
         points, piece = cutting.pieces(chords, SEGMENT_MM)
-        spans = spans[owner[piece]]
+        spans = spans[piece]
         self.lead_in(points)
-        over = self.recut.depths("written", points[0], points[1:], spans[:, 1] // PART_POINTS) - self.tool.flute_length + reserve
-        low, at, s, result = np.minimum(points[:-1, 2], points[1:, 2]), shift.along(points), self.s, []
-        for k in np.flatnonzero(over > OVER_MM):
-            first, last = spans[k].tolist()
-            a, b = (int(np.searchsorted(s[first:last + 1], at[k + e], side=side)) for e, side in ((0, "right"), (1, "left")))
-            result.append((max(first + a - 1, first), min(first + b, last), low[k] + over[k]))
-        return tuple(map(np.array, zip(*result))) if result else None
+        over = self.recut.depths("written", points[0], points[1:], spans[:, 1] // PART_POINTS) - self.tool.flute_length + self.reserve
+        low, at = np.minimum(points[:-1, 2], points[1:, 2]), shift.along(points)
+        k = np.flatnonzero(over > OVER_MM)
+        return (*self._between(spans[k], at[k], at[k + 1]), low[k] + over[k]) if len(k) else None
+
+    def _between(self, spans, begin, end):
+        """(first, last), each (k,): the points round begin .. end (k,) mm along the path, which are between those of spans (k, 2)."""
+        bounds = []
+        for span, a, b in zip(spans.tolist(), begin, end):
+            own = self.s[span[0]:span[1] + 1]
+            bounds.append((max(span[0] + int(own.searchsorted(a, side="right")) - 1, span[0]),
+                           min(span[0] + int(own.searchsorted(b, side="left")), span[1])))
+        return np.array(bounds).T
+
+    def _too_low_proved(self, chords, spans, need, dropped):
+        """The same without needles: sought.py; what no raising of points helps is left to the repeats."""
+        if self.proofs >= MOST_PROOFS:
+            return None
+        self.proofs += 1
+        found = self.sought.too_deep(self.tool, chords)
+        if not len(found):
+            return None
+        if not self.found:
+            self.found, self.reserve = True, self.reserve + RESERVE_MM
+        at, move = shift.along(chords), found["move"]
+        place = at[move] + found["at"] * (at[move + 1] - at[move])
+        first, last = self._between(spans[move], place, place)
+        z = found["height"] - self.tool.flute_length + self.reserve
+        helps = (need[first] < z) | (need[last] < z) | dropped[first] | dropped[last]
+        return (first[helps], last[helps], z[helps]) if helps.any() else None
 
     def _bridges(self, moved, dropped, tried, target):
         """[0101]..[0103]: points to drop besides; None where there are none that may go."""

@@ -99,6 +99,9 @@ _FUNCTIONS = (      # name, result, arguments
     ("chip_stock_need", C.c_long, [C.POINTER(layout.HeightMap), _DROP_TOOL, C.c_long] + [C.c_void_p] * 2 + [C.c_double] + [C.c_void_p] * 3),
     ("chip_prove_depths", C.c_long, [C.POINTER(layout.ProofStock), C.c_void_p, C.c_long, C.POINTER(layout.ProofPath), C.c_double,
                                      C.c_void_p, C.c_void_p, C.c_long]),
+    ("chip_proof_open", C.c_void_p, [C.POINTER(layout.ProofStock), C.c_void_p, C.c_long, C.c_double]), ("chip_proof_close", None, [C.c_void_p]),
+    ("chip_proof_add", C.c_long, [C.c_void_p, C.POINTER(layout.ProofPath), C.c_void_p, C.c_void_p, C.c_long]),
+    ("chip_proof_mark", C.c_int, [C.c_void_p]), ("chip_proof_back", None, [C.c_void_p]),
     ("chip_chain_fit", C.c_long, [C.c_long] + [C.c_void_p] * 7),
     ("chip_png_unfilter", C.c_int, [C.c_void_p, C.c_long, C.c_long, C.c_int]))
 

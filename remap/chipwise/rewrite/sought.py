@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Depths, proved, of a path that is still sought: components/offline/depth_proof.c [6] from Python.
+
+Called by flute.py and trials.py.  depths.py proves the whole program at the end, whatever was found here.  Lengths mm, machine coordinates of
+the tool's tip.
+"""
+
+import ctypes as C
+import weakref
+
+import numpy as np
+
+from chipwise.rewrite import cutting, depths, proof
+from chipwise.stock import layout
+from chipwise.stock.library import library
+
+ROOM = 100_000              # witnesses of one path
+SQUARES = 20_000_000        # looked at for one path: seconds; beyond, nothing is sought in this stock any more
+OVER_STOCK_MM = 1.0         # where a tool comes down from
+
+
+class Sought:
+    """The moves of the new program in one HeightMap with some of cutting.Tools, as far as they are known."""
+
+    def __init__(self, stock, tools):
+        limits = [cutting.finite_room(tool.flute_length) + proof.OVER_MM for tool in tools]
+        self._stock, self._tools, self._table = stock, tools, depths.table_of(tools, limits)
+        self._waiting, self._handle, self._found = [], None, None
+        self.is_off = False
+
+    def follow(self, tool, start, ends):
+        """Moves from start (3,) along ends (n, 3) that stay as they are: cut as soon as a path is asked about."""
+        if len(ends) and not self.is_off:
+            self._waiting.append((self._tools.index(tool), np.asarray(start, float), np.asarray(ends, float)))
+
+    def too_deep(self, tool, places, asked=True):
+        """FOUND records of what moves along places (n, 3) meet too deep, behind all that is kept; they take the place of those asked about before.
+        The tool comes down at the first place.  asked (n - 1,) bool: which of the moves are asked for."""
+        if self.is_off:
+            return ()
+        if self._waiting or self._handle is None:
+            self._catch_up()
+        library().chip_proof_back(self._handle)
+        above = [*places[0, :2], max(self._stock.z_max, places[0, 2]) + OVER_STOCK_MM]
+        self._add(~self._tools.index(tool), above, places[:1])
+        own = self._tools.index(tool)
+        return () if self.is_off else self._add(np.where(asked, own, ~own), places[0], places[1:])
+
+    def keep(self):
+        """The moves that were asked about last stay."""
+        if not self.is_off and library().chip_proof_mark(self._handle) < 0:
+            raise MemoryError
+
+    def _catch_up(self):
+        if self._handle is None:
+            self._handle = library().chip_proof_open(C.byref(depths.shape_of(self._stock)), self._table.ctypes.data, len(self._table),
+                                                     depths.cell_of(self._stock, self._table))
+            if not self._handle:
+                raise MemoryError
+            weakref.finalize(self, library().chip_proof_close, self._handle)
+            self._found = np.zeros(ROOM, depths.FOUND)
+        library().chip_proof_back(self._handle)
+        for index, start, ends in self._waiting:
+            self._add(~index, start, ends)
+        self._waiting = []
+        self.keep()
+
+    def _add(self, index, start, ends):
+        start, to = np.ascontiguousarray(start, np.float64), np.ascontiguousarray(ends, np.float64)
+        tool, squares = np.full(len(to), index, np.int32), C.c_int64(SQUARES)
+        path = layout.ProofPath(start.ctypes.data, to.ctypes.data, tool.ctypes.data, len(to))
+        count = library().chip_proof_add(self._handle, C.byref(path), C.addressof(squares), self._found.ctypes.data, ROOM)
+        if count < 0:
+            raise MemoryError
+        self.is_off = squares.value <= 0
+        return self._found[:count]

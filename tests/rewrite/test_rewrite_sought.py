@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Depths of a path that is still sought: the proof in parts, with paths taken back, against the proof of the whole; paths that need no repeat."""
+import numpy as np
+import pytest
+
+from chipwise.check.sweep import HeightMap
+from chipwise.rewrite import cutting, run, sought
+from chipwise.rewrite.run import Order
+from chipwise.check.reader import Machine
+from support.depth_cases import HIGH, LOW, geometry_of, left_at, random_case, witnesses
+from support.random_cases import random_count, random_seed
+from support.rewrite_rig import HEAD, make_machine
+
+FLUTE = 4.0                 # mm
+
+
+def parts_of(tool):
+    """A Sought of the stock with one tool, and the tool."""
+    own = cutting.tool_of(1, tool[0], geometry_of(tool, FLUTE))
+    return sought.Sought(HeightMap(LOW, HIGH, 0.25), [own]), own
+
+
+def other_paths(rng):
+    """Some paths that lead nowhere, through all of the stock."""
+    return [rng.uniform((-3, -3, -11), (17, 15, 1), (int(rng.integers(2, 30)), 3)) for _ in range(int(rng.integers(3)))]
+
+
+def test_in_parts_as_in_one():
+    """The same moves are too deep, in a stock of the same heights, whatever was tried and taken back between them."""
+    seen = 0
+    for case in range(random_count(12)):
+        tool, places, _ = random_case(case + 200)
+        rng, places = np.random.default_rng([random_seed(), case]), np.array(places)
+        expected = {w.line - 3 for w in witnesses(places, tool, FLUTE)}
+        proof, own = parts_of(tool)
+        at, found = 0, set()
+        while at < len(places) - 1:
+            for path in other_paths(rng):
+                proof.too_deep(own, path)
+            end = min(at + int(rng.integers(1, 5)), len(places) - 1)
+            if rng.random() < 0.3:
+                proof.follow(own, places[at], places[at + 1:end + 1])
+                expected -= set(range(at, end))
+            else:
+                met = proof.too_deep(own, places[at:end + 1])
+                found |= set((at + met["move"]).tolist())
+                for w in met[:3]:
+                    height = left_at(w["x"], w["y"], places[:at + int(w["move"]) + 1], tool)
+                    assert height == pytest.approx(w["height"], abs=0.005), (case, w)
+                proof.keep()
+            at = end
+        assert found == expected, (case, random_seed())
+        seen += len(found)
+    assert seen > random_count(12)
+
+
+def test_moves_that_are_not_asked_for_cut():
+    tool = (6.0, 0.0, 0.0)
+    proof, own = parts_of(tool)
+    slot = np.array([(-5.0, 6, -8), (20, 6, -8)])
+    assert len(proof.too_deep(own, slot)) and not len(proof.too_deep(own, slot, np.array([False])))
+    proof.keep()
+    assert not len(proof.too_deep(own, slot))
+
+
+def test_too_many_walls_are_left_to_the_end(monkeypatch):
+    monkeypatch.setattr(sought, "SQUARES", 10)
+    proof, own = parts_of((6.0, 0.0, 0.0))
+    proof.too_deep(own, np.array([(-5, 6, -8), (20, 6, -8.0)]))
+    assert proof.is_off
+    proof.keep()
+    proof.follow(own, (0, 0, 0), np.zeros((3, 3)))
+    assert not len(proof.too_deep(own, np.array([(-5, 6, -8), (20, 6, -8.0)])))
+
+
+def rows(count, apart, tool):
+    """A zigzag in moves of 0.1 mm that is one to three flutes deep, in rows so near to each other that most strips between them are between
+    the cells."""
+    lines = [HEAD + "M250 P0 Q0 R-40 I40 J30 K40", f"T{tool} M6", "S8000 M3", "G0 X5 Y3 Z5", "G1 Z-9 F300"]
+    for row in range(count):
+        x = np.linspace(5, 25, 201)[::1 if row % 2 == 0 else -1]
+        lines += [f"X{u:.3f} Y{3 + apart * row:.4f} Z{-20 + 6 * np.sin(u / 5) + 0.3 * row:.4f}" for u in x]
+    return "\n".join([*lines, "G0 Z5", "M2", ""])
+
+
+@pytest.mark.parametrize("tool", (1, 2, 4))
+def test_no_repeat_for_strips_between_the_cells(tmp_path, monkeypatch, tool):
+    """What lies between the cells is found while the path is shifted: the first new program is proved."""
+    ini = make_machine(tmp_path / "mill")
+    program = tmp_path / "rows.ngc"
+    program.write_text(rows(6, 0.113, tool))
+    monkeypatch.setattr(run, "REPEATS", 1)
+    data, said = run.rewritten(str(program), Order(), lambda share: None, Machine(str(ini)))
+    assert "levels" in said and len(data) > program.stat().st_size
