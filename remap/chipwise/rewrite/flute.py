@@ -116,7 +116,7 @@ class Shifter:
                 lead = []
                 continue
             if goes[k]:                                             # a traverse
-                self._cut_lead(lead, -math.inf)
+                self._drill(lead)
                 lead = []
                 self.stock.cut(self.tool.shape, program.start(at), program.end[at:step_end])
                 self.sought.follow(self.tool, program.start(at), program.end[at:step_end])
@@ -124,7 +124,12 @@ class Shifter:
             else:
                 lead += range(at, step_end)
             k += 1
-        self._cut_lead(lead, -math.inf)
+        self._drill(lead)
+
+    def _drill(self, lead):
+        """Vertical moves that lead to no path."""
+        if self._cut_lead(lead, -math.inf) is not None:
+            self.sought.follow(self.tool, self.program.start(lead[0]), self.program.end[lead])
 
     def _cut_lead(self, lead, lowest):
         """Vertical moves, none below `lowest`; -> where they end, None without any."""
