@@ -109,3 +109,17 @@ def test_no_repeat_for_strips_between_the_cells(tmp_path, monkeypatch, tool):
     monkeypatch.setattr(run, "REPEATS", 1)
     data, said = run.rewritten(str(program), Order(), lambda share: None, Machine(str(ini)))
     assert "levels" in said and len(data) > program.stat().st_size
+
+
+def test_a_bridge_that_leaves_a_corner(tmp_path, monkeypatch):
+    """Points are bridged where a shifted zigzag turns back, and the corner of the stock stays: the path is proved again behind its bridges."""
+    ini = make_machine(tmp_path / "mill")
+    program = tmp_path / "corner.ngc"
+    lines = [HEAD + "M250 P0 Q93 R-40 I100 J7 K40", "T1 M6", "S8000 M3", "G0 X0 Y96 Z5", "G1 Z-14 F300"]
+    for row in range(960, 980):
+        x = np.linspace(0.1, 20, 200) if row % 2 == 0 else np.linspace(20, 0, 201)
+        lines += [f"X{u:.3f} Y{0.1 * row:.3f} Z{-24 + 10 * np.sin(u / 9) * np.cos(row / 40):.4f}" for u in x]
+    program.write_text("\n".join([*lines, "G0 Z5", "M2", ""]))
+    monkeypatch.setattr(run, "REPEATS", 1)
+    _data, said = run.rewritten(str(program), Order(), lambda share: None, Machine(str(ini)))
+    assert "levels" in said

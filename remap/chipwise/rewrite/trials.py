@@ -51,19 +51,24 @@ class Trials:
             if moved is None:
                 amount = shift.held(self.s, np.maximum(need - points[:, 2], 0.0), air)
                 moved = shift.shifted(points, shift.rounded(self.s, amount, radius))
-            too_low = self._too_low(moved, dropped, depth)
+            too_low, new = self._too_low(moved, dropped, depth), None
             if not too_low:
                 chords, spans = self._written(moved, dropped)
-                too_low = self._too_low_as_written(chords, spans) or self._too_low_proved(chords, spans, need, dropped)
+                too_low = self._too_low_as_written(chords, spans)
+            if not too_low and not dropped.any():
+                too_low = self._too_low_proved(chords, spans, need, dropped)
+            if not too_low:
+                new = self._bridges(moved, dropped, tried, target) if target is not None else None
+            if not too_low and new is None and dropped.any() and self._too_low_proved(chords, spans, need, dropped):
+                new, target = np.zeros_like(dropped), None      # bridges have left what is met now: none then
             if too_low:
                 _raise(need, dropped, *too_low)
                 moved = None
+            elif new is None:
+                self.sought.keep()
+                moved[dropped] = np.nan
+                return moved
             else:
-                new = self._bridges(moved, dropped, tried, target) if target is not None else None
-                if new is None:
-                    self.sought.keep()
-                    moved[dropped] = np.nan
-                    return moved
                 dropped = new
             window.restore()
             depth = None
