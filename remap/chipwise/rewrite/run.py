@@ -128,6 +128,7 @@ def respect_flutes(order, job, progress):
             refused += 1
             if refused > MOST_REFUSED or repeat == REPEATS - 1:
                 raise
+            data = second = None                    # long programs need the room
     else:
         raise still_too_deep(job, found)
     unit = "in" if job.machine.unit_mm > 10 else "mm"

@@ -38,31 +38,30 @@ class Sought:
         The tool comes down at the first place.  asked (n - 1,) bool: which of the moves are asked for."""
         if self.is_off:
             return ()
-        if self._waiting or self._handle is None:
-            self._catch_up()
+        if self._handle is None:
+            self._open()
         library().chip_proof_back(self._handle)
-        above = [*places[0, :2], max(self._stock.z_max, places[0, 2]) + OVER_STOCK_MM]
-        self._add(~self._tools.index(tool), above, places[:1])
-        own = self._tools.index(tool)
-        return () if self.is_off else self._add(np.where(asked, own, ~own), places[0], places[1:])
+        if self._waiting:
+            for index, start, ends in self._waiting:
+                self._add(~index, start, ends)
+            self._waiting = []
+            self.keep()
+        own, above = self._tools.index(tool), [*places[0, :2], max(self._stock.z_max, places[0, 2]) + OVER_STOCK_MM]
+        self._add(~own, above, places[:1])
+        return self._add(np.where(asked, own, ~own), places[0], places[1:])
 
     def keep(self):
         """The moves that were asked about last stay."""
         if not self.is_off and library().chip_proof_mark(self._handle) < 0:
             raise MemoryError
 
-    def _catch_up(self):
-        if self._handle is None:
-            self._handle = library().chip_proof_open(C.byref(depths.shape_of(self._stock)), self._table.ctypes.data, len(self._table),
-                                                     depths.cell_of(self._stock, self._table))
-            if not self._handle:
-                raise MemoryError
-            weakref.finalize(self, library().chip_proof_close, self._handle)
-            self._found = np.zeros(ROOM, depths.FOUND)
-        library().chip_proof_back(self._handle)
-        for index, start, ends in self._waiting:
-            self._add(~index, start, ends)
-        self._waiting = []
+    def _open(self):
+        self._handle = library().chip_proof_open(C.byref(depths.shape_of(self._stock)), self._table.ctypes.data, len(self._table),
+                                                 depths.cell_of(self._stock, self._table))
+        if not self._handle:
+            raise MemoryError
+        weakref.finalize(self, library().chip_proof_close, self._handle)
+        self._found = np.zeros(ROOM, depths.FOUND)
         self.keep()
 
     def _add(self, index, start, ends):

@@ -36,8 +36,7 @@ class Trials:
     def shifted(self, radius, target=None, depth=None):
         """The shifted path, which is cut: (n, 3) points.  Points that were bridged are NaN.
 
-        radius: of corners; depth: what the path has met, if that is known; target: Window of what
-        the first path leaves, if there may be bridges.
+        radius: of corners; depth: what the path has met, if that is known; target: Window of what the first path leaves, if there may be bridges.
         """
         points, window = self.body.points, self.window
         if depth is None:
@@ -116,11 +115,9 @@ class Trials:
 
     def _too_low_proved(self, chords, spans, need, dropped):
         """The same without needles: sought.py; what no raising of points helps is left to the repeats."""
-        if self.proofs >= MOST_PROOFS:
-            return None
         self.proofs += 1
         found = self.sought.too_deep(self.tool, chords)
-        if not len(found):
+        if not len(found) or self.proofs > MOST_PROOFS:
             return None
         if not self.found:
             self.found, self.reserve = True, self.reserve + RESERVE_MM
