@@ -99,7 +99,7 @@ static void find_spans(struct chip_proof *p, const struct judged *m)
         if (!on_map(p, x, y)) continue;
         for (b = row > 0 ? row - 1 : 0; b <= row + 1 && b < p->ny; b++)
             for (a = column > 0 ? column - 1 : 0; a <= column + 1 && a < p->nx; a++)
-                for (own = p->axes[(long)b * p->nx + a]; own != NOTHING; own = p->pool.node[own].next) {
+                for (own = p->cells.axes[(long)b * p->nx + a]; own != NOTHING; own = p->pool.node[own].next) {
                     int32_t other = p->pool.node[own].move;
                     if (p->seen[other] == p->asked) continue;
                     p->seen[other] = p->asked;
@@ -144,7 +144,7 @@ void chip_depth_enter_axis(struct chip_proof *p, const struct chip_swept *m, int
         long cell = (long)row * p->nx + index_of(x, p->x0, p->cell, p->nx);
         if (!on_map(p, x, y) || cell == before) continue;
         chip_depth_keep_row(p, row);
-        chip_depth_put(p, &p->axes[cell], number, 0.0);
+        chip_depth_put(p, &p->cells.axes[cell], number, 0.0);
         before = cell;
     }
 }

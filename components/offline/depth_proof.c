@@ -32,6 +32,21 @@ void chip_depth_put(struct chip_proof *p, int32_t *head, int32_t move, double lo
     *head = own;
 }
 
+int chip_depth_cells_make(struct cells *cells, size_t n)
+{
+    cells->high = malloc(sizeof *cells->high * n);
+    cells->partial = malloc(sizeof *cells->partial * n);
+    cells->axes = malloc(sizeof *cells->axes * n);
+    return cells->high && cells->partial && cells->axes;
+}
+
+void chip_depth_cells_free(struct cells *cells)
+{
+    free(cells->high);
+    free(cells->partial);
+    free(cells->axes);
+}
+
 static int list_for(struct chip_proof *p, long count)
 {
     long size = count * LEVELS;
@@ -54,12 +69,13 @@ static void judge_cell(struct chip_proof *p, const struct judged *m, double x, d
     double allowed;
     long n = 0;
     int32_t own;
-    if (!chip_depth_is_open(p, m, x, y, 0.5 * p->cell, p->high[cell], &allowed)) return;
-    for (own = p->partial[cell]; own != NOTHING; own = p->pool.node[own].next) n++;
+    if (!chip_depth_is_open(p, m, x, y, 0.5 * p->cell, p->cells.high[cell], &allowed)) return;
+    for (own = p->cells.partial[cell]; own != NOTHING; own = p->pool.node[own].next) n++;
     if (!list_for(p, n + 1)) return;
     n = 0;
-    for (own = p->partial[cell]; own != NOTHING; own = p->pool.node[own].next) p->list[n++] = p->pool.node[own].move;
-    chip_depth_divide(p, m, x, y, 0.5 * p->cell, allowed, p->list, n, p->high[cell]);
+    for (own = p->cells.partial[cell]; own != NOTHING; own = p->pool.node[own].next)
+        p->list[n++] = p->pool.node[own].move;
+    chip_depth_divide(p, m, x, y, 0.5 * p->cell, allowed, p->list, n, p->cells.high[cell]);
 }
 
 /* What the move leaves of a cell. */
@@ -67,13 +83,13 @@ static void cut_cell(struct chip_proof *p, const struct judged *m, double x, dou
 {
     double half = 0.5 * p->cell, distance = chip_swept_distance(&m->swept, x, y), left;
     double low = chip_depth_lowest(&m->swept, m->tool, x, y, DIAGONAL * half, distance);
-    if (low >= p->high[cell]) return;
-    left = chip_depth_left(&m->swept, m->tool, x, y, half, distance, p->high[cell]);
-    if (left < p->high[cell]) {
-        p->high[cell] = (float)chip_max(left, p->stock.z_min);
-        chip_depth_prune(p, &p->partial[cell], p->high[cell]);
+    if (low >= p->cells.high[cell]) return;
+    left = chip_depth_left(&m->swept, m->tool, x, y, half, distance, p->cells.high[cell]);
+    if (left < p->cells.high[cell]) {
+        p->cells.high[cell] = (float)chip_max(left, p->stock.z_min);
+        chip_depth_prune(p, &p->cells.partial[cell], p->cells.high[cell]);
     }
-    if (low < p->high[cell] - 1e-5) chip_depth_put(p, &p->partial[cell], m->number, low);
+    if (low < p->cells.high[cell] - 1e-5) chip_depth_put(p, &p->cells.partial[cell], m->number, low);
 }
 
 /* All cells that a move may reach. */
@@ -101,8 +117,8 @@ static void take_move(struct chip_proof *p, const struct judged *m)
         for (; column <= last; column++) {
             long cell = (long)row * p->nx + column;
             double x = p->x0 + (column + 0.5) * p->cell;
-            if (p->high[cell] <= m->lowest) continue;
-            if (judge && p->high[cell] > m->lowest + m->limit) judge_cell(p, m, x, y, cell);
+            if (p->cells.high[cell] <= m->lowest) continue;
+            if (judge && p->cells.high[cell] > m->lowest + m->limit) judge_cell(p, m, x, y, cell);
             cut_cell(p, m, x, y, cell);
         }
     }
@@ -139,17 +155,14 @@ static int make_map(struct chip_proof *p)
     p->nx = (int32_t)ceil(2.0 * wide / p->cell);
     p->ny = (int32_t)ceil(2.0 * deep / p->cell);
     cells = (long)p->nx * p->ny;
-    p->high = malloc(sizeof *p->high * (size_t)cells);
-    p->partial = malloc(sizeof *p->partial * (size_t)cells);
-    p->axes = malloc(sizeof *p->axes * (size_t)cells);
     p->pool.size = 1 << 16;
     p->pool.free = p->pool.recycled = NOTHING;
     p->pool.node = malloc(sizeof *p->pool.node * (size_t)p->pool.size);
-    if (!p->high || !p->partial || !p->axes || !p->pool.node) return 0;
+    if (!chip_depth_cells_make(&p->cells, (size_t)cells) || !p->pool.node) return 0;
     for (i = 0; i < cells; i++) {
         double x = p->x0 + (double)(i % p->nx + 0.5) * p->cell, y = p->y0 + (double)(i / p->nx + 0.5) * p->cell;
-        p->high[i] = (float)(chip_depth_in_stock(s, x, y, DIAGONAL * 0.5 * p->cell) ? s->z_max : s->z_min);
-        p->partial[i] = p->axes[i] = NOTHING;
+        p->cells.high[i] = (float)(chip_depth_in_stock(s, x, y, DIAGONAL * 0.5 * p->cell) ? s->z_max : s->z_min);
+        p->cells.partial[i] = p->cells.axes[i] = NOTHING;
     }
     return 1;
 }
@@ -162,9 +175,7 @@ void chip_proof_close(struct chip_proof *p)
     free(p->own_tool);
     free(p->table);
     free(p->tools);
-    free(p->high);
-    free(p->partial);
-    free(p->axes);
+    chip_depth_cells_free(&p->cells);
     free(p->seen);
     free(p->pool.node);
     free(p->list);

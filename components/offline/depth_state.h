@@ -1,10 +1,12 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /* depth_state.h - what the files of depth_proof.h share while they prove one program.
  *
- * Who calls it: depth_proof.c, depth_squares.c, depth_beside.c.
+ * Who calls it: depth_proof.c, depth_squares.c, depth_beside.c, depth_undo.c.
  */
 #ifndef CHIPWISE_DEPTH_STATE_H
 #define CHIPWISE_DEPTH_STATE_H
+
+#include <stddef.h>
 
 #include "core/chip_math.h"
 #include "depth_proof.h"
@@ -31,15 +33,19 @@ struct span {
     double first, last; /* shares of a move */
 };
 
+struct cells {               /* of the map */
+    float *high;             /* [2] */
+    int32_t *partial, *axes; /* chains: moves that cut a part, moves whose axis is there */
+};
+
 /* What chip_proof_back() puts back: depth_undo.c. */
 struct before {
     char *is_kept; /* of each row of the map: whether its cells are kept here */
-    int32_t *kept; /* the n rows that are, in any order */
+    int32_t *kept; /* the rows that are, in any order */
     int32_t rows;
-    float *high; /* of each cell of those rows, as at the mark */
-    int32_t *partial, *axes;
-    int32_t n, count; /* moves, nodes of the pool */
-    int32_t *taken;   /* free nodes that are in use since, in their order */
+    struct cells cells; /* of those rows, as at the mark */
+    int32_t n, count;   /* moves, nodes of the pool */
+    int32_t *taken;     /* free nodes that are in use since, in their order */
     int32_t taken_count, taken_size;
     double along;
     int is_set;
@@ -61,9 +67,8 @@ struct chip_proof {
     struct chip_tool *tools; /* of the table */
     double x0, y0, cell, most_radius;
     int32_t nx, ny;
-    float *high;             /* of each cell [2] */
-    int32_t *partial, *axes; /* chains: moves that cut a part, moves whose axis is there */
-    int32_t *seen, asked;    /* of each move: the number of the last move that has asked, of those that have */
+    struct cells cells;
+    int32_t *seen, asked; /* of each move: the number of the last move that has asked, of those that have */
     int32_t seen_size;
     struct pool pool;
     int32_t *list; /* chains on the path from a cell to a square */
@@ -122,6 +127,10 @@ static inline int32_t index_of(double v, double from, double cell, int32_t count
 {
     return (int32_t)chip_max(0.0, chip_min(floor((v - from) / cell), count - 1.0));
 }
+
+/* Room for n cells; 0 without memory: what there is has to be freed all the same. */
+int chip_depth_cells_make(struct cells *cells, size_t n);
+void chip_depth_cells_free(struct cells *cells);
 
 /* Keeps the cells of a row before they change. */
 void chip_depth_keep_row(struct chip_proof *p, int32_t row);

@@ -16,10 +16,7 @@ static int make_room(struct chip_proof *p)
     if (b->is_kept) return 1;
     b->is_kept = calloc((size_t)p->ny, 1);
     b->kept = malloc(sizeof *b->kept * (size_t)p->ny);
-    b->high = malloc(sizeof *b->high * cells);
-    b->partial = malloc(sizeof *b->partial * cells);
-    b->axes = malloc(sizeof *b->axes * cells);
-    if (b->is_kept && b->kept && b->high && b->partial && b->axes) return 1;
+    if (chip_depth_cells_make(&b->cells, cells) && b->is_kept && b->kept) return 1;
     chip_depth_forget(p);
     return 0;
 }
@@ -29,28 +26,25 @@ void chip_depth_forget(struct chip_proof *p)
     struct before *b = &p->before;
     free(b->is_kept);
     free(b->kept);
-    free(b->high);
-    free(b->partial);
-    free(b->axes);
+    chip_depth_cells_free(&b->cells);
     free(b->taken);
     memset(b, 0, sizeof *b);
 }
 
 /* Copies row number `row` of the map. */
-static void copy_row(const struct chip_proof *p, int32_t row, float *high, const float *from_high, int32_t *partial,
-                     const int32_t *from_partial, int32_t *axes, const int32_t *from_axes)
+static void copy_row(const struct chip_proof *p, int32_t row, struct cells *to, const struct cells *from)
 {
     size_t at = (size_t)row * (size_t)p->nx, n = (size_t)p->nx;
-    memcpy(high + at, from_high + at, sizeof *high * n);
-    memcpy(partial + at, from_partial + at, sizeof *partial * n);
-    memcpy(axes + at, from_axes + at, sizeof *axes * n);
+    memcpy(to->high + at, from->high + at, sizeof *to->high * n);
+    memcpy(to->partial + at, from->partial + at, sizeof *to->partial * n);
+    memcpy(to->axes + at, from->axes + at, sizeof *to->axes * n);
 }
 
 void chip_depth_keep_row(struct chip_proof *p, int32_t row)
 {
     struct before *b = &p->before;
     if (!b->is_set || b->is_kept[row]) return;
-    copy_row(p, row, b->high, p->high, b->partial, p->partial, b->axes, p->axes);
+    copy_row(p, row, &b->cells, &p->cells);
     b->is_kept[row] = 1;
     b->kept[b->rows++] = row;
 }
@@ -105,7 +99,8 @@ static void keep_all(struct chip_proof *p)
     for (k = 0; k < b->rows; k++) {
         long at = (long)b->kept[k] * p->nx;
         for (i = 0; i < p->nx; i++)
-            if (p->high[at + i] < b->high[at + i]) chip_depth_prune(p, &p->partial[at + i], p->high[at + i]);
+            if (p->cells.high[at + i] < b->cells.high[at + i])
+                chip_depth_prune(p, &p->cells.partial[at + i], p->cells.high[at + i]);
         b->is_kept[b->kept[k]] = 0;
     }
     b->rows = 0;
@@ -137,7 +132,7 @@ void chip_proof_back(struct chip_proof *p)
     int32_t k;
     if (!b->is_set) return;
     for (k = 0; k < b->rows; k++) {
-        copy_row(p, b->kept[k], p->high, b->high, p->partial, b->partial, p->axes, b->axes);
+        copy_row(p, b->kept[k], &p->cells, &b->cells);
         b->is_kept[b->kept[k]] = 0;
     }
     b->rows = 0;

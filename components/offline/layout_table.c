@@ -22,10 +22,7 @@
 #include "offline/tracer_loop.h"
 #include "offline/chain_fit.h"
 
-struct chip_layout_entry {
-    const char *name;
-    long value;
-};
+struct chip_layout_entry { const char *name; long value; };
 
 /* Names as `struct`, `struct.member` and `struct.member size`; ends with a null name. */
 const struct chip_layout_entry chip_layout_table[] = {
@@ -142,8 +139,7 @@ const struct chip_layout_entry chip_layout_table[] = {
     { "chip_watchdog.override_ignored size", sizeof(((struct chip_watchdog *)0)->override_ignored) },
     { "chip_tool_watch_in", sizeof(struct chip_tool_watch_in) },
     { "chip_tool_watch_in.tool_in_spindle_number", offsetof(struct chip_tool_watch_in, tool_in_spindle_number) },
-    { "chip_tool_watch_in.tool_in_spindle_number size",
-      sizeof(((struct chip_tool_watch_in *)0)->tool_in_spindle_number) },
+    { "chip_tool_watch_in.tool_in_spindle_number size", sizeof(((struct chip_tool_watch_in *)0)->tool_in_spindle_number) },
     { "chip_tool_watch_in.tool_followed_number", offsetof(struct chip_tool_watch_in, tool_followed_number) },
     { "chip_tool_watch_in.tool_followed_number size", sizeof(((struct chip_tool_watch_in *)0)->tool_followed_number) },
     { "chip_tool_watch_in.heartbeat_count", offsetof(struct chip_tool_watch_in, heartbeat_count) },
@@ -964,15 +960,13 @@ const struct chip_layout_entry chip_layout_table[] = {
     { "chip_slave.ignored_packets size", sizeof(((struct chip_slave *)0)->ignored_packets) },
     { "chip_axis_offset_settings", sizeof(struct chip_axis_offset_settings) },
     { "chip_axis_offset_settings.acceleration_mm_s2", offsetof(struct chip_axis_offset_settings, acceleration_mm_s2) },
-    { "chip_axis_offset_settings.acceleration_mm_s2 size",
-      sizeof(((struct chip_axis_offset_settings *)0)->acceleration_mm_s2) },
+    { "chip_axis_offset_settings.acceleration_mm_s2 size", sizeof(((struct chip_axis_offset_settings *)0)->acceleration_mm_s2) },
     { "chip_axis_offset_settings.max_vel_mm_s", offsetof(struct chip_axis_offset_settings, max_vel_mm_s) },
     { "chip_axis_offset_settings.max_vel_mm_s size", sizeof(((struct chip_axis_offset_settings *)0)->max_vel_mm_s) },
     { "chip_axis_offset_settings.count_mm", offsetof(struct chip_axis_offset_settings, count_mm) },
     { "chip_axis_offset_settings.count_mm size", sizeof(((struct chip_axis_offset_settings *)0)->count_mm) },
     { "chip_axis_offset_settings.clear_vel_mm_s", offsetof(struct chip_axis_offset_settings, clear_vel_mm_s) },
-    { "chip_axis_offset_settings.clear_vel_mm_s size",
-      sizeof(((struct chip_axis_offset_settings *)0)->clear_vel_mm_s) },
+    { "chip_axis_offset_settings.clear_vel_mm_s size", sizeof(((struct chip_axis_offset_settings *)0)->clear_vel_mm_s) },
     { "chip_axis_offset_settings.max_astray_mm", offsetof(struct chip_axis_offset_settings, max_astray_mm) },
     { "chip_axis_offset_settings.max_astray_mm size", sizeof(((struct chip_axis_offset_settings *)0)->max_astray_mm) },
     { "chip_axis_offset_settings.max_behind_mm", offsetof(struct chip_axis_offset_settings, max_behind_mm) },
@@ -1246,4 +1240,7 @@ const struct chip_layout_entry chip_layout_table[] = {
     { 0, 0 }
 };
 
-int chip_core_version(void) { return CHIP_CORE_VERSION; }
+int chip_core_version(void)
+{
+    return CHIP_CORE_VERSION;
+}
