@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Depths proved (components/offline/depth_proof.c) against needles in tiny steps and against the height at each witness, by brute force."""
+import ctypes as C
+
 import numpy as np
 import pytest
 
@@ -8,9 +10,10 @@ from chipwise.check.records import FEED, RAPID
 from chipwise.check.sweep import HeightMap, Shape
 from chipwise.rewrite import depths
 from chipwise.stock import layout
+from chipwise.stock.library import library
 from support.check_oracle import profile
 from support.depth_cases import HIGH, LOW, left_at, random_case, witnesses
-from support.random_cases import random_count
+from support.random_cases import random_count, random_seed
 
 STEP = 0.03                 # mm in Z and along the move that the oracle's steps may be beside the true contact
 
@@ -121,3 +124,47 @@ def test_a_slope_in_a_slot_that_is_just_not_too_deep(tool):
     assert not [w for w in found if abs(w.y - 6) < 2.5], found[:3]
     low = [w for w in witnesses([*slot, *slope], tool, 6.0, **box) if abs(w.y - 6) < 2.5]
     assert low and all(w.depth == pytest.approx(6.1, abs=0.15) for w in low)
+
+
+def lowest_by_search(move, tool, x, y):
+    """Height that a move from (3,) to (3,) leaves at a place, from ever more positions round the lowest; None out of its reach."""
+    (begin, end), low, high = move, 0.0, 1.0
+    for _ in range(8):
+        share = np.linspace(low, high, 2001)
+        place = begin + (end - begin) * share[:, None]
+        r = np.hypot(place[:, 0] - x, place[:, 1] - y)
+        inside = np.flatnonzero(r <= tool[0] / 2)
+        if not len(inside):
+            return None
+        at = inside[(place[inside, 2] + profile(tool, r[inside])).argmin()]
+        low, high = share[max(at - 1, 0)], share[min(at + 1, 2000)]
+    return float(place[at, 2] + profile(tool, r[at:at + 1])[0])
+
+
+def test_what_a_move_leaves_is_exact():
+    """chip_swept_height() on ramps of all kinds of tools, against a search: to 1e-6 mm."""
+    height = library().chip_swept_height
+    height.restype, height.argtypes = C.c_double, [C.c_void_p, C.POINTER(layout.Tool), C.c_double, C.c_double]
+    rng, seen = np.random.default_rng([random_seed(), 77]), 0
+    for case in range(random_count(600)):
+        diameter = float(rng.uniform(0.7, 21))
+        tool = [(diameter, 0.0, 0.0), (diameter, diameter / 2, 0.0), (diameter, diameter * float(rng.uniform(0.01, 0.49)), 0.0),
+                (diameter, 0.0, float(rng.uniform(8, 170)))][case % 4]
+        own = layout.Tool()
+        library().chip_tool_init(C.byref(own), tool[0], tool[1], tool[2], 0.0)
+        begin = rng.uniform(-9, 9, 3)
+        end = begin + rng.uniform(-1, 1, 3) * 10 ** rng.uniform(-1.5, 1.3) * (1, 1, 10 ** rng.uniform(-2, 1))
+        move = np.array([*begin, *(end - begin), np.sum((end - begin)[:2] ** 2)])
+        x, y = begin[:2] + (end - begin)[:2] * rng.uniform(0, 1) + rng.uniform(-0.6, 0.6, 2) * diameter
+        expected, found = lowest_by_search((begin, end), tool, x, y), height(move.ctypes.data, C.byref(own), x, y)
+        if expected is not None:
+            assert found == pytest.approx(expected, abs=1e-6), (case, tool, begin, end, x, y)
+            seen += 1
+    assert seen > random_count(600) / 3
+
+
+def test_the_height_of_a_witness_counts_cuts_that_are_not_deep_enough():
+    """A slot that leaves half a millimetre too much: the path has to be raised by that, not by the slot's depth, too."""
+    slot = [(-8, 6, -4), (22, 6, -4), (22, 6, 5), (-8, 6, 5), (-8, 6, -10.5), (22, 6, -10.5)]
+    met = [w for w in witnesses(slot, (6.0, 0.0, 0.0), 6.0) if w.line == 7]
+    assert met and all(w.depth == pytest.approx(6.5) for w in met)
