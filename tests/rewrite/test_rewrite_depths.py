@@ -165,6 +165,6 @@ def test_what_a_move_leaves_is_exact():
 
 def test_the_height_of_a_witness_counts_cuts_that_are_not_deep_enough():
     """A slot that leaves half a millimetre too much: the path has to be raised by that, not by the slot's depth, too."""
-    slot = [(-8, 6, -4), (22, 6, -4), (22, 6, 5), (-8, 6, 5), (-8, 6, -10.5), (22, 6, -10.5)]
+    slot = [(-8, 6.1, -4), (22, 6.1, -4), (22, 6.1, 5), (-8, 6.1, 5), (-8, 6.1, -10.5), (22, 6.1, -10.5)]
     met = [w for w in witnesses(slot, (6.0, 0.0, 0.0), 6.0) if w.line == 7]
     assert met and all(w.depth == pytest.approx(6.5) for w in met)
