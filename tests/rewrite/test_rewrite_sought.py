@@ -9,7 +9,7 @@ from chipwise.rewrite import cutting, flute, run, sought
 from chipwise.rewrite.program import read
 from chipwise.rewrite.run import Order
 from chipwise.tools import load_tools
-from support.depth_cases import HIGH, LOW, geometry_of, left_at, random_case, witnesses
+from support.depth_cases import HIGH, LOW, geometry_of, left_at, random_path, witnesses
 from support.random_cases import random_count, random_seed
 from support.rewrite_rig import HEAD, make_machine
 
@@ -31,7 +31,7 @@ def test_in_parts_as_in_one():
     """The same moves are too deep, in a stock of the same heights, whatever was tried and taken back between them."""
     seen = 0
     for case in range(random_count(12)):
-        tool, places, _ = random_case(case + 200)
+        tool, places = random_path(case + 200)
         rng, places = np.random.default_rng([random_seed(), case]), np.array(places)
         expected = {w.line - 3 for w in witnesses(places, tool, FLUTE)}
         proof, own = parts_of(tool)

@@ -46,12 +46,12 @@ def left_at(x, y, places, tool, low=LOW, high=HIGH):
     return height
 
 
-def random_case(seed):
-    """(tool, places, depth of each move by the needles)."""
+def random_path(seed):
+    """(tool, places) of ten random moves."""
     rng = np.random.default_rng([random_seed(), seed])
     diameter = rng.choice([3.0, 4.0, 6.0])
     tool = [(diameter, 0.0, 0.0), (diameter, diameter / 2, 0.0), (diameter, 0.5, 0.0), (diameter, 0.0, 90.0)][seed % 4]
-    needles, places, found = Needles(LOW, HIGH, SPACING), [np.array([-4.0, rng.uniform(0, 12), 2.0])], []
+    places = [np.array([-4.0, rng.uniform(0, 12), 2.0])]
     for _ in range(10):
         there = np.array([rng.uniform(-3, 17), rng.uniform(-3, 15), rng.uniform(-9, 1)])
         kind = rng.integers(5)
@@ -63,6 +63,12 @@ def random_case(seed):
             there = places[-2].copy()
         elif kind == 3:
             there[1:] = places[-1][1:]
-        found.append(needles.move(tool, places[-1], there, (0.005,))[0])
         places.append(there)
-    return tool, places, found
+    return tool, places
+
+
+def random_case(seed):
+    """(tool, places, depth of each move by the needles)."""
+    tool, places = random_path(seed)
+    needles = Needles(LOW, HIGH, SPACING)
+    return tool, places, [needles.move(tool, a, b, (0.005,))[0] for a, b in zip(places[:-1], places[1:])]
