@@ -132,6 +132,31 @@ static inline __attribute__((always_inline)) void cut_rows(const struct chip_hei
     }
 }
 
+/* Whether a stamp with the probing profile would cut or meet anything: the same comparisons, nothing is changed. */
+static inline __attribute__((always_inline)) int meets_rows(const struct chip_height_map *map,
+                                                            const struct chip_stamp_shape *s, enum profile kind,
+                                                            double radius, const double tip[3])
+{
+    float z = (float)tip[2], floor = (float)map->z_min;
+    int row, end, first, last, i;
+    if (!chip_stamp_rows_within(map, tip[1], radius, &row, &end)) return 0;
+    for (; row < end; row++) {
+        const float *height = map->height + (long)row * map->nx;
+        float dx = (float)(map->x0 + map->shift_x[row] - tip[0]), dy = (float)(map->y0 + row * map->cell - tip[1]);
+        int any = 0;
+        if (!chip_stamp_columns_within(map, row, tip[0], tip[1], radius, &first, &last)) continue;
+        for (i = first; i < last; i++) {
+            float u = map->x[i] + dx, v = map->shift_y[i] + dy, d2 = u * u + v * v, cut, low;
+            profile_at(s, kind, d2, &cut, &low);
+            low += z;
+            low = low > floor ? low : floor;
+            any |= d2 < s->probe2 && height[i] > low;
+        }
+        if (any) return 1;
+    }
+    return 0;
+}
+
 /* A stamp of one kind, for each of the vectors. */
 #define STAMP(name, kind, spare)                                                                                       \
     CLONES void name(const struct chip_height_map *map, const struct chip_stamp_shape *s, double radius,               \
@@ -148,10 +173,22 @@ STAMP(spare_flat, FLAT, 1)
 STAMP(spare_round, ROUND, 1)
 STAMP(spare_any, ANY, 1)
 
-struct chip_stamp_pair chip_stamp_of(const struct chip_height_tool *tool)
+#define MEETS(name, kind)                                                                                              \
+    CLONES int name(const struct chip_height_map *map, const struct chip_stamp_shape *s, double radius,                \
+                    const double tip[3])                                                                               \
+    {                                                                                                                  \
+        return meets_rows(map, s, kind, radius, tip);                                                                  \
+    }
+
+MEETS(meets_flat, FLAT)
+MEETS(meets_round, ROUND)
+MEETS(meets_any, ANY)
+
+struct chip_stamp_kind chip_stamp_of(const struct chip_height_tool *tool)
 {
-    static const struct chip_stamp_pair flat = { cut_flat, spare_flat }, round = { cut_round, spare_round },
-                                        any = { cut_any, spare_any };
+    static const struct chip_stamp_kind flat = { cut_flat, spare_flat, meets_flat },
+                                        round = { cut_round, spare_round, meets_round },
+                                        any = { cut_any, spare_any, meets_any };
     if (tool->slope <= 0.0 && tool->corner <= 0.0) return flat;
     return tool->slope <= 0.0 && tool->corner >= tool->radius ? round : any;
 }

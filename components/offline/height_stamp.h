@@ -31,11 +31,13 @@ typedef void (*chip_stamp_function)(const struct chip_height_map *map, const str
 
 struct chip_stamp_shape chip_stamp_make_shape(const struct chip_height_tool *tool);
 
-/* Of a tool's kind: the stamp of the whole tool, and that of the smaller shape [3]. */
-struct chip_stamp_pair {
+/* Of a tool's kind: the stamp of the whole tool, that of the smaller shape [3], and whether the latter would cut or meet anything. */
+struct chip_stamp_kind {
     chip_stamp_function cut, spare;
+    int (*meets)(const struct chip_height_map *map, const struct chip_stamp_shape *s, double radius,
+                 const double tip[3]);
 };
-struct chip_stamp_pair chip_stamp_of(const struct chip_height_tool *tool);
+struct chip_stamp_kind chip_stamp_of(const struct chip_height_tool *tool);
 
 /* How much the stock rises steadily from the highest needle a stamp has met to those beside it [4], mm. */
 double chip_stamp_margin(const struct chip_height_map *map, const struct chip_stamp *stamp);

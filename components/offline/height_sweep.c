@@ -14,11 +14,22 @@
 #define STILL CHIP_HEIGHT_STILL
 #define STEPS_MOST 100000000.0
 
-/* The highest needle within the holder's radius, mm above its lower end; 0 if there is none. */
-static double holder_meets(const struct chip_height_map *map, double radius, double z, const double tip[3])
+static void place_at(const double a[3], const double b[3], double t, double tip[3])
 {
+    int i;
+    for (i = 0; i < 3; i++) tip[i] = a[i] + t * (b[i] - a[i]);
+}
+
+/* The highest needle within the holder's radius, mm above its lower end, at a share of a move; 0 if there is none. */
+static double holder_meets(const struct chip_height_map *map, const struct chip_height_tool *tool, const double a[3],
+                           const double b[3], double t)
+{
+    double tip[3], z, radius = tool->holder_radius;
     int row, end, first, last, i;
-    float top = (float)z, r2 = (float)(radius * radius);
+    float top, r2 = (float)(radius * radius);
+    place_at(a, b, t, tip);
+    z = tip[2] + tool->stick_out;
+    top = (float)z;
     if (map->z_max <= z || !chip_stamp_rows_within(map, tip[1], radius, &row, &end)) return 0.0;
     for (; row < end; row++) {
         const float *height = map->height + (long)row * map->nx;
@@ -29,7 +40,7 @@ static double holder_meets(const struct chip_height_map *map, double radius, dou
             top = h > top ? h : top;
         }
     }
-    return (double)top - z;
+    return top > (float)z ? (double)top - z : 0.0;
 }
 
 /* The part of a segment, shares low .. high, that may meet the map: within `radius` of it and below its top. */
@@ -67,7 +78,7 @@ static double spacing(const struct chip_height_map *map, const struct chip_heigh
 struct chain {
     const struct chip_height_tool *tool;
     const struct chip_stamp_shape *s;
-    struct chip_stamp_pair stamps;
+    struct chip_stamp_kind stamps;
     int spared;     /* the last stamp has spared the skin */
     double mark[3]; /* where the next stamp of the whole tool is due, */
     double gone;    /* mm in XY from there */
@@ -121,6 +132,26 @@ static int stamp_at(const struct chip_height_map *map, struct chain *chain, cons
     return 1;
 }
 
+/* Of the stamps *first .. *last of a move straight along the axis, those that may meet anything [5]. */
+static void in_contact(const struct chip_height_map *map, struct chain *chain, const double a[3], const double b[3],
+                       double steps, double *first, double *last)
+{
+    double tip[3], volume = 0.0, end = *last + 1.0, middle;
+    place_at(a, b, *first / steps, tip);
+    (void)spares(map, chain, tip, 0.0, &volume); /* marks the first, whether or not it is stamped */
+    if (b[2] > a[2]) {
+        *last = *first;
+        return;
+    }
+    for (middle = *last; *first < end; middle = floor((*first + end) / 2.0)) {
+        place_at(a, b, middle / steps, tip);
+        if (chain->stamps.meets(map, chain->s, chain->tool->radius + CHIP_HEIGHT_RIDGE, tip))
+            end = middle;
+        else
+            *first = middle + 1.0;
+    }
+}
+
 static void cut_move(const struct chip_height_map *map, struct chain *chain, const double a[3], const double b[3],
                      struct chip_height_met *met)
 {
@@ -131,30 +162,29 @@ static void cut_move(const struct chip_height_map *map, struct chain *chain, con
     steps = ceil(chip_max(chip_max(flat / spacing(map, tool), steps), 1.0));
     if (steps > STEPS_MOST) steps = STEPS_MOST;
     if (clip(map, a, b, tool->radius, 0.0, &low, &high)) {
-        count = chip_min(ceil(high * steps), steps);
-        for (k = chip_max(floor(low * steps), 1.0); k <= count; k++) {
+        double last;
+        count = last = chip_min(ceil(high * steps), steps);
+        k = chip_max(floor(low * steps), 1.0);
+        if (flat == 0.0 && k < last) in_contact(map, chain, a, b, steps, &k, &last);
+        for (; k <= last; k++) {
             double t = k / steps, tip[3], lowest;
-            int i;
-            for (i = 0; i < 3; i++) tip[i] = a[i] + t * (b[i] - a[i]);
+            place_at(a, b, t, tip);
             lowest = flat < map->cell ? tip[2] : chip_max(tip[2] - STEP_DOWN * map->cell, chip_min(a[2], b[2]));
             if (stamp_at(map, chain, tip, flat / steps, lowest, &volume, &depth)) met->at = (float)t;
         }
         if (count < steps) { /* out of the stock */
-            double t = chip_max(count, 0.0) / steps, tip[3];
-            int i;
-            for (i = 0; i < 3; i++) tip[i] = a[i] + t * (b[i] - a[i]);
+            double tip[3];
+            place_at(a, b, chip_max(count, 0.0) / steps, tip);
             volume += cut_spared(map, chain, tip);
         }
     }
     met->volume = (float)(volume * map->cell * map->cell);
     met->depth = (float)depth;
     if (tool->holder_radius > 0.0 && clip(map, a, b, tool->holder_radius, tool->stick_out, &low, &high)) {
+        int nothing = flat == 0.0 && holder_meets(map, tool, a, b, b[2] < a[2] ? high : low) <= 0.0; /* [5] */
         steps = ceil(chip_max(hypot(flat, b[2] - a[2]) * (high - low) / map->cell, 1.0));
-        for (k = 0.0; k <= steps; k++) {
-            double t = low + (high - low) * k / steps, tip[3], over;
-            int i;
-            for (i = 0; i < 3; i++) tip[i] = a[i] + t * (b[i] - a[i]);
-            over = holder_meets(map, tool->holder_radius, tip[2] + tool->stick_out, tip);
+        for (k = 0.0; k <= steps && !nothing; k++) {
+            double t = low + (high - low) * k / steps, over = holder_meets(map, tool, a, b, t);
             if (over <= met->holder) continue;
             met->holder = (float)over;
             if (!(depth > 0.0)) met->at = (float)t;

@@ -20,7 +20,9 @@
  *  4. Depth: the highest needle that a stamp meets, above the lowest position of the tip within a fifth of a cell, plus
  *     the difference from that needle to those beside it, at most 0.6 cells: between needles the stock may be
  *     that much higher. Beside walls and on level stock nothing is added.
- *  5. A traverse cuts like a feed move; the caller decides by volume and depth.
+ *  5. Straight along the axis a lower stamp meets whatever a higher one does. So the first contact of a plunge is found by halving, and a
+ *     retract is over when its first stamp is: in air neither takes the time of its length. No result differs by it.
+ *  6. A traverse cuts like a feed move; the caller decides by volume and depth.
  */
 #ifndef CHIPWISE_HEIGHT_SWEEP_H
 #define CHIPWISE_HEIGHT_SWEEP_H

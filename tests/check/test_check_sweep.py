@@ -133,6 +133,29 @@ def test_far_and_hostile_moves():
     assert np.isfinite([met[name] for name in met.dtype.names]).all()
 
 
+@pytest.mark.parametrize("case", range(COUNT * 4))
+def test_moves_straight_along_the_axis_are_cut_as_if_every_step_were(case):
+    """The shortcut of plunges and retracts changes no bit: beside them, 5e-324 mm aside, it is not taken."""
+    rng = np.random.default_rng(SEED * 1000 + case)
+    cell = rng.uniform(0.21, 0.31)
+    stocks = [HeightMap((-9.3, -11.1, -20), (10.7, 8.4, 0), cell) for _ in range(2)]
+    tool = [Shape(6), Shape(5, 2.5), Shape(6, 1.1), Shape(8, 0.2, 60), Shape(4, holder_diameter=11.0, stick_out=7.7)][case % 5]
+    places = [np.array((0.0, -20.0, 5.0))]
+    for _ in range(14):
+        low, y = rng.uniform((-24, -12), (3, 9))
+        places += [(0.0, y, 5.0), (0.0, y, low), (0.0, y, max(low, rng.uniform(-20, 5))), (0.0, y, 5.0)]
+        if rng.random() < 0.5:
+            a, b = rng.uniform((-12, -12, -15), (12, 10, 2), (2, 3))
+            places += [(*a[:2], 5.0), a, b, (*b[:2], 5.0)]
+    places = np.array(places)
+    aside = places.copy()
+    upright = (places[:, 0] == 0.0) & (np.arange(len(places)) % 2 == 1)
+    aside[upright, 0] = 5e-324
+    one, two = (stock.cut(tool, own[0], own[1:]) for stock, own in zip(stocks, (places, aside)))
+    assert (one["depth"] > 0.1).sum() > 2 and upright.sum() > 14
+    assert (stocks[0].height == stocks[1].height).all() and (one == two).all()
+
+
 def random_case(seed):
     """(judged, lower, upper, mm that it may be less for a late needle) of the depths of a random program, and the two volumes left."""
     rng = np.random.default_rng([SEED, seed])
