@@ -17,6 +17,7 @@ from chipwise.rewrite.edits import Move, Table
 from chipwise.rewrite.program import Circle
 
 ARC_RAD = 2.9               # of a part of an arc at most: less than half a turn has one centre whatever its rounding
+NEAR_SEGMENTS = 10          # that are done are travelled: going up, across and down between those beside them costs as much
 LINE_MM = 2e-4              # points nearer to a line are on it
 
 
@@ -29,6 +30,24 @@ class Body:
     move: np.ndarray
     lead: list
     entered: bool = False
+
+
+def without(points, done, above):
+    """A path along the segments of points (k + 1, 3) that are not done (k,) bool, up to `above` (mm), across and down between them.
+
+    -> (places (n, 3), segment (n - 1,) int: the one that each move goes along, -1: between them).  Some that are done may be travelled, too.
+    """
+    index = np.flatnonzero(~done)
+    parts = np.split(index, np.flatnonzero(np.diff(index) > NEAR_SEGMENTS) + 1)
+    places, segment = [], []
+    for part in parts:
+        a, b = int(part[0]), int(part[-1]) + 1
+        if places:
+            places.append([[*places[-1][-1, :2], above], [*points[a, :2], above]])
+            segment.append([-1, -1, -1])
+        places.append(points[a:b + 1])
+        segment.append(np.arange(a, b))
+    return np.concatenate(places), np.concatenate(segment)
 
 
 def moves_along(program, part, path):

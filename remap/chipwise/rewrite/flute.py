@@ -25,10 +25,11 @@ import numpy as np
 from chipwise.check.records import FEED, RAPID
 from chipwise.check.reader import Unreadable
 from chipwise.check.simulate import SEGMENT_MM
+from chipwise.check.sweep import MET
 from chipwise.rewrite import along, cutting, proof
 from chipwise.rewrite.edits import Edits, Move, Table
 from chipwise.rewrite.links import ACROSS_MM, OVER_MM, Links
-from chipwise.rewrite.sought import Sought
+from chipwise.rewrite.sought import OVER_STOCK_MM, Sought
 from chipwise.rewrite.trials import Trials
 
 LEFT_DEPTH = 0.15           # cells of depth, or of a cell's height, less than proof.py's HEIGHT_CELLS, and
@@ -197,15 +198,9 @@ class Shifter:
         points, levels, written, at, had = body.points, 1, [], moved[-1], (math.inf, math.inf)
         done = _unshifted(points, moved)
         window = cutting.Window(self.stock, points, self.tool.shape.diameter / 2)
-        while True:
+        while not done.all():
             window.keep()
-            met = self.stock.cut(self.tool.shape, points[0], points[1:])
-            left, deepest = self._left(points, met), float(met["depth"].max())
-            found, here = self.sought.too_deep(self.tool, points, ~(left | done)), points[:-1, 2]
-            if len(found):
-                left[found["move"]] = True
-                deepest = max(deepest, float((found["height"] - here[found["move"]]).max()))
-            left &= ~done
+            met, left, deepest = self._first_path(points, done)
             if not left.any():
                 left = self._left_bit_by_bit(points, met, window) & ~done
             window.restore()
@@ -241,6 +236,22 @@ class Shifter:
         if self.written > MOST_WRITTEN:
             raise Unreadable(f"the new program would have more than {MOST_WRITTEN} moves", "take a tool with longer flutes, or rewrite it in parts",
                              line)
+
+    def _first_path(self, points, done):
+        """Cuts what has not been done (n - 1,) bool of the first path; -> (MET records (n - 1,), (n - 1,) bool: where something is left, how deep it
+        is)."""
+        places, segment = along.without(points, done, self.stock.z_max + OVER_STOCK_MM)
+        own, met = segment >= 0, np.zeros(len(done), MET)
+        met[segment[own]] = self.stock.cut(self.tool.shape, places[0], places[1:])[own]
+        left, deepest = self._left(points, met), float(met["depth"].max())
+        asked = own.copy()
+        asked[own] = ~(left | done)[segment[own]]
+        found = self.sought.too_deep(self.tool, places, asked)
+        if len(found):
+            move = segment[found["move"]]
+            left[move] = True
+            deepest = max(deepest, float((found["height"] - points[move, 2]).max()))
+        return met, left & ~done, deepest
 
     def _left(self, points, met):
         """(n - 1,) bool: pieces that still meet material, more than the ridges between the model's steps."""
