@@ -27,11 +27,11 @@ static int32_t strip_of(const struct chip_height_map *map, double y)
 }
 
 /* Depth (mm) at which a move meets a needle, 0 if it does not [1]; *at: the share of the move. */
-static double depth_of(const struct chip_swept *m, const struct chip_tool *tool, double x, double y, double height,
-                       double *at)
+static double depth_of(const struct chip_swept *m, const struct chip_tool *tool, double skin, double x, double y,
+                       double height, double *at)
 {
     double last, off2, z;
-    if (!chip_swept_within(m, x, y, tool->radius - CHIP_NEEDLE_SKIN, at, &last)) return 0.0;
+    if (!chip_swept_within(m, x, y, tool->radius - skin, at, &last)) return 0.0;
     z = m->z + *at * m->dz;
     if (height > z + tool->shoulder + CHIP_HEIGHT_SKIN) return height - z;
     if (m->length2 <= CHIP_SWEPT_STILL) return 0.0;
@@ -45,7 +45,7 @@ static void cut_needle(const struct chip_height_map *map, const struct chip_swep
                        int32_t i, struct chip_height_met *met)
 {
     double x = map->needle_x[i], y = map->needle_y[i], height = (double)map->needle_height[i], depth, left, at;
-    depth = depth_of(m, tool, x, y, height, &at);
+    depth = depth_of(m, tool, map->needle_skin, x, y, height, &at);
     if (depth > (double)met->depth) {
         met->depth = (float)depth;
         met->at = (float)at;

@@ -3,9 +3,9 @@
  *
  * Who calls it: height_sweep.c.
  *
- *  1. A needle is met when the tool, CHIP_NEEDLE_SKIN smaller in radius, comes over it; its depth is its height above the tip then.
- *     Below the tool's shoulder it is met where the move is nearest. The skin is less than that of depth_proof.h: a path that
- *     is written a micrometre beside still meets the needles that the proof has found at the tool's side.
+ *  1. A needle is met when the tool, a skin smaller in radius, comes over it; its depth is its height above the tip then.
+ *     Below the tool's shoulder it is met where the move is nearest. The map has the skin: CHIP_HEIGHT_SKIN where a program is judged, less where
+ *     needles stand at places that depth_proof.h has found at the tool's side, so that a path that is written a micrometre beside still meets them.
  *  2. Then it is as high as the move leaves it (swept.h).
  *  3. It counts with CHIP_NEEDLE_AREA of a cell, so that volume shows that something has been cut.
  */
@@ -15,8 +15,7 @@
 #include "core/tool.h"
 #include "height_sweep.h"
 
-#define CHIP_NEEDLE_SKIN 0.002 /* mm [1] */
-#define CHIP_NEEDLE_AREA 1e-3  /* cells [3] */
+#define CHIP_NEEDLE_AREA 1e-3 /* cells [3] */
 
 /* One straight move a to b; adds to what it has met. */
 void chip_needles_cut(const struct chip_height_map *map, const struct chip_tool *tool, const double a[3],

@@ -9,6 +9,8 @@ import pytest
 
 from chipwise.check import doubts, simulate
 from chipwise.check.reader import Machine
+from chipwise.check.sweep import HeightMap
+from chipwise.stock import layout
 from support import canon
 from support.random_cases import random_count, random_seed, write_replay
 
@@ -59,6 +61,27 @@ def test_without_needles_of_its_own_it_is_judged_too_low(tmp_path, monkeypatch):
     """Sabotage: some contacts of these programs are then no findings."""
     monkeypatch.setattr(doubts, "needles", lambda *_: {})
     assert not all(judged(rising(seed, LATE), tmp_path).findings.kept for seed in range(6))
+
+
+def along_an_arc(off):
+    """Program: a groove of the flutes' depth along an arc in short moves, `off` (mm) outside of it, then the next level, which rises, as an arc."""
+    def place(turn, radius=80.0):
+        return f"X{50 + radius * math.sin(turn):.5f} Y{-60 + radius * math.cos(turn):.5f}"
+
+    turns = np.linspace(0.45, -0.45, 200)
+    lines = [HEAD, "M250 P0 Q0 R-60 I100 J60 K80", "T1 M6", "S8000 M3", "F400", f"G0 {place(turns[0])} Z25", f"G1 Z{20 - FLUTES}"]
+    lines += [f"G1 {place(turn, 80 + off)}" for turn in turns[1:]]
+    lines += ["G0 Z25", f"G0 {place(turns[0])}", f"G1 Z{20.01 - 2 * FLUTES}", f"G3 {place(turns[-1])} Z5 R80", "G0 Z30", "M2"]
+    return "\n".join(lines) + "\n"
+
+
+def test_the_next_level_along_an_arc_meets_no_wall(tmp_path, monkeypatch):
+    """The chords that arcs are judged by, 0.002 mm beside them, and those of the program are no walls for the needles of doubtful moves."""
+    result = judged(along_an_arc(0.0015), tmp_path)
+    assert not result.error and not result.findings.kept, f"{result.error}, {result.findings.kept}"
+    add = HeightMap.add_needles
+    monkeypatch.setattr(HeightMap, "add_needles", lambda stock, places: add(stock, places, layout.NEEDLE_SKIN))
+    assert judged(along_an_arc(0.0015), tmp_path).findings.kept
 
 
 def test_which_moves_are_in_doubt():

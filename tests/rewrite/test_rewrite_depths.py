@@ -81,7 +81,7 @@ def test_a_contact_that_no_needle_meets():
     stock = HeightMap(LOW, HIGH, 0.25)
     assert stock.cut(Shape(6.0), places[0], np.array(places[1:]))["depth"].max() == 0.0
     stock = HeightMap(LOW, HIGH, 0.25)
-    stock.add_needles(np.array([(w.x, w.y) for w in met]))
+    stock.add_needles(np.array([(w.x, w.y) for w in met]), layout.NEEDLE_SKIN)
     assert stock.cut(Shape(6.0), places[0], np.array(places[1:]))["depth"].max() == pytest.approx(10.0)
 
 

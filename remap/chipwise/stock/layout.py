@@ -38,6 +38,7 @@ MOTION_FEED = 2
 MOTION_NONE = 0
 MOTION_PROBING = 5
 MOTION_TRAVERSE = 1
+NEEDLE_SKIN = 0.002
 NEED_NONE = 1e+30
 NEED_SAME = 0.0001
 PAST_ARM = 12
@@ -1191,6 +1192,7 @@ class HeightMap(C.Structure):
         ("strip", C.c_void_p),
         ("strip_y", C.c_double),
         ("strip_width", C.c_double),
+        ("needle_skin", C.c_double),
         ("needles", C.c_int32),
         ("strips", C.c_int32),
     ]
