@@ -11,15 +11,20 @@ Called by run.py.  Nothing here knows how the text was made.
     That it never cuts deeper than the flutes are long is proved by depths.py.
 """
 
+from dataclasses import dataclass, replace
+from typing import Callable
+
 import numpy as np
 
 from chipwise.check.records import RAPID
 from chipwise.check.simulate import SEGMENT_MM
 from chipwise.rewrite import cutting
+from chipwise.stock import layout
 
 PATH_MM = 0.001
 OVER_MM = 0.006             # OVER_MM of links.py, and the rounding of the text
 HEIGHT_CELLS = 0.2          # of a cell
+SIDE_MM = layout.HEIGHT_SKIN        # by which walls may be somewhere else: where the model's steps are, and the text's last digit
 FEED_BELOW = 0.03           # mm/min that F is lower by at most: the last digit, rounded down
 FEED_ABOVE = 3e-4           # mm/min that it is higher by at most: that of an F below 1
 FEED_SHARE = 1e-6           # the same of large ones
@@ -100,14 +105,16 @@ def simulated(program, geometry, cell):
     return program.simulated[cell]
 
 
-def _simulated(program, geometry, cell):
+def _simulated(program, geometry, cell, wider=0.0):
+    """wider: mm by which the tools are larger all round, their tips where they are."""
     result = []
     for section, stock in cutting.in_stock(program, cutting.sections(program, geometry), cell):
         if not result or result[-1][0] is not stock:
             result.append((stock, []))
         a, b = section.first, section.end
         deepest, line, holder = -1.0, 0, 0.0
-        for owner, met in cutting.cut_along(stock, section.tool.shape, program.start(a), program.end[a:b], SEGMENT_MM):
+        shape = _wider(section.tool.shape, wider) if wider else section.tool.shape
+        for owner, met in cutting.cut_along(stock, shape, program.start(a), program.end[a:b], SEGMENT_MM):
             touch = np.where(program.kind[a:b][owner] == RAPID, met["depth"], 0.0)
             worst = int(touch.argmax())
             if touch[worst] > deepest:
@@ -115,6 +122,10 @@ def _simulated(program, geometry, cell):
             holder = max(holder, float(met["holder"].max()))
         result[-1][1].append((deepest, line, holder))
     return result
+
+
+def _wider(shape, by):
+    return replace(shape, diameter=shape.diameter + 2 * by, corner_radius=shape.corner_radius + by if shape.corner_radius or shape.tip_angle else 0.0)
 
 
 def line_below(program, place):
@@ -133,14 +144,33 @@ def same_stock(first, second, geometry, cell):
     if np.abs(first.end[-1] - second.end[-1]).max() > PATH_MM:
         raise Different("the new program ends at another place")
     one, two, holder = simulated(first, geometry, cell), simulated(second, geometry, cell), 0.0
-    for (stock, before), (other, after) in zip(one, two, strict=True):
+    for number, ((stock, before), (other, after)) in enumerate(zip(one, two, strict=True)):
         for own, new in zip(before, after, strict=True):
             if new[0] > (own[0] + cell if own[0] > OVER_MM else OVER_MM):
                 raise Different(f"a traverse in line {new[1]} of the new program meets {new[0]:.3f} mm of stock")
             holder = max(holder, new[2] - own[2])
-        low, high = cutting.filtered(stock.height, np.minimum), cutting.filtered(stock.height, np.maximum)
-        if (other.height < low - HEIGHT_CELLS * cell).any():
-            raise Different(f"the new program cuts {float((low - other.height).max()):.3f} mm more somewhere")
-        if (other.height > high + HEIGHT_CELLS * cell).any():
-            raise Different(f"the new program leaves {float((other.height - high).max()):.3f} mm more somewhere")
+        left = [_Left(own.height, lambda p=program, k=number: _simulated(p, geometry, cell, SIDE_MM)[k][0].height)
+                for own, program in ((stock, first), (other, second))]
+        _same_heights(*left, HEIGHT_CELLS * cell)
     return holder
+
+
+@dataclass(frozen=True)
+class _Left:
+    """What a program leaves: height (ny, nx) mm; wider: () -> the same with tools SIDE_MM larger all round."""
+
+    height: np.ndarray
+    wider: Callable
+
+
+def _same_heights(first, second, slack):
+    """Raises Different where what two programs leave is not the same within a cell and `slack` (mm).
+
+    At a steep side SIDE_MM are more than that in height, and at the edge there is no stock beside it that is as high.  So heights that differ are
+    compared once more, with wider tools for the program that has left more.
+    """
+    low, high = cutting.filtered(first.height, np.minimum), cutting.filtered(first.height, np.maximum)
+    if (second.height < low - slack).any() and (second.height < cutting.filtered(first.wider(), np.minimum) - slack).any():
+        raise Different(f"the new program cuts {float((low - second.height).max()):.3f} mm more somewhere")
+    if (second.height > high + slack).any() and (second.wider() > high + slack).any():
+        raise Different(f"the new program leaves {float((second.height - high).max()):.3f} mm more somewhere")
