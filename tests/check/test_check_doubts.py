@@ -76,7 +76,7 @@ def along_an_arc(off):
 
 
 def test_the_next_level_along_an_arc_meets_no_wall(tmp_path, monkeypatch):
-    """The chords that arcs are judged by, 0.002 mm beside them, and those of the program are no walls for the needles of doubtful moves."""
+    """The chords that arcs are judged by lie 0.002 mm beside them: the needles of doubtful moves do not meet that."""
     result = judged(along_an_arc(0.0015), tmp_path)
     assert not result.error and not result.findings.kept, f"{result.error}, {result.findings.kept}"
     add = HeightMap.add_needles
