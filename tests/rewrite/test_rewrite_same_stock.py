@@ -53,7 +53,6 @@ def test_a_floor_may_not_be_at_another_height(tmp_path, ini, tool, up, said):
 
 def test_a_ball_that_leaves_its_equator_at_the_edge(tmp_path, ini, monkeypatch):
     """Seed 9013: 0.069 mm in height are 0.002 mm aside there, and no stock stands beside them."""
-    monkeypatch.setattr(run, "MOST_REFUSED", 0)
     before = tmp_path / "a.ngc"
     before.write_text(deep_program(9013))
     data, said = run.rewritten(str(before), run.Order(), lambda share: None, Machine(str(ini)))

@@ -21,7 +21,6 @@ from chipwise.settings import load_settings
 from chipwise.tools import load_tools
 
 REPEATS = 8                     # of rewriting, with needles where the new program has been too deep, each time with RESERVE_MM more
-MOST_REFUSED = 2                # of these repeats because the new program leaves other stock
 MOST_BYTES = 2_000_000_000      # of a text of our own that is read back: a program that was taken is not refused for what is made of it
 
 
@@ -113,24 +112,17 @@ def in_place(job, program, rewrite, check):
 
 def respect_flutes(order, job, progress):
     """CN105492980; -> (bytes, what is said)."""
-    needles, refused = {}, 0
+    needles = {}
     for repeat in range(REPEATS):
         data, second, figures, found = _with_reserve(order, job, progress, RESERVE_MM * repeat, needles)
-        if found:
-            needles, second = depths.with_needles(needles, found), None         # what the map of the edits has not met
-            continue
-        if not data:
-            return job.program.content(), "the flutes are long enough everywhere, the program is unchanged"
-        try:
-            proof.same_stock(job.program, second, job.geometry, job.cell)
+        if not found:
             break
-        except proof.Different:                     # a ridge between the model's steps: another path has others
-            refused += 1
-            if refused > MOST_REFUSED or repeat == REPEATS - 1:
-                raise
-            data = second = None                    # long programs need the room
+        needles, second = depths.with_needles(needles, found), None         # what the map of the edits has not met
     else:
         raise still_too_deep(job, found)
+    if not data:
+        return job.program.content(), "the flutes are long enough everywhere, the program is unchanged"
+    proof.same_stock(job.program, second, job.geometry, job.cell)
     unit = "in" if job.machine.unit_mm > 10 else "mm"
     parts = [f'line{"s" * (b > a)} {a}' + (f" to {b}" if b > a else "") + f" in {n} levels" for a, b, n in figures.lines[:5]]
     more = f" and {len(figures.lines) - 5} more" if len(figures.lines) > 5 else ""
