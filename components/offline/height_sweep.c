@@ -20,7 +20,7 @@ static void place_at(const double a[3], const double b[3], double t, double tip[
     for (i = 0; i < 3; i++) tip[i] = a[i] + t * (b[i] - a[i]);
 }
 
-/* The highest needle within the holder's radius, mm above its lower end, at a share of a move; 0 if there is none. */
+/* Height (mm) of the highest needle within the holder's radius above the holder's lower end, at share t of a move; 0: there is none. */
 static double holder_meets(const struct chip_height_map *map, const struct chip_height_tool *tool, const double a[3],
                            const double b[3], double t)
 {

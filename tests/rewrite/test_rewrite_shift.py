@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from chipwise.rewrite import shift
-from chipwise.rewrite.along import kept_points
+from chipwise.rewrite.along import kept_points, without
 from chipwise.rewrite.flute import segments
 from support.random_cases import random_count, random_seed
 
@@ -75,3 +75,25 @@ def test_stretches_and_kept_points():
     assert kept_points(s, np.array([0, 0, 0, 1.0, 2.0])) == [0, 2, 4]
     assert kept_points(s, np.array([0, np.nan, 0, 0, 0])) == [0, 4]
     assert kept_points(s, np.full(5, np.nan)) == []         # the whole step is bridged
+
+
+def test_a_path_without_what_is_done():
+    """Each segment that is not done is travelled once, in order, between its own points; between two of them the tool is above, or goes straight up
+    or down at a point of the path."""
+    rng = np.random.default_rng([random_seed(), 12])
+    for case in range(random_count(200)):
+        count = int(rng.integers(1, 120))
+        points, done = np.cumsum(rng.normal(size=(count + 1, 3)), axis=0), np.repeat(rng.random(count) < 0.7, rng.integers(1, 30, count))[:count]
+        if done.all():
+            done[int(rng.integers(count))] = False
+        above = float(points[:, 2].max()) + 1.0
+        places, segment = without(points, done, above)
+        own = segment >= 0
+        assert (np.diff(segment[own]) > 0).all() and set(np.flatnonzero(~done)) <= set(segment[own].tolist()), case
+        assert (places[:-1][own] == points[segment[own]]).all() and (places[1:][own] == points[segment[own] + 1]).all(), case
+        a, b = places[:-1][~own], places[1:][~own]
+        straight = (a[:, :2] == b[:, :2]).all(axis=1)
+        assert (straight | ((a[:, 2] == above) & (b[:, 2] == above))).all(), case
+        assert len(places) <= count + 1 + 2 * np.count_nonzero(~own), case
+        whole, all_of_it = without(points, np.zeros(count, bool), above)
+        assert (whole == points).all() and all_of_it.tolist() == list(range(count)), case

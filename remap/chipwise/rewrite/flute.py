@@ -244,9 +244,7 @@ class Shifter:
         own, met = segment >= 0, np.zeros(len(done), MET)
         met[segment[own]] = self.stock.cut(self.tool.shape, places[0], places[1:])[own]
         left, deepest = self._left(points, met), float(met["depth"].max())
-        asked = own.copy()
-        asked[own] = ~(left | done)[segment[own]]
-        found = self.sought.too_deep(self.tool, places, asked)
+        found = self.sought.too_deep(self.tool, places, own & ~(left | done)[segment])
         if len(found):
             move = segment[found["move"]]
             left[move] = True

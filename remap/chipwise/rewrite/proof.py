@@ -166,8 +166,8 @@ class _Left:
 def _same_heights(first, second, slack):
     """Raises Different where what two programs leave is not the same within a cell and `slack` (mm).
 
-    At a steep side SIDE_MM are more than that in height, and at the edge there is no stock beside it that is as high.  So heights that differ are
-    compared once more, with wider tools for the program that has left more.
+    On a steep side, SIDE_MM sideways are more than that in height, and a cell at the edge of the stock has no higher neighbour.  So heights that
+    differ are compared again, after the program that has left more was simulated with wider tools.
     """
     low, high = cutting.filtered(first.height, np.minimum), cutting.filtered(first.height, np.maximum)
     if (second.height < low - slack).any() and (second.height < cutting.filtered(first.wider(), np.minimum) - slack).any():
