@@ -86,6 +86,7 @@ static struct chip_pose pose_of(const struct chip_stock *stock, const double tip
     at.hy = at.level > 1e-9 ? dir[1] / at.level : 0.0;
     at.half_curvature = 0.5 * curvature;
     at.per_cell = 1.0 / stock->cell;
+    at.edge = CHIP_EDGE_CELLS / at.per_cell;
     at.x = tip[0];
     at.y = tip[1];
     return at;

@@ -7,6 +7,7 @@
 #define CHIPWISE_SECTION_PARTS_H
 
 #include "chip_math.h"
+#include "pair.h"
 #include "section.h"
 
 #define CHIP_MIN_NODES 24 /* round a band; multiples of 4, so that nodes lie on the sides */
@@ -16,6 +17,7 @@
 #define CHIP_JUMP 0.2         /* change from node to node, of the larger, that is a jump */
 #define CHIP_WALL_JUMP 0.02   /* the same beside a wall of the stock, whose height the map knows */
 #define CHIP_LEVEL_TOP 0.02   /* of a band's rise: columns this similar belong to a level top [6] */
+#define CHIP_EDGE_CELLS 1.5   /* cells from a band's edge within which stock beyond it would be read [8] */
 #define CHIP_MIN_CONTACT 1e-4 /* mm, smaller contact is ignored */
 
 struct chip_pose {         /* the tool's position and heading */
@@ -24,7 +26,15 @@ struct chip_pose {         /* the tool's position and heading */
     double level;          /* length of the horizontal part, 0..1 */
     double half_curvature; /* half the curvature of the path, 1/mm */
     double per_cell;       /* 1/mm, cells per mm */
+    double edge;           /* mm from a band's edge within which stock beyond it would be read [8] */
 };
+
+/* The share of a cell that is cut; it is not on the rim of the stock. */
+static inline __attribute__((always_inline)) double cut_share(const struct chip_cell *cell)
+{
+    CHIP_FAULT(CELLS_WHOLE, return cell->cut > CHIP_FULL / 2);
+    return cell->cut * (1.0 / CHIP_FULL);
+}
 
 /* Mean height of a cell's stock between low and high, above low. */
 static inline __attribute__((always_inline)) double cell_between(const struct chip_stock *stock,
@@ -37,8 +47,49 @@ static inline __attribute__((always_inline)) double cell_between(const struct ch
     if (cell->drop & CHIP_RIM) return chip_rim_between(stock, cell, low, high);
     rest = top - cell->drop * stock->drop_unit;
     rest = rest <= low ? 0.0 : (rest < high ? rest : high) - low;
-    CHIP_FAULT(CELLS_WHOLE, return cell->cut > CHIP_FULL / 2 ? rest : uncut);
-    return uncut + (cell->cut * (1.0 / CHIP_FULL)) * (rest - uncut);
+    return uncut + cut_share(cell) * (rest - uncut);
+}
+
+/* The same of a cell that is not cut, or as a whole. */
+static inline __attribute__((always_inline)) double whole_between(const struct chip_cell *cell, double low, double high)
+{
+    double top = cell->top;
+    return top <= low ? 0.0 : (top < high ? top : high) - low;
+}
+
+struct two_cells {  /* two cells: */
+    pair top, rest; /* heights above `low`, mm, of their uncut and their cut part, */
+    pair share;     /* the share that is cut, */
+    pair mean;      /* and the mean height */
+};
+
+/* The mean heights of two cells one by one, for the rim of the stock. */
+static __attribute__((noinline, unused)) pair mean_of_rim(const struct chip_stock *stock, const struct chip_cell *a,
+                                                          const struct chip_cell *b, double low, double high)
+{
+    return (pair){ cell_between(stock, a, low, high), cell_between(stock, b, low, high) };
+}
+
+/* Reads two cells between two heights; on the rim of the stock only `mean` is right. */
+static inline __attribute__((always_inline)) struct two_cells
+read_two(const struct chip_stock *stock, const struct chip_cell *a, const struct chip_cell *b, double low, double high)
+{
+    pair top = { a->top, b->top }, drop = { a->drop, b->drop };
+    struct two_cells two;
+    two.top = pair_between(top, low, high);
+    two.rest = pair_between(top - drop * stock->drop_unit, low, high);
+    two.share = (pair){ cut_share(a), cut_share(b) };
+    two.mean = two.top + two.share * (two.rest - two.top);
+    if ((a->drop | b->drop) & CHIP_RIM) two.mean = mean_of_rim(stock, a, b, low, high);
+    return two;
+}
+
+/* The mean heights of two cells; most are not cut, or as a whole. */
+static inline __attribute__((always_inline)) pair mean_of_two(const struct chip_stock *stock, const struct chip_cell *a,
+                                                              const struct chip_cell *b, double low, double high)
+{
+    if (!(a->cut | b->cut)) return pair_between((pair){ a->top, b->top }, low, high);
+    return read_two(stock, a, b, low, high).mean;
 }
 
 struct chip_corners {             /* the four cells round a point */
@@ -62,16 +113,24 @@ static inline __attribute__((always_inline)) int find_corners(const struct chip_
     return 1;
 }
 
-/* Stock between low and high, mm above low, interpolated between the four cells, which are read once for both heights. */
+/* The height at the point, from the mean heights of the two cells with the lower Y and of the two others. */
+static inline __attribute__((always_inline)) double interpolated(const struct chip_corners *corners, pair a, pair b)
+{
+    double h0 = a[0] + corners->fx * (a[1] - a[0]), h1 = b[0] + corners->fx * (b[1] - b[0]);
+    return h0 + corners->fy * (h1 - h0);
+}
+
+/* Stock between low and high, mm above low, interpolated between the four cells, which are read once for both heights. Cells
+ * without a part are different in few places, so there branches take less time than a pair. */
 static inline __attribute__((always_inline)) double
 between_corners(const struct chip_stock *stock, const struct chip_corners *corners, double low, double high)
 {
     const struct chip_cell *a = corners->cell, *b = a + stock->nx + 2;
-    double h0 = cell_between(stock, a, low, high), h1;
-    h0 += corners->fx * (cell_between(stock, a + 1, low, high) - h0);
-    h1 = cell_between(stock, b, low, high);
-    h1 += corners->fx * (cell_between(stock, b + 1, low, high) - h1);
-    return h0 + corners->fy * (h1 - h0);
+    if (a[0].cut | a[1].cut | b[0].cut | b[1].cut)
+        return interpolated(corners, read_two(stock, a, a + 1, low, high).mean,
+                            read_two(stock, b, b + 1, low, high).mean);
+    return interpolated(corners, (pair){ whole_between(a, low, high), whole_between(a + 1, low, high) },
+                        (pair){ whole_between(b, low, high), whole_between(b + 1, low, high) });
 }
 
 /* The same at a point. */

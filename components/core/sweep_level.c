@@ -4,34 +4,22 @@
  *
  * The height over a point depends on its distance from the segment alone, or on that from its end. The four points of a cell are computed in
  * pairs, and the cases that need more are left to sweep_row.c: the results are the same bit for bit. */
+#include "pair.h"
 #include "sweep_segment.h"
-
-typedef double pair __attribute__((vector_size(16))); /* of points that differ in X */
-
-static CHIP_INLINE pair root_of(pair x)
-{
-#ifdef __SSE2__
-    pair root;
-    __asm__("sqrtpd %1, %0" : "=x"(root) : "x"(x));
-    return root;
-#else
-    return (pair){ chip_sqrt(x[0]), chip_sqrt(x[1]) };
-#endif
-}
 
 /* Height over two points at the distance^2 r2 from the axis, the distance^2 of the cell's middle is in one zone. */
 static CHIP_INLINE pair arc_height_of(const struct chip_sweep_segment *segment, const struct chip_tool *tool, pair r2)
 {
     if (tool->r_flat > 0.0) {
-        pair r = root_of(r2) - tool->r_flat;
+        pair r = pair_root(r2) - tool->r_flat;
         r2 = r * r;
     }
-    return segment->z + segment->dz + (tool->corner - root_of(tool->corner * tool->corner - r2));
+    return segment->z + segment->dz + (tool->corner - pair_root(tool->corner * tool->corner - r2));
 }
 
 static CHIP_INLINE pair cone_height_of(const struct chip_sweep_segment *segment, const struct chip_tool *tool, pair r2)
 {
-    return segment->z + segment->dz + (tool->arc_top + tool->slope * (root_of(r2) - tool->r_arc));
+    return segment->z + segment->dz + (tool->arc_top + tool->slope * (pair_root(r2) - tool->r_arc));
 }
 
 /* Cuts a cell that was cut before, as a whole, to the height z [3]. */
