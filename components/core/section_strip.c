@@ -3,16 +3,18 @@
  * section.h; the numbers in brackets are those of its principle. */
 #include "section_parts.h"
 
-#define CHIP_GAUSS_CELLS 2.5 /* width of a band, in cells, for which a pair of points is enough [7] */
-#define CHIP_GAUSS_PARTS 4   /* pairs at most */
+#define CHIP_GAUSS_CELLS 2.5     /* width of a band, in cells, for which a pair of points is enough [7] */
+#define CHIP_GAUSS_PARTS 4       /* pairs at most */
+#define CHIP_POINTS_AHEAD 8      /* points between the one that is read and the one that is prefetched */
+#define CHIP_LARGE_MAP (1 << 20) /* cells: 8 MB, more than the processor keeps near */
 
-/* [7] Stock between low and the band's upper edge, in front of it `side` mm beside the path, mm; `front`: how far
- * before the axis the band's own circle is there. */
-static double met(const struct chip_stock *stock, const struct chip_pose *at, struct chip_strip *strip, double side,
-                  double front, double low)
+/* [7] Where the stock in front of a band is read `side` mm beside the path; `front`: how far before the axis the band's own circle is
+ * there, in mm. */
+static inline __attribute__((always_inline)) struct chip_point
+place_of(const struct chip_pose *at, const struct chip_strip *strip, double side, double front)
 {
-    double ahead = front, lateral = side, x, y;
-    strip->nodes++;
+    double ahead, lateral = side;
+    struct chip_point point;
     if (strip->margin > 0.0) {
         double outer = strip->outer + strip->margin, ahead2 = outer * outer - side * side;
         ahead = chip_sqrt(ahead2);
@@ -21,14 +23,53 @@ static double met(const struct chip_stock *stock, const struct chip_pose *at, st
         double ahead2 = strip->middle * strip->middle - side * side;
         front = ahead = ahead2 > 0.0 ? chip_sqrt(ahead2) : 0.0;
     }
-    x = at->x + ahead * at->hx - lateral * at->hy;
-    y = at->y + ahead * at->hy + lateral * at->hx;
-    CHIP_FAULT(EDGE_SMEARED, return between(stock, at, x, y, low, strip->high));
-    if (strip->edged) {
-        struct chip_point point = { x, y, front, side };
+    point.x = at->x + ahead * at->hx - lateral * at->hy;
+    point.y = at->y + ahead * at->hy + lateral * at->hx;
+    point.front = front;
+    point.side = side;
+    return point;
+}
+
+/* [7] Stock between low and the band's upper edge there, mm. */
+static double met(const struct chip_stock *stock, const struct chip_pose *at, struct chip_strip *strip, double side,
+                  double front, double low)
+{
+    struct chip_point point;
+    strip->nodes++;
+    if (strip->edged && !CHIP_FAULTY(EDGE_SMEARED)) {
+        point = place_of(at, strip, side, front);
         return chip_wall_between(stock, at, &point, strip, low);
     }
-    return between(stock, at, x, y, low, strip->high);
+    point = place_of(at, strip, side, front);
+    return between(stock, at, point.x, point.y, low, strip->high);
+}
+
+/* Whether the cells of the points are prefetched. Each point of a wall is in other rows, and the rows of a large map are in cache
+ * lines and pages of their own. The bands of a round end read the same cells one after the other. */
+static int needs_fetch(const struct chip_stock *stock, const struct chip_strip *strip)
+{
+    return strip->inner >= strip->outer && (long)stock->nx * stock->ny > CHIP_LARGE_MAP;
+}
+
+/* The point of a band's circle that is prefetched next, some points before the one that is read. */
+struct fetch {
+    double c, s; /* cosine and sine of its angle from the heading */
+    int left;    /* points from there on */
+};
+
+/* Prefetches the four cells round it. */
+static void fetch_next(const struct chip_stock *stock, const struct chip_pose *at, const struct chip_strip *strip,
+                       double turn_c, double turn_s, struct fetch *fetch)
+{
+    double c = fetch->c, s = fetch->s, r = strip->inner;
+    struct chip_point point = place_of(at, strip, r * s, r * c);
+    struct chip_corners corners;
+    fetch->left--;
+    fetch->c = c * turn_c - s * turn_s;
+    fetch->s = s * turn_c + c * turn_s;
+    if (!find_corners(stock, at, point.x, point.y, &corners)) return;
+    __builtin_prefetch(corners.cell);
+    __builtin_prefetch(corners.cell + stock->nx + 2);
 }
 
 /* [7] The band where it has its full height, between its inner edges: mm2, trapezia across the path. Where the stock
@@ -38,14 +79,19 @@ static double middle_area(const struct chip_stock *stock, const struct chip_pose
 {
     int n = node_count(stock, strip->inner) / 2, i, k;
     double step = CHIP_PI / n, r = strip->inner, turn_c, turn_s, fine_c, fine_s, sum = 0.0;
-    double c = 0.0, s = -1.0, last = met(stock, at, strip, -r, 0.0, strip->low);
-    int walled = strip->walled;
+    double c = 0.0, s = -1.0, last;
+    struct fetch fetch = { c, s, needs_fetch(stock, strip) ? n + 1 : 0 };
+    int walled;
     small_turn(step, &turn_c, &turn_s);
     small_turn(step / (CHIP_REFINE + 1), &fine_c, &fine_s);
+    for (i = 0; i < CHIP_POINTS_AHEAD && fetch.left; i++) fetch_next(stock, at, strip, turn_c, turn_s, &fetch);
+    last = met(stock, at, strip, -r, 0.0, strip->low);
+    walled = strip->walled;
     *highest = last;
     for (i = 0; i < n; i++) {
         double x = c, y = s, h;
         int was_walled = walled;
+        if (fetch.left) fetch_next(stock, at, strip, turn_c, turn_s, &fetch);
         c = x * turn_c - y * turn_s;
         s = y * turn_c + x * turn_s;
         h = met(stock, at, strip, r * s, r * c, strip->low);
