@@ -53,7 +53,7 @@ def without(points, done, above):
 def moves_along(program, part, path):
     """(Table of the moves along the path of a Body, (n, 2) int: the first and the last of its points that each of them goes along).
 
-    path (n, 3): where the Body's points have been shifted to; NaN: bridged.
+    path (n, 3): where the Body's points have been shifted to; NaN: left out.
     """
     steps = program.step[part.move]
     bounds = np.concatenate(([0], np.flatnonzero(np.diff(steps)) + 1, [len(steps)]))
@@ -83,8 +83,13 @@ def _lines(points, z, bounds):
 def _singles(program, part, path, a, b):
     """(Table, spans) of straight steps from the points a (k,) to b (k,)."""
     there = ~np.isnan(path[b, 2])
-    a, b = a[there], b[there]
-    return Table(np.full(len(a), FEED, np.int8), path[b], program.feed[part.move[a]], {}), np.column_stack((a, b))
+    a, b = _travelled(path)[a[there]], b[there]
+    return Table(np.full(len(a), FEED, np.int8), path[b], program.feed[part.move[b - 1]], {}), np.column_stack((a, b))
+
+
+def _travelled(path):
+    """(n,) int: of each point, itself, or the last one before it that is not left out."""
+    return np.maximum.accumulate(np.where(np.isnan(path[:, 2]), 0, np.arange(len(path))))
 
 
 def _pieces(program, part, path, bounds, circles):
@@ -101,7 +106,7 @@ def _pieces(program, part, path, bounds, circles):
 
 def _straight(feed, part, path, a, b, moves, spans):
     """Points a .. b of one straight step, those on a line left out."""
-    before = a
+    before = int(_travelled(path[:a + 1])[-1])
     for k in kept_points(shift.along(part.points[a:b + 1]), path[a:b + 1, 2]):
         if k > 0:
             moves.append(Move(FEED, tuple(path[a + k].tolist()), feed))

@@ -177,7 +177,7 @@ class Shifter:
             self.stock.cut(self.tool.shape, path[0], path[:1])          # straight down: what is left is that of the lowest place
 
     def _shifted(self, body, target=None, depth=None):
-        """R3 of a path in the stock as it is, which is cut: (n, 3) points.  Points that were bridged are NaN.
+        """R3 of a path in the stock as it is, which is cut: (n, 3) points, NaN where there is none any more.
 
         depth, target: as of Trials.shifted().
         """
@@ -185,7 +185,7 @@ class Shifter:
         moved = trials.shifted(self._radius(), target, depth)
         if trials.found and not self.reserved:
             self.reserve, self.reserved = trials.reserve, True
-        self.figures.bridged += int(np.isnan(moved[:, 2]).sum())
+        self.figures.bridged += trials.bridged
         return moved
 
     def _radius(self):
@@ -216,7 +216,7 @@ class Shifter:
                 written += [Table.of(link(path[0, 2])), along.moves_along(self.program, part, path)[0]]
                 at = path[-1]
                 self.figures.segments += 1
-                self.figures.added_feed += _length(path)
+                self.figures.added_feed += _length(path[~np.isnan(path[:, 2])])
             levels += 1
             if levels > MOST_LEVELS or not helped:
                 raise Unreadable(f"the flutes of tool {self.tool.number} are too short, and shifting the path does not help",

@@ -17,6 +17,8 @@ lies below the shifted path, and has no bend tighter than the disc at a point of
 
 import numpy as np
 
+from chipwise.stock.library import library
+
 AXIS = (0.0, 0.0, 1.0)
 
 
@@ -46,22 +48,11 @@ def turned_points(first, moved):
     return drop
 
 
-def _windows(s, radius):
-    """Most neighbours of a point that lie nearer than the radius."""
-    return int((np.searchsorted(s, s + radius, side="right") - np.arange(len(s))).max())
-
-
-def _dilated(s, values, radius, most):
-    """(n,): max over the neighbours of value + height of the disc there; most: np.maximum, or np.minimum for an erosion."""
-    sign = 1.0 if most is np.maximum else -1.0
-    result = values + sign * radius
-    for k in range(1, min(_windows(s, radius), len(s))):
-        gap = s[k:] - s[:-k]
-        with np.errstate(invalid="ignore"):
-            disc = np.sqrt(radius * radius - gap * gap)
-        disc = np.where(np.isnan(disc), -np.inf, disc) * sign
-        result[k:] = most(result[k:], values[:-k] + disc)
-        result[:-k] = most(result[:-k], values[k:] + disc)
+def _rolled(s, values, radius, side):
+    """(n,): the most of the neighbours' values with discs round them, side 1, or the least below them, side -1."""
+    s, values = np.ascontiguousarray(s), np.ascontiguousarray(values)
+    result = np.empty(len(s))
+    library().chip_disc_roll(len(s), s.ctypes.data, values.ctypes.data, radius, side, result.ctypes.data)
     return result
 
 
@@ -69,8 +60,8 @@ def rounded(s, amount, radius):
     """(n,): amounts of shift, never smaller, whose corners are arcs of `radius` mm.  s (n,): arc length of the points, rising."""
     if radius <= 0.0 or not amount.any():
         return amount.copy()
-    convex = np.maximum(_dilated(s, amount, radius, np.maximum) - radius, 0.0)
-    closed = _dilated(s, _dilated(s, convex, radius, np.maximum), radius, np.minimum)
+    convex = np.maximum(_rolled(s, amount, radius, 1.0) - radius, 0.0)
+    closed = _rolled(s, _rolled(s, convex, radius, 1.0), radius, -1.0)
     return np.maximum(np.maximum(closed, convex), amount)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Lines whose one step becomes straight moves, as text: nearly all of a long program's, a batch at a time, and long runs of such moves.
+"""Lines whose one step becomes straight moves, or none, as text: nearly all of a long program's, a batch at a time, and long runs of such moves.
 
 Called by text.py, which writes the others one by one.
 """
@@ -21,7 +21,7 @@ class StraightLines:
         self._steps, self._first, self._table = edits.instead.merged()
         self._notes = edits.instead.notes()
         arcs = np.concatenate(([0], np.cumsum(self._table.kind == ARC)))
-        good = alone[self._steps] & (np.diff(self._first) > 0) & (np.diff(arcs[self._first]) == 0)
+        good = alone[self._steps] & (np.diff(arcs[self._first]) == 0)
         good &= ~np.isin(self._steps, edits.after.steps) & ~np.isin(self._steps, list(edits.feeds))
         self._row = np.full(program.steps, -1, np.int32)
         self._row[self._steps[good]] = np.flatnonzero(good)
@@ -50,13 +50,16 @@ class StraightLines:
         self._places = _in_work(self.program.frames[frames[0]], self._table.end[part])
 
     def moves(self, step, feed, end):
-        """(text, kind of the last move, its end (3,), F in force then) of a step's moves where F is in force (None: it has to be said)."""
+        """(text, the last move's kind and end (3,), None without moves, F in force then) of a step's moves where F is in force (None: it has to be
+        said)."""
         row = int(self._row[step])
         if not self._begin <= row < self._end:
             self._load(row)
         own = slice(int(self._first[row]) - self._at, int(self._first[row + 1]) - self._at)
+        if own.stop == own.start:
+            return "", None, feed
         text, feed, _ = lines_of(Numbers(self.program.modes_on(step).units), self._kind[own], self._places[own], self._feed[own], feed, None, end)
-        return text, self._kind[own][-1], self._table.end[self._at + own.stop - 1], feed
+        return text, (self._kind[own.stop - 1], self._table.end[self._at + own.stop - 1]), feed
 
 
 def lines_of(numbers, kinds, places, feeds, feed, had, end):

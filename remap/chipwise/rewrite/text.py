@@ -232,9 +232,10 @@ class Writer:
 
     def _write_straight(self, text, step):
         """The same of nearly all lines."""
-        lines, kind, self.at, self.feed = self._straight.moves(step, self.feed, self.end)
+        lines, last, self.feed = self._straight.moves(step, self.feed, self.end)
         self.out.line(f"{self._shown(self._straight.note(step), text)}{self.end}{lines}")
-        self.motion = G[kind]
+        if last:
+            self.motion, self.at = G[last[0]], last[1]
         self._take_over(step)
 
     def _shown(self, note, text):

@@ -11,6 +11,7 @@ from chipwise.check.reader import Unreadable
 from chipwise.check.simulate import SEGMENT_MM
 from chipwise.rewrite import along, cutting, shift
 from chipwise.rewrite.again import PART_POINTS, Recut
+from chipwise.rewrite.fewer import with_fewer
 from chipwise.rewrite.links import OVER_MM
 
 LEFT_MM = 0.002             # smaller shifts are ignored
@@ -28,13 +29,14 @@ class Trials:
     def __init__(self, program, body, stock, tool, lead_in, sought, reserve):
         self.program, self.body, self.stock, self.tool, self.lead_in = program, body, stock, tool, lead_in
         self.sought, self.reserve = sought, reserve
+        self.bridged = 0                            # points of the path that was found
         self.proofs, self.found = 0, False          # found: whether the proof has found a path too deep; the reserve is larger then
         self.window = cutting.Window(stock, body.points, tool.shape.diameter / 2)
         self.recut = Recut(stock, tool.shape)
         self.s = shift.along(body.points)
 
     def shifted(self, radius, target=None, depth=None):
-        """The shifted path, which is cut: (n, 3) points.  Points that were bridged are NaN.
+        """The shifted path, which is cut: (n, 3) points, NaN where there is none any more (_path()).
 
         radius: of corners; depth: what the path has met, if that is known; target: Window of what the first path leaves, if there may be bridges.
         """
@@ -50,9 +52,10 @@ class Trials:
             if moved is None:
                 amount = shift.held(self.s, np.maximum(need - points[:, 2], 0.0), air)
                 moved = shift.shifted(points, shift.rounded(self.s, amount, radius))
-            too_low, new = self._too_low(moved, dropped, depth), None
+            too_low, new = self._too_low(moved, dropped, depth) if depth is not None else None, None
             if not too_low:
-                chords, spans = self._written(moved, dropped)
+                path = self._path(moved, dropped)
+                chords, spans = self._written(path)
                 too_low = self._too_low_as_written(chords, spans)
             if not too_low and not dropped.any():
                 too_low = self._too_low_proved(chords, spans, need, dropped)
@@ -65,8 +68,8 @@ class Trials:
                 moved = None
             elif new is None:
                 self.sought.keep()
-                moved[dropped] = np.nan
-                return moved
+                self.bridged = int(dropped.sum())
+                return path
             else:
                 dropped = new
             window.restore()
@@ -85,12 +88,16 @@ class Trials:
         k = np.flatnonzero(over > OVER_MM)
         return (index[k], index[k + 1], np.minimum(path[k, 2], path[k + 1, 2]) + over[k]) if len(k) else None
 
-    def _written(self, moved, dropped):
-        """(chords (n, 3), spans (n - 1, 2)): the path as it will be read back; first and last point that each chord goes to."""
+    def _path(self, moved, dropped):
+        """(n, 3): the path that is written; points that are bridged, or that others stand for, are NaN."""
         path = moved.copy()
         path[dropped] = np.nan
+        return with_fewer(self.program, self.body, path)
+
+    def _written(self, path):
+        """(chords (n, 3), spans (n - 1, 2)): a path as it will be read back; first and last point that each chord goes to."""
         moves, spans = along.moves_along(self.program, self.body, path)
-        chords, owner = along.polyline(moved[0], moves)
+        chords, owner = along.polyline(path[0], moves)
         return self.program.as_written(chords, int(self.program.step[self.body.move[0]])), spans[owner]
 
     def _too_low_as_written(self, chords, spans):

@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Shifted paths with fewer moves: of those that are short and on one line across the tool's axis, one takes the place of many.
+
+Called by trials.py.  A path that is shifted need not be followed to the last digit: it may be a little higher, never lower, and never beside.
+Points that are where the first path is stay, all of them.  Lengths mm, machine coordinates of the tool's tip.
+
+ 1. A *run* is a part of the path between two points that stay, whose points inside have been shifted; straight steps of lines one behind the
+    other, with one F, each of which goes on where the one before goes, to BESIDE_MM.
+ 2. Over a run, components/offline/chain_fit.c finds as few points as a band of HIGHER_MM above the path allows.
+"""
+
+import numpy as np
+
+from chipwise.rewrite import shift
+from chipwise.stock.library import library
+
+HIGHER_MM = 0.01            # than the shifted path: a sixth of the flutes' reserve (trials.py)
+BESIDE_MM = 2e-4            # of a line: along.py's LINE_MM, and less than the proof allows beside an earlier level
+LEAST = 4                   # segments of a run
+
+
+def with_fewer(program, body, path):
+    """The path of an along.Body (n, 3), NaN where it is bridged, with NaN also at points that others stand for, which may be higher."""
+    result, s = path.copy(), shift.along(body.points)
+    for a, b in _runs(_joined(program, body, path)):
+        for first, last in _lines(path, a, b):
+            kept, height = _fitted(s[first:last + 1], path[first:last + 1, 2])
+            result[first:last + 1, 2] = np.nan
+            result[first + kept, 2] = height
+    return result
+
+
+def _joined(program, body, path):
+    """(n,) bool: points of a path that may go: shifted, within a line [1]."""
+    step, line = program.step[body.move], program.places[body.move]
+    with np.errstate(invalid="ignore"):                                                     # bridged
+        may = path[:, 2] > body.points[:, 2] + 1e-9
+        d = np.diff(path[:, :2], axis=0)
+        a, b = d[:-1], d[1:]
+        beside = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) / np.maximum(np.sqrt(((a + b) ** 2).sum(axis=1)), 1e-12)
+        on = ((a * b).sum(axis=1) > 0.0) & (beside <= BESIDE_MM)
+    there, straight, feed = ~np.isnan(path[:, 2]), program.circle[step] < 0, program.feed[body.move]
+    same = (np.diff(line) == 1) | (np.diff(step) == 0)
+    may[[0, -1]] = False
+    may[1:-1] &= on & there[:-2] & there[2:] & straight[:-1] & straight[1:] & same & (feed[:-1] == feed[1:])
+    return may
+
+
+def _runs(may):
+    """[(first, last)]: the points that stay round those of `may` (n,) bool that follow one another, where there are enough."""
+    edge = np.diff(may.astype(np.int8))
+    first, last = np.flatnonzero(edge > 0), np.flatnonzero(edge < 0) + 1
+    own = last - first >= LEAST
+    return zip(first[own].tolist(), last[own].tolist())
+
+
+def _lines(path, first, last):
+    """Yield (first, last): the parts of a run of points whose points are all on a line."""
+    waiting = [(first, last)]
+    while waiting:
+        a, b = waiting.pop()
+        if b - a < LEAST:
+            continue
+        along, p = path[b, :2] - path[a, :2], path[a:b + 1, :2] - path[a, :2]
+        off = np.abs(along[0] * p[:, 1] - along[1] * p[:, 0])
+        worst = int(off.argmax())
+        if off[worst] <= BESIDE_MM * np.hypot(*along):
+            yield a, b
+        else:
+            waiting += [(a, a + worst), (a + worst, b)]
+
+
+def _fitted(s, z):
+    """(index (k,) of the points that stay, their heights (k,)) [2]."""
+    s, z = np.ascontiguousarray(s), np.ascontiguousarray(z)
+    kept, height, arc = np.empty(len(s), np.int64), np.empty(len(s)), np.empty((len(s), 3))
+    high = z + HIGHER_MM
+    count = library().chip_chain_fit(len(s), s.ctypes.data, z.ctypes.data, high.ctypes.data, None, kept.ctypes.data, height.ctypes.data, arc.ctypes.data)
+    return kept[:count], height[:count]
