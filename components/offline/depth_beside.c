@@ -74,8 +74,7 @@ static int by_first(const void *a, const void *b)
     return d < 0.0 ? -1 : d > 0.0;
 }
 
-/* Number of places, half a cell from each other, by which a move's axis is entered into the cells. */
-static long axis_places(const struct chip_proof *p, const struct chip_swept *m)
+long chip_depth_axis_places(const struct chip_proof *p, const struct chip_swept *m)
 {
     return (long)chip_min(ceil(sqrt(m->length2) / (0.5 * p->cell)), 1e7);
 }
@@ -87,7 +86,7 @@ static int on_map(const struct chip_proof *p, double x, double y)
 
 static void find_spans(struct chip_proof *p, const struct judged *m)
 {
-    long places = axis_places(p, &m->swept), i;
+    long places = chip_depth_axis_places(p, &m->swept), i;
     int k, kept = 0;
     p->span_count = 0;
     p->spans_known = 1;
@@ -137,7 +136,7 @@ int chip_depth_is_beside(struct chip_proof *p, const struct judged *m, double fi
 
 void chip_depth_enter_axis(struct chip_proof *p, const struct chip_swept *m, int32_t number)
 {
-    long places = axis_places(p, m), i, before = -1;
+    long places = chip_depth_axis_places(p, m), i, before = -1;
     for (i = 0; i <= places; i++) {
         double t = places ? (double)i / places : 0.0, x = m->x + t * m->dx, y = m->y + t * m->dy;
         int32_t row = index_of(y, p->y0, p->cell, p->ny);

@@ -87,9 +87,9 @@ static void cut_cell(struct chip_proof *p, const struct judged *m, double x, dou
     left = chip_depth_left(&m->swept, m->tool, x, y, half, distance, p->cells.high[cell]);
     if (left < p->cells.high[cell]) {
         p->cells.high[cell] = (float)chip_max(left, p->stock.z_min);
-        chip_depth_prune(p, &p->cells.partial[cell], p->cells.high[cell]);
+        chip_depth_prune(p, &p->cells.partial[cell], chip_depth_kept_below(p, cell));
     }
-    if (low < p->cells.high[cell] - 1e-5) chip_depth_put(p, &p->cells.partial[cell], m->number, low);
+    if (low < chip_depth_kept_below(p, cell) - 1e-5) chip_depth_put(p, &p->cells.partial[cell], m->number, low);
 }
 
 /* All cells that a move may reach. */
@@ -176,6 +176,7 @@ void chip_proof_close(struct chip_proof *p)
     free(p->table);
     free(p->tools);
     chip_depth_cells_free(&p->cells);
+    free(p->settled);
     free(p->seen);
     free(p->pool.node);
     free(p->list);
@@ -284,7 +285,7 @@ long chip_prove_depths(const struct chip_proof_stock *stock, const struct chip_p
 {
     struct chip_proof *p = path->n < INT32_MAX ? chip_proof_open(stock, tools, tool_count, cell) : 0;
     long count = -1;
-    if (p && room_to_ask(p, path->n)) {
+    if (p && room_to_ask(p, path->n) && chip_proof_expect(p, path) == 0) {
         p->start = path->start;
         p->to = path->to;
         p->tool = path->tool;

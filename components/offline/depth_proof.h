@@ -18,6 +18,9 @@
  *  5. Squares with a diagonal of CHIP_PROOF_LEAST that are neither, do not count: contacts smaller than that, and stock thinner than
  *     the skin at the tool's side. All others are found.
  *  6. A path that is still sought is added, looked at and taken back again (chip_proof_back).
+ *  7. Of the moves to come it is known how low they will be at most (chip_proof_expect). Once a cell is low enough for all of them, it is settled:
+ *     what has cut parts of it is forgotten. A long program would need 100 MB for it. A move that is lower after all may have a
+ *     witness where it has none, never the other way round.
  */
 #ifndef CHIPWISE_DEPTH_PROOF_H
 #define CHIPWISE_DEPTH_PROOF_H
@@ -35,6 +38,7 @@
 #define CHIP_PROOF_WITNESS 0.1  /* mm: a square smaller than that has one witness */
 #define CHIP_PROOF_MOST 60      /* witnesses of one move that are looked for, and */
 #define CHIP_PROOF_MOST_MORE 30 /* so many more for each of its segments */
+#define CHIP_PROOF_LOWER 0.01   /* mm by which a move may be lower than those that were expected: the rounding of its text [7] */
 #define CHIP_PROOF_ENOUGH 4     /* witnesses beside a segment, of which one counts */
 
 struct chip_proof_stock {
@@ -87,6 +91,9 @@ void chip_proof_close(struct chip_proof *p);
  * Returns as of chip_prove_depths; after -1 nothing more can be added. */
 long chip_proof_add(struct chip_proof *p, const struct chip_proof_path *path, int64_t *squares,
                     struct chip_proof_found *found, long room);
+
+/* No move that is judged will be lower than those of a path where it reaches [7]. Returns -1 without memory. */
+int chip_proof_expect(struct chip_proof *p, const struct chip_proof_path *path);
 
 /* Where chip_proof_back returns to; what came before stays. Returns -1 without memory. */
 int chip_proof_mark(struct chip_proof *p);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /* depth_state.h - what the files of depth_proof.h share while they prove one program.
  *
- * Who calls it: depth_proof.c, depth_squares.c, depth_beside.c, depth_undo.c.
+ * Who calls it: depth_proof.c, depth_squares.c, depth_beside.c, depth_undo.c, depth_settled.c.
  */
 #ifndef CHIPWISE_DEPTH_STATE_H
 #define CHIPWISE_DEPTH_STATE_H
@@ -68,6 +68,7 @@ struct chip_proof {
     double x0, y0, cell, most_radius;
     int32_t nx, ny;
     struct cells cells;
+    float *settled; /* mm, of each cell: up to where its stock is low enough for all moves to come [7]; 0: not known */
     int32_t *seen, asked; /* of each move: the number of the last move that has asked, of those that have */
     int32_t seen_size;
     struct pool pool;
@@ -144,11 +145,21 @@ void chip_depth_prune(struct chip_proof *p, int32_t *head, float high);
 /* Frees what the mark has kept. */
 void chip_depth_forget(struct chip_proof *p);
 
+/* Moves that cut nothing of a cell below this need not be kept, mm. */
+static inline float chip_depth_kept_below(const struct chip_proof *p, long cell)
+{
+    float high = p->cells.high[cell];
+    return p->settled && high <= p->settled[cell] ? (float)-CHIP_SWEPT_NEVER : high;
+}
+
 /* Puts a move into the chain of a cell. */
 void chip_depth_put(struct chip_proof *p, int32_t *head, int32_t move, double low);
 
 /* Whether the judged move from share `first` to `last` runs beside earlier moves that have cut what it meets [3]. */
 int chip_depth_is_beside(struct chip_proof *p, const struct judged *m, double first, double last);
+
+/* Number of places, half a cell from each other, by which a move's axis is entered into the cells. */
+long chip_depth_axis_places(const struct chip_proof *p, const struct chip_swept *m);
 
 /* Enters a move's axis into the cells it goes through. */
 void chip_depth_enter_axis(struct chip_proof *p, const struct chip_swept *m, int32_t number);

@@ -100,7 +100,7 @@ static void keep_all(struct chip_proof *p)
         long at = (long)b->kept[k] * p->nx;
         for (i = 0; i < p->nx; i++)
             if (p->cells.high[at + i] < b->cells.high[at + i])
-                chip_depth_prune(p, &p->cells.partial[at + i], p->cells.high[at + i]);
+                chip_depth_prune(p, &p->cells.partial[at + i], chip_depth_kept_below(p, at + i));
         b->is_kept[b->kept[k]] = 0;
     }
     b->rows = 0;

@@ -66,7 +66,7 @@ def _stocks(program, geometry, cell, over):
 
 
 @dataclass
-class _Path:
+class Path:
     """The moves in a stock: start (3,) mm; to (n, 3) mm; tool (n,) int32, as of chip_proof_path; index (n,): number of the program's move of
     each."""
 
@@ -85,7 +85,7 @@ class _Path:
 
 
 def _path(program, stock):
-    """The _Path of a program in a _Stock.  Its places are the program's own, not a copy, if the moves follow one another."""
+    """The Path of a program in a _Stock.  Its places are the program's own, not a copy, if the moves follow one another."""
     parts = [(s.first, s.end, tool) for s, tool, _ in stock.parts]
     start = np.array(program.start(parts[0][0]), float)
     joined = all(a[1] == b[0] for a, b in zip(parts, parts[1:]))
@@ -99,7 +99,18 @@ def _path(program, stock):
         at += not joined
         tool[at:at + b - a] = np.where(program.kind[a:b] != records.RAPID, number, ~number)
         at += b - a
-    return _Path(start, np.ascontiguousarray(to, np.float64), tool, index)
+    return Path(start, np.ascontiguousarray(to, np.float64), tool, index)
+
+
+def path_of(program, sections, tools):
+    """The Path of all of a Program's moves; tools: cutting.Tools, those of the Sections."""
+    tool = np.full(len(program.kind), ELSEWHERE, np.int32)
+    for section in sections:
+        if section.tool in tools:
+            own = slice(section.first, section.end)
+            number = tools.index(section.tool)
+            tool[own] = np.where(program.kind[own] != records.RAPID, number, ~number)
+    return Path(np.array(program.start(0), float), program.end, tool, np.arange(len(tool), dtype=np.int32))
 
 
 def shape_of(stock):

@@ -26,7 +26,7 @@ from chipwise.check.records import FEED, RAPID
 from chipwise.check.reader import Unreadable
 from chipwise.check.simulate import SEGMENT_MM
 from chipwise.check.sweep import MET
-from chipwise.rewrite import along, cutting, proof
+from chipwise.rewrite import along, cutting, depths, proof
 from chipwise.rewrite.edits import Edits, Move, Table
 from chipwise.rewrite.links import ACROSS_MM, OVER_MM, Links
 from chipwise.rewrite.sought import OVER_STOCK_MM, Sought
@@ -71,7 +71,8 @@ class Shifter:
         for section, stock in cutting.in_stock(self.program, self.sections, self.cell, progress, self.needles):
             if stock is not self.stock:
                 self.number, self.final = self.number + 1, None
-                self.sought = Sought(stock, [s.tool for s in self.sections if s.tool and s.tool.shape])
+                tools = [s.tool for s in self.sections if s.tool and s.tool.shape]
+                self.sought = Sought(stock, tools, lambda known=tools: depths.path_of(self.program, self.sections, known))
             self.stock, self.tool = self.links.stock, self.links.tool = stock, section.tool
             self._section(section)
         return self.edits

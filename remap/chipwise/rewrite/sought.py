@@ -20,12 +20,15 @@ OVER_STOCK_MM = 1.0         # where a tool comes down from
 
 
 class Sought:
-    """The moves of the new program in one HeightMap with some of cutting.Tools, as far as they are known."""
+    """The moves of the new program in one HeightMap with some of cutting.Tools, as far as they are known.
 
-    def __init__(self, stock, tools):
+    expected: () -> a depths.Path of moves with these tools that none to come will be lower than, or None.
+    """
+
+    def __init__(self, stock, tools, expected=None):
         limits = [cutting.finite_room(tool.flute_length) + proof.OVER_MM for tool in tools]
         self._stock, self._tools, self._table = stock, tools, depths.table_of(tools, limits)
-        self._waiting, self._handle, self._found = [], None, None
+        self._waiting, self._handle, self._found, self._expected = [], None, None, expected
         self.is_off = False
 
     def follow(self, tool, start, ends):
@@ -61,6 +64,10 @@ class Sought:
         if not self._handle:
             raise MemoryError
         weakref.finalize(self, library().chip_proof_close, self._handle)
+        if self._expected:
+            path = self._expected()
+            if library().chip_proof_expect(self._handle, C.byref(path.struct())) < 0:
+                raise MemoryError
         self._found = np.zeros(ROOM, depths.FOUND)
         self.keep()
 

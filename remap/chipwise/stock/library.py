@@ -101,6 +101,7 @@ _FUNCTIONS = (      # name, result, arguments
                                      C.c_void_p, C.c_void_p, C.c_long]),
     ("chip_proof_open", C.c_void_p, [C.POINTER(layout.ProofStock), C.c_void_p, C.c_long, C.c_double]), ("chip_proof_close", None, [C.c_void_p]),
     ("chip_proof_add", C.c_long, [C.c_void_p, C.POINTER(layout.ProofPath), C.c_void_p, C.c_void_p, C.c_long]),
+    ("chip_proof_expect", C.c_int, [C.c_void_p, C.POINTER(layout.ProofPath)]),
     ("chip_proof_mark", C.c_int, [C.c_void_p]), ("chip_proof_back", None, [C.c_void_p]),
     ("chip_chain_fit", C.c_long, [C.c_long] + [C.c_void_p] * 7),
     ("chip_disc_roll", None, [C.c_long, C.c_void_p, C.c_void_p, C.c_double, C.c_double, C.c_void_p]),
