@@ -139,6 +139,13 @@ def return_freed_arrays() -> None:
         mallopt(M_TRIM_THRESHOLD, 4 * OWN_MAPPING)
 
 
+def return_heap() -> None:
+    """Give the kernel back what is free in this process's heap: holes of the smaller arrays that a phase has had."""
+    import ctypes
+    with contextlib.suppress(AttributeError):               # not glibc
+        ctypes.CDLL(None).malloc_trim(0)
+
+
 def die_with_parent(parent: int) -> None:
     """Have the kernel kill this process when its parent ends; at once when `parent` (pid) is not the parent any more."""
     import ctypes

@@ -11,8 +11,7 @@ from chipwise.check.records import ARC, FEED
 from chipwise.rewrite import flute, foreseen, proof
 from chipwise.rewrite.edits import Edits, Move, original
 from chipwise.rewrite.program import read
-from chipwise.rewrite.run import read_back
-from chipwise.rewrite.text import Writer
+from chipwise.rewrite.run import read_back, written
 from chipwise.tools import load_tools
 from support.random_cases import random_count, random_seed
 from support.rewrite_rig import deep_program, make_machine
@@ -33,8 +32,10 @@ def trial(path, ini, **options):
     """(Program, Edits, Program of the new text) of one trial."""
     machine = Machine(str(ini))
     program = read(str(path), machine)
+    folder = path.parent / "new"
+    folder.mkdir(exist_ok=True)
     edits, _ = flute.rewrite(program, load_tools(str(ini.parent / "tools.toml")), CELL, **options)
-    return program, edits, read_back(program, Writer(program, edits).write(), lambda name: read(name, machine)) if edits else None
+    return program, edits, read_back(written(folder, program, edits), lambda name: read(name, machine)) if edits else None
 
 
 @pytest.mark.parametrize("case", range(random_count(8)))

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Lines that are written a batch at a time (rewrite/straight_text.py) against the same lines written one by one."""
+import io
 import random
 from types import SimpleNamespace
 
@@ -76,10 +77,13 @@ def test_batches_are_written_as_single_lines_are(machine, tmp_path, monkeypatch)
         with monkeypatch.context() as patch:
             patch.setattr(straight_text.StraightLines, "has", lambda self, step: False)
             patch.setattr(text, "long_lines", one_by_one)
-            wanted = Writer(program, edits).write()
+            wanted = io.BytesIO()
+            Writer(program, edits, wanted).write()
         with monkeypatch.context() as patch:
             patch.setattr(straight_text, "BATCH", rng.choice([1, 7, 4096]))
-            writer = Writer(program, edits)
-            assert writer.write() == wanted, (random_seed(), case)
+            found = io.BytesIO()
+            writer = Writer(program, edits, found)
+            writer.write()
+            assert found.getvalue() == wanted.getvalue(), (random_seed(), case)
         batched += sum(writer._straight.has(step) for step in edits.instead.steps.tolist())
     assert batched > random_count(12) * 10

@@ -84,7 +84,7 @@ class ByStep:
         """steps (k,) int, different; first (k + 1,) int: where the moves of each begin in the Table."""
         if note not in self._notes:
             self._notes.append(note)
-        self._parts.append((np.asarray(steps, np.int64), np.asarray(first, np.int64), table, np.full(len(steps), self._notes.index(note), np.int8)))
+        self._parts.append((np.asarray(steps, np.int32), np.asarray(first, np.int32), table, np.full(len(steps), self._notes.index(note), np.int8)))
         self._small += 1
         if self._small >= BATCH:
             self._parts[-BATCH:] = [_one(self._parts[-BATCH:])]
@@ -126,8 +126,8 @@ class ByStep:
         return self._notes[note[k]] if k < len(steps) and steps[k] == step else None
 
     def notes(self):
-        """The notes on all steps, in the order of merged()."""
-        return [self._notes[k] for k in self._whole()[3].tolist()]
+        """(the different notes, (k,) int8: which of them is on each step of merged())."""
+        return self._notes, self._whole()[3]
 
     def __len__(self):
         return len(self.steps)
@@ -136,13 +136,14 @@ class ByStep:
 def _one(parts):
     """One part of several, its steps rising."""
     if not parts:
-        return np.zeros(0, np.int64), np.zeros(1, np.int64), Table.of([]), np.zeros(0, np.int8)
+        return np.zeros(0, np.int32), np.zeros(1, np.int32), Table.of([]), np.zeros(0, np.int8)
     steps, note = (np.concatenate([part[k] for part in parts]) for k in (0, 3))
     count = np.concatenate([np.diff(part[1]) for part in parts])
     begin = np.cumsum(count) - count
     own, last = np.unique(steps[::-1], return_index=True)
     last = len(steps) - 1 - last
     index, first = _ranges(begin[last], count[last])
+    first = first.astype(np.int32)
     table = Table.joined([part[2] for part in parts])
     return own, first, table if len(index) == len(table) and (np.diff(index) == 1).all() else table.take(index), note[last]
 

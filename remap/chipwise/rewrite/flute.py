@@ -17,6 +17,7 @@ Departs from the source: a body is finished before the next is begun, so every l
 would have left it.
 """
 
+import functools
 import math
 from dataclasses import dataclass, field
 
@@ -72,7 +73,7 @@ class Shifter:
             if stock is not self.stock:
                 self.number, self.final = self.number + 1, None
                 tools = [s.tool for s in self.sections if s.tool and s.tool.shape]
-                self.sought = Sought(stock, tools, lambda known=tools: depths.path_of(self.program, self.sections, known))
+                self.sought = Sought(stock, tools, functools.partial(depths.path_of, self.program, self.sections, tools))
             self.stock, self.tool = self.links.stock, self.links.tool = stock, section.tool
             self._section(section)
         return self.edits

@@ -11,7 +11,8 @@ import numpy as np
 from chipwise.check import records
 from chipwise.rewrite import along
 from chipwise.rewrite.edits import Move
-from chipwise.rewrite.program import Moves, joined
+from chipwise.rewrite.growing import Growing
+from chipwise.rewrite.program import Moves
 
 PART_STEPS = 16_384         # of the program that are worked on at a time
 PART_MOVES = 65_536         # that are compared at a time
@@ -29,25 +30,10 @@ class Foreseen(Moves):
     events: list
 
 
-class _Columns:
-    """Parts of the kind, line, end and feed of a Foreseen, one part behind the other."""
-
-    def __init__(self):
-        self.parts = [], [], [], []
-
-    def add(self, order, *pairs):
-        """The arrays of two kinds of moves, in this order."""
-        for column, pair in zip(self.parts, pairs):
-            column.append(np.concatenate(pair)[order])
-
-    def joined(self):
-        """The arrays; one at a time is there twice."""
-        return [joined(column) for column in self.parts]
-
-
 def foreseen(program, edits):
     """Foreseen of a Program with Edits, made PART_STEPS at a time: no more than that is copied."""
-    replaced, columns, before = np.zeros(program.steps, bool), _Columns(), None
+    replaced, before = np.zeros(program.steps, bool), None
+    columns = Growing(np.int8), Growing(np.int32), Growing(float, 3), Growing(np.float32)           # kind, line, end and feed
     replaced[edits.instead.steps] = True
     inch, feeds = np.array([modes.units == 20 for modes in program.modes]), _kept_feeds(program, edits.feeds)
     wanted = np.array([event.at for event in program.events], int)
@@ -60,10 +46,11 @@ def foreseen(program, edits):
         behind = np.concatenate((kept, program.first[steps + 1] - 1))           # the move of the program that each is, or comes behind
         order = np.argsort(behind, kind="stable")
         at += np.searchsorted(behind[order], wanted)
-        columns.add(order, (program.kind[kept], kinds), (program.line[kept], _lines(program, steps)), (program.end[kept], ends),
-                    (feeds[kept], new_feeds))
+        for column, *both in zip(columns, (program.kind[kept], program.line[kept], program.end[kept], feeds[kept]),
+                                 (kinds, _lines(program, steps), ends, new_feeds)):
+            column.add(np.concatenate(both)[order])
     events = [type(e)(int(k), e.kind, e.line, e.values) for k, e in zip(at, program.events)]
-    return Foreseen(*columns.joined(), events)
+    return Foreseen(*(column.whole() for column in columns), events)
 
 
 @dataclass(frozen=True)

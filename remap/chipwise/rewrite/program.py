@@ -19,6 +19,7 @@ from chipwise.check import records, rules
 from chipwise.check.reader import Reader, Unreadable
 from chipwise.check.trace import BEGINS
 from chipwise.rewrite.blocks import Blocks, blocks_of
+from chipwise.rewrite.growing import Growing
 from chipwise.rewrite.source import Lines
 from chipwise.rewrite.words import only_comment, plain_move, words_of
 
@@ -226,11 +227,9 @@ class Program(Moves):
         return int(self.kind[self.first[step]])
 
 
-def joined(parts):
-    """One array of a list of them, which is empty then: long programs need the room."""
-    result = np.concatenate(parts)
-    parts.clear()
-    return result
+def _short(values):
+    """(n,) int32 that need no room where all are the same, as those of most programs are."""
+    return np.broadcast_to(values[0], values.shape) if len(values) and (values == values[0]).all() else values
 
 
 class Collector:
@@ -238,8 +237,8 @@ class Collector:
 
     def __init__(self, most=MOST_MOVES):
         self.most = most            # moves
-        self.parts, self.count = ([], [], [], []), 0       # of kind, line, end and feed
-        self.firsts, self.circle, self.frame = [], [], []
+        self.columns, self.count = (Growing(np.int8), Growing(np.int32), Growing(float, 3), Growing(float)), 0        # kind, line, end and feed
+        self.first, self.circle, self.frame = (Growing(np.int32) for _ in range(3))
         self.circles, self.frames, self.events, self.marks = [], [records.Frame()], [], []
         self.pending = -1
 
@@ -267,11 +266,11 @@ class Collector:
         arcs = kinds[firsts] == records.ARC
         if arcs.any():                  # each arc's CIRCLE comes directly before its chords
             circle[arcs] = self.pending
-        self.firsts.append(firsts + self.count)
-        self.circle.append(circle)
-        self.frame.append(np.full(len(firsts), len(self.frames) - 1, np.int32))
-        for column, own in zip(self.parts, (kinds, block[:, 1].astype(np.int32), block[:, 2:5].copy(), block[:, 5].copy())):
-            column.append(own)
+        self.first.add(firsts + self.count)
+        self.circle.add(circle)
+        self.frame.add(np.full(len(firsts), len(self.frames) - 1, np.int32))
+        for column, own in zip(self.columns, (kinds, block[:, 1], block[:, 2:5], block[:, 5])):
+            column.add(own)
         self.count += len(block)
         if self.count > self.most:
             raise Unreadable(f"it makes more than {self.most} moves", "look for a loop without an end, or rewrite it in parts")
@@ -287,8 +286,9 @@ class Collector:
 
     def program(self, path, messages, before, text=True):
         """The Program; text: as of read()."""
-        kind, line, end, feed = map(joined, self.parts)
-        first = np.concatenate((*self.firsts, [self.count]))
+        kind, line, end, feed = (column.whole() for column in self.columns)
+        self.first.add([self.count])
+        first = self.first.whole()
         step = np.repeat(np.arange(len(first) - 1, dtype=np.int32), np.diff(first))
         source, blocks, modes = Lines(b""), Blocks(), []
         if text:
@@ -296,7 +296,7 @@ class Collector:
                 source = Lines(file.read())
             blocks = blocks_of(source.parts())
             modes = modes_by_line(source, blocks.subs, before)
-        return Program(path, kind, line, end, feed, step, first, np.concatenate(self.circle), np.concatenate(self.frame),
+        return Program(path, kind, line, end, feed, step, first, _short(self.circle.whole()), _short(self.frame.whole()),
                        self.circles, self.frames, self.events, source, modes, messages, blocks, marks=self.marks)
 
 

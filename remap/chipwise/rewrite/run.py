@@ -10,8 +10,8 @@ from typing import Callable, Optional
 
 from chipwise.check.reader import Machine, Unreadable
 from chipwise.errors import CycleError, format_length, unnamed
-from chipwise.own_folder import OwnFolder, put
-from chipwise.processes import return_freed_arrays
+from chipwise.own_folder import OwnFolder, writing
+from chipwise.processes import return_freed_arrays, return_heap
 from chipwise.rewrite import calls, cutting, depths, feed, flute, foreseen, proof
 from chipwise.rewrite.program import SYNCHRONISED, Program, read
 from chipwise.rewrite.text import Writer
@@ -46,6 +46,7 @@ def rewritten(path, order, progress, machine, stock=None, cell=None, **limits):
         raise Unreadable(unnamed(error.text()), "") from error
 
     program = read(path, machine, stock, **limits)
+    return_heap()
     limits = {**limits, "most_bytes": MOST_BYTES}
 
     def read_it(name, text=True):
@@ -62,14 +63,25 @@ def rate_unit(machine):
     return (machine.unit_mm ** 3, "in3/min") if machine.unit_mm > 10 else (1000.0, "cm3/min")
 
 
-def read_back(program, data, read_it):
+def written(folder, program, edits):
+    """The path of a Program with Edits that is written in an OwnFolder.  Raises Unreadable, FolderError."""
+    path = os.path.join(folder, os.path.basename(program.path))
+    with writing(), open(path, "wb") as file:
+        Writer(program, edits, file).write()
+    return path
+
+
+def read_back(path, read_it):
     """The Program of the new text.  Raises Different where it cannot be read."""
-    with OwnFolder("rewrite") as folder:
-        path = put(folder, os.path.basename(program.path), data)
-        try:
-            return read_it(path)
-        except Unreadable as error:
-            raise proof.Different(f"the new program cannot be read ({error})") from error
+    try:
+        return read_it(path)
+    except Unreadable as error:
+        raise proof.Different(f"the new program cannot be read ({error})") from error
+
+
+def _content(path):
+    with open(path, "rb") as file:
+        return file.read()
 
 
 @dataclass
@@ -113,16 +125,19 @@ def in_place(job, program, rewrite, check):
 def respect_flutes(order, job, progress):
     """CN105492980; -> (bytes, what is said)."""
     needles = {}
-    for repeat in range(REPEATS):
-        data, second, figures, found = _with_reserve(order, job, progress, RESERVE_MM * repeat, needles)
-        if not found:
-            break
-        needles, second = depths.with_needles(needles, found), None         # what the map of the edits has not met
-    else:
-        raise still_too_deep(job, found)
-    if not data:
-        return job.program.content(), "the flutes are long enough everywhere, the program is unchanged"
-    proof.same_stock(job.program, second, job.geometry, job.cell)
+    with OwnFolder("rewrite") as folder:
+        for repeat in range(REPEATS):
+            path, second, figures, found = _with_reserve(order, job, progress, RESERVE_MM * repeat, needles, folder)
+            if not found:
+                break
+            needles, second = depths.with_needles(needles, found), None         # what the map of the edits has not met
+        else:
+            raise still_too_deep(job, found)
+        if not path:
+            return job.program.content(), "the flutes are long enough everywhere, the program is unchanged"
+        proof.same_stock(job.program, second, job.geometry, job.cell)
+        second = None
+        data = _content(path)
     unit = "in" if job.machine.unit_mm > 10 else "mm"
     parts = [f'line{"s" * (b > a)} {a}' + (f" to {b}" if b > a else "") + f" in {n} levels" for a, b, n in figures.lines[:5]]
     more = f" and {len(figures.lines) - 5} more" if len(figures.lines) > 5 else ""
@@ -130,9 +145,9 @@ def respect_flutes(order, job, progress):
                   f"{format_length(round(figures.first_feed, 1), unit)}")
 
 
-def _with_reserve(order, job, progress, reserve, needles):
-    """One of the repeats -> (bytes, None: not written; what is cut then: Program, or Foreseen of what is not written; Figures; [Witness]
-    of what is too deep)."""
+def _with_reserve(order, job, progress, reserve, needles, folder):
+    """One of the repeats -> (path of the new program in the folder, None: not written; what is cut then: Program, or Foreseen of what is not
+    written; Figures; [Witness] of what is too deep)."""
     def rewrite(program, anywhere):
         return flute.rewrite(program, job.geometry, job.cell, order.whole, order.diameter, progress, reserve, anywhere, needles)
 
@@ -141,18 +156,20 @@ def _with_reserve(order, job, progress, reserve, needles):
             program.check_shiftable(first, end)
 
     program, edits, figures = in_place(job, job.program, rewrite, check)
-    second = foreseen.foreseen(program, edits) if edits else job.program
-    found = depths.too_deep(second, job.geometry, job.cell, proof.OVER_MM)
-    if found or not edits:
-        return None, second, figures, found
-    data, without_f = Writer(program, edits).write(), synchronised_lines(program)
-    path, program, edits = second, None, None               # long programs need the room
-    second = read_back(job.program, data, job.moves_of)
-    if not foreseen.same_moves(path, second):
+    if not edits:
+        return None, job.program, figures, depths.too_deep(job.program, job.geometry, job.cell, proof.OVER_MM)
+    path, without_f = written(folder, program, edits), synchronised_lines(program)
+    meant, program, edits = foreseen.foreseen(program, edits), None, None           # long programs need the room
+    return_heap()
+    found = depths.too_deep(meant, job.geometry, job.cell, proof.OVER_MM)
+    if found:
+        return None, meant, figures, found
+    second = read_back(path, job.moves_of)
+    if not foreseen.same_moves(meant, second):
         found = depths.too_deep(second, job.geometry, job.cell, proof.OVER_MM)
     else:
-        proof.same_feeds(path, second, without_f)
-    return data, second, figures, found
+        proof.same_feeds(meant, second, without_f)
+    return path, second, figures, found
 
 
 def still_too_deep(job, found):
@@ -167,7 +184,7 @@ def still_too_deep(job, found):
 def synchronised_lines(program):
     """[numbers of the lines whose moves follow the spindle]: their F means nothing."""
     return [n for n, (text, modes) in enumerate(zip(program.source, program.modes), 1)
-            if modes.synchronised or (not plain_move(text) and any(letter == "G" and value in SYNCHRONISED for letter, value in words_of(text)))]
+            if modes.synchronised or (("G" in text or "g" in text) and not plain_move(text) and any(letter == "G" and value in SYNCHRONISED for letter, value in words_of(text)))]
 
 
 def write_feeds(order, job, progress):
@@ -182,14 +199,20 @@ def write_feeds(order, job, progress):
     program, edits, figures = in_place(job, job.program, rewrite, check)
     if not calls.has_blocks(job.program):
         check(program, edits, figures)
-    data = Writer(program, edits).write() if edits else job.program.content()
-    if edits:
-        second, path = read_back(job.program, data, job.moves_of), foreseen.foreseen(program, edits)
-        proof.same_path(job.program, second)
-        if not foreseen.same_moves(path, second):
-            raise proof.Different("its moves are not those that were meant")
-        proof.same_feeds(path, second, synchronised_lines(program))
+    data = _with_feeds(job, program, edits) if edits else job.program.content()
     scale, unit = rate_unit(job.machine)
     return data, (f"F of {figures.changed} of {figures.moves} feed moves changed, {figures.divided} divided; {figures.before_s:.1f} s "
                   f"of feed become {figures.after_s:.1f} s, peak {figures.peak_before / scale:.4g} {unit} becomes "
                   f"{figures.peak_after / scale:.4g}")
+
+
+def _with_feeds(job, program, edits):
+    """The bytes of a Program with Edits that make no other path.  Raises Unreadable, Different, FolderError."""
+    with OwnFolder("rewrite") as folder:
+        path = written(folder, program, edits)
+        second, meant = read_back(path, job.moves_of), foreseen.foreseen(program, edits)
+        proof.same_path(job.program, second)
+        if not foreseen.same_moves(meant, second):
+            raise proof.Different("its moves are not those that were meant")
+        proof.same_feeds(meant, second, synchronised_lines(program))
+        return _content(path)

@@ -19,8 +19,8 @@ class StraightLines:
         """alone (m,) bool: steps that are the only one of their line."""
         self.program = program
         self._steps, self._first, self._table = edits.instead.merged()
-        self._notes = edits.instead.notes()
-        arcs = np.concatenate(([0], np.cumsum(self._table.kind == ARC)))
+        self._notes, self._note = edits.instead.notes()
+        arcs = np.concatenate(([0], np.cumsum(self._table.kind == ARC, dtype=np.int32)))
         good = alone[self._steps] & (np.diff(arcs[self._first]) == 0)
         good &= ~np.isin(self._steps, edits.after.steps) & ~np.isin(self._steps, list(edits.feeds))
         self._row = np.full(program.steps, -1, np.int32)
@@ -30,7 +30,7 @@ class StraightLines:
 
     def note(self, step):
         """The note on a step that is such a line's."""
-        return self._notes[self._row[step]]
+        return self._notes[self._note[self._row[step]]]
 
     def has(self, step):
         """Whether a step is such a line's, and no mode needs more than its moves."""

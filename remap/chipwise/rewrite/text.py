@@ -13,7 +13,6 @@ Called by run.py.
     what the program has there.
 """
 
-import io
 import re
 
 import numpy as np
@@ -25,6 +24,7 @@ from chipwise.rewrite.move_text import PLANE, G, MoveText, Numbers, g_code
 from chipwise.rewrite.straight_text import StraightLines, long_lines
 from chipwise.rewrite.words import MOTION, active_comments, code, plain_move, with_feed, with_word, words_of
 
+BATCH = 8192                # lines whose numbers are made Python's at a time
 MOST_SHOWN = 120            # characters of a line that is shown as a comment; LinuxCNC takes 255 bytes a line
 _BRACKETS = re.compile(r"[()\r\n]")
 _OUR_CYCLES = {12, 13, 77, 78, 79}
@@ -36,10 +36,10 @@ _PLAIN_G = {*_OUR_CYCLES, *_SETTERS, 0, 1, 2, 3, 80, 73, 81, 82, 83, 85, 86, 89}
 
 
 class Output:
-    """The new program's text as it grows."""
+    """The new program's text as it grows, in a file."""
 
-    def __init__(self):
-        self._file = io.BytesIO()           # its bytes are handed out without a copy
+    def __init__(self, file):
+        self._file = file
         self._open = False                  # whether the last line has no end yet
 
     def line(self, text, end=""):
@@ -53,33 +53,29 @@ class Output:
         if self._open:
             self.line(end)
 
-    def content(self):
-        """-> bytes."""
-        return self._file.getvalue()
-
 
 class Writer:
-    """One program with its edits -> bytes."""
+    """One program with its edits, as text in a file that is open for bytes."""
 
-    def __init__(self, program, edits):
+    def __init__(self, program, edits, file):
         self.program, self.edits, self.source = program, edits, program.source
-        self.out = Output()
+        self.out = Output(file)
         self.at = np.array(program.start(0), float)     # mm, machine coordinates
         self.motion = None          # G-code in force in the output, None: as in the source
         self.feed = None            # F in force in the output, mm/min; None: as in the source
         self._said = None           # the note on the last line that was written out
         self._place = program.places[program.first[:-1]]            # (m,) int: the line of each step
-        self._by_place = np.argsort(self._place, kind="stable")     # (m,) int: the steps line by line, and
-        self._begin = np.searchsorted(self._place[self._by_place], np.arange(max(len(self.source), int(self._place.max(initial=0))) + 2))
+        self._by_place = np.argsort(self._place, kind="stable").astype(np.int32)        # (m,): the steps line by line, and where each line's begin
+        self._begin = np.concatenate(([0], np.cumsum(np.bincount(self._place, minlength=len(self.source) + 1)))).astype(np.int32)
         self._straight = StraightLines(program, edits, (np.diff(self._begin) == 1)[self._place])
         self.end = "\r\n" if self.source and self.source[0].endswith("\r\n") else "\n"
 
     def write(self):
-        """-> bytes of the new program."""
+        """The whole text.  Raises Unreadable."""
         written_out, blocks = self._written_out(), self.program.blocks
         for number, text in enumerate(self.source, 1):
             steps = self._steps_of(number)
-            if number in written_out:
+            if written_out[number]:
                 self._write_out(number, text, steps)
             elif number in blocks.outermost:
                 self._keep_of_block(number, text, blocks.outermost[number])
@@ -89,7 +85,6 @@ class Writer:
                 self._keep(text, steps, self.program.modes[number - 1].synchronised)
                 if steps and (moves := self.edits.after.get(steps[-1])):
                     self._moves(steps[-1], moves, number)
-        return self.out.content()
 
     # ---- which lines ------------------------------------------------------------------------------------------
 
@@ -98,28 +93,30 @@ class Writer:
         return self._by_place[self._begin[number]:self._begin[number + 1]].tolist()
 
     def _written_out(self):
-        """Numbers of the lines that are written out [2], [3]."""
+        """(n + 1,) bool: by number, the lines that are written out [2], [3]."""
         edits, place = self.edits, self._place
-        several = np.diff(self._begin)[place] > 1
-        last = self._by_place[self._begin[place + 1] - 1] == np.arange(len(place))
+        several = (np.diff(self._begin) > 1)[place]
         changed = np.zeros(len(place), bool)
         changed[edits.instead.steps] = True
         after = edits.after.steps
-        changed[after] |= ~last[after]
+        changed[after] |= self._by_place[self._begin[place[after] + 1] - 1] != after           # not the last of its line
         feeds = np.fromiter(edits.feeds, int, len(edits.feeds))
         changed[feeds] |= several[feeds]
-        result = set(np.unique(place[changed]).tolist())
+        result = np.zeros(len(self._begin) - 1, bool)
+        result[place[changed]] = True
         cycle = {number: self._cycle_of(self._steps_of(number)) for number in np.unique(place[several]).tolist()}
         if any(cycle.values()):
             ordered = np.unique(place).tolist()
             for along in (ordered, ordered[::-1]):              # the lines that repeat a cycle, before and behind
                 before = None
                 for number in along:
-                    if before in result and cycle.get(number) and cycle[number] == cycle.get(before):
-                        result.add(number)
+                    if before is not None and result[before] and cycle.get(number) and cycle[number] == cycle.get(before):
+                        result[number] = True
                     before = number
-        for number in sorted(result):
-            self._check(number)
+        numbers = np.flatnonzero(result)
+        for first in range(0, len(numbers), BATCH):
+            for number in numbers[first:first + BATCH].tolist():
+                self._check(number)
         return result
 
     def _cycle_of(self, steps):

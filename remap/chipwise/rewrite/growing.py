@@ -1,0 +1,31 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Arrays that grow where they are: a long program is never there twice.  Called by program.py and foreseen.py."""
+
+import numpy as np
+
+ROOM = 4096                 # rows, and a sixteenth, that an array grows by at least
+
+
+class Growing:
+    """Rows of one type, added part by part."""
+
+    def __init__(self, dtype, *shape):
+        """shape: of a row."""
+        self._array, self._shape, self._count = np.empty((0, *shape), dtype), shape, 0
+
+    def add(self, rows):
+        """rows (n, *shape)."""
+        count = self._count + len(rows)
+        if count > len(self._array):
+            self._to(count + count // 16 + ROOM)
+        self._array[self._count:count] = rows
+        self._count = count
+
+    def whole(self):
+        """The array (n, *shape); nothing can be added any more."""
+        self._to(self._count)
+        result, self._array = self._array, None
+        return result
+
+    def _to(self, count):
+        self._array.resize((count, *self._shape), refcheck=False)       # realloc(): the kernel moves large arrays without a copy
