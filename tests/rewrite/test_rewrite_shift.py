@@ -57,6 +57,19 @@ def test_rounded_is_never_below_and_nowhere_tighter():
         assert shift.rounded(s, amount, 0.0) == pytest.approx(amount)
 
 
+def test_a_disc_that_rolls():
+    """Above and below random profiles, some with walls, against all pairs of points."""
+    rng = np.random.default_rng([random_seed(), 5])
+    for case in range(random_count(60)):
+        count, radius = int(rng.integers(1, 60)), rng.uniform(0.1, 5)
+        s = np.sort(rng.choice(np.round(rng.uniform(0, 12, 30), 1), count))
+        values = rng.uniform(-3, 3, count)
+        gap = np.abs(s[:, None] - s[None])
+        disc = np.where(gap <= radius, np.sqrt(np.maximum(radius ** 2 - gap ** 2, 0.0)), -np.inf)
+        assert shift.rolled(s, values, radius, 1.0) == pytest.approx((values[None] + disc).max(axis=1), abs=1e-12), case
+        assert shift.rolled(s, values, radius, -1.0) == pytest.approx((values[None] - disc).min(axis=1), abs=1e-12), case
+
+
 def test_a_shift_holds_through_the_air():
     s, air = np.arange(8.0), np.array([True, True, False, False, True, True, True])
     assert shift.held(s, np.array([0, 0, 3.0, 3, 1, 0, 0, 0]), air).tolist() == [3, 3, 3, 3, 1, 1, 1, 1]

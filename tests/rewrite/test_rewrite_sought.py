@@ -5,7 +5,7 @@ import pytest
 
 from chipwise.check.reader import Machine
 from chipwise.check.sweep import HeightMap
-from chipwise.rewrite import cutting, flute, run, sought
+from chipwise.rewrite import cutting, depths, flute, run, sought
 from chipwise.rewrite.program import read
 from chipwise.rewrite.run import Order
 from chipwise.tools import load_tools
@@ -16,10 +16,12 @@ from support.rewrite_rig import HEAD, make_machine
 FLUTE = 4.0                 # mm
 
 
-def parts_of(tool):
-    """A Sought of the stock with one tool, and the tool."""
+def parts_of(tool, expected=None):
+    """A Sought of the stock with one tool, and the tool.  expected: places (n, 3) along which it is known that moves will come, or None."""
     own = cutting.tool_of(1, tool[0], geometry_of(tool, FLUTE))
-    return sought.Sought(HeightMap(LOW, HIGH, 0.25), [own]), own
+    path = None if expected is None else depths.Path(np.array(expected[0], float), np.array(expected[1:], float),
+                                                     np.zeros(len(expected) - 1, np.int32), np.arange(len(expected) - 1))
+    return sought.Sought(HeightMap(LOW, HIGH, 0.25), [own], path and (lambda: path)), own
 
 
 def other_paths(rng):
@@ -27,14 +29,16 @@ def other_paths(rng):
     return [rng.uniform((-3, -3, -11), (17, 15, 1), (int(rng.integers(2, 30)), 3)) for _ in range(int(rng.integers(3)))]
 
 
-def test_in_parts_as_in_one():
-    """The same moves are too deep, in a stock of the same heights, whatever was tried and taken back between them."""
+@pytest.mark.parametrize("known", (False, True))
+def test_in_parts_as_in_one(known):
+    """The same moves are too deep, in a stock of the same heights, whatever was tried and taken back between them, and whether or not it was known
+    which moves would come."""
     seen = 0
     for case in range(random_count(12)):
         tool, places = random_path(case + 200)
         rng, places = np.random.default_rng([random_seed(), case]), np.array(places)
         expected = {w.line - 3 for w in witnesses(places, tool, FLUTE)}
-        proof, own = parts_of(tool)
+        proof, own = parts_of(tool, places if known else None)
         at, found = 0, set()
         while at < len(places) - 1:
             for path in other_paths(rng):
@@ -53,6 +57,20 @@ def test_in_parts_as_in_one():
             at = end
         assert found == expected, (case, random_seed())
         seen += len(found)
+    assert seen > random_count(12)
+
+
+def test_what_is_lower_than_expected_is_too_deep_all_the_same():
+    """Cells that were settled may have a witness more, and never one less."""
+    seen = 0
+    for case in range(random_count(12)):
+        tool, places = random_path(case + 300)
+        places = np.array(places)
+        expected = places + (0, 0, np.random.default_rng([random_seed(), case]).uniform(0.5, 6))
+        wanted, (proof, own) = {w.line - 3 for w in witnesses(places, tool, FLUTE)}, parts_of(tool, expected)
+        found = set(proof.too_deep(own, places)["move"].tolist())
+        assert found >= wanted, (case, random_seed())
+        seen += len(wanted)
     assert seen > random_count(12)
 
 
@@ -75,8 +93,10 @@ def test_too_many_walls_are_left_to_the_end(monkeypatch):
     assert not len(proof.too_deep(own, np.array([(-5, 6, -8), (20, 6, -8.0)])))
 
 
-def test_holes_are_known(tmp_path):
-    """Behind a hole that was drilled before a slot, or in the slot's own section, a path finds nothing there."""
+def test_holes_are_known(tmp_path, monkeypatch):
+    """Behind a hole that was drilled before a slot, or in the slot's own section, a path finds nothing there, although it is lower than was
+    expected."""
+    monkeypatch.setattr(flute, "Sought", lambda stock, tools, _expected: sought.Sought(stock, tools))
     ini = make_machine(tmp_path / "mill")
     program = tmp_path / "holes.ngc"
     program.write_text(HEAD + "M250 P0 Q0 R-40 I80 J30 K40\nT3 M6\nS8000 M3\nG0 X20 Y15 Z5\nG1 Z-35 F100\nG0 Z5\nT1 M6\nG0 X-10 Y15\n"

@@ -48,7 +48,7 @@ def turned_points(first, moved):
     return drop
 
 
-def _rolled(s, values, radius, side):
+def rolled(s, values, radius, side):
     """(n,): the most of the neighbours' values with discs round them, side 1, or the least below them, side -1."""
     s, values = np.ascontiguousarray(s), np.ascontiguousarray(values)
     result = np.empty(len(s))
@@ -60,8 +60,8 @@ def rounded(s, amount, radius):
     """(n,): amounts of shift, never smaller, whose corners are arcs of `radius` mm.  s (n,): arc length of the points, rising."""
     if radius <= 0.0 or not amount.any():
         return amount.copy()
-    convex = np.maximum(_rolled(s, amount, radius, 1.0) - radius, 0.0)
-    closed = _rolled(s, _rolled(s, convex, radius, 1.0), radius, -1.0)
+    convex = np.maximum(rolled(s, amount, radius, 1.0) - radius, 0.0)
+    closed = rolled(s, rolled(s, convex, radius, 1.0), radius, -1.0)
     return np.maximum(np.maximum(closed, convex), amount)
 
 
