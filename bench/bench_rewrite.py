@@ -4,7 +4,9 @@
 Called by bench/run.py (prints JSON rows); by hand: `/usr/bin/python3 bench/bench_rewrite.py --count 200 --seed 1 --table`.
 The verdict on depth and stock is tests/support/check_oracle.py's needles.  *least*: for each body the levels that its deepest
 cut needs, less one, times the length that is too deep in the first path.  *least of a round edge*: the same with the levels that
-such a tool needs: the round of its edge is left at the wall, so all levels but the first are less high by it.
+such a tool needs: the round of its edge is left at the wall, so all levels but the first are less high by it.  *least with arcs*: the length over
+which each of these levels is raised, where its ends are arcs of the tool's diameter (CN105492980 [0105] to [0111]): what an arc raises has to
+be travelled again, too.
 """
 import argparse
 import json
@@ -18,7 +20,7 @@ import numpy as np
 
 import roots                                                # noqa: F401
 from chipwise.check.reader import Machine
-from chipwise.rewrite import cutting
+from chipwise.rewrite import cutting, shift
 from chipwise.rewrite.program import read
 from chipwise.tools import load_tools
 from rows import row
@@ -35,8 +37,8 @@ def left_at_the_wall(shape):
 
 
 def least(program, geometry):
-    """mm of feed that has to be added at least: (flutes' length a level, less the round of the edge after the first)."""
-    total = np.zeros(2)
+    """mm of feed that has to be added at least: (flutes' length a level, less the round of the edge after the first, with arcs at their ends)."""
+    total = np.zeros(3)
     for section, stock in cutting.in_stock(program, cutting.sections(program, geometry), CELL):
         first, end = section.first, section.end
         points, owner = cutting.pieces(np.concatenate((program.start(first)[None], program.end[first:end])), 1.0)
@@ -47,8 +49,25 @@ def least(program, geometry):
             flute = section.tool.flute_length
             more = met["depth"][deep] - 0.005 - flute
             steps = np.array([flute, flute - left_at_the_wall(section.tool.shape)])
-            total += (np.ceil(more / steps[:, None]) * length[deep]).sum(axis=1)
+            total[:2] += (np.ceil(more / steps[:, None]) * length[deep]).sum(axis=1)
+            total[2] += with_arcs(points, met["depth"] - 0.005, program.kind[first:end][owner] != 0, steps, section.tool.shape.diameter / 2)
     return total
+
+
+def with_arcs(points, depth, feeds, steps, radius):
+    """mm: what the levels of a section raise whose corners are arcs.  points (n + 1, 3); depth, feeds (n,) of each piece; steps: mm of the first level,
+    of the others."""
+    across, result = feeds & (np.hypot(*np.diff(points[:, :2], axis=0).T) > 1e-6), 0.0
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], across.astype(int), [0]))))
+    for a, b in zip(edges[::2], edges[1::2]):                       # feed moves one after the other
+        s = shift.along(points[a:b + 1])
+        fine = np.arange(0.0, s[-1], 0.1)
+        own = depth[a:b][np.clip(np.searchsorted(s, fine, side="right") - 1, 0, b - a - 1)]
+        level = own - steps[0]
+        while (level > 0.0).any():
+            result += 0.1 * np.count_nonzero((shift.rounded(fine, np.maximum(level, 0.0), radius) > 0.002) & (own > 0.0))       # not through air
+            level = level - steps[1]
+    return result
 
 
 def one(seed, ini, folder):
@@ -71,8 +90,8 @@ def one(seed, ini, folder):
 
 def added(first, second, geometry):
     """Feed (mm) that a rewritten program has more than the first, and what it has to have at least."""
-    plain, round_edge = least(first, geometry).tolist()
-    return {"least": plain, "least_round": round_edge, "added": feed_length(second) - feed_length(first)}
+    plain, round_edge, arcs = least(first, geometry).tolist()
+    return {"least": plain, "least_round": round_edge, "least_arcs": arcs, "added": feed_length(second) - feed_length(first)}
 
 
 def feed_length(program):
@@ -129,7 +148,7 @@ def main():
             show("rewrite: deeper than the flutes, by the needles", max(f["over"] for f in good), "mm", note)
             show("rewrite: cut more than the first path", max(f["more"] for f in good), "mm", note)
             show("rewrite: left more than the first path", max(f["left"] for f in good), "mm", note)
-            for key, name in (("least", "least"), ("least_round", "least of a round edge")):
+            for key, name in (("least", "least"), ("least_round", "least of a round edge"), ("least_arcs", "least with arcs")):
                 ratio = [f["added"] / f[key] for f in good if f["least"] > 20]
                 show(f"rewrite: added feed / {name}, median", float(np.median(ratio)), "", f"worst {max(ratio):.2f}")
         seconds, memory, said = timed(ini, folder, options.moves)

@@ -84,9 +84,9 @@ class Trials:
         if depth is None:
             self.lead_in(path)
             depth = self.recut.depths("pieces", path[0], path[1:], index[1:] // PART_POINTS)
-        over = depth - self.tool.flute_length + self.reserve
+        over = depth - self.tool.flute_length
         k = np.flatnonzero(over > OVER_MM)
-        return (index[k], index[k + 1], np.minimum(path[k, 2], path[k + 1, 2]) + over[k]) if len(k) else None
+        return (index[k], index[k + 1], np.minimum(path[k, 2], path[k + 1, 2]) + over[k] + self.reserve) if len(k) else None
 
     def _path(self, moved, dropped):
         """(n, 3): the path that is written; points that are bridged, or that others stand for, are NaN."""
@@ -106,10 +106,10 @@ class Trials:
         points, piece = cutting.pieces(chords, SEGMENT_MM)
         spans = spans[piece]
         self.lead_in(points)
-        over = self.recut.depths("written", points[0], points[1:], spans[:, 1] // PART_POINTS) - self.tool.flute_length + self.reserve
+        over = self.recut.depths("written", points[0], points[1:], spans[:, 1] // PART_POINTS) - self.tool.flute_length
         low, at = np.minimum(points[:-1, 2], points[1:, 2]), shift.along(points)
         k = np.flatnonzero(over > OVER_MM)
-        return (*self._between(spans[k], at[k], at[k + 1]), low[k] + over[k]) if len(k) else None
+        return (*self._between(spans[k], at[k], at[k + 1]), low[k] + over[k] + self.reserve) if len(k) else None
 
     def _between(self, spans, begin, end):
         """(first, last), each (k,): the points round begin .. end (k,) mm along the path, which are between those of spans (k, 2)."""
