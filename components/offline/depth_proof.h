@@ -38,8 +38,9 @@
 #define CHIP_PROOF_WITNESS 0.1  /* mm: a square smaller than that has one witness */
 #define CHIP_PROOF_MOST 60      /* witnesses of one move that are looked for, and */
 #define CHIP_PROOF_MOST_MORE 30 /* so many more for each of its segments */
-#define CHIP_PROOF_LOWER 0.01   /* mm by which a move may be lower than those that were expected: the rounding of its text [7] */
-#define CHIP_PROOF_ENOUGH 4     /* witnesses beside a segment, of which one counts */
+#define CHIP_PROOF_LOWER                                                                                               \
+    0.01 /* mm by which a move may be lower than those that were expected: the rounding of its text [7] */
+#define CHIP_PROOF_ENOUGH 4 /* witnesses beside a segment, of which one counts */
 
 struct chip_proof_stock {
     double x, y;           /* mm, its middle */

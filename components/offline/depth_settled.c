@@ -15,8 +15,8 @@ static void enter(struct chip_proof *p, const struct chip_swept *m, float allowe
     long places = chip_depth_axis_places(p, m), i;
     for (i = 0; i <= places; i++) {
         double t = places ? (double)i / places : 0.0;
-        float *own = &p->settled[(long)index_of(m->y + t * m->dy, p->y0, p->cell, p->ny) * p->nx +
-                                 index_of(m->x + t * m->dx, p->x0, p->cell, p->nx)];
+        float *own = &p->settled[(long)index_of(m->y + t * m->dy, p->y0, p->cell, p->ny) * p->nx
+                                 + index_of(m->x + t * m->dx, p->x0, p->cell, p->nx)];
         if (allowed < *own) *own = allowed;
     }
 }

@@ -5,7 +5,7 @@ Called by trials.py.  A path that is shifted need not be followed to the last di
 Points that are where the first path is stay, all of them.  Lengths mm, machine coordinates of the tool's tip.
 
  1. A *run* is a part of the path between two points that stay, whose points inside have been shifted; straight steps of lines one behind the
-    other, with one F, each of which goes on where the one before goes, to BESIDE_MM.
+    other, with one F and no comments, each of which goes on where the one before goes, to BESIDE_MM.
  2. Over a run, components/offline/chain_fit.c finds as few points as a band of HIGHER_MM above the path allows.
 """
 
@@ -20,7 +20,7 @@ LEAST = 4                   # segments of a run
 
 
 def with_fewer(program, body, path):
-    """The path of an along.Body (n, 3), NaN where it is bridged, with NaN also at points that others stand for, which may be higher."""
+    """The path of an along.Body (n, 3), NaN where it is bridged, with NaN also at points that are left out; others may be higher for it."""
     result, s = path.copy(), shift.along(body.points)
     for a, b in _runs(_joined(program, body, path)):
         for first, last in _lines(path, a, b):
@@ -40,7 +40,8 @@ def _joined(program, body, path):
         beside = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) / np.maximum(np.sqrt(((a + b) ** 2).sum(axis=1)), 1e-12)
         on = ((a * b).sum(axis=1) > 0.0) & (beside <= BESIDE_MM)
     there, straight, feed = ~np.isnan(path[:, 2]), program.circle[step] < 0, program.feed[body.move]
-    same = (np.diff(line) == 1) | (np.diff(step) == 0)
+    remark = program.remarks[np.minimum(line[1:], len(program.remarks) - 1)]                 # lines of subs in other files are beyond
+    same = ((np.diff(line) == 1) & ~remark) | (np.diff(step) == 0)
     may[[0, -1]] = False
     may[1:-1] &= on & there[:-2] & there[2:] & straight[:-1] & straight[1:] & same & (feed[:-1] == feed[1:])
     return may

@@ -169,6 +169,11 @@ class Program(Moves):
         """Number of the first line with a G word that is an expression, or with cutter compensation on; infinite without one."""
         return next((n for n, modes in enumerate(self.modes, 1) if modes.unclear or modes.cutter_side != 40), math.inf)
 
+    @functools.cached_property
+    def remarks(self):
+        """(lines + 1,) bool: by number, the lines with a comment, which may be one that does something."""
+        return self.source.having(b"(;")
+
     def check_writable(self, step, why):
         """Unreadable where a step cannot change because it is not in one place of the program."""
         line, unclear = self.line_of(step), self.first_unclear

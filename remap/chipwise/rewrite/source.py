@@ -35,6 +35,13 @@ class Lines(Sequence):
         for own in self.parts():
             yield self.text(own)
 
+    def having(self, characters):
+        """(n + 1,) bool: by number from 1, the lines that have one of some bytes."""
+        code, result = np.frombuffer(self.data, np.uint8), np.zeros(len(self) + 1, bool)
+        for character in characters:
+            result[self._begin.searchsorted(np.flatnonzero(code == character), side="right")] = True
+        return result
+
     def parts(self):
         """Each line as bytes."""
         for first in range(0, len(self), BATCH):

@@ -89,7 +89,7 @@ class Trials:
         return (index[k], index[k + 1], np.minimum(path[k, 2], path[k + 1, 2]) + over[k] + self.reserve) if len(k) else None
 
     def _path(self, moved, dropped):
-        """(n, 3): the path that is written; points that are bridged, or that others stand for, are NaN."""
+        """(n, 3): the path that is written; points that are bridged or left out are NaN."""
         path = moved.copy()
         path[dropped] = np.nan
         return with_fewer(self.program, self.body, path)
