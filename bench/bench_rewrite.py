@@ -24,7 +24,7 @@ from chipwise.rewrite import cutting, shift
 from chipwise.rewrite.program import read
 from chipwise.tools import load_tools
 from rows import row
-from support.rewrite_rig import HEAD, deep_program, judged, make_machine, neighbours, rewrite
+from support.rewrite_rig import HEAD, check_status, deep_program, judged, make_machine, neighbours, rewrite
 
 CELL = 0.25
 SKIN = 0.004                # mm of contact at the tool's side that does not count
@@ -84,7 +84,7 @@ def one(seed, ini, folder):
     a, _, _ = judged(first, geometry)
     b, excess, _ = judged(second, geometry)
     near = neighbours(a.z)
-    return {"seed": seed, "over": max(excess.values()), "more": float((near.min(axis=0) - b.z).max()),
+    return {"seed": seed, "checked": check_status(after, ini)[0], "over": max(excess.values()), "more": float((near.min(axis=0) - b.z).max()),
             "left": float((b.z - near.max(axis=0)).max()), **added(first, second, geometry)}
 
 
@@ -145,6 +145,7 @@ def main():
         if good:
             note = f"{len(good)} programs of {options.count} that had to change"
             show("rewrite: refused or not proved", len(bad), "programs", note)
+            show("rewrite: chipwise check has findings afterwards", sum(f["checked"] != 0 for f in good), "programs", note)
             show("rewrite: deeper than the flutes, by the needles", max(f["over"] for f in good), "mm", note)
             show("rewrite: cut more than the first path", max(f["more"] for f in good), "mm", note)
             show("rewrite: left more than the first path", max(f["left"] for f in good), "mm", note)

@@ -10,12 +10,13 @@ import weakref
 
 import numpy as np
 
-from chipwise.rewrite import cutting, depths, proof
+from chipwise.rewrite import cutting, depths
 from chipwise.stock import layout
 from chipwise.stock.library import library
 
 ROOM = 100_000              # witnesses of one path
 SQUARES = 20_000_000        # looked at for one path: seconds; beyond, nothing is sought in this stock any more
+ALLOWED_MM = 0.004          # deeper than the flutes are long: check reports 0.005, and may read a little more of what is written
 OVER_STOCK_MM = 1.0         # where a tool comes down from
 
 
@@ -26,7 +27,7 @@ class Sought:
     """
 
     def __init__(self, stock, tools, expected=None):
-        limits = [cutting.finite_room(tool.flute_length) + proof.OVER_MM for tool in tools]
+        limits = [cutting.finite_room(tool.flute_length) + ALLOWED_MM for tool in tools]
         self._stock, self._tools, self._table = stock, tools, depths.table_of(tools, limits)
         self._waiting, self._handle, self._found, self._expected = [], None, None, expected
         self.is_off = False

@@ -13,6 +13,7 @@ from chipwise.rewrite import along, cutting, shift
 from chipwise.rewrite.again import PART_POINTS, Recut
 from chipwise.rewrite.fewer import with_fewer
 from chipwise.rewrite.links import OVER_MM
+from chipwise.rewrite.sought import ALLOWED_MM
 
 LEFT_MM = 0.002             # smaller shifts are ignored
 MOST_ROUNDS = 400           # of trials of one path; each raises some point
@@ -85,7 +86,7 @@ class Trials:
             self.lead_in(path)
             depth = self.recut.depths("pieces", path[0], path[1:], index[1:] // PART_POINTS)
         over = depth - self.tool.flute_length
-        k = np.flatnonzero(over > OVER_MM)
+        k = np.flatnonzero(over > ALLOWED_MM)
         return (index[k], index[k + 1], np.minimum(path[k, 2], path[k + 1, 2]) + over[k] + self.reserve) if len(k) else None
 
     def _path(self, moved, dropped):
@@ -108,7 +109,7 @@ class Trials:
         self.lead_in(points)
         over = self.recut.depths("written", points[0], points[1:], spans[:, 1] // PART_POINTS) - self.tool.flute_length
         low, at = np.minimum(points[:-1, 2], points[1:, 2]), shift.along(points)
-        k = np.flatnonzero(over > OVER_MM)
+        k = np.flatnonzero(over > ALLOWED_MM)
         return (*self._between(spans[k], at[k], at[k + 1]), low[k] + over[k] + self.reserve) if len(k) else None
 
     def _between(self, spans, begin, end):
