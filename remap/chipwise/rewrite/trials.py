@@ -11,7 +11,7 @@ from chipwise.check.reader import Unreadable
 from chipwise.check.simulate import SEGMENT_MM
 from chipwise.rewrite import along, cutting, shift
 from chipwise.rewrite.again import PART_POINTS, Recut
-from chipwise.rewrite.fewer import with_fewer
+from chipwise.rewrite.fewer import beside, with_fewer
 from chipwise.rewrite.links import OVER_MM
 from chipwise.rewrite.sought import ALLOWED_MM
 
@@ -93,7 +93,7 @@ class Trials:
         """(n, 3): the path that is written; points that are bridged or left out are NaN."""
         path = moved.copy()
         path[dropped] = np.nan
-        return with_fewer(self.program, self.body, path)
+        return with_fewer(self.program, self.body, path, beside(self.tool.shape))
 
     def _written(self, path):
         """(chords (n, 3), spans (n - 1, 2)): a path as it will be read back; first and last point that each chord goes to."""
