@@ -46,7 +46,7 @@ def test_trials_meet_what_they_meet_when_all_is_cut(shape):
         recut, window = again.Recut(stock, shape), cutting.Window(stock, path, 30.0)
         for trial in range(TRIALS):
             reference = cutting.Window(other, path, 30.0)
-            depth = recut.depths("a", path[0], path[1:], label)
+            depth = recut.depths(path[0], path[1:], label)
             wanted = other.cut(shape, path[0], path[1:])["depth"]
             assert (depth == wanted).all(), (random_seed(), case, trial)
             assert (stock.height == other.height).all() and (stock.needle_height == other.needle_height).all(), (random_seed(), case, trial)
@@ -79,7 +79,7 @@ def test_other_stock_is_cut_again():
     recut, window = again.Recut(stock, shape), cutting.Window(stock, path, 30.0)
     for depth in (0.0, 0.0, 3.0):
         stock.cut(Shape(12.0), (-10, 15, -depth), np.array([[60.0, 15, -depth]]))
-        met = recut.depths("a", path[0], path[1:], np.arange(499) // 40)
+        met = recut.depths(path[0], path[1:], np.arange(499) // 40)
         window.restore()
     stock.cut(Shape(12.0), (-10, 15, -3.0), np.array([[60.0, 15, -3.0]]))
     assert (met == stock.cut(shape, path[0], path[1:])["depth"]).all()
@@ -102,7 +102,7 @@ def test_what_is_kept_is_limited(monkeypatch):
     recut, window = again.Recut(stock, SHAPES[1]), cutting.Window(stock, path, 30.0)
     found = []
     for _ in range(3):
-        found.append(recut.depths("a", path[0], path[1:], np.arange(499) // 40))
+        found.append(recut.depths(path[0], path[1:], np.arange(499) // 40))
         window.restore()
     assert (found[0] == found[2]).all() and 0 < recut.again < 13
     assert sum(kept.size for kept in recut._kept.values()) <= 10_000

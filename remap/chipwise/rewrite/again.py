@@ -15,7 +15,7 @@ from chipwise.rewrite import cutting
 from chipwise.stock import layout
 
 PART_POINTS = 512           # points of the first path in a part
-FROM_CALL = 2               # of a kind: before, nothing is kept, most paths need no more
+FROM_CALL = 2               # before, nothing is kept, most paths need no more
 MOST_BYTES = 48_000_000     # kept; what is beyond is cut each time
 
 
@@ -43,20 +43,20 @@ class Recut:
     def __init__(self, stock, shape):
         self.stock, self.shape = stock, shape
         self.again = 0                  # parts that were not cut again
-        self._kept, self._calls, self._bytes = {}, {}, 0
+        self._kept, self._calls, self._bytes = {}, 0, 0
 
-    def depths(self, kind, start, places, label):
+    def depths(self, start, places, label):
         """Cut moves from start (3,) along places (n, 3) -> depth (n,) float32 that each of them meets.
 
-        kind: of path; label (n,) int, not falling: moves with the same label are a part.
+        label (n,) int, not falling: moves with the same label are a part.
         """
-        self._calls[kind] = self._calls.get(kind, 0) + 1
-        if self._calls[kind] < FROM_CALL:
+        self._calls += 1
+        if self._calls < FROM_CALL:
             return self.stock.cut(self.shape, start, places)["depth"]
         result, bounds = np.empty(len(places), np.float32), parts(start, places, label)
         for a, b in zip(bounds[:-1], bounds[1:]):
             points = np.concatenate(((places[a - 1] if a else np.asarray(start, float))[None], places[a:b]))
-            result[a:b] = self._part((kind, int(label[a])), points)
+            result[a:b] = self._part(int(label[a]), points)
         return result
 
     def _part(self, key, points):

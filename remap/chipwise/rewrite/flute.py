@@ -65,7 +65,7 @@ class Shifter:
         self.edits, self.figures, self.written = Edits(), Figures(), len(program.kind)
         self.stock, self.tool, self.links = None, None, Links(program)
         self.geometry, self.number, self.final = geometry, -1, None         # number of the stock
-        self.sought, self.reserved = None, False        # reserved: whether the reserve is larger since a path was found too deep
+        self.sought, self.more = None, 0.0              # more: as of Trials, since a path was found too deep
 
     def run(self, progress=None):
         """-> Edits."""
@@ -183,10 +183,10 @@ class Shifter:
 
         depth, target: as of Trials.shifted().
         """
-        trials = Trials(self.program, body, self.stock, self.tool, lambda path: self._lead_in(body, path), self.sought, self.reserve)
+        trials = Trials(self.program, body, self.stock, self.tool, lambda path: self._lead_in(body, path), self.sought,
+                        self.tool.flute_length - self.reserve, self.more)
         moved = trials.shifted(self._radius(), target, depth)
-        if trials.found and not self.reserved:
-            self.reserve, self.reserved = trials.reserve, True
+        self.more = trials.more
         self.figures.bridged += trials.bridged
         return moved
 

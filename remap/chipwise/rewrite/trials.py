@@ -18,20 +18,20 @@ from chipwise.rewrite.sought import ALLOWED_MM
 LEFT_MM = 0.002             # smaller shifts are ignored
 MOST_ROUNDS = 400           # of trials of one path; each raises some point
 MOST_PROOFS = 20            # of one path
-RESERVE_MM = 0.06           # of the flutes that paths leave unused once the proof has found one too deep: what check and the next level read of a
-                            # slope is a little more
+RESERVE_MM = 0.06           # by which paths are raised higher than is needed once the proof has found one too deep: what check and the next level
+                            # read of a slope is a little more
 GOUGE_MM3 = 1e-3            # what a bridge may take of the part
 
 
 class Trials:
     """Of one path: an along.Body in the stock as it is.  lead_in: cuts the moves that lead to a path (n, 3); sought: a Sought of what comes
-    before; reserve: mm of the flutes that are not used."""
+    before; limit: mm, depth up to which the flutes are used; more: mm by which what is deeper is raised higher than that."""
 
-    def __init__(self, program, body, stock, tool, lead_in, sought, reserve):
+    def __init__(self, program, body, stock, tool, lead_in, sought, limit, more):
         self.program, self.body, self.stock, self.tool, self.lead_in = program, body, stock, tool, lead_in
-        self.sought, self.reserve = sought, reserve
+        self.sought, self.limit, self.more = sought, limit, more
         self.bridged = 0                            # points of the path that was found
-        self.proofs, self.found = 0, False          # found: whether the proof has found a path too deep; the reserve is larger then
+        self.proofs = 0
         self.window = cutting.Window(stock, body.points, tool.shape.diameter / 2)
         self.recut = Recut(stock, tool.shape)
         self.s = shift.along(body.points)
@@ -48,16 +48,15 @@ class Trials:
             window.restore()
         air = depth <= OVER_MM
         need, dropped = np.full(len(points), -np.inf), np.zeros(len(points), bool)
+        self._raise_first(need, dropped, depth)
         tried, moved = set(), None
         for _ in range(MOST_ROUNDS):
             if moved is None:
                 amount = shift.held(self.s, np.maximum(need - points[:, 2], 0.0), air)
                 moved = shift.shifted(points, shift.rounded(self.s, amount, radius))
-            too_low, new = self._too_low(moved, dropped, depth) if depth is not None else None, None
-            if not too_low:
-                path = self._path(moved, dropped)
-                chords, spans = self._written(path)
-                too_low = self._too_low_as_written(chords, spans)
+            path, new = self._path(moved, dropped), None
+            chords, spans = self._written(path)
+            too_low = self._too_low_as_written(chords, spans)
             if not too_low and not dropped.any():
                 too_low = self._too_low_proved(chords, spans, need, dropped)
             if not too_low:
@@ -74,20 +73,15 @@ class Trials:
             else:
                 dropped = new
             window.restore()
-            depth = None
         raise Unreadable("the flutes are too short, and the path cannot be shifted so that they reach",
                          "take smaller steps in Z, or a tool with longer flutes", int(self.program.line[self.body.move[0]]))
 
-    def _too_low(self, moved, dropped, depth=None):
-        """Cuts a path piece by piece, unless its depth is known; -> (first point, last point, Z (k,)) that they must not be below where it is
-        too deep, None: nowhere."""
-        path, index = moved[~dropped], np.flatnonzero(~dropped)
-        if depth is None:
-            self.lead_in(path)
-            depth = self.recut.depths("pieces", path[0], path[1:], index[1:] // PART_POINTS)
-        over = depth - self.tool.flute_length
+    def _raise_first(self, need, dropped, depth):
+        """Both ends of each segment of the first path that meets too much; depth (n - 1,): what they meet."""
+        z, over = self.body.points[:, 2], depth - self.limit
         k = np.flatnonzero(over > ALLOWED_MM)
-        return (index[k], index[k + 1], np.minimum(path[k, 2], path[k + 1, 2]) + over[k] + self.reserve) if len(k) else None
+        if len(k):
+            _raise(need, dropped, k, k + 1, np.minimum(z[k], z[k + 1]) + over[k] + self.more)
 
     def _path(self, moved, dropped):
         """(n, 3): the path that is written; points that are bridged or left out are NaN."""
@@ -102,15 +96,16 @@ class Trials:
         return self.program.as_written(chords, int(self.program.step[self.body.move[0]])), spans[owner]
 
     def _too_low_as_written(self, chords, spans):
-        """The same with the moves as they will be read back: the model's steps along them are others."""
+        """Cuts a path as it will be read back; -> (first point, last point, Z (k,)) that they must not be below where it is too deep, None:
+        nowhere."""
         self.window.restore()
         points, piece = cutting.pieces(chords, SEGMENT_MM)
         spans = spans[piece]
         self.lead_in(points)
-        over = self.recut.depths("written", points[0], points[1:], spans[:, 1] // PART_POINTS) - self.tool.flute_length
+        over = self.recut.depths(points[0], points[1:], spans[:, 1] // PART_POINTS) - self.limit
         low, at = np.minimum(points[:-1, 2], points[1:, 2]), shift.along(points)
         k = np.flatnonzero(over > ALLOWED_MM)
-        return (*self._between(spans[k], at[k], at[k + 1]), low[k] + over[k] + self.reserve) if len(k) else None
+        return (*self._between(spans[k], at[k], at[k + 1]), low[k] + over[k] + self.more) if len(k) else None
 
     def _between(self, spans, begin, end):
         """(first, last), each (k,): the points round begin .. end (k,) mm along the path, which are between those of spans (k, 2)."""
@@ -127,12 +122,11 @@ class Trials:
         found = self.sought.too_deep(self.tool, chords)
         if not len(found) or self.proofs > MOST_PROOFS:
             return None
-        if not self.found:
-            self.found, self.reserve = True, self.reserve + RESERVE_MM
+        self.more = RESERVE_MM
         at, move = shift.along(chords), found["move"]
         place = at[move] + found["at"] * (at[move + 1] - at[move])
         first, last = self._between(spans[move], place, place)
-        z = found["height"] - self.tool.flute_length + self.reserve
+        z = found["height"] - self.limit + self.more
         helps = (need[first] < z) | (need[last] < z) | dropped[first] | dropped[last]
         return (first[helps], last[helps], z[helps]) if helps.any() else None
 
