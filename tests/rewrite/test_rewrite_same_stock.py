@@ -51,12 +51,9 @@ def test_a_floor_may_not_be_at_another_height(tmp_path, ini, tool, up, said):
         compared(tmp_path, ini, tool, (0.0, 0.0, up))
 
 
-def test_a_ball_that_leaves_its_equator_at_the_edge(tmp_path, ini, monkeypatch):
-    """Seed 9013: 0.069 mm in height are 0.002 mm aside there, and no stock stands beside them."""
+def test_a_ball_that_leaves_its_equator_at_the_edge(tmp_path, ini):
+    """Seed 9013 was refused for 0.069 mm in height, 0.002 mm aside, with no stock beside them."""
     before = tmp_path / "a.ngc"
     before.write_text(deep_program(9013))
     data, said = run.rewritten(str(before), run.Order(), lambda share: None, Machine(str(ini)))
     assert "in 5 levels" in said and len(data) > 1000
-    monkeypatch.setattr(proof, "SIDE_MM", 0.0)
-    with pytest.raises(proof.Different, match="leaves 0.069 mm more"):
-        run.rewritten(str(before), run.Order(), lambda share: None, Machine(str(ini)))
