@@ -11,12 +11,12 @@ from support import surface_cases, surface_judge
 from support.canon import run_rs274
 from support.random_cases import random_count, random_seed
 
+from chipwise.chain_fit import fitted
 from chipwise.check.sweep import Shape
 from chipwise.cycles.surface import SurfaceRequest, surface_plan
 from chipwise.lines import chunks, texts
 from chipwise.moves import Line, PlaneArc, Rapid
 from chipwise.stock import layout
-from chipwise.stock.library import library
 from chipwise.surface import curve, needed
 from chipwise.surface.model import Placing, read_model
 
@@ -45,13 +45,6 @@ def kinds(plan):
 # ---- the fit ---------------------------------------------------------------------------------------------------------
 
 
-def fit(s, low, high, arc_low):
-    kept, height, arc = np.empty(len(s), np.int64), np.empty(len(s)), np.empty((len(s), 3))
-    count = library().chip_chain_fit(len(s), s.ctypes.data, low.ctypes.data, high.ctypes.data, None if arc_low is None else arc_low.ctypes.data,
-                                     kept.ctypes.data, height.ctypes.data, arc.ctypes.data)
-    return kept[:count], height[:count], arc[:count]
-
-
 def height_on(s, a, b, arc):
     """Of an edge from a to b (station, height) at stations s."""
     if arc[2] == layout.CHAIN_LINE:
@@ -74,7 +67,7 @@ def test_every_station_is_in_its_band():
         s, z = random_chain(rng)
         tolerance = float(rng.choice([0.003, 0.01, 0.1]))
         high, arc_low = z + 0.8 * tolerance, z + 0.25 * tolerance
-        kept, height, arc = fit(s, z, high, arc_low)
+        kept, height, arc = fitted(s, z, high, arc_low)
         assert kept[0] == 0 and kept[-1] == len(s) - 1 and (np.diff(kept) > 0).all() and (height[0], height[-1]) == (z[0], z[-1])
         for k in range(1, len(kept)):
             inside = slice(kept[k - 1] + 1, kept[k])
@@ -90,10 +83,10 @@ def test_a_circle_is_few_arcs_and_without_them_lines():
     s = np.linspace(-12, 12, 500)
     for sign in (1, -1):
         z = sign * np.sqrt(20.0 ** 2 - s ** 2)
-        kept, _height, arc = fit(s, z, z + 0.008, z + 0.0025)
+        kept, _height, arc = fitted(s, z, z + 0.008, z + 0.0025)
         longest = 1 + int(np.diff(kept).argmax())
         assert len(kept) <= 6 and np.diff(kept).max() > 400 and arc[longest, 2] == pytest.approx(20 * sign, abs=0.05)
-        plain = fit(s, z, z + 0.008, None)
+        plain = fitted(s, z, z + 0.008, None)
         assert len(plain[0]) > 20 and (plain[2][:, 2] == layout.CHAIN_LINE).all()
 
 

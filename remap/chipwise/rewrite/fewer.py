@@ -11,8 +11,8 @@ Points that are where the first path is stay, all of them.  Lengths mm, machine 
 
 import numpy as np
 
+from chipwise.chain_fit import fitted
 from chipwise.rewrite import shift
-from chipwise.stock.library import library
 
 HIGHER_MM = 0.01            # than the shifted path: a sixth of the flutes' reserve (trials.py)
 BESIDE_MM = 1e-3            # of a line: the rounding of programs in three digits; less than depth_proof.h allows beside an earlier level, and
@@ -32,7 +32,8 @@ def with_fewer(program, body, path, most):
     result, s = path.copy(), shift.along(body.points)
     for a, b in _runs(_joined(program, body, path, most)):
         for first, last in _lines(path, a, b, most):
-            kept, height = _fitted(s[first:last + 1], path[first:last + 1, 2])
+            z = path[first:last + 1, 2]
+            kept, height, _arcs = fitted(s[first:last + 1], z, z + HIGHER_MM)
             result[first:last + 1, 2] = np.nan
             result[first + kept, 2] = height
     return result
@@ -77,12 +78,3 @@ def _lines(path, first, last, most):
             yield a, b
         else:
             waiting += [(a, a + worst), (a + worst, b)]
-
-
-def _fitted(s, z):
-    """(index (k,) of the points that stay, their heights (k,)) [2]."""
-    s, z = np.ascontiguousarray(s), np.ascontiguousarray(z)
-    kept, height, arc = np.empty(len(s), np.int64), np.empty(len(s)), np.empty((len(s), 3))
-    high = z + HIGHER_MM
-    count = library().chip_chain_fit(len(s), s.ctypes.data, z.ctypes.data, high.ctypes.data, None, kept.ctypes.data, height.ctypes.data, arc.ctypes.data)
-    return kept[:count], height[:count]

@@ -179,7 +179,7 @@ class Shifter:
             self.stock.cut(self.tool.shape, path[0], path[:1])          # straight down: what is left is that of the lowest place
 
     def _shifted(self, body, target=None, depth=None):
-        """R3 of a path in the stock as it is, which is cut: (n, 3) points, NaN where there is none any more.
+        """R3 of a path in the stock as it is, which is cut: (n, 3) points, NaN where they are left out.
 
         depth, target: as of Trials.shifted().
         """

@@ -37,7 +37,7 @@ class Trials:
         self.s = shift.along(body.points)
 
     def shifted(self, radius, target=None, depth=None):
-        """The shifted path, which is cut: (n, 3) points, NaN where there is none any more (_path()).
+        """The shifted path, which is cut: (n, 3) points, NaN where they are left out (_path()).
 
         radius: of corners; depth: what the path has met, if that is known; target: Window of what the first path leaves, if there may be bridges.
         """

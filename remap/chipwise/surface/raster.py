@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from chipwise.stock.library import library
+from chipwise.chain_fit import fitted
 from chipwise.surface import curve
 
 GOUGE = 5e-4                # mm [4]
@@ -169,17 +169,14 @@ def _walls(line, s, z, tolerance):
 
 def _fitted(s, z, tolerance, arcs):
     """(stations, heights, arcs as of chip_chain_fit) of as few as the tolerance above the samples allows [3]."""
-    kept, height, arc, high = np.empty(len(s), np.int64), np.empty(len(s)), np.empty((len(s), 3)), z + (1.0 - SAMPLING) * tolerance
-    arc_low = z + ARC_SAG * tolerance
-    count = library().chip_chain_fit(len(s), s.ctypes.data, z.ctypes.data, high.ctypes.data, arc_low.ctypes.data if arcs else None,
-                                     kept.ctypes.data, height.ctypes.data, arc.ctypes.data)
-    return s[kept[:count]], height[:count].copy(), arc[:count].copy()
+    kept, height, arc = fitted(s, z, z + (1.0 - SAMPLING) * tolerance, z + ARC_SAG * tolerance if arcs else None)
+    return s[kept], height, arc
 
 
 def thinned(points, room):
     """A chain (k, 3) over a straight track as lines that are at most `room` (mm) above it, and nowhere below."""
     far = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points[:, :2], axis=0).T))])
-    s, z, _arc = _fitted(far, np.ascontiguousarray(points[:, 2]), room, False)
+    s, z, _arc = _fitted(far, points[:, 2], room, False)
     return np.column_stack([np.interp(s, far, points[:, 0]), np.interp(s, far, points[:, 1]), z])
 
 
