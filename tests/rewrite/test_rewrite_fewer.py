@@ -105,7 +105,7 @@ def test_a_shifted_row_is_shorter(tmp_path, ini):
     assert over <= 0.006 and more <= 0.25 and left <= 0.25
 
 
-@pytest.mark.parametrize("between", ("M8", "G4 P0.2", "M64 P1", "F400", "(MSG, half)", "X40.35 (MSG, half)"))
+@pytest.mark.parametrize("between", ("M8", "G4 P0.2", "M64 P1", "F400", "(MSG, half)", "X40.35 Z-16.9918 (MSG, half)"))
 def test_what_stands_between_two_moves_comes_where_it_did(tmp_path, ini, between):
     """The tool is where the program had it when the line is run."""
     before = tmp_path / "a.ngc"
