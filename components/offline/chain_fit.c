@@ -29,7 +29,7 @@ struct reach {
     double ready_z; /* the height there */
 };
 
-/* How far a line from k, at height z, reaches [1]; to k + 1 if even that is a wall. */
+/* How far a line from k, at height z, reaches [1]; to k + 1 if even that is a wall; the last station reaches itself. */
 static struct reach line_reach(const struct chain *c, long k, double z)
 {
     double flattest = -1e30, steepest = 1e30;
@@ -48,7 +48,7 @@ static struct reach line_reach(const struct chain *c, long k, double z)
             found.ready_z = chip_max(c->arc_low[j], found.z);
         }
     }
-    if (found.last == k) {
+    if (found.last == k && k + 1 < c->n) {
         found.last = k + 1;
         found.z = c->low[k + 1];
     }

@@ -4,6 +4,9 @@
 Arcs are judged by tests/support/surface_judge.py (complex numbers) and by rs274; nothing of the package's arcs is in either."""
 import dataclasses
 import math
+import os
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -88,6 +91,27 @@ def test_a_circle_is_few_arcs_and_without_them_lines():
         assert len(kept) <= 6 and np.diff(kept).max() > 400 and arc[longest, 2] == pytest.approx(20 * sign, abs=0.05)
         plain = fitted(s, z, z + 0.008, None)
         assert len(plain[0]) > 20 and (plain[2][:, 2] == layout.CHAIN_LINE).all()
+
+
+NOTHING_BEHIND = """
+import sys
+import numpy as np
+from support.guarded import guarded
+from chipwise.chain_fit import fitted
+rng = np.random.default_rng(int(sys.argv[1]))
+for case in range(int(sys.argv[2])):
+    n = int(rng.integers(1, 40))
+    s, z = np.sort(rng.uniform(0, 8, n)), np.cumsum(rng.normal(0, 0.002, n))
+    s, low, high, arc_low = (guarded(v) for v in (s, z, z + 0.01, z + 0.0025))
+    fitted(s, low, high, arc_low)
+    fitted(s, low, high)
+"""
+
+
+def test_nothing_is_read_behind_the_last_station():
+    done = subprocess.run([sys.executable, "-c", NOTHING_BEHIND, str(random_seed()), str(random_count(200))],
+                          env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}, capture_output=True, text=True)
+    assert done.returncode == 0, (random_seed(), done.returncode, done.stderr)
 
 
 # ---- plans -----------------------------------------------------------------------------------------------------------
