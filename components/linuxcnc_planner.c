@@ -1,5 +1,8 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /* linuxcnc_planner.c - see linuxcnc_planner.h; the numbers in brackets are those there. */
+#ifndef _GNU_SOURCE
+#define _GNU_SOURCE /* getresuid; LinuxCNC's flags define it as well */
+#endif
 #include <stdio.h>
 #include <string.h>
 #include <sys/shm.h>
@@ -25,11 +28,17 @@ struct chip_motion_end { /* the end of motion's block (motion_struct.h, 2.9.0~pr
     struct emcmot_internal_t internal;
 };
 
+/* [4] Whether a user is root or one of those this process is or has been. */
+static int is_us(uid_t user)
+{
+    uid_t real, effective, saved;
+    if (getresuid(&real, &effective, &saved) < 0) return 0;
+    return user == real || user == effective || user == saved || user == 0;
+}
+
 int chip_planner_ours(const struct shmid_ds *about)
 {
-    uid_t owner = about->shm_perm.uid, maker = about->shm_perm.cuid;
-    return (owner == getuid() || owner == geteuid()) && (maker == getuid() || maker == geteuid() || maker == 0)
-        && (about->shm_perm.mode & 0077) == 0;
+    return is_us(about->shm_perm.uid) && is_us(about->shm_perm.cuid) && (about->shm_perm.mode & 0077) == 0;
 }
 
 /* [1] Whether this process has mapped a block for writing, as motion in the same process has. Reads the rights and the

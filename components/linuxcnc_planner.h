@@ -17,6 +17,10 @@
  *     if motion has been unloaded its queue is gone), the queue's size, its counts, the planner's cycle
  *     time, and the planner's position, which must be the axes' to 0.001 units.
  *  3. If a check fails, the path is unknown in this period and the core predicts it.
+ *  4. A block is ours if its owner and its creator are root or the user of this LinuxCNC and nobody else has rights.
+ *     The rtapi_app of Debian's package is setuid root: it makes the user the saved uid, itself root, creates blocks as root
+ *     and gives them to the user (2.9: uspace_common.h, uspace_rtapi_app.cc; read to master of 2026-08). Without setuid, and for
+ *     blocks that milltask makes (2.10), the creator is the user.
  */
 #ifndef CHIPWISE_LINUXCNC_PLANNER_H
 #define CHIPWISE_LINUXCNC_PLANNER_H
@@ -37,7 +41,7 @@ struct chip_planner {
     int last_command; /* number of the last command that motion has carried out */
 };
 
-/* Whether a block of shared memory is ours alone: owner, creator, rights. */
+/* Whether a block of shared memory is ours alone: owner, creator, rights [4]. */
 int chip_planner_ours(const struct shmid_ds *about);
 
 /* Attaches motion's memory [1]; called while loading, not in realtime. */

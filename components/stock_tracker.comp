@@ -133,8 +133,17 @@ static int refuse_external(int key)
 {
     rtapi_print_msg(RTAPI_MSG_ERR,
         "chipwise: stock_tracker: the shared memory with the key 0x%x is another user's or another program's; end that "
-        "program, or remove it with `ipcrm -M 0x%x`\n", key, key);
+        "program, then run `ipcrm -M 0x%x` as that user or as root\n", key, key);
     return -13;
+}
+
+/* What was made here has been removed again, so there is nothing to clear away. */
+static int refuse_shared(int key)
+{
+    rtapi_print_msg(RTAPI_MSG_ERR,
+        "chipwise: stock_tracker: another program has opened the shared memory with the key 0x%x while it was made; end "
+        "that program, then start LinuxCNC again\n", key);
+    return -16;
 }
 
 /* Makes the map of one instance in shared memory, so that other programs can read it. Variables are
@@ -162,7 +171,7 @@ EXTRA_SETUP() {
     map_id = rtapi_shmem_new(shm_key, comp_id, bytes);
     if (map_id >= 0 && !freshly_made(shm_key, bytes)) {
         rtapi_shmem_delete(map_id, comp_id);
-        return refuse_external(shm_key);
+        return refuse_shared(shm_key);
     }
     if (map_id < 0 || rtapi_shmem_getptr(map_id, &map) < 0) {
         if (map_id >= 0) rtapi_shmem_delete(map_id, comp_id);

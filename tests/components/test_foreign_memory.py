@@ -83,7 +83,7 @@ def test_a_block_at_the_maps_key_that_others_may_write(tmp_path, rights, size):
     """Not taken over, not removed: loading is refused with what to do."""
     begin = f"{PYTHON} -c 'import ctypes; assert ctypes.CDLL(None).shmget({MAP_KEY}, {size}, {rights}) >= 0';"
     lines, out = hal(tmp_path, "loadrt stock_tracker size_x=60 size_y=40\n", begin)
-    assert "status 1" in lines and "another user's or another program's" in out and "ipcrm -M 0x43575354" in out, out
+    assert "status 1" in lines and "another user's or another program's" in out and "then run `ipcrm -M 0x43575354` as that user or as root" in out, out
 
 
 def test_an_old_map_that_is_still_attached(tmp_path):

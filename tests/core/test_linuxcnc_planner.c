@@ -5,8 +5,9 @@
  *
  * What the queue holds comes out as lines, arcs and chords in mm, with the planner's braking and joins; and whatever
  * does
- * not fit leaves the path unknown.
+ * not fit leaves the path unknown. A block of memory is ours in every form LinuxCNC runs in, and in no other.
  */
+#define _GNU_SOURCE
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -274,8 +275,57 @@ static void test_unsound(void)
     }
 }
 
+static uid_t users[3]; /* real, effective and saved of this process, for the getresuid below */
+
+int getresuid(uid_t *real, uid_t *effective, uid_t *saved)
+{
+    *real = users[0];
+    *effective = users[1];
+    *saved = users[2];
+    return 0;
+}
+
+/* A block of `owner`, made by `maker`, as a process with these three uids sees it. */
+static int ours(uid_t real, uid_t effective, uid_t saved, uid_t owner, uid_t maker, int mode)
+{
+    struct shmid_ds about = { 0 };
+    users[0] = real;
+    users[1] = effective;
+    users[2] = saved;
+    about.shm_perm.uid = owner;
+    about.shm_perm.cuid = maker;
+    about.shm_perm.mode = mode;
+    return chip_planner_ours(&about);
+}
+
+static void test_whose_block(void)
+{
+    static const int open_to_others[] = { 0640, 0620, 0610, 0604, 0602, 0601, 0660, 0666 };
+    size_t i;
+    enum { ROOT, USER = 1000, OTHER = 1001 };
+    CHECK(ours(ROOT, ROOT, USER, USER, ROOT, 0600)); /* the package's rtapi_app, setuid root: given to the user */
+    CHECK(ours(ROOT, ROOT, USER, USER, USER, 0600)); /* there, a block that the user's milltask has made (2.10) */
+    CHECK(ours(ROOT, ROOT, USER, ROOT, ROOT, 0600)); /* there, between its making and its giving */
+    CHECK(ours(USER, USER, USER, USER, USER, 0600)); /* not setuid: a sandbox, capabilities in place of setuid */
+    CHECK(ours(USER, USER, USER, USER, ROOT, 0600)); /* the user's own programs, a block of a setuid rtapi_app */
+    CHECK(ours(USER, ROOT, ROOT, USER, ROOT, 0600)); /* setuid root, and nothing given up */
+    CHECK(ours(ROOT, USER, ROOT, USER, ROOT, 0600));
+    CHECK(
+        ours(USER, USER, USER, USER, ROOT, 0600 | 01000 | 02000)); /* marked for removal, locked: no rights of others */
+    CHECK(!ours(ROOT, ROOT, USER, OTHER, ROOT, 0600));             /* another user's LinuxCNC has left it */
+    CHECK(!ours(ROOT, ROOT, USER, OTHER, OTHER, 0600));
+    CHECK(!ours(ROOT, ROOT, USER, USER, OTHER, 0600)); /* made by another user, then given to us by root's rtapi_app */
+    CHECK(!ours(USER, USER, USER, OTHER, USER, 0600)); /* given away */
+    CHECK(!ours(USER, USER, USER, OTHER, ROOT, 0600));
+    for (i = 0; i < sizeof open_to_others / sizeof *open_to_others; i++) {
+        CHECK(!ours(ROOT, ROOT, USER, USER, ROOT, open_to_others[i]));
+        CHECK(!ours(USER, USER, USER, USER, USER, open_to_others[i]));
+    }
+}
+
 int main(void)
 {
+    test_whose_block();
     test_lines();
     test_units_and_braking();
     test_arcs();
