@@ -126,6 +126,13 @@ def shared_memory() -> list[dict[str, int]]:
     return [{name: int(text, 8 if name == "perms" else 10) for name, text in zip(names, row)} for row in rows]
 
 
+def is_ours(block: dict[str, int]) -> bool:
+    """Whether a row of shared_memory() is this user's alone, as components/linuxcnc_planner.c says it: the block of a setuid rtapi_app has been
+    made by root and given to the user."""
+    us = (os.getuid(), os.geteuid(), 0)
+    return block["uid"] in us and block["cuid"] in us and not block["perms"] & 0o077
+
+
 def return_freed_arrays() -> None:
     """From now on this process gives the room of each array of OWN_MAPPING bytes back to the kernel when the array is deleted.
 

@@ -1,9 +1,13 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """chipwise load: what it says of an INI file and of a HAL, here written down as text."""
 
+import os
+from types import SimpleNamespace
+
 import pytest
 
-from chipwise.cli import load, python_section
+from chipwise import cli
+from chipwise.cli import load, python_section, start_window
 from chipwise.errors import CycleError
 from chipwise.ini import Ini
 from chipwise.settings import parse_settings
@@ -181,3 +185,35 @@ def test_a_geometry_file_that_cannot_be_used_leaves_the_shapes_unknown(tmp_path)
     (tmp_path / "tools.toml").write_text("[tool.1]\nshape = 3\n")
     assert load.tool_shapes(parse_settings({"TOOL_GEOMETRY": "tools.toml"}, str(tmp_path))) is None
     assert load.tool_shapes(parse_settings({}, str(tmp_path))) == {}
+
+
+def block(uid, cuid, perms=0o600, key=load.STOCK_MAGIC):
+    return {'key': key, 'shmid': 1, 'perms': perms, 'size': 4096, 'uid': uid, 'cuid': cuid}
+
+
+def test_a_map_of_another_user(monkeypatch):
+    """Named with its owner, and with who may remove it; the user's own, made by root or not, is left to stock_tracker."""
+    us = os.getuid()
+    for blocks in ([], [block(us, us)], [block(us, 0)], [block(us + 1, us + 1, key=100)]):
+        monkeypatch.setattr(load, 'shared_memory', lambda blocks=blocks: blocks)
+        load.check_map_key()
+    for foreign in (block(us + 1, 0), block(us + 1, us + 1), block(us, us + 1), block(us, 0, 0o622)):
+        monkeypatch.setattr(load, 'shared_memory', lambda foreign=foreign: [foreign])
+        monkeypatch.setattr(load.pwd, 'getpwuid', lambda uid: SimpleNamespace(pw_name=f'user{uid}'))
+        assert f'belongs to user user{foreign["uid"]}, whose LinuxCNC runs or was killed; end that LinuxCNC, then run ' \
+               f'`ipcrm -M 0x43575354` as user{foreign["uid"]} or as root' in said(load.check_map_key)
+
+
+@pytest.mark.parametrize('display, ini, terminal, needed', [
+    (':0', '/x.ini', False, True), ('', '/x.ini', False, False), (':0', '', False, False), (':0', '/x.ini', True, False)])
+def test_when_the_reason_gets_a_window(monkeypatch, display, ini, terminal, needed):
+    """Started by LinuxCNC from a menu: there its own window begins with a hundred lines of settings."""
+    monkeypatch.setenv('DISPLAY', display)
+    monkeypatch.setenv('INI_FILE_NAME', ini)
+    monkeypatch.setattr(start_window.os, 'isatty', lambda _handle: terminal)
+    started = []
+    monkeypatch.setattr(start_window.subprocess, 'Popen', lambda words, **_options: started.append(words))
+    cli.fail(['load'], 'chipwise: why')
+    assert [words[-1] for words in started] == ['chipwise: why'] * needed
+    cli.fail(['check'], 'chipwise: why')
+    assert len(started) == needed

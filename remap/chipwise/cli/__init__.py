@@ -26,6 +26,7 @@ COMMANDS = {name: name for name in ('check', 'contour', 'demo', 'digitise', 'dis
                                    'panel', 'patterns', 'rewrite', 'stations', 'surface', 'turn')} | {'try': 'try_program'}
 FULL = errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO
 INTERNAL = ('display', 'link', 'load', 'monitor')      # LinuxCNC calls them
+STARTERS = ('link', 'load', 'monitor')                  # and does not start if one fails
 
 
 class CommandError(Exception):
@@ -87,6 +88,14 @@ def of_system(error):
     return str(error)
 
 
+def fail(argv, text):
+    """Say why a command fails: in a window as well where LinuxCNC has called it and only its log gets the line."""
+    print(text, file=sys.stderr, flush=True)
+    if argv[:1] and argv[0] in STARTERS:
+        from chipwise.cli.start_window import open_window
+        open_window(text)
+
+
 def run(argv):
     """-> exit status of a command."""
     parser, modules = build_parser(argv[:1] if argv[:1] and argv[0] in COMMANDS else tuple(COMMANDS))
@@ -110,17 +119,17 @@ def main(argv):
         sys.stdout.flush()                          # what could not be written is not done
         return status
     except CommandError as error:
-        print('chipwise: %s' % error, file=sys.stderr)
+        fail(argv, 'chipwise: %s' % error)
         return error.status
     except BrokenPipeError:
         drop_output()
     except OSError as error:
-        print(printable(NAME + of_system(error)), file=sys.stderr)
+        fail(argv, printable(NAME + of_system(error)))
         drop_output()
     except KeyboardInterrupt:
         return 130
     except Exception as error:
         if os.environ.get('CHIPWISE_TRACEBACK'):
             raise
-        print(printable(NAME + of_unexpected(error)), file=sys.stderr)
+        fail(argv, printable(NAME + of_unexpected(error)))
     return 1

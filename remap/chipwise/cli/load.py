@@ -9,6 +9,7 @@ does not start: a map of another size than the one asked for would be worse.
 import ctypes
 import math
 import os
+import pwd
 import subprocess
 import sys
 
@@ -18,8 +19,9 @@ from chipwise.clock import patience
 from chipwise.errors import CycleError, braceless, unnamed
 from chipwise.halcmd import halcmd, halcmds, pins, signal_of, thread_functions
 from chipwise.ini import Ini, limits_jerk
+from chipwise.processes import is_ours, shared_memory
 from chipwise.settings import load_settings
-from chipwise.stock.layout import Cell
+from chipwise.stock.layout import STOCK_MAGIC, Cell
 from chipwise.tool_table import diameters
 from chipwise.tools import ToolGeometry, load_tools
 
@@ -69,6 +71,23 @@ def check_memory(settings):
             f'the map needs {wanted / 2**20:.0f} MiB ([CHIPWISE]MAP_SIZE = {size_x:g} {size_y:g} mm, '
             f'CELL = {cell:g} mm), more than a quarter of the {memory / 2**20:.0f} MiB of this machine',
             'use larger cells or a smaller map')
+
+
+def check_map_key():
+    """Raise CycleError if another user or program has the memory under the map's key.  stock_tracker refuses it as well, but rtapi_app
+    prints its reason for itself, lines before the end of what LinuxCNC says."""
+    try:
+        blocks = shared_memory()
+    except OSError:
+        return
+    for block in blocks:
+        if block['key'] == STOCK_MAGIC and not is_ours(block):
+            try:
+                owner = pwd.getpwuid(block['uid']).pw_name
+            except KeyError:
+                owner = str(block['uid'])
+            raise CycleError(f'the shared memory of the stock map belongs to user {braceless(owner)}, whose LinuxCNC runs or was killed',
+                             f'end that LinuxCNC, then run `ipcrm -M {STOCK_MAGIC:#x}` as {braceless(owner)} or as root')
 
 
 def finest_cell(ini, settings, shapes):
@@ -207,6 +226,7 @@ def load(ini, settings):
     check_machine(ini)
     check_includes(ini)
     check_free(settings)
+    check_map_key()
     first, status = settings['ANALOG_OUT'], settings['ANALOG_IN']
     halcmds(
             ('loadrt', 'chipwise_inputs'),

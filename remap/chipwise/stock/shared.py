@@ -28,7 +28,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from chipwise.processes import shared_memory
+from chipwise.processes import is_ours, shared_memory
 from chipwise.stock import layout
 from chipwise.stock.core import CELL_DTYPE
 from chipwise.stock.store import Head
@@ -253,11 +253,10 @@ def _size_of_ours(number):
         raise SharedStockError(f"chipwise: stock map: /proc/sysvipc/shm: {error.strerror}; mount /proc") from error
     for row in rows:
         if row["shmid"] == number:
-            us, perms = (os.getuid(), os.geteuid()), row["perms"]
-            if row["uid"] in us and row["cuid"] in (*us, 0) and not perms & 0o077:
+            if is_ours(row):
                 return row["size"]
             raise SharedStockError(f"chipwise: stock map: the memory belongs to user {row['uid']} and was made by user "
-                                   f"{row['cuid']} with the rights {perms & 0o777:o}; start LinuxCNC again")
+                                   f"{row['cuid']} with the rights {row['perms'] & 0o777:o}; start LinuxCNC again")
     raise SharedStockError("chipwise: stock map: its memory has gone; start LinuxCNC again")
 
 
