@@ -18,7 +18,7 @@ LIFT_MS = 1000          # between two looks whether another window has come abov
 
 
 def is_needed():
-    """Whether LinuxCNC has started this process, where there is a screen and no terminal (as `tty -s` in the linuxcnc script)."""
+    """Whether LinuxCNC has started this process, with a screen and no terminal (as `tty -s` in the linuxcnc script)."""
     try:
         at_terminal = os.isatty(0) or os.isatty(2)
     except OSError:
