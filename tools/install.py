@@ -18,6 +18,9 @@ Called by `make install` and `make uninstall`, with DESTDIR and PREFIX in the en
                            PREFIX/share/chipwise, laid out as in the repository,
                            so that every relative path in the INI files holds
   bin/*                    PREFIX/bin, as links
+  the sample machines      chipwise/ in LinuxCNC's aux_examples, a folder made of configs, hal and nc_files
+                           (remap/chipwise/machine/sample_folder.py): the configuration selector offers it
+  nc_files                 chipwise in LinuxCNC's ncfiles, as a link: the programs that a copy made by the selector sees
 
 The Python files are compiled there.  The list of files and directories made is
 kept in PREFIX/share/chipwise/manifest; uninstall removes those, and what Python
@@ -36,6 +39,10 @@ import subprocess
 import sys
 
 ROOT = os.path.dirname(os.path.dirname(os.path.realpath(__file__)))
+sys.path.insert(0, os.path.join(ROOT, 'remap'))
+
+from chipwise.machine.sample_folder import sample_files         # noqa: E402
+
 TREES = ('configs', 'hal', 'remap', 'nc_files', 'bin')
 LEFT_OUT = ('.in', '.stock', '.var', '.var.bak', '.pref', '.expanded', '.pyc', '~', '.gitignore', '.gitkeep')
 
@@ -45,11 +52,11 @@ class InstallError(Exception):
 
 
 def linuxcnc_directories():
-    """-> (module directory, HAL library) of the LinuxCNC on the PATH."""
+    """-> (module directory, HAL library, samples of other packages) of the LinuxCNC on the PATH."""
     modinc = run('halcompile', '--print-modinc')
     module_dir = run('make', '-s', '--no-print-directory', '-f', '-', 'print', text=(
         'none:\ninclude %s\nprint:\n\t@echo $(RTLIBDIR)\n' % modinc))
-    return module_dir, run('linuxcnc_var', 'HALLIB_DIR')
+    return module_dir, run('linuxcnc_var', 'HALLIB_DIR'), run('linuxcnc_var', 'LINUXCNC_AUX_EXAMPLES')
 
 
 def run(*command, text=''):
@@ -70,25 +77,37 @@ def tree_files(tree):
                 yield os.path.relpath(os.path.join(folder, name), ROOT)
 
 
-def for_prefix(template, share):
-    """-> a copy of NAME.in with @SHARE@ replaced by where we install to, in build/, a folder for each such place."""
-    folder = os.path.join(ROOT, 'build', 'prefix', share.strip('/').replace('/', '_'))
-    made = os.path.join(folder, os.path.basename(template).removesuffix('.in'))
-    os.makedirs(folder, exist_ok=True)
-    with open(os.path.join(ROOT, template)) as handle:
-        text = handle.read().replace('@SHARE@', share)
+def for_prefix(name, content, share):
+    """-> path of a file that depends on where we install to, in build/, a folder for each such place."""
+    made = os.path.join(ROOT, 'build', 'prefix', share.strip('/').replace('/', '_'), name)
+    os.makedirs(os.path.dirname(made), exist_ok=True)
     fresh = '%s.%d' % (made, os.getpid())
-    with open(fresh, 'w') as handle:
-        handle.write(text)
+    with open(fresh, 'wb') as handle:
+        handle.write(content)
     os.replace(fresh, made)             # another installation may be reading it
     return made
 
 
+def template(name, share):
+    """-> the content of NAME.in with @SHARE@ replaced by where we install to."""
+    with open(os.path.join(ROOT, name), 'rb') as handle:
+        return handle.read().replace(b'@SHARE@', os.fsencode(share))
+
+
+def samples(hallib, aux_examples, share):
+    """-> the part of the plan for the sample machines: their folder, and the programs where LinuxCNC keeps its own."""
+    folder = os.path.join(aux_examples, 'chipwise')
+    plan = {os.path.join(folder, name): for_prefix(os.path.join('samples', name), content, share)
+            for name, content in sample_files(ROOT, share).items()}
+    plan[os.path.join(os.path.dirname(hallib), 'ncfiles', 'chipwise')] = ('link', share + '/nc_files')
+    return plan
+
+
 def wanted(prefix):
     """-> {target: source file, or ('link', text)}."""
-    module_dir, hallib = linuxcnc_directories()
+    module_dir, hallib, aux_examples = linuxcnc_directories()
     share = os.path.join(prefix, 'share', 'chipwise')
-    plan = {}
+    plan = samples(hallib, aux_examples, share)
 
     def files(pattern, folder):
         for source in sorted(glob.glob(os.path.join(ROOT, pattern))):
@@ -106,7 +125,7 @@ def wanted(prefix):
     for catalogue in glob.glob(os.path.join(ROOT, 'build', 'locale', '*', 'LC_MESSAGES', '*.mo')):
         plan[os.path.join(share, os.path.relpath(catalogue, ROOT))] = catalogue
     files('VERSION', share)
-    plan[share + '/configs/chipwise.inc'] = for_prefix('configs/chipwise.inc.in', share)
+    plan[share + '/configs/chipwise.inc'] = for_prefix('chipwise.inc', template('configs/chipwise.inc.in', share), share)
     for library in ('libchipwise.so', 'libchipwise_kinematics.so'):
         files('build/' + library, os.path.join(prefix, 'lib', 'chipwise'))
         if os.path.exists(os.path.join(ROOT, 'build', library)):

@@ -56,6 +56,11 @@ def test_install_and_uninstall(tmp_path, prefix, root_name):
     for page in ('man1/chipwise.1', 'man9/stock_tracker.9', 'man9/chipwise_inputs.9'):
         assert os.path.isfile(str(destdir) + prefix + '/share/man/' + page), page
     assert os.path.isfile(str(destdir) + prefix + '/share/doc/chipwise/docs/user/settings.md')
+    # what LinuxCNC's configuration selector offers names the installed tree, never DESTDIR
+    offered = str(destdir) + '/usr/share/linuxcnc/aux_examples/chipwise'
+    text = open(offered + '/mill.ini').read()
+    assert f'TOPLEVEL = {prefix}/share/chipwise/remap/toplevel.py\n' in text and str(destdir) not in text and '../' not in text
+    assert os.readlink(str(destdir) + '/usr/share/linuxcnc/ncfiles/chipwise') == prefix + '/share/chipwise/nc_files'
 
     make('uninstall', destdir, prefix)
     assert everything(destdir) == before

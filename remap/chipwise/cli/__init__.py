@@ -23,7 +23,7 @@ from chipwise import ROOT, version
 from chipwise.errors import NAME, of_unexpected, printable
 
 COMMANDS = {name: name for name in ('check', 'contour', 'demo', 'digitise', 'display', 'enter', 'filter', 'link', 'load', 'monitor',
-                                   'panel', 'patterns', 'rewrite', 'stations', 'surface', 'turn')} | {'try': 'try_program'}
+                                   'panel', 'patterns', 'rewrite', 'stations', 'surface', 'turn')} | {'new-config': 'new_config', 'try': 'try_program'}
 FULL = errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO
 INTERNAL = ('display', 'link', 'load', 'monitor')      # LinuxCNC calls them
 STARTERS = ('link', 'load', 'monitor')                  # and does not start if one fails
@@ -63,10 +63,19 @@ def welcome(modules):
     return '\n'.join([
         f'chipwise {version()}: stock-aware feed and cycles for LinuxCNC', '', *usual, '',
         'chipwise COMMAND --help says more about one of them; man chipwise about all.',
-        'The codes work inside LinuxCNC: G12, G13, G24, G75, G77 to G79 and M250 to M255 on the simulated mill,',
-        f'  linuxcnc {os.path.join(ROOT, "configs", "mill.ini")}',
-        'G22, G23, G26 and G27 on the simulated lathe,',
-        f'  linuxcnc {os.path.join(ROOT, "configs", "lathe.ini")}'])
+        *machine_lines()])
+
+
+def machine_lines():
+    """How to start a simulated machine: LinuxCNC writes beside the INI file, which nobody but root may do where chipwise is installed."""
+    folder, first = os.path.join(ROOT, 'configs'), []
+    if not os.path.isfile(os.path.join(ROOT, 'Makefile')):          # not the repository
+        folder, first = '~/linuxcnc/configs/chipwise', ['Simulated machines, in a folder of your own:', '  chipwise new-config']
+    return [*first,
+            'The codes work inside LinuxCNC: G12, G13, G24, G75, G77 to G79 and M250 to M255 on the simulated mill,',
+            f'  linuxcnc {os.path.join(folder, "mill.ini")}',
+            'G22, G23, G26 and G27 on the simulated lathe,',
+            f'  linuxcnc {os.path.join(folder, "lathe.ini")}']
 
 
 def open_handles():
