@@ -8,6 +8,7 @@
 #   make bench      the benchmarks; writes build/bench.json
 #   make build      components, the C core as a library, C test programs
 #   make install    DESTDIR and PREFIX honoured; make uninstall removes the same
+#   make deb        Debian packages in build/deb, for the Debian and the LinuxCNC of this machine
 #   make deps       the Debian packages needed, only those missing
 #   make clean      remove build/
 #
@@ -57,14 +58,22 @@ MOTION = build/motion_headers
 NAMED := $(shell cat build/motion_source 2>/dev/null)
 LINUXCNC_SOURCE ?= $(NAMED)
 export LINUXCNC_SOURCE        # through the environment: any character is allowed
+# A distribution's own flags, before ours, which stay in force: debian/rules has dpkg-buildflags here, without its optimisation.
+HARDENING ?=
+LDFLAGS ?=
+export LDFLAGS                # halcompile links with them
+# What each module is stamped with; remap/chipwise/fit.py compares it before a module is loaded.
+STAMP = build/stamp.h
+NOW_STAMPED := $(shell tools/build_stamp 2>/dev/null)
+IS_STAMPED := $(shell sed -n 's/^static.* = "\(.*\)";$$/\1/p' $(STAMP) 2>/dev/null)
 # halcompile knows no warnings; its make takes the compiler from here.  The code it generates has unused parameters.
-MODULE_CC = $(CC) -Wall -Wextra -Wno-unused-parameter $(WERROR) @$(CURDIR)/$(MOTION)
+MODULE_CC = $(CC) $(HARDENING) -Wall -Wextra -Wno-unused-parameter $(WERROR) @$(CURDIR)/$(MOTION) @$(CURDIR)/build/options.module
 empty =
 space = $(empty) $(empty)
 
 CHIPWISE_VERSION = $(shell cat VERSION)
 
-.PHONY: run test test-all test-quick lint bench build install uninstall deps clean FORCE
+.PHONY: run test test-all test-quick lint bench build product install uninstall deb deps clean FORCE
 .DELETE_ON_ERROR:
 
 # The steps in their order, each a make of its own: what LinuxCNC's
@@ -96,7 +105,10 @@ bench: deps
 	@$(MAKE) --no-print-directory build
 	@$(PYTHON) bench/run.py
 
-build: $(LAYOUT) $(MODULES) $(MANPAGES) $(COMPLETIONS) $(CATALOGUES) $(LIBRARY) $(PROGRAMS) $(MODELS) build/bench/lib/cost
+build: product $(PROGRAMS) $(MODELS) build/bench/lib/cost
+
+# What is installed.
+product: $(LAYOUT) $(MODULES) $(MANPAGES) $(COMPLETIONS) $(CATALOGUES) $(LIBRARY)
 
 # A file of compiler options.
 $(MOTION): tools/motion_headers $(if $(filter-out x$(NAMED),x$(LINUXCNC_SOURCE)),FORCE)
@@ -105,11 +117,15 @@ $(MOTION): tools/motion_headers $(if $(filter-out x$(NAMED),x$(LINUXCNC_SOURCE))
 	@mv $@.new $@
 	@printf '%s\n' "$$LINUXCNC_SOURCE" >build/motion_source
 
+$(STAMP): tools/build_stamp $(if $(filter-out x$(subst $(space),_,$(IS_STAMPED)),x$(subst $(space),_,$(NOW_STAMPED))),FORCE)
+	@mkdir -p $(@D)
+	@tools/build_stamp $@
+
 FORCE:
 
 # halcompile puts components/ on the include path, and the result into the
 # directory it is started in.
-build/modules/%.so: components/%.comp $(CORE) components/linuxcnc_planner.c $(HEADERS) $(MOTION)
+build/modules/%.so: components/%.comp $(CORE) components/linuxcnc_planner.c $(HEADERS) $(MOTION) $(STAMP)
 	@mkdir -p $(@D)
 	cd $(@D) && MAKEFLAGS='CC=$(subst $(space),\ ,$(strip $(MODULE_CC)))' $(HALCOMPILE) --compile $(CURDIR)/$<
 
@@ -134,7 +150,7 @@ build/locale/%/LC_MESSAGES/chipwise.mo: remap/chipwise/locale/%.po
 
 build/core/%.o: components/core/%.c $(HEADERS)
 	@mkdir -p $(@D)
-	$(CC) $(RTFLAGS) $(CFLAGS) -Icomponents -c -o $@ $<
+	$(CC) $(HARDENING) $(RTFLAGS) $(CFLAGS) -Icomponents -c -o $@ $<
 
 # Python's copy of the structures and constants, and the table that confirms it: committed, made anew from the headers.
 $(LAYOUT) &: tools/make_layout.py $(HEADERS)
@@ -145,7 +161,7 @@ FAST = -O3 -fno-math-errno -fno-trapping-math -fno-signed-zeros -fassociative-ma
 
 build/offline/%.o: components/offline/%.c $(HEADERS)
 	@mkdir -p $(@D)
-	$(CC) $(filter-out -Os -Wframe-larger-than=%,$(RTFLAGS)) $(FAST) $(CFLAGS) -Icomponents -c -o $@ $<
+	$(CC) $(HARDENING) $(filter-out -Os -Wframe-larger-than=%,$(RTFLAGS)) $(FAST) $(CFLAGS) -Icomponents -c -o $@ $<
 
 # chip_version of the library; the components have theirs in their man pages.
 build/version.c: VERSION
@@ -153,15 +169,15 @@ build/version.c: VERSION
 	@echo 'const char chip_version[] = "$(CHIPWISE_VERSION)";' >$@
 
 build/version.o: build/version.c
-	$(CC) $(RTFLAGS) $(CFLAGS) -c -o $@ $<
+	$(CC) $(HARDENING) $(RTFLAGS) $(CFLAGS) -c -o $@ $<
 
 build/libchipwise.so: $(OBJECTS) $(OFFLINES) build/version.o
-	$(CC) -shared -o $@ $^ -lm
+	$(CC) -shared $(LDFLAGS) -o $@ $^ -lm
 
 # Stands in for HAL when a kinematics module of LinuxCNC is used offline; a library of its own, because its functions have HAL's names.
 build/libchipwise_kinematics.so: components/kinematics_host.c
 	@mkdir -p $(@D)
-	$(CC) -O2 -fPIC -shared $(CFLAGS) -o $@ $<
+	$(CC) $(HARDENING) -O2 -fPIC -shared $(CFLAGS) $(LDFLAGS) -o $@ $<
 
 # Tests may use the stack as they like.
 build/tests/%: tests/core/%.c $(OBJECTS) components/linuxcnc_planner.c $(HEADERS) $(wildcard tests/core/*.h) $(MOTION)
@@ -189,6 +205,9 @@ install: build
 
 uninstall:
 	@$(PYTHON) tools/install.py uninstall
+
+deb:
+	@tools/deb
 
 deps:
 	@tools/deps

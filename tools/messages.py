@@ -41,6 +41,7 @@ SECTIONS = (                                    # (beginning of the path, headin
     ('remap/chipwise/panel/colours', 'Entry and colours'),
     ('remap/chipwise/drawing/entered', 'Entry and colours'),
     ('remap/chipwise/cli/load', 'Start of LinuxCNC'),
+    ('remap/chipwise/fit', 'Start of LinuxCNC'),
     ('remap/chipwise/cli/python_section', 'Start of LinuxCNC'),
     ('remap/chipwise/cli/monitor', 'While the machine runs'),
     ('remap/chipwise/monitor/', 'While the machine runs'),

@@ -4,6 +4,9 @@
 Called by hal/chipwise.hal while LinuxCNC starts (`loadusr -w chipwise load`), which sets
 INI_FILE_NAME.  A setting that cannot be used ends it with a message and exit status 1, and LinuxCNC
 does not start: a map of another size than the one asked for would be worse.
+
+`chipwise load --check` only compares the components with the programs and with LinuxCNC; the Debian package does so when LinuxCNC's
+folder of modules has changed.
 """
 
 import ctypes
@@ -13,10 +16,11 @@ import pwd
 import subprocess
 import sys
 
-from chipwise import ROOT
+from chipwise import ROOT, version
 from chipwise.cli.python_section import check_codes, check_includes
 from chipwise.clock import patience
 from chipwise.errors import CycleError, braceless, unnamed
+from chipwise.fit import check_fit, linuxcnc_version
 from chipwise.halcmd import halcmd, halcmds, pins, signal_of, thread_functions
 from chipwise.ini import Ini, limits_jerk
 from chipwise.processes import is_ours, shared_memory
@@ -38,7 +42,8 @@ SHARE_OF_MEMORY = 0.25      # of the machine's memory, at most, for the map
 
 
 def add_arguments(parser):
-    del parser
+    parser.add_argument('--check', action='store_true',
+                        help='only say whether components, programs and LinuxCNC belong together')
 
 
 def planner_acceleration(ini):
@@ -208,9 +213,12 @@ def watch_the_tool():
 
 def run(options):
     """-> exit status; everything the components need that depends on a setting."""
-    del options
     from chipwise.cli import CommandError
     try:
+        check_fit()
+        if options.check:
+            print(f'chipwise {version()}: the components fit LinuxCNC {linuxcnc_version()}')
+            return
         load(Ini(), load_settings())
     except (CycleError, ValueError) as error:
         raise CommandError(unnamed(error)) from error

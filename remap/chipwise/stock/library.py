@@ -10,7 +10,9 @@ import ctypes as C
 import os
 from pathlib import Path
 
+from chipwise import version
 from chipwise.errors import LibraryError
+from chipwise.fit import remedy
 from chipwise.stock import layout
 
 
@@ -39,6 +41,16 @@ def _layout_of(lib):
         found[entry[n].name.decode()] = entry[n].value
         n += 1
     return found
+
+
+def _check_version(lib, path):
+    """Raise LibraryError if the library is of another chipwise: it may compute otherwise."""
+    try:
+        found = C.string_at(C.addressof(C.c_char.in_dll(lib, "chip_version"))).decode("ascii", "replace")
+    except ValueError:
+        return          # older than the stamp; _check_layout finds what differs
+    if found != version():
+        raise LibraryError(f"chipwise: core library {path} is of chipwise {found}, and the programs are {version()}; {remedy()}")
 
 
 def _check_layout(lib, path):
@@ -117,6 +129,7 @@ def _load():
     except OSError as error:
         raise LibraryError(f"chipwise: core library {path} cannot be loaded ({error}); run `make build`") from error
     _check_layout(lib, path)
+    _check_version(lib, path)
     for name, result, args in _FUNCTIONS:
         function = getattr(lib, name, None)
         if function is None:
