@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Install chipwise, and remove exactly what was installed.
 
-    install.py install|uninstall [--destdir DIR] [--prefix DIR]
+    install.py install|uninstall [--destdir DIR] [--prefix DIR] [--package]
 
 Called by `make install` and `make uninstall`, with DESTDIR and PREFIX in the environment.  What goes where:
 
@@ -22,21 +22,26 @@ Called by `make install` and `make uninstall`, with DESTDIR and PREFIX in the en
                            (remap/chipwise/machine/sample_folder.py): the configuration selector offers it
   nc_files                 chipwise in LinuxCNC's ncfiles, as a link: the programs that a copy made by the selector sees
 
-The Python files are compiled there.  The list of files and directories made is
+The Python files are compiled there, unless DESTDIR is set.  The list of files and directories made is
 kept in PREFIX/share/chipwise/manifest; uninstall removes those, and what Python
 compiled beside them.  Files already
 there and equal are left alone, and files that are not ours are never replaced.
+What a user has changed is not lost either: users_files.py.
+With --package, for debian/rules, there is no manifest.
 If the caller may not write there, it runs itself again through sudo.
 """
 
 import argparse
 import compileall
+import contextlib
 import filecmp
 import glob
 import os
 import shutil
 import subprocess
 import sys
+
+from users_files import Manifest, free_name, hash_of, is_changed, is_users, with_users_files
 
 ROOT = os.path.dirname(os.path.dirname(os.path.realpath(__file__)))
 sys.path.insert(0, os.path.join(ROOT, 'remap'))
@@ -178,71 +183,89 @@ def manifest_path(destdir, prefix):
     return destdir + os.path.join(prefix, 'share', 'chipwise', 'manifest')
 
 
-def read_manifest(path):
-    """-> (files, directories made), as installed paths without DESTDIR."""
-    if not os.path.exists(path):
-        return [], []
-    with open(path) as handle:
-        lines = handle.read().split('\n')
-    return ([line[2:] for line in lines if line.startswith('f ')],
-            [line[2:] for line in lines if line.startswith('d ')])
+def check_free(pending, old, destdir):
+    """Raise InstallError for a file that is there and not from chipwise."""
+    for target in pending:
+        if os.path.lexists(destdir + target) and target not in old.files and not target.endswith('.new'):
+            package = owner(destdir + target)
+            raise InstallError('%s is of the package %s; remove that first: apt remove %s' % (destdir + target, package, package) if package else
+                               '%s is there and not from chipwise; move it away' % (destdir + target))
 
 
-def install(destdir, prefix):
+def owner(path):
+    """Name of the Debian package that a file is of; '' if of none."""
+    try:
+        said = subprocess.run(['dpkg', '-S', path], text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+    except OSError:
+        return ''
+    return said.stdout.partition(':')[0] if said.returncode == 0 else ''
+
+
+def install(destdir, prefix, is_package=False):
     plan = wanted(prefix)
-    manifest = manifest_path(destdir, prefix)
-    old, made = read_manifest(manifest)
-    made = [destdir + folder for folder in made]
-    pending = {target: source for target, source in plan.items()
-               if not is_there(source, destdir + target)}
-    stale = [target for target in old
-             if target not in plan and os.path.lexists(destdir + target)]
-    if not pending and not stale and sorted(old) == sorted(plan):
+    old = Manifest(manifest_path(destdir, prefix))
+    to_put, stay, beside = with_users_files(plan, old, destdir)
+    pending = {target: source for target, source in to_put.items() if not is_there(source, destdir + target)}
+    gone = [target for target in old.files if target not in to_put and target not in stay and os.path.lexists(destdir + target)]
+    stale = [target for target in gone if not (is_users(target) and is_changed(old, target, destdir))]
+    if not pending and not stale and old.files and set(old.files) <= set(to_put) | set(stay):
         print('chipwise: already installed in %s' % (destdir + prefix))
         return
-    for target in pending:
-        if os.path.lexists(destdir + target) and target not in old:
-            raise InstallError('%s is there and not from chipwise; move it away'
-                               % (destdir + target))
-    make_directories(os.path.dirname(manifest), made)
-    for target in plan:
+    check_free(pending, old, destdir)
+    new = Manifest(old.path)
+    made = [destdir + folder for folder in old.folders]
+    for target in [old.path[len(destdir):], *to_put]:
         make_directories(os.path.dirname(destdir + target), made)
-    folders = [folder[len(destdir):] for folder in made]
-    with open(manifest, 'w') as handle:      # first: an interrupted run can be undone
-        handle.write(''.join(['f %s\n' % name for name in sorted(set(plan) | set(stale))]
-                             + ['d %s\n' % name for name in folders]))
-    os.chmod(manifest, 0o644)
+    new.folders = [folder[len(destdir):] for folder in made]
+    new.files.update({target: '' if target in pending else old.files.get(target, '') for target in to_put} | stay)
+    if not is_package:
+        new.write()                     # first: an interrupted run can be undone
+    for target in beside:
+        yours = free_name(destdir + target)
+        shutil.copy2(destdir + target, yours)
+        print('chipwise: %s is the one of this version; the one you have changed is %s' % (destdir + target, yours))
     for target, source in pending.items():
         put(source, destdir + target)
     for target in stale:
         os.unlink(destdir + target)
-    if stale:
-        with open(manifest, 'w') as handle:
-            handle.write(''.join(['f %s\n' % name for name in sorted(plan)]
-                                 + ['d %s\n' % name for name in folders]))
-    # An operator may not write there: without it LinuxCNC and each preview would compile the package again.
-    compileall.compile_dir(os.path.join(destdir + prefix, 'share', 'chipwise', 'remap'), quiet=1, stripdir=destdir or None)
+    for target in set(gone) - set(stale):
+        print('chipwise: %s is yours and stays; this version has no such file' % (destdir + target))
+    for target in stay:
+        print('chipwise: %s stays as you have changed it%s' % (
+            destdir + target, '; the one of this version is %s.new' % (destdir + target) if target + '.new' in to_put else ''))
+    if not is_package:
+        new.files = {target: hash_of(destdir + target) for target in to_put} | stay
+        new.files.update({target: old.files[target] for target in old.files if target not in new.files and os.path.lexists(destdir + target)})
+        new.write()
+    if not destdir:
+        # An operator may not write there: without it LinuxCNC and each preview would compile the package again.
+        compileall.compile_dir(os.path.join(prefix, 'share', 'chipwise', 'remap'), quiet=1)
     print('chipwise: installed in %s' % (destdir + prefix))
 
 
 def uninstall(destdir, prefix):
-    manifest = manifest_path(destdir, prefix)
-    files, folders = read_manifest(manifest)
-    if not files:
+    old = Manifest(manifest_path(destdir, prefix))
+    if not old.files:
         print('chipwise: nothing is installed in %s' % (destdir + prefix))
         return
-    for target in files:
-        if os.path.lexists(destdir + target):
+    plan = {}
+    with contextlib.suppress(InstallError):         # LinuxCNC is gone
+        plan = wanted(prefix)
+    users = {target for target in old.files if is_users(target) and is_changed(old, target, destdir, plan.get(target))}
+    for target in old.files:
+        if target not in users and os.path.lexists(destdir + target):
             os.unlink(destdir + target)
-    os.unlink(manifest)
-    for folder in sorted((destdir + folder for folder in folders), key=len, reverse=True):
+    os.unlink(old.path)
+    for folder in sorted((destdir + folder for folder in old.folders), key=len, reverse=True):
         shutil.rmtree(os.path.join(folder, '__pycache__'), ignore_errors=True)
-        try:
+        with contextlib.suppress(OSError):
             os.rmdir(folder)
-        except FileNotFoundError:
-            pass
-        except OSError:
-            print('chipwise: %s is not empty and stays' % folder)
+    left = {destdir + target for target in users}
+    left.update(path for target in old.files for path in glob.glob(glob.escape(destdir + target) + '.yours*'))
+    for folder in old.folders:
+        left.update(os.path.join(place, name) for place, _, names in os.walk(destdir + folder) for name in names)
+    for path in sorted(filter(os.path.lexists, left)):
+        print('chipwise: %s is yours and stays' % path)
     print('chipwise: uninstalled from %s' % (destdir + prefix))
 
 
@@ -251,11 +274,15 @@ def main():
     parser.add_argument('action', choices=('install', 'uninstall'))
     parser.add_argument('--destdir', default=os.environ.get('DESTDIR', ''))
     parser.add_argument('--prefix', default=os.environ.get('PREFIX') or '/usr/local')
+    parser.add_argument('--package', action='store_true', help='for a Debian package: no manifest')
     options = parser.parse_args()
     destdir = os.path.abspath(options.destdir) if options.destdir else ''
     prefix = os.path.abspath(options.prefix)
     try:
-        {'install': install, 'uninstall': uninstall}[options.action](destdir, prefix)
+        if options.action == 'install':
+            install(destdir, prefix, options.package)
+        else:
+            uninstall(destdir, prefix)
     except InstallError as error:
         return 'chipwise: %s' % error
     except PermissionError as error:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """make install and uninstall: everything in its place, and nothing left behind."""
 
-import importlib.util
+import hashlib
 import os
 import subprocess
 
@@ -44,10 +44,8 @@ def test_install_and_uninstall(tmp_path, prefix, root_name):
     for module in os.listdir(built) if os.path.isdir(built) else []:
         assert any(path.endswith('/' + module) for path in installed), module
     assert not [path for path in installed if path.endswith('.var')]
-    # an operator may not write there: every module is compiled, for the place it is used in
-    compiled = {importlib.util.source_from_cache(path): path for path in installed if path.endswith('.pyc')}
-    assert set(compiled) == {path for path in installed if path.endswith('.py') and '/remap/' in path and '/configs/' not in path}
-    assert not [path for path in compiled.values() if str(destdir).encode() in (destdir / path).read_bytes()]
+    # Python compiles where it is used, never in a folder that becomes another system's
+    assert not [path for path in installed if path.endswith('.pyc')]
 
     assert 'already installed' in make('install', destdir, prefix)
     said = subprocess.run([str(destdir) + prefix + '/bin/chipwise', '--version'], check=True, text=True,
@@ -71,12 +69,13 @@ def test_reinstall_replaces_and_removes(tmp_path):
     """A changed file is renewed; one no longer part of the package goes."""
     make('install', tmp_path)
     share = tmp_path / 'usr/local/share/chipwise'
-    (share / 'hal/sim.hal').write_text('old')
+    (share / 'VERSION').write_text('0.0.0')
     (share / 'hal/gone.hal').write_text('of an earlier version')
     manifest = share / 'manifest'
-    manifest.write_text(manifest.read_text() + 'f /usr/local/share/chipwise/hal/gone.hal\n')
+    gone = '/usr/local/share/chipwise/hal/gone.hal'
+    manifest.write_text(manifest.read_text() + 'f %s\nh %s %s\n' % (gone, hashlib.sha256(b'of an earlier version').hexdigest(), gone))
     make('install', tmp_path)
-    assert (share / 'hal/sim.hal').read_text() == open(ROOT + '/hal/sim.hal').read()
+    assert (share / 'VERSION').read_text() == open(ROOT + '/VERSION').read()
     assert not (share / 'hal/gone.hal').exists()
     make('uninstall', tmp_path)
     assert everything(tmp_path) == []
