@@ -27,6 +27,10 @@ class Area(float):
     """An area in mm2 as a value of a message's template: shown in mm2 or in2."""
 
 
+class Across(float):
+    """A radius in mm as a value of a message's template, which the program may give as a diameter: CycleError.across()."""
+
+
 def format_length(value_mm: float, unit: str = "mm") -> str:
     """Length (mm) -> "2 mm" or "0.07874 in": at most 4 decimals of a mm, 5 of an inch, no trailing zeros."""
     if unit == "in":
@@ -120,6 +124,12 @@ class CycleError(Exception):
         self.remedy = remedy
         self.code = code
         self.values = values
+
+    def across(self, diameter: bool) -> "CycleError":
+        """The error with its radii as the program gives X: as diameters under G7."""
+        if diameter:
+            self.values = {name: float(2 * v) if isinstance(v, Across) else v for name, v in self.values.items()}
+        return self
 
     def text(self, unit: str = "mm") -> str:
         """The whole message, lengths in "mm" or "in"."""

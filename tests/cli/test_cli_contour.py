@@ -166,7 +166,7 @@ def test_parameters_and_place(program):
 
 
 def test_a_tool_that_fits_nowhere(program, tmp_path):
-    _, regions, text = drawn(program, '--sub', 800, '--tool', 50, '-o', tmp_path / 'none.svg')
+    _, regions, text = drawn(program, '--sub', 800, '--tool', 50, '--at', 0, 0, '-o', tmp_path / 'none.svg')
     assert 'fits nowhere' in text
     assert [r[2] for r in regions] == pytest.approx([6])
 
@@ -233,7 +233,8 @@ def test_png(program, tmp_path):
     (['PROGRAM', '--sub', 'x', '--tool', '6'], ('--sub x', 'O100')),
     (['PROGRAM', '--sub', '400', '--tool', '6'], ('O400', 'does not end', 'loop')),
     (['PROGRAM', '--sub', '500', '--tool', '6'], ('O500', 'line 36', 'Z')),
-    (['PROGRAM', '--sub', '600', '--tool', '6'], ('line 39', 'line 41', 'cross')),
+    (['PROGRAM', '--sub', '800', '--tool', '6'], ('line 46', 'begins where the tool is', 'G0 X.. Y..')),
+    (['PROGRAM', '--sub', '600', '--tool', '6', '--at', '0', '0'], ('line 39', 'line 41', 'cross')),
     (['PROGRAM', '--sub', '700', '--tool', '6'], ('O700', 'put the contour')),
     (['PROGRAM', '--sub', '300', '--tool', '6'], ('O300', '_width')),
     (['PROGRAM', '--sub', '100', '--tool', '0'], ('--tool 0', 'above 0')),

@@ -15,7 +15,7 @@ from chipwise.contour_sub import run
 from chipwise.errors import CycleError
 from chipwise.geometry.base.contour import ArcElement, LineElement
 from chipwise.contour_sub.job import Job
-from chipwise.contour_sub.read import contours, one_contour, read_shape
+from chipwise.contour_sub.read import UnknownStart, contours, one_contour, read_shape
 from support.bad_subs import BAD_SUBS, sub
 
 
@@ -203,3 +203,30 @@ def test_random_text_is_refused_or_read(read):
             read(text)
         except CycleError as error:
             assert "internal" not in str(error) and "did not run it" not in str(error), text
+
+
+UNKNOWN = ["G1 X5 Y1\nG1 X0 Y9\n", "G0 X3\nG1 X9 Y1\nG1 X9 Y5\n", "#1 = 4\nG1 X#1 Y0\nG1 X9 Y9\n", "G2 X4 Y0 I2\nG1 Y9\n", "G91\n", "G0 X#<_x> Y2\nG1 X9\n"]
+KNOWN = ["G0 X1 Y2\nG1 X5\nG1 Y9\n", "G0 X1\nG0 Y2\nG1 X5\nG1 Y9\n", "#1 = 3\nG0 X#1 Y2\nG1 X5\nG1 Y9\n", "o1 if [1]\nG0 X1 Y2\no1 endif\nG1 X5\nG1 Y9\n"]
+
+
+@pytest.mark.parametrize("text", [*UNKNOWN, *KNOWN])
+def test_a_shape_that_begins_at_an_unknown_place_is_refused(read, text):
+    """Without a position a shape has to be the same wherever the tool is: no coordinate is assumed."""
+    text = f"O100 sub\n{text}O100 endsub\n"
+    if text in [f"O100 sub\n{t}O100 endsub\n" for t in KNOWN]:
+        assert read(text, position=None).loops == read(text, position=(3.0, 4.0, 0.0)).loops
+        return
+    with pytest.raises(CycleError) as caught:
+        read(text, position=None)
+    if "G91" not in text:
+        assert isinstance(caught.value, UnknownStart) and "the shape begins where the tool is" in str(caught.value) and "G0 X.. Y.." in str(caught.value)
+
+
+def test_a_turned_shape_needs_x_and_z(read):
+    for start, known in (("G0 X5\n", False), ("G0 Z5\n", False), ("G0 X5 Z1\n", True)):
+        text = f"O100 sub\n{start}G1 X9 Z-3\nG1 X9 Z-8\nO100 endsub\n"
+        try:
+            read(text, position=None, lathe=True)
+            assert known
+        except UnknownStart as error:
+            assert not known and "G0 X.. Z.." in str(error)

@@ -35,7 +35,7 @@ holder = [0.3, 60, 2]
 class Machine:
     """What make_order() needs of a machine."""
 
-    ini, unit_mm, close_gap, rapid_mm_s, drive = "", 1.0, 0.01, 100.0, Drive()
+    ini, unit_mm, close_gap, rapid_mm_s, barrier_clearance, drive = "", 1.0, 0.01, 100.0, 0.0, Drive()
 
     def __init__(self, folder, insert):
         self.table, self.geometry = str(folder / "lathe.tbl"), str(folder / "tools.toml")
@@ -46,10 +46,11 @@ class Machine:
                       7: Insert(0.4, 275, 328, 3, (0.3, 60, 2))}
 
 
-def planned(case, folder):
-    """(plan, request, machine, G-code) of a case."""
+def planned(case, folder, clearance=0.0):
+    """(plan, request, machine, G-code) of a case; clearance: mm from barriers."""
     (folder / "part.ngc").write_text(case.text)
     machine = Machine(folder, case.insert)
+    machine.barrier_clearance = clearance
     request = read_request(case.text)
     request.roles = ROLES
     plan = make_plan(make_order(job_of(str(folder / "part.ngc"), request, machine), case.text, request, machine, ORDER))

@@ -261,8 +261,19 @@ def test_the_preview_says_that_the_tool_begins_beside_the_work(lathe):
     """It begins where the machine is when the program is opened; the task refuses (tests/machine/test_turning_machine.py)."""
     seen = lathe(program(start=(10, -5)))
     assert not seen.error and len(seen.between("begin", "end")) > 20
-    assert any(text.startswith("chipwise: G26: the tool is beside the work at Z2.5 mm X7 mm (radius); begin in front of Z6 mm") for text in seen.messages)
+    assert any(text.startswith("chipwise: G26: the tool is beside the work at Z2.5 mm X7 mm; begin in front of Z6 mm") for text in seen.messages)
     assert not any("beside" in text for text in lathe(program()).messages)
+    said = lathe(program(start=(10, -5), diameter=True)).messages         # X as the program has it
+    assert any("at Z2.5 mm X14 mm; begin in front of Z6 mm or outside of X40 mm" in text for text in said), said
+
+
+def test_a_refusal_says_that_the_part_is_drawn_from_the_tool(lathe):
+    """Its sub begins with G1: the place of the tool, X30 (radius) Z6, is a corner of the part, which the blank does not have."""
+    text = program(diameter=True, start=(30, 6)).replace("O100 sub\nG0", "O100 sub\nG1")
+    seen = lathe(text)
+    assert "the blank ends at" in seen.error and "(the sub O100 is drawn from the tool's place, Z6 mm X60 mm)" in seen.error, seen.error
+    assert "begin the sub with G0 X.. Z.." in seen.error
+    assert "tool's place" not in lathe(program(bar=(20, -60, 1))).error
 
 
 def test_check_plans_g26_and_says_what_it_lacks(tmp_path, capsys):

@@ -342,6 +342,8 @@ def test_steps_in_another_order(turn, tmp_path):
     _, plan, _ = turn(program(SHAFT, bar(z=1)), "--steps", str(tmp_path / "steps.toml"))
     assert [s["name"] for s in plan["steps"]] == ["rough outside", "finish outside"]
     (tmp_path / "steps.toml").write_text('steps = ["finish outside"]\n')
-    assert "more than 0.45 mm of stock is left" in turn(program(SHAFT, bar(z=1)), "--steps", str(tmp_path / "steps.toml"))[2]
+    status, plan, said = turn(program(SHAFT, bar(z=1)), "--steps", str(tmp_path / "steps.toml"))
+    assert status == 1 and "T2 leaves what is thicker than 0.45 mm" in said
+    assert max(r["height_mm"] for r in plan["residue"]) > 4.0       # a finishing tool does not rough
     (tmp_path / "steps.toml").write_text('steps = ["polish"]\n')
     assert "polish is not a step" in turn(program(SHAFT, bar(z=1)), "--steps", str(tmp_path / "steps.toml"))[2]

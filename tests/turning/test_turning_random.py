@@ -3,6 +3,7 @@
 import random
 import re
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -40,6 +41,29 @@ def test_nothing_enters_chuck_and_tailstock(k, tmp_path):
     _, request, machine, text = planned(case, tmp_path)
     found, _, _ = judge(text, request.scale, case, machine.tools)
     assert found["gouge"] <= 0.001 and found["rapid"] <= 0.002 and found["holder"] <= 0.001, f"{found}\n{case.text}"
+
+
+@pytest.mark.parametrize("k", range(min(random_count(3), 100)))
+def test_tools_keep_the_clearance_of_a_barrier(k, tmp_path):
+    """Chuck and tailstock, 1 mm larger on all sides, are not entered; without the clearance they are."""
+    rng = random.Random(f"clearance {random_seed()} {k}")
+    case = tailstock_case(rng)
+    larger = replace(case, tailstock=(case.tailstock[0] + 1.0, case.tailstock[1] - 1.0, case.tailstock[2] + 1.0),
+                     barrier=(case.barrier[0] + 1.0, case.barrier[1] + 1.0) if case.barrier else ())
+    _, request, machine, text = planned(case, tmp_path, 1.0)
+    found, _, _ = judge(text, request.scale, larger, machine.tools)
+    assert found["gouge"] <= 0.001, f"{found}\n{case.text}"
+
+
+def test_a_clearance_that_is_not_kept_is_seen(tmp_path):
+    """Without a clearance an insert goes to the chuck, behind a part that ends there."""
+    case = random_case(random.Random(3), "D55", 0.0)
+    end = case.outside[-1][0]
+    case = replace(case, text=re.sub(r"G22 .*\n", "", case.text).replace("G26 ", f"G22 X60 Z{(end - 0.1) / (25.4 if 'G20' in case.text else 1.0):.9f}\nG26 "))
+    for clearance, kept in ((0.0, False), (1.0, True)):
+        _, request, machine, text = planned(case, tmp_path, clearance)
+        larger = replace(case, barrier=(25.0, end + 0.9))
+        assert (judge(text, request.scale, larger, machine.tools)[0]["gouge"] <= 0.001) == kept
 
 
 def test_the_library_judges_as_the_text_of_the_oracle_does(tmp_path, monkeypatch):

@@ -40,8 +40,8 @@ def add_arguments(parser):
     parser.add_argument('--side', choices=('41', '42'), help='tool left (41, default) or right (42) of the contour')
     parser.add_argument('-o', '--output', metavar='FILE', help='picture: FILE.svg or FILE.png')
     parser.add_argument('--ini', metavar='FILE', help='INI file of the machine (default: INI_FILE_NAME, else none)')
-    parser.add_argument('--at', nargs=2, type=float, default=(0.0, 0.0), metavar=('X', 'Y'),
-                        help='position of the tool when the sub is called (default: 0 0)')
+    parser.add_argument('--at', nargs=2, type=float, metavar=('X', 'Y'),
+                        help='position of the tool when the sub is called, for a sub that does not begin with G0 X Y')
     parser.add_argument('--set', action='append', default=[], metavar='NAME=VALUE',
                         help='a parameter the program would have set: --set _width=40 --set 100=3')
     parser.error = refuse
@@ -144,11 +144,11 @@ def make_drawing(options):
     tool, unit = tool_diameter(options.tool, unit_mm), program_unit(text, unit_mm)
     numbered, named = parameters(options.set)
     scale = MM_PER_INCH if unit == 'in' else 1.0
-    if not all(map(math.isfinite, options.at)):
+    if options.at and not all(map(math.isfinite, options.at)):
         raise wrong('--at is not a position', 'give two numbers')
     shape = read.read_shape(Job(
         program=options.program, sub=sub_number(options.sub), ini=ini, unit=unit, machine_unit=unit_mm,
-        position=(scale * options.at[0], scale * options.at[1], 0.0), tool=(1, tool / unit_mm), numbered=numbered,
+        position=(scale * options.at[0], scale * options.at[1], 0.0) if options.at else None, tool=(1, tool / unit_mm), numbered=numbered,
         named=named, close_gap=load_settings(ini)["CLOSE_GAP"]))
     contours = read.contours(shape)
     result, where = offset(shape, contours, options.side, tool)

@@ -2,7 +2,7 @@
 """A contour sub to be read; read.py has what that gives.  Made by glue/shape.py and cli/contour.py; plain values."""
 
 from dataclasses import dataclass
-from typing import Union
+from typing import Optional, Union
 
 from chipwise.geometry.base.tolerances import CONNECT_MM
 
@@ -16,7 +16,7 @@ class Job:
     ini             path of the INI file, "" for none: [RS274NGC]SUBROUTINE_PATH, [DISPLAY]PROGRAM_PREFIX
     unit            "mm" or "in": G21 or G20 where it is called
     incremental     G91; ijk_absolute: G90.1
-    position        (x, y, z) mm, work coordinates, of the tool
+    position        (x, y, z) mm, work coordinates, of the tool; None: nobody knows it, and the shape must not depend on it
     feed            program units/min
     machine_unit    mm of a machine unit
     tool            (number, diameter in machine units)
@@ -32,7 +32,7 @@ class Job:
     unit: str = "mm"
     incremental: bool = False
     ijk_absolute: bool = False
-    position: tuple = (0.0, 0.0, 0.0)
+    position: Optional[tuple] = (0.0, 0.0, 0.0)
     feed: float = 1000.0
     machine_unit: float = 1.0
     tool: tuple = (0, 0.0)
@@ -45,8 +45,8 @@ class Job:
     @property
     def in_plane(self) -> tuple:
         """The position as first and second coordinate of the contour, and the one along."""
-        x, y, z = self.position
-        return (z, x, y) if self.lathe else self.position
+        x, y, z = self.position or (0.0, 0.0, 0.0)
+        return (z, x, y) if self.lathe else (x, y, z)
 
     @property
     def programs(self) -> tuple:

@@ -11,10 +11,12 @@ Results are kept by the text of the files and, if the sub reads parameters, by t
 """
 
 import math
-from dataclasses import dataclass
+import re
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
-from chipwise.contour_sub.find import fault, find_sub, quoted
+from chipwise.contour_sub.check import check_text
+from chipwise.contour_sub.find import fault, find_sub, plain_text, quoted
 from chipwise.contour_sub.job import Job
 from chipwise.contour_sub.run import called_files, relevant, run
 from chipwise.errors import CycleError
@@ -22,6 +24,8 @@ from chipwise.geometry.base.contour import (
     ArcElement, Contour, ContourError, LineElement, make_contour, refuse_nearly_closed)
 from chipwise.geometry.base.tolerances import CONNECT_MM, NEARLY_CLOSED_MM
 
+_PLACE = (7.25, 3.5)    # mm, another than zero: a shape that is the same from there does not depend on the place
+SAME_MM = 1e-6
 HEIGHT_MM = 1e-6        # a move that leaves its height by more is a Z move
 
 
@@ -35,10 +39,58 @@ class Shape:
     close_gap: float = CONNECT_MM
 
 
+class UnknownStart(CycleError):
+    """The shape depends on where the tool is when the sub is called."""
+
+
 def read_shape(job: Job) -> Shape:
-    """Shape of a contour sub.  Raises CycleError for whatever is not a contour."""
+    """Shape of a contour sub.  Raises CycleError for whatever is not a contour, UnknownStart if it needs a position that the Job has not."""
     found = find_sub(job)
+    if job.position is None:
+        return _from_anywhere(found, job)
     return _read(found, relevant(job, found), called_files(job, found))
+
+
+def _from_anywhere(found, job):
+    """Shape of a sub that is the same wherever the tool is: read from two places."""
+    check_text(found, job.lathe)
+    first = _first_move(found)
+    if first:
+        raise _unknown(found, job, first)
+    x, other = _PLACE
+    shape, moved = (_from(found, replace(job, position=at)) for at in ((0.0, 0.0, 0.0), (x, 0.0, other) if job.lathe else (x, other, 0.0)))
+    if isinstance(shape, CycleError):
+        raise shape
+    if isinstance(moved, CycleError):
+        raise _unknown(found, job, shape.loops[0][0].line)
+    for e, f in zip((e for loop in shape.loops for e in loop), (e for loop in moved.loops for e in loop)):
+        if max(math.dist(e.start, f.start), math.dist(e.end, f.end)) > SAME_MM:
+            raise _unknown(found, job, e.line)
+    return shape
+
+
+def _from(found, job):
+    """Shape, or the CycleError that it makes."""
+    try:
+        return _read(found, relevant(job, found), called_files(job, found))
+    except CycleError as error:
+        return error
+
+
+def _first_move(found):
+    """Number of the first line if it is a G1, G2 or G3 without expressions before it; 0 for any other."""
+    for number, text in found.body:
+        plain = plain_text(text)
+        if re.search(r"[#o\[]", plain):
+            return 0
+        if re.search(r"[xyz]", plain):
+            return number if re.search(r"g0*[123](?![\d.])", plain) else 0
+    return 0
+
+
+def _unknown(found, job, line):
+    error = fault(found, line, "the shape begins where the tool is, and that place is not known", f"begin the sub with G0 X.. {'Z' if job.lathe else 'Y'}..")
+    return UnknownStart(error.problem, error.remedy)
 
 
 @lru_cache(maxsize=128)

@@ -27,7 +27,7 @@ MAX_MOVES = 100_000     # moves of one sub; 20,000 elements are offset in half a
 
 _MARK = "chipwise: line "
 
-_START = re.compile(r"(n\d+)?(g40)?g0+(?=[xy])(?=.*x)(?=.*y)")
+_START = {False: re.compile(r"(n\d+)?(g40)?g0+(?=[xy])(?=.*x)(?=.*y)"), True: re.compile(r"(n\d+)?(g40)?g0+(?=[xz])(?=.*x)(?=.*z)")}
 
 
 def relevant(job, found):
@@ -37,7 +37,7 @@ def relevant(job, found):
     body = [plain_text(text) for _, text in found.body]
     if any("#" in text or "o" in text for text in body):
         return replace(job, program=found.path)
-    if not job.incremental and _START.match(next((text for text in body if text), "")):
+    if not job.incremental and _START[job.lathe].match(next((text for text in body if text), "")):
         job = replace(job, position=(0.0, 0.0, 0.0))
     return replace(job, numbered=(), named=(), feed=1000.0, tool=(0, 0.0), program=found.path)
 

@@ -18,7 +18,7 @@ import emccanon
 from interpreter import INTERP_EXECUTE_FINISH
 
 from chipwise import ini
-from chipwise.errors import CycleError, clip
+from chipwise.errors import Across, CycleError, clip
 from chipwise.glue import barriers, context, emit, shape, travel
 from chipwise.turning import kept
 from chipwise.turning.blocks import approach
@@ -163,8 +163,9 @@ def _check_clear(state, place, clear):
     if place[0] >= clear[0] - SAME or place[1] >= clear[1] - SAME:
         return
     unit = state.unit_mm
-    error = CycleError("the tool is beside the work at Z{z} X{x} (radius)", "begin in front of Z{front} or outside of X{out} (radius)", state.code,
-                       z=place[0] * unit, x=place[1] * unit, front=clear[0] * unit, out=clear[1] * unit)
+    error = CycleError("the tool is beside the work at Z{z} X{x}", "begin in front of Z{front} or outside of X{out}", state.code,
+                       z=place[0] * unit, x=Across(place[1] * unit), front=clear[0] * unit, out=Across(clear[1] * unit))
+    error.across(bool(state.interp.params["_lathe_diameter_mode"]))
     if state.interp.task:
         raise error
     emccanon.MESSAGE(clip(error.text(state.unit)))

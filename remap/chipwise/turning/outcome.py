@@ -14,7 +14,7 @@ from chipwise.order import Outcome
 from chipwise.settings import load_settings
 from chipwise.turning import kept, rest, text, travel
 from chipwise.turning.blocks import Run, Turning, blocks, spindle_line
-from chipwise.turning.read_part import Machine, make_order
+from chipwise.turning.read_part import Machine, make_order, with_start
 from chipwise.turning.request import read_program, read_roles
 from chipwise.turning.tool import read_table
 
@@ -44,9 +44,12 @@ def make(order):
     request, program = asked.request, read_program(asked.program)
     request.roles = read_roles(program)
     machine = Machine(Ini(order.job.ini), load_settings(order.job.ini), order.job.ini)
-    part = make_order(order.job, program, request, machine, machine.steps)
-    key = kept.key_of(part, asked.program, asked.zero)
-    choice = rest.choose(part, asked.stock, key)
+    try:
+        part = make_order(order.job, program, request, machine, machine.steps)
+        key = kept.key_of(part, asked.program, asked.zero)
+        choice = rest.choose(part, asked.stock, key)
+    except CycleError as error:
+        raise with_start(error, order.job, request.words) from error
     plan = choice.plan
     if asked.number > len(plan.steps):
         raise CycleError(f"there is no step L{asked.number}: the plan has {len(plan.steps)}", "use G26 H1 to see the plan")

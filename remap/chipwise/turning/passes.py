@@ -25,6 +25,10 @@ THIN = 0.8              # of what a step may leave: ends of cuts on slopes are l
 MERGE_MM = 2.0          # of two parts of a finish with so little between them one is made
 
 
+class NoRoom(CycleError):
+    """A tool cannot go where it should: another one may."""
+
+
 @dataclass(frozen=True)
 class Move:
     """kind "rapid", "feed", "arc" or "thread"; end (z, x) of the nose's centre, mm; of an arc centre (z, x) and direction; of a thread mm per
@@ -100,8 +104,8 @@ class Path:
 
     def _limit(self, x):
         if x > self.work.roof + ROUNDING_MM:
-            raise CycleError("the boring bar would touch the far side of the bore: it is {wide} too wide",
-                             "use a smaller bar, or drill a larger hole", wide=x - self.work.roof)
+            raise NoRoom("the boring bar would touch the far side of the bore: it is {wide} too wide",
+                         "use a smaller bar, or drill a larger hole", wide=x - self.work.roof)
 
     def follow(self, path, z1, z0):
         """Feed along a graph from z1 to the left to z0, walls included."""

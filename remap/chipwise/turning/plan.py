@@ -16,9 +16,11 @@ from dataclasses import dataclass
 from chipwise.errors import CycleError
 from chipwise.turning.graph import above, clip, flat, negative, value
 from chipwise.turning.state import ORDER, State
-from chipwise.turning.steps import STEPS
+from chipwise.turning.steps import REPEATED, STEPS
 
 MISSING_MM = 0.01       # the blank may be smaller than the part by so much
+MOST_VISITS = 2         # of a tool in a step that is repeated
+THICK_MM = 0.3          # a tool that could not go somewhere is a reason to refuse the plan if more than that is left on its side
 RESIDUE_MM = 0.003      # thinner residue is not listed, nor of a smaller area than its square
 
 
@@ -53,13 +55,34 @@ def make_plan(order):
     _check(order)
     state = State(order)
     steps = []
-    for number, name in enumerate(order.order, 1):
+    for name in order.order:
         try:
-            steps.append(STEPS[name](state, name))
-            steps[-1].after = dict(state.stock)
+            for step in _made(state, name):
+                step.after = dict(state.stock)
+                steps.append(step)
         except CycleError as error:
-            raise CycleError(f"step {number}, {name}: {error.problem}", error.remedy, **error.values) from error
-    return Plan(order, tuple(steps), tuple(_residue(state)), state.stock, (state.safe_z, state.safe_x))
+            raise _of_step(order, len(steps) + 1, name, error) from error
+    residue = tuple(_residue(state))
+    for name, tool, failure in state.failed:
+        if any(r.inside == tool.inside and r.height > THICK_MM for r in residue):
+            raise _of_step(order, [s.name for s in steps].index(name) + 1, name, failure)
+    return Plan(order, tuple(steps), residue, state.stock, (state.safe_z, state.safe_x))
+
+
+def _made(state, name):
+    """The Steps of a name: rest machining and finishing are repeated as long as a tool reaches more."""
+    step, count = STEPS[name](state, name), 1
+    yield step
+    most = MOST_VISITS * sum(map(len, state.order.tools.values()))
+    while name in REPEATED and step.needed and count < most:
+        step, count = STEPS[name](state, name), count + 1
+        if step.needed:
+            yield step
+
+
+def _of_step(order, number, name, error):
+    """A CycleError with its step."""
+    return CycleError(f"step {number}, {name}: {error.problem}", error.remedy, **error.values).across(order.diameter)
 
 
 def _check(order):

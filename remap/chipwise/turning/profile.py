@@ -12,7 +12,7 @@ import numpy as np
 
 from chipwise import comments
 from chipwise.contour_sub.find import quoted
-from chipwise.errors import CycleError
+from chipwise.errors import Across, CycleError
 from chipwise.geometry.base import elements
 from chipwise.turning.graph import Piece, above, closed, flat, highest, negative, segment, value
 
@@ -45,7 +45,7 @@ def make_profile(shape, contour):
     graphs = [_graph(run) for run in runs]
     low = min(x for run in runs for step in run for x in (step[1], step[3]))
     if low < -BELOW_AXIS_MM:
-        raise CycleError(f"{where}: the profile goes below the axis, to X{{x}}", "X is a radius in G8 and a diameter in G7, from 0 on", x=low)
+        raise CycleError(f"{where}: the profile goes below the axis, to X{{x}}", "X is a radius in G8 and a diameter in G7, from 0 on", x=Across(low))
     outside, bore = graphs[0], []
     if len(graphs) == 2:
         graphs.sort(key=_mean, reverse=True)

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 from chipwise.contour_sub.find import find_sub
 from chipwise.contour_sub.job import Job
-from chipwise.contour_sub.read import one_contour, read_shape
-from chipwise.errors import MM_PER_INCH, CycleError, braceless
+from chipwise.contour_sub.read import UnknownStart, one_contour, read_shape
+from chipwise.errors import MM_PER_INCH, Across, CycleError, braceless
 from chipwise.files import read_bytes
 from chipwise.machine.limits import trivial_joints
 from chipwise.turning.profile import blank_of_comment, make_profile
@@ -29,17 +29,20 @@ def read_profile(job):
         profile = make_profile(shape, one_contour(shape))
         return replace(profile, threads=read_threads(find_sub(job), profile.outside, profile.bore, MM_PER_INCH if job.unit == "in" else 1.0))
     except CycleError as error:
-        raise CycleError(_lathe_axes(error.problem), _lathe_axes(error.remedy), **error.values) from error
+        raise _lathe_axes(error).across(job.diameter) from error
 
 
-def _lathe_axes(text):
-    """A message of the contour kernel, whose first coordinate is Z here, with the axes of a lathe."""
-    return text.replace("X{x} Y{y}", "Z{x} X{y} (radius)").replace("in XY", "in X and Z")
+def _lathe_axes(error):
+    """An error of the contour kernel, whose first coordinate is Z here, with the axes of a lathe."""
+    if "X{x} Y{y}" in error.problem + error.remedy:
+        error.values["y"] = Across(error.values["y"])
+    texts = (text.replace("X{x} Y{y}", "Z{x} X{y}").replace("in XY", "in X and Z") for text in (error.problem, error.remedy))
+    return CycleError(*texts, **error.values)
 
 
 def job_of(program, request, machine):
     """Job of the part's sub, for a program that is not run."""
-    return Job(program=program, sub=request.words["Q"], ini=machine.ini, unit=request.unit, machine_unit=machine.unit_mm, lathe=True,
+    return Job(program=program, sub=request.words["Q"], ini=machine.ini, unit=request.unit, machine_unit=machine.unit_mm, lathe=True, position=None,
                diameter=request.diameter, ijk_absolute=request.ijk_absolute, close_gap=machine.close_gap)
 
 
@@ -52,7 +55,22 @@ def make_order(job, text, request, machine, steps=ORDER):
         raise CycleError("there is neither a blank sub P nor a WORKPIECE comment",
                          "add (WORKPIECE,CYLINDER,AXIS=Z,DIAMETER=30,ZMIN=-60,ZMAX=0.5) to the program", "G26")
     part = replace(part, threads=tuple(replace(t, speed=_thread_speed(request, t)) for t in part.threads))
-    return Order(part, blank, tools_of(request, machine), request.barriers, words["I"], words["D"], steps, replace(machine.drive, direction=request.direction))
+    return Order(part, blank, tools_of(request, machine), request.barriers, words["I"], words["D"], steps, replace(machine.drive, direction=request.direction),
+                 request.diameter, machine.barrier_clearance)
+
+
+def with_start(error, job, words):
+    """The error, and that part or blank are drawn from where the tool is, if they are."""
+    for sub in filter(None, (words["Q"], words["P"])):
+        try:
+            read_shape(replace(job, sub=sub, position=None))
+        except UnknownStart:
+            z, x, _ = job.in_plane
+            return CycleError(f"{error.problem} (the sub O{sub} is drawn from the tool's place, Z{{tool_z}} X{{tool_x}})", "begin the sub with G0 X.. Z..", error.code,
+                              **error.values, tool_z=z, tool_x=Across(x)).across(job.diameter)
+        except CycleError:
+            pass
+    return error
 
 
 def _thread_speed(request, thread):
@@ -101,7 +119,7 @@ def _of_role(tool, role):
 
 
 class Machine:
-    """What the plan needs of an INI file: ini, table and geometry (paths), unit_mm, close_gap, steps, rapid speed (mm/s), drive (thread.Drive),
+    """What the plan needs of an INI file: ini, table and geometry (paths), unit_mm, close_gap, barrier_clearance (mm), steps, rapid speed (mm/s), drive (thread.Drive),
     and startup (codes in force before a program).
     """
 
@@ -111,6 +129,7 @@ class Machine:
             raise CycleError("the INI file has no [EMCIO]TOOL_TABLE", "name the machine's INI file with --ini")
         self.unit_mm, self.startup = 1.0 / ini.units_per_mm(), ini.startup_codes()
         self.geometry, self.close_gap = settings.path("TOOL_GEOMETRY"), settings["CLOSE_GAP"]
+        self.barrier_clearance = settings["BARRIER_CLEARANCE"]
         self.steps = read_steps(settings.path("TURNING_STEPS"))
         self.drive = _drive(ini, self.unit_mm)
         self.rapid_mm_s = (ini.number("TRAJ", "MAX_LINEAR_VELOCITY", 50.0) or 50.0) * self.unit_mm

@@ -4,9 +4,8 @@
 import math
 from dataclasses import dataclass, field, replace
 
-from chipwise.errors import CycleError
 from chipwise.turning import passes, reach
-from chipwise.turning.graph import above, clip, flat, highest, mirrored, upper, value
+from chipwise.turning.graph import above, clip, flat, highest, mirrored, negative, upper, value
 from chipwise.turning.passes import Move, Work
 
 CLEARANCE_MM = 0.5
@@ -21,7 +20,8 @@ ORDER = ("face", "drill", "rough outside", "rough inside", "rest outside", "rest
 @dataclass(frozen=True)
 class Order:
     """What is to be made.  part, blank: Profile; tools: {role: (LatheTool, ..)}; barriers: ((z0, z1, x0, x1), ..);
-    allowance, depth: mm; order: names of the steps; drive: thread.Drive, None where no thread is to be cut."""
+    allowance, depth: mm; order: names of the steps; drive: thread.Drive, None where no thread is to be cut; diameter: X is a diameter in
+    messages (G7); clearance: mm that tools keep from barriers."""
 
     part: object
     blank: object
@@ -31,6 +31,8 @@ class Order:
     depth: float = 1.0
     order: tuple = ORDER
     drive: object = None
+    diameter: bool = False
+    clearance: float = 0.0
 
 
 @dataclass
@@ -64,14 +66,17 @@ class State:
         more = 50.0 + max([abs(v) for t in holders for v in (t.holder_left, t.holder_right)] + [4 * t.nose + t.flat for t in holders], default=0.0)
         self.domain = (min(part.z0, blank.z0) - more, max(part.z1, blank.z1) + more)
         radius = max(highest(blank.outside, *self.domain), highest(part.outside, *self.domain), *(b[3] for b in order.barriers), 0.0)
-        self.safe_x = radius + FAR_MM
+        self.safe_x = radius + max(FAR_MM, order.clearance)
         self.safe_z = max(part.z1, blank.z1) + FAR_MM
         self.stock = {False: blank.outside, True: blank.bore or [flat(blank.z0, blank.z1, 0.0)]}
         self.given = dict(self.stock)
+        self.finished = set()               # (name of a step, tool number) of what has been finished
+        self.last = {}                      # {inside: (finishing, allowance, tool number)} of what has been turned last
+        self.failed = []                    # (name of a step, LatheTool, CycleError): a tool that could not make it
         self.faced = part.z1 + order.allowance if blank.z1 <= part.z1 + order.allowance + FACED_MM else math.inf
         self.through = bool(part.bore) and part.bore[0].z0 < part.z0 + passes.ROUNDING_MM
         self.part = {False: upper(part.outside, [flat(self.domain[0], part.z0, radius + 1.0)]), True: self._bore(part.bore)}
-        self.barrier = {False: _boxes(order.barriers, 3, 1), True: _boxes(order.barriers, 2, -1)}
+        self.barrier = {False: _boxes(order.barriers, 3, 1, order.clearance), True: _boxes(order.barriers, 2, -1, order.clearance)}
 
     def _bore(self, bore):
         """The bore with its end: solid, a little behind it if it goes through the part."""
@@ -108,7 +113,7 @@ class State:
         kept = upper(upper(view(self.part[side]), view(self.barrier[side])), view(keep))
         found = find(kept, view(self.stock[side]) if standing is None else view(standing), tool, allowance, self._floor(side), domain)
         if found is None:
-            raise CycleError("the holder finds no place beside the work", "correct the holder in the tool geometry file")
+            raise passes.NoRoom("the holder finds no place beside the work", "correct the holder in the tool geometry file")
         return found, view, tool, domain
 
     def _floor(self, inside):
@@ -129,6 +134,9 @@ class State:
         path.home(path.work.contact if path.cut else [])
         self.stock[side] = view(left)
         step.removed += sum(a[2] for a in above(before, self.stock[side])) + _gone(before, self.stock[side])
+        if not side:                        # faced down to the hole: nothing of the bore is left there
+            standing = above(self.stock[False], negative(self.stock[True]), passes.ROUNDING_MM)
+            self.stock[True] = clip(self.stock[True], -math.inf, standing[-1][1] if standing else -math.inf)
         step.start, moves = oriented(path, view is mirrored)
         step.moves = step.moves + moves
         flip = -1.0 if view is mirrored else 1.0
@@ -150,11 +158,11 @@ def oriented(path, mirror):
     return (flip * path.work.start[0], path.work.start[1]), moves
 
 
-def _boxes(barriers, column, sign):
-    """Barriers as a graph: filled from their side of the work to the axis and beyond."""
+def _boxes(barriers, column, sign, clearance):
+    """Barriers as a graph, larger by the clearance on all sides: filled from their side of the work to the axis and beyond."""
     graph = []
     for box in barriers:
-        graph = upper(graph, [flat(box[0], box[1], sign * box[column])])
+        graph = upper(graph, [flat(box[0] - clearance, box[1] + clearance, sign * box[column] + clearance)])
     return graph
 
 

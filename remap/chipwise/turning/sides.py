@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Roughing, rest machining and finishing of a side, and undercuts: levels, columns and cuts along the profile.
+
+Called by steps.py, which has the order of the steps.  A tool cuts what it reaches, and leaves to later steps what only they reach: nothing of
+that is a reason to refuse the plan.
+"""
+
+import math
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+from chipwise.errors import fill
+from chipwise.turning import passes, reach
+from chipwise.turning.graph import above, clip, negative, upper
+from chipwise.turning.state import CLEARANCE_MM, Step, roof
+
+ROUGH_MM = 0.05         # a roughing step leaves what is thinner
+FINISH_MM = 0.003       # a finishing step, too
+THICK, THIN_MM = 1.5, 0.3       # a finishing cut is thinner than so many allowances, and than so much at least
+TOOTH, TOOTH_MM = THICK - 1.0, 0.15     # of the allowance, and mm, less than a rapid keeps: may stay at a wall after each level, for the finish
+FINISHES = 3            # of a finishing tool, one after the other: each finds the stock lower that its holder has to be clear of
+
+
+def tools_of_role(state, role, inside, flat_bottom=False):
+    """The tools of a role that work on a side, in the order of the program."""
+    return [t for t in state.order.tools.get(role, ()) if t.inside == inside and not t.point_angle and bool(t.flat) == flat_bottom]
+
+
+def without_tool(name, role, inside):
+    """The step, not needed for want of a tool."""
+    side = "inside" if inside else "outside"
+    return Step(name, False, f"no tool for it: none of role {role.upper()} works {side}")
+
+
+def _out_of_reach(state, tool, contact):
+    """Stock in the bore (graph) that the tool cannot cut because its bar would touch the far side: what lies behind it, too."""
+    far = reach.window(state.stock[True], tool.holder_left, state.domain[1] - state.domain[0])
+    roof = [p._replace(xr=p.xr + tool.nose - tool.bar - 2 * CLEARANCE_MM) for p in negative(far)]
+    beyond = above(contact, roof)
+    return clip(state.stock[True], -math.inf, beyond[-1][1]) if beyond else []
+
+
+class _Found(NamedTuple):
+    """What a tool can do: path (None: nothing), mm2 within its reach, tool, view and domain as of State.work(), text of what it leaves ("")."""
+
+    path: Any
+    area: float
+    tool: Any
+    view: Any
+    domain: tuple
+    left: str = ""
+
+
+def turn(state, name, role, inside, finishing, rest=False):
+    """Roughing or finishing, outside or inside, with the first tool of the role that has something to do; rest: all that may rough, the first one
+    last.  A tool that cannot go there is passed over; why is remembered (State.failed) and counts if nothing else takes the stock."""
+    if inside and not state.part[True]:
+        return Step(name, False, "the part has no bore")
+    tools = tools_of_role(state, role, inside)
+    if rest:
+        tools = list({t.number: t for t in tools[1:] + tools_of_role(state, "finish", inside) + tools[:1]}.values())
+    if not tools:
+        return without_tool(name, role, inside)
+    allowance, least = (0.0, FINISH_MM) if finishing else (0.0 if role == "undercut" else state.order.allowance, ROUGH_MM)
+    said = []
+    for tool in tools:
+        if state.last.get(inside) == (finishing, allowance, tool.number):      # it has just had its turn
+            continue
+        try:
+            step, left = _turned(state, name, tool, finishing, allowance, least)
+        except passes.NoRoom as error:
+            state.failed.append((name, tool, error))
+            step, left = None, f"T{tool.number}: {fill(error.problem, error.values, 'mm')}"
+        if step:
+            return step
+        said += [left] * bool(left)
+    return Step(name, False, " and ".join(said) or f"nothing thicker than {least:g} mm is left within reach of " + " or ".join(f"T{t.number}" for t in tools))
+
+
+def _turned(state, name, tool, finishing, allowance, least):
+    """(Step of a tool, None if it has nothing to do; text of what it leaves).  A finish is made again where the holder could not go before the stock
+    beside it was cut: the allowance of a face keeps it from the axis."""
+    step, found, inside = None, None, tool.inside
+    for _ in range(FINISHES if finishing else 1):
+        try:
+            found = _path(state, name, tool, finishing, allowance, least)
+        except passes.NoRoom:
+            if step is None:
+                raise
+            break
+        if found.path is None:
+            break
+        step = step or Step(name, True, f"{found.area:.2f} mm2 within its reach", tool,
+                            f"{'inside' if inside else 'outside'}, {_direction(found.path, tool)}" + (", along the profile" if finishing else ""))
+        state.cut(step, found.path, found.tool, found.view, found.domain)
+        state.finished.add((name, tool.number))
+        state.last[inside] = finishing, allowance, tool.number
+    left = found.left if found else ""
+    if step and left:
+        step.why += f"; {left}"
+    return step, left
+
+
+def _path(state, name, tool, finishing, allowance, least):
+    """_Found of a tool."""
+    keep = _out_of_reach(state, tool, reach.dilated(state.stock[True], tool, 0.0, state.domain)) if tool.inside else []
+    work, view, framed, domain = state.work(tool, allowance, not finishing, keep)
+    regions = _regions(work, domain, least)
+    if not regions:
+        return _Found(None, 0.0, framed, view, domain)
+    if tool.inside:
+        work = replace(work, roof=roof(state, framed, min(r[0] for r in regions)))
+    if finishing:
+        return _finish(state, name, tool, work, keep, (framed, view, domain), least)
+    if _finished_later(state, name, tool.inside):
+        work = replace(work, tooth=min(TOOTH * allowance, TOOTH_MM))
+    path = passes.rough(work, domain, min(state.order.depth, tool.depth, max(tool.holder_up, 0.0)), least)
+    return _found(path, regions, (framed, view, domain))
+
+
+def _found(path, regions, frame, left=""):
+    return _Found(path if path and path.cut else None, sum(r[2] for r in regions), *frame, left)
+
+
+def _regions(work, domain, least):
+    """Regions of positions with stock that is worth a cut."""
+    return passes.worth(above(clip(work.contact, *domain), work.reach, passes.ROUNDING_MM), least)
+
+
+def _finish(state, name, tool, work, keep, frame, least):
+    """_Found of a finishing tool.  Stock that is too thick for it is left to other steps: there no position is below contact.
+
+    The tool comes back only where nothing is too thick: else it would nibble at that, a finishing cut at a time.  In a bore the passage around what
+    is too thick may be barred by the far side: then all behind it stays."""
+    most, thick = _thickness(state, tool, work.contact, keep)
+    if not thick:
+        return _finished(work, frame, least)
+    ends = sorted(-z if tool.towards > 0 else z for z in (thick[0][0], thick[-1][1]))
+    left = f"T{tool.number} leaves what is thicker than {most:g} mm, between Z{ends[1]:.3f} mm and Z{ends[0]:.3f} mm"
+    if (name, tool.number) in state.finished:
+        return _found(None, [], frame, left)
+    thin = upper(work.reach, [p for z0, z1, _, _ in thick for p in clip(work.contact, z0, z1)])
+    try:
+        return _finished(replace(work, reach=thin), frame, least, left)
+    except passes.NoRoom:
+        if not tool.inside:
+            raise
+    keep = upper(keep, clip(state.stock[True], -math.inf, thick[-1][1]))
+    return _finished(replace(state.work(tool, 0.0, False, keep)[0], roof=work.roof), frame, least, left)
+
+
+def _finished(work, frame, least, left=""):
+    regions = _regions(work, frame[2], least)
+    return _found(passes.finish(work, frame[2], least) if regions else None, regions, frame, left)
+
+
+def _direction(path, tool):
+    """Text: levels along Z, columns, or both."""
+    found = [f"longitudinal, towards {'-Z' if tool.towards < 0 else '+Z'}"] if len(path.cut) > path.columns else []
+    return " and ".join(found + [f"transverse, {'away from' if tool.inside else 'towards'} the axis"] * bool(path.columns))
+
+
+def _finished_later(state, name, inside):
+    """Whether a step after this one finishes the side."""
+    later = state.order.order[state.order.order.index(name) + 1:]
+    return f"finish {'inside' if inside else 'outside'}" in later and bool(tools_of_role(state, "finish", inside))
+
+
+def _thickness(state, tool, contact, keep):
+    """(mm, regions of positions) that are too thick for a finishing cut."""
+    most = max(THICK * state.order.allowance, THIN_MM)
+    reserve = state.lowest(tool, most, keep=keep)[0]
+    return most, passes.worth(above(contact, reserve, passes.ROUNDING_MM), ROUGH_MM)
