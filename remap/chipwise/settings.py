@@ -126,7 +126,7 @@ SETTINGS = {
     "FILTER_REWRITE": Setting("no", "", str.lower, lambda v: v in ("no", "flute", "feed"), "no, flute or feed"),
     "FILTER_RATE": Setting(0.0, "cm3/min", _number, lambda v: 0 <= v < 1e6, "a removal rate of 0 (none) or more"),
     "FILTER_CEILING": Setting(0.0, "mm/min", _number, lambda v: 0 <= v < 1e6, "a feed of 0 (that of the axes) or more"),
-    "PANEL": Setting(False, "", _yes_or_no, lambda v: True, "yes or no"),
+    "PANEL": Setting(True, "", _yes_or_no, lambda v: True, "yes or no"),
     "PANEL_ADDRESS": Setting("127.0.0.1", "", _address, lambda v: True, "an IP address of this machine, or 0.0.0.0 for all of them"),
     "PANEL_PORT": Setting(8250, "", _whole, lambda v: 1024 <= v <= 65_535, "a whole number from 1024 to 65535"),
     "PANEL_LOG": Setting("", "path", str, lambda v: True, "the path of a CSV file, or nothing"),

@@ -8,6 +8,7 @@ import os
 
 import pytest
 
+from chipwise import version
 from chipwise.headless import runner
 from support.operate import CELL_MM, operate
 
@@ -121,14 +122,21 @@ def test_linuxcnc_is_killed(tmp_path):
 
 
 def test_without_a_panel(tmp_path):
-    answers = operate(tmp_path, [['program', 'sh', '-c', PANELS]], edit='s/^PANEL = yes/PANEL = no/', home=False)
-    assert answers[0] == [0, '']
+    answers = operate(tmp_path, [['program', 'sh', '-c', PANELS], ['start_line']], edit='s/^PANEL = yes/PANEL = no/', home=False)
+    assert answers == [[0, ''], f'chipwise: version {version()} is running']
+
+
+def test_without_a_setting_the_page_is_there_and_the_operator_reads_where(tmp_path):
+    answers = operate(tmp_path, [['start_line'], look(), ['errors']], edit='/^PANEL = yes/d')
+    assert answers[0] == f'chipwise: version {version()} is running; stock, load and alarms are at {URL}'
+    assert seen(answers[1])['state']['task']['state'] == 'on' and answers[2] == []
 
 
 def test_the_port_is_taken(tmp_path):
     """LinuxCNC starts and runs all the same; the log has the reason and the remedy."""
     taker = '{ /usr/bin/python3 -m http.server 8250 --bind 127.0.0.1 >/dev/null 2>&1 & sleep 2; }'
-    answers = operate(tmp_path, [['sleep', 5], ['mdi', 'G0 X1'], ['program', 'sh', '-c', PANELS]], before=taker)
-    assert answers[1] == [] and answers[2] == [0, '']
-    assert ('chipwise: the panel cannot use port 8250 of 127.0.0.1: Address already in use; end the program that uses it, or set '
-            '[CHIPWISE]PANEL_PORT to a free one') in (tmp_path / 'linuxcnc.txt').read_text()
+    answers = operate(tmp_path, [['start_line'], ['mdi', 'G0 X1'], ['program', 'sh', '-c', GONE]], before=taker)
+    words = ('the panel cannot use port 8250 of 127.0.0.1: Address already in use; end the program that uses it, or set '
+             '[CHIPWISE]PANEL_PORT to a free one')
+    assert answers[0] == f'chipwise: version {version()} is running; {words}' and answers[1] == [] and answers[2][0] == 0
+    assert 'chipwise: ' + words in (tmp_path / 'linuxcnc.txt').read_text()

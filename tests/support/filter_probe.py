@@ -201,8 +201,12 @@ class Probe:
             return
         self.file, self.killed = self.files.pop(0), False
         self.record = {'path': self.file['path'], 'seconds': None, 'loaded': '', 'dialog': None, 'messages': []}
-        self.started, self.before = now, len(self.gui.messages())
+        self.started, self.before = now, len(self.messages())
         self.gui.open(self.file['path'])
+
+    def messages(self):
+        """Of the GUI, without chipwise's start line, which comes when it likes."""
+        return [text for text in self.gui.messages() if ' is running; stock, load and alarms' not in text]
 
     def follow(self, now):
         record = self.record
@@ -211,7 +215,7 @@ class Probe:
                 with contextlib.suppress(ProcessLookupError):       # it may have ended by itself: then the next look finds another
                     os.kill(pid, signal.SIGKILL)
                     self.killed = True
-        record['messages'] = self.gui.messages()[self.before:]
+        record['messages'] = self.messages()[self.before:]
         if record['seconds'] is None:
             record['dialog'] = self.gui.dialog()
             path = self.status.file

@@ -31,8 +31,9 @@
     ["start_monitor"]               as from a shell, without LinuxCNC's environment; waits until it is ready
     ["mdi_end"]                     wait for the end of that line; answer: the operator errors it raised
     ["map_sum"]                     answer: [checksum of the map's cells, mm3 removed]
-    ["messages"]                    answer: messages other than errors since the start
+    ["messages"]                    answer: messages other than errors since the start, without the start line
     ["messages", text]              the same, but waits for one that contains the text
+    ["start_line"]                  waits for the line with which chipwise says that it runs; answer: it
     ["map", name]                   saves the heights of the map as NAME (.npy), without one as a file beside the answers;
                                     answer: [mm3 removed, name]
 
@@ -78,7 +79,7 @@ sys.path[:0] = [os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', f
 import hal                                                      # noqa: E402
 import linuxcnc                                                 # noqa: E402
 
-from chipwise import halcmd                                     # noqa: E402
+from chipwise import halcmd, version                            # noqa: E402
 from chipwise.headless import log as runlog                     # noqa: E402
 from chipwise.headless import sampling, session                 # noqa: E402
 
@@ -89,6 +90,7 @@ from support.servo_record import Record, RecordError            # noqa: E402
 # Steps that set the machine going: what comes of them counts from their beginning, of all others from their end.
 BEGINNING = ('start', 'begin', 'run from', 'run_from', 'mdi quietly', 'resume', 'reverse', 'forward')
 LOOKING = ('until', 'over', 'sleep', 'pins', 'program')            # these do nothing to the machine
+STARTED = f'chipwise: version {version()} is running'
 SETTLE_S = 0.3      # the monitor's messages come this late at most
 # In real time, however fast the clock is: a busy computer takes that longer.
 PATIENCE_S = float(os.environ.get('CHIPWISE_PATIENCE', '240')) * session.SPEED     # for all steps from the start, or a step "fresh", on
@@ -154,7 +156,11 @@ class Operator(ProgramSteps, ProcessSteps):
 
     def messages(self, text=None):
         self.hear(lambda: self.machine.messages, text)
-        return self.machine.messages
+        return [found for found in self.machine.messages if STARTED not in found]
+
+    def start_line(self):
+        self.hear(lambda: self.machine.messages, STARTED)
+        return next((found for found in self.machine.messages if STARTED in found), None)
 
     def hear(self, said, text):
         """What is said for a while, or until something said contains the text (WAIT_S at most)."""

@@ -18,12 +18,14 @@ import sys
 
 from chipwise import ROOT, version
 from chipwise.cli.python_section import check_codes, check_includes
+from chipwise.cli.start_window import open_window
 from chipwise.clock import patience
-from chipwise.errors import CycleError, braceless, unnamed
+from chipwise.errors import NAME as NAMED, CycleError, braceless, printable, unnamed
 from chipwise.fit import check_fit, linuxcnc_version
 from chipwise.halcmd import halcmd, halcmds, pins, signal_of, thread_functions
-from chipwise.ini import Ini, limits_jerk
+from chipwise.ini import Ini, file_name, limits_jerk
 from chipwise.processes import is_ours, shared_memory
+from chipwise.monitor.start_line import forgetful
 from chipwise.settings import load_settings
 from chipwise.stock.layout import STOCK_MAGIC, Cell
 from chipwise.tool_table import diameters
@@ -44,6 +46,7 @@ SHARE_OF_MEMORY = 0.25      # of the machine's memory, at most, for the map
 def add_arguments(parser):
     parser.add_argument('--check', action='store_true',
                         help='only say whether components, programs and LinuxCNC belong together')
+    parser.add_argument('--folder', action='store_true', help='only say if the folder of the INI file cannot be written')
 
 
 def planner_acceleration(ini):
@@ -215,6 +218,9 @@ def run(options):
     """-> exit status; everything the components need that depends on a setting."""
     from chipwise.cli import CommandError
     try:
+        check_folder(file_name())
+        if options.folder:
+            return
         check_fit()
         if options.check:
             print(f'chipwise {version()}: the components fit LinuxCNC {linuxcnc_version()}')
@@ -222,6 +228,15 @@ def run(options):
         load(Ini(), load_settings())
     except (CycleError, ValueError) as error:
         raise CommandError(unnamed(error)) from error
+
+
+def check_folder(ini):
+    """Say, before anything else, if nothing can be written beside the INI file: LinuxCNC forgets the work offsets without a word then,
+    and gmoccapy ends."""
+    text = ini and forgetful(os.path.dirname(os.path.abspath(ini)))
+    if text:
+        print(printable(NAMED + text), flush=True)
+        open_window(text)
 
 
 def load(ini, settings):

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Serve a page with the stock, the load and the alarms of the LinuxCNC that runs here.
 
-`chipwise load` starts it if [CHIPWISE]PANEL = yes; type it in a shell to start it again.  The page is at the address that it prints,
+`chipwise load` starts it unless [CHIPWISE]PANEL = no; type it in a shell to start it again.  The page is at the address that it prints,
 http://127.0.0.1:8250 by default, for any browser.  It ends with LinuxCNC, and does not disturb it if it ends before.
 """
 
@@ -11,7 +11,8 @@ import threading
 import time
 
 from chipwise.clock import patience
-from chipwise.errors import CycleError, unnamed
+from chipwise.errors import MESSAGE_BYTES, CycleError, unnamed
+from chipwise.errors import NAME as NAMED
 from chipwise.settings import load_settings
 
 NAME = 'panel'
@@ -89,6 +90,8 @@ def show_tab(text):
 
 def serve(settings, ini, *parts):
     """The looks in this thread, the server in another one."""
+    from chipwise.cli import CommandError
+    from chipwise.monitor.start_line import running
     from chipwise.panel.ahead import Ahead
     from chipwise.panel.machine import Machine, wait_for_task
     from chipwise.panel.watch import LOOK_S, Watch
@@ -101,8 +104,21 @@ def serve(settings, ini, *parts):
         threading.Thread(target=server.serve_forever, daemon=True).start()
         print(f'chipwise: the panel is at {server.url}' + (
             '' if settings['PANEL_TOKEN'] else ', read-only'), flush=True)
+        inform(running(f'stock, load and alarms are at {server.url}'))
         while watch.look():
             time.sleep(patience(LOOK_S))
         server.close()
+    except CommandError as error:
+        inform(running(str(error)))
+        raise
     finally:
         watch.close()
+
+
+def inform(text):
+    """An information on the operator's screen, if there is one."""
+    import linuxcnc
+    try:
+        linuxcnc.command().text_msg(f'{NAMED}{text}'[:MESSAGE_BYTES])
+    except linuxcnc.error:
+        pass

@@ -20,6 +20,7 @@ from chipwise.errors import CycleError, unnamed
 from chipwise.files import printable
 from chipwise.monitor.loaded_program import LoadedProgram
 from chipwise.monitor.messages import FAULTS, guard_text
+from chipwise.monitor.start_line import StartLine
 from chipwise.monitor.stock_files import StockFiles
 from chipwise.settings import feed_is_remapped
 from chipwise.stock.layout import MOTION_ARC, MOTION_FEED, Fault, GuardReason, LimitedBy
@@ -72,8 +73,8 @@ def tool_shape(number, diameter, path, units):
 class Monitor:
     """One LinuxCNC, watched."""
 
-    def __init__(self, component, settings, died=''):
-        """died: how the child before has ended, '' for the first one."""
+    def __init__(self, component, settings, died='', first=True):
+        """died: how the child before has ended, '' for the first one.  first: whether no monitor was before it in this run of LinuxCNC."""
         import linuxcnc
         self.linuxcnc = linuxcnc
         self.component = component
@@ -95,6 +96,7 @@ class Monitor:
         self.died = died
         self.stock_files = StockFiles(component, settings, self.say, self.working)
         self.loaded = LoadedProgram(self.inform, feed_is_remapped())
+        self.start_line = StartLine(settings, self.inform, first)
 
     def connect(self):
         """True when LinuxCNC's task answers; it starts after HAL."""
@@ -287,13 +289,16 @@ class Monitor:
         except Exception as second:             # the screen is gone; the log remains
             print(printable(f'chipwise: {second}'), flush=True)
 
+    def greet(self, now):
+        self.start_line.follow(self.status.echo_serial_number, now)
+
     def follow_program(self, _now):
         self.loaded.follow(self.status.file)
 
     def step(self):
         self.machine_tool = self.component['tool-in-spindle']       # before the status, which follows it
         if self.connect():
-            for part, work in (('report its restart', self.report_restart), ('follow the run', self.follow_run),
+            for part, work in (('greet the operator', self.greet), ('report its restart', self.report_restart), ('follow the run', self.follow_run),
                                ('watch the override', self.follow_override),
                                ('follow the tool', self.follow_tool), ('report what a guard stopped', self.follow_guard),
                                ('report faults', self.follow_faults), ('look at the program', self.follow_program),
@@ -314,7 +319,7 @@ def leave(_number, _frame):
 def watch(component, settings, inherited, died):
     """The work, in a process of its own.  inherited: pins taken over; died: how the child before has ended."""
     signal.signal(signal.SIGTERM, leave)
-    monitor = Monitor(component, settings, died)
+    monitor = Monitor(component, settings, died, not (inherited or died))
     if inherited or died:
         monitor.stock_files.kept_is_due = False         # the stock is that of this run
         component['reply'] = component['hold'] = 0      # the one before may have left them set
