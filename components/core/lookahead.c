@@ -94,30 +94,21 @@ static void carry_over(struct chip_lookahead *lookahead, const struct chip_predi
     lookahead->stale = same;
 }
 
-/* How far clear of the tool's outline a point `in_front` mm in front of the tool must be read, mm [2]: so far that
- * beside the path, where the outlines part last, the reading lies chip_section_clear outside the tool's present
- * outline. */
-static double clear_of_cut(const struct chip_stock *stock, const struct chip_tool *tool, double in_front)
-{
-    double left = chip_section_reach(stock, tool) - chip_max(0.0, in_front);
-    return left > 0.0 ? chip_sqrt(tool->radius * tool->radius + left * left) - tool->radius : 0.0;
-}
-
 /* Reads the load at a point into sample i; returns its work, in nodes. */
 static int read_sample(struct chip_lookahead *lookahead, const struct chip_stock *stock, const struct chip_tool *tool,
                        int i, const struct chip_path_point *at)
 {
-    double clear = clear_of_cut(stock, tool, at->s - lookahead->at_s);
+    double in_front = chip_max(0.0, at->s - lookahead->at_s);
     const double *tip = at->tip, *dir = at->dir;
     struct chip_section met;
     int n = slot_of(i);
-    met = chip_section_at(stock, tool, tip, dir, clear, at->curvature);
+    met = chip_section_at(stock, tool, tip, dir, in_front, at->curvature);
     CHIP_FAULT(CELLS_COUNTED, double cells = stock->cell * stock->cell * met.depth / 0.1;
                met.area = cells * floor(met.area / cells));
     lookahead->area[n] = (float)met.area;
     lookahead->depth[n] = (float)met.depth;
     lookahead->full_area[n] = (float)full_area(tool, at->dir, met.depth);
-    lookahead->read_clear[n] = (unsigned char)(clear > 0.0);
+    lookahead->read_clear[n] = (unsigned char)(in_front < chip_section_reach(stock, tool));
     lookahead->position_error[n] = (float)cell_error(tool, chip_sqrt(dir[0] * dir[0] + dir[1] * dir[1]));
     return met.nodes + CHIP_SAMPLE_NODES;
 }

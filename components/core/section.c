@@ -4,6 +4,7 @@
 
 /* cells that keep a reading clear of the stock already cut [4]; smaller reads low beside the cut */
 #define CHIP_CLEAR 1.5
+#define CHIP_BESIDE_CUT 0.5       /* cells from the cut where stock is read as well where it is [4] */
 #define CHIP_SINK 0.2             /* cells below itself at which a falling flat end looks for stock [5] */
 #define CHIP_BEYOND 1.0           /* cells outside a falling band at which its stock is read [5] */
 #define CHIP_LEVEL_DIRECTION 1e-6 /* vertical part of the direction up to which the tool moves level [7] */
@@ -76,14 +77,16 @@ static void level_section(const struct chip_stock *stock, const struct chip_pose
     chip_strip_add_wall(stock, at, tool, tip, clear, section);
 }
 
-/* The pose of a tool at `tip` (mm) that moves along the unit vector `dir`. */
+/* The pose of a tool at `tip` (mm) that moves along the unit vector `dir`, `in_front` mm in front of where it is. */
 static struct chip_pose pose_of(const struct chip_stock *stock, const double tip[3], const double dir[3],
-                                double curvature)
+                                double in_front, double curvature)
 {
     struct chip_pose at;
     at.level = chip_sqrt(dir[0] * dir[0] + dir[1] * dir[1]);
     at.hx = at.level > 1e-9 ? dir[0] / at.level : 1.0;
     at.hy = at.level > 1e-9 ? dir[1] / at.level : 0.0;
+    at.in_front = in_front * at.level;
+    at.beside_cut = CHIP_BESIDE_CUT * stock->cell;
     at.half_curvature = 0.5 * curvature;
     at.per_cell = 1.0 / stock->cell;
     at.edge = CHIP_EDGE_CELLS / at.per_cell;
@@ -92,7 +95,8 @@ static struct chip_pose pose_of(const struct chip_stock *stock, const double tip
     return at;
 }
 
-double chip_section_clear(const struct chip_stock *stock)
+/* How far a reading keeps outside the tool's present outline [4], mm. */
+static double clear_of_cut(const struct chip_stock *stock)
 {
     CHIP_FAULT(READ_IN_CUT, return 0.1 * stock->cell);
     return CHIP_CLEAR * stock->cell;
@@ -100,14 +104,15 @@ double chip_section_clear(const struct chip_stock *stock)
 
 double chip_section_reach(const struct chip_stock *stock, const struct chip_tool *tool)
 {
-    double clear = chip_section_clear(stock);
+    double clear = clear_of_cut(stock);
     return chip_sqrt((2.0 * tool->radius + clear) * clear);
 }
 
 struct chip_section chip_section_at(const struct chip_stock *stock, const struct chip_tool *tool, const double tip[3],
-                                    const double dir[3], double clear, double curvature)
+                                    const double dir[3], double in_front, double curvature)
 {
     struct chip_section result = { 0.0, 0.0, 0 };
+    double clear = in_front < chip_section_reach(stock, tool) ? clear_of_cut(stock) : 0.0;
     double z = tip[2], fall = chip_max(0.0, -dir[2]), sink = fall * CHIP_SINK * stock->cell;
     struct chip_pose at;
     struct chip_band band;
@@ -115,7 +120,7 @@ struct chip_section chip_section_at(const struct chip_stock *stock, const struct
     int max, i, k, n;
 
     if (tip[2] >= stock->z_max || tool->radius <= 0.0) return result;
-    at = pose_of(stock, tip, dir, curvature);
+    at = pose_of(stock, tip, dir, clear > 0.0 ? chip_max(0.0, in_front) : 0.0, curvature);
     if (fabs(dir[2]) <= CHIP_LEVEL_DIRECTION) {
         level_section(stock, &at, tool, z, clear, &result);
         return result;

@@ -16,10 +16,12 @@
  *     from cells that know how much of them is left.
  *  4. The cells along the tool's own outline are partly cut already. Stock that a point of
  *     the front will meet is therefore read farther along the same path, where the tool has
- *     not been: at the same distance beside the path, 1.5 cells outside the circle.
+ *     not been: at the same distance beside the path, 1.5 cells outside the circle in which the tool is now.
  *     Beside the tool that is up to sqrt(2 R * 1.5 cells) ahead of the true position, which shows
- *     where the stock ends. A point read that far before the tool gets there needs no such
- *     detour; lookahead.c reads its points in time.
+ *     where the stock ends. Each point is moved only as far as that takes: most of the front of a tool that is still
+ *     some cells away is read where it is, and all of it sqrt(2 R * 1.5 cells) before the tool gets there.
+ *     In front of a wall of the tool the larger of both readings counts, if the point is clear of the cut by half a cell: the detour
+ *     may lead across a wall of the stock that is thinner.
  *  5. A falling tool has cut down to its own surface already. If nothing can be read in
  *     front (below the tool and behind its axis) a band is read a cell outside its edge, where
  *     the stock that touches it is as high as the band; a flat end looks a fifth of a
@@ -58,14 +60,11 @@ struct chip_section {
 };
 
 /* Section area of `tool` with its tip at `tip` (mm) when it moves along the unit vector
- * `dir`. `clear`, mm: 0 if the stock is read before the tool is near (chip_section_reach);
- * chip_section_clear() if it may already be cut at this very position [4]; the path then bends
- * by `curvature` (rad/mm, counter-clockwise positive) to where the stock is read. */
+ * `dir`. `in_front`, mm: how far along the path `tip` is in front of the tool, whose cut is in the map up to there [4];
+ * chip_section_reach() or more: nothing has been cut near it. The path bends by `curvature` (rad/mm, counter-clockwise
+ * positive). */
 struct chip_section chip_section_at(const struct chip_stock *stock, const struct chip_tool *tool, const double tip[3],
-                                    const double dir[3], double clear, double curvature);
-
-/* `clear` for a tool that has cut all round it, mm. */
-double chip_section_clear(const struct chip_stock *stock);
+                                    const double dir[3], double in_front, double curvature);
 
 /* Distance, mm, beyond which a point ahead is untouched by the tool's cut. */
 double chip_section_reach(const struct chip_stock *stock, const struct chip_tool *tool);

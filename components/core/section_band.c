@@ -9,17 +9,16 @@
 #define CHIP_NARROW_BAND 0.6
 
 /* Height by which stock overlaps the band at the angle (c, s) from the heading [2]. In front
- * it is read at the same distance beside the path, a margin clear of the tool [4]. */
+ * it is read at the same distance beside the path, a margin clear of the tool as it is now [4]. */
 static double overlap(const struct chip_stock *stock, const struct chip_pose *at, struct chip_band *band, double c,
                       double s)
 {
     double side = band->radius * s, ahead = band->radius * c;
     band->nodes++;
     if (c >= -1e-9 && band->margin > 0.0) {
-        double outer = band->radius + band->margin;
-        double front2 = ahead * ahead, ahead2 = outer * outer - side * side;
-        ahead = chip_sqrt(ahead2);
-        side += at->half_curvature * (ahead2 - front2); /* the same distance beside a curved path */
+        double outer = band->radius + band->margin, front = ahead;
+        ahead = chip_max(front, chip_sqrt(outer * outer - side * side) - at->in_front);
+        side += at->half_curvature * (ahead * ahead - front * front); /* the same distance beside a curved path */
     } else {
         ahead = band->outer * c;
         side = band->outer * s;

@@ -24,6 +24,8 @@ struct chip_pose {         /* the tool's position and heading */
     double x, y;           /* mm, axis */
     double hx, hy;         /* horizontal part of the direction, normalised */
     double level;          /* length of the horizontal part, 0..1 */
+    double in_front;       /* mm, horizontally, in front of where the tool is now; 0: or its cut does not matter [4] */
+    double beside_cut;     /* mm from the cut where stock is read there as well [4] */
     double half_curvature; /* half the curvature of the path, 1/mm */
     double per_cell;       /* 1/mm, cells per mm */
     double edge;           /* mm from a band's edge within which stock beyond it would be read [8] */
@@ -163,7 +165,7 @@ static inline int node_count(const struct chip_stock *stock, double radius)
 struct chip_band {                     /* what the integral needs of one band, at one position */
     double radius;                     /* mm */
     double low, high;                  /* mm, machine Z of its edges */
-    double margin;                     /* mm in front of the band where its stock is read [4] */
+    double margin;                     /* mm outside the tool's present outline where its stock is read [4] */
     double push;                       /* the horizontal part of the direction, see band_area */
     double fall;                       /* direction cosine a falling tool adds: -dz * run / rise */
     double outer;                      /* mm, radius of the outer edge [5] */
@@ -176,7 +178,7 @@ struct chip_strip {
     double inner, outer; /* mm, radii of its edges */
     double middle;       /* mm, radius at which its stock is read, if the tool has not cut there [4] */
     double low, high;    /* mm, machine Z of its edges */
-    double margin;       /* mm outside `outer` where its stock is read; 0: see middle */
+    double margin;       /* mm outside `outer`, where the tool is now, at which its stock is read; 0: see middle */
     double ended;        /* mm, `outer` of the whole band, where the stock may be lower than its upper edge */
     int edged;           /* its edge is like a wall's [8] */
     int nodes;           /* read so far */

@@ -8,21 +8,11 @@
 #define CHIP_POINTS_AHEAD 8      /* points between the one that is read and the one that is prefetched */
 #define CHIP_LARGE_MAP (1 << 20) /* cells: 8 MB, more than the processor keeps near */
 
-/* [7] Where the stock in front of a band is read `side` mm beside the path; `front`: how far before the axis the band's own circle is
- * there, in mm. */
-static inline __attribute__((always_inline)) struct chip_point
-place_of(const struct chip_pose *at, const struct chip_strip *strip, double side, double front)
+/* The point `ahead` mm before the axis and `lateral` mm beside it; `front`, `side`: the band's own circle there. */
+static inline __attribute__((always_inline)) struct chip_point point_before(const struct chip_pose *at, double ahead,
+                                                                            double lateral, double front, double side)
 {
-    double ahead, lateral = side;
     struct chip_point point;
-    if (strip->margin > 0.0) {
-        double outer = strip->outer + strip->margin, ahead2 = outer * outer - side * side;
-        ahead = chip_sqrt(ahead2);
-        lateral += at->half_curvature * (ahead2 - front * front); /* the same distance beside a curved path */
-    } else {
-        double ahead2 = strip->middle * strip->middle - side * side;
-        front = ahead = ahead2 > 0.0 ? chip_sqrt(ahead2) : 0.0;
-    }
     point.x = at->x + ahead * at->hx - lateral * at->hy;
     point.y = at->y + ahead * at->hy + lateral * at->hx;
     point.front = front;
@@ -30,18 +20,62 @@ place_of(const struct chip_pose *at, const struct chip_strip *strip, double side
     return point;
 }
 
-/* [7] Stock between low and the band's upper edge there, mm. */
+/* [7] How far before the axis a band is read `side` mm beside the path. */
+static inline __attribute__((always_inline)) double own_front(const struct chip_strip *strip, double side)
+{
+    double front2 = strip->middle * strip->middle - side * side;
+    return front2 > 0.0 ? chip_sqrt(front2) : 0.0;
+}
+
+/* [4] How far before the axis that is clear of the cut. */
+static inline __attribute__((always_inline)) double clear_front(const struct chip_pose *at,
+                                                                const struct chip_strip *strip, double side)
+{
+    double outer = strip->outer + strip->margin;
+    return chip_sqrt(outer * outer - side * side) - at->in_front;
+}
+
+/* [7] Where the stock in front of a band is read `side` mm beside the path; `front`: how far before the axis the band's own circle is
+ * there, in mm. */
+static inline __attribute__((always_inline)) struct chip_point
+place_of(const struct chip_pose *at, const struct chip_strip *strip, double side, double front)
+{
+    double own = own_front(strip, side), ahead = strip->margin > 0.0 ? clear_front(at, strip, side) : own;
+    if (ahead <= own) return point_before(at, own, side, own, side);
+    /* the same distance beside a curved path */
+    return point_before(at, ahead, side + at->half_curvature * (ahead * ahead - front * front), front, side);
+}
+
+/* [7] Stock between low and the band's upper edge at a point, mm. */
+static inline __attribute__((always_inline)) double met_at(const struct chip_stock *stock, const struct chip_pose *at,
+                                                           struct chip_strip *strip, const struct chip_point *point,
+                                                           double low)
+{
+    strip->nodes++;
+    if (strip->edged && !CHIP_FAULTY(EDGE_SMEARED)) return chip_wall_between(stock, at, point, strip, low);
+    return between(stock, at, point->x, point->y, low, strip->high);
+}
+
+/* [4] The same where a wall's stock is as well, if that is outside the cut: a wall thinner than the detour is seen there. */
+static __attribute__((noinline)) double met_before(const struct chip_stock *stock, const struct chip_pose *at,
+                                                   struct chip_strip *strip, double side, double low, double h)
+{
+    double own = own_front(strip, side), axis = own + at->in_front, outside = strip->outer + at->beside_cut;
+    struct chip_point point = point_before(at, own, side, own, side);
+    int walled = strip->walled;
+    if (axis * axis + side * side < outside * outside || clear_front(at, strip, side) <= own) return h;
+    h = chip_max(h, met_at(stock, at, strip, &point, low));
+    strip->walled |= walled;
+    return h;
+}
+
+/* [7] Stock between low and the band's upper edge in front of it, mm. */
 static double met(const struct chip_stock *stock, const struct chip_pose *at, struct chip_strip *strip, double side,
                   double front, double low)
 {
-    struct chip_point point;
-    strip->nodes++;
-    if (strip->edged && !CHIP_FAULTY(EDGE_SMEARED)) {
-        point = place_of(at, strip, side, front);
-        return chip_wall_between(stock, at, &point, strip, low);
-    }
-    point = place_of(at, strip, side, front);
-    return between(stock, at, point.x, point.y, low, strip->high);
+    struct chip_point point = place_of(at, strip, side, front);
+    double h = met_at(stock, at, strip, &point, low);
+    return strip->edged && at->in_front > 0.0 ? met_before(stock, at, strip, side, low, h) : h;
 }
 
 /* Whether the cells of the points are prefetched. Each point of a wall is in other rows, and the rows of a large map are in cache

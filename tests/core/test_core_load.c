@@ -34,7 +34,7 @@ static void test_hostile_tips(void)
                 CHECK(chip_stock_volume(stock) >= 0.0 && chip_stock_volume(stock) <= 500.001);
                 cut_to(&sweep, stock, &tool, 1, 0, -1);
                 CHECK(chip_finite(stock->removed) && stock->removed >= 0.0);
-                met = chip_section_at(stock, &tool, tip, unit, chip_section_clear(stock), 0.0);
+                met = chip_section_at(stock, &tool, tip, unit, 0.0, 0.0);
                 CHECK(!(met.area < 0.0));
                 memset(&lookahead, 0, sizeof lookahead);
                 chip_lookahead_reset(&lookahead);
@@ -73,15 +73,15 @@ static void test_sections(void)
             double a = angle[n] * CHIP_PI / 180.0, down[3] = { 0, 0, -1 };
             double dir[3] = { cos(a), sin(a), 0 }, tip[3] = { 0.37, -0.21, shape[i].z };
             struct chip_tool tool = tool_of(shape[i].d, shape[i].corner, shape[i].tip);
-            struct chip_section met = chip_section_at(stock, &tool, tip, dir, chip_section_clear(stock), 0.0);
+            struct chip_section met = chip_section_at(stock, &tool, tip, dir, 0.0, 0.0);
             NEAR(met.area, shape[i].want, 0.01 * shape[i].want);
             NEAR(met.depth, -shape[i].z, 0.03 * -shape[i].z);
             if (shape[i].corner == 0.0 && shape[i].tip == 0.0) {
-                met = chip_section_at(stock, &tool, tip, down, chip_section_clear(stock), 0.0); /* plunge: the disc */
+                met = chip_section_at(stock, &tool, tip, down, 0.0, 0.0); /* plunge: the disc */
                 NEAR(met.area, CHIP_PI * 9, 0.01 * CHIP_PI * 9);
             }
             tip[2] = 0.5;
-            met = chip_section_at(stock, &tool, tip, dir, chip_section_clear(stock), 0.0); /* above the stock */
+            met = chip_section_at(stock, &tool, tip, dir, 0.0, 0.0); /* above the stock */
             NEAR(met.area, 0.0, 0);
         }
     free(stock);

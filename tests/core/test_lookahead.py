@@ -328,7 +328,7 @@ def least_share_at_a_blend(rng, cell):
         cutter.to(tip)
         lookahead.step(at, tip, PERIOD, 6.0)
         at, told = tip, sound(lookahead.profile(6.0))[0][1]
-        true = box.section(tool, tip, direction, 0.0)[0]
+        true = box.section(tool, tip, direction, core.UNCUT)[0]
         if abs(s - lengths[0]) < 0.3:
             worst = min(worst, told / true)
     return worst

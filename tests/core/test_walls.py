@@ -31,7 +31,7 @@ def straight(angle, width):
     for shift in np.linspace(0.0, CELL, 8, endpoint=False):
         stock = core.Stock((-20, -20, -10), (20, 20, 0), CELL)
         core.Cutter(stock, tool, at(-30, shift)).to(at(30, shift))
-        found += [stock.section(tool, at(u, shift - width), (c, s, 0.0), 0.0)[0] for u in np.arange(-2.0, 2.0, 0.11)]
+        found += [stock.section(tool, at(u, shift - width), (c, s, 0.0), core.UNCUT)[0] for u in np.arange(-2.0, 2.0, 0.11)]
     return off(found, width * DEPTH)
 
 
@@ -46,7 +46,7 @@ def bent(radius, width, side, shift):
         cutter.to(tip)
     truth = width * (radius - side * inner + side * 0.5 * width) / radius * DEPTH
     angles = np.arange(0.0, 0.5 * math.pi, 0.013)
-    return off([stock.section(tool, (radius * math.cos(a) + shift, radius * math.sin(a), -DEPTH), (-math.sin(a), math.cos(a), 0.0), 0.0,
+    return off([stock.section(tool, (radius * math.cos(a) + shift, radius * math.sin(a), -DEPTH), (-math.sin(a), math.cos(a), 0.0), core.UNCUT,
                               1.0 / radius)[0] for a in angles], truth)
 
 
@@ -72,7 +72,7 @@ def test_bent(radius, width, side):
 def test_along_the_rim(rim):
     """A strip between the tool's edge and the rim of the stock, which ends anywhere in a cell."""
     stock, tool, width = core.Stock((-30, -20, -10), (rim, 20, 0), CELL), core.Tool(DIAMETER), 1.1
-    found = [stock.section(tool, (rim + DIAMETER / 2.0 - width, y, -DEPTH), (0.0, -1.0, 0.0), 0.0)[0] for y in np.arange(-5.0, 5.0, 0.17)]
+    found = [stock.section(tool, (rim + DIAMETER / 2.0 - width, y, -DEPTH), (0.0, -1.0, 0.0), core.UNCUT)[0] for y in np.arange(-5.0, 5.0, 0.17)]
     check(off(found, width * DEPTH), f"rim {rim} mm into a cell")
 
 

@@ -64,7 +64,7 @@ def measured(tool, seed, depth=1.5, sloped=True, cell=0.25):
         hole = cutting.reach(-min(start[2], end[2]))
         at = np.arange(2.0 * hole + 0.3, length, STEP)          # clear of where it went down
         if len(at) > WINDOW:
-            seen = [stock.section(cutting, start + heading * s, heading, 0.0)[0] for s in at]
+            seen = [stock.section(cutting, start + heading * s, heading, core.UNCUT)[0] for s in at]
             for found, values in ((read, seen), (true, np.interp(at, places, areas))):
                 found.append(np.convolve(values, np.ones(WINDOW) / WINDOW, "valid"))
         cutter = core.Cutter(stock, cutting, (*start[:2], ABOVE))

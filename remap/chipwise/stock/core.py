@@ -30,6 +30,8 @@ class CoreError(Exception):
     """The core refused a value; the text says what, value, unit, rule."""
 
 
+UNCUT = math.inf            # mm in front of the tool: nothing has been cut near (Stock.section)
+
 _TOOL_ERRORS = {
     layout.ToolError.DIAMETER: f"diameter must be {layout.MIN_TOOL_DIAMETER:g}..{layout.MAX_TOOL_DIAMETER:g} mm",
     layout.ToolError.CORNER: "corner radius must lie in 0..radius",
@@ -119,16 +121,14 @@ class Stock:
         """Interpolated height of the stock above `floor` at a point, mm."""
         return library().chip_stock_above(self.address, x, y, floor)
 
-    def section(self, tool, tip, direction, clear=None, curvature=0.0):
+    def section(self, tool, tip, direction, in_front=0.0, curvature=0.0):
         """Section area (mm2) and depth (mm) of `tool` at `tip` moving along the unit vector.
 
-        clear (mm): how far readings keep clear of the cut stock; default: as for a tool
-        that has cut up to `tip`; 0: for a position the tool has not come near.  curvature: of the path, rad/mm.
+        in_front (mm): how far in front of the tool `tip` is; default: a tool that has cut up to there; UNCUT: a
+        position no cut has come near.  curvature: of the path, rad/mm.
         """
-        if clear is None:
-            clear = library().chip_section_clear(self.address)
         met = library().chip_section_at(self.address, C.byref(tool.c), _vec(tip), _vec(direction),
-                                      clear, curvature)
+                                      in_front, curvature)
         return met.area, met.depth
 
 

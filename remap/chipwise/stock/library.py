@@ -86,7 +86,7 @@ _FUNCTIONS = (      # name, result, arguments
     ("chip_sweep_to", None, [_SWEEP, _VEC]),
     ("chip_sweep_run", C.c_double, [_SWEEP, _HEAD, _TOOL, C.c_long, C.POINTER(C.c_long)]),
     ("chip_section_at", layout.Section, [_HEAD, _TOOL, _VEC, _VEC, C.c_double, C.c_double]),
-    ("chip_section_clear", C.c_double, [_HEAD]), ("chip_lookahead_reset", None, [_LOOKAHEAD]),
+    ("chip_lookahead_reset", None, [_LOOKAHEAD]),
     ("chip_lookahead_step", None, [_LOOKAHEAD, _PATH, _HEAD, _TOOL, _VEC, _VEC, C.c_double, C.c_double, C.c_int]),
     ("chip_lookahead_profile", None, [_LOOKAHEAD, _PATH, _HEAD, _TOOL, C.c_double, C.POINTER(layout.LoadProfile)]),
     ("chip_segment_line", C.c_int, [_SEGMENT, _VEC, _VEC]),
