@@ -23,8 +23,9 @@ Modes: 1 lines from one side, 2 lines to and fro, both along scan-axis in the wi
 The velocity is held below the one from which the head stops within its range, and the gain below 0.75 / (dead time +
 period), whatever is asked for;
 .B limited-by
-shows it. A sensor that jumps or is not finite, over-range, a soft limit, a model that is not found: the head brakes, and
-rests until enable is FALSE.
+shows it. A sensor that jumps, freezes, contradicts the movement of the head or is not finite, over-range, a soft
+limit, a model that is not found: the head brakes, and rests until enable is FALSE. The deflection asked for swings by a
+thousandth, more if nothing changes, so that a dead sensor shows.
 
 .B sequence, count-low, count-high, step
 are the packet of this period for tracer_slave(9).
@@ -61,7 +62,7 @@ pin out float vel_x "commanded velocity, machine units/s";
 pin out float vel_y "";
 pin out float vel_z "";
 pin out s32 state "0 idle, 1 approach, 2 trace, 3 pick feed, 4 retract, 5 return, 6 lost, 7 over-range, 8 fault, 9 done";
-pin out s32 fault_code "0 none, 1 settings, 2 not finite, 3 sensor jump, 4 position jump, 5 no contact, 6 soft limit, 7 collision, 8 over-range, 9 below the model";
+pin out s32 fault_code "0 none, 1 settings, 2 not finite, 3 sensor jump, 4 position jump, 5 no contact, 6 soft limit, 7 collision, 8 over-range, 9 below the model, 10 frozen sensor, 11 deflection contradicts the movement";
 pin out s32 last_fault "fault-code of the last fault, kept until enable is TRUE again";
 pin out bit fault "the trace has ended with a fault";
 pin out bit done "the trace has ended";
@@ -96,7 +97,7 @@ param rw float approach_vel = 5.0 "approach, and back to the model when contact 
 param rw float return_vel = 20.0 "retract and return, machine units/s";
 param rw float dead_time = 0.0 "from velocity to measured deflection, without the period itself, s";
 param rw float drive_time = 0.0 "part of dead-time from velocity to pos-x -y -z, of drives or LinuxCNC; the rest is the sensor's, s";
-param rw float max_jump = 0.5 "a larger change of deflection or position in a period is a fault, machine units";
+param rw float max_jump = 0.5 "a larger change of deflection or position in a period is a fault, machine units; so is a fall of the deflection that is faster than the head";
 param rw float friction = 0.0 "sine of the friction angle to begin with, 0..0.6";
 param rw float retract_distance = 5.0 "clearance of retract and return, machine units";
 param rw float search_distance = 50.0 "longest approach, machine units";

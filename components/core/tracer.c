@@ -3,6 +3,7 @@
 #include "chip_math.h"
 #include "tracer.h"
 #include "tracer_law.h"
+#include "tracer_sensor.h"
 #include "tracer_state.h"
 
 #define CHIP_TRACER_LARGEST 1e6      /* mm, mm/s, mm/s2, 1/s: no sound value is above */
@@ -64,7 +65,7 @@ static double change(const double a[3], const double b[3])
 }
 
 /* What was measured can be, and keeps the position; 0 if it is a fault. */
-static int take_measured(struct chip_tracer *tracer, const struct chip_tracer_in *in, double eps)
+static int take_measured(struct chip_tracer *tracer, const struct chip_tracer_in *in, double period_s)
 {
     double most = tracer->settings.max_jump_mm;
     int i, sound = 1, running = tracer->state != CHIP_TRACER_IDLE;
@@ -73,15 +74,15 @@ static int take_measured(struct chip_tracer *tracer, const struct chip_tracer_in
               && within(in->deflection_mm[i], -CHIP_TRACER_LARGEST, CHIP_TRACER_LARGEST);
     CHIP_FAULT(NAN_AS_NUMBER, sound = 1);
     if (!sound) {
-        tracer->stored = 0;
+        tracer->stored = tracer->sensor.has_late = 0;
         if (running) fail(tracer, CHIP_TRACER_NOT_FINITE);
         return 0;
     }
     if (running && tracer->stored > 0) {
         if (change(in->position_mm, tracer->position_mm[tracer->newest]) > most)
             fail(tracer, CHIP_TRACER_POSITION_JUMP);
-        else if (change(in->deflection_mm, tracer->deflection_mm) > most
-                 && eps > CHIP_TRACER_CONTACT * tracer->settings.deflection_mm && !CHIP_FAULTY(JUMP_FOLLOWED))
+        else if ((change(in->deflection_mm, tracer->deflection_mm) > most && !CHIP_FAULTY(JUMP_FOLLOWED))
+                 || chip_tracer_fell(tracer, in->deflection_mm, tracer->deflection_mm, period_s))
             fail(tracer, CHIP_TRACER_SENSOR_JUMP);
     }
     tracer->newest = (tracer->newest + 1) % CHIP_TRACER_DELAY;
@@ -174,7 +175,7 @@ void chip_tracer_step(struct chip_tracer *tracer, const struct chip_tracer_setti
                       const struct chip_tracer_in *in, struct chip_tracer_out *out)
 {
     static const struct chip_tracer_out nothing;
-    double wanted[3] = { 0.0, 0.0, 0.0 }, eps = 0.0, period_s = in->period_s;
+    double wanted[3] = { 0.0, 0.0, 0.0 }, before[3], eps = 0.0, period_s = in->period_s;
     int measured, i;
     *out = nothing;
     period_s = chip_finite(period_s) ? chip_clamp(period_s, 1e-5, 0.1) : 0.001;
@@ -188,7 +189,8 @@ void chip_tracer_step(struct chip_tracer *tracer, const struct chip_tracer_setti
     }
     if (chip_finite(in->deflection_mm[0]) && chip_finite(in->deflection_mm[1]) && chip_finite(in->deflection_mm[2]))
         eps = chip_min(length_of(in->deflection_mm), 1e9);
-    measured = take_measured(tracer, in, eps);
+    for (i = 0; i < 3; i++) before[i] = tracer->deflection_mm[i];
+    measured = take_measured(tracer, in, period_s);
     if (!tracer->has_settings) {
         report(tracer, eps, out);
         return;
@@ -197,6 +199,10 @@ void chip_tracer_step(struct chip_tracer *tracer, const struct chip_tracer_setti
     if (measured && tracer->state != CHIP_TRACER_IDLE && eps >= tracer->settings.range_mm
         && !CHIP_FAULTY(OVER_RANGE_IGNORED))
         fail(tracer, CHIP_TRACER_TOO_FAR);
+    if (measured) {
+        int fault = chip_tracer_sensor(tracer, before, eps, period_s);
+        if (fault) fail(tracer, fault);
+    }
     out->velocity_limit_mm_s = tracer->settings.max_vel_mm_s;
     out->gain_hz = chip_tracer_gain(&tracer->settings, period_s);
     if (measured) {

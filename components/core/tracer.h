@@ -26,6 +26,13 @@
  *  6. A state ends the others: contact lost -> LOST, which goes back along n until there is contact; eps >= range ->
  *     OVER_RANGE; a value that cannot be -> FAULT. In these two the head brakes with A and rests until `enable` is FALSE.
  *  7. Every output is finite, and no velocity is above `velocity_limit_mm_s` unless it is falling with A.
+ *  8. The sensor has to show what the head does, else it is a fault: (a) the deflection cannot fall faster than the head
+ *     moves; (b) the reading of an axis that has noise cannot freeze; (c) a reading cannot stay the same while the head moves
+ *     along n; (d) c moves along the surface, and e is perpendicular to that but for friction, so the path of c has no part
+ *     along e; (e) the deflection asked for swings by a thousandth, which a deaf sensor does not answer: the swing grows,
+ *     as far as 3 %, before it is a fault; (f) in doubt by (d), a deflection that rises faster than A can end
+ *     within the range is over-range. While no reading changes the head moves away from the model, so that (c) decides, and
+ *     the feed falls as far as the head can stop within its range.
  */
 #ifndef CHIPWISE_TRACER_H
 #define CHIPWISE_TRACER_H
@@ -33,6 +40,7 @@
 #define CHIP_TRACER_DELAY 64  /* positions kept: longest dead time, periods */
 #define CHIP_TRACER_CHORD 8   /* periods before and after the middle of a chord [3] */
 #define CHIP_TRACER_WINDOW 17 /* 2 x CHIP_TRACER_CHORD + 1 */
+#define CHIP_TRACER_RISES 4   /* periods over which the deflection is seen to rise */
 
 enum chip_tracer_state {
     CHIP_TRACER_IDLE = 0,
@@ -66,15 +74,18 @@ enum chip_tracer_limit {
 
 enum chip_tracer_fault {
     CHIP_TRACER_NO_FAULT = 0,
-    CHIP_TRACER_SETTINGS = 1,      /* a setting is not finite or out of its range */
-    CHIP_TRACER_NOT_FINITE = 2,    /* deflection or position */
-    CHIP_TRACER_SENSOR_JUMP = 3,   /* the deflection changed by more than max_jump_mm in a period */
+    CHIP_TRACER_SETTINGS = 1,   /* a setting is not finite or out of its range */
+    CHIP_TRACER_NOT_FINITE = 2, /* deflection or position */
+    CHIP_TRACER_SENSOR_JUMP =
+        3, /* the deflection changed by more than max_jump_mm, or fell faster than the head moves */
     CHIP_TRACER_POSITION_JUMP = 4, /* the position changed by more than max_jump_mm in a period */
     CHIP_TRACER_NO_CONTACT = 5,    /* nothing met within search_mm */
     CHIP_TRACER_SOFT_LIMIT = 6,    /* at min_mm or max_mm of an axis */
     CHIP_TRACER_COLLISION = 7,     /* contact on the return above the model */
     CHIP_TRACER_TOO_FAR = 8,       /* eps >= range: with the state OVER_RANGE */
-    CHIP_TRACER_BELOW = 9          /* a line has gone round to the underside of the model */
+    CHIP_TRACER_BELOW = 9,         /* a line has gone round to the underside of the model */
+    CHIP_TRACER_FROZEN = 10,       /* the deflection does not change as the head moves [8] */
+    CHIP_TRACER_CONTRADICTS = 11   /* it changes otherwise than the head moves [8] */
 };
 
 struct chip_tracer_settings {
@@ -156,9 +167,34 @@ struct chip_tracer_law {
     struct chip_tracer_point point[CHIP_TRACER_WINDOW];
 };
 
+/* What is known of the sensor [8]; [2]: in the air, in contact. */
+struct chip_tracer_sensor {
+    int run[3];        /* periods for which the reading has been the same, per axis */
+    int longest[3];    /* longest of these, lately */
+    int periods[3][2]; /* seen */
+    int changes[3][2]; /* of them with another reading than the one before */
+    int held_periods;  /* since any axis has changed */
+    double held_mm[3]; /* the head then */
+    int has_late;
+    double late_mm[3];  /* of the period before */
+    double moved_mm[3]; /* the head, between the last two readings */
+    double off_mm;      /* the ball's path along the deflection */
+    double path_mm;     /* the ball's path */
+    double change_mm;   /* change of the deflection */
+    double doubt_share; /* of what is a contradiction */
+    int phase, level;   /* of the swing */
+    int block_periods;
+    double block_normal[3];
+    double asked_mm[2], answer_mm[2]; /* parts in and out of phase: of the head along n, of the deflection */
+    double noise_mm2;
+    int newest;
+    double eps_mm[CHIP_TRACER_RISES];
+};
+
 struct chip_tracer {
     struct chip_tracer_settings settings; /* the last sound ones */
     struct chip_tracer_law law;
+    struct chip_tracer_sensor sensor;
     int state, fault, lines;
     int has_settings;
     int stored; /* positions kept, up to CHIP_TRACER_DELAY */

@@ -2,6 +2,7 @@
 /* tracer_core.h - profiling control and the master's part, for tracer.comp (why here: see stock_tracker_core.h). */
 #define CHIPWISE_RTAPI
 #include "core/tracer_law.c"
+#include "core/tracer_sensor.c"
 #include "core/tracer_state.c"
 #include "core/tracer.c"
 #include "core/master.c"

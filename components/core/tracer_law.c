@@ -10,7 +10,9 @@
 #define CHIP_TRACER_CHORD_BEND 0.3   /* rad: a chord over a larger bend shows no tangent */
 #define CHIP_TRACER_ANGLE_GAIN 0.4   /* of the heading's filter; the rate's is the square over 2 - this [4] */
 #define CHIP_TRACER_RATE_GAIN 0.1
-#define CHIP_TRACER_ROOM 0.6     /* share of range - eps0 to stop in; the rest is for n, which turns first */
+#define CHIP_TRACER_ROOM 0.6 /* share of range - eps0 to stop in; the rest is for n, which turns first */
+#define CHIP_TRACER_BLIND 4  /* periods until a frozen sensor is seen [8] */
+#define CHIP_TRACER_BLIND_ROOM 0.8
 #define CHIP_TRACER_SLIDES 0.9   /* share of the friction along the tangent from which it is learned */
 #define CHIP_TRACER_RISE 10.0    /* dead times and periods over which the feed rises at the beginning of a line */
 #define CHIP_TRACER_LEAD_MAX 0.5 /* rad the heading is turned ahead at most */
@@ -153,12 +155,25 @@ double chip_tracer_gain(const struct chip_tracer_settings *settings, double peri
     return chip_min(settings->gain_hz, most);
 }
 
+/* Velocity from which the head stops within `room_mm` after `late_s`. */
+static double stop_vel(const struct chip_tracer_settings *settings, double room_mm, double late_s)
+{
+    double accel = settings->acceleration_mm_s2;
+    CHIP_FAULT(RANGE_UNLIMITED, return 1e6);
+    return accel * (chip_sqrt(late_s * late_s + 2.0 * room_mm / accel) - late_s);
+}
+
 double chip_tracer_stop_vel(const struct chip_tracer_settings *settings, double period_s)
 {
-    double room_mm = CHIP_TRACER_ROOM * (settings->range_mm - settings->deflection_mm);
-    double late = settings->dead_time_s + period_s, accel = settings->acceleration_mm_s2;
-    CHIP_FAULT(RANGE_UNLIMITED, return 1e6);
-    return accel * (chip_sqrt(late * late + 2.0 * room_mm / accel) - late);
+    double room_mm = settings->range_mm - settings->deflection_mm, late = settings->dead_time_s + period_s;
+    return chip_min(stop_vel(settings, CHIP_TRACER_ROOM * room_mm, late),
+                    chip_tracer_blind_vel(settings, CHIP_TRACER_BLIND, period_s));
+}
+
+double chip_tracer_blind_vel(const struct chip_tracer_settings *settings, int blind_periods, double period_s)
+{
+    double room_mm = CHIP_TRACER_BLIND_ROOM * (settings->range_mm - settings->deflection_mm);
+    return stop_vel(settings, room_mm, settings->dead_time_s + (blind_periods + 1) * period_s);
 }
 
 double chip_tracer_normal_vel(const struct chip_tracer_settings *settings, double error_mm, double gain_hz)

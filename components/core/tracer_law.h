@@ -29,6 +29,9 @@ double chip_tracer_gain(const struct chip_tracer_settings *settings, double peri
 /* Velocity from which the head stops within its range after the dead time and a period, mm/s [5]. */
 double chip_tracer_stop_vel(const struct chip_tracer_settings *settings, double period_s);
 
+/* Velocity from which it stops within its range although no reading has changed for some periods, mm/s [8]. */
+double chip_tracer_blind_vel(const struct chip_tracer_settings *settings, int blind_periods, double period_s);
+
 /* Normal velocity for a deflection error; at most what A can end at eps0, mm/s. */
 double chip_tracer_normal_vel(const struct chip_tracer_settings *settings, double error_mm, double gain_hz);
 

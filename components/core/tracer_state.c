@@ -3,6 +3,7 @@
 #include "chip_math.h"
 #include "tracer.h"
 #include "tracer_law.h"
+#include "tracer_sensor.h"
 #include "tracer_state.h"
 
 #define CHIP_TRACER_ARRIVED_MM 0.01 /* from the end of a line, a pick feed or a return */
@@ -193,20 +194,23 @@ static int trace(struct chip_tracer *tracer, const struct chip_tracer_in *in, do
     const struct chip_tracer_settings *s = &tracer->settings;
     const double *late = chip_tracer_late(tracer, period_s);
     struct chip_tracer_heading heading;
-    double ball[3], across[3], feed, most, hold, height;
+    double ball[3], across[3], feed, most, hold, height, swing;
     int i, ended = 0;
     for (i = 0; i < 3; i++) ball[i] = late[i] + in->deflection_mm[i];
     chip_tracer_heading(&tracer->law, in->deflection_mm, ball, s->dead_time_s, period_s, &heading);
     feed = chip_tracer_feed(s, &tracer->law, share_of(in), eps, period_s, &out->limit_number);
     most = end_of_trace(tracer, in, heading.tangent, feed, &ended);
     if (most < feed) feed = most, out->limit_number = CHIP_TRACER_BY_WINDOW;
+    most = chip_tracer_blind_vel(s, tracer->sensor.held_periods, period_s);
+    if (most < feed) feed = most, out->limit_number = CHIP_TRACER_BY_RANGE;
+    swing = share_of(in) * s->feed_mm_s > 0.0 ? chip_tracer_swing(tracer) : 0.0;
     if (out->limit_number == CHIP_TRACER_BY_NOTHING && out->gain_hz < s->gain_hz)
         out->limit_number = CHIP_TRACER_BY_GAIN;
     out->velocity_limit_mm_s = head_limit(s, period_s);
     out->tangential_vel_mm_s = feed;
-    out->normal_vel_mm_s =
-        chip_tracer_normal_vel(s, eps - s->deflection_mm, out->gain_hz) / chip_max(heading.steepness, CHIP_TRACER_STEEP)
-        + heading.bend_vel_mm_s;
+    out->normal_vel_mm_s = chip_tracer_normal_vel(s, eps - s->deflection_mm - swing, out->gain_hz)
+                             / chip_max(heading.steepness, CHIP_TRACER_STEEP)
+                         + heading.bend_vel_mm_s + (share_of(in) > 0.0 ? chip_tracer_lift(tracer) : 0.0);
     cross(tracer->law.a, tracer->law.b, across);
     hold = chip_clamp(CHIP_TRACER_HOLD_HZ * (tracer->line_mm - dot(across, in->position_mm)), -s->approach_vel_mm_s,
                       s->approach_vel_mm_s);

@@ -76,6 +76,7 @@ TOOL_GRACE_S = 0.05
 TOOL_RINGS = 12
 TRACER_CHORD = 8
 TRACER_DELAY = 64
+TRACER_RISES = 4
 TRACER_WINDOW = 17
 TRAVERSE_POINTS = 256
 WAITING_MAX = 3
@@ -261,6 +262,8 @@ class TracerFault(IntEnum):
     COLLISION = 7
     TOO_FAR = 8
     BELOW = 9
+    FROZEN = 10
+    CONTRADICTS = 11
 
 
 class StylusSurface(IntEnum):
@@ -973,6 +976,36 @@ class TracerLaw(C.Structure):
     ]
 
 
+class TracerSensor(C.Structure):
+    """struct chip_tracer_sensor"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("run", C.c_int * 3),
+        ("longest", C.c_int * 3),
+        ("periods", C.c_int * 2 * 3),
+        ("changes", C.c_int * 2 * 3),
+        ("held_periods", C.c_int),
+        ("held_mm", C.c_double * 3),
+        ("has_late", C.c_int),
+        ("late_mm", C.c_double * 3),
+        ("moved_mm", C.c_double * 3),
+        ("off_mm", C.c_double),
+        ("path_mm", C.c_double),
+        ("change_mm", C.c_double),
+        ("doubt_share", C.c_double),
+        ("phase", C.c_int),
+        ("level", C.c_int),
+        ("block_periods", C.c_int),
+        ("block_normal", C.c_double * 3),
+        ("asked_mm", C.c_double * 2),
+        ("answer_mm", C.c_double * 2),
+        ("noise_mm2", C.c_double),
+        ("newest", C.c_int),
+        ("eps_mm", C.c_double * 4),
+    ]
+
+
 class Tracer(C.Structure):
     """struct chip_tracer"""
 
@@ -980,6 +1013,7 @@ class Tracer(C.Structure):
     _fields_ = [
         ("settings", TracerSettings),
         ("law", TracerLaw),
+        ("sensor", TracerSensor),
         ("state", C.c_int),
         ("fault", C.c_int),
         ("lines", C.c_int),
@@ -1388,6 +1422,7 @@ STRUCTURES = {
     "chip_tracer_out": TracerOut,
     "chip_tracer_point": TracerPoint,
     "chip_tracer_law": TracerLaw,
+    "chip_tracer_sensor": TracerSensor,
     "chip_tracer": Tracer,
     "chip_stylus_settings": StylusSettings,
     "chip_stylus": Stylus,
