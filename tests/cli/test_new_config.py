@@ -50,10 +50,25 @@ def test_every_path_holds_wherever_the_folder_is(tmp_path):
                 assert path == ABSENT or (ini.parent / path).exists(), (ini.name, key, path)
                 checked += 1
             if value.startswith('LIB:'):
-                assert (ROOT / 'hal' / value.removeprefix('LIB:')).is_file()
+                assert value == 'LIB:chipwise.hal' and new_config.in_library()
         command = next(value for key, value in entries(text) if key == 'DISPLAY').split()[0]
         assert '/' not in command or os.access(command, os.X_OK), (ini.name, command)
     assert checked > 80
+
+
+@pytest.mark.parametrize('found', ['same', 'other', None])
+def test_the_hal_library_is_named_if_it_has_this_chipwise_hal(found, tmp_path):
+    """A repository that is not installed starts in a sandbox, and one beside another version runs with its own."""
+    library, commands = tmp_path / 'hallib', tmp_path / 'bin'
+    for folder in (library, commands):
+        folder.mkdir()
+    (commands / 'linuxcnc_var').write_text(f'#!/bin/sh\necho {library}\n')
+    (commands / 'linuxcnc_var').chmod(0o755)
+    if found:
+        (library / 'chipwise.hal').write_text((ROOT / 'hal' / 'chipwise.hal').read_text() if found == 'same' else 'old')
+    assert chipwise('new-config', tmp_path / 'machine', env={**os.environ, 'PATH': f'{commands}:{os.environ["PATH"]}'}).returncode == 0
+    hal = [value for key, value in entries((tmp_path / 'machine' / 'mill.ini').read_text()) if key == 'HALFILE']
+    assert hal == ['sim.hal', 'LIB:chipwise.hal' if found == 'same' else f'{ROOT}/hal/chipwise.hal']
 
 
 def test_it_is_the_same_machine_as_in_the_repository(tmp_path):

@@ -8,7 +8,9 @@ is replaced: a folder that is not empty is refused, and left as it is.
 Exit status: 0 the folder is made, 1 it could not be written, 2 it cannot be used.
 """
 
+import filecmp
 import os
+import subprocess
 
 from chipwise import ROOT
 from chipwise.cli.machine_options import refuser
@@ -32,11 +34,20 @@ def run(options):
         refuse(f'an INI file cannot name {ROOT}, where chipwise is; move it to a path without blanks and number signs')
     folder = os.path.abspath(os.path.expanduser(options.folder or DEFAULT))
     make_folder(folder)
-    files = sample_files(ROOT, ROOT)
+    files = sample_files(ROOT, ROOT, in_library())
     write(folder, files)
     print(f'{folder}: {sum(name.endswith(".ini") for name in files)} machines; start one with')
     print(f'  linuxcnc {os.path.join(folder, "mill.ini")}')
     return 0
+
+
+def in_library():
+    """Whether LinuxCNC's HAL library has this chipwise.hal: not if the repository is not installed, or if another version is."""
+    try:
+        folder = subprocess.run(['linuxcnc_var', 'HALLIB_DIR'], text=True, check=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL).stdout.strip()
+        return filecmp.cmp(os.path.join(folder, 'chipwise.hal'), os.path.join(ROOT, 'hal', 'chipwise.hal'), shallow=False)
+    except (OSError, subprocess.CalledProcessError):
+        return False
 
 
 def make_folder(folder):
