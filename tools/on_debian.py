@@ -3,6 +3,7 @@
 
     tools/on-debian [options] RELEASE COMMAND [ARGUMENT...]
     tools/on-debian trixie make test
+    tools/on-debian --bring build/deb trixie make deb
 
 What a fresh machine has: Debian's smallest system, made by mmdebstrap from
 Debian's packages, with git, make and sudo, and a copy of this repository's files
@@ -44,7 +45,7 @@ sys.path[:0] = [TOOLS, os.path.join(os.path.dirname(TOOLS), 'remap')]
 from bare_debian.apt import apt_sources, carry_apt_over             # noqa: E402
 from bare_debian.base import cache_directory, ensure_base, locked             # noqa: E402
 from bare_debian.common import USER, USER_ID, Refusal             # noqa: E402
-from bare_debian.system import (change_root, copy_repository, enter_namespaces, home, lay_system, lend_packages,             # noqa: E402
+from bare_debian.system import (bring_back, change_root, copy_repository, enter_namespaces, home, lay_system, lend_packages,             # noqa: E402
                                 mount_devices, take_packages_back)
 from chipwise.machine import command, namespaces, sandbox        # noqa: E402
 from chipwise.machine.namespaces import libc            # noqa: E402
@@ -63,6 +64,10 @@ def parse_arguments(argv):
                         help='run the command as an ordinary user who may use sudo, not as root')
     parser.add_argument('--container', action='store_true',
                         help='without CAP_SYS_ADMIN and user namespaces, as in a plain container')
+    parser.add_argument('--take', metavar='FOLDER', action='append', default=[],
+                        help='give the command the files of this folder of the repository as well, as build/deb')
+    parser.add_argument('--bring', metavar='FOLDER',
+                        help='afterwards, bring the files that the command has made in this folder of the repository back')
     parser.add_argument('--renew', action='store_true',
                         help='make the base anew and forget what was kept of that release')
     parser.add_argument('release', choices=RELEASES)
@@ -72,6 +77,9 @@ def parse_arguments(argv):
         options.command = options.command[1:]
     if not options.command and not options.renew:
         parser.error('no command')
+    for folder in filter(None, [options.bring, *options.take]):
+        if os.path.isabs(folder) or '..' in folder.split('/'):
+            parser.error('%s: name a folder of the repository' % folder)
     if options.keep and not re.fullmatch(r'[A-Za-z0-9][A-Za-z0-9._-]*', options.keep):
         parser.error('--keep %s: use letters, digits, dot, minus and underscore' % options.keep)
     return options
@@ -162,7 +170,10 @@ def run(options, folder, base, sources):
             os.makedirs(os.path.join(changes, name), exist_ok=True)
         lend_packages(cache, changes)
         try:
-            return sandbox.wait_for(in_child(lambda: supervise(options, base, changes, sources)), None)
+            status = sandbox.wait_for(in_child(lambda: supervise(options, base, changes, sources)), None)
+            if options.bring and status == 0:
+                bring_back(options, changes)
+            return status
         finally:
             take_packages_back(cache, changes)
 

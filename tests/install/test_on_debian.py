@@ -158,6 +158,18 @@ def test_changes_are_lost_unless_kept():
         subprocess.run(['rm', '-rf', kept], check=True)
 
 
+def test_what_was_made_is_brought_back():
+    folder = os.path.join('build', 'test-%d' % os.getpid())
+    try:
+        assert on('trixie', '--bring=' + folder, 'sh', '-c', 'mkdir -p %s/in && echo made >%s/file' % (folder, folder)).returncode == 0
+        with open(os.path.join(ROOT, folder, 'file')) as handle:
+            assert handle.read() == 'made\n'
+        assert os.listdir(os.path.join(ROOT, folder)) == ['file']
+        assert 'has made no folder build/none' in on('trixie', '--bring=build/none', 'true').stdout
+    finally:
+        subprocess.run(['rm', '-rf', os.path.join(ROOT, folder)], check=True)
+
+
 def test_nothing_is_left_when_it_is_killed(tmp_path):
     """Neither processes nor mounts; a background process dies with its PID namespace."""
     before = open('/proc/mounts').read()

@@ -90,8 +90,26 @@ def copy_repository(system, changes, options):
             shutil.copy2(source, target, follow_symlinks=False)
     with open(manifest, 'w') as handle:
         handle.write('\0'.join(sorted(names)))
+    for folder in options.take:
+        os.makedirs(os.path.join(place, folder), exist_ok=True)
+        for name in os.listdir(os.path.join(ROOT, folder)):
+            if os.path.isfile(os.path.join(ROOT, folder, name)):
+                shutil.copy2(os.path.join(ROOT, folder, name), os.path.join(place, folder, name))
     owner = USER_ID if options.user else 0
     subprocess.run(['chown', '-R', '-h', '%d:%d' % (owner, owner), place], check=True)
+
+
+def bring_back(options, changes):
+    """Copy the files that the command has made in a folder of its copy of the repository into this one; they get its owner."""
+    source, target = os.path.join(changes, 'upper' + home(options), 'chipwise', options.bring), os.path.join(ROOT, options.bring)
+    if not os.path.isdir(source):
+        raise Refusal('the command has made no folder %s; name one that it makes' % options.bring)
+    owner = os.stat(ROOT)
+    os.makedirs(target, exist_ok=True)
+    for name in sorted(os.listdir(source)):
+        if os.path.isfile(os.path.join(source, name)):
+            shutil.copy2(os.path.join(source, name), os.path.join(target, name))
+            os.chown(os.path.join(target, name), owner.st_uid, owner.st_gid)
 
 
 def same_file(source, target):
