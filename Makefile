@@ -132,7 +132,7 @@ build/modules/%.so: components/%.comp $(CORE) components/linuxcnc_planner.c $(HE
 build/man/%.9: components/%.comp VERSION
 	@mkdir -p $(@D)
 	@$(HALCOMPILE) --document --outfile=$@ $<
-	@sed -i -E 's/^(\.TH [^"]*"9" "[^"]*") "[^"]*"/\1 "chipwise $(CHIPWISE_VERSION)"/' $@
+	@sed -i -E 's/^(\.TH [^"]*"9") "[^"]*" "[^"]*"/\1 "" "chipwise $(CHIPWISE_VERSION)"/' $@
 
 PARSERS = VERSION $(wildcard remap/chipwise/__init__.py remap/chipwise/cli/*.py remap/chipwise/machine/sandbox.py \
                              remap/chipwise/headless/display.py)
