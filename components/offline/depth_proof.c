@@ -8,6 +8,7 @@
 
 #define MOST_SEGMENTS 1e6 /* of a move that are looked at */
 #define LEVELS 24         /* of squares in squares: a cell has less */
+#define ACROSS 1e-4       /* mm: a shorter traverse, seen from above, goes straight up or down */
 
 /* ---- memory ---------------------------------------------------------------------------------------------------- */
 
@@ -119,10 +120,15 @@ static void take_move(struct chip_proof *p, const struct judged *m)
             double x = p->x0 + (column + 0.5) * p->cell;
             if (p->cells.high[cell] <= m->lowest) continue;
             if (judge && p->cells.high[cell] > m->lowest + m->limit) judge_cell(p, m, x, y, cell);
-            cut_cell(p, m, x, y, cell);
+            if (!m->is_traverse) cut_cell(p, m, x, y, cell);
         }
     }
-    chip_depth_enter_axis(p, s, m->number);
+    if (!m->is_traverse) chip_depth_enter_axis(p, s, m->number);
+}
+
+static int same_tool(const struct chip_proof_tool *a, const struct chip_proof_tool *b)
+{
+    return a->radius == b->radius && a->corner == b->corner && a->half_angle == b->half_angle;
 }
 
 static struct judged judged_of(const struct chip_proof *p, int32_t k)
@@ -133,15 +139,33 @@ static struct judged judged_of(const struct chip_proof *p, int32_t k)
     m.swept = swept_of(p, k);
     m.tool = &p->tools[own];
     m.number = k;
-    m.limit = p->tool[k] < 0 ? CHIP_SWEPT_NEVER : p->table[own].limit;
+    m.limit = p->tool[k] < 0 || p->table[own].clearance >= 0.0 ? CHIP_SWEPT_NEVER : p->table[own].limit;
     m.reach = m.tool->radius - CHIP_PROOF_SKIN;
     m.lowest = chip_min(m.swept.z, end);
     m.highest = chip_max(m.swept.z, end);
-    m.joined = k > 0 && tool_index(p, k - 1) == own;
+    m.joined = k > 0 && tool_index(p, k - 1) != CHIP_PROOF_ELSEWHERE
+            && same_tool(&p->table[tool_index(p, k - 1)], &p->table[own]);
     m.length = sqrt(m.swept.length2 + m.swept.dz * m.swept.dz);
     m.most = CHIP_PROOF_MOST + (long)(CHIP_PROOF_MOST_MORE * chip_min(m.length / CHIP_PROOF_SEGMENT, MOST_SEGMENTS));
     m.nose = m.limit < m.tool->shoulder;
+    m.is_traverse = 0;
     return m;
+}
+
+/* Looks for stock beside a traverse [8]. */
+static void judge_traverse(struct chip_proof *p, struct judged m)
+{
+    m.tool = &p->wide[p->tool[m.number]];
+    m.limit = p->table[p->tool[m.number]].limit;
+    m.reach = m.tool->radius;
+    m.nose = m.is_traverse = 1;
+    if (m.swept.length2 <= ACROSS * ACROSS) {
+        if (m.swept.dz >= 0.0) return;
+        m.swept.z += m.swept.dz;
+        m.swept.dx = m.swept.dy = m.swept.dz = m.swept.length2 = 0.0;
+        m.highest = m.lowest;
+    }
+    take_move(p, &m);
 }
 
 static int make_map(struct chip_proof *p)
@@ -175,6 +199,7 @@ void chip_proof_close(struct chip_proof *p)
     free(p->own_tool);
     free(p->table);
     free(p->tools);
+    free(p->wide);
     chip_depth_cells_free(&p->cells);
     free(p->settled);
     free(p->seen);
@@ -193,12 +218,15 @@ struct chip_proof *chip_proof_open(const struct chip_proof_stock *stock, const s
     p->cell = cell;
     p->table = malloc(sizeof *p->table * (size_t)(tool_count + 1));
     p->tools = malloc(sizeof *p->tools * (size_t)(tool_count + 1));
-    for (k = 0; p->table && p->tools && k < tool_count; k++) {
+    p->wide = malloc(sizeof *p->wide * (size_t)(tool_count + 1));
+    for (k = 0; p->table && p->tools && p->wide && k < tool_count; k++) {
         p->table[k] = tools[k];
         chip_tool_set_profile(&p->tools[k], tools[k].radius, tools[k].corner, tools[k].half_angle);
-        p->most_radius = chip_max(p->most_radius, tools[k].radius);
+        p->wide[k] = p->tools[k];
+        if (tools[k].clearance >= 0.0) chip_swept_widen(&p->wide[k], tools[k].clearance - CHIP_PROOF_SIDE);
+        p->most_radius = chip_max(p->most_radius, chip_max(p->tools[k].radius, p->wide[k].radius));
     }
-    if (p->table && p->tools && make_map(p)) return p;
+    if (p->table && p->tools && p->wide && make_map(p)) return p;
     chip_proof_close(p);
     return 0;
 }
@@ -230,6 +258,7 @@ static long prove(struct chip_proof *p, int32_t first, int64_t *squares, struct 
         m = judged_of(p, k);
         p->spans_known = 0;
         p->hits = 0;
+        if (p->tool[k] >= 0 && p->table[p->tool[k]].clearance >= 0.0) judge_traverse(p, m);
         take_move(p, &m);
         p->along += m.length;
     }

@@ -21,6 +21,9 @@
  *  7. Of the moves to come it is known how low they will be at most (chip_proof_expect). Once a cell is low enough for all of them, it is settled:
  *     what has cut parts of it is forgotten. A long program would need 100 MB for it. A move that is lower after all may have a
  *     witness where it has none, never the other way round.
+ *  8. A traverse is judged by another rule: no stock higher than its tip, but for CHIP_PROOF_LEVEL, is nearer to its side than
+ *     `clearance`. So the judged tool is wider by that, whatever it has cut before counts no less, and nothing is thin enough not to count.
+ *     Straight up it is free, straight down its lowest place counts.
  */
 #ifndef CHIPWISE_DEPTH_PROOF_H
 #define CHIPWISE_DEPTH_PROOF_H
@@ -40,7 +43,9 @@
 #define CHIP_PROOF_MOST_MORE 30 /* so many more for each of its segments */
 #define CHIP_PROOF_LOWER                                                                                               \
     0.01 /* mm by which a move may be lower than those that were expected: the rounding of its text [7] */
-#define CHIP_PROOF_ENOUGH 4 /* witnesses beside a segment, of which one counts */
+#define CHIP_PROOF_ENOUGH 4    /* witnesses beside a segment, of which one counts */
+#define CHIP_PROOF_LEVEL 0.005 /* mm: stock that is no higher above the tip is what the tool goes over [8] */
+#define CHIP_PROOF_SIDE 0.001  /* mm by which a traverse may be nearer: the rounding of its text [8] */
 
 struct chip_proof_stock {
     double x, y;           /* mm, its middle */
@@ -54,6 +59,7 @@ struct chip_proof_stock {
 struct chip_proof_tool {
     double radius, corner, half_angle; /* mm, mm, rad (0: no cone) */
     double limit;                      /* mm, depth that is allowed; 1e30: is not judged */
+    double clearance; /* mm that the side of a traverse keeps [8]; below 0: of feed moves, which have a limit */
 };
 
 /* n moves, one after the other. Long programs have millions: 28 bytes each. */

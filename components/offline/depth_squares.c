@@ -118,7 +118,11 @@ static int is_witness(struct chip_proof *p, const struct judged *m, double x, do
     }
     t = first;
     over = height - m->swept.z - t * m->swept.dz - m->limit;
-    if (m->nose && height <= m->swept.z + t * m->swept.dz + m->tool->shoulder) { /* met below it, where it is nearest */
+    if (m->is_traverse) { /* at its lowest over the place; a descent is judged where it ends */
+        over = height - chip_swept_height(&m->swept, m->tool, x, y) - m->limit;
+        t = m->swept.length2 > CHIP_SWEPT_STILL ? t : 1.0;
+    } else if (m->nose
+               && height <= m->swept.z + t * m->swept.dz + m->tool->shoulder) { /* met below it, where it is nearest */
         double off2, near = chip_swept_nearest(&m->swept, x, y, &off2);
         t = chip_min(chip_max(near, first), last);
         if (height <= chip_swept_at(&m->swept, m->tool, x, y, t) + CHIP_PROOF_SKIN) return 0;

@@ -65,6 +65,7 @@ struct chip_proof {
     double own_start[3];
     struct chip_proof_tool *table;
     struct chip_tool *tools; /* of the table */
+    struct chip_tool *wide;  /* the same, wider by the clearance of a traverse [8] */
     double x0, y0, cell, most_radius;
     int32_t nx, ny;
     struct cells cells;
@@ -96,7 +97,8 @@ struct judged {
     double length;                        /* mm */
     long most;                            /* witnesses that are looked for */
     int joined;                           /* the move before, with the same tool, ends where it begins */
-    int nose; /* the flutes are shorter than the tool's nose: contacts below its shoulder count */
+    int nose;        /* the flutes are shorter than the tool's nose: contacts below its shoulder count */
+    int is_traverse; /* it is judged by its clearance [8] and cuts nothing yet: `tool` is wider, `reach` its radius */
 };
 
 

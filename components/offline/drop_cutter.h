@@ -60,9 +60,9 @@ void chip_drop_excess(struct chip_drop_mesh *mesh, const struct chip_drop_tool *
                       const double (*to)[3], double *excess, double *share);
 
 /* The lowest height (mm) of the tip on a level segment that keeps the tool off the stock of a height map (height_sweep.h), by
- * the width of a cell; CHIP_DROP_NOTHING where there is no stock. ahead, if it is not 0: a point and a unit vector; only stock
+ * the width of a cell, and its side by `clearance` (mm); CHIP_DROP_NOTHING where there is no stock. ahead, if it is not 0: a point and a unit vector; only stock
  * that is ahead of the point counts: of the other stock a tool that has cut at the point goes away. */
 double chip_drop_over_stock(const struct chip_height_map *map, const struct chip_drop_tool *tool, const double from[2],
-                            const double to[2], const double *ahead);
+                            const double to[2], const double *ahead, double clearance);
 
 #endif

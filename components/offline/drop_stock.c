@@ -3,6 +3,8 @@
 
 #include "drop_parts.h"
 
+#define HALF_DIAGONAL 0.70711 /* of a cell */
+
 /* The columns of row `y` within reach of the path: low and high, from the left edge of the map. */
 static int columns_of(const struct chip_drop_path *p, const struct chip_height_map *map, double y, double reach,
                       double *low, double *high)
@@ -31,15 +33,17 @@ static int columns_of(const struct chip_drop_path *p, const struct chip_height_m
 static int behind(const struct chip_height_map *map, const double ahead[4], int32_t i, double y)
 {
     double x = map->x0 + (i + 0.5) * map->cell;
-    return (x - ahead[0]) * ahead[2] + (y - ahead[1]) * ahead[3] < -0.70711 * map->cell;
+    return (x - ahead[0]) * ahead[2] + (y - ahead[1]) * ahead[3] < -HALF_DIAGONAL * map->cell;
 }
 
 double chip_drop_over_stock(const struct chip_height_map *map, const struct chip_drop_tool *tool, const double from[2],
-                            const double to[2], const double *ahead)
+                            const double to[2], const double *ahead, double clearance)
 {
     struct chip_tool profile;
     struct chip_drop_path p = { &profile, from[0], from[1], 0.0, to[0] - from[0], to[1] - from[1], 0.0 };
-    double margin = 1.5 * map->cell, reach, best = CHIP_DROP_NOTHING, low, high; /* a needle is anywhere in its cell */
+    double margin =
+        chip_max(1.5 * map->cell, clearance + HALF_DIAGONAL * map->cell); /* a needle is anywhere in its cell */
+    double reach, best = CHIP_DROP_NOTHING, low, high;
     int32_t i, j, i1, j1;
     chip_drop_profile_of(&profile, tool);
     reach = profile.radius + margin;

@@ -4,6 +4,7 @@
 
 #include "core/chip_math.h"
 #include "core/tool.h"
+#include "height_clearance.h"
 #include "height_stamp.h"
 #include "height_sweep.h"
 #include "needles.h"
@@ -192,8 +193,19 @@ static void cut_move(const struct chip_height_map *map, struct chain *chain, con
     }
 }
 
+/* [6] */
+static void measure(const struct chip_height_map *map, const struct chip_tool *tool, double clearance,
+                    const double a[3], const double b[3], struct chip_height_met *met)
+{
+    double at, distance = chip_clearance_of(map, tool, clearance, a, b, CHIP_CLEAR_AHEAD, &at);
+    if (distance >= CHIP_CLEAR_NONE) return;
+    met->beside = (float)distance;
+    met->beside_at = (float)at;
+}
+
 double chip_height_sweep(const struct chip_height_map *map, const struct chip_height_tool *tool, const double from[3],
-                         const double (*to)[3], long n, struct chip_height_met *met)
+                         const double (*to)[3], long n, struct chip_height_met *met,
+                         const struct chip_height_traverses *traverses)
 {
     struct chip_stamp_shape s = chip_stamp_make_shape(tool);
     struct chip_tool profile;
@@ -203,6 +215,9 @@ double chip_height_sweep(const struct chip_height_map *map, const struct chip_he
     chip_tool_set_profile(&profile, tool->radius, tool->corner, tool->slope > 0.0 ? atan(1.0 / tool->slope) : 0.0);
     for (i = 0; i < n; i++) {
         memset(&met[i], 0, sizeof met[i]);
+        met[i].beside = -1.0f;
+        if (traverses && traverses->judged[i])
+            measure(map, &profile, traverses->clearance, i ? to[i - 1] : from, to[i], &met[i]);
         cut_move(map, &chain, i ? to[i - 1] : from, to[i], &met[i]);
         if (i == n - 1) met[i].volume += (float)(cut_spared(map, &chain, to[i]) * map->cell * map->cell);
         if (map->needles) chip_needles_cut(map, &profile, i ? to[i - 1] : from, to[i], &met[i]);

@@ -22,7 +22,8 @@
  *     that much higher. Beside walls and on level stock nothing is added.
  *  5. Straight along the axis a lower stamp meets whatever a higher one does. So the first contact of a plunge is found by halving, and a
  *     retract is over when its first stamp is: in air neither takes the time of its length. No result differs by it.
- *  6. A traverse cuts like a feed move; the caller decides by volume and depth.
+ *  6. A traverse cuts like a feed move; the caller decides by volume and depth. Before it cuts, its distance from stock is measured
+ *     (height_clearance.h) if it is one of those to be judged.
  */
 #ifndef CHIPWISE_HEIGHT_SWEEP_H
 #define CHIPWISE_HEIGHT_SWEEP_H
@@ -65,11 +66,21 @@ struct chip_height_met {
     float depth;  /* mm [4]; 0: nothing met */
     float at;     /* share of the move at that depth; without a depth, the holder's */
     float holder; /* mm of stock above the lower end of the holder, within its radius */
+    float
+        beside; /* mm of a traverse from stock at its side, if that is less than the clearance; below 0: it is not [6] */
+    float beside_at; /* share of the move there */
 };
 
-/* Cuts n straight moves from `from` to the points `to`, one after the other. Returns the mm3 removed. */
+/* Which of n moves are traverses to be judged, and the clearance (mm) that they keep [6]. */
+struct chip_height_traverses {
+    const uint8_t *judged;
+    double clearance;
+};
+
+/* Cuts n straight moves from `from` to the points `to`, one after the other; traverses: may be NULL. Returns the mm3 removed. */
 double chip_height_sweep(const struct chip_height_map *map, const struct chip_height_tool *tool, const double from[3],
-                         const double (*to)[3], long n, struct chip_height_met *met);
+                         const double (*to)[3], long n, struct chip_height_met *met,
+                         const struct chip_height_traverses *traverses);
 
 /* The time (s) of each of n moves with a trapezoidal speed profile: length (mm), maximum speed (mm/s) and acceleration
  * (mm/s2) of each, and the maximum speed at its end. *speed: at the beginning of the first, then at the end of the

@@ -6,8 +6,7 @@
 #include "needles.h"
 #include "swept.h"
 
-/* The first needle of a strip whose X is not below x. */
-static int32_t first_from(const struct chip_height_map *map, int32_t strip, double x)
+int32_t chip_needles_from(const struct chip_height_map *map, int32_t strip, double x)
 {
     int32_t low = map->strip[strip], high = map->strip[strip + 1];
     while (low < high) {
@@ -20,8 +19,7 @@ static int32_t first_from(const struct chip_height_map *map, int32_t strip, doub
     return low;
 }
 
-/* The strip of a place, -1 or `strips` beside all. */
-static int32_t strip_of(const struct chip_height_map *map, double y)
+int32_t chip_needles_strip(const struct chip_height_map *map, double y)
 {
     return (int32_t)chip_max(-1.0, chip_min(floor((y - map->strip_y) / map->strip_width), map->strips));
 }
@@ -63,10 +61,10 @@ void chip_needles_cut(const struct chip_height_map *map, const struct chip_tool 
     struct chip_swept m = chip_swept_of(a, b);
     double end = (a[0] > b[0] ? a[0] : b[0]) + tool->radius, low = (a[1] < b[1] ? a[1] : b[1]) - tool->radius;
     double high = (a[1] > b[1] ? a[1] : b[1]) + tool->radius, bottom = a[2] < b[2] ? a[2] : b[2];
-    int32_t strip = strip_of(map, low), last = strip_of(map, high), i;
+    int32_t strip = chip_needles_strip(map, low), last = chip_needles_strip(map, high), i;
     bottom = chip_max(bottom, map->z_min + CHIP_HEIGHT_SKIN);
     for (strip = strip > 0 ? strip : 0; strip <= last && strip < map->strips; strip++)
-        for (i = first_from(map, strip, (a[0] < b[0] ? a[0] : b[0]) - tool->radius);
+        for (i = chip_needles_from(map, strip, (a[0] < b[0] ? a[0] : b[0]) - tool->radius);
              i < map->strip[strip + 1] && map->needle_x[i] <= end; i++)
             if (map->needle_y[i] >= low && map->needle_y[i] <= high && (double)map->needle_height[i] > bottom)
                 cut_needle(map, &m, tool, i, met);

@@ -21,6 +21,14 @@ struct chip_swept {
     double length2;    /* mm2, seen from above */
 };
 
+/* Makes a tool's profile wider by `side` (mm) all round: what is above it is within `side` of the tool, seen from above. */
+static inline void chip_swept_widen(struct chip_tool *tool, double side)
+{
+    tool->radius += side;
+    tool->r_flat += side;
+    tool->r_arc += side;
+}
+
 static inline struct chip_swept chip_swept_of(const double from[3], const double to[3])
 {
     struct chip_swept m = { from[0], from[1], from[2], to[0] - from[0], to[1] - from[1], to[2] - from[2], 0.0 };

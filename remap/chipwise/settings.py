@@ -132,6 +132,7 @@ SETTINGS = {
     "PANEL_LOG": Setting("", "path", str, lambda v: True, "the path of a CSV file, or nothing"),
     "PANEL_TOKEN": Setting("", "", str, lambda v: v == "" or re.fullmatch(r"[!-~]{8,200}", v) is not None,
                            "nothing (read-only), or 8 to 200 letters, digits and signs without blanks"),
+    "TRAVERSE_CLEARANCE": Setting(0.2, "mm", _number, lambda v: 0 <= v <= 10, "a length from 0 to 10 mm"),
     "GUARD_FLUTE": Setting(True, "", _yes_or_no, lambda v: True, "yes or no"),
 }
 

@@ -5,7 +5,7 @@ import pytest
 
 from chipwise.rewrite import shift
 from chipwise.rewrite.along import kept_points, without
-from chipwise.rewrite.flute import segments
+from chipwise.rewrite.segments import segments
 from support.random_cases import random_count, random_seed
 
 
@@ -83,7 +83,11 @@ def test_new_points_are_interpolated():
 def test_stretches_and_kept_points():
     left = np.zeros(30, bool)
     left[[3, 4, 20]] = True
-    assert segments(left) == [(2, 6), (19, 22)]
+    s = np.arange(31) * 0.5
+    assert segments(left, s, 0.25, 3.0) == [(2, 8), (19, 24)]           # a piece more, and as far as a strip a cell wide may be hidden
+    assert segments(left, s, 0.25, 50.0) == [(2, 16), (19, 30)]
+    left[8:12] = True
+    assert segments(left, s, 0.25, 50.0) == [(2, 30)]                   # they would be one beside the other
     s = np.arange(5.0)
     assert kept_points(s, np.array([0, 0, 0, 1.0, 2.0])) == [0, 2, 4]
     assert kept_points(s, np.array([0, np.nan, 0, 0, 0])) == [0, 4]

@@ -133,8 +133,9 @@ class Stock:
         return near[trace.distance(element, *self.point[near].T) <= reach]
 
     def run(self, moves):
-        """Cuts all moves in order.  -> list of rapids that met stock, as (number of the move, mm too deep)."""
-        met = []
+        """Cuts all moves in order.  -> list of rapids that met stock, as (number of the move, mm too deep).  plunged: {number of a feed straight
+        down: mm of stock that it met}."""
+        met, self.plunged = [], {}
         for number, e in enumerate(moves):
             low = min(e.a[2], e.b[2])
             if low >= self.case.top - 1e-9:
@@ -144,6 +145,9 @@ class Stock:
                 if len(hit) and hit.max() > low + 1e-6:
                     met.append((number, float(hit.max() - low)))
             elif abs(e.a[2] - e.b[2]) < 1e-9 or math.dist(e.a[:2], e.b[:2]) < 1e-9 and e.kind != "arc":
+                if e.a[2] > e.b[2] + 1e-9:
+                    hit = self.height[self.under(e, self.case.radius - TOLERANCE)]
+                    self.plunged[number] = float(hit.max()) - low if len(hit) else 0.0
                 under = self.under(e, self.case.radius + 1e-6)
                 self.height[under] = np.minimum(self.height[under], low)
             else:
@@ -176,9 +180,9 @@ def walls(case, touch, moves):
     return float(gap.max())
 
 
-def entries(moves, angle, gap, plunges):
-    """Faults of feeds that go down: steeper than `angle` (degrees), or straight down by more than `gap` (mm) where no
-    plunge was announced."""
+def entries(moves, angle, gap, plunges, plunged):
+    """Faults of feeds that go down: steeper than `angle` (degrees), or straight down by more than `gap` (mm) of stock where no
+    plunge was announced.  plunged: as of Stock.run()."""
     found = []
     for number, e in enumerate(moves):
         fall = e.a[2] - e.b[2]
@@ -186,7 +190,7 @@ def entries(moves, angle, gap, plunges):
             continue
         along = e.radius * abs(e.sweep[1]) if e.kind == "arc" else math.dist(e.a[:2], e.b[:2])
         if along < 1e-9:
-            if fall > gap + 1e-6 and not any(math.dist(e.a[:2], p) < 1e-6 for p in plunges):
+            if min(fall, plunged.get(number, fall)) > gap + 1e-6 and not any(math.dist(e.a[:2], p) < 1e-6 for p in plunges):
                 found.append((number, "plunge"))
         elif fall > along * math.tan(math.radians(angle)) * (1 + 1e-6) + 1e-6:
             found.append((number, "slope"))
@@ -211,5 +215,5 @@ def judge(case, moves, angle, gap, plunges, seed=0, count=6000):
     away = walls(case, stock.touch, moves)
     if away > TOLERANCE:
         found.append(f"wall not run, {away:.3g} mm away")
-    found += [f"move {n}: {what}" for n, what in entries(moves, angle, gap, plunges)[:1]]
+    found += [f"move {n}: {what}" for n, what in entries(moves, angle, gap, plunges, stock.plunged)[:1]]
     return found

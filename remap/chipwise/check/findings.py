@@ -11,10 +11,12 @@ from typing import Optional
 from chipwise.errors import format_length, printable
 
 FLUTE, RAPID, HOLDER, RATE, TOOL, FLUTES_UNKNOWN = "flute", "rapid", "holder", "rate", "tool", "flute-unknown"
+CLEARANCE = "clearance"
 
 RULES = {
     FLUTE: "stock is cut by the flutes only",
     RAPID: "a traverse meets no stock",
+    CLEARANCE: "a traverse keeps TRAVERSE_CLEARANCE from stock at its side",
     HOLDER: "the holder meets no stock",
     RATE: "the removal rate stays below the tool's max_removal_rate",
     TOOL: "the tool is described in [CHIPWISE]TOOL_GEOMETRY",
@@ -55,6 +57,9 @@ class Finding:
                     "take smaller steps in Z, or a tool with longer flutes")
         elif self.rule == RAPID:
             said = f"a traverse meets {length(self.value)} of stock{at}; retract higher, or use G1"
+        elif self.rule == CLEARANCE:
+            said = (f"traverses beside stock: {self.segments}, the nearest {length(self.value)} from it{at}, TRAVERSE_CLEARANCE is "
+                    f"{length(self.limit)}; retract higher, or use G1")
         elif self.rule == HOLDER:
             said = (f"the holder meets {length(self.value)} of stock{at}, the tool sticks out {length(self.limit)}; "
                     f"let it stick out {length(self.limit + self.value)}")
@@ -85,16 +90,17 @@ class Findings:
             self.dropped += 1
 
     def extend(self, finding, goes_on):
-        """One of a chain of segments; goes_on: the chain before, which broke the same rule, continues."""
+        """One of a chain of segments; goes_on: the chain before, which broke the same rule, continues.  Of traverses that are too near to stock, those
+        of a tool are one."""
         before = self._open.get(finding.rule)
-        if not (goes_on and before is not None and before.tool == finding.tool):
+        if not ((goes_on or finding.rule == CLEARANCE) and before is not None and before.tool == finding.tool):
             self._open[finding.rule] = finding
             self.add(finding)
             return
         before.segments += finding.segments
         before.last_line = max(before.last_line, finding.last_line)
         before.line = min(before.line, finding.line)
-        if finding.value > before.value:
+        if finding.value < before.value if finding.rule == CLEARANCE else finding.value > before.value:
             before.value, before.position = finding.value, finding.position
 
     @property

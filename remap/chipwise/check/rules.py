@@ -15,6 +15,9 @@ from chipwise.check.sweep import HeightMap, least_cell
 MIN_CELLS = 4               # least number of cells across a tool
 FINE_CELLS = 8              # cells across a tool that the cell is chosen for
 MAX_POSITION_MM = 1e5       # from machine zero
+ACROSS_MM = 1e-4            # shorter moves, seen from above, go straight up or down
+BEEN_MM = 1e-3              # by which a tool that comes back may be lower than it was: rounding
+PLACES_APART_MM = 3 * MAX_POSITION_MM       # in the heights of one place and the next, so that a running minimum begins anew
 
 
 def check_finite(block):
@@ -39,6 +42,22 @@ def moves_at_unknown_height(kinds, z):
         return len(kinds), False
     first = int(np.argmax(known))
     return first + int(kinds[first] == records.RAPID), True
+
+
+def near_stock(start, positions, kinds, top, been):
+    """(n,) bool: traverses that may come too near to stock at their side, of moves from start (3,) to positions (n, 3); and the lowest Z since the
+    tool is at its last place across the axis, which is `been` (mm) at the first.
+
+    Not straight up, nor above the top of the stock (mm), nor straight down to where the tool has been since it came there, as between the pecks
+    of a drill.
+    """
+    z = np.concatenate(([min(been, start[2])], positions[:, 2]))
+    moved = np.hypot(*np.diff(positions[:, :2], axis=0, prepend=start[None, :2]).T) > ACROSS_MM
+    place = np.concatenate(([0], np.cumsum(moved)))
+    lowest = np.minimum.accumulate(z - place * PLACES_APART_MM) + place * PLACES_APART_MM       # since the tool is at a place
+    before = np.concatenate((start[None, 2], positions[:-1, 2]))
+    rises, again = ~moved & (positions[:, 2] >= before), ~moved & (positions[:, 2] >= lowest[:-1] - BEEN_MM)
+    return (kinds == records.RAPID) & ~rises & ~again & (np.minimum(before, positions[:, 2]) < top), float(lowest[-1])
 
 
 def make_map(line, values, cell):

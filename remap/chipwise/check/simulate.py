@@ -16,7 +16,7 @@ import time
 import numpy as np
 
 from chipwise.check import doubts, records, rules
-from chipwise.check.findings import FLUTE, FLUTES_UNKNOWN, HOLDER, RAPID, RATE, TOOL, Finding
+from chipwise.check.findings import CLEARANCE, FLUTE, FLUTES_UNKNOWN, HOLDER, RAPID, RATE, TOOL, Finding
 from chipwise.check.program_file import UNCHECKED, Unfinished, Unreadable
 from chipwise.check.reader import CPU_S, Reader
 from chipwise.check.result import Result, ToolFigures
@@ -50,6 +50,7 @@ class Simulation:
         self.height_known = False
         self.map = self.before = None
         self.tool, self.shape = None, None
+        self.been = math.inf                            # mm, lowest Z of this tool since it is at its place across the axis
         self.frame = records.Frame()
         self.segments = 0                               # taken before this part
         self.broken = {}                                # by rule: the last segment that broke it
@@ -90,11 +91,12 @@ class Simulation:
         self.stock_number += 1
         if self.stock_number in self.needles:
             self.map.add_needles(self.needles[self.stock_number])
-        self.before = self.map.picture(PICTURE)
+        self.before, self.been = self.map.picture(PICTURE), math.inf
         self.result.cell = self.map.cell
 
     def _take_tool(self, number, diameter, line):
         self.tool = self.shape = None
+        self.been = math.inf
         if number <= 0:
             return
         if number not in self.result.tools:
@@ -189,7 +191,8 @@ class Simulation:
             return None
         if rules.is_too_coarse(self.map, self.shape.diameter):
             raise _TooCoarse(int(lines[0]), self.tool.number, self.shape.diameter)
-        met = self.map.cut(self.shape, self.position, positions)
+        judged, self.been = rules.near_stock(self.position, positions, kinds, self.map.z_max, self.been)
+        met = self.map.cut(self.shape, self.position, positions, judged, self.settings["TRAVERSE_CLEARANCE"])
         tool, stock = self.tool, self.map
         tool.volume += float(met["volume"].sum(dtype=np.float64))
         cuts = (met["depth"] > MIN_DEPTH_MM) & (kinds != records.RAPID)
@@ -211,6 +214,11 @@ class Simulation:
         """Traverses in stock.  The model cuts one straight down in steps, and the depth of each is that of what is new; together they are as deep as
         the volume over the tool's circle, or more."""
         broken = (kinds == records.RAPID) & (met["depth"] > MIN_DEPTH_MM)
+        near = (met["beside"] >= 0.0) & ~broken
+        if near.any():
+            where = met[["beside_at"]].copy()
+            where.dtype.names = ("at",)
+            self._find(CLEARANCE, near, met["beside"], self.settings["TRAVERSE_CLEARANCE"], positions, lines, where, np.argmin)
         if not broken.any():
             return
         across = np.hypot(*np.diff(positions[:, :2], axis=0, prepend=self.position[None, :2]).T)
@@ -232,7 +240,7 @@ class Simulation:
         p = start + float(met["at"][index]) * (positions[index] - start)
         return self.frame.to_work(p)
 
-    def _find(self, rule, broken, values, limit, positions, lines, met):
+    def _find(self, rule, broken, values, limit, positions, lines, met, worst_of=np.argmax):
         """One finding for each chain of segments that break a rule."""
         last, at = self.broken.get(rule, -GAP - 1), self.segments
         indices = np.flatnonzero(broken)
@@ -241,7 +249,7 @@ class Simulation:
         self.broken[rule] = at + int(indices[-1])
         for part in np.split(indices, np.flatnonzero(np.diff(indices) > GAP) + 1):
             first, end = int(part[0]), int(part[-1]) + 1
-            worst = int(part[np.argmax(values[part])])
+            worst = int(part[worst_of(values[part])])
             self.result.findings.extend(
                 Finding(rule, int(lines[first:end].min()), int(lines[first:end].max()), self.tool.number,
                         tuple(map(float, self._work_position(positions, worst, met))), float(values[worst]), limit, len(part), at + first),

@@ -136,20 +136,30 @@ class HeightMap:
         y = self.needles[index, 1]
         return index[(y >= low[1]) & (y <= high[1])]
 
-    def cut(self, tool, start, places):
-        """Moves from `start` (3,) along `places` (n, 3) -> records of MET, one per move."""
+    def cut(self, tool, start, places, judged=None, clearance=0.0):
+        """Moves from `start` (3,) along `places` (n, 3) -> records of MET, one per move.  judged (n,) bool: traverses whose distance from stock is
+        asked for, if it is less than the clearance (mm)."""
         places = np.ascontiguousarray(places, np.float64)
         met = np.zeros(len(places), MET)
-        shape = tool.struct()
+        shape, traverses = tool.struct(), None
+        if judged is not None:
+            judged = np.ascontiguousarray(judged, np.uint8)
+            traverses = C.byref(layout.HeightTraverses(judged.ctypes.data, clearance))
         self._functions.chip_height_sweep(C.byref(self._struct), C.byref(shape), (C.c_double * 3)(*start),
-                                          places.ctypes.data, len(places), met.ctypes.data)
+                                          places.ctypes.data, len(places), met.ctypes.data, traverses)
         return met
 
-    def lowest_over(self, tool, start, end, ahead=None):
-        """The lowest tip (mm) of layout.DropTool `tool` on a level segment start to end (2,) that keeps off the stock by a cell.  ahead: a point
-        and a unit vector (4,); only stock that is ahead of the point counts."""
+    def is_clear(self, tool, clearance, start, end):
+        """Whether a traverse of a Shape from start to end (3,) keeps a clearance (mm) from stock at its side; straight up it does."""
+        shape = tool.struct()
+        return self._functions.chip_traverse_clearance(C.byref(self._struct), C.byref(shape), clearance, (C.c_double * 3)(*start),
+                                                       (C.c_double * 3)(*end)) >= clearance
+
+    def lowest_over(self, tool, start, end, ahead=None, clearance=0.0):
+        """The lowest tip (mm) of layout.DropTool `tool` on a level segment start to end (2,) that keeps off the stock by a cell, and its side by a
+        clearance (mm).  ahead: a point and a unit vector (4,); only stock that is ahead of the point counts."""
         return self._functions.chip_drop_over_stock(C.byref(self._struct), C.byref(tool), (C.c_double * 2)(*start), (C.c_double * 2)(*end),
-                                                    None if ahead is None else (C.c_double * 4)(*ahead))
+                                                    None if ahead is None else (C.c_double * 4)(*ahead), clearance)
 
     def needed(self, tool, start, end, least):
         """Which of n steps of a path, start (n, 3) to end (n, 3), layout.DropTool `tool` has to cut so that no needle stays more than

@@ -88,7 +88,8 @@ def request_of(options, refuse):
         direction=float(options.direction), allowance=lengths['allowance'], relief=lengths['relief'], link=options.link,
         climb=not options.conventional, tolerance=lengths['tolerance'], stock_top=lengths['stock-top'], stock_is_model=True,
         cell=settings['CELL'] if lengths['cell'] is None else lengths['cell'], margin=lengths['margin'], most_moves=MOST_MOVES,
-        scallop=lengths['scallop'], depth=lengths['rough'], least=lengths['rest'], ramp_angle=settings['RAMP_ANGLE'], flute_length=geometry.flute_length or 0.0), unit
+        scallop=lengths['scallop'], depth=lengths['rough'], least=lengths['rest'], ramp_angle=settings['RAMP_ANGLE'],
+        traverse_clearance=settings['TRAVERSE_CLEARANCE'], flute_length=geometry.flute_length or 0.0), unit
 
 
 def _step(lengths, diameter):

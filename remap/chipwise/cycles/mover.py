@@ -61,6 +61,11 @@ class Mover:
 
     # ---- in the stock --------------------------------------------------------------------------------------------
 
+    def down(self, z):
+        """Straight down to z at the cutting feed: nothing is below, but stock may be at the tool's side."""
+        if z < self.z - EQUAL:
+            self._add(Line(z=z, feed=self.feed))
+
     def plunge(self, z):
         """Straight down to z at the plunge feed."""
         if z < self.z - EQUAL:

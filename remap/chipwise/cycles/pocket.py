@@ -7,9 +7,10 @@ the strategies; here are levels, entries and what lies between.
 Order of work: one machinable region after the other (the tool does not fit between them), each from the top level to
 the floor.
 
-Rapids, and why none meets stock.  Above R everything is free.  Below it a rapid runs straight up, or straight down where
-the tool has been at that depth, or down to GAP_MM above the level before, which is cleared all over the machinable
-region.  Everything else is a feed.  No rapid runs across below R, although the level before is cleared: so nothing has
+Rapids, and why none meets stock, nor has any at its side.  Above R everything is free.  Below it a rapid runs straight up,
+or straight down to GAP_MM above the level before, which is cleared all over the machinable region, if the place is
+the traverse clearance within that region.  Everything else is a feed: also the rest down to where the tool has been at
+this level, as that may be beside stock.  No rapid runs across below R, although the level before is cleared: so nothing has
 to be known about the stock above R.  A Track that does not start on an earlier path of its level is entered by a helix,
 a ramp or a plunge.
 """
@@ -28,6 +29,7 @@ from chipwise.cycles.word_checks import (EQUAL, MAX_PASSES, MOST_MOVES, check_de
                                          check_step, gap_notes)
 from chipwise.errors import Area, CycleError
 from chipwise.geometry.base import elements
+from chipwise.geometry.base.clearance import gouge_depths
 from chipwise.geometry.base.contour import make_contour
 from chipwise.geometry.offset.kernel import make_pocket
 from chipwise.geometry.base import chains
@@ -70,6 +72,7 @@ class PocketRequest:
     close_gap        gaps of a loop up to this width are closed
     most_moves       a cycle of more is refused
     feed_per         "min", or "rev" under G95: for messages
+    traverse_clearance  that a rapid keeps from stock at its side
     """
 
     loops: tuple
@@ -91,6 +94,7 @@ class PocketRequest:
     close_gap: float = CONNECT_MM
     most_moves: int = MOST_MOVES
     feed_per: str = "min"
+    traverse_clearance: float = 0.2
 
 
 @dataclass(frozen=True)
@@ -203,6 +207,12 @@ def _known_starts(tracks):
     return known
 
 
+def _open_starts(region, tracks, clearance):
+    """For each Track whether no stock that a cleared level leaves is within the clearance (mm) of the tool's side at its start."""
+    start = np.array([track.start for track in tracks], float).reshape(-1, 2)
+    return (gouge_depths(region.pocket.clearance_check, start, region.distance + clearance) <= 0.0).tolist()
+
+
 class _Driver:
     """Clears machinable regions level by level; plunges: (x, y) of entries without helix or ramp."""
 
@@ -212,13 +222,13 @@ class _Driver:
     def clear(self, region, tracks):
         """All levels of a machinable region."""
         r, mover = self.request, self.mover
-        above, known = None, _known_starts(tracks)
+        above, known, is_open = None, _known_starts(tracks), _open_starts(region, tracks, r.traverse_clearance)
         levels = depth_levels(r.clearance, r.bottom + r.floor_allowance, r.depth_step, r.stock_top)
-        per_level = sum(len(track.elements) + 3 for track in tracks)
+        per_level = sum(len(track.elements) + 4 for track in tracks)
         check_moves(len(mover.moves) + len(levels) * per_level, r, "use a larger J or D")
         for z in levels:
-            for track, is_known in zip(tracks, known):
-                self._over(track, z if is_known else above)
+            for track, is_known, is_free in zip(tracks, known, is_open):
+                self._over(track, above, z if is_known else above, is_free)
                 if is_known:
                     mover.plunge(z)
                 else:
@@ -226,11 +236,13 @@ class _Driver:
                 mover.follow(track.elements)
             above = z
 
-    def _over(self, track, free):
-        """By rapids to over the start of a Track, down to just above `free`, the depth that is cleared there; None:
-        nothing is cleared below R."""
+    def _over(self, track, above, free, is_open):
+        """To just above `free`, the depth that is cleared at the start of a Track: by rapids to over the level before (`above`) if that is open
+        there, else to the clearance plane.  None: nothing is cleared below R."""
         clearance = self.request.clearance
-        self.mover.over(track.start.tolist(), clearance if free is None else min(free + GAP_MM, clearance))
+        self.mover.over(track.start.tolist(), min(above + GAP_MM, clearance) if is_open and above is not None else clearance)
+        if free is not None:
+            self.mover.down(free + GAP_MM)
 
     def _enter(self, region, track, z):
         """Down into solid stock at the start of a Track."""

@@ -59,6 +59,7 @@ class SurfaceRequest:
     least        only where the stock reaches more than this above what the tool leaves; None: LEAST_STOCK in levels, else everywhere
     arcs         cuts along X or Y may have arcs of G18 and G19
     ramp_angle   degrees, into full stock of a level
+    traverse_clearance  mm that a rapid keeps from stock at its side
     flute_length of the tool; 0: not known
     earlier      SurfaceRequests of the same model whose cuts have been taken from the stock, in their order
     feed         mm/min (mm per revolution under G95); plunge_feed: E, same unit; feed_per: "min" or "rev"
@@ -92,6 +93,7 @@ class SurfaceRequest:
     least: float | None = None
     scallop: float | None = None
     ramp_angle: float = 3.0
+    traverse_clearance: float = 0.2
     arcs: bool = True
     flute_length: float = 0.0
     earlier: tuple = ()
@@ -165,7 +167,7 @@ def _planned(r, box, progress=None):
     check_moves(sum(cut.moves for cut in cuts) + LINK_MOVES * len(cuts), r, "use a larger D or tolerance")
     stock = _stock_before(r, box)
     ridge = max(scallop.unseen(one.tool, one.step, stock.cell) for one in (*r.earlier, r))
-    driver = Driver(r, heights.clearance, Obstacles(probe, r.tool, stock, ridge), probe, model.low[:2] - r.margin, model.high[:2] + r.margin)
+    driver = Driver(r, heights.clearance, Obstacles(probe, r.tool, stock, ridge, r.traverse_clearance), probe, model.low[:2] - r.margin, model.high[:2] + r.margin)
     count = _follow(driver, r, tracks, cuts, lambda share: said(_SHARE + (1 - _SHARE) * share))
     moves = driver.moves()
     notes = tuple(Note(text, {}) for text in model.notes) + _holder_notes(probe, cuts) + _stock_notes(driver, r.flute_length)

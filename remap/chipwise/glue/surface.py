@@ -45,7 +45,7 @@ def _words(state):
         stock_top=None if top is None else top - state.machine_point((0.0, 0.0, 0.0))[2], cell=state.settings["CELL"],
         start=state.position(), depth=_height(state, "_chipwise_surface_depth"), least=_height(state, "_chipwise_surface_rest"),
         scallop=_height(state, "_chipwise_surface_scallop"), arcs=not state.interp.rotation_xy,
-        ramp_angle=state.ramp_angle(), flute_length=geometry.flute_length or 0.0, **state.feeds())
+        ramp_angle=state.ramp_angle(), traverse_clearance=state.settings["TRAVERSE_CLEARANCE"], flute_length=geometry.flute_length or 0.0, **state.feeds())
 
 
 def _height(state, name):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Whether a program cuts deeper than the flutes are long, proved: components/offline/depth_proof.c from Python.
+"""Whether a program cuts deeper than the flutes are long, or travels too near to stock, proved: components/offline/depth_proof.c from Python.
 
 Called by run.py.  Lengths mm, machine coordinates of the tool's tip.
 """
@@ -7,6 +7,7 @@ Called by run.py.  Lengths mm, machine coordinates of the tool's tip.
 import ctypes as C
 import math
 from dataclasses import dataclass
+from typing import Optional
 
 import numpy as np
 
@@ -24,6 +25,9 @@ CELLS_ACROSS = 16           # of the smallest tool, of the proof's map
 MOST_CELLS = 4_000_000
 UNLIMITED = 1e30
 APART_MM = 0.02             # of two needles
+ACROSS_MM = 1e-4            # shorter traverses, seen from above, go straight up or down
+SAME_MM = 1e-3              # of two traverses' ends: the rounding of the text
+NO_CLEARANCE = -1.0         # of chip_proof_tool: of feed moves
 
 ELSEWHERE = -1 << 31        # CHIP_PROOF_ELSEWHERE
 
@@ -33,7 +37,7 @@ TOOL, FOUND = np.dtype(layout.ProofTool), np.dtype(layout.ProofFound)
 @dataclass(frozen=True)
 class Witness:
     """A place of stock that a feed move cuts too deep: number of the stock, x, y (mm), depth (mm), tool: cutting.Tool, line,
-    place (3,): of the tip."""
+    place (3,): of the tip.  traverse: of one that is nearer to it than the clearance, where it begins and ends (6,)."""
 
     stock: int
     x: float
@@ -42,6 +46,7 @@ class Witness:
     tool: cutting.Tool
     line: int
     place: tuple
+    traverse: Optional[tuple] = None
 
 
 @dataclass
@@ -79,6 +84,19 @@ class Path:
         """(3,): of the tip at a share of a move."""
         begin = self.to[move - 1] if move else self.start
         return begin + share * (self.to[move] - begin)
+
+    def ends_of(self, move):
+        """Where a move begins and ends (6,)."""
+        return (*self.place(move, 0.0).tolist(), *self.place(move, 1.0).tolist())
+
+    def check_traverses(self, tools, top):
+        """Those of them are judged that have stock at their side: not straight up, nor above `top` (mm).  Their tools are the ones `tools` further in
+        the table."""
+        steps = np.diff(self.to, axis=0, prepend=self.start[None])
+        up = (np.hypot(steps[:, 0], steps[:, 1]) < ACROSS_MM) & (steps[:, 2] >= 0.0)
+        lowest = np.minimum(self.to[:, 2], self.to[:, 2] - steps[:, 2])
+        judged = (self.tool < 0) & (self.tool != ELSEWHERE) & ~up & (lowest < top - layout.PROOF_LEVEL)
+        self.tool[judged] = tools + ~self.tool[judged]
 
     def struct(self):
         return layout.ProofPath(self.start.ctypes.data, self.to.ctypes.data, self.tool.ctypes.data, len(self.to))
@@ -124,6 +142,7 @@ def shape_of(stock):
 def table_of(tools, limits):
     """TOOL records of cutting.Tools with the depths (mm) that are allowed."""
     table = np.zeros(len(tools), TOOL)
+    table["clearance"] = NO_CLEARANCE
     table["limit"] = [min(limit, UNLIMITED) for limit in limits]
     for row, tool in zip(table, tools):
         row["radius"], row["corner"] = tool.shape.diameter / 2, min(tool.shape.corner_radius, tool.shape.diameter / 2)
@@ -137,8 +156,16 @@ def cell_of(stock, tools):
     return max(float(tools["radius"].min()) * 2 / CELLS_ACROSS, math.sqrt(wide / MOST_CELLS))
 
 
-def too_deep(program, geometry, cell, over):
-    """[Witness] of a Program: places where a feed move cuts deeper than the flutes are long, and `over` (mm).
+def with_traverses(tools, clearance):
+    """TOOL records with those of their traverses behind, which keep a clearance (mm)."""
+    traverses = tools.copy()
+    traverses["limit"], traverses["clearance"] = layout.PROOF_LEVEL, clearance
+    return np.concatenate((tools, traverses))
+
+
+def too_deep(program, geometry, cell, over, clearance=None):
+    """[Witness] of a Program: places where a feed move cuts deeper than the flutes are long, and `over` (mm); with a clearance (mm) also those
+    that are nearer to a traverse.
 
     No contact is missed but stock thinner than CHIP_PROOF_SKIN at the tool's side, or smaller than CHIP_PROOF_LEAST.
     Raises Unreadable, MemoryError.
@@ -146,6 +173,9 @@ def too_deep(program, geometry, cell, over):
     result = []
     for number, stock in enumerate(_stocks(program, geometry, cell, over)):
         shape, tools, path = shape_of(stock.map), table_of(stock.tools, [limit for _, _, limit in stock.parts]), _path(program, stock)
+        if clearance is not None:
+            path.check_traverses(len(tools), stock.map.z_max)
+            tools = with_traverses(tools, clearance)
         if not ((tools["limit"] < UNLIMITED)[path.tool[path.tool >= 0]]).any():
             continue
         found, squares = np.zeros(ROOM, FOUND), C.c_int64(SQUARES)
@@ -158,9 +188,10 @@ def too_deep(program, geometry, cell, over):
                              int(program.line[path.index[-1]]))
         for one in _deepest(found[:count], path, tools["limit"]):
             move = int(one["move"])
-            place = path.place(move, one["at"])
-            result.append(Witness(number, float(one["x"]), float(one["y"]), float(one["height"] - place[2]), stock.tools[path.tool[move]],
-                                  int(program.line[path.index[move]]), tuple(place.tolist())))
+            place, own = path.place(move, one["at"]), int(path.tool[move])
+            result.append(Witness(number, float(one["x"]), float(one["y"]), float(one["height"] - place[2]), stock.tools[own % len(stock.tools)],
+                                  int(program.line[path.index[move]]), tuple(place.tolist()),
+                                  path.ends_of(move) if own >= len(stock.tools) else None))
     return result
 
 
@@ -173,6 +204,12 @@ def _deepest(found, path, limits):
     tip = begin + found["at"] * (path.to[move, 2] - begin)
     over = found["height"] - tip - limits[path.tool[move]]
     return found[np.sort(np.argpartition(-over, MOST)[:MOST])]
+
+
+def but_own(found, own):
+    """[Witness] without those of traverses that begin and end where one of `own` does, which are Witnesses of the program's own."""
+    ends = np.array([witness.traverse for witness in own if witness.traverse]).reshape(-1, 6)
+    return [w for w in found if w.traverse is None or not len(ends) or np.abs(ends - w.traverse).max(axis=1).min() > SAME_MM]
 
 
 def with_needles(needles, found):

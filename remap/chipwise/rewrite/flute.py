@@ -27,15 +27,15 @@ from chipwise.check.records import FEED, RAPID
 from chipwise.check.reader import Unreadable
 from chipwise.check.simulate import SEGMENT_MM
 from chipwise.check.sweep import MET
-from chipwise.rewrite import along, cutting, depths, proof
+from chipwise.rewrite import along, cutting, depths, proof, shift
 from chipwise.rewrite.edits import Edits, Move, Table
 from chipwise.rewrite.links import ACROSS_MM, OVER_MM, Links
+from chipwise.rewrite.segments import segments, with_links
 from chipwise.rewrite.sought import OVER_STOCK_MM, Sought
 from chipwise.rewrite.trials import Trials
 
 LEFT_DEPTH = 0.15           # cells of depth, or of a cell's height, less than proof.py's HEIGHT_CELLS, and
 LEFT_SHARE = 0.005          # cells of mean height across the tool, below which nothing is left to travel again for
-NEAR_PIECES = 6             # segments with fewer pieces between them are travelled as one
 PIECES_ACROSS = 12          # of a tool's diameter: how finely a move is divided where it is shifted
 MOST_LEVELS = 1000          # of one body
 MOST_MOVES = 20_000         # of one body: longer ones are divided, so that the memory is limited
@@ -58,12 +58,12 @@ class Figures:
 class Shifter:
     """One program."""
 
-    def __init__(self, program, geometry, cell, whole=False, diameter=None, reserve=0.0, anywhere=False, needles=None):
+    def __init__(self, program, geometry, cell, whole=False, diameter=None, reserve=0.0, anywhere=False, needles=None, clearance=0.0):
         self.program, self.whole, self.diameter, self.reserve, self.anywhere = program, whole, diameter, reserve, anywhere
         self.sections = cutting.sections(program, geometry)
         self.cell, self.needles = cell, needles
         self.edits, self.figures, self.written = Edits(), Figures(), len(program.kind)
-        self.stock, self.tool, self.links = None, None, Links(program)
+        self.stock, self.tool, self.links = None, None, Links(program, clearance)
         self.geometry, self.number, self.final = geometry, -1, None         # number of the stock
         self.sought, self.more = None, 0.0              # more: as of Trials, since a path was found too deep
 
@@ -158,11 +158,12 @@ class Shifter:
             return
         target = cutting.Window(self.stock, points, self.tool.shape.diameter / 2)      # what the first path leaves
         window.restore()
+        wall = self.links.wall(points[0])
         self.figures.shifted.append((first, end))
         if not self.anywhere:
             program.check_shiftable(first, end)
         moved = self._shifted(body, target, depth)
-        self._replace(body, moved)
+        self._replace(body, moved, wall)
         levels = self._rest(body, moved, end, section_end)
         self.figures.bodies += 1
         lines = self.figures.lines
@@ -198,7 +199,7 @@ class Shifter:
     def _rest(self, body, moved, end, section_end):
         """[4]: R4; -> levels in all."""
         points, levels, written, at, had = body.points, 1, [], moved[-1], (math.inf, math.inf)
-        done = _unshifted(points, moved)
+        done, s = _unshifted(points, moved), shift.along(points)
         window = cutting.Window(self.stock, points, self.tool.shape.diameter / 2)
         while not done.all():
             window.keep()
@@ -210,7 +211,7 @@ class Shifter:
             helped = now[0] < had[0] or now[1] < had[1]
             if not left.any() or not (helped or deepest > self.tool.flute_length + OVER_MM):
                 break
-            for a, b in [(0, len(left))] if self.whole else segments(left):
+            for a, b in self._segments(points, left, s):
                 part = along.Body(points[a:b + 1], body.move[a:b], [], entered=True)
                 link = self.links.to_segment(at, part, body)
                 path = self._shifted(part)
@@ -231,6 +232,13 @@ class Shifter:
             self._check_length(len(table), int(self.program.line[body.move[0]]))
             self.edits.after.put([int(self.program.step[end - 1])], [0, len(table)], table)
         return levels
+
+    def _segments(self, points, left, s):
+        """[(first, last)]: points of the segments that are travelled again; left (n - 1,) bool: where something is left."""
+        if self.whole:
+            return [(0, len(left))]
+        diameter = self.tool.shape.diameter
+        return with_links(segments(left, s, self.stock.cell, diameter / 2), points, s, diameter, self.links)
 
     def _check_length(self, more, line):
         """Unreadable as soon as the new program has more moves than are read back."""
@@ -274,18 +282,14 @@ class Shifter:
 
     # ---- what is written --------------------------------------------------------------------------------------
 
-    def _replace(self, body, moved):
-        """R3 in the place of the body's steps that it changes."""
+    def _replace(self, body, moved, wall):
+        """R3 in the place of the body's steps that it changes.  wall: as of Links.wall() where it begins, before."""
         program, edits = self.program, self.edits
         z0 = moved[0, 2]
         if z0 > body.points[0, 2] + 1e-9:
             for move in body.lead:
-                z = float(program.end[move, 2])
-                if z < z0 - 1e-9:
-                    kind = int(program.kind[move])
-                    x, y = program.end[move, :2]
-                    edits.instead[int(program.step[move])] = [Move(kind, (x, y, z0), None if kind == RAPID
-                                                                   else float(program.feed[move]))]
+                if program.end[move, 2] < z0 - 1e-9:
+                    edits.instead[int(program.step[move])] = self._lead(body, move, z0, wall)
         changed = np.isnan(moved[:, 2]) | (moved[:, 2] > body.points[:, 2] + 1e-9)
         steps = program.step[body.move]
         moves, spans = along.moves_along(program, body, moved)
@@ -296,6 +300,13 @@ class Shifter:
         own = np.flatnonzero(np.isin(owner, instead))
         edits.instead.put(instead, np.append(np.searchsorted(owner[own], instead), len(own)), moves.take(own), "shifted along the axis")
         self.figures.added_feed += _length(moved[~np.isnan(moved[:, 2])]) - _length(body.points)
+
+    def _lead(self, body, move, z0, wall):
+        """Moves in place of one that leads to a body, which begins at z0."""
+        program, place = self.program, self.program.end[move, :2].tolist()
+        if program.kind[move] != RAPID:
+            return [Move(FEED, (*place, z0), float(program.feed[move]))]
+        return self.links.lead_down(place, float(program.start(move)[2]), z0, wall, float(program.feed[body.move[0]]))
 
 
 def _length(points):
@@ -308,23 +319,13 @@ def _unshifted(points, path):
     return here[:-1] & here[1:]
 
 
-def segments(left):
-    """[(a, b)]: first and last point of the segments of a path where something is left, with a piece more at both ends.
-
-    left (n,) bool: of the pieces of n + 1 points.
-    """
-    index = np.flatnonzero(left)
-    parts = np.split(index, np.flatnonzero(np.diff(index) > NEAR_PIECES) + 1)
-    return [(max(int(p[0]) - 1, 0), min(int(p[-1]) + 2, len(left))) for p in parts]
-
-
-def rewrite(program, geometry, cell, whole=False, diameter=None, progress=None, reserve=0.0, anywhere=False, needles=None):
+def rewrite(program, geometry, cell, whole=False, diameter=None, progress=None, reserve=0.0, anywhere=False, needles=None, clearance=0.0):
     """(Edits, Figures) of a program: CN105492980.
 
     geometry: {number: ToolGeometry}; cell: mm; whole: travel the whole body again, not only where material is left;
     diameter: of the arcs at corners of the shifted path (mm, default the tool's); reserve: mm of the flutes that shifted
-    paths leave unused; anywhere: also what cannot be rewritten (Program.check_shiftable()); needles: as of cutting.in_stock().
+    paths leave unused; anywhere: also what cannot be rewritten (Program.check_shiftable()); needles: as of cutting.in_stock(); clearance: mm that new traverses keep from stock.
     Raises Unreadable.
     """
-    shifter = Shifter(program, geometry, cell, whole, diameter, reserve, anywhere, needles)
+    shifter = Shifter(program, geometry, cell, whole, diameter, reserve, anywhere, needles, clearance)
     return shifter.run(progress), shifter.figures

@@ -4,6 +4,8 @@
 Called by cli/rewrite.py and filter/work.py.
 """
 
+import functools
+import math
 import os
 from dataclasses import dataclass
 from typing import Callable, Optional
@@ -20,7 +22,7 @@ from chipwise.rewrite.words import plain_move, words_of
 from chipwise.settings import load_settings
 from chipwise.tools import load_tools
 
-REPEATS = 8                     # of rewriting, with needles where the new program has been too deep, each time with RESERVE_MM more
+REPEATS = 8                     # of rewriting, with needles where the new program has been too deep, or a traverse too near; RESERVE_MM more if too deep
 MOST_BYTES = 2_000_000_000      # of a text of our own that is read back: a program that was taken is not refused for what is made of it
 
 
@@ -55,7 +57,7 @@ def rewritten(path, order, progress, machine, stock=None, cell=None, **limits):
     progress(0.2)
     cell = cell or cutting.cell_for(program, geometry, settings["CELL"], *([cutting.CELLS_FOR_VOLUME] if order.rates else []))
     work = write_feeds if order.rates else respect_flutes
-    return work(order, Job(program, machine, geometry, cell, read_it, stock, limits), lambda share: progress(0.2 + 0.5 * share))
+    return work(order, Job(program, machine, geometry, cell, read_it, stock, limits, settings["TRAVERSE_CLEARANCE"]), lambda share: progress(0.2 + 0.5 * share))
 
 
 def rate_unit(machine):
@@ -87,7 +89,7 @@ def _content(path):
 @dataclass
 class Job:
     """What every kind of rewriting needs: program, machine, geometry {number: ToolGeometry}, cell (mm), read: path, text=False for one without its lines ->
-    Program, stock and limits as of reader.Reader."""
+    Program, stock and limits as of reader.Reader; clearance (mm) of traverses."""
 
     program: Program
     machine: Machine
@@ -96,10 +98,21 @@ class Job:
     read: Callable
     stock: Optional[tuple]
     limits: dict
+    clearance: float
 
     def moves_of(self, path):
         """The Program of a file, without its lines."""
         return self.read(path, text=False)
+
+    @functools.cached_property
+    def own_traverses(self):
+        """[depths.Witness] of traverses of the program itself that are nearer to stock than the clearance: they stay as they are."""
+        return depths.too_deep(self.program, self.geometry, self.cell, math.inf, self.clearance)
+
+    def broken(self, program):
+        """[depths.Witness] of where a program with edits cuts too deep, or where one of its new traverses is too near to stock."""
+        found = depths.too_deep(program, self.geometry, self.cell, proof.OVER_MM, self.clearance)
+        return depths.but_own(found, self.own_traverses) if any(witness.traverse for witness in found) else found
 
 
 def in_place(job, program, rewrite, check):
@@ -124,15 +137,16 @@ def in_place(job, program, rewrite, check):
 
 def respect_flutes(order, job, progress):
     """CN105492980; -> (bytes, what is said)."""
-    needles = {}
+    needles, reserve = {}, 0.0
     with OwnFolder("rewrite") as folder:
-        for repeat in range(REPEATS):
-            path, second, figures, found = _with_reserve(order, job, progress, RESERVE_MM * repeat, needles, folder)
+        for _ in range(REPEATS):
+            path, second, figures, found = _with_reserve(order, job, progress, reserve, needles, folder)
             if not found:
                 break
             needles, second = depths.with_needles(needles, found), None         # what the map of the edits has not met
+            reserve += RESERVE_MM * any(witness.traverse is None for witness in found)
         else:
-            raise still_too_deep(job, found)
+            raise still_broken(job, found)
         if not path:
             return job.program.content(), "the flutes are long enough everywhere, the program is unchanged"
         proof.same_stock(job.program, second, job.geometry, job.cell)
@@ -149,7 +163,7 @@ def _with_reserve(order, job, progress, reserve, needles, folder):
     """One of the repeats -> (path of the new program in the folder, None: not written; what is cut then: Program, or Foreseen of what is not
     written; Figures; [Witness] of what is too deep)."""
     def rewrite(program, anywhere):
-        return flute.rewrite(program, job.geometry, job.cell, order.whole, order.diameter, progress, reserve, anywhere, needles)
+        return flute.rewrite(program, job.geometry, job.cell, order.whole, order.diameter, progress, reserve, anywhere, needles, job.clearance)
 
     def check(program, _edits, figures):
         for first, end in figures.shifted:
@@ -161,21 +175,25 @@ def _with_reserve(order, job, progress, reserve, needles, folder):
     path, without_f = written(folder, program, edits), synchronised_lines(program)
     meant, program, edits = foreseen.foreseen(program, edits), None, None           # long programs need the room
     return_heap()
-    found = depths.too_deep(meant, job.geometry, job.cell, proof.OVER_MM)
+    found = job.broken(meant)
     if found:
         return None, meant, figures, found
     second = read_back(path, job.moves_of)
     if not foreseen.same_moves(meant, second):
-        found = depths.too_deep(second, job.geometry, job.cell, proof.OVER_MM)
+        found = job.broken(second)
     else:
         proof.same_feeds(meant, second, without_f)
     return path, second, figures, found
 
 
-def still_too_deep(job, found):
+def still_broken(job, found):
     """The Unreadable for depths.Witness that no repeat has mended."""
-    worst = max(found, key=lambda witness: witness.depth - witness.tool.flute_length)
-    unit = "in" if job.machine.unit_mm > 10 else "mm"
+    unit, deep = "in" if job.machine.unit_mm > 10 else "mm", [witness for witness in found if witness.traverse is None]
+    if not deep:
+        return Unreadable(f"a traverse of the rewritten path of tool {found[0].tool.number} would still be less than "
+                          f"{format_length(job.clearance, unit)} beside stock", "take smaller steps in Z here, or a smaller TRAVERSE_CLEARANCE",
+                          proof.line_below(job.program, found[0].place))
+    worst = max(deep, key=lambda witness: witness.depth - witness.tool.flute_length)
     return Unreadable(f"the rewritten path of tool {worst.tool.number} would still cut {format_length(round(worst.depth, 3), unit)} deep, its "
                       f"flutes are {format_length(worst.tool.flute_length, unit)} long", "take smaller steps in Z here, or a tool with "
                       "longer flutes", proof.line_below(job.program, worst.place))

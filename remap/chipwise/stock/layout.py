@@ -49,10 +49,12 @@ PROOF_BESIDE = 0.003
 PROOF_BESIDE_ROUND = 0.0005
 PROOF_ENOUGH = 4
 PROOF_LEAST = 0.004
+PROOF_LEVEL = 0.005
 PROOF_LOWER = 0.01
 PROOF_MOST = 60
 PROOF_MOST_MORE = 30
 PROOF_SEGMENT = 0.2
+PROOF_SIDE = 0.001
 PROOF_SKIN = 0.004
 PROOF_WITNESS = 0.1
 RATE_SLOTS = 1024
@@ -1255,6 +1257,18 @@ class HeightMet(C.Structure):
         ("depth", C.c_float),
         ("at", C.c_float),
         ("holder", C.c_float),
+        ("beside", C.c_float),
+        ("beside_at", C.c_float),
+    ]
+
+
+class HeightTraverses(C.Structure):
+    """struct chip_height_traverses"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("judged", C.c_void_p),
+        ("clearance", C.c_double),
     ]
 
 
@@ -1334,6 +1348,7 @@ class ProofTool(C.Structure):
         ("corner", C.c_double),
         ("half_angle", C.c_double),
         ("limit", C.c_double),
+        ("clearance", C.c_double),
     ]
 
 
@@ -1437,6 +1452,7 @@ STRUCTURES = {
     "chip_height_map": HeightMap,
     "chip_height_tool": HeightTool,
     "chip_height_met": HeightMet,
+    "chip_height_traverses": HeightTraverses,
     "chip_lane": Lane,
     "chip_drop_mesh": DropMesh,
     "chip_drop_tool": DropTool,

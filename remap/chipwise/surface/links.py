@@ -26,10 +26,11 @@ class Obstacles:
     shape         check.sweep.Shape of the tool
     stock         check.sweep.HeightMap, which the cuts are taken out of
     ridge         how much (mm) what cuts have left may be above that
+    clearance     mm that the side of a link keeps from stock
     """
 
-    def __init__(self, probe, shape, stock, ridge=0.0):
-        self._probe, self._shape, self.stock, self.ridge = probe, shape, stock, ridge
+    def __init__(self, probe, shape, stock, ridge=0.0, clearance=0.0):
+        self._probe, self._shape, self.stock, self.ridge, self._clearance = probe, shape, stock, ridge, clearance
         self.tool = drop_tool(shape)
         self._parts = [(self.tool, 0.0)]
         if probe.has_holder:
@@ -99,7 +100,7 @@ class Obstacles:
 
     def _over_stock(self, start, end, ahead=None):
         """HeightMap.lowest_over() for tool and holder."""
-        return max(self.stock.lowest_over(part, start[:2], end[:2], ahead) + up for part, up in self._parts)
+        return max(self.stock.lowest_over(part, start[:2], end[:2], ahead, self._clearance) + up for part, up in self._parts)
 
     def deepest(self, points):
         """How far (mm) the stock keeps the tool above the lowest of points (n, 3), each taken alone; 0 in air."""
