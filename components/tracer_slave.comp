@@ -44,6 +44,7 @@ pin out u32 ignored "packets ignored, because they were late";
 param rw s32 scale_#[3] = 1 "slave counts = master counts x scale / divisor; negative mirrors; not 0";
 param rw s32 divisor_#[3] = 1 "1..1000000";
 param rw s32 max_counts = 1000 "largest number of the master's counts done in a period";
+param rw s32 max_change = 0 "the master's counts done in a period are at most so many more than in the one before: the slave's acceleration; 0: any";
 param rw s32 catch_up = 10 "counts in a period beside the master's own, while something is missing";
 param rw s32 max_behind = 100000 "a larger difference in counts is a fault";
 param rw s32 dead_periods = 20 "periods without a packet until the slave stops";
@@ -82,6 +83,7 @@ FUNCTION(_) {
         settings.scale_divisor[i] = divisor(i);
     }
     settings.most_counts = max_counts;
+    settings.change_counts = max_change;
     settings.catch_up_counts = catch_up;
     settings.max_behind_counts = max_behind;
     settings.silence_periods = dead_periods;

@@ -6,7 +6,7 @@
 static int is_sound(const struct chip_slave_settings *s)
 {
     int i;
-    if (s->most_counts < 1 || s->most_counts > 1000000000 || s->catch_up_counts < 1
+    if (s->most_counts < 1 || s->most_counts > 1000000000 || s->change_counts < 0 || s->catch_up_counts < 1
         || s->catch_up_counts > s->most_counts || s->max_behind_counts < 1 || s->silence_periods < 1
         || s->silence_periods > 1000000 || s->tick_count < 0 || s->tick_count > 1000000)
         return 0;
@@ -32,6 +32,7 @@ static void begin(struct chip_slave *slave, const struct chip_packet *packet)
     for (i = 0; i < 3; i++) {
         slave->zero_counts[i] = packet->position_counts[i];
         slave->received_counts[i] = slave->done_counts[i] = 0;
+        slave->fastest_counts[i][0] = slave->fastest_counts[i][1] = 0;
     }
     slave->sequence_number = packet->sequence_number;
     slave->silent_periods = 0;
@@ -86,12 +87,24 @@ static int64_t counts_to_do(const struct chip_slave *slave, const struct chip_sl
     return extra;
 }
 
+/* `counts` as far as the slave's acceleration allows; 0 always [7]. */
+static int64_t held_back(struct chip_slave *slave, const struct chip_slave_settings *s, int axis, int64_t counts)
+{
+    int64_t *low = &slave->fastest_counts[axis][0], *high = &slave->fastest_counts[axis][1], change = s->change_counts;
+    if (change < 1 || CHIP_FAULTY(ANY_ACCELERATION)) return counts;
+    if (counts > *high + change) counts = *high + change > 0 ? *high + change : 0;
+    if (counts < *low - change) counts = *low - change < 0 ? *low - change : 0;
+    *high = counts > *high - change ? counts : *high - change;
+    *low = counts < *low + change ? counts : *low + change;
+    return counts;
+}
+
 /* The movement of this period, scaled [4]. */
 static void move(struct chip_slave *slave, const struct chip_slave_settings *s, const int32_t step[3])
 {
     int i, behind = 0;
     for (i = 0; i < 3; i++) {
-        int64_t counts = counts_to_do(slave, s, i, step[i]), all;
+        int64_t counts = held_back(slave, s, i, counts_to_do(slave, s, i, step[i])), all;
         slave->done_counts[i] += counts;
         behind |= slave->done_counts[i] != slave->received_counts[i];
         all = counts * s->scale_numerator[i] + slave->remainder[i];

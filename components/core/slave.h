@@ -20,6 +20,9 @@
  *     too; a pulse is due when it passes `tick_count`. After `tick_count` parts exactly the counts of the period are done; if the
  *     faster thread has had fewer parts, what is missing is added to the next period.
  *  6. No new packet for silence_periods: DEAD, nothing moves until the slave is disabled.
+ *  7. Velocity and acceleration are the slave's own, whatever a packet says: at most most_counts in a period, and in either
+ *     direction at most change_counts more than in the one before. A period without a packet rests at once; what was
+ *     allowed falls by change_counts in each, so that the slave goes on as fast as a master that has braked meanwhile.
  */
 #ifndef CHIPWISE_SLAVE_H
 #define CHIPWISE_SLAVE_H
@@ -58,6 +61,7 @@ struct chip_slave_settings {
     int32_t scale_numerator[3]; /* numerator, not 0; negative mirrors; -1000000..1000000 */
     int32_t scale_divisor[3];   /* 1..1000000 */
     int32_t most_counts;        /* of the master, in a period; 1..1000000000 */
+    int32_t change_counts;      /* of the master, more in a period than in the one before; 0: any [7] */
     int32_t catch_up_counts;    /* of the master, in a period, beside the increment; 1..most_counts */
     int32_t max_behind_counts;  /* a larger difference is a fault */
     int32_t silence_periods;    /* without a packet; 1..1000000 */
@@ -70,6 +74,8 @@ struct chip_slave {
     uint32_t sequence_number;   /* of the last packet used */
     int64_t received_counts[3]; /* of the master, since the zero */
     int64_t done_counts[3];     /* of the master, since the zero */
+    int64_t fastest_counts[3]
+                          [2];  /* of the master, in a period, backwards and forwards, that need no acceleration [7] */
     int64_t zero_counts[3];     /* the master's at the first packet */
     int64_t remainder[3];       /* of the scaling, in 1 / divisor [4] */
     int64_t position_counts[3]; /* of the slave, at the end of this period */

@@ -157,6 +157,42 @@ def test_too_much_missing_is_a_fault():
     assert slave.slave.fault_number == FAULT.TOO_FAR and slave.position[0] == 0
 
 
+def test_the_slaves_own_acceleration():
+    """A packet that claims 95,000 counts moves it by max-change more in each period; an honest master is followed to the count, losses included."""
+    master, slave = pair(most_counts=100000, change_counts=50, catch_up_counts=1000, max_behind_counts=100000, tick_count=0)
+    packet = master.at((0.2, 0, 0))
+    assert slave.step(packet)[0] == 20
+    packet.sequence_number += 1000
+    packet.position_counts[0] += 95000
+    packet.step_counts[0] = 95000
+    done = [slave.step(packet)[0] for _ in range(5)]
+    assert done[0] == 70 and all(b - a <= 50 for a, b in zip(done, done[1:]))
+    for lost in (0, 7):
+        master, slave = pair(most_counts=100000, change_counts=50, catch_up_counts=1000, max_behind_counts=100000, tick_count=0)
+        x = v = 0.0
+        for k in range(400):
+            v = min(v + 0.4, 15.0) if k < 200 else max(v - 0.4, -15.0)
+            x += v
+            packet = master.at((x, 0, 0))
+            if lost and k % 50 < lost:
+                continue
+            slave.step(packet)
+            assert lost or slave.position[0] == packet.position_counts[0], k
+        for _ in range(400):
+            slave.step(master.at((x, 0, 0)))
+        assert slave.position[0] == round(100 * x)
+
+
+def test_a_reversal_brakes_first():
+    master, slave = pair(most_counts=100000, change_counts=50, catch_up_counts=100000, max_behind_counts=10000000, tick_count=0)
+    for k in range(1, 100):
+        slave.step(master.at((0.4 * k * (k + 1) / 2, 0, 0)))
+    packet, done = master.at((-5000.0, 0, 0)), []
+    for _ in range(5):
+        done.append(slave.step(packet)[0])
+    assert done == [0, -50, -100, -150, -200], done
+
+
 def test_scale_and_mirror():
     """Counts x scale / divisor, rounded down, after 5,000 random steps to and fro."""
     random = np.random.default_rng(random_seed())

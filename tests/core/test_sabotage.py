@@ -79,6 +79,7 @@ FAULTS = {
     "GAPS_IGNORED": ("a lost packet forgotten", "test_master_slave.py::test_a_lost_packet_costs_time"),
     "CORRUPT_USED": ("a wrong packet used", "test_master_slave.py::test_a_wrong_packet_is_a_fault"),
     "CATCHES_UP_AT_ONCE": ("what is missing done in one period", "test_master_slave.py::test_a_lost_packet_costs_time"),
+    "ANY_ACCELERATION": ("any acceleration of the slave", "test_master_slave.py::test_the_slaves_own_acceleration"),
     "REMAINDER_DROPPED": ("remainder of the scale dropped", "test_master_slave.py::test_scale_and_mirror"),
     "DEAD_MASTER_AWAITED": ("a dead master awaited", "test_master_slave.py::test_a_dead_master_stops_it"),
     "MISSED_PULSES_DROPPED": ("missed pulses dropped", "test_master_slave.py::test_parts_that_are_missing_come_later"),

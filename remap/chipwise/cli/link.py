@@ -2,14 +2,16 @@
 """Carry a master's packets to a slave in another LinuxCNC, by UDP.
 
 Called by hal/tracer_link_master.hal (`chipwise link send`) and hal/tracer_link_slave.hal (`chipwise link receive`), a HAL component
-of its own. A packet that is lost, doubled, late or damaged costs the slave time, never position. Datagrams are neither secret
-nor signed: use the loopback, or a network that only the two machines are on.
+of its own. A packet that is lost, doubled, late or damaged costs the slave time, never position. Both need the same key,
+[TRACER_LINK]KEY_FILE or KEY of the INI file; without one they use the loopback only. Datagrams are authentic, not secret.
 """
 
+import ipaddress
 import signal
 import socket
 
-from chipwise.link import packets, transport
+from chipwise.errors import CycleError, unnamed
+from chipwise.link import key, packets, reception, transport
 
 NAME = 'link'
 HELP = "carry a master's packets to a slave in another LinuxCNC (called by tracer_link_*.hal)"
@@ -22,6 +24,9 @@ def add_arguments(parser):
     parser.add_argument('direction', choices=sorted(PINS), help='beside the master: send; beside the slave: receive')
     parser.add_argument('address', metavar='HOST:PORT', help='send: of the slave; receive: the address to listen on')
     parser.add_argument('--channel', type=int, default=0, metavar='N', help='of sampler or streamer (default: 0)')
+    parser.add_argument('--ini', metavar='INI', help='with [TRACER_LINK]KEY_FILE or KEY, and MASTER (default: INI_FILE_NAME)')
+    parser.add_argument('--most-counts', type=int, default=reception.MOST_COUNTS, metavar='N',
+                        help=f'receive: of an axis in a period; more is refused (default: {reception.MOST_COUNTS})')
     parser.add_argument('--waiting', type=int, default=20, metavar='PERIODS', help='receive: packets that wait at most (default: 20)')
 
 
@@ -36,6 +41,18 @@ def address_of(text):
     except OSError as error:
         raise UsageError(f'link: host {host}: {error.strerror or error}') from error
     return found[0][4]
+
+
+def secret_of(options, address):
+    """(key, the master's host or None); without a key the address has to be the loopback."""
+    from chipwise.cli import UsageError
+    try:
+        found, master = key.key_of(options.ini), key.master_of(options.ini)
+    except CycleError as error:
+        raise UsageError(f'link: {unnamed(error)}') from error
+    if not found and not ipaddress.ip_address(address[0]).is_loopback:
+        raise UsageError(f'link: {options.address} is not the loopback and there is no key; set [TRACER_LINK]KEY_FILE on both machines')
+    return found, address_of(f'{master}:1')[0] if master else None
 
 
 def attach(component, options):
@@ -58,6 +75,10 @@ def run(options):
     """Runs until LinuxCNC ends it."""
     from chipwise.cli import CommandError, UsageError
     address = address_of(options.address)
+    secret, master = secret_of(options, address)
+    codec = packets.Codec(secret)
+    if not 1 <= options.most_counts <= 2 ** 31:
+        raise UsageError(f'link: --most-counts {options.most_counts} is not from 1 to {2 ** 31}')
     if not 1 <= options.waiting <= 10000:
         raise UsageError(f'link: --waiting {options.waiting} is not from 1 to 10000')
     if not 0 <= options.channel <= 7:
@@ -84,9 +105,9 @@ def run(options):
             for name, number in zip(PINS[options.direction], numbers):
                 component[name] = number % 2 ** 32
         if options.direction == 'send':
-            transport.send(stream, address, count)
+            transport.send(stream, address, count, codec)
         else:
-            transport.receive(stream, channel, options.waiting, count)
+            transport.receive(stream, channel, options.waiting, count, reception.Reception(codec, master, options.most_counts))
     finally:
         component.exit()
         channel.close()
