@@ -19,8 +19,8 @@ FOLDERS = {
     'new-config': ('chipwise new-config', 'linuxcnc/configs/chipwise'),
     'selector': ('HALLIB_DIR=/usr/share/linuxcnc/hallib tclsh pick_config.tcl ' + SELECTOR + ' /usr/share/linuxcnc/aux_examples/chipwise/mill.ini '
                  '"$HOME/picked/configs" /usr/share/linuxcnc/ncfiles', 'picked/configs/chipwise')}
-# a sub of the pattern library is found, the stock is followed, and a work offset is set
-PROGRAM = 'G21 G90 G64 P0.01\nT2 M6\nM250 P0 Q0 R-10 I60 J40 K10\nF900\nG0 X10 Y10 Z2\nG10 L2 P2 X5 Y6 Z7\nM251 P1 Q6\nG75 Q901\nM252\nM2\n'
+# a sub of the pattern library is found, the stock is followed and saved, and a work offset is set
+PROGRAM = 'G21 G90 G64 P0.01\nT2 M6\nM250 P0 Q0 R-10 I60 J40 K10\nF900\nG0 X10 Y10 Z2\nG10 L2 P2 X5 Y6 Z7\nM251 P1 Q6\nG75 Q901\nM252\nM253 P1\nM2\n'
 
 
 @pytest.fixture(scope='module')
@@ -29,7 +29,7 @@ def installed(tmp_path_factory):
 
 
 @pytest.mark.parametrize('name', FOLDERS)
-def test_it_runs_and_keeps_its_work_offsets(name, installed, tmp_path):
+def test_it_runs_and_keeps_its_work_offsets_and_stock(name, installed, tmp_path):
     make, folder = FOLDERS[name]
     if name == 'selector' and not (shutil.which('tclsh') and os.path.exists(SELECTOR)):
         pytest.skip('LinuxCNC\'s configuration selector is not here')
@@ -47,4 +47,5 @@ def test_it_runs_and_keeps_its_work_offsets(name, installed, tmp_path):
     assert summary['finished'] and summary['errors'] == [] and summary['volume_mm3'] > 10, summary
     offsets = dict(line.split()[:2] for line in (home / folder / 'mill_headless.var').read_text().splitlines())
     assert [float(offsets[number]) for number in ('5241', '5242', '5243')] == [5, 6, 7]
+    assert [path.stat().st_size > 1000 for path in (home / folder / 'stock').iterdir()] == [True]
     assert 'cannot be written' not in done.stdout and runner.ROOT not in done.stdout
