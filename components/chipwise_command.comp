@@ -43,6 +43,7 @@ pin in bit aborted "stock-tracker.N.aborted: TRUE for the period in which motion
 pin in bit stock_defined "stock-tracker.N.stock-defined";
 pin in s32 fault_code "stock-tracker.N.fault-code";
 pin in s32 reply "chipwise-monitor.reply";
+pin out bit feed_decided "TRUE for a period when M251 or M252 takes effect, a program starts or is aborted, or the machine goes off; to stock-tracker.N.feed-decided";
 pin out s32 request "to the monitor: 1 save while word is 27, 2 restore while it is 28, until an abort or machine off, else 0";
 pin out s32 slot "register 21, as of the last commit: number of the file";
 pin out float status "to motion.analog-in-N, where the codes check that they took effect: mode + 10 if a stock is defined + 100 * fault-code + 10000 * reply";
@@ -73,6 +74,7 @@ static int feed_is_over(struct __comp_state *__comp_inst, long period)
 {
     int starts = program_running && !was_running, ends = !program_running && was_running;
     was_running = program_running;
+    feed_decided = starts || aborted || !enabled;
     unseen_for = program_running ? 0.0 : unseen_for + fperiod;
     return !enabled || (of_program ? ends || aborted || unseen_for > UNSEEN_S : starts);
 }
@@ -102,6 +104,7 @@ FUNCTION(_) {
     define = number == CHIP_REGISTER_BOX_COMMIT;
     if (feed_is_over(__comp_inst, period)) mode = 0;
     if (number == CHIP_REGISTER_FEED_COMMIT && !committed) {
+        feed_decided = 1;
         of_program = feed[3] > 0.5;
         unseen_for = 0.0;
         mode = feed[0] >= 0.5 && feed[0] < 3.5 ? (int)(feed[0] + 0.5) : 0;

@@ -48,6 +48,7 @@ pin in s32 tool_in_spindle "number of the tool in the spindle (iocontrol.0.tool-
 pin in s32 tool_followed "number of the tool that chipwise-monitor has described last (chipwise-monitor.tool-followed)";
 pin in s32 heartbeat "counts while chipwise-monitor runs (chipwise-monitor.heartbeat)";
 pin in float distance_to_go "motion.distance-to-go, machine units; 0 or negative: unknown";
+pin in bit feed_decided "TRUE for a period when M251 or M252 takes effect, a program starts or is aborted, or the machine goes off (chipwise-command.0.feed-decided)";
 pin in bit turned "an axis other than X Y Z has moved since the stock was defined (chipwise-inputs.0.turned): the stock is unknown";
 
 pin out bit stock_defined "the map holds a stock";
@@ -64,6 +65,7 @@ pin out bit flute_excess "the depth exceeds the flute length while cutting";
 pin out bit rapid_contact "a traverse meets stock, or will meet it within its braking distance";
 pin out float rapid_distance "machine units to the stock a traverse is about to meet; 0: none seen";
 pin out bit aborted "motion got the command to abort (Stop, E-stop, error of a program) since the last period";
+pin out bit load_lost "stock, tool or position were known under the M251 in force and are not, or nobody followed them meanwhile and they have changed; to volumetric-feed.N.load-lost";
 pin out bit path_known "the path ahead is read from the motion planner; FALSE: it is predicted";
 pin out float load_step_distance_#[8] "machine units of travel until load-step-area-N applies; step 0 applies now";
 pin out float load_step_area_#[8] "mm2, never too low; rises with N; 0: unused";
@@ -83,6 +85,7 @@ param r s32 shm_key "key of the shared memory with the map";
 variable chip_tracker_t state;
 variable chip_planner_t planner;
 variable chip_tool_watch_t watch;
+variable chip_load_watch_t load_state;
 variable int is_reported;
 variable void *map;
 variable int map_id;
@@ -217,8 +220,24 @@ static void watch_tool(struct __comp_state *__comp_inst, long period, struct chi
     else if (!is_reported) {
         is_reported = 1;
         rtapi_print_msg(RTAPI_MSG_ERR, "chipwise: chipwise-monitor does not answer, so tool changes are not "
-            "followed and F stays as programmed; start `chipwise monitor` in a shell\n");
+            "followed and M251 does not raise the feed; start `chipwise monitor` in a shell\n");
     }
+}
+
+/* Whether a load that was known is not known any more, and nobody has decided what holds instead. */
+static int watch_load(struct __comp_state *__comp_inst, const struct chip_tracker_in *in)
+{
+    struct chip_load_watch_in seen;
+    seen.is_ready = ready;
+    seen.is_unwatched = watch.is_unwatched;
+    seen.stock_changes = in->define_request || in->external_writer;
+    seen.is_decided = feed_decided;
+    seen.tool_in_spindle_number = tool_in_spindle;
+    seen.tool_mu[0] = in->tool_diameter_mu;
+    seen.tool_mu[1] = in->tool_corner_radius_mu;
+    seen.tool_mu[2] = in->tool_tip_angle_deg;
+    seen.tool_mu[3] = in->tool_flute_length_mu;
+    return chip_load_watch_step(&load_state, &seen);
 }
 
 /* Pins and parameters -> input of the core. */
@@ -291,4 +310,5 @@ FUNCTION(_) {
         chip_path_reset(&state.path);
     chip_tracker_step(&state, stock, &in, &out);
     write_pins(__comp_inst, &out);
+    load_lost = watch_load(__comp_inst, &in);
 }

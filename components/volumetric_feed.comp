@@ -14,7 +14,10 @@ velocity, which is then a ceiling above the programmed feed; 3 window, the progr
 kept while the rate lies between mrr-lower and mrr-target.
 
 The output is never negative, never NaN and never above 1. In every motion type but 2 (feed)
-and 3 (arc) it is 1. Invalid inputs leave the programmed feed.
+and 3 (arc) it is 1. Invalid inputs leave the programmed feed. While
+.B load-lost
+is TRUE neither the output nor the velocity rises above what it was when the load was known last: in the stock that of
+the moment, in air the lowest of the last cut.
 
 .B override
 is the same, except in a probing move (motion type 5) and in mode 0 while requested-vel is above programmed-vel (a
@@ -50,6 +53,7 @@ pin in float spindle_speed "spindle.0.speed-out-rps, 1/s of either sign, for max
 pin in float current_vel "motion.current-vel, machine units/s, for override-ignored";
 pin in bit index_enable "spindle.0.index-enable: the move waits for the spindle and then follows it";
 pin in float feed_override = 1.0 "the operator's feed override in effect, 1 = 100 % (chipwise-monitor.feed-override); 0 or negative: 1";
+pin in bit load_lost "the load was known and is not any more (stock-tracker.N.load-lost): neither adaptive-feed nor the velocity rises";
 pin in bit adaptive_off "LinuxCNC's status says that adaptive feed is disabled (chipwise-monitor.adaptive-off)";
 
 pin out float adaptive_feed = 1.0 "to motion.adaptive-feed, 0..1";
@@ -72,6 +76,7 @@ param rw float max_jerk = 0.0 "jerk limit of the planner ([TRAJ]PLANNER_TYPE = 1
 param rw float max_override = 1.0 "largest feed override of the operator ([DISPLAY]MAX_FEED_OVERRIDE), for override-ignored";
 
 variable chip_feed_easing_t easing;
+variable chip_feed_hold_t hold;
 variable chip_watchdog_t watchdog_state;
 variable double last_vel;
 
@@ -150,6 +155,7 @@ FUNCTION(_) {
     read_law(__comp_inst, period, &in);
     out = chip_feed(&in, adaptive_feed);
     out = chip_feed_ease(&easing, &in, out, recover_accel / units_per_mm, deadband);
+    out = chip_feed_hold_step(&hold, &in, load_lost, out);
 
     adaptive_feed = out.scale;
     override = chip_feed_override(&in, out.scale);

@@ -17,7 +17,7 @@
  *     travelled before the override takes effect.
  *  3. The mode chooses between what the program asked for and what 1 and 2 allow.
  *  4. The result is a factor on the requested velocity in [0, 1], finite for any input.
- *     Invalid inputs leave the programmed feed.
+ *     Invalid inputs leave the programmed feed; feed_hold.h bounds it where the load was known before.
  *  5. While cutting, v stays between a minimum and a maximum velocity, each also available as a share of F;
  *     the downward part of v stays below the plunge velocity. In air (modes 2, 3) v has a velocity of its own.
  *     If a limit of the cut applies ahead, 2 brakes to it.

@@ -27,12 +27,14 @@
 #include "core/tracker_cut.c"
 #include "core/tracker.c"
 #include "core/tool_watch.c"
+#include "core/load_watch.c"
 
 #include "linuxcnc_planner.c"
 
 typedef struct chip_tracker chip_tracker_t;
 typedef struct chip_planner chip_planner_t;
 typedef struct chip_tool_watch chip_tool_watch_t;
+typedef struct chip_load_watch chip_load_watch_t;
 
 /* A decimal number as loadrt gives it; 0 (which no length may be) if it is not a number. */
 static inline double chip_decimal(const char *text)

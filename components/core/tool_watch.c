@@ -10,6 +10,7 @@ void chip_tool_watch_step(struct chip_tool_watch *watch, const struct chip_tool_
     double period_s = chip_finite(in->period_s) ? chip_clamp(in->period_s, 0.0, 1.0) : 0.0;
     int beats = in->heartbeat_count != watch->last_heartbeat;
     int watched = chip_finite(in->monitor_timeout_s) && in->monitor_timeout_s > 0.0;
+    int begins = in->heartbeat_count < watch->last_heartbeat;
 
     watch->last_heartbeat = in->heartbeat_count;
     watch->silent_s = beats ? 0.0 : chip_min(watch->silent_s + period_s, CHIP_LONGEST_S);
@@ -21,4 +22,5 @@ void chip_tool_watch_step(struct chip_tool_watch *watch, const struct chip_tool_
         watch->code = CHIP_TOOL_CHANGED;
     else
         watch->code = CHIP_TOOL_WATCHED;
+    watch->is_unwatched = begins || watch->code == CHIP_TOOL_UNWATCHED;
 }

@@ -13,6 +13,7 @@
  *  2. Only the monitor sees a change of the tool that keeps its number (tool table, geometry file). It counts
  *     a heartbeat; a count that does not change for the timeout is a fault. The timeout is long (seconds), because a
  *     busy machine may leave the process waiting; 1 covers what cannot wait.
+ *  3. A monitor that begins in place of one that has died sets the count back. Nobody followed the tool until then.
  */
 #ifndef CHIPWISE_TOOL_WATCH_H
 #define CHIPWISE_TOOL_WATCH_H
@@ -41,6 +42,7 @@ struct chip_tool_watch {
     double silent_s;  /* since the last heartbeat */
     double changed_s; /* since the tool is unknown */
     int is_unknown;   /* nothing may be cut with the tool that was described [1] */
+    int is_unwatched; /* nobody follows the tool [2], or nobody did up to this period [3] */
     int code;         /* chip_tool_watch_fault */
 };
 

@@ -3,7 +3,9 @@
  * stock_tracker_core.h). */
 #define CHIPWISE_RTAPI
 #include "core/feed.c"
+#include "core/feed_hold.c"
 #include "core/watchdog.c"
 
 typedef struct chip_feed_easing chip_feed_easing_t;
+typedef struct chip_feed_hold chip_feed_hold_t;
 typedef struct chip_watchdog chip_watchdog_t;

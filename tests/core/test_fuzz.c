@@ -21,6 +21,8 @@
 #include "core/feed.h"
 #include "core/watchdog.h"
 #include "core/tool_watch.h"
+#include "core/load_watch.h"
+#include "core/feed_hold.h"
 #include "core/tracker.h"
 #include "hostile_law.h"
 #include "random_numbers.h"
@@ -38,6 +40,8 @@ static struct chip_tracker_out out;
 static struct chip_feed_easing easing;
 static struct chip_watchdog watchdog;
 static struct chip_tool_watch watch;
+static struct chip_load_watch load_watch;
+static struct chip_feed_hold feed_hold;
 static long failures, hostile_periods, ready_periods;
 
 static void expect(int good, const char *what, double value)
@@ -211,6 +215,23 @@ static void check_tool_watch(int spoilt)
     expect(beat.tool_in_spindle_number == 1 || watch.is_unknown, "an unknown tool", beat.tool_in_spindle_number);
 }
 
+/* The watch over the load; what it says. */
+static int check_load_watch(int spoilt)
+{
+    struct chip_load_watch_in seen;
+    int i, was_known = load_watch.is_known, lost;
+    seen.is_ready = out.is_ready;
+    seen.is_unwatched = spoilt && chance() < 0.3;
+    seen.stock_changes = spoilt && chance() < 0.1;
+    seen.is_decided = spoilt && chance() < 0.05;
+    seen.tool_in_spindle_number = spoilt && chance() < 0.2 ? hostile_whole() : 1;
+    for (i = 0; i < CHIP_LOAD_WATCH_SIZES; i++) seen.tool_mu[i] = spoilt && chance() < 0.2 ? hostile() : 5.0;
+    lost = chip_load_watch_step(&load_watch, &seen);
+    expect(!lost || was_known, "lost what was never known", lost);
+    expect(!lost || !seen.is_decided, "lost in spite of a decision", lost);
+    return lost;
+}
+
 /* The law on what the tracker says, with hostile settings too; then both watches. */
 static void check_feed(int spoilt)
 {
@@ -229,6 +250,9 @@ static void check_feed(int spoilt)
     expect(law.is_trusted || said.limit == 5 || said.limit == 0, "a law without trust", said.limit);
     said = chip_feed_ease(&easing, &law, said, recover, band);
     in_range("override eased", said.scale, 0.0, 1.0);
+    over = said.scale;
+    said = chip_feed_hold_step(&feed_hold, &law, check_load_watch(spoilt), said);
+    in_range("override held", said.scale, 0.0, over);
     over = chip_feed_override(&law, said.scale);
     in_range("override", over, 0.0, 1.0);
     over = chip_feed_target(&law);

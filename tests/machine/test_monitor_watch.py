@@ -37,7 +37,7 @@ def test_dead_and_another_tool(tmp_path):
 
 
 def test_dead_while_a_program_runs(tmp_path):
-    """Volumetric feed on, monitor killed, M6 in the program: the 12 mm tool cuts at F, not at twice the target."""
+    """Volumetric feed on, monitor killed, M6 in the program: the 12 mm tool cuts no faster than the 6 mm tool did, although F is six times that."""
     program = ('G21 G90 F1200\nT1 M6\nM250 P0 Q0 R-10 I60 J40 K10\nM251 Q3.6 P2 E3000\nG0 X-10 Y20 Z10\nG0 Z-3\nG1 X70\nG0 Z10\n'
                'T8 M6\nG0 X-10 Y32\nG0 Z-4\nG1 X30\nM252\nM2\n')
     *_, fed, state, _abort, said = operate(tmp_path, [
@@ -45,7 +45,8 @@ def test_dead_while_a_program_runs(tmp_path):
         ['until', 'motion.motion-type', '>', 1.5], ['until', 'axis.x.pos-cmd', '>', 2],
         ['over', 0.5, 'motion.current-vel', 'volumetric-feed.0.limited-by', 'stock-tracker.0.ready'], STATE, ['abort'], ['errors', DEAD]])
     velocity, limited_by, ready = fed
-    assert velocity == pytest.approx([20.0, 20.0], rel=1e-3) and limited_by == [5, 5] and ready == [0, 0]
+    slot = 3.6 * 1000 / 60 / (6 * 3)        # mm/s of the target; F is 20
+    assert 0.5 * slot < velocity[0] <= velocity[1] <= 1.03 * slot and limited_by == [5, 5] and ready == [0, 0]
     assert state[:2] == ['FALSE', 'TRUE'] and any(text.startswith(DEAD) for text in said), said
 
 

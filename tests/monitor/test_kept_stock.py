@@ -49,7 +49,7 @@ def run(tmp_path, cut):
 
     def begin(capacity=1_000_000):
         said = []
-        files = StockFiles(Pins(request=0, hold=False), parse_settings({'KEEP_STOCK': 'yes', 'STOCK_DIR': str(tmp_path)}), said.append)
+        files = StockFiles(Pins(request=0, hold=False, ready=False), parse_settings({'KEEP_STOCK': 'yes', 'STOCK_DIR': str(tmp_path)}), said.append)
         files.stock = Map(capacity)
         files.step(0.0)
         return files, said
@@ -58,9 +58,42 @@ def run(tmp_path, cut):
 
 def test_the_stock_comes_back_once(run, tmp_path, cut):
     files, said = run()
-    assert np.array_equal(files.stock.taken[1], cut[1]) and said == [] and os.listdir(tmp_path) == []
+    assert np.array_equal(files.stock.taken[1], cut[1]) and said == [] and os.listdir(tmp_path) == [store.OPEN]
     files.end()
-    assert store.read(str(tmp_path / store.KEPT))[0] == cut[0]
+    assert store.read(str(tmp_path / store.KEPT))[0] == cut[0] and os.listdir(tmp_path) == [store.KEPT]
+
+
+NOT_KNOWN = ('the stock of the last run is not known ([CHIPWISE]KEEP_STOCK): LinuxCNC or chipwise-monitor did not end in order (power loss, crash); '
+             'define it with M250, or restore it with M254')
+
+
+def test_after_a_power_loss_the_operator_is_told(run, tmp_path, cut):
+    """A run with a restored stock, and one with a new stock, that never ended; said once: the run after an orderly end knows nothing of it."""
+    run()
+    files, said = run()
+    assert said == [NOT_KNOWN] and files.stock.taken is None
+    files.component['ready'] = True
+    files.step(0.0)
+    files, said = run()
+    assert said == [NOT_KNOWN]
+    files.end()
+    assert run()[1] == []
+
+
+def test_a_deleted_file_that_a_power_loss_brings_back_is_not_used(run, tmp_path, cut):
+    """The folder's entry need not have reached the disk."""
+    run()
+    store.write(str(tmp_path / store.KEPT), *cut)
+    files, said = run()
+    assert said == [NOT_KNOWN] and files.stock.taken is None and os.listdir(tmp_path) == [store.OPEN]
+
+
+def test_a_refused_stock_does_not_come_back_after_cuts_and_a_power_loss(run, tmp_path):
+    files, _said = run(capacity=100)
+    files.was_on = True
+    files.step(0.0)
+    files, said = run()
+    assert said == [NOT_KNOWN] and files.stock.taken is None
 
 
 def test_a_stock_that_does_not_fit_waits_for_the_remedy(run, tmp_path, cut):

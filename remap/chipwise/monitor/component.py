@@ -14,7 +14,7 @@ def make_component():
     component = hal.component(name)
     for name in ('tool-diameter', 'tool-corner-radius', 'tool-tip-angle', 'tool-flute-length'):
         component.newpin(name, hal.HAL_FLOAT, hal.HAL_OUT)
-    for name in ('tool-number', 'tool-followed', 'heartbeat'):
+    for name in ('tool-number', 'tool-followed', 'heartbeat', 'program-loaded'):
         component.newpin(name, hal.HAL_S32, hal.HAL_OUT)
     component.newpin('tool-max-rate', hal.HAL_FLOAT, hal.HAL_OUT)
     component.newpin('tool-flutes', hal.HAL_FLOAT, hal.HAL_OUT)
@@ -23,14 +23,14 @@ def make_component():
     component.newpin('program-running', hal.HAL_BIT, hal.HAL_OUT)
     component.newpin('reply', hal.HAL_S32, hal.HAL_OUT)
     component.newpin('hold', hal.HAL_BIT, hal.HAL_OUT)
-    for name in ('ready', 'fault', 'override-ignored', 'held'):
+    for name in ('ready', 'fault', 'load-lost', 'override-ignored', 'held'):
         component.newpin(name, hal.HAL_BIT, hal.HAL_IN)
     for name in ('guard-distance', 'guard-depth'):
         component.newpin(name, hal.HAL_FLOAT, hal.HAL_IN)
     for name in ('fault-code', 'limited-by', 'mode', 'request', 'slot', 'guard-reason', 'guard-line', 'tool-in-spindle'):
         component.newpin(name, hal.HAL_S32, hal.HAL_IN)
     if dead:
-        takeover.take_over(component.getprefix(), dead)
+        takeover.take_over(component, dead, hal.get_value)
     else:
         signal = signal_of('stock-tracker.0.tool-in-spindle')
         if signal:                        # the machine's own tool number, by whatever name

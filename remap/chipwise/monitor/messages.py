@@ -21,7 +21,7 @@ FAULTS = {              # stock-tracker.0.fault-code (man stock_tracker)
     Fault.POSITION: 'an axis position is not a number; define the stock again with M250',
     Fault.JUMP: 'an axis position jumped, so the stock is no longer known; define it again with M250',
     Fault.UNITS: 'units-per-mm is not from 0.001 to 1000; load the components with chipwise.hal',
-    Fault.TURNED: 'an axis A, B, C, U, V or W has moved since the stock was defined, so the feed is F and the guards are off; define the '
+    Fault.TURNED: 'an axis A, B, C, U, V or W has moved since the stock was defined, so the feed is at most F and the guards are off; define the '
         'stock again with M250'}
 
 

@@ -15,11 +15,16 @@ import os
 import time
 from contextlib import nullcontext
 
-from chipwise.files import printable
+from chipwise.files import printable, write_durable
 from chipwise.stock import reasons
 from chipwise.stock.layout import FileRequest
 
 HELD_TIMEOUT_S = 10.0       # for the tracker's answer, which comes in its next period: a busy computer may hold up either for seconds
+
+
+NOT_ENDED = ('the stock of the last run is not known ([CHIPWISE]KEEP_STOCK): LinuxCNC or chipwise-monitor did not end in order (power loss, crash); '
+             'define it with M250, or restore it with M254')
+OPEN_TEXT = b"A run of LinuxCNC with [CHIPWISE]KEEP_STOCK has a stock. If none runs, it did not end in order.\n"
 
 
 class StockFiles:
@@ -33,6 +38,7 @@ class StockFiles:
         self.kept_is_due = settings['KEEP_STOCK']
         self.was_on = False         # the machine, in this run: it may have cut
         self.kept_refused = False   # the stock of the last run is still in its file
+        self.is_marked = False      # store.OPEN is there
 
     def path(self, name):
         return os.path.join(self.settings.path('STOCK_DIR'), name)
@@ -49,6 +55,8 @@ class StockFiles:
             self.kept_is_due = False
             with self.working():
                 self.restore_kept()
+        if self.settings['KEEP_STOCK'] and (self.component['ready'] or self.kept_refused and self.was_on):
+            self.mark()
 
     def attach(self):
         """The map, attached from the first period on: it is still needed when everything else has ended."""
@@ -122,16 +130,36 @@ class StockFiles:
         better than one from before its cuts.  So one that cannot be deleted is not used."""
         from chipwise.stock import store
         path = self.path(store.KEPT)
+        if os.path.exists(self.path(store.OPEN)):
+            if os.path.exists(path):            # from before the last cuts
+                self.remove(path)
+            self.say(NOT_ENDED)
+            return
         if os.path.exists(path) and not os.access(os.path.dirname(path), os.W_OK):
             reply = self.failed(store.StoreError(reasons.DISK, f'{path} cannot be deleted, so it would come back after later cuts'))
         else:
             reply = self.restore(path)
         if reply == reasons.DONE:
+            self.mark()             # before: a power loss may bring the deleted file back
             os.unlink(path)
         self.kept_refused = reply not in (reasons.DONE, reasons.NO_FILE)
         if self.kept_refused:
             problem, remedy = reasons.REASONS[reply][0], reasons.kept_remedy(reply)
             self.say(f'the stock of the last run was not restored ([CHIPWISE]KEEP_STOCK): {problem}; {remedy}')
+
+    def mark(self):
+        """Note, once, that this run has a stock, or may have cut the one in the file: if the note is there at the next start, that start
+        knows that nothing was kept."""
+        if self.is_marked:
+            return
+        from chipwise.stock import store
+        self.is_marked = True
+        path = self.path(store.OPEN)
+        try:
+            os.makedirs(os.path.dirname(path), exist_ok=True)
+            write_durable(path, OPEN_TEXT, store.UNFINISHED)
+        except OSError as error:
+            print(printable(f'chipwise: {path} was not written: {error.strerror}; without it a power loss is not seen at the next start'), flush=True)
 
     def end(self):
         """Save the stock for the next run and detach the map."""
@@ -151,6 +179,8 @@ class StockFiles:
         reply = self.save(path)
         if reply == reasons.NO_STOCK and os.path.exists(path) and (self.was_on or not self.kept_refused):
             self.remove(path)
+        if reply in (reasons.DONE, reasons.NO_STOCK) and os.path.exists(self.path(store.OPEN)):
+            self.remove(self.path(store.OPEN))
         elif reply not in (reasons.DONE, reasons.NO_STOCK):
             print(f'chipwise: the stock was not saved for the next run: {reasons.REASONS[reply][0]}', flush=True)
 

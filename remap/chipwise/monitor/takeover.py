@@ -3,15 +3,19 @@
 
 Called by component.py when the monitor starts.  A component in user space that is killed leaves its pins in HAL as they were:
 its name is in use, and `hold` may stay TRUE.  The new one gets another name (chipwise-monitor-2, ..), and its pins are connected
-to the signals of the killed one, which from then on carry its values.
+to the signals of the killed one, which from then on carry its values.  They begin with the values of the killed one: a pin that is
+linked writes what it has into the signal (LinuxCNC 2.9), and program-running FALSE for a moment would end M251 in the middle of a cut.
 """
 
 import os
 import re
 
 from chipwise.errors import CycleError
-from chipwise.halcmd import components, halcmd, pins
+from chipwise.halcmd import components, halcmds, pins
 from chipwise.processes import lives
+
+OUTWARD = '==>'         # of a pin that writes its signal
+KEPT = ('program-loaded',)      # pins on no signal that are read by the next monitor
 
 
 def instances(component):
@@ -32,17 +36,21 @@ def choose_name(component):
     return f'{component}-{last + 1}', component if last == 1 else f'{component}-{last}'
 
 
-def links(name):
-    """{pin without the component's name: signal} of a component."""
-    return {pin[len(name) + 1:]: signal for pin, (_arrow, signal) in pins(name + '.').items()
-            if signal and pin.startswith(name + '.')}
+def links(name, found):
+    """{pin without the component's name: signal} of a component; found: halcmd.pins()."""
+    return {pin[len(name) + 1:]: signal for pin, (_arrow, signal) in found.items() if signal and pin.startswith(name + '.')}
 
 
-def take_over(name, dead):
-    """Connect the pins of `name` to the signals of the killed component `dead`."""
-    for pin, signal in links(dead).items():
-        halcmd('unlinkp', f'{dead}.{pin}')
-        halcmd('net', signal, f'{name}.{pin}')
+def take_over(component, dead, read):
+    """Connect the pins of a component to the signals of the killed component `dead`.  read: function of a pin's name -> its value
+    (hal.get_value)."""
+    name, found = component.getprefix(), pins(dead + '.')
+    for pin, (arrow, _signal) in found.items():
+        short = pin[len(dead) + 1:]
+        if pin.startswith(dead + '.') and (arrow == OUTWARD or short in KEPT):
+            component[short] = read(pin)
+    halcmds(*(words for pin, signal in links(dead, found).items()
+              for words in (('unlinkp', f'{dead}.{pin}'), ('net', signal, f'{name}.{pin}'))))
 
 
 def ini_file(linuxcnc):

@@ -13,6 +13,7 @@ import os
 import signal
 import threading
 import time
+import zlib
 from contextlib import contextmanager
 
 from chipwise.clock import patience
@@ -22,6 +23,7 @@ from chipwise.monitor.loaded_program import LoadedProgram
 from chipwise.monitor.messages import FAULTS, guard_text
 from chipwise.monitor.start_line import StartLine
 from chipwise.monitor.stock_files import StockFiles
+from chipwise.monitor.tool_shape import Tool, tool_shape
 from chipwise.settings import feed_is_remapped
 from chipwise.stock.layout import MOTION_ARC, MOTION_FEED, Fault, GuardReason, LimitedBy
 from chipwise.tools import tool_geometry
@@ -29,45 +31,20 @@ from chipwise.tools import tool_geometry
 POLL_S = 0.02
 SETTLE_S = 0.1          # a fallback shorter than this is not worth a message
 DIFFER_S = 1.0          # tool numbers of HAL and status that differ for longer are a property of the machine
-BLIND_S = 0.1           # a look this late may have missed that a program ended and the next one began
 REPEAT_S = 30.0         # least time between two messages about the same part
 MAX_FILE_S = 300.0      # the heart beats on for this long while a file is worked on
 MAX_BEATS = 1 << 30
+LARGEST_S32 = 0x7fffffff
 TOOL_FAULTS = range(Fault.TOOL_DIAMETER, Fault.NO_MONITOR + 1)
 FEED_MOTION = (MOTION_FEED, MOTION_ARC)
 
 OVERRIDE_IGNORED = ('the machine ignores the volumetric feed because adaptive feed is disabled (M52 P0), and the program is aborted; '
                     'use M252 before M52 P0')
-MAYBE_RESTARTED = ('chipwise-monitor was too late to see whether this is still the program that switched M251 on, so M251 has ended; '
-                   'start the program again if it needs M251')
+ANOTHER_PROGRAM = 'another program has begun while chipwise-monitor was late, so M251 has ended; start the program again if it needs M251'
+RESUMED = 'chipwise-monitor follows the tool again, so M251 goes on'
+NOT_RESUMED = ('another tool or another stock since chipwise-monitor was lost, so M251 does not raise the feed; use M252, give M251 again, or '
+               'press Stop')
 NO_STOCK = 'no stock is known, so the feed is F as programmed; define it with M250'
-
-
-class Tool:
-    """The tool in the spindle for the pins: machine units and degrees, mm3/min; 0: unknown."""
-
-    def __init__(self, diameter=0.0, corner_radius=0.0, tip_angle=0.0, flute_length=0.0, flutes=0, max_rate=0.0):
-        self.diameter = diameter
-        self.corner_radius = corner_radius
-        self.tip_angle = tip_angle
-        self.flute_length = flute_length
-        self.flutes = flutes
-        self.max_rate = max_rate
-
-
-def tool_shape(number, diameter, path, units):
-    """Tool for the pins: number and diameter (machine units) of LinuxCNC, the rest from the file
-    `path`, whose lengths are mm; `units`: machine units per mm.  Raises CycleError."""
-    if number <= 0 or not diameter > 0:
-        return Tool()
-    geometry = tool_geometry(path, number)
-    if geometry is None:
-        return Tool(diameter)
-    corner = {'ball': diameter / 2, 'bull': (geometry.corner_radius or 0.0) * units,
-              'tapered-ball': (geometry.corner_radius or 0.0) * units}.get(geometry.shape, 0.0)
-    tip = geometry.tip_angle if geometry.shape in ('vee', 'tapered-ball') else 0.0
-    return Tool(diameter, corner, tip or 0.0, (geometry.flute_length or 0.0) * units, geometry.flutes or 0,
-                geometry.max_removal_rate or 0.0)
 
 
 class Monitor:
@@ -91,9 +68,12 @@ class Monitor:
         self.guard_depth = None                 # of the last look, during a flute excess
         self.machine_tool = 0                   # iocontrol.0.tool-number, before the last look at the status
         self.differ_since = None                # since when the tool numbers of HAL and status differ
-        self.looked = None                      # (time.monotonic(), number of the last command of LinuxCNC) of the last look
         self.reported = {}                  # part of the work: (text, time.monotonic()) of the last message
         self.died = died
+        self.resumes = not first            # M251 may be in force already
+        self.begins = self.resumes          # nobody has followed the tool yet
+        self.said_lost = False
+        self.seen_lost = False                      # in the last look
         self.stock_files = StockFiles(component, settings, self.say, self.working)
         self.loaded = LoadedProgram(self.inform, feed_is_remapped())
         self.start_line = StartLine(settings, self.inform, first)
@@ -122,28 +102,33 @@ class Monitor:
         if self.command:
             self.command.error_msg(text[:250])
 
-    def follow_run(self, now):
+    def follow_run(self, _now):
         """Whether a program runs, also while it is paused; not MDI.
 
-        A look that comes late while LinuxCNC got a command may have missed the end of one program and the beginning of the next: the
-        pin is FALSE until the look after it, so M251 ends rather than stays on in a program that knows nothing of it."""
-        status, before = self.status, self.looked
+        A look that comes late, or after another monitor has died, may have missed the end of one program and the beginning of another: the
+        pin is FALSE until the look after it, so M251 ends rather than stays on in a program that knows nothing of it.  The same program
+        keeps it: a feed that rises to F in the middle of a cut is worse than a limit in a program's first lines."""
+        status, pins = self.status, self.component
         running = status.task_mode == self.linuxcnc.MODE_AUTO and status.interp_state != self.linuxcnc.INTERP_IDLE
-        self.looked = now, status.echo_serial_number
         self.stock_files.was_on |= status.task_state == self.linuxcnc.STATE_ON
-        if before and now - before[0] > patience(BLIND_S) and before[1] != status.echo_serial_number and running \
-                and self.component['program-running']:
+        program = zlib.crc32(status.file.encode('utf-8', 'replace')) & LARGEST_S32
+        if running and pins['program-running'] and pins['program-loaded'] != program:
             running = False
-            if self.component['mode']:
-                self.inform(MAYBE_RESTARTED)
-        self.component['program-running'] = running
+            if pins['mode']:
+                self.inform(ANOTHER_PROGRAM)
+        pins['program-loaded'] = program
+        pins['program-running'] = running
 
     def inform(self, text):
         """An information on the operator's screen."""
         self.command.text_msg(f'chipwise: {text}'[:250])
 
     def beat(self):
-        self.component['heartbeat'] = (self.component['heartbeat'] + 1) % MAX_BEATS
+        """The first beat in place of another monitor sets the count back (core/tool_watch.h, 3), once the tool is described."""
+        if self.begins and self.status is None:
+            return
+        self.component['heartbeat'] = 0 if self.begins else (self.component['heartbeat'] + 1) % MAX_BEATS
+        self.begins = False
 
     @contextmanager
     def working(self):
@@ -162,7 +147,6 @@ class Monitor:
         finally:
             done.set()
             thread.join()
-            self.looked = None          # late, but not blind: the program waits for the file
 
     def acknowledge_tool(self, machine_tool, number, now):
         """The machine's own tool number, read before the status, -> tool-followed, once the status has the same number some ms
@@ -197,7 +181,7 @@ class Monitor:
             shape = Tool()
             if self.said_tool != str(error):
                 self.said_tool = str(error)
-                self.say(unnamed(error) + '; the feed is F as programmed')
+                self.say(unnamed(error) + '; the feed is at most F')
         self.show_tool(number, shape)
 
     def show_tool(self, number, shape):
@@ -277,6 +261,19 @@ class Monitor:
             died, self.died = self.died, ''
             self.say(f'chipwise-monitor {died} and was started again; messages of a guard, M253 or M254 may be missing')
 
+    def follow_load(self, _now):
+        """A load that stays lost, and M251 taken up again in place of a monitor that died: one message each."""
+        pins = self.component
+        before, self.seen_lost = self.seen_lost, bool(pins['load-lost'] and pins['ready'] and pins['mode'])
+        lost = before and self.seen_lost        # one look may fall between the two pins
+        if lost and not self.said_lost:
+            self.say(NOT_RESUMED)
+        elif self.resumes and not self.begins and not self.seen_lost and pins['ready'] and pins['mode']:
+            self.inform(RESUMED)
+            self.resumes = False
+        self.said_lost = lost
+        self.resumes = self.resumes and not lost and pins['mode'] != 0
+
     def trouble(self, part, error, now):
         """Report that one part of the work has failed, at most every REPEAT_S."""
         text = f'{type(error).__name__}: {error}'
@@ -301,7 +298,7 @@ class Monitor:
             for part, work in (('greet the operator', self.greet), ('report its restart', self.report_restart), ('follow the run', self.follow_run),
                                ('watch the override', self.follow_override),
                                ('follow the tool', self.follow_tool), ('report what a guard stopped', self.follow_guard),
-                               ('report faults', self.follow_faults), ('look at the program', self.follow_program),
+                               ('report faults', self.follow_faults), ('report what became of M251', self.follow_load), ('look at the program', self.follow_program),
                                ('save and restore the stock', self.stock_files.step)):
                 now = time.monotonic()
                 try:

@@ -20,6 +20,9 @@ from chipwise.stock.library import library
 FeedIn = layout.FeedIn
 FeedOut = layout.FeedOut
 FeedEasing = layout.FeedEasing
+FeedHold = layout.FeedHold
+LoadWatch = layout.LoadWatch
+LoadWatchIn = layout.LoadWatchIn
 Watchdog = layout.Watchdog
 WatchdogIn = layout.WatchdogIn
 Segment = layout.Segment
@@ -233,6 +236,16 @@ def feed_override(values: FeedIn, scale: float) -> float:
 def ease(easing: FeedEasing, values: FeedIn, law: FeedOut, recover=0.0, deadband=0.0) -> FeedOut:
     """The feed eased (feed.h, 7) for one period."""
     return library().chip_feed_ease(C.byref(easing), C.byref(values), law, recover, deadband)
+
+
+def hold_feed(hold: FeedHold, values: FeedIn, is_lost: bool, law: FeedOut) -> FeedOut:
+    """One period of the feed while the load may be lost (feed_hold.h)."""
+    return library().chip_feed_hold_step(C.byref(hold), C.byref(values), is_lost, law)
+
+
+def load_is_lost(watch: LoadWatch, values: LoadWatchIn) -> bool:
+    """One period of the watch over the load (load_watch.h)."""
+    return bool(library().chip_load_watch_step(C.byref(watch), C.byref(values)))
 
 
 def follows_override(watchdog: Watchdog, values: WatchdogIn) -> bool:

@@ -21,6 +21,7 @@ HEIGHT_RIDGE = 0.002
 HEIGHT_SKIN = 0.004
 HEIGHT_STILL = 1e-06
 LOAD_STEPS = 8
+LOAD_WATCH_SIZES = 4
 LOOKAHEAD_SAMPLES = 192
 MAX_CELL = 100.0
 MAX_CELLS = 268435456
@@ -382,6 +383,31 @@ class FeedEasing(C.Structure):
     ]
 
 
+class FeedBound(C.Structure):
+    """struct chip_feed_bound"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("scale", C.c_double),
+        ("vel_mm_s", C.c_double),
+    ]
+
+
+class FeedHold(C.Structure):
+    """struct chip_feed_hold"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("last", FeedBound),
+        ("lowest", FeedBound),
+        ("held", FeedBound),
+        ("is_begun", C.c_int),
+        ("is_in_cut", C.c_int),
+        ("has_cut", C.c_int),
+        ("is_held", C.c_int),
+    ]
+
+
 class WatchdogIn(C.Structure):
     """struct chip_watchdog_in"""
 
@@ -438,7 +464,36 @@ class ToolWatch(C.Structure):
         ("silent_s", C.c_double),
         ("changed_s", C.c_double),
         ("is_unknown", C.c_int),
+        ("is_unwatched", C.c_int),
         ("code", C.c_int),
+    ]
+
+
+class LoadWatchIn(C.Structure):
+    """struct chip_load_watch_in"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("is_ready", C.c_int),
+        ("is_unwatched", C.c_int),
+        ("stock_changes", C.c_int),
+        ("is_decided", C.c_int),
+        ("tool_in_spindle_number", C.c_int),
+        ("tool_mu", C.c_double * 4),
+    ]
+
+
+class LoadWatch(C.Structure):
+    """struct chip_load_watch"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("is_known", C.c_int),
+        ("is_lost", C.c_int),
+        ("was_unwatched", C.c_int),
+        ("stock_changed", C.c_int),
+        ("tool_number", C.c_int),
+        ("tool_mu", C.c_double * 4),
     ]
 
 
@@ -1407,10 +1462,14 @@ STRUCTURES = {
     "chip_feed_in": FeedIn,
     "chip_feed_out": FeedOut,
     "chip_feed_easing": FeedEasing,
+    "chip_feed_bound": FeedBound,
+    "chip_feed_hold": FeedHold,
     "chip_watchdog_in": WatchdogIn,
     "chip_watchdog": Watchdog,
     "chip_tool_watch_in": ToolWatchIn,
     "chip_tool_watch": ToolWatch,
+    "chip_load_watch_in": LoadWatchIn,
+    "chip_load_watch": LoadWatch,
     "chip_segment": Segment,
     "chip_blend": Blend,
     "chip_path": Path,

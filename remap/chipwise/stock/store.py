@@ -45,6 +45,7 @@ ENDING = ".stock"
 UNFINISHED = ".new"
 REMAINS_S = 300.0                   # an unfinished file this old has no writer any more
 KEPT = "kept" + ENDING              # [CHIPWISE]KEEP_STOCK
+OPEN = "kept.open"                  # beside it while a run with a stock has not ended in order
 
 class StoreError(Exception):
     """A file that cannot be used; `reply` is the number of the reason, the text has the details."""

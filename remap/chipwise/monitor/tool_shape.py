@@ -1,0 +1,31 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The tool in the spindle as the pins describe it.  Called by worker.py."""
+
+from chipwise.tools import tool_geometry
+
+
+class Tool:
+    """The tool in the spindle for the pins: machine units and degrees, mm3/min; 0: unknown."""
+
+    def __init__(self, diameter=0.0, corner_radius=0.0, tip_angle=0.0, flute_length=0.0, flutes=0, max_rate=0.0):
+        self.diameter = diameter
+        self.corner_radius = corner_radius
+        self.tip_angle = tip_angle
+        self.flute_length = flute_length
+        self.flutes = flutes
+        self.max_rate = max_rate
+
+
+def tool_shape(number, diameter, path, units):
+    """Tool for the pins: number and diameter (machine units) of LinuxCNC, the rest from the file
+    `path`, whose lengths are mm; `units`: machine units per mm.  Raises CycleError."""
+    if number <= 0 or not diameter > 0:
+        return Tool()
+    geometry = tool_geometry(path, number)
+    if geometry is None:
+        return Tool(diameter)
+    corner = {'ball': diameter / 2, 'bull': (geometry.corner_radius or 0.0) * units,
+              'tapered-ball': (geometry.corner_radius or 0.0) * units}.get(geometry.shape, 0.0)
+    tip = geometry.tip_angle if geometry.shape in ('vee', 'tapered-ball') else 0.0
+    return Tool(diameter, corner, tip or 0.0, (geometry.flute_length or 0.0) * units, geometry.flutes or 0,
+                geometry.max_removal_rate or 0.0)
