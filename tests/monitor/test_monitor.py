@@ -22,7 +22,7 @@ class Refusing(Exception):
 class Status:
     """A LinuxCNC as linuxcnc.stat() shows it."""
     linear_units, motion_type, adaptive_feed_enabled, feedrate, feed_override_enabled = 1.0, 0, True, 1.2, True
-    file = ''
+    file, echo_serial_number = '', 0
     aout = [0.0] * 64
 
     def __init__(self):
@@ -53,7 +53,7 @@ def watched(monkeypatch):
     fake = types.SimpleNamespace(error=Refusing, stat=Status, command=Command)
     monkeypatch.setitem(sys.modules, 'linuxcnc', fake)
     pins = dict.fromkeys(('tool-number', 'tool-followed', 'tool-in-spindle', 'heartbeat', 'fault', 'fault-code', 'limited-by', 'ready',
-                          'override-ignored', 'guard-reason', 'guard-depth', 'request', 'adaptive-off', 'feed-override'), 0)
+                          'override-ignored', 'guard-reason', 'guard-depth', 'request', 'adaptive-off', 'feed-override', 'load-lost', 'mode'), 0)
     pins['tool-in-spindle'] = 1
     watcher = module.Monitor(pins, parse_settings({}))
     monkeypatch.setattr(watcher.stock_files, 'attach', lambda: None)
@@ -98,6 +98,49 @@ def test_a_screen_that_fails_too(watched, monkeypatch):
     monkeypatch.setattr(watched, 'follow_guard', fail)
     watched.step()
     assert watched.component['heartbeat'] == 2
+
+
+def test_another_tool_since_it_was_lost(watched):
+    """Said once, and not for a single look: the two pins are not read at one moment."""
+    watched.step()
+    watched.component.update({'load-lost': 1, 'ready': 1, 'mode': 2})
+    watched.step()
+    watched.component['load-lost'] = 0
+    watched.step()
+    assert watched.command.said == []
+    watched.component['load-lost'] = 1
+    for _ in range(4):
+        watched.step()
+    assert len(watched.command.said) == 1 and 'another tool or another stock' in watched.command.said[0]
+
+
+def test_a_monitor_in_place_of_another_sets_the_count_back(watched):
+    """The first beat, once the tool is described: not while LinuxCNC does not answer."""
+    watched.component['heartbeat'], watched.begins, watched.status = 700, True, None
+    watched.beat()
+    assert watched.component['heartbeat'] == 700
+    watched.step()
+    assert watched.component['heartbeat'] == 0
+    watched.step()
+    assert watched.component['heartbeat'] == 1
+
+
+def test_a_late_look_ends_m251_for_another_program_only(watched, monkeypatch):
+    monkeypatch.undo()
+    fake = types.SimpleNamespace(MODE_AUTO=2, INTERP_IDLE=1, STATE_ON=4)
+    watched.linuxcnc, pins, said = fake, watched.component, []
+    watched.inform = said.append
+    watched.status = types.SimpleNamespace(task_mode=2, interp_state=3, task_state=4, file='one.ngc', echo_serial_number=1)
+    pins.update({'mode': 2, 'program-running': False, 'program-loaded': 0})
+    watched.follow_run(0.0)
+    watched.status.echo_serial_number = 9           # commands of the operator, seen seconds later
+    watched.follow_run(60.0)
+    assert pins['program-running'] and said == []
+    watched.status.file = 'two.ngc'
+    watched.follow_run(60.02)
+    assert not pins['program-running'] and len(said) == 1 and 'another program' in said[0]
+    watched.follow_run(60.04)
+    assert pins['program-running'] and len(said) == 1
 
 
 def test_a_tool_that_cannot_be_described_is_unknown(watched, monkeypatch):
