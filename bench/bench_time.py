@@ -36,6 +36,7 @@ from support.speed_log import Log
 SPEED = 6
 TOGETHER = 2                # runs at once
 FREE = 1000.0               # times the target: the stock never limits
+FREE_MOST = 600.0           # cm3/min or in3/min: M251 takes no more than that of an inch program
 SLACK_MM = 0.02             # step of the optimum's passes
 CUTTING_MM2 = 1e-3          # smaller areas do not count as contact
 ACCEL = 500.0               # mm/s2, of configs/mill_headless.ini
@@ -76,7 +77,7 @@ def facts(text):
 def run_both(name, path, folder):
     """The logs of a program as it is and with the target out of reach, in `folder`."""
     text = path.read_text()
-    free = re.sub(r"(^M251.*?Q)([\d.]+)", lambda m: f"{m.group(1)}{float(m.group(2)) * FREE:g}", text, flags=re.M)
+    free = re.sub(r"(^M251.*?Q)([\d.]+)", lambda m: f"{m.group(1)}{min(float(m.group(2)) * FREE, FREE_MOST):g}", text, flags=re.M)
     jobs = []
     for kind, source in (("held", text), ("free", free)):
         program = folder / f"{name}-{kind}.ngc"

@@ -82,7 +82,8 @@ def test_an_include_that_is_missing_is_named(tmp_path):
 
 def test_many_programs_one_bad_and_progress(tmp_path):
     programs = {f"p{k}.ngc": SLOT.replace("X110", "X" + ("110" if k != 2 else "@")) for k in range(5)}
-    status, out, err, report = chipwise_check(tmp_path, programs, "--jobs", "2", "--report", str(tmp_path / "page.html"))
+    status, out, err, report = chipwise_check(tmp_path, programs, "--jobs", "2", "--report", str(tmp_path / "page.html"),
+                                               environment={"AXIS_PROGRESS_BAR": "1"})
     written = (tmp_path / "page.html").read_text()
     assert written.count("<section") == 5 and written.count("Removal rate, mm3/min, over time") == 4
     assert status == 2 and [p["status"] for p in report["programs"]] == [0, 0, 2, 0, 0]
@@ -168,3 +169,11 @@ def test_a_program_that_waits_for_a_file_is_given_up(tmp_path, monkeypatch):
     (tmp_path / "part.ngc").write_text(SLOT.replace("G1 X110 F400", "o<wait> call"))
     result = check(str(tmp_path / "part.ngc"), reader.Machine(str(tmp_path / "mill.ini")))
     assert result.status == 2 and "does not answer" in result.error[0]
+
+
+def test_no_lines_for_a_filter_in_a_shell(tmp_path, monkeypatch):
+    """FILTER_PROGRESS= is for the GUIs, which set AXIS_PROGRESS_BAR; into a file or a pipe it is noise."""
+    monkeypatch.delenv("AXIS_PROGRESS_BAR", raising=False)
+    programs = {f"p{k}.ngc": SLOT for k in range(3)}
+    status, _out, err, _report = chipwise_check(tmp_path, programs)
+    assert status == 0 and err == ""

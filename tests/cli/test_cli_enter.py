@@ -30,6 +30,14 @@ def test_lines_of_standard_input():
     assert enter("M252", text="\n") == (0, "M252\n", "") and enter("M252") == (0, "", "")
 
 
+def test_run_without_data_is_no_success():
+    """Standard input that is closed, or has nothing: the exit status and a sentence say that nothing is run."""
+    said = "chipwise: enter: nothing is run, because standard input is closed or empty; give the data there\n"
+    assert enter("M252", "--run") == (1, "", said)
+    done = subprocess.run(["sh", "-c", 'exec "$0" enter M252 --run <&-', COMMAND], capture_output=True, env=environment(), timeout=PATIENCE_S)
+    assert (done.returncode, done.stdout.decode(), done.stderr.decode()) == (1, "", said)
+
+
 def test_a_line_that_is_wrong_does_not_stop_the_others():
     status, out, err = enter("G79", text=b"100,x\n100,-8\n\xff\xfe,1\n" + b"1" * 30_000)
     lines = err.splitlines()

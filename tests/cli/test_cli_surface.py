@@ -43,7 +43,8 @@ def without_lead_ins(moves):
 
 
 def test_the_program_cuts_the_model(model, tmp_path):
-    done = surface(model, "-o", tmp_path / "out.ngc", "--tool", 4, "--step", 1, "--direction", 45, "--link", 1, "--json", tmp_path / "out.json")
+    done = surface(model, "-o", tmp_path / "out.ngc", "--tool", 4, "--step", 1, "--direction", 45, "--link", 1, "--json", tmp_path / "out.json",
+                   env={"AXIS_PROGRESS_BAR": "1"})            # as the filter of a GUI
     assert done.returncode == 0, done.stderr
     text, figures = (tmp_path / "out.ngc").read_text(), json.loads((tmp_path / "out.json").read_text())
     assert re.search(r"^T4 M6$", text, re.M) and text.endswith("M5\nM2\n")
@@ -152,7 +153,7 @@ def test_stopped(tmp_path, how):
     model = surface_cases.write_stl(tmp_path / "part.stl", surface_cases.waves(225, 100.0))
     (tmp_path / "out.ngc").write_text(OLD)
     work = subprocess.Popen([ROOT / "bin" / "chipwise", "surface", model, "-o", tmp_path / "out.ngc", "--tool", "4", "--step", "0.2"],
-                            stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True, env={**os.environ, "INI_FILE_NAME": ""},
+                            stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True, env={**os.environ, "INI_FILE_NAME": "", "AXIS_PROGRESS_BAR": "1"},
                             preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))     # ignored below a background shell
     assert "FILTER_PROGRESS" in work.stderr.readline()
     work.send_signal(how)

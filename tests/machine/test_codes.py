@@ -62,9 +62,12 @@ def test_refusals_keep_the_stock_and_the_machine(tmp_path):
         ('M250 P0 Q0 R-10 I301 J40 K10',
          'chipwise: M250: the stock of 301 mm by 40 mm is larger than the map of 300 mm by 200 mm; '
          'enlarge [CHIPWISE]MAP_SIZE in the INI file or use a smaller box'),
+        ('M250 P0 Q0 R-10 I10 J40 K10 E5',
+         'chipwise: M250: word E is not used here; use P Q R (minimum in X, Y, Z) and I J K (size in X, Y, Z)'),
         ('M250 P0 Q0 I10 J40 K10', 'chipwise: M250: word R (minimum of the stock in Z) is missing; add R'),
         ('M251', 'chipwise: M251: word Q (removal rate, cm3/min) is missing; add Q'),
         ('M251 Q-1', 'chipwise: M251: removal rate Q-1 cm3/min is not above 0; give Q above 0'),
+        ('M251 Q30000', 'chipwise: M251: removal rate Q30000 cm3/min is above 10000 cm3/min, which no machine removes; give Q in cm3/min, not in mm3/min'),
         ('M251 Q6 P4', 'chipwise: M251: mode P4 is not a valid mode; use P1 (limit), P2 (constant) or P3 (window)'),
         ('M251 Q6 P2', 'chipwise: M251: word E (ceiling of the feed) is missing; mode P2 replaces F; add E'),
         ('M251 Q6 P3 R7', 'chipwise: M251: lower removal rate R7 is above the upper one, Q6; give R below Q'),

@@ -13,7 +13,7 @@ from support import ROOT, foreign
 from support import judge as judging
 
 SPEED = 6.0
-FREE = 1000.0
+FREE, FREE_MOST = 1000.0, 600.0         # times Q; cm3/min or in3/min, and M251 takes no more than that of an inch program
 INCH = 25.4
 PATH = re.compile(r"^(N\d+ ?)?(?:G61\.1|G61|G64)(?: ?P[\d.]+)?(?: ?Q[\d.]+)?\s*$", re.M)
 FALLBACK = 5                # volumetric-feed.limited-by
@@ -87,7 +87,7 @@ def ini_text(condition, table, geometry):
 
 def without_limit(text):
     """The program with a target that the stock never reaches."""
-    return re.sub(r"^(M251.*?Q)([\d.]+)", lambda m: f"{m.group(1)}{float(m.group(2)) * FREE:g}", text, flags=re.M)
+    return re.sub(r"^(M251.*?Q)([\d.]+)", lambda m: f"{m.group(1)}{min(float(m.group(2)) * FREE, FREE_MOST):g}", text, flags=re.M)
 
 
 def run(program, condition, folder, free=False, speed=SPEED):

@@ -178,7 +178,7 @@ def explained(error):
 
 def read(options):
     """A G-code line of each line of standard input; -> exit status."""
-    status = 0
+    status = number = 0
     for number, text in enumerate(lines_of(sys.stdin), 1):
         if (options.output or options.run) and number > 1:
             refuse('-o and --run are for one line, and standard input has more; give the first alone')
@@ -187,6 +187,9 @@ def read(options):
         except CycleError as error:
             print(f'chipwise: {NAME}: line {number}: ' + unnamed(explained(error)), file=sys.stderr)
             status = 1
+    if options.run and not number:
+        print(f'chipwise: {NAME}: nothing is run, because standard input is closed or empty; give the data there', file=sys.stderr)
+        return 1
     return status
 
 

@@ -71,10 +71,12 @@ def stock_of(corners, unit_mm, refuse):
 
 
 class Progress:
-    """A bar on a terminal; elsewhere FILTER_PROGRESS= lines, at most 100, as the GUIs' filters want them."""
+    """A bar on a terminal; as the filter of a GUI FILTER_PROGRESS= lines, at most 100; elsewhere nothing."""
 
-    def __init__(self, stream):
+    def __init__(self, stream, is_filter=None):
+        """is_filter: None: whether a GUI of LinuxCNC has started this, which sets AXIS_PROGRESS_BAR."""
         self.stream, self.terminal, self.shown, self.drawn = stream, stream.isatty(), 0, False
+        self.is_filter = 'AXIS_PROGRESS_BAR' in os.environ if is_filter is None else is_filter
 
     def __call__(self, share):
         percent = min(99, int(100 * share))
@@ -86,7 +88,7 @@ class Progress:
             full = room * percent // 100
             self.stream.write(f'\r[{"#" * full}{"." * (room - full)}] {percent} %')
             self.drawn = True
-        else:
+        elif self.is_filter:
             self.stream.write(f'FILTER_PROGRESS={percent}\n')
         self.stream.flush()
 

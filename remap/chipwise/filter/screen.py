@@ -55,7 +55,7 @@ class Screen:
         self.in_gui = bool(environment.get("INI_FILE_NAME"))
         self.reads_errors = axis or "AXIS_PROGRESS_BAR" not in environment
         self._stream = _Lines(handle)
-        self._progress = Progress(self._stream)
+        self._progress = Progress(self._stream, True)
 
     def progress(self, share):
         if self.reads_errors:

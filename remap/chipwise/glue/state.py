@@ -96,15 +96,15 @@ class State:
         """The block (line) that called the cycle."""
         return self.interp.blocks[self.interp.remap_level]
 
-    def check_words(self, allowed):
-        """Raise CycleError for a word on the line that is not in `allowed` (lower-case letters).
+    def check_words(self, allowed, remedy=""):
+        """Raise CycleError for a word on the line that is not in `allowed` (lower-case letters); remedy: what they are, if that helps.
 
         LinuxCNC leaves this to the remap: words outside argspec are dropped in silence.
         """
         block = self._block()
         for letter in ALL_WORDS:
             if letter not in allowed and letter not in COMMON_WORDS and getattr(block, letter + "_flag"):
-                raise CycleError(f"word {letter.upper()} is not used here", f"words are {' '.join(allowed.upper() + 'F')}")
+                raise CycleError(f"word {letter.upper()} is not used here", remedy or f"words are {' '.join(allowed.upper() + 'F')}")
 
     def number(self, letter):
         """A word's plain value, None where absent."""

@@ -26,7 +26,7 @@ SAME_MM, SAME_DEG = 1e-6, 1e-9          # boxes that differ by less are the same
 
 def define_stock(state):
     """M250."""
-    state.check_words("pqrijk")
+    state.check_words("pqrijk", "use P Q R (minimum in X, Y, Z) and I J K (size in X, Y, Z)")
     low, high, shape, turn = stock_of(state)
     check_extent(low, high)
     check_fits(state.settings, low, high, turn)

@@ -20,6 +20,7 @@ from chipwise.stock.layout import Fault, Register
 
 OFF, LIMIT, CONSTANT, WINDOW = map(int, layout.FeedMode)
 _CM3_MM3, _IN3_MM3 = 1000.0, MM_PER_INCH ** 3
+MAX_RATE = 1e7                  # mm3/min: a larger rate is one in another unit
 
 TOOL_TRIES, TOOL_WAIT_S = 60, 0.05      # the monitor may be late, or is being started again
 
@@ -61,7 +62,11 @@ def _rate(state, letter, meaning):
         raise CycleError(f"word {letter.upper()} ({meaning}, {unit}) is missing", f"add {letter.upper()}")
     if not value > 0:
         raise CycleError(f"{meaning} {letter.upper()}{value:g} {unit} is not above 0", f"give {letter.upper()} above 0")
-    return value * (_IN3_MM3 if state.unit == "in" else _CM3_MM3)
+    rate, most = value * (_IN3_MM3 if state.unit == "in" else _CM3_MM3), MAX_RATE / (_IN3_MM3 if state.unit == "in" else _CM3_MM3)
+    if rate > MAX_RATE:
+        raise CycleError(f"{meaning} {letter.upper()}{value:g} {unit} is above {most:.5g} {unit}, which no machine removes",
+                         f"give {letter.upper()} in {unit}, not in mm3/min")
+    return rate
 
 
 def _feed_words(state):
