@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Traverses that bin/chipwise rewrite --flute adds keep a clearance from stock at their side; judged by needles written apart."""
 import random
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import pytest
 from chipwise.check.records import FEED, RAPID
 from chipwise.check.sweep import HeightMap, Shape
 from chipwise.rewrite import depths
+from chipwise.rewrite.links import Links
 from support import clearance_oracle as oracle
 from support.depth_cases import geometry_of, program_of
 from support.random_cases import random_count, random_seed
@@ -98,6 +100,17 @@ def test_traverses_of_the_program_itself_stay(tmp_path, machine):
     after = rewritten(tmp_path, machine, text)
     assert "shifted" in after and "\nG0 X-5\n" in after
     assert oracle.violations(after, TOOLS, CLEARANCE) and not oracle.new_violations(text, after, TOOLS, CLEARANCE)
+
+
+def test_a_link_is_for_the_stock_before_the_segment_is_cut():
+    """What the segment takes away beside its own beginning is still there when the tool comes down."""
+    links = Links(SimpleNamespace(height_known_from=0, feed=np.array([600.0]), kind=np.array([FEED])), CLEARANCE)
+    stock, tool = HeightMap((0, 0, -20), (60, 60, 0), 0.25), Shape(6.0)
+    links.stock, links.tool, links.travel = stock, SimpleNamespace(shape=tool), 5.0
+    part, body = SimpleNamespace(points=np.array([[-3.1, 30.0, -9.0]])), SimpleNamespace(lead=[], move=np.array([0]))
+    link = links.to_segment((50.0, 30.0, -5.0), part, body)
+    stock.cut(tool, (-3.1, 30.0, -9.0), np.array([[70.0, 30.0, -9.0]]))
+    assert [(m.kind, m.end[2]) for m in link(-9.0)] == [(RAPID, 5.0), (RAPID, 5.0), (RAPID, 1.0), (FEED, -8.0), (FEED, -9.0)]
 
 
 @pytest.mark.parametrize("setting", ["0", "3"])

@@ -61,16 +61,16 @@ class Links:
     def _over(self, at, x, y, body):
         """Up, across and down to a gap above what is there; -> function of the height there -> Moves."""
         safe = self._clear(at, (x, y), max(self._safe(), at[2]))
-        floor = cutting.highest(self.stock, x, y, self.tool.shape.diameter / 2 - 0.004)
+        floor, wall = cutting.highest(self.stock, x, y, self.tool.shape.diameter / 2 - 0.004), self.wall((x, y))     # before the segment is cut
         across = [Move(RAPID, (at[0], at[1], safe)), Move(RAPID, (x, y, safe))]
 
         def moves(z):
-            return across + self._down((x, y), safe, max(floor, z) + GAP_MM, self._feed(int(body.move[0])))
+            return across + self._down((x, y), safe, max(floor, z) + GAP_MM, wall, self._feed(int(body.move[0])))
         return moves
 
-    def _down(self, place, above, z, feed):
-        """Moves down from a height to another, fed where stock is at the tool's side."""
-        free = max(z, self.wall(place))
+    def _down(self, place, above, z, wall, feed):
+        """Moves down from a height to another, fed where stock is at the tool's side, which is up to `wall`."""
+        free = max(z, wall)
         free += GAP_MM if free > z else 0.0
         moves = [Move(RAPID, (*place, free))] if free < above else []
         return moves + ([Move(FEED, (*place, z), feed)] if z < min(free, above) else [])
