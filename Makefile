@@ -4,6 +4,7 @@
 #   make test       install what is missing, build, run the tests: ten minutes
 #   make test-all   with those of tests/long.txt: three quarters of an hour
 #   make test-quick the tests that need no machine and little time: a minute
+#   make test-shipped  those of the installed form: an ordinary user, the package's setuid rtapi_app; part of test-all
 #   make lint       ruff, mypy and clang-format over the tree; changes nothing
 #   make bench      the benchmarks; writes build/bench.json
 #   make build      components, the C core as a library, C test programs
@@ -73,7 +74,7 @@ space = $(empty) $(empty)
 
 CHIPWISE_VERSION = $(shell cat VERSION)
 
-.PHONY: run test test-all test-quick lint bench build product install uninstall deb deps clean FORCE
+.PHONY: run test test-all test-quick test-shipped lint bench build product install uninstall deb deps clean FORCE
 .DELETE_ON_ERROR:
 
 # The steps in their order, each a make of its own: what LinuxCNC's
@@ -92,6 +93,10 @@ test test-all: deps
 		python3-dbus.mainloop.pyqt5 pyqt5-dev-tools
 	@$(MAKE) --no-print-directory build
 	@tools/test $(if $(filter test-all,$@),--all)
+
+test-shipped: deps
+	@$(MAKE) --no-print-directory build
+	@tools/test --shipped
 
 test-quick: deps
 	@$(MAKE) --no-print-directory build

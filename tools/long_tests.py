@@ -6,7 +6,7 @@
 
 So `make test` ends in ten minutes on two cores, and `make test-quick` in one.  A line is a file of tests/machine, whose tests share a LinuxCNC, or
 elsewhere a test with all its parameters (file::test; a C program is its file).  The shortest are kept until a budget of seconds is full, the rest is in
-the list.  A test that was not in the run is in neither.
+the list.  A test that was not in the run is in neither.  The files of tests/shipped, which `make test-shipped` runs, are always long.
 """
 
 import argparse
@@ -17,7 +17,8 @@ from pathlib import Path
 TESTS = Path(__file__).resolve().parent.parent / "tests"
 MACHINE_S, OTHERS_S = 650.0, 1350.0     # of a process of four that share two cores
 QUICK_S = 60.0                          # of the two processes of `make test-quick`, which also build, and find the tests
-SANDBOXED = ("tests/components/", "tests/machine/")     # never in `make test-quick` (tests/conftest.py)
+SHIPPED = "tests/shipped/"
+SANDBOXED = ("tests/components/", "tests/machine/", SHIPPED)        # never in `make test-quick` (tests/conftest.py; the last are marked machine)
 
 
 def group_of(classname, name):
@@ -27,7 +28,7 @@ def group_of(classname, name):
     if parts[last:] == ["c"]:
         return "/".join(parts[:last]) + ".c"
     path = "/".join(parts[:last]) + ".py"
-    return path if path.startswith("tests/machine/") else f"{path}::{name.partition('[')[0].partition('@')[0]}"
+    return path if path.startswith(("tests/machine/", SHIPPED)) else f"{path}::{name.partition('[')[0].partition('@')[0]}"
 
 
 def seconds_of(cases):
@@ -51,7 +52,8 @@ def over(spent, budget_s):
 def long_groups(spent, machine_s=MACHINE_S, others_s=OTHERS_S):
     """{group} that `make test` leaves out; spent: {group: seconds}."""
     machine = {group: seconds for group, seconds in spent.items() if group.startswith("tests/machine/")}
-    return over(machine, machine_s) | over({group: spent[group] for group in spent.keys() - machine.keys()}, others_s)
+    shipped = {group for group in spent if group.startswith(SHIPPED)}
+    return shipped | over(machine, machine_s) | over({group: spent[group] for group in spent.keys() - machine.keys() - shipped}, others_s)
 
 
 def slow_groups(spent, quick_s=QUICK_S):

@@ -216,16 +216,20 @@ def drive(*arguments, **options):
     return result
 
 
+def job_of(ini, sample, picture=None, watch=(), after=()):
+    """JOB of sample_driver.py."""
+    inch = re.search(r'^LINEAR_UNITS\s*=\s*(in|imperial)', open(ini, errors='replace').read(), re.MULTILINE)
+    lines = [line.replace('{RADIUS}', '%.6f' % (3 / 25.4 if inch else 3)) for line in ['G20' if inch else 'G21', *LINES]]
+    return {'lines': lines, 'program': PROGRAM, 'pins': PINS, 'after': list(after), 'signals': list(sample.joined), 'picture': picture, 'watch': list(watch)}
+
+
 def driven(sample, ini, where, installed, picture=None, watch=(), after=()):
     """-> the driver's result for an INI file."""
     job, result = os.path.join(where, 'job.json'), os.path.join(where, 'result.json')
-    inch = re.search(r'^LINEAR_UNITS\s*=\s*(in|imperial)', open(ini, errors='replace').read(), re.MULTILINE)
-    lines = [line.replace('{RADIUS}', '%.6f' % (3 / 25.4 if inch else 3)) for line in ['G20' if inch else 'G21', *LINES]]
     if os.path.exists(result):
         os.unlink(result)
     with open(job, 'w') as handle:
-        json.dump({'lines': lines, 'program': PROGRAM, 'pins': PINS, 'after': list(after), 'signals': list(sample.joined),
-                   'picture': picture, 'watch': list(watch)}, handle)
+        json.dump(job_of(ini, sample, picture, watch, after), handle)
     done = subprocess.run(
         [SANDBOX, '--installed', installed, '--xvfb', '1400x900',
          '--require-isolation', '--timeout', str(TIMEOUT_S), '--', '/usr/bin/python3',

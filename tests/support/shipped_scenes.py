@@ -1,0 +1,205 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""What happens in the shipped form: each function is a scene of tests/shipped, run as root by shipped_machine.py.
+
+A scene does and reports; the test judges.
+"""
+import contextlib
+import json
+import os
+import time
+import urllib.request
+
+from support.shipped_machine import LOGS
+from support.shipped_person import KEY, Person, Trouble, memory, scripted, text_of, wait
+from support.shipped_screen import Keys, picture, start_x
+
+# --- the stock outlives ----------------------------------------------------------------------------------------------
+
+BOX = 'M250 P0 Q0 R-10 I60 J40 K10'
+CUT = [['mdi', 'G0 X-5 Y20'], ['mdi', 'G0 Z-2'], ['mdi', 'G1 X30 F2000'], ['mdi', 'G0 Z5']]
+KEPT = [scripted('DISPLAY = axis'), ('KEEP_STOCK = no', 'KEEP_STOCK = yes')]
+
+
+def stock():
+    """Save, cut on, restore, quit; start again."""
+    op = Person()
+    ini = op.edit('mill.ini', *KEPT, name='scripted.ini')
+    first = op.steps(ini, [['home'], ['mdi', 'T1 M6'], ['mdi', BOX], *CUT, ['map_sum'], ['mdi', 'M253 P3'], ['mdi', 'G0 X-5 Y5'], ['mdi', 'G0 Z-8'],
+                           ['mdi', 'G1 X30 F2000'], ['mdi', 'G0 Z5'], ['map_sum'], ['mdi', 'M254 P3'], ['map_sum'], ['errors']])
+    folder = op.own_configs() + '/stock'
+    files = {name: [os.stat(f'{folder}/{name}').st_uid, os.stat(f'{folder}/{name}').st_size] for name in sorted(os.listdir(folder))}
+    quit_left = [list(op.left().values()), sorted(memory())]
+    again = op.steps(ini, [['map_sum'], ['home'], ['errors']])
+    return {'errors': first[-1], 'sums': [first[k] for k in (7, 13, 15)], 'files': files, 'uid': os.stat(op.home).st_uid, 'left': quit_left,
+            'again': again[0], 'again_errors': again[2]}
+
+
+def killed(victims):
+    """Start, cut, kill -9 a victim, end what is left of LinuxCNC as an operator does, start again, with the next victim."""
+    op, seen = Person(), []
+    ini = op.edit('mill.ini', *KEPT, name='scripted.ini')
+    kept = op.own_configs() + '/stock/kept.stock'
+    for victim in [*victims, '']:
+        before = {'victim': victim, 'kept': os.path.exists(kept)}
+        look = ['program', 'sh', '-c', 'halcmd -s getp stock-tracker.0.stock-defined; halcmd -s getp stock-tracker.0.removed-volume']
+        steps = [['home'], *([['map_sum']] if before['kept'] else []), look, ['mdi', 'T1 M6'], ['mdi', BOX], *CUT, look]
+        if victim:
+            op.hold(ini, steps)
+            before |= {'volume': op.getp('stock-tracker.0.removed-volume'), 'fault': op.getp('stock-tracker.0.fault-code'), 'said': op.said()[-3000:]}
+            strike(op, victim)
+        else:
+            before['answers'] = op.steps(ini, steps)
+        seen.append(before)
+    return {'seen': seen, 'left': list(op.left().values()), 'memory': sorted(memory())}
+
+
+def strike(op, victim):
+    """Kill the victim, and half a second later the screen: the linuxcnc script then clears up; `all`: everything, at once."""
+    there = op.programs()
+    if victim == 'all':
+        op.kill_all()
+        return
+    struck = [pid for pid, line in there.items() if victim in line]
+    if not struck:
+        raise Trouble(f'no {victim} among {there}')
+    for pid in struck:
+        op.run('kill', '-9', str(pid))
+    time.sleep(0.5)
+    for pid, line in there.items():
+        if 'scripted_display' in line or line.startswith('sleep 1000'):
+            op.run('kill', '-9', str(pid))
+    op.until_ended()
+    op.kill_all()               # what the linuxcnc script has left: after a kill of itself everything
+
+
+# --- two users ---------------------------------------------------------------------------------------------------------
+
+def second_user():
+    """op's LinuxCNC is killed with all of its processes; other starts one: told what to do, does it, and it works.
+
+    LinuxCNC's own memory and lock, which would stop the other user before chipwise is asked, are removed first, as a LinuxCNC of op's without
+    chipwise removes them.
+    """
+    op, other, found = Person('op'), Person('other'), {}
+    ini = op.edit('mill.ini', scripted('DISPLAY = axis'), name='scripted.ini')
+    op.hold(ini, [['home']])
+    strike(op, 'all')
+    found['owner of the map'] = memory()[KEY]['uid']
+    for key in memory():
+        if key != KEY:
+            op.run('ipcrm', '-M', hex(key))
+    op.run('ipcrm', '--all=sem')
+    os.unlink('/tmp/linuxcnc.lock')
+    ini = other.edit('mill.ini', scripted('DISPLAY = axis'), name='scripted.ini')
+    other.start(ini, CHIPWISE_STEPS=json.dumps([['home']]), CHIPWISE_ANSWERS=other.home + '/answers.json')
+    found['refused'] = [other.until_ended(), text_of(other.log).replace('\r', '')]
+    other.left()                    # linuxcncsvr takes LinuxCNC's memory along when it ends
+    found['not allowed'] = other.run('ipcrm', '-M', hex(KEY))
+    found['remedy'] = op.run('ipcrm', '-M', hex(KEY))
+    found['then'] = other.steps(ini, [['home'], ['mdi', 'T1 M6'], ['mdi', BOX], *CUT, ['pins', 'stock-tracker.0.removed-volume'], ['errors']])
+    found['uids'] = [os.stat(op.home).st_uid, os.stat(other.home).st_uid]
+    return found
+
+
+# --- screens -----------------------------------------------------------------------------------------------------------
+
+PROGRAM = '''(WORKPIECE,BOX,XMIN=0,YMIN=0,ZMIN=-20,XMAX=60,YMAX=40,ZMAX=0)
+G17 G21 G40 G49 G54 G80 G90 G94
+G64 P0.01
+T3 M6
+M250
+M251 P2 Q30 E5000
+S12000 M3
+F1200
+G0 X-8 Y20 Z5
+Z-5
+G1 X68
+G0 Z20
+M252
+M5
+M2
+'''
+
+
+def axis():
+    """From E-stop to the end line by keys, the page beside it, and quit; started from a terminal."""
+    op = Person(display=start_x())
+    ini = op.edit('mill.ini')
+    program = op.write(op.home + '/cut.ngc', PROGRAM)
+    op.start(ini)
+    keys = Keys(op.display)
+    with pictured(op, 'axis'):
+        x, y, *_size = wait('the window', lambda: keys.window('chipwise mill'))
+        op.until_component('chipwise-display')
+        keys.point(x + 200, y + 10)
+        op.until_pin('iocontrol.0.user-enable-out', 'TRUE', lambda: keys.press('F1'))
+        op.until_pin('motion.motion-enabled', 'TRUE', lambda: keys.press('F2'))
+        op.until_pin('joint.2.homed', 'TRUE', lambda: keys.press('Home', 'Control_L'))
+        keys.press('o')
+        x, y, *_size = wait('the file dialog', lambda: keys.window('Open'))
+        keys.point(x + 50, y + 50)
+        keys.type(program)
+        keys.press('Return')
+        wait('the file dialog closes', lambda: not keys.window('Open'))
+        keys.point(200, 10)
+        op.until_pin('stock-tracker.0.stock-defined', 'TRUE', lambda: keys.press('r'))
+        op.until_said('chipwise: cut.ngc: ')
+        found = after_the_program(op)
+        close(op, '/axis -ini')
+        return {**found, 'status': op.until_ended(), 'left': op.left()}
+
+
+def gmoccapy():
+    """The same by the buttons of the screen, started from a menu: the pins of gmoccapy are there for buttons of a machine's own panel."""
+    op = Person(display=start_x())
+    ini = op.edit('mill_gmoccapy.ini')
+    program = op.write(op.home + '/cut.ngc', PROGRAM)
+    op.write(os.path.dirname(ini) + '/gmoccapy.pref', f'[DEFAULT]\nopen_file = {program}\n')          # the last program, opened again
+    op.start(ini, terminal=False)
+    keys = Keys(op.display)
+
+    def press(button):
+        for text in ('1', '0'):
+            op.run('halcmd', 'setp', f'gmoccapy.{button}', text)
+            time.sleep(0.5)             # the screen looks ten times a second
+
+    with pictured(op, 'gmoccapy'):
+        wait('the window', lambda: keys.window('moccapy'))
+        op.until_component('chipwise-display')
+        op.until_pin('iocontrol.0.user-enable-out', 'TRUE', lambda: press('v-button.button-0'))
+        op.until_pin('motion.motion-enabled', 'TRUE', lambda: press('v-button.button-1'))
+        op.until_pin('joint.2.homed', 'TRUE', lambda: (press('h-button.button-0'), time.sleep(2.0), press('h-button.button-1')))
+        op.until_pin('stock-tracker.0.stock-defined', 'TRUE', lambda: (press('v-button.button-4'), time.sleep(2.0), press('h-button.button-2')))
+        op.until_said('chipwise: cut.ngc: ')
+        found = after_the_program(op)
+        close(op, '/gmoccapy -ini')
+        wait("LinuxCNC's window of errors", lambda: close(op, 'show_errors.tcl'))
+        return {**found, 'status': op.until_ended(), 'left': op.left()}
+
+
+def close(op, words):
+    """End the programs of the user with these words, a screen above all; -> whether there was one.  The linuxcnc script clears up then."""
+    there = [pid for pid, line in op.programs().items() if words in line]
+    for pid in there:
+        op.run('kill', '-9', str(pid))      # gmoccapy hears no SIGTERM
+    return bool(there)
+
+
+@contextlib.contextmanager
+def pictured(op, name):
+    """A picture of the screen where something fails, and what LinuxCNC has said."""
+    try:
+        yield
+    except BaseException:
+        picture(op.display, f'{LOGS}/{name}.png')
+        print(op.said()[-4000:])
+        raise
+
+
+def after_the_program(op):
+    """What there is at the end of PROGRAM: the end line, the pins, the page."""
+    with urllib.request.urlopen('http://127.0.0.1:8250/', timeout=30) as page:
+        html = page.read().decode()
+    line = next(line for line in op.said().splitlines() if line.startswith('chipwise: cut.ngc: '))
+    return {'line': line, 'removed': float(op.getp('stock-tracker.0.removed-volume')), 'fault': op.getp('stock-tracker.0.fault-code'),
+            'page': [page.status, html]}
