@@ -30,7 +30,7 @@ set_left_aside() {
     done
 }
 
-# give_back FOLDER..: FILE.yours is used again.
+# give_back FOLDER..: FILE.yours is used again; where the package's FILE is gone, FILE.new goes, too.
 give_back() {
     find "$@" -name '*.yours' -type f 2>/dev/null | while IFS= read -r path; do
         file=${path%.yours}
@@ -42,6 +42,7 @@ give_back() {
             echo "chipwise: $file is as you changed it; the one of this version is $file.new"
         else
             mv -f -- "$path" "$file"
+            rm -f -- "$file.new"
         fi
     done
 }

@@ -7,8 +7,9 @@
     rtapi_app, which is setuid root.
  2. The user changes INI file, tools, and adds stock and stations; root changes settings in /etc/chipwise, a sample and a HAL file.
  3. The upgrade.  Every file that was changed is byte-equal, the HAL file is kept beside the new one, the program runs.
- 4. LinuxCNC's folder of modules changes: the trigger says whether the components fit.  A component of another version: LinuxCNC refuses.
- 5. Removal: what is left are settings and users' files, each is named.  Purge: the system is as before 1, but for users' files.
+ 4. debian/tests, as autopkgtest calls them: the interpreter over the sample programs, the selector's copy started by another user.
+ 5. LinuxCNC's folder of modules changes: the trigger says whether the components fit.  A component of another version: LinuxCNC refuses.
+ 6. Removal: what is left are settings and users' files, each is named.  Purge: the system is as before 1, but for users' files.
 
 Each step prints a line with its seconds; exit status 1 with the reason when one has another outcome.
 """
@@ -20,6 +21,7 @@ import os
 import re
 import subprocess
 import sys
+import tempfile
 import time
 
 USER = 'user'
@@ -39,12 +41,12 @@ class Failed(Exception):
     """A step with another outcome than it has to have."""
 
 
-def run(*command, user=None, status=0, **more):
-    """-> what a command printed, errors included."""
+def run(*command, user=None, fails=False, **more):
+    """-> what a command printed, errors included; fails: it has to end with another status than 0."""
     if user:
         command = ('setpriv', '--reuid', user, '--regid', user, '--init-groups', 'env', 'HOME=' + HOME, 'USER=' + user, *command)
     done = subprocess.run(command, text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, **more)
-    if done.returncode != status:
+    if (done.returncode != 0) != fails:
         raise Failed('%s: status %d\n%s' % (' '.join(command), done.returncode, done.stdout[-3000:]))
     return done.stdout
 
@@ -135,24 +137,33 @@ def change_before():
     return {path: content(path) for path in [*names, SHARED, CODES]}
 
 
+def autopkgtests():
+    """Step 4; -> the names of those that passed."""
+    names = ('fit', 'interpreter', 'machine')
+    for name in names:
+        with tempfile.TemporaryDirectory() as folder:
+            run('env', 'AUTOPKGTEST_TMP=' + folder, 'AUTOPKGTEST_NORMAL_USER=' + USER, 'debian/tests/' + name, timeout=600)
+    return ', '.join(names)
+
+
 def misfit(old):
-    """Step 4."""
+    """Step 5."""
     said = run(*APT, 'install', '--reinstall', 'linuxcnc-uspace')
     need('the components fit LinuxCNC' in said, 'the trigger says nothing:\n' + said[-2000:])
     module = '/usr/lib/linuxcnc/modules/stock_tracker.so'
     right = content(module)
     run('sh', '-c', 'dpkg-deb --fsys-tarfile "$0" | tar -x -O .%s >%s' % (module, module), next(path for path in old if '/chipwise_' in path))
-    said = run('chipwise', 'load', '--check', status=1)
+    said = run('chipwise', 'load', '--check', fails=True)
     need('stock_tracker.so is of chipwise 0.3.9, and the programs are' in said and 'reinstall' in said, said)
     said = run('unshare', '--ipc', '--pid', '--fork', '--kill-child', '--mount-proc', 'setpriv', '--reuid', USER, '--regid', USER, '--init-groups',
-               'env', 'HOME=' + HOME, 'linuxcnc', '-r', MINE + '/mill_headless.ini', status=1, timeout=120)
+               'env', 'HOME=' + HOME, 'linuxcnc', '-r', MINE + '/mill_headless.ini', fails=True, timeout=120)
     need('stock_tracker.so is of chipwise 0.3.9' in said, 'LinuxCNC starts with a component of another version:\n' + said[-2000:])
     with open(module, 'wb') as handle:
         handle.write(right)
 
 
 def gone(before, users, purged):
-    """Step 5: compare the system with the one before; names what is left."""
+    """Step 6: compare the system with the one before; names what is left."""
     now = system()
     dependencies = set() if purged else set(run('sh', '-c', 'cat /var/lib/dpkg/info/*.list').split('\n'))
     left = {path for path in now if path not in before and now[path] != 'folder'} - dependencies
@@ -188,6 +199,7 @@ def main():
     users = upgrade(new)
     begin = step('upgraded; %d changed files are byte-equal' % len(users), begin)
     begin = step('it runs slots.ngc in %.0f s of the machine' % mill('after')['cycle_s'], begin)
+    begin = step('debian/tests pass: ' + autopkgtests(), begin)
     misfit(old)
     begin = step('a component that does not fit is refused', begin)
     said = run(*APT, 'remove', 'chipwise', 'chipwise-data', 'chipwise-doc')

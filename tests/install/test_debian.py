@@ -123,6 +123,7 @@ def test_a_changed_file_is_left_by_a_removal(tmp_path, scripts):
     mine.parent.mkdir()
     mine.write_text("mine")
     (tmp_path / "kept/1.stock").write_text("stock")
+    (tmp_path / "kept/mill.ini.new").write_text("of an upgrade before")
     (tmp_path / "verified").write_text(f"??5??????   {mine}\n")
     scripts("set_aside chipwise-data")
     mine.unlink()                                           # dpkg

@@ -91,6 +91,21 @@ def test_never_replaces_what_is_not_ours(tmp_path):
     assert everything(tmp_path) == ['usr', 'usr/local', 'usr/local/bin', 'usr/local/bin/chipwise']
 
 
+def test_a_file_of_a_package_is_named_with_its_package(tmp_path, monkeypatch):
+    programs = tmp_path / 'programs'
+    programs.mkdir()
+    (programs / 'dpkg').write_text('#!/bin/sh\necho "chipwise-data: $2"\n')
+    (programs / 'dpkg').chmod(0o755)
+    monkeypatch.setenv('PATH', '%s:%s' % (programs, os.environ['PATH']))
+    path = tmp_path / 'root/usr/local/bin/chipwise'
+    path.parent.mkdir(parents=True)
+    path.write_text('of the package')
+    done = subprocess.run(['/usr/bin/python3', os.path.join(ROOT, 'tools/install.py'), 'install', '--destdir', str(tmp_path / 'root'), '--prefix',
+                           '/usr/local'], text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    assert done.returncode == 1 and 'is of the package chipwise-data; remove that first: apt remove chipwise-data' in done.stdout
+    assert path.read_text() == 'of the package'
+
+
 def test_build_twice_does_nothing():
     subprocess.run(['make', 'build'], cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
     done = subprocess.run(['make', '--no-print-directory', 'build'], cwd=ROOT, text=True,
