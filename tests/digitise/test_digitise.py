@@ -67,6 +67,28 @@ def test_the_height_map_of_a_ball(log, tmp_path):
     assert full - stock.volume() == pytest.approx(head.removed, rel=1e-6)
 
 
+@pytest.mark.parametrize("noise, cell", [(0.0, 0.1), (0.0005, 0.25), (0.002, 0.1)])
+def test_the_map_with_noise_and_at_its_rim(noise, cell):
+    """Up to 24 degrees at the rim: below the ball by three standard deviations over the cosine at most; where only a flank passed nothing is known."""
+    half = 3.5
+    rig = Rig((-half, -half, 12), {"surface_number": SURFACE.BALL, "size_mm": RADIUS, "noise_mm": noise, "delay_periods": 2},
+              feed_mm_s=25.0, pick_mm=0.2, dead_time_s=0.002, window_min_mm=(-half, -half, -FAR), window_max_mm=(half, half, FAR))
+    rig.stylus.random = random_seed()
+    rows = rig.until(STATE.DONE, STATE.FAULT)
+    centres = rows["seen_ball_mm"][np.isin(rows["state"], (STATE.TRACE, STATE.PICK)) & (rows["measured_mm"] > 0.15)]
+    assert height_map.noise(centres) == pytest.approx(noise, rel=0.1, abs=1e-4)       # the curve of the path itself
+    model = height_map.envelope(centres, STYLUS, cell)
+    ny, nx = model.heights.shape
+    x, y = np.meshgrid(model.x0 + (np.arange(nx) + 0.5) * cell, model.y0 + (np.arange(ny) + 0.5) * cell)
+    ball = np.sqrt(RADIUS ** 2 - x ** 2 - y ** 2)
+    off, known = model.heights - ball, np.isfinite(model.heights)
+    low, high = (off + 3.0 * noise * RADIUS / ball)[known].min(), off[known].max()
+    print(f"noise {noise} mm, cells {cell} mm: {off[known].min():.4f} to {high:.4f} mm, {(~known).sum()} cells not known")
+    assert low > -1e-4 and high < 0.05                          # the flank alone would be high by 0.15 mm and more
+    touched = np.maximum(np.abs(x), np.abs(y)) < half * RADIUS / (RADIUS + STYLUS) - cell
+    assert known[touched].all() and not known.all()
+
+
 def off_the_ball(path):
     """Height of the STL's corners above the ball, mm, away from the edge; as G24 reads them."""
     model = read_model(str(path), Placing())

@@ -3,6 +3,7 @@
 
     record.py       the log of a trace: centres of the stylus' ball, mm
     height_map.py   ball centres -> heights of the model, as a stock file
+    rim.py          cells at the rim that only the flank of a ball has passed
     mesh.py         heights -> an STL file
     program.py      ball centres -> G-code for a ball tool as large as the stylus
 
