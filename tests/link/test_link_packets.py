@@ -170,3 +170,36 @@ def test_no_more_wait_than_asked_for(most, room, expected):
 def test_what_cannot_be_carried_out(arguments, text):
     done = subprocess.run([str(ROOT / 'bin/chipwise'), 'link', *arguments], text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
     assert done.returncode == 2 and text in done.stdout and 'Traceback' not in done.stdout, done.stdout
+
+
+class Rows:
+    """A sampler that has a new row at each look, as long as `has_all` is FALSE."""
+
+    def __init__(self):
+        self.number, self.has_all = 0, False
+
+    readable = property(lambda self: not self.has_all and self.number % 3 != 2 or self.skip())
+
+    def skip(self):
+        self.number += 1
+        return False
+
+    def read(self):
+        self.number += 1
+        return at(self.number)
+
+
+def test_a_master_answers_its_slave():
+    """Both loops with a key: after one challenge all of the master's packets pass, and none of a master with another key."""
+    stream, rows, stranger, channel = Stream(10000), Rows(), Rows(), socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    channel.bind(('127.0.0.1', 0))
+    slave, counted = reception.Reception(packets.Codec(b'k' * 16)), []
+    threading.Thread(target=transport.receive, args=(stream, channel, 10000, lambda *numbers: counted.append(numbers), slave), daemon=True).start()
+    for source, secret in ((stranger, b's' * 16), (rows, b'k' * 16)):
+        threading.Thread(target=transport.send, args=(source, channel.getsockname(), lambda *numbers: None, packets.Codec(secret)), daemon=True).start()
+    end = time.monotonic() + 60
+    while len(stream.rows) < 100 and time.monotonic() < end:
+        time.sleep(0.01)
+    rows.has_all = stranger.has_all = True
+    passed = [row[0] for row in stream.rows]
+    assert len(passed) >= 100 and passed == sorted(set(passed)) and counted[-1][3] > 0
