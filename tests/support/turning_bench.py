@@ -37,12 +37,12 @@ class Bench:
         status = cli.main(["turn", str(self.folder / "part.ngc"), "--json", str(data), "--ini", str(self.folder / "lathe.ini"), *map(str, options)])
         return status, json.loads(data.read_text()) if data.exists() else None, "".join(self.capsys.readouterr())
 
-    def plan(self, part, tools, steps=(), **more):
+    def plan(self, part, tools, steps=(), options=(), **more):
         """Plan as data, which has to be there."""
-        options = []
+        options = list(options)
         if steps:
             (self.folder / "steps.toml").write_text(f"steps = {json.dumps(list(steps))}\n")
-            options = ["--steps", self.folder / "steps.toml"]
+            options += ["--steps", self.folder / "steps.toml"]
         status, plan, said = self.turn(part, tools, options=options, **more)
         assert status in (0, 1), said
         return plan

@@ -47,7 +47,7 @@ def run(options):
     from chipwise.cli.contour import parameters as values
     from chipwise.turning import parameters, text
     from chipwise.turning.plan import make_plan
-    from chipwise.turning.read_part import Machine, job_of, make_order, read_steps
+    from chipwise.turning.read_part import Machine, job_of, make_order, read_steps, tool_notes
     from chipwise.turning.request import lines_of_plans, read_request
     check_options(options)
     unit = 'mm'
@@ -64,6 +64,7 @@ def run(options):
         order = make_order(job, program, request, machine, read_steps(options.steps) if options.steps else machine.steps)
         plan = make_plan(order)
         title = f'O{request.words["Q"]} of {os.path.basename(options.program)}'
+        said = [unnamed(note.text(unit)) for note in tool_notes(order, request, machine)]
         output = output_text(options, plan, request, title)
     except CycleError as error:
         if 'Named parameter' in error.problem and 'not defined' in error.problem:
@@ -72,6 +73,8 @@ def run(options):
     if output:
         write_output(NAME, options.output, output)
     report(options, request, plan, machine, text)
+    for line in said:
+        print(f'chipwise: {NAME}: {line}', file=sys.stderr)
     others = lines_of_plans(program)[1:]
     if others:
         print(f'chipwise: {NAME}: this is the plan of line {request.line} only; G26 or G27 is also in line {", ".join(map(str, others))}', file=sys.stderr)

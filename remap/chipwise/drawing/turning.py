@@ -42,7 +42,9 @@ class View:
             return ""
         low = self.graph(bore, -1.0) if bore else []
         z0, z1 = outside[0].z0, outside[-1].z1
-        inner = [self.at(z1, 0.0), *reversed(low), self.at(z0, 0.0)] if not low else [*reversed(low)]
+        blind = bool(bore) and bore[0].z0 > z0          # its end is a wall, and solid from there to the left
+        inner = [*reversed(low), *([self.at(bore[0].z0, 0.0)] if blind else [])] if low else [self.at(z1, 0.0)]
+        inner += [self.at(z0, 0.0)] if blind or not low else []
         return f'<path d="M{"L".join([*self.graph(outside), *inner])}Z" fill="{colour}" stroke="#555" stroke-width="0.8"/>'
 
 

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 from chipwise.turning.plan import lengths
 from chipwise.turning.request import rpm
 
+FOOT_M = 0.3048
 FINE = ("finish outside", "finish inside", "groove", "undercut", "part off", "drill")       # steps with the finish feed
 
 
@@ -87,15 +88,39 @@ def controlled(step, z, x):
 
 
 def feed_of(step, request):
-    """Feed of a step, mm/min or mm/rev."""
+    """Feed of a step, mm/min or mm/rev: the tool's own, else the program's.  Per minute it is that of the largest radius, where the spindle is slowest."""
+    own = step.tool.finish_feed if step.name.startswith("finish") else step.tool.feed
+    if own:
+        return own if request.per_rev else own * speed_at(step, request, _largest_radius(step))
     return request.words["E" if step.name in FINE else "F"]
 
 
+def speed_at(step, request, radius):
+    """1/min of the spindle in a step with the tool at a radius, mm."""
+    if step.speed:
+        return step.speed
+    at = step.tool.diameter / 2 if step.tool.point_angle else radius if request.css else _largest_radius(step)
+    own = 1000.0 * step.tool.cutting_speed / (2 * math.pi * max(at, 0.5))
+    if not own:
+        return rpm(request, at)
+    most = request.cap if request.css else request.speed
+    return min(own, most) if most else own
+
+
 def spindle_line(request, step=None):
-    """G96 or G97 with the program's speed; a drill turns at the speed of its rim, a thread is cut under G97."""
-    if step is not None and (step.speed or request.css and step.tool.point_angle):
-        return f"G97 S{math.floor(step.speed or rpm(request, step.tool.diameter / 2)):d} M{request.direction}"
-    return (f"G96 D{request.cap:g}" if request.css else "G97") + f" S{request.speed:g} M{request.direction}"
+    """G96 or G97 with the tool's own cutting speed, else the program's.
+
+    A drill turns at the speed of its rim, a thread is cut under G97.  G97 of the program is the largest speed: a tool's own only lowers it."""
+    if step is None or not (step.speed or step.tool.cutting_speed or request.css and step.tool.point_angle):
+        return (f"G96 D{request.cap:g}" if request.css else "G97") + f" S{request.speed:g} M{request.direction}"
+    if request.css and not step.speed and not step.tool.point_angle:
+        return f"G96 D{request.cap:g} S{step.tool.cutting_speed / (1.0 if request.unit == 'mm' else FOOT_M):g} M{request.direction}"
+    return f"G97 S{max(math.floor(speed_at(step, request, 0.0)), 1):d} M{request.direction}"
+
+
+def _largest_radius(step):
+    """mm, of the controlled point on feeds."""
+    return max((abs(controlled(step, m.z, m.x)[1]) for m in step.moves if m.kind != "rapid"), default=0.0)
 
 
 def approach(block):
@@ -135,7 +160,6 @@ def seconds(step, request, rapid_mm_s):
         elif kind == "thread":
             total += 60.0 / step.speed * (length / move.pitch + 0.5)        # on average it waits half a turn for the index
         else:
-            radius = step.tool.diameter / 2 if step.tool.point_angle else 0.5 * (abs(x) + abs(move.x))
-            total += 60.0 * length / (feed_of(step, request) * (rpm(request, radius) if request.per_rev else 1.0))
+            total += 60.0 * length / (feed_of(step, request) * (speed_at(step, request, 0.5 * (abs(x) + abs(move.x))) if request.per_rev else 1.0))
         x = move.x
     return total

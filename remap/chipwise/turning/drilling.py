@@ -9,8 +9,8 @@ from chipwise.errors import fill
 from chipwise.turning import passes, reach
 from chipwise.turning.graph import above, clip, flat, highest, lower, segment, upper, value
 from chipwise.turning.passes import Move, NoRoom
-from chipwise.turning.sides import ROUGH_MM, tools_of_role
-from chipwise.turning.state import CLEARANCE_MM, OVERRUN_MM, Step
+from chipwise.turning.sides import ROUGH_MM
+from chipwise.turning.state import CLEARANCE_MM, OVERRUN_MM, Step, tools_of_role
 
 PECK_MM = 0.25          # of feed before the bottom that a drill has made itself
 

@@ -14,7 +14,7 @@ from chipwise.order import Outcome
 from chipwise.settings import load_settings
 from chipwise.turning import kept, rest, text, travel
 from chipwise.turning.blocks import Run, Turning, blocks, spindle_line
-from chipwise.turning.read_part import Machine, make_order, with_start
+from chipwise.turning.read_part import Machine, make_order, tool_notes, with_start
 from chipwise.turning.request import read_program, read_roles
 from chipwise.turning.tool import read_table
 
@@ -53,7 +53,7 @@ def make(order):
     plan = choice.plan
     if asked.number > len(plan.steps):
         raise CycleError(f"there is no step L{asked.number}: the plan has {len(plan.steps)}", "use G26 H1 to see the plan")
-    said = (*_texts(order, choice.notes), *(f"{LEAD}{order.code}: {line}" for line in _said(plan, request, machine, asked)))
+    said = (*_texts(order, (*choice.notes, *tool_notes(part, request, machine))), *(f"{LEAD}{order.code}: {line}" for line in _said(plan, request, machine, asked)))
     try:
         _check_travel(plan, asked, machine)
     except CycleError as error:

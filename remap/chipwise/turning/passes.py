@@ -22,6 +22,8 @@ ROUNDING_MM = 1e-6
 SHORT_MM = 1e-7         # of a shorter move only rounding is left
 ARC_MM = 0.002          # a shorter arc is a line: one whose printed ends are equal would be a full circle to LinuxCNC
 THIN = 0.8              # of what a step may leave: ends of cuts on slopes are left for the finish
+SLOT_MM, ONE_MM = 0.05, 0.002   # positions of a grooving tool in a groove hardly wider than it; in one as wide as it
+WALL_MM = 2e-4          # within so much the walls of such a groove are
 MERGE_MM = 2.0          # of two parts of a finish with so little between them one is made
 
 
@@ -280,15 +282,20 @@ def face(work, levels, x_from, x_to):
     return path
 
 
-def plunge(work, zone, width, least):
-    """Path of plunges of a grooving tool, side by side by `width`, then along reach.  None if nothing is to be cut."""
-    regions = worth(above(clip(work.contact, *zone), clip(work.reach, *zone), ROUNDING_MM), least)
+def plunge(work, zone, width, least, slots_only=False):
+    """Path of plunges of a grooving tool, side by side by `width`, then along reach; one in a slot, a groove hardly wider than the tool.  None if
+    nothing is to be cut."""
+    contact, reach = clip(work.contact, *zone), clip(work.reach, *zone)
+    slots = [r for r in above(contact, reach, least) if _is_slot(work, r, least)]
+    wide = [] if slots_only else [r for r in worth(above(contact, reach, ROUNDING_MM), least) if not any(r[0] < s[1] and s[0] < r[1] for s in slots)]
+    regions = sorted(slots + wide)
     if not regions:
         return None
     path, gap = Path(work), work.clearance
-    for a, b, _, _ in reversed(regions):
+    for a, b, _, height in reversed(regions):
+        slot = (a, b, _, height) in slots
         count = max(math.ceil((b - a) / width), 1)
-        for k in range(count + 1):
+        for k in range(0 if slot else count + 1):
             z = b + (a - b) * k / count
             bottom, surface = highest(work.reach, z, z), highest(work.contact, z, z)
             if surface <= bottom + least:
@@ -296,8 +303,29 @@ def plunge(work, zone, width, least):
             path.link(work.contact, z, surface + gap)
             path.feed(z, bottom)
             path.rapid(z, surface + gap)
+        if slot:
+            _plunge_slot(path, a, b)
+            continue
         path.link(work.contact, b, highest(work.contact, b, b) + gap)
         path.feed(b, value(clip(work.reach, a, b)[-1], b))
         path.follow(work.reach, b, a)
         path.rapid(path.z, max(path.x, highest(work.contact, a, a) + gap))
     return path
+
+
+def _is_slot(work, region, least):
+    """Whether a region of positions is narrow and has walls on both sides."""
+    a, b = region[:2]
+    low = highest(work.reach, 0.5 * (a + b), 0.5 * (a + b)) + least
+    return WALL_MM < b - a < SLOT_MM and highest(work.reach, a - WALL_MM, a) > low and highest(work.reach, b, b + WALL_MM) > low
+
+
+def _plunge_slot(path, a, b):
+    """One plunge, in the middle of positions that are nearly one; else down at b, along the bottom, and up at a."""
+    work, gap = path.work, path.work.clearance
+    first, last = (0.5 * (a + b),) * 2 if b - a <= ONE_MM else (b - ROUNDING_MM, a + ROUNDING_MM)
+    surface = max(highest(work.contact, a, b), highest(work.block, a, b)) + gap
+    path.link(work.contact, first, surface)
+    path.feed(first, value(clip(work.reach, a, first)[-1], first))
+    path.follow(work.reach, first, last) if last < first else path.has_cut([flat(first - ROUNDING_MM, first, path.x)])
+    path.feed(last, surface)

@@ -108,6 +108,30 @@ def tools_of(request, machine):
     return tools
 
 
+def tool_notes(order, request, machine):
+    """CycleErrors with what the operator may not expect of the tools: those of a role that the LATHE comment hides, drills at the insert's speed."""
+    found = []
+    table, geometry = read_table(machine.table), read_geometry(machine.geometry)
+    for role, numbers in request.roles.items():
+        hidden = [n for n in sorted(geometry) if role in geometry[n].get("roles", ()) and n in table and n not in numbers and _has_work(n, table, geometry, machine, order)]
+        if hidden:
+            found.append(CycleError(f"{' '.join(f'T{n}' for n in hidden)} of role {role.upper()} is not used, for the LATHE comment names others",
+                                    f"add {','.join(f'{role.upper()}={n}' for n in hidden)} to it"))
+    fast = [t for t in order.tools["drill"] if request.css and order.part.bore and not t.cutting_speed]
+    if fast:
+        found.append(CycleError(f"T{fast[0].number} drills at the S{request.speed:g} of G96", f"give its cutting_speed in [lathe.{fast[0].number}]"))
+    return found
+
+
+def _has_work(number, table, geometry, machine, order):
+    """Whether a tool works on a side that the part has."""
+    try:
+        tool = make_tool(number, table, geometry, machine.unit_mm)
+    except CycleError:
+        return False
+    return bool(order.part.bore) or not tool.inside
+
+
 def _of_role(tool, role):
     """The tool, if its kind is that of the role.  Raises CycleError."""
     kind, key = ("drill", "point_angle") if tool.point_angle else ("grooving tool", "width") if tool.flat else ("turning tool", "")

@@ -12,24 +12,14 @@ from typing import Any, NamedTuple
 from chipwise.errors import fill
 from chipwise.turning import passes, reach
 from chipwise.turning.graph import above, clip, negative, upper
-from chipwise.turning.state import CLEARANCE_MM, Step, roof
+from chipwise.turning.grooves import left_to_groove
+from chipwise.turning.state import CLEARANCE_MM, Step, roof, tools_of_role, without_tool
 
 ROUGH_MM = 0.05         # a roughing step leaves what is thinner
 FINISH_MM = 0.003       # a finishing step, too
 THICK, THIN_MM = 1.5, 0.3       # a finishing cut is thinner than so many allowances, and than so much at least
 TOOTH, TOOTH_MM = THICK - 1.0, 0.15     # of the allowance, and mm, less than a rapid keeps: may stay at a wall after each level, for the finish
 FINISHES = 3            # of a finishing tool, one after the other: each finds the stock lower that its holder has to be clear of
-
-
-def tools_of_role(state, role, inside, flat_bottom=False):
-    """The tools of a role that work on a side, in the order of the program."""
-    return [t for t in state.order.tools.get(role, ()) if t.inside == inside and not t.point_angle and bool(t.flat) == flat_bottom]
-
-
-def without_tool(name, role, inside):
-    """The step, not needed for want of a tool."""
-    side = "inside" if inside else "outside"
-    return Step(name, False, f"no tool for it: none of role {role.upper()} works {side}")
 
 
 def _out_of_reach(state, tool, contact):
@@ -103,7 +93,7 @@ def _turned(state, name, tool, finishing, allowance, least):
 
 def _path(state, name, tool, finishing, allowance, least):
     """_Found of a tool."""
-    keep = _out_of_reach(state, tool, reach.dilated(state.stock[True], tool, 0.0, state.domain)) if tool.inside else []
+    keep = _out_of_reach(state, tool, reach.dilated(state.stock[True], tool, 0.0, state.domain)) if tool.inside else left_to_groove(state, name, tool)
     work, view, framed, domain = state.work(tool, allowance, not finishing, keep)
     regions = _regions(work, domain, least)
     if not regions:

@@ -71,7 +71,8 @@ class State:
         self.stock = {False: blank.outside, True: blank.bore or [flat(blank.z0, blank.z1, 0.0)]}
         self.given = dict(self.stock)
         self.finished = set()               # (name of a step, tool number) of what has been finished
-        self.last = {}                      # {inside: (finishing, allowance, tool number)} of what has been turned last
+        self.lids = {}                      # {tool number: pieces of what it leaves to a grooving tool}
+        self.last = {}                      # {inside: (finishing, allowance, tool number)} of what has been turned last; {"groove": which tool}
         self.failed = []                    # (name of a step, LatheTool, CycleError): a tool that could not make it
         self.faced = part.z1 + order.allowance if blank.z1 <= part.z1 + order.allowance + FACED_MM else math.inf
         self.through = bool(part.bore) and part.bore[0].z0 < part.z0 + passes.ROUNDING_MM
@@ -144,6 +145,17 @@ class State:
         step.z0, step.z1 = min(cut), max(cut)
         step.transverse = tuple(tuple(sorted((flip * a, flip * b))) for a, b in path.transverse)
         step.needed = True
+
+
+def tools_of_role(state, role, inside, flat_bottom=False):
+    """The tools of a role that work on a side, in the order of the program."""
+    return [t for t in state.order.tools.get(role, ()) if t.inside == inside and not t.point_angle and bool(t.flat) == flat_bottom]
+
+
+def without_tool(name, role, inside):
+    """The step, not needed for want of a tool."""
+    side = "inside" if inside else "outside"
+    return Step(name, False, f"no tool for it: none of role {role.upper()} works {side}")
 
 
 def roof(state, tool, deepest):

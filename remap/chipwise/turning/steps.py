@@ -14,13 +14,13 @@ from chipwise.turning.graph import clip, highest, upper, value
 from chipwise.turning.obstacles import BARRIER, EDGE, HOLDER, obstacle
 from chipwise.turning.passes import Move, NoRoom
 from chipwise.turning.drilling import drill
-from chipwise.turning.sides import ROUGH_MM, tools_of_role, turn, without_tool
-from chipwise.turning.state import CLEARANCE_MM, FACED_MM, Step
+from chipwise.turning.grooves import groove
+from chipwise.turning.sides import ROUGH_MM, turn
+from chipwise.turning.state import CLEARANCE_MM, FACED_MM, Step, tools_of_role, without_tool
 from chipwise.turning.thread import thread
 
 FACE_REMEDIES = {EDGE: "use a tool whose front angle I is at most 90 degrees", HOLDER: "use a tool whose holder is behind its nose",
                  BARRIER: "use a faced blank, or end the barrier of the tailstock with G23"}
-GROOVE_MM = 0.3         # a grooving tool does not come for less
 
 
 def face(state, name):
@@ -62,20 +62,6 @@ def _faced(state, name, tool, end, target):
     return step
 
 
-def groove(state, name):
-    """Plunges of a grooving tool where the other tools could not go."""
-    tools = tools_of_role(state, "groove", False, flat_bottom=True)
-    if not tools:
-        return Step(name, False, "no tool for it: none of role GROOVE")
-    work, view, tool, domain = state.work(tools[0], 0.0)
-    path = passes.plunge(work, domain, 0.8 * (tool.flat + 2 * tool.nose), GROOVE_MM)
-    if path is None:
-        return Step(name, False, f"nothing thicker than {GROOVE_MM:g} mm is left within reach of T{tool.number}")
-    step = Step(name, True, "stock is left that the other tools do not reach", tool, "outside, transverse")
-    state.cut(step, path, tool, view, domain)
-    return step
-
-
 def part_off(state, name):
     """The part from the bar, behind its left end."""
     order, stock = state.order, state.stock[False]
@@ -103,7 +89,7 @@ def part_off(state, name):
     return step
 
 
-REPEATED = ("rest outside", "rest inside", "finish outside", "finish inside")      # as long as a tool reaches more
+REPEATED = ("rest outside", "rest inside", "finish outside", "finish inside", "groove")      # as long as a tool reaches more
 STEPS = {
     "face": face, "drill": drill, "groove": groove, "part off": part_off,
     "thread outside": lambda s, n: thread(s, n, False), "thread inside": lambda s, n: thread(s, n, True),

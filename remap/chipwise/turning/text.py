@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """A plan as the operator reads it, and as data.  Called by cli/turn.py and outcome.py."""
 
-from chipwise.turning.blocks import seconds
+from chipwise.turning.blocks import feed_of, seconds, spindle_line
 from chipwise.turning.plan import total_length
 
 NOTHING = "nothing to do: the blank is the part"
@@ -16,7 +16,7 @@ def report(plan, request, rapid_mm_s):
             continue
         yield f"{number:2} {step.name:15} T{step.tool.number}  {step.why}"
         yield (f"{'':18} {step.direction}, Z{step.z1 * scale:.3f} to Z{step.z0 * scale:.3f}; feed {total_length([step]) * scale:.1f} {unit}, "
-               f"{seconds(step, request, rapid_mm_s):.1f} s, removes {step.removed * scale ** 2:.4g} {unit}2")
+               f"{seconds(step, request, rapid_mm_s):.1f} s, removes {step.removed * scale ** 2:.4g} {unit}2, {spindle_line(request, step)} F{feed_of(step, request) * scale:.4g}")
         if step.transverse:
             yield f"{'':18} transverse: " + ", ".join(f"Z{z1 * scale:.3f} to Z{z0 * scale:.3f}" for z0, z1 in step.transverse)
     needed = [s for s in plan.steps if s.needed]
@@ -48,10 +48,11 @@ def summary(plan, request, rapid_mm_s):
 
 
 def data(plan, request, rapid_mm_s):
-    """Plan for --json: lengths mm, areas mm2, times s."""
+    """Plan for --json: lengths mm, areas mm2, times s; feeds mm a minute or a revolution."""
     return {
         "steps": [{"number": n, "name": s.name, "needed": s.needed, "why": s.why, "tool": s.tool.number if s.needed else None,
-                   "direction": s.direction, "z": [s.z0, s.z1] if s.needed else None, "transverse": [list(r) for r in s.transverse], "feed_length_mm": total_length([s]),
+                   "direction": s.direction, "z": [s.z0, s.z1] if s.needed else None, "transverse": [list(r) for r in s.transverse], "feed_length_mm": total_length([s]), "spindle": spindle_line(request, s) if s.needed else "",
+                   "feed": feed_of(s, request) if s.needed else 0.0,
                    "time_s": seconds(s, request, rapid_mm_s) if s.needed else 0.0, "removed_mm2": s.removed} for n, s in enumerate(plan.steps, 1)],
         "residue": [{"z": [r.z0, r.z1], "area_mm2": r.area, "height_mm": r.height, "side": "inside" if r.inside else "outside",
                      "lines": list(r.lines)} for r in plan.residue]}

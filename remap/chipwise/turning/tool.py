@@ -22,6 +22,8 @@ MAX_BYTES = 1 << 18
 # key: (largest, may be 0 or less, rule)
 _NUMBERS = {"edge_length": (500.0, False, "a length above 0 mm"), "width": (100.0, False, "a length above 0 mm"),
             "depth": (50.0, False, "a length above 0 mm"), "point_angle": (180.0, False, "an angle above 0, up to 180 degrees"),
+            "cutting_speed": (2000.0, False, "a speed above 0, up to 2000 m/min"), "feed": (10.0, False, "a feed above 0, up to 10 mm per revolution"),
+            "finish_feed": (10.0, False, "a feed above 0, up to 10 mm per revolution"),
             "relief": (20.0, True, "an angle from 0 to 20 degrees"), "bar": (500.0, False, "a length above 0 mm")}
 
 
@@ -40,6 +42,7 @@ class LatheTool:
     tip                 (z, x) mm from the nose's centre to the controlled point, in the machine's own frame
     point_angle         degrees, of a drill; 0: not a drill
     lean                mm per mm by which the edge in front leans away from a wall; inf: it reaches over
+    cutting_speed       m/min; feed, finish_feed: mm per revolution of cuts and of finishing cuts; 0: the program's
     included            degrees between the edges; pitch: mm, (least, most) of a threading tool, () for any
     """
 
@@ -63,6 +66,9 @@ class LatheTool:
     included: float = 0.0
     pitch: tuple = ()
     lean: float = math.inf
+    cutting_speed: float = 0.0
+    feed: float = 0.0
+    finish_feed: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -182,7 +188,12 @@ def make_tool(number, table, geometry, unit_mm=1.0):
     return LatheTool(number, tuple(more.get("roles", ())), inside, nose, diameter, left, right, flat, more["edge_length"],
                      min(more.get("depth", more["edge_length"] / 2), more["edge_length"]), *more["holder"], more.get("bar", 0.0),
                      towards, (at_flat - z * nose, -x * nose), included=high - low,
-                     pitch=tuple(more.get("pitch", ())), lean=math.tan(math.radians(ahead)) if ahead >= 0.0 else math.inf)
+                     pitch=tuple(more.get("pitch", ())), lean=math.tan(math.radians(ahead)) if ahead >= 0.0 else math.inf, **_cutting(more))
+
+
+def _cutting(more):
+    """Speed and feeds of a LatheTool of its own."""
+    return {key: more.get(key, 0.0) for key in ("cutting_speed", "feed", "finish_feed")}
 
 
 def _edges(entry, flat, wrong):
@@ -217,4 +228,4 @@ def _drill(number, entry, more, diameter, wrong):
     if "edge_length" not in more:
         wrong(f"[lathe.{number}] has no edge_length", "add the length of the drill's flutes")
     return LatheTool(number, tuple(more.get("roles", ("drill",))), True, 0.0, diameter, math.inf, math.inf, 0.0, more["edge_length"],
-                     more.get("depth", diameter), 0.0, 0.0, 0.0, 0.0, -1, (0.0, 0.0), more["point_angle"])
+                     more.get("depth", diameter), 0.0, 0.0, 0.0, 0.0, -1, (0.0, 0.0), more["point_angle"], **_cutting(more))
