@@ -21,9 +21,10 @@ import time
 import roots  # noqa: F401  sys.path
 from chipwise.errors import CycleError
 from chipwise.turning import kept, nc, reach, rest
-from chipwise.turning.blocks import feed_of, seconds
+from chipwise.turning.blocks import feed_of
 from chipwise.turning.graph import at, flat
 from chipwise.turning.plan import total_length
+from chipwise.turning.times import seconds
 from rows import row
 from support.turning_cut import CELL, THIN, lengths
 from support.turning_g71 import judged
@@ -63,7 +64,7 @@ def random_parts(seed, count, folder, cell):
         length, least = length + total_length(levels) + fine, least + sum(s.removed for s in levels) / request.words["D"] + fine
         bound += passes_along(plan, request.words["D"]) + fine
         columns += any(s.transverse for s in plan.steps)
-        cycle += sum(seconds(s, request, machine.rapid_mm_s) for s in plan.steps if s.needed)
+        cycle += sum(seconds(s, request, machine.motion) for s in plan.steps if s.needed)
         shortest = {whole: shortest[whole] + least_seconds(plan, request, whole) for whole in shortest}
     note = f"{count} parts, {barriers} with a barrier"
     air = f"{note}; air is what takes less than {THIN * cell:g} mm"

@@ -8,6 +8,7 @@ from chipwise.turning.read_part import job_of, make_order
 from chipwise.turning.request import read_request
 from chipwise.turning.state import ORDER
 from chipwise.turning.thread import Drive
+from chipwise.turning.times import Motion
 from support.turning_oracle import Insert
 from support.turning_random import INSERTS
 
@@ -35,7 +36,7 @@ holder = [0.3, 60, 2]
 class Machine:
     """What make_order() needs of a machine."""
 
-    ini, unit_mm, close_gap, rapid_mm_s, barrier_clearance, drive = "", 1.0, 0.01, 100.0, 0.0, Drive()
+    ini, unit_mm, close_gap, motion, barrier_clearance, drive = "", 1.0, 0.01, Motion(), 0.0, Drive()
 
     def __init__(self, folder, insert):
         self.table, self.geometry = str(folder / "lathe.tbl"), str(folder / "tools.toml")

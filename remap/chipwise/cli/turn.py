@@ -49,6 +49,7 @@ def run(options):
     from chipwise.turning.plan import make_plan
     from chipwise.turning.read_part import Machine, job_of, make_order, read_steps, tool_notes
     from chipwise.turning.request import lines_of_plans, read_request
+    from chipwise.turning.times import times
     check_options(options)
     unit = 'mm'
     try:
@@ -72,7 +73,7 @@ def run(options):
         raise UsageError(f'{NAME}: ' + unnamed(error.text(unit))) from error
     if output:
         write_output(NAME, options.output, output)
-    report(options, request, plan, machine, text)
+    report(options, request, plan, times(plan, request, machine.motion), text)
     for line in said:
         print(f'chipwise: {NAME}: {line}', file=sys.stderr)
     others = lines_of_plans(program)[1:]
@@ -92,15 +93,15 @@ def output_text(options, plan, request, title):
     return program(plan, request, f'{title}, planned by chipwise turn')
 
 
-def report(options, request, plan, machine, text):
+def report(options, request, plan, spent, text):
     """Print the plan, and write --json."""
-    found = json.dumps(text.data(plan, request, machine.rapid_mm_s), indent=1) + '\n'
+    found = json.dumps(text.data(plan, request, spent), indent=1) + '\n'
     if options.json == '-':
         print(found, end='')
         return
     if options.json:
         write_output(NAME, options.json, found)
-    print('\n'.join(text.report(plan, request, machine.rapid_mm_s)))
+    print('\n'.join(text.report(plan, request, spent)))
 
 
 def check_options(options):

@@ -56,7 +56,7 @@ def _order(state, single):
     request = _request(state, read_program(program))
     job = replace(shape.job(state, request.words["Q"]), lathe=True, diameter=request.diameter)
     stock = "" if single or not program or context.may_be_skipped() else state.settings.path("TURNING_STOCK")
-    fields = {"request": request, "program": program, "number": int(number or 0), "only_say": bool(say), "zero": barriers.shift(state), "limits": travel.lathe(state), "stock": stock,
+    fields = {"request": request, "program": program, "number": int(number or 0), "only_say": bool(say), "zero": barriers.shift(state), "home": state.position()[2::-2], "limits": travel.lathe(state), "stock": stock,
               "keep": bool(stock and state.interp.task)}
     return state.order("turning", fields, job)
 

@@ -12,7 +12,6 @@ Called by nc.py, which writes them to a file, and by outcome.py, whose lines G26
 import math
 from typing import Any, NamedTuple
 
-from chipwise.turning.plan import lengths
 from chipwise.turning.request import rpm
 
 FOOT_M = 0.3048
@@ -149,17 +148,3 @@ def _line(step, move, z, scale, x):
     sign = -1.0 if step.tool.inside else 1.0
     code = "G3" if move.ccw != step.tool.inside else "G2"
     return f"{code} {end} I{sign * (move.centre[1] - x) * scale:.6f} K{(move.centre[0] - z) * scale:.6f}"
-
-
-def seconds(step, request, rapid_mm_s):
-    """Time of a step's moves, s."""
-    total, x = 0.0, step.start[1]
-    for (kind, length), move in zip(lengths(step), step.moves):
-        if kind == "rapid":
-            total += length / rapid_mm_s
-        elif kind == "thread":
-            total += 60.0 / step.speed * (length / move.pitch + 0.5)        # on average it waits half a turn for the index
-        else:
-            total += 60.0 * length / (feed_of(step, request) * (speed_at(step, request, 0.5 * (abs(x) + abs(move.x))) if request.per_rev else 1.0))
-        x = move.x
-    return total

@@ -16,6 +16,7 @@ from chipwise.turning import kept, rest, text, travel
 from chipwise.turning.blocks import Run, Turning, blocks, spindle_line
 from chipwise.turning.read_part import Machine, make_order, tool_notes, with_start
 from chipwise.turning.request import read_program, read_roles
+from chipwise.turning.times import times
 from chipwise.turning.tool import read_table
 
 LEAD = "chipwise: "
@@ -25,7 +26,7 @@ LEAD = "chipwise: "
 class TurnRequest:
     """request: Request, complete; program: path, "" in MDI; number: of the only step to make, 0 for all; only_say: H1; zero: (z, x) mm of the
     work coordinates on the machine; limits: ((name, low, high), ..) of its Z and X, () where they do not count; stock: path of the file of the stock,
-    "" for none; keep: write it."""
+    "" for none; keep: write it; home: (z, x) mm where tools are changed."""
 
     request: object
     program: str = ""
@@ -35,6 +36,7 @@ class TurnRequest:
     limits: tuple = ()
     stock: str = ""
     keep: bool = False
+    home: tuple = ()
     most_moves: int = 0
 
 
@@ -106,11 +108,15 @@ def _keep(path, key, choice):
 def _said(plan, request, machine, asked):
     """Lines for the operator: the whole plan for H1, else what is going to be done."""
     if asked.only_say:
-        return [" ".join(line.split()) for line in text.report(plan, request, machine.rapid_mm_s)]
+        return [" ".join(line.split()) for line in text.report(plan, request, _times(plan, request, machine, asked))]
     if asked.number:
         step = plan.steps[asked.number - 1]
         return [f"step {asked.number}, {step.name}: " + (f"T{step.tool.number}, {step.why}" if step.needed else f"not needed: {step.why}")]
-    return [text.summary(plan, request, machine.rapid_mm_s)]
+    return [text.summary(plan, request, _times(plan, request, machine, asked))]
+
+
+def _times(plan, request, machine, asked):
+    return times(plan, request, machine.motion, asked.home or None)
 
 
 def _run(block, marks):

@@ -16,9 +16,11 @@ from chipwise.turning.request import rpm
 from chipwise.turning.state import ORDER, Order
 from chipwise.turning.thread import Drive
 from chipwise.turning.thread_comment import read_threads
+from chipwise.turning.times import Motion
 from chipwise.turning.tool import ROLES, make_tool, read_geometry, read_table
 
 MAX_STEPS_BYTES = 1 << 16
+UNKNOWN_MM_S = 50.0     # velocity of such an axis
 UNKNOWN_MM_S2 = 50.0    # acceleration of an axis whose INI file has none: slow, so that a run-in is long
 
 
@@ -143,7 +145,7 @@ def _of_role(tool, role):
 
 
 class Machine:
-    """What the plan needs of an INI file: ini, table and geometry (paths), unit_mm, close_gap, barrier_clearance (mm), steps, rapid speed (mm/s), drive (thread.Drive),
+    """What the plan needs of an INI file: ini, table and geometry (paths), unit_mm, close_gap, barrier_clearance (mm), steps, motion (times.Motion), drive (thread.Drive),
     and startup (codes in force before a program).
     """
 
@@ -156,7 +158,18 @@ class Machine:
         self.barrier_clearance = settings["BARRIER_CLEARANCE"]
         self.steps = read_steps(settings.path("TURNING_STEPS"))
         self.drive = _drive(ini, self.unit_mm)
-        self.rapid_mm_s = (ini.number("TRAJ", "MAX_LINEAR_VELOCITY", 50.0) or 50.0) * self.unit_mm
+        self.motion = _motion(ini, self.unit_mm)
+
+
+def _motion(ini, unit_mm):
+    """Motion of an INI file."""
+    def of_axes(key, path_key, otherwise):
+        path = ini.number("TRAJ", path_key) or otherwise
+        return tuple((ini.number(f"AXIS_{letter}", key) or path) * unit_mm for letter in "ZX"), path * unit_mm
+
+    velocity, path_velocity = of_axes("MAX_VELOCITY", "MAX_LINEAR_VELOCITY", UNKNOWN_MM_S / unit_mm)
+    acceleration, path_acceleration = of_axes("MAX_ACCELERATION", "MAX_LINEAR_ACCELERATION", UNKNOWN_MM_S2 / unit_mm)
+    return Motion(velocity, acceleration, path_velocity, path_acceleration)
 
 
 def _drive(ini, unit_mm):
