@@ -226,7 +226,7 @@ BAD = [
     (program(SHAFT, bar(), head="G21 G18 G8 G94\n"), "the spindle does not turn at G26"),
     (program(SHAFT, bar(), head="G21 G18 G8 G94 G97 S500 M5\n"), "the spindle does not turn at G26"),
     (program(SHAFT, bar(), head="G21 G18 G8 G95 G96 S180 M3\n"), "G96 has no D"),
-    (program(BORED, bar(28), tools="ROUGH=7,FINISH=7,DRILL=5", call=G26.replace("I0.3", "I3")), "diameter"),
+    (program(BORED.replace("X8", "X5.5"), bar(28), tools="ROUGH=7,FINISH=7,DRILL=5"), "diameter"),
     (program(SHAFT, "(WORKPIECE,CYLINDER,AXIS=Z,DIAMETER=nan,ZMIN=-60,ZMAX=0)\n"), "not all given as numbers"),
 ]
 

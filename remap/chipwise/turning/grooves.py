@@ -19,14 +19,14 @@ def groove(state, name):
     tools = tools_of_role(state, "groove", False, flat_bottom=True)
     if not tools:
         return without_tool(name, "groove", False)
-    for number, tool in enumerate(tools):
-        if state.last.get(name) == number:
+    for tool in tools:
+        if (name, tool.number) in state.made:
             continue
         step = Step(name, False, "stock is left that the other tools do not reach", tool, "outside, transverse")
         for fit in (0.0, FIT_MM):
             _plunge(state, step, tool, fit)
         if step.needed:
-            state.last[name] = number
+            state.made.add((name, tool.number))
             return step
     return Step(name, False, f"nothing thicker than {GROOVE_MM:g} mm is left within reach of " + " or ".join(f"T{t.number}" for t in tools))
 

@@ -19,7 +19,6 @@ from chipwise.turning.state import ORDER, State
 from chipwise.turning.steps import REPEATED, STEPS
 
 MISSING_MM = 0.01       # the blank may be smaller than the part by so much
-MOST_VISITS = 2         # of a tool in a step that is repeated
 THICK_MM = 0.3          # a tool that could not go somewhere is a reason to refuse the plan if more than that is left on its side
 RESIDUE_MM = 0.003      # thinner residue is not listed, nor of a smaller area than its square
 
@@ -70,12 +69,11 @@ def make_plan(order):
 
 
 def _made(state, name):
-    """The Steps of a name: rest machining and finishing are repeated as long as a tool reaches more."""
-    step, count = STEPS[name](state, name), 1
+    """The Steps of a name: rest machining, finishing and grooving are repeated as long as another tool reaches more."""
+    step = STEPS[name](state, name)
     yield step
-    most = MOST_VISITS * sum(map(len, state.order.tools.values()))
-    while name in REPEATED and step.needed and count < most:
-        step, count = STEPS[name](state, name), count + 1
+    while name in REPEATED and step.needed:         # each tool once: State.made
+        step = STEPS[name](state, name)
         if step.needed:
             yield step
 

@@ -54,7 +54,7 @@ def turn(state, name, role, inside, finishing, rest=False):
     allowance, least = (0.0, FINISH_MM) if finishing else (0.0 if role == "undercut" else state.order.allowance, ROUGH_MM)
     said = []
     for tool in tools:
-        if state.last.get(inside) == (finishing, allowance, tool.number):      # it has just had its turn
+        if (name, tool.number) in state.made or state.last.get(inside) == (finishing, allowance, tool.number):      # it has had its turn
             continue
         try:
             step, left = _turned(state, name, tool, finishing, allowance, least)
@@ -62,6 +62,7 @@ def turn(state, name, role, inside, finishing, rest=False):
             state.failed.append((name, tool, error))
             step, left = None, f"T{tool.number}: {fill(error.problem, error.values, 'mm')}"
         if step:
+            state.made.add((name, tool.number))
             return step
         said += [left] * bool(left)
     return Step(name, False, " and ".join(said) or f"nothing thicker than {least:g} mm is left within reach of " + " or ".join(f"T{t.number}" for t in tools))
@@ -73,7 +74,7 @@ def _turned(state, name, tool, finishing, allowance, least):
     step, found, inside = None, None, tool.inside
     for _ in range(FINISHES if finishing else 1):
         try:
-            found = _path(state, name, tool, finishing, allowance, least)
+            found = _path(state, name, tool, finishing, allowance, least, step is not None)
         except passes.NoRoom:
             if step is None:
                 raise
@@ -83,7 +84,6 @@ def _turned(state, name, tool, finishing, allowance, least):
         step = step or Step(name, True, f"{found.area:.2f} mm2 within its reach", tool,
                             f"{'inside' if inside else 'outside'}, {_direction(found.path, tool)}" + (", along the profile" if finishing else ""))
         state.cut(step, found.path, found.tool, found.view, found.domain)
-        state.finished.add((name, tool.number))
         state.last[inside] = finishing, allowance, tool.number
     left = found.left if found else ""
     if step and left:
@@ -91,7 +91,7 @@ def _turned(state, name, tool, finishing, allowance, least):
     return step, left
 
 
-def _path(state, name, tool, finishing, allowance, least):
+def _path(state, name, tool, finishing, allowance, least, again):
     """_Found of a tool."""
     keep = _out_of_reach(state, tool, reach.dilated(state.stock[True], tool, 0.0, state.domain)) if tool.inside else left_to_groove(state, name, tool)
     work, view, framed, domain = state.work(tool, allowance, not finishing, keep)
@@ -101,7 +101,7 @@ def _path(state, name, tool, finishing, allowance, least):
     if tool.inside:
         work = replace(work, roof=roof(state, framed, min(r[0] for r in regions)))
     if finishing:
-        return _finish(state, name, tool, work, keep, (framed, view, domain), least)
+        return _finish(state, tool, work, keep, (framed, view, domain), least, again)
     if _finished_later(state, name, tool.inside):
         work = replace(work, tooth=min(TOOTH * allowance, TOOTH_MM))
     path = passes.rough(work, domain, min(state.order.depth, tool.depth, max(tool.holder_up, 0.0)), least)
@@ -117,17 +117,17 @@ def _regions(work, domain, least):
     return passes.worth(above(clip(work.contact, *domain), work.reach, passes.ROUNDING_MM), least)
 
 
-def _finish(state, name, tool, work, keep, frame, least):
+def _finish(state, tool, work, keep, frame, least, again):
     """_Found of a finishing tool.  Stock that is too thick for it is left to other steps: there no position is below contact.
 
-    The tool comes back only where nothing is too thick: else it would nibble at that, a finishing cut at a time.  In a bore the passage around what
-    is too thick may be barred by the far side: then all behind it stays."""
+    again: the tool has been there, and comes back only where nothing is too thick: else it would nibble at that, a finishing cut at a time.  In a bore
+    the passage around what is too thick may be barred by the far side: then all behind it stays."""
     most, thick = _thickness(state, tool, work.contact, keep)
     if not thick:
         return _finished(work, frame, least)
     ends = sorted(-z if tool.towards > 0 else z for z in (thick[0][0], thick[-1][1]))
     left = f"T{tool.number} leaves what is thicker than {most:g} mm, between Z{ends[1]:.3f} mm and Z{ends[0]:.3f} mm"
-    if (name, tool.number) in state.finished:
+    if again:
         return _found(None, [], frame, left)
     thin = upper(work.reach, [p for z0, z1, _, _ in thick for p in clip(work.contact, z0, z1)])
     try:

@@ -70,9 +70,9 @@ class State:
         self.safe_z = max(part.z1, blank.z1) + FAR_MM
         self.stock = {False: blank.outside, True: blank.bore or [flat(blank.z0, blank.z1, 0.0)]}
         self.given = dict(self.stock)
-        self.finished = set()               # (name of a step, tool number) of what has been finished
+        self.made = set()                   # (name of a step, tool number): each tool makes a step once
         self.lids = {}                      # {tool number: pieces of what it leaves to a grooving tool}
-        self.last = {}                      # {inside: (finishing, allowance, tool number)} of what has been turned last; {"groove": which tool}
+        self.last = {}                      # {inside: (finishing, allowance, tool number)} of what has been turned last
         self.failed = []                    # (name of a step, LatheTool, CycleError): a tool that could not make it
         self.faced = part.z1 + order.allowance if blank.z1 <= part.z1 + order.allowance + FACED_MM else math.inf
         self.through = bool(part.bore) and part.bore[0].z0 < part.z0 + passes.ROUNDING_MM

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """How long a plan takes on the machine, s: each move from rest to rest, as exact path (G61) has it.  Called by text.py and outcome.py.
 
-What stands still is not in it and named apart: tool changes, the start of the spindle, the planning itself."""
+Tool changes, the start of the spindle and the planning are not included, and are named apart."""
 
 import math
 from dataclasses import dataclass

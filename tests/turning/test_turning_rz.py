@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Random parts with one to six tools of both hands, default steps, judged by an r(z) judge written apart.
+
+    CHIPWISE_RANDOM_COUNT=200 CHIPWISE_SEED=40 tools/test tests/turning/test_turning_rz.py
+"""
+import random
+import re
+
+import pytest
+
+from chipwise.errors import CycleError
+from chipwise.ini import Ini
+from chipwise.settings import load_settings
+from chipwise.turning import nc
+from chipwise.turning.plan import make_plan
+from chipwise.turning.read_part import Machine, job_of, make_order
+from chipwise.turning.request import read_request
+from support import ROOT
+from support.random_cases import random_count, random_seed, write_replay
+from support.turning_hands import random_part
+from support.turning_rz import Judge
+
+CLEARANCE = 1.0
+TRUE_REASONS = ("faces down to X", "parts off down to X", "would enter a barrier", "more than the drill's flutes", "boring bar would touch the far side")
+
+
+def machine_of(part, folder):
+    """Machine with the tools of a part."""
+    (folder / "lathe.tbl").write_text("".join(t.line() for t in part.tools))
+    (folder / "lathe_tools.toml").write_text("".join(t.table() for t in part.tools))
+    (folder / "lathe.ini").write_text((ROOT / "configs" / "lathe.ini").read_text())
+    path = str(folder / "lathe.ini")
+    return Machine(Ini(path), load_settings(path), path)
+
+
+def planned(part, folder):
+    """(plan, written program, mm of a unit) of a part, with the machine's default steps."""
+    machine = machine_of(part, folder)
+    (folder / "part.ngc").write_text(part.text)
+    request = read_request(part.text, machine.startup)
+    plan = make_plan(make_order(job_of(str(folder / "part.ngc"), request, machine), part.text, request, machine, machine.steps))
+    return plan, nc.program(plan, request, "random"), request.scale
+
+
+@pytest.mark.parametrize("k", range(random_count(4)))
+def test_parts_of_both_hands(k, tmp_path):
+    """No gouge above 0.001 mm, no rapid or holder in the stock, no tool within 1 mm of a barrier, and no refusal without a true reason."""
+    seed = f"hands {random_seed()} {k}"
+    part = random_part(random.Random(seed))
+    replay = write_replay("turning_" + seed.replace(" ", "_"), {"seed": seed, "text": part.text, "tools": [t.line() + t.table() for t in part.tools]})
+    try:
+        plan, text, unit = planned(part, tmp_path)
+    except CycleError as error:
+        assert any(reason in str(error) for reason in TRUE_REASONS), f"{seed}: {error}\n{replay}"
+        print(f"refused: {error}")
+        return
+    judge = Judge(part, CLEARANCE)
+    worst = judge.judge(text, unit)
+    said = f"{seed}: {worst} {judge.where} {replay}"
+    assert worst["gouge"] <= 0.001, said
+    assert worst["contact"] <= 0.002 and worst["holder"] <= 0.001, said
+    assert worst["barrier"] <= 0.001, said
+    assert plan.steps
+    print(f"steps {sum(s.needed for s in plan.steps)} of {len(part.tools)} tools; {judge.left():.3f} mm left at most")
+    replay.unlink()
+
+
+@pytest.mark.parametrize("name, code, shift", [("gouge", "123", (-0.004, 0.0)), ("gouge", "123", (0.0, -0.003)), ("contact", "0", (0.0, -0.7)), ("barrier", "123", (-0.003, 0.0))])
+def test_the_judge_sees_a_wrong_path(name, code, shift, tmp_path):
+    """Feeds moved into part or barrier, rapids moved into the stock."""
+    part = random_part(random.Random("wrong 192"))          # its insert has to end at the clearance of a chuck
+    _, text, unit = planned(part, tmp_path)
+    wrong = re.sub(rf"^G([{code}]) X(-?[\d.]+) Z(-?[\d.]+)",
+                   lambda m: f"G{m[1]} X{float(m[2]) + shift[1] / unit:.7f} Z{float(m[3]) + shift[0] / unit:.7f}", text, flags=re.M)
+    assert Judge(part, CLEARANCE).judge(text, unit)[name] <= 0.002
+    assert Judge(part, CLEARANCE).judge(wrong, unit)[name] > 0.002
