@@ -62,7 +62,7 @@ def check_times(plan, spent, rows):
     period, moving = float(rows["period"]), np.hypot(np.gradient(rows["x"]), np.gradient(rows["z"])) > 1e-9
     took = moving.sum() * period
     print(f"planned {spent.total:.1f} s, moved {took:.1f} s; {spent.travel:.1f} s of travel, {spent.changes} tool changes")
-    assert abs(spent.total - took) < 0.03 * took
+    assert abs(spent.total - took) < 0.05 * took
     assert plan["time_s"] == pytest.approx(sum(s["time_s"] for s in plan["steps"])) == pytest.approx(sum(spent.steps))
     assert plan["travel_s"] is None and plan["tool_changes"] == spent.changes > 0
 
