@@ -7,6 +7,7 @@
 #define CHIP_EVEN_RISE 0.05
 #define CHIP_BRAKE_MARGIN 1.2  /* of the braking distance: no load step beyond it binds */
 #define CHIP_BRAKE_PERIODS 6.0 /* periods of acceleration that may add to the velocity meanwhile */
+#define CHIP_BLEND_MOST 2.0    /* times its velocity before that a tool can have in a blend [8] */
 
 /* Frees an entry: of all pairs of neighbours, merges on the safe side the one that loses least (length
  * times how much slower) [4]. Returns 1 if that is the last one and the new one. */
@@ -103,10 +104,53 @@ static double binding_until(const struct chip_lookahead *lookahead, const struct
          + lookahead->spacing + 2.0 * lookahead->latency_travel + lookahead->jerk_travel;
 }
 
+/* [8] A parabolic blend ahead, of half a segment on either side at most. */
+struct blend_ahead {
+    int segment;         /* number of the segment it leaves, from the one the tool is on */
+    double end;          /* mm from the tool to the end of that segment */
+    double begin, until; /* mm from the tool to where the blend begins and ends */
+    double excess;       /* how many times the velocity at its beginning the tool may have in it */
+    double far;          /* mm from the tool, up to where segments with blends may begin */
+};
+
+/* Finds the next one behind `blend`; if there is none it begins nowhere. */
+static void next_blend(const struct chip_lookahead *lookahead, const struct chip_path *path, struct blend_ahead *blend)
+{
+    double speed = lookahead->predicted.speed;
+    blend->begin = blend->until = 1e300;
+    while (blend->segment + 2 < path->count && blend->end <= blend->far) {
+        const struct chip_segment *segment = &path->segment[chip_path_slot(path, ++blend->segment)];
+        const struct chip_segment *next = &path->segment[chip_path_slot(path, blend->segment + 1)];
+        blend->end += segment->length;
+        if (segment->join != CHIP_JOIN_PARABOLIC || !(segment->accel > 0.0) || !(next->accel > 0.0)) continue;
+        blend->begin =
+            blend->end - 0.5 * chip_min(segment->length, speed * speed / segment->accel) - lookahead->latency_travel;
+        blend->until = blend->end + 0.5 * chip_min(next->length, speed * speed / next->accel);
+        blend->excess = next->accel > segment->accel ? 2.0 - segment->accel / next->accel : 1.0;
+        if (blend->excess * speed + next->accel * lookahead->period < CHIP_BLEND_MOST * speed)
+            blend->excess += next->accel * lookahead->period / speed;
+        else
+            blend->excess = CHIP_BLEND_MOST;
+        return;
+    }
+}
+
+/* [8] Adds the blends in which the path from `from` to `to` mm before the tool lies; its load is at most `area`. */
+static void add_blends(const struct chip_lookahead *lookahead, const struct chip_path *path, double from, double to,
+                       double area, struct blend_ahead *blend, struct chip_load_profile *profile)
+{
+    while (blend->begin <= to) {
+        if (blend->until >= from) add_step(profile, chip_max(0.0, blend->begin), area * blend->excess);
+        if (blend->until > to) return;
+        next_blend(lookahead, path, blend);
+    }
+}
+
 void chip_lookahead_profile(const struct chip_lookahead *lookahead, const struct chip_path *path,
                             const struct chip_stock *stock, const struct chip_tool *tool, double horizon,
                             struct chip_load_profile *profile)
 {
+    struct blend_ahead blend = { -1, 0.0, 1e300, 1e300, 1.0, 0.0 };
     double reached = 0.0, until;
     int i, now, last = lookahead->first + lookahead->count - 1,
                 known = lookahead->on_path || lookahead->predicted.known;
@@ -120,6 +164,11 @@ void chip_lookahead_profile(const struct chip_lookahead *lookahead, const struct
     for (i = now; i <= now + 1; i++)
         if (i >= lookahead->first && i <= last) profile->depth = chip_max(profile->depth, lookahead->depth[slot_of(i)]);
     until = chip_min(lookahead->at_s + horizon, binding_until(lookahead, path, horizon));
+    if (lookahead->on_path) {
+        blend.end = path->begin_s - lookahead->at_s;
+        blend.far = until - lookahead->at_s;
+        next_blend(lookahead, path, &blend);
+    }
     for (i = now + 1; i <= last; i++) {
         const struct chip_load_interval *interval = interval_of(lookahead, i);
         double at = sample_s(lookahead, i) - lookahead->at_s, area;
@@ -134,6 +183,9 @@ void chip_lookahead_profile(const struct chip_lookahead *lookahead, const struct
         CHIP_FAULT(SAMPLES_LATE, at += lookahead->spacing + rise_begins_before(lookahead, interval, i));
         if (area > profile->step[profile->steps - 1].area)
             add_step(profile, chip_max(0.0, at - rise_begins_before(lookahead, interval, i)), area);
+        if (blend.begin <= at)
+            add_blends(lookahead, path, i > lookahead->first ? sample_s(lookahead, i - 1) - lookahead->at_s : 0.0, at,
+                       chip_max(area, interval->a), &blend, profile);
     }
     if (i <= last) reached = horizon; /* there are more, which do not bind */
     if (lookahead->on_path) horizon = chip_min(horizon, path->end_s - lookahead->at_s);

@@ -29,7 +29,7 @@ void chip_lookahead_reset(struct chip_lookahead *lookahead)
     chip_predicted_path_reset(&lookahead->predicted);
     lookahead->first = lookahead->count = lookahead->stale = lookahead->on_path = 0;
     lookahead->begin_area = lookahead->at_s = lookahead->spacing = lookahead->next_spacing = lookahead->begin_s =
-        lookahead->latency_travel = lookahead->jerk_travel = lookahead->jerk_gain = 0.0;
+        lookahead->period = lookahead->latency_travel = lookahead->jerk_travel = lookahead->jerk_gain = 0.0;
 }
 
 /* Cosine between the old predicted path at `s` and the beginning of the new one. */
@@ -266,6 +266,7 @@ void chip_lookahead_step(struct chip_lookahead *lookahead, const struct chip_pat
         begun = 0;
     }
     lookahead->at_s = on_path ? path->s : lookahead->predicted.travelled;
+    lookahead->period = period;
     lookahead->latency_travel = CHIP_LATENCY * lookahead->predicted.speed * period;
     if (begun) lookahead->begin_s = lookahead->at_s;
     if (on_path || lookahead->predicted.known) update_samples(lookahead, path, stock, tool, horizon, budget);

@@ -30,6 +30,12 @@
  *     What lies between two samples is computed when one of those it depends on changes, and kept.
  *  7. Where the path turns between two samples the area is sublinear in the direction: at most their larger
  *     one over the cosine of half the turn is met.
+ *  8. In a parabolic blend LinuxCNC takes the tool off one segment with that one's acceleration a and puts it on the next with
+ *     its own b, each up to the velocity commanded; no override acts on it (tp/tp.c, tpUpdateBlend and tpUpdateCycle;
+ *     measured on 2.9.0~pre1). If b is larger the two add up to 2 - a / b times the velocity at the blend's beginning,
+ *     and always to b times a period more; never to more than twice. Only at its end is the velocity the one commanded.
+ *     So the largest load in a blend, from v^2 / 2a before the corner to v^2 / 2b behind it, counts as that much higher, and
+ *     from its beginning on.
  */
 #ifndef CHIPWISE_LOOKAHEAD_H
 #define CHIPWISE_LOOKAHEAD_H
@@ -53,6 +59,7 @@ struct chip_lookahead {
     struct chip_predicted_path predicted; /* the path if the programmed one is unknown */
     int on_path;                          /* the samples lie on the programmed path */
     double at_s;                          /* mm, position of the tool on the path the samples lie on */
+    double period;                        /* s, of the last step */
     double latency_travel;                /* mm the tool travels until a command given now takes effect */
     /* mm the tool travels while a jerk-limited planner builds up its braking; 0: not limited */
     double jerk_travel;

@@ -40,7 +40,9 @@ static inline __attribute__((always_inline)) double clear_front(const struct chi
 static inline __attribute__((always_inline)) struct chip_point
 place_of(const struct chip_pose *at, const struct chip_strip *strip, double side, double front)
 {
-    double own = own_front(strip, side), ahead = strip->margin > 0.0 ? clear_front(at, strip, side) : own;
+    double own = own_front(strip, side), ahead;
+    if (!(strip->margin > 0.0)) return point_before(at, own, side, own, side);
+    ahead = clear_front(at, strip, side);
     if (ahead <= own) return point_before(at, own, side, own, side);
     /* the same distance beside a curved path */
     return point_before(at, ahead, side + at->half_curvature * (ahead * ahead - front * front), front, side);

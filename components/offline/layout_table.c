@@ -430,6 +430,8 @@ const struct chip_layout_entry chip_layout_table[] = {
     { "chip_lookahead.on_path size", sizeof(((struct chip_lookahead *)0)->on_path) },
     { "chip_lookahead.at_s", offsetof(struct chip_lookahead, at_s) },
     { "chip_lookahead.at_s size", sizeof(((struct chip_lookahead *)0)->at_s) },
+    { "chip_lookahead.period", offsetof(struct chip_lookahead, period) },
+    { "chip_lookahead.period size", sizeof(((struct chip_lookahead *)0)->period) },
     { "chip_lookahead.latency_travel", offsetof(struct chip_lookahead, latency_travel) },
     { "chip_lookahead.latency_travel size", sizeof(((struct chip_lookahead *)0)->latency_travel) },
     { "chip_lookahead.jerk_travel", offsetof(struct chip_lookahead, jerk_travel) },

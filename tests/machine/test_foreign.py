@@ -8,7 +8,7 @@ import re
 import numpy as np
 import pytest
 
-from support import ROOT, claims, foreign
+from support import ROOT, claims, foreign, foreign_post
 from support import judge as judging
 from chipwise.headless import runner
 
@@ -44,6 +44,36 @@ def test_the_claims_on_a_foreign_program(name, condition, tmp_path):
     assert judging.judge(run, program.blank, tools, 0.97 * target, swept).over_share > 0.2
     wider = [judging.Tool(1.03 * tool.diameter, tool.corner, tool.angle) for tool in tools]
     assert judging.judge(run, program.blank, wider, target).peak_10ms > 1.02
+
+
+# --- parabolic blends ----------------------------------------------------------------------------
+
+CHAIN = """X12.9183 Y10.5983
+X13.5868 Y10.8017
+X14.3589 Y11.2050
+X15.2009 Y11.7432
+X16.0721 Y12.3378
+X16.9288 Y12.9043
+X17.7288 Y13.3613
+X18.4355 Y13.6385
+X19.0221 Y13.6839
+X19.4741 Y13.4693
+X19.7905 Y12.9932
+X19.9845 Y12.2807
+X20.0816 Y11.3813
+X20.1173 Y10.3633
+X20.1334 Y9.3076""".splitlines()
+
+
+def test_without_arc_blends(tmp_path):
+    """[TRAJ]ARC_BLEND_ENABLE = 0: LinuxCNC adds the velocities of two segments in a blend, and no override acts on it (34 % above the target before)."""
+    text = "\n".join(["G21 G90 G17 G40 G94 G64 P0.01", "T1 M6", "M250 P0 Q0 R-9.3 I47 J33 K9.3", "S9000 M3", "F600", "M251 P2 Q6 E3600", "G0 Z4",
+                      f"G0 {CHAIN[0]}", "G1 Z-4.188 F500", *(f"G1 {place}" for place in CHAIN[1:]), "G0 Z4", "M252", "M2", ""])
+    program = foreign_post.Program("chain", text, judging.Blank.corners((0, 0, -9.3), (47, 33, 0)), {1: (judging.Tool(6.0), 0.0)})
+    found = claims.measure(program, claims.Condition(arc_blends=False), tmp_path, SPEED)[0]
+    assert found["finished"] and found["errors"] == [] and found["lost"] == 0
+    assert found["peak_10ms"] <= 1.02 and found["over_share"] == 0.0, found["places"]
+    assert found["mean"] > 0.85 and found["own_error"] < 0.005, found
 
 
 # --- a program that uses nothing of ours ---------------------------------------------------------

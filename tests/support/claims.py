@@ -31,6 +31,7 @@ class Condition:
     period: float = 1.0         # ms
     override: float = 1.0
     inch: bool = False
+    arc_blends: bool = True     # False: [TRAJ]ARC_BLEND_ENABLE = 0, parabolic blends only
 
     def __str__(self):
         words = [self.path or "as written", f"{self.accel:g} mm/s2"]
@@ -40,6 +41,8 @@ class Condition:
             words.append(f"{100 * self.override:g} %")
         if self.inch:
             words.append("inch machine")
+        if not self.arc_blends:
+            words.append("parabolic blends")
         return ", ".join(words)
 
 
@@ -74,6 +77,8 @@ def ini_text(condition, table, geometry):
     text = re.sub(r"^(\w*ACCELERATION) *=.*$", rf"\1 = {condition.accel / unit:.6f}", text, flags=re.M)
     text = re.sub(r"^SERVO_PERIOD *=.*$", f"SERVO_PERIOD = {round(condition.period * 1e6)}", text, flags=re.M)
     text = re.sub(r"^SUBROUTINE_PATH *=.*$", f"SUBROUTINE_PATH = {ROOT}/nc_files", text, flags=re.M)
+    if not condition.arc_blends:
+        text = text.replace("[TRAJ]\n", "[TRAJ]\nARC_BLEND_ENABLE = 0\n", 1)
     head, axis, rest = text.partition("[AXIS_Z]")
     rest = re.sub(r"^MIN_LIMIT *=.*$", f"MIN_LIMIT = {-250 / unit:.6f}", rest, flags=re.M)
     rest = re.sub(r"^MAX_LIMIT *=.*$", f"MAX_LIMIT = {220 / unit:.6f}", rest, flags=re.M)

@@ -702,6 +702,7 @@ class Lookahead(C.Structure):
         ("predicted", PredictedPath),
         ("on_path", C.c_int),
         ("at_s", C.c_double),
+        ("period", C.c_double),
         ("latency_travel", C.c_double),
         ("jerk_travel", C.c_double),
         ("jerk_gain", C.c_double),
