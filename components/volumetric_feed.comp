@@ -54,6 +54,8 @@ pin in float current_vel "motion.current-vel, machine units/s, for override-igno
 pin in bit index_enable "spindle.0.index-enable: the move waits for the spindle and then follows it";
 pin in float feed_override = 1.0 "the operator's feed override in effect, 1 = 100 % (chipwise-monitor.feed-override); 0 or negative: 1";
 pin in bit load_lost "the load was known and is not any more (stock-tracker.N.load-lost): neither adaptive-feed nor the velocity rises";
+pin in bit program_running "chipwise-monitor.program-running: the sums begin with a program, and its end leaves them as they are";
+pin in float removed_volume "stock-tracker.N.removed-volume, mm3, for mean-rate";
 pin in bit adaptive_off "LinuxCNC's status says that adaptive feed is disabled (chipwise-monitor.adaptive-off)";
 
 pin out float adaptive_feed = 1.0 "to motion.adaptive-feed, 0..1";
@@ -61,6 +63,13 @@ pin out float override = 1.0 "to motion.adaptive-feed: adaptive-feed, or F over 
 pin out s32 limited_by "0 nothing, 1 stock here, 2 stock ahead, 3 floor, 4 ceiling or another limit of the velocity, 5 fallback to the programmed feed";
 pin out float mrr_effective "the effective removal rate, mm3/min: the smaller of mrr-target and tool-max-rate; 0 in mode 0";
 pin out bit override_ignored "the machine ignores the override; to chipwise-guard.N.override-ignored";
+pin out float run_time "s since the program began, pauses included; it stays after its end";
+pin out float cut_time "s of it in feed moves that cut: section-area at least 0.01 mm2, and 0.01 mm wide over the depth";
+pin out float air_time "s of it in feed moves that do not";
+pin out float fed_time "s of it in feed moves with the volumetric feed on";
+pin out float saved_time "s that the program at its F, with the operator's override, would have taken longer in that time; negative: less";
+pin out float mean_rate "volume the map has lost since the program began over cut-time, mm3/min";
+pin out float peak_rate "largest removal rate since the program began, mean over 10 ms, mm3/min";
 
 param rw float units_per_mm = 1.0 "machine units per mm: 1 or 1/25.4";
 param rw float min_vel = 0.0 "machine units/s: the stock never slows the tool below this, nor below F if F is less";
@@ -77,6 +86,7 @@ param rw float max_override = 1.0 "largest feed override of the operator ([DISPL
 
 variable chip_feed_easing_t easing;
 variable chip_feed_hold_t hold;
+variable chip_run_sums_t sums;
 variable chip_watchdog_t watchdog_state;
 variable double last_vel;
 
@@ -148,6 +158,20 @@ static int watch(struct __comp_state *__comp_inst, const struct chip_feed_in *in
     return chip_watchdog_step(&watchdog_state, &seen);
 }
 
+/* The sums of the program that runs, or of the last one. */
+static void count_period(struct __comp_state *__comp_inst, const struct chip_feed_in *in)
+{
+    const struct chip_run_totals *so_far = &sums.program;
+    chip_run_sums_step(&sums, in, program_running, removed_volume);
+    run_time = so_far->run_s;
+    cut_time = so_far->cut_s;
+    air_time = so_far->air_s;
+    fed_time = so_far->fed_s;
+    saved_time = so_far->saved_s;
+    mean_rate = 60.0 * chip_run_mean(so_far);
+    peak_rate = 60.0 * so_far->peak_mm3_s;
+}
+
 FUNCTION(_) {
     struct chip_feed_in in;
     struct chip_feed_out out;
@@ -162,4 +186,5 @@ FUNCTION(_) {
     limited_by = out.limit;
     mrr_effective = in.feed_mode ? 60.0 * chip_feed_target(&in) : 0.0;
     override_ignored = watch(__comp_inst, &in, override);
+    count_period(__comp_inst, &in);
 }

@@ -5,7 +5,9 @@
 #include "core/feed.c"
 #include "core/feed_hold.c"
 #include "core/watchdog.c"
+#include "core/run_sums.c"
 
 typedef struct chip_feed_easing chip_feed_easing_t;
 typedef struct chip_feed_hold chip_feed_hold_t;
+typedef struct chip_run_sums chip_run_sums_t;
 typedef struct chip_watchdog chip_watchdog_t;

@@ -8,48 +8,38 @@ import pytest
 from chipwise import report
 from chipwise.panel import display
 
-PINS = {'mrr': 30000.0, 'target': 30000.0, 'programmed-vel': 0.0, 'requested-vel': 20.0, 'current-vel': 40.0, 'mode': 2,
-        'motion-type': 2, 'limited-by': 1, 'stock-defined': True}
+PINS = {'target': 30000.0, 'mode': 2, 'motion-type': 2, 'run-time': 10.0, 'fed-time': 8.0, 'saved-time': 10.0, 'mean-rate': 27000.0,
+        'peak-rate': 30000.0}
 
 
-def run_of(seconds, override=1.0, **pins):
+def run_of(**pins):
     run = display.Run()
-    for _ in range(round(seconds / 0.02)):
-        run.step(0.02, {**PINS, **pins}, override)
+    run.look({**PINS, **pins})
     return run
 
 
-@pytest.mark.parametrize('pins, override, saved', [
-    ({}, 1.0, 10.0),                                            # 40 mm/s where F is 20: 10 s are 20 s
-    ({'current-vel': 10.0}, 1.0, -5.0),
-    ({'programmed-vel': 10.0}, 1.0, 30.0),                      # F replaced by a ceiling
-    ({}, 2.0, 0.0),                                             # the operator's override would have done the same
-])
-def test_time_saved_against_f(pins, override, saved):
-    run = run_of(10.0, override, **pins)
-    assert run.at_f_s - run.fed_s == pytest.approx(saved, abs=1e-6)
+def test_the_sums_are_those_of_the_servo_thread():
+    """However often the pins are looked at."""
+    run = run_of()
+    for _ in range(5):
+        run.look(PINS)
+    assert (run.seconds, run.fed_s, run.saved_s, run.mean, run.peak) == (10.0, 8.0, 10.0, 27000.0, 30000.0)
 
 
-@pytest.mark.parametrize('pins', [{'motion-type': 1}, {'mode': 0}, {'requested-vel': 0.0}, {'current-vel': math.nan},
-                                  {'current-vel': math.inf}, {'requested-vel': math.nan}])
-def test_what_saves_no_time(pins):
-    run = run_of(1.0, **pins)
-    assert run.fed_s == run.at_f_s == 0 and run.seconds == pytest.approx(1.0)
-
-
-@pytest.mark.parametrize('rate', [math.nan, math.inf, -1.0, 1e300])
-def test_a_rate_that_is_none_is_no_peak(rate):
-    assert run_of(0.1, mrr=rate).peak == 0
+@pytest.mark.parametrize('value', [math.nan, math.inf, -math.inf, 1e300])
+def test_a_sum_that_cannot_be_shown(value):
+    run = run_of(**{name: value for name in display.SUMS})
+    assert run.seconds == run.saved_s == run.peak == 0 and not run.worth_a_line
 
 
 def test_the_line():
     done = [{'kind': 'hole', 'chopped': True, 'pieces': 9, 'largest_piece_mm': 11.83}, {'kind': 'hole', 'chopped': False},
             {'kind': 'contour', 'chopped': True, 'pieces': 4, 'largest_piece_mm': 7.0}]
-    assert run_of(10.0).line('/a/part.ngc', done, inch=False) == (
+    assert run_of().line('/a/part.ngc', done, inch=False) == (
         'part.ngc: 10.0 s, 10.0 s less than at F; peak 30, target 30 cm3/min; 13 pieces; largest piece 11.8 mm')
-    assert run_of(10.0).line('/a/part.ngc', done, inch=True) == (
+    assert run_of().line('/a/part.ngc', done, inch=True) == (
         'part.ngc: 10.0 s, 10.0 s less than at F; peak 1.83, target 1.83 in3/min; 13 pieces; largest piece 0.466 in')
-    assert run_of(10.0, mode=0).line('', [], inch=False) == 'program: 10.0 s; peak 30 cm3/min'
+    assert run_of(mode=0, **{'fed-time': 0.0}).line('', [], inch=False) == 'program: 10.0 s; peak 30 cm3/min'
 
 
 @pytest.mark.parametrize('seconds, text', [(0, '0.0 s'), (59.94, '59.9 s'), (60, '1 min 0 s'), (754.4, '12 min 34 s'),

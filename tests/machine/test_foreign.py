@@ -35,6 +35,7 @@ def test_the_claims_on_a_foreign_program(name, condition, tmp_path):
     assert found["own_error"] < 0.001
     assert found["peak_10ms"] <= 1.02 and found["over_share"] == 0.0, found["places"]
     assert found["mean"] > 0.95
+    assert abs(found["rate_mean_off"]) < 0.01 and abs(found["rate_peak_off"]) < 0.01      # of the summary, against the judge
     assert found["volume_off"] == pytest.approx(0.0, abs=0.003)
     assert found["rapid_volume"] < 0.01 and found["stops"] == 0 and found["fallback_s"] == 0.0
     # and the same run against a target 3 % lower, or with its tools 3 % wider, is refused

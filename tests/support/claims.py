@@ -163,6 +163,20 @@ def loaded(path):
         return {name: stored[name] for name in stored.files}
 
 
+def mean_off(run_, swept, summary):
+    """The summary's rate_mean against the judge: volume over the time of feed moves whose section area is above CUTTING_MM2; a share."""
+    gone = np.diff(swept.volume, prepend=0.0)
+    cuts = run_.feeding & ~run_.apart & (swept.area > judging.CUTTING_MM2) & (gone > 0)
+    return summary["rate_mean"] / (60.0 * gone[run_.feeding].sum() / (cuts.sum() * run_.period)) - 1.0
+
+
+def peak_off(run_, swept, summary):
+    """The same of rate_peak: the largest volume in WINDOW_S wholly in feed moves."""
+    span = int(round(judging.WINDOW_S / run_.period))
+    _rows, rate = judging.windows(run_, swept, np.ones(len(run_.feeding)), span)
+    return summary["rate_peak"] / (60.0 * rate.max()) - 1.0
+
+
 def measure(program, condition, folder, speed=SPEED):
     """(dict of one run's figures, judging.Run, its swept stock, target (n,) mm3/s under the condition)."""
     summary, path = run(program, condition, folder, speed=speed)
@@ -182,12 +196,13 @@ def measure(program, condition, folder, speed=SPEED):
               "volume_off": tracker / found.volume - 1.0 if found.volume else 0.0, "own_error": found.own_error,
               "rapid_volume": found.rapid_volume, "stops": sum("stopped" in text for text in summary["errors"]),
               "fallback_s": float(fallback.sum() * run_.period),
+              "rate_mean_off": mean_off(run_, swept, summary), "rate_peak_off": peak_off(run_, swept, summary),
               "places": found.places, "worst": found.worst, "cycle_ratio": None}
     return result, run_, swept, target
 
 
 HEAD = f"{'program':20s} {'condition':38s} {'10 ms %':>8s} {'1 ms %':>8s} {'>102 %':>7s} {'cyc/opt':>8s} " \
-       f"{'tracker':>8s} {'judge':>7s} {'stops':>5s} {'fallb.':>6s} {'mean %':>7s}"
+       f"{'tracker':>8s} {'judge':>7s} {'stops':>5s} {'fallb.':>6s} {'mean %':>7s} {'m.off%':>6s} {'p.off%':>6s}"
 
 
 def line_of(f):
@@ -196,5 +211,5 @@ def line_of(f):
     ratio = f"{f['cycle_ratio']:8.4f}" if f["cycle_ratio"] else f"{'-':>8s}"
     text = f"{f['program']:20s} {f['condition']:38s} {100 * f['peak_10ms']:8.1f} {100 * f['peak_1ms']:8.1f} " \
            f"{100 * f['over_share']:7.2f} {ratio} {100 * f['volume_off']:+7.2f}% {100 * f['own_error']:6.2f}% " \
-           f"{f['stops']:5d} {f['fallback_s']:5.1f}s {100 * f['mean']:7.2f}"
+           f"{f['stops']:5d} {f['fallback_s']:5.1f}s {100 * f['mean']:7.2f} {100 * f['rate_mean_off']:+6.2f} {100 * f['rate_peak_off']:+6.2f}"
     return text + ("" if f["finished"] else "  NOT FINISHED: " + "; ".join(f["errors"])[:160])

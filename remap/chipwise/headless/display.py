@@ -30,6 +30,7 @@ import time
 
 from chipwise import ROOT, report, version
 from chipwise.errors import CycleError, unnamed
+from chipwise.halcmd import getp
 from chipwise.headless import log as runlog
 from chipwise.headless import sampling, session
 from chipwise.ini import Ini
@@ -92,6 +93,7 @@ def add_figures(summary, sampler, period, idle_s, machine):
     for key, column in NEEDS.items():
         if column not in sampler.columns:
             figures[key] = None
+    figures.update(rates(figures))
     summary.update(figures)
     if os.environ.get('CHIPWISE_LOG'):
         runlog.save(os.environ['CHIPWISE_LOG'], log, period=period,
@@ -99,6 +101,12 @@ def add_figures(summary, sampler, period, idle_s, machine):
     lost = runlog.lost_samples(log) + sampler.overruns
     if lost:
         print('chipwise-headless: %d samples lost' % lost, file=sys.stderr)
+
+
+def rates(figures):
+    """Mean and peak as the servo thread has summed them (components/core/run_sums.h), where it has them and something was cut."""
+    found = {'rate_mean': getp('volumetric-feed.0.mean-rate'), 'rate_peak': getp('volumetric-feed.0.peak-rate')}
+    return {key: round(float(text), 3) for key, text in found.items() if text and float(text) > 0 and figures[key] is not None}
 
 
 def clear_report():

@@ -3,8 +3,7 @@
 
 Called by cli/display.py.  configs/panel.xml (PyVCP) shows the pins.
 
-The time saved is relative to a run of the same path at the programmed F, with the operator's feed override: while the
-volumetric feed is on, every moment dt at the velocity v would have taken v dt / F.
+Times, mean and peak are sums of the servo thread (components/core/run_sums.h), so they are those of the panel page and of the summary.
 """
 
 import os
@@ -15,7 +14,7 @@ from chipwise.errors import MM_PER_INCH
 from chipwise.stock.layout import MOTION_ARC, MOTION_FEED, FeedMode, LimitedBy
 
 COMPONENT = 'chipwise-display'
-POLL_S = 0.02           # of the pins: the tracker's mrr is a mean over 20 ms
+POLL_S = 0.02           # of the pins
 STATUS_S = 0.1          # of LinuxCNC's status
 FEED_MOTION = (MOTION_FEED, MOTION_ARC)
 MODES = tuple(mode.name.lower() for mode in FeedMode)
@@ -24,6 +23,7 @@ _LIMIT_WORDS = {LimitedBy.NONE: 'nothing', LimitedBy.STOCK_HERE: 'stock', Limite
 LIMITS = tuple(_LIMIT_WORDS[limit] for limit in LimitedBy)
 MM3_PER_CM3 = 1000.0
 MM3_PER_IN3 = MM_PER_INCH ** 3
+SUMS = ('run-time', 'fed-time', 'saved-time', 'mean-rate', 'peak-rate')       # of volumetric-feed.0
 LARGEST = 1e9           # a pin may hold any number; larger ones are not shown
 
 
@@ -31,26 +31,14 @@ class Run:
     """One run of a program, from its start to its end."""
 
     def __init__(self):
-        self.seconds = self.fed_s = self.at_f_s = 0.0       # all of it; with the volumetric feed on; the same path at F
-        self.peak = self.target = 0.0                       # mm3/min
+        self.seconds = self.fed_s = self.saved_s = 0.0      # all of it; with the volumetric feed on; saved against F
+        self.peak = self.mean = self.target = 0.0           # mm3/min
 
-    def step(self, dt, pins, override):
-        """A moment of the run: dt s, the pins by name, the operator's feed override (1: none)."""
-        self.seconds += dt
-        rate = pins['mrr']
-        if pins['motion-type'] not in FEED_MOTION:
-            return
-        if 0 < rate < LARGEST:
-            self.peak = max(self.peak, rate)
-        if not pins['mode']:
-            return
-        if 0 < pins['target'] < LARGEST:
+    def look(self, pins):
+        """The sums so far (components/core/run_sums.h), by the names of SUMS; and the target."""
+        self.seconds, self.fed_s, self.saved_s, self.mean, self.peak = (shown(pins[name]) for name in SUMS)
+        if pins['motion-type'] in FEED_MOTION and pins['mode'] and 0 < pins['target'] < LARGEST:
             self.target = pins['target']
-        programmed = pins['programmed-vel'] if pins['programmed-vel'] > 0 else pins['requested-vel']
-        velocity = pins['current-vel']
-        if programmed > 0 and override > 0 and 0 < velocity < LARGEST:
-            self.fed_s += dt
-            self.at_f_s += velocity * dt / (programmed * override)
 
     @property
     def worth_a_line(self):
@@ -61,8 +49,7 @@ class Run:
         unit, per = ('in3/min', MM3_PER_IN3) if inch else ('cm3/min', MM3_PER_CM3)
         parts = [f'{os.path.basename(program) or "program"}: {duration(self.seconds)}']
         if self.fed_s > 0:
-            saved = self.at_f_s - self.fed_s
-            parts[0] += f', {duration(abs(saved))} {"less" if saved >= 0 else "more"} than at F'
+            parts[0] += f', {duration(abs(self.saved_s))} {"less" if self.saved_s >= 0 else "more"} than at F'
         if self.peak > 0:
             parts.append(f'peak {self.peak / per:.3g}'
                          + (f', target {self.target / per:.3g} {unit}' if self.target else f' {unit}'))
@@ -73,6 +60,11 @@ class Run:
         if largest:
             parts.append('largest piece ' + (f'{largest / MM_PER_INCH:.3g} in' if inch else f'{largest:.3g} mm'))
         return '; '.join(parts)
+
+
+def shown(value):
+    """A sum that can be shown: 0 for one that is not finite or larger than LARGEST."""
+    return value if -LARGEST < value < LARGEST else 0.0
 
 
 def duration(seconds):
@@ -92,10 +84,8 @@ class Display:
         self.component = component
         self.status = self.command = None
         self.inch = False
-        self.override = 1.0
         self.run = None
         self.program = ''
-        self.last = time.monotonic()
         self.looked = 0.0
 
     def look(self):
@@ -108,7 +98,6 @@ class Display:
             self.status = None
             return None
         self.inch = 0 < (self.status.linear_units or 1.0) < 0.5
-        self.override = self.status.feedrate if self.status.feed_override_enabled else 1.0
         if self.status.file:
             self.program = self.status.file
         return (self.status.task_mode == self.linuxcnc.MODE_AUTO
@@ -116,9 +105,8 @@ class Display:
 
     def step(self):
         now = time.monotonic()
-        dt, self.last = now - self.last, now
         if self.run:
-            self.run.step(dt, self.component, self.override)
+            self.run.look(self.component)
         if now - self.looked < STATUS_S:
             return
         self.looked = now
@@ -162,7 +150,7 @@ def choose(pins, prefix, names, number):
 def make_component():
     import hal
     component = hal.component(COMPONENT)
-    for name in ('mrr', 'target', 'programmed-vel', 'requested-vel', 'current-vel'):
+    for name in ('mrr', 'target', *SUMS):
         component.newpin(name, hal.HAL_FLOAT, hal.HAL_IN)
     for name in ('mode', 'limited-by', 'motion-type'):
         component.newpin(name, hal.HAL_S32, hal.HAL_IN)

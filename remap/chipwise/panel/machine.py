@@ -26,7 +26,8 @@ NUMBERS = {             # name here: pin
     "fault_code": TRACKER + "fault-code", "fault": TRACKER + "fault", "ready": TRACKER + "ready",
     "stock_defined": TRACKER + "stock-defined", "motion_type": TRACKER + "motion-type",
     "target": FEED + "mrr-effective", "lower": FEED + "mrr-lower", "mode": FEED + "mode", "limited_by": FEED + "limited-by",
-    "override": FEED + "override", "override_ignored": FEED + "override-ignored",
+    "run_time": FEED + "run-time", "fed_time": FEED + "fed-time", "saved_time": FEED + "saved-time", "mean_rate": FEED + "mean-rate",
+    "peak_rate": FEED + "peak-rate", "override": FEED + "override", "override_ignored": FEED + "override-ignored",
     "guard_reason": GUARD + "reason", "guard_line": GUARD + "line", "guard_rapid": GUARD + "guard-rapid",
     "guard_flute": GUARD + "guard-flute", "line": INPUTS + "program-line",
     "tool": MONITOR + "tool-number"}

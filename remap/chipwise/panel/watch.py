@@ -20,7 +20,7 @@ from chipwise.clock import patience
 from chipwise.errors import unnamed
 from chipwise.panel.ahead import Ahead
 from chipwise.panel.alarms import Alarms
-from chipwise.panel.display import LIMITS, MODES, Run
+from chipwise.panel.display import LIMITS, MODES, SUMS, Run
 from chipwise.panel.load_log import LoadLog
 from chipwise.panel.tiles import Tiles
 from chipwise.panel.tool_log import OVER
@@ -31,17 +31,18 @@ HISTORY_S = 60.0
 ALIVE_S = 1.0           # between two looks whether LinuxCNC still runs
 MAP_SHARE = 0.05        # of the time, for looks at the map
 RETRY_S = 2.0           # until a map that could not be read is looked for again
+RUN_SUMS = tuple(name.replace("-", "_") for name in SUMS)
 SLOWER = 0.98           # of F: the background shows it
 PATH_POINTS = 5000      # of the path done
 PATH_STEP_MM = 0.2      # between two of them
 
 
-def figures(run, tools):
-    """Peak, mean, time and time saved of a run of a program (panel/display.py: Run) and its tools; mm3/min and s, None: not known."""
+def figures(run):
+    """Peak, mean, time and time saved of a run of a program (panel/display.py: Run); mm3/min and s, None: not known."""
     if run is None:
         return None
-    return {"seconds": round(run.seconds, 1), "peak": run.peak, "mean": tools.mean,
-            "saved": round(run.at_f_s - run.fed_s, 1) if run.fed_s > 0 else None}
+    return {"seconds": round(run.seconds, 1), "peak": run.peak, "mean": run.mean,
+            "saved": round(run.saved_s, 1) if run.fed_s > 0 else None}
 
 
 def background(pins, task, alarms):
@@ -146,9 +147,7 @@ class Watch:
             self.log.end()
         self.was_running = running
         if running:
-            self.run.step(dt, {"mrr": pins["mrr"], "mode": pins["mode"], "target": pins["target"], "motion-type": pins["motion_type"],
-                               "programmed-vel": pins["programmed_vel"], "requested-vel": pins["requested_vel"],
-                               "current-vel": pins["current_vel"]}, task["feed_override"])
+            self.run.look({name.replace("_", "-"): pins[name] for name in ("mode", "target", "motion_type", *RUN_SUMS)})
             self.log.look(dt, pins, time.time())
             self.path.add(pins["tip"])
 
@@ -186,7 +185,7 @@ class Watch:
                 "ready": bool(pins["ready"]), "mode": MODES[mode] if 0 <= mode < len(MODES) else MODES[0],
                 "limited_by": LIMITS[limit] if 0 <= limit < len(LIMITS) else LIMITS[0],
                 "task": {**task, "program": os.path.basename(task["program"])} if task else None,
-                "run": figures(run, self.log.tools), "background": background(pins, task, self.alarms),
+                "run": figures(run), "background": background(pins, task, self.alarms),
                 "guards": {"rapid": bool(pins["guard_rapid"]), "flute": bool(pins["guard_flute"])}, "alarms": self.alarms.entries, "stock_error": self.stock_error,
                 "tools": self.log.tools.rows(), "log_error": self.log.error, "pages": self.pages, "path": [self.path.epoch, self.path.count], "ahead": self.ahead.state()}
 

@@ -23,6 +23,7 @@ FeedEasing = layout.FeedEasing
 FeedHold = layout.FeedHold
 LoadWatch = layout.LoadWatch
 LoadWatchIn = layout.LoadWatchIn
+RunSums = layout.RunSums
 Watchdog = layout.Watchdog
 WatchdogIn = layout.WatchdogIn
 Segment = layout.Segment
@@ -246,6 +247,16 @@ def hold_feed(hold: FeedHold, values: FeedIn, is_lost: bool, law: FeedOut) -> Fe
 def load_is_lost(watch: LoadWatch, values: LoadWatchIn) -> bool:
     """One period of the watch over the load (load_watch.h)."""
     return bool(library().chip_load_watch_step(C.byref(watch), C.byref(values)))
+
+
+def add_period(sums: RunSums, values: FeedIn, is_running: bool, removed: float) -> None:
+    """One period of the sums of a program (run_sums.h); removed: by the map, mm3."""
+    library().chip_run_sums_step(C.byref(sums), C.byref(values), is_running, removed)
+
+
+def run_mean(sums: RunSums) -> float:
+    """Mean removal rate of the program, mm3/s (run_sums.h)."""
+    return library().chip_run_mean(C.byref(sums.program))
 
 
 def follows_override(watchdog: Watchdog, values: WatchdogIn) -> bool:

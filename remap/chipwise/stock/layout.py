@@ -74,6 +74,13 @@ STATUS_STOCK = 10
 STOCK_MAGIC = 1129796436
 STOCK_VERSION = 3
 STYLUS_DELAY = 32
+SUMS_AREA = 0.01
+SUMS_LARGEST = 1000000000000.0
+SUMS_REST_S = 0.1
+SUMS_SETTLE = 20
+SUMS_SLOTS = 128
+SUMS_WIDTH = 0.01
+SUMS_WINDOW_S = 0.01
 SWEEP_QUEUE = 16
 TOOL_GRACE_S = 0.05
 TOOL_RINGS = 12
@@ -405,6 +412,40 @@ class FeedHold(C.Structure):
         ("is_in_cut", C.c_int),
         ("has_cut", C.c_int),
         ("is_held", C.c_int),
+    ]
+
+
+class RunTotals(C.Structure):
+    """struct chip_run_totals"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("run_s", C.c_double),
+        ("cut_s", C.c_double),
+        ("air_s", C.c_double),
+        ("fed_s", C.c_double),
+        ("saved_s", C.c_double),
+        ("volume_mm3", C.c_double),
+        ("peak_mm3_s", C.c_double),
+    ]
+
+
+class RunSums(C.Structure):
+    """struct chip_run_sums"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("program", RunTotals),
+        ("beginning", RunTotals),
+        ("window", C.c_double * 128),
+        ("in_window_mm3", C.c_double),
+        ("next", C.c_int),
+        ("filled", C.c_int),
+        ("rest_s", C.c_double),
+        ("last_removed_mm3", C.c_double),
+        ("since_motion", C.c_int),
+        ("was_running", C.c_int),
+        ("is_begun", C.c_int),
     ]
 
 
@@ -1465,6 +1506,8 @@ STRUCTURES = {
     "chip_feed_easing": FeedEasing,
     "chip_feed_bound": FeedBound,
     "chip_feed_hold": FeedHold,
+    "chip_run_totals": RunTotals,
+    "chip_run_sums": RunSums,
     "chip_watchdog_in": WatchdogIn,
     "chip_watchdog": Watchdog,
     "chip_tool_watch_in": ToolWatchIn,

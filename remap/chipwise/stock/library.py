@@ -100,6 +100,8 @@ _FUNCTIONS = (      # name, result, arguments
      [C.POINTER(layout.FeedEasing), _FEED_IN, layout.FeedOut, C.c_double, C.c_double]),
     ("chip_watchdog_step", C.c_int, [C.POINTER(layout.Watchdog), C.POINTER(layout.WatchdogIn)]),
     ("chip_feed_hold_step", layout.FeedOut, [C.POINTER(layout.FeedHold), _FEED_IN, C.c_int, layout.FeedOut]),
+    ("chip_run_sums_step", None, [C.POINTER(layout.RunSums), _FEED_IN, C.c_int, C.c_double]),
+    ("chip_run_mean", C.c_double, [C.POINTER(layout.RunTotals)]),
     ("chip_load_watch_step", C.c_int, [C.POINTER(layout.LoadWatch), C.POINTER(layout.LoadWatchIn)]),
     ("chip_height_sweep", C.c_double, [C.POINTER(layout.HeightMap), C.POINTER(layout.HeightTool), _VEC, C.c_void_p,
                                        C.c_long, C.c_void_p, C.c_void_p]),
