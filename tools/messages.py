@@ -28,6 +28,7 @@ SECTIONS = (                                    # (beginning of the path, headin
     ('remap/chipwise/check/', 'chipwise check'),
     ('remap/chipwise/batch/', 'chipwise check'),
     ('remap/chipwise/own_folder', 'chipwise check'),
+    ('remap/chipwise/program_code', 'chipwise check'),
     ('remap/chipwise/cli/check', 'chipwise check'),
     ('remap/chipwise/cli/machine_options', 'chipwise check'),
     ('remap/chipwise/cli/filter', 'Filter'),

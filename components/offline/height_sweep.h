@@ -35,6 +35,7 @@
 #define CHIP_HEIGHT_LAG 0.05    /* mm in XY: stamps that are nearer to each other spare the tool's skin [3] */
 #define CHIP_HEIGHT_STILL 1e-6  /* mm in XY: a move along the axis */
 #define CHIP_NEEDLE_SKIN 0.002  /* mm: of needles at places where a path has been too deep, see needles.h */
+#define CHIP_NEEDLE_AREA 1e-3   /* cells: of the same ones */
 
 struct chip_height_map {
     double x0, y0;        /* mm, corner of the map */
@@ -51,6 +52,7 @@ struct chip_height_map {
     const int32_t *strip;        /* strips + 1: the first needle of each, and their number */
     double strip_y, strip_width; /* mm, where the first begins, and how wide each is */
     double needle_skin;          /* mm by which the tool that meets them is smaller in radius */
+    double needle_area;          /* mm2 that each counts with in a volume */
     int32_t needles, strips;
 };
 

@@ -1221,6 +1221,8 @@ const struct chip_layout_entry chip_layout_table[] = {
     { "chip_height_map.strip_width size", sizeof(((struct chip_height_map *)0)->strip_width) },
     { "chip_height_map.needle_skin", offsetof(struct chip_height_map, needle_skin) },
     { "chip_height_map.needle_skin size", sizeof(((struct chip_height_map *)0)->needle_skin) },
+    { "chip_height_map.needle_area", offsetof(struct chip_height_map, needle_area) },
+    { "chip_height_map.needle_area size", sizeof(((struct chip_height_map *)0)->needle_area) },
     { "chip_height_map.needles", offsetof(struct chip_height_map, needles) },
     { "chip_height_map.needles size", sizeof(((struct chip_height_map *)0)->needles) },
     { "chip_height_map.strips", offsetof(struct chip_height_map, strips) },

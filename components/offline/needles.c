@@ -51,7 +51,7 @@ static void cut_needle(const struct chip_height_map *map, const struct chip_swep
     left = chip_swept_height(m, tool, x, y);
     if (left >= height) return;
     left = left > map->z_min ? left : map->z_min;
-    met->volume += (float)((height - left) * CHIP_NEEDLE_AREA * map->cell * map->cell);
+    met->volume += (float)((height - left) * map->needle_area);
     map->needle_height[i] = (float)left;
 }
 

@@ -10,8 +10,12 @@ import os
 import resource
 import signal
 import struct
+import sys
 
 import gcode
+
+from chipwise.ini import section_of
+from chipwise.program_code import RUNS_PYTHON
 
 INCH = 25.4         # mm of the unit the interpreter gives coordinates in
 DECIMALS = 9        # of a mm: a program's decimals come out as they went in
@@ -25,7 +29,7 @@ class Stop(Exception):
 
 
 class Canon:
-    """Answers to what the interpreter asks; job: dict with units_per_mm, parameters and, unless XYZ, axis_mask."""
+    """Answers to what the interpreter asks; job: dict with units_per_mm, parameters, own_code (parse()) and, unless XYZ, axis_mask."""
 
     wants_targets = False       # chipwise.preview
 
@@ -39,6 +43,10 @@ class Canon:
 
     def other(self, name):
         """A call that the reader has no method for."""
+
+    def refuse_python(self, text):
+        """The program, or a file that it calls, has run Python.  Keeps it as the reason why the run is stopped."""
+        raise NotImplementedError
 
     def get_external_length_units(self):
         return self.job["units_per_mm"]
@@ -77,10 +85,38 @@ def fails_alike(canon, line, text) -> bool:
     with open(alone, "w", encoding="utf-8", errors="surrogateescape") as file:
         file.write(line.rstrip("\n") + "\nM2\n")
     try:
-        result, _ = gcode.parse(alone, canon, *canon.job["codes"])
+        result, _ = parse(canon, alone)
         return result > gcode.MIN_ERROR and gcode.strerror(result).split(alone)[0] == text.split(canon.job["program"])[0]
     except (Stop, RuntimeError):
         return False
+
+
+def parse(canon, program) -> tuple:
+    """gcode.parse() of a program after the job's codes.  Python that the program itself executes is refused unless job["own_code"] is None; else it
+    has the paths of the machine's own files, in which it is executed.
+
+    Most of it is found in the text (program_code.py); this sees the rest, as in the file of a sub whose number is an expression.  The interpreter
+    executes text and files straight from here, without a frame of Python between; remaps are called.  Before it opens a file, it executes what
+    the INI file names."""
+    frame, own = sys._getframe(), canon.job["own_code"]
+
+    def refuse(event, arguments):
+        if event == "exec" and sys._getframe(1) is frame:
+            file = getattr(getattr(sys.modules.get("interpreter"), "this", None), "filename", "")
+            if file and os.path.realpath(file) not in own and os.path.realpath(arguments[0].co_filename) != toplevel:
+                canon.refuse_python(f"{os.path.basename(file)} {RUNS_PYTHON}")
+                raise Stop("Python")
+
+    if own is not None:
+        toplevel = os.path.realpath(_toplevel())
+        sys.addaudithook(refuse)
+    return gcode.parse(program, canon, *canon.job["codes"])
+
+
+def _toplevel() -> str:
+    """Path of the Python that the INI file names, which is executed again when it changes."""
+    with open(os.environ["INI_FILE_NAME"], encoding="utf-8", errors="surrogateescape") as file:
+        return os.path.expanduser(section_of(file.read().splitlines(), "PYTHON").get("TOPLEVEL", "")) or os.devnull
 
 
 def own_output() -> int:

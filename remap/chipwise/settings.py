@@ -59,11 +59,6 @@ def _angles(text: str) -> tuple:
     return values
 
 
-def _yes_or_no(text: str) -> bool:
-    """"yes" or "no" -> bool."""
-    return {"yes": True, "no": False}[text.lower()]
-
-
 def _address(text: str) -> str:
     """The text of an IP address -> its usual form."""
     return str(ipaddress.ip_address(text))
@@ -110,13 +105,13 @@ SETTINGS = {
     "SURFACE_TOLERANCE": Setting(0.01, "mm", _number, lambda v: 0.001 <= v <= 1, "a length from 0.001 to 1 mm"),
     "STOCK_DIR": Setting("stock", "path", str, lambda v: v != "", "the path of a folder"),
     "STATIONS": Setting("stations.toml", "path", str, lambda v: v != "", "the path of a TOML file"),
-    "KEEP_STOCK": Setting(False, "", _yes_or_no, lambda v: True, "yes or no"),
+    "KEEP_STOCK": Setting(False, "", _switch, lambda v: True, "yes or no"),
     "PATTERNS": Setting("patterns", "path", str, lambda v: v != "", "one or more paths of folders"),
     "ENTRY": Setting("", "path", str, lambda v: True, "the path of a TOML file"),
     "COLOURS": Setting("", "path", str, lambda v: True, "the path of a TOML file"),
     "TOOL_POSE": Setting((), "deg", _angles, lambda v: True, "three angles A B C, or nothing"),
-    "KEEP_CLIMB": Setting(False, "", _yes_or_no, lambda v: True, "yes or no"),
-    "GUARD_RAPID": Setting(True, "", _yes_or_no, lambda v: True, "yes or no"),
+    "KEEP_CLIMB": Setting(False, "", _switch, lambda v: True, "yes or no"),
+    "GUARD_RAPID": Setting(True, "", _switch, lambda v: True, "yes or no"),
     "PLAN_TIME": Setting(10, "s", _whole, lambda v: 1 <= v <= 600, "a whole number of seconds from 1 to 600"),
     "PLAN_MOVES": Setting(500_000, "", _whole, lambda v: 1000 <= v <= 10_000_000, "a whole number from 1000 to 10000000"),
     "PLAN_MEMORY": Setting(1024, "MB", _whole, lambda v: 64 <= v <= 65_536, "a whole number of MB from 64 to 65536"),
@@ -126,14 +121,15 @@ SETTINGS = {
     "FILTER_REWRITE": Setting("no", "", str.lower, lambda v: v in ("no", "flute", "feed"), "no, flute or feed"),
     "FILTER_RATE": Setting(0.0, "cm3/min", _number, lambda v: 0 <= v < 1e6, "a removal rate of 0 (none) or more"),
     "FILTER_CEILING": Setting(0.0, "mm/min", _number, lambda v: 0 <= v < 1e6, "a feed of 0 (that of the axes) or more"),
-    "PANEL": Setting(True, "", _yes_or_no, lambda v: True, "yes or no"),
+    "PROGRAM_PYTHON": Setting(False, "", _switch, lambda v: True, "yes or no"),
+    "PANEL": Setting(True, "", _switch, lambda v: True, "yes or no"),
     "PANEL_ADDRESS": Setting("127.0.0.1", "", _address, lambda v: True, "an IP address of this machine, or 0.0.0.0 for all of them"),
     "PANEL_PORT": Setting(8250, "", _whole, lambda v: 1024 <= v <= 65_535, "a whole number from 1024 to 65535"),
     "PANEL_LOG": Setting("", "path", str, lambda v: True, "the path of a CSV file, or nothing"),
     "PANEL_TOKEN": Setting("", "", str, lambda v: v == "" or re.fullmatch(r"[!-~]{8,200}", v) is not None,
                            "nothing (read-only), or 8 to 200 letters, digits and signs without blanks"),
     "TRAVERSE_CLEARANCE": Setting(0.2, "mm", _number, lambda v: 0 <= v <= 10, "a length from 0 to 10 mm"),
-    "GUARD_FLUTE": Setting(True, "", _yes_or_no, lambda v: True, "yes or no"),
+    "GUARD_FLUTE": Setting(True, "", _switch, lambda v: True, "yes or no"),
 }
 
 

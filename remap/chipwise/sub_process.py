@@ -11,10 +11,12 @@ import signal
 import subprocess
 import time
 
+from chipwise import program_code
 from chipwise.contour_sub.find import fault, o_word, sub_name
 from chipwise.errors import MM_PER_INCH
 from chipwise.own_folder import OwnFolder, check_room, put, writing
 from chipwise.processes import tree_cpu_s
+from chipwise.settings import load_settings
 
 PYTHON = "/usr/bin/python3"     # the interpreter LinuxCNC is built for
 STUCK_S = 20.0                  # a process that computes nothing for so long waits for something that never comes
@@ -49,9 +51,25 @@ def call_of(found, job, before, behind=(), axes="XYZ", turned=()) -> list:
     return [*before, *assignments(job.named), f"G0 {place}", *behind, modes, f"({BEGIN})", f"o{sub_name(found)} call", f"({END})", "M2"]
 
 
+def own_code(found, job, ini):
+    """As check/reader.py: Machine.own_code(), for a sub: only what itself executes counts; the machine executes the rest of the program.
+
+    ini: text.  Python in subs that it calls in the same files is seen while it runs (interpreter_process.py)."""
+    allowed, programs = load_settings(job.ini)["PROGRAM_PYTHON"] if job.ini else False, [found.path, *job.programs]
+    places = program_code.Places.of(ini.splitlines(), os.getcwd())
+    body = [(number, text.encode("utf-8", "surrogateescape")) for number, text in found.body]
+    code = program_code.first_code(programs, places, False) or (
+        None if allowed else program_code.first_code_of(body, found.path, places, programs))
+    if code:
+        text, line = code.sentence(found.path)
+        raise fault(found, line or found.first, text, code.remedy)
+    return None if allowed else program_code.of_machine(ini.splitlines(), places, programs)
+
+
 def run_sub(found, job, runner, program, ini, order, environment=()) -> dict:
     """What a runner prints about a Found sub.  program: lines; ini: text; order: what this runner gets beside the common part.
     Raises CycleError for a sub that does not end, that stops, or that the runner itself has found wrong."""
+    order = {**order, "own_code": own_code(found, job, ini)}
     with OwnFolder("sub") as folder:
         name = os.path.basename(found.path)
         with writing():

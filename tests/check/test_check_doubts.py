@@ -11,7 +11,7 @@ from chipwise.check import doubts, simulate
 from chipwise.check.reader import Machine
 from chipwise.check.sweep import HeightMap
 from chipwise.stock import layout
-from support import canon
+from support import canon, check_oracle
 from support.random_cases import random_count, random_seed, write_replay
 
 HEAD = "G21 G90 G17 G40 G49 G80 G94"
@@ -35,10 +35,10 @@ def rising(seed, deeper):
     return "\n".join(lines) + "\n"
 
 
-def judged(text, folder):
+def judged(text, folder, flutes=FLUTES, corner=0.0):
     """chipwise.check.result.Result of a program with tool 1."""
     (folder / "part.ngc").write_text(text)
-    (folder / "tools.toml").write_text(f"[tool.1]\nshape = 'flat'\nflute_length = {FLUTES}\n")
+    (folder / "tools.toml").write_text(f"[tool.1]\nshape = '{'ball' if corner else 'flat'}'\nflute_length = {flutes}\n")
     (folder / "mill.tbl").write_text("T1 P1 D6 Z30\n")
     ini = canon.write_ini(folder, TOOL_GEOMETRY="tools.toml")
     return simulate.check(str(folder / "part.ngc"), Machine(str(ini)))
@@ -111,3 +111,72 @@ def test_needles_are_few_where_the_program_is_long():
     assert not doubts.needles({}, 100, 0.25)
     wide, = doubts.needles({0: [(60.0, rows)]}, 100, 0.25).values()
     assert 100 < len(wide) < doubts.MOST
+
+
+# ---- figures ---------------------------------------------------------------------------------------------------------
+
+FIGURES = "volume peak_rate mean_rate cutting_s feed_s planned_s feed_volume volumetric_s volumetric_planned_s".split()
+LONG = 15.0                 # mm, flutes of the tools of these programs
+VOLUME = 0.004              # of a volume: 0.003 by the cells of 0.25 mm, and 0.001 that the oracle's needles and steps may be off
+
+
+def near_the_flutes(seed):
+    """(program, points (n, 3), corner radius): grooves about as deep as the flutes are long, most of them rising."""
+    rng = random.Random(f"figures {seed}")
+    corner, x, y = rng.choice((0.0, 3.0)), rng.uniform(8, 14), rng.uniform(22, 38)
+    points = [(x, y, -LONG + rng.uniform(0.0, 0.02))]
+    for number in range(rng.randint(1, 3)):
+        x, y = x + rng.uniform(8, 20), y + rng.uniform(-12, 12)
+        points.append((x, y, max(-LONG, min(-8.0, points[-1][2] + (rng.choice((rng.uniform(0.3, 2.0), -0.5)) if number else rng.uniform(0.8, 2.0))))))
+    lines = [HEAD, "M250 P0 Q0 R-20 I80 J60 K20", "T1 M6", "S8000 M3", "F600", "G0 X%.4f Y%.4f Z5" % points[0][:2], "G1 Z%.4f" % points[0][2]]
+    lines += ["G1 X%.4f Y%.4f Z%.4f" % point for point in points[1:]] + ["G0 Z5", "M2"]
+    points = [(*points[0][:2], 5.0), *points, (*points[-1][:2], 5.0)]
+    return "\n".join(lines) + "\n", np.round(points, 4), corner
+
+
+def both(text, folder, corner, monkeypatch):
+    """(Result, the same without a second pass, whether there was one)."""
+    made, needles = [], doubts.needles
+    monkeypatch.setattr(doubts, "needles", lambda *arguments: made.append(needles(*arguments)) or made[-1])
+    result = judged(text, folder, LONG, corner)
+    monkeypatch.setattr(doubts, "needles", lambda *_: {})
+    plain = judged(text, folder, LONG, corner)
+    monkeypatch.undo()
+    return result, plain, any(made)
+
+
+def true_volume(points, corner):
+    """mm3 that fine needles lose."""
+    stock = check_oracle.Needles((0.0, 0.0, -20.0), (80.0, 60.0, 0.0), 0.06)
+    before = stock.volume()
+    for start, end in zip(points, points[1:]):
+        stock.move((6.0, corner, 0.0), start, end, ())
+    return before - stock.volume()
+
+
+@pytest.mark.parametrize("case", range(random_count(1)))
+def test_figures_are_those_without_needles_and_right(case, tmp_path, monkeypatch):
+    """Volume against fine needles; all figures against the first pass alone."""
+    seed = random_seed() + case
+    text, points, corner = near_the_flutes(seed)
+    replay = write_replay(f"doubts_figures_{seed}", {"seed": seed, "text": text})
+    result, plain, twice = both(text, tmp_path, corner, monkeypatch)
+    tool, first = result.tools[1], plain.tools[1]
+    said = f"seed {seed}, {replay}: {tool}, without needles {first}"
+    assert twice, said
+    assert [getattr(tool, name) for name in FIGURES] == [getattr(first, name) for name in FIGURES], said
+    assert np.array_equal(result.load[1], plain.load[1]) and tool.volume == pytest.approx(true_volume(points, corner), rel=VOLUME), said
+    replay.unlink()
+
+
+def test_figures_of_the_programs_above(tmp_path, monkeypatch):
+    for text in (rising(1, LATE), rising(2, -0.02), along_an_arc(0.0015)):
+        result, plain, _twice = both(text, tmp_path, 0.0, monkeypatch)
+        assert [getattr(result.tools[1], name) for name in FIGURES] == [getattr(plain.tools[1], name) for name in FIGURES]
+
+
+def test_a_closed_form(tmp_path, monkeypatch):
+    """A ball as deep as its flutes that rises 1 mm over 20: cylinder and groove, whose floor leans."""
+    text = "\n".join([HEAD, "M250 P0 Q0 R-20 I80 J60 K20", "T1 M6", "S8000 M3", "F600", "G0 X10 Y30 Z5", "G1 Z-15", "G1 X30 Z-14", "G0 Z5", "M2", ""])
+    result, _plain, twice = both(text, tmp_path, 3.0, monkeypatch)
+    assert twice and result.tools[1].volume == pytest.approx(2045.1, rel=VOLUME) and result.tools[1].peak_rate == pytest.approx(51_000, rel=0.02)

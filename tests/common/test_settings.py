@@ -98,3 +98,11 @@ def test_broken_tools(text, message):
                                             (25.4, "in", "1 in"), (1, "in", "0.03937 in"), (100, "mm", "100 mm")])
 def test_lengths_in_messages(mm, unit, text):
     assert format_length(mm, unit) == text
+
+
+@pytest.mark.parametrize("key", [key for key, setting in settings.SETTINGS.items() if isinstance(setting.default, bool)])
+def test_switches_take_linuxcncs_own_forms(key):
+    for text, value in (("1", True), ("0", False), ("YES", True), ("off", False), ("true", True), ("No", False)):
+        assert settings.parse_settings({key: text})[key] is value
+    with pytest.raises(CycleError):
+        settings.parse_settings({key: "2"})

@@ -17,7 +17,7 @@ _PART = 1 << 20
 _ASCII = bytes(byte if byte < 128 else ord("?") for byte in range(256))
 
 # What is known of a program that cannot be checked (Unreadable.state)
-UNCHECKED, UNUSABLE, UNFINISHED = "unchecked", "unusable", "unfinished"
+UNCHECKED, UNUSABLE, UNFINISHED, UNSAFE = "unchecked", "unusable", "unfinished", "unsafe"
 
 
 class Unreadable(Exception):
@@ -40,6 +40,12 @@ class Unfinished(Unreadable):
     """The program was not read to its end, and may have none."""
 
     state = UNFINISHED
+
+
+class Unsafe(Unreadable):
+    """LinuxCNC's interpreter would run Python or a shell (program_code.py)."""
+
+    state = UNSAFE
 
 
 def check_file(path, most_bytes=MAX_BYTES):

@@ -23,13 +23,15 @@ import time
 
 import numpy as np
 
-from chipwise.check.program_file import MAX_BYTES, Unfinished, Unreadable, Unusable, check_file, readable
+from chipwise import program_code
+from chipwise.check.program_file import MAX_BYTES, Unfinished, Unreadable, Unsafe, Unusable, check_file, readable
 from chipwise.check.records import WIDTH
-from chipwise.errors import unnamed
+from chipwise.errors import CycleError, unnamed
 from chipwise.ini import expanded, section_of
 from chipwise.machine import rs274
 from chipwise.own_folder import OwnFolder, check_room, put, writing
 from chipwise.processes import tree_cpu_s
+from chipwise.settings import load_settings
 
 PYTHON = "/usr/bin/python3"
 RUNNER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "reader_runner.py")
@@ -62,6 +64,7 @@ class Machine:
                              "correct the line" if included else "name the machine's INI file with --ini") from error
         except rs274.Rs274Error as error:
             raise Unreadable(f"INI file {ini}: {error}", "") from error
+        self.places = program_code.Places.of(lines, self.folder)
         self.table = self._path(section["EMCIO"].get("TOOL_TABLE"))
         self.random = section["EMCIO"].get("RANDOM_TOOLCHANGER", "0").strip() == "1"
         self.parameters = self._path(section["RS274NGC"].get("PARAMETER_FILE"))
@@ -72,6 +75,15 @@ class Machine:
                        for a in "XYZ"]
         self.accels = [self._number(section[f"AXIS_{a}"].get("MAX_ACCELERATION"),
                                     section["TRAJ"].get("MAX_LINEAR_ACCELERATION")) for a in "XYZ"]
+
+    def own_code(self, program):
+        """Paths of the machine's own files whose Python is executed; None: all Python is.  Raises Unsafe for a program that runs some, or a shell."""
+        allowed = runs_python(self.ini)
+        code = program_code.first_code([program], self.places, not allowed)
+        if code:
+            text, line = code.sentence(program)
+            raise Unsafe(text, code.remedy, line)
+        return None if allowed else program_code.of_machine(self.text.splitlines(), self.places, [program])
 
     def _path(self, name):
         return os.path.join(self.folder, os.path.expanduser(name)) if name else ""
@@ -86,6 +98,14 @@ class Machine:
             if 0 < value < 1e9:
                 return value * self.unit_mm
         return None
+
+
+def runs_python(ini):
+    """Whether the owner of the machine lets programs run Python; no, if its settings cannot be read."""
+    try:
+        return load_settings(ini)["PROGRAM_PYTHON"]
+    except CycleError:
+        return False
 
 
 class Reader:
@@ -104,6 +124,7 @@ class Reader:
 
     def __enter__(self):
         check_file(self.program, self._most_bytes)
+        self._own_code = self.machine.own_code(self.program)
         self._folder = OwnFolder("check")
         try:
             self._start(self._folder.name)
@@ -124,7 +145,7 @@ class Reader:
             "units_per_mm": 1.0 / machine.unit_mm, "axis_mask": machine.axis_mask, "quiet_s": self._quiet_s,
             "codes": machine.codes, "most_moves": self._most_moves,
             "cpu_s": self._cpu_s, "stock": self._stock, "chord_mm": CHORD_MM, "written": self._written,
-            "judged": self._judged, "memory_mb": self._memory_mb,
+            "judged": self._judged, "own_code": self._own_code, "memory_mb": self._memory_mb,
             "tool": machine.tool, "watched": self._watched, "targets": self._targets, "block_delete": machine.block_delete})
         environment = {**os.environ, "HOME": folder, "INI_FILE_NAME": ini, "LC_ALL": "C",
                        "OPENBLAS_NUM_THREADS": "1"}

@@ -11,7 +11,7 @@ Job:     program, parameters, table (paths), random (tool changer), units_per_mm
          quiet_s (computing time without a block of moves), cpu_s (in all), chord_mm, stock (null or low, high: mm, work
          coordinates at the first move), written (whether CIRCLE records are wanted, for rewriting), judged (whether what cannot be judged ends it),
          memory_mb (of this process; null: no limit), tool (number of the one in the spindle; 0: none), watched (null, or the parameters
-         of a marked program: trace.py), targets (whether TARGET records are wanted), block_delete (whether lines with / are left out)
+         of a marked program: trace.py), targets (whether TARGET records are wanted), block_delete (whether lines with / are left out), own_code (interpreter_process.py)
 Blocks:  b"R", uint32 number of bytes, records of WIDTH doubles; b"E", uint32 number of bytes, JSON of the end
 
 The records: records.py.
@@ -34,7 +34,9 @@ import gcode                                                    # noqa: E402
 
 from chipwise.check.records import ARC, CIRCLE, DWELL, FEED, FRAME, RAPID, STOCK, TARGET, TOOL, VOLUME, WIDTH      # noqa: E402
 from chipwise import interpreter_process                       # noqa: E402
-from chipwise.interpreter_process import ARC_AXES, INCH, NO_TOOL, Stop, ToolTable, fails_alike, limit_computing, own_output      # noqa: E402
+from chipwise.arc_sweep import arc_sweep, chord_angle           # noqa: E402
+from chipwise.interpreter_process import ARC_AXES, INCH, NO_TOOL, Stop, ToolTable, fails_alike, limit_computing, own_output, parse      # noqa: E402
+from chipwise.program_code import PYTHON_REMEDY           # noqa: E402
 from chipwise.processes import die_with_parent, limit_memory                  # noqa: E402
 
 BLOCK = 4096 * WIDTH
@@ -80,6 +82,9 @@ class Canon(interpreter_process.Canon):
         self._event(STOCK, 0.0, math.degrees(self.angle), *(p - h for p, h in zip(place, half)),
                     *(p + h for p, h in zip(place, half)))
         self._put(*move)
+
+    def refuse_python(self, text):
+        self.stop = self.stop or [self.line or self.seen + 1, text, PYTHON_REMEDY, False]
 
     def refuse(self, text, remedy, unfinished=False):
         if self.job["judged"] or unfinished:
@@ -182,13 +187,9 @@ class Canon(interpreter_process.Canon):
         own = [self.at[i] for i in ((0, 1, 2), (1, 2, 0), (2, 0, 1))[self.plane - 1]]
         a0, b0, radius = own[0] - cx, own[1] - cy, math.hypot(own[0] - cx, own[1] - cy)
         end_radius = math.hypot(x1 - cx, y1 - cy)
-        start, end = math.atan2(b0, a0), math.atan2(y1 - cy, x1 - cx)
-        sweep = (end - start) % (2 * math.pi) if turns > 0 else -((start - end) % (2 * math.pi))
-        if abs(sweep) < 1e-6 or 2 * math.pi - abs(sweep) < 1e-6:
-            sweep = math.copysign(2 * math.pi, turns)
-        sweep += math.copysign(2 * math.pi, turns) * (abs(turns) - 1)
-        sag = min(1.0, self.job["chord_mm"] / max(radius * INCH, 1e-9))
-        pieces = max(1, math.ceil(abs(sweep) / (2 * math.acos(1 - sag))))
+        start = math.atan2(b0, a0)
+        sweep = arc_sweep(own, (x1, y1), (cx, cy), turns, INCH * self.job["units_per_mm"])
+        pieces = max(1, math.ceil(abs(sweep) / chord_angle(radius * INCH, self.job["chord_mm"])))
         if pieces > self.job["most_moves"]:
             self.refuse(f"an arc of {abs(turns)} turns", "use fewer turns", True)
         if self.job["written"]:
@@ -315,7 +316,7 @@ def main():
         canon.trace = Trace(canon, job["watched"])
     error, line = None, 0
     try:
-        result, line = gcode.parse(job["program"], canon, *job["codes"])
+        result, line = parse(canon, job["program"])
         if result > gcode.MIN_ERROR:
             text = gcode.strerror(result)
             error = [line_of(canon, line, text), text]

@@ -116,9 +116,9 @@ class HeightMap:
             return (2 * x / size[0]) ** 2 + (2 * y / size[1]) ** 2 <= 1.0
         return (np.abs(x) <= size[0] / 2) & (np.abs(y) <= size[1] / 2)
 
-    def add_needles(self, places, skin=layout.HEIGHT_SKIN):
+    def add_needles(self, places, skin=layout.HEIGHT_SKIN, area=0.0):
         """Single needles (n, 2) in mm besides, exact where those of the cells are not; as high as the stock before it is cut.  skin: mm by which a tool
-        that meets them is smaller in radius."""
+        that meets them is smaller in radius; area: cells that each counts with in a volume."""
         self._strips = strips = Strips(places)
         self.needles = np.asfortranarray(places[strips.order], np.float64)
         x, y = self.needles[:, 0], self.needles[:, 1]
@@ -126,6 +126,7 @@ class HeightMap:
         self._struct.needle_x, self._struct.needle_y = x.ctypes.data, y.ctypes.data
         self._struct.needle_height, self._struct.needles = self.needle_height.ctypes.data, len(places)
         self._struct.strip, self._struct.strips = strips.first.ctypes.data, strips.count
+        self._struct.needle_area = area * self.cell ** 2
         self._struct.strip_y, self._struct.strip_width, self._struct.needle_skin = strips.low, strips.width, skin
 
     def needles_in(self, low, high):

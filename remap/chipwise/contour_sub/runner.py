@@ -8,7 +8,7 @@ and never to the task or the preview.  It ends with its parent.
 
 Job:     program, parameters (paths), units_per_mm, tool (number, diameter in machine units), codes (run first), begin, end
          (comments that stand around the call), mark (a comment "mark N" stands before source line N), max_moves, cpu_s
-         lathe: the contour lies in ZX, and z, x, y are given for x, y, z
+         own_code (interpreter_process.py); lathe: the contour lies in ZX, and z, x, y are given for x, y, z
 Result:  moves: [kind, line, x, y, z (, cx, cy, turns)] in mm, kind "rapid", "feed", "arc"; stop: null or [line, text] of
          what does not belong in a contour; error: null or [line, text] of the interpreter; ended: bool; line: where it was last
 
@@ -45,6 +45,9 @@ class Canon(interpreter_process.Canon):
     def _refuse(self, line, text):
         self.stop = self.stop or [line, text]
         raise Stop(text)
+
+    def refuse_python(self, text):
+        self.stop = self.stop or [self.line, text]
 
     def other(self, name):
         if self.inside:
@@ -113,7 +116,7 @@ def main():
     canon = Canon(job)
     error = None
     try:
-        result, line = gcode.parse(job["program"], canon, *job["codes"])
+        result, line = interpreter_process.parse(canon, job["program"])
         if result > gcode.MIN_ERROR:
             error = [canon.line or _mark_before(job, line), gcode.strerror(result)]
     except RuntimeError:

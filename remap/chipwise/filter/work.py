@@ -2,6 +2,7 @@
 """Checks and rewrites one program for the GUI -> its Verdict.  Called by process.py, in a process of its own.
 
  1. A file that LinuxCNC cannot use (binary, too large, an error in a line, an endless loop) is not opened.
+    So is one that makes the interpreter run Python or a shell: the GUI's preview would do it (program_code.py).
  2. A program that cannot be judged (no stock, rotary axes, G93, ..) is opened as it is, if it has an end: LinuxCNC's preview
     runs it, too, and a GUI whose preview does not end cannot be used any more.
  3. A program with findings is opened with a warning; [CHIPWISE]FILTER_REFUSE is stricter.  That a tool's flutes are unknown is
@@ -12,7 +13,8 @@
 import os
 
 from chipwise.check.findings import FLUTE, FLUTES_UNKNOWN, RATE, TOOL
-from chipwise.check.program_file import UNFINISHED, UNUSABLE, Unreadable
+from chipwise import program_code
+from chipwise.check.program_file import UNFINISHED, UNSAFE, UNUSABLE, Unreadable
 from chipwise.check.reader import Machine, Reader
 from chipwise.check.run import checked, lines_of
 from chipwise.errors import CycleError, unnamed, with_line
@@ -70,7 +72,7 @@ def spindle_tool():
 
 def _with_error(result, machine, loops, refuse, limits):
     text = with_line(*result.error)
-    if result.state == UNUSABLE:
+    if result.state in (UNUSABLE, UNSAFE):
         return verdicts.not_opened(text)
     if result.state == UNFINISHED:
         return verdicts.unfinished(text, loops, refuse)
@@ -79,6 +81,9 @@ def _with_error(result, machine, loops, refuse, limits):
 
 def _unchecked(text, program, machine, loops, refuse, limits):
     """A program that cannot be judged; one with loops is read to its end."""
+    if machine is None and (code := program_code.first_code([program], program_code.Places(()))):
+        text, line = code.sentence(program)
+        return verdicts.not_opened(with_line(f"{text}; {code.remedy}", line))
     if loops and machine is None:
         return verdicts.unfinished(text, loops, refuse)
     if loops:
@@ -87,7 +92,7 @@ def _unchecked(text, program, machine, loops, refuse, limits):
                 for _block in reader:
                     pass
         except Unreadable as error:
-            if error.state in (UNUSABLE, UNFINISHED):
+            if error.state in (UNUSABLE, UNFINISHED, UNSAFE):
                 return verdicts.not_opened(with_line(str(error), error.line))
     return verdicts.unchecked(text, refuse)
 

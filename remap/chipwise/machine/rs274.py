@@ -19,6 +19,8 @@ import shutil
 import subprocess
 from pathlib import Path
 
+from chipwise import program_code
+from chipwise.errors import with_line
 from chipwise.ini import expanded, section_of, unit_mm
 from chipwise.own_folder import OwnFolder, check_room, put
 from chipwise.settings import SECTION, parse_settings
@@ -90,6 +92,7 @@ def run(program, ini, to=None, **options):
     ini = os.path.abspath(ini)
     directory = os.path.dirname(ini)
     text = _read(ini, expanded, "#INCLUDE")
+    _refuse_code(program, text, directory)
     with OwnFolder("rs274") as folder:
         files = {"machine.ini": usable_elsewhere(text, directory), "machine.var": "5161 0\n"}
         arguments = ["-i", f"{folder}/machine.ini", "-v", f"{folder}/machine.var"]
@@ -106,6 +109,16 @@ def run(program, ini, to=None, **options):
         done = start(arguments, folder, directory, **options) if to is None else relayed(arguments, folder, directory, to)
         check_room(folder, done.returncode)
         return done
+
+
+def _refuse_code(program, text, directory):
+    """Raise Rs274Error for a program that runs Python or a shell; text: of the INI file."""
+    lines = text.splitlines()
+    allowed = parse_settings(section_of(lines, SECTION), directory)["PROGRAM_PYTHON"]
+    code = program_code.first_code([program], program_code.Places.of(lines, directory), not allowed)
+    if code:
+        fact, line = code.sentence(program)
+        raise Rs274Error(with_line(f"{os.path.basename(program)}: {fact}; {code.remedy}", line))
 
 
 def _read(path, call, key):

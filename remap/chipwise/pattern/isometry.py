@@ -15,11 +15,11 @@ from functools import cached_property
 import numpy as np
 
 from chipwise import moves
+from chipwise.arc_sweep import arc_sweep, chord_angle
 from chipwise.moves import Arc, Line, Move, PlaneArc, Rapid, Thread
 from chipwise.pattern.recorded import ARC, FEED, PLANE_OF_AXIS, RAPID, THREAD, Code, Recorded
 
 EXACT = 1e-12           # of a direction: rounding of a rotation by whole quarters
-FULL_TURN = 1e-6        # rad, an arc that ends so near to its start is a full turn, as in LinuxCNC
 
 
 @dataclass(frozen=True)
@@ -143,8 +143,8 @@ def _axis(direction):
 def arc_points(start, end, centre, axis: int, turns: int, chord: float):
     """Points on an arc or a helix, its end among them: (n, 3), so close that a chord is at most so far (mm) from it."""
     first, sweep, (radius, end_radius) = _turn(start, end, centre, axis, turns)
-    most = 2.0 * math.acos(1.0 - min(1.0, chord / max(radius, end_radius, chord)))
-    share = np.arange(1, max(1, math.ceil(abs(sweep) / most)) + 1) / max(1, math.ceil(abs(sweep) / most))
+    count = max(1, math.ceil(abs(sweep) / chord_angle(max(radius, end_radius), chord)))
+    share = np.arange(1, count + 1) / count
     points = _at_shares(start, end, centre, axis, (first, sweep, (radius, end_radius)), share)
     points[-1] = end
     return points
@@ -163,12 +163,9 @@ def arc_extremes(start, end, centre, axis: int, turns: int, directions):
 def _turn(start, end, centre, axis, turns):
     """(angle of the start, angle swept, (radius at the start, at the end)) of an arc."""
     a, b = (axis + 1) % 3, (axis + 2) % 3
-    first, last = (math.atan2(p[b] - centre[b], p[a] - centre[a]) for p in (start, end))
+    first = math.atan2(start[b] - centre[b], start[a] - centre[a])
     radii = tuple(math.hypot(p[a] - centre[a], p[b] - centre[b]) for p in (start, end))
-    sweep = (last - first) % (2 * math.pi) if turns > 0 else -((first - last) % (2 * math.pi))
-    if min(abs(sweep), 2 * math.pi - abs(sweep)) < FULL_TURN:
-        sweep = math.copysign(2 * math.pi, turns)
-    return first, sweep + math.copysign(2 * math.pi * (abs(turns) - 1), turns), radii
+    return first, arc_sweep((start[a], start[b]), (end[a], end[b]), (centre[a], centre[b]), turns), radii
 
 
 def _at_shares(start, end, centre, axis, turn, share):

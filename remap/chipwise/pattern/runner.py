@@ -8,7 +8,7 @@ plan the other hand (pattern/hand.py), so that the mirrored cut is climb milling
 
 Job:     program, parameters, table (paths), random (tool changer), units_per_mm, tool (number, diameter in machine units, orientation),
          codes (run first), begin, end (comments around the call), max_moves, cpu_s, mirrored, axis_mask, per_rev, stock_top (mm or null),
-         unit_mm (mm of the caller's unit)
+         unit_mm (mm of the caller's unit), own_code (interpreter_process.py)
 Result:  rows: [kind, line, own, feed, x, y, z, a, b, c (, plane, cx, cy, cz, turns)] in mm, mm/min (set_feed_rate()) and degrees, kind "rapid", "feed",
          "arc" or, with the pitch in place of the feed, "thread", own: the line of a cut that no cycle makes, else 0; ["code", line, text];
          ["path", line, code, p, q]: a path mode, code 0: the caller's; messages; stop: null or [line, text, remedy]; error: null or [line, text] of the interpreter; ended: bool; line: the last
@@ -37,6 +37,7 @@ from chipwise.errors import CycleError                          # noqa: E402
 from chipwise.glue import known_stock                           # noqa: E402
 from chipwise.pattern import hand                               # noqa: E402
 from chipwise.pattern.check import check_code                   # noqa: E402
+from chipwise.program_code import PYTHON_REMEDY             # noqa: E402
 from chipwise.processes import die_with_parent                  # noqa: E402
 
 COOLANT = {"mist": "M7", "flood": "M8"}
@@ -62,6 +63,9 @@ class Canon(interpreter_process.Canon):
     def refuse(self, text, remedy):
         self.stop = self.stop or [self.line or self.seen + 1, text, remedy]       # a line with F, which is remapped, has no number
         raise Stop(text)
+
+    def refuse_python(self, text):
+        self.stop = self.stop or [self.line or self.seen + 1, text, PYTHON_REMEDY]
 
     # ---- lines ----------------------------------------------------------------------------------------------
 
@@ -266,7 +270,7 @@ def main():
     preview.listener = canon
     error = None
     try:
-        result, _line = gcode.parse(job["program"], canon, *job["codes"])
+        result, _line = interpreter_process.parse(canon, job["program"])
         if result > gcode.MIN_ERROR:
             error = located(canon, gcode.strerror(result))
     except (RuntimeError, Stop):

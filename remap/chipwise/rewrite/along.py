@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from chipwise.arc_sweep import arc_sweep, chord_angle
 from chipwise.check.records import ARC, FEED
 from chipwise.check.reader import CHORD_MM
 from chipwise.rewrite import shift
@@ -162,9 +163,9 @@ def chords(begin, move):
     u, v = {1: (0, 1), 2: (1, 2), 3: (2, 0)}[move.circle.plane]
     along = 3 - u - v
     radius, last = (math.hypot(p[u] - centre[u], p[v] - centre[v]) for p in (begin, end))
-    a0, a1 = (math.atan2(p[v] - centre[v], p[u] - centre[u]) for p in (begin, end))
-    sweep = (a1 - a0) % (2 * math.pi) if move.circle.turns > 0 else -((a0 - a1) % (2 * math.pi))
-    count = max(1, math.ceil(abs(sweep) / (2 * math.acos(1 - min(1.0, CHORD_MM / max(radius, 1e-9))))))
+    a0 = math.atan2(begin[v] - centre[v], begin[u] - centre[u])
+    sweep = arc_sweep((begin[u], begin[v]), (end[u], end[v]), (centre[u], centre[v]), move.circle.turns)
+    count = max(1, math.ceil(abs(sweep) / chord_angle(radius, CHORD_MM)))
     t = np.arange(1, count + 1) / count
     result = np.empty((count, 3))
     r, angle = radius + (last - radius) * t, a0 + sweep * t

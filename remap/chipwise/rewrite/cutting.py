@@ -93,7 +93,7 @@ def in_stock(program, found, cell, progress=None, needles=None):
         if section.stock is not None:
             stock = rules.make_map(section.stock.line, section.stock.values, cell)
             if needles and count in needles:
-                stock.add_needles(needles[count], layout.NEEDLE_SKIN)
+                stock.add_needles(needles[count], layout.NEEDLE_SKIN, layout.NEEDLE_AREA)
             count += 1
         section = replace(section, first=max(section.first, program.height_known_from))
         if section.end > section.first:

@@ -39,6 +39,7 @@ MOTION_FEED = 2
 MOTION_NONE = 0
 MOTION_PROBING = 5
 MOTION_TRAVERSE = 1
+NEEDLE_AREA = 0.001
 NEEDLE_SKIN = 0.002
 NEED_NONE = 1e+30
 NEED_SAME = 0.0001
@@ -1329,6 +1330,7 @@ class HeightMap(C.Structure):
         ("strip_y", C.c_double),
         ("strip_width", C.c_double),
         ("needle_skin", C.c_double),
+        ("needle_area", C.c_double),
         ("needles", C.c_int32),
         ("strips", C.c_int32),
     ]

@@ -133,7 +133,7 @@ def _refuse_not_finite(rows):
 def _without_short(rows):
     """Rows without lines and arcs too short to have a direction; full circles stay."""
     long = _distance(rows.start, rows.end) > SHORT_MM
-    return _pick(rows, long | rows.arc & (_distance(rows.start, rows.centre) > SHORT_MM))
+    return _pick(rows, long | rows.arc & (_distance(rows.start, rows.centre) * np.abs(_sweeps(rows)) > SHORT_MM))
 
 
 def _refuse_gaps(rows, close_mm):

@@ -36,9 +36,8 @@ ARC_RADII_MM = 2 * 0.01 * math.sqrt(2)
 # ... or by this share of the radius (SPIRAL_RELATIVE_TOLERANCE); same rule here.
 ARC_RADII_SHARE = 0.001
 
-# An end point may start and end at the same point and still be a full circle, as in
-# LinuxCNC, where the arc's end equals its start within rounding.
-FULL_CIRCLE_MM = 1e-6
+# An arc whose end is this near to its start is a full circle, as in LinuxCNC (arc_sweep.py).
+FULL_CIRCLE_MM = 1e-8
 
 # A contour that crosses itself and comes back within this length of contour is a
 # rounding artefact of a corner (corners of nearly tangent arcs), not a shape.
