@@ -7,7 +7,7 @@
  *     Below the tool's shoulder it is met where the move is nearest. The map has the skin: CHIP_HEIGHT_SKIN where a program is judged, less where
  *     needles stand at places that depth_proof.h has found at the tool's side, so that a path that is written a micrometre beside still meets them.
  *  2. Then it is as high as the move leaves it (swept.h).
- *  3. Where a program is judged it adds nothing to the volume: thousands of needles stand in the place of one cell, whose own needle has all of it.
+ *  3. Where a program is judged it adds nothing to the volume: thousands of needles may be in one cell, whose own needle has all of it.
  *     At places that depth_proof.h has found it counts with CHIP_NEEDLE_AREA of a cell, so that volume shows that something has been cut.
  */
 #ifndef CHIPWISE_NEEDLES_H
