@@ -54,7 +54,7 @@ def read_job(path, defaults):
         return found
     except OSError as error:
         raise CycleError(f"{name}: {braceless(error.strerror or str(error))}", "correct the name of the job file") from error
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+    except (ValueError, RecursionError) as error:           # UTF-8, TOML, a number of 5,000 digits, tables in tables in tables
         raise CycleError(f"{name}: {braceless(str(error))}", "correct the job file") from error
     except CycleError as error:
         raise CycleError(f"{name}: {error.problem}", error.remedy) from None

@@ -14,12 +14,14 @@ import errno
 import io
 import json
 import os
+import re
 import stat
 
 from chipwise.files import NoRegularFile, read_bytes, write_durable
 
 MOST_BYTES = 5_000_000
 MOST_RUNNING = 1 << 20      # bytes of NAME.running
+_FORMULA = re.compile(r"(^|[;\t]\s*)(?=[=+\-@\t\r])")
 
 
 class OtherColumns(OSError):
@@ -43,8 +45,8 @@ def operations_path(path):
 
 
 def safe(value):
-    """A value for a spreadsheet: a text that begins like a formula is shown, not computed."""
-    return "'" + value if isinstance(value, str) and value[:1] in ("=", "+", "-", "@", "\t", "\r") else value
+    """A value for a spreadsheet: a text that begins like a formula is shown, not computed, also behind a semicolon or a tab, which may divide cells."""
+    return _FORMULA.sub(r"\1'", value) if isinstance(value, str) else value
 
 
 def _text(columns, rows, head=False):
