@@ -10,7 +10,7 @@
  *  2. That a program runs is reported some ms late. So the sums of what may be its beginning are made apart, from the
  *     first motion after a rest on, and are its sums as soon as it is reported.
  *  3. A period cuts if it is in a feed move, and the section area is at least CHIP_SUMS_AREA and, over the depth, at least
- *     CHIP_SUMS_WIDTH wide: below that the reading of a wall that was cut already cannot be told from a cut. A feed move that
+ *     CHIP_SUMS_WIDTH wide: below that a wall that was cut already may read the same as a cut. A feed move that
  *     does not cut is in air.
  *  4. Mean: volume that the map has lost, over the time that cuts. The map lags some periods behind the tool: what it loses
  *     within CHIP_SUMS_SETTLE periods after the last motion counts; what it loses later is another stock.
