@@ -145,6 +145,21 @@ def test_stock_from_the_option(tmp_path):
     assert status == 0 and report["programs"][0]["tools"][0]["volume_mm3"] == pytest.approx(2400, rel=0.002)
 
 
+def test_the_stock_of_the_program_and_the_option(tmp_path):
+    """The program's own counts, and a line says so; after its first move the option's ends there."""
+    option = ["--stock", "0", "0", "-20", "20", "60", "0"]
+    status, out, _err, report = chipwise_check(tmp_path, {"slot.ngc": SLOT}, *option)
+    own, = chipwise_check(tmp_path, {"slot.ngc": SLOT})[3]["programs"]
+    program, = report["programs"]
+    assert status == 0 and program["tools"] == own["tools"] and not own["notes"]
+    line = 1 + SLOT.splitlines().index(STOCK.strip())
+    assert program["notes"] == [[line, "--stock is not used: the program defines its stock with M250"]]
+    assert f"line {line}: --stock is not used" in out
+    late = SLOT.replace(STOCK, "").replace("T1 M6\n", "T1 M6\nG0 X-30 Y-30 Z30\n" + STOCK)
+    _status, out, *_ = chipwise_check(tmp_path, {"late.ngc": late}, *option)
+    assert "the stock of --stock ends: the program defines its own with M250" in out
+
+
 def test_inch_machine(tmp_path):
     text = "G20 G90 G17\nT1 M6\nG0 X-.5 Y1 Z.2\nG0 Z-.2\nG1 X4.5 F10\nG0 Z.2\nM2\n"
     ini = os.path.join(ROOT, "configs", "mill_inch.ini")

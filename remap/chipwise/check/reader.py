@@ -116,6 +116,7 @@ class Reader:
     def __init__(self, program, machine, stock=None, quiet_s=QUIET_S, cpu_s=CPU_S, most_moves=MAX_MOVES,
                  written=False, judged=True, memory_mb=None, watched=None, targets=False, most_bytes=MAX_BYTES):
         self.program, self.machine, self.messages = os.path.abspath(program), machine, []
+        self.notes = []                 # [[line, text], ..] about how it was read
         self._stock, self._cpu_s, self._most_moves, self._written, self._judged = stock, cpu_s, most_moves, written, judged
         self._most_bytes = most_bytes
         self._memory_mb, self._watched, self._targets, self.trace = memory_mb, watched, targets, None
@@ -217,7 +218,7 @@ class Reader:
         raise Unusable(f"LinuxCNC's interpreter ended ({said[-1]})", "see whether `rs274 -g` reads it")
 
     def _end(self, end):
-        self.messages, self.trace = end["messages"], end["trace"]
+        self.messages, self.notes, self.trace = end["messages"], end["notes"], end["trace"]
         if end["stop"]:
             line, text, remedy, unfinished = end["stop"]
             raise (Unfinished if unfinished else Unreadable)(text, remedy, line)

@@ -62,7 +62,7 @@ class Canon(interpreter_process.Canon):
         self.sin, self.cos = 0.0, 1.0
         self.at = [0.0, 0.0, 0.0]           # inch, work coordinates without offsets
         self.stop = None
-        self.messages = []
+        self.messages, self.notes = [], []
         self.trace = None
         self.wants_targets = job["targets"]
         if job["tool"] and self.spindle[0] > 0:
@@ -240,11 +240,21 @@ class Canon(interpreter_process.Canon):
     def stock(self, line, low, high, shape, turn):
         """M250 (preview.py)."""
         self.line = line
+        self._program_has("M250")
         self._event(STOCK, shape, turn, *low, *high)
+
+    def _program_has(self, code):
+        """A stock of the program's own: it takes the place of the one named by the user."""
+        if self.job["stock"] and not self.notes:
+            before = "_put" in self.__dict__
+            self.notes.append([self.line, f"--stock is not used: the program defines its stock with {code}" if before else
+                               f"the stock of --stock ends: the program defines its own with {code}"])
+            self.__dict__.pop("_put", None)
 
     def restored(self, line):
         """M254 (preview.py)."""
         self.line = line
+        self._program_has("M254")
         self._event(STOCK, -1.0)
 
     def volume(self, line, mode, target, lower, ceiling):
@@ -327,7 +337,7 @@ def main():
         pass
     send(b"R", canon.records.tobytes())
     send(b"E", json.dumps({"error": error, "stop": canon.stop, "line": line, "last": canon.line, "moves": canon.count,
-                           "messages": canon.messages, "trace": canon.trace and canon.trace.items}).encode())
+                           "messages": canon.messages, "notes": canon.notes, "trace": canon.trace and canon.trace.items}).encode())
 
 
 if __name__ == "__main__":

@@ -66,6 +66,7 @@ class Result:
     tools: dict = field(default_factory=dict)
     findings: Findings = field(default_factory=Findings)
     messages: list = field(default_factory=list)
+    notes: list = field(default_factory=list)     # [line, text] about how it was judged
     load: Optional[tuple] = None                  # (seconds of a bin, mm3/min) at F
     load_volumetric: Optional[tuple] = None       # the same with M251; None without
     pictures: Optional[tuple] = None              # (cell mm, x0, y0, z_min, heights before, heights after)
@@ -81,7 +82,7 @@ class Result:
         return {"program": self.program, "status": self.status, "error": self.error and self.error[0],
                 "error_line": self.error and self.error[1], "cell_mm": self.cell, "moves": self.moves, "dwell_s": self.dwell_s,
                 "tools": [t.json() for t in self.tools.values()], "findings": [f.json() for f in kept.kept],
-                "more_findings": kept.dropped, "messages": self.messages,
+                "more_findings": kept.dropped, "messages": self.messages, "notes": self.notes,
                 "load": self.load and {"bin_s": self.load[0], "mm3_min": np.round(self.load[1], 1).tolist()},
                 "load_volumetric": self.load_volumetric and {"bin_s": self.load_volumetric[0],
                                                              "mm3_min": np.round(self.load_volumetric[1], 1).tolist()}}

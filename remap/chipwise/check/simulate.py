@@ -256,12 +256,12 @@ class Simulation:
                 goes_on=at + first - last <= GAP)
             last = at + end - 1
 
-    def finish(self, messages):
+    def finish(self, messages, notes):
         """-> the Result."""
         result = self.result
         if self.map is None:
             raise Unreadable("no stock is defined", "add M250, or name the stock with --stock X0 Y0 Z0 X1 Y1 Z1")
-        result.messages = messages
+        result.messages, result.notes = messages, notes
         result.findings.kept.sort(key=lambda finding: finding.at)
         result.load = self.timer.load.rates()
         result.load_volumetric = self.timer.load_volumetric.rates() if self.timer.volumetric else None
@@ -307,4 +307,4 @@ def _run(simulation, reader, progress, cpu_s):
                                  "use a larger --cell, or raise --time-limit", int(block[-1, 1]))
             if progress:
                 progress(int(block[-1, 1]))
-        return simulation.finish(reader.messages)
+        return simulation.finish(reader.messages, reader.notes)

@@ -89,6 +89,8 @@ def report(result):
         return
     count = result.findings.count
     yield printable(f'{result.program}: ') + (f'{count} finding{"s" * (count != 1)}' if count else 'no findings')
+    for line, text in result.notes:
+        yield f'  line {line}: {printable(text)}'
     for tool in result.tools.values():
         yield '  ' + tool_line(tool, result.unit)
     for finding in result.findings.kept[:MAX_PRINTED]:
