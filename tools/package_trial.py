@@ -163,9 +163,10 @@ def misfit(old):
 
 
 def gone(before, users, purged):
-    """Step 6: compare the system with the one before; names what is left."""
+    """Step 6: compare the system with the one before; names what is left.  Files of packages that are there, as dependencies that another package
+    recommends and apt's autoremove leaves, are not ours."""
     now = system()
-    dependencies = set() if purged else set(run('sh', '-c', 'cat /var/lib/dpkg/info/*.list').split('\n'))
+    dependencies = {path for path in run('sh', '-c', 'cat /var/lib/dpkg/info/*.list').split('\n') if not path.startswith('/etc/chipwise/')}
     left = {path for path in now if path not in before and now[path] != 'folder'} - dependencies
     mine = set(users) | {HAL + '.yours', SHARED + '.new'} | {path for path in left if path.startswith(HOME)}
     settings = {path for path in left if path.startswith('/etc/chipwise/')}
