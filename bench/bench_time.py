@@ -68,9 +68,9 @@ def facts(text):
     diameter = float(re.search(rf"^T{number}\s.*?D([\d.]+)", table, re.M).group(1))
     target = float(re.search(r"^M251.*?Q([\d.]+)", text, re.M).group(1)) * 1000.0 / 60.0
     rates = (ROOT / "configs" / "tools.toml").read_text().partition(f"[tool.{number}]")[2].partition("[")[0]
-    most = re.search(r"max_removal_rate = ([\d.]+)", rates)
+    most = re.search(r"max_rate = ([\d.]+)", rates)
     if most:
-        target = min(target, float(most.group(1)) / 60.0)
+        target = min(target, float(most.group(1)) * 1000.0 / 60.0)
     return (0.5 * diameter, [box[a + "MIN"] for a in "XYZ"], [box[a + "MAX"] for a in "XYZ"], target)
 
 
@@ -90,7 +90,7 @@ def without_rates(folder):
     """A tool geometry file like the sample one, but no tool has a removal rate of its own."""
     text = (ROOT / "configs" / "tools.toml").read_text()
     copy = folder / "tools.toml"
-    copy.write_text(re.sub(r"^max_removal_rate.*\n", "", text, flags=re.M))
+    copy.write_text(re.sub(r"^max_rate.*\n", "", text, flags=re.M))
     return {"TOOL_GEOMETRY": str(copy)}
 
 

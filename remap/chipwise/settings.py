@@ -13,6 +13,7 @@ from typing import Any, Callable, Optional
 
 from chipwise import ini
 from chipwise.errors import CycleError, braceless
+from chipwise.rates import MAX_RATE, MM3_PER_CM3
 
 SECTION = "CHIPWISE"
 
@@ -119,7 +120,8 @@ SETTINGS = {
     "FILTER_REFUSE": Setting("unusable", "", str.lower, lambda v: v in ("unusable", "findings", "unchecked"),
                              "unusable, findings or unchecked"),
     "FILTER_REWRITE": Setting("no", "", str.lower, lambda v: v in ("no", "flute", "feed"), "no, flute or feed"),
-    "FILTER_RATE": Setting(0.0, "cm3/min", _number, lambda v: 0 <= v < 1e6, "a removal rate of 0 (none) or more"),
+    "FILTER_RATE": Setting(0.0, "cm3/min", _number, lambda v: 0 <= v <= MAX_RATE / MM3_PER_CM3,
+                           f"a removal rate from 0 (none) to {MAX_RATE / MM3_PER_CM3:g} cm3/min"),
     "FILTER_CEILING": Setting(0.0, "mm/min", _number, lambda v: 0 <= v < 1e6, "a feed of 0 (that of the axes) or more"),
     "PROGRAM_PYTHON": Setting(False, "", _switch, lambda v: True, "yes or no"),
     "PANEL": Setting(True, "", _switch, lambda v: True, "yes or no"),

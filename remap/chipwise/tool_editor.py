@@ -9,6 +9,7 @@
  3. The loader's own rules decide what a tool may be.
  4. Who changes a tool names the checksum of the file that they have seen.
  5. The file as it was before the first change of a day stays beside it, as NAME.DATE.bak.
+ 6. A rate is cm3/min here: a tool that has the old key, in mm3/min, is shown with the new one and has it in its line once it is changed.
 """
 
 import copy
@@ -22,7 +23,7 @@ from typing import Any
 
 from chipwise.errors import CycleError
 from chipwise.files import locked, read_bytes, write_durable
-from chipwise.tools import KEYS, MAX_BYTES, MAX_DIGITS, load_tools, parse_tools
+from chipwise.tools import KEYS, MAX_BYTES, MAX_DIGITS, OLD_RATE, load_tools, parse_tools, rate_of
 
 UNFINISHED = ".unfinished"
 _HEADER = re.compile(r"[ \t]*\[[ \t]*tool[ \t]*\.[ \t]*(\d+)[ \t]*\][ \t]*(#.*)?$")
@@ -41,7 +42,7 @@ def listed(path: str) -> dict:
     data, name = _read(path), os.path.basename(path)
     parse_tools(data.decode("utf-8"), path)
     found = tomllib.loads(data.decode("utf-8")).get("tool", {})
-    return {"file": name, "checksum": checksum(data), "tools": {str(int(number)): values for number, values in found.items()}}
+    return {"file": name, "checksum": checksum(data), "tools": {str(int(number)): _with_new_rate(values) for number, values in found.items()}}
 
 
 def change(path: str, seen: str, number: int, values: dict) -> None:
@@ -95,8 +96,8 @@ def changed(text: str, name: str, number: int, values: dict) -> str:
             raise CycleError("{key} is not a key of a tool", "use " + ", ".join(KEYS), key=str(key)[:40])
     parse_tools(text, name)             # a file that is wrong is corrected by hand
     before = tomllib.loads(text)
-    wanted = _wanted(before, number, values)
-    found = _with_values(text, number, _differing(before, number, values))
+    wanted, converted = _wanted(before, number, values), _with_new_key(text, before, number)
+    found = _with_values(converted, number, _differing(tomllib.loads(converted), number, values))
     try:
         parse_tools(found, name)
     except CycleError as error:
@@ -114,13 +115,46 @@ def _name_of(document, number):
 def _wanted(document, number, values):
     """What the new text has to mean."""
     found = copy.deepcopy(document)
-    table = found.setdefault("tool", {}).setdefault(_name_of(document, number), {})
+    tables, name = found.setdefault("tool", {}), _name_of(document, number)
+    table = tables[name] = _with_new_rate(tables.get(name, {}))
     for key, value in values.items():
         if value is None:
             table.pop(key, None)
         else:
             table[key] = value
     return found
+
+
+def _with_new_rate(table):
+    """A tool's table with max_rate in the place of the old key."""
+    if OLD_RATE not in table:
+        return dict(table)
+    found = {}
+    for key, value in table.items():
+        if key in ("max_rate", OLD_RATE):
+            found["max_rate"] = rate_of(table)
+        else:
+            found[key] = value
+    return found
+
+
+def _with_new_key(text, document, number):
+    """The text with max_rate in the line of a tool's old key; where both are given the new one's line has the smaller."""
+    table = document.get("tool", {}).get(_name_of(document, number), {})
+    lines = re.findall(r"[^\n]*\n|[^\n]+", text)
+    first, end = _table(lines, number)
+    if OLD_RATE not in table or first is None:
+        return text
+    if "max_rate" in table:
+        _change_lines(lines, first, end, {OLD_RATE: None, "max_rate": rate_of(table)} if rate_of(table) != table["max_rate"] else {OLD_RATE: None})
+        return "".join(lines)
+    for at in range(first + 1, end):
+        match = _KEY.match(lines[at].rstrip("\r\n"))
+        if match and match["key"] == OLD_RATE:
+            line_end = lines[at][len(lines[at].rstrip("\r\n")):]
+            lines[at] = (match["before"].replace(OLD_RATE, "max_rate") + _written(rate_of(table))
+                         + re.sub(r"^(\s*#\s*)mm3/min", r"\1cm3/min", match["after"]) + line_end)
+    return "".join(lines)
 
 
 def _differing(document, number, values):

@@ -10,9 +10,11 @@ named by [CHIPWISE]TOOL_GEOMETRY, one table per tool number, lengths in mm, angl
     tip_angle = 90            # included; vee, tapered-ball
     flute_length = 12
     flutes = 2
-    max_removal_rate = 9000   # mm3/min
+    max_rate = 9              # cm3/min
     stick_out = 30            # tip to the lower end of the holder; with
     holder_diameter = 40
+
+A rate is cm3/min wherever a person types it, as with M251.  Files of before have max_removal_rate in mm3/min; it is read, and named by old_rates().
 """
 
 import os
@@ -22,6 +24,7 @@ from typing import Any, NoReturn, Optional
 
 from chipwise.errors import CycleError, braceless
 from chipwise.files import read_bytes
+from chipwise.rates import MAX_RATE, MM3_PER_CM3
 
 SHAPES = ("flat", "ball", "bull", "vee", "tapered-ball")
 _REQUIRED = {"bull": ("corner_radius",), "vee": ("tip_angle",), "tapered-ball": ("corner_radius", "tip_angle")}
@@ -36,9 +39,10 @@ class ToolGeometry:
     tip_angle: Optional[float] = None          # degrees, included
     flute_length: Optional[float] = None       # mm
     flutes: Optional[int] = None
-    max_removal_rate: Optional[float] = None   # mm3/min
+    max_removal_rate: Optional[float] = None   # mm3/min: max_rate of the file is cm3/min
     stick_out: Optional[float] = None          # mm
     holder_diameter: Optional[float] = None    # mm
+    note: str = ""                             # about the old key of the rate: what to write; "" without it
 
 
 MAX_BYTES = 1 << 18            # of a file: some thousand tools
@@ -51,12 +55,14 @@ _NUMBERS = {
     "tip_angle": (0.1, True, 179.999, "an angle of 0.1 degrees or more, below 180"),
     "flute_length": (0.0, False, 1e4, "a length above 0 mm"),
     "flutes": (1, True, 100, "a whole number from 1 to 100"),
-    "max_removal_rate": (0.0, False, 1e12, "a rate above 0 mm3/min"),
+    "max_rate": (0.0, False, MAX_RATE / MM3_PER_CM3, f"a rate above 0, at most {MAX_RATE / MM3_PER_CM3:g} cm3/min"),
     "stick_out": (0.0, False, 1e4, "a length above 0 mm"),
     "holder_diameter": (0.0, False, 1e4, "a length above 0 mm"),
 }
 
 KEYS = ("shape", *_NUMBERS)
+OLD_RATE = "max_removal_rate"      # mm3/min; max_rate takes its place
+_OLD_NUMBERS = {OLD_RATE: (0.0, False, MAX_RATE, f"a rate above 0, at most {MAX_RATE:.0f} mm3/min")}
 
 
 def _fail(path: str, tool: Any, text: str, remedy: str) -> NoReturn:
@@ -81,7 +87,7 @@ def _named(key: str) -> str:
 
 def _check_number(path: str, tool: int, key: str, value: Any) -> Any:
     """One numeric key's value, or CycleError."""
-    low, closed, high, rule = _NUMBERS[key]
+    low, closed, high, rule = (_NUMBERS | _OLD_NUMBERS)[key]
     good = isinstance(value, (int, float)) and not isinstance(value, bool)
     good = good and (isinstance(value, int) or key != "flutes")
     if not (good and (value > low or (closed and value == low)) and value <= high):
@@ -94,7 +100,7 @@ def _parse_tool(path: str, tool: int, table: Any) -> ToolGeometry:
     if not isinstance(table, dict):
         _fail(path, tool, "is not a table", f"write [tool.{tool}]")
     for key in table:
-        if key not in KEYS:
+        if key not in (*KEYS, OLD_RATE):
             _fail(path, tool, f"{_named(key)} is not a key", "use " + ", ".join(KEYS))
     shape = table.get("shape", "flat")
     if shape not in SHAPES:
@@ -102,8 +108,37 @@ def _parse_tool(path: str, tool: int, table: Any) -> ToolGeometry:
     for key in _REQUIRED.get(shape, ()):
         if key not in table:
             _fail(path, tool, f"shape {shape} needs {key}", f"add {key} = ...")
-    numbers = {key: _check_number(path, tool, key, table[key]) for key in _NUMBERS if key in table}
-    return ToolGeometry(shape=shape, **numbers)
+    numbers = {key: _check_number(path, tool, key, table[key]) for key in (*_NUMBERS, OLD_RATE) if key in table}
+    rate, note = rate_of(numbers), _rate_note(numbers)
+    numbers = {key: value for key, value in numbers.items() if key not in ("max_rate", OLD_RATE)}
+    return ToolGeometry(shape=shape, **numbers, max_removal_rate=None if rate is None else rate * MM3_PER_CM3,
+                        note=braceless(f"{os.path.basename(path)}: tool {tool}: {note}") if note else "")
+
+
+def rate_of(table: dict) -> Optional[float]:
+    """cm3/min of a tool's table, of both keys the smaller; None without either."""
+    found = [table["max_rate"]] if "max_rate" in table else []
+    if OLD_RATE in table:
+        rate = float(f"{table[OLD_RATE] / MM3_PER_CM3:.12g}")
+        found.append(int(rate) if rate == int(rate) else rate)
+    return min(found, default=None)
+
+
+def _rate_note(table: dict) -> str:
+    """What to write in place of the old key of the rate, "" without it."""
+    if OLD_RATE not in table:
+        return ""
+    if "max_rate" in table:
+        return f"max_rate (cm3/min) and max_removal_rate (mm3/min) are both given, the smaller counts: {rate_of(table)} cm3/min; remove max_removal_rate"
+    return f"max_removal_rate is in mm3/min; write max_rate = {rate_of(table)} (cm3/min)"
+
+
+def old_rates(path: str) -> list[str]:
+    """A line for each tool of a file that has the old key of the rate; none where the file cannot be used: who needs a tool of it says why."""
+    try:
+        return [tool.note for tool in load_tools(path).values() if tool.note]
+    except CycleError:
+        return []
 
 
 def parse_tools(text: str, path: str = "tools.toml") -> dict[int, ToolGeometry]:

@@ -3,6 +3,7 @@
 
 import math
 import os
+import re
 
 import pytest
 
@@ -54,6 +55,18 @@ def test_each_rule(tmp_path, machine):
             assert finding["value"] == pytest.approx(values[rule], rel=0.03)
             assert -15 <= finding["x"] <= 110 and finding["y"] == pytest.approx(30, abs=1e-6)
         assert finding["text"] in out and "; " in finding["text"]
+
+
+def test_rates_are_said_in_cm3_per_minute(tmp_path):
+    """The tool's own limit in the old unit still holds, and is named once; JSON has mm3/min."""
+    machine = mill_with_tools(tmp_path)
+    (machine.parent / "tools.toml").write_text(TOOLS.replace("max_rate = 5", "max_removal_rate = 5000"))
+    status, out, err, report = chipwise_check(tmp_path, {"part.ngc": HEAD + STOCK + "T6 M6\nG0 X-10 Y30 Z5\nG0 Z-4\nG1 X110 F600\nG0 Z5\nM2\n"}, machine=machine)
+    assert err.splitlines() == ["chipwise: tools.toml: tool 6: max_removal_rate is in mm3/min; write max_rate = 5 (cm3/min)"]
+    finding, = report["programs"][0]["findings"]
+    assert status == 1 and finding["value"] == pytest.approx(24000, rel=0.03)
+    assert re.search(r"removes 2[34]\.?\d* cm3/min at X\S+ Y30 Z-4, the tool's max_rate is 5; lower F, or use M251", finding["text"])
+    assert re.search(r"mean [12]\d\.?\d* and peak 2[34]\.?\d* cm3/min at F", out) and "mm3/min" not in out
 
 
 def test_a_plunge_by_traverse_is_as_deep_as_it_goes(tmp_path, machine):

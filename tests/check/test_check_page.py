@@ -50,7 +50,7 @@ class Parser(html.parser.HTMLParser):
 
 def make_result(program="a.ngc"):
     result = Result(program, cell=0.5, moves=10)
-    result.tools[3] = ToolFigures(3, 6.0, ToolGeometry("ball", flute_length=12.0), feed_s=10, planned_s=11, volume=600.0, feed_volume=600.0,
+    result.tools[3] = ToolFigures(3, 6.0, ToolGeometry("ball", flute_length=12.0), feed_s=10, planned_s=11, volume=600.0, feed_volume=650.0,
                                   cutting_s=6.0, depth=14.25, depth_line=7, reach=15.0)
     result.findings = Findings()
     result.findings.add(Finding(FLUTE, 7, 9, 3, (1.0, 2.0, -3.0), 14.25, 12.0))
@@ -71,9 +71,10 @@ def parse(results):
 
 
 def test_figures_and_pictures():
-    _text, parser = parse([make_result()])
-    for cell in ("600", "6000", "14.25 (line 7)", "12", "14.3", "15", "7 to 9", "1 2 -3"):
+    text, parser = parse([make_result()])
+    for cell in ("600", "6.5", "14.25 (line 7)", "12", "14.3", "15", "7 to 9", "1 2 -3"):
         assert cell in parser.cells
+    assert "mean cm3/min" in text and "Removal rate, cm3/min" in text and ">6</text>" in text and "mm3/min" not in text
     stock, = json.loads(parser.data)
     heights = np.frombuffer(base64.b64decode(stock["after"]), "<u2").reshape(stock["rows"], stock["columns"])
     expected = make_result().pictures[5] + 10.0

@@ -85,7 +85,7 @@ def test_many_programs_one_bad_and_progress(tmp_path):
     status, out, err, report = chipwise_check(tmp_path, programs, "--jobs", "2", "--report", str(tmp_path / "page.html"),
                                                environment={"AXIS_PROGRESS_BAR": "1"})
     written = (tmp_path / "page.html").read_text()
-    assert written.count("<section") == 5 and written.count("Removal rate, mm3/min, over time") == 4
+    assert written.count("<section") == 5 and written.count("Removal rate, cm3/min, over time") == 4
     assert status == 2 and [p["status"] for p in report["programs"]] == [0, 0, 2, 0, 0]
     assert [os.path.basename(p["program"]) for p in report["programs"]] == sorted(programs)
     assert out.count("no findings") == 4

@@ -82,6 +82,12 @@ def test_shipped_tools(root):
     ("[tool.3]\nflute_length = 0", "t.toml: tool 3: flute_length = 0 is not a length above 0 mm; correct the file"),
     ("[tool.3]\nflute_length = nan", "t.toml: tool 3: flute_length = nan is not a length above 0 mm; correct the file"),
     ("[tool.3]\nflutes = 2.5", "t.toml: tool 3: flutes = 2.5 is not a whole number from 1 to 100; correct the file"),
+    ("[tool.3]\nmax_rate = 0", "t.toml: tool 3: max_rate = 0 is not a rate above 0, at most 10000 cm3/min; correct the file"),
+    ("[tool.3]\nmax_rate = -3", "t.toml: tool 3: max_rate = -3 is not a rate above 0, at most 10000 cm3/min; correct the file"),
+    ("[tool.3]\nmax_rate = nan", "t.toml: tool 3: max_rate = nan is not a rate above 0, at most 10000 cm3/min; correct the file"),
+    ("[tool.3]\nmax_rate = 12000", "t.toml: tool 3: max_rate = 12000 is not a rate above 0, at most 10000 cm3/min; correct the file"),
+    ("[tool.3]\nmax_removal_rate = 1e8", "t.toml: tool 3: max_removal_rate = 100000000.0 is not a rate above 0, at most 10000000 mm3/min; correct the file"),
+    ("[tool.3]\nmax_rate = 5\nmax_removal_rate = 0", "t.toml: tool 3: max_removal_rate = 0 is not a rate above 0, at most 10000000 mm3/min"),
     ("[tool.3]\ntip_angle = '90'", "t.toml: tool 3: tip_angle = '90' is not an angle of 0.1 degrees or more, below 180"),
     ("[tool.three]\nflutes = 2", "t.toml: tool three: is not a tool number; use [tool.N], N a whole number"),
     ("[tools.3]\nflutes = 2", "t.toml: [tools] is unknown; use [tool.N], on a lathe [lathe.N], N the tool number"),
@@ -92,6 +98,33 @@ def test_broken_tools(text, message):
     with pytest.raises(CycleError) as caught:
         tools.parse_tools(text, "/configs/t.toml")
     assert str(caught.value).startswith("chipwise: " + message)
+
+
+BOTH = "max_rate (cm3/min) and max_removal_rate (mm3/min) are both given, the smaller counts: {} cm3/min; remove max_removal_rate"
+
+
+@pytest.mark.parametrize("text, rate, note", [
+    ("max_rate = 30", 30000, ""), ("max_rate = 1.5", 1500, ""), ("flutes = 2", None, ""), ("max_rate = 10_000", 1e7, ""),
+    ("max_removal_rate = 30000", 30000, "max_removal_rate is in mm3/min; write max_rate = 30 (cm3/min)"),
+    ("max_removal_rate = 1234.5", 1234.5, "max_removal_rate is in mm3/min; write max_rate = 1.2345 (cm3/min)"),
+    ("max_removal_rate = 30000\nmax_rate = 20", 20000, BOTH.format(20)), ("max_removal_rate = 30000\nmax_rate = 40", 30000, BOTH.format(30))])
+def test_rates_are_cm3_per_minute(tmp_path, text, rate, note):
+    """The old key is read, and named with what to write."""
+    path = tmp_path / "t.toml"
+    path.write_text(f"[tool.3]\n{text}\n")
+    assert tools.tool_geometry(str(path), 3).max_removal_rate == (pytest.approx(rate, rel=1e-12) if rate else None)
+    assert tools.old_rates(str(path)) == ([f"t.toml: tool 3: {note}"] if note else [])
+
+
+@pytest.mark.parametrize("text", ["10001", "-1", "nan", "inf", "30000"])
+def test_the_rate_of_the_filter_is_a_possible_one(text):
+    with pytest.raises(CycleError, match=r"\[CHIPWISE\]FILTER_RATE = \S+ is not a removal rate from 0 \(none\) to 10000 cm3/min"):
+        settings.parse_settings({"FILTER_RATE": text})
+
+
+def test_no_sample_has_the_old_key(root):
+    for path in (*(root / "configs").glob("*.toml"), root / "docs" / "user" / "settings.md"):
+        assert "max_removal_rate = " not in path.read_text(), path
 
 
 @pytest.mark.parametrize("mm, unit, text", [(2, "mm", "2 mm"), (2.5, "mm", "2.5 mm"), (-0.00001, "mm", "0 mm"),

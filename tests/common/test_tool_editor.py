@@ -12,7 +12,7 @@ import pytest
 
 from chipwise import tool_editor
 from chipwise.errors import CycleError
-from chipwise.tools import KEYS, SHAPES, load_tools, parse_tools
+from chipwise.tools import KEYS, OLD_RATE, SHAPES, load_tools, parse_tools
 from support.random_cases import random_count, random_seed, write_replay
 from support.tool_files import FILE, written
 
@@ -26,8 +26,8 @@ def change(path, number, values, seen=None):
     (1, {"flute_length": 21.5}, "flute_length = 20\n", "flute_length = 21.5\n"),
     (1, {"shape": "vee", "tip_angle": 90}, 'shape = "flat"    # new in May\nflute_length = 20\n', 'shape = "vee"    # new in May\nflute_length = 20\ntip_angle = 90\n'),
     (1, {"flute_length": None}, "flute_length = 20\n", ""), (1, {"flute_length": 20, "flutes": None, "shape": "flat"}, "", ""),
-    (2, {"max_removal_rate": 12000, "shape": "ball"}, "", ""),
-    (2, {"max_removal_rate": 9000, "flutes": 3}, "  max_removal_rate = 12_000\t# steel\n", "  max_removal_rate = 9000\t# steel\nflutes = 3\n"),
+    (2, {"max_rate": 1_000, "shape": "ball"}, "", ""),
+    (2, {"max_rate": 9.5, "flutes": 3}, "  max_rate = 1_000\t# steel\n", "  max_rate = 9.5\t# steel\nflutes = 3\n"),
     (10, {"flutes": 2, "stick_out": 0.25}, "[tool.10]\n", "[tool.10]\nflutes = 2\nstick_out = 0.25\n"),
     (7, {"shape": "bull", "corner_radius": 0.5, "flutes": None}, "# the end\n", '# the end\n\n[tool.7]\nshape = "bull"\ncorner_radius = 0.5\n')])
 @pytest.mark.parametrize("line_end", ["\n", "\r\n"])
@@ -35,6 +35,30 @@ def test_one_change(tmp_path, number, values, old, new, line_end):
     path = written(tmp_path, FILE.replace("\n", line_end))
     assert FILE.count(old) == 1 or not old
     assert change(path, number, values) == FILE.replace(old, new).replace("\n", line_end) if old else FILE.replace("\n", line_end)
+
+
+OLD = "[tool.1]\nflutes = 3\nmax_removal_rate = 12_000  # mm3/min; steel\n\n# next\n[tool.2]\nmax_removal_rate = 500\n"
+
+
+@pytest.mark.parametrize("values, new", [
+    ({"flutes": 4}, "flutes = 4\nmax_rate = 12  # cm3/min; steel\n"), ({}, "flutes = 3\nmax_rate = 12  # cm3/min; steel\n"),
+    ({"max_rate": 12}, "flutes = 3\nmax_rate = 12  # cm3/min; steel\n"), ({"max_rate": 7.5}, "flutes = 3\nmax_rate = 7.5  # cm3/min; steel\n"),
+    ({"max_rate": None}, "flutes = 3\n")])
+def test_the_old_key_of_the_rate(tmp_path, values, new):
+    """A tool that is changed has its rate in cm3/min, in the line of the old key; the other tools keep theirs."""
+    path = written(tmp_path, OLD)
+    assert tool_editor.listed(str(path))["tools"] == {"1": {"flutes": 3, "max_rate": 12}, "2": {"max_rate": 0.5}}
+    assert change(path, 1, values) == OLD.replace(OLD[9:OLD.index("\n# next")], new)
+    with pytest.raises(CycleError, match="max_removal_rate is not a key of a tool"):
+        change(path, 1, {"max_removal_rate": 5})
+
+
+@pytest.mark.parametrize("rate, values, new", [(9, {}, "max_rate = 9 # a\n"), (90, {}, "max_rate = 12 # a\n"), (90, {"max_rate": 5}, "max_rate = 5 # a\n"),
+                                               (90, {"max_rate": None}, ""), (90, {"max_rate": 90}, "max_rate = 90 # a\n")])
+def test_both_keys_of_the_rate(tmp_path, rate, values, new):
+    path = written(tmp_path, f"[tool.1]\nmax_removal_rate = 12000\nmax_rate = {rate} # a\nflutes = 3\n")
+    assert tool_editor.listed(str(path))["tools"]["1"]["max_rate"] == min(rate, 12)
+    assert change(path, 1, values) == f"[tool.1]\n{new}flutes = 3\n"
 
 
 @pytest.mark.parametrize("text, new", [("", "[tool.3]\nflutes = 2\n"), ("[tool.1]", "[tool.1]\n\n[tool.3]\nflutes = 2\n"), ("[tool]\n", "[tool]\n\n[tool.3]\nflutes = 2\n"),
@@ -169,7 +193,7 @@ def random_file(rng):
     for number in rng.sample(range(30), rng.randint(0, 6)):
         lines += rng.choice(([], [""], ["", f"# of tool {number}"]))
         lines.append(rng.choice(("[tool.{}]", "[tool.0{}]", " [ tool.{} ]  # a [comment]")).format(number))
-        for key in rng.sample(KEYS, rng.randint(0, 6)):
+        for key in rng.sample((*KEYS, OLD_RATE), rng.randint(0, 6)):
             value = value_of(key, rng)
             text = f'"{value}"' if key == "shape" else f"{value:_}" if isinstance(value, int) and rng.random() < 0.3 else str(value)
             lines.append(rng.choice(("", "", "  ", "\t")) + key + rng.choice((" = ", "=", "\t=  ")) + text + rng.choice(("", "", "   # was 7 = 3", " ")))
@@ -193,6 +217,10 @@ def fault_of(text, number, values):
     document = tomllib.loads(text)
     name = next((one for one in document.get("tool", {}) if int(one) == number), str(number))
     wanted = document.setdefault("tool", {}).setdefault(name, {})
+    both = OLD_RATE in wanted and "max_rate" in wanted
+    if OLD_RATE in wanted:
+        old_rate = float(f"{wanted.pop(OLD_RATE) / 1000:.12g}")
+        wanted["max_rate"] = min(wanted.get("max_rate", old_rate), old_rate)
     gone = [key for key, value in values.items() if value is None and key in wanted]
     new = [key for key, value in values.items() if value is not None and key not in wanted]
     other = [key for key, value in values.items() if value is not None and wanted.get(key, value) != value]
@@ -207,11 +235,11 @@ def fault_of(text, number, values):
     old, lines_now = text.split("\n"), found.split("\n")
     if len([line for line in lines_now if line not in old]) > len(new) + len(other) + 4:
         return "other lines have changed"
-    if not gone and comments(found) != comments(text):
+    if not gone and not both and comments(found) != comments(text):
         return "comments have changed"
     if name not in tomllib.loads(text).get("tool", {}):
         return "" if found.startswith(text) else "the file does not begin as it was"
-    rest = [[line for line in some if not re.match(rf"[ \t]*({'|'.join(values)})[ \t]*=", line)] for some in (old, lines_now)]
+    rest = [[line for line in some if not re.match(rf"[ \t]*({'|'.join([*values, 'max_rate', OLD_RATE])})[ \t]*=", line)] for some in (old, lines_now)]
     if "".join(rest[0]).strip() != "".join(rest[1]).strip():
         return "lines without these keys have changed"
     ends = {line[-1:] == "\r" for line in old[:-1]}

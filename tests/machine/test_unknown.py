@@ -205,9 +205,9 @@ def test_window_without_a_ceiling(answers):
 
 
 def test_the_tool_of_the_moment_counts(tmp_path):
-    """max_removal_rate of the geometry file, taken on tool change: T2 (3 mm) stands 1.2 cm3/min of the 6 of M251."""
+    """max_rate of the geometry file, taken on tool change: T2 (3 mm) stands 1.2 cm3/min of the 6 of M251."""
     geometry = tmp_path / 'tools.toml'
-    geometry.write_text('[tool.2]\nmax_removal_rate = 1200\n')
+    geometry.write_text('[tool.2]\nmax_rate = 1.2\n')
     program = BEGIN + ('G0 X-10 Y20 Z5\nG0 Z-2\nG1 X20\nG0 Z5\nT2 M6\nG0 X-10 Y30\nG0 Z-2\nG1 X70\nG0 Z5\n'
                        'M252\nM2\n')
     *_, first, _next, second, end = operate(tmp_path, [

@@ -155,6 +155,19 @@ def test_a_tool_that_cannot_be_described_is_unknown(watched, monkeypatch):
     assert (pins['tool-number'], pins['tool-diameter'], pins['tool-followed']) == (8, 0.0, 8)
 
 
+def test_a_rate_in_the_old_unit_is_named_once(watched, tmp_path):
+    said, path = [], tmp_path / 'tools.toml'
+    path.write_text('[tool.1]\nmax_removal_rate = 30000\n[tool.2]\nmax_rate = 20\n')
+    watched.step()
+    watched.inform, watched.settings = said.append, parse_settings({'TOOL_GEOMETRY': str(path)})
+    for number, rate in ((1, 30000), (2, 20000), (1, 30000)):
+        watched.status.tool_in_spindle = watched.component['tool-in-spindle'] = number
+        watched.step()
+        watched.step()
+        assert watched.component['tool-max-rate'] == rate
+    assert said == ['tools.toml: tool 1: max_removal_rate is in mm3/min; write max_rate = 30 (cm3/min)']
+
+
 def test_the_status_comes_after_the_pin(watched, monkeypatch):
     """The machine's number is passed on once the status names the same; a lasting difference is the machine's way."""
     now = [100.0]

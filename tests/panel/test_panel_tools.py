@@ -3,6 +3,7 @@
 
 import json
 import os
+import re
 from dataclasses import replace
 
 import pytest
@@ -10,7 +11,7 @@ import pytest
 from chipwise import tool_editor
 from chipwise.machine import mdi
 from chipwise.panel import line_process, lines, server
-from chipwise.tools import load_tools
+from chipwise.tools import KEYS, load_tools
 from support.panel_client import request
 from support.panel_rig import TOKEN, serving
 from support.tool_files import FILE, written
@@ -48,11 +49,28 @@ def wanted(path, **values):
 def test_the_page_changes_a_tool(shop):
     rig, _machine, path = shop
     found = json.loads(request(rig.url, "/tools.json")[2])
-    assert found["file"] == "tools.toml" and found["tools"]["2"] == {"shape": "ball", "max_removal_rate": 12000} and list(found["tools"]) == ["1", "2", "10"]
+    assert found["file"] == "tools.toml" and found["tools"]["2"] == {"shape": "ball", "max_rate": 1000} and list(found["tools"]) == ["1", "2", "10"]
     status, _headers, content = post(rig, {"tool": 1, "values": {"flutes": 3}, "checksum": found["checksum"]})
     assert status == 200 and json.loads(content)["tools"]["1"]["flutes"] == 3 == load_tools(str(path))[1].flutes
     status, _headers, words = post(rig, {"tool": 1, "values": {"flutes": 4}, "checksum": found["checksum"]})
     assert status == 409 and b"tools.toml has changed since this page has read it" in words
+
+
+def test_a_rate_of_before_is_shown_and_written_in_the_new_unit(shop):
+    """Never both keys: the page reads and writes cm3/min."""
+    rig, _machine, path = shop
+    path.write_text(FILE.replace("max_rate = 1_000", "max_removal_rate = 12_500"))
+    found = json.loads(request(rig.url, "/tools.json")[2])
+    assert found["tools"]["2"] == {"shape": "ball", "max_rate": 12.5}
+    status, _headers, content = post(rig, {"tool": 2, "values": {**found["tools"]["2"], "flutes": 2}, "checksum": found["checksum"]})
+    assert status == 200 and json.loads(content)["tools"]["2"] == {"shape": "ball", "max_rate": 12.5, "flutes": 2}
+    assert path.read_text() == FILE.replace("max_rate = 1_000\t# steel\n", "max_rate = 12.5\t# steel\nflutes = 2\n")
+
+
+def test_the_page_has_the_keys_of_the_file(root):
+    """What geometry.js shows and writes is what tools.py reads."""
+    text = (root / "remap" / "chipwise" / "panel" / "page" / "geometry.js").read_text()
+    assert re.findall(r"'(\w+)'", re.search(r"KEYS = \[(.*?)\]", text)[1]) == list(KEYS)
 
 
 @pytest.mark.parametrize("change", [{"idle": False}, {"at_rest": False}])

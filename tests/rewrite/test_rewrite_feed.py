@@ -72,7 +72,7 @@ def test_ceiling_and_tool_limit(tmp_path, machine):
     assert two.feed[two.kind != 0].max() == 700
     _, two, _ = rewritten(tmp_path, machine, text, "--feed", "1000")
     assert two.feed[two.kind != 0].max() <= 100 * 60 + 1        # MAX_VELOCITY of the machine's axes
-    tools = (machine.parent / "tools.toml").read_text().replace("flute_length = 100", "flute_length = 100\nmax_removal_rate = 4000")
+    tools = (machine.parent / "tools.toml").read_text().replace("flute_length = 100", "flute_length = 100\nmax_rate = 4")
     limited = make_machine(tmp_path / "limited", tools=tools)
     _, two, _ = rewritten(tmp_path, limited, SLOT, "--feed", "12")
     assert feed_at(two, 50) == pytest.approx(4000 / 20, rel=0.03)

@@ -189,7 +189,8 @@ def test_bad_files_and_options(tmp_path, machine):
             (tmp_path / "binary.ngc", ["--flute"], "not a text file"), (tmp_path / "empty.ngc", ["--flute"], "empty"),
             (tmp_path / "none.ngc", ["--flute"], "No such file"),
             (good, [], "required"), (good, ["--flute", "--feed", "3"], "not allowed"), (good, ["--feed", "-3"], "above 0"),
-            (good, ["--feed", "nan"], "above 0"), (good, ["--feed", "3", "--lower", "4"], "above --feed"),
+            (good, ["--feed", "30000"], "--feed 30000 cm3/min is above 10000 cm3/min, which no machine removes; give it in cm3/min, not in mm3/min"),
+            (good, ["--feed", "2e6", "--lower", "3"], "--feed 2e+06 cm3/min is above"), (good, ["--feed", "inf"], "above 0"), (good, ["--feed", "nan"], "above 0"), (good, ["--feed", "3", "--lower", "4"], "above --feed"),
             (good, ["--flute", "--split", "2"], "goes with --feed"), (good, ["--feed", "3", "--whole"], "goes with --flute"),
             (good, ["--feed", "3", "--split", "0.001"], "0.05")):
         done = rewrite(program, out, machine, *options)

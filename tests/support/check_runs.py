@@ -13,7 +13,7 @@ HEAD = "G21 G90 G17 G40 G49 G80 G94\n"
 STOCK = "M250 P0 Q0 R-20 I100 J60 K20\n"
 SLOT = HEAD + STOCK + "T1 M6\nS8000 M3\nG0 X-10 Y30 Z5\nG0 Z-4\nG1 X110 F400\nG0 Z5\nM2\n"      # D6, flutes 20
 TOOLS = "[tool.1]\nshape = 'flat'\nflute_length = 10\n[tool.2]\nshape = 'flat'\n[tool.5]\nflute_length = 50\nstick_out = 15\n" \
-        "holder_diameter = 30\n[tool.6]\nflute_length = 30\nmax_removal_rate = 5000\n"
+        "holder_diameter = 30\n[tool.6]\nflute_length = 30\nmax_rate = 5\n"
 TABLE = "T1 P1 D6 Z30\nT2 P2 D6\nT3 P3 D6\nT4 P4\nT5 P5 D6\nT6 P6 D10\n"
 
 

@@ -47,10 +47,10 @@ class Condition:
 
 
 def own_rates():
-    """{tool number: mm3/s} of the sample geometry file."""
+    """{tool number: mm3/s} of the sample geometry file, whose rates are cm3/min."""
     text = (ROOT / "configs" / "tools.toml").read_text()
-    return {int(n): float(rate) / 60.0 for n, rate in
-            re.findall(r"\[tool\.(\d+)\](?:(?!\[tool).)*?max_removal_rate = ([\d.]+)", text, re.S)}
+    return {int(n): float(rate) * 1000.0 / 60.0 for n, rate in
+            re.findall(r"\[tool\.(\d+)\](?:(?!\[tool).)*?max_rate = ([\d.]+)", text, re.S)}
 
 
 def with_path(text, path):
@@ -106,7 +106,7 @@ def run(program, condition, folder, free=False, speed=SPEED):
         sample = "mill_inch.tbl" if condition.inch else "mill.tbl"
         table.write_text((ROOT / "configs" / sample).read_text())
         shapes = (ROOT / "configs" / "tools.toml").read_text()
-        geometry.write_text(re.sub(r"^max_removal_rate.*\n", "", shapes, flags=re.M) if free else shapes)
+        geometry.write_text(re.sub(r"^max_rate.*\n", "", shapes, flags=re.M) if free else shapes)
     else:
         table.write_text(foreign.tool_table(program.tools, unit))
         geometry.write_text(foreign.geometry_file(program.tools))

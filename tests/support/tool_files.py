@@ -11,7 +11,7 @@ flute_length = 20
 # the ball
 [ tool . 2 ]
 \tshape="ball"
-  max_removal_rate = 12_000\t# steel
+  max_rate = 1_000\t# steel
 [lathe.3]
 edge_length = 12
 holder = [0, 25,

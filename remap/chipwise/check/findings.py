@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from typing import Optional
 
 from chipwise.errors import format_length, printable
+from chipwise.rates import MM3_PER_CM3
 
 FLUTE, RAPID, HOLDER, RATE, TOOL, FLUTES_UNKNOWN = "flute", "rapid", "holder", "rate", "tool", "flute-unknown"
 CLEARANCE = "clearance"
@@ -18,7 +19,7 @@ RULES = {
     RAPID: "a traverse meets no stock",
     CLEARANCE: "a traverse keeps TRAVERSE_CLEARANCE from stock at its side",
     HOLDER: "the holder meets no stock",
-    RATE: "the removal rate stays below the tool's max_removal_rate",
+    RATE: "the removal rate stays below the tool's max_rate",
     TOOL: "the tool is described in [CHIPWISE]TOOL_GEOMETRY",
     FLUTES_UNKNOWN: "the tool's flute_length is known",
 }
@@ -64,7 +65,7 @@ class Finding:
             said = (f"the holder meets {length(self.value)} of stock{at}, the tool sticks out {length(self.limit)}; "
                     f"let it stick out {length(self.limit + self.value)}")
         elif self.rule == RATE:
-            said = (f"removes {self.value:.0f} mm3/min{at}, the tool's max_removal_rate is {self.limit:.0f}; "
+            said = (f"removes {self.value / MM3_PER_CM3:.4g} cm3/min{at}, the tool's max_rate is {self.limit / MM3_PER_CM3:.4g}; "
                     "lower F, or use M251")
         elif self.rule == TOOL:
             said = ("the tool is not in [CHIPWISE]TOOL_GEOMETRY and is checked as a flat end mill of its diameter; "

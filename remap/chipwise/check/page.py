@@ -16,6 +16,7 @@ import zlib
 import numpy as np
 
 from chipwise.errors import format_length, printable
+from chipwise.rates import MM3_PER_CM3
 
 PICTURES = 40               # programs with a picture of the stock, so that the page stays small
 CELLS = 256                 # of such a picture along its longer side
@@ -90,11 +91,11 @@ def tools_table(result):
         f = tool.json()
         rows.append((f["tool"], length(f["diameter_mm"]), f["shape"] or "not known", f'{f["feed_s"]:.1f}', f'{f["planned_s"]:.1f}',
                      f'{f["volumetric_planned_s"]:.1f}' if result.load_volumetric else "-", f'{f["volume_mm3"]:.0f}',
-                     f'{f["mean_rate_mm3_min"]:.0f}', f'{f["peak_rate_mm3_min"]:.0f}',
+                     *(f"{rate / MM3_PER_CM3:.4g}" for rate in (f["mean_rate_mm3_min"], f["peak_rate_mm3_min"])),
                      f'{length(f["depth_mm"])} (line {f["depth_line"]})' if f["depth_mm"] else "-", length(f["flute_length_mm"]),
                      length(f["least_flute_length_mm"]), length(f["least_stick_out_mm"])))
     return "<h3>Tools</h3>\n" + table(
-        ("tool", "diameter", "shape", "s at F", "s with acceleration", "s with M251", "mm3", "mean mm3/min", "peak mm3/min at F",
+        ("tool", "diameter", "shape", "s at F", "s with acceleration", "s with M251", "mm3", "mean cm3/min", "peak cm3/min at F",
          "largest depth", "flute length", "smallest flute length", "smallest stick-out"), rows)
 
 
@@ -128,10 +129,10 @@ def load_chart(result):
     keys = "".join(f'<text x="{LEFT + 10 + 110 * k}" y="14" fill="{colour}">{name}</text>' for k, (name, colour, _) in enumerate(curves))
     marks = "".join(f'<text x="{LEFT + WIDE * k / 4:.0f}" y="{HIGH + 20}" text-anchor="middle">{end * k / 4:.1f} s</text>'
                     for k in range(5))
-    marks += "".join(f'<text x="{LEFT - 5}" y="{HIGH - (HIGH - 20) * k / 2 + 4:.0f}" text-anchor="end">{top * k / 2:g}</text>'
+    marks += "".join(f'<text x="{LEFT - 5}" y="{HIGH - (HIGH - 20) * k / 2 + 4:.0f}" text-anchor="end">{top * k / 2 / MM3_PER_CM3:g}</text>'
                      f'<line x1="{LEFT}" x2="{LEFT + WIDE}" y1="{HIGH - (HIGH - 20) * k / 2:.0f}" y2="{HIGH - (HIGH - 20) * k / 2:.0f}" '
                      'stroke="#ddd"/>' for k in range(3))
-    return (f'<h3>Removal rate, mm3/min, over time</h3>\n<svg class="load" viewBox="0 0 {LEFT + WIDE + 30} {HIGH + BOTTOM}" '
+    return (f'<h3>Removal rate, cm3/min, over time</h3>\n<svg class="load" viewBox="0 0 {LEFT + WIDE + 30} {HIGH + BOTTOM}" '
             f'role="img" aria-label="removal rate over time">{marks}{lines}{keys}</svg>\n')
 
 

@@ -16,6 +16,7 @@ import sys
 from chipwise.cli.machine_options import Progress, add_machine_options, ini_of, machine_of, refuser
 from chipwise.cli.output import check_outputs, write_output
 from chipwise.errors import format_length, printable, with_line
+from chipwise.rates import MM3_PER_CM3
 
 NAME = 'check'
 HELP = 'check whole programs: flutes, traverses, holder, times'
@@ -109,7 +110,7 @@ def tool_line(tool, unit):
     time = f'{seconds(tool.planned_s)}'
     if abs(tool.volumetric_planned_s - tool.planned_s) > 0.05:
         time += f', {seconds(tool.volumetric_planned_s)} with M251'
-    return (f'{what}: {time}, {tool.volume:.0f} mm3, mean {tool.mean_rate:.0f} and peak {tool.peak_rate:.0f} mm3/min at F, {depth}')
+    return (f'{what}: {time}, {tool.volume:.0f} mm3, mean {tool.mean_rate / MM3_PER_CM3:.4g} and peak {tool.peak_rate / MM3_PER_CM3:.4g} cm3/min at F, {depth}')
 
 
 def seconds(value):

@@ -6,9 +6,11 @@ Called by check.py, rewrite.py and filter.py.
 
 import os
 import shutil
+import sys
 
 from chipwise import ROOT
 from chipwise.cli import UsageError
+from chipwise.errors import CycleError, printable
 
 BAR = 30                # characters
 CELLS_MM = 0.01, 10.0
@@ -55,8 +57,21 @@ def machine_of(options, refuse):
         machine = Machine(ini_of(options))
     except Unreadable as error:
         refuse(str(error).partition('; see')[0])
+    say_old_rates(machine)
     return {'machine': machine, 'stock': stock_of(options.stock, machine.unit_mm, refuse), 'cell': options.cell,
             'cpu_s': int(options.time_limit)}
+
+
+def say_old_rates(machine):
+    """Name the tools whose rate is in the old unit, on standard error."""
+    from chipwise.settings import load_settings
+    from chipwise.tools import old_rates
+    try:
+        notes = old_rates(load_settings(machine.ini).path('TOOL_GEOMETRY'))
+    except CycleError:                  # whoever needs the settings says why
+        return
+    for note in notes:
+        print(printable(f'chipwise: {note}'), file=sys.stderr)
 
 
 def stock_of(corners, unit_mm, refuse):

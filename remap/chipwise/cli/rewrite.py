@@ -9,6 +9,7 @@ compared before it is kept.
 Exit status: 0 written, 2 the program cannot be rewritten; nothing is written then.
 """
 
+import math
 import os
 import signal
 import sys
@@ -29,7 +30,7 @@ def add_arguments(parser):
     what = parser.add_mutually_exclusive_group(required=True)
     what.add_argument('--flute', action='store_true', help='respect the flute length of every tool')
     what.add_argument('--feed', type=float, metavar='Q', help='removal rate, cm3/min (in3/min on an inch machine)')
-    parser.add_argument('--lower', type=float, metavar='Q2', help='with --feed: F stays where the rate lies between Q2 and Q')
+    parser.add_argument('--lower', type=float, metavar='Q2', help='with --feed: F stays where the rate lies between Q2 and Q, both in the same unit')
     parser.add_argument('--split', type=float, metavar='MM', help='with --feed: moves are divided to this length (default: 1)')
     parser.add_argument('--ceiling', type=float, metavar='F',
                         help="with --feed: no F is raised above it, machine units/min (default: the axes' velocity)")
@@ -59,7 +60,7 @@ def check_options(options):
     """UsageError for what cannot be meant."""
     for name in ('feed', 'lower', 'split', 'ceiling', 'diameter'):
         value = getattr(options, name)
-        if value is not None and not 0 < value < 1e6:
+        if value is not None and not 0 < value < (math.inf if name in ('feed', 'lower') else 1e6):        # order_of() has the unit of rates
             refuse(f'--{name} {value:g} is not a number above 0')
     for name in ('lower', 'split', 'ceiling'):
         if options.flute and getattr(options, name) is not None:
@@ -77,10 +78,15 @@ def check_options(options):
 
 def order_of(options, machine):
     """The Order; rates in mm3/min."""
+    from chipwise.rates import MAX_RATE
     from chipwise.rewrite import feed
     from chipwise.rewrite.run import Order, rate_unit
     if options.flute:
         return Order(whole=options.whole, diameter=options.diameter)
-    scale, _unit = rate_unit(machine)
+    scale, unit = rate_unit(machine)
+    for name in ('feed', 'lower'):
+        value = getattr(options, name)
+        if value is not None and value * scale > MAX_RATE:
+            refuse(f'--{name} {value:g} {unit} is above {MAX_RATE / scale:.5g} {unit}, which no machine removes; give it in {unit}, not in mm3/min')
     return Order(feed.Rates(options.feed * scale, (options.lower or 0.0) * scale, options.ceiling and options.ceiling * machine.unit_mm,
                             options.split or 1.0))

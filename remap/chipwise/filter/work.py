@@ -20,6 +20,7 @@ from chipwise.check.run import checked, lines_of
 from chipwise.errors import CycleError, unnamed, with_line
 from chipwise.filter import verdict as verdicts
 from chipwise.own_folder import FolderError, put
+from chipwise.rates import MM3_PER_CM3
 from chipwise.settings import load_settings
 
 MAX_LISTED = 20         # findings in the log
@@ -157,4 +158,4 @@ def _order(settings, machine, flute):
         return Order()
     if not settings["FILTER_RATE"]:
         raise Unreadable("[CHIPWISE]FILTER_RATE is 0", "give a removal rate in cm3/min")
-    return Order(feed.Rates(settings["FILTER_RATE"] * 1000.0, ceiling=settings["FILTER_CEILING"] or None))
+    return Order(feed.Rates(settings["FILTER_RATE"] * MM3_PER_CM3, ceiling=settings["FILTER_CEILING"] or None))

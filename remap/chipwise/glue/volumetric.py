@@ -9,18 +9,17 @@ import emccanon
 
 from chipwise import preview
 from chipwise.clock import patience
-from chipwise.errors import CycleError, MM_PER_INCH
+from chipwise.errors import CycleError
 from chipwise.glue import ceiling as feed_ceiling
 from chipwise.glue import context, task
 from chipwise.glue.ceiling import Ceiling, set_canon_feed
 from chipwise.glue.registers import InForce, mode_now, queue, send, status_now
+from chipwise.rates import MAX_RATE, MM3_PER_CM3, MM3_PER_IN3
 from chipwise.settings import feed_is_remapped, load_settings, planner_limits_jerk
 from chipwise.stock import layout
 from chipwise.stock.layout import Fault, Register
 
 OFF, LIMIT, CONSTANT, WINDOW = map(int, layout.FeedMode)
-_CM3_MM3, _IN3_MM3 = 1000.0, MM_PER_INCH ** 3
-MAX_RATE = 1e7                  # mm3/min: a larger rate is one in another unit
 
 TOOL_TRIES, TOOL_WAIT_S = 60, 0.05      # the monitor may be late, or is being started again
 
@@ -57,16 +56,15 @@ def _end_of_feed(settings):
 def _rate(state, letter, meaning):
     """A removal rate word (cm3/min or in3/min) as mm3/min."""
     value = state.number(letter)
-    unit = "in3/min" if state.unit == "in" else "cm3/min"
+    unit, per = ("in3/min", MM3_PER_IN3) if state.unit == "in" else ("cm3/min", MM3_PER_CM3)
     if value is None:
         raise CycleError(f"word {letter.upper()} ({meaning}, {unit}) is missing", f"add {letter.upper()}")
     if not value > 0:
         raise CycleError(f"{meaning} {letter.upper()}{value:g} {unit} is not above 0", f"give {letter.upper()} above 0")
-    rate, most = value * (_IN3_MM3 if state.unit == "in" else _CM3_MM3), MAX_RATE / (_IN3_MM3 if state.unit == "in" else _CM3_MM3)
-    if rate > MAX_RATE:
-        raise CycleError(f"{meaning} {letter.upper()}{value:g} {unit} is above {most:.5g} {unit}, which no machine removes",
+    if value * per > MAX_RATE:
+        raise CycleError(f"{meaning} {letter.upper()}{value:g} {unit} is above {MAX_RATE / per:.5g} {unit}, which no machine removes",
                          f"give {letter.upper()} in {unit}, not in mm3/min")
-    return rate
+    return value * per
 
 
 def _feed_words(state):

@@ -64,6 +64,7 @@ class Monitor:
         self.said_ignored = False
         self.said_tool = None
         self.noted_tool = None
+        self.noted_rates = set()
         self.said_guard = 0
         self.guard_depth = None                 # of the last look, during a flute excess
         self.machine_tool = 0                   # iocontrol.0.tool-number, before the last look at the status
@@ -177,6 +178,7 @@ class Monitor:
             shape = tool_shape(number, tool.diameter, path, self.units)
             self.said_tool = None
             self.note_unknown_tool(number, path)
+            self.note_old_rate(number, path)
         except CycleError as error:
             shape = Tool()
             if self.said_tool != str(error):
@@ -201,6 +203,13 @@ class Monitor:
             self.inform(f'{os.path.basename(path)}: tool {number} is missing and treated as a flat end mill of unknown flute '
                         f'length; add [tool.{number}] if that is wrong')
         self.noted_tool = number if unknown else None
+
+    def note_old_rate(self, number, path):
+        """A tool in the spindle whose rate is in the old unit: reported once for each."""
+        geometry = tool_geometry(path, number) if path and number > 0 else None
+        if geometry and geometry.note and geometry.note not in self.noted_rates:
+            self.noted_rates.add(geometry.note)
+            self.inform(geometry.note)
 
     def falling_back(self, now):
         """Whether the feed has fallen back to F for SETTLE_S; a tool change ends a shorter fallback."""

@@ -11,6 +11,7 @@ import time
 
 from chipwise import report
 from chipwise.errors import MM_PER_INCH
+from chipwise.rates import MM3_PER_CM3, MM3_PER_IN3
 from chipwise.stock.layout import MOTION_ARC, MOTION_FEED, FeedMode, LimitedBy
 
 COMPONENT = 'chipwise-display'
@@ -21,8 +22,6 @@ MODES = tuple(mode.name.lower() for mode in FeedMode)
 _LIMIT_WORDS = {LimitedBy.NONE: 'nothing', LimitedBy.STOCK_HERE: 'stock', LimitedBy.STOCK_AHEAD: 'ahead',
                 LimitedBy.FLOOR: 'floor', LimitedBy.CEILING: 'ceiling', LimitedBy.FALLBACK: 'fallback'}
 LIMITS = tuple(_LIMIT_WORDS[limit] for limit in LimitedBy)
-MM3_PER_CM3 = 1000.0
-MM3_PER_IN3 = MM_PER_INCH ** 3
 SUMS = ('run-time', 'fed-time', 'saved-time', 'mean-rate', 'peak-rate')       # of volumetric-feed.0
 LARGEST = 1e9           # a pin may hold any number; larger ones are not shown
 

@@ -6,7 +6,7 @@ Called by run.py.  Source: JP3131045: F = UQ x LC / VC [0007], and [0013] for tw
  1. Each feed move is divided into pieces of the reference length.  The volume VC of each piece of length LC is cut out of the
     stock as the moves before have left it.
  2. One rate Q: F = Q LC / VC.  Two: the programmed F where its rate lies between them, else the nearest F whose rate does.
-    A tool's own max_removal_rate bounds both.
+    A tool's own max_rate bounds both.
  3. A piece counts with the larger of the areas VC / LC of itself and its neighbours, for where in a piece the load changes is
     not known.
  4. F is never above the ceiling: what the axes can do, or less where it is asked for.  Where nothing is cut the programmed F stays.

@@ -14,6 +14,7 @@ from chipwise.check.reader import Machine, Unreadable
 from chipwise.errors import CycleError, format_length, unnamed
 from chipwise.own_folder import OwnFolder, writing
 from chipwise.processes import return_freed_arrays, return_heap
+from chipwise.rates import MM3_PER_CM3, MM3_PER_IN3
 from chipwise.rewrite import calls, cutting, depths, feed, flute, foreseen, proof
 from chipwise.rewrite.program import SYNCHRONISED, Program, read
 from chipwise.rewrite.text import Writer
@@ -62,7 +63,7 @@ def rewritten(path, order, progress, machine, stock=None, cell=None, **limits):
 
 def rate_unit(machine):
     """(mm3/min of the unit that rates are said in, its name)."""
-    return (machine.unit_mm ** 3, "in3/min") if machine.unit_mm > 10 else (1000.0, "cm3/min")
+    return (MM3_PER_IN3, "in3/min") if machine.unit_mm > 10 else (MM3_PER_CM3, "cm3/min")
 
 
 def written(folder, program, edits):

@@ -3,9 +3,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 (function () {
     const SHAPES = ['flat', 'ball', 'bull', 'vee', 'tapered-ball'];
-    const KEYS = ['shape', 'corner_radius', 'tip_angle', 'flute_length', 'flutes', 'max_removal_rate', 'stick_out', 'holder_diameter'];
+    const KEYS = ['shape', 'corner_radius', 'tip_angle', 'flute_length', 'flutes', 'max_rate', 'stick_out', 'holder_diameter'];
     const NAMES = {shape: 'Shape', corner_radius: 'Corner radius', tip_angle: 'Tip angle', flute_length: 'Flute length', flutes: 'Flutes',
-                   max_removal_rate: 'Largest rate', stick_out: 'Stick-out', holder_diameter: 'Holder diameter'};
+                   max_rate: 'Largest rate', stick_out: 'Stick-out', holder_diameter: 'Holder diameter'};
     const NUMBER = 'number';            // of the tool: a field of the form, no key of the file
     const $ = (id) => document.getElementById(id);
     const {t, put, token, section} = window.chipwise;
