@@ -37,16 +37,26 @@ def said(settings, folder, due=True):
 def test_once_when_the_screen_can_show_it(tmp_path, read_only):
     """Before its first command nobody reads messages; a screen that sends none for 10 s is there all the same."""
     line, found = said({'PANEL': 'no'}, tmp_path)
-    line.follow(0, 100.0)
+    line.follow(0, now=100.0)
     assert found == []
     for commands in (1, 2):
-        line.follow(commands, 100.1)
+        line.follow(commands, now=100.1)
     assert found == [start_line.forgetful(str(tmp_path)), f'version {version()} is running']
     line, found = said({'PANEL': 'no'}, tmp_path)
     for now in (100.0, 109.0, 111.0, 112.0):
-        line.follow(0, now)
+        line.follow(0, now=now)
         assert bool(found) == (now > 110)
     assert len(found) == 2
+
+
+def test_not_into_a_run(tmp_path):
+    """A message is a command: the task could not tell any more which line a program was started from (glue/task.py)."""
+    line, found = said({'PANEL': 'no'}, tmp_path)
+    line.follow(2, rests=False, now=100.0)
+    line.follow(2, rests=False, now=200.0)
+    assert found == []
+    line.follow(2, rests=True, now=200.1)
+    assert found == [f'version {version()} is running']
 
 
 def test_the_page_says_it_where_it_is_served(tmp_path):

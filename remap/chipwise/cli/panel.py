@@ -90,8 +90,9 @@ def show_tab(text):
 
 def serve(settings, ini, *parts):
     """The looks in this thread, the server in another one."""
+    import linuxcnc
     from chipwise.cli import CommandError
-    from chipwise.monitor.start_line import running
+    from chipwise.monitor.start_line import at_rest, running
     from chipwise.panel.ahead import Ahead
     from chipwise.panel.machine import Machine, wait_for_task
     from chipwise.panel.watch import LOOK_S, Watch
@@ -99,16 +100,22 @@ def serve(settings, ini, *parts):
     if not wait_for_task():
         return
     watch = Watch(Machine(), settings.path('PANEL_LOG'), Ahead(ini))
+    status = linuxcnc.stat()
     try:
         server = make_server(settings, watch, *parts)
         threading.Thread(target=server.serve_forever, daemon=True).start()
         print(f'chipwise: the panel is at {server.url}' + (
             '' if settings['PANEL_TOKEN'] else ', read-only'), flush=True)
-        inform(running(f'stock, load and alarms are at {server.url}'))
+        said = running(f'stock, load and alarms are at {server.url}')
         while watch.look():
+            if said and at_rest(status, linuxcnc):
+                inform(said)
+                said = ''
             time.sleep(patience(LOOK_S))
         server.close()
     except CommandError as error:
+        while not at_rest(status, linuxcnc):
+            time.sleep(patience(LOOK_S))
         inform(running(str(error)))
         raise
     finally:

@@ -30,19 +30,29 @@ def forgetful(folder):
     return f'{folder} cannot be written, so work offsets, tools and stock are forgotten at the end; {remedy}'
 
 
+def at_rest(status, linuxcnc):
+    """Whether neither a program nor MDI is under way, or nobody is there to ask.  A message is a command to the task, and takes the place of the
+    one that has started a run: glue/task.py could not tell any more which line it was started from."""
+    try:
+        status.poll()
+        return status.interp_state == linuxcnc.INTERP_IDLE
+    except linuxcnc.error:
+        return True
+
+
 class StartLine:
-    """Said once, when the screen has sent its first command and so can show it."""
+    """Said once, at rest, when the screen has sent its first command and so can show it."""
 
     def __init__(self, settings, inform, is_due):
         self.inform = inform
         self.texts = [text for text in (forgetful(settings.folder), '' if settings['PANEL'] else running()) if text] if is_due else []
         self.since = None
 
-    def follow(self, commands, now=None):
-        """commands: number of the last command of LinuxCNC."""
+    def follow(self, commands, rests=True, now=None):
+        """commands: number of the last command of LinuxCNC; rests: no program and no MDI is under way."""
         now = time.monotonic() if now is None else now
         self.since = now if self.since is None else self.since
-        if commands > 0 or now - self.since > patience(SETTLED_S):
+        if rests and (commands > 0 or now - self.since > patience(SETTLED_S)):
             texts, self.texts = self.texts, []
             for text in texts:
                 self.inform(text)

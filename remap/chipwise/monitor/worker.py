@@ -296,7 +296,7 @@ class Monitor:
             print(printable(f'chipwise: {second}'), flush=True)
 
     def greet(self, now):
-        self.start_line.follow(self.status.echo_serial_number, now)
+        self.start_line.follow(self.status.echo_serial_number, self.status.interp_state == self.linuxcnc.INTERP_IDLE, now)
 
     def follow_program(self, _now):
         self.loaded.follow(self.status.file)
