@@ -95,16 +95,18 @@ def test_a_file_called_by_a_file(folder, machine):
 
 def test_what_the_text_hides_is_seen_when_it_runs(folder, machine, monkeypatch):
     """The second defence alone: without the search of the text."""
-    code = "import sys; sys.path.insert(0, 'remap')\n" \
+    code = "import sys\n" \
            "from chipwise import program_code; program_code.first_code = lambda *_: None\n" \
            "from chipwise.check.reader import Machine, Reader, Unreadable\n" \
            "try:\n" \
            "    with Reader(sys.argv[1], Machine(sys.argv[2])) as reader:\n" \
            "        for block in reader: pass\n" \
            "except Unreadable as error: print(error, error.line)\n"
+    env = {**os.environ, "PYTHONPATH": f"{ROOT / 'remap'}{os.pathsep}{folder}"}
     for name in ("parentheses", "a file", "semicolon"):
         (folder / "part.ngc").write_text(text_of(RUNS[name], folder))
-        done = subprocess.run([sys.executable, "-c", code, str(folder / "part.ngc"), str(machine)], cwd=ROOT, text=True, capture_output=True, timeout=60)
+        done = subprocess.run([sys.executable, "-c", code, str(folder / "part.ngc"), str(machine)], cwd=ROOT, env=env, text=True, capture_output=True,
+                              timeout=60)
         assert "part.ngc runs Python" in done.stdout and not (folder / MARK).exists(), (name, done.stdout, done.stderr)
 
 

@@ -44,23 +44,30 @@ def judged(text, folder, flutes=FLUTES, corner=0.0):
     return simulate.check(str(folder / "part.ngc"), Machine(str(ini)))
 
 
+def flutes_of(result):
+    """Findings about the flutes; of rising() one besides is true: the traverse of line 8 may come down close beside the stock."""
+    kept = result.findings.kept
+    assert {(found.rule, found.line) for found in kept if found.rule != "flute"} <= {("clearance", 8)}, kept
+    return [found for found in kept if found.rule == "flute"]
+
+
 @pytest.mark.parametrize("case", range(random_count(8)))
 def test_a_contact_between_needles(case, tmp_path):
     seed = random_seed() + case
     replay = write_replay(f"doubts_{seed}", {"seed": seed, "text": rising(seed, LATE)})
     result = judged(rising(seed, LATE), tmp_path)
     said = f"seed {seed}, {replay}: {result.error}, {result.findings.kept}"
-    assert [(found.rule, found.line) for found in result.findings.kept] == [("flute", 9)], said
-    assert FLUTES < result.findings.kept[0].value <= FLUTES + LATE + 0.05, said
+    assert [found.line for found in flutes_of(result)] == [9], said
+    assert FLUTES < flutes_of(result)[0].value <= FLUTES + LATE + 0.05, said
     result = judged(rising(seed, -0.02), tmp_path)
-    assert not result.error and not result.findings.kept, f"seed {seed}, {replay}: {result.error}, {result.findings.kept}"
+    assert not result.error and not flutes_of(result), f"seed {seed}, {replay}: {result.error}, {result.findings.kept}"
     replay.unlink()
 
 
 def test_without_needles_of_its_own_it_is_judged_too_low(tmp_path, monkeypatch):
     """Sabotage: some contacts of these programs are then no findings."""
     monkeypatch.setattr(doubts, "needles", lambda *_: {})
-    assert not all(judged(rising(seed, LATE), tmp_path).findings.kept for seed in range(6))
+    assert not all(flutes_of(judged(rising(seed, LATE), tmp_path)) for seed in range(6))
 
 
 def along_an_arc(off):

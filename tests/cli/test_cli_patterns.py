@@ -72,7 +72,8 @@ BAD = {
     "13.ngc": ("(E)\no13 sub\nG0 X#<_width>\no13 endsub\n", "line 3 of 13.ngc: Named parameter #<_width> not defined"),
     "14.ngc": ("(E)\no14 sub\nG0 X[1 / 0]\no14 endsub\n", "line 3 of 14.ngc: Attempt to divide by zero"),
     "15.ngc": ("(E)\no15 sub\nM3\no15 endsub\n", "the sub moves nothing"), "16.ngc": ("(E)\no16 sub\nG0 X1\n", "has no endsub"),
-    "18.ngc": (b"(E\x00\xff)\no18 sub\n\x00\xff\xfe G1\no18 endsub\n", "the sub moves nothing"), "0100.ngc": (GOOD, "its name is not a number"),
+    "18.ngc": (b"(E\x00\xff)\no18 sub\n\x00\xff\xfe G1\no18 endsub\n", "sub O18, line 1 of 18.ngc: it is not a text file, it has a byte 0; save it as text"),
+    "0100.ngc": (GOOD, "its name is not a number"),
     "part.ngc": (GOOD, "its name is not a number"), "-1.ngc": (GOOD, "its name is not a number"), "19.NGC": (GOOD, "its name is not a number"),
     "20.ngc": ("link", "No such file"), "21.ngc": ("sparse", "it has 33554432 bytes, more than"), b"22\xff.ngc": (GOOD, "its name is not a number")}
 
