@@ -5,6 +5,7 @@
   @pytest.mark.long       the test is in tests/long.txt (tools/long_tests.py); not in `make test`, but in `make test-all`
   @pytest.mark.slow       the test is in tests/slow.txt (tools/long_tests.py), or one of SANDBOXED; not in tools/test --quick
   tests/components, tests/machine    refused where bin/chipwise-sandbox has no private namespaces
+  tests/shipped           needs namespaces as well, of its own, and is skipped without
   tests/core/*.c          collected as one test per program
 """
 
@@ -21,6 +22,7 @@ CORE_TIMEOUT_S = 300
 MACHINE_GROUPS = 2          # LinuxCNCs at once; each waits for its simulated time more than half of the while
 LONG = frozenset((ROOT / 'tests/long.txt').read_text().split())
 SANDBOXED = ("tests/components", "tests/machine")
+IN_NAMESPACES = (*SANDBOXED, "tests/shipped")       # not proposed where there are none
 SLOW = frozenset((ROOT / 'tests/slow.txt').read_text().split())
 
 
@@ -60,9 +62,9 @@ def refuse_without_namespaces(arguments):
                           stdin=subprocess.DEVNULL, capture_output=True)
     if done.returncode:
         others = sorted(str(path.relative_to(ROOT)) for path in (ROOT / 'tests').iterdir()
-                        if path.is_dir() and path not in folders and path.name not in ('support', '__pycache__'))
+                        if path.is_dir() and str(path.relative_to(ROOT)) not in (*IN_NAMESPACES, 'tests/support', 'tests/__pycache__'))
         raise pytest.UsageError('%s; %s need that. The other tests run without: tools/test %s' % (
-            done.stderr.strip(), ' and '.join(SANDBOXED), ' '.join(others)))
+            done.stderr.strip(), ', '.join(IN_NAMESPACES), ' '.join(others)))
 
 
 def is_sandboxed(path):
