@@ -6,10 +6,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from chipwise.check.reader import Machine
 from chipwise.check.records import FEED, RAPID
 from chipwise.check.sweep import HeightMap, Shape
 from chipwise.rewrite import depths
+from chipwise.rewrite.edits import Edits
+from chipwise.rewrite.fed import feed_traverses
 from chipwise.rewrite.links import Links
+from chipwise.rewrite.program import read
 from support import clearance_oracle as oracle
 from support.depth_cases import geometry_of, program_of
 from support.random_cases import random_count, random_seed
@@ -111,6 +115,17 @@ def test_a_link_is_for_the_stock_before_the_segment_is_cut():
     link = links.to_segment((50.0, 30.0, -5.0), part, body)
     stock.cut(tool, (-3.1, 30.0, -9.0), np.array([[70.0, 30.0, -9.0]]))
     assert [(m.kind, m.end[2]) for m in link(-9.0)] == [(RAPID, 5.0), (RAPID, 5.0), (RAPID, 1.0), (FEED, -8.0), (FEED, -9.0)]
+
+
+def test_a_traverse_of_the_program_itself_that_is_too_near_by_then(tmp_path, machine):
+    """It becomes a feed move where it is written; others stay."""
+    path = tmp_path / "a.ngc"
+    path.write_text(HEAD + STOCK + "T1 M6\nG0 X-5 Y30\nG0 Z-4\nG1 X85 F600\nG0 Z-3\nG0 X90\nM2\n")
+    program, edits = read(str(path), Machine(str(machine)), None), Edits()
+    feed_traverses(program, edits, [(85.0, 30.0, -3.0)])
+    steps, _, table = edits.instead.merged()
+    assert [int(program.line[program.first[step]]) for step in steps] == [path.read_text().split("\n").index("G0 Z-3") + 1]
+    assert [tuple(move) for move in table] == [(FEED, (85.0, 30.0, -3.0), 600.0, None)]
 
 
 @pytest.mark.parametrize("setting", ["0", "3"])

@@ -16,6 +16,7 @@ from chipwise.own_folder import OwnFolder, writing
 from chipwise.processes import return_freed_arrays, return_heap
 from chipwise.rates import MM3_PER_CM3, MM3_PER_IN3
 from chipwise.rewrite import calls, cutting, depths, feed, flute, foreseen, proof
+from chipwise.rewrite.fed import feed_traverses
 from chipwise.rewrite.program import SYNCHRONISED, Program, read
 from chipwise.rewrite.text import Writer
 from chipwise.rewrite.trials import RESERVE_MM
@@ -24,6 +25,7 @@ from chipwise.settings import load_settings
 from chipwise.tools import load_tools
 
 REPEATS = 8                     # of rewriting, with needles where the new program has been too deep, or a traverse too near; RESERVE_MM more if too deep
+MOST_FED = 3                    # repeats more, in which the traverses that are still too near become feed moves
 MOST_BYTES = 2_000_000_000      # of a text of our own that is read back: a program that was taken is not refused for what is made of it
 
 
@@ -138,16 +140,20 @@ def in_place(job, program, rewrite, check):
 
 def respect_flutes(order, job, progress):
     """CN105492980; -> (bytes, what is said)."""
-    needles, reserve = {}, 0.0
+    needles, reserve, fed = {}, 0.0, []
     with OwnFolder("rewrite") as folder:
-        for _ in range(REPEATS):
-            path, second, figures, found = _with_reserve(order, job, progress, reserve, needles, folder)
+        for repeat in range(1, REPEATS + MOST_FED + 1):
+            path, second, figures, found = _with_reserve(order, job, progress, reserve, needles, folder, fed)
             if not found:
                 break
-            needles, second = depths.with_needles(needles, found), None         # what the map of the edits has not met
-            reserve += RESERVE_MM * any(witness.traverse is None for witness in found)
-        else:
-            raise still_broken(job, found)
+            second, deep = None, any(witness.traverse is None for witness in found)
+            if repeat >= REPEATS and (deep or repeat == REPEATS + MOST_FED):
+                raise still_broken(job, found)
+            if repeat >= REPEATS:
+                fed += [witness.traverse[3:] for witness in found]
+            else:
+                needles = depths.with_needles(needles, found)                   # what the map of the edits has not met
+                reserve += RESERVE_MM * deep
         if not path:
             return job.program.content(), "the flutes are long enough everywhere, the program is unchanged"
         proof.same_stock(job.program, second, job.geometry, job.cell)
@@ -160,9 +166,9 @@ def respect_flutes(order, job, progress):
                   f"{format_length(round(figures.first_feed, 1), unit)}")
 
 
-def _with_reserve(order, job, progress, reserve, needles, folder):
+def _with_reserve(order, job, progress, reserve, needles, folder, fed):
     """One of the repeats -> (path of the new program in the folder, None: not written; what is cut then: Program, or Foreseen of what is not
-    written; Figures; [Witness] of what is too deep)."""
+    written; Figures; [Witness] of what is too deep).  fed: where traverses end that become feed moves."""
     def rewrite(program, anywhere):
         return flute.rewrite(program, job.geometry, job.cell, order.whole, order.diameter, progress, reserve, anywhere, needles, job.clearance)
 
@@ -173,6 +179,7 @@ def _with_reserve(order, job, progress, reserve, needles, folder):
     program, edits, figures = in_place(job, job.program, rewrite, check)
     if not edits:
         return None, job.program, figures, depths.too_deep(job.program, job.geometry, job.cell, proof.OVER_MM)
+    feed_traverses(program, edits, fed)
     path, without_f = written(folder, program, edits), synchronised_lines(program)
     meant, program, edits = foreseen.foreseen(program, edits), None, None           # long programs need the room
     return_heap()
