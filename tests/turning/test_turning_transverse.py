@@ -142,3 +142,10 @@ def test_columns_are_chosen_where_they_are_shorter(wide, tmp_path, monkeypatch):
         total[True], total[False] = total[True] + cost(plan), total[False] + cost(levels)
     assert chosen >= 5 and not longer, (chosen, longer)
     assert total[True] < 0.995 * total[False], total
+
+
+def test_a_bar_goes_deeper_once_the_bore_is_wider(tmp_path):
+    """What a boring bar could not reach before its own roughing is cut by the rest step, by the same tool, and is not said to be out of reach."""
+    plan = planned(random_case(random.Random("columns 1")), tmp_path)[0]
+    rough, rest = (next(s for s in plan.steps if s.name == name) for name in ("rough inside", "rest inside"))
+    assert rest.needed and rest.tool.number == rough.tool.number and rest.removed > 1.0, rest.why

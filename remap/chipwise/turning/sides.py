@@ -54,7 +54,7 @@ def turn(state, name, role, inside, finishing, rest=False):
     allowance, least = (0.0, FINISH_MM) if finishing else (0.0 if role == "undercut" else state.order.allowance, ROUGH_MM)
     said = []
     for tool in tools:
-        if (name, tool.number) in state.made or state.last.get(inside) == (finishing, allowance, tool.number):      # it has had its turn
+        if (name, tool.number) in state.made:           # it has had its turn
             continue
         try:
             step, left = _turned(state, name, tool, finishing, allowance, least)
@@ -84,7 +84,6 @@ def _turned(state, name, tool, finishing, allowance, least):
         step = step or Step(name, True, f"{found.area:.2f} mm2 within its reach", tool,
                             f"{'inside' if inside else 'outside'}, {_direction(found.path, tool)}" + (", along the profile" if finishing else ""))
         state.cut(step, found.path, found.tool, found.view, found.domain)
-        state.last[inside] = finishing, allowance, tool.number
     left = found.left if found else ""
     if step and left:
         step.why += f"; {left}"

@@ -72,7 +72,6 @@ class State:
         self.given = dict(self.stock)
         self.made = set()                   # (name of a step, tool number): each tool makes a step once
         self.lids = {}                      # {tool number: pieces of what it leaves to a grooving tool}
-        self.last = {}                      # {inside: (finishing, allowance, tool number)} of what has been turned last
         self.failed = []                    # (name of a step, LatheTool, CycleError): a tool that could not make it
         self.faced = part.z1 + order.allowance if blank.z1 <= part.z1 + order.allowance + FACED_MM else math.inf
         self.through = bool(part.bore) and part.bore[0].z0 < part.z0 + passes.ROUNDING_MM
