@@ -22,7 +22,7 @@ class Refusing(Exception):
 class Status:
     """A LinuxCNC as linuxcnc.stat() shows it."""
     linear_units, motion_type, adaptive_feed_enabled, feedrate, feed_override_enabled = 1.0, 0, True, 1.2, True
-    file, echo_serial_number = '', 0
+    file, echo_serial_number, interp_state = '', 0, 1
     aout = [0.0] * 64
 
     def __init__(self):
@@ -50,7 +50,7 @@ class Command:
 @pytest.fixture
 def watched(monkeypatch):
     """A Monitor on pins that are a dict, with a LinuxCNC that has tool 1, 6 mm."""
-    fake = types.SimpleNamespace(error=Refusing, stat=Status, command=Command)
+    fake = types.SimpleNamespace(error=Refusing, stat=Status, command=Command, INTERP_IDLE=1)
     monkeypatch.setitem(sys.modules, 'linuxcnc', fake)
     pins = dict.fromkeys(('tool-number', 'tool-followed', 'tool-in-spindle', 'heartbeat', 'fault', 'fault-code', 'limited-by', 'ready',
                           'override-ignored', 'guard-reason', 'guard-depth', 'request', 'adaptive-off', 'feed-override', 'load-lost', 'mode'), 0)
@@ -101,16 +101,18 @@ def test_a_screen_that_fails_too(watched, monkeypatch):
 
 
 def test_another_tool_since_it_was_lost(watched):
-    """Said once, and not for a single look: the two pins are not read at one moment."""
+    """Said once, and not for a few looks: the two pins are not read at one moment."""
     watched.step()
     watched.component.update({'load-lost': 1, 'ready': 1, 'mode': 2})
-    watched.step()
+    for now in (10.0, 10.4):
+        watched.follow_load(now)
     watched.component['load-lost'] = 0
-    watched.step()
-    assert watched.command.said == []
+    watched.follow_load(10.6)
     watched.component['load-lost'] = 1
-    for _ in range(4):
-        watched.step()
+    watched.follow_load(10.7)
+    assert watched.command.said == []
+    for now in (11.3, 11.4, 15.0):
+        watched.follow_load(now)
     assert len(watched.command.said) == 1 and 'another tool or another stock' in watched.command.said[0]
 
 

@@ -31,6 +31,7 @@ from chipwise.tools import tool_geometry
 POLL_S = 0.02
 SETTLE_S = 0.1          # a fallback shorter than this is not worth a message
 DIFFER_S = 1.0          # tool numbers of HAL and status that differ for longer are a property of the machine
+LOST_S = 0.5            # a load that is lost for so long stays lost
 REPEAT_S = 30.0         # least time between two messages about the same part
 MAX_FILE_S = 300.0      # the heart beats on for this long while a file is worked on
 MAX_BEATS = 1 << 30
@@ -74,7 +75,7 @@ class Monitor:
         self.resumes = not first            # M251 may be in force already
         self.begins = self.resumes          # nobody has followed the tool yet
         self.said_lost = False
-        self.seen_lost = False                      # in the last look
+        self.lost_since = None                      # seen in all looks since then
         self.stock_files = StockFiles(component, settings, self.say, self.working)
         self.loaded = LoadedProgram(self.inform, feed_is_remapped())
         self.start_line = StartLine(settings, self.inform, first)
@@ -270,14 +271,17 @@ class Monitor:
             died, self.died = self.died, ''
             self.say(f'chipwise-monitor {died} and was started again; messages of a guard, M253 or M254 may be missing')
 
-    def follow_load(self, _now):
-        """A load that stays lost, and M251 taken up again in place of a monitor that died: one message each."""
+    def follow_load(self, now):
+        """A load that stays lost, and M251 taken up again in place of a monitor that died: one message each.
+
+        The two pins are read one after the other, and on a busy computer much may have happened between them, at a tool change again and again."""
         pins = self.component
-        before, self.seen_lost = self.seen_lost, bool(pins['load-lost'] and pins['ready'] and pins['mode'])
-        lost = before and self.seen_lost        # one look may fall between the two pins
+        seen = bool(pins['load-lost'] and pins['ready'] and pins['mode'])
+        self.lost_since = (now if self.lost_since is None else self.lost_since) if seen else None
+        lost = seen and now - self.lost_since >= patience(LOST_S)
         if lost and not self.said_lost:
             self.say(NOT_RESUMED)
-        elif self.resumes and not self.begins and not self.seen_lost and pins['ready'] and pins['mode']:
+        elif self.resumes and not self.begins and not seen and pins['ready'] and pins['mode']:
             self.inform(RESUMED)
             self.resumes = False
         self.said_lost = lost
