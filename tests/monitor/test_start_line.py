@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What the operator reads at the start: that chipwise is there, and that a folder cannot be written."""
 
+import types
 import os
 
 import pytest
@@ -52,11 +53,29 @@ def test_once_when_the_screen_can_show_it(tmp_path, read_only):
 def test_not_into_a_run(tmp_path):
     """A message is a command: the task could not tell any more which line a program was started from (glue/task.py)."""
     line, found = said({'PANEL': 'no'}, tmp_path)
-    line.follow(2, rests=False, now=100.0)
-    line.follow(2, rests=False, now=200.0)
+    line.follow(2, is_quiet=False, now=100.0)
+    line.follow(2, is_quiet=False, now=200.0)
     assert found == []
-    line.follow(2, rests=True, now=200.1)
+    line.follow(2, is_quiet=True, now=200.1)
     assert found == [f'version {version()} is running']
+
+
+def test_what_is_quiet():
+    """Three seconds at rest without a command."""
+    status = types.SimpleNamespace(interp_state=1, echo_serial_number=5, poll=lambda: None)
+    quiet = start_line.Quiet(types.SimpleNamespace(stat=lambda: status, error=OSError, INTERP_IDLE=1))
+    assert [quiet(now) for now in (10.0, 12.9, 13.1)] == [False, False, True]
+    status.echo_serial_number = 6
+    assert not quiet(13.2) and not quiet(16.1) and quiet(16.3)
+    status.interp_state = 2
+    assert not quiet(20.0)
+    status.interp_state = 1
+    assert not quiet(21.0) and quiet(23.1)
+
+    def gone():
+        raise OSError
+    status.poll = gone
+    assert quiet(23.2)
 
 
 def test_the_page_says_it_where_it_is_served(tmp_path):

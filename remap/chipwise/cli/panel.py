@@ -92,7 +92,7 @@ def serve(settings, ini, *parts):
     """The looks in this thread, the server in another one."""
     import linuxcnc
     from chipwise.cli import CommandError
-    from chipwise.monitor.start_line import at_rest, running
+    from chipwise.monitor.start_line import Quiet, running
     from chipwise.panel.ahead import Ahead
     from chipwise.panel.machine import Machine, wait_for_task
     from chipwise.panel.watch import LOOK_S, Watch
@@ -100,7 +100,7 @@ def serve(settings, ini, *parts):
     if not wait_for_task():
         return
     watch = Watch(Machine(), settings.path('PANEL_LOG'), Ahead(ini))
-    status = linuxcnc.stat()
+    is_quiet = Quiet(linuxcnc)
     try:
         server = make_server(settings, watch, *parts)
         threading.Thread(target=server.serve_forever, daemon=True).start()
@@ -108,13 +108,13 @@ def serve(settings, ini, *parts):
             '' if settings['PANEL_TOKEN'] else ', read-only'), flush=True)
         said = running(f'stock, load and alarms are at {server.url}')
         while watch.look():
-            if said and at_rest(status, linuxcnc):
+            if said and is_quiet():
                 inform(said)
                 said = ''
             time.sleep(patience(LOOK_S))
         server.close()
     except CommandError as error:
-        while not at_rest(status, linuxcnc):
+        while not is_quiet():
             time.sleep(patience(LOOK_S))
         inform(running(str(error)))
         raise

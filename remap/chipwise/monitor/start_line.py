@@ -12,6 +12,7 @@ from chipwise import ROOT, version
 from chipwise.clock import patience
 
 SETTLED_S = 10.0        # after the task's first answer: the screen has started
+QUIET_S = 3.0           # without a command and at rest: nobody is about to start a program
 SAMPLES = 'aux_examples'        # LinuxCNC's folder of what packages offer its configuration selector
 
 
@@ -30,29 +31,41 @@ def forgetful(folder):
     return f'{folder} cannot be written, so work offsets, tools and stock are forgotten at the end; {remedy}'
 
 
-def at_rest(status, linuxcnc):
-    """Whether neither a program nor MDI is under way, or nobody is there to ask.  A message is a command to the task, and takes the place of the
-    one that has started a run: glue/task.py could not tell any more which line it was started from."""
-    try:
-        status.poll()
-        return status.interp_state == linuxcnc.INTERP_IDLE
-    except linuxcnc.error:
-        return True
+class Quiet:
+    """Whether neither a program nor MDI is under way and no command has come for some seconds, or nobody is there to ask.
+
+    A message is a command to the task.  It takes the place of the one that has started a run, so that glue/task.py could not tell any more which
+    line it was started from, and on a busy computer of one that the task has not read yet."""
+
+    def __init__(self, linuxcnc):
+        self.linuxcnc, self.status = linuxcnc, linuxcnc.stat()
+        self.commands = self.since = None
+
+    def __call__(self, now=None):
+        now = time.monotonic() if now is None else now
+        try:
+            self.status.poll()
+        except self.linuxcnc.error:
+            return True
+        commands, rests = self.status.echo_serial_number, self.status.interp_state == self.linuxcnc.INTERP_IDLE
+        if not rests or commands != self.commands:
+            self.commands, self.since = commands, now
+        return now - self.since >= patience(QUIET_S)
 
 
 class StartLine:
-    """Said once, at rest, when the screen has sent its first command and so can show it."""
+    """Said once, when it is quiet and the screen has sent its first command and so can show it."""
 
     def __init__(self, settings, inform, is_due):
         self.inform = inform
         self.texts = [text for text in (forgetful(settings.folder), '' if settings['PANEL'] else running()) if text] if is_due else []
         self.since = None
 
-    def follow(self, commands, rests=True, now=None):
-        """commands: number of the last command of LinuxCNC; rests: no program and no MDI is under way."""
+    def follow(self, commands, is_quiet=True, now=None):
+        """commands: number of the last command of LinuxCNC; is_quiet: Quiet's answer."""
         now = time.monotonic() if now is None else now
         self.since = now if self.since is None else self.since
-        if rests and (commands > 0 or now - self.since > patience(SETTLED_S)):
+        if is_quiet and (commands > 0 or now - self.since > patience(SETTLED_S)):
             texts, self.texts = self.texts, []
             for text in texts:
                 self.inform(text)

@@ -21,7 +21,7 @@ from chipwise.errors import CycleError, unnamed
 from chipwise.files import printable
 from chipwise.monitor.loaded_program import LoadedProgram
 from chipwise.monitor.messages import FAULTS, guard_text
-from chipwise.monitor.start_line import StartLine
+from chipwise.monitor.start_line import Quiet, StartLine
 from chipwise.monitor.stock_files import StockFiles
 from chipwise.monitor.tool_shape import Tool, tool_shape
 from chipwise.settings import feed_is_remapped
@@ -78,7 +78,7 @@ class Monitor:
         self.lost_since = None                      # seen in all looks since then
         self.stock_files = StockFiles(component, settings, self.say, self.working)
         self.loaded = LoadedProgram(self.inform, feed_is_remapped())
-        self.start_line = StartLine(settings, self.inform, first)
+        self.start_line, self.quiet = StartLine(settings, self.inform, first), None
 
     def connect(self):
         """True when LinuxCNC's task answers; it starts after HAL."""
@@ -300,7 +300,9 @@ class Monitor:
             print(printable(f'chipwise: {second}'), flush=True)
 
     def greet(self, now):
-        self.start_line.follow(self.status.echo_serial_number, self.status.interp_state == self.linuxcnc.INTERP_IDLE, now)
+        if self.start_line.texts:
+            self.quiet = self.quiet or Quiet(self.linuxcnc)
+            self.start_line.follow(self.status.echo_serial_number, self.quiet(now), now)
 
     def follow_program(self, _now):
         self.loaded.follow(self.status.file)
