@@ -75,7 +75,7 @@ def test_inch_machine_and_placing(model, tmp_path):
     """Lengths are inches there, the model stays mm."""
     done = surface(model, "-o", tmp_path / "out.ngc", "--tool", 4, "--step", 0.06, "--ini", ROOT / "configs" / "mill_inch.ini", "--scale", 2,
                    "--at", 1, 2, 0, "--clearance", 0.5, "--json", tmp_path / "out.json")
-    assert done.returncode == 0, done.stderr
+    assert done.returncode == 1 and "the flutes are 0.5906 in long" in done.stdout, done.stderr       # 20 mm deep, 15 mm
     assert "G20 G17" in (tmp_path / "out.ngc").read_text() and "G0 Z0.5000" in (tmp_path / "out.ngc").read_text()
     figures = json.loads((tmp_path / "out.json").read_text())
     assert figures["low"][:2] == pytest.approx([25.4, 50.8], abs=1e-4) and figures["high"][:2] == pytest.approx([65.4, 90.8], abs=1e-4)

@@ -6,7 +6,8 @@ names the model and gives the options of one cut or several, one after the other
 files count as mm. The model stays where its file has it, unless --at or --scale says otherwise; a picture has its lower left corner
 at the origin and white at Z0. The stock is taken to fill everything below --stock-top.
 
-Exit status: 0 written, 2 the model, the tool or an option cannot be used; nothing is written then.
+Exit status: 0 written, 1 written, but cuts are deeper than the flutes, 2 the model, the tool or an option cannot be used; nothing is
+written then.
 """
 
 import argparse
@@ -41,7 +42,7 @@ def add_arguments(parser):
                         help='0 over the clearance plane (default), 1 the lowest safe link, 2 zigzag')
     parser.add_argument('--conventional', action='store_true', help='one-way cuts are conventional, not climb, with M3')
     parser.add_argument('--at', nargs=3, type=float, metavar=('X', 'Y', 'Z'), default=(0.0, 0.0, 0.0), help="where the file's origin goes")
-    parser.add_argument('--scale', type=float, default=1.0, metavar='S', help="factor of the file's lengths (default: 1)")
+    parser.add_argument('--scale', type=float, metavar='S', help="factor of the file's lengths (default: 1)")
     parser.add_argument('--feed', type=float, metavar='F', help='cutting feed, machine units/min (default: 600 mm/min)')
     parser.add_argument('--plunge-feed', type=float, metavar='E', help='plunge feed (default: half of --feed)')
     parser.add_argument('--speed', type=float, metavar='S', default=10000.0, help='spindle speed (default: 10000)')
@@ -80,7 +81,7 @@ def run(options):
     if options.json:
         found = {'parts': figures} if is_job(options.model) else figures[0]
         write_output(NAME, options.json, json.dumps({'output': options.output, **found}, indent=1) + '\n')
-    return 0
+    return int(any(part.plan.beyond_flutes for part in parts))
 
 
 def cuts_of(options):

@@ -80,7 +80,8 @@ def request_of(options, refuse):
         value = getattr(options, name.replace('-', '_'))
         lengths[name] = default if value is None else value * unit
     feed = 600.0 if options.feed is None else options.feed * unit
-    placing = Placing(tuple(value * unit for value in options.at), options.scale, lengths['pixel'], lengths['depth'])
+    placing = Placing(tuple(value * unit for value in options.at), 1.0 if options.scale is None else options.scale, lengths['pixel'], lengths['depth'],
+                      options.scale is not None)
     return SurfaceRequest(
         file=options.model, stamp=(), placing=placing, bottom=lengths['floor'], clearance=lengths['clearance'],
         tool=Shape.of_tool(diameter, geometry), step=_step(lengths, diameter), feed=feed,

@@ -12,7 +12,7 @@ MAX_LINES = 100_000     # lines of one sub, as many as it may make moves
 _ASSIGNMENT = re.compile(r"#+(?:<[^>]*>|\[[^]]*\]|\d+)=.*?(?=#+(?:<[^>]*>|\[[^]]*\]|\d+)=|$)")
 _FUNCTION = re.compile(r"#+\d*|(?:exists|acos|asin|atan|round|sqrt|abs|cos|exp|fix|fup|sin|tan|ln)(?=#)")
 _WORD = re.compile(r"([a-z@^])((?:[+-]?[0-9.]+)?)")
-_MOVE = re.compile(r"\s*(?:[gG]0*[0-3])?(?:\s*[xXyYiIjJrRfF]\s*[-+]?(?:\d+\.?\d*|\.\d+))*\s*")     # most lines are one
+_MOVE = re.compile(r"\s*(?:[gG]0*[0-3])?(?:\s*[xXyYiIjJrRfF]\s*[-+]?(?:\d+(?:\.\d*)?|\.\d+))*\s*")     # most lines are one
 _CODES = {0.0, 1.0, 2.0, 3.0, 40.0}
 _LETTERS = "gnxyijrpf@^"
 _LATHE_LETTERS = "gnxzikrpf"

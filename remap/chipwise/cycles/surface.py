@@ -22,7 +22,7 @@ from chipwise.errors import CycleError
 from chipwise.surface import needed, raster, scallop
 from chipwise.surface.drop import Mesh, Probe
 from chipwise.surface.links import Obstacles
-from chipwise.surface.model import Placing, read_model
+from chipwise.surface.model import Placing, check_size, read_model
 
 LEAST_TOLERANCE = 1e-3      # mm
 CELLS = 0.01, 10.0          # mm: of the stock's map
@@ -102,7 +102,7 @@ class SurfaceRequest:
 @dataclass(frozen=True)
 class SurfacePlan(CyclePlan):
     """A CyclePlan; cuts: number; sampled: drop-cutter points; low, high: the model's box, mm; clearance:
-    mm; first: (x, y) of the first cut"""
+    mm; first: (x, y) of the first cut; beyond_flutes: cuts are deeper than the flutes are long"""
 
     cuts: int = 0
     sampled: int = 0
@@ -110,6 +110,7 @@ class SurfacePlan(CyclePlan):
     high: tuple = field(default=())
     clearance: float = 0.0
     first: tuple = field(default=())
+    beyond_flutes: bool = False
 
 
 CLEAR_MM = 5.0              # of the clearance plane above model and stock, if nobody says it
@@ -160,6 +161,7 @@ def _planned(r, box, progress=None):
     """(SurfacePlan, the heights of the stock after it); box: of the stock, ((3,), (3,)) mm."""
     said = progress or (lambda share: None)
     model = _model(r.file, r.stamp, r.placing)
+    check_size(model, r.tool.diameter)
     heights = _heights(r, model)
     probe = Probe(Mesh(model, r.tool.diameter / 2), r.tool, r.allowance, heights.bottom)
     tracks = _tracks(r, model, probe)
@@ -176,7 +178,8 @@ def _planned(r, box, progress=None):
     figures = dict(cuts=count, sampled=sampled, moves=len(moves))
     first = driver.first or tuple(cuts[0].points[0, :2].tolist())
     return SurfacePlan(moves, notes, partial(Report, "surface", figures), count, sampled,
-                       tuple(model.low.tolist()), tuple(model.high.tolist()), heights.clearance, first), stock.height
+                       tuple(model.low.tolist()), tuple(model.high.tolist()), heights.clearance, first,
+                       0 < r.flute_length < driver.deepest - OFF_MM), stock.height
 
 
 # ---- heights and stock -------------------------------------------------------------------------------------------

@@ -66,7 +66,7 @@ def surface_of(state):
     unit = state.unit_mm
     pixel = numbers.get("PIXEL")
     placing = Placing(tuple(numbers.get(axis, 0.0) * unit for axis in "XYZ"), numbers.get("SCALE", 1.0),
-                      None if pixel is None else pixel * unit, numbers["DEPTH"] * unit if "DEPTH" in numbers else DEPTH)
+                      None if pixel is None else pixel * unit, numbers["DEPTH"] * unit if "DEPTH" in numbers else DEPTH, "SCALE" in numbers)
     return found_path(name, state.program()), placing
 
 

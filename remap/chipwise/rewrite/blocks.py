@@ -4,7 +4,7 @@
 import re
 from dataclasses import dataclass, field
 
-_O_WORD = re.compile(rb"^\s*/?\s*(?:n\s*\d[\d\s]*)?o\s*(?:<([^>]*)>|(\d+)|(#\S+|\[[^\]]*\]))\s*([a-z]+)", re.I)
+_O_WORD = re.compile(rb"^\s*(?:/\s*)?(?:n\s*\d[\d\s]*)?o\s*(?:<([^>]*)>|(\d+)|(#\S+|\[[^\]]*\]))\s*([a-z]+)", re.I)
 _M98 = re.compile(rb"^[^(;]*(?<![a-z<_])m\s*98(?!\d)", re.I)
 _M99 = re.compile(rb"^[^(;]*(?<![a-z<_])m\s*99(?!\d)", re.I)
 _P = re.compile(rb"p\s*(\d+)", re.I)

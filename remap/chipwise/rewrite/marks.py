@@ -21,7 +21,7 @@ from chipwise.rewrite.blocks import blocks_of, o_word
 from chipwise.rewrite.words import active_comments, code, plain_move
 
 MOST_BYTES = 250            # of a line; LinuxCNC takes 255
-_PARAMETER = re.compile(r"(?<!#)#\s*(?:(\d+)|<([^>]*)>)\s*$")      # before a =
+_PARAMETER = re.compile(r"(?<!#)#\s*(?:(\d+)|<([^<>]*)>)\s*$")      # before a =
 _NUMBERS = range(1, 5001)   # of parameters that are the user's
 
 

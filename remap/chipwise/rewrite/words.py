@@ -4,9 +4,9 @@
 import re
 
 _COMMENT = re.compile(r"\([^)]*\)?|;.*$")
-_WORD = re.compile(r"([a-z])\s*(?:([+-]?\s*(?:\d+\.?\d*|\.\d+))|(?=[#\[+-]))", re.I)
+_WORD = re.compile(r"([a-z])\s*(?:((?:[+-]\s*)?(?:\d+(?:\.\d*)?|\.\d+))|(?=[#\[+-]))", re.I)
 # A line of an N word, G0 to G3 and numbers behind X Y Z I J K R F, without comments: nearly every line of a long program.
-_PLAIN_MOVE = re.compile(r"[ \t]*(?:n\d+[ \t]*)?(g0*[0-3](?![\d.])[ \t]*)?(?:[xyzijkrf][ \t]*[+-]?(?:\d+\.?\d*|\.\d+)[ \t]*)*[\r\n]*",
+_PLAIN_MOVE = re.compile(r"[ \t]*(?:n\d+[ \t]*)?(g0*[0-3](?![\d.])[ \t]*)?(?:[xyzijkrf][ \t]*[+-]?(?:\d+(?:\.\d*)?|\.\d+)[ \t]*)*[\r\n]*",
                          re.I)
 MOTION = re.compile(r"(?<![a-z<_])g\s*0*([0-3])(?![\d.])", re.I)
 
@@ -45,7 +45,7 @@ def with_feed(text, feed):
         parts += [body[last:comment.start()], comment.group()]
         last = comment.end()
     parts.append(body[last:])
-    pattern = re.compile(r"f\s*[+-]?(?:\d+\.?\d*|\.\d+)", re.I)
+    pattern = re.compile(r"f\s*[+-]?(?:\d+(?:\.\d*)?|\.\d+)", re.I)
     found = [k for k in range(0, len(parts), 2) if pattern.search(parts[k])]
     if any(re.search(r"f\s*[+-]?[#\[]", re.sub(r"<[^>]*>", "", parts[k]), re.I) for k in range(0, len(parts), 2)):
         return None
@@ -59,5 +59,5 @@ def with_feed(text, feed):
 
 def with_word(text, word):
     """A line with a G word put in front of its first word, behind N."""
-    match = re.match(r"\s*/?\s*(?:n\s*\d+\.?\d*\s*)?", text, re.I)
+    match = re.match(r"\s*/?\s*(?:n\s*\d+(?:\.\d*)?\s*)?", text, re.I)
     return text[:match.end()] + word + " " + text[match.end():]

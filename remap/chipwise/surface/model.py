@@ -17,6 +17,8 @@ from chipwise.surface import png, stl, stock_model
 LARGEST = 1e5               # mm, of a coordinate
 SMALL = 1.0                 # mm: of a model that is smaller the unit is probably another one
 PIXEL = 0.1                 # mm of a pixel if neither the picture nor the user says it
+UNITS = ("inch", 25.4), ("metres", 1000.0)
+USUAL = 2000.0              # mm: a model that would be larger has another unit
 SQUARE = 0.01               # share by which a pixel may be wider than high: what is rounded
 DEPTH = 5.0                 # mm from white to black if the user does not say it
 
@@ -29,12 +31,14 @@ class Placing:
     scale   factor of the file's lengths; STL files count as mm
     pixel   mm of a pixel before the scale, None: as the picture says, else PIXEL
     depth   mm from white to black, not scaled
+    said    whether the user gives the scale
     """
 
     shift: tuple = (0.0, 0.0, 0.0)
     scale: float = 1.0
     pixel: float | None = None
     depth: float = DEPTH
+    said: bool = False
 
 
 @dataclass(frozen=True)
@@ -43,6 +47,7 @@ class Model:
     top         (n,) float32, mm from low: the highest point of each
     low, high   (3,) float64, mm: the box around it
     notes       for the operator
+    unit_said   whether the lengths of the file have a unit, or the user has given the scale
     """
 
     triangles: np.ndarray
@@ -50,6 +55,7 @@ class Model:
     low: np.ndarray
     high: np.ndarray
     notes: tuple = ()
+    unit_said: bool = True
 
 
 def read_model(path: str, placing: Placing) -> Model:
@@ -58,13 +64,32 @@ def read_model(path: str, placing: Placing) -> Model:
     try:
         with open_regular(path, max(stl.MAX_BYTES, png.MAX_BYTES, stock_model.MAX_BYTES)) as file:
             corners, origin, notes = _read(file, os.fstat(file.fileno()).st_size, placing)
+            file.seek(0)
+            has_unit = _has_unit(file.read(len(png.SIGNATURE) + len(store.MARK)))
     except TooLong as error:
         raise CycleError(f"{name}: the file has {error.found} bytes, more than {error.most}", "export it with a larger tolerance") from error
     except OSError as error:
         raise CycleError(f"{name}: {braceless(error.strerror or str(error))}", "correct the name of the model") from error
     except CycleError as error:
         raise CycleError(f"{name}: {error.problem}", error.remedy, **error.values) from None
-    return _placed(name, corners, placing.scale, origin * placing.scale + placing.shift, notes)
+    return _placed(name, corners, placing.scale, origin * placing.scale + placing.shift, notes, has_unit or placing.said)
+
+
+def check_size(model, diameter):
+    """Raises CycleError for a Model smaller than a tool (mm) whose unit nobody has said: it is probably another one."""
+    across = float((model.high - model.low)[:2].max())
+    if model.unit_said or across >= diameter:
+        return
+    sizes = {name: factor for name, factor in UNITS if diameter <= across * factor <= USUAL}
+    scales = " or ".join([f"{factor:g} if it is in {name} ({{{name}}})" for name, factor in sizes.items()] + ["1 if it is that small"])
+    raise CycleError("the model is {across} across, smaller than the tool ({diameter}), and its lengths count as mm",
+                     f"use SCALE (--scale) {scales}",
+                     across=across, diameter=diameter, **{name: across * factor for name, factor in sizes.items()})
+
+
+def _has_unit(head):
+    """Whether a file that begins so says the unit of its lengths, or has none."""
+    return head.startswith((png.SIGNATURE, store.MARK))
 
 
 def _read(file, size, placing):
@@ -88,7 +113,7 @@ def _read(file, size, placing):
         raise CycleError("the file is empty", "export the model again")
     if not stl.is_stl(head, size):
         raise CycleError("the file is neither STL nor PNG", "name an STL file, a PNG picture or a stock file")
-    return *stl.read_stl(file, size), ()
+    return stl.read_stl(file, size)
 
 
 def _terrain(height, pixel, depth):
@@ -106,7 +131,7 @@ def _grid(z, apart, x0, y0):
     return np.concatenate([np.concatenate([a, b, d], axis=2).reshape(-1, 9), np.concatenate([b, c, d], axis=2).reshape(-1, 9)])
 
 
-def _placed(name, corners, scale, shift, notes):
+def _placed(name, corners, scale, shift, notes, unit_said=True):
     """Scaled, shifted, checked, and sorted by height."""
     if not len(corners):
         raise CycleError(f"{name}: the model has no triangles", "export the model again")
@@ -128,4 +153,4 @@ def _placed(name, corners, scale, shift, notes):
         notes += (f"the model is only {(high - low)[:2].max():.3g} mm large; the lengths of STL files count as mm, so check its unit and SCALE",)
     top = corners[:, 2::3].max(axis=1)
     order = np.argsort(-top, kind="stable")
-    return Model(corners[order], top[order], low, high, notes)
+    return Model(corners[order], top[order], low, high, notes, unit_said)

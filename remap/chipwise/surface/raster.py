@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from chipwise.chain_fit import fitted
+from chipwise.errors import CycleError
 from chipwise.surface import curve
 
 GOUGE = 5e-4                # mm [4]
@@ -27,6 +28,7 @@ ROUNDS = 8                  # of adding stations [4]; then the segment is raised
 ARC_ROUNDS = 5              # of them with arcs
 ARC_SAG, MOST_SAG = 0.25, 0.0025    # of the tolerance, and mm: of the chords in place of an arc
 LEAST_STEP = 0.05           # mm, of the first stations
+MOST_STATIONS = 6_000_000   # of all tracks: each needs about 80 bytes
 
 
 @dataclass(frozen=True)
@@ -133,7 +135,9 @@ def _first_step(shape, tolerance):
 
 def _sampled(probe, tracks, step, tolerance, progress):
     """(track, station, height) of each sample [1]."""
-    counts = np.maximum(np.ceil(tracks.length / step).astype(int), 1) + 1
+    counts = np.maximum(np.ceil(tracks.length / step), 1.0) + 1.0
+    _check_stations(counts.sum())
+    counts = counts.astype(int)
     line = np.repeat(np.arange(len(counts)), counts)
     place = np.arange(len(line)) - np.repeat(np.cumsum(counts) - counts, counts)
     s = place * np.repeat(tracks.length / (counts - 1), counts)
@@ -145,10 +149,17 @@ def _sampled(probe, tracks, step, tolerance, progress):
         height = _heights(probe, tracks, line[left], middle)
         off = np.abs(height - (z[left] + z[left + 1]) / 2) > SAMPLING * tolerance
         left, middle, height = left[off], middle[off], height[off]
+        _check_stations(len(line) + len(left))
         line, s, z = (np.insert(old, left + 1, new) for old, new in zip((line, s, z), (line[left], middle, height)))
         left = left + np.arange(len(left))
         left = np.sort(np.concatenate([left, left + 1]))
     return line, s, z
+
+
+def _check_stations(count):
+    """Raises CycleError for more stations than MOST_STATIONS, before their arrays are made."""
+    if count > MOST_STATIONS:
+        raise CycleError(f"the cuts need {count:.0f} points of the model, more than {MOST_STATIONS}", "use a larger D or tolerance, or correct SCALE of the model")
 
 
 def _heights(probe, tracks, line, s, progress=lambda share: None, part=20_000):

@@ -16,6 +16,8 @@ MAX_TRIANGLES = 5_000_000
 MAX_BYTES = HEAD + RECORD * MAX_TRIANGLES + (1 << 20)
 PART = 200_000                      # triangles read at a time
 TEXT_PART = 1 << 22                 # bytes
+MOST_WORD = 64                      # bytes of a number in an ASCII file: an array of words has room for the longest in each place
+FARTHEST = 1e6                      # of a coordinate of triangles that the header does not count: more is something else
 
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", 9), ("attribute", "<u2")])
 _MARK = b"\xef\xbb\xbf"              # of UTF-8, before a text
@@ -30,19 +32,20 @@ def is_stl(head: bytes, size: int) -> bool:
     return _is_text(head) or size >= HEAD
 
 
-def read_stl(file: BinaryIO, size: int) -> tuple[np.ndarray, np.ndarray]:
-    """An open file of `size` bytes -> ((n, 9) float32, x y z of the corners of each triangle from an origin, (3,) float64, that), in the file's unit.
+def read_stl(file: BinaryIO, size: int) -> tuple[np.ndarray, np.ndarray, tuple]:
+    """An open file of `size` bytes -> ((n, 9) float32, x y z of the corners of each triangle from an origin, (3,) float64, that), in the file's unit, and notes.
 
     Raises CycleError for a file that is cut off, damaged or of another kind, and for more than MAX_TRIANGLES."""
     head = file.read(1024)
     count = int.from_bytes(head[80:HEAD], "little") if len(head) >= HEAD else 0
     if len(head) >= HEAD and size == HEAD + RECORD * count:
-        return _binary(file, size, count), np.zeros(3)
+        return _binary(file, size, count), np.zeros(3), ()
     if _is_text(head):
-        return _text(file)
+        return *_text(file), ()
     if size < HEAD + RECORD * count:
         _check_kind(head)
-    return _binary(file, size, count), np.zeros(3)
+    corners, notes = _more_than_said(file, size, count)
+    return corners, np.zeros(3), notes
 
 
 def _is_text(head: bytes) -> bool:
@@ -57,6 +60,22 @@ def _check_kind(head: bytes) -> None:
         kind = "text"
     if kind is not None:
         raise CycleError(f"the file is {kind}, not an STL file", "export the model as STL, or save a picture as 16-bit grey PNG")
+
+
+def _more_than_said(file: BinaryIO, size: int, count: int) -> tuple[np.ndarray, tuple]:
+    """Triangles of a binary file with more bytes behind its header than `count` triangles have, and a note that says what they are.
+
+    They are triangles if they are a whole number of them, finite, none of them beyond FARTHEST, and not all zero (as padding is)."""
+    over = size - HEAD - RECORD * count
+    found = (size - HEAD) // RECORD
+    if over > 0 and over % RECORD == 0:
+        corners = _binary(file, size, found)
+        more = corners[count:]
+        if more.any() and (np.abs(more) <= FARTHEST).all():
+            return corners, (f"the file has {found} triangles, its header says {count}: all {found} are read",)
+        return corners[:count].copy(), (f"{over} bytes behind the {count} triangles that the header says are something else, and are not read",)
+    notes = (f"{over} bytes behind the {count} triangles that the header says are not read; export the model again if a part of it is missing",)
+    return _binary(file, size, count), notes if over > 0 else ()
 
 
 def _binary(file: BinaryIO, size: int, count: int) -> np.ndarray:
@@ -116,6 +135,8 @@ def _corners(text: bytes, before: int) -> np.ndarray:
     facets = len(re.findall(rb"endfacet", text, re.IGNORECASE))
     if len(words) != 3 * facets:
         raise CycleError(f"the ASCII STL file has facets without three vertices after triangle {before}", "export the model again")
+    if any(len(word) > MOST_WORD for facet in words for word in facet):
+        raise CycleError(f"the ASCII STL file has a number of more than {MOST_WORD} characters after triangle {before}", "export the model again")
     try:
         return np.array(words, "S").astype(np.float64).reshape(facets, 9)
     except ValueError:

@@ -16,7 +16,7 @@ from chipwise.turning.tool import ROLES
 
 MAX_BYTES = 1 << 26    # of a program
 FAR_MM = 1e4            # a barrier without K ends here, to the left
-_WORD = re.compile(r"([A-Z])\s*([-+]?(?:\d+\.?\d*|\.\d+))")
+_WORD = re.compile(r"([A-Z])\s*([-+]?(?:\d+(?:\.\d*)?|\.\d+))")
 _KNOWN, _KNOWN_BARRIER = "GQPIDEFHLN", "GXZIKN"
 _OFFSETS = {10.0, 54.0, 55.0, 56.0, 57.0, 58.0, 59.0, 59.1, 59.2, 59.3, 92.0, 92.1, 92.2, 92.3}
 

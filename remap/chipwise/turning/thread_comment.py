@@ -73,7 +73,7 @@ def _fields(found, number, comment, unit_mm):
             fields[key] = given
         elif key == "STARTS" and re.fullmatch(r"\d{1,2}", given) and 1 <= int(given) <= MOST_STARTS:
             fields[key] = int(given)
-        elif key in _NUMBERS and re.fullmatch(r"\d+\.?\d*|\.\d+", given) and float(given) > 0.0:
+        elif key in _NUMBERS and re.fullmatch(r"\d+(?:\.\d*)?|\.\d+", given) and float(given) > 0.0:
             fields[key] = float(given) * (1.0 if key == "SPEED" else unit_mm)
         else:
             raise fault(found, number, f"THREAD comment: {part[:40]} is not understood",
