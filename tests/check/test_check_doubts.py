@@ -124,7 +124,7 @@ def test_needles_are_few_where_the_program_is_long():
 
 FIGURES = "volume peak_rate mean_rate cutting_s feed_s planned_s feed_volume volumetric_s volumetric_planned_s".split()
 LONG = 15.0                 # mm, flutes of the tools of these programs
-VOLUME = 0.004              # of a volume: 0.003 by the cells of 0.25 mm, and 0.001 that the oracle's needles and steps may be off
+VOLUME = 0.003              # of a volume; 0.0007 of it is the stamps' ridge and the oracle's own steps, the rest the cells
 
 
 def near_the_flutes(seed):

@@ -24,6 +24,7 @@ from chipwise.check.sweep import Shape
 from chipwise.check.times import OFF, Timer
 from chipwise.errors import CycleError, unnamed
 from chipwise.settings import load_settings
+from chipwise.tool_table import diameters
 from chipwise.tools import ToolGeometry, load_tools
 
 MIN_DEPTH_MM = 0.005        # smaller depths and contacts are ignored
@@ -40,11 +41,12 @@ class _TooCoarse(Exception):
 
 
 class Simulation:
-    """A program under way: take() each block of records, then finish().  needles: {number of the stock: places (n, 2)} besides."""
+    """A program under way: take() each block of records, then finish().  needles: {number of the stock: places (n, 2)} besides; fine: the
+    cell (mm) of a small stock, None: `cell`."""
 
-    def __init__(self, program, machine, cell, settings, tools, needles=None):
+    def __init__(self, program, machine, cell, settings, tools, needles=None, fine=None):
         self.result = Result(program, unit="in" if machine.unit_mm > 10 else "mm")
-        self.settings, self.cell, self.geometry = settings, cell, tools
+        self.settings, self.cell, self.fine, self.geometry = settings, cell, fine, tools
         self.timer = Timer(machine)
         self.position = None                            # (3,), mm
         self.height_known = False
@@ -87,7 +89,7 @@ class Simulation:
 
     def _define(self, line, values):
         """A stock."""
-        self.map = rules.make_map(line, values, self.cell)
+        self.map = rules.make_map(line, values, self.cell, self.fine)
         self.stock_number += 1
         if self.stock_number in self.needles:
             self.map.add_needles(self.needles[self.stock_number])
@@ -275,14 +277,15 @@ def check(program, machine, stock=None, cell=None, progress=None, cpu_s=CPU_S, *
     """Result of one program.
 
     machine: reader.Machine; stock: (low, high) mm in work coordinates or None; cell: mm, default [CHIPWISE]CELL, smaller
-    if a tool needs it; progress: called with the number of the line that is being simulated.
+    where the stock is small, or if a tool needs it; progress: called with the number of the line that is being simulated.
     """
     try:
         settings = load_settings(machine.ini)
         tools = load_tools(settings.path("TOOL_GEOMETRY"))
         wanted, needles = cell or settings["CELL"], {}
+        fine = None if cell else rules.volume_cell(settings, [diameter * machine.unit_mm for _, diameter in diameters(machine.table or "")])
         while True:
-            simulation = Simulation(program, machine, wanted, settings, tools, needles)
+            simulation = Simulation(program, machine, wanted, settings, tools, needles, fine)
             try:
                 result = _run(simulation, Reader(program, machine, stock, cpu_s=cpu_s, **limits), progress, cpu_s)
                 needles = doubts.needles(simulation.doubts, simulation.segments, result.cell)
