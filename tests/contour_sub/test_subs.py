@@ -230,3 +230,17 @@ def test_a_turned_shape_needs_x_and_z(read):
             assert known
         except UnknownStart as error:
             assert not known and "G0 X.. Z.." in str(error)
+
+
+@pytest.mark.parametrize("name, text, message", [
+    ("subs/100.ngc", "\ufeff" + sub("G0 X0 Y0", "G1 X5", "G1 Y5"), "100.ngc begins with a byte order mark, which LinuxCNC refuses; save it as UTF-8 without one"),
+    ("program.ngc", 2 * (sub("G0 X0 Y0", "G1 X5", "G1 Y5") + "\n"), "sub O100 is defined twice in program.ngc, in lines 1 and "),
+    ("program.ngc", sub("G0 X0 Y0", "G1 X5", "G1 Y5") + "\n" + 2 * "O7 sub\nO7 endsub\n", "sub O7 is defined twice in program.ngc, in lines "),
+], ids=["mark", "twice", "another one twice"])
+def test_files_that_linuxcnc_does_not_read(read, tmp_path, name, text, message):
+    """Said as what they are: neither a missing sub nor the folder of a process."""
+    (tmp_path / "subs").mkdir()
+    (tmp_path / name).write_text(text)
+    with pytest.raises(CycleError) as caught:
+        read(text if name == "program.ngc" else "G21\n")
+    assert message in str(caught.value) and "/tmp" not in str(caught.value), str(caught.value)

@@ -91,3 +91,21 @@ def test_feed_survives_the_wait(turn):
 def test_the_preview_never_yields(turn):
     assert len(emitted(turn, [(100, 300)], task=0)) == 1
     assert turn.Turn(interp(0)).patience() == turn.PREVIEW_STEP_S and list(turn.Turn(interp(0)).wait()) == []
+
+
+def test_a_tool_that_linuxcnc_does_not_know(monkeypatch):
+    """The file of the tool table has it, LinuxCNC has not read it again: no internal error."""
+    monkeypatch.setitem(sys.modules, "interpreter", types.SimpleNamespace(INTERP_EXECUTE_FINISH=3, INTERP_OK=0, INTERP_ERROR=1))
+    monkeypatch.setitem(sys.modules, "emccanon", types.SimpleNamespace(CANON_UNITS=None))
+    before = set(sys.modules)
+    from chipwise.errors import CycleError
+    turning = importlib.import_module("chipwise.glue.turning")
+
+    def execute(line):
+        raise SystemError(f"error return without exception set: {line}")
+    state = types.SimpleNamespace(interp=types.SimpleNamespace(tool_table=[types.SimpleNamespace(toolno=1)], execute=execute), line_number=3)
+    with pytest.raises(CycleError, match="LinuxCNC does not know tool 7, which is in the tool table file"):
+        list(turning._change_tool(state, None, 7))
+    for name in set(sys.modules) - before:
+        if name.startswith("chipwise.glue"):
+            del sys.modules[name]

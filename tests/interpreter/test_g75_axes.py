@@ -134,7 +134,7 @@ def test_copies_begin_where_the_axis_is(options):
 
 @pytest.mark.parametrize("call, words", [
     ("G75 Q100 R30", "line 2 of the sub turns axis A, and the pattern is turned so that this is another axis of the part; use R0 or R180"),
-    ("G75 Q100 L2 I5 K90", "turns axis A, and the pattern is turned"), ("G75 Q101", "Bad character 'b' used")])
+    ("G75 Q100 L2 I5 K90", "turns axis A, and the pattern is turned"), ("G75 Q101", "word B is an axis that a pattern does not move: the machine has none")])
 def test_refused(options, call, words):
     trace = canon.run_preview(program([call], [*SUB, "o101 sub", "G0 X1 B5", "o101 endsub"]), **options)
     assert words in trace.error and not trace.after("begin"), trace.error
@@ -162,6 +162,14 @@ def test_a_sub_that_moves_u_v_or_w_is_refused(letter, bit, tmp_path, monkeypatch
     monkeypatch.setenv("AXIS_MASK", str(7 | 1 << bit))
     options = {"ini": canon.write_ini(tmp_path, COORDINATES=f"X Y Z {letter}")}
     trace = canon.run_preview(program(["G75 Q100 X5"], ["o100 sub", "G0 X1 Y1", f"G1 {letter}5", "o100 endsub"]), **options)
-    assert f"sub O100, line 3 of program.ngc: word {letter} is an axis that a pattern does not move; use X, Y, Z, A, B and C" in trace.error and not trace.after("begin"), trace.error
+    assert f"sub O100, line 3 of program.ngc: word {letter} is an axis that a pattern does not move; use X, Y and Z" in trace.error and not trace.after("begin"), trace.error
     trace = canon.run_preview(program(["G75 Q100 X5"], ["o100 sub", "G0 X1 Y1", "G1 X4", "o100 endsub"], start=f"G0 X3 Y-4 Z7 {letter}2"), **options)
     assert not trace.error and trace.after("begin"), trace.error
+
+
+def test_a_sub_that_moves_an_axis_of_the_tool_is_refused(tmp_path, monkeypatch):
+    """A turns the tool of a robot: the sub may not move it, and hears why."""
+    monkeypatch.setenv("AXIS_MASK", "7")
+    trace = canon.run_preview(program(["G75 Q100 X5"], ["o100 sub", "G0 X1 Y1", "G1 A5", "o100 endsub"]), ini=canon.write_ini(tmp_path, COORDINATES="X Y Z"))
+    assert ("sub O100, line 3 of program.ngc: word A is an axis that a pattern does not move: the machine has none, or [CHIPWISE]TOOL_POSE turns the tool "
+            "with it; use X, Y and Z") in trace.error and not trace.after("begin"), trace.error

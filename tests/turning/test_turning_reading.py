@@ -70,7 +70,7 @@ def test_a_parameter_that_the_program_sets_is_asked_for(turn):
     for name, option in (("#100", "100=12"), ("#<_wide>", "_wide=12")):
         text = PART.format(before=f"{name}=12\n", sub=sub.format(x=name))
         status, _, said = turn(text)
-        assert status == 2 and "--set" in said and "line 9" in said and said.count("\n") == 1, said
+        assert status == 2 and f"--set {option.partition('=')[0]}=" in said and "line 9" in said and said.count("\n") == 1, said
         assert turn(text, "--set", option)[1] == wanted
     assert turn(number, "--set", "100")[0] == 2
 

@@ -137,6 +137,13 @@ def parameters(given):
     return tuple(sorted(numbered)), tuple(sorted(named))
 
 
+def hint_set(error):
+    """The remedy of a CycleError names --set if a global parameter is missing, which the program would have set."""
+    unset = re.search(r'Named parameter #<(_[^>]+)> not defined', error.problem)
+    if unset:
+        error.remedy = f'give it with --set {unset[1]}=value, or set it in the sub'
+
+
 def make_drawing(options):
     """Drawing of what the options name."""
     text, ini = read_program(options.program), ini_of(options)
@@ -146,10 +153,15 @@ def make_drawing(options):
     scale = MM_PER_INCH if unit == 'in' else 1.0
     if options.at and not all(map(math.isfinite, options.at)):
         raise wrong('--at is not a position', 'give two numbers')
-    shape = read.read_shape(Job(
+    job = Job(
         program=options.program, sub=sub_number(options.sub), ini=ini, unit=unit, machine_unit=unit_mm,
         position=(scale * options.at[0], scale * options.at[1], 0.0) if options.at else None, tool=(1, tool / unit_mm), numbered=numbered,
-        named=named, close_gap=load_settings(ini)["CLOSE_GAP"]))
+        named=named, close_gap=load_settings(ini)["CLOSE_GAP"])
+    try:
+        shape = read.read_shape(job)
+    except CycleError as error:
+        hint_set(error)
+        raise
     contours = read.contours(shape)
     result, where = offset(shape, contours, options.side, tool)
     title = printable(f'O{shape.sub} in {os.path.basename(shape.file)}')

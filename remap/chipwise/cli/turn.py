@@ -44,7 +44,7 @@ def add_arguments(parser):
 
 def run(options):
     """-> exit status."""
-    from chipwise.cli.contour import parameters as values
+    from chipwise.cli.contour import hint_set, parameters as values
     from chipwise.turning import parameters, text
     from chipwise.turning.plan import make_plan
     from chipwise.turning.read_part import Machine, job_of, make_order, read_steps, tool_notes
@@ -68,8 +68,7 @@ def run(options):
         said = [unnamed(note.text(unit)) for note in tool_notes(order, request, machine)]
         output = output_text(options, plan, request, title)
     except CycleError as error:
-        if 'Named parameter' in error.problem and 'not defined' in error.problem:
-            error.remedy = 'give it with --set _name=value, or set it in the sub'
+        hint_set(error)
         raise UsageError(f'{NAME}: ' + unnamed(error.text(unit))) from error
     if output:
         write_output(NAME, options.output, output)

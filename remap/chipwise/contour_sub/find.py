@@ -85,6 +85,7 @@ def find_sub(job):
     places = [p for p in job.programs if p] + [os.path.join(folder, name + ".ngc") for folder in sub_folders(job.ini)]
     for path in places:
         read = read_file(path)
+        _check_mark(path, read, name)
         first = next((n for n, word in read[1].items() if word == (name, "sub")), None) if read else None
         if first is None:
             continue
@@ -92,11 +93,26 @@ def find_sub(job):
         if last is None:
             raise CycleError(f"sub O{name} begins in line {first} of {quoted(path)} and has no endsub",
                              f"end it with a line O{name} endsub")
+        _check_once(path, read[1])
         return Found(os.path.abspath(path), read[0], first, last)
     own = [p for p in job.programs if p]
     raise CycleError(f"there is no sub O{name}" + (f" in {quoted(own[0])}" if own else "")
                      + f" and no file {name}.ngc with it on the SUBROUTINE_PATH",
                      f"put the sub between O{name} sub and O{name} endsub, before or after the program's M2")
+
+
+def _check_mark(path, read, name):
+    """Raises CycleError for the file of a sub that begins with a byte order mark: LinuxCNC does not read its first line either."""
+    if read and read[0][0].startswith("\ufeff") and os.path.basename(path) == name + ".ngc":
+        raise CycleError(f"{quoted(path)} begins with a byte order mark, which LinuxCNC refuses", "save it as UTF-8 without one")
+
+
+def _check_once(path, words):
+    """Raises CycleError for a sub that a file defines twice, as LinuxCNC does."""
+    first = {}
+    for number, (name, keyword) in words.items():
+        if keyword == "sub" and first.setdefault(name, number) != number:
+            raise CycleError(f"sub O{name} is defined twice in {quoted(path)}, in lines {first[name]} and {number}", "take one of them out")
 
 
 def sub_folders(ini):

@@ -146,7 +146,10 @@ def _change_tool(state, turn, number):
     """T M6 G43; the machine is at rest afterwards."""
     interp = state.interp
     if interp.tool_table[0].toolno != number:
-        interp.execute(f"T{number} M6")         # nothing may be executed before the machine has done it
+        try:
+            interp.execute(f"T{number} M6")     # nothing may be executed before the machine has done it
+        except Exception as error:              # SystemError: LinuxCNC has refused it (2.9)
+            raise CycleError(f"LinuxCNC does not know tool {number}, which is in the tool table file", "load the tool table again, or start LinuxCNC anew") from error
         yield from turn.wait()
         if not interp.task:
             place = interp.current_x, interp.current_z

@@ -30,6 +30,8 @@ def guard_text(reason, line, distance, depth, tool, diameter, flute, unit):
     """The operator's message for a stop; lengths in machine units, `unit` their name."""
     digits = 4 if unit == 'in' else 2
     where = f'{f"line {line}" if line > 0 else "MDI"}, tool {tool}, {diameter:.{digits}f} {unit}'
+    if reason == GuardReason.RAPID_CONTACT and round(distance, digits) <= 0:
+        return f'rapid stopped in contact with stock ({where}); press Stop, jog away and leave the stock with G1 before G0 (guard: [CHIPWISE]GUARD_RAPID)'
     if reason == GuardReason.RAPID_CONTACT:
         return (f'rapid stopped {distance:.{digits}f} {unit} before stock ({where}); press Stop, jog away and retract higher '
                 '(guard: [CHIPWISE]GUARD_RAPID)')

@@ -30,7 +30,7 @@ MAX_MOVES = 200_000     # of one run of the sub
 MAX_DEPTH = 8           # patterns in patterns
 _SETTLED = ("", "%")
 _NO_SUB = re.compile(r"EOF in file:.* seeking o-word: o<(.*)> from line: \d+")       # interp_o_word.cc
-_OTHER_AXIS = re.compile(r"Bad character '([uvw])' used")        # the child has none of these axes
+_OTHER_AXIS = re.compile(r"Bad character '([abcuvw])' used")     # the child has only those of the job
 # F remapped by the package does what LinuxCNC does; without it F works under G93 (docs/design/code_overview.md), and its lines have their numbers
 _OWN_F = re.compile(r"(?mi)^\s*REMAP\s*=\s*F\s[^\n]*\bpython\s*=\s*feed\s*$")
 
@@ -52,7 +52,7 @@ def _read(found, job, files):
         text = unnamed(text.strip().rstrip("."))
         other = _OTHER_AXIS.match(text)
         if other:
-            raise fault(found, line or _first_line(found), f"word {other[1].upper()} is an axis that a pattern does not move", "use X, Y, Z, A, B and C")
+            raise fault(found, line or _first_line(found), _other_axis(other[1].upper()), f"use {', '.join(job.axes[:-1])} and {job.axes[-1]}")
         missing = _NO_SUB.match(text)
         if missing:
             raise fault(found, line or _first_line(found), f"the sub O{missing[1]} that it calls is missing", f"write it from O{missing[1]} sub to "
@@ -69,6 +69,12 @@ def _read(found, job, files):
     if not recorded.moves:
         raise fault(found, found.first, "the sub moves nothing", "put the pattern in it")
     return recorded
+
+
+def _other_axis(letter):
+    """What is wrong with a word of an axis that the sub may not move."""
+    why = ": the machine has none, or [CHIPWISE]TOOL_POSE turns the tool with it" if letter in "ABC" else ""
+    return f"word {letter} is an axis that a pattern does not move" + why
 
 
 def _first_line(found):

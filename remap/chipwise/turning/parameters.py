@@ -19,7 +19,7 @@ def check(job):
         plain = plain_text(text)
         for name in re.findall(r"#(\d+|\[)", re.sub(r"#\d+=", "", plain)):
             if name == "[" or int(name) > ARGUMENTS and int(name) not in known:
-                raise fault(found, number, f"#{name} has its value only when the program runs", "give it with --set 100=30, or write numbers")
+                raise fault(found, number, f"#{name} has its value only when the program runs", f"give it with --set {name if name != '[' else '100'}=30, or write numbers")
         known |= set(map(int, re.findall(r"#(\d+)=", plain)))
 
 
