@@ -25,7 +25,7 @@ SECTIONS = (                                    # (beginning of the path, headin
     ('components/', 'Realtime components'),
     ('remap/chipwise/rewrite/', 'chipwise rewrite'),
     ('remap/chipwise/cli/rewrite', 'chipwise rewrite'),
-    ('remap/chipwise/check/', 'chipwise check'),
+    ('remap/chipwise/check/', 'chipwise check'), ('remap/chipwise/assumed/', 'chipwise check'),
     ('remap/chipwise/batch/', 'chipwise check'),
     ('remap/chipwise/own_folder', 'chipwise check'),
     ('remap/chipwise/program_code', 'chipwise check'),

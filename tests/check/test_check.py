@@ -152,8 +152,10 @@ def test_volumetric_feed_shortens_the_time(tmp_path):
 
 def test_stock_from_the_option(tmp_path):
     text = SLOT.replace(STOCK, "")
-    status, out, *_ = chipwise_check(tmp_path, {"slot.ngc": text})
-    assert status == 2 and "no stock is defined; add M250" in out
+    status, out, _err, report = chipwise_check(tmp_path, {"slot.ngc": text})
+    assert status == 1 and "the stock is assumed from its path: --stock -13 27 -4 113 33 0" in out
+    assert rules(report) == [("rapid", 5)] and "retract higher, or use G1 (on the assumed stock)" in out      # G0 Z-4 at X-10
+    assert report["programs"][0]["stock"] == {"min": [-13, 27, -4], "max": [113, 33, 0], "source": "assumed"}
     status, _out, _err, report = chipwise_check(tmp_path, {"slot.ngc": text}, "--stock", "0", "0", "-20", "100", "60", "0")
     assert status == 0 and report["programs"][0]["tools"][0]["volume_mm3"] == pytest.approx(2400, rel=0.002)
 

@@ -13,6 +13,7 @@ from chipwise.rates import MM3_PER_CM3
 
 FLUTE, RAPID, HOLDER, RATE, TOOL, FLUTES_UNKNOWN = "flute", "rapid", "holder", "rate", "tool", "flute-unknown"
 CLEARANCE = "clearance"
+OF_STOCK = (FLUTE, RAPID, HOLDER, RATE, CLEARANCE)          # rules that a stock decides
 
 RULES = {
     FLUTE: "stock is cut by the flutes only",
@@ -51,7 +52,8 @@ class Finding:
         """One line for the operator."""
         def length(v):
             return format_length(round(v, 3), unit)
-        where = f"line {self.line}" + (f" to {self.last_line}" if self.last_line > self.line else "") + f", tool {self.tool}: "
+        lines = f"line {self.line}" + (f" to {self.last_line}" if self.last_line > self.line else "")
+        where = f"{lines}, tool {self.tool}: " if self.line else f"tool {self.tool}: "      # 0: of the tool that is there before the program
         at = " at X{} Y{} Z{}".format(*(length(v).split()[0] for v in self.position)) if self.position else ""
         if self.rule == FLUTE:
             said = (f"cuts {length(self.value)} deep{at}, the flutes are {length(self.limit)} long; "

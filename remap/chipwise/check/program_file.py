@@ -30,6 +30,10 @@ class Unreadable(Exception):
         self.line = line
 
 
+class Missing(Unreadable):
+    """The program cuts without a stock or a tool; both can be assumed (assumed/)."""
+
+
 class Unusable(Unreadable):
     """LinuxCNC cannot use the file either."""
 

@@ -71,10 +71,30 @@ class Result:
     load_volumetric: Optional[tuple] = None       # the same with M251; None without
     pictures: Optional[tuple] = None              # (cell mm, x0, y0, z_min, heights before, heights after)
     dwell_s: float = 0.0
+    stock: Optional[tuple] = None                 # (low, high, source) mm, work coordinates, of one that the program does not define
+    extents: Optional[tuple] = None               # (low, high) mm, work coordinates, of the tips of feed moves, of a program that is not judged
 
     @property
     def status(self):
         return 2 if self.error else 1 if self.findings.count else 0
+
+    def assume(self, assumption):
+        """What was assumed (assumed/assume.py)."""
+        if assumption.low:
+            self.stock = assumption.low, assumption.high, assumption.source
+        self.notes = [[0, text] for text in assumption.notes]
+
+    @property
+    def on_assumed_stock(self):
+        """Whether nobody has named the stock."""
+        return bool(self.stock) and self.stock[2] != "option"
+
+    def survey(self, survey):
+        """What is known of a program that is not judged (assumed/survey.py)."""
+        self.tools = {number: path.figures for number, path in survey.tools.items()}
+        self.dwell_s, box = survey.dwell_s, survey.extents()
+        if box:
+            self.extents = tuple(box.low.tolist()), tuple(box.high.tolist())
 
     def json(self):
         """As in --json."""
@@ -83,6 +103,8 @@ class Result:
                 "error_line": self.error and self.error[1], "cell_mm": self.cell, "moves": self.moves, "dwell_s": self.dwell_s,
                 "tools": [t.json() for t in self.tools.values()], "findings": [f.json() for f in kept.kept],
                 "more_findings": kept.dropped, "messages": self.messages, "notes": self.notes,
+                "stock": self.stock and {"min": self.stock[0], "max": self.stock[1], "source": self.stock[2]},
+                "extents_mm": self.extents and {"min": self.extents[0], "max": self.extents[1]},
                 "load": self.load and {"bin_s": self.load[0], "mm3_min": np.round(self.load[1], 1).tolist()},
                 "load_volumetric": self.load_volumetric and {"bin_s": self.load_volumetric[0],
                                                              "mm3_min": np.round(self.load_volumetric[1], 1).tolist()}}

@@ -9,6 +9,7 @@ import math
 import numpy as np
 
 from chipwise.check import records
+from chipwise.check.program_file import Missing
 from chipwise.check.reader import Unreadable
 from chipwise.check.sweep import HeightMap, least_cell
 
@@ -84,13 +85,13 @@ def make_map(line, values, cell, fine=None):
 
 
 def cannot_cut(tool, shape, line):
-    """Unreadable for a feed move without a tool (number, None: none), its shape, or a stock."""
+    """Missing for a feed move without a tool (number, None: none), its shape, or a stock."""
     if shape is None:
         if tool is not None:
-            raise Unreadable(f"tool {tool} has no diameter in the tool table", "give it a D there", line)
-        raise Unreadable("no tool is in the spindle (tool 0)", "call one with T.. M6 before", line)
-    raise Unreadable("no stock is defined", "add M250 (with words, or with a WORKPIECE comment), or name the stock with "
-                     "--stock X0 Y0 Z0 X1 Y1 Z1", line)
+            raise Missing(f"tool {tool} has no diameter in the tool table", "give it a D there", line)
+        raise Missing("no tool is in the spindle (tool 0)", "call one with T.. M6 before", line)
+    raise Missing("no stock is defined", "add M250 (with words, or with a WORKPIECE comment), or name the stock with "
+                  "--stock X0 Y0 Z0 X1 Y1 Z1", line)
 
 
 def is_too_coarse(stock, diameter):

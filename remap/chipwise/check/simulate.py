@@ -15,9 +15,10 @@ import time
 
 import numpy as np
 
+from chipwise.assumed.assume import Unknown, assume, surveyed
 from chipwise.check import doubts, records, rules
 from chipwise.check.findings import CLEARANCE, FLUTE, FLUTES_UNKNOWN, HOLDER, RAPID, RATE, TOOL, Finding
-from chipwise.check.program_file import UNCHECKED, Unfinished, Unreadable
+from chipwise.check.program_file import UNCHECKED, Missing, Unfinished, Unreadable
 from chipwise.check.reader import CPU_S, Reader
 from chipwise.check.result import Result, ToolFigures
 from chipwise.check.sweep import Shape
@@ -42,9 +43,9 @@ class _TooCoarse(Exception):
 
 class Simulation:
     """A program under way: take() each block of records, then finish().  needles: {number of the stock: places (n, 2)} besides; fine: the
-    cell (mm) of a small stock, None: `cell`."""
+    cell (mm) of a small stock, None: `cell`; assumption: of assumed/, None: everything is the program's own."""
 
-    def __init__(self, program, machine, cell, settings, tools, needles=None, fine=None):
+    def __init__(self, program, machine, cell, settings, tools, needles=None, fine=None, assumption=None):
         self.result = Result(program, unit="in" if machine.unit_mm > 10 else "mm")
         self.settings, self.cell, self.fine, self.geometry = settings, cell, fine, tools
         self.timer = Timer(machine)
@@ -58,6 +59,11 @@ class Simulation:
         self.broken = {}                                # by rule: the last segment that broke it
         self.needles, self.stock_number = needles or {}, -1
         self.doubts = {}                                # {number of the stock: [(radius, rows of doubts.doubtful())]}
+        self.assumption = assumption
+        if assumption:
+            self.result.assume(assumption)
+            if assumption.spindle is not None:
+                self._use(assumption.spindle, 0.0, 1)
 
     # ---- blocks ---------------------------------------------------------------------------------------------
 
@@ -99,18 +105,25 @@ class Simulation:
     def _take_tool(self, number, diameter, line):
         self.tool = self.shape = None
         self.been = math.inf
-        if number <= 0:
-            return
+        if number > 0:
+            self._use(number, diameter, line)
+
+    def _use(self, number, diameter, line):
+        """A tool in the spindle."""
+        described = self.geometry.get(number)
+        if diameter <= 0 and self.assumption and number in self.assumption.tools:
+            assumed = self.assumption.tools[number]
+            diameter, described = assumed.diameter, assumed.described and described or assumed.geometry
         if number not in self.result.tools:
-            self.result.tools[number] = ToolFigures(number, diameter, self.geometry.get(number))
-            if diameter > 0:
+            self.result.tools[number] = ToolFigures(number, diameter, described)
+            if diameter > 0 and number > 0:
                 self._name_unknown(number, line)
         self.tool = self.result.tools[number]
         if diameter > 0:
             self.shape = Shape.of_tool(diameter, self.tool.geometry or ToolGeometry())
 
     def _name_unknown(self, number, line):
-        geometry = self.geometry.get(number)
+        geometry = self.result.tools[number].geometry
         if geometry is None:
             self.result.findings.add(Finding(TOOL, line, line, number, at=self.segments))
         elif geometry.flute_length is None:
@@ -262,8 +275,8 @@ class Simulation:
         """-> the Result."""
         result = self.result
         if self.map is None:
-            raise Unreadable("no stock is defined", "add M250, or name the stock with --stock X0 Y0 Z0 X1 Y1 Z1")
-        result.messages, result.notes = messages, notes
+            raise Missing("no stock is defined", "add M250, or name the stock with --stock X0 Y0 Z0 X1 Y1 Z1")
+        result.messages, result.notes = messages, [*result.notes, *notes]
         result.findings.kept.sort(key=lambda finding: finding.at)
         result.load = self.timer.load.rates()
         result.load_volumetric = self.timer.load_volumetric.rates() if self.timer.volumetric else None
@@ -273,30 +286,47 @@ class Simulation:
         return result
 
 
-def check(program, machine, stock=None, cell=None, progress=None, cpu_s=CPU_S, **limits):
+def check(program, machine, stock=None, cell=None, progress=None, cpu_s=CPU_S, assumes=False, tool=None, diameter=None, **limits):
     """Result of one program.
 
     machine: reader.Machine; stock: (low, high) mm in work coordinates or None; cell: mm, default [CHIPWISE]CELL, smaller
-    where the stock is small, or if a tool needs it; progress: called with the number of the line that is being simulated.
+    where the stock is small, or if a tool needs it; progress: called with the number of the line that is being simulated; assumes:
+    whether a stock and tools that the program does not name are assumed; tool, diameter (mm): of the one in the spindle at the beginning, then.
     """
+    def read(stock):
+        return Reader(program, machine, stock, cpu_s=cpu_s, **limits)
     try:
-        settings = load_settings(machine.ini)
-        tools = load_tools(settings.path("TOOL_GEOMETRY"))
-        wanted, needles = cell or settings["CELL"], {}
-        fine = None if cell else rules.volume_cell(settings, [diameter * machine.unit_mm for _, diameter in diameters(machine.table or "")])
-        while True:
-            simulation = Simulation(program, machine, wanted, settings, tools, needles, fine)
-            try:
-                result = _run(simulation, Reader(program, machine, stock, cpu_s=cpu_s, **limits), progress, cpu_s)
-                needles = doubts.needles(simulation.doubts, simulation.segments, result.cell)
-                if not needles:
-                    return result
-            except _TooCoarse as error:
-                wanted = rules.finer_cell(simulation.map, cell, *error.args)
+        try:
+            return _judged(program, machine, read, stock, cell, progress, cpu_s)
+        except Missing as error:
+            if not assumes:
+                raise
+            assumption = assume(surveyed(read(None), machine), program, machine, error.line, stock, tool, diameter)
+            return _judged(program, machine, read, (assumption.low, assumption.high) if assumption.low else stock, cell, progress, cpu_s, assumption)
     except Unreadable as error:
-        return Result(program, error=(str(error), error.line), state=error.state)
+        result = Result(program, error=(str(error), error.line), state=error.state, unit="in" if machine.unit_mm > 10 else "mm")
+        if isinstance(error, Unknown):
+            result.survey(error.survey)
+        return result
     except CycleError as error:
         return Result(program, error=(unnamed(error.text()), 0), state=UNCHECKED)
+
+
+def _judged(program, machine, read, stock, cell, progress, cpu_s, assumption=None):
+    """Result; with smaller cells, and with needles, where they are needed.  read(stock) -> Reader."""
+    settings = load_settings(machine.ini)
+    tools = load_tools(settings.path("TOOL_GEOMETRY"))
+    wanted, needles = cell or settings["CELL"], {}
+    fine = None if cell else rules.volume_cell(settings, [diameter * machine.unit_mm for _, diameter in diameters(machine.table or "")])
+    while True:
+        simulation = Simulation(program, machine, wanted, settings, tools, needles, fine, assumption)
+        try:
+            result = _run(simulation, read(stock), progress, cpu_s)
+            needles = doubts.needles(simulation.doubts, simulation.segments, result.cell)
+            if not needles:
+                return result
+        except _TooCoarse as error:
+            wanted = rules.finer_cell(simulation.map, cell, *error.args)
 
 
 def _run(simulation, reader, progress, cpu_s):

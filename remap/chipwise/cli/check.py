@@ -13,10 +13,12 @@ import os
 import signal
 import sys
 
+from chipwise.assumed.post_comments import SIZES_MM
 from chipwise.cli.machine_options import Progress, add_machine_options, ini_of, machine_of, refuser
 from chipwise.cli.output import check_outputs, write_output
 from chipwise.errors import format_length, printable, with_line
 from chipwise.rates import MM3_PER_CM3
+from chipwise.tools import MAX_DIGITS
 
 NAME = 'check'
 HELP = 'check whole programs: flutes, traverses, holder, times'
@@ -33,6 +35,8 @@ def add_arguments(parser):
     parser.add_argument('--report', metavar='FILE.html', help='all results as one page that needs no network')
     parser.add_argument('--jobs', type=int, metavar='N', help='programs at a time (default: one per processor)')
     parser.add_argument('--scheduler', metavar='ADDRESS', help='work the programs on a Dask cluster: tcp://HOST:PORT')
+    parser.add_argument('--tool', type=int, metavar='N', help='number of the tool in the spindle of a program that calls none')
+    parser.add_argument('--diameter', type=float, metavar='D', help='its diameter, in machine units')
     add_machine_options(parser, refuse)
 
 
@@ -44,6 +48,7 @@ def run(options):
     if options.scheduler is not None and options.jobs is not None:
         refuse('--jobs counts processes of this computer; leave it out with --scheduler')
     arguments = machine_of(options, refuse)
+    arguments.update(assumes=True, **tool_of(options, arguments['machine']))
     programs = programs_of(options.programs)
     if not programs:
         refuse('there is no program (.ngc, .nc, .tap) in the folder')
@@ -65,6 +70,17 @@ def run(options):
     return max(result.status for result in results)
 
 
+def tool_of(options, machine):
+    """--tool, --diameter -> arguments of simulate.check."""
+    if options.tool is not None and not 1 <= options.tool < 10 ** MAX_DIGITS:
+        refuse(f'--tool {options.tool} is not a tool number')
+    diameter = options.diameter and options.diameter * machine.unit_mm
+    if options.diameter is not None and not SIZES_MM[0] <= diameter <= SIZES_MM[1]:
+        refuse(f'--diameter {options.diameter:g} is not a diameter of a tool')
+    machine.tool = options.tool or 0
+    return {'tool': options.tool, 'diameter': diameter}
+
+
 def results_of(options, programs, progress, arguments):
     """Yield (number, Result) of each program as it is ready."""
     from chipwise.check.run import check_all, failed
@@ -84,20 +100,33 @@ def results_of(options, programs, progress, arguments):
 
 def report(result):
     """Lines of text of one program."""
+    from chipwise.check.findings import OF_STOCK
     if result.error:
         text, line = result.error
         yield with_line(printable(f'{result.program}: {text}'), line)
+        yield from surveyed(result)
         return
     count = result.findings.count
-    yield printable(f'{result.program}: ') + (f'{count} finding{"s" * (count != 1)}' if count else 'no findings')
+    yield printable(f'{result.program}: ') + (f'{count} finding{"s" * (count != 1)}' if count else 'no findings') + (
+        ', on an assumed stock' if result.on_assumed_stock else '')
     for line, text in result.notes:
-        yield f'  line {line}: {printable(text)}'
+        yield f'  line {line}: {printable(text)}' if line else f'  {printable(text)}'
     for tool in result.tools.values():
         yield '  ' + tool_line(tool, result.unit)
     for finding in result.findings.kept[:MAX_PRINTED]:
-        yield '  ' + finding.text(result.unit)
+        yield '  ' + finding.text(result.unit) + (' (on the assumed stock)' if result.on_assumed_stock and finding.rule in OF_STOCK else '')
     if count > MAX_PRINTED:
         yield f'  and {count - MAX_PRINTED} more; --json has {"all" if not result.findings.dropped else "the first ones"}'
+
+
+def surveyed(result):
+    """Lines of what is known of a program that is not judged."""
+    if result.extents:
+        low, high = (' '.join(f'{axis}{format_length(round(value, 3), result.unit).split()[0]}' for axis, value in zip('XYZ', corner)) for corner in result.extents)
+        yield f'  it feeds from {low} to {high}'
+    for tool in result.tools.values():
+        size = f', {format_length(tool.diameter, result.unit)}' if tool.diameter else ''
+        yield f'  tool {tool.number}{size}: {seconds(tool.planned_s)}'
 
 
 def tool_line(tool, unit):

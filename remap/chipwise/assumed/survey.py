@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Where a program goes, without a stock: extents of its feed moves by tool, its times.
+
+Called by assume.py with the records of check/reader.py, block by block.  mm; extents are in the work coordinates that are in force at the first
+move, times those of check/times.py.
+
+The place of the machine before the first move is not known, and no move from there is counted.
+"""
+
+import numpy as np
+
+from chipwise.check import records, rules
+from chipwise.check.result import ToolFigures
+from chipwise.check.times import Timer
+
+ACROSS_MM = 1e-4                # shorter moves, seen from above, go straight up or down
+LEVEL_MM = 1e-6                 # heights that are the same
+
+
+class Box:
+    """Corners of what has been added, (2, 3) mm; empty at first."""
+
+    def __init__(self):
+        self.low, self.high = np.full(3, np.inf), np.full(3, -np.inf)
+
+    def __bool__(self):
+        return bool(self.low[0] <= self.high[0])
+
+    def add(self, *points):
+        """Arrays (n, 3)."""
+        for array in points:
+            if len(array):
+                self.low, self.high = np.minimum(self.low, array.min(axis=0)), np.maximum(self.high, array.max(axis=0))
+
+    def join(self, other):
+        """Another box."""
+        self.low, self.high = np.minimum(self.low, other.low), np.maximum(self.high, other.high)
+
+
+class ToolPath:
+    """The feed moves of one tool."""
+
+    def __init__(self, number, diameter):
+        self.figures = ToolFigures(number, diameter)
+        self.all = Box()
+        self.below_zero = Box()         # the parts of moves that lie below Z0
+        self.below_top = Box()          # moves that begin or end below the highest place of a move across
+        self.at_top = Box()             # the other ones at that height
+
+
+class Survey:
+    """A program under way: take() each block of records."""
+
+    def __init__(self, machine):
+        self.timer = Timer(machine)
+        self.tools = {}                 # number -> ToolPath; of those with feed moves
+        self.spindle = 0, 0.0
+        self.frame, self.moved = records.Frame(), False
+        self.position = None            # (3,), machine
+        self.lowest = np.inf            # Z of feed moves
+        self.top = -np.inf              # the highest end of a feed move across
+        self.highest = -np.inf          # Z of any move
+        self.has_stock = False
+        self.dwell_s = 0.0
+
+    def take(self, block):
+        """One block of records."""
+        rules.check_finite(block)
+        kinds = block[:, 0].astype(int)
+        events, start = np.flatnonzero(kinds > records.ARC), 0
+        for event in (*events.tolist(), len(block)):
+            if event > start:
+                self._moves(block[start:event])
+            if event < len(block):
+                self._event(kinds[event], block[event, 2:].tolist())
+            start = event + 1
+
+    def _event(self, kind, values):
+        if kind == records.TOOL:
+            self.spindle = max(0, int(values[0])), float(values[1])
+        elif kind == records.STOCK:
+            self.has_stock = True
+        elif kind == records.DWELL:
+            self.dwell_s += values[0]
+            self.timer.wait(values[0])
+        elif kind == records.FRAME and not self.moved:
+            self.frame = records.Frame.of(values)
+
+    def _moves(self, block):
+        rules.check_positions(block)
+        self.moved = True
+        kinds, lines, places = block[:, 0].astype(int), block[:, 1].astype(int), block[:, 2:5]
+        known = self.position is not None
+        if not known:
+            self.position = places[0]
+        before = np.concatenate((self.position[None], places[:-1]))
+        self.position = places[-1].copy()
+        steps = places - before
+        length = np.sqrt((steps * steps).sum(axis=1))
+        cuts = (kinds != records.RAPID) & (length > 0)
+        tool = self._tool() if cuts.any() else None
+        moving = length > 1e-9
+        if moving.any():
+            self.timer.spend(kinds[moving], lines[moving], block[moving, 5] / 60.0, steps[moving], length[moving], np.zeros(int(moving.sum())),
+                             tool and tool.figures)
+        start, end = self._work(before), self._work(places)
+        self.highest = max(self.highest, float(end[int(not known and kinds[0] == records.RAPID and abs(places[0, 2]) < 1e-9):, 2].max(initial=-np.inf)))
+        if tool:
+            self._feeds(tool, start[cuts], end[cuts])
+
+    def _tool(self):
+        number, diameter = self.spindle
+        if number not in self.tools:
+            self.tools[number] = ToolPath(number, diameter)
+        return self.tools[number]
+
+    def _work(self, places):
+        """(n, 3) machine -> work coordinates of the first move."""
+        frame = self.frame
+        p = places - np.asarray(frame.offset)
+        if frame.turn:
+            c, s = np.cos(frame.turn), np.sin(frame.turn)
+            p = np.column_stack((p[:, 0] * c + p[:, 1] * s, p[:, 1] * c - p[:, 0] * s, p[:, 2]))
+        return p - np.asarray(frame.g92)
+
+    def _feeds(self, tool, start, end):
+        """Feed moves from start to end, (n, 3) mm."""
+        tool.all.add(start, end)
+        self.lowest = min(self.lowest, float(start[:, 2].min()), float(end[:, 2].min()))
+        tool.below_zero.add(*_below(start, end, 0.0))
+        across = np.hypot(*(end - start)[:, :2].T) > ACROSS_MM
+        if across.any():
+            top = float(max(start[across, 2].max(), end[across, 2].max()))
+            if top > self.top + LEVEL_MM:
+                self.top = top
+                for other in self.tools.values():
+                    other.below_top.join(other.at_top)
+                    other.at_top = Box()
+        low = np.minimum(start[:, 2], end[:, 2]) < self.top - LEVEL_MM
+        tool.below_top.add(*_below(start[low], end[low], self.top))
+        tool.at_top.add(start[~low & across], end[~low & across])
+
+    def extents(self):
+        """Box of all feed moves of the tools' tips."""
+        box = Box()
+        for tool in self.tools.values():
+            box.join(tool.all)
+        return box
+
+
+def _below(start, end, level):
+    """The parts of moves (n, 3) that lie below a level: their starts and ends, (m, 3) each."""
+    low = np.minimum(start[:, 2], end[:, 2]) < level - LEVEL_MM
+    start, end = start[low], end[low]
+    rise = end[:, 2] - start[:, 2]
+    share = np.clip((level - start[:, 2]) / np.where(rise == 0, 1.0, rise), 0.0, 1.0)
+    cross = start + share[:, None] * (end - start)
+    return np.where((start[:, 2] > level)[:, None], cross, start), np.where((end[:, 2] > level)[:, None], cross, end)
