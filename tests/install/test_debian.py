@@ -135,3 +135,20 @@ def test_a_changed_file_is_left_by_a_removal(tmp_path, scripts):
     mine.write_text("of the package")
     scripts('give_back "$kept"')
     assert mine.read_text() == "mine" and (tmp_path / "kept/mill.ini.new").read_text() == "of the package"
+
+
+@pytest.mark.parametrize('idle', [False, True])
+def test_the_packages_own_test_of_the_sample_programs(tmp_path, idle):
+    """debian/tests/interpreter passes over the programs of the repository, and sees one that does nothing."""
+    shim = tmp_path / 'bin/chipwise'
+    shim.parent.mkdir()
+    shim.write_text(f'#!/bin/sh\n{ROOT}/bin/chipwise "$@" || exit\n'
+                    + ('[ "$1" != new-config ] || echo M2 >"$2/nc_files/tracer/back.ngc"\n' if idle else ''))
+    shim.chmod(0o755)
+    done = subprocess.run([ROOT / 'debian/tests/interpreter'], text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                          env={**os.environ, 'AUTOPKGTEST_TMP': str(tmp_path), 'PATH': f'{shim.parent}:{os.environ["PATH"]}'})
+    last = done.stdout.splitlines()[-1]
+    if idle:
+        assert done.returncode != 0 and last == 'nc_files/tracer/back.ngc on tracer.ini: nothing moves or is switched', done.stdout
+    else:
+        assert done.returncode == 0 and last.startswith('nc_files/tracer/trace.ngc on tracer.ini: '), done.stdout
