@@ -94,6 +94,7 @@ def main():
     keys('r')
     until(lambda now: now[1] != 1, 30, 'the start of the program')
     until(lambda now: now[1] == 1, RUN_S, 'the end of the program')
+    time.sleep(5)                       # the screen shows the end line
     shot(name + '-end')
     print('readme_trial: slots.ngc ran to its end; screenshots %s-homed.png and %s-end.png' % (name, name), flush=True)
     os.killpg(machine.pid, signal.SIGTERM)

@@ -4,6 +4,8 @@ import pytest
 
 from support import shipped
 
+LONGEST = ('test_whatever_is_killed_the_next_start_works', 'test_slots')          # first, so that two processes end at the same time
+
 
 @pytest.fixture(scope='session')
 def installed(tmp_path_factory):
@@ -18,3 +20,8 @@ def scene(installed, tmp_path):
     def run(name, folder='scene', **arguments):
         return shipped.scene(name, installed, tmp_path / folder, **arguments)
     return run
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(items):
+    items.sort(key=lambda item: item.name not in LONGEST)

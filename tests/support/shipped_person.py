@@ -147,12 +147,12 @@ class Person:
         wait('the end of LinuxCNC', lambda: self.linuxcnc.poll() is not None, seconds)
         return self.linuxcnc.returncode
 
-    def begin(self, ini, steps):
+    def begin(self, ini, steps, **environment):
         """Start LinuxCNC with steps of scripted_display.py; ini: of edit(), whose display is that program."""
         self.asked, answers = steps, self.home + '/answers.json'
         with contextlib.suppress(FileNotFoundError):
             os.unlink(answers)
-        self.start(ini, CHIPWISE_STEPS=json.dumps(steps), CHIPWISE_ANSWERS=answers, CHIPWISE_PATIENCE=f'{2 * WAIT_S:g}')
+        self.start(ini, CHIPWISE_STEPS=json.dumps(steps), CHIPWISE_ANSWERS=answers, CHIPWISE_PATIENCE=f'{2 * WAIT_S:g}', **environment)
 
     def answered(self):
         """-> the answers, when LinuxCNC has ended."""
@@ -167,12 +167,12 @@ class Person:
         self.begin(ini, steps)
         return self.answered()
 
-    def hold(self, ini, steps):
+    def hold(self, ini, steps, **environment):
         """The same, and LinuxCNC stays as it is after the steps."""
         ready = self.home + '/ready'
         with contextlib.suppress(FileNotFoundError):
             os.unlink(ready)
-        self.begin(ini, [*steps, ['program', 'touch', ready], ['program', 'sleep', '1000']])
+        self.begin(ini, [*steps, ['program', 'touch', ready], ['program', 'sleep', '1000']], **environment)
         wait('the steps', lambda: os.path.exists(ready) or self.linuxcnc.poll() is not None)
         if self.linuxcnc.poll() is not None:
             raise Trouble(f'{text_of(self.home + "/answers.json")[-500:]}\n{self.said()[-2500:]}')

@@ -6,6 +6,7 @@ A scene does and reports; the test judges.
 import contextlib
 import json
 import os
+import shutil
 import time
 import urllib.request
 
@@ -70,6 +71,33 @@ def strike(op, victim):
             op.run('kill', '-9', str(pid))
     op.until_ended()
     op.kill_all()               # what the linuxcnc script has left: after a kill of itself everything
+
+
+def realtime():
+    """LinuxCNC in its realtime form: memory locked, SCHED_FIFO. Cut, kill rtapi_app, cut again.
+
+    Its first step is to lift RLIMIT_RTPRIO, which root needs CAP_SYS_RESOURCE for: on a machine without, rlimit.so (of the test) says that it is
+    lifted. LinuxCNC needs it for nothing else.
+    """
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(1))
+    except OSError as error:
+        return {'without': f'SCHED_FIFO: {error.strerror}'}
+    os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+    shutil.copy(LOGS + '/rlimit.so', '/usr/lib/rlimit.so')
+    with open('/etc/ld.so.preload', 'w') as file:
+        file.write('/usr/lib/rlimit.so\n')
+    op, seen = Person(), []
+    ini = op.edit('mill.ini', *KEPT, name='scripted.ini')
+    for _ in range(2):
+        op.hold(ini, [['home'], ['mdi', 'T1 M6'], ['mdi', BOX], *CUT], LINUXCNC_FORCE_REALTIME='1')
+        server = next(pid for pid, line in op.programs().items() if line.split()[0].endswith('rtapi_app'))
+        locked = next(line.split()[1] for line in text_of(f'/proc/{server}/status').splitlines() if line.startswith('VmLck'))
+        seen.append({'threads': [os.sched_getscheduler(int(thread)) for thread in os.listdir(f'/proc/{server}/task')], 'locked': 1024 * int(locked),
+                     'map': memory()[KEY], 'volume': op.getp('stock-tracker.0.removed-volume'), 'fault': op.getp('stock-tracker.0.fault-code'),
+                     'said': op.said()[-6000:]})
+        strike(op, 'rtapi_app')
+    return {'seen': seen, 'left': list(op.left().values()), 'memory': sorted(memory()), 'without': ''}
 
 
 # --- two users ---------------------------------------------------------------------------------------------------------
