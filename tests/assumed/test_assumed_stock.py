@@ -86,6 +86,17 @@ def test_work_coordinates(tmp_path, machine):
         assert program["tools"][0]["volume_mm3"] == pytest.approx((60 * 6 + 28.27) * 2, rel=0.01), out
 
 
+def test_coordinates_that_are_chosen_after_the_first_move(tmp_path, machine):
+    """A post goes to machine zero first: Z0 is that of the feeds, and the line that is said still gives the same judgement."""
+    text = "G21 G90\nT1 M6\nS8000 M3\nG53 G0 Z0\nG10 L2 P2 X100 Y20 Z-70 R{}\nG55\nG0 X-10 Y30\nZ5\nG1 Z-2 F200\nX50 F400\nG0 Z5\nM2\n"
+    _status, out, program = checked(tmp_path, text.format(0), machine=machine)
+    assert program["stock"]["min"] == pytest.approx([87, 47, -72]) and program["stock"]["max"] == pytest.approx([153, 53, -70]), out
+    assert program["tools"][0]["volume_mm3"] == pytest.approx((60 * 6 + 28.27) * 2, rel=0.01), out
+    _status, out, turned = checked(tmp_path, text.format(20), machine=machine)
+    assert (turned["stock"]["min"][2], turned["stock"]["max"][2]) == pytest.approx((-72, -70)), out
+    assert turned["tools"][0]["volume_mm3"] == pytest.approx((60 * 6 + 28.27) * 2, rel=0.01), out
+
+
 PLAIN = "G90 G94 G17\nG21\nS8000 M3\nG54\nG0 X-10 Y30\nZ15\nG1 Z2 F1000\nG1 Z-5 F300\nX85 F800\nG0 Z15\nM5\nM30\n"
 
 

@@ -202,7 +202,7 @@ def _assume_stock(survey, said, found, unit):
         found.source = COMMENT
     elif said.low:
         found.note("the stock of its comments does not reach where it cuts, and is not used")
-    found.low, found.high = (tuple(float(round(value, 4)) for value in corner) for corner in (low, high))
+    found.low, found.high = (tuple(float(round(value, 4)) for value in corner) for corner in survey.at_first_move(low, high))
     words, origin = " ".join(_words(value, unit) for value in (*found.low, *found.high)), "its comments" if found.source == COMMENT else "its path"
     found.note(f"the stock is assumed from {origin}: --stock {words}")
 
@@ -213,7 +213,7 @@ def _words(value, unit):
 
 def swept(survey, diameters):
     """(Box in X, Y and Z of the stock, its top) by the path alone, mm.  diameters: {number of a tool: mm}."""
-    at_zero = survey.lowest < -AROUND_MM and survey.highest > AROUND_MM
+    at_zero = survey.lowest < -AROUND_MM and survey.is_above(AROUND_MM)
     box = Box()
     for number, path in survey.tools.items():
         part = path.below_zero if at_zero else path.below_top

@@ -2,7 +2,7 @@
 """Where a program goes, without a stock: extents of its feed moves by tool, its times.
 
 Called by assume.py with the records of check/reader.py, block by block.  mm; extents are in the work coordinates that are in force at the first
-move, times those of check/times.py.
+feed move: a post may go to machine zero before it chooses them.  Times are those of check/times.py.
 
 The place of the machine before the first move is not known, and no move from there is counted.
 """
@@ -55,11 +55,11 @@ class Survey:
         self.timer = Timer(machine)
         self.tools = {}                 # number -> ToolPath; of those with feed moves
         self.spindle = 0, 0.0
-        self.frame, self.moved = records.Frame(), False
+        self.frame, self.first_frame = records.Frame(), None      # of the first feed move; of the first move
         self.position = None            # (3,), machine
         self.lowest = np.inf            # Z of feed moves
         self.top = -np.inf              # the highest end of a feed move across
-        self.highest = -np.inf          # Z of any move
+        self.highest = -np.inf          # Z of any move, machine coordinates
         self.has_stock = False
         self.dwell_s = 0.0
 
@@ -83,12 +83,12 @@ class Survey:
         elif kind == records.DWELL:
             self.dwell_s += values[0]
             self.timer.wait(values[0])
-        elif kind == records.FRAME and not self.moved:
+        elif kind == records.FRAME and not self.tools:
             self.frame = records.Frame.of(values)
 
     def _moves(self, block):
         rules.check_positions(block)
-        self.moved = True
+        self.first_frame = self.first_frame or self.frame
         kinds, lines, places = block[:, 0].astype(int), block[:, 1].astype(int), block[:, 2:5]
         known = self.position is not None
         if not known:
@@ -103,10 +103,9 @@ class Survey:
         if moving.any():
             self.timer.spend(kinds[moving], lines[moving], block[moving, 5] / 60.0, steps[moving], length[moving], np.zeros(int(moving.sum())),
                              tool and tool.figures)
-        start, end = self._work(before), self._work(places)
-        self.highest = max(self.highest, float(end[int(not known and kinds[0] == records.RAPID and abs(places[0, 2]) < 1e-9):, 2].max(initial=-np.inf)))
+        self.highest = max(self.highest, float(places[int(not known and kinds[0] == records.RAPID and abs(places[0, 2]) < 1e-9):, 2].max(initial=-np.inf)))
         if tool:
-            self._feeds(tool, start[cuts], end[cuts])
+            self._feeds(tool, self._work(before[cuts]), self._work(places[cuts]))
 
     def _tool(self):
         number, diameter = self.spindle
@@ -139,6 +138,18 @@ class Survey:
         low = np.minimum(start[:, 2], end[:, 2]) < self.top - LEVEL_MM
         tool.below_top.add(*_below(start[low], end[low], self.top))
         tool.at_top.add(start[~low & across], end[~low & across])
+
+    def is_above(self, level):
+        """Whether a move ends above a height, work coordinates."""
+        return self.highest - self.frame.offset[2] - self.frame.g92[2] > level
+
+    def at_first_move(self, low, high):
+        """Corners of a box in the work coordinates of the first move; where those are turned against the others, of the box around it."""
+        frame, first = self.frame, self.first_frame
+        if first is None or frame == first:
+            return low, high
+        corners = np.array([first.to_work(frame.to_machine((x, y, z))) for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
+        return corners.min(axis=0), corners.max(axis=0)
 
     def extents(self):
         """Box of all feed moves of the tools' tips."""

@@ -33,6 +33,12 @@ class Frame:
         """From the values of a FRAME record."""
         return cls(values[0], tuple(values[1:4]), tuple(values[4:7]))
 
+    def to_machine(self, p):
+        """(3,) work -> machine coordinates."""
+        x, y, z = (a + b for a, b in zip(p, self.g92))
+        c, s = math.cos(self.turn), math.sin(self.turn)
+        return x * c - y * s + self.offset[0], x * s + y * c + self.offset[1], z + self.offset[2]
+
     def to_work(self, p):
         """(3,) machine -> work coordinates."""
         x, y = p[0] - self.offset[0], p[1] - self.offset[1]
