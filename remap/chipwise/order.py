@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What the glue asks the planner for, and what it gets: plain values, to be sent between processes."""
 
+import pickle
 from dataclasses import dataclass
-from typing import Any, Optional
+from typing import Any, Iterable, Iterator, Optional, Union
 
 from chipwise.lines import AXES
 
@@ -36,6 +37,25 @@ class Order:
     axes: str = AXES
 
 
+class Packed:
+    """Chunks as the planner sends them to the task, each pickled for itself: the task takes one apart when it executes it.
+
+    A plan may have 500,000 rows.  To make them all at once would keep the task from serving Stop for a third of a second and more.
+    """
+
+    def __init__(self, chunks: Iterable[tuple]) -> None:
+        self._packed = tuple(pickle.dumps(chunk) for chunk in chunks)
+
+    def __iter__(self) -> Iterator[tuple]:
+        return map(pickle.loads, self._packed)
+
+    def __len__(self) -> int:
+        return len(self._packed)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, (tuple, Packed)) and tuple(self) == tuple(other)
+
+
 @dataclass(frozen=True)
 class Outcome:
     """A cycle that is planned.
@@ -47,7 +67,7 @@ class Outcome:
     targets    loops of points (x, y, z), mm, work coordinates: the contour, at the depth of the cycle; () if nobody wants it
     """
 
-    chunks: tuple
+    chunks: Union[tuple, Packed]
     messages: tuple = ()
     report: Optional[tuple] = None
     turning: Any = None

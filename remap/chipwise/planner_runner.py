@@ -27,7 +27,7 @@ def answer(order):
     limit_memory(order.memory_mb)
     for _ in range(TRIES):
         try:
-            return pickle.dumps(plans.make(order))
+            return pickle.dumps(plans.packed(plans.make(order)))
         except CycleError as error:
             return pickle.dumps(error)
         except MemoryError:

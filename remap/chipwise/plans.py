@@ -13,7 +13,7 @@ from chipwise.errors import CycleError
 from chipwise.geometry.base.chains import flat
 from chipwise.geometry.base.contour import ContourError
 from chipwise.lines import DECIMALS, chunks
-from chipwise.order import Order, Outcome
+from chipwise.order import Order, Outcome, Packed
 from chipwise.pattern import run as pattern_run
 from chipwise.pattern.recorded import Recorded
 from chipwise.turning import outcome, reach
@@ -40,6 +40,15 @@ def make(order: Order) -> Outcome:
     report = plan.report() if order.report and plan.report else None
     return Outcome(chunks(plan.moves, order.start, order.unit_mm, _DECIMALS.get(order.cycle, DECIMALS), order.axes), messages, report,
                    targets=_targets(order) if order.targets and order.cycle in ("contour", "pocket") else ())
+
+
+def packed(outcome: Outcome) -> Outcome:
+    """An Outcome for another process: its chunks are Packed, and a turned part's blocks have their lines there only."""
+    turning = outcome.turning
+    if turning is not None:
+        runs = tuple(run._replace(block=run.block._replace(lines=()), chunks=Packed(run.chunks)) for run in turning.blocks)
+        turning = turning._replace(blocks=runs)
+    return replace(outcome, chunks=Packed(outcome.chunks), turning=turning)
 
 
 def _targets(order: Order) -> tuple:

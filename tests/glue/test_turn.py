@@ -78,6 +78,15 @@ def test_waiting_adds_up_over_cycles(turn):
     assert yields >= 2
 
 
+def test_a_cycle_that_has_waited_asks_the_planner_shortly(turn):
+    """The machine rests then: nothing is lost if the task has its turn soon."""
+    one = turn.Turn(interp(1))
+    assert one.patience() == turn.WAIT_S
+    list(one.wait())
+    assert one.patience() == turn.AGAIN_S < turn.WAIT_S / 2
+    assert turn.Turn(interp(1)).patience() == turn.WAIT_S       # of the next cycle
+
+
 def test_feed_survives_the_wait(turn):
     """LinuxCNC takes feed from the machine after the wait, which may be a ceiling: F is put back."""
     machine = interp(1)

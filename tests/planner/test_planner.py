@@ -4,8 +4,10 @@
 The program under test is what session.run_cycle asks; nothing of LinuxCNC is needed.
 """
 
+import gc
 import math
 import os
+import pickle
 import signal
 import subprocess
 import sys
@@ -17,6 +19,8 @@ from chipwise import lines, planner, plans, processes
 from chipwise.errors import CycleError
 from chipwise.moves import Arc, Line, Rapid
 from chipwise.contour_sub.job import Job
+from chipwise.order import Outcome, Packed
+from chipwise.turning.blocks import Block, Run, Turning
 from support.planner_orders import CUT, HOLE, LARGE, LONG, SECONDS, SQUARE, order
 
 
@@ -138,6 +142,44 @@ def test_memory_of_earlier_plans_does_not_count():
     rings = dict(HOLE, radius=6.0, finished=60.0, step=0.2, depth_step=0.1)     # 55,000 moves, some 12 MB kept
     for more in range(12):
         assert wait(planner.ask(order(fields=dict(rings, x=float(more)), memory_mb=100), 60)).chunks
+
+
+# ---- the task is not kept ---------------------------------------------------------------------------------------------
+
+MANY = dict(HOLE, radius=6.0, finished=60.0, step=0.2, depth_step=0.1)      # 55,000 moves, some 3 MB
+
+
+def test_a_long_answer_comes_in_parts():
+    """Each question without patience takes a part or two of the answer, and the task can serve Stop between them."""
+    plan = planner.ask(order(fields=MANY), 60)
+    counts = [0]
+    while not plan.ready(0.0):
+        counts.append(planner.start()._count)
+    steps = [after - before for before, after in zip(counts, counts[1:]) if after != before]
+    assert len(steps) > 3 and max(steps) <= 2 * planner._PART
+    assert plan.outcome().chunks == plans.make(order(fields=MANY)).chunks
+
+
+def test_an_answer_is_taken_apart_chunk_by_chunk():
+    """No row is made before its chunk is executed: a plan of 500,000 rows would keep the task for a third of a second."""
+    chunks = tuple(tuple((float(k), f"G1 X{k}", k + 1) for k in range(2000)) for _ in range(50))
+    answer = pickle.dumps(plans.packed(Outcome(chunks)))
+    gc.collect()
+    before = len(gc.get_objects())
+    outcome = pickle.loads(answer)
+    assert len(gc.get_objects()) - before < 100
+    most = max(len(gc.get_objects()) - before for _chunk in outcome.chunks)
+    assert 2000 <= most < 2 * 2000 + 100            # the one that is made, and the one before
+    assert outcome.chunks == chunks
+
+
+def test_a_turned_part_comes_chunk_by_chunk():
+    """Its blocks have no second copy of their lines."""
+    rows = tuple(((0.1, f"G1 X{k}\nG1 Z{k}"),) for k in range(1000))
+    block = Block(1, "rough outside", 1, True, True, "G97 S1 M3", 0.1, (0.0, 0.0), False, tuple(f"G1 X{k}" for k in range(2000)))
+    made = plans.packed(Outcome((), turning=Turning((Run(block, rows, (0,) * 1000),), (0.0, 0.0), "G97 S1 M3")))
+    run, = pickle.loads(pickle.dumps(made)).turning.blocks
+    assert run.block.lines == () and isinstance(run.chunks, Packed) and len(run.chunks) == 1000 and run.chunks == rows and run.chunks != rows[1:]
 
 
 # ---- how it may end ---------------------------------------------------------------------------------------------------

@@ -19,6 +19,7 @@ import emccanon
 from interpreter import INTERP_EXECUTE_FINISH
 
 WAIT_S = 0.1
+AGAIN_S = 0.03          # of a cycle that has let the task have its turn: the machine rests already, and no blend is lost
 TURN_MOVES = 5000
 
 # The preview waits in steps of this; each lends the planner more computing time.
@@ -51,7 +52,7 @@ class Turn:
     """One cycle's view of it."""
 
     def __init__(self, interp):
-        self._interp, self._began = interp, time.monotonic()
+        self._interp, self._began, self._wait_s = interp, time.monotonic(), WAIT_S
 
     def budget(self, plan_time):
         """Computing time (s) of a plan."""
@@ -62,7 +63,7 @@ class Turn:
         if not self._interp.task:
             return PREVIEW_STEP_S
         self._tick()
-        return max(0.0, WAIT_S - _Since.seconds)
+        return max(0.0, self._wait_s - _Since.seconds)
 
     def is_over(self, chunk):
         """Whether it is the task's turn before a chunk is executed.  A large one begins a turn of its own."""
@@ -88,6 +89,7 @@ class Turn:
         hand_over()
         yield INTERP_EXECUTE_FINISH
         self._interp.feed_rate = feed
+        self._wait_s = AGAIN_S
         _Since.seconds, _Since.moves, self._began = 0.0, 0, time.monotonic()
 
     def _tick(self):
