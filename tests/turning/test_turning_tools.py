@@ -46,6 +46,16 @@ def test_a_groove_as_wide_as_the_insert_is_one_plunge(bench, end, plunged):
     assert sum(r["area_mm2"] for r in plan["residue"]) < 0.1
 
 
+@pytest.mark.parametrize("end, tight", [(22.7, False), (22.97, False), (22.985, True), (22.995, True), (22.998, True)])
+def test_a_groove_a_little_too_narrow_for_the_insert_is_named(bench, end, tight):
+    """It stays, and the reason says why: the insert would gouge its walls."""
+    plan = bench.plan(GROOVE.format(end=end), "ROUGH=1,FINISH=2,GROOVE=3", bar=(31, -60, 1), more="")
+    one = step(plan, "groove")
+    assert not one["needed"] and ("is narrower than the insert of T3 by 0.001 to 0.02 mm" in one["why"]) == tight
+    assert ("nothing thicker than 0.3 mm is left within reach of T3" in one["why"]) != tight
+    assert any(r["area_mm2"] > 5.0 for r in plan["residue"])
+
+
 def test_a_wide_groove_is_cut_by_both(bench):
     """12 mm are too wide to be left to a grooving tool of 3 mm."""
     bench.plan(GROOVE.format(end=32), "ROUGH=1,FINISH=2,GROOVE=3", bar=(31, -60, 1), options=("-o", bench.folder / "out.ngc"))

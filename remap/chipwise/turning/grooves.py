@@ -11,6 +11,7 @@ from chipwise.turning.state import Step, tools_of_role, without_tool
 
 GROOVE_MM = 0.3         # a grooving tool does not come for less
 FIT_MM = 0.001          # an insert may be so much wider than its groove: half of it on each side is within the rounding of a drawing
+TIGHT_MM = 0.02         # a groove narrower than its insert by no more is named: it would be gouged
 SLOT = 1.5              # of the insert's width: narrower grooves are left to it whole, so that no other insert scratches into them
 
 
@@ -28,7 +29,17 @@ def groove(state, name):
         if step.needed:
             state.made.add((name, tool.number))
             return step
+    tight = [t for t in tools if _is_too_wide(state, t)]
+    if tight:
+        return Step(name, False, "a groove is narrower than the insert of " + " or ".join(f"T{t.number}" for t in tight)
+                    + f" by {FIT_MM:g} to {TIGHT_MM:g} mm and would be gouged: use a narrower insert, or draw the groove as wide as it")
     return Step(name, False, f"nothing thicker than {GROOVE_MM:g} mm is left within reach of " + " or ".join(f"T{t.number}" for t in tools))
+
+
+def _is_too_wide(state, tool):
+    """Whether a groove is left for which the insert is a little too wide."""
+    work, _view, _framed, domain = state.work(_narrower(tool, TIGHT_MM), 0.0)
+    return passes.plunge(work, domain, tool.flat + 2 * tool.nose, GROOVE_MM, slots_only=True) is not None
 
 
 def _plunge(state, step, tool, fit):
