@@ -71,7 +71,7 @@ def test_lines_of_the_page(tmp_path):
     assert answers[8] == answers[14]
     check_tools(found['tools'], seen(answers[11])['tools'], *answers[18:20])
     for refused in seen(answers[11])['guards']:
-        assert refused[0] == 'Guard of flutes: on' and 'a program or a command is under way' in refused[1]
+        assert refused[0] == 'Guard of flutes: on' and 'program or a command is under way' in refused[1]
     chopped = seen(answers[16])['lines'][-1]
     assert chopped['line'] == '#<_chipwise_chop_size>=6 ' + hole['line'] and 'chop lines: ' in chopped['says'] and chopped['ran'].startswith('running')
     assert found['guards'] == [['Guard of flutes: off', ''], ['Guard of flutes: on', '']]       # the pin, as the server reads it

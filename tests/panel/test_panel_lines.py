@@ -163,23 +163,47 @@ def test_an_old_plan(made, machine, monkeypatch):
     assert machine.sent == []
 
 
-def test_one_at_a_time():
-    begun, going = threading.Event(), threading.Event()
+def blocking(what, begun, going):
+    """An `ask` that takes long for one kind of order."""
+    def ask(order):
+        if order["do"] == what:
+            begun.set()
+            going.wait(60)
+        return {"error": "x", "number": 0} if order["do"] == "plan" else {}
+    return ask
 
-    def ask(_order):
-        begun.set()
-        going.wait(60)
-        return {"error": "x", "number": 0}
-    made = lines.Lines(MILL, ask)
-    first = threading.Thread(target=made.plan, args=("M252", "", "light", ()))
+
+@pytest.mark.parametrize("long, refused, served", [("plan", ["plan"], ["run", "guard", "tool"]), ("guard", ["run", "guard", "tool"], ["plan"])])
+def test_one_at_a_time(long, refused, served):
+    """A plan that takes long keeps nobody from a run, a guard or a tool; and the other way round."""
+    begun, going = threading.Event(), threading.Event()
+    made = lines.Lines(MILL, blocking(long, begun, going))
+    work = {"plan": lambda: made.plan("M252", "", "light", ()), "run": lambda: made.run(1), "guard": lambda: made.guard("rapid", True),
+            "tool": lambda: made.tool(1, {}, "")}
+    first = threading.Thread(target=work[long])
     first.start()
     assert begun.wait(60)
-    for work in (lambda: made.plan("M252", "", "light", ()), lambda: made.run(1)):
-        with pytest.raises(CycleError, match="another line is being planned or run"):
-            work()
+    for name in refused:
+        with pytest.raises(CycleError, match="another line is being"):
+            work[name]()
+    for name in served:
+        if name == "run":
+            with pytest.raises(CycleError, match="not the one that was planned last"):
+                work[name]()
+        else:
+            assert work[name]() in ({}, {"error": "x", "number": 0})
     going.set()
     first.join(60)
-    assert made.plan("M252", "", "light", ()) == {"error": "x", "number": 0}
+    assert work[long]() in ({}, {"error": "x", "number": 0})
+
+
+def test_a_plan_without_the_token_displaces_none_with_it(made, machine):
+    first = made.plan("G13", HOLE, "light", (), by_token=True)
+    for _ in range(3):
+        other = made.plan("M252", "", "light", ())
+    made.run(first["plan"])
+    made.run(other["plan"])
+    assert machine.sent == [first["line"], other["line"]]
 
 
 # ---- guards --------------------------------------------------------------------------------------------------------

@@ -9,7 +9,7 @@ import time
 
 import pytest
 
-from chipwise.panel import server, watch
+from chipwise.panel import server, visitors, watch
 from support.panel_client import follow, request
 from support.panel_rig import serving
 
@@ -33,7 +33,7 @@ def test_a_hundred_connections(rig, monkeypatch):
     crowd = [socket.create_connection(rig.server.server_address[:2]) for _ in range(100)]
     rig.wait(lambda: len(at_once) >= 101)
     connections, threads = map(max, zip(*at_once))
-    assert 1 < connections <= server.MOST_CONNECTIONS and threads < server.MOST_CONNECTIONS + 10
+    assert 1 < connections <= visitors.MOST_CONNECTIONS and threads < visitors.MOST_CONNECTIONS + 10
     before = rig.machine.looks
     rig.wait(lambda: len(rig.server._open) <= 1)
     assert rig.machine.looks > before                       # the looks at the machine went on
@@ -80,7 +80,7 @@ def test_a_slow_reader(monkeypatch):
 
 
 def test_pages_have_an_end(rig, monkeypatch):
-    monkeypatch.setattr(server, "MOST_STREAMS", 3)
+    monkeypatch.setattr(visitors, "MOST_STREAMS", 3)
     rig.looks()
     stop = []
     pages = [threading.Thread(target=follow, args=(rig.url, 60.0)) for _ in range(3)]
@@ -134,4 +134,4 @@ def test_looks_do_not_wait_for_pages(rig):
 
 
 def test_times_fit_together():
-    assert server.WAIT_S > watch.LOOK_S and server.MOST_STREAMS < server.MOST_CONNECTIONS
+    assert server.WAIT_S > watch.LOOK_S and visitors.MOST_STREAMS < visitors.MOST_CONNECTIONS

@@ -209,6 +209,13 @@ def test_an_alarm_from_its_begin_to_the_history():
         alarms.clear(77)
 
 
+def test_a_move_of_mdi_has_no_line_of_the_program():
+    alarms = Alarms()
+    alarms.step(pins(guard_reason=float(GuardReason.RAPID_CONTACT), guard_distance=3.1), False, 1.0, auto=False)
+    entry, = alarms.entries
+    assert entry["what"] == "rapid stopped 3.10 mm before stock (MDI, tool 3, 6.00 mm)" and entry["line"] == 0
+
+
 def test_the_depth_of_a_flute_excess_grows():
     alarms = Alarms()
     for depth in (12.0, 12.5):

@@ -111,7 +111,7 @@ def above(driver):
 
 def run_column(driver):
     """As above(), what the program has cut in its colour; of the stock as it is, and as it was before the program; None without that."""
-    if driver.execute_script("return document.getElementById('this-run').disabled"):
+    if driver.execute_script("return document.getElementById('this-run').hasAttribute('aria-disabled')"):
         return None
     driver.find_element("id", "this-run").click()
     now = above(driver)
@@ -213,7 +213,7 @@ def typed(driver, code, text, chop="", enter=True):
     return {"line": driver.find_element("id", "entry-gcode").text, "says": driver.find_element("id", "entry-says").text,
             "wrong": [row.text for row in driver.find_elements("css selector", "#field-rows tr.wrong")],
             "rows": [row.text for row in driver.find_elements("css selector", "#field-rows tr")],
-            "run": driver.find_element("id", "entry-run").is_enabled() and driver.find_element("id", "entry-run").is_displayed(),
+            "run": not driver.find_element("id", "entry-run").get_attribute("aria-disabled") and driver.find_element("id", "entry-run").is_displayed(),
             "drawn": driver.execute_script("const e = document.getElementById('entry-drawing'); return e.hidden ? 0 : e.naturalWidth")}
 
 
@@ -228,7 +228,7 @@ def pressed_run(driver):
 def pressed_guard(driver, name):
     """-> [what the guard's button shows, what the page says], when one of them has changed."""
     shown = "[document.getElementById('guard-%s').textContent, document.getElementById('guard-answer').textContent]" % name
-    wait(driver, f"!document.getElementById('guard-{name}').disabled", "the right to switch")
+    wait(driver, f"['', 'A program or a command is under way'].includes(document.getElementById('guard-{name}').title)", "the right to switch")
     driver.execute_script("document.getElementById('guard-answer').textContent = ''")
     before = driver.execute_script("return " + shown)
     driver.find_element("id", "guard-" + name).click()

@@ -19,7 +19,7 @@ class Machine:
         self.values = {name: 0.0 for name in (*machine.NUMBERS, *machine.LENGTHS, "area_ahead")}
         self.values.update(stock_defined=1.0, ready=1.0, tool=3.0, tool_diameter=6.0, override=1.0, guard_rapid=1.0, guard_flute=1.0)
         self.tip = (0.0, 0.0, 10.0)
-        self.tasks = {"state": "on", "program": "/home/me/part.ngc", "running": False, "paused": False, "inch": False, "mdi_unit": "mm",
+        self.tasks = {"state": "on", "program": "/home/me/part.ngc", "running": False, "paused": False, "auto": True, "idle": True, "failed": False, "inch": False, "mdi_unit": "mm",
                       "feed_override": 1.0}
         self.alive, self.closed, self.looks, self.loaded = True, False, 0, None
 

@@ -2,7 +2,7 @@
 """Results of a check as one HTML page that needs no network.
 
 Called by cli/check.py.  Load over time is an SVG, the stock a PNG seen from above; if the browser has WebGL the stock can
-be turned and zoomed instead (page.js, page.css beside this file and drawing/height_view.js, put into the page).
+be turned and zoomed instead (page.js, page.css beside this file, drawing/height_shaders.js and height_view.js, put into the page).
 """
 
 import base64
@@ -22,7 +22,7 @@ PICTURES = 40               # programs with a picture of the stock, so that the 
 CELLS = 256                 # of such a picture along its longer side
 WIDE, HIGH, LEFT, BOTTOM = 900, 200, 70, 30     # px, of a chart
 FOLDER = os.path.dirname(os.path.abspath(__file__))
-VIEW = os.path.join(os.pardir, "drawing", "height_view.js")
+VIEW = [os.path.join(os.pardir, "drawing", name) for name in ("height_shaders.js", "height_view.js")]
 
 
 def page(results):
@@ -36,7 +36,7 @@ def page(results):
             "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; "
             "script-src 'unsafe-inline'; img-src data:\">\n"
             f'<style>\n{_part("page.css")}</style></head>\n<body>\n<h1>{title}</h1>\n{contents(results)}{body}'
-            f'<script type="application/json" id="stocks">{data}</script>\n<script>\n{_part(VIEW)}{_part("page.js")}</script>\n'
+            f'<script type="application/json" id="stocks">{data}</script>\n<script>\n{"".join(map(_part, VIEW))}{_part("page.js")}</script>\n'
             "</body></html>\n")
 
 

@@ -11,13 +11,9 @@
 //
 // colours: {background, uncut, shallow, deep, path, tool}, each [r, g, b] from 0 to 1. Used by the page of `chipwise check` and by
 // that of `chipwise panel`. The heights are a texture and the mesh is made of it in the vertex shader: a part that has changed
-// costs its own size only.
+// costs its own size only. height_shaders.js comes before this file.
 
-const HEIGHT_LIGHT = [-0.4, -0.5, 0.8];
-const HEIGHT_AMBIENT = 0.35;
-const HEIGHT_FULL = 65535;
 const HEIGHT_VERTICES = 100000;         // of the mesh, about
-const HEIGHT_CUT_MM = 0.01;             // lower than before by this: cut
 
 // What both views have: the map, and how hands and keys turn it.
 class HeightBase {
@@ -79,32 +75,6 @@ class HeightBase {
     }
 }
 
-const HEIGHT_VERTEX = `#version 300 es
-    precision highp float; precision highp int; precision highp usampler2D;
-    uniform usampler2D heights; uniform mat4 view; uniform ivec2 size, grid; uniform int skip; uniform float cell, high;
-    out vec2 at; out float side;
-    void main() {
-        ivec2 g = ivec2(gl_VertexID >> 1, gl_InstanceID + (gl_VertexID & 1));
-        bool edge = g.x == 0 || g.y == 0 || g.x == grid.x - 1 || g.y == grid.y - 1;
-        ivec2 c = clamp((g - 1) * skip, ivec2(0), size - 1);
-        float z = edge ? 0.0 : float(texelFetch(heights, c, 0).r) / ${HEIGHT_FULL}.0 * high;
-        at = vec2(c) + 0.5;
-        side = edge ? 1.0 : 0.0;
-        gl_Position = view * vec4(at * cell, z, 1.0);
-    }`;
-const HEIGHT_FRAGMENT = `#version 300 es
-    precision highp float; precision highp int; precision highp usampler2D;
-    uniform usampler2D heights, earlier; uniform ivec2 size, earlierSize; uniform float cell, high; uniform vec3 uncut, shallow, deep;
-    in vec2 at; in float side; out vec4 colour;
-    float h(ivec2 p) { return float(texelFetch(heights, clamp(p, ivec2(0), size - 1), 0).r) / ${HEIGHT_FULL}.0 * high; }
-    void main() {
-        ivec2 p = ivec2(at);
-        float z = h(p), was = float(texelFetch(earlier, clamp(p, ivec2(0), earlierSize - 1), 0).r) / ${HEIGHT_FULL}.0 * high;
-        vec3 n = normalize(vec3(h(p - ivec2(1, 0)) - h(p + ivec2(1, 0)), h(p - ivec2(0, 1)) - h(p + ivec2(0, 1)), 2.0 * cell));
-        float light = ${HEIGHT_AMBIENT} + ${1 - HEIGHT_AMBIENT} * max(0.0, dot(n, normalize(vec3(${HEIGHT_LIGHT.join(',')}))));
-        vec3 base = was - z > ${HEIGHT_CUT_MM} ? mix(shallow, deep, (high - z) / high) : uncut;
-        colour = vec4(side > 0.0 ? base * 0.6 : base * light, 1.0);
-    }`;
 const LINE_VERTEX = `#version 300 es
     in vec3 place; uniform mat4 view;
     void main() { gl_Position = view * vec4(place, 1.0); }`;

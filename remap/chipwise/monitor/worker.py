@@ -259,7 +259,8 @@ class Monitor:
         if reason == GuardReason.FLUTE_EXCESS and depth != before and reason != self.said_guard:
             return
         if reason in (GuardReason.RAPID_CONTACT, GuardReason.FLUTE_EXCESS) and reason != self.said_guard:    # the third: follow_override
-            self.say(guard_text(reason, self.component['guard-line'], self.component['guard-distance'],
+            of_program = self.status.task_mode == self.linuxcnc.MODE_AUTO           # motion's line of a move of MDI is that of the program before
+            self.say(guard_text(reason, self.component['guard-line'] if of_program else 0, self.component['guard-distance'],
                                 self.component['guard-depth'], self.component['tool-number'],
                                 self.component['tool-diameter'], self.component['tool-flute-length'],
                                 'mm' if self.units > 0.5 else 'in'))

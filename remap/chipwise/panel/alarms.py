@@ -18,10 +18,10 @@ class StillActive(Exception):
     """The cause of an alarm that was to be cleared is still there."""
 
 
-def guard_words(pins, inch):
-    """The sentence of chipwise-monitor for a stop by a guard."""
+def guard_words(pins, inch, auto=True):
+    """The sentence of chipwise-monitor for a stop by a guard; auto: LinuxCNC is in the mode of programs, and a line is one of the program."""
     per = 1 / MM_PER_INCH if inch else 1.0
-    return guard_text(int(pins["guard_reason"]), int(pins["guard_line"]), pins["guard_distance"] * per, pins["guard_depth"] * per,
+    return guard_text(int(pins["guard_reason"]), int(pins["guard_line"]) if auto else 0, pins["guard_distance"] * per, pins["guard_depth"] * per,
                       int(pins["tool"]), pins["tool_diameter"] * per, pins["tool_flute_length"] * per, "in" if inch else "mm")
 
 
@@ -29,12 +29,12 @@ ITEMS = {f"guard {GuardReason.RAPID_CONTACT}": "alarm_rapid", f"guard {GuardReas
 OTHER = "alarm_fault"
 
 
-def causes(pins, inch):
+def causes(pins, inch, auto=True):
     """{kind: sentence} of what is wrong now."""
     found = {}
     reason, code = int(pins["guard_reason"]), int(pins["fault_code"]) if pins["fault"] else 0
     if reason in (GuardReason.RAPID_CONTACT, GuardReason.FLUTE_EXCESS):
-        found[f"guard {reason}"] = guard_words(pins, inch)
+        found[f"guard {reason}"] = guard_words(pins, inch, auto)
     if reason == GuardReason.OVERRIDE_IGNORED or pins["override_ignored"]:
         found["override"] = OVERRIDE_IGNORED
     if code and (code not in NEEDED_IN_CUT or pins["mode"]):
@@ -50,9 +50,10 @@ class Alarms:
         self._active = {}           # kind: its entry
         self._count = 0
 
-    def step(self, pins, inch, now):
-        """pins: Machine.pins(); now: s since 1970.  -> whether anything has changed."""
-        found, changed = causes(pins, inch), False
+    def step(self, pins, inch, now, auto=True):
+        """pins: Machine.pins(); now: s since 1970; auto: the mode of programs.  A move of MDI has no line: motion counts on from the program before.
+        -> whether anything has changed."""
+        found, changed = causes(pins, inch, auto), False
         for kind in [kind for kind in self._active if kind not in found]:
             self._active.pop(kind)["active"] = False
             changed = True
@@ -62,7 +63,7 @@ class Alarms:
             if entry is None:
                 self._count += 1
                 entry = self._active[kind] = {"id": self._count, "time": round(now, 1), "active": True, "cleared": False, "what": "",
-                                              "line": int(pins["guard_line"] if kind.startswith("guard") else pins["line"]),
+                                              "line": 0 if not auto else int(pins["guard_line"] if kind.startswith("guard") else pins["line"]),
                                               "tool": int(pins["tool"]), "item": ITEMS.get(kind, OTHER)}
                 self.entries = [*self.entries, entry][-HISTORY:]
             if entry["what"] != what:               # the depth of a flute excess grows while the tool stops

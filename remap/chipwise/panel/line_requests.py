@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Requests of the page of `chipwise panel` about a typed line, a guard or a tool: the part of server.py's Handler that asks lines.py."""
+"""Requests of the page of `chipwise panel` about a typed line, a guard, a tool or an alarm: the part of server.py's Handler that asks lines.py."""
 
 import math
 import urllib.parse
 
 from chipwise.errors import CycleError, printable, unnamed
+from chipwise.panel.alarms import StillActive
 from chipwise.panel.line_process import GUARDS
 
 
@@ -17,7 +18,7 @@ class Refused(Exception):
 
 
 class LineRequests:
-    """What a Handler answers about lines; it has server.lines, headers and send_json()."""
+    """What a Handler answers about lines; it has server.lines, server.watch, headers and send_json()."""
 
     def languages(self):
         """The languages that the browser asks for, in their order."""
@@ -31,12 +32,12 @@ class LineRequests:
         """The line of G-code of what is typed."""
         self.send_json(200, self.asked(self.server.lines.line, *self.words(query, "code", "text", "chop")))
 
-    def plan(self, wanted, query):
-        """What a typed line does."""
+    def plan(self, wanted, query, by_token):
+        """What a typed line does; by_token: who asks has brought the token."""
         code, text, mode, chop = values = [wanted.get(name, "") for name in ("code", "text", "mode", "chop")]
         if not all(isinstance(value, str) for value in values):
             raise Refused(400, "code, text, mode and chop are not texts")
-        self.send_json(200, self.asked(self.server.lines.plan, code, text, mode, [query, *self.languages()], chop))
+        self.send_json(200, self.asked(self.server.lines.plan, code, text, mode, [query, *self.languages()], chop, by_token))
 
     def run(self, number):
         """Run the line that was planned last."""
@@ -72,6 +73,19 @@ class LineRequests:
             raise Refused(409, found["error"])
         print(f"chipwise-panel: tool {number} is changed in {found['file']}, by the page", flush=True)
         self.send_json(200, found)
+
+    def clear(self, number):
+        """Clear an alarm, or all that have ended (None)."""
+        if number is not None and (isinstance(number, bool) or not isinstance(number, int)):
+            raise Refused(400, "alarm is not a whole number")
+        with self.server.watch.published:
+            try:
+                self.server.watch.alarms.clear(number)
+            except StillActive as active:
+                raise Refused(409, f"the cause is still there: {active}") from active
+            except KeyError as error:
+                raise Refused(404, "there is no such alarm") from error
+        self.send_json(200, {"done": True})
 
     def asked(self, work, *values):
         """What lines.py answers.  Raises Refused with its message."""

@@ -3,8 +3,10 @@
 
 Called by server.py.  A line is made here, at once; it is planned and run in a process of its own (line_process.py).
 
- 1. One line is planned or run at a time, whatever how many pages there are.
- 2. Only the line that was planned last can be run, once, within VALID_S, and only if tool, position and program are what they were.
+ 1. One line is planned at a time, and one thing is run, switched or changed at a time, whatever how many pages there are.  A plan that takes long
+    keeps nobody from a run, a guard or a tool.
+ 2. Only the line that was planned last can be run, once, within VALID_S, and only if tool, position and program are what they were.  A plan that was
+    asked for without the token does not take the place of one that was asked for with it.
  3. A process that takes longer than PLAN_S is ended.
  4. A chop size is part of the line: #<_chipwise_chop_size>=5 G13 ..  It stays in force for MDI, so once one was sent, a line without gets
     that of the INI file.
@@ -60,8 +62,8 @@ class Lines:
     def __init__(self, ini, ask=process):
         """ini: path of the INI file, "" without one; ask: order -> answer."""
         self.ini, self.ask = ini, ask
-        self._busy = threading.Lock()
-        self._plan = None               # (number, answer of the plan, code, s on the clock); None: none that could be run
+        self._planning, self._acting = threading.Lock(), threading.Lock()
+        self._plans = {}                # whether the token was there: (number, answer of the plan, code, s on the clock)
         self._count = 0
         self._sent_chop = False         # whether a chop size was sent
 
@@ -96,29 +98,31 @@ class Lines:
         except CycleError as error:
             return {"error": printable(unnamed(error)), "number": getattr(error, "number", 0)}
 
-    def plan(self, code, text, mode, wanted, chop=""):
-        """What a line does, as a page shows it, with the number of the plan; or {"error", "number"}.  Raises CycleError."""
+    def plan(self, code, text, mode, wanted, chop="", by_token=False):
+        """What a line does, as a page shows it, with the number of the plan; or {"error", "number"}.  by_token: who asks has the token.  Raises
+        CycleError."""
         made = self.line(code, text, chop)
         if "error" in made:
             return made
-        with self._one():
-            self._plan = None
+        with self._one(self._planning):
+            self._plans.pop(by_token, None)
             found = self._asked({"do": "plan", "ini": self.ini, "code": code, "text": text, "chop": typed.number(CHOP_SIZE, chop) if code in CHOPPED else "", "mode": mode if mode in MODES else MODES[0],
                                  "language": language.catalogue(wanted)[0]})
             if "error" in found:
                 return found
             self._count += 1
             found["line"] = made["line"]
-            self._plan = self._count, found, code, time.monotonic()
+            self._plans[by_token] = self._count, found, code, time.monotonic()
             return {"plan": self._count, **{name: value for name, value in found.items() if name != "state"}}
 
     def run(self, number):
         """Run the line that was planned last: {}, or {"error"} with why it is not run.  Raises CycleError."""
-        with self._one():
-            if self._plan is None or number != self._plan[0]:
+        with self._one(self._acting):
+            kind = next((kind for kind, plan in list(self._plans.items()) if plan[0] == number), None)
+            plan = self._plans.pop(kind, None)
+            if plan is None or plan[0] != number:
                 raise CycleError("the line is not run: it is not the one that was planned last", "plan it again")
-            _number, found, code, then = self._plan
-            self._plan = None
+            _number, found, code, then = plan
             if time.monotonic() - then > patience(VALID_S):
                 raise CycleError(f"the line is not run: it was planned more than {VALID_S / 60:g} min ago", "plan it again")
             line = found["line"]
@@ -130,7 +134,7 @@ class Lines:
 
     def guard(self, name, on):
         """Switch a guard of line_process.GUARDS: {}, or {"error"} with why it is not switched.  Raises CycleError."""
-        with self._one():
+        with self._one(self._acting):
             return self._asked({"do": "guard", "name": name, "on": on})
 
     def tools(self):
@@ -139,18 +143,20 @@ class Lines:
 
     def tool(self, number, values, seen):
         """Change a tool (tool_editor.change()): the file as it is then, or {"error"} with why it is not changed.  Raises CycleError."""
-        with self._one():
+        with self._one(self._acting):
             return self._asked({"do": "tool", "ini": self.ini, "number": number, "values": values, "seen": seen})
 
     @contextlib.contextmanager
-    def _one(self):
-        """The right to plan, run or change.  Raises CycleError if another page has it."""
-        if not self._busy.acquire(blocking=False):
-            raise CycleError("another line is being planned or run", "wait until it is done")
+    def _one(self, lock):
+        """The right to plan, or to run and change.  Raises CycleError if another page has it."""
+        if not lock.acquire(blocking=False):
+            if lock is self._planning:
+                raise CycleError("another line is being planned", "wait until it is done")
+            raise CycleError("another line is being run, or a guard or tool changed", "wait until it is done")
         try:
             yield
         finally:
-            self._busy.release()
+            lock.release()
 
     def _asked(self, order):
         try:

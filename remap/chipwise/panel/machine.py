@@ -102,7 +102,8 @@ class Machine:
         return found
 
     def task(self):
-        """What LinuxCNC's status says: {"state", "program", "running", "paused", "inch", "mdi_unit" ("mm" or "in"), "feed_override"}; None if nothing answers."""
+        """What LinuxCNC's status says: {"state", "program", "auto" (the mode of programs), "idle" (nothing is under way, at rest), "failed" (the last
+        command ended with an error), "running", "paused", "inch", "mdi_unit" ("mm" or "in"), "feed_override"}; None if nothing answers."""
         try:
             if self.status is None:
                 self.status = self.linuxcnc.stat()
@@ -112,7 +113,9 @@ class Machine:
             return None
         status, names = self.status, self.linuxcnc
         states = {names.STATE_ESTOP: "estop", names.STATE_ESTOP_RESET: "off", names.STATE_OFF: "off", names.STATE_ON: "on"}
-        return {"state": states.get(status.task_state, "off"), "program": status.file or "",
+        return {"state": states.get(status.task_state, "off"), "program": status.file or "", "auto": status.task_mode == names.MODE_AUTO,
+                "idle": status.interp_state == names.INTERP_IDLE and not status.queue and status.exec_state == names.EXEC_DONE and bool(status.inpos),
+                "failed": status.state == names.RCS_ERROR,
                 "running": status.task_mode == names.MODE_AUTO and status.interp_state != names.INTERP_IDLE,
                 "paused": bool(status.paused), "inch": 0 < (status.linear_units or 1.0) < 0.5,
                 "mdi_unit": "in" if G20 in status.gcodes else "mm",

@@ -3,12 +3,13 @@
 
 Called by cli/panel.py.  What a stranger may send is refused before anything is done with it:
 
- 1. At most MOST_CONNECTIONS at once; each more is closed at once.  A request has REQUEST_S to arrive with its body, an answer SEND_S for each
+ 1. visitors.py has how many connections and pages each address may have; each more is closed at once.  A request has REQUEST_S to arrive with its body, an answer SEND_S for each
     part to be accepted: a reader slower than that is cut off, and loses nothing but its own page.
  2. The Host header has to be the address that the connection has come to, so that no foreign name can be resolved to it (DNS
     rebinding).  A request that names another origin is refused.
  3. Files are those of FILES and nothing else: no path of a request ever becomes a path of this machine.
- 4. A plan of a typed line changes nothing and needs no token, but the page's own origin; lines.py makes one at a time.
+ 4. A plan of a typed line changes nothing: on this computer it needs no token, but the page's own origin.  It costs computing time, so from
+    elsewhere it needs the token.  lines.py makes one at a time.
  5. Nothing can be changed without [CHIPWISE]PANEL_TOKEN, the token in the request and the page's own origin; a wrong token costs
     WRONG_TOKEN_S.
 
@@ -17,6 +18,7 @@ path done, S: the state, M and T: the stock, B: the stock before the program (ti
 contours (ahead.py).  A page that is slow gets fewer of them, each up to date.
 """
 
+import contextlib
 import hmac
 import json
 import os
@@ -29,13 +31,12 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
 from chipwise import language, version
 from chipwise.panel import colours
-from chipwise.panel.alarms import StillActive
 from chipwise.panel.line_requests import LineRequests, Refused
 from chipwise.panel.lines import Lines
 from chipwise.panel.page_colours import stylesheet
+from chipwise.panel.visitors import Visitors
 
-MOST_CONNECTIONS = 32
-MOST_STREAMS = 16
+WAITING_CONNECTIONS = 128   # that the kernel keeps until they are taken
 REQUEST_S = 10.0
 SEND_S = 5.0
 UNREAD_BYTES = 1 << 18  # that the kernel keeps for a page that does not read
@@ -49,8 +50,9 @@ FILES = {               # path: folder, file, type
     "/panel.js": (FOLDER, "panel.js", "text/javascript"), "/chart.js": (FOLDER, "chart.js", "text/javascript"),
     "/ahead.js": (FOLDER, "ahead.js", "text/javascript"),
     "/sections.js": (FOLDER, "sections.js", "text/javascript"), "/entry.js": (FOLDER, "entry.js", "text/javascript"), "/log.js": (FOLDER, "log.js", "text/javascript"),
+    "/buttons.js": (FOLDER, "buttons.js", "text/javascript"),
     "/geometry.js": (FOLDER, "geometry.js", "text/javascript"),
-    "/height_view.js": (SHARED, "height_view.js", "text/javascript")}
+    "/height_shaders.js": (SHARED, "height_shaders.js", "text/javascript"), "/height_view.js": (SHARED, "height_view.js", "text/javascript")}
 HEADERS = (
     ("Cache-Control", "no-store"), ("X-Content-Type-Options", "nosniff"), ("Referrer-Policy", "no-referrer"),
     ("Cross-Origin-Resource-Policy", "same-origin"), ("X-Frame-Options", "DENY"),
@@ -142,7 +144,7 @@ class Handler(LineRequests, BaseHTTPRequestHandler):
                 found = self.server.watch.log.shown()
             self.send_json(200, found)
         elif path == "/about.json":
-            self.send_json(200, {"version": version(), "can_change": bool(self.server.token)})
+            self.send_json(200, {"version": version(), "can_change": bool(self.server.token), "local": self.server.visitor(self.connection).local})
         elif path == "/tools.json":
             self.tools()
         elif path == "/codes.json":
@@ -157,7 +159,7 @@ class Handler(LineRequests, BaseHTTPRequestHandler):
     def stream(self):
         """Messages until the page, LinuxCNC or this program ends."""
         watch = self.server.watch
-        with self.server.one_more_page():
+        with self.server.one_more_page(self.connection):
             self.connection.settimeout(SEND_S)
             self.connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, UNREAD_BYTES)
             self.send_response(200)
@@ -184,7 +186,10 @@ class Handler(LineRequests, BaseHTTPRequestHandler):
         path, _, query = self.path.partition("?")
         if path == "/plan":             # changes nothing
             self.check_own_page()
-            self.plan(self.body(), query)
+            given = self.headers.get("X-Chipwise-Token")
+            if given or not self.server.visitor(self.connection).local:
+                self.check_token()
+            self.plan(self.body(), query, bool(given))
             return
         self.check_token()
         wanted = self.body()
@@ -215,6 +220,7 @@ class Handler(LineRequests, BaseHTTPRequestHandler):
         if not hmac.compare_digest(given.encode("utf-8", "replace"), self.server.token.encode()):
             time.sleep(WRONG_TOKEN_S)
             raise Refused(403, "the token is not the one of [CHIPWISE]PANEL_TOKEN; enter that one")
+        self.server.befriend(self.connection)
 
     def body(self):
         """The JSON object of the request."""
@@ -231,26 +237,13 @@ class Handler(LineRequests, BaseHTTPRequestHandler):
             raise Refused(400, "the request is not a JSON object")
         return found
 
-    def clear(self, number):
-        """Clear an alarm, or all that have ended (None)."""
-        if number is not None and (isinstance(number, bool) or not isinstance(number, int)):
-            raise Refused(400, "alarm is not a whole number")
-        with self.server.watch.published:
-            try:
-                self.server.watch.alarms.clear(number)
-            except StillActive as active:
-                raise Refused(409, f"the cause is still there: {active}") from active
-            except KeyError as error:
-                raise Refused(404, "there is no such alarm") from error
-        self.send_json(200, {"done": True})
-
 
 class Server(ThreadingHTTPServer):
     """The server on one address; serve_forever() in a thread of its own."""
 
     daemon_threads = True
     block_on_close = False
-    request_queue_size = MOST_CONNECTIONS
+    request_queue_size = WAITING_CONNECTIONS
     allow_reuse_address = True
 
     def __init__(self, address, port, watch, token="", items=None, lines=None):
@@ -262,6 +255,7 @@ class Server(ThreadingHTTPServer):
         self.lines = lines or Lines("")
         self._lock = threading.Lock()
         self._open = {}                 # connection: until when its request has to be there, None afterwards
+        self._visitors = Visitors()
         super().__init__((address, port), Handler)
         self.url = as_url(*self.server_address[:2])
 
@@ -281,19 +275,34 @@ class Server(ThreadingHTTPServer):
         return {f"{name}:{self.server_port}" for name in names} | (names if self.server_port == 80 else set())
 
     def process_request(self, request, client_address):
+        try:
+            served = request.getsockname()[0]
+        except OSError:                 # gone already
+            served = ""
         with self._lock:
-            full = len(self._open) >= MOST_CONNECTIONS
-            if not full:
+            stays = self._visitors.come(request, client_address[0], served)
+            if stays:
                 self._open[request] = time.monotonic() + REQUEST_S
-        if full:
-            self.shutdown_request(request)
-        else:
+        if stays:
             super().process_request(request, client_address)
+        else:
+            self.shutdown_request(request)
 
     def shutdown_request(self, request):
         with self._lock:
             self._open.pop(request, None)
+            self._visitors.go(request)
         super().shutdown_request(request)
+
+    def visitor(self, connection):
+        """visitors.Visitor of a connection."""
+        with self._lock:
+            return self._visitors.connections[connection]
+
+    def befriend(self, connection):
+        """A connection has brought the right token."""
+        with self._lock:
+            self._visitors.befriend(self._visitors.connections[connection])
 
     def in_time(self, connection):
         """The request is there, with its body."""
@@ -318,28 +327,21 @@ class Server(ThreadingHTTPServer):
         if not isinstance(error, OSError):
             print(f"chipwise-panel: {type(error).__name__}: {error}", flush=True)
 
-    def one_more_page(self):
+    @contextlib.contextmanager
+    def one_more_page(self, connection):
         """Context of an open page; Refused for one too many."""
-        return _Page(self)
+        with self._lock:
+            if not self._visitors.open_page(connection):
+                raise Refused(503, f"{len(self._visitors.streams)} pages are open already, and this one is one too many; close one")
+            self.watch.pages = len(self._visitors.streams)
+        try:
+            yield
+        finally:
+            with self._lock:
+                self._visitors.close_page(connection)
+                self.watch.pages = len(self._visitors.streams)
 
     def close(self):
         self.closing = True
         self.shutdown()
         self.server_close()
-
-
-class _Page:
-    """Counts the pages that are open."""
-
-    def __init__(self, server):
-        self.server = server
-
-    def __enter__(self):
-        with self.server._lock:
-            if self.server.watch.pages >= MOST_STREAMS:
-                raise Refused(503, f"{MOST_STREAMS} pages are open already; close one")
-            self.server.watch.pages += 1
-
-    def __exit__(self, *_error):
-        with self.server._lock:
-            self.server.watch.pages -= 1

@@ -125,7 +125,7 @@ class Watch:
             self.follow_run(dt, pins, task, running)
         self.log.write()
         with self.published:
-            self.alarms.step(pins, bool(task and task["inch"]), time.time())
+            self.alarms.step(pins, bool(task and task["inch"]), time.time(), not task or task["auto"])
             self.history.append((round(now, 2), round(pins["mrr"], 1), round(pins["target"], 1), round(pins["override"], 3)))
             self.text = json.dumps(self.state(pins, task), allow_nan=False).encode()
             self.number += 1

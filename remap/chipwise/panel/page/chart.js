@@ -60,7 +60,7 @@ function drawGauge(canvas, rate, limits, unit, colour) {
 // The last CHART_S: rows of [time s, rate, target, override]; the target as a dashed line, the override from 0 to the largest, 100 % at least.
 // names: {rate, limit, override} in the operator's language.
 function drawChart(canvas, rows, unit, colour, names) {
-    const [context, width, height] = sheet(canvas), left = 46, low = height - 20, up = 8;
+    const [context, width, height] = sheet(canvas), left = 46, low = height - 20, up = 26;      // above it what the colours mean
     const now = rows.length ? rows[rows.length - 1][0] : 0;
     const most = topOf(Math.max(0, ...rows.map((row) => 1.1 * Math.max(unit(row[1]), unit(row[2])))));
     const x = (time) => left + (width - left - 6) * (1 - (now - time) / CHART_S), y = (value) => low - (low - up) * value / most;
@@ -94,7 +94,7 @@ function drawChart(canvas, rows, unit, colour, names) {
     curve((row) => low - (low - up) * row[3] / full, colour('override'), 1.5, [2, 2], () => true);
     curve((row) => y(unit(row[1])), colour('rate'), 2, [], () => true);
     curve((row) => y(unit(row[2])), colour('limit'), 2, [6, 4], (row) => row[2] > 0);
-    drawNames(context, left + 8, up + 12, [['rate', names.rate], ['limit', names.limit], ['override', `${names.override}, ${Math.round(100 * full)} %`]], colour);
+    drawNames(context, left, 14, [['rate', names.rate], ['limit', names.limit], ['override', `${names.override}, ${Math.round(100 * full)} %`]], colour);
 }
 
 // What the colours mean, one beside the other: [[colour, words], ..].
@@ -105,6 +105,6 @@ function drawNames(context, x, y, names, colour) {
         context.fillRect(x, y - 8, 10, 8);
         context.fillStyle = colour('ink');
         context.fillText(words, x + 14, y);
-        x += 30 + context.measureText(words).width;
+        x += Math.round(30 + context.measureText(words).width);
     }
 }

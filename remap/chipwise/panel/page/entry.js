@@ -4,10 +4,11 @@
 (function () {
     const WAIT_MS = 150;                // after a key, until the line is looked at
     const $ = (id) => document.getElementById(id);
-    const {t, change, token, put, language, section} = window.chipwise;
-    let codes = [], asked = 0, planned = null, timer = 0;
+    const {t, change, token, put, language, section, able, hooks} = window.chipwise;
+    let codes = [], asked = 0, planned = null, timer = 0, running = 0;     // running: look at which a line was handed over
 
     const state = () => window.chipwise.state;
+    const local = () => window.chipwise.local;
     const inch = () => Boolean(state() && state().task && state().task.mdi_unit === 'in');
     const code = () => codes.find((one) => one.code === $('code').value);
     const chop = () => (code().chop ? $('chop-size').value : '');
@@ -41,11 +42,23 @@
 
     function rights() {
         $('entry-run').hidden = !token();
-        $('entry-run').disabled = !planned || Boolean(planned.refused);
+        able('entry-run', !planned ? t('Draw the line first') : planned.refused, 'entry-says');
+        able('entry-copy', $('entry-gcode').textContent ? '' : t('There is no line yet'), 'entry-says');
+        able('entry-draw', local() || token() ? '' : t('From another computer a line is drawn with the token only'), 'entry-says');
+    }
+
+    // What was run is under way until a state that came later shows the machine idle.
+    function underWay() {
+        const task = state().task;
+        if (!running || state().look < running + 2 || !task || !task.idle) return;
+        running = 0;
+        says(task.failed ? t('it ended with an error; see the screen of LinuxCNC') : t('it has ended, the machine is idle'));
+        $('entry-says').className = task.failed ? 'wrong' : '';
     }
 
     function forget() {
         planned = null;
+        running = 0;
         $('entry-drawing').classList.add('old');
         rights();
     }
@@ -58,7 +71,7 @@
         if (mine !== asked) return;
         const found = answer.ok ? await answer.json() : {error: await answer.text(), number: 0};
         put('entry-gcode', found.line || '');
-        $('entry-copy').disabled = !found.line;
+        rights();
         says(found.error || '', found.error ? found.number : 0);
     }
 
@@ -73,13 +86,12 @@
         forget();
         const mine = ++asked;
         says(t('Planning'));
-        const answer = await fetch('plan?' + language(), {method: 'POST', headers: {'Content-Type': 'application/json'}, body: JSON.stringify(
+        const answer = await fetch('plan?' + language(), {method: 'POST', headers: {'Content-Type': 'application/json', ...(token() ? {'X-Chipwise-Token': token()} : {})}, body: JSON.stringify(
             {code: $('code').value, text: $('entry-line').value, chop: chop(), mode: document.documentElement.dataset.theme})});
         const found = answer.ok ? await answer.json() : {error: await answer.text(), number: 0};
         if (mine !== asked) return;
         if (!found.error) planned = found;
         put('entry-gcode', found.line || '');
-        $('entry-copy').disabled = !found.line;
         $('entry-drawing').hidden = !found.svg;
         $('entry-drawing').classList.remove('old');
         if (found.svg) $('entry-drawing').src = 'data:image/svg+xml;charset=utf-8,' + encodeURIComponent(found.svg);
@@ -90,6 +102,7 @@
     async function run() {
         const refused = await change('run', {plan: planned.plan});
         planned = null;
+        running = refused ? 0 : state().look;
         rights();
         says(refused || t('running; Stop on the screen of LinuxCNC ends it'));
         $('entry-says').className = refused ? 'wrong' : '';
@@ -144,5 +157,6 @@
         getSelection().addRange(range);
         try { await navigator.clipboard.writeText($('entry-gcode').textContent); } catch (error) { document.execCommand('copy'); }
     });
+    hooks.push(underWay);
     window.chipwise.onRights = rights;
 }());

@@ -12,8 +12,9 @@
     // Asked for before the view is made: the answers come while the graphics processor compiles.
     const askedFor = (path) => { const answer = fetch(path, {cache: 'no-store'}); answer.catch(() => {}); return answer; };
     const early = {stream: askedFor('stream'), texts: ['strings.json?' + language(), 'about.json'].map(askedFor)};
-    let words = {}, state = null, rows = [], points = [], pathEpoch = 0, epoch = 0, canChange = false, wholeHistory = false, switching = false, heard = 0;
+    let words = {}, state = null, rows = [], points = [], pathEpoch = 0, epoch = 0, canChange = false, local = true, wholeHistory = false, heard = 0;
     let heights = null, earlier = null;         // of the map, as it is and as it was before the program: Uint16Array, row by row
+    const hooks = [];                           // what else draws a state
     let seen = new Set(), due = false, ageMs = [], firstPicture = 0, drawn = 0;
     const t = (text) => words[text] || text;
     const colour = (name) => getComputedStyle(root).getPropertyValue('--' + name).trim();
@@ -31,6 +32,7 @@
     const toRate = (mm3) => mm3 / MM3_PER[inch() ? 'in3' : 'cm3'];
     const rateText = (mm3) => `${toRate(mm3).toPrecision(3)} ${rateUnit()}`;
     const length = (mm) => (inch() ? `${(mm / 25.4).toFixed(4)} in` : `${mm.toFixed(2)} mm`);
+    const speed = (mm) => (inch() ? `${(60 * mm / 25.4).toFixed(2)} in/min` : `${(60 * mm).toFixed(0)} mm/min`);
     const area = (mm2) => (inch() ? `${(mm2 / 645.16).toFixed(4)} in2` : `${mm2.toFixed(2)} mm2`);
     const seconds = (s) => (s < 60 ? `${s.toFixed(1)} s` : `${Math.floor(s / 60)} min ${Math.round(s % 60)} s`);
 
@@ -56,7 +58,7 @@
         figures();
         if (window.chipwise.fill) tools();          // sections.js
         alarms();
-        guards();
+        hooks.forEach((work) => work());
         measure();
     }
 
@@ -77,6 +79,8 @@
         put('target', s.target > 0 ? rateText(s.target) : '-');
         put('mode', t(MODES[s.mode]));
         put('limit', t(LIMITS[s.limited_by]));
+        put('feed', speed(s.current_vel));
+        put('programmed', s.programmed_vel > 0 || s.requested_vel > 0 ? speed(s.programmed_vel || s.requested_vel) : '-');
         put('override', `${Math.round(s.override * 100)} %`);
         put('area', area(s.area));
         put('ahead', area(s.area_ahead));
@@ -90,7 +94,7 @@
         put('saved', run && run.saved !== null ? `${run.saved < 0 ? '-' : ''}${seconds(Math.abs(run.saved))}` : '-');
         put('removed', inch() ? `${(s.removed / MM3_PER.in3).toFixed(3)} in3` : `${(s.removed / MM3_PER.cm3).toFixed(2)} cm3`);
         put('log-error', s.log_error);
-        put('stock-note', s.stock_error || (s.stock ? (s.ready ? '' : t('The feed is F as programmed')) : t('No stock is defined; use M250')) || pathNote(s.ahead));
+        put('stock-note', window.chipwise.told('stock-note') || s.stock_error || (s.stock ? (s.ready ? '' : t('The feed is F as programmed')) : t('No stock is defined; use M250')) || pathNote(s.ahead));
     }
 
     // Why the path ahead ends before the program does.
@@ -121,23 +125,6 @@
         item.dataset.item = alarm.item;
         item.append(text, where);
         return item;
-    }
-
-    // The two guards: whether they are on; with the token they can be switched.
-    function guards() {
-        for (const [name, words] of [['rapid', t('Guard of rapids')], ['flute', t('Guard of flutes')]]) {
-            const button = $('guard-' + name), on = state.guards[name];
-            put(button.id, `${words}: ${on ? t('on') : t('off')}`);
-            button.className = on ? '' : 'guard-off';
-            button.disabled = !token() || switching;
-        }
-    }
-
-    async function switchGuard(name) {
-        const on = !state.guards[name];
-        switching = true;               // until it is answered, one at a time
-        put('guard-answer', await change('guard', {guard: name, on}).finally(() => { switching = false; }));
-        show();
     }
 
     function rights() {
@@ -180,7 +167,6 @@
 
     // What is drawn as cut, and which of the two stocks is drawn.
     function compared() {
-        for (const id of ['this-run', 'before']) $(id).disabled = !earlier;
         view.before(earlier && pressed('this-run') ? earlier : null);
         view.put(0, 0, view.map.columns, view.map.rows, earlier && pressed('before') ? earlier : heights);
     }
@@ -312,7 +298,6 @@
         if (token()) put('token-answer', await change('clear', {}));
         show();
     });
-    for (const name of ['rapid', 'flute']) $('guard-' + name).addEventListener('click', () => switchGuard(name));
     $('unlock').addEventListener('click', () => { $('token').hidden = false; $('token-text').focus(); });
     $('token').addEventListener('submit', async (e) => {
         e.preventDefault();
@@ -333,11 +318,13 @@
         root.lang = found.language;
         document.querySelectorAll('[data-t]').forEach((e) => { e.textContent = t(e.dataset.t); });
         canChange = about.can_change;
+        local = about.local;
         rights();
         show();
     }
 
-    window.chipwise = {t, change, token, put, language, show, view, ahead, get state() { return state; }, get rows() { return rows; }, get ageMs() { return ageMs; },
+    window.chipwise = {t, change, token, put, language, show, view, ahead, hooks, told: () => '', get canChange() { return canChange; },
+                       get local() { return local; }, get earlier() { return earlier; }, get state() { return state; }, get rows() { return rows; }, get ageMs() { return ageMs; },
                        get firstPicture() { return firstPicture; }};     // for entry.js, the console, and tests
     theme(localStorage.getItem('chipwise-theme') || (matchMedia('(prefers-color-scheme: dark)').matches ? 'dark' : 'light'));
     begin().catch((error) => put('status', error.message));
