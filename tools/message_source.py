@@ -28,7 +28,7 @@ LOUD = {'print', 'error', 'SystemExit'}         # these count only if the text b
 TABLES = ('FAULTS', 'REASONS')                  # {number: text} or {number: (fact, remedy)}
 TEXTS = ('guard_text', 'message_of', 'of_unexpected', 'forgetful', 'running', '_rate_note')            # functions that return a message
 NOTES = re.compile(r'note')                     # functions that make (text, values)
-FINDING = 'said'                                # the variable of Finding.text()
+FINDING = 'said'                                # the variable of Finding.said()
 
 
 # ---- strings of an expression ------------------------------------------------------------------------------------
@@ -151,7 +151,7 @@ def python_messages(path, used):
         if isinstance(node, (ast.Return, ast.Tuple)) and (
                 function is None or function.name not in TEXTS and not NOTES.search(function.name)):
             continue
-        if isinstance(node, (ast.Assign, ast.AnnAssign)) and function is not None and function.name != 'text':
+        if isinstance(node, (ast.Assign, ast.AnnAssign)) and function is not None and function.name not in ('text', 'said'):
             continue
         scope = Scope(module, function, getattr(node, 'end_lineno', 0) or 0)
         if isinstance(node, ast.Call):
@@ -212,7 +212,7 @@ def _of_assignment(node, scope, function, used):
             said = [normal(texts(part, scope)[0]) for part in pair]
             found.append(tuple(said[:2]) if len(said) > 1 else split(said[0]))
         return found
-    if names[0] == FINDING and function is not None and function.name == 'text':
+    if names[0] == FINDING and function is not None and function.name == 'said':
         used.add(FINDING)
         return [split(normal(text)) for text in texts(node.value, scope)]
     return []

@@ -26,6 +26,7 @@ RULES = {
 }
 
 MAX_KEPT = 1000         # findings of a program; more are only counted
+ALIKE = 3               # findings of one rule and tool, from which on they are one line
 
 
 @dataclass
@@ -50,10 +51,14 @@ class Finding:
 
     def text(self, unit="mm"):
         """One line for the operator."""
-        def length(v):
-            return format_length(round(v, 3), unit)
         lines = f"line {self.line}" + (f" to {self.last_line}" if self.last_line > self.line else "")
         where = f"{lines}, tool {self.tool}: " if self.line else f"tool {self.tool}: "      # 0: of the tool that is there before the program
+        return printable(where + self.said(unit))
+
+    def said(self, unit="mm"):
+        """The same without line and tool."""
+        def length(v):
+            return format_length(round(v, 3), unit)
         at = " at X{} Y{} Z{}".format(*(length(v).split()[0] for v in self.position)) if self.position else ""
         if self.rule == FLUTE:
             said = (f"cuts {length(self.value)} deep{at}, the flutes are {length(self.limit)} long; "
@@ -74,7 +79,53 @@ class Finding:
                     "describe it there")
         else:
             said = "its flute_length is unknown, so its depth is not checked; add it to [CHIPWISE]TOOL_GEOMETRY"
-        return printable(where + said)
+        return printable(said)
+
+
+class Group(tuple):
+    """Findings of one cause: one rule, one tool."""
+
+    @property
+    def lines(self):
+        """First and last line."""
+        return min(one.line for one in self), max(one.last_line for one in self)
+
+    @property
+    def worst(self):
+        """The Finding whose value is the worst."""
+        near = self[0].rule == CLEARANCE
+        return (min if near else max)(self, key=lambda one: one.value or 0.0)
+
+    def said(self, unit="mm"):
+        """What is found, without lines and tool."""
+        if len(self) == 1:
+            return self[0].said(unit)
+        return f"{len(self)} findings, the worst in line {self.worst.line}: {self.worst.said(unit)}"
+
+    def text(self, unit="mm"):
+        """One line for the operator."""
+        if len(self) == 1:
+            return self[0].text(unit)
+        first, last = self.lines
+        return printable(f"lines {first} to {last}, tool {self[0].tool}: {self.said(unit)}")
+
+
+def grouped(findings):
+    """[Group] of Findings by rule and tool, in the order of the first of each; fewer than ALIKE stay alone."""
+    found = {}
+    for one in findings:
+        found.setdefault((one.rule, one.tool), []).append(one)
+    groups = [Group(part) for many in found.values() for part in ([many] if len(many) >= ALIKE else [[one] for one in many])]
+    return sorted(groups, key=lambda group: findings.index(group[0]))
+
+
+def grouped_notes(notes):
+    """[[line, text], ..] -> texts with their lines, each text once."""
+    found = {}
+    for line, text in notes:
+        found.setdefault(text, []).append(line)
+    return [(f"lines {min(lines)} to {max(lines)}, {len(lines)} times: " if len(lines) > 1 else f"line {lines[0]}: " if lines[0] else "") + text
+            for text, lines in found.items()]
 
 
 @dataclass

@@ -15,6 +15,7 @@ import zlib
 
 import numpy as np
 
+from chipwise.check.findings import grouped
 from chipwise.errors import format_length, printable
 from chipwise.rates import MM3_PER_CM3
 
@@ -100,13 +101,15 @@ def tools_table(result):
 
 
 def findings_table(result):
-    """All findings that were kept."""
+    """All findings that were kept, those of one cause in one row."""
     found = result.findings
     if not found.count:
         return "<h3>No findings</h3>\n"
-    rows = [(f.rule, f.line if f.line == f.last_line else f"{f.line} to {f.last_line}", f.tool,
-             " ".join(format_length(round(v, 3), result.unit).split()[0] for v in f.position) if f.position else "-",
-             f.text(result.unit).partition(": ")[2]) for f in found.kept]
+    rows = []
+    for group in grouped(found.kept):
+        (first, last), worst = group.lines, group.worst
+        place = " ".join(format_length(round(v, 3), result.unit).split()[0] for v in worst.position) if worst.position else "-"
+        rows.append((worst.rule, first if first == last else f"{first} to {last}", worst.tool, place, group.said(result.unit)))
     more = f"<p>and {found.dropped} more</p>\n" if found.dropped else ""
     return "<h3>Findings</h3>\n" + table(("rule", "line", "tool", "X Y Z", "what"), rows) + more
 

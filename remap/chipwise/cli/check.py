@@ -23,7 +23,7 @@ from chipwise.tools import MAX_DIGITS
 NAME = 'check'
 HELP = 'check whole programs: flutes, traverses, holder, times'
 
-MAX_PRINTED = 20        # findings of one program; --json has all
+MAX_PRINTED = 20        # groups of findings of one program; --json has all
 MAX_JOBS = 256
 
 refuse = refuser(NAME)
@@ -100,7 +100,7 @@ def results_of(options, programs, progress, arguments):
 
 def report(result):
     """Lines of text of one program."""
-    from chipwise.check.findings import OF_STOCK
+    from chipwise.check.findings import OF_STOCK, grouped, grouped_notes
     if result.error:
         text, line = result.error
         yield with_line(printable(f'{result.program}: {text}'), line)
@@ -109,14 +109,16 @@ def report(result):
     count = result.findings.count
     yield printable(f'{result.program}: ') + (f'{count} finding{"s" * (count != 1)}' if count else 'no findings') + (
         ', on an assumed stock' if result.on_assumed_stock else '')
-    for line, text in result.notes:
-        yield f'  line {line}: {printable(text)}' if line else f'  {printable(text)}'
+    for text in grouped_notes(result.notes):
+        yield f'  {printable(text)}'
     for tool in result.tools.values():
         yield '  ' + tool_line(tool, result.unit)
-    for finding in result.findings.kept[:MAX_PRINTED]:
-        yield '  ' + finding.text(result.unit) + (' (on the assumed stock)' if result.on_assumed_stock and finding.rule in OF_STOCK else '')
-    if count > MAX_PRINTED:
-        yield f'  and {count - MAX_PRINTED} more; --json has {"all" if not result.findings.dropped else "the first ones"}'
+    groups = grouped(result.findings.kept)
+    for group in groups[:MAX_PRINTED]:
+        yield '  ' + group.text(result.unit) + (' (on the assumed stock)' if result.on_assumed_stock and group[0].rule in OF_STOCK else '')
+    more = result.findings.dropped + sum(map(len, groups[MAX_PRINTED:]))
+    if more:
+        yield f'  and {more} more; --json has {"all" if not result.findings.dropped else "the first ones"}'
 
 
 def surveyed(result):

@@ -12,7 +12,7 @@
 
 import os
 
-from chipwise.check.findings import FLUTE, FLUTES_UNKNOWN, RATE, TOOL
+from chipwise.check.findings import FLUTE, FLUTES_UNKNOWN, RATE, TOOL, grouped
 from chipwise import program_code
 from chipwise.check.program_file import UNFINISHED, UNSAFE, UNUSABLE, Unreadable
 from chipwise.check.reader import Machine, Reader
@@ -106,9 +106,11 @@ def _with_findings(result, mended, refuse, verdict):
     if left:
         first = left[0].text(result.unit)
         verdict.note(first if count == 1 else f"{count} findings; the first: {first}", True)
-        verdict.more = [finding.text(result.unit) for finding in left[1:MAX_LISTED]]
-        if count > MAX_LISTED:
-            verdict.more.append(f"and {count - MAX_LISTED} more; `chipwise check` has all")
+        groups = grouped(left)
+        verdict.more = [group.text(result.unit) for group in groups[int(len(groups[0]) == 1):MAX_LISTED]]
+        more = result.findings.dropped + sum(map(len, groups[MAX_LISTED:]))
+        if more:
+            verdict.more.append(f"and {more} more; `chipwise check` has all")
     if unknown:
         names = ", ".join([*map(str, unknown[:MAX_NAMED]), *([".."] if len(unknown) > MAX_NAMED else [])])
         verdict.note(f"the depth of tool {names} is not checked, the length of the flutes is unknown; give it in "
