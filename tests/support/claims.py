@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """A program on the real LinuxCNC under a condition, and what the judge says of the run.
 
-Called by bench/bench_claims.py (all programs and conditions, cycle / optimum) and test_foreign.py (two).
+Called by bench/bench_claims.py (all programs and conditions, cycle / optimum), bench/bench_styles.py, test_foreign.py and test_foreign_styles.py (two each).
 """
 import re
 from dataclasses import dataclass
@@ -177,13 +177,13 @@ def peak_off(run_, swept, summary):
     return summary["rate_peak"] / (60.0 * rate.max()) - 1.0
 
 
-def measure(program, condition, folder, speed=SPEED):
-    """(dict of one run's figures, judging.Run, its swept stock, target (n,) mm3/s under the condition)."""
+def measure(program, condition, folder, speed=SPEED, cell=judging.CELL):
+    """(dict of one run's figures, judging.Run, its swept stock, target (n,) mm3/s under the condition).  cell: mm, the judge's."""
     summary, path = run(program, condition, folder, speed=speed)
     log = loaded(path)
     run_, tools, target = told(program, log)
     target = target * target_scale(condition.override)
-    swept = judging.sweep(run_, program.blank, tools)
+    swept = judging.sweep(run_, program.blank, tools, cell)
     found = judging.judge(run_, program.blank, tools, target, swept)
     held = run_.feeding & (target > 0)
     # at rest, before the task has sent the next move, no velocity is asked for, and the law has none to compare with
