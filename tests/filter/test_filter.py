@@ -127,7 +127,7 @@ def test_a_broken_setting_or_machine_opens_the_program_unchecked(ini, tmp_path):
 def test_no_advice_of_the_command_line_reaches_the_screen():
     """Every message of the check that names an option is one that for_screen() changes."""
     import message_source
-    found = [text for message in message_source.messages() for text in [f'{message[0]}; {message[1]}'] if '--stock' in text]
+    found = [text for message in message_source.messages() for text in [f'{message[0]}; {message[1]}'] if re.search('--stock|with --(?:tool|diameter)', text)]
     assert len(found) >= 4
     for text in found:
         if not text.startswith('--'):
