@@ -75,7 +75,7 @@ def test_inch_machine_and_placing(model, tmp_path):
     """Lengths are inches there, the model stays mm."""
     done = surface(model, "-o", tmp_path / "out.ngc", "--tool", 4, "--step", 0.06, "--ini", ROOT / "configs" / "mill_inch.ini", "--scale", 2,
                    "--at", 1, 2, 0, "--clearance", 0.5, "--json", tmp_path / "out.json")
-    assert done.returncode == 1 and "the flutes are 0.5906 in long" in done.stdout, done.stderr       # 20 mm deep, 15 mm
+    assert done.returncode == 1 and "the flutes are 0.59055 in long" in done.stdout, done.stderr      # 15 mm; the cuts are 18 mm deep
     assert "G20 G17" in (tmp_path / "out.ngc").read_text() and "G0 Z0.5000" in (tmp_path / "out.ngc").read_text()
     figures = json.loads((tmp_path / "out.json").read_text())
     assert figures["low"][:2] == pytest.approx([25.4, 50.8], abs=1e-4) and figures["high"][:2] == pytest.approx([65.4, 90.8], abs=1e-4)
@@ -109,7 +109,7 @@ def test_picture(tmp_path):
     assert done.returncode == 0 and figures["low"] == [0, 0, -3] and figures["high"] == [29.5, 24.5, 0]
 
 
-@pytest.mark.parametrize("content, text", [(b"", "is empty"), (b"\xff\xd8\xff" + bytes(200), "JPEG"), (b"G0 X0\n", "neither STL nor PNG"),
+@pytest.mark.parametrize("content, text", [(b"", "is empty"), (b"\xff\xd8\xff" + bytes(200), "JPEG"), (b"G0 X0\n", "neither STL nor PNG nor a height map"),
                                            (surface_cases.stl_bytes(surface_cases.waves(9))[:900], "is cut off")])
 def test_a_bad_model_leaves_the_old_program(tmp_path, content, text):
     (tmp_path / "part.stl").write_bytes(content)

@@ -12,7 +12,7 @@ import numpy as np
 from chipwise.errors import CycleError, braceless
 from chipwise.files import TooLong, open_regular
 from chipwise.stock import store
-from chipwise.surface import png, stl, stock_model
+from chipwise.surface import height_map_file, png, stl, stock_model
 
 LARGEST = 1e5               # mm, of a coordinate
 SMALL = 1.0                 # mm: of a model that is smaller the unit is probably another one
@@ -106,26 +106,35 @@ def _read(file, size, placing):
         return _terrain(picture.height, placing.pixel or picture.pixel or PIXEL, placing.depth / placing.scale), np.zeros(3), notes
     if head.startswith(store.MARK):
         height, cell, (x0, y0) = stock_model.read_stock(file.read())
-        return _grid(height, cell, x0, y0), np.zeros(3), ()
+        return _even_grid(height, cell, x0, y0), np.zeros(3), ()
     if head.startswith(b"\xff\xd8"):
         raise CycleError("the file is a JPEG picture, not an STL or PNG file", "save it as 16-bit grey PNG")
     if not size:
         raise CycleError("the file is empty", "export the model again")
+    if height_map_file.may_be(head) and (found := height_map_file.read_height_map(file.read(height_map_file.MAX_BYTES + 1))):
+        origin = np.array([found.x[0], found.y[0], 0.0])
+        return _grid(found.height[::-1].astype(np.float32), found.x - found.x[0], found.y - found.y[0]), origin, ()
+    file.seek(0)
     if not stl.is_stl(head, size):
-        raise CycleError("the file is neither STL nor PNG", "name an STL file, a PNG picture or a stock file")
+        raise CycleError("the file is neither STL nor PNG nor a height map", "name an STL file, a PNG picture, a height map or a stock file")
     return stl.read_stl(file, size)
 
 
 def _terrain(height, pixel, depth):
     """White at Z0, the lower left pixel at the origin."""
-    return _grid((height - np.float32(1.0)) * np.float32(depth), pixel, 0.0, 0.0)
+    return _even_grid((height - np.float32(1.0)) * np.float32(depth), pixel, 0.0, 0.0)
 
 
-def _grid(z, apart, x0, y0):
-    """Two triangles between any four points of a grid z (rows, columns), the first row at the largest Y; x0, y0: of the lower left one."""
+def _even_grid(z, apart, x0, y0):
+    """_grid() of points at equal distances; x0, y0: of the lower left one."""
     rows, columns = z.shape
-    x = np.broadcast_to((x0 + np.arange(columns) * apart).astype(np.float32), (rows, columns))
-    y = np.broadcast_to((y0 + np.arange(rows)[::-1, None] * apart).astype(np.float32), (rows, columns))
+    return _grid(z, x0 + np.arange(columns) * apart, y0 + np.arange(rows) * apart)
+
+
+def _grid(z, x, y):
+    """Two triangles between any four points of a grid z (rows, columns), the first row at the largest Y; x, y: of columns and rows, rising."""
+    x = np.broadcast_to(x.astype(np.float32), z.shape)
+    y = np.broadcast_to(y.astype(np.float32)[::-1, None], z.shape)
     point = np.stack([x, y, z], axis=2)
     a, b, c, d = point[:-1, :-1], point[:-1, 1:], point[1:, 1:], point[1:, :-1]
     return np.concatenate([np.concatenate([a, b, d], axis=2).reshape(-1, 9), np.concatenate([b, c, d], axis=2).reshape(-1, 9)])
