@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """remap/chipwise/files.py, and what reads with it, tried on FIFOs, devices, folders, endless and odd files."""
+import faulthandler
 import os
 import random
-import signal
 import socket
 import sys
 
@@ -55,13 +55,10 @@ def odd(request, tmp_path, monkeypatch):
 
 @pytest.fixture(autouse=True)
 def in_time():
-    """No test here waits for anything."""
-    def late(*_):
-        raise AssertionError(f'it waits, allowed: {LONGEST_S:g} s')
-    signal.signal(signal.SIGALRM, late)
-    signal.setitimer(signal.ITIMER_REAL, LONGEST_S)
+    """No test here waits for anything.  Not by a signal: xdist does not always run tests in the main thread (execnet 1.9)."""
+    faulthandler.dump_traceback_later(LONGEST_S, exit=True, file=sys.__stderr__)
     yield
-    signal.setitimer(signal.ITIMER_REAL, 0)
+    faulthandler.cancel_dump_traceback_later()
 
 
 def test_no_file_where_one_should_be(odd):
