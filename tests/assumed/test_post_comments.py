@@ -7,6 +7,7 @@ import pytest
 
 from chipwise.assumed import post_comments
 from chipwise.assumed.post_comments import SaidTool
+from support.random_cases import random_seed
 
 
 def read(tmp_path, text, unit_mm=1.0, encoding="utf-8"):
@@ -85,8 +86,7 @@ def test_units_and_calls(tmp_path):
 
 def test_any_bytes(tmp_path):
     """Nothing in a file ends the reading, or takes long."""
-    seed = random.SystemRandom().randrange(1 << 30)
-    rng = random.Random(seed)
+    rng = random.Random(seed := random_seed())
     pieces = [text.encode() for text, *_ in (*TOOLS.values(), *STOCKS.values())]
     for _ in range(300):
         data = bytearray(b"".join(rng.sample(pieces, 4)))
