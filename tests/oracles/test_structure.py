@@ -9,7 +9,7 @@ TESTS, BENCH = ROOT / "tests", ROOT / "bench"
 OWN_PATH = {
     "roots.py",                                                                 # of the benchmarks
     "scripted_display.py", "sample_driver.py", "read_map.py", "fuzz_pins.py",   # LinuxCNC or HAL starts them
-    "shipped_machine.py",                                                       # root starts it in namespaces
+    "shipped_machine.py", "panel_lan.py",                                       # root starts it in namespaces
     "panel_tab_host.py",                                                        # on an X display of its own
     "second_oracles.py",                                                        # where pip has put the libraries
     "test_foreign_memory.py", "test_monitor.py", "test_panel_tab.py", "test_planner.py", "test_headless.py", "test_sandbox.py",

@@ -116,10 +116,10 @@ def test_memory_of_a_hostile_file(tmp_path):
     (tmp_path / "a.map").write_text("0;0;1;1\n1999;999;0;0\n1;1;1\n" + "1\n" * 10)
     (tmp_path / "b.map").write_text('<heightmap MinX="0" MinY="0" MaxX="1" MaxY="1" SizeX="1e300" SizeY="2">' + "<point" * 200000)
     (tmp_path / "c.map").write_text("9" * 3_000_000 + "\n" + "1 2 3\n" * 100_000)
-    code = ("import sys; sys.path.insert(0, sys.argv[1])\nfrom chipwise.surface.model import Placing, read_model\nfrom chipwise.errors import CycleError\n"
-            "for path in sys.argv[2:]:\n    try:\n        read_model(path, Placing())\n    except CycleError as error:\n        print(error)\n")
-    done = subprocess.run([sys.executable, "-c", code, f"{ROOT}/remap", *(str(tmp_path / name) for name in ("a.map", "b.map", "c.map"))], text=True,
-                          capture_output=True, timeout=120, check=False, env={"OPENBLAS_NUM_THREADS": "1"},
+    code = ("import sys\nfrom chipwise.surface.model import Placing, read_model\nfrom chipwise.errors import CycleError\n"
+            "for path in sys.argv[1:]:\n    try:\n        read_model(path, Placing())\n    except CycleError as error:\n        print(error)\n")
+    done = subprocess.run([sys.executable, "-c", code, *(str(tmp_path / name) for name in ("a.map", "b.map", "c.map"))], text=True,
+                          capture_output=True, timeout=120, check=False, env={"OPENBLAS_NUM_THREADS": "1", "PYTHONPATH": f"{ROOT}/remap"},
                           preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (600 << 20, 600 << 20)))
     assert done.returncode == 0 and len(done.stdout.splitlines()) == 3, done
 
