@@ -15,8 +15,6 @@ from chipwise.check.sweep import HeightMap, least_cell
 
 MIN_CELLS = 4               # least number of cells across a tool
 FINE_CELLS = 8              # cells across a tool that the cell is chosen for
-VOLUME_CELLS = 60           # cells across the smallest tool of the table: a groove's volume is right to 0.3 % (24 cells: 0.5 %)
-CELLS = 1_000_000           # of a stock, for that
 MAX_POSITION_MM = 1e5       # from machine zero
 ACROSS_MM = 1e-4            # shorter moves, seen from above, go straight up or down
 BEEN_MM = 1e-3              # by which a tool that comes back may be lower than it was: rounding
@@ -63,15 +61,8 @@ def near_stock(start, positions, kinds, top, been):
     return (kinds == records.RAPID) & ~rises & ~again & (np.minimum(before, positions[:, 2]) < top), float(lowest[-1])
 
 
-def volume_cell(settings, diameters):
-    """mm, the cell that suits the tools of a table (their diameters in mm), from FINEST_CELL to CELL."""
-    least, most = settings["FINEST_CELL"], settings["CELL"]
-    return min(most, max(least, min(diameters) / VOLUME_CELLS)) if diameters else most
-
-
-def make_map(line, values, cell, fine=None):
-    """HeightMap of a STOCK record; the cell is larger where the stock is, and smaller, down to `fine`, where the stock is so small that it has no
-    more than CELLS of them.  Unreadable for one that cannot be known."""
+def make_map(line, values, cell):
+    """HeightMap of a STOCK record; the cell is larger where the stock is.  Unreadable for one that cannot be known."""
     shape, turn, *corners = values[:8]
     if shape < 0:
         raise Unreadable("M254 restores a stock that only the machine has", "define it with M250, or name it with --stock "
@@ -79,8 +70,6 @@ def make_map(line, values, cell, fine=None):
     low, high = corners[:3], corners[3:]
     if not all(b - a >= 1e-3 for a, b in zip(low, high)):
         raise Unreadable("the stock has no extent", "give a maximum above the minimum in X, Y and Z", line)
-    if fine is not None:
-        cell = min(cell, max(fine, math.ceil(1000 * math.sqrt((high[0] - low[0]) * (high[1] - low[1]) / CELLS)) / 1000))
     return HeightMap(low, high, max(cell, least_cell(low, high)), int(shape), turn)
 
 

@@ -25,7 +25,6 @@ from chipwise.check.sweep import Shape
 from chipwise.check.times import OFF, Timer
 from chipwise.errors import CycleError, unnamed
 from chipwise.settings import load_settings
-from chipwise.tool_table import diameters
 from chipwise.tools import ToolGeometry, load_tools
 
 MIN_DEPTH_MM = 0.005        # smaller depths and contacts are ignored
@@ -34,6 +33,7 @@ STILL_MM = 1e-6             # across the axis: straight down
 GAP = 5                     # segments within the rule that do not divide a finding
 PART = 65536                # segments simulated at once
 RATE_SLACK = 1.05           # the cells give the rate over a window to some per cent
+Y_AXIS = 2                  # of Machine.axis_mask
 PICTURE = 400               # cells of a picture along its longer side
 
 
@@ -42,12 +42,12 @@ class _TooCoarse(Exception):
 
 
 class Simulation:
-    """A program under way: take() each block of records, then finish().  needles: {number of the stock: places (n, 2)} besides; fine: the
-    cell (mm) of a small stock, None: `cell`; assumption: of assumed/, None: everything is the program's own."""
+    """A program under way: take() each block of records, then finish().  needles: {number of the stock: places (n, 2)} besides;
+    assumption: of assumed/, None: everything is the program's own."""
 
-    def __init__(self, program, machine, cell, settings, tools, needles=None, fine=None, assumption=None):
+    def __init__(self, program, machine, cell, settings, tools, needles=None, assumption=None):
         self.result = Result(program, unit="in" if machine.unit_mm > 10 else "mm")
-        self.settings, self.cell, self.fine, self.geometry = settings, cell, fine, tools
+        self.settings, self.cell, self.geometry = settings, cell, tools
         self.timer = Timer(machine)
         self.position = None                            # (3,), mm
         self.height_known = False
@@ -95,7 +95,7 @@ class Simulation:
 
     def _define(self, line, values):
         """A stock."""
-        self.map = rules.make_map(line, values, self.cell, self.fine)
+        self.map = rules.make_map(line, values, self.cell)
         self.stock_number += 1
         if self.stock_number in self.needles:
             self.map.add_needles(self.needles[self.stock_number])
@@ -290,8 +290,8 @@ def check(program, machine, stock=None, cell=None, progress=None, cpu_s=CPU_S, a
     """Result of one program.
 
     machine: reader.Machine; stock: (low, high) mm in work coordinates or None; cell: mm, default [CHIPWISE]CELL, smaller
-    where the stock is small, or if a tool needs it; progress: called with the number of the line that is being simulated; assumes:
-    whether a stock and tools that the program does not name are assumed; tool, diameter (mm): of the one in the spindle at the beginning, then.
+    if a tool needs it; progress: called with the number of the line that is being simulated; assumes: whether a stock and tools
+    that the program does not name are assumed; tool, diameter (mm): of the one in the spindle at the beginning, then.
     """
     def read(stock):
         return Reader(program, machine, stock, cpu_s=cpu_s, **limits)
@@ -299,7 +299,7 @@ def check(program, machine, stock=None, cell=None, progress=None, cpu_s=CPU_S, a
         try:
             return _judged(program, machine, read, stock, cell, progress, cpu_s)
         except Missing as error:
-            if not assumes:
+            if not assumes or not machine.axis_mask & Y_AXIS:       # a lathe's program has no stock that a mill could cut
                 raise
             assumption = assume(surveyed(read(None), machine), program, machine, error.line, stock, tool, diameter)
             return _judged(program, machine, read, (assumption.low, assumption.high) if assumption.low else stock, cell, progress, cpu_s, assumption)
@@ -317,9 +317,8 @@ def _judged(program, machine, read, stock, cell, progress, cpu_s, assumption=Non
     settings = load_settings(machine.ini)
     tools = load_tools(settings.path("TOOL_GEOMETRY"))
     wanted, needles = cell or settings["CELL"], {}
-    fine = None if cell else rules.volume_cell(settings, [diameter * machine.unit_mm for _, diameter in diameters(machine.table or "")])
     while True:
-        simulation = Simulation(program, machine, wanted, settings, tools, needles, fine, assumption)
+        simulation = Simulation(program, machine, wanted, settings, tools, needles, assumption)
         try:
             result = _run(simulation, read(stock), progress, cpu_s)
             needles = doubts.needles(simulation.doubts, simulation.segments, result.cell)
