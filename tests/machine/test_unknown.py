@@ -26,6 +26,7 @@ FEED, BY, VELOCITY, VOLUME, TYPE = ('volumetric-feed.0.adaptive-feed', 'volumetr
                                     'motion.current-vel', 'stock-tracker.0.removed-volume', 'motion.motion-type')
 OVERRIDE_IGNORED = 'volumetric-feed.0.override-ignored'
 MILL = Shared('unknown')
+STEPS = Shared('unknown steps')      # of its own: after the last step LinuxCNC 2.9 may pause the first move that comes, also one of MDI
 
 
 def cut_to(x):
@@ -51,7 +52,7 @@ def test_pause_and_resume(answers):
     assert values(last) == [pytest.approx(WHOLE, rel=0.003), 1.0, 0.0]
 
 
-@pytest.mark.scene(MILL, [
+@pytest.mark.scene(STEPS, [
     ['start', SLOT], ['until', VOLUME, '>', 200], ['pause'], ['step to end'], ['finish'],
     ['pins', VOLUME, OVERRIDE_IGNORED, FEED]])
 def test_single_steps(answers):
