@@ -73,12 +73,16 @@ def _numbers(line, separators=SEPARATORS):
     return None if None in found else found
 
 
-def _counts(*values):
+def _whole(*values):
     """Whole numbers of points; None for others."""
-    counts = [int(value) for value in values if value == value and abs(value) < 1e9 and value == int(value) and value >= 2]
-    if len(counts) < len(values):
-        return None
-    if counts[0] * counts[1] > MAX_POINTS:
+    counts = [int(value) for value in values if 2 <= value < 1e9 and value == int(value)]
+    return counts if len(counts) == len(values) else None
+
+
+def _counts(*values):
+    """_whole(); CycleError for too many."""
+    counts = _whole(*values)
+    if counts and counts[0] * counts[1] > MAX_POINTS:
         raise CycleError(f"the height map has {counts[0]} x {counts[1]} points, more than {MAX_POINTS}", "probe fewer points")
     return counts
 
@@ -127,8 +131,8 @@ def _of_bcnc(lines):
     if len(head) < 3 or any(row is None or len(row) != 3 for row in head):
         return None
     (x0, x1, nx), (y0, y1, ny), _ = head
-    counts = [int(n) for n in (nx, ny) if 2 <= n < 1e6 and n == int(n)]
-    if len(counts) < 2 or not (x1 > x0 and y1 > y0):
+    counts = _whole(nx, ny)
+    if counts is None or not (x1 > x0 and y1 > y0):
         return None
     points = _points_of(lines[3:])
     if points is None or not len(points) or len(points) > counts[0] * counts[1]:
