@@ -19,7 +19,7 @@ from chipwise.check.program_file import Unreadable
 from chipwise.errors import format_length
 from chipwise.tools import ToolGeometry
 
-OPTION, COMMENT, PATH = "option", "comment", "assumed"          # where a stock comes from
+COMMENT, PATH = "comment", "assumed"                # where a stock comes from
 SAME = 0.01                     # diameters that differ less are the same
 LEAST_MM = 0.01                 # of a stock's extent
 AROUND_MM = 1e-3
@@ -37,7 +37,7 @@ class AssumedTool:
 
 @dataclass
 class Assumption:
-    """Stock: low, high (mm, work coordinates of the first move; None: the program defines its own) and source.
+    """Stock: low, high (mm, work coordinates of the first move; None: the program or the user has one) and source.
     tools: {number: AssumedTool} that the tool table does not have; spindle: number of the tool at the beginning, None:
     the program calls it; notes: sentences for the user; lacking: [(fact, remedy)] of what nobody has said."""
 
@@ -66,32 +66,26 @@ class Unknown(Unreadable):
         self.survey = survey
 
 
-def surveyed(reader, machine, progress=None):
+def surveyed(reader, machine):
     """Survey of a program that `reader` (check/reader.py) reads."""
     survey = Survey(machine)
     with reader:
         for block in reader:
             survey.take(block)
-            if progress:
-                progress(int(block[-1, 1]))
     return survey
 
 
-def assume(survey, program, machine, line=0, stock=None, tool=None, diameter=None):
+def assume(survey, program, machine, line=0, has_stock=False, tool=None, diameter=None):
     """Assumption for a program; Unknown without a tool or a depth.
 
-    line: where it cuts without a tool or a stock; stock: (low, high) mm that the user has named, or None; tool: number, diameter: mm, of the
+    line: where it cuts without a tool or a stock; has_stock: whether the user has named a stock; tool: number, diameter: mm, of the
     tool in the spindle at the beginning, or None.
     """
-    unit = "in" if machine.unit_mm > 10 else "mm"
     said = post_comments.read(program, machine.unit_mm)
     found = Assumption()
     _Tools(said, machine, found).assume(survey, tool, diameter)
-    if not survey.has_stock:
-        if stock:
-            (found.low, found.high), found.source = stock, OPTION
-        elif not found.lacking:
-            _assume_stock(survey, said, found, unit)
+    if not (survey.has_stock or has_stock or found.lacking):
+        _assume_stock(survey, said, found, machine.unit)
     if found.lacking:
         facts, remedies = zip(*found.lacking)
         raise Unknown(", ".join(facts), ", ".join(dict.fromkeys(remedies)), survey, line)
@@ -108,11 +102,11 @@ class _Tools:
 
     def __init__(self, said, machine, found):
         self.said, self.found = said, found
-        self.unit = "in" if machine.unit_mm > 10 else "mm"
+        self.unit = machine.unit
         self.table = {number: diameter * machine.unit_mm for number, diameter in tool_table.diameters(machine.table)} if machine.table else {}
 
     def assume(self, survey, tool, diameter):
-        """tool, diameter: as of assume()."""
+        """tool, diameter: as in assume()."""
         for number, path in survey.tools.items():
             if number == 0:
                 self._spindle(tool, diameter)

@@ -76,7 +76,6 @@ class Said:
     high: Optional[tuple] = None
     size: Optional[tuple] = None            # mm, x y z (None: not said), where the corners are not known
     tools: dict = field(default_factory=dict)       # number -> SaidTool; None: of no number
-    lowest: dict = field(default_factory=dict)      # number -> mm, the lowest Z of a tool
     calls: list = field(default_factory=list)       # numbers of T words, in their order, each once
     rapids_are_feeds: bool = False          # the post wrote its traverses as G1
     unit_mm: float = 1.0                    # of the program
@@ -128,9 +127,8 @@ class Reading:
     def _take_tool(self, text):
         unit = self.said.unit_mm
         if found := _FUSION.search(text):
-            number, _name, diameter, corner, taper, lowest = found.groups()
+            number, _name, diameter, corner, taper, _lowest = found.groups()
             self._keep(int(number), float(diameter) * unit, float(corner) * unit, 2 * float(taper) if taper else None)
-            self.said.lowest.setdefault(int(number), float(lowest) * unit)
         elif found := _MASTERCAM.search(text):
             self._keep(int(found.group(1)), float(found.group(3)) * unit)
         elif found := _KIRI_TOOL.search(text):

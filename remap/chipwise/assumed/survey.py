@@ -66,16 +66,13 @@ class Survey:
     def take(self, block):
         """One block of records."""
         rules.check_finite(block)
-        kinds = block[:, 0].astype(int)
-        events, start = np.flatnonzero(kinds > records.ARC), 0
-        for event in (*events.tolist(), len(block)):
-            if event > start:
-                self._moves(block[start:event])
-            if event < len(block):
-                self._event(kinds[event], block[event, 2:].tolist())
-            start = event + 1
+        for moves, *event in rules.parts(block):
+            if moves is None:
+                self._event(*event)
+            else:
+                self._moves(moves)
 
-    def _event(self, kind, values):
+    def _event(self, kind, _line, values):
         if kind == records.TOOL:
             self.spindle = max(0, int(values[0])), float(values[1])
         elif kind == records.STOCK:
@@ -114,13 +111,8 @@ class Survey:
         return self.tools[number]
 
     def _work(self, places):
-        """(n, 3) machine -> work coordinates of the first move."""
-        frame = self.frame
-        p = places - np.asarray(frame.offset)
-        if frame.turn:
-            c, s = np.cos(frame.turn), np.sin(frame.turn)
-            p = np.column_stack((p[:, 0] * c + p[:, 1] * s, p[:, 1] * c - p[:, 0] * s, p[:, 2]))
-        return p - np.asarray(frame.g92)
+        """(n, 3) machine -> work coordinates of the first feed move."""
+        return np.column_stack(self.frame.to_work(places.T))
 
     def _feeds(self, tool, start, end):
         """Feed moves from start to end, (n, 3) mm."""

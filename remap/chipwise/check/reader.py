@@ -76,6 +76,11 @@ class Machine:
         self.accels = [self._number(section[f"AXIS_{a}"].get("MAX_ACCELERATION"),
                                     section["TRAJ"].get("MAX_LINEAR_ACCELERATION")) for a in "XYZ"]
 
+    @property
+    def unit(self):
+        """"mm" or "in", for messages."""
+        return "in" if self.unit_mm > 10 else "mm"
+
     def own_code(self, program):
         """Paths of the machine's own files whose Python is executed; None: all Python is.  Raises Unsafe for a program that runs some, or a shell."""
         allowed = runs_python(self.ini)

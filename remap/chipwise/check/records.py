@@ -40,7 +40,7 @@ class Frame:
         return x * c - y * s + self.offset[0], x * s + y * c + self.offset[1], z + self.offset[2]
 
     def to_work(self, p):
-        """(3,) machine -> work coordinates."""
+        """(3,), or (3, n), machine -> work coordinates."""
         x, y = p[0] - self.offset[0], p[1] - self.offset[1]
         if not self.turn:
             return x - self.g92[0], y - self.g92[1], p[2] - self.offset[2] - self.g92[2]

@@ -71,7 +71,7 @@ class Result:
     load_volumetric: Optional[tuple] = None       # the same with M251; None without
     pictures: Optional[tuple] = None              # (cell mm, x0, y0, z_min, heights before, heights after)
     dwell_s: float = 0.0
-    stock: Optional[tuple] = None                 # (low, high, source) mm, work coordinates, of one that the program does not define
+    stock: Optional[tuple] = None                 # (low, high, source) mm, work coordinates, of one that is assumed
     extents: Optional[tuple] = None               # (low, high) mm, work coordinates, of the tips of feed moves, of a program that is not judged
 
     @property
@@ -83,11 +83,6 @@ class Result:
         if assumption.low:
             self.stock = assumption.low, assumption.high, assumption.source
         self.notes = [[0, text] for text in assumption.notes]
-
-    @property
-    def on_assumed_stock(self):
-        """Whether nobody has named the stock."""
-        return bool(self.stock) and self.stock[2] != "option"
 
     def survey(self, survey):
         """What is known of a program that is not judged (assumed/survey.py)."""

@@ -28,6 +28,18 @@ def check_finite(block):
         raise Unreadable("a number is not finite", "give every expression a value", int(block[bad][0, 1]))
 
 
+def parts(block):
+    """Yield (moves, kind, line, values) of a block of records, in its order: consecutive moves (n, WIDTH) with None for the rest, or None with the kind,
+    line and values of one other record."""
+    kinds, start = block[:, 0].astype(int), 0
+    for event in (*np.flatnonzero(kinds > records.ARC).tolist(), len(block)):
+        if event > start:
+            yield block[start:event], None, None, None
+        if event < len(block):
+            yield None, int(kinds[event]), int(block[event, 1]), block[event, 2:].tolist()
+        start = event + 1
+
+
 def check_positions(moves):
     """Unreadable for records of moves that go too far."""
     far = np.abs(moves[:, 2:5]).max(axis=1) > MAX_POSITION_MM

@@ -46,7 +46,7 @@ class Simulation:
     assumption: of assumed/, None: everything is the program's own."""
 
     def __init__(self, program, machine, cell, settings, tools, needles=None, assumption=None):
-        self.result = Result(program, unit="in" if machine.unit_mm > 10 else "mm")
+        self.result = Result(program, unit=machine.unit)
         self.settings, self.cell, self.geometry = settings, cell, tools
         self.timer = Timer(machine)
         self.position = None                            # (3,), mm
@@ -70,15 +70,11 @@ class Simulation:
     def take(self, block):
         """One block of records."""
         rules.check_finite(block)
-        kinds = block[:, 0].astype(int)
-        events = np.flatnonzero(kinds > records.ARC)
-        start = 0
-        for event in (*events.tolist(), len(block)):
-            if event > start:
-                self._moves(block[start:event])
-            if event < len(block):
-                self._event(kinds[event], int(block[event, 1]), block[event, 2:].tolist())
-            start = event + 1
+        for moves, *event in rules.parts(block):
+            if moves is None:
+                self._event(*event)
+            else:
+                self._moves(moves)
 
     def _event(self, kind, line, values):
         if kind == records.TOOL:
@@ -301,10 +297,10 @@ def check(program, machine, stock=None, cell=None, progress=None, cpu_s=CPU_S, a
         except Missing as error:
             if not assumes or not machine.axis_mask & Y_AXIS:       # a lathe's program has no stock that a mill could cut
                 raise
-            assumption = assume(surveyed(read(None), machine), program, machine, error.line, stock, tool, diameter)
+            assumption = assume(surveyed(read(None), machine), program, machine, error.line, bool(stock), tool, diameter)
             return _judged(program, machine, read, (assumption.low, assumption.high) if assumption.low else stock, cell, progress, cpu_s, assumption)
     except Unreadable as error:
-        result = Result(program, error=(str(error), error.line), state=error.state, unit="in" if machine.unit_mm > 10 else "mm")
+        result = Result(program, error=(str(error), error.line), state=error.state, unit=machine.unit)
         if isinstance(error, Unknown):
             result.survey(error.survey)
         return result

@@ -13,12 +13,10 @@ import os
 import signal
 import sys
 
-from chipwise.assumed.post_comments import SIZES_MM
 from chipwise.cli.machine_options import Progress, add_machine_options, ini_of, machine_of, refuser
 from chipwise.cli.output import check_outputs, write_output
 from chipwise.errors import format_length, printable, with_line
 from chipwise.rates import MM3_PER_CM3
-from chipwise.tools import MAX_DIGITS
 
 NAME = 'check'
 HELP = 'check whole programs: flutes, traverses, holder, times'
@@ -72,6 +70,8 @@ def run(options):
 
 def tool_of(options, machine):
     """--tool, --diameter -> arguments of simulate.check."""
+    from chipwise.assumed.post_comments import SIZES_MM
+    from chipwise.tools import MAX_DIGITS
     if options.tool is not None and not 1 <= options.tool < 10 ** MAX_DIGITS:
         refuse(f'--tool {options.tool} is not a tool number')
     diameter = options.diameter and options.diameter * machine.unit_mm
@@ -108,14 +108,14 @@ def report(result):
         return
     count = result.findings.count
     yield printable(f'{result.program}: ') + (f'{count} finding{"s" * (count != 1)}' if count else 'no findings') + (
-        ', on an assumed stock' if result.on_assumed_stock else '')
+        ', on an assumed stock' if result.stock else '')
     for text in grouped_notes(result.notes):
         yield f'  {printable(text)}'
     for tool in result.tools.values():
         yield '  ' + tool_line(tool, result.unit)
     groups = grouped(result.findings.kept)
     for group in groups[:MAX_PRINTED]:
-        yield '  ' + group.text(result.unit) + (' (on the assumed stock)' if result.on_assumed_stock and group[0].rule in OF_STOCK else '')
+        yield '  ' + group.text(result.unit) + (' (on the assumed stock)' if result.stock and group[0].rule in OF_STOCK else '')
     more = result.findings.dropped + sum(map(len, groups[MAX_PRINTED:]))
     if more:
         yield f'  and {more} more; --json has {"all" if not result.findings.dropped else "the first ones"}'

@@ -253,14 +253,12 @@ class Collector:
         if marks.any():
             at = self.count + np.cumsum(kinds <= records.ARC)[marks]
             self.marks.append(np.column_stack((at, block[marks, 1:9])))
-            block, kinds = block[~marks], kinds[~marks]
-        start = 0
-        for event in (*np.flatnonzero(kinds > records.ARC).tolist(), len(block)):
-            if event > start:
-                self._moves(block[start:event])
-            if event < len(block):
-                self._event(int(kinds[event]), int(block[event, 1]), block[event, 2:].tolist())
-            start = event + 1
+            block = block[~marks]
+        for moves, *event in rules.parts(block):
+            if moves is None:
+                self._event(*event)
+            else:
+                self._moves(moves)
 
     def _moves(self, block):
         rules.check_positions(block)

@@ -159,7 +159,7 @@ def respect_flutes(order, job, progress):
         proof.same_stock(job.program, second, job.geometry, job.cell)
         second = None
         data = _content(path)
-    unit = "in" if job.machine.unit_mm > 10 else "mm"
+    unit = job.machine.unit
     parts = [f'line{"s" * (b > a)} {a}' + (f" to {b}" if b > a else "") + f" in {n} levels" for a, b, n in figures.lines[:5]]
     more = f" and {len(figures.lines) - 5} more" if len(figures.lines) > 5 else ""
     return data, (f'{", ".join(parts)}{more}; {format_length(round(figures.added_feed, 1), unit)} of feed added to '
@@ -196,7 +196,7 @@ def _with_reserve(order, job, progress, reserve, needles, folder, fed):
 
 def still_broken(job, found):
     """The Unreadable for depths.Witness that no repeat has mended."""
-    unit, deep = "in" if job.machine.unit_mm > 10 else "mm", [witness for witness in found if witness.traverse is None]
+    unit, deep = job.machine.unit, [witness for witness in found if witness.traverse is None]
     if not deep:
         return Unreadable(f"a traverse of the rewritten path of tool {found[0].tool.number} would still be less than "
                           f"{format_length(job.clearance, unit)} beside stock", "take smaller steps in Z here, or a smaller TRAVERSE_CLEARANCE",
