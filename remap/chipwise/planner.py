@@ -29,6 +29,7 @@ import struct
 import subprocess
 import time
 
+from chipwise.clock import patience
 from chipwise.errors import CycleError
 from chipwise.processes import cpu_s
 
@@ -194,7 +195,7 @@ class Plan:
         """End a process that waits for something that never comes."""
         if now != self._seen[0]:
             self._seen = now, time.monotonic()
-        elif time.monotonic() - self._seen[1] > STUCK_S:
+        elif time.monotonic() - self._seen[1] > patience(STUCK_S):
             self._done(CycleError("planning waits for a file that does not answer",
                                   "look at the contour subs on the SUBROUTINE_PATH"))
             end()

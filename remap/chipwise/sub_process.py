@@ -12,6 +12,7 @@ import subprocess
 import time
 
 from chipwise import program_code
+from chipwise.clock import patience
 from chipwise.contour_sub.find import fault, o_word, sub_name
 from chipwise.errors import MM_PER_INCH
 from chipwise.own_folder import OwnFolder, check_room, put, writing
@@ -112,7 +113,7 @@ def answer_of(process, order: str):
         now = tree_cpu_s(process.pid)
         if now != had:
             had, since = now, time.monotonic()
-        elif time.monotonic() - since > STUCK_S:
+        elif time.monotonic() - since > patience(STUCK_S):
             process.kill()
             process.communicate()
             return None

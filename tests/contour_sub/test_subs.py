@@ -244,3 +244,12 @@ def test_files_that_linuxcnc_does_not_read(read, tmp_path, name, text, message):
     with pytest.raises(CycleError) as caught:
         read(text if name == "program.ngc" else "G21\n")
     assert message in str(caught.value) and "/tmp" not in str(caught.value), str(caught.value)
+
+
+@pytest.mark.parametrize("speed, answer", [("1", None), ("10", ("", ""))])
+def test_patience_is_in_real_time(monkeypatch, speed, answer):
+    """A process that computes nothing is given up, but not sooner where the clock runs ten times as fast."""
+    monkeypatch.setenv("CHIPWISE_SPEED", speed)
+    monkeypatch.setattr(sub_process, "STUCK_S", 0.4)
+    process = subprocess.Popen(["sleep", "2"], text=True, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    assert sub_process.answer_of(process, "") == answer

@@ -26,6 +26,7 @@ import numpy as np
 from chipwise import program_code
 from chipwise.check.program_file import MAX_BYTES, Unfinished, Unreadable, Unsafe, Unusable, check_file, readable
 from chipwise.check.records import WIDTH
+from chipwise.clock import patience
 from chipwise.errors import CycleError, unnamed
 from chipwise.ini import expanded, section_of
 from chipwise.machine import rs274
@@ -182,7 +183,7 @@ class Reader:
                 now = tree_cpu_s(self._child.pid)       # cycles are planned in a process of their own
                 if now != had:
                     had, since = now, time.monotonic()
-                elif time.monotonic() - since > STUCK_S:
+                elif time.monotonic() - since > patience(STUCK_S):
                     raise Unusable("it waits for a file or a program that does not answer",
                                    "look at the files that it calls on the SUBROUTINE_PATH")
                 continue
