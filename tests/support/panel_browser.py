@@ -148,7 +148,7 @@ def visit(url, folder, token):
                      "return chipwise.view instanceof HeightView"), "targets": targets(driver), "state": driver.execute_script(
                          "return chipwise.state"), "column": above(driver), "overflow": driver.execute_script(
                              "return [document.documentElement.scrollWidth, document.documentElement.scrollHeight]")}
-        found["alarms"] = [e.text for e in driver.find_elements("css selector", "#alarm-list li")]
+        found["alarms"] = row_texts(driver, "#alarm-list li")
         wait(driver, "chipwise.ahead.points.length", "the path ahead", AHEAD_S)
         found["ahead"] = ahead(driver)
         found["background"] = driver.execute_script("return document.body.dataset.state")
@@ -156,7 +156,7 @@ def visit(url, folder, token):
         if token:
             found["token"] = enter_token(driver, token)
         driver.find_element("id", "clear").click()
-        found["after_clear"] = [e.text for e in driver.find_elements("css selector", "#alarm-list li.active, #alarm-list li")]
+        found["after_clear"] = row_texts(driver, "#alarm-list li.active, #alarm-list li")
         found["messages"] = [entry["message"] for entry in driver.get_log("browser") if entry["level"] == "SEVERE"]
         found["run_column"] = run_column(driver)
         opened(driver, url + "/?flat&lang=de")
@@ -198,6 +198,12 @@ def enter_token(driver, token):
 # ---- a typed line -----------------------------------------------------------------------------------------------
 
 
+def row_texts(driver, selector):
+    """Texts of the rows that are shown, read at once: the page may draw them anew between two questions."""
+    return driver.execute_script("return Array.from(document.querySelectorAll(arguments[0])).map((row) => "
+                                 "row.getClientRects().length ? row.innerText.replace(/[\\t ]+/g, ' ').trim() : '')", selector)
+
+
 def typed(driver, code, text, chop="", enter=True):
     """Choose a code and type its data and a chop size; -> what the page says after Enter, or while it is typed."""
     from selenium.webdriver.support.select import Select
@@ -211,8 +217,8 @@ def typed(driver, code, text, chop="", enter=True):
     field.send_keys(text + ("\n" if enter else ""))
     wait(driver, "!['', 'Planning'].includes(document.getElementById('entry-says').textContent)", "words about the line")
     return {"line": driver.find_element("id", "entry-gcode").text, "says": driver.find_element("id", "entry-says").text,
-            "wrong": [row.text for row in driver.find_elements("css selector", "#field-rows tr.wrong")],
-            "rows": [row.text for row in driver.find_elements("css selector", "#field-rows tr")],
+            "wrong": row_texts(driver, "#field-rows tr.wrong"),
+            "rows": row_texts(driver, "#field-rows tr"),
             "run": not driver.find_element("id", "entry-run").get_attribute("aria-disabled") and driver.find_element("id", "entry-run").is_displayed(),
             "drawn": driver.execute_script("const e = document.getElementById('entry-drawing'); return e.hidden ? 0 : e.naturalWidth")}
 
