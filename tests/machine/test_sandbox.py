@@ -195,7 +195,11 @@ def test_a_display_has_a_socket_of_its_own():
     """Another sandbox's display has another process 3, so a lock in the common /tmp would keep nobody off its socket."""
     folder = Path('/tmp/.X11-unix')
     script = 'ls /tmp/.X11-unix; echo "X${DISPLAY#:}"'
-    folder.mkdir(mode=0o1777, exist_ok=True)
+    if not folder.exists():  # as an X server makes it: a folder that umask narrows would shut out every other user of the machine
+        folder.mkdir()
+        folder.chmod(0o1777)
+    if not os.access(folder, os.W_OK):
+        pytest.skip(f'{folder} belongs to somebody who lets nobody else in')
     other = folder / f'X{os.getpid()}'
     other.touch()
     try:
