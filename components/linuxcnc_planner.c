@@ -15,9 +15,9 @@
 #include "core/chip_math.h"
 #include "core/tracker.h"
 #include "linuxcnc_planner.h"
+#include "linuxcnc_segment.h"
 
 #define CHIP_PLANNER_KEY 100    /* DEFAULT_SHMEM_KEY of motion */
-#define CHIP_PLANNER_CHORDS 16  /* chords an arc outside XY is read as; a blend arc has one less */
 #define CHIP_PLANNER_MARGIN 2.0 /* mm read beyond the horizon */
 #define CHIP_PLANNER_READS 24   /* segments read from the queue in a period at most */
 
@@ -96,114 +96,6 @@ static const TC_STRUCT *queue_item(const TP_STRUCT *tp, int n)
     return &tp->queue.queue[(tp->queue.start + n) % tp->queue.size];
 }
 
-/* Axis position -> tip, mm. */
-static void tip_of(const struct chip_tracker_in *in, const PmCartesian *at, double tip[3])
-{
-    tip[0] = (at->x - in->tool_offset_mu[0]) / in->mu_per_mm;
-    tip[1] = (at->y - in->tool_offset_mu[1]) / in->mu_per_mm;
-    tip[2] = (at->z - in->tool_offset_mu[2]) / in->mu_per_mm;
-}
-
-/* Point on a circle at a share of its angle. */
-static void point_on_circle(const PmCircle *circle, double share, PmCartesian *at)
-{
-    double c = cos(share * circle->angle), s = sin(share * circle->angle);
-    double grow = circle->radius != 0.0 ? 1.0 + share * circle->spiral / circle->radius : 1.0;
-    at->x = circle->center.x + grow * (c * circle->rTan.x + s * circle->rPerp.x) + share * circle->rHelix.x;
-    at->y = circle->center.y + grow * (c * circle->rTan.y + s * circle->rPerp.y) + share * circle->rHelix.y;
-    at->z = circle->center.z + grow * (c * circle->rTan.z + s * circle->rPerp.z) + share * circle->rHelix.z;
-}
-
-static int is_upright(const PmCartesian *normal) { return normal->z > 0.999999 || normal->z < -0.999999; }
-
-/* Number of parts a segment of the queue is read as: chords of an arc outside XY or a spiral,
- * the straight beginning and the arc, or its chords, of a blend. */
-static int part_count(const TC_STRUCT *tc)
-{
-    const PmCircle *circle = &tc->coords.circle.xyz;
-    if (tc->motion_type == TC_SPHERICAL) return is_upright(&tc->coords.arc.xyz.binormal) ? 2 : CHIP_PLANNER_CHORDS;
-    if (tc->motion_type != TC_CIRCULAR) return 1;
-    if (is_upright(&circle->normal) && circle->spiral < 1e-3 && circle->spiral > -1e-3) return 1;
-    return CHIP_PLANNER_CHORDS;
-}
-
-/* Point on a blend arc at a share of its angle (tp/spherical_arc.c, arcPoint). */
-static void point_on_arc(const SphericalArc *arc, double share, PmCartesian *at)
-{
-    double p = sin((1.0 - share) * arc->angle) / arc->Sangle, q = sin(share * arc->angle) / arc->Sangle;
-    at->x = arc->center.x + p * arc->rStart.x + q * arc->rEnd.x;
-    at->y = arc->center.y + p * arc->rStart.y + q * arc->rEnd.y;
-    at->z = arc->center.z + p * arc->rStart.z + q * arc->rEnd.z;
-}
-
-/* Blend arc: part 0 is its straight beginning, which ends at `start`; then the arc, outside XY in chords. */
-static int arc_blend_part(const SphericalArc *arc, int part, const struct chip_tracker_in *in,
-                          struct chip_segment *segment)
-{
-    PmCartesian from = arc->start, to;
-    double a[3], b[3], centre[3];
-    if (part == 0) {
-        from.x -= arc->line_length * arc->uTan.x;
-        from.y -= arc->line_length * arc->uTan.y;
-        from.z -= arc->line_length * arc->uTan.z;
-        tip_of(in, &from, a);
-        tip_of(in, &arc->start, b);
-        return chip_segment_line(segment, a, b);
-    }
-    if (!is_upright(&arc->binormal)) {
-        point_on_arc(arc, (part - 1.0) / (CHIP_PLANNER_CHORDS - 1), &from);
-        point_on_arc(arc, part / (CHIP_PLANNER_CHORDS - 1.0), &to);
-        tip_of(in, &from, a);
-        tip_of(in, &to, b);
-        return chip_segment_line(segment, a, b);
-    }
-    tip_of(in, &arc->start, a);
-    tip_of(in, &arc->end, b);
-    tip_of(in, &arc->center, centre);
-    return chip_segment_arc(segment, centre, a, arc->binormal.z > 0.0 ? arc->angle : -arc->angle, b[2] - a[2]);
-}
-
-/* A part of a segment of the queue -> core; 0 if it has no length or cannot be used. */
-static int segment_of(const TC_STRUCT *tc, int part, const struct chip_tracker_in *in, struct chip_segment *segment)
-{
-    const PmCircle *circle = &tc->coords.circle.xyz;
-    int parts = part_count(tc);
-    double a[3], b[3], centre[3];
-    PmCartesian from, to;
-    if (tc->motion_type == TC_SPHERICAL) return arc_blend_part(&tc->coords.arc.xyz, part, in, segment);
-    if (tc->motion_type == TC_LINEAR) {
-        from = tc->coords.line.xyz.start;
-        to = tc->coords.line.xyz.end;
-    } else if (tc->motion_type == TC_CIRCULAR) {
-        point_on_circle(circle, (double)part / parts, &from);
-        point_on_circle(circle, (double)(part + 1) / parts, &to);
-    } else {
-        return 0;
-    }
-    tip_of(in, &from, a);
-    tip_of(in, &to, b);
-    if (tc->motion_type == TC_LINEAR || parts > 1) return chip_segment_line(segment, a, b);
-    tip_of(in, &circle->center, centre);
-    return chip_segment_arc(segment, centre, a, circle->normal.z > 0.0 ? circle->angle : -circle->angle, b[2] - a[2]);
-}
-
-/* Acceleration the planner may brake with along a segment, machine units/s2, as
- * tcGetTangentialMaxAccel (tp/tc.c) computes it. */
-static double braking_accel(const TC_STRUCT *tc)
-{
-    double share = 1.0 - chip_max(tc->kink_accel_reduce, tc->kink_accel_reduce_prev);
-    if (tc->blend_prev || tc->term_cond == TC_TERM_COND_PARABOLIC) share *= 0.5;
-    if (tc->motion_type == TC_CIRCULAR || tc->motion_type == TC_SPHERICAL) share *= tc->acc_ratio_tan;
-    return tc->maxaccel * share;
-}
-
-/* How the end of a part of a segment is left. */
-static int join_of(const TC_STRUCT *tc, int part)
-{
-    if (part + 1 < part_count(tc) || tc->term_cond == TC_TERM_COND_TANGENT) return CHIP_JOIN_TANGENT;
-    return tc->term_cond == TC_TERM_COND_PARABOLIC ? CHIP_JOIN_PARABOLIC : CHIP_JOIN_STOP;
-}
-
 /* The parabolic blend the tool is in, if it leads into a straight traverse (tp/tp.c, tpUpdateBlend: the
  * next segment gets the share of its blend velocity that the first has lost of its own). */
 static void read_parabola(const TP_STRUCT *tp, const struct chip_tracker_in *in, struct chip_blend *blend)
@@ -225,6 +117,17 @@ static void read_parabola(const TP_STRUCT *tp, const struct chip_tracker_in *in,
     blend->first_left = (tc->target - tc->progress) / in->mu_per_mm;
     blend->first_speed = tc->currentvel / in->mu_per_mm;
     blend->active = 1;
+}
+
+/* The pace of the segment the tool is on, or of the two of a parabolic blend [5]. */
+static void read_pace(struct chip_planner *planner, const TP_STRUCT *tp)
+{
+    const TC_STRUCT *tc = queue_item(tp, 0), *next = queue_item(tp, 1);
+    planner->braking_mu_s2 = braking_accel(tc);
+    planner->blend_vel_mu_s = 0.0;
+    if (tp->queue._len < 2 || !tc->blending_next || tc->term_cond != TC_TERM_COND_PARABOLIC) return;
+    planner->braking_mu_s2 = chip_min(planner->braking_mu_s2, braking_accel(next));
+    planner->blend_vel_mu_s = chip_max(0.0, chip_min(tc->currentvel, next->currentvel));
 }
 
 static long key_of(const TP_STRUCT *tp, int n, int part)
@@ -332,6 +235,7 @@ void chip_planner_follow(struct chip_planner *planner, const struct chip_tracker
     double progress = 0.0;
     int part = 0;
 
+    planner->blend_vel_mu_s = planner->braking_mu_s2 = 0.0;
     note_heartbeat(planner);
     tp = checked_planner(planner, in->pos_mu, in->period_s);
     if (!tp || tp->queue._len == 0 || !present_part(tp, in, &segment, &part, &progress)) {
@@ -339,6 +243,7 @@ void chip_planner_follow(struct chip_planner *planner, const struct chip_tracker
         planner->tentative = 0;
         return;
     }
+    read_pace(planner, tp);
     for (; planner->tentative > 0; planner->tentative--) chip_path_retract(path);
     chip_path_follow(path, key_of(tp, 0, part), segment.length, progress);
     extend_path(planner, tp, in, horizon, path);

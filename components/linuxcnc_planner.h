@@ -21,6 +21,9 @@
  *     The rtapi_app of Debian's package is setuid root: it makes the user the saved uid, itself root, creates blocks as root
  *     and gives them to the user (2.9: uspace_common.h, uspace_rtapi_app.cc; read to master of 2026-08). Without setuid, and for
  *     blocks that milltask makes (2.10), the creator is the user.
+ *  5. In a parabolic blend motion.current-vel is the sum of the velocities on two segments, each of which keeps to the
+ *     override (tp/tp.c, tpUpdateBlend, tpDoParabolicBlending). So the smaller one of the two, and the weaker braking of
+ *     the two segments, are read for the watchdog.
  */
 #ifndef CHIPWISE_LINUXCNC_PLANNER_H
 #define CHIPWISE_LINUXCNC_PLANNER_H
@@ -38,7 +41,10 @@ struct chip_planner {
     int tentative;                          /* parts at the path's end that are read again in every period */
     int looked, runs;                       /* a heartbeat of motion is known; it has changed since the last period */
     uint64_t last_beat;
-    int last_command; /* number of the last command that motion has carried out */
+    double
+        blend_vel_mu_s;   /* velocity on the slower segment of a parabolic blend; 0: none, or the path is unknown [5] */
+    double braking_mu_s2; /* least acceleration the planner brakes with now, machine units/s2; 0: the path is unknown */
+    int last_command;     /* number of the last command that motion has carried out */
 };
 
 /* Whether a block of shared memory is ours alone: owner, creator, rights [4]. */
@@ -51,7 +57,7 @@ void chip_planner_attach(struct chip_planner *planner);
  * carries out one command per period and says which. */
 int chip_planner_aborted(struct chip_planner *planner);
 
-/* Follows the planner's queue up to `horizon` mm ahead: `path` is known afterwards, or not [3]. */
+/* Follows the planner's queue up to `horizon` mm ahead: `path` is known afterwards, or not [3]; reads the pace [5]. */
 void chip_planner_follow(struct chip_planner *planner, const struct chip_tracker_in *in, double horizon,
                          struct chip_path *path);
 

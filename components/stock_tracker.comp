@@ -67,6 +67,8 @@ pin out float rapid_distance "machine units to the stock a traverse is about to 
 pin out bit aborted "motion got the command to abort (Stop, E-stop, error of a program) since the last period";
 pin out bit load_lost "stock, tool or position were known under the M251 in force and are not, or nobody followed them meanwhile and they have changed; to volumetric-feed.N.load-lost";
 pin out bit path_known "the path ahead is read from the motion planner; FALSE: it is predicted";
+pin out float blend_vel "velocity that the slower segment of a parabolic blend adds to motion.current-vel, machine units/s; 0: no such blend, or path-known is FALSE";
+pin out float braking_accel "least acceleration the planner brakes with where the tool is, machine units/s2; 0: path-known is FALSE";
 pin out float load_step_distance_#[8] "machine units of travel until load-step-area-N applies; step 0 applies now";
 pin out float load_step_area_#[8] "mm2, never too low; rises with N; 0: unused";
 pin out float load_step_accel_#[8] "mean braking the planner can use until there, machine units/s2; 0: unknown";
@@ -295,6 +297,13 @@ static void write_pins(struct __comp_state *__comp_inst, const struct chip_track
     }
 }
 
+/* read-path is FALSE: nothing is known of the planner. */
+static void unread_path(struct __comp_state *__comp_inst)
+{
+    chip_path_reset(&state.path);
+    planner.blend_vel_mu_s = planner.braking_mu_s2 = 0.0;
+}
+
 FUNCTION(_) {
     struct chip_stock *stock = map;
     struct chip_tracker_in in;
@@ -307,7 +316,9 @@ FUNCTION(_) {
     if (read_path)
         chip_planner_follow(&planner, &in, chip_tracker_horizon(&state, stock, &in), &state.path);
     else
-        chip_path_reset(&state.path);
+        unread_path(__comp_inst);
+    blend_vel = planner.blend_vel_mu_s;
+    braking_accel = planner.braking_mu_s2;
     chip_tracker_step(&state, stock, &in, &out);
     write_pins(__comp_inst, &out);
     load_lost = watch_load(__comp_inst, &in);

@@ -51,6 +51,8 @@ pin in float tool_diameter "tool diameter, machine units, for max-chip-thickness
 pin in float tool_flutes "number of cutting edges, for max-chip-thickness; 0: unknown";
 pin in float spindle_speed "spindle.0.speed-out-rps, 1/s of either sign, for max-chip-thickness";
 pin in float current_vel "motion.current-vel, machine units/s, for override-ignored";
+pin in float blend_vel "stock-tracker.N.blend-vel, machine units/s: the part of current-vel that a parabolic blend adds";
+pin in float braking_accel "stock-tracker.N.braking-accel, machine units/s2; 0: unknown, a quarter of acceleration";
 pin in bit index_enable "spindle.0.index-enable: the move waits for the spindle and then follows it";
 pin in float feed_override = 1.0 "the operator's feed override in effect, 1 = 100 % (chipwise-monitor.feed-override); 0 or negative: 1";
 pin in bit load_lost "the load was known and is not any more (stock-tracker.N.load-lost): neither adaptive-feed nor the velocity rises";
@@ -149,6 +151,8 @@ static int watch(struct __comp_state *__comp_inst, const struct chip_feed_in *in
     seen.requested_vel_mm_s = in->requested_vel_mm_s;
     seen.override_share = given;
     seen.current_vel_mm_s = current_vel / units_per_mm;
+    seen.blend_vel_mm_s = blend_vel / units_per_mm;
+    seen.braking_mm_s2 = braking_accel / units_per_mm;
     seen.acceleration_mm_s2 = in->acceleration_mm_s2;
     seen.max_override_share = max_override;
     seen.period_s = in->period_s;

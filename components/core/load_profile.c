@@ -113,6 +113,15 @@ struct blend_ahead {
     double far;          /* mm from the tool, up to where segments with blends may begin */
 };
 
+/* mm behind the corner at which a blend begun with `speed` ends: the second segment is at that speed after speed / b, and
+ * goes on at it until the first one has ended, after speed / a. */
+static double blend_behind(const struct chip_segment *segment, const struct chip_segment *next, double speed)
+{
+    double rising = 0.5 * speed * speed / next->accel, whole = speed * speed / segment->accel - rising;
+    if (whole <= rising) return chip_min(0.5 * next->length, rising);
+    return chip_min(next->length, whole);
+}
+
 /* Finds the next one behind `blend`; if there is none it begins nowhere. */
 static void next_blend(const struct chip_lookahead *lookahead, const struct chip_path *path, struct blend_ahead *blend)
 {
@@ -125,7 +134,7 @@ static void next_blend(const struct chip_lookahead *lookahead, const struct chip
         if (segment->join != CHIP_JOIN_PARABOLIC || !(segment->accel > 0.0) || !(next->accel > 0.0)) continue;
         blend->begin =
             blend->end - 0.5 * chip_min(segment->length, speed * speed / segment->accel) - lookahead->latency_travel;
-        blend->until = blend->end + 0.5 * chip_min(next->length, speed * speed / next->accel);
+        blend->until = blend->end + blend_behind(segment, next, speed);
         blend->excess = next->accel > segment->accel ? 2.0 - segment->accel / next->accel : 1.0;
         if (blend->excess * speed + next->accel * lookahead->period < CHIP_BLEND_MOST * speed)
             blend->excess += next->accel * lookahead->period / speed;

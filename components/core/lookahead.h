@@ -31,11 +31,12 @@
  *  7. Where the path turns between two samples the area is sublinear in the direction: at most their larger
  *     one over the cosine of half the turn is met.
  *  8. In a parabolic blend LinuxCNC takes the tool off one segment with that one's acceleration a and puts it on the next with
- *     its own b, each up to the velocity commanded; no override acts on it (tp/tp.c, tpUpdateBlend and tpUpdateCycle;
+ *     its own b, each up to the velocity commanded; no override lowers the sum to it (tp/tp.c, tpUpdateBlend and tpUpdateCycle;
  *     measured on 2.9.0~pre1). If b is larger the two add up to 2 - a / b times the velocity at the blend's beginning,
  *     and always to b times a period more; never to more than twice. Only at its end is the velocity the one commanded.
- *     So the largest load in a blend, from v^2 / 2a before the corner to v^2 / 2b behind it, counts as that much higher, and
- *     from its beginning on.
+ *     So the largest load in a blend, from v^2 / 2a before the corner to its end behind it, counts as that much higher, and
+ *     from its beginning on. It ends v^2 / 2b behind the corner or, if a is smaller, v^2 / a - v^2 / 2b: the second segment
+ *     is at v long before the first one has ended.
  */
 #ifndef CHIPWISE_LOOKAHEAD_H
 #define CHIPWISE_LOOKAHEAD_H

@@ -8,8 +8,9 @@
 #define CHIP_WATCHDOG_PERIODS 5
 /* factor on the explained velocity; smaller trips on rounding, larger hides small excesses */
 #define CHIP_WATCHDOG_SLACK 1.02
-/* share of the acceleration; above the planner's least braking, which is 0.25, braking reads as ignoring [2] */
+/* share of the acceleration, where the braking is not known; above the planner's own, braking reads as ignoring [2] */
 #define CHIP_WATCHDOG_BRAKING 0.25
+#define CHIP_WATCHDOG_BLENDED 0.5  /* share of the velocity that is on the slower of two segments, at most [2] */
 #define CHIP_WATCHDOG_REST_S 0.1   /* s at rest that end a synchronised move [5] */
 #define CHIP_WATCHDOG_AT_REST 1e-6 /* mm/s */
 #define CHIP_WATCHDOG_LIMIT 1e9    /* mm/s, mm/s2: no machine exceeds this */
@@ -30,6 +31,22 @@ static double allowed_velocity(const struct chip_watchdog_in *in)
     return max_override * chip_max(scale * speed(in->requested_vel_mm_s), speed(in->programmed_vel_mm_s));
 }
 
+/* Velocity that has to keep to the override: that on the faster segment of a blend, mm/s [2]. */
+static double checked_velocity(const struct chip_watchdog_in *in)
+{
+    double velocity = speed(in->current_vel_mm_s);
+    CHIP_FAULT(BLEND_AS_IGNORED, return velocity);
+    return velocity - chip_min(speed(in->blend_vel_mm_s), CHIP_WATCHDOG_BLENDED * velocity);
+}
+
+/* Acceleration at which an explained velocity falls, mm/s2 [2]. */
+static double explained_braking(const struct chip_watchdog_in *in)
+{
+    double falling = CHIP_WATCHDOG_BRAKING * speed(in->acceleration_mm_s2), known = speed(in->braking_mm_s2);
+    CHIP_FAULT(BRAKING_AS_IGNORED, return 2.0 * speed(in->acceleration_mm_s2));
+    return known > 0.0 ? chip_min(falling, known) : falling;
+}
+
 /* Whether the move follows the spindle [5]. */
 static int follow_spindle(struct chip_watchdog *watchdog, const struct chip_watchdog_in *in, int feeding,
                           double period_s)
@@ -48,10 +65,9 @@ int chip_watchdog_step(struct chip_watchdog *watchdog, const struct chip_watchdo
     int on = chip_feed_replaces(in->feed_mode, in->programmed_vel_mm_s, in->requested_vel_mm_s);
     int ceiling = speed(in->programmed_vel_mm_s) > 0.0 && speed(in->requested_vel_mm_s) > in->programmed_vel_mm_s;
     double period_s = chip_finite(in->period_s) ? chip_clamp(in->period_s, 0.0, 0.1) : 0.0;
-    double allowed = allowed_velocity(in), actual = speed(in->current_vel_mm_s), accel = speed(in->acceleration_mm_s2),
+    double allowed = allowed_velocity(in), actual = checked_velocity(in), accel = speed(in->acceleration_mm_s2),
            jerk = speed(in->max_jerk_mm_s3);
-    double falling = CHIP_WATCHDOG_BRAKING * accel, gaining = CHIP_WATCHDOG_LATENCY * accel * period_s;
-    CHIP_FAULT(BRAKING_AS_IGNORED, falling = 2.0 * accel);
+    double falling = explained_braking(in), gaining = CHIP_WATCHDOG_LATENCY * accel * period_s;
 
     if (!on || in->motion == 0) watchdog->override_ignored = 0;
     if (follow_spindle(watchdog, in, feeding, period_s) || !on || !feeding || !ceiling) {

@@ -11,9 +11,14 @@
  *  1. The watchdog checks feed moves, arcs and probing moves while the requested velocity is a ceiling above F.
  *  2. These velocities are explained: the override times the requested velocity, or F, times the largest feed
  *     override the operator may set; the velocity before, falling at a quarter of the
- *     planner's acceleration (braking is never that slow: feed.h, 2); and CHIP_WATCHDOG_SLACK. If the planner
+ *     planner's acceleration, or at what the planner brakes with on the segments the tool is on, if that is less (half of
+ *     its acceleration in a parabolic blend, half of that on an arc, less what a bend in the path takes of it: tp/tc.c,
+ *     tcGetTangentialMaxAccel); and CHIP_WATCHDOG_SLACK. If the planner
  *     limits the jerk to J, the velocity falls only after a / J, the time in which braking builds up, and a
  *     machine that was still accelerating may gain a^2 / 2J.
+ *     In a parabolic blend the tool is on two segments at once, and the velocity is the sum of both
+ *     (linuxcnc_planner.h, 5). Each of them keeps to the override, so the faster one is checked: the sum may be up to
+ *     twice what the override allows.
  *  3. A velocity that stays unexplained for CHIP_WATCHDOG_PERIODS periods means that the override is ignored. So
  *     does the report of a program that has read LinuxCNC's status.
  *  4. The result is kept until nothing moves any more (motion type 0: the program was aborted) or the
@@ -33,6 +38,8 @@ struct chip_watchdog_in {
     double requested_vel_mm_s;
     double override_share;     /* the override given in this period */
     double current_vel_mm_s;   /* motion.current-vel */
+    double blend_vel_mm_s;     /* of it on the slower segment of a parabolic blend; 0: none, or unknown [2] */
+    double braking_mm_s2;      /* least acceleration the planner brakes with now; 0: unknown [2] */
     double acceleration_mm_s2; /* of the planner */
     double max_override_share; /* largest feed override of the operator; below 1: 1 */
     double period_s;

@@ -4,12 +4,12 @@ import pytest
 
 from chipwise.stock import core, layout
 
-PERIOD = 0.001
+PERIOD, CELL = 0.001, 0.25
 
 
 def profile_at_a_blend(before, behind, join=layout.Join.PARABOLIC, speed=10.0, from_corner=0.5):
     """Load steps `from_corner` mm before a parabolic blend of two lines in a full slot, with these accelerations of the planner; and the full area."""
-    tool, box = core.Tool(6), core.Stock((-20, -20, -6), (20, 20, 0), 0.25)
+    tool, box = core.Tool(6), core.Stock((-20, -20, -6), (20, 20, 0), CELL)
     lookahead = core.Lookahead(box, tool)
     for key, (x, accel) in enumerate(((-12.0, before), (0.0, behind)), 1):
         segment = core.line((x, 0, -2), (x + 12.0, 0, -2))
@@ -44,3 +44,13 @@ def test_where_there_is_no_parabolic_blend_nothing_is_added():
     assert steps[-1][0] == 0.0 and steps[-1][1] > 1.45 * full
     steps, full = profile_at_a_blend(250, 5e5, speed=0.5, from_corner=0.02)
     assert steps[-1][1] == pytest.approx(2.0 * full, rel=0.03)         # never more than twice
+
+
+def test_an_added_velocity_counts_until_the_first_segment_has_ended():
+    """An arc of weak braking into a line (a < b): it ends v^2 / a - v^2 / 2b behind the corner, not v^2 / 2b."""
+    speed, before, behind = 10.0, 125.0, 500.0
+    ends = speed ** 2 / before - speed ** 2 / (2 * behind)
+    for beyond, most in ((0.2, 1.75), (ends - 0.05, 1.75), (ends + CELL, 1.0)):         # samples are up to a cell apart
+        steps, full = profile_at_a_blend(before, behind, speed=speed, from_corner=-beyond)
+        added = behind * PERIOD / speed if most > 1.0 else 0.0
+        assert max(area for _distance, area in steps) == pytest.approx(full * (most + added), rel=0.03), beyond

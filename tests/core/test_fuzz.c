@@ -194,6 +194,8 @@ static void check_watchdog(const struct chip_feed_in *law, double override_share
     seen.requested_vel_mm_s = law->requested_vel_mm_s;
     seen.override_share = override_share;
     seen.current_vel_mm_s = spoilt ? hostile() : 20.0;
+    seen.blend_vel_mm_s = spoilt ? hostile() : 0.0;
+    seen.braking_mm_s2 = spoilt ? hostile() : 0.0;
     seen.acceleration_mm_s2 = law->acceleration_mm_s2;
     seen.max_override_share = spoilt ? hostile() : 1.0;
     seen.period_s = law->period_s;

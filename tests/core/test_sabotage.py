@@ -49,6 +49,7 @@ FAULTS = {
     "LOSS_NOT_SEEN": ("a lost load not seen", "test_load_lost.py::test_lost_and_found"),
     "CHANGE_NOT_SEEN": ("another tool that nobody followed", "test_load_lost.py::test_another_tool_or_stock_that_nobody_followed"),
     "BRAKING_AS_IGNORED": ("braking treated as an ignored override", "test_watchdog.py::test_a_machine_that_follows_is_never_stopped"),
+    "BLEND_AS_IGNORED": ("a blend treated as an ignored override", "test_watchdog.py::test_a_parabolic_blend_is_no_ignored_override"),
     "CEILING_EXPLAINS": ("an ignored override explained by the ceiling", "test_watchdog.py::test_it_is_seen_in_time"),
     "CHORD_AT_ITS_END": ("chord of friction judged at its end", "test_tracer.py::test_friction_on_a_ball"),
     "FRICTION_AS_NORMAL": ("friction left in the normal", "test_tracer.py::test_slope_at_a_low_gain"),

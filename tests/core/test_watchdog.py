@@ -151,3 +151,83 @@ def test_the_check_sees_a_jerk_not_told():
 def test_an_ignored_override_is_seen_with_a_bounded_jerk(jerk):
     machine = Soft(jerk, follows=False)
     assert not all(machine.step(0.1) for _ in range(1500))
+
+
+class Blends(Machine):
+    """A planner that goes from segment to segment by parabolic blends (tp/tp.c, tpUpdateBlend): off the first at its own
+    acceleration, onto the second at that one's, up to what the override allows there; current-vel is the sum of both."""
+
+    def __init__(self, first=0.23, second=0.5, told=True, **how):
+        super().__init__(**how)
+        self.first, self.second, self.told = first * ACCEL, second * ACCEL, told
+        self.rest = 0.0                                 # velocity on the segment that is left
+
+    def blend(self):
+        """The next segment begins; the first is the one the tool is on."""
+        self.rest, self.velocity = self.velocity, 0.0
+
+    def step(self, scale, **changes):
+        goal = self.override * CEILING * (self.scale if self.follows else 1.0) * (not self.inhibit)
+        accel = self.second if self.rest > 0.0 else self.first
+        self.rest = max(0.0, self.rest - self.first * DT)
+        self.velocity = min(max(goal, self.velocity - accel * DT), self.velocity + accel * DT)
+        self.scale = scale
+        told = dict(blend_vel_mm_s=min(self.rest, self.velocity), braking_mm_s2=min(self.first, self.second)) if self.told else {}
+        values = core.WatchdogIn(feed_mode=2, motion=2, programmed_vel_mm_s=F, requested_vel_mm_s=CEILING, override_share=scale,
+                             current_vel_mm_s=self.rest + self.velocity, acceleration_mm_s2=ACCEL, max_override_share=1.5, period_s=DT, **told)
+        return core.follows_override(self.watch, values)
+
+
+def blended(machine, scale=0.6, periods=400):
+    """At the override's velocity into a blend, and through it -> (never stopped, largest velocity)."""
+    good = all([machine.step(scale) for _ in range(600)])
+    machine.blend()
+    fastest = 0.0
+    for _ in range(periods):
+        good = machine.step(scale) and good
+        fastest = max(fastest, machine.rest + machine.velocity)
+    return good, fastest
+
+
+@pytest.mark.parametrize("override", [1.0, 1.5])
+def test_a_parabolic_blend_is_no_ignored_override(override):
+    """An arc of weak braking into a line: for 0.2 s the sum is up to 1.5 times what the override allows."""
+    good, fastest = blended(Blends(override=override))
+    assert good and fastest > 1.3 * override * 0.6 * CEILING
+
+
+def test_the_check_sees_a_blend_not_told():
+    assert not blended(Blends(override=1.5, told=False))[0]
+
+
+def test_random_blends_and_overrides():
+    """With the least braking of LinuxCNC's segments: 0.5 x 0.5 x (1 - what a bend in the path takes of it, 0.71 at most)."""
+    random = np.random.default_rng(random_seed())
+    machine, scale = Blends(override=1.5), 1.0
+    for _ in range(20000):
+        if random.random() < 0.01:
+            scale = random.random()
+        if random.random() < 0.005 and machine.rest == 0.0:
+            machine.first, machine.second = random.uniform(0.073, 0.5, 2) * ACCEL
+            machine.blend()
+        assert machine.step(scale)
+
+
+@pytest.mark.parametrize("periods", [0, 50, 200])
+def test_an_ignored_override_is_seen_in_a_blend(periods):
+    """Adaptive feed is switched off `periods` into a blend: seen before the segment that speeds up is faster than the rule says."""
+    machine = Blends(override=1.0)
+    assert blended(machine, 0.1, periods)[0]
+    machine.follows = False
+    for _ in range(300):
+        if not machine.step(0.1):
+            break
+    assert machine.velocity <= 1.5 * F * 1.02 + 7 * ACCEL * DT
+    assert not machine.step(0.1)
+
+
+def test_a_blend_hides_half_of_the_velocity_at_most():
+    """Whatever the pin says: twice what is explained is too fast."""
+    for told in (math.nan, math.inf, -1.0, 1e308):
+        machine = Machine(follows=False)
+        assert not all(machine.step(0.1, blend_vel_mm_s=told, braking_mm_s2=told) for _ in range(300)), told

@@ -461,6 +461,8 @@ class WatchdogIn(C.Structure):
         ("requested_vel_mm_s", C.c_double),
         ("override_share", C.c_double),
         ("current_vel_mm_s", C.c_double),
+        ("blend_vel_mm_s", C.c_double),
+        ("braking_mm_s2", C.c_double),
         ("acceleration_mm_s2", C.c_double),
         ("max_override_share", C.c_double),
         ("period_s", C.c_double),
