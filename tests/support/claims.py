@@ -76,6 +76,7 @@ def ini_text(condition, table, geometry):
     text = re.sub(r"^TOOL_GEOMETRY *=.*$", f"TOOL_GEOMETRY = {geometry}", text, flags=re.M)
     text = re.sub(r"^(\w*ACCELERATION) *=.*$", rf"\1 = {condition.accel / unit:.6f}", text, flags=re.M)
     text = re.sub(r"^SERVO_PERIOD *=.*$", f"SERVO_PERIOD = {round(condition.period * 1e6)}", text, flags=re.M)
+    text = re.sub(r"^COMM_TIMEOUT *=.*$", "COMM_TIMEOUT = 300", text, flags=re.M)      # s of a fast clock: as tests/support/operate.py
     text = re.sub(r"^SUBROUTINE_PATH *=.*$", f"SUBROUTINE_PATH = {ROOT}/nc_files", text, flags=re.M)
     if not condition.arc_blends:
         text = text.replace("[TRAJ]\n", "[TRAJ]\nARC_BLEND_ENABLE = 0\n", 1)

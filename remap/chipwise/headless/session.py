@@ -90,6 +90,9 @@ class Session:
         if not self.failure:
             self.failure = ('LinuxCNC was %s at line %d (interpreter %d, execution %d, motion line %d)'
                             % (what, s.current_line, s.interp_state, s.exec_state, s.motion_line))
+            if s.exec_state == linuxcnc.EXEC_ERROR:     # of all its causes the one without a message (emctaskmain.cc, usrmotintf.cc)
+                self.failure += ('; if no message says why, its motion did not answer a command within [EMCMOT]COMM_TIMEOUT, as on a '
+                                 'computer that was blocked: run it again, or raise COMM_TIMEOUT')
 
     def collect_messages(self):
         while True:
