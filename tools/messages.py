@@ -27,6 +27,7 @@ SECTIONS = (                                    # (beginning of the path, headin
     ('remap/chipwise/cli/rewrite', 'chipwise rewrite'),
     ('remap/chipwise/check/', 'chipwise check'), ('remap/chipwise/assumed/', 'chipwise check'),
     ('remap/chipwise/batch/', 'chipwise check'),
+    ('remap/chipwise/setup/', 'chipwise setup'), ('remap/chipwise/cli/setup', 'chipwise setup'),
     ('remap/chipwise/own_folder', 'chipwise check'),
     ('remap/chipwise/program_code', 'chipwise check'),
     ('remap/chipwise/cli/check', 'chipwise check'),

@@ -47,6 +47,16 @@ def numbers(path: str) -> list:
         return []
 
 
+def remarks(path: str) -> dict:
+    """{tool number: what is behind the semicolon of its line}; none if the table cannot be read."""
+    try:
+        lines = read_bytes(path, MAX_BYTES).decode("utf-8", "replace").splitlines() if path else []
+    except OSError:
+        return {}
+    parts = [line.partition(";") for line in lines]
+    return {int(found.group(1)): remark.strip() for found, remark in ((_LINE.match(words), remark) for words, _, remark in parts) if found and remark.strip()}
+
+
 def diameters(path: str) -> list:
     """[(tool number, diameter in machine units)] of the tools of a table that have one; none if it cannot be read."""
     try:

@@ -39,7 +39,7 @@ def _form(text):
     return re.compile(text.replace("NUM", _NUMBER), re.IGNORECASE)
 
 
-_FUSION = _form(r"^\s*T(\d{1,9})\s+(.{0,200}?)D=NUM\s+CR=NUM(?:\s+TAPER=NUMdeg)?\s+-\s+ZMIN=NUM")
+_FUSION = _form(r"^\s*T(\d{1,9})\s+(.{0,200}?)D=NUM\s+CR=NUM(?:\s+TAPER=NUMdeg)?\s+-\s+ZMIN=NUM(?:\s+-\s+(.{1,80}))?")
 _PERSONAL = _form(r"using Fusion(?: 360)? for Personal Use, the feedrate of")
 _STOCK_CORNER = _form(r"stock(Min|Max):\s*NUM\s*(mm|in)\s*,\s*NUM\s*(?:mm|in)\s*,\s*NUM\s*(?:mm|in)")
 _BLOCK = _form(r"STOCK/BLOCK\s*,\s*NUM\s*,\s*NUM\s*,\s*NUM\s*,\s*NUM\s*,\s*NUM\s*,\s*NUM")
@@ -66,6 +66,7 @@ class SaidTool:
     diameter: float
     corner_radius: float = 0.0
     tip_angle: Optional[float] = None
+    name: str = field(default="", compare=False)
 
 
 @dataclass
@@ -108,10 +109,11 @@ class Reading:
             self._keep(number, *self._pending)
             self._pending = None
 
-    def _keep(self, number, diameter, corner=0.0, tip=None):
+    def _keep(self, number, diameter, corner=0.0, tip=None, name=""):
         low, high = SIZES_MM
         if low <= diameter <= high and len(self.said.tools) < MAX_TOOLS and number not in self.said.tools:
-            self.said.tools[number] = SaidTool(number, diameter, min(max(corner, 0.0), diameter / 2), tip if tip and 1 <= tip < 179 else None)
+            self.said.tools[number] = SaidTool(number, diameter, min(max(corner, 0.0), diameter / 2), tip if tip and 1 <= tip < 179 else None,
+                                               name.strip(" -"))
 
     def _take(self, text):
         """One comment."""
@@ -127,14 +129,14 @@ class Reading:
     def _take_tool(self, text):
         unit = self.said.unit_mm
         if found := _FUSION.search(text):
-            number, _name, diameter, corner, taper, _lowest = found.groups()
-            self._keep(int(number), float(diameter) * unit, float(corner) * unit, 2 * float(taper) if taper else None)
+            number, remark, diameter, corner, taper, _lowest, kind = found.groups()
+            self._keep(int(number), float(diameter) * unit, float(corner) * unit, 2 * float(taper) if taper else None, kind or remark)
         elif found := _MASTERCAM.search(text):
-            self._keep(int(found.group(1)), float(found.group(3)) * unit)
+            self._keep(int(found.group(1)), float(found.group(3)) * unit, name=found.group(2))
         elif found := _KIRI_TOOL.search(text):
             self._keep(int(found.group(1)), float(found.group(2)) * (1.0 if found.group(4).lower() == "metric" else INCH_MM))
         elif found := _VECTRIC_TOOL.search(text):
-            self._keep(int(found.group(1)), float(found.group(3)) * (1.0 if found.group(4).lower() == "mm" else INCH_MM))
+            self._keep(int(found.group(1)), float(found.group(3)) * (1.0 if found.group(4).lower() == "mm" else INCH_MM), name=found.group(2))
         elif found := _CAMBAM.search(text):
             self._keep(int(found.group(1)), float(found.group(2)) * unit)
         elif found := _FREECAD_CALL.search(text):

@@ -282,23 +282,26 @@ class Simulation:
         return result
 
 
-def check(program, machine, stock=None, cell=None, progress=None, cpu_s=CPU_S, assumes=False, tool=None, diameter=None, **limits):
+def check(program, machine, stock=None, cell=None, progress=None, cpu_s=CPU_S, assumes=False, tool=None, diameter=None,
+          simulated=Simulation, **limits):
     """Result of one program.
 
     machine: reader.Machine; stock: (low, high) mm in work coordinates or None; cell: mm, default [CHIPWISE]CELL, smaller
     if a tool needs it; progress: called with the number of the line that is being simulated; assumes: whether a stock and tools
-    that the program does not name are assumed; tool, diameter (mm): of the one in the spindle at the beginning, then.
+    that the program does not name are assumed; tool, diameter (mm): of the one in the spindle at the beginning, then; simulated: makes the
+    Simulation of its arguments.
     """
     def read(stock):
         return Reader(program, machine, stock, cpu_s=cpu_s, **limits)
     try:
         try:
-            return _judged(program, machine, read, stock, cell, progress, cpu_s)
+            return _judged(program, machine, read, stock, cell, progress, cpu_s, None, simulated)
         except Missing as error:
             if not assumes or not machine.axis_mask & Y_AXIS:       # a lathe's program has no stock that a mill could cut
                 raise
             assumption = assume(surveyed(read(None), machine), program, machine, error.line, bool(stock), tool, diameter)
-            return _judged(program, machine, read, (assumption.low, assumption.high) if assumption.low else stock, cell, progress, cpu_s, assumption)
+            return _judged(program, machine, read, (assumption.low, assumption.high) if assumption.low else stock, cell, progress, cpu_s, assumption,
+                           simulated)
     except Unreadable as error:
         result = Result(program, error=(str(error), error.line), state=error.state, unit=machine.unit)
         if isinstance(error, Unknown):
@@ -308,13 +311,13 @@ def check(program, machine, stock=None, cell=None, progress=None, cpu_s=CPU_S, a
         return Result(program, error=(unnamed(error.text()), 0), state=UNCHECKED)
 
 
-def _judged(program, machine, read, stock, cell, progress, cpu_s, assumption=None):
+def _judged(program, machine, read, stock, cell, progress, cpu_s, assumption, simulated):
     """Result; with smaller cells, and with needles, where they are needed.  read(stock) -> Reader."""
     settings = load_settings(machine.ini)
     tools = load_tools(settings.path("TOOL_GEOMETRY"))
     wanted, needles = cell or settings["CELL"], {}
     while True:
-        simulation = Simulation(program, machine, wanted, settings, tools, needles, assumption)
+        simulation = simulated(program, machine, wanted, settings, tools, needles, assumption)
         try:
             result = _run(simulation, read(stock), progress, cpu_s)
             needles = doubts.needles(simulation.doubts, simulation.segments, result.cell)

@@ -33,6 +33,7 @@ class Timer:
         self.load, self.load_volumetric = Load(), Load()
         self._speed, self._speed_volumetric = [0.0], [0.0]
         self._last_kind, self._last_direction = None, None
+        self.seconds = None                             # (n,) of the moves of the last spend(), at F and under M251
 
     def set_feed_mode(self, mode, target, lower, ceiling):
         """M251, M252."""
@@ -64,6 +65,7 @@ class Timer:
         if self.mode != OFF:
             wanted = np.where(cutting, np.minimum(self._volumetric(length, volume, plain, tool), rapid_speed), plain)
             volumetric, volumetric_planned = wanted, self._planned(length, wanted, accel, corner, self._speed_volumetric)
+        self.seconds = planned, volumetric_planned
         self.load.add(planned, volume)
         self.load_volumetric.add(volumetric_planned, volume)
         if tool is None:
@@ -104,7 +106,7 @@ class Timer:
         limit = tool and tool.geometry and tool.geometry.max_removal_rate
         if limit:
             target, lower = min(target, limit), min(lower, limit)
-        area = np.maximum(_windows(length, volume)[0], 1e-9)
+        area = np.maximum(windows(length, volume)[0], 1e-9)
         held, ceiling = target / 60.0 / area, self.ceiling / 60.0 or np.inf
         if self.mode == LIMIT:
             return np.minimum(plain, held)
@@ -125,7 +127,7 @@ def _accel_shares(kinds, lines):
     return np.where(beside[whole] & (kinds != records.RAPID), BESIDE_BLEND * shares, shares)
 
 
-def _windows(length, volume):
+def windows(length, volume):
     """(mm2: volume per mm of path, mm: length) of the window of about RATE_WINDOW_MM that each move belongs to."""
     number = np.floor(np.cumsum(length) / RATE_WINDOW_MM)
     window = np.concatenate(([0], np.cumsum(np.diff(number) > 0)))
@@ -137,7 +139,7 @@ def _rates(length, plain, planned, volume, cutting):
     """Removal rate of each move at F, mm3/min; None if nothing is removed."""
     if not volume.any():
         return None
-    area, distance = _windows(length, np.where(cutting, volume, 0.0))
+    area, distance = windows(length, np.where(cutting, volume, 0.0))
     rate = area * np.where(cutting, np.minimum(plain, length / np.maximum(planned, 1e-12)), 0.0) * 60.0
     # a window shorter than it should be (the end of a block, a single short move) gives no rate
     rate[distance < RATE_WINDOW_MM / 2] = 0.0

@@ -33,9 +33,14 @@ def add_arguments(parser):
     parser.add_argument('--report', metavar='FILE.html', help='all results as one page that needs no network')
     parser.add_argument('--jobs', type=int, metavar='N', help='programs at a time (default: one per processor)')
     parser.add_argument('--scheduler', metavar='ADDRESS', help='work the programs on a Dask cluster: tcp://HOST:PORT')
+    add_tool_options(parser)
+    add_machine_options(parser, refuse)
+
+
+def add_tool_options(parser):
+    """--tool, --diameter; setup.py has them too."""
     parser.add_argument('--tool', type=int, metavar='N', help='number of the tool in the spindle of a program that calls none')
     parser.add_argument('--diameter', type=float, metavar='D', help='its diameter, in machine units')
-    add_machine_options(parser, refuse)
 
 
 def run(options):
@@ -46,7 +51,7 @@ def run(options):
     if options.scheduler is not None and options.jobs is not None:
         refuse('--jobs counts processes of this computer; leave it out with --scheduler')
     arguments = machine_of(options, refuse)
-    arguments.update(assumes=True, **tool_of(options, arguments['machine']))
+    arguments.update(assumes=True, **tool_of(options, arguments['machine'], refuse))
     programs = programs_of(options.programs)
     if not programs:
         refuse('there is no program (.ngc, .nc, .tap) in the folder')
@@ -68,7 +73,7 @@ def run(options):
     return max(result.status for result in results)
 
 
-def tool_of(options, machine):
+def tool_of(options, machine, refuse):
     """--tool, --diameter -> arguments of simulate.check."""
     from chipwise.assumed.post_comments import SIZES_MM
     from chipwise.tools import MAX_DIGITS

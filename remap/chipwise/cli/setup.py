@@ -1,0 +1,197 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Set up a program as it is: its stock, what its tools cut, and a proposal for their feeds; confirmed, it becomes the program's job file.
+
+The stock is the one of M250 in the program, else that of --stock, else the one that the comments of the CAM system or the path make likely.
+The proposal of a tool: hold the largest mean rate over 1 s of its cuts at F, up to 2 times the F of a move. Moves down keep their F, and so do tools
+that only go down. No line of the program changes.
+
+Exit status: 0 done, 2 the program cannot be set up, or the job file cannot be written.
+"""
+
+import json
+import sys
+
+from chipwise.cli import UsageError
+from chipwise.cli.check import add_tool_options, seconds, surveyed, tool_of
+from chipwise.cli.machine_options import Progress, add_machine_options, ini_of, machine_of, refuser
+from chipwise.cli.output import check_outputs, write_output
+from chipwise.errors import CycleError, format_length, printable, unnamed, with_line
+from chipwise.rates import MM3_PER_CM3
+
+NAME = 'setup'
+HELP = 'set up a program: stock, tools, a proposal for the feed'
+SOURCES = {'program': 'a stock of its own', 'comment': 'a stock assumed from its comments', 'option': 'the stock of --stock', 'assumed': 'a stock assumed from its path'}
+
+refuse = refuser(NAME)
+
+
+def add_arguments(parser):
+    parser.add_argument('program', metavar='PROGRAM', help='G-code file')
+    parser.add_argument('--material', metavar='NAME', default='', help='what the stock is made of; kept in the job file')
+    parser.add_argument('--yes', action='store_true', help='confirm the proposal without a question')
+    parser.add_argument('--json', metavar='FILE', help='the result as JSON (-: standard output)')
+    add_tool_options(parser)
+    add_machine_options(parser, refuse)
+
+
+def run(options):
+    """-> exit status."""
+    from chipwise.check.run import lines_of
+    from chipwise.setup.job import MAX_TEXT, path_of
+    from chipwise.setup.measure import measure
+    if options.material and not (options.material.isprintable() and len(options.material) <= MAX_TEXT):
+        refuse(f'--material is not a text of at most {MAX_TEXT} characters')
+    arguments = machine_of(options, refuse)
+    machine = arguments.pop('machine')
+    arguments |= tool_of(options, machine, refuse)
+    check_outputs(refuse, {'--json': options.json}, [('the program', options.program), ('the INI file', ini_of(options))])
+    path = path_of(options.program, _folder(machine))
+    progress, lines = Progress(sys.stderr), lines_of(options.program)
+    measured = measure(options.program, machine, names(options.program, machine), progress=lambda line: progress(line / lines), **arguments)
+    progress.end()
+    said = sys.stderr if options.json == '-' else sys.stdout
+    print('\n'.join(report(options.program, measured)), file=said, flush=True)
+    trouble, confirmed = measured.result.error, False
+    if not trouble:
+        try:
+            confirmed = confirm(options, measured, path, said)
+        except CycleError as error:
+            trouble = unnamed(error), 0
+    if options.json:
+        _write(options.json, json_text(options, measured, path, confirmed, trouble))
+    if trouble and not measured.result.error:
+        raise UsageError(f'{NAME}: {trouble[0]}')
+    return 2 if trouble else 0
+
+
+def _folder(machine):
+    """[CHIPWISE]JOBS."""
+    from chipwise.settings import load_settings
+    try:
+        return load_settings(machine.ini).path('JOBS')
+    except CycleError as error:
+        raise UsageError(f'{NAME}: {unnamed(error)}') from error
+
+
+def names(program, machine):
+    """{tool number: name}: of the tool table, else of the program's comments."""
+    from chipwise import tool_table
+    from chipwise.assumed import post_comments
+    try:
+        said = post_comments.read(program, machine.unit_mm).tools
+    except OSError:                                 # whoever reads the program says why
+        said = {}
+    return {number: tool.name for number, tool in said.items() if number is not None and tool.name} | tool_table.remarks(machine.table)
+
+
+# ---- confirm -------------------------------------------------------------------------------------------------------
+
+
+def confirm(options, measured, path, said):
+    """Whether the proposal is confirmed, by --yes or by the person at the terminal; it is in the job file then."""
+    from chipwise.setup import job as jobs
+    from chipwise.setup.measure import digest_of
+    found, why_not = jobs.state_of(path, options.program, measured.digest)
+    wanted = job_of(options, measured)
+    shown = printable(path)
+    if found == jobs.as_written(wanted):
+        print(f'confirmed before, in {shown}', file=said)
+        return True
+    if why_not:
+        print(printable(unnamed(why_not)), file=said)
+    elif found:
+        print(f'{shown} has another set-up of this program', file=said)
+    if not (options.yes or asked(path)):
+        print('not confirmed, nothing is written; --yes confirms', file=said)
+        return False
+    if _digest(digest_of, options.program) != measured.digest:
+        raise CycleError('the program was changed while it was read', 'set it up again')
+    jobs.write(path, wanted)
+    print(f'confirmed: {shown}', file=said)
+    return True
+
+
+def _digest(digest_of, program):
+    try:
+        return digest_of(program)
+    except OSError:
+        return ''
+
+
+def asked(path):
+    """Whether the person at the terminal says yes; without a terminal nobody does."""
+    if not (sys.stdin.isatty() and sys.stderr.isatty()):
+        return False
+    print(printable(f'Confirm stock and feeds, and write {path}? [y/N] '), end='', file=sys.stderr, flush=True)
+    return sys.stdin.readline().strip().lower() in ('y', 'yes')
+
+
+def job_of(options, measured):
+    """Job of a proposal."""
+    from chipwise.setup.job import Job, JobTool, name_of
+    low, high, source = measured.stock
+    return Job(name_of(options.program), measured.digest, tuple(low), tuple(high), source, options.material,
+               {tool.number: JobTool(tool.diameter, tool.target, tool.ceiling) for tool in measured.tools})
+
+
+# ---- what is printed -----------------------------------------------------------------------------------------------
+
+
+def report(program, measured):
+    """Lines of text."""
+    from chipwise.check.findings import grouped_notes
+    result = measured.result
+    if result.error:
+        text, line = result.error
+        yield with_line(printable(f'{program}: {text}'), line)
+        yield from surveyed(result)
+        return
+    low, high, source = measured.stock
+    corners = (' '.join(format_length(value, result.unit).split()[0] for value in corner) for corner in (low, high))
+    yield printable(f'{program}: {SOURCES[source]}, from {" to ".join(corners)} {result.unit}')
+    for text in grouped_notes(result.notes):
+        yield f'  {printable(text)}'
+    if measured.has_own_rate:
+        yield '  the program has M251 of its own, which takes the place of what is set up here'
+    if result.findings.count:
+        yield f'  chipwise check has {result.findings.count} finding{"s" * (result.findings.count != 1)} in it'
+    for tool in measured.tools:
+        yield from tool_lines(tool, result.unit)
+    now, then = (sum(getattr(tool, key) for tool in measured.tools) + result.dwell_s for key in ('time_s', 'time_with_s'))
+    yield f'  in all {minutes(now)} at F, {minutes(then)} set up'
+
+
+def tool_lines(tool, unit):
+    """Two lines of one Proposal."""
+    what = [format_length(tool.diameter, unit), *([tool.name] if tool.name else []), *([f'{tool.flutes} flutes'] if tool.flutes and 'flute' not in tool.name else [])]
+    air = 100 * tool.air_s / tool.time_s if tool.time_s > 0 else 0
+    yield printable(f'  tool {tool.number}, {", ".join(what)}: {minutes(tool.time_s)} at F, {air:.0f} % of it in air; cuts '
+                    f'{tool.rate / MM3_PER_CM3:.3g} cm3/min at most over 1 s, {tool.mean / MM3_PER_CM3:.3g} in the mean')
+    if tool.target is None:
+        yield '    it only goes down, and keeps F'
+    else:
+        limit = ', the max_rate of its tool geometry' if tool.limited else ''
+        yield f'    proposal: hold {tool.target / MM3_PER_CM3:.3g} cm3/min{limit}, up to {tool.ceiling:g} times F, moves down at F: {minutes(tool.time_with_s)}'
+
+
+def minutes(value):
+    """"7:35"; below ten minutes with tenths of a second if it is less than one."""
+    return seconds(value) if value < 60 else f'{int(value + 0.5) // 60}:{int(value + 0.5) % 60:02}'
+
+
+def json_text(options, measured, path, confirmed, trouble):
+    """As the page and other programs read it; mm, s, mm3/min."""
+    result = measured.result
+    stock = measured.stock and {'min': list(measured.stock[0]), 'max': list(measured.stock[1]), 'source': measured.stock[2]}
+    return json.dumps({'program': printable(options.program), 'status': 2 if trouble else 0, 'error': trouble and printable(trouble[0]),
+                       'error_line': trouble and trouble[1], 'stock': stock, 'material': options.material,
+                       'tools': [tool.json() for tool in measured.tools], 'dwell_s': result.dwell_s, 'findings': result.findings.count,
+                       'notes': result.notes, 'own_m251': measured.has_own_rate, 'confirmed': confirmed,
+                       'job': printable(path) if confirmed else None, 'sha256': measured.digest}, indent=1, allow_nan=False) + '\n'
+
+
+def _write(path, text):
+    if path == '-':
+        sys.stdout.write(text)
+    else:
+        write_output(NAME, path, text)

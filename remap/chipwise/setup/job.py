@@ -1,0 +1,231 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The job file of a program: the stock and the feeds that a person has confirmed for it.
+
+Called by cli/setup.py.  part.ngc has part.job.toml beside it, or in the folder [CHIPWISE]JOBS.  It has the digest of the program: a program that
+was changed since, or another one of that name, has no set-up.  Nothing else of the file is trusted either: whatever is in it, read() ends in a Job
+or in a CycleError.  mm, mm3/min; the file has rates in cm3/min, as a person types them.
+"""
+
+import json
+import math
+import os
+import re
+import tomllib
+from dataclasses import dataclass
+from typing import Any, NoReturn, Optional
+
+from chipwise.errors import CycleError, braceless
+from chipwise.files import printable, read_bytes, write_durable
+from chipwise.rates import MAX_RATE, MM3_PER_CM3
+from chipwise.settings import SETTINGS
+from chipwise.tools import MAX_DIGITS
+
+FORMAT = 1
+ENDING, UNFINISHED = ".job.toml", ".unfinished"
+MAX_BYTES = 1 << 18
+MAX_TOOLS = 200
+MAX_TEXT = 200              # characters of a name
+SOURCES = "program", "comment", "option", "assumed"
+FARTHEST_MM, LEAST_MM = 1e5, 1e-3       # of a stock: corners, extents
+MAX_DIAMETER_MM = 2000.0
+_DIGEST = re.compile(r"[0-9a-f]{64}")
+
+
+@dataclass(frozen=True)
+class JobTool:
+    """target: mm3/min, None: F stays; ceiling: times the F of a move that does not go down."""
+
+    diameter: float
+    target: Optional[float]
+    ceiling: float
+
+
+@dataclass(frozen=True)
+class Job:
+    """program: its name; digest: SHA-256; low, high: mm, work coordinates of the first move; source: one of SOURCES; tools: {number: JobTool}."""
+
+    program: str
+    digest: str
+    low: tuple
+    high: tuple
+    source: str
+    material: str
+    tools: dict
+
+
+def path_of(program: str, folder: str = "") -> str:
+    """Path of a program's job file.  folder: [CHIPWISE]JOBS, "": beside it."""
+    stem = os.path.splitext(os.path.abspath(program))[0]
+    return os.path.join(folder or os.path.dirname(stem), os.path.basename(stem) + ENDING)
+
+
+def name_of(program: str) -> str:
+    """The name that the file of a program has in its job."""
+    return printable(os.path.basename(program))[:MAX_TEXT]
+
+
+# ---- write -----------------------------------------------------------------------------------------------------------------
+
+
+def text_of(job: Job) -> str:
+    """The content of a file."""
+    lines = ["# chipwise: the set-up of a program, confirmed by a person; made by chipwise setup", f"format = {FORMAT}",
+             f"program = {_quoted(job.program)}", f'sha256 = "{job.digest}"', *([f"material = {_quoted(job.material)}"] if job.material else []),
+             "", "[stock]                 # mm, work coordinates of the first move",
+             f"min = {_numbers(job.low)}", f"max = {_numbers(job.high)}", f'source = "{job.source}"']
+    for number, tool in job.tools.items():
+        lines += ["", f"[tool.{number}]", f"diameter = {_number(tool.diameter)}"]
+        if tool.target is not None:
+            lines += [f"target = {_number(tool.target / MM3_PER_CM3)}      # cm3/min", f"ceiling = {_number(tool.ceiling)}      # times F"]
+    return "\n".join(lines) + "\n"
+
+
+def _quoted(text):
+    """A basic string of TOML."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def _number(value):
+    return f"{value:.6g}" if abs(value) < 1e5 else repr(float(value))
+
+
+def _numbers(values):
+    return "[" + ", ".join(f"{value:.4f}".rstrip("0").rstrip(".") for value in values) + "]"
+
+
+def as_written(job: Job) -> Job:
+    """The Job that its file holds: rounded."""
+    return _Document("", tomllib.loads(text_of(job))).job()
+
+
+def write(path: str, job: Job) -> None:
+    """Write a job file, whole or not at all; CycleError where it cannot be written, or something else is there."""
+    here = _name(path)
+    if os.path.lexists(path):
+        other = read(path)                              # any other file stays: this raises
+        if other.program != job.program:
+            raise CycleError(f"{here} is the set-up of {braceless(other.program)}", "remove that file, or rename one of the programs")
+    try:
+        write_durable(path, text_of(job).encode(), UNFINISHED)
+    except OSError as error:
+        raise CycleError(f"{here} cannot be written: {error.strerror}", "use a folder that you may write, or set [CHIPWISE]JOBS to one") from error
+
+
+# ---- read ------------------------------------------------------------------------------------------------------------------
+
+
+def _name(path):
+    return braceless(printable(os.path.basename(path)))
+
+
+def read(path: str) -> Job:
+    """The Job of a file.  Raises CycleError for any other file."""
+    if os.path.islink(path):
+        raise CycleError(f"{_name(path)} is a link", "remove it; a job file is a file of its own")
+    try:
+        text = read_bytes(path, MAX_BYTES).decode("utf-8")
+    except UnicodeDecodeError:
+        _fail(path, "it is not UTF-8")
+    except OSError as error:
+        raise CycleError(f"{_name(path)} cannot be read: {error.strerror}", "remove it, and set the program up again") from error
+    try:
+        document = tomllib.loads(text)
+    except (ValueError, RecursionError):                # a number of 5,000 digits is a ValueError
+        _fail(path, "it is not TOML")
+    return _Document(path, document).job()
+
+
+def _fail(path, text) -> NoReturn:
+    raise CycleError(f"{_name(path)} is not a job file of chipwise: {braceless(text)}", "remove it, and set the program up again")
+
+
+class _Document:
+    """A document of TOML as a job."""
+
+    def __init__(self, path, document):
+        self.path, self.document = path, document
+
+    def _fail(self, text) -> NoReturn:
+        _fail(self.path, text)
+
+    def job(self) -> Job:
+        document = self.document
+        if document.get("format") != FORMAT or isinstance(document["format"], bool):
+            self._fail(f"format is not {FORMAT}")
+        self._keys(document, ("format", "program", "sha256", "material", "stock", "tool"), "the file")
+        program, digest = self._text(document, "program"), self._text(document, "sha256")
+        if not _DIGEST.fullmatch(digest):
+            self._fail("sha256 is not a digest")
+        material = self._text(document, "material") if "material" in document else ""
+        stock, tools = (self._table(document, key) for key in ("stock", "tool"))
+        self._keys(stock, ("min", "max", "source"), "[stock]")
+        low, high = self._corner(stock, "min"), self._corner(stock, "max")
+        if not all(b - a >= LEAST_MM for a, b in zip(low, high)):
+            self._fail("the stock has no extent")
+        if stock.get("source") not in SOURCES:
+            self._fail("source of the stock is not one of " + ", ".join(SOURCES))
+        if not 1 <= len(tools) <= MAX_TOOLS:
+            self._fail(f"it has not from 1 to {MAX_TOOLS} tools")
+        return Job(program, digest, low, high, stock["source"], material, dict(self._tool(name, table) for name, table in tools.items()))
+
+    def _tool(self, name, table):
+        if not (name.isascii() and name.isdigit() and len(name) <= MAX_DIGITS and str(int(name)) == name):
+            self._fail("[tool.N]: N is not a tool number")
+        if not isinstance(table, dict):
+            self._fail(f"[tool.{name}] is not a table")
+        self._keys(table, ("diameter", "target", "ceiling"), f"[tool.{name}]")
+        if ("target" in table) != ("ceiling" in table):
+            self._fail(f"[tool.{name}] has one of target and ceiling")
+        diameter = self._bounded(table, "diameter", 0.0, MAX_DIAMETER_MM)
+        if "target" not in table:
+            return int(name), JobTool(diameter, None, 1.0)
+        ceiling = self._bounded(table, "ceiling", 0.0, 1e3)
+        if not SETTINGS["SETUP_CEILING"].allowed(ceiling):
+            self._fail(f"ceiling of [tool.{name}] is not {SETTINGS['SETUP_CEILING'].rule}")
+        return int(name), JobTool(diameter, self._bounded(table, "target", 0.0, MAX_RATE / MM3_PER_CM3) * MM3_PER_CM3, ceiling)
+
+    def _keys(self, table, known, what):
+        if not set(table) <= set(known):
+            self._fail(f"{what} has other keys than " + ", ".join(known))
+
+    def _table(self, document, key):
+        if not isinstance(document.get(key), dict):
+            self._fail(f"[{key}] is missing")
+        return document[key]
+
+    def _text(self, table, key):
+        value = table.get(key)
+        if not (isinstance(value, str) and 0 < len(value) <= MAX_TEXT and value.isprintable()):
+            self._fail(f"{key} is not a text of at most {MAX_TEXT} characters")
+        return value
+
+    def _corner(self, table, key):
+        value = table.get(key)
+        if not (isinstance(value, list) and len(value) == 3 and all(_is_number(v) and abs(v) <= FARTHEST_MM for v in value)):
+            self._fail(f"{key} of the stock is not three lengths")
+        return tuple(map(float, value))
+
+    def _bounded(self, table, key, above, most):
+        value: Any = table.get(key)
+        if not (_is_number(value) and above < value <= most):
+            self._fail(f"{key} is not above {above:g}, at most {most:g}")
+        return float(value)
+
+
+def _is_number(value):
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and (isinstance(value, int) or math.isfinite(value))
+
+
+def state_of(path: str, program: str, digest: str) -> tuple[Optional[Job], str]:
+    """(Job that is in force for a program of that digest or None, why there is none: "" without a file)."""
+    if not os.path.lexists(path):
+        return None, ""
+    try:
+        job = read(path)
+    except CycleError as error:
+        return None, str(error)
+    if job.program != name_of(program):
+        return None, f"{_name(path)} is the set-up of {job.program}, not of this program"
+    if job.digest != digest:
+        return None, f"the program was changed since it was set up in {_name(path)}; confirm it again"
+    return job, ""

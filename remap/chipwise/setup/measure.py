@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Cuts a program at its own F and makes the proposal of each tool.
+
+Called by cli/setup.py.  It is the simulation of chipwise check (check/simulate.py) with another clock: besides the times at F it has those at the
+ceiling, which is a multiple of the F of each move; moves down keep their F.  mm, s, mm3/min.
+"""
+
+import hashlib
+from dataclasses import dataclass
+from typing import Optional
+
+import numpy as np
+
+from chipwise.check import records
+from chipwise.check.program_file import MAX_BYTES
+from chipwise.check.simulate import Simulation, check
+from chipwise.check.times import CONSTANT, OFF, Timer
+from chipwise.files import open_regular
+from chipwise.setup.rates import ToolLoad
+
+FALL = 1e-4                 # of a move's length: what falls more goes down
+PROGRAM, OPTION = "program", "option"       # where a stock comes from, besides those of assumed/assume.py
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """One tool.  time_s with traverses; air_s: feeds that meet no stock; rate: the largest mean over 1 s sideways, mean: of all cutting; target: None:
+    F stays; ceiling: times the F of a move; limited: whether the tool geometry's rate is the target."""
+
+    number: int
+    name: str
+    diameter: float
+    flutes: Optional[int]
+    time_s: float
+    air_s: float
+    rate: float
+    mean: float
+    target: Optional[float]
+    ceiling: float
+    time_with_s: float
+    limited: bool = False
+
+    def json(self):
+        """As in --json."""
+        return {"number": self.number, "name": self.name, "diameter": self.diameter, "flutes": self.flutes, "time_s": self.time_s,
+                "air_s": self.air_s, "rate_mean_mm3_min": self.mean, "rate_1s_mm3_min": self.rate, "target_mm3_min": self.target,
+                "ceiling": self.ceiling, "time_with_s": self.time_with_s}
+
+
+class SetupTimer(Timer):
+    """The clock; the second time of each move is that at the ceiling, `share` times F, instead of that of M251."""
+
+    def __init__(self, machine, share):
+        super().__init__(machine)
+        self.mode, self.share = CONSTANT, share
+        self.loads, self.has_own_rate = {}, False
+        self._down = None
+
+    def set_feed_mode(self, mode, target, lower, ceiling):
+        """M251 of the program: it is seen, and what counts here is F."""
+        self.has_own_rate = self.has_own_rate or int(mode) != OFF
+
+    def spend(self, kinds, lines, feed, steps, length, volume, tool):
+        """As Timer.spend."""
+        self._down = steps[:, 2] < -FALL * length
+        rates = super().spend(kinds, lines, feed, steps, length, volume, tool)
+        if tool is not None:
+            self.loads.setdefault(tool.number, ToolLoad()).add(kinds != records.RAPID, self._down, length, volume, *self.seconds)
+        return rates
+
+    def _volumetric(self, length, volume, plain, tool):
+        return np.where(self._down, plain, self.share * plain)
+
+
+class SetupSimulation(Simulation):
+    """A program under way, with the clock above."""
+
+    def __init__(self, program, machine, *arguments):
+        super().__init__(program, machine, *arguments)
+        self.timer = SetupTimer(machine, self.settings["SETUP_CEILING"])
+        self.first_stock = None                         # (low, high) mm, work coordinates
+
+    def _define(self, line, values):
+        super()._define(line, values)
+        if self.first_stock is None:
+            low, high = np.array(values[2:5]), np.array(values[5:8])
+            middle, half = np.array(self.frame.to_work((low + high) / 2)), (high - low) / 2
+            self.first_stock = tuple(np.round(middle - half, 4).tolist()), tuple(np.round(middle + half, 4).tolist())
+
+    def proposal(self, figures, name):
+        """Proposal of a tool from its ToolFigures."""
+        load, g = self.timer.loads[figures.number], figures.geometry
+        rate = load.rate(figures.feed_volume)
+        most = g.max_removal_rate if g else None
+        target = min(rate, most or rate) if rate > 0 else None
+        time_with = figures.planned_s
+        if target:
+            time_with = figures.volumetric_planned_s - float(load.by_rate.seconds.sum()) + load.by_rate.with_target(target)
+        return Proposal(figures.number, name, figures.diameter, g.flutes if g else None, figures.planned_s, load.air_s, rate, figures.mean_rate, target,
+                        self.timer.share if target else 1.0, time_with, bool(target and target < rate))
+
+
+@dataclass
+class Measured:
+    """A program.  result: check's; stock: (low, high, source) mm, work coordinates of the first move; digest: of the file as it was read."""
+
+    result: object
+    digest: str = ""
+    stock: Optional[tuple] = None
+    tools: tuple = ()
+    has_own_rate: bool = False
+
+
+def digest_of(program):
+    """SHA-256 of a file.  Raises OSError."""
+    found = hashlib.sha256()
+    with open_regular(program, MAX_BYTES) as file:
+        while part := file.read(1 << 20):
+            found.update(part)
+    return found.hexdigest()
+
+
+def measure(program, machine, names, stock=None, **arguments):
+    """Measured of a program.  names: {tool number: name}; stock, arguments: as of simulate.check."""
+    made = []
+
+    def simulated(*parts):
+        made[:] = [SetupSimulation(*parts)]
+        return made[0]
+    try:
+        digest = digest_of(program)
+    except OSError:
+        digest = ""                                     # check says why
+    result = check(program, machine, stock, assumes=True, simulated=simulated, **arguments)
+    if result.error:
+        return Measured(result)
+    simulation = made[0]
+    source = PROGRAM
+    if result.stock:
+        source = result.stock[2]
+    elif stock and (simulation.first_stock is None or np.allclose(np.concatenate(stock), np.concatenate(simulation.first_stock), atol=1e-3)):
+        source = OPTION
+    tools = tuple(simulation.proposal(figures, names.get(number, "")) for number, figures in result.tools.items() if number in simulation.timer.loads)
+    return Measured(result, digest, (*simulation.first_stock, source), tools, simulation.timer.has_own_rate)
+

@@ -1,0 +1,214 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Job files: confirmed by a person only, of one program only, whole or not there; and hostile ones."""
+
+import os
+import pty
+import select
+import subprocess
+import tomllib
+
+import pytest
+
+from chipwise.errors import CycleError
+from chipwise.setup import job as jobs
+from support.check_runs import CHIPWISE, mill_with_tools
+from support.setup_runs import chipwise_setup
+
+SLOT = "G21 G90 G94 G17\nT1 M6\nS8000 M3\nG0 X-10 Y30 Z5\nG0 Z-4\nG1 X110 F400\nG0 Z5\nM2\n"
+JOB = jobs.Job("part.ngc", "0" * 64, (0.0, 0.0, -20.0), (100.0, 60.0, 0.0), "option", "6061", {1: jobs.JobTool(6.0, 9600.0, 2.0), 4: jobs.JobTool(3.0, None, 1.0)})
+
+
+@pytest.fixture(name="machine")
+def make_machine(tmp_path):
+    return mill_with_tools(tmp_path)
+
+
+def confirmed(tmp_path, machine, *options, text=SLOT, name="part.ngc"):
+    """-> (exit status, all it said, JSON) of setup --yes."""
+    status, out, err, report = chipwise_setup(tmp_path, text, "--yes", *options, machine=machine, name=name)
+    return status, out + err, report
+
+
+def test_a_job_is_read_as_it_was_written(tmp_path):
+    path = tmp_path / "part.job.toml"
+    jobs.write(str(path), JOB)
+    assert jobs.read(str(path)) == JOB == jobs.as_written(JOB) and [p.name for p in tmp_path.iterdir()] == ["part.job.toml"]
+    odd = jobs.Job('a "b" \\ \u00e9 \U0001f600 c.ngc', *(getattr(JOB, key) for key in ("digest", "low", "high", "source", "material", "tools")))
+    assert jobs.as_written(odd) == odd
+    assert jobs.path_of("/a/b.c/part.v2.ngc") == "/a/b.c/part.v2.job.toml" and jobs.path_of("/a/part.nc", "/jobs") == "/jobs/part.job.toml"
+
+
+def test_yes_confirms_and_nothing_else_does(tmp_path, machine):
+    job = tmp_path / "part.job.toml"
+    status, out, _err, report = chipwise_setup(tmp_path, SLOT, machine=machine)
+    assert status == 0 and not report["confirmed"] and report["job"] is None and "--yes confirms" in out and not job.exists()
+    before = (tmp_path / "part.ngc").read_bytes()
+    status, said, report = confirmed(tmp_path, machine, "--material", "6061")
+    assert status == 0 and report["confirmed"] and report["job"] == str(job) and f"confirmed: {job}" in said
+    found = tomllib.loads(job.read_text())
+    assert (tmp_path / "part.ngc").read_bytes() == before and found["material"] == "6061" and found["program"] == "part.ngc"
+    assert found["stock"]["min"] == report["stock"]["min"] and found["stock"]["source"] == "assumed"
+    assert found["tool"]["1"]["target"] * 1000 == pytest.approx(report["tools"][0]["target_mm3_min"], rel=1e-4) and found["tool"]["1"]["ceiling"] == 2
+    _status, out, _err, report = chipwise_setup(tmp_path, SLOT, "--material", "6061", machine=machine)
+    assert report["confirmed"] and "confirmed before" in out
+
+
+def test_a_changed_program_asks_again(tmp_path, machine):
+    job = tmp_path / "part.job.toml"
+    confirmed(tmp_path, machine)
+    old = job.read_bytes()
+    _status, out, _err, report = chipwise_setup(tmp_path, SLOT.replace("F400", "F450"), machine=machine)
+    assert not report["confirmed"] and "the program was changed since it was set up in part.job.toml" in out and job.read_bytes() == old
+    _status, _said, report = confirmed(tmp_path, machine, text=SLOT.replace("F400", "F450"))
+    assert report["confirmed"] and jobs.read(str(job)).digest == report["sha256"] != tomllib.loads(old.decode())["sha256"]
+    _status, out, _err, report = chipwise_setup(tmp_path, None, "--stock", "0", "0", "-20", "100", "60", "0", machine=machine)
+    assert not report["confirmed"] and "has another set-up of this program" in out
+
+
+def test_the_folder_of_jobs(tmp_path, machine):
+    folder = machine.parent / "jobs"
+    folder.mkdir()
+    machine.write_text(machine.read_text().replace("[CHIPWISE]", "[CHIPWISE]\nJOBS = jobs"))
+    status, _said, report = confirmed(tmp_path, machine)
+    assert status == 0 and report["job"] == str(folder / "part.job.toml") and not (tmp_path / "part.job.toml").exists()
+    folder.joinpath("part.job.toml").unlink()
+    folder.rmdir()
+    status, said, report = confirmed(tmp_path, machine)
+    assert status == 2 and not report["confirmed"] and "part.job.toml cannot be written: No such file or directory; use a folder" in said
+
+
+def test_another_programs_job_stays(tmp_path, machine):
+    """part.ngc and part.nc have one job file."""
+    confirmed(tmp_path, machine)
+    old = (tmp_path / "part.job.toml").read_bytes()
+    status, said, report = confirmed(tmp_path, machine, name="part.nc")
+    assert status == 2 and not report["confirmed"] and "part.job.toml is the set-up of part.ngc; remove that file, or rename" in said
+    assert (tmp_path / "part.job.toml").read_bytes() == old
+
+
+def answered(tmp_path, machine, answer):
+    """What is on the terminal of a set-up that is answered."""
+    (tmp_path / "part.ngc").write_text(SLOT)
+    ours, its = pty.openpty()
+    with subprocess.Popen([CHIPWISE, "setup", str(tmp_path / "part.ngc"), "--ini", str(machine)], stdin=its, stdout=its, stderr=its, start_new_session=True) as process:
+        os.close(its)
+        said = b""
+        while b"[y/N]" not in said:
+            assert select.select([ours], [], [], 120)[0], said
+            said += os.read(ours, 4096)
+        os.write(ours, answer)
+        assert process.wait(120) == 0
+    os.close(ours)
+    return (tmp_path / "part.job.toml").exists()
+
+
+def test_a_person_at_a_terminal_is_asked(tmp_path, machine):
+    assert not answered(tmp_path, machine, b"\n") and not answered(tmp_path, machine, b"no\n") and not answered(tmp_path, machine, b"\x04")
+    assert answered(tmp_path, machine, b"y\n")
+
+
+# ---- hostile -----------------------------------------------------------------------------------------------------------
+
+
+GOOD = jobs.text_of(JOB)
+BAD = {
+    "binary": b"\x00\xff\xfe",
+    "words": b"this is my grocery list\n",
+    "empty": b"",
+    "huge": b"# " + b"x" * (jobs.MAX_BYTES + 1),
+    "nested": b"a = " + b"[" * 100_000,
+    "nested tables": ("format = 1\n[" + ".".join(["a"] * 50_000) + "]\n").encode(),
+    "long number": b"format = " + b"9" * 6000,
+    "other format": GOOD.replace("format = 1", "format = 2").encode(),
+    "true": GOOD.replace("format = 1", "format = true").encode(),
+    "no program": GOOD.replace('program = "part.ngc"\n', "").encode(),
+    "program is a number": GOOD.replace('"part.ngc"', "7").encode(),
+    "line break": GOOD.replace('"part.ngc"', '"part\\n.ngc"').encode(),
+    "digest": GOOD.replace("0" * 64, "zz").encode(),
+    "stock": GOOD.replace("[0, 0, -20]", "[0, 0]").encode(),
+    "stock nan": GOOD.replace("[0, 0, -20]", "[0, nan, -20]").encode(),
+    "stock inf": GOOD.replace("[0, 0, -20]", "[0, 0, -inf]").encode(),
+    "stock bool": GOOD.replace("[0, 0, -20]", "[0, 0, true]").encode(),
+    "stock far": GOOD.replace("[0, 0, -20]", "[0, 0, -1e300]").encode(),
+    "stock empty": GOOD.replace("[0, 0, -20]", "[0, 0, 0]").encode(),
+    "source": GOOD.replace('"option"', '"guess"').encode(),
+    "target": GOOD.replace("target = 9.6", "target = 1e9").encode(),
+    "target nan": GOOD.replace("target = 9.6", "target = nan").encode(),
+    "target below": GOOD.replace("target = 9.6", "target = -1").encode(),
+    "ceiling": GOOD.replace("ceiling = 2", "ceiling = 50").encode(),
+    "ceiling below": GOOD.replace("ceiling = 2", "ceiling = 0.5").encode(),
+    "half": GOOD.replace("ceiling = 2      # times F\n", "").encode(),
+    "tool text": GOOD.replace("[tool.4]", "[tool.four]").encode(),
+    "tool zeros": GOOD.replace("[tool.4]", "[tool.04]").encode(),
+    "tool long": GOOD.replace("[tool.4]", "[tool." + "4" * 5000 + "]").encode(),
+    "no tools": GOOD.partition("[tool.1]")[0].encode(),
+    "many tools": (GOOD + "".join(f"[tool.{n}]\ndiameter = 1\n" for n in range(100, 400))).encode(),
+    "extra": (GOOD + "[other]\na = 1\n").encode(),
+    "tools are a list": (GOOD.partition("[tool.1]")[0] + "[[tool]]\ndiameter = 1\n").encode(),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_a_file_that_is_no_job(tmp_path, name):
+    path = tmp_path / "part.job.toml"
+    path.write_bytes(BAD[name])
+    with pytest.raises(CycleError) as error:
+        jobs.read(str(path))
+    text = str(error.value)
+    assert "part.job.toml" in text and "set the program up again" in text and "\n" not in text and len(text) < 250
+    with pytest.raises(CycleError):
+        jobs.write(str(path), JOB)
+    assert path.read_bytes() == BAD[name] and [p.name for p in tmp_path.iterdir()] == ["part.job.toml"]
+    found, why = jobs.state_of(str(path), "part.ngc", "0" * 64)
+    assert found is None and "part.job.toml" in why
+
+
+def test_the_good_one_is_good(tmp_path):
+    path = tmp_path / "part.job.toml"
+    path.write_text(GOOD)
+    assert jobs.read(str(path)) == JOB
+    assert jobs.state_of(str(path), "/somewhere/part.ngc", "0" * 64) == (JOB, "")
+    assert jobs.state_of(str(path), "part.ngc", "1" * 64)[0] is None and jobs.state_of(str(path), "part.nc", "0" * 64)[0] is None
+
+
+def test_links_folders_and_pipes(tmp_path, machine):
+    """Nothing is written through a link, and nothing waits for a pipe."""
+    job, elsewhere = tmp_path / "part.job.toml", tmp_path / "precious"
+    elsewhere.write_text("precious")
+    for make in (lambda: job.symlink_to(elsewhere), lambda: job.symlink_to(tmp_path / "nowhere"), lambda: os.mkfifo(job), job.mkdir):
+        make()
+        status, said, report = confirmed(tmp_path, machine)
+        assert status == 2 and not report["confirmed"] and report["error"] and "part.job.toml" in said, said
+        assert elsewhere.read_text() == "precious" and not (tmp_path / "nowhere").exists()
+        os.rmdir(job) if job.is_dir() and not job.is_symlink() else job.unlink()
+
+
+def test_a_folder_that_cannot_be_written(tmp_path, monkeypatch):
+    """As root every folder can be written: the system's answer is made."""
+    def refused(*_arguments, **_words):
+        raise PermissionError(13, "Permission denied", str(tmp_path))
+    monkeypatch.setattr("chipwise.files.tempfile.mkstemp", refused)
+    with pytest.raises(CycleError, match="part.job.toml cannot be written: Permission denied; use a folder that you may write, or set .CHIPWISE.JOBS"):
+        jobs.write(str(tmp_path / "part.job.toml"), JOB)
+
+
+def test_a_write_that_is_cut_off_leaves_the_old_file(tmp_path, monkeypatch):
+    path = tmp_path / "part.job.toml"
+    jobs.write(str(path), JOB)
+    old = path.read_bytes()
+
+    def full(*_arguments):
+        raise OSError(28, "No space left on device")
+    monkeypatch.setattr("chipwise.files.os.fsync", full)
+    with pytest.raises(CycleError, match="No space left"):
+        jobs.write(str(path), JOB)
+    assert path.read_bytes() == old and [p.name for p in tmp_path.iterdir()] == ["part.job.toml"]
+
+
+def test_odd_material_and_options(tmp_path, machine):
+    for options in (("--material", "a\nb"), ("--material", "x" * 300), ("--stock", "0", "0", "0", "1", "1", "0")):
+        status, said, report = confirmed(tmp_path, machine, *options)
+        assert status == 2 and report is None and said.count("\n") <= 1, said
+    (tmp_path / "part.job.toml").unlink(missing_ok=True)
+    status, said, report = confirmed(tmp_path, machine, "--material", 'Al "6061" \\ é')
+    assert status == 0 and jobs.read(report["job"]).material == 'Al "6061" \\ é'
