@@ -156,6 +156,18 @@ def test_a_python_section_that_does_not(tmp_path, section, remap):
     assert f'PATH_APPEND = {python_section.CODES}' in text and 'from chipwise.codes import *' in text
 
 
+@pytest.mark.parametrize('section', ('[PYTHON]\nTOPLEVEL = {other}/toplevel.py\nPATH_PREPEND = {other}\n',
+                                     '[PYTHON]\nTOPLEVEL = python/toplevel.py\nPATH_PREPEND = python\nPATH_APPEND = {other}\n'))
+def test_codes_of_another_copy(tmp_path, section):
+    """As with `make install` of a copy beside the packages: LinuxCNC starts the components of one, and the INI file names the other."""
+    other = tmp_path / 'share/chipwise/remap'
+    (other / 'chipwise').mkdir(parents=True)
+    (other / 'chipwise/codes.py').touch()
+    text = said(python_section.check_codes, Ini(own(tmp_path, section.format(other=other))))
+    assert f'from the chipwise in {other},' in text and f'in {python_section.CODES};' in text and 'chipwise new-config' in text
+
+
+
 def test_no_python_section_and_no_codes(tmp_path):
     ini = tmp_path / 'own.ini'
     ini.write_text(REMAPS)

@@ -31,7 +31,14 @@ def missing():
 
 
 def stage(folder):
-    """-> `folder`, with what `make install` would put on this machine."""
+    """-> `folder`, with what `make install` would put on this machine; '' with CHIPWISE_SHIPPED=package, where the installed packages are tried.
+
+    A tree beside packages would be tried in part only: LinuxCNC looks into /usr/bin first."""
+    packages = os.path.isdir('/usr/share/chipwise/remap')
+    if os.environ.get('CHIPWISE_SHIPPED') == 'package':
+        assert packages, 'CHIPWISE_SHIPPED=package, and the package chipwise is not installed'
+        return ''
+    assert not packages, 'the package chipwise is installed here: remove it, or try it with CHIPWISE_SHIPPED=package'
     done = subprocess.run(['make', '--no-print-directory', 'install', f'DESTDIR={folder}', 'PREFIX=/usr/local'], cwd=ROOT, text=True,
                           stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
     assert done.returncode == 0, done.stdout

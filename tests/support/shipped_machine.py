@@ -20,7 +20,8 @@ from chipwise.machine.namespaces import loopback_up             # noqa: E402
 PLACE = '/mnt'                          # of the machine: everybody may go there
 TREE = PLACE + '/tree'                  # laid out as the repository: its tests, the installed remap and bin
 LOGS = PLACE + '/logs'
-SHARE = '/usr/local/share/chipwise'
+PREFIX = '/usr' if os.environ.get('CHIPWISE_SHIPPED') == 'package' else '/usr/local'
+SHARE = PREFIX + '/share/chipwise'
 OVERLAID = ('usr', 'etc')
 USERS = ('op', 'other')
 
@@ -69,7 +70,7 @@ def main(job):
     bind(job['tests'], TREE + '/tests')
     for name in ('remap', 'bin'):
         os.symlink(f'{SHARE}/{name}', f'{TREE}/{name}')
-    os.symlink('/usr/local/share/doc/chipwise/README.md', TREE + '/README.md')
+    os.symlink(PREFIX + '/share/doc/chipwise/README.md', TREE + '/README.md')
     bind(job['folder'], LOGS)
     cover()
     make_users()

@@ -50,9 +50,18 @@ def check_codes(ini):
     places = [os.path.join(folder, os.path.expanduser(text)) for key, text in section if key in ('PATH_PREPEND', 'PATH_APPEND')]
     if not (any(os.path.realpath(place) == CODES for place in places)
             and knows_the_codes([os.path.dirname(top), *places])):
+        other = next((os.path.realpath(place) for place in [os.path.dirname(top), *places] if is_another_chipwise(place)), None)
+        if other:
+            raise CycleError(f'this INI file takes its codes from the chipwise in {braceless(other)}, and its components from the one in '
+                             f'{braceless(CODES)}', 'make a new configuration with chipwise new-config, or uninstall one of the two')
         raise CycleError('this INI file has a [PYTHON] section of its own that does not import chipwise\'s codes',
                          f'add the line PATH_APPEND = {braceless(CODES)} to it, and the line `{IMPORT}` to its module '
                          'remap (remap.py)')
+
+
+def is_another_chipwise(place):
+    """Whether a folder is the remap/ of another copy of chipwise than this one."""
+    return os.path.realpath(place) != CODES and os.path.isfile(os.path.join(place, 'chipwise', 'codes.py'))
 
 
 def knows_the_codes(places):
