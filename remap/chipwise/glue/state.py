@@ -106,6 +106,11 @@ class State:
             if letter not in allowed and letter not in COMMON_WORDS and getattr(block, letter + "_flag"):
                 raise CycleError(f"word {letter.upper()} is not used here", remedy or f"words are {' '.join(allowed.upper() + 'F')}")
 
+    def has_any(self, letters):
+        """Whether one of these words is on the line, also outside argspec."""
+        block = self._block()
+        return any(getattr(block, letter + "_flag") for letter in letters)
+
     def number(self, letter):
         """A word's plain value, None where absent."""
         return self.words.get(letter)
@@ -162,6 +167,13 @@ class State:
         return (now if plane is None else plane), depth
 
     # ---- feeds ----------------------------------------------------------------------------------------------
+
+    def feed_per_minute(self):
+        """F in force, mm/min.  CycleError in other feed modes than G94."""
+        if self.interp.feed_mode in (_INVERSE_TIME, _UNITS_PER_REVOLUTION):
+            raise CycleError(f"G{93 if self.interp.feed_mode == _INVERSE_TIME else 95} is on, and the rate of a cut I, J needs a feed per minute",
+                             "program G94 before, or give Q")
+        return self.interp.feed_rate * self.unit_mm
 
     def feeds(self):
         """For a request: the active feed and E, mm/min (mm/rev under G95); E is half the feed without a word.

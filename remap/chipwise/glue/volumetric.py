@@ -67,9 +67,31 @@ def _rate(state, letter, meaning):
     return value * per
 
 
+def _target(state):
+    """mm3/min: Q, or the rate of the nominal cut I, J at the F in force."""
+    if not state.has_any("ij"):
+        return _rate(state, "q", "removal rate")
+    if state.number("q") is not None:
+        raise CycleError("Q and the nominal cut I, J are both given", "give Q, or I and J")
+    if state.number("i") is None and state.number("j") is None:
+        raise CycleError("words I and J do not reach chipwise", "write argspec=qpreijN in the line REMAP = M251 of the INI file, or give Q")
+    sides = [state.needed(letter, meaning) for letter, meaning in (("i", "width of cut"), ("j", "depth of cut"))]
+    for letter, meaning, value in zip("IJ", ("width", "depth"), sides):
+        if not value > 0:
+            raise CycleError(f"{meaning} of cut {letter}{{size}} is not above 0", f"give {letter} above 0", size=value)
+    feed = state.feed_per_minute()
+    if not feed > 0:
+        raise CycleError("the rate of a cut I, J needs a feed, and no F is set", "give F before, or on the line")
+    target = sides[0] * sides[1] * feed
+    if target > MAX_RATE:
+        raise CycleError(f"a cut of I{{i}} and J{{j}} at F{{f}}/min is {target / MM3_PER_CM3:.5g} cm3/min, above {MAX_RATE / MM3_PER_CM3:.5g} cm3/min, "
+                         "which no machine removes", "give width and depth of one cut", i=sides[0], j=sides[1], f=feed)
+    return target
+
+
 def _feed_words(state):
     """(mode, target, lower, ceiling) of M251: mm3/min, mm/min; ceiling None where F stays the upper limit."""
-    state.check_words("qpre")
+    state.check_words("qpreij")
     if planner_limits_jerk():
         raise CycleError("LinuxCNC's planner of [TRAJ]PLANNER_TYPE = 1 leaves the path where the feed changes in a blended corner",
                          "set PLANNER_TYPE = 0, or leave M251 out")
@@ -77,9 +99,11 @@ def _feed_words(state):
     mode = LIMIT if mode is None else mode
     if mode not in (LIMIT, CONSTANT, WINDOW):
         raise CycleError(f"mode P{mode:g} is not a valid mode", "use P1 (limit), P2 (constant) or P3 (window)")
-    target = _rate(state, "q", "removal rate")
+    target = _target(state)
     lower = _rate(state, "r", "lower removal rate") if mode == WINDOW else 0.0
     if lower > target:
+        if state.number("q") is None:
+            raise CycleError(f"lower removal rate R{state.number('r'):g} is above that of the cut I, J", "give R below it")
         raise CycleError(f"lower removal rate R{state.number('r'):g} is above the upper one, Q{state.number('q'):g}",
                          "give R below Q")
     ceiling = state.length("e")
