@@ -31,6 +31,17 @@ def test_stock_and_feed_go_on_and_off(tmp_path):
     assert last[0] == 'TRUE' and last[1] == after[1] and last[2] == '0'
 
 
+def test_the_nominal_cut_is_the_target(tmp_path):
+    """2 x 1.5 mm at F500 and, in inch, 0.1 x 0.05 in at F20 of before the line: cm3/min at the pin; F behind it changes nothing; refused, the target stays."""
+    answers = operate(tmp_path, [
+        ['mdi', 'T1 M6'], ['mdi', BOX], ['mdi', 'F500 M251 I2 J1.5 P2 E3000'], STATE, ['mdi', 'F900'], STATE, ['mdi', 'M251 I2 J0'], STATE,
+        ['mdi', 'G20'], ['mdi', 'F20'], ['mdi', 'M251 I0.1 J0.05'], STATE])
+    _tool, _box, _on, first, _faster, second, refused, third, *_inch, last = answers
+    assert [(found[2], float(found[3])) for found in (first, second, third)] == [('2', 1500.0)] * 3
+    assert refused == ['chipwise: M251: depth of cut J0 mm is not above 0; give J above 0']
+    assert last[2] == '1' and float(last[3]) == pytest.approx(0.1 * 0.05 * 20 * 25.4 ** 3, rel=1e-5)
+
+
 def test_a_large_map_is_waited_for_before_the_first_tool(tmp_path):
     """1,400,000 cells take 0.4 s to fill; a missing tool does not count as a fault of the stock."""
     answers = operate(tmp_path, [['mdi', 'T0 M6'], ['mdi', 'M250 P0 Q0 R-6 I200 J70 K6'],
