@@ -8,18 +8,20 @@ Called by tests/turning/test_turning_rz.py.
     bore             radii with the sign turned, as if it were turned from outside
 
 A gouge is part above the insert or its holder, a contact stock above them on a rapid (above the holder on every move), barrier the same with boxes
-that are larger by the clearance.  mm; at most 0 is clean, but for what moves are sampled with."""
+that are larger by the clearance.  near: by how much a rapid of an insert is closer to stock than BESIDE; rapids after a feed may begin in contact, and
+have to go away from all stock by LEAVES mm per mm.  mm; at most 0 is clean, but for what moves are sampled with."""
 import math
 import re
 
 import numpy as np
 
 CELL, SIDE, STEP, LATHE_FAR = 0.05, 0.001, 0.05, 80.0
+BESIDE, LEAVES = 0.2, 0.3
 CENTRES = {1: (-1, 1), 2: (1, 1), 3: (1, -1), 6: (0, 1)}        # Q: (z, x) signs from the controlled point to the centre of the nose, x away from the axis
 
 
 class Judge:
-    """part: turning_hands.Part; clearance: mm from barriers.  judge(text, mm of a unit) -> {gouge, contact, holder, barrier}, mm."""
+    """part: turning_hands.Part; clearance: mm from barriers.  judge(text, mm of a unit) -> {gouge, contact, holder, barrier, near}, mm."""
 
     def __init__(self, part, clearance):
         self.part, self.tools = part, {t.number: t for t in part.tools}
@@ -43,8 +45,9 @@ class Judge:
             self.box[False][near] = np.maximum(self.box[False][near], x1 + clearance)
             self.box[True][near] = np.maximum(self.box[True][near], clearance - x0)
         self.stock = {False: np.where(solid, part.blank[0], -np.inf), True: np.where(solid, 0.0, -np.inf)}
-        self.worst = {"gouge": -np.inf, "contact": -np.inf, "holder": -np.inf, "barrier": -np.inf}
+        self.worst = {"gouge": -np.inf, "contact": -np.inf, "holder": -np.inf, "barrier": -np.inf, "near": -np.inf}
         self.where = {}
+        self.gone, self.discs = BESIDE / LEAVES, {}     # mm of rapids since the last feed; stock of a side with discs of a radius about it
 
     def judge(self, text, unit):
         tool, at = None, [None, None]
@@ -52,6 +55,7 @@ class Judge:
             line = re.sub(r"\(.*?\)", "", line)
             if re.match(r"T\d+ M6", line):
                 tool, at = self.tools[int(line[1:].split()[0])], [None, None]
+                self.gone = BESIDE / LEAVES
             words = dict(re.findall(r"([GXZIK])(-?\d+\.?\d*)", line))
             if "#" in line or words.get("G") not in ("0", "1", "2", "3") or not {"X", "Z"} & set(words):
                 continue
@@ -68,7 +72,9 @@ class Judge:
         dz, dx = CENTRES.get(tool.q, (0, 0)) if tool.kind != "drill" else (0, 0)
         r = 0.0 if tool.kind == "drill" else tool.d / 2
         want, stock, box = self.want[inside], self.stock[inside], self.box[inside]
+        last = points[0]
         for z, x in points:
+            self.gone, last = self.gone + math.dist(last, (z, x)) if rapid else 0.0, (z, x)
             z, x = z + dz * r, sign * (x + dx * r)
             u = self.z - z
             edge = x + _edge(tool, u)
@@ -80,11 +86,29 @@ class Judge:
                     self._note(name, np.max(graph[held], initial=-np.inf) - x - tool.holder[2], line)
             if rapid:
                 self._note("contact", np.max(stock - edge), line)
+                if tool.kind != "drill":            # it slides in its own hole
+                    self._note("near", np.max(self._beside(inside, min(BESIDE, LEAVES * self.gone)) - edge), line)
             else:
                 np.minimum(stock, edge, out=stock)
+                self.discs = {}
         gone = np.flatnonzero((self.stock[False] <= np.maximum(-self.stock[True], 1e-6)) & (self.z > self.part.blank[1]))
         if len(gone):                               # nothing is left of the ring there: what is to the right of it has fallen off
             self.stock[True][gone[0]:] = self.stock[False][gone[0]:] = -np.inf
+
+    def _beside(self, inside, r):
+        """The stock with discs about it: what a point has to be above to be farther than r from it."""
+        r = max(round(r, 2) - 0.01, 0.0)            # the samples are not exactly where the stock's corners are
+        if (inside, r) not in self.discs:
+            z, f = self.z, self.stock[inside]
+            found, k = f.copy(), 1
+            while r > 0.0 and np.min(z[k:] - z[:-k]) < r:
+                rise = np.sqrt(np.maximum(r * r - (z[k:] - z[:-k]) ** 2, 0.0))
+                rise[z[k:] - z[:-k] > r] = -np.inf
+                np.maximum(found[:-k], f[k:] + rise, out=found[:-k])
+                np.maximum(found[k:], f[:-k] + rise, out=found[k:])
+                k += 1
+            self.discs[inside, r] = np.maximum(found, f + r)
+        return self.discs[inside, r]
 
     def _note(self, name, depth, line):
         if depth > self.worst[name]:

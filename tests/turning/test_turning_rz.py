@@ -44,7 +44,7 @@ def planned(part, folder):
 
 @pytest.mark.parametrize("k", range(random_count(4)))
 def test_parts_of_both_hands(k, tmp_path):
-    """No gouge above 0.001 mm, no rapid or holder in the stock, no tool within 1 mm of a barrier, and no refusal without a true reason."""
+    """No gouge above 0.001 mm, no rapid or holder in the stock, no rapid nearer to it than 0.2 mm, no tool within 1 mm of a barrier, and no refusal without a true reason."""
     seed = f"hands {random_seed()} {k}"
     part = random_part(random.Random(seed))
     replay = write_replay("turning_" + seed.replace(" ", "_"), {"seed": seed, "text": part.text, "tools": [t.line() + t.table() for t in part.tools]})
@@ -60,12 +60,13 @@ def test_parts_of_both_hands(k, tmp_path):
     assert worst["gouge"] <= 0.001, said
     assert worst["contact"] <= 0.002 and worst["holder"] <= 0.001, said
     assert worst["barrier"] <= 0.001, said
+    assert worst["near"] <= 1e-6, said
     assert plan.steps
     print(f"steps {sum(s.needed for s in plan.steps)} of {len(part.tools)} tools; {judge.left():.3f} mm left at most")
     replay.unlink()
 
 
-@pytest.mark.parametrize("name, code, shift", [("gouge", "123", (-0.004, 0.0)), ("gouge", "123", (0.0, -0.003)), ("contact", "0", (0.0, -0.7)), ("barrier", "123", (-0.003, 0.0))])
+@pytest.mark.parametrize("name, code, shift", [("gouge", "123", (-0.004, 0.0)), ("gouge", "123", (0.0, -0.003)), ("contact", "0", (0.0, -0.7)), ("near", "0", (0.0, -0.7)), ("near", "0", (-0.25, 0.0)), ("barrier", "123", (-0.003, 0.0))])
 def test_the_judge_sees_a_wrong_path(name, code, shift, tmp_path):
     """Feeds moved into part or barrier, rapids moved into the stock."""
     part = random_part(random.Random("wrong 192"))          # its insert has to end at the clearance of a chuck

@@ -5,7 +5,7 @@ import random
 
 import pytest
 
-from chipwise.turning import passes
+from chipwise.turning import passes, path
 from support import turning_rig
 from support.random_cases import random_count, random_seed, write_replay
 from support.turning_cut import Section, lengths
@@ -87,7 +87,7 @@ def test_the_cells_see_teeth_that_stay(tmp_path, monkeypatch):
 
 
 def test_a_cut_that_cannot_be_left_aside_is_climbed(tmp_path, monkeypatch):
-    """Else the rapid away from it goes up along the tooth."""
+    """Else the rapid away from it goes up along the tooth, or a feed if rapids keep clear of stock."""
     def rapid():
         case = random_case(random.Random(FOUND))
         _, request, machine, text = planned(case, tmp_path)
@@ -96,6 +96,8 @@ def test_a_cut_that_cannot_be_left_aside_is_climbed(tmp_path, monkeypatch):
     assert rapid() == 0.0
     plain = passes._climb
     monkeypatch.setattr(passes, "_climb", lambda path, wall, level, aside: plain(path, wall, level, True))
+    monkeypatch.setattr(passes.Path, "_free", lambda path, z0, z1: -math.inf)
+    monkeypatch.setattr(path, "LEAVES", path.LEAVES[:1])
     assert rapid() > 0.02
 
 

@@ -8,7 +8,7 @@ import math
 from chipwise.errors import fill
 from chipwise.turning import passes, reach
 from chipwise.turning.graph import above, clip, flat, highest, lower, segment, upper, value
-from chipwise.turning.passes import Move, NoRoom
+from chipwise.turning.path import Move, NoRoom
 from chipwise.turning.sides import ROUGH_MM
 from chipwise.turning.state import CLEARANCE_MM, OVERRUN_MM, Step, tools_of_role
 
@@ -75,7 +75,7 @@ def _drilled(state, name, tool, allowance):
         raise NoRoom("a drill of {d} does not stay inside the bore", "use a smaller drill", d=tool.diameter)
     step = Step(name, True, "solid stock where the bore is", tool, "inside, along the axis", tip, end)
     step.start, step.moves = (state.safe_z, 0.0), _pecks(end, tip, tool.depth, state.safe_z, PECK_MM if end >= state.faced else CLEARANCE_MM)
-    state.stock[True] = state.given[True] = drilled
+    state.stock[True] = state.given[True] = state.standing[True] = drilled
     step.removed = sum(a[2] for a in above(before, state.stock[True]))
     return step
 

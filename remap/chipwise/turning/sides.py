@@ -13,6 +13,7 @@ from chipwise.errors import fill
 from chipwise.turning import passes, reach
 from chipwise.turning.graph import above, clip, negative, upper
 from chipwise.turning.grooves import left_to_groove
+from chipwise.turning.path import NoRoom
 from chipwise.turning.state import CLEARANCE_MM, Step, roof, tools_of_role, without_tool
 
 ROUGH_MM = 0.05         # a roughing step leaves what is thinner
@@ -58,7 +59,7 @@ def turn(state, name, role, inside, finishing, rest=False):
             continue
         try:
             step, left = _turned(state, name, tool, finishing, allowance, least)
-        except passes.NoRoom as error:
+        except NoRoom as error:
             state.failed.append((name, tool, error))
             step, left = None, f"T{tool.number}: {fill(error.problem, error.values, 'mm')}"
         if step:
@@ -75,7 +76,7 @@ def _turned(state, name, tool, finishing, allowance, least):
     for _ in range(FINISHES if finishing else 1):
         try:
             found = _path(state, name, tool, finishing, allowance, least, step is not None)
-        except passes.NoRoom:
+        except NoRoom:
             if step is None:
                 raise
             break
@@ -131,7 +132,7 @@ def _finish(state, tool, work, keep, frame, least, again):
     thin = upper(work.reach, [p for z0, z1, _, _ in thick for p in clip(work.contact, z0, z1)])
     try:
         return _finished(replace(work, reach=thin), frame, least, left)
-    except passes.NoRoom:
+    except NoRoom:
         if not tool.inside:
             raise
     keep = upper(keep, clip(state.stock[True], -math.inf, thick[-1][1]))

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 from chipwise.turning import passes, reach
 from chipwise.turning.graph import above, clip, flat, highest, mirrored, negative, upper, value
-from chipwise.turning.passes import Move, Work
+from chipwise.turning.path import Move, NoRoom, Work
 
 CLEARANCE_MM = 0.5
 FACED_MM = 0.05         # a blank that ends so near to the face of the part has been faced
@@ -58,7 +58,8 @@ class Step:
 
 
 class State:
-    """Stock outside and in the bore (mirrored) as the steps go on.  given: as it was before an insert has cut it."""
+    """Stock outside and in the bore (mirrored) as the steps go on.  given: as it was before an insert has cut it.  standing: with what the relief
+    of the edges leaves on slopes; no step cuts that, and rapids have to keep clear of it."""
 
     def __init__(self, order):
         self.order, part, blank = order, order.part, order.blank
@@ -69,7 +70,7 @@ class State:
         self.safe_x = radius + max(FAR_MM, order.clearance)
         self.safe_z = max(part.z1, blank.z1) + FAR_MM
         self.stock = {False: blank.outside, True: blank.bore or [flat(blank.z0, blank.z1, 0.0)]}
-        self.given = dict(self.stock)
+        self.given, self.standing = dict(self.stock), dict(self.stock)
         self.made = set()                   # (name of a step, tool number): each tool makes a step once
         self.lids = {}                      # {tool number: pieces of what it leaves to a grooving tool}
         self.failed = []                    # (name of a step, LatheTool, CycleError): a tool that could not make it
@@ -99,8 +100,10 @@ class State:
         block = upper(block, clip(reach.holder_height(barrier, tool), *domain)) if barrier else block
         start_z = self.safe_z if tool.towards < 0 else -self.safe_z
         start = (start_z + tool.nose, self.safe_x + tool.nose if not side else self._floor(side))
+        bare = tool.bare()
+        touch = reach.dilated(view(clip(self.standing[side], *_ends(self.stock[side]))), bare, 0.0, domain)
         return Work(lowest, contact, block, start, clearance=CLEARANCE_MM, faced=self.faced if tool.towards < 0 else math.inf, stock=tuple(stock),
-                    nose=tool.nose, lean=tool.lean, given=tuple(reach.dilated(view(self.given[side]), tool, 0.0, domain)), tool=tool if levels else None), view, tool, domain
+                    nose=tool.nose, lean=tool.lean, given=tuple(reach.dilated(view(self.given[side]), tool, 0.0, domain)), touch=tuple(touch), tool=tool if levels else None), view, tool, domain
 
     def lowest(self, tool, allowance, levels=False, keep=(), standing=None):
         """(lowest positions allowed, view, tool, domain) of a tool on its side, arguments as work()'s."""
@@ -113,7 +116,7 @@ class State:
         kept = upper(upper(view(self.part[side]), view(self.barrier[side])), view(keep))
         found = find(kept, view(self.stock[side]) if standing is None else view(standing), tool, allowance, self._floor(side), domain)
         if found is None:
-            raise passes.NoRoom("the holder finds no place beside the work", "correct the holder in the tool geometry file")
+            raise NoRoom("the holder finds no place beside the work", "correct the holder in the tool geometry file")
         return found, view, tool, domain
 
     def _floor(self, inside):
@@ -127,12 +130,13 @@ class State:
         """Take a path's cuts from the stock, and add its moves to the step."""
         side, done = tool.inside, len(step.moves)
         before = self.stock[side]
-        left = view(before)
+        left, real, bare = view(before), view(clip(self.standing[side], *_ends(before))), tool.bare()
         for part, count in zip(path.cut, path.cut_at):
             left = reach.after(left, part, tool, domain)
+            real = reach.after(real, part, bare, domain)
             step.cuts.append((done + count, view(left)))
-        path.home(path.work.contact if path.cut else [])
-        self.stock[side] = view(left)
+        path.home()
+        self.stock[side], self.standing[side] = view(left), view(real)
         step.removed += sum(a[2] for a in above(before, self.stock[side])) + _gone(before, self.stock[side])
         if not side:                        # faced down to the hole: nothing of the bore is left there
             standing = above(self.stock[False], negative(self.stock[True]), passes.ROUNDING_MM)
@@ -175,6 +179,11 @@ def _boxes(barriers, column, sign, clearance):
     for box in barriers:
         graph = upper(graph, [flat(box[0] - clearance, box[1] + clearance, sign * box[column] + clearance)])
     return graph
+
+
+def _ends(stock):
+    """(z0, z1) of a graph."""
+    return (stock[0].z0, stock[-1].z1) if stock else (0.0, 0.0)
 
 
 def _gone(before, after):

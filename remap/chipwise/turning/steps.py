@@ -12,7 +12,7 @@ from chipwise.errors import Across, CycleError
 from chipwise.turning import passes, reach
 from chipwise.turning.graph import clip, highest, upper, value
 from chipwise.turning.obstacles import BARRIER, EDGE, HOLDER, obstacle
-from chipwise.turning.passes import Move, NoRoom
+from chipwise.turning.path import Move, NoRoom
 from chipwise.turning.drilling import drill
 from chipwise.turning.grooves import groove
 from chipwise.turning.sides import ROUGH_MM, turn

@@ -16,8 +16,9 @@ import math
 from dataclasses import dataclass, replace
 
 from chipwise.errors import CycleError
-from chipwise.turning import passes, reach
+from chipwise.turning import reach
 from chipwise.turning.graph import above, clip, envelope, flat, highest, lower, mirrored, top, upper, value
+from chipwise.turning.path import Path
 from chipwise.turning.state import CLEARANCE_MM, Step, oriented, roof
 
 FIRST_MM = 0.3          # depth of the first pass at a pitch of 1 mm; it grows with the root of the pitch, as makers of inserts recommend
@@ -173,9 +174,9 @@ class _Part:
 
     def moves(self):
         """(start, moves) of the passes, in the frame of the tool's side."""
-        path = passes.Path(self.work)
+        path = Path(self.work)
         high = max(self.crest, highest(self.work.contact, self.end, self.far)) + CLEARANCE_MM
-        path.link(self.work.contact, self.start, high)
+        path.link(self.start, high)
         begins = [self.start + k * self.thread.pitch for k in range(self.thread.starts)]
         for depth in self.depths:
             for z in begins:                # at the spindle's index: a pitch farther away is another start
@@ -184,7 +185,7 @@ class _Part:
                 path.thread(self.end, self.crest - depth, self.thread.lead)
                 path.rapid(self.end, high)
             path.rapid(self.start, high)
-        path.home(self.work.contact)
+        path.home()
         return oriented(path, self.view is mirrored)
 
 

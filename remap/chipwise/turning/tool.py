@@ -9,7 +9,7 @@ gives where the nose's centre is, seen from the controlled point; I and J are th
 import math
 import re
 import tomllib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from chipwise.errors import CycleError, braceless
 from chipwise.files import read_bytes
@@ -43,6 +43,7 @@ class LatheTool:
     point_angle         degrees, of a drill; 0: not a drill
     lean                mm per mm by which the edge in front leans away from a wall; inf: it reaches over
     cutting_speed       m/min; feed, finish_feed: mm per revolution of cuts and of finishing cuts; 0: the program's
+    relief              degrees by which left and right are flatter than the edges
     included            degrees between the edges; pitch: mm, (least, most) of a threading tool, () for any
     """
 
@@ -69,6 +70,12 @@ class LatheTool:
     cutting_speed: float = 0.0
     feed: float = 0.0
     finish_feed: float = 0.0
+    relief: float = 0.0
+
+    def bare(self):
+        """The insert itself, without the relief: left and right rise more."""
+        rises = [v if math.isinf(v) else math.tan(math.atan(v) + math.radians(self.relief)) for v in (self.left, self.right)]
+        return replace(self, left=rises[0], right=rises[1], relief=0.0)
 
 
 @dataclass(frozen=True)
@@ -188,7 +195,7 @@ def make_tool(number, table, geometry, unit_mm=1.0):
     return LatheTool(number, tuple(more.get("roles", ())), inside, nose, diameter, left, right, flat, more["edge_length"],
                      min(more.get("depth", more["edge_length"] / 2), more["edge_length"]), *more["holder"], more.get("bar", 0.0),
                      towards, (at_flat - z * nose, -x * nose), included=high - low,
-                     pitch=tuple(more.get("pitch", ())), lean=math.tan(math.radians(ahead)) if ahead >= 0.0 else math.inf, **_cutting(more))
+                     pitch=tuple(more.get("pitch", ())), lean=math.tan(math.radians(ahead)) if ahead >= 0.0 else math.inf, relief=relief, **_cutting(more))
 
 
 def _cutting(more):

@@ -129,9 +129,10 @@ def cut(path, now, columns):
     work, (a, b) = path.work, (columns[-1].z, columns[0].z_right)
     for z, x_from, x_to, right in columns:
         made = x_from < highest(work.given, z, z) - ROUNDING_MM
-        path.link(now, z, x_from + (work.near if made else work.clearance))
+        path.link(z, x_from + (work.near if made else work.clearance))
         path.feed(z, x_to)
         path.back(work.reach, z, right)
+        path.leave(b)
         now = [*clip(now, -math.inf, z), *clip(work.reach, z, b), *clip(now, b, math.inf)]
     path.transverse.append((a, b))
     path.columns += len(columns)
