@@ -41,12 +41,13 @@ pin in bit enabled = 1 "motion.motion-enabled";
 pin in bit program_running "chipwise-monitor.program-running: TRUE while a program runs, not MDI";
 pin in bit aborted "stock-tracker.N.aborted: TRUE for the period in which motion gets the command to abort";
 pin in bit stock_defined "stock-tracker.N.stock-defined";
+pin in bit certain = 1 "stock-tracker.N.certain; FALSE: the stock is assumed, and none to the codes";
 pin in s32 fault_code "stock-tracker.N.fault-code";
 pin in s32 reply "chipwise-monitor.reply";
 pin out bit feed_decided "TRUE for a period when M251 or M252 takes effect, a program starts or is aborted, or the machine goes off; to stock-tracker.N.feed-decided";
 pin out s32 request "to the monitor: 1 save while word is 27, 2 restore while it is 28, until an abort or machine off, else 0";
 pin out s32 slot "register 21, as of the last commit: number of the file";
-pin out float status "to motion.analog-in-N, where the codes check that they took effect: mode + 10 if a stock is defined + 100 * fault-code + 10000 * reply";
+pin out float status "to motion.analog-in-N, where the codes check that they took effect: mode + 10 if a certain stock is defined + 100 * fault-code + 10000 * reply";
 pin out float mrr_target "register 12, as of the last commit: mm3/min";
 pin out float mrr_lower "register 13, as of the last commit: mm3/min";
 
@@ -117,6 +118,6 @@ FUNCTION(_) {
     if (of_file)
         slot = number_of_file > -0.5 && number_of_file < 99.5 ? (int)(number_of_file + 0.5) : -1;
     request = !of_file || file_given_up ? CHIP_REQUEST_NONE : number == CHIP_REGISTER_SAVE_COMMIT ? CHIP_REQUEST_SAVE : CHIP_REQUEST_RESTORE;
-    status = mode + (stock_defined ? CHIP_STATUS_STOCK : 0) + (double)CHIP_STATUS_FAULT * fault_code
+    status = mode + (stock_defined && certain ? CHIP_STATUS_STOCK : 0) + (double)CHIP_STATUS_FAULT * fault_code
         + (double)CHIP_STATUS_REPLY * reply;
 }

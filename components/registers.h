@@ -28,7 +28,7 @@ enum chip_register {
 enum chip_file_request { CHIP_REQUEST_NONE = 0, CHIP_REQUEST_SAVE = 1, CHIP_REQUEST_RESTORE = 2 };
 
 /* chipwise-command.N.status: the mode plus these, each times its value. */
-#define CHIP_STATUS_STOCK 10    /* 1 if a stock is defined */
+#define CHIP_STATUS_STOCK 10    /* 1 if a certain stock is defined */
 #define CHIP_STATUS_FAULT 100   /* chip_fault */
 #define CHIP_STATUS_REPLY 10000 /* reply code of the stock files, remap/chipwise/stock/reasons.py */
 

@@ -44,6 +44,8 @@ pin in s32 shape "shape of the stock: 0 the box, 1 the cylinder along Z inscribe
 pin in float turn "angle in degrees, counter-clockwise, by which the box is turned about its middle in XY; a cylinder is not turned";
 pin in bit define "rising edge: fill the map with the box; ready is FALSE until the map is filled";
 pin in bit hold "TRUE while another program (chipwise monitor) writes a stock into the map";
+pin in bit assumed "TRUE with hold: the stock that is written is assumed, and nothing may act on it (chipwise-monitor.assumed); refused while a certain stock is defined";
+pin in bit tool_assumed "the tool is described as a program's comments say (chipwise-monitor.tool-assumed): unknown in a certain stock";
 pin in s32 tool_in_spindle "number of the tool in the spindle (iocontrol.0.tool-number); unconnected: not compared";
 pin in s32 tool_followed "number of the tool that chipwise-monitor has described last (chipwise-monitor.tool-followed)";
 pin in s32 heartbeat "counts while chipwise-monitor runs (chipwise-monitor.heartbeat)";
@@ -52,6 +54,7 @@ pin in bit feed_decided "TRUE for a period when M251 or M252 takes effect, a pro
 pin in bit turned "an axis other than X Y Z has moved since the stock was defined (chipwise-inputs.0.turned): the stock is unknown";
 
 pin out bit stock_defined "the map holds a stock";
+pin out bit certain "a program or a person has confirmed the stock (M250, M254); FALSE: none is defined, or it is assumed, and neither guards nor feed act on it";
 pin out bit ready "stock, tool and position are known";
 pin out bit fault "a fault is present, see fault-code";
 pin out s32 fault_code "0 none; stock box: 1 not finite, 2 empty, 3 larger than the map, 4 the map is incomplete or another program wrote into it; tool: 11 diameter, 12 corner radius, 13 tip angle, 14 flute length; 15 chipwise-monitor has not described the tool in the spindle, 16 chipwise-monitor does not answer; 20 position not finite, 21 position jumps, 22 units-per-mm, 23 turned";
@@ -230,7 +233,7 @@ static void watch_tool(struct __comp_state *__comp_inst, long period, struct chi
 static int watch_load(struct __comp_state *__comp_inst, const struct chip_tracker_in *in)
 {
     struct chip_load_watch_in seen;
-    seen.is_ready = ready;
+    seen.is_ready = ready && certain;
     seen.is_unwatched = watch.is_unwatched;
     seen.stock_changes = in->define_request || in->external_writer;
     seen.is_decided = feed_decided;
@@ -259,6 +262,8 @@ static void read_pins(struct __comp_state *__comp_inst, long period, struct chip
     in->box_turn_deg = turn;
     in->define_request = define;
     in->external_writer = hold;
+    in->is_assumed = assumed;
+    in->tool_is_assumed = tool_assumed;
     in->distance_to_go_mu = distance_to_go;
     watch_tool(__comp_inst, period, in);
     in->acceleration_mu_s2 = acceleration;
@@ -277,6 +282,7 @@ static void write_pins(struct __comp_state *__comp_inst, const struct chip_track
     int i;
 
     stock_defined = out->has_stock;
+    certain = out->is_certain;
     ready = out->is_ready;
     fault = out->has_fault;
     fault_code = out->fault_number;

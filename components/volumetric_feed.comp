@@ -41,6 +41,7 @@ pin in s32 motion_type "motion.motion-type";
 pin in float acceleration "acceleration the planner really uses, machine units/s2";
 pin in float section_area "stock-tracker.N.section-area, mm2";
 pin in bit ready "stock-tracker.N.ready";
+pin in bit certain = 1 "stock-tracker.N.certain; FALSE: the areas are of a stock that nobody has confirmed, so they are shown and the feed is F";
 pin in bit fault "stock-tracker.N.fault";
 pin in float load_step_distance_#[8] "stock-tracker.N.load-step-distance-M, machine units";
 pin in float load_step_accel_#[8] "stock-tracker.N.load-step-accel-M, machine units/s2; 0: half the acceleration";
@@ -115,7 +116,7 @@ static void read_law(struct __comp_state *__comp_inst, long period, struct chip_
     in->requested_vel_mm_s = requested_vel / per_mm;
     in->acceleration_mm_s2 = acceleration / per_mm;
     in->period_s = fperiod;
-    in->is_trusted = ready && !fault;
+    in->is_trusted = ready && !fault && certain;
     in->section_area_mm2 = section_area;
     for (i = 0; i < CHIP_FEED_LOAD_STEPS; i++) {
         in->load_distance_mm[i] = load_step_distance(i) / per_mm;
@@ -162,11 +163,13 @@ static int watch(struct __comp_state *__comp_inst, const struct chip_feed_in *in
     return chip_watchdog_step(&watchdog_state, &seen);
 }
 
-/* The sums of the program that runs, or of the last one. */
+/* The sums of the program that runs, or of the last one: in an assumed stock, too. */
 static void count_period(struct __comp_state *__comp_inst, const struct chip_feed_in *in)
 {
     const struct chip_run_totals *so_far = &sums.program;
-    chip_run_sums_step(&sums, in, program_running, removed_volume);
+    struct chip_feed_in seen = *in;
+    seen.is_trusted = ready && !fault;
+    chip_run_sums_step(&sums, &seen, program_running, removed_volume);
     run_time = so_far->run_s;
     cut_time = so_far->cut_s;
     air_time = so_far->air_s;

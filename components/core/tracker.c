@@ -202,7 +202,7 @@ static void clear(struct chip_tracker_out *out)
     int i;
     out->has_stock = out->is_ready = out->has_fault = out->fault_number = 0;
     out->section_area_mm2 = out->depth_mm = out->mrr_mm3_min = out->dir_z = 0.0;
-    out->has_flute_excess = out->has_rapid_contact = out->is_held = 0;
+    out->has_flute_excess = out->has_rapid_contact = out->is_held = out->is_certain = 0;
     out->rapid_distance_mm = 0.0;
     out->load.steps = 0;
     for (i = 0; i < CHIP_LOAD_STEPS; i++)
@@ -224,9 +224,15 @@ static int current_fault(const struct chip_tracker *tracker, const struct chip_t
 {
     if (in->watch_fault) return in->watch_fault;
     if (tracker->box_error) return tracker->box_error;
-    if (in->is_turned && filled) return CHIP_FAULT_TURNED;
+    if (in->is_turned && filled && !tracker->is_uncertain) return CHIP_FAULT_TURNED;
     if (tracker->tool_error > 0 && in->is_enabled) return 10 + tracker->tool_error;
     return tracker->fault;
+}
+
+/* [3] Whether the tool is not known to be the described one. */
+static int tool_unknown(const struct chip_tracker *tracker, const struct chip_tracker_in *in)
+{
+    return in->tool_unknown || (in->tool_is_assumed && !tracker->is_uncertain);
 }
 
 /* [2] A period in which another program has the map; `bad`: fault of the position. */
@@ -250,14 +256,15 @@ static void held_period(struct chip_tracker *tracker, const struct chip_tracker_
 static void ready_period(struct chip_tracker *tracker, struct chip_stock *stock, const struct chip_tracker_in *in,
                          const double tip[3], struct chip_tracker_out *out)
 {
-    int cutting = in->is_enabled && !in->tool_unknown;
+    int cutting = in->is_enabled && !tool_unknown(tracker, in), guarded = cutting && !tracker->is_uncertain;
     long work = 0;
+    CHIP_FAULT(GUARDED_BY_ASSUMPTION, guarded = cutting);
     if (!cutting) tracker->state = CHIP_TRACKER_FLUSHING;
     tracker->has_start &= cutting;
     if (tracker->state == CHIP_TRACKER_FLUSHING) work = chip_tracker_flush(tracker, stock);
     if (cutting && tracker->sweep.waiting == 0) tracker->state = CHIP_TRACKER_CUTTING;
     if (tracker->state == CHIP_TRACKER_CUTTING) work += chip_tracker_cut(tracker, stock, in, tip);
-    if (cutting)
+    if (guarded)
         work = run_guards(tracker, stock, in, tip, work, out);
     else
         chip_guard_reset(&tracker->guard);
@@ -305,5 +312,6 @@ void chip_tracker_step(struct chip_tracker *tracker, struct chip_stock *stock, c
     out->fault_number = current_fault(tracker, in, filled);
     out->has_fault = out->fault_number != CHIP_FAULT_NONE;
     out->has_stock = ready;
-    out->is_ready = ready && tracker->tool_error == 0 && !bad && !in->tool_unknown && !in->watch_fault;
+    out->is_certain = ready && !tracker->is_uncertain;
+    out->is_ready = ready && tracker->tool_error == 0 && !bad && !tool_unknown(tracker, in) && !in->watch_fault;
 }

@@ -15,8 +15,10 @@
  *     had to be cut meanwhile.
  *     A head that changes between two periods without `external_writer`, or a result that is not finite, means that
  *     another program has written into the map: the stock is unknown then.
+ *     A stock that another program has assumed (`is_assumed`) is not certain: it is cut and read, and nothing may act on
+ *     it. The guards do not look, and no fault comes of it. It never takes the place of a certain stock.
  *  3. A tool whose numbers changed is built anew. An unknown tool, or one that is not in the
- *     spindle any more (tool_watch.h), cuts nothing.
+ *     spindle any more (tool_watch.h), cuts nothing; an assumed one is unknown in a certain stock.
  *  4. While cutting is enabled the segment since the last period is queued and cut; the rest is
  *     cut in the next period (sweep.h, 2). A round end that moves level on a feed does a part of a segment in each period.
  *  5. The guards look at a traverse and at the shank (guard.h), the look-ahead takes its samples
@@ -90,6 +92,8 @@ struct chip_tracker_in {
     double box_turn_deg;               /* the box is turned by that about its middle */
     int define_request;                /* level: a rising edge defines the stock */
     int external_writer;               /* another program has the map */
+    int is_assumed;                    /* and what it writes is a stock that nobody has confirmed [2] */
+    int tool_is_assumed;               /* nobody has said that the tool is the described one [3] */
     int tool_unknown;                  /* the tool in the spindle is not the described one (tool_watch.h) */
     int watch_fault;                   /* CHIP_FAULT_TOOL_CHANGED, CHIP_FAULT_NO_MONITOR or 0 (tool_watch.h) */
     double distance_to_go_mu;          /* to the end of the segment; not positive: unknown */
@@ -112,6 +116,7 @@ struct chip_tracker_out {
     int has_flute_excess, has_rapid_contact;
     double rapid_distance_mm; /* to the stock a traverse meets; 0: none seen */
     int is_held;              /* the map is not touched: answer to `external_writer` */
+    int is_certain;           /* there is a stock, and a program or a person has confirmed it [2] */
     struct chip_load_profile load;
 };
 
@@ -131,6 +136,8 @@ struct chip_tracker {
     struct chip_guard guard;
     uint32_t feed_finished;   /* sweep.finished when no feed's segment waits any more */
     int parts_left;           /* periods until a round end's work is not divided any more [4] */
+    int is_uncertain;         /* the stock is assumed [2] */
+    int held_assumed;         /* and so is the one that is being written */
     int held_moved;           /* the machine moved while another program had the map: a cut may be missing */
     int held_waiting;         /* segments were still to be cut when it took the map */
     uint32_t held_generation; /* of the map then */

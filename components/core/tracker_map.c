@@ -28,7 +28,9 @@ void chip_tracker_serve_request(struct chip_tracker *tracker, struct chip_stock 
         high[i] = in->box_max_mu[i] / in->mu_per_mm;
     }
     tracker->box_error = chip_stock_define_turned(stock, low, high, in->box_shape, in->box_turn_deg * CHIP_PI / 180.0);
-    if (!tracker->box_error) start_over(tracker);
+    if (tracker->box_error) return;
+    tracker->is_uncertain = 0;
+    start_over(tracker);
 }
 
 void chip_tracker_own_map(struct chip_tracker *tracker, const struct chip_stock *stock)
@@ -58,12 +60,22 @@ void chip_tracker_check_head(struct chip_tracker *tracker, struct chip_stock *st
     if (memcmp(tracker->own_head, (const void *)stock, sizeof *stock)) chip_tracker_give_up_map(tracker, stock);
 }
 
+/* [2] Whether another program may take the map: not to put an assumption in the place of a certain stock. */
+static int may_take(const struct chip_tracker *tracker, const struct chip_stock *stock,
+                    const struct chip_tracker_in *in)
+{
+    CHIP_FAULT(ASSUMED_OVER_CERTAIN, return 1);
+    return !in->is_assumed || tracker->is_uncertain || stock->nx == 0;
+}
+
 /* [2] 1 while another program has the map. Its content afterwards is the stock; if the writer was
  * killed while writing, or a cut may be missing, the stock is unknown. */
 int chip_tracker_serve_hold(struct chip_tracker *tracker, struct chip_stock *stock, const struct chip_tracker_in *in)
 {
     int held = tracker->state == CHIP_TRACKER_EXTERNAL_WRITER;
     if (in->external_writer && !held) {
+        if (!may_take(tracker, stock, in)) return 0;
+        tracker->held_assumed = in->is_assumed;
         tracker->held_moved = 0;
         tracker->held_waiting = tracker->sweep.known && tracker->sweep.waiting > 0;
         tracker->held_generation = stock->generation;
@@ -81,6 +93,8 @@ int chip_tracker_serve_hold(struct chip_tracker *tracker, struct chip_stock *sto
                 : CHIP_STOCK_UNSOUND;
         if (tracker->box_error)
             chip_stock_init_finer(stock, tracker->held_coarsest, tracker->held_finest, tracker->held_capacity);
+        tracker->is_uncertain = tracker->held_assumed;
+        if (tracker->is_uncertain) tracker->box_error = CHIP_STOCK_OK; /* an assumption is given up in silence */
         tracker->state = CHIP_TRACKER_FLUSHING;
         start_over(tracker);
     }

@@ -190,6 +190,46 @@ def test_a_large_map_is_read_while_the_tool_cuts(tmp_path):
     assert after["inexact"] == 0, after                         # it stands: all of one moment
 
 
+def test_an_assumed_stock_is_none_to_feed_and_codes(tmp_path):
+    """certain FALSE: the feed is F as without a stock, and M251's status has none; the sums go on, and TRUE is the default."""
+    text = """
+loadrt threads name1=servo period1=1000000
+loadrt volumetric_feed
+loadrt chipwise_command
+addf volumetric-feed.0 servo
+addf chipwise-command.0 servo
+setp volumetric-feed.0.mode 1
+setp volumetric-feed.0.mrr-target 600
+setp volumetric-feed.0.motion-type 2
+setp volumetric-feed.0.requested-vel 20
+setp volumetric-feed.0.programmed-vel 20
+setp volumetric-feed.0.current-vel 20
+setp volumetric-feed.0.section-area 10
+setp volumetric-feed.0.depth 2
+setp volumetric-feed.0.acceleration 500
+setp volumetric-feed.0.ready 1
+setp volumetric-feed.0.program-running 1
+setp chipwise-command.0.stock-defined 1
+start
+"""
+    looks = "".join(f"""
+setp volumetric-feed.0.certain {certain}
+setp chipwise-command.0.certain {certain}
+loadusr -w sleep 0.2
+getp volumetric-feed.0.adaptive-feed
+getp volumetric-feed.0.limited-by
+getp chipwise-command.0.status
+getp volumetric-feed.0.cut-time
+""" for certain in (0, 1))
+    status, out = hal(tmp_path, text + "loadusr -w sleep 0.2\ngetp volumetric-feed.0.adaptive-feed" + looks)
+    assert status == 0, out
+    default, *said = [float(line) for line in out.splitlines() if line[:1].isdigit()]
+    (free, why, none, cut), (held, _why, defined, more) = said[:4], said[4:]
+    assert (free, why, none) == (1.0, 5.0, 0.0), out
+    assert held < 0.06 and default == held and defined == 10.0, out
+    assert 0 < cut < more, out
+
+
 @pytest.mark.parametrize("units", ["0", "-1", "nan", "inf"])
 def test_units_that_cannot_be(tmp_path, units):
     """A fault, no crash; sound again with sound units and a stock."""

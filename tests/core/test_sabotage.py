@@ -88,6 +88,8 @@ FAULTS = {
     "DEAD_MASTER_AWAITED": ("a dead master awaited", "test_master_slave.py::test_a_dead_master_stops_it"),
     "MISSED_PULSES_DROPPED": ("missed pulses dropped", "test_master_slave.py::test_parts_that_are_missing_come_later"),
     "PULSES_BUNCHED": ("pulses at the beginning of the period", "test_master_slave.py::test_pulses_are_even"),
+    "GUARDED_BY_ASSUMPTION": ("a guard that acts on an assumed stock", "test_assumed.c"),
+    "ASSUMED_OVER_CERTAIN": ("an assumed stock in the place of a certain one", "test_assumed.c"),
     "ANY_NUMBER": ("no number comes through", "test_feed.py::test_fallback_is_the_programmed_feed"),
 }
 

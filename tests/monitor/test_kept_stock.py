@@ -49,7 +49,8 @@ def run(tmp_path, cut):
 
     def begin(capacity=1_000_000):
         said = []
-        files = StockFiles(Pins(request=0, hold=False, ready=False), parse_settings({'KEEP_STOCK': 'yes', 'STOCK_DIR': str(tmp_path)}), said.append)
+        pins = Pins({'request': 0, 'hold': False, 'ready': False, 'stock-defined': True, 'certain': True})
+        files = StockFiles(pins, parse_settings({'KEEP_STOCK': 'yes', 'STOCK_DIR': str(tmp_path)}), said.append)
         files.stock = Map(capacity)
         files.step(0.0)
         return files, said
@@ -61,6 +62,17 @@ def test_the_stock_comes_back_once(run, tmp_path, cut):
     assert np.array_equal(files.stock.taken[1], cut[1]) and said == [] and os.listdir(tmp_path) == [store.OPEN]
     files.end()
     assert store.read(str(tmp_path / store.KEPT))[0] == cut[0] and os.listdir(tmp_path) == [store.KEPT]
+
+
+def test_an_assumed_stock_is_not_kept(run, tmp_path, cut):
+    """Nobody has confirmed it, so the next run must not find it certain; no note is made of it either."""
+    os.unlink(tmp_path / store.KEPT)
+    files, said = run()
+    files.stock.taken = cut
+    files.component.update({'certain': False, 'ready': True})
+    files.step(0.0)
+    files.end()
+    assert os.listdir(tmp_path) == [] and said == []
 
 
 NOT_KNOWN = ('the stock of the last run is not known ([CHIPWISE]KEEP_STOCK): LinuxCNC or chipwise-monitor did not end in order (power loss, crash); '

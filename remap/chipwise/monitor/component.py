@@ -22,8 +22,9 @@ def make_component():
     component.newpin('feed-override', hal.HAL_FLOAT, hal.HAL_OUT)
     component.newpin('program-running', hal.HAL_BIT, hal.HAL_OUT)
     component.newpin('reply', hal.HAL_S32, hal.HAL_OUT)
-    component.newpin('hold', hal.HAL_BIT, hal.HAL_OUT)
-    for name in ('ready', 'fault', 'load-lost', 'override-ignored', 'held'):
+    for name in ('hold', 'assumed', 'tool-assumed'):
+        component.newpin(name, hal.HAL_BIT, hal.HAL_OUT)
+    for name in ('ready', 'fault', 'load-lost', 'override-ignored', 'held', 'stock-defined', 'certain'):
         component.newpin(name, hal.HAL_BIT, hal.HAL_IN)
     for name in ('guard-distance', 'guard-depth'):
         component.newpin(name, hal.HAL_FLOAT, hal.HAL_IN)

@@ -55,7 +55,7 @@ class StockFiles:
             self.kept_is_due = False
             with self.working():
                 self.restore_kept()
-        if self.settings['KEEP_STOCK'] and (self.component['ready'] or self.kept_refused and self.was_on):
+        if self.settings['KEEP_STOCK'] and (self.component['ready'] and self.component['certain'] or self.kept_refused and self.was_on):
             self.mark()
 
     def attach(self):
@@ -87,7 +87,7 @@ class StockFiles:
         from chipwise.stock import shared, store
         try:
             taken = self.stock.take()
-            if taken is None:
+            if taken is None or self.component['stock-defined'] and not self.component['certain']:      # assumed: nobody has confirmed it
                 return reasons.NO_STOCK
             store.write(path, *taken)
         except store.StoreError as error:

@@ -229,7 +229,7 @@ class Monitor:
         if code and code != self.said_fault and self.said_tool is None:
             self.say(FAULTS.get(code, f'fault {code} of the stock tracker'))
         self.said_fault = code
-        if falling_back and not code and not self.component['ready'] and not self.said_fallback:
+        if falling_back and not code and not (self.component['ready'] and self.component['certain']) and not self.said_fallback:
             self.say(NO_STOCK)
         self.said_fallback = falling_back
 

@@ -902,6 +902,8 @@ class TrackerIn(C.Structure):
         ("box_turn_deg", C.c_double),
         ("define_request", C.c_int),
         ("external_writer", C.c_int),
+        ("is_assumed", C.c_int),
+        ("tool_is_assumed", C.c_int),
         ("tool_unknown", C.c_int),
         ("watch_fault", C.c_int),
         ("distance_to_go_mu", C.c_double),
@@ -931,6 +933,7 @@ class TrackerOut(C.Structure):
         ("has_rapid_contact", C.c_int),
         ("rapid_distance_mm", C.c_double),
         ("is_held", C.c_int),
+        ("is_certain", C.c_int),
         ("load", LoadProfile),
     ]
 
@@ -959,6 +962,8 @@ class Tracker(C.Structure):
         ("guard", Guard),
         ("feed_finished", C.c_uint32),
         ("parts_left", C.c_int),
+        ("is_uncertain", C.c_int),
+        ("held_assumed", C.c_int),
         ("held_moved", C.c_int),
         ("held_waiting", C.c_int),
         ("held_generation", C.c_uint32),
