@@ -114,7 +114,7 @@ def test_a_tool_of_the_comments(tmp_path, machine):
 def test_what_is_missing_is_said_at_once(tmp_path, machine):
     status, out, program = checked(tmp_path, PLAIN, machine=machine)
     assert status == 2 and program["error"] == ("no tool is in the spindle (tool 0), and the program's comments name none; call one with T.. M6 before, "
-                                                "or name it with --tool N or --diameter D")
+                                                "or name it with --tool N or --tool-diameter D")
     assert program["error_line"] == 7 and program["extents_mm"] == {"min": [-10, 30, -5], "max": [85, 30, 15]}
     assert "it feeds from X-10 Y30 Z-5 to X85 Y30 Z15" in out and program["tools"][0]["planned_s"] > 10
     for options in (("--tool", "1"), ("--diameter", "6"), ("--tool", "4", "--diameter", "6")):
@@ -132,7 +132,7 @@ def test_a_program_of_one_height_has_no_stock(tmp_path, machine):
     for z in ("-1", "0", "3"):
         text = f"G21 G90\nT1 M6\nG0 Z{z}\nG0 X0 Y0\nG1 X50 F400\nM2\n"
         status, out, program = checked(tmp_path, text, machine=machine)
-        assert status == 2 and "its depth is not known; name the stock with --stock X0 Y0 Z0 X1 Y1 Z1" in out and program["stock"] is None, out
+        assert status == 2 and "its depth is not known; add M250, or name the stock with --stock X0 Y0 Z0 X1 Y1 Z1" in out and program["stock"] is None, out
 
 
 STOCKS = {

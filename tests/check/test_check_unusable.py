@@ -28,7 +28,7 @@ BAD = {
     "unknown word": (SLOT.replace("G1 X110", "G1 X110 @@"), "line 7"),
     "tool 0": (SLOT.replace("T1 M6", "T0 M6"), "tool 0"),
     "no tool": (SLOT.replace("T1 M6\n", ""), "tool 0"),
-    "no diameter": (SLOT.replace("T1 M6", "T4 M6"), "tool 4 has no diameter in the tool table; give it a D there, or name it with --diameter (line 7)"),
+    "no diameter": (SLOT.replace("T1 M6", "T4 M6"), "tool 4 has no diameter in the tool table; give it a D there, or name it with --tool-diameter (line 7)"),
     "unknown tool": (SLOT.replace("T1 M6", "T99 M6"), "99"),
     "inverse time": (SLOT.replace("G1 X110", "G93 G1 X110"), "G93"),
     "per revolution": (SLOT.replace("G1 X110", "G95 G1 X110"), "G95"),

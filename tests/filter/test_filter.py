@@ -93,7 +93,7 @@ def test_unknown_flutes_are_said_and_are_no_reason_to_refuse(ini, tmp_path):
 
 
 UNCHECKED = {
-    'no stock': (UNKNOWN, 'no stock is defined; add M250'),
+    'no stock': (UNKNOWN, 'its depth is not known; add M250'),
     'G93': ('G21 G90\nG93\nG1 X1 F2\nG1 X2 F2\nM2\n', 'G93 (inverse time) is not judged; use G94 (line 2)'),
     'probe': ('G21\nG38.2 Z-5 F50\nG0 Z5\nM2\n', 'probes'),
     'loop with an end': ('G21 G90\no1 repeat [3]\nG1 X2 F200\no1 endrepeat\nM2\n', 'no stock is defined'),
@@ -187,3 +187,24 @@ def test_standard_error_is_silent_where_a_line_of_it_breaks_the_gui(display, bar
     for text in (BAD, RAPID):
         done = run(ini.path, put(tmp_path, text), tmp_path, environment={'AXIS_PROGRESS_BAR': bar} if bar else None)
         assert bool(done.said) == heard and (heard or not done.progress)
+
+
+# ---- what a program does not name ------------------------------------------------------------------------------------
+
+ASSUMED = "(T1 D=6. CR=0. - ZMIN=-2. - flat end mill)\nG21 G90\nG0 X0 Y0 Z5\nG1 Z-2 F100\nG1 X40 F300\nG0 Y10\nG1 Y20\nG0 Z5\nM2\n"
+
+
+def test_a_program_without_stock_and_tool_is_judged_on_what_is_assumed(ini, tmp_path):
+    done = run(ini.path, put(tmp_path, ASSUMED.encode()), tmp_path)
+    assert (done.status, done.data) == (0, ASSUMED.encode())
+    assert 'the stock is assumed from its path' in done.said and 'from a comment' in done.said and 'unchecked' not in done.said
+    assert '(on what is assumed)' in done.said and '--stock' not in done.said        # the traverse through the stock
+
+
+def test_who_asks_for_certainty_gets_no_assumption(tmp_path):
+    path = mill_ini(tmp_path)('FILTER_REFUSE = unchecked')
+    done = run(path, put(tmp_path, ASSUMED.encode()), tmp_path)
+    assert done.status == 2 and 'it is judged on what is assumed only' in done.said
+    (tmp_path / 'other').mkdir()
+    path = mill_ini(tmp_path / 'other')('FILTER_REFUSE = findings')
+    assert run(path, put(tmp_path, ASSUMED.encode()), tmp_path).status == 0

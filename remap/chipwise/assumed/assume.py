@@ -49,6 +49,11 @@ class Assumption:
     notes: list = field(default_factory=list)
     lacking: list = field(default_factory=list)
 
+    @property
+    def guessed(self):
+        """Whether something of it is not what the user has named."""
+        return self.low is not None or any(tool.geometry is not None for tool in self.tools.values())
+
     def note(self, text):
         """A sentence for the user."""
         self.notes.append(text)
@@ -84,7 +89,7 @@ def assume(survey, program, machine, line=0, has_stock=False, tool=None, diamete
     said = post_comments.read(program, machine.unit_mm)
     found = Assumption()
     _Tools(said, machine, found).assume(survey, tool, diameter)
-    if not (survey.has_stock or has_stock or found.lacking):
+    if not (survey.has_stock or has_stock):
         _assume_stock(survey, said, found, machine.unit)
     if found.lacking:
         facts, remedies = zip(*found.lacking)
@@ -135,7 +140,7 @@ class _Tools:
             self._no_diameter(number)
 
     def _no_diameter(self, number):
-        self.found.lacks(f"tool {number} has no diameter in the tool table", "give it a D there, or name it with --diameter")
+        self.found.lacks(f"tool {number} has no diameter in the tool table", "give it a D there, or name it with --tool-diameter")
 
     def _spindle(self, tool, diameter):
         """The tool of moves before any tool change."""
@@ -155,7 +160,7 @@ class _Tools:
         else:
             names = ", ".join(f"T{one.number} {self._length(one.diameter)}" for one in told[:8])
             self.found.lacks(f"no tool is in the spindle (tool 0), and the program's comments name {'several: ' + names if told else 'none'}",
-                             "call one with T.. M6 before, or name it with --tool N or --diameter D")
+                             "call one with T.. M6 before, or name it with --tool N or --tool-diameter D")
 
     def _take(self, number, tool):
         self.found.spindle, self.found.tools[number] = number, tool
@@ -181,11 +186,16 @@ def _geometry(said):
 
 
 def _assume_stock(survey, said, found, unit):
-    box, top = swept(survey, {number: path.figures.diameter or found.tools[number if number else found.spindle].diameter
-                              for number, path in survey.tools.items()})
+    def diameter(number, path):
+        assumed = found.tools.get(number or found.spindle)          # None: of a tool that is lacking, whose depth is known all the same
+        return path.figures.diameter or (assumed.diameter if assumed else 0.0)
+
+    box, top = swept(survey, {number: diameter(number, path) for number, path in survey.tools.items()})
     if not box or top - box.low[2] < LEAST_MM:
         found.lacks("no stock is defined, and the program feeds at one height only: its depth is not known",
-                    "name the stock with --stock X0 Y0 Z0 X1 Y1 Z1")
+                    "add M250, or name the stock with --stock X0 Y0 Z0 X1 Y1 Z1")
+        return
+    if found.lacking:
         return
     low, high = [*box.low[:2], box.low[2]], [*box.high[:2], top]
     found.source = PATH

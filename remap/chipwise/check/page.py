@@ -109,9 +109,10 @@ def findings_table(result):
     for group in grouped(found.kept):
         (first, last), worst = group.lines, group.worst
         place = " ".join(format_length(round(v, 3), result.unit).split()[0] for v in worst.position) if worst.position else "-"
-        rows.append((worst.rule, first if first == last else f"{first} to {last}", worst.tool, place, group.said(result.unit)))
+        rows.append((worst.rule, first if first == last else f"{first} to {last}", worst.tool, place, group.said(result.unit),
+                     *(["assumed" if result.is_assumed(worst) else ""] if result.guessed else [])))
     more = f"<p>and {found.dropped} more</p>\n" if found.dropped else ""
-    return "<h3>Findings</h3>\n" + table(("rule", "line", "tool", "X Y Z", "what"), rows) + more
+    return "<h3>Findings</h3>\n" + table(("rule", "line", "tool", "X Y Z", "what", *(["depends on"] if result.guessed else [])), rows) + more
 
 
 # ---- load over time ------------------------------------------------------------------------------------------------

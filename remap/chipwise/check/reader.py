@@ -46,9 +46,12 @@ LENGTHS = "XYZABCUVW"
 
 class Machine:
     """The machine of an INI file.  Raises Unreadable if it cannot be used.  tool: number of the tool in the spindle at the
-    beginning, 0: none; codes: the two lines that are executed before the program; block_delete: whether lines with / are left out."""
+    beginning, 0: none; codes: the two lines that are executed before the program; block_delete: whether lines with / are left out; diameters: {number:
+    mm} of tools that the tool table has none of; spindle: number of the one that is taken to be in the spindle, or None (assumed/)."""
 
     tool = 0
+    diameters: dict = {}
+    spindle = None
     block_delete = False
 
     def __init__(self, ini):
@@ -153,7 +156,8 @@ class Reader:
             "codes": machine.codes, "most_moves": self._most_moves,
             "cpu_s": self._cpu_s, "stock": self._stock, "chord_mm": CHORD_MM, "written": self._written,
             "judged": self._judged, "own_code": self._own_code, "memory_mb": self._memory_mb,
-            "tool": machine.tool, "watched": self._watched, "targets": self._targets, "block_delete": machine.block_delete})
+            "tool": machine.tool, "watched": self._watched, "targets": self._targets, "block_delete": machine.block_delete,
+            "diameters": machine.diameters, "spindle": machine.spindle})
         environment = {**os.environ, "HOME": folder, "INI_FILE_NAME": ini, "LC_ALL": "C",
                        "OPENBLAS_NUM_THREADS": "1"}
         with writing():

@@ -11,7 +11,8 @@ Job:     program, parameters, table (paths), random (tool changer), units_per_mm
          quiet_s (computing time without a block of moves), cpu_s (in all), chord_mm, stock (null or low, high: mm, work
          coordinates at the first move), written (whether CIRCLE records are wanted, for rewriting), judged (whether what cannot be judged ends it),
          memory_mb (of this process; null: no limit), tool (number of the one in the spindle; 0: none), watched (null, or the parameters
-         of a marked program: trace.py), targets (whether TARGET records are wanted), block_delete (whether lines with / are left out), own_code (interpreter_process.py)
+         of a marked program: trace.py), targets (whether TARGET records are wanted), block_delete (whether lines with / are left out), own_code (interpreter_process.py),
+         diameters, spindle (of reader.Machine)
 Blocks:  b"R", uint32 number of bytes, records of WIDTH doubles; b"E", uint32 number of bytes, JSON of the end
 
 The records: records.py.
@@ -65,8 +66,8 @@ class Canon(interpreter_process.Canon):
         self.messages, self.notes = [], []
         self.trace = None
         self.wants_targets = job["targets"]
-        if job["tool"] and self.spindle[0] > 0:
-            self._tool_event()
+        if job["spindle"] is not None or job["tool"] and self.spindle[0] > 0:
+            self._tool_event(job["spindle"])
         if job["stock"]:
             self._put = self._first_put
 
@@ -226,8 +227,10 @@ class Canon(interpreter_process.Canon):
         self.spindle = self.tools.entry(index) if index > 0 or self.job["random"] else NO_TOOL
         self._tool_event()
 
-    def _tool_event(self):
-        self._event(TOOL, max(0, self.spindle[0]), self.spindle[10] / self.job["units_per_mm"])
+    def _tool_event(self, number=None):
+        """The tool in the spindle; number: of one that is assumed."""
+        number, had = (max(0, self.spindle[0]), self.spindle[10]) if number is None else (number, 0.0)
+        self._event(TOOL, number, had / self.job["units_per_mm"] if had > 0 else self.job["diameters"].get(str(number), 0.0))
 
     def change_tool_number(self, index):
         self.change_tool(index)

@@ -10,7 +10,7 @@ from typing import Optional
 
 import numpy as np
 
-from chipwise.check.findings import Findings
+from chipwise.check.findings import OF_STOCK, Findings
 from chipwise.tools import ToolGeometry
 
 
@@ -72,7 +72,8 @@ class Result:
     pictures: Optional[tuple] = None              # (cell mm, x0, y0, z_min, heights before, heights after)
     dwell_s: float = 0.0
     stock: Optional[tuple] = None                 # (low, high, source) mm, work coordinates, of one that is assumed
-    extents: Optional[tuple] = None               # (low, high) mm, work coordinates, of the tips of feed moves, of a program that is not judged
+    guessed: bool = False                         # whether findings depend on a stock or a tool that nobody has confirmed
+    extents: Optional[tuple] = None               # (low, high) mm, work coordinates, of the tips of feed moves
 
     @property
     def status(self):
@@ -82,7 +83,11 @@ class Result:
         """What was assumed (assumed/assume.py)."""
         if assumption.low:
             self.stock = assumption.low, assumption.high, assumption.source
-        self.notes = [[0, text] for text in assumption.notes]
+        self.notes, self.guessed = [[0, text] for text in assumption.notes], assumption.guessed
+
+    def is_assumed(self, finding):
+        """Whether a Finding depends on what is assumed."""
+        return self.guessed and finding.rule in OF_STOCK
 
     def survey(self, survey):
         """What is known of a program that is not judged (assumed/survey.py)."""
@@ -96,7 +101,7 @@ class Result:
         kept = self.findings
         return {"program": self.program, "status": self.status, "error": self.error and self.error[0],
                 "error_line": self.error and self.error[1], "cell_mm": self.cell, "moves": self.moves, "dwell_s": self.dwell_s,
-                "tools": [t.json() for t in self.tools.values()], "findings": [f.json() for f in kept.kept],
+                "tools": [t.json() for t in self.tools.values()], "findings": [{**f.json(), "assumed": self.is_assumed(f)} for f in kept.kept],
                 "more_findings": kept.dropped, "messages": self.messages, "notes": self.notes,
                 "stock": self.stock and {"min": self.stock[0], "max": self.stock[1], "source": self.stock[2]},
                 "extents_mm": self.extents and {"min": self.extents[0], "max": self.extents[1]},

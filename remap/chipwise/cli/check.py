@@ -13,7 +13,7 @@ import os
 import signal
 import sys
 
-from chipwise.cli.machine_options import Progress, add_machine_options, ini_of, machine_of, refuser
+from chipwise.cli.machine_options import Progress, add_machine_options, ini_of, machine_of, refuser, tool_of
 from chipwise.cli.output import check_outputs, write_output
 from chipwise.errors import format_length, printable, with_line
 from chipwise.rates import MM3_PER_CM3
@@ -40,7 +40,7 @@ def add_arguments(parser):
 def add_tool_options(parser):
     """--tool, --diameter; setup.py has them too."""
     parser.add_argument('--tool', type=int, metavar='N', help='number of the tool in the spindle of a program that calls none')
-    parser.add_argument('--diameter', type=float, metavar='D', help='its diameter, in machine units')
+    parser.add_argument('--diameter', '--tool-diameter', type=float, metavar='D', help='its diameter, in machine units')
 
 
 def run(options):
@@ -51,7 +51,7 @@ def run(options):
     if options.scheduler is not None and options.jobs is not None:
         refuse('--jobs counts processes of this computer; leave it out with --scheduler')
     arguments = machine_of(options, refuse)
-    arguments.update(assumes=True, **tool_of(options, arguments['machine'], refuse))
+    arguments.update(assumes=True, **tool_of(options.tool, options.diameter, arguments['machine'], refuse))
     programs = programs_of(options.programs)
     if not programs:
         refuse('there is no program (.ngc, .nc, .tap) in the folder')
@@ -73,19 +73,6 @@ def run(options):
     return max(result.status for result in results)
 
 
-def tool_of(options, machine, refuse):
-    """--tool, --diameter -> arguments of simulate.check."""
-    from chipwise.assumed.post_comments import SIZES_MM
-    from chipwise.tools import MAX_DIGITS
-    if options.tool is not None and not 1 <= options.tool < 10 ** MAX_DIGITS:
-        refuse(f'--tool {options.tool} is not a tool number')
-    diameter = options.diameter and options.diameter * machine.unit_mm
-    if options.diameter is not None and not SIZES_MM[0] <= diameter <= SIZES_MM[1]:
-        refuse(f'--diameter {options.diameter:g} is not a diameter of a tool')
-    machine.tool = options.tool or 0
-    return {'tool': options.tool, 'diameter': diameter}
-
-
 def results_of(options, programs, progress, arguments):
     """Yield (number, Result) of each program as it is ready."""
     from chipwise.check.run import check_all, failed
@@ -105,7 +92,7 @@ def results_of(options, programs, progress, arguments):
 
 def report(result):
     """Lines of text of one program."""
-    from chipwise.check.findings import OF_STOCK, grouped, grouped_notes
+    from chipwise.check.findings import grouped, grouped_notes
     if result.error:
         text, line = result.error
         yield with_line(printable(f'{result.program}: {text}'), line)
@@ -113,17 +100,22 @@ def report(result):
         return
     count = result.findings.count
     yield printable(f'{result.program}: ') + (f'{count} finding{"s" * (count != 1)}' if count else 'no findings') + (
-        ', on an assumed stock' if result.stock else '')
+        ', on an assumed stock' if result.stock else ', with an assumed tool' if result.guessed else '')
     for text in grouped_notes(result.notes):
         yield f'  {printable(text)}'
     for tool in result.tools.values():
         yield '  ' + tool_line(tool, result.unit)
     groups = grouped(result.findings.kept)
     for group in groups[:MAX_PRINTED]:
-        yield '  ' + group.text(result.unit) + (' (on the assumed stock)' if result.stock and group[0].rule in OF_STOCK else '')
+        yield '  ' + group.text(result.unit) + (assumed(result) if result.is_assumed(group[0]) else '')
     more = result.findings.dropped + sum(map(len, groups[MAX_PRINTED:]))
     if more:
         yield f'  and {more} more; --json has {"all" if not result.findings.dropped else "the first ones"}'
+
+
+def assumed(result):
+    """What is said of a finding that depends on what is assumed."""
+    return ' (on the assumed stock)' if result.stock else ' (with the assumed tool)'
 
 
 def surveyed(result):

@@ -85,6 +85,19 @@ def stock_of(corners, unit_mm, refuse):
     return low, high
 
 
+def tool_of(number, diameter, machine, refuse, name='--diameter'):
+    """--tool, --diameter (its name) -> arguments of simulate.check and run.rewritten."""
+    from chipwise.assumed.post_comments import SIZES_MM
+    from chipwise.tools import MAX_DIGITS
+    if number is not None and not 1 <= number < 10 ** MAX_DIGITS:
+        refuse(f'--tool {number} is not a tool number')
+    across = diameter and diameter * machine.unit_mm
+    if diameter is not None and not SIZES_MM[0] <= across <= SIZES_MM[1]:
+        refuse(f'{name} {diameter:g} is not a diameter of a tool')
+    machine.tool = number or 0
+    return {'tool': number, 'diameter': across}
+
+
 class Progress:
     """A bar on a terminal; as the filter of a GUI FILTER_PROGRESS= lines, at most 100; elsewhere nothing."""
 

@@ -15,7 +15,7 @@ import signal
 import sys
 
 from chipwise.cli import rewrite_folder
-from chipwise.cli.machine_options import Progress, add_machine_options, ini_of, machine_of, refuser
+from chipwise.cli.machine_options import Progress, add_machine_options, ini_of, machine_of, refuser, tool_of
 from chipwise.cli.output import check_outputs
 
 NAME = 'rewrite'
@@ -36,6 +36,8 @@ def add_arguments(parser):
                         help="with --feed: no F is raised above it, machine units/min (default: the axes' velocity)")
     parser.add_argument('--whole', action='store_true', help='with --flute: travel the whole path again, not only where stock is left')
     parser.add_argument('--diameter', type=float, metavar='MM', help="with --flute: of arcs at corners (default: the tool's)")
+    parser.add_argument('--tool', type=int, metavar='N', help='number of the tool in the spindle of a program that calls none')
+    parser.add_argument('--tool-diameter', type=float, metavar='D', help='its diameter, in machine units')
     parser.add_argument('--jobs', type=int, metavar='N', help='programs of a folder at a time (default: one per processor)')
     parser.add_argument('--scheduler', metavar='ADDRESS', help='work the programs of a folder on a Dask cluster: tcp://HOST:PORT')
     add_machine_options(parser, refuse)
@@ -46,6 +48,7 @@ def run(options):
     from chipwise.rewrite.one import one
     check_options(options)
     arguments = machine_of(options, refuse)
+    arguments.update(tool_of(options.tool, options.tool_diameter, arguments['machine'], refuse, '--tool-diameter'))
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
     order = order_of(options, arguments['machine'])
     if os.path.isdir(options.program):

@@ -12,8 +12,8 @@ import json
 import sys
 
 from chipwise.cli import UsageError
-from chipwise.cli.check import add_tool_options, seconds, surveyed, tool_of
-from chipwise.cli.machine_options import Progress, add_machine_options, ini_of, machine_of, refuser
+from chipwise.cli.check import add_tool_options, seconds, surveyed
+from chipwise.cli.machine_options import Progress, add_machine_options, ini_of, machine_of, refuser, tool_of
 from chipwise.cli.output import check_outputs, write_output
 from chipwise.errors import CycleError, format_length, printable, unnamed, with_line
 from chipwise.rates import MM3_PER_CM3
@@ -43,7 +43,7 @@ def run(options):
         refuse(f'--material is not a text of at most {MAX_TEXT} characters')
     arguments = machine_of(options, refuse)
     machine = arguments.pop('machine')
-    arguments |= tool_of(options, machine, refuse)
+    arguments |= tool_of(options.tool, options.diameter, machine, refuse)
     check_outputs(refuse, {'--json': options.json}, [('the program', options.program), ('the INI file', ini_of(options))])
     path = path_of(options.program, _folder(machine))
     progress, lines = Progress(sys.stderr), lines_of(options.program)

@@ -16,7 +16,7 @@ UNCHECKED_IS_REFUSED = ("unchecked",)           # values of [CHIPWISE]FILTER_REF
 FINDINGS_ARE_REFUSED = ("findings", "unchecked")
 
 # What chipwise check advises and only its command line can do
-_OPTIONS = re.compile(r",? (?:or )?(?:name (?:the stock|it) )?with --(?:stock|tool|diameter)(?: [^;() ]+)*|: --stock(?: [^;() ]+)*")
+_OPTIONS = re.compile(r",? (?:or )?(?:name (?:the stock|it) )?with --(?:stock|tool-diameter|tool|diameter)(?: [^;() ]+)*|: --stock(?: [^;() ]+)*")
 
 
 @dataclass

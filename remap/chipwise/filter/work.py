@@ -3,16 +3,18 @@
 
  1. A file that LinuxCNC cannot use (binary, too large, an error in a line, an endless loop) is not opened.
     So is one that makes the interpreter run Python or a shell: the GUI's preview would do it (program_code.py).
- 2. A program that cannot be judged (no stock, rotary axes, G93, ..) is opened as it is, if it has an end: LinuxCNC's preview
+ 2. A program that cannot be judged (an unknown tool, M254, ..) is opened as it is, if it has an end: LinuxCNC's preview
     runs it, too, and a GUI whose preview does not end cannot be used any more.
  3. A program with findings is opened with a warning; [CHIPWISE]FILTER_REFUSE is stricter.  That a tool's flutes are unknown is
     said, but never a reason to refuse.
- 4. [CHIPWISE]FILTER_REWRITE: the rewritten program goes to the GUI.  One that cannot be rewritten counts as one with findings.
+ 4. A program that names no stock or no tool is judged on what chipwise check assumes, and that is said.  It counts as one that cannot be judged for
+    FILTER_REFUSE = unchecked, which asks for certainty, and findings in what is assumed refuse nothing.
+ 5. [CHIPWISE]FILTER_REWRITE: the rewritten program goes to the GUI.  One that cannot be rewritten counts as one with findings.
 """
 
 import os
 
-from chipwise.check.findings import FLUTE, FLUTES_UNKNOWN, RATE, TOOL, grouped
+from chipwise.check.findings import FLUTE, FLUTES_UNKNOWN, OF_STOCK, RATE, TOOL, grouped, grouped_notes
 from chipwise import program_code
 from chipwise.check.program_file import UNFINISHED, UNSAFE, UNUSABLE, Unreadable
 from chipwise.check.reader import Machine, Reader
@@ -26,6 +28,7 @@ from chipwise.settings import load_settings
 MAX_LISTED = 20         # findings in the log
 MAX_NAMED = 5           # tools in a message
 NOT_KNOWN = (TOOL, FLUTES_UNKNOWN)
+ASSUMED = " (on what is assumed)"
 
 
 def judged(program, ini, limits, folder, loops, progress):
@@ -45,16 +48,20 @@ def judged(program, ini, limits, folder, loops, progress):
     rewrite = settings["FILTER_REWRITE"] != "no"
     lines = lines_of(program)
 
-    def check_it():
-        return checked(program, lambda line: progress(line / lines * (0.4 if rewrite else 1.0)), {"machine": machine, **limits})
+    def check_it(**assumed):
+        return checked(program, lambda line: progress(line / lines * (0.4 if rewrite else 1.0)), {"machine": machine, **assumed, **limits})
 
     result = check_it()
-    if result.error and result.state != UNFINISHED and os.environ.get("INI_FILE_NAME"):
-        machine.tool = spindle_tool()       # the program may count on it, as LinuxCNC's preview does
-        result = check_it() if machine.tool > 0 else result
+    if result.error and result.state != UNFINISHED:
+        machine.tool = spindle_tool() if os.environ.get("INI_FILE_NAME") else 0     # the program may count on it, as LinuxCNC's preview does
+        result = check_it(assumes=True, tool=machine.tool or None)
     if result.error:
         return _with_error(result, machine, loops, refuse, limits)
     verdict = verdicts.Verdict()
+    if result.guessed and refuse in verdicts.UNCHECKED_IS_REFUSED:
+        return verdicts.not_opened("; ".join(["it is judged on what is assumed only", *(text for _line, text in result.notes)]))
+    for text in grouped_notes(result.notes):
+        verdict.note(verdicts.for_screen(text))
     mended = _rewrite(program, machine, settings, result, folder, limits, lambda share: progress(0.4 + 0.6 * share),
                       verdict) if rewrite else None
     return _with_findings(result, mended, refuse, verdict)
@@ -105,7 +112,8 @@ def _with_findings(result, mended, refuse, verdict):
     count = len(left) + result.findings.dropped
     if left:
         first = left[0].text(result.unit)
-        verdict.note(first if count == 1 else f"{count} findings; the first: {first}", True)
+        assumed = result.guessed and all(finding.rule in OF_STOCK for finding in left)
+        verdict.note((first if count == 1 else f"{count} findings; the first: {first}") + (ASSUMED if assumed else ""), not assumed)
         groups = grouped(left)
         verdict.more = [group.text(result.unit) for group in groups[int(len(groups[0]) == 1):MAX_LISTED]]
         more = result.findings.dropped + sum(map(len, groups[MAX_LISTED:]))
@@ -131,7 +139,7 @@ def _rewrite(program, machine, settings, result, folder, limits, progress, verdi
     if flute and not any(finding.rule == FLUTE for finding in result.findings.kept) and not result.findings.dropped:
         return None
     try:
-        data, said = rewritten(program, _order(settings, machine, flute), progress, machine, **limits)
+        data, said = rewritten(program, _order(settings, machine, flute), progress, machine, tool=machine.tool or None, **limits)
         with open(program, "rb") as file:
             if file.read() == data:
                 return FLUTE if flute else RATE
@@ -148,7 +156,7 @@ def _rewrite(program, machine, settings, result, folder, limits, progress, verdi
         verdict.note(f"it is not rewritten: {error.strerror}", True)
     else:
         verdict.path = path
-        verdict.note(f"it is rewritten: {said}")
+        verdict.note(f"it is rewritten: {verdicts.for_screen(said)}")
         return FLUTE if flute else RATE
     return None
 

@@ -66,8 +66,8 @@ def sections(program, geometry):
             number, diameter = int(event.values[0]), event.values[1]
             if number > 0 and not diameter > 0:
                 tool = Tool(number, None, None)
-            else:
-                tool = tool_of(number, diameter, geometry) if number > 0 else None
+            else:               # tool 0 has a diameter where one is assumed
+                tool = tool_of(number, diameter, geometry) if diameter > 0 else None
         elif event.kind == records.STOCK:
             close(event.at)
             stock = event

@@ -10,6 +10,7 @@ Called by run.py.  Source: JP3131045: F = UQ x LC / VC [0007], and [0013] for tw
  3. A piece counts with the larger of the areas VC / LC of itself and its neighbours, for where in a piece the load changes is
     not known.
  4. F is never above the ceiling: what the axes can do, or less where it is asked for.  Where nothing is cut the programmed F stays.
+    On a stock or a tool that nobody has confirmed (rewrite/assumed.py) F is never raised.
  5. Pieces one after the other whose F differ by at most SPREAD have one F, that of all of them together; a move is divided
     where they differ.
 """
@@ -31,12 +32,13 @@ AIR_MM = 0.005              # stock less deep than that is not cut
 
 @dataclass
 class Rates:
-    """What was asked for: mm3/min; lower 0: one rate; ceiling mm/min or None; split: the reference length, mm."""
+    """What was asked for: mm3/min; lower 0: one rate; ceiling mm/min or None; split: the reference length, mm; raises: whether F may rise."""
 
     target: float
     lower: float = 0.0
     ceiling: Optional[float] = None
     split: float = 1.0
+    raises: bool = True
 
 
 @dataclass
@@ -99,6 +101,8 @@ class Feeder:
         ceiling = np.minimum(able, self.rates.ceiling or np.inf)
         wanted = np.where(area > 0.0, np.clip(programmed, low, high), programmed)
         wanted = np.where(wanted > programmed, np.maximum(np.minimum(wanted, ceiling), programmed), wanted)
+        if not self.rates.raises:
+            wanted = np.minimum(wanted, programmed)
         return np.where(cuts, wanted, 0.0)
 
     def _figures(self, area, length, cuts, programmed, wanted):

@@ -134,6 +134,7 @@ class Program(Moves):
     source: Sequence        # lines of text
     modes: list             # Modes on each line
     messages: list = field(default_factory=list)
+    notes: list = field(default_factory=list)       # [line, text] about how it was read
     blocks: Blocks = field(default_factory=Blocks)
     place: Optional[np.ndarray] = None        # (n,) int: the line of the program itself that makes a move; of a block, its first (traced.py)
     marks: Optional[np.ndarray] = None        # (k, 9): moves before it, line and values of each MARK record of a marked program
@@ -300,7 +301,7 @@ class Collector:
             blocks = blocks_of(source.parts())
             modes = modes_by_line(source, blocks.subs, before)
         return Program(path, kind, line, end, feed, step, first, _short(self.circle.whole()), _short(self.frame.whole()),
-                       self.circles, self.frames, self.events, source, modes, messages, blocks, marks=self.marks)
+                       self.circles, self.frames, self.events, source, modes, messages, blocks=blocks, marks=self.marks)
 
 
 def read(path, machine, stock=None, progress=None, text=True, most=MOST_MOVES, **limits):
@@ -313,7 +314,9 @@ def read(path, machine, stock=None, progress=None, text=True, most=MOST_MOVES, *
             collector.take(block)
             if progress:
                 progress(int(block[-1, 1]))
-        return collector.program(path, reader.messages, first_modes(machine), text)
+        program = collector.program(path, reader.messages, first_modes(machine), text)
+        program.notes = reader.notes
+        return program
 
 
 def first_modes(machine):

@@ -7,15 +7,16 @@ Called by cli/rewrite.py and filter/work.py.
 import functools
 import math
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Callable, Optional
 
+from chipwise.check.program_file import Missing
 from chipwise.check.reader import Machine, Unreadable
 from chipwise.errors import CycleError, format_length, unnamed
 from chipwise.own_folder import OwnFolder, writing
 from chipwise.processes import return_freed_arrays, return_heap
 from chipwise.rates import MM3_PER_CM3, MM3_PER_IN3
-from chipwise.rewrite import calls, cutting, depths, feed, flute, foreseen, proof
+from chipwise.rewrite import assumed, calls, cutting, depths, feed, flute, foreseen, proof
 from chipwise.rewrite.fed import feed_traverses
 from chipwise.rewrite.program import SYNCHRONISED, Program, read
 from chipwise.rewrite.text import Writer
@@ -38,11 +39,25 @@ class Order:
     diameter: Optional[float] = None
 
 
-def rewritten(path, order, progress, machine, stock=None, cell=None, **limits):
+def rewritten(path, order, progress, machine, stock=None, cell=None, tool=None, diameter=None, **limits):
     """-> (bytes of the new program, what is said).  Raises Unreadable, Different, FolderError, MemoryError.
 
-    machine: reader.Machine; stock: (low, high) mm in work coordinates or None; cell: mm; limits: those of Reader.
+    machine: reader.Machine; stock: (low, high) mm in work coordinates or None; cell: mm; tool: number, diameter: mm, of the one in the
+    spindle at the beginning, or None; limits: those of Reader.
     """
+    try:
+        return _rewritten(path, order, progress, machine, stock, cell, limits)
+    except Missing as error:
+        found = assumed.assumed(path, machine, error.line, stock, tool, diameter, limits)
+    stock = (found.low, found.high) if found.low else stock
+    if found.guessed and order.rates:
+        order = replace(order, rates=replace(order.rates, raises=False))
+    data, said = _rewritten(path, order, progress, assumed.machine_with(machine, found), stock, cell, limits, found)
+    return data, "; ".join([*found.notes, *([assumed.NEVER_RAISED] if found.guessed and order.rates else []), said])
+
+
+def _rewritten(path, order, progress, machine, stock, cell, limits, assumption=None):
+    """rewritten(), on an Assumption if there is one."""
     return_freed_arrays()
     try:
         settings = load_settings(machine.ini)
@@ -50,6 +65,8 @@ def rewritten(path, order, progress, machine, stock=None, cell=None, **limits):
     except CycleError as error:
         raise Unreadable(unnamed(error.text()), "") from error
 
+    if assumption:
+        geometry = assumed.geometry_with(geometry, assumption)
     program = read(path, machine, stock, **limits)
     return_heap()
     limits = {**limits, "most_bytes": MOST_BYTES}
@@ -59,8 +76,12 @@ def rewritten(path, order, progress, machine, stock=None, cell=None, **limits):
 
     progress(0.2)
     cell = cell or cutting.cell_for(program, geometry, settings["CELL"], *([cutting.CELLS_FOR_VOLUME] if order.rates else []))
+    job = Job(program, machine, geometry, cell, read_it, stock, limits, settings["TRAVERSE_CLEARANCE"])
+    if assumption and assumption.guessed and not order.rates:
+        return assumed.keep_flutes(job)
     work = write_feeds if order.rates else respect_flutes
-    return work(order, Job(program, machine, geometry, cell, read_it, stock, limits, settings["TRAVERSE_CLEARANCE"]), lambda share: progress(0.2 + 0.5 * share))
+    data, said = work(order, job, lambda share: progress(0.2 + 0.5 * share))
+    return data, "; ".join([*(text for _line, text in program.notes), said])
 
 
 def rate_unit(machine):

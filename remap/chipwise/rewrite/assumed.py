@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Rewriting a program that names no stock or no tool: on what check/ assumes, too (assumed/assume.py), as far as that is safe.
+
+Called by run.py.  The true stock may be larger than an assumed one, and the true tool another than that of a comment.  So
+
+ 1. no F is raised: a cut that looks light may be a heavy one;
+ 2. no flutes are respected: the new traverses would be laid over a stock that nobody has named.  A program whose flutes are long enough stays.
+
+What the user names is not assumed.
+"""
+
+import copy
+
+from chipwise.assumed.assume import assume, surveyed
+from chipwise.check.reader import Reader, Unreadable
+from chipwise.errors import format_length
+from chipwise.rewrite import depths, proof
+
+NEVER_RAISED = "no F is raised, because nobody has confirmed that"
+
+
+def assumed(path, machine, line, stock, tool, diameter, limits):
+    """Assumption for a program that cannot be cut in `line`.  Raises Unknown."""
+    limits = {key: value for key, value in limits.items() if key in ("cpu_s", "quiet_s", "memory_mb")}
+    return assume(surveyed(Reader(path, machine, None, **limits), machine), path, machine, line, bool(stock), tool, diameter)
+
+
+def machine_with(machine, assumption):
+    """A reader.Machine with the tools of an Assumption."""
+    result = copy.copy(machine)
+    result.diameters = {number: tool.diameter for number, tool in assumption.tools.items()}
+    result.spindle = assumption.spindle
+    return result
+
+
+def geometry_with(geometry, assumption):
+    """{number: ToolGeometry} with the tools of an Assumption: a number's own counts if it is that tool's."""
+    result = dict(geometry)
+    for number, tool in assumption.tools.items():
+        described = result.pop(number, None)
+        described = tool.described and described or tool.geometry
+        if described is not None:
+            result[number] = described
+    return result
+
+
+def keep_flutes(job):
+    """The program's own bytes and what is said, if its flutes are long enough; else Unreadable [2]."""
+    found = depths.too_deep(job.program, job.geometry, job.cell, proof.OVER_MM)
+    if found:
+        worst = max(found, key=lambda witness: witness.depth - witness.tool.flute_length)
+        unit = job.machine.unit
+        raise Unreadable(f"tool {worst.tool.number} cuts {format_length(round(worst.depth, 3), unit)} deep in the assumed stock, its flutes are "
+                         f"{format_length(worst.tool.flute_length, unit)} long, and no traverse is laid over a stock or beside a tool that nobody has confirmed",
+                         "name the stock with --stock, the tool with --tool and its diameter", worst.line)
+    return job.program.content(), "the flutes are long enough everywhere in it, the program is unchanged"
