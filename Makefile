@@ -5,6 +5,8 @@
 #   make test-all   with those of tests/long.txt: three quarters of an hour
 #   make test-quick the tests that need no machine and little time: a minute
 #   make test-shipped  those of the installed form: an ordinary user, the package's setuid rtapi_app; part of test-all
+#   make sanitized  the C core and its test programs under ASan and UBSan, in build/sanitized; test-all runs them
+#   make coverage   lines and branches of the C core that the tests reach
 #   make lint       ruff, mypy and clang-format over the tree; changes nothing
 #   make bench      the benchmarks; writes build/bench.json
 #   make build      components, the C core as a library, C test programs
@@ -17,6 +19,7 @@
 # (which include it), into build/libchipwise.so for Python, and into the C test
 # and benchmark programs.  LinuxCNC's own realtime flags apply to all three.
 # components/offline/*.c is in the library only.
+# build/sanitized has the library and the test programs with the sanitizers.
 
 PREFIX ?= /usr/local
 DESTDIR ?=
@@ -74,7 +77,7 @@ space = $(empty) $(empty)
 
 CHIPWISE_VERSION = $(shell cat VERSION)
 
-.PHONY: run test test-all test-quick test-shipped lint bench build product install uninstall deb deps clean FORCE
+.PHONY: run test test-all test-quick test-shipped sanitized lint bench build product install uninstall deb deps clean FORCE
 .DELETE_ON_ERROR:
 
 # The steps in their order, each a make of its own: what LinuxCNC's
@@ -91,7 +94,7 @@ test test-all: deps
 	-@tools/deps valgrind
 	-@tools/deps python3-pyqt5 python3-pyqt5.qtsvg python3-pyqt5.qtopengl python3-pyqt5.qsci python3-pyqt5.qtwebengine \
 		python3-dbus.mainloop.pyqt5 pyqt5-dev-tools
-	@$(MAKE) --no-print-directory build
+	@$(MAKE) --no-print-directory build $(if $(filter test-all,$@),sanitized)
 	@tools/test $(if $(filter test-all,$@),--all)
 
 test-shipped: deps
@@ -192,6 +195,24 @@ build/tests/%: tests/core/%.c $(OBJECTS) components/linuxcnc_planner.c $(HEADERS
 build/bench/%: bench/%.c $(OBJECTS) $(HEADERS)
 	@mkdir -p $(@D)
 	$(CC) $(RTFLAGS) $(CFLAGS) -Icomponents -o $@ $< $(OBJECTS) -lm
+
+# Undefined behaviour of any kind ends the program.  Not -O3 and no target_clones' vectors: the checks are what counts here.
+SANITIZE = -O1 -fno-omit-frame-pointer -fsanitize=address,undefined,float-cast-overflow -fno-sanitize-recover=all \
+           $(filter-out -Os -Wframe-larger-than=%,$(RTFLAGS))
+SANITIZED_CORE = $(OBJECTS:build/%=build/sanitized/%)
+
+sanitized: build/sanitized/libchipwise.so $(CORE_TESTS:tests/core/%.c=build/sanitized/tests/%)
+
+build/sanitized/%.o: components/%.c $(HEADERS)
+	@mkdir -p $(@D)
+	$(CC) $(SANITIZE) $(CFLAGS) -Icomponents -c -o $@ $<
+
+build/sanitized/libchipwise.so: $(SANITIZED_CORE) $(OFFLINES:build/%=build/sanitized/%) build/version.o
+	$(CC) $(SANITIZE) -shared -o $@ $^ -lm
+
+build/sanitized/tests/%: tests/core/%.c $(SANITIZED_CORE) components/linuxcnc_planner.c $(HEADERS) $(wildcard tests/core/*.h) $(MOTION)
+	@mkdir -p $(@D)
+	$(CC) $(SANITIZE) $(CFLAGS) -DULAPI -Icomponents @$(MOTION) -I/usr/include/linuxcnc -o $@ $< $(SANITIZED_CORE) -lm
 
 # Models of the stock that judge runs, and the oracle of turned parts: nothing of the product is in them.
 build/tests/support/%.so: tests/support/%.c

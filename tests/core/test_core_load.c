@@ -2,9 +2,9 @@
 /* test_core_load.c - section area, look-ahead and feed law of the C core against closed forms and hostile input,
  * without Python.
  *
- * Who calls it: tests/core/test_sabotage.py and `make test`, in two builds: with the
- * sanitizers and with the flags of the realtime build. Prints every failure and one closing
- * line; leaves with 1 when something failed. Lengths mm, volumes mm3.
+ * Who calls it: `make test`, tests/core/test_sabotage.py with the flags of the realtime build, and
+ * tests/core/test_sanitized.py. Prints every failure and one closing line; leaves with 1 when
+ * something failed. Lengths mm, volumes mm3.
  */
 #include "../../components/core/feed.h"
 #include "../../components/core/lookahead.h"

@@ -126,7 +126,7 @@ static void change_on_the_path(void)
 static void change_while_the_map_lags(void)
 {
     static const double size[3] = { 80.0, 60.0, 10.0 }, at[3] = { 20.0, 20.0, 1.0 };
-    double all, lagged;
+    double all, lagged = 0.0;
     int late;
     for (late = 1; late >= 0; late--) {
         define(0.1, size, 25.0, at);
