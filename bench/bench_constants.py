@@ -38,6 +38,8 @@ TUNED = {
     "CHIP_TRAILING": (0.25, 1.0),
     "CHIP_WIDTH_ERROR": (0.16, 0.66),
     "CHIP_PEAK": (0.0, 2.0),
+    "CHIP_BENT_RISE": (1.0, 4.0),
+    "CHIP_BEND": (0.25, 1.0),
     "CHIP_SMOOTHED_PEAK": (0.0, 2.0),
     "CHIP_DIP": (0.0, 1.0),
     "CHIP_CLEAR": (0.75, 3.0),

@@ -23,6 +23,9 @@
  * low */
 #define CHIP_WIDTH_ERROR 0.33
 #define CHIP_PEAK 1.0 /* of the height of a sample above its neighbours' line, added to it [6] */
+/* the same up to the higher neighbour: where a rise bends to level, cells spread the bend over both */
+#define CHIP_BENT_RISE 2.0
+#define CHIP_BEND 0.5 /* of the slope before a sample, at most, that behind it if a rise bends there */
 /* of its height above the line between the samples a cell away: cells smooth a peak */
 #define CHIP_SMOOTHED_PEAK 1.0
 #define CHIP_DIP 0.5 /* of its depth below that line */
@@ -46,6 +49,18 @@ static double above_chord(const struct chip_lookahead *lookahead, int before, in
          - (sample_area(lookahead, before) * b + sample_area(lookahead, behind) * a) / (a + b);
 }
 
+/* The same at sample i if a rise bends there: the cells spread the bend over the samples on both sides. `off`: its
+ * height above their line. */
+static double bent_rise(const struct chip_lookahead *lookahead, int i, double off)
+{
+    double before = (sample_area(lookahead, i) - sample_area(lookahead, i - 1))
+                  / chip_max(CHIP_MIN_LOAD, sample_s(lookahead, i) - sample_s(lookahead, i - 1)),
+           behind = (sample_area(lookahead, i + 1) - sample_area(lookahead, i))
+                  / chip_max(CHIP_MIN_LOAD, sample_s(lookahead, i + 1) - sample_s(lookahead, i));
+    if (behind <= 0.0 || behind > CHIP_BEND * before) return 0.0;
+    return chip_min(CHIP_BENT_RISE * off, sample_area(lookahead, i + 1) - sample_area(lookahead, i));
+}
+
 /* How far the load may exceed a sample, mm2 [6]: as far as the sample leaves the line between its neighbours or, where
  * the cells smooth a peak or the end of a rise, by a share of its height above the line between the samples a cell
  * away. */
@@ -56,7 +71,7 @@ static double curvature_allowance(const struct chip_lookahead *lookahead, const 
     if (i <= lookahead->first || i + 1 >= lookahead->first + lookahead->count) return 0.0;
     if (turns_corner(lookahead, before, behind)) return 0.0;
     off = above_chord(lookahead, before, i, behind);
-    direct = off > 0.0 ? CHIP_PEAK * off : -CHIP_DIP * off;
+    direct = off > 0.0 ? chip_max(CHIP_PEAK * off, bent_rise(lookahead, i, off)) : -CHIP_DIP * off;
     if (s - sample_s(lookahead, before) >= stock->cell && sample_s(lookahead, behind) - s >= stock->cell) return direct;
     while (before > lookahead->first && !is_corner(lookahead, before) && s - sample_s(lookahead, before) < stock->cell)
         before--;

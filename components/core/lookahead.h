@@ -23,7 +23,8 @@
  *  5. On the programmed path samples are closer where the load jumps, and a corner has two, one for
  *     each direction: nothing is interpolated across a corner.
  *  6. Between samples the load is linear, and a bound is the line through the samples, each raised by its possible
- *     error: the load's own curvature (a smooth load leaves the line by less). Heights are interpolated, so that a
+ *     error: the load's own curvature (a smooth load leaves the line by less). Where a rise bends to level the cells
+ *     spread the bend over the samples on both sides, and twice as much is added. Heights are interpolated, so that a
  *     jump (the edge of the stock, a wall) may lie CHIP_LATE_RISE or CHIP_LATE_FALL cells from the position it is
  *     read at: between two samples the larger one counts, and so far beyond. A flat end that goes straight down
  *     has no such position error; on a slope the error is smaller the steeper it is.

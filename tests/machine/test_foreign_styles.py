@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Three of the twenty styles that nothing was tuned with, under a feed override; all of them and four overrides: bench/bench_styles.py."""
+"""Four of the twenty styles that nothing was tuned with, under a feed override; all of them and four overrides: bench/bench_styles.py."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ pytestmark = pytest.mark.machine
 SEED, SPEED, CELL = 40, 6.0, 0.01       # CELL: mm, as bench_styles.py
 
 
-@pytest.mark.parametrize("name, override", [("small_bends", 1.2), ("smooth_lace", 0.5), ("ramp_contour", 1.5)])
+@pytest.mark.parametrize("name, override", [("small_bends", 1.2), ("smooth_lace", 0.5), ("ramp_contour", 1.5), ("corner_rest", 0.5)])
 def test_the_peak_under_an_override(name, override, tmp_path):
     """At most 102 % of Q times the override in 10 ms; the same run is refused against a target 7 % lower."""
     program = foreign_styles.programs(SEED)[name]
