@@ -67,7 +67,7 @@ pin out s32 limited_by "0 nothing, 1 stock here, 2 stock ahead, 3 floor, 4 ceili
 pin out float mrr_effective "the effective removal rate, mm3/min: the smaller of mrr-target and tool-max-rate; 0 in mode 0";
 pin out bit override_ignored "the machine ignores the override; to chipwise-guard.N.override-ignored";
 pin out float run_time "s since the program began, pauses included; it stays after its end";
-pin out float cut_time "s of it in feed moves that cut: section-area at least 0.01 mm2, and 0.01 mm wide over the depth";
+pin out float cut_time "s of it in feed moves that cut: section-area at least 0.01 mm2, and 0.01 mm wide over the depth; thinner if the map loses as much";
 pin out float air_time "s of it in feed moves that do not";
 pin out float fed_time "s of it in feed moves with the volumetric feed on";
 pin out float saved_time "s that the program at its F, with the operator's override, would have taken longer in that time; negative: less";

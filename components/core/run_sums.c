@@ -45,25 +45,85 @@ static double lost_volume(struct chip_run_sums *sums, double removed_mm3, int mo
     return sums->is_begun && sums->since_motion < CHIP_SUMS_SETTLE ? chip_max(0.0, lost) : 0.0;
 }
 
-/* Adds a period to the sums. */
+/* Adds what has waited to the time that cuts or to that in air. */
+static void end_waiting(struct chip_run_waiting *waiting, double cuts_s, struct chip_run_totals *totals)
+{
+    cuts_s = chip_min(cuts_s, waiting->time_s);
+    add(&totals->cut_s, cuts_s);
+    add(&totals->air_s, waiting->time_s - cuts_s);
+    waiting->time_s = waiting->read_mm3 = waiting->lost_mm3 = 0.0;
+}
+
+static int is_lost_as_read(const struct chip_run_waiting *waiting)
+{
+    return waiting->read_mm3 > 0.0 && waiting->lost_mm3 >= CHIP_SUMS_SHARE * waiting->read_mm3;
+}
+
+static void wait_period(struct chip_run_waiting *waiting, double period_s, double read_mm3, double lost_mm3)
+{
+    waiting->time_s += period_s;
+    waiting->read_mm3 = chip_min(waiting->read_mm3 + read_mm3, CHIP_SUMS_LARGEST);
+    waiting->lost_mm3 = chip_min(waiting->lost_mm3 + lost_mm3, CHIP_SUMS_LARGEST);
+}
+
+/* [3b] Whether the period belongs to a plunge whose contact the map has not shown before. */
+static int wait_in_plunge(struct chip_run_sums *sums, struct chip_run_totals *totals, int loaded, int down,
+                          double period_s, double read_mm3, double lost_mm3)
+{
+    struct chip_run_waiting *plunge = &sums->plunge;
+    if (loaded && down && sums->since_load >= CHIP_SUMS_SETTLE) sums->is_plunge = 1;
+    if (!sums->is_plunge) return 0;
+    if (!loaded) {
+        end_waiting(plunge, 0.0, totals);
+        sums->is_plunge = 0;
+        return 0;
+    }
+    wait_period(plunge, period_s, read_mm3, lost_mm3);
+    if (lost_mm3 > 0.0) {
+        end_waiting(plunge, is_lost_as_read(plunge) ? plunge->time_s : CHIP_SUMS_SETTLE * period_s, totals);
+        sums->is_plunge = 0;
+    } else if (plunge->time_s > CHIP_SUMS_WAIT_S) {
+        end_waiting(plunge, 0.0, totals);
+    }
+    return 1;
+}
+
+/* [3] Adds a period of a feed move (feeds), or of anything else, to the time that cuts or to that in air. */
+static void divide_time(struct chip_run_sums *sums, struct chip_run_totals *totals, const struct chip_feed_in *in,
+                        int feeds, double area, double read_mm3, double lost_mm3, double period_s)
+{
+    struct chip_run_waiting *thin = &sums->thin;
+    int loaded = feeds && area >= CHIP_SUMS_THIN;
+    int cuts = feeds && area >= CHIP_SUMS_AREA && area >= CHIP_SUMS_WIDTH * sound(in->depth_mm);
+    int down = chip_finite(in->dir_z) && in->dir_z < -CHIP_SUMS_DOWN;
+    int waits = wait_in_plunge(sums, totals, loaded, down, period_s, read_mm3, lost_mm3);
+    int is_thin = loaded && !cuts && !waits;
+
+    sums->since_load = loaded ? 0 : sums->since_load + (sums->since_load < CHIP_SUMS_SETTLE);
+    sums->since_cut = cuts ? 0 : sums->since_cut + (sums->since_cut <= CHIP_SUMS_SETTLE);
+    if (is_thin) {
+        int before = sums->since_cut <= CHIP_SUMS_SETTLE; /* the map may still lose what was cut before */
+        wait_period(thin, period_s, before ? 0.0 : read_mm3, before ? 0.0 : lost_mm3);
+    }
+    if (thin->time_s > 0.0 && (!is_thin || thin->time_s > CHIP_SUMS_WAIT_S))
+        end_waiting(thin, is_lost_as_read(thin) ? thin->time_s : 0.0, totals);
+    if (waits || is_thin || !feeds) return;
+    add(cuts ? &totals->cut_s : &totals->air_s, period_s);
+}
+
+/* Adds a period to the sums but for the times that cut and in air. */
 static void add_period(struct chip_run_totals *totals, const struct chip_feed_in *in, double velocity, double period_s,
                        double lost, double rate)
 {
     int feeds = in->motion == CHIP_MOTION_FEED || in->motion == CHIP_MOTION_ARC;
     int on = in->feed_mode >= CHIP_FEED_LIMIT && in->feed_mode <= CHIP_FEED_WINDOW;
-    double area = in->is_trusted ? sound(in->section_area_mm2) : 0.0;
     double programmed =
         sound(in->programmed_vel_mm_s) > 0.0 ? sound(in->programmed_vel_mm_s) : sound(in->requested_vel_mm_s);
     double override = sound(in->feed_override_share) > 0.0 ? sound(in->feed_override_share) : 1.0;
     add(&totals->run_s, period_s);
     add(&totals->volume_mm3, lost);
     totals->peak_mm3_s = chip_max(totals->peak_mm3_s, rate);
-    if (!feeds || !(velocity > 0.0)) return;
-    if (area >= CHIP_SUMS_AREA && area >= CHIP_SUMS_WIDTH * sound(in->depth_mm))
-        add(&totals->cut_s, period_s);
-    else
-        add(&totals->air_s, period_s);
-    if (!on || !(programmed * override > 0.0)) return;
+    if (!feeds || !(velocity > 0.0) || !on || !(programmed * override > 0.0)) return;
     add(&totals->fed_s, period_s);
     add(&totals->saved_s, chip_min(velocity * period_s / (programmed * override), CHIP_SUMS_LARGEST) - period_s);
 }
@@ -74,10 +134,12 @@ void chip_run_sums_step(struct chip_run_sums *sums, const struct chip_feed_in *i
     double period_s = chip_finite(in->period_s) ? chip_clamp(in->period_s, 1e-6, 0.1) : 0.001;
     double velocity = sound(in->current_vel_mm_s), lost, rate;
     int moves = in->motion != 0, feeds = in->motion == CHIP_MOTION_FEED || in->motion == CHIP_MOTION_ARC;
-    double area = in->is_trusted ? sound(in->section_area_mm2) : 0.0;
+    double area = in->is_trusted ? sound(in->section_area_mm2) : 0.0,
+           read = chip_min(area * velocity * period_s, CHIP_SUMS_LARGEST);
+    struct chip_run_totals *totals;
 
     lost = lost_volume(sums, sound(removed_volume_mm3), moves);
-    rate = window_rate(sums, chip_min(area * velocity * period_s, CHIP_SUMS_LARGEST), period_s, feeds);
+    rate = window_rate(sums, read, period_s, feeds);
     sums->is_begun = 1;
     if (moves && sums->rest_s >= CHIP_SUMS_REST_S && !is_running) clear_totals(&sums->beginning); /* [2] */
     sums->rest_s = moves ? 0.0 : chip_min(sums->rest_s + period_s, CHIP_SUMS_LARGEST);
@@ -86,7 +148,9 @@ void chip_run_sums_step(struct chip_run_sums *sums, const struct chip_feed_in *i
         sums->program = sums->beginning;
     }
     sums->was_running = is_running;
-    add_period(is_running ? &sums->program : &sums->beginning, in, velocity, period_s, lost, rate);
+    totals = is_running ? &sums->program : &sums->beginning;
+    add_period(totals, in, velocity, period_s, lost, rate);
+    divide_time(sums, totals, in, feeds && velocity > 0.0, area, read, lost, period_s);
 }
 
 double chip_run_mean(const struct chip_run_totals *totals)

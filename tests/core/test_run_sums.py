@@ -14,14 +14,14 @@ PERIOD_S = 0.001
 
 
 class Program:
-    """Sums, period by period, at an area (mm2) and a velocity (mm/s)."""
+    """Sums, period by period, at an area (mm2) and a velocity (mm/s); lost: share of the reading that the map loses."""
 
     def __init__(self):
         self.sums, self.removed = core.RunSums(), 0.0
 
-    def step(self, seconds, area=0.0, velocity=10.0, running=True, lag=0.0, **values):
+    def step(self, seconds, area=0.0, velocity=10.0, running=True, lag=0.0, lost=1.0, **values):
         for _ in range(round(seconds / PERIOD_S)):
-            self.removed += area * velocity * PERIOD_S
+            self.removed += lost * area * velocity * PERIOD_S
             core.add_period(self.sums, given(section_area_mm2=area, current_vel_mm_s=velocity, depth_mm=3.0, **values), running, self.removed - lag)
         return self.sums.program
 
@@ -43,11 +43,47 @@ def test_times_mean_and_peak():
     assert program.step(1.0, velocity=20.0, feed_override_share=2.0).saved_s == pytest.approx(2.5)
 
 
-def test_a_reading_that_is_no_cut():
-    """Below 0.01 mm2, or narrower than 0.01 mm over the depth of 3 mm."""
+def test_a_thin_reading_cuts_if_the_map_loses_it():
+    """Below 0.01 mm2, or narrower than 0.01 mm over the depth of 3 mm: a sliver, or a wall that was cut before."""
+    for area in (0.002, 0.009, 0.029):
+        program = Program()
+        assert program.step(0.9, area).cut_s == pytest.approx(0.5, abs=0.01)            # half a second at a time
+        program.step(0.1, area)
+        program.rest(0.1, True)
+        assert program.sums.program.cut_s == pytest.approx(1.0) and program.sums.program.air_s == 0.0
+        program = Program()
+        program.step(1.0, area, lost=0.4)
+        found = program.rest(0.1, True)
+        assert found.cut_s == 0.0 and found.air_s == pytest.approx(1.0)
     program = Program()
-    assert program.step(1.0, 0.009).cut_s == 0.0 and program.step(1.0, 0.029).cut_s == 0.0
-    assert program.step(1.0, 0.031).cut_s == pytest.approx(1.0)
+    assert program.step(1.0, 0.031, lost=0.0).cut_s == pytest.approx(1.0)
+    assert program.step(1.0, 0.0009).cut_s == pytest.approx(1.0)
+
+
+def test_what_a_cut_before_leaves_in_the_map_is_no_sliver():
+    """The map loses the end of a cut some periods late, while the tool follows a wall that was cut before."""
+    program = Program()
+    program.step(1.0, 6.0, lag=0.5)
+    program.step(0.005, 0.02, lost=0.0, lag=0.5)
+    program.step(1.0, 0.02, lost=0.0)
+    found = program.rest(0.1, True)
+    assert found.cut_s == pytest.approx(1.0) and found.air_s == pytest.approx(1.005)
+
+
+def test_a_plunge_begins_where_the_map_loses():
+    """0.2 s in which the reading rises towards the top of the stock are air but for 20 periods; level moves count as they read."""
+    for direction, cut in ((-1.0, 0.5 + 0.02), (0.0, 0.7)):
+        program = Program()
+        program.step(0.3, dir_z=direction)
+        for _ in range(200):
+            program.step(PERIOD_S, 4.0, lost=0.0, dir_z=direction)
+        found = program.step(0.5, 8.0, dir_z=direction)
+        assert found.cut_s == pytest.approx(cut, abs=0.0021) and found.cut_s + found.air_s == pytest.approx(1.0)
+    program = Program()
+    program.step(0.3)
+    program.step(2.0, 4.0, lost=0.0, dir_z=-1.0)                        # it never arrives
+    found = program.rest(0.1, True)
+    assert found.cut_s == 0.0 and found.air_s == pytest.approx(2.3)
 
 
 def test_a_short_spike_is_no_peak():

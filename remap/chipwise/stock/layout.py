@@ -76,10 +76,14 @@ STOCK_MAGIC = 1129796436
 STOCK_VERSION = 3
 STYLUS_DELAY = 32
 SUMS_AREA = 0.01
+SUMS_DOWN = 0.999
 SUMS_LARGEST = 1000000000000.0
 SUMS_REST_S = 0.1
 SUMS_SETTLE = 20
+SUMS_SHARE = 0.5
 SUMS_SLOTS = 128
+SUMS_THIN = 0.001
+SUMS_WAIT_S = 0.5
 SUMS_WIDTH = 0.01
 SUMS_WINDOW_S = 0.01
 SWEEP_QUEUE = 16
@@ -431,6 +435,17 @@ class RunTotals(C.Structure):
     ]
 
 
+class RunWaiting(C.Structure):
+    """struct chip_run_waiting"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("time_s", C.c_double),
+        ("read_mm3", C.c_double),
+        ("lost_mm3", C.c_double),
+    ]
+
+
 class RunSums(C.Structure):
     """struct chip_run_sums"""
 
@@ -447,6 +462,11 @@ class RunSums(C.Structure):
         ("since_motion", C.c_int),
         ("was_running", C.c_int),
         ("is_begun", C.c_int),
+        ("thin", RunWaiting),
+        ("plunge", RunWaiting),
+        ("since_cut", C.c_int),
+        ("since_load", C.c_int),
+        ("is_plunge", C.c_int),
     ]
 
 
@@ -1516,6 +1536,7 @@ STRUCTURES = {
     "chip_feed_bound": FeedBound,
     "chip_feed_hold": FeedHold,
     "chip_run_totals": RunTotals,
+    "chip_run_waiting": RunWaiting,
     "chip_run_sums": RunSums,
     "chip_watchdog_in": WatchdogIn,
     "chip_watchdog": Watchdog,
