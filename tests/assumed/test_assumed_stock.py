@@ -5,6 +5,7 @@ import random
 
 import pytest
 
+from chipwise.assumed.assume import halves
 from support.check_runs import chipwise_check, mill_with_tools
 from support.random_cases import random_count
 from support.survey_oracle import stock_of
@@ -75,6 +76,17 @@ def test_the_line_that_is_said_gives_the_same_judgement(tmp_path, machine):
     assert status == again == 1 and "on an assumed stock" in out and "on an assumed stock" not in out_again
     assert first["tools"] == second["tools"] and first["stock"]["source"] == "assumed" and not second["notes"]
     assert [one["text"] for one in first["findings"]] == [one["text"] for one in second["findings"]]
+
+
+def test_the_progress_of_two_readings():
+    """A program of 100 lines: 0 to 50 in the first reading, 50 to 100 in the second."""
+    seen = []
+    first, second = halves(seen.append)
+    for line in (10, 60, 100):
+        first(line)
+    for line in (10, 100):
+        second(line)
+    assert seen == [5, 30, 50, 55, 100] and halves(None) == (None, None)
 
 
 def test_work_coordinates(tmp_path, machine):

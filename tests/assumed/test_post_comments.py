@@ -48,6 +48,9 @@ def test_tools(tmp_path, name):
 
 
 STOCKS = {
+    "workpiece": ("(WORKPIECE,BOX,XMIN=0,YMIN=-1.5,ZMIN=-20,XMAX=100,YMAX=60,ZMAX=0)\n(stockMin:0.00mm, 0.00mm, -1mm)\n(stockMax:1.00mm, 6.00mm, 0.00mm)\n",
+                  (0, -1.5, -20), (100, 60, 0)),
+    "workpiece, round, inch": ("G20\n( workpiece, cylinder, axis=z, x=1, y=2, zmin=-.5, zmax=0, diameter=2 )\n", (0, 25.4, -12.7), (50.8, 76.2, 0)),
     "carbide corners": ("(stockMin:0.00mm, -1.50mm, -12.70mm)\n(stockMax:100.00mm, 60.00mm, 0.00mm)\n", (0, -1.5, -12.7), (100, 60, 0)),
     "carbide corners inch": ("G21\n(stockMin: 0.0in, 0.0in, -0.5in)\n(stockMax: 4.0in, 2.0in, 0.0in)\n", (0, 0, -12.7), (101.6, 50.8, 0)),
     "block": ("G21\n(STOCK/BLOCK,100.0,60.0,12.7,50.0,30.0,12.7)\n", (-50, -30, -12.7), (50, 30, 0)),
@@ -64,6 +67,12 @@ def test_stock(tmp_path, name):
     text, low, high = STOCKS[name]
     said = read(tmp_path, text)
     assert said.low == pytest.approx(low) and said.high == pytest.approx(high)
+
+
+@pytest.mark.parametrize("text", ["(WORKPIECE,BOX,XMIN=0,YMIN=0,ZMIN=-20,XMAX=100,YMAX=60)", "(WORKPIECE,BOX,XMIN=9,YMIN=0,ZMIN=-20,XMAX=1,YMAX=60,ZMAX=0)",
+                                  "(WORKPIECE,CYLINDER,X=1,Y=2,ZMIN=-5,ZMAX=0)", "(WORKPIECE,BALL,X=1,DIAMETER=4)", "(WORKPIECE)", "(WORKPIECE,BOX,XMIN=[1+2])"])
+def test_a_workpiece_that_is_not_complete(tmp_path, text):
+    assert read(tmp_path, text + "\n").low is None
 
 
 def test_sizes_without_a_place(tmp_path):

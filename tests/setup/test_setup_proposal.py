@@ -137,7 +137,8 @@ def test_a_ceiling_of_the_ini_file(tmp_path, machine):
 def test_where_the_stock_comes_from(tmp_path, machine):
     own = SLOT.replace("S8000", "M250 P0 Q0 R-20 I100 J60 K20\nS8000")
     for text, options, source in ((own, (), "program"), (own, ("--stock", "0", "0", "-9", "50", "60", "0"), "program"), (SLOT, STOCK, "option"), (SLOT, (), "assumed"),
-                                  ("; Stock X:100 Y:60 Z:20\n" + SLOT, (), "comment")):
+                                  ("; Stock X:100 Y:60 Z:20\n" + SLOT, (), "comment"),
+                                  ("(WORKPIECE,BOX,XMIN=0,YMIN=0,ZMIN=-20,XMAX=100,YMAX=60,ZMAX=0)\n" + SLOT, (), "comment")):
         status, out, _err, report = chipwise_setup(tmp_path, text, *options, machine=machine)
         assert status == 0 and report["stock"]["source"] == source, out
         if source == "program":

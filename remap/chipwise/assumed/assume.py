@@ -71,13 +71,26 @@ class Unknown(Unreadable):
         self.survey = survey
 
 
-def surveyed(reader, machine):
-    """Survey of a program that `reader` (check/reader.py) reads."""
+def surveyed(reader, machine, progress=None):
+    """Survey of a program that `reader` (check/reader.py) reads.  progress: called with the number of the line."""
     survey = Survey(machine)
     with reader:
         for block in reader:
             survey.take(block)
+            if progress:
+                progress(int(block[-1, 1]))
     return survey
+
+
+def halves(progress):
+    """Two functions of a line, for two readings of one program of which each is half the work; progress: of a line, or None."""
+    last = 0
+
+    def first(line):
+        nonlocal last
+        last = line
+        progress(line / 2)
+    return (first, lambda line: progress((last + line) / 2)) if progress else (None, None)
 
 
 def assume(survey, program, machine, line=0, has_stock=False, tool=None, diameter=None):

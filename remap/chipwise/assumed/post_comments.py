@@ -12,6 +12,8 @@ its own.
     Makera          (Z Origin Set To: ..), (Stock Height: 12 mm)
     FreeCAD         (M6 T3), (Compensated Tool Path. Diameter: 6.0)         CamBam      (T3 : 6.0)
     Mastercam       (T3 | FLAT END MILL | H3 | D3 | TOOL DIA. - 6.)
+    chipwise        (WORKPIECE,BOX,XMIN=0,YMIN=0,ZMIN=-20,XMAX=100,YMAX=60,ZMAX=0), (WORKPIECE,CYLINDER,AXIS=Z,X=..,Y=..,ZMIN=..,ZMAX=..,DIAMETER=..) of a
+                    program that has no M250; of a cylinder the box around it.  It goes before all others
 """
 
 import re
@@ -56,6 +58,8 @@ _FREECAD_CALL = _form(r"^\s*M0?6\s+T(\d{1,9})")
 _FREECAD = _form(r"Compensated Tool Path\.\s*Diameter:\s*NUM")
 _CAMBAM = _form(r"^\s*T(\d{1,9})\s*:\s*NUM\s*$")
 _MASTERCAM = _form(r"^\s*T(\d{1,9})\s*\|\s*([^|]{0,200}?)\s*\|\s*H\d+(?:\s*\|\s*D\d+)?\s*\|\s*TOOL DIA\.\s*-\s*NUM")
+_WORKPIECE = _form(r"^\s*WORKPIECE\s*,\s*(BOX|CYLINDER)\s*,(.{1,300})$")
+_KEY = _form(r"\b(XMIN|YMIN|ZMIN|XMAX|YMAX|ZMAX|X|Y|DIAMETER)\s*=\s*NUM")
 
 
 @dataclass(frozen=True)
@@ -90,7 +94,7 @@ class Reading:
         self._corners, self._number, self._pending = {}, None, None
         self._size_follows = False
         self._z_zero, self._xy_zero = None, None
-        self._vectric = self._loose = None
+        self._vectric = self._loose = self._workpiece = None
 
     def take(self, line):
         """One line of the program."""
@@ -149,7 +153,9 @@ class Reading:
 
     def _take_stock(self, text):
         unit = self.said.unit_mm
-        if found := _STOCK_CORNER.search(text):
+        if found := _WORKPIECE.search(text):
+            self._workpiece = _workpiece(found.group(1).upper(), {key.upper(): float(value) * unit for key, value in _KEY.findall(found.group(2))})
+        elif found := _STOCK_CORNER.search(text):
             which, x, given, y, z = found.groups()
             factor = 1.0 if given.lower() == "mm" else INCH_MM
             self._corners[which.lower()] = tuple(float(value) * factor for value in (x, y, z))
@@ -173,7 +179,9 @@ class Reading:
             self._keep(None, *self._pending)
         if self._vectric:
             self._loose = tuple(value * said.unit_mm for value in self._vectric)
-        if len(self._corners) == 2:
+        if self._workpiece:
+            said.low, said.high = self._workpiece
+        elif len(self._corners) == 2:
             said.low, said.high = self._corners["min"], self._corners["max"]
         elif self._loose:
             said.size = self._loose
@@ -185,6 +193,17 @@ class Reading:
         if said.size and not all(size is None or EXTENT_MM[0] <= size <= EXTENT_MM[1] for size in said.size):
             said.size = None
         return said
+
+
+def _workpiece(shape, values):
+    """(low, high) of a WORKPIECE comment of chipwise; None for one that is not complete."""
+    try:
+        if shape == "BOX":
+            return tuple(tuple(values[axis + end] for axis in "XYZ") for end in ("MIN", "MAX"))
+        radius = values["DIAMETER"] / 2
+        return ((values["X"] - radius, values["Y"] - radius, values["ZMIN"]), (values["X"] + radius, values["Y"] + radius, values["ZMAX"]))
+    except KeyError:
+        return None
 
 
 def _along(text):

@@ -15,7 +15,7 @@ import time
 
 import numpy as np
 
-from chipwise.assumed.assume import Unknown, assume, surveyed
+from chipwise.assumed.assume import Unknown, assume, halves, surveyed
 from chipwise.check import doubts, records, rules
 from chipwise.check.findings import CLEARANCE, FLUTE, FLUTES_UNKNOWN, HOLDER, RAPID, RATE, TOOL, Finding
 from chipwise.check.program_file import UNCHECKED, Missing, Unfinished, Unreadable
@@ -299,7 +299,8 @@ def check(program, machine, stock=None, cell=None, progress=None, cpu_s=CPU_S, a
         except Missing as error:
             if not assumes or not machine.axis_mask & Y_AXIS:       # a lathe's program has no stock that a mill could cut
                 raise
-            assumption = assume(surveyed(read(None), machine), program, machine, error.line, bool(stock), tool, diameter)
+            first, progress = halves(progress)
+            assumption = assume(surveyed(read(None), machine, first), program, machine, error.line, bool(stock), tool, diameter)
             return _judged(program, machine, read, (assumption.low, assumption.high) if assumption.low else stock, cell, progress, cpu_s, assumption,
                            simulated)
     except Unreadable as error:
