@@ -227,6 +227,15 @@ def test_png(program, tmp_path):
 # ---- what it refuses -----------------------------------------------------------------------------------------------
 
 
+def test_a_numbered_parameter_of_the_program_is_not_0(tmp_path):
+    """LinuxCNC reads one that nobody has set as 0: another shape was drawn.  Its own ones, from #5001 on, have values."""
+    path = tmp_path / 'plate.ngc'
+    path.write_text('G21\nO100 sub\nG0 X0 Y0\nG1 X[20 + #101]\n#102=9\nG1 Y#102\nG1 X[0 * #5420]\nG1 Y0\nO100 endsub\nM2\n')
+    done = chipwise(str(path), '--sub', '100', '--tool', '3mm')
+    assert done.returncode == 2 and 'line 4 of plate.ngc: #101 has its value only when the program runs; give it with --set 101=30' in done.stderr
+    assert chipwise(str(path), '--sub', '100', '--tool', '3mm', '--set', '101=4').returncode == 0
+
+
 @pytest.mark.parametrize('arguments, words', [
     (['/no/such.ngc', '--sub', '100', '--tool', '6'], ('/no/such.ngc', 'No such file')),
     (['PROGRAM', '--sub', '999', '--tool', '6'], ('O999', 'put the sub')),
@@ -236,7 +245,8 @@ def test_png(program, tmp_path):
     (['PROGRAM', '--sub', '800', '--tool', '6'], ('line 46', 'begins where the tool is', 'G0 X.. Y..')),
     (['PROGRAM', '--sub', '600', '--tool', '6', '--at', '0', '0'], ('line 39', 'line 41', 'cross')),
     (['PROGRAM', '--sub', '700', '--tool', '6'], ('O700', 'put the contour')),
-    (['PROGRAM', '--sub', '300', '--tool', '6'], ('O300', '_width')),
+    (['PROGRAM', '--sub', '300', '--tool', '6', '--set', '100=15'], ('O300', '_width')),
+    (['PROGRAM', '--sub', '300', '--tool', '6', '--set', '_width=30'], ('line 27', '--set 100=30')),
     (['PROGRAM', '--sub', '100', '--tool', '0'], ('--tool 0', 'above 0')),
     (['PROGRAM', '--sub', '100', '--tool=-6'], ('--tool -6', 'above 0')),
     (['PROGRAM', '--sub', '100', '--tool', 'nan'], ('--tool nan', '6mm')),

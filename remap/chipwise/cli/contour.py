@@ -16,6 +16,7 @@ import numpy as np
 from chipwise.contour_sub import read
 from chipwise.contour_sub.find import MAX_BYTES, program_unit
 from chipwise.contour_sub.job import Job
+from chipwise.contour_sub.parameters import OWN, check, hint_set
 from chipwise.cli import UsageError
 from chipwise.cli.output import check_outputs
 from chipwise.cli.picture import check_output, write_picture
@@ -137,13 +138,6 @@ def parameters(given):
     return tuple(sorted(numbered)), tuple(sorted(named))
 
 
-def hint_set(error):
-    """The remedy of a CycleError names --set if a global parameter is missing, which the program would have set."""
-    unset = re.search(r'Named parameter #<(_[^>]+)> not defined', error.problem)
-    if unset:
-        error.remedy = f'give it with --set {unset[1]}=value, or set it in the sub'
-
-
 def make_drawing(options):
     """Drawing of what the options name."""
     text, ini = read_program(options.program), ini_of(options)
@@ -157,6 +151,7 @@ def make_drawing(options):
         program=options.program, sub=sub_number(options.sub), ini=ini, unit=unit, machine_unit=unit_mm,
         position=(scale * options.at[0], scale * options.at[1], 0.0) if options.at else None, tool=(1, tool / unit_mm), numbered=numbered,
         named=named, close_gap=load_settings(ini)["CLOSE_GAP"])
+    check(job, OWN)
     try:
         shape = read.read_shape(job)
     except CycleError as error:

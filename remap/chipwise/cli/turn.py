@@ -44,8 +44,9 @@ def add_arguments(parser):
 
 def run(options):
     """-> exit status."""
-    from chipwise.cli.contour import hint_set, parameters as values
-    from chipwise.turning import parameters, text
+    from chipwise.cli.contour import parameters as values
+    from chipwise.contour_sub import parameters
+    from chipwise.turning import text
     from chipwise.turning.plan import make_plan
     from chipwise.turning.read_part import Machine, job_of, make_order, read_steps, tool_notes
     from chipwise.turning.request import lines_of_plans, read_request
@@ -68,7 +69,7 @@ def run(options):
         said = [unnamed(note.text(unit)) for note in tool_notes(order, request, machine)]
         output = output_text(options, plan, request, title)
     except CycleError as error:
-        hint_set(error)
+        parameters.hint_set(error)
         raise UsageError(f'{NAME}: ' + unnamed(error.text(unit))) from error
     if output:
         write_output(NAME, options.output, output)

@@ -14,6 +14,7 @@ import numpy as np
 
 from chipwise.contour_sub import find
 from chipwise.contour_sub.job import Job
+from chipwise.contour_sub.parameters import OWN, check, hint_set
 from chipwise.errors import CycleError, unnamed
 from chipwise.files import printable, read_bytes
 from chipwise.pattern.isometry import arc_points
@@ -85,8 +86,11 @@ def read_entry(path, ini, unit_mm, tool_mm, parameters=((), ())):
         said = first_comment(text)
         if not said:
             return Skipped(path, "it has no comment; begin it with (name: description)")
-        recorded = read_pattern(_job(path, number, ini, unit_mm, tool_mm, text, parameters))
+        job = _job(path, number, ini, unit_mm, tool_mm, text, parameters)
+        check(job.sub, OWN)
+        recorded = read_pattern(job)
     except CycleError as error:
+        hint_set(error)
         return Skipped(path, unnamed(error))
     except OSError as error:
         return Skipped(path, error.strerror or str(error))

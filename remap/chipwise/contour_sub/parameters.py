@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Numbered parameters that the sub of a part reads and the program may have set: `chipwise turn` does not run the program.
+"""Parameters that a sub reads and the program may have set: turn, contour and patterns run the sub without its program.
 
-Called by cli/turn.py.  LinuxCNC reads a parameter that nobody has set as 0, which would be another part without a word.
+Called by cli/turn.py, cli/contour.py and pattern/library.py.  LinuxCNC reads a numbered parameter that nobody has set as 0, which would be another
+part without a word.
 """
 
 import re
@@ -9,18 +10,26 @@ import re
 from chipwise.contour_sub.find import fault, find_sub, o_word, plain_text
 
 ARGUMENTS = 30          # #1 .. #30 are a sub's own: contour_sub/check.py
+OWN = 5000              # from here on LinuxCNC has values of its own, as of the position
 
 
-def check(job):
-    """Raise CycleError if the sub of a Job reads a parameter above #30 that neither it nor the Job has set."""
+def check(job, most=10_000):
+    """Raise CycleError if the sub of a Job reads a parameter from #31 to `most` that neither it nor the Job has set."""
     found = find_sub(job)
     known = {number for number, _ in job.numbered}
     for number, text in _lines(found):
         plain = plain_text(text)
         for name in re.findall(r"#(\d+|\[)", re.sub(r"#\d+=", "", plain)):
-            if name == "[" or int(name) > ARGUMENTS and int(name) not in known:
+            if name == "[" or ARGUMENTS < int(name) <= most and int(name) not in known:
                 raise fault(found, number, f"#{name} has its value only when the program runs", f"give it with --set {name if name != '[' else '100'}=30, or write numbers")
         known |= set(map(int, re.findall(r"#(\d+)=", plain)))
+
+
+def hint_set(error):
+    """The remedy of a CycleError names --set if a global parameter is missing, which the program would have set."""
+    unset = re.search(r'Named parameter #<(_[^>]+)> not defined', error.problem)
+    if unset:
+        error.remedy = f'give it with --set {unset[1]}=value, or set it in the sub'
 
 
 def _lines(found):
