@@ -54,6 +54,7 @@ def sample(configuration):
     folder = op.home + '/sample'
     os.mkdir(folder)
     ini = samples.copied(chosen, folder)
+    op.write(ini, text_of(ini).replace('/usr/local/share/chipwise', SHARE))     # README: with the packages /usr/share in its place
     op.write(folder + '/job.json', json.dumps(samples.job_of(ini, chosen, watch=['stock-tracker.0.path-known'])))
     subprocess.run(['chown', '-R', f'{op.user}:', folder], check=True)
     status, said = op.run('/usr/bin/python3', TREE + '/tests/support/sample_driver.py', ini, folder + '/job.json', folder + '/result.json')
