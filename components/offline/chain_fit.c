@@ -2,6 +2,7 @@
 /* chain_fit.c - see chain_fit.h. */
 
 #include "core/chip_math.h"
+#include "core/fault.h"
 #include "chain_fit.h"
 
 #define STEEPEST 1.4        /* rad, of the path at the ends of an arc */
@@ -40,6 +41,7 @@ static struct reach line_reach(const struct chain *c, long k, double z)
         if (j == c->n - 1) up = down; /* the last one's height is `low` */
         if (down > steepest || up < flattest) break;
         flattest = chip_max(flattest, down);
+        CHIP_FAULT(BAND_LEFT, up = 1e30)
         steepest = chip_min(steepest, up);
         found.last = j;
         found.z = clamped(z + 0.5 * (flattest + steepest) * ds, c->low[j], j == c->n - 1 ? c->low[j] : c->high[j]);
@@ -48,7 +50,7 @@ static struct reach line_reach(const struct chain *c, long k, double z)
             found.ready_z = chip_max(c->arc_low[j], found.z);
         }
     }
-    if (found.last == k && k + 1 < c->n) {
+    if (found.last == k && (k + 1 < c->n || CHIP_FAULTY(STATION_BEYOND))) {
         found.last = k + 1;
         found.z = c->low[k + 1];
     }
@@ -151,7 +153,7 @@ static struct reach arc_from(const struct chain *c, long k, double z, struct rea
     struct reach found = { k, z, k, z };
     double middle = 0.0;
     long reached;
-    if (!c->arc_low || line.last >= c->n - 1) return found;
+    if (!c->arc_low || line.last >= c->n - 1 || CHIP_FAULTY(LINES_ONLY)) return found;
     reached = arc_reach(c, k, z, &b, &middle);
     if (reached <= line_reach(c, line.last, line.z).last || !centre_of(&a, &b, middle, arc)) return found;
     found.last = reached;

@@ -119,6 +119,7 @@ static void find_spans(struct chip_proof *p, const struct judged *m)
 int chip_depth_is_beside(struct chip_proof *p, const struct judged *m, double first, double last)
 {
     int low = 0, high;
+    CHIP_FAULT(BESIDE_ALL, return 1)
     if (m->nose) return 0;
     if (!p->spans_known) find_spans(p, m);
     high = p->span_count - 1;

@@ -84,6 +84,7 @@ static void cut_cell(struct chip_proof *p, const struct judged *m, double x, dou
 {
     double half = 0.5 * p->cell, distance = chip_swept_distance(&m->swept, x, y), left;
     double low = chip_depth_lowest(&m->swept, m->tool, x, y, DIAGONAL * half, distance);
+    CHIP_FAULT(PARTS_NOT_CUT, return )
     if (low >= p->cells.high[cell]) return;
     left = chip_depth_left(&m->swept, m->tool, x, y, half, distance, p->cells.high[cell]);
     if (left < p->cells.high[cell]) {

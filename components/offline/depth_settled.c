@@ -35,6 +35,7 @@ static void least_behind(float *value, long n, long step, long wide)
 /* The same of those on both sides. */
 static void spread(float *value, long n, long step, long wide)
 {
+    CHIP_FAULT(SETTLED_UNSPREAD, return )
     least_behind(value, n, step, wide);
     least_behind(value + (n - 1) * step, n, -step, wide);
 }

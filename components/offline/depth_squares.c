@@ -91,6 +91,7 @@ static double lowered(const struct chip_proof *p, double x, double y, double hig
 {
     long cell = (long)index_of(y, p->y0, p->cell, p->ny) * p->nx + index_of(x, p->x0, p->cell, p->nx);
     int32_t own;
+    CHIP_FAULT(CUTS_ABOVE_LEFT, return high)
     for (own = p->cells.partial[cell]; own != NOTHING; own = p->pool.node[own].next) {
         const struct node *node = &p->pool.node[own];
         struct chip_swept other;

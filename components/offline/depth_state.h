@@ -9,6 +9,7 @@
 #include <stddef.h>
 
 #include "core/chip_math.h"
+#include "core/fault.h"
 #include "depth_proof.h"
 #include "swept.h"
 

@@ -130,7 +130,7 @@ void chip_proof_back(struct chip_proof *p)
     struct before *b = &p->before;
     struct pool *pool = &p->pool;
     int32_t k;
-    if (!b->is_set) return;
+    if (!b->is_set || CHIP_FAULTY(MOVES_STAY)) return;
     for (k = 0; k < b->rows; k++) {
         copy_row(p, b->kept[k], &p->cells, &b->cells);
         b->is_kept[b->kept[k]] = 0;

@@ -10,6 +10,7 @@ static void bins_of(const struct chip_drop_mesh *mesh, const float *t, int32_t r
 {
     range[0] = chip_drop_bin_of(chip_min(t[0], chip_min(t[3], t[6])), mesh->bin, mesh->nx);
     range[1] = chip_drop_bin_of(chip_max(t[0], chip_max(t[3], t[6])), mesh->bin, mesh->nx);
+    CHIP_FAULT(BINS_SHORT, range[1] = range[0])
     range[2] = chip_drop_bin_of(chip_min(t[1], chip_min(t[4], t[7])), mesh->bin, mesh->ny);
     range[3] = chip_drop_bin_of(chip_max(t[1], chip_max(t[4], t[7])), mesh->bin, mesh->ny);
 }

@@ -4,6 +4,7 @@
 #define CHIPWISE_DROP_PARTS_H
 
 #include "core/chip_math.h"
+#include "core/fault.h"
 #include "core/tool.h"
 #include "drop_cutter.h"
 

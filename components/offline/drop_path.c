@@ -125,7 +125,7 @@ static double triangle_excess(const struct chip_drop_path *p, const float *t, do
     b.f2 = excess_at(p, t, b.s2);
     keep_best(b.f_low, b.low, &best, share);
     keep_best(b.f_high, b.high, &best, share);
-    for (k = 0; k < SHRINKS; k++) {
+    for (k = 0; k < SHRINKS && !CHIP_FAULTY(ENDS_ONLY); k++) {
         keep_best(b.f1, b.s1, &best, share);
         keep_best(b.f2, b.s2, &best, share);
         if (bound_of(&b) <= best + FOUND) break;

@@ -117,6 +117,7 @@ static double over_facet(const struct chip_tool *tool, double p[3][3], int *beyo
     gy = (ax * bz - bx * az) / area;
     slope = sqrt(gx * gx + gy * gy);
     r = radius_of_slope(tool, slope);
+    CHIP_FAULT(FACET_AT_AXIS, r = 0.0)
     if (r > 0.0) {
         x = r * gx / slope;
         y = r * gy / slope;
@@ -154,6 +155,7 @@ double chip_drop_over_triangle(const struct chip_tool *tool, const float *t, dou
     top = chip_max(p[0][2], chip_max(p[1][2], p[2][2]));
     if (top - chip_tool_height(tool, chip_min(sqrt(d2), tool->radius)) <= z) return CHIP_DROP_NOTHING;
     top = over_facet(tool, p, &beyond);
+    CHIP_FAULT(EDGES_NOT_MET, beyond = 0)
     for (k = 0; k < 3; k++)
         if (beyond & 1 << k) top = chip_max(top, over_edge(tool, p[k], p[(k + 1) % 3]));
     return top;

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "core/chip_math.h"
+#include "core/fault.h"
 #include "core/tool.h"
 #include "height_clearance.h"
 #include "height_stamp.h"
@@ -41,6 +42,7 @@ static double holder_meets(const struct chip_height_map *map, const struct chip_
             top = h > top ? h : top;
         }
     }
+    CHIP_FAULT(HOLDER_NOT_MET, return 0.0)
     return top > (float)z ? (double)top - z : 0.0;
 }
 
@@ -71,6 +73,7 @@ static int clip(const struct chip_height_map *map, const double a[3], const doub
 /* Greatest distance of two stamps, mm in XY [2]. */
 static double spacing(const struct chip_height_map *map, const struct chip_height_tool *tool)
 {
+    CHIP_FAULT(STAMPS_APART, return 2.0 * tool->radius)
     if (tool->slope > 0.0) return 0.25 * map->cell;
     return chip_min(sqrt(8.0 * tool->radius * CHIP_HEIGHT_RIDGE), 4.0 * map->cell);
 }

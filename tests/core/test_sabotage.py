@@ -14,7 +14,7 @@ CORE = ROOT / "components" / "core"
 C_TESTS = [ROOT / "tests" / "core" / name for name in ("test_core.c", "test_core_load.c")]
 OUTCOME_TIMEOUT_S = 600     # a loaded machine
 
-# Fault of components/core (fault.h): what it is, test that must fail.
+# Fault of components/core and components/offline (fault.h): what it is, test that must fail; in tests/core without a folder.
 FAULTS = {
     "OUTLINE_WIDE": ("outline a fifth of a cell too wide", "test_stock.py::test_known_volume[slot 17 deg-0.25]"),
     "PLUNGE_OUTLINE_MISSED": ("plunge misses its outline", "test_stock.py::test_known_volume[plunge flat-0.25]"),
@@ -89,6 +89,22 @@ FAULTS = {
     "PULSES_BUNCHED": ("pulses at the beginning of the period", "test_master_slave.py::test_pulses_are_even"),
     "GUARDED_BY_ASSUMPTION": ("a guard that acts on an assumed stock", "test_assumed.c"),
     "ASSUMED_OVER_CERTAIN": ("an assumed stock in the place of a certain one", "test_assumed.c"),
+    "STATION_BEYOND": ("a station behind the last read", "surface/test_arcs.py::test_nothing_is_read_behind_the_last_station"),
+    "BAND_LEFT": ("a line above its band", "surface/test_arcs.py::test_every_station_is_in_its_band"),
+    "LINES_ONLY": ("no arcs", "surface/test_arcs.py::test_a_circle_is_few_arcs_and_without_them_lines"),
+    "BINS_SHORT": ("triangles in their first bins only", "surface/test_drop_cutter.py::test_points_against_brute_force[flat]"),
+    "EDGES_NOT_MET": ("edges not met", "surface/test_drop_cutter.py::test_points_against_brute_force[ball]"),
+    "FACET_AT_AXIS": ("a facet met at the axis", "surface/test_drop_cutter.py::test_closed_forms[ball]"),
+    "ENDS_ONLY": ("a segment judged at its ends", "surface/test_drop_cutter.py::test_excess_is_the_largest_between_points[ball]"),
+    "STAMPS_APART": ("stamps a diameter apart", "check/test_check_sweep.py::test_slot"),
+    "HOLDER_NOT_MET": ("the holder not met", "check/test_check_sweep.py::test_holder"),
+    "BESIDE_ALL": ("every move beside an earlier one", "rewrite/test_rewrite_depths.py::test_a_contact_that_no_needle_meets"),
+    "PARTS_NOT_CUT": ("cells not cut", "rewrite/test_rewrite_depths.py::test_short_moves_along_a_wall"),
+    "CUTS_ABOVE_LEFT": ("cuts that are not deep enough left out of a witness",
+                        "rewrite/test_rewrite_depths.py::test_the_height_of_a_witness_counts_cuts_that_are_not_deep_enough"),
+    "MOVES_STAY": ("moves stay that were taken back", "rewrite/test_rewrite_sought.py::test_in_parts_as_in_one"),
+    "SETTLED_UNSPREAD": ("cells settled that another move meets",
+                         "rewrite/test_rewrite_depths.py::test_never_less_than_the_needles_and_never_more_than_there_is"),
     "ANY_NUMBER": ("no number comes through", "test_feed.py::test_fallback_is_the_programmed_feed"),
 }
 
@@ -117,7 +133,7 @@ def build(folder, fault=None):
 
 
 def outcome(library, test):
-    """Exit status of one test of tests/core, or of a C program there, run with another library."""
+    """Exit status of one test, or of a C program of tests/core, run with another library."""
     if test.endswith(".c"):
         program = library.with_name("program")
         subprocess.run(["gcc", "-std=gnu11", "-w", "-I", str(CORE.parent), "-o", str(program), str(ROOT / "tests/core" / test),
@@ -126,7 +142,7 @@ def outcome(library, test):
                               timeout=OUTCOME_TIMEOUT_S)
         return done.returncode, done.stdout
     command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider",
-               str(ROOT / "tests" / "core" / test)]
+               str(ROOT / "tests" / (test if "/" in test.partition("::")[0] else f"core/{test}"))]
     done = subprocess.run(command, cwd=ROOT, env={**os.environ, "CHIPWISE_CORE": str(library)},
                           stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                           text=True, timeout=OUTCOME_TIMEOUT_S)
@@ -134,8 +150,9 @@ def outcome(library, test):
 
 
 def test_every_fault_is_tried():
-    """No fault of the core without a test, no test of a fault that is not there."""
-    text = "".join(path.read_text() for path in CORE.glob("*.[ch]") if path.name != "fault.h")
+    """No fault of the core or the offline files without a test, no test of a fault that is not there."""
+    sources = [*CORE.glob("*.[ch]"), *CORE.parent.glob("offline/*.[ch]")]
+    text = "".join(path.read_text() for path in sources if path.name != "fault.h")
     assert sorted(re.findall(r"CHIP_FAULT(?:Y?)\((\w+)", text)) == sorted(FAULTS)
 
 
