@@ -6,7 +6,6 @@
 #   make test-quick the tests that need no machine and little time: a minute
 #   make test-shipped  those of the installed form: an ordinary user, the package's setuid rtapi_app; part of test-all
 #   make sanitized  the C core and its test programs under ASan and UBSan, in build/sanitized; test-all runs them
-#   make coverage   lines and branches of the C core that the tests reach
 #   make lint       ruff, mypy and clang-format over the tree; changes nothing
 #   make bench      the benchmarks; writes build/bench.json
 #   make build      components, the C core as a library, C test programs
