@@ -52,7 +52,7 @@ def test_unusable(tmp_path, machine, name):
     before = os.times()
     status, out, err, report = chipwise_check(tmp_path, {"bad.ngc": text}, "--time-limit", "5", machine=machine)
     assert status == 2 and re.search(re.escape(said), out), (out, err)
-    assert report["programs"][0]["error"] and len(out.strip().splitlines()) == (3 if name in WITHOUT_TOOL else 1)
+    assert report["programs"][0]["error"] and len(out.strip().splitlines()) == (4 if name in WITHOUT_TOOL else 1)
     assert sum(os.times()[2:4]) - sum(before[2:4]) < 120         # s of computing
 
 

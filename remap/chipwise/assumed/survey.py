@@ -61,7 +61,8 @@ class Survey:
         self.top = -np.inf              # the highest end of a feed move across
         self.highest = -np.inf          # Z of any move, machine coordinates
         self.has_stock = False
-        self.dwell_s = 0.0
+        self.dwell_s, self.tool_changes = 0.0, 0
+        self.place_known = False
 
     def take(self, block):
         """One block of records."""
@@ -70,26 +71,31 @@ class Survey:
             if moves is None:
                 self._event(*event)
             else:
-                self._moves(moves)
+                self._moves(moves, *event)
 
     def _event(self, kind, _line, values):
         if kind == records.TOOL:
             self.spindle = max(0, int(values[0])), float(values[1])
+            self.tool_changes += values[0] > 0
         elif kind == records.STOCK:
             self.has_stock = True
         elif kind == records.DWELL:
             self.dwell_s += values[0]
             self.timer.wait(values[0])
+        elif kind == records.PATH:
+            self.timer.path = values[0]
         elif kind == records.FRAME and not self.tools:
             self.frame = records.Frame.of(values)
 
-    def _moves(self, block):
+    def _moves(self, block, stops):
         rules.check_positions(block)
         self.first_frame = self.first_frame or self.frame
         kinds, lines, places = block[:, 0].astype(int), block[:, 1].astype(int), block[:, 2:5]
-        known = self.position is not None
+        known, apart = self.position is not None, 0
         if not known:
             self.position = places[0]
+        if not self.place_known:
+            apart, self.place_known = rules.moves_to_first_place(kinds, places, self.frame)
         before = np.concatenate((self.position[None], places[:-1]))
         self.position = places[-1].copy()
         steps = places - before
@@ -97,9 +103,10 @@ class Survey:
         cuts = (kinds != records.RAPID) & (length > 0)
         tool = self._tool() if cuts.any() else None
         moving = length > 1e-9
+        moving[:apart] = False
         if moving.any():
             self.timer.spend(kinds[moving], lines[moving], block[moving, 5] / 60.0, steps[moving], length[moving], np.zeros(int(moving.sum())),
-                             tool and tool.figures)
+                             tool and tool.figures, block[moving, 6], stops)
         self.highest = max(self.highest, float(places[int(not known and kinds[0] == records.RAPID and abs(places[0, 2]) < 1e-9):, 2].max(initial=-np.inf)))
         if tool:
             self._feeds(tool, self._work(before[cuts]), self._work(places[cuts]))

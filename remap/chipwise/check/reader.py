@@ -60,7 +60,7 @@ class Machine:
         try:
             self.text = expanded(self.ini)
             lines = self.text.splitlines()
-            section = {name: section_of(lines, name) for name in ("TRAJ", "EMCIO", "RS274NGC", "AXIS_X", "AXIS_Y", "AXIS_Z")}
+            section = {name: section_of(lines, name) for name in ("TRAJ", "DISPLAY", "EMCIO", "RS274NGC", "AXIS_X", "AXIS_Y", "AXIS_Z")}
             self.unit_mm = rs274.units_in_mm(section["TRAJ"].get("LINEAR_UNITS", "mm"))
         except OSError as error:
             included = error.filename not in (None, self.ini)
@@ -79,6 +79,7 @@ class Machine:
                        for a in "XYZ"]
         self.accels = [self._number(section[f"AXIS_{a}"].get("MAX_ACCELERATION"),
                                     section["TRAJ"].get("MAX_LINEAR_ACCELERATION")) for a in "XYZ"]
+        self.max_override = (self._number(section["DISPLAY"].get("MAX_FEED_OVERRIDE")) or self.unit_mm) / self.unit_mm
 
     @property
     def unit(self):

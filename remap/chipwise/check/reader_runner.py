@@ -33,6 +33,7 @@ sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspa
 
 import gcode                                                    # noqa: E402
 
+from chipwise.check.motion_modes import MotionModes           # noqa: E402
 from chipwise.check.records import ARC, CIRCLE, DWELL, FEED, FRAME, RAPID, STOCK, TARGET, TOOL, VOLUME, WIDTH      # noqa: E402
 from chipwise import interpreter_process                       # noqa: E402
 from chipwise.arc_sweep import arc_sweep, chord_angle           # noqa: E402
@@ -65,6 +66,7 @@ class Canon(interpreter_process.Canon):
         self.stop = None
         self.messages, self.notes = [], []
         self.trace = None
+        self.modes = MotionModes()
         self.wants_targets = job["targets"]
         if job["spindle"] is not None or job["tool"] and self.spindle[0] > 0:
             self._tool_event(job["spindle"])
@@ -149,6 +151,9 @@ class Canon(interpreter_process.Canon):
 
     def next_line(self, state):
         self._judge_feed_mode(_UNCHECKED.get(state.feed_mode))      # the modes are those after the line before
+        if self.job["judged"] and not self.job["written"]:
+            for kind, value in self.modes.changes(state, self.count, self._interpreter):
+                self._event(kind, value)
         if self.trace is None:
             self.line = state.sequence_number if state.sequence_number >= 0 else self.seen      # -1: within G70 to G72
             self.seen = self.line or self.seen      # under G93 a line with F, which is remapped, has no number
@@ -237,8 +242,6 @@ class Canon(interpreter_process.Canon):
 
     def get_tool(self, index):
         return self.spindle if index == 0 else self.tools.entry(index)
-
-    # ---- the rest -------------------------------------------------------------------------------------------
 
     def stock(self, line, low, high, shape, turn):
         """M250 (preview.py)."""

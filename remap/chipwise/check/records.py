@@ -6,18 +6,20 @@ mm, mm/min, machine coordinates of the tool's tip:
     TOOL                number, diameter (mm; 0: none)
     STOCK               shape (-1: of a file that only the machine has), turn, low x y z, high x y z      of M250, M254
     VOLUME              mode, target, lower (mm3/min), ceiling (mm/min; 0: none)      of M251, M252
-    DWELL               seconds
+    DWELL               seconds      0 where motion stops for the spindle, the coolant or the tool's length, of a program that is judged and not rewritten
     FRAME               turn (rad), offset of the coordinate system x y z, G92 offset x y z (before the turn)
     CIRCLE              plane (1 XY, 2 YZ, 3 XZ), centre x y z, turns (negative: clockwise)     of the ARC chords that follow; asked for
     TARGET              x y z first         a point of a loop of a contour sub, first: 1 on a loop's first; asked for
+    PATH                tolerance (mm, 0: any; EXACT_PATH, EXACT_STOP) of G64, G61, G61.1 for the moves that follow; of a program that is judged and not rewritten
     MARK                file, what, item, modes, side of compensation, motion mode, feed      of a marked program (trace.py)
 """
 
 import math
 from dataclasses import dataclass
 
-RAPID, FEED, ARC, TOOL, STOCK, VOLUME, DWELL, FRAME, CIRCLE, MARK, TARGET = range(11)
+RAPID, FEED, ARC, TOOL, STOCK, VOLUME, DWELL, FRAME, CIRCLE, MARK, TARGET, PATH = range(12)
 WIDTH = 10
+EXACT_PATH, EXACT_STOP = -1.0, -2.0
 
 
 @dataclass(frozen=True)

@@ -70,7 +70,8 @@ class Result:
     load: Optional[tuple] = None                  # (seconds of a bin, mm3/min) at F
     load_volumetric: Optional[tuple] = None       # the same with M251; None without
     pictures: Optional[tuple] = None              # (cell mm, x0, y0, z_min, heights before, heights after)
-    dwell_s: float = 0.0
+    dwell_s: float = 0.0                          # of G4; not in the times of the tools
+    tool_changes: int = 0                         # nor is the time that these take
     stock: Optional[tuple] = None                 # (low, high, source) mm, work coordinates, of one that is assumed
     guessed: bool = False                         # whether findings depend on a stock or a tool that nobody has confirmed
     extents: Optional[tuple] = None               # (low, high) mm, work coordinates, of the tips of feed moves
@@ -92,7 +93,7 @@ class Result:
     def survey(self, survey):
         """What is known of a program that is not judged (assumed/survey.py)."""
         self.tools = {number: path.figures for number, path in survey.tools.items()}
-        self.dwell_s, box = survey.dwell_s, survey.extents()
+        self.dwell_s, self.tool_changes, box = survey.dwell_s, survey.tool_changes, survey.extents()
         if box:
             self.extents = tuple(box.low.tolist()), tuple(box.high.tolist())
 
@@ -101,6 +102,7 @@ class Result:
         kept = self.findings
         return {"program": self.program, "status": self.status, "error": self.error and self.error[0],
                 "error_line": self.error and self.error[1], "cell_mm": self.cell, "moves": self.moves, "dwell_s": self.dwell_s,
+                "tool_changes": self.tool_changes,
                 "tools": [t.json() for t in self.tools.values()], "findings": [{**f.json(), "assumed": self.is_assumed(f)} for f in kept.kept],
                 "more_findings": kept.dropped, "messages": self.messages, "notes": self.notes,
                 "stock": self.stock and {"min": self.stock[0], "max": self.stock[1], "source": self.stock[2]},

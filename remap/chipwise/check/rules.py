@@ -28,13 +28,13 @@ def check_finite(block):
         raise Unreadable("a number is not finite", "give every expression a value", int(block[bad][0, 1]))
 
 
-def parts(block):
-    """Yield (moves, kind, line, values) of a block of records, in its order: consecutive moves (n, WIDTH) with None for the rest, or None with the kind,
-    line and values of one other record."""
+def parts(block, last=False):
+    """Yield (moves, kind, line, values) of a block of records, in its order: consecutive moves (n, WIDTH) with whether the machine waits behind them, or
+    None with the kind, line and values of one other record.  last: nothing follows the block."""
     kinds, start = block[:, 0].astype(int), 0
     for event in (*np.flatnonzero(kinds > records.ARC).tolist(), len(block)):
         if event > start:
-            yield block[start:event], None, None, None
+            yield block[start:event], kinds[event] != records.PATH if event < len(block) else last
         if event < len(block):
             yield None, int(kinds[event]), int(block[event, 1]), block[event, 2:].tolist()
         start = event + 1
@@ -55,6 +55,15 @@ def moves_at_unknown_height(kinds, z):
         return len(kinds), False
     first = int(np.argmax(known))
     return first + int(kinds[first] == records.RAPID), True
+
+
+def moves_to_first_place(kinds, places, frame):
+    """(number of leading traverses to the first place across Z, whether it is reached): where they begin is only known on the machine, and the
+    interpreter starts at X0 Y0 of the work coordinates.  kinds (n,), places (n, 3): of the first moves; frame: records.Frame."""
+    lead = len(kinds) if (kinds == records.RAPID).all() else int(np.argmax(kinds != records.RAPID))
+    x, y, _z = frame.to_work(places[:lead].T)
+    away = np.maximum(np.abs(x), np.abs(y)) > 1e-6
+    return (int(np.argmax(away)) + 1, True) if away.any() else (lead, lead < len(kinds))
 
 
 def near_stock(start, positions, kinds, top, been):

@@ -50,11 +50,12 @@ class Simulation:
         self.settings, self.cell, self.geometry = settings, cell, tools
         self.timer = Timer(machine)
         self.position = None                            # (3,), mm
-        self.height_known = False
+        self.height_known = self.place_known = False
         self.map = self.before = None
         self.tool, self.shape = None, None
         self.been = math.inf                            # mm, lowest Z of this tool since it is at its place across the axis
         self.frame = records.Frame()
+        self.apart = 0                                  # traverses to the first place that are still to come
         self.segments = 0                               # taken before this part
         self.broken = {}                                # by rule: the last segment that broke it
         self.needles, self.stock_number = needles or {}, -1
@@ -65,16 +66,14 @@ class Simulation:
             if assumption.spindle is not None:
                 self._use(assumption.spindle, 0.0, 1)
 
-    # ---- blocks ---------------------------------------------------------------------------------------------
-
-    def take(self, block):
-        """One block of records."""
+    def take(self, block, last=False):
+        """One block of records.  last: nothing follows."""
         rules.check_finite(block)
-        for moves, *event in rules.parts(block):
+        for moves, *event in rules.parts(block, last):
             if moves is None:
                 self._event(*event)
             else:
-                self._moves(moves)
+                self._moves(moves, *event)
 
     def _event(self, kind, line, values):
         if kind == records.TOOL:
@@ -83,6 +82,8 @@ class Simulation:
             self._define(line, values)
         elif kind == records.VOLUME:
             self.timer.set_feed_mode(*values[:4])
+        elif kind == records.PATH:
+            self.timer.path = values[0]
         elif kind == records.DWELL:
             self.result.dwell_s += values[0]
             self.timer.wait(values[0])
@@ -102,6 +103,7 @@ class Simulation:
         self.tool = self.shape = None
         self.been = math.inf
         if number > 0:
+            self.result.tool_changes += 1
             self._use(number, diameter, line)
 
     def _use(self, number, diameter, line):
@@ -127,20 +129,21 @@ class Simulation:
 
     # ---- moves ----------------------------------------------------------------------------------------------
 
-    def _moves(self, block):
-        """Moves with one tool in one stock."""
+    def _moves(self, block, stops):
+        """Moves with one tool in one stock.  stops: the machine waits behind them."""
         rules.check_positions(block)
         if self.position is None:                       # the machine's position before the first move is unknown
             self.position = block[0, 2:5].copy()
         self.result.moves += len(block)
+        if not self.place_known:
+            self.apart, self.place_known = rules.moves_to_first_place(block[:, 0], block[:, 2:5], self.frame)
         lead = self._height_unknown(block)
         if lead:
             stock, self.map = self.map, None
-            self._take_moves(block[:lead])
+            self._take_moves(block[:lead], stops)
             self.map = stock
-        if lead < len(block):
-            for part in self._segments(block[lead:]):
-                self._take_moves(part)
+        for part in self._segments(block[lead:]):
+            self._take_moves(part, stops and part[-1, 1] == block[-1, 1])
 
     def _height_unknown(self, block):
         """Number of leading traverses up to the first one in Z: the interpreter starts at machine zero, the machine anywhere."""
@@ -169,16 +172,17 @@ class Simulation:
                 yield part
             first, start = end, rows[-1, 2:5]
 
-    def _take_moves(self, block):
+    def _take_moves(self, block, stops):
         kinds, positions, lines = block[:, 0].astype(int), block[:, 2:5], block[:, 1].astype(int)
         steps = np.diff(positions, axis=0, prepend=self.position[None])
         length = np.sqrt((steps * steps).sum(axis=1))
         met = self._cut(positions, lines, kinds, length)
         moving = length > 1e-9
+        moving[:self.apart], self.apart = False, max(0, self.apart - len(moving))
         if moving.any():
             volume = met["volume"].astype(np.float64) if met is not None else np.zeros(len(length))
             rate = self.timer.spend(kinds[moving], lines[moving], block[moving, 5] / 60.0, steps[moving], length[moving],
-                                    volume[moving], self.tool)
+                                    volume[moving], self.tool, block[moving, 6], stops)
             if rate is not None:
                 self._check_rates(rate, block[moving])
         self.position = positions[-1].copy()
@@ -332,8 +336,11 @@ def _run(simulation, reader, progress, cpu_s):
     """Read and simulate to the end, in cpu_s of computing time of this process from now on: it may have worked before."""
     end = time.process_time() + cpu_s
     with reader:
-        for block in reader:
-            simulation.take(block)
+        blocks = iter(reader)
+        following = next(blocks, None)
+        while following is not None:
+            block, following = following, next(blocks, None)
+            simulation.take(block, following is None)
             if time.process_time() > end:
                 raise Unfinished(f"the check needs more than {cpu_s:g} s of computing time",
                                  "use a larger --cell, or raise --time-limit", int(block[-1, 1]))

@@ -7,17 +7,15 @@ is that of a planner that looks ahead: height_sweep.c, chip_height_times.
 
 import numpy as np
 
-from chipwise.check import records
+from chipwise.check import blends, records
 from chipwise.check.load import Load
 from chipwise.check.reader import Unreadable
 from chipwise.check.sweep import times
 from chipwise.stock.layout import FeedMode
 
 RATE_WINDOW_MM = 2.0        # a rate is measured over at least this much path
-CORNER_MM = 0.01            # how far a corner may be rounded (G64 P) when times are estimated
-# LinuxCNC's planner shares the acceleration of an arc between its two directions, and that of two moves that blend parabolically
-# between them (tc.c, blendmath.h: BLEND_ACC_RATIO_TANGENTIAL, BLEND_ACC_RATIO_NORMAL).
-ALONG_ARC, CENTRIPETAL, BESIDE_BLEND = 0.5, 0.75 ** 0.5, 0.5
+CORNER_MM = 0.01            # how far a corner may be rounded where the path mode is not known
+PLAN_WINDOW_MM = 1.0        # and the feed under M251 is planned over this much
 DEFAULT_SPEED, DEFAULT_ACCEL = 50.0, 500.0      # mm/s, mm/s2 if the INI file has none
 OFF, LIMIT, CONSTANT, WINDOW = map(int, FeedMode)      # M251 P
 
@@ -32,8 +30,10 @@ class Timer:
         self.volumetric = False                         # whether M251 was ever on
         self.load, self.load_volumetric = Load(), Load()
         self._speed, self._speed_volumetric = [0.0], [0.0]
-        self._last_kind, self._last_direction = None, None
         self.seconds = None                             # (n,) of the moves of the last spend(), at F and under M251
+        self._last = None                               # (kind, direction) of the last segment
+        self.path = CORNER_MM                           # of a PATH record
+        self.override = machine.max_override
 
     def set_feed_mode(self, mode, target, lower, ceiling):
         """M251, M252."""
@@ -45,10 +45,11 @@ class Timer:
         self.load.wait(seconds)
         self.load_volumetric.wait(seconds)
 
-    def spend(self, kinds, lines, feed, steps, length, volume, tool):
+    def spend(self, kinds, lines, feed, steps, length, volume, tool, first=None, stops=False):
         """Time of moves that are not empty; -> their removal rates at F, mm3/min, or None if none is cut.
 
-        kinds, lines, feed (mm/s), length (mm), volume (mm3): (n,); steps: (n, 3) mm; tool: ToolFigures or None.
+        kinds, lines, feed (mm/s), length (mm), volume (mm3): (n,); steps: (n, 3) mm; tool: ToolFigures or None; first (n,): whether the first chord of
+        an arc; stops: whether the machine waits behind them.
         """
         direction = steps / length[:, None]
         with np.errstate(divide="ignore"):
@@ -58,13 +59,18 @@ class Timer:
         if (cutting & ~(feed > 0)).any():
             raise Unreadable("no feed is set", "give F on this line or before", int(lines[cutting & ~(feed > 0)][0]))
         plain = np.where(cutting, np.minimum(feed, rapid_speed), rapid_speed)
-        corner = self._corner_speeds(kinds, direction, length, accel)
-        accel *= _accel_shares(kinds, lines)
-        planned = self._planned(length, plain, accel, corner, self._speed)
+        path = kinds, lines, np.zeros(len(kinds)) if first is None else first, direction, length
+        moves = blends.moves(*path, plain, accel)
+        planned = self._planned(moves, direction, length, plain, accel, self._speed, stops)
         volumetric, volumetric_planned = plain, planned
-        if self.mode != OFF:
-            wanted = np.where(cutting, np.minimum(self._volumetric(length, volume, plain, tool), rapid_speed), plain)
-            volumetric, volumetric_planned = wanted, self._planned(length, wanted, accel, corner, self._speed_volumetric)
+        if self.mode == OFF:
+            self._speed_volumetric[0] = self._speed[0]
+        else:
+            wanted = np.where(cutting, np.minimum(self._volumetric(moves, length, volume, plain, tool), rapid_speed), plain)
+            asked = np.where(cutting, np.minimum(np.maximum(np.maximum(plain, wanted), self.ceiling / 60.0 if self.mode != LIMIT else 0.0), rapid_speed), plain)
+            moves = blends.moves(*path, asked, accel)
+            volumetric, volumetric_planned = wanted, self._planned(moves, direction, length, wanted, accel, self._speed_volumetric, stops)
+        self._last = int(kinds[-1]), direction[-1].copy()
         self.seconds = planned, volumetric_planned
         self.load.add(planned, volume)
         self.load_volumetric.add(volumetric_planned, volume)
@@ -78,35 +84,33 @@ class Timer:
         tool.feed_volume += float(volume[cutting].sum())
         return _rates(length, plain, planned, volume, cutting)
 
-    def _corner_speeds(self, kinds, direction, length, accel):
-        """Highest speed at the end of each move: a corner is rounded by CORNER_MM; 0 between G0 and G1."""
-        first = self._last_direction is None
-        before = np.concatenate((direction[:1] if first else self._last_direction[None], direction[:-1]))
-        cosine = np.clip((before * direction).sum(axis=1), -1.0, 1.0)
-        half = np.sqrt(np.maximum((1.0 + cosine) / 2.0, 0.0))           # sine of half the angle between the two sides
-        turn = np.arccos(cosine)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            begin = np.sqrt(accel * CORNER_MM * half / np.maximum(1.0 - half, 1e-12))
-            arc = np.sqrt(CENTRIPETAL * accel * length / np.maximum(turn, 1e-12))
-        begin = np.where(kinds == records.ARC, np.minimum(np.maximum(begin, arc), arc), begin)
-        kinds_before = np.concatenate((kinds[:1] if first else [self._last_kind], kinds[:-1]))
-        begin[(kinds == records.RAPID) != (kinds_before == records.RAPID)] = 0.0
-        self._begin = 0.0 if first else float(begin[0])
-        self._last_direction, self._last_kind = direction[-1].copy(), int(kinds[-1])
-        return np.concatenate((begin[1:], [np.inf]))
+    def _planned(self, moves, direction, length, wanted, accel, speed, stops):
+        """Seconds of each segment with acceleration.  moves: blends.Moves, with the speeds that the planner is asked for; wanted: mm/s that the feed
+        law leaves of them; speed: [mm/s at the beginning], changed to that at the end."""
+        ends, saved, shares = blends.joined(moves, self.accels, self.path, self.override)
+        if stops and self.path >= 0.0:
+            shares[-1] *= blends.PARABOLIC
+        corner = np.full(len(length), np.inf)
+        corner[-1] = 0.0 if stops else np.inf
+        corner[moves.begins[1:] - 1] = ends
+        if self._last is None or (self._last[0] == records.RAPID) != (moves.kind[0] == records.RAPID):
+            speed[0] = 0.0
+        elif speed[0] > 0.0:            # goes on from the part before
+            half = np.sqrt(max((1.0 + float(self._last[1] @ direction[0])) / 2.0, 0.0))
+            speed[0] = min(speed[0], float(np.sqrt(accel[0] * max(self.path, 0.0) * half / max(1.0 - half, 1e-12))))
+        most = np.minimum(wanted, moves.speed[moves.whole])
+        seconds, speed[0] = times(length, most, accel * shares[moves.whole], np.minimum(corner, 1e9), speed[0])
+        each = np.bincount(moves.whole, seconds)
+        saved = np.minimum(saved, 0.5 * np.minimum(each[1:], each[:-1]))
+        return seconds * (1.0 - np.concatenate(([0.0], saved)) / np.maximum(each, 1e-12))[moves.whole]
 
-    def _planned(self, length, max_speed, accel, corner, speed):
-        """Seconds of each move with acceleration; speed: [mm/s at the beginning], changed to that at the end."""
-        seconds, speed[0] = times(length, max_speed, accel, np.minimum(corner, 1e9), min(speed[0], self._begin))
-        return seconds
-
-    def _volumetric(self, length, volume, plain, tool):
+    def _volumetric(self, moves, length, volume, plain, tool):
         """mm/s of each move under M251 (docs/user/codes.md)."""
         target, lower = self.target, self.lower
         limit = tool and tool.geometry and tool.geometry.max_removal_rate
         if limit:
             target, lower = min(target, limit), min(lower, limit)
-        area = np.maximum(windows(length, volume)[0], 1e-9)
+        area = np.maximum(windows(length, volume, PLAN_WINDOW_MM, moves)[0], 1e-9)
         held, ceiling = target / 60.0 / area, self.ceiling / 60.0 or np.inf
         if self.mode == LIMIT:
             return np.minimum(plain, held)
@@ -116,21 +120,16 @@ class Timer:
         return np.minimum(raised, held)
 
 
-def _accel_shares(kinds, lines):
-    """The share of the acceleration that LinuxCNC's planner uses along each move (tcGetTangentialMaxAccel in tc.c)."""
-    shares = np.where(kinds == records.ARC, ALONG_ARC, 1.0)
-    begins = np.concatenate(([True], (np.diff(kinds) != 0) | (np.diff(lines) != 0) | (kinds[1:] != records.ARC)))
-    whole = np.cumsum(begins) - 1                           # number of the arc or straight move that each belongs to
-    kind = kinds[begins] == records.RAPID
-    meets = np.concatenate((kind[1:] != kind[:-1], [False]))                # a blend between G0 and G1 follows
-    beside = meets | np.concatenate(([False], meets[:-1]))
-    return np.where(beside[whole] & (kinds != records.RAPID), BESIDE_BLEND * shares, shares)
-
-
-def windows(length, volume):
-    """(mm2: volume per mm of path, mm: length) of the window of about RATE_WINDOW_MM that each move belongs to."""
-    number = np.floor(np.cumsum(length) / RATE_WINDOW_MM)
-    window = np.concatenate(([0], np.cumsum(np.diff(number) > 0)))
+def windows(length, volume, most=RATE_WINDOW_MM, moves=None):
+    """(mm2: volume per mm of path, mm: length) of the window of about so many mm that each segment belongs to; with blends.Moves none goes on from a long
+    move to another one, or from a G0 to a feed."""
+    number = np.floor(np.cumsum(length) / most)
+    begins = np.diff(number) > 0
+    if moves is not None:
+        long = moves.length >= most / 2
+        ends = (long[1:] | long[:-1]) | ((moves.kind[1:] == records.RAPID) != (moves.kind[:-1] == records.RAPID))
+        begins[moves.begins[1:][ends] - 1] = True
+    window = np.concatenate(([0], np.cumsum(begins)))
     distance = np.bincount(window, length)
     return (np.bincount(window, volume) / distance)[window], distance[window]
 

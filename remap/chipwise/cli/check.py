@@ -105,6 +105,8 @@ def report(result):
         yield f'  {printable(text)}'
     for tool in result.tools.values():
         yield '  ' + tool_line(tool, result.unit)
+    if result.tools:
+        yield '  ' + apart(result)
     groups = grouped(result.findings.kept)
     for group in groups[:MAX_PRINTED]:
         yield '  ' + group.text(result.unit) + (assumed(result) if result.is_assumed(group[0]) else '')
@@ -126,6 +128,15 @@ def surveyed(result):
     for tool in result.tools.values():
         size = f', {format_length(tool.diameter, result.unit)}' if tool.diameter else ''
         yield f'  tool {tool.number}{size}: {seconds(tool.planned_s)}'
+    if result.tools:
+        yield '  ' + apart(result)
+
+
+def apart(result):
+    """What the times of the tools do not have."""
+    changes = f'{result.tool_changes} tool change{"s" * (result.tool_changes != 1)}, ' if result.tool_changes else ''
+    dwells = f', dwells ({seconds(result.dwell_s)})' if result.dwell_s else ''
+    return f'not in the times: {changes}starts of the spindle, the move to the first place{dwells}'
 
 
 def tool_line(tool, unit):

@@ -60,15 +60,15 @@ class SetupTimer(Timer):
         """M251 of the program: it is seen, and what counts here is F."""
         self.has_own_rate = self.has_own_rate or int(mode) != OFF
 
-    def spend(self, kinds, lines, feed, steps, length, volume, tool):
+    def spend(self, kinds, lines, feed, steps, length, volume, tool, first=None, stops=False):
         """As Timer.spend."""
         self._down = steps[:, 2] < -FALL * length
-        rates = super().spend(kinds, lines, feed, steps, length, volume, tool)
+        rates = super().spend(kinds, lines, feed, steps, length, volume, tool, first, stops)
         if tool is not None:
             self.loads.setdefault(tool.number, ToolLoad()).add(kinds != records.RAPID, self._down, length, volume, *self.seconds)
         return rates
 
-    def _volumetric(self, length, volume, plain, tool):
+    def _volumetric(self, moves, length, volume, plain, tool):
         return np.where(self._down, plain, self.share * plain)
 
 
