@@ -12,15 +12,11 @@ from chipwise.errors import CycleError
 from chipwise.stock import core, store
 from chipwise.surface.model import Placing, read_model
 from support import ROOT
+from support.digitising import digitise
 from support.random_cases import random_count, random_seed
 from support.tracer_rig import FAR, STATE, SURFACE, Rig
 
 RADIUS, STYLUS, HALF = 9.0, 1.0, 2.5        # mm: model, stylus, half the window
-
-
-def digitise(*arguments):
-    return subprocess.run([str(ROOT / "bin/chipwise"), "digitise", *map(str, arguments)], text=True, stdin=subprocess.DEVNULL,
-                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
 
 
 def log_of(rows, per_mm=1.0):
