@@ -62,7 +62,7 @@ class Survey:
         self.highest = -np.inf          # Z of any move, machine coordinates
         self.has_stock = False
         self.dwell_s, self.tool_changes = 0.0, 0
-        self.place_known = False
+        self.place_known, self.unplaced = False, rules.Unplaced()
 
     def take(self, block):
         """One block of records."""
@@ -108,7 +108,8 @@ class Survey:
             self.timer.spend(kinds[moving], lines[moving], block[moving, 5] / 60.0, steps[moving], length[moving], np.zeros(int(moving.sum())),
                              tool and tool.figures, block[moving, 6], stops)
         self.highest = max(self.highest, float(places[int(not known and kinds[0] == records.RAPID and abs(places[0, 2]) < 1e-9):, 2].max(initial=-np.inf)))
-        if tool:
+        cuts[:self.unplaced.lead(block, -np.inf)] = False
+        if tool and cuts.any():
             self._feeds(tool, self._work(before[cuts]), self._work(places[cuts]))
 
     def _tool(self):

@@ -57,15 +57,14 @@ class Canon(ToolCalls, interpreter_process.Canon):
         super().__init__(job)
         self.send, self.tools = send, tools
         self.records = array.array("d")
-        self.count = self.line = self.seen = 0
-        self.plane = 1
+        self.count, self.line, self.seen, self.plane = 0, 0, 0, 1
         self.feed_rate, self.unchecked = 0.0, None     # mm/min, and the mode it counts in if that is not judged
         self.spindle = self.tools.entry(0) if job["random"] else self.tools.of_number(job["tool"])
         self.g5x, self.g92, self.angle = (0.0,) * 3, (0.0,) * 3, 0.0
         self.sin, self.cos = 0.0, 1.0
         self.at = [0.0, 0.0, 0.0]           # inch, work coordinates without offsets
         self.stop, self.fed, self.probed, self.ended = None, False, False, False        # ended: judged up to here
-        self.messages, self.notes, self.trace, self.modes = [], [], None, MotionModes()
+        self.messages, self.notes, self.trace, self.modes = [], [], None, MotionModes(job["axis_mask"])
         self.wants_targets, self._owns_stock = job["targets"], False
         if job["spindle"] is not None or job["tool"] and self.spindle[0] > 0:
             self._tool_event(job["spindle"])
@@ -131,7 +130,8 @@ class Canon(ToolCalls, interpreter_process.Canon):
 
     def _put(self, kind, x, y, z, feed, first=0.0):
         """A move to a place in work coordinates, inch."""
-        self.records.extend((kind, self.line, *self._machine(x, y, z), feed, first, 0.0, 0.0, 0.0))
+        unnamed = self.modes.unnamed and self.modes.named(self._interpreter, [] if kind == ARC else [a - b for a, b in zip((x, y, z), self.at)])
+        self.records.extend((kind, self.line, *self._machine(x, y, z), feed, first, unnamed, 0.0, 0.0))
         self.count += 1
         if len(self.records) >= BLOCK:
             self._flush()

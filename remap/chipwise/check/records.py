@@ -2,7 +2,8 @@
 """What reader_runner.py writes and simulate.py reads: one record of WIDTH doubles is kind, line and its values.
 
 mm, mm/min, machine coordinates of the tool's tip:
-    RAPID, FEED, ARC    x y z feed first      ARC: a chord of one, first: 1 on the first chord
+    RAPID, FEED, ARC    x y z feed first unnamed      ARC: a chord of one, first: 1 on the first chord; unnamed: mask of the axes, X 1, Y 2, Z 4, that the program
+                        has not named yet: their places are known on the machine only
     TOOL                number, diameter (mm; 0: none)
     STOCK               shape (-1: of a file that only the machine has), turn, low x y z, high x y z      of M250, M254
     VOLUME              mode, target, lower (mm3/min), ceiling (mm/min; 0: none)      of M251, M252
@@ -19,6 +20,7 @@ from dataclasses import dataclass
 
 RAPID, FEED, ARC, TOOL, STOCK, VOLUME, DWELL, FRAME, CIRCLE, MARK, TARGET, PATH = range(12)
 WIDTH = 10
+UNNAMED = 7                 # of a move: the value of its mask
 EXACT_PATH, EXACT_STOP = -1.0, -2.0
 
 

@@ -18,6 +18,7 @@ FINE_CELLS = 8              # cells across a tool that the cell is chosen for
 MAX_POSITION_MM = 1e5       # from machine zero
 ACROSS_MM = 1e-4            # shorter moves, seen from above, go straight up or down
 BEEN_MM = 1e-3              # by which a tool that comes back may be lower than it was: rounding
+ACROSS, DOWN = 3, 4         # X and Y, and Z, of a mask of axes
 PLACES_APART_MM = 3 * MAX_POSITION_MM       # in the heights of one place and the next, so that a running minimum begins anew
 
 
@@ -64,6 +65,48 @@ def moves_to_first_place(kinds, places, frame):
     x, y, _z = frame.to_work(places[:lead].T)
     away = np.maximum(np.abs(x), np.abs(y)) > 1e-6
     return (int(np.argmax(away)) + 1, True) if away.any() else (lead, lead < len(kinds))
+
+
+class Unplaced:
+    """The first moves of a program, up to where it has named X, Y and Z: where they go is known on the machine only, and the interpreter starts at 0."""
+
+    def __init__(self):
+        self._axes = None                   # mask of those that are not named yet; None: before the first move
+        self._missed = 0                    # line of the first move that might have cut
+        self.arrives = False                # whether the last of the moves just counted comes to the first place
+        self._named = self._late = 0        # line that names the last axes, and their mask
+
+    def lead(self, moves, top):
+        """Number of leading moves that cannot be judged.  top: of the stock, mm."""
+        self.arrives = False
+        if self._axes == 0:
+            return 0
+        unnamed = moves[:, records.UNNAMED].astype(int)
+        first = int(np.argmin(unnamed > 0)) if (unnamed == 0).any() else len(moves)
+        axes = int(unnamed[first - 1]) if first else self._axes or 0
+        self.arrives = first < len(moves) and bool(axes & ACROSS)           # it begins anywhere
+        lead = first + int(self.arrives)
+        if (moves[:lead, 0] == records.RAPID).all():                        # nothing is cut on the way: from work zero, as the interpreter has it
+            lead, self.arrives = 0, False
+        low, known = moves[:lead, 4] < top, unnamed[:lead] & DOWN == 0
+        missed = np.where(moves[:lead, 0] == records.RAPID, low & known, low | ~known)
+        if missed.any() and not self._missed:
+            self._missed = int(moves[int(np.argmax(missed)), 1])
+        self._axes = axes
+        if first < len(moves):
+            self._named, self._late, self._axes = int(moves[first, 1]), axes, 0
+        return lead
+
+    def notes(self):
+        """[[line, text]] of moves that were not judged."""
+        if not self._missed:
+            return []
+        axes = [name for axis, name in enumerate("XYZ") if (self._axes or self._late) >> axis & 1]
+        names = " and ".join(axes) + (" are" if len(axes) > 1 else " is")
+        if self._axes:
+            return [[self._missed, f"{names} never named in the program: where it moves is known on the machine only and is not judged; "
+                     "name X, Y and Z before the first cut"]]
+        return [[self._named, f"{names} named first in line {self._named}: what is moved before is not judged, from line {self._missed} on"]]
 
 
 def near_stock(start, positions, kinds, top, been):

@@ -50,7 +50,8 @@ class Simulation:
         self.settings, self.cell, self.geometry = settings, cell, tools
         self.timer = Timer(machine)
         self.position = None                            # (3,), mm
-        self.height_known = self.place_known = False
+        self.height_known = self.place_known = self.blind = False      # blind: what cannot be judged moves
+        self.unplaced = rules.Unplaced()
         self.map = self.before = None
         self.tool, self.shape = None, None
         self.been = math.inf                            # mm, lowest Z of this tool since it is at its place across the axis
@@ -132,16 +133,17 @@ class Simulation:
     def _moves(self, block, stops):
         """Moves with one tool in one stock.  stops: the machine waits behind them."""
         rules.check_positions(block)
-        if self.position is None:                       # the machine's position before the first move is unknown
-            self.position = block[0, 2:5].copy()
+        self.position = block[0, 2:5].copy() if self.position is None else self.position       # unknown before the first move
         self.result.moves += len(block)
         if not self.place_known:
             self.apart, self.place_known = rules.moves_to_first_place(block[:, 0], block[:, 2:5], self.frame)
-        lead = self._height_unknown(block)
+        lead = max(self._height_unknown(block), self.unplaced.lead(block, self.map.z_max if self.map else -math.inf))
         if lead:
-            stock, self.map = self.map, None
+            self.blind = True
             self._take_moves(block[:lead], stops)
-            self.map = stock
+            self.blind = False
+            if self.unplaced.arrives:
+                self._cut(self.position[None], block[lead - 1:lead, 1].astype(int), block[lead - 1:lead, 0].astype(int), np.zeros(1))
         for part in self._segments(block[lead:]):
             self._take_moves(part, stops and part[-1, 1] == block[-1, 1])
 
@@ -199,10 +201,10 @@ class Simulation:
 
     def _cut(self, positions, lines, kinds, length):
         """Cut them; -> what they met, None without a stock."""
-        if self.map is None or self.shape is None:
-            bad = (kinds != records.RAPID) & (length > 0)
-            if bad.any():
-                rules.cannot_cut(self.tool and self.tool.number, self.shape, int(lines[bad][0]))
+        usable, bad = self.map is not None and self.shape is not None, (kinds != records.RAPID) & (length > 0)
+        if not usable and bad.any():
+            rules.cannot_cut(self.tool and self.tool.number, self.shape, int(lines[bad][0]))
+        if not usable or self.blind:
             return None
         if rules.is_too_coarse(self.map, self.shape.diameter):
             raise _TooCoarse(int(lines[0]), self.tool.number, self.shape.diameter)
@@ -276,13 +278,12 @@ class Simulation:
         result = self.result
         if self.map is None:
             raise Missing("no stock is defined", "add M250, or name the stock with --stock X0 Y0 Z0 X1 Y1 Z1")
-        result.messages, result.notes = messages, [*result.notes, *notes]
+        result.messages, result.notes = messages, [*result.notes, *notes, *self.unplaced.notes()]
         result.findings.kept.sort(key=lambda finding: finding.at)
         result.load = self.timer.load.rates()
         result.load_volumetric = self.timer.load_volumetric.rates() if self.timer.volumetric else None
         step = max(1, math.ceil(max(self.map.nx, self.map.ny) / PICTURE))
-        result.pictures = (self.map.cell * step, self.map.x0, self.map.y0, self.map.z_min, self.before,
-                           self.map.picture(PICTURE))
+        result.pictures = (self.map.cell * step, self.map.x0, self.map.y0, self.map.z_min, self.before, self.map.picture(PICTURE))
         return result
 
 
