@@ -44,6 +44,7 @@ void chip_stock_init_finer(struct chip_stock *stock, double cell, double finest,
     stock->shape = CHIP_SHAPE_BOX;
     stock->removed = 0.0;
     stock->half_x = stock->half_y = stock->turn = 0.0;
+    stock->definitions = 0;
 }
 
 double chip_stock_cell_for(const struct chip_stock *stock, double size_x, double size_y)
@@ -131,6 +132,7 @@ int chip_stock_define_turned(struct chip_stock *stock, const double min[3], cons
     stock->turn = turn;
     stock->filled = 0;
     stock->removed = 0.0;
+    stock->definitions++;
     chip_stock_end_write(stock);
     return CHIP_STOCK_OK;
 }

@@ -34,7 +34,7 @@
 #include "fault.h"
 
 #define CHIP_STOCK_MAGIC 0x43575354u /* "CWST" */
-#define CHIP_STOCK_VERSION 3u
+#define CHIP_STOCK_VERSION 4u
 #define CHIP_FULL 65535      /* a share of one, in cell units */
 #define CHIP_DROP_FULL 32767 /* the whole height of the stock, in steps of `drop` */
 #define CHIP_RIM 0x8000      /* in `drop`: a cell on the outline of the stock box */
@@ -91,6 +91,7 @@ struct chip_stock {
     double removed;               /* mm3 cut since the map was defined */
     double half_x, half_y;        /* mm, half the sides of the stock box */
     double turn;                  /* rad it is turned by, counter-clockwise [6] */
+    uint64_t definitions;         /* counts stocks, defined or restored; it rises too when one is given up */
     struct chip_cell cells[];     /* (ny + 2) rows of (nx + 2) */
 };
 

@@ -142,6 +142,7 @@ struct chip_tracker {
     int held_waiting;         /* segments were still to be cut when it took the map */
     uint32_t held_generation; /* of the map then */
     double held_coarsest, held_finest, held_mm3; /* mm, mm, mm3: bounds of the cell, and volume removed then */
+    uint64_t held_definitions;                   /* of the map then (stock.h) */
     uint32_t held_capacity;
     /* the map's head as of the last period: private memory */
     uint64_t own_head[(sizeof(struct chip_stock) + 7) / 8];

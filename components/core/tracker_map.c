@@ -48,8 +48,10 @@ static const struct chip_stock *own_head(const struct chip_tracker *tracker)
 void chip_tracker_give_up_map(struct chip_tracker *tracker, struct chip_stock *stock)
 {
     const struct chip_stock *own = own_head(tracker);
+    uint64_t before = own->definitions;
     tracker->box_error = CHIP_STOCK_UNSOUND;
     chip_stock_init_finer(stock, own->coarsest, own->finest, own->capacity);
+    stock->definitions = before + 1;
     start_over(tracker);
 }
 
@@ -83,6 +85,7 @@ int chip_tracker_serve_hold(struct chip_tracker *tracker, struct chip_stock *sto
         tracker->held_finest = own_head(tracker)->finest;
         tracker->held_capacity = own_head(tracker)->capacity;
         tracker->held_mm3 = stock->removed;
+        tracker->held_definitions = own_head(tracker)->definitions;
     }
     if (!in->external_writer && held) {
         int lost = tracker->held_moved || (tracker->held_waiting && stock->generation == tracker->held_generation);
@@ -91,8 +94,10 @@ int chip_tracker_serve_hold(struct chip_tracker *tracker, struct chip_stock *sto
             whole && chip_stock_sound(stock, tracker->held_coarsest, tracker->held_finest, tracker->held_capacity)
                 ? CHIP_STOCK_OK
                 : CHIP_STOCK_UNSOUND;
-        if (tracker->box_error)
+        if (tracker->box_error) {
             chip_stock_init_finer(stock, tracker->held_coarsest, tracker->held_finest, tracker->held_capacity);
+            stock->definitions = tracker->held_definitions + 2; /* the writer may have counted one */
+        }
         tracker->is_uncertain = tracker->held_assumed;
         if (tracker->is_uncertain) tracker->box_error = CHIP_STOCK_OK; /* an assumption is given up in silence */
         tracker->state = CHIP_TRACKER_FLUSHING;

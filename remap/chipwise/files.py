@@ -13,6 +13,8 @@ import stat
 import tempfile
 from typing import BinaryIO, Iterator
 
+JOURNAL = "kept.journal"      # in STOCK_DIR: the stock while the machine works (stock/journal.py)
+
 
 class NoRegularFile(OSError):
     """A folder, FIFO, socket or device where a file should be."""
@@ -84,14 +86,28 @@ def write_durable(path: str, content: bytes, unfinished: str, mode: int = 0o644)
         os.chmod(fresh, mode)
         os.replace(fresh, path)
         fresh = ""
-        folder_handle = os.open(folder, os.O_RDONLY)
-        try:
-            os.fsync(folder_handle)
-        finally:
-            os.close(folder_handle)
+        sync_folder(path)
     finally:
         if fresh and os.path.exists(fresh):
             os.unlink(fresh)
+
+
+def sync_folder(path: str) -> None:
+    """The names in the folder of a file are on the disk.  Raises OSError."""
+    handle = os.open(os.path.dirname(os.path.abspath(path)), os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
+def remove_durable(path: str) -> None:
+    """Make sure that a file is gone, also after a power loss.  Raises OSError."""
+    try:
+        os.unlink(path)
+    except FileNotFoundError:
+        return
+    sync_folder(path)
 
 
 def printable(text: str) -> str:

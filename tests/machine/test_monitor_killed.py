@@ -99,7 +99,8 @@ def test_killed_before_it_writes_and_the_machine_goes_on(tmp_path):
 
 def test_with_keep_stock_a_dead_monitor_keeps_nothing_old(tmp_path):
     """Session 1 keeps its stock; in session 2 the monitor dies, another takes over and does not bring the old stock back; in
-    session 3 the monitor dies for good: session 4 knows no stock rather than that of session 2, and says so."""
+    session 3 the monitor dies for good: session 4 has the stock as it was saved last, with more material than is there, and says so.  In session 4 a new
+    stock is defined without a monitor: session 5 knows none rather than the old one."""
     folder = tmp_path / 'stock'
     edit = f's#^STOCK_DIR = .*#STOCK_DIR = {folder}#; s#^KEEP_STOCK = .*#KEEP_STOCK = yes#'
     operate(tmp_path, [['mdi', 'T1 M6'], ['mdi', 'M250 P0 Q0 R-10 I60 J40 K10'], *CUT], edit=edit)
@@ -108,5 +109,20 @@ def test_with_keep_stock_a_dead_monitor_keeps_nothing_old(tmp_path):
     assert last[0] == 'TRUE' and second[1] > first[1]
     third, *_ = operate(tmp_path, [['map_sum'], ['mdi', 'T1 M6'], ['kill_monitor'], *CUT], edit=edit)
     assert third == second
+    fourth, state, said, *_ = operate(tmp_path, [['map_sum'], STATE, ['errors'], ['kill_monitor'], ['mdi', 'M250 P0 Q0 R-10 I60 J40 K10']], edit=edit)
+    assert fourth == third and state[0] == 'TRUE' and len(said) == 1
+    assert said[0].startswith('chipwise: LinuxCNC did not end in order (power loss, crash): the stock is as saved ') and said[0].endswith('or use M250'), said
     state, said = operate(tmp_path, [STATE, ['errors']], edit=edit)
     assert state[0] == 'FALSE' and len(said) == 1 and 'the stock of the last run is not known' in said[0], said
+
+
+def test_what_was_cut_is_saved_while_the_machine_works(tmp_path):
+    """Killed some time after a cut: the next session has the cut; what is cut afterwards is missing in it."""
+    folder = tmp_path / 'stock'
+    edit = f's#^STOCK_DIR = .*#STOCK_DIR = {folder}#; s#^KEEP_STOCK = .*#KEEP_STOCK = yes#'
+    *_, first, _killed, _f, _to, _down, _on, _up = operate(
+        tmp_path, [['mdi', 'T1 M6'], ['mdi', 'M250 P0 Q0 R-10 I60 J40 K10'], *CUT, ['sleep', 6], ['map_sum'], ['kill_monitor'], ['mdi', 'F3000'], *MORE], edit=edit)
+    second, said, other = operate(tmp_path, [['map_sum'], ['errors'], ['mdi', 'T1 M6']], edit=edit)
+    assert second == first and first[1] > 300 and len(said) == 1 and 'X30.000 Y20.000 Z' in said[0], said
+    third, said = operate(tmp_path, [['map_sum'], ['errors']], edit=edit)
+    assert third == first and said == [] and other == []

@@ -1,13 +1,17 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """[CHIPWISE]KEEP_STOCK without a LinuxCNC: which stock comes back at the next start, and what becomes of its file (monitor/stock_files.py)."""
+import ctypes
 import os
 
 import numpy as np
 import pytest
 
+from chipwise.files import JOURNAL
+from chipwise.monitor.live_stock import LiveStock
 from chipwise.monitor.stock_files import StockFiles
 from chipwise.settings import parse_settings
 from chipwise.stock import core, store
+from chipwise.stock.library import library
 from chipwise.stock.shared import SharedStock
 
 
@@ -18,20 +22,22 @@ class Pins(dict):
         return super().__getitem__('hold' if name == 'held' else name)
 
 
-class Map:
+class Map(SharedStock):
     """The stock of one run of LinuxCNC."""
 
     def __init__(self, capacity):
-        self.capacity, self.taken = capacity, None
+        block = memoryview(bytearray(library().chip_stock_bytes(1_000_000)))
+        library().chip_stock_init(ctypes.addressof(ctypes.c_char.from_buffer(block)), 0.5, 1_000_000)
+        super().__init__(block)
+        self.room = capacity
 
-    def take(self):
-        return self.taken
+    @property
+    def capacity(self):
+        return self.room
 
-    def put(self, head, cells):
-        self.taken = head, cells
-
-    def close(self):
-        pass
+    @property
+    def taken(self):
+        return self.take()
 
 
 @pytest.fixture
@@ -43,7 +49,7 @@ def cut():
 
 
 @pytest.fixture
-def run(tmp_path, cut):
+def run(tmp_path, cut, monkeypatch):
     """A run of LinuxCNC with STOCK_DIR tmp_path -> (its StockFiles after the first look, messages); `end()` ends it."""
     store.write(str(tmp_path / store.KEPT), *cut)
 
@@ -54,12 +60,13 @@ def run(tmp_path, cut):
         files.stock = Map(capacity)
         files.step(0.0)
         return files, said
+    monkeypatch.setattr(LiveStock, 'start', lambda live: None)      # a test looks by itself
     return begin
 
 
 def test_the_stock_comes_back_once(run, tmp_path, cut):
     files, said = run()
-    assert np.array_equal(files.stock.taken[1], cut[1]) and said == [] and os.listdir(tmp_path) == [store.OPEN]
+    assert np.array_equal(files.stock.taken[1], cut[1]) and said == [] and sorted(os.listdir(tmp_path)) == [JOURNAL, store.OPEN]
     files.end()
     assert store.read(str(tmp_path / store.KEPT))[0] == cut[0] and os.listdir(tmp_path) == [store.KEPT]
 
@@ -68,7 +75,7 @@ def test_an_assumed_stock_is_not_kept(run, tmp_path, cut):
     """Nobody has confirmed it, so the next run must not find it certain; no note is made of it either."""
     os.unlink(tmp_path / store.KEPT)
     files, said = run()
-    files.stock.taken = cut
+    files.stock.put(*cut)
     files.component.update({'certain': False, 'ready': True})
     files.step(0.0)
     files.end()
@@ -79,25 +86,62 @@ NOT_KNOWN = ('the stock of the last run is not known ([CHIPWISE]KEEP_STOCK): Lin
              'define it with M250, or restore it with M254')
 
 
+BACK = 'LinuxCNC did not end in order (power loss, crash): the stock is as saved 0 s ago ('
+
+
 def test_after_a_power_loss_the_operator_is_told(run, tmp_path, cut):
-    """A run with a restored stock, and one with a new stock, that never ended; said once: the run after an orderly end knows nothing of it."""
-    run()
+    """The stock comes back with its age and the place of the tool; a run after an orderly end knows nothing of it."""
+    files, _said = run()
+    files.live.note((1.0, 2.0, -3.5), 2.0, 57, '/home/me/part.ngc')
+    files.stock._head.removed += 1.0
+    files.stock._head.generation += 2
+    np.frombuffer(files.stock._memory, np.uint8)[ctypes.sizeof(type(files.stock._head)) + 8 * 400] ^= 1      # a cell
+    files.live.look()
+    now = files.stock.take()
+    store.write(str(tmp_path / store.KEPT), *cut)       # a deleted file that the power loss brings back
     files, said = run()
-    assert said == [NOT_KNOWN] and files.stock.taken is None
-    files.component['ready'] = True
-    files.step(0.0)
-    files, said = run()
-    assert said == [NOT_KNOWN]
+    assert len(said) == 1 and said[0].startswith(BACK) and len('chipwise: ' + said[0]) <= 250, said
+    assert 'tip X1.000 Y2.000 Z-3.500 mm machine, line 57 of part.ngc); up to 1 s of cuts may be missing' in said[0]
+    assert files.stock.taken[0] == now[0] and np.array_equal(files.stock.taken[1], now[1])
+    assert sorted(os.listdir(tmp_path)) == [JOURNAL, store.OPEN]
     files.end()
+    assert os.listdir(tmp_path) == [store.KEPT]
     assert run()[1] == []
 
 
-def test_a_deleted_file_that_a_power_loss_brings_back_is_not_used(run, tmp_path, cut):
-    """The folder's entry need not have reached the disk."""
+def test_without_a_journal_the_stock_is_not_known(run, tmp_path, cut):
+    """Nothing could be saved, or an older chipwise ran last: its kept.open does not name the journal, which is of an earlier stock."""
     run()
-    store.write(str(tmp_path / store.KEPT), *cut)
+    (tmp_path / JOURNAL).unlink()
     files, said = run()
-    assert said == [NOT_KNOWN] and files.stock.taken is None and os.listdir(tmp_path) == [store.OPEN]
+    assert said == [NOT_KNOWN] and files.stock.taken is None
+    files.stock.put(*cut)
+    files.live.look()
+    (tmp_path / store.OPEN).write_bytes(b"A run of LinuxCNC with [CHIPWISE]KEEP_STOCK has a stock. If none runs, it did not end in order.\n")
+    files, said = run()
+    assert said == [NOT_KNOWN] and files.stock.taken is None and not (tmp_path / JOURNAL).exists()
+
+
+def test_another_stock_ends_the_file_of_the_one_before(run, tmp_path, cut):
+    """It may have more material."""
+    files, _said = run()
+    files.stock._head.definitions += 1
+    files.live.glance()
+    assert not (tmp_path / JOURNAL).exists()
+
+
+def test_a_journal_that_does_not_fit_waits_for_the_remedy(run, tmp_path, cut):
+    run()
+    files, said = run(capacity=100)
+    assert len(said) == 1 and 'has more cells than the map; enlarge [CHIPWISE]MAP_SIZE' in said[0]
+    assert (tmp_path / JOURNAL).exists()
+    files, said = run()
+    assert said[0].startswith(BACK) and np.array_equal(files.stock.taken[1], cut[1])
+    run()
+    files, said = run(capacity=100)
+    files.was_on = True
+    files.step(0.0)
+    assert not (tmp_path / JOURNAL).exists(), 'it may have cut'
 
 
 def test_a_refused_stock_does_not_come_back_after_cuts_and_a_power_loss(run, tmp_path):
@@ -132,7 +176,8 @@ def test_a_damaged_file_is_replaced(run, tmp_path, cut):
     path.write_bytes(path.read_bytes()[:300])
     files, said = run()
     assert len(said) == 1 and "damaged or none of chipwise's; define it with M250" in said[0]
-    files.was_on, files.stock.taken = True, cut
+    files.was_on = True
+    files.stock.put(*cut)
     files.end()
     assert store.read(str(path))[0] == cut[0]
 

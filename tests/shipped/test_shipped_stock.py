@@ -22,16 +22,17 @@ def test_saved_restored_and_kept(scene):
 
 
 def test_whatever_is_killed_the_next_start_works(scene):
-    """kill -9 of each process, and of all: the next start cuts the same; the stock is the kept one or unknown, never another."""
+    """kill -9 of each process, and of all: the next start cuts the same; after all, it has the stock as saved while the machine worked, and says so."""
     found = scene('scenes.killed', victims=VICTIMS)
     assert [one['victim'] for one in found['seen']] == [*VICTIMS, '']
     volumes = [float(one['volume']) for one in found['seen'][:-1]]
     assert min(volumes) > 300 and max(volumes) - min(volumes) < 0.01 * volumes[0]
     assert all(one['fault'] == '0' for one in found['seen'][:-1])
     last = found['seen'][-1]
-    assert not last['kept'], 'all was killed, so nothing has been kept'
-    before, after = last['answers'][1], last['answers'][-1]
-    assert before == [0, 'FALSE\n0\n'], 'the stock is known, and nobody has defined it'
+    assert not last['kept'], 'all was killed, so nothing has been kept at an end'
+    before, said, after = last['answers'][1], last['answers'][2], last['answers'][-1]
+    assert before[1].split()[0] == 'TRUE' and float(before[1].split()[1]) == pytest.approx(volumes[-1], rel=0.001), (before, volumes)
+    assert len(said) == 1 and said[0].startswith('chipwise: LinuxCNC did not end in order (power loss, crash): the stock is as saved '), said
     assert after[1].split()[0] == 'TRUE' and float(after[1].split()[1]) == pytest.approx(volumes[0], rel=0.01)
     assert found['left'] == [] and set(found['memory']) <= {MOTION_KEY}, 'processes or memory outlive LinuxCNC'
 

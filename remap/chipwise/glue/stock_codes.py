@@ -5,9 +5,12 @@ Called by codes.py through session.run_steps.  The codes queue numbers (register
 back whether they were taken.  In the preview the words are checked and nothing is done.
 """
 
+import contextlib
+import os
+
 import emccanon
 
-from chipwise import preview
+from chipwise import files, preview
 from chipwise.clock import patience
 from chipwise.errors import CycleError
 from chipwise.glue import context, known_cuts, known_stock
@@ -38,6 +41,9 @@ def define_stock(state):
     if _run_from_line_keeps_stock(state, (low, high, shape, turn)):
         yield                       # without one the message is thrown away with all that the line has queued
         return
+    if state.settings["KEEP_STOCK"]:
+        yield                       # until the machine is here: what is cut before belongs to the stock before
+        _forget_kept(state.settings)
     units = emccanon.GET_EXTERNAL_LENGTH_UNITS()
     send(state, Register.BOX_SHAPE, [shape, turn], Register.IDLE)
     send(state, Register.BOX_FIRST, [value * units for value in [*low, *high]], Register.BOX_COMMIT)
@@ -55,6 +61,12 @@ def define_stock(state):
                          "see its message; without one, load chipwise.hal ([HAL]HALFILE); where chipwise-monitor has "
                          "died start `chipwise monitor` again")
     InForce.box, InForce.stock_here = (low, high, shape, turn), True
+
+
+def _forget_kept(settings):
+    """What is saved of the stock before must not come back after a power loss, even if no chipwise-monitor runs that could remove it."""
+    with contextlib.suppress(OSError):          # the monitor tries it again, and tells the operator
+        files.remove_durable(os.path.join(settings.path("STOCK_DIR"), files.JOURNAL))
 
 
 _START_BEFORE = "start the program at this line or before"

@@ -8,5 +8,6 @@
     tool_shape.py       a tool as the pins describe it
     messages.py         messages of faults and guards
     stock_files.py      M253, M254 and [CHIPWISE]KEEP_STOCK
+    live_stock.py       [CHIPWISE]KEEP_STOCK while the machine works
     loaded_program.py   what is wrong with a program as soon as it is opened
 """

@@ -15,8 +15,9 @@ import os
 import time
 from contextlib import nullcontext
 
-from chipwise.files import printable, write_durable
-from chipwise.stock import reasons
+from chipwise.files import JOURNAL, printable, read_bytes, remove_durable, write_durable
+from chipwise.monitor.live_stock import LiveStock
+from chipwise.stock import journal, reasons
 from chipwise.stock.layout import FileRequest
 
 HELD_TIMEOUT_S = 10.0       # for the tracker's answer, which comes in its next period: a busy computer may hold up either for seconds
@@ -24,21 +25,34 @@ HELD_TIMEOUT_S = 10.0       # for the tracker's answer, which comes in its next 
 
 NOT_ENDED = ('the stock of the last run is not known ([CHIPWISE]KEEP_STOCK): LinuxCNC or chipwise-monitor did not end in order (power loss, crash); '
              'define it with M250, or restore it with M254')
-OPEN_TEXT = b"A run of LinuxCNC with [CHIPWISE]KEEP_STOCK has a stock. If none runs, it did not end in order.\n"
+OPEN_TEXT = b"A run of LinuxCNC with [CHIPWISE]KEEP_STOCK has a stock. If none runs, it did not end in order, and the stock as saved last is in kept.journal.\n"
+MOST_OPEN = 4096
+
+
+def words_of(note, now):
+    """When and where a stock was saved."""
+    age = max(0.0, now - note.time)
+    ago = f'{age:.0f} s' if age < 120 else f'{age / 60:.0f} min' if age < 7200 else f'{age / 3600:.0f} h'
+    tip = ', tip X{:.3f} Y{:.3f} Z{:.3f} mm machine'.format(*note.tip) if note.tip else ''
+    line = f', line {note.line} of {os.path.basename(note.program)[:40]}' if note.line > 0 and note.program else ''
+    return f'{ago} ago ({time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(note.time))}{tip}{line})'
 
 
 class StockFiles:
     """The stock of one LinuxCNC and its files."""
 
-    def __init__(self, component, settings, say, working=nullcontext):
-        """component: the monitor's pins; say: function of a text for the operator; working: context of long work."""
+    def __init__(self, component, settings, say, working=nullcontext, place=None):
+        """component: the monitor's pins; say: function of a text for the operator; working: context of long work.
+        place: function -> where the tool is (LiveStock.note)."""
         self.component, self.settings, self.say, self.working = component, settings, say, working
-        self.stock = None
+        self.stock, self.place = None, place
         self.served = 0
         self.kept_is_due = settings['KEEP_STOCK']
         self.was_on = False         # the machine, in this run: it may have cut
         self.kept_refused = False   # the stock of the last run is still in its file
+        self.refused_journal = False    # and that is JOURNAL
         self.is_marked = False      # store.OPEN is there
+        self.live = None            # LiveStock, with KEEP_STOCK
 
     def path(self, name):
         return os.path.join(self.settings.path('STOCK_DIR'), name)
@@ -46,6 +60,9 @@ class StockFiles:
     def step(self, _now):
         """A request of the interpreter, or the stock of the last run, once."""
         self.attach()
+        self.follow_live()
+        if self.live and self.place:
+            self.live.note(*self.place())
         request = self.component['request']
         if request != self.served:
             self.served = request
@@ -55,6 +72,10 @@ class StockFiles:
             self.kept_is_due = False
             with self.working():
                 self.restore_kept()
+            self.live.start()
+        if self.kept_refused and self.was_on and self.refused_journal:
+            self.refused_journal = False
+            self.remove(self.path(JOURNAL))
         if self.settings['KEEP_STOCK'] and (self.component['ready'] and self.component['certain'] or self.kept_refused and self.was_on):
             self.mark()
 
@@ -82,12 +103,16 @@ class StockFiles:
         path = self.path(store.slot_name(slot))
         return self.save(path) if request == FileRequest.SAVE else self.restore(path)
 
+    def is_confirmed(self):
+        """Whether the stock is more than an assumption."""
+        return not self.component['stock-defined'] or bool(self.component['certain'])
+
     def save(self, path):
         """The map to a file; -> the reply."""
         from chipwise.stock import shared, store
         try:
             taken = self.stock.take()
-            if taken is None or self.component['stock-defined'] and not self.component['certain']:      # assumed: nobody has confirmed it
+            if taken is None or not self.is_confirmed():
                 return reasons.NO_STOCK
             store.write(path, *taken)
         except store.StoreError as error:
@@ -101,12 +126,15 @@ class StockFiles:
         """A file to the map; -> the reply.  Any error leaves the stock as it was."""
         from chipwise.stock import store
         try:
-            found = store.read(path, self.stock.capacity)
+            return self.give(store.read(path, self.stock.capacity))
         except store.StoreError as error:
             return self.failed(error)
+
+    def give(self, found):
+        """(head, cells) to the map; -> the reply."""
         self.component['hold'] = True
+        end = time.monotonic() + HELD_TIMEOUT_S
         try:
-            end = time.monotonic() + HELD_TIMEOUT_S
             while not self.component['held']:
                 if time.monotonic() > end:
                     return reasons.NO_ANSWER
@@ -131,21 +159,61 @@ class StockFiles:
         from chipwise.stock import store
         path = self.path(store.KEPT)
         if os.path.exists(self.path(store.OPEN)):
+            self.restore_live()
             if os.path.exists(path):            # from before the last cuts
                 self.remove(path)
-            self.say(NOT_ENDED)
             return
+        self.remove(self.path(JOURNAL))
         if os.path.exists(path) and not os.access(os.path.dirname(path), os.W_OK):
             reply = self.failed(store.StoreError(reasons.DISK, f'{path} cannot be deleted, so it would come back after later cuts'))
         else:
             reply = self.restore(path)
         if reply == reasons.DONE:
+            self.live.look()        # before the mark: at any moment one of the files has the stock
             self.mark()             # before: a power loss may bring the deleted file back
-            os.unlink(path)
+            self.remove(path)
         self.kept_refused = reply not in (reasons.DONE, reasons.NO_FILE)
         if self.kept_refused:
-            problem, remedy = reasons.REASONS[reply][0], reasons.kept_remedy(reply)
-            self.say(f'the stock of the last run was not restored ([CHIPWISE]KEEP_STOCK): {problem}; {remedy}')
+            self.say_refused(reply)
+
+    def say_refused(self, reply):
+        problem, remedy = reasons.REASONS[reply][0], reasons.kept_remedy(reply)
+        self.say(f'the stock of the last run was not restored ([CHIPWISE]KEEP_STOCK): {problem}; {remedy}')
+
+    def restore_live(self):
+        """The stock as it was saved last before a power loss."""
+        from chipwise.stock import store
+        path = self.path(JOURNAL)
+        try:
+            if JOURNAL.encode() not in read_bytes(self.path(store.OPEN), MOST_OPEN):     # of an older chipwise, which knows no journal
+                raise store.StoreError(reasons.NO_FILE, f'{path} is not named in {self.path(store.OPEN)}')
+            head, cells, note = journal.read(path, self.stock.capacity)
+            reply = self.give((head, cells))
+        except OSError as error:
+            reply = self.failed(store.StoreError(reasons.DISK, f'{self.path(store.OPEN)}: {error.strerror}'))
+        except store.StoreError as error:
+            reply = self.failed(error)
+        if reply == reasons.DONE:
+            self.live.adopt()
+            self.live.look()
+            self.say(f'LinuxCNC did not end in order (power loss, crash): the stock is as saved {words_of(note, time.time())}; up to 1 s of cuts may be missing; '
+                     'compare it, or use M250')
+            return
+        if reply in (reasons.NO_FILE, reasons.BROKEN):
+            self.remove(path)
+            self.say(NOT_ENDED)
+            return
+        self.kept_refused = self.refused_journal = True
+        self.say_refused(reply)
+
+    def follow_live(self):
+        """Begin to save while the machine works."""
+        if self.live is not None or not self.settings['KEEP_STOCK']:
+            return
+        self.live = LiveStock(self.path(JOURNAL), self.stock, self.say, self.is_confirmed)
+        if not self.kept_is_due:        # another monitor was before: its file may be of another stock
+            self.remove(self.path(JOURNAL))
+            self.live.start()
 
     def mark(self):
         """Note, once, that this run has a stock, or may have cut the one in the file: if the note is there at the next start, that start
@@ -176,17 +244,22 @@ class StockFiles:
             return
         from chipwise.stock import store
         path = self.path(store.KEPT)
+        if self.live:
+            self.live.end()
         reply = self.save(path)
         if reply == reasons.NO_STOCK and os.path.exists(path) and (self.was_on or not self.kept_refused):
             self.remove(path)
-        if reply in (reasons.DONE, reasons.NO_STOCK) and os.path.exists(self.path(store.OPEN)):
-            self.remove(self.path(store.OPEN))
-        elif reply not in (reasons.DONE, reasons.NO_STOCK):
+        if reply in (reasons.DONE, reasons.NO_STOCK):
+            self.remove(self.path(store.OPEN))              # first: while it is there, JOURNAL counts
+            if self.live and not self.refused_journal:
+                self.live.close()
+                self.remove(self.path(JOURNAL))
+        else:
             print(f'chipwise: the stock was not saved for the next run: {reasons.REASONS[reply][0]}', flush=True)
 
     @staticmethod
     def remove(path):
         try:
-            os.unlink(path)
+            remove_durable(path)
         except OSError as error:
             print(printable(f'chipwise: {path} was not deleted: {error.strerror}; delete it, because it is from before the last cuts'), flush=True)

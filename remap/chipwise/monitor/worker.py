@@ -76,7 +76,7 @@ class Monitor:
         self.begins = self.resumes          # nobody has followed the tool yet
         self.said_lost = False
         self.lost_since = None                      # seen in all looks since then
-        self.stock_files = StockFiles(component, settings, self.say, self.working)
+        self.stock_files = StockFiles(component, settings, self.say, self.working, self.place)
         self.loaded = LoadedProgram(self.inform, feed_is_remapped())
         self.start_line, self.quiet = StartLine(settings, self.inform, first), None
 
@@ -120,6 +120,12 @@ class Monitor:
                 self.inform(ANOTHER_PROGRAM)
         pins['program-loaded'] = program
         pins['program-running'] = running
+
+    def place(self):
+        """(tip, radius of the tool, line, program): mm, machine coordinates."""
+        status = self.status
+        tip = [(at - offset) / self.units for at, offset in zip(status.position[:3], status.tool_offset[:3])]
+        return tip, status.tool_table[0].diameter / (2 * self.units), status.motion_line, status.file
 
     def inform(self, text):
         """An information on the operator's screen."""

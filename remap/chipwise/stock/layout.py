@@ -73,7 +73,7 @@ STATUS_FAULT = 100
 STATUS_REPLY = 10000
 STATUS_STOCK = 10
 STOCK_MAGIC = 1129796436
-STOCK_VERSION = 3
+STOCK_VERSION = 4
 STYLUS_DELAY = 32
 SUMS_AREA = 0.01
 SUMS_DOWN = 0.999
@@ -697,6 +697,7 @@ class Stock(C.Structure):
         ("half_x", C.c_double),
         ("half_y", C.c_double),
         ("turn", C.c_double),
+        ("definitions", C.c_uint64),
     ]
 
 
@@ -990,6 +991,7 @@ class Tracker(C.Structure):
         ("held_coarsest", C.c_double),
         ("held_finest", C.c_double),
         ("held_mm3", C.c_double),
+        ("held_definitions", C.c_uint64),
         ("held_capacity", C.c_uint32),
         ("own_head", C.c_uint64 * ((C.sizeof(Stock) + 7) // 8)),
         ("own_known", C.c_int),

@@ -39,6 +39,7 @@ TRIES = 6                           # to copy the map as a whole; one where it i
 LARGE_BYTES = 1 << 20               # takes longer to copy than a period
 MOST_NUMBER = 1e15                  # mm, mm3: of any number in the head
 SHM_RDONLY = 0o10000                # of shmat: sys/shm.h
+PART_TRIES = 200                    # to copy a part of some 10,000 cells
 TIMEOUT_S = 2.0                     # then the map is given up
 
 
@@ -161,9 +162,7 @@ class SharedStock:
                 return None
             cells = self._whole(head)
             if cells is not None:
-                low, high = _box(head)
-                return Head(head.cell, low, high, head.shape, head.nx, head.ny, head.removed,
-                            (head.half_x, head.half_y), head.turn), cells
+                return _store_head(head), cells
         raise SharedStockError(f"chipwise: stock map: it changed faster than it could be read for "
                                f"{timeout_s:g} s; save it while the tool stands")
 
@@ -192,8 +191,36 @@ class SharedStock:
         head.shape, head.removed = found.shape, found.removed
         (head.half_x, head.half_y), head.turn = found.half, found.turn
         head.ny, head.filled = found.ny, found.ny + 2
+        head.definitions += 1
         head.nx = found.nx
         head.generation += 1
+
+    @property
+    def definitions(self):
+        """Counts stocks: a number that has changed means another stock."""
+        return self._head.definitions
+
+    @property
+    def removed(self):
+        """mm3 cut of this stock."""
+        return self._head.removed
+
+    def moment(self):
+        """(struct chip_stock without its cells, store.Head, (rows, columns) uint64 view of the cells, ring included) or None without a stock: the view is
+        of no one moment, see part()."""
+        head = self._unmoved(lambda: _Head.from_buffer_copy(self._memory))
+        if head is None or not self._has_stock(head):
+            return None
+        width = head.nx + 2
+        return head, _store_head(head), np.frombuffer(self._memory, np.uint64, (head.ny + 2) * width, C.sizeof(_Head)).reshape(-1, width)
+
+    def part(self, cells, definitions, tries=PART_TRIES):
+        """Copy of a part of moment()'s view as it was at one moment of the stock `definitions`, or None."""
+        for _ in range(tries):
+            copy = self._unmoved(lambda: (self._head.definitions, cells.copy()))
+            if copy is not None:
+                return copy[1] if copy[0] == definitions else None
+        return None
 
     def _unmoved(self, read):
         """What `read` gives, or None where the tracker wrote meanwhile."""
@@ -237,6 +264,11 @@ def _bounds(head):
 
 def _box(head):
     return (head.x0, head.y0, head.z_min), (head.x_max, head.y_max, head.z_max)
+
+
+def _store_head(head):
+    low, high = _box(head)
+    return Head(head.cell, low, high, head.shape, head.nx, head.ny, head.removed, (head.half_x, head.half_y), head.turn)
 
 
 def _snapshot(head, cells, exact):

@@ -24,7 +24,7 @@ import stat
 import struct
 import time
 import zlib
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from dataclasses import fields as dataclass_fields
 from typing import Any, NoReturn
 
@@ -107,7 +107,7 @@ def _box_fits(head: Head) -> bool:
     return all(abs(want - have) <= 1e-9 * (1 + have) for want, have in zip(hull, room))
 
 
-def _check_cells(head: Head, cells: np.ndarray) -> None:
+def check_cells(head: Head, cells: np.ndarray) -> None:
     """Raise StoreError where a cell cannot be one of this stock; `cells` (ny + 2, nx + 2)."""
     low, high = np.float32(head.low[2]), np.float32(head.high[2])
     top, cut, drop = cells["top"], cells["cut"], cells["drop"]
@@ -128,6 +128,11 @@ def pack(head: Head, cells: np.ndarray) -> bytes:
     text = json.dumps(fields, sort_keys=True).encode()
     body = MARK + struct.pack("<I", len(text)) + text + zlib.compress(np.ascontiguousarray(cells).tobytes(), 1)
     return body + hashlib.sha256(body).digest()
+
+
+def with_removed(head: Head, removed: float) -> Head:
+    """The head after so many mm3 were cut of the stock."""
+    return replace(head, removed=removed)
 
 
 def unpack(data: bytes, most_cells: int = layout.MAX_CELLS) -> tuple[Head, np.ndarray]:
@@ -152,7 +157,7 @@ def unpack(data: bytes, most_cells: int = layout.MAX_CELLS) -> tuple[Head, np.nd
     if len(raw) != size or not unzip.eof or unzip.unused_data:
         raise StoreError(BROKEN, f"it has not the {head.count} cells its head speaks of")
     cells = np.frombuffer(raw, CELL_DTYPE).reshape(head.ny + 2, head.nx + 2)
-    _check_cells(head, cells)
+    check_cells(head, cells)
     return head, cells
 
 
@@ -192,7 +197,12 @@ def _read_head(text: bytes) -> Head:
                                         f"this chipwise reads {VERSION}")
     if type(writer) is not str or _name(writer) != writer:
         raise StoreError(BROKEN, "its head names no chipwise that can have written it")
-    if set(fields) != {field.name for field in dataclass_fields(Head)}:
+    return checked_head(fields)
+
+
+def checked_head(fields: Any) -> Head:
+    """The Head of what JSON had of one.  Raises StoreError."""
+    if not isinstance(fields, dict) or set(fields) != {field.name for field in dataclass_fields(Head)}:
         raise StoreError(BROKEN, "its head lacks or has fields it should not")
     if not all(_has_type(fields[name], kind) for name, kind in _KINDS.items()):
         raise StoreError(BROKEN, "its head has a field of another type than it should")
