@@ -257,4 +257,3 @@ class LiveStock:
             self._writer.close()                    # a file that begins anew has what this one lacks
             self._writer = None
             raise
-

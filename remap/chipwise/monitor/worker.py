@@ -21,6 +21,7 @@ from chipwise.errors import CycleError, unnamed
 from chipwise.files import printable
 from chipwise.monitor.loaded_program import LoadedProgram
 from chipwise.monitor.messages import FAULTS, guard_text
+from chipwise.monitor.shadow import Shadow
 from chipwise.monitor.start_line import Quiet, StartLine
 from chipwise.monitor.stock_files import StockFiles
 from chipwise.monitor.tool_shape import Tool, tool_shape
@@ -77,6 +78,7 @@ class Monitor:
         self.said_lost = False
         self.lost_since = None                      # seen in all looks since then
         self.stock_files = StockFiles(component, settings, self.say, self.working, self.place)
+        self.shadow = Shadow(component, settings, self.stock_files, os.environ.get('INI_FILE_NAME', ''), self.inform, self.working)
         self.loaded = LoadedProgram(self.inform, feed_is_remapped())
         self.start_line, self.quiet = StartLine(settings, self.inform, first), None
 
@@ -191,7 +193,7 @@ class Monitor:
             if self.said_tool != str(error):
                 self.said_tool = str(error)
                 self.say(unnamed(error) + '; the feed is at most F')
-        self.show_tool(number, shape)
+        self.show_tool(number, self.shadow.tool(number, shape, self.units))
 
     def show_tool(self, number, shape):
         pins = self.component
@@ -313,6 +315,7 @@ class Monitor:
 
     def follow_program(self, _now):
         self.loaded.follow(self.status.file)
+        self.shadow.follow(self.linuxcnc, self.status)
 
     def step(self):
         self.machine_tool = self.component['tool-in-spindle']       # before the status, which follows it
@@ -341,7 +344,7 @@ def watch(component, settings, inherited, died):
     monitor = Monitor(component, settings, died, not (inherited or died))
     if inherited or died:
         monitor.stock_files.kept_is_due = False         # the stock is that of this run
-        component['reply'] = component['hold'] = 0      # the one before may have left them set
+        component['reply'] = component['hold'] = component['assumed'] = 0      # the one before may have left them set
     try:
         while True:
             monitor.step()

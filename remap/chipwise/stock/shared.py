@@ -151,6 +151,11 @@ class SharedStock:
         """Cells there is room for, ring included."""
         return self._capacity
 
+    @property
+    def bounds(self):
+        """(finest, coarsest) side of a cell, mm."""
+        return self._bounds
+
     def take(self, timeout_s=TIMEOUT_S):
         """(store.Head, cells with their ring) of one moment, or None where no stock is defined."""
         end = time.monotonic() + timeout_s

@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Assumes the stock of the loaded program, in a process of its own: an order as JSON on standard input, the answer as JSON on standard output.
+Called by monitor/shadow.py.
+
+    {"ini", "program", "scene"}     scene: as panel/machine.py has it
+    -> {"why": why there is none, "" if nothing is to be said or with a stock; "low", "high": mm, work coordinates, null without one; "text": where it is,
+        and of what; "to_machine": [turn (rad), offset, G92 offset]; "tools": {number: [diameter, corner radius (mm), tip angle (degrees)]} that only comments describe, "spindle": number or null}
+
+Computing time and memory are limited, and LinuxCNC comes first.
+"""
+
+import json
+import os
+import sys
+
+from chipwise.assumed.assume import COMMENT, Unknown, assume, surveyed
+from chipwise.check.program_file import Unreadable
+from chipwise.check.reader import Machine, Reader
+from chipwise.errors import CycleError, format_length, unnamed
+from chipwise.own_folder import OwnFolder, put
+from chipwise.panel.ahead_process import parameters
+from chipwise.processes import die_with_parent, limit_memory
+
+NICE = 10
+CPU_S = 60
+MEMORY_MB = 1000            # of this process, and of the one that reads
+MOST_MOVES = 5_000_000
+Y_AXIS = 2                  # of Machine.axis_mask
+SILENT = {"why": "", "low": None}
+
+
+def machine_now(ini, scene, folder):
+    """The check.reader.Machine of an INI file with the work offsets and the tool that are in force."""
+    machine = Machine(ini)
+    try:
+        with open(machine.parameters, encoding="utf-8", errors="replace") as file:
+            text = file.read(1 << 20)
+    except OSError:
+        text = ""
+    machine.parameters = put(folder, "now.var", parameters(text, scene))
+    machine.tool, machine.block_delete = scene["tool"], scene["block_delete"]
+    machine.codes = ["G20" if machine.unit_mm > 10 else "G21", scene["codes"]]
+    return machine
+
+
+def _tool(tool):
+    """[diameter, corner radius, tip angle] of an AssumedTool."""
+    shape = tool.geometry
+    corner = 0.0 if shape is None else tool.diameter / 2 if shape.shape == "ball" else shape.corner_radius or 0.0
+    return [tool.diameter, corner, (shape and shape.tip_angle) or 0.0]
+
+
+def _corner(values, unit):
+    return " ".join(format_length(value, unit).split()[0] for value in values)
+
+
+def answer(order, folder):
+    """-> the answer."""
+    machine = machine_now(order["ini"], order["scene"], folder)
+    if not machine.axis_mask & Y_AXIS:
+        return SILENT           # a lathe
+    survey = surveyed(Reader(order["program"], machine, cpu_s=CPU_S, most_moves=MOST_MOVES, memory_mb=MEMORY_MB), machine)
+    if survey.has_stock:
+        return SILENT
+    if not survey.tools:
+        return {"why": "it has no feed moves"}
+    found = assume(survey, order["program"], machine)
+    frame = survey.first_frame or survey.frame
+    source = "its comments" if found.source == COMMENT else "its path"
+    text = f"{source}, from {_corner(found.low, machine.unit)} to {_corner(found.high, machine.unit)} {machine.unit}"
+    return {"why": "", "text": text, "low": found.low, "high": found.high, "to_machine": [frame.turn, frame.offset, frame.g92],
+            "tools": {number: _tool(tool) for number, tool in found.tools.items()}, "spindle": found.spindle}
+
+
+def main():
+    die_with_parent(int(sys.argv[1]))
+    order = json.load(sys.stdin)
+    os.nice(NICE)
+    limit_memory(2 * MEMORY_MB)
+    with OwnFolder("shadow") as folder:
+        try:
+            said = answer(order, folder)
+        except Unknown as error:
+            said = {"why": str(error).partition(";")[0]}
+        except Unreadable as error:
+            said = {"why": str(error)}
+        except CycleError as error:
+            said = {"why": unnamed(error)}
+    print(json.dumps(said))
+
+
+if __name__ == "__main__":
+    main()

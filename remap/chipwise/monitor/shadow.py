@@ -1,0 +1,214 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Assumes a stock for a loaded program that defines none ([CHIPWISE]SHADOW).  Called by worker.py.
+
+ 1. The program is read in a process of its own (assumed/shadow_process.py) when it is loaded, and again when the file or the work offset changes.
+ 2. The stock is written while no program runs and nothing moves, and never over a certain one: the tracker refuses that
+    (components/core/tracker.h, 2).  One that comes too late, because the program has begun, is not written for that run.
+ 3. A program at the same work offset whose stock lies inside the one before goes on in it: one file a tool is the habit.
+ 4. A tool that only comments describe counts in an assumed stock only.
+ 5. The operator reads once what is assumed, or why nothing is, when no command is under way (start_line.py: Quiet).
+"""
+
+import contextlib
+import json
+import math
+import os
+import signal
+import subprocess
+import sys
+import time
+
+from chipwise.clock import patience
+from chipwise.files import printable
+from chipwise.monitor.start_line import Quiet
+from chipwise.monitor.tool_shape import Tool
+from chipwise.stock.core import CoreError, Stock
+from chipwise.stock.store import Head
+
+READ_S = 120.0          # until a process that reads is ended
+HELD_S = 1.0            # for the tracker's answer
+PERIODS_S = 0.05        # some servo periods
+MODAL = (70, 80, 170, 180, 190, 200, 210, 900, 910, 901, 911)     # of stat.gcodes: codes that say how coordinates are read
+INSIDE_MM = 0.01
+REMAP = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+
+
+def identity(program):
+    """What tells a file from what it was before; None for one that is not there."""
+    try:
+        found = os.stat(program)
+        return found.st_mtime_ns, found.st_size, found.st_ino
+    except (OSError, ValueError):
+        return None
+
+
+def scene_of(status):
+    """What shadow_process.py has to know of the machine."""
+    return {"index": max(1, status.g5x_index),           # 0: LinuxCNC has not said it yet
+            "offset": [round(v, 9) for v in status.g5x_offset[:3]], "g92": [round(v, 9) for v in status.g92_offset[:3]],
+            "turn": round(status.rotation_xy, 9), "tool": max(0, status.tool_in_spindle), "block_delete": bool(status.block_delete),
+            "codes": " ".join(f"G{code / 10:g}" for code in status.gcodes if code in MODAL)}
+
+
+def is_idle(linuxcnc, status):
+    """Whether neither a program nor a move is under way."""
+    return status.interp_state == linuxcnc.INTERP_IDLE and not status.queue and bool(status.inpos)
+
+
+def to_machine(answer):
+    """(low, high, turn in rad) of the box that stock.h turns about its middle: mm, machine coordinates."""
+    turn, offset, g92 = answer["to_machine"]
+    middle = [(a + b) / 2 + c for a, b, c in zip(answer["low"], answer["high"], g92)]
+    half = [(b - a) / 2 for a, b in zip(answer["low"], answer["high"])]
+    c, s = math.cos(turn), math.sin(turn)
+    centre = middle[0] * c - middle[1] * s + offset[0], middle[0] * s + middle[1] * c + offset[1], middle[2] + offset[2]
+    return tuple(a - b for a, b in zip(centre, half)), tuple(a + b for a, b in zip(centre, half)), turn
+
+
+class Shadow:
+    """Of one LinuxCNC.  follow() at each look of the monitor."""
+
+    def __init__(self, component, settings, stock_files, ini, inform, working=contextlib.nullcontext):
+        """inform: function of a text for the operator; working: context of long work."""
+        self.pins, self.settings, self.files, self.ini, self.inform, self.working = component, settings, stock_files, ini, inform, working
+        self.is_on = settings["SHADOW"] and bool(ini)
+        self.loaded = None              # (program, identity, work offset) that was asked for
+        self.child, self.since = None, 0.0
+        self.wanted = None              # answer that is to be written
+        self.written = None             # (work offset, box) of the stock that is assumed
+        self.tools, self.spindle = {}, None
+        self.quiet, self.texts, self.said = None, [], None
+
+    def follow(self, linuxcnc, status):
+        """At each look; nothing of it waits for the process."""
+        if not self.is_on:
+            return
+        self._speak(linuxcnc)
+        if not is_idle(linuxcnc, status):
+            if self.child is not None or self.wanted is not None:
+                self._end()             # too late for this run: it is read again behind it
+                self.loaded = self.wanted = None
+            return
+        scene = scene_of(status)
+        place = [scene[name] for name in ("index", "offset", "g92", "turn")]
+        loaded = (status.file, identity(status.file), place) if status.file else None
+        if loaded != self.loaded:
+            self._end()
+            self.loaded, self.wanted = loaded, None
+            if loaded and loaded[1]:
+                self._ask({"ini": self.ini, "program": status.file, "scene": scene})
+        elif self.child is not None:
+            self._take()
+        if self.wanted is not None and not (self.pins["stock-defined"] and self.pins["certain"]) and not self.pins["request"]:
+            answer, self.wanted = self.wanted, None
+            with self.working():
+                self._write(answer, place, lambda: status.poll() or is_idle(linuxcnc, status))
+
+    def _tell(self, text):
+        """For the operator, once for each program: a text that is the same again is not said."""
+        text = printable(text)
+        if text != self.said:
+            self.said = text
+            print(f"chipwise: {text}", flush=True)
+            self.texts.append(text)
+
+    def _speak(self, linuxcnc):
+        """What waits to be said, when it is quiet: a message would take the place of a command."""
+        if not self.texts:
+            return
+        self.quiet = self.quiet or Quiet(linuxcnc)
+        if self.quiet():
+            texts, self.texts = self.texts, []
+            for text in texts:
+                self.inform(text)
+
+    # ---- the process -----------------------------------------------------------------------------------------------
+
+    def _ask(self, order):
+        self.child = subprocess.Popen([sys.executable, "-m", "chipwise.assumed.shadow_process", str(os.getpid())], stdin=subprocess.PIPE,
+                                      stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env={**os.environ, "PYTHONPATH": REMAP}, start_new_session=True)
+        self.since = time.monotonic()
+        with contextlib.suppress(BrokenPipeError):
+            self.child.stdin.write(json.dumps(order).encode())
+            self.child.stdin.close()
+
+    def _take(self):
+        """The answer, if it is there: a line, shorter than a pipe holds."""
+        if self.child.poll() is None:
+            if time.monotonic() - self.since > patience(READ_S):
+                self._end()
+            return
+        text = self.child.stdout.read()
+        self._end()
+        try:
+            answer = json.loads(text)
+        except ValueError:
+            answer = {"why": "it could not be read within the time and memory for it"}
+        if answer["why"]:
+            self._tell(f"{os.path.basename(self.loaded[0])}: no stock is assumed: {answer['why']}; define it with M250")
+        elif answer["low"]:
+            self.wanted = answer
+
+    def _end(self):
+        if self.child is None:
+            return
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(self.child.pid, signal.SIGKILL)
+        self.child.wait()
+        self.child.stdout.close()
+        self.child = None
+
+    # ---- the stock -------------------------------------------------------------------------------------------------
+
+    def _write(self, answer, place, is_still):
+        """Put the assumed stock into the map, unless it lies inside the one before.  is_still: whether nothing has begun meanwhile."""
+        name = os.path.basename(self.loaded[0])
+        low, high, turn = to_machine(answer)
+        self.tools, self.spindle = {int(number): tool for number, tool in answer["tools"].items()}, answer["spindle"]
+        if self.pins["stock-defined"] and self.written and self.written[0] == place and _inside(low, high, *self.written[1:]):
+            return
+        finest, coarsest = self.files.stock.bounds
+        try:
+            stock = Stock(low, high, coarsest, self.files.stock.capacity, 0, turn, finest)
+        except CoreError as error:
+            self._tell(f"{name}: no stock is assumed: {error}; define it with M250")
+            return
+        head = stock.head
+        found = Head(head.cell, (head.x0, head.y0, head.z_min), (head.x_max, head.y_max, head.z_max), head.shape, head.nx, head.ny, 0.0,
+                     (head.half_x, head.half_y), head.turn)
+        if not is_still():
+            self.loaded = None          # read again behind the run
+        elif self._put(found, stock.cells_and_ring):
+            self.written = place, low, high
+            self._tell(f"{name}: a stock is assumed from {answer['text']}, and nothing acts on it; define it with M250")
+
+    def _put(self, found, cells):
+        """-> whether the tracker has given the map away for it."""
+        pins, is_put = self.pins, False
+        pins["assumed"] = True
+        pins["hold"] = True
+        try:
+            end = time.monotonic() + patience(HELD_S)
+            while not pins["held"] and time.monotonic() < end:
+                time.sleep(0.001)
+            if pins["held"]:
+                self.files.stock.put(found, cells)
+                is_put = True
+        finally:
+            pins["hold"] = False
+            while pins["held"] and time.monotonic() < end:
+                time.sleep(0.001)
+            time.sleep(PERIODS_S)           # a hold that the tracker may still see is one with `assumed`
+            pins["assumed"] = False
+        return is_put and bool(pins["stock-defined"])
+
+    def tool(self, number, shape, units):
+        """Tool for the pins: a tool without a diameter as comments describe it, in an assumed stock."""
+        found = self.tools.get(number if number > 0 or self.spindle is None else self.spindle)
+        assumed = bool(self.is_on and found and shape.diameter <= 0 and self.pins["stock-defined"] and not self.pins["certain"])
+        self.pins["tool-assumed"] = assumed
+        return Tool(found[0] * units, found[1] * units, found[2]) if assumed else shape
+
+
+def _inside(low, high, low_before, high_before):
+    return all(a >= b - INSIDE_MM for a, b in zip(low, low_before)) and all(a <= b + INSIDE_MM for a, b in zip(high, high_before))
