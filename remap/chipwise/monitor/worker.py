@@ -60,14 +60,11 @@ class Monitor:
         self.settings = settings
         self.status = self.command = None
         self.units = 1.0
-        self.said_fault = 0
         self.fallback_since = None
-        self.said_fallback = False
-        self.said_ignored = False
-        self.said_tool = None
-        self.noted_tool = None
+        self.said_fallback = self.said_ignored = False
+        self.said_tool = self.noted_tool = None
         self.noted_rates = set()
-        self.said_guard = 0
+        self.said_fault = self.said_guard = 0
         self.guard_depth = None                 # of the last look, during a flute excess
         self.machine_tool = 0                   # iocontrol.0.tool-number, before the last look at the status
         self.differ_since = None                # since when the tool numbers of HAL and status differ
