@@ -66,6 +66,7 @@ class Canon(ToolCalls, interpreter_process.Canon):
         self.stop, self.fed, self.probed, self.ended = None, False, False, False        # ended: judged up to here
         self.messages, self.notes, self.trace, self.modes = [], [], None, MotionModes(job["axis_mask"])
         self.wants_targets, self._owns_stock = job["targets"], False
+        self.exact = job["written"] or job["targets"]       # for rewriting and the page: nothing is read around
         if job["spindle"] is not None or job["tool"] and self.spindle[0] > 0:
             self._tool_event(job["spindle"])
         if job["stock"]:
@@ -160,7 +161,7 @@ class Canon(ToolCalls, interpreter_process.Canon):
             self.seen = self.line or self.seen      # under G93 a line with F, which is remapped, has no number
 
     def _judge_feed_mode(self, unchecked):
-        if unchecked == _INVERSE_TIME and not self.job["written"]:
+        if unchecked == _INVERSE_TIME and not self.exact:
             self._note(f"{unchecked}: it is judged at the feeds that follow from its times")       # the interpreter gives those
         elif unchecked:
             self.refuse(f"{unchecked} is not judged", "use G94")
@@ -187,7 +188,7 @@ class Canon(ToolCalls, interpreter_process.Canon):
     def _judge_move(self, rest, feeds=True):
         self._judge_feed_mode(self.unchecked)
         if any(rest[:3]):
-            if self.fed and self.job["judged"] and not self.job["written"]:
+            if self.fed and self.job["judged"] and not self.exact:
                 self._note("a rotary axis moves: it is judged up to here")
                 self.ended = True
                 raise Stop("rotary")
@@ -228,7 +229,7 @@ class Canon(ToolCalls, interpreter_process.Canon):
 
     def straight_probe(self, *place):
         """It may end anywhere: it cuts nothing, and ends at its target as in a preview."""
-        if self.job["written"]:
+        if self.exact:
             self.refuse("the program probes (G38): what it finds is known on the machine only", "check the parts before and behind it")
         self._note("the program probes (G38): it is judged as if the probe met nothing, what it finds is known on the machine only")
         self.at, self.probed = place[:3], True
@@ -241,7 +242,6 @@ class Canon(ToolCalls, interpreter_process.Canon):
 
     def dwell(self, seconds):
         self._event(DWELL, seconds)
-
 
     def stock(self, line, low, high, shape, turn):
         """M250 (preview.py)."""
