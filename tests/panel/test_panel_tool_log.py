@@ -168,6 +168,21 @@ def test_the_end_of_a_program_writes_it(tmp_path):
     assert json.loads(watching.text)["log_error"] == "" and not (tmp_path / "load.csv.running").exists()
 
 
+def test_the_time_is_that_of_the_servo_thread(tmp_path):
+    """A simulation that was late makes up for it: 2 s of cutting between two looks a moment apart, then another run."""
+    machine = Machine()
+    watching = watch.Watch(machine, str(tmp_path / "load.csv"))
+    machine.tasks["running"] = True
+    machine.values.update(motion_type=2.0, mrr=6000.0, run_time=1.0)
+    watching.look()
+    machine.values.update(removed=200.0, run_time=3.0)
+    watching.look()
+    use, = json.loads(watching.text)["tools"]
+    assert use["mean_cm3_min"] == pytest.approx(6, rel=0.01) and use["cutting_s"] == 2
+    assert watching.passed(9.0, {"run_time": 0.5}) == 0.5 and watching.passed(9.0, {"run_time": 0.25}) == 0.25
+    assert watching.passed(9.0, {"run_time": 0.0}) == 0 and watching.passed(9.0, {"run_time": float("nan")}) == 9
+
+
 def test_linuxcnc_that_ends_in_a_program(tmp_path):
     machine = Machine()
     watching = watch.Watch(machine, str(tmp_path / "load.csv"))

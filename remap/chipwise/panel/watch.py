@@ -20,7 +20,7 @@ from chipwise.clock import patience
 from chipwise.errors import unnamed
 from chipwise.panel.ahead import Ahead
 from chipwise.panel.alarms import Alarms
-from chipwise.panel.display import LIMITS, MODES, SUMS, Run
+from chipwise.panel.display import LIMITS, MODES, SUMS, Run, shown
 from chipwise.panel.load_log import LoadLog
 from chipwise.panel.tiles import Tiles
 from chipwise.panel.tool_log import OVER
@@ -96,7 +96,7 @@ class Watch:
         self.was_running, self.program = False, ""         # at the look before
         self.last = time.monotonic()
         self._generation = self._shown = None       # of the map: at the last look, and of what tiles have
-        self._map_due = self._alive_due = self._removed = 0.0
+        self._map_due = self._alive_due = self._removed = self._run_time = 0.0
 
     def look(self):
         """One look; -> whether LinuxCNC still runs."""
@@ -146,10 +146,19 @@ class Watch:
         elif self.was_running and not running:
             self.log.end()
         self.was_running = running
+        passed = self.passed(dt, pins)
         if running:
             self.run.look({name.replace("_", "-"): pins[name] for name in ("mode", "target", "motion_type", *RUN_SUMS)})
-            self.log.look(dt, pins, time.time())
+            self.log.look(passed, pins, time.time())
             self.path.add(pins["tip"])
+
+    def passed(self, dt, pins):
+        """s of the servo thread since the look before: a simulation that was late makes up for it, so what it has cut does not belong to dt, the
+        time by the clock.  A machine whose thread counts none has dt."""
+        before, self._run_time = self._run_time, shown(pins[RUN_SUMS[0]])
+        if before == self._run_time == 0:
+            return dt
+        return self._run_time - before if self._run_time >= before else max(0.0, self._run_time)      # another run has begun
 
     def look_at_map(self, now, wanted):
         """Its generation, and if wanted and due, what has changed; a map that cannot be read is tried again.  Between programs it is wanted
