@@ -8,6 +8,7 @@ import time
 import numpy as np
 import pytest
 
+from chipwise.check import in_force
 from chipwise.panel import ahead, ahead_process
 from chipwise.panel.path_ahead import Path
 from support import ROOT
@@ -103,7 +104,7 @@ def test_lines_that_are_left_out(tmp_path):
 
 
 def test_a_parameter_file_with_the_offsets_in_force():
-    text = ahead_process.parameters("5161\t1.5\n5241 7\nwords here\n\n5220\t1\n", scene("", index=2, offset=[1.0, -2.0, 3e-7], turn=45.0, g92=[0.0, 1.0, 0.0]))
+    text = in_force.parameters("5161\t1.5\n5241 7\nwords here\n\n5220\t1\n", scene("", index=2, offset=[1.0, -2.0, 3e-7], turn=45.0, g92=[0.0, 1.0, 0.0]))
     rows = [row.split() for row in text.splitlines()]
     numbers = [int(row[0]) for row in rows]
     found = {int(n): float(v) for n, v in rows}

@@ -2,9 +2,9 @@
 """Assumes the stock of the loaded program, in a process of its own: an order as JSON on standard input, the answer as JSON on standard output.
 Called by monitor/shadow.py.
 
-    {"ini", "program", "scene"}     scene: as panel/machine.py has it
-    -> {"why": why there is none, "" if nothing is to be said or with a stock; "low", "high": mm, work coordinates, null without one; "text": where it is,
-        and of what; "to_machine": [turn (rad), offset, G92 offset]; "tools": {number: [diameter, corner radius (mm), tip angle (degrees)]} that only comments describe, "spindle": number or null}
+    {"ini", "program", "scene"}     scene: loaded.scene()
+    -> {"why": the reason for assuming no stock, "" with a stock or where the operator needs no word; "low", "high": mm, work coordinates, null
+        without a stock; "text": where it comes from, and its corners; "to_machine": [turn (rad), offset, G92 offset]; "tools": {number: [diameter, corner radius (mm), tip angle (degrees)]} that only comments describe, "spindle": number or null}
 
 Computing time and memory are limited, and LinuxCNC comes first.
 """
@@ -14,11 +14,11 @@ import os
 import sys
 
 from chipwise.assumed.assume import COMMENT, Unknown, assume, surveyed
+from chipwise.check.in_force import machine_in_force
 from chipwise.check.program_file import Unreadable
-from chipwise.check.reader import Machine, Reader
+from chipwise.check.reader import Reader
 from chipwise.errors import CycleError, format_length, unnamed
-from chipwise.own_folder import OwnFolder, put
-from chipwise.panel.ahead_process import parameters
+from chipwise.own_folder import OwnFolder
 from chipwise.processes import die_with_parent, limit_memory
 
 NICE = 10
@@ -27,20 +27,6 @@ MEMORY_MB = 1000            # of this process, and of the one that reads
 MOST_MOVES = 5_000_000
 Y_AXIS = 2                  # of Machine.axis_mask
 SILENT = {"why": "", "low": None}
-
-
-def machine_now(ini, scene, folder):
-    """The check.reader.Machine of an INI file with the work offsets and the tool that are in force."""
-    machine = Machine(ini)
-    try:
-        with open(machine.parameters, encoding="utf-8", errors="replace") as file:
-            text = file.read(1 << 20)
-    except OSError:
-        text = ""
-    machine.parameters = put(folder, "now.var", parameters(text, scene))
-    machine.tool, machine.block_delete = scene["tool"], scene["block_delete"]
-    machine.codes = ["G20" if machine.unit_mm > 10 else "G21", scene["codes"]]
-    return machine
 
 
 def _tool(tool):
@@ -56,7 +42,7 @@ def _corner(values, unit):
 
 def answer(order, folder):
     """-> the answer."""
-    machine = machine_now(order["ini"], order["scene"], folder)
+    machine = machine_in_force(order["ini"], order["scene"], folder)
     if not machine.axis_mask & Y_AXIS:
         return SILENT           # a lathe
     survey = surveyed(Reader(order["program"], machine, cpu_s=CPU_S, most_moves=MOST_MOVES, memory_mb=MEMORY_MB), machine)

@@ -18,6 +18,7 @@ import subprocess
 import sys
 import time
 
+from chipwise import loaded
 from chipwise.clock import patience
 from chipwise.files import printable
 from chipwise.monitor.start_line import Quiet
@@ -28,26 +29,8 @@ from chipwise.stock.store import Head
 READ_S = 120.0          # until a process that reads is ended
 HELD_S = 1.0            # for the tracker's answer
 PERIODS_S = 0.05        # some servo periods
-MODAL = (70, 80, 170, 180, 190, 200, 210, 900, 910, 901, 911)     # of stat.gcodes: codes that say how coordinates are read
 INSIDE_MM = 0.01
 REMAP = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-
-
-def identity(program):
-    """What tells a file from what it was before; None for one that is not there."""
-    try:
-        found = os.stat(program)
-        return found.st_mtime_ns, found.st_size, found.st_ino
-    except (OSError, ValueError):
-        return None
-
-
-def scene_of(status):
-    """What shadow_process.py has to know of the machine."""
-    return {"index": max(1, status.g5x_index),           # 0: LinuxCNC has not said it yet
-            "offset": [round(v, 9) for v in status.g5x_offset[:3]], "g92": [round(v, 9) for v in status.g92_offset[:3]],
-            "turn": round(status.rotation_xy, 9), "tool": max(0, status.tool_in_spindle), "block_delete": bool(status.block_delete),
-            "codes": " ".join(f"G{code / 10:g}" for code in status.gcodes if code in MODAL)}
 
 
 def is_idle(linuxcnc, status):
@@ -89,13 +72,13 @@ class Shadow:
                 self._end()             # too late for this run: it is read again behind it
                 self.loaded = self.wanted = None
             return
-        scene = scene_of(status)
+        scene = loaded.scene(status)
         place = [scene[name] for name in ("index", "offset", "g92", "turn")]
-        loaded = (status.file, identity(status.file), place) if status.file else None
-        if loaded != self.loaded:
+        found = (status.file, loaded.identity(status.file), place) if status.file else None
+        if found != self.loaded:
             self._end()
-            self.loaded, self.wanted = loaded, None
-            if loaded and loaded[1]:
+            self.loaded, self.wanted = found, None
+            if found and found[1]:
                 self._ask({"ini": self.ini, "program": status.file, "scene": scene})
         elif self.child is not None:
             self._take()

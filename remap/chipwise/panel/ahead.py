@@ -25,6 +25,7 @@ import threading
 import numpy as np
 
 from chipwise.clock import patience
+from chipwise.loaded import identity
 from chipwise.panel.path_ahead import Path, anywhere, follow, lengths
 
 WINDOW = 10_000             # points
@@ -76,15 +77,6 @@ class Reading(threading.Thread):
             os.killpg(self._child.pid, signal.SIGKILL)
         with contextlib.suppress(OSError):
             self._child.wait()
-
-
-def identity(program):
-    """What tells a file from what it was before; None for one that is not there."""
-    try:
-        found = os.stat(program)
-        return found.st_mtime_ns, found.st_size, found.st_ino
-    except (OSError, ValueError):
-        return None
 
 
 class Ahead:

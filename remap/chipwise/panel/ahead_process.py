@@ -17,11 +17,12 @@ import sys
 
 import numpy as np
 
+from chipwise.check.in_force import machine_in_force
 from chipwise.check.program_file import Unfinished, Unreadable
-from chipwise.check.reader import Machine, Reader
+from chipwise.check.reader import Reader
 from chipwise.check.records import ARC, RAPID, TARGET
 from chipwise.errors import unnamed
-from chipwise.own_folder import FolderError, OwnFolder, put
+from chipwise.own_folder import FolderError, OwnFolder
 from chipwise.panel.path_ahead import Thinner
 from chipwise.processes import die_with_parent, limit_memory
 
@@ -30,38 +31,15 @@ CPU_S = 120
 MEMORY_MB = 1500            # of this process, and of the one that reads
 MOST_MOVES = 5_000_000
 MOST_LOOP_POINTS = 20_000   # of all contours together
-G92, SYSTEM, OFFSETS, TURN, EACH = 5210, 5220, 5221, 9, 20      # parameters of LinuxCNC, numbers of LinuxCNC's manual
 _COMMENT = re.compile(r"\([^)\n]*\)|;[^\n]*")
 _RELATIVE = re.compile(r"g\s*0*91(?!\s*[.0-9])", re.IGNORECASE)
 
 
-def parameters(text, scene):
-    """The text of a parameter file with the work offsets that are in force, machine units."""
-    values = {}
-    for row in text.splitlines():
-        words = row.split()
-        if len(words) >= 2 and words[0].isdigit():
-            values[int(words[0])] = words[1]
-    first = OFFSETS + EACH * (scene["index"] - 1)
-    known = {SYSTEM: scene["index"], first + TURN: scene["turn"], G92: float(any(scene["g92"])),
-             **dict(zip(range(first, first + 3), scene["offset"])), **dict(zip(range(G92 + 1, G92 + 4), scene["g92"]))}
-    values.update((number, f"{value:.9f}") for number, value in known.items())
-    return "".join(f"{number} {value}\n" for number, value in sorted(values.items()))
-
-
 def machine_at(ini, scene, tip, folder):
     """The check.reader.Machine of an INI file as it is now."""
-    machine = Machine(ini)
-    try:
-        with open(machine.parameters, encoding="utf-8", errors="replace") as file:
-            text = file.read(1 << 20)
-    except OSError:
-        text = ""
-    machine.parameters = put(folder, "now.var", parameters(text, scene))
+    machine = machine_in_force(ini, scene, folder)
     place = " ".join(f"{letter}{value / machine.unit_mm:.6f}" for letter, value in zip("XYZ", tip))
-    unit = "G20" if machine.unit_mm > 10 else "G21"
-    machine.tool, machine.block_delete = scene["tool"], scene["block_delete"]
-    machine.codes = [f"{unit} G90 G53 G0 {place}", scene["codes"]]
+    machine.codes[0] += f" G90 G53 G0 {place}"
     return machine
 
 

@@ -9,14 +9,13 @@ import math
 import os
 import time
 
-from chipwise import processes
+from chipwise import loaded, processes
 from chipwise.clock import patience
 from chipwise.stock.shared import attach
 
 START_S = 0.2           # between two looks whether LinuxCNC has started
 SETTLED_S = 10.0        # after its first answer: whatever starts with it has started
 G20 = 200               # of stat.gcodes: ten times the code
-MODAL = (70, 80, 170, 180, 190, 200, 210, 900, 910, 901, 911)     # the same: codes that say how coordinates are read
 LARGEST = 1e12          # larger numbers are not shown
 LOAD_STEPS = 8          # stock-tracker.0.load-step-area-N
 TRACKER, FEED, GUARD, INPUTS, MONITOR = ("stock-tracker.0.", "volumetric-feed.0.", "chipwise-guard.0.", "chipwise-inputs.0.",
@@ -122,14 +121,11 @@ class Machine:
                 "feed_override": status.feedrate if status.feed_override_enabled else 1.0}
 
     def scene(self):
-        """What the path of the loaded program depends on, as task() has found it: {"program", "index" of the work offset, its "offset", "g92", "turn"
-        (machine units, degrees), "tool", "codes" in force, "block_delete"}; None without a program."""
+        """What the path of the loaded program depends on, as task() has found it: {"program", and loaded.scene()}; None without a program."""
         status = self.status
         if status is None or not status.file:
             return None
-        return {"program": status.file, "index": status.g5x_index, "offset": [round(v, 9) for v in status.g5x_offset[:3]],
-                "g92": [round(v, 9) for v in status.g92_offset[:3]], "turn": round(status.rotation_xy, 9), "tool": max(0, status.tool_in_spindle),
-                "codes": " ".join(f"G{code / 10:g}" for code in status.gcodes if code in MODAL), "block_delete": bool(status.block_delete)}
+        return {"program": status.file, **loaded.scene(status)}
 
     def stock(self):
         """The map of the tracker.  Raises SharedStockError."""

@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""A Machine with the work offsets and the tool that are in force.  Called by the processes that read the loaded program: panel/ahead_process.py and
+assumed/shadow_process.py."""
+
+from chipwise.check.reader import Machine
+from chipwise.own_folder import put
+
+G92, SYSTEM, OFFSETS, TURN, EACH = 5210, 5220, 5221, 9, 20      # parameters of LinuxCNC, numbers of LinuxCNC's manual
+
+
+def parameters(text, scene):
+    """The text of a parameter file with the work offsets that are in force, machine units."""
+    values = {}
+    for row in text.splitlines():
+        words = row.split()
+        if len(words) >= 2 and words[0].isdigit():
+            values[int(words[0])] = words[1]
+    first = OFFSETS + EACH * (scene["index"] - 1)
+    known = {SYSTEM: scene["index"], first + TURN: scene["turn"], G92: float(any(scene["g92"])),
+             **dict(zip(range(first, first + 3), scene["offset"])), **dict(zip(range(G92 + 1, G92 + 4), scene["g92"]))}
+    values.update((number, f"{value:.9f}") for number, value in known.items())
+    return "".join(f"{number} {value}\n" for number, value in sorted(values.items()))
+
+
+def machine_in_force(ini, scene, folder):
+    """The check.reader.Machine of an INI file; scene: loaded.scene()."""
+    machine = Machine(ini)
+    try:
+        with open(machine.parameters, encoding="utf-8", errors="replace") as file:
+            text = file.read(1 << 20)
+    except OSError:
+        text = ""
+    machine.parameters = put(folder, "now.var", parameters(text, scene))
+    machine.tool, machine.block_delete = scene["tool"], scene["block_delete"]
+    machine.codes = ["G20" if machine.unit_mm > 10 else "G21", scene["codes"]]
+    return machine

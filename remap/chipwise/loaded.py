@@ -1,0 +1,24 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The program that LinuxCNC has loaded, and what its path depends on.  Called by panel/machine.py, panel/ahead.py and monitor/shadow.py."""
+
+import os
+
+MODAL = (70, 80, 170, 180, 190, 200, 210, 900, 910, 901, 911)     # of stat.gcodes: codes that say how coordinates are read
+
+
+def identity(program):
+    """What tells a file from what it was before; None for one that is not there."""
+    try:
+        found = os.stat(program)
+        return found.st_mtime_ns, found.st_size, found.st_ino
+    except (OSError, ValueError):
+        return None
+
+
+def scene(status):
+    """Of a linuxcnc.stat: {"index" of the work offset, its "offset", "g92", "turn" (machine units, degrees), "tool", "codes" in force,
+    "block_delete"}."""
+    return {"index": max(1, status.g5x_index),          # 0: LinuxCNC has not said it yet
+            "offset": [round(v, 9) for v in status.g5x_offset[:3]], "g92": [round(v, 9) for v in status.g92_offset[:3]],
+            "turn": round(status.rotation_xy, 9), "tool": max(0, status.tool_in_spindle), "block_delete": bool(status.block_delete),
+            "codes": " ".join(f"G{code / 10:g}" for code in status.gcodes if code in MODAL)}
