@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
-/* The pace of the planner (components/linuxcnc_planner.h, 5) in a parabolic blend, and where there is none. */
+/* The pace of the planner (components/linuxcnc_planner.h, 5) in a parabolic blend, and outside of one. */
 #define _GNU_SOURCE
 #include <math.h>
 #include <stdio.h>

@@ -117,7 +117,7 @@ def _parabola(a, tolerance, shares):
 
 
 def _arc_speed(a, cosine, tolerance, most):
-    """mm/s on an arc between two moves, 0 where there is none."""
+    """mm/s on the arc that blends two moves, 0 without such an arc."""
     half, side = np.sqrt((1.0 + cosine) / 2.0), np.sqrt(np.maximum((1.0 - cosine) / 2.0, LEAST ** 2))
     short = np.minimum(a.length[:-1], a.length[1:]) / 2.0
     tolerance = np.where(tolerance > 0.0, tolerance, short / 2.0)

@@ -10,7 +10,7 @@ import re
 from chipwise.contour_sub.find import fault, find_sub, o_word, plain_text
 
 ARGUMENTS = 30          # #1 .. #30 are a sub's own: contour_sub/check.py
-OWN = 5000              # from here on LinuxCNC has values of its own, as of the position
+OWN = 5000              # LinuxCNC sets the parameters from this number on itself, such as the position
 
 
 def check(job, most=10_000):

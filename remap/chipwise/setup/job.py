@@ -217,7 +217,7 @@ def _is_number(value):
 
 
 def state_of(path: str, program: str, digest: str) -> tuple[Optional[Job], str]:
-    """(Job that is in force for a program of that digest or None, why there is none: "" without a file)."""
+    """(the Job for a program with this digest, or None; the reason for None, "" if there is no file)."""
     if not os.path.lexists(path):
         return None, ""
     try:

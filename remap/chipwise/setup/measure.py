@@ -121,7 +121,7 @@ def digest_of(program):
 
 
 def measure(program, machine, names, stock=None, **arguments):
-    """Measured of a program.  names: {tool number: name}; stock, arguments: as of simulate.check."""
+    """What was measured in a program.  names: {tool number: name}; stock, arguments: those of simulate.check."""
     made = []
 
     def simulated(*parts):
