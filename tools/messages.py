@@ -58,6 +58,7 @@ SECTIONS = (                                    # (beginning of the path, headin
     ('remap/chipwise/settings', 'Settings and tool geometry'),
     ('remap/chipwise/ini', 'Settings and tool geometry'),
     ('remap/chipwise/tool', 'Settings and tool geometry'),
+    ('remap/chipwise/materials', 'Settings and tool geometry'),
     ('remap/chipwise/files', 'Settings and tool geometry'),
     ('remap/chipwise/glue/stock_codes', 'M250 to M254'),
     ('remap/chipwise/glue/volumetric', 'M250 to M254'),

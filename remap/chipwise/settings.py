@@ -98,6 +98,8 @@ SETTINGS = {
     "AIR_FEED": Setting(0.0, "mm/min", _number, lambda v: v >= 0, "a feed of 0 mm/min (as the mode says) or more"),
     "PLUNGE_FEED": Setting(0.0, "mm/min", _number, lambda v: v >= 0, "a feed of 0 mm/min (none) or more"),
     "MAX_CHIP": Setting(0.0, "mm", _number, lambda v: v >= 0, "a thickness of 0 mm (none) or more"),
+    "MATERIAL": Setting("", "", str, lambda v: True, "the name of a material, or nothing"),
+    "MATERIALS": Setting("", "path", str, lambda v: True, "the path of a TOML file, or nothing"),
     "RECOVERY": Setting(0.0, "mm/s2", _number, lambda v: v >= 0, "an acceleration of 0 mm/s2 (at once) or more"),
     "DEADBAND": Setting(0.0, "", _number, lambda v: 0 <= v <= 1, "a share from 0 to 1"),
     "APPROACH_ANGLE": Setting(30.0, "deg", _number, lambda v: MIN_ANGLE <= v <= 90, _ANGLE_RULE),

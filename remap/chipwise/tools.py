@@ -13,6 +13,10 @@ named by [CHIPWISE]TOOL_GEOMETRY, one table per tool number, lengths in mm, angl
     max_rate = 9              # cm3/min
     stick_out = 30            # tip to the lower end of the holder; with
     holder_diameter = 40
+    chip_load = 0.04          # largest chip
+    chip_least = 0.005        # below it the edge rubs
+    deflection = 0.02         # largest bending of the tool
+    material = "carbide"      # of the tool: carbide, hss
 
 A rate is cm3/min wherever a person types it, as with M251.  Files of before have max_removal_rate in mm3/min; it is read, and named by old_rates().
 """
@@ -26,6 +30,7 @@ from chipwise.errors import CycleError, braceless
 from chipwise.files import read_bytes
 from chipwise.rates import MAX_RATE, MM3_PER_CM3
 
+MATERIALS = ("carbide", "hss")
 SHAPES = ("flat", "ball", "bull", "vee", "tapered-ball")
 _REQUIRED = {"bull": ("corner_radius",), "vee": ("tip_angle",), "tapered-ball": ("corner_radius", "tip_angle")}
 
@@ -42,6 +47,10 @@ class ToolGeometry:
     max_removal_rate: Optional[float] = None   # mm3/min: max_rate of the file is cm3/min
     stick_out: Optional[float] = None          # mm
     holder_diameter: Optional[float] = None    # mm
+    chip_load: Optional[float] = None          # mm, largest chip thickness of an edge
+    chip_least: Optional[float] = None         # mm, smallest chip that is cut and not rubbed
+    deflection: Optional[float] = None         # mm, how far the tool may bend at its tip
+    material: Optional[str] = None             # of the tool
     note: str = ""                             # about the old key of the rate: what to write; "" without it
 
 
@@ -58,9 +67,12 @@ _NUMBERS = {
     "max_rate": (0.0, False, MAX_RATE / MM3_PER_CM3, f"a rate above 0, at most {MAX_RATE / MM3_PER_CM3:g} cm3/min"),
     "stick_out": (0.0, False, 1e4, "a length above 0 mm"),
     "holder_diameter": (0.0, False, 1e4, "a length above 0 mm"),
+    "chip_load": (0.0, False, 10.0, "a thickness above 0, at most 10 mm"),
+    "chip_least": (0.0, False, 10.0, "a thickness above 0, at most 10 mm"),
+    "deflection": (0.0, False, 10.0, "a length above 0, at most 10 mm"),
 }
 
-KEYS = ("shape", *_NUMBERS)
+KEYS = ("shape", *_NUMBERS, "material")
 OLD_RATE = "max_removal_rate"      # mm3/min; max_rate takes its place
 _OLD_NUMBERS = {OLD_RATE: (0.0, False, MAX_RATE, f"a rate above 0, at most {MAX_RATE:.0f} mm3/min")}
 
@@ -108,10 +120,15 @@ def _parse_tool(path: str, tool: int, table: Any) -> ToolGeometry:
     for key in _REQUIRED.get(shape, ()):
         if key not in table:
             _fail(path, tool, f"shape {shape} needs {key}", f"add {key} = ...")
+    material = table.get("material")
+    if material is not None and material not in MATERIALS:
+        _fail(path, tool, f"material = {_shown(material)} is unknown", "use one of " + ", ".join(MATERIALS))
     numbers = {key: _check_number(path, tool, key, table[key]) for key in (*_NUMBERS, OLD_RATE) if key in table}
+    if numbers.get("chip_least", 0.0) > numbers.get("chip_load", 10.0):
+        _fail(path, tool, f"chip_least = {numbers['chip_least']} mm is more than chip_load = {numbers['chip_load']} mm", "correct the file")
     rate, note = rate_of(numbers), _rate_note(numbers)
     numbers = {key: value for key, value in numbers.items() if key not in ("max_rate", OLD_RATE)}
-    return ToolGeometry(shape=shape, **numbers, max_removal_rate=None if rate is None else rate * MM3_PER_CM3,
+    return ToolGeometry(shape=shape, **numbers, material=material, max_removal_rate=None if rate is None else rate * MM3_PER_CM3,
                         note=braceless(f"{os.path.basename(path)}: tool {tool}: {note}") if note else "")
 
 

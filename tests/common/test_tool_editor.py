@@ -12,7 +12,7 @@ import pytest
 
 from chipwise import tool_editor
 from chipwise.errors import CycleError
-from chipwise.tools import KEYS, OLD_RATE, SHAPES, load_tools, parse_tools
+from chipwise.tools import KEYS, MATERIALS, OLD_RATE, SHAPES, load_tools, parse_tools
 from support.random_cases import random_count, random_seed, write_replay
 from support.tool_files import FILE, written
 
@@ -177,11 +177,18 @@ def test_many_at_once(tmp_path):
     assert len(done) == 1 and load_tools(str(path))[1].flutes == done[0]
 
 
+RANGES = {"chip_load": (0.02, 9.0), "chip_least": (0.001, 0.02), "deflection": (0.001, 9.0)}     # mm
+
+
 def value_of(key, rng):
     if key == "shape":
         return rng.choice(SHAPES)
     if key == "flutes":
         return rng.randint(1, 9)
+    if key in RANGES:
+        return round(rng.uniform(*RANGES[key]), 4)
+    if key == "material":
+        return rng.choice(MATERIALS)
     if key == "tip_angle":
         return rng.choice((60, 90.5, 118))
     return rng.choice((rng.randint(1, 90), round(rng.uniform(0.1, 50), rng.randint(1, 6))))
@@ -195,7 +202,7 @@ def random_file(rng):
         lines.append(rng.choice(("[tool.{}]", "[tool.0{}]", " [ tool.{} ]  # a [comment]")).format(number))
         for key in rng.sample((*KEYS, OLD_RATE), rng.randint(0, 6)):
             value = value_of(key, rng)
-            text = f'"{value}"' if key == "shape" else f"{value:_}" if isinstance(value, int) and rng.random() < 0.3 else str(value)
+            text = f'"{value}"' if key in ("shape", "material") else f"{value:_}" if isinstance(value, int) and rng.random() < 0.3 else str(value)
             lines.append(rng.choice(("", "", "  ", "\t")) + key + rng.choice((" = ", "=", "\t=  ")) + text + rng.choice(("", "", "   # was 7 = 3", " ")))
             lines += rng.choice(([], [], ["  # flutes = 99"], [""]))
         if rng.random() < 0.2:

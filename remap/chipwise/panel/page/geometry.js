@@ -2,10 +2,11 @@
 // The tool geometry: shows the file [CHIPWISE]TOOL_GEOMETRY (tools.json), and with the token changes a tool in it (tool).
 // SPDX-License-Identifier: GPL-2.0-or-later
 (function () {
-    const SHAPES = ['flat', 'ball', 'bull', 'vee', 'tapered-ball'];
-    const KEYS = ['shape', 'corner_radius', 'tip_angle', 'flute_length', 'flutes', 'max_rate', 'stick_out', 'holder_diameter'];
+    const CHOICES = {shape: ['flat', 'ball', 'bull', 'vee', 'tapered-ball'], material: ['carbide', 'hss']};
+    const KEYS = ['shape', 'corner_radius', 'tip_angle', 'flute_length', 'flutes', 'max_rate', 'stick_out', 'holder_diameter', 'chip_load', 'chip_least', 'deflection', 'material'];
     const NAMES = {shape: 'Shape', corner_radius: 'Corner radius', tip_angle: 'Tip angle', flute_length: 'Flute length', flutes: 'Flutes',
-                   max_rate: 'Largest rate', stick_out: 'Stick-out', holder_diameter: 'Holder diameter'};
+                   max_rate: 'Largest rate', stick_out: 'Stick-out', holder_diameter: 'Holder diameter', chip_load: 'Largest chip',
+                   chip_least: 'Smallest chip', deflection: 'Deflection', material: 'Material'};
     const NUMBER = 'number';            // of the tool: a field of the form, no key of the file
     const $ = (id) => document.getElementById(id);
     const {t, put, token, section} = window.chipwise;
@@ -57,7 +58,7 @@
         $('geometry-form').hidden = !token();
         says(token() ? '' : t('Read-only: enter the token to change a tool'));
         if (!token()) return;
-        $('geometry-fields').replaceChildren(input(NUMBER, t('Tool')), ...KEYS.map((key) => input(key, t(NAMES[key]), key === 'shape' ? ['', ...SHAPES] : null)));
+        $('geometry-fields').replaceChildren(input(NUMBER, t('Tool')), ...KEYS.map((key) => input(key, t(NAMES[key]), CHOICES[key] ? ['', ...CHOICES[key]] : null)));
         const values = file.tools[number] || {};
         field(NUMBER).value = number || '';
         KEYS.forEach((key) => { field(key).value = values[key] === undefined ? '' : String(values[key]); });
@@ -76,7 +77,7 @@
         const values = {};
         for (const key of KEYS) {
             const text = field(key).value.trim();
-            values[key] = text === '' ? null : key === 'shape' ? text : number(NAMES[key], text);
+            values[key] = text === '' ? null : CHOICES[key] ? text : number(NAMES[key], text);
         }
         return {tool: number('Tool', field(NUMBER).value.trim()), values, checksum: file.checksum};
     }
