@@ -76,7 +76,7 @@ space = $(empty) $(empty)
 
 CHIPWISE_VERSION = $(shell cat VERSION)
 
-.PHONY: run test test-all test-quick test-shipped sanitized lint bench build product install uninstall deb deps clean FORCE
+.PHONY: run test test-all test-quick test-shipped sanitized sanitizers lint bench build product install uninstall deb deps clean FORCE
 .DELETE_ON_ERROR:
 
 # The steps in their order, each a make of its own: what LinuxCNC's
@@ -199,6 +199,9 @@ build/bench/%: bench/%.c $(OBJECTS) $(HEADERS)
 SANITIZE = -O1 -fno-omit-frame-pointer -fsanitize=address,undefined,float-cast-overflow -fno-sanitize-recover=all \
            $(filter-out -Os -Wframe-larger-than=%,$(RTFLAGS))
 SANITIZED_CORE = $(OBJECTS:build/%=build/sanitized/%)
+
+sanitizers:
+	@echo $(SANITIZE)
 
 sanitized: build/sanitized/libchipwise.so $(CORE_TESTS:tests/core/%.c=build/sanitized/tests/%)
 

@@ -71,7 +71,7 @@ static void keep(struct chip_proof *p, const struct judged *m, double x, double 
     p->hits++;
     if (other) {
         recent->hits++;
-        if (over_of(p, &own) > over_of(p, other)) *other = own;
+        if (over_of(p, &own) > over_of(p, other) && !CHIP_FAULTY(FIRST_WITNESS_KEPT)) *other = own;
     } else if (p->count < p->room) {
         recent->hits = 1;
         recent->found = p->count;

@@ -98,7 +98,7 @@ static double stamp_whole(const struct chip_height_map *map, const struct chain 
 /* Cuts what the last stamps have spared, where the tool is now; returns the volume. */
 static double cut_spared(const struct chip_height_map *map, struct chain *chain, const double tip[3])
 {
-    if (!chain->spared) return 0.0;
+    if (!chain->spared || CHIP_FAULTY(SKIN_LEFT)) return 0.0;
     chain->spared = 0;
     return stamp_whole(map, chain, chain->mark) + stamp_whole(map, chain, tip);
 }

@@ -81,6 +81,20 @@ def test_moves_of_micrometres_are_as_deep_as_long_ones(shape, step):
     assert again["depth"][:-3].max(initial=0.0) == 0.0
 
 
+@pytest.mark.parametrize("step", [0.002, 0.01, 0.03])
+@pytest.mark.parametrize("end", [(0, 0, 5), (3, 0, -5)])
+def test_no_skin_is_left_where_short_moves_end(step, end):
+    """Moves of micrometres spare the skin, and the whole tool follows: behind the move after them no needle under it stands higher than its tip."""
+    stock = HeightMap((0, 0, -20), (40, 40, 0), 0.1)
+    x = np.arange(15, 20, step)
+    stock.cut(Shape(6), (15, 20, -5), np.column_stack((x, np.full(len(x), 20.0), np.full(len(x), -5.0))))
+    stock.cut(Shape(6), (x[-1], 20, -5), np.array([(x[-1] + end[0], 20 + end[1], end[2])], float))
+    u = stock.x0 + np.arange(stock.nx) * stock.cell + stock.shift_x[:, None] - x[-1]
+    v = stock.y0 + np.arange(stock.ny)[:, None] * stock.cell + stock.shift_y - 20
+    under = u ** 2 + v ** 2 < (3 - 1e-5) ** 2
+    assert under.sum() > 2500 and stock.height[under].max() == -5.0
+
+
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("angle", [45, 60, 75, 80, 85, 88])
 @pytest.mark.parametrize("pieces", [1, 40])

@@ -111,6 +111,16 @@ def test_a_segment_of_the_path_has_one_witness_on_each_side(moves):
     assert own[0] < -1.0 and own[-1] > 10.0 and np.diff(own).max() <= 2.5 * layout.PROOF_SEGMENT, own
 
 
+@pytest.mark.parametrize("begin, end", ((1.0, 11.0), (11.0, 1.0)))
+def test_the_deepest_of_the_first_witnesses_counts(begin, end):
+    """A ramp at 45 degrees: of the first few in a segment the deepest is on average a fifth of it before its end, the first alone half."""
+    places = np.array([(begin, 6.03, -4.0), (end, 6.03, -14.0)])
+    found = witnesses(places, (4.0, 0.0, 0.0), 3.0, low=(0.0, 0.0, -20.0))
+    along = np.array([np.linalg.norm(w.place - places[0]) for w in found])
+    assert len(found) > 100
+    assert np.mean((np.floor(along / layout.PROOF_SEGMENT) + 1) * layout.PROOF_SEGMENT - along) < 0.3 * layout.PROOF_SEGMENT
+
+
 @pytest.mark.parametrize("tool", ((6.0, 0.0, 0.0), (6.0, 1.0, 0.0)))
 def test_a_slope_in_a_slot_that_is_just_not_too_deep(tool):
     """What is met is as high as the slot's floor, not as the stock was: cells that the slot has cut whole have no moves to ask."""

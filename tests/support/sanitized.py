@@ -12,7 +12,6 @@ import sys
 from support import ROOT
 
 FOLDER = ROOT / "build/sanitized"
-FLAGS = ["-O1", "-g", "-fPIC", "-fno-omit-frame-pointer", "-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all"]
 TIMEOUT_S = 900     # a loaded machine
 
 
@@ -25,6 +24,17 @@ def folder():
                               stderr=subprocess.STDOUT, text=True, timeout=TIMEOUT_S)
     assert done.returncode == 0, done.stdout
     return FOLDER
+
+
+def library_with(folder_of_it, source, fault):
+    """The library with a fault (fault.h) compiled into one source, named as core/NAME or offline/NAME; -> its path."""
+    built, objects, library = folder(), folder_of_it / "faulty.o", folder_of_it / "libchipwise.so"
+    flags = subprocess.run(["make", "-s", "sanitizers"], cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True).stdout.split()
+    subprocess.run(["gcc", *flags, f'-DCHIPWISE_FAULT="{fault}"', "-Icomponents", "-c", "-o", objects, f"components/{source}.c"], cwd=ROOT,
+                   check=True)
+    others = [path for part in ("core", "offline") for path in sorted((built / part).glob("*.o")) if path != built / f"{source}.o"]
+    subprocess.run(["gcc", *flags, "-shared", "-o", library, objects, *others, ROOT / "build/version.o", "-lm"], check=True)
+    return library
 
 
 def run(command, library=None):
@@ -40,5 +50,5 @@ def run(command, library=None):
 
 
 def run_tests(library, *arguments):
-    """Python's tests with a library that has the sanitizers -> exit status and what was printed."""
-    return run([sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", "-p", "no:xdist", *arguments], library)
+    """Python's tests with a library that has the sanitizers -> exit status and what was printed, the sanitizers' report included."""
+    return run([sys.executable, "-m", "pytest", "-q", "-x", "-s", "-p", "no:cacheprovider", "-p", "no:xdist", *arguments], library)
