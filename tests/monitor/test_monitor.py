@@ -11,6 +11,7 @@ import types
 import pytest
 
 from chipwise import processes
+from chipwise.monitor import spindle_tool
 from chipwise.monitor import worker as module
 from chipwise.settings import parse_settings
 
@@ -150,7 +151,7 @@ def test_a_tool_that_cannot_be_described_is_unknown(watched, monkeypatch):
 
     def fail(*_):
         raise RuntimeError('boom')
-    monkeypatch.setattr(module, 'tool_shape', fail)
+    monkeypatch.setattr(spindle_tool, 'tool_shape', fail)
     watched.status.tool_in_spindle = watched.component['tool-in-spindle'] = 8
     watched.step()
     pins = watched.component

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The work of chipwise-monitor: reports the tool to the realtime components, and to the operator what they found.
 
-Called by cli/monitor.py in the child process of supervisor.py.  The tool in the spindle comes from LinuxCNC's status, its shape
-from the file [CHIPWISE]TOOL_GEOMETRY; a change of either is seen within POLL_S.
+Called by cli/monitor.py in the child process of supervisor.py.  spindle_tool.py follows the tool.
 
 A failure in one part of the work is reported, and the others continue.  `heartbeat` counts every look, and `tool-followed` is the
 machine's own tool number as of the last look: with them the stock tracker notices that the monitor is late, stopped or dead
@@ -17,21 +16,18 @@ import zlib
 from contextlib import contextmanager
 
 from chipwise.clock import patience
-from chipwise.errors import CycleError, unnamed
 from chipwise.files import printable
 from chipwise.monitor.loaded_program import LoadedProgram
 from chipwise.monitor.messages import FAULTS, guard_text
 from chipwise.monitor.shadow import Shadow
+from chipwise.monitor.spindle_tool import SpindleTool
 from chipwise.monitor.start_line import Quiet, StartLine
 from chipwise.monitor.stock_files import StockFiles
-from chipwise.monitor.tool_shape import Tool, tool_shape
 from chipwise.settings import feed_is_remapped
 from chipwise.stock.layout import MOTION_ARC, MOTION_FEED, Fault, GuardReason, LimitedBy
-from chipwise.tools import tool_geometry
 
 POLL_S = 0.02
 SETTLE_S = 0.1          # a fallback shorter than this is not worth a message
-DIFFER_S = 1.0          # tool numbers of HAL and status that differ for longer are a property of the machine
 LOST_S = 0.5            # a load that is lost for so long stays lost
 REPEAT_S = 30.0         # least time between two messages about the same part
 MAX_FILE_S = 300.0      # the heart beats on for this long while a file is worked on
@@ -49,12 +45,13 @@ NOT_RESUMED = ('another tool or another stock since chipwise-monitor was lost, s
 NO_STOCK = 'no stock is known, so the feed is F as programmed; define it with M250'
 
 
-class Monitor:
+class Monitor(SpindleTool):
     """One LinuxCNC, watched."""
 
     def __init__(self, component, settings, died='', first=True):
         """died: how the child before has ended, '' for the first one.  first: whether no monitor was before it in this run of LinuxCNC."""
         import linuxcnc
+        super().__init__()
         self.linuxcnc = linuxcnc
         self.component = component
         self.settings = settings
@@ -62,12 +59,8 @@ class Monitor:
         self.units = 1.0
         self.fallback_since = None
         self.said_fallback = self.said_ignored = False
-        self.said_tool = self.noted_tool = None
-        self.noted_rates = set()
         self.said_fault = self.said_guard = 0
         self.guard_depth = None                 # of the last look, during a flute excess
-        self.machine_tool = 0                   # iocontrol.0.tool-number, before the last look at the status
-        self.differ_since = None                # since when the tool numbers of HAL and status differ
         self.reported = {}                  # part of the work: (text, time.monotonic()) of the last message
         self.died = died
         self.resumes = not first            # M251 may be in force already
@@ -154,68 +147,6 @@ class Monitor:
         finally:
             done.set()
             thread.join()
-
-    def acknowledge_tool(self, machine_tool, number, now):
-        """The machine's own tool number, read before the status, -> tool-followed, once the status has the same number some ms
-        later.  Two numbers that differ for DIFFER_S are a property of the machine."""
-        if machine_tool == number:
-            self.differ_since = None
-        elif self.differ_since is None or self.differ_since[0] != (machine_tool, number):
-            self.differ_since = (machine_tool, number), now
-        if self.differ_since is None or now - self.differ_since[1] > patience(DIFFER_S):
-            self.component['tool-followed'] = machine_tool
-
-    def follow_tool(self, now):
-        """Tool in the spindle -> pins; after any error the tool is unknown."""
-        try:
-            self.describe_tool()
-        except Exception:
-            self.show_tool(self.status.tool_in_spindle, Tool())
-            raise
-        finally:
-            self.acknowledge_tool(self.machine_tool, self.status.tool_in_spindle, now)
-
-    def describe_tool(self):
-        """Tool in the spindle -> pins; an error in its description is reported once."""
-        tool = self.status.tool_table[0]
-        number = self.status.tool_in_spindle
-        path = self.settings.path('TOOL_GEOMETRY')
-        try:
-            shape = tool_shape(number, tool.diameter, path, self.units)
-            self.said_tool = None
-            self.note_unknown_tool(number, path)
-            self.note_old_rate(number, path)
-        except CycleError as error:
-            shape = Tool()
-            if self.said_tool != str(error):
-                self.said_tool = str(error)
-                self.say(unnamed(error) + '; the feed is at most F')
-        self.show_tool(number, self.shadow.tool(number, shape, self.units))
-
-    def show_tool(self, number, shape):
-        pins = self.component
-        pins['tool-number'] = number
-        pins['tool-corner-radius'] = shape.corner_radius
-        pins['tool-tip-angle'] = shape.tip_angle
-        pins['tool-flute-length'] = shape.flute_length
-        pins['tool-flutes'] = shape.flutes
-        pins['tool-max-rate'] = shape.max_rate
-        pins['tool-diameter'] = shape.diameter
-
-    def note_unknown_tool(self, number, path):
-        """A tool that is not in the geometry file is treated as a flat end mill: reported once per tool change."""
-        unknown = bool(path) and number > 0 and tool_geometry(path, number) is None
-        if unknown and self.noted_tool != number:
-            self.inform(f'{os.path.basename(path)}: tool {number} is missing and treated as a flat end mill of unknown flute '
-                        f'length; add [tool.{number}] if that is wrong')
-        self.noted_tool = number if unknown else None
-
-    def note_old_rate(self, number, path):
-        """A tool in the spindle whose rate is in the old unit: reported once for each."""
-        geometry = tool_geometry(path, number) if path and number > 0 else None
-        if geometry and geometry.note and geometry.note not in self.noted_rates:
-            self.noted_rates.add(geometry.note)
-            self.inform(geometry.note)
 
     def falling_back(self, now):
         """Whether the feed has fallen back to F for SETTLE_S; a tool change ends a shorter fallback."""
