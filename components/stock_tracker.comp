@@ -91,8 +91,10 @@ variable chip_tracker_t state;
 variable chip_planner_t planner;
 variable chip_tool_watch_t watch;
 variable chip_load_watch_t load_state;
+variable chip_path_thinner_t thinner;
 variable int is_reported;
 variable void *map;
+variable void *done;
 variable int map_id;
 
 option extra_setup yes;
@@ -159,7 +161,7 @@ static int refuse_shared(int key)
 EXTRA_SETUP() {
     double side = chip_decimal(cell), finest = *finest_cell ? chip_decimal(finest_cell) : side, x = chip_decimal(size_x), y = chip_decimal(size_y);
     uint32_t cells = chip_stock_cells(side, x, y);
-    uint64_t bytes = chip_stock_bytes(cells);
+    uint64_t bytes = chip_stock_bytes(cells) + sizeof(struct chip_path_done);
 
     if (!cells) {
         rtapi_print_msg(RTAPI_MSG_ERR,
@@ -191,6 +193,7 @@ EXTRA_SETUP() {
     }
     memset(map, 0, bytes);      /* touches every page now, not in the servo thread */
     chip_stock_init_finer(map, side, finest, cells);
+    done = (char *)map + chip_stock_bytes(cells);       /* the path done, behind the cells */
     chip_tracker_init(&state);
     chip_tracker_own_map(&state, map);
     chip_planner_attach(&planner);
@@ -326,6 +329,10 @@ FUNCTION(_) {
     blend_vel = planner.blend_vel_mu_s;
     braking_accel = planner.braking_mu_s2;
     chip_tracker_step(&state, stock, &in, &out);
+    if (state.tip_known)
+        chip_path_done_step(&thinner, done, state.tip);
+    else
+        chip_path_done_lose(&thinner);
     write_pins(__comp_inst, &out);
     load_lost = watch_load(__comp_inst, &in);
 }

@@ -29,6 +29,8 @@ struct machine {
     struct chip_tracker_in in;
     struct chip_tracker_out out;
     struct chip_stock *stock;
+    struct chip_path_thinner thinner;
+    struct chip_path_done *done;
     double scale;
 };
 
@@ -39,6 +41,7 @@ static inline __attribute__((always_inline)) void period(struct machine *m)
     struct chip_feed_out result;
     int i;
     chip_tracker_step(&m->tracker, m->stock, &m->in, &m->out);
+    if (m->tracker.tip_known) chip_path_done_step(&m->thinner, m->done, m->tracker.tip);
     memset(&feed, 0, sizeof feed);
     feed.feed_mode = CHIP_FEED_CONSTANT;
     feed.mrr_target_mm3_s = 500.0;
@@ -114,6 +117,7 @@ static void set_up(struct machine *m, const double number[11])
     m->in.period_s = 0.001;
     m->stock = malloc(chip_stock_bytes(cells));
     memset(m->stock, 0, chip_stock_bytes(cells));
+    m->done = calloc(1, sizeof *m->done);
     chip_stock_init(m->stock, number[3], cells);
     printf("%.0f %u\n", (double)chip_stock_bytes(cells), cells);
 }

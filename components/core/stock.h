@@ -24,7 +24,7 @@
  *     `finest`: as small as the memory allows. Slivers and walls are read to a share of a cell.
  *
  * Memory: 8 bytes a cell plus the ring and the head. It holds no pointers: different
- * processes may map the block at different addresses.
+ * processes may map the block at different addresses. stock_tracker.comp has the path done behind the cells (path_done.h).
  */
 #ifndef CHIPWISE_STOCK_H
 #define CHIPWISE_STOCK_H
@@ -34,7 +34,7 @@
 #include "fault.h"
 
 #define CHIP_STOCK_MAGIC 0x43575354u /* "CWST" */
-#define CHIP_STOCK_VERSION 4u
+#define CHIP_STOCK_VERSION 5u
 #define CHIP_FULL 65535      /* a share of one, in cell units */
 #define CHIP_DROP_FULL 32767 /* the whole height of the stock, in steps of `drop` */
 #define CHIP_RIM 0x8000      /* in `drop`: a cell on the outline of the stock box */

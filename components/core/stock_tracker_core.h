@@ -17,6 +17,7 @@
 #include "core/section_wall.c"
 #include "core/section.c"
 #include "core/path.c"
+#include "core/path_done.c"
 #include "core/predicted_path.c"
 #include "core/load_bound.c"
 #include "core/load_profile.c"
@@ -35,6 +36,7 @@ typedef struct chip_tracker chip_tracker_t;
 typedef struct chip_planner chip_planner_t;
 typedef struct chip_tool_watch chip_tool_watch_t;
 typedef struct chip_load_watch chip_load_watch_t;
+typedef struct chip_path_thinner chip_path_thinner_t;
 
 /* A decimal number as loadrt gives it; 0 (which no length may be) if it is not a number. */
 static inline double chip_decimal(const char *text)

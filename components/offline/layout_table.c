@@ -14,6 +14,7 @@
 #include "core/tool_watch.h"
 #include "core/load_watch.h"
 #include "core/tracker.h"
+#include "core/path_done.h"
 #include "core/tracer.h"
 #include "core/stylus.h"
 #include "core/slave.h"
@@ -804,6 +805,26 @@ const struct chip_layout_entry chip_layout_table[] = {
     { "chip_tracker.rate_next size", sizeof(((struct chip_tracker *)0)->rate_next) },
     { "chip_tracker.rate_filled", offsetof(struct chip_tracker, rate_filled) },
     { "chip_tracker.rate_filled size", sizeof(((struct chip_tracker *)0)->rate_filled) },
+    { "chip_path_done", sizeof(struct chip_path_done) },
+    { "chip_path_done.count", offsetof(struct chip_path_done, count) },
+    { "chip_path_done.count size", sizeof(((struct chip_path_done *)0)->count) },
+    { "chip_path_done.point", offsetof(struct chip_path_done, point) },
+    { "chip_path_done.point size", sizeof(((struct chip_path_done *)0)->point) },
+    { "chip_path_thinner", sizeof(struct chip_path_thinner) },
+    { "chip_path_thinner.count", offsetof(struct chip_path_thinner, count) },
+    { "chip_path_thinner.count size", sizeof(((struct chip_path_thinner *)0)->count) },
+    { "chip_path_thinner.is_known", offsetof(struct chip_path_thinner, is_known) },
+    { "chip_path_thinner.is_known size", sizeof(((struct chip_path_thinner *)0)->is_known) },
+    { "chip_path_thinner.has_dir", offsetof(struct chip_path_thinner, has_dir) },
+    { "chip_path_thinner.has_dir size", sizeof(((struct chip_path_thinner *)0)->has_dir) },
+    { "chip_path_thinner.from", offsetof(struct chip_path_thinner, from) },
+    { "chip_path_thinner.from size", sizeof(((struct chip_path_thinner *)0)->from) },
+    { "chip_path_thinner.dir", offsetof(struct chip_path_thinner, dir) },
+    { "chip_path_thinner.dir size", sizeof(((struct chip_path_thinner *)0)->dir) },
+    { "chip_path_thinner.at", offsetof(struct chip_path_thinner, at) },
+    { "chip_path_thinner.at size", sizeof(((struct chip_path_thinner *)0)->at) },
+    { "chip_path_thinner.reach", offsetof(struct chip_path_thinner, reach) },
+    { "chip_path_thinner.reach size", sizeof(((struct chip_path_thinner *)0)->reach) },
     { "chip_tracer_settings", sizeof(struct chip_tracer_settings) },
     { "chip_tracer_settings.mode_number", offsetof(struct chip_tracer_settings, mode_number) },
     { "chip_tracer_settings.mode_number size", sizeof(((struct chip_tracer_settings *)0)->mode_number) },

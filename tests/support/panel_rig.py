@@ -1,21 +1,36 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The server of `chipwise panel` with a machine that a test sets by hand, and a stock that the real core cuts."""
 import contextlib
+import ctypes
 import threading
 import time
 
 from chipwise.panel import machine, server, watch
-from chipwise.stock import core
+from chipwise.stock import core, layout
+from chipwise.stock.library import library
+from chipwise.stock.path_done import PathDone
 from chipwise.stock.shared import SharedStock
 
 TOKEN = "correct-horse-7"
 
 
-class Machine:
-    """As panel.machine.Machine, but everything in it is set by the test."""
+class Kept:
+    """The path done that the C core keeps, of a tip that a test moves."""
 
-    def __init__(self, low=(0.0, 0.0, -10.0), high=(60.0, 40.0, 0.0), cell=0.25):
-        self.core = core.Stock(low, high, cell)
+    def __init__(self):
+        self.done, self._thinner = layout.PathDone(), layout.PathThinner()
+
+    def go(self, points):
+        """A period at each point, mm."""
+        for point in points:
+            library().chip_path_done_step(ctypes.byref(self._thinner), ctypes.byref(self.done), (ctypes.c_double * 3)(*point))
+
+
+class Machine:
+    """As panel.machine.Machine, but everything in it is set by the test.  keeps: it keeps the path done, as stock_tracker does."""
+
+    def __init__(self, low=(0.0, 0.0, -10.0), high=(60.0, 40.0, 0.0), cell=0.25, keeps=False):
+        self.core, self.kept = core.Stock(low, high, cell), Kept() if keeps else None
         self.values = {name: 0.0 for name in (*machine.NUMBERS, *machine.LENGTHS, "area_ahead")}
         self.values.update(stock_defined=1.0, ready=1.0, tool=3.0, tool_diameter=6.0, override=1.0, guard_rapid=1.0, guard_flute=1.0)
         self.tip = (0.0, 0.0, 10.0)
@@ -37,10 +52,15 @@ class Machine:
         return self.loaded
 
     def stock(self):
-        return SharedStock(memoryview(self.core._block))
+        return Shared(self.core, self.kept)
 
     def close(self):
         self.closed = True
+
+    def go(self, points):
+        """The tip moves from period to period."""
+        self.kept.go(points)
+        self.tip = tuple(float(a) for a in points[-1])
 
     def cut(self, start, end, diameter=6.0):
         """A straight cut of a flat tool."""
@@ -48,6 +68,17 @@ class Machine:
         cutter.to(end)
         cutter.run()
         self.tip = end
+
+
+class Shared(SharedStock):
+    """The map of a core.Stock, with the path done of Kept where the tracker has it: behind the cells."""
+
+    def __init__(self, stock, kept):
+        super().__init__(memoryview(stock._block))
+        self._kept = kept
+
+    def path_done(self):
+        return PathDone(memoryview(self._kept.done), 0) if self._kept else super().path_done()
 
 
 class Rig:

@@ -7,7 +7,8 @@ Called by cli/panel.py, in the main thread; server.py reads from other threads w
     to a page that is opened later.
  2. The map is looked at when a program begins and while a page is open, and never for more than MAP_SHARE of the time.
  3. If a program runs and another one ran at the look before, the look counts as one between the two: the other one begins with the next look.
- 4. A look is published as one JSON text with a number; who waits for it is woken.
+ 4. The path done comes from the servo thread (stock/path_done.py), so a look that is late loses none of it.
+ 5. A look is published as one JSON text with a number; who waits for it is woken.
 """
 
 import json
@@ -33,8 +34,8 @@ MAP_SHARE = 0.05        # of the time, for looks at the map
 RETRY_S = 2.0           # until a map that could not be read is looked for again
 RUN_SUMS = tuple(name.replace("-", "_") for name in SUMS)
 SLOWER = 0.98           # of F: the background shows it
-PATH_POINTS = 5000      # of the path done
-PATH_STEP_MM = 0.2      # between two of them
+PATH_POINTS = 10000     # of the path done
+PATH_STEP_MM = 0.2      # between two of them that were seen at looks
 
 
 def figures(run):
@@ -60,7 +61,7 @@ def background(pins, task, alarms):
 
 
 class PathDone:
-    """Where the tip was, thinned; the path of the running program, or of the last one."""
+    """Where the tip was; the path of the running program, or of the last one."""
 
     def __init__(self):
         self.points = deque(maxlen=PATH_POINTS)
@@ -71,10 +72,12 @@ class PathDone:
         self.points.clear()
         self.epoch += 1
 
-    def add(self, tip):
-        if not self.points or max(abs(a - b) for a, b in zip(tip, self.points[-1])) >= PATH_STEP_MM:
-            self.points.append(tuple(round(a, 3) for a in tip))
-            self.count += 1
+    def add(self, points, step=0.0):
+        """Points of the path, as far as each is `step` mm from the one before."""
+        for point in points:
+            if not self.points or max(abs(a - b) for a, b in zip(point, self.points[-1])) >= step:
+                self.points.append(tuple(round(float(a), 3) for a in point))
+                self.count += 1
 
 
 class Watch:
@@ -96,6 +99,7 @@ class Watch:
         self.was_running, self.program = False, ""         # at the look before
         self.last = time.monotonic()
         self._generation = self._shown = None       # of the map: at the last look, and of what tiles have
+        self._tip = self._kept = None       # at the look before: the tip, and how many points stock_tracker had kept
         self._map_due = self._alive_due = self._removed = self._run_time = 0.0
 
     def look(self):
@@ -105,6 +109,7 @@ class Watch:
             if not self.machine.runs():
                 self.end()
                 return False
+        kept = self.kept_points()           # before the pins: the tip is at the end of them
         pins = self.machine.pins()
         now = time.monotonic()              # of the pins: what was removed since the look before belongs to this time
         dt, self.last = now - self.last, now
@@ -122,6 +127,7 @@ class Watch:
         self._removed = pins["removed"]
         self.ahead.look(dt, self.machine.scene() if task else None, running, pins, self.pages > 0)
         with self.published:
+            self.follow_path(pins["tip"], kept, running)
             self.follow_run(dt, pins, task, running)
         self.log.write()
         with self.published:
@@ -142,7 +148,6 @@ class Watch:
         if running and not self.was_running:
             self.run = Run()
             self.log.begin(task["program"], time.time())
-            self.path.begin()
         elif self.was_running and not running:
             self.log.end()
         self.was_running = running
@@ -150,7 +155,25 @@ class Watch:
         if running:
             self.run.look({name.replace("_", "-"): pins[name] for name in ("mode", "target", "motion_type", *RUN_SUMS)})
             self.log.look(passed, pins, time.time())
-            self.path.add(pins["tip"])
+
+    def kept_points(self):
+        """Where the tip has been since the look before, (n, 3) mm, as stock_tracker has kept it; None where it keeps nothing that can be read."""
+        done = self.stock and self.stock.path_done()
+        if done is None:
+            return None
+        points, self._kept = done.since(done.count if self._kept is None else self._kept)
+        return points
+
+    def follow_path(self, tip, kept, running):
+        """The path done from what stock_tracker has kept; where it keeps nothing, from the tips of the looks."""
+        if running and not self.was_running:
+            self.path.begin()
+            self.path.add([self._tip] if kept is not None and self._tip else [])
+        if running or self.was_running:
+            self.path.add([tip] if kept is None else kept, PATH_STEP_MM if kept is None else 0.0)
+        if self.was_running and not running and kept is not None:
+            self.path.add([tip])
+        self._tip = tip
 
     def passed(self, dt, pins):
         """s of the servo thread since the look before: a simulation that was late makes up for it, so what it has cut does not belong to dt, the

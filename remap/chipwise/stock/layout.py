@@ -46,6 +46,9 @@ NEED_SAME = 0.0001
 PAST_ARM = 12
 PAST_POINTS = 32
 PATH_BEYOND = 1e-07
+PATH_DONE_LEAST = 0.001
+PATH_DONE_POINTS = 8192
+PATH_DONE_STRIP = 0.05
 PATH_SEGMENTS = 160
 PROOF_BESIDE = 0.003
 PROOF_BESIDE_ROUND = 0.0005
@@ -73,7 +76,7 @@ STATUS_FAULT = 100
 STATUS_REPLY = 10000
 STATUS_STOCK = 10
 STOCK_MAGIC = 1129796436
-STOCK_VERSION = 4
+STOCK_VERSION = 5
 STYLUS_DELAY = 32
 SUMS_AREA = 0.01
 SUMS_DOWN = 0.999
@@ -1001,6 +1004,31 @@ class Tracker(C.Structure):
     ]
 
 
+class PathDone(C.Structure):
+    """struct chip_path_done"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("count", C.c_uint64),
+        ("point", C.c_double * 3 * 8192),
+    ]
+
+
+class PathThinner(C.Structure):
+    """struct chip_path_thinner"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("count", C.c_uint64),
+        ("is_known", C.c_int),
+        ("has_dir", C.c_int),
+        ("from", C.c_double * 3),
+        ("dir", C.c_double * 3),
+        ("at", C.c_double * 3),
+        ("reach", C.c_double),
+    ]
+
+
 class TracerSettings(C.Structure):
     """struct chip_tracer_settings"""
 
@@ -1569,6 +1597,8 @@ STRUCTURES = {
     "chip_tracker_in": TrackerIn,
     "chip_tracker_out": TrackerOut,
     "chip_tracker": Tracker,
+    "chip_path_done": PathDone,
+    "chip_path_thinner": PathThinner,
     "chip_tracer_settings": TracerSettings,
     "chip_tracer_in": TracerIn,
     "chip_tracer_out": TracerOut,

@@ -31,6 +31,7 @@ import numpy as np
 from chipwise.processes import is_ours, shared_memory
 from chipwise.stock import layout
 from chipwise.stock.core import CELL_DTYPE
+from chipwise.stock.path_done import PathDone
 from chipwise.stock.store import Head
 
 _Head = layout.Stock                # struct chip_stock without its cells
@@ -119,8 +120,7 @@ class SharedStock:
         numbers = (head.x0, head.y0, head.z_min, head.x_max, head.y_max, head.z_max, head.drop_unit, head.removed, head.turn)
         if (head.ny <= 0 or (head.nx + 2) * (head.ny + 2) > self._capacity or _bounds(head) != self._bounds
                 or not layout.MIN_CELL <= head.cell <= layout.MAX_CELL or not all(abs(number) < MOST_NUMBER for number in numbers)):
-            raise SharedStockError("chipwise: stock map: another program has written into its memory; define the stock again with "
-                                   "M250")
+            raise SharedStockError("chipwise: stock map: another program has written into its memory; define the stock again with M250")
         return True
 
     @property
@@ -218,6 +218,11 @@ class SharedStock:
             return None
         width = head.nx + 2
         return head, _store_head(head), np.frombuffer(self._memory, np.uint64, (head.ny + 2) * width, C.sizeof(_Head)).reshape(-1, width)
+
+    def path_done(self):
+        """The PathDone behind the cells, None where the memory has none; it ends with close()."""
+        start = C.sizeof(_Head) + self._capacity * CELL_DTYPE.itemsize
+        return PathDone(self._memory, start) if len(self._memory) >= start + C.sizeof(layout.PathDone) else None
 
     def part(self, cells, definitions, tries=PART_TRIES):
         """Copy of a part of moment()'s view as it was at one moment of the stock `definitions`, or None."""
@@ -338,7 +343,7 @@ def attach(tracker=0, component=None, read_only=False):
     stock = SharedStock(mapped.memory)
     stock._held = (mapped, holder, component) if own else (mapped, holder)
     size = len(mapped.memory)
-    if size != C.sizeof(_Head) + stock.capacity * CELL_DTYPE.itemsize:
+    if size != C.sizeof(_Head) + stock.capacity * CELL_DTYPE.itemsize + C.sizeof(layout.PathDone):
         stock.close()
         raise SharedStockError(f"chipwise: stock map: its head is not {C.sizeof(_Head)} bytes long ({stock.capacity} cells in "
                                f"{size} bytes); use the stock_tracker of this chipwise")

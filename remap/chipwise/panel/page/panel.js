@@ -189,14 +189,15 @@
         const map = view.map;
         if (!map) return;
         const local = (p) => [p[0] - map.x, p[1] - map.y, p[2] - map.z];
-        view.path(points.map(local));
+        const goesOn = state && state.task && state.task.running && state.path[0] === pathEpoch;     // the last point is the last corner
+        view.path((goesOn ? [...points, state.tip] : points).map(local));
         if (!state || !(state.tool_diameter > 0)) return view.tool(null);
         const [x, y, z] = local(state.tip);
         view.tool({x, y, z, radius: state.tool_diameter / 2});
     }
 
     function path(found) {
-        points = found.epoch === pathEpoch ? points.concat(found.points).slice(-5000) : found.points;
+        points = found.epoch === pathEpoch ? points.concat(found.points).slice(-10000) : found.points;
         pathEpoch = found.epoch;
     }
 
