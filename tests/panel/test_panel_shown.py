@@ -111,6 +111,18 @@ def test_the_feed_that_is_cut(driver, rig):
     reached(driver, "feed", "22.91 in/min")
 
 
+@pytest.mark.parametrize("turns, inch, words", [(50.0, False, "0.0970 mm"), (-50.0, True, "0.00382 in"), (0.0, False, "-")], ids=["forward", "backward", "at rest"])
+def test_the_feed_per_tooth(driver, rig, turns, inch, words):
+    """9.7 mm/s by two edges at 3,000 turns a minute."""
+    rig.machine.values.update(current_vel=9.7, flutes=2.0, revolutions=turns)
+    rig.machine.tasks["inch"] = inch
+    opened(driver, rig)
+    reached(driver, "feed", "582 mm/min" if not inch else "22.91 in/min")
+    assert text(driver, "tooth") == words
+    rig.machine.values["flutes"] = 0.0
+    panel_browser.wait(driver, "document.getElementById('tooth').textContent === '-'", "unknown edges")
+
+
 def unlocked(driver):
     assert panel_browser.enter_token(driver, TOKEN)[1:] == ["", "Unlocked"]
 

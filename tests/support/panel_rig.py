@@ -43,7 +43,7 @@ class Machine:
 
     def pins(self):
         self.looks += 1
-        return {**self.values, "tip": self.tip}
+        return {**self.values, "feed_per_tooth": machine.feed_per_tooth(self.values), "tip": self.tip}
 
     def task(self):
         return None if self.tasks is None else dict(self.tasks)

@@ -29,7 +29,7 @@ NUMBERS = {             # name here: pin
     "peak_rate": FEED + "peak-rate", "override": FEED + "override", "override_ignored": FEED + "override-ignored",
     "guard_reason": GUARD + "reason", "guard_line": GUARD + "line", "guard_rapid": GUARD + "guard-rapid",
     "guard_flute": GUARD + "guard-flute", "line": INPUTS + "program-line",
-    "tool": MONITOR + "tool-number"}
+    "tool": MONITOR + "tool-number", "flutes": MONITOR + "tool-flutes", "revolutions": INPUTS + "spindle-speed"}
 LENGTHS = {
     "depth": TRACKER + "depth", "pos_x": TRACKER + "pos-x", "pos_y": TRACKER + "pos-y", "pos_z": TRACKER + "pos-z",
     "offset_x": TRACKER + "tool-offset-x", "offset_y": TRACKER + "tool-offset-y", "offset_z": TRACKER + "tool-offset-z",
@@ -44,6 +44,12 @@ def finite(value):
     """A number that can be shown: 0 in place of one that is not finite or larger than LARGEST."""
     value = float(value)
     return value if math.isfinite(value) and abs(value) < LARGEST else 0.0
+
+
+def feed_per_tooth(pins):
+    """What each edge advances at the feed of now, mm: velocity / (revolutions x edges); 0 if edges or spindle are unknown or at rest."""
+    edges_s = pins["flutes"] * abs(pins["revolutions"])
+    return finite(pins["current_vel"] / edges_s) if edges_s > 1e-9 else 0.0
 
 
 def wait_for_task():
@@ -92,11 +98,12 @@ class Machine:
             return 0.0
 
     def pins(self):
-        """{name: float} of NUMBERS and LENGTHS, area_ahead (mm2) and tip (x, y, z), machine coordinates."""
+        """{name: float} of NUMBERS and LENGTHS, area_ahead (mm2), feed_per_tooth (mm) and tip (x, y, z), machine coordinates."""
         units = self.pin(TRACKER + "units-per-mm") or 1.0
         found = {name: self.pin(pin) for name, pin in NUMBERS.items()}
         found.update((name, self.pin(pin) / units) for name, pin in LENGTHS.items())
         found["area_ahead"] = max(map(self.pin, AREAS))
+        found["feed_per_tooth"] = feed_per_tooth(found)
         found["tip"] = tuple(found["pos_" + axis] - found["offset_" + axis] for axis in "xyz")
         return found
 

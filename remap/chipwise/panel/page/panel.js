@@ -32,6 +32,7 @@
     const toRate = (mm3) => mm3 / MM3_PER[inch() ? 'in3' : 'cm3'];
     const rateText = (mm3) => `${toRate(mm3).toPrecision(3)} ${rateUnit()}`;
     const length = (mm) => (inch() ? `${(mm / 25.4).toFixed(4)} in` : `${mm.toFixed(2)} mm`);
+    const fine = (mm) => (inch() ? `${(mm / 25.4).toFixed(5)} in` : `${mm.toFixed(4)} mm`);
     const speed = (mm) => (inch() ? `${(60 * mm / 25.4).toFixed(2)} in/min` : `${(60 * mm).toFixed(0)} mm/min`);
     const area = (mm2) => (inch() ? `${(mm2 / 645.16).toFixed(4)} in2` : `${mm2.toFixed(2)} mm2`);
     const seconds = (s) => (s < 60 ? `${s.toFixed(1)} s` : `${Math.floor(s / 60)} min ${Math.round(s % 60)} s`);
@@ -80,6 +81,7 @@
         put('mode', t(MODES[s.mode]));
         put('limit', t(LIMITS[s.limited_by]));
         put('feed', speed(s.current_vel));
+        put('tooth', s.feed_per_tooth > 0 ? fine(s.feed_per_tooth) : '-');
         put('programmed', s.programmed_vel > 0 || s.requested_vel > 0 ? speed(s.programmed_vel || s.requested_vel) : '-');
         put('override', `${Math.round(s.override * 100)} %`);
         put('area', area(s.area));
