@@ -48,7 +48,8 @@ def test_numbers_and_heights_while_it_cuts(tmp_path):
     assert state['area'] == pytest.approx(24, rel=0.05) and state['depth'] == pytest.approx(4, abs=1e-6)
     assert state['task']['running'] and state['line'] == 9 and state['alarms'] == []
     assert state['run']['mean'] == pytest.approx(6000, rel=0.1) and 5900 < state['run']['peak'] < 6400
-    assert during['points'] > 20 and during['recent'] > 10
+    assert during['path'][-1] == pytest.approx([-10, 20, -4], abs=0.1) and during['recent'] > 10       # the page draws on to the tip
+    assert state['tip'][1:] == pytest.approx([20, -4], abs=0.01) and state['tip'][0] > 20
     rows, columns = math.ceil(40 / CELL_MM), math.ceil(60 / CELL_MM)
     assert during['map'] == dict(epoch=1, rows=rows, columns=columns, cell=CELL_MM, x=0, y=0, bottom=-10, top=0)
     assert during['heights'] == pytest.approx([-4, 0, 0], abs=2e-4)

@@ -102,7 +102,7 @@ def follow(url, seconds=0.0, states=1):
 def main(url, seconds, *places):
     """places: X,Y in mm whose heights are wanted."""
     page = follow(url, float(seconds), 2)
-    print(json.dumps({"state": page.states[-1], "states": len(page.states), "map": page.map, "points": len(page.points),
+    print(json.dumps({"state": page.states[-1], "states": len(page.states), "map": page.map, "path": page.points,
                       "recent": len(page.recent), "tiles": page.tiles, "before": page.before,
                       "heights": [page.height(*map(float, place.split(","))) for place in places] if page.whole() else []}))
 
