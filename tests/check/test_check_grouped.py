@@ -6,6 +6,7 @@ import re
 import numpy as np
 
 from chipwise.check import page
+from chipwise.check.drawing import Drawing
 from chipwise.check.findings import CLEARANCE, FLUTE, RAPID, Finding, Findings, grouped, grouped_notes
 from chipwise.check.result import Result
 from chipwise.cli.check import report
@@ -27,7 +28,7 @@ def result():
         found.findings.add(Finding(FLUTE, line, line, 2, (0.0, 0.0, -9.0), 9.0, 8.0))
     found.notes = [[5, "a note"], [7, "another"], [8, "a note"]]
     found.load = (0.5, np.array([0.0, 6000.0]))
-    found.pictures = (0.5, 0.0, 0.0, -10.0, np.zeros((4, 4), np.float32), np.zeros((4, 4), np.float32))
+    found.drawing = Drawing(0.5, (0.0, 0.0, -10.0), np.zeros((4, 4), np.float32), np.zeros((4, 4), np.float32))
     return found
 
 

@@ -13,7 +13,8 @@ import zlib
 import numpy as np
 import pytest
 
-from chipwise.check import page
+from chipwise.check import page, page_stock
+from chipwise.check.drawing import Drawing
 from chipwise.check.findings import FLUTE, Finding, Findings
 from chipwise.check.result import Result, ToolFigures
 from chipwise.tools import ToolGeometry
@@ -58,7 +59,7 @@ def make_result(program="a.ngc"):
     before = np.full((30, 40), 0.0, np.float32)
     after = before.copy()
     after[10:20, 5:15] = -4.0
-    result.pictures = (0.5, 0.0, 0.0, -10.0, before, after)
+    result.drawing = Drawing(0.5, (0.0, 0.0, -10.0), before, after)
     return result
 
 
@@ -77,7 +78,7 @@ def test_figures_and_pictures():
     assert "mean cm3/min" in text and "Removal rate, cm3/min" in text and ">6</text>" in text and "mm3/min" not in text
     stock, = json.loads(parser.data)
     heights = np.frombuffer(base64.b64decode(stock["after"]), "<u2").reshape(stock["rows"], stock["columns"])
-    expected = make_result().pictures[5] + 10.0
+    expected = make_result().drawing.after + 10.0
     assert stock["cell"] == 0.5 and np.allclose(heights / 65535 * stock["high"], expected, atol=1e-3)
     pictures = [a.partition(",")[2] for a in parser.addresses if a.startswith("data:image/png")]
     assert len(pictures) == 2
@@ -112,9 +113,9 @@ def test_many_programs_keep_the_page_small():
     _text, parser = parse(results)
     assert len(json.loads(parser.data)) == page.PICTURES
     large = make_result()
-    large.pictures = (0.1, 0.0, 0.0, -10.0, np.zeros((900, 1200), np.float32), np.zeros((900, 1200), np.float32))
+    large.drawing = Drawing(0.1, (0.0, 0.0, -10.0), np.zeros((900, 1200), np.float32), np.zeros((900, 1200), np.float32))
     stock, = json.loads(parse([large])[1].data)
-    assert max(stock["rows"], stock["columns"]) <= page.CELLS and stock["cell"] == pytest.approx(0.5)
+    assert max(stock["rows"], stock["columns"]) <= page_stock.CELLS and stock["cell"] == pytest.approx(0.5)
 
 
 @pytest.mark.skipif(shutil.which("node") is None, reason="no node to read JavaScript with")

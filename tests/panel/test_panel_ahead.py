@@ -10,7 +10,7 @@ import pytest
 
 from chipwise.check import in_force
 from chipwise.panel import ahead, ahead_process
-from chipwise.panel.path_ahead import Path
+from chipwise.check.drawn_path import Path
 from support import ROOT
 from support.panel_client import follow
 from support.panel_rig import scene, serving

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from chipwise.panel import ahead
-from chipwise.panel.path_ahead import Thinner
+from chipwise.check.drawn_path import Thinner
 from support.panel_rig import scene
 
 

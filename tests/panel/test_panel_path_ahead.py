@@ -9,8 +9,9 @@ import random
 import numpy as np
 import pytest
 
-from chipwise.panel import path_ahead
-from chipwise.panel.path_ahead import Thinner, anywhere, follow
+from chipwise.check import drawn_path
+from chipwise.check.drawn_path import Thinner
+from chipwise.panel.path_ahead import anywhere, follow
 
 ROUNDS = int(os.environ.get("CHIPWISE_PANEL_ROUNDS", 30))
 
@@ -118,8 +119,8 @@ def test_thinned(seed):
     moves = random_program(chance)
     most = chance.choice((50, 400_000))
     path = made(moves, most=most)
-    assert len(path.points) <= most and path.step == pytest.approx(path_ahead.STEP_MM * 2 ** round(math.log2(path.step / path_ahead.STEP_MM)))
-    assert (path.step == path_ahead.STEP_MM) >= (most > 50) and np.allclose(path.points[[0, -1]], [moves[0][0], moves[-1][0]], atol=1e-4)
+    assert len(path.points) <= most and path.step == pytest.approx(drawn_path.STEP_MM * 2 ** round(math.log2(path.step / drawn_path.STEP_MM)))
+    assert (path.step == drawn_path.STEP_MM) >= (most > 50) and np.allclose(path.points[[0, -1]], [moves[0][0], moves[-1][0]], atol=1e-4)
     kept = path.points.astype(float)
     for point, _rapid, line in moves:
         near = np.linalg.norm(kept - point, axis=1) <= path.step + 1e-3
@@ -139,7 +140,7 @@ def test_a_million_moves():
     for first in range(0, len(points), 4096):
         thinner.add(points[first:first + 4096], np.zeros(len(points[first:first + 4096]), bool), np.arange(first, first + len(points[first:first + 4096])))
     path = thinner.path()
-    assert 200_000 < len(path.points) <= path_ahead.MOST_POINTS and path.low[1] <= 1 and path.high[-1] == 999_999 and path.step <= 0.8
+    assert 200_000 < len(path.points) <= drawn_path.MOST_POINTS and path.low[1] <= 1 and path.high[-1] == 999_999 and path.step <= 0.8
     done = follow(path, path.s[200_000] - 3, path.points[200_000], 0, 20.0)
     assert done == pytest.approx(path.s[200_000], abs=0.3)
 

@@ -6,5 +6,6 @@
     sweep.py                       the stock offline: components/offline/height_sweep.c
     simulate.py, times.py          records -> figures of each tool, findings (result.py, findings.py)
     run.py                         programs -> results, on several cores
-    page.py                        one result -> one HTML page
+    drawing.py, drawn_path.py      what the page draws of the stock and the path
+    page.py, page_stock.py         one result -> one HTML page
 """

@@ -42,6 +42,7 @@ class Finding:
     limit: Optional[float] = None
     segments: int = 1
     at: int = 0                 # segments before it, for the order
+    machine: Optional[tuple] = None     # the position, mm in machine coordinates
 
     def json(self):
         """As in --json."""
@@ -155,7 +156,7 @@ class Findings:
         before.last_line = max(before.last_line, finding.last_line)
         before.line = min(before.line, finding.line)
         if finding.value < before.value if finding.rule == CLEARANCE else finding.value > before.value:
-            before.value, before.position = finding.value, finding.position
+            before.value, before.position, before.machine = finding.value, finding.position, finding.machine
 
     @property
     def count(self):

@@ -10,6 +10,27 @@
         background: [0.93, 0.95, 0.96], uncut: [0.72, 0.60, 0.42], shallow: [0.62, 0.70, 0.78], deep: [0.62, 0.70, 0.78],
         path: [0, 0, 0], tool: [0, 0, 0]});
     if (!(view instanceof HeightView)) return;
+    const FEED = [0.0, 0.4, 0.8, 1], RAPID = [0.8, 0.4, 0.0, 1];
+    let feeds = [], rapids = [], marks = [];
+
+    // The path, as pieces of feed moves and of traverses: x y z in mm from the corner, and whether the piece that ends there is a traverse.
+    function pieces(text) {
+        const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0)), path = new Float32Array(bytes.buffer);
+        [feeds, rapids] = [[], []];
+        for (let k = 4; k < path.length; k += 4) (path[k + 3] > 0.5 ? rapids : feeds).push(...path.subarray(k - 4, k - 1), ...path.subarray(k, k + 3));
+    }
+
+    // Over the stock: the path, and a link for each finding where it is.
+    view.over = (matrix) => {
+        view.drawLine(feeds, view.gl.LINES, FEED);
+        view.drawLine(rapids, view.gl.LINES, RAPID);
+        for (const [link, x, y, z] of marks) {
+            const at = [0, 1].map((i) => matrix[i] * x + matrix[4 + i] * y + matrix[8 + i] * z + matrix[12 + i]);
+            link.style.left = `${(at[0] + 1) / 2 * canvas.clientWidth}px`;
+            link.style.top = `${(1 - at[1]) / 2 * canvas.clientHeight}px`;
+            link.hidden = Math.abs(at[0]) > 1 || Math.abs(at[1]) > 1;
+        }
+    };
 
     function heights(text) {
         const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
@@ -20,10 +41,17 @@
         view.begin(stock);
         view.before(heights(stock.before));
         view.put(0, 0, stock.columns, stock.rows, heights(after ? stock.after : stock.before));
+        pieces(stock.path);
+        viewer.querySelectorAll('a').forEach((link) => link.remove());
+        marks = stock.marks.map(([x, y, z, label, title, row]) => {
+            const link = document.createElement('a');
+            Object.assign(link, {textContent: `\u25cb ${label}`, title, href: `#${row}`});
+            viewer.appendChild(link);
+            return [link, x, y, z];
+        });
         view.draw();
     }
 
-    view.listen(() => view.draw());
     places.forEach((place, number) => {
         const controls = document.createElement('p');
         ['before', 'after'].forEach((name) => {
@@ -40,8 +68,9 @@
         place.insertBefore(controls, place.firstChild);
     });
     const viewer = document.createElement('div');
-    viewer.className = 'viewer';
+    viewer.className = 'viewer turned';
     viewer.appendChild(canvas);
+    view.listen(() => view.draw());
     if (places.length) {
         places[0].appendChild(viewer);
         load(stocks[0], true);

@@ -1,36 +1,34 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Results of a check as one HTML page that needs no network.
 
-Called by cli/check.py.  Load over time is an SVG, the stock a PNG seen from above; if the browser has WebGL the stock can
-be turned and zoomed instead (page.js, page.css beside this file, drawing/height_shaders.js and height_view.js, put into the page).
+Called by cli/check.py.  Load over time is an SVG, the stock one seen from above (page_stock.py); if the browser has WebGL the stock can
+be turned and zoomed besides (page.js, page.css beside this file, drawing/height_shaders.js and height_view.js, put into the page).
 """
 
-import base64
 import html
 import json
 import math
 import os
-import struct
-import zlib
 
 import numpy as np
 
 from chipwise.check.findings import grouped
+from chipwise.check.page_stock import stock_data
 from chipwise.errors import format_length, printable
 from chipwise.rates import MM3_PER_CM3
 
 PICTURES = 40               # programs with a picture of the stock, so that the page stays small
-CELLS = 256                 # of such a picture along its longer side
-WIDE, HIGH, LEFT, BOTTOM = 900, 200, 70, 30     # px, of a chart
+WIDE, HIGH, LEFT, BOTTOM = 900, 200, 70, 45     # px, of a chart
 FOLDER = os.path.dirname(os.path.abspath(__file__))
 VIEW = [os.path.join(os.pardir, "drawing", name) for name in ("height_shaders.js", "height_view.js")]
 
 
 def page(results):
     """HTML text."""
-    shown = [number for number, r in enumerate(results) if r.pictures is not None][:PICTURES]
-    stocks = {number: stock_data(results[number]) for number in shown}
-    body = "".join(section(number, r, stocks.get(number)) for number, r in enumerate(results))
+    shown = [number for number, r in enumerate(results) if r.drawing is not None][:PICTURES]
+    groups = [grouped(r.findings.kept) for r in results]
+    stocks = {number: stock_data(results[number], number, {id(one): row for row, group in enumerate(groups[number]) for one in group}) for number in shown}
+    body = "".join(section(number, r, stocks.get(number), groups[number]) for number, r in enumerate(results))
     data = json.dumps([stocks[number]["js"] for number in shown])
     title = "chipwise check: " + ("1 program" if len(results) == 1 else f"{len(results)} programs")
     return (f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><title>{title}</title>\n'
@@ -63,24 +61,45 @@ def contents(results):
     return f"<ul>{rows}</ul>\n" if len(results) > 1 else ""
 
 
-def section(number, result, stock):
+def minutes(seconds):
+    """"0:12.4", "75:02", of minutes and seconds."""
+    tenths = round(seconds * 10)
+    if tenths < 6000:
+        return f"{tenths // 600}:{tenths % 600 / 10:04.1f}"
+    whole = round(seconds)
+    return f"{whole // 60}:{whole % 60:02}"
+
+
+def section(number, result, stock, groups):
     """One program."""
     head = f'<section id="p{number}"><h2>{text(result.program)}</h2>\n'
     if result.error:
         said, line = result.error
         where = f" (line {line})" if line and "(line " not in said else ""
-        return f'{head}<p class="bad">{text(said)}{where}</p></section>\n'
+        return f'{head}<p class="bad">{text(said)}{where}</p>\n{surveyed(result)}</section>\n'
     unit = result.unit
-    note = f"<p>{result.moves} moves, cells of {text(format_length(result.cell, unit))}. Lengths in {unit}.</p>\n"
-    return (head + note + tools_table(result) + findings_table(result) + load_chart(result)
+    note = f"<p>{result.moves} moves, cells of {text(format_length(result.cell, unit))}. Lengths in {unit}, times in minutes and seconds.</p>\n"
+    return (head + note + tools_table(result) + findings_table(result, number, groups) + load_chart(result)
             + (stock["html"] if stock else "") + "</section>\n")
 
 
-def table(heads, rows):
-    """Rows of texts -> HTML."""
-    def row(tag, cells):
-        return "<tr>" + "".join(f"<{tag}>{text(c)}</{tag}>" for c in cells) + "</tr>\n"
-    return "<table>" + row("th", heads) + "".join(row("td", cells) for cells in rows) + "</table>\n"
+def table(heads, rows, prefix=""):
+    """Rows of texts -> HTML; prefix: of the ids of the rows, "" for none."""
+    def row(tag, cells, name=""):
+        return f"<tr{name}>" + "".join(f"<{tag}>{text(c)}</{tag}>" for c in cells) + "</tr>\n"
+    return "<table>" + row("th", heads) + "".join(row("td", cells, f' id="{prefix}{k}"' if prefix else "") for k, cells in enumerate(rows)) + "</table>\n"
+
+
+def surveyed(result):
+    """What is known of a program that is not judged."""
+    if not result.tools:
+        return ""
+    unit, said = result.unit, ""
+    if result.extents:
+        low, high = (" ".join(f"{axis}{format_length(round(v, 3), unit).split()[0]}" for axis, v in zip("XYZ", corner)) for corner in result.extents)
+        said = f"<p>It feeds from {low} to {high} ({unit}); the deepest tip is at Z{low.rpartition('Z')[2]}.</p>\n"
+    rows = [(tool.number, format_length(tool.diameter, unit).split()[0] if tool.diameter else "not known", minutes(tool.planned_s)) for tool in result.tools.values()]
+    return said + table(("tool", "diameter", "time with acceleration, min"), rows)
 
 
 def tools_table(result):
@@ -90,29 +109,29 @@ def tools_table(result):
     rows = []
     for tool in result.tools.values():
         f = tool.json()
-        rows.append((f["tool"], length(f["diameter_mm"]), f["shape"] or "not known", f'{f["feed_s"]:.1f}', f'{f["planned_s"]:.1f}',
-                     f'{f["volumetric_planned_s"]:.1f}' if result.load_volumetric else "-", f'{f["volume_mm3"]:.0f}',
+        rows.append((f["tool"], length(f["diameter_mm"]), f["shape"] or "not known", minutes(f["feed_s"]), minutes(f["planned_s"]),
+                     minutes(f["volumetric_planned_s"]) if result.load_volumetric else "-", f'{f["volume_mm3"]:.0f}',
                      *(f"{rate / MM3_PER_CM3:.4g}" for rate in (f["mean_rate_mm3_min"], f["peak_rate_mm3_min"])),
                      f'{length(f["depth_mm"])} (line {f["depth_line"]})' if f["depth_mm"] else "-", length(f["flute_length_mm"]),
                      length(f["least_flute_length_mm"]), length(f["least_stick_out_mm"])))
     return "<h3>Tools</h3>\n" + table(
-        ("tool", "diameter", "shape", "s at F", "s with acceleration", "s with M251", "mm3", "mean cm3/min", "peak cm3/min at F",
+        ("tool", "diameter", "shape", "min at F", "min with acceleration", "min with M251", "mm3", "mean cm3/min", "peak cm3/min at F",
          "largest depth", "flute length", "smallest flute length", "smallest stick-out"), rows)
 
 
-def findings_table(result):
+def findings_table(result, number, groups):
     """All findings that were kept, those of one cause in one row."""
     found = result.findings
     if not found.count:
         return "<h3>No findings</h3>\n"
     rows = []
-    for group in grouped(found.kept):
+    for group in groups:
         (first, last), worst = group.lines, group.worst
         place = " ".join(format_length(round(v, 3), result.unit).split()[0] for v in worst.position) if worst.position else "-"
         rows.append((worst.rule, first if first == last else f"{first} to {last}", worst.tool, place, group.said(result.unit),
                      *(["assumed" if result.is_assumed(worst) else ""] if result.guessed else [])))
     more = f"<p>and {found.dropped} more</p>\n" if found.dropped else ""
-    return "<h3>Findings</h3>\n" + table(("rule", "line", "tool", "X Y Z", "what", *(["depends on"] if result.guessed else [])), rows) + more
+    return "<h3>Findings</h3>\n" + table(("rule", "line", "tool", "X Y Z", "what", *(["depends on"] if result.guessed else [])), rows, f"p{number}f") + more
 
 
 # ---- load over time ------------------------------------------------------------------------------------------------
@@ -131,11 +150,13 @@ def load_chart(result):
     top = round_above(max(float(rates.max()) for _, _, (_, rates) in curves))
     lines = "".join(curve(colour, width, rates, end, top) for _, colour, (width, rates) in curves)
     keys = "".join(f'<text x="{LEFT + 10 + 110 * k}" y="14" fill="{colour}">{name}</text>' for k, (name, colour, _) in enumerate(curves))
-    marks = "".join(f'<text x="{LEFT + WIDE * k / 4:.0f}" y="{HIGH + 20}" text-anchor="middle">{end * k / 4:.1f} s</text>'
+    marks = "".join(f'<text x="{LEFT + WIDE * k / 4:.0f}" y="{HIGH + 20}" text-anchor="middle">{minutes(end * k / 4)}</text>'
                     for k in range(5))
     marks += "".join(f'<text x="{LEFT - 5}" y="{HIGH - (HIGH - 20) * k / 2 + 4:.0f}" text-anchor="end">{top * k / 2 / MM3_PER_CM3:g}</text>'
                      f'<line x1="{LEFT}" x2="{LEFT + WIDE}" y1="{HIGH - (HIGH - 20) * k / 2:.0f}" y2="{HIGH - (HIGH - 20) * k / 2:.0f}" '
                      'stroke="#ddd"/>' for k in range(3))
+    marks += (f'<text x="{LEFT + WIDE / 2:.0f}" y="{HIGH + 38}" text-anchor="middle">time, min</text>'
+              f'<text x="14" y="{HIGH / 2:.0f}" text-anchor="middle" transform="rotate(-90 14 {HIGH / 2:.0f})">cm3/min</text>')
     return (f'<h3>Removal rate, cm3/min, over time</h3>\n<svg class="load" viewBox="0 0 {LEFT + WIDE + 30} {HIGH + BOTTOM}" '
             f'role="img" aria-label="removal rate over time">{marks}{lines}{keys}</svg>\n')
 
@@ -146,53 +167,3 @@ def curve(colour, width, rates, end, top):
     y = HIGH - np.repeat(np.asarray(rates, float), 2) * (HIGH - 20) / top
     points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x.tolist(), y.tolist()))
     return f'<polyline fill="none" stroke="{colour}" points="{points}"/>'
-
-
-# ---- the stock -----------------------------------------------------------------------------------------------------
-
-
-def stock_data(result):
-    """{"js": heights for page.js, "html": flat pictures and the place of the viewer}."""
-    cell, _x0, _y0, z_min, before, after = result.pictures
-    step = -(-max(before.shape) // CELLS)
-    before, after = coarser(before, step), coarser(after, step)
-    high = max(float(before.max()), float(after.max()), z_min + 1e-6)
-
-    def packed(heights):
-        return base64.b64encode(np.round((heights - z_min) / (high - z_min) * 65535).astype("<u2").tobytes()).decode()
-
-    rows, columns = before.shape
-    pictures = "".join(f'<figure><img alt="stock {name}, from above" src="data:image/png;base64,{png}" width="{columns}">'
-                       f"<figcaption>{name}</figcaption></figure>"
-                       for name, png in (("before", flat_picture(before, cell * step)), ("after", flat_picture(after, cell * step))))
-    return {"js": {"rows": rows, "columns": columns, "cell": cell * step, "high": high - z_min, "before": packed(before),
-                   "after": packed(after)},
-            "html": f'<h3>Stock</h3>\n<div class="stock">{pictures}</div>\n'}
-
-
-def coarser(heights, step):
-    """The highest of each field of step by step."""
-    if step == 1:
-        return heights
-    rows, columns = heights.shape
-    return np.maximum.reduceat(np.maximum.reduceat(heights, np.arange(0, rows, step), axis=0), np.arange(0, columns, step), axis=1)
-
-
-def flat_picture(heights, cell):
-    """Base64 of a PNG of a height map from above, Y upwards: lit from the upper left, darker where deeper."""
-    z = heights[::-1].astype(float)
-    padded = np.pad(z, 1, mode="edge")
-    slope_x, slope_y = (padded[1:-1, 2:] - padded[1:-1, :-2]) / (2 * cell), (padded[2:, 1:-1] - padded[:-2, 1:-1]) / (2 * cell)
-    light = (0.5 * slope_x + 0.5 * slope_y + 1.0) / (np.sqrt(1.5) * np.sqrt(slope_x ** 2 + slope_y ** 2 + 1.0))
-    deep = (z - z.min()) / np.ptp(z) if np.ptp(z) > 1e-9 else np.ones_like(z)
-    return base64.b64encode(png(np.clip(255 * np.maximum(light, 0.05) * (0.55 + 0.45 * deep), 0, 255).astype(np.uint8))).decode()
-
-
-def png(grey):
-    """(rows, columns) uint8 -> PNG."""
-    def chunk(kind, data):
-        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-    rows, columns = grey.shape
-    raw = b"".join(b"\0" + row.tobytes() for row in grey)
-    return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", columns, rows, 8, 0, 0, 0, 0))
-            + chunk(b"IDAT", zlib.compress(raw, 9)) + chunk(b"IEND", b""))

@@ -10,6 +10,7 @@ from typing import Optional
 
 import numpy as np
 
+from chipwise.check.drawing import Drawing
 from chipwise.check.findings import OF_STOCK, Findings
 from chipwise.tools import ToolGeometry
 
@@ -69,7 +70,7 @@ class Result:
     notes: list = field(default_factory=list)     # [line, text] about how it was judged
     load: Optional[tuple] = None                  # (seconds of a bin, mm3/min) at F
     load_volumetric: Optional[tuple] = None       # the same with M251; None without
-    pictures: Optional[tuple] = None              # (cell mm, x0, y0, z_min, heights before, heights after)
+    drawing: Optional[Drawing] = None
     dwell_s: float = 0.0                          # of G4; not in the times of the tools
     tool_changes: int = 0                         # nor is the time that these take
     stock: Optional[tuple] = None                 # (low, high, source) mm, work coordinates, of one that is assumed

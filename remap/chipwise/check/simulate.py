@@ -17,6 +17,7 @@ import numpy as np
 
 from chipwise.assumed.assume import Unknown, assume, halves, surveyed
 from chipwise.check import doubts, records, rules
+from chipwise.check.drawing import Draughtsman
 from chipwise.check.findings import CLEARANCE, FLUTE, FLUTES_UNKNOWN, HOLDER, RAPID, RATE, TOOL, Finding
 from chipwise.check.program_file import UNCHECKED, Missing, Unfinished, Unreadable
 from chipwise.check.reader import CPU_S, Reader
@@ -34,7 +35,6 @@ GAP = 5                     # segments within the rule that do not divide a find
 PART = 65536                # segments simulated at once
 RATE_SLACK = 1.05           # the cells give the rate over a window to some per cent
 Y_AXIS = 2                  # of Machine.axis_mask
-PICTURE = 400               # cells of a picture along its longer side
 
 
 class _TooCoarse(Exception):
@@ -52,7 +52,7 @@ class Simulation:
         self.position = None                            # (3,), mm
         self.height_known = self.place_known = self.blind = False      # blind: what cannot be judged moves
         self.unplaced = rules.Unplaced()
-        self.map = self.before = None
+        self.map = self.draughtsman = None
         self.tool, self.shape = None, None
         self.been = math.inf                            # mm, lowest Z of this tool since it is at its place across the axis
         self.frame = records.Frame()
@@ -97,7 +97,7 @@ class Simulation:
         self.stock_number += 1
         if self.stock_number in self.needles:
             self.map.add_needles(self.needles[self.stock_number])
-        self.before, self.been = self.map.picture(PICTURE), math.inf
+        self.draughtsman, self.been = Draughtsman(self.map, self.segments), math.inf
         self.result.cell = self.map.cell
 
     def _take_tool(self, number, diameter, line):
@@ -210,6 +210,7 @@ class Simulation:
             raise _TooCoarse(int(lines[0]), self.tool.number, self.shape.diameter)
         judged, self.been = rules.near_stock(self.position, positions, kinds, self.map.z_max, self.been)
         met = self.map.cut(self.shape, self.position, positions, judged, self.settings["TRAVERSE_CLEARANCE"])
+        self.draughtsman.add(kinds, positions, lines, self.frame)
         tool, stock = self.tool, self.map
         tool.volume += float(met["volume"].sum(dtype=np.float64))
         cuts = (met["depth"] > MIN_DEPTH_MM) & (kinds != records.RAPID)
@@ -217,7 +218,7 @@ class Simulation:
             worst = int(np.argmax(np.where(cuts, met["depth"], 0.0)))
             if met["depth"][worst] > tool.depth:
                 tool.depth, tool.depth_line = float(met["depth"][worst]), int(lines[worst])
-                tool.depth_position = self._work_position(positions, worst, met)
+                tool.depth_position = self._contact(positions, worst, met)[1]
             tool.reach = max(tool.reach, stock.z_max - float(positions[cuts, 2].min()))
         g = tool.geometry
         if g is not None and g.flute_length is not None:
@@ -251,25 +252,25 @@ class Simulation:
             if len(found):
                 self.doubts.setdefault(self.stock_number, []).append((self.shape.diameter / 2, found))
 
-    def _work_position(self, positions, index, met):
-        """Where on a move the worst contact was, mm in work coordinates."""
+    def _contact(self, positions, index, met):
+        """Where on a move the worst contact was, mm in machine and in work coordinates."""
         start = positions[index - 1] if index else self.position
         p = start + float(met["at"][index]) * (positions[index] - start)
-        return self.frame.to_work(p)
+        return tuple(map(float, p)), tuple(map(float, self.frame.to_work(p)))
 
     def _find(self, rule, broken, values, limit, positions, lines, met, worst_of=np.argmax):
         """One finding for each chain of segments that break a rule."""
-        last, at = self.broken.get(rule, -GAP - 1), self.segments
-        indices = np.flatnonzero(broken)
+        last, at, indices = self.broken.get(rule, -GAP - 1), self.segments, np.flatnonzero(broken)
         if not len(indices):
             return
         self.broken[rule] = at + int(indices[-1])
         for part in np.split(indices, np.flatnonzero(np.diff(indices) > GAP) + 1):
             first, end = int(part[0]), int(part[-1]) + 1
             worst = int(part[worst_of(values[part])])
+            machine, work = self._contact(positions, worst, met)
             self.result.findings.extend(
                 Finding(rule, int(lines[first:end].min()), int(lines[first:end].max()), self.tool.number,
-                        tuple(map(float, self._work_position(positions, worst, met))), float(values[worst]), limit, len(part), at + first),
+                        work, float(values[worst]), limit, len(part), at + first, machine),
                 goes_on=at + first - last <= GAP)
             last = at + end - 1
 
@@ -282,8 +283,7 @@ class Simulation:
         result.findings.kept.sort(key=lambda finding: finding.at)
         result.load = self.timer.load.rates()
         result.load_volumetric = self.timer.load_volumetric.rates() if self.timer.volumetric else None
-        step = max(1, math.ceil(max(self.map.nx, self.map.ny) / PICTURE))
-        result.pictures = (self.map.cell * step, self.map.x0, self.map.y0, self.map.z_min, self.before, self.map.picture(PICTURE))
+        result.drawing = self.draughtsman.drawing()
         return result
 
 

@@ -24,9 +24,10 @@ import threading
 
 import numpy as np
 
+from chipwise.check.drawn_path import Path, lengths
 from chipwise.clock import patience
 from chipwise.loaded import identity
-from chipwise.panel.path_ahead import Path, anywhere, follow, lengths
+from chipwise.panel.path_ahead import anywhere, follow
 
 WINDOW = 10_000             # points
 READ_S = 300.0              # until a process that reads is ended

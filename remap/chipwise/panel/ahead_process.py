@@ -3,7 +3,7 @@
 contours of G77, G78 and G79 on standard output.  Called by ahead.py.
 
     {"ini", "program", "scene", "tip"}      scene: panel/machine.py: scene(); tip: (x, y, z) of the tool, mm, machine coordinates
-    -> a line of JSON {"note", "line", "relative", "loops", "points", "step"}, then the arrays of path_ahead.Path, in their order
+    -> a line of JSON {"note", "line", "relative", "loops", "points", "step"}, then the arrays of drawn_path.Path, in their order
 
 note: why the path ends at this line, "" for a program that was read to its end.  Computing time, memory and the number of moves are limited.
 It is LinuxCNC's own interpreter with the remaps of the machine (check/reader.py), so the cycles plan as they do when the program runs.
@@ -17,13 +17,13 @@ import sys
 
 import numpy as np
 
+from chipwise.check.drawn_path import Thinner
 from chipwise.check.in_force import machine_in_force
 from chipwise.check.program_file import Unfinished, Unreadable
 from chipwise.check.reader import Reader
 from chipwise.check.records import ARC, RAPID, TARGET
 from chipwise.errors import unnamed
 from chipwise.own_folder import FolderError, OwnFolder
-from chipwise.panel.path_ahead import Thinner
 from chipwise.processes import die_with_parent, limit_memory
 
 NICE = 5                # LinuxCNC comes first; with 10 a busy computer showed no path for minutes
@@ -52,7 +52,7 @@ def is_relative(program, scene):
 
 
 def read(order, folder):
-    """-> (dict of the answer, path_ahead.Path or None)."""
+    """-> (dict of the answer, drawn_path.Path or None)."""
     thinner, targets, note, line = Thinner(), [], "", 0
     try:
         machine = machine_at(order["ini"], order["scene"], order["tip"], folder)
