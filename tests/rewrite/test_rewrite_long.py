@@ -96,7 +96,7 @@ def test_moves_without_a_tool_between(gap):
     kind = np.array([RAPID, RAPID, FEED, RAPID, *[RAPID] * gap, RAPID, RAPID, FEED, RAPID])
     stock = SimpleNamespace(kind=STOCK, at=0, line=1, values=(0, 0.0, *low, *high))
     tools = [SimpleNamespace(kind=TOOL, at=at, line=2, values=(number, 6.0)) for at, number in ((0, 1), (4, 0), (4 + gap, 1))]
-    program = SimpleNamespace(end=end, kind=kind, line=np.arange(len(end)) + 1, events=[stock, *tools], height_known_from=0,
+    program = SimpleNamespace(end=end, kind=kind, line=np.arange(len(end)) + 1, events=[stock, *tools], known_from=0,
                               start=lambda k: end[max(k - 1, 0)])
     geometry = {1: ToolGeometry(shape="flat", flute_length=11.0)}
     found = depths.too_deep(program, geometry, 0.25, 0.0)

@@ -108,7 +108,7 @@ def test_traverses_of_the_program_itself_stay(tmp_path, machine):
 
 def test_a_link_is_for_the_stock_before_the_segment_is_cut():
     """What the segment takes away beside its own beginning is still there when the tool comes down."""
-    links = Links(SimpleNamespace(height_known_from=0, feed=np.array([600.0]), kind=np.array([FEED])), CLEARANCE)
+    links = Links(SimpleNamespace(known_from=0, feed=np.array([600.0]), kind=np.array([FEED])), CLEARANCE)
     stock, tool = HeightMap((0, 0, -20), (60, 60, 0), 0.25), Shape(6.0)
     links.stock, links.tool, links.travel = stock, SimpleNamespace(shape=tool), 5.0
     part, body = SimpleNamespace(points=np.array([[-3.1, 30.0, -9.0]])), SimpleNamespace(lead=[], move=np.array([0]))

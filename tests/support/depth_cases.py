@@ -21,7 +21,7 @@ def program_of(places, tool, kinds=None, low=LOW, high=HIGH):
               SimpleNamespace(kind=TOOL, at=0, line=2, values=(1, tool[0]))]
     end = places[1:]
     return SimpleNamespace(end=end, start=lambda k: places[k], kind=np.full(len(end), FEED) if kinds is None else np.array(kinds),
-                           line=np.arange(len(end)) + 3, events=events, height_known_from=0)
+                           line=np.arange(len(end)) + 3, events=events, known_from=0)
 
 
 def geometry_of(tool, flute):

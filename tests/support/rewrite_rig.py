@@ -124,7 +124,7 @@ def judged(program, geometry, spacing=0.2):
         if section.tool is None:
             continue
         shape, flute = section.tool.shape, section.tool.flute_length or math.inf
-        for move in range(max(section.first, program.height_known_from), section.end):
+        for move in range(max(section.first, program.known_from), section.end):
             depth, = needles.move((shape.diameter, shape.corner_radius, shape.tip_angle), program.start(move), program.end[move],
                                   (0.004,))
             if program.kind[move] == 0:

@@ -9,7 +9,9 @@ from chipwise.interpreter_process import INCH
 
 _CODES = {610: EXACT_PATH, 611: EXACT_STOP}     # by the interpreter's active G-code
 _G64 = 640
-_G10, _G28, _G30, _G92, _HERE = 100, 280, 300, 920, 20      # by their number in a block, ten times the code; L20 of G10
+_G10, _G28, _G30, _G53, _G92, _HERE = 100, 280, 300, 530, 920, 20      # by their number in a block, ten times the code; L20 of G10
+_AT_CURRENT = (120, 130)    # cycles of chipwise that go round the current place
+_MOTION, _DISTANCE, _G91 = 1, 3, 910        # groups of a block's G-codes
 _XYZ = 7
 _STILL = 1e-9               # inch
 
@@ -26,6 +28,7 @@ class MotionModes:
 
     def __init__(self, axis_mask):
         self._path = self._waited_for = self._moves = None
+        self._relative = False                  # G91 is in force in the program itself, not in a cycle
         self.unnamed = axis_mask & _XYZ         # a mask: where these axes are is known on the machine only
 
     def named(self, interpreter, moved):
@@ -33,20 +36,32 @@ class MotionModes:
         line is read, so that a place that changes names its axis too."""
         if interpreter is None:
             self.unnamed = 0
-        for level in range(interpreter.remap_level + 1 if interpreter else 0):
-            self.unnamed &= ~_words(interpreter.blocks[level])
-        self.unnamed &= ~sum(1 << axis for axis, by in enumerate(moved) if abs(by) > _STILL)
+            return 0
+        self._see_distance(interpreter)
+        blocks = [interpreter.blocks[level] for level in range(interpreter.remap_level + 1)]      # the one that is executed, then those that are remapped
+        only_words = len(blocks) > 1 and blocks[1].g_modes[_MOTION] in _AT_CURRENT              # its moves are round a place that may be unknown
+        for block in blocks[only_words:]:
+            if not self._relative or block.g_modes[0] in (_G28, _G30, _G53):
+                self.unnamed &= ~_words(block)
+        if not (self._relative or only_words):
+            self.unnamed &= ~sum(1 << axis for axis, by in enumerate(moved) if abs(by) > _STILL)
         return self.unnamed
 
-    def _touched_off(self, block):
-        """A touch-off tells where the machine is."""
-        if block.g_modes[0] == _G92 or block.g_modes[0] == _G10 and block.l_number == _HERE:
-            self.unnamed &= ~_words(block)
+    def _see_distance(self, interpreter):
+        own = interpreter.blocks[1].g_modes[_DISTANCE] if interpreter.remap_level else -1
+        if interpreter.remap_level == 0 or own >= 0:
+            self._relative = own == _G91 if own >= 0 else int(interpreter.distance_mode) != 0
+
+    def touched_off(self, interpreter):
+        """On each line: a touch-off tells where the machine is."""
+        if self.unnamed and interpreter:
+            self._see_distance(interpreter)
+            block = interpreter.blocks[0]
+            if block.g_modes[0] == _G92 or block.g_modes[0] == _G10 and block.l_number == _HERE:
+                self.unnamed &= ~_words(block)
 
     def changes(self, state, moves, interpreter):
         """Yield (kind, value) of records.  state: of next_line(); moves: their number until now; interpreter: as Python sees it, or None."""
-        if self.unnamed and interpreter:
-            self._touched_off(interpreter.blocks[interpreter.remap_level])
         waits_for = state.spindle, state.speed, state.mist, state.flood, state.tool_length_offset
         if self._waited_for not in (None, waits_for):
             yield DWELL, 0.0

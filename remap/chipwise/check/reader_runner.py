@@ -60,8 +60,7 @@ class Canon(ToolCalls, interpreter_process.Canon):
         self.count, self.line, self.seen, self.plane = 0, 0, 0, 1
         self.feed_rate, self.unchecked = 0.0, None     # mm/min, and the mode it counts in if that is not judged
         self.spindle = self.tools.entry(0) if job["random"] else self.tools.of_number(job["tool"])
-        self.g5x, self.g92, self.angle = (0.0,) * 3, (0.0,) * 3, 0.0
-        self.sin, self.cos = 0.0, 1.0
+        self.g5x, self.g92, self.angle, self.sin, self.cos = (0.0,) * 3, (0.0,) * 3, 0.0, 0.0, 1.0
         self.at = [0.0, 0.0, 0.0]           # inch, work coordinates without offsets
         self.stop, self.fed, self.probed, self.ended = None, False, False, False        # ended: judged up to here
         self.messages, self.notes, self.trace, self.modes = [], [], None, MotionModes(job["axis_mask"])
@@ -153,6 +152,7 @@ class Canon(ToolCalls, interpreter_process.Canon):
 
     def next_line(self, state):
         self._judge_feed_mode(_UNCHECKED.get(state.feed_mode))      # the modes are those after the line before
+        self.modes.touched_off(self.modes.unnamed and self._interpreter)
         if self.job["judged"] and not self.job["written"]:
             for kind, value in self.modes.changes(state, self.count, self._interpreter):
                 self._event(kind, value)

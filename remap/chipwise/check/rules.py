@@ -73,23 +73,33 @@ class Unplaced:
     def __init__(self):
         self._axes = None                   # mask of those that are not named yet; None: before the first move
         self._missed = 0                    # line of the first move that might have cut
+        self._height_known = False
         self.arrives = False                # whether the last of the moves just counted comes to the first place
         self._named = self._late = 0        # line that names the last axes, and their mask
 
     def lead(self, moves, top):
         """Number of leading moves that cannot be judged.  top: of the stock, mm."""
-        self.arrives = False
+        lead = self._unnamed(moves, top)
+        if not self._height_known:
+            height, self._height_known = moves_at_unknown_height(moves[:, 0], moves[:, 4])
+            lead = max(lead, height)
+        self.arrives = lead > 0 and not moves[lead - 1, records.UNNAMED]
+        return lead
+
+    def _unnamed(self, moves, top):
+        """lead() for axes that are not named yet."""
         if self._axes == 0:
             return 0
         unnamed = moves[:, records.UNNAMED].astype(int)
         first = int(np.argmin(unnamed > 0)) if (unnamed == 0).any() else len(moves)
         axes = int(unnamed[first - 1]) if first else self._axes or 0
-        self.arrives = first < len(moves) and bool(axes & ACROSS)           # it begins anywhere
-        lead = first + int(self.arrives)
+        lead = first + (_moves_of_step(moves[first:]) if axes and first < len(moves) else 0)         # that one begins anywhere
         if (moves[:lead, 0] == records.RAPID).all():                        # nothing is cut on the way: from work zero, as the interpreter has it
-            lead, self.arrives = 0, False
+            lead = 0
         low, known = moves[:lead, 4] < top, unnamed[:lead] & DOWN == 0
         missed = np.where(moves[:lead, 0] == records.RAPID, low & known, low | ~known)
+        if axes == DOWN and 0 < lead and first < lead and (first == 0 or math.dist(moves[first - 1, 2:4], moves[first, 2:4]) < ACROSS_MM):
+            missed[first] = False                                           # straight down: its end says it all
         if missed.any() and not self._missed:
             self._missed = int(moves[int(np.argmax(missed)), 1])
         self._axes = axes
@@ -102,11 +112,17 @@ class Unplaced:
         if not self._missed:
             return []
         axes = [name for axis, name in enumerate("XYZ") if (self._axes or self._late) >> axis & 1]
-        names = " and ".join(axes) + (" are" if len(axes) > 1 else " is")
+        names = " and ".join(filter(None, (", ".join(axes[:-1]), axes[-1]))) + (" are" if len(axes) > 1 else " is")
         if self._axes:
             return [[self._missed, f"{names} never named in the program: where it moves is known on the machine only and is not judged; "
                      "name X, Y and Z before the first cut"]]
         return [[self._named, f"{names} named first in line {self._named}: what is moved before is not judged, from line {self._missed} on"]]
+
+
+def _moves_of_step(moves):
+    """Number of the moves of the first step of (n, WIDTH) records: an arc has a chord a move."""
+    others = (moves[1:, 0] != records.ARC) | (moves[1:, 6] > 0)
+    return (int(np.argmax(others)) + 1 if others.any() else len(moves)) if moves[0, 0] == records.ARC else 1
 
 
 def near_stock(start, positions, kinds, top, been):

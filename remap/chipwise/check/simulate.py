@@ -50,7 +50,7 @@ class Simulation:
         self.settings, self.cell, self.geometry = settings, cell, tools
         self.timer = Timer(machine)
         self.position = None                            # (3,), mm
-        self.height_known = self.place_known = self.blind = False      # blind: what cannot be judged moves
+        self.place_known = self.blind = False      # blind: what cannot be judged moves
         self.unplaced = rules.Unplaced()
         self.map = self.draughtsman = None
         self.tool, self.shape = None, None
@@ -137,22 +137,22 @@ class Simulation:
         self.result.moves += len(block)
         if not self.place_known:
             self.apart, self.place_known = rules.moves_to_first_place(block[:, 0], block[:, 2:5], self.frame)
-        lead = max(self._height_unknown(block), self.unplaced.lead(block, self.map.z_max if self.map else -math.inf))
+        lead = self.unplaced.lead(block, self.map.z_max if self.map else -math.inf)
         if lead:
             self.blind = True
             self._take_moves(block[:lead], stops)
             self.blind = False
             if self.unplaced.arrives:
-                self._cut(self.position[None], block[lead - 1:lead, 1].astype(int), block[lead - 1:lead, 0].astype(int), np.zeros(1))
+                self._arrive(block[lead - 1], lead > 1 and math.dist(block[lead - 2, 2:4], block[lead - 1, 2:4]) < rules.ACROSS_MM)
         for part in self._segments(block[lead:]):
             self._take_moves(part, stops and part[-1, 1] == block[-1, 1])
 
-    def _height_unknown(self, block):
-        """Number of leading traverses up to the first one in Z: the interpreter starts at machine zero, the machine anywhere."""
-        if self.height_known:
-            return 0
-        lead, self.height_known = rules.moves_at_unknown_height(block[:, 0], block[:, 4])
-        return lead
+    def _arrive(self, move, straight):
+        """Judge the end of a move that begins anywhere; straight: above its end."""
+        place = self.position.copy()
+        self.position[2] = max(self.map.z_max, place[2]) if self.map and straight else place[2]
+        self._cut(place[None], move[None, 1].astype(int), move[None, 0].astype(int), np.zeros(1))
+        self.position = place
 
     def _segments(self, block):
         """Yield the moves in parts, those with feeds divided into segments of about SEGMENT_MM."""

@@ -84,7 +84,7 @@ def cell_for(program, geometry, wanted, cells=CELLS_ACROSS):
 def in_stock(program, found, cell, progress=None, needles=None):
     """Yield (Section, HeightMap) of the sections that move, in their order; the moves are the caller's to cut.
 
-    The moves before the first known height belong to none.  Raises Unreadable where a feed move has no tool or no stock to cut
+    The moves before the first known place belong to none.  Raises Unreadable where a feed move has no tool or no stock to cut
     in, or the cells are too large for the tool.  progress: called with the share that is done; needles: {number of the stock, from 0: places
     (n, 2) of needles to add to its map}.
     """
@@ -95,7 +95,7 @@ def in_stock(program, found, cell, progress=None, needles=None):
             if needles and count in needles:
                 stock.add_needles(needles[count], layout.NEEDLE_SKIN, layout.NEEDLE_AREA)
             count += 1
-        section = replace(section, first=max(section.first, program.height_known_from))
+        section = replace(section, first=max(section.first, program.known_from))
         if section.end > section.first:
             tool = section.tool
             feeds = np.flatnonzero(program.kind[section.first:section.end] != records.RAPID)

@@ -122,13 +122,16 @@ def _path(program, stock):
 
 def path_of(program, sections, tools):
     """The Path of all of a Program's moves; tools: cutting.Tools, those of the Sections."""
-    tool = np.full(len(program.kind), ELSEWHERE, np.int32)
+    tool, to = np.full(len(program.kind), ELSEWHERE, np.int32), program.end
     for section in sections:
         if section.tool in tools:
-            own = slice(section.first, section.end)
+            own = slice(max(section.first, program.known_from), section.end)
             number = tools.index(section.tool)
             tool[own] = np.where(program.kind[own] != records.RAPID, number, ~number)
-    return Path(np.array(program.start(0), float), program.end, tool, np.arange(len(tool), dtype=np.int32))
+    if program.lead.arrives and program.known_from:
+        to = to.copy()
+        to[program.known_from - 1] = to[program.known_from]
+    return Path(np.array(program.start(0), float), to, tool, np.arange(len(tool), dtype=np.int32))
 
 
 def shape_of(stock):

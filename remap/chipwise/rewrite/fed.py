@@ -23,6 +23,7 @@ def feed_traverses(program, edits, places):
         table.feed[own] = _feeds(table.kind, table.feed, own, program)
         table.kind[own] = FEED
     kept = _ending_at(program.kind, program.end, places)
+    kept = kept[kept >= program.known_from]
     replaced = set(edits.instead.steps.tolist())
     for move, feed in zip(kept.tolist(), _feeds(program.kind, program.feed, kept, program).tolist()):
         step = int(program.step[move])

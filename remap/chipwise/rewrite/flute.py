@@ -23,7 +23,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from chipwise.check.records import FEED, RAPID
+from chipwise.check.records import ARC, FEED, RAPID
 from chipwise.check.reader import Unreadable
 from chipwise.check.simulate import SEGMENT_MM
 from chipwise.check.sweep import MET
@@ -304,6 +304,8 @@ class Shifter:
     def _lead(self, body, move, z0, wall):
         """Moves in place of one that leads to a body, which begins at z0."""
         program, place = self.program, self.program.end[move, :2].tolist()
+        if program.kind[move] == ARC:
+            raise Unreadable("the flutes are too short where an arc from an unknown place ends", "name X, Y and Z in a straight move before it", int(program.line[move]))
         if program.kind[move] != RAPID:
             return [Move(FEED, (*place, z0), float(program.feed[move]))]
         return self.links.lead_down(place, float(program.start(move)[2]), z0, wall, float(program.feed[body.move[0]]))

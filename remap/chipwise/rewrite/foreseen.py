@@ -12,7 +12,7 @@ from chipwise.check import records
 from chipwise.rewrite import along
 from chipwise.rewrite.edits import Move
 from chipwise.rewrite.growing import Growing
-from chipwise.rewrite.program import Moves
+from chipwise.rewrite.program import Lead, Moves
 
 PART_STEPS = 16_384         # of the program that are worked on at a time
 PART_MOVES = 65_536         # that are compared at a time
@@ -21,13 +21,14 @@ SAME_MM = 3e-5              # of two moves' ends: the last digit of the text, as
 
 @dataclass
 class Foreseen(Moves):
-    """kind, line (n,) int, end (n, 3) mm, events: as of program.Program; feed (n,) mm/min, NaN: the one in force."""
+    """kind, line (n,) int, end (n, 3) mm, events, lead: as of program.Program; feed (n,) mm/min, NaN: the one in force."""
 
     kind: np.ndarray
     line: np.ndarray
     end: np.ndarray
     feed: np.ndarray
     events: list
+    lead: Lead = Lead()
 
 
 def foreseen(program, edits):
@@ -50,7 +51,7 @@ def foreseen(program, edits):
                                  (kinds, _lines(program, steps), ends, new_feeds)):
             column.add(np.concatenate(both)[order])
     events = [type(e)(int(k), e.kind, e.line, e.values) for k, e in zip(at, program.events)]
-    return Foreseen(*(column.whole() for column in columns), events)
+    return Foreseen(*(column.whole() for column in columns), events, program.lead)
 
 
 @dataclass(frozen=True)
@@ -126,6 +127,6 @@ def same_moves(path, program):
     def cuts(one):
         return [(e.at, e.kind, e.values) for e in one.events if e.kind in (records.TOOL, records.STOCK)]
 
-    return (len(path.kind) == len(program.kind) and bool(((path.kind == records.RAPID) == (program.kind == records.RAPID)).all())
+    return (len(path.kind) == len(program.kind) and path.lead.named_from == program.lead.named_from and bool(((path.kind == records.RAPID) == (program.kind == records.RAPID)).all())
             and all(float(np.abs(path.end[k:k + PART_MOVES] - program.end[k:k + PART_MOVES]).max()) <= SAME_MM
                     for k in range(0, len(path.kind), PART_MOVES)) and cuts(path) == cuts(program))

@@ -22,7 +22,7 @@ class Links:
 
     def __init__(self, program, clearance):
         self.program, self.clearance, self.stock, self.tool, self.travel = program, clearance, None, None, None
-        lead = program.height_known_from
+        lead = program.known_from
         self._first = float(program.end[lead - 1, 2]) if lead and abs(program.end[lead - 1, 2]) > 1e-9 else -math.inf
 
     def _safe(self):

@@ -10,7 +10,7 @@ traverse, a straight feed or a whole arc.  All lengths mm, machine coordinates o
 import functools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple, Optional
 
 import numpy as np
@@ -94,20 +94,28 @@ class Event:
     values: list
 
 
+@dataclass(frozen=True)
+class Lead:
+    """The first moves of a program, up to where it has named X, Y and Z (rules.Unplaced): known_from: number of the first move that is cut, arrives:
+    whether that one begins anywhere, and counts at its end only; named_from: of the first move that has all axes named; notes: [[line, text]]."""
+
+    known_from: int = 0
+    arrives: bool = False
+    named_from: int = 0
+    notes: tuple = ()
+
+
 class Moves:
-    """Moves of a class that has their kind (n,) int and end (n, 3) mm."""
+    """Moves of a class that has their kind (n,) int, end (n, 3) mm and lead."""
 
     kind: np.ndarray
     end: np.ndarray
+    lead: Lead
+    known_from = property(lambda self: self.lead.known_from)
 
     def start(self, move):
         """(3,): start of a move. The machine's position before the first is unknown: the first move starts at its end."""
-        return self.end[max(move - 1, 0)]
-
-    @functools.cached_property
-    def height_known_from(self):
-        """Number of the first move whose height the machine and the interpreter agree on (rules.moves_at_unknown_height)."""
-        return rules.moves_at_unknown_height(self.kind, self.end[:, 2])[0]
+        return self.end[move if self.lead.arrives and move == self.lead.known_from else max(move - 1, 0)]
 
 
 @dataclass
@@ -140,6 +148,7 @@ class Program(Moves):
     marks: Optional[np.ndarray] = None        # (k, 9): moves before it, line and values of each MARK record of a marked program
     items: Optional[list] = None              # what the marks refer to
     simulated: dict = field(default_factory=dict)   # by cell: proof.simulated() of it
+    lead: Lead = Lead()
 
     @property
     def steps(self):
@@ -247,6 +256,7 @@ class Collector:
         self.first, self.circle, self.frame = (Growing(np.int32) for _ in range(3))
         self.circles, self.frames, self.events, self.marks = [], [records.Frame()], [], []
         self.pending = -1
+        self._unplaced, self._top, self._lead = rules.Unplaced(), -math.inf, Lead()
 
     def take(self, block):
         kinds = block[:, 0].astype(int)
@@ -273,13 +283,25 @@ class Collector:
         self.first.add(firsts + self.count)
         self.circle.add(circle)
         self.frame.add(np.full(len(firsts), len(self.frames) - 1, np.int32))
+        self._lead_in(block)
         for column, own in zip(self.columns, (kinds, block[:, 1], block[:, 2:5], block[:, 5])):
             column.add(own)
         self.count += len(block)
         if self.count > self.most:
             raise Unreadable(f"it makes more than {self.most} moves", "look for a loop without an end, or rewrite it in parts")
 
+    def _lead_in(self, block):
+        """Moves of a block that are not to be cut."""
+        lead, before = self._unplaced.lead(block, self._top), self._lead
+        if lead:
+            begins = self._unplaced.arrives and block[lead - 1, 0] != records.RAPID
+            before = replace(before, known_from=self.count + lead - begins, arrives=bool(begins))
+        unnamed = np.flatnonzero(block[:, records.UNNAMED]) if before.named_from == self.count else ()
+        self._lead = replace(before, named_from=self.count + int(unnamed[-1]) + 1) if len(unnamed) else before
+
     def _event(self, kind, line, values):
+        if kind == records.STOCK:
+            self._top = values[7]
         if kind == records.CIRCLE:
             self.pending = len(self.circles)
             self.circles.append(Circle(int(values[0]), tuple(values[1:4]), values[4]))
@@ -301,7 +323,8 @@ class Collector:
             blocks = blocks_of(source.parts())
             modes = modes_by_line(source, blocks.subs, before)
         return Program(path, kind, line, end, feed, step, first, _short(self.circle.whole()), _short(self.frame.whole()),
-                       self.circles, self.frames, self.events, source, modes, messages, blocks=blocks, marks=self.marks)
+                       self.circles, self.frames, self.events, source, modes, messages, blocks=blocks, marks=self.marks,
+                       lead=replace(self._lead, notes=tuple(self._unplaced.notes())))
 
 
 def read(path, machine, stock=None, progress=None, text=True, most=MOST_MOVES, **limits):
@@ -315,7 +338,7 @@ def read(path, machine, stock=None, progress=None, text=True, most=MOST_MOVES, *
             if progress:
                 progress(int(block[-1, 1]))
         program = collector.program(path, reader.messages, first_modes(machine), text)
-        program.notes = reader.notes
+        program.notes = [*reader.notes, *program.lead.notes]
         return program
 
 

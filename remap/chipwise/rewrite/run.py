@@ -176,7 +176,8 @@ def respect_flutes(order, job, progress):
                 needles = depths.with_needles(needles, found)                   # what the map of the edits has not met
                 reserve += RESERVE_MM * deep
         if not path:
-            return job.program.content(), "the flutes are long enough everywhere, the program is unchanged"
+            where = "elsewhere" if job.program.lead.notes else "everywhere"
+            return job.program.content(), f"the flutes are long enough {where}, the program is unchanged"
         proof.same_stock(job.program, second, job.geometry, job.cell)
         second = None
         data = _content(path)

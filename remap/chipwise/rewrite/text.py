@@ -128,8 +128,10 @@ class Writer:
         """[5]"""
         if not 1 <= number <= len(self.source):
             raise Unreadable("a move that has to change is not written in this file", "write the program out without subs", number)
-        text = self.source[number - 1]
-        modes = self.program.modes[number - 1]
+        text, program = self.source[number - 1], self.program
+        if program.first[self._steps_of(number)[0]] < program.lead.named_from:
+            raise Unreadable("its moves have to change, and X, Y and Z are not all named before", "name them before the first cut", number)
+        modes = program.modes[number - 1]
         if modes.cutter_side != 40:
             raise Unreadable("its moves have to change, and cutter compensation is on (G41, G42)", "write the program with the tool's own path",
                              number)

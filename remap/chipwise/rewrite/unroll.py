@@ -65,6 +65,8 @@ class Unroller:
 
     def _block(self, block):
         begin, last = self._marks_of(block)
+        if self.program.first[self.steps[begin]] < self.program.lead.named_from:
+            raise kept_codes.cannot("its moves", block.first, "X, Y and Z are not all named before")
         self._check_text(block)
         self._show(block)
         modes, self.motion = modes_of(self.marks[begin]), f"G{self.marks[begin, MOTION] / 10:g}"
