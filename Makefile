@@ -11,6 +11,8 @@
 #   make build      components, the C core as a library, C test programs
 #   make install    DESTDIR and PREFIX honoured; make uninstall removes the same
 #   make deb        Debian packages in build/deb, for the Debian and the LinuxCNC of this machine
+#   make CROSS=aarch64  realtime modules, library and C test programs for another processor, in build/aarch64, with Debian's cross compiler;
+#                   make CROSS=aarch64 deb the package for it; make test-cross runs the C test programs under qemu-user
 #   make deps       the Debian packages needed, only those missing
 #   make clean      remove build/
 #
@@ -24,8 +26,15 @@ PREFIX ?= /usr/local
 DESTDIR ?=
 export PREFIX DESTDIR         # through the environment: any character is allowed
 PYTHON = /usr/bin/python3
-CC = gcc
+# A processor other than this machine's, as GNU names it, and where all that depends on the processor is built.
+CROSS ?=
+BUILD ?= build$(if $(CROSS),/$(CROSS))
+TRIPLET = $(if $(CROSS),$(CROSS)-linux-gnu-)
+CC = $(TRIPLET)gcc
 HALCOMPILE = halcompile
+ifneq ($(CROSS),)
+.DEFAULT_GOAL = cross
+endif
 
 COMPONENTS = $(sort $(wildcard components/*.comp))
 CORE       = $(sort $(wildcard components/core/*.c))
@@ -35,24 +44,23 @@ LAYOUT     = remap/chipwise/stock/layout.py components/offline/layout_table.c
 CORE_TESTS = $(sort $(wildcard tests/core/*.c))
 BENCHES    = $(sort $(wildcard bench/*.c))
 
-MODULES  = $(COMPONENTS:components/%.comp=build/modules/%.so)
+MODULES  = $(COMPONENTS:components/%.comp=$(BUILD)/modules/%.so)
 COMMANDS = $(notdir $(wildcard bin/*))
 MANPAGES = $(COMPONENTS:components/%.comp=build/man/%.9) $(COMMANDS:%=build/man/%.1)
 CATALOGUES = $(patsubst remap/chipwise/locale/%.po,build/locale/%/LC_MESSAGES/chipwise.mo,$(wildcard remap/chipwise/locale/*.po))
 COMPLETIONS = build/completion/chipwise build/completion/chipwise-sandbox
-OBJECTS  = $(CORE:components/core/%.c=build/core/%.o)
-OFFLINES = $(OFFLINE:components/offline/%.c=build/offline/%.o)
-LIBRARY  = build/libchipwise.so build/libchipwise_kinematics.so
-MODELS   = build/tests/support/fine_model.so build/tests/support/judge.so build/tests/support/turning_oracle.so
-PROGRAMS = $(CORE_TESTS:tests/core/%.c=build/tests/%) $(BENCHES:bench/%.c=build/bench/%)
+OBJECTS  = $(CORE:components/core/%.c=$(BUILD)/core/%.o)
+OFFLINES = $(OFFLINE:components/offline/%.c=$(BUILD)/offline/%.o)
+LIBRARY  = $(BUILD)/libchipwise.so $(BUILD)/libchipwise_kinematics.so
+MODELS   = $(BUILD)/tests/support/fine_model.so $(BUILD)/tests/support/judge.so $(BUILD)/tests/support/turning_oracle.so
+PROGRAMS = $(CORE_TESTS:tests/core/%.c=$(BUILD)/tests/%) $(BENCHES:bench/%.c=build/bench/%)
 
-# As in LinuxCNC's Makefile.modinc; the warnings are ours.
-RTFLAGS = -Os -g -fno-fast-math -fno-unsafe-math-optimizations -mieee-fp \
+# As in LinuxCNC's Makefile.modinc; the warnings are ours.  No products fused with sums: every processor computes the same figures.
+IEEE := $(shell $(CC) -mieee-fp -S -o /dev/null -xc /dev/null 2>/dev/null && echo -mieee-fp)
+ROUNDED = -ffp-contract=off
+RTFLAGS = -Os -g -fno-fast-math -fno-unsafe-math-optimizations $(IEEE) $(ROUNDED) \
           -fno-builtin-sin -fno-builtin-cos -fno-builtin-sincos \
           -fPIC -Wframe-larger-than=2560
-ifeq ($(filter x86_64 i686,$(shell uname -m)),)
-RTFLAGS := $(filter-out -mieee-fp,$(RTFLAGS))
-endif
 CFLAGS ?= -Wall -Wextra -Werror=implicit-function-declaration
 WERROR ?=
 override CFLAGS += $(WERROR)
@@ -66,17 +74,17 @@ HARDENING ?=
 LDFLAGS ?=
 export LDFLAGS                # halcompile links with them
 # What each module is stamped with; remap/chipwise/fit.py compares it before a module is loaded.
-STAMP = build/stamp.h
+STAMP = $(BUILD)/stamp.h
 NOW_STAMPED := $(shell tools/build_stamp 2>/dev/null)
 IS_STAMPED := $(shell sed -n 's/^static.* = "\(.*\)";$$/\1/p' $(STAMP) 2>/dev/null)
 # halcompile knows no warnings; its make takes the compiler from here.  The code it generates has unused parameters.
-MODULE_CC = $(CC) $(HARDENING) -Wall -Wextra -Wno-unused-parameter $(WERROR) @$(CURDIR)/$(MOTION) @$(CURDIR)/build/options.module
+MODULE_CC = $(CC) $(HARDENING) $(ROUNDED) -Wall -Wextra -Wno-unused-parameter $(WERROR) @$(CURDIR)/$(MOTION) @$(CURDIR)/$(BUILD)/options.module
 empty =
 space = $(empty) $(empty)
 
 CHIPWISE_VERSION = $(shell cat VERSION)
 
-.PHONY: run test test-all test-quick test-shipped sanitized sanitizers lint bench build product install uninstall deb deps clean FORCE
+.PHONY: run test test-all test-quick test-shipped test-cross sanitized sanitizers lint bench build cross product install uninstall deb deps clean FORCE
 .DELETE_ON_ERROR:
 
 # The steps in their order, each a make of its own: what LinuxCNC's
@@ -103,6 +111,11 @@ test-shipped: deps
 test-quick: deps
 	@$(MAKE) --no-print-directory build
 	@tools/test --quick
+
+test-cross: deps
+	@tools/deps gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user
+	@$(MAKE) --no-print-directory build
+	@CHIPWISE_CROSS=all tools/test -n 0 tests/install/test_cross.py
 
 lint:
 	@tools/deps mypy clang-format
@@ -132,9 +145,17 @@ FORCE:
 
 # halcompile puts components/ on the include path, and the result into the
 # directory it is started in.
-build/modules/%.so: components/%.comp $(CORE) components/linuxcnc_planner.c $(HEADERS) $(MOTION) $(STAMP)
+$(BUILD)/modules/%.so: components/%.comp $(CORE) components/linuxcnc_planner.c $(HEADERS) $(MOTION) $(STAMP) $(if $(CROSS),$(BUILD)/tools/ld $(BUILD)/tools/objcopy)
 	@mkdir -p $(@D)
-	cd $(@D) && MAKEFLAGS='CC=$(subst $(space),\ ,$(strip $(MODULE_CC)))' $(HALCOMPILE) --compile $(CURDIR)/$<
+	cd $(@D) && PATH='$(if $(CROSS),$(CURDIR)/$(BUILD)/tools:)'"$$PATH" MAKEFLAGS='CC=$(subst $(space),\ ,$(strip $(MODULE_CC)))' $(HALCOMPILE) --compile $(CURDIR)/$<
+
+.SECONDARY: $(BUILD)/tools/ld $(BUILD)/tools/objcopy
+# halcompile's make calls these two by their plain names.
+$(BUILD)/tools/%:
+	@mkdir -p $(@D)
+	@ln -sf "$$(command -v $(TRIPLET)$(@F))" $@
+
+cross: $(MODULES) $(LIBRARY) $(CORE_TESTS:tests/core/%.c=$(BUILD)/tests/%)
 
 build/man/%.9: components/%.comp VERSION
 	@mkdir -p $(@D)
@@ -155,7 +176,7 @@ build/locale/%/LC_MESSAGES/chipwise.mo: remap/chipwise/locale/%.po
 	@mkdir -p $(@D)
 	@msgfmt --check -o $@ $<
 
-build/core/%.o: components/core/%.c $(HEADERS)
+$(BUILD)/core/%.o: components/core/%.c $(HEADERS)
 	@mkdir -p $(@D)
 	$(CC) $(HARDENING) $(RTFLAGS) $(CFLAGS) -Icomponents -c -o $@ $<
 
@@ -166,28 +187,28 @@ $(LAYOUT) &: tools/make_layout.py $(HEADERS)
 # Offline only, a million moves at a time: compiled for speed, so that its loops become vectors.
 FAST = -O3 -fno-math-errno -fno-trapping-math -fno-signed-zeros -fassociative-math -ffinite-math-only
 
-build/offline/%.o: components/offline/%.c $(HEADERS)
+$(BUILD)/offline/%.o: components/offline/%.c $(HEADERS)
 	@mkdir -p $(@D)
 	$(CC) $(HARDENING) $(filter-out -Os -Wframe-larger-than=%,$(RTFLAGS)) $(FAST) $(CFLAGS) -Icomponents -c -o $@ $<
 
 # chip_version of the library; the components have theirs in their man pages.
-build/version.c: VERSION
+$(BUILD)/version.c: VERSION
 	@mkdir -p $(@D)
 	@echo 'const char chip_version[] = "$(CHIPWISE_VERSION)";' >$@
 
-build/version.o: build/version.c
+$(BUILD)/version.o: $(BUILD)/version.c
 	$(CC) $(HARDENING) $(RTFLAGS) $(CFLAGS) -c -o $@ $<
 
-build/libchipwise.so: $(OBJECTS) $(OFFLINES) build/version.o
+$(BUILD)/libchipwise.so: $(OBJECTS) $(OFFLINES) $(BUILD)/version.o
 	$(CC) -shared $(LDFLAGS) -o $@ $^ -lm
 
 # Stands in for HAL when a kinematics module of LinuxCNC is used offline; a library of its own, because its functions have HAL's names.
-build/libchipwise_kinematics.so: components/kinematics_host.c
+$(BUILD)/libchipwise_kinematics.so: components/kinematics_host.c
 	@mkdir -p $(@D)
 	$(CC) $(HARDENING) -O2 -fPIC -shared $(CFLAGS) $(LDFLAGS) -o $@ $<
 
 # Tests may use the stack as they like.
-build/tests/%: tests/core/%.c $(OBJECTS) components/linuxcnc_planner.c $(HEADERS) $(wildcard tests/core/*.h) $(MOTION)
+$(BUILD)/tests/%: tests/core/%.c $(OBJECTS) components/linuxcnc_planner.c $(HEADERS) $(wildcard tests/core/*.h) $(MOTION)
 	@mkdir -p $(@D)
 	$(CC) $(filter-out -Wframe-larger-than=%,$(RTFLAGS)) $(CFLAGS) -DULAPI -Icomponents @$(MOTION) -I/usr/include/linuxcnc -o $@ $< $(OBJECTS) -lm
 
@@ -209,7 +230,7 @@ build/sanitized/%.o: components/%.c $(HEADERS)
 	@mkdir -p $(@D)
 	$(CC) $(SANITIZE) $(CFLAGS) -Icomponents -c -o $@ $<
 
-build/sanitized/libchipwise.so: $(SANITIZED_CORE) $(OFFLINES:build/%=build/sanitized/%) build/version.o
+build/sanitized/libchipwise.so: $(SANITIZED_CORE) $(OFFLINES:build/%=build/sanitized/%) $(BUILD)/version.o
 	$(CC) $(SANITIZE) -shared -o $@ $^ -lm
 
 build/sanitized/tests/%: tests/core/%.c $(SANITIZED_CORE) components/linuxcnc_planner.c $(HEADERS) $(wildcard tests/core/*.h) $(MOTION)
@@ -217,11 +238,11 @@ build/sanitized/tests/%: tests/core/%.c $(SANITIZED_CORE) components/linuxcnc_pl
 	$(CC) $(SANITIZE) $(CFLAGS) -DULAPI -Icomponents @$(MOTION) -I/usr/include/linuxcnc -o $@ $< $(SANITIZED_CORE) -lm
 
 # Models of the stock that judge runs, and the oracle of turned parts: nothing of the product is in them.
-build/tests/support/%.so: tests/support/%.c
+$(BUILD)/tests/support/%.so: tests/support/%.c
 	@mkdir -p $(@D)
 	$(CC) -O2 -fPIC -shared $(CFLAGS) -o $@ $(filter %.c,$^) -lm
 
-build/tests/support/judge.so: $(sort $(wildcard tests/support/judge_*.[ch]))
+$(BUILD)/tests/support/judge.so: $(sort $(wildcard tests/support/judge_*.[ch]))
 
 # The core as the components compile it: one unit, realtime flags.
 build/bench/lib/cost: bench/lib/cost.c $(CORE) components/linuxcnc_planner.c $(HEADERS) $(MOTION)
@@ -235,7 +256,7 @@ uninstall:
 	@$(PYTHON) tools/install.py uninstall
 
 deb:
-	@tools/deb
+	@tools/deb $(CROSS)
 
 deps:
 	@tools/deps
