@@ -72,7 +72,7 @@ def quickest_link(obstacles, end, start, terms):
     lanes = [over, *(_off(obstacles, end, leave, enter, terms) for leave in _asides(obstacles, end, enter, terms))]
     found = [(seconds + CORNER_S * len(points), k, points) for k, lane in enumerate(lanes) for seconds, points in lane.routes()]
     for _seconds, k, points in sorted(found, key=lambda one: one[0]):
-        chain = lanes[k].chain(points)
+        chain = lanes[k].chain(points) if lanes[k] is over else _level_off(lanes[k].chain(points), lanes[k].places[1])
         if lanes[k] is over or _is_clear(obstacles, chain, lanes[k].places[1], terms.blend):
             return np.vstack([chain, start]), terms.blend
     return np.vstack([over.chain(over.level()), start]), 0.0
@@ -171,6 +171,13 @@ def _pieces(length):
     near = np.concatenate([[0.0], near[near < length / 2]])
     count = min(max(1, math.ceil((length - 2 * near[-1]) / PIECE)), MOST_PIECES)
     return np.concatenate([near[:-1], np.linspace(near[-1], length - near[-1], count + 1), length - near[-2::-1]])
+
+
+def _level_off(chain, leave):
+    """A route that goes nowhere down before it is over the place aside (2,): up to there stock is at its side, behind the end."""
+    corner = int(np.hypot(*(chain[:, :2] - leave).T).argmin())
+    chain[:corner + 1, 2] = np.maximum.accumulate(chain[:corner + 1, 2])
+    return chain
 
 
 def _is_clear(obstacles, chain, leave, blend):
