@@ -36,7 +36,7 @@ holder = [0.3, 60, 2]
 class Machine:
     """What make_order() needs of a machine."""
 
-    ini, unit_mm, close_gap, motion, barrier_clearance, drive = "", 1.0, 0.01, Motion(), 0.0, Drive()
+    ini, unit_mm, close_gap, motion, barrier_clearance, traverse_clearance, drive = "", 1.0, 0.01, Motion(), 0.0, 0.2, Drive()
 
     def __init__(self, folder, insert):
         self.table, self.geometry = str(folder / "lathe.tbl"), str(folder / "tools.toml")

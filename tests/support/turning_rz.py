@@ -8,7 +8,7 @@ Called by tests/turning/test_turning_rz.py.
     bore             radii with the sign turned, as if it were turned from outside
 
 A gouge is part above the insert or its holder, a contact stock above them on a rapid (above the holder on every move), barrier the same with boxes
-that are larger by the clearance.  near: by how much a rapid of an insert is closer to stock than BESIDE; rapids after a feed may begin in contact, and
+that are larger by the clearance.  near: by how much a rapid of an insert is closer to stock than `beside`; rapids after a feed may begin in contact, and
 have to go away from all stock by LEAVES mm per mm.  mm; at most 0 is clean, but for what moves are sampled with."""
 import math
 import re
@@ -21,10 +21,10 @@ CENTRES = {1: (-1, 1), 2: (1, 1), 3: (1, -1), 6: (0, 1)}        # Q: (z, x) sign
 
 
 class Judge:
-    """part: turning_hands.Part; clearance: mm from barriers.  judge(text, mm of a unit) -> {gouge, contact, holder, barrier, near}, mm."""
+    """part: turning_hands.Part; clearance: mm from barriers; beside: mm of rapids from stock.  judge(text, mm of a unit) -> {gouge, contact, holder, barrier, near}, mm."""
 
-    def __init__(self, part, clearance):
-        self.part, self.tools = part, {t.number: t for t in part.tools}
+    def __init__(self, part, clearance, beside=BESIDE):
+        self.beside, self.part, self.tools = beside, part, {t.number: t for t in part.tools}
         corners = sorted({z for z, _ in [*part.outer, *part.bore]} if len(part.outer) + len(part.bore) < 60 else _sharp(part.outer) | _sharp(part.bore))
         corners += [z for z0, z1, _, _ in part.barriers for z in (z0 - clearance, z1 + clearance) if z > part.blank[1] - 40.0]
         grid = np.arange(part.blank[1] - 40.0, part.blank[2] + LATHE_FAR, CELL)
@@ -47,7 +47,7 @@ class Judge:
         self.stock = {False: np.where(solid, part.blank[0], -np.inf), True: np.where(solid, 0.0, -np.inf)}
         self.worst = {"gouge": -np.inf, "contact": -np.inf, "holder": -np.inf, "barrier": -np.inf, "near": -np.inf}
         self.where = {}
-        self.gone, self.discs = BESIDE / LEAVES, {}     # mm of rapids since the last feed; stock of a side with discs of a radius about it
+        self.gone, self.discs = beside / LEAVES, {}     # mm of rapids since the last feed; stock of a side with discs of a radius about it
 
     def judge(self, text, unit):
         tool, at = None, [None, None]
@@ -55,7 +55,7 @@ class Judge:
             line = re.sub(r"\(.*?\)", "", line)
             if re.match(r"T\d+ M6", line):
                 tool, at = self.tools[int(line[1:].split()[0])], [None, None]
-                self.gone = BESIDE / LEAVES
+                self.gone = self.beside / LEAVES
             words = dict(re.findall(r"([GXZIK])(-?\d+\.?\d*)", line))
             if "#" in line or words.get("G") not in ("0", "1", "2", "3") or not {"X", "Z"} & set(words):
                 continue
@@ -87,7 +87,7 @@ class Judge:
             if rapid:
                 self._note("contact", np.max(stock - edge), line)
                 if tool.kind != "drill":            # it slides in its own hole
-                    self._note("near", np.max(self._beside(inside, min(BESIDE, LEAVES * self.gone)) - edge), line)
+                    self._note("near", np.max(self._beside(inside, min(self.beside, LEAVES * self.gone)) - edge), line)
             else:
                 np.minimum(stock, edge, out=stock)
                 self.discs = {}

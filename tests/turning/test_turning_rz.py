@@ -24,18 +24,19 @@ CLEARANCE = 1.0
 TRUE_REASONS = ("faces down to X", "parts off down to X", "would enter a barrier", "more than the drill's flutes", "boring bar would touch the far side")
 
 
-def machine_of(part, folder):
-    """Machine with the tools of a part."""
+def machine_of(part, folder, beside=None):
+    """Machine with the tools of a part, and a TRAVERSE_CLEARANCE (mm)."""
     (folder / "lathe.tbl").write_text("".join(t.line() for t in part.tools))
     (folder / "lathe_tools.toml").write_text("".join(t.table() for t in part.tools))
-    (folder / "lathe.ini").write_text((ROOT / "configs" / "lathe.ini").read_text())
+    setting = "" if beside is None else f"\n[CHIPWISE]\nTRAVERSE_CLEARANCE = {beside}\n"
+    (folder / "lathe.ini").write_text((ROOT / "configs" / "lathe.ini").read_text().replace("\n[CHIPWISE]\n", setting or "\n[CHIPWISE]\n"))
     path = str(folder / "lathe.ini")
     return Machine(Ini(path), load_settings(path), path)
 
 
-def planned(part, folder):
+def planned(part, folder, beside=None):
     """(plan, written program, mm of a unit) of a part, with the machine's default steps."""
-    machine = machine_of(part, folder)
+    machine = machine_of(part, folder, beside)
     (folder / "part.ngc").write_text(part.text)
     request = read_request(part.text, machine.startup)
     plan = make_plan(make_order(job_of(str(folder / "part.ngc"), request, machine), part.text, request, machine, machine.steps))
@@ -64,6 +65,23 @@ def test_parts_of_both_hands(k, tmp_path):
     assert plan.steps
     print(f"steps {sum(s.needed for s in plan.steps)} of {len(part.tools)} tools; {judge.left():.3f} mm left at most")
     replay.unlink()
+
+
+@pytest.mark.parametrize("beside", (0.0, 0.5, 1.2))
+def test_rapids_keep_the_setting(beside, tmp_path):
+    """TRAVERSE_CLEARANCE of the machine."""
+    judged = 0
+    for k in range(random_count(2)):
+        part = random_part(random.Random(f"beside {random_seed()} {k}"))
+        try:
+            _, text, unit = planned(part, tmp_path, beside)
+        except CycleError as error:
+            assert any(reason in str(error) for reason in TRUE_REASONS), f"{k}: {error}"
+            continue
+        judge, judged = Judge(part, CLEARANCE, beside), judged + 1
+        worst = judge.judge(text, unit)
+        assert worst["near"] <= 1e-6 and worst["gouge"] <= 0.001 and worst["contact"] <= 0.002 and worst["holder"] <= 0.001, (k, worst, judge.where)
+    assert judged
 
 
 @pytest.mark.parametrize("name, code, shift", [("gouge", "123", (-0.004, 0.0)), ("gouge", "123", (0.0, -0.003)), ("contact", "0", (0.0, -0.7)), ("near", "0", (0.0, -0.7)), ("near", "0", (-0.25, 0.0)), ("barrier", "123", (-0.003, 0.0))])

@@ -74,7 +74,7 @@ def _drilled(state, name, tool, allowance):
     if above(part, shape, passes.ROUNDING_MM):
         raise NoRoom("a drill of {d} does not stay inside the bore", "use a smaller drill", d=tool.diameter)
     step = Step(name, True, "solid stock where the bore is", tool, "inside, along the axis", tip, end)
-    step.start, step.moves = (state.safe_z, 0.0), _pecks(end, tip, tool.depth, state.safe_z, PECK_MM if end >= state.faced else CLEARANCE_MM)
+    step.start, step.moves = (state.safe_z, 0.0), _pecks(end, tip, tool.depth, state.safe_z, max(PECK_MM, state.order.beside) if end >= state.faced else state.order.approach)
     state.stock[True] = state.given[True] = state.standing[True] = drilled
     step.removed = sum(a[2] for a in above(before, state.stock[True]))
     return step

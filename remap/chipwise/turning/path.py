@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The path of one step in the making: moves, and contact with what is left, for links that keep clear of it.
 
-Called by passes.py, transverse.py, thread.py and state.py.  A rapid keeps BESIDE_MM from stock at all sides, or goes away from it where a cut has
+Called by passes.py, transverse.py, thread.py and state.py.  A rapid keeps `beside` from stock at all sides, or goes away from it where a cut has
 ended; what cannot be farther from it is a feed.
 """
 
@@ -14,7 +14,7 @@ from chipwise.turning.graph import above, clip, flat, highest, lower, segment, u
 ROUNDING_MM = 1e-6
 SHORT_MM = 1e-7         # of a shorter move only rounding is left
 ARC_MM = 0.002          # a shorter arc is a line: one whose printed ends are equal would be a full circle to LinuxCNC
-BESIDE_MM = 0.2         # that a rapid keeps from stock
+BESIDE_MM = 0.2         # TRAVERSE_CLEARANCE of a machine that does not say it
 LEAVES = ((1.0, 0.43), (2.0, 0.94), (3.0, 1.25))    # rise of a rapid away from the work, and of the stock below it at most: 20 degrees between them
 
 
@@ -43,7 +43,7 @@ class Work:
     block               graph: positions that no rapid may go through beside contact (barrier, holder on stock)
     start               (z, x) where the step begins and ends, clear of everything
     roof                mm: no position is above (a boring bar's far side); inf outside
-    clearance           mm
+    clearance, beside   mm: of an approach; that a rapid keeps from stock
     touch               graph as contact, of the insert without its relief and of what reliefs have left; () for contact
     given, near         graph: positions that touch the blank, or what a drill has left of it; mm of feed before a surface that is below it: this plan
                         has made it, with an insert, and it is where the plan has it
@@ -62,6 +62,7 @@ class Work:
     touch: tuple = ()
     given: tuple = ()
     near: float = BESIDE_MM
+    beside: float = BESIDE_MM
     faced: float = math.inf
     stock: tuple = ()
     nose: float = 0.0
@@ -169,8 +170,8 @@ class Path:
 
     def _free(self, z0, z1):
         """Height above which a rapid between two places is clear of all that is left, beside them, too."""
-        aside = BESIDE_MM - ROUNDING_MM
-        return highest(self.now, min(z0, z1) - aside, max(z0, z1) + aside) + BESIDE_MM
+        aside = max(self.work.beside - ROUNDING_MM, 0.0)
+        return highest(self.now, min(z0, z1) - aside, max(z0, z1) + aside) + self.work.beside
 
     def enter(self, now, path, z):
         """To the right end z of a cut along `path`, without touching what is left (graph `now`) but by feed."""
@@ -188,13 +189,13 @@ class Path:
 
     def can_leave(self, b):
         """Rise (mm per mm) of a move to the upper right that goes away from what is left where a cut that began at b has ended; None: it would not."""
-        gap = self.work.clearance
+        gap, beside = self.work.clearance, self.work.beside
         end = self.z + gap
         holder = upper(clip(self.work.block, max(b, self.z + ROUNDING_MM), end), clip(self.work.reach, self.z + ROUNDING_MM, end))
         for rise, most in LEAVES:
             high = self.x + gap * rise
-            below = [segment(self.z, self.x, end, self.x + gap * most), flat(end, end + BESIDE_MM, high - BESIDE_MM)]
-            if (high <= self.work.roof and not above(clip(self.now, self.z + ROUNDING_MM, end + BESIDE_MM), below, ROUNDING_MM)
+            below = [segment(self.z, self.x, end, self.x + gap * most), flat(end, end + beside, high - beside)]
+            if (high <= self.work.roof and not above(clip(self.now, self.z + ROUNDING_MM, end + beside), below, ROUNDING_MM)
                     and not above(holder, [segment(self.z, self.x, end, high)], ROUNDING_MM)):
                 return rise
         return None

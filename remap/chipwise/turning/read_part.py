@@ -58,7 +58,7 @@ def make_order(job, text, request, machine, steps=ORDER):
                          "add (WORKPIECE,CYLINDER,AXIS=Z,DIAMETER=30,ZMIN=-60,ZMAX=0.5) to the program", "G26")
     part = replace(part, threads=tuple(replace(t, speed=_thread_speed(request, t)) for t in part.threads))
     return Order(part, blank, tools_of(request, machine), request.barriers, words["I"], words["D"], steps, replace(machine.drive, direction=request.direction),
-                 request.diameter, machine.barrier_clearance)
+                 request.diameter, machine.barrier_clearance, machine.traverse_clearance)
 
 
 def with_start(error, job, words):
@@ -145,7 +145,7 @@ def _of_role(tool, role):
 
 
 class Machine:
-    """What the plan needs of an INI file: ini, table and geometry (paths), unit_mm, close_gap, barrier_clearance (mm), steps, motion (times.Motion), drive (thread.Drive),
+    """What the plan needs of an INI file: ini, table and geometry (paths), unit_mm, close_gap, barrier_clearance, traverse_clearance (mm), steps, motion (times.Motion), drive (thread.Drive),
     and startup (codes in force before a program).
     """
 
@@ -155,7 +155,7 @@ class Machine:
             raise CycleError("the INI file has no [EMCIO]TOOL_TABLE", "name the machine's INI file with --ini")
         self.unit_mm, self.startup = 1.0 / ini.units_per_mm(), ini.startup_codes()
         self.geometry, self.close_gap = settings.path("TOOL_GEOMETRY"), settings["CLOSE_GAP"]
-        self.barrier_clearance = settings["BARRIER_CLEARANCE"]
+        self.barrier_clearance, self.traverse_clearance = settings["BARRIER_CLEARANCE"], settings["TRAVERSE_CLEARANCE"]
         self.steps = read_steps(settings.path("TURNING_STEPS"))
         self.drive = _drive(ini, self.unit_mm)
         self.motion = _motion(ini, self.unit_mm)

@@ -19,7 +19,7 @@ from chipwise.turning.state import CLEARANCE_MM, Step, roof, tools_of_role, with
 ROUGH_MM = 0.05         # a roughing step leaves what is thinner
 FINISH_MM = 0.003       # a finishing step, too
 THICK, THIN_MM = 1.5, 0.3       # a finishing cut is thinner than so many allowances, and than so much at least
-TOOTH, TOOTH_MM = THICK - 1.0, 0.15     # of the allowance, and mm, less than a rapid keeps: may stay at a wall after each level, for the finish
+TOOTH, TOOTH_MM, TOOTH_SHARE = THICK - 1.0, 0.15, 0.75        # of the allowance, mm, and of what a rapid keeps: may stay at a wall after each level, for the finish
 FINISHES = 3            # of a finishing tool, one after the other: each finds the stock lower that its holder has to be clear of
 
 
@@ -103,7 +103,7 @@ def _path(state, name, tool, finishing, allowance, least, again):
     if finishing:
         return _finish(state, tool, work, keep, (framed, view, domain), least, again)
     if _finished_later(state, name, tool.inside):
-        work = replace(work, tooth=min(TOOTH * allowance, TOOTH_MM))
+        work = replace(work, tooth=min(TOOTH * allowance, TOOTH_MM, TOOTH_SHARE * work.beside))
     path = passes.rough(work, domain, min(state.order.depth, tool.depth, max(tool.holder_up, 0.0)), least)
     return _found(path, regions, (framed, view, domain))
 

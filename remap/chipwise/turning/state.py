@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 from chipwise.turning import passes, reach
 from chipwise.turning.graph import above, clip, flat, highest, mirrored, negative, upper, value
-from chipwise.turning.path import Move, NoRoom, Work
+from chipwise.turning.path import BESIDE_MM, Move, NoRoom, Work
 
 CLEARANCE_MM = 0.5
 FACED_MM = 0.05         # a blank that ends so near to the face of the part has been faced
@@ -21,7 +21,7 @@ ORDER = ("face", "drill", "rough outside", "rough inside", "rest outside", "rest
 class Order:
     """What is to be made.  part, blank: Profile; tools: {role: (LatheTool, ..)}; barriers: ((z0, z1, x0, x1), ..);
     allowance, depth: mm; order: names of the steps; drive: thread.Drive, None where no thread is to be cut; diameter: X is a diameter in
-    messages (G7); clearance: mm that tools keep from barriers."""
+    messages (G7); clearance: mm that tools keep from barriers; beside: mm that rapids keep from stock."""
 
     part: object
     blank: object
@@ -33,6 +33,12 @@ class Order:
     drive: object = None
     diameter: bool = False
     clearance: float = 0.0
+    beside: float = BESIDE_MM
+
+    @property
+    def approach(self):
+        """mm before stock at which a rapid ends."""
+        return max(CLEARANCE_MM, self.beside)
 
 
 @dataclass
@@ -67,8 +73,8 @@ class State:
         more = 50.0 + max([abs(v) for t in holders for v in (t.holder_left, t.holder_right)] + [4 * t.nose + t.flat for t in holders], default=0.0)
         self.domain = (min(part.z0, blank.z0) - more, max(part.z1, blank.z1) + more)
         radius = max(highest(blank.outside, *self.domain), highest(part.outside, *self.domain), *(b[3] for b in order.barriers), 0.0)
-        self.safe_x = radius + max(FAR_MM, order.clearance)
-        self.safe_z = max(part.z1, blank.z1) + FAR_MM
+        self.safe_x = radius + max(FAR_MM, order.clearance, order.beside)
+        self.safe_z = max(part.z1, blank.z1) + max(FAR_MM, order.beside)
         self.stock = {False: blank.outside, True: blank.bore or [flat(blank.z0, blank.z1, 0.0)]}
         self.given, self.standing = dict(self.stock), dict(self.stock)
         self.made = set()                   # (name of a step, tool number): each tool makes a step once
@@ -102,7 +108,7 @@ class State:
         start = (start_z + tool.nose, self.safe_x + tool.nose if not side else self._floor(side))
         bare = tool.bare()
         touch = reach.dilated(view(clip(self.standing[side], *_ends(self.stock[side]))), bare, 0.0, domain)
-        return Work(lowest, contact, block, start, clearance=CLEARANCE_MM, faced=self.faced if tool.towards < 0 else math.inf, stock=tuple(stock),
+        return Work(lowest, contact, block, start, clearance=self.order.approach, near=max(BESIDE_MM, self.order.beside), beside=self.order.beside, faced=self.faced if tool.towards < 0 else math.inf, stock=tuple(stock),
                     nose=tool.nose, lean=tool.lean, given=tuple(reach.dilated(view(self.given[side]), tool, 0.0, domain)), touch=tuple(touch), tool=tool if levels else None), view, tool, domain
 
     def lowest(self, tool, allowance, levels=False, keep=(), standing=None):

@@ -79,12 +79,12 @@ def part_off(state, name):
     if limit > x_to:
         raise CycleError(f"T{tool.number} parts off down to X{{x}} only, for {what} is in the way",
                          "use a longer blade, or leave more bar outside of the chuck", x=Across(limit - tool.nose))
-    top = max(highest(reach.dilated(stock, tool, 0.0, state.domain), z, z), x_to) + CLEARANCE_MM
+    top = max(highest(reach.dilated(stock, tool, 0.0, state.domain), z - order.beside, z + order.beside), x_to) + order.approach
     step = Step(name, True, f"bar behind the part, from Z{order.part.z0:.3f} mm on", tool, "outside, transverse", z - tool.nose, order.part.z0)
     step.start = (state.safe_z + tool.nose, state.safe_x + tool.nose)
     step.moves = [Move("rapid", z, step.start[1]), Move("rapid", z, top), Move("feed", z, x_to), Move("rapid", z, step.start[1]),
                   Move("rapid", *step.start)]
-    step.removed = (tool.flat + 2 * tool.nose) * max(top - CLEARANCE_MM - tool.nose - max(hole, 0.0), 0.0)
+    step.removed = (tool.flat + 2 * tool.nose) * max(top - order.approach - tool.nose - max(hole, 0.0), 0.0)
     state.stock[False] = clip(stock, order.part.z0, math.inf)
     return step
 

@@ -19,7 +19,7 @@ from chipwise.errors import CycleError
 from chipwise.turning import reach
 from chipwise.turning.graph import above, clip, envelope, flat, highest, lower, mirrored, top, upper, value
 from chipwise.turning.path import Path
-from chipwise.turning.state import CLEARANCE_MM, Step, oriented, roof
+from chipwise.turning.state import Step, oriented, roof
 
 FIRST_MM = 0.3          # depth of the first pass at a pitch of 1 mm; it grows with the root of the pitch, as makers of inserts recommend
 SETTLE_S = 0.01         # after the run-up the axis still corrects: ten servo periods of 1 ms
@@ -175,7 +175,7 @@ class _Part:
     def moves(self):
         """(start, moves) of the passes, in the frame of the tool's side."""
         path = Path(self.work)
-        high = max(self.crest, highest(self.work.contact, self.end, self.far)) + CLEARANCE_MM
+        high = max(self.crest, highest(self.work.contact, self.end, self.far)) + self.work.clearance
         path.link(self.start, high)
         begins = [self.start + k * self.thread.pitch for k in range(self.thread.starts)]
         for depth in self.depths:
