@@ -21,6 +21,16 @@ FALSE: end, abort, error, E-stop), is aborted (
 .B aborted
 TRUE, also if chipwise-monitor is late or dead) or is not seen for a second. A feed switched on in MDI ends when a program starts.
 
+A program that a person has set up (
+.B job
+TRUE when it starts) runs in mode 1 with
+.B job-target
+as long as
+.B job-active
+is TRUE: until it switches the feed itself, ends, is aborted, the machine goes off, or
+.B job
+goes FALSE. It does not come back before the next start.
+
 .B request
 ends with an abort and with the machine off, too: nobody waits for the file any more.
 """;
@@ -44,6 +54,10 @@ pin in bit stock_defined "stock-tracker.N.stock-defined";
 pin in bit certain = 1 "stock-tracker.N.certain; FALSE: the stock is assumed, and none to the codes";
 pin in s32 fault_code "stock-tracker.N.fault-code";
 pin in s32 reply "chipwise-monitor.reply";
+pin in bit job "chipwise-monitor.job: the loaded program has a set-up that a person has confirmed";
+pin in float job_target "chipwise-monitor.job-target: mm3/min that the tool in the spindle may remove in it; 0: the feed is F";
+pin out bit job_active "the set-up is in force: mode and mrr-target follow it";
+pin out s32 run_end "how the last program has ended: 0 it runs, or none has, 1 by itself, 2 stopped (abort, machine off); to chipwise-monitor.run-end";
 pin out bit feed_decided "TRUE for a period when M251 or M252 takes effect, a program starts or is aborted, or the machine goes off; to stock-tracker.N.feed-decided";
 pin out s32 request "to the monitor: 1 save while word is 27, 2 restore while it is 28, until an abort or machine off, else 0";
 pin out s32 slot "register 21, as of the last commit: number of the file";
@@ -58,6 +72,8 @@ variable double number_of_file;
 variable double feed[4];
 variable int of_program;
 variable int was_running;
+variable int is_started;
+variable int is_stopped;
 variable double unseen_for;
 variable int committed;
 variable int file_given_up;
@@ -75,15 +91,35 @@ static int feed_is_over(struct __comp_state *__comp_inst, long period)
 {
     int starts = program_running && !was_running, ends = !program_running && was_running;
     was_running = program_running;
+    is_started = starts;
+    is_stopped = !starts && (is_stopped || (program_running && (aborted || !enabled)));
+    if (starts) run_end = CHIP_RUN_GOES_ON;
+    if (ends) run_end = is_stopped ? CHIP_RUN_STOPPED : CHIP_RUN_WHOLE;
     feed_decided = starts || aborted || !enabled;
     unseen_for = program_running ? 0.0 : unseen_for + fperiod;
     return !enabled || (of_program ? ends || aborted || unseen_for > UNSEEN_S : starts);
 }
 
+/* The set-up of the program that runs. `commits`: the program has switched the feed itself, and that counts from here on. */
+static void follow_job(struct __comp_state *__comp_inst, int commits)
+{
+    int before = job_active, is_on = (job_active || is_started) && job && program_running && enabled && !aborted && !commits;
+    job_active = is_on;
+    if (is_on) {
+        double target = job_target;
+        int known = target > 0.0 && target < CHIP_MOST_JOB_RATE;
+        mode = known ? CHIP_FEED_OF_JOB : 0;
+        mrr_target = known ? target : 0.0;
+        mrr_lower = 0.0;
+    } else if (before && !commits) {
+        mode = 0;
+    }
+}
+
 FUNCTION(_) {
     double w = word;
     int number = w > 0.5 && w < 100.0 ? (int)(w + 0.5) : 0;
-    int of_file = number == CHIP_REGISTER_SAVE_COMMIT || number == CHIP_REGISTER_RESTORE_COMMIT;
+    int of_file = number == CHIP_REGISTER_SAVE_COMMIT || number == CHIP_REGISTER_RESTORE_COMMIT, commits = 0;
 
     if (number >= CHIP_REGISTER_BOX_FIRST && number < CHIP_REGISTER_BOX_FIRST + CHIP_BOX_REGISTERS)
         box[number - CHIP_REGISTER_BOX_FIRST] = value;
@@ -105,6 +141,7 @@ FUNCTION(_) {
     define = number == CHIP_REGISTER_BOX_COMMIT;
     if (feed_is_over(__comp_inst, period)) mode = 0;
     if (number == CHIP_REGISTER_FEED_COMMIT && !committed) {
+        commits = feed[0] >= 0.5 || feed[3] > 0.5;
         feed_decided = 1;
         of_program = feed[3] > 0.5;
         unseen_for = 0.0;
@@ -113,6 +150,7 @@ FUNCTION(_) {
         mrr_lower = feed[2];
     }
     committed = number == CHIP_REGISTER_FEED_COMMIT;
+    follow_job(__comp_inst, commits);
     /* The word stays there after an abort; another chipwise-monitor would serve the request once more, hours later. */
     file_given_up = of_file && (file_given_up || aborted || !enabled);
     if (of_file)

@@ -14,7 +14,7 @@ enum chip_register {
     CHIP_REGISTER_BOX_COMMIT = 7,   /* defines the stock */
     CHIP_REGISTER_BOX_SHAPE = 8,    /* chip_stock_shape */
     CHIP_REGISTER_BOX_TURN = 9,     /* degrees */
-    CHIP_REGISTER_FEED_FIRST = 11,  /* 11..14: mode, target, lower, 1 if a program switches the feed on */
+    CHIP_REGISTER_FEED_FIRST = 11,  /* 11..14: mode, target, lower, 1 if a program switches the feed */
     CHIP_REGISTER_FEED_COMMIT = 17, /* switches the feed */
     CHIP_REGISTER_FILE_SLOT = 21,
     CHIP_REGISTER_SAVE_COMMIT = 27,
@@ -26,6 +26,12 @@ enum chip_register {
 
 /* chipwise-command.N.request: what the monitor is asked to do. */
 enum chip_file_request { CHIP_REQUEST_NONE = 0, CHIP_REQUEST_SAVE = 1, CHIP_REQUEST_RESTORE = 2 };
+
+/* chipwise-command.N.run-end: how the last program has ended. */
+enum chip_run_end { CHIP_RUN_GOES_ON = 0, CHIP_RUN_WHOLE = 1, CHIP_RUN_STOPPED = 2 };
+
+#define CHIP_FEED_OF_JOB 1      /* mode of a program that a person has set up: the limit, never above F */
+#define CHIP_MOST_JOB_RATE 1e12 /* mm3/min */
 
 /* chipwise-command.N.status: the mode plus these, each times its value. */
 #define CHIP_STATUS_STOCK 10    /* 1 if a certain stock is defined */

@@ -55,7 +55,7 @@ def run(tmp_path, cut, monkeypatch):
 
     def begin(capacity=1_000_000):
         said = []
-        pins = Pins({'request': 0, 'hold': False, 'ready': False, 'stock-defined': True, 'certain': True})
+        pins = Pins({'request': 0, 'hold': False, 'ready': False, 'stock-defined': True, 'certain': True, 'job-stock': 0})
         files = StockFiles(pins, parse_settings({'KEEP_STOCK': 'yes', 'STOCK_DIR': str(tmp_path)}), said.append)
         files.stock = Map(capacity)
         files.step(0.0)

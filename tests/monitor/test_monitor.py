@@ -53,7 +53,7 @@ def watched(monkeypatch):
     """A Monitor on pins that are a dict, with a LinuxCNC that has tool 1, 6 mm."""
     fake = types.SimpleNamespace(error=Refusing, stat=Status, command=Command, INTERP_IDLE=1)
     monkeypatch.setitem(sys.modules, 'linuxcnc', fake)
-    pins = dict.fromkeys(('tool-number', 'tool-followed', 'tool-in-spindle', 'heartbeat', 'fault', 'fault-code', 'limited-by', 'ready', 'certain', 'stock-defined', 'tool-assumed',
+    pins = dict.fromkeys(('tool-number', 'tool-followed', 'tool-in-spindle', 'heartbeat', 'fault', 'fault-code', 'limited-by', 'ready', 'certain', 'stock-defined', 'tool-assumed', 'job-stock', 'job-target', 'job-active',
                           'override-ignored', 'guard-reason', 'guard-depth', 'request', 'adaptive-off', 'feed-override', 'load-lost', 'mode'), 0)
     pins['tool-in-spindle'] = 1
     watcher = module.Monitor(pins, parse_settings({}))

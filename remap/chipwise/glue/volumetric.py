@@ -46,9 +46,10 @@ def begin(interp, another):
         feed_ceiling.begin(interp, *Ceiling.waiting)
 
 
-def _end_of_feed(settings):
-    """Queue for the realtime side that the feed is off and F is not replaced; once more by the next code where this may be lost."""
-    queue(settings, Register.FEED_FIRST, [OFF, 0.0, 0.0], Register.FEED_COMMIT)
+def _end_of_feed(settings, of_program=False):
+    """Queue for the realtime side that the feed is off and F is not replaced; once more by the next code where this may be lost.
+    of_program: whether a program says so, which ends the set-up of a job (chipwise_command), and not what is left of another one."""
+    queue(settings, Register.FEED_FIRST, [OFF, 0.0, 0.0, 1.0 if of_program else 0.0], Register.FEED_COMMIT)
     emccanon.SET_AUX_OUTPUT_VALUE(settings["ANALOG_OUT"] + 2, 0.0)
     InForce.feed_left = task.is_restoring()
 
@@ -185,7 +186,7 @@ def feed_off(state):
     Ceiling.waiting = None
     yield from _no_ceiling(state)
     InForce.feed = False
-    _end_of_feed(state.settings)
+    _end_of_feed(state.settings, not context.is_mdi())
     yield
 
 

@@ -14,7 +14,7 @@ def make_component():
     component = hal.component(name)
     for name in ('tool-diameter', 'tool-corner-radius', 'tool-tip-angle', 'tool-flute-length'):
         component.newpin(name, hal.HAL_FLOAT, hal.HAL_OUT)
-    for name in ('tool-number', 'tool-followed', 'heartbeat', 'program-loaded'):
+    for name in ('tool-number', 'tool-followed', 'heartbeat', 'program-loaded', 'job-stock'):
         component.newpin(name, hal.HAL_S32, hal.HAL_OUT)
     component.newpin('tool-max-rate', hal.HAL_FLOAT, hal.HAL_OUT)
     component.newpin('tool-flutes', hal.HAL_FLOAT, hal.HAL_OUT)
@@ -22,13 +22,14 @@ def make_component():
     component.newpin('feed-override', hal.HAL_FLOAT, hal.HAL_OUT)
     component.newpin('program-running', hal.HAL_BIT, hal.HAL_OUT)
     component.newpin('reply', hal.HAL_S32, hal.HAL_OUT)
-    for name in ('hold', 'assumed', 'tool-assumed'):
+    component.newpin('job-target', hal.HAL_FLOAT, hal.HAL_OUT)
+    for name in ('hold', 'assumed', 'tool-assumed', 'job'):
         component.newpin(name, hal.HAL_BIT, hal.HAL_OUT)
-    for name in ('ready', 'fault', 'load-lost', 'override-ignored', 'held', 'stock-defined', 'certain'):
+    for name in ('ready', 'fault', 'load-lost', 'override-ignored', 'held', 'stock-defined', 'certain', 'job-active'):
         component.newpin(name, hal.HAL_BIT, hal.HAL_IN)
     for name in ('guard-distance', 'guard-depth'):
         component.newpin(name, hal.HAL_FLOAT, hal.HAL_IN)
-    for name in ('fault-code', 'limited-by', 'mode', 'request', 'slot', 'guard-reason', 'guard-line', 'tool-in-spindle'):
+    for name in ('fault-code', 'limited-by', 'mode', 'request', 'slot', 'guard-reason', 'guard-line', 'tool-in-spindle', 'run-end'):
         component.newpin(name, hal.HAL_S32, hal.HAL_IN)
     if dead:
         takeover.take_over(component, dead, hal.get_value)

@@ -87,6 +87,12 @@ class Shadow:
             with self.working():
                 self._write(answer, place, lambda: status.poll() or is_idle(linuxcnc, status))
 
+    def leave(self):
+        """The program has a set-up (set_up.py): nothing is assumed."""
+        self._end()
+        self.loaded = self.wanted = self.written = None
+        self.tools, self.texts = {}, []
+
     def _tell(self, text):
         """For the operator, once for each program: a text that is the same again is not said."""
         text = printable(text)

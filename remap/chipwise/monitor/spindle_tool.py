@@ -15,7 +15,7 @@ DIFFER_S = 1.0          # tool numbers of HAL and status that differ for longer 
 
 
 class SpindleTool:
-    """Of a Monitor, which has component, status, settings, units, shadow, say() and inform()."""
+    """Of a Monitor, which has component, status, settings, units, set_up, shadow, say() and inform()."""
 
     def __init__(self):
         self.said_tool = self.noted_tool = None
@@ -58,7 +58,7 @@ class SpindleTool:
             if self.said_tool != str(error):
                 self.said_tool = str(error)
                 self.say(unnamed(error) + '; the feed is at most F')
-        self.show_tool(number, self.shadow.tool(number, shape, self.units))
+        self.show_tool(number, self.shadow.tool(number, self.set_up.tool(number, shape, self.units), self.units))
 
     def show_tool(self, number, shape):
         pins = self.component

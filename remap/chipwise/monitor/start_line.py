@@ -37,8 +37,8 @@ class Quiet:
     A message is a command to the task.  It takes the place of the one that has started a run, so that glue/task.py could not tell any more which
     line it was started from, and on a busy computer of one that the task has not read yet."""
 
-    def __init__(self, linuxcnc):
-        self.linuxcnc, self.status = linuxcnc, linuxcnc.stat()
+    def __init__(self, linuxcnc, seconds=QUIET_S):
+        self.linuxcnc, self.status, self.seconds = linuxcnc, linuxcnc.stat(), seconds
         self.commands = self.since = None
 
     def __call__(self, now=None):
@@ -50,7 +50,7 @@ class Quiet:
         commands, rests = self.status.echo_serial_number, self.status.interp_state == self.linuxcnc.INTERP_IDLE
         if not rests or commands != self.commands:
             self.commands, self.since = commands, now
-        return now - self.since >= patience(QUIET_S)
+        return now - self.since >= patience(self.seconds)
 
 
 class StartLine:

@@ -27,6 +27,7 @@ NOT_ENDED = ('the stock of the last run is not known ([CHIPWISE]KEEP_STOCK): Lin
              'define it with M250, or restore it with M254')
 OPEN_TEXT = b"A run of LinuxCNC with [CHIPWISE]KEEP_STOCK has a stock. If none runs, it did not end in order, and the stock as saved last is in kept.journal.\n"
 MOST_OPEN = 4096
+LARGEST_S32 = 0x7fffffff
 
 
 def words_of(note, now):
@@ -107,6 +108,14 @@ class StockFiles:
         """Whether the stock is more than an assumption."""
         return not self.component['stock-defined'] or bool(self.component['certain'])
 
+    def count(self):
+        """The number of the stock in the map: another one is another stock; 0 before there is a map."""
+        return (int(self.stock.definitions) & LARGEST_S32 or 1) if self.stock else 0
+
+    def is_kept(self):
+        """Whether the stock is one that KEEP_STOCK saves: confirmed, and not that of one program's set-up (set_up.py)."""
+        return self.is_confirmed() and self.component['job-stock'] != self.count()
+
     def save(self, path):
         """The map to a file; -> the reply."""
         from chipwise.stock import shared, store
@@ -132,6 +141,14 @@ class StockFiles:
 
     def give(self, found):
         """(head, cells) to the map; -> the reply."""
+        return self._held(lambda: self.stock.put(*found))
+
+    def empty(self):
+        """The map has no stock; -> the reply."""
+        return self._held(lambda: self.stock.put(None, None))
+
+    def _held(self, write):
+        """Write while the tracker has released the map; -> the reply."""
         self.component['hold'] = True
         end = time.monotonic() + HELD_TIMEOUT_S
         try:
@@ -139,7 +156,7 @@ class StockFiles:
                 if time.monotonic() > end:
                     return reasons.NO_ANSWER
                 time.sleep(0.001)
-            self.stock.put(*found)
+            write()
         finally:
             self.component['hold'] = False
         while self.component['held'] and time.monotonic() < end:
@@ -210,7 +227,7 @@ class StockFiles:
         """Begin to save while the machine works."""
         if self.live is not None or not self.settings['KEEP_STOCK']:
             return
-        self.live = LiveStock(self.path(JOURNAL), self.stock, self.say, self.is_confirmed)
+        self.live = LiveStock(self.path(JOURNAL), self.stock, self.say, self.is_kept)
         if not self.kept_is_due:        # another monitor was before: its file may be of another stock
             self.remove(self.path(JOURNAL))
             self.live.start()

@@ -15,7 +15,7 @@ from chipwise.halcmd import components, halcmds, pins
 from chipwise.processes import lives
 
 OUTWARD = '==>'         # of a pin that writes its signal
-KEPT = ('program-loaded',)      # pins on no signal that are read by the next monitor
+KEPT = ('program-loaded', 'job-stock')      # pins on no signal that are read by the next monitor
 
 
 def instances(component):

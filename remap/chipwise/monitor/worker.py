@@ -19,6 +19,7 @@ from chipwise.clock import patience
 from chipwise.files import printable
 from chipwise.monitor.loaded_program import LoadedProgram
 from chipwise.monitor.messages import FAULTS, guard_text
+from chipwise.monitor.set_up import SetUp
 from chipwise.monitor.shadow import Shadow
 from chipwise.monitor.spindle_tool import SpindleTool
 from chipwise.monitor.start_line import Quiet, StartLine
@@ -69,6 +70,7 @@ class Monitor(SpindleTool):
         self.lost_since = None                      # seen in all looks since then
         self.stock_files = StockFiles(component, settings, self.say, self.working, self.place)
         self.shadow = Shadow(component, settings, self.stock_files, os.environ.get('INI_FILE_NAME', ''), self.inform, self.working)
+        self.set_up = SetUp(component, settings, self.stock_files, self.shadow.ini, self.inform, self.working)
         self.loaded = LoadedProgram(self.inform, feed_is_remapped())
         self.start_line, self.quiet = StartLine(settings, self.inform, first), None
 
@@ -110,6 +112,7 @@ class Monitor(SpindleTool):
             running = False
             if pins['mode']:
                 self.inform(ANOTHER_PROGRAM)
+        self.set_up.check(status)
         pins['program-loaded'] = program
         pins['program-running'] = running
 
@@ -243,7 +246,10 @@ class Monitor(SpindleTool):
 
     def follow_program(self, _now):
         self.loaded.follow(self.status.file)
-        self.shadow.follow(self.linuxcnc, self.status)
+        if self.set_up.follow(self.linuxcnc, self.status, self.command):
+            self.shadow.leave()
+        else:
+            self.shadow.follow(self.linuxcnc, self.status)
 
     def step(self):
         self.machine_tool = self.component['tool-in-spindle']       # before the status, which follows it
@@ -272,10 +278,11 @@ def watch(component, settings, inherited, died):
     monitor = Monitor(component, settings, died, not (inherited or died))
     if inherited or died:
         monitor.stock_files.kept_is_due = False         # the stock is that of this run
-        component['reply'] = component['hold'] = component['assumed'] = 0      # the one before may have left them set
+        component['reply'] = component['hold'] = component['assumed'] = component['job'] = 0      # the one before may have left them set
     try:
         while True:
             monitor.step()
             time.sleep(POLL_S)
     finally:
+        monitor.set_up.end()
         monitor.stock_files.end()

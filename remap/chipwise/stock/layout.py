@@ -12,6 +12,7 @@ CORE_VERSION = 1
 DROP_FULL = 32767
 DROP_NOTHING = -1e+30
 FEED_LOAD_STEPS = 8
+FEED_OF_JOB = 1
 FEED_REGISTERS = 4
 FULL = 65535
 GUARD_STRIP = 0.5
@@ -34,6 +35,7 @@ MIN_MU_PER_MM = 0.001
 MIN_SIZE = 0.001
 MIN_TIP_ANGLE = 0.1
 MIN_TOOL_DIAMETER = 0.001
+MOST_JOB_RATE = 1000000000000.0
 MOTION_ARC = 3
 MOTION_FEED = 2
 MOTION_NONE = 0
@@ -129,6 +131,14 @@ class FileRequest(IntEnum):
     NONE = 0
     SAVE = 1
     RESTORE = 2
+
+
+class RunEnd(IntEnum):
+    """enum chip_run_end"""
+
+    GOES_ON = 0
+    WHOLE = 1
+    STOPPED = 2
 
 
 class GuardReason(IntEnum):

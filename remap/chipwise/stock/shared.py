@@ -182,22 +182,22 @@ class SharedStock:
         return head, cells[1:-1, 1:-1]
 
     def put(self, found, cells):
-        """Makes a stock of store.read() the map's.  Only while the tracker holds still."""
+        """Makes a stock of store.read() the map's, or leaves none (None).  Only while the tracker holds still."""
         head = self._head
-        if found.count > self._capacity or cells.size != found.count:
+        if found and (found.count > self._capacity or cells.size != found.count):
             raise SharedStockError("chipwise: stock map: a stock that does not fit was to be written")
         head.generation += 1
         head.nx = 0                                     # no stock until everything is there
-        start, raw = C.sizeof(_Head), cells.view(np.uint8).reshape(-1)
-        np.frombuffer(self._memory, np.uint8, raw.size, start)[:] = raw
-        (head.x0, head.y0, head.z_min), (head.x_max, head.y_max, head.z_max) = found.low, found.high
-        head.cell = found.cell
-        head.drop_unit = (found.high[2] - found.low[2]) / layout.DROP_FULL
-        head.shape, head.removed = found.shape, found.removed
-        (head.half_x, head.half_y), head.turn = found.half, found.turn
-        head.ny, head.filled = found.ny, found.ny + 2
+        if found:
+            start, raw = C.sizeof(_Head), cells.view(np.uint8).reshape(-1)
+            np.frombuffer(self._memory, np.uint8, raw.size, start)[:] = raw
+            (head.x0, head.y0, head.z_min), (head.x_max, head.y_max, head.z_max) = found.low, found.high
+            head.cell, head.drop_unit = found.cell, (found.high[2] - found.low[2]) / layout.DROP_FULL
+            head.shape, head.removed = found.shape, found.removed
+            (head.half_x, head.half_y), head.turn = found.half, found.turn
+            head.ny, head.filled = found.ny, found.ny + 2
         head.definitions += 1
-        head.nx = found.nx
+        head.nx = found.nx if found else 0
         head.generation += 1
 
     @property

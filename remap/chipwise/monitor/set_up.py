@@ -1,0 +1,257 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Applies the set-up of the loaded program, which a person has confirmed (setup/job.py), as a limit: never above F.  Called by worker.py.
+
+ 1. The job file is read in a process of its own (setup/job_process.py) when its program is loaded, and again when one of the files or the work
+    offset changes.  Without a job file nothing is done.
+ 2. Its stock is written while no program runs and nothing moves, as a certain one, and again when a run has ended by itself: the next part.
+    After a stop it stays as it was cut.  A stock of M250 or M254 that has come since stays.
+ 3. Adaptive feed is switched on in manual mode or MDI; LinuxCNC refuses that in AUTO.  It outlives programs, aborts and E-stops.
+ 4. Then the pin `job` is TRUE, and chipwise_command switches the limit on when the program starts.  The target is that of the tool in the spindle; 0,
+    F stays: for a tool that only goes down, one that the set-up does not know, or one with another diameter than was confirmed.
+ 5. check() ends it at once where another program, or the same file with another content, is there: the monitor looks before it says that
+    a program runs.  Its stock goes, too.
+"""
+
+import contextlib
+import os
+import time
+
+from chipwise import loaded
+from chipwise.files import printable
+from chipwise.monitor.answering import Answering
+from chipwise.monitor.shadow import is_idle, to_machine
+from chipwise.monitor.start_line import Quiet
+from chipwise.monitor.tool_shape import tool_shape
+from chipwise.setup.job import path_of
+from chipwise.stock import reasons
+from chipwise.stock.core import CoreError, Stock
+from chipwise.stock.layout import RunEnd
+from chipwise.stock.store import Head
+
+CALM_S = 0.3            # without a command: a screen that opens a program and runs it sends several
+AGAIN_S, TRIES = 1.0, 3     # to switch adaptive feed on
+SAME_DIAMETER = 0.01    # share
+
+
+class SetUp:
+    """Of one LinuxCNC.  check() and follow() at each look of the monitor."""
+
+    def __init__(self, component, settings, stock_files, ini, inform, working=contextlib.nullcontext):
+        """inform: function of a text for the operator; working: context of long work."""
+        self.pins, self.settings, self.files, self.ini, self.inform, self.working = component, settings, stock_files, ini, inform, working
+        self.reading = Answering("chipwise.setup.job_process")
+        self.loaded = None              # (program, identity, identity of the job file, work offset) that was asked for
+        self.claims = False             # there is a set-up, or it is being read
+        self.answer, self.tools = None, {}
+        self.stock_is_due = False
+        self.in_force = None            # (program, identity) that `job` is TRUE for
+        self.ran = self.said_late = self.said_mode = False
+        self.asked = 0, 0.0             # how often, and when, adaptive feed was switched on
+        self.quiet = self.calm = None
+        self.texts, self.said, self.said_tools = [], None, set()
+
+    # ---- at each look ----------------------------------------------------------------------------------------------
+
+    def check(self, status):
+        """Before the monitor says whether a program runs: the set-up is that of this file, with this content."""
+        if self.in_force and self.in_force != (status.file, loaded.identity(status.file)):
+            changed = status.file == self.in_force[0]
+            self._withdraw()
+            if changed and self.pins["program-running"]:
+                self._tell(f"{os.path.basename(status.file)} was changed while it ran, so its set-up has ended; set it up again")
+
+    def follow(self, linuxcnc, status, command):
+        """-> whether the program has a set-up; nothing of it waits for the process."""
+        if not self.ini:
+            return False
+        self._speak(linuxcnc)
+        if not is_idle(linuxcnc, status):
+            if self.pins["program-running"]:
+                self._runs()
+            return self.claims
+        self._has_ended()
+        found = self._found(status)
+        if found != self.loaded:
+            self._load(status, found)
+        answer = self.reading.take()
+        if answer:
+            self._take(answer)
+        if self.stock_is_due and self.files.stock and not self.files.kept_is_due and not self.pins["request"]:
+            self.stock_is_due = False
+            with self.working():
+                self._write(lambda: status.poll() or is_idle(linuxcnc, status))
+        elif self.answer:
+            self._switch_on(linuxcnc, status, command)
+        return self.claims
+
+    def tool(self, number, shape, units):
+        """Tool for the pins: one without a diameter in the tool table as it was confirmed.  Sets the target, which belongs to it."""
+        target, key = 0.0, number if number > 0 or len(self.tools) != 1 else next(iter(self.tools))
+        if key in self.tools:
+            diameter, confirmed, _ceiling = self.tools[key]
+            if shape.diameter <= 0:
+                shape = tool_shape(key, diameter * units, self.settings.path("TOOL_GEOMETRY"), units)
+            if abs(shape.diameter / units - diameter) <= SAME_DIAMETER * diameter:
+                target = confirmed or 0.0
+            else:
+                self._tell_of_tool(key, f"has {shape.diameter / units:.4g} mm in the tool table and {diameter:.4g} mm in its set-up, so it keeps F")
+        elif self.tools and number > 0 and self.pins["job-active"]:
+            self._tell_of_tool(number, "is not in its set-up, so it keeps F")
+        self.pins["job-target"] = target
+        return shape
+
+    def end(self):
+        """The monitor ends: the stock of a set-up is not kept for another run of LinuxCNC."""
+        self.reading.end()
+        self._withdraw()
+        with contextlib.suppress(Exception):
+            self._give_up_stock()
+
+    # ---- what is said ----------------------------------------------------------------------------------------------
+
+    def _name(self):
+        return os.path.basename(self.loaded[0])
+
+    def _tell(self, text):
+        """For the operator: a text that is the same again is not said."""
+        text = printable(text)
+        if text != self.said:
+            self.said = text
+            print(f"chipwise: {text}", flush=True)
+            self.texts.append(text)
+
+    def _tell_of_tool(self, number, text):
+        if number not in self.said_tools:
+            self.said_tools.add(number)
+            self._tell(f"{self._name()}: tool {number} {text}; set it up again")
+
+    def _speak(self, linuxcnc):
+        """What waits to be said, when it is quiet: a message would take the place of a command."""
+        if not self.texts:
+            return
+        self.quiet = self.quiet or Quiet(linuxcnc)
+        if self.quiet():
+            texts, self.texts = self.texts, []
+            for text in texts:
+                self.inform(text)
+
+    # ---- the job file ----------------------------------------------------------------------------------------------
+
+    def _found(self, status):
+        if not status.file:
+            return None
+        scene = loaded.scene(status)
+        job = path_of(status.file, self.settings.path("JOBS"))
+        return status.file, loaded.identity(status.file), _identity(job), [scene[name] for name in ("index", "offset", "g92", "turn")]
+
+    def _load(self, status, found):
+        """Another program, content, job file or work offset: what was before ends."""
+        self.reading.end()
+        self._withdraw()
+        with self.working():
+            self._give_up_stock()
+        self.loaded, self.answer, self.tools, self.stock_is_due = found, None, {}, False
+        self.claims = bool(found and found[1] and found[2])
+        self.asked, self.said_mode, self.said_tools = (0, 0.0), False, set()
+        if self.claims:
+            self.reading.ask({"ini": self.ini, "program": status.file, "job": path_of(status.file, self.settings.path("JOBS")), "scene": loaded.scene(status)})
+
+    def _take(self, answer):
+        if answer["why"]:
+            self.claims = False
+            remedy = "" if ";" in answer["why"] else "; set it up again"
+            self._tell(f"{self._name()}: its set-up is not used: {answer['why']}{remedy}")
+            return
+        self.answer, self.tools = answer, {int(number): tool for number, tool in answer["tools"].items()}
+        self.stock_is_due = answer["to_machine"] is not None
+
+    def _runs(self):
+        """A program is under way."""
+        if self.claims and not self.in_force and not self.said_late:
+            self.said_late = True
+            self._tell(f"{self._name()}: its set-up is not in force in this run, which has begun before; the feed is F")
+        if self.reading.child is not None:      # too late for this run: it is read again behind it
+            self.reading.end()
+            self.loaded = None
+        self.ran = True
+
+    def _has_ended(self):
+        """At rest: what a run leaves to do, once the realtime side says how it has ended."""
+        if not self.ran or not self.pins["run-end"]:
+            return
+        self.ran = self.said_late = self.said_mode = False
+        self.asked = 0, 0.0
+        if self.pins["run-end"] == RunEnd.WHOLE and self._has_stock() and self.answer:
+            self.stock_is_due = True
+
+    # ---- the stock -------------------------------------------------------------------------------------------------
+
+    def _has_stock(self):
+        """Whether the stock in the map is that of the set-up."""
+        return 0 != self.pins["job-stock"] == self.files.count()
+
+    def _give_up_stock(self):
+        """Of a set-up that has ended: no other program has it."""
+        if self._has_stock():
+            self.files.empty()
+        self.pins["job-stock"] = 0
+
+    def _write(self, is_still):
+        """The stock into the map.  is_still: whether nothing has begun meanwhile."""
+        low, high, turn = to_machine(self.answer)
+        finest, coarsest = self.files.stock.bounds
+        try:
+            stock = Stock(low, high, coarsest, self.files.stock.capacity, 0, turn, finest)
+        except CoreError as error:
+            self.answer, self.claims = None, False
+            self._withdraw()
+            self._tell(f"{self._name()}: its set-up is not used: {error}; set it up again")
+            return
+        head = stock.head
+        found = Head(head.cell, (head.x0, head.y0, head.z_min), (head.x_max, head.y_max, head.z_max), head.shape, head.nx, head.ny, 0.0,
+                     (head.half_x, head.half_y), head.turn)
+        self.pins["job-stock"] = 0
+        if not is_still() or self.files.give((found, stock.cells_and_ring)) != reasons.DONE:
+            self._withdraw()
+            self.stock_is_due = True
+        else:
+            self.pins["job-stock"] = self.files.count()
+
+    # ---- in force --------------------------------------------------------------------------------------------------
+
+    def _withdraw(self):
+        self.pins["job"] = False
+        self.in_force = None
+
+    def _switch_on(self, linuxcnc, status, command):
+        """Adaptive feed, and then the set-up; with a stock of its own, or the program's to come."""
+        self.calm = self.calm or Quiet(linuxcnc, CALM_S)
+        is_calm = self.calm()
+        if not status.adaptive_feed_enabled:
+            self._withdraw()
+            self._enable(linuxcnc, status, command, is_calm)
+        elif not self.in_force and (self.answer["to_machine"] is None or self.pins["certain"]):
+            self.in_force = self.loaded[:2]
+            self.pins["job"] = True
+            stock = "the stock of its M250" if self.answer["to_machine"] is None else f"the stock {self.answer['text']}"
+            self._tell(f"{self._name()}: set up as confirmed, with {stock}; the feed is at most F")
+
+    def _enable(self, linuxcnc, status, command, is_calm):
+        tries, when = self.asked
+        if status.task_mode not in (linuxcnc.MODE_MANUAL, linuxcnc.MODE_MDI):
+            if is_calm and not self.said_mode:
+                self.said_mode = True
+                self._tell(f"{self._name()}: its set-up waits for manual mode or MDI, where adaptive feed can be switched on; choose one of them before Run")
+        elif is_calm and status.task_state == linuxcnc.STATE_ON and tries < TRIES and time.monotonic() - when > AGAIN_S:
+            self.asked = tries + 1, time.monotonic()
+            command.set_adaptive_feed(1)
+
+
+def _identity(path):
+    """What tells a job file from what it was before; None without one.  A link has one, too: the reason for not using it is said."""
+    try:
+        found = os.lstat(path)
+        return found.st_mtime_ns, found.st_size, found.st_ino
+    except (OSError, ValueError):
+        return None
+

@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Reads the job file of the loaded program, in a process of its own: an order as JSON on standard input, the answer as JSON on standard output.
+Called by monitor/set_up.py.
+
+    {"ini", "program", "job", "scene"}      job: path of its file; scene: loaded.scene()
+    -> {"why": the reason for not using it, or ""; "low", "high": mm, work coordinates of the first move; "to_machine": [turn (rad), offset, G92 offset] of
+        those, null if the program defines its stock itself; "text": the corners; "tools": {number: [diameter (mm), target (mm3/min) or null, ceiling]}}
+
+The program is read up to its first move only.  Computing time and memory are limited, and LinuxCNC comes first.
+"""
+
+import json
+import os
+import sys
+
+from chipwise.assumed.survey import Survey
+from chipwise.check.in_force import machine_in_force
+from chipwise.check.program_file import Unreadable
+from chipwise.check.reader import Reader
+from chipwise.errors import CycleError, format_length, unnamed
+from chipwise.own_folder import OwnFolder
+from chipwise.processes import die_with_parent, limit_memory
+from chipwise.settings import planner_limits_jerk
+from chipwise.setup.job import state_of
+from chipwise.setup.measure import PROGRAM, digest_of
+
+NICE = 10
+CPU_S = 60
+MEMORY_MB = 1000            # of this process, and of the one that reads
+MOST_MOVES = 5_000_000
+Y_AXIS = 2                  # of Machine.axis_mask
+
+
+def _frame(program, machine):
+    """The coordinates of a program's first move, and those in force if it has none."""
+    survey = Survey(machine)
+    with Reader(program, machine, cpu_s=CPU_S, most_moves=MOST_MOVES, memory_mb=MEMORY_MB) as reader:
+        for block in reader:
+            survey.take(block)
+            if survey.first_frame:
+                break
+    return survey.first_frame or survey.frame
+
+
+def _corner(values, unit):
+    return " ".join(format_length(value, unit).split()[0] for value in values)
+
+
+def answer(order, folder):
+    """-> the answer."""
+    try:
+        digest = digest_of(order["program"])
+    except OSError as error:
+        return {"why": f"the program cannot be read: {error.strerror}"}
+    job, why = state_of(order["job"], order["program"], digest)
+    if job is None:
+        return {"why": unnamed(why) if why else "it is not there any more"}
+    if planner_limits_jerk(order["ini"]):
+        return {"why": "LinuxCNC's planner of [TRAJ]PLANNER_TYPE = 1 leaves the path where the feed changes"}
+    machine = machine_in_force(order["ini"], order["scene"], folder)
+    if not machine.axis_mask & Y_AXIS:
+        return {"why": "this machine is a lathe"}
+    frame = None if job.source == PROGRAM else _frame(order["program"], machine)
+    return {"why": "", "low": job.low, "high": job.high, "to_machine": frame and [frame.turn, frame.offset, frame.g92],
+            "text": f"from {_corner(job.low, machine.unit)} to {_corner(job.high, machine.unit)} {machine.unit}",
+            "tools": {number: [tool.diameter, tool.target, tool.ceiling] for number, tool in job.tools.items()}}
+
+
+def main():
+    die_with_parent(int(sys.argv[1]))
+    order = json.load(sys.stdin)
+    os.nice(NICE)
+    limit_memory(2 * MEMORY_MB)
+    with OwnFolder("job") as folder:
+        try:
+            said = answer(order, folder)
+        except Unreadable as error:
+            said = {"why": str(error)}
+        except CycleError as error:
+            said = {"why": unnamed(error)}
+    print(json.dumps(said))
+
+
+if __name__ == "__main__":
+    main()

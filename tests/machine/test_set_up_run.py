@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""A program that a person has set up (chipwise setup) runs with that as a limit: never above F, on its own stock; nothing of it is left for another."""
+
+import hashlib
+import os
+
+import numpy as np
+import pytest
+
+from chipwise.setup.job import Job, JobTool, text_of
+from support.headless_rig import WITH_LOG
+from support.operate import operate
+
+pytestmark = pytest.mark.machine
+
+# Slots of 6 mm, 2 mm deep: 12 mm2, at F600 7.2 cm3/min; the job allows 3.
+PROGRAM = """%
+(part)
+T1 M6
+G21 G90 G64 P0.01
+M3 S8000
+G0 X-10 Y10 Z5
+G1 Z-2 F600
+G1 X40
+G1 X-10 Y20
+(M1)
+G0 Z5
+M30
+%
+"""
+TARGET, F_VEL, AREA = 3000.0, 10.0, 12.0
+PINS = ['stock-tracker.0.certain', 'stock-tracker.0.removed-volume', 'chipwise-command.0.job-active', 'volumetric-feed.0.mode', 'chipwise-monitor.job']
+VELOCITY, RATE, MODE, REMOVED = 'motion.current-vel', 'volumetric-feed.0.peak-rate', 'volumetric-feed.0.mode', 'stock-tracker.0.removed-volume'
+SET_UP = 'set up as confirmed'
+FRESH = ['TRUE', '0', 'FALSE', '0', 'TRUE']
+
+
+def with_job(path, text=PROGRAM, low=(-5.0, 0.0, -10.0), high=(35.0, 30.0, 0.0), tools=None, source='option'):
+    """A program with a job file beside it."""
+    path.write_text(text)
+    digest = hashlib.sha256(path.read_bytes()).hexdigest()
+    job = Job(path.name, digest, low, high, source, '', tools or {1: JobTool(6.0, TARGET, 2.0)})
+    path.with_name(path.stem + '.job.toml').write_text(text_of(job))
+    return str(path)
+
+
+def opened(path):
+    """Steps: the program is open, its set-up in force."""
+    return [['open', path], ['mdi', 'G0 X0 Y0 Z20'], ['messages', f'{os.path.basename(path)}: {SET_UP}']]
+
+
+def test_it_is_a_limit_and_ends_with_its_program(tmp_path):
+    """Two runs with a new part each, E-stop in the first second; then another program, which runs as on a machine that has never seen the first."""
+    part, other = with_job(tmp_path / 'part.ngc'), tmp_path / 'other.ngc'
+    other.write_text(PROGRAM)
+    home, ran, fresh = ['mdi', 'G0 X0 Y0 Z20'], ['log', str(other)], [['sleep', 2.0], ['pins', *PINS]]
+    alone = operate(tmp_path, [home, ran], edit=WITH_LOG, speed=1, timeout=100)
+    answers = operate(tmp_path, [
+        *opened(part), ['pins', *PINS], ['log', part], ['pins', *PINS, RATE], *fresh, ['log', part], ['pins', *PINS, RATE], *fresh,
+        ['begin'], ['sleep', 0.5], ['estop'], ['pins', *PINS], ['on'], *fresh,
+        ['open', str(other)], *fresh, home, ran, ['pins', *PINS]], edit=WITH_LOG, speed=1, timeout=120)
+    assert answers[3] == FRESH
+    for errors, log in (answers[4], answers[8]):
+        velocity = np.linalg.norm(np.diff(_rows(log), axis=0), axis=1) / np.load(log)['period']
+        typed = velocity[(velocity > 0.5 * TARGET / 60 / AREA) & (velocity < F_VEL)]
+        assert errors == [] and np.median(typed) == pytest.approx(TARGET / 60 / AREA, rel=0.02)       # of the slots
+    for end, then in ((answers[5], answers[7]), (answers[9], answers[11])):
+        assert end[2:4] == ['FALSE', '0'] and 0.9 * TARGET < float(end[5]) <= 1.02 * TARGET and then == FRESH         # the next part
+    stopped, on = answers[15], answers[18]
+    assert stopped[2:4] == ['FALSE', '0'] and on == FRESH
+    loaded, _, (errors, log), last = answers[21:]
+    assert loaded == last == ['FALSE', '0', 'FALSE', '0', 'FALSE'] and errors == []
+    rows, wanted = (_rows(path) for path in (log, alone[1][1]))
+    assert alone[1][0] == [] and len(rows) == len(wanted) > 3000 and np.abs(rows - wanted).max() == 0.0
+
+
+def _rows(path):
+    """Positions from the first motion to the end, in servo periods."""
+    found = np.load(path)
+    at = np.column_stack([found[name] for name in 'xyz'])
+    moves = np.flatnonzero(np.abs(np.diff(at, axis=0)).max(axis=1) > 0)
+    return at[moves[0]:moves[-1] + 2]
+
+
+PAUSED = PROGRAM.replace('G1 X40\n', 'G1 X10\nM0\nG1 X40\n')
+OWN = PROGRAM.replace('G0 X-10 Y10 Z5', 'M250 P-5 Q0 R-10 I40 J30 K10\nM251 Q30\nG0 X-10 Y10 Z5')
+TAPPED = PROGRAM.replace('M1\n', 'G0 Z5\nG98 G81 X0 Y25 Z-3 R1 F120\nG80\nG38.3 Z4 F100\nG93 G1 X5 F20\nG94 F600\n')
+
+
+def test_what_stops_and_what_wins(tmp_path):
+    """M0 and single steps with it; the program's own M250 and M251 win; a cycle, a probe and G93 go through; a program that is changed while it runs."""
+    paths = {name: with_job(tmp_path / f'{name}.ngc', text) for name, text in (('paused', PAUSED), ('own', OWN), ('tapped', TAPPED), ('changed', PAUSED))}
+    changed = tmp_path / 'changed.ngc'
+    answers = operate(tmp_path, [
+        *opened(paths['paused']), ['begin'], ['until', REMOVED, '>', 50], ['sleep', 10], ['pins', *PINS], ['step to end', 40], ['pins', *PINS],
+        *opened(paths['own']), ['begin'], ['until', REMOVED, '>', 50], ['pins', *PINS, 'chipwise-command.0.mrr-target'], ['finish'], ['pins', *PINS, RATE],
+        *opened(paths['tapped']), ['begin'], ['until', REMOVED, '>', 50], ['over', 0.5, VELOCITY, MODE], ['finish'], ['pins', *PINS, RATE],
+        *opened(paths['changed']), ['begin'], ['until', REMOVED, '>', 50], ['program', 'sh', '-c', f'echo "(more)" >> {changed}'], ['sleep', 1.0], ['pins', *PINS],
+        ['abort'], ['messages', 'was changed while it ran'], ['sleep', 3.0], ['pins', *PINS], ['messages', 'confirm it again']], speed=2, timeout=150)
+    paused, steps, end = answers[6:9]
+    assert paused[2:4] == ['TRUE', '1'] and steps >= 3 and end[2:4] == ['FALSE', '0']
+    own, errors, own_end = answers[14:17]
+    assert own[2:4] == ['FALSE', '1'] and float(own[5]) == 30000.0 and errors == [] and float(own_end[5]) > 1.5 * TARGET
+    over, errors, tapped_end = answers[22:25]
+    assert over[1] == [1, 1] and over[0][1] <= F_VEL + 1e-6 and errors == [] and float(tapped_end[5]) <= 1.02 * TARGET
+    now, _, said, _, later, again = answers[-6:]
+    assert now[2:] == ['FALSE', '0', 'FALSE'] and any('was changed while it ran' in text for text in said)
+    assert later[0] == 'FALSE' and later[4] == 'FALSE' and any('confirm it again' in text for text in again)
