@@ -9,7 +9,7 @@ from gi.repository import GLib
 
 FLOATS = ('rate', 'rate-target', 'share')
 WORDS = {       # label: {bit of chipwise-display: what is shown}
-    'stock': {'stock-is-none': 'none (M250)', 'stock-is-defined': 'defined'},
+    'stock': {'stock-is-none': 'none (M250)', 'stock-is-defined': 'defined', 'stock-is-assumed': 'assumed'},
     'mode': {'mode-off': 'F (M252)', 'mode-limit': 'P1 limit', 'mode-constant': 'P2 constant', 'mode-window': 'P3 window'},
     'by': {'by-nothing': 'nothing', 'by-stock': 'stock here', 'by-ahead': 'stock ahead', 'by-floor': 'lowest feed',
            'by-ceiling': 'ceiling', 'by-fallback': 'no stock or tool: F'},

@@ -9,7 +9,7 @@ from chipwise import report
 from chipwise.panel import display
 
 PINS = {'target': 30000.0, 'mode': 2, 'motion-type': 2, 'run-time': 10.0, 'fed-time': 8.0, 'saved-time': 10.0, 'mean-rate': 27000.0,
-        'peak-rate': 30000.0}
+        'peak-rate': 30000.0, 'cut-time': 6.0, 'air-time': 2.0, 'stock-defined': True, 'certain': True}
 
 
 def run_of(**pins):
@@ -39,7 +39,20 @@ def test_the_line():
         'part.ngc: 10.0 s, 10.0 s less than at F; peak 30, target 30 cm3/min; 13 pieces; largest piece 11.8 mm')
     assert run_of().line('/a/part.ngc', done, inch=True) == (
         'part.ngc: 10.0 s, 10.0 s less than at F; peak 1.83, target 1.83 in3/min; 13 pieces; largest piece 0.466 in')
-    assert run_of(mode=0, **{'fed-time': 0.0}).line('', [], inch=False) == 'program: 10.0 s; peak 30 cm3/min'
+    assert run_of(mode=0, **{'fed-time': 0.0}).line('', [], inch=False) == 'program: 10.0 s; in air 25 % of the feed time; largest 30, mean 27 cm3/min'
+
+
+def test_the_line_of_an_assumed_stock():
+    """At F, marked; also of a run that was in air all along, but not without a stock."""
+    run = run_of(mode=0, certain=False, **{'fed-time': 0.0, 'run-time': 455.0, 'peak-rate': 41000.0, 'mean-rate': 9000.0, 'cut-time': 69.0, 'air-time': 31.0})
+    assert run.line('/a/part.ngc', [], inch=False) == 'part.ngc: 7 min 35 s on an assumed stock; in air 31 % of the feed time; largest 41, mean 9 cm3/min'
+    air = {'fed-time': 0.0, 'peak-rate': 0.0, 'cut-time': 0.0, 'air-time': 9.0}
+    run = run_of(mode=0, certain=False, **air)
+    assert run.worth_a_line and run.line('a.ngc', [], inch=False) == 'a.ngc: 10.0 s on an assumed stock; in air 100 % of the feed time'
+    assert not run_of(mode=0, **air).worth_a_line and not run_of(mode=0, certain=False, **{**air, 'stock-defined': False}).worth_a_line
+    assert not run_of(mode=0, certain=False, **{**air, 'air-time': 0.0}).worth_a_line
+    fed = run_of(certain=False)                 # M251 does not act on it, but the pins may say anything
+    assert fed.line('a.ngc', [], inch=False).startswith('a.ngc: 10.0 s, 10.0 s less than at F on an assumed stock; peak 30')
 
 
 @pytest.mark.parametrize('seconds, text', [(0, '0.0 s'), (59.94, '59.9 s'), (60, '1 min 0 s'), (754.4, '12 min 34 s'),

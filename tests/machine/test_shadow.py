@@ -4,6 +4,7 @@
 import numpy as np
 import pytest
 
+from chipwise.stock import core
 from support.headless_rig import WITH_LOG
 from support.operate import BOX, operate
 
@@ -61,3 +62,49 @@ def test_it_is_cut_and_nothing_acts(tmp_path):
     assert len(rows[0]) > 5000
     for other in rows[1:]:
         assert len(other) == len(rows[0]) and np.abs(other - rows[0]).max() == 0.0
+
+
+def _file(folder, name, body, head="T1 M6"):
+    path = folder / name
+    path.write_text(f"G21 G90\n{head}\nS5000 M3\nG0 X0 Y0 Z5\n{body}\nG0 Z5\nM2\n")
+    return str(path)
+
+
+def _second_volume():
+    """mm3 that deeper.ngc cuts behind rough.ngc, by the core in one stock that is large enough from the beginning."""
+    stock, volumes = core.Stock((-3, -3, -6), (33, 11.5, 0), 0.1), []
+    for diameter, path in ((6.0, [(0, 0, -4), (30, 0, -4)]), (3.0, [(0, 0, -6), (30, 0, -6), (30, 10, -6)])):
+        cutter = core.Cutter(stock, core.Tool(diameter), (0, 0, 5))
+        for place in path:
+            cutter.to(place)
+        cutter.run()
+        volumes.append(stock.volume())
+    return volumes[0] - volumes[1]
+
+
+def test_one_file_a_tool(tmp_path):
+    """The second file goes on in the stock of the first, though it is deeper and wider; New part makes it whole; a file without a depth ends it at another offset
+    only; a file with an unknown tool asks for it, and has its stock as soon as the tool is in the spindle."""
+    rough, deeper = _file(tmp_path, "rough.ngc", "G1 Z-4 F900\nX30"), _file(tmp_path, "deeper.ngc", "G1 Z-6 F900\nX30\nY10", "T2 M6")
+    level, unknown = _file(tmp_path, "level.ngc", "G0 Z0\nG1 X30 F900"), _file(tmp_path, "unknown.ngc", "G1 Z-2 F900\nX40 Y2", "")
+    removed = ["pins", "stock-tracker.0.stock-defined", "stock-tracker.0.certain", "stock-tracker.0.removed-volume", "chipwise-monitor.parts"]
+    new_part = [["hal", "setp", "chipwise-monitor.new-part", "1"], ["until", "chipwise-monitor.parts", ">", 0], ["hal", "setp", "chipwise-monitor.new-part", "0"]]
+    answers = operate(tmp_path, [
+        ["mdi", "T0 M6"], ["open", rough], ["messages", "rough.ngc: "], ["log", rough], removed,
+        ["open", deeper], ["messages", "deeper.ngc goes on"], removed, ["log", deeper], removed,
+        ["open", level], ["messages", "level.ngc: "], removed, *new_part, removed,
+        ["open", deeper], ["messages", "deeper.ngc: a stock"], removed,
+        ["mdi", "G10 L2 P1 X100"], ["open", level], ["messages", "level.ngc: "], ["until", "stock-tracker.0.stock-defined", "=", 0],
+        ["mdi", "T0 M6"], ["open", unknown], ["messages", "unknown.ngc: no stock"], ["mdi", "T1 M6"], ["messages", "unknown.ngc: a stock"], removed],
+        edit=SHADOW.format("yes"), speed=1)
+    first, said, before, after = answers[4], answers[6], answers[7], answers[9]
+    assert first[:2] == ["TRUE", "FALSE"] and float(first[2]) == pytest.approx(30 * 6 * 4 + np.pi * 9 * 4, rel=0.01)
+    assert said[-1] == "chipwise: deeper.ngc goes on in the assumed stock of rough.ngc, which is larger now; press New part for another one"
+    assert before[:2] == ["TRUE", "FALSE"] and float(before[2]) == pytest.approx(float(first[2]), abs=1e-3)
+    assert float(after[2]) - float(before[2]) == pytest.approx(_second_volume(), rel=0.01)
+    assert "level.ngc: no stock is assumed: no stock is defined, and the program feeds at one height only" in answers[11][-1] and answers[12][:3] == after[:3]
+    assert answers[16][0] == "TRUE" and answers[16][3] == "1"
+    assert "deeper.ngc: a stock is assumed from its path" in answers[18][-1] and answers[19][:3] == ["TRUE", "FALSE", "0"]
+    assert answers[26][-1] == ("chipwise: unknown.ngc: no stock is assumed: no tool is in the spindle (tool 0), and the program's comments name none; "
+                               "call the tool with T.. M6 first, or give it a D in the tool table")
+    assert answers[-1][:3] == ["TRUE", "FALSE", "0"]

@@ -231,6 +231,42 @@ def test_no_guard_is_switched_in_a_cut(rig, machine, switched, change):
     assert status == 409 and b"the guard is not switched: a program or a command is under way" in words and switched == []
 
 
+@pytest.fixture
+def parts(monkeypatch):
+    """Words of halcmd; the monitor has begun a part by the third look."""
+    said = []
+
+    def halcmd(*words):
+        said.append(words)
+        return "1\n" if sum(word[0] == "getp" for word in said) > 3 else "0\n"
+    monkeypatch.setattr(line_process, "halcmd", halcmd)
+    return said
+
+
+def test_a_new_part(rig, machine, parts):
+    """The pin is TRUE until the monitor has counted, and FALSE again."""
+    assert post(rig, "/part", {})[0] == 200
+    assert [words for words in parts if words[0] == "setp"] == [("setp", "chipwise-monitor.new-part", "1"), ("setp", "chipwise-monitor.new-part", "0")]
+    parts.clear()
+    machine.state = replace(machine.state, idle=False)
+    status, _headers, words = post(rig, "/part", {})
+    assert status == 409 and b"no new part: a program or a command is under way" in words and parts == []
+
+
+def test_a_monitor_that_begins_no_part(rig, machine, monkeypatch):
+    said = []
+    monkeypatch.setattr(line_process, "PART_S", 0.0)
+    monkeypatch.setattr(line_process, "halcmd", lambda *words: said.append(words) or "7\n")
+    status, _headers, words = post(rig, "/part", {})
+    assert status == 409 and b"has not begun a new part" in words and said[-1] == ("setp", "chipwise-monitor.new-part", "0")
+
+
+@pytest.mark.parametrize("how", [{"token": None}, {"token": "wrong-token"}, {"origin": None}])
+def test_no_new_part_without_token_and_origin(rig, parts, how, monkeypatch):
+    monkeypatch.setattr(server, "WRONG_TOKEN_S", 0.01)
+    assert post(rig, "/part", {}, **how)[0] == 403 and parts == []
+
+
 @pytest.mark.parametrize("body", [{}, {"guard": "rapid"}, {"guard": "rapid", "on": 0}, {"guard": "rapid", "on": "false"}, {"guard": "x", "on": True},
                                   {"guard": "rapid 1\nsetp x", "on": True}, {"guard": None, "on": True}, {"guard": ["rapid"], "on": True}])
 def test_guards_of_strangers(rig, switched, body):

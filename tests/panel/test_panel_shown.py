@@ -102,6 +102,26 @@ def test_the_table_of_tools_is_whole(driver, rig, size, language):
     assert right <= driver.execute_script("return document.getElementById('load').getBoundingClientRect().right")
 
 
+@pytest.mark.parametrize("language, words, part", [("en", "Assumed stock", "New part"), ("de", "Angenommenes Rohteil", "Neues Teil")])
+def test_an_assumed_stock_is_marked(driver, rig, language, words, part):
+    """What depends on it has a star, as has a tool that only comments describe; a confirmed stock has neither.  All of it fits into the column."""
+    star = "return Array.from(document.querySelectorAll('dt'), (e) => getComputedStyle(e, '::after').content.includes('*') ? e.nextElementSibling.id : '').filter(String)"
+    shown = "return ['assumed', 'assumed-figures'].map((id) => document.getElementById(id).offsetHeight > 0)"
+    opened(driver, rig, f"?lang={language}")
+    assert driver.execute_script(shown) == [False, False] and driver.execute_script(star) == [] and text(driver, "air") == "-"
+    rig.machine.values.update(certain=0.0, tool_assumed=1.0, cut_time=69.0, air_time=31.0, peak_rate=41000.0, mean_rate=9000.0, run_time=7200.0, mrr=123456.0)
+    rig.machine.tasks["running"] = True
+    reached(driver, "air", "31 %")
+    assert driver.execute_script(shown) == [True, True] and text(driver, "assumed").startswith(words) and text(driver, "new-part") == part
+    assert driver.execute_script(star) == ["rate", "area", "ahead", "depth", "tool", "peak", "mean", "air", "removed"]
+    inside, needed = driver.execute_script("const e = document.getElementById('load'); return [e.clientWidth, e.scrollWidth]")
+    assert needed <= inside
+    driver.find_element("id", "new-part").click()
+    reached(driver, "part-answer", "Locked" if language == "en" else "Gesperrt")
+    rig.machine.values.update(certain=1.0, tool_assumed=0.0)
+    panel_browser.wait(driver, "document.getElementById('assumed').hidden", "a confirmed stock")
+
+
 def test_the_feed_that_is_cut(driver, rig):
     rig.machine.values.update(current_vel=9.7, programmed_vel=16.6, requested_vel=30.0)
     opened(driver, rig)

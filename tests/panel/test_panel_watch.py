@@ -31,11 +31,11 @@ def seen(monkeypatch):
 def test_figures_of_a_run(seen):
     """Those of the servo thread, however late the page looks; they stay until the next program."""
     found, _watching, look = seen
-    found.values.update(motion_type=2.0, mode=2.0, target=7000.0, run_time=12.34, fed_time=10.0, saved_time=6.66, mean_rate=6900.0, peak_rate=7010.0)
+    found.values.update(motion_type=2.0, mode=2.0, target=7000.0, run_time=12.34, cut_time=6.0, air_time=2.0, fed_time=10.0, saved_time=6.66, mean_rate=6900.0, peak_rate=7010.0)
     found.tasks["running"] = True
     look()
     run = look(5.0)["run"]
-    assert run == {"seconds": 12.3, "peak": 7010.0, "mean": 6900.0, "saved": 6.7}
+    assert run == {"seconds": 12.3, "peak": 7010.0, "mean": 6900.0, "air_share": 0.25, "saved": 6.7}
     found.tasks["running"] = False
     assert look()["run"] == run == look()["run"]
 

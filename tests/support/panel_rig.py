@@ -32,7 +32,7 @@ class Machine:
     def __init__(self, low=(0.0, 0.0, -10.0), high=(60.0, 40.0, 0.0), cell=0.25, keeps=False):
         self.core, self.kept = core.Stock(low, high, cell), Kept() if keeps else None
         self.values = {name: 0.0 for name in (*machine.NUMBERS, *machine.LENGTHS, "area_ahead")}
-        self.values.update(stock_defined=1.0, ready=1.0, tool=3.0, tool_diameter=6.0, override=1.0, guard_rapid=1.0, guard_flute=1.0)
+        self.values.update(stock_defined=1.0, certain=1.0, ready=1.0, tool=3.0, tool_diameter=6.0, override=1.0, guard_rapid=1.0, guard_flute=1.0)
         self.tip = (0.0, 0.0, 10.0)
         self.tasks = {"state": "on", "program": "/home/me/part.ngc", "running": False, "paused": False, "auto": True, "idle": True, "failed": False, "inch": False, "mdi_unit": "mm",
                       "feed_override": 1.0}

@@ -20,6 +20,7 @@ from chipwise.errors import format_length
 from chipwise.tools import ToolGeometry
 
 COMMENT, PATH = "comment", "assumed"                # where a stock comes from
+TOOL, STOCK = "tool", "stock"   # what may be lacking
 SAME = 0.01                     # diameters that differ less are the same
 LEAST_MM = 0.01                 # of a stock's extent
 AROUND_MM = 1e-3
@@ -39,7 +40,7 @@ class AssumedTool:
 class Assumption:
     """Stock: low, high (mm, work coordinates of the first move; None: the program or the user has one) and source.
     tools: {number: AssumedTool} that the tool table does not have; spindle: number of the tool at the beginning, None:
-    the program calls it; notes: sentences for the user; lacking: [(fact, remedy)] of what nobody has said."""
+    the program calls it; notes: sentences for the user; lacking: [(fact, remedy, about)] of what nobody has said."""
 
     low: Optional[tuple] = None
     high: Optional[tuple] = None
@@ -58,17 +59,17 @@ class Assumption:
         """A sentence for the user."""
         self.notes.append(text)
 
-    def lacks(self, fact, remedy):
-        """Something that cannot be assumed."""
-        self.lacking.append((fact, remedy))
+    def lacks(self, fact, remedy, about):
+        """Something that cannot be assumed.  about: TOOL or STOCK."""
+        self.lacking.append((fact, remedy, about))
 
 
 class Unknown(Unreadable):
-    """What is missing cannot be assumed.  survey: what is known without it."""
+    """What is missing cannot be assumed.  about: TOOL, STOCK or both; fact: without the remedy; survey: what is known without it."""
 
-    def __init__(self, text, remedy, survey, line=0):
+    def __init__(self, text, remedy, survey, line=0, about=()):
         super().__init__(text, remedy, line)
-        self.survey = survey
+        self.fact, self.survey, self.about = text, survey, tuple(dict.fromkeys(about))
 
 
 def surveyed(reader, machine, progress=None):
@@ -105,8 +106,8 @@ def assume(survey, program, machine, line=0, has_stock=False, tool=None, diamete
     if not (survey.has_stock or has_stock):
         _assume_stock(survey, said, found, machine.unit)
     if found.lacking:
-        facts, remedies = zip(*found.lacking)
-        raise Unknown(", ".join(facts), ", ".join(dict.fromkeys(remedies)), survey, line)
+        facts, remedies, about = zip(*found.lacking)
+        raise Unknown(", ".join(facts), ", ".join(dict.fromkeys(remedies)), survey, line, about)
     if said.rapids_are_feeds:
         found.note("its traverses are G1, as Fusion writes them for personal use: moves in air count as feed moves")
     return found
@@ -153,7 +154,7 @@ class _Tools:
             self._no_diameter(number)
 
     def _no_diameter(self, number):
-        self.found.lacks(f"tool {number} has no diameter in the tool table", "give it a D there, or name it with --tool-diameter")
+        self.found.lacks(f"tool {number} has no diameter in the tool table", "give it a D there, or name it with --tool-diameter", TOOL)
 
     def _spindle(self, tool, diameter):
         """The tool of moves before any tool change."""
@@ -173,7 +174,7 @@ class _Tools:
         else:
             names = ", ".join(f"T{one.number} {self._length(one.diameter)}" for one in told[:8])
             self.found.lacks(f"no tool is in the spindle (tool 0), and the program's comments name {'several: ' + names if told else 'none'}",
-                             "call one with T.. M6 before, or name it with --tool N or --tool-diameter D")
+                             "call one with T.. M6 before, or name it with --tool N or --tool-diameter D", TOOL)
 
     def _take(self, number, tool):
         self.found.spindle, self.found.tools[number] = number, tool
@@ -206,7 +207,7 @@ def _assume_stock(survey, said, found, unit):
     box, top = swept(survey, {number: diameter(number, path) for number, path in survey.tools.items()})
     if not box or top - box.low[2] < LEAST_MM:
         found.lacks("no stock is defined, and the program feeds at one height only: its depth is not known",
-                    "add M250, or name the stock with --stock X0 Y0 Z0 X1 Y1 Z1")
+                    "add M250, or name the stock with --stock X0 Y0 Z0 X1 Y1 Z1", STOCK)
         return
     if found.lacking:
         return

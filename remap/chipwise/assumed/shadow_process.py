@@ -3,7 +3,8 @@
 Called by monitor/shadow.py.
 
     {"ini", "program", "scene"}     scene: loaded.scene()
-    -> {"why": the reason for assuming no stock, "" with a stock or where the operator needs no word; "low", "high": mm, work coordinates, null
+    -> {"why": the reason for assuming no stock, "" with a stock or where the operator needs no word; "remedy"; "asks_tool": whether a tool
+        is what is missing; "low", "high": mm, work coordinates, null
         without a stock; "text": where it comes from, and its corners; "to_machine": [turn (rad), offset, G92 offset]; "tools": {number: [diameter, corner radius (mm), tip angle (degrees)]} that only comments describe, "spindle": number or null}
 
 Computing time and memory are limited, and LinuxCNC comes first.
@@ -13,7 +14,7 @@ import json
 import os
 import sys
 
-from chipwise.assumed.assume import COMMENT, Unknown, assume, surveyed
+from chipwise.assumed.assume import COMMENT, STOCK, TOOL, Unknown, assume, surveyed
 from chipwise.check.in_force import machine_in_force
 from chipwise.check.program_file import Unreadable
 from chipwise.check.reader import Reader
@@ -27,6 +28,7 @@ MEMORY_MB = 1000            # of this process, and of the one that reads
 MOST_MOVES = 5_000_000
 Y_AXIS = 2                  # of Machine.axis_mask
 SILENT = {"why": "", "low": None}
+REMEDIES = {STOCK: "define it with M250", TOOL: "call the tool with T.. M6 first, or give it a D in the tool table"}
 
 
 def _tool(tool):
@@ -67,9 +69,9 @@ def main():
         try:
             said = answer(order, folder)
         except Unknown as error:
-            said = {"why": str(error).partition(";")[0]}
+            said = {"why": error.fact, "remedy": ", ".join(REMEDIES[about] for about in error.about), "asks_tool": TOOL in error.about}
         except Unreadable as error:
-            said = {"why": str(error)}
+            said = {"why": str(error).partition(";")[0]}
         except CycleError as error:
             said = {"why": unnamed(error)}
     print(json.dumps(said))

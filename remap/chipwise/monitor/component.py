@@ -21,11 +21,12 @@ def make_component():
     component.newpin('adaptive-off', hal.HAL_BIT, hal.HAL_OUT)
     component.newpin('feed-override', hal.HAL_FLOAT, hal.HAL_OUT)
     component.newpin('program-running', hal.HAL_BIT, hal.HAL_OUT)
-    component.newpin('reply', hal.HAL_S32, hal.HAL_OUT)
+    for name in ('reply', 'parts'):
+        component.newpin(name, hal.HAL_S32, hal.HAL_OUT)
     component.newpin('job-target', hal.HAL_FLOAT, hal.HAL_OUT)
     for name in ('hold', 'assumed', 'tool-assumed', 'job'):
         component.newpin(name, hal.HAL_BIT, hal.HAL_OUT)
-    for name in ('ready', 'fault', 'load-lost', 'override-ignored', 'held', 'stock-defined', 'certain', 'job-active'):
+    for name in ('ready', 'fault', 'load-lost', 'override-ignored', 'held', 'stock-defined', 'certain', 'job-active', 'new-part'):
         component.newpin(name, hal.HAL_BIT, hal.HAL_IN)
     for name in ('guard-distance', 'guard-depth'):
         component.newpin(name, hal.HAL_FLOAT, hal.HAL_IN)

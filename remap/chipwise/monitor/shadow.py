@@ -4,8 +4,10 @@
  1. The program is read in a process of its own (assumed/shadow_process.py) when it is loaded, and again when the file or the work offset changes.
  2. The stock is written while no program runs and nothing moves, and never over a certain one: the tracker refuses that
     (components/core/tracker.h, 2).  One that comes too late, because the program has begun, is not written for that run.
- 3. A program at the same work offset whose stock lies inside the one before goes on in it: one file a tool is the habit.
- 4. A tool that only comments describe counts in an assumed stock only.
+ 3. A program at the same work offset goes on in the stock of the one before: one file a tool is the habit.  If its own stock is larger, the one before grows
+    (assumed/joined.py).  The pin new-part, or the button of the page, begins with a whole stock.  A program without a stock at another offset ends it.
+ 4. A tool that only comments describe counts in an assumed stock only.  Where neither they nor the tool table have it, the program is read again as soon as
+    another tool is in the spindle or the tool table has changed.
  5. The operator reads once what is assumed, or why nothing is, when no command is under way (start_line.py: Quiet).
 """
 
@@ -19,8 +21,11 @@ import sys
 import time
 
 from chipwise import loaded
+from chipwise.assumed.joined import around, join
 from chipwise.clock import patience
+from chipwise.errors import CycleError
 from chipwise.files import printable
+from chipwise.ini import Ini
 from chipwise.monitor.start_line import Quiet
 from chipwise.monitor.tool_shape import Tool
 from chipwise.stock.core import CoreError, Stock
@@ -30,6 +35,8 @@ READ_S = 120.0          # until a process that reads is ended
 HELD_S = 1.0            # for the tracker's answer
 PERIODS_S = 0.05        # some servo periods
 INSIDE_MM = 0.01
+NO_STOCK = "define it with M250"
+NEW_PART = "press New part for another one"
 REMAP = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 
 
@@ -55,10 +62,16 @@ class Shadow:
         """inform: function of a text for the operator; working: context of long work."""
         self.pins, self.settings, self.files, self.ini, self.inform, self.working = component, settings, stock_files, ini, inform, working
         self.is_on = settings["SHADOW"] and bool(ini)
+        self.table = _tool_table(ini) if self.is_on else ""
+        self.scene = None               # in which the loaded program was read
         self.loaded = None              # (program, identity, work offset) that was asked for
         self.child, self.since = None, 0.0
-        self.wanted = None              # answer that is to be written
-        self.written = None             # (work offset, box) of the stock that is assumed
+        self.answer = None              # of the loaded program, if it has a stock
+        self.wanted = None              # the same, until it is written
+        self.written = None             # (work offset, low, high) of the stock that is assumed
+        self.owner = None               # (program, identity) that it was assumed for last
+        self.asks_tool = None           # (tool, identity of the tool table) for which a tool was unknown
+        self.pressed = bool(component["new-part"])
         self.tools, self.spindle = {}, None
         self.quiet, self.texts, self.said = None, [], None
 
@@ -67,6 +80,7 @@ class Shadow:
         if not self.is_on:
             return
         self._speak(linuxcnc)
+        pressed, self.pressed = self.pins["new-part"] and not self.pressed, bool(self.pins["new-part"])
         if not is_idle(linuxcnc, status):
             if self.child is not None or self.wanted is not None:
                 self._end()             # too late for this run: it is read again behind it
@@ -75,10 +89,13 @@ class Shadow:
         scene = loaded.scene(status)
         place = [scene[name] for name in ("index", "offset", "g92", "turn")]
         found = (status.file, loaded.identity(status.file), place) if status.file else None
-        if found != self.loaded:
+        if pressed:
+            self._begin_part()
+        if found != self.loaded or self.asks_tool and self.asks_tool != self._tool_state(scene):
             self._end()
-            self.loaded, self.wanted = found, None
+            self.loaded, self.answer, self.wanted, self.asks_tool = found, None, None, None
             if found and found[1]:
+                self.scene = scene
                 self._ask({"ini": self.ini, "program": status.file, "scene": scene})
         elif self.child is not None:
             self._take()
@@ -90,8 +107,20 @@ class Shadow:
     def leave(self):
         """The program has a set-up (set_up.py): nothing is assumed."""
         self._end()
-        self.loaded = self.wanted = self.written = None
+        self.loaded = self.answer = self.wanted = self.written = self.owner = self.asks_tool = None
         self.tools, self.texts = {}, []
+
+    def _tool_state(self, scene):
+        """What the answer for a program with an unknown tool depends on."""
+        return scene["tool"], loaded.identity(self.table)
+
+    def _begin_part(self):
+        """A whole stock for the loaded program, in place of an assumed one that was cut."""
+        if self.pins["certain"]:
+            self._tell("the stock is not an assumed one, and New part does not change it; use M250")
+            return
+        self.written, self.wanted = None, self.answer
+        self.pins["parts"] += 1
 
     def _tell(self, text):
         """For the operator, once for each program: a text that is the same again is not said."""
@@ -133,10 +162,14 @@ class Shadow:
             answer = json.loads(text)
         except ValueError:
             answer = {"why": "it could not be read within the time and memory for it"}
+        if answer.get("asks_tool"):
+            self.asks_tool = self._tool_state(self.scene)
         if answer["why"]:
-            self._tell(f"{os.path.basename(self.loaded[0])}: no stock is assumed: {answer['why']}; define it with M250")
+            self._tell(f"{os.path.basename(self.loaded[0])}: no stock is assumed: {answer['why']}; {answer.get('remedy') or NO_STOCK}")
         elif answer["low"]:
-            self.wanted = answer
+            self.answer = self.wanted = answer
+        if not answer.get("low") and self.written and self.written[0] != self.loaded[2]:
+            self._give_up()
 
     def _end(self):
         if self.child is None:
@@ -154,26 +187,55 @@ class Shadow:
         name = os.path.basename(self.loaded[0])
         low, high, turn = to_machine(answer)
         self.tools, self.spindle = {int(number): tool for number, tool in answer["tools"].items()}, answer["spindle"]
-        if self.pins["stock-defined"] and self.written and self.written[0] == place and _inside(low, high, *self.written[1:]):
-            return
-        finest, coarsest = self.files.stock.bounds
+        before = self.written if self.pins["stock-defined"] and self.written and self.written[0] == place else None
         try:
-            stock = Stock(low, high, coarsest, self.files.stock.capacity, 0, turn, finest)
+            stock, removed, box = self._stock((low, high), turn, before)
         except CoreError as error:
-            self._tell(f"{name}: no stock is assumed: {error}; define it with M250")
+            self._tell(f"{name}: no stock is assumed: {error}; {NO_STOCK}")
             return
-        head = stock.head
-        found = Head(head.cell, (head.x0, head.y0, head.z_min), (head.x_max, head.y_max, head.z_max), head.shape, head.nx, head.ny, 0.0,
-                     (head.half_x, head.half_y), head.turn)
-        if not is_still():
+        if stock is None:
+            self._tell_on(name, "")
+        elif not is_still():
             self.loaded = None          # read again behind the run
-        elif self._put(found, stock.cells_and_ring):
-            self.written = place, low, high
-            self._tell(f"{name}: a stock is assumed from {answer['text']}, and nothing acts on it; define it with M250")
+        elif self._put(_found(stock, removed), stock.cells_and_ring):
+            self.written = place, *box
+            if box == (low, high) or not before:
+                self._tell(f"{name}: a stock is assumed from {answer['text']}, and nothing acts on it; define it with M250")
+                self.owner = self.loaded[:2]
+            else:
+                self._tell_on(name, ", which is larger now")
+
+    def _stock(self, box, turn, before):
+        """(core.Stock or None if it is in the map already, mm3 cut of it, (low, high))."""
+        finest, coarsest = self.files.stock.bounds
+        room = finest, coarsest, self.files.stock.capacity
+        if before and _inside(*box, *before[1:]):
+            return None, 0.0, box
+        taken = self.files.stock.take() if before else None
+        if taken:
+            larger = around(before[1:], box, turn)
+            with contextlib.suppress(CoreError):        # too far apart: the new one alone
+                return join(*taken, larger, turn, room), taken[0].removed, larger
+        return Stock(*box, coarsest, room[2], 0, turn, finest), 0.0, box
+
+    def _tell_on(self, name, how):
+        """That the loaded program goes on in the stock of the one before."""
+        owner, self.owner = self.owner, self.loaded[:2]
+        if owner != self.owner:
+            self._tell(f"{name} goes on in the assumed stock of {os.path.basename(owner[0])}{how}; {NEW_PART}")
+
+    def _give_up(self):
+        """No stock in place of an assumed one of another work offset."""
+        if self.pins["stock-defined"] and not self.pins["certain"] and self._hold(self.files.stock.remove):
+            self.written = self.owner = None
 
     def _put(self, found, cells):
         """-> whether the tracker has given the map away for it."""
-        pins, is_put = self.pins, False
+        return self._hold(lambda: self.files.stock.put(found, cells)) and bool(self.pins["stock-defined"])
+
+    def _hold(self, work):
+        """Do work on the map of an assumed stock; -> whether the tracker has given it away for that."""
+        pins, is_done = self.pins, False
         pins["assumed"] = True
         pins["hold"] = True
         try:
@@ -181,15 +243,15 @@ class Shadow:
             while not pins["held"] and time.monotonic() < end:
                 time.sleep(0.001)
             if pins["held"]:
-                self.files.stock.put(found, cells)
-                is_put = True
+                work()
+                is_done = True
         finally:
             pins["hold"] = False
             while pins["held"] and time.monotonic() < end:
                 time.sleep(0.001)
             time.sleep(PERIODS_S)           # a hold that the tracker may still see is one with `assumed`
             pins["assumed"] = False
-        return is_put and bool(pins["stock-defined"])
+        return is_done
 
     def tool(self, number, shape, units):
         """Tool for the pins: a tool without a diameter as comments describe it, in an assumed stock."""
@@ -201,3 +263,18 @@ class Shadow:
 
 def _inside(low, high, low_before, high_before):
     return all(a >= b - INSIDE_MM for a, b in zip(low, low_before)) and all(a <= b + INSIDE_MM for a, b in zip(high, high_before))
+
+
+def _found(stock, removed):
+    """store.Head of a core.Stock."""
+    head = stock.head
+    return Head(head.cell, (head.x0, head.y0, head.z_min), (head.x_max, head.y_max, head.z_max), head.shape, head.nx, head.ny, removed,
+                (head.half_x, head.half_y), head.turn)
+
+
+def _tool_table(ini):
+    """Its path, "" without one."""
+    try:
+        return Ini(ini).tool_table()
+    except (CycleError, OSError):
+        return ""

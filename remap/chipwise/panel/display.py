@@ -22,7 +22,9 @@ MODES = tuple(mode.name.lower() for mode in FeedMode)
 _LIMIT_WORDS = {LimitedBy.NONE: 'nothing', LimitedBy.STOCK_HERE: 'stock', LimitedBy.STOCK_AHEAD: 'ahead',
                 LimitedBy.FLOOR: 'floor', LimitedBy.CEILING: 'ceiling', LimitedBy.FALLBACK: 'fallback'}
 LIMITS = tuple(_LIMIT_WORDS[limit] for limit in LimitedBy)
-SUMS = ('run-time', 'fed-time', 'saved-time', 'mean-rate', 'peak-rate')       # of volumetric-feed.0
+SUMS = ('run-time', 'fed-time', 'saved-time', 'mean-rate', 'peak-rate', 'cut-time', 'air-time')       # of volumetric-feed.0
+STOCK = ('stock-defined', 'certain')
+STOCK_WORDS = ('none', 'defined', 'assumed')
 LARGEST = 1e9           # a pin may hold any number; larger ones are not shown
 
 
@@ -32,16 +34,24 @@ class Run:
     def __init__(self):
         self.seconds = self.fed_s = self.saved_s = 0.0      # all of it; with the volumetric feed on; saved against F
         self.peak = self.mean = self.target = 0.0           # mm3/min
+        self.cut_s = self.air_s = 0.0                       # of feed moves, in the stock and outside
+        self.assumed = False                                # nobody has confirmed the stock
 
     def look(self, pins):
-        """The sums so far (components/core/run_sums.h), by the names of SUMS; and the target."""
-        self.seconds, self.fed_s, self.saved_s, self.mean, self.peak = (shown(pins[name]) for name in SUMS)
+        """The sums so far (components/core/run_sums.h), by the names of SUMS; the target; by the names of STOCK whether the stock is assumed."""
+        self.seconds, self.fed_s, self.saved_s, self.mean, self.peak, self.cut_s, self.air_s = (shown(pins[name]) for name in SUMS)
+        self.assumed = is_assumed(*(pins[name] for name in STOCK))
         if pins['motion-type'] in FEED_MOTION and pins['mode'] and 0 < pins['target'] < LARGEST:
             self.target = pins['target']
 
     @property
     def worth_a_line(self):
-        return self.fed_s > 0 or self.peak > 0
+        return self.fed_s > 0 or self.peak > 0 or self.assumed and self.air_share is not None
+
+    @property
+    def air_share(self):
+        """Share of the feed time that is in air; None without feed moves."""
+        return self.air_s / (self.cut_s + self.air_s) if self.cut_s + self.air_s > 0 else None
 
     def line(self, program, done, inch):
         """The line for the operator.  done: what the cycles reported (chipwise.report)."""
@@ -49,9 +59,13 @@ class Run:
         parts = [f'{os.path.basename(program) or "program"}: {duration(self.seconds)}']
         if self.fed_s > 0:
             parts[0] += f', {duration(abs(self.saved_s))} {"less" if self.saved_s >= 0 else "more"} than at F'
-        if self.peak > 0:
-            parts.append(f'peak {self.peak / per:.3g}'
-                         + (f', target {self.target / per:.3g} {unit}' if self.target else f' {unit}'))
+        if self.assumed:
+            parts[0] += ' on an assumed stock'
+        if self.fed_s > 0:
+            if self.peak > 0:
+                parts.append(f'peak {self.peak / per:.3g}' + (f', target {self.target / per:.3g} {unit}' if self.target else f' {unit}'))
+        else:
+            parts += self._at_f(per, unit)
         pieces = [entry for entry in done if entry.get('chopped')]
         largest = max((entry.get('largest_piece_mm') or 0.0 for entry in done), default=0.0)
         if pieces:
@@ -59,6 +73,18 @@ class Run:
         if largest:
             parts.append('largest piece ' + (f'{largest / MM_PER_INCH:.3g} in' if inch else f'{largest:.3g} mm'))
         return '; '.join(parts)
+
+    def _at_f(self, per, unit):
+        """What a run at F has cut.  per: mm3/min in a unit."""
+        if self.air_share is not None:
+            yield f'in air {100 * self.air_share:.0f} % of the feed time'
+        if self.peak > 0:
+            yield f'largest {self.peak / per:.3g}, mean {self.mean / per:.3g} {unit}'
+
+
+def is_assumed(defined, certain):
+    """Whether there is a stock that neither a program nor a person has confirmed (stock-tracker.N.certain)."""
+    return bool(defined and not certain)
 
 
 def shown(value):
@@ -136,7 +162,7 @@ class Display:
         pins['share'] = min(100.0 * rate / target, 999.0) if target > 0 else 0.0
         choose(pins, 'mode-', MODES, pins['mode'])
         choose(pins, 'by-', LIMITS, pins['limited-by'])
-        choose(pins, 'stock-is-', ('none', 'defined'), int(pins['stock-defined']))
+        choose(pins, 'stock-is-', STOCK_WORDS, 2 if is_assumed(*(pins[name] for name in STOCK)) else int(pins['stock-defined']))
         choose(pins, 'unit-', ('cm3', 'in3'), int(self.inch))
 
 
@@ -153,10 +179,11 @@ def make_component():
         component.newpin(name, hal.HAL_FLOAT, hal.HAL_IN)
     for name in ('mode', 'limited-by', 'motion-type'):
         component.newpin(name, hal.HAL_S32, hal.HAL_IN)
-    component.newpin('stock-defined', hal.HAL_BIT, hal.HAL_IN)
+    for name in STOCK:
+        component.newpin(name, hal.HAL_BIT, hal.HAL_IN)
     for name in ('rate', 'rate-target', 'share'):
         component.newpin(name, hal.HAL_FLOAT, hal.HAL_OUT)
-    for prefix, names in (('mode-', MODES), ('by-', LIMITS), ('stock-is-', ('none', 'defined')), ('unit-', ('cm3', 'in3'))):
+    for prefix, names in (('mode-', MODES), ('by-', LIMITS), ('stock-is-', STOCK_WORDS), ('unit-', ('cm3', 'in3'))):
         for name in names:
             component.newpin(prefix + name, hal.HAL_BIT, hal.HAL_OUT)
     return component

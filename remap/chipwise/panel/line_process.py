@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Plans or runs one typed line, switches a guard, or changes a tool, for the page of `chipwise panel`, in a process of its own: an order as JSON on standard input,
+"""Plans or runs one typed line, switches a guard, begins a new part, or changes a tool, for the page of `chipwise panel`, in a process of its own: an order as JSON on standard input,
 the answer as JSON on standard output.  Called by lines.py; a plan may compute for long, and the looks at the machine go on meanwhile.
 
     {"do": "plan", "ini", "code", "text", "chop", "mode", "language"}     chop: size in the unit of MDI, "" for that of the INI file
         -> {"line", "unit", "svg", "figures", "messages", "refused", "state"}   refused: why it may not be run now, "" if it may
     {"do": "run", "code", "line", "unit", "state"}      state: of the plan; -> {}
     {"do": "guard", "name", "on"}                       name: one of GUARDS; -> {}
+    {"do": "part"}                                      a whole stock in place of an assumed one (monitor/shadow.py); -> {}
     {"do": "tool", "ini", "number", "values", "seen"}   of tool_editor.change(); -> its listed()
     any of them -> {"error", "number"}                  number: of the field that is wrong, from 1; 0: not of a field
 
@@ -15,9 +16,11 @@ The rules are those of `chipwise enter --run`: entry/typed.py, entry/planned.py,
 import json
 import os
 import sys
+import time
 from dataclasses import asdict
 
 from chipwise import entry, language, tool_editor
+from chipwise.clock import patience
 from chipwise.errors import CycleError, printable, unnamed
 from chipwise.halcmd import halcmd
 from chipwise.ini import Ini
@@ -25,6 +28,8 @@ from chipwise.settings import load_settings
 from chipwise.tool_table import diameter_of
 
 GUARDS = ("rapid", "flute")     # chipwise-guard.0.guard-NAME
+MONITOR = "chipwise-monitor."
+PART_S = 3.0            # for the monitor
 NICE = 10               # plans wait for whatever else this computer has to do
 
 
@@ -75,6 +80,24 @@ def guard(order, machine):
     return {}
 
 
+def part(_order, machine):
+    """The answer to "part"; only at rest, because the monitor does nothing else then."""
+    state = machine.read()
+    if not (state.idle and state.at_rest):
+        raise CycleError("no new part: a program or a command is under way, or the machine moves", "wait for its end, or press Stop")
+    count = halcmd("getp", MONITOR + "parts").strip()
+    halcmd("setp", MONITOR + "new-part", "1")
+    try:
+        end = time.monotonic() + patience(PART_S)
+        while halcmd("getp", MONITOR + "parts").strip() == count:
+            if time.monotonic() > end:
+                raise CycleError("chipwise-monitor has not begun a new part", "see the messages on LinuxCNC's screen")
+            time.sleep(0.05)
+    finally:
+        halcmd("setp", MONITOR + "new-part", "0")
+    return {}
+
+
 def check_corner(ini, number, radius):
     """Raise CycleError if a corner radius (mm, None: none) is larger than the tool: the stock tracker would be in fault."""
     machine = Ini(ini)
@@ -102,7 +125,7 @@ def tool(order, machine):
 def answer(order, machine):
     """The answer to an order."""
     try:
-        return {"plan": plan, "run": run, "guard": guard, "tool": tool}[order["do"]](order, machine)
+        return {"plan": plan, "run": run, "guard": guard, "part": part, "tool": tool}[order["do"]](order, machine)
     except CycleError as error:
         return {"error": printable(unnamed(error)), "number": getattr(error, "number", 0)}
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Requests of the page of `chipwise panel` about a typed line, a guard, a tool or an alarm: the part of server.py's Handler that asks lines.py."""
+"""Requests of the page of `chipwise panel` about a typed line, a guard, a new part, a tool or an alarm: the part of server.py's Handler that asks lines.py."""
 
 import math
 import urllib.parse
@@ -56,6 +56,14 @@ class LineRequests:
         if "error" in found:
             raise Refused(409, found["error"])
         print(f"chipwise-panel: guard-{name} is {'on' if on else 'off'}, by the page", flush=True)
+        self.send_json(200, {"done": True})
+
+    def part(self):
+        """Begin a new part: a whole stock in place of an assumed one."""
+        found = self.asked(self.server.lines.part)
+        if "error" in found:
+            raise Refused(409, found["error"])
+        print("chipwise-panel: a new part is begun, by the page", flush=True)
         self.send_json(200, {"done": True})
 
     def tools(self):

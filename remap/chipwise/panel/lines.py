@@ -137,6 +137,11 @@ class Lines:
         with self._one(self._acting):
             return self._asked({"do": "guard", "name": name, "on": on})
 
+    def part(self):
+        """Begin a new part: {}, or {"error"}.  Raises CycleError."""
+        with self._one(self._acting):
+            return self._asked({"do": "part"})
+
     def tools(self):
         """The file of tool geometry, as tool_editor.listed().  Raises CycleError."""
         return tool_editor.listed(load_settings(self.ini).path("TOOL_GEOMETRY"))

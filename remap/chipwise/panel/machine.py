@@ -23,13 +23,13 @@ TRACKER, FEED, GUARD, INPUTS, MONITOR = ("stock-tracker.0.", "volumetric-feed.0.
 NUMBERS = {             # name here: pin
     "mrr": TRACKER + "mrr", "removed": TRACKER + "removed-volume", "area": TRACKER + "section-area",
     "fault_code": TRACKER + "fault-code", "fault": TRACKER + "fault", "ready": TRACKER + "ready",
-    "stock_defined": TRACKER + "stock-defined", "motion_type": TRACKER + "motion-type",
+    "stock_defined": TRACKER + "stock-defined", "certain": TRACKER + "certain", "motion_type": TRACKER + "motion-type",
     "target": FEED + "mrr-effective", "lower": FEED + "mrr-lower", "mode": FEED + "mode", "limited_by": FEED + "limited-by",
     "run_time": FEED + "run-time", "fed_time": FEED + "fed-time", "saved_time": FEED + "saved-time", "mean_rate": FEED + "mean-rate",
-    "peak_rate": FEED + "peak-rate", "override": FEED + "override", "override_ignored": FEED + "override-ignored",
+    "peak_rate": FEED + "peak-rate", "cut_time": FEED + "cut-time", "air_time": FEED + "air-time", "override": FEED + "override", "override_ignored": FEED + "override-ignored",
     "guard_reason": GUARD + "reason", "guard_line": GUARD + "line", "guard_rapid": GUARD + "guard-rapid",
     "guard_flute": GUARD + "guard-flute", "line": INPUTS + "program-line",
-    "tool": MONITOR + "tool-number", "flutes": MONITOR + "tool-flutes", "revolutions": INPUTS + "spindle-speed"}
+    "tool": MONITOR + "tool-number", "tool_assumed": MONITOR + "tool-assumed", "flutes": MONITOR + "tool-flutes", "revolutions": INPUTS + "spindle-speed"}
 LENGTHS = {
     "depth": TRACKER + "depth", "pos_x": TRACKER + "pos-x", "pos_y": TRACKER + "pos-y", "pos_z": TRACKER + "pos-z",
     "offset_x": TRACKER + "tool-offset-x", "offset_y": TRACKER + "tool-offset-y", "offset_z": TRACKER + "tool-offset-z",

@@ -201,6 +201,8 @@ class Handler(LineRequests, BaseHTTPRequestHandler):
             self.run(wanted.get("plan"))
         elif path == "/guard":
             self.guard(wanted.get("guard"), wanted.get("on"))
+        elif path == "/part":
+            self.part()
         elif path == "/tool":
             self.tool(wanted.get("tool"), wanted.get("values"), wanted.get("checksum"))
         else:

@@ -21,7 +21,7 @@ from chipwise.clock import patience
 from chipwise.errors import unnamed
 from chipwise.panel.ahead import Ahead
 from chipwise.panel.alarms import Alarms
-from chipwise.panel.display import LIMITS, MODES, SUMS, Run, shown
+from chipwise.panel.display import LIMITS, MODES, STOCK, SUMS, Run, is_assumed, shown
 from chipwise.panel.load_log import LoadLog
 from chipwise.panel.tiles import Tiles
 from chipwise.panel.tool_log import OVER
@@ -33,6 +33,7 @@ ALIVE_S = 1.0           # between two looks whether LinuxCNC still runs
 MAP_SHARE = 0.05        # of the time, for looks at the map
 RETRY_S = 2.0           # until a map that could not be read is looked for again
 RUN_SUMS = tuple(name.replace("-", "_") for name in SUMS)
+OF_RUN = ("mode", "target", "motion_type", *(name.replace("-", "_") for name in STOCK), *RUN_SUMS)
 SLOWER = 0.98           # of F: the background shows it
 PATH_POINTS = 10000     # of the path done
 PATH_STEP_MM = 0.2      # between two of them that were seen at looks
@@ -42,7 +43,7 @@ def figures(run):
     """Peak, mean, time and time saved of a run of a program (panel/display.py: Run); mm3/min and s, None: not known."""
     if run is None:
         return None
-    return {"seconds": round(run.seconds, 1), "peak": run.peak, "mean": run.mean,
+    return {"seconds": round(run.seconds, 1), "peak": run.peak, "mean": run.mean, "air_share": run.air_share,
             "saved": round(run.saved_s, 1) if run.fed_s > 0 else None}
 
 
@@ -153,7 +154,7 @@ class Watch:
         self.was_running = running
         passed = self.passed(dt, pins)
         if running:
-            self.run.look({name.replace("_", "-"): pins[name] for name in ("mode", "target", "motion_type", *RUN_SUMS)})
+            self.run.look({name.replace("_", "-"): pins[name] for name in OF_RUN})
             self.log.look(passed, pins, time.time())
 
     def kept_points(self):
@@ -214,7 +215,7 @@ class Watch:
         mode, limit = int(pins["mode"]), int(pins["limited_by"])
         run = self.run
         return {**{name: pins[name] for name in shown}, "time": self.history[-1][0], "clock": round(time.time(), 3), "look": self.number + 1,
-                "stock": bool(pins["stock_defined"]),
+                "stock": bool(pins["stock_defined"]), "assumed": is_assumed(pins["stock_defined"], pins["certain"]), "tool_assumed": bool(pins["tool_assumed"]),
                 "ready": bool(pins["ready"]), "mode": MODES[mode] if 0 <= mode < len(MODES) else MODES[0],
                 "limited_by": LIMITS[limit] if 0 <= limit < len(LIMITS) else LIMITS[0],
                 "task": {**task, "program": os.path.basename(task["program"])} if task else None,

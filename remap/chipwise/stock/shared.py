@@ -16,7 +16,6 @@ put() writes a whole stock, for which the tracker must have let the map go (stoc
 Everything in the memory is checked before it is used: the block must be our own, for nobody else to write, and as large as its
 head says; its size, bounds of the cell and capacity are kept here from then on, and every head is compared with them before an index is made
 of it.
-
 All lengths mm, machine coordinates.
 """
 from __future__ import annotations
@@ -28,9 +27,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from chipwise.processes import is_ours, shared_memory
 from chipwise.stock import layout
 from chipwise.stock.core import CELL_DTYPE
+from chipwise.stock.mapped import Mapped, SharedStockError
 from chipwise.stock.path_done import PathDone
 from chipwise.stock.store import Head
 
@@ -39,13 +38,8 @@ BAND_BYTES = 1 << 18                # copied between two looks at the generation
 TRIES = 6                           # to copy the map as a whole; one where it is large
 LARGE_BYTES = 1 << 20               # takes longer to copy than a period
 MOST_NUMBER = 1e15                  # mm, mm3: of any number in the head
-SHM_RDONLY = 0o10000                # of shmat: sys/shm.h
 PART_TRIES = 200                    # to copy a part of some 10,000 cells
 TIMEOUT_S = 2.0                     # then the map is given up
-
-
-class SharedStockError(Exception):
-    """The map cannot be read; the text says what, which and what to do."""
 
 
 @dataclass(frozen=True)
@@ -200,6 +194,12 @@ class SharedStock:
         head.nx = found.nx if found else 0
         head.generation += 1
 
+    def remove(self):
+        """Ends the stock of the map.  Only while the tracker holds still."""
+        head = self._head
+        head.generation, head.nx, head.definitions = head.generation + 1, 0, head.definitions + 1
+        head.generation += 1
+
     @property
     def definitions(self):
         """Counts stocks: a number that has changed means another stock."""
@@ -287,43 +287,6 @@ def _snapshot(head, cells, exact):
                     head.removed, head.generation, exact)
 
 
-def _size_of_ours(number):
-    """Bytes of a block that is ours and that nobody else may write; SharedStockError for any other."""
-    try:
-        rows = shared_memory()
-    except OSError as error:
-        raise SharedStockError(f"chipwise: stock map: /proc/sysvipc/shm: {error.strerror}; mount /proc") from error
-    for row in rows:
-        if row["shmid"] == number:
-            if is_ours(row):
-                return row["size"]
-            raise SharedStockError(f"chipwise: stock map: the memory belongs to user {row['uid']} and was made by user "
-                                   f"{row['cuid']} with the rights {row['perms'] & 0o777:o}; start LinuxCNC again")
-    raise SharedStockError("chipwise: stock map: its memory has gone; start LinuxCNC again")
-
-
-class _Mapped:
-    """The memory under a key.  hal.shm(..).getbuffer() of 2.9 leaves the shape of its buffer unset (halmodule.cc,
-    shm_buffer_getbuffer): it works by luck, so the block is mapped here."""
-
-    def __init__(self, key, read_only):
-        self._libc = C.CDLL(None, use_errno=True)
-        self._libc.shmat.restype = C.c_void_p
-        self._libc.shmdt.argtypes = [C.c_void_p]
-        number = self._libc.shmget(C.c_int(key), C.c_size_t(C.sizeof(_Head)), 0o600)
-        size = _size_of_ours(number) if number >= 0 else 0
-        self._address = self._libc.shmat(number, None, SHM_RDONLY if read_only else 0) if number >= 0 else None
-        if self._address in (None, C.c_void_p(-1).value):
-            self._address = None
-            raise SharedStockError(f"chipwise: stock map: there is no memory under the key {key:#x} "
-                                   f"({os.strerror(C.get_errno())}); start a LinuxCNC with chipwise.hal")
-        self.memory = memoryview((C.c_char * size).from_address(self._address)).cast("B")
-
-    def close(self):
-        self.memory = None
-        self._libc.shmdt(self._address)
-
-
 def attach(tracker=0, component=None, read_only=False):
     """The SharedStock of stock-tracker.<tracker> of the LinuxCNC that runs here; component: the caller's
     HAL component, if it has one; read_only: writing into the map ends this process."""
@@ -339,7 +302,7 @@ def attach(tracker=0, component=None, read_only=False):
         raise SharedStockError(f"chipwise: stock map: there is no stock-tracker.{tracker}; start a LinuxCNC "
                                "with chipwise.hal") from error
     holder = None if read_only else hal.shm(component, key, C.sizeof(_Head))    # its end removes a map nobody else has any more
-    mapped = _Mapped(key, read_only)
+    mapped = Mapped(key, read_only, C.sizeof(_Head))
     stock = SharedStock(mapped.memory)
     stock._held = (mapped, holder, component) if own else (mapped, holder)
     size = len(mapped.memory)

@@ -1,12 +1,12 @@
 'use strict';
-// Buttons that cannot be pressed now, with the reason, and the two guards. SPDX-License-Identifier: GPL-2.0-or-later
+// Buttons that cannot be pressed now, with the reason, the two guards, and New part. SPDX-License-Identifier: GPL-2.0-or-later
 // Such a button keeps the focus and is heard: a finger that presses it gets the reason as text, a pointer over it as a hint.
 (function () {
     const TOLD_MS = 8000;               // a reason stays for so long
     const $ = (id) => document.getElementById(id);
     const {t, put, change, token, hooks, show} = window.chipwise;
     const whys = new Map(), told = new Map();   // button: why not; place of words: [reason, until]
-    let switching = false;
+    let switching = false, beginning = false;
 
     // Whether a button can be pressed: why not, '' if it can; where: the place of words that shows it to a finger.
     window.chipwise.able = (id, why, where) => {
@@ -35,10 +35,15 @@
 
     // ---- the guards: whether they are on; with the token they can be switched ------------------------------------
 
-    function guards() {
-        const state = window.chipwise.state, task = state.task;
-        const why = !window.chipwise.canChange ? t('Read-only: set [CHIPWISE]PANEL_TOKEN to change something') : !token() ? t('Locked: enter the token first')
+    // Why nothing of the machine can be changed now.
+    function locked() {
+        const task = window.chipwise.state.task;
+        return !window.chipwise.canChange ? t('Read-only: set [CHIPWISE]PANEL_TOKEN to change something') : !token() ? t('Locked: enter the token first')
             : !task ? t('LinuxCNC does not answer') : !task.idle ? t('A program or a command is under way') : '';
+    }
+
+    function guards() {
+        const state = window.chipwise.state, why = locked();
         for (const [name, words] of [['rapid', t('Guard of rapids')], ['flute', t('Guard of flutes')]]) {
             const on = state.guards[name];
             put('guard-' + name, `${words}: ${on ? t('on') : t('off')}`);
@@ -59,6 +64,18 @@
         window.chipwise.able('guard-' + name, t('LinuxCNC does not answer'), 'guard-answer');
         $('guard-' + name).addEventListener('click', () => switchGuard(name));
     }
+    // ---- a whole stock in place of the assumed one that was cut ---------------------------------------------------
+
+    async function newPart() {
+        beginning = true;
+        show();
+        put('part-answer', await change('part', {}).finally(() => { beginning = false; }));
+        show();
+    }
+
+    window.chipwise.able('new-part', t('LinuxCNC does not answer'), 'part-answer');
+    $('new-part').addEventListener('click', newPart);
+    hooks.push(() => window.chipwise.able('new-part', beginning ? t('Being done') : locked(), 'part-answer'));
     hooks.push(guards);
     hooks.push(() => {
         const why = window.chipwise.earlier ? '' : t('No program has begun on this stock yet');

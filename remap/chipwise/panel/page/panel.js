@@ -76,6 +76,7 @@
         document.body.dataset.state = late() ? 'off' : s.background;
         put('status', late() ? t('No answer from LinuxCNC') : !task ? t('LinuxCNC does not answer') : t(STATUS[s.background]));
         put('program', task ? task.program : '');
+        assumed(s);
         put('rate', rateText(s.mrr));
         put('target', s.target > 0 ? rateText(s.target) : '-');
         put('mode', t(MODES[s.mode]));
@@ -93,10 +94,18 @@
         put('peak', run ? rateText(run.peak) : '-');
         put('mean', run ? rateText(run.mean) : '-');
         put('time', run ? seconds(run.seconds) : '-');
+        put('air', run && run.air_share !== null ? `${Math.round(100 * run.air_share)} %` : '-');
         put('saved', run && run.saved !== null ? `${run.saved < 0 ? '-' : ''}${seconds(Math.abs(run.saved))}` : '-');
         put('removed', inch() ? `${(s.removed / MM3_PER.in3).toFixed(3)} in3` : `${(s.removed / MM3_PER.cm3).toFixed(2)} cm3`);
         put('log-error', s.log_error);
         put('stock-note', window.chipwise.told('stock-note') || s.stock_error || (s.stock ? (s.ready ? '' : t('The feed is F as programmed')) : t('No stock is defined; use M250')) || pathNote(s.ahead));
+    }
+
+    // What depends on a stock or a tool that nobody has confirmed is marked.
+    function assumed(s) {
+        $('assumed').hidden = $('assumed-figures').hidden = !s.assumed;
+        document.body.classList.toggle('assumed', s.assumed);
+        document.body.classList.toggle('assumed-tool', s.tool_assumed);
     }
 
     // Why the path ahead ends before the program does.

@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The memory of the stock map under its key.  Called by shared.py."""
+
+import ctypes as C
+import os
+
+from chipwise.processes import is_ours, shared_memory
+
+SHM_RDONLY = 0o10000                # of shmat: sys/shm.h
+
+
+class SharedStockError(Exception):
+    """The map cannot be read; the text says what, which and what to do."""
+
+
+def _size_of_ours(number):
+    """Bytes of a block that is ours and that nobody else may write; SharedStockError for any other."""
+    try:
+        rows = shared_memory()
+    except OSError as error:
+        raise SharedStockError(f"chipwise: stock map: /proc/sysvipc/shm: {error.strerror}; mount /proc") from error
+    for row in rows:
+        if row["shmid"] == number:
+            if is_ours(row):
+                return row["size"]
+            raise SharedStockError(f"chipwise: stock map: the memory belongs to user {row['uid']} and was made by user "
+                                   f"{row['cuid']} with the rights {row['perms'] & 0o777:o}; start LinuxCNC again")
+    raise SharedStockError("chipwise: stock map: its memory has gone; start LinuxCNC again")
+
+
+class Mapped:
+    """The memory under a key.  hal.shm(..).getbuffer() of 2.9 leaves the shape of its buffer unset (halmodule.cc,
+    shm_buffer_getbuffer): it works by luck, so the block is mapped here."""
+
+    def __init__(self, key, read_only, least):
+        """least: bytes that it has at least."""
+        self._libc = C.CDLL(None, use_errno=True)
+        self._libc.shmat.restype = C.c_void_p
+        self._libc.shmdt.argtypes = [C.c_void_p]
+        number = self._libc.shmget(C.c_int(key), C.c_size_t(least), 0o600)
+        size = _size_of_ours(number) if number >= 0 else 0
+        self._address = self._libc.shmat(number, None, SHM_RDONLY if read_only else 0) if number >= 0 else None
+        if self._address in (None, C.c_void_p(-1).value):
+            self._address = None
+            raise SharedStockError(f"chipwise: stock map: there is no memory under the key {key:#x} "
+                                   f"({os.strerror(C.get_errno())}); start a LinuxCNC with chipwise.hal")
+        self.memory = memoryview((C.c_char * size).from_address(self._address)).cast("B")
+
+    def close(self):
+        self.memory = None
+        self._libc.shmdt(self._address)
