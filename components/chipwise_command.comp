@@ -56,12 +56,13 @@ pin in s32 fault_code "stock-tracker.N.fault-code";
 pin in s32 reply "chipwise-monitor.reply";
 pin in bit job "chipwise-monitor.job: the loaded program has a set-up that a person has confirmed";
 pin in float job_target "chipwise-monitor.job-target: mm3/min that the tool in the spindle may remove in it; 0: the feed is F";
+pin in bit job_waits "chipwise-monitor.job-waits: and it waits until the program's first F switches adaptive feed on";
 pin out bit job_active "the set-up is in force: mode and mrr-target follow it";
 pin out s32 run_end "how the last program has ended: 0 it runs, or none has, 1 by itself, 2 stopped (abort, machine off); to chipwise-monitor.run-end";
 pin out bit feed_decided "TRUE for a period when M251 or M252 takes effect, a program starts or is aborted, or the machine goes off; to stock-tracker.N.feed-decided";
 pin out s32 request "to the monitor: 1 save while word is 27, 2 restore while it is 28, until an abort or machine off, else 0";
 pin out s32 slot "register 21, as of the last commit: number of the file";
-pin out float status "to motion.analog-in-N, where the codes check that they took effect: mode + 10 if a certain stock is defined + 100 * fault-code + 10000 * reply";
+pin out float status "to motion.analog-in-N, where the codes check that they took effect: mode + 10 if a certain stock is defined + 100 * fault-code + 10000 * reply + 1000000 if job-waits";
 pin out float mrr_target "register 12, as of the last commit: mm3/min";
 pin out float mrr_lower "register 13, as of the last commit: mm3/min";
 
@@ -157,5 +158,5 @@ FUNCTION(_) {
         slot = number_of_file > -0.5 && number_of_file < 99.5 ? (int)(number_of_file + 0.5) : -1;
     request = !of_file || file_given_up ? CHIP_REQUEST_NONE : number == CHIP_REGISTER_SAVE_COMMIT ? CHIP_REQUEST_SAVE : CHIP_REQUEST_RESTORE;
     status = mode + (stock_defined && certain ? CHIP_STATUS_STOCK : 0) + (double)CHIP_STATUS_FAULT * fault_code
-        + (double)CHIP_STATUS_REPLY * reply;
+        + (double)CHIP_STATUS_REPLY * reply + (job && job_waits ? CHIP_STATUS_JOB : 0);
 }

@@ -37,6 +37,7 @@ enum chip_run_end { CHIP_RUN_GOES_ON = 0, CHIP_RUN_WHOLE = 1, CHIP_RUN_STOPPED =
 #define CHIP_STATUS_STOCK 10    /* 1 if a certain stock is defined */
 #define CHIP_STATUS_FAULT 100   /* chip_fault */
 #define CHIP_STATUS_REPLY 10000 /* reply code of the stock files, remap/chipwise/stock/reasons.py */
+#define CHIP_STATUS_JOB 1000000 /* 1 if the program's set-up waits for adaptive feed */
 
 /* chipwise-guard.N.reason: why the machine was stopped. */
 enum chip_guard_reason {

@@ -88,11 +88,11 @@ TAPPED = PROGRAM.replace('M1\n', 'G0 Z5\nG98 G81 X0 Y25 Z-3 R1 F120\nG80\nG38.3 
 
 
 def test_what_stops_and_what_wins(tmp_path):
-    """M0 and single steps with it; the program's own M250 and M251 win; a cycle, a probe and G93 go through; a program that is changed while it runs."""
+    """Opened in AUTO, where the first F switches adaptive feed on; M0 and single steps with it; the program's own M250 and M251 win; a cycle, a probe and G93 go through; a program that is changed while it runs."""
     paths = {name: with_job(tmp_path / f'{name}.ngc', text) for name, text in (('paused', PAUSED), ('own', OWN), ('tapped', TAPPED), ('changed', PAUSED))}
     changed = tmp_path / 'changed.ngc'
     answers = operate(tmp_path, [
-        *opened(paths['paused']), ['begin'], ['until', REMOVED, '>', 50], ['sleep', 10], ['pins', *PINS], ['step to end', 40], ['pins', *PINS],
+        ['open', paths['paused']], ['messages', f'paused.ngc: {SET_UP}'], ['program', 'true'], ['begin'], ['until', REMOVED, '>', 50], ['sleep', 10], ['pins', *PINS], ['step to end', 40], ['pins', *PINS],
         *opened(paths['own']), ['begin'], ['until', REMOVED, '>', 50], ['pins', *PINS, 'chipwise-command.0.mrr-target'], ['finish'], ['pins', *PINS, RATE],
         *opened(paths['tapped']), ['begin'], ['until', REMOVED, '>', 50], ['over', 0.5, VELOCITY, MODE], ['finish'], ['pins', *PINS, RATE],
         *opened(paths['changed']), ['begin'], ['until', REMOVED, '>', 50], ['program', 'sh', '-c', f'echo "(more)" >> {changed}'], ['sleep', 1.0], ['pins', *PINS],

@@ -101,7 +101,7 @@ class Reading:
 def make_scene(tmp_path, part, monkeypatch):
     """(SetUp, its pins, the status, the command, what was said)."""
     status = types.SimpleNamespace(file=str(part), interp_state=1, queue=0, inpos=True, adaptive_feed_enabled=False, task_mode=1, task_state=4, poll=lambda: None)
-    pins = dict.fromkeys(("program-running", "job", "job-stock", "job-target", "job-active", "run-end", "certain", "stock-defined", "request"), 0)
+    pins = dict.fromkeys(("program-running", "job", "job-stock", "job-target", "job-active", "job-waits", "run-end", "certain", "stock-defined", "request"), 0)
     files = types.SimpleNamespace(stock=None, kept_is_due=False, count=lambda: 0, emptied=0)
     said = []
     monkeypatch.setattr(module, "Quiet", lambda *_: lambda: True)
@@ -149,6 +149,22 @@ def test_it_is_in_force_once_adaptive_feed_is_on(scene):
     status.adaptive_feed_enabled = False            # M52 P0 of the operator stays
     look(scene, 4)
     assert not pins["job"] and command.sent == [1]
+
+
+def test_in_auto_the_first_f_switches_adaptive_feed_on(scene):
+    """Where F is remapped; in manual mode the monitor does it itself."""
+    set_up, pins, status, command, said = scene
+    set_up.feed_is_remapped, status.task_mode = True, LINUXCNC.MODE_AUTO
+    look(scene)
+    set_up.reading.answer = dict(ANSWER)
+    look(scene, 3)
+    assert pins["job"] is True and pins["job-waits"] is True and command.sent == [] and "set up as confirmed" in said[0]
+    status.adaptive_feed_enabled = True
+    look(scene, 2)
+    assert pins["job"] is True and pins["job-waits"] is False and len(said) == 1
+    status.adaptive_feed_enabled, status.task_mode = False, LINUXCNC.MODE_MANUAL
+    look(scene)
+    assert pins["job"] is False and command.sent == [1]
 
 
 @pytest.mark.parametrize("change", ["program", "content"])

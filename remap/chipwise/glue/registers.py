@@ -18,10 +18,11 @@ class InForce:
     feed        M251 is on; feed_of_mdi: it was given in MDI
     feed_left   it has ended, and the realtime side does not know yet
     box         (low, high, shape, turn) of the last M250, None where the stock came from a file
+    job_asked   the first F of this run has asked whether the program's set-up waits for adaptive feed
     stock_here  the stock was defined in this run of the program, or in this MDI
     """
 
-    feed = feed_left = feed_of_mdi = stock_here = False
+    feed = feed_left = feed_of_mdi = stock_here = job_asked = False
     box = None
 
 
@@ -42,6 +43,11 @@ def queue(settings, first, values, commit):
 def mode_now(settings):
     """The mode of the realtime side, now; 0 where it is not there."""
     return round(emccanon.GET_EXTERNAL_ANALOG_INPUT(settings["ANALOG_IN"], 0.0)) % layout.STATUS_STOCK
+
+
+def job_waits(settings):
+    """Whether the set-up of the program that runs waits for adaptive feed."""
+    return round(emccanon.GET_EXTERNAL_ANALOG_INPUT(settings["ANALOG_IN"], 0.0)) // layout.STATUS_JOB % 10 == 1
 
 
 def status_now(state):

@@ -118,7 +118,7 @@ def _slot(state):
 
 def _reply(state):
     """What the monitor says of the request (reasons.py), now."""
-    return round(emccanon.GET_EXTERNAL_ANALOG_INPUT(state.settings["ANALOG_IN"], 0.0)) // layout.STATUS_REPLY
+    return round(emccanon.GET_EXTERNAL_ANALOG_INPUT(state.settings["ANALOG_IN"], 0.0)) % layout.STATUS_JOB // layout.STATUS_REPLY
 
 
 def _wait_for(state, answered):

@@ -13,7 +13,7 @@ from chipwise.errors import CycleError
 from chipwise.glue import ceiling as feed_ceiling
 from chipwise.glue import context, task
 from chipwise.glue.ceiling import Ceiling, set_canon_feed
-from chipwise.glue.registers import InForce, mode_now, queue, send, status_now
+from chipwise.glue.registers import InForce, job_waits, mode_now, queue, send, status_now
 from chipwise.rates import MAX_RATE, MM3_PER_CM3, MM3_PER_IN3
 from chipwise.settings import feed_is_remapped, load_settings, planner_limits_jerk
 from chipwise.stock import layout
@@ -32,7 +32,7 @@ def begin(interp, another):
     if not interp.task:
         return
     if another:
-        InForce.stock_here = False
+        InForce.stock_here = InForce.job_asked = False
     if InForce.feed and (another or context.is_mdi() and mode_now(load_settings()) == OFF):
         if another and not context.is_mdi() and InForce.feed_of_mdi:
             emccanon.MESSAGE("chipwise: M251 of MDI has ended with the start of a program, so F is as programmed")
@@ -208,7 +208,19 @@ def keep_line_number(interp, words):
         interp.sub_context[interp.call_level - 1].sequence_number = int(words["n"])
 
 
+def _serve_job(interp):
+    """The main program's first F switches adaptive feed on for its set-up: chipwise-monitor, which applies that, may do so in manual mode and MDI
+    only.  A tool change that is remapped has a deeper level."""
+    if InForce.job_asked or not interp.task or context.is_mdi() or context.skipped() or interp.remap_level != 1:
+        return
+    InForce.job_asked = True
+    if job_waits(load_settings()):
+        emccanon.ENABLE_ADAPTIVE_FEED()
+        interp.adaptive_feed = True
+
+
 def program_feed(interp, feed):
     """The remapped F: what LinuxCNC does itself, and the ceiling where one is active."""
+    _serve_job(interp)
     interp.feed_rate = feed
     set_canon_feed(interp, feed)

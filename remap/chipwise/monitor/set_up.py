@@ -5,7 +5,8 @@
     offset changes.  Without a job file nothing is done.
  2. Its stock is written while no program runs and nothing moves, as a certain one, and again when a run has ended by itself: the next part.
     After a stop it stays as it was cut.  A stock of M250 or M254 that has come since stays.
- 3. Adaptive feed is switched on in manual mode or MDI; LinuxCNC refuses that in AUTO.  It outlives programs, aborts and E-stops.
+ 3. Adaptive feed is switched on in manual mode or MDI; LinuxCNC refuses that in AUTO.  It outlives programs, aborts and E-stops.  In AUTO the
+    program's first F does it, where F is remapped (glue/volumetric.py).
  4. Then the pin `job` is TRUE, and chipwise_command switches the limit on when the program starts.  The target is that of the tool in the spindle; 0,
     F stays: for a tool that only goes down, one that the set-up does not know, or one with another diameter than was confirmed.
  5. check() ends it at once where another program, or the same file with another content, is there: the monitor looks before it says that
@@ -36,9 +37,10 @@ SAME_DIAMETER = 0.01    # share
 class SetUp:
     """Of one LinuxCNC.  check() and follow() at each look of the monitor."""
 
-    def __init__(self, component, settings, stock_files, ini, inform, working=contextlib.nullcontext):
-        """inform: function of a text for the operator; working: context of long work."""
+    def __init__(self, component, settings, stock_files, ini, inform, working=contextlib.nullcontext, feed_is_remapped=False):
+        """inform: function of a text for the operator; working: context of long work; feed_is_remapped: whether the INI file has REMAP = F."""
         self.pins, self.settings, self.files, self.ini, self.inform, self.working = component, settings, stock_files, ini, inform, working
+        self.feed_is_remapped = feed_is_remapped
         self.reading = Answering("chipwise.setup.job_process")
         self.loaded = None              # (program, identity, identity of the job file, work offset) that was asked for
         self.claims = False             # there is a set-up, or it is being read
@@ -220,17 +222,23 @@ class SetUp:
     # ---- in force --------------------------------------------------------------------------------------------------
 
     def _withdraw(self):
-        self.pins["job"] = False
+        self.pins["job"] = self.pins["job-waits"] = False
         self.in_force = None
 
     def _switch_on(self, linuxcnc, status, command):
         """Adaptive feed, and then the set-up; with a stock of its own, or the program's to come."""
         self.calm = self.calm or Quiet(linuxcnc, CALM_S)
         is_calm = self.calm()
-        if not status.adaptive_feed_enabled:
+        waits = not status.adaptive_feed_enabled
+        if waits and not (self.feed_is_remapped and status.task_mode == linuxcnc.MODE_AUTO):
             self._withdraw()
             self._enable(linuxcnc, status, command, is_calm)
-        elif not self.in_force and (self.answer["to_machine"] is None or self.pins["certain"]):
+        elif self.answer["to_machine"] is None or self.pins["certain"]:
+            self.pins["job-waits"] = waits
+            self._is_set_up()
+
+    def _is_set_up(self):
+        if not self.in_force:
             self.in_force = self.loaded[:2]
             self.pins["job"] = True
             stock = "the stock of its M250" if self.answer["to_machine"] is None else f"the stock {self.answer['text']}"

@@ -70,7 +70,7 @@ class Monitor(SpindleTool):
         self.lost_since = None                      # seen in all looks since then
         self.stock_files = StockFiles(component, settings, self.say, self.working, self.place)
         self.shadow = Shadow(component, settings, self.stock_files, os.environ.get('INI_FILE_NAME', ''), self.inform, self.working)
-        self.set_up = SetUp(component, settings, self.stock_files, self.shadow.ini, self.inform, self.working)
+        self.set_up = SetUp(component, settings, self.stock_files, self.shadow.ini, self.inform, self.working, feed_is_remapped())
         self.loaded = LoadedProgram(self.inform, feed_is_remapped())
         self.start_line, self.quiet = StartLine(settings, self.inform, first), None
 
@@ -278,7 +278,7 @@ def watch(component, settings, inherited, died):
     monitor = Monitor(component, settings, died, not (inherited or died))
     if inherited or died:
         monitor.stock_files.kept_is_due = False         # the stock is that of this run
-        component['reply'] = component['hold'] = component['assumed'] = component['job'] = 0      # the one before may have left them set
+        component['reply'] = component['hold'] = component['assumed'] = component['job'] = component['job-waits'] = 0      # the one before may have left them set
     try:
         while True:
             monitor.step()
