@@ -127,6 +127,15 @@ def own_output() -> int:
     return result
 
 
+def sender(handle: int):
+    """Function that writes a block of a kind (one byte) to a handle: its length comes before it."""
+    def send(kind: bytes, data: bytes) -> None:
+        view = memoryview(kind + struct.pack("=I", len(data)) + data)
+        while view:
+            view = view[os.write(handle, view):]
+    return send
+
+
 def limit_computing(seconds: float) -> None:
     """Let the kernel end this process after so much more computing time, also inside C code."""
     signal.signal(signal.SIGPROF, signal.SIG_DFL)

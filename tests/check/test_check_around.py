@@ -30,6 +30,17 @@ def test_inverse_time_counts_at_the_feed_that_follows(tmp_path, machine):
     assert program["tools"][0]["volume_mm3"] == pytest.approx(other["tools"][0]["volume_mm3"], rel=1e-9)
 
 
+def test_a_feed_per_revolution_counts_at_the_speed(tmp_path, machine):
+    """0.05 mm at S8000, then at S4000, an arc too."""
+    turned = SLOT.replace("G1 X110 F400", "G95 G1 X50 F0.05\nS4000 X80\nG2 X90 I5\nG94 G1 X110 F400")
+    plain = SLOT.replace("G1 X110 F400", "G1 X50 F400\nX80 F200\nG2 X90 I5\nG1 X110 F400")
+    out, program = checked(tmp_path, machine, turned)
+    _, other = checked(tmp_path, machine, plain)
+    assert "line 7: G95 (feed per revolution): it is judged at the feeds that follow from S" in out, out
+    assert program["tools"][0]["feed_s"] == pytest.approx(other["tools"][0]["feed_s"], rel=0.01)        # a change of speed stops the machine
+    assert program["tools"][0]["volume_mm3"] == pytest.approx(other["tools"][0]["volume_mm3"], rel=1e-6)
+
+
 def test_a_program_without_an_end_is_judged(tmp_path, machine):
     out, program = checked(tmp_path, machine, SLOT.replace("M2\n", ""))
     _, whole = checked(tmp_path, machine, SLOT)

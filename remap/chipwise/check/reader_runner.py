@@ -26,7 +26,6 @@ import math
 import os
 import resource
 import signal
-import struct
 import sys
 
 sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))))
@@ -37,7 +36,7 @@ from chipwise.check.motion_modes import MotionModes           # noqa: E402
 from chipwise.check.records import ARC, CIRCLE, DWELL, FEED, FRAME, RAPID, STOCK, TARGET, VOLUME, WIDTH      # noqa: E402
 from chipwise import interpreter_process                       # noqa: E402
 from chipwise.arc_sweep import arc_sweep, chord_angle           # noqa: E402
-from chipwise.interpreter_process import ARC_AXES, INCH, Stop, ToolTable, fails_alike, limit_computing, own_output, parse      # noqa: E402
+from chipwise.interpreter_process import ARC_AXES, INCH, Stop, ToolTable, fails_alike, limit_computing, own_output, parse, sender      # noqa: E402
 from chipwise.check.tool_calls import ToolCalls         # noqa: E402
 from chipwise.program_code import PYTHON_REMEDY           # noqa: E402
 from chipwise.processes import die_with_parent, limit_memory                  # noqa: E402
@@ -163,8 +162,14 @@ class Canon(ToolCalls, interpreter_process.Canon):
     def _judge_feed_mode(self, unchecked):
         if unchecked == _INVERSE_TIME and not self.exact:
             self._note(f"{unchecked}: it is judged at the feeds that follow from its times")       # the interpreter gives those
+        elif unchecked == _PER_REVOLUTION and not self.exact and self._speed():
+            self._note(f"{unchecked}: it is judged at the feeds that follow from S")
         elif unchecked:
             self.refuse(f"{unchecked} is not judged", "use G94")
+
+    def _speed(self):
+        """1/min; 0: not known."""
+        return self._interpreter.speed[0] if self._interpreter else 0.0
 
     @functools.cached_property
     def _interpreter(self):
@@ -182,7 +187,7 @@ class Canon(ToolCalls, interpreter_process.Canon):
 
     def straight_feed(self, x, y, z, *rest):
         self._judge_move(rest)
-        self._put(FEED, x, y, z, self.feed_rate)
+        self._put(FEED, x, y, z, self.feed_rate * (self._speed() if self.unchecked == _PER_REVOLUTION else 1.0))
         self.at = x, y, z
 
     def _judge_move(self, rest, feeds=True):
@@ -211,6 +216,7 @@ class Canon(ToolCalls, interpreter_process.Canon):
         pieces = max(1, math.ceil(abs(sweep) / chord_angle(radius * INCH, self.job["chord_mm"])))
         if pieces > self.job["most_moves"]:
             self.refuse(f"an arc of {abs(turns)} turns", "use fewer turns", True)
+        feed = self.feed_rate * (self._speed() if self.unchecked == _PER_REVOLUTION else 1.0)
         if self.job["written"]:
             centre = (cx, cy, own[2])
             self._event(CIRCLE, self.plane, *self._machine(*(centre[i] for i in order)), turns)
@@ -219,7 +225,7 @@ class Canon(ToolCalls, interpreter_process.Canon):
             angle, r = start + sweep * t, radius + (end_radius - radius) * t
             p = ((cx + r * math.cos(angle), cy + r * math.sin(angle), own[2] + (z1 - own[2]) * t) if k < pieces
                  else (x1, y1, z1))
-            self._put(ARC, p[order[0]], p[order[1]], p[order[2]], self.feed_rate, 1.0 if k == 1 else 0.0)
+            self._put(ARC, p[order[0]], p[order[1]], p[order[2]], feed, 1.0 if k == 1 else 0.0)
         self.at = [(x1, y1, z1)[i] for i in order]
 
     def rigid_tap(self, x, y, z, *rest):
@@ -306,14 +312,6 @@ def line_of(canon, line, text):
         before = next(itertools.islice(program, line - 2, None), "") if line > 1 else ""
     other = Canon({**job, "stock": None, "written": False}, lambda *block: None, canon.tools)
     return line - 1 if fails_alike(other, before, text) else line
-
-
-def sender(handle):
-    def send(kind, data):
-        view = memoryview(kind + struct.pack("=I", len(data)) + data)
-        while view:
-            view = view[os.write(handle, view):]
-    return send
 
 
 def main():
