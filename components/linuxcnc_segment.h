@@ -83,6 +83,120 @@ static int arc_blend_part(const SphericalArc *arc, int part, const struct chip_t
     return chip_segment_arc(segment, centre, a, arc->binormal.z > 0.0 ? arc->angle : -arc->angle, b[2] - a[2]);
 }
 
+/* Angle of a point on a circle `progress` along it (tp/blendmath.c, pmCircleAngleFromProgress). */
+static double angle_on_circle(const TC_STRUCT *tc, double progress)
+{
+    const PmCircle *circle = &tc->coords.circle.xyz;
+    const SpiralArcLengthFit *fit = &tc->coords.circle.fit;
+    double share = tc->target > 0.0 ? progress / tc->target : 0.0, left, angle;
+    if (!(circle->spiral > 1e-9 || circle->spiral < -1e-9)) return share * circle->angle;
+    left = (fit->spiral_in ? 1.0 - share : share) * fit->total_planar_length;
+    angle = 2.0 * left / (fit->b1 + sqrt(chip_max(fit->b1 * fit->b1 + 4.0 * fit->b0 * left, 0.0)));
+    return fit->spiral_in ? circle->angle - angle : angle;
+}
+
+/* Axis position `progress` along a segment, machine units (tp/tc.c, tcGetPosReal); of a tap where it begins. 0 if it is of another
+ * kind. */
+static int planned_at(const TC_STRUCT *tc, double progress, PmCartesian *at)
+{
+    const PmCartesian *from = &tc->coords.line.xyz.start, *to = &tc->coords.line.xyz.end;
+    const SphericalArc *arc = &tc->coords.arc.xyz;
+    double share = tc->target > 0.0 ? progress / tc->target : 0.0, beyond;
+    if (tc->motion_type == TC_LINEAR) {
+        at->x = from->x + share * (to->x - from->x);
+        at->y = from->y + share * (to->y - from->y);
+        at->z = from->z + share * (to->z - from->z);
+        return 1;
+    }
+    if (tc->motion_type == TC_CIRCULAR) {
+        point_on_circle(&tc->coords.circle.xyz, angle_on_circle(tc, progress) / tc->coords.circle.xyz.angle, at);
+        return 1;
+    }
+    if (tc->motion_type == TC_RIGIDTAP) *at = tc->coords.rigidtap.xyz.start;
+    if (tc->motion_type != TC_SPHERICAL) return tc->motion_type == TC_RIGIDTAP;
+    beyond = progress - arc->line_length;
+    if (beyond > 0.0 || !(arc->line_length > 0.0)) {
+        point_on_arc(arc, beyond / (arc->radius * arc->angle), at);
+        return 1;
+    }
+    at->x = arc->start.x + beyond * arc->uTan.x;
+    at->y = arc->start.y + beyond * arc->uTan.y;
+    at->z = arc->start.z + beyond * arc->uTan.z;
+    return 1;
+}
+
+static int is_from_to(double value, double low, double high) { return value >= low && value <= high; }
+
+/* The halves of two numbers, read as one, are mostly huge or next to nothing. */
+static int is_number(double value, double least)
+{
+    return is_from_to(value, least, 1e9) && (value == 0.0 || !is_from_to(value, -1e-60, 1e-60));
+}
+
+static double dot(const PmCartesian *a, const PmCartesian *b) { return a->x * b->x + a->y * b->y + a->z * b->z; }
+
+/* a x b . c */
+static double volume(const PmCartesian *a, const PmCartesian *b, const PmCartesian *c)
+{
+    return (a->y * b->z - a->z * b->y) * c->x + (a->z * b->x - a->x * b->z) * c->y + (a->x * b->y - a->y * b->x) * c->z;
+}
+
+/* Within `share` of it, or a thousandth of a unit. */
+static int is_about(double value, double of, double share)
+{
+    return is_from_to(value - of, -1e-3 - share * of, 1e-3 + share * of);
+}
+
+/* Whether the members of a line, circle or blend arc say the same: radii, axes, angle and length. A blend arc may have radii
+ * that differ a little (tp/blendmath.c). */
+static int is_one_shape(const TC_STRUCT *tc)
+{
+    const PmCartLine *line = &tc->coords.line.xyz;
+    const PmCircle *circle = &tc->coords.circle.xyz;
+    const SphericalArc *arc = &tc->coords.arc.xyz;
+    PmCartesian span = { line->end.x - line->start.x, line->end.y - line->start.y, line->end.z - line->start.z };
+    double r;
+    if (tc->motion_type == TC_LINEAR) {
+        double length = sqrt(dot(&span, &span));
+        return length <= 1e-3 || is_about(tc->target, length, 1e-6); /* else along A B C U V W */
+    }
+    if (tc->motion_type == TC_CIRCULAR) {
+        double length = tc->coords.circle.fit.total_planar_length;
+        r = circle->radius;
+        if (!is_from_to(circle->spiral, -1e-9, 1e-9) || !(length > 0.0)) length = r * circle->angle;
+        return is_from_to(r, 1e-9, 1e12) && is_about(sqrt(dot(&circle->rTan, &circle->rTan)), r, 1e-6)
+            && is_about(sqrt(dot(&circle->rPerp, &circle->rPerp)), r, 1e-6)
+            && is_about(volume(&circle->rTan, &circle->rPerp, &circle->normal) / r, r, 1e-6)
+            && is_about(tc->target, sqrt(length * length + dot(&circle->rHelix, &circle->rHelix)), 1e-3);
+    }
+    if (tc->motion_type != TC_SPHERICAL) return 1;
+    r = arc->radius;
+    span.x = arc->start.x - arc->center.x - arc->rStart.x;
+    span.y = arc->start.y - arc->center.y - arc->rStart.y;
+    span.z = arc->start.z - arc->center.z - arc->rStart.z;
+    return is_from_to(r, 1e-9, 1e12) && is_about(sqrt(dot(&arc->rStart, &arc->rStart)), r, 0.02)
+        && is_about(sqrt(dot(&arc->rEnd, &arc->rEnd)), r, 0.02) && is_about(sin(arc->angle), arc->Sangle, 0.0)
+        && is_from_to(dot(&span, &span), 0.0, 1e-6) && is_about(tc->target, arc->line_length + r * arc->angle, 0.02)
+        && (is_about(volume(&arc->rStart, &arc->rEnd, &arc->binormal) / r, r * arc->Sangle, 0.04));
+}
+
+/* Whether every value that is read of a segment, and some of those between, are such that a segment can have them; the
+ * numbers are those of the headers. */
+static int is_plausible(const TC_STRUCT *tc)
+{
+    if (!is_from_to(tc->motion_type, TC_LINEAR, TC_SPHERICAL)) return 0;
+    if (!is_from_to(tc->canon_motion_type, EMC_MOTION_TYPE_TRAVERSE, EMC_MOTION_TYPE_INDEXROTARY)) return 0;
+    if (!is_from_to(tc->term_cond, TC_TERM_COND_STOP, TC_TERM_COND_TANGENT)) return 0;
+    if (!is_from_to(tc->blending_next, 0, 1) || !is_from_to(tc->blend_prev, 0, 1)) return 0;
+    if (!is_from_to(tc->active, 0, 1) || !is_from_to(tc->finalized, 0, 1) || !is_from_to(tc->splitting, 0, 1)) return 0;
+    if (!is_from_to(tc->remove, 0, 1) || !is_from_to(tc->indexer_jnum, -1, EMCMOT_MAX_JOINTS)) return 0;
+    if (!is_number(tc->target, 0.0) || !is_number(tc->progress, 0.0) || tc->progress > tc->target + 1e-3) return 0;
+    if (!is_number(tc->maxaccel, 1e-9) || !is_number(tc->acc_ratio_tan, 0.0) || tc->acc_ratio_tan > 1.0) return 0;
+    if (!is_from_to(tc->kink_accel_reduce, 0.0, 1.0) || !is_from_to(tc->kink_accel_reduce_prev, 0.0, 1.0)) return 0;
+    if (!is_number(tc->currentvel, -1e9) || !is_number(tc->blend_vel, 0.0) || !is_number(tc->tolerance, 0.0)) return 0;
+    return is_number(tc->vel_at_blend_start, -1e9) && is_one_shape(tc);
+}
+
 /* A part of a segment of the queue -> core; 0 if it has no length or cannot be used. */
 static int segment_of(const TC_STRUCT *tc, int part, const struct chip_tracker_in *in, struct chip_segment *segment)
 {

@@ -70,6 +70,7 @@ pin out float rapid_distance "machine units to the stock a traverse is about to 
 pin out bit aborted "motion got the command to abort (Stop, E-stop, error of a program) since the last period";
 pin out bit load_lost "stock, tool or position were known under the M251 in force and are not, or nobody followed them meanwhile and they have changed; to volumetric-feed.N.load-lost";
 pin out bit path_known "the path ahead is read from the motion planner; FALSE: it is predicted";
+pin out s32 path_refused "check that keeps the path ahead unknown although read-path is TRUE; 0 none; motion's memory: 1 missing, 2 too small, 3 of another user, 4 not of this LinuxCNC, 5 no queue in it; for 1 s of cutting: 6 heartbeat, 7 pins of motion, 8 counts, 9 backwards, 10 position, 11 segment, 12 place on it, 13 chain, 14 queue empty";
 pin out float blend_vel "velocity that the slower segment of a parabolic blend adds to motion.current-vel, machine units/s; 0: no such blend, or path-known is FALSE";
 pin out float braking_accel "least acceleration the planner brakes with where the tool is, machine units/s2; 0: path-known is FALSE";
 pin out float load_step_distance_#[8] "machine units of travel until load-step-area-N applies; step 0 applies now";
@@ -92,6 +93,7 @@ variable chip_planner_t planner;
 variable chip_tool_watch_t watch;
 variable chip_load_watch_t load_state;
 variable chip_path_thinner_t thinner;
+variable chip_path_watch_t path_state;
 variable int is_reported;
 variable void *map;
 variable void *done;
@@ -306,13 +308,6 @@ static void write_pins(struct __comp_state *__comp_inst, const struct chip_track
     }
 }
 
-/* read-path is FALSE: nothing is known of the planner. */
-static void unread_path(struct __comp_state *__comp_inst)
-{
-    chip_path_reset(&state.path);
-    planner.blend_vel_mu_s = planner.braking_mu_s2 = 0.0;
-}
-
 FUNCTION(_) {
     struct chip_stock *stock = map;
     struct chip_tracker_in in;
@@ -325,7 +320,7 @@ FUNCTION(_) {
     if (read_path)
         chip_planner_follow(&planner, &in, chip_tracker_horizon(&state, stock, &in), &state.path);
     else
-        unread_path(__comp_inst);
+        chip_planner_unread(&planner, &state.path);
     blend_vel = planner.blend_vel_mu_s;
     braking_accel = planner.braking_mu_s2;
     chip_tracker_step(&state, stock, &in, &out);
@@ -334,5 +329,7 @@ FUNCTION(_) {
     else
         chip_path_done_lose(&thinner);
     write_pins(__comp_inst, &out);
+    if (feed_decided) path_state.unknown_s = 0.0; /* counts from there on */
+    path_refused = chip_path_watch_step(&path_state, read_path ? planner.refusal : 0, enable && section_area > 0.0, fperiod);
     load_lost = watch_load(__comp_inst, &in);
 }

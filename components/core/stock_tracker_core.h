@@ -29,6 +29,7 @@
 #include "core/tracker.c"
 #include "core/tool_watch.c"
 #include "core/load_watch.c"
+#include "core/path_watch.c"
 
 #include "linuxcnc_planner.c"
 
@@ -37,6 +38,7 @@ typedef struct chip_planner chip_planner_t;
 typedef struct chip_tool_watch chip_tool_watch_t;
 typedef struct chip_load_watch chip_load_watch_t;
 typedef struct chip_path_thinner chip_path_thinner_t;
+typedef struct chip_path_watch chip_path_watch_t;
 
 /* A decimal number as loadrt gives it; 0 (which no length may be) if it is not a number. */
 static inline double chip_decimal(const char *text)

@@ -13,6 +13,7 @@
 #include "core/watchdog.h"
 #include "core/tool_watch.h"
 #include "core/load_watch.h"
+#include "core/path_watch.h"
 #include "core/tracker.h"
 #include "core/path_done.h"
 #include "core/tracer.h"
@@ -270,6 +271,11 @@ const struct chip_layout_entry chip_layout_table[] = {
     { "chip_load_watch.tool_number size", sizeof(((struct chip_load_watch *)0)->tool_number) },
     { "chip_load_watch.tool_mu", offsetof(struct chip_load_watch, tool_mu) },
     { "chip_load_watch.tool_mu size", sizeof(((struct chip_load_watch *)0)->tool_mu) },
+    { "chip_path_watch", sizeof(struct chip_path_watch) },
+    { "chip_path_watch.unknown_s", offsetof(struct chip_path_watch, unknown_s) },
+    { "chip_path_watch.unknown_s size", sizeof(((struct chip_path_watch *)0)->unknown_s) },
+    { "chip_path_watch.code", offsetof(struct chip_path_watch, code) },
+    { "chip_path_watch.code size", sizeof(((struct chip_path_watch *)0)->code) },
     { "chip_segment", sizeof(struct chip_segment) },
     { "chip_segment.origin", offsetof(struct chip_segment, origin) },
     { "chip_segment.origin size", sizeof(((struct chip_segment *)0)->origin) },

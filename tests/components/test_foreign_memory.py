@@ -28,6 +28,8 @@ getp stock-tracker.0.path-known
 getp stock-tracker.0.ready
 getp stock-tracker.0.fault-code
 """
+REFUSED = "getp stock-tracker.0.path-refused\n"
+NOT_MAPPED, FOREIGN = "4", "3"      # core/path_watch.h
 
 
 @pytest.fixture(scope="session")
@@ -50,8 +52,13 @@ def hal(where, text, shell):
 def test_a_block_at_motions_key_that_is_not_motions(tmp_path, foreign_motion, fill, stay):
     """The path ahead is predicted; rtapi_app lives."""
     begin = f"{foreign_motion} {fill} {stay} > said {'&' if stay else ';'} while ! grep -q ready said; do sleep 0.05; done;"
-    lines, out = hal(tmp_path, TRACKER, begin)
-    assert lines == ["FALSE", "TRUE", "0", "status 0"], out
+    lines, out = hal(tmp_path, TRACKER + REFUSED, begin)
+    assert lines == ["FALSE", "TRUE", "0", FOREIGN if fill == "open" else NOT_MAPPED, "status 0"], out
+
+
+def test_no_motion_and_a_path_that_is_not_to_be_read(tmp_path):
+    lines, out = hal(tmp_path, TRACKER + REFUSED + "setp stock-tracker.0.read-path 0\nloadusr -w sh $(SUPPORT)/wait_periods 4\n" + REFUSED, "")
+    assert lines == ["FALSE", "TRUE", "0", "1", "0", "status 0"], out
 
 
 MOTION = """

@@ -25,7 +25,7 @@ static void check(int good, int line, const char *text)
     failures++;
 }
 
-static int near(double a, double b) { return fabs(a - b) < 1e-9; }
+static inline int near(double a, double b) { return fabs(a - b) < 1e-9; }
 
 static TP_STRUCT *tp(void) { return &end.internal.coord_tp; }
 
@@ -54,12 +54,14 @@ static void begin(double unit)
     in.mu_per_mm = unit;
     in.period_s = 0.001;
     planner.motion = &end.internal;
+    planner.queue = queue;
 }
 
 static TC_STRUCT *append(int type)
 {
     TC_STRUCT *tc = &queue[(tp()->queue.start + tp()->queue._len++) % tp()->queue.size];
     memset(tc, 0, sizeof *tc);
+    tp()->queue.end = (tp()->queue.start + tp()->queue._len) % tp()->queue.size;
     tc->motion_type = type;
     tc->canon_motion_type = EMC_MOTION_TYPE_FEED;
     tc->maxaccel = 400.0;
@@ -91,11 +93,39 @@ static TC_STRUCT *append_circle(double angle, int upright, double sign)
     return tc;
 }
 
+/* The planner and the axes where the first segments say, and of its kind. */
+static void settle(void)
+{
+    const TC_STRUCT *tc = queue_item(tp(), 0), *next = queue_item(tp(), 1);
+    PmCartesian at = tp()->currentPos.tran, more, less;
+    if (tp()->queue._len == 0 || tc->motion_type == TC_RIGIDTAP) return;
+    planned_at(tc, tc->progress, &at);
+    if (tp()->queue._len > 1 && next->progress > 0.0) {
+        planned_at(next, next->progress, &more);
+        planned_at(next, 0.0, &less);
+        at = point(at.x + more.x - less.x, at.y + more.y - less.y, at.z + more.z - less.z);
+    }
+    tp()->currentPos.tran = at;
+    tp()->motionType = end.status.motionType = in.motion = tc->canon_motion_type;
+    end.status.distance_to_go = in.distance_to_go_mu = tc->target - tc->progress;
+    in.pos_mu[0] = at.x;
+    in.pos_mu[1] = at.y;
+    in.pos_mu[2] = at.z;
+}
+
+/* A period, with everything as it is. */
+static void look(double horizon)
+{
+    chip_planner_aborted(&planner);
+    chip_planner_follow(&planner, &in, horizon, &path);
+}
+
 /* One period in which motion-controller has run. */
 static void follow(double horizon)
 {
+    settle();
     end.status.heartbeat++;
-    chip_planner_follow(&planner, &in, horizon, &path);
+    look(horizon);
 }
 
 #endif

@@ -30,7 +30,7 @@ def make_component():
         component.newpin(name, hal.HAL_BIT, hal.HAL_IN)
     for name in ('guard-distance', 'guard-depth'):
         component.newpin(name, hal.HAL_FLOAT, hal.HAL_IN)
-    for name in ('fault-code', 'limited-by', 'mode', 'request', 'slot', 'guard-reason', 'guard-line', 'tool-in-spindle', 'run-end'):
+    for name in ('fault-code', 'limited-by', 'mode', 'request', 'slot', 'guard-reason', 'guard-line', 'tool-in-spindle', 'run-end', 'path-refused'):
         component.newpin(name, hal.HAL_S32, hal.HAL_IN)
     if dead:
         takeover.take_over(component, dead, hal.get_value)

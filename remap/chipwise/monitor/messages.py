@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Messages of chipwise-monitor to the operator: faults of the stock tracker and stops by a guard.
+"""Messages of chipwise-monitor to the operator: faults of the stock tracker, stops by a guard, why the path ahead is not known.
 
-Called by worker.py.
+Called by worker.py and hints.py.
 """
 
-from chipwise.stock.layout import Fault, GuardReason
+from chipwise.stock.layout import Fault, GuardReason, PathRefusal
 
 FAULTS = {              # stock-tracker.0.fault-code (man stock_tracker)
     Fault.BOX_NOT_FINITE: 'the stock box has a corner that is not a number, or 1000000 mm from machine zero; define it again with M250',
@@ -24,6 +24,31 @@ FAULTS = {              # stock-tracker.0.fault-code (man stock_tracker)
     Fault.TURNED: 'an axis A, B, C, U, V or W has moved since the stock was defined, so the feed is at most F and the guards are off; define the '
         'stock again with M250'}
 
+PATH_REFUSALS = {       # stock-tracker.0.path-refused (man stock_tracker)
+    PathRefusal.NO_BLOCK: 'the path ahead is only predicted, because motion has no shared memory; load chipwise.hal after motmod',
+    PathRefusal.TOO_SMALL: 'the path ahead is only predicted, because the memory of motion is smaller than that of the LinuxCNC this chipwise was built '
+        'for; install the chipwise built for this LinuxCNC',
+    PathRefusal.NOT_OURS: 'the path ahead is only predicted, because the memory of motion is of another user, or others may write it; end all '
+        'LinuxCNCs, run `ipcrm -M 100` as root, start again',
+    PathRefusal.NOT_MAPPED: 'the path ahead is only predicted, because the memory with the key of motion is not of this LinuxCNC; end all LinuxCNCs, run '
+        '`ipcrm -M 100`, start again',
+    PathRefusal.NO_QUEUE: 'the path ahead is only predicted, because the queue of motion is not where this chipwise looks for it; install the chipwise '
+        'built for this LinuxCNC',
+    PathRefusal.HEARTBEAT: 'the path ahead is only predicted, because no counter of motion is where this chipwise looks for it; install the chipwise '
+        'built for this LinuxCNC',
+    PathRefusal.PINS: 'the path ahead is only predicted, because memory and pins of motion differ; install the chipwise built for this LinuxCNC',
+    PathRefusal.COUNTS: 'the path ahead is only predicted, because the counts of the queue of motion cannot be; install the chipwise built for this '
+        'LinuxCNC',
+    PathRefusal.REVERSED: 'the path ahead is only predicted while the program runs backwards; let it run forwards, or use M252',
+    PathRefusal.POSITION: 'the path ahead is only predicted, because the axes are not where the motion planner is, as with external offsets; clear them, '
+        'or use M252',
+    PathRefusal.SEGMENT: 'the path ahead is only predicted, because a segment in the queue of motion cannot be; install the chipwise built for this '
+        'LinuxCNC',
+    PathRefusal.STATION: 'the path ahead is only predicted, because the segment in the queue of motion does not lead through the place of the planner; '
+        'install the chipwise built for this LinuxCNC',
+    PathRefusal.CHAIN: 'the path ahead is only predicted, because segments in the queue of motion do not join; install the chipwise built for this '
+        'LinuxCNC',
+    PathRefusal.EMPTY: "the path ahead is only predicted, because the queue of motion is empty while the machine cuts; use LinuxCNC's own planner, tpmod"}
 
 
 def guard_text(reason, line, distance, depth, tool, diameter, flute, unit):

@@ -17,6 +17,7 @@ from contextlib import contextmanager
 
 from chipwise.clock import patience
 from chipwise.files import printable
+from chipwise.monitor.hints import Hints
 from chipwise.monitor.loaded_program import LoadedProgram
 from chipwise.monitor.messages import FAULTS, guard_text
 from chipwise.monitor.set_up import SetUp
@@ -72,6 +73,7 @@ class Monitor(SpindleTool):
         self.shadow = Shadow(component, settings, self.stock_files, os.environ.get('INI_FILE_NAME', ''), self.inform, self.working)
         self.set_up = SetUp(component, settings, self.stock_files, self.shadow.ini, self.inform, self.working, feed_is_remapped())
         self.loaded = LoadedProgram(self.inform, feed_is_remapped())
+        self.hints = Hints(component, self.say, linuxcnc)
         self.start_line, self.quiet = StartLine(settings, self.inform, first), None
 
     def connect(self):
@@ -255,9 +257,8 @@ class Monitor(SpindleTool):
         self.machine_tool = self.component['tool-in-spindle']       # before the status, which follows it
         if self.connect():
             for part, work in (('greet the operator', self.greet), ('report its restart', self.report_restart), ('follow the run', self.follow_run),
-                               ('watch the override', self.follow_override),
-                               ('follow the tool', self.follow_tool), ('report what a guard stopped', self.follow_guard),
-                               ('report faults', self.follow_faults), ('report what became of M251', self.follow_load), ('look at the program', self.follow_program),
+                               ('watch the override', self.follow_override), ('follow the tool', self.follow_tool), ('report what a guard stopped', self.follow_guard),
+                               ('report faults', self.follow_faults), ('report what became of M251', self.follow_load), ('look at the program', self.follow_program), ('look at the realtime side', self.hints.follow),
                                ('save and restore the stock', self.stock_files.step)):
                 now = time.monotonic()
                 try:

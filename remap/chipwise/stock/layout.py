@@ -51,6 +51,7 @@ PATH_BEYOND = 1e-07
 PATH_DONE_LEAST = 0.001
 PATH_DONE_POINTS = 8192
 PATH_DONE_STRIP = 0.05
+PATH_PATIENCE_S = 1.0
 PATH_SEGMENTS = 160
 PROOF_BESIDE = 0.003
 PROOF_BESIDE_ROUND = 0.0005
@@ -177,6 +178,26 @@ class ToolWatchFault(IntEnum):
     WATCHED = 0
     CHANGED = 15
     UNWATCHED = 16
+
+
+class PathRefusal(IntEnum):
+    """enum chip_path_refusal"""
+
+    NONE = 0
+    NO_BLOCK = 1
+    TOO_SMALL = 2
+    NOT_OURS = 3
+    NOT_MAPPED = 4
+    NO_QUEUE = 5
+    HEARTBEAT = 6
+    PINS = 7
+    COUNTS = 8
+    REVERSED = 9
+    POSITION = 10
+    SEGMENT = 11
+    STATION = 12
+    CHAIN = 13
+    EMPTY = 14
 
 
 class Join(IntEnum):
@@ -572,6 +593,16 @@ class LoadWatch(C.Structure):
         ("stock_changed", C.c_int),
         ("tool_number", C.c_int),
         ("tool_mu", C.c_double * 4),
+    ]
+
+
+class PathWatch(C.Structure):
+    """struct chip_path_watch"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("unknown_s", C.c_double),
+        ("code", C.c_int),
     ]
 
 
@@ -1585,6 +1616,7 @@ STRUCTURES = {
     "chip_tool_watch": ToolWatch,
     "chip_load_watch_in": LoadWatchIn,
     "chip_load_watch": LoadWatch,
+    "chip_path_watch": PathWatch,
     "chip_segment": Segment,
     "chip_blend": Blend,
     "chip_path": Path,
