@@ -11,7 +11,9 @@
  * the volume removed in 1/1000 mm3.  first, last: the periods
  * to run through marked_period() and not plain_period(), for callgrind's --toggle-collect.
  */
+#ifndef _GNU_SOURCE
 #define _GNU_SOURCE
+#endif
 #include <sched.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -5,7 +5,9 @@
  *
  * What the queue holds comes out as lines, arcs and chords in mm, with the planner's braking and joins. A block of memory is ours in every form LinuxCNC runs in, and in no other.
  */
+#ifndef _GNU_SOURCE
 #define _GNU_SOURCE
+#endif
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

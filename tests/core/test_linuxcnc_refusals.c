@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /* What the reader of LinuxCNC's motion planner (components/linuxcnc_planner.c) refuses, on fake structures: whatever
  * does not fit leaves the path unknown, and the check that failed has a name. */
+#ifndef _GNU_SOURCE
 #define _GNU_SOURCE
+#endif
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

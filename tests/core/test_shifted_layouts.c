@@ -7,7 +7,9 @@
  * If bytes that were taken out are put in again nearby, only the number that says whether a segment ahead is a rapid may have
  * changed: it may be mistaken then, the path may not.
  * If members are put in or taken out at one place that something read depends on, it knows nothing. */
+#ifndef _GNU_SOURCE
 #define _GNU_SOURCE
+#endif
 #include <math.h>
 #include <stddef.h>
 #include <stdio.h>

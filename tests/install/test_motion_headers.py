@@ -30,7 +30,46 @@ def source(headers, tmp_path):
 def test_installed_headers_need_nothing(headers, tmp_path):
     for name in headers.NEEDED:
         (tmp_path / os.path.basename(name)).write_text("")
-    assert headers.options("", tmp_path, lambda: "2.9.4") == []
+    assert headers.options("", tmp_path, lambda: "2.9.4") == [f'-I"{tmp_path}"']
+    assert headers.options("") == []        # Debian's, which are on the include path
+
+
+@pytest.mark.parametrize("text, folder", [
+    ("EMC2_HOME=/usr\nRUN_IN_PLACE=no\nifeq ($(RUN_IN_PLACE),yes)\nelse\nprefix := /usr\nEXTRA_CFLAGS := -D__MODULE__ -I${prefix}/include/linuxcnc\nendif\n",
+     "/usr/include/linuxcnc"),
+    ("prefix := /opt/cnc\nEXTRA_CFLAGS := -D__MODULE__ -I$(prefix)/include/linuxcnc\n", "/opt/cnc/include/linuxcnc"),
+    ("EMC2_HOME=/home/u/linuxcnc\nRUN_IN_PLACE=yes\nprefix := /usr\nEXTRA_CFLAGS := -I${prefix}/include/linuxcnc\n", "/home/u/linuxcnc/include")])
+def test_the_headers_are_those_of_halcompile(headers, tmp_path, text, folder):
+    """Another LinuxCNC on the PATH beside Debian's package."""
+    (tmp_path / "Makefile.modinc").write_text(text)
+    assert str(headers.header_folder(tmp_path / "Makefile.modinc")) == folder
+
+
+def on_path(tmp_path, modinc):
+    """motion_headers with a halcompile that says `modinc`, which has no headers of motion; Debian's are installed."""
+    own = tmp_path / "bin"
+    own.mkdir()
+    (own / "halcompile").write_text(f"#!/bin/sh\n{modinc}\n")
+    (own / "halcompile").chmod(0o755)
+    return subprocess.run([ROOT / "tools/motion_headers", ""], text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                          env=dict(os.environ, PATH=f"{own}:{os.environ['PATH']}"))
+
+
+def test_debians_headers_do_not_stand_in_for_another_linuxcnc(tmp_path):
+    (tmp_path / "Makefile.modinc").write_text(f"EMC2_HOME={tmp_path}\nRUN_IN_PLACE=yes\n")
+    done = on_path(tmp_path, f"echo {tmp_path}/Makefile.modinc")
+    assert done.returncode == 1 and done.stdout == "" and "has not installed the headers of its motion" in done.stderr
+
+
+def test_no_makefile(tmp_path):
+    done = on_path(tmp_path, "exit 1")
+    assert done.returncode == 1 and done.stderr.startswith("chipwise: halcompile does not say where"), done.stderr
+
+
+def test_a_compiler_error_is_a_sentence(headers, source):
+    (source / "src" / headers.NEEDED[0]).write_text("#include <no_such_header.h>\n")
+    with pytest.raises(ValueError, match=r"do not compile with this LinuxCNC \(2\.10\.0\): no_such_header\.h: No such file or directory; they have"):
+        headers.check_compiled(headers.options(str(source), headers.INSTALLED, lambda: "2.10.0"), headers.INSTALLED, lambda: "2.10.0")
 
 
 def test_without_them_the_source_is_asked_for(headers, tmp_path):
