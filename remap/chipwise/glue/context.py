@@ -20,11 +20,12 @@ MDI, PROGRAM = "MDI", "program"
 
 
 class _Context:
-    """kind: MDI, PROGRAM or None at first; start: task.start_line() of a program; line: of the main program."""
+    """kind: MDI, PROGRAM or None at first; start: task.start_line() of a program, seen: task.seen() then; line: of the main program."""
 
     kind = None
     start = 0
     line = 0
+    seen = None
 
 
 def enter(interp, words):
@@ -36,7 +37,7 @@ def enter(interp, words):
     _Context.kind = PROGRAM if task.is_program() else MDI
     starts = _Context.kind == PROGRAM and task.is_new_run()
     if starts:
-        _Context.start = task.start_line()
+        _Context.start, _Context.seen = task.start_line(), task.seen()
         named.forget(interp, _assigned(interp).__contains__)
     elif _Context.kind == MDI and before == PROGRAM:
         named.forget(interp, lambda name: True)
@@ -55,7 +56,9 @@ def skipped():
 
 
 def may_be_skipped():
-    """Whether that is not known."""
+    """Whether that is not known.  Where a move of the run has been carried out, nothing is skipped any more."""
+    if _Context.kind == PROGRAM and _Context.start is None and task.has_moved(_Context.seen):
+        _Context.start = 0
     return _Context.kind == PROGRAM and _Context.start is None
 
 

@@ -8,18 +8,21 @@ Called by glue/context.py, in milltask only, but for is_here(), which glue/sessi
 2. The Python module emctask of milltask (2.9) shows the mode.
 3. Run from line: the lines before the start line are executed and what they have queued is thrown away, but not while a
    remapped code waits for the machine.  The start line is in no status.  The task's command buffer holds the last command,
-   at the first line of a run as a rule the one that has started it.
+   at the first line of a run as a rule the one that has started it; on a busy computer another one may have come since.  Then a run has begun at
+   its first line if a move of it has been carried out.
 If one of these cannot be had the answer is that of an ordinary run of a program, as each function says.
 Read in LinuxCNC 2.9.0~pre1, 2.9.4 and 2.10 (2026-08): emctaskmain.cc, emctask.cc, taskmodule.cc, emc_nml.hh, nmlmsg.hh.
 """
 
 import ctypes
+import math
 import struct
 from functools import lru_cache
 
 from chipwise.processes import mappings
 
 _SEEN = 2
+STILL = 1e-6                # machine units
 
 _COMMAND_BUFFER = "/SYSV000003e9"           # linuxcnc.nml: emcCommand is shared memory with the key 1001
 _MESSAGE = struct.Struct("<i4xqii")         # NMLmsg type, size; RCS_CMD_MSG serial_number; EMC_TASK_PLAN_RUN line
@@ -86,6 +89,26 @@ def start_line():
         if size == _MESSAGE.size and serial > 0 and kind in (_PLAN_RUN, _PLAN_STEP):
             return line if kind == _PLAN_RUN else 0
     return None
+
+
+def seen():
+    """(line of the last move that was carried out, place of the machine or None while it moves), as the task has seen it last; None where this is not
+    known."""
+    try:
+        import emctask
+        traj, line = emctask.emcstat.motion.traj, int(emctask.emcstat.task.motionLine)
+        place = traj.position
+        return line, (place.tran.x, place.tran.y, place.tran.z) if traj.inpos and not traj.queue else None
+    except (ImportError, AttributeError):
+        return None
+
+
+def has_moved(before):
+    """Whether a move has been carried out since seen() was `before`: what is read over by run from line carries out none."""
+    now = seen()
+    if before is None or now is None:
+        return False
+    return now[0] > 0 and now[0] != before[0] or None not in (now[1], before[1]) and math.dist(now[1], before[1]) > STILL
 
 
 def _command_buffer():
