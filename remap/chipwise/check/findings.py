@@ -12,14 +12,15 @@ from chipwise.errors import format_length, printable
 from chipwise.rates import MM3_PER_CM3
 
 FLUTE, RAPID, HOLDER, RATE, TOOL, FLUTES_UNKNOWN = "flute", "rapid", "holder", "rate", "tool", "flute-unknown"
-CLEARANCE = "clearance"
-OF_STOCK = (FLUTE, RAPID, HOLDER, RATE, CLEARANCE)          # rules that a stock decides
+CLEARANCE, GOUGE = "clearance", "gouge"
+OF_STOCK = (FLUTE, RAPID, HOLDER, RATE, CLEARANCE, GOUGE)          # rules that a stock decides
 
 RULES = {
     FLUTE: "stock is cut by the flutes only",
     RAPID: "a traverse meets no stock",
     CLEARANCE: "a traverse keeps TRAVERSE_CLEARANCE from stock at its side",
     HOLDER: "the holder meets no stock",
+    GOUGE: "the tool does not cut into the part of --part",
     RATE: "the removal rate stays below the tool's max_rate",
     TOOL: "the tool is described in [CHIPWISE]TOOL_GEOMETRY",
     FLUTES_UNKNOWN: "the tool's flute_length is known",
@@ -53,7 +54,7 @@ class Finding:
     def text(self, unit="mm"):
         """One line for the operator."""
         lines = f"line {self.line}" + (f" to {self.last_line}" if self.last_line > self.line else "")
-        where = f"{lines}, tool {self.tool}: " if self.line else f"tool {self.tool}: "      # 0: of the tool that is there before the program
+        where = f"{lines}, tool {self.tool}: " if self.line else f"tool {self.tool}: " if self.tool else ""     # 0: of the tool that is there before the program
         return printable(where + self.said(unit))
 
     def said(self, unit="mm"):
@@ -75,6 +76,8 @@ class Finding:
         elif self.rule == RATE:
             said = (f"removes {self.value / MM3_PER_CM3:.4g} cm3/min{at}, the tool's max_rate is {self.limit / MM3_PER_CM3:.4g}; "
                     "lower F, or use M251")
+        elif self.rule == GOUGE:
+            said = f"the part is gouged by {length(self.value)}{at}; correct the program, or the place of the part"
         elif self.rule == TOOL:
             said = ("the tool is not in [CHIPWISE]TOOL_GEOMETRY and is checked as a flat end mill of its diameter; "
                     "describe it there")

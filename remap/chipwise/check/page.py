@@ -79,6 +79,7 @@ def section(number, result, stock, groups):
         return f'{head}<p class="bad">{text(said)}{where}</p>\n{surveyed(result)}</section>\n'
     unit = result.unit
     note = f"<p>{result.moves} moves, cells of {text(format_length(result.cell, unit))}. Lengths in {unit}, times in minutes and seconds.</p>\n"
+    note += f"<p>{text(result.part.said(unit))}</p>\n" if result.part else ""
     return (head + note + tools_table(result) + findings_table(result, number, groups) + load_chart(result)
             + (stock["html"] if stock else "") + "</section>\n")
 
@@ -128,7 +129,7 @@ def findings_table(result, number, groups):
     for group in groups:
         (first, last), worst = group.lines, group.worst
         place = " ".join(format_length(round(v, 3), result.unit).split()[0] for v in worst.position) if worst.position else "-"
-        rows.append((worst.rule, first if first == last else f"{first} to {last}", worst.tool, place, group.said(result.unit),
+        rows.append((worst.rule, first or "-" if first == last else f"{first} to {last}", worst.tool or "-", place, group.said(result.unit),
                      *(["assumed" if result.is_assumed(worst) else ""] if result.guessed else [])))
     more = f"<p>and {found.dropped} more</p>\n" if found.dropped else ""
     return "<h3>Findings</h3>\n" + table(("rule", "line", "tool", "X Y Z", "what", *(["depends on"] if result.guessed else [])), rows, f"p{number}f") + more

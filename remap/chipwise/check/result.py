@@ -12,6 +12,7 @@ import numpy as np
 
 from chipwise.check.drawing import Drawing
 from chipwise.check.findings import OF_STOCK, Findings
+from chipwise.errors import format_area, format_length, printable
 from chipwise.tools import ToolGeometry
 
 
@@ -55,6 +56,34 @@ class ToolFigures:
 
 
 @dataclass
+class PartFigures:
+    """What is left against the model of the part: mm and mm2, work coordinates; at: None without any."""
+
+    model: str
+    tolerance: float
+    gouge: float
+    gouge_at: Optional[tuple]
+    gouge_area: float
+    rest: float
+    rest_at: Optional[tuple]
+    rest_area: float
+
+    def json(self):
+        """As in --json."""
+        return {"model": self.model, "tolerance_mm": self.tolerance, "gouge_mm": self.gouge, "gouge_place": self.gouge_at, "gouge_mm2": self.gouge_area,
+                "rest_mm": self.rest, "rest_place": self.rest_at, "rest_mm2": self.rest_area}
+
+    def said(self, unit):
+        """One line for the operator."""
+        def words(most, at, area):
+            place = " at X{} Y{} Z{}".format(*(format_length(round(v, 3), unit).split()[0] for v in at))
+            return f"at most {format_length(round(most, 3), unit)}{place}, on {format_area(area, unit)}"
+        gouge = f"gouged, {words(self.gouge, self.gouge_at, self.gouge_area)}" if self.gouge_at else "not gouged"
+        rest = f"left on it {words(self.rest, self.rest_at, self.rest_area)}" if self.rest_at else "nothing left on it"
+        return printable(f"part {self.model}: {gouge}; {rest} (tolerance {format_length(self.tolerance, unit)})")
+
+
+@dataclass
 class Result:
     """One program.  error: (text, line) if it cannot be checked, else None."""
 
@@ -71,6 +100,7 @@ class Result:
     load: Optional[tuple] = None                  # (seconds of a bin, mm3/min) at F
     load_volumetric: Optional[tuple] = None       # the same with M251; None without
     drawing: Optional[Drawing] = None
+    part: Optional[PartFigures] = None
     dwell_s: float = 0.0                          # of G4; not in the times of the tools
     tool_changes: int = 0                         # nor is the time that these take
     stock: Optional[tuple] = None                 # (low, high, source) mm, work coordinates, of one that is assumed
@@ -108,6 +138,7 @@ class Result:
                 "more_findings": kept.dropped, "messages": self.messages, "notes": self.notes,
                 "stock": self.stock and {"min": self.stock[0], "max": self.stock[1], "source": self.stock[2]},
                 "extents_mm": self.extents and {"min": self.extents[0], "max": self.extents[1]},
+                "part": self.part and self.part.json(),
                 "load": self.load and {"bin_s": self.load[0], "mm3_min": np.round(self.load[1], 1).tolist()},
                 "load_volumetric": self.load_volumetric and {"bin_s": self.load_volumetric[0],
                                                              "mm3_min": np.round(self.load_volumetric[1], 1).tolist()}}

@@ -23,6 +23,9 @@ HELP = 'check whole programs: flutes, traverses, holder, times'
 
 MAX_PRINTED = 20        # groups of findings of one program; --json has all
 MAX_JOBS = 256
+TOLERANCES_MM = 0.005, 10.0
+SCALES = 1e-4, 1e4
+MOST_PLACE = 1e6
 
 refuse = refuser(NAME)
 
@@ -33,6 +36,11 @@ def add_arguments(parser):
     parser.add_argument('--report', metavar='FILE.html', help='all results as one page that needs no network')
     parser.add_argument('--jobs', type=int, metavar='N', help='programs at a time (default: one per processor)')
     parser.add_argument('--scheduler', metavar='ADDRESS', help='work the programs on a Dask cluster: tcp://HOST:PORT')
+    parser.add_argument('--part', metavar='MODEL', help='model of the part (STL): what is cut into it and what is left on it')
+    parser.add_argument('--part-at', nargs=3, type=float, metavar=('X', 'Y', 'Z'), default=(0.0, 0.0, 0.0),
+                        help='where its origin is: machine units, work coordinates of the first move (default: 0 0 0)')
+    parser.add_argument('--part-scale', type=float, metavar='S', help='factor of its lengths; those of an STL file count as mm')
+    parser.add_argument('--part-tolerance', type=float, metavar='D', help='what counts, in machine units (default: 0.05 mm)')
     add_tool_options(parser)
     add_machine_options(parser, refuse)
 
@@ -52,6 +60,8 @@ def run(options):
         refuse('--jobs counts processes of this computer; leave it out with --scheduler')
     arguments = machine_of(options, refuse)
     arguments.update(assumes=True, **tool_of(options.tool, options.diameter, arguments['machine'], refuse))
+    if options.part is not None:
+        arguments['simulated'] = part_of(options, arguments['machine'])
     programs = programs_of(options.programs)
     if not programs:
         refuse('there is no program (.ngc, .nc, .tap) in the folder')
@@ -71,6 +81,22 @@ def run(options):
         from chipwise.check.page import page
         write(options.report, page(results))
     return max(result.status for result in results)
+
+
+def part_of(options, machine):
+    """--part and its options -> PartOrder."""
+    from chipwise.check.part_simulation import TOLERANCE_MM, PartOrder
+    from chipwise.surface.model import Placing
+    tolerance = TOLERANCE_MM if options.part_tolerance is None else options.part_tolerance * machine.unit_mm
+    if not TOLERANCES_MM[0] <= tolerance <= TOLERANCES_MM[1]:
+        refuse(f'--part-tolerance {options.part_tolerance:g} is not from 0.005 to 10 mm')
+    scale = 1.0 if options.part_scale is None else options.part_scale
+    if not SCALES[0] <= scale <= SCALES[1]:
+        refuse(f'--part-scale {scale:g} is not from 0.0001 to 10000')
+    if not all(abs(value) < MOST_PLACE for value in options.part_at):
+        refuse('--part-at is not three numbers below 1000000')
+    shift = tuple(value * machine.unit_mm for value in options.part_at)
+    return PartOrder(os.path.abspath(options.part), Placing(shift, scale, said=options.part_scale is not None), tolerance)
 
 
 def results_of(options, programs, progress, arguments):
@@ -107,6 +133,8 @@ def report(result):
         yield '  ' + tool_line(tool, result.unit)
     if result.tools:
         yield '  ' + apart(result)
+    if result.part:
+        yield '  ' + result.part.said(result.unit)
     groups = grouped(result.findings.kept)
     for group in groups[:MAX_PRINTED]:
         yield '  ' + group.text(result.unit) + (assumed(result) if result.is_assumed(group[0]) else '')

@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""A check that ends with a comparison of what is left and a model of the part.  Called by cli/check.py, through check/run.py."""
+
+import os
+from dataclasses import dataclass
+
+from chipwise.check.findings import GOUGE, Finding
+from chipwise.check.part import compared
+from chipwise.check.records import Frame
+from chipwise.check.result import PartFigures
+from chipwise.check.simulate import Simulation
+from chipwise.errors import CycleError, format_length
+from chipwise.surface.model import Placing, read_model
+
+TOLERANCE_MM = 0.05
+MOST_TRIANGLES = 1_000_000       # two minutes and half a gigabyte, if nothing is cut at all
+
+
+@dataclass(frozen=True)
+class PartOrder:
+    """path: of the model; placing: in work coordinates of the first move; tolerance: mm.  Called as a Simulation is, it makes one of its own."""
+
+    path: str
+    placing: Placing
+    tolerance: float = TOLERANCE_MM
+
+    def __call__(self, *arguments):
+        return PartSimulation(self, *arguments)
+
+
+class PartSimulation(Simulation):
+    """A program under way, and the part."""
+
+    def __init__(self, order, *arguments):
+        super().__init__(*arguments)
+        self._order, self._model = order, read_model(order.path, order.placing)     # before the program is read: it may take long
+        if len(self._model.triangles) > MOST_TRIANGLES:
+            raise CycleError(f"the part has {len(self._model.triangles)} triangles, more than {MOST_TRIANGLES}", "export it with a larger tolerance")
+
+    def finish(self, messages, notes):
+        """-> the Result, with the part."""
+        result, order = super().finish(messages, notes), self._order
+        frame = result.drawing.frame or Frame()
+        found = compared(self.map, self._model, frame, order.tolerance)
+        result.notes = [*result.notes, *([0, note] for note in self._model.notes)]
+        if found.beyond > order.tolerance:
+            result.notes.append([0, f"the part reaches {format_length(round(found.beyond, 3), result.unit)} out of the stock: what is there is not judged"])
+
+        def at(deviation):
+            return tuple(map(float, frame.to_work(deviation.at))) if deviation.at else None
+        result.part = PartFigures(os.path.basename(order.path), order.tolerance, found.gouge.most, at(found.gouge), found.gouge.area, found.rest.most,
+                                  at(found.rest), found.rest.area)
+        if found.gouge.at:
+            result.findings.add(Finding(GOUGE, 0, 0, 0, at(found.gouge), found.gouge.most, order.tolerance, at=self.segments, machine=found.gouge.at))
+        return result
