@@ -304,3 +304,22 @@ def test_single_needles_in_strips_are_found_and_cut_as_each_alone():
             deepest = np.maximum(deepest, own.cut(tool, path[0], path[1:])["depth"])
             assert own.needle_height[0] == stock.needle_height[number], (SEED, case)
         assert (met == deepest).all() if len(places) <= 100 else (met >= deepest).all(), (SEED, case)
+
+
+def test_the_distance_of_traverses_from_stock():
+    """A slot of 6 mm, and traverses of a tool of 4 mm in it: 1 mm on each side in its middle, nothing at its wall; up the wall and down."""
+    def distances(*places, tool=4, clearance=1.5):
+        stock = HeightMap((0, 0, -20), (60, 40, 0), CELL)
+        cut(stock, Shape(6), (-5, 20, -8), (65, 20, -8))
+        met = stock.cut(Shape(tool), places[0], np.array(places[1:], float), judged=np.ones(len(places) - 1, bool), clearance=clearance)
+        return met["beside"].tolist()
+    assert distances((10, 20, -7), (50, 20, -7))[0] == pytest.approx(1.0, abs=0.02 + CELL)
+    assert distances((10, 20, -7), (50, 20, -7), clearance=0.5)[0] < 0                # no stock is as near
+    assert distances((10, 21, -7), (50, 21, -7))[0] == pytest.approx(0.0, abs=0.02)
+    assert distances((30, 20, 5), (30, 20, -7))[0] == pytest.approx(1.0, abs=0.02 + CELL)       # straight down: where it ends
+    assert distances((30, 20, -7), (30, 20, 5)) == [-1.0]                             # straight up: none
+    assert distances((30, 20, 2), (40, 20, 2)) == [-1.0]                              # above the stock
+    # up at 45 degrees into the wall, away from the one beside it, and steeply beside it
+    assert distances((30, 20, -7), (30, 27, 0), clearance=0.5)[0] == pytest.approx(0.0, abs=0.02)
+    assert distances((30, 21, -7), (30, 17, -3)) == [-1.0]
+    assert distances((30, 21, -7), (30.1, 21, 3)) == [-1.0]

@@ -130,6 +130,13 @@ def test_a_position_faster_than_the_axes_is_a_fault():
     assert (STATE.FAULT, FAULT.BEHIND) in rig.states and rig.changes() <= A * (1 + 1e-9)
 
 
+def test_an_offset_of_more_counts_than_there_are_is_a_fault():
+    """2e9 counts of 1e-9 mm are 2 mm."""
+    rig = Rig(Planner(SETTINGS["acceleration_mm_s2"], SETTINGS["max_vel_mm_s"], 1e-9), count_mm=1e-9)
+    rig.follow(straight(10.0, 400))
+    assert (STATE.FAULT, FAULT.TOO_FAR) in rig.states and 1.5 < np.abs(rig.offsets[-1]).max() < 2.2
+
+
 def test_clear_goes_up_first():
     rig = Rig()
     down = straight(30.0, 900)[:, 0]

@@ -178,3 +178,33 @@ def test_the_height_of_a_witness_counts_cuts_that_are_not_deep_enough():
     slot = [(-8, 6.1, -4), (22, 6.1, -4), (22, 6.1, 5), (-8, 6.1, 5), (-8, 6.1, -10.5), (22, 6.1, -10.5)]
     met = [w for w in witnesses(slot, (6.0, 0.0, 0.0), 6.0) if w.line == 7]
     assert met and all(w.depth == pytest.approx(6.5) for w in met)
+
+
+def test_a_cylinder_has_no_corners():
+    """A slot at the corner of its box, and one through its middle."""
+    cylinder = {"low": (0.0, 0.0, -12.0), "high": (14.0, 14.0, 0.0), "shape": 1}
+    corner, middle = ([(-5, y, 5), (-5, y, -8), (1.0, y, -8)] for y in (-1.5, 7.0))
+    assert not witnesses(corner, (6.0, 0.0, 0.0), 4.0, **cylinder)
+    assert witnesses(corner, (6.0, 0.0, 0.0), 4.0, **{**cylinder, "shape": 0})
+    met = witnesses(middle, (6.0, 0.0, 0.0), 4.0, **cylinder)
+    assert met and all(np.hypot(w.x - 7, w.y - 7) <= 7 for w in met)
+
+
+def test_flutes_shorter_than_the_nose():
+    """A ball of 6 mm with flutes of 2 mm: stock below its shoulder counts, but only above the flutes."""
+    slot = [(-5, 6, 5), (-5, 6, -2.5), (20, 6, -2.5)]
+    met = witnesses(slot, (6.0, 3.0, 0.0), 2.0)
+    assert met and all(2.0 < w.depth <= 2.5 + 1e-6 for w in met)
+    assert not witnesses(slot, (6.0, 3.0, 0.0), 2.51)
+
+
+def test_more_cut_cells_than_there_was_room_for():
+    """Hundreds of ramps, each of which cuts parts of a thousand cells: what a slot meets behind them is as high as they have left it."""
+    rng = np.random.default_rng([random_seed(), 31])
+    ramps = np.column_stack((rng.uniform(0, 28, 400), rng.uniform(0, 24, 400), rng.uniform(-1.5, 0.2, 400)))
+    places = np.vstack((ramps, [(-5, 12, 5), (-5, 12, -4), (33, 12, -4)]))
+    kinds = [RAPID] * (len(places) - 2) + [FEED]
+    met = witnesses(places, (6.0, 0.5, 0.0), 1.5, kinds=kinds, low=(0.0, 0.0, -12.0), high=(28.0, 24.0, 0.0))
+    assert met
+    for w in met[::max(1, len(met) // 4)]:
+        assert left_at(w.x, w.y, places[:-1], (6.0, 0.5, 0.0), high=(28.0, 24.0, 0.0)) == pytest.approx(w.depth + w.place[2], abs=0.005)

@@ -14,10 +14,10 @@ LOW, HIGH = (0.0, 0.0, -12.0), (14.0, 12.0, 0.0)
 SPACING = 0.05              # mm, of the oracle's needles
 
 
-def program_of(places, tool, kinds=None, low=LOW, high=HIGH):
+def program_of(places, tool, kinds=None, low=LOW, high=HIGH, shape=0):
     """What depths.py reads of a Program: moves from the first of the places (n, 3) to the others with one tool (diameter, corner, tip)."""
     places = np.array(places, float)
-    events = [SimpleNamespace(kind=STOCK, at=0, line=1, values=(0, 0.0, *low, *high)),
+    events = [SimpleNamespace(kind=STOCK, at=0, line=1, values=(shape, 0.0, *low, *high)),
               SimpleNamespace(kind=TOOL, at=0, line=2, values=(1, tool[0]))]
     end = places[1:]
     return SimpleNamespace(end=end, start=lambda k: places[k], kind=np.full(len(end), FEED) if kinds is None else np.array(kinds),

@@ -39,7 +39,7 @@ def library_with(folder_of_it, source, fault):
 
 def run(command, library=None):
     """-> exit status and what was printed. library: the core that Python is to load, which has the sanitizers."""
-    env = {**os.environ, "ASAN_OPTIONS": "detect_leaks=0", "UBSAN_OPTIONS": "print_stacktrace=1"}
+    env = {**os.environ, "ASAN_OPTIONS": "detect_leaks=0:allocator_may_return_null=1", "UBSAN_OPTIONS": "print_stacktrace=1"}
     if library:
         runtimes = [subprocess.run(["gcc", f"-print-file-name=lib{name}.so"], stdout=subprocess.PIPE, text=True, check=True).stdout.strip()
                     for name in ("asan", "ubsan")]
