@@ -12,7 +12,7 @@ def looks(monkeypatch):
     """(pins, the texts said, a list that is empty while commands are under way, a function that looks once)."""
     pins, said, quiet = {'path-refused': 0, 'mode': 0}, [], []
     monkeypatch.setattr(hints, 'Quiet', lambda _linuxcnc: lambda _now: bool(quiet))
-    hint = hints.Hints(pins, said.append, None)
+    hint = hints.Hints(pins, said.append, said.append, None)
     return pins, said, quiet, lambda: hint.follow(1.0)
 
 
@@ -40,3 +40,39 @@ def test_every_refusal_has_its_sentence():
     """Which the screen shows whole: 250 characters."""
     assert set(PATH_REFUSALS) == set(PathRefusal) - {PathRefusal.NONE}
     assert max(len(f'chipwise: {text}') for text in PATH_REFUSALS.values()) <= 250
+
+
+@pytest.mark.parametrize("clocks", [1, 3000])            # a us: ns / 1000 of LinuxCNC 2.10, clocks of a processor of 3 GHz
+@pytest.mark.parametrize("took, tmax, realtime, said", [
+    (612, 612, True, ["stock-tracker took 612 of 1000 us; raise [CHIPWISE]FINEST_CELL or [EMCMOT]SERVO_PERIOD"]),
+    (612, 700, False, ["stock-tracker took 612 of 1000 us; raise [CHIPWISE]FINEST_CELL or [EMCMOT]SERVO_PERIOD"]),
+    (490, 499, True, []), (490, 499, False, []),
+    (490, 900, False, [])])         # interrupted once: without a realtime kernel that says nothing of the tracker
+def test_a_slow_machine(monkeypatch, clocks, took, tmax, realtime, said):
+    """Once, whatever the unit; a period that begins late or early does not count."""
+    values = {'motion.servo.last-period': 1000 * clocks, 'stock-tracker.0.time': took * clocks, 'stock-tracker.0.tmax': tmax * clocks}
+    monkeypatch.delenv('INI_FILE_NAME', raising=False)
+    monkeypatch.setattr(hints, 'make_pace', lambda: hints.Pace(values.__getitem__, realtime))
+    heard = []
+    hint = hints.Hints({'path-refused': 0, 'mode': 0}, heard.append, heard.append, None)
+    for k in range(200):
+        values['motion.servo.last-period'] = (1000, 400, 1000, 1600)[k % 4] * clocks
+        hint.follow(0.02 * k)
+    assert heard == said
+
+
+def test_a_few_interrupted_runs(monkeypatch):
+    values = {'motion.servo.last-period': 1000, 'stock-tracker.0.time': 100, 'stock-tracker.0.tmax': 900}
+    pace = hints.Pace(values.__getitem__, False)
+    for k in range(2000):
+        values['stock-tracker.0.time'] = 900 if k % 150 == 0 else 100
+        assert pace.look() == 0.0
+    monkeypatch.setenv('CHIPWISE_SPEED', '10')          # the real period is a tenth of that of the clock here
+    values['stock-tracker.0.time'] = 900
+    for _ in range(600):
+        assert pace.look() == 0.0
+
+
+def test_no_such_pins():
+    """A LinuxCNC that does not measure: nothing is said, nothing fails."""
+    assert hints.make_pace() is None

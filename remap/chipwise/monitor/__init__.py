@@ -5,6 +5,7 @@
     takeover.py         a new monitor continues on the signals of one that was killed
     component.py        the HAL pins
     worker.py           the work: tool, faults, override, guards
+    hints.py            what the realtime side lacks: the path ahead, time
     tool_shape.py       a tool as the pins describe it
     messages.py         messages of faults and guards
     stock_files.py      M253, M254 and [CHIPWISE]KEEP_STOCK

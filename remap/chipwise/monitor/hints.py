@@ -1,27 +1,83 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What the realtime components lack on this machine, said to the operator: the path ahead.
+"""What the realtime components lack on this machine, said to the operator: the path ahead, and time.
 
 Called by worker.py.  stock-tracker.0.path-refused has the check that failed (components/core/path_watch.h): what was refused while
 LinuxCNC started counts at once, the rest after 1 s of cutting.
+
+HAL measures how long stock-tracker.0 takes, and motion how long a period is: in clocks of the processor (LinuxCNC 2.9) or in ns
+(2.10), both in the same unit (hal_lib.c: thread_task, motion/control.c), so their quotient is the share of the period in any unit.
 """
 
-from chipwise.monitor.messages import PATH_REFUSALS
+import os
+import statistics
+from collections import deque
+
+from chipwise.clock import speed
+from chipwise.ini import Ini
+from chipwise.monitor.messages import PATH_REFUSALS, slow_text
 from chipwise.monitor.start_line import Quiet
 from chipwise.stock.layout import PathRefusal
 
 AT_START = range(PathRefusal.NO_BLOCK, PathRefusal.HEARTBEAT)
+SLOW_SHARE = 0.5        # of the period: the rest of the thread and the screen need the other half
+LOOKS = 500             # of 0.02 s that are remembered
+SLOW_LOOKS = 5          # of them: without a realtime kernel a run may be interrupted now and then
+PERIODS = 51            # whose median is the period: one alone may begin late
+
+
+class Pace:
+    """How much of the servo period stock-tracker.0 takes; read: function of a pin's name -> its value."""
+
+    def __init__(self, read, is_realtime):
+        self.read, self.is_realtime = read, is_realtime
+        self.periods, self.shares = deque(maxlen=PERIODS), deque(maxlen=LOOKS)
+
+    def look(self):
+        """-> share of the period that is worth saying, 0 if none is."""
+        self.periods.append(self.read('motion.servo.last-period'))
+        period = statistics.median(self.periods) * speed()        # a clock that runs fast makes the real period short
+        if len(self.periods) < PERIODS or period <= 0:
+            return 0.0
+        self.shares.append(self.read('stock-tracker.0.time') / period)
+        slow = [share for share in self.shares if share >= SLOW_SHARE]
+        most = self.read('stock-tracker.0.tmax') / period if self.is_realtime else 0.0
+        return most if most >= SLOW_SHARE else max(slow) if len(slow) >= SLOW_LOOKS else 0.0
+
+
+def make_pace():
+    """The Pace of this machine; None without these pins."""
+    import hal
+    try:
+        pace = Pace(hal.get_value, bool(hal.is_rt))
+        pace.look()
+        hal.get_value('stock-tracker.0.tmax')
+    except RuntimeError:
+        return None
+    return pace
 
 
 class Hints:
     """Each is said once."""
 
-    def __init__(self, pins, say, linuxcnc):
-        """pins: of chipwise-monitor; say: function of a text for the operator."""
-        self.pins, self.say, self.linuxcnc = pins, say, linuxcnc
+    def __init__(self, pins, say, inform, linuxcnc):
+        """pins: of chipwise-monitor; say, inform: functions of a text for the operator."""
+        self.pins, self.say, self.inform, self.linuxcnc = pins, say, inform, linuxcnc
         self.said, self.quiet = set(), None
+        self.pace, self.is_timed = None, False
 
     def follow(self, now):
         self.follow_path(now)
+        self.follow_pace()
+
+    def follow_pace(self):
+        """A stock tracker that takes half of the period or more."""
+        if not self.is_timed:
+            self.pace, self.is_timed = make_pace(), True
+        share = self.pace.look() if self.pace else 0.0
+        if share:
+            self.pace = None
+            period_us = Ini().servo_period_s() * 1e6 if os.environ.get('INI_FILE_NAME') else 1000.0
+            self.inform(slow_text(share * period_us, period_us))
 
     def follow_path(self, now):
         """A path that is not read: at the start as soon as a message disturbs no command, else while M251 is on."""

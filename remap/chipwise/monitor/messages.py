@@ -51,6 +51,11 @@ PATH_REFUSALS = {       # stock-tracker.0.path-refused (man stock_tracker)
     PathRefusal.EMPTY: "the path ahead is only predicted, because the queue of motion is empty while the machine cuts; use LinuxCNC's own planner, tpmod"}
 
 
+def slow_text(took_us, period_us):
+    """The operator's message for a stock tracker that takes most of the servo period."""
+    return f'stock-tracker took {took_us:.0f} of {period_us:.0f} us; raise [CHIPWISE]FINEST_CELL or [EMCMOT]SERVO_PERIOD'
+
+
 def guard_text(reason, line, distance, depth, tool, diameter, flute, unit):
     """The operator's message for a stop; lengths in machine units, `unit` their name."""
     digits = 4 if unit == 'in' else 2

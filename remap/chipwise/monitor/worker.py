@@ -73,7 +73,7 @@ class Monitor(SpindleTool):
         self.shadow = Shadow(component, settings, self.stock_files, os.environ.get('INI_FILE_NAME', ''), self.inform, self.working)
         self.set_up = SetUp(component, settings, self.stock_files, self.shadow.ini, self.inform, self.working, feed_is_remapped())
         self.loaded = LoadedProgram(self.inform, feed_is_remapped())
-        self.hints = Hints(component, self.say, linuxcnc)
+        self.hints = Hints(component, self.say, self.inform, linuxcnc)
         self.start_line, self.quiet = StartLine(settings, self.inform, first), None
 
     def connect(self):
