@@ -7,7 +7,7 @@ Called by hand: `/usr/bin/python3 bench/bench_set_up.py --only peel_arcs small_b
  1. The programs are those of bench_styles.py without chipwise's codes; the stock of their M250 is confirmed with --stock.
  2. tests/support/judge.py says from the servo-rate log, the blank and the tool alone what was removed in every window of 10 ms in which only feeds
     run.  The target is that of the job file for the tool in the spindle.
- 3. The velocity of moves that go down is compared with the F that LinuxCNC asks for.
+ 3. The velocity of moves that go down is compared with the F of their line; LinuxCNC itself goes faster for some ms behind a traverse.
 """
 import argparse
 import json
@@ -26,7 +26,7 @@ from support.operate import operate
 
 SEED, SPEED, CELL, FALL = "40", 4.0, 0.01, 1e-3
 OWN = re.compile(r"^(N\d+ ?)?M25[012].*\n", re.M)
-HEAD = f"{'program':20s} {'peak 10 ms %':>12s} {'at F %':>8s} {'down / F':>9s} {'time s':>8s} {'at F s':>8s} {'longer %':>9s} {'errors':>6s}"
+HEAD = f"{'program':20s} {'peak 10 ms %':>12s} {'at F %':>8s} {'down / F':>9s} {'at F':>9s} {'time s':>8s} {'at F s':>8s} {'longer %':>9s} {'errors':>6s}"
 
 
 def set_up(program, folder):
@@ -71,8 +71,14 @@ def judged(program, log, job):
     verdict = judging.judge(run, program.blank, tools, target, judging.sweep(run, program.blank, tools, CELL))
     steps = np.diff(run.tips, axis=0, prepend=run.tips[:1])
     length = np.linalg.norm(steps, axis=1)
-    falls = run.feeding & (steps[:, 2] < -FALL * length) & (length > 0) & (log["requested_velocity"] > 0)
-    return verdict, run, (length / run.period / np.maximum(log["requested_velocity"], 1e-9))[falls]
+    feeds, feed = [0.0], 0.0
+    for line in lines:
+        word = re.search(r"F([\d.]+)", line)
+        feed = float(word.group(1)) / 60.0 if word else feed
+        feeds.append(feed)
+    feed = np.array(feeds)[log["line"].clip(0, len(feeds) - 1)]
+    falls = run.feeding & (steps[:, 2] < -FALL * length) & (length > 0) & (feed > 0)
+    return verdict, run, (length / run.period / np.maximum(feed, 1e-9))[falls]
 
 
 def measured(program, folder):
@@ -81,8 +87,8 @@ def measured(program, folder):
     (errors, held), (_errors, free) = runs(path, ini, folder)
     held, free = claims.loaded(held), claims.loaded(free)
     verdict, run, down = judged(program, held, job)
-    before, first, _down = judged(program, free, job)
-    return {"program": program.name, "peak_10ms": verdict.peak_10ms, "peak_at_f": before.peak_10ms, "down": float(down.max(initial=0.0)), "time_s": float(run.took.sum()),
+    before, first, down_at_f = judged(program, free, job)
+    return {"program": program.name, "peak_10ms": verdict.peak_10ms, "peak_at_f": before.peak_10ms, "down": float(down.max(initial=0.0)), "down_at_f": float(down_at_f.max(initial=0.0)), "time_s": float(run.took.sum()),
             "time_at_f_s": float(first.took.sum()), "errors": errors, "lost": run.lost + first.lost}
 
 
@@ -99,7 +105,7 @@ def main():
         with tempfile.TemporaryDirectory() as scratch:
             f = measured(program, Path(scratch))
         print(json.dumps(f) if options.json else
-              f"{f['program']:20s} {100 * f['peak_10ms']:12.1f} {100 * f['peak_at_f']:8.1f} {f['down']:9.3f} {f['time_s']:8.2f} {f['time_at_f_s']:8.2f} "
+              f"{f['program']:20s} {100 * f['peak_10ms']:12.1f} {100 * f['peak_at_f']:8.1f} {f['down']:9.3f} {f['down_at_f']:9.3f} {f['time_s']:8.2f} {f['time_at_f_s']:8.2f} "
               f"{100 * (f['time_s'] / f['time_at_f_s'] - 1):9.2f} {len(f['errors']):6d}" + (f"  {f['lost']} servo periods lost, void" if f["lost"] else ""), flush=True)
         for error in f["errors"]:
             print("    " + error, flush=True)

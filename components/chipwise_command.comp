@@ -23,7 +23,7 @@ TRUE, also if chipwise-monitor is late or dead) or is not seen for a second. A f
 
 A program that a person has set up (
 .B job
-TRUE when it starts) runs in mode 1 with
+TRUE when it starts) runs in mode 2 with
 .B job-target
 as long as
 .B job-active
@@ -57,12 +57,13 @@ pin in s32 reply "chipwise-monitor.reply";
 pin in bit job "chipwise-monitor.job: the loaded program has a set-up that a person has confirmed";
 pin in float job_target "chipwise-monitor.job-target: mm3/min that the tool in the spindle may remove in it; 0: the feed is F";
 pin in bit job_waits "chipwise-monitor.job-waits: and it waits until the program's first F switches adaptive feed on";
+pin in float job_ceiling "chipwise-monitor.job-ceiling: how many times its F a move of it may be fast, 1..10";
 pin out bit job_active "the set-up is in force: mode and mrr-target follow it";
 pin out s32 run_end "how the last program has ended: 0 it runs, or none has, 1 by itself, 2 stopped (abort, machine off); to chipwise-monitor.run-end";
 pin out bit feed_decided "TRUE for a period when M251 or M252 takes effect, a program starts or is aborted, or the machine goes off; to stock-tracker.N.feed-decided";
 pin out s32 request "to the monitor: 1 save while word is 27, 2 restore while it is 28, until an abort or machine off, else 0";
 pin out s32 slot "register 21, as of the last commit: number of the file";
-pin out float status "to motion.analog-in-N, where the codes check that they took effect: mode + 10 if a certain stock is defined + 100 * fault-code + 10000 * reply + 1000000 if job-waits";
+pin out float status "to motion.analog-in-N, where the codes check that they took effect: mode + 10 if a certain stock is defined + 100 * fault-code + 10000 * reply + 1000000 * (100 * job-ceiling) + 1000000000 if job-waits + 2000000000 if job-active";
 pin out float mrr_target "register 12, as of the last commit: mm3/min";
 pin out float mrr_lower "register 13, as of the last commit: mm3/min";
 
@@ -117,6 +118,15 @@ static void follow_job(struct __comp_state *__comp_inst, int commits)
     }
 }
 
+/* What the interpreter asks of the set-up, as a part of `status`. */
+static double job_status(struct __comp_state *__comp_inst)
+{
+    double times = job_ceiling;
+    int hundredths = times >= 1.0 && times <= CHIP_MOST_CEILING ? (int)(100.0 * times + 0.5) : 100;
+    if (!job) return 0.0;
+    return (double)CHIP_STATUS_JOB * hundredths + (job_waits ? CHIP_STATUS_WAITS : 0.0) + (job_active ? CHIP_STATUS_ACTIVE : 0.0);
+}
+
 FUNCTION(_) {
     double w = word;
     int number = w > 0.5 && w < 100.0 ? (int)(w + 0.5) : 0;
@@ -158,5 +168,5 @@ FUNCTION(_) {
         slot = number_of_file > -0.5 && number_of_file < 99.5 ? (int)(number_of_file + 0.5) : -1;
     request = !of_file || file_given_up ? CHIP_REQUEST_NONE : number == CHIP_REGISTER_SAVE_COMMIT ? CHIP_REQUEST_SAVE : CHIP_REQUEST_RESTORE;
     status = mode + (stock_defined && certain ? CHIP_STATUS_STOCK : 0) + (double)CHIP_STATUS_FAULT * fault_code
-        + (double)CHIP_STATUS_REPLY * reply + (job && job_waits ? CHIP_STATUS_JOB : 0);
+        + (double)CHIP_STATUS_REPLY * reply + job_status(__comp_inst);
 }

@@ -30,14 +30,18 @@ enum chip_file_request { CHIP_REQUEST_NONE = 0, CHIP_REQUEST_SAVE = 1, CHIP_REQU
 /* chipwise-command.N.run-end: how the last program has ended. */
 enum chip_run_end { CHIP_RUN_GOES_ON = 0, CHIP_RUN_WHOLE = 1, CHIP_RUN_STOPPED = 2 };
 
-#define CHIP_FEED_OF_JOB 1      /* mode of a program that a person has set up: the limit, never above F */
+/* Mode of a program that a person has set up: up to the requested velocity, which is F until its first F has put the ceiling there. */
+#define CHIP_FEED_OF_JOB 2
 #define CHIP_MOST_JOB_RATE 1e12 /* mm3/min */
 
 /* chipwise-command.N.status: the mode plus these, each times its value. */
-#define CHIP_STATUS_STOCK 10    /* 1 if a certain stock is defined */
-#define CHIP_STATUS_FAULT 100   /* chip_fault */
-#define CHIP_STATUS_REPLY 10000 /* reply code of the stock files, remap/chipwise/stock/reasons.py */
-#define CHIP_STATUS_JOB 1000000 /* 1 if the program's set-up waits for adaptive feed */
+#define CHIP_STATUS_STOCK 10            /* 1 if a certain stock is defined */
+#define CHIP_STATUS_FAULT 100           /* chip_fault */
+#define CHIP_STATUS_REPLY 10000         /* reply code of the stock files, remap/chipwise/stock/reasons.py */
+#define CHIP_STATUS_JOB 1000000         /* ceiling of the program's set-up, hundredths of F; 0: it has none */
+#define CHIP_STATUS_WAITS 1000000000.0  /* 1 if it waits for adaptive feed */
+#define CHIP_STATUS_ACTIVE 2000000000.0 /* 1 if it is in force */
+#define CHIP_MOST_CEILING 10.0          /* times F */
 
 /* chipwise-guard.N.reason: why the machine was stopped. */
 enum chip_guard_reason {

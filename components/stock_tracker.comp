@@ -64,6 +64,8 @@ pin out float mrr "removal rate, mm3/min, averaged over mrr-window";
 pin out float section_area "mm2: volume met per mm of travel, at the tool now";
 pin out float depth "machine units: deepest stock above the tool's edge within its footprint";
 pin out float direction_z "vertical part of the unit direction of travel, -1 (plunge) to 1";
+pin out float descent_distance = -1.0 "travel until a feed goes down, machine units; -1: none in sight, or the tool stops before; to volumetric-feed.N.descent-distance";
+pin out float descent_accel "mean acceleration the planner may brake with until there, machine units/s2; 0: unknown";
 pin out bit flute_excess "the depth exceeds the flute length while cutting";
 pin out bit rapid_contact "a traverse meets stock, or will meet it within its braking distance";
 pin out float rapid_distance "machine units to the stock a traverse is about to meet; 0: none seen";
@@ -296,6 +298,8 @@ static void write_pins(struct __comp_state *__comp_inst, const struct chip_track
     section_area = out->section_area_mm2;
     depth = out->depth_mm * scale;
     direction_z = out->dir_z;
+    descent_distance = out->descent_mm < 0.0 ? -1.0 : out->descent_mm * scale;
+    descent_accel = out->descent_accel_mm_s2 * scale;
     flute_excess = out->has_flute_excess;
     rapid_contact = out->has_rapid_contact;
     path_known = state.lookahead.on_path;

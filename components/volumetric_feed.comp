@@ -47,6 +47,9 @@ pin in float load_step_distance_#[8] "stock-tracker.N.load-step-distance-M, mach
 pin in float load_step_accel_#[8] "stock-tracker.N.load-step-accel-M, machine units/s2; 0: half the acceleration";
 pin in float load_step_area_#[8] "stock-tracker.N.load-step-area-M, mm2";
 pin in float direction_z "stock-tracker.N.direction-z, for plunge-vel";
+pin in bit keep_f_down "moves that go down are at most as fast as F (chipwise-command.N.job-active)";
+pin in float descent_distance = -1.0 "stock-tracker.N.descent-distance, machine units, for keep-f-down";
+pin in float descent_accel "stock-tracker.N.descent-accel, machine units/s2, for keep-f-down";
 pin in float depth "stock-tracker.N.depth, machine units, for max-chip-thickness";
 pin in float tool_diameter "tool diameter, machine units, for max-chip-thickness";
 pin in float tool_flutes "number of cutting edges, for max-chip-thickness; 0: unknown";
@@ -130,6 +133,9 @@ static void read_law(struct __comp_state *__comp_inst, long period, struct chip_
     in->air_vel_mm_s = air_vel / per_mm;
     in->plunge_vel_mm_s = plunge_vel / per_mm;
     in->dir_z = direction_z;
+    in->keeps_f_down = keep_f_down;
+    in->descent_mm = descent_distance < 0.0 ? -1.0 : descent_distance / per_mm;
+    in->descent_accel_mm_s2 = descent_accel / per_mm;
     in->max_chip_thickness_mm = max_chip_thickness;
     in->flutes = tool_flutes;
     in->spindle_speed_rps = spindle_speed;

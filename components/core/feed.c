@@ -12,6 +12,7 @@
 #define CHIP_LATENCY 2.0       /* periods from reading a position to braking */
 #define CHIP_THICKEST 0.72462  /* largest mean chip thickness over fz: the maximum of 2 e / acos(1 - 2 e) [6] */
 #define CHIP_MIN_DESCENT 1e-3  /* a direction that descends less than this is level */
+#define CHIP_FALLS 1e-4        /* a direction that falls by more goes down [12] */
 #define CHIP_UNBOUND 1e30      /* mm/s: no limit */
 #define CHIP_MIN_OVERRIDE 0.01 /* range of the operator's override that is accepted [9] */
 #define CHIP_MAX_OVERRIDE 10.0
@@ -202,6 +203,24 @@ static struct allowed stock_limit(const struct chip_feed_in *in, double last_sca
     return best;
 }
 
+/* Highest velocity that lets the tool go down at F, here and ahead, mm/s [12]. */
+static double descent_limit(const struct chip_feed_in *in, double last_scale, double programmed)
+{
+    double k = operator_override(in), more, late, accel, distance, velocity;
+    double period = chip_finite(in->period_s) ? chip_clamp(in->period_s, 0.0, 0.1) : 0.0;
+    double last = chip_finite(last_scale) ? chip_clamp(last_scale, 0.0, 1.0) : 1.0;
+    if (!in->keeps_f_down) return CHIP_UNBOUND;
+    if (!chip_finite(in->dir_z) || in->dir_z < -CHIP_FALLS || !chip_finite(in->descent_mm)) return programmed;
+    CHIP_FAULT(DESCENDS_UNBRAKED, return CHIP_UNBOUND);
+    if (in->descent_mm < 0.0) return CHIP_UNBOUND;
+    accel = setting(in->descent_accel_mm_s2) > 0.0 ? chip_min(in->descent_accel_mm_s2, in->acceleration_mm_s2)
+                                                   : CHIP_BLEND_BRAKING * in->acceleration_mm_s2;
+    late = CHIP_LATENCY * period * k * last * in->requested_vel_mm_s + travel_until_braking(in, &more);
+    distance = chip_max(0.0, in->descent_mm - late - k * k * programmed * programmed / (2.0 * accel));
+    velocity = braked_from(in, k * programmed, accel, distance) - more;
+    return chip_max(programmed, (velocity - catch_up(in, velocity)) / k);
+}
+
 /* Velocity the mode asks for if the stock allows it, mm/s [3] [5]. */
 static struct allowed wanted(const struct chip_feed_in *in, double programmed)
 {
@@ -241,7 +260,7 @@ int chip_feed_replaces(int feed_mode, double programmed, double requested)
 
 struct chip_feed_out chip_feed(const struct chip_feed_in *in, double last_scale)
 {
-    double programmed, max_vel, floor;
+    double programmed, max_vel, floor, descent;
     struct allowed want, stock;
 
     if (!is_on(in->feed_mode)) return result(1.0, CHIP_LIMIT_NONE);
@@ -254,6 +273,11 @@ struct chip_feed_out chip_feed(const struct chip_feed_in *in, double last_scale)
     max_vel = cutting_limit(in, programmed);
     want = wanted(in, programmed);
     stock = stock_limit(in, last_scale, max_vel);
+    descent = descent_limit(in, last_scale, programmed);
+    if (descent < want.velocity) {
+        want.velocity = descent;
+        want.limit = CHIP_LIMIT_CEILING;
+    }
     if (stock.velocity < want.velocity) want = stock;
     floor = slowest(in, programmed, max_vel);
     if (want.velocity < floor) {

@@ -36,6 +36,8 @@
  * 11. The feed may end (E-stop, abort) while LinuxCNC still uses the ceiling in place of F, and a program without
  *     an F word would continue at the ceiling. While the requested velocity is above F, the override is F over the
  *     requested velocity.
+ * 12. If moves down keep F (a job), the tool goes down at F at most, and brakes before: as 2 with F in place of
+ *     Q / A_i, and shorter by F^2 / 2a, since a parabolic blend begins that much before the corner.
  */
 #ifndef CHIPWISE_FEED_H
 #define CHIPWISE_FEED_H
@@ -77,6 +79,9 @@ struct chip_feed_in {
     double air_vel_mm_s;                           /* velocity outside the stock [5] */
     double plunge_vel_mm_s;                        /* largest downward part of the velocity while cutting [5] */
     double dir_z;                                  /* vertical part of the unit direction, -1..1 */
+    int keeps_f_down;                              /* moves that go down are at most as fast as F [12] */
+    double descent_mm;                             /* of travel until one begins; negative: none in sight */
+    double descent_accel_mm_s2;                    /* mean braking the planner can use until there; 0: unknown */
     double max_chip_thickness_mm;                  /* bound of the mean chip thickness [6] */
     double flutes;                                 /* cutting edges z */
     double spindle_speed_rps;                      /* 1/s, spindle speed n, either sign */

@@ -152,6 +152,24 @@ double chip_path_braking(const struct chip_path *path, double s)
     return sum;
 }
 
+double chip_path_descent(const struct chip_path *path, double *accel)
+{
+    double begin = path->begin_s;
+    int n;
+    *accel = 0.0;
+    for (n = 0; path->known && n < path->count; n++) {
+        const struct chip_segment *segment = &path->segment[chip_path_slot(path, n)];
+        if (segment->vertical < -CHIP_PATH_DESCENT && !segment->rapid) {
+            double distance = chip_max(0.0, begin - path->s);
+            if (distance > 0.0) *accel = chip_path_braking(path, begin) / distance;
+            return distance;
+        }
+        if (segment->join == CHIP_JOIN_STOP) break;
+        begin += segment->length;
+    }
+    return -1.0;
+}
+
 /* Angle between two unit vectors, rad. */
 static double angle_between(const double a[3], const double b[3])
 {

@@ -21,6 +21,7 @@
 #define CHIPWISE_PATH_H
 
 #define CHIP_PATH_SEGMENTS 160 /* segments known ahead at most */
+#define CHIP_PATH_DESCENT 1e-4 /* mm a unit step falls by from which on the path goes down */
 #define CHIP_PATH_BEYOND 1e-7  /* mm behind a corner at which the next segment counts [5] */
 
 enum chip_join {
@@ -116,6 +117,10 @@ int chip_path_next(const struct chip_path *path, double s, double step, double t
 /* The position from which on the tool, going `speed` mm/s, can no longer stop, mm; `accel` (mm/s2) is used for
  * braking on segments whose own acceleration is unknown. */
 double chip_path_stop(const struct chip_path *path, double speed, double accel);
+
+/* Travel until the tool goes down by a feed, mm, and in *accel the mean it may brake with until there, mm/s2 (0: unknown); negative if
+ * that is not in sight, or the tool stops before. */
+double chip_path_descent(const struct chip_path *path, double *accel);
 
 /* Sum of accel x length from the tool to `s`, mm2/s2: half of what braking takes off
  * the square of the velocity. 0 if a segment's acceleration is unknown. */

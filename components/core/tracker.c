@@ -165,6 +165,7 @@ static void update_load(struct chip_tracker *tracker, const struct chip_stock *s
     out->section_area_mm2 = out->load.area;
     out->depth_mm = out->load.depth;
     out->dir_z = tracker->lookahead.predicted.known ? tracker->lookahead.predicted.last_dir_z : 0.0;
+    out->descent_mm = chip_path_descent(&tracker->path, &out->descent_accel_mm_s2);
 }
 
 /* [5] The guards of traverse and shank; returns the work so far. */
@@ -203,7 +204,8 @@ static void clear(struct chip_tracker_out *out)
     out->has_stock = out->is_ready = out->has_fault = out->fault_number = 0;
     out->section_area_mm2 = out->depth_mm = out->mrr_mm3_min = out->dir_z = 0.0;
     out->has_flute_excess = out->has_rapid_contact = out->is_held = out->is_certain = 0;
-    out->rapid_distance_mm = 0.0;
+    out->rapid_distance_mm = out->descent_accel_mm_s2 = 0.0;
+    out->descent_mm = -1.0;
     out->load.steps = 0;
     for (i = 0; i < CHIP_LOAD_STEPS; i++)
         out->load.step[i].distance = out->load.step[i].area = out->load.step[i].accel = 0.0;
@@ -213,7 +215,7 @@ static void clear(struct chip_tracker_out *out)
 static int all_finite(const struct chip_tracker_out *out)
 {
     double sum = out->section_area_mm2 + out->depth_mm + out->mrr_mm3_min + out->dir_z + out->rapid_distance_mm
-               + out->removed_volume_mm3;
+               + out->removed_volume_mm3 + out->descent_mm + out->descent_accel_mm_s2;
     int i;
     for (i = 0; i < out->load.steps && i < CHIP_LOAD_STEPS; i++)
         sum += out->load.step[i].distance + out->load.step[i].area + out->load.step[i].accel;

@@ -107,12 +107,14 @@ struct chip_tracker_in {
 /* Members carry the name of the pin they go to and their unit, always mm. */
 struct chip_tracker_out {
     int has_stock, is_ready, has_fault;
-    int fault_number;          /* chip_fault */
-    double removed_volume_mm3; /* since the stock was defined */
-    double mrr_mm3_min;        /* over the window */
-    double section_area_mm2;   /* at the tool */
-    double depth_mm;           /* above the tip */
-    double dir_z;              /* vertical part of the unit direction, -1..1 */
+    int fault_number;           /* chip_fault */
+    double removed_volume_mm3;  /* since the stock was defined */
+    double mrr_mm3_min;         /* over the window */
+    double section_area_mm2;    /* at the tool */
+    double depth_mm;            /* above the tip */
+    double dir_z;               /* vertical part of the unit direction, -1..1 */
+    double descent_mm;          /* of travel until a feed goes down; negative: none in sight */
+    double descent_accel_mm_s2; /* mean the planner may brake with until there; 0: unknown */
     int has_flute_excess, has_rapid_contact;
     double rapid_distance_mm; /* to the stock a traverse meets; 0: none seen */
     int is_held;              /* the map is not touched: answer to `external_writer` */

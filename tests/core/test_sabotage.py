@@ -41,6 +41,7 @@ FAULTS = {
     "ARCS_STRAIGHT": ("arcs treated as straight", "test_lookahead.py::test_arc_and_helix_are_followed"),
     "TOO_FAST": ("five percent too fast", "test_feed.py::test_at_the_tool"),
     "BRAKES_LATE": ("brakes too late", "test_feed.py::test_ahead_is_braked_in_time"),
+    "DESCENDS_UNBRAKED": ("no braking before the tool goes down", "test_descent.py::test_it_is_braked_in_time"),
     "CEILING_NOT_BRAKED": ("highest velocity not braked to", "test_feed.py::test_fastest_while_cutting"),
     "CHIP_OF_SMALL_CUT": ("chip as at the small engagement", "test_feed.py::test_mean_chip"),
     "RISES_AT_ONCE": ("rises at once", "test_feed_easing.py::test_drops_pass_at_once_and_rises_climb"),

@@ -98,11 +98,52 @@ def test_what_stops_and_what_wins(tmp_path):
         *opened(paths['changed']), ['begin'], ['until', REMOVED, '>', 50], ['program', 'sh', '-c', f'echo "(more)" >> {changed}'], ['sleep', 1.0], ['pins', *PINS],
         ['abort'], ['messages', 'was changed while it ran'], ['sleep', 3.0], ['pins', *PINS], ['messages', 'confirm it again']], speed=2, timeout=150)
     paused, steps, end = answers[6:9]
-    assert paused[2:4] == ['TRUE', '1'] and steps >= 3 and end[2:4] == ['FALSE', '0']
+    assert paused[2:4] == ['TRUE', '2'] and steps >= 3 and end[2:4] == ['FALSE', '0']
     own, errors, own_end = answers[14:17]
     assert own[2:4] == ['FALSE', '1'] and float(own[5]) == 30000.0 and errors == [] and float(own_end[5]) > 1.5 * TARGET
     over, errors, tapped_end = answers[22:25]
-    assert over[1] == [1, 1] and over[0][1] <= F_VEL + 1e-6 and errors == [] and float(tapped_end[5]) <= 1.02 * TARGET
+    assert over[1] == [2, 2] and over[0][1] <= F_VEL + 1e-6 and errors == [] and float(tapped_end[5]) <= 1.02 * TARGET
     now, _, said, _, later, again = answers[-6:]
     assert now[2:] == ['FALSE', '0', 'FALSE'] and any('was changed while it ran' in text for text in said)
     assert later[0] == 'FALSE' and later[4] == 'FALSE' and any('confirm it again' in text for text in again)
+
+
+RAISED = """T1 M6
+G21 G90 G64 P0.01
+M3 S8000
+G0 X-30 Y10 Z5
+G1 Z-2 F600
+G1 X60
+G1 X80 Z-4
+G1 X100
+F300
+G1 X120
+G0 Z5
+M30
+"""
+
+
+def _fastest(log, line):
+    """(largest, median) velocity of the feed move of a line, mm/s."""
+    found = np.load(log)
+    at = np.column_stack([found[name] for name in 'xyz'])
+    velocity = np.linalg.norm(np.diff(at, axis=0, prepend=at[:1]), axis=1) / found['period']
+    rows = (found['line'] == RAISED.splitlines().index(line) + 1) & (found['motion_type'] == 2)
+    return velocity[rows].max(), np.median(velocity[rows])
+
+
+def test_the_ceiling_is_a_multiple_of_the_f_of_each_move(tmp_path):
+    """Twice F in air, the target in the slot, F where the tool goes down, braked before; without G84 or M52, with which it is a limit."""
+    part = with_job(tmp_path / 'part.ngc', RAISED, tools={1: JobTool(6.0, 9000.0, 2.0)})
+    tap = with_job(tmp_path / 'tap.ngc', RAISED.replace('G0 Z5\nM30', 'G0 Z5\nM52 P1\nM30'), tools={1: JobTool(6.0, 9000.0, 2.0)})
+    answers = operate(tmp_path, [
+        ['open', part], ['messages', 'part.ngc: set up as confirmed'], ['log', part], ['pins', *PINS, RATE], ['mdi', 'G1 X0 Y0 F200'],
+        ['open', tap], ['messages', 'tap.ngc: set up as confirmed'], ['log', tap], ['pins', *PINS, RATE]], edit=WITH_LOG, speed=1, timeout=120)
+    said, (errors, log), end = answers[1:4]
+    assert any('up to 2 times F' in text for text in said) and errors == [] and float(end[5]) <= 1.02 * 9000
+    for line, fastest in (('G1 Z-2 F600', 10), ('G1 X60', 20), ('G1 X80 Z-4', 10), ('G1 X100', 20), ('G1 X120', 10)):
+        assert _fastest(log, line)[0] == pytest.approx(fastest, rel=0.01), line
+    assert _fastest(log, 'G1 X60')[1] == pytest.approx(9000 / 60 / AREA, rel=0.02)
+    said, (errors, log), end = answers[6:9]
+    assert any('at most F, because of its M52' in text for text in said) and errors == []
+    assert max(_fastest(log, line)[0] for line in ('G1 X60', 'G1 X80 Z-4', 'G1 X100')) == pytest.approx(F_VEL, rel=1e-3)

@@ -21,8 +21,12 @@ from chipwise.errors import MM_PER_INCH
 _FEED_PER_MINUTE = 0
 
 
+class Times(float):
+    """A ceiling that is so many times the F of each move: that of a set-up."""
+
+
 class Ceiling:
-    """value: mm/min, None while F is not replaced; output: the analog output that carries the programmed feed;
+    """value: mm/min or Times, None while F is not replaced; output: the analog output that carries the programmed feed;
     programmed: F in mm/min as the program said it last, None in other feed modes than G94;
     waiting: (value, output) of an M251 that run from line has read over, for begin() at the first code behind that line."""
 
@@ -65,9 +69,14 @@ def restore_programmed(interp):
     """Give the interpreter the program's F back where it has taken the ceiling for it."""
     if Ceiling.value is None or Ceiling.programmed is None or interp.feed_mode != _FEED_PER_MINUTE:
         return
-    taken, replaced = interp.feed_rate * _unit_mm(interp), max(Ceiling.programmed, Ceiling.value)
+    taken, replaced = interp.feed_rate * _unit_mm(interp), _replaced(Ceiling.programmed)
     if abs(taken - replaced) <= 1e-6 * replaced:
         interp.feed_rate = Ceiling.programmed / _unit_mm(interp)
+
+
+def _replaced(programmed):
+    """The ceiling for a programmed feed, mm/min."""
+    return Ceiling.value * programmed if isinstance(Ceiling.value, Times) else max(programmed, Ceiling.value)
 
 
 def _unit_mm(interp):
@@ -92,4 +101,5 @@ def set_canon_feed(interp, feed):
     if first and Ceiling.programmed:    # see begin()
         emccanon.SET_AUX_OUTPUT_VALUE(Ceiling.output, _as_output(Ceiling.programmed))
     emccanon.SET_MOTION_OUTPUT_VALUE(Ceiling.output, _as_output(Ceiling.programmed))
-    emccanon.enqueue_SET_FEED_RATE(max(feed, Ceiling.value / unit_mm) if per_minute else feed)
+    of_change = isinstance(Ceiling.value, Times) and interp.remap_level > 1         # an F in a tool change that is remapped stays F
+    emccanon.enqueue_SET_FEED_RATE(_replaced(feed * unit_mm) / unit_mm if per_minute and not of_change else feed)

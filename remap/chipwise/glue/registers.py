@@ -18,7 +18,7 @@ class InForce:
     feed        M251 is on; feed_of_mdi: it was given in MDI
     feed_left   it has ended, and the realtime side does not know yet
     box         (low, high, shape, turn) of the last M250, None where the stock came from a file
-    job_asked   the first F of this run has asked whether the program's set-up waits for adaptive feed
+    job_asked   the main program's first F of this run has asked for a set-up
     stock_here  the stock was defined in this run of the program, or in this MDI
     """
 
@@ -45,9 +45,11 @@ def mode_now(settings):
     return round(emccanon.GET_EXTERNAL_ANALOG_INPUT(settings["ANALOG_IN"], 0.0)) % layout.STATUS_STOCK
 
 
-def job_waits(settings):
-    """Whether the set-up of the program that runs waits for adaptive feed."""
-    return round(emccanon.GET_EXTERNAL_ANALOG_INPUT(settings["ANALOG_IN"], 0.0)) // layout.STATUS_JOB % 10 == 1
+def job_now(settings):
+    """(ceiling in times F, 0 without a set-up; whether it waits for adaptive feed; whether it is in force) of the loaded program, now."""
+    value = round(emccanon.GET_EXTERNAL_ANALOG_INPUT(settings["ANALOG_IN"], 0.0))
+    flags, rest = divmod(value, round(layout.STATUS_WAITS))
+    return rest // layout.STATUS_JOB / 100, bool(flags & 1), bool(flags & 2)
 
 
 def status_now(state):

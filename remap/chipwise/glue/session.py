@@ -34,14 +34,32 @@ def begin(interp, words):
 
 
 def program_feed(interp, words):
-    """The remapped F; returns INTERP_OK or, with the message set, INTERP_ERROR."""
+    """The remapped F; returns INTERP_OK or, with the message set, INTERP_ERROR; where it has to wait a generator."""
     try:
         begin(interp, words)
+        feed = interp.blocks[interp.remap_level].f_number
+        if volumetric.job_is_due(interp):
+            return _first_feed(interp, words, feed)
         volumetric.keep_line_number(interp, words)
-        volumetric.program_feed(interp, interp.blocks[interp.remap_level].f_number)
+        volumetric.program_feed(interp, feed)
         return INTERP_OK
     except Exception as error:
         return refuse(interp, "F", words, error)
+
+
+def _first_feed(interp, words, feed):
+    """The first F of a program that has a set-up: a generator, as run_steps()."""
+    try:
+        for _ in volumetric.begin_job(interp):
+            hand_over()
+            yield INTERP_EXECUTE_FINISH
+        volumetric.keep_line_number(interp, words)
+        volumetric.program_feed(interp, feed)
+        yield INTERP_OK
+    except GeneratorExit:  # the program was aborted while we waited
+        raise
+    except Exception as error:
+        yield refuse(interp, "F", words, error)
 
 
 def carry_out(state, turn, outcome):

@@ -13,7 +13,7 @@ from chipwise.errors import CycleError
 from chipwise.glue import ceiling as feed_ceiling
 from chipwise.glue import context, task
 from chipwise.glue.ceiling import Ceiling, set_canon_feed
-from chipwise.glue.registers import InForce, job_waits, mode_now, queue, send, status_now
+from chipwise.glue.registers import InForce, job_now, mode_now, queue, send, status_now
 from chipwise.rates import MAX_RATE, MM3_PER_CM3, MM3_PER_IN3
 from chipwise.settings import feed_is_remapped, load_settings, planner_limits_jerk
 from chipwise.stock import layout
@@ -21,6 +21,7 @@ from chipwise.stock.layout import Fault, Register
 
 OFF, LIMIT, CONSTANT, WINDOW = map(int, layout.FeedMode)
 
+JOB_TRIES, JOB_WAIT_S = 20, 0.05        # the monitor sees a program begin within 20 ms
 TOOL_TRIES, TOOL_WAIT_S = 60, 0.05      # the monitor may be late, or is being started again
 
 
@@ -208,19 +209,35 @@ def keep_line_number(interp, words):
         interp.sub_context[interp.call_level - 1].sequence_number = int(words["n"])
 
 
-def _serve_job(interp):
-    """The main program's first F switches adaptive feed on for its set-up: chipwise-monitor, which applies that, may do so in manual mode and MDI
-    only.  A tool change that is remapped has a deeper level."""
-    if InForce.job_asked or not interp.task or context.is_mdi() or context.skipped() or interp.remap_level != 1:
-        return
+def job_is_due(interp):
+    """Whether this is the main program's first F, and it has a set-up (monitor/set_up.py).  In a tool change that is remapped the level is deeper: there
+    the old tool is still in."""
+    if InForce.job_asked or not interp.task or context.is_mdi() or context.skipped() or context.may_be_skipped() or interp.remap_level != 1:
+        return False
     InForce.job_asked = True
-    if job_waits(load_settings()):
+    ceiling, waits, _active = job_now(load_settings())
+    return not InForce.feed and (ceiling > 1.0 or waits)
+
+
+def begin_job(interp):
+    """The set-up's ceiling from here on: a generator that waits until the realtime side has the set-up in force.  Where that does not come the feed
+    stays at most F.  Adaptive feed that waits is switched on here: chipwise-monitor may do so in manual mode and MDI only."""
+    settings = load_settings()
+    for _ in range(int(patience(JOB_TRIES))):
+        yield
+        ceiling, waits, active = job_now(settings)
+        if active or not ceiling:
+            break
+        emccanon.DWELL(JOB_WAIT_S)
+    if waits:
         emccanon.ENABLE_ADAPTIVE_FEED()
         interp.adaptive_feed = True
+    if active and ceiling > 1.0:
+        InForce.feed, InForce.feed_left, InForce.feed_of_mdi = True, False, False
+        feed_ceiling.begin(interp, feed_ceiling.Times(ceiling), settings["ANALOG_OUT"] + 2)
 
 
 def program_feed(interp, feed):
     """The remapped F: what LinuxCNC does itself, and the ceiling where one is active."""
-    _serve_job(interp)
     interp.feed_rate = feed
     set_canon_feed(interp, feed)

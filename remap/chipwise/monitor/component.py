@@ -23,7 +23,8 @@ def make_component():
     component.newpin('program-running', hal.HAL_BIT, hal.HAL_OUT)
     for name in ('reply', 'parts'):
         component.newpin(name, hal.HAL_S32, hal.HAL_OUT)
-    component.newpin('job-target', hal.HAL_FLOAT, hal.HAL_OUT)
+    for name in ('job-target', 'job-ceiling'):
+        component.newpin(name, hal.HAL_FLOAT, hal.HAL_OUT)
     for name in ('hold', 'assumed', 'tool-assumed', 'job', 'job-waits'):
         component.newpin(name, hal.HAL_BIT, hal.HAL_OUT)
     for name in ('ready', 'fault', 'load-lost', 'override-ignored', 'held', 'stock-defined', 'certain', 'job-active', 'new-part'):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Applies the set-up of the loaded program, which a person has confirmed (setup/job.py), as a limit: never above F.  Called by worker.py.
+"""Applies the set-up of the loaded program, which a person has confirmed (setup/job.py).  Called by worker.py.
 
  1. The job file is read in a process of its own (setup/job_process.py) when its program is loaded, and again when one of the files or the work
     offset changes.  Without a job file nothing is done.
@@ -7,8 +7,9 @@
     After a stop it stays as it was cut.  A stock of M250 or M254 that has come since stays.
  3. Adaptive feed is switched on in manual mode or MDI; LinuxCNC refuses that in AUTO.  It outlives programs, aborts and E-stops.  In AUTO the
     program's first F does it, where F is remapped (glue/volumetric.py).
- 4. Then the pin `job` is TRUE, and chipwise_command switches the limit on when the program starts.  The target is that of the tool in the spindle; 0,
-    F stays: for a tool that only goes down, one that the set-up does not know, or one with another diameter than was confirmed.
+ 4. Then the pin `job` is TRUE, and chipwise_command switches the feed on when the program starts.  The target is that of the tool in the spindle; 0,
+    F stays: for a tool that only goes down, one that the set-up does not know, or one with another diameter than was confirmed.  The feed is at most F
+    until the program's first F has put the ceiling in the place of F (glue/volumetric.py).
  5. check() ends it at once where another program, or the same file with another content, is there: the monitor looks before it says that
     a program runs.  Its stock goes, too.
 """
@@ -99,8 +100,13 @@ class SetUp:
                 self._tell_of_tool(key, f"has {shape.diameter / units:.4g} mm in the tool table and {diameter:.4g} mm in its set-up, so it keeps F")
         elif self.tools and number > 0 and self.pins["job-active"]:
             self._tell_of_tool(number, "is not in its set-up, so it keeps F")
-        self.pins["job-target"] = target
+        self.pins["job-target"], self.pins["job-ceiling"] = target, self.ceiling()
         return shape
+
+    def ceiling(self):
+        """Times F, of any tool with a target; 1: the feed never rises."""
+        found = [ceiling for _diameter, target, ceiling in self.tools.values() if target]
+        return min(found) if found and self.answer and self.feed_is_remapped and not self.answer["keeps_f"] else 1.0
 
     def end(self):
         """The monitor ends: the stock of a set-up is not kept for another run of LinuxCNC."""
@@ -242,7 +248,9 @@ class SetUp:
             self.in_force = self.loaded[:2]
             self.pins["job"] = True
             stock = "the stock of its M250" if self.answer["to_machine"] is None else f"the stock {self.answer['text']}"
-            self._tell(f"{self._name()}: set up as confirmed, with {stock}; the feed is at most F")
+            code = self.answer["keeps_f"]
+            feed = f"up to {self.ceiling():g} times F" if self.ceiling() > 1 else f"at most F, because of its {code}" if code else "at most F"
+            self._tell(f"{self._name()}: set up as confirmed, with {stock}; the feed is {feed}")
 
     def _enable(self, linuxcnc, status, command, is_calm):
         tries, when = self.asked

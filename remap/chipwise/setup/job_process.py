@@ -4,20 +4,23 @@ Called by monitor/set_up.py.
 
     {"ini", "program", "job", "scene"}      job: path of its file; scene: loaded.scene()
     -> {"why": the reason for not using it, or ""; "low", "high": mm, work coordinates of the first move; "to_machine": [turn (rad), offset, G92 offset] of
-        those, null if the program defines its stock itself; "text": the corners; "tools": {number: [diameter (mm), target (mm3/min) or null, ceiling]}}
+        those, null if the program defines its stock itself; "text": the corners; "tools": {number: [diameter (mm), target (mm3/min) or null, ceiling]},
+        "keeps_f": the code of the program with which the feed never rises above F, or ""}
 
 The program is read up to its first move only.  Computing time and memory are limited, and LinuxCNC comes first.
 """
 
 import json
 import os
+import re
 import sys
 
 from chipwise.assumed.survey import Survey
 from chipwise.check.in_force import machine_in_force
-from chipwise.check.program_file import Unreadable
+from chipwise.check.program_file import MAX_BYTES, Unreadable
 from chipwise.check.reader import Reader
 from chipwise.errors import CycleError, format_length, unnamed
+from chipwise.files import open_regular
 from chipwise.own_folder import OwnFolder
 from chipwise.processes import die_with_parent, limit_memory
 from chipwise.settings import planner_limits_jerk
@@ -28,6 +31,8 @@ NICE = 10
 CPU_S = 60
 MEMORY_MB = 1000            # of this process, and of the one that reads
 MOST_MOVES = 5_000_000
+_COMMENT = re.compile(rb"\([^)\n]*\)|;[^\n]*")
+_KEEPS_F = re.compile(rb"G0*(?:74|84)(?![0-9.])|M0*52(?![0-9.])")
 Y_AXIS = 2                  # of Machine.axis_mask
 
 
@@ -40,6 +45,14 @@ def _frame(program, machine):
             if survey.first_frame:
                 break
     return survey.first_frame or survey.frame
+
+
+def _keeps_f(program):
+    """A tap goes at its pitch, without an override; M52 may switch off what holds a ceiling."""
+    with open_regular(program, MAX_BYTES) as file:
+        text = _COMMENT.sub(b"", file.read()).upper()
+    found = _KEEPS_F.search(text.replace(b" ", b"").replace(b"\t", b""))
+    return found.group().decode() if found else ""
 
 
 def _corner(values, unit):
@@ -63,7 +76,8 @@ def answer(order, folder):
     frame = None if job.source == PROGRAM else _frame(order["program"], machine)
     return {"why": "", "low": job.low, "high": job.high, "to_machine": frame and [frame.turn, frame.offset, frame.g92],
             "text": f"from {_corner(job.low, machine.unit)} to {_corner(job.high, machine.unit)} {machine.unit}",
-            "tools": {number: [tool.diameter, tool.target, tool.ceiling] for number, tool in job.tools.items()}}
+            "tools": {number: [tool.diameter, tool.target, tool.ceiling] for number, tool in job.tools.items()},
+            "keeps_f": _keeps_f(order["program"])}
 
 
 def main():

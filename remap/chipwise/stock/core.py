@@ -202,6 +202,11 @@ class ProgrammedPath:
         curvature = library().chip_path_at(C.byref(self.c), s, tip, direction)
         return tuple(tip), tuple(direction), curvature
 
+    def descent(self):
+        """(mm until a feed goes down, negative: none in sight; mean braking until there, mm/s2, 0: unknown)."""
+        accel = C.c_double()
+        return library().chip_path_descent(C.byref(self.c), C.byref(accel)), accel.value
+
 
 class Lookahead:
     """The look-ahead of one tool in one stock (lookahead.h), along its own `path`."""

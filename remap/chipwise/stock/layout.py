@@ -12,7 +12,7 @@ CORE_VERSION = 1
 DROP_FULL = 32767
 DROP_NOTHING = -1e+30
 FEED_LOAD_STEPS = 8
-FEED_OF_JOB = 1
+FEED_OF_JOB = 2
 FEED_REGISTERS = 4
 FULL = 65535
 GUARD_STRIP = 0.5
@@ -35,6 +35,7 @@ MIN_MU_PER_MM = 0.001
 MIN_SIZE = 0.001
 MIN_TIP_ANGLE = 0.1
 MIN_TOOL_DIAMETER = 0.001
+MOST_CEILING = 10.0
 MOST_JOB_RATE = 1000000000000.0
 MOTION_ARC = 3
 MOTION_FEED = 2
@@ -48,6 +49,7 @@ NEED_SAME = 0.0001
 PAST_ARM = 12
 PAST_POINTS = 32
 PATH_BEYOND = 1e-07
+PATH_DESCENT = 0.0001
 PATH_DONE_LEAST = 0.001
 PATH_DONE_POINTS = 8192
 PATH_DONE_STRIP = 0.05
@@ -75,10 +77,12 @@ ROUTE_BAD = 1000000000.0
 ROUTE_POINTS = 24
 ROUTE_SAME = 1e-06
 SAMPLE_RING = 256
+STATUS_ACTIVE = 2000000000.0
 STATUS_FAULT = 100
 STATUS_JOB = 1000000
 STATUS_REPLY = 10000
 STATUS_STOCK = 10
+STATUS_WAITS = 1000000000.0
 STOCK_MAGIC = 1129796436
 STOCK_VERSION = 5
 STYLUS_DELAY = 32
@@ -397,6 +401,9 @@ class FeedIn(C.Structure):
         ("air_vel_mm_s", C.c_double),
         ("plunge_vel_mm_s", C.c_double),
         ("dir_z", C.c_double),
+        ("keeps_f_down", C.c_int),
+        ("descent_mm", C.c_double),
+        ("descent_accel_mm_s2", C.c_double),
         ("max_chip_thickness_mm", C.c_double),
         ("flutes", C.c_double),
         ("spindle_speed_rps", C.c_double),
@@ -995,6 +1002,8 @@ class TrackerOut(C.Structure):
         ("section_area_mm2", C.c_double),
         ("depth_mm", C.c_double),
         ("dir_z", C.c_double),
+        ("descent_mm", C.c_double),
+        ("descent_accel_mm_s2", C.c_double),
         ("has_flute_excess", C.c_int),
         ("has_rapid_contact", C.c_int),
         ("rapid_distance_mm", C.c_double),

@@ -94,7 +94,7 @@ _FUNCTIONS = (      # name, result, arguments
     ("chip_path_reset", None, [_PATH]), ("chip_path_follow", None, [_PATH, C.c_long, C.c_double, C.c_double]),
     ("chip_path_mark_read", None, [_PATH]), ("chip_path_append", None, [_PATH, C.c_long, _SEGMENT]),
     ("chip_path_done_step", None, [C.POINTER(layout.PathThinner), C.POINTER(layout.PathDone), _VEC]),
-    ("chip_path_retract", None, [_PATH]), ("chip_path_at", C.c_double, [_PATH, C.c_double, _VEC, _VEC]),
+    ("chip_path_retract", None, [_PATH]), ("chip_path_descent", C.c_double, [_PATH, C.POINTER(C.c_double)]), ("chip_path_at", C.c_double, [_PATH, C.c_double, _VEC, _VEC]),
     ("chip_feed", layout.FeedOut, [_FEED_IN, C.c_double]), ("chip_feed_target", C.c_double, [_FEED_IN]),
     ("chip_feed_override", C.c_double, [_FEED_IN, C.c_double]),
     ("chip_feed_ease", layout.FeedOut,

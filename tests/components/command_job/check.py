@@ -2,7 +2,7 @@
 """Mode, target and end, phase by phase."""
 from support.halrig import always
 
-ON, OFF = 1, 0
+ON, OFF = 2, 0
 GOES_ON, WHOLE, STOPPED = 0, 1, 2
 # phase: mode, job-active, run-end, mrr-target where the mode is on
 WANTED = {
@@ -10,7 +10,7 @@ WANTED = {
     "whole: before": (OFF, 0, WHOLE, 0), "whole: on": (ON, 1, GOES_ON, 3000), "whole: another tool": (ON, 1, GOES_ON, 5000),
     "whole: a drill": (OFF, 1, GOES_ON, 0), **{f"whole: odd {k}": (OFF, 1, GOES_ON, 0) for k in range(5)}, "whole: back": (ON, 1, GOES_ON, 3000),
     "whole: over": (OFF, 0, WHOLE, 0),
-    "own: on": (ON, 1, GOES_ON, 3000), "own: wins": (2, 0, GOES_ON, 7000), "own: over": (OFF, 0, WHOLE, 0),
+    "own: on": (ON, 1, GOES_ON, 3000), "own: wins": (3, 0, GOES_ON, 7000), "own: over": (OFF, 0, WHOLE, 0),
     "own off: wins": (OFF, 0, GOES_ON, 0), "left over: goes on": (ON, 1, GOES_ON, 3000),
     "aborted: on": (ON, 1, GOES_ON, 3000), "aborted: stopped": (OFF, 0, GOES_ON, 0), "aborted: stays off": (OFF, 0, GOES_ON, 0), "aborted: over": (OFF, 0, STOPPED, 0),
     "off: stopped": (OFF, 0, GOES_ON, 0), "off: stays off": (OFF, 0, GOES_ON, 0), "off: over": (OFF, 0, STOPPED, 0),
@@ -32,8 +32,8 @@ SABOTAGE = {
     "set up in the middle of a run": lambda t: t.put("mode", "without: set up too late", 1, 3),
     "never on": lambda t: t.put("mode", "whole: on", 0, 0),
     "target of the tool before": lambda t: t.put("mrr-target", "whole: another tool", 3000.0),
-    "a drill with a target": lambda t: t.put("mode", "whole: a drill", 1),
-    "odd target taken": lambda t: t.put("mode", "whole: odd 3", 1),
+    "a drill with a target": lambda t: t.put("mode", "whole: a drill", 2),
+    "odd target taken": lambda t: t.put("mode", "whole: odd 3", 2),
     "it beats the program": lambda t: t.put("mode", "own: wins", 1, -1),
     "what was left ends it": lambda t: t.put("mode", "left over: goes on", 0, -1),
     "on again after an abort": lambda t: t.put("mode", "aborted: stays off", 1, -1),

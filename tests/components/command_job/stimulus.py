@@ -56,7 +56,7 @@ def goes_through(play, start):
 def is_switched(play, start, switch):
     """M251 and M252 of the program, and the end of a feed of before."""
     start("own")
-    switch(2.0, 7000.0, 1.0)
+    switch(3.0, 7000.0, 1.0)
     play("own: wins", 20)
     play("own: over", 20, program_running=0)
     start("own off")
