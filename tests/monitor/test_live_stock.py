@@ -298,3 +298,20 @@ def wait_for(what):
                 return
         assert time.monotonic() < end
         time.sleep(0.001)
+
+
+def test_the_note_of_a_restored_stock_stays_until_something_is_cut(tmp_path):
+    """`chipwise resume` finds where the tool stopped, also after LinuxCNC has been started again and the tool was moved."""
+    machine, rng = Machine(), random.Random(3)
+    machine.random_cut(rng)
+    live, note = saved(tmp_path, machine), journal.Note(1234.5, machine.stock.removed, (1.0, 2.0, 3.0), 7, 'part.ngc')
+    live.close()
+    again = LiveStock(live.path, machine.stock, pytest.fail)
+    again.adopt(note)
+    again.note((0.0, 0.0, 50.0), 2.0, 0, '')
+    assert again.look() and journal.read(again.path)[2] == note
+    while machine.stock.removed <= note.removed + 1.0:
+        machine.random_cut(rng)
+    again.note(machine.tip, 2.0, 9, 'part.ngc')
+    assert again.look()
+    assert journal.read(again.path)[2].tip == machine.tip and journal.read(again.path)[2].line == 9

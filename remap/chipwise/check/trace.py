@@ -51,7 +51,7 @@ class Trace:
         elif what in (END, STATE):
             now = self._parameters()
             changed = {name: value for name, value in now.items() if self.before.get(name) != value}
-            item = self._keep({"state": self._state(), "parameters": now, "changed": changed})
+            item = self._keep({"state": self._state(), "parameters": now, "changed": changed, "active": self._active()})
         this, canon = self.this, self.canon
         canon.line = int(line)
         canon.mark(MARK, int(file), {BEGIN: BEGINS, END: ENDS, STATE: STATES}.get(what, LINE), item,
@@ -89,6 +89,12 @@ class Trace:
             except (KeyError, RuntimeError):
                 continue
         return result
+
+    def _active(self):
+        """The modal codes in force: G codes ten times, M codes; and [F, S, P of G64, Q of G64] in the units in force."""
+        this = self.this
+        return {"g": [int(code) for code in list(this.active_g_codes)[1:] if code >= 0], "m": [int(code) for code in list(this.active_m_codes)[1:] if code >= 0],
+                "settings": [float(value) for value in list(this.active_settings)[1:5]]}
 
     def _state(self):
         """What the machine does at a block's end, and how it reads what follows."""

@@ -12,6 +12,7 @@ monitor's.
  5. Another stock (SharedStock.definitions) makes the file wrong, because it may have less material: it is removed before anything else, every GLANCE_S.
 """
 
+import dataclasses
 import os
 import threading
 import time
@@ -30,6 +31,7 @@ PART_CELLS = 1 << 14        # copied at one moment
 ROLLING_CELLS = 1 << 18     # compared in each look wherever the tool is
 MERGED_CELLS = 1 << 16      # of the surroundings of tips that are compared together
 MOST_TIPS = 1000            # remembered while the file cannot be written
+SAME_MM3 = 1e-3             # cut since a stock was restored: nothing
 MARGIN_MM = 2.0             # around a tip: an arc between two notes, a tool that is not round
 
 
@@ -49,7 +51,7 @@ class LiveStock:
         self._seen = None
         self._tips, self._last_tips, self._next, self._unseen, self._retry = deque(maxlen=MOST_TIPS), [], 0, 0, 0.0
         self._was_gone = False
-        self._note, self._told, self._stop = journal.Note(), False, False
+        self._note, self._kept, self._told, self._stop = journal.Note(), None, False, False
         self._lock, self._thread = threading.RLock(), None
 
     # --- the monitor's ------------------------------------------------------------------------------------------
@@ -61,9 +63,9 @@ class LiveStock:
         if moved:
             self._tips.append((tip[0], tip[1], radius + MARGIN_MM))
 
-    def adopt(self):
-        """The file that is there is of the stock that the map has now."""
-        self._definitions = self.stock.definitions
+    def adopt(self, note):
+        """The file that is there is of the stock that the map has now.  note: of its last cells; it stays until something more is cut."""
+        self._definitions, self._kept = self.stock.definitions, note
 
     def start(self):
         self._thread = threading.Thread(target=self._work, daemon=True)
@@ -129,6 +131,7 @@ class LiveStock:
     def _give_up(self):
         writer, self._writer = self._writer, None
         self._close()
+        self._kept = None
         try:
             remove_durable(self.path)
         except OSError as error:        # the folder is read-only; the file need not be
@@ -199,6 +202,10 @@ class LiveStock:
 
     def _noted(self, removed):
         note = self._note
+        if self._kept:
+            if removed <= self._kept.removed + SAME_MM3:
+                return dataclasses.replace(self._kept, removed=max(removed, 0.0))
+            self._kept = None
         return journal.Note(time.time(), max(removed, 0.0), note.tip, note.line, note.program)
 
     def _places(self, head, tips):

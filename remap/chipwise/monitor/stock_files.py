@@ -211,7 +211,7 @@ class StockFiles:
         except store.StoreError as error:
             reply = self.failed(error)
         if reply == reasons.DONE:
-            self.live.adopt()
+            self.live.adopt(note)
             self.live.look()
             self.say(f'LinuxCNC did not end in order (power loss, crash): the stock is as saved {words_of(note, time.time())}; up to 1 s of cuts may be missing; '
                      'compare it, or use M250')

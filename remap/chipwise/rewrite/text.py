@@ -27,7 +27,7 @@ from chipwise.rewrite.words import MOTION, active_comments, code, plain_move, wi
 BATCH = 8192                # lines whose numbers are made Python's at a time
 MOST_SHOWN = 120            # characters of a line that is shown as a comment; LinuxCNC takes 255 bytes a line
 _BRACKETS = re.compile(r"[()\r\n]")
-_OUR_CYCLES = {12, 13, 77, 78, 79}
+_OUR_CYCLES = {12, 13, 24, 77, 78, 79}
 _SETTERS = {17, 18, 19, 20, 21, 90, 91, 90.1, 91.1, 94, 61, 61.1, 98, 99, 40}
 _WITHOUT_F = {33, 33.1, 76}     # the spindle alone sets their feed; G33 refuses an F
 _BESIDE_MOTION = {28, 30}       # traverses that take no motion word and leave the motion mode

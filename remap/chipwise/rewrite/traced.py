@@ -38,13 +38,13 @@ class Followed:
     file (None without one), watch: its parameters that are watched, origin: of Unroller."""
 
     def __init__(self, program, machine, stock, before=None, unroller=None, **limits):
-        """Read it again.  program: the Program as it is; before: the Followed that an Unroller has made it from.  Raises Unreadable."""
+        """Read it again.  program: the Program as it is; before: the Followed that an Unroller has made it from; unroller: has checks.  Raises Unreadable."""
         blocks = program.blocks
         self.files, self.missing = sub_files(blocks, machine.ini)
         self.texts = [[text.decode("utf-8", "surrogateescape") for text in sub.lines] for sub in self.files]
         texts = [*program.source, *(text for lines in self.texts for text in lines)]
         self.watch = before.watch if before else watched(texts)
-        self.origin = [before.origin[n - 1] for n in unroller.origin] if unroller else list(range(1, len(program.source) + 1))
+        self.origin = [before.origin[n - 1] for n in unroller.origin] if unroller and before else list(range(1, len(program.source) + 1))
         collector = Collector()
         with OwnFolder("rewrite") as folder:
             path = put(folder, os.path.basename(program.path), marked(program.source, blocks, self.files, unroller.checks if unroller else {}))

@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""`chipwise resume` at random stops: the place, what is cut in the end, the approach.  The oracle is support/resume_oracle.py."""
+import random
+import time
+
+import numpy as np
+import pytest
+
+from chipwise.check.reader import Machine
+from chipwise.check.records import RAPID
+from chipwise.resume import place as places
+from chipwise.resume import run as resume
+from chipwise.resume import descent, stocks, walk
+from chipwise.rewrite.program import read
+from chipwise.settings import load_settings
+from chipwise.tools import load_tools
+from support import ROOT
+from support.random_cases import random_count, random_seed
+from support.resume_oracle import PERIOD_S, Run, apart, make_machine, moments, write_journal
+from support.resume_programs import OWN
+
+SAMPLES = ["slots", "pocket", "cam_part", "relief", "contour", "panel", "chop_contour", "pocket_zigzag"]
+ALONG_MM = 0.001            # of the stop
+SAG_MM = 0.0025             # chords of arcs
+SAME_MM = 0.06              # of heights outside of a cell and its neighbours
+SAME_MM3 = 1.0              # of what is left, and SAME_SHARE of what is cut: chords of arcs
+SAME_SHARE = 2e-4
+LAG_S = 0.8                 # between the cells that were saved and a crash
+
+
+class Case:
+    """A program, how the machine runs it, and where its stock is kept."""
+
+    def __init__(self, folder, path):
+        self.ini, self.path = make_machine(folder / "mill"), path
+        self.machine = Machine(str(self.ini))
+        self.geometry = load_tools(str(self.ini.parent / "tools.toml"))
+        self.program = resume.with_paths(read(str(path), self.machine))
+        self.run = Run(self.program, self.geometry)
+        self.journal = self.ini.parent / "stock" / "kept.journal"
+        self.job = resume.Job(str(path), self.program, self.machine, self.geometry, load_settings(str(self.ini)), {})
+        self.whole = self.run.new_stock()
+        self.volume = self.run.cut(self.whole, 0, len(self.run.points) - 1)
+
+    def keep(self, stock, removed, tip, program=None, when=None):
+        """Save as the machine does; tip: index of a point."""
+        write_journal(self.journal, stock, removed, self.run.points[tip], int(self.program.line[self.run.move[tip]]), program or self.path,
+                      when or time.time())
+
+    def resumed(self, data, stock):
+        """(stock that the new program leaves, mm3 that its traverses meet, s of its feeds)."""
+        new = self.ini.parent / "resumed.ngc"
+        new.write_bytes(data)
+        program = read(str(new), self.machine)
+        path = walk.path_of(program, self.machine, self.geometry, 0)
+        cut = stocks.blank(stocks.head_of(stock, 0.0))
+        cut.cells_and_ring[:] = stock.cells_and_ring
+        traverse = program.kind[path.move] == RAPID
+        return cut, float(walk.removed(path, cut, program)[traverse].sum()), float(path.seconds[~traverse].sum())
+
+
+@pytest.fixture(name="case", scope="module", params=[*SAMPLES, *OWN])
+def make_case(request, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("resume")
+    if request.param in OWN:
+        path = folder / f"{request.param.split()[0]}.ngc"
+        path.write_text(OWN[request.param])
+        return Case(folder, path)
+    return Case(folder, ROOT / "nc_files" / f"{request.param}.ngc")
+
+
+def stations(case, count, name):
+    """Yield (index, stock up to there, mm3) of random moments at which something is cut."""
+    stock, removed, at = case.run.new_stock(), 0.0, 0
+    for index in moments(case.run, count, f"{name} {random_seed()} {case.path.name}"):
+        removed += case.run.cut(stock, at, index)
+        at = index
+        if 1.0 < removed < case.volume - 1.0:
+            yield index, stock, removed
+
+
+def feed_left(case, index):
+    """s of feed behind a point."""
+    kinds = case.program.kind[case.run.move[index:]]
+    return float(case.run.seconds[index:][kinds != RAPID].sum())
+
+
+def test_the_place(case):
+    """To 0.001 mm along the path, as the tool was there when the last cells were saved."""
+    for index, stock, removed in stations(case, random_count(25), "place"):
+        case.keep(stock, removed, index)
+        found = case.job.of_kept(resume.Order())
+        at = descent.point(found.path, found.at)
+        k = min(found.at.segment, len(found.path.move) - 1)
+        step = found.path.end[k] - found.path.start(k)
+        off = at - case.run.points[index]
+        along = abs(float(off @ step)) / max(float(np.linalg.norm(step)), 1e-9)
+        assert along < ALONG_MM and np.linalg.norm(off) < SAG_MM, (index, found.at, off)
+
+
+def test_what_is_cut_in_the_end(case):
+    """The stock of the whole program; no traverse meets any; cells that are older or newer than the tool's place do no harm."""
+    rng, added = random.Random(f"end {case.path.name}"), []
+    for index, stock, removed in stations(case, random_count(2), "end"):
+        older = index - rng.choice([0, int(LAG_S / PERIOD_S), 12, -12])         # the tip of a note may be on either side of the cells
+        tip = min(max(older, 1), len(case.run.points) - 1)
+        case.keep(stock, removed, tip)
+        made = case.job.finish(case.job.of_kept(resume.Order()), resume.Order())
+        cut, met, fed = case.resumed(made.data, stock)
+        higher, lower = apart(case.whole, cut)
+        assert max(higher, lower) < SAME_MM, (index, tip, higher, lower, made.data.decode())
+        assert abs(cut.volume() - case.whole.volume()) < SAME_MM3 + SAME_SHARE * case.volume
+        assert met < 1e-3, (index, met)
+        added.append(fed - feed_left(case, min(index, tip)))
+    assert not added or min(added) > -0.5, added                # nothing is left out
+
+
+def test_a_cut_that_is_left_out_is_seen(case):
+    """The oracle and the product's own comparison, both."""
+    index, stock, removed = list(stations(case, 3, "left out"))[0]
+    found = stocks.Kept(stocks.head_of(stock, removed), np.array(stock.cells_and_ring), None, "")
+    path = walk.path_of(case.program, case.machine, case.geometry, stocks.first_move(case.program, found.head))
+    wanted, _undone = walk.evidence(path, case.program, found)
+    later = int(np.searchsorted(np.cumsum(wanted), wanted.sum() - 1e-6))
+    with pytest.raises(resume.Unreadable, match="mm3"):
+        places.prove(path, case.program, found, places.Place(later, 0.0), wanted)
+    higher, _lower = apart(case.whole, stock)
+    assert higher > SAME_MM or stock.volume() - case.whole.volume() > SAME_MM3 + SAME_SHARE * case.volume

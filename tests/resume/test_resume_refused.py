@@ -1,0 +1,195 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""What `chipwise resume` refuses, --line, --time, --tool-broke, and the command."""
+import os
+import subprocess
+import time
+
+import numpy as np
+import pytest
+
+from chipwise.check.reader import Machine
+from chipwise.resume import run as resume
+from chipwise.resume import stocks, walk
+from chipwise.rewrite.program import read
+from chipwise.stock import store
+from chipwise.tools import load_tools
+from support import ROOT
+from support.resume_oracle import Run, apart, make_machine, write_journal
+from support.resume_programs import DRILL, FINISH, SUBS
+
+CHIPWISE = str(ROOT / "bin" / "chipwise")
+SHARE = 0.6                 # of the program's path, at which it is stopped
+
+
+class Stop:
+    """A program that is stopped."""
+
+    def __init__(self, folder, text=SUBS, share=SHARE):
+        self.ini, self.program = make_machine(folder / "mill"), folder / "part.ngc"
+        self.program.write_text(text)
+        os.utime(self.program, (1e9, 1e9))
+        self.machine, self.geometry = Machine(str(self.ini)), load_tools(str(self.ini.parent / "tools.toml"))
+        self.read = read(str(self.program), self.machine)
+        self.run = Run(self.read, self.geometry)
+        self.index, self.stock = int(share * len(self.run.points)), self.run.new_stock()
+        self.removed = self.run.cut(self.stock, 0, self.index)
+        self.journal = self.ini.parent / "stock" / "kept.journal"
+        self.keep()
+
+    def keep(self, tip=None, program=None):
+        write_journal(self.journal, self.stock, self.removed, self.run.points[self.index] if tip is None else tip,
+                      int(self.read.line[self.run.move[self.index]]), program or self.program, time.time())
+
+    def resume(self, *options, program=None):
+        """(status, stdout, stderr)."""
+        done = subprocess.run([CHIPWISE, "resume", str(program or self.program), "--ini", str(self.ini), *options], text=True, stdin=subprocess.DEVNULL,
+                              capture_output=True, timeout=300, check=False)
+        assert "Traceback" not in done.stdout + done.stderr and "internal error" not in done.stderr
+        return done.returncode, done.stdout, done.stderr
+
+    def made(self, **order):
+        return resume.resumed(str(self.program), resume.Order(**order), self.machine)
+
+    def final(self, data, stock):
+        """The stock that a program leaves of another one."""
+        path = self.ini.parent / "new.ngc"
+        path.write_bytes(data)
+        program = read(str(path), self.machine)
+        cut = stocks.blank(stocks.head_of(stock, 0.0))
+        cut.cells_and_ring[:] = stock.cells_and_ring
+        walk.removed(walk.path_of(program, self.machine, self.geometry, 0), cut, program)
+        return cut
+
+    def whole(self, head):
+        stock = stocks.blank(head)
+        self.run.cut(stock, 0, len(self.run.points) - 1)
+        return stock
+
+
+@pytest.fixture(name="stop")
+def make_stop(tmp_path):
+    return Stop(tmp_path)
+
+
+def refused(stop, what, *options, program=None):
+    status, said, errors = stop.resume("-o", str(stop.ini.parent / "out.ngc"), *options, program=program)
+    assert status == 2 and not said and what in errors and errors.count("\n") == 1, (status, said, errors)
+    assert not (stop.ini.parent / "out.ngc").exists() and not list((stop.ini.parent / "stock").glob("slot*"))
+
+
+def test_another_program(stop, tmp_path):
+    other = tmp_path / "other.ngc"
+    other.write_text(DRILL)
+    refused(stop, "the kept stock is of another program, part.ngc", program=other)
+
+
+def test_another_program_of_the_same_name(stop, tmp_path):
+    (tmp_path / "b").mkdir()
+    other = tmp_path / "b" / "part.ngc"
+    other.write_text(DRILL)
+    os.utime(other, (1e9, 1e9))
+    refused(stop, "its blank is", program=other)
+
+
+def test_an_edited_program(stop):
+    stop.program.write_text(SUBS.replace("S8000", "S7000"))
+    os.utime(stop.program, (time.time() + 5.0,) * 2)
+    refused(stop, "was edited after the stock was kept")
+
+
+def test_an_edited_program_with_an_old_date(stop):
+    stop.program.write_text(SUBS.replace("[40] [10] [3]", "[40] [10] [2.5]"))
+    os.utime(stop.program, (1e9, 1e9))
+    refused(stop, "the kept stock is cut where the program has not cut")
+
+
+def test_another_tool(stop):
+    (stop.ini.parent / "mill.tbl").write_text("T1 P1 D5.0\nT2 P2 D3.0\n")
+    refused(stop, "the kept stock is cut where the program has not cut")
+
+
+def test_other_offsets(stop):
+    (stop.ini.parent / "mill.var").write_text("5220 1\n5221 2.5\n5222 0\n5223 0\n")
+    refused(stop, "see that the work offsets are those of then")
+
+
+def test_off_the_path(stop):
+    stop.keep(stop.run.points[stop.index] + np.array([0.0, 0.0, 0.15]))
+    refused(stop, "mm off the program's path, more than 0.1 mm")
+
+
+def test_moved_by_hand(stop):
+    stop.keep(stop.run.points[len(stop.run.points) // 8])
+    refused(stop, "if the tool was moved by hand")
+
+
+def test_a_damaged_file(stop):
+    data = bytearray(stop.journal.read_bytes())
+    data[200] ^= 255
+    stop.journal.write_bytes(bytes(data))
+    refused(stop, "the kept stock cannot be used")
+
+
+def test_no_file(stop):
+    stop.journal.unlink()
+    refused(stop, "no stock is kept in")
+
+
+def test_nothing_cut_and_all_cut(tmp_path):
+    for name, share, what in (("a", 0.001, "nothing of it is cut"), ("b", 0.9999, "everything that the program cuts is cut")):
+        (tmp_path / name).mkdir()
+        refused(Stop(tmp_path / name, share=share), what)
+
+
+def test_a_lathe(stop):
+    status, _said, errors = stop.resume("--plan", "--ini", str(ROOT / "configs" / "lathe.ini"))
+    assert status == 2 and "G26 goes on with the part that was stopped" in errors
+
+
+def test_m254_and_g92(tmp_path):
+    for name, text, what in (("a", SUBS.replace("M250 P0 Q0 R-20 I100 J80 K20", "M254 P1"), "M254 restores a stock"),
+                             ("b", SUBS.replace("#31=10", "#31=10\nG92 X0 Y0 Z0\nG92.1"), "G92")):
+        (tmp_path / name).mkdir()
+        stop = Stop(tmp_path / name)
+        stop.program.write_text(text)
+        os.utime(stop.program, (1e9, 1e9))
+        refused(stop, what)
+
+
+def test_the_plan_comes_first_and_writes_nothing(stop):
+    status, said, errors = stop.resume("--plan")
+    assert status == 0 and not errors and not list((stop.ini.parent / "stock").glob("slot*"))
+    for part in ("The machine stopped at X", "0.000 mm off the path", "It goes on in line ", "tool 1", "retracts to Z90 mm", "spindle M3 S8000"):
+        assert part in said, (part, said)
+    out = stop.ini.parent / "out.ngc"
+    status, again, errors = stop.resume("-o", str(out))
+    assert status == 0 and not errors and again.startswith(said.rstrip("\n")) and "M254 P9" in out.read_text()
+    head, _cells = store.read(str(stop.ini.parent / "stock" / "slot9.stock"))
+    assert abs(head.removed - stop.removed) < 1e-6
+    assert stop.resume("-o", str(out))[0] == 0 and not (stop.ini.parent / "stock" / "slot8.stock").exists()       # its own slot again
+
+
+def test_the_command_line(stop):
+    for options, what in (((), "-o OUT.ngc is missing"), (("--plan", "--time", "0"), "--time 0 is not from"), (("-o", str(stop.program)), "is the program itself")):
+        status, _said, errors = stop.resume(*options)
+        assert status == 2 and what in errors, errors
+
+
+@pytest.mark.parametrize("text", [SUBS, DRILL, FINISH], ids=["subs", "drilling", "finish"])
+def test_line_time_and_a_broken_tool(tmp_path, text):
+    stop = Stop(tmp_path, text)
+    lines = [n for n, line in enumerate(stop.program.read_text().splitlines(), 1) if line.startswith(("o<slot> call", "X25", "Y25", "X85", "Y62"))]
+    for order in ({"line": lines[-1]}, {"line": lines[0], "broke": True}, {"seconds": 6.0}, {"seconds": 20.0, "broke": True}, {"broke": True}):
+        made = stop.made(**order)
+        whole = stop.whole(stocks.head_of(made.stock, 0.0))
+        higher, lower = apart(whole, stop.final(made.data, made.stock))
+        assert max(higher, lower) < 0.06, (order, higher, lower)
+        assert (b"M0 (put a new tool" in made.data) == ("broke" in order)
+
+
+def test_a_broken_tool_leaves_its_stock(tmp_path):
+    """The stock has what the tool has not cut since it broke."""
+    stop = Stop(tmp_path)
+    made = stop.made(seconds=8.0, broke=True)
+    assert made.removed < stop.removed - 10.0
+    assert stocks.heights(made.stock).sum() > stocks.heights(stop.stock).sum()

@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Programs that are stopped and gone on with.  Used by tests/resume/."""
+
+DRILL = """\
+G21 G90 G17 G40 G49 G54 G80 G94
+M250 P0 Q0 R-20 I80 J60 K20
+T2 M6
+G43 H2
+S8000 M3
+M8
+G64 P0.01
+F300
+G0 X10 Y10 Z5
+G98 G83 X10 Y10 Z-12 R1 Q3
+X25
+X40
+Y25
+G81 X40 Y40 Z-8 R1
+G91 X-15 L2
+G90
+G80
+T1 M6
+G43 H1
+S6000 M3
+G0 X60 Y10 Z5
+G1 Z-3 F200
+G1 Y50 F500
+G0 Z5
+M9
+M5
+M2
+"""
+SUBS = """\
+o<slot> sub
+G0 X#1 Y#2
+G1 Z-#3 F150
+G91
+G1 X20 F400
+Y8
+X-20
+G90
+G0 Z5
+#<_count>=[#<_count>+1]
+o<slot> endsub
+G21 G90 G17 G40 G49 G54 G80 G94
+M250 P0 Q0 R-20 I100 J80 K20
+T1 M6
+#<_count>=0
+#31=10
+S8000 M3
+G0 Z5
+o<slot> call [10] [10] [2]
+o<slot> call [40] [10] [3]
+o1 repeat [3]
+o<slot> call [#31] [40] [4]
+#31=[#31+28]
+o1 endrepeat
+G0 X[#31-60] Y65
+G1 Z-2 F100
+G1 X90 F500
+G2 X95 Y60 J-5
+G0 Z20
+M5
+M2
+"""
+ARCS = """\
+%
+N10 G20 G90 G17 G40 G49 G54 G80 G94
+N20 M250 P0 Q0 R-0.8 I4 J3 K0.8
+N30 T3 M6
+N40 S8000 M3 M8
+N50 G61
+N60 G0 X1.5 Y1.5 Z0.2
+N70 G1 Z0.02 F40
+N80 G3 X1.5 Y1.5 Z-0.3 I0.4 P4 F30
+N90 G3 I0.4
+N95 X2.3 Y1.5 I0.4 J0
+N100 G1 X3.5 Y2.5
+N110 X0.3
+N120 G18 G2 X1.3 Z-0.3 I0.5 K0
+N130 G17 G64
+N140 G41 D3 G1 X1.6 Y0.9 F50
+N150 X3 Y0.9
+N160 X3 Y0.3
+N170 G40 X3.5 Y0.1
+N180 G0 Z1
+N190 M5 M9
+N200 M2
+%
+"""
+FINISH = """\
+G21 G90 G17 G40 G49 G54 G80 G94
+M250 P0 Q0 R-20 I80 J60 K20
+T1 M6
+S8000 M3
+G0 X-8 Y-2.5 Z5
+Z-5
+F600
+G1 X-2.5
+Y62.5
+X82.5
+Y-2.5
+X-2.5
+G1 X-2.2 Y-2.2
+Y63.2
+X83.2
+Y-2.2
+X-3.2
+G1 X-2 Y-2
+Y62
+X82
+Y-2
+X-2
+Y62
+X82
+Y-2
+X-2
+G0 Z5
+T6 M6
+S10000
+G0 X20 Y20 Z2
+G1 Z-0.3 F100
+G1 X60 F400
+G3 X60 Y40 J10
+G1 X20
+Y20
+G0 Z10
+M2
+"""
+OWN = {"drilling": DRILL, "subs and loops": SUBS, "arcs, inch, compensation": ARCS, "finish and spring passes": FINISH}
