@@ -94,6 +94,21 @@ def test_cuts_that_no_note_was_near_are_found_later(tmp_path, monkeypatch):
     assert np.array_equal(journal.read(live.path)[1], state(machine)[1])
 
 
+def test_cells_that_are_cut_while_they_are_read(tmp_path):
+    """One record has them more than once, so more cells than a small map: the last counts."""
+    machine, rng = Machine(), random.Random(12)
+    live = saved(tmp_path, machine)
+    head, cells = state(machine)
+    places = np.arange(cells.size)
+    where, what = [], []
+    for _ in range(3):
+        machine.random_cut(rng)
+        where.append(places)
+        what.append(state(machine)[1].view(np.uint64).reshape(-1))
+    live._append(np.concatenate(where), np.concatenate(what), journal.Note(1.0, machine.stock.removed))
+    assert np.array_equal(journal.read(live.path)[1], state(machine)[1])
+
+
 def test_an_idle_machine_writes_nothing(tmp_path):
     machine = Machine()
     live = saved(tmp_path, machine)

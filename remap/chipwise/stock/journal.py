@@ -102,7 +102,7 @@ class Writer:
         self._record(b"C" + json.dumps({**asdict(note), "first": first}).encode() + b"\n" + zlib.compress(cells.tobytes(), 1))
 
     def changes(self, indices: np.ndarray, cells: np.ndarray, note: Note) -> None:
-        """Some cells: where, and the uint64 they are now."""
+        """At most BAND_CELLS cells: where, and the uint64 they are now; of one that is there more than once the last counts."""
         data = indices.astype("<u4").tobytes() + cells.astype("<u8").tobytes()
         self._record(b"C" + json.dumps(asdict(note)).encode() + b"\n" + zlib.compress(data, 1))
 
@@ -166,7 +166,7 @@ def _apply(cells: np.ndarray, payload: bytes) -> dict:
     text, _newline, data = payload[1:].partition(b"\n")
     note = json.loads(text)
     first = note.pop("first", None)
-    found = _unpacked(data, min(cells.size, BAND_CELLS) * 12 + 1)
+    found = _unpacked(data, BAND_CELLS * 12 + 1)         # also of a small map: a cell that was cut while it was read is there more than once
     if first is None:
         count = len(found) // 12
         if len(found) != 12 * count:
