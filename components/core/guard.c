@@ -215,7 +215,7 @@ static int check_path(struct chip_guard *guard, const struct chip_stock *stock, 
     }
     guard->path_s = path->s;
     if (fabs(path->s - last - step) > CHIP_GUARD_OFF_PATH * step + CHIP_GUARD_MIN_CONTACT) begin_probe(probe, path->s);
-    if (!goes_over(path) && !found(probe)) return 0;
+    if ((!goes_over(path) && !found(probe)) || CHIP_FAULTY(PATH_NOT_PROBED)) return 0;
     if (probe->clear < path->s) probe->clear = path->s;
     if (path->segment[path->first].curvature == 0.0 && guard->periods >= CHIP_GUARD_STEADY)
         probe->clear = chip_max(probe->clear, path->begin_s + path->segment[path->first].length);
@@ -271,7 +271,8 @@ int chip_guard_traverse(struct chip_guard *guard, const struct chip_stock *stock
     guard->distance = 0.0;
     if (!chip_finite(step)) return 0;
     measure_speed(guard, blends ? in->path->blend.speed : step / in->period_s, in->period_s);
-    if (blends && in->start_is_cut) return check_blend(guard, stock, tool, in, bound, work);
+    if (blends && in->start_is_cut && !CHIP_FAULTY(BLEND_AS_LINE))
+        return check_blend(guard, stock, tool, in, bound, work);
     follow(guard, stock, in, step);
     if (step < CHIP_GUARD_MIN_STEP || !in->start_is_cut) return 0;
     hit = check_line(guard, stock, tool, in, bound, work);

@@ -36,6 +36,8 @@ FAULTS = {
     "LOWEST_TOO_SOON": ("the lowest place on a ramp guessed", "test_lowest.c"),
     "CELLS_WHOLE": ("cells cut wholly or not at all", "test_section.py::test_section[side flat 10 % 0 deg]"),
     "PLUNGE_AS_WIDE": ("the ring of a plunging tool looked at", "test_plunge.c"),
+    "PATH_NOT_PROBED": ("traverses behind an arc not probed", "test_guard_path.c"),
+    "BLEND_AS_LINE": ("a parabolic blend followed as a line", "test_guard_path.c"),
     "INTERVALS_KEPT": ("the load between samples kept when they change", "test_lookahead.py::test_load_steps_rise_with_the_entry"),
     "LOOKAHEAD_OFF": ("look-ahead off", "test_feed.py::test_ahead_is_braked_in_time"),
     "ARCS_STRAIGHT": ("arcs treated as straight", "test_lookahead.py::test_arc_and_helix_are_followed"),
