@@ -102,7 +102,7 @@ def test_what_is_cut_in_the_end(case):
     """The stock of the whole program; no traverse meets any; cells that are older or newer than the tool's place do no harm."""
     rng, added = random.Random(f"end {case.path.name}"), []
     for index, stock, removed in stations(case, random_count(2), "end"):
-        older = index - rng.choice([0, int(LAG_S / PERIOD_S), 12, -12])         # the tip of a note may be on either side of the cells
+        older = index - rng.choice([0, int(LAG_S / PERIOD_S), 12, -1, -2, -12])         # the tip of a note may be on either side of the cells
         tip = min(max(older, 1), len(case.run.points) - 1)
         case.keep(stock, removed, tip)
         made = case.job.finish(case.job.of_kept(resume.Order()), resume.Order())
@@ -113,6 +113,15 @@ def test_what_is_cut_in_the_end(case):
         assert met < 1e-3, (index, met)
         added.append(fed - feed_left(case, min(index, tip)))
     assert not added or min(added) > -0.5, added                # nothing is left out
+
+
+def test_a_note_that_is_a_little_newer_than_the_cells(case):
+    """It goes on a little before."""
+    for index, stock, removed in stations(case, random_count(5), "newer"):
+        case.keep(stock, removed, min(index + 2, len(case.run.points) - 1))
+        found = case.job.of_kept(resume.Order())
+        off = np.linalg.norm(descent.point(found.path, found.at) - case.run.points[index])
+        assert found.removed == removed and off < 25.0, (index, off)
 
 
 def test_a_cut_that_is_left_out_is_seen(case):

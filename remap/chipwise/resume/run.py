@@ -110,7 +110,11 @@ class Job:
         path = walk.path_of(program, self.machine, self.geometry, stocks.first_move(program, found.head))
         wanted, undone = walk.evidence(path, program, found)
         at = places.locate(path, program, found, wanted, undone)
-        places.prove(path, program, found, at, wanted)
+        try:
+            places.prove(path, program, found, at, wanted)
+        except Unreadable:                  # the note may be newer than the cells
+            at = replace(at, segment=max(min(places.change(wanted, undone)[0], at.segment) - 1, 0), share=0.0)
+            places.prove(path, program, found, at, wanted)
         said = [f"The stock is that of {os.path.basename(found.path)}, with {found.head.removed:.0f} mm3 cut."]
         if at.tip:
             said.append("The machine stopped at X{:.3f} Y{:.3f} Z{:.3f} mm machine".format(*at.tip) + f", {at.off:.3f} mm off the path.")
