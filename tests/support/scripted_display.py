@@ -56,6 +56,8 @@
     ["log", program]                run a program, a path or its text, and save its servo-rate log (chipwise.headless.log); the
                                     sampler is that of hal/headless.hal, so that "until" looks at live pins;
                                     answer: [the operator errors it raised, path of the log]
+    ["log together", program]       the same, but both overrides are 0 % until the task has sent all moves that it can: how a move begins after a rest depends
+                                    on whether the next one is there already
     ["fresh"]                       the machine as after the step home: idle and at home without a tool and without an offset,
                                     its own modes, no M251, 100 % override; errors and messages are forgotten.  But there is a
                                     stock, of 1 mm, in the machine's corner: removed-volume is 0
@@ -71,6 +73,7 @@ import os
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 import zlib
 
@@ -91,6 +94,7 @@ from support.servo_record import Record, RecordError            # noqa: E402
 BEGINNING = ('start', 'begin', 'run from', 'run_from', 'mdi quietly', 'resume', 'reverse', 'forward')
 LOOKING = ('until', 'over', 'sleep', 'pins', 'program')            # these do nothing to the machine
 STARTED = f'chipwise: version {version()} is running'
+SENT_S = 1.0        # that the task sends no move
 SETTLE_S = 0.3      # the monitor's messages come this late at most
 # In real time, however fast the clock is: a busy computer takes that longer.
 PATIENCE_S = float(os.environ.get('CHIPWISE_PATIENCE', '240')) * session.SPEED     # for all steps from the start, or a step "fresh", on
@@ -133,6 +137,28 @@ class Operator(ProgramSteps, ProcessSteps):
                 raise session.SessionError(f'{line}: {said}')
         self.messages()
         self.machine.messages = []
+
+    def log_together(self, program):
+        self.machine.command.feedrate(0.0)
+        self.machine.command.rapidrate(0.0)
+        let_go = threading.Thread(target=self.let_go_when_sent, daemon=True)
+        let_go.start()
+        try:
+            return self.log(program)
+        finally:
+            let_go.join()
+
+    def let_go_when_sent(self):
+        """100 % as soon as there are moves, and have been as many for SENT_S."""
+        status, last, since = linuxcnc.stat(), (0, 0), time.monotonic()
+        while not last[0] or time.monotonic() - since < SENT_S:
+            status.poll()
+            now = status.queue, status.read_line
+            if now != last:
+                last, since = now, time.monotonic()
+            time.sleep(0.02)
+        self.machine.command.feedrate(1.0)
+        self.machine.command.rapidrate(1.0)
 
     def log(self, program):
         descriptor, path = tempfile.mkstemp(suffix='.npz', dir=os.path.dirname(os.environ['CHIPWISE_ANSWERS']))
