@@ -79,6 +79,16 @@ pin out float load_step_distance_#[8] "machine units of travel until load-step-a
 pin out float load_step_area_#[8] "mm2, never too low; rises with N; 0: unused";
 pin out float load_step_accel_#[8] "mean braking the planner can use until there, machine units/s2; 0: unknown";
 
+pin in float chip_weight "volumetric-feed.N.chip-weight, 1/mm: 1 / largest chip; 0: not limited";
+pin in float power_weight "volumetric-feed.N.power-weight, 1/mm: what power and torque allow; 0: not limited";
+pin in float force_exponent "Kienzle's mc of the material (chipwise-monitor.force-exponent), for power-weight";
+pin out float chip_share "largest chip over the feed per tooth at the tool, 0 to 1; 0 without chip-weight";
+pin out float power_root "A_mc^(1 / (1 - mc)) at the tool, for power and torque; 0 without power-weight";
+pin out float tooth_step_distance_#[8] "machine units of travel until tooth-step-load-N applies; step 0 applies now";
+pin out float tooth_step_load_#[8] "1/mm: 1 / largest feed per tooth that the limits of tool and spindle allow; rises with N; 0: unused";
+pin out float tooth_step_accel_#[8] "mean braking the planner can use until there, machine units/s2; 0: unknown";
+pin out s32 tooth_step_limit_#[8] "which limit has made it: 0 chip, 1 power or torque";
+
 param rw float units_per_mm = 1.0 "machine units per mm: 1 or 1/25.4";
 param rw float mrr_window = 0.02 "s, at most 1023 periods";
 param rw float acceleration = 0.0 "acceleration the planner really uses, machine units/s2; 0: unknown, look 20 mm ahead";
@@ -259,26 +269,22 @@ static void read_pins(struct __comp_state *__comp_inst, long period, struct chip
     in->tool_offset_mu[0] = tool_offset_x; in->tool_offset_mu[1] = tool_offset_y; in->tool_offset_mu[2] = tool_offset_z;
     in->mu_per_mm = units_per_mm;
     in->motion = motion_type;
-    in->is_enabled = enable;
-    in->is_turned = turned;
+    in->is_enabled = enable; in->is_turned = turned;
     in->tool_diameter_mu = tool_diameter; in->tool_corner_radius_mu = tool_corner_radius;
     in->tool_tip_angle_deg = tool_tip_angle; in->tool_flute_length_mu = tool_flute_length;
     in->box_min_mu[0] = min_x; in->box_min_mu[1] = min_y; in->box_min_mu[2] = min_z;
     in->box_max_mu[0] = max_x; in->box_max_mu[1] = max_y; in->box_max_mu[2] = max_z;
-    in->box_shape = shape;
-    in->box_turn_deg = turn;
+    in->box_shape = shape; in->box_turn_deg = turn;
     in->define_request = define;
     in->external_writer = hold;
-    in->is_assumed = assumed;
-    in->tool_is_assumed = tool_assumed;
+    in->is_assumed = assumed; in->tool_is_assumed = tool_assumed;
     in->distance_to_go_mu = distance_to_go;
     watch_tool(__comp_inst, period, in);
     in->acceleration_mu_s2 = acceleration;
-    in->axis_acceleration_mu_s2[0] = acceleration_x;
-    in->axis_acceleration_mu_s2[1] = acceleration_y;
-    in->axis_acceleration_mu_s2[2] = acceleration_z;
+    in->axis_acceleration_mu_s2[0] = acceleration_x; in->axis_acceleration_mu_s2[1] = acceleration_y; in->axis_acceleration_mu_s2[2] = acceleration_z;
     in->max_jerk_mu_s3 = max_jerk;
     in->mrr_window_s = mrr_window;
+    in->chip_weight_per_mm = chip_weight; in->power_weight_per_mm = power_weight; in->force_exponent_mc = force_exponent;
     in->period_s = fperiod;
 }
 
@@ -309,7 +315,12 @@ static void write_pins(struct __comp_state *__comp_inst, const struct chip_track
         load_step_distance(i) = i < out->load.steps ? out->load.step[i].distance * scale : 0.0;
         load_step_area(i) = i < out->load.steps ? out->load.step[i].area : 0.0;
         load_step_accel(i) = i < out->load.steps ? out->load.step[i].accel * scale : 0.0;
+        tooth_step_distance(i) = i < out->load.tooth_steps ? out->load.tooth_step[i].distance * scale : 0.0;
+        tooth_step_load(i) = i < out->load.tooth_steps ? out->load.tooth_step[i].area : 0.0;
+        tooth_step_accel(i) = i < out->load.tooth_steps ? out->load.tooth_step[i].accel * scale : 0.0;
+        tooth_step_limit(i) = i < out->load.tooth_steps ? out->load.tooth_step[i].limit : 0;
     }
+    chip_share = out->load.chip; power_root = out->load.power;
 }
 
 FUNCTION(_) {

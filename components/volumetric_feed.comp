@@ -64,9 +64,21 @@ pin in bit program_running "chipwise-monitor.program-running: the sums begin wit
 pin in float removed_volume "stock-tracker.N.removed-volume, mm3, for mean-rate";
 pin in bit adaptive_off "LinuxCNC's status says that adaptive feed is disabled (chipwise-monitor.adaptive-off)";
 
+pin in float max_chip "largest chip of an edge, mm (chipwise-monitor.max-chip); needs tool-flutes and spindle-speed; 0: no limit";
+pin in float max_power "largest power at the edges, W (chipwise-monitor.max-power); needs specific-force, tool-flutes and spindle-speed; 0: no limit";
+pin in float max_torque "largest torque at the edges, Nm; needs what max-power needs; 0: no limit";
+pin in float specific_force "Kienzle's kc1.1 of the material, N/mm2 (chipwise-monitor.specific-force); 0: unknown";
+pin in float force_exponent "Kienzle's mc of the material (chipwise-monitor.force-exponent)";
+pin in float chip_share "stock-tracker.N.chip-share";
+pin in float power_root "stock-tracker.N.power-root";
+pin in float tooth_step_distance_#[8] "stock-tracker.N.tooth-step-distance-M, machine units";
+pin in float tooth_step_load_#[8] "stock-tracker.N.tooth-step-load-M, 1/mm";
+pin in float tooth_step_accel_#[8] "stock-tracker.N.tooth-step-accel-M, machine units/s2; 0: half the acceleration";
+pin in s32 tooth_step_limit_#[8] "stock-tracker.N.tooth-step-limit-M";
+
 pin out float adaptive_feed = 1.0 "to motion.adaptive-feed, 0..1";
 pin out float override = 1.0 "to motion.adaptive-feed: adaptive-feed, or F over requested-vel in a probing move (motion type 5) and while a ceiling is left over in mode 0";
-pin out s32 limited_by "0 nothing, 1 stock here, 2 stock ahead, 3 floor, 4 ceiling or another limit of the velocity, 5 fallback to the programmed feed";
+pin out s32 limited_by "0 nothing, 1 stock here, 2 stock ahead, 3 floor, 4 ceiling or another limit of the velocity, 5 fallback to the programmed feed, 6 chip, 7 power, 8 torque";
 pin out float mrr_effective "the effective removal rate, mm3/min: the smaller of mrr-target and tool-max-rate; 0 in mode 0";
 pin out bit override_ignored "the machine ignores the override; to chipwise-guard.N.override-ignored";
 pin out float run_time "s since the program began, pauses included; it stays after its end";
@@ -76,6 +88,12 @@ pin out float fed_time "s of it in feed moves with the volumetric feed on";
 pin out float saved_time "s that the program at its F, with the operator's override, would have taken longer in that time; negative: less";
 pin out float mean_rate "volume the map has lost since the program began over cut-time, mm3/min";
 pin out float peak_rate "largest removal rate since the program began, mean over 10 ms, mm3/min";
+
+pin out float chip_weight "to stock-tracker.N.chip-weight";
+pin out float power_weight "to stock-tracker.N.power-weight";
+pin out float chip "largest chip that is cut now, mm; 0: unknown, or max-chip is 0";
+pin out float power "power at the edges now, mean of a revolution, W; 0: unknown, or neither max-power nor max-torque is given";
+pin out float torque "torque at the edges now, mean of a revolution, Nm; 0: as power";
 
 param rw float units_per_mm = 1.0 "machine units per mm: 1 or 1/25.4";
 param rw float min_vel = 0.0 "machine units/s: the stock never slows the tool below this, nor below F if F is less";
@@ -125,6 +143,10 @@ static void read_law(struct __comp_state *__comp_inst, long period, struct chip_
         in->load_distance_mm[i] = load_step_distance(i) / per_mm;
         in->load_accel_mm_s2[i] = load_step_accel(i) / per_mm;
         in->load_area_mm2[i] = load_step_area(i);
+        in->tooth_distance_mm[i] = tooth_step_distance(i) / per_mm;
+        in->tooth_accel_mm_s2[i] = tooth_step_accel(i) / per_mm;
+        in->tooth_load_per_mm[i] = tooth_step_load(i);
+        in->tooth_limit[i] = tooth_step_limit(i);
     }
     in->min_vel_mm_s = min_vel / per_mm;
     in->max_vel_mm_s = max_vel / per_mm;
@@ -146,6 +168,29 @@ static void read_law(struct __comp_state *__comp_inst, long period, struct chip_
     in->current_vel_mm_s = current_vel / per_mm;
     in->current_accel_mm_s2 = (current_vel - last_vel) / per_mm / fperiod;
     last_vel = current_vel;
+}
+
+/* The limits of the tooth: pins -> law. */
+static void read_limits(struct __comp_state *__comp_inst, struct chip_feed_in *in)
+{
+    in->max_chip_mm = max_chip;
+    in->max_power_w = max_power;
+    in->max_torque_nm = max_torque;
+    in->specific_force_n_mm2 = specific_force;
+    in->force_exponent_mc = force_exponent;
+    in->chip_share_now = chip_share;
+    in->power_root_now = power_root;
+}
+
+/* What the tracker is given for them, and what is cut now -> pins. */
+static void show_limits(struct __comp_state *__comp_inst, const struct chip_feed_in *in)
+{
+    struct chip_tooth_out out = chip_tooth_law(in);
+    chip_weight = out.chip_weight_per_mm;
+    power_weight = out.power_weight_per_mm;
+    chip = out.chip_mm;
+    power = out.power_w;
+    torque = out.torque_nm;
 }
 
 /* Whether the machine ignores the override `given` for `in`. */
@@ -190,6 +235,7 @@ FUNCTION(_) {
     struct chip_feed_out out;
 
     read_law(__comp_inst, period, &in);
+    read_limits(__comp_inst, &in);
     out = chip_feed(&in, adaptive_feed);
     out = chip_feed_ease(&easing, &in, out, recover_accel / units_per_mm, deadband);
     out = chip_feed_hold_step(&hold, &in, load_lost, out);
@@ -197,6 +243,7 @@ FUNCTION(_) {
     adaptive_feed = out.scale;
     override = chip_feed_override(&in, out.scale);
     limited_by = out.limit;
+    show_limits(__comp_inst, &in);
     mrr_effective = in.feed_mode ? 60.0 * chip_feed_target(&in) : 0.0;
     override_ignored = watch(__comp_inst, &in, override);
     count_period(__comp_inst, &in);

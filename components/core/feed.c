@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /* feed.c - see feed.h; the numbers in brackets are those of its principle. */
 #include "chip_math.h"
-#include "feed.h"
+#include "tooth_law.h"
 
 #define CHIP_MIN_AREA 1e-6   /* mm2, below this the tool is in air */
 #define CHIP_MIN_SCALE 0.001 /* the stock never stops the machine altogether */
@@ -58,7 +58,7 @@ static int trusted(const struct chip_feed_in *in)
         if (!chip_finite(in->load_area_mm2[i]) || !chip_finite(in->load_distance_mm[i])
             || !chip_finite(in->load_accel_mm_s2[i]))
             return 0;
-    return 1;
+    return !chip_tooth_asked(in) || chip_tooth_trusted(in);
 }
 
 /* F as a velocity, mm/s: never above the requested one. */
@@ -104,10 +104,10 @@ static double load_limit(const struct chip_feed_in *in, double area)
     return chip_min(chip_feed_target(in) / area, thickness_limit(in, area));
 }
 
-/* Acceleration available for braking until load step i, mm/s2 [2]. */
-static double braking(const struct chip_feed_in *in, int i)
+/* Acceleration available for braking until a load step, of which the tracker knows `accel`, mm/s2 [2]. */
+static double braking(const struct chip_feed_in *in, double accel)
 {
-    if (in->load_accel_mm_s2[i] > 0.0) return chip_min(in->load_accel_mm_s2[i], in->acceleration_mm_s2);
+    if (accel > 0.0) return chip_min(accel, in->acceleration_mm_s2);
     CHIP_FAULT(BRAKES_LATE, return in->acceleration_mm_s2);
     return CHIP_BLEND_BRAKING * in->acceleration_mm_s2;
 }
@@ -122,7 +122,8 @@ static double operator_override(const struct chip_feed_in *in)
 
 /* Velocity from which `distance` mm are enough to brake to `end_vel` with `accel`, all at machine speed, mm/s [2]
  * [10]. */
-static double braked_from(const struct chip_feed_in *in, double end_vel, double accel, double distance)
+static inline __attribute__((always_inline)) double braked_from(const struct chip_feed_in *in, double end_vel,
+                                                                double accel, double distance)
 {
     double jerk = setting(in->max_jerk_mm_s3), half, low = end_vel, high, velocity;
     int i;
@@ -171,6 +172,28 @@ static int is_same_load(const struct chip_feed_in *in, int i)
     return in->load_distance_mm[i] <= 0.0 && in->load_area_mm2[i] <= CHIP_SAME_LOAD * in->section_area_mm2;
 }
 
+/* The lower one of `best` and of what the limits of the tooth allow here and ahead [13]; `late`, `more`: as for the areas [2] [10]. */
+static struct allowed tooth_limit(const struct chip_feed_in *in, struct allowed best, double late, double more)
+{
+    double edges = chip_edges_per_s(in), k = operator_override(in);
+    int i;
+    for (i = 0; edges > 0.0 && i < CHIP_FEED_LOAD_STEPS; i++) {
+        double end_vel, velocity;
+        if (!(in->tooth_load_per_mm[i] > 0.0)) continue;
+        end_vel = chip_min(edges / in->tooth_load_per_mm[i], CHIP_UNBOUND);
+        CHIP_FAULT(OVERRIDE_RAISES_CHIP, end_vel *= k);
+        velocity = braked_from(in, end_vel, braking(in, in->tooth_accel_mm_s2[i]),
+                               chip_max(0.0, in->tooth_distance_mm[i] - late))
+                 - more;
+        velocity = chip_max(end_vel, velocity - catch_up(in, velocity)) / k;
+        if (velocity < best.velocity) {
+            best.velocity = velocity;
+            best.limit = chip_tooth_code(in, in->tooth_limit[i]);
+        }
+    }
+    return best;
+}
+
 /* Highest velocity the stock allows here and ahead, mm/s [1] [2]; `max_vel`: while cutting [5]. */
 static struct allowed stock_limit(const struct chip_feed_in *in, double last_scale, double max_vel)
 {
@@ -193,14 +216,14 @@ static struct allowed stock_limit(const struct chip_feed_in *in, double last_sca
         end_vel = chip_min(load_limit(in, in->load_area_mm2[i]), max_vel);
         CHIP_FAULT(CEILING_NOT_BRAKED, end_vel = load_limit(in, in->load_area_mm2[i]));
         distance = chip_max(0.0, in->load_distance_mm[i] - late);
-        velocity = braked_from(in, k * end_vel, braking(in, i), distance) - more;
+        velocity = braked_from(in, k * end_vel, braking(in, in->load_accel_mm_s2[i]), distance) - more;
         velocity = chip_max(end_vel, (velocity - catch_up(in, velocity)) / k);
         if (velocity < best.velocity) {
             best.velocity = velocity;
             best.limit = is_same_load(in, i) ? CHIP_LIMIT_STOCK_HERE : CHIP_LIMIT_STOCK_AHEAD;
         }
     }
-    return best;
+    return chip_tooth_asked(in) ? tooth_limit(in, best, late, more) : best;
 }
 
 /* Highest velocity that lets the tool go down at F, here and ahead, mm/s [12]. */

@@ -38,6 +38,8 @@
  *     requested velocity.
  * 12. If moves down keep F (a job), the tool goes down at F at most, and brakes before: as 2 with F in place of
  *     Q / A_i, and shorter by F^2 / 2a, since a parabolic blend begins that much before the corner.
+ * 13. A cutting edge and the spindle have limits of their own: largest chip, power, torque (tooth_law.h). They bound the feed per tooth,
+ *     here and ahead as 2 does; the operator's override raises none of them.
  */
 #ifndef CHIPWISE_FEED_H
 #define CHIPWISE_FEED_H
@@ -52,7 +54,10 @@ enum chip_limited_by {
     CHIP_LIMIT_STOCK_AHEAD = 2,
     CHIP_LIMIT_FLOOR = 3,
     CHIP_LIMIT_CEILING = 4,
-    CHIP_LIMIT_FALLBACK = 5
+    CHIP_LIMIT_FALLBACK = 5,
+    CHIP_LIMIT_CHIP = 6, /* limits of the tooth [13] */
+    CHIP_LIMIT_POWER = 7,
+    CHIP_LIMIT_TORQUE = 8
 };
 
 #define CHIP_FEED_LOAD_STEPS 8 /* load steps, as in CHIP_LOAD_STEPS */
@@ -91,6 +96,14 @@ struct chip_feed_in {
     double max_jerk_mm_s3;      /* of the planner; 0: not limited [10] */
     double current_vel_mm_s;    /* velocity of the tool now [10] */
     double current_accel_mm_s2; /* its rate of change; not positive: the tool does not accelerate [10] */
+    /* the tooth load ahead, and which chip_tooth_limit has made it, as the areas are [13] */
+    double tooth_distance_mm[CHIP_FEED_LOAD_STEPS]; /* until tooth_load_per_mm applies */
+    double tooth_load_per_mm[CHIP_FEED_LOAD_STEPS]; /* not positive: unused */
+    double tooth_accel_mm_s2[CHIP_FEED_LOAD_STEPS]; /* braking the planner can use until there; 0: unknown */
+    int tooth_limit[CHIP_FEED_LOAD_STEPS];
+    double chip_share_now, power_root_now;          /* at the tool: chip over feed per tooth; A_mc^(1 / (1 - mc)) */
+    double max_chip_mm, max_power_w, max_torque_nm; /* the limits; 0: none */
+    double specific_force_n_mm2, force_exponent_mc; /* kc11 and mc of the material; 0 and any: unknown */
 };
 
 struct chip_feed_out {

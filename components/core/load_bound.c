@@ -16,6 +16,7 @@
 #define CHIP_STEP_WIDTH 2.5   /* cells over which the map spreads such a rise */
 /* cells from a sample to others that its interval depends on, and some room: a cell ahead, CHIP_STEP_WIDTH behind */
 #define CHIP_CELLS_AHEAD 1.01
+#define CHIP_CELLS_TOOTH 2.01 /* and CHIP_TOOTH_AHEAD of tooth_profile.c, if the tool has limits */
 #define CHIP_CELLS_BEHIND (CHIP_STEP_WIDTH + 0.01)
 /* cells behind the tool whose load it may still meet: the map spreads a fall to both sides [6] */
 #define CHIP_TRAILING 0.5
@@ -130,6 +131,7 @@ int chip_load_jumps(const struct chip_lookahead *lookahead, const struct chip_st
     double a = sample_area(lookahead, i - 1), b = sample_area(lookahead, i), change = fabs(b - a), slope;
     double full = lookahead->full_area[sample_slot(lookahead, i)], least = CHIP_CLOSEST * stock->cell;
     if (is_corner(lookahead, i) || i <= lookahead->first) return 0;
+    if (limits_tooth(lookahead) && chip_tooth_jumps(lookahead, i)) return 1;
     if (change > CHIP_LOAD_JUMP * chip_max(a, b) + CHIP_MIN_CHANGE * full + CHIP_MIN_LOAD) return 1;
     slope = change * stock->cell / chip_max(least, sample_s(lookahead, i) - sample_s(lookahead, i - 1));
     return slope > CHIP_MIN_CHANGE * full + CHIP_MIN_LOAD
@@ -207,10 +209,10 @@ static struct chip_load_interval interval_between(const struct chip_lookahead *l
 void chip_load_forget(struct chip_lookahead *lookahead, const struct chip_stock *stock, int i)
 {
     double before = sample_s(lookahead, i - 1), behind = sample_s(lookahead, i + 1);
+    double ahead = (limits_tooth(lookahead) ? CHIP_CELLS_TOOTH : CHIP_CELLS_AHEAD) * stock->cell;
     int k, last = lookahead->first + lookahead->count - 1;
     CHIP_FAULT(INTERVALS_KEPT, lookahead->completed[slot_of(i)] = 0; return );
-    for (k = i;
-         k >= lookahead->first && (k > i - 3 || before - sample_s(lookahead, k) <= CHIP_CELLS_AHEAD * stock->cell); k--)
+    for (k = i; k >= lookahead->first && (k > i - 3 || before - sample_s(lookahead, k) <= ahead); k--)
         lookahead->completed[slot_of(k)] = 0;
     for (k = i; k <= last && (k < i + 4 || sample_s(lookahead, k - 1) - behind <= CHIP_CELLS_BEHIND * stock->cell); k++)
         lookahead->completed[slot_of(k)] = 0;
@@ -224,6 +226,7 @@ void chip_load_complete(struct chip_lookahead *lookahead, const struct chip_stoc
         lookahead->interval[slot_of(i)] = interval_between(lookahead, stock, i,
                                                            i > lookahead->first ? interval_of(lookahead, i - 1)->bound
                                                                                 : bound_of(lookahead, stock, i));
+        if (limits_tooth(lookahead)) lookahead->between[slot_of(i)] = chip_tooth_between(lookahead, stock, i);
         lookahead->completed[slot_of(i)] = 1;
     }
 }

@@ -9,14 +9,15 @@
 #define CHIP_BRAKE_PERIODS 6.0 /* periods of acceleration that may add to the velocity meanwhile */
 #define CHIP_BLEND_MOST 2.0    /* times its velocity before that a tool can have in a blend [8] */
 
+
 /* Frees an entry: of all pairs of neighbours, merges on the safe side the one that loses least (length
  * times how much slower) [4]. Returns 1 if that is the last one and the new one. */
-static int merge_steps(struct chip_load_profile *profile, double distance, double area)
+static int merge_steps(struct chip_load_step *steps, int *count, double distance, double area, int limit)
 {
     int i, best = CHIP_LOAD_STEPS - 1;
     double least = 1e300;
     for (i = 1; i < CHIP_LOAD_STEPS; i++) {
-        const struct chip_load_step *step = &profile->step[i];
+        const struct chip_load_step *step = &steps[i];
         double next = i + 1 < CHIP_LOAD_STEPS ? step[1].area : area;
         double far = i + 1 < CHIP_LOAD_STEPS ? step[1].distance : distance;
         double cost = (next / chip_max(step->area, CHIP_MIN_LOAD) - 1.0) * (far - step->distance);
@@ -26,53 +27,71 @@ static int merge_steps(struct chip_load_profile *profile, double distance, doubl
         }
     }
     if (best == CHIP_LOAD_STEPS - 1) {
-        profile->step[best].area = area;
+        steps[best].area = area;
+        steps[best].limit = limit;
         return 1;
     }
-    profile->step[best].area = profile->step[best + 1].area;
-    for (i = best + 1; i + 1 < CHIP_LOAD_STEPS; i++) profile->step[i] = profile->step[i + 1];
-    profile->steps--;
+    steps[best].area = steps[best + 1].area;
+    steps[best].limit = steps[best + 1].limit;
+    for (i = best + 1; i + 1 < CHIP_LOAD_STEPS; i++) steps[i] = steps[i + 1];
+    --*count;
     return 0;
 }
 
 /* Adds a load step above all before it [4]. */
-static void add_step(struct chip_load_profile *profile, double distance, double area)
+static void add_load(struct chip_load_step *steps, int *count, double distance, double area, int limit)
 {
-    struct chip_load_step *last = &profile->step[profile->steps - 1];
+    struct chip_load_step *last = &steps[*count - 1];
     if (area <= last->area) return;
-    while (profile->steps > 1 && last->distance >= distance) { /* the new one covers it */
-        profile->steps--;
+    while (*count > 1 && last->distance >= distance) { /* the new one covers it */
+        --*count;
         last--;
     }
-    if (profile->steps == CHIP_LOAD_STEPS && merge_steps(profile, distance, area)) return;
-    profile->step[profile->steps].distance = distance;
-    profile->step[profile->steps].area = area;
-    profile->steps++;
+    if (*count == CHIP_LOAD_STEPS && merge_steps(steps, count, distance, area, limit)) return;
+    steps[*count].distance = distance;
+    steps[*count].area = area;
+    steps[*count].limit = limit;
+    ++*count;
+}
+
+/* Of the area. */
+static void add_step(struct chip_load_profile *profile, double distance, double area)
+{
+    add_load(profile->step, &profile->steps, distance, area, 0);
+}
+
+/* Of the tooth load. */
+static void add_tooth(struct chip_load_profile *profile, double distance, struct chip_tooth_load load)
+{
+    add_load(profile->tooth_step, &profile->tooth_steps, distance, load.load, load.limit);
 }
 
 /* The braking available to the planner until each load step. */
 static void add_braking(const struct chip_lookahead *lookahead, const struct chip_path *path,
-                        struct chip_load_profile *profile)
+                        struct chip_load_step *steps, int count)
 {
     int i;
-    for (i = 0; i < profile->steps; i++) {
-        struct chip_load_step *step = &profile->step[i];
+    for (i = 0; i < count; i++) {
+        struct chip_load_step *step = &steps[i];
         step->accel = 0.0;
         if (lookahead->on_path && step->distance > 0.0)
             step->accel = chip_path_braking(path, lookahead->at_s + step->distance) / step->distance;
     }
 }
 
-/* The largest area this tool can meet at its depth: a full slot and a full plunge. */
-static double worst_area(const struct chip_lookahead *lookahead, const struct chip_path *path,
-                         const struct chip_stock *stock, const struct chip_tool *tool, double s)
+/* Adds the largest load this tool can meet at its depth: a full slot and a full plunge. */
+static void add_worst(const struct chip_lookahead *lookahead, const struct chip_path *path,
+                      const struct chip_stock *stock, const struct chip_tool *tool, double distance,
+                      struct chip_load_profile *profile)
 {
-    double tip[3], dir[3];
+    double tip[3], dir[3], depth;
     if (lookahead->on_path)
-        chip_path_at(path, s, tip, dir);
+        chip_path_at(path, lookahead->at_s + distance, tip, dir);
     else
-        chip_segment_at(&lookahead->predicted.segment, s, tip, dir);
-    return full_area(tool, dir, chip_max(0.0, stock->z_max - chip_max(tip[2], stock->z_min)));
+        chip_segment_at(&lookahead->predicted.segment, lookahead->at_s + distance, tip, dir);
+    depth = chip_max(0.0, stock->z_max - chip_max(tip[2], stock->z_min));
+    add_step(profile, distance, full_area(tool, dir, depth));
+    if (profile->tooth_steps) add_tooth(profile, distance, chip_tooth_worst(lookahead, tool, dir, depth));
 }
 
 /* How far, mm, before sample i its load must apply [6]: a jump from where it may begin; another rise so far
@@ -155,11 +174,59 @@ static void add_blends(const struct chip_lookahead *lookahead, const struct chip
     }
 }
 
+/* Finds the first one ahead, of those up to `until` mm on the path; on a predicted path there is none. */
+static inline __attribute__((always_inline)) void first_blend(const struct chip_lookahead *lookahead,
+                                                              const struct chip_path *path, double until,
+                                                              struct blend_ahead *blend)
+{
+    blend->segment = -1;
+    blend->begin = blend->until = 1e300;
+    if (!lookahead->on_path) return;
+    blend->end = path->begin_s - lookahead->at_s;
+    blend->far = until - lookahead->at_s;
+    next_blend(lookahead, path, blend);
+}
+
+/* The steps of the tooth load up to `until` mm on the path (tooth.h, 6); none without limits. */
+static void add_tooth_steps(const struct chip_lookahead *lookahead, const struct chip_path *path, double until,
+                            struct chip_load_profile *profile)
+{
+    struct blend_ahead blend;
+    struct chip_tooth_load load = chip_tooth_now(lookahead);
+    double most = load.load;
+    int i, now = last_passed(lookahead), here = sample_slot(lookahead, now),
+           last = lookahead->first + lookahead->count - 1;
+    first_blend(lookahead, path, until, &blend);
+    profile->tooth_steps = 1;
+    profile->tooth_step[0].distance = profile->tooth_step[0].accel = 0.0;
+    profile->tooth_step[0].area = load.load;
+    profile->tooth_step[0].limit = load.limit;
+    if (!lookahead->count) return;
+    profile->chip = lookahead->chip[here];
+    profile->power = lookahead->power[here];
+    for (i = now < lookahead->first ? lookahead->first + 1 : now + 1; i <= last; i++) {
+        double from = lookahead->s[slot_of(i - 1)], to;
+        const struct chip_tooth_load *met = &lookahead->between[slot_of(i)];
+        if (from > until) break;
+        from -= lookahead->at_s;
+        if (met->load > most) add_tooth(profile, chip_max(0.0, from), *met);
+        most = chip_max(most, met->load);
+        if (blend.begin >= 1e300) continue;
+        to = lookahead->s[slot_of(i)] - lookahead->at_s;
+        load = *met;
+        for (; blend.begin <= to; next_blend(lookahead, path, &blend)) { /* [8] */
+            struct chip_tooth_load more = { load.load * blend.excess, load.limit };
+            if (blend.until >= from) add_tooth(profile, chip_max(0.0, blend.begin), more);
+            if (blend.until > to) break;
+        }
+    }
+}
+
 void chip_lookahead_profile(const struct chip_lookahead *lookahead, const struct chip_path *path,
                             const struct chip_stock *stock, const struct chip_tool *tool, double horizon,
                             struct chip_load_profile *profile)
 {
-    struct blend_ahead blend = { -1, 0.0, 1e300, 1e300, 1.0, 0.0 };
+    struct blend_ahead blend;
     double reached = 0.0, until;
     int i, now, last = lookahead->first + lookahead->count - 1,
                 known = lookahead->on_path || lookahead->predicted.known;
@@ -168,16 +235,15 @@ void chip_lookahead_profile(const struct chip_lookahead *lookahead, const struct
     profile->steps = 1;
     profile->step[0].distance = profile->step[0].accel = 0.0;
     profile->step[0].area = known ? chip_load_bound_now(lookahead, stock) : 0.0;
+    profile->tooth_steps = 0;
+    profile->chip = profile->power = 0.0;
     if (!known) return;
     now = last_passed(lookahead);
     for (i = now; i <= now + 1; i++)
         if (i >= lookahead->first && i <= last) profile->depth = chip_max(profile->depth, lookahead->depth[slot_of(i)]);
     until = chip_min(lookahead->at_s + horizon, binding_until(lookahead, path, horizon));
-    if (lookahead->on_path) {
-        blend.end = path->begin_s - lookahead->at_s;
-        blend.far = until - lookahead->at_s;
-        next_blend(lookahead, path, &blend);
-    }
+    first_blend(lookahead, path, until, &blend);
+    if (limits_tooth(lookahead)) add_tooth_steps(lookahead, path, until, profile);
     for (i = now + 1; i <= last; i++) {
         const struct chip_load_interval *interval = interval_of(lookahead, i);
         double at = sample_s(lookahead, i) - lookahead->at_s, area;
@@ -198,7 +264,7 @@ void chip_lookahead_profile(const struct chip_lookahead *lookahead, const struct
     }
     if (i <= last) reached = horizon; /* there are more, which do not bind */
     if (lookahead->on_path) horizon = chip_min(horizon, path->end_s - lookahead->at_s);
-    if (reached < horizon - 1e-9 && tool->radius > 0.0)
-        add_step(profile, reached, worst_area(lookahead, path, stock, tool, lookahead->at_s + reached));
-    add_braking(lookahead, path, profile);
+    if (reached < horizon - 1e-9 && tool->radius > 0.0) add_worst(lookahead, path, stock, tool, reached, profile);
+    add_braking(lookahead, path, profile->step, profile->steps);
+    if (profile->tooth_steps) add_braking(lookahead, path, profile->tooth_step, profile->tooth_steps);
 }

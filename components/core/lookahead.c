@@ -29,7 +29,9 @@ void chip_lookahead_reset(struct chip_lookahead *lookahead)
     chip_predicted_path_reset(&lookahead->predicted);
     lookahead->first = lookahead->count = lookahead->stale = lookahead->on_path = 0;
     lookahead->begin_area = lookahead->at_s = lookahead->spacing = lookahead->next_spacing = lookahead->begin_s =
-        lookahead->period = lookahead->latency_travel = lookahead->jerk_travel = lookahead->jerk_gain = 0.0;
+        lookahead->period = lookahead->latency_travel = lookahead->jerk_travel = lookahead->jerk_gain =
+            lookahead->begin_tooth.load = 0.0;
+    lookahead->begin_tooth.limit = CHIP_TOOTH_CHIP;
 }
 
 /* Cosine between the old predicted path at `s` and the beginning of the new one. */
@@ -77,6 +79,7 @@ static void carry_over(struct chip_lookahead *lookahead, const struct chip_predi
         area[n] =
             (float)(sample_area(lookahead, a) + share * (sample_area(lookahead, a + 1) - sample_area(lookahead, a)));
         depth[n] = (float)chip_max(lookahead->depth[slot_of(a)], lookahead->depth[slot_of(a + 1)]);
+        if (limits_tooth(lookahead)) chip_tooth_carry(lookahead, a, n);
         n++;
     }
     for (i = 0; i < n; i++) {
@@ -88,6 +91,7 @@ static void carry_over(struct chip_lookahead *lookahead, const struct chip_predi
         lookahead->corner_turn[i] = 0.0;
         lookahead->corner[i] = lookahead->read_clear[i] = lookahead->completed[i] = 0;
         lookahead->depth[i] = depth[i];
+        if (limits_tooth(lookahead)) chip_tooth_carried(lookahead, i);
     }
     lookahead->first = 0;
     lookahead->count = n;
@@ -107,6 +111,7 @@ static int read_sample(struct chip_lookahead *lookahead, const struct chip_stock
                met.area = cells * floor(met.area / cells));
     lookahead->area[n] = (float)met.area;
     lookahead->depth[n] = (float)met.depth;
+    if (limits_tooth(lookahead)) chip_tooth_sample(lookahead, n, &met);
     lookahead->full_area[n] = (float)full_area(tool, at->dir, met.depth);
     lookahead->read_clear[n] = (unsigned char)(in_front < chip_section_reach(stock, tool));
     lookahead->position_error[n] = (float)cell_error(tool, chip_sqrt(dir[0] * dir[0] + dir[1] * dir[1]));
@@ -242,6 +247,7 @@ static void change_predicted_path(struct chip_lookahead *lookahead, const struct
     int turned = !old->known || direction_cosine(old, &lookahead->predicted, old->travelled + step) < CHIP_REVERSED;
     carry_over(lookahead, old, step, stock, tool);
     lookahead->begin_area = turned ? 0.0 : now;
+    if (turned) lookahead->begin_tooth.load = 0.0;
 }
 
 void chip_lookahead_step(struct chip_lookahead *lookahead, const struct chip_path *path, const struct chip_stock *stock,
@@ -256,9 +262,12 @@ void chip_lookahead_step(struct chip_lookahead *lookahead, const struct chip_pat
                                             CHIP_GRAIN * stock->cell);
     if (on_path != lookahead->on_path || (on_path && path->new_chain) || spacing != lookahead->spacing) {
         lookahead->begin_area = on_path && lookahead->on_path ? now : 0.0;
+        lookahead->begin_tooth = chip_tooth_now(lookahead);
+        if (!on_path || !lookahead->on_path) lookahead->begin_tooth.load = 0.0;
         lookahead->spacing = spacing;
         begin_samples(lookahead, on_path);
     } else if (!on_path && new_path) {
+        lookahead->begin_tooth = chip_tooth_now(lookahead);
         change_predicted_path(lookahead, &old, now, stock, tool);
         budget -= CHIP_CARRY_NODES * lookahead->count;
         if (budget < 1) budget = 1;

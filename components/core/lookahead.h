@@ -83,12 +83,22 @@ struct chip_lookahead {
     unsigned char read_clear[CHIP_SAMPLE_RING]; /* read clear of the cut stock, so farther on */
     unsigned char completed[CHIP_SAMPLE_RING];  /* its interval is known */
     struct chip_load_interval interval[CHIP_SAMPLE_RING];
+    /* the limits of the tooth (tooth.h); both weights 0: none, and what follows is not used */
+    double chip_weight, power_weight, power_root;   /* 1/mm; 1/mm per unit of `power`; 1 / (1 - mc) */
+    struct chip_tooth_load begin_tooth;             /* when the samples began */
+    struct chip_tooth_load tooth[CHIP_SAMPLE_RING]; /* of the samples */
+    struct chip_tooth_load
+        between[CHIP_SAMPLE_RING];            /* the largest between a sample and the one before it (tooth.h, 7) */
+    float chip[CHIP_SAMPLE_RING];             /* largest chip over the feed per tooth */
+    float power[CHIP_SAMPLE_RING];            /* A_mc^(1 / (1 - mc)) */
+    float carried[2][CHIP_LOOKAHEAD_SAMPLES]; /* both, while they go over to a new predicted path */
 };
 
 struct chip_load_step {
     double distance; /* mm of travel until the area applies; 0: now */
     double area;     /* mm2 */
     double accel;    /* mm/s2, mean the planner may brake with until there; 0: unknown */
+    int limit;       /* of a tooth load: chip_tooth_limit, which limit has made it */
 };
 
 struct chip_load_profile {
@@ -96,6 +106,10 @@ struct chip_load_profile {
     int steps;                                   /* entries in use */
     struct chip_load_step step[CHIP_LOAD_STEPS]; /* distance and area both rise; the first one is at the tool
                                                      * now and never too low */
+    /* the same of the tooth load, 1/mm, in `area`; none without limits of the tooth */
+    int tooth_steps;
+    struct chip_load_step tooth_step[CHIP_LOAD_STEPS];
+    double chip, power; /* at the tool now: chip over the feed per tooth, and A_mc^(1 / (1 - mc)) */
 };
 
 /* Distance between samples for a tool, mm. */
@@ -109,6 +123,9 @@ void chip_lookahead_reset(struct chip_lookahead *lookahead);
 void chip_lookahead_step(struct chip_lookahead *lookahead, const struct chip_path *path, const struct chip_stock *stock,
                          const struct chip_tool *tool, const double from[3], const double to[3], double period,
                          double horizon, int budget);
+
+/* Uses the limits of `tooth` from now on (tooth.h); samples have been read for all of them, or there are none. */
+void chip_tooth_follow(struct chip_lookahead *lookahead, const struct chip_tooth *tooth);
 
 /* The load profile of the next `horizon` mm; `path` as in the last step. */
 void chip_lookahead_profile(const struct chip_lookahead *lookahead, const struct chip_path *path,

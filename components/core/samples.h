@@ -75,6 +75,26 @@ void chip_load_forget(struct chip_lookahead *lookahead, const struct chip_stock 
 /* Computes the intervals that are not known: those of few samples change in a period. */
 void chip_load_complete(struct chip_lookahead *lookahead, const struct chip_stock *stock);
 
+/* Whether the tool has limits (tooth.h). */
+static inline __attribute__((always_inline)) int limits_tooth(const struct chip_lookahead *lookahead)
+{
+    return lookahead->chip_weight > 0.0 || lookahead->power_weight > 0.0;
+}
+
+/* tooth_profile.c, for a tool with limits: keeps the larger one of samples `from` and from + 1 for slot n, and puts
+ * it there; notes what slot n has met; whether the tooth load jumps from
+ * sample i - 1 to i; the largest between them; the largest at the tool and as far as it travels before another command takes effect;
+ * that of a tool with stock all round. */
+void chip_tooth_carry(struct chip_lookahead *lookahead, int from, int n);
+void chip_tooth_carried(struct chip_lookahead *lookahead, int n);
+void chip_tooth_sample(struct chip_lookahead *lookahead, int n, const struct chip_section *met);
+int chip_tooth_jumps(const struct chip_lookahead *lookahead, int i);
+struct chip_tooth_load chip_tooth_between(const struct chip_lookahead *lookahead, const struct chip_stock *stock,
+                                          int i);
+struct chip_tooth_load chip_tooth_now(const struct chip_lookahead *lookahead);
+struct chip_tooth_load chip_tooth_worst(const struct chip_lookahead *lookahead, const struct chip_tool *tool,
+                                        const double dir[3], double depth);
+
 /* Whether the load jumps from sample i - 1 to i. */
 int chip_load_jumps(const struct chip_lookahead *lookahead, const struct chip_stock *stock, int i);
 

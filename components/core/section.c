@@ -108,12 +108,23 @@ double chip_section_reach(const struct chip_stock *stock, const struct chip_tool
     return chip_sqrt((2.0 * tool->radius + clear) * clear);
 }
 
+/* [1] [5] A flat band of a tool that falls, at the height `end`. */
+static void flat_end(const struct chip_stock *stock, const struct chip_pose *at, const struct chip_tool_ring *ring,
+                     double end, double fall, struct chip_section *result)
+{
+    double sink = fall * CHIP_SINK * stock->cell, slab = chip_max(CHIP_MIN_CONTACT, 0.5 * sink), area;
+    if (!(end > stock->z_min)) return;
+    area = chip_band_flat_area(stock, at, ring, chip_max(end - sink, stock->z_min), fall, slab, &result->nodes);
+    result->area += area;
+    if (at->tooth) chip_tooth_end(at, area / fall, fall, result);
+}
+
 struct chip_section chip_section_at(const struct chip_stock *stock, const struct chip_tool *tool, const double tip[3],
                                     const double dir[3], double in_front, double curvature)
 {
-    struct chip_section result = { 0.0, 0.0, 0 };
+    struct chip_section result = { 0.0, 0.0, 0, 0.0, 0.0 };
     double clear = in_front < chip_section_reach(stock, tool) ? clear_of_cut(stock) : 0.0;
-    double z = tip[2], fall = chip_max(0.0, -dir[2]), sink = fall * CHIP_SINK * stock->cell;
+    double z = tip[2], fall = chip_max(0.0, -dir[2]);
     struct chip_pose at;
     struct chip_band band;
     double reach;
@@ -121,6 +132,7 @@ struct chip_section chip_section_at(const struct chip_stock *stock, const struct
 
     if (tip[2] >= stock->z_max || tool->radius <= 0.0) return result;
     at = pose_of(stock, tip, dir, clear > 0.0 ? chip_max(0.0, in_front) : 0.0, curvature);
+    at.tooth = chip_tooth_limits(tool->tooth) ? tool->tooth : 0;
     if (fabs(dir[2]) <= CHIP_LEVEL_DIRECTION) {
         level_section(stock, &at, tool, z, clear, &result);
         return result;
@@ -130,10 +142,7 @@ struct chip_section chip_section_at(const struct chip_stock *stock, const struct
     for (i = 0; i < tool->rings; i++) {
         const struct chip_tool_ring *ring = &tool->ring[i];
         if (ring->rise <= CHIP_MIN_CONTACT) {
-            double slab = chip_max(CHIP_MIN_CONTACT, 0.5 * sink), end = z + ring->height;
-            if (fall > 0.0 && end > stock->z_min)
-                result.area += chip_band_flat_area(stock, &at, ring, chip_max(end - sink, stock->z_min), fall, slab,
-                                                   &result.nodes);
+            if (fall > 0.0) flat_end(stock, &at, ring, z + ring->height, fall, &result);
             continue;
         }
         if (ring->inner >= reach) break; /* bands rise outwards */
@@ -149,6 +158,7 @@ struct chip_section chip_section_at(const struct chip_stock *stock, const struct
             band.high = band.low + part.rise;
             if (band.high <= stock->z_min) continue;
             band.fall = -dir[2] * part.run / part.rise;
+            if (at.tooth) chip_tooth_band(tool, &part, -dir[2], &band);
             if (band.low < stock->z_min) chip_band_raise_bottom(&band, stock->z_min);
             chip_band_add(stock, &at, &band, tip[2], &result);
         }

@@ -57,6 +57,9 @@ struct chip_section {
     double area;  /* mm2 = mm3 per mm of travel */
     double depth; /* mm, highest stock above the tip met by the tool's surface */
     int nodes;    /* points at which the stock was read */
+    /* of a tool with limits (tooth.h), 0 without: */
+    double chip;       /* largest chip over the feed per tooth, 0..1 */
+    double power_area; /* mm2, A_mc */
 };
 
 /* Section area of `tool` with its tip at `tip` (mm) when it moves along the unit vector
@@ -65,6 +68,9 @@ struct chip_section {
  * positive). */
 struct chip_section chip_section_at(const struct chip_stock *stock, const struct chip_tool *tool, const double tip[3],
                                     const double dir[3], double in_front, double curvature);
+
+/* A_mc of a tool with stock all round, mm2 (tooth.h): a full slot of this depth and a full plunge. */
+double chip_tooth_full_area(const struct chip_tool *tool, const double dir[3], double depth);
 
 /* Distance, mm, beyond which a point ahead is untouched by the tool's cut. */
 double chip_section_reach(const struct chip_stock *stock, const struct chip_tool *tool);

@@ -120,6 +120,7 @@ static double band_area(const struct chip_stock *stock, const struct chip_pose *
         face = faces(band, c);
         if (face || faced) h = overlap(stock, at, band, c, s);
         if (face && h > *highest) *highest = h;
+        if (at->tooth && face) note_column(at->tooth, band, at->level, c, h);
         change = fabs(h - last_h);
         if (change > CHIP_JUMP * chip_max(h, last_h) && (face || faced))
             sum += refine(stock, at, band, before, last_h, h, step);
@@ -138,7 +139,8 @@ double chip_band_flat_area(const struct chip_stock *stock, const struct chip_pos
     int max = node_count(stock, ring->radius), n = max < CHIP_FLAT_NODES ? max : CHIP_FLAT_NODES, i;
     double step = 2.0 * CHIP_PI / n, turn_c, turn_s;
     double c = 1.0, s = 0.0, sum = 0.0;
-    struct chip_band band = { ring->radius, z, 1e301, 0.0, 0.0, 0.0, ring->radius, 0, 0 };
+    struct chip_band band = { ring->radius, z,       1e301,   0.0, 0.0, 0.0, ring->radius, 0, 0,
+                              0.0,          { 0.0 }, { 0.0 }, 0.0, 0.0, 0.0 };
     small_turn(step, &turn_c, &turn_s);
     for (i = 0; i < n; i++) {
         double next_c = c * turn_c - s * turn_s;
@@ -158,5 +160,6 @@ void chip_band_add(const struct chip_stock *stock, const struct chip_pose *at, s
     band->nodes = 0;
     section->area += band_area(stock, at, band, &highest);
     section->nodes += band->nodes;
+    if (at->tooth) chip_tooth_columns(at, band, 2.0 * CHIP_PI / node_count(stock, band->radius), section);
     if (highest > 0.0) section->depth = chip_max(section->depth, highest + band->low - tip_z);
 }

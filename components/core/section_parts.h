@@ -29,6 +29,7 @@ struct chip_pose {         /* the tool's position and heading */
     double half_curvature; /* half the curvature of the path, 1/mm */
     double per_cell;       /* 1/mm, cells per mm */
     double edge;           /* mm from a band's edge within which stock beyond it would be read [8] */
+    struct chip_tooth *tooth; /* null: the tool has no limits, and nothing is summed for them */
 };
 
 /* The share of a cell that is cut; it is not on the rim of the stock. */
@@ -171,7 +172,13 @@ struct chip_band {                     /* what the integral needs of one band, a
     double outer;                      /* mm, radius of the outer edge [5] */
     const struct chip_tool_ring *ring; /* null: a wall or a flat end */
     int nodes;                         /* read so far */
+    /* for the limits of the tooth: sine of the angle between normal and axis, of the band and at its edges, cosine at its edges, and the
+     * downward part of the direction */
+    double lean, lean_edge[2], flat_edge[2], down;
+    double ahead,
+        roots; /* of the columns that touch: largest cosine of their angle, -2: none; sum of height times (n . d)^(1 - mc) */
 };
+
 
 /* [7] A band of a tool that moves level: what is in front of it at one distance beside the path. */
 struct chip_strip {
@@ -211,6 +218,49 @@ void chip_strip_add(const struct chip_stock *stock, const struct chip_pose *at, 
 /* [8] [10] Stock between low and the strip's upper edge, at a point of a strip whose edge is like a wall's, mm. */
 double chip_wall_between(const struct chip_stock *stock, const struct chip_pose *at, const struct chip_point *point,
                          struct chip_strip *strip, double low);
+
+/* tooth.c: adds the chip and the power of a strip, whose points are in at->tooth; of its rim, which is touched from
+ * `nearest` mm beside the path and has the power of `power` mm2; of the columns of a band of a tool that falls or rises, each of `step` rad; of a flat end that falls, with stock under `contact` mm2. */
+void chip_tooth_strip(const struct chip_pose *at, const struct chip_tool *tool, const struct chip_strip *strip,
+                      double highest, struct chip_section *section);
+void chip_tooth_rim(const struct chip_pose *at, const struct chip_tool *tool, const struct chip_strip *strip,
+                    double nearest, double power, struct chip_section *section);
+
+/* What an area of a rim counts for, `side` mm beside the path; lean: sine of the angle between its normal and the axis. */
+double chip_tooth_rim_power(const struct chip_tooth *tooth, double lean, double side, double outer);
+
+void chip_tooth_columns(const struct chip_pose *at, const struct chip_band *band, double step,
+                        struct chip_section *section);
+void chip_tooth_end(const struct chip_pose *at, double contact, double fall, struct chip_section *section);
+
+/* Sets what they need of a band. */
+void chip_tooth_band(const struct chip_tool *tool, const struct chip_tool_ring *ring, double down,
+                     struct chip_band *band);
+
+/* Of a table of tooth.h, at x from 0 to 1. */
+static inline __attribute__((always_inline)) double in_table(const float *table, double x)
+{
+    double u = CHIP_WEIGHTS * chip_clamp(x, 0.0, 1.0);
+    int i = (int)u;
+    return table[i] + (u - i) * (table[i + 1] - table[i]);
+}
+
+/* Notes a column of a band, at an angle with cosine c. */
+static inline __attribute__((always_inline)) void note_column(const struct chip_tooth *tooth, struct chip_band *band,
+                                                              double level, double c, double height)
+{
+    if (height <= CHIP_MIN_CONTACT) return;
+    if (c > band->ahead) band->ahead = c;
+    if (tooth->power_weight > 0.0) band->roots += height * in_table(tooth->root, (level * c + band->fall) * band->lean);
+}
+
+/* Notes a point of a strip: sine of its angle, and the height of the stock, mm. */
+static inline __attribute__((always_inline)) void note_point(struct chip_tooth *tooth, double side, double height)
+{
+    if (!tooth || tooth->points >= CHIP_ARC_POINTS) return;
+    tooth->side[tooth->points] = (float)side;
+    tooth->height[tooth->points++] = (float)height;
+}
 
 /* The wall above the tool's end. */
 void chip_strip_add_wall(const struct chip_stock *stock, const struct chip_pose *at, const struct chip_tool *tool,

@@ -116,6 +116,7 @@ static double middle_area(const struct chip_stock *stock, const struct chip_pose
     int n = node_count(stock, strip->inner) / 2, i, k;
     double step = CHIP_PI / n, r = strip->inner, turn_c, turn_s, fine_c, fine_s, sum = 0.0;
     double c = 0.0, s = -1.0, last;
+    struct chip_tooth *tooth = at->tooth;
     struct fetch fetch = { c, s, needs_fetch(stock, strip) ? n + 1 : 0 };
     int walled;
     small_turn(step, &turn_c, &turn_s);
@@ -124,6 +125,8 @@ static double middle_area(const struct chip_stock *stock, const struct chip_pose
     last = met(stock, at, strip, -r, 0.0, strip->low);
     walled = strip->walled;
     *highest = last;
+    if (tooth) tooth->points = 0;
+    note_point(tooth, s, last);
     for (i = 0; i < n; i++) {
         double x = c, y = s, h;
         int was_walled = walled;
@@ -140,11 +143,13 @@ static double middle_area(const struct chip_stock *stock, const struct chip_pose
                 x = next;
                 last = met(stock, at, strip, r * y, r * x, strip->low);
                 sum += (before + last) * (y - side);
+                note_point(tooth, y, last);
             }
             sum += (last + h) * (s - y);
         } else {
             sum += (last + h) * (s - y);
         }
+        note_point(tooth, s, h);
         last = h;
     }
     return 0.5 * r * sum;
@@ -167,23 +172,39 @@ static void end_at_top(const struct chip_stock *stock, const struct chip_pose *a
     strip->margin += strip->margin > 0.0 ? strip->ended - strip->outer : 0.0;
 }
 
+/* Sine of the angle between the normal of a band and the axis. */
+static double lean_of(const struct chip_strip *strip)
+{
+    double rise = strip->high - strip->low, run = strip->ended - strip->inner;
+    return rise / chip_sqrt(rise * rise + run * run);
+}
+
 /* [7] The band's two sides, between its inner and its outer edges: pairs of Gauss points, mm2. */
 static double rim_area(const struct chip_stock *stock, const struct chip_pose *at, const struct chip_tool *tool,
-                       double tip, struct chip_strip *strip, double *highest)
+                       double tip, struct chip_strip *strip, double *highest, struct chip_section *section)
 {
+    double before[2] = { strip->inner, strip->inner }, nearest = strip->outer, power = 0.0, lean = 0.0;
     int parts = (int)chip_clamp(ceil((strip->outer - strip->inner) * at->per_cell / CHIP_GAUSS_CELLS), 1.0,
                                 CHIP_GAUSS_PARTS),
         i;
     double width = (strip->outer - strip->inner) / parts, sum = 0.0;
+    if (at->tooth) lean = lean_of(strip);
     for (i = 0; i < 4 * parts; i++) {
         double side = strip->inner + width * ((i >> 2) + (i & 2 ? 0.7886751345948129 : 0.21132486540518708));
         double low = chip_max(tip + chip_tool_height(tool, side), strip->low), h;
         CHIP_FAULT(CONE_AS_CYLINDERS, low = strip->low);
         if (low >= strip->high) continue;
         h = met(stock, at, strip, i & 1 ? -side : side, 0.0, low);
+        if (at->tooth) {
+            if (h > CHIP_MIN_CONTACT) nearest = chip_min(nearest, before[i & 1]);
+            if (h > CHIP_MIN_CONTACT && at->tooth->power_weight > 0.0)
+                power += 0.5 * width * h * chip_tooth_rim_power(at->tooth, lean, side, strip->outer);
+            before[i & 1] = side;
+        }
         sum += 0.5 * width * h;
         if (h > 0.0) *highest = chip_max(*highest, h + low - strip->low);
     }
+    if (at->tooth) chip_tooth_rim(at, tool, strip, nearest, power, section);
     return sum;
 }
 
@@ -191,13 +212,15 @@ static double rim_area(const struct chip_stock *stock, const struct chip_pose *a
 void chip_strip_add(const struct chip_stock *stock, const struct chip_pose *at, const struct chip_tool *tool,
                     double tip, struct chip_strip *strip, struct chip_section *section)
 {
-    double highest = 0.0, area = 0.0;
+    double highest = 0.0, area = 0.0, middle;
     if (strip->high <= stock->z_min) return;
     strip->low = chip_max(strip->low, stock->z_min);
     if (strip->inner > 0.0) area = middle_area(stock, at, strip, &highest);
+    middle = highest;
     if (strip->outer > strip->inner && highest < (1.0 - CHIP_LEVEL_TOP) * (strip->high - strip->low))
         end_at_top(stock, at, tool, tip, strip, highest);
-    if (strip->outer > strip->inner) area += rim_area(stock, at, tool, tip, strip, &highest);
+    if (at->tooth && strip->inner > 0.0) chip_tooth_strip(at, tool, strip, middle, section);
+    if (strip->outer > strip->inner) area += rim_area(stock, at, tool, tip, strip, &highest, section);
     section->area += area * at->level;
     section->nodes += strip->nodes;
     if (highest > 0.0) section->depth = chip_max(section->depth, highest + strip->low - tip);

@@ -82,6 +82,7 @@ int chip_tool_init(struct chip_tool *tool, double diameter, double corner_radius
 
     tool->radius = 0.0;
     tool->rings = 0;
+    tool->tooth = 0;
     if (!(diameter >= CHIP_MIN_TOOL_DIAMETER && diameter <= CHIP_MAX_TOOL_DIAMETER)) return CHIP_TOOL_DIAMETER;
     if (!chip_finite(corner_radius) || corner_radius < 0.0 || corner_radius > radius * (1.0 + 1e-9))
         return CHIP_TOOL_CORNER;

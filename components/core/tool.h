@@ -16,6 +16,8 @@
 #ifndef CHIPWISE_TOOL_H
 #define CHIPWISE_TOOL_H
 
+#include "tooth.h"
+
 #define CHIP_TOOL_RINGS 12 /* bands the end of the tool is divided into for section.c */
 
 #define CHIP_MIN_TOOL_DIAMETER 1e-3   /* mm, diameter */
@@ -49,7 +51,9 @@ struct chip_tool {
     double r_arc;    /* mm, end of the corner arc */
     double arc_top;  /* mm, height of the profile at r_arc */
     double shoulder; /* mm, height of the profile at `radius` */
-    int rings;       /* bands in use; 0 only for an invalid tool */
+    /* the limits of its edges, and where their sums are made; null, as chip_tool_init leaves it: none */
+    struct chip_tooth *tooth;
+    int rings; /* bands in use; 0 only for an invalid tool */
     struct chip_tool_ring ring[CHIP_TOOL_RINGS];
 };
 

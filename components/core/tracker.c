@@ -147,11 +147,22 @@ static double rate(struct chip_tracker *tracker, double removed, const struct ch
     return slots ? chip_max(0.0, (removed - before) / (slots * in->period_s) * 60.0) : 0.0;
 }
 
+/* The limits of the tooth: what the samples have not been read for is read again. */
+static void follow_limits(struct chip_tracker *tracker, const struct chip_tracker_in *in)
+{
+    int change =
+        chip_tooth_set(&tracker->tooth, in->chip_weight_per_mm, in->power_weight_per_mm, in->force_exponent_mc);
+    tracker->tool.tooth = &tracker->tooth;
+    if (change == CHIP_TOOTH_BEGUN) chip_lookahead_reset(&tracker->lookahead);
+    if (change != CHIP_TOOTH_SAME) chip_tooth_follow(&tracker->lookahead, &tracker->tooth);
+}
+
 /* [5] Looks ahead and fills the outputs that depend on it. */
 static void update_load(struct chip_tracker *tracker, const struct chip_stock *stock, const struct chip_tracker_in *in,
                         const double tip[3], long work, struct chip_tracker_out *out)
 {
     double far = chip_tracker_horizon(tracker, stock, in);
+    follow_limits(tracker, in);
     if (tracker->tip_known) {
         int a_node = chip_tool_is_flat(&tracker->tool) ? CHIP_WORK_A_NODE : CHIP_WORK_A_ROUND_NODE;
         double nodes = (double)((CHIP_WORK_PER_PERIOD - work) / a_node);
@@ -206,7 +217,8 @@ static void clear(struct chip_tracker_out *out)
     out->has_flute_excess = out->has_rapid_contact = out->is_held = out->is_certain = 0;
     out->rapid_distance_mm = out->descent_accel_mm_s2 = 0.0;
     out->descent_mm = -1.0;
-    out->load.steps = 0;
+    out->load.steps = out->load.tooth_steps = 0;
+    out->load.chip = out->load.power = 0.0;
     for (i = 0; i < CHIP_LOAD_STEPS; i++)
         out->load.step[i].distance = out->load.step[i].area = out->load.step[i].accel = 0.0;
 }
@@ -219,7 +231,9 @@ static int all_finite(const struct chip_tracker_out *out)
     int i;
     for (i = 0; i < out->load.steps && i < CHIP_LOAD_STEPS; i++)
         sum += out->load.step[i].distance + out->load.step[i].area + out->load.step[i].accel;
-    return chip_finite(sum);
+    for (i = 0; i < out->load.tooth_steps && i < CHIP_LOAD_STEPS; i++)
+        sum += out->load.tooth_step[i].distance + out->load.tooth_step[i].area + out->load.tooth_step[i].accel;
+    return chip_finite(sum + out->load.chip + out->load.power);
 }
 
 static int current_fault(const struct chip_tracker *tracker, const struct chip_tracker_in *in, int filled)

@@ -101,6 +101,8 @@ struct chip_tracker_in {
     double axis_acceleration_mu_s2[3]; /* of X, Y, Z; not positive: unknown */
     double max_jerk_mu_s3;             /* of a jerk-limited planner; not positive: not limited */
     double mrr_window_s;               /* of the removal rate */
+    /* the limits of the tooth (tooth.h): weights, 1/mm, 0: none; Kienzle's exponent */
+    double chip_weight_per_mm, power_weight_per_mm, force_exponent_mc;
     double period_s;
 };
 
@@ -125,6 +127,7 @@ struct chip_tracker_out {
 struct chip_tracker {
     enum chip_tracker_state state;
     struct chip_tool tool;
+    struct chip_tooth tooth;
     double built[4]; /* numbers the tool was built from, mm and degrees */
     int tool_error;  /* chip_tool_error of the last build; -1: not built */
     struct chip_sweep sweep;

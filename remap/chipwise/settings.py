@@ -60,6 +60,27 @@ def _angles(text: str) -> tuple:
     return values
 
 
+def _powers(text: str) -> tuple:
+    """"800" -> ((0.0, 800.0),); "6000:400 24000:800" -> ((6000.0, 400.0), (24000.0, 800.0)), 1/min and W; nothing -> ()."""
+    points = tuple((_number(speed), _number(power)) if colon else (0.0, _number(speed))
+                   for speed, colon, power in (word.partition(":") for word in text.replace(",", " ").split()))
+    if len(points) > 8 or any(b[0] <= a[0] for a, b in zip(points, points[1:])) or any(speed < 0 or power <= 0 for speed, power in points):
+        raise ValueError
+    return points
+
+
+def power_at(points: tuple, speed: float) -> float:
+    """W at a speed, 1/min: on the line between two points, beyond the ends that of the last one, below the first one in proportion; 0: no limit."""
+    if not points or speed <= 0.0:
+        return 0.0
+    if speed < points[0][0]:
+        return points[0][1] * speed / points[0][0]
+    for (low, a), (high, b) in zip(points, points[1:]):
+        if speed <= high:
+            return a + (b - a) * (speed - low) / (high - low)
+    return points[-1][1]
+
+
 def _address(text: str) -> str:
     """The text of an IP address -> its usual form."""
     return str(ipaddress.ip_address(text))
@@ -100,6 +121,7 @@ SETTINGS = {
     "MAX_CHIP": Setting(0.0, "mm", _number, lambda v: v >= 0, "a thickness of 0 mm (none) or more"),
     "MATERIAL": Setting("", "", str, lambda v: True, "the name of a material, or nothing"),
     "MATERIALS": Setting("", "path", str, lambda v: True, "the path of a TOML file, or nothing"),
+    "SPINDLE_POWER": Setting((), "W", _powers, lambda v: True, "a power above 0, or up to 8 points 1/min:W with rising speeds"),
     "RECOVERY": Setting(0.0, "mm/s2", _number, lambda v: v >= 0, "an acceleration of 0 mm/s2 (at once) or more"),
     "DEADBAND": Setting(0.0, "", _number, lambda v: 0 <= v <= 1, "a share from 0 to 1"),
     "APPROACH_ANGLE": Setting(30.0, "deg", _number, lambda v: MIN_ANGLE <= v <= 90, _ANGLE_RULE),

@@ -248,7 +248,7 @@ static void check_feed(int spoilt)
     }
     said = chip_feed(&law, spoilt && chance() < 0.2 ? hostile() : 1.0);
     in_range("override of the law", said.scale, 0.0, 1.0);
-    in_range("limited-by", said.limit, 0, 5);
+    in_range("limited-by", said.limit, 0, 8);
     expect(law.is_trusted || said.limit == 5 || said.limit == 0, "a law without trust", said.limit);
     said = chip_feed_ease(&easing, &law, said, recover, band);
     in_range("override eased", said.scale, 0.0, 1.0);

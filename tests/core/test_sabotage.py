@@ -46,6 +46,8 @@ FAULTS = {
     "DESCENDS_UNBRAKED": ("no braking before the tool goes down", "test_descent.py::test_it_is_braked_in_time"),
     "CEILING_NOT_BRAKED": ("highest velocity not braked to", "test_feed.py::test_fastest_while_cutting"),
     "CHIP_OF_SMALL_CUT": ("chip as at the small engagement", "test_feed.py::test_mean_chip"),
+    "CHIP_WHERE_TOUCHED": ("the largest chip where stock is touched at all", "test_tooth.py::test_side_cut[0.05-10-0.25]"),
+    "OVERRIDE_RAISES_CHIP": ("the override raises the chip", "test_tooth.py::test_the_override_raises_no_chip"),
     "RISES_AT_ONCE": ("rises at once", "test_feed_easing.py::test_drops_pass_at_once_and_rises_climb"),
     "FEED_NOT_HELD": ("F while the load is lost", "test_load_lost.py::test_held_in_the_stock"),
     "LOSS_NOT_SEEN": ("a lost load not seen", "test_load_lost.py::test_lost_and_found"),

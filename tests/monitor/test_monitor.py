@@ -24,6 +24,7 @@ class Status:
     """A LinuxCNC as linuxcnc.stat() shows it."""
     linear_units, motion_type, adaptive_feed_enabled, feedrate, feed_override_enabled = 1.0, 0, True, 1.2, True
     file, echo_serial_number, interp_state = '', 0, 1
+    spindle = ({'speed': 0.0},)
     aout = [0.0] * 64
 
     def __init__(self):

@@ -14,7 +14,7 @@ from support.panel_rig import Machine, serving
 from support.random_cases import random_count, random_seed, write_replay
 
 DT = 0.1
-LIMITS = ("nothing", "stock", "ahead", "floor", "ceiling", "fallback")      # by number, as chip_limited_by has them
+LIMITS = ("nothing", "stock", "ahead", "floor", "ceiling", "fallback", "chip", "power", "torque")      # by number, as chip_limited_by has them
 MODES = ("off", "limit", "constant", "window")
 
 
@@ -159,7 +159,7 @@ def random_looks(rng):
             state["line"] = float(rng.randint(1, 30))
         state["motion_type"] = float(rng.choice((1, 2, 2, 3)))
         state["guard_reason"] = float(rng.random() < 0.05)
-        state["limited_by"] = float(rng.randint(0, 5))
+        state["limited_by"] = float(rng.randint(0, 8))
         looks.append({**state, "cm3": rng.choice((0.0, rng.uniform(0.001, 0.01))) if state["motion_type"] > 1 else 0.0})
     return cycles, looks
 

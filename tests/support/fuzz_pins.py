@@ -137,7 +137,7 @@ def wrong(bench):
                                                                                     for k in range(8))):
         if not bench.read("stock-tracker.0." + name) >= 0.0:
             found.append(("stock-tracker.0." + name, repr(bench.read("stock-tracker.0." + name))))
-    if not 0 <= bench.read("volumetric-feed.0.limited-by") <= 5:
+    if not 0 <= bench.read("volumetric-feed.0.limited-by") <= 8:
         found.append(("limited-by", bench.read("volumetric-feed.0.limited-by")))
     return found
 

@@ -16,8 +16,8 @@ def make_component():
         component.newpin(name, hal.HAL_FLOAT, hal.HAL_OUT)
     for name in ('tool-number', 'tool-followed', 'heartbeat', 'program-loaded', 'job-stock'):
         component.newpin(name, hal.HAL_S32, hal.HAL_OUT)
-    component.newpin('tool-max-rate', hal.HAL_FLOAT, hal.HAL_OUT)
-    component.newpin('tool-flutes', hal.HAL_FLOAT, hal.HAL_OUT)
+    for name in ('tool-max-rate', 'tool-flutes', 'max-chip', 'max-power', 'specific-force', 'force-exponent'):
+        component.newpin(name, hal.HAL_FLOAT, hal.HAL_OUT)
     component.newpin('adaptive-off', hal.HAL_BIT, hal.HAL_OUT)
     component.newpin('feed-override', hal.HAL_FLOAT, hal.HAL_OUT)
     component.newpin('program-running', hal.HAL_BIT, hal.HAL_OUT)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Warns of G93 and M73 in a program as soon as it is opened.  Called by worker.py.
+"""Warns of G93 and M73 in a program as soon as it is opened, and gives limits.py its text.  Called by worker.py.
 
 While F is remapped (read in LinuxCNC 2.9.0~pre1, docs/user/volumetric_feed.md):
  1. LinuxCNC loses a level of remapping with every F under G93, and the tenth ends the program with "maximum nesting of
@@ -12,6 +12,8 @@ So the program is looked through when it is opened.
 import os
 import re
 import stat
+
+from chipwise.monitor.limits import Limits
 
 READ_BYTES = 4_000_000      # a program sets its modes near its head; the monitor must not spend time on the rest
 _COMMENT = re.compile(rb"\([^)\n]*\)|;[^\n]*")
@@ -37,7 +39,11 @@ def _read(path):
 
 def lines_of(path):
     """{"G93": line, "M73": line}: the first line with each code in a program, without those that it has not."""
-    text, found = _read(path), {}
+    return _lines_in(_read(path))
+
+
+def _lines_in(text):
+    found = {}
     dense = text.replace(b" ", b"")
     for code, digits, pattern in _RULES:
         if digits not in dense:
@@ -52,12 +58,15 @@ def lines_of(path):
 class LoadedProgram:
     """Looks at each program once."""
 
-    def __init__(self, inform, feed_is_remapped):
-        """inform: function of a text for the operator; feed_is_remapped: whether the INI file has REMAP = F."""
-        self.inform, self.feed_is_remapped, self.seen = inform, feed_is_remapped, None
+    def __init__(self, inform, feed_is_remapped, component=None, settings=None):
+        """inform: function of a text for the operator; feed_is_remapped: whether the INI file has REMAP = F; component: pins of limits.py."""
+        self.inform, self.feed_is_remapped, self.seen = inform, feed_is_remapped, ''
+        self.limits = Limits(component, settings, inform) if settings else None
 
-    def follow(self, path):
-        """path: the program that LinuxCNC has open, "" for none."""
+    def follow(self, path, speed=0.0):
+        """path: the program that LinuxCNC has open, "" for none; speed: of the spindle, 1/min."""
+        if self.limits:
+            self.limits.speed(speed)
         try:
             found = (path, os.stat(path).st_mtime_ns) if path else None
         except (OSError, ValueError):
@@ -65,7 +74,10 @@ class LoadedProgram:
         if found == self.seen:
             return
         self.seen = found
-        lines = lines_of(path) if found and self.feed_is_remapped else {}
+        text = _read(path) if found else b""
+        if self.limits:
+            self.limits.program(text)
+        lines = _lines_in(text) if self.feed_is_remapped else {}
         name = os.path.basename(path)
         if "G93" in lines:
             self.inform(f"{name} uses G93 (line {lines['G93']}), which LinuxCNC ends at the tenth F while F is remapped; "

@@ -72,7 +72,7 @@ class Monitor(SpindleTool):
         self.stock_files = StockFiles(component, settings, self.say, self.working, self.place)
         self.shadow = Shadow(component, settings, self.stock_files, os.environ.get('INI_FILE_NAME', ''), self.inform, self.working)
         self.set_up = SetUp(component, settings, self.stock_files, self.shadow.ini, self.inform, self.working, feed_is_remapped())
-        self.loaded = LoadedProgram(self.inform, feed_is_remapped())
+        self.loaded = LoadedProgram(self.inform, feed_is_remapped(), component, settings)
         self.hints = Hints(component, self.say, self.inform, linuxcnc)
         self.start_line, self.quiet = StartLine(settings, self.inform, first), None
 
@@ -247,7 +247,7 @@ class Monitor(SpindleTool):
             self.start_line.follow(self.status.echo_serial_number, self.quiet(now), now)
 
     def follow_program(self, _now):
-        self.loaded.follow(self.status.file)
+        self.loaded.follow(self.status.file, self.status.spindle[0]['speed'])
         if self.set_up.follow(self.linuxcnc, self.status, self.command):
             self.shadow.leave()
         else:

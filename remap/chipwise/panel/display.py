@@ -20,8 +20,10 @@ STATUS_S = 0.1          # of LinuxCNC's status
 FEED_MOTION = (MOTION_FEED, MOTION_ARC)
 MODES = tuple(mode.name.lower() for mode in FeedMode)
 _LIMIT_WORDS = {LimitedBy.NONE: 'nothing', LimitedBy.STOCK_HERE: 'stock', LimitedBy.STOCK_AHEAD: 'ahead',
-                LimitedBy.FLOOR: 'floor', LimitedBy.CEILING: 'ceiling', LimitedBy.FALLBACK: 'fallback'}
+                LimitedBy.FLOOR: 'floor', LimitedBy.CEILING: 'ceiling', LimitedBy.FALLBACK: 'fallback',
+                LimitedBy.CHIP: 'chip', LimitedBy.POWER: 'power', LimitedBy.TORQUE: 'torque'}
 LIMITS = tuple(_LIMIT_WORDS[limit] for limit in LimitedBy)
+SHOWN = LIMITS[:LimitedBy.CHIP]         # on the tab, which has room for six; a limit of the tooth is a ceiling there
 SUMS = ('run-time', 'fed-time', 'saved-time', 'mean-rate', 'peak-rate', 'cut-time', 'air-time')       # of volumetric-feed.0
 STOCK = ('stock-defined', 'certain')
 STOCK_WORDS = ('none', 'defined', 'assumed')
@@ -161,7 +163,7 @@ class Display:
         pins['rate'], pins['rate-target'] = rate / per, target / per
         pins['share'] = min(100.0 * rate / target, 999.0) if target > 0 else 0.0
         choose(pins, 'mode-', MODES, pins['mode'])
-        choose(pins, 'by-', LIMITS, pins['limited-by'])
+        choose(pins, 'by-', SHOWN, min(pins['limited-by'], LimitedBy.CEILING) if pins['limited-by'] >= len(SHOWN) else pins['limited-by'])
         choose(pins, 'stock-is-', STOCK_WORDS, 2 if is_assumed(*(pins[name] for name in STOCK)) else int(pins['stock-defined']))
         choose(pins, 'unit-', ('cm3', 'in3'), int(self.inch))
 
@@ -183,7 +185,7 @@ def make_component():
         component.newpin(name, hal.HAL_BIT, hal.HAL_IN)
     for name in ('rate', 'rate-target', 'share'):
         component.newpin(name, hal.HAL_FLOAT, hal.HAL_OUT)
-    for prefix, names in (('mode-', MODES), ('by-', LIMITS), ('stock-is-', STOCK_WORDS), ('unit-', ('cm3', 'in3'))):
+    for prefix, names in (('mode-', MODES), ('by-', SHOWN), ('stock-is-', STOCK_WORDS), ('unit-', ('cm3', 'in3'))):
         for name in names:
             component.newpin(prefix + name, hal.HAL_BIT, hal.HAL_OUT)
     return component

@@ -56,12 +56,18 @@ class Tool:
     angle in degrees (0: no cone).  Raises CoreError."""
 
     def __init__(self, diameter, corner_radius=0.0, tip_angle=0.0, flute_length=0.0):
-        self.c = layout.Tool()
+        self.c, self.tooth = layout.Tool(), layout.Tooth()
         error = library().chip_tool_init(C.byref(self.c), diameter, corner_radius, tip_angle,
                                        flute_length)
         if error:
             raise CoreError(f"tool: {_TOOL_ERRORS[error]} (diameter {diameter} mm, corner "
                             f"{corner_radius} mm, tip {tip_angle} deg, flute {flute_length} mm)")
+
+    def limit(self, chip_weight=1.0, power_weight=1.0, exponent=0.25):
+        """Limits of its edges (core/tooth.h), so that Stock.tooth() has something to say: 1/mm, 1/mm, Kienzle's exponent."""
+        library().chip_tooth_set(C.byref(self.tooth), chip_weight, power_weight, exponent)
+        self.c.tooth = C.addressof(self.tooth)
+        return self
 
     @property
     def radius(self):
@@ -131,9 +137,16 @@ class Stock:
         in_front (mm): how far in front of the tool `tip` is; default: a tool that has cut up to there; UNCUT: a
         position no cut has come near.  curvature: of the path, rad/mm.
         """
-        met = library().chip_section_at(self.address, C.byref(tool.c), _vec(tip), _vec(direction),
-                                      in_front, curvature)
+        met = self._section(tool, tip, direction, in_front, curvature)
         return met.area, met.depth
+
+    def tooth(self, tool, tip, direction, in_front=0.0, curvature=0.0):
+        """Largest chip over the feed per tooth, and A_mc (mm2), of a tool with limits; otherwise as section()."""
+        met = self._section(tool, tip, direction, in_front, curvature)
+        return met.chip, met.power_area
+
+    def _section(self, tool, tip, direction, in_front, curvature):
+        return library().chip_section_at(self.address, C.byref(tool.c), _vec(tip), _vec(direction), in_front, curvature)
 
 
 class Cutter:
@@ -215,6 +228,13 @@ class Lookahead:
         self.stock, self.tool, self.path, self.c = stock, tool, ProgrammedPath(), layout.Lookahead()
         library().chip_lookahead_reset(C.byref(self.c))
 
+    def limit(self, chip_weight, power_weight, exponent):
+        """Limits of the tool's edges from now on (tooth.h): 1/mm, 1/mm, Kienzle's exponent."""
+        self.tool.c.tooth = C.addressof(self.tool.tooth)
+        if library().chip_tooth_set(C.byref(self.tool.tooth), chip_weight, power_weight, exponent) == layout.ToothChange.BEGUN:
+            library().chip_lookahead_reset(C.byref(self.c))
+        library().chip_tooth_follow(C.byref(self.c), C.byref(self.tool.tooth))
+
     def step(self, start, end, period, horizon, budget=1000):
         """The tool went from start to end (mm) in `period` s."""
         library().chip_lookahead_step(C.byref(self.c), C.byref(self.path.c), self.stock.address, C.byref(self.tool.c),
@@ -232,6 +252,11 @@ class Lookahead:
 def feed(values: FeedIn, last_scale: float = 1.0) -> FeedOut:
     """The feed law for one period."""
     return library().chip_feed(C.byref(values), last_scale)
+
+
+def tooth_law(values: FeedIn) -> layout.ToothOut:
+    """The weights of the limits of a tooth, and what is cut now (tooth_law.h)."""
+    return library().chip_tooth_law(C.byref(values))
 
 
 def feed_override(values: FeedIn, scale: float) -> float:

@@ -5,6 +5,7 @@ change them there, and run `make build`.
 import ctypes as C
 from enum import IntEnum
 
+ARC_POINTS = 196
 BOX_REGISTERS = 6
 CELLS_PER_PERIOD = 12000
 CHAIN_LINE = -1e+30
@@ -27,9 +28,11 @@ LOOKAHEAD_SAMPLES = 192
 MAX_CELL = 100.0
 MAX_CELLS = 268435456
 MAX_COORDINATE = 1000000.0
+MAX_EXPONENT = 0.6
 MAX_FLUTE_LENGTH = 10000.0
 MAX_MU_PER_MM = 1000.0
 MAX_TOOL_DIAMETER = 2000.0
+MAX_TOOTH_LOAD = 1000000.0
 MIN_CELL = 0.001
 MIN_MU_PER_MM = 0.001
 MIN_SIZE = 0.001
@@ -106,6 +109,7 @@ TRACER_RISES = 4
 TRACER_WINDOW = 17
 TRAVERSE_POINTS = 256
 WAITING_MAX = 3
+WEIGHTS = 256
 WORK_A_NODE = 14
 WORK_A_ROUND_NODE = 20
 WORK_LEAST = 1500
@@ -174,6 +178,9 @@ class LimitedBy(IntEnum):
     FLOOR = 3
     CEILING = 4
     FALLBACK = 5
+    CHIP = 6
+    POWER = 7
+    TORQUE = 8
 
 
 class ToolWatchFault(IntEnum):
@@ -227,6 +234,21 @@ class StockShape(IntEnum):
 
     BOX = 0
     CYLINDER = 1
+
+
+class ToothLimit(IntEnum):
+    """enum chip_tooth_limit"""
+
+    CHIP = 0
+    POWER = 1
+
+
+class ToothChange(IntEnum):
+    """enum chip_tooth_change"""
+
+    SAME = 0
+    CHANGED = 1
+    BEGUN = 2
 
 
 class ToolError(IntEnum):
@@ -413,6 +435,17 @@ class FeedIn(C.Structure):
         ("max_jerk_mm_s3", C.c_double),
         ("current_vel_mm_s", C.c_double),
         ("current_accel_mm_s2", C.c_double),
+        ("tooth_distance_mm", C.c_double * 8),
+        ("tooth_load_per_mm", C.c_double * 8),
+        ("tooth_accel_mm_s2", C.c_double * 8),
+        ("tooth_limit", C.c_int * 8),
+        ("chip_share_now", C.c_double),
+        ("power_root_now", C.c_double),
+        ("max_chip_mm", C.c_double),
+        ("max_power_w", C.c_double),
+        ("max_torque_nm", C.c_double),
+        ("specific_force_n_mm2", C.c_double),
+        ("force_exponent_mc", C.c_double),
     ]
 
 
@@ -434,6 +467,19 @@ class FeedEasing(C.Structure):
         ("ramp_mm_s", C.c_double),
         ("given_mm_s", C.c_double),
         ("is_begun", C.c_int),
+    ]
+
+
+class ToothOut(C.Structure):
+    """struct chip_tooth_out"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("chip_weight_per_mm", C.c_double),
+        ("power_weight_per_mm", C.c_double),
+        ("chip_mm", C.c_double),
+        ("power_w", C.c_double),
+        ("torque_nm", C.c_double),
     ]
 
 
@@ -753,6 +799,34 @@ class Stock(C.Structure):
     ]
 
 
+class ToothLoad(C.Structure):
+    """struct chip_tooth_load"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("load", C.c_double),
+        ("limit", C.c_int),
+    ]
+
+
+class Tooth(C.Structure):
+    """struct chip_tooth"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("chip_weight", C.c_double),
+        ("power_weight", C.c_double),
+        ("exponent", C.c_double),
+        ("made", C.c_int),
+        ("given", C.c_double * 3),
+        ("weight", C.c_float * (256 + 2)),
+        ("root", C.c_float * (256 + 2)),
+        ("points", C.c_int),
+        ("side", C.c_float * 196),
+        ("height", C.c_float * 196),
+    ]
+
+
 class ToolRing(C.Structure):
     """struct chip_tool_ring"""
 
@@ -781,6 +855,7 @@ class Tool(C.Structure):
         ("r_arc", C.c_double),
         ("arc_top", C.c_double),
         ("shoulder", C.c_double),
+        ("tooth", C.c_void_p),
         ("rings", C.c_int),
         ("ring", ToolRing * 12),
     ]
@@ -794,6 +869,8 @@ class Section(C.Structure):
         ("area", C.c_double),
         ("depth", C.c_double),
         ("nodes", C.c_int),
+        ("chip", C.c_double),
+        ("power_area", C.c_double),
     ]
 
 
@@ -841,6 +918,15 @@ class Lookahead(C.Structure):
         ("read_clear", C.c_ubyte * 256),
         ("completed", C.c_ubyte * 256),
         ("interval", LoadInterval * 256),
+        ("chip_weight", C.c_double),
+        ("power_weight", C.c_double),
+        ("power_root", C.c_double),
+        ("begin_tooth", ToothLoad),
+        ("tooth", ToothLoad * 256),
+        ("between", ToothLoad * 256),
+        ("chip", C.c_float * 256),
+        ("power", C.c_float * 256),
+        ("carried", C.c_float * 192 * 2),
     ]
 
 
@@ -852,6 +938,7 @@ class LoadStep(C.Structure):
         ("distance", C.c_double),
         ("area", C.c_double),
         ("accel", C.c_double),
+        ("limit", C.c_int),
     ]
 
 
@@ -864,6 +951,10 @@ class LoadProfile(C.Structure):
         ("depth", C.c_double),
         ("steps", C.c_int),
         ("step", LoadStep * 8),
+        ("tooth_steps", C.c_int),
+        ("tooth_step", LoadStep * 8),
+        ("chip", C.c_double),
+        ("power", C.c_double),
     ]
 
 
@@ -984,6 +1075,9 @@ class TrackerIn(C.Structure):
         ("axis_acceleration_mu_s2", C.c_double * 3),
         ("max_jerk_mu_s3", C.c_double),
         ("mrr_window_s", C.c_double),
+        ("chip_weight_per_mm", C.c_double),
+        ("power_weight_per_mm", C.c_double),
+        ("force_exponent_mc", C.c_double),
         ("period_s", C.c_double),
     ]
 
@@ -1020,6 +1114,7 @@ class Tracker(C.Structure):
     _fields_ = [
         ("state", C.c_uint),
         ("tool", Tool),
+        ("tooth", Tooth),
         ("built", C.c_double * 4),
         ("tool_error", C.c_int),
         ("sweep", Sweep),
@@ -1614,6 +1709,7 @@ STRUCTURES = {
     "chip_feed_in": FeedIn,
     "chip_feed_out": FeedOut,
     "chip_feed_easing": FeedEasing,
+    "chip_tooth_out": ToothOut,
     "chip_feed_bound": FeedBound,
     "chip_feed_hold": FeedHold,
     "chip_run_totals": RunTotals,
@@ -1634,6 +1730,8 @@ STRUCTURES = {
     "chip_cell": Cell,
     "chip_levels": Levels,
     "chip_stock": Stock,
+    "chip_tooth_load": ToothLoad,
+    "chip_tooth": Tooth,
     "chip_tool_ring": ToolRing,
     "chip_tool": Tool,
     "chip_section": Section,

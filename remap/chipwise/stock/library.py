@@ -73,6 +73,8 @@ _SWEEP, _TOOL, _PATH = C.POINTER(layout.Sweep), C.POINTER(layout.Tool), C.POINTE
 _LOOKAHEAD, _SEGMENT, _FEED_IN = C.POINTER(layout.Lookahead), C.POINTER(layout.Segment), C.POINTER(layout.FeedIn)
 _MESH, _DROP_TOOL = C.POINTER(layout.DropMesh), C.POINTER(layout.DropTool)
 _FUNCTIONS = (      # name, result, arguments
+    ("chip_tooth_set", C.c_int, [C.c_void_p] + [C.c_double] * 3), ("chip_tooth_follow", None, [C.c_void_p, C.c_void_p]),
+    ("chip_tooth_law", layout.ToothOut, [C.c_void_p]),
     ("chip_tool_init", C.c_int, [_TOOL] + [C.c_double] * 4), ("chip_tool_height", C.c_double, [_TOOL, C.c_double]),
     ("chip_tool_reach", C.c_double, [_TOOL, C.c_double]), ("chip_stock_cells", C.c_uint32, [C.c_double] * 3),
     ("chip_stock_bytes", C.c_uint64, [C.c_uint32]), ("chip_stock_init", None, [_HEAD, C.c_double, C.c_uint32]),

@@ -5,7 +5,8 @@
     const $ = (id) => document.getElementById(id);
     const {t, put, section, fill} = window.chipwise;
     const LIMITS = {nothing: 'nothing', stock: 'stock here', ahead: 'stock ahead', floor: 'feed floor', ceiling: 'feed ceiling',
-                    fallback: 'F as programmed'};
+                    fallback: 'F as programmed', chip: 'largest chip',
+                    power: 'spindle power', torque: 'spindle torque'};
 
     const inch = () => Boolean(window.chipwise.state && window.chipwise.state.task && window.chipwise.state.task.inch);
     const rate = (cm3) => (cm3 / (inch() ? 16.387064 : 1)).toPrecision(3);

@@ -40,7 +40,8 @@
     const STATUS = {off: 'The machine is off', calm: 'Ready', cutting: 'Cutting', limited: 'Slower than F', over: 'Above the target', alarm: 'Alarm'};
     const MODES = {off: 'off', limit: 'limit', constant: 'constant', window: 'window'};
     const LIMITS = {nothing: 'nothing', stock: 'stock here', ahead: 'stock ahead', floor: 'feed floor', ceiling: 'feed ceiling',
-                    fallback: 'no stock known: F as programmed'};
+                    fallback: 'no stock known: F as programmed', chip: 'largest chip',
+                    power: 'spindle power', torque: 'spindle torque'};
 
     // ---- what is shown -------------------------------------------------------------------------------------------
 

@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The limits of edges and spindle for the pins: the material of the loaded program, and what the spindle gives at its speed.
+
+Called by loaded_program.py.  The material is that of the program's MATERIAL comment, else of [CHIPWISE]MATERIAL (materials.py); the power that of
+[CHIPWISE]SPINDLE_POWER.  What is not known limits nothing, and is said once for each program.
+"""
+
+from chipwise.errors import CycleError, unnamed
+from chipwise.materials import material_of
+from chipwise.settings import power_at
+
+NO_MATERIAL = 'the power is not limited: no material is known; add (MATERIAL,NAME=6061) to the program, or set [CHIPWISE]MATERIAL'
+
+
+class Limits:
+    """The pins specific-force, force-exponent and max-power."""
+
+    def __init__(self, component, settings, inform):
+        self.component, self.settings, self.inform = component, settings, inform
+        self.said = ''
+
+    def program(self, text):
+        """Another program, as bytes: its material."""
+        found, problem = None, ''
+        text = text.decode('utf-8', 'replace') if b'MATERIAL' in text.upper() else ''
+        try:
+            found = material_of(text, self.settings['MATERIAL'], self.settings.path('MATERIALS'))
+        except CycleError as error:
+            problem = unnamed(error)
+        if not found and not problem and self.settings['SPINDLE_POWER']:
+            problem = NO_MATERIAL
+        self.component['specific-force'] = found.kc11 if found else 0.0
+        self.component['force-exponent'] = found.mc if found else 0.0
+        if problem and problem != self.said:
+            self.inform(problem)
+        self.said = problem
+
+    def speed(self, revolutions):
+        """The commanded speed of the spindle, 1/min."""
+        self.component['max-power'] = power_at(self.settings['SPINDLE_POWER'], abs(revolutions))
