@@ -94,7 +94,7 @@ def test_one_file_a_tool(tmp_path):
         ["open", deeper], ["messages", "deeper.ngc goes on"], removed, ["log", deeper], removed,
         ["open", level], ["messages", "level.ngc: "], removed, *new_part, removed,
         ["open", deeper], ["messages", "deeper.ngc: a stock"], removed,
-        ["mdi", "G10 L2 P1 X100"], ["open", level], ["messages", "level.ngc: "], ["until", "stock-tracker.0.stock-defined", "=", 0],
+        ["open", level], ["messages", "level.ngc: "], ["mdi", "G10 L2 P1 X100"], ["until", "stock-tracker.0.stock-defined", "=", 0],
         ["mdi", "T0 M6"], ["open", unknown], ["messages", "unknown.ngc: no stock"], ["mdi", "T1 M6"], ["messages", "unknown.ngc: a stock"], removed],
         edit=SHADOW.format("yes"), speed=1)
     first, said, before, after = answers[4], answers[6], answers[7], answers[9]
