@@ -67,6 +67,14 @@ def test_parts_of_both_hands(k, tmp_path):
     replay.unlink()
 
 
+def test_a_plunge_is_left_beside_its_wall(tmp_path):
+    """The rapid away from a plunge rises three times as fast as it goes aside: the wall behind its end was 0.11 mm from its middle."""
+    part = random_part(random.Random("hands 4427 110"))
+    _, text, unit = planned(part, tmp_path)
+    judge = Judge(part, CLEARANCE)
+    assert judge.judge(text, unit)["near"] <= 1e-6, judge.where
+
+
 @pytest.mark.parametrize("beside", (0.0, 0.5, 1.2))
 def test_rapids_keep_the_setting(beside, tmp_path):
     """TRAVERSE_CLEARANCE of the machine."""

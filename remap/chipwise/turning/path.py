@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass
 
 from chipwise.errors import CycleError
-from chipwise.turning.graph import above, clip, flat, highest, lower, segment, upper, value
+from chipwise.turning.graph import above, clip, highest, lower, segment, upper, value
 
 ROUNDING_MM = 1e-6
 SHORT_MM = 1e-7         # of a shorter move only rounding is left
@@ -194,11 +194,24 @@ class Path:
         holder = upper(clip(self.work.block, max(b, self.z + ROUNDING_MM), end), clip(self.work.reach, self.z + ROUNDING_MM, end))
         for rise, most in LEAVES:
             high = self.x + gap * rise
-            below = [segment(self.z, self.x, end, self.x + gap * most), flat(end, end + beside, high - beside)]
+            below = [segment(self.z, self.x, end, self.x + gap * most), *self._below_beside(rise, most)]
             if (high <= self.work.roof and not above(clip(self.now, self.z + ROUNDING_MM, end + beside), below, ROUNDING_MM)
                     and not above(holder, [segment(self.z, self.x, end, high)], ROUNDING_MM)):
                 return rise
         return None
+
+    def _below_beside(self, rise, most):
+        """Graph, from where a move away with this rise would end: stock below it is `beside` from the move, or has at most the rise `most`, and is
+        `beside` below its end."""
+        gap, beside = self.work.clearance, self.work.beside
+        apart = beside * math.hypot(1.0, rise) / rise       # along Z
+        top = gap * rise - beside
+
+        def height(along):
+            return min(top, max(most * along, rise * (along - apart)))
+        bends = (rise * apart / (rise - most), top / most, apart + top / rise)
+        places = [gap, *sorted(place for place in bends if gap < place < gap + beside), gap + beside]
+        return [segment(self.z + a, self.x + height(a), self.z + b, self.x + height(b)) for a, b in zip(places, places[1:]) if b > a]
 
     def leave(self, b):
         """Away from the work, if it can be."""
