@@ -77,7 +77,7 @@ def test_a_plunge_is_left_beside_its_wall(tmp_path):
 
 @pytest.mark.parametrize("beside", (0.0, 0.5, 1.2))
 def test_rapids_keep_the_setting(beside, tmp_path):
-    """TRAVERSE_CLEARANCE of the machine."""
+    """TRAVERSE_CLEARANCE of the machine; with 0 what is near is in contact."""
     judged = 0
     for k in range(random_count(2)):
         part = random_part(random.Random(f"beside {random_seed()} {k}"))
@@ -88,7 +88,7 @@ def test_rapids_keep_the_setting(beside, tmp_path):
             continue
         judge, judged = Judge(part, CLEARANCE, beside), judged + 1
         worst = judge.judge(text, unit)
-        assert worst["near"] <= 1e-6 and worst["gouge"] <= 0.001 and worst["contact"] <= 0.002 and worst["holder"] <= 0.001, (k, worst, judge.where)
+        assert worst["near"] <= (1e-6 if beside else 0.002) and worst["gouge"] <= 0.001 and worst["contact"] <= 0.002 and worst["holder"] <= 0.001, (k, worst, judge.where)
     assert judged
 
 

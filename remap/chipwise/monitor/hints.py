@@ -21,7 +21,7 @@ from chipwise.stock.layout import PathRefusal
 AT_START = range(PathRefusal.NO_BLOCK, PathRefusal.HEARTBEAT)
 SLOW_SHARE = 0.5        # of the period: the rest of the thread and the screen need the other half
 LOOKS = 500             # of 0.02 s that are remembered
-SLOW_LOOKS = 5          # of them: without a realtime kernel a run may be interrupted now and then
+SLOW_LOOKS = 100        # of them: without a realtime kernel a run may be interrupted, at times for longer than a period
 PERIODS = 51            # whose median is the period: one alone may begin late
 
 
@@ -30,7 +30,7 @@ class Pace:
 
     def __init__(self, read, is_realtime):
         self.read, self.is_realtime = read, is_realtime
-        self.periods, self.shares = deque(maxlen=PERIODS), deque(maxlen=LOOKS)
+        self.periods, self.shares, self.took = deque(maxlen=PERIODS), deque(maxlen=LOOKS), None
 
     def look(self):
         """-> share of the period that is worth saying, 0 if none is."""
@@ -38,10 +38,16 @@ class Pace:
         period = statistics.median(self.periods) * speed()        # a clock that runs fast makes the real period short
         if len(self.periods) < PERIODS or period <= 0:
             return 0.0
-        self.shares.append(self.read('stock-tracker.0.time') / period)
-        slow = [share for share in self.shares if share >= SLOW_SHARE]
         most = self.read('stock-tracker.0.tmax') / period if self.is_realtime else 0.0
-        return most if most >= SLOW_SHARE else max(slow) if len(slow) >= SLOW_LOOKS else 0.0
+        if most >= SLOW_SHARE:
+            return most
+        took = self.read('stock-tracker.0.time')
+        if took == self.took:               # perhaps of the same run: the thread waits
+            return 0.0
+        self.took = took
+        self.shares.append(took / period)
+        slow = [share for share in self.shares if share >= SLOW_SHARE]
+        return statistics.median(slow) if len(slow) >= SLOW_LOOKS else 0.0
 
 
 def make_pace():
