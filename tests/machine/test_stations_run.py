@@ -83,7 +83,7 @@ def test_what_is_not_taught(tmp_path):
 
 def test_a_probed_point_and_a_new_origin(tmp_path):
     """H1 takes where the probe has touched, not where the tool is now.  Q1 begins a station anew.  In inch."""
-    steps = [['mdi', 'T1 M6'], *go((10, 10, 5), 1), *go((60, 10, 5), 2), ['mdi', 'G20'], ['mdi', 'G0 X2 Y2 Z1'], ['mdi quietly', 'G38.3 Z-1 F10'],
+    steps = [['mdi', 'T1 M6'], *go((10, 10, 5), 1), *go((60, 10, 5), 2), ['mdi', 'G20'], ['mdi', 'G0 X2 Y2 Z0.52'], ['mdi quietly', 'G38.3 Z-1 F1'],
              ['until', 'axis.z.pos-cmd', '<', 12.7], ['hal', 'setp', 'motion.probe-input', '1'], ['mdi_end'],
              ['hal', 'setp', 'motion.probe-input', '0'], ['pins', 'motion.probe-input'], ['mdi', 'G0 Z1'], ['mdi', 'M255 P3 Q1 H1'], ['messages']]
     answers = operate(tmp_path, steps, edit=stations_in(tmp_path))
