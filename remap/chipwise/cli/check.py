@@ -12,6 +12,7 @@ import json
 import os
 import signal
 import sys
+import threading
 
 from chipwise.cli.machine_options import Progress, add_machine_options, ini_of, machine_of, refuser, tool_of
 from chipwise.cli.output import check_outputs, write_output
@@ -67,7 +68,8 @@ def run(options):
         refuse('there is no program (.ngc, .nc, .tap) in the folder')
     check_outputs(refuse, {'--report': options.report, '--json': options.json},
                   [*(('one of the programs', program) for program in programs), ('the INI file', ini_of(options))])
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
+    if threading.current_thread() is threading.main_thread():       # Python allows it nowhere else
+        signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
     results, progress = [None] * len(programs), Progress(sys.stderr)
     for number, result in results_of(options, programs, progress, arguments):
         results[number] = result

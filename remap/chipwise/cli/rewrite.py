@@ -13,6 +13,7 @@ import math
 import os
 import signal
 import sys
+import threading
 
 from chipwise.cli import rewrite_folder
 from chipwise.cli.machine_options import Progress, add_machine_options, ini_of, machine_of, refuser, tool_of
@@ -49,7 +50,8 @@ def run(options):
     check_options(options)
     arguments = machine_of(options, refuse)
     arguments.update(tool_of(options.tool, options.tool_diameter, arguments['machine'], refuse, '--tool-diameter'))
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
+    if threading.current_thread() is threading.main_thread():       # Python allows it nowhere else
+        signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
     order = order_of(options, arguments['machine'])
     if os.path.isdir(options.program):
         return rewrite_folder.run(options, {'order': order, **arguments}, refuse)

@@ -14,6 +14,7 @@ import argparse
 import json
 import signal
 import sys
+import threading
 import time
 
 from chipwise.cli.machine_options import Progress, add_ini, ini_of, refuser
@@ -53,7 +54,8 @@ def add_arguments(parser):
 
 def run(options):
     """-> exit status."""
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
+    if threading.current_thread() is threading.main_thread():       # Python allows it nowhere else
+        signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
     progress, began = Progress(sys.stderr), time.monotonic()
     try:
         cuts = cuts_of(options)
