@@ -4,46 +4,17 @@
 #include <math.h>
 
 #include "core_checks.h"
+#include "one_tracker.h"
 
 #include "../../components/core/path.h"
 #include "../../components/core/stylus.h"
-#include "../../components/core/tracker.h"
-
-static struct chip_tracker tracker;
-static struct chip_tracker_in in;
-static struct chip_tracker_out out;
-
-static void periods(struct chip_stock *stock, int count)
-{
-    while (count-- > 0) chip_tracker_step(&tracker, stock, &in, &out);
-}
 
 /* A box of 40 x 30 x 10 mm with its top at Z0, and a flat tool of 6 mm beside it. */
-static struct chip_stock *defined(void)
+static void define_beside(void)
 {
-    uint32_t cells = chip_stock_cells(0.25, 50.0, 40.0);
-    struct chip_stock *stock = calloc(1, chip_stock_bytes(cells));
-    chip_stock_init(stock, 0.25, cells);
-    chip_tracker_init(&tracker);
-    memset(&in, 0, sizeof in);
-    in.mu_per_mm = 1.0;
-    in.period_s = 0.001;
-    in.mrr_window_s = 0.02;
-    in.acceleration_mu_s2 = 500.0;
-    in.tool_diameter_mu = 6.0;
-    in.is_enabled = 1;
-    in.motion = 2;
-    in.pos_mu[0] = -10.0;
-    in.pos_mu[1] = 15.0;
-    in.pos_mu[2] = -5.0;
-    in.box_max_mu[0] = 40.0;
-    in.box_max_mu[1] = 30.0;
-    in.box_min_mu[2] = -10.0;
-    in.define_request = 1;
-    periods(stock, 100);
-    in.define_request = 0;
+    const double size[3] = { 40.0, 30.0, 10.0 }, at[3] = { -10.0, 15.0, -5.0 };
+    define(0.25, size, 6.0, at);
     CHECK(out.is_ready && !out.has_fault);
-    return stock;
 }
 
 /* A zigzag of more corners than the queue has places, each by a tenth of a millimetre: those are left out that matter least. cut: cells
@@ -91,9 +62,10 @@ static void sweep_that_is_nowhere(void)
 /* Another program writes into the map's head, or into a cell what cannot be: the stock is unknown, until it is defined again. */
 static void map_is_spoilt(int head)
 {
-    struct chip_stock *stock = defined();
-    uint64_t definitions = stock->definitions;
+    uint64_t definitions;
     int i;
+    define_beside();
+    definitions = stock->definitions;
     if (head) {
         stock->nx += 1000;
     } else {
@@ -102,15 +74,14 @@ static void map_is_spoilt(int head)
         chip_tracker_own_map(&tracker, stock);
     }
     in.pos_mu[0] += 0.05;
-    periods(stock, 1);
+    periods(1);
     CHECK(!out.has_stock && !out.is_ready && out.fault_number == CHIP_FAULT_MAP);
     CHECK(out.removed_volume_mm3 == 0.0 && stock->nx == 0 && stock->definitions > definitions);
-    periods(stock, 3);
+    periods(3);
     CHECK(out.fault_number == CHIP_FAULT_MAP);
     in.define_request = 1;
-    periods(stock, 100);
+    periods(100);
     CHECK(out.has_stock && out.is_ready && !out.has_fault);
-    free(stock);
 }
 
 /* Each number of the head that another program could have written otherwise. */
@@ -175,9 +146,9 @@ static void append(double x0, double x, long key)
 /* The planner takes back what it had queued: the load of stock that the tool will not meet is forgotten. */
 static void path_gets_shorter(void)
 {
-    struct chip_stock *stock = defined();
     int i, k;
     double most = 0.0;
+    define_beside();
     chip_path_reset(&tracker.path);
     tracker.path.known = 1;
     for (i = 0; i < 60; i++) {
@@ -186,13 +157,12 @@ static void path_gets_shorter(void)
         if (!tracker.path.count) append(-7.0, -3.5, 1);
         if (tracker.path.count == 1 && i < 40) append(-3.5, 30.0, 2);
         if (i == 40) chip_path_retract(&tracker.path);
-        periods(stock, 1);
+        periods(1);
         for (most = 0.0, k = 0; k < out.load.steps; k++) most = fmax(most, out.load.step[k].area);
         if (i == 39) CHECK(most > 20.0); /* a slot of 6 x 5 mm is ahead */
     }
     CHECK(tracker.path.count == 1);
     CHECK(most == 0.0);
-    free(stock);
 }
 
 static void path_that_is_too_short_to_stop(void)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from chipwise.setup.job import Job, JobTool, text_of
-from support.headless_rig import WITH_LOG
+from support.headless_rig import WITH_LOG, motion_rows
 from support.operate import operate
 
 pytestmark = pytest.mark.machine
@@ -61,7 +61,7 @@ def test_it_is_a_limit_and_ends_with_its_program(tmp_path):
         ['open', str(other)], *fresh, home, ran, ['pins', *PINS]], edit=WITH_LOG, speed=1, timeout=120)
     assert answers[3] == FRESH
     for errors, log in (answers[4], answers[8]):
-        velocity = np.linalg.norm(np.diff(_rows(log), axis=0), axis=1) / np.load(log)['period']
+        velocity = np.linalg.norm(np.diff(motion_rows(log), axis=0), axis=1) / np.load(log)['period']
         typed = velocity[(velocity > 0.5 * TARGET / 60 / AREA) & (velocity < F_VEL)]
         assert errors == [] and np.median(typed) == pytest.approx(TARGET / 60 / AREA, rel=0.02)       # of the slots
     for end, then in ((answers[5], answers[7]), (answers[9], answers[11])):
@@ -74,17 +74,9 @@ def test_it_is_a_limit_and_ends_with_its_program(tmp_path):
     assert alone[1][0] == [] and len(rows) == len(wanted) > 3000 and np.abs(rows - wanted).max() == 0.0
 
 
-def _rows(path):
-    """Positions from the first motion to the end, in servo periods."""
-    found = np.load(path)
-    at = np.column_stack([found[name] for name in 'xyz'])
-    moves = np.flatnonzero(np.abs(np.diff(at, axis=0)).max(axis=1) > 0)
-    return at[moves[0]:moves[-1] + 2]
-
-
 def _moved(path):
     """The same without the periods in which it stands: how long it waits for a move is the computer's."""
-    at = _rows(path)
+    at = motion_rows(path)
     return at[np.append(True, np.abs(np.diff(at, axis=0)).max(axis=1) > 0)]
 
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from chipwise.stock import core
-from support.headless_rig import WITH_LOG
+from support.headless_rig import WITH_LOG, motion_rows
 from support.operate import BOX, operate
 
 pytestmark = pytest.mark.machine
@@ -31,14 +31,6 @@ STATE = ['pins', 'stock-tracker.0.stock-defined', 'stock-tracker.0.certain', 'st
 SHADOW = WITH_LOG + '\ns/^KEEP_STOCK = .*/KEEP_STOCK = no\\nSHADOW = {}/'
 
 
-def _rows(path):
-    """Positions from the first motion to the end, in servo periods."""
-    log = np.load(path)
-    at = np.column_stack([log[name] for name in "xyz"])
-    moves = np.flatnonzero(np.abs(np.diff(at, axis=0)).max(axis=1) > 0)
-    return at[moves[0]:moves[-1] + 2]
-
-
 def test_it_is_cut_and_nothing_acts(tmp_path):
     """The stock is there when the program is loaded, and is cut; the rows are those of a machine without it; M251 finds no stock; M250 is certain."""
     path = tmp_path / "part.ngc"
@@ -58,7 +50,7 @@ def test_it_is_cut_and_nothing_acts(tmp_path):
     assert any('no stock is defined' in text for text in m251)
     assert stopped == 'failed: a guard has stopped the program (line 10)'
     assert certain[:3] == ['TRUE', 'TRUE', '0']
-    rows = [_rows(log) for log in (log_off, second_off, log_on, second_on)]
+    rows = [motion_rows(log) for log in (log_off, second_off, log_on, second_on)]
     assert len(rows[0]) > 5000
     for other in rows[1:]:
         assert len(other) == len(rows[0]) and np.abs(other - rows[0]).max() == 0.0

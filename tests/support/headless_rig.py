@@ -3,6 +3,8 @@
 import os
 import re
 
+import numpy as np
+
 from chipwise.headless import runner
 
 
@@ -58,3 +60,11 @@ def with_spindle(tmp_path):
     path = tmp_path / 'spindle.hal'
     path.write_text(SPINDLE[1])
     return f's#^HALFILE = ../hal/chipwise.hal#HALFILE = {path}\\n&#'
+
+
+def motion_rows(path):
+    """(n, 3) positions of a log from the first motion to the end, in servo periods."""
+    log = np.load(path)
+    at = np.column_stack([log[name] for name in "xyz"])
+    moves = np.flatnonzero(np.abs(np.diff(at, axis=0)).max(axis=1) > 0)
+    return at[moves[0]:moves[-1] + 2]

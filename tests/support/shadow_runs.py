@@ -4,13 +4,12 @@
 Called by bench/bench_shadow.py and tests/machine/test_shadow_manners.py.
 """
 
-import re
 import subprocess
 
 import numpy as np
 
 from support import ROOT
-from support.headless_rig import WITH_LOG
+from support.headless_rig import WITH_LOG, own_ini
 from support.operate import operate
 
 MACHINES = {"metric": "mill.ini", "inch": "mill_inch.ini"}
@@ -61,11 +60,7 @@ def strange(ours, theirs):
 def canonical(folder, text, machine, shadow):
     """What rs274 prints of a program."""
     source = ROOT / "configs" / MACHINES[machine]
-    copy = source.with_name(f"bench-shadow-{machine}-{shadow}.ini")
-    copy.write_text(re.sub(r"^KEEP_STOCK = .*", f"KEEP_STOCK = no\nSHADOW = {shadow}", source.read_text(), flags=re.M))
+    copy = own_ini(folder, source, CHIPWISE=f"KEEP_STOCK = no\nSHADOW = {shadow}")
     (folder / "canonical.ngc").write_text(text)
-    try:
-        return subprocess.run(["rs274", "-g", "-i", str(copy), str(folder / "canonical.ngc")], cwd=source.parent, env={"PATH": "/usr/bin:/bin", "HOME": str(folder), "LANG": "C.UTF-8"},
-                              stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=120).stdout
-    finally:
-        copy.unlink()
+    return subprocess.run(["rs274", "-g", "-i", copy, str(folder / "canonical.ngc")], cwd=source.parent, env={"PATH": "/usr/bin:/bin", "HOME": str(folder), "LANG": "C.UTF-8"},
+                          stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=120).stdout
