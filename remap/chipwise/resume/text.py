@@ -36,19 +36,11 @@ class Rest(Writer):
 
     def text_from(self, line):
         """Bytes.  Raises Unreadable."""
-        written_out, blocks = self._written_out(), self.program.blocks
+        written_out = self._written_out()
         for number, text in enumerate(self.source[line - 1:], line):
-            steps = self._steps_of(number)
             if self.feed is not None and not written_out[number]:
                 self._feed_before(number)
-            if written_out[number]:
-                self._write_out(number, text, steps)
-            elif number in blocks.outermost:
-                self._keep_of_block(number, text, blocks.outermost[number])
-            elif number in blocks.subs:
-                self.out.line(text)
-            else:
-                self._keep(text, steps, self.program.modes[number - 1].synchronised)
+            self._line(number, text, written_out[number])
         return self._buffer.getvalue()
 
     def _feed_before(self, number):

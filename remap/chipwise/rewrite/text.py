@@ -72,19 +72,23 @@ class Writer:
 
     def write(self):
         """The whole text.  Raises Unreadable."""
-        written_out, blocks = self._written_out(), self.program.blocks
+        written_out = self._written_out()
         for number, text in enumerate(self.source, 1):
-            steps = self._steps_of(number)
-            if written_out[number]:
-                self._write_out(number, text, steps)
-            elif number in blocks.outermost:
-                self._keep_of_block(number, text, blocks.outermost[number])
-            elif number in blocks.subs:
-                self.out.line(text)
-            else:
-                self._keep(text, steps, self.program.modes[number - 1].synchronised)
-                if steps and (moves := self.edits.after.get(steps[-1])):
-                    self._moves(steps[-1], moves, number)
+            self._line(number, text, written_out[number])
+
+    def _line(self, number, text, is_written_out):
+        """A line of the source, and the moves behind it."""
+        steps, blocks = self._steps_of(number), self.program.blocks
+        if is_written_out:
+            self._write_out(number, text, steps)
+        elif number in blocks.outermost:
+            self._keep_of_block(number, text, blocks.outermost[number])
+        elif number in blocks.subs:
+            self.out.line(text)
+        else:
+            self._keep(text, steps, self.program.modes[number - 1].synchronised)
+            if steps and (moves := self.edits.after.get(steps[-1])):
+                self._moves(steps[-1], moves, number)
 
     # ---- which lines ------------------------------------------------------------------------------------------
 
