@@ -23,7 +23,7 @@ SPEAKERS = {
     'unchecked': (0,), 'unfinished': (0,), 'wrong': (0, 1), 'refuse': (0, 1), '_fail': (2, 3), 'fault': (2, 3),
     '_refuse': (1,), 'ContourError': (2,), 'StoreError': (1,), 'CommandError': (0,), 'UsageError': (0,),
     'ClusterError': (0,), '_Failed': (0,), 'SessionError': (0,), 'RunError': (0,), 'SharedStockError': (0,), 'CoreError': (0,), 'LibraryError': (0,), 'Rs274Error': (0,),
-    'SystemExit': (0,), 'say': (0,), 'inform': (0,), '_tell': (0,), 'MESSAGE': (0,), 'error': (0,), 'print': (0,)}
+    'SystemExit': (0,), 'say': (0,), 'inform': (0,), 'tell': (0,), 'MESSAGE': (0,), 'error': (0,), 'print': (0,)}
 LOUD = {'print', 'error', 'SystemExit'}         # these count only if the text begins with the name of a command
 TABLES = ('FAULTS', 'REASONS', 'PATH_REFUSALS')                  # {number: text} or {number: (fact, remedy)}
 TEXTS = ('guard_text', 'slow_text', 'message_of', 'of_unexpected', 'forgetful', 'running', '_rate_note')            # functions that return a message

@@ -15,7 +15,7 @@ is reported through it.
 """
 
 import re
-from typing import Any, Optional
+from typing import Any, Iterable, Optional
 
 MM_PER_INCH = 25.4
 
@@ -41,6 +41,11 @@ def format_length(value_mm: float, unit: str = "mm") -> str:
     if number in ("-0", ""):
         number = "0"
     return f"{number} {unit}"
+
+
+def format_place(place_mm: Iterable[float], unit: str = "mm") -> str:
+    """Lengths (mm) -> "2 3.5 -1": as format_length() has them, without the unit."""
+    return " ".join(format_length(value, unit).split()[0] for value in place_mm)
 
 
 def format_area(value_mm2: float, unit: str = "mm") -> str:

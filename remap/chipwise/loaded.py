@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The program that LinuxCNC has loaded, and what its path depends on.  Called by panel/machine.py, panel/ahead.py and monitor/shadow.py."""
+"""The program that LinuxCNC has loaded, and what its path depends on.  Called by panel/machine.py, panel/ahead.py, monitor/shadow.py and monitor/set_up.py."""
 
 import os
 
 MODAL = (70, 80, 170, 180, 190, 200, 210, 900, 910, 901, 911)     # of stat.gcodes: codes that say how coordinates are read
 
 
-def identity(program):
-    """What tells a file from what it was before; None for one that is not there."""
+def identity(program, follow_links=True):
+    """What tells a file, or a link itself, from what it was before; None for one that is not there."""
     try:
-        found = os.stat(program)
+        found = os.stat(program, follow_symlinks=follow_links)
         return found.st_mtime_ns, found.st_size, found.st_ino
     except (OSError, ValueError):
         return None
@@ -22,3 +22,8 @@ def scene(status):
             "offset": [round(v, 9) for v in status.g5x_offset[:3]], "g92": [round(v, 9) for v in status.g92_offset[:3]],
             "turn": round(status.rotation_xy, 9), "tool": max(0, status.tool_in_spindle), "block_delete": bool(status.block_delete),
             "codes": " ".join(f"G{code / 10:g}" for code in status.gcodes if code in MODAL)}
+
+
+def place(scene):
+    """The work offset of a scene(): what says where on the machine a program cuts."""
+    return [scene[name] for name in ("index", "offset", "g92", "turn")]

@@ -7,6 +7,7 @@ import types
 
 import pytest
 
+from chipwise.monitor import saying
 from chipwise.monitor import set_up as module
 from chipwise.monitor.tool_shape import Tool
 from chipwise.settings import parse_settings
@@ -104,7 +105,8 @@ def make_scene(tmp_path, part, monkeypatch):
     pins = dict.fromkeys(("program-running", "job", "job-stock", "job-target", "job-active", "job-waits", "run-end", "certain", "stock-defined", "request"), 0)
     files = types.SimpleNamespace(stock=None, kept_is_due=False, count=lambda: 0, emptied=0)
     said = []
-    monkeypatch.setattr(module, "Quiet", lambda *_: lambda: True)
+    for one in (module, saying):
+        monkeypatch.setattr(one, "Quiet", lambda *_: lambda: True)
     monkeypatch.setattr(module.loaded, "scene", lambda _status: PLACE)
     set_up = module.SetUp(pins, parse_settings({}), files, "mill.ini", said.append)
     set_up.reading = Reading()

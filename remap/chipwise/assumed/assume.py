@@ -16,7 +16,7 @@ from chipwise import tool_table
 from chipwise.assumed import post_comments
 from chipwise.assumed.survey import Box, Survey
 from chipwise.check.program_file import Unreadable
-from chipwise.errors import format_length
+from chipwise.errors import format_length, format_place
 from chipwise.tools import ToolGeometry
 
 COMMENT, PATH = "comment", "assumed"                # where a stock comes from
@@ -221,12 +221,8 @@ def _assume_stock(survey, said, found, unit):
     elif said.low:
         found.note("the stock of its comments does not reach where it cuts, and is not used")
     found.low, found.high = (tuple(float(round(value, 4)) for value in corner) for corner in survey.at_first_move(low, high))
-    words, origin = " ".join(_words(value, unit) for value in (*found.low, *found.high)), "its comments" if found.source == COMMENT else "its path"
+    words, origin = format_place((*found.low, *found.high), unit), "its comments" if found.source == COMMENT else "its path"
     found.note(f"the stock is assumed from {origin}: --stock {words}")
-
-
-def _words(value, unit):
-    return format_length(value, unit).split()[0]
 
 
 def swept(survey, diameters):

@@ -11,22 +11,19 @@ Computing time and memory are limited, and LinuxCNC comes first.
 """
 
 import json
-import os
-import sys
 
 from chipwise.assumed.assume import COMMENT, STOCK, TOOL, Unknown, assume, surveyed
+from chipwise.check.asked import take_order
 from chipwise.check.in_force import machine_in_force
 from chipwise.check.program_file import Unreadable
 from chipwise.check.reader import Reader
-from chipwise.errors import CycleError, format_length, unnamed
+from chipwise.errors import CycleError, format_place, unnamed
 from chipwise.own_folder import OwnFolder
-from chipwise.processes import die_with_parent, limit_memory
 
 NICE = 10
 CPU_S = 60
 MEMORY_MB = 1000            # of this process, and of the one that reads
 MOST_MOVES = 5_000_000
-Y_AXIS = 2                  # of Machine.axis_mask
 SILENT = {"why": "", "low": None}
 REMEDIES = {STOCK: "define it with M250", TOOL: "call the tool with T.. M6 first, or give it a D in the tool table"}
 
@@ -38,14 +35,10 @@ def _tool(tool):
     return [tool.diameter, corner, (shape and shape.tip_angle) or 0.0]
 
 
-def _corner(values, unit):
-    return " ".join(format_length(value, unit).split()[0] for value in values)
-
-
 def answer(order, folder):
     """-> the answer."""
     machine = machine_in_force(order["ini"], order["scene"], folder)
-    if not machine.axis_mask & Y_AXIS:
+    if not machine.has_y:
         return SILENT           # a lathe
     survey = surveyed(Reader(order["program"], machine, cpu_s=CPU_S, most_moves=MOST_MOVES, memory_mb=MEMORY_MB), machine)
     if survey.has_stock:
@@ -55,16 +48,13 @@ def answer(order, folder):
     found = assume(survey, order["program"], machine)
     frame = survey.first_frame or survey.frame
     source = "its comments" if found.source == COMMENT else "its path"
-    text = f"{source}, from {_corner(found.low, machine.unit)} to {_corner(found.high, machine.unit)} {machine.unit}"
+    text = f"{source}, from {format_place(found.low, machine.unit)} to {format_place(found.high, machine.unit)} {machine.unit}"
     return {"why": "", "text": text, "low": found.low, "high": found.high, "to_machine": [frame.turn, frame.offset, frame.g92],
             "tools": {number: _tool(tool) for number, tool in found.tools.items()}, "spindle": found.spindle}
 
 
 def main():
-    die_with_parent(int(sys.argv[1]))
-    order = json.load(sys.stdin)
-    os.nice(NICE)
-    limit_memory(2 * MEMORY_MB)
+    order = take_order(NICE, 2 * MEMORY_MB)
     with OwnFolder("shadow") as folder:
         try:
             said = answer(order, folder)

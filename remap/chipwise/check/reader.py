@@ -82,6 +82,11 @@ class Machine:
         self.max_override = (self._number(section["DISPLAY"].get("MAX_FEED_OVERRIDE")) or self.unit_mm) / self.unit_mm
 
     @property
+    def has_y(self):
+        """Whether it has Y: a lathe has none."""
+        return bool(self.axis_mask & 2)
+
+    @property
     def unit(self):
         """"mm" or "in", for messages."""
         return "in" if self.unit_mm > 10 else "mm"

@@ -34,7 +34,6 @@ STILL_MM = 1e-6             # across the axis: straight down
 GAP = 5                     # segments within the rule that do not divide a finding
 PART = 65536                # segments simulated at once
 RATE_SLACK = 1.05           # the cells give the rate over a window to some per cent
-Y_AXIS = 2                  # of Machine.axis_mask
 
 
 class _TooCoarse(Exception):
@@ -302,7 +301,7 @@ def check(program, machine, stock=None, cell=None, progress=None, cpu_s=CPU_S, a
         try:
             return _judged(program, machine, read, stock, cell, progress, cpu_s, None, simulated)
         except Missing as error:
-            if not assumes or not machine.axis_mask & Y_AXIS:       # a lathe's program has no stock that a mill could cut
+            if not assumes or not machine.has_y:       # a lathe's program has no stock that a mill could cut
                 raise
             first, progress = halves(progress)
             assumption = assume(surveyed(read(None), machine, first), program, machine, error.line, bool(stock), tool, diameter)

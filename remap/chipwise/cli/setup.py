@@ -15,7 +15,7 @@ from chipwise.cli import UsageError
 from chipwise.cli.check import add_tool_options, seconds, surveyed
 from chipwise.cli.machine_options import Progress, add_machine_options, ini_of, machine_of, refuser, tool_of
 from chipwise.cli.output import check_outputs, write_output
-from chipwise.errors import CycleError, format_length, printable, unnamed, with_line
+from chipwise.errors import CycleError, format_length, format_place, printable, unnamed, with_line
 from chipwise.rates import MM3_PER_CM3
 
 NAME = 'setup'
@@ -147,7 +147,7 @@ def report(program, measured):
         yield from surveyed(result)
         return
     low, high, source = measured.stock
-    corners = (' '.join(format_length(value, result.unit).split()[0] for value in corner) for corner in (low, high))
+    corners = (format_place(corner, result.unit) for corner in (low, high))
     yield printable(f'{program}: {SOURCES[source]}, from {" to ".join(corners)} {result.unit}')
     for text in grouped_notes(result.notes):
         yield f'  {printable(text)}'

@@ -11,4 +11,9 @@
     stock_files.py      M253, M254 and [CHIPWISE]KEEP_STOCK
     live_stock.py       [CHIPWISE]KEEP_STOCK while the machine works
     loaded_program.py   what is wrong with a program as soon as it is opened
+    limits.py           the limits of chip, power and torque: material, spindle, tool
+    shadow.py           [CHIPWISE]SHADOW: the stock that is assumed for a program
+    set_up.py           a program that a person has set up
+    answering.py        a process that reads the loaded program for these two
+    saying.py           what they have for the operator, when it is quiet
 """

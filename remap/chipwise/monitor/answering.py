@@ -1,21 +1,17 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """A process that reads the loaded program for chipwise-monitor: an order as JSON goes in, an answer as JSON comes out, nobody waits.
 
-Called by set_up.py.
+Called by set_up.py and shadow.py.
 """
 
 import contextlib
 import json
-import os
-import signal
-import subprocess
-import sys
 import time
 
+from chipwise.check import asked
 from chipwise.clock import patience
 
 READ_S = 120.0          # until a process that reads is ended
-REMAP = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 NO_ANSWER = {"why": "it could not be read within the time and memory for it"}
 
 
@@ -28,8 +24,7 @@ class Answering:
     def ask(self, order):
         """Begin; what was asked before is forgotten."""
         self.end()
-        self.child = subprocess.Popen([sys.executable, "-m", self.module, str(os.getpid())], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-                                      stderr=subprocess.DEVNULL, env={**os.environ, "PYTHONPATH": REMAP}, start_new_session=True)
+        self.child = asked.start(self.module)
         self.since = time.monotonic()
         with contextlib.suppress(BrokenPipeError):
             self.child.stdin.write(json.dumps(order).encode())
@@ -55,8 +50,6 @@ class Answering:
         """Nobody wants the answer any more."""
         if self.child is None:
             return
-        with contextlib.suppress(ProcessLookupError):
-            os.killpg(self.child.pid, signal.SIGKILL)
-        self.child.wait()
+        asked.end(self.child)
         self.child.stdout.close()
         self.child = None

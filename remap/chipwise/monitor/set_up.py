@@ -19,8 +19,8 @@ import os
 import time
 
 from chipwise import loaded
-from chipwise.files import printable
 from chipwise.monitor.answering import Answering
+from chipwise.monitor.saying import Saying
 from chipwise.monitor.shadow import is_idle, to_machine
 from chipwise.monitor.start_line import Quiet
 from chipwise.monitor.tool_shape import tool_shape
@@ -28,7 +28,7 @@ from chipwise.setup.job import path_of
 from chipwise.stock import reasons
 from chipwise.stock.core import CoreError, Stock
 from chipwise.stock.layout import RunEnd
-from chipwise.stock.store import Head
+from chipwise.stock.store import head_of
 
 CALM_S = 0.3            # without a command: a screen that opens a program and runs it sends several
 AGAIN_S, TRIES = 1.0, 3     # to switch adaptive feed on
@@ -40,7 +40,8 @@ class SetUp:
 
     def __init__(self, component, settings, stock_files, ini, inform, working=contextlib.nullcontext, feed_is_remapped=False):
         """inform: function of a text for the operator; working: context of long work; feed_is_remapped: whether the INI file has REMAP = F."""
-        self.pins, self.settings, self.files, self.ini, self.inform, self.working = component, settings, stock_files, ini, inform, working
+        self.pins, self.settings, self.files, self.ini, self.working = component, settings, stock_files, ini, working
+        self.saying = Saying(inform)
         self.feed_is_remapped = feed_is_remapped
         self.reading = Answering("chipwise.setup.job_process")
         self.loaded = None              # (program, identity, identity of the job file, work offset) that was asked for
@@ -50,8 +51,7 @@ class SetUp:
         self.in_force = None            # (program, identity) that `job` is TRUE for
         self.ran = self.said_late = self.said_mode = False
         self.asked = 0, 0.0             # how often, and when, adaptive feed was switched on
-        self.quiet = self.calm = None
-        self.texts, self.said, self.said_tools = [], None, set()
+        self.calm, self.said_tools = None, set()
 
     # ---- at each look ----------------------------------------------------------------------------------------------
 
@@ -61,13 +61,13 @@ class SetUp:
             changed = status.file == self.in_force[0]
             self._withdraw()
             if changed and self.pins["program-running"]:
-                self._tell(f"{os.path.basename(status.file)} was changed while it ran, so its set-up has ended; set it up again")
+                self.saying.tell(f"{os.path.basename(status.file)} was changed while it ran, so its set-up has ended; set it up again")
 
     def follow(self, linuxcnc, status, command):
         """-> whether the program has a set-up; nothing of it waits for the process."""
         if not self.ini:
             return False
-        self._speak(linuxcnc)
+        self.saying.speak(linuxcnc)
         if not is_idle(linuxcnc, status):
             if self.pins["program-running"]:
                 self._runs()
@@ -120,28 +120,10 @@ class SetUp:
     def _name(self):
         return os.path.basename(self.loaded[0])
 
-    def _tell(self, text):
-        """For the operator: a text that is the same again is not said."""
-        text = printable(text)
-        if text != self.said:
-            self.said = text
-            print(f"chipwise: {text}", flush=True)
-            self.texts.append(text)
-
     def _tell_of_tool(self, number, text):
         if number not in self.said_tools:
             self.said_tools.add(number)
-            self._tell(f"{self._name()}: tool {number} {text}; set it up again")
-
-    def _speak(self, linuxcnc):
-        """What waits to be said, when it is quiet: a message would take the place of a command."""
-        if not self.texts:
-            return
-        self.quiet = self.quiet or Quiet(linuxcnc)
-        if self.quiet():
-            texts, self.texts = self.texts, []
-            for text in texts:
-                self.inform(text)
+            self.saying.tell(f"{self._name()}: tool {number} {text}; set it up again")
 
     # ---- the job file ----------------------------------------------------------------------------------------------
 
@@ -150,7 +132,7 @@ class SetUp:
             return None
         scene = loaded.scene(status)
         job = path_of(status.file, self.settings.path("JOBS"))
-        return status.file, loaded.identity(status.file), _identity(job), [scene[name] for name in ("index", "offset", "g92", "turn")]
+        return status.file, loaded.identity(status.file), loaded.identity(job, follow_links=False), loaded.place(scene)     # why a link is not used is said
 
     def _load(self, status, found):
         """Another program, content, job file or work offset: what was before ends."""
@@ -168,7 +150,7 @@ class SetUp:
         if answer["why"]:
             self.claims = False
             remedy = "" if ";" in answer["why"] else "; set it up again"
-            self._tell(f"{self._name()}: its set-up is not used: {answer['why']}{remedy}")
+            self.saying.tell(f"{self._name()}: its set-up is not used: {answer['why']}{remedy}")
             return
         self.answer, self.tools = answer, {int(number): tool for number, tool in answer["tools"].items()}
         self.stock_is_due = answer["to_machine"] is not None
@@ -177,7 +159,7 @@ class SetUp:
         """A program is under way."""
         if self.claims and not self.in_force and not self.said_late:
             self.said_late = True
-            self._tell(f"{self._name()}: its set-up is not in force in this run, which has begun before; the feed is F")
+            self.saying.tell(f"{self._name()}: its set-up is not in force in this run, which has begun before; the feed is F")
         if self.reading.child is not None:      # too late for this run: it is read again behind it
             self.reading.end()
             self.loaded = None
@@ -213,13 +195,10 @@ class SetUp:
         except CoreError as error:
             self.answer, self.claims = None, False
             self._withdraw()
-            self._tell(f"{self._name()}: its set-up is not used: {error}; set it up again")
+            self.saying.tell(f"{self._name()}: its set-up is not used: {error}; set it up again")
             return
-        head = stock.head
-        found = Head(head.cell, (head.x0, head.y0, head.z_min), (head.x_max, head.y_max, head.z_max), head.shape, head.nx, head.ny, 0.0,
-                     (head.half_x, head.half_y), head.turn)
         self.pins["job-stock"] = 0
-        if not is_still() or self.files.give((found, stock.cells_and_ring)) != reasons.DONE:
+        if not is_still() or self.files.give((head_of(stock.head, 0.0), stock.cells_and_ring)) != reasons.DONE:
             self._withdraw()
             self.stock_is_due = True
         else:
@@ -250,24 +229,14 @@ class SetUp:
             stock = "the stock of its M250" if self.answer["to_machine"] is None else f"the stock {self.answer['text']}"
             code = self.answer["keeps_f"]
             feed = f"up to {self.ceiling():g} times F" if self.ceiling() > 1 else f"at most F, because of its {code}" if code else "at most F"
-            self._tell(f"{self._name()}: set up as confirmed, with {stock}; the feed is {feed}")
+            self.saying.tell(f"{self._name()}: set up as confirmed, with {stock}; the feed is {feed}")
 
     def _enable(self, linuxcnc, status, command, is_calm):
         tries, when = self.asked
         if status.task_mode not in (linuxcnc.MODE_MANUAL, linuxcnc.MODE_MDI):
             if is_calm and not self.said_mode:
                 self.said_mode = True
-                self._tell(f"{self._name()}: its set-up waits for manual mode or MDI, where adaptive feed can be switched on; choose one of them before Run")
+                self.saying.tell(f"{self._name()}: its set-up waits for manual mode or MDI, where adaptive feed can be switched on; choose one of them before Run")
         elif is_calm and status.task_state == linuxcnc.STATE_ON and tries < TRIES and time.monotonic() - when > AGAIN_S:
             self.asked = tries + 1, time.monotonic()
             command.set_adaptive_feed(1)
-
-
-def _identity(path):
-    """What tells a job file from what it was before; None without one.  A link has one, too: the reason for not using it is said."""
-    try:
-        found = os.lstat(path)
-        return found.st_mtime_ns, found.st_size, found.st_ino
-    except (OSError, ValueError):
-        return None
-

@@ -12,32 +12,27 @@
 """
 
 import contextlib
-import json
 import math
 import os
-import signal
-import subprocess
-import sys
 import time
 
 from chipwise import loaded
 from chipwise.assumed.joined import around, join
 from chipwise.clock import patience
 from chipwise.errors import CycleError
-from chipwise.files import printable
 from chipwise.ini import Ini
-from chipwise.monitor.start_line import Quiet
+from chipwise.monitor.answering import Answering
+from chipwise.monitor.saying import Saying
 from chipwise.monitor.tool_shape import Tool
+from chipwise.stock import reasons
 from chipwise.stock.core import CoreError, Stock
-from chipwise.stock.store import Head
+from chipwise.stock.store import head_of
 
-READ_S = 120.0          # until a process that reads is ended
 HELD_S = 1.0            # for the tracker's answer
 PERIODS_S = 0.05        # some servo periods
 INSIDE_MM = 0.01
 NO_STOCK = "define it with M250"
 NEW_PART = "press New part for another one"
-REMAP = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 
 
 def is_idle(linuxcnc, status):
@@ -60,12 +55,12 @@ class Shadow:
 
     def __init__(self, component, settings, stock_files, ini, inform, working=contextlib.nullcontext):
         """inform: function of a text for the operator; working: context of long work."""
-        self.pins, self.settings, self.files, self.ini, self.inform, self.working = component, settings, stock_files, ini, inform, working
+        self.pins, self.settings, self.files, self.ini, self.working = component, settings, stock_files, ini, working
+        self.saying, self.reading = Saying(inform), Answering("chipwise.assumed.shadow_process")
         self.is_on = settings["SHADOW"] and bool(ini)
         self.table = _tool_table(ini) if self.is_on else ""
         self.scene = None               # in which the loaded program was read
         self.loaded = None              # (program, identity, work offset) that was asked for
-        self.child, self.since = None, 0.0
         self.answer = None              # of the loaded program, if it has a stock
         self.wanted = None              # the same, until it is written
         self.written = None             # (work offset, low, high) of the stock that is assumed
@@ -73,32 +68,33 @@ class Shadow:
         self.asks_tool = None           # (tool, identity of the tool table) for which a tool was unknown
         self.pressed = bool(component["new-part"])
         self.tools, self.spindle = {}, None
-        self.quiet, self.texts, self.said = None, [], None
 
     def follow(self, linuxcnc, status):
         """At each look; nothing of it waits for the process."""
         if not self.is_on:
             return
-        self._speak(linuxcnc)
+        self.saying.speak(linuxcnc)
         pressed, self.pressed = self.pins["new-part"] and not self.pressed, bool(self.pins["new-part"])
         if not is_idle(linuxcnc, status):
-            if self.child is not None or self.wanted is not None:
-                self._end()             # too late for this run: it is read again behind it
+            if self.reading.child is not None or self.wanted is not None:
+                self.reading.end()             # too late for this run: it is read again behind it
                 self.loaded = self.wanted = None
             return
         scene = loaded.scene(status)
-        place = [scene[name] for name in ("index", "offset", "g92", "turn")]
+        place = loaded.place(scene)
         found = (status.file, loaded.identity(status.file), place) if status.file else None
         if pressed:
             self._begin_part()
         if found != self.loaded or self.asks_tool and self.asks_tool != self._tool_state(scene):
-            self._end()
+            self.reading.end()
             self.loaded, self.answer, self.wanted, self.asks_tool = found, None, None, None
             if found and found[1]:
                 self.scene = scene
-                self._ask({"ini": self.ini, "program": status.file, "scene": scene})
-        elif self.child is not None:
-            self._take()
+                self.reading.ask({"ini": self.ini, "program": status.file, "scene": scene})
+        else:
+            answer = self.reading.take()
+            if answer:
+                self._take(answer)
         if self.wanted is not None and not (self.pins["stock-defined"] and self.pins["certain"]) and not self.pins["request"]:
             answer, self.wanted = self.wanted, None
             with self.working():
@@ -106,9 +102,10 @@ class Shadow:
 
     def leave(self):
         """The program has a set-up (set_up.py): nothing is assumed."""
-        self._end()
+        self.reading.end()
         self.loaded = self.answer = self.wanted = self.written = self.owner = self.asks_tool = None
-        self.tools, self.texts = {}, []
+        self.tools = {}
+        self.saying.forget()
 
     def _tool_state(self, scene):
         """What the answer for a program with an unknown tool depends on."""
@@ -117,68 +114,22 @@ class Shadow:
     def _begin_part(self):
         """A whole stock for the loaded program, in place of an assumed one that was cut."""
         if self.pins["certain"]:
-            self._tell("the stock is not an assumed one, and New part does not change it; use M250")
+            self.saying.tell("the stock is not an assumed one, and New part does not change it; use M250")
             return
         self.written, self.wanted = None, self.answer
         self.pins["parts"] += 1
 
-    def _tell(self, text):
-        """For the operator, once for each program: a text that is the same again is not said."""
-        text = printable(text)
-        if text != self.said:
-            self.said = text
-            print(f"chipwise: {text}", flush=True)
-            self.texts.append(text)
-
-    def _speak(self, linuxcnc):
-        """What waits to be said, when it is quiet: a message would take the place of a command."""
-        if not self.texts:
-            return
-        self.quiet = self.quiet or Quiet(linuxcnc)
-        if self.quiet():
-            texts, self.texts = self.texts, []
-            for text in texts:
-                self.inform(text)
-
     # ---- the process -----------------------------------------------------------------------------------------------
 
-    def _ask(self, order):
-        self.child = subprocess.Popen([sys.executable, "-m", "chipwise.assumed.shadow_process", str(os.getpid())], stdin=subprocess.PIPE,
-                                      stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env={**os.environ, "PYTHONPATH": REMAP}, start_new_session=True)
-        self.since = time.monotonic()
-        with contextlib.suppress(BrokenPipeError):
-            self.child.stdin.write(json.dumps(order).encode())
-            self.child.stdin.close()
-
-    def _take(self):
-        """The answer, if it is there: a line, shorter than a pipe holds."""
-        if self.child.poll() is None:
-            if time.monotonic() - self.since > patience(READ_S):
-                self._end()
-            return
-        text = self.child.stdout.read()
-        self._end()
-        try:
-            answer = json.loads(text)
-        except ValueError:
-            answer = {"why": "it could not be read within the time and memory for it"}
+    def _take(self, answer):
         if answer.get("asks_tool"):
             self.asks_tool = self._tool_state(self.scene)
         if answer["why"]:
-            self._tell(f"{os.path.basename(self.loaded[0])}: no stock is assumed: {answer['why']}; {answer.get('remedy') or NO_STOCK}")
+            self.saying.tell(f"{os.path.basename(self.loaded[0])}: no stock is assumed: {answer['why']}; {answer.get('remedy') or NO_STOCK}")
         elif answer["low"]:
             self.answer = self.wanted = answer
         if not answer.get("low") and self.written and self.written[0] != self.loaded[2]:
             self._give_up()
-
-    def _end(self):
-        if self.child is None:
-            return
-        with contextlib.suppress(ProcessLookupError):
-            os.killpg(self.child.pid, signal.SIGKILL)
-        self.child.wait()
-        self.child.stdout.close()
-        self.child = None
 
     # ---- the stock -------------------------------------------------------------------------------------------------
 
@@ -191,16 +142,16 @@ class Shadow:
         try:
             stock, removed, box = self._stock((low, high), turn, before)
         except CoreError as error:
-            self._tell(f"{name}: no stock is assumed: {error}; {NO_STOCK}")
+            self.saying.tell(f"{name}: no stock is assumed: {error}; {NO_STOCK}")
             return
         if stock is None:
             self._tell_on(name, "")
         elif not is_still():
             self.loaded = None          # read again behind the run
-        elif self._put(_found(stock, removed), stock.cells_and_ring):
+        elif self._put(head_of(stock.head, removed), stock.cells_and_ring):
             self.written = place, *box
             if box == (low, high) or not before:
-                self._tell(f"{name}: a stock is assumed from {answer['text']}, and nothing acts on it; define it with M250")
+                self.saying.tell(f"{name}: a stock is assumed from {answer['text']}, and nothing acts on it; define it with M250")
                 self.owner = self.loaded[:2]
             else:
                 self._tell_on(name, ", which is larger now")
@@ -222,11 +173,11 @@ class Shadow:
         """That the loaded program goes on in the stock of the one before."""
         owner, self.owner = self.owner, self.loaded[:2]
         if owner != self.owner:
-            self._tell(f"{name} goes on in the assumed stock of {os.path.basename(owner[0])}{how}; {NEW_PART}")
+            self.saying.tell(f"{name} goes on in the assumed stock of {os.path.basename(owner[0])}{how}; {NEW_PART}")
 
     def _give_up(self):
         """No stock in place of an assumed one of another work offset."""
-        if self.pins["stock-defined"] and not self.pins["certain"] and self._hold(self.files.stock.remove):
+        if self.pins["stock-defined"] and not self.pins["certain"] and self._hold(lambda: self.files.stock.put(None, None)):
             self.written = self.owner = None
 
     def _put(self, found, cells):
@@ -235,23 +186,12 @@ class Shadow:
 
     def _hold(self, work):
         """Do work on the map of an assumed stock; -> whether the tracker has given it away for that."""
-        pins, is_done = self.pins, False
-        pins["assumed"] = True
-        pins["hold"] = True
+        self.pins["assumed"] = True
         try:
-            end = time.monotonic() + patience(HELD_S)
-            while not pins["held"] and time.monotonic() < end:
-                time.sleep(0.001)
-            if pins["held"]:
-                work()
-                is_done = True
+            return self.files.held(work, patience(HELD_S)) == reasons.DONE
         finally:
-            pins["hold"] = False
-            while pins["held"] and time.monotonic() < end:
-                time.sleep(0.001)
             time.sleep(PERIODS_S)           # a hold that the tracker may still see is one with `assumed`
-            pins["assumed"] = False
-        return is_done
+            self.pins["assumed"] = False
 
     def tool(self, number, shape, units):
         """Tool for the pins: a tool without a diameter as comments describe it, in an assumed stock."""
@@ -263,13 +203,6 @@ class Shadow:
 
 def _inside(low, high, low_before, high_before):
     return all(a >= b - INSIDE_MM for a, b in zip(low, low_before)) and all(a <= b + INSIDE_MM for a, b in zip(high, high_before))
-
-
-def _found(stock, removed):
-    """store.Head of a core.Stock."""
-    head = stock.head
-    return Head(head.cell, (head.x0, head.y0, head.z_min), (head.x_max, head.y_max, head.z_max), head.shape, head.nx, head.ny, removed,
-                (head.half_x, head.half_y), head.turn)
 
 
 def _tool_table(ini):

@@ -141,16 +141,16 @@ class StockFiles:
 
     def give(self, found):
         """(head, cells) to the map; -> the reply."""
-        return self._held(lambda: self.stock.put(*found))
+        return self.held(lambda: self.stock.put(*found))
 
     def empty(self):
         """The map has no stock; -> the reply."""
-        return self._held(lambda: self.stock.put(None, None))
+        return self.held(lambda: self.stock.put(None, None))
 
-    def _held(self, write):
-        """Write while the tracker has released the map; -> the reply."""
+    def held(self, write, seconds=HELD_TIMEOUT_S):
+        """Write while the tracker has released the map, which it does within so many seconds; -> the reply."""
         self.component['hold'] = True
-        end = time.monotonic() + HELD_TIMEOUT_S
+        end = time.monotonic() + seconds
         try:
             while not self.component['held']:
                 if time.monotonic() > end:

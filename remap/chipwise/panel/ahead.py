@@ -15,18 +15,16 @@ contours, loops of points.  mm, machine coordinates.
 
 import contextlib
 import json
-import os
-import signal
 import struct
 import subprocess
-import sys
 import threading
 
 import numpy as np
 
+from chipwise.check import asked
 from chipwise.check.drawn_path import Path, lengths
 from chipwise.clock import patience
-from chipwise.loaded import identity
+from chipwise.loaded import identity, place
 from chipwise.panel.path_ahead import anywhere, follow
 
 WINDOW = 10_000             # points
@@ -34,7 +32,6 @@ READ_S = 300.0              # until a process that reads is ended
 LOST_S = 1.0                # off the path; then it is looked for on the whole path, so long apart
 SLACK_MM = 2.0              # beyond what the velocity says, in a look
 FASTER = 1.5                # than the velocities that were read
-REMAP = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 PATH, TARGETS = b"A", b"C"  # kinds of messages (server.py: message)
 NOTHING = {"note": "", "line": 0, "relative": False, "loops": []}       # known of a program
 _FIELDS = (("<f4", 3), ("?", 1), ("<i4", 1), ("<i4", 1))
@@ -59,8 +56,7 @@ class Reading(threading.Thread):
         super().__init__(daemon=True)
         self.found = None
         self._order = json.dumps(order).encode()
-        self._child = subprocess.Popen([sys.executable, "-m", "chipwise.panel.ahead_process", str(os.getpid())], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-                                       stderr=subprocess.DEVNULL, env={**os.environ, "PYTHONPATH": REMAP}, start_new_session=True)
+        self._child = asked.start("chipwise.panel.ahead_process")
         self.start()
 
     def run(self):
@@ -74,10 +70,8 @@ class Reading(threading.Thread):
             self.found = {**NOTHING, "note": "it could not be read within the time and memory for it"}, None
 
     def end(self):
-        with contextlib.suppress(ProcessLookupError):
-            os.killpg(self._child.pid, signal.SIGKILL)
         with contextlib.suppress(OSError):
-            self._child.wait()
+            asked.end(self._child)
 
 
 class Ahead:
@@ -203,4 +197,4 @@ class Ahead:
 
 def _place(loaded):
     """What of a (scene, identity) is the same after the program has changed tool and modes."""
-    return loaded and ([loaded[0][name] for name in ("program", "index", "offset", "g92", "turn")], loaded[1])
+    return loaded and (loaded[0]["program"], place(loaded[0]), loaded[1])

@@ -11,12 +11,12 @@ It is LinuxCNC's own interpreter with the remaps of the machine (check/reader.py
 
 import json
 import math
-import os
 import re
 import sys
 
 import numpy as np
 
+from chipwise.check.asked import take_order
 from chipwise.check.drawn_path import Thinner
 from chipwise.check.in_force import machine_in_force
 from chipwise.check.program_file import Unfinished, Unreadable
@@ -24,7 +24,6 @@ from chipwise.check.reader import Reader
 from chipwise.check.records import ARC, RAPID, TARGET
 from chipwise.errors import unnamed
 from chipwise.own_folder import FolderError, OwnFolder
-from chipwise.processes import die_with_parent, limit_memory
 
 NICE = 5                # LinuxCNC comes first; with 10 a busy computer showed no path for minutes
 CPU_S = 120
@@ -87,10 +86,7 @@ def loops(targets):
 
 
 def main():
-    die_with_parent(int(sys.argv[1]))
-    order = json.load(sys.stdin)
-    os.nice(NICE)
-    limit_memory(2 * MEMORY_MB)
+    order = take_order(NICE, 2 * MEMORY_MB)
     with OwnFolder("ahead") as folder:
         head, path = read(order, folder)
     output = sys.stdout.buffer

@@ -58,7 +58,7 @@ class Resumed:
 
 def resumed(path, order, machine, **limits):
     """The Resumed of a program.  Raises Unreadable, Different, FolderError."""
-    if not machine.axis_mask & 2:
+    if not machine.has_y:
         raise Unreadable("a lathe's program is not gone on with here", "start it again: G26 goes on with the part that was stopped")
     try:
         settings = load_settings(machine.ini)

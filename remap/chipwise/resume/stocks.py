@@ -72,8 +72,7 @@ def heights(stock):
 
 def head_of(stock, removed):
     """The store.Head of a Stock; removed: mm3 that are cut of it."""
-    h = stock.head
-    return store.Head(h.cell, (h.x0, h.y0, h.z_min), (h.x_max, h.y_max, h.z_max), h.shape, h.nx, h.ny, max(removed, 0.0), (h.half_x, h.half_y), h.turn)
+    return store.head_of(stock.head, max(removed, 0.0))
 
 
 def of_record(event, cell, most):

@@ -11,18 +11,16 @@ The program is read up to its first move only.  Computing time and memory are li
 """
 
 import json
-import os
 import re
-import sys
 
 from chipwise.assumed.survey import Survey
+from chipwise.check.asked import take_order
 from chipwise.check.in_force import machine_in_force
 from chipwise.check.program_file import MAX_BYTES, Unreadable
 from chipwise.check.reader import Reader
-from chipwise.errors import CycleError, format_length, unnamed
+from chipwise.errors import CycleError, format_place, unnamed
 from chipwise.files import open_regular
 from chipwise.own_folder import OwnFolder
-from chipwise.processes import die_with_parent, limit_memory
 from chipwise.settings import planner_limits_jerk
 from chipwise.setup.job import state_of
 from chipwise.setup.measure import PROGRAM, digest_of
@@ -33,7 +31,6 @@ MEMORY_MB = 1000            # of this process, and of the one that reads
 MOST_MOVES = 5_000_000
 _COMMENT = re.compile(rb"\([^)\n]*\)|;[^\n]*")
 _KEEPS_F = re.compile(rb"G0*(?:74|84)(?![0-9.])|M0*52(?![0-9.])")
-Y_AXIS = 2                  # of Machine.axis_mask
 
 
 def _frame(program, machine):
@@ -55,10 +52,6 @@ def _keeps_f(program):
     return found.group().decode() if found else ""
 
 
-def _corner(values, unit):
-    return " ".join(format_length(value, unit).split()[0] for value in values)
-
-
 def answer(order, folder):
     """-> the answer."""
     try:
@@ -71,20 +64,17 @@ def answer(order, folder):
     if planner_limits_jerk(order["ini"]):
         return {"why": "LinuxCNC's planner of [TRAJ]PLANNER_TYPE = 1 leaves the path where the feed changes"}
     machine = machine_in_force(order["ini"], order["scene"], folder)
-    if not machine.axis_mask & Y_AXIS:
+    if not machine.has_y:
         return {"why": "this machine is a lathe"}
     frame = None if job.source == PROGRAM else _frame(order["program"], machine)
     return {"why": "", "low": job.low, "high": job.high, "to_machine": frame and [frame.turn, frame.offset, frame.g92],
-            "text": f"from {_corner(job.low, machine.unit)} to {_corner(job.high, machine.unit)} {machine.unit}",
+            "text": f"from {format_place(job.low, machine.unit)} to {format_place(job.high, machine.unit)} {machine.unit}",
             "tools": {number: [tool.diameter, tool.target, tool.ceiling] for number, tool in job.tools.items()},
             "keeps_f": _keeps_f(order["program"])}
 
 
 def main():
-    die_with_parent(int(sys.argv[1]))
-    order = json.load(sys.stdin)
-    os.nice(NICE)
-    limit_memory(2 * MEMORY_MB)
+    order = take_order(NICE, 2 * MEMORY_MB)
     with OwnFolder("job") as folder:
         try:
             said = answer(order, folder)

@@ -31,7 +31,7 @@ from chipwise.stock import layout
 from chipwise.stock.core import CELL_DTYPE
 from chipwise.stock.mapped import Mapped, SharedStockError
 from chipwise.stock.path_done import PathDone
-from chipwise.stock.store import Head
+from chipwise.stock.store import head_of
 
 _Head = layout.Stock                # struct chip_stock without its cells
 BAND_BYTES = 1 << 18                # copied between two looks at the generation: some 50 us
@@ -161,7 +161,7 @@ class SharedStock:
                 return None
             cells = self._whole(head)
             if cells is not None:
-                return _store_head(head), cells
+                return head_of(head, head.removed), cells
         raise SharedStockError(f"chipwise: stock map: it changed faster than it could be read for "
                                f"{timeout_s:g} s; save it while the tool stands")
 
@@ -194,12 +194,6 @@ class SharedStock:
         head.nx = found.nx if found else 0
         head.generation += 1
 
-    def remove(self):
-        """Ends the stock of the map.  Only while the tracker holds still."""
-        head = self._head
-        head.generation, head.nx, head.definitions = head.generation + 1, 0, head.definitions + 1
-        head.generation += 1
-
     @property
     def definitions(self):
         """Counts stocks: a number that has changed means another stock."""
@@ -217,7 +211,7 @@ class SharedStock:
         if head is None or not self._has_stock(head):
             return None
         width = head.nx + 2
-        return head, _store_head(head), np.frombuffer(self._memory, np.uint64, (head.ny + 2) * width, C.sizeof(_Head)).reshape(-1, width)
+        return head, head_of(head, head.removed), np.frombuffer(self._memory, np.uint64, (head.ny + 2) * width, C.sizeof(_Head)).reshape(-1, width)
 
     def path_done(self):
         """The PathDone behind the cells, None where the memory has none; it ends with close()."""
@@ -274,11 +268,6 @@ def _bounds(head):
 
 def _box(head):
     return (head.x0, head.y0, head.z_min), (head.x_max, head.y_max, head.z_max)
-
-
-def _store_head(head):
-    low, high = _box(head)
-    return Head(head.cell, low, high, head.shape, head.nx, head.ny, head.removed, (head.half_x, head.half_y), head.turn)
 
 
 def _snapshot(head, cells, exact):

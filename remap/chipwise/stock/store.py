@@ -55,6 +55,12 @@ class StoreError(Exception):
         self.reply = reply
 
 
+def head_of(head: layout.Stock, removed: float) -> Head:
+    """The Head of struct chip_stock; removed: mm3 that are cut of it."""
+    return Head(head.cell, (head.x0, head.y0, head.z_min), (head.x_max, head.y_max, head.z_max), head.shape, head.nx, head.ny, removed,
+                (head.half_x, head.half_y), head.turn)
+
+
 def slot_name(slot: int) -> str:
     """File of a slot, within STOCK_DIR."""
     return f"slot{slot}{ENDING}"

@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Both ends of a process that reads the loaded program: an order as JSON on its standard input, the answer on its standard output.
+
+Called by monitor/answering.py and panel/ahead.py (start, end), and by the processes assumed/shadow_process.py, setup/job_process.py and
+panel/ahead_process.py (take_order).
+"""
+
+import contextlib
+import json
+import os
+import signal
+import subprocess
+import sys
+
+from chipwise.processes import die_with_parent, limit_memory
+
+REMAP = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+
+
+def start(module):
+    """-> subprocess.Popen of a module of chipwise, with pipes of bytes, in a group of its own.  Raises OSError."""
+    return subprocess.Popen([sys.executable, "-m", module, str(os.getpid())], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
+                            env={**os.environ, "PYTHONPATH": REMAP}, start_new_session=True)
+
+
+def end(child):
+    """Kill the process, and what it has started, and wait for it."""
+    with contextlib.suppress(ProcessLookupError):
+        os.killpg(child.pid, signal.SIGKILL)
+    child.wait()
+
+
+def take_order(nice, memory_mb):
+    """In the process: -> the order.  From here on the process ends with its parent, others come first, and its memory may grow by so much."""
+    die_with_parent(int(sys.argv[1]))
+    order = json.load(sys.stdin)
+    os.nice(nice)
+    limit_memory(memory_mb)
+    return order
