@@ -31,7 +31,7 @@ class Answering:
             self.child.stdin.close()
 
     def take(self):
-        """The answer, once; None as long as there is none.  It is shorter than a pipe holds."""
+        """The answer, once; None until it is there.  It has to be shorter than what a pipe holds."""
         if self.child is None:
             return None
         if self.child.poll() is None:
