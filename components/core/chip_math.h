@@ -13,6 +13,7 @@
 #include "fault.h"
 
 #define CHIP_PI 3.14159265358979323846
+#define CHIP_LARGEST 1.7976931348623157e308 /* of the finite numbers */
 
 /* Root without the library's call for errno, which the realtime flags keep. */
 static inline double chip_sqrt(double x)
@@ -27,7 +28,10 @@ static inline double chip_sqrt(double x)
 }
 
 /* Finite: neither NaN nor infinite; spelt out so that no compiler flag can drop it. */
-static inline int chip_finite(double x) { return x >= -1.7976931348623157e308 && x <= 1.7976931348623157e308; }
+static inline int chip_finite(double x) { return fabs(x) <= CHIP_LARGEST; }
+
+/* A setting: 0 (off) unless it is a finite number above 0. */
+static inline double chip_setting(double x) { return x > 0.0 && x <= CHIP_LARGEST ? x : 0.0; }
 
 static inline double chip_clamp(double x, double lo, double hi) { return x < lo ? lo : (x > hi ? hi : x); }
 

@@ -33,12 +33,9 @@ static struct chip_feed_out result(double scale, int limit)
     return out;
 }
 
-/* A setting: 0 (off) unless it is a number above 0. */
-static double setting(double value) { return chip_finite(value) && value > 0.0 ? value : 0.0; }
-
 double chip_feed_target(const struct chip_feed_in *in)
 {
-    double target = setting(in->mrr_target_mm3_s), tool = setting(in->tool_max_rate_mm3_s);
+    double target = chip_setting(in->mrr_target_mm3_s), tool = chip_setting(in->tool_max_rate_mm3_s);
     return tool > 0.0 ? chip_min(target, tool) : target;
 }
 
@@ -71,9 +68,9 @@ static double programmed_feed(const struct chip_feed_in *in)
 /* Highest velocity at which the mean chip of a cut of this area stays within its bound, mm/s [6]. */
 static double thickness_limit(const struct chip_feed_in *in, double area)
 {
-    double bound = setting(in->max_chip_thickness_mm), flutes = setting(in->flutes);
+    double bound = chip_setting(in->max_chip_thickness_mm), flutes = chip_setting(in->flutes);
     double rps = chip_finite(in->spindle_speed_rps) ? fabs(in->spindle_speed_rps) : 0.0;
-    double face = setting(in->depth_mm) * setting(in->tool_diameter_mm);
+    double face = chip_setting(in->depth_mm) * chip_setting(in->tool_diameter_mm);
     double share = CHIP_THICKEST;
     if (!(bound * flutes * rps > 0.0)) return CHIP_UNBOUND;
     if (face > 0.0 && chip_finite(face)) {
@@ -87,8 +84,8 @@ static double thickness_limit(const struct chip_feed_in *in, double area)
 /* Highest velocity while cutting, whatever the removal rate, mm/s [5]. */
 static double cutting_limit(const struct chip_feed_in *in, double programmed)
 {
-    double max_vel = setting(in->max_vel_mm_s), share = setting(in->max_scale_of_f),
-           plunge = setting(in->plunge_vel_mm_s);
+    double max_vel = chip_setting(in->max_vel_mm_s), share = chip_setting(in->max_scale_of_f),
+           plunge = chip_setting(in->plunge_vel_mm_s);
     double limit = CHIP_UNBOUND;
     double down = chip_finite(in->dir_z) ? chip_clamp(-in->dir_z, 0.0, 1.0) : 0.0;
     if (max_vel > 0.0) limit = max_vel;
@@ -115,7 +112,7 @@ static double braking(const struct chip_feed_in *in, double accel)
 /* The operator's override [9]. */
 static double operator_override(const struct chip_feed_in *in)
 {
-    return setting(in->feed_override_share) > 0.0
+    return chip_setting(in->feed_override_share) > 0.0
              ? chip_clamp(in->feed_override_share, CHIP_MIN_OVERRIDE, CHIP_MAX_OVERRIDE)
              : 1.0;
 }
@@ -125,7 +122,7 @@ static double operator_override(const struct chip_feed_in *in)
 static inline __attribute__((always_inline)) double braked_from(const struct chip_feed_in *in, double end_vel,
                                                                 double accel, double distance)
 {
-    double jerk = setting(in->max_jerk_mm_s3), half, low = end_vel, high, velocity;
+    double jerk = chip_setting(in->max_jerk_mm_s3), half, low = end_vel, high, velocity;
     int i;
     if (!(jerk > 0.0)) return sqrt(end_vel * end_vel + 2.0 * accel * distance);
     half = 0.5 * accel * accel / jerk; /* mm/s, gained while the acceleration builds up */
@@ -146,7 +143,7 @@ static inline __attribute__((always_inline)) double braked_from(const struct chi
  * gains meanwhile, mm/s [10]. */
 static double travel_until_braking(const struct chip_feed_in *in, double *more)
 {
-    double jerk = setting(in->max_jerk_mm_s3),
+    double jerk = chip_setting(in->max_jerk_mm_s3),
            gain = chip_finite(in->current_accel_mm_s2)
                     ? chip_clamp(in->current_accel_mm_s2, 0.0, in->acceleration_mm_s2)
                     : 0.0,
@@ -155,15 +152,15 @@ static double travel_until_braking(const struct chip_feed_in *in, double *more)
     if (!(jerk > 0.0)) return 0.0;
     time = gain / jerk;
     *more = 0.5 * gain * time;
-    return (setting(in->current_vel_mm_s) + 2.0 / 3.0 * *more) * time;
+    return (chip_setting(in->current_vel_mm_s) + 2.0 / 3.0 * *more) * time;
 }
 
 /* A jerk-limited planner follows a falling velocity with a delay: how much lower than `velocity` the command must
  * be when the tool is that fast already, mm/s [10]. */
 static double catch_up(const struct chip_feed_in *in, double velocity)
 {
-    if (!(setting(in->max_jerk_mm_s3) > 0.0)) return 0.0;
-    return CHIP_CATCH_UP * chip_max(0.0, setting(in->current_vel_mm_s) - CHIP_CATCH_UP_FROM * velocity);
+    if (!(chip_setting(in->max_jerk_mm_s3) > 0.0)) return 0.0;
+    return CHIP_CATCH_UP * chip_max(0.0, chip_setting(in->current_vel_mm_s) - CHIP_CATCH_UP_FROM * velocity);
 }
 
 /* Whether load step i is the load at the tool again, on the safe side. */
@@ -236,8 +233,8 @@ static double descent_limit(const struct chip_feed_in *in, double last_scale, do
     if (!chip_finite(in->dir_z) || in->dir_z < -CHIP_FALLS || !chip_finite(in->descent_mm)) return programmed;
     CHIP_FAULT(DESCENDS_UNBRAKED, return CHIP_UNBOUND);
     if (in->descent_mm < 0.0) return CHIP_UNBOUND;
-    accel = setting(in->descent_accel_mm_s2) > 0.0 ? chip_min(in->descent_accel_mm_s2, in->acceleration_mm_s2)
-                                                   : CHIP_BLEND_BRAKING * in->acceleration_mm_s2;
+    accel = chip_setting(in->descent_accel_mm_s2) > 0.0 ? chip_min(in->descent_accel_mm_s2, in->acceleration_mm_s2)
+                                                        : CHIP_BLEND_BRAKING * in->acceleration_mm_s2;
     late = CHIP_LATENCY * period * k * last * in->requested_vel_mm_s + travel_until_braking(in, &more);
     distance = chip_max(0.0, in->descent_mm - late - k * k * programmed * programmed / (2.0 * accel));
     velocity = braked_from(in, k * programmed, accel, distance) - more;
@@ -248,7 +245,7 @@ static double descent_limit(const struct chip_feed_in *in, double last_scale, do
 static struct allowed wanted(const struct chip_feed_in *in, double programmed)
 {
     struct allowed want = { programmed, CHIP_LIMIT_NONE };
-    double lower = chip_min(in->mrr_lower_mm3_s, chip_feed_target(in)), air = setting(in->air_vel_mm_s);
+    double lower = chip_min(in->mrr_lower_mm3_s, chip_feed_target(in)), air = chip_setting(in->air_vel_mm_s);
     if (in->feed_mode == CHIP_FEED_CONSTANT) {
         want.velocity = in->requested_vel_mm_s;
         want.limit = CHIP_LIMIT_CEILING;
@@ -267,7 +264,8 @@ static struct allowed wanted(const struct chip_feed_in *in, double programmed)
 /* Lowest velocity the stock may impose, mm/s: below F, and below the highest [5]. */
 static double slowest(const struct chip_feed_in *in, double programmed, double max_vel)
 {
-    double floor = chip_max(setting(in->min_vel_mm_s), chip_min(setting(in->min_scale_of_f), 1.0) * programmed);
+    double floor =
+        chip_max(chip_setting(in->min_vel_mm_s), chip_min(chip_setting(in->min_scale_of_f), 1.0) * programmed);
     floor = chip_min(chip_min(floor, programmed), max_vel);
     return chip_max(floor, CHIP_MIN_SCALE * in->requested_vel_mm_s);
 }
@@ -313,15 +311,15 @@ struct chip_feed_out chip_feed(const struct chip_feed_in *in, double last_scale)
 /* Velocity of the climb after a period, mm/s: down at once, up by `recover` [7]. */
 static double climb(double ramp, double goal, double recover, double dt)
 {
-    double step = setting(recover) * (chip_finite(dt) ? chip_clamp(dt, 0.0, 0.1) : 0.0);
+    double step = chip_setting(recover) * (chip_finite(dt) ? chip_clamp(dt, 0.0, 0.1) : 0.0);
     CHIP_FAULT(RISES_AT_ONCE, return goal);
-    return setting(recover) > 0.0 ? chip_min(goal, ramp + step) : goal;
+    return chip_setting(recover) > 0.0 ? chip_min(goal, ramp + step) : goal;
 }
 
 struct chip_feed_out chip_feed_ease(struct chip_feed_easing *easing, const struct chip_feed_in *in,
                                     struct chip_feed_out law, double recover, double deadband)
 {
-    double goal = law.scale * in->requested_vel_mm_s, band = chip_min(setting(deadband), 1.0);
+    double goal = law.scale * in->requested_vel_mm_s, band = chip_min(chip_setting(deadband), 1.0);
     int eased = law.limit != CHIP_LIMIT_FALLBACK && is_on(in->feed_mode)
              && (in->motion == CHIP_MOTION_FEED || in->motion == CHIP_MOTION_ARC);
     int top = law.limit == CHIP_LIMIT_NONE || law.limit == CHIP_LIMIT_CEILING;

@@ -109,14 +109,14 @@ static void fetch_next(const struct chip_stock *stock, const struct chip_pose *a
 }
 
 /* [7] The band where it has its full height, between its inner edges: mm2, trapezia across the path. Where the stock
- * jumps points are inserted. */
-static double middle_area(const struct chip_stock *stock, const struct chip_pose *at, struct chip_strip *strip,
-                          double *highest)
+ * jumps points are inserted. `tooth`: gets the points; null: nothing asks for them. */
+static inline __attribute__((always_inline)) double middle_points(const struct chip_stock *stock,
+                                                                  const struct chip_pose *at, struct chip_strip *strip,
+                                                                  double *highest, struct chip_tooth *tooth)
 {
     int n = node_count(stock, strip->inner) / 2, i, k;
     double step = CHIP_PI / n, r = strip->inner, turn_c, turn_s, fine_c, fine_s, sum = 0.0;
     double c = 0.0, s = -1.0, last;
-    struct chip_tooth *tooth = at->tooth;
     struct fetch fetch = { c, s, needs_fetch(stock, strip) ? n + 1 : 0 };
     int walled;
     small_turn(step, &turn_c, &turn_s);
@@ -153,6 +153,14 @@ static double middle_area(const struct chip_stock *stock, const struct chip_pose
         last = h;
     }
     return 0.5 * r * sum;
+}
+
+/* The same, for a tool with limits and for one without: compiled apart, so that the limits cost nothing where none is asked for. */
+static double middle_area(const struct chip_stock *stock, const struct chip_pose *at, struct chip_strip *strip,
+                          double *highest)
+{
+    return at->tooth ? middle_points(stock, at, strip, highest, at->tooth)
+                     : middle_points(stock, at, strip, highest, 0);
 }
 
 /* [7] If the stock is no higher than the lower part of a band, the band ends there. `highest`: contact of its

@@ -35,10 +35,7 @@ static void make_tables(struct chip_tooth *tooth)
 }
 
 /* A weight that may be used; 0 for any other. */
-static double weight_of(double given)
-{
-    return chip_finite(given) && given > 0.0 ? chip_min(given, CHIP_MAX_TOOTH_LOAD) : 0.0;
-}
+static double weight_of(double given) { return chip_min(chip_setting(given), CHIP_MAX_TOOTH_LOAD); }
 
 /* Whether a weight differs from the one in use. */
 static int differs(double given, double used)

@@ -8,9 +8,6 @@
 #define CHIP_MOST_FLUTES 1000.0
 #define CHIP_MM_PER_M 1000.0
 
-/* A number above 0; 0 for any other. */
-static double known(double value) { return chip_finite(value) && value > 0.0 ? value : 0.0; }
-
 /* Revolutions a second, 0: it stands. */
 static double revolutions(const struct chip_feed_in *in)
 {
@@ -20,7 +17,7 @@ static double revolutions(const struct chip_feed_in *in)
 
 double chip_edges_per_s(const struct chip_feed_in *in)
 {
-    return chip_min(known(in->flutes), CHIP_MOST_FLUTES) * revolutions(in);
+    return chip_min(chip_setting(in->flutes), CHIP_MOST_FLUTES) * revolutions(in);
 }
 
 int chip_tooth_trusted(const struct chip_feed_in *in)
@@ -36,19 +33,19 @@ int chip_tooth_trusted(const struct chip_feed_in *in)
 static double torque_of_power(const struct chip_feed_in *in)
 {
     double rps = revolutions(in);
-    return rps > 0.0 ? known(in->max_power_w) / (2.0 * CHIP_PI * rps) : 0.0;
+    return rps > 0.0 ? chip_setting(in->max_power_w) / (2.0 * CHIP_PI * rps) : 0.0;
 }
 
 /* [3] Largest torque, Nm; 0: not limited. */
 static double largest_torque(const struct chip_feed_in *in)
 {
-    double power = torque_of_power(in), torque = known(in->max_torque_nm);
+    double power = torque_of_power(in), torque = chip_setting(in->max_torque_nm);
     return power > 0.0 && torque > 0.0 ? chip_min(power, torque) : power + torque;
 }
 
 int chip_tooth_code(const struct chip_feed_in *in, int limit)
 {
-    double power = torque_of_power(in), torque = known(in->max_torque_nm);
+    double power = torque_of_power(in), torque = chip_setting(in->max_torque_nm);
     if (limit == CHIP_TOOTH_CHIP) return CHIP_LIMIT_CHIP;
     return torque > 0.0 && !(power > 0.0 && power < torque) ? CHIP_LIMIT_TORQUE : CHIP_LIMIT_POWER;
 }
@@ -57,7 +54,7 @@ int chip_tooth_code(const struct chip_feed_in *in, int limit)
 static double torque_factor(const struct chip_feed_in *in)
 {
     if (!(in->force_exponent_mc >= 0.0 && in->force_exponent_mc <= CHIP_MAX_EXPONENT)) return 0.0;
-    return known(in->specific_force_n_mm2) * chip_min(known(in->flutes), CHIP_MOST_FLUTES)
+    return chip_setting(in->specific_force_n_mm2) * chip_min(chip_setting(in->flutes), CHIP_MOST_FLUTES)
          / (2.0 * CHIP_PI * CHIP_MM_PER_M);
 }
 
@@ -69,12 +66,13 @@ struct chip_tooth_out chip_tooth_law(const struct chip_feed_in *in)
     factor = torque_factor(in);
     torque = largest_torque(in);
     edges = chip_edges_per_s(in);
-    if (known(in->flutes) > 0.0 && known(in->max_chip_mm) > 0.0) out.chip_weight_per_mm = 1.0 / in->max_chip_mm;
+    if (chip_setting(in->flutes) > 0.0 && chip_setting(in->max_chip_mm) > 0.0)
+        out.chip_weight_per_mm = 1.0 / in->max_chip_mm;
     if (factor > 0.0 && torque > 0.0)
         out.power_weight_per_mm = pow(factor / torque, 1.0 / (1.0 - in->force_exponent_mc));
-    if (edges > 0.0) per_tooth = known(in->current_vel_mm_s) / edges;
-    out.chip_mm = per_tooth * known(in->chip_share_now);
-    if (factor > 0.0 && known(in->power_root_now) > 0.0 && per_tooth > 0.0)
+    if (edges > 0.0) per_tooth = chip_setting(in->current_vel_mm_s) / edges;
+    out.chip_mm = per_tooth * chip_setting(in->chip_share_now);
+    if (factor > 0.0 && chip_setting(in->power_root_now) > 0.0 && per_tooth > 0.0)
         out.torque_nm = factor * pow(per_tooth * in->power_root_now, 1.0 - in->force_exponent_mc);
     out.power_w = out.torque_nm * 2.0 * CHIP_PI * revolutions(in);
     if (!chip_finite(out.chip_weight_per_mm) || !chip_finite(out.chip_mm)) out.chip_weight_per_mm = out.chip_mm = 0.0;
