@@ -145,6 +145,27 @@ def test_a_million_moves():
     assert done == pytest.approx(path.s[200_000], abs=0.3)
 
 
+@pytest.mark.parametrize("holes", [300, 700, 5000])
+def test_many_holes(holes):
+    """As many changes of feed and traverse as there is room for, or more: the bound holds, no point is far from one that is kept, and where there is room each
+    change is kept."""
+    place = np.arange(holes)
+    top = np.stack((place % 50 * 10.0, place // 50 * 10.0, np.full(holes, 2.0)), axis=1)
+    bottom = top - (0.0, 0.0, 12.0)
+    points, rapid, thinner = np.stack((top, bottom, top), axis=1), np.array([True, False, True]), Thinner(2000)
+    for first in range(0, holes, 100):
+        part = points[first:first + 100].reshape(-1, 3)
+        thinner.add(part, np.tile(rapid, len(part) // 3), np.arange(len(part)) + 3 * first)
+    path = thinner.path()
+    assert len(path.points) <= 2000 and (path.low[0], path.high[-1]) == (0, 3 * holes - 1)
+    off = [float(np.linalg.norm(path.points - point, axis=1).min()) for point in points.reshape(-1, 3)]
+    assert max(off) <= path.step + 1e-3
+    if holes < 500:
+        assert np.count_nonzero(np.diff(path.rapid)) == 2 * holes and max(off) < 1e-3
+    length = np.linalg.norm(np.diff(points.reshape(-1, 3), axis=0), axis=1).sum()
+    assert path.step <= 2 * length / (0.75 * 2000)              # no coarser than the bound makes it: of 3/4 of the points, to the next doubling
+
+
 @pytest.mark.parametrize("points", [0, 1])
 def test_no_path(points):
     thinner = Thinner()

@@ -4,7 +4,8 @@
 Called by drawing.py, for the report of a check, and by panel/ahead_process.py, for the path ahead of the tool.
 
 Thinner: of points that lie within a step of path the last is kept, and both ends of a longer move, so a corner between long moves stays where it
-is, and no point of the program is further than the step from a kept one.  If there are more than MOST_POINTS, the step is doubled.
+is, and no point of the program is further than the step from a kept one.  If there are more than MOST_POINTS, the step is doubled.  A point where
+feed and traverse change is kept, too, unless these alone are more than half of MOST_POINTS, as of thousands of holes: then a piece counts as its end.
 """
 
 from dataclasses import dataclass
@@ -38,14 +39,14 @@ def lengths(points):
     return np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(points.astype(float), axis=0), axis=1))))[:len(points)]
 
 
-def thinned(points, rapid, low, high, step):
-    """The same four without points that are nearer than the step to others of the same kind; the first and the last stay."""
+def thinned(points, rapid, low, high, step, mixed=False):
+    """The same four without points that are nearer than the step to others of the same kind, mixed: of either; the first and the last stay."""
     if len(points) < 3:
         return points, rapid, low, high
     s = lengths(points)
     bucket = np.floor(s / step)
     keep = np.ones(len(points), bool)
-    keep[1:-1] = (bucket[1:-1] != bucket[2:]) | (np.diff(s)[:-1] > step) | (rapid[1:-1] != rapid[2:])
+    keep[1:-1] = (bucket[1:-1] != bucket[2:]) | (np.diff(s)[:-1] > step) | (not mixed) & (rapid[1:-1] != rapid[2:])
     kept = np.flatnonzero(keep)
     first = np.concatenate(([0], kept[:-1] + 1))        # what a kept point has taken over
     return points[kept], rapid[kept], np.minimum.reduceat(low, first), np.maximum.reduceat(high, first)
@@ -56,14 +57,14 @@ class Thinner:
 
     def __init__(self, most=MOST_POINTS, step=STEP_MM):
         self._most, self._step = most, step
-        self._parts, self._count = [], 0
+        self._parts, self._count, self._mixed = [], 0, False
 
     def add(self, points, rapid, lines):
         """points (n, 3); rapid (n,) bool; lines (n,)."""
         for first in range(0, len(points), CHUNK):
             part = slice(first, first + CHUNK)
             line = np.asarray(lines[part], np.int32)
-            found = thinned(np.asarray(points[part], np.float32), np.asarray(rapid[part], bool), line, line, self._step)
+            found = thinned(np.asarray(points[part], np.float32), np.asarray(rapid[part], bool), line, line, self._step, self._mixed)
             self._parts.append(found)
             self._count += len(found[0])
             if self._count > self._most:
@@ -71,9 +72,10 @@ class Thinner:
 
     def _thin(self):
         joined = tuple(map(np.concatenate, zip(*self._parts)))
+        self._mixed = self._mixed or np.count_nonzero(np.diff(joined[1])) > self._most / 2
         while len(joined[0]) > 0.75 * self._most:
             self._step *= 2
-            joined = thinned(*joined, self._step)
+            joined = thinned(*joined, self._step, self._mixed)
         self._parts, self._count = [joined], len(joined[0])
 
     def path(self):
