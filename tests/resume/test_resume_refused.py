@@ -169,6 +169,21 @@ def test_the_plan_comes_first_and_writes_nothing(stop):
     assert stop.resume("-o", str(out))[0] == 0 and not (stop.ini.parent / "stock" / "slot8.stock").exists()       # its own slot again
 
 
+def test_its_slot_is_one_that_nobody_else_uses(stop):
+    """A stock that M253 has saved in the slot of the resume before stays; where the slot's number cannot be kept, nothing is written."""
+    folder, out = stop.ini.parent / "stock", str(stop.ini.parent / "out.ngc")
+    (folder / "resume.slot").mkdir()
+    status, _said, errors = stop.resume("-o", out)
+    assert status == 2 and errors.endswith("resume.slot: Is a directory; make room, or remove what has that name\n"), errors
+    assert sorted(path.name for path in folder.iterdir()) == ["kept.journal", "resume.slot"] and not os.path.exists(out)
+    (folder / "resume.slot").rmdir()
+    assert stop.resume("-o", out)[0] == 0 and (folder / "resume.slot").read_text() == "9\n"
+    other, later = (folder / "slot9.stock").read_bytes(), time.time() + 1.0
+    os.utime(folder / "slot9.stock", (later, later))
+    assert stop.resume("-o", out)[0] == 0 and (folder / "slot9.stock").read_bytes() == other and (folder / "slot8.stock").exists()
+    assert (folder / "resume.slot").read_text() == "8\n" and not list(folder.glob("*.new"))
+
+
 def test_the_command_line(stop):
     for options, what in (((), "-o OUT.ngc is missing"), (("--plan", "--time", "0"), "--time 0 is not from"), (("-o", str(stop.program)), "is the program itself")):
         status, _said, errors = stop.resume(*options)

@@ -4,6 +4,7 @@
 Called by cli/resume.py.
 """
 
+import contextlib
 import os
 import re
 from dataclasses import dataclass, replace
@@ -14,6 +15,7 @@ import numpy as np
 from chipwise.check import records
 from chipwise.check.reader import Unreadable
 from chipwise.errors import CycleError, unnamed
+from chipwise.files import read_bytes, remove_durable, write_durable
 from chipwise.ini import section_of
 from chipwise.resume import compare, descent, place as places, split, state, stocks, text, walk
 from chipwise.rewrite.program import read
@@ -50,10 +52,15 @@ class Resumed:
     folder: str
 
     def save(self):
-        """The stock to its slot.  Raises Unreadable."""
-        stocks.save(os.path.join(self.folder, store.slot_name(self.slot)), self.stock, self.removed)
-        with open(os.path.join(self.folder, MARK_FILE), "w", encoding="utf-8") as file:
-            file.write(f"{self.slot}\n")
+        """The stock to its slot, and then that the slot is ours; both or none.  Raises Unreadable."""
+        path, mark = (os.path.join(self.folder, name) for name in (store.slot_name(self.slot), MARK_FILE))
+        stocks.save(path, self.stock, self.removed)
+        try:
+            write_durable(mark, b"%d\n" % self.slot, store.UNFINISHED)
+        except OSError as error:
+            with contextlib.suppress(OSError):
+                remove_durable(path)
+            raise Unreadable(f"the number of the slot cannot be written: {mark}: {error.strerror}", "make room, or remove what has that name") from error
 
 
 def resumed(path, order, machine, **limits):
@@ -223,16 +230,14 @@ class Job:
         return value * self.machine.unit_mm
 
     def _slot(self):
-        """A slot without a file, or the one of the resume before."""
-        try:
-            with open(os.path.join(self.folder, MARK_FILE), encoding="utf-8") as file:
-                own = int(file.read(20))
-        except (OSError, ValueError):
-            own = -1
-        if own in range(SLOTS):
-            return own
+        """The slot of the resume before, unless M253 has saved another stock there since, else one without a file."""
+        paths, mark = [os.path.join(self.folder, store.slot_name(slot)) for slot in range(SLOTS)], os.path.join(self.folder, MARK_FILE)
+        with contextlib.suppress(OSError, ValueError):
+            own = int(read_bytes(mark, 20))
+            if own in range(SLOTS) and os.path.getmtime(paths[own]) <= os.path.getmtime(mark):
+                return own
         for slot in reversed(range(SLOTS)):
-            if not os.path.exists(os.path.join(self.folder, store.slot_name(slot))):
+            if not os.path.exists(paths[slot]):
                 return slot
         raise Unreadable(f"all slots of M253 have a stock in {self.folder}", "delete the file of one, as slot9.stock")
 
