@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Messages of chipwise-monitor to the operator: faults of the stock tracker, stops by a guard, why the path ahead is not known.
 
-Called by worker.py and hints.py.
+Called by worker.py and hints.py, and by panel/alarms.py.
 """
 
 from chipwise.stock.layout import Fault, GuardReason, PathRefusal
@@ -49,6 +49,12 @@ PATH_REFUSALS = {       # stock-tracker.0.path-refused (man stock_tracker)
     PathRefusal.CHAIN: 'the path ahead is only predicted, because segments in the queue of motion do not join; install the chipwise built for this '
         'LinuxCNC',
     PathRefusal.EMPTY: "the path ahead is only predicted, because the queue of motion is empty while the machine cuts; use LinuxCNC's own planner, tpmod"}
+
+
+def override_text():
+    """The operator's message for a machine that ignores the override."""
+    return ('the machine ignores the volumetric feed because adaptive feed is disabled (M52 P0), and the program is aborted; '
+            'use M252 before M52 P0')
 
 
 def slow_text(took_us, period_us):

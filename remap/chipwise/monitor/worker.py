@@ -19,12 +19,12 @@ from chipwise.clock import patience
 from chipwise.files import printable
 from chipwise.monitor.hints import Hints
 from chipwise.monitor.loaded_program import LoadedProgram
-from chipwise.monitor.messages import FAULTS, guard_text
+from chipwise.monitor.messages import FAULTS, guard_text, override_text
 from chipwise.monitor.set_up import SetUp
 from chipwise.monitor.shadow import Shadow
 from chipwise.monitor.spindle_tool import SpindleTool
 from chipwise.monitor.start_line import Quiet, StartLine
-from chipwise.monitor.stock_files import StockFiles
+from chipwise.monitor.stock_files import LARGEST_S32, StockFiles
 from chipwise.settings import feed_is_remapped
 from chipwise.stock.layout import MOTION_ARC, MOTION_FEED, Fault, GuardReason, LimitedBy
 
@@ -34,12 +34,9 @@ LOST_S = 0.5            # a load that is lost for so long stays lost
 REPEAT_S = 30.0         # least time between two messages about the same part
 MAX_FILE_S = 300.0      # the heart beats on for this long while a file is worked on
 MAX_BEATS = 1 << 30
-LARGEST_S32 = 0x7fffffff
 TOOL_FAULTS = range(Fault.TOOL_DIAMETER, Fault.NO_MONITOR + 1)
 FEED_MOTION = (MOTION_FEED, MOTION_ARC)
 
-OVERRIDE_IGNORED = ('the machine ignores the volumetric feed because adaptive feed is disabled (M52 P0), and the program is aborted; '
-                    'use M252 before M52 P0')
 ANOTHER_PROGRAM = 'another program has begun while chipwise-monitor was late, so M251 has ended; start the program again if it needs M251'
 RESUMED = 'chipwise-monitor follows the tool again, so M251 goes on'
 NOT_RESUMED = ('another tool or another stock since chipwise-monitor was lost, so M251 does not raise the feed; use M252, give M251 again, or '
@@ -189,7 +186,7 @@ class Monitor(SpindleTool):
         ignored = self.component['override-ignored']
         if ignored and not self.said_ignored:
             self.command.abort()
-            self.say(OVERRIDE_IGNORED)
+            self.say(override_text())
         self.said_ignored = ignored
 
     def follow_guard(self, _now):

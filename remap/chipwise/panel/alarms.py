@@ -5,8 +5,7 @@ Called by watch.py.  The words are those of chipwise-monitor (monitor/messages.p
 there; after that it stays on the page until the operator clears it, and in the history then.
 """
 
-from chipwise.monitor.messages import FAULTS, guard_text
-from chipwise.monitor.worker import OVERRIDE_IGNORED
+from chipwise.monitor.messages import FAULTS, guard_text, override_text
 from chipwise.stock.layout import Fault, GuardReason
 
 HISTORY = 200           # alarms that are kept
@@ -36,7 +35,7 @@ def causes(pins, inch, auto=True):
     if reason in (GuardReason.RAPID_CONTACT, GuardReason.FLUTE_EXCESS):
         found[f"guard {reason}"] = guard_words(pins, inch, auto)
     if reason == GuardReason.OVERRIDE_IGNORED or pins["override_ignored"]:
-        found["override"] = OVERRIDE_IGNORED
+        found["override"] = override_text()
     if code and (code not in NEEDED_IN_CUT or pins["mode"]):
         found[f"fault {code}"] = FAULTS.get(code, f"fault {code} of the stock tracker")
     return found
