@@ -212,12 +212,10 @@ class SetUp:
 
     def _switch_on(self, linuxcnc, status, command):
         """Adaptive feed, and then the set-up; with a stock of its own, or the program's to come."""
-        self.calm = self.calm or Quiet(linuxcnc, CALM_S)
-        is_calm = self.calm()
         waits = not status.adaptive_feed_enabled
         if waits and not (self.feed_is_remapped and status.task_mode == linuxcnc.MODE_AUTO):
             self._withdraw()
-            self._enable(linuxcnc, status, command, is_calm)
+            self._enable(linuxcnc, status, command)
         elif self.answer["to_machine"] is None or self.pins["certain"]:
             self.pins["job-waits"] = waits
             self._is_set_up()
@@ -231,7 +229,9 @@ class SetUp:
             feed = f"up to {self.ceiling():g} times F" if self.ceiling() > 1 else f"at most F, because of its {code}" if code else "at most F"
             self.saying.tell(f"{self._name()}: set up as confirmed, with {stock}; the feed is {feed}")
 
-    def _enable(self, linuxcnc, status, command, is_calm):
+    def _enable(self, linuxcnc, status, command):
+        self.calm = self.calm or Quiet(linuxcnc, CALM_S)
+        is_calm = self.calm()
         tries, when = self.asked
         if status.task_mode not in (linuxcnc.MODE_MANUAL, linuxcnc.MODE_MDI):
             if is_calm and not self.said_mode:
