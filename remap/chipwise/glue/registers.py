@@ -40,20 +40,24 @@ def queue(settings, first, values, commit):
     emccanon.SET_AUX_OUTPUT_VALUE(word, commit)
 
 
+def status_value(settings):
+    """What the realtime side says of itself, now, as a number of layout.STATUS_..; 0 where it is not there."""
+    return round(emccanon.GET_EXTERNAL_ANALOG_INPUT(settings["ANALOG_IN"], 0.0))
+
+
 def mode_now(settings):
     """The mode of the realtime side, now; 0 where it is not there."""
-    return round(emccanon.GET_EXTERNAL_ANALOG_INPUT(settings["ANALOG_IN"], 0.0)) % layout.STATUS_STOCK
+    return status_value(settings) % layout.STATUS_STOCK
 
 
 def job_now(settings):
     """(ceiling in times F, 0 without a set-up; whether it waits for adaptive feed; whether it is in force) of the loaded program, now."""
-    value = round(emccanon.GET_EXTERNAL_ANALOG_INPUT(settings["ANALOG_IN"], 0.0))
-    flags, rest = divmod(value, round(layout.STATUS_WAITS))
+    flags, rest = divmod(status_value(settings), round(layout.STATUS_WAITS))
     return rest // layout.STATUS_JOB / 100, bool(flags & 1), bool(flags & 2)
 
 
 def status_now(state):
     """(mode, stock is defined, fault code) of the realtime side, now; (0, False, 0) where it is not there."""
-    value = round(emccanon.GET_EXTERNAL_ANALOG_INPUT(state.settings["ANALOG_IN"], 0.0))
+    value = status_value(state.settings)
     return (value % layout.STATUS_STOCK, value // layout.STATUS_STOCK % 10 == 1,
             value % layout.STATUS_REPLY // layout.STATUS_FAULT)

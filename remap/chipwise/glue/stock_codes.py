@@ -14,7 +14,7 @@ from chipwise import files, preview
 from chipwise.clock import patience
 from chipwise.errors import CycleError
 from chipwise.glue import context, known_cuts, known_stock
-from chipwise.glue.registers import InForce, send, status_now
+from chipwise.glue.registers import InForce, send, status_now, status_value
 from chipwise.glue.workpiece import check_extent, check_fits, stock_of
 from chipwise.stock import layout, reasons
 from chipwise.stock.layout import Fault, Register
@@ -118,7 +118,7 @@ def _slot(state):
 
 def _reply(state):
     """What the monitor says of the request (reasons.py), now."""
-    return round(emccanon.GET_EXTERNAL_ANALOG_INPUT(state.settings["ANALOG_IN"], 0.0)) % layout.STATUS_JOB // layout.STATUS_REPLY
+    return status_value(state.settings) % layout.STATUS_JOB // layout.STATUS_REPLY
 
 
 def _wait_for(state, answered):
