@@ -163,7 +163,7 @@ class Display:
         pins['rate'], pins['rate-target'] = rate / per, target / per
         pins['share'] = min(100.0 * rate / target, 999.0) if target > 0 else 0.0
         choose(pins, 'mode-', MODES, pins['mode'])
-        choose(pins, 'by-', SHOWN, min(pins['limited-by'], LimitedBy.CEILING) if pins['limited-by'] >= len(SHOWN) else pins['limited-by'])
+        choose(pins, 'by-', SHOWN, pins['limited-by'] if pins['limited-by'] < len(SHOWN) else LimitedBy.CEILING)
         choose(pins, 'stock-is-', STOCK_WORDS, 2 if is_assumed(*(pins[name] for name in STOCK)) else int(pins['stock-defined']))
         choose(pins, 'unit-', ('cm3', 'in3'), int(self.inch))
 
