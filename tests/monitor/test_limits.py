@@ -4,13 +4,15 @@ import pytest
 
 from chipwise.errors import CycleError
 from chipwise.monitor.limits import NO_MATERIAL, Limits
+from chipwise.monitor.saying import Saying
 from chipwise.monitor.tool_shape import tool_shape
 from chipwise.settings import parse_settings, power_at
 
 
 def limits(**keys):
-    said, pins = [], {}
-    return Limits(pins, parse_settings(keys), said.append), pins, said
+    """(Limits, its pins, what waits to be said)."""
+    pins, saying = {}, Saying(None)
+    return Limits(pins, parse_settings(keys), saying), pins, saying.texts
 
 
 def test_the_material_of_a_program():

@@ -11,7 +11,7 @@ import types
 import pytest
 
 from chipwise import processes
-from chipwise.monitor import spindle_tool
+from chipwise.monitor import saying, spindle_tool
 from chipwise.monitor import worker as module
 from chipwise.settings import parse_settings
 
@@ -100,6 +100,24 @@ def test_a_screen_that_fails_too(watched, monkeypatch):
     monkeypatch.setattr(watched, 'follow_guard', fail)
     watched.step()
     assert watched.component['heartbeat'] == 2
+
+
+def test_what_lacks_for_the_limits_waits(watched, monkeypatch, tmp_path):
+    """A message is a command: it may take the place of the one that runs the program that has just been opened."""
+    shown, rests = [], []
+    monkeypatch.setattr(Command, 'text_msg', lambda _command, text: shown.append(text))
+    monkeypatch.setattr(saying, 'Quiet', lambda *_: lambda: bool(rests))
+    watcher = module.Monitor(watched.component, parse_settings({'SPINDLE_POWER': '800'}))
+    watcher.connect()
+    watcher.status.file = str(tmp_path / 'a.ngc')
+    (tmp_path / 'a.ngc').write_text('G0 X0\n')
+    for _ in range(3):
+        watcher.follow_program(0.0)
+    assert shown == []
+    rests.append(True)
+    for _ in range(3):
+        watcher.follow_program(0.0)
+    assert len(shown) == 1 and 'no material is known' in shown[0]
 
 
 def test_another_tool_since_it_was_lost(watched):

@@ -15,5 +15,5 @@
     shadow.py           [CHIPWISE]SHADOW: the stock that is assumed for a program
     set_up.py           a program that a person has set up
     answering.py        a process that reads the loaded program for these two
-    saying.py           what they have for the operator, when it is quiet
+    saying.py           what these two and limits.py have for the operator, when it is quiet
 """

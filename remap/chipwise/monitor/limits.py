@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The limits of edges and spindle for the pins: the material of the loaded program, and what the spindle gives at its speed.
 
-Called by loaded_program.py.  The material is that of the program's MATERIAL comment, else of [CHIPWISE]MATERIAL (materials.py); the power that of
+Called by worker.py and loaded_program.py.  The material is that of the program's MATERIAL comment, else of [CHIPWISE]MATERIAL (materials.py); the power that of
 [CHIPWISE]SPINDLE_POWER.  What is not known limits nothing, and is said once for each program.
 """
 
@@ -15,9 +15,9 @@ NO_MATERIAL = 'the power is not limited: no material is known; add (MATERIAL,NAM
 class Limits:
     """The pins specific-force, force-exponent and max-power."""
 
-    def __init__(self, component, settings, inform):
-        self.component, self.settings, self.inform = component, settings, inform
-        self.said = ''
+    def __init__(self, component, settings, saying):
+        """saying: Saying of what lacks."""
+        self.component, self.settings, self.saying = component, settings, saying
 
     def program(self, text):
         """Another program, as bytes: its material."""
@@ -31,9 +31,10 @@ class Limits:
             problem = NO_MATERIAL
         self.component['specific-force'] = found.kc11 if found else 0.0
         self.component['force-exponent'] = found.mc if found else 0.0
-        if problem and problem != self.said:
-            self.inform(problem)
-        self.said = problem
+        if problem:
+            self.saying.tell(problem)
+        else:
+            self.saying.forget()
 
     def speed(self, revolutions):
         """The commanded speed of the spindle, 1/min."""

@@ -13,8 +13,6 @@ import os
 import re
 import stat
 
-from chipwise.monitor.limits import Limits
-
 READ_BYTES = 4_000_000      # a program sets its modes near its head; the monitor must not spend time on the rest
 _COMMENT = re.compile(rb"\([^)\n]*\)|;[^\n]*")
 
@@ -58,10 +56,9 @@ def _lines_in(text):
 class LoadedProgram:
     """Looks at each program once."""
 
-    def __init__(self, inform, feed_is_remapped, component=None, settings=None):
-        """inform: function of a text for the operator; feed_is_remapped: whether the INI file has REMAP = F; component: pins of limits.py."""
-        self.inform, self.feed_is_remapped, self.seen = inform, feed_is_remapped, ''
-        self.limits = Limits(component, settings, inform) if settings else None
+    def __init__(self, inform, feed_is_remapped, limits=None):
+        """inform: function of a text for the operator; feed_is_remapped: whether the INI file has REMAP = F; limits: Limits, which gets the text."""
+        self.inform, self.feed_is_remapped, self.limits, self.seen = inform, feed_is_remapped, limits, ''
 
     def follow(self, path, speed=0.0):
         """path: the program that LinuxCNC has open, "" for none; speed: of the spindle, 1/min."""

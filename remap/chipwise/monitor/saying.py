@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What one part of chipwise-monitor has for the operator, shown when no command is under way.  Called by set_up.py and shadow.py."""
+"""What one part of chipwise-monitor has for the operator, shown when no command is under way.  Called by worker.py, set_up.py and shadow.py."""
 
 from chipwise.files import printable
 from chipwise.monitor.start_line import Quiet
@@ -31,5 +31,5 @@ class Saying:
                 self.inform(text)
 
     def forget(self):
-        """What has not been shown is not shown any more."""
-        self.texts = []
+        """What has not been shown is not shown any more; a text may be said again."""
+        self.texts, self.said = [], None

@@ -18,8 +18,10 @@ from contextlib import contextmanager
 from chipwise.clock import patience
 from chipwise.files import printable
 from chipwise.monitor.hints import Hints
+from chipwise.monitor.limits import Limits
 from chipwise.monitor.loaded_program import LoadedProgram
 from chipwise.monitor.messages import FAULTS, guard_text, override_text
+from chipwise.monitor.saying import Saying
 from chipwise.monitor.set_up import SetUp
 from chipwise.monitor.shadow import Shadow
 from chipwise.monitor.spindle_tool import SpindleTool
@@ -69,7 +71,8 @@ class Monitor(SpindleTool):
         self.stock_files = StockFiles(component, settings, self.say, self.working, self.place)
         self.shadow = Shadow(component, settings, self.stock_files, os.environ.get('INI_FILE_NAME', ''), self.inform, self.working)
         self.set_up = SetUp(component, settings, self.stock_files, self.shadow.ini, self.inform, self.working, feed_is_remapped())
-        self.loaded = LoadedProgram(self.inform, feed_is_remapped(), component, settings)
+        self.saying = Saying(self.inform)
+        self.loaded = LoadedProgram(self.inform, feed_is_remapped(), Limits(component, settings, self.saying))
         self.hints = Hints(component, self.say, self.inform, linuxcnc)
         self.start_line, self.quiet = StartLine(settings, self.inform, first), None
 
@@ -244,6 +247,7 @@ class Monitor(SpindleTool):
             self.start_line.follow(self.status.echo_serial_number, self.quiet(now), now)
 
     def follow_program(self, _now):
+        self.saying.speak(self.linuxcnc)
         self.loaded.follow(self.status.file, self.status.spindle[0]['speed'])
         if self.set_up.follow(self.linuxcnc, self.status, self.command):
             self.shadow.leave()
