@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Comments of a program that chipwise reads, such as (SURFACE,FILE=part.stl).
 
-Called by glue/ and turning/.  As LinuxCNC does with (MSG, ..): what is behind a ; is a remark, and so is what is in another comment.
+Called by glue/, turning/, setup/ and monitor/.  As LinuxCNC does with (MSG, ..): what is behind a ; is a remark, and so is what is in another comment.
 """
 
 import re
 
 _COMMENT = re.compile(r"\(([^()\n]*)\)|;[^\n]*")
+REMARK = re.compile(rb"\([^)\n]*\)|;[^\n]*")      # in the bytes of a program
 
 
 def insides(text: str, name: str, comma: bool = True) -> list[str]:

@@ -13,8 +13,9 @@ import os
 import re
 import stat
 
+from chipwise.comments import REMARK
+
 READ_BYTES = 4_000_000      # a program sets its modes near its head; the monitor must not spend time on the rest
-_COMMENT = re.compile(rb"\([^)\n]*\)|;[^\n]*")
 
 
 def _code(letter, tens, ones):
@@ -47,7 +48,7 @@ def _lines_in(text):
         if digits not in dense:
             continue
         for number, line in enumerate(text.split(b"\n"), 1):
-            if digits[1:] in line and pattern.search(_COMMENT.sub(b"", line)):
+            if digits[1:] in line and pattern.search(REMARK.sub(b"", line)):
                 found[code] = number
                 break
     return found

@@ -18,6 +18,7 @@ from chipwise.check.asked import take_order
 from chipwise.check.in_force import machine_in_force
 from chipwise.check.program_file import MAX_BYTES, Unreadable
 from chipwise.check.reader import Reader
+from chipwise.comments import REMARK
 from chipwise.errors import CycleError, format_place, unnamed
 from chipwise.files import open_regular
 from chipwise.own_folder import OwnFolder
@@ -29,7 +30,6 @@ NICE = 10
 CPU_S = 60
 MEMORY_MB = 1000            # of this process, and of the one that reads
 MOST_MOVES = 5_000_000
-_COMMENT = re.compile(rb"\([^)\n]*\)|;[^\n]*")
 _KEEPS_F = re.compile(rb"G0*(?:74|84)(?![0-9.])|M0*52(?![0-9.])")
 
 
@@ -47,7 +47,7 @@ def _frame(program, machine):
 def _keeps_f(program):
     """A tap goes at its pitch, without an override; M52 may switch off what holds a ceiling."""
     with open_regular(program, MAX_BYTES) as file:
-        text = _COMMENT.sub(b"", file.read()).upper()
+        text = REMARK.sub(b"", file.read()).upper()
     found = _KEEPS_F.search(text.replace(b" ", b"").replace(b"\t", b""))
     return found.group().decode() if found else ""
 
