@@ -184,6 +184,26 @@ def test_its_slot_is_one_that_nobody_else_uses(stop):
     assert (folder / "resume.slot").read_text() == "8\n" and not list(folder.glob("*.new"))
 
 
+def test_ended_while_it_works(stop, tmp_path):
+    """SIGTERM leaves no temporary files."""
+    stop.program.write_text(SUBS.replace("M2\n", "o77 while [1]\n#77=[#77+1]\no77 endwhile\nM2\n"))
+    folder = tmp_path / "temporary"
+    folder.mkdir()
+    work = subprocess.Popen([CHIPWISE, "resume", str(stop.program), "--plan", "--ini", str(stop.ini)], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+                            stderr=subprocess.DEVNULL, env={**os.environ, "TMPDIR": str(folder)})
+    try:
+        until = time.monotonic() + 60.0
+        while not list(folder.glob("chipwise-*/*")) and time.monotonic() < until:
+            time.sleep(0.01)
+        time.sleep(0.5)                 # its process is at work
+        assert work.poll() is None and list(folder.iterdir())
+        work.terminate()
+        assert work.wait(60) == 143 and not list(folder.iterdir())
+    finally:
+        work.kill()
+        work.wait()
+
+
 def test_the_command_line(stop):
     for options, what in (((), "-o OUT.ngc is missing"), (("--plan", "--time", "0"), "--time 0 is not from"), (("-o", str(stop.program)), "is the program itself")):
         status, _said, errors = stop.resume(*options)

@@ -10,13 +10,12 @@ Exit status: 0 no findings, 1 findings, 2 a program cannot be checked.
 
 import json
 import os
-import signal
 import sys
-import threading
 
 from chipwise.cli.machine_options import Progress, add_machine_options, ini_of, machine_of, refuser, tool_of
 from chipwise.cli.output import check_outputs, write_output
 from chipwise.errors import format_length, printable, with_line
+from chipwise.processes import exit_on_sigterm
 from chipwise.rates import MM3_PER_CM3
 
 NAME = 'check'
@@ -68,8 +67,7 @@ def run(options):
         refuse('there is no program (.ngc, .nc, .tap) in the folder')
     check_outputs(refuse, {'--report': options.report, '--json': options.json},
                   [*(('one of the programs', program) for program in programs), ('the INI file', ini_of(options))])
-    if threading.current_thread() is threading.main_thread():       # Python allows it nowhere else
-        signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
+    exit_on_sigterm()
     results, progress = [None] * len(programs), Progress(sys.stderr)
     for number, result in results_of(options, programs, progress, arguments):
         results[number] = result

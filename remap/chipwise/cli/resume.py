@@ -14,6 +14,7 @@ import sys
 from chipwise.cli.machine_options import add_ini, ini_of, refuser
 from chipwise.cli.output import check_outputs, write_output
 from chipwise.errors import of_unexpected, printable, unnamed
+from chipwise.processes import exit_on_sigterm
 
 NAME = 'resume'
 HELP = 'go on with a program that was interrupted, from the stock that is kept'
@@ -40,6 +41,7 @@ def run(options):
     from chipwise.own_folder import FolderError
     from chipwise.resume.run import Different, Order, resumed
     check_options(options)
+    exit_on_sigterm()
     try:
         machine = Machine(ini_of(options))
         found = resumed(options.program, Order(options.line, options.time or 0.0, options.tool_broke), machine, cpu_s=int(options.time_limit))

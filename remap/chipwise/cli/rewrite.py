@@ -11,13 +11,12 @@ Exit status: 0 written, 2 the program cannot be rewritten; nothing is written th
 
 import math
 import os
-import signal
 import sys
-import threading
 
 from chipwise.cli import rewrite_folder
 from chipwise.cli.machine_options import Progress, add_machine_options, ini_of, machine_of, refuser, tool_of
 from chipwise.cli.output import check_outputs
+from chipwise.processes import exit_on_sigterm
 
 NAME = 'rewrite'
 HELP = 'rewrite a program for its flutes, or for a constant removal rate'
@@ -50,8 +49,7 @@ def run(options):
     check_options(options)
     arguments = machine_of(options, refuse)
     arguments.update(tool_of(options.tool, options.tool_diameter, arguments['machine'], refuse, '--tool-diameter'))
-    if threading.current_thread() is threading.main_thread():       # Python allows it nowhere else
-        signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
+    exit_on_sigterm()
     order = order_of(options, arguments['machine'])
     if os.path.isdir(options.program):
         return rewrite_folder.run(options, {'order': order, **arguments}, refuse)

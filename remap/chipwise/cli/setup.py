@@ -16,6 +16,7 @@ from chipwise.cli.check import add_tool_options, seconds, surveyed
 from chipwise.cli.machine_options import Progress, add_machine_options, ini_of, machine_of, refuser, tool_of
 from chipwise.cli.output import check_outputs, write_output
 from chipwise.errors import CycleError, format_length, format_place, printable, unnamed, with_line
+from chipwise.processes import exit_on_sigterm
 from chipwise.rates import MM3_PER_CM3
 
 NAME = 'setup'
@@ -46,6 +47,7 @@ def run(options):
     arguments |= tool_of(options.tool, options.diameter, machine, refuse)
     check_outputs(refuse, {'--json': options.json}, [('the program', options.program), ('the INI file', ini_of(options))])
     path = path_of(options.program, _folder(machine))
+    exit_on_sigterm()
     progress, lines = Progress(sys.stderr), lines_of(options.program)
     measured = measure(options.program, machine, names(options.program, machine), progress=lambda line: progress(line / lines), **arguments)
     progress.end()

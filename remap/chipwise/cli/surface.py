@@ -12,9 +12,7 @@ written then.
 
 import argparse
 import json
-import signal
 import sys
-import threading
 import time
 
 from chipwise.cli.machine_options import Progress, add_ini, ini_of, refuser
@@ -22,6 +20,7 @@ from chipwise.cli.output import check_outputs, write_output
 from chipwise.cli.surface_job import is_job, read_job
 from chipwise.cli.surface_program import LENGTHS, figures_of, planned, program_text, unit_of
 from chipwise.errors import CycleError, printable
+from chipwise.processes import exit_on_sigterm
 
 NAME = 'surface'
 HELP = 'make a program that cuts a curved surface from STL or a depth picture'
@@ -54,8 +53,7 @@ def add_arguments(parser):
 
 def run(options):
     """-> exit status."""
-    if threading.current_thread() is threading.main_thread():       # Python allows it nowhere else
-        signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
+    exit_on_sigterm()
     progress, began = Progress(sys.stderr), time.monotonic()
     try:
         cuts = cuts_of(options)
