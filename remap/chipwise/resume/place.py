@@ -67,7 +67,7 @@ def _by_note(path, program, found, wanted, first, behind):
     if note is None or not note.tip:
         return Place(first, 0.0)
     near = walk.nearest(path, np.array(note.tip), OFF_MM)
-    at = np.concatenate(([0.0], np.cumsum(path.seconds)))
+    at = path.at
     tip = "X{:.3f} Y{:.3f} Z{:.3f} mm machine".format(*note.tip)
     if not near:
         off = min((n[2] for n in walk.nearest(path, np.array(note.tip), 1e9)), default=0.0)
@@ -101,7 +101,8 @@ def _is_done(path, program, found, first, candidate, wanted):
 
 def prove(path, program, found, place, wanted):
     """Unreadable where the kept stock is not the one that the program leaves at a Place [3]."""
-    late = min(len(path.move), int(np.searchsorted(np.cumsum(path.seconds), np.cumsum(path.seconds)[min(place.segment, len(path.move) - 1)] + AGE_S)) + 1)
+    ends = path.at[1:]
+    late = min(len(ends), int(np.searchsorted(ends, ends[min(place.segment, len(ends) - 1)] + AGE_S)) + 1)
     slim, wide = (walk.with_tools(path, by) for by in (-ROUND_MM, ROUND_MM))
     here, later = stocks.blank(found.head), stocks.blank(found.head)
     walk.cut_to(slim, here, program, place.segment, place.share)
@@ -120,7 +121,7 @@ def prove(path, program, found, place, wanted):
 
 def back_by(path, place, seconds):
     """The Place some seconds of program time before another one."""
-    at = np.concatenate(([0.0], np.cumsum(path.seconds)))
+    at = path.at
     wanted = at[place.segment] + (place.share * path.seconds[place.segment] if place.segment < len(path.move) else 0.0) - seconds
     if wanted <= 0:
         return Place(0, 0.0)

@@ -5,6 +5,7 @@ Called by cli/resume.py.
 """
 
 import contextlib
+import functools
 import os
 import re
 from dataclasses import dataclass, replace
@@ -108,6 +109,13 @@ class Job:
         self.file, self.program, self.machine, self.geometry, self.settings, self.limits = path, program, machine, geometry, settings, limits
         self.folder = settings.path("STOCK_DIR")
 
+    @functools.cached_property
+    def followed(self):
+        """The Followed of the program."""
+        found = Followed(self.program, self.machine, None, **self.limits)
+        found.program = with_paths(found.program)
+        return found
+
     # ---- where -------------------------------------------------------------------------------------------------
 
     def of_kept(self, order):
@@ -159,8 +167,7 @@ class Job:
         program = self.program
         if not 1 <= order.line <= len(program.source):
             raise Unreadable(f"the program has no line {order.line}", f"name one from 1 to {len(program.source)}")
-        followed = Followed(program, self.machine, None, **self.limits)
-        behind = np.flatnonzero(followed.program.place >= order.line)
+        behind = np.flatnonzero(self.followed.program.place >= order.line)
         if not len(behind):
             raise Unreadable(f"nothing moves from line {order.line} on", "name an earlier line")
         move = int(behind[0])
@@ -186,9 +193,7 @@ class Job:
         """The Resumed."""
         if stopped.at.segment >= len(stopped.path.move):
             raise Unreadable("everything that the program moves is done", "nothing is left to go on with")
-        followed = Followed(self.program, self.machine, None, **self.limits)
-        followed.program = with_paths(followed.program)
-        cut = split.Split(self, followed, stopped)
+        cut = split.Split(self, stopped)
         found = cut.found()
         new = found.followed.program
         line = found.line
@@ -219,7 +224,7 @@ class Job:
         return data
 
     def _top(self):
-        """Machine units: Z of the retract."""
+        """mm: Z of the retract, machine coordinates."""
         limit = section_of(self.machine.text.splitlines(), "AXIS_Z").get("MAX_LIMIT")
         try:
             value = float(limit)

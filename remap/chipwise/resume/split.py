@@ -41,10 +41,10 @@ class Found:
 class Split:
     """One Stopped of a Job."""
 
-    def __init__(self, job, followed, stopped):
-        self.job, self.followed, self.stopped = job, followed, stopped
+    def __init__(self, job, stopped):
+        self.job, self.followed, self.stopped = job, job.followed, stopped
         self.path, self.at = stopped.path, stopped.at
-        self.own_line = int(followed.program.line[self.path.move[min(self.at.segment, len(self.path.move) - 1)]])
+        self.own_line = int(self.followed.program.line[self.path.move[min(self.at.segment, len(self.path.move) - 1)]])
 
     def found(self):
         """The Found.  Raises Unreadable, Different."""

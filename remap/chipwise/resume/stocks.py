@@ -45,12 +45,16 @@ def kept(folder):
     raise Unreadable(f"no stock is kept in {folder}", "set [CHIPWISE]KEEP_STOCK = yes for the next time, and say where to go on with --line N")
 
 
+def _corners(head):
+    """(low, high) of the blank before it was turned about its middle."""
+    x, y = ((a + b) / 2 for a, b in zip(head.low[:2], head.high[:2]))
+    half_x, half_y = head.half
+    return (x - half_x, y - half_y, head.low[2]), (x + half_x, y + half_y, head.high[2])
+
+
 def blank(head):
     """The uncut Stock of a store.Head, its cells those of the head."""
-    middle = [(a + b) / 2 for a, b in zip(head.low, head.high)]
-    low = (middle[0] - head.half[0], middle[1] - head.half[1], head.low[2])
-    high = (middle[0] + head.half[0], middle[1] + head.half[1], head.high[2])
-    stock = Stock(low, high, head.cell, head.count, head.shape, head.turn)
+    stock = Stock(*_corners(head), head.cell, head.count, head.shape, head.turn)
     own = stock.head
     if (own.nx, own.ny) != (head.nx, head.ny):
         raise Unreadable(f"the kept stock has {head.nx} x {head.ny} cells, its blank {own.nx} x {own.ny}", "say where to go on with --line N")
@@ -94,10 +98,8 @@ def restored(line):
 def is_of(event, head):
     """Whether a STOCK record is the blank of a head."""
     shape, turn, *corners = event.values[:8]
-    middle = [(a + b) / 2 for a, b in zip(head.low, head.high)]
-    low = [middle[0] - head.half[0], middle[1] - head.half[1], head.low[2]]
-    high = [middle[0] + head.half[0], middle[1] + head.half[1], head.high[2]]
-    return (int(shape) == head.shape and max(abs(a - b) for a, b in zip(corners, [*low, *high])) <= SAME_MM
+    low, high = _corners(head)
+    return (int(shape) == head.shape and max(abs(a - b) for a, b in zip(corners, (*low, *high))) <= SAME_MM
             and abs(math.remainder(math.radians(turn) - head.turn, math.pi)) < 1e-6)
 
 

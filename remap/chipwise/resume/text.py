@@ -14,6 +14,7 @@ import re
 import numpy as np
 
 from chipwise.check.reader import Unreadable
+from chipwise.resume.split import steps_of
 from chipwise.rewrite.edits import Edits, original
 from chipwise.rewrite.move_text import Numbers, plain
 from chipwise.rewrite.text import Writer
@@ -62,7 +63,7 @@ def rest(program, line, step, moves, at, modal, cycles=False):
     """Bytes of the lines from `line` on, in which the moves replace a step and the steps of its line before; None: the line as it is.
     modal: motion mode before it; cycles: whether later cycles are written out as well."""
     edits = Edits()
-    own = np.flatnonzero(program.places[program.first[:-1]] == line).tolist()
+    own = steps_of(program, line)
     if moves is None and not own_motion(program.source[line - 1]) and (modal not in (0, 1) or program.modes_on(step).cycle):
         moves, step = [original(program, own[0])], own[0]
     for other in own if moves is not None else []:
@@ -96,7 +97,7 @@ def _place(frame, point):
 
 
 def head(state, frame, approach, slot, top, notes):
-    """[lines] of the head [1].  approach: descent.Approach; top: machine units, Z in machine coordinates, of the retract; notes: comments."""
+    """[lines] of the head [1].  approach: descent.Approach; top: mm, Z of the retract in machine coordinates; notes: comments."""
     lines = [f"({re.sub('[()]', ' ', note)})" for note in notes]
     lines += ["G90 G17 G40 G49 G80 G94 G21", f"G53 G0 Z{plain(top, DIGITS)}", f"M254 P{slot}"]
     if state.tool:

@@ -9,6 +9,7 @@
 Lengths mm, machine coordinates of the tool's tip; times s; volumes mm3.
 """
 
+import functools
 import math
 from dataclasses import dataclass, replace
 
@@ -37,6 +38,11 @@ class Path:
     tool: np.ndarray
     tools: list
     begin: np.ndarray
+
+    @functools.cached_property
+    def at(self):
+        """(k + 1,) s at which each segment begins, and at which the last one ends."""
+        return np.concatenate(([0.0], np.cumsum(self.seconds)))
 
     def start(self, k):
         """(3,): where a segment begins."""
