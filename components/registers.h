@@ -34,14 +34,15 @@ enum chip_run_end { CHIP_RUN_GOES_ON = 0, CHIP_RUN_WHOLE = 1, CHIP_RUN_STOPPED =
 #define CHIP_FEED_OF_JOB 2
 #define CHIP_MOST_JOB_RATE 1e12 /* mm3/min */
 
-/* chipwise-command.N.status: the mode plus these, each times its value. */
-#define CHIP_STATUS_STOCK 10            /* 1 if a certain stock is defined */
-#define CHIP_STATUS_FAULT 100           /* chip_fault */
-#define CHIP_STATUS_REPLY 10000         /* reply code of the stock files, remap/chipwise/stock/reasons.py */
-#define CHIP_STATUS_JOB 1000000         /* ceiling of the program's set-up, hundredths of F; 0: it has none */
-#define CHIP_STATUS_WAITS 1000000000.0  /* 1 if it waits for adaptive feed */
-#define CHIP_STATUS_ACTIVE 2000000000.0 /* 1 if it is in force */
-#define CHIP_MOST_CEILING 10.0          /* times F */
+/* chipwise-command.N.status: the mode plus these, each times its value.  The largest is below 2^53, so a double has all of its digits; motion's analog
+ * input is a double until the interpreter has it (motion.h, emc_nml.hh). */
+#define CHIP_STATUS_STOCK 10    /* 1 if a certain stock is defined */
+#define CHIP_STATUS_FAULT 100   /* chip_fault */
+#define CHIP_STATUS_REPLY 10000 /* reply code of the stock files, remap/chipwise/stock/reasons.py */
+#define CHIP_STATUS_JOB 1000000 /* ceiling of the program's set-up, hundredths of F, 100 to 1000; 0: it has none */
+#define CHIP_STATUS_WAITS 10000000000.0  /* 1 if it waits for adaptive feed */
+#define CHIP_STATUS_ACTIVE 20000000000.0 /* 1 if it is in force */
+#define CHIP_MOST_CEILING 10.0           /* times F */
 
 /* chipwise-guard.N.reason: why the machine was stopped. */
 enum chip_guard_reason {

@@ -1,9 +1,15 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Mode, target and end, phase by phase."""
-from support.halrig import always
+"""Mode, target and end, phase by phase, and what the interpreter makes of `status`."""
+import importlib
+import sys
+import types
+from unittest import mock
+
+from support.halrig import always, require
 
 ON, OFF = 2, 0
 GOES_ON, WHOLE, STOPPED = 0, 1, 2
+CEILINGS = 1.0, 1.25, 9.99, 10.0         # as in stimulus.py
 # phase: mode, job-active, run-end, mrr-target where the mode is on
 WANTED = {
     "without: idle": (OFF, 0, GOES_ON, 0), "without: runs": (OFF, 0, GOES_ON, 0), "without: set up too late": (OFF, 0, GOES_ON, 0), "without: over": (OFF, 0, WHOLE, 0),
@@ -17,6 +23,15 @@ WANTED = {
     "withdrawn: on": (ON, 1, GOES_ON, 3000), "withdrawn: gone": (OFF, 0, GOES_ON, 0), "withdrawn: late": (OFF, 0, GOES_ON, 0), "withdrawn: over": (OFF, 0, WHOLE, 0)}
 
 
+def job_now(status):
+    """As glue/registers.py reads it, with a stand-in for LinuxCNC's module."""
+    canon = types.SimpleNamespace(GET_EXTERNAL_ANALOG_INPUT=lambda number, default: status)
+    with mock.patch.dict(sys.modules, {"emccanon": canon}):
+        registers = importlib.import_module("chipwise.glue.registers")
+    with mock.patch.object(registers, "emccanon", canon):
+        return registers.job_now({"ANALOG_IN": 0})
+
+
 def check(trace):
     for phase, (mode, active, end, target) in WANTED.items():
         part = trace.only(phase)
@@ -26,6 +41,12 @@ def check(trace):
         if mode:
             always(part, "mrr-target", target)
             always(part, "mrr-lower", 0)
+    for ceiling in CEILINGS:
+        for waits in (0, 1):
+            for active in (0, 1):
+                part = trace.only(f"asked: {ceiling:g} {waits} {active}")
+                found = [job_now(value) for value in part["status"]]
+                require(part, "status", [one == (ceiling, waits, active) for one in found], "(pin)", f"{ceiling:g} {waits} {active}")
 
 
 SABOTAGE = {

@@ -5,11 +5,12 @@ import math
 from support.halrig import Stimulus
 
 FEED_COMMIT, IDLE = 17, 0
+CEILINGS = (1.0, 1.25, 9.99, 10.0)       # times F; 10 is the largest that a set-up may have
 ODD_TARGETS = (-1.0, -math.inf, math.inf, math.nan, 1e300)
 
 
 def stimulus():
-    rows = Stimulus({"word": [], "value": [], "enabled": [], "program-running": [], "aborted": [], "job": [], "job-target": []})
+    rows = Stimulus({"word": [], "value": [], "enabled": [], "program-running": [], "aborted": [], "job": [], "job-target": [], "job-ceiling": [], "job-waits": []})
     rows.add({"enabled": 1, "job-target": 3000.0})
 
     def play(phase, periods, **pins):
@@ -33,6 +34,7 @@ def stimulus():
     goes_through(play, start)
     is_switched(play, start, switch)
     is_ended(play, start)
+    is_asked(play)
     rows.phase("end")
     rows.add({})
     return rows
@@ -78,3 +80,11 @@ def is_ended(play, start):
     play("withdrawn: gone", 20, job=0)
     play("withdrawn: late", 20, job=1)
     play("withdrawn: over", 20, program_running=0)
+
+
+def is_asked(play):
+    """What the interpreter finds in `status`: ceiling, whether adaptive feed waits, and whether the set-up is in force."""
+    for ceiling in CEILINGS:
+        for waits in (0, 1):
+            play(f"asked: {ceiling:g} {waits} 0", 5, job=1, program_running=0, job_ceiling=ceiling, job_waits=waits)
+            play(f"asked: {ceiling:g} {waits} 1", 5, program_running=1)
