@@ -17,6 +17,8 @@ from chipwise.headless import session
 from support.display_program import IDLE_POLLS, WAIT_S
 
 STATUS_KEY = 1002
+NML_KEYS = 1001, STATUS_KEY, 1003       # the semaphores of emcCommand, emcStatus and emcError in linuxcnc.nml
+LAST_USER, VALUE = 11, 12               # GETPID and GETVAL of <sys/sem.h>
 
 
 class SemaphoreOperation(ctypes.Structure):
@@ -28,6 +30,34 @@ def send(pid, number):
     """A signal to a process, which may be gone by now: the worker of chipwise-monitor ends with its parent."""
     with contextlib.suppress(ProcessLookupError):
         os.kill(pid, number)
+
+
+def holds_nml(pid):
+    """Whether a process that does not run has taken the semaphore of one of LinuxCNC's buffers and not given it back."""
+    libc = ctypes.CDLL(None, use_errno=True)
+    numbers = [number for number in (libc.semget(key, 1, 0) for key in NML_KEYS) if number >= 0]
+    return any(libc.semctl(number, 0, VALUE) == 0 and libc.semctl(number, 0, LAST_USER) == pid for number in numbers)
+
+
+def stop(pid):
+    """SIGSTOP, but not while the process reads or writes one of LinuxCNC's buffers: nobody else could then, LinuxCNC itself included, and
+    LinuxCNC gives up."""
+    while True:
+        send(pid, signal.SIGSTOP)
+        while processes.stat_fields(pid)[:1] not in (['T'], ['Z'], ['X'], []):
+            time.sleep(0.001)
+        if not holds_nml(pid):
+            return
+        send(pid, signal.SIGCONT)
+        time.sleep(0.001)
+
+
+def kill(pids):
+    """SIGKILL, at such a moment, too: all are stopped first, for a worker ends with its parent."""
+    for pid in pids:
+        stop(pid)
+    for pid in pids:
+        send(pid, signal.SIGKILL)
 
 
 class ProcessSteps:
@@ -58,8 +88,7 @@ class ProcessSteps:
         return [pid for pid in processes.pids() if processes.command_line(pid)[-1:] == [b'monitor']]
 
     def kill_monitor(self):
-        for process in self.monitors():
-            send(process, signal.SIGKILL)
+        kill(self.monitors())
         while self.monitors():
             time.sleep(0.01)
 
@@ -71,15 +100,14 @@ class ProcessSteps:
     def kill_worker(self):
         """The child of the two; the parent starts another one."""
         workers = self.workers()
-        for process in workers:
-            send(process, signal.SIGKILL)
+        kill(workers)
         return bool(workers)
 
     def freeze_worker(self):
         """The process that does the work of chipwise-monitor is stopped until thaw_worker()."""
         self.frozen = self.workers()
         for process in self.frozen:
-            send(process, signal.SIGSTOP)
+            stop(process)
         return len(self.frozen)
 
     def thaw_worker(self):
@@ -102,7 +130,7 @@ class ProcessSteps:
 
     def signal_monitor(self, name):
         for process in self.monitors():
-            send(process, getattr(signal, 'SIG' + name))
+            stop(process) if name == 'STOP' else send(process, getattr(signal, 'SIG' + name))
 
     def kill_monitor_in(self, line, what, seconds):
         monitors = self.monitors()
@@ -111,8 +139,7 @@ class ProcessSteps:
         while not self.caught(line, lambda: hal.get_value('chipwise-monitor.hold') if what == 'hold' else set(os.listdir(what)) - before):
             self.errors()               # of the line that was over before this program had a look: it is begun again
         time.sleep(seconds)
-        for process in monitors:
-            send(process, signal.SIGKILL)
+        kill(monitors)
         while self.monitors():
             time.sleep(0.01)
 
