@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What runs where.
 
-  @pytest.mark.machine    the test runs a whole LinuxCNC: at most two at once, first; with xdist, other tests run beside them
+  @pytest.mark.machine    the test runs a whole LinuxCNC: first, with xdist in two processes, and other tests beside them
   @pytest.mark.long       the test is in tests/long.txt (tools/long_tests.py); not in `make test`, but in `make test-all`
   @pytest.mark.slow       the test is in tests/slow.txt (tools/long_tests.py), or one of SANDBOXED; not in tools/test --quick
   tests/components, tests/machine    refused where bin/chipwise-sandbox has no private namespaces
@@ -17,9 +17,9 @@ import pytest
 pytest.register_assert_rewrite('support')       # a judge's assert says as much as a test's
 
 from support import ROOT                        # noqa: E402
+from support.scheduling import machine_units, scheduler   # noqa: E402
 
 CORE_TIMEOUT_S = 300
-MACHINE_GROUPS = 2          # LinuxCNCs at once; each waits for its simulated time more than half of the while
 LONG = frozenset((ROOT / 'tests/long.txt').read_text().split())
 SANDBOXED = ("tests/components", "tests/machine")
 IN_NAMESPACES = (*SANDBOXED, "tests/shipped")       # not proposed where there are none
@@ -78,7 +78,7 @@ def pytest_ignore_collect(collection_path, config):
 
 @pytest.hookimpl(tryfirst=True)         # before xdist reads the groups (3.1)
 def pytest_collection_modifyitems(items):
-    """Machine tests first, so that the first two processes of xdist take them and the others the rest."""
+    """Machine tests first; the processes of xdist take them as support/scheduling.py says."""
     for item in items:
         path = str(item.path.relative_to(ROOT))
         names = {path, f'{path}::{item.name.partition("[")[0]}'}
@@ -87,14 +87,22 @@ def pytest_collection_modifyitems(items):
         if names & SLOW or is_sandboxed(item.path):
             item.add_marker(pytest.mark.slow)
     machine = [item for item in items if item.get_closest_marker('machine')]
-    groups = {}             # what runs in one process: the scenes of one LinuxCNC, the tests of one run, else a test
+    names, ordered = machine_units(machine, unit_of)
     for item in machine:
-        scene, together = item.get_closest_marker('scene'), item.get_closest_marker('together')
-        name = scene.args[0].name if scene else together.args[0] if together else item.nodeid
-        group = groups.setdefault(name, len(groups))
-        item.add_marker(pytest.mark.xdist_group('machine%d' % (group % MACHINE_GROUPS)))
+        item.add_marker(pytest.mark.xdist_group(names[unit_of(item)]))
     chosen = set(machine)
-    items[:] = machine + [item for item in items if item not in chosen]
+    items[:] = ordered + [item for item in items if item not in chosen]
+
+
+def unit_of(item):
+    """What a machine test shares with those that run in the same process: the LinuxCNC of its scene, its run, else nothing."""
+    scene, together = item.get_closest_marker('scene'), item.get_closest_marker('together')
+    return scene.args[0].name if scene else together.args[0] if together else item.nodeid
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config, log):
+    return scheduler(config, log) if config.getvalue('dist') == 'loadgroup' else None
 
 
 # --- C test programs --------------------------------------------------------

@@ -77,6 +77,7 @@ def check_steady(log, rates, within=0.03):
         f'removal rate {worst:.4f} cm3/min, target {TARGET:g} +- {100 * within:g} %'
 
 
+@pytest.mark.together('slot')
 def test_rate_in_a_rotated_slot(slot, judged):
     _summary, log = slot
     check_steady(log, judged)
@@ -87,6 +88,7 @@ def test_rate_in_a_rotated_slot(slot, judged):
 
 
 @pytest.mark.parametrize('factor', [1.05, 0.95])
+@pytest.mark.together('slot')
 def test_the_checker_sees_a_wrong_rate(slot, factor):
     """The same run, 5 % faster or slower: the checker says so."""
     log = dict(slot[1])
@@ -95,11 +97,13 @@ def test_the_checker_sees_a_wrong_rate(slot, factor):
         check_steady(log, judge(log))
 
 
+@pytest.mark.together('slot')
 def test_volume_is_what_the_oracle_counts(slot, judged):
     summary, _log = slot
     assert summary['volume_mm3'] == pytest.approx(judged.volume.sum(), rel=0.002)
 
 
+@pytest.mark.together('slot')
 def test_rapids_are_not_slowed_and_cut_nothing(slot):
     """Every traverse at override 1, reaching 100 mm/s; not a mm3 while a traverse is on."""
     _summary, log = slot
@@ -111,6 +115,7 @@ def test_rapids_are_not_slowed_and_cut_nothing(slot):
     assert not log['rapid_contact'].any()
 
 
+@pytest.mark.together('slot')
 def test_the_feed_is_the_ceiling_in_air(slot):
     """Mode 2 before the stock and behind it: E, not F."""
     _summary, log = slot

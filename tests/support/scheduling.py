@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Which process of xdist runs which test next: LinuxCNCs in two processes, everything else in the others.
+
+Called by tests/conftest.py.  A unit is what has to run in one process: a test, the scenes of one LinuxCNC, the tests of one run.  Each process
+takes the next unit when it comes to it, so the two that run machines end together; and when one kind is done, all processes share the rest.
+"""
+
+MACHINE_PROCESSES = 2       # each LinuxCNC waits for its simulated time more than half of the while
+MACHINE = 'machine'         # first letters of the name of a machine unit
+
+
+def machine_units(items, key):
+    """{key: name of its unit}, and the tests of machines in their order: of the shipped form first, then the largest unit first.
+
+    key     function: item -> what it shares with the tests of its unit
+    """
+    size = {}
+    for item in items:
+        size[key(item)] = size.get(key(item), 0) + 1
+    names = {}
+    for item in sorted(items, key=lambda item: ('tests/shipped/' not in item.nodeid, -size[key(item)])):
+        names.setdefault(key(item), f'{MACHINE}{len(names)}')
+    order = list(names)
+    return names, sorted(items, key=lambda item: order.index(key(item)))
+
+
+def next_unit(waiting, process):
+    """The name of the unit that a process takes; waiting: names in their order, process: its number."""
+    own = process < MACHINE_PROCESSES
+    return next((name for name in waiting if name.startswith(MACHINE) == own), next(iter(waiting)))
+
+
+def scheduler(config, log):
+    """What xdist asks for with --dist loadgroup."""
+    from xdist.scheduler import LoadGroupScheduling     # not installed everywhere
+
+    class Scheduler(LoadGroupScheduling):
+        def _assign_work_unit(self, node):
+            self.workqueue.move_to_end(next_unit(self.workqueue, self.nodes.index(node)), last=False)
+            super()._assign_work_unit(node)
+    return Scheduler(config, log)
