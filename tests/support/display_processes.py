@@ -13,12 +13,11 @@ import linuxcnc
 
 from chipwise import halcmd, processes
 from chipwise.headless import session
+from chipwise.monitor import buffers
 
 from support.display_program import IDLE_POLLS, WAIT_S
 
 STATUS_KEY = 1002
-NML_KEYS = 1001, STATUS_KEY, 1003       # the semaphores of emcCommand, emcStatus and emcError in linuxcnc.nml
-LAST_USER, VALUE = 11, 12               # GETPID and GETVAL of <sys/sem.h>
 
 
 class SemaphoreOperation(ctypes.Structure):
@@ -32,13 +31,6 @@ def send(pid, number):
         os.kill(pid, number)
 
 
-def holds_nml(pid):
-    """Whether a process that does not run has taken the semaphore of one of LinuxCNC's buffers and not given it back."""
-    libc = ctypes.CDLL(None, use_errno=True)
-    numbers = [number for number in (libc.semget(key, 1, 0) for key in NML_KEYS) if number >= 0]
-    return any(libc.semctl(number, 0, VALUE) == 0 and libc.semctl(number, 0, LAST_USER) == pid for number in numbers)
-
-
 def stop(pid):
     """SIGSTOP, but not while the process reads or writes one of LinuxCNC's buffers: nobody else could then, LinuxCNC itself included, and
     LinuxCNC gives up."""
@@ -46,7 +38,7 @@ def stop(pid):
         send(pid, signal.SIGSTOP)
         while processes.stat_fields(pid)[:1] not in (['T'], ['Z'], ['X'], []):
             time.sleep(0.001)
-        if not holds_nml(pid):
+        if not buffers.held_by(pid):
             return
         send(pid, signal.SIGCONT)
         time.sleep(0.001)

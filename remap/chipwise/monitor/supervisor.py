@@ -11,6 +11,7 @@ import signal
 import time
 
 from chipwise.clock import patience
+from chipwise.monitor import buffers
 from chipwise.processes import die_with_parent
 
 LOOK_S = 1.0            # between two looks at the heartbeat
@@ -76,9 +77,12 @@ class Supervisor:
             os._exit(status)                    # without destructors: the component is the parent's
 
     def ended(self):
-        """Status of the child if it has ended, else None."""
+        """Status of the child if it has ended, else None.  LinuxCNC's buffers are free then."""
         number, status = os.waitpid(self.child, os.WNOHANG)
-        return status if number else None
+        if not number:
+            return None
+        buffers.give_back(number)
+        return status
 
     def look(self):
         """End a child that hangs; -> whether it did."""
@@ -100,6 +104,7 @@ class Supervisor:
             time.sleep(GLANCE_S)
         os.kill(self.child, signal.SIGKILL)
         os.waitpid(self.child, 0)
+        buffers.give_back(self.child)
 
     def run(self):
         signal.pthread_sigmask(signal.SIG_BLOCK, OURS)
