@@ -107,11 +107,23 @@ def test_what_was_cut_before_a_traverse_is_seen(tmp_path):
     log = log_of(tmp_path, "G13\nG0\nG13\n")
     cut = Cut(log)
     cut.look(0.02, line=1)
-    cut.look(0.01, line=2, motion_type=1.0)
+    cut.look(0.02, line=2, motion_type=1.0)
     cut.look(0.0, line=2, tool=2.0)
     cut.look(0.03, line=3, motion_type=2.0)
-    assert [(row["code"], row["removed_cm3"], row["cutting_s"]) for row in log.shown()["operations"]] == [("G13", 0.03, 0.1), ("G13", 0.03, 0.1)]
-    assert [(row["tool"], row["removed_cm3"]) for row in log.shown()["tools"]] == [(1, 0.03), (2, 0.03)]
+    assert [(row["code"], row["removed_cm3"], row["cutting_s"]) for row in log.shown()["operations"]] == [("G13", 0.04, 0.2), ("G13", 0.03, 0.1)]
+    assert [(row["tool"], row["removed_cm3"]) for row in log.shown()["tools"]] == [(1, 0.04), (2, 0.03)]
+
+
+@pytest.mark.parametrize("late", (0.005, 0.02, 0.04))
+def test_a_late_look_raises_no_mean_above_the_peak(tmp_path, late):
+    """The time in which it was cut counts too, which is at most the time between the looks."""
+    log = log_of(tmp_path, "G13\n")
+    cut = Cut(log)
+    cut.look(0.02, line=1)
+    cut.look(late, line=2, motion_type=1.0)
+    for row in (log.shown()["operations"][0], log.shown()["tools"][0]):
+        mean = 12.0 if late <= 0.02 else 60 * (0.02 + late) / (2 * DT)
+        assert row["mean_cm3_min"] == pytest.approx(mean) and row["removed_cm3"] == pytest.approx(0.02 + late)
 
 
 def test_a_stop_by_a_guard_is_in_its_operation(tmp_path):

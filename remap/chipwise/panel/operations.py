@@ -100,7 +100,7 @@ class OperationLog:
     def add(self, moment, now):
         """A moment that ends now (s since 1970); -> the Operation that it has ended, or None."""
         if self.now is not None:
-            self.now.volume += moment.late
+            self.now.add_late(moment)
         pins, line = moment.pins, int(moment.pins["line"])
         key = (moment.tool, int(pins["mode"]), round(pins["target"], _TARGET_DIGITS), line if line in self.cycles else 0)
         ended = self.end() if key != self._key else None

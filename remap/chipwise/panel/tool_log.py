@@ -77,6 +77,7 @@ class Use:
     def __init__(self, tool, diameter):
         self.tool, self.diameter = tool, diameter
         self.cut_s = self.over_s = self.volume = self.peak = self.reference = 0.0
+        self.rate = 0.0         # that it was last seen to cut with
         self.limited_s = [0.0] * len(LIMITS)        # by LimitedBy
         self.stops = 0
 
@@ -87,13 +88,19 @@ class Use:
             return
         self.cut_s += moment.dt
         self.volume += moment.volume
-        self.peak = max(self.peak, pins["mrr"])
+        self.peak, self.rate = max(self.peak, pins["mrr"]), pins["mrr"] or self.rate
         self.reference = max(self.reference, pins["target"])
         limit = int(pins["limited_by"])
         if pins["mode"] and 0 < limit < len(LIMITS):
             self.limited_s[limit] += moment.dt
         if pins["mode"] and 0 < OVER * pins["target"] < pins["mrr"]:
             self.over_s += moment.dt
+
+    def add_late(self, moment):
+        """What it had cut before the motion which this look has found, and the time for that: a mean above the peak cannot be."""
+        self.volume += moment.late
+        if self.rate > 0:
+            self.cut_s += min(moment.dt, 60 * moment.late / self.rate)
 
     @property
     def slowed_s(self):
@@ -127,7 +134,7 @@ class ToolLog:
 
     def add(self, moment):
         if self._last is not None:
-            self._last.volume += moment.late
+            self._last.add_late(moment)
         number = moment.tool
         if number not in self.uses:
             if not moment.counts or len(self.uses) >= MOST_TOOLS:
