@@ -141,11 +141,6 @@ def test_nothing_cut_and_all_cut(tmp_path):
         refused(Stop(tmp_path / name, share=share), what)
 
 
-def test_a_lathe(stop):
-    status, _said, errors = stop.resume("--plan", "--ini", str(ROOT / "configs" / "lathe.ini"))
-    assert status == 2 and "G26 goes on with the part that was stopped" in errors
-
-
 def test_m254_and_g92(tmp_path):
     for name, text, what in (("a", SUBS.replace("M250 P0 Q0 R-20 I100 J80 K20", "M254 P1"), "M254 restores a stock"),
                              ("b", SUBS.replace("#31=10", "#31=10\nG92 X0 Y0 Z0\nG92.1"), "G92")):
@@ -228,3 +223,13 @@ def test_a_broken_tool_leaves_its_stock(tmp_path):
     made = stop.made(seconds=8.0, broke=True)
     assert made.removed < stop.removed - 10.0
     assert stocks.heights(made.stock).sum() > stocks.heights(stop.stock).sum()
+
+
+def test_a_tool_that_broke_before_the_end_is_reported_after_it(tmp_path):
+    """All is cut in the kept stock, as the machine saw it; not in the part."""
+    stop = Stop(tmp_path, share=0.9999)
+    for order in ({"seconds": 9.0}, {"seconds": 9.0, "broke": True}, {"broke": True}):
+        made = stop.made(**order)
+        assert made.removed < stop.removed - 10.0, order
+        higher, lower = apart(stop.whole(stocks.head_of(made.stock, 0.0)), stop.final(made.data, made.stock))
+        assert max(higher, lower) < 0.06, (order, higher, lower)

@@ -128,3 +128,177 @@ G0 Z10
 M2
 """
 OWN = {"drilling": DRILL, "subs and loops": SUBS, "arcs, inch, compensation": ARCS, "finish and spring passes": FINISH}
+SAMPLES = ["slots", "pocket", "cam_part", "relief", "contour", "panel", "chop_contour", "pocket_zigzag"]      # of nc_files/
+HOLES = """\
+G21 G90 G17 G40 G49 G54 G80 G94
+M250 P0 Q0 R-20 I90 J70 K20
+T1 M6
+G43 H1
+S9000 M3
+G0 Z8
+F400
+G99 G73 X10 Y10 Z-9 R2 Q2.5
+X22
+G98 Y22
+G80
+G13 X50 Y20 I9 Z-6 J3 R1 E200
+G0 X20 Y45
+G12 X20 Y45 I4 K8 Q2 Z-5 R1
+T2 M6
+G43 H2
+G0 Z8
+G82 X70 Y50 Z-4 R1 P0.1 F200
+G85 X78 Y50 Z-7 R1
+G89 X70 Y60 Z-7 R1 P0.05
+G91 G83 X4 Y0 Z-6 R-7 Q2 L2
+G90 G80
+G0 Z20
+M5
+M2
+"""
+INCREMENTAL = """\
+G20 G90 G17 G40 G49 G54 G80 G94
+M250 P0 Q0 R-0.8 I4 J3 K0.8
+T3 M6
+S7000 M3
+G0 X0.5 Y0.5 Z0.2
+F12
+G91
+G1 Z-0.3
+X1 F30
+G3 X0.5 Y0.5 J0.5
+G1 Y0.5
+G2 X-0.5 Y0.5 I-0.5
+G1 X-1
+Y-0.5 Z-0.1
+X0.8
+G0 Z0.5
+X1.5
+G1 Z-0.55 F10
+Y0.3 F35
+G2 X0.2 Y-0.2 R0.2
+G1 Y-1.2
+G0 Z0.8
+G90 X0
+M5
+M30
+"""
+NESTED = """\
+o<dash> sub
+G1 Z-#1 F200
+G91 G1 X6 F600
+G90 G0 Z3
+o<dash> endsub
+o<row> sub
+#10=0
+o10 while [#10 LT 4]
+  G0 X[8+18*#10] Y#1
+  o11 if [#10 MOD 2 EQ 0]
+    o<dash> call [1.5]
+  o11 else
+    o<dash> call [2.5]
+    G0 X[8+18*#10]
+    G1 Z-3.5 F200
+    G2 X[8+18*#10] Y#1 I2 F500
+    G0 Z3
+  o11 endif
+  #10=[#10+1]
+o10 endwhile
+o<row> endsub
+G21 G90 G17 G40 G49 G54 G80 G94
+M250 P0 Q0 R-15 I85 J60 K15
+T1 M6
+S9000 M3
+G0 Z3
+#20=10
+o20 do
+  o<row> call [#20]
+  #20=[#20+14]
+o20 while [#20 LT 50]
+G0 Z20
+M5
+M2
+"""
+ROTATED = """\
+G21 G90 G17 G40 G49 G80 G94
+G10 L2 P2 X40 Y20 Z-5 R20
+G55
+M250 P0 Q0 R-12 I80 J50 K12
+T1 M6
+S9000 M3
+G64 P0.02
+G0 X5 Y5 Z4
+G1 Z-2 F200
+X70 F900
+G3 X75 Y10 J5
+G1 Y40
+X10
+G2 X5 Y35 J-5
+G1 Y5
+G0 Z4
+G81 X40 Y25 Z-6 R1 F150
+X50
+G80
+G0 X15 Y15
+G1 Z-4 F200
+Y30 F700
+G0 Z15
+M5
+M2
+"""
+ISLAND = """\
+o100 sub
+G0 X0 Y0
+G1 X50
+G3 X50 Y30 J15
+G1 X0
+Y0
+G0 X20 Y12
+G1 X28
+Y18
+X20
+Y12
+o100 endsub
+G21 G90 G17 G40 G49 G54 G80 G94
+M250 P-10 Q-10 R-15 I90 J50 K15
+T1 M6
+S9000 M3
+G0 X10 Y10 Z4
+G79 Q100 P2 L30 Z-4 R1 D2 F900 E200
+G79 Q100 P0 Z-6 R1 D3 F900 E200
+G0 Z20
+M2
+"""
+CONSTANT = """\
+(roughing as CAM writes it, at a constant removal rate)
+N1 G21 G90 G17 G94 G91.1
+N2 M250 P0 Q0 R-18 I100 J60 K18
+N3 T3 M6
+N4 G43 H3
+N5 S8000 M3
+N6 M8
+N7 M251 P2 Q10 E2000
+N8 G0 X-8 Y6
+N9 G0 Z3
+N10 G1 Z-3 F300
+N11 G1 X94 F800
+N12 G3 X97 Y9 I0 J3
+N13 G1 Y12
+N14 G3 X94 Y15 I-3 J0
+N15 G1 X6
+N16 G2 X3 Y18 I0 J3
+N17 G1 Y21
+N18 G2 X6 Y24 I3 J0
+N19 G1 X94
+N20 M252
+N21 G1 X96 Y28 Z-4.5 F500
+N22 G1 X4 Y50
+N23 G18 G3 X24 Z-4.5 I10 K0
+N24 G17 G0 Z30
+N25 M9
+N26 M5
+N27 M30
+"""
+MORE = {"holes and canned cycles": HOLES, "incremental, inch": INCREMENTAL, "nested loops": NESTED, "rotated, G55": ROTATED,
+        "pocket with an island": ISLAND, "constant removal rate": CONSTANT}
+MORE_SAMPLES = ["pattern", "pocket_concentric"]

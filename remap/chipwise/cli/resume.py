@@ -44,6 +44,8 @@ def run(options):
     exit_on_sigterm()
     try:
         machine = Machine(ini_of(options))
+        if not machine.has_y:
+            return of_lathe(options, machine.ini)
         found = resumed(options.program, Order(options.line, options.time or 0.0, options.tool_broke), machine, cpu_s=int(options.time_limit))
         for sentence in found.said:
             print(printable(sentence))
@@ -66,6 +68,19 @@ def run(options):
         return failed(options.program, of_unexpected(error))
     print(printable(f'{options.output} is written; look at it in the preview before you start it'))
     return 0
+
+
+def of_lathe(options, ini):
+    """Say what G26 does; -> exit status.  Raises Unreadable."""
+    from chipwise.check.reader import Unreadable
+    from chipwise.resume.lathe import sentences
+    if options.line is not None or options.time is not None or options.tool_broke:
+        raise Unreadable('--line, --time and --tool-broke are for mills', 'leave them out: G26 knows which cuts the machine has done')
+    for sentence in sentences(options.program, ini):
+        print(printable(sentence))
+    if options.plan:
+        return 0
+    raise Unreadable('a lathe needs no other program', 'start this one again: G26 goes on with the part')
 
 
 def check_options(options):

@@ -55,10 +55,13 @@ def locate(path, program, found, wanted, undone):
     first, behind = change(wanted, undone)
     if not (wanted - undone)[:first].sum() > SURE_MM3:
         raise Unreadable("the kept stock is as the program begins: nothing of it is cut", "start the program from its beginning")
-    place = _by_note(path, program, found, wanted, first, behind)
-    if behind == len(wanted) and not (program.kind[path.move[place.segment:]] != RAPID).any():
+    return _by_note(path, program, found, wanted, first, behind)
+
+
+def check_left(path, program, wanted, undone, place):
+    """Unreadable where nothing is left to cut behind a Place of locate()."""
+    if change(wanted, undone)[1] == len(wanted) and not (program.kind[path.move[place.segment:]] != RAPID).any():
         raise Unreadable("everything that the program cuts is cut in the kept stock", "nothing is left to go on with")
-    return place
 
 
 def _by_note(path, program, found, wanted, first, behind):

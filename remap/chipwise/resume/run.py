@@ -66,8 +66,6 @@ class Resumed:
 
 def resumed(path, order, machine, **limits):
     """The Resumed of a program.  Raises Unreadable, Different, FolderError."""
-    if not machine.has_y:
-        raise Unreadable("a lathe's program is not gone on with here", "start it again: G26 goes on with the part that was stopped")
     try:
         settings = load_settings(machine.ini)
         geometry = load_tools(settings.path("TOOL_GEOMETRY"))
@@ -125,6 +123,8 @@ class Job:
         path = walk.path_of(program, self.machine, self.geometry, stocks.first_move(program, found.head))
         wanted, undone = walk.evidence(path, program, found)
         at = places.locate(path, program, found, wanted, undone)
+        if not order.seconds and not order.broke:
+            places.check_left(path, program, wanted, undone, at)
         try:
             places.prove(path, program, found, at, wanted)
         except Unreadable:                  # the note may be newer than the cells
