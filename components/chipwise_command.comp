@@ -19,7 +19,13 @@ FALSE) and when the program that has switched it on ends (
 .B program-running
 FALSE: end, abort, error, E-stop), is aborted (
 .B aborted
-TRUE, also if chipwise-monitor is late or dead) or is not seen for a second. A feed switched on in MDI ends when a program starts.
+TRUE, also if chipwise-monitor is late or dead) or is not seen for a second. A feed switched on in MDI ends when a program starts. If
+.B program-mark
+is what it was when the feed was switched on, and not 0, that program has the feed as if it had switched it on itself:
+.B feed-carried
+is TRUE then, and the set-up of
+.B job
+does not count in that run.
 
 A program that a person has set up (
 .B job
@@ -49,6 +55,7 @@ pin out bit define "TRUE while word is 7";
 pin out s32 mode "register 11, as of the last commit: mode of volumetric_feed(9)";
 pin in bit enabled = 1 "motion.motion-enabled";
 pin in bit program_running "chipwise-monitor.program-running: TRUE while a program runs, not MDI";
+pin in s32 program_mark "chipwise-monitor.program-mark: checksum of path and state of the loaded program; 0: none";
 pin in bit aborted "stock-tracker.N.aborted: TRUE for the period in which motion gets the command to abort";
 pin in bit stock_defined "stock-tracker.N.stock-defined";
 pin in bit certain = 1 "stock-tracker.N.certain; FALSE: the stock is assumed, and none to the codes";
@@ -58,12 +65,13 @@ pin in bit job "chipwise-monitor.job: the loaded program has a set-up that a per
 pin in float job_target "chipwise-monitor.job-target: mm3/min that the tool in the spindle may remove in it; 0: the feed is F";
 pin in bit job_waits "chipwise-monitor.job-waits: and it waits until the program's first F switches adaptive feed on";
 pin in float job_ceiling "chipwise-monitor.job-ceiling: how many times its F a move of it may be fast, 1..10";
+pin out bit feed_carried "M251 of MDI is in force in the program that runs, which was loaded when it was given; to chipwise-monitor.feed-carried";
 pin out bit job_active "the set-up is in force: mode and mrr-target follow it";
 pin out s32 run_end "how the last program has ended: 0 it runs, or none has, 1 by itself, 2 stopped (abort, machine off); to chipwise-monitor.run-end";
 pin out bit feed_decided "TRUE for a period when M251 or M252 takes effect, a program starts or is aborted, or the machine goes off; to stock-tracker.N.feed-decided";
 pin out s32 request "to the monitor: 1 save while word is 27, 2 restore while it is 28, until an abort or machine off, else 0";
 pin out s32 slot "register 21, as of the last commit: number of the file";
-pin out float status "to motion.analog-in-N, where the codes check that they took effect: mode + 10 if a certain stock is defined + 100 * fault-code + 10000 * reply + 1000000 * (100 * job-ceiling) + 10000000000 if job-waits + 20000000000 if job-active";
+pin out float status "to motion.analog-in-N, where the codes check that they took effect: mode + 10 if a certain stock is defined + 100 * fault-code + 10000 * reply + 1000000 * (100 * job-ceiling) + 10000000000 if job-waits + 20000000000 if job-active + 40000000000 if feed-carried";
 pin out float mrr_target "register 12, as of the last commit: mm3/min";
 pin out float mrr_lower "register 13, as of the last commit: mm3/min";
 
@@ -73,6 +81,7 @@ variable double angle;
 variable double number_of_file;
 variable double feed[4];
 variable int of_program;
+variable int mark_of_feed;
 variable int was_running;
 variable int is_started;
 variable int is_stopped;
@@ -99,13 +108,18 @@ static int feed_is_over(struct __comp_state *__comp_inst, long period)
     if (ends) run_end = is_stopped ? CHIP_RUN_STOPPED : CHIP_RUN_WHOLE;
     feed_decided = starts || aborted || !enabled;
     unseen_for = program_running ? 0.0 : unseen_for + fperiod;
+    if (starts) {                       /* once: the feed belongs to this program from here on */
+        feed_carried = !of_program && mode != 0 && mark_of_feed != 0 && mark_of_feed == program_mark;
+        of_program = of_program || feed_carried;
+    }
     return !enabled || (of_program ? ends || aborted || unseen_for > UNSEEN_S : starts);
 }
 
 /* The set-up of the program that runs. `commits`: the program has switched the feed itself, and that counts from here on. */
 static void follow_job(struct __comp_state *__comp_inst, int commits)
 {
-    int before = job_active, is_on = (job_active || is_started) && job && program_running && enabled && !aborted && !commits;
+    int before = job_active, is_on = (job_active || is_started) && job && program_running && enabled && !aborted && !commits
+        && !feed_carried;
     job_active = is_on;
     if (is_on) {
         double target = job_target;
@@ -151,10 +165,13 @@ FUNCTION(_) {
     }
     define = number == CHIP_REGISTER_BOX_COMMIT;
     if (feed_is_over(__comp_inst, period)) mode = 0;
+    if (mode == 0) feed_carried = 0;
     if (number == CHIP_REGISTER_FEED_COMMIT && !committed) {
         commits = feed[0] >= 0.5 || feed[3] > 0.5;
         feed_decided = 1;
         of_program = feed[3] > 0.5;
+        mark_of_feed = of_program ? 0 : program_mark;
+        feed_carried = 0;
         unseen_for = 0.0;
         mode = feed[0] >= 0.5 && feed[0] < 3.5 ? (int)(feed[0] + 0.5) : 0;
         mrr_target = feed[1];
@@ -168,5 +185,5 @@ FUNCTION(_) {
         slot = number_of_file > -0.5 && number_of_file < 99.5 ? (int)(number_of_file + 0.5) : -1;
     request = !of_file || file_given_up ? CHIP_REQUEST_NONE : number == CHIP_REGISTER_SAVE_COMMIT ? CHIP_REQUEST_SAVE : CHIP_REQUEST_RESTORE;
     status = mode + (stock_defined && certain ? CHIP_STATUS_STOCK : 0) + (double)CHIP_STATUS_FAULT * fault_code
-        + (double)CHIP_STATUS_REPLY * reply + job_status(__comp_inst);
+        + (double)CHIP_STATUS_REPLY * reply + job_status(__comp_inst) + (feed_carried ? CHIP_STATUS_CARRIED : 0.0);
 }

@@ -40,9 +40,10 @@ enum chip_run_end { CHIP_RUN_GOES_ON = 0, CHIP_RUN_WHOLE = 1, CHIP_RUN_STOPPED =
 #define CHIP_STATUS_FAULT 100   /* chip_fault */
 #define CHIP_STATUS_REPLY 10000 /* reply code of the stock files, remap/chipwise/stock/reasons.py */
 #define CHIP_STATUS_JOB 1000000 /* ceiling of the program's set-up, hundredths of F, 100 to 1000; 0: it has none */
-#define CHIP_STATUS_WAITS 10000000000.0  /* 1 if it waits for adaptive feed */
-#define CHIP_STATUS_ACTIVE 20000000000.0 /* 1 if it is in force */
-#define CHIP_MOST_CEILING 10.0           /* times F */
+#define CHIP_STATUS_WAITS 10000000000.0   /* 1 if it waits for adaptive feed */
+#define CHIP_STATUS_ACTIVE 20000000000.0  /* 1 if it is in force */
+#define CHIP_STATUS_CARRIED 40000000000.0 /* 1 if M251 of MDI is in force in the program that runs */
+#define CHIP_MOST_CEILING 10.0            /* times F */
 
 /* chipwise-guard.N.reason: why the machine was stopped. */
 enum chip_guard_reason {

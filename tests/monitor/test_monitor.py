@@ -153,7 +153,7 @@ def test_a_late_look_ends_m251_for_another_program_only(watched, monkeypatch):
     watched.linuxcnc, pins, said = fake, watched.component, []
     watched.inform = said.append
     watched.status = types.SimpleNamespace(task_mode=2, interp_state=3, task_state=4, file='one.ngc', echo_serial_number=1)
-    pins.update({'mode': 2, 'program-running': False, 'program-loaded': 0})
+    pins.update({'mode': 2, 'program-running': False, 'program-loaded': 0, 'feed-carried': False})
     watched.follow_run(0.0)
     watched.status.echo_serial_number = 9           # commands of the operator, seen seconds later
     watched.follow_run(60.0)

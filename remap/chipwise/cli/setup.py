@@ -169,11 +169,14 @@ def tool_lines(tool, unit):
     air = 100 * tool.air_s / tool.time_s if tool.time_s > 0 else 0
     yield printable(f'  tool {tool.number}, {", ".join(what)}: {minutes(tool.time_s)} at F, {air:.0f} % of it in air; cuts '
                     f'{tool.rate / MM3_PER_CM3:.3g} cm3/min at most over 1 s, {tool.mean / MM3_PER_CM3:.3g} in the mean')
-    if tool.target is None:
+    if tool.longer:
+        yield f'    it keeps F: with that rate held it would take {minutes(tool.longer)}, because it removes more elsewhere'
+    elif tool.target is None:
         yield '    it only goes down, and keeps F'
     else:
         limit = ', the max_rate of its tool geometry' if tool.limited else ''
-        yield f'    proposal: hold {tool.target / MM3_PER_CM3:.3g} cm3/min{limit}, up to {tool.ceiling:g} times F, moves down at F: {minutes(tool.time_with_s)}'
+        chip = ', its largest chip' if tool.of_chip else ''
+        yield f'    proposal: hold {tool.target / MM3_PER_CM3:.3g} cm3/min{limit}, up to {tool.ceiling:g} times F{chip}, moves down at F: {minutes(tool.time_with_s)}'
 
 
 def minutes(value):

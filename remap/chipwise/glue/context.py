@@ -14,7 +14,7 @@ import os
 
 from chipwise.contour_sub.find import sub_folders
 from chipwise.glue import named, skipped_lines, task
-from chipwise import ini
+from chipwise import ini, loaded
 
 MDI, PROGRAM = "MDI", "program"
 
@@ -93,6 +93,13 @@ def _assigned(interp):
         files = {os.path.abspath(os.path.join(folder, name + ".ngc")) for folder in folders for name in called}
         waiting += [(file, 0) for file in sorted(files - seen) if os.path.isfile(file)]
     return names
+
+
+def loaded_program(interp):
+    """(path, state of the file) of the program that is loaded or runs; None without one."""
+    path = _main_file(interp)
+    state = loaded.identity(path) if interp.filename else None
+    return state and (path, state)
 
 
 def _main_file(interp):

@@ -15,15 +15,16 @@ from chipwise.stock import layout
 class InForce:
     """What M250 and M251 have left in force, as far as the interpreter knows.
 
-    feed        M251 is on; feed_of_mdi: it was given in MDI
+    feed        M251 is on; feed_of_mdi: it was given in MDI; loaded: the program that was loaded then; ceiling: its ceiling (mm/min), None: F
+    feed_carried    M251 of MDI goes on in the program that runs, if the realtime side says so, too; it is to be asked
     feed_left   it has ended, and the realtime side does not know yet
     box         (low, high, shape, turn) of the last M250, None where the stock came from a file
     job_asked   the main program's first F of this run has asked for a set-up
     stock_here  the stock was defined in this run of the program, or in this MDI
     """
 
-    feed = feed_left = feed_of_mdi = stock_here = job_asked = False
-    box = None
+    feed = feed_left = feed_of_mdi = feed_carried = stock_here = job_asked = False
+    box = loaded = ceiling = None
 
 
 def send(state, first, values, commit):
@@ -54,6 +55,11 @@ def job_now(settings):
     """(ceiling in times F, 0 without a set-up; whether it waits for adaptive feed; whether it is in force) of the loaded program, now."""
     flags, rest = divmod(status_value(settings), round(layout.STATUS_WAITS))
     return rest // layout.STATUS_JOB / 100, bool(flags & 1), bool(flags & 2)
+
+
+def feed_is_carried(settings):
+    """Whether M251 of MDI is in force in the program that runs, now."""
+    return round(emccanon.GET_EXTERNAL_ANALOG_INPUT(settings["ANALOG_IN"], 0.0)) >= layout.STATUS_CARRIED
 
 
 def status_now(state):

@@ -5,15 +5,17 @@ Called by codes.py through session.run_steps, and by session.py before each code
 wait for them (`yield`) and read back whether they were taken.  In the preview the words are checked and nothing is done.
 """
 
+import os
+
 import emccanon
 
 from chipwise import preview
 from chipwise.clock import patience
-from chipwise.errors import CycleError
+from chipwise.errors import CycleError, printable
 from chipwise.glue import ceiling as feed_ceiling
 from chipwise.glue import context, task
 from chipwise.glue.ceiling import Ceiling, set_canon_feed
-from chipwise.glue.registers import InForce, job_now, mode_now, queue, send, status_now
+from chipwise.glue.registers import InForce, feed_is_carried, job_now, mode_now, queue, send, status_now
 from chipwise.rates import MAX_RATE, MM3_PER_CM3, MM3_PER_IN3
 from chipwise.settings import feed_is_remapped, load_settings, planner_limits_jerk
 from chipwise.stock import layout
@@ -21,26 +23,34 @@ from chipwise.stock.layout import Fault, Register
 
 OFF, LIMIT, CONSTANT, WINDOW = map(int, layout.FeedMode)
 
-JOB_TRIES, JOB_WAIT_S = 20, 0.05        # the monitor sees a program begin within 20 ms
+ENDED = "M251 of MDI has ended with the start of a program, so F is as programmed"
+JOB_TRIES, JOB_WAIT_S = 60, 0.05        # the monitor sees a program begin within 20 ms, later on a busy computer
 TOOL_TRIES, TOOL_WAIT_S = 60, 0.05      # the monitor may be late, or is being started again
 
 
 def begin(interp, another):
     """Before each code: what has ended is put back.  another: another run of a program, or MDI, begins.
 
-    M251 ends with its program.  In MDI it stays, unless the realtime side has ended it (machine off, E-stop).
+    M251 ends with its program.  In MDI it stays, unless the realtime side has ended it (machine off, E-stop), and the next start of the program that
+    was loaded then has it, too: the realtime side says whether it is that one (chipwise_command), and this side compares the file.  Its ceiling comes
+    with the main program's first F, as that of a set-up.
     """
     if not interp.task:
         return
     if another:
         InForce.stock_here = InForce.job_asked = False
     if InForce.feed and (another or context.is_mdi() and mode_now(load_settings()) == OFF):
-        if another and not context.is_mdi() and InForce.feed_of_mdi:
-            emccanon.MESSAGE("chipwise: M251 of MDI has ended with the start of a program, so F is as programmed")
         feed_ceiling.forget(interp)
-        InForce.feed, InForce.feed_left = False, True
+        starts = another and not context.is_mdi() and InForce.feed_of_mdi
+        carried = starts and InForce.loaded is not None and InForce.loaded == context.loaded_program(interp)
+        InForce.feed = InForce.feed_carried = carried
+        InForce.feed_left, InForce.feed_of_mdi = not carried, False
+        if starts and not carried:
+            emccanon.MESSAGE("chipwise: " + ENDED)
     if context.skipped():
         return
+    if InForce.feed_carried and another:
+        emccanon.SET_AUX_OUTPUT_VALUE(load_settings()["ANALOG_OUT"] + 2, 0.0)       # the F of MDI is not the program's
     if InForce.feed_left:
         _end_of_feed(load_settings())
     if Ceiling.waiting:
@@ -144,7 +154,8 @@ def feed_on(state):
     send(state, Register.FEED_FIRST, [mode, target, lower, 0.0 if context.is_mdi() else 1.0], Register.FEED_COMMIT)
     emccanon.ENABLE_ADAPTIVE_FEED()
     state.interp.adaptive_feed = True
-    InForce.feed, InForce.feed_left, InForce.feed_of_mdi = True, False, context.is_mdi()
+    InForce.feed, InForce.feed_left, InForce.feed_of_mdi, InForce.feed_carried = True, False, context.is_mdi(), False
+    InForce.loaded, InForce.ceiling = context.loaded_program(state.interp), ceiling
     yield
     now, defined, _fault = status_now(state)
     if now != mode or not defined:
@@ -155,15 +166,17 @@ def feed_on(state):
             raise CycleError("the realtime side does not answer",
                              "load chipwise.hal ([HAL]HALFILE) and see [CHIPWISE]ANALOG_OUT and ANALOG_IN")
         raise CycleError("no stock is defined", "define it with M250 before")
-    _say_what_is_in_force()
+    _say_what_is_in_force(InForce.loaded)
     yield from _begin_ceiling(state, ceiling)
 
 
-def _say_what_is_in_force():
+def _say_what_is_in_force(loaded):
     if not InForce.stock_here:
         emccanon.MESSAGE("chipwise: M251: this program has not defined a stock, so the one in force is used")
     if context.is_mdi():
         emccanon.MESSAGE("chipwise: M251 stays on until M252 or until a program starts")
+        if loaded:
+            emccanon.MESSAGE(f"chipwise: {printable(os.path.basename(loaded[0]))} takes M251 into its next run, once")
 
 
 def _begin_ceiling(state, ceiling):
@@ -186,7 +199,7 @@ def feed_off(state):
         return
     Ceiling.waiting = None
     yield from _no_ceiling(state)
-    InForce.feed = False
+    InForce.feed = InForce.feed_carried = False
     _end_of_feed(state.settings, not context.is_mdi())
     yield
 
@@ -210,19 +223,22 @@ def keep_line_number(interp, words):
 
 
 def job_is_due(interp):
-    """Whether this is the main program's first F, and it has a set-up (monitor/set_up.py).  In a tool change that is remapped the level is deeper: there
-    the old tool is still in."""
+    """Whether this is the main program's first F, and it has a set-up (monitor/set_up.py) or M251 of MDI.  In a tool change that is remapped the level
+    is deeper: there the old tool is still in."""
     if InForce.job_asked or not interp.task or context.is_mdi() or context.skipped() or context.may_be_skipped() or interp.remap_level != 1:
         return False
     InForce.job_asked = True
     ceiling, waits, _active = job_now(load_settings())
-    return not InForce.feed and (ceiling > 1.0 or waits)
+    return InForce.feed_carried or not InForce.feed and (ceiling > 1.0 or waits)
 
 
 def begin_job(interp):
     """The set-up's ceiling from here on: a generator that waits until the realtime side has the set-up in force.  Where that does not come the feed
     stays at most F.  Adaptive feed that waits is switched on here: chipwise-monitor may do so in manual mode and MDI only."""
     settings = load_settings()
+    if InForce.feed_carried:
+        yield from _begin_carried(interp, settings)
+        return
     for _ in range(int(patience(JOB_TRIES))):
         yield
         ceiling, waits, active = job_now(settings)
@@ -235,6 +251,23 @@ def begin_job(interp):
     if active and ceiling > 1.0:
         InForce.feed, InForce.feed_left, InForce.feed_of_mdi = True, False, False
         feed_ceiling.begin(interp, feed_ceiling.Times(ceiling), settings["ANALOG_OUT"] + 2)
+
+
+def _begin_carried(interp, settings):
+    """The ceiling of M251 of MDI from here on; or that has ended."""
+    for _ in range(int(patience(JOB_TRIES))):
+        yield
+        carried = feed_is_carried(settings)
+        if carried or mode_now(settings) == OFF:
+            break
+        emccanon.DWELL(JOB_WAIT_S)
+    InForce.feed = carried
+    InForce.feed_carried = False
+    if not carried:
+        _end_of_feed(settings)
+        emccanon.MESSAGE("chipwise: " + ENDED)
+    elif InForce.ceiling is not None:
+        feed_ceiling.begin(interp, InForce.ceiling, settings["ANALOG_OUT"] + 2)
 
 
 def program_feed(interp, feed):

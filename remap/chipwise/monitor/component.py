@@ -14,7 +14,7 @@ def make_component():
     component = hal.component(name)
     for name in ('tool-diameter', 'tool-corner-radius', 'tool-tip-angle', 'tool-flute-length'):
         component.newpin(name, hal.HAL_FLOAT, hal.HAL_OUT)
-    for name in ('tool-number', 'tool-followed', 'heartbeat', 'program-loaded', 'job-stock'):
+    for name in ('tool-number', 'tool-followed', 'heartbeat', 'program-loaded', 'program-mark', 'job-stock'):
         component.newpin(name, hal.HAL_S32, hal.HAL_OUT)
     for name in ('tool-max-rate', 'tool-flutes', 'max-chip', 'max-power', 'specific-force', 'force-exponent'):
         component.newpin(name, hal.HAL_FLOAT, hal.HAL_OUT)
@@ -27,7 +27,7 @@ def make_component():
         component.newpin(name, hal.HAL_FLOAT, hal.HAL_OUT)
     for name in ('hold', 'assumed', 'tool-assumed', 'job', 'job-waits'):
         component.newpin(name, hal.HAL_BIT, hal.HAL_OUT)
-    for name in ('ready', 'fault', 'load-lost', 'override-ignored', 'held', 'stock-defined', 'certain', 'job-active', 'new-part'):
+    for name in ('ready', 'fault', 'load-lost', 'override-ignored', 'held', 'stock-defined', 'certain', 'job-active', 'feed-carried', 'new-part'):
         component.newpin(name, hal.HAL_BIT, hal.HAL_IN)
     for name in ('guard-distance', 'guard-depth'):
         component.newpin(name, hal.HAL_FLOAT, hal.HAL_IN)

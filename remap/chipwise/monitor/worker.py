@@ -17,6 +17,7 @@ from contextlib import contextmanager
 
 from chipwise.clock import patience
 from chipwise.files import printable
+from chipwise.monitor.carried_feed import CarriedFeed, mark_of
 from chipwise.monitor.hints import Hints
 from chipwise.monitor.limits import Limits
 from chipwise.monitor.loaded_program import LoadedProgram
@@ -73,6 +74,7 @@ class Monitor(SpindleTool):
         self.set_up = SetUp(component, settings, self.stock_files, self.shadow.ini, self.inform, self.working, feed_is_remapped())
         self.saying = Saying(self.inform)
         self.loaded = LoadedProgram(self.inform, feed_is_remapped(), Limits(component, settings, self.saying))
+        self.carried_feed = CarriedFeed(component, self.inform, feed_is_remapped())
         self.hints = Hints(component, self.say, self.inform, linuxcnc)
         self.start_line, self.quiet = StartLine(settings, self.inform, first), None
 
@@ -116,7 +118,9 @@ class Monitor(SpindleTool):
                 self.inform(ANOTHER_PROGRAM)
         self.set_up.check(status)
         pins['program-loaded'] = program
+        pins['program-mark'] = mark_of(status.file)         # before program-running, with which it counts
         pins['program-running'] = running
+        self.carried_feed.follow(status.file)
 
     def place(self):
         """(tip, radius of the tool, line, program): mm, machine coordinates."""

@@ -11,18 +11,16 @@ The program is read up to its first move only.  Computing time and memory are li
 """
 
 import json
-import re
 
 from chipwise.assumed.survey import Survey
 from chipwise.check.asked import take_order
 from chipwise.check.in_force import machine_in_force
 from chipwise.check.program_file import MAX_BYTES, Unreadable
 from chipwise.check.reader import Reader
-from chipwise.comments import REMARK
 from chipwise.errors import CycleError, format_place, unnamed
-from chipwise.files import open_regular
 from chipwise.own_folder import OwnFolder
 from chipwise.settings import planner_limits_jerk
+from chipwise.setup import keeps_feed
 from chipwise.setup.job import state_of
 from chipwise.setup.measure import PROGRAM, digest_of
 
@@ -30,7 +28,6 @@ NICE = 10
 CPU_S = 60
 MEMORY_MB = 1000            # of this process, and of the one that reads
 MOST_MOVES = 5_000_000
-_KEEPS_F = re.compile(rb"G0*(?:74|84)(?![0-9.])|M0*52(?![0-9.])")
 
 
 def _frame(program, machine):
@@ -42,14 +39,6 @@ def _frame(program, machine):
             if survey.first_frame:
                 break
     return survey.first_frame or survey.frame
-
-
-def _keeps_f(program):
-    """A tap goes at its pitch, without an override; M52 may switch off what holds a ceiling."""
-    with open_regular(program, MAX_BYTES) as file:
-        text = REMARK.sub(b"", file.read()).upper()
-    found = _KEEPS_F.search(text.replace(b" ", b"").replace(b"\t", b""))
-    return found.group().decode() if found else ""
 
 
 def answer(order, folder):
@@ -70,7 +59,7 @@ def answer(order, folder):
     return {"why": "", "low": job.low, "high": job.high, "to_machine": frame and [frame.turn, frame.offset, frame.g92],
             "text": f"from {format_place(job.low, machine.unit)} to {format_place(job.high, machine.unit)} {machine.unit}",
             "tools": {number: [tool.diameter, tool.target, tool.ceiling] for number, tool in job.tools.items()},
-            "keeps_f": _keeps_f(order["program"])}
+            "keeps_f": keeps_feed.code_of(order["program"], order["ini"], MAX_BYTES)}
 
 
 def main():

@@ -16,6 +16,7 @@ from chipwise.check.program_file import MAX_BYTES
 from chipwise.check.simulate import Simulation, check
 from chipwise.check.times import CONSTANT, OFF, Timer
 from chipwise.files import open_regular
+from chipwise.setup.chip_ceiling import ceilings
 from chipwise.setup.rates import ToolLoad
 
 FALL = 1e-4                 # of a move's length: what falls more goes down
@@ -25,7 +26,8 @@ PROGRAM, OPTION = "program", "option"       # where a stock comes from, besides 
 @dataclass(frozen=True)
 class Proposal:
     """One tool.  time_s with traverses; air_s: feeds that meet no stock; rate: the largest mean over 1 s sideways, mean: of all cutting; target: None:
-    F stays; ceiling: times the F of a move; limited: whether the tool geometry's rate is the target."""
+    F stays; ceiling: times the F of a move; limited: whether the tool geometry's rate is the target; of_chip: whether its chip is the ceiling; longer:
+    seconds that the rate would take, if it keeps F because that is longer."""
 
     number: int
     name: str
@@ -39,6 +41,8 @@ class Proposal:
     ceiling: float
     time_with_s: float
     limited: bool = False
+    of_chip: bool = False
+    longer: Optional[float] = None
 
     def json(self):
         """As in --json."""
@@ -50,9 +54,10 @@ class Proposal:
 class SetupTimer(Timer):
     """The clock; the second time of each move is that at the ceiling, `share` times F, instead of that of M251."""
 
-    def __init__(self, machine, share):
+    def __init__(self, machine, share, of_chip):
+        """of_chip: {tool number: times F}, in place of share."""
         super().__init__(machine)
-        self.mode, self.share = CONSTANT, share
+        self.mode, self.share, self.of_chip = CONSTANT, share, of_chip
         self.loads, self.has_own_rate = {}, False
         self._down = None
 
@@ -69,7 +74,11 @@ class SetupTimer(Timer):
         return rates
 
     def _volumetric(self, moves, length, volume, plain, tool):
-        return np.where(self._down, plain, self.share * plain)
+        return np.where(self._down, plain, self.ceiling_of(tool.number if tool else 0) * plain)
+
+    def ceiling_of(self, number):
+        """Times F, of a tool."""
+        return self.of_chip.get(number, self.share)
 
 
 class SetupSimulation(Simulation):
@@ -77,7 +86,7 @@ class SetupSimulation(Simulation):
 
     def __init__(self, program, machine, *arguments):
         super().__init__(program, machine, *arguments)
-        self.timer = SetupTimer(machine, self.settings["SETUP_CEILING"])
+        self.timer = SetupTimer(machine, self.settings["SETUP_CEILING"], ceilings(program, self.geometry, machine.unit_mm, MAX_BYTES))
         self.first_stock = None                         # (low, high) mm, work coordinates
 
     def _define(self, line, values):
@@ -96,8 +105,12 @@ class SetupSimulation(Simulation):
         time_with = figures.planned_s
         if target:
             time_with = figures.volumetric_planned_s - float(load.by_rate.seconds.sum()) + load.by_rate.with_target(target)
+        limited, longer = bool(target and target < rate), None
+        if target and time_with > figures.planned_s and not limited:        # the time lost where it cuts more is not made good elsewhere
+            target, longer, time_with = None, time_with, figures.planned_s
+        ceiling = self.timer.ceiling_of(figures.number) if target else 1.0
         return Proposal(figures.number, name, figures.diameter, g.flutes if g else None, figures.planned_s, load.air_s, rate, figures.mean_rate, target,
-                        self.timer.share if target else 1.0, time_with, bool(target and target < rate))
+                        ceiling, time_with, limited, bool(target and figures.number in self.timer.of_chip), longer)
 
 
 @dataclass

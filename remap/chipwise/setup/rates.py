@@ -6,8 +6,8 @@ Called by measure.py, part by part.  Seconds, mm, mm3, mm3/min.
 1. The rate that counts is the largest mean over WINDOW_S of cutting that does not go down: traverses, moves in air and moves down do not belong
    to its time.  It is within 1 % for any cell, where the largest rate of a moment is not.
 2. The volumes of short moves are those of a window of path (times.py), since the cells give them in lumps.
-3. The time with a target t of moves that cut is the larger of the one at the ceiling, with the machine's acceleration, and volume / t.  The target is known
-   at the end only, so both are summed up by their rate.
+3. The time with a target t of moves that cut is the larger of the one at the ceiling, with the machine's acceleration, and volume / t; that of moves down,
+   which keep F, the larger of the one at F and volume / t.  The target is known at the end only, so both are summed up by their rate.
 """
 
 import math
@@ -77,7 +77,7 @@ class ToolLoad:
 
     def __init__(self):
         self.sideways = LargestMean()
-        self.by_rate = TimeByRate()                     # of moves sideways that cut, at the ceiling
+        self.by_rate = TimeByRate()                     # of moves that cut, at the ceiling; those down at F
         self.air_s = 0.0
         self._since_cut = math.inf                      # mm of path at the end of what has been added
 
@@ -90,6 +90,9 @@ class ToolLoad:
             even = windows(length[work], volume[work])[0] * length[work]
             self.sideways.add(seconds[work], even)
             self.by_rate.add(raised[work], even)
+        falls = cuts & down
+        if falls.any():
+            self.by_rate.add(raised[falls], windows(length[falls], volume[falls])[0] * length[falls])
 
     def _cuts(self, feeds, length, volume):
         """(n,) bool: feeds that cut, and those between two cuts."""

@@ -22,6 +22,13 @@ WANTED = {
     "off: stopped": (OFF, 0, GOES_ON, 0), "off: stays off": (OFF, 0, GOES_ON, 0), "off: over": (OFF, 0, STOPPED, 0),
     "withdrawn: on": (ON, 1, GOES_ON, 3000), "withdrawn: gone": (OFF, 0, GOES_ON, 0), "withdrawn: late": (OFF, 0, GOES_ON, 0), "withdrawn: over": (OFF, 0, WHOLE, 0)}
 
+# phase: mode, feed-carried, job-active
+OF_MDI = {
+    "carried: MDI": (3, 0, 0), "carried: runs": (3, 1, 0), "carried: is changed": (3, 1, 0), "carried: over": (OFF, 0, 0), "carried: again": (OFF, 0, 0),
+    "set up: MDI": (3, 0, 0), "set up: runs": (3, 1, 0), "set up: over": (OFF, 0, 0), "set up: again": (ON, 0, 1),
+    "other: MDI": (3, 0, 0), "other: runs": (OFF, 0, 0), "none: MDI": (3, 0, 0), "none: runs": (OFF, 0, 0),
+    "stopped: runs": (3, 1, 0), "stopped: now": (OFF, 0, 0), "stopped: still": (OFF, 0, 0), "own wins: runs": (3, 1, 0), "own wins: on": (1, 0, 0)}
+
 
 def job_now(status):
     """As glue/registers.py reads it, with a stand-in for LinuxCNC's module."""
@@ -33,6 +40,9 @@ def job_now(status):
 
 
 def check(trace):
+    for phase, wanted in OF_MDI.items():
+        for name, value in zip(("mode", "feed-carried", "job-active"), wanted):
+            always(trace.only(phase), name, value)
     for phase, (mode, active, end, target) in WANTED.items():
         part = trace.only(phase)
         always(part, "mode", mode)
@@ -61,5 +71,9 @@ SABOTAGE = {
     "on again after the machine": lambda t: t.put("job-active", "off: stays off", 1, -1),
     "withdrawn and still there": lambda t: t.put("mode", "withdrawn: gone", 1),
     "a stop that counts as an end": lambda t: t.put("run-end", "aborted: over", 1, -1),
+    "M251 of MDI in another program": lambda t: t.put("mode", "other: runs", 3),
+    "twice": lambda t: t.put("mode", "carried: again", 3, -1),
+    "not taken into its program": lambda t: t.put("mode", "carried: runs", 0),
+    "a set-up beats MDI": lambda t: t.put("job-active", "set up: runs", 1, -1),
     "outlives its program": lambda t: t.put("mode", "whole: over", 1),
 }

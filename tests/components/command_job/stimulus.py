@@ -10,7 +10,7 @@ ODD_TARGETS = (-1.0, -math.inf, math.inf, math.nan, 1e300)
 
 
 def stimulus():
-    rows = Stimulus({"word": [], "value": [], "enabled": [], "program-running": [], "aborted": [], "job": [], "job-target": [], "job-ceiling": [], "job-waits": []})
+    rows = Stimulus({"word": [], "value": [], "enabled": [], "program-running": [], "aborted": [], "job": [], "job-target": [], "job-ceiling": [], "job-waits": [], "program-mark": []})
     rows.add({"enabled": 1, "job-target": 3000.0})
 
     def play(phase, periods, **pins):
@@ -35,6 +35,7 @@ def stimulus():
     is_switched(play, start, switch)
     is_ended(play, start)
     is_asked(play)
+    is_of_mdi(play, switch)
     rows.phase("end")
     rows.add({})
     return rows
@@ -67,6 +68,36 @@ def is_switched(play, start, switch):
     start("left over")
     switch(0.0, 0.0, 0.0)
     play("left over: goes on", 20)
+
+
+def is_of_mdi(play, switch):
+    """M251 of MDI: the program that was loaded then has it once, also where it has a set-up; another one, or one with another content, does not."""
+    def give(name, mark, **pins):
+        play(f"{name}: before", 5, program_running=0, program_mark=mark, **pins)
+        switch(3.0, 7000.0, 0.0)
+        play(f"{name}: MDI", 5)
+
+    give("carried", 77, job=0)
+    play("carried: runs", 20, program_running=1)
+    play("carried: is changed", 20, program_mark=78)
+    play("carried: over", 20, program_running=0)
+    play("carried: again", 20, program_running=1)
+    give("set up", 77, job=1)
+    play("set up: runs", 20, program_running=1)
+    play("set up: over", 20, program_running=0)
+    play("set up: again", 20, program_running=1)
+    give("other", 77, job=0)
+    play("other: runs", 20, program_running=1, program_mark=78)
+    give("none", 0)
+    play("none: runs", 20, program_running=1)
+    give("stopped", 77)
+    play("stopped: runs", 20, program_running=1)
+    play("stopped: now", 1, aborted=1)
+    play("stopped: still", 20, aborted=0)
+    give("own wins", 77)
+    play("own wins: runs", 20, program_running=1)
+    switch(1.0, 500.0, 1.0)
+    play("own wins: on", 20)
 
 
 def is_ended(play, start):
