@@ -7,6 +7,7 @@ Lengths mm, volumes mm3.
 """
 from __future__ import annotations
 
+import functools
 import math
 
 import numpy as np
@@ -24,6 +25,7 @@ def _turned(points, degrees):
     return np.column_stack([c * p[:, 0] - s * p[:, 1], s * p[:, 0] + c * p[:, 1], p[:, 2]])
 
 
+@functools.lru_cache(maxsize=None)
 def _taper_groove(diameter, corner, tip, depth, length):
     """Profile area x length + volume of the tip, both by fine strips of the solid in height."""
     tool = reference.ReferenceTool(diameter, corner, tip)

@@ -33,9 +33,14 @@ class Case:
     kind: str                   # slot, side, ramp, plunge, arc, chain
     tool: tuple                 # diameter, corner, tip angle
     path: np.ndarray            # (n, 3) mm
-    truth: np.ndarray           # (n,) mm2, of the step that ends there
+    area: object                # function -> true area of the step that ends there, (n,) or one for all, mm2
     steady: np.ndarray          # (n,) bool: the truth holds
     before: list = field(default_factory=list)      # paths (n, 3) cut before
+
+    @functools.cached_property
+    def truth(self):
+        """(n,) mm2; computed when it is asked for: pytest only wants names when it collects."""
+        return np.broadcast_to(self.area(), len(self.path))
 
 
 @functools.lru_cache(maxsize=None)
@@ -81,18 +86,24 @@ def _straight(angle, length, z, offset=0.0, drop=0.0):
     return _line([*(centre - u * length / 2), z], [*(centre + u * length / 2), z - drop])
 
 
-def _case(name, kind, tool, path, truth, settle, before=()):
+def _full_area(name):
+    """-> function: the area of a tool of TOOLS in a slot."""
+    tool = TOOLS[name]
+    return functools.partial(front_area, tool, DEPTH[name]) if name != "flat" else lambda: tool[0] * DEPTH[name]
+
+
+def _case(name, kind, tool, path, area, settle, before=()):
     run = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
     steady = (run > settle) & (run < run[-1] - 1e-9)
-    return Case(name, kind, tool, path, np.broadcast_to(truth, run.shape), steady, list(before))
+    return Case(name, kind, tool, path, area, steady, list(before))
 
 
 def slots():
     for name, tool in TOOLS.items():
-        truth = front_area(tool, DEPTH[name]) if name != "flat" else tool[0] * DEPTH[name]
+        area = _full_area(name)
         for angle in DIRECTIONS:
             yield _case(f"slot {name} {angle} deg", "slot", tool,
-                        _straight(angle, 20, -DEPTH[name]), truth, 6)
+                        _straight(angle, 20, -DEPTH[name]), area, 6)
 
 
 def sides(parts=(10, 25, 50, 75, 90)):
@@ -100,9 +111,9 @@ def sides(parts=(10, 25, 50, 75, 90)):
         for part in parts:
             width = tool[0] * part / 100.0
             for angle in DIRECTIONS:
-                truth = side_area(tool, DEPTH[name], width)
+                area = functools.partial(side_area, tool, DEPTH[name], width)
                 yield _case(f"side {name} {part} % {angle} deg", "side", tool,
-                            _straight(angle, 22, -DEPTH[name], width), truth, 8,
+                            _straight(angle, 22, -DEPTH[name], width), area, 8,
                             [_straight(angle, 40, -DEPTH[name])])
 
 
@@ -113,21 +124,27 @@ def ramps():
                 length = 24 if degrees < 30 else 10
                 drop = length * math.tan(math.radians(degrees))
                 path = _straight(angle, length, -0.5, 0, drop)
-                slope = math.radians(degrees)
-                samples = np.linspace(path[0, 2], path[-1, 2], 30)
-                area = [front_area(tool, -z, slope) for z in samples]
-                truth = np.interp(-path[:, 2], -samples, area)
-                yield _case(f"ramp {name} {degrees} deg down, {angle} deg", "ramp", tool, path, truth, 6)
+                area = functools.partial(_ramp_area, tool, path[:, 2], math.radians(degrees))
+                yield _case(f"ramp {name} {degrees} deg down, {angle} deg", "ramp", tool, path, area, 6)
+
+
+def _ramp_area(tool, z, slope):
+    samples = np.linspace(z[0], z[-1], 30)
+    return np.interp(-z, -samples, [front_area(tool, -level, slope) for level in samples])
 
 
 def plunges():
     for name, tool in TOOLS.items():
         path = _line([0.13, -0.07, 0.0], [0.13, -0.07, -5.0])
-        reference = ReferenceTool(*tool)
-        r = np.linspace(0, reference.radius, 4001)
-        g = reference.surface(r)
-        reach = np.array([r[g <= -z + 1e-12].max(initial=0.0) for z in path[:, 2]])
-        yield _case(f"plunge {name}", "plunge", tool, path, math.pi * reach ** 2, 0.5)
+        yield _case(f"plunge {name}", "plunge", tool, path, functools.partial(_plunge_area, tool, path[:, 2]), 0.5)
+
+
+def _plunge_area(tool, z):
+    reference = ReferenceTool(*tool)
+    r = np.linspace(0, reference.radius, 4001)
+    g = reference.surface(r)
+    reach = np.array([r[g <= -level + 1e-12].max(initial=0.0) for level in z])
+    return math.pi * reach ** 2
 
 
 def _arc(radius, turns, z, step=STEP, start=0.3):
@@ -140,27 +157,27 @@ def arcs():
     """Slots along arcs of 1..20 tool radii: an annulus of the tool's width, so D x depth per mm."""
     for name in ("flat", "ball"):
         tool = TOOLS[name]
-        truth = front_area(tool, DEPTH[name]) if name != "flat" else tool[0] * DEPTH[name]
+        area = _full_area(name)
         for times in (1, 1.5, 2, 3, 5, 8):
             radius = times * tool[0] / 2.0
             yield _case(f"arc {name} {times:g} R", "arc", tool,
-                        _arc(radius, 0.45, -DEPTH[name]), truth, min(6.0, 0.3 * radius * math.pi))
+                        _arc(radius, 0.45, -DEPTH[name]), area, min(6.0, 0.3 * radius * math.pi))
         for times in (12, 20):          # too large for a full view: a piece through the middle
             radius = times * tool[0] / 2.0
             path = _arc(radius, 30.0 / (2 * math.pi * radius), -DEPTH[name])
             yield _case(f"arc {name} {times:g} R", "arc", tool,
-                        path - [*path[:, :2].mean(axis=0), 0.0], truth, 6)
+                        path - [*path[:, :2].mean(axis=0), 0.0], area, 6)
 
 
 def chains():
     """0.1 mm chords of an arc, cut in servo steps within each chord."""
     for name in ("flat", "ball"):
         tool = TOOLS[name]
-        truth = front_area(tool, DEPTH[name]) if name != "flat" else tool[0] * DEPTH[name]
+        area = _full_area(name)
         for times in (2, 5):
             corners = _arc(times * tool[0] / 2.0, 0.45, -DEPTH[name], 0.1)
             path = np.concatenate([corners[:1]] + [_line(a, b)[1:] for a, b in zip(corners, corners[1:])])
-            yield _case(f"chain {name} {times:g} R", "chain", tool, path, truth, 6)
+            yield _case(f"chain {name} {times:g} R", "chain", tool, path, area, 6)
 
 
 def cases():
