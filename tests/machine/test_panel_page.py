@@ -27,8 +27,8 @@ AGAIN = f'{runner.ROOT}/bin/chipwise panel >/dev/null 2>&1 & for i in $(seq 300)
 X = 'axis.x.pos-cmd'
 
 
-def look(seconds=0.5):
-    return ['program', CLIENT, URL, str(seconds), *PLACES]
+def look(seconds=0.5, *awaited):
+    return ['program', CLIENT, URL, str(seconds), *awaited, *PLACES]
 
 
 def seen(answer):
@@ -98,12 +98,12 @@ def test_the_log_of_operations(tmp_path):
 
 def test_a_rapid_into_stock_is_an_alarm(tmp_path):
     program = SLOT.replace('G0 Z5\nM2', 'G0 Y35\nM2')
-    answers = operate(tmp_path, [['start', program], ['until', 'chipwise-guard.0.stop', '>', 0.5], ['sleep', 1], look(), ['abort'],
-                                 ['sleep', 1], look()], edit='s/^PANEL = yes/PANEL = yes\\nPANEL_TOKEN = correct-horse-7/')
-    alarm, = seen(answers[3])['state']['alarms']
+    answers = operate(tmp_path, [['start', program], ['until', 'chipwise-guard.0.stop', '>', 0.5], look(0.5, 'alarm'), ['abort'],
+                                 look(0.5, 'ended')], edit='s/^PANEL = yes/PANEL = yes\\nPANEL_TOKEN = correct-horse-7/')
+    alarm, = seen(answers[2])['state']['alarms']
     assert alarm['active'] and alarm['what'].startswith('rapid stopped') and alarm['line'] == 10 and alarm['tool'] == 1
-    assert alarm['remedy'].startswith('press Stop') and seen(answers[3])['state']['background'] == 'alarm'
-    alarm, = seen(answers[6])['state']['alarms']
+    assert alarm['remedy'].startswith('press Stop') and seen(answers[2])['state']['background'] == 'alarm'
+    alarm, = seen(answers[4])['state']['alarms']
     assert not alarm['active'] and not alarm['cleared']
 
 

@@ -83,7 +83,7 @@ def test_stop_is_served(tmp_path, name):
     """Abort and E-stop, early and late in the plan and while its moves are handed over."""
     path = write(tmp_path, name, program(*LONG[name]))
     moments = [('abort', 0.4), ('estop', 1.0), ('abort', 2.5), ('estop', 7.0), ('abort', 9.0)]
-    answers = operate(tmp_path, [['open', path], *(['stop', how, after] for how, after in moments), ['planners']], speed=1)
+    answers = operate(tmp_path, [['open', path], *(['stop', how, after] for how, after in moments), ['planners until', '<', 2]], speed=1)
     *stops, planners = answers[1:]
     for (how, after), stop in zip(moments, stops):
         assert stop['served'] < SERVED_S, (name, how, after, stop)
@@ -121,7 +121,7 @@ def test_a_long_plan_is_done_and_is_the_same(tmp_path):
 def test_planner_ends_with_the_task(tmp_path):
     """LinuxCNC ended, or killed, in the middle of a plan: no process is left."""
     path = write(tmp_path, 'slug', program(*LONG['slug']))
-    answers = operate(tmp_path, [['open', path], ['begin'], ['sleep', 1.5], ['planners'], ['kill', 'milltask'], ['sleep', 1],
-                                 ['planners']], speed=1)
-    assert answers[3] >= 1
-    assert answers[6] == 0
+    answers = operate(tmp_path, [['open', path], ['begin'], ['planners until', '>', 0], ['kill', 'milltask'],
+                                 ['planners until', '=', 0]], speed=1)
+    assert answers[2] >= 1
+    assert answers[4] == 0

@@ -14,6 +14,7 @@ IDLE_POLLS = 20             # a program that has been idle so often is over, how
 # In real time, however fast the clock is: a busy computer takes that longer.
 WAIT_S = 400 * session.SPEED        # for a step
 REST_LOOKS = 4              # at a machine at rest, one after the other, each after a servo period: see rest()
+RELATIONS = {'>': relations.gt, '<': relations.le, '=': relations.eq}
 PERIOD_PIN = 'motion-controller.time'       # of the last servo period, ns: never twice the same but by chance
 
 
@@ -66,7 +67,7 @@ class ProgramSteps:
         self.machine.wait('start', started)
 
     def until(self, pin, relation, number):
-        holds = {'>': relations.gt, '<': relations.le, '=': relations.eq}[relation]
+        holds = RELATIONS[relation]
         if pin in self.record.columns:
             self.machine.wait(f'{pin} {relation} {number}', self.record.first(pin, lambda value: holds(value, number)), WAIT_S)
             return self.record.row(self.record.mark)[self.record.columns[pin]]

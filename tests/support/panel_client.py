@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """A reader of `chipwise panel` that shares no code with it: the stream's messages, and the stock put together from its tiles.
 
-Imported by tests; as a program, inside the LinuxCNC of a test: panel_client.py URL SECONDS prints one JSON object.
+Imported by tests; as a program, inside the LinuxCNC of a test: panel_client.py URL SECONDS [alarm | ended] [X,Y ..] prints one JSON object.
 """
 import http.client
 import json
@@ -10,6 +10,10 @@ import struct
 import sys
 import time
 import urllib.parse
+
+
+ALARMS = {"alarm": True, "ended": False}
+WAIT_S = 600.0      # of a clock that may be fast
 
 
 class Page:
@@ -82,15 +86,16 @@ def request(url, path, method="GET", body=None, **headers):
     return found
 
 
-def follow(url, seconds=0.0, states=1):
-    """Read the stream for so long and until so many states have come, or to its end -> Page."""
+def follow(url, seconds=0.0, states=1, awaited=lambda _state: True):
+    """Read the stream for so long and until so many states have come, the last one awaited (WAIT_S at most), or to its end -> Page."""
     place, page = urllib.parse.urlsplit(url), Page()
     connection = http.client.HTTPConnection(place.hostname, place.port, timeout=300)
     connection.request("GET", "/stream")
     answer = connection.getresponse()
     assert answer.status == 200, answer.read()
     end = time.monotonic() + seconds
-    while time.monotonic() < end or len(page.states) < states or (page.states[-1]["stock"] and not page.whole()):
+    last = time.monotonic() + WAIT_S
+    while time.monotonic() < end or len(page.states) < states or (not awaited(page.states[-1]) and time.monotonic() < last) or (page.states[-1]["stock"] and not page.whole()):
         head = answer.read(5)
         if len(head) < 5:
             break
@@ -99,9 +104,10 @@ def follow(url, seconds=0.0, states=1):
     return page
 
 
-def main(url, seconds, *places):
-    """places: X,Y in mm whose heights are wanted."""
-    page = follow(url, float(seconds), 2)
+def main(url, seconds, *words):
+    """words: X,Y in mm whose heights are wanted; alarm or ended: wait for one that is active, or over."""
+    places, wanted = [word for word in words if word not in ALARMS], [ALARMS[word] for word in words if word in ALARMS]
+    page = follow(url, float(seconds), 2, lambda state: not wanted or [alarm["active"] for alarm in state["alarms"]] == wanted)
     print(json.dumps({"state": page.states[-1], "states": len(page.states), "map": page.map, "path": page.points,
                       "recent": len(page.recent), "tiles": page.tiles, "before": page.before,
                       "heights": [page.height(*map(float, place.split(","))) for place in places] if page.whole() else []}))

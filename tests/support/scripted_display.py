@@ -51,13 +51,14 @@
                                     task had done it, "stood": s until nothing moved}, both without the time for which
                                     other programs had the processors; "busy": whether the program was still under way
     ["begin"]                       start the open program; goes on at once
-    ["planners"]                    answer: how many processes plan cycles
+    ["planners until", ">", "<" or "=", number]     wait until so many processes plan cycles; answer: how many
     ["kill", name]                  kill the processes of that name
     ["log", program]                run a program, a path or its text, and save its servo-rate log (chipwise.headless.log); the
                                     sampler is that of hal/headless.hal, so that "until" looks at live pins;
                                     answer: [the operator errors it raised, path of the log]
     ["log together", program]       the same, but both overrides are 0 % until the task has sent all moves that it can: how a move begins after a rest depends
                                     on whether the next one is there already
+    ["kept", path]                  wait until the file of [CHIPWISE]KEEP_STOCK has the stock as it is
     ["fresh"]                       the machine as after the step home: idle and at home without a tool and without an offset,
                                     its own modes, no M251, 100 % override; errors and messages are forgotten.  But there is a
                                     stock, of 1 mm, in the machine's corner: removed-volume is 0
@@ -87,7 +88,7 @@ from chipwise.headless import log as runlog                     # noqa: E402
 from chipwise.headless import sampling, session                 # noqa: E402
 
 from support.display_processes import ProcessSteps              # noqa: E402
-from support.display_program import WAIT_S, ProgramSteps        # noqa: E402
+from support.display_program import RELATIONS, WAIT_S, ProgramSteps     # noqa: E402
 from support.servo_record import Record, RecordError            # noqa: E402
 
 # Steps that set the machine going: what comes of them counts from their beginning, of all others from their end.
@@ -224,7 +225,10 @@ class Operator(ProgramSteps, ProcessSteps):
         return [lowest]
 
     def pins(self, *names):
-        return [halcmd.getp(name) for name in names]
+        """All by one halcmd: where a computer is busy, the machine goes on for long before a second one has started."""
+        done = subprocess.run(['halcmd', '-s', '-k', '-f'], input=''.join(f'getp {name}\n' for name in names), text=True, capture_output=True)
+        found = done.stdout.split()
+        return found if len(found) == len(names) else [halcmd.getp(name) for name in names]
 
     def position(self):
         self.machine.poll()
@@ -251,6 +255,26 @@ class Operator(ProgramSteps, ProcessSteps):
         head, cells = defined(stock.take)
         stock.close()
         return [zlib.crc32(cells.tobytes()), head.removed]
+
+    def kept(self, path):
+        from chipwise.stock import journal, shared, store
+        stock, end = shared.attach(), time.monotonic() + WAIT_S
+        while time.monotonic() < end:
+            try:
+                if journal.read(path, stock.capacity)[1].tobytes() == defined(stock.take)[1].tobytes():
+                    stock.close()
+                    return
+            except store.StoreError:        # not there yet
+                pass
+            time.sleep(0.1)
+        raise session.SessionError(f'{path} does not have the stock')
+
+    def planners_until(self, relation, number):
+        """Without a look at the task, which may be dead."""
+        end = time.monotonic() + WAIT_S
+        while not RELATIONS[relation](self.planners(), number) and time.monotonic() < end:
+            time.sleep(0.02)
+        return self.planners()
 
     def map(self, name=''):
         import numpy as np
