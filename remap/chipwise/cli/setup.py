@@ -38,6 +38,7 @@ def add_arguments(parser):
 def run(options):
     """-> exit status."""
     from chipwise.check.run import lines_of
+    from chipwise.setup.confirmed import names
     from chipwise.setup.job import MAX_TEXT, path_of
     from chipwise.setup.measure import measure
     if options.material and not (options.material.isprintable() and len(options.material) <= MAX_TEXT):
@@ -75,26 +76,15 @@ def _folder(machine):
         raise UsageError(f'{NAME}: {unnamed(error)}') from error
 
 
-def names(program, machine):
-    """{tool number: name}: of the tool table, else of the program's comments."""
-    from chipwise import tool_table
-    from chipwise.assumed import post_comments
-    try:
-        said = post_comments.read(program, machine.unit_mm).tools
-    except OSError:                                 # whoever reads the program says why
-        said = {}
-    return {number: tool.name for number, tool in said.items() if number is not None and tool.name} | tool_table.remarks(machine.table)
-
-
 # ---- confirm -------------------------------------------------------------------------------------------------------
 
 
 def confirm(options, measured, path, said):
     """Whether the proposal is confirmed, by --yes or by the person at the terminal; it is in the job file then."""
+    from chipwise.setup import confirmed
     from chipwise.setup import job as jobs
-    from chipwise.setup.measure import digest_of
     found, why_not = jobs.state_of(path, options.program, measured.digest)
-    wanted = job_of(options, measured)
+    wanted = confirmed.job_of(options.program, measured, options.material)
     shown = printable(path)
     if found == jobs.as_written(wanted):
         print(f'confirmed before, in {shown}', file=said)
@@ -106,18 +96,9 @@ def confirm(options, measured, path, said):
     if not (options.yes or asked(path)):
         print('not confirmed, nothing is written; --yes confirms', file=said)
         return False
-    if _digest(digest_of, options.program) != measured.digest:
-        raise CycleError('the program was changed while it was read', 'set it up again')
-    jobs.write(path, wanted)
+    confirmed.write(path, options.program, wanted)
     print(f'confirmed: {shown}', file=said)
     return True
-
-
-def _digest(digest_of, program):
-    try:
-        return digest_of(program)
-    except OSError:
-        return ''
 
 
 def asked(path):
@@ -126,14 +107,6 @@ def asked(path):
         return False
     print(printable(f'Confirm stock and feeds, and write {path}? [y/N] '), end='', file=sys.stderr, flush=True)
     return sys.stdin.readline().strip().lower() in ('y', 'yes')
-
-
-def job_of(options, measured):
-    """Job of a proposal."""
-    from chipwise.setup.job import Job, JobTool, name_of
-    low, high, source = measured.stock
-    return Job(name_of(options.program), measured.digest, tuple(low), tuple(high), source, options.material,
-               {tool.number: JobTool(tool.diameter, tool.target, tool.ceiling) for tool in measured.tools})
 
 
 # ---- what is printed -----------------------------------------------------------------------------------------------

@@ -11,7 +11,9 @@ read again, and be the same, just before the line is handed over (same()).
 
 import math
 from dataclasses import dataclass
+from typing import Optional
 
+from chipwise import loaded
 from chipwise.check.records import Frame
 from chipwise.errors import CycleError
 from chipwise.processes import named
@@ -51,6 +53,27 @@ def read() -> State:
     except linuxcnc.error as error:
         raise CycleError("LinuxCNC does not answer", "see whether it is starting or ending") from error
     return state_of(status, linuxcnc)
+
+
+def _polled():
+    import linuxcnc
+    status = linuxcnc.stat()
+    status.poll()
+    return status
+
+
+def scene() -> dict:
+    """loaded.scene() of the LinuxCNC that read() has found."""
+    return loaded.scene(_polled())
+
+
+def tip(frame: Optional[Frame]) -> tuple:
+    """Place of the tool's tip: mm, work coordinates of a Frame, None: those in force."""
+    import linuxcnc
+    status = _polled()
+    if frame is None:
+        return state_of(status, linuxcnc).position
+    return frame.to_work([(value - offset) / status.linear_units for value, offset in zip(status.position[:3], status.tool_offset[:3])])
 
 
 def state_of(status, names) -> State:

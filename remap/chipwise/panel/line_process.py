@@ -8,6 +8,7 @@ the answer as JSON on standard output.  Called by lines.py; a plan may compute f
     {"do": "guard", "name", "on"}                       name: one of GUARDS; -> {}
     {"do": "part"}                                      a whole stock in place of an assumed one (monitor/shadow.py); -> {}
     {"do": "tool", "ini", "number", "values", "seen"}   of tool_editor.change(); -> its listed()
+    {"do": "measure"}, {"do": "corner"}, {"do": "confirm"}          set_up.py has them
     any of them -> {"error", "number"}                  number: of the field that is wrong, from 1; 0: not of a field
 
 The rules are those of `chipwise enter --run`: entry/typed.py, entry/planned.py, machine/mdi.py.
@@ -122,10 +123,19 @@ def tool(order, machine):
     return tool_editor.listed(path)
 
 
+def _set_up(order, machine):
+    """The answers to "measure", "corner" and "confirm"."""
+    from chipwise.panel import set_up           # takes time
+    return {"measure": set_up.measure, "corner": set_up.corner, "confirm": set_up.confirm}[order["do"]](order, machine)
+
+
+_WORK = {"plan": plan, "run": run, "guard": guard, "part": part, "tool": tool, "measure": _set_up, "corner": _set_up, "confirm": _set_up}
+
+
 def answer(order, machine):
     """The answer to an order."""
     try:
-        return {"plan": plan, "run": run, "guard": guard, "part": part, "tool": tool}[order["do"]](order, machine)
+        return _WORK[order["do"]](order, machine)
     except CycleError as error:
         return {"error": printable(unnamed(error)), "number": getattr(error, "number", 0)}
 
@@ -133,7 +143,7 @@ def answer(order, machine):
 def main():
     from chipwise.machine import mdi
     order = json.load(sys.stdin)
-    if order["do"] == "plan":
+    if order["do"] in ("plan", "measure"):
         os.nice(NICE)
     print(json.dumps(answer(order, mdi)), flush=True)
 

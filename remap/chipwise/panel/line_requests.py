@@ -7,6 +7,9 @@ import urllib.parse
 from chipwise.errors import CycleError, printable, unnamed
 from chipwise.panel.alarms import StillActive
 from chipwise.panel.line_process import GUARDS
+from chipwise.setup.job import FARTHEST_MM, MAX_TEXT
+
+HARMLESS = "/plan", "/measure", "/corner"        # these change nothing
 
 
 class Refused(Exception):
@@ -19,6 +22,32 @@ class Refused(Exception):
 
 class LineRequests:
     """What a Handler answers about lines; it has server.lines, server.watch, headers and send_json()."""
+
+    def harmless(self, path, wanted, query, by_token):
+        """A request of HARMLESS with its object; by_token: who asks has brought the token."""
+        if path == "/plan":
+            self.plan(wanted, query, by_token)
+        elif path == "/measure":
+            self.measure(wanted.get("stock"), wanted.get("material", ""), by_token)
+        else:
+            self.corner(wanted.get("measured"))
+
+    def change(self, path, wanted):
+        """A request that changes something, with its object; the token was there."""
+        if path == "/clear":
+            self.clear(wanted.get("alarm"))
+        elif path == "/run":
+            self.run(wanted.get("plan"))
+        elif path == "/guard":
+            self.guard(wanted.get("guard"), wanted.get("on"))
+        elif path == "/part":
+            self.part()
+        elif path == "/confirm":
+            self.confirm(wanted.get("measured"))
+        elif path == "/tool":
+            self.tool(wanted.get("tool"), wanted.get("values"), wanted.get("checksum"))
+        else:
+            raise Refused(404, "there is nothing here")
 
     def languages(self):
         """The languages that the browser asks for, in their order."""
@@ -81,6 +110,32 @@ class LineRequests:
             raise Refused(409, found["error"])
         print(f"chipwise-panel: tool {number} is changed in {found['file']}, by the page", flush=True)
         self.send_json(200, found)
+
+    def measure(self, stock, material, by_token):
+        """What the loaded program cuts in a stock; by_token: who asks has brought the token."""
+        if not (isinstance(material, str) and len(material) <= MAX_TEXT and (material.isprintable() or not material)):
+            raise Refused(400, f"material is not a text of at most {MAX_TEXT} characters")
+        if stock is not None and not (isinstance(stock, list) and len(stock) == 6 and all(type(value) in (int, float) and abs(value) <= FARTHEST_MM for value in stock)):
+            raise Refused(400, "stock is not six lengths")
+        self.send_json(200, self.asked(self.server.lines.set_ups.measure, stock, material, by_token))
+
+    def corner(self, number):
+        """Where the tool is, as a corner of the stock."""
+        self.send_json(200, self._without_error(self.server.lines.set_ups.corner, number))
+
+    def confirm(self, number):
+        """Write the job file of the loaded program."""
+        if isinstance(number, bool) or not isinstance(number, int):
+            raise Refused(400, "measured is not a whole number")
+        found = self._without_error(self.server.lines.set_ups.confirm, number)
+        print(f"chipwise-panel: {found['file']} is confirmed, by the page", flush=True)
+        self.send_json(200, found)
+
+    def _without_error(self, work, *values):
+        found = self.asked(work, *values)
+        if "error" in found:
+            raise Refused(409, found["error"])
+        return found
 
     def clear(self, number):
         """Clear an alarm, or all that have ended (None)."""

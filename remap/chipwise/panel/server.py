@@ -8,7 +8,7 @@ Called by cli/panel.py.  What a stranger may send is refused before anything is 
  2. The Host header has to be the address that the connection has come to, so that no foreign name can be resolved to it (DNS
     rebinding).  A request that names another origin is refused.
  3. Files are those of FILES and nothing else: no path of a request ever becomes a path of this machine.
- 4. A plan of a typed line changes nothing: on this computer it needs no token, but the page's own origin.  It costs computing time, so from
+ 4. A plan of a typed line, a measured program and the place of the tool change nothing: on this computer it needs no token, but the page's own origin.  It costs computing time, so from
     elsewhere it needs the token.  lines.py makes one at a time.
  5. Nothing can be changed without [CHIPWISE]PANEL_TOKEN, the token in the request and the page's own origin; a wrong token costs
     WRONG_TOKEN_S.
@@ -31,7 +31,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
 from chipwise import language, version
 from chipwise.panel import colours
-from chipwise.panel.line_requests import LineRequests, Refused
+from chipwise.panel.line_requests import HARMLESS, LineRequests, Refused
 from chipwise.panel.lines import Lines
 from chipwise.panel.page_colours import stylesheet
 from chipwise.panel.visitors import Visitors
@@ -51,7 +51,7 @@ FILES = {               # path: folder, file, type
     "/ahead.js": (FOLDER, "ahead.js", "text/javascript"),
     "/sections.js": (FOLDER, "sections.js", "text/javascript"), "/entry.js": (FOLDER, "entry.js", "text/javascript"), "/log.js": (FOLDER, "log.js", "text/javascript"),
     "/buttons.js": (FOLDER, "buttons.js", "text/javascript"),
-    "/geometry.js": (FOLDER, "geometry.js", "text/javascript"),
+    "/setup.js": (FOLDER, "setup.js", "text/javascript"), "/geometry.js": (FOLDER, "geometry.js", "text/javascript"),
     "/height_shaders.js": (SHARED, "height_shaders.js", "text/javascript"), "/height_view.js": (SHARED, "height_view.js", "text/javascript")}
 HEADERS = (
     ("Cache-Control", "no-store"), ("X-Content-Type-Options", "nosniff"), ("Referrer-Policy", "no-referrer"),
@@ -184,29 +184,19 @@ class Handler(LineRequests, BaseHTTPRequestHandler):
 
     def post(self):
         path, _, query = self.path.partition("?")
-        if path == "/plan":             # changes nothing
+        if path in HARMLESS:
             self.check_own_page()
             given = self.headers.get("X-Chipwise-Token")
             if given or not self.server.visitor(self.connection).local:
                 self.check_token()
-            self.plan(self.body(), query, bool(given))
+            self.harmless(path, self.body(), query, bool(given))
             return
         self.check_token()
         wanted = self.body()
         if path == "/token":
             self.send_json(200, {"done": True})
-        elif path == "/clear":
-            self.clear(wanted.get("alarm"))
-        elif path == "/run":
-            self.run(wanted.get("plan"))
-        elif path == "/guard":
-            self.guard(wanted.get("guard"), wanted.get("on"))
-        elif path == "/part":
-            self.part()
-        elif path == "/tool":
-            self.tool(wanted.get("tool"), wanted.get("values"), wanted.get("checksum"))
         else:
-            raise Refused(404, "there is nothing here")
+            self.change(path, wanted)
 
     def check_own_page(self):
         """Raise Refused unless the request names its origin, which check_origin() has compared."""

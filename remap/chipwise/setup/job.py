@@ -93,9 +93,14 @@ def _numbers(values):
     return "[" + ", ".join(f"{value:.4f}".rstrip("0").rstrip(".") for value in values) + "]"
 
 
+def of_text(text: str) -> Job:
+    """The Job of a text_of()."""
+    return _Document("", tomllib.loads(text)).job()
+
+
 def as_written(job: Job) -> Job:
     """The Job that its file holds: rounded."""
-    return _Document("", tomllib.loads(text_of(job))).job()
+    return of_text(text_of(job))
 
 
 def write(path: str, job: Job) -> None:

@@ -12,6 +12,7 @@ from typing import Optional
 import numpy as np
 
 from chipwise.check import records
+from chipwise.check.drawn_path import Path, Thinner
 from chipwise.check.program_file import MAX_BYTES
 from chipwise.check.simulate import Simulation, check
 from chipwise.check.times import CONSTANT, OFF, Timer
@@ -20,6 +21,7 @@ from chipwise.setup.chip_ceiling import ceilings
 from chipwise.setup.rates import ToolLoad
 
 FALL = 1e-4                 # of a move's length: what falls more goes down
+DRAWN_POINTS = 4000         # of a path in a picture
 PROGRAM, OPTION = "program", "option"       # where a stock comes from, besides those of assumed/assume.py
 
 
@@ -88,6 +90,15 @@ class SetupSimulation(Simulation):
         super().__init__(program, machine, *arguments)
         self.timer = SetupTimer(machine, self.settings["SETUP_CEILING"], ceilings(program, self.geometry, machine.unit_mm, MAX_BYTES))
         self.first_stock = None                         # (low, high) mm, work coordinates
+        self.thinner, self.first_frame = Thinner(DRAWN_POINTS), None
+
+    def take(self, block, last=False):
+        """As Simulation.take; keeps the path for a picture."""
+        super().take(block, last)
+        moves = block[block[:, 0] <= records.ARC]
+        if len(moves) and self.first_frame is None:
+            self.first_frame = self.frame
+        self.thinner.add(moves[:, 2:5], moves[:, 0] == records.RAPID, moves[:, 1])
 
     def _define(self, line, values):
         super()._define(line, values)
@@ -115,13 +126,16 @@ class SetupSimulation(Simulation):
 
 @dataclass
 class Measured:
-    """A program.  result: check's; stock: (low, high, source) mm, work coordinates of the first move; digest: of the file as it was read."""
+    """A program.  result: check's; stock: (low, high, source) mm, work coordinates of the first move, which frame has; digest: of the file as it was
+    read; path: drawn_path.Path of at most DRAWN_POINTS points, or None."""
 
     result: object
     digest: str = ""
     stock: Optional[tuple] = None
     tools: tuple = ()
     has_own_rate: bool = False
+    path: Optional[Path] = None
+    frame: records.Frame = records.Frame()
 
 
 def digest_of(program):
@@ -154,5 +168,5 @@ def measure(program, machine, names, stock=None, **arguments):
     elif stock and (simulation.first_stock is None or np.allclose(np.concatenate(stock), np.concatenate(simulation.first_stock), atol=1e-3)):
         source = OPTION
     tools = tuple(simulation.proposal(figures, names.get(number, "")) for number, figures in result.tools.items() if number in simulation.timer.loads)
-    return Measured(result, digest, (*simulation.first_stock, source), tools, simulation.timer.has_own_rate)
+    return Measured(result, digest, (*simulation.first_stock, source), tools, simulation.timer.has_own_rate, simulation.thinner.path(), simulation.first_frame or simulation.frame)
 

@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The set-up of the loaded program for the page of `chipwise panel`: measures it, gives the tool's place as a corner of the stock, and writes the job file
+that a person has confirmed.  Called by line_process.py, in a process of its own.
+
+    {"do": "measure", "ini", "stock": [x0, y0, z0, x1, y1, z1] mm or null, "material"}
+        -> {"program", "path_of_program", "stock", "source", "tools", "notes", "findings", "own_m251", "dwell_s", "path": [[x, y, z, traverse], ..], "confirmed", "job",
+            "frame"}                                stock, path: mm, work coordinates of the first move; job: the text that "confirm" wants
+    {"do": "corner", "frame"}                       frame: of the last measure, or null; -> {"corner": [x, y, z]}
+    {"do": "confirm", "ini", "program", "job"}      -> {"file"}
+
+It is what `chipwise setup` does: setup/measure.py, setup/confirmed.py.
+"""
+
+import os
+
+from chipwise.check.findings import grouped_notes
+from chipwise.check.in_force import machine_in_force
+from chipwise.check.program_file import Unreadable
+from chipwise.check.records import Frame
+from chipwise.errors import CycleError, printable
+from chipwise.own_folder import OwnFolder
+from chipwise.settings import load_settings
+from chipwise.setup import confirmed
+from chipwise.setup import job as jobs
+from chipwise.setup.measure import measure as measured
+
+CPU_S = 100
+
+
+def _job_path(program, ini):
+    return jobs.path_of(program, load_settings(ini).path("JOBS"))
+
+
+def measure(order, machine):
+    """The answer to "measure"; machine: machine/mdi.py, or what a test has in its place."""
+    program, scene = machine.read().program, machine.scene()
+    if not program:
+        raise CycleError("no program is loaded", "open one on LinuxCNC's screen")
+    values = order["stock"]
+    stock = values and (tuple(values[:3]), tuple(values[3:]))
+    if stock and not all(b - a >= jobs.LEAST_MM for a, b in zip(*stock)):
+        raise CycleError("the stock has no extent", "give its lower corner first, then its upper one")
+    with OwnFolder("setup") as folder:
+        try:
+            loaded = machine_in_force(order["ini"], scene, folder)
+            found = measured(program, loaded, confirmed.names(program, loaded), stock=stock, cpu_s=CPU_S)
+        except Unreadable as error:
+            raise CycleError(str(error).partition(";")[0], str(error).partition("; ")[2]) from error
+    if found.result.error:
+        text, line = found.result.error
+        raise CycleError(text.partition(";")[0] + (f" (line {line})" if line and "(line" not in text else ""), text.partition("; ")[2] or "see chipwise check")
+    job = confirmed.job_of(program, found, order["material"])
+    before, _why = jobs.state_of(_job_path(program, order["ini"]), program, found.digest)
+    low, high, source = found.stock
+    return {"path_of_program": program, "program": printable(os.path.basename(program)), "stock": [*low, *high], "source": source, "tools": [tool.json() for tool in found.tools],
+            "notes": [printable(text) for text in grouped_notes(found.result.notes)], "findings": found.result.findings.count, "own_m251": found.has_own_rate,
+            "dwell_s": found.result.dwell_s, "path": _drawn(found), "confirmed": before == jobs.as_written(job), "job": jobs.text_of(job),
+            "frame": [found.frame.turn, list(found.frame.offset), list(found.frame.g92)]}
+
+
+def _drawn(found):
+    """Points of the path, work coordinates of the first move."""
+    if found.path is None:
+        return []
+    x, y, z = found.frame.to_work(found.path.points.astype(float).T)
+    return [[round(a, 3), round(b, 3), round(c, 3), int(d)] for a, b, c, d in zip(x, y, z, found.path.rapid)]
+
+
+def corner(order, machine):
+    """The answer to "corner": where the tip of the tool is."""
+    frame = order["frame"] and Frame(order["frame"][0], tuple(order["frame"][1]), tuple(order["frame"][2]))
+    return {"corner": [round(float(value), 4) for value in machine.tip(frame)]}
+
+
+def confirm(order, machine):
+    """The answer to "confirm"; only at rest: a new set-up would end the one that is in force."""
+    state = machine.read()
+    if not (state.idle and state.at_rest):
+        raise CycleError("the set-up is not confirmed: a program or a command is under way, or the machine moves", "wait for its end, or press Stop")
+    if state.program != order["program"]:
+        raise CycleError("the set-up is not confirmed: another program is loaded", "look at the set-up of that one")
+    path = _job_path(order["program"], order["ini"])
+    confirmed.write(path, order["program"], jobs.of_text(order["job"]))
+    return {"file": printable(os.path.basename(path))}

@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Set up on the page of `chipwise panel`: the loaded program measured, its stock corrected, and the job file, which is the one of chipwise setup."""
+
+import json
+from dataclasses import replace
+
+import pytest
+
+from chipwise.check.records import Frame
+from chipwise.machine import mdi
+from chipwise.panel import line_process, lines
+from chipwise.setup import job as jobs
+from support import panel_browser
+from support.check_runs import mill_with_tools
+from support.panel_client import request
+from support.panel_rig import TOKEN, serving
+from support.setup_runs import chipwise_setup
+
+SLOT = "G21 G90 G94 G17\nT1 M6\nS8000 M3\nG55 G0 X-10 Y30 Z5\nG0 Z-4\nG1 X110 F400\nG0 Z5\nM2\n"
+STOCK = [0, 0, -20, 100, 60, 0]
+SCENE = {"index": 1, "offset": [0.0, 0.0, 0.0], "g92": [0.0, 0.0, 0.0], "turn": 0.0, "tool": 1, "codes": "G17 G21", "block_delete": False}
+AT = (12.0, 34.0, 5.6)          # the tip, machine coordinates
+
+
+class Mdi:
+    """machine/mdi.py of a machine that the test sets by hand."""
+
+    def __init__(self, program):
+        self.state = mdi.State(program=str(program))
+
+    def read(self):
+        return self.state
+
+    def scene(self):
+        return SCENE
+
+    def tip(self, frame):
+        return (frame or Frame()).to_work(AT)
+
+
+@pytest.fixture
+def shop(tmp_path):
+    """(rig, machine, path of the program)."""
+    program, machine = tmp_path / "part.ngc", Mdi(tmp_path / "part.ngc")
+    program.write_text(SLOT)
+    ini = mill_with_tools(tmp_path)
+    made = lines.Lines(str(ini), lambda order: json.loads(json.dumps(line_process.answer(json.loads(json.dumps(order)), machine))))
+    with serving(TOKEN, lines=made) as rig:
+        yield rig, machine, program
+
+
+def post(rig, path, body, token=TOKEN, origin="own"):
+    status, _headers, content = request(rig.url, path, "POST", json.dumps(body).encode(), X_Chipwise_Token=token, Origin=rig.url if origin == "own" else origin)
+    return status, json.loads(content) if content[:1] == b"{" else content.decode()
+
+
+def test_it_is_the_job_of_chipwise_setup(shop, tmp_path):
+    """Measured on this computer without the token; confirmed with it; byte by byte what --yes writes."""
+    rig, _machine, program = shop
+    job = program.with_name("part.job.toml")
+    status, found = post(rig, "/measure", {"stock": STOCK, "material": "6061"}, token=None)
+    tool, = found["tools"]
+    assert status == 200 and found["stock"] == STOCK and found["source"] == "option" and tool["target_mm3_min"] == pytest.approx(9600, rel=0.01) and not found["confirmed"]
+    assert found["program"] == "part.ngc" and not set(found) & {"job", "frame", "path_of_program"}
+    ends = [p for p in found["path"] if p[3] == 0]
+    assert ends[-1][:3] == pytest.approx([110, 30, -4], abs=0.01) and any(p[3] for p in found["path"])
+    for token in (None, "wrong-token-9"):
+        assert post(rig, "/confirm", {"measured": found["measured"]}, token=token)[0] == 403 and not job.exists()
+    assert post(rig, "/confirm", {"measured": found["measured"]}, origin="http://evil.example")[0] == 403
+    assert post(rig, "/confirm", {"measured": found["measured"]}) == (200, {"file": "part.job.toml"})
+    written = job.read_text()
+    assert jobs.read(str(job)).low == (0, 0, -20)
+    job.unlink()
+    status, *_ = chipwise_setup(tmp_path, None, "--stock", *map(str, STOCK), "--material", "6061", "--yes", machine=tmp_path / "machine" / "mill.ini")
+    assert status == 0 and job.read_text() == written
+    assert post(rig, "/measure", {"stock": STOCK, "material": "6061"})[1]["confirmed"]
+
+
+def test_the_tool_is_a_corner(shop):
+    """In the coordinates of the first move, which are those of G55 here."""
+    rig, *_ = shop
+    assert post(rig, "/corner", {"measured": None}) == (200, {"corner": list(AT)})
+    number = post(rig, "/measure", {"stock": None, "material": ""})[1]["measured"]
+    assert post(rig, "/corner", {"measured": number})[1]["corner"] == pytest.approx(AT)
+
+
+@pytest.mark.parametrize("spoil, said", [
+    (lambda m, p: setattr(m, "state", replace(m.state, idle=False)), "a program or a command is under way"),
+    (lambda m, p: setattr(m, "state", replace(m.state, program="/other.ngc")), "another program is loaded"),
+    (lambda m, p: p.write_text(SLOT + "\n"), "was changed while it was read"),
+    (lambda m, p: p.unlink(), "was changed while it was read"),
+    (lambda m, p: p.with_name("part.job.toml").write_text("]["), "is not a job file of chipwise"),
+    (lambda m, p: p.with_name("part.job.toml").symlink_to(p), "is a link"),
+    (lambda m, p: p.with_name("part.job.toml").mkdir(), "cannot be read")])
+def test_a_sentence_and_nothing_is_written(shop, spoil, said):
+    rig, machine, program = shop
+    number = post(rig, "/measure", {"stock": STOCK, "material": ""})[1]["measured"]
+    spoil(machine, program)
+    before = sorted(path.name for path in program.parent.iterdir())
+    status, words = post(rig, "/confirm", {"measured": number})
+    assert status == 409 and said in words and sorted(path.name for path in program.parent.iterdir()) == before
+    assert "measure it again" in post(rig, "/confirm", {"measured": number})[1]           # once
+
+
+def test_what_cannot_be_measured(shop):
+    rig, machine, program = shop
+    for body in ({"stock": [1, 2, 3], "material": ""}, {"stock": [1, 2, 3, 4, 5, "6"], "material": ""}, {"stock": [1, 2, 3, 4, 5, 1e9], "material": ""},
+                 {"stock": None, "material": "a\nb"}, {"stock": None, "material": 5}, {"stock": [0, 0, 0, 1, 1, True], "material": ""}):
+        assert post(rig, "/measure", body)[0] == 400, body
+    assert "no extent" in post(rig, "/measure", {"stock": [0, 0, 0, -1, 1, 1], "material": ""})[1]["error"]
+    program.write_text(SLOT.replace("T1 M6", "").replace("S8000", "G1 Y[1/0]\nS8000"))
+    assert post(rig, "/measure", {"stock": STOCK, "material": ""})[1]["error"]
+    assert post(rig, "/measure", {"stock": STOCK, "material": ""}, origin=None)[0] == 403
+    machine.state = replace(machine.state, program="")
+    assert "no program is loaded" in post(rig, "/measure", {"stock": None, "material": ""})[1]["error"]
+    assert post(rig, "/confirm", {"measured": 1})[0] == 409 and post(rig, "/confirm", {"measured": "1"})[0] == 400
+
+
+@pytest.mark.skipif(panel_browser.missing() != "", reason=panel_browser.missing() or "a browser")
+def test_in_a_browser(shop, tmp_path):
+    """Open, correct a number, take a corner from the tool, add an allowance, measure, confirm."""
+    rig, _machine, program = shop
+    job = program.with_name("part.job.toml")
+    driver = panel_browser.browser(tmp_path / "browser")
+    try:
+        rig.looks()
+        panel_browser.opened(driver, rig.url + "/")
+
+        def run(script, *values):
+            return driver.execute_script(script, *values)
+
+        def says(text):
+            panel_browser.wait(driver, f"document.getElementById('setup-says').textContent.includes({json.dumps(text)})", text)
+        run("document.getElementById('setup-open').click()")
+        says("enter the token to confirm")
+        assert run("return document.getElementById('setup-confirm').disabled") and run("return document.querySelectorAll('#setup-rows tr').length") == 1
+        assert run("return document.getElementById('setup-source').textContent") == "assumed from the path"
+        run("sessionStorage.setItem('chipwise-token', arguments[0])", TOKEN)
+        numbers = [run(f"return document.getElementById('setup-n{k}').value") for k in range(6)]
+        assert [float(text) for text in numbers][:3] == pytest.approx([-13, 27, -4], abs=0.01)
+        run("document.getElementById('setup-take1').click()")
+        panel_browser.wait(driver, "document.getElementById('setup-n3').value === '12'", "the corner of the tool")
+        for k, text in enumerate(("0", "0", "-20", "99", "59", "-1")):
+            run("const i = document.getElementById('setup-n' + arguments[0]); i.value = arguments[1]; i.dispatchEvent(new Event('input'))", k, text)
+        run("document.getElementById('setup-allowance').value = '1'; document.getElementById('setup-add').click()")
+        assert [run(f"return document.getElementById('setup-n{k}').value") for k in range(6)] == ["-1", "-1", "-20", "100", "60", "0"]
+        rectangles = run("return Array.from(document.querySelectorAll('#setup-picture rect')).map((r) => [r.width.baseVal.value, r.height.baseVal.value])")
+        assert rectangles == [[101, 61], [101, 20]] and run("return document.querySelectorAll('#setup-picture polyline').length") >= 4
+        assert run("return document.getElementById('setup-confirm').disabled")
+        run("document.getElementById('setup-measure').click()")
+        says("Look at it, then confirm")
+        cells = run("return Array.from(document.querySelectorAll('#setup-rows td')).map((c) => c.textContent)")
+        assert cells[0] == "1" and cells[8].endswith("cm3/min") and cells[9] == "2 x F" and not job.exists()
+        run("document.getElementById('setup-confirm').click()")
+        says("part.job.toml")
+        found = jobs.read(str(job))
+        assert found.low == (-1, -1, -20) and found.high == (100, 60, 0) and found.source == "option"
+        assert [one["message"] for one in driver.get_log("browser") if one["level"] == "SEVERE" and "403" not in one["message"]] == []
+        small = run("return Array.from(document.querySelectorAll('#setup button')).filter((b) => b.offsetHeight < 34 || b.offsetWidth < 34).map((b) => b.id)")
+        assert small == [] and run("return document.documentElement.scrollWidth <= innerWidth")
+    finally:
+        driver.quit()
