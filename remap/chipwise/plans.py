@@ -63,10 +63,9 @@ def _hole(order: Order) -> CyclePlan:
 
 def _contour(order: Order) -> CyclePlan:
     shape = read.read_shape(order.job)
-    if len(shape.loops) > 1:
-        read.one_contour(shape)     # raises
+    loop = read.one_loop(shape)
     fields = dict(order.fields)
-    loop = read.backwards(shape.loops[0]) if fields.pop("backwards", False) else shape.loops[0]
+    loop = read.backwards(loop) if fields.pop("backwards", False) else loop
     try:
         return contour.contour_plan(contour.ContourRequest(shape=loop, **fields))
     except ContourError as error:

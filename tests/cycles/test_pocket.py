@@ -191,7 +191,7 @@ def test_the_same_request_gives_the_same_moves():
     first = cycle.pocket_plan(asked)
     assert cycle.pocket_plan(replace(asked)) is first
     cycle.pocket_plan.cache_clear()
-    cycle._pocket.cache_clear()
+    cycle._pockets.cache_clear()
     assert cycle.pocket_plan(asked).moves == first.moves
 
 

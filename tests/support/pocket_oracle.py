@@ -2,7 +2,7 @@
 """An oracle for G79, written apart from the package: numpy only, none of the package's geometry.
 
 It takes the parts of the loops as written and what the tool did, and knows a pocket only as a test: a place is free
-where it is inside the boundary and outside every island; the tool may be where it is free and far enough from every
+where it is inside a boundary and outside its islands; the tool may be where it is free and far enough from every
 loop.  No offset is computed.
   gouge()      how much nearer to a loop than allowed any cut comes, by exact distances along every move
   Stock        columns at random places all over the box, cut move by move; says which rapids met one, what stands at
@@ -40,11 +40,33 @@ def shape_of(parts):
 
 
 def free(loops, p):
-    """Which points (m, 2) lie inside the first loop and outside the others."""
-    inside = contour.winding(loops[0], p) != 0
-    for loop in loops[1:]:
-        inside &= contour.winding(loop, p) == 0
+    """Which points (m, 2) lie in a pocket: inside a boundary and in no island that lies in it or crosses it."""
+    within = [contour.winding(loop, p) != 0 for loop in loops]
+    inside = np.zeros(len(p), bool)
+    for boundary, islands in nesting(loops):
+        here = within[boundary].copy()
+        for island in islands:
+            here &= ~within[island]
+        inside |= here
     return inside
+
+
+def nesting(loops):
+    """[(number of a boundary, [numbers of its islands])]: by points in and about the loops, half of them as good as on an edge."""
+    if len(loops) == 1:
+        return [(0, [])]
+    rng, edge = np.random.default_rng(0), np.concatenate([contour.samples(loop, 0.5, 3) for loop in loops])
+    low, high = edge.min(axis=0), edge.max(axis=0)
+    p = np.concatenate((low + (high - low) * rng.random((3000, 2)), edge + rng.uniform(-0.05, 0.05, edge.shape)))
+    within = np.array([contour.winding(loop, p) != 0 for loop in loops])
+    size, shared = within.sum(axis=1), (within[:, None] & within[None]).sum(axis=2)
+    inside = (shared == size[:, None]) & (size[:, None] < size[None])             # row in column
+    parent = [min(np.flatnonzero(inside[k]), key=lambda m: size[m], default=None) for k in range(len(loops))]
+    crossed = (shared > 0) & ~inside & ~inside.T & ~np.eye(len(loops), dtype=bool)
+    island = {}
+    for k in sorted(range(len(loops)), key=lambda k: (inside[k].sum(), k)):
+        island[k] = parent[k] is not None and not island[parent[k]] or any(island.get(m) is False for m in np.flatnonzero(crossed[k]))
+    return [(b, [k for k in island if island[k] and (parent[k] == b or crossed[b, k])]) for b in island if not island[b]]
 
 
 def clearance(loops, p):
@@ -54,7 +76,7 @@ def clearance(loops, p):
 
 @dataclass
 class Case:
-    """loops: shapes, the boundary first; radius: tool; distance: radius + side allowance; floor: final depth."""
+    """loops: shapes, sorted by nesting(); radius: tool; distance: radius + side allowance; floor: final depth."""
 
     loops: list
     radius: float

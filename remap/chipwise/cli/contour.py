@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Draw a contour sub with a tool: finish shape, centre path, rough shape, inaccessible regions.
 
-The first contour of a sub with several is the boundary of a pocket, the others are its islands
+The contours of a sub with several are boundaries of pockets and their islands, sorted by nesting
 (as for G79); a single one has the tool on its left (41) or right (42), as for G77 and G78.
 Lengths without a suffix: --tool in the unit of the INI file's machine (mm without one); --at and the
 list in the unit of the program (its first G20 or G21, else the machine's).
@@ -25,6 +25,7 @@ from chipwise.files import read_bytes
 from chipwise.drawing.data import Drawing, middle, offset, wrong
 from chipwise.geometry.base import elements
 from chipwise.geometry.offset.inaccessible import InaccessibleRegion
+from chipwise.geometry.pocket import nesting
 from chipwise.ini import Ini
 from chipwise.settings import load_settings
 
@@ -161,7 +162,7 @@ def make_drawing(options):
     result, where = offset(shape, contours, options.side, tool)
     title = printable(f'O{shape.sub} in {os.path.basename(shape.file)}')
     middles = tuple(middle(u) for u in result.inaccessible if isinstance(u, InaccessibleRegion))
-    return Drawing(title, unit, tool, where, contours, result, middles)
+    return Drawing(title, unit, tool, where, contours, result, middles, shape.close_gap)
 
 
 # ---- the list -----------------------------------------------------------------------------------------------
@@ -173,9 +174,7 @@ def report(drawing):
     yield f'{drawing.title}, tool {tool_text(drawing)} {drawing.where}'
     unit = drawing.unit
     yield f'{"":22}{"elements":>9}{"lines":>7}{"arcs":>7}{"length " + unit:>14}{"area " + unit + "2":>16}'
-    runs = [('contour' if len(drawing.contours) == 1 else 'boundary' if k == 0 else f'island {k}', c.elements, c.closed)
-            for k, c in enumerate(drawing.contours)]
-    runs = [(name.replace('contour', 'finish shape'), *rest) for name, *rest in runs]
+    runs = [(name, c.elements, c.closed) for name, c in zip(names(drawing), drawing.contours)]
     for kind, found in (('centre path', drawing.result.paths), ('rough shape', drawing.result.rough)):
         runs += [(f'{kind} {k}' + ('' if run.closed else ', open'), run.elements, run.closed)
                  for k, run in enumerate(found, 1)]
@@ -186,6 +185,17 @@ def report(drawing):
     if not drawing.result.paths:
         yield 'the tool fits nowhere along it'
     yield from inaccessible(drawing, scale)
+
+
+def names(drawing):
+    """What each contour of a Drawing is."""
+    count = len(drawing.contours)
+    if count == 1:
+        return ['finish shape']
+    pockets = nesting.sort(drawing.contours, drawing.close_gap).pockets
+    found = {id(island): f'island {k}' for k, island in enumerate((i for _, islands in pockets for i in islands), 1)}
+    found.update({id(boundary): 'boundary' if len(pockets) == 1 else f'boundary {k}' for k, (boundary, _) in enumerate(pockets, 1)})
+    return [found.get(id(contour), 'drawn twice') for contour in drawing.contours]
 
 
 def tool_text(drawing):

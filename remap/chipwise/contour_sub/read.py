@@ -20,9 +20,11 @@ from chipwise.contour_sub.find import fault, find_sub, plain_text, quoted
 from chipwise.contour_sub.job import Job
 from chipwise.contour_sub.run import called_files, relevant, run
 from chipwise.errors import CycleError
+from chipwise.geometry.base import loops as chain_loops
 from chipwise.geometry.base.contour import (
     ArcElement, Contour, ContourError, LineElement, make_contour, refuse_nearly_closed)
 from chipwise.geometry.base.tolerances import CONNECT_MM, NEARLY_CLOSED_MM
+from chipwise.geometry.pocket import nesting
 
 _PLACE = (7.25, 3.5)    # mm, another than zero: a shape that is the same from there does not depend on the place
 SAME_MM = 1e-6
@@ -147,9 +149,11 @@ def shape_error(shape, error):
 
 
 def contours(shape: Shape) -> tuple[Contour, ...]:
-    """Contour of every loop, in order.  Raises CycleError for a loop that is not a contour."""
+    """Contour of every loop, in order; one that was drawn twice is there once.  Raises CycleError for a loop that is not a contour."""
     try:
-        made = tuple(make_contour(list(loop), shape.close_gap) for loop in shape.loops)
+        made = tuple(make_contour(list(loop), shape.close_gap) for drawn in shape.loops for loop in chain_loops.split(drawn, shape.close_gap)[0])
+        if len(made) > 1:
+            made = nesting.without_doubled(made, shape.close_gap)
         for contour in made:
             refuse_nearly_closed(contour, shape.close_gap)
         return made
@@ -168,11 +172,38 @@ def _refuse_near_gaps(shape):
                              f"end line {loop[-1].line} at X{{x}} Y{{y}}", gap=gap, most=shape.close_gap, x=x, y=y)
 
 
-def one_contour(shape: Shape) -> Contour:
-    """The Contour of a sub that holds exactly one."""
+def one_loop(shape: Shape) -> tuple:
+    """The parts of a sub that holds exactly one contour, also if it was drawn more than once; else a CycleError."""
+    drawn = shape.loops
+    if len(drawn) == 1:
+        try:
+            drawn = chain_loops.split(drawn[0], shape.close_gap)[0]
+        except ContourError:                            # an open contour that touches itself: the kernel says where
+            return shape.loops[0]
+    if len(drawn) > 1 and not _all_the_same(drawn, shape.close_gap):
+        _refuse_several(shape, drawn)
+    return drawn[0]
+
+
+def _all_the_same(drawn, close_gap):
+    """Whether closed loops repeat the first one."""
+    try:
+        made = [make_contour(list(loop), close_gap) for loop in drawn]
+    except ContourError:
+        return False
+    return all(contour.closed for contour in made) and len(nesting.without_doubled(made, close_gap)) == 1
+
+
+def _refuse_several(shape, drawn):
+    """Raise the CycleError of a sub with several contours for a cycle of one."""
     if len(shape.loops) > 1:
         _refuse_near_gaps(shape)
-        lines = ", ".join(f"line {loop[0].line}" for loop in shape.loops[:4])
-        raise CycleError(f"sub O{shape.sub} of {quoted(shape.file)} holds {len(shape.loops)} contours (from {lines}), "
-                         "separated by G0", "use one sub for each")
+    found = ", ".join(f"line {loop[0].line}" for loop in drawn[:4])
+    raise CycleError(f"sub O{shape.sub} of {quoted(shape.file)} holds {len(drawn)} contours (from {found})"
+                     + (", separated by G0" if len(shape.loops) > 1 else ""), "use one sub for each")
+
+
+def one_contour(shape: Shape) -> Contour:
+    """The Contour of a sub that holds exactly one."""
+    one_loop(shape)
     return contours(shape)[0]

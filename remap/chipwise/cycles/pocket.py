@@ -30,10 +30,9 @@ from chipwise.cycles.word_checks import (EQUAL, MAX_PASSES, MOST_MOVES, check_de
 from chipwise.errors import Area, CycleError
 from chipwise.geometry.base import elements
 from chipwise.geometry.base.clearance import gouge_depths
-from chipwise.geometry.base.contour import make_contour
 from chipwise.geometry.offset.kernel import make_pocket
 from chipwise.geometry.base import chains
-from chipwise.geometry.pocket import entries, machinable, rest_material
+from chipwise.geometry.pocket import entries, machinable, nesting, rest_material
 from chipwise.geometry.pocket.strategies import NAMES, STRATEGIES
 from chipwise.geometry.pocket.inaccessible import inaccessible
 from chipwise.geometry.base.tolerances import CONNECT_MM
@@ -53,7 +52,7 @@ WIDEST = 0.995
 class PocketRequest:
     """A pocket, in mm and absolute work coordinates.
 
-    loops            tuples of LineElement and ArcElement: the boundary, then the islands
+    loops            tuples of LineElement and ArcElement: closed loops, sorted by nesting whatever their order
     bottom           Z: floor of the pocket (the floor allowance is left above it)
     clearance        clearance plane
     tool_radius      half the tool's diameter
@@ -136,10 +135,12 @@ def pocket_plan(request):
     no closed contour."""
     check(request)
     r = request
-    pocket = _pocket(r.loops, r.close_gap)
+    drawn, pockets = _pockets(r.loops, r.close_gap)
     distance = r.tool_radius + r.side_allowance
-    found = machinable.machinable_regions(pocket, distance)
-    missed = inaccessible(pocket, found, distance)
+    within = [machinable.machinable_regions(pocket, distance) for pocket in pockets]
+    found = [region for regions in within for region in regions]
+    missed = tuple(sorted((area for pocket, regions in zip(pockets, within) for area in inaccessible(pocket, regions, distance)),
+                          key=lambda area: -area.area))
     if not found:
         if r.side_allowance > 0.0:
             raise CycleError("the tool ({d}) with the side allowance I{i} beside it fits nowhere in the pocket", "use a smaller tool or a smaller I",
@@ -152,7 +153,7 @@ def pocket_plan(request):
         driver.clear(*waiting.pop(chains.least(gaps)))
     driver.mover.up()
     plunges = tuple(driver.plunges)
-    notes = gap_notes(pocket.contours) + _notes(missed, plunges)
+    notes = gap_notes([contour for pocket in pockets for contour in pocket.contours]) + nesting_notes(drawn) + _notes(missed, plunges)
     report = partial(_report, len(found), missed, plunges)
     return PocketPlan(tuple(driver.mover.moves), notes, report, missed, plunges, len(found))
 
@@ -178,6 +179,26 @@ def _notes(missed, plunges) -> tuple[Note, ...]:
     return notes
 
 
+def nesting_notes(drawn) -> tuple[Note, ...]:
+    """What of a drawing was taken otherwise than as one wall each."""
+    notes: tuple[Note, ...] = ()
+    if drawn.doubled:
+        (again, first), more = drawn.doubled[0], len(drawn.doubled) - 1
+        notes += (Note(f"the loop of line {again.line[0]} repeats the one of line {first.line[0]} and counts once{_and_more(more)}", {}),)
+    if drawn.crossing:
+        (island, boundary), more = drawn.crossing[0], len(drawn.crossing) - 1
+        notes += (Note(f"the loop of line {island.line[0]} crosses the boundary of line {boundary.line[0]} and counts as an island "
+                       f"of it{_and_more(more)}", {}),)
+    if drawn.links:
+        lines = sorted({part.line for part in drawn.links})
+        notes += (Note(f"line {lines[0]} leads from one loop to another with G1 and is not a wall{_and_more(len(lines) - 1)}", {}),)
+    return notes
+
+
+def _and_more(count) -> str:
+    return f" (and {count} more)" if count else ""
+
+
 def region_tracks(region, request):
     """Tracks of one level of a machinable region: the strategy's, then what it left."""
     r = request
@@ -191,10 +212,10 @@ def region_tracks(region, request):
 
 
 @lru_cache(maxsize=32)
-def _pocket(loops, close_gap):
-    """Loops of parts -> Pocket.  Kept: the same pocket is often cleared in several cycles."""
-    contours = [make_contour(parts, close_gap) for parts in loops]
-    return make_pocket(contours[0], contours[1:])
+def _pockets(loops, close_gap):
+    """Loops of parts -> (Nested, Pockets).  Kept: the same pockets are often cleared in several cycles."""
+    drawn = nesting.nested(loops, close_gap)
+    return drawn, tuple(make_pocket(boundary, islands) for boundary, islands in drawn.pockets)
 
 
 def _known_starts(tracks):

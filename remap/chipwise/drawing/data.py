@@ -13,9 +13,11 @@ from chipwise.contour_sub.read import shape_error
 from chipwise.errors import CycleError, braceless
 from chipwise.geometry.base import elements, winding
 from chipwise.geometry.base.contour import ContourError
+from chipwise.geometry.base.tolerances import CONNECT_MM
 from chipwise.geometry.offset.inaccessible import InaccessibleRegion
 from chipwise.geometry.offset.kernel import LEFT, RIGHT, make_pocket, offset_contour, offset_pocket
-from chipwise.geometry.pocket.meeting import offset_meeting
+from chipwise.geometry.pocket import nesting
+from chipwise.geometry.pocket.meeting import MeetingResult, offset_meeting
 
 GRIDS = (12, 60)            # points in each direction among which the middle of a region is sought; the finer one if needed
 
@@ -30,7 +32,7 @@ class Drawing:
     """The result for one sub and one tool, lengths in mm.
 
     title; unit: "mm" or "in" of the list; tool: diameter; where: "left", ..; contours: the finish shape;
-    result: OffsetResult or MeetingResult; middles: a point inside of every inaccessible region
+    result: OffsetResult or MeetingResult; middles: a point inside of every inaccessible region; close_gap: mm
     """
 
     title: str
@@ -40,6 +42,7 @@ class Drawing:
     contours: tuple
     result: object
     middles: tuple
+    close_gap: float = CONNECT_MM
 
     @cached_property
     def regions(self):
@@ -55,13 +58,13 @@ class Drawing:
 def offset(shape, contours, side, tool):
     """(OffsetResult, side of the tool as text)."""
     if side and len(contours) > 1:
-        raise wrong(f'--side {side} and a sub of {len(contours)} contours: the tool is inside the first and outside of '
-                    'the others', 'leave --side out')
+        raise wrong(f'--side {side} and a sub of {len(contours)} contours: the tool is inside the pockets and outside of '
+                    'their islands', 'leave --side out')
     try:
         if len(contours) > 1:
-            pocket, where = make_pocket(contours[0], contours[1:]), 'inside, islands outside'
-            result = (offset_meeting(pocket, 0.5 * tool) if pocket.meeting
-                      else offset_pocket(contours[0], contours[1:], 0.5 * tool))
+            pockets, where = nesting.sort(contours, shape.close_gap).pockets, 'inside, islands outside'
+            result = _joined([_offset_pocket(boundary, islands, 0.5 * tool) for boundary, islands in pockets])
+            where += f', {len(pockets)} pockets' if len(pockets) > 1 else ''
         else:
             left = side != '42'
             result = offset_contour(contours[0], LEFT if left else RIGHT, 0.5 * tool)
@@ -72,6 +75,20 @@ def offset(shape, contours, side, tool):
         raise CycleError(f'sub O{shape.sub}: the centre path has {result.loose} open ends, an error of chipwise',
                          'report it with the program')
     return result, where
+
+
+def _offset_pocket(boundary, islands, distance):
+    """OffsetResult or MeetingResult of one pocket."""
+    pocket = make_pocket(boundary, islands)
+    return offset_meeting(pocket, distance) if pocket.meeting else offset_pocket(boundary, islands, distance)
+
+
+def _joined(results):
+    """One result of those of several pockets."""
+    if len(results) == 1:
+        return results[0]
+    paths, missed, rough = (tuple(part for result in results for part in getattr(result, name)) for name in ('paths', 'inaccessible', 'rough'))
+    return MeetingResult(paths, missed, rough, sum(result.loose for result in results))
 
 
 def inside(contour, left):

@@ -12,7 +12,7 @@ import numpy as np
 
 from chipwise.errors import fill
 
-from chipwise.geometry.base import arcs, elements, search
+from chipwise.geometry.base import arcs, elements, search, spikes
 from chipwise.geometry.base.elements import Elements
 from chipwise.geometry.base.intersect import meetings
 from chipwise.geometry.base.lines import dot
@@ -53,7 +53,7 @@ class Contour:
 class ContourError(ValueError):
     """A shape that cannot be a contour.
 
-    kind: "empty", "not finite", "impossible arc", "not connected", "crosses itself" or, in
+    kind: "empty", "not finite", "impossible arc", "not connected", "no inside", "crosses itself" or, in
     a pocket, "misplaced island"; lines: source line numbers of the two elements concerned;
     point (x, y) mm or None; template, lengths: the text with {names} of lengths, mm.
     """
@@ -79,11 +79,14 @@ def make_contour(parts, close_mm=CONNECT_MM):
     """Contour of a list of LineElement and ArcElement, or a ContourError.
 
     close_mm  gaps up to this width, between neighbours and between the end and the start, are
-              closed by moving the element's start or end
+              closed by moving the element's start or end; spikes up to this length are dropped
     """
     rows = _rows(parts)
     _refuse_not_finite(rows)
     rows = _without_short(rows)
+    if len(rows.line):
+        mask, start, end = spikes.without(rows, _lengths(rows), close_mm)
+        rows = _pick(replace(rows, start=start, end=end), mask)
     if not len(rows.line):
         raise ContourError("empty", (), "the contour holds no element; use at least one G1, G2 "
                            "or G3 in XY")
@@ -93,6 +96,9 @@ def make_contour(parts, close_mm=CONNECT_MM):
     rows = _halved(_connected(rows, closed))
     e = _elements(rows)
     contour = Contour(e, closed, rows.line, elements.lengths(e), gap, gap_line)
+    if closed and spikes.there_and_back(parts, close_mm):
+        raise ContourError("no inside", rows.line[[0, -1]], f"the loop of lines {rows.line[0]} to {rows.line[-1]} runs there and "
+                           "back on itself and has no inside; draw its outline", tuple(rows.start[0]))
     refuse_crossings(contour)
     return contour
 
@@ -132,8 +138,13 @@ def _refuse_not_finite(rows):
 
 def _without_short(rows):
     """Rows without lines and arcs too short to have a direction; full circles stay."""
-    long = _distance(rows.start, rows.end) > SHORT_MM
-    return _pick(rows, long | rows.arc & (_distance(rows.start, rows.centre) * np.abs(_sweeps(rows)) > SHORT_MM))
+    return _pick(rows, _lengths(rows) > SHORT_MM)
+
+
+def _lengths(rows):
+    """mm; of an arc at least its chord."""
+    along = np.where(rows.arc, _distance(rows.start, rows.centre) * np.abs(_sweeps(rows)), 0.0)
+    return np.maximum(_distance(rows.start, rows.end), along)
 
 
 def _refuse_gaps(rows, close_mm):

@@ -311,3 +311,23 @@ def point_in(region):
     """(x, y) mm of a point inside a region."""
     point = region.representative_point()
     return point.x, point.y
+
+
+def meeting_boxes(regions):
+    """For each region the set of numbers of the others whose bounding boxes meet its own."""
+    box = [region.bounds if not region.is_empty else (math.inf, math.inf, -math.inf, -math.inf) for region in regions]
+    order = sorted(range(len(box)), key=lambda k: box[k][0])
+    found, open_ones = [set() for _ in box], []
+    for k in order:
+        open_ones = [m for m in open_ones if box[m][2] >= box[k][0]]
+        for m in open_ones:
+            if box[m][1] <= box[k][3] and box[k][1] <= box[m][3]:
+                found[k].add(m)
+                found[m].add(k)
+        open_ones.append(k)
+    return found
+
+
+def shared_area(region, other):
+    """mm2 that two regions have in common."""
+    return region.intersection(other).area

@@ -133,8 +133,8 @@ def _checked(radius):
     return radius
 
 
-def _turned(contour, ccw):
-    """The closed contour, counter-clockwise or clockwise."""
+def refuse_open(contour):
+    """Raise ContourError for the outline of a pocket or island that is open."""
     if not contour.closed:
         first, last = contour.line[0], contour.line[-1]
         e = contour.elements
@@ -142,6 +142,11 @@ def _turned(contour, ccw):
         raise ContourError("not connected", (last, first), f"a pocket outline is open: line {last}"
                            f" ends {{gap}} from where line {first} starts; end it at X{{x}} Y{{y}}",
                            (x, y), gap=gap, x=x, y=y)
+
+
+def _turned(contour, ccw):
+    """The closed contour, counter-clockwise or clockwise."""
+    refuse_open(contour)
     return contour if (elements.area(contour.elements) > 0.0) == ccw else reverse(contour)
 
 

@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""G79 of drawings as they come: loops in any order and depth, drawn twice, joined, with spikes.  By an exact judge of areas."""
+from dataclasses import replace
+
+import pytest
+from shapely.geometry import Polygon
+
+from chipwise.cycles import pocket as cycle
+from chipwise.errors import CycleError
+from chipwise.geometry.base.contour import ArcElement, ContourError, LineElement, make_contour
+from chipwise.geometry.base.loops import split
+from chipwise.geometry.pocket.strategies import NAMES
+from support.nesting_random import GAP, drawing, judge
+from support.pocket_random import circle, rectangle
+from support.pocket_requests import BOX, request
+from support.random_cases import random_count, random_seed, write_replay
+
+SHARE = 1e-3            # of the area: the target
+GOUGE = 1e-3          # mm: chords of the judge
+CORNERS = [(0, 0), (60, 0), (60, 40), (0, 40), (0, 0)]
+ISLAND = [(20, 10), (30, 10), (30, 20), (20, 20), (20, 10)]
+
+
+def chain(*points):
+    """Lines from point to point, with numbers from 1."""
+    return tuple(LineElement(a, b, k) for k, (a, b) in enumerate(zip(points, points[1:]), 1))
+
+
+def region(*loops):
+    """Even-odd region of polygons."""
+    found = Polygon()
+    for loop in loops:
+        found = found.symmetric_difference(Polygon(loop))
+    return found
+
+
+def notes(asked):
+    return [note.text for note in cycle.pocket_plan(asked).notes]
+
+
+@pytest.mark.parametrize("strategy", sorted(set(NAMES) & {0, 1, 2, 3}))
+def test_random_nestings(strategy):
+    """What is drawn is cut, within 0.1 % of its area, and nothing else."""
+    first = random_seed()
+    for seed in range(first, first + random_count(3)):
+        chains, meant, _ = drawing(seed)
+        asked = request(chains, tool_radius=0.4, step=0.5, bottom=-1.0, strategy=strategy, direction=20.0, close_gap=GAP)
+        left, beyond, gouge = judge(cycle.pocket_plan(asked).moves, asked, meant)
+        if max(left, beyond) > SHARE or gouge > GOUGE:
+            write_replay(f"nesting_{seed}_P{strategy}", {"seed": seed, "strategy": strategy, "found": [left, beyond, gouge]})
+        assert left < SHARE and beyond < SHARE and gouge < GOUGE, (seed, left, beyond, gouge)
+
+
+def test_the_judge_sees_a_pocket_left_out_and_a_wall_cut():
+    two = region(CORNERS, [(x + 100, y) for x, y in CORNERS])
+    asked = request((BOX,))
+    left, _, gouge = judge(cycle.pocket_plan(asked).moves, asked, two)
+    assert left > 0.49 and gouge == 0.0
+    small = region([(0, 0), (60, 0), (60, 39.99), (0, 39.99)])
+    assert judge(cycle.pocket_plan(asked).moves, asked, small)[2] == pytest.approx(0.01, abs=1e-3)
+
+
+@pytest.mark.parametrize("strategy", sorted(set(NAMES) & {0, 1, 2, 3}))
+def test_a_second_pocket_and_a_pocket_in_an_island_are_cut(strategy):
+    """Both were dropped without a word."""
+    second = [(x + 100, y) for x, y in CORNERS]
+    low, high = [(8, 8), (52, 8), (52, 32), (8, 32)], [(15, 12), (45, 12), (45, 28), (15, 28)]
+    loops = (rectangle(15, 12, 45, 28), rectangle(100, 0, 160, 40), rectangle(8, 8, 52, 32), BOX)
+    asked = request(loops, strategy=strategy)
+    assert cycle.pocket_plan(asked).regions == 3
+    left, beyond, gouge = judge(cycle.pocket_plan(asked).moves, asked, region(CORNERS, second, low, high))
+    assert max(left, beyond) < SHARE and gouge < 1e-3
+
+
+def test_an_island_before_its_boundary():
+    islands = (rectangle(10, 10, 25, 20), circle(6, (45, 20)))
+    after, before = (cycle.pocket_plan(request(loops)) for loops in ((BOX, *islands), (*islands, BOX)))
+    assert after.moves == before.moves and before.notes == ()
+
+
+def test_doubled_loops_count_once():
+    other_way = tuple(replace(part, start=part.end, end=part.start, line=9) for part in reversed(BOX[2:] + BOX[:2]))
+    once = cycle.pocket_plan(request((BOX,)))
+    for loops in ((BOX, BOX), (BOX, other_way), (BOX + BOX,)):
+        again = cycle.pocket_plan(request(loops))
+        assert again.moves == once.moves
+        assert [note.text.partition(" repeats ")[2] for note in again.notes] == ["the one of line 1 and counts once"]
+    a, b = (circle(20, (0, 0), ccw) for ccw in (True, False))
+    assert "repeats" in notes(request((a, b)))[0] and "(and 1 more)" in notes(request((a, b, a)))[0]
+
+
+@pytest.mark.parametrize("points, words", [
+    ((*CORNERS, *ISLAND), "line 5 leads from one loop to another with G1 and is not a wall"),
+    ((*CORNERS, *ISLAND, (0, 0)), "line 5 leads from one loop to another with G1 and is not a wall (and 1 more)"),
+    (((0, 0), (60, 0), (60, 40), *ISLAND, (60, 40), (0, 40), (0, 0)), "line 3 leads from one loop to another with G1 and is not a wall (and 1 more)"),
+])
+def test_loops_joined_by_g1(points, words):
+    asked = request((chain(*points),))
+    assert notes(asked) == [words]
+    left, beyond, gouge = judge(cycle.pocket_plan(asked).moves, asked, region(CORNERS, ISLAND))
+    assert max(left, beyond) < SHARE and gouge < 1e-3
+
+
+def test_loops_that_start_in_one_point():
+    inner = [(0, 0), (20, 3), (20, 20), (3, 20), (0, 0)]
+    for loops in ((chain(*CORNERS, *inner[1:]),), (chain(*CORNERS), chain(*inner)), (chain(*inner), chain(*CORNERS))):
+        asked = request(loops)
+        left, beyond, gouge = judge(cycle.pocket_plan(asked).moves, asked, region(CORNERS, inner))
+        assert max(left, beyond) < SHARE and gouge < 1e-3 and not any("line" in note for note in notes(asked))
+
+
+def test_an_island_across_the_wall_is_named():
+    asked = request((BOX, rectangle(50, 30, 80, 60)))
+    assert notes(asked) == ["the loop of line 1 crosses the boundary of line 1 and counts as an island of it"]
+    left, beyond, _ = judge(cycle.pocket_plan(asked).moves, asked, Polygon(CORNERS).difference(Polygon([(50, 30), (80, 30), (80, 60), (50, 60)])))
+    assert max(left, beyond) < SHARE
+
+
+@pytest.mark.parametrize("points", [
+    [(0, 0), (60, 0), (60.009, 0), (60, 0), (60, 40), (0, 40), (0, 0)],
+    [(0, 0), (60.009, 0), (60, 0), (60, 40), (0, 40), (0, 0)],
+    [(0, 0), (60, 0), (60, 40), (0, 40), (0, -0.009), (0, 0)],
+    [(0, 0), (30, 0), (30, 0.009), (30.001, 0), (60, 0), (60, 40), (0, 40), (0, 0)],
+])
+def test_spikes_are_dropped_as_gaps_are(points):
+    contour = make_contour(chain(*points), GAP)
+    assert contour.closed and contour.length.sum() == pytest.approx(200.0, abs=0.02)
+    asked = request((chain(*points),), close_gap=GAP)
+    assert max(judge(cycle.pocket_plan(asked).moves, asked, Polygon(CORNERS))[:2]) < SHARE
+
+
+def test_a_spike_after_an_arc():
+    arc = ArcElement((20.0, 0.0), (-20.0, 0.0), (0.0, 0.0), True, 1)
+    parts = (arc, LineElement((-20.0, 0.0), (-20.0, -0.008), 2), LineElement((-20.0, -0.008), (-20.0, 0.0), 3), LineElement((-20.0, 0.0), (20.0, 0.0), 4))
+    assert list(make_contour(parts, GAP).line) == [1, 4]
+
+
+def test_a_longer_spike_is_named():
+    with pytest.raises(ContourError) as error:
+        make_contour(chain((0, 0), (60.5, 0), (60, 0), (60, 40), (0, 40), (0, 0)), GAP)
+    assert str(error.value) == "the contour crosses or touches itself: line 1 meets line 2 at X60 mm Y0 mm; draw them apart"
+
+
+@pytest.mark.parametrize("points, lines", [(((0, 0), (60, 0), (0, 0)), "1 to 2"), (((0, 0), (60, 0), (20, 0), (0, 0)), "1 to 3"),
+                                           (((0, 0), (60, 0), (60, 40), (60, 0), (0, 0)), "2 to 3")])
+def test_there_and_back_has_no_inside(points, lines):
+    for loops in ((chain(*points),), (BOX, chain(*points))):
+        with pytest.raises(ContourError) as error:
+            cycle.pocket_plan(request(loops))
+        assert str(error.value) == f"the loop of lines {lines} runs there and back on itself and has no inside; draw its outline"
+
+
+def test_a_line_beside_a_loop_is_named():
+    """A lead-in or lead-out drawn with G1."""
+    for points, line in (((-5, -5), *CORNERS), 1), ((*CORNERS, (-5, -5)), 5):
+        with pytest.raises(ContourError) as error:
+            cycle.pocket_plan(request((chain(*points),)))
+        assert str(error.value) == f"line {line} leads to a closed loop or away from it and is not a part of it; use G0 between loops"
+
+
+def test_a_fine_curve_is_one_loop():
+    """Elements shorter than the gap that may be closed make no loops of their own."""
+    parts = chain(*CORNERS[:3], *((60 - 0.004 * k, 40.0) for k in range(1, 200)), *CORNERS[3:])
+    assert split(parts, GAP) == ((parts,), ())
+
+
+def test_nowhere_is_still_refused():
+    with pytest.raises(CycleError, match="fits nowhere in the pocket"):
+        cycle.pocket_plan(request((rectangle(0, 0, 3, 3), rectangle(10, 0, 13, 3))))

@@ -1,0 +1,167 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Random drawings of loops within loops, as people hand them over, and what a G79 of them must cut, by shapely alone.
+
+drawing(seed)   chains of parts: loops nested up to four deep in any order, direction and start; some drawn twice, some joined
+                by G1, some that begin in one place, some with spikes; and the even-odd region of what was meant
+judge(plan, ..) area that should be cut and is not, area cut twice over what is allowed, and how deep the tool goes into walls
+Each has been seen to fail: tests/geometry/test_nesting.py feeds sabotaged moves.  Lengths mm.
+"""
+import math
+
+import numpy as np
+from shapely.geometry import LineString, Polygon
+from shapely.ops import unary_union
+
+from chipwise.geometry.base.contour import ArcElement, LineElement
+from support import hole_oracle as trace
+
+SAGITTA = 1e-4          # of chords for arcs
+GAP = 0.01              # that a chain may have, and length of a spike
+
+
+class _Line:
+    """Numbers the lines of a sub."""
+
+    def __init__(self):
+        self.number = 0
+
+    def next(self):
+        self.number += 1
+        return self.number
+
+
+def drawing(seed):
+    """(chains of parts, shapely region to be cleared, number of pockets in it)."""
+    rng = np.random.default_rng([seed, 45])
+    loops, region, pockets = [], Polygon(), 0
+    for k in range(int(rng.integers(1, 4))):
+        found = _nest(rng, 40.0 * k, 0.0, 18.0, 0)
+        loops += found
+        for points, _, depth in found:
+            region, pockets = region.symmetric_difference(Polygon(points)), pockets + (depth % 2 == 0)
+    rng.shuffle(loops)
+    return _chains(rng, [parts for _, parts, _ in loops]), region, pockets
+
+
+def _nest(rng, x, y, size, depth):
+    """[(points, parts, depth)] of a loop about a place that fits a circle of `size`, and of what lies in it."""
+    kind = int(rng.integers(0, 3))
+    if kind == 0:
+        parts = [ArcElement((x + size, y), (x + size, y), (x, y), True, 0)]
+        inner = size
+    else:
+        corners = int(rng.integers(4, 8))
+        angle = rng.random() + 2 * np.pi * np.arange(corners) / corners
+        points = [(x + size * math.cos(a), y + size * math.sin(a)) for a in angle]
+        inner = size * math.cos(math.pi / corners)
+        parts = [_side(rng, p, q, (x, y), kind == 2) for p, q in zip(points, points[1:] + points[:1])]
+        if any(isinstance(part, ArcElement) for part in parts):
+            inner *= 0.94
+    found = [(_points(parts), parts, depth)]
+    if depth < 3:
+        count = int(rng.integers(0, 3)) if depth else int(rng.integers(1, 3))
+        each = inner * (0.82 if count == 1 else 0.4)
+        for k in range(count if each > 1.5 else 0):
+            out = 0.0 if count == 1 else inner * 0.5
+            turn = math.pi * k + rng.random()
+            found += _nest(rng, x + out * math.cos(turn), y + out * math.sin(turn), each * rng.uniform(0.85, 1.0) if count == 1 else each, depth + 1)
+    return found
+
+
+def _side(rng, p, q, middle, bowed):
+    """A line, or an arc that bows outward by a fifth of its chord."""
+    if not bowed or rng.random() < 0.5:
+        return LineElement(p, q, 0)
+    chord, rise = math.dist(p, q), -0.05 * math.dist(p, q)
+    radius = (chord ** 2 / 4 + rise ** 2) / (2 * abs(rise))
+    m = ((p[0] + q[0]) / 2, (p[1] + q[1]) / 2)
+    out = ((m[0] - middle[0]) / math.dist(m, middle), (m[1] - middle[1]) / math.dist(m, middle))
+    far = radius - abs(rise)
+    return ArcElement(p, q, (m[0] + far * out[0], m[1] + far * out[1]), False, 0)
+
+
+def _turned(rng, parts):
+    """The loop in a random direction, begun at a random corner."""
+    if rng.random() < 0.5:
+        parts = [ArcElement(p.end, p.start, p.centre, not p.ccw, 0) if isinstance(p, ArcElement) else LineElement(p.end, p.start, 0)
+                 for p in reversed(parts)]
+    k = int(rng.integers(0, len(parts)))
+    return [*parts[k:], *parts[:k]]
+
+
+def _spiked(rng, parts):
+    """The loop with a line drawn past its corner and back, if it has a line."""
+    k = next((k for k, p in enumerate(parts) if isinstance(p, LineElement)), None)
+    if k is None or rng.random() < 0.7:
+        return parts
+    p, length = parts[k], rng.uniform(0.2, 0.99) * GAP
+    far = math.dist(p.start, p.end)
+    tip = tuple(e + length * (e - s) / far for s, e in zip(p.start, p.end))
+    return [*parts[:k], LineElement(p.start, tip, 0), LineElement(tip, p.end, 0), *parts[k + 1:]]
+
+
+def _chains(rng, loops):
+    """Loops as they come from a drawing."""
+    chains, single = [], False
+    for loop in loops:
+        chain = _spiked(rng, _turned(rng, loop))
+        before_is_single, single = single, rng.random() > 0.15
+        if not single:
+            again = _turned(rng, loop)
+            if rng.random() < 0.5:
+                chains.append(again)
+            elif again[0].start == chain[0].start:
+                chain = chain + again                                       # both begin in one place, without G0
+        if chains and single and before_is_single and rng.random() < 0.3:
+            before = chains.pop()
+            chain = before + [LineElement(before[-1].end, chain[0].start, 0)] + chain
+            if rng.random() < 0.3:                                          # and back again
+                chain.append(LineElement(chain[-1].end, before[-1].end, 0))
+        chains.append(chain)
+    line = _Line()
+    return tuple(tuple(ArcElement(p.start, p.end, p.centre, p.ccw, line.next()) if isinstance(p, ArcElement)
+                       else LineElement(p.start, p.end, line.next()) for p in chain) for chain in chains)
+
+
+def _points(parts):
+    found = []
+    for p in parts:
+        found += _arc(p.start, p.end, p.centre, p.ccw) if isinstance(p, ArcElement) else [p.start]
+    return found
+
+
+def _arc(start, end, centre, ccw):
+    """Points on an arc without its end."""
+    radius = math.dist(start, centre)
+    a, b = (math.atan2(p[1] - centre[1], p[0] - centre[0]) for p in (start, end))
+    turn = (b - a if ccw else a - b) % (2 * math.pi)
+    turn = 2 * math.pi if math.dist(start, end) < 1e-9 else turn
+    count = max(4, math.ceil(turn / (2 * math.acos(1 - min(SAGITTA / radius, 1)))))
+    return [(centre[0] + radius * math.cos(a + (turn if ccw else -turn) * k / count),
+             centre[1] + radius * math.sin(a + (turn if ccw else -turn) * k / count)) for k in range(count)]
+
+
+def cut_region(moves, start, radius, floor):
+    """Everything the tool sweeps at the floor."""
+    path = []
+    for e in trace.walk(moves, start):
+        if e.kind != "rapid" and max(e.a[2], e.b[2]) < floor + 1e-6:
+            points = [*_arc(e.a[:2], e.b[:2], e.centre, e.ccw), e.b[:2]] if e.kind == "arc" else [e.a[:2], e.b[:2]]
+            path.append(LineString(points).buffer(radius, 90) if math.dist(e.a[:2], e.b[:2]) > 0 or e.kind == "arc" else Polygon())
+    return unary_union(path)
+
+
+def judge(moves, request, region):
+    """(share of the area the tool can clear that was not, share cut beyond it, deepest gouge mm)."""
+    radius = request.tool_radius
+    cut = cut_region(moves, request.start, radius, request.bottom)
+    reach = region.buffer(-radius, 90).buffer(radius, 90)
+    beyond = cut.difference(region)
+    gouge = max((region.distance(_point(p)) for part in getattr(beyond, "geoms", [beyond]) if not part.is_empty for p in part.exterior.coords),
+                default=0.0)
+    return reach.difference(cut).area / reach.area, cut.difference(reach).area / reach.area, gouge
+
+
+def _point(p):
+    from shapely.geometry import Point
+    return Point(p)
