@@ -29,6 +29,11 @@ OWN = re.compile(r"^(N\d+ ?)?M25[012].*\n", re.M)
 HEAD = f"{'program':20s} {'peak 10 ms %':>12s} {'at F %':>8s} {'down / F':>9s} {'at F':>9s} {'time s':>8s} {'at F s':>8s} {'longer %':>9s} {'errors':>6s}"
 
 
+def unit_mm(program):
+    """mm of a unit of a program."""
+    return 25.4 if "G20" in program.text else 1.0
+
+
 def set_up(program, folder):
     """(path of the program, INI file, Job)."""
     path, table, geometry, ini = (folder / f"part{end}" for end in (".ngc", ".tbl", ".toml", ".ini"))
@@ -37,7 +42,7 @@ def set_up(program, folder):
     geometry.write_text(foreign.geometry_file(program.tools))
     ini.write_text(claims.ini_text(claims.Condition(), table, geometry))
     low, size = ([float(v) for v in re.search(pattern, program.text).groups()] for pattern in (r"M250 P(\S+) Q(\S+) R(\S+)", r"I(\S+) J(\S+) K(\S+)"))
-    corners = [f"{value:.4f}" for value in (*low, *(a + b for a, b in zip(low, size)))]
+    corners = [f"{value * unit_mm(program):.4f}" for value in (*low, *(a + b for a, b in zip(low, size)))]
     done = subprocess.run([str(ROOT / "bin" / "chipwise"), "setup", str(path), "--ini", str(ini), "--yes", "--stock", *corners], text=True, capture_output=True, check=False)
     if done.returncode:
         raise SystemExit(done.stdout + done.stderr)
@@ -74,7 +79,7 @@ def judged(program, log, job):
     feeds, feed = [0.0], 0.0
     for line in lines:
         word = re.search(r"F([\d.]+)", line)
-        feed = float(word.group(1)) / 60.0 if word else feed
+        feed = float(word.group(1)) * unit_mm(program) / 60.0 if word else feed
         feeds.append(feed)
     feed = np.array(feeds)[log["line"].clip(0, len(feeds) - 1)]
     falls = run.feeding & (steps[:, 2] < -FALL * length) & (length > 0) & (feed > 0)
@@ -100,7 +105,7 @@ def main():
     options = parser.parse_args()
     print(HEAD, flush=True)
     for name, program in foreign_styles.programs(options.seed).items():
-        if "G20" in program.text or options.only and name not in options.only:
+        if options.only and name not in options.only:
             continue
         with tempfile.TemporaryDirectory() as scratch:
             f = measured(program, Path(scratch))

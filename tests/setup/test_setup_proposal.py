@@ -180,3 +180,15 @@ def test_the_time_with_a_target():
     sums.add(np.full(20, 0.5), np.full(20, 500 / 60))
     sums.add(np.full(20, 0.5), np.full(20, 1500 / 60))
     assert sums.with_target(1500) == pytest.approx(30) and sums.with_target(1e6) == pytest.approx(20)
+
+
+def test_a_tool_that_would_be_slower_keeps_f(tmp_path, machine):
+    """A helix down at F400 removes 4 times what the turn at its bottom does at F100: with that as target it would take longer.  With air enough it is worth it."""
+    helix = "G0 X50 Y30\nG0 Z-4\n" + "".join(f"G3 X50 Y30 I-4 J0 Z{-4 - k} F400\n" for k in range(1, 9)) + "G3 X50 Y30 I-4 J0 F100\nG0 Z5\n"
+    air = "G0 X-10 Y-90\nG1 X400 F60\n"
+    _status, out, _err, report = chipwise_setup(tmp_path, HEAD + helix + "M2\n", *STOCK, machine=machine)
+    tool, = report["tools"]
+    assert tool["target_mm3_min"] is None and tool["ceiling"] == 1 and tool["time_with_s"] == tool["time_s"] and "it keeps F: with that rate held it would take" in out
+    _status, out, _err, report = chipwise_setup(tmp_path, HEAD + helix + air + "M2\n", *STOCK, machine=machine)
+    tool, = report["tools"]
+    assert tool["target_mm3_min"] == pytest.approx(tool["rate_1s_mm3_min"]) and tool["time_with_s"] < tool["time_s"] - 20

@@ -143,7 +143,7 @@ def tool_lines(tool, unit):
     yield printable(f'  tool {tool.number}, {", ".join(what)}: {minutes(tool.time_s)} at F, {air:.0f} % of it in air; cuts '
                     f'{tool.rate / MM3_PER_CM3:.3g} cm3/min at most over 1 s, {tool.mean / MM3_PER_CM3:.3g} in the mean')
     if tool.longer:
-        yield f'    it keeps F: with that rate held it would take {minutes(tool.longer)}, because it removes more elsewhere'
+        yield f'    it keeps F: with that rate held it would take {minutes(tool.longer)}, because it removes more in places or on the way down'
     elif tool.target is None:
         yield '    it only goes down, and keeps F'
     else:

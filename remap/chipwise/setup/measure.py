@@ -21,6 +21,7 @@ from chipwise.setup.chip_ceiling import ceilings
 from chipwise.setup.rates import ToolLoad
 
 FALL = 1e-4                 # of a move's length: what falls more goes down
+LEAST_GAIN = 0.02           # of a tool's time at F; the estimate is not better than that
 DRAWN_POINTS = 4000         # of a path in a picture
 PROGRAM, OPTION = "program", "option"       # where a stock comes from, besides those of assumed/assume.py
 
@@ -117,7 +118,7 @@ class SetupSimulation(Simulation):
         if target:
             time_with = figures.volumetric_planned_s - float(load.by_rate.seconds.sum()) + load.by_rate.with_target(target)
         limited, longer = bool(target and target < rate), None
-        if target and time_with > figures.planned_s and not limited:        # the time lost where it cuts more is not made good elsewhere
+        if target and time_with > (1.0 - LEAST_GAIN) * figures.planned_s and not limited:       # time lost where it cuts more is not made good elsewhere
             target, longer, time_with = None, time_with, figures.planned_s
         ceiling = self.timer.ceiling_of(figures.number) if target else 1.0
         return Proposal(figures.number, name, figures.diameter, g.flutes if g else None, figures.planned_s, load.air_s, rate, figures.mean_rate, target,

@@ -5,7 +5,7 @@ Called by measure.py, part by part.  Seconds, mm, mm3, mm3/min.
 
 1. The rate that counts is the largest mean over WINDOW_S of cutting that does not go down: traverses, moves in air and moves down do not belong
    to its time.  It is within 1 % for any cell, where the largest rate of a moment is not.
-2. The volumes of short moves are those of a window of path (times.py), since the cells give them in lumps.
+2. The volumes of short moves are those of a window of path (times.py), since the cells give them in lumps; of a shorter one for 3, where a feed that is held loses time at each place with more.
 3. The time with a target t of moves that cut is the larger of the one at the ceiling, with the machine's acceleration, and volume / t; that of moves down,
    which keep F, the larger of the one at F and volume / t.  The target is known at the end only, so both are summed up by their rate.
 """
@@ -14,7 +14,7 @@ import math
 
 import numpy as np
 
-from chipwise.check.times import windows
+from chipwise.check.times import PLAN_WINDOW_MM, windows
 
 WINDOW_S = 1.0
 LEAST_AREA = 1e-4           # mm2: a move that removes less per mm is in air
@@ -89,10 +89,9 @@ class ToolLoad:
         if work.any():
             even = windows(length[work], volume[work])[0] * length[work]
             self.sideways.add(seconds[work], even)
-            self.by_rate.add(raised[work], even)
-        falls = cuts & down
-        if falls.any():
-            self.by_rate.add(raised[falls], windows(length[falls], volume[falls])[0] * length[falls])
+        for some in (work, cuts & down):
+            if some.any():
+                self.by_rate.add(raised[some], windows(length[some], volume[some], PLAN_WINDOW_MM)[0] * length[some])
 
     def _cuts(self, feeds, length, volume):
         """(n,) bool: feeds that cut, and those between two cuts."""
