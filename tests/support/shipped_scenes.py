@@ -44,7 +44,7 @@ def killed(victims):
         before = {'victim': victim, 'kept': os.path.exists(kept)}
         look = ['program', 'sh', '-c', 'halcmd -s getp stock-tracker.0.stock-defined; halcmd -s getp stock-tracker.0.removed-volume']
         steps = [['home'], *([['map_sum']] if before['kept'] else []), look, ['errors'], ['mdi', 'T1 M6'], ['mdi', BOX], *CUT, look]
-        steps += [['sleep', 6]] if victim == 'all' else []          # saved by then
+        steps += [['kept', op.own_configs() + '/stock/kept.journal']] if victim == 'all' else []
         if victim:
             op.hold(ini, steps)
             before |= {'volume': op.getp('stock-tracker.0.removed-volume'), 'fault': op.getp('stock-tracker.0.fault-code'), 'said': op.said()[-3000:]}
