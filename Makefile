@@ -2,7 +2,8 @@
 #
 #   make run        install what is missing, build, install, start the simulated mill
 #   make test       install what is missing, build, run the tests: ten minutes
-#   make test-all   with those of tests/long.txt: three quarters of an hour
+#   make test-all   with those of tests/long.txt: half an hour
+#   make test-long  the same with all random cases, five times as many, and a new seed, which it prints
 #   make test-quick the tests that need no machine and little time: a minute
 #   make test-shipped  those of the installed form: an ordinary user, the package's setuid rtapi_app; part of test-all
 #   make sanitized  the C core and its test programs under ASan and UBSan, in build/sanitized; test-all runs them
@@ -85,7 +86,7 @@ space = $(empty) $(empty)
 
 CHIPWISE_VERSION = $(shell cat VERSION)
 
-.PHONY: run test test-all test-quick test-shipped test-cross sanitized sanitizers coverage lint bench build cross product install uninstall deb deps clean FORCE
+.PHONY: run test test-all test-long test-quick test-shipped test-cross sanitized sanitizers coverage lint bench build cross product install uninstall deb deps clean FORCE
 .DELETE_ON_ERROR:
 
 # The steps in their order, each a make of its own: what LinuxCNC's
@@ -95,15 +96,15 @@ run: deps
 	@$(MAKE) --no-print-directory install
 	@tools/run
 
-test test-all: deps
+test test-all test-long: deps
 	-@tools/deps python3-distributed
 	-@tools/deps chromium chromium-driver python3-selenium
 	-@tools/deps gir1.2-webkit2-4.1
 	-@tools/deps valgrind
 	-@tools/deps python3-pyqt5 python3-pyqt5.qtsvg python3-pyqt5.qtopengl python3-pyqt5.qsci python3-pyqt5.qtwebengine \
 		python3-dbus.mainloop.pyqt5 pyqt5-dev-tools
-	@$(MAKE) --no-print-directory build $(if $(filter test-all,$@),sanitized)
-	@tools/test $(if $(filter test-all,$@),--all)
+	@$(MAKE) --no-print-directory build $(if $(filter-out test,$@),sanitized)
+	@tools/test $(patsubst test-%,--%,$(filter-out test,$@))
 
 test-shipped: deps
 	@$(MAKE) --no-print-directory build

@@ -10,11 +10,12 @@ import os
 import numpy as np
 import pytest
 from support.check_oracle import Needles
+from support.random_cases import random_count
 
 from chipwise.check.sweep import CYLINDER, HeightMap, Shape, times
 
 CELL = 0.25
-COUNT = int(os.environ.get("CHIPWISE_RANDOM_COUNT", "6"))
+COUNT = random_count(6)
 SEED = int(os.environ.get("CHIPWISE_SEED", "1"))
 SKINS = 0.02, 0.001         # mm: the oracle's tool made smaller, for the lower and the upper bound
 SLACK = 0.3                 # cells below the oracle: the ridge between two needles on a steep slope

@@ -175,7 +175,7 @@ def star(rng, n, size, at=(0.0, 0.0)):
 def test_random_divisions():
     import shapely.geometry
     done = 0
-    for seed in range(random_seed(), random_seed() + random_count(40)):
+    for seed in range(random_seed(), random_seed() + random_count(40, least=40)):
         rng = np.random.default_rng([seed, 12])
         outline = star(rng, int(rng.integers(3, 40)), 30.0)
         holes = [star(rng, int(rng.integers(3, 9)), rng.uniform(1, 5), rng.uniform(-15, 15, 2))[::-1]

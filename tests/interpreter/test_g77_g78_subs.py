@@ -154,7 +154,7 @@ def test_random_contours_through_the_interpreter(machine, unit):
     """The whole way from text to canonical motion, in one program; judged against the shapes before they were written."""
     scale = 1.0 if unit == "G21" else 1 / 25.4
     cases, subs, lines = [], "", ""
-    for seed in range(random_seed(), random_seed() + max(1, random_count(50) // 10)):
+    for seed in range(random_seed(), random_seed() + max(1, random_count(50, least=50) // 10)):
         r = dataclasses.replace(random_request(seed), tool_radius=3.0, angle=math.radians(30))
         try:
             contour_plan(r)

@@ -65,7 +65,7 @@ def judge_traverses(log):
 
 def test_random_traverses(tmp_path):
     """With the guard announced but switched off: every alarm is followed by a contact, every contact was announced in time."""
-    seeds = range(random_seed(), random_seed() + random_count(2))
+    seeds = range(random_seed(), random_seed() + random_count(2, least=2))
     programs = [random_traverses(random.Random(seed), 60) for seed in seeds]
     answers = operate(tmp_path, [step for text in programs for step in (['log', text], ['fresh'])], speed=SPEED,
                       edit=WITH_LOG + '; s/^GUARD_RAPID = .*/GUARD_RAPID = no/', timeout=150 + 60 * len(programs))

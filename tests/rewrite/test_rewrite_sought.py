@@ -34,7 +34,7 @@ def test_in_parts_as_in_one(known):
     """The same moves are too deep, in a stock of the same heights, whatever was tried and taken back between them, and whether or not it was known
     which moves would come."""
     seen = 0
-    for case in range(random_count(12)):
+    for case in range(random_count(12, least=12)):
         tool, places = random_path(case + 200)
         rng, places = np.random.default_rng([random_seed(), case]), np.array(places)
         expected = {w.line - 3 for w in witnesses(places, tool, FLUTE)}
@@ -57,13 +57,13 @@ def test_in_parts_as_in_one(known):
             at = end
         assert found == expected, (case, random_seed())
         seen += len(found)
-    assert seen > random_count(12)
+    assert seen > random_count(12, least=12)
 
 
 def test_what_is_lower_than_expected_is_too_deep_all_the_same():
     """Cells that were settled may have a witness more, and never one less."""
     seen = 0
-    for case in range(random_count(12)):
+    for case in range(random_count(12, least=12)):
         tool, places = random_path(case + 300)
         places = np.array(places)
         expected = places + (0, 0, np.random.default_rng([random_seed(), case]).uniform(0.5, 6))
@@ -71,7 +71,7 @@ def test_what_is_lower_than_expected_is_too_deep_all_the_same():
         found = set(proof.too_deep(own, places)["move"].tolist())
         assert found >= wanted, (case, random_seed())
         seen += len(wanted)
-    assert seen > random_count(12)
+    assert seen > random_count(12, least=12)
 
 
 def test_moves_that_are_not_asked_for_cut():

@@ -18,6 +18,7 @@ from chipwise.geometry.base.contour import ArcElement, LineElement, make_contour
 from chipwise.geometry.offset.kernel import offset_contour
 from chipwise.geometry.offset.inaccessible import InaccessibleRegion
 from support.contour_random import backwards
+from support.random_cases import random_count
 
 # What a verdict lets pass, mm.  The targets are 0.001 mm of gouge and 0.01 mm2 lost; the
 # kernel is held to its own error bounds.
@@ -30,7 +31,8 @@ def seed_from_environment():
 
 
 def count_from_environment(default):
-    return int(os.environ.get("CHIPWISE_RANDOM_COUNT", str(default)))
+    """CHIPWISE_RANDOM_COUNT, else the share of the default (random_cases.py)."""
+    return random_count(default)
 
 
 def verdict(parts, side, radius):
