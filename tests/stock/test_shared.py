@@ -54,6 +54,19 @@ def test_a_writer_that_never_ends_is_an_error(stock):
         SharedStock(memoryview(stock._block)).snapshot(timeout_s=0.05)
 
 
+@pytest.mark.parametrize("read", ("snapshot", "take"))
+@pytest.mark.parametrize("speed, wanted_s", (("1", 2.0), ("5", 10.0)))
+def test_with_a_fast_clock_it_waits_as_long_in_real_time(stock, monkeypatch, read, speed, wanted_s):
+    """A simulation at five times the speed: a process that a busy computer holds up has its 2 s all the same."""
+    now = iter(np.arange(0.0, 100.0, 0.25))
+    monkeypatch.setattr("chipwise.stock.shared.time.monotonic", lambda: next(now))
+    monkeypatch.setenv("CHIPWISE_SPEED", speed)
+    stock.head.generation += 1
+    with pytest.raises(SharedStockError, match="changed faster"):
+        getattr(SharedStock(memoryview(stock._block)), read)()
+    assert next(now) == pytest.approx(wanted_s, abs=0.5)
+
+
 class Restless(SharedStock):
     """The tracker cuts between any two copies larger than `calm` rows."""
     calm = 0

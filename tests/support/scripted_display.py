@@ -96,7 +96,8 @@ BEGINNING = ('start', 'begin', 'run from', 'run_from', 'mdi quietly', 'resume', 
 LOOKING = ('until', 'over', 'sleep', 'pins', 'program')            # these do nothing to the machine
 STARTED = f'chipwise: version {version()} is running'
 SENT_S = 1.0        # that the task sends no move
-SETTLE_S = 0.3      # the monitor's messages come this late at most
+SETTLE_S = 0.3      # the monitor's messages come this late at most,
+SETTLED_S = SETTLE_S * session.SPEED    # where a step asks for them: in real time
 # In real time, however fast the clock is: a busy computer takes that longer.
 PATIENCE_S = float(os.environ.get('CHIPWISE_PATIENCE', '240')) * session.SPEED     # for all steps from the start, or a step "fresh", on
 FRESH = ('M252', 'M52 P0', 'G17 G21 G40 G49 G54 G80 G90 G91.1 G94 G97 G64 P0.01 M48 M5', 'G10 L2 P1 X0 Y0 Z0 R0', 'G92.1',
@@ -176,8 +177,8 @@ class Operator(ProgramSteps, ProcessSteps):
                         units_per_mm=self.machine.status.linear_units)
         return [self.errors(), path]
 
-    def errors(self, text=None):
-        self.hear(lambda: self.machine.errors, text)
+    def errors(self, text=None, settle_s=SETTLED_S):
+        self.hear(lambda: self.machine.errors, text, settle_s)
         found, self.machine.errors = self.machine.errors, []
         return found
 
@@ -189,9 +190,9 @@ class Operator(ProgramSteps, ProcessSteps):
         self.hear(lambda: self.machine.messages, STARTED)
         return next((found for found in self.machine.messages if STARTED in found), None)
 
-    def hear(self, said, text):
+    def hear(self, said, text, settle_s=SETTLED_S):
         """What is said for a while, or until something said contains the text (WAIT_S at most)."""
-        time.sleep(SETTLE_S)
+        time.sleep(SETTLE_S if text else settle_s)
         self.machine.poll()
         end = time.monotonic() + WAIT_S
         while text is not None and not any(text in one for one in said()) and time.monotonic() < end:
@@ -203,7 +204,7 @@ class Operator(ProgramSteps, ProcessSteps):
         self.machine.command.mdi(line)
         self.machine.command.wait_complete(WAIT_S)
         self.rest('end of ' + line)
-        return self.errors()
+        return self.errors(settle_s=SETTLE_S)
 
     def mdi_quietly(self, line):
         self.machine.set_mode(linuxcnc.MODE_MDI, 'MDI')

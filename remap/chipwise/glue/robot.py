@@ -9,6 +9,7 @@ import os
 import subprocess
 
 from chipwise import ini
+from chipwise.clock import patience
 from chipwise.errors import CycleError, braceless
 from chipwise.glue.travel import tool_offset
 from chipwise.machine import limits
@@ -92,7 +93,7 @@ def _pins(*patterns):
     found = {}
     try:
         for pattern in patterns:
-            said = subprocess.run(["halcmd", "-s", "show", "pin", pattern], stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=PATIENCE_S,
+            said = subprocess.run(["halcmd", "-s", "show", "pin", pattern], stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=patience(PATIENCE_S),
                                   check=True, env={**os.environ, "LC_ALL": "C"}).stdout
             for line in said.splitlines():
                 words = line.split()

@@ -10,11 +10,12 @@ import os
 import subprocess
 import time
 
+from chipwise.clock import patience
 from chipwise.halcmd import attempt, getp, pins
 from chipwise.headless import log as runlog
 
 SAMPLER = 'sampler.0'
-DRAIN_TIMEOUT_S = 60.0      # of the machine's time, which may pass five times as fast
+DRAIN_TIMEOUT_S = 60.0
 
 
 class Sampling:
@@ -58,7 +59,7 @@ class Sampling:
         if self.reader is None:
             return
         attempt('setp', SAMPLER + '.enable', '0')
-        end = time.monotonic() + DRAIN_TIMEOUT_S
+        end = time.monotonic() + patience(DRAIN_TIMEOUT_S)
         while time.monotonic() < end:
             if getp(SAMPLER + '.curr-depth') in ('0', ''):
                 break
@@ -67,7 +68,7 @@ class Sampling:
         time.sleep(0.1)
         self.reader.terminate()
         try:
-            self.reader.wait(DRAIN_TIMEOUT_S)
+            self.reader.wait(patience(DRAIN_TIMEOUT_S))
         except subprocess.TimeoutExpired:
             self.reader.kill()
             self.reader.wait()

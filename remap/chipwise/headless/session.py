@@ -22,7 +22,7 @@ SPEED = float(os.environ.get('CHIPWISE_SPEED', 1.0))    # of the clock, in a san
 STEP_TIMEOUT_S = 100.0 * SPEED      # for every step but the program itself: patience is in real time
 IDLE_POLLS = 20             # the interpreter is idle when it was this many times
 GUARD_S = 0.2               # a guard's stop that lasts as long is one
-GUARD_WORDS_S = 10.0        # for its message to come
+GUARD_WORDS_S = 10.0 * SPEED        # for its message to come
 GUARD_WORDS = 'stopped'     # in that message (monitor/messages.py: guard_text)
 INTERP_ERROR = 5            # interp_return.hh; not among the module's constants
 

@@ -20,6 +20,7 @@ from collections import deque
 
 import numpy as np
 
+from chipwise.clock import patience
 from chipwise.files import printable, remove_durable
 from chipwise.stock import journal
 
@@ -75,8 +76,8 @@ class LiveStock:
         """A last look; the file stays."""
         self._stop = True
         if self._thread:
-            self._thread.join(JOIN_S)
-        if self._lock.acquire(timeout=JOIN_S):
+            self._thread.join(patience(JOIN_S))
+        if self._lock.acquire(timeout=patience(JOIN_S)):
             try:
                 self.look()
             finally:

@@ -19,6 +19,7 @@ import os
 import time
 
 from chipwise import loaded
+from chipwise.clock import patience
 from chipwise.monitor.answering import Answering
 from chipwise.monitor.saying import Saying
 from chipwise.monitor.shadow import is_idle, to_machine
@@ -237,6 +238,6 @@ class SetUp:
             if is_calm and not self.said_mode:
                 self.said_mode = True
                 self.saying.tell(f"{self._name()}: its set-up waits for manual mode or MDI, where adaptive feed can be switched on; choose one of them before Run")
-        elif is_calm and status.task_state == linuxcnc.STATE_ON and tries < TRIES and time.monotonic() - when > AGAIN_S:
+        elif is_calm and status.task_state == linuxcnc.STATE_ON and tries < TRIES and time.monotonic() - when > patience(AGAIN_S):
             self.asked = tries + 1, time.monotonic()
             command.set_adaptive_feed(1)

@@ -15,6 +15,7 @@ import os
 import time
 from contextlib import nullcontext
 
+from chipwise.clock import patience
 from chipwise.files import JOURNAL, printable, read_bytes, remove_durable, write_durable
 from chipwise.monitor.live_stock import LiveStock
 from chipwise.stock import journal, reasons
@@ -147,8 +148,9 @@ class StockFiles:
         """The map has no stock; -> the reply."""
         return self.held(lambda: self.stock.put(None, None))
 
-    def held(self, write, seconds=HELD_TIMEOUT_S):
-        """Write while the tracker has released the map, which it does within so many seconds; -> the reply."""
+    def held(self, write, seconds=None):
+        """Write while the tracker has released the map, which it does within so many seconds, else HELD_TIMEOUT_S; -> the reply."""
+        seconds = patience(HELD_TIMEOUT_S) if seconds is None else seconds
         self.component['hold'] = True
         end = time.monotonic() + seconds
         try:

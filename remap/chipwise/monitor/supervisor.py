@@ -97,7 +97,7 @@ class Supervisor:
     def end(self):
         """Ask the child to end and wait for it."""
         os.kill(self.child, signal.SIGTERM)
-        until = time.monotonic() + LAST_WORDS_S
+        until = time.monotonic() + patience(LAST_WORDS_S)
         while time.monotonic() < until:
             if self.ended() is not None:
                 return

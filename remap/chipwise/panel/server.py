@@ -30,6 +30,7 @@ import time
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
 from chipwise import language, version
+from chipwise.clock import patience
 from chipwise.panel import colours
 from chipwise.panel.line_requests import HARMLESS, LineRequests, Refused
 from chipwise.panel.lines import Lines
@@ -274,7 +275,7 @@ class Server(ThreadingHTTPServer):
         with self._lock:
             stays = self._visitors.come(request, client_address[0], served)
             if stays:
-                self._open[request] = time.monotonic() + REQUEST_S
+                self._open[request] = time.monotonic() + patience(REQUEST_S)
         if stays:
             super().process_request(request, client_address)
         else:

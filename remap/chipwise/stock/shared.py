@@ -27,6 +27,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from chipwise.clock import patience
 from chipwise.stock import layout
 from chipwise.stock.core import CELL_DTYPE
 from chipwise.stock.mapped import Mapped, SharedStockError
@@ -123,7 +124,7 @@ class SharedStock:
 
     def snapshot(self, timeout_s=TIMEOUT_S):
         """A Snapshot, or None where no stock is defined; SharedStockError after timeout_s."""
-        end = time.monotonic() + timeout_s
+        end = time.monotonic() + patience(timeout_s)
         tries = 0
         while time.monotonic() < end:
             head = self._unmoved(lambda: _Head.from_buffer_copy(self._memory))
@@ -152,7 +153,7 @@ class SharedStock:
 
     def take(self, timeout_s=TIMEOUT_S):
         """(store.Head, cells with their ring) of one moment, or None where no stock is defined."""
-        end = time.monotonic() + timeout_s
+        end = time.monotonic() + patience(timeout_s)
         while time.monotonic() < end:
             head = self._unmoved(lambda: _Head.from_buffer_copy(self._memory))
             if head is None:
