@@ -9,8 +9,9 @@ import pytest
 from chipwise.files import JOURNAL
 from chipwise.monitor.live_stock import LiveStock
 from chipwise.monitor.stock_files import StockFiles
+from chipwise.resume import stocks
 from chipwise.settings import parse_settings
-from chipwise.stock import core, store
+from chipwise.stock import core, journal, store
 from chipwise.stock.library import library
 from chipwise.stock.shared import SharedStock
 
@@ -68,7 +69,7 @@ def test_the_stock_comes_back_once(run, tmp_path, cut):
     files, said = run()
     assert np.array_equal(files.stock.taken[1], cut[1]) and said == [] and sorted(os.listdir(tmp_path)) == [JOURNAL, store.OPEN]
     files.end()
-    assert store.read(str(tmp_path / store.KEPT))[0] == cut[0] and os.listdir(tmp_path) == [store.KEPT]
+    assert store.read(str(tmp_path / store.KEPT))[0] == cut[0] and sorted(os.listdir(tmp_path)) == KEPT
 
 
 def test_an_assumed_stock_is_not_kept(run, tmp_path, cut):
@@ -81,6 +82,8 @@ def test_an_assumed_stock_is_not_kept(run, tmp_path, cut):
     files.end()
     assert os.listdir(tmp_path) == [] and said == []
 
+
+KEPT = [store.KEPT, store.KEPT + journal.NOTE]
 
 NOT_KNOWN = ('the stock of the last run is not known ([CHIPWISE]KEEP_STOCK): LinuxCNC or chipwise-monitor did not end in order (power loss, crash); '
              'define it with M250, or restore it with M254')
@@ -105,8 +108,31 @@ def test_after_a_power_loss_the_operator_is_told(run, tmp_path, cut):
     assert files.stock.taken[0] == now[0] and np.array_equal(files.stock.taken[1], now[1])
     assert sorted(os.listdir(tmp_path)) == [JOURNAL, store.OPEN]
     files.end()
-    assert os.listdir(tmp_path) == [store.KEPT]
+    assert sorted(os.listdir(tmp_path)) == KEPT
     assert run()[1] == []
+
+
+def test_where_the_tool_was_outlives_an_orderly_end(run, tmp_path, cut):
+    """An abort in the evening, `chipwise resume` in the morning: the tool is at home then, and was there when LinuxCNC ended."""
+    files, _said = run()
+    files.stock._head.removed += 1.0
+    files.stock._head.generation += 2
+    np.frombuffer(files.stock._memory, np.uint8)[ctypes.sizeof(type(files.stock._head)) + 8 * 400] ^= 1      # a cell
+    files.live.note((1.0, 2.0, -3.5), 2.0, 57, '/home/me/part.ngc')
+    files.live.look()
+    for _again in range(3):                             # nothing is cut in between
+        files.live.note((0.0, 0.0, 50.0), 2.0, 0, '')
+        files.end()
+        found = stocks.kept(str(tmp_path))
+        assert found.path.endswith(store.KEPT) and (found.note.tip, found.note.line, found.note.program) == ((1.0, 2.0, -3.5), 57, '/home/me/part.ngc')
+        files, said = run()
+        found = stocks.kept(str(tmp_path))
+        assert said == [] and found.path.endswith(JOURNAL) and (found.note.tip, found.note.line) == ((1.0, 2.0, -3.5), 57)
+    files.end()
+    store.write(str(tmp_path / store.KEPT), *cut)
+    assert stocks.kept(str(tmp_path)).note is None, 'the note of another file'
+    run()
+    assert stocks.kept(str(tmp_path)).note.tip == (), 'where the tool is now says nothing of it'
 
 
 def test_without_a_journal_the_stock_is_not_known(run, tmp_path, cut):

@@ -233,3 +233,37 @@ def test_a_tool_that_broke_before_the_end_is_reported_after_it(tmp_path):
         assert made.removed < stop.removed - 10.0, order
         higher, lower = apart(stop.whole(stocks.head_of(made.stock, 0.0)), stop.final(made.data, made.stock))
         assert max(higher, lower) < 0.06, (order, higher, lower)
+
+
+def test_a_program_that_goes_on_is_stopped_again(tmp_path):
+    """The program that ran first goes on once more; ours names it."""
+    stop = Stop(tmp_path, share=0.4)
+    stop.program = stop.program.rename(tmp_path / "a (b).ngc")
+    stop.keep()
+    second = tmp_path / "second.ngc"
+    status, _said, errors = stop.resume("-o", str(second))
+    assert status == 0, errors
+    at = stop.index + (len(stop.run.points) - stop.index) // 3
+    stop.removed += stop.run.cut(stop.stock, stop.index, at)
+    stop.index = at
+    stop.keep(program=second)
+    os.utime(second, (1e9, 1e9))
+    made = stop.made()
+    higher, lower = apart(stop.whole(stocks.head_of(made.stock, 0.0)), stop.final(made.data, made.stock))
+    assert max(higher, lower) < 0.06 and made.removed == stop.removed, (higher, lower)
+    status, _said, errors = stop.resume("--plan", program=second)
+    assert status == 2 and "this program goes on with a  b .ngc; name that one" in errors, errors
+
+
+@pytest.mark.parametrize("newer", [0, 12, None])
+def test_the_bottom_of_a_hole_is_not_left_out(tmp_path, newer):
+    """The retract goes through the place of the stop again; so does the note that is newer than the cells, and one that has no place."""
+    stop = Stop(tmp_path, DRILL)
+    points = stop.run.points
+    stop.index = next(k for k in range(len(points)) if points[k][2] < -11.85)
+    stop.stock = stop.run.new_stock()
+    stop.removed = stop.run.cut(stop.stock, 0, stop.index)
+    stop.keep(tip=() if newer is None else points[stop.index + newer])
+    made = stop.made()
+    higher, lower = apart(stop.whole(stocks.head_of(made.stock, 0.0)), stop.final(made.data, made.stock))
+    assert max(higher, lower) < 0.06, (higher, lower, made.data.decode())

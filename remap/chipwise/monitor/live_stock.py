@@ -53,6 +53,7 @@ class LiveStock:
         self._tips, self._last_tips, self._next, self._unseen, self._retry = deque(maxlen=MOST_TIPS), [], 0, 0, 0.0
         self._was_gone = False
         self._note, self._kept, self._told, self._stop = journal.Note(), None, False, False
+        self.written = None         # journal.Note of the last cells in the file
         self._lock, self._thread = threading.RLock(), None
 
     # --- the monitor's ------------------------------------------------------------------------------------------
@@ -65,7 +66,7 @@ class LiveStock:
             self._tips.append((tip[0], tip[1], radius + MARGIN_MM))
 
     def adopt(self, note):
-        """The file that is there is of the stock that the map has now.  note: of its last cells; it stays until something more is cut."""
+        """The stock that the map has now was saved by another run.  note: of its last cells; it stays until something more is cut."""
         self._definitions, self._kept = self.stock.definitions, note
 
     def start(self):
@@ -196,6 +197,7 @@ class LiveStock:
         note = self._noted(raw.removed)
         for first in range(0, flat.size, journal.BAND_CELLS):
             writer.band(first, seen[first:first + journal.BAND_CELLS], note)
+        self.written = note
         if self.stock.definitions != raw.definitions:
             return None
         writer.publish()
@@ -260,6 +262,7 @@ class LiveStock:
             for first in range(0, where.size, journal.BAND_CELLS):
                 self._writer.changes(where[first:first + journal.BAND_CELLS], what[first:first + journal.BAND_CELLS], note)
             self._writer.sync()
+            self.written = note
             self._told = False
         except OSError:
             self._writer.close()                    # a file that begins anew has what this one lacks

@@ -14,6 +14,7 @@ monitor (takeover.py) ends the hold; the tracker finds the map incomplete, and a
 import os
 import time
 from contextlib import nullcontext
+from dataclasses import replace
 
 from chipwise.clock import patience
 from chipwise.files import JOURNAL, printable, read_bytes, remove_durable, write_durable
@@ -180,7 +181,7 @@ class StockFiles:
         if os.path.exists(self.path(store.OPEN)):
             self.restore_live()
             if os.path.exists(path):            # from before the last cuts
-                self.remove(path)
+                self.remove_kept(path)
             return
         self.remove(self.path(JOURNAL))
         if os.path.exists(path) and not os.access(os.path.dirname(path), os.W_OK):
@@ -188,9 +189,10 @@ class StockFiles:
         else:
             reply = self.restore(path)
         if reply == reasons.DONE:
+            self.live.adopt(replace(journal.read_note(path) or journal.Note(time.time()), removed=self.stock.removed))
             self.live.look()        # before the mark: at any moment one of the files has the stock
             self.mark()             # before: a power loss may bring the deleted file back
-            self.remove(path)
+            self.remove_kept(path)
         self.kept_refused = reply not in (reasons.DONE, reasons.NO_FILE)
         if self.kept_refused:
             self.say_refused(reply)
@@ -267,7 +269,9 @@ class StockFiles:
             self.live.end()
         reply = self.save(path)
         if reply == reasons.NO_STOCK and os.path.exists(path) and (self.was_on or not self.kept_refused):
-            self.remove(path)
+            self.remove_kept(path)
+        if reply == reasons.DONE:
+            self.keep_note(path)
         if reply in (reasons.DONE, reasons.NO_STOCK):
             self.remove(self.path(store.OPEN))              # first: while it is there, JOURNAL counts
             if self.live and not self.refused_journal:
@@ -275,6 +279,20 @@ class StockFiles:
                 self.remove(self.path(JOURNAL))
         else:
             print(f'chipwise: the stock was not saved for the next run: {reasons.REASONS[reply][0]}', flush=True)
+
+    def keep_note(self, path):
+        """Where the tool was when the stock in a file was cut last, for `chipwise resume`."""
+        if self.live is None or self.live.written is None:
+            return
+        try:
+            journal.write_note(path, self.live.written)
+        except OSError as error:
+            print(printable(f'chipwise: {path}{journal.NOTE} was not written: {error.strerror}; chipwise resume does not know where the tool was'), flush=True)
+
+    def remove_kept(self, path):
+        """A stock file and its note."""
+        self.remove(path)
+        self.remove(path + journal.NOTE)
 
     @staticmethod
     def remove(path):

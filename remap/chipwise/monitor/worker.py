@@ -28,6 +28,7 @@ from chipwise.monitor.shadow import Shadow
 from chipwise.monitor.spindle_tool import SpindleTool
 from chipwise.monitor.start_line import Quiet, StartLine
 from chipwise.monitor.stock_files import LARGEST_S32, StockFiles
+from chipwise.monitor.tool_place import ToolPlace
 from chipwise.settings import feed_is_remapped
 from chipwise.stock.layout import MOTION_ARC, MOTION_FEED, Fault, GuardReason, LimitedBy
 
@@ -69,6 +70,7 @@ class Monitor(SpindleTool):
         self.begins = self.resumes          # nobody has followed the tool yet
         self.said_lost = False
         self.lost_since = None                      # seen in all looks since then
+        self.tool_place = ToolPlace()
         self.stock_files = StockFiles(component, settings, self.say, self.working, self.place)
         self.shadow = Shadow(component, settings, self.stock_files, os.environ.get('INI_FILE_NAME', ''), self.inform, self.working)
         self.set_up = SetUp(component, settings, self.stock_files, self.shadow.ini, self.inform, self.working, feed_is_remapped())
@@ -125,8 +127,8 @@ class Monitor(SpindleTool):
     def place(self):
         """(tip, radius of the tool, line, program): mm, machine coordinates."""
         status = self.status
-        tip = [(at - offset) / self.units for at, offset in zip(status.position[:3], status.tool_offset[:3])]
-        return tip, status.tool_table[0].diameter / (2 * self.units), status.motion_line, status.file
+        tip, line = self.tool_place.look(status)
+        return [at / self.units for at in tip], status.tool_table[0].diameter / (2 * self.units), line, status.file
 
     def inform(self, text):
         """An information on the operator's screen."""

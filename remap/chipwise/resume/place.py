@@ -40,11 +40,14 @@ class Place:
 
 
 def change(wanted, undone):
-    """(first segment that is not done [1], the first behind it that has something to cut; the number of segments where there is none)."""
+    """(first segment that is not done [1], the first that has something to cut; the number of segments where there is none).  The second is the one
+    before the first if most of that is done: the stop is in it."""
     done_before = np.concatenate(([0.0], np.cumsum(np.minimum(undone, wanted))))
     left_behind = np.concatenate((np.cumsum(np.maximum(wanted - undone, 0.0)[::-1])[::-1], [0.0]))
     cost = done_before + left_behind
     first = int(np.flatnonzero(cost <= cost.min() + SURE_MM3)[0])
+    if first and undone[first - 1] > SLIVERS_MM3 + DONE_SHARE * wanted[first - 1]:
+        return first, first - 1
     still = np.cumsum(np.where(undone[first:] > 0.3 * wanted[first:], undone[first:], 0.0))
     behind = np.flatnonzero(still > SLIVERS_MM3)
     return first, first + int(behind[0]) if len(behind) else len(wanted)
@@ -68,7 +71,7 @@ def _by_note(path, program, found, wanted, first, behind):
     """The Place between two segments [2]."""
     note = found.note
     if note is None or not note.tip:
-        return Place(first, 0.0)
+        return Place(min(first, behind), 0.0)
     near = walk.nearest(path, np.array(note.tip), OFF_MM)
     at = path.at
     tip = "X{:.3f} Y{:.3f} Z{:.3f} mm machine".format(*note.tip)
@@ -79,7 +82,7 @@ def _by_note(path, program, found, wanted, first, behind):
 
     def apart(candidate):
         own = at[candidate[0]] + candidate[1] * path.seconds[candidate[0]]
-        return max(at[first] - own, own - at[behind], 0.0)
+        return max(at[min(first, behind)] - own, own - at[max(first, behind)], 0.0)
     fitting = [candidate for candidate in near if apart(candidate) <= AGE_S]
     if not fitting:
         raise Unreadable(f"the tool stopped at {tip}, where the program is not when the kept stock is as it is",

@@ -14,9 +14,10 @@ from typing import Optional
 import numpy as np
 
 from chipwise.check import records
+from chipwise.check.program_file import MAX_BYTES
 from chipwise.check.reader import Unreadable
 from chipwise.errors import CycleError, unnamed
-from chipwise.files import read_bytes, remove_durable, write_durable
+from chipwise.files import open_regular, read_bytes, remove_durable, write_durable
 from chipwise.ini import section_of
 from chipwise.resume import compare, descent, place as places, split, state, stocks, text, walk
 from chipwise.rewrite.program import read
@@ -29,6 +30,7 @@ from chipwise.stock.reasons import SLOTS
 from chipwise.tools import load_tools
 
 _FILE = re.compile(rb"(\([ \t]*SURFACE[ \t]*,[^()\n]*?FILE[ \t]*=)([^,()\n]+)", re.I)
+_OURS = "(chipwise resume: goes on with "         # the first line of a program of ours, before the name
 MARK_FILE = "resume.slot"       # in STOCK_DIR: the slot that is ours
 
 
@@ -71,10 +73,27 @@ def resumed(path, order, machine, **limits):
         geometry = load_tools(settings.path("TOOL_GEOMETRY"))
     except CycleError as error:
         raise Unreadable(unnamed(error.text()), "") from error
+    if goes_on_with(path):
+        raise Unreadable(f"this program goes on with {goes_on_with(path)}", "name that one")
     program = with_paths(read(path, machine, **limits))
     job = Job(path, program, machine, geometry, settings, limits)
     stopped = job.of_line(order) if order.line is not None else job.of_kept(order)
     return job.finish(stopped, order)
+
+
+def plain_name(path):
+    """The name of a file as a comment has it."""
+    return re.sub("[()]", " ", os.path.basename(path))
+
+
+def goes_on_with(path):
+    """The name of the program that a program of ours goes on with, "" for another program."""
+    try:
+        with open_regular(path, MAX_BYTES) as file:
+            first = os.fsdecode(file.readline(1000))
+    except OSError:
+        return ""
+    return first[len(_OURS):].rpartition(" in line ")[0] if first.startswith(_OURS) else ""
 
 
 def with_paths(program):
@@ -119,7 +138,7 @@ class Job:
     def of_kept(self, order):
         """The Stopped of the kept stock."""
         found, program = stocks.kept(self.folder), self.program
-        self._check_file(found.note)
+        found.note = self._checked(found.note)
         path = walk.path_of(program, self.machine, self.geometry, stocks.first_move(program, found.head))
         wanted, undone = walk.evidence(path, program, found)
         at = places.locate(path, program, found, wanted, undone)
@@ -139,14 +158,18 @@ class Job:
             return self._earlier(path, at, order, said, found.head)
         return Stopped(stocks.stock_of(found), found.head.removed, path, at, said)
 
-    def _check_file(self, note):
-        """Unreadable for another program than the note's, or one that was edited since."""
+    def _checked(self, note):
+        """The Note; Unreadable for another program than its, or one that was edited since.  One that goes on with this program is this program, but for
+        its lines."""
         if note is None or not note.program:
-            return
-        if os.path.basename(note.program) != os.path.basename(self.file):
+            return note
+        if goes_on_with(note.program) == plain_name(self.file):
+            note = replace(note, line=0)
+        elif os.path.basename(note.program) != os.path.basename(self.file):
             raise Unreadable(f"the kept stock is of another program, {os.path.basename(note.program)}", "name that one, or say where to go on with --line N")
         if note.time and os.path.getmtime(self.file) > note.time + 1.0:
             raise Unreadable("the program was edited after the stock was kept", "take the program that ran, or say where to go on with --line N")
+        return note
 
     def _earlier(self, path, at, order, said, head):
         """The Stopped some seconds before a place, or where its tool was put in: the stock is the program's."""
@@ -200,12 +223,12 @@ class Job:
         now = state.before(found.followed, line, int(new.first[found.step]), self.machine, self.limits)
         slot = self._slot()
         said = [*stopped.said, *self._plan(found, now, order)]
-        notes = [f"chipwise resume: goes on with {os.path.basename(self.file)} in line {cut.own_line}", "Read the plan before you start it: chipwise resume --plan"]
+        notes = ["Read the plan before you start it: chipwise resume --plan"]
         frame = new.frames[new.frame[found.step]]
         lines = text.head(now, frame, found.approach, slot, self._top(), notes)
         if order.broke:
             lines.insert(lines.index(f"T{now.tool} M6") if f"T{now.tool} M6" in lines else 4, f"M0 (put a new tool {now.tool} in and measure its length)")
-        first = [*text.subs_before(new, line), *lines]
+        first = [f"{_OURS}{plain_name(self.file)} in line {cut.own_line})", *text.subs_before(new, line), *lines]
         try:
             data = self._written(found, now, first, stopped.stock, False)
         except Different:                   # what a later cycle plans depends on lines that are done

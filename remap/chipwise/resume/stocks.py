@@ -41,7 +41,7 @@ def kept(folder):
             head, cells, *note = read(path)
         except store.StoreError as error:
             raise Unreadable(f"the kept stock cannot be used: {error}", "say where to go on with --line N") from error
-        return Kept(head, cells, note[0] if note else None, path)
+        return Kept(head, cells, note[0] if note else journal.read_note(path), path)
     raise Unreadable(f"no stock is kept in {folder}", "set [CHIPWISE]KEEP_STOCK = yes for the next time, and say where to go on with --line N")
 
 

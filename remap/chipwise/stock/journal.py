@@ -29,7 +29,7 @@ from typing import BinaryIO, Iterator
 
 import numpy as np
 
-from chipwise.files import open_regular, sync_folder
+from chipwise.files import open_regular, read_bytes, sync_folder, write_durable
 from chipwise.stock import layout, store
 from chipwise.stock.core import CELL_DTYPE
 from chipwise.stock.reasons import BROKEN, DISK, NO_FILE, TOO_LARGE
@@ -40,6 +40,8 @@ BAND_CELLS = 1 << 19                # in one record: bounds the memory of reader
 MOST_PAYLOAD = 1 << 24              # bytes; a band of cells that cannot be compressed has 4 MB
 MOST_GROWTH = 1 << 24               # bytes behind the complete stock: then a new file begins
 MOST_FILE = 1 << 33                 # bytes
+NOTE = ".note"                      # behind the name of a stock file
+MOST_NOTE = 1 << 14                 # bytes
 
 
 @dataclass(frozen=True)
@@ -50,6 +52,30 @@ class Note:
     tip: tuple = ()                 # mm, machine coordinates: the tool's tip; () where it is not known
     line: int = 0
     program: str = ""
+
+
+def digest_of(path: str) -> str:
+    """Of a file of store.py, "" where there is none."""
+    try:
+        with open_regular(path, MOST_FILE) as file:
+            file.seek(-store.DIGEST, os.SEEK_END)
+            return file.read(store.DIGEST).hex()
+    except OSError:
+        return ""
+
+
+def write_note(path: str, note: Note) -> None:
+    """What a run that has ended in order knew of the stock in a file of store.py, beside it.  Raises OSError."""
+    write_durable(path + NOTE, json.dumps({"of": digest_of(path), **asdict(note)}).encode(), store.UNFINISHED)
+
+
+def read_note(path: str) -> Note | None:
+    """The Note of a file of store.py; None without one that is of this file."""
+    try:
+        fields = json.loads(read_bytes(path + NOTE, MOST_NOTE))
+        return _note(fields) if fields["of"] and fields["of"] == digest_of(path) else None
+    except (OSError, ValueError, TypeError, KeyError, AttributeError, RecursionError):
+        return None
 
 
 def _chained(before: bytes, payload: bytes) -> bytes:
