@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What runs where.
 
-  @pytest.mark.machine    the test runs a whole LinuxCNC: first, with xdist in two processes, and other tests beside them
+  @pytest.mark.machine    the test runs a whole LinuxCNC: first, with xdist in three processes, and other tests beside them
   @pytest.mark.long       the test is in tests/long.txt (tools/long_tests.py); not in `make test`, but in `make test-all`
   @pytest.mark.slow       the test is in tests/slow.txt (tools/long_tests.py), or one of SANDBOXED; not in tools/test --quick
   tests/components, tests/machine    refused where bin/chipwise-sandbox has no private namespaces

@@ -16,19 +16,21 @@ def taken(waiting, processes):
     return result
 
 
-def test_machines_in_two_processes():
-    machines, others = ['machine%d' % k for k in range(6)], ['tests/a.py::test_%d' % k for k in range(6)]
-    assert taken([*machines, *others], 4) == [machines[0::2], machines[1::2], others[0::2], others[1::2]]
+def test_machines_in_processes_of_their_own():
+    machines, others = ['machine%d' % k for k in range(2 * MACHINE_PROCESSES)], ['tests/a.py::test_%d' % k for k in range(4)]
+    assert taken([*machines, *others], MACHINE_PROCESSES + 2) == [
+        *(machines[k::MACHINE_PROCESSES] for k in range(MACHINE_PROCESSES)), others[0::2], others[1::2]]
 
 
 def test_what_is_left_is_shared():
     """No process is idle while another has a unit to take."""
     machines, others = ['machine%d' % k for k in range(9)], ['tests/a.py::test_%d' % k for k in range(9)]
     for waiting in (machines, others, machines + others[:1], machines[:1] + others):
-        found = taken(waiting, 4)
+        found = taken(waiting, MACHINE_PROCESSES + 2)
         assert sorted(sum(found, [])) == sorted(waiting)
         assert max(map(len, found)) - min(map(len, found)) <= 1
-    assert taken([*others[:1], *machines], 4)[MACHINE_PROCESSES][:2] == [others[0], machines[5]]
+    first = taken([*others[:1], *machines], MACHINE_PROCESSES + 1)[MACHINE_PROCESSES]
+    assert first[:2] == [others[0], machines[2 * MACHINE_PROCESSES]]
 
 
 def test_the_order_of_the_units():

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Which process of xdist runs which test next: LinuxCNCs in two processes, everything else in the others.
+"""Which process of xdist runs which test next: LinuxCNCs in three processes, everything else in the others.
 
 Called by tests/conftest.py.  A unit is what has to run in one process: a test, the scenes of one LinuxCNC, the tests of one run.  Each process
-takes the next unit when it comes to it, so the two that run machines end together; and when one kind is done, all processes share the rest.
+takes the next unit when it comes to it, so those that run machines end together; and when one kind is done, all processes share the rest.
 """
 
-MACHINE_PROCESSES = 2       # each LinuxCNC waits for its simulated time more than half of the while
+MACHINE_PROCESSES = 3       # each LinuxCNC waits for its simulated time, and needs a processor for a third of the while or less
 MACHINE = 'machine'         # first letters of the name of a machine unit
 
 
