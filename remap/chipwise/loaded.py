@@ -15,6 +15,20 @@ def identity(program, follow_links=True):
         return None
 
 
+class MainProgram:
+    """Path of the program that is open.  LinuxCNC's status has the file of a sub instead, and that of the body of a remapped code, while the interpreter is in
+    it."""
+
+    def __init__(self):
+        self.path = ""
+
+    def of(self, status, idle):
+        """From a linuxcnc.stat; idle: whether the interpreter is."""
+        if not self.path or idle or not getattr(status, "call_level", 0):
+            self.path = status.file
+        return self.path
+
+
 def scene(status):
     """Of a linuxcnc.stat: {"index" of the work offset, its "offset", "g92", "turn" (machine units, degrees), "tool", "codes" in force,
     "block_delete"}."""

@@ -145,3 +145,24 @@ def test_the_ceiling_is_a_multiple_of_the_f_of_each_move(tmp_path):
     said, (errors, log), end = answers[6:9]
     assert any('at most F, because of its M52' in text for text in said) and errors == []
     assert max(_fastest(log, line)[0] for line in ('G1 X60', 'G1 X80 Z-4', 'G1 X100')) == pytest.approx(F_VEL, rel=1e-3)
+
+
+# Feeds in a remapped tool change, 20 mm high, at F300; then slots as above.
+CHANGE = 'o<change> sub\\nG90\\nG0 Z20\\nG1 X-40 F300\\nG1 X-35\\nM6\\no<change> endsub\\nM2\\n'
+CHANGED = 'G21 G90 G64 P0.01\nM3 S8000\n' + 2 * 'T1 M6\nG0 X-30 Y10\nG0 Z5\nG1 Z-2 F600\nG1 X60\nG0 Z5\n' + 'M30\n'
+
+
+def test_a_feed_in_a_remapped_tool_change(tmp_path):
+    """M6 as a sub with an F: that F arms no ceiling, where the old tool is in, and has none; the program's own F has it, before and behind the second change."""
+    part = with_job(tmp_path / 'part.ngc', CHANGED, tools={1: JobTool(6.0, 9000.0, 2.0)})
+    remapped = WITH_LOG + r"' -e 's/^\[RS274NGC\]/&\nREMAP = M6 modalgroup=6 ngc=change/"
+    answers = operate(tmp_path, [['open', part], ['messages', f'part.ngc: {SET_UP}'], ['log', part], ['pins', *PINS, RATE]],
+                      edit=remapped, before=f"mkdir -p nc_files && printf '{CHANGE}' > nc_files/change.ngc", speed=1, timeout=120)
+    (errors, log), end = answers[2:]
+    found = np.load(log)
+    at = np.column_stack([found[name] for name in 'xyz'])
+    velocity = np.linalg.norm(np.diff(at, axis=0, prepend=at[:1]), axis=1) / found['period']
+    feeds, high = found['motion_type'] == 2, np.abs(found['z'] - 20) < 1e-3
+    assert errors == [] and float(end[5]) <= 1.02 * 9000
+    assert (feeds & high).sum() > 1000 and velocity[feeds & high].max() == pytest.approx(5.0, rel=1e-3)
+    assert velocity[feeds & ~high].max() == pytest.approx(2 * F_VEL, rel=0.01)

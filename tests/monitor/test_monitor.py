@@ -158,7 +158,10 @@ def test_a_late_look_ends_m251_for_another_program_only(watched, monkeypatch):
     watched.status.echo_serial_number = 9           # commands of the operator, seen seconds later
     watched.follow_run(60.0)
     assert pins['program-running'] and said == []
-    watched.status.file = 'two.ngc'
+    watched.status.file, watched.status.call_level = 'sub.ngc', 1           # a sub in a file of its own
+    watched.follow_run(60.01)
+    assert pins['program-running'] and said == []
+    watched.status.file, watched.status.call_level = 'two.ngc', 0
     watched.follow_run(60.02)
     assert not pins['program-running'] and len(said) == 1 and 'another program' in said[0]
     watched.follow_run(60.04)

@@ -116,7 +116,7 @@ def make_scene(tmp_path, part, monkeypatch):
 def look(scene, times=1):
     set_up, _pins, status, command, _said = scene
     for _ in range(times):
-        set_up.check(status)
+        set_up.check(status.file)
         claims = set_up.follow(LINUXCNC, status, command)
     return claims
 
@@ -180,7 +180,7 @@ def test_another_program_in_the_look_in_which_it_runs(scene, tmp_path, part, cha
     else:
         part.write_text(SLOT + "G4 P1\n")
     status.interp_state = 2
-    set_up.check(status)
+    set_up.check(status.file)
     assert pins["job"] is False
     pins["program-running"] = True
     look(scene, 3)

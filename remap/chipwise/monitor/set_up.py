@@ -56,13 +56,13 @@ class SetUp:
 
     # ---- at each look ----------------------------------------------------------------------------------------------
 
-    def check(self, status):
-        """Before the monitor says whether a program runs: the set-up is that of this file, with this content."""
-        if self.in_force and self.in_force != (status.file, loaded.identity(status.file)):
-            changed = status.file == self.in_force[0]
+    def check(self, program):
+        """Before the monitor says whether a program runs: the set-up is that of this file, the main program's, with this content."""
+        if self.in_force and self.in_force != (program, loaded.identity(program)):
+            changed = program == self.in_force[0]
             self._withdraw()
             if changed and self.pins["program-running"]:
-                self.saying.tell(f"{os.path.basename(status.file)} was changed while it ran, so its set-up has ended; set it up again")
+                self.saying.tell(f"{os.path.basename(program)} was changed while it ran, so its set-up has ended; set it up again")
 
     def follow(self, linuxcnc, status, command):
         """-> whether the program has a set-up; nothing of it waits for the process."""

@@ -17,6 +17,7 @@ from contextlib import contextmanager
 
 from chipwise.clock import patience
 from chipwise.files import printable
+from chipwise.loaded import MainProgram
 from chipwise.monitor.carried_feed import CarriedFeed, mark_of
 from chipwise.monitor.hints import Hints
 from chipwise.monitor.limits import Limits
@@ -60,6 +61,7 @@ class Monitor(SpindleTool):
         self.settings = settings
         self.status = self.command = None
         self.units = 1.0
+        self.program = MainProgram()
         self.fallback_since = None
         self.said_fallback = self.said_ignored = False
         self.said_fault = self.said_guard = 0
@@ -113,22 +115,27 @@ class Monitor(SpindleTool):
         status, pins = self.status, self.component
         running = status.task_mode == self.linuxcnc.MODE_AUTO and status.interp_state != self.linuxcnc.INTERP_IDLE
         self.stock_files.was_on |= status.task_state == self.linuxcnc.STATE_ON
-        program = zlib.crc32(status.file.encode('utf-8', 'replace')) & LARGEST_S32
+        path = self.main_program()
+        program = zlib.crc32(path.encode('utf-8', 'replace')) & LARGEST_S32
         if running and pins['program-running'] and pins['program-loaded'] != program:
             running = False
             if pins['mode']:
                 self.inform(ANOTHER_PROGRAM)
-        self.set_up.check(status)
+        self.set_up.check(path)
         pins['program-loaded'] = program
-        pins['program-mark'] = mark_of(status.file)         # before program-running, with which it counts
+        pins['program-mark'] = mark_of(path)         # before program-running, with which it counts
         pins['program-running'] = running
-        self.carried_feed.follow(status.file)
+        self.carried_feed.follow(path)
+
+    def main_program(self):
+        """Path of the program that is open."""
+        return self.program.of(self.status, self.status.interp_state == self.linuxcnc.INTERP_IDLE)
 
     def place(self):
         """(tip, radius of the tool, line, program): mm, machine coordinates."""
         status = self.status
         tip, line = self.tool_place.look(status)
-        return [at / self.units for at in tip], status.tool_table[0].diameter / (2 * self.units), line, status.file
+        return [at / self.units for at in tip], status.tool_table[0].diameter / (2 * self.units), line, self.main_program()
 
     def inform(self, text):
         """An information on the operator's screen."""
@@ -254,7 +261,7 @@ class Monitor(SpindleTool):
 
     def follow_program(self, _now):
         self.saying.speak(self.linuxcnc)
-        self.loaded.follow(self.status.file, self.status.spindle[0]['speed'])
+        self.loaded.follow(self.main_program(), self.status.spindle[0]['speed'])
         if self.set_up.follow(self.linuxcnc, self.status, self.command):
             self.shadow.leave()
         else:

@@ -11,6 +11,7 @@ import time
 
 from chipwise import report
 from chipwise.errors import MM_PER_INCH
+from chipwise.loaded import MainProgram
 from chipwise.rates import MM3_PER_CM3, MM3_PER_IN3
 from chipwise.stock.layout import MOTION_ARC, MOTION_FEED, FeedMode, LimitedBy
 
@@ -112,7 +113,7 @@ class Display:
         self.status = self.command = None
         self.inch = False
         self.run = None
-        self.program = ''
+        self.program, self.main = '', MainProgram()
         self.looked = 0.0
 
     def look(self):
@@ -126,7 +127,7 @@ class Display:
             return None
         self.inch = 0 < (self.status.linear_units or 1.0) < 0.5
         if self.status.file:
-            self.program = self.status.file
+            self.program = self.main.of(self.status, self.status.interp_state == self.linuxcnc.INTERP_IDLE)
         return (self.status.task_mode == self.linuxcnc.MODE_AUTO
                 and self.status.interp_state != self.linuxcnc.INTERP_IDLE)
 

@@ -79,7 +79,7 @@ class Machine:
         self.hal, self.linuxcnc = hal, linuxcnc
         self.component = hal.component(f"chipwise-page-{os.getpid()}")
         self.component.ready()
-        self.status = None
+        self.status, self.main = None, loaded.MainProgram()
         self.missing = set()
         self.realtime = processes.named("rtapi_app")
 
@@ -119,7 +119,7 @@ class Machine:
             return None
         status, names = self.status, self.linuxcnc
         states = {names.STATE_ESTOP: "estop", names.STATE_ESTOP_RESET: "off", names.STATE_OFF: "off", names.STATE_ON: "on"}
-        return {"state": states.get(status.task_state, "off"), "program": status.file or "", "auto": status.task_mode == names.MODE_AUTO,
+        return {"state": states.get(status.task_state, "off"), "program": self.main.of(status, status.interp_state == names.INTERP_IDLE) or "", "auto": status.task_mode == names.MODE_AUTO,
                 "idle": status.interp_state == names.INTERP_IDLE and not status.queue and status.exec_state == names.EXEC_DONE and bool(status.inpos),
                 "failed": status.state == names.RCS_ERROR,
                 "running": status.task_mode == names.MODE_AUTO and status.interp_state != names.INTERP_IDLE,
@@ -130,9 +130,9 @@ class Machine:
     def scene(self):
         """What the path of the loaded program depends on, as task() has found it: {"program", and loaded.scene()}; None without a program."""
         status = self.status
-        if status is None or not status.file:
+        if status is None or not self.main.path:
             return None
-        return {"program": status.file, **loaded.scene(status)}
+        return {"program": self.main.path, **loaded.scene(status)}
 
     def stock(self):
         """The map of the tracker.  Raises SharedStockError."""
