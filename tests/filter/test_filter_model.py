@@ -77,3 +77,19 @@ def test_the_tool_in_the_spindle(tmp_path, ini, monkeypatch):
     assert found.status == 0 and not found.warns and 'step-over 0.1 of its diameter; a job file part.toml beside it' in found.notes[0][0]
     with open(found.path) as program:
         assert f'(tool 4, step-over {0.1 * diameter_of(Machine(str(ini)).table, 4):.4g}, direction 0, link 1)' in program.read()
+
+
+def test_a_drawing_is_shown_as_contour_subs(tmp_path):
+    """The program of chipwise import; a damaged drawing is not opened, and says why."""
+    from chipwise.filter import model
+    from support import drawings
+    path = drawings.write('gaps', tmp_path)
+    (tmp_path / 'out').mkdir()
+    found = model.made(str(path), '', str(tmp_path / 'out'), lambda share: None)
+    with open(found.path, encoding='utf-8') as file:
+        text = file.read()
+    assert 'o100 sub' in text and 'o99 if [#<_task> EQ 0]' in text and found.status == 0
+    assert found.notes[-1] == ('it is shown as contour subs (O100) and moves nothing; `chipwise import` makes a file of them', False)
+    path.write_text('damaged')
+    found = model.made(str(path), '', str(tmp_path / 'out'), lambda share: None)
+    assert found.status == 2 and 'it is not opened: the file cannot be read as a DXF drawing' in found.notes[0][0]

@@ -57,7 +57,7 @@ def _nest(rng, x, y, size, depth):
         parts = [_side(rng, p, q, (x, y), kind == 2) for p, q in zip(points, points[1:] + points[:1])]
         if any(isinstance(part, ArcElement) for part in parts):
             inner *= 0.94
-    found = [(_points(parts), parts, depth)]
+    found = [(loop_points(parts), parts, depth)]
     if depth < 3:
         count = int(rng.integers(0, 3)) if depth else int(rng.integers(1, 3))
         each = inner * (0.82 if count == 1 else 0.4)
@@ -123,14 +123,14 @@ def _chains(rng, loops):
                        else LineElement(p.start, p.end, line.next()) for p in chain) for chain in chains)
 
 
-def _points(parts):
+def loop_points(parts):
     found = []
     for p in parts:
-        found += _arc(p.start, p.end, p.centre, p.ccw) if isinstance(p, ArcElement) else [p.start]
+        found += arc_points(p.start, p.end, p.centre, p.ccw) if isinstance(p, ArcElement) else [p.start]
     return found
 
 
-def _arc(start, end, centre, ccw):
+def arc_points(start, end, centre, ccw):
     """Points on an arc without its end."""
     radius = math.dist(start, centre)
     a, b = (math.atan2(p[1] - centre[1], p[0] - centre[0]) for p in (start, end))
@@ -146,7 +146,7 @@ def cut_region(moves, start, radius, floor):
     path = []
     for e in trace.walk(moves, start):
         if e.kind != "rapid" and max(e.a[2], e.b[2]) < floor + 1e-6:
-            points = [*_arc(e.a[:2], e.b[:2], e.centre, e.ccw), e.b[:2]] if e.kind == "arc" else [e.a[:2], e.b[:2]]
+            points = [*arc_points(e.a[:2], e.b[:2], e.centre, e.ccw), e.b[:2]] if e.kind == "arc" else [e.a[:2], e.b[:2]]
             path.append(LineString(points).buffer(radius, 90) if math.dist(e.a[:2], e.b[:2]) > 0 or e.kind == "arc" else Polygon())
     return unary_union(path)
 

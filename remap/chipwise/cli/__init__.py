@@ -23,7 +23,7 @@ from chipwise import ROOT, version
 from chipwise.errors import NAME, of_unexpected, printable
 
 COMMANDS = {name: name for name in ('check', 'contour', 'demo', 'digitise', 'display', 'enter', 'filter', 'link', 'load', 'monitor',
-                                   'panel', 'patterns', 'resume', 'rewrite', 'setup', 'stations', 'surface', 'turn')} | {'new-config': 'new_config', 'try': 'try_program'}
+                                   'panel', 'patterns', 'resume', 'rewrite', 'setup', 'stations', 'surface', 'turn')} | {'new-config': 'new_config', 'try': 'try_program', 'import': 'import_drawing'}
 FULL = errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO
 INTERNAL = ('display', 'link', 'load', 'monitor')      # LinuxCNC calls them
 STARTERS = ('link', 'load', 'monitor')                  # and does not start if one fails

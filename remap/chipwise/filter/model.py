@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A model or a job file that is opened in the GUI -> the program that cuts it, as `chipwise surface` makes it.
+"""A model, a job file or a drawing that is opened in the GUI -> a program, as `chipwise surface` and `chipwise import` make it.
 
 Called by process.py, in a process of its own.
 
@@ -7,6 +7,7 @@ Called by process.py, in a process of its own.
  2. part.stl with a part.toml beside it is that job.
  3. part.stl alone is one cut with the tool in the spindle: a step-over of STEP_SHARE of its diameter, lowest safe links, the defaults of
     `chipwise surface` for all else.  A message says with what.
+ 4. part.dxf and part.svg become a program of contour subs, which the preview shows and which moves nothing.
 """
 
 import argparse
@@ -15,7 +16,9 @@ import os
 from chipwise.filter import verdict as verdicts
 from chipwise.own_folder import FolderError, put
 
-ENDINGS = (".stl", ".toml")
+DRAWINGS = (".dxf", ".svg")
+ENDINGS = (".stl", ".toml", *DRAWINGS)
+TOLERANCE_MM = 0.01         # of a drawing, as of `chipwise import`
 STEP_SHARE = 0.1            # of the tool's diameter
 
 
@@ -29,6 +32,8 @@ def made(path, ini, folder, progress):
 
     folder: for the program; progress(share): called.
     """
+    if path.lower().endswith(DRAWINGS):
+        return _drawing(path, folder)
     from chipwise.cli import UsageError
     from chipwise.cli.machine_options import refuser
     from chipwise.cli.surface import NAME, check_options
@@ -54,6 +59,25 @@ def made(path, ini, folder, progress):
         verdict.note(note, True)
     tools = ", ".join(f"tool {part.options.tool}: {part.plan.cuts} cuts" for part in parts)
     verdict.note(f"it is made into a program ({tools}){how}; look at it before you start it")
+    return verdict
+
+
+def _drawing(path, folder):
+    """Verdict of a drawing."""
+    from chipwise.errors import CycleError, unnamed
+    from chipwise.importing.run import imported
+    from chipwise.importing.sub import program
+    try:
+        found = imported(path, TOLERANCE_MM, 1.0)
+        text, numbers = program(found, os.path.basename(path), TOLERANCE_MM)
+        made_path = put(folder, "imported.ngc", text)
+    except (CycleError, FolderError) as error:
+        return verdicts.not_opened(unnamed(error))
+    verdict = verdicts.Verdict(path=made_path)
+    for word in found.words:
+        verdict.note(word, found.doubtful)
+    subs = ", ".join(f"O{number}" for own in numbers.values() for _, number in own[:1])
+    verdict.note(f"it is shown as contour subs ({subs}) and moves nothing; `chipwise import` makes a file of them")
     return verdict
 
 

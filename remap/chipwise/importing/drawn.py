@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""What is read of a drawing: curves by layer, and what was left out.  Made by dxf.py and svg.py, read by join.py and run.py.  mm."""
+import math
+from collections import Counter
+from dataclasses import dataclass, field
+
+from chipwise.errors import CycleError, braceless
+from chipwise.geometry.base.contour import ArcElement, LineElement
+
+MAX_PARTS = 100_000         # as many moves as a contour sub may make
+FAR_MM = 1e6                # no drawing has larger coordinates
+
+
+class Unreadable(CycleError):
+    """A drawing that cannot be used."""
+
+
+@dataclass
+class Drawn:
+    """curves: {layer: [[part, ..], ..]}, each a connected chain of LineElement and ArcElement, mm; left: what was left out, counted by
+    name; words: sentences about unit and place; deviation: mm by which fitted arcs differ at most."""
+
+    curves: dict = field(default_factory=dict)
+    left: Counter = field(default_factory=Counter)
+    words: list = field(default_factory=list)
+    deviation: float = 0.0
+    count: int = 0
+
+    def add(self, layer, parts):
+        """A connected chain of parts."""
+        parts = [part for part in parts if _long(part)]
+        if not parts:
+            return
+        if not all(abs(v) < FAR_MM for part in parts for v in (*part.start, *part.end)):        # NaN, too
+            raise Unreadable(f"a coordinate on layer {braceless(layer)} is not within 1 km of the origin",
+                             "correct the drawing, or use --scale")
+        self.count += len(parts)
+        if self.count > MAX_PARTS:
+            raise Unreadable(f"the drawing has more than {MAX_PARTS} lines and arcs", "export the layer that is to be cut, or use --layer")
+        self.curves.setdefault(layer, []).append(parts)
+
+
+def _long(part):
+    return hasattr(part, "centre") or math.dist(part.start, part.end) > 1e-6
+
+
+def line(start, end):
+    """A line between two points."""
+    return LineElement((float(start[0]), float(start[1])), (float(end[0]), float(end[1])), 0)
+
+
+def arc(start, end, centre, ccw):
+    """An arc; equal ends are a full circle."""
+    return ArcElement(*((float(p[0]), float(p[1])) for p in (start, end, centre)), bool(ccw), 0)
+
+
+def turned(part):
+    """A part in the other direction."""
+    if hasattr(part, "centre"):
+        return ArcElement(part.end, part.start, part.centre, not part.ccw, 0)
+    return LineElement(part.end, part.start, 0)

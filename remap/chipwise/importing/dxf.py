@@ -1,0 +1,253 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""DXF -> Drawn, by ezdxf (0.18 of Debian 12 and later).  Called by run.py.
+
+Model space only.  Blocks are taken apart here, so that what lies on layer 0 of a block gets the layer of its reference, and a
+drawing of blocks in blocks ends with a sentence.  z is dropped: what is drawn at a height counts as drawn in the plane, what leaves its
+height is left out.
+"""
+import math
+
+from chipwise.errors import braceless
+from chipwise.importing import fit
+from chipwise.importing.drawn import MAX_PARTS, Drawn, Unreadable, arc, line
+
+UNITS = {1: ("inch", 25.4), 2: ("feet", 304.8), 4: ("mm", 1.0), 5: ("cm", 10.0), 6: ("m", 1000.0), 8: ("microinch", 25.4e-6),
+         9: ("mil", 0.0254), 10: ("yard", 914.4), 13: ("micrometre", 1e-3), 14: ("dm", 100.0)}
+DEPTH = 16                  # of blocks in blocks
+FLAT = 1e-9                 # cosine by which an extrusion may differ from the z axis
+TEXTS = ("TEXT", "MTEXT")
+
+
+def read(path, tolerance, scale, text=False, layer=None):
+    """Drawn of a file; scale multiplies; text: as outlines; layer: only this one."""
+    try:
+        import ezdxf
+    except ImportError:
+        raise Unreadable("a DXF drawing needs the Python package ezdxf, which is not installed", "apt-get install python3-ezdxf") from None
+    document = _document(ezdxf, path)
+    drawn = Drawn()
+    unit = _unit(document, drawn) * scale
+    reader = _Reader(ezdxf, document, drawn, tolerance, unit, text, layer)
+    for entity in document.modelspace():
+        reader.entity(entity, None, 0)
+    reader.say()
+    return drawn
+
+
+def _document(ezdxf, path):
+    """ezdxf's document, of a damaged file what can be recovered."""
+    from ezdxf import recover
+    try:
+        try:
+            return ezdxf.readfile(path)
+        except (ezdxf.DXFError, UnicodeDecodeError):
+            return recover.readfile(path)[0]
+    except MemoryError:
+        raise
+    except Exception as error:      # whatever a damaged file makes of a library
+        said = braceless(" ".join(str(error).split())[:80])
+        raise Unreadable(f"the file cannot be read as a DXF drawing ({said or type(error).__name__})",
+                         "save it again as DXF R2010; a DWG file has to be saved as DXF") from None
+
+
+def _unit(document, drawn):
+    """mm of a drawing unit."""
+    code = document.header.get("$INSUNITS", 0)
+    if code in UNITS:
+        name, mm = UNITS[code]
+        drawn.words.append(f"unit {name}, as its header says")
+        return mm
+    name, mm = ("inch", 25.4) if document.header.get("$MEASUREMENT", 1) == 0 else ("mm", 1.0)
+    drawn.words.append(f"its header names no unit; {name} is taken" + ("" if mm == 1.0 else ", as $MEASUREMENT is 0 (--scale 0.0393701 makes it mm)"
+                                                                       if mm == 25.4 else ""))
+    return mm
+
+
+class _Reader:
+    """Entities of one document -> Drawn."""
+
+    def __init__(self, ezdxf, document, drawn, tolerance, unit, text, layer):
+        self.drawn, self.tolerance, self.unit, self.text, self.layer = drawn, tolerance, unit, text, layer
+        self._hidden = {entry.dxf.name.lower() for entry in document.layers if entry.is_off() or entry.is_frozen() or not entry.dxf.get("plot", 1)}
+        self._hidden_count, self._raised, self._visited, self._others = 0, 0, 0, set()
+
+    def entity(self, entity, parent, depth):
+        """One entity; parent: layer of the block reference that holds it."""
+        self._visited += 1
+        if self._visited > 4 * MAX_PARTS:
+            raise Unreadable(f"the drawing has more than {4 * MAX_PARTS} elements", "export the part that is to be cut")
+        kind, layer = entity.dxftype(), entity.dxf.get("layer", "0")
+        layer = parent if layer == "0" and parent is not None else layer
+        if layer.lower() in self._hidden or layer.lower() == "defpoints" or entity.dxf.get("invisible", 0):
+            self._hidden_count += 1
+        elif kind == "INSERT":
+            self._insert(entity, layer, depth)
+        elif self.layer is not None and layer.lower() != self.layer.lower():
+            self._others.add(layer)
+        elif kind in TEXTS and self.text:
+            self._outlines(entity, layer)
+        else:
+            self._curve(entity, kind, layer)
+
+    def say(self):
+        """Sentences about what was dropped on the way."""
+        if self._hidden_count:
+            self.drawn.words.append(f"{self._hidden_count} elements on layers that are off, frozen or not plotted are left out")
+        if self._raised:
+            self.drawn.words.append(f"{self._raised} elements are drawn at a height; they are taken as drawn in the plane")
+        if self._others and not self.drawn.curves:
+            raise Unreadable(f"nothing is drawn on layer {braceless(self.layer)}", f"use --layer with one of {braceless(', '.join(sorted(self._others)[:8]))}")
+
+    def _insert(self, insert, layer, depth):
+        if depth >= DEPTH:
+            raise Unreadable(f"blocks are nested deeper than {DEPTH}", "explode them in the CAD program")
+        for one in insert.multi_insert() if insert.mcount > 1 else (insert,):
+            self._visited += 1
+            if self._visited > 4 * MAX_PARTS:
+                raise Unreadable(f"the drawing has more than {4 * MAX_PARTS} elements", "export the part that is to be cut")
+            for entity in one.virtual_entities():
+                self.entity(entity, layer, depth + 1)
+
+    def _curve(self, entity, kind, layer):
+        make = _MAKERS.get(kind)
+        if make is None or not _is_flat(entity):
+            self.drawn.left[kind + " that is tilted" if make else kind] += 1
+            return
+        try:
+            found = make(self, entity)
+        except (ArithmeticError, ValueError, TypeError, AttributeError, IndexError):     # of an entity that its library cannot compute
+            found = None
+        if found is None:
+            self.drawn.left[kind + " that leaves its height" if kind in _MAKERS else kind] += 1
+            return
+        for parts in found:
+            self.drawn.add(layer, parts)
+
+    def _height(self, *points):
+        """Whether points keep one height; counts those that are not at zero."""
+        z = [p[2] if len(p) > 2 else 0.0 for p in points]
+        if max(z) - min(z) > 1e-6 * max(1.0, max(map(abs, z))):
+            return False
+        self._raised += abs(z[0]) > 1e-9
+        return True
+
+    def at(self, point):
+        """(x, y) mm"""
+        return point[0] * self.unit, point[1] * self.unit
+
+    def fitted(self, points):
+        """Parts of points (x, y, z)."""
+        points = [tuple(p) for p in points]
+        if not self._height(*points):
+            return None
+        parts, off = fit.fitted([self.at(p) for p in points], self.tolerance)
+        self.drawn.deviation = max(self.drawn.deviation, off)
+        return [parts]
+
+    def line(self, entity):
+        a, b = entity.dxf.start, entity.dxf.end
+        return [[line(self.at(a), self.at(b))]] if self._height(a, b) else None
+
+    def arc(self, entity):
+        """An arc or a circle."""
+        ocs = entity.ocs()
+        centre = ocs.to_wcs(entity.dxf.center)
+        ccw, radius = entity.dxf.extrusion.z > 0, entity.dxf.radius
+        turns = (0.0, 0.0) if entity.dxftype() == "CIRCLE" else (entity.dxf.start_angle, entity.dxf.end_angle)
+        ends = [ocs.to_wcs((entity.dxf.center[0] + radius * math.cos(math.radians(a)), entity.dxf.center[1] + radius * math.sin(math.radians(a)),
+                            entity.dxf.center[2])) for a in turns]
+        self._height(centre)
+        if radius <= 0.0:
+            return []
+        full = abs((turns[1] - turns[0]) % 360.0) < 1e-9
+        return [[arc(self.at(ends[0]), self.at(ends[0] if full else ends[1]), self.at(centre), ccw)]]
+
+    def polyline(self, entity):
+        """LWPOLYLINE and 2D or 3D POLYLINE: bulges are arcs."""
+        if entity.dxftype() == "POLYLINE" and not (entity.is_2d_polyline or entity.is_3d_polyline):
+            return None
+        found = []
+        for part in entity.virtual_entities():
+            made = (self.line if part.dxftype() == "LINE" else self.arc)(part)
+            if made is None:
+                return None
+            found += [p for parts in made for p in parts]
+        return [_in_order(found)]
+
+    def ellipse(self, entity):
+        points = list(entity.flattening(self._sag(), segments=16))
+        if entity.dxf.ratio > 0.9999999:
+            return self._circular(entity, points)
+        return self.fitted(points)
+
+    def _circular(self, entity, points):
+        """An ellipse that is a circle."""
+        if not self._height(*points):
+            return None
+        ccw = entity.dxf.extrusion.z > 0
+        return [[arc(self.at(points[0]), self.at(points[0] if (points[0] - points[-1]).magnitude < 1e-9 else points[-1]),
+                     self.at(entity.dxf.center), ccw)]]
+
+    def spline(self, entity):
+        points = list(entity.construction_tool().flattening(self._sag(), segments=8))
+        if entity.closed and math.dist(points[0], points[-1]) * self.unit > self.tolerance:
+            self.drawn.words.append("a spline that its drawing calls closed has ends apart; a line closes it")
+            points.append(points[0])
+        return self.fitted(points)
+
+    def _sag(self):
+        """Of the chords between points of a curve, drawing units."""
+        return 0.1 * self.tolerance / self.unit
+
+    def _outlines(self, entity, layer):
+        """A text as the outlines of its letters."""
+        try:
+            from ezdxf.addons import text2path
+            paths = text2path.make_paths_from_entity(entity) if entity.dxftype() == "TEXT" else [
+                path for part in _lines_of(entity) for path in text2path.make_paths_from_entity(part)]
+        except ImportError:
+            raise Unreadable("--text needs the Python package matplotlib, which is not installed", "apt-get install python3-matplotlib") from None
+        except Exception:
+            self.drawn.left[entity.dxftype()] += 1
+            return
+        for path in paths:
+            for one in path.sub_paths() if path.has_sub_paths else (path,):
+                points = list(one.flattening(self._sag()))
+                if len(points) > 2:
+                    for parts in self.fitted(points + points[:1]) or ():
+                        self.drawn.add(layer, parts)
+
+
+def _lines_of(mtext):
+    """The lines of an MTEXT as texts."""
+    from ezdxf.addons import MTextExplode
+    layout = mtext.doc.blocks.new_anonymous_block()
+    with MTextExplode(layout) as explode:
+        explode.explode(mtext, destroy=False)
+    return [entity for entity in layout if entity.dxftype() == "TEXT"]
+
+
+def _is_flat(entity):
+    """Whether what is drawn lies parallel to the plane."""
+    extrusion = entity.dxf.get("extrusion")
+    return extrusion is None or abs(extrusion.normalize().z) > 1.0 - FLAT
+
+
+def _in_order(parts):
+    """Parts of a polyline, each from the end of the one before: arcs of a negative bulge come the other way round."""
+    from chipwise.importing.drawn import turned
+    found = []
+    for k, part in enumerate(parts):
+        end = found[-1].end if found else None
+        if end is None and len(parts) > 1:
+            after = parts[1]
+            gaps = [min(math.dist(tip, p) for p in (after.start, after.end)) for tip in (part.end, part.start)]
+            part = turned(part) if gaps[1] < gaps[0] - 1e-9 else part
+        elif end is not None and math.dist(part.end, end) < math.dist(part.start, end) - 1e-9:
+            part = turned(part)
+        found.append(part)
+    return found
+
+
+_MAKERS = {"LINE": _Reader.line, "ARC": _Reader.arc, "CIRCLE": _Reader.arc, "LWPOLYLINE": _Reader.polyline, "POLYLINE": _Reader.polyline,
+           "ELLIPSE": _Reader.ellipse, "SPLINE": _Reader.spline, "HELIX": _Reader.spline}

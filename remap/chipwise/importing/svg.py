@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""SVG -> Drawn, by svgelements.  Called by run.py.
+
+Shapes and paths, filled or not; transforms, viewBox and units are svgelements' work.  y points down in SVG and is turned over,
+so that the lower edge of the page is Y0.  A layer is a group that Inkscape calls one, else the id of the outermost group.
+"""
+from chipwise.errors import MM_PER_INCH, braceless
+from chipwise.importing import fit
+from chipwise.importing.drawn import Drawn, Unreadable, arc, line
+
+PPI = 96.0                              # of CSS, Inkscape since 0.92
+INKSCAPE = "{http://www.inkscape.org/namespaces/inkscape}"
+POINTS = 24                             # least number on a curve
+MOST_POINTS = 3000
+
+
+def read(path, tolerance, scale, text=False, layer=None):
+    """Drawn of a file; scale multiplies; layer: only this one.  text: SVG text has no outlines."""
+    try:
+        import svgelements
+    except ImportError:
+        raise Unreadable("an SVG drawing needs the Python package svgelements, which is not installed", "apt-get install python3-svgelements") from None
+    try:
+        page = svgelements.SVG.parse(path, reify=True, ppi=PPI)
+    except MemoryError:
+        raise
+    except Exception as error:          # whatever a damaged file makes of a library
+        said = braceless(" ".join(str(error).split())[:80])
+        raise Unreadable(f"the file cannot be read as a SVG drawing ({said or type(error).__name__})", "save it again as plain SVG") from None
+    drawn, unit = Drawn(), MM_PER_INCH / PPI * scale
+    size = str(page.values.get("width") or "")
+    drawn.words.append("unit mm, by the size of its page" if size.endswith(("mm", "cm", "in", "pt", "pc", "q")) else "its page has no size in mm; 96 px are taken as an inch")
+    reader = _Reader(svgelements, drawn, tolerance, unit, float(page.height or 0.0), layer)
+    reader.group(page, None)
+    if reader.others and not drawn.curves:
+        raise Unreadable(f"nothing is drawn on layer {braceless(layer)}", f"use --layer with one of {braceless(', '.join(sorted(reader.others)[:8]))}")
+    return drawn
+
+
+class _Reader:
+    """Elements of one page -> Drawn."""
+
+    def __init__(self, svgelements, drawn, tolerance, unit, height, layer):
+        self.svg, self.drawn, self.tolerance, self.unit, self.height, self.layer, self.others = svgelements, drawn, tolerance, unit, height, layer, set()
+
+    def group(self, group, name):
+        """All elements of a group; name: of the layer it is in."""
+        for element in group:
+            if isinstance(element, self.svg.Group):
+                self.group(element, name or self._name(element))
+            elif isinstance(element, self.svg.Shape):
+                self._shape(element, name or "0")
+            else:
+                self.drawn.left[type(element).__name__.replace("SVG", "")] += 1
+
+    @staticmethod
+    def _name(group):
+        own = group.values.get("attributes", {})
+        return own.get(INKSCAPE + "label") or group.values.get(INKSCAPE + "label") or group.id
+
+    def _shape(self, shape, layer):
+        if self.layer is not None and layer.lower() != self.layer.lower():
+            self.others.add(layer)
+            return
+        if str(shape.values.get("display", "")) == "none" or str(shape.values.get("visibility", "")) == "hidden":
+            return
+        path = shape if isinstance(shape, self.svg.Path) else self.svg.Path(shape)
+        parts = []
+        for segment in path:
+            if isinstance(segment, self.svg.Move):
+                self.drawn.add(layer, parts)
+                parts = []
+            else:
+                parts += self._segment(segment)
+        self.drawn.add(layer, parts)
+
+    def at(self, point):
+        """(x, y) mm, y upward."""
+        return point.x * self.unit, (self.height - point.y) * self.unit
+
+    def _segment(self, segment):
+        """Parts of one segment of a path."""
+        if segment.start is None or segment.end is None:
+            return []
+        if isinstance(segment, (self.svg.Line, self.svg.Close)):
+            return [line(self.at(segment.start), self.at(segment.end))]
+        if isinstance(segment, self.svg.Arc) and abs(segment.rx - segment.ry) < 1e-9 * max(segment.rx, 1e-9) and abs(segment.sweep) > 0.0:
+            return [arc(self.at(segment.start), self.at(segment.end), self.at(segment.center), segment.sweep < 0.0)]
+        size = segment.length(error=1e-2) * self.unit
+        count = min(MOST_POINTS, max(POINTS, int(2.0 * (size / self.tolerance) ** 0.5) + 1))
+        parts, off = fit.fitted([self.at(segment.point(k / count)) for k in range(count + 1)], self.tolerance)
+        self.drawn.deviation = max(self.drawn.deviation, off)
+        return parts
