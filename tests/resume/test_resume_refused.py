@@ -267,3 +267,12 @@ def test_the_bottom_of_a_hole_is_not_left_out(tmp_path, newer):
     made = stop.made()
     higher, lower = apart(stop.whole(stocks.head_of(made.stock, 0.0)), stop.final(made.data, made.stock))
     assert max(higher, lower) < 0.06, (higher, lower, made.data.decode())
+
+
+def test_before_a_cycle_that_knows_the_stock(tmp_path):
+    """G24 traverses down to the top of a blank that the program defines; after M254 it does not know it."""
+    text = (ROOT / "nc_files" / "relief.ngc").read_text().replace("FILE=relief.stl", f"FILE={ROOT}/nc_files/relief.stl").replace("D0.8", "D4")
+    stop = Stop(tmp_path, text)
+    made = stop.made(line=text.splitlines().index(next(line for line in text.splitlines() if line.startswith("G24"))) + 1)
+    higher, lower = apart(stop.whole(stocks.head_of(made.stock, 0.0)), stop.final(made.data, made.stock))
+    assert max(higher, lower) < 0.06, (higher, lower)
