@@ -48,6 +48,11 @@ def format_place(place_mm: Iterable[float], unit: str = "mm") -> str:
     return " ".join(format_length(value, unit).split()[0] for value in place_mm)
 
 
+def format_minutes(seconds: float) -> str:
+    """Time (s) -> "45.2 s", "7:35"."""
+    return f"{seconds:.1f} s" if seconds < 60 else f"{int(seconds + 0.5) // 60}:{int(seconds + 0.5) % 60:02}"
+
+
 def format_area(value_mm2: float, unit: str = "mm") -> str:
     """Area (mm2) -> "3.434 mm2" or "0.005323 in2": four significant digits."""
     return f"{value_mm2 / MM_PER_INCH ** 2:.4g} in2" if unit == "in" else f"{value_mm2:.4g} mm2"

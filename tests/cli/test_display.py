@@ -10,11 +10,13 @@ from chipwise.panel import display
 
 PINS = {'target': 30000.0, 'mode': 2, 'motion-type': 2, 'run-time': 10.0, 'fed-time': 8.0, 'saved-time': 10.0, 'mean-rate': 27000.0,
         'peak-rate': 30000.0, 'cut-time': 6.0, 'air-time': 2.0, 'stock-defined': True, 'certain': True}
+TIMES = {'at-f-time': 0.0, 'set-up-time': 0.0}
 
 
 def run_of(**pins):
     run = display.Run()
     run.look({**PINS, **pins})
+    run.look_at_set_up({**TIMES, **pins})
     return run
 
 
@@ -51,6 +53,12 @@ def test_the_line_of_an_assumed_stock():
     assert run.worth_a_line and run.line('a.ngc', [], inch=False) == 'a.ngc: 10.0 s on an assumed stock; in air 100 % of the feed time'
     assert not run_of(mode=0, **air).worth_a_line and not run_of(mode=0, certain=False, **{**air, 'stock-defined': False}).worth_a_line
     assert not run_of(mode=0, certain=False, **{**air, 'air-time': 0.0}).worth_a_line
+    for name, times, said in (("faster", (455.2, 324.7), "; set up it would take 5:25, not 7:35"), ("short", (50.0, 40.04), "; set up it would take 40.0 s, not 50.0 s"),
+                              ("as fast", (455.0, 452.0), ""), ("not known", (0.0, 0.0), "")):
+        some = dict(zip(display.TIMES, times))
+        line = run_of(mode=0, certain=False, **{'fed-time': 0.0}, **some).line('a.ngc', [], inch=False)
+        assert line == 'a.ngc: 10.0 s on an assumed stock; in air 25 % of the feed time; largest 30, mean 27 cm3/min' + said, name
+        assert 'set up' not in run_of(mode=0, **{'fed-time': 0.0}, **some).line('a.ngc', [], inch=False)       # M250: a person's own feeds
     fed = run_of(certain=False)                 # M251 does not act on it, but the pins may say anything
     assert fed.line('a.ngc', [], inch=False).startswith('a.ngc: 10.0 s, 10.0 s less than at F on an assumed stock; peak 30')
 

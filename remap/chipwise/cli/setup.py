@@ -12,10 +12,10 @@ import json
 import sys
 
 from chipwise.cli import UsageError
-from chipwise.cli.check import add_tool_options, seconds, surveyed
+from chipwise.cli.check import add_tool_options, surveyed
 from chipwise.cli.machine_options import Progress, add_machine_options, ini_of, machine_of, refuser, tool_of
 from chipwise.cli.output import check_outputs, write_output
-from chipwise.errors import CycleError, format_length, format_place, printable, unnamed, with_line
+from chipwise.errors import CycleError, format_length, format_minutes, format_place, printable, unnamed, with_line
 from chipwise.processes import exit_on_sigterm
 from chipwise.rates import MM3_PER_CM3
 
@@ -132,29 +132,23 @@ def report(program, measured):
         yield f'  chipwise check has {result.findings.count} finding{"s" * (result.findings.count != 1)} in it'
     for tool in measured.tools:
         yield from tool_lines(tool, result.unit)
-    now, then = (sum(getattr(tool, key) for tool in measured.tools) + result.dwell_s for key in ('time_s', 'time_with_s'))
-    yield f'  in all {minutes(now)} at F, {minutes(then)} set up'
+    yield f'  in all {format_minutes(measured.time_s)} at F, {format_minutes(measured.time_with_s)} set up'
 
 
 def tool_lines(tool, unit):
     """Two lines of one Proposal."""
     what = [format_length(tool.diameter, unit), *([tool.name] if tool.name else []), *([f'{tool.flutes} flutes'] if tool.flutes and 'flute' not in tool.name else [])]
     air = 100 * tool.air_s / tool.time_s if tool.time_s > 0 else 0
-    yield printable(f'  tool {tool.number}, {", ".join(what)}: {minutes(tool.time_s)} at F, {air:.0f} % of it in air; cuts '
+    yield printable(f'  tool {tool.number}, {", ".join(what)}: {format_minutes(tool.time_s)} at F, {air:.0f} % of it in air; cuts '
                     f'{tool.rate / MM3_PER_CM3:.3g} cm3/min at most over 1 s, {tool.mean / MM3_PER_CM3:.3g} in the mean')
     if tool.longer:
-        yield f'    it keeps F: with that rate held it would take {minutes(tool.longer)}, because it removes more in places or on the way down'
+        yield f'    it keeps F: with that rate held it would take {format_minutes(tool.longer)}, because it removes more in places or on the way down'
     elif tool.target is None:
         yield '    it only goes down, and keeps F'
     else:
         limit = ', the max_rate of its tool geometry' if tool.limited else ''
         chip = ', its largest chip' if tool.of_chip else ''
-        yield f'    proposal: hold {tool.target / MM3_PER_CM3:.3g} cm3/min{limit}, up to {tool.ceiling:g} times F{chip}, moves down at F: {minutes(tool.time_with_s)}'
-
-
-def minutes(value):
-    """"7:35"; below ten minutes with tenths of a second if it is less than one."""
-    return seconds(value) if value < 60 else f'{int(value + 0.5) // 60}:{int(value + 0.5) % 60:02}'
+        yield f'    proposal: hold {tool.target / MM3_PER_CM3:.3g} cm3/min{limit}, up to {tool.ceiling:g} times F{chip}, moves down at F: {format_minutes(tool.time_with_s)}'
 
 
 def json_text(options, measured, path, confirmed, trouble):

@@ -2,7 +2,7 @@
 """The HAL pins of chipwise-monitor.  Called by cli/monitor.py."""
 
 from chipwise.halcmd import halcmd, signal_of
-from chipwise.monitor import takeover
+from chipwise.monitor import set_up_time, takeover
 
 COMPONENT = 'chipwise-monitor'
 
@@ -23,7 +23,7 @@ def make_component():
     component.newpin('program-running', hal.HAL_BIT, hal.HAL_OUT)
     for name in ('reply', 'parts'):
         component.newpin(name, hal.HAL_S32, hal.HAL_OUT)
-    for name in ('job-target', 'job-ceiling'):
+    for name in ('job-target', 'job-ceiling', *set_up_time.PINS):
         component.newpin(name, hal.HAL_FLOAT, hal.HAL_OUT)
     for name in ('hold', 'assumed', 'tool-assumed', 'job', 'job-waits'):
         component.newpin(name, hal.HAL_BIT, hal.HAL_OUT)

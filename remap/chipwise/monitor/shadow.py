@@ -23,6 +23,7 @@ from chipwise.errors import CycleError
 from chipwise.ini import Ini
 from chipwise.monitor.answering import Answering
 from chipwise.monitor.saying import Saying
+from chipwise.monitor.set_up_time import SetUpTime
 from chipwise.monitor.tool_shape import Tool
 from chipwise.stock import reasons
 from chipwise.stock.core import CoreError, Stock
@@ -53,11 +54,12 @@ def to_machine(answer):
 class Shadow:
     """Of one LinuxCNC.  follow() at each look of the monitor."""
 
-    def __init__(self, component, settings, stock_files, ini, inform, working=contextlib.nullcontext):
-        """inform: function of a text for the operator; working: context of long work."""
+    def __init__(self, component, settings, stock_files, ini, inform, working=contextlib.nullcontext, feed_is_remapped=False):
+        """inform: function of a text for the operator; working: context of long work; feed_is_remapped: whether the INI file has REMAP = F."""
         self.pins, self.settings, self.files, self.ini, self.working = component, settings, stock_files, ini, working
         self.saying, self.reading = Saying(inform), Answering("chipwise.assumed.shadow_process")
         self.is_on = settings["SHADOW"] and bool(ini)
+        self.time = SetUpTime(component, self.is_on and feed_is_remapped)
         self.table = _tool_table(ini) if self.is_on else ""
         self.scene = None               # in which the loaded program was read
         self.loaded = None              # (program, identity, work offset) that was asked for
@@ -74,6 +76,7 @@ class Shadow:
         if not self.is_on:
             return
         self.saying.speak(linuxcnc)
+        self.time.look(None if getattr(status, "call_level", 0) else status.file)        # in a sub it is the sub's
         pressed, self.pressed = self.pins["new-part"] and not self.pressed, bool(self.pins["new-part"])
         if not is_idle(linuxcnc, status):
             if self.reading.child is not None or self.wanted is not None:
@@ -103,6 +106,7 @@ class Shadow:
     def leave(self):
         """The program has a set-up (set_up.py): nothing is assumed."""
         self.reading.end()
+        self.time.forget()
         self.loaded = self.answer = self.wanted = self.written = self.owner = self.asks_tool = None
         self.tools = {}
         self.saying.forget()
@@ -126,9 +130,12 @@ class Shadow:
             self.asks_tool = self._tool_state(self.scene)
         if answer["why"]:
             self.saying.tell(f"{os.path.basename(self.loaded[0])}: no stock is assumed: {answer['why']}; {answer.get('remedy') or NO_STOCK}")
-        elif answer["low"]:
+        if answer.get("low"):
             self.answer = self.wanted = answer
-        if not answer.get("low") and self.written and self.written[0] != self.loaded[2]:
+            self.time.ask(self.loaded, {"ini": self.ini, "program": self.loaded[0], "scene": self.scene})
+            return
+        self.time.forget()
+        if self.written and self.written[0] != self.loaded[2]:
             self._give_up()
 
     # ---- the stock -------------------------------------------------------------------------------------------------

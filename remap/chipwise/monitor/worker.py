@@ -74,7 +74,7 @@ class Monitor(SpindleTool):
         self.lost_since = None                      # seen in all looks since then
         self.tool_place = ToolPlace()
         self.stock_files = StockFiles(component, settings, self.say, self.working, self.place)
-        self.shadow = Shadow(component, settings, self.stock_files, os.environ.get('INI_FILE_NAME', ''), self.inform, self.working)
+        self.shadow = Shadow(component, settings, self.stock_files, os.environ.get('INI_FILE_NAME', ''), self.inform, self.working, feed_is_remapped())
         self.set_up = SetUp(component, settings, self.stock_files, self.shadow.ini, self.inform, self.working, feed_is_remapped())
         self.saying = Saying(self.inform)
         self.loaded = LoadedProgram(self.inform, feed_is_remapped(), Limits(component, settings, self.saying))

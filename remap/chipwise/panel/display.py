@@ -10,7 +10,7 @@ import os
 import time
 
 from chipwise import report
-from chipwise.errors import MM_PER_INCH
+from chipwise.errors import MM_PER_INCH, format_minutes
 from chipwise.loaded import MainProgram
 from chipwise.rates import MM3_PER_CM3, MM3_PER_IN3
 from chipwise.stock.layout import MOTION_ARC, MOTION_FEED, FeedMode, LimitedBy
@@ -26,6 +26,8 @@ _LIMIT_WORDS = {LimitedBy.NONE: 'nothing', LimitedBy.STOCK_HERE: 'stock', Limite
 LIMITS = tuple(_LIMIT_WORDS[limit] for limit in LimitedBy)
 SHOWN = LIMITS[:LimitedBy.CHIP]         # on the tab, which has room for six; a limit of the tooth is a ceiling there
 SUMS = ('run-time', 'fed-time', 'saved-time', 'mean-rate', 'peak-rate', 'cut-time', 'air-time')       # of volumetric-feed.0
+TIMES = ('at-f-time', 'set-up-time')       # of chipwise-monitor (monitor/set_up_time.py)
+WORTH = 0.99            # of the time at F: a set-up that takes more is not spoken of
 STOCK = ('stock-defined', 'certain')
 STOCK_WORDS = ('none', 'defined', 'assumed')
 LARGEST = 1e9           # a pin may hold any number; larger ones are not shown
@@ -38,6 +40,7 @@ class Run:
         self.seconds = self.fed_s = self.saved_s = 0.0      # all of it; with the volumetric feed on; saved against F
         self.peak = self.mean = self.target = 0.0           # mm3/min
         self.cut_s = self.air_s = 0.0                       # of feed moves, in the stock and outside
+        self.at_f_s = self.set_up_s = 0.0                   # of the whole program by simulation; 0: not known
         self.assumed = False                                # nobody has confirmed the stock
 
     def look(self, pins):
@@ -46,6 +49,10 @@ class Run:
         self.assumed = is_assumed(*(pins[name] for name in STOCK))
         if pins['motion-type'] in FEED_MOTION and pins['mode'] and 0 < pins['target'] < LARGEST:
             self.target = pins['target']
+
+    def look_at_set_up(self, pins):
+        """The whole program's times, by the names of TIMES."""
+        self.at_f_s, self.set_up_s = (shown(pins[name]) for name in TIMES)
 
     @property
     def worth_a_line(self):
@@ -83,6 +90,8 @@ class Run:
             yield f'in air {100 * self.air_share:.0f} % of the feed time'
         if self.peak > 0:
             yield f'largest {self.peak / per:.3g}, mean {self.mean / per:.3g} {unit}'
+        if self.assumed and 0 < self.set_up_s < WORTH * self.at_f_s:
+            yield f'set up it would take {format_minutes(self.set_up_s)}, not {format_minutes(self.at_f_s)}'
 
 
 def is_assumed(defined, certain):
@@ -135,6 +144,7 @@ class Display:
         now = time.monotonic()
         if self.run:
             self.run.look(self.component)
+            self.run.look_at_set_up(self.component)
         if now - self.looked < STATUS_S:
             return
         self.looked = now
@@ -178,7 +188,7 @@ def choose(pins, prefix, names, number):
 def make_component():
     import hal
     component = hal.component(COMPONENT)
-    for name in ('mrr', 'target', *SUMS):
+    for name in ('mrr', 'target', *SUMS, *TIMES):
         component.newpin(name, hal.HAL_FLOAT, hal.HAL_IN)
     for name in ('mode', 'limited-by', 'motion-type'):
         component.newpin(name, hal.HAL_S32, hal.HAL_IN)

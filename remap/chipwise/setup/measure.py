@@ -138,6 +138,16 @@ class Measured:
     path: Optional[Path] = None
     frame: records.Frame = records.Frame()
 
+    @property
+    def time_s(self):
+        """At F, in all."""
+        return sum(tool.time_s for tool in self.tools) + self.result.dwell_s
+
+    @property
+    def time_with_s(self):
+        """Set up, in all."""
+        return sum(tool.time_with_s for tool in self.tools) + self.result.dwell_s
+
 
 def digest_of(program):
     """SHA-256 of a file.  Raises OSError."""
