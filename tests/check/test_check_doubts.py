@@ -7,7 +7,7 @@ import random
 import numpy as np
 import pytest
 
-from chipwise.check import doubts, simulate
+from chipwise.check import answer, doubts
 from chipwise.check.reader import Machine
 from chipwise.check.sweep import HeightMap
 from chipwise.stock import layout
@@ -41,7 +41,7 @@ def judged(text, folder, flutes=FLUTES, corner=0.0, cell=None):
     (folder / "tools.toml").write_text(f"[tool.1]\nshape = '{'ball' if corner else 'flat'}'\nflute_length = {flutes}\n")
     (folder / "mill.tbl").write_text("T1 P1 D6 Z30\n")
     ini = canon.write_ini(folder, TOOL_GEOMETRY="tools.toml")
-    return simulate.check(str(folder / "part.ngc"), Machine(str(ini)), cell=cell)
+    return answer.check(str(folder / "part.ngc"), Machine(str(ini)), cell=cell)
 
 
 def flutes_of(result):

@@ -144,15 +144,27 @@ def run(tmp_path, *options, program=PROGRAM, part=None):
     return chipwise_check(tmp_path, {"a.ngc": program}, "--part", path, "--report", str(tmp_path / "r.html"), *options, machine=mill_with_tools(tmp_path))
 
 
+def own_line(finding):
+    """The line of the first cut of PROGRAM that comes over the place of a finding."""
+    centre = np.array([finding["x"], finding["y"]])
+    for number, (a, b, z) in enumerate(pocket(0.3)):
+        a, b = np.array(a), np.array(b)
+        share = np.clip((centre - a) @ (b - a) / ((b - a) @ (b - a)), 0, 1)
+        if np.hypot(*(a + share * (b - a) - centre)) < 3.005 and z <= finding["z"] + 1e-3:
+            return len(HEAD.splitlines()) + 5 + 4 * number + (3 if share > 0 else 2)
+    return 0
+
+
 def test_text_json_and_report(tmp_path):
     status, said, errors, data = run(tmp_path, "--cell", "0.1")
     result = data["programs"][0]
     finding, = [one for one in result["findings"] if one["rule"] == "gouge"]
     assert status == 1 and not errors and result["part"]["gouge_mm"] == finding["value"] == pytest.approx(0.3, abs=0.1)
     assert re.search(r"^  part pocket.stl: gouged, at most 0.(2[5-9]|30)\d* mm at X", said, re.M) and "; left on it at most " in said and "(tolerance 0.05 mm)" in said
-    assert "  " + finding["text"] in said.splitlines() and finding["text"].startswith("the part is gouged by ")
+    assert "  " + finding["text"] in said.splitlines() and " the part is gouged by " in finding["text"]
+    assert own_line(finding) == finding["line"] and finding["tool"] == 5 and finding["text"].startswith(f"line {finding['line']}, tool 5: ")
     report = (tmp_path / "r.html").read_text()
-    assert "part pocket.stl: gouged" in report and ">gouge</text>" in report
+    assert "part pocket.stl: gouged" in report and f">{finding['line']}</text>" in report
 
 
 def test_the_place_and_the_tolerance(tmp_path):

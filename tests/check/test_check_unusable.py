@@ -38,7 +38,7 @@ BAD = {
     "far": (SLOT.replace("X110", "X1e9".replace("e", "0000000000")), "100 m"),
 }
 
-WITHOUT_TOOL = ("tool 0", "no tool", "no diameter")       # what else is known of such a program is said
+WITHOUT_TOOL = ("tool 0", "no tool", "no diameter", "unknown tool")       # what else is known of such a program is said
 
 
 @pytest.mark.parametrize("name", BAD)
@@ -154,7 +154,7 @@ def test_the_time_of_children_counts():
 def test_a_program_that_waits_for_a_file_is_given_up(tmp_path, monkeypatch):
     """A sub that is a FIFO nobody writes to."""
     from chipwise.check import reader
-    from chipwise.check.simulate import check
+    from chipwise.check.answer import check
     monkeypatch.setattr(reader, "STUCK_S", 2.0)
     subs = tmp_path / "subs"
     subs.mkdir()

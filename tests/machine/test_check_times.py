@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from support import ROOT, claims, foreign_styles
-from chipwise.check import simulate
+from chipwise.check import answer
 from chipwise.check.reader import Machine
 from chipwise.headless import runner
 
@@ -33,7 +33,7 @@ def test_the_planned_time_is_that_of_the_machine(tmp_path):
     """Without M251, and without what the check cannot know: the move to the first place, waits for tools and plans."""
     program, log = tmp_path / "panel.ngc", tmp_path / "panel.npz"
     program.write_text(FEED_CODES.sub("", (ROOT / "nc_files" / "panel.ngc").read_text()))
-    result = simulate.check(str(program), Machine(runner.HEADLESS))
+    result = answer.check(str(program), Machine(runner.HEADLESS))
     summary = runner.run_headless(str(program), speed=6.0, log=str(log), timeout=600.0)
     assert summary["finished"] and summary["errors"] == [], summary
     planned, real = sum(tool.planned_s for tool in result.tools.values()), moved(log)
@@ -49,7 +49,7 @@ def test_the_planned_time_of_cam_styles(tmp_path, name, volumetric):
         program = replace(program, text=FEED_CODES.sub("", program.text))
     summary, log = claims.run(program, claims.Condition(), tmp_path)
     assert summary["finished"] and summary["errors"] == [], summary
-    result = simulate.check(str(tmp_path / f"{name}-held.ngc"), Machine(str(tmp_path / f"{name}-held.ini")))
+    result = answer.check(str(tmp_path / f"{name}-held.ngc"), Machine(str(tmp_path / f"{name}-held.ini")))
     planned = sum(tool.volumetric_planned_s if volumetric else tool.planned_s for tool in result.tools.values())
     print(f"{name}: planned {planned:.2f} s, moved {moved(log):.2f} s")
     assert planned == pytest.approx(moved(log), rel=ALLOWED)

@@ -123,6 +123,7 @@ class _Tools:
         self.said, self.found = said, found
         self.unit = machine.unit
         self.table = {number: diameter * machine.unit_mm for number, diameter in tool_table.diameters(machine.table)} if machine.table else {}
+        self.added = machine.added
 
     def assume(self, survey, tool, diameter):
         """tool, diameter: as in assume()."""
@@ -138,23 +139,27 @@ class _Tools:
         return format_length(value, self.unit)
 
     def _compare(self, number, had):
-        comment = self.said.tools.get(number)
-        if comment and not _same(comment.diameter, had):
-            self.found.note(f"tool {number} has {self._length(had)} in the tool table and {self._length(comment.diameter)} in a comment; "
-                                    "the tool table counts")
+        compare(self.found, self.said, {number: had}, self.unit)
 
     def _without_diameter(self, number, diameter):
         comment = self.said.tools.get(number)
         if comment:
             self.found.tools[number] = AssumedTool(comment.diameter, _geometry(comment))
-            self.found.note(f"tool {number} has no diameter in the tool table and is taken as {self._length(comment.diameter)}, from a comment")
+            length = self._length(comment.diameter)
+            if number in self.added:
+                self.found.note(f"tool {number} is not in the tool table and is taken as {length}, from a comment")
+            else:
+                self.found.note(f"tool {number} has no diameter in the tool table and is taken as {length}, from a comment")
         elif diameter:
             self.found.tools[number] = AssumedTool(diameter)
         else:
             self._no_diameter(number)
 
     def _no_diameter(self, number):
-        self.found.lacks(f"tool {number} has no diameter in the tool table", "give it a D there, or name it with --tool-diameter", TOOL)
+        if number in self.added:
+            self.found.lacks(f"tool {number} is not in the tool table, and no comment has its diameter", "add it there with its D, or name the D with --tool-diameter", TOOL)
+        else:
+            self.found.lacks(f"tool {number} has no diameter in the tool table", "give it a D there, or name it with --tool-diameter", TOOL)
 
     def _spindle(self, tool, diameter):
         """The tool of moves before any tool change."""
@@ -180,6 +185,14 @@ class _Tools:
         self.found.spindle, self.found.tools[number] = number, tool
         if number in self.table and not tool.described:
             self.found.note(f"tool {number} of the tool table has {self._length(self.table[number])} and is another one")
+
+
+def compare(found, said, diameters, unit):
+    """Note in an Assumption the tools that the comments describe otherwise.  said: post_comments.Said; diameters: {number: mm} of the tool table."""
+    for number, had in diameters.items():
+        comment = said.tools.get(number)
+        if comment and not _same(comment.diameter, had):
+            found.note(f"tool {number} has {format_length(had, unit)} in the tool table and {format_length(comment.diameter, unit)} in a comment; the tool table counts")
 
 
 def _same(one, other):

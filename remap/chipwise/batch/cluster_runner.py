@@ -21,7 +21,7 @@ from chipwise.processes import die_with_parent     # noqa: E402
 
 
 def check(program, arguments):
-    """As simulate.check."""
+    """As answer.check."""
     from chipwise.check.run import checked
     return checked(program, None, arguments)
 

@@ -12,7 +12,7 @@ from chipwise.errors import format_length, printable
 from chipwise.rates import MM3_PER_CM3
 
 FLUTE, RAPID, HOLDER, RATE, TOOL, FLUTES_UNKNOWN = "flute", "rapid", "holder", "rate", "tool", "flute-unknown"
-CLEARANCE, GOUGE = "clearance", "gouge"
+CLEARANCE, GOUGE, MACHINE, LIMIT = "clearance", "gouge", "machine", "limit"
 OF_STOCK = (FLUTE, RAPID, HOLDER, RATE, CLEARANCE, GOUGE)          # rules that a stock decides
 
 RULES = {
@@ -22,6 +22,8 @@ RULES = {
     HOLDER: "the holder meets no stock",
     GOUGE: "the tool does not cut into the part of --part",
     RATE: "the removal rate stays below the tool's max_rate",
+    MACHINE: "the machine has the tools and axes that the program names",
+    LIMIT: "the axes stay within their limits",
     TOOL: "the tool is described in [CHIPWISE]TOOL_GEOMETRY",
     FLUTES_UNKNOWN: "the tool's flute_length is known",
 }
@@ -44,6 +46,7 @@ class Finding:
     segments: int = 1
     at: int = 0                 # segments before it, for the order
     machine: Optional[tuple] = None     # the position, mm in machine coordinates
+    axis: str = ""                      # of MACHINE (not of a tool) and LIMIT
 
     def json(self):
         """As in --json."""
@@ -54,7 +57,7 @@ class Finding:
     def text(self, unit="mm"):
         """One line for the operator."""
         lines = f"line {self.line}" + (f" to {self.last_line}" if self.last_line > self.line else "")
-        where = f"{lines}, tool {self.tool}: " if self.line else f"tool {self.tool}: " if self.tool else ""     # 0: of the tool that is there before the program
+        where = f"{lines}: " if self.line and self.axis and not self.tool else f"{lines}, tool {self.tool}: " if self.line else f"tool {self.tool}: " if self.tool else ""     # 0: of the tool that is there before the program
         return printable(where + self.said(unit))
 
     def said(self, unit="mm"):
@@ -78,6 +81,13 @@ class Finding:
                     "lower F, or use M251")
         elif self.rule == GOUGE:
             said = f"the part is gouged by {length(self.value)}{at}; correct the program, or the place of the part"
+        elif self.rule == MACHINE and self.axis:
+            said = (f"the machine has no axis {self.axis}, so LinuxCNC refuses the program; leave {self.axis} out, or name the machine with --ini")
+        elif self.rule == MACHINE:
+            said = f"the tool is not in the tool table, so LinuxCNC refuses the program; add T{self.tool} to it, or name the machine with --ini"
+        elif self.rule == LIMIT:
+            said = (f"{self.axis} goes to {length(self.value)} in machine coordinates, its limit is {length(self.limit)}; "
+                    "move the work, and touch off again")
         elif self.rule == TOOL:
             said = ("the tool is not in [CHIPWISE]TOOL_GEOMETRY and is checked as a flat end mill of its diameter; "
                     "describe it there")
@@ -118,7 +128,7 @@ def grouped(findings):
     """[Group] of Findings by rule and tool, in the order of the first of each; fewer than ALIKE stay alone."""
     found = {}
     for one in findings:
-        found.setdefault((one.rule, one.tool), []).append(one)
+        found.setdefault((one.rule, one.tool, one.axis), []).append(one)
     groups = [Group(part) for many in found.values() for part in ([many] if len(many) >= ALIKE else [[one] for one in many])]
     return sorted(groups, key=lambda group: findings.index(group[0]))
 

@@ -13,6 +13,7 @@ import zlib
 
 import numpy as np
 
+from chipwise.check.findings import LIMIT
 from chipwise.errors import MM_PER_INCH, printable
 
 CELLS = 256                 # of a picture of the stock along its longer side
@@ -32,7 +33,7 @@ def coarser(heights, step):
 def marks(result, rows):
     """[(x, y, z mm from the corner of the pictures, label, text, row)] of the findings on this stock.  rows: {id of a finding: number of its row}."""
     drawing = result.drawing
-    found = [one for one in result.findings.kept if one.machine is not None and one.at >= drawing.first][:MARKS]
+    found = [one for one in result.findings.kept if one.machine is not None and one.at >= drawing.first and one.rule != LIMIT][:MARKS]
     return [(*(a - b for a, b in zip(one.machine, drawing.low)), f"{one.line}" if one.line else f"T{one.tool}" if one.tool else one.rule,
              printable(one.text(result.unit)), rows.get(id(one), 0)) for one in found]
 

@@ -4,6 +4,7 @@
 import os
 from dataclasses import dataclass
 
+from chipwise.check.culprit import Culprit
 from chipwise.check.findings import GOUGE, Finding
 from chipwise.check.part import compared
 from chipwise.check.records import Frame
@@ -33,6 +34,7 @@ class PartSimulation(Simulation):
 
     def __init__(self, order, *arguments):
         super().__init__(*arguments)
+        self._again, self._gouge = arguments, None
         self._order, self._model = order, read_model(order.path, order.placing)     # before the program is read: it may take long
         if len(self._model.triangles) > MOST_TRIANGLES:
             raise CycleError(f"the part has {len(self._model.triangles)} triangles, more than {MOST_TRIANGLES}", "export it with a larger tolerance")
@@ -51,5 +53,18 @@ class PartSimulation(Simulation):
         result.part = PartFigures(os.path.basename(order.path), order.tolerance, found.gouge.most, at(found.gouge), found.gouge.area, found.rest.most,
                                   at(found.rest), found.rest.area)
         if found.gouge.at:
-            result.findings.add(Finding(GOUGE, 0, 0, 0, at(found.gouge), found.gouge.most, order.tolerance, at=self.segments, machine=found.gouge.at))
+            self._gouge = Finding(GOUGE, 0, 0, 0, at(found.gouge), found.gouge.most, order.tolerance, at=self.segments, machine=found.gouge.at)
+            result.findings.add(self._gouge)
         return result
+
+    def second_look(self):
+        """For the move that has gouged the part -> (Culprit, what takes its result); None without a gouge."""
+        if self._gouge is None:
+            return None
+        program, machine, _cell, settings, tools, _needles, assumption = self._again
+
+        def name(found):
+            if found:
+                self._gouge.line, self._gouge.tool = found
+                self._gouge.last_line = self._gouge.line
+        return Culprit(self._gouge.machine, self.stock_number, program, machine, settings, tools, assumption), name

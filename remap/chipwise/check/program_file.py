@@ -6,6 +6,7 @@ Called by reader.py and filter/; imports nothing that takes time.
 
 import codecs
 import os
+import re
 
 from chipwise.errors import printable
 from chipwise.files import NoRegularFile, TooLong, open_regular
@@ -15,6 +16,10 @@ MAX_BYTES = 100_000_000        # of a program; 4 million moves
 LOOKED_AT = 1 << 16             # bytes of a program; a NUL among them means that it is not text
 _PART = 1 << 20
 _ASCII = bytes(byte if byte < 128 else ord("?") for byte in range(256))
+
+TOOL, AXIS = "tool", "axis"     # what a machine may lack
+_NO_TOOL, _NO_AXIS = re.compile(r"Requested tool (\d{1,9}) not found"), re.compile(r"Bad character '([abc])' used")     # LinuxCNC's words, 2.9
+_SUB = re.compile(rb"^[ \t]*(?:N[ \t]*\d+[ \t]*)?O[ \t]*(<[^<>\n]{1,100}>|\d{1,9})[ \t]*sub\b", re.IGNORECASE | re.MULTILINE)
 
 # What is known of a program that cannot be checked (Unreadable.state)
 UNCHECKED, UNUSABLE, UNFINISHED, UNSAFE = "unchecked", "unusable", "unfinished", "unsafe"
@@ -38,6 +43,14 @@ class Unusable(Unreadable):
     """LinuxCNC cannot use the file either."""
 
     state = UNUSABLE
+
+
+class Lacking(Unusable):
+    """LinuxCNC refuses the program on a machine that lacks something.  kind: TOOL or AXIS; name: the tool's number, the axis' letter."""
+
+    def __init__(self, text, remedy, line, kind, name):
+        super().__init__(text, remedy, line)
+        self.kind, self.name = kind, name
 
 
 class Unfinished(Unreadable):
@@ -93,3 +106,23 @@ def readable(path, folder):
             while part := file.read(_PART):
                 other.write(part.translate(_ASCII))
     return copy
+
+
+def lacking(text, line):
+    """The Lacking of an error of LinuxCNC's interpreter, None of any other."""
+    if found := _NO_TOOL.search(text):
+        return Lacking(f"tool {found.group(1)} is not in the tool table", f"add T{found.group(1)} to it, or name the machine with --ini", line, TOOL, int(found.group(1)))
+    if found := _NO_AXIS.search(text):
+        letter = found.group(1).upper()
+        return Lacking(f"the machine has no axis {letter}", f"leave {letter} out, or name the machine with --ini", line, AXIS, letter)
+    return None
+
+
+def only_sub(path):
+    """Name of the first sub that a program without moves defines; "" if it defines none."""
+    try:
+        with open_regular(path, MAX_BYTES) as file:
+            found = _SUB.search(file.read(LOOKED_AT))
+    except OSError:
+        return ""
+    return "o" + found.group(1).decode("utf-8", "replace") if found else ""

@@ -24,7 +24,7 @@ import time
 import numpy as np
 
 from chipwise import program_code
-from chipwise.check.program_file import MAX_BYTES, Unfinished, Unreadable, Unsafe, Unusable, check_file, readable
+from chipwise.check.program_file import MAX_BYTES, Unfinished, Unreadable, Unsafe, Unusable, check_file, lacking, only_sub, readable
 from chipwise.check.records import WIDTH
 from chipwise.clock import patience
 from chipwise.errors import CycleError, unnamed
@@ -43,16 +43,20 @@ CPU_S = 600                     # computing time of the interpreter
 STUCK_S = 30.0                  # without computing: the process waits for something that never comes
 CHORD_MM = 0.002                # sag of the chords of arcs
 LENGTHS = "XYZABCUVW"
+MOST_POCKET = 1000              # of LinuxCNC's tool table
 
 class Machine:
     """The machine of an INI file.  Raises Unreadable if it cannot be used.  tool: number of the tool in the spindle at the
     beginning, 0: none; codes: the two lines that are executed before the program; block_delete: whether lines with / are left out; diameters: {number:
-    mm} of tools that the tool table has none of; spindle: number of the one that is taken to be in the spindle, or None (assumed/)."""
+    mm} of tools that the tool table has none of; spindle: number of the one that is taken to be in the spindle, or None (assumed/); added: numbers of
+    tools that are read as if the tool table had them, without a diameter (answer.py); limits: machine.limits.axis_limits() if they are to be judged."""
 
     tool = 0
     diameters: dict = {}
     spindle = None
     block_delete = False
+    added: tuple = ()
+    limits: tuple = ()
 
     def __init__(self, ini):
         self.ini = os.path.abspath(ini)
@@ -158,7 +162,7 @@ class Reader:
             with contextlib.suppress(OSError), open(machine.parameters, "rb") as file:
                 parameters = file.read(1 << 20) or parameters
         order = json.dumps({
-            "program": readable(self.program, folder), "parameters": put(folder, "machine.var", parameters), "table": machine.table, "random": machine.random,
+            "program": readable(self.program, folder), "parameters": put(folder, "machine.var", parameters), "table": self._table(folder), "random": machine.random,
             "units_per_mm": 1.0 / machine.unit_mm, "axis_mask": machine.axis_mask, "quiet_s": self._quiet_s,
             "codes": machine.codes, "most_moves": self._most_moves,
             "cpu_s": self._cpu_s, "stock": self._stock, "chord_mm": CHORD_MM, "written": self._written,
@@ -174,6 +178,16 @@ class Reader:
         with contextlib.suppress(BrokenPipeError):
             self._child.stdin.write(order.encode())
             self._child.stdin.close()
+
+    def _table(self, folder):
+        """Path of the tool table."""
+        machine, text = self.machine, b""
+        if not machine.added:
+            return machine.table
+        with contextlib.suppress(OSError), open(machine.table, "rb") as file:
+            text = file.read(1 << 20)
+        lines = "".join(f"T{number} P{MOST_POCKET - k}\n" for k, number in enumerate(machine.added))
+        return put(folder, "tools.tbl", text + b"\n" + lines.encode())
 
     def __exit__(self, *_):
         if self._child is not None:
@@ -239,6 +253,13 @@ class Reader:
         if end["stop"]:
             line, text, remedy, unfinished = end["stop"]
             raise (Unfinished if unfinished else Unreadable)(text, remedy, line)
+        if end["error"] and (found := lacking(end["error"][1], end["error"][0])):
+            raise found
+        sub = only_sub(self.program) if not end["moves"] and (not end["error"] or "program end" in end["error"][1]) else ""
+        if sub and end["error"]:
+            raise Unusable(f"it has no moves and no end, it defines the sub {sub} only", "name a program that calls it")
+        if sub:
+            raise Unreadable(f"it has no moves, it defines the sub {sub} only", "name a program that calls it")
         if end["error"] and end["moves"] and not self._needs_end and "program end" in end["error"][1]:
             self.notes.append([end["error"][0], "it has no M2, M30 or second %: LinuxCNC reports an error where it ends; end it with M2"])
         elif end["error"]:

@@ -6,7 +6,7 @@ import os
 from chipwise.batch.pool import on_processes
 from chipwise.check.program_file import UNFINISHED
 from chipwise.check.result import Result
-from chipwise.check.simulate import check
+from chipwise.check.answer import check
 from chipwise.errors import of_unexpected, unnamed
 from chipwise.own_folder import FolderError
 
@@ -64,7 +64,7 @@ def _check(program, progress, arguments):
 
 
 def check_all(programs, jobs, progress=None, **arguments):
-    """Yield (number, Result) of each program as it is ready; `jobs` at a time.  arguments: as for simulate.check.
+    """Yield (number, Result) of each program as it is ready; `jobs` at a time.  arguments: as for answer.check.
 
     progress: called with the share (0..1) of all that is done.
     """

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Simulates one program: records of reader.py -> Result.
 
-Called by run.py.  Source: CN105492980 [0043]..[0048]: from the path, the stock's shape and the length of the flutes it is
+Called by answer.py.  Source: CN105492980 [0043]..[0048]: from the path, the stock's shape and the length of the flutes it is
 decided whether the flutes are long enough everywhere; JP3131045 [0006]..[0009]: the removal rate of every move.
 Departs from the sources: the whole program with all its tools, and traverses and holders too.
 
@@ -11,22 +11,18 @@ remains smaller than a cell (components/offline/height_sweep.h); stock that an e
 """
 
 import math
-import time
 
 import numpy as np
 
-from chipwise.assumed.assume import Unknown, assume, halves, surveyed
 from chipwise.check import doubts, records, rules
 from chipwise.check.drawing import Draughtsman
 from chipwise.check.findings import CLEARANCE, FLUTE, FLUTES_UNKNOWN, HOLDER, RAPID, RATE, TOOL, Finding
-from chipwise.check.program_file import UNCHECKED, Missing, Unfinished, Unreadable
-from chipwise.check.reader import CPU_S, Reader
+from chipwise.check.program_file import Missing
 from chipwise.check.result import Result, ToolFigures
 from chipwise.check.sweep import Shape
 from chipwise.check.times import OFF, Timer
-from chipwise.errors import CycleError, unnamed
-from chipwise.settings import load_settings
-from chipwise.tools import ToolGeometry, load_tools
+from chipwise.check.travel import Extents, Travel
+from chipwise.tools import ToolGeometry
 
 MIN_DEPTH_MM = 0.005        # smaller depths and contacts are ignored
 SEGMENT_MM = 1.0            # moves with feeds are divided into segments of this length
@@ -36,7 +32,7 @@ PART = 65536                # segments simulated at once
 RATE_SLACK = 1.05           # the cells give the rate over a window to some per cent
 
 
-class _TooCoarse(Exception):
+class TooCoarse(Exception):
     """The cells are too large for a tool: line, tool number, diameter (mm)."""
 
 
@@ -60,6 +56,8 @@ class Simulation:
         self.broken = {}                                # by rule: the last segment that broke it
         self.needles, self.stock_number = needles or {}, -1
         self.doubts = {}                                # {number of the stock: [(radius, rows of doubts.doubtful())]}
+        self.extents = Extents()
+        self.travel = Travel(machine.limits) if machine.limits else None
         self.assumption = assumption
         if assumption:
             self.result.assume(assumption)
@@ -84,6 +82,8 @@ class Simulation:
             self.timer.set_feed_mode(*values[:4])
         elif kind == records.PATH:
             self.timer.path = values[0]
+        elif kind == records.LENGTH and self.travel:
+            self.travel.length = np.array(values[:3])
         elif kind == records.DWELL:
             self.result.dwell_s += values[0]
             self.timer.wait(values[0])
@@ -143,6 +143,9 @@ class Simulation:
             self.blind = False
             if self.unplaced.arrives:
                 self._arrive(block[lead - 1], lead > 1 and math.dist(block[lead - 2, 2:4], block[lead - 1, 2:4]) < rules.ACROSS_MM)
+        known = lead - bool(lead and self.unplaced.arrives)
+        if self.travel and known < len(block):
+            self.travel.take(block[known:], self.frame, self.tool.number if self.tool else 0, self.segments)
         for part in self._segments(block[lead:]):
             self._take_moves(part, stops and part[-1, 1] == block[-1, 1])
 
@@ -179,6 +182,8 @@ class Simulation:
         length = np.sqrt((steps * steps).sum(axis=1))
         met = self._cut(positions, lines, kinds, length)
         moving = length > 1e-9
+        if not self.blind:
+            self.extents.take(moving & (kinds != records.RAPID), self.position, positions, self.frame)
         moving[:self.apart], self.apart = False, max(0, self.apart - len(moving))
         if moving.any():
             volume = met["volume"].astype(np.float64) if met is not None else np.zeros(len(length))
@@ -206,7 +211,7 @@ class Simulation:
         if not usable or self.blind:
             return None
         if rules.is_too_coarse(self.map, self.shape.diameter):
-            raise _TooCoarse(int(lines[0]), self.tool.number, self.shape.diameter)
+            raise TooCoarse(int(lines[0]), self.tool.number, self.shape.diameter)
         judged, self.been = rules.near_stock(self.position, positions, kinds, self.map.z_max, self.been)
         met = self.map.cut(self.shape, self.position, positions, judged, self.settings["TRAVERSE_CLEARANCE"])
         self.draughtsman.add(kinds, positions, lines, self.frame)
@@ -273,77 +278,21 @@ class Simulation:
                 goes_on=at + first - last <= GAP)
             last = at + end - 1
 
+    def second_look(self):
+        """-> (a Simulation that reads the program once more, what takes its result), or None."""
+        return None
+
     def finish(self, messages, notes):
         """-> the Result."""
         result = self.result
         if self.map is None:
             raise Missing("no stock is defined", "add M250, or name the stock with --stock X0 Y0 Z0 X1 Y1 Z1")
         result.messages, result.notes = messages, [*result.notes, *notes, *self.unplaced.notes()]
+        if self.travel:
+            self.travel.finish(result.findings, result.notes, result.unit)
         result.findings.kept.sort(key=lambda finding: finding.at)
+        result.extents = self.extents.corners()
         result.load = self.timer.load.rates()
         result.load_volumetric = self.timer.load_volumetric.rates() if self.timer.volumetric else None
         result.drawing = self.draughtsman.drawing()
         return result
-
-
-def check(program, machine, stock=None, cell=None, progress=None, cpu_s=CPU_S, assumes=False, tool=None, diameter=None,
-          simulated=Simulation, **limits):
-    """Result of one program.
-
-    machine: reader.Machine; stock: (low, high) mm in work coordinates or None; cell: mm, default [CHIPWISE]CELL, smaller
-    if a tool needs it; progress: called with the number of the line that is being simulated; assumes: whether a stock and tools
-    that the program does not name are assumed; tool, diameter (mm): of the one in the spindle at the beginning, then; simulated: makes the
-    Simulation of its arguments.
-    """
-    def read(stock):
-        return Reader(program, machine, stock, cpu_s=cpu_s, **limits)
-    try:
-        try:
-            return _judged(program, machine, read, stock, cell, progress, cpu_s, None, simulated)
-        except Missing as error:
-            if not assumes or not machine.has_y:       # a lathe's program has no stock that a mill could cut
-                raise
-            first, progress = halves(progress)
-            assumption = assume(surveyed(read(None), machine, first), program, machine, error.line, bool(stock), tool, diameter)
-            return _judged(program, machine, read, (assumption.low, assumption.high) if assumption.low else stock, cell, progress, cpu_s, assumption,
-                           simulated)
-    except Unreadable as error:
-        result = Result(program, error=(str(error), error.line), state=error.state, unit=machine.unit)
-        if isinstance(error, Unknown):
-            result.survey(error.survey)
-        return result
-    except CycleError as error:
-        return Result(program, error=(unnamed(error.text()), 0), state=UNCHECKED)
-
-
-def _judged(program, machine, read, stock, cell, progress, cpu_s, assumption, simulated):
-    """Result; with smaller cells, and with needles, where they are needed.  read(stock) -> Reader."""
-    settings = load_settings(machine.ini)
-    tools = load_tools(settings.path("TOOL_GEOMETRY"))
-    wanted, needles = cell or settings["CELL"], {}
-    while True:
-        simulation = simulated(program, machine, wanted, settings, tools, needles, assumption)
-        try:
-            result = _run(simulation, read(stock), progress, cpu_s)
-            needles = doubts.needles(simulation.doubts, simulation.segments, result.cell)
-            if not needles:
-                return result
-        except _TooCoarse as error:
-            wanted = rules.finer_cell(simulation.map, cell, *error.args)
-
-
-def _run(simulation, reader, progress, cpu_s):
-    """Read and simulate to the end, in cpu_s of computing time of this process from now on: it may have worked before."""
-    end = time.process_time() + cpu_s
-    with reader:
-        blocks = iter(reader)
-        following = next(blocks, None)
-        while following is not None:
-            block, following = following, next(blocks, None)
-            simulation.take(block, following is None)
-            if time.process_time() > end:
-                raise Unfinished(f"the check needs more than {cpu_s:g} s of computing time",
-                                 "use a larger --cell, or raise --time-limit", int(block[-1, 1]))
-            if progress:
-                progress(int(block[-1, 1]))
-        return simulation.finish(reader.messages, reader.notes)

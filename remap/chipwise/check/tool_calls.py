@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What LinuxCNC's interpreter calls about tools, as TOOL records.  Called by reader_runner.py, whose Canon has the job, the tool table and _event()."""
+"""What LinuxCNC's interpreter calls about tools, as TOOL and LENGTH records.  Called by reader_runner.py, whose Canon has the job, the tool table and _event()."""
 
-from chipwise.check.records import TOOL
-from chipwise.interpreter_process import NO_TOOL
+from chipwise.check.records import LENGTH, TOOL
+from chipwise.interpreter_process import INCH, NO_TOOL
 
 
 class ToolCalls:
-    """Part of a Canon: job, tools (ToolTable), spindle (the numbers of get_tool() of the tool in it)."""
+    """Part of a Canon: job, exact, tools (ToolTable), spindle (the numbers of get_tool() of the tool in it)."""
 
     def change_tool(self, index):
         self.spindle = self.tools.entry(index) if index > 0 or self.job["random"] else NO_TOOL
@@ -16,6 +16,10 @@ class ToolCalls:
         """The tool in the spindle; number: of one that is assumed."""
         number, had = (max(0, self.spindle[0]), self.spindle[10]) if number is None else (number, 0.0)
         self._event(TOOL, number, had / self.job["units_per_mm"] if had > 0 else self.job["diameters"].get(str(number), 0.0))
+
+    def tool_offset(self, *offsets):
+        if self.job["judged"] and not self.exact:
+            self._event(LENGTH, *(value * INCH for value in offsets[:3]))
 
     def change_tool_number(self, index):
         self.change_tool(index)

@@ -59,7 +59,10 @@ def run(options):
     if options.scheduler is not None and options.jobs is not None:
         refuse('--jobs counts processes of this computer; leave it out with --scheduler')
     arguments = machine_of(options, refuse)
-    arguments.update(assumes=True, **tool_of(options.tool, options.diameter, arguments['machine'], refuse))
+    arguments.update(assumes=True, completes=True, **tool_of(options.tool, options.diameter, arguments['machine'], refuse))
+    if options.ini or os.environ.get('INI_FILE_NAME'):           # the user's own machine
+        from chipwise.machine.limits import axis_limits
+        arguments['machine'].limits = axis_limits(arguments['machine'].ini)
     if options.part is not None:
         arguments['simulated'] = part_of(options, arguments['machine'])
     programs = programs_of(options.programs)
@@ -129,6 +132,8 @@ def report(result):
         ', on an assumed stock' if result.stock else ', with an assumed tool' if result.guessed else '')
     for text in grouped_notes(result.notes):
         yield f'  {printable(text)}'
+    if result.extents:
+        yield '  ' + feeds(result)
     for tool in result.tools.values():
         yield '  ' + tool_line(tool, result.unit)
     if result.tools:
@@ -148,11 +153,16 @@ def assumed(result):
     return ' (on the assumed stock)' if result.stock else ' (with the assumed tool)'
 
 
+def feeds(result):
+    """Extents of the feed moves."""
+    low, high = (' '.join(f'{axis}{format_length(round(value, 3), result.unit).split()[0]}' for axis, value in zip('XYZ', corner)) for corner in result.extents)
+    return f'it feeds from {low} to {high}'
+
+
 def surveyed(result):
     """Lines of what is known of a program that is not judged."""
     if result.extents:
-        low, high = (' '.join(f'{axis}{format_length(round(value, 3), result.unit).split()[0]}' for axis, value in zip('XYZ', corner)) for corner in result.extents)
-        yield f'  it feeds from {low} to {high}'
+        yield '  ' + feeds(result)
     for tool in result.tools.values():
         size = f', {format_length(tool.diameter, result.unit)}' if tool.diameter else ''
         yield f'  tool {tool.number}{size}: {seconds(tool.planned_s)}'

@@ -45,7 +45,7 @@ def ini_of(options):
 
 
 def machine_of(options, refuse):
-    """Arguments of simulate.check and rewrite.run from the options: machine, stock, cell, cpu_s."""
+    """Arguments of answer.check and rewrite.run from the options: machine, stock, cell, cpu_s."""
     from chipwise.check.reader import Machine, Unreadable
     low, high = CELLS_MM
     if options.cell is not None and not low <= options.cell <= high:
@@ -86,7 +86,7 @@ def stock_of(corners, unit_mm, refuse):
 
 
 def tool_of(number, diameter, machine, refuse, name='--diameter'):
-    """--tool, --diameter (its name) -> arguments of simulate.check and run.rewritten."""
+    """--tool, --diameter (its name) -> arguments of answer.check and run.rewritten."""
     from chipwise.assumed.post_comments import SIZES_MM
     from chipwise.tools import MAX_DIGITS
     if number is not None and not 1 <= number < 10 ** MAX_DIGITS:

@@ -14,7 +14,8 @@ import numpy as np
 from chipwise.check import records
 from chipwise.check.drawn_path import Path, Thinner
 from chipwise.check.program_file import MAX_BYTES
-from chipwise.check.simulate import Simulation, check
+from chipwise.check.answer import check
+from chipwise.check.simulate import Simulation
 from chipwise.check.times import CONSTANT, OFF, Timer
 from chipwise.files import open_regular
 from chipwise.setup.chip_ceiling import ceilings
@@ -159,7 +160,7 @@ def digest_of(program):
 
 
 def measure(program, machine, names, stock=None, **arguments):
-    """What was measured in a program.  names: {tool number: name}; stock, arguments: those of simulate.check."""
+    """What was measured in a program.  names: {tool number: name}; stock, arguments: those of answer.check."""
     made = []
 
     def simulated(*parts):

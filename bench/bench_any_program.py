@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Any program, as it is: what chipwise check, rewrite and the filter answer for sixty ordinary programs and for LinuxCNC's own, and whether the findings are true.
+
+Called by hand: `/usr/bin/python3 bench/bench_any_program.py [--seed N] [--every N] [--nc FOLDER] [--answers]`.
+
+ 1. tests/support/ordinary_programs.py has the programs: twelve CAM systems' manners, five shapes of work each, in eight clothes.  The machine is configs/mill.ini.
+ 2. Each is answered with figures, or refused with a sentence, or it fails: a traceback, an internal error, no answer.
+ 3. tests/support/ordinary_oracle.py, written apart, cuts the stock that check has named.  A finding is false if no line of it is as it says, with 3 % of a rate and
+    0.02 mm of a depth for the cells; one is missing if a line is clearly beyond a limit (15 %, 0.3 mm) and no finding has it.
+"""
+import argparse
+import json
+import subprocess
+import sys
+import tempfile
+import tomllib
+from collections import Counter
+from pathlib import Path
+
+from roots import ROOT
+
+from support import ordinary_oracle, ordinary_programs
+
+CHIPWISE = Path(ROOT) / "bin" / "chipwise"
+DEPTH, RATE = 0.02, 0.97                # what the cells of the model may be off
+MISSED_DEPTH, MISSED_RATE = 0.3, 1.15
+
+
+def tools():
+    """{number: section} of configs/tools.toml."""
+    with open(Path(ROOT) / "configs" / "tools.toml", "rb") as file:
+        return {int(number): section for number, section in tomllib.load(file)["tool"].items()}
+
+
+def is_true(finding, truth, described):
+    """Whether one finding is as it says."""
+    lines = range(finding["line"], finding["last_line"] + 1)
+    rule, number, tool = finding["rule"], finding["tool"], described.get(finding["tool"], {})
+    if rule == "rate":
+        return max((truth.rate.get(k, 0.0) for k in lines), default=0.0) > RATE * tool["max_rate"]
+    if rule == "flute":
+        return max((truth.depth.get(k, 0.0) for k in lines), default=0.0) > tool["flute_length"] - DEPTH
+    if rule == "rapid":
+        return max((truth.rapid.get(k, 0.0) for k in lines), default=0.0) > 0.0
+    if rule == "clearance":
+        return bool(truth.beside & set(lines))
+    if rule == "machine":
+        return number == ordinary_programs.STRANGE
+    return rule in ("tool", "flute-unknown") and "flute_length" not in tool
+
+
+def missing(program, truth, described):
+    """Number of lines that are clearly beyond a limit and in no finding."""
+    has = {rule: set() for rule in ("rate", "flute", "rapid")}
+    for finding in program["findings"]:
+        has.get(finding["rule"], set()).update(range(finding["line"], finding["last_line"] + 1))
+    tool = described.get(program["tools"][0]["tool"], {})
+    most, flutes = tool.get("max_rate"), tool.get("flute_length")
+    found = [k for k, depth in truth.rapid.items() if depth > MISSED_DEPTH and k not in has["rapid"]]
+    found += [k for k, rate in truth.inner.items() if most and rate > MISSED_RATE * most and k not in has["rate"]]
+    return len(found) + len([k for k, depth in truth.depth.items() if flutes and depth > flutes + MISSED_DEPTH and k not in has["flute"]])
+
+
+def judged(paths):
+    """([program of --json], standard output) of chipwise check."""
+    with tempfile.TemporaryDirectory() as folder:
+        found = Path(folder) / "found.json"
+        done = subprocess.run([CHIPWISE, "check", *paths, "--json", found, "--time-limit", "30"], text=True, capture_output=True, stdin=subprocess.DEVNULL, check=False)
+        return (json.loads(found.read_text())["programs"] if found.exists() else []), done.stdout + done.stderr
+
+
+def outcome(error):
+    """A sentence, or a failure."""
+    return "failed" if not error or "internal error" in error or "Traceback" in error or len(error) < 12 else "refused with a sentence"
+
+
+def check_all(texts, folder):
+    """-> (Counter, [lines about what is wrong])."""
+    described, count, wrong = tools(), Counter(), []
+    results, _said = judged([folder / name for name in texts])
+    count["failed"] = len(texts) - len(results)
+    for program in results:
+        name = Path(program["program"]).name
+        if program["status"] == 2:
+            count[outcome(program["error"])] += 1
+            wrong.append(f"{name}: {program['error']}")
+            continue
+        count["answered"] += 1
+        if len(program["tools"]) != 1 or not program["stock"]:
+            wrong.append(f"{name}: {len(program['tools'])} tools, stock {program['stock']}")
+            continue
+        text = texts[name][0].decode()
+        truth = ordinary_oracle.truth(text, program["stock"]["min"], program["stock"]["max"], program["tools"][0]["diameter_mm"])
+        false = [one for one in program["findings"] if not is_true(one, truth, described)]
+        lost = missing(program, truth, described)
+        count["findings"] += len(program["findings"])
+        count["false findings"] += len(false)
+        count["missing findings"] += lost
+        volume = program["tools"][0]["volume_mm3"]
+        if abs(volume - truth.volume) > 0.02 * truth.volume + 3.0:
+            count["volume more than 2 % off"] += 1
+            wrong.append(f"{name}: {volume:.0f} mm3, the oracle {truth.volume:.0f}")
+        wrong += [f"{name}: false: {one['text']}" for one in false] + ([f"{name}: {lost} missing"] if lost else [])
+    return count, wrong
+
+
+def answers(texts, folder):
+    """Counter of what rewrite and the filter do with each."""
+    count = Counter()
+    for name in texts:
+        for kind, words in (("--feed", ["--feed", "12", "--ceiling", "3000"]), ("--flute", ["--flute"])):
+            done = subprocess.run([CHIPWISE, "rewrite", folder / name, "-o", folder / "out.ngc", *words], text=True, capture_output=True, stdin=subprocess.DEVNULL, check=False)
+            count[f"rewrite {kind}: " + ("written" if done.returncode == 0 else outcome(done.stderr or done.stdout))] += 1
+        done = subprocess.run([CHIPWISE, "filter", folder / name], capture_output=True, stdin=subprocess.DEVNULL, check=False)
+        count["filter: " + ("opened" if done.returncode == 0 and done.stdout else outcome(done.stderr.decode("utf-8", "replace")))] += 1
+    return count
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--nc", help="a folder of programs, with those below it, which are only counted")
+    parser.add_argument("--answers", action="store_true", help="rewrite and the filter, in place of check")
+    parser.add_argument("--every", type=int, default=1, metavar="N", help="each Nth of the sixty only")
+    options = parser.parse_args()
+    texts = dict(list(ordinary_programs.programs(options.seed).items())[::options.every])
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = Path(scratch)
+        for name, (data, _clothes) in texts.items():
+            (folder / name).write_bytes(data)
+        if options.answers:
+            print("\n".join(f"{key} {value}" for key, value in sorted(answers(texts, folder).items())))
+        else:
+            count, wrong = check_all(texts, folder)
+            print(f"check, {len(texts)} ordinary programs, seed {options.seed}: " + ", ".join(f"{key} {value}" for key, value in count.items()))
+            print("\n".join("  " + text for text in wrong))
+    if options.nc:
+        results, _said = judged(sorted(path for path in Path(options.nc).rglob("*.ngc")))
+        count = Counter("answered" if program["status"] < 2 else outcome(program["error"]) for program in results)
+        print(f"check, {len(results)} programs below {options.nc}: " + ", ".join(f"{key} {value}" for key, value in count.items()))
+    sys.exit(0)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""How far a program feeds, and how far it takes the axes, against their soft limits, with the work offset and the tool lengths that are in force.
+
+Called by simulate.py; the limits count if the machine of the user is named.  LinuxCNC refuses a move that ends beyond a limit (machine/limits.py).  mm, machine coordinates.
+
+While all numbers of the work offset are 0 the operator has still to touch off: what goes too far is a note then, unless the program goes farther than the
+axis at any offset.
+"""
+
+import numpy as np
+
+from chipwise.check.findings import LIMIT, Finding
+from chipwise.errors import format_length
+
+SLACK_MM = 1e-3             # of a limit
+
+
+class Extents:
+    """How far the tip goes in feed moves: take(), then corners().  In the work coordinates of the first of them."""
+
+    def __init__(self):
+        self._frame, self._low, self._high = None, np.full(3, np.inf), np.full(3, -np.inf)
+
+    def take(self, feeds, start, places, frame):
+        """Moves from start (3,) along places (n, 3), mm; feeds (n,) bool: which count; frame: records.Frame."""
+        if feeds.any():
+            self._frame = self._frame or frame
+            for points in (places[feeds], np.concatenate((start[None], places[:-1]))[feeds]):
+                work = np.column_stack(self._frame.to_work(points.T))
+                self._low, self._high = np.minimum(self._low, work.min(axis=0)), np.maximum(self._high, work.max(axis=0))
+
+    def corners(self):
+        """(low, high) mm; None without any."""
+        return (tuple(self._low.tolist()), tuple(self._high.tolist())) if self._frame else None
+
+
+class Travel:
+    """A program under way.  limits: machine.limits.axis_limits()."""
+
+    def __init__(self, limits):
+        self._limits = [(low, high) for _name, low, high in limits]
+        self.length = np.zeros(3)                       # of the tool in force
+        self._ends = {}                                 # (axis, side): (place, Finding)
+        self._untouched = True
+
+    def take(self, block, frame, tool, segments):
+        """Moves (n, WIDTH) of the tip.  frame: records.Frame; segments: before them."""
+        self._untouched = self._untouched and not any((*frame.offset, *frame.g92))
+        places = block[:, 2:5] + self.length
+        for axis, ends in enumerate(((places[:, k].argmin(), places[:, k].argmax()) for k in range(3))):
+            for side, index in enumerate(ends):
+                place, (had, _) = float(places[index, axis]), self._ends.get((axis, side), (None, None))
+                if had is None or (place > had if side else place < had):
+                    line = int(block[index, 1])
+                    work, machine = (tuple(map(float, p)) for p in (frame.to_work(block[index, 2:5]), block[index, 2:5]))
+                    self._ends[axis, side] = place, Finding(LIMIT, line, line, tool, work, place, self._limits[axis][side], 1, segments + int(index), machine, "XYZ"[axis])
+
+    def finish(self, findings, notes, unit):
+        """Add what goes too far to findings.Findings or to notes."""
+        for axis in range(3):
+            if (axis, 0) not in self._ends:
+                continue
+            low, high = self._limits[axis]
+            (first, _), (last, _) = (self._ends[axis, side] for side in (0, 1))
+            beyond = [self._ends[axis, side][1] for side, over in ((0, low - first), (1, last - high)) if over > SLACK_MM]
+            if not beyond:
+                continue
+            if self._untouched and last - first <= high - low + SLACK_MM:
+                notes.append([beyond[0].line, f"{self._said(axis, first, last, unit)}, and no work offset is set: touch off before you run it"])
+            else:
+                for one in beyond:
+                    findings.add(one)
+
+    def _said(self, axis, first, last, unit):
+        low, high, first, last = (format_length(round(value, 3), unit) for value in (*self._limits[axis], first, last))
+        return f"{'XYZ'[axis]} goes from {first} to {last} in machine coordinates, its limits are {low} and {high}"
