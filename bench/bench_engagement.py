@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""How hard each strategy of G79 works the tool: exact engagement, length, time, planning; nine shapes.
+
+    /usr/bin/python3 bench/bench_engagement.py [--strategy 0]
+
+Engagement by tests/support/engagement_judge.py.  Tool 6 mm, D 2.4 mm,
+F1500, one level.  LB: area the tool reaches / D.  Length: at the feed at the level, without the helix.  Time: 500 mm/s2, rapids of
+6000 mm/min from and to standstill, bends as slow as the acceleration asks; without the descents.  Degrees are above nominal.
+"""
+import argparse
+import math
+import time
+
+import numpy as np
+
+from roots import ROOT
+from support import engagement_judge, hole_oracle
+from support.engagement_shapes import SHAPES
+from chipwise.cycles import pocket
+from chipwise.errors import CycleError
+from chipwise.geometry.base import elements
+from chipwise.geometry.pocket.machinable import split
+from chipwise.geometry.base.contour import make_contour
+
+RADIUS, STEP, FEED, ACCEL, RAPID = 3.0, 2.4, 25.0, 500.0, 100.0
+SHARP = 0.1         # rad: a corner at which the path stops
+
+
+def request(loops, strategy=0, **fields):
+    return pocket.PocketRequest(loops=loops, bottom=-3.0, clearance=1.0, tool_radius=RADIUS, step=STEP, feed=60 * FEED, plunge_feed=300.0,
+                                start=(0.0, 0.0, 10.0), strategy=strategy, **fields)
+
+
+def least_length(loops):
+    """Area that the tool reaches, over the step-over."""
+    contours = [make_contour(parts) for parts in loops]
+    area = 0.0
+    for region in split(contours[0], contours[1:], RADIUS):
+        border = sum(elements.lengths(c).sum() for c in region.contours)
+        area += region.area + RADIUS * border + math.pi * RADIUS ** 2 * (1 - len(region.holes))
+    return area / STEP
+
+
+def seconds(moves, level):
+    """Estimated time of what runs at and near a level, helix left out."""
+    total, run = 0.0, []
+    for e in moves:
+        flat = abs(e.a[2] - e.b[2]) < 1e-9 and abs(e.b[2] - level) < 1e-4
+        if e.kind != "rapid" and flat:
+            run.append(e)
+            continue
+        total, run = total + feed_seconds(run), []
+        if e.kind == "rapid" and min(e.a[2], e.b[2]) < 0.5:
+            total += rapid_seconds(math.dist(e.a, e.b))
+    return total + feed_seconds(run)
+
+
+def rapid_seconds(length):
+    return 2 * math.sqrt(length / ACCEL) if length < RAPID ** 2 / ACCEL else length / RAPID + RAPID / ACCEL
+
+
+def heading(e, at_end):
+    if e.kind != "arc":
+        return math.atan2(e.b[1] - e.a[1], e.b[0] - e.a[0])
+    start, turn = e.sweep
+    return start + (turn if at_end else 0.0) + math.copysign(math.pi / 2, turn)
+
+
+def feed_seconds(run):
+    """From standstill to standstill along feeds."""
+    run = [e for e in run if (e.kind == "arc" or math.dist(e.a, e.b) > 1e-9)]
+    if not run:
+        return 0.0
+    size = np.array([e.radius * abs(e.sweep[1]) if e.kind == "arc" else math.dist(e.a, e.b) for e in run])
+    most = np.array([min(FEED, math.sqrt(ACCEL * e.radius)) if e.kind == "arc" else FEED for e in run])
+    at = np.concatenate(([0.0], np.minimum(most[:-1], most[1:]), [0.0]))
+    for k in range(1, len(run)):
+        if abs(math.remainder(heading(run[k], False) - heading(run[k - 1], True), 2 * math.pi)) > SHARP:
+            at[k] = 0.0
+    for k in range(len(run)):
+        at[k + 1] = min(at[k + 1], math.sqrt(at[k] ** 2 + 2 * ACCEL * size[k]))
+    for k in reversed(range(len(run))):
+        at[k] = min(at[k], math.sqrt(at[k + 1] ** 2 + 2 * ACCEL * size[k]))
+    peak = np.minimum(most, np.sqrt((at[:-1] ** 2 + at[1:] ** 2) / 2 + ACCEL * size))
+    even = np.maximum(0.0, size - (2 * peak ** 2 - at[:-1] ** 2 - at[1:] ** 2) / (2 * ACCEL))
+    return float(((2 * peak - at[:-1] - at[1:]) / ACCEL + even / peak).sum())
+
+
+def measured(loops, strategy):
+    """Figures of one shape."""
+    asked = request(loops, strategy)
+    begun = time.process_time()
+    plan = pocket.pocket_plan(asked)
+    planning = time.process_time() - begun
+    moves = hole_oracle.walk(plan.moves, asked.start)
+    found = engagement_judge.engagement(moves, asked.bottom, RADIUS)
+    nominal, least = math.acos(1 - STEP / RADIUS), least_length(loops)
+    limit = nominal + math.radians(10)
+    return dict(length=found.length() / least, time=seconds(moves, asked.bottom) / (least / FEED), p99=math.degrees(found.percentile(0.99) - nominal),
+                most=math.degrees(found.most - nominal), over=found.length(limit), full=found.length(engagement_judge.FULL), air=1 - found.length(engagement_judge.AIR) / found.length(),
+                lifts=sum(m.kind == "rapid" and m.b[2] > 0.5 for m in moves), moves=len(plan.moves), planning=planning)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--strategy", type=int, default=0)
+    args = parser.parse_args()
+    print(f"{ROOT.name}: shape, length/LB, time/LB, p99 and most above nominal (degrees), mm over 10 degrees, full slot mm, air %, rapids to R, moves, planning s")
+    rows = []
+    for name, loops in SHAPES.items():
+        try:
+            rows.append(row := measured(loops, args.strategy))
+            print(f"{name:20s} {row['length']:.2f} {row['time']:.2f} {row['p99']:6.1f} {row['most']:6.1f} {row['over']:5.1f} {row['full']:5.2f} {100 * row['air']:4.0f}"
+                  f" {row['lifts']:3d} {row['moves']:6d} {row['planning']:.2f}", flush=True)
+        except CycleError as error:
+            print(f"{name:20s} {error}")
+    print(f"{'median':20s} {np.median([r['length'] for r in rows]):.2f} {np.median([r['time'] for r in rows]):.2f} {np.median([r['p99'] for r in rows]):6.1f}")
+
+
+if __name__ == "__main__":
+    main()
