@@ -87,8 +87,8 @@ def test_a_machine_without_the_number(tmp_path):
     """Without the tool number in HAL there is only the heartbeat: slower, and never a false alarm."""
     edit = 's#tap(TOOL_NUMBER#(lambda *_: None)(TOOL_NUMBER#'
     before = f"mkdir -p p && cp -r ../remap/chipwise p/ && sed -i '{edit}' p/chipwise/cli/load.py && export PYTHONPATH=$PWD/p"
-    first, second, _kill, _wait, state, errors = operate(tmp_path, [
-        *BOX, ['mdi', 'T8 M6'], TOOL, ['kill_monitor'], ['until', FAULT, '=', 16], STATE, ['errors', DEAD]], before=before)[2:]
+    first, _late, second, _kill, _wait, state, errors = operate(tmp_path, [
+        *BOX, ['mdi', 'T8 M6'], ['until', 'stock-tracker.0.tool-diameter', '=', 12], TOOL, ['kill_monitor'], ['until', FAULT, '=', 16], STATE, ['errors', DEAD]], before=before)[2:]
     assert first == [] and second == ['8', '12', '0']
     assert state[:3] == ['FALSE', 'TRUE', '16'] and len(errors) == 1
 
