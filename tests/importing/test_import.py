@@ -186,3 +186,13 @@ def test_the_command_says_what_it_did(tmp_path, capsys):
     assert said[0] == "unit mm, as its header says" and said[-1] == f"program: {tmp_path}/o.ngc" and "<path" in picture.read_text()
     assert main(["import", str(path), "-o", str(tmp_path / "o.ngc"), "--tolerance", "5"]) == 2
     assert capsys.readouterr().err == "chipwise: import: --tolerance 5 is not from 0.0001 to 1; see chipwise import --help\n"
+
+
+@pytest.mark.parametrize("size", [1e6, 1e15, 1e300])
+@pytest.mark.parametrize("kind", ["spline", "ellipse", "circle"])
+def test_curves_far_out_are_refused_before_they_are_divided(kind, size, tmp_path):
+    """An ellipse of 1 km took minutes."""
+    draw = {"spline": lambda doc, m: m.add_spline(fit_points=[(0, 0), (size, size / 2), (size, 0)]),
+            "ellipse": lambda doc, m: m.add_ellipse((0, 0), (size, 0), 0.5), "circle": lambda doc, m: m.add_circle((0, 0), size)}[kind]
+    with pytest.raises(Unreadable, match="a coordinate on layer 0 is not within 100 m of the origin; correct the drawing"):
+        imported(str(drawings.save(draw, tmp_path, "far")), 0.01, 1.0)

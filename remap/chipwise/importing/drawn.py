@@ -8,7 +8,7 @@ from chipwise.errors import CycleError, braceless
 from chipwise.geometry.base.contour import ArcElement, LineElement
 
 MAX_PARTS = 100_000         # as many moves as a contour sub may make
-FAR_MM = 1e6                # no drawing has larger coordinates
+FAR_MM = 1e5                # no drawing has larger coordinates
 
 
 class Unreadable(CycleError):
@@ -31,13 +31,17 @@ class Drawn:
         parts = [part for part in parts if _long(part)]
         if not parts:
             return
-        if not all(abs(v) < FAR_MM for part in parts for v in (*part.start, *part.end)):        # NaN, too
-            raise Unreadable(f"a coordinate on layer {braceless(layer)} is not within 1 km of the origin",
-                             "correct the drawing, or use --scale")
+        check_near(layer, (point for part in parts for point in (part.start, part.end)))
         self.count += len(parts)
         if self.count > MAX_PARTS:
             raise Unreadable(f"the drawing has more than {MAX_PARTS} lines and arcs", "export the layer that is to be cut, or use --layer")
         self.curves.setdefault(layer, []).append(parts)
+
+
+def check_near(layer, points):
+    """Raise Unreadable for a point (x, y) mm that no drawing has: curves out there would need points without end."""
+    if not all(abs(v) < FAR_MM for point in points for v in point):            # NaN, too
+        raise Unreadable(f"a coordinate on layer {braceless(layer)} is not within 100 m of the origin", "correct the drawing, or use --scale")
 
 
 def _long(part):

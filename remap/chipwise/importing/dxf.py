@@ -9,7 +9,7 @@ import math
 
 from chipwise.errors import braceless
 from chipwise.importing import fit
-from chipwise.importing.drawn import MAX_PARTS, Drawn, Unreadable, arc, line
+from chipwise.importing.drawn import MAX_PARTS, Drawn, Unreadable, arc, check_near, line
 
 UNITS = {1: ("inch", 25.4), 2: ("feet", 304.8), 4: ("mm", 1.0), 5: ("cm", 10.0), 6: ("m", 1000.0), 8: ("microinch", 25.4e-6),
          9: ("mil", 0.0254), 10: ("yard", 914.4), 13: ("micrometre", 1e-3), 14: ("dm", 100.0)}
@@ -175,6 +175,8 @@ class _Reader:
         return [_in_order(found)]
 
     def ellipse(self, entity):
+        centre, axis = entity.dxf.center, entity.dxf.major_axis
+        check_near(entity.dxf.layer, [self.at(centre + axis), self.at(centre - axis)])
         points = list(entity.flattening(self._sag(), segments=16))
         if entity.dxf.ratio > 0.9999999:
             return self._circular(entity, points)
@@ -189,6 +191,7 @@ class _Reader:
                      self.at(entity.dxf.center), ccw)]]
 
     def spline(self, entity):
+        check_near(entity.dxf.layer, [self.at(point) for point in (*entity.control_points, *entity.fit_points)])
         points = list(entity.construction_tool().flattening(self._sag(), segments=8))
         if entity.closed and math.dist(points[0], points[-1]) * self.unit > self.tolerance:
             self.drawn.words.append("a spline that its drawing calls closed has ends apart; a line closes it")
