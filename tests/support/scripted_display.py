@@ -226,7 +226,9 @@ class Operator(ProgramSteps, ProcessSteps):
         return [lowest]
 
     def pins(self, *names):
-        """All by one halcmd: where a computer is busy, the machine goes on for long before a second one has started."""
+        """All by one halcmd: where a computer is busy, the machine goes on for long before many have started.  The one before it only takes
+        its time, so that the monitor, which is as late there, has had some."""
+        halcmd.getp(names[0])
         done = subprocess.run(['halcmd', '-s', '-k', '-f'], input=''.join(f'getp {name}\n' for name in names), text=True, capture_output=True)
         found = done.stdout.split()
         return found if len(found) == len(names) else [halcmd.getp(name) for name in names]
