@@ -71,7 +71,9 @@ pin out s32 run_end "how the last program has ended: 0 it runs, or none has, 1 b
 pin out bit feed_decided "TRUE for a period when M251 or M252 takes effect, a program starts or is aborted, or the machine goes off; to stock-tracker.N.feed-decided";
 pin out s32 request "to the monitor: 1 save while word is 27, 2 restore while it is 28, until an abort or machine off, else 0";
 pin out s32 slot "register 21, as of the last commit: number of the file";
-pin out float status "to motion.analog-in-N, where the codes check that they took effect: mode + 10 if a certain stock is defined + 100 * fault-code + 10000 * reply + 1000000 * (100 * job-ceiling) + 10000000000 if job-waits + 20000000000 if job-active + 40000000000 if feed-carried";
+pin in bit job_air "chipwise-monitor.job-air: feeds above the stock of the set-up may be as fast as the axes";
+pin out bit air "job-air while the set-up is in force; to stock-tracker.N.air and volumetric-feed.N.air";
+pin out float status "to motion.analog-in-N, where the codes check that they took effect: mode + 10 if a certain stock is defined + 100 * fault-code + 10000 * reply + 1000000 * (100 * job-ceiling) + 10000000000 if job-waits + 20000000000 if job-active + 40000000000 if feed-carried + 80000000000 if job-air";
 pin out float mrr_target "register 12, as of the last commit: mm3/min";
 pin out float mrr_lower "register 13, as of the last commit: mm3/min";
 
@@ -130,6 +132,7 @@ static void follow_job(struct __comp_state *__comp_inst, int commits)
     } else if (before && !commits) {
         mode = 0;
     }
+    air = job_active && job_air;
 }
 
 /* What the interpreter asks of the set-up, as a part of `status`. */
@@ -138,7 +141,8 @@ static double job_status(struct __comp_state *__comp_inst)
     double times = job_ceiling;
     int hundredths = times >= 1.0 && times <= CHIP_MOST_CEILING ? (int)(100.0 * times + 0.5) : 100;
     if (!job) return 0.0;
-    return (double)CHIP_STATUS_JOB * hundredths + (job_waits ? CHIP_STATUS_WAITS : 0.0) + (job_active ? CHIP_STATUS_ACTIVE : 0.0);
+    return (double)CHIP_STATUS_JOB * hundredths + (job_waits ? CHIP_STATUS_WAITS : 0.0) + (job_active ? CHIP_STATUS_ACTIVE : 0.0)
+        + (job_air ? CHIP_STATUS_AIR : 0.0);
 }
 
 FUNCTION(_) {

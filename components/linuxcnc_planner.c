@@ -219,6 +219,15 @@ static int does_join(const TC_STRUCT *tc, int is_first, double end[3])
     return 1;
 }
 
+/* F of the program on a segment, machine units/s, if it was `before` on the one before it [9]. */
+static double feed_on(const TC_STRUCT *tc, const struct chip_tracker_in *in, double before)
+{
+    int output = in->f_output;
+    if (output < 0 || output >= EMCMOT_MAX_AIO) return 0.0;
+    if (!tc->syncdio.anychanged || !(tc->syncdio.aio_mask >> output & 1)) return before;
+    return chip_setting(tc->syncdio.aios[output]);
+}
+
 /* Appends the segments of the queue behind the known ones, up to the horizon. The queue's last
  * segment, unless the tool is on it, may still be changed for a blend: it is tentative. -> chip_path_refusal. */
 static int extend_path(struct chip_planner *planner, const TP_STRUCT *tp, const struct chip_tracker_in *in,
@@ -226,6 +235,7 @@ static int extend_path(struct chip_planner *planner, const TP_STRUCT *tp, const 
 {
     int reads, n = 0, part = 0;
     double end[3] = { planner->end_mu[0], planner->end_mu[1], planner->end_mu[2] };
+    double feed = path->count > 0 ? planner->feed_mu_s : chip_setting(in->programmed_vel_mu_s);
     if (path->count > 0) {
         n = (planner->item - tp->queue.start + tp->queue.size) % tp->queue.size;
         part = planner->part;
@@ -238,12 +248,14 @@ static int extend_path(struct chip_planner *planner, const TP_STRUCT *tp, const 
             return CHIP_REFUSAL_NONE;
         if (part == 0 && !does_join(tc, n == 0, end)) return CHIP_REFUSAL_CHAIN;
         if (tc->motion_type == TC_RIGIDTAP) return CHIP_REFUSAL_NONE;
+        feed = feed_on(tc, in, feed);
         if (part >= part_count(tc)) {
             n++;
             part = 0;
         } else {
             if (segment_of(tc, part, in, &segment)) {
                 segment.accel = braking_accel(tc) / in->mu_per_mm;
+                segment.feed = feed / in->mu_per_mm;
                 segment.rapid = tc->canon_motion_type == EMC_MOTION_TYPE_TRAVERSE;
                 segment.join = tentative ? CHIP_JOIN_PARABOLIC : join_of(tc, part);
                 chip_path_append(path, key_of(tp, n, part), &segment);
@@ -255,6 +267,7 @@ static int extend_path(struct chip_planner *planner, const TP_STRUCT *tp, const 
         if (!tentative) {
             planner->item = (tp->queue.start + n) % tp->queue.size;
             planner->part = part;
+            planner->feed_mu_s = feed;
             memcpy(planner->end_mu, end, sizeof end);
         }
     }

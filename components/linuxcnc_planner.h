@@ -31,6 +31,8 @@
  *     gone), and its kind of motion and distance to go have to be those of motion's pins.
  *  8. The first segment at its own progress leads through the planner's position to 0.001 units, every segment begins
  *     where the one before ends, and all that is read of it is plausible: so the segments' size and members fit as well.
+ *  9. While a ceiling is in the place of F, the program's F goes out on an analog output that changes with a segment (M67). The segments in the queue
+ *     hold what they will set, so F is known along the path ahead; at its beginning it is what the output shows.
  */
 #ifndef CHIPWISE_LINUXCNC_PLANNER_H
 #define CHIPWISE_LINUXCNC_PLANNER_H
@@ -54,6 +56,7 @@ struct chip_planner {
     int last_canon, last_start; /* kind and slot of the queue's first segment in the last period */
     double last_to_go;          /* machine units, of motion in the last period */
     double end_mu[3];           /* machine units, where the last segment that has been read for good ends */
+    double feed_mu_s;           /* machine units/s, F of the program there; 0: not replaced, or unknown [9] */
     double
         blend_vel_mu_s;   /* velocity on the slower segment of a parabolic blend; 0: none, or the path is unknown [5] */
     double braking_mu_s2; /* least acceleration the planner brakes with now, machine units/s2; 0: the path is unknown */

@@ -43,6 +43,7 @@ enum chip_run_end { CHIP_RUN_GOES_ON = 0, CHIP_RUN_WHOLE = 1, CHIP_RUN_STOPPED =
 #define CHIP_STATUS_WAITS 10000000000.0   /* 1 if it waits for adaptive feed */
 #define CHIP_STATUS_ACTIVE 20000000000.0  /* 1 if it is in force */
 #define CHIP_STATUS_CARRIED 40000000000.0 /* 1 if M251 of MDI is in force in the program that runs */
+#define CHIP_STATUS_AIR 80000000000.0     /* 1 if feeds above its stock may be as fast as the axes */
 #define CHIP_MOST_CEILING 10.0            /* times F */
 
 /* chipwise-guard.N.reason: why the machine was stopped. */

@@ -53,6 +53,11 @@ pin in float distance_to_go "motion.distance-to-go, machine units; 0 or negative
 pin in bit feed_decided "TRUE for a period when M251 or M252 takes effect, a program starts or is aborted, or the machine goes off (chipwise-command.0.feed-decided)";
 pin in bit turned "an axis other than X Y Z has moved since the stock was defined (chipwise-inputs.0.turned): the stock is unknown";
 
+pin in bit air "feeds above the stock are as fast as the axes (chipwise-command.0.air), so pace-.. are wanted";
+pin in float ceiling = 1.0 "times F that another feed may be fast then (chipwise-monitor.job-ceiling)";
+pin in float programmed_vel "F of the program, machine units/s (motion.analog-out of feed-output)";
+pin in float feed_override = 1.0 "the operator's feed override in effect (chipwise-monitor.feed-override)";
+
 pin out bit stock_defined "the map holds a stock";
 pin out bit certain "a program or a person has confirmed the stock (M250, M254); FALSE: none is defined, or it is assumed, and neither guards nor feed act on it";
 pin out bit ready "stock, tool and position are known";
@@ -66,6 +71,9 @@ pin out float depth "machine units: deepest stock above the tool's edge within i
 pin out float direction_z "vertical part of the unit direction of travel, -1 (plunge) to 1";
 pin out float descent_distance = -1.0 "travel until a feed goes down, machine units; -1: none in sight, or the tool stops before; to volumetric-feed.N.descent-distance";
 pin out float descent_accel "mean acceleration the planner may brake with until there, machine units/s2; 0: unknown";
+pin out float pace_distance = -2.0 "travel until pace-vel applies, machine units; -1: nowhere in sight, or the tool stops before; -2: unknown, or air is FALSE; to volumetric-feed.N.pace-distance";
+pin out float pace_vel "largest velocity of the program there, machine units/s: below air-clearance F down, ceiling times F otherwise";
+pin out float pace_accel "mean acceleration the planner may brake with until there, machine units/s2; 0: unknown";
 pin out bit flute_excess "the depth exceeds the flute length while cutting";
 pin out bit rapid_contact "a traverse meets stock, or will meet it within its braking distance";
 pin out float rapid_distance "machine units to the stock a traverse is about to meet; 0: none seen";
@@ -98,6 +106,8 @@ param rw float acceleration_x = 0.0 "acceleration of the X axis, for the braking
 param rw float acceleration_y = 0.0 "the same of the Y axis";
 param rw float acceleration_z = 0.0 "the same of the Z axis";
 param rw float monitor_timeout = 0.0 "time without a heartbeat until fault 16, s; 0: not watched";
+param rw float air_clearance = 0.0 "height above the stock's box from which feeds meet nothing, machine units; 0: none";
+param rw s32 feed_output = -1 "number of the analog output of motion that carries F (programmed-vel); -1: unknown";
 param r s32 shm_key "key of the shared memory with the map";
 
 variable chip_tracker_t state;
@@ -267,23 +277,21 @@ static void read_pins(struct __comp_state *__comp_inst, long period, struct chip
 {
     in->pos_mu[0] = pos_x; in->pos_mu[1] = pos_y; in->pos_mu[2] = pos_z;
     in->tool_offset_mu[0] = tool_offset_x; in->tool_offset_mu[1] = tool_offset_y; in->tool_offset_mu[2] = tool_offset_z;
-    in->mu_per_mm = units_per_mm;
-    in->motion = motion_type;
+    in->mu_per_mm = units_per_mm; in->motion = motion_type;
     in->is_enabled = enable; in->is_turned = turned;
     in->tool_diameter_mu = tool_diameter; in->tool_corner_radius_mu = tool_corner_radius;
     in->tool_tip_angle_deg = tool_tip_angle; in->tool_flute_length_mu = tool_flute_length;
     in->box_min_mu[0] = min_x; in->box_min_mu[1] = min_y; in->box_min_mu[2] = min_z;
     in->box_max_mu[0] = max_x; in->box_max_mu[1] = max_y; in->box_max_mu[2] = max_z;
-    in->box_shape = shape; in->box_turn_deg = turn;
-    in->define_request = define;
-    in->external_writer = hold;
-    in->is_assumed = assumed; in->tool_is_assumed = tool_assumed;
+    in->box_shape = shape; in->box_turn_deg = turn; in->define_request = define;
+    in->external_writer = hold; in->is_assumed = assumed; in->tool_is_assumed = tool_assumed;
     in->distance_to_go_mu = distance_to_go;
     watch_tool(__comp_inst, period, in);
     in->acceleration_mu_s2 = acceleration;
     in->axis_acceleration_mu_s2[0] = acceleration_x; in->axis_acceleration_mu_s2[1] = acceleration_y; in->axis_acceleration_mu_s2[2] = acceleration_z;
-    in->max_jerk_mu_s3 = max_jerk;
-    in->mrr_window_s = mrr_window;
+    in->max_jerk_mu_s3 = max_jerk; in->mrr_window_s = mrr_window;
+    in->is_air_free = air; in->air_clearance_mu = air_clearance; in->ceiling_of_f = ceiling; in->feed_override_share = feed_override;
+    in->programmed_vel_mu_s = programmed_vel; in->f_output = feed_output;
     in->chip_weight_per_mm = chip_weight; in->power_weight_per_mm = power_weight; in->force_exponent_mc = force_exponent;
     in->period_s = fperiod;
 }
@@ -294,23 +302,17 @@ static void write_pins(struct __comp_state *__comp_inst, const struct chip_track
     double scale = units_per_mm >= CHIP_MIN_MU_PER_MM && units_per_mm <= CHIP_MAX_MU_PER_MM ? units_per_mm : 0.0;
     int i;
 
-    stock_defined = out->has_stock;
-    certain = out->is_certain;
-    ready = out->is_ready;
-    fault = out->has_fault;
-    fault_code = out->fault_number;
-    removed_volume = out->removed_volume_mm3;
-    mrr = out->mrr_mm3_min;
-    section_area = out->section_area_mm2;
-    depth = out->depth_mm * scale;
+    stock_defined = out->has_stock; certain = out->is_certain; ready = out->is_ready;
+    fault = out->has_fault; fault_code = out->fault_number;
+    removed_volume = out->removed_volume_mm3; mrr = out->mrr_mm3_min;
+    section_area = out->section_area_mm2; depth = out->depth_mm * scale;
     direction_z = out->dir_z;
-    descent_distance = out->descent_mm < 0.0 ? -1.0 : out->descent_mm * scale;
-    descent_accel = out->descent_accel_mm_s2 * scale;
-    flute_excess = out->has_flute_excess;
-    rapid_contact = out->has_rapid_contact;
-    path_known = state.lookahead.on_path;
+    descent_distance = out->descent_mm < 0.0 ? -1.0 : out->descent_mm * scale; descent_accel = out->descent_accel_mm_s2 * scale;
+    pace_distance = out->pace.distance < 0.0 ? out->pace.distance : out->pace.distance * scale;
+    pace_vel = out->pace.vel * scale; pace_accel = out->pace.accel * scale;
+    flute_excess = out->has_flute_excess; rapid_contact = out->has_rapid_contact;
+    path_known = state.lookahead.on_path; held = out->is_held;
     rapid_distance = out->rapid_distance_mm * scale;
-    held = out->is_held;
     for (i = 0; i < CHIP_LOAD_STEPS; i++) {
         load_step_distance(i) = i < out->load.steps ? out->load.step[i].distance * scale : 0.0;
         load_step_area(i) = i < out->load.steps ? out->load.step[i].area : 0.0;
@@ -339,10 +341,8 @@ FUNCTION(_) {
     blend_vel = planner.blend_vel_mu_s;
     braking_accel = planner.braking_mu_s2;
     chip_tracker_step(&state, stock, &in, &out);
-    if (state.tip_known)
-        chip_path_done_step(&thinner, done, state.tip);
-    else
-        chip_path_done_lose(&thinner);
+    if (state.tip_known) chip_path_done_step(&thinner, done, state.tip);
+    else chip_path_done_lose(&thinner);
     write_pins(__comp_inst, &out);
     if (feed_decided) path_state.unknown_s = 0.0; /* counts from there on */
     path_refused = chip_path_watch_step(&path_state, read_path ? planner.refusal : 0, enable && section_area > 0.0, fperiod);

@@ -33,6 +33,13 @@ static inline int chip_finite(double x) { return fabs(x) <= CHIP_LARGEST; }
 /* A setting: 0 (off) unless it is a finite number above 0. */
 static inline double chip_setting(double x) { return x > 0.0 && x <= CHIP_LARGEST ? x : 0.0; }
 
+/* The operator's feed override from a pin, within what is accepted; 1 if it is unknown. */
+static inline double chip_override(double share)
+{
+    double known = chip_setting(share);
+    return known > 0.0 ? (known < 0.01 ? 0.01 : (known > 10.0 ? 10.0 : known)) : 1.0;
+}
+
 static inline double chip_clamp(double x, double lo, double hi) { return x < lo ? lo : (x > hi ? hi : x); }
 
 static inline double chip_min(double a, double b) { return a < b ? a : b; }

@@ -9,29 +9,20 @@
 #define CHIP_BLEND_BRAKING 0.5
 /* of the load at the tool: up to this a step ahead counts as the same load; larger, and a rise reads as stock here */
 #define CHIP_SAME_LOAD 1.25
-#define CHIP_LATENCY 2.0       /* periods from reading a position to braking */
-#define CHIP_THICKEST 0.72462  /* largest mean chip thickness over fz: the maximum of 2 e / acos(1 - 2 e) [6] */
-#define CHIP_MIN_DESCENT 1e-3  /* a direction that descends less than this is level */
-#define CHIP_FALLS 1e-4        /* a direction that falls by more goes down [12] */
-#define CHIP_UNBOUND 1e30      /* mm/s: no limit */
-#define CHIP_MIN_OVERRIDE 0.01 /* range of the operator's override that is accepted [9] */
-#define CHIP_MAX_OVERRIDE 10.0
-#define CHIP_CATCH_UP 20.0      /* factor on the velocity above that share */
-#define CHIP_CATCH_UP_FROM 0.98 /* share of the velocity from which the catch-up acts [10] */
-#define CHIP_HALVINGS 20        /* of the bisection for the velocity [10] */
+#define CHIP_LATENCY 2.0            /* periods from reading a position to braking */
+#define CHIP_THICKEST 0.72462       /* largest mean chip thickness over fz: the maximum of 2 e / acos(1 - 2 e) [6] */
+#define CHIP_MIN_DESCENT 1e-3       /* a direction that descends less than this is level */
+#define CHIP_FALLS 1e-4             /* a direction that falls by more goes down [12] */
+#define CHIP_UNBOUND 1e30           /* mm/s: no limit */
+#define CHIP_PACE_IS_UNKNOWN (-1.5) /* mm: a distance below says that the path is unknown (path_pace.h) [14] */
+#define CHIP_CATCH_UP 20.0          /* factor on the velocity above that share */
+#define CHIP_CATCH_UP_FROM 0.98     /* share of the velocity from which the catch-up acts [10] */
+#define CHIP_HALVINGS 20            /* of the bisection for the velocity [10] */
 
 struct allowed {
     double velocity;
     int limit;
 };
-
-static struct chip_feed_out result(double scale, int limit)
-{
-    struct chip_feed_out out;
-    out.scale = scale;
-    out.limit = limit;
-    return out;
-}
 
 double chip_feed_target(const struct chip_feed_in *in)
 {
@@ -109,14 +100,6 @@ static double braking(const struct chip_feed_in *in, double accel)
     return CHIP_BLEND_BRAKING * in->acceleration_mm_s2;
 }
 
-/* The operator's override [9]. */
-static double operator_override(const struct chip_feed_in *in)
-{
-    return chip_setting(in->feed_override_share) > 0.0
-             ? chip_clamp(in->feed_override_share, CHIP_MIN_OVERRIDE, CHIP_MAX_OVERRIDE)
-             : 1.0;
-}
-
 /* Velocity from which `distance` mm are enough to brake to `end_vel` with `accel`, all at machine speed, mm/s [2]
  * [10]. */
 static inline __attribute__((always_inline)) double braked_from(const struct chip_feed_in *in, double end_vel,
@@ -172,7 +155,7 @@ static int is_same_load(const struct chip_feed_in *in, int i)
 /* The lower one of `best` and of what the limits of the tooth allow here and ahead [13]; `late`, `more`: as for the areas [2] [10]. */
 static struct allowed tooth_limit(const struct chip_feed_in *in, struct allowed best, double late, double more)
 {
-    double edges = chip_edges_per_s(in), k = operator_override(in);
+    double edges = chip_edges_per_s(in), k = chip_override(in->feed_override_share);
     int i;
     for (i = 0; edges > 0.0 && i < CHIP_FEED_LOAD_STEPS; i++) {
         double end_vel, velocity;
@@ -197,7 +180,8 @@ static struct allowed stock_limit(const struct chip_feed_in *in, double last_sca
     struct allowed best = { CHIP_UNBOUND, CHIP_LIMIT_NONE };
     double period = chip_finite(in->period_s) ? chip_clamp(in->period_s, 0.0, 0.1) : 0.0;
     double last = chip_finite(last_scale) ? chip_clamp(last_scale, 0.0, 1.0) : 1.0;
-    double k = operator_override(in), speed = k * last * in->requested_vel_mm_s, late = CHIP_LATENCY * period * speed;
+    double k = chip_override(in->feed_override_share), speed = k * last * in->requested_vel_mm_s,
+           late = CHIP_LATENCY * period * speed;
     double more;
     int i;
     late += travel_until_braking(in, &more);
@@ -223,22 +207,42 @@ static struct allowed stock_limit(const struct chip_feed_in *in, double last_sca
     return chip_tooth_asked(in) ? tooth_limit(in, best, late, more) : best;
 }
 
+/* Highest velocity that lets a place at `distance` mm be passed with `end_vel`, mm/s [12] [14]; a parabolic blend begins that much before a corner. */
+static double braked_before(const struct chip_feed_in *in, double last_scale, double end_vel, double distance,
+                            double known)
+{
+    double k = chip_override(in->feed_override_share), more, late, velocity,
+           accel = CHIP_BLEND_BRAKING * in->acceleration_mm_s2;
+    double period = chip_finite(in->period_s) ? chip_clamp(in->period_s, 0.0, 0.1) : 0.0;
+    double last = chip_finite(last_scale) ? chip_clamp(last_scale, 0.0, 1.0) : 1.0;
+    if (chip_setting(known) > 0.0) accel = chip_min(known, in->acceleration_mm_s2);
+    late = CHIP_LATENCY * period * k * last * in->requested_vel_mm_s + travel_until_braking(in, &more);
+    distance = chip_max(0.0, distance - late - k * k * end_vel * end_vel / (2.0 * accel));
+    velocity = braked_from(in, k * end_vel, accel, distance) - more;
+    return chip_max(end_vel, (velocity - catch_up(in, velocity)) / k);
+}
+
 /* Highest velocity that lets the tool go down at F, here and ahead, mm/s [12]. */
 static double descent_limit(const struct chip_feed_in *in, double last_scale, double programmed)
 {
-    double k = operator_override(in), more, late, accel, distance, velocity;
-    double period = chip_finite(in->period_s) ? chip_clamp(in->period_s, 0.0, 0.1) : 0.0;
-    double last = chip_finite(last_scale) ? chip_clamp(last_scale, 0.0, 1.0) : 1.0;
     if (!in->keeps_f_down) return CHIP_UNBOUND;
     if (!chip_finite(in->dir_z) || in->dir_z < -CHIP_FALLS || !chip_finite(in->descent_mm)) return programmed;
     CHIP_FAULT(DESCENDS_UNBRAKED, return CHIP_UNBOUND);
     if (in->descent_mm < 0.0) return CHIP_UNBOUND;
-    accel = chip_setting(in->descent_accel_mm_s2) > 0.0 ? chip_min(in->descent_accel_mm_s2, in->acceleration_mm_s2)
-                                                        : CHIP_BLEND_BRAKING * in->acceleration_mm_s2;
-    late = CHIP_LATENCY * period * k * last * in->requested_vel_mm_s + travel_until_braking(in, &more);
-    distance = chip_max(0.0, in->descent_mm - late - k * k * programmed * programmed / (2.0 * accel));
-    velocity = braked_from(in, k * programmed, accel, distance) - more;
-    return chip_max(programmed, (velocity - catch_up(in, velocity)) / k);
+    return braked_before(in, last_scale, programmed, in->descent_mm, in->descent_accel_mm_s2);
+}
+
+/* The same if feeds above the stock are free [14]. */
+static double pace_limit(const struct chip_feed_in *in, double last_scale, double programmed)
+{
+    double plain = chip_max(1.0, chip_setting(in->ceiling_of_f)) * programmed;
+    int is_known = chip_finite(in->pace_mm) && in->pace_mm > CHIP_PACE_IS_UNKNOWN;
+    if (!in->is_air_free) return descent_limit(in, last_scale, programmed);
+    if (!is_known) return chip_min(plain, descent_limit(in, last_scale, programmed));
+    CHIP_FAULT(PACE_IGNORED, return CHIP_UNBOUND);
+    if (in->pace_mm < 0.0) return CHIP_UNBOUND;
+    return braked_before(in, last_scale, chip_min(chip_setting(in->pace_vel_mm_s), CHIP_UNBOUND), in->pace_mm,
+                         in->pace_accel_mm_s2);
 }
 
 /* Velocity the mode asks for if the stock allows it, mm/s [3] [5]. */
@@ -270,12 +274,9 @@ static double slowest(const struct chip_feed_in *in, double programmed, double m
     return chip_max(floor, CHIP_MIN_SCALE * in->requested_vel_mm_s);
 }
 
-/* Whether the mode is one of 1, 2, 3. */
-static int is_on(int feed_mode) { return feed_mode >= CHIP_FEED_LIMIT && feed_mode <= CHIP_FEED_WINDOW; }
-
 int chip_feed_replaces(int feed_mode, double programmed, double requested)
 {
-    return is_on(feed_mode)
+    return chip_feed_is_on(feed_mode)
         || (chip_finite(programmed) && chip_finite(requested) && programmed > 0.0 && requested > programmed);
 }
 
@@ -284,17 +285,17 @@ struct chip_feed_out chip_feed(const struct chip_feed_in *in, double last_scale)
     double programmed, max_vel, floor, descent;
     struct allowed want, stock;
 
-    if (!is_on(in->feed_mode)) return result(1.0, CHIP_LIMIT_NONE);
-    if (in->motion != CHIP_MOTION_FEED && in->motion != CHIP_MOTION_ARC) return result(1.0, CHIP_LIMIT_NONE);
+    if (!chip_feed_is_on(in->feed_mode)) return chip_feed_result(1.0, CHIP_LIMIT_NONE);
+    if (in->motion != CHIP_MOTION_FEED && in->motion != CHIP_MOTION_ARC) return chip_feed_result(1.0, CHIP_LIMIT_NONE);
     if (!chip_finite(in->requested_vel_mm_s) || !(in->requested_vel_mm_s > 0.0))
-        return result(1.0, CHIP_LIMIT_FALLBACK);
+        return chip_feed_result(1.0, CHIP_LIMIT_FALLBACK);
     programmed = programmed_feed(in);
-    if (!trusted(in)) return result(programmed / in->requested_vel_mm_s, CHIP_LIMIT_FALLBACK);
+    if (!trusted(in)) return chip_feed_result(programmed / in->requested_vel_mm_s, CHIP_LIMIT_FALLBACK);
 
     max_vel = cutting_limit(in, programmed);
     want = wanted(in, programmed);
     stock = stock_limit(in, last_scale, max_vel);
-    descent = descent_limit(in, last_scale, programmed);
+    descent = pace_limit(in, last_scale, programmed);
     if (descent < want.velocity) {
         want.velocity = descent;
         want.limit = CHIP_LIMIT_CEILING;
@@ -305,42 +306,13 @@ struct chip_feed_out chip_feed(const struct chip_feed_in *in, double last_scale)
         want.velocity = floor;
         want.limit = CHIP_LIMIT_FLOOR;
     }
-    return result(chip_clamp(want.velocity / in->requested_vel_mm_s, 0.0, 1.0), want.limit);
-}
-
-/* Velocity of the climb after a period, mm/s: down at once, up by `recover` [7]. */
-static double climb(double ramp, double goal, double recover, double dt)
-{
-    double step = chip_setting(recover) * (chip_finite(dt) ? chip_clamp(dt, 0.0, 0.1) : 0.0);
-    CHIP_FAULT(RISES_AT_ONCE, return goal);
-    return chip_setting(recover) > 0.0 ? chip_min(goal, ramp + step) : goal;
-}
-
-struct chip_feed_out chip_feed_ease(struct chip_feed_easing *easing, const struct chip_feed_in *in,
-                                    struct chip_feed_out law, double recover, double deadband)
-{
-    double goal = law.scale * in->requested_vel_mm_s, band = chip_min(chip_setting(deadband), 1.0);
-    int eased = law.limit != CHIP_LIMIT_FALLBACK && is_on(in->feed_mode)
-             && (in->motion == CHIP_MOTION_FEED || in->motion == CHIP_MOTION_ARC);
-    int top = law.limit == CHIP_LIMIT_NONE || law.limit == CHIP_LIMIT_CEILING;
-
-    if (!eased || !chip_finite(goal)) {
-        easing->is_begun = 0;
-        return law;
-    }
-    if (!easing->is_begun) easing->ramp_mm_s = easing->given_mm_s = goal;
-    easing->is_begun = 1;
-    easing->ramp_mm_s = climb(easing->ramp_mm_s, goal, recover, in->period_s);
-    if (easing->ramp_mm_s < easing->given_mm_s || easing->ramp_mm_s > (1.0 + band) * easing->given_mm_s
-        || (top && easing->ramp_mm_s >= goal))
-        easing->given_mm_s = easing->ramp_mm_s;
-    return result(chip_clamp(easing->given_mm_s / in->requested_vel_mm_s, 0.0, law.scale), law.limit);
+    return chip_feed_result(chip_clamp(want.velocity / in->requested_vel_mm_s, 0.0, 1.0), want.limit);
 }
 
 double chip_feed_override(const struct chip_feed_in *in, double scale)
 {
     int moves = in->motion == CHIP_MOTION_FEED || in->motion == CHIP_MOTION_ARC;
-    int left_over = !is_on(in->feed_mode) && moves;
+    int left_over = !chip_feed_is_on(in->feed_mode) && moves;
     if (!chip_feed_replaces(in->feed_mode, in->programmed_vel_mm_s, in->requested_vel_mm_s)) return scale;
     if (in->motion != CHIP_MOTION_PROBING && !left_over) return scale;
     if (!chip_finite(in->requested_vel_mm_s) || !(in->requested_vel_mm_s > 0.0)) return scale;

@@ -40,6 +40,9 @@
  *     Q / A_i, and shorter by F^2 / 2a, since a parabolic blend begins that much before the corner.
  * 13. A cutting edge and the spindle have limits of their own: largest chip, power, torque (tooth_law.h). They bound the feed per tooth,
  *     here and ahead as 2 does; the operator's override raises none of them.
+ * 14. A set-up may leave feeds above the stock to the axes: the requested velocity is what they allow. Where the path comes down the
+ *     tracker says how fast the tool may be there, its own F if it falls and `ceiling` times that otherwise (path_pace.h): it brakes to it as in 12.
+ *     If that is not known it is at most `ceiling` times F, and F down, wherever it is.
  */
 #ifndef CHIPWISE_FEED_H
 #define CHIPWISE_FEED_H
@@ -87,15 +90,20 @@ struct chip_feed_in {
     int keeps_f_down;                              /* moves that go down are at most as fast as F [12] */
     double descent_mm;                             /* of travel until one begins; negative: none in sight */
     double descent_accel_mm_s2;                    /* mean braking the planner can use until there; 0: unknown */
-    double max_chip_thickness_mm;                  /* bound of the mean chip thickness [6] */
-    double flutes;                                 /* cutting edges z */
-    double spindle_speed_rps;                      /* 1/s, spindle speed n, either sign */
-    double tool_diameter_mm;                       /* D */
-    double depth_mm;                               /* depth of cut; 0: unknown */
-    double feed_override_share; /* the operator's feed override, 1 = 100 %; not positive: unknown, 1 [9] */
-    double max_jerk_mm_s3;      /* of the planner; 0: not limited [10] */
-    double current_vel_mm_s;    /* velocity of the tool now [10] */
-    double current_accel_mm_s2; /* its rate of change; not positive: the tool does not accelerate [10] */
+    int is_air_free;                               /* feeds above the stock are as fast as the axes [14] */
+    double ceiling_of_f;                           /* times F, elsewhere; below 1: 1 */
+    double pace_mm; /* of travel until pace_vel_mm_s applies; -1: none in sight, -2: unknown (path_pace.h) */
+    double pace_vel_mm_s;
+    double pace_accel_mm_s2;      /* mean braking the planner can use until there; 0: unknown */
+    double max_chip_thickness_mm; /* bound of the mean chip thickness [6] */
+    double flutes;                /* cutting edges z */
+    double spindle_speed_rps;     /* 1/s, spindle speed n, either sign */
+    double tool_diameter_mm;      /* D */
+    double depth_mm;              /* depth of cut; 0: unknown */
+    double feed_override_share;   /* the operator's feed override, 1 = 100 %; not positive: unknown, 1 [9] */
+    double max_jerk_mm_s3;        /* of the planner; 0: not limited [10] */
+    double current_vel_mm_s;      /* velocity of the tool now [10] */
+    double current_accel_mm_s2;   /* its rate of change; not positive: the tool does not accelerate [10] */
     /* the tooth load ahead, and which chip_tooth_limit has made it, as the areas are [13] */
     double tooth_distance_mm[CHIP_FEED_LOAD_STEPS]; /* until tooth_load_per_mm applies */
     double tooth_load_per_mm[CHIP_FEED_LOAD_STEPS]; /* not positive: unused */
@@ -116,6 +124,20 @@ struct chip_feed_easing {
     double given_mm_s; /* velocity of the last output */
     int is_begun;      /* both are valid */
 };
+
+/* Whether the mode is one of 1, 2, 3. */
+static inline int chip_feed_is_on(int feed_mode)
+{
+    return feed_mode >= CHIP_FEED_LIMIT && feed_mode <= CHIP_FEED_WINDOW;
+}
+
+static inline struct chip_feed_out chip_feed_result(double scale, int limit)
+{
+    struct chip_feed_out out;
+    out.scale = scale;
+    out.limit = limit;
+    return out;
+}
 
 /* Whether the override must hold the machine: the feed is on, or a ceiling is left over from it [11]. */
 int chip_feed_replaces(int feed_mode, double programmed_vel_mm_s, double requested_vel_mm_s);

@@ -37,6 +37,7 @@ struct chip_segment {
     double curvature;            /* rad per mm of horizontal travel, counter-clockwise positive */
     double length;               /* mm of travel; not used by a predicted path */
     double accel;                /* mm/s2 the planner may brake with along it; 0: unknown */
+    double feed;                 /* mm/s, F of the program on it; 0: the planner has F itself, or it is unknown */
     int rapid;                   /* it is a traverse */
     int join;                    /* chip_join: how its end is left */
 };

@@ -19,6 +19,7 @@
 #include "core/section.c"
 #include "core/path.c"
 #include "core/path_done.c"
+#include "core/path_pace.c"
 #include "core/predicted_path.c"
 #include "core/tooth_profile.c"
 #include "core/load_bound.c"

@@ -157,6 +157,17 @@ static void follow_limits(struct chip_tracker *tracker, const struct chip_tracke
     if (change != CHIP_TOOTH_SAME) chip_tooth_follow(&tracker->lookahead, &tracker->tooth);
 }
 
+/* The place at which feeds above the stock, which are free, have to be slower; unknown if nothing makes them free. */
+static struct chip_pace find_pace(const struct chip_tracker *tracker, const struct chip_stock *stock,
+                                  const struct chip_tracker_in *in, double horizon)
+{
+    struct chip_pace none = { CHIP_PACE_UNKNOWN, 0.0, 0.0 };
+    struct chip_pace_in asked = { stock->z_max + in->air_clearance_mu / in->mu_per_mm, in->ceiling_of_f,
+                                  tracker->lookahead.latency_travel, chip_override(in->feed_override_share), horizon };
+    if (!in->is_air_free || tracker->is_uncertain || !(in->air_clearance_mu > 0.0)) return none;
+    return chip_path_pace(&tracker->path, &asked);
+}
+
 /* [5] Looks ahead and fills the outputs that depend on it. */
 static void update_load(struct chip_tracker *tracker, const struct chip_stock *stock, const struct chip_tracker_in *in,
                         const double tip[3], long work, struct chip_tracker_out *out)
@@ -177,6 +188,7 @@ static void update_load(struct chip_tracker *tracker, const struct chip_stock *s
     out->depth_mm = out->load.depth;
     out->dir_z = tracker->lookahead.predicted.known ? tracker->lookahead.predicted.last_dir_z : 0.0;
     out->descent_mm = chip_path_descent(&tracker->path, &out->descent_accel_mm_s2);
+    out->pace = find_pace(tracker, stock, in, far);
 }
 
 /* [5] The guards of traverse and shank; returns the work so far. */
@@ -217,6 +229,8 @@ static void clear(struct chip_tracker_out *out)
     out->has_flute_excess = out->has_rapid_contact = out->is_held = out->is_certain = 0;
     out->rapid_distance_mm = out->descent_accel_mm_s2 = 0.0;
     out->descent_mm = -1.0;
+    out->pace.distance = CHIP_PACE_UNKNOWN;
+    out->pace.vel = out->pace.accel = 0.0;
     out->load.steps = out->load.tooth_steps = 0;
     out->load.chip = out->load.power = 0.0;
     for (i = 0; i < CHIP_LOAD_STEPS; i++)
@@ -227,7 +241,8 @@ static void clear(struct chip_tracker_out *out)
 static int all_finite(const struct chip_tracker_out *out)
 {
     double sum = out->section_area_mm2 + out->depth_mm + out->mrr_mm3_min + out->dir_z + out->rapid_distance_mm
-               + out->removed_volume_mm3 + out->descent_mm + out->descent_accel_mm_s2;
+               + out->removed_volume_mm3 + out->descent_mm + out->descent_accel_mm_s2 + out->pace.distance
+               + out->pace.vel + out->pace.accel;
     int i;
     for (i = 0; i < out->load.steps && i < CHIP_LOAD_STEPS; i++)
         sum += out->load.step[i].distance + out->load.step[i].area + out->load.step[i].accel;

@@ -30,6 +30,7 @@
 #define CHIPWISE_TRACKER_H
 
 #include "lookahead.h"
+#include "path_pace.h"
 #include "guard.h"
 #include "sweep.h"
 
@@ -101,6 +102,11 @@ struct chip_tracker_in {
     double axis_acceleration_mu_s2[3]; /* of X, Y, Z; not positive: unknown */
     double max_jerk_mu_s3;             /* of a jerk-limited planner; not positive: not limited */
     double mrr_window_s;               /* of the removal rate */
+    /* a set-up lets feeds above the stock be as fast as the axes (path_pace.h) */
+    int is_air_free;
+    double air_clearance_mu, ceiling_of_f, feed_override_share;
+    double programmed_vel_mu_s; /* F of the program now; not positive: not replaced */
+    int f_output;               /* the analog output that carries F; negative: unknown */
     /* the limits of the tooth (tooth.h): weights, 1/mm, 0: none; Kienzle's exponent */
     double chip_weight_per_mm, power_weight_per_mm, force_exponent_mc;
     double period_s;
@@ -117,6 +123,7 @@ struct chip_tracker_out {
     double dir_z;               /* vertical part of the unit direction, -1..1 */
     double descent_mm;          /* of travel until a feed goes down; negative: none in sight */
     double descent_accel_mm_s2; /* mean the planner may brake with until there; 0: unknown */
+    struct chip_pace pace;      /* unknown if feeds above the stock are not free */
     int has_flute_excess, has_rapid_contact;
     double rapid_distance_mm; /* to the stock a traverse meets; 0: none seen */
     int is_held;              /* the map is not touched: answer to `external_writer` */

@@ -4,6 +4,7 @@
 #define CHIPWISE_RTAPI
 #include "core/tooth_law.c"
 #include "core/feed.c"
+#include "core/feed_ease.c"
 #include "core/feed_hold.c"
 #include "core/watchdog.c"
 #include "core/run_sums.c"

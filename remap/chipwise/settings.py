@@ -150,6 +150,8 @@ SETTINGS = {
     "FILTER_CEILING": Setting(0.0, "mm/min", _number, lambda v: 0 <= v < 1e6, "a feed of 0 (that of the axes) or more"),
     "JOBS": Setting("", "path", str, lambda v: True, "the path of a folder, or nothing"),
     "SETUP_CEILING": Setting(2.0, "", _number, lambda v: 1 <= v <= 10, "a share of F from 1 to 10"),
+    "SETUP_AIR": Setting(False, "", _switch, lambda v: True, "yes or no"),
+    "AIR_CLEARANCE": Setting(0.5, "mm", _number, lambda v: 0.1 <= v <= 100, "a length from 0.1 to 100 mm"),
     "PROGRAM_PYTHON": Setting(False, "", _switch, lambda v: True, "yes or no"),
     "PANEL": Setting(True, "", _switch, lambda v: True, "yes or no"),
     "PANEL_ADDRESS": Setting("127.0.0.1", "", _address, lambda v: True, "an IP address of this machine, or 0.0.0.0 for all of them"),

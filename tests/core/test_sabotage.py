@@ -44,6 +44,7 @@ FAULTS = {
     "TOO_FAST": ("five percent too fast", "test_feed.py::test_at_the_tool"),
     "BRAKES_LATE": ("brakes too late", "test_feed.py::test_ahead_is_braked_in_time"),
     "DESCENDS_UNBRAKED": ("no braking before the tool goes down", "test_descent.py::test_it_is_braked_in_time"),
+    "PACE_IGNORED": ("no braking before the path comes down to the stock", "test_pace.py::test_no_place_is_passed_too_fast"),
     "CEILING_NOT_BRAKED": ("highest velocity not braked to", "test_feed.py::test_fastest_while_cutting"),
     "CHIP_OF_SMALL_CUT": ("chip as at the small engagement", "test_feed.py::test_mean_chip"),
     "CHIP_WHERE_TOUCHED": ("the largest chip where stock is touched at all", "test_tooth.py::test_side_cut[0.05-10-0.25]"),

@@ -35,11 +35,11 @@ SET_UP = 'set up as confirmed'
 FRESH = ['TRUE', '0', 'FALSE', '0', 'TRUE']
 
 
-def with_job(path, text=PROGRAM, low=(-5.0, 0.0, -10.0), high=(35.0, 30.0, 0.0), tools=None, source='option'):
+def with_job(path, text=PROGRAM, low=(-5.0, 0.0, -10.0), high=(35.0, 30.0, 0.0), tools=None, source='option', air=False):
     """A program with a job file beside it."""
     path.write_text(text)
     digest = hashlib.sha256(path.read_bytes()).hexdigest()
-    job = Job(path.name, digest, low, high, source, '', tools or {1: JobTool(6.0, TARGET, 2.0)})
+    job = Job(path.name, digest, low, high, source, '', tools or {1: JobTool(6.0, TARGET, 2.0)}, air)
     path.with_name(path.stem + '.job.toml').write_text(text_of(job))
     return str(path)
 
@@ -121,27 +121,40 @@ M30
 """
 
 
-def _fastest(log, line):
-    """(largest, median) velocity of the feed move of a line, mm/s."""
+FREE = RAISED.replace('G1 Z-2 F600', 'G1 X60 F600\nG1 X-30 Z4.5\nG1 Z-2 F300').replace('G1 X60\nG1 X80', 'G1 X61 F600\nG1 X80').replace('\nG0 Z5', '\nG1 Z5')
+
+
+def _fastest(log, line, text=RAISED, below=np.inf):
+    """(largest, median) velocity of the feed move of a line, mm/s; below: mm, only there."""
     found = np.load(log)
     at = np.column_stack([found[name] for name in 'xyz'])
     velocity = np.linalg.norm(np.diff(at, axis=0, prepend=at[:1]), axis=1) / found['period']
-    rows = (found['line'] == RAISED.splitlines().index(line) + 1) & (found['motion_type'] == 2)
+    rows = (found['line'] == text.splitlines().index(line) + 1) & (found['motion_type'] == 2) & (found['z'] < below)
     return velocity[rows].max(), np.median(velocity[rows])
 
 
 def test_the_ceiling_is_a_multiple_of_the_f_of_each_move(tmp_path):
-    """Twice F in air, the target in the slot, F where the tool goes down, braked before; without G84 or M52, with which it is a limit."""
+    """Twice F in air, the target in the slot, F where the tool goes down, braked before; without G84 or M52, with which it is a limit. With `air` as fast
+    as the axes above the stock and straight up, and below the clearance as before."""
     part = with_job(tmp_path / 'part.ngc', RAISED, tools={1: JobTool(6.0, 9000.0, 2.0)})
     tap = with_job(tmp_path / 'tap.ngc', RAISED.replace('G0 Z5\nM30', 'G0 Z5\nM52 P1\nM30'), tools={1: JobTool(6.0, 9000.0, 2.0)})
+    free = with_job(tmp_path / 'free.ngc', FREE, tools={1: JobTool(6.0, 9000.0, 2.0)}, air=True)
     answers = operate(tmp_path, [
         ['open', part], ['messages', 'part.ngc: set up as confirmed'], ['log', part], ['pins', *PINS, RATE], ['mdi', 'G1 X0 Y0 F200'],
-        ['open', tap], ['messages', 'tap.ngc: set up as confirmed'], ['log', tap], ['pins', *PINS, RATE]], edit=WITH_LOG, speed=1, timeout=120)
+        ['open', tap], ['messages', 'tap.ngc: set up as confirmed'], ['log', tap], ['pins', *PINS, RATE],
+        ['open', free], ['mdi', 'G0 Z20'], ['messages', 'free.ngc: set up as confirmed'], ['log', free], ['pins', *PINS, RATE]], edit=WITH_LOG, speed=1, timeout=240)
     said, (errors, log), end = answers[1:4]
     assert any('up to 2 times F' in text for text in said) and errors == [] and float(end[5]) <= 1.02 * 9000
     for line, fastest in (('G1 Z-2 F600', 10), ('G1 X60', 20), ('G1 X80 Z-4', 10), ('G1 X100', 20), ('G1 X120', 10)):
         assert _fastest(log, line)[0] == pytest.approx(fastest, rel=0.01), line
     assert _fastest(log, 'G1 X60')[1] == pytest.approx(9000 / 60 / AREA, rel=0.02)
+    said, (errors, log), end = answers[11:14]
+    assert any('and above the stock that of the axes' in text for text in said) and errors == [] and float(end[5]) <= 1.02 * 9000
+    for line, fastest in (('G1 X60 F600', 100), ('G1 X-30 Z4.5', 100)):
+        assert _fastest(log, line, FREE)[0] == pytest.approx(fastest, rel=0.05), line
+    for line, fastest in (('G1 Z-2 F300', 5), ('G1 X61 F600', 20), ('G1 X80 Z-4', 10), ('G1 X100', 20), ('G1 X120', 10)):
+        assert _fastest(log, line, FREE, 0.45)[0] == pytest.approx(fastest, rel=0.01), line
+    assert _fastest(log, 'G1 Z-2 F300', FREE)[0] > 30 and _fastest(log, 'G1 Z5', FREE)[0] > 40
     said, (errors, log), end = answers[6:9]
     assert any('at most F, because of its M52' in text for text in said) and errors == []
     assert max(_fastest(log, line)[0] for line in ('G1 X60', 'G1 X80 Z-4', 'G1 X100')) == pytest.approx(F_VEL, rel=1e-3)

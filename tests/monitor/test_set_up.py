@@ -10,6 +10,7 @@ import pytest
 from chipwise.monitor import saying
 from chipwise.monitor import set_up as module
 from chipwise.monitor.tool_shape import Tool
+from chipwise.rates import MAX_RATE
 from chipwise.settings import parse_settings
 from chipwise.setup import job_process
 from chipwise.setup.job import Job, JobTool, text_of
@@ -19,7 +20,7 @@ SLOT = "G21 G90 G94 G17\nT1 M6\nS8000 M3\nG55 G0 X-10 Y30 Z5\nG0 Z-4\nG1 X110 F4
 LINUXCNC = types.SimpleNamespace(INTERP_IDLE=1, MODE_MANUAL=1, MODE_AUTO=2, MODE_MDI=3, STATE_ON=4, stat=None, error=OSError)
 PLACE = {"index": 1, "offset": [0.0, 0.0, 0.0], "g92": [0.0, 0.0, 0.0], "turn": 0.0, "tool": 1, "codes": "G17 G21", "block_delete": False}
 TOOLS = {"1": [6.0, 3000.0, 2.0], "2": [3.0, None, 1.0]}
-ANSWER = {"why": "", "low": [0, 0, -9], "high": [9, 9, 0], "to_machine": None, "text": "from a to b", "tools": TOOLS, "keeps_f": ""}
+ANSWER = {"why": "", "low": [0, 0, -9], "high": [9, 9, 0], "to_machine": None, "text": "from a to b", "tools": TOOLS, "air": False, "keeps_f": ""}
 
 
 def job_of(path, **changes):
@@ -121,10 +122,10 @@ def look(scene, times=1):
     return claims
 
 
-def in_force(scene):
+def in_force(scene, **changes):
     set_up, pins, *_ = scene
     look(scene)
-    set_up.reading.answer = dict(ANSWER)
+    set_up.reading.answer = ANSWER | changes
     look(scene, 4)
     assert pins["job"] is True
 
@@ -206,6 +207,27 @@ def test_the_target_is_that_of_the_tool(scene, number, diameter, target, wanted)
     set_up, pins, *_ = scene
     in_force(scene)
     assert set_up.tool(number, Tool(diameter), 1.0).diameter == wanted and pins["job-target"] == target
+
+
+@pytest.mark.parametrize("number, target, ceiling", [(1, 3000.0, 2.0), (2, MAX_RATE, 1.0), (7, 0.0, 2.0)])
+def test_feeds_above_the_stock_are_free(scene, number, target, ceiling):
+    """A drill goes at F in the stock, and with the others as fast as the axes above it; an unknown tool keeps F. Not without REMAP = F, nor with a code that keeps F."""
+    set_up, pins, _status, _command, said = scene
+    set_up.feed_is_remapped = True
+    in_force(scene, air=True)
+    assert pins["job-air"] and "and above the stock that of the axes" in said[-1]
+    set_up.tool(number, Tool(TOOLS[str(number)][0] if number < 7 else 6.0), 1.0)
+    assert (pins["job-target"], pins["job-ceiling"]) == (target, ceiling)
+    set_up.answer["keeps_f"] = "M52"
+    set_up.tool(2, Tool(3.0), 1.0)
+    assert not set_up.air() and pins["job-target"] == 0.0
+    set_up.end()
+    assert not pins["job-air"]
+
+
+def test_air_needs_an_f_that_is_seen(scene):
+    in_force(scene, air=True)
+    assert not scene[1]["job-air"] and "axes" not in scene[-1][-1]
 
 
 def test_the_only_tool_of_a_program_that_calls_none(scene):

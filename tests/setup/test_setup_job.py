@@ -33,23 +33,25 @@ def test_a_job_is_read_as_it_was_written(tmp_path):
     path = tmp_path / "part.job.toml"
     jobs.write(str(path), JOB)
     assert jobs.read(str(path)) == JOB == jobs.as_written(JOB) and [p.name for p in tmp_path.iterdir()] == ["part.job.toml"]
+    free = jobs.Job(*(getattr(JOB, key) for key in ("program", "digest", "low", "high", "source", "material", "tools")), True)
+    assert jobs.as_written(free) == free and not JOB.air
     odd = jobs.Job('a "b" \\ \u00e9 \U0001f600 c.ngc', *(getattr(JOB, key) for key in ("digest", "low", "high", "source", "material", "tools")))
     assert jobs.as_written(odd) == odd
     assert jobs.path_of("/a/b.c/part.v2.ngc") == "/a/b.c/part.v2.job.toml" and jobs.path_of("/a/part.nc", "/jobs") == "/jobs/part.job.toml"
 
 
 def test_yes_confirms_and_nothing_else_does(tmp_path, machine):
-    job = tmp_path / "part.job.toml"
-    status, out, _err, report = chipwise_setup(tmp_path, SLOT, machine=machine)
+    job, text = tmp_path / "part.job.toml", SLOT.replace("F400", "F400\nG1 Y32\nG1 X-10")         # the way back is a light cut
+    status, out, _err, report = chipwise_setup(tmp_path, text, machine=machine)
     assert status == 0 and not report["confirmed"] and report["job"] is None and "--yes confirms" in out and not job.exists()
     before = (tmp_path / "part.ngc").read_bytes()
-    status, said, report = confirmed(tmp_path, machine, "--material", "6061")
+    status, said, report = confirmed(tmp_path, machine, "--material", "6061", text=text)
     assert status == 0 and report["confirmed"] and report["job"] == str(job) and f"confirmed: {job}" in said
     found = tomllib.loads(job.read_text())
     assert (tmp_path / "part.ngc").read_bytes() == before and found["material"] == "6061" and found["program"] == "part.ngc"
     assert found["stock"]["min"] == report["stock"]["min"] and found["stock"]["source"] == "assumed"
     assert found["tool"]["1"]["target"] * 1000 == pytest.approx(report["tools"][0]["target_mm3_min"], rel=1e-4) and found["tool"]["1"]["ceiling"] == 2
-    _status, out, _err, report = chipwise_setup(tmp_path, SLOT, "--material", "6061", machine=machine)
+    _status, out, _err, report = chipwise_setup(tmp_path, text, "--material", "6061", machine=machine)
     assert report["confirmed"] and "confirmed before" in out
 
 
@@ -121,6 +123,7 @@ BAD = {
     "long number": b"format = " + b"9" * 6000,
     "other format": GOOD.replace("format = 1", "format = 2").encode(),
     "true": GOOD.replace("format = 1", "format = true").encode(),
+    "air of a number": GOOD.replace("format = 1", "format = 1\nair = 1").encode(),
     "no program": GOOD.replace('program = "part.ngc"\n', "").encode(),
     "program is a number": GOOD.replace('"part.ngc"', "7").encode(),
     "line break": GOOD.replace('"part.ngc"', '"part\\n.ngc"').encode(),

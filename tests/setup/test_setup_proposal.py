@@ -91,6 +91,26 @@ def test_a_slot(tmp_path, machine):
     assert "not confirmed" in out and not list(tmp_path.glob("*.toml"))
 
 
+AIR = SLOT.replace("G0 Z5\nM2", "G0 Z5\nG1 X-10\nG0 Z0.5\nG1 X110\nG0 Z5\nM2")
+
+
+def test_feeds_above_the_stock(tmp_path, machine):
+    """120 mm back above the stock at 400 mm/min twice, at 800 set up: with the axes' 100 mm/s and 500 mm/s2 1.4 s each; the slot as before."""
+    above = 2 * (120 / 100 + 100 / 500)     # s
+    _status, out, _err, report = chipwise_setup(tmp_path, AIR, *STOCK, machine=machine)
+    tool, = report["tools"]
+    assert tool["time_with_s"] - tool["time_air_s"] == pytest.approx(240 / (800 / 60) - above, abs=0.3)
+    assert report["air"] is False and "with --air, which makes feeds above the stock as fast as the axes" in out
+    _status, out, _err, report = chipwise_setup(tmp_path, AIR, "--air", *STOCK, machine=machine)
+    assert report["air"] is True and "feeds above the stock as fast as the axes:" in out and "with --air" not in out
+    Path(machine).write_text(Path(machine).read_text().replace("[CHIPWISE]", "[CHIPWISE]\nSETUP_AIR = yes\nAIR_CLEARANCE = 1"))
+    _status, _out, _err, report = chipwise_setup(tmp_path, AIR, *STOCK, machine=machine)
+    saved = report["tools"][0]["time_with_s"] - report["tools"][0]["time_air_s"]
+    assert report["air"] is True and saved == pytest.approx(120 / (800 / 60) - 0.5 * above, abs=0.2)       # Z0.5 is not clear of it
+    _status, out, _err, _report = chipwise_setup(tmp_path, SLOT, *STOCK, machine=machine)
+    assert "air" in out and "with --air" not in out
+
+
 def test_half_as_deep_is_twice_as_fast(tmp_path, machine):
     """A second slot of half the depth runs at the ceiling; the target is the first's."""
     text = SLOT.replace("G0 Z5\nM2", "G0 Z5\nX-10 Y10\nG0 Z-2\nG1 X110\nG0 Z5\nM2")

@@ -16,6 +16,7 @@ MEMBERS = {
     "upward": "dir_z", "chip": "max_chip_thickness_mm", "teeth": "flutes", "turns": "spindle_speed_rps",
     "tool_width": "tool_diameter_mm", "stock_height": "depth_mm", "knob": "feed_override_share", "jerk": "max_jerk_mm_s3",
     "speed": "current_vel_mm_s", "gain": "current_accel_mm_s2",
+    "air_free": "is_air_free", "ceiling": "ceiling_of_f", "pace": "pace_mm", "pace_vel": "pace_vel_mm_s", "pace_accel": "pace_accel_mm_s2",
     "keeps": "keeps_f_down", "descent": "descent_mm", "descent_accel": "descent_accel_mm_s2"}
 ODD = [math.nan, math.inf, -math.inf, 0.0, -0.0, -1.0, 1e-9, 5e-324, 1.0, 60.0, 1e308, -1e308]
 
@@ -42,9 +43,9 @@ def law(last=1.0, **values):
 def hostile(random):
     names = ["target", "lower", "programmed", "requested", "accel", "floor", "dt", "area", "tool_target", "most",
              "floor_share", "most_share", "air", "plunge", "upward", "chip", "teeth", "turns", "tool_width",
-             "stock_height", "descent", "descent_accel"]
+             "stock_height", "descent", "descent_accel", "ceiling", "pace", "pace_vel", "pace_accel"]
     case = {"kind": int(random.integers(-1, 6)), "motion": int(random.integers(0, 5)),
-            "trusted": int(random.integers(0, 4) != 0), "keeps": int(random.integers(2)), "last": 1.0, "ahead": []}
+            "trusted": int(random.integers(0, 4) != 0), "keeps": int(random.integers(2)), "air_free": int(random.integers(2)), "last": 1.0, "ahead": []}
     for name in random.choice(names, random.integers(1, 10), replace=False):
         case[str(name)] = ODD[random.integers(len(ODD))]
     if random.integers(2):

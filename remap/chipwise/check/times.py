@@ -70,6 +70,7 @@ class Timer:
             asked = np.where(cutting, np.minimum(np.maximum(np.maximum(plain, wanted), self.ceiling / 60.0 if self.mode != LIMIT else 0.0), rapid_speed), plain)
             moves = blends.moves(*path, asked, accel)
             volumetric, volumetric_planned = wanted, self._planned(moves, direction, length, wanted, accel, self._speed_volumetric, stops)
+            self._plan_more(path, cutting, wanted, rapid_speed, accel, stops)
         self._last = int(kinds[-1]), direction[-1].copy()
         self.seconds = planned, volumetric_planned
         self.load.add(planned, volume)
@@ -83,6 +84,9 @@ class Timer:
         tool.cutting_s += float(planned[cutting & (volume > 0)].sum())
         tool.feed_volume += float(volume[cutting].sum())
         return _rates(length, plain, planned, volume, cutting)
+
+    def _plan_more(self, path, cutting, wanted, rapid_speed, accel, stops):
+        """Another clock of a subclass: path: of blends.moves(); cutting: feeds; wanted, rapid_speed: mm/s under M251 and of the axes."""
 
     def _planned(self, moves, direction, length, wanted, accel, speed, stops):
         """Seconds of each segment with acceleration.  moves: blends.Moves, with the speeds that the planner is asked for; wanted: mm/s that the feed

@@ -264,6 +264,8 @@ def load(ini, settings):
             ('setp', 'stock-tracker.0.monitor-timeout', f'{patience(MONITOR_TIMEOUT_S):g}'),
             ('setp', 'stock-tracker.0.read-path', f"{settings['READ_PATH']:d}"),
             ('setp', 'stock-tracker.0.acceleration', f'{acceleration:.9g}'),
+            ('setp', 'stock-tracker.0.air-clearance', f"{settings['AIR_CLEARANCE'] * units:.9g}"),
+            ('setp', 'stock-tracker.0.feed-output', f"{settings['ANALOG_OUT'] + 2}"),
             ('setp', 'stock-tracker.0.max-jerk', f'{planner_jerk(ini):.9g}'),
             *(('setp', f'volumetric-feed.0.{name}', f'{value:.17g}')
               for name, value in feed_parameters(ini, settings, units, acceleration).items()),
@@ -273,7 +275,7 @@ def load(ini, settings):
             ('net', 'chipwise-value', f'motion.analog-out-{first + 1:02d}',
              'chipwise-command.0.value'),
             ('net', 'chipwise-programmed', f'motion.analog-out-{first + 2:02d}',
-             'volumetric-feed.0.programmed-vel'),
+             'volumetric-feed.0.programmed-vel', 'stock-tracker.0.programmed-vel'),
             ('net', 'chipwise-status', 'chipwise-command.0.status', f'motion.analog-in-{status:02d}'))
     watch_the_tool()
     join('motion.feed-inhibit', 'chipwise-guard.0.inhibit', 'chipwise-feed-inhibit')

@@ -23,12 +23,15 @@ NAME = 'setup'
 HELP = 'set up a program: stock, tools, a proposal for the feed'
 SOURCES = {'program': 'a stock of its own', 'comment': 'a stock assumed from its comments', 'option': 'the stock of --stock', 'assumed': 'a stock assumed from its path'}
 
+AIR_PAYS = 0.99         # of the time: what saves less is not worth a line
+
 refuse = refuser(NAME)
 
 
 def add_arguments(parser):
     parser.add_argument('program', metavar='PROGRAM', help='G-code file')
     parser.add_argument('--material', metavar='NAME', default='', help='what the stock is made of; kept in the job file')
+    parser.add_argument('--air', action='store_true', default=None, help='feeds above the stock are as fast as the axes')
     parser.add_argument('--yes', action='store_true', help='confirm the proposal without a question')
     parser.add_argument('--json', metavar='FILE', help='the result as JSON (-: standard output)')
     add_tool_options(parser)
@@ -47,13 +50,15 @@ def run(options):
     machine = arguments.pop('machine')
     arguments |= tool_of(options.tool, options.diameter, machine, refuse)
     check_outputs(refuse, {'--json': options.json}, [('the program', options.program), ('the INI file', ini_of(options))])
-    path = path_of(options.program, _folder(machine))
+    settings = _settings(machine)
+    path = path_of(options.program, settings.path('JOBS'))
+    options.air = settings['SETUP_AIR'] if options.air is None else options.air
     exit_on_sigterm()
     progress, lines = Progress(sys.stderr), lines_of(options.program)
     measured = measure(options.program, machine, names(options.program, machine), progress=lambda line: progress(line / lines), **arguments)
     progress.end()
     said = sys.stderr if options.json == '-' else sys.stdout
-    print('\n'.join(report(options.program, measured)), file=said, flush=True)
+    print('\n'.join(report(options.program, measured, options.air)), file=said, flush=True)
     trouble, confirmed = measured.result.error, False
     if not trouble:
         try:
@@ -67,11 +72,11 @@ def run(options):
     return 2 if trouble else 0
 
 
-def _folder(machine):
-    """[CHIPWISE]JOBS."""
+def _settings(machine):
+    """[CHIPWISE]."""
     from chipwise.settings import load_settings
     try:
-        return load_settings(machine.ini).path('JOBS')
+        return load_settings(machine.ini)
     except CycleError as error:
         raise UsageError(f'{NAME}: {unnamed(error)}') from error
 
@@ -84,7 +89,7 @@ def confirm(options, measured, path, said):
     from chipwise.setup import confirmed
     from chipwise.setup import job as jobs
     found, why_not = jobs.state_of(path, options.program, measured.digest)
-    wanted = confirmed.job_of(options.program, measured, options.material)
+    wanted = confirmed.job_of(options.program, measured, options.material, options.air)
     shown = printable(path)
     if found == jobs.as_written(wanted):
         print(f'confirmed before, in {shown}', file=said)
@@ -112,8 +117,8 @@ def asked(path):
 # ---- what is printed -----------------------------------------------------------------------------------------------
 
 
-def report(program, measured):
-    """Lines of text."""
+def report(program, measured, air):
+    """Lines of text.  air: whether feeds above the stock are to be as fast as the axes."""
     from chipwise.check.findings import grouped_notes
     result = measured.result
     if result.error:
@@ -132,7 +137,13 @@ def report(program, measured):
         yield f'  chipwise check has {result.findings.count} finding{"s" * (result.findings.count != 1)} in it'
     for tool in measured.tools:
         yield from tool_lines(tool, result.unit)
-    yield f'  in all {format_minutes(measured.time_s)} at F, {format_minutes(measured.time_with_s)} set up'
+    now, then, free = measured.time_s, measured.time_with_s, sum(tool.time_air_s for tool in measured.tools) + result.dwell_s
+    if air:
+        yield f'  feeds above the stock as fast as the axes: {format_minutes(free)} instead of {format_minutes(then)}'
+        then = free
+    yield f'  in all {format_minutes(now)} at F, {format_minutes(then)} set up'
+    if not air and free < AIR_PAYS * then:
+        yield f'  with --air, which makes feeds above the stock as fast as the axes: {format_minutes(free)}'
 
 
 def tool_lines(tool, unit):
@@ -156,7 +167,7 @@ def json_text(options, measured, path, confirmed, trouble):
     result = measured.result
     stock = measured.stock and {'min': list(measured.stock[0]), 'max': list(measured.stock[1]), 'source': measured.stock[2]}
     return json.dumps({'program': printable(options.program), 'status': 2 if trouble else 0, 'error': trouble and printable(trouble[0]),
-                       'error_line': trouble and trouble[1], 'stock': stock, 'material': options.material,
+                       'error_line': trouble and trouble[1], 'stock': stock, 'material': options.material, 'air': bool(options.air),
                        'tools': [tool.json() for tool in measured.tools], 'dwell_s': result.dwell_s, 'findings': result.findings.count,
                        'notes': result.notes, 'own_m251': measured.has_own_rate, 'confirmed': confirmed,
                        'job': printable(path) if confirmed else None, 'sha256': measured.digest}, indent=1, allow_nan=False) + '\n'

@@ -52,14 +52,15 @@ def mode_now(settings):
 
 
 def job_now(settings):
-    """(ceiling in times F, 0 without a set-up; whether it waits for adaptive feed; whether it is in force) of the loaded program, now."""
+    """(ceiling in times F, 0 without a set-up; whether it waits for adaptive feed; whether it is in force; whether its feeds above the stock are free) of
+    the loaded program, now."""
     flags, rest = divmod(status_value(settings), round(layout.STATUS_WAITS))
-    return rest // layout.STATUS_JOB / 100, bool(flags & 1), bool(flags & 2)
+    return rest // layout.STATUS_JOB / 100, bool(flags & 1), bool(flags & 2), bool(flags & 8)
 
 
 def feed_is_carried(settings):
     """Whether M251 of MDI is in force in the program that runs, now."""
-    return round(emccanon.GET_EXTERNAL_ANALOG_INPUT(settings["ANALOG_IN"], 0.0)) >= layout.STATUS_CARRIED
+    return round(emccanon.GET_EXTERNAL_ANALOG_INPUT(settings["ANALOG_IN"], 0.0)) // round(layout.STATUS_CARRIED) % 2 == 1
 
 
 def status_now(state):

@@ -228,8 +228,8 @@ def job_is_due(interp):
     if InForce.job_asked or not interp.task or context.is_mdi() or context.skipped() or context.may_be_skipped() or interp.remap_level != 1:
         return False
     InForce.job_asked = True
-    ceiling, waits, _active = job_now(load_settings())
-    return InForce.feed_carried or not InForce.feed and (ceiling > 1.0 or waits)
+    ceiling, waits, _active, air = job_now(load_settings())
+    return InForce.feed_carried or not InForce.feed and (ceiling > 1.0 or waits or air)
 
 
 def begin_job(interp):
@@ -241,16 +241,16 @@ def begin_job(interp):
         return
     for _ in range(int(patience(JOB_TRIES))):
         yield
-        ceiling, waits, active = job_now(settings)
+        ceiling, waits, active, air = job_now(settings)
         if active or not ceiling:
             break
         emccanon.DWELL(JOB_WAIT_S)
     if waits:
         emccanon.ENABLE_ADAPTIVE_FEED()
         interp.adaptive_feed = True
-    if active and ceiling > 1.0:
+    if active and (ceiling > 1.0 or air):
         InForce.feed, InForce.feed_left, InForce.feed_of_mdi = True, False, False
-        feed_ceiling.begin(interp, feed_ceiling.Times(ceiling), settings["ANALOG_OUT"] + 2)
+        feed_ceiling.begin(interp, feed_ceiling.AXES if air else feed_ceiling.Times(ceiling), settings["ANALOG_OUT"] + 2)
 
 
 def _begin_carried(interp, settings):

@@ -25,7 +25,7 @@ def make_component():
         component.newpin(name, hal.HAL_S32, hal.HAL_OUT)
     for name in ('job-target', 'job-ceiling', *set_up_time.PINS):
         component.newpin(name, hal.HAL_FLOAT, hal.HAL_OUT)
-    for name in ('hold', 'assumed', 'tool-assumed', 'job', 'job-waits'):
+    for name in ('hold', 'assumed', 'tool-assumed', 'job', 'job-waits', 'job-air'):
         component.newpin(name, hal.HAL_BIT, hal.HAL_OUT)
     for name in ('ready', 'fault', 'load-lost', 'override-ignored', 'held', 'stock-defined', 'certain', 'job-active', 'feed-carried', 'new-part'):
         component.newpin(name, hal.HAL_BIT, hal.HAL_IN)

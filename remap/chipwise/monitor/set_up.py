@@ -25,6 +25,7 @@ from chipwise.monitor.saying import Saying
 from chipwise.monitor.shadow import is_idle, to_machine
 from chipwise.monitor.start_line import Quiet
 from chipwise.monitor.tool_shape import tool_shape
+from chipwise.rates import MAX_RATE
 from chipwise.setup.job import path_of
 from chipwise.stock import reasons
 from chipwise.stock.core import CoreError, Stock
@@ -90,24 +91,28 @@ class SetUp:
 
     def tool(self, number, shape, units):
         """Tool for the pins: one without a diameter in the tool table as it was confirmed.  Sets the target, which belongs to it."""
-        target, key = 0.0, number if number > 0 or len(self.tools) != 1 else next(iter(self.tools))
+        target, ceiling, key = 0.0, self.ceiling(), number if number > 0 or len(self.tools) != 1 else next(iter(self.tools))
         if key in self.tools:
-            diameter, confirmed, _ceiling = self.tools[key]
+            diameter, confirmed, own = self.tools[key]
             if shape.diameter <= 0:
                 shape = tool_shape(key, diameter * units, self.settings.path("TOOL_GEOMETRY"), units)
             if abs(shape.diameter / units - diameter) <= SAME_DIAMETER * diameter:
-                target = confirmed or 0.0
+                target, ceiling = (confirmed or MAX_RATE, own) if self.air() else (confirmed or 0.0, ceiling)
             else:
                 self._tell_of_tool(key, f"has {shape.diameter / units:.4g} mm in the tool table and {diameter:.4g} mm in its set-up, so it keeps F")
         elif self.tools and number > 0 and self.pins["job-active"]:
             self._tell_of_tool(number, "is not in its set-up, so it keeps F")
-        self.pins["job-target"], self.pins["job-ceiling"] = target, self.ceiling()
+        self.pins["job-target"], self.pins["job-ceiling"] = target, ceiling
         return shape
 
     def ceiling(self):
         """Times F, of any tool with a target; 1: the feed never rises."""
         found = [ceiling for _diameter, target, ceiling in self.tools.values() if target]
         return min(found) if found and self.answer and self.feed_is_remapped and not self.answer["keeps_f"] else 1.0
+
+    def air(self):
+        """Whether feeds above the stock are as fast as the axes.  A tool without a target is at most at F elsewhere, its own ceiling."""
+        return bool(self.answer and self.answer["air"] and self.feed_is_remapped and not self.answer["keeps_f"])
 
     def end(self):
         """The monitor ends: the stock of a set-up is not kept for another run of LinuxCNC."""
@@ -208,7 +213,7 @@ class SetUp:
     # ---- in force --------------------------------------------------------------------------------------------------
 
     def _withdraw(self):
-        self.pins["job"] = self.pins["job-waits"] = False
+        self.pins["job"] = self.pins["job-waits"] = self.pins["job-air"] = False
         self.in_force = None
 
     def _switch_on(self, linuxcnc, status, command):
@@ -224,10 +229,11 @@ class SetUp:
     def _is_set_up(self):
         if not self.in_force:
             self.in_force = self.loaded[:2]
-            self.pins["job"] = True
+            self.pins["job"], self.pins["job-air"] = True, self.air()
             stock = "the stock of its M250" if self.answer["to_machine"] is None else f"the stock {self.answer['text']}"
             code = self.answer["keeps_f"]
             feed = f"up to {self.ceiling():g} times F" if self.ceiling() > 1 else f"at most F, because of its {code}" if code else "at most F"
+            feed += ", and above the stock that of the axes" if self.air() else ""
             self.saying.tell(f"{self._name()}: set up as confirmed, with {stock}; the feed is {feed}")
 
     def _enable(self, linuxcnc, status, command):

@@ -49,11 +49,13 @@ def measure(order, machine):
     if found.result.error:
         text, line = found.result.error
         raise CycleError(text.partition(";")[0] + (f" (line {line})" if line and "(line" not in text else ""), text.partition("; ")[2] or "see chipwise check")
-    job = confirmed.job_of(program, found, order["material"])
+    air = load_settings(order["ini"])["SETUP_AIR"]
+    job = confirmed.job_of(program, found, order["material"], air)
     before, _why = jobs.state_of(_job_path(program, order["ini"]), program, found.digest)
     low, high, source = found.stock
-    return {"path_of_program": program, "program": printable(os.path.basename(program)), "stock": [*low, *high], "source": source, "tools": [tool.json() for tool in found.tools],
-            "notes": [printable(text) for text in grouped_notes(found.result.notes)], "findings": found.result.findings.count, "own_m251": found.has_own_rate,
+    return {"path_of_program": program, "program": printable(os.path.basename(program)), "stock": [*low, *high], "source": source,
+            "tools": [tool.json() | ({"time_with_s": tool.time_air_s} if air else {}) for tool in found.tools],
+            "notes": [printable(text) for text in grouped_notes(found.result.notes)] + ["feeds above the stock are as fast as the axes (SETUP_AIR)"] * air, "findings": found.result.findings.count, "own_m251": found.has_own_rate,
             "dwell_s": found.result.dwell_s, "path": _drawn(found), "confirmed": before == jobs.as_written(job), "job": jobs.text_of(job),
             "frame": [found.frame.turn, list(found.frame.offset), list(found.frame.g92)]}
 

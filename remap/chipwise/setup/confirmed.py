@@ -17,11 +17,11 @@ def names(program, machine):
     return {number: tool.name for number, tool in said.items() if number is not None and tool.name} | remarks(machine.table)
 
 
-def job_of(program, measured, material):
-    """jobs.Job of a measure.Measured."""
+def job_of(program, measured, material, air=False):
+    """jobs.Job of a measure.Measured.  air: whether feeds above the stock are to be as fast as the axes."""
     low, high, source = measured.stock
     return jobs.Job(jobs.name_of(program), measured.digest, tuple(low), tuple(high), source, material,
-                    {tool.number: jobs.JobTool(tool.diameter, tool.target, tool.ceiling) for tool in measured.tools})
+                    {tool.number: jobs.JobTool(tool.diameter, tool.target, tool.ceiling) for tool in measured.tools}, bool(air))
 
 
 def write(path, program, job):

@@ -42,7 +42,8 @@ class JobTool:
 
 @dataclass(frozen=True)
 class Job:
-    """program: its name; digest: SHA-256; low, high: mm, work coordinates of the first move; source: one of SOURCES; tools: {number: JobTool}."""
+    """program: its name; digest: SHA-256; low, high: mm, work coordinates of the first move; source: one of SOURCES; tools: {number: JobTool};
+    air: whether feeds above the stock may be as fast as the axes."""
 
     program: str
     digest: str
@@ -51,6 +52,7 @@ class Job:
     source: str
     material: str
     tools: dict
+    air: bool = False
 
 
 def path_of(program: str, folder: str = "") -> str:
@@ -71,6 +73,7 @@ def text_of(job: Job) -> str:
     """The content of a file."""
     lines = ["# chipwise: the set-up of a program, confirmed by a person; made by chipwise setup", f"format = {FORMAT}",
              f"program = {_quoted(job.program)}", f'sha256 = "{job.digest}"', *([f"material = {_quoted(job.material)}"] if job.material else []),
+             *(["air = true              # feeds above the stock are as fast as the axes"] if job.air else []),
              "", "[stock]                 # mm, work coordinates of the first move",
              f"min = {_numbers(job.low)}", f"max = {_numbers(job.high)}", f'source = "{job.source}"']
     for number, tool in job.tools.items():
@@ -157,11 +160,14 @@ class _Document:
         document = self.document
         if document.get("format") != FORMAT or isinstance(document["format"], bool):
             self._fail(f"format is not {FORMAT}")
-        self._keys(document, ("format", "program", "sha256", "material", "stock", "tool"), "the file")
+        self._keys(document, ("format", "program", "sha256", "material", "air", "stock", "tool"), "the file")
         program, digest = self._text(document, "program"), self._text(document, "sha256")
         if not _DIGEST.fullmatch(digest):
             self._fail("sha256 is not a digest")
         material = self._text(document, "material") if "material" in document else ""
+        air = document.get("air", False)
+        if not isinstance(air, bool):
+            self._fail("air is not true or false")
         stock, tools = (self._table(document, key) for key in ("stock", "tool"))
         self._keys(stock, ("min", "max", "source"), "[stock]")
         low, high = self._corner(stock, "min"), self._corner(stock, "max")
@@ -171,7 +177,7 @@ class _Document:
             self._fail("source of the stock is not one of " + ", ".join(SOURCES))
         if not 1 <= len(tools) <= MAX_TOOLS:
             self._fail(f"it has not from 1 to {MAX_TOOLS} tools")
-        return Job(program, digest, low, high, stock["source"], material, dict(self._tool(name, table) for name, table in tools.items()))
+        return Job(program, digest, low, high, stock["source"], material, dict(self._tool(name, table) for name, table in tools.items()), air)
 
     def _tool(self, name, table):
         if not (name.isascii() and name.isdigit() and len(name) <= MAX_DIGITS and str(int(name)) == name):

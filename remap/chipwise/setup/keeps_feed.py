@@ -17,13 +17,14 @@ from chipwise.files import open_regular, printable
 MOST_FILES = 200
 _BLANKS = re.compile(rb"[ \t\r]+")
 _KEEPS_F = re.compile(rb"G0*(?:74|84)(?![0-9.])|M0*52(?![0-9.])")
+FEEDS_OUT = re.compile(rb"G0*8[59](?![0-9.])")     # a bore or a reamer comes out at F
 _CALLS = re.compile(rb"^/?(?:N[0-9.]+)?O(\d+|<[^>\n]*>|\[|#)[^\n]*?CALL|M0*98P(\d+|\[|#)", re.MULTILINE)
 _BODY = re.compile(r"(\S+)\s.*?\bngc=(\S+)", re.IGNORECASE)
 COMPUTED = "call of a sub whose name is computed"
 
 
-def code_of(program, ini, most_bytes):
-    """The code, with the name of its file if that is another one; "": none.  ini: path of the INI file.  Raises OSError for the program itself."""
+def code_of(program, ini, most_bytes, codes=_KEEPS_F):
+    """The first one of the codes, with the name of its file if that is another one; "": none.  ini: path of the INI file.  Raises OSError for the program itself."""
     folders = [os.path.join(os.path.dirname(ini), folder) for folder in sub_folders(ini)]
     bodies = list(_bodies(ini))
     waiting, seen = [program], {program}
@@ -35,7 +36,7 @@ def code_of(program, ini, most_bytes):
             if path == program:
                 raise
             continue                    # LinuxCNC cannot read it either
-        found = _KEEPS_F.search(text)
+        found = codes.search(text)
         if found:
             return found.group().decode() + ("" if path == program else f" in {printable(os.path.basename(path))}")
         names = [(one or other).decode("utf-8", "replace") for one, other in _CALLS.findall(text)]

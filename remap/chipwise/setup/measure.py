@@ -2,7 +2,7 @@
 """Cuts a program at its own F and makes the proposal of each tool.
 
 Called by cli/setup.py.  It is the simulation of chipwise check (check/simulate.py) with another clock: besides the times at F it has those at the
-ceiling, which is a multiple of the F of each move; moves down keep their F.  mm, s, mm3/min.
+ceiling, which is a multiple of the F of each move; moves down keep their F; and those with feeds above the stock as fast as the axes.  mm, s, mm3/min.
 """
 
 import hashlib
@@ -11,7 +11,7 @@ from typing import Optional
 
 import numpy as np
 
-from chipwise.check import records
+from chipwise.check import blends, records
 from chipwise.check.drawn_path import Path, Thinner
 from chipwise.check.program_file import MAX_BYTES
 from chipwise.check.answer import check
@@ -21,6 +21,8 @@ from chipwise.files import open_regular
 from chipwise.setup.chip_ceiling import ceilings
 from chipwise.setup.rates import ToolLoad
 
+SAME_Z = 1e-4               # mm: a retract plane at the clearance is clear of the stock
+UPRIGHT = 0.999999          # of a move's length: what rises by more goes straight up
 FALL = 1e-4                 # of a move's length: what falls more goes down
 LEAST_GAIN = 0.02           # of a tool's time at F; the estimate is not better than that
 DRAWN_POINTS = 4000         # of a path in a picture
@@ -30,8 +32,8 @@ PROGRAM, OPTION = "program", "option"       # where a stock comes from, besides 
 @dataclass(frozen=True)
 class Proposal:
     """One tool.  time_s with traverses; air_s: feeds that meet no stock; rate: the largest mean over 1 s sideways, mean: of all cutting; target: None:
-    F stays; ceiling: times the F of a move; limited: whether the tool geometry's rate is the target; of_chip: whether its chip is the ceiling; longer:
-    seconds that the rate would take, if it keeps F because that is longer."""
+    F stays; ceiling: times the F of a move; time_air_s: time_with_s with feeds above the stock as fast as the axes; limited: whether the tool geometry's
+    rate is the target; of_chip: whether its chip is the ceiling; longer: seconds that the rate would take, if it keeps F because that is longer."""
 
     number: int
     name: str
@@ -44,6 +46,7 @@ class Proposal:
     target: Optional[float]
     ceiling: float
     time_with_s: float
+    time_air_s: float
     limited: bool = False
     of_chip: bool = False
     longer: Optional[float] = None
@@ -52,18 +55,21 @@ class Proposal:
         """As in --json."""
         return {"number": self.number, "name": self.name, "diameter": self.diameter, "flutes": self.flutes, "time_s": self.time_s,
                 "air_s": self.air_s, "rate_mean_mm3_min": self.mean, "rate_1s_mm3_min": self.rate, "target_mm3_min": self.target,
-                "ceiling": self.ceiling, "time_with_s": self.time_with_s}
+                "ceiling": self.ceiling, "time_with_s": self.time_with_s, "time_air_s": self.time_air_s}
 
 
 class SetupTimer(Timer):
-    """The clock; the second time of each move is that at the ceiling, `share` times F, instead of that of M251."""
+    """The clock; the second time of each move is that at the ceiling, `share` times F, instead of that of M251, and a third one that of the axes where
+    it stays above the stock or goes straight up: `clear_z` mm or more; end_z: of the last move of the next spend()."""
 
     def __init__(self, machine, share, of_chip):
         """of_chip: {tool number: times F}, in place of share."""
         super().__init__(machine)
         self.mode, self.share, self.of_chip = CONSTANT, share, of_chip
         self.loads, self.has_own_rate = {}, False
-        self._down = None
+        self._down = self._above = self._air = None
+        self._speed_air = [0.0]
+        self.clear_z, self.end_z = np.inf, 0.0
 
     def set_feed_mode(self, mode, target, lower, ceiling):
         """M251 of the program: it is seen, and what counts here is F."""
@@ -72,10 +78,18 @@ class SetupTimer(Timer):
     def spend(self, kinds, lines, feed, steps, length, volume, tool, first=None, stops=False):
         """As Timer.spend."""
         self._down = steps[:, 2] < -FALL * length
+        begin = self.end_z - np.cumsum(steps[::-1, 2])[::-1]        # Z
+        self._above = (np.minimum(begin, begin + steps[:, 2]) >= self.clear_z - SAME_Z) | (steps[:, 2] > UPRIGHT * length)
         rates = super().spend(kinds, lines, feed, steps, length, volume, tool, first, stops)
         if tool is not None:
             self.loads.setdefault(tool.number, ToolLoad()).add(kinds != records.RAPID, self._down, length, volume, *self.seconds)
+            self.loads[tool.number].add_air((kinds != records.RAPID) & self._above, *self.seconds, self._air)
         return rates
+
+    def _plan_more(self, path, cutting, wanted, rapid_speed, accel, stops):
+        asked = np.where(cutting & self._above, rapid_speed, wanted)
+        moves = blends.moves(*path, rapid_speed, accel)
+        self._air = self._planned(moves, path[3], path[4], asked, accel, self._speed_air, stops)
 
     def _volumetric(self, moves, length, volume, plain, tool):
         return np.where(self._down, plain, self.ceiling_of(tool.number if tool else 0) * plain)
@@ -102,8 +116,13 @@ class SetupSimulation(Simulation):
             self.first_frame = self.frame
         self.thinner.add(moves[:, 2:5], moves[:, 0] == records.RAPID, moves[:, 1])
 
+    def _take_moves(self, block, stops):
+        self.timer.end_z = float(block[-1, 4])
+        super()._take_moves(block, stops)
+
     def _define(self, line, values):
         super()._define(line, values)
+        self.timer.clear_z = self.map.z_max + self.settings["AIR_CLEARANCE"]
         if self.first_stock is None:
             low, high = np.array(values[2:5]), np.array(values[5:8])
             middle, half = np.array(self.frame.to_work((low + high) / 2)), (high - low) / 2
@@ -122,8 +141,9 @@ class SetupSimulation(Simulation):
         if target and time_with > (1.0 - LEAST_GAIN) * figures.planned_s and not limited:       # time lost where it cuts more is not made good elsewhere
             target, longer, time_with = None, time_with, figures.planned_s
         ceiling = self.timer.ceiling_of(figures.number) if target else 1.0
+        saved = load.air_saved_s if target else load.air_saved_at_f_s
         return Proposal(figures.number, name, figures.diameter, g.flutes if g else None, figures.planned_s, load.air_s, rate, figures.mean_rate, target,
-                        ceiling, time_with, limited, bool(target and figures.number in self.timer.of_chip), longer)
+                        ceiling, time_with, time_with - max(0.0, saved), limited, bool(target and figures.number in self.timer.of_chip), longer)
 
 
 @dataclass

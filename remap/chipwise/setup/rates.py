@@ -79,6 +79,7 @@ class ToolLoad:
         self.sideways = LargestMean()
         self.by_rate = TimeByRate()                     # of moves that cut, at the ceiling; those down at F
         self.air_s = 0.0
+        self.air_saved_s = self.air_saved_at_f_s = 0.0  # by feeds above the stock that are as fast as the axes, of a tool with a target and without
         self._since_cut = math.inf                      # mm of path at the end of what has been added
 
     def add(self, feeds, down, length, volume, seconds, raised):
@@ -92,6 +93,11 @@ class ToolLoad:
         for some in (work, cuts & down):
             if some.any():
                 self.by_rate.add(raised[some], windows(length[some], volume[some], PLAN_WINDOW_MM)[0] * length[some])
+
+    def add_air(self, free, seconds, raised, air):
+        """Moves (n,): free: feeds above the stock; seconds at F, at the ceiling, and at what the axes allow there."""
+        self.air_saved_at_f_s += float((seconds - air)[free].sum())
+        self.air_saved_s += float((raised - air)[free].sum())
 
     def _cuts(self, feeds, length, volume):
         """(n,) bool: feeds that cut, and those between two cuts."""

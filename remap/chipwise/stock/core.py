@@ -220,6 +220,11 @@ class ProgrammedPath:
         accel = C.c_double()
         return library().chip_path_descent(C.byref(self.c), C.byref(accel)), accel.value
 
+    def pace(self, clear_z=0.5, ceiling=2.0, late=0.0, override=1.0, horizon=0.0):
+        """struct chip_pace: where feeds above the stock have to be slower (path_pace.h)."""
+        asked = layout.PaceIn(clear_z, ceiling, late, override, horizon)
+        return library().chip_path_pace(C.byref(self.c), C.byref(asked))
+
 
 class Lookahead:
     """The look-ahead of one tool in one stock (lookahead.h), along its own `path`."""

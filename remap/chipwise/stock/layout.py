@@ -81,6 +81,7 @@ ROUTE_POINTS = 24
 ROUTE_SAME = 1e-06
 SAMPLE_RING = 256
 STATUS_ACTIVE = 20000000000.0
+STATUS_AIR = 80000000000.0
 STATUS_CARRIED = 40000000000.0
 STATUS_FAULT = 100
 STATUS_JOB = 1000000
@@ -427,6 +428,11 @@ class FeedIn(C.Structure):
         ("keeps_f_down", C.c_int),
         ("descent_mm", C.c_double),
         ("descent_accel_mm_s2", C.c_double),
+        ("is_air_free", C.c_int),
+        ("ceiling_of_f", C.c_double),
+        ("pace_mm", C.c_double),
+        ("pace_vel_mm_s", C.c_double),
+        ("pace_accel_mm_s2", C.c_double),
         ("max_chip_thickness_mm", C.c_double),
         ("flutes", C.c_double),
         ("spindle_speed_rps", C.c_double),
@@ -672,6 +678,7 @@ class Segment(C.Structure):
         ("curvature", C.c_double),
         ("length", C.c_double),
         ("accel", C.c_double),
+        ("feed", C.c_double),
         ("rapid", C.c_int),
         ("join", C.c_int),
     ]
@@ -959,6 +966,30 @@ class LoadProfile(C.Structure):
     ]
 
 
+class Pace(C.Structure):
+    """struct chip_pace"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("distance", C.c_double),
+        ("vel", C.c_double),
+        ("accel", C.c_double),
+    ]
+
+
+class PaceIn(C.Structure):
+    """struct chip_pace_in"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("clear_z", C.c_double),
+        ("ceiling", C.c_double),
+        ("late", C.c_double),
+        ("override", C.c_double),
+        ("horizon", C.c_double),
+    ]
+
+
 class Sweep(C.Structure):
     """struct chip_sweep"""
 
@@ -1076,6 +1107,12 @@ class TrackerIn(C.Structure):
         ("axis_acceleration_mu_s2", C.c_double * 3),
         ("max_jerk_mu_s3", C.c_double),
         ("mrr_window_s", C.c_double),
+        ("is_air_free", C.c_int),
+        ("air_clearance_mu", C.c_double),
+        ("ceiling_of_f", C.c_double),
+        ("feed_override_share", C.c_double),
+        ("programmed_vel_mu_s", C.c_double),
+        ("f_output", C.c_int),
         ("chip_weight_per_mm", C.c_double),
         ("power_weight_per_mm", C.c_double),
         ("force_exponent_mc", C.c_double),
@@ -1099,6 +1136,7 @@ class TrackerOut(C.Structure):
         ("dir_z", C.c_double),
         ("descent_mm", C.c_double),
         ("descent_accel_mm_s2", C.c_double),
+        ("pace", Pace),
         ("has_flute_excess", C.c_int),
         ("has_rapid_contact", C.c_int),
         ("rapid_distance_mm", C.c_double),
@@ -1740,6 +1778,8 @@ STRUCTURES = {
     "chip_lookahead": Lookahead,
     "chip_load_step": LoadStep,
     "chip_load_profile": LoadProfile,
+    "chip_pace": Pace,
+    "chip_pace_in": PaceIn,
     "chip_sweep": Sweep,
     "chip_guard_in": GuardIn,
     "chip_guard_probe": GuardProbe,

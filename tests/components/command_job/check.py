@@ -56,7 +56,8 @@ def check(trace):
             for active in (0, 1):
                 part = trace.only(f"asked: {ceiling:g} {waits} {active}")
                 found = [job_now(value) for value in part["status"]]
-                require(part, "status", [one == (ceiling, waits, active) for one in found], "(pin)", f"{ceiling:g} {waits} {active}")
+                require(part, "status", [one == (ceiling, waits, active, waits) for one in found], "(pin)", f"{ceiling:g} {waits} {active}")
+                always(part, "air", waits * active)
 
 
 SABOTAGE = {

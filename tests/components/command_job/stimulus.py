@@ -10,7 +10,8 @@ ODD_TARGETS = (-1.0, -math.inf, math.inf, math.nan, 1e300)
 
 
 def stimulus():
-    rows = Stimulus({"word": [], "value": [], "enabled": [], "program-running": [], "aborted": [], "job": [], "job-target": [], "job-ceiling": [], "job-waits": [], "program-mark": []})
+    rows = Stimulus({"word": [], "value": [], "enabled": [], "program-running": [], "aborted": [], "job": [], "job-target": [], "job-ceiling": [], "job-waits": [], "program-mark": [],
+                     "job-air": []})
     rows.add({"enabled": 1, "job-target": 3000.0})
 
     def play(phase, periods, **pins):
@@ -117,5 +118,5 @@ def is_asked(play):
     """What the interpreter finds in `status`: ceiling, whether adaptive feed waits, and whether the set-up is in force."""
     for ceiling in CEILINGS:
         for waits in (0, 1):
-            play(f"asked: {ceiling:g} {waits} 0", 5, job=1, program_running=0, job_ceiling=ceiling, job_waits=waits)
+            play(f"asked: {ceiling:g} {waits} 0", 5, job=1, program_running=0, job_ceiling=ceiling, job_waits=waits, job_air=waits)
             play(f"asked: {ceiling:g} {waits} 1", 5, program_running=1)
