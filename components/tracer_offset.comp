@@ -139,7 +139,7 @@ FUNCTION(_) {
     in.deflection_mm = deflection / per_mm;
     chip_axis_offset_step(&axes, &settings, &in, &out);
     eoffset_enable = 1;
-    eoffset_scale = count;
+    if (chip_setting(count) > 0.0) eoffset_scale = count; /* else a fault, and LinuxCNC keeps the one it has */
     enable = out.is_enabled;
     counts_x = out.counts[0];
     counts_y = out.counts[1];
