@@ -31,6 +31,11 @@ def send(pid, number):
         os.kill(pid, number)
 
 
+def parent_of(pid):
+    """0 if there is no such process."""
+    return int((processes.stat_fields(pid)[1:2] or [0])[0])
+
+
 def stop(pid):
     """SIGSTOP, but not while the process reads or writes one of LinuxCNC's buffers: nobody else could then, LinuxCNC itself included, and
     LinuxCNC gives up."""
@@ -76,8 +81,10 @@ class ProcessSteps:
 
     @staticmethod
     def monitors():
-        """Processes of chipwise-monitor that live."""
-        return [pid for pid in processes.pids() if processes.command_line(pid)[-1:] == [b'monitor']]
+        """Processes of chipwise-monitor that live.  A child of the one that works has the same command line until it runs another program,
+        and until then its parent cannot be stopped (vfork): it is left alone."""
+        both = {pid: parent_of(pid) for pid in processes.pids() if processes.command_line(pid)[-1:] == [b'monitor']}
+        return [pid for pid, parent in both.items() if both.get(parent) not in both]
 
     def kill_monitor(self):
         kill(self.monitors())
@@ -87,7 +94,7 @@ class ProcessSteps:
     def workers(self):
         """Those of the two that do the work: the children of the others."""
         both = self.monitors()
-        return [pid for pid in both if [parent for parent in processes.stat_fields(pid)[1:2] if int(parent) in both]]
+        return [pid for pid in both if parent_of(pid) in both]
 
     def kill_worker(self):
         """The child of the two; the parent starts another one."""
