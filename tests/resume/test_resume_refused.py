@@ -15,9 +15,21 @@ from chipwise.stock import store
 from chipwise.tools import load_tools
 from support import ROOT
 from support.resume_oracle import Run, apart, make_machine, write_journal
-from support.resume_programs import DRILL, FINISH, SUBS
+from support.resume_programs import ARCS, DRILL, FINISH, INCREMENTAL, SUBS
 
 CHIPWISE = str(ROOT / "bin" / "chipwise")
+ARC = """\
+G21 G90 G17 G40 G49 G54 G80 G94
+M250 P0 Q0 R-20 I80 J60 K20
+T1 M6
+S8000 M3
+G0 X20 Y10 Z5
+G1 Z-2 F600
+G3 X60 Y50 I0 J40
+G1 Y55
+G0 Z5
+M2
+"""
 SHARE = 0.6                 # of the program's path, at which it is stopped
 
 
@@ -276,3 +288,39 @@ def test_before_a_cycle_that_knows_the_stock(tmp_path):
     made = stop.made(line=text.splitlines().index(next(line for line in text.splitlines() if line.startswith("G24"))) + 1)
     higher, lower = apart(stop.whole(stocks.head_of(made.stock, 0.0)), stop.final(made.data, made.stock))
     assert max(higher, lower) < 0.06, (higher, lower)
+
+
+def test_an_arc_goes_on_at_a_vertex_wherever_it_is_stopped(tmp_path):
+    """Chords of large arcs are longer than the segments in which the stop is looked for."""
+    stop = Stop(tmp_path, ARC)
+    whole = None
+    for part in range(1, 12):
+        stop.index = next(k for k in range(len(stop.run.points)) if stop.run.points[k][0] > 20 + 3.17 * part)
+        stop.stock = stop.run.new_stock()
+        stop.removed = stop.run.cut(stop.stock, 0, stop.index)
+        stop.keep()
+        made = stop.made()
+        whole = whole or stop.whole(stocks.head_of(made.stock, 0.0))
+        higher, lower = apart(whole, stop.final(made.data, made.stock))
+        assert max(higher, lower) < 0.06, (part, higher, lower, made.data.decode())
+
+
+def test_before_a_compensated_path_behind_g64_in_inch(tmp_path):
+    """G64 without P stays what it is, whatever units are chosen behind it."""
+    stop = Stop(tmp_path, ARCS)
+    line = ARCS.splitlines().index("N160 X3 Y0.3") + 1
+    stop.index = int(np.flatnonzero(stop.read.line[stop.run.move] == line)[-1])
+    stop.stock = stop.run.new_stock()
+    stop.removed = stop.run.cut(stop.stock, 0, stop.index)
+    stop.keep()
+    made = stop.made()
+    assert b"\nG64\n" in made.data
+    higher, lower = apart(stop.whole(stocks.head_of(made.stock, 0.0)), stop.final(made.data, made.stock))
+    assert max(higher, lower) < 0.06, (higher, lower)
+
+
+@pytest.mark.parametrize("said, mm", [("", 0.01), ("G64 P0.002", 0.0508), ("G21 G64 P0.1\nG20", 0.1), ("G64 P0.1", 2.54)])
+def test_the_path_mode_of_a_program_in_inch(tmp_path, said, mm):
+    """P of the start of the machine, or of the program, in mm: no corner is rounded more than it was."""
+    stop = Stop(tmp_path, INCREMENTAL.replace("T3 M6", f"{said}\nT3 M6" if said else "T3 M6"))
+    assert f"\nG64 P{mm:g} Q{mm:g}\n" in stop.made().data.decode()

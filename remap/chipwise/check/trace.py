@@ -16,6 +16,8 @@ LINE, BEGINS, ENDS, STATES = range(4)               # values of a MARK record
 # predefined named parameters that say what the machine does
 WATCHED = ("_rpm", "_spindle_on", "_spindle_cw", "_mist", "_flood", "_coord_system", "_current_tool", "_tool_offset", "_x", "_y", "_z")
 _LETTERS = "xyzpqrlhdijkefst"
+NOT_KNOWN = [0.1, 0.1]      # P and Q of G64 after a change of units (2.9: gcodemodule.cc, GET_EXTERNAL_MOTION_CONTROL_TOLERANCE)
+_MM = {1: 25.4, 2: 1.0, 3: 10.0}        # of a length unit, by this.length_units
 _ONLY_MOVES = {0, 1, 2, 3, 80, 90, 91}
 
 
@@ -27,6 +29,8 @@ class Trace:
         self.items = []             # JSON of what marks refer to
         self.said = None            # item of the last COMMENT mark
         self.before = {}
+        self.path_mode = None       # mm: P and Q of G64
+        self._told, self._units, self._sets_it, self._look = None, 0, False, True
 
     @functools.cached_property
     def this(self):
@@ -38,6 +42,8 @@ class Trace:
         if not text.startswith(PREFIX):
             return
         file, line, what = text[len(PREFIX):].split()
+        if self._look or what != PLAIN:
+            self._follow_path_mode(what)
         item = -1
         if what == WORDS:
             words = self._words()
@@ -90,11 +96,22 @@ class Trace:
                 continue
         return result
 
+    def _follow_path_mode(self, what):
+        """path_mode before the line of a mark.  After G20 or G21 the interpreter asks its machine for P and Q; here the answer is a constant in any units,
+        which counts only where G64 was on the line before."""
+        this = self.this
+        told, units = [float(value) for value in list(this.active_settings)[3:5]], int(this.length_units)
+        if self._told is None or self._sets_it or told != self._told and (units == self._units or told != NOT_KNOWN):
+            self.path_mode = [value * _MM[units] for value in told]
+        self._told, self._units, self._look = told, units, what != PLAIN
+        self._sets_it = what == WORDS and 640 in this.blocks[this.remap_level].g_modes
+
     def _active(self):
         """The modal codes in force: G codes ten times, M codes; and [F, S, P of G64, Q of G64] in the units in force."""
         this = self.this
+        path_mode = [value / _MM[int(this.length_units)] for value in self.path_mode]
         return {"g": [int(code) for code in list(this.active_g_codes)[1:] if code >= 0], "m": [int(code) for code in list(this.active_m_codes)[1:] if code >= 0],
-                "settings": [float(value) for value in list(this.active_settings)[1:5]]}
+                "settings": [float(value) for value in list(this.active_settings)[1:3]] + path_mode}
 
     def _state(self):
         """What the machine does at a block's end, and how it reads what follows."""

@@ -52,7 +52,8 @@ def point(path, place):
 
 
 def before(path, program, place, length):
-    """The Place `length` mm before another one along feed moves of one tool, or where they begin; on arcs the vertex before it."""
+    """The Place `length` mm before another one along feed moves of one tool, or where they begin; on arcs the vertex before it: a chord may be of
+    several segments."""
     k, share = place.segment, place.share
     if k >= len(path.move):
         k, share = len(path.move) - 1, 1.0
@@ -60,7 +61,7 @@ def before(path, program, place, length):
         size = float(np.linalg.norm(path.end[k] - path.start(k)))
         if size * share >= length > 0 or length == 0:
             if program.kind[path.move[k]] == ARC:
-                return Place(k, 0.0)
+                return Place(int(np.searchsorted(path.move, path.move[k])), 0.0)
             return Place(k, share - length / size if size else 0.0)
         length -= size * share
         if k == 0 or program.kind[path.move[k - 1]] == RAPID or path.tool[k - 1] != path.tool[k]:

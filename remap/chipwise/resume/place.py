@@ -8,7 +8,7 @@
  3. The kept stock is compared, cell by cell, with the one that the program leaves up to there (prove()).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Optional
 
 import numpy as np
@@ -103,6 +103,15 @@ def _is_done(path, program, found, first, candidate, wanted):
     stock, most = stocks.stock_of(found), SLIVERS_MM3 + DONE_SHARE * float(wanted[first:segment + 1].sum())
     left = float(walk.removed(path, stock, program, first, segment).sum()) + walk.cut_part(path, stock, segment, share)
     return left <= most
+
+
+def before_older(path, wanted, undone, place):
+    """The Place before another one, at most AGE_S of program time, where the first cut begins of which something is not done: cells are copied part by
+    part, and a part may be older than the others; without such a cut, a segment before."""
+    last = min(change(wanted, undone)[0], place.segment)
+    first = int(np.searchsorted(path.at, path.at[last] - AGE_S))
+    left = np.flatnonzero(undone[first:last] > SLIVERS_MM3)
+    return replace(place, segment=first + int(left[0]) if len(left) else max(last - 1, 0), share=0.0)
 
 
 def prove(path, program, found, place, wanted):

@@ -146,8 +146,8 @@ class Job:
             places.check_left(path, program, wanted, undone, at)
         try:
             places.prove(path, program, found, at, wanted)
-        except Unreadable:                  # the note may be newer than the cells
-            at = replace(at, segment=max(min(places.change(wanted, undone)[0], at.segment) - 1, 0), share=0.0)
+        except Unreadable:                  # the note may be newer than the cells, and some cells than others
+            at = places.before_older(path, wanted, undone, at)
             places.prove(path, program, found, at, wanted)
         said = [f"The stock is that of {os.path.basename(found.path)}, with {found.head.removed:.0f} mm3 cut."]
         if at.tip:

@@ -61,7 +61,8 @@ def own_motion(text):
 
 def rest(program, line, step, moves, at, modal, cycles=False):
     """Bytes of the lines from `line` on, in which the moves replace a step and the steps of its line before; None: the line as it is.
-    modal: motion mode before it; cycles: whether cycles are written out as well, because they plan by what is done."""
+    modal: motion mode before it; cycles: whether cycles are written out as well, because they plan by what is done; compensated lines have several
+    moves at corners, and stay."""
     edits = Edits()
     own = steps_of(program, line)
     if moves is None and not own_motion(program.source[line - 1]) and (modal not in (0, 1) or program.modes_on(step).cycle):
@@ -75,7 +76,8 @@ def rest(program, line, step, moves, at, modal, cycles=False):
         place = program.places[program.first[:-1]]
         numbers, index, count = np.unique(place, return_index=True, return_counts=True)
         for number, first in zip(numbers[count > 1].tolist(), index[count > 1].tolist()):
-            if (number > line or number == line and moves is None) and number not in program.blocks.outermost and number not in program.blocks.subs:
+            if (number > line or number == line and moves is None) and number not in program.blocks.outermost and number not in program.blocks.subs \
+                    and program.modes[number - 1].cutter_side == 40:
                 edits.instead[first] = [original(program, first)]
     return Rest(program, edits, at).text_from(line)
 
