@@ -109,9 +109,10 @@ def test_loops_that_start_in_one_point():
         assert max(left, beyond) < SHARE and gouge < 1e-3 and not any("line" in note for note in notes(asked))
 
 
-def test_an_island_across_the_wall_is_named():
+def test_an_island_across_the_wall():
+    """As the bar in nc_files/pocket.ngc: drawn after the boundary, it is an island without a word."""
     asked = request((BOX, rectangle(50, 30, 80, 60)))
-    assert notes(asked) == ["the loop of line 1 crosses the boundary of line 1 and counts as an island of it"]
+    assert not [note for note in notes(asked) if "line" in note]
     left, beyond, _ = judge(cycle.pocket_plan(asked).moves, asked, Polygon(CORNERS).difference(Polygon([(50, 30), (80, 30), (80, 60), (50, 60)])))
     assert max(left, beyond) < SHARE
 

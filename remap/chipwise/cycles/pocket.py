@@ -185,10 +185,6 @@ def nesting_notes(drawn) -> tuple[Note, ...]:
     if drawn.doubled:
         (again, first), more = drawn.doubled[0], len(drawn.doubled) - 1
         notes += (Note(f"the loop of line {again.line[0]} repeats the one of line {first.line[0]} and counts once{_and_more(more)}", {}),)
-    if drawn.crossing:
-        (island, boundary), more = drawn.crossing[0], len(drawn.crossing) - 1
-        notes += (Note(f"the loop of line {island.line[0]} crosses the boundary of line {boundary.line[0]} and counts as an island "
-                       f"of it{_and_more(more)}", {}),)
     if drawn.links:
         lines = sorted({part.line for part in drawn.links})
         notes += (Note(f"line {lines[0]} leads from one loop to another with G1 and is not a wall{_and_more(len(lines) - 1)}", {}),)
