@@ -8,6 +8,7 @@ _WORD = re.compile(r"([a-z])\s*(?:((?:[+-]\s*)?(?:\d+(?:\.\d*)?|\.\d+))|(?=[#\[+
 # A line of an N word, G0 to G3 and numbers behind X Y Z I J K R F, without comments: nearly every line of a long program.
 _PLAIN_MOVE = re.compile(r"[ \t]*(?:n\d+[ \t]*)?(g0*[0-3](?![\d.])[ \t]*)?(?:[xyzijkrf][ \t]*[+-]?(?:\d+(?:\.\d*)?|\.\d+)[ \t]*)*[\r\n]*",
                          re.I)
+_NAME = re.compile(r"<[^>]*(?:>|\Z)")              # of a parameter; one that does not end takes the rest, or a line of `<` costs the square of its length
 MOTION = re.compile(r"(?<![a-z<_])g\s*0*([0-3])(?![\d.])", re.I)
 
 
@@ -34,7 +35,7 @@ def active_comments(text):
 def words_of(text):
     """[(letter, number or None)] of a line's code; None: an expression or a parameter."""
     return [(m.group(1).upper(), float(m.group(2).replace(" ", "")) if m.group(2) else None)
-            for m in _WORD.finditer(re.sub(r"<[^>]*>", "", code(text)))]
+            for m in _WORD.finditer(_NAME.sub("", code(text)))]
 
 
 def with_feed(text, feed):
@@ -47,7 +48,7 @@ def with_feed(text, feed):
     parts.append(body[last:])
     pattern = re.compile(r"f\s*[+-]?(?:\d+(?:\.\d*)?|\.\d+)", re.I)
     found = [k for k in range(0, len(parts), 2) if pattern.search(parts[k])]
-    if any(re.search(r"f\s*[+-]?[#\[]", re.sub(r"<[^>]*>", "", parts[k]), re.I) for k in range(0, len(parts), 2)):
+    if any(re.search(r"f\s*[+-]?[#\[]", _NAME.sub("", parts[k]), re.I) for k in range(0, len(parts), 2)):
         return None
     if found:
         parts[found[0]] = pattern.sub("F" + feed, parts[found[0]], count=1)
