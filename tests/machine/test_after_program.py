@@ -8,7 +8,7 @@ from support.operate import BOX, Shared, operate
 
 pytestmark = pytest.mark.machine
 
-CARRIED, SEEN = 'chipwise-command.0.feed-carried', 'chipwise-command.0.program-running'        # a late monitor has to have seen the program before
+CARRIED, SEEN = 'chipwise-command.0.feed-carried', 'chipwise-command.0.program-running'        # a late monitor has to have seen the program before, and its end
 MODE, VELOCITY, ASKED, PROGRAMMED = ('volumetric-feed.0.mode', 'motion.current-vel', 'motion.requested-vel',
                                      'motion.analog-out-02')
 LEFT_ON = f'G21 G90 G64 P0.01\nT1 M6\n{BOX}\nM251 P2 Q20 E3000\nF900\nG0 X-5 Y80 Z10\n'
@@ -138,12 +138,13 @@ OWN_RATE = AIR.replace('G1', 'M251 Q9\nG1')
 
 
 @pytest.mark.scene(MILL, [
-    ['mdi', 'T1 M6'], ['mdi', BOX], ['start', AIR], ['until', SEEN, '>', 0.5], ['finish'], *ON, ['begin'], ['until', VELOCITY, '>', 45], ['pins', MODE, PROGRAMMED, CARRIED], ['finish'], ['pins', MODE, CARRIED], ['messages'],
-    ['begin'], *feeds(), ['finish'],
+    ['mdi', 'T1 M6'], ['mdi', BOX], ['start', AIR], ['until', SEEN, '>', 0.5], ['finish'], ['until', SEEN, '<', 0.5], *ON,
+    ['begin'], ['until', VELOCITY, '>', 45], ['pins', MODE, PROGRAMMED, CARRIED], ['finish'], ['pins', MODE, CARRIED], ['messages'],
+    ['begin'], *feeds(), ['finish'], ['until', SEEN, '<', 0.5],
     ['open_text', OWN_RATE], *ON, ['begin'], *feeds(), ['pins', MODE, CARRIED], ['finish']])
 def test_the_program_that_is_loaded_takes_m251_of_mdi_into_its_next_run(answers):
     """Once, with its ceiling, which is in the place of F from the first F on; the run after that is at F.  M251 of the program itself wins."""
-    runs, ended, said, again, own = answers[10], answers[12], answers[13], answers[17], answers[-2]
+    runs, ended, said, again, own = answers[11], answers[13], answers[14], answers[18], answers[-2]
     assert runs == ['2', '5', 'TRUE'] and ended == ['0', 'FALSE']
     for text in ('takes M251 into its next run, once', 'M251 of MDI is in force in this run'):
         assert any(text in one for one in said), said
