@@ -133,18 +133,18 @@ def test_mdi_keeps_m251_until_a_program_starts(answers):
     assert estop[-1] == ['0']
 
 
-AIR = PLAIN.replace('X40', 'X60')
-OWN_RATE = AIR.replace('G1', 'M251 Q9\nG1')
+AIR = PLAIN.replace('G1 X40\n', 'G1 X60\nG1 X0\n' * 15)         # long enough to be looked at while it runs at 50 mm/s
+OWN_RATE = AIR.replace('G1', 'M251 Q9\nG1', 1)
 
 
 @pytest.mark.scene(MILL, [
-    ['mdi', 'T1 M6'], ['mdi', BOX], ['start', AIR], ['until', SEEN, '>', 0.5], ['finish'], ['until', SEEN, '<', 0.5], *ON,
-    ['begin'], ['until', VELOCITY, '>', 45], ['pins', MODE, PROGRAMMED, CARRIED], ['finish'], ['pins', MODE, CARRIED], ['messages'],
-    ['begin'], *feeds(), ['finish'], ['until', SEEN, '<', 0.5],
-    ['open_text', OWN_RATE], *ON, ['begin'], *feeds(), ['pins', MODE, CARRIED], ['finish']])
+    ['mdi', 'T1 M6'], ['mdi', BOX], ['start', AIR], ['until', SEEN, '>', 0.5], ['abort'], ['until', SEEN, '<', 0.5], *ON,
+    ['begin'], ['until', 'motion.motion-type', '>', 1.5], ['until', VELOCITY, '>', 45], ['pins', MODE, PROGRAMMED, CARRIED], ['finish'], ['pins', MODE, CARRIED], ['messages'],
+    ['begin'], *feeds(), ['abort'], ['until', SEEN, '<', 0.5],
+    ['open_text', OWN_RATE], *ON, ['begin'], *feeds(), ['pins', MODE, CARRIED], ['abort']])
 def test_the_program_that_is_loaded_takes_m251_of_mdi_into_its_next_run(answers):
     """Once, with its ceiling, which is in the place of F from the first F on; the run after that is at F.  M251 of the program itself wins."""
-    runs, ended, said, again, own = answers[11], answers[13], answers[14], answers[18], answers[-2]
+    runs, ended, said, again, own = answers[12], answers[14], answers[15], answers[19], answers[-2]
     assert runs == ['2', '5', 'TRUE'] and ended == ['0', 'FALSE']
     for text in ('takes M251 into its next run, once', 'M251 of MDI is in force in this run'):
         assert any(text in one for one in said), said

@@ -18,6 +18,7 @@ from chipwise.monitor import buffers
 from support.display_program import IDLE_POLLS, WAIT_S
 
 STATUS_KEY = 1002
+HAL_ANSWERS_S = 3.0
 
 
 class SemaphoreOperation(ctypes.Structure):
@@ -36,15 +37,29 @@ def parent_of(pid):
     return int((processes.stat_fields(pid)[1:2] or [0])[0])
 
 
+def hal_answers():
+    """Whether the mutex of HAL is free: who holds it when he is stopped keeps it, and halcmd, LinuxCNC's screens and this program wait for ever."""
+    asked = subprocess.Popen(['halcmd', '-s', 'show', 'comp', 'halcmd'], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    try:
+        asked.wait(HAL_ANSWERS_S * session.SPEED)
+        return True, asked
+    except subprocess.TimeoutExpired:
+        return False, asked
+
+
 def stop(pid):
-    """SIGSTOP, but not while the process reads or writes one of LinuxCNC's buffers: nobody else could then, LinuxCNC itself included, and
-    LinuxCNC gives up."""
+    """SIGSTOP, but not while the process reads or writes one of LinuxCNC's buffers or asks HAL: nobody else could then, LinuxCNC itself
+    included, and LinuxCNC gives up."""
     while True:
         send(pid, signal.SIGSTOP)
         while processes.stat_fields(pid)[:1] not in (['T'], ['Z'], ['X'], []):
             time.sleep(0.001)
         if not buffers.held_by(pid):
-            return
+            answers, asked = hal_answers()
+            if answers:
+                return
+            send(pid, signal.SIGCONT)
+            asked.wait()
         send(pid, signal.SIGCONT)
         time.sleep(0.001)
 
