@@ -9,7 +9,7 @@ STATUS = types.SimpleNamespace(position=(9.0, 8.0, 7.0, 0.0), tool_offset=(0.0, 
 
 
 def test_the_pins_count_where_the_status_stays_and_then_their_last_values(monkeypatch):
-    """The status of a milltask that was killed stays as it was.  The pins are asked twice a second, and not while the status changes."""
+    """The status of a milltask that was killed stays as it was.  The pins are read twice a second, and not while the status changes."""
     pins = {name: float(k) for k, name in enumerate(name for pair in TIP for name in pair)}
     pins[LINE] = 33
     there, asked, now = True, 0, 100.0

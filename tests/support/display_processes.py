@@ -38,7 +38,7 @@ def parent_of(pid):
 
 
 def hal_answers():
-    """Whether the mutex of HAL is free: who holds it when he is stopped keeps it, and halcmd, LinuxCNC's screens and this program wait for ever."""
+    """Whether the mutex of HAL is free.  A process that is stopped while it holds it keeps it, and halcmd, screens and this program wait for ever."""
     asked = subprocess.Popen(['halcmd', '-s', 'show', 'comp', 'halcmd'], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
         asked.wait(HAL_ANSWERS_S * session.SPEED)
@@ -48,7 +48,7 @@ def hal_answers():
 
 
 def stop(pid):
-    """SIGSTOP, but not while the process reads or writes one of LinuxCNC's buffers or asks HAL: nobody else could then, LinuxCNC itself
+    """SIGSTOP, but not while the process reads or writes one of LinuxCNC's buffers or reads from HAL: nobody else could then, LinuxCNC itself
     included, and LinuxCNC gives up."""
     while True:
         send(pid, signal.SIGSTOP)

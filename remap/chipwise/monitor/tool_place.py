@@ -2,7 +2,7 @@
 """Where the tool is, from the servo thread's pins.  Called by worker.py.
 
 LinuxCNC's status is milltask's: when that is killed it stays as it was, while motion goes on to the end of what is queued, and cuts.  The pins are
-asked only where the status has not changed, and seldom: hal.get_value takes HAL's mutex, and a process that is killed with it stops everything that asks HAL.
+read only where the status has not changed, and seldom: hal.get_value takes HAL's mutex, and a process that is killed with it stops every reader of HAL.
 """
 
 import time
