@@ -15,7 +15,7 @@ from support.headless_rig import headless_ini, own_ini
 
 pytestmark = pytest.mark.machine
 
-SPEED = 10
+SPEED = 4           # LinuxCNC drops a command that motion does not answer within COMM_TIMEOUT, 30 s of this clock
 KEYS = {'program', 'finished', 'cycle_s', 'volume_mm3', 'rate_target', 'rate_mean',
         'rate_peak', 'over_target_share', 'holes_chopped', 'largest_piece_mm', 'errors'}
 SQUARE = 'G21 G90 G17 G40\nG0 X10 Y10 Z20\nF1200\nG1 X60\nG2 X60 Y30 I0 J10\nG1 X10\nM2\n'
