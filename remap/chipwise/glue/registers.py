@@ -54,13 +54,19 @@ def mode_now(settings):
 def job_now(settings):
     """(ceiling in times F, 0 without a set-up; whether it waits for adaptive feed; whether it is in force; whether its feeds above the stock are free) of
     the loaded program, now."""
-    flags, rest = divmod(status_value(settings), round(layout.STATUS_WAITS))
-    return rest // layout.STATUS_JOB / 100, bool(flags & 1), bool(flags & 2), bool(flags & 8)
+    value = status_value(settings)
+    waits, active, air = (_has(value, bit) for bit in (layout.STATUS_WAITS, layout.STATUS_ACTIVE, layout.STATUS_AIR))
+    return value % round(layout.STATUS_WAITS) // layout.STATUS_JOB / 100, waits, active, air
 
 
 def feed_is_carried(settings):
     """Whether M251 of MDI is in force in the program that runs, now."""
-    return round(emccanon.GET_EXTERNAL_ANALOG_INPUT(settings["ANALOG_IN"], 0.0)) // round(layout.STATUS_CARRIED) % 2 == 1
+    return _has(status_value(settings), layout.STATUS_CARRIED)
+
+
+def _has(status, bit):
+    """Whether a status has one of the two-valued parts, layout.STATUS_WAITS and above."""
+    return status // round(bit) % 2 == 1
 
 
 def status_now(state):
