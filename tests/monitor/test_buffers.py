@@ -14,10 +14,6 @@ CREATE, EXCLUSIVE, REMOVE, GET, SET = 0o1000, 0o2000, 0, 12, 16         # <sys/i
 LIBC = ctypes.CDLL(None, use_errno=True)
 
 
-class Step(ctypes.Structure):
-    _fields_ = [(name, ctypes.c_short) for name in ('number', 'change', 'flags')]
-
-
 @pytest.fixture
 def semaphores(monkeypatch):
     """Three free semaphores of this test in place of LinuxCNC's."""
@@ -43,7 +39,7 @@ def child_that_takes(numbers, gives_back=()):
     if not pid:
         for change, those in ((-1, numbers), (1, gives_back)):
             for number in those:
-                LIBC.semop(number, ctypes.byref(Step(0, change, 0)), 1)
+                LIBC.semop(number, ctypes.byref(buffers.Step(0, change, 0)), 1)
         os.write(told, b'x')
         while True:
             time.sleep(60)

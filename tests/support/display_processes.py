@@ -17,13 +17,7 @@ from chipwise.monitor import buffers
 
 from support.display_program import IDLE_POLLS, WAIT_S
 
-STATUS_KEY = 1002
 HAL_ANSWERS_S = 3.0
-
-
-class SemaphoreOperation(ctypes.Structure):
-    """struct sembuf of <sys/sem.h>."""
-    _fields_ = [(name, ctypes.c_short) for name in ('sem_num', 'sem_op', 'sem_flg')]
 
 
 def send(pid, number):
@@ -40,11 +34,9 @@ def parent_of(pid):
 def hal_answers():
     """Whether the mutex of HAL is free.  A process that is stopped while it holds it keeps it, and halcmd, screens and this program wait for ever."""
     asked = subprocess.Popen(['halcmd', '-s', 'show', 'comp', 'halcmd'], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    try:
+    with contextlib.suppress(subprocess.TimeoutExpired):        # it ends by itself when the mutex is free
         asked.wait(HAL_ANSWERS_S * session.SPEED)
-        return True, asked
-    except subprocess.TimeoutExpired:
-        return False, asked
+    return asked.returncode is not None
 
 
 def stop(pid):
@@ -54,12 +46,8 @@ def stop(pid):
         send(pid, signal.SIGSTOP)
         while processes.stat_fields(pid)[:1] not in (['T'], ['Z'], ['X'], []):
             time.sleep(0.001)
-        if not buffers.held_by(pid):
-            answers, asked = hal_answers()
-            if answers:
-                return
-            send(pid, signal.SIGCONT)
-            asked.wait()
+        if not buffers.held_by(pid) and hal_answers():
+            return
         send(pid, signal.SIGCONT)
         time.sleep(0.001)
 
@@ -133,10 +121,10 @@ class ProcessSteps:
             subprocess.Popen(['sh', '-c', 'while :; do :; done'], stdin=subprocess.DEVNULL)
 
     def hold_status(self, seconds):
-        """The semaphore of emcStatus, whose key is in linuxcnc.nml."""
+        """The semaphore of emcStatus."""
         libc = ctypes.CDLL(None, use_errno=True)
-        number = libc.semget(STATUS_KEY, 1, 0)
-        take, give = (SemaphoreOperation(0, step, 0) for step in (-1, 1))
+        number = libc.semget(buffers.STATUS, 1, 0)
+        take, give = (buffers.Step(0, step, 0) for step in (-1, 1))
         for operation, pause in ((take, seconds * session.SPEED), (give, 0)):
             if number < 0 or libc.semop(number, ctypes.byref(operation), 1):
                 raise session.SessionError('status buffer: %s' % os.strerror(ctypes.get_errno()))

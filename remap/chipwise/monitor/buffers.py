@@ -7,11 +7,12 @@ at such a moment keeps it for ever, and nobody reads the status or gives a comma
 
 import ctypes
 
-KEYS = 1001, 1002, 1003             # linuxcnc.nml: emcCommand, emcStatus, emcError
+STATUS = 1002
+KEYS = 1001, STATUS, 1003           # linuxcnc.nml: emcCommand, emcStatus, emcError
 _LAST_USER, _VALUE = 11, 12         # GETPID, GETVAL of <sys/sem.h>
 
 
-class _Step(ctypes.Structure):
+class Step(ctypes.Structure):
     """struct sembuf of <sys/sem.h>."""
     _fields_ = [(name, ctypes.c_short) for name in ("number", "change", "flags")]
 
@@ -27,5 +28,5 @@ def give_back(pid):
     """Give back what a process that has ended still holds; -> how many it were."""
     held = held_by(pid)
     for number in held:
-        ctypes.CDLL(None).semop(number, ctypes.byref(_Step(0, 1, 0)), 1)
+        ctypes.CDLL(None).semop(number, ctypes.byref(Step(0, 1, 0)), 1)
     return len(held)
