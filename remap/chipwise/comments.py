@@ -8,6 +8,12 @@ import re
 
 _COMMENT = re.compile(r"\(([^()\n]*)\)|;[^\n]*")
 REMARK = re.compile(rb"\([^)\n]*\)|;[^\n]*")      # in the bytes of a program
+_BLANKS = re.compile(rb"[ \t\r]+")
+
+
+def bare(program: bytes) -> bytes:
+    """A program without comments and blanks, in capitals; it keeps its lines."""
+    return _BLANKS.sub(b"", REMARK.sub(b"", program).upper())
 
 
 def insides(text: str, name: str, comma: bool = True) -> list[str]:

@@ -7,12 +7,11 @@ because it computes them, calls subs, or feeds per turn or in inverse time, give
 
 import re
 
-from chipwise.comments import REMARK
+from chipwise.comments import bare
 from chipwise.errors import MM_PER_INCH
 from chipwise.files import open_regular
 
 LEAST, MOST = 1.0, 10.0     # of SETUP_CEILING
-_BLANKS = re.compile(rb"[ \t\r]+")
 _UNSAID = re.compile(rb"[SF][-+\[#]|M0*98(?![0-9.])|^/?(?:N[0-9.]+)?O[^\n]*CALL|G0*9[35](?![0-9.])", re.MULTILINE)
 _WORD = re.compile(rb"(T|S|F)([0-9.]+)|(M)0*6(?![0-9.])|(G)0*(20|21)(?![0-9.])")
 
@@ -24,7 +23,7 @@ def ceilings(program, geometry, unit_mm, most_bytes):
     if not wanted:
         return {}
     with open_regular(program, most_bytes) as file:
-        text = _BLANKS.sub(b"", REMARK.sub(b"", file.read()).upper())
+        text = bare(file.read())
     if _UNSAID.search(text):
         return {}
     said = _said(text, unit_mm)

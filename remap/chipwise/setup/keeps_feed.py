@@ -10,12 +10,12 @@ import os
 import re
 
 from chipwise import ini as ini_files
-from chipwise.comments import REMARK
+from chipwise.comments import bare
 from chipwise.contour_sub.find import sub_folders
-from chipwise.files import open_regular, printable
+from chipwise.errors import printable
+from chipwise.files import open_regular
 
 MOST_FILES = 200
-_BLANKS = re.compile(rb"[ \t\r]+")
 _KEEPS_F = re.compile(rb"G0*(?:74|84)(?![0-9.])|M0*52(?![0-9.])")
 FEEDS_OUT = re.compile(rb"G0*8[59](?![0-9.])")     # a bore or a reamer comes out at F
 _CALLS = re.compile(rb"^/?(?:N[0-9.]+)?O(\d+|<[^>\n]*>|\[|#)[^\n]*?CALL|M0*98P(\d+|\[|#)", re.MULTILINE)
@@ -31,7 +31,8 @@ def code_of(program, ini, most_bytes, codes=_KEEPS_F):
     while waiting:
         path = waiting.pop()
         try:
-            text = _text(path, most_bytes)
+            with open_regular(path, most_bytes) as file:
+                text = bare(file.read())
         except OSError:
             if path == program:
                 raise
@@ -49,12 +50,6 @@ def code_of(program, ini, most_bytes, codes=_KEEPS_F):
         if len(waiting) > MOST_FILES:
             return f"calls of more than {MOST_FILES} subs"
     return ""
-
-
-def _text(path, most_bytes):
-    """Without comments and blanks, in capitals."""
-    with open_regular(path, most_bytes) as file:
-        return _BLANKS.sub(b"", REMARK.sub(b"", file.read()).upper())
 
 
 def _file_name(name):
