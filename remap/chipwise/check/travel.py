@@ -3,7 +3,7 @@
 
 Called by simulate.py; the limits count if the machine of the user is named.  LinuxCNC refuses a move that ends beyond a limit (machine/limits.py).  mm, machine coordinates.
 
-While all numbers of the work offset are 0 the operator has still to touch off: what goes too far is a note then, unless the program goes farther than the
+While all numbers of the work offset are 0 the operator still has to touch off: what goes too far is a note then, unless the program goes farther than the
 axis at any offset.
 """
 
@@ -25,9 +25,9 @@ class Extents:
         """Moves from start (3,) along places (n, 3), mm; feeds (n,) bool: which count; frame: records.Frame."""
         if feeds.any():
             self._frame = self._frame or frame
-            for points in (places[feeds], np.concatenate((start[None], places[:-1]))[feeds]):
-                work = np.column_stack(self._frame.to_work(points.T))
-                self._low, self._high = np.minimum(self._low, work.min(axis=0)), np.maximum(self._high, work.max(axis=0))
+            ends = np.append(feeds, False) | np.append(False, feeds)          # of start and places: where a feed begins or ends
+            work = np.column_stack(self._frame.to_work(np.concatenate((start[None], places))[ends].T))
+            self._low, self._high = np.minimum(self._low, work.min(axis=0)), np.maximum(self._high, work.max(axis=0))
 
     def corners(self):
         """(low, high) mm; None without any."""
@@ -40,7 +40,7 @@ class Travel:
     def __init__(self, limits):
         self._limits = [(low, high) for _name, low, high in limits]
         self.length = np.zeros(3)                       # of the tool in force
-        self._ends = {}                                 # (axis, side): (place, Finding)
+        self._ends = {}                                 # (axis, side): Finding
         self._untouched = True
 
     def take(self, block, frame, tool, segments):
@@ -49,11 +49,11 @@ class Travel:
         places = block[:, 2:5] + self.length
         for axis, ends in enumerate(((places[:, k].argmin(), places[:, k].argmax()) for k in range(3))):
             for side, index in enumerate(ends):
-                place, (had, _) = float(places[index, axis]), self._ends.get((axis, side), (None, None))
-                if had is None or (place > had if side else place < had):
+                place, had = float(places[index, axis]), self._ends.get((axis, side))
+                if had is None or (place > had.value if side else place < had.value):
                     line = int(block[index, 1])
                     work, machine = (tuple(map(float, p)) for p in (frame.to_work(block[index, 2:5]), block[index, 2:5]))
-                    self._ends[axis, side] = place, Finding(LIMIT, line, line, tool, work, place, self._limits[axis][side], 1, segments + int(index), machine, "XYZ"[axis])
+                    self._ends[axis, side] = Finding(LIMIT, line, line, tool, work, place, self._limits[axis][side], 1, segments + int(index), machine, "XYZ"[axis])
 
     def finish(self, findings, notes, unit):
         """Add what goes too far to findings.Findings or to notes."""
@@ -61,8 +61,9 @@ class Travel:
             if (axis, 0) not in self._ends:
                 continue
             low, high = self._limits[axis]
-            (first, _), (last, _) = (self._ends[axis, side] for side in (0, 1))
-            beyond = [self._ends[axis, side][1] for side, over in ((0, low - first), (1, last - high)) if over > SLACK_MM]
+            lowest, highest = (self._ends[axis, side] for side in (0, 1))
+            first, last = lowest.value, highest.value
+            beyond = [one for one, over in ((lowest, low - first), (highest, last - high)) if over > SLACK_MM]
             if not beyond:
                 continue
             if self._untouched and last - first <= high - low + SLACK_MM:
