@@ -38,10 +38,10 @@ def check(program, machine, stock=None, cell=None, progress=None, cpu_s=CPU_S, a
     try:
         try:
             return answer(machine)
-        except Lacking:
+        except Lacking as error:
             if not completes:
                 raise
-            machine, lacks = completed(program, machine, cpu_s, limits)
+            machine, lacks = completed(program, machine, error, cpu_s, limits)
             result = answer(machine)
             result.findings.kept[:0] = lacks
             return result
@@ -54,25 +54,31 @@ def check(program, machine, stock=None, cell=None, progress=None, cpu_s=CPU_S, a
         return Result(program, error=(unnamed(error.text()), 0), state=UNCHECKED)
 
 
-def completed(program, machine, cpu_s, limits):
-    """-> (a Machine with the tools and rotary axes that the program asks for and LinuxCNC refuses it for, [Finding] of each)."""
+def completed(program, machine, error, cpu_s, limits):
+    """-> (a Machine with the tools and rotary axes for lack of which LinuxCNC refuses the program, [Finding] of each).  error: the first Lacking."""
     found = []
-    while len(found) < MOST_LACKING:
-        try:
-            with Reader(program, machine, cpu_s=cpu_s, judged=False, **limits) as reader:
-                for _block in reader:
-                    pass
-            break
-        except Lacking as error:
-            machine, is_tool = copy.copy(machine), error.kind == TOOL
-            if is_tool:
-                machine.added = (*machine.added, error.name)
-            else:
-                machine.axis_mask |= 1 << LENGTHS.index(error.name)
-            found.append(Finding(MACHINE, error.line, error.line, error.name if is_tool else 0, axis="" if is_tool else error.name))
-        except (Unreadable, CycleError):
-            break                               # who judges it says so
+    while error:
+        machine, is_tool = copy.copy(machine), error.kind == TOOL
+        if is_tool:
+            machine.added = (*machine.added, error.name)
+        else:
+            machine.axis_mask |= 1 << LENGTHS.index(error.name)
+        found.append(Finding(MACHINE, error.line, error.line, error.name if is_tool else 0, axis="" if is_tool else error.name))
+        error = _lacking(program, machine, cpu_s, limits) if len(found) < MOST_LACKING else None
     return machine, found
+
+
+def _lacking(program, machine, cpu_s, limits):
+    """The Lacking with which LinuxCNC refuses a program, or None."""
+    try:
+        with Reader(program, machine, cpu_s=cpu_s, judged=False, **limits) as reader:
+            for _block in reader:
+                pass
+    except Lacking as error:
+        return error
+    except (Unreadable, CycleError):
+        pass                                    # who judges it says so
+    return None
 
 
 def _answer(program, machine, stock, cell, progress, cpu_s, assumes, tool, diameter, simulated, limits):
