@@ -74,11 +74,12 @@ class Monitor(SpindleTool):
         self.lost_since = None                      # seen in all looks since then
         self.tool_place = ToolPlace()
         self.stock_files = StockFiles(component, settings, self.say, self.working, self.place)
-        self.shadow = Shadow(component, settings, self.stock_files, os.environ.get('INI_FILE_NAME', ''), self.inform, self.working, feed_is_remapped())
-        self.set_up = SetUp(component, settings, self.stock_files, self.shadow.ini, self.inform, self.working, feed_is_remapped())
+        ini, is_remapped = os.environ.get('INI_FILE_NAME', ''), feed_is_remapped()
+        self.shadow = Shadow(component, settings, self.stock_files, ini, self.inform, self.working, is_remapped)
+        self.set_up = SetUp(component, settings, self.stock_files, ini, self.inform, self.working, is_remapped)
         self.saying = Saying(self.inform)
-        self.loaded = LoadedProgram(self.inform, feed_is_remapped(), Limits(component, settings, self.saying))
-        self.carried_feed = CarriedFeed(component, self.inform, feed_is_remapped())
+        self.loaded = LoadedProgram(self.inform, is_remapped, Limits(component, settings, self.saying))
+        self.carried_feed = CarriedFeed(component, self.inform, is_remapped)
         self.hints = Hints(component, self.say, self.inform, linuxcnc)
         self.start_line, self.quiet = StartLine(settings, self.inform, first), None
 
