@@ -108,11 +108,15 @@ class SetUp:
     def ceiling(self):
         """Times F, of any tool with a target; 1: the feed never rises."""
         found = [ceiling for _diameter, target, ceiling in self.tools.values() if target]
-        return min(found) if found and self.answer and self.feed_is_remapped and not self.answer["keeps_f"] else 1.0
+        return min(found) if found and self._may_raise() else 1.0
 
     def air(self):
-        """Whether feeds above the stock are as fast as the axes.  A tool without a target is at most at F elsewhere, its own ceiling."""
-        return bool(self.answer and self.answer["air"] and self.feed_is_remapped and not self.answer["keeps_f"])
+        """Whether feeds above the stock are as fast as the axes.  Elsewhere a tool without a target is at most at F, which is its ceiling."""
+        return self._may_raise() and bool(self.answer["air"])
+
+    def _may_raise(self):
+        """Whether a feed may be above F: every F is seen, and no code of the program keeps it."""
+        return bool(self.answer and self.feed_is_remapped and not self.answer["keeps_f"])
 
     def end(self):
         """The monitor ends: the stock of a set-up is not kept for another run of LinuxCNC."""
