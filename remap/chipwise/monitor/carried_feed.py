@@ -8,8 +8,7 @@ import zlib
 
 from chipwise import loaded
 from chipwise.files import printable
-
-LARGEST_S32 = 0x7fffffff
+from chipwise.monitor.stock_files import LARGEST_S32
 
 
 def mark_of(program):
