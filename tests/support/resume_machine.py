@@ -15,7 +15,7 @@ import numpy as np
 from support import ROOT
 from support.operate import Stopped, operate
 from support.resume_case import SAME_MM
-from support.resume_oracle import neighbours
+from support.resume_oracle import outside
 
 BUTTONS = ("abort", "estop", "read-only")
 HOW = (*BUTTONS, "rtapi_app", "milltask", "everything")
@@ -122,9 +122,7 @@ def judged(machine, answers, heights, air):
     (status, said), _open, _run, errors, (late, _cut), _map = answers
     if status:
         return f"refused: {said}", None
-    end = np.load(machine.folder / "end.npy")
-    higher = float((end - neighbours(heights, np.max)).max())
-    lower = float((neighbours(heights, np.min) - end).max())
+    higher, lower = outside(heights, np.load(machine.folder / "end.npy"))
     added = float(machine.air.read_text()) + float(late) - air
     errors = [text for text in errors if not text.startswith("Note:")]      # LinuxCNC's own, after an E-stop
     if errors:

@@ -106,10 +106,6 @@ class Run:
         return removed
 
 
-
-
-
-
 def write_journal(path, stock, removed, tip, line, program, when):
     """What the machine saves while it works."""
     writer = journal.Writer(str(path), stocks.head_of(stock, 0.0))
@@ -128,7 +124,11 @@ def neighbours(z, pick):
 
 def apart(one, two):
     """mm that heights of `two` are outside of those of `one` and the cells beside it: (higher, lower)."""
-    a, b = stocks.heights(one), stocks.heights(two)
+    return outside(stocks.heights(one), stocks.heights(two))
+
+
+def outside(a, b):
+    """The same of heights (ny, nx)."""
     return float((b - neighbours(a, np.max)).max()), float((neighbours(a, np.min) - b).max())
 
 
