@@ -43,10 +43,14 @@ class Stop:
         self.machine, self.geometry = Machine(str(self.ini)), load_tools(str(self.ini.parent / "tools.toml"))
         self.read = read(str(self.program), self.machine)
         self.run = Run(self.read, self.geometry)
-        self.index, self.stock = int(share * len(self.run.points)), self.run.new_stock()
-        self.removed = self.run.cut(self.stock, 0, self.index)
         self.journal = self.ini.parent / "stock" / "kept.journal"
+        self.cut_to(int(share * len(self.run.points)))
         self.keep()
+
+    def cut_to(self, index):
+        """The stock is cut up to a point of the path; keep() saves it."""
+        self.index, self.stock = index, self.run.new_stock()
+        self.removed = self.run.cut(self.stock, 0, index)
 
     def keep(self, tip=None, program=None):
         write_journal(self.journal, self.stock, self.removed, self.run.points[self.index] if tip is None else tip,
@@ -272,9 +276,7 @@ def test_the_bottom_of_a_hole_is_not_left_out(tmp_path, newer):
     """The retract goes through the place of the stop again; so does the note that is newer than the cells, and one that has no place."""
     stop = Stop(tmp_path, DRILL)
     points = stop.run.points
-    stop.index = next(k for k in range(len(points)) if points[k][2] < -11.85)
-    stop.stock = stop.run.new_stock()
-    stop.removed = stop.run.cut(stop.stock, 0, stop.index)
+    stop.cut_to(next(k for k in range(len(points)) if points[k][2] < -11.85))
     stop.keep(tip=() if newer is None else points[stop.index + newer])
     made = stop.made()
     higher, lower = apart(stop.whole(stocks.head_of(made.stock, 0.0)), stop.final(made.data, made.stock))
@@ -295,9 +297,7 @@ def test_an_arc_goes_on_at_a_vertex_wherever_it_is_stopped(tmp_path):
     stop = Stop(tmp_path, ARC)
     whole = None
     for part in range(1, 12):
-        stop.index = next(k for k in range(len(stop.run.points)) if stop.run.points[k][0] > 20 + 3.17 * part)
-        stop.stock = stop.run.new_stock()
-        stop.removed = stop.run.cut(stop.stock, 0, stop.index)
+        stop.cut_to(next(k for k in range(len(stop.run.points)) if stop.run.points[k][0] > 20 + 3.17 * part))
         stop.keep()
         made = stop.made()
         whole = whole or stop.whole(stocks.head_of(made.stock, 0.0))
@@ -309,9 +309,7 @@ def test_before_a_compensated_path_behind_g64_in_inch(tmp_path):
     """G64 without P stays what it is, whatever units are chosen behind it."""
     stop = Stop(tmp_path, ARCS)
     line = ARCS.splitlines().index("N160 X3 Y0.3") + 1
-    stop.index = int(np.flatnonzero(stop.read.line[stop.run.move] == line)[-1])
-    stop.stock = stop.run.new_stock()
-    stop.removed = stop.run.cut(stop.stock, 0, stop.index)
+    stop.cut_to(int(np.flatnonzero(stop.read.line[stop.run.move] == line)[-1]))
     stop.keep()
     made = stop.made()
     assert b"\nG64\n" in made.data
