@@ -40,8 +40,8 @@ class Place:
 
 
 def change(wanted, undone):
-    """(first segment that is not done [1], the first that has something to cut; the number of segments where there is none).  The second is the one
-    before the first if most of that is done: the stop is in it."""
+    """(first segment that is not done [1], first segment that still has something to cut).  Where nothing is left to cut, the second is the number of
+    segments.  Where the stop is inside a segment, so that a part of it is left, the second is that segment, just before the first."""
     done_before = np.concatenate(([0.0], np.cumsum(np.minimum(undone, wanted))))
     left_behind = np.concatenate((np.cumsum(np.maximum(wanted - undone, 0.0)[::-1])[::-1], [0.0]))
     cost = done_before + left_behind
@@ -106,8 +106,8 @@ def _is_done(path, program, found, first, candidate, wanted):
 
 
 def before_older(path, wanted, undone, place):
-    """The Place before another one, at most AGE_S of program time, where the first cut begins of which something is not done: cells are copied part by
-    part, and a part may be older than the others; without such a cut, a segment before."""
+    """The Place to go on from where some cells are older than others, because they are copied part by part: the beginning of the first cut that is not
+    done completely, at most AGE_S of program time before `place`.  Without such a cut, the segment before."""
     last = min(change(wanted, undone)[0], place.segment)
     first = int(np.searchsorted(path.at, path.at[last] - AGE_S))
     left = np.flatnonzero(undone[first:last] > SLIVERS_MM3)

@@ -159,8 +159,8 @@ class Job:
         return Stopped(stocks.stock_of(found), found.head.removed, path, at, said)
 
     def _checked(self, note):
-        """The Note; Unreadable for another program than its, or one that was edited since.  One that goes on with this program is this program, but for
-        its lines."""
+        """The Note.  Raises Unreadable where it names another program, or where this one was edited since.  A program of ours that goes on with this one
+        counts as this one, but its line numbers do not."""
         if note is None or not note.program:
             return note
         if goes_on_with(note.program) == plain_name(self.file):

@@ -61,8 +61,8 @@ def own_motion(text):
 
 def rest(program, line, step, moves, at, modal, cycles=False):
     """Bytes of the lines from `line` on, in which the moves replace a step and the steps of its line before; None: the line as it is.
-    modal: motion mode before it; cycles: whether cycles are written out as well, because they plan by what is done; compensated lines have several
-    moves at corners, and stay."""
+    modal: motion mode before it; cycles: whether cycles are written out as well, because they plan by what is done.  Lines with cutter compensation
+    keep their text, because they have several moves at corners."""
     edits = Edits()
     own = steps_of(program, line)
     if moves is None and not own_motion(program.source[line - 1]) and (modal not in (0, 1) or program.modes_on(step).cycle):

@@ -55,7 +55,7 @@ class Note:
 
 
 def digest_of(path: str) -> str:
-    """Of a file of store.py, "" where there is none."""
+    """The checksum at the end of a file of store.py, in hex; "" if it cannot be read."""
     try:
         with open_regular(path, MOST_FILE) as file:
             file.seek(-store.DIGEST, os.SEEK_END)
@@ -70,7 +70,7 @@ def write_note(path: str, note: Note) -> None:
 
 
 def read_note(path: str) -> Note | None:
-    """The Note of a file of store.py; None without one that is of this file."""
+    """The Note beside a file of store.py; None if there is none, or one of another file."""
     try:
         fields = json.loads(read_bytes(path + NOTE, MOST_NOTE))
         return _note(fields) if fields["of"] and fields["of"] == digest_of(path) else None
