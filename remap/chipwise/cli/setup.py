@@ -137,7 +137,7 @@ def report(program, measured, air):
         yield f'  chipwise check has {result.findings.count} finding{"s" * (result.findings.count != 1)} in it'
     for tool in measured.tools:
         yield from tool_lines(tool, result.unit)
-    now, then, free = measured.time_s, measured.time_with_s, sum(tool.time_air_s for tool in measured.tools) + result.dwell_s
+    now, then, free = measured.time_s, measured.time_with_s, measured.time_air_s
     if air:
         yield f'  feeds above the stock as fast as the axes: {format_minutes(free)} instead of {format_minutes(then)}'
         then = free

@@ -169,6 +169,11 @@ class Measured:
         """Set up, in all."""
         return sum(tool.time_with_s for tool in self.tools) + self.result.dwell_s
 
+    @property
+    def time_air_s(self):
+        """Set up, with feeds above the stock as fast as the axes, in all."""
+        return sum(tool.time_air_s for tool in self.tools) + self.result.dwell_s
+
 
 def digest_of(program):
     """SHA-256 of a file.  Raises OSError."""
