@@ -17,7 +17,7 @@ from chipwise.check.findings import grouped_notes
 from chipwise.check.in_force import machine_in_force
 from chipwise.check.program_file import Unreadable
 from chipwise.check.records import Frame
-from chipwise.errors import CycleError, printable
+from chipwise.errors import CycleError, printable, with_line
 from chipwise.own_folder import OwnFolder
 from chipwise.settings import load_settings
 from chipwise.setup import confirmed
@@ -25,10 +25,6 @@ from chipwise.setup import job as jobs
 from chipwise.setup.measure import measure as measured
 
 CPU_S = 100
-
-
-def _job_path(program, ini):
-    return jobs.path_of(program, load_settings(ini).path("JOBS"))
 
 
 def measure(order, machine):
@@ -48,10 +44,11 @@ def measure(order, machine):
             raise CycleError(str(error).partition(";")[0], str(error).partition("; ")[2]) from error
     if found.result.error:
         text, line = found.result.error
-        raise CycleError(text.partition(";")[0] + (f" (line {line})" if line and "(line" not in text else ""), text.partition("; ")[2] or "see chipwise check")
-    air = load_settings(order["ini"])["SETUP_AIR"]
+        raise CycleError(with_line(text.partition(";")[0], line), text.partition("; ")[2] or "see chipwise check")
+    settings = load_settings(order["ini"])
+    air = settings["SETUP_AIR"]
     job = confirmed.job_of(program, found, order["material"], air)
-    before, _why = jobs.state_of(_job_path(program, order["ini"]), program, found.digest)
+    before, _why = jobs.state_of(jobs.path_of(program, settings.path("JOBS")), program, found.digest)
     low, high, source = found.stock
     return {"path_of_program": program, "program": printable(os.path.basename(program)), "stock": [*low, *high], "source": source,
             "tools": [tool.json() | ({"time_with_s": tool.time_air_s} if air else {}) for tool in found.tools],
@@ -81,6 +78,6 @@ def confirm(order, machine):
         raise CycleError("the set-up is not confirmed: a program or a command is under way, or the machine moves", "wait for its end, or press Stop")
     if state.program != order["program"]:
         raise CycleError("the set-up is not confirmed: another program is loaded", "look at the set-up of that one")
-    path = _job_path(order["program"], order["ini"])
+    path = jobs.path_of(order["program"], load_settings(order["ini"]).path("JOBS"))
     confirmed.write(path, order["program"], jobs.of_text(order["job"]))
     return {"file": printable(os.path.basename(path))}
