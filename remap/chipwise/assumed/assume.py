@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The stock and the tools that a program without M250 or without tool changes is taken to be for.
 
-Called by check/simulate.py.  In this order: what the user names, the comments of the CAM system (post_comments.py), the program's own path
+Called by check/answer.py.  In this order: what the user names, the comments of the CAM system (post_comments.py), the program's own path
 (survey.py).  A tool is never made up: where neither tool table nor comments have its diameter, Unknown says what to name.
 
 The stock of a path alone: in X and Y as far as the tools reach in feed moves below the top, down to the lowest tip of a feed move.  Its top is Z0 if

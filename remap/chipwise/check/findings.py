@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What a check finds, and its text.
 
-Called by simulate.py, result.py and page.py.  One Finding is a chain of segments that break one rule one after the other; its
+Called by answer.py, simulate.py, travel.py, result.py and page.py.  One Finding is a chain of segments that break one rule one after the other; its
 position and value are those of the worst of them.
 """
 

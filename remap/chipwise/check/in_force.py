@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A Machine with the work offsets and the tool that are in force.  Called by the processes that read the loaded program: panel/ahead_process.py and
-assumed/shadow_process.py."""
+"""A Machine with the work offsets and the tool that are in force.  Called by the processes that read the loaded program: panel/ahead_process.py,
+panel/set_up.py, assumed/shadow_process.py, setup/job_process.py and setup/time_process.py."""
 
 from chipwise.check.reader import Machine
 from chipwise.own_folder import put

@@ -8,8 +8,8 @@ Called by cli/panel.py.  What a stranger may send is refused before anything is 
  2. The Host header has to be the address that the connection has come to, so that no foreign name can be resolved to it (DNS
     rebinding).  A request that names another origin is refused.
  3. Files are those of FILES and nothing else: no path of a request ever becomes a path of this machine.
- 4. A plan of a typed line, a measured program and the place of the tool change nothing: on this computer it needs no token, but the page's own origin.  It costs computing time, so from
-    elsewhere it needs the token.  lines.py makes one at a time.
+ 4. A plan of a typed line, a measured program and the place of the tool change nothing: on this computer they need no token, but the page's own origin.  They cost computing time, so
+    from elsewhere they need the token.  lines.py makes one at a time.
  5. Nothing can be changed without [CHIPWISE]PANEL_TOKEN, the token in the request and the page's own origin; a wrong token costs
     WRONG_TOKEN_S.
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""How many times its F a tool may be fast by the largest chip of its edges, `chip_load` of the tool geometry.  Called by measure.py.
+"""How many times its F a tool may go by the largest chip of its edges, `chip_load` of the tool geometry.  Called by measure.py.
 
 times = chip_load * flutes * spindle speed / F, with the slowest spindle and the fastest F of the tool in the program's text.  A text that does not say them,
 because it computes them, calls subs, or feeds per turn or in inverse time, gives none.
@@ -17,8 +17,8 @@ _WORD = re.compile(rb"(T|S|F)([0-9.]+)|(M)0*6(?![0-9.])|(G)0*(20|21)(?![0-9.])")
 
 
 def ceilings(program, geometry, unit_mm, most_bytes):
-    """{tool number, None: the one in the spindle at the beginning: times F} with geometry {number: ToolGeometry}; only tools that have chip_load and flutes.
-    unit_mm: of the machine.  Raises OSError."""
+    """{tool number: times F} with geometry {number: ToolGeometry}; only tools that have chip_load and flutes.  A tool that the program does not call has that
+    of the moves before any tool change.  unit_mm: of the machine.  Raises OSError."""
     wanted = {number: g.chip_load * g.flutes for number, g in geometry.items() if g.chip_load and g.flutes}
     if not wanted:
         return {}
@@ -32,7 +32,7 @@ def ceilings(program, geometry, unit_mm, most_bytes):
 
 
 def _said(text, unit_mm):
-    """{tool number: (speeds, 1/min, feeds, mm/min)}; those in force at its tool change count where a tool has none of its own."""
+    """{tool number; None: before any tool change: (speeds, 1/min, feeds, mm/min)}; those in force at its tool change count where a tool has none of its own."""
     said, number, waiting, unit, in_force = {None: ([], [])}, None, None, unit_mm, [[], []]
     for line in text.split(b"\n"):
         words = [(a or b or c, value or code) for a, value, b, c, code in _WORD.findall(line)]

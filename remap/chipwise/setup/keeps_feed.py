@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Whether the feed of a program may rise above F: not with a tap, which goes at its pitch without an override, nor with M52, which may switch off what
-holds the ceiling.  Called by job_process.py.
+holds the ceiling.  Called by job_process.py and time_process.py.
 
 The program is searched, and the files of the subs that it calls: LinuxCNC's O-words and M98, and bodies of remapped codes (ngc=) that it uses.  It is
 a search of text, so a code that is never reached counts, too.

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Cuts a program at its own F and makes the proposal of each tool.
 
-Called by cli/setup.py.  It is the simulation of chipwise check (check/simulate.py) with another clock: besides the times at F it has those at the
-ceiling, which is a multiple of the F of each move; moves down keep their F; and those with feeds above the stock as fast as the axes.  mm, s, mm3/min.
+Called by cli/setup.py, panel/set_up.py and time_process.py.  It is the simulation of chipwise check (check/simulate.py) with another clock.  Besides the
+times at F it has those at the ceiling, which is a multiple of the F of each move (moves down keep their F), and those with feeds above the stock as fast
+as the axes.  mm, s, mm3/min.
 """
 
 import hashlib

@@ -5,7 +5,8 @@ Called by measure.py, part by part.  Seconds, mm, mm3, mm3/min.
 
 1. The rate that counts is the largest mean over WINDOW_S of cutting that does not go down: traverses, moves in air and moves down do not belong
    to its time.  It is within 1 % for any cell, where the largest rate of a moment is not.
-2. The volumes of short moves are those of a window of path (times.py), since the cells give them in lumps; of a shorter one for 3, where a feed that is held loses time at each place with more.
+2. The volumes of short moves are those of a window of path (times.py), since the cells give them in lumps.  For 3 it is a shorter
+   window, because a feed that is held loses time at each place that has more.
 3. The time with a target t of moves that cut is the larger of the one at the ceiling, with the machine's acceleration, and volume / t; that of moves down,
    which keep F, the larger of the one at F and volume / t.  The target is known at the end only, so both are summed up by their rate.
 """
