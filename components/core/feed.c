@@ -24,6 +24,12 @@ struct allowed {
     int limit;
 };
 
+/* What the tool still does before it can begin to brake [2] [10]. */
+struct delay {
+    double travel; /* mm */
+    double gain;   /* mm/s */
+};
+
 double chip_feed_target(const struct chip_feed_in *in)
 {
     double target = chip_setting(in->mrr_target_mm3_s), tool = chip_setting(in->tool_max_rate_mm3_s);
@@ -122,20 +128,20 @@ static inline __attribute__((always_inline)) double braked_from(const struct chi
     return low;
 }
 
-/* Distance, mm, that a jerk-limited planner travels before it can begin to brake; *more: the velocity it
- * gains meanwhile, mm/s [10]. */
-static double travel_until_braking(const struct chip_feed_in *in, double *more)
+/* Until the override takes effect, and until a planner that limits the jerk has stopped accelerating [2] [10]. */
+static struct delay find_delay(const struct chip_feed_in *in, double last_scale)
 {
-    double jerk = chip_setting(in->max_jerk_mm_s3),
-           gain = chip_finite(in->current_accel_mm_s2)
-                    ? chip_clamp(in->current_accel_mm_s2, 0.0, in->acceleration_mm_s2)
-                    : 0.0,
-           time;
-    *more = 0.0;
-    if (!(jerk > 0.0)) return 0.0;
-    time = gain / jerk;
-    *more = 0.5 * gain * time;
-    return (chip_setting(in->current_vel_mm_s) + 2.0 / 3.0 * *more) * time;
+    double period = chip_finite(in->period_s) ? chip_clamp(in->period_s, 0.0, 0.1) : 0.0;
+    double last = chip_finite(last_scale) ? chip_clamp(last_scale, 0.0, 1.0) : 1.0;
+    double speed = chip_override(in->feed_override_share) * last * in->requested_vel_mm_s,
+           accel = chip_min(chip_setting(in->current_accel_mm_s2), in->acceleration_mm_s2),
+           jerk = chip_setting(in->max_jerk_mm_s3), time;
+    struct delay delay = { CHIP_LATENCY * period * speed, 0.0 };
+    if (!(jerk > 0.0)) return delay;
+    time = accel / jerk;
+    delay.gain = 0.5 * accel * time;
+    delay.travel += (chip_setting(in->current_vel_mm_s) + 2.0 / 3.0 * delay.gain) * time;
+    return delay;
 }
 
 /* A jerk-limited planner follows a falling velocity with a delay: how much lower than `velocity` the command must
@@ -152,8 +158,8 @@ static int is_same_load(const struct chip_feed_in *in, int i)
     return in->load_distance_mm[i] <= 0.0 && in->load_area_mm2[i] <= CHIP_SAME_LOAD * in->section_area_mm2;
 }
 
-/* The lower one of `best` and of what the limits of the tooth allow here and ahead [13]; `late`, `more`: as for the areas [2] [10]. */
-static struct allowed tooth_limit(const struct chip_feed_in *in, struct allowed best, double late, double more)
+/* The lower one of `best` and of what the limits of the tooth allow here and ahead [13]. */
+static struct allowed tooth_limit(const struct chip_feed_in *in, struct allowed best, const struct delay *delay)
 {
     double edges = chip_edges_per_s(in), k = chip_override(in->feed_override_share);
     int i;
@@ -163,8 +169,8 @@ static struct allowed tooth_limit(const struct chip_feed_in *in, struct allowed 
         end_vel = chip_min(edges / in->tooth_load_per_mm[i], CHIP_UNBOUND);
         CHIP_FAULT(OVERRIDE_RAISES_CHIP, end_vel *= k);
         velocity = braked_from(in, end_vel, braking(in, in->tooth_accel_mm_s2[i]),
-                               chip_max(0.0, in->tooth_distance_mm[i] - late))
-                 - more;
+                               chip_max(0.0, in->tooth_distance_mm[i] - delay->travel))
+                 - delay->gain;
         velocity = chip_max(end_vel, velocity - catch_up(in, velocity)) / k;
         if (velocity < best.velocity) {
             best.velocity = velocity;
@@ -175,16 +181,11 @@ static struct allowed tooth_limit(const struct chip_feed_in *in, struct allowed 
 }
 
 /* Highest velocity the stock allows here and ahead, mm/s [1] [2]; `max_vel`: while cutting [5]. */
-static struct allowed stock_limit(const struct chip_feed_in *in, double last_scale, double max_vel)
+static struct allowed stock_limit(const struct chip_feed_in *in, const struct delay *delay, double max_vel)
 {
     struct allowed best = { CHIP_UNBOUND, CHIP_LIMIT_NONE };
-    double period = chip_finite(in->period_s) ? chip_clamp(in->period_s, 0.0, 0.1) : 0.0;
-    double last = chip_finite(last_scale) ? chip_clamp(last_scale, 0.0, 1.0) : 1.0;
-    double k = chip_override(in->feed_override_share), speed = k * last * in->requested_vel_mm_s,
-           late = CHIP_LATENCY * period * speed;
-    double more;
+    double k = chip_override(in->feed_override_share);
     int i;
-    late += travel_until_braking(in, &more);
     if (in->section_area_mm2 > CHIP_MIN_AREA) {
         double load = load_limit(in, in->section_area_mm2);
         best.velocity = chip_min(load, max_vel);
@@ -196,52 +197,49 @@ static struct allowed stock_limit(const struct chip_feed_in *in, double last_sca
         if (in->load_area_mm2[i] <= CHIP_MIN_AREA) continue;
         end_vel = chip_min(load_limit(in, in->load_area_mm2[i]), max_vel);
         CHIP_FAULT(CEILING_NOT_BRAKED, end_vel = load_limit(in, in->load_area_mm2[i]));
-        distance = chip_max(0.0, in->load_distance_mm[i] - late);
-        velocity = braked_from(in, k * end_vel, braking(in, in->load_accel_mm_s2[i]), distance) - more;
+        distance = chip_max(0.0, in->load_distance_mm[i] - delay->travel);
+        velocity = braked_from(in, k * end_vel, braking(in, in->load_accel_mm_s2[i]), distance) - delay->gain;
         velocity = chip_max(end_vel, (velocity - catch_up(in, velocity)) / k);
         if (velocity < best.velocity) {
             best.velocity = velocity;
             best.limit = is_same_load(in, i) ? CHIP_LIMIT_STOCK_HERE : CHIP_LIMIT_STOCK_AHEAD;
         }
     }
-    return chip_tooth_asked(in) ? tooth_limit(in, best, late, more) : best;
+    return chip_tooth_asked(in) ? tooth_limit(in, best, delay) : best;
 }
 
-/* Highest velocity that lets a place at `distance` mm be passed with `end_vel`, mm/s [12] [14]; a parabolic blend begins that much before a corner. */
-static double braked_before(const struct chip_feed_in *in, double last_scale, double end_vel, double distance,
-                            double known)
+/* Highest velocity that lets a place at `distance` mm be passed with `end_vel`, mm/s [12] [14]. `accel`: mean braking the planner can use
+ * until there, mm/s2, 0: unknown. A parabolic blend begins as far before a corner as stopping takes. */
+static double braked_before(const struct chip_feed_in *in, const struct delay *delay, double end_vel, double distance,
+                            double accel)
 {
-    double k = chip_override(in->feed_override_share), more, late, velocity,
-           accel = CHIP_BLEND_BRAKING * in->acceleration_mm_s2;
-    double period = chip_finite(in->period_s) ? chip_clamp(in->period_s, 0.0, 0.1) : 0.0;
-    double last = chip_finite(last_scale) ? chip_clamp(last_scale, 0.0, 1.0) : 1.0;
-    if (chip_setting(known) > 0.0) accel = chip_min(known, in->acceleration_mm_s2);
-    late = CHIP_LATENCY * period * k * last * in->requested_vel_mm_s + travel_until_braking(in, &more);
-    distance = chip_max(0.0, distance - late - k * k * end_vel * end_vel / (2.0 * accel));
-    velocity = braked_from(in, k * end_vel, accel, distance) - more;
+    double k = chip_override(in->feed_override_share), velocity;
+    accel = braking(in, chip_setting(accel));
+    distance = chip_max(0.0, distance - delay->travel - k * k * end_vel * end_vel / (2.0 * accel));
+    velocity = braked_from(in, k * end_vel, accel, distance) - delay->gain;
     return chip_max(end_vel, (velocity - catch_up(in, velocity)) / k);
 }
 
 /* Highest velocity that lets the tool go down at F, here and ahead, mm/s [12]. */
-static double descent_limit(const struct chip_feed_in *in, double last_scale, double programmed)
+static double descent_limit(const struct chip_feed_in *in, const struct delay *delay, double programmed)
 {
     if (!in->keeps_f_down) return CHIP_UNBOUND;
     if (!chip_finite(in->dir_z) || in->dir_z < -CHIP_FALLS || !chip_finite(in->descent_mm)) return programmed;
     CHIP_FAULT(DESCENDS_UNBRAKED, return CHIP_UNBOUND);
     if (in->descent_mm < 0.0) return CHIP_UNBOUND;
-    return braked_before(in, last_scale, programmed, in->descent_mm, in->descent_accel_mm_s2);
+    return braked_before(in, delay, programmed, in->descent_mm, in->descent_accel_mm_s2);
 }
 
 /* The same if feeds above the stock are free [14]. */
-static double pace_limit(const struct chip_feed_in *in, double last_scale, double programmed)
+static double pace_limit(const struct chip_feed_in *in, const struct delay *delay, double programmed)
 {
     double plain = chip_max(1.0, chip_setting(in->ceiling_of_f)) * programmed;
     int is_known = chip_finite(in->pace_mm) && in->pace_mm > CHIP_PACE_IS_UNKNOWN;
-    if (!in->is_air_free) return descent_limit(in, last_scale, programmed);
-    if (!is_known) return chip_min(plain, descent_limit(in, last_scale, programmed));
+    if (!in->is_air_free) return descent_limit(in, delay, programmed);
+    if (!is_known) return chip_min(plain, descent_limit(in, delay, programmed));
     CHIP_FAULT(PACE_IGNORED, return CHIP_UNBOUND);
     if (in->pace_mm < 0.0) return CHIP_UNBOUND;
-    return braked_before(in, last_scale, chip_min(chip_setting(in->pace_vel_mm_s), CHIP_UNBOUND), in->pace_mm,
+    return braked_before(in, delay, chip_min(chip_setting(in->pace_vel_mm_s), CHIP_UNBOUND), in->pace_mm,
                          in->pace_accel_mm_s2);
 }
 
@@ -284,6 +282,7 @@ struct chip_feed_out chip_feed(const struct chip_feed_in *in, double last_scale)
 {
     double programmed, max_vel, floor, descent;
     struct allowed want, stock;
+    struct delay delay;
 
     if (!chip_feed_is_on(in->feed_mode)) return chip_feed_result(1.0, CHIP_LIMIT_NONE);
     if (in->motion != CHIP_MOTION_FEED && in->motion != CHIP_MOTION_ARC) return chip_feed_result(1.0, CHIP_LIMIT_NONE);
@@ -294,8 +293,9 @@ struct chip_feed_out chip_feed(const struct chip_feed_in *in, double last_scale)
 
     max_vel = cutting_limit(in, programmed);
     want = wanted(in, programmed);
-    stock = stock_limit(in, last_scale, max_vel);
-    descent = pace_limit(in, last_scale, programmed);
+    delay = find_delay(in, last_scale);
+    stock = stock_limit(in, &delay, max_vel);
+    descent = pace_limit(in, &delay, programmed);
     if (descent < want.velocity) {
         want.velocity = descent;
         want.limit = CHIP_LIMIT_CEILING;
