@@ -157,15 +157,16 @@ static void follow_limits(struct chip_tracker *tracker, const struct chip_tracke
     if (change != CHIP_TOOTH_SAME) chip_tooth_follow(&tracker->lookahead, &tracker->tooth);
 }
 
-/* The place at which feeds above the stock, which are free, have to be slower; unknown if nothing makes them free. */
-static struct chip_pace find_pace(const struct chip_tracker *tracker, const struct chip_stock *stock,
-                                  const struct chip_tracker_in *in, double horizon)
+/* Finds the place at which feeds above the stock, which are free, have to be slower; `pace` stays unknown if nothing makes them free. */
+static void find_pace(const struct chip_tracker *tracker, const struct chip_stock *stock,
+                      const struct chip_tracker_in *in, double horizon, struct chip_pace *pace)
 {
-    struct chip_pace none = { CHIP_PACE_UNKNOWN, 0.0, 0.0 };
-    struct chip_pace_in asked = { stock->z_max + in->air_clearance_mu / in->mu_per_mm, in->ceiling_of_f,
-                                  tracker->lookahead.latency_travel, chip_override(in->feed_override_share), horizon };
-    if (!in->is_air_free || tracker->is_uncertain || !(in->air_clearance_mu > 0.0)) return none;
-    return chip_path_pace(&tracker->path, &asked);
+    if (in->is_air_free && !tracker->is_uncertain && in->air_clearance_mu > 0.0) {
+        struct chip_pace_in asked = { stock->z_max + in->air_clearance_mu / in->mu_per_mm, in->ceiling_of_f,
+                                      tracker->lookahead.latency_travel, chip_override(in->feed_override_share),
+                                      horizon };
+        *pace = chip_path_pace(&tracker->path, &asked);
+    }
 }
 
 /* [5] Looks ahead and fills the outputs that depend on it. */
@@ -188,7 +189,7 @@ static void update_load(struct chip_tracker *tracker, const struct chip_stock *s
     out->depth_mm = out->load.depth;
     out->dir_z = tracker->lookahead.predicted.known ? tracker->lookahead.predicted.last_dir_z : 0.0;
     out->descent_mm = chip_path_descent(&tracker->path, &out->descent_accel_mm_s2);
-    out->pace = find_pace(tracker, stock, in, far);
+    find_pace(tracker, stock, in, far, &out->pace);
 }
 
 /* [5] The guards of traverse and shank; returns the work so far. */
