@@ -33,17 +33,17 @@ static inline int chip_finite(double x) { return fabs(x) <= CHIP_LARGEST; }
 /* A setting: 0 (off) unless it is a finite number above 0. */
 static inline double chip_setting(double x) { return x > 0.0 && x <= CHIP_LARGEST ? x : 0.0; }
 
-/* The operator's feed override from a pin, within what is accepted; 1 if it is unknown. */
-static inline double chip_override(double share)
-{
-    double known = chip_setting(share);
-    return known > 0.0 ? (known < 0.01 ? 0.01 : (known > 10.0 ? 10.0 : known)) : 1.0;
-}
-
 static inline double chip_clamp(double x, double lo, double hi) { return x < lo ? lo : (x > hi ? hi : x); }
 
 static inline double chip_min(double a, double b) { return a < b ? a : b; }
 static inline double chip_max(double a, double b) { return a > b ? a : b; }
+
+/* The operator's feed override from a pin, within what is accepted; 1 if it is unknown. */
+static inline double chip_override(double share)
+{
+    double known = chip_setting(share);
+    return known > 0.0 ? chip_clamp(known, 0.01, 10.0) : 1.0;
+}
 
 /* Machine units per mm, from a parameter; 0 if it cannot be. */
 static inline double chip_units(double per_mm) { return per_mm >= 1e-3 && per_mm <= 1e3 ? per_mm : 0.0; }

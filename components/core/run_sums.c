@@ -4,10 +4,7 @@
 #include "run_sums.h"
 
 /* A number that may be added: 0 unless it is finite and above 0. */
-static double sound(double value)
-{
-    return chip_finite(value) && value > 0.0 ? chip_min(value, CHIP_SUMS_LARGEST) : 0.0;
-}
+static double sound(double value) { return chip_min(chip_setting(value), CHIP_SUMS_LARGEST); }
 
 /* Adds within the largest sum. */
 static void add(double *sum, double value) { *sum = chip_clamp(*sum + value, -CHIP_SUMS_LARGEST, CHIP_SUMS_LARGEST); }

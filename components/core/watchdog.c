@@ -17,10 +17,7 @@
 #define CHIP_WATCHDOG_LATENCY 3.0  /* periods the machine goes on accelerating after the override has dropped [2] */
 
 /* A velocity or acceleration from a pin: 0 unless it is a finite number above 0. */
-static double speed(double value)
-{
-    return chip_finite(value) && value > 0.0 ? chip_min(value, CHIP_WATCHDOG_LIMIT) : 0.0;
-}
+static double speed(double value) { return chip_min(chip_setting(value), CHIP_WATCHDOG_LIMIT); }
 
 /* Velocity the override in force allows the machine, mm/s [2]. */
 static double allowed_velocity(const struct chip_watchdog_in *in)
