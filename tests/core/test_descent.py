@@ -5,8 +5,9 @@ import math
 
 import pytest
 
-from chipwise.stock import core, layout
+from chipwise.stock import core
 from support.feed_cases import CEILING, CONSTANT, HERE, law
+from support.path_cases import chain
 
 F, TOP = 10.0, 30.0
 JOB = dict(kind=CONSTANT, programmed=F, requested=TOP, keeps=1, descent=-1.0)
@@ -44,29 +45,16 @@ def test_it_is_braked_in_time(knob, accel, given):
     assert shortest <= started <= 1.05 * shortest + blend + 0.003 * knob * TOP
 
 
-def chain(*points, rapid=(), stops=()):
-    """ProgrammedPath along points; the tool is at the first one."""
-    path = core.ProgrammedPath()
-    for n, (start, end) in enumerate(zip(points, points[1:]), 1):
-        segment = core.line(start, end)
-        segment.rapid, segment.join = int(n in rapid), int(layout.Join.STOP if n in stops else layout.Join.TANGENT)
-        segment.accel = 100.0 * n
-        if n == 1:
-            path.follow(1, segment.length, 0.0)
-        path.append(n, segment)
-    return path
-
-
 LEVEL_RAMP = (0, 0, 0), (10, 0, 0), (14, 3, 0), (20, 3, -1), (30, 3, -1)
 
 
 def test_where_the_path_goes_down():
-    assert chain(*LEVEL_RAMP).descent() == (pytest.approx(15.0), pytest.approx((10 * 100 + 5 * 200) / 15))
-    assert chain(*LEVEL_RAMP[2:]).descent()[0] == 0.0
-    assert chain(*LEVEL_RAMP[:3]).descent()[0] == chain(*reversed(LEVEL_RAMP)).descent()[0] == -1.0
-    assert chain(*LEVEL_RAMP, rapid=(3,)).descent()[0] == -1.0
-    assert chain(*LEVEL_RAMP, stops=(2,)).descent()[0] == -1.0              # at rest before it
+    assert chain(LEVEL_RAMP, accels=(100.0, 200.0, 300.0, 400.0)).descent() == (pytest.approx(15.0), pytest.approx((10 * 100 + 5 * 200) / 15))
+    assert chain(LEVEL_RAMP[2:]).descent()[0] == 0.0
+    assert chain(LEVEL_RAMP[:3]).descent()[0] == chain(LEVEL_RAMP[::-1]).descent()[0] == -1.0
+    assert chain(LEVEL_RAMP, rapid=(3,)).descent()[0] == -1.0
+    assert chain(LEVEL_RAMP, stops=(2,)).descent()[0] == -1.0              # at rest before it
     assert core.ProgrammedPath().descent()[0] == -1.0
-    path = chain(*LEVEL_RAMP)
+    path = chain(LEVEL_RAMP)
     path.follow(1, 10.0, 4.0)
     assert path.descent()[0] == pytest.approx(11.0)

@@ -6,24 +6,12 @@ import random
 
 import pytest
 
-from chipwise.stock import core, layout
+from chipwise.stock import core
 from support.feed_cases import CEILING, CONSTANT, law
+from support.path_cases import ACCEL, chain
 
-CLEAR, CEIL, AXES, ACCEL, DT = 0.5, 2.0, 100.0, 500.0, 0.001
+CLEAR, CEIL, AXES, DT = 0.5, 2.0, 100.0, 0.001
 NONE, UNKNOWN = -1.0, -2.0
-
-
-def chain(points, feeds, rapid=(), stops=(), accel=ACCEL, parabolic=()):
-    """ProgrammedPath along points, with F (mm/s) of each move; the tool is at the first one."""
-    path = core.ProgrammedPath()
-    for n, (start, end, feed) in enumerate(zip(points, points[1:], feeds), 1):
-        segment = core.line(start, end)
-        segment.feed, segment.accel, segment.rapid = feed, accel, int(n in rapid)
-        segment.join = int(layout.Join.STOP if n in stops else layout.Join.PARABOLIC if n in parabolic else layout.Join.TANGENT)
-        if n == 1:
-            path.follow(1, segment.length, 0.0)
-        path.append(n, segment)
-    return path
 
 
 def place(path, **asked):
@@ -129,5 +117,5 @@ def most_over(points, feeds, knob):
 def test_no_place_is_passed_too_fast(knob):
     """Random paths: below the clearance never above F down and the ceiling otherwise, but for two periods of braking; and faster than F in all."""
     rng = random.Random(f"pace {knob}")
-    worst, took, at_f = map(lambda values: list(values), zip(*(most_over(*random_path(rng), knob) for _ in range(12))))
+    worst, took, at_f = zip(*(most_over(*random_path(rng), knob) for _ in range(12)))
     assert max(worst) <= 2 * ACCEL * DT and sum(took) < 0.7 * sum(at_f)
