@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
-/* A tracker with a map of its own, driven by hand: what test_hold.c and test_lag.c share. */
+/* A tracker with a map of its own, driven by hand; the C tests of the tracker share it. */
 #ifndef CHIPWISE_TESTS_ONE_TRACKER_H
 #define CHIPWISE_TESTS_ONE_TRACKER_H
 
