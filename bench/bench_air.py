@@ -20,6 +20,7 @@ import numpy as np
 
 import rapids_as_feeds
 import roots                    # noqa: F401  puts tests/ and remap/ on the path
+from chipwise.errors import MM_PER_INCH
 from chipwise.setup import job as jobs
 from support import ROOT, claims, foreign
 from support import judge as judging
@@ -63,7 +64,7 @@ def runs(program, folder):
 
 def of_lines(program, rapids):
     """(n,) mm/s: F of each line of the text, from line 1 on; [(line, index of the tool)]."""
-    unit, feed, feeds, changes = rapids_as_feeds.MM_PER_INCH if program.inch else 1.0, 0.0, [0.0], []
+    unit, feed, feeds, changes = MM_PER_INCH if program.inch else 1.0, 0.0, [0.0], []
     for at, line in enumerate(re.sub(r"\([^)]*\)", "", program.text(rapids)).splitlines(), 1):
         word = re.search(r"F([\d.]+)", line)
         feed = float(word.group(1)) * unit / 60.0 if word else feed

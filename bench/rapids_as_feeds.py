@@ -9,9 +9,9 @@ import random
 from dataclasses import dataclass, field
 
 import roots                    # noqa: F401  puts tests/ and remap/ on the path
+from chipwise.errors import MM_PER_INCH
 from support.judge import Blank, Tool, ball
 
-MM_PER_INCH = 25.4
 PLACE = 20.0
 
 
@@ -71,6 +71,12 @@ class Path:
     def arc(self, clockwise, x, y, i, j, z=None, f=None):
         self.job.moves.append(("arc", clockwise, x, y, z, i, j, f or self.cut))
 
+    def circle(self, x, y, r, clockwise=False):
+        """From wherever the tool is to (x + r, y), and round about (x, y) in two halves; r below 0 begins on the other side."""
+        self.line(x + r, y, f=self.lead)
+        self.arc(clockwise, x - r, y, -r, 0.0)
+        self.arc(clockwise, x + r, y, r, 0.0)
+
     def up(self):
         self.job.moves.append(("rapid", None, None, self.near))
 
@@ -112,9 +118,7 @@ def helical_pocket(rng, inch):
         for low in (-2.7, -5.3):
             p.helix(x, y, 2.63, low + 2.9, low, 0.87)
             for r in (4.77, 6.9):
-                p.line(x + r, y, f=p.lead)
-                p.arc(False, x - r, y, -r, 0.0)
-                p.arc(False, x + r, y, r, 0.0)
+                p.circle(x, y, r)
             p.line(x, y)
         p.up()
     p.end()
@@ -199,14 +203,11 @@ def bosses(rng, inch):
     made = job(rng, "bosses", inch, (74.9, 39.1, 13.0), Tool(8.0))
     p = Path(rng, made, 1, rng.uniform(800, 1200), rng.uniform(200, 300))
     for x in (18.1, 54.3):
-        y = 19.7
+        y, side = 19.7, 1 if x > 30 else -1
         for r in (17.9, 14.7):
-            p.over(x + 25.3 if x > 30 else x - 25.3, y)
+            p.over(x + side * 25.3, y)
             p.line(z=-3.1, f=p.plunge)
-            side = 1 if x > 30 else -1
-            p.line(x + side * r, y, f=p.lead)
-            p.arc(True, x - side * r, y, -side * r, 0.0)
-            p.arc(True, x + side * r, y, side * r, 0.0)
+            p.circle(x, y, side * r, clockwise=True)
             p.line(x + side * 25.3, y)
             p.up()
     p.end()
@@ -254,12 +255,9 @@ def two_sizes(rng, inch):
     p.end()
     p = Path(rng, made, 2, rng.uniform(500, 700), rng.uniform(130, 180))
     for x in (16.9, 47.7):
-        r = 9.3 - 0.9
         p.over(x, 23.3)
         p.line(z=-3.9, f=p.plunge)
-        p.line(x + r, 23.3, f=p.lead)
-        p.arc(False, x - r, 23.3, -r, 0.0)
-        p.arc(False, x + r, 23.3, r, 0.0)
+        p.circle(x, 23.3, 9.3 - 0.9)
         p.line(x, 23.3)
         p.up()
     p.end()
