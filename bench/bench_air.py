@@ -12,7 +12,6 @@ Called by hand: `/usr/bin/python3 bench/bench_air.py --only trochoid --seed 7`.
 import argparse
 import json
 import re
-import subprocess
 import tempfile
 from pathlib import Path
 
@@ -20,9 +19,9 @@ import numpy as np
 
 import rapids_as_feeds
 import roots                    # noqa: F401  puts tests/ and remap/ on the path
+from bench_set_up import confirmed, feeds_of
 from chipwise.errors import MM_PER_INCH
-from chipwise.setup import job as jobs
-from support import ROOT, claims, foreign
+from support import claims, foreign
 from support import judge as judging
 from support.operate import operate
 
@@ -35,11 +34,7 @@ def set_up(path, program, ini, *options):
     """Job of a program, confirmed."""
     blank = program.blank
     corners = [blank.x - blank.size_x / 2, blank.y - blank.size_y / 2, blank.low, blank.x + blank.size_x / 2, blank.y + blank.size_y / 2, blank.high]
-    done = subprocess.run([str(ROOT / "bin" / "chipwise"), "setup", str(path), "--ini", str(ini), "--yes", *options, "--stock",
-                           *(f"{value:.4f}" for value in corners)], text=True, capture_output=True, check=False)
-    if done.returncode:
-        raise SystemExit(done.stdout + done.stderr)
-    return jobs.read(jobs.path_of(str(path)))
+    return confirmed(path, ini, [f"{value:.4f}" for value in corners], *options)
 
 
 def runs(program, folder):
@@ -62,22 +57,19 @@ def runs(program, folder):
     return dict(zip(("air", "G1", "G0 set up", "G0"), logs)), kept
 
 
-def of_lines(program, rapids):
-    """(n,) mm/s: F of each line of the text, from line 1 on; [(line, index of the tool)]."""
-    unit, feed, feeds, changes = MM_PER_INCH if program.inch else 1.0, 0.0, [0.0], []
-    for at, line in enumerate(re.sub(r"\([^)]*\)", "", program.text(rapids)).splitlines(), 1):
-        word = re.search(r"F([\d.]+)", line)
-        feed = float(word.group(1)) * unit / 60.0 if word else feed
-        feeds.append(feed)
+def of_lines(program):
+    """(n,) mm/s: F of each line of the text with G1, from line 1 on; [(line, index of the tool)]."""
+    lines, changes = re.sub(r"\([^)]*\)", "", program.text(False)).splitlines(), []
+    for at, line in enumerate(lines, 1):
         tool = re.match(r"T(\d+) M6", line)
         if tool:
             changes.append((at, sorted(program.tools).index(int(tool.group(1)))))
-    return np.array(feeds), changes
+    return feeds_of(lines, MM_PER_INCH if program.inch else 1.0), changes
 
 
-def judged(program, log, job, rapids=False):
+def judged(program, log, job):
     """(Verdict, judging.Run, figures) of a run with a set-up."""
-    feeds, changes = of_lines(program, rapids)
+    feeds, changes = of_lines(program)
     tool = np.array([index for _at, index in changes])[claims.by_line(log, [at for at, _tool in changes]).clip(0)]
     numbers = sorted(program.tools)
     tools = [program.tools[n][0] for n in numbers]

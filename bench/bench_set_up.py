@@ -43,10 +43,16 @@ def set_up(program, folder):
     ini.write_text(claims.ini_text(claims.Condition(), table, geometry))
     low, size = ([float(v) for v in re.search(pattern, program.text).groups()] for pattern in (r"M250 P(\S+) Q(\S+) R(\S+)", r"I(\S+) J(\S+) K(\S+)"))
     corners = [f"{value * unit_mm(program):.4f}" for value in (*low, *(a + b for a, b in zip(low, size)))]
-    done = subprocess.run([str(ROOT / "bin" / "chipwise"), "setup", str(path), "--ini", str(ini), "--yes", "--stock", *corners], text=True, capture_output=True, check=False)
+    return path, ini, confirmed(path, ini, corners)
+
+
+def confirmed(path, ini, corners, *options):
+    """Job of a program that is set up without questions."""
+    done = subprocess.run([str(ROOT / "bin" / "chipwise"), "setup", str(path), "--ini", str(ini), "--yes", *options, "--stock", *corners],
+                          text=True, capture_output=True, check=False)
     if done.returncode:
         raise SystemExit(done.stdout + done.stderr)
-    return path, ini, jobs.read(jobs.path_of(str(path)))
+    return jobs.read(jobs.path_of(str(path)))
 
 
 def runs(path, ini, folder):
@@ -57,6 +63,16 @@ def runs(path, ini, folder):
     answers = operate(folder, [home, ["log", str(bare)], ["open", str(path)], home, ["messages", "part.ngc: set up as confirmed"], ["log", str(path)]],
                       ini=str(ini), speed=SPEED, timeout=900)
     return answers[5], answers[1]
+
+
+def feeds_of(lines, unit):
+    """(n,) mm/s: F of each line of a program, from line 1 on."""
+    feeds, feed = [0.0], 0.0
+    for line in lines:
+        word = re.search(r"F([\d.]+)", line)
+        feed = float(word.group(1)) * unit / 60.0 if word else feed
+        feeds.append(feed)
+    return np.array(feeds)
 
 
 def judged(program, log, job):
@@ -76,12 +92,8 @@ def judged(program, log, job):
     verdict = judging.judge(run, program.blank, tools, target, judging.sweep(run, program.blank, tools, CELL))
     steps = np.diff(run.tips, axis=0, prepend=run.tips[:1])
     length = np.linalg.norm(steps, axis=1)
-    feeds, feed = [0.0], 0.0
-    for line in lines:
-        word = re.search(r"F([\d.]+)", line)
-        feed = float(word.group(1)) * unit_mm(program) / 60.0 if word else feed
-        feeds.append(feed)
-    feed = np.array(feeds)[log["line"].clip(0, len(feeds) - 1)]
+    feeds = feeds_of(lines, unit_mm(program))
+    feed = feeds[log["line"].clip(0, len(feeds) - 1)]
     falls = run.feeding & (steps[:, 2] < -FALL * length) & (length > 0) & (feed > 0)
     return verdict, run, (length / run.period / np.maximum(feed, 1e-9))[falls]
 
