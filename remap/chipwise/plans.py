@@ -11,7 +11,7 @@ from chipwise.cycles import contour, contour_chop, hole, pattern, pocket, surfac
 from chipwise.cycles.plan import CyclePlan
 from chipwise.errors import CycleError
 from chipwise.geometry.base.chains import flat
-from chipwise.geometry.base.contour import ContourError
+from chipwise.geometry.base.contour import ContourError, backwards
 from chipwise.lines import DECIMALS, chunks
 from chipwise.order import Order, Outcome, Packed
 from chipwise.pattern import run as pattern_run
@@ -65,7 +65,7 @@ def _contour(order: Order) -> CyclePlan:
     shape = read.read_shape(order.job)
     loop = read.one_loop(shape)
     fields = dict(order.fields)
-    loop = read.backwards(loop) if fields.pop("backwards", False) else loop
+    loop = backwards(loop) if fields.pop("backwards", False) else loop
     try:
         return contour.contour_plan(contour.ContourRequest(shape=loop, **fields))
     except ContourError as error:

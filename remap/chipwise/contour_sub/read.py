@@ -133,12 +133,6 @@ def _element(found, kind, line, start, numbers, before):
     return ArcElement(start, end, centre, turns > 0, line)
 
 
-def backwards(loop: tuple) -> tuple:
-    """The same loop in the other direction."""
-    return tuple(LineElement(e.end, e.start, e.line) if isinstance(e, LineElement) else ArcElement(e.end, e.start, e.centre, not e.ccw, e.line)
-                 for e in reversed(loop))
-
-
 # ---- from loops to contours --------------------------------------------------------------------------------------------
 
 

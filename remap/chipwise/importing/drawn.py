@@ -56,10 +56,3 @@ def line(start, end):
 def arc(start, end, centre, ccw):
     """An arc; equal ends are a full circle."""
     return ArcElement(*((float(p[0]), float(p[1])) for p in (start, end, centre)), bool(ccw), 0)
-
-
-def turned(part):
-    """A part in the other direction."""
-    if hasattr(part, "centre"):
-        return ArcElement(part.end, part.start, part.centre, not part.ccw, 0)
-    return LineElement(part.end, part.start, 0)

@@ -8,6 +8,7 @@ height is left out.
 import math
 
 from chipwise.errors import braceless
+from chipwise.geometry.base.contour import turned
 from chipwise.importing import fit
 from chipwise.importing.drawn import MAX_PARTS, Drawn, Unreadable, arc, check_near, line
 
@@ -238,7 +239,6 @@ def _is_flat(entity):
 
 def _in_order(parts):
     """Parts of a polyline, each from the end of the one before: arcs of a negative bulge come the other way round."""
-    from chipwise.importing.drawn import turned
     found = []
     for k, part in enumerate(parts):
         end = found[-1].end if found else None

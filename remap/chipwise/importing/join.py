@@ -9,7 +9,8 @@ import math
 from collections import defaultdict
 from dataclasses import dataclass, field
 
-from chipwise.importing.drawn import line, turned
+from chipwise.geometry.base.contour import backwards, turned
+from chipwise.importing.drawn import line
 
 
 @dataclass
@@ -94,7 +95,7 @@ def _follow(curves, ends, start, used, found, tolerance):
     while k not in used:
         used.add(k)
         first = (k, side) if first is None else first
-        parts = curves[k] if side == 0 else [turned(part) for part in reversed(curves[k])]
+        parts = curves[k] if side == 0 else backwards(curves[k])
         chain += _bridge(chain, parts, found)
         here = (k, 1 - side)
         others = [end for end in ends.at(*here) if end != here]

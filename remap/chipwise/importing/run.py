@@ -12,10 +12,10 @@ from chipwise.errors import braceless
 from chipwise.files import open_regular
 from chipwise.geometry.base import elements
 from chipwise.geometry.base import loops as chain_loops
-from chipwise.geometry.base.contour import ContourError, make_contour
+from chipwise.geometry.base.contour import ContourError, backwards, make_contour
 from chipwise.geometry.pocket import nesting
 from chipwise.importing import dxf, join, svg
-from chipwise.importing.drawn import Unreadable, turned
+from chipwise.importing.drawn import Unreadable
 
 MAX_BYTES = 32 << 20
 READERS = {".dxf": dxf.read, ".svg": svg.read}
@@ -129,9 +129,7 @@ def _nest(layer, contours, tolerance, found):
 
 
 def _directed(loop, contour, ccw):
-    if (elements.area(contour.elements) > 0.0) == ccw:
-        return list(loop)
-    return [turned(part) for part in reversed(loop)]
+    return list(loop if (elements.area(contour.elements) > 0.0) == ccw else backwards(loop))
 
 
 def extent(layers):

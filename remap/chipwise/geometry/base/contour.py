@@ -37,6 +37,18 @@ class ArcElement:
     line: int
 
 
+def turned(part):
+    """A LineElement or ArcElement in the other direction."""
+    if isinstance(part, ArcElement):
+        return ArcElement(part.end, part.start, part.centre, not part.ccw, part.line)
+    return LineElement(part.end, part.start, part.line)
+
+
+def backwards(parts):
+    """A chain of parts in the other direction, as a tuple."""
+    return tuple(turned(part) for part in reversed(parts))
+
+
 @dataclass(frozen=True, eq=False)
 class Contour:
     """elements: n lines and arcs, end to start; closed: the last end is the first start;
