@@ -37,6 +37,11 @@ class Drawn:
             raise Unreadable(f"the drawing has more than {MAX_PARTS} lines and arcs", "export the layer that is to be cut, or use --layer")
         self.curves.setdefault(layer, []).append(parts)
 
+    def refuse_other_layers(self, layer, others):
+        """Raise Unreadable if nothing is drawn on the layer that was asked for; others: layers on which something is."""
+        if others and not self.curves:
+            raise Unreadable(f"nothing is drawn on layer {braceless(layer)}", f"use --layer with one of {braceless(', '.join(sorted(others)[:8]))}")
+
 
 def check_near(layer, points):
     """Raise Unreadable for a point (x, y) mm that no drawing has: curves out there would need points without end."""

@@ -58,9 +58,9 @@ def _unit(document, drawn):
         name, mm = UNITS[code]
         drawn.words.append(f"unit {name}, as its header says")
         return mm
-    name, mm = ("inch", 25.4) if document.header.get("$MEASUREMENT", 1) == 0 else ("mm", 1.0)
-    drawn.words.append(f"its header names no unit; {name} is taken" + ("" if mm == 1.0 else ", as $MEASUREMENT is 0 (--scale 0.0393701 makes it mm)"
-                                                                       if mm == 25.4 else ""))
+    inch = document.header.get("$MEASUREMENT", 1) == 0
+    name, mm = UNITS[1 if inch else 4]
+    drawn.words.append(f"its header names no unit; {name} is taken" + (", as $MEASUREMENT is 0 (--scale 0.0393701 makes it mm)" if inch else ""))
     return mm
 
 
@@ -74,9 +74,7 @@ class _Reader:
 
     def entity(self, entity, parent, depth):
         """One entity; parent: layer of the block reference that holds it."""
-        self._visited += 1
-        if self._visited > 4 * MAX_PARTS:
-            raise Unreadable(f"the drawing has more than {4 * MAX_PARTS} elements", "export the part that is to be cut")
+        self._visit()
         kind, layer = entity.dxftype(), entity.dxf.get("layer", "0")
         layer = parent if layer == "0" and parent is not None else layer
         if layer.lower() in self._hidden or layer.lower() == "defpoints" or entity.dxf.get("invisible", 0):
@@ -90,22 +88,25 @@ class _Reader:
         else:
             self._curve(entity, kind, layer)
 
+    def _visit(self):
+        """Count an entity or a block reference."""
+        self._visited += 1
+        if self._visited > 4 * MAX_PARTS:
+            raise Unreadable(f"the drawing has more than {4 * MAX_PARTS} elements", "export the part that is to be cut")
+
     def say(self):
         """Sentences about what was dropped on the way."""
         if self._hidden_count:
             self.drawn.words.append(f"{self._hidden_count} elements on layers that are off, frozen or not plotted are left out")
         if self._raised:
             self.drawn.words.append(f"{self._raised} elements are drawn at a height; they are taken as drawn in the plane")
-        if self._others and not self.drawn.curves:
-            raise Unreadable(f"nothing is drawn on layer {braceless(self.layer)}", f"use --layer with one of {braceless(', '.join(sorted(self._others)[:8]))}")
+        self.drawn.refuse_other_layers(self.layer, self._others)
 
     def _insert(self, insert, layer, depth):
         if depth >= DEPTH:
             raise Unreadable(f"blocks are nested deeper than {DEPTH}", "explode them in the CAD program")
         for one in insert.multi_insert() if insert.mcount > 1 else (insert,):
-            self._visited += 1
-            if self._visited > 4 * MAX_PARTS:
-                raise Unreadable(f"the drawing has more than {4 * MAX_PARTS} elements", "export the part that is to be cut")
+            self._visit()
             for entity in one.virtual_entities():
                 self.entity(entity, layer, depth + 1)
 

@@ -15,7 +15,7 @@ from chipwise.importing.drawn import line
 
 @dataclass
 class Joined:
-    """closed, chains: [[part, ..], ..]; gaps: number of those that were closed; widest: mm; branches: places where more than two ends
+    """closed, open: [[part, ..], ..]; gaps: number of those that were closed; widest: mm; branches: places where more than two ends
     meet; doubled: number of parts left out."""
 
     closed: list = field(default_factory=list)

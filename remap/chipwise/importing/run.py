@@ -4,7 +4,6 @@
     found = imported("part.dxf", 0.01, 1.0)
     found.layers        [Layer, ..]; found.words: sentences for the user; found.doubtful: whether something was left out
 """
-import math
 import os
 from dataclasses import dataclass, field
 
@@ -70,8 +69,7 @@ def imported(path, tolerance, scale, text=False, layer=None):
             found.layers.append(made)
     _say(found, drawn, doubled, tolerance)
     if not found.layers:
-        left = ", ".join(f"{count} {kind}" for kind, count in sorted(found.left.items()))
-        raise Unreadable("the drawing holds no line, arc or curve that can be cut" + (f"; {braceless(left)} are left out" if left else ""),
+        raise Unreadable("the drawing holds no line, arc or curve that can be cut" + (f"; {braceless(_counted(found.left))} are left out" if found.left else ""),
                          "draw the outline, or explode what holds it")
     return found
 
@@ -85,8 +83,12 @@ def _say(found, drawn, doubled, tolerance):
     if drawn.deviation:
         found.words.append(f"curves are drawn with arcs within {max(drawn.deviation, 1e-4):.4f} mm (tolerance {tolerance:g} mm)")
     if found.left:
-        found.words.append("left out: " + ", ".join(f"{count} {kind}" for kind, count in sorted(found.left.items()))
-                           + ("; --text makes outlines of texts" if {"TEXT", "MTEXT"} & set(found.left) else ""))
+        found.words.append("left out: " + _counted(found.left) + ("; --text makes outlines of texts" if {"TEXT", "MTEXT"} & set(found.left) else ""))
+
+
+def _counted(left):
+    """What was left out, as text."""
+    return ", ".join(f"{count} {kind}" for kind, count in sorted(left.items()))
 
 
 def _layer(name, joined, tolerance, found):
@@ -140,8 +142,3 @@ def extent(layers):
     ends += [tuple(corner) for box in boxes if box is not None for corner in (box[0].min(axis=0), box[1].max(axis=0))]
     xs, ys = zip(*ends)
     return min(xs), min(ys), max(xs), max(ys)
-
-
-def length(chain):
-    """mm of the chords of a chain."""
-    return sum(math.dist(part.start, part.end) for part in chain)

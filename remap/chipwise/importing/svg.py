@@ -32,8 +32,7 @@ def read(path, tolerance, scale, text=False, layer=None):
     drawn.words.append("unit mm, by the size of its page" if size.endswith(("mm", "cm", "in", "pt", "pc", "q")) else "its page has no size in mm; 96 px are taken as an inch")
     reader = _Reader(svgelements, drawn, tolerance, unit, float(page.height or 0.0), layer)
     reader.group(page, None)
-    if reader.others and not drawn.curves:
-        raise Unreadable(f"nothing is drawn on layer {braceless(layer)}", f"use --layer with one of {braceless(', '.join(sorted(reader.others)[:8]))}")
+    drawn.refuse_other_layers(layer, reader.others)
     return drawn
 
 
