@@ -51,12 +51,12 @@ def moves_of(text):
             continue
         if code in (81, 83):
             cycle.update({k: to[k] for k in "ZR" if k in to})
+            cycle["Q"] = values.get("Q", 0.0) * scale or cycle.get("Q", 0.0)
             high = max(at[2], cycle["R"])
             places = [(at[0], at[1], high), (to.get("X", at[0]), to.get("Y", at[1]), high)]
-            for k, place in enumerate([*places, *_strokes(places[1][:2], cycle, values.get("Q", 0.0) * scale or cycle.get("Q", 0.0), code == 83, high)]):
+            for k, place in enumerate([*places, *_strokes(places[1][:2], cycle, code == 83, high)]):
                 found.append(Move(k < 2 or place[3], number, tuple(at), place[:3], feed))
                 at = list(place[:3])
-            cycle["Q"] = values.get("Q", 0.0) * scale or cycle.get("Q", 0.0)
             continue
         end = [(at[k] if relative else 0.0) + to[a] if a in to else at[k] for k, a in enumerate("XYZ")]
         known |= set(to) & set("XYZ")
@@ -64,16 +64,16 @@ def moves_of(text):
             for place in _arc(at, end, values, scale, code == 2):
                 found.append(Move(False, number, tuple(at), place, feed))
                 at = list(place)
-        elif known >= set("XYZ") and (len(found) or known == set("XYZ")):
+        elif known == set("XYZ"):
             found.append(Move(code == 0, number, tuple(at), tuple(end), feed))
         at = end
     return found
 
 
-def _strokes(place, cycle, peck, pecks, high):
+def _strokes(place, cycle, pecks, high):
     """(x, y, z, is a traverse) of a hole, from above it."""
     yield *place, cycle["R"], True
-    depth = cycle["R"]
+    depth, peck = cycle["R"], cycle["Q"]
     while pecks and depth - peck > cycle["Z"] + 1e-9:
         depth -= peck
         yield *place, depth, False
