@@ -10,23 +10,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from support import ROOT
+from support.judge import library, pointer
 
-LIBRARY = ROOT / "build" / "tests" / "support" / "judge.so"
 AIR = 0.06          # rad: less is in air
 FULL = 3.0          # rad: more is a full slot
 
 
 def exact(pieces, asked, radius, spacing=0.1):
     """Rows (n, 6): piece, x, y, heading, engagement, length.  pieces (n, 7): start, end, centre, sweep; asked (n,) bool."""
-    judge = C.CDLL(str(LIBRARY)).judge_engagement
-    judge.restype = C.c_long
     pieces, asked = np.ascontiguousarray(pieces, float), np.ascontiguousarray(asked, np.uint8)
     lengths = np.where(pieces[:, 6] != 0.0, np.hypot(*(pieces[:, :2] - pieces[:, 4:6]).T) * np.abs(pieces[:, 6]),
                        np.hypot(*(pieces[:, 2:4] - pieces[:, :2]).T))
     out = np.empty((int(lengths.sum() / spacing) + len(pieces) + 1, 6))
-    count = judge(C.c_long(len(pieces)), C.c_void_p(pieces.ctypes.data), C.c_void_p(asked.ctypes.data), C.c_double(radius), C.c_double(spacing),
-                  C.c_void_p(out.ctypes.data), C.c_long(len(out)))
+    count = library().judge_engagement(C.c_long(len(pieces)), pointer(pieces), pointer(asked), C.c_double(radius), C.c_double(spacing), pointer(out), C.c_long(len(out)))
     assert count >= 0
     return out[:count]
 
