@@ -5,15 +5,26 @@ Called by glue/, turning/, setup/ and monitor/.  As LinuxCNC does with (MSG, ..)
 """
 
 import re
+from collections.abc import Iterator
 
 _COMMENT = re.compile(r"\(([^()\n]*)\)|;[^\n]*")
 REMARK = re.compile(rb"\([^)\n]*\)|;[^\n]*")      # in the bytes of a program
-_BLANKS = re.compile(rb"[ \t\r]+")
+BLANKS = b" \t\r"
+BLOCK = 1 << 18             # bytes: while a substitution works, each comment takes memory
 
 
 def bare(program: bytes) -> bytes:
     """A program without comments and blanks, in capitals; it keeps its lines."""
-    return _BLANKS.sub(b"", REMARK.sub(b"", program).upper())
+    return b"".join(REMARK.sub(b"", part).translate(None, BLANKS).upper() for part in _blocks(program))
+
+
+def _blocks(program: bytes) -> Iterator[bytes]:
+    """A program in parts of whole lines."""
+    start = 0
+    while start < len(program):
+        end = program.find(b"\n", start + BLOCK) + 1 or len(program)
+        yield program[start:end]
+        start = end
 
 
 def insides(text: str, name: str, comma: bool = True) -> list[str]:

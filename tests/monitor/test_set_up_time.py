@@ -99,3 +99,15 @@ def test_it_is_what_set_up_proposes(tmp_path):
     assert 10 < found["time_with"] < 0.95 * found["time"] and json.dumps(found)
     for text in (SLOT.replace("G1 X60", "M251 Q6\nG1 X60"), SLOT.replace("M2\n", "G84 X0 Y0 Z-1 R2\nM2\n"), SLOT.replace("X60", "X[1/0]")):
         assert said(tmp_path, text, machine) == {}
+
+
+def test_with_feeds_above_the_stock_as_fast_as_the_axes(tmp_path):
+    """SETUP_AIR is what `chipwise setup` would confirm on this machine, so its time is the one that is shown."""
+    machine = mill_with_tools(tmp_path)
+    machine.write_text(machine.read_text().replace("[CHIPWISE]\n", "[CHIPWISE]\nSETUP_AIR = yes\n"))
+    text = SLOT.replace("G0 X0 Y0 Z5", "G0 X0 Y0 Z5\nG1 X60 F400\nX0")
+    found = said(tmp_path, text, machine)
+    _status, out, _err, report = chipwise_setup(tmp_path, text, machine=machine)
+    (tool,) = report["tools"]
+    assert found["time_with"] == pytest.approx(tool["time_air_s"], abs=0.01) and tool["time_air_s"] < 0.8 * tool["time_with_s"]
+    assert f"{tool['time_air_s']:.1f} s set up" in out

@@ -140,8 +140,7 @@ def report(program, measured, air):
     now, then, free = measured.time_s, measured.time_with_s, measured.time_air_s
     if air:
         yield f'  feeds above the stock as fast as the axes: {format_minutes(free)} instead of {format_minutes(then)}'
-        then = free
-    yield f'  in all {format_minutes(now)} at F, {format_minutes(then)} set up'
+    yield f'  in all {format_minutes(now)} at F, {format_minutes(measured.time_set_up_s(air))} set up'
     if not air and free < AIR_PAYS * then:
         yield f'  with --air, which makes feeds above the stock as fast as the axes: {format_minutes(free)}'
 

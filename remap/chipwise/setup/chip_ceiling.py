@@ -5,6 +5,7 @@ times = chip_load * flutes * spindle speed / F, with the slowest spindle and the
 because it computes them, calls subs, or feeds per turn or in inverse time, gives none.
 """
 
+import io
 import re
 
 from chipwise.comments import bare
@@ -34,7 +35,7 @@ def ceilings(program, geometry, unit_mm, most_bytes):
 def _said(text, unit_mm):
     """{tool number; None: before any tool change: (speeds, 1/min, feeds, mm/min)}; those in force at its tool change count where a tool has none of its own."""
     said, number, waiting, unit, in_force = {None: ([], [])}, None, None, unit_mm, [[], []]
-    for line in text.split(b"\n"):
+    for line in io.BytesIO(text):
         words = [(a or b or c, value or code) for a, value, b, c, code in _WORD.findall(line)]
         waiting = next((int(float(value)) for letter, value in words if letter == b"T" and _is_number(value)), waiting)
         unit = next((MM_PER_INCH if value == b"20" else 1.0 for letter, value in words if letter == b"G"), unit)

@@ -40,10 +40,10 @@ def code_of(program, ini, most_bytes, codes=_KEEPS_F):
         found = codes.search(text)
         if found:
             return found.group().decode() + ("" if path == program else f" in {printable(os.path.basename(path))}")
-        names = [(one or other).decode("utf-8", "replace") for one, other in _CALLS.findall(text)]
+        names = {(call.group(1) or call.group(2)).decode("utf-8", "replace") for call in _CALLS.finditer(text)}
         if any(name[0] in "[#" for name in names):
             return COMPUTED
-        names += [name for code, name in bodies if code.search(text)]
+        names.update(name for code, name in bodies if code.search(text))
         files = {os.path.join(folder, _file_name(name)) for name in names for folder in folders}
         waiting += [file for file in sorted(files - seen) if os.path.isfile(file)]
         seen |= files

@@ -175,6 +175,10 @@ class Measured:
         """Set up, with feeds above the stock as fast as the axes, in all."""
         return sum(tool.time_air_s for tool in self.tools) + self.result.dwell_s
 
+    def time_set_up_s(self, air):
+        """Set up, in all; air: whether feeds above the stock are as fast as the axes."""
+        return self.time_air_s if air else self.time_with_s
+
 
 def digest_of(program):
     """SHA-256 of a file.  Raises OSError."""

@@ -3,7 +3,7 @@
 output.  Called by monitor/set_up_time.py.
 
     {"ini", "program", "scene"}      scene: loaded.scene()
-    -> {"time": s at F, "time_with": s with what `chipwise setup --yes` would confirm}; {} where that does not change the feed, or the program cannot be judged
+    -> {"time": s at F, "time_with": s with what `chipwise setup --yes` would confirm, SETUP_AIR included}; {} where that does not change the feed, or the program cannot be judged
 
 Computing time and memory are limited, and LinuxCNC comes first.
 """
@@ -15,7 +15,7 @@ from chipwise.check.in_force import machine_in_force
 from chipwise.check.program_file import MAX_BYTES
 from chipwise.errors import CycleError
 from chipwise.own_folder import OwnFolder
-from chipwise.settings import planner_limits_jerk
+from chipwise.settings import load_settings, planner_limits_jerk
 from chipwise.setup import keeps_feed
 from chipwise.setup.measure import measure
 
@@ -35,7 +35,7 @@ def answer(order, folder):
     measured = measure(order["program"], machine, {}, cpu_s=CPU_S, most_moves=MOST_MOVES, memory_mb=MEMORY_MB)
     if measured.result.error or measured.has_own_rate:
         return {}
-    return {"time": measured.time_s, "time_with": measured.time_with_s}
+    return {"time": measured.time_s, "time_with": measured.time_set_up_s(load_settings(order["ini"])["SETUP_AIR"])}
 
 
 def main():
