@@ -26,7 +26,7 @@ SECTIONS = (                                    # (beginning of the path, headin
     ('remap/chipwise/rewrite/', 'chipwise rewrite'),
     ('remap/chipwise/cli/rewrite', 'chipwise rewrite'),
     ('remap/chipwise/check/', 'chipwise check'), ('remap/chipwise/assumed/', 'chipwise check'),
-    ('remap/chipwise/batch/', 'chipwise check'),
+    ('remap/chipwise/batch/', 'chipwise check'), ('remap/chipwise/clamps/', 'chipwise check'),
     ('remap/chipwise/setup/', 'chipwise setup'), ('remap/chipwise/cli/setup', 'chipwise setup'),
     ('remap/chipwise/own_folder', 'chipwise check'),
     ('remap/chipwise/program_code', 'chipwise check'),

@@ -107,6 +107,7 @@ SETTINGS = {
     "CLOSE_GAP": Setting(0.01, "mm", _number, lambda v: 0 <= v <= 0.5, "a length from 0 to 0.5 mm"),
     "TOOL_GEOMETRY": Setting("", "path", str, lambda v: True, "the path of a TOML file"),
     "BARRIER_CLEARANCE": Setting(1.0, "mm", _number, lambda v: 0 <= v <= 100, "a length from 0 to 100 mm"),
+    "CLAMP_CLEARANCE": Setting(1.0, "mm", _number, lambda v: 0 <= v <= 100, "a length from 0 to 100 mm"),
     "TURNING_STOCK": Setting("turning.stock", "path", str, lambda v: True, "the path of a file, or nothing"),
     "TURNING_STEPS": Setting("", "path", str, lambda v: True, "the path of a TOML file"),
     "ANALOG_OUT": Setting(0, "", _whole, lambda v: 0 <= v <= 61, "a whole number from 0 to 61 (three pins are used)"),

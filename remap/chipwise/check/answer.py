@@ -84,7 +84,7 @@ def _lacking(program, machine, cpu_s, limits):
 def _answer(program, machine, stock, cell, progress, cpu_s, assumes, tool, diameter, simulated, limits):
     """The Result of check().  Raises Unreadable, CycleError."""
     def read(stock):
-        return Reader(program, machine, stock, cpu_s=cpu_s, **limits)
+        return Reader(program, machine, stock, cpu_s=cpu_s, clamps=True, **limits)
     try:
         result = _judged(program, machine, read, stock, cell, progress, cpu_s, None, simulated)
         if assumes:

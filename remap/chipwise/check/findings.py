@@ -12,7 +12,7 @@ from chipwise.errors import format_length, printable
 from chipwise.rates import MM3_PER_CM3
 
 FLUTE, RAPID, HOLDER, RATE, TOOL, FLUTES_UNKNOWN = "flute", "rapid", "holder", "rate", "tool", "flute-unknown"
-CLEARANCE, GOUGE, MACHINE, LIMIT = "clearance", "gouge", "machine", "limit"
+CLEARANCE, GOUGE, MACHINE, LIMIT, CLAMP = "clearance", "gouge", "machine", "limit", "clamp"
 OF_STOCK = (FLUTE, RAPID, HOLDER, RATE, CLEARANCE, GOUGE)          # rules that a stock decides
 
 RULES = {
@@ -20,6 +20,7 @@ RULES = {
     RAPID: "a traverse meets no stock",
     CLEARANCE: "a traverse keeps TRAVERSE_CLEARANCE from stock at its side",
     HOLDER: "the holder meets no stock",
+    CLAMP: "tool, shank and holder keep CLAMP_CLEARANCE from clamps",
     GOUGE: "the tool does not cut into the part of --part",
     RATE: "the removal rate stays below the tool's max_rate",
     MACHINE: "the machine has the tools and axes that the program names",
@@ -41,12 +42,14 @@ class Finding:
     last_line: int
     tool: int
     position: Optional[tuple] = None
-    value: Optional[float] = None
+    value: Optional[float] = None       # of CLAMP: mm from it, negative: in it
     limit: Optional[float] = None
     segments: int = 1
     at: int = 0                 # segments before it, for the order
     machine: Optional[tuple] = None     # the position, mm in machine coordinates
     axis: str = ""                      # of MACHINE (not of a tool) and LIMIT
+    subject: str = ""                   # of CLAMP: what moves
+    clamp: str = ""                     # of CLAMP: its name
 
     def json(self):
         """As in --json."""
@@ -73,6 +76,8 @@ class Finding:
         elif self.rule == CLEARANCE:
             said = (f"traverses beside stock: {self.segments}, the nearest {length(self.value)} from it{at}, TRAVERSE_CLEARANCE is "
                     f"{length(self.limit)}; retract higher, or use G1")
+        elif self.rule == CLAMP:
+            said = self._said_of_clamp(length, at)
         elif self.rule == HOLDER:
             said = (f"the holder meets {length(self.value)} of stock{at}, the tool sticks out {length(self.limit)}; "
                     f"let it stick out {length(self.limit + self.value)}")
@@ -95,6 +100,12 @@ class Finding:
             said = "its flute_length is unknown, so its depth is not checked; add it to [CHIPWISE]TOOL_GEOMETRY"
         return printable(said)
 
+    def _said_of_clamp(self, length, at):
+        """said() of CLAMP."""
+        if self.value > 0.0:
+            return f"{self.subject} comes within {length(self.value)} of {self.clamp}{at}, CLAMP_CLEARANCE is {length(self.limit)}; go over it, or round it"
+        return f"{self.subject} meets {self.clamp}{at}; go over it, or round it"
+
 
 class Group(tuple):
     """Findings of one cause: one rule, one tool."""
@@ -107,7 +118,7 @@ class Group(tuple):
     @property
     def worst(self):
         """The Finding whose value is the worst."""
-        near = self[0].rule == CLEARANCE
+        near = self[0].rule in (CLEARANCE, CLAMP)
         return (min if near else max)(self, key=lambda one: one.value or 0.0)
 
     def said(self, unit="mm"):
@@ -128,7 +139,7 @@ def grouped(findings):
     """[Group] of Findings by rule and tool, in the order of the first of each; fewer than ALIKE stay alone."""
     found = {}
     for one in findings:
-        found.setdefault((one.rule, one.tool, one.axis), []).append(one)
+        found.setdefault((one.rule, one.tool, one.axis, one.clamp), []).append(one)
     groups = [Group(part) for many in found.values() for part in ([many] if len(many) >= ALIKE else [[one] for one in many])]
     return sorted(groups, key=lambda group: findings.index(group[0]))
 

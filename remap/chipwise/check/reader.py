@@ -130,14 +130,14 @@ def runs_python(ini):
 class Reader:
     """One program under way.  judged=False: codes that cannot be judged are read over, to see whether the program has an end; watched:
     of a marked program (trace.py), whose items are in `trace` at the end; targets: with the contours of G77, G78 and G79; most_bytes: of the
-    file; needs_end: whether one without M2 is refused, else it is read and noted."""
+    file; needs_end: whether one without M2 is refused, else it is read and noted; clamps: with its CLAMP comments."""
 
     def __init__(self, program, machine, stock=None, quiet_s=QUIET_S, cpu_s=CPU_S, most_moves=MAX_MOVES,
-                 written=False, judged=True, memory_mb=None, watched=None, targets=False, most_bytes=MAX_BYTES, needs_end=False):
+                 written=False, judged=True, memory_mb=None, watched=None, targets=False, most_bytes=MAX_BYTES, needs_end=False, clamps=False):
         self.program, self.machine, self.messages = os.path.abspath(program), machine, []
         self.notes = []                 # [[line, text], ..] about how it was read
         self._stock, self._cpu_s, self._most_moves, self._written, self._judged = stock, cpu_s, most_moves, written, judged
-        self._most_bytes = most_bytes
+        self._most_bytes, self._clamps = most_bytes, clamps
         self._memory_mb, self._watched, self._targets, self.trace = memory_mb, watched, targets, None
         self._needs_end = needs_end or written
         self._quiet_s = min(quiet_s, 0.8 * cpu_s)
@@ -168,7 +168,7 @@ class Reader:
             "cpu_s": self._cpu_s, "stock": self._stock, "chord_mm": CHORD_MM, "written": self._written,
             "judged": self._judged, "own_code": self._own_code, "memory_mb": self._memory_mb,
             "tool": machine.tool, "watched": self._watched, "targets": self._targets, "block_delete": machine.block_delete,
-            "diameters": machine.diameters, "spindle": machine.spindle})
+            "diameters": machine.diameters, "spindle": machine.spindle, "clamps": self._clamps})
         environment = {**os.environ, "HOME": folder, "INI_FILE_NAME": ini, "LC_ALL": "C",
                        "OPENBLAS_NUM_THREADS": "1"}
         with writing():

@@ -12,7 +12,7 @@ Job:     program, parameters, table (paths), random (tool changer), units_per_mm
          coordinates at the first move), written (whether CIRCLE records are wanted, for rewriting), judged (whether what cannot be judged ends it),
          memory_mb (of this process; null: no limit), tool (number of the one in the spindle; 0: none), watched (null, or the parameters
          of a marked program: trace.py), targets (whether TARGET records are wanted), block_delete (whether lines with / are left out), own_code (interpreter_process.py),
-         diameters, spindle (of reader.Machine)
+         diameters, spindle (of reader.Machine), clamps (whether CLAMP records are wanted)
 Blocks:  b"R", uint32 number of bytes, records of WIDTH doubles; b"E", uint32 number of bytes, JSON of the end
 
 The records: records.py.
@@ -32,6 +32,7 @@ sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspa
 
 import gcode                                                    # noqa: E402
 
+from chipwise.check.clamp_comments import ClampComments       # noqa: E402
 from chipwise.check.motion_modes import MotionModes           # noqa: E402
 from chipwise.check.records import ARC, CIRCLE, DWELL, FEED, FRAME, RAPID, STOCK, TARGET, VOLUME, WIDTH      # noqa: E402
 from chipwise import interpreter_process                       # noqa: E402
@@ -49,7 +50,7 @@ _UNCHECKED = {930: _INVERSE_TIME, 950: _PER_REVOLUTION}
 _UNCHECKED_NOW = {1: _INVERSE_TIME, 2: _PER_REVOLUTION}
 
 
-class Canon(ToolCalls, interpreter_process.Canon):
+class Canon(ToolCalls, ClampComments, interpreter_process.Canon):
     """What the interpreter calls."""
 
     def __init__(self, job, send, tools):
@@ -63,6 +64,7 @@ class Canon(ToolCalls, interpreter_process.Canon):
         self.at = [0.0, 0.0, 0.0]           # inch, work coordinates without offsets
         self.stop, self.fed, self.probed, self.ended = None, False, False, False        # ended: judged up to here
         self.messages, self.notes, self.trace, self.modes = [], [], None, MotionModes(job["axis_mask"])
+        self.pending = []
         self.wants_targets, self._owns_stock = job["targets"], False
         self.exact = job["written"] or job["targets"]       # for rewriting and the page: nothing is read around
         if job["spindle"] is not None or job["tool"] and self.spindle[0] > 0:
@@ -73,14 +75,7 @@ class Canon(ToolCalls, interpreter_process.Canon):
     def _first_put(self, *move):
         """Before the first move: the stock the user has named, in the work coordinates that are in force."""
         del self._put
-        low, high = self.job["stock"]
-        middle = [(a + b) / 2 for a, b in zip(low, high)]
-        half = [(b - a) / 2 for a, b in zip(low, high)]
-        x, y, z = (m + v * INCH for m, v in zip(middle, self.g92))
-        x, y = x * self.cos - y * self.sin, x * self.sin + y * self.cos
-        place = [m + v * INCH for m, v in zip((x, y, z), self.g5x)]
-        self._event(STOCK, 0.0, math.degrees(self.angle), *(p - h for p, h in zip(place, half)),
-                    *(p + h for p, h in zip(place, half)))
+        self.box_event(STOCK, 0.0, *self.job["stock"])
         self._put(*move)
 
     def refuse_python(self, text):
@@ -129,6 +124,8 @@ class Canon(ToolCalls, interpreter_process.Canon):
 
     def _put(self, kind, x, y, z, feed, first=0.0):
         """A move to a place in work coordinates, inch."""
+        if self.pending:
+            self.place_clamps()
         unnamed = self.modes.unnamed and self.modes.named(self._interpreter, [] if kind == ARC else [a - b for a, b in zip((x, y, z), self.at)])
         self.records.extend((kind, self.line, *self._machine(x, y, z), feed, first, unnamed, 0.0, 0.0))
         self.count += 1
@@ -151,6 +148,7 @@ class Canon(ToolCalls, interpreter_process.Canon):
 
     def next_line(self, state):
         self._judge_feed_mode(_UNCHECKED.get(state.feed_mode))      # the modes are those after the line before
+        self.units = state.units
         self.modes.touched_off(self.modes.unnamed and self._interpreter)
         if self.job["judged"] and not self.job["written"]:
             for kind, value in self.modes.changes(state, self.count, self._interpreter):
@@ -293,6 +291,7 @@ class Canon(ToolCalls, interpreter_process.Canon):
     def comment(self, text):
         if self.trace is not None:
             self.trace.comment(text)
+        self.clamp_comment(text)
 
     def mark(self, kind, *values):
         """Of a marked program (trace.py)."""
@@ -330,6 +329,7 @@ def main():
         canon.trace = Trace(canon, job["watched"])
     error, line = None, 0
     try:
+        canon.refuse_lost()
         result, line = parse(canon, job["program"])
         if result > gcode.MIN_ERROR:
             text = gcode.strerror(result)

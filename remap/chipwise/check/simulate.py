@@ -15,6 +15,7 @@ import math
 import numpy as np
 
 from chipwise.check import doubts, records, rules
+from chipwise.check.clamps import Clamps
 from chipwise.check.drawing import Draughtsman
 from chipwise.check.findings import CLEARANCE, FLUTE, FLUTES_UNKNOWN, HOLDER, RAPID, RATE, TOOL, Finding
 from chipwise.check.program_file import Missing
@@ -58,6 +59,7 @@ class Simulation:
         self.doubts = {}                                # {number of the stock: [(radius, rows of doubts.doubtful())]}
         self.extents = Extents()
         self.travel = Travel(machine.limits) if machine.limits else None
+        self.clamps = Clamps(settings["CLAMP_CLEARANCE"])
         self.assumption = assumption
         if assumption:
             self.result.assume(assumption)
@@ -82,13 +84,21 @@ class Simulation:
             self.timer.set_feed_mode(*values[:4])
         elif kind == records.PATH:
             self.timer.path = values[0]
-        elif kind == records.LENGTH and self.travel:
-            self.travel.length = np.array(values[:3])
+        elif kind == records.LENGTH:
+            self._set_length(np.array(values[:3]))
+        elif kind == records.CLAMP:
+            self.clamps.add(line, values)
         elif kind == records.DWELL:
             self.result.dwell_s += values[0]
             self.timer.wait(values[0])
         elif kind == records.FRAME:
             self.frame = records.Frame.of(values)
+
+    def _set_length(self, length):
+        """A tool length offset (3,)."""
+        self.clamps.set_length(length)
+        if self.travel:
+            self.travel.length = length
 
     def _define(self, line, values):
         """A stock."""
@@ -141,9 +151,12 @@ class Simulation:
             self.blind = True
             self._take_moves(block[:lead], stops)
             self.blind = False
+            straight = lead > 1 and math.dist(block[lead - 2, 2:4], block[lead - 1, 2:4]) < rules.ACROSS_MM
             if self.unplaced.arrives:
-                self._arrive(block[lead - 1], lead > 1 and math.dist(block[lead - 2, 2:4], block[lead - 1, 2:4]) < rules.ACROSS_MM)
-        known = lead - bool(lead and self.unplaced.arrives)
+                self._arrive(block[lead - 1], straight)
+        arrives = bool(lead and self.unplaced.arrives)
+        known = lead - arrives
+        self.clamps.take(block, known, straight if arrives else None, self)
         if self.travel and known < len(block):
             self.travel.take(block[known:], self.frame, self.tool.number if self.tool else 0, self.segments)
         for part in self._segments(block[lead:]):

@@ -9,14 +9,12 @@ Called by stock_codes.py.  Comments as in docs/user/codes.md:
 import itertools
 import math
 
-from chipwise import comments
+from chipwise import comments, shape_comment
 from chipwise.errors import CycleError
-from chipwise.stock.layout import MAX_COORDINATE, MIN_SIZE, StockShape
+from chipwise.shape_comment import BOX, CYLINDER
+from chipwise.stock.layout import MAX_COORDINATE, MIN_SIZE
 
 CORNER_WORDS, SIZE_WORDS = "pqr", "ijk"
-BOX, CYLINDER = map(int, StockShape)
-_BOX_KEYS = ("XMIN", "YMIN", "ZMIN", "XMAX", "YMAX", "ZMAX")
-_CYLINDER_KEYS = ("X", "Y", "ZMIN", "ZMAX", "DIAMETER")
 
 
 def box_from_words(state):
@@ -33,56 +31,9 @@ def box_from_words(state):
     return low, [a + b for a, b in zip(low, size)]
 
 
-def _fields(text):
-    """"BOX,XMIN=0,.." -> ("BOX", {"XMIN": 0.0, ..})."""
-    shape, _, rest = text.partition(",")
-    fields = {}
-    for part in filter(None, (piece.strip() for piece in rest.split(","))):
-        key, equals, value = (piece.strip().upper() for piece in part.partition("="))
-        if key == "AXIS":
-            if value != "Z":
-                raise CycleError("WORKPIECE comment: AXIS={value} is not Z", "use AXIS=Z", value=value)
-            continue
-        if key in fields:
-            raise CycleError("WORKPIECE comment: {key} is given twice", "give it once", key=key)
-        try:
-            fields[key] = float(value)
-            good = bool(equals) and math.isfinite(fields[key])
-        except ValueError:
-            good = False
-        if not good:
-            raise CycleError("WORKPIECE comment: {part} is not KEY=number", "correct the comment", part=part)
-    return shape.strip().upper(), fields
-
-
-def _need(fields, keys, shape):
-    missing = [key for key in keys if key not in fields]
-    unknown = [key for key in fields if key not in keys]
-    if missing or unknown:
-        what = f"lacks {', '.join(missing)}" if missing else f"has the unknown {', '.join(unknown)}"
-        raise CycleError("WORKPIECE comment: {shape} {what}", f"{shape} needs {', '.join(keys)}", shape=shape, what=what)
-    return [fields[key] for key in keys]
-
-
 def parse_comment(text):
-    """Inside of a WORKPIECE comment -> (low, high, shape) in its own units; of a cylinder the box around it.
-
-    Raises CycleError for an unknown shape, missing, unknown or unreadable keys, and for no extent.
-    """
-    shape, fields = _fields(text)
-    if shape == "BOX":
-        values = _need(fields, _BOX_KEYS, shape)
-        low, high = values[:3], values[3:]
-    elif shape == "CYLINDER":
-        x, y, z_low, z_high, diameter = _need(fields, _CYLINDER_KEYS, shape)
-        low, high = [x - diameter / 2, y - diameter / 2, z_low], [x + diameter / 2, y + diameter / 2, z_high]
-    else:
-        raise CycleError("WORKPIECE comment: shape {shape} is unknown", "use BOX or CYLINDER", shape=shape or "(none)")
-    for axis, a, b in zip("XYZ", low, high):
-        if not b > a:
-            raise CycleError(f"WORKPIECE comment: the stock has no extent in {axis} ({a:g} to {b:g})",
-                             "give a maximum above the minimum")
-    return low, high, CYLINDER if shape == "CYLINDER" else BOX
+    """Inside of a WORKPIECE comment -> (low, high, shape): shape_comment.parse."""
+    return shape_comment.parse(text, "WORKPIECE", "stock")
 
 
 def find_comment(path, line_number):

@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Moves of a program against clamps: which come nearer to one than CLAMP_CLEARANCE.  Called by simulate.py.  mm, machine coordinates of the tip.
+
+The machine may stand anywhere before X, Y and Z are named: moves up to there are not judged, the one that comes to the first place at its end only, or,
+if it goes straight down, from above.
+"""
+
+import numpy as np
+
+from chipwise.check import records
+from chipwise.check.findings import CLAMP, Finding
+from chipwise.check.sweep import Shape
+from chipwise.clamps.clamp import Clamp
+from chipwise.clamps.distance import bodies, near
+
+SLACK_MM = 1e-6             # of the clearance
+NO_TOOL = Shape(0.0)        # of which only the axis is known
+
+
+class Clamps:
+    """Those in force, of a program under way.  clearance: mm."""
+
+    def __init__(self, clearance):
+        self._clearance, self._clamps, self._open = clearance, [], {}
+        self._place, self._length, self._moves = None, np.zeros(3), 0
+
+    def add(self, line, values):
+        """One of a CLAMP record."""
+        shape, turn, *corners = values[:8]
+        self._clamps.append(Clamp(int(shape), turn, tuple(corners[:3]), tuple(corners[3:]), f"the clamp of line {line}"))
+
+    def set_length(self, length):
+        """Another tool length is in force: the machine stays, the tip is elsewhere.  length (3,)."""
+        if self._place is not None:
+            self._place = self._place + self._length - length
+        self._length = length
+
+    def take(self, block, known, from_above, simulation):
+        """Moves (n, WIDTH), of which those from `known` on are judged.  from_above: whether the first of these is judged straight down to its end, or at
+        its end (False), None: from its start.  simulation: has tool, shape, frame, segments, and the findings of its result."""
+        ends = block[:, 2:5]
+        starts = np.concatenate(((ends if self._place is None else self._place[None])[:1], ends[:-1]))
+        self._place, before = ends[-1].copy(), self._moves
+        self._moves += len(block)
+        if not self._clamps or known >= len(block):
+            return
+        if from_above is not None:
+            starts[known] = ends[known]
+            if from_above:
+                starts[known, 2] = max(ends[known, 2], *(clamp.top + 2 * self._clearance for clamp in self._clamps))
+        for clamp in self._clamps:
+            for body in bodies(simulation.shape or NO_TOOL):
+                index, distance, share = near(clamp, body, starts[known:], ends[known:], self._clearance - SLACK_MM)
+                for k, far, s in zip((index + known).tolist(), distance.tolist(), share):
+                    self._find(clamp, body.name, block[k], starts[k] + s * (ends[k] - starts[k]), far, before + k, simulation)
+
+    def _find(self, clamp, part, move, place, distance, number, simulation):
+        """One move; moves that follow one another are one finding."""
+        tool, line, rapid = simulation.tool, int(move[1]), int(move[0]) == records.RAPID
+        flutes = tool and tool.geometry and tool.geometry.flute_length
+        if part == "tool" and flutes and place[2] + flutes <= clamp.bottom:
+            part = "shank"
+        finding = Finding(CLAMP, line, line, tool.number if tool else 0, tuple(map(float, simulation.frame.to_work(place))), distance, self._clearance, 1,
+                          simulation.segments, tuple(map(float, place)), subject=f"{'a traverse' if rapid else 'a feed'} of the {part}", clamp=clamp.name)
+        key = clamp, finding.subject, finding.tool
+        last, other = self._open.get(key, (-2, None))
+        if number == last + 1:
+            other.line, other.last_line, other.segments = min(other.line, line), max(other.last_line, line), other.segments + 1
+            if finding.value < other.value:
+                other.value, other.position, other.machine = finding.value, finding.position, finding.machine
+            finding = other
+        else:
+            simulation.result.findings.add(finding)
+        self._open[key] = number, finding

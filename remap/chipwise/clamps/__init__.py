@@ -1,0 +1,7 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Clamps, vices and fixtures: obstacles on the table, which no tool may touch.
+
+    clamp.py        a clamp, and how far places are from it
+    comment.py      CLAMP comments of a program -> clamps
+    distance.py     how near moves of a tool come to clamps
+"""
