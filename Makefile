@@ -145,13 +145,17 @@ $(STAMP): tools/build_stamp $(if $(filter-out x$(subst $(space),_,$(IS_STAMPED))
 
 FORCE:
 
-# halcompile puts components/ on the include path, and the result into the
-# directory it is started in.
-$(BUILD)/modules/%.so: components/%.comp $(CORE) components/linuxcnc_planner.c $(HEADERS) $(MOTION) $(STAMP) $(if $(CROSS),$(BUILD)/tools/ld $(BUILD)/tools/objcopy)
+# As the halcompile on the PATH reads it: 2.9 has other types of pins than 2.10.
+$(BUILD)/components/%.comp: components/%.comp tools/make_component.py $(STAMP)
+	@mkdir -p $(@D)
+	@tools/make_component.py $< $@
+
+# halcompile puts the result into the directory it is started in.
+$(BUILD)/modules/%.so: $(BUILD)/components/%.comp $(CORE) components/linuxcnc_planner.c $(HEADERS) $(MOTION) $(STAMP) $(if $(CROSS),$(BUILD)/tools/ld $(BUILD)/tools/objcopy)
 	@mkdir -p $(@D)
 	cd $(@D) && PATH='$(if $(CROSS),$(CURDIR)/$(BUILD)/tools:)'"$$PATH" MAKEFLAGS='CC=$(subst $(space),\ ,$(strip $(MODULE_CC)))' $(HALCOMPILE) --compile $(CURDIR)/$<
 
-.SECONDARY: $(BUILD)/tools/ld $(BUILD)/tools/objcopy
+.SECONDARY: $(COMPONENTS:%=$(BUILD)/%) $(BUILD)/tools/ld $(BUILD)/tools/objcopy
 # halcompile's make calls these two by their plain names.
 $(BUILD)/tools/%:
 	@mkdir -p $(@D)
@@ -159,7 +163,7 @@ $(BUILD)/tools/%:
 
 cross: $(MODULES) $(LIBRARY) $(CORE_TESTS:tests/core/%.c=$(BUILD)/tests/%)
 
-build/man/%.9: components/%.comp VERSION
+build/man/%.9: $(BUILD)/components/%.comp VERSION
 	@mkdir -p $(@D)
 	@$(HALCOMPILE) --document --outfile=$@ $<
 	@sed -i -E 's/^(\.TH [^"]*"9") "[^"]*" "[^"]*"/\1 "" "chipwise $(CHIPWISE_VERSION)"/' $@

@@ -19,36 +19,36 @@ G76) ends first.
 Add the function to the servo thread after that of stock_tracker.
 """;
 
-pin in bit rapid_contact "stock-tracker.N.rapid-contact";
-pin in bit flute_excess "stock-tracker.N.flute-excess";
-pin in bit override_ignored "volumetric-feed.N.override-ignored";
-pin in float rapid_distance "stock-tracker.N.rapid-distance, machine units";
-pin in float depth "stock-tracker.N.depth, machine units";
-pin in s32 motion_type "motion.motion-type; 0 ends the hold";
-pin in bit coord_mode "motion.coord-mode; FALSE (jogging, homing) ends the hold";
-pin in s32 program_line "motion.program-line";
-pin in bit release "rising edge: continue past this stop";
+pin in bool rapid_contact "stock-tracker.N.rapid-contact";
+pin in bool flute_excess "stock-tracker.N.flute-excess";
+pin in bool override_ignored "volumetric-feed.N.override-ignored";
+pin in real rapid_distance "stock-tracker.N.rapid-distance, machine units";
+pin in real depth "stock-tracker.N.depth, machine units";
+pin in si32 motion_type "motion.motion-type; 0 ends the hold";
+pin in bool coord_mode "motion.coord-mode; FALSE (jogging, homing) ends the hold";
+pin in si32 program_line "motion.program-line";
+pin in bool release "rising edge: continue past this stop";
 
-pin in bit inhibit_in "request of another HAL file to inhibit the feed; passed on to inhibit";
-pin in bit hold_in "request of another HAL file to hold the feed; passed on to hold";
+pin in bool inhibit_in "request of another HAL file to inhibit the feed; passed on to inhibit";
+pin in bool hold_in "request of another HAL file to hold the feed; passed on to hold";
 
-pin out bit stop "TRUE while a guard stops the machine";
-pin out bit inhibit "to motion.feed-inhibit: stop or inhibit-in";
-pin out bit hold "to motion.feed-hold: stop or hold-in";
-pin out s32 reason "reason of the stop: 0 none, 1 rapid contact, 2 flute excess, 3 override ignored";
-pin out s32 line "program line of the stop";
-pin out float distance "distance from the traverse to the stock at the stop, machine units";
-pin out float deepest "depth of cut at the stop, machine units; for a flute excess, the largest until the machine was at rest";
+pin out bool stop "TRUE while a guard stops the machine";
+pin out bool inhibit "to motion.feed-inhibit: stop or inhibit-in";
+pin out bool hold "to motion.feed-hold: stop or hold-in";
+pin out si32 reason "reason of the stop: 0 none, 1 rapid contact, 2 flute excess, 3 override ignored";
+pin out si32 line "program line of the stop";
+pin out real distance "distance from the traverse to the stock at the stop, machine units";
+pin out real deepest "depth of cut at the stop, machine units; for a flute excess, the largest until the machine was at rest";
 
-param rw bit guard_rapid = 1 "TRUE: stop on rapid-contact";
-param rw bit guard_flute = 1 "TRUE: stop on flute-excess";
-param rw bit guard_override = 1 "TRUE: stop on override-ignored";
+param rw bool guard_rapid = 1 "TRUE: stop on rapid-contact";
+param rw bool guard_flute = 1 "TRUE: stop on flute-excess";
+param rw bool guard_override = 1 "TRUE: stop on override-ignored";
 
 variable int was_released;
 variable int passing;
 variable int reached;
 variable int passing_line;
-function _ fp;
+function _;
 license "GPL";
 author "chipwise";
 see_also "stock_tracker(9), volumetric_feed(9)";
@@ -84,16 +84,16 @@ FUNCTION(_) {
         passing_line = program_line;
         reached = 0;
     }
-    if (!moving || released) reason = CHIP_REASON_NONE;
+    if (!moving || released) reason_set(CHIP_REASON_NONE);
     else if (reason == CHIP_REASON_NONE && found != CHIP_REASON_NONE && found != passing) {
-        reason = found;
-        line = program_line;
-        distance = length(rapid_distance);
-        deepest = length(depth);
+        reason_set(found);
+        line_set(program_line);
+        distance_set(length(rapid_distance));
+        deepest_set(length(depth));
     } else if (reason == CHIP_REASON_FLUTE_EXCESS && length(depth) > deepest) {
-        deepest = length(depth);        /* at the first touch the edge of the stock is known within a cell only */
+        deepest_set(length(depth)); /* at the first touch the edge of the stock is known within a cell only */
     }
-    stop = reason != CHIP_REASON_NONE;
-    inhibit = stop || inhibit_in;
-    hold = stop || hold_in;
+    stop_set(reason != CHIP_REASON_NONE);
+    inhibit_set(stop || inhibit_in);
+    hold_set(stop || hold_in);
 }

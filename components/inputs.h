@@ -119,12 +119,31 @@ static inline void chip_input_of_process(struct chip_input *input, const char *r
     if (input->shift % 4096 != 0) input->address = 0;
 }
 
+/* [1] Makes a pin of our own, which is TRUE. */
+#ifdef HAL_API_VERSION /* HAL of LinuxCNC 2.10 (hal.h) */
+typedef hal_bool_t chip_own_pin_t;
+
+static inline int chip_own_pin(const char *name, chip_own_pin_t *pin, int comp_id)
+{
+    return hal_pin_new_bool(comp_id, HAL_OUT, pin, 1, "%s", name);
+}
+#else
+typedef hal_bit_t *chip_own_pin_t;
+
+static inline int chip_own_pin(const char *name, chip_own_pin_t *pin, int comp_id)
+{
+    int code = hal_pin_bit_new(name, HAL_OUT, pin, comp_id);
+    if (code == 0) **pin = 1;
+    return code;
+}
+#endif
+
 /* [1], [2] Finds everything; called while loading. -> 0, or a negative error number. */
 static inline int chip_inputs_setup(struct chip_input *input, const char *prefix, int comp_id)
 {
     /* apart by an odd number of pointers, so that no other field of the records differs by as much */
-    hal_bit_t **own = hal_malloc(8 * sizeof *own);
-    char name[2][HAL_NAME_LEN + 1];
+    chip_own_pin_t *own = hal_malloc(8 * sizeof *own);
+    char name[HAL_NAME_LEN + 1];
     char *addresses[2], *base;
     const char *records[2];
     int where, width, i;
@@ -134,11 +153,10 @@ static inline int chip_inputs_setup(struct chip_input *input, const char *prefix
     addresses[1] = (char *)&own[7];
     for (i = 0; i < 2; i++) {
         int code;
-        rtapi_snprintf(name[i], sizeof name[i], "%s.own-%d", prefix, i);
-        code = hal_pin_bit_new(name[i], HAL_OUT, &own[i * 7], comp_id);
+        rtapi_snprintf(name, sizeof name, "%s.own-%d", prefix, i);
+        code = chip_own_pin(name, &own[i * 7], comp_id);
         if (code < 0) return code;
-        *own[i * 7] = 1;
-        records[i] = halpr_find_pin_by_name(name[i]);
+        records[i] = halpr_find_pin_by_name(name);
         if (!records[i]) return -38;
     }
     if (!chip_pin_layout(records[0], records[1], addresses, &where, &width, &base)) return -38;

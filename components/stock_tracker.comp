@@ -22,93 +22,93 @@ All lengths on pins, distances and accelerations included, are in machine units;
 Add the function to the servo thread after motion-controller.
 """;
 
-pin in float pos_x "X position command, machine units (axis.x.pos-cmd)";
-pin in float pos_y "Y position command, machine units (axis.y.pos-cmd)";
-pin in float pos_z "Z position command, machine units (axis.z.pos-cmd)";
-pin in float tool_offset_x "tool offset X, machine units (motion.tooloffset.x)";
-pin in float tool_offset_y "tool offset Y, machine units (motion.tooloffset.y)";
-pin in float tool_offset_z "tool offset Z, machine units (motion.tooloffset.z)";
-pin in s32 motion_type "motion.motion-type";
-pin in bit enable "motion.coord-mode; while FALSE the tracker follows the position and cuts nothing";
-pin in float tool_diameter "machine units; 0 or negative: no tool";
-pin in float tool_corner_radius "machine units";
-pin in float tool_tip_angle "included angle of the tip, degrees; 0: flat end";
-pin in float tool_flute_length "machine units; 0: unknown";
-pin in float min_x "stock box, machine coordinates, machine units";
-pin in float min_y "stock box, machine coordinates, machine units";
-pin in float min_z "stock box, machine coordinates, machine units";
-pin in float max_x "stock box, machine coordinates, machine units";
-pin in float max_y "stock box, machine coordinates, machine units";
-pin in float max_z "stock box, machine coordinates, machine units";
-pin in s32 shape "shape of the stock: 0 the box, 1 the cylinder along Z inscribed in it";
-pin in float turn "angle in degrees, counter-clockwise, by which the box is turned about its middle in XY; a cylinder is not turned";
-pin in bit define "rising edge: fill the map with the box; ready is FALSE until the map is filled";
-pin in bit hold "TRUE while another program (chipwise monitor) writes a stock into the map";
-pin in bit assumed "TRUE with hold: the stock that is written is assumed, and nothing may act on it (chipwise-monitor.assumed); refused while a certain stock is defined";
-pin in bit tool_assumed "the tool is described as a program's comments say (chipwise-monitor.tool-assumed): unknown in a certain stock";
-pin in s32 tool_in_spindle "number of the tool in the spindle (iocontrol.0.tool-number); unconnected: not compared";
-pin in s32 tool_followed "number of the tool that chipwise-monitor has described last (chipwise-monitor.tool-followed)";
-pin in s32 heartbeat "counts while chipwise-monitor runs (chipwise-monitor.heartbeat)";
-pin in float distance_to_go "motion.distance-to-go, machine units; 0 or negative: unknown";
-pin in bit feed_decided "TRUE for a period when M251 or M252 takes effect, a program starts or is aborted, or the machine goes off (chipwise-command.0.feed-decided)";
-pin in bit turned "an axis other than X Y Z has moved since the stock was defined (chipwise-inputs.0.turned): the stock is unknown";
+pin in real pos_x "X position command, machine units (axis.x.pos-cmd)";
+pin in real pos_y "Y position command, machine units (axis.y.pos-cmd)";
+pin in real pos_z "Z position command, machine units (axis.z.pos-cmd)";
+pin in real tool_offset_x "tool offset X, machine units (motion.tooloffset.x)";
+pin in real tool_offset_y "tool offset Y, machine units (motion.tooloffset.y)";
+pin in real tool_offset_z "tool offset Z, machine units (motion.tooloffset.z)";
+pin in si32 motion_type "motion.motion-type";
+pin in bool enable "motion.coord-mode; while FALSE the tracker follows the position and cuts nothing";
+pin in real tool_diameter "machine units; 0 or negative: no tool";
+pin in real tool_corner_radius "machine units";
+pin in real tool_tip_angle "included angle of the tip, degrees; 0: flat end";
+pin in real tool_flute_length "machine units; 0: unknown";
+pin in real min_x "stock box, machine coordinates, machine units";
+pin in real min_y "stock box, machine coordinates, machine units";
+pin in real min_z "stock box, machine coordinates, machine units";
+pin in real max_x "stock box, machine coordinates, machine units";
+pin in real max_y "stock box, machine coordinates, machine units";
+pin in real max_z "stock box, machine coordinates, machine units";
+pin in si32 shape "shape of the stock: 0 the box, 1 the cylinder along Z inscribed in it";
+pin in real turn "angle in degrees, counter-clockwise, by which the box is turned about its middle in XY; a cylinder is not turned";
+pin in bool define "rising edge: fill the map with the box; ready is FALSE until the map is filled";
+pin in bool hold "TRUE while another program (chipwise monitor) writes a stock into the map";
+pin in bool assumed "TRUE with hold: the stock that is written is assumed, and nothing may act on it (chipwise-monitor.assumed); refused while a certain stock is defined";
+pin in bool tool_assumed "the tool is described as a program's comments say (chipwise-monitor.tool-assumed): unknown in a certain stock";
+pin in si32 tool_in_spindle "number of the tool in the spindle (iocontrol.0.tool-number); unconnected: not compared";
+pin in si32 tool_followed "number of the tool that chipwise-monitor has described last (chipwise-monitor.tool-followed)";
+pin in si32 heartbeat "counts while chipwise-monitor runs (chipwise-monitor.heartbeat)";
+pin in real distance_to_go "motion.distance-to-go, machine units; 0 or negative: unknown";
+pin in bool feed_decided "TRUE for a period when M251 or M252 takes effect, a program starts or is aborted, or the machine goes off (chipwise-command.0.feed-decided)";
+pin in bool turned "an axis other than X Y Z has moved since the stock was defined (chipwise-inputs.0.turned): the stock is unknown";
 
-pin in bit air "feeds above the stock are as fast as the axes (chipwise-command.0.air), so pace-.. are wanted";
-pin in float ceiling = 1.0 "times F that another feed may be fast then (chipwise-monitor.job-ceiling)";
-pin in float programmed_vel "F of the program, machine units/s (motion.analog-out of feed-output)";
-pin in float feed_override = 1.0 "the operator's feed override in effect (chipwise-monitor.feed-override)";
+pin in bool air "feeds above the stock are as fast as the axes (chipwise-command.0.air), so pace-.. are wanted";
+pin in real ceiling = 1.0 "times F that another feed may be fast then (chipwise-monitor.job-ceiling)";
+pin in real programmed_vel "F of the program, machine units/s (motion.analog-out of feed-output)";
+pin in real feed_override = 1.0 "the operator's feed override in effect (chipwise-monitor.feed-override)";
 
-pin out bit stock_defined "the map holds a stock";
-pin out bit certain "a program or a person has confirmed the stock (M250, M254); FALSE: none is defined, or it is assumed, and neither guards nor feed act on it";
-pin out bit ready "stock, tool and position are known";
-pin out bit fault "a fault is present, see fault-code";
-pin out s32 fault_code "0 none; stock box: 1 not finite, 2 empty, 3 larger than the map, 4 the map is incomplete or another program wrote into it; tool: 11 diameter, 12 corner radius, 13 tip angle, 14 flute length; 15 chipwise-monitor has not described the tool in the spindle, 16 chipwise-monitor does not answer; 20 position not finite, 21 position jumps, 22 units-per-mm, 23 turned";
-pin out float removed_volume "mm3 cut since define; for a restored stock, since it was defined first";
-pin out bit held "answer to hold: the tracker does not touch the map";
-pin out float mrr "removal rate, mm3/min, averaged over mrr-window";
-pin out float section_area "mm2: volume met per mm of travel, at the tool now";
-pin out float depth "machine units: deepest stock above the tool's edge within its footprint";
-pin out float direction_z "vertical part of the unit direction of travel, -1 (plunge) to 1";
-pin out float descent_distance = -1.0 "travel until a feed goes down, machine units; -1: none in sight, or the tool stops before; to volumetric-feed.N.descent-distance";
-pin out float descent_accel "mean acceleration the planner may brake with until there, machine units/s2; 0: unknown";
-pin out float pace_distance = -2.0 "travel until pace-vel applies, machine units; -1: nowhere in sight, or the tool stops before; -2: unknown, or air is FALSE; to volumetric-feed.N.pace-distance";
-pin out float pace_vel "largest velocity of the program there, machine units/s: below air-clearance F down, ceiling times F otherwise";
-pin out float pace_accel "mean acceleration the planner may brake with until there, machine units/s2; 0: unknown";
-pin out bit flute_excess "the depth exceeds the flute length while cutting";
-pin out bit rapid_contact "a traverse meets stock, or will meet it within its braking distance";
-pin out float rapid_distance "machine units to the stock a traverse is about to meet; 0: none seen";
-pin out bit aborted "motion got the command to abort (Stop, E-stop, error of a program) since the last period";
-pin out bit load_lost "stock, tool or position were known under the M251 in force and are not, or nobody followed them meanwhile and they have changed; to volumetric-feed.N.load-lost";
-pin out bit path_known "the path ahead is read from the motion planner; FALSE: it is predicted";
-pin out s32 path_refused "check that keeps the path ahead unknown although read-path is TRUE; 0 none; motion's memory: 1 missing, 2 too small, 3 of another user, 4 not of this LinuxCNC, 5 no queue in it; for 1 s of cutting: 6 heartbeat, 7 pins of motion, 8 counts, 9 backwards, 10 position, 11 segment, 12 place on it, 13 chain, 14 queue empty";
-pin out float blend_vel "velocity that the slower segment of a parabolic blend adds to motion.current-vel, machine units/s; 0: no such blend, or path-known is FALSE";
-pin out float braking_accel "least acceleration the planner brakes with where the tool is, machine units/s2; 0: path-known is FALSE";
-pin out float load_step_distance_#[8] "machine units of travel until load-step-area-N applies; step 0 applies now";
-pin out float load_step_area_#[8] "mm2, never too low; rises with N; 0: unused";
-pin out float load_step_accel_#[8] "mean braking the planner can use until there, machine units/s2; 0: unknown";
+pin out bool stock_defined "the map holds a stock";
+pin out bool certain "a program or a person has confirmed the stock (M250, M254); FALSE: none is defined, or it is assumed, and neither guards nor feed act on it";
+pin out bool ready "stock, tool and position are known";
+pin out bool fault "a fault is present, see fault-code";
+pin out si32 fault_code "0 none; stock box: 1 not finite, 2 empty, 3 larger than the map, 4 the map is incomplete or another program wrote into it; tool: 11 diameter, 12 corner radius, 13 tip angle, 14 flute length; 15 chipwise-monitor has not described the tool in the spindle, 16 chipwise-monitor does not answer; 20 position not finite, 21 position jumps, 22 units-per-mm, 23 turned";
+pin out real removed_volume "mm3 cut since define; for a restored stock, since it was defined first";
+pin out bool held "answer to hold: the tracker does not touch the map";
+pin out real mrr "removal rate, mm3/min, averaged over mrr-window";
+pin out real section_area "mm2: volume met per mm of travel, at the tool now";
+pin out real depth "machine units: deepest stock above the tool's edge within its footprint";
+pin out real direction_z "vertical part of the unit direction of travel, -1 (plunge) to 1";
+pin out real descent_distance = -1.0 "travel until a feed goes down, machine units; -1: none in sight, or the tool stops before; to volumetric-feed.N.descent-distance";
+pin out real descent_accel "mean acceleration the planner may brake with until there, machine units/s2; 0: unknown";
+pin out real pace_distance = -2.0 "travel until pace-vel applies, machine units; -1: nowhere in sight, or the tool stops before; -2: unknown, or air is FALSE; to volumetric-feed.N.pace-distance";
+pin out real pace_vel "largest velocity of the program there, machine units/s: below air-clearance F down, ceiling times F otherwise";
+pin out real pace_accel "mean acceleration the planner may brake with until there, machine units/s2; 0: unknown";
+pin out bool flute_excess "the depth exceeds the flute length while cutting";
+pin out bool rapid_contact "a traverse meets stock, or will meet it within its braking distance";
+pin out real rapid_distance "machine units to the stock a traverse is about to meet; 0: none seen";
+pin out bool aborted "motion got the command to abort (Stop, E-stop, error of a program) since the last period";
+pin out bool load_lost "stock, tool or position were known under the M251 in force and are not, or nobody followed them meanwhile and they have changed; to volumetric-feed.N.load-lost";
+pin out bool path_known "the path ahead is read from the motion planner; FALSE: it is predicted";
+pin out si32 path_refused "check that keeps the path ahead unknown although read-path is TRUE; 0 none; motion's memory: 1 missing, 2 too small, 3 of another user, 4 not of this LinuxCNC, 5 no queue in it; for 1 s of cutting: 6 heartbeat, 7 pins of motion, 8 counts, 9 backwards, 10 position, 11 segment, 12 place on it, 13 chain, 14 queue empty";
+pin out real blend_vel "velocity that the slower segment of a parabolic blend adds to motion.current-vel, machine units/s; 0: no such blend, or path-known is FALSE";
+pin out real braking_accel "least acceleration the planner brakes with where the tool is, machine units/s2; 0: path-known is FALSE";
+pin out real load_step_distance_#[8] "machine units of travel until load-step-area-N applies; step 0 applies now";
+pin out real load_step_area_#[8] "mm2, never too low; rises with N; 0: unused";
+pin out real load_step_accel_#[8] "mean braking the planner can use until there, machine units/s2; 0: unknown";
 
-pin in float chip_weight "volumetric-feed.N.chip-weight, 1/mm: 1 / largest chip; 0: not limited";
-pin in float power_weight "volumetric-feed.N.power-weight, 1/mm: what power and torque allow; 0: not limited";
-pin in float force_exponent "Kienzle's mc of the material (chipwise-monitor.force-exponent), for power-weight";
-pin out float chip_share "largest chip over the feed per tooth at the tool, 0 to 1; 0 without chip-weight";
-pin out float power_root "A_mc^(1 / (1 - mc)) at the tool, for power and torque; 0 without power-weight";
-pin out float tooth_step_distance_#[8] "machine units of travel until tooth-step-load-N applies; step 0 applies now";
-pin out float tooth_step_load_#[8] "1/mm: 1 / largest feed per tooth that the limits of tool and spindle allow; rises with N; 0: unused";
-pin out float tooth_step_accel_#[8] "mean braking the planner can use until there, machine units/s2; 0: unknown";
-pin out s32 tooth_step_limit_#[8] "which limit has made it: 0 chip, 1 power or torque";
+pin in real chip_weight "volumetric-feed.N.chip-weight, 1/mm: 1 / largest chip; 0: not limited";
+pin in real power_weight "volumetric-feed.N.power-weight, 1/mm: what power and torque allow; 0: not limited";
+pin in real force_exponent "Kienzle's mc of the material (chipwise-monitor.force-exponent), for power-weight";
+pin out real chip_share "largest chip over the feed per tooth at the tool, 0 to 1; 0 without chip-weight";
+pin out real power_root "A_mc^(1 / (1 - mc)) at the tool, for power and torque; 0 without power-weight";
+pin out real tooth_step_distance_#[8] "machine units of travel until tooth-step-load-N applies; step 0 applies now";
+pin out real tooth_step_load_#[8] "1/mm: 1 / largest feed per tooth that the limits of tool and spindle allow; rises with N; 0: unused";
+pin out real tooth_step_accel_#[8] "mean braking the planner can use until there, machine units/s2; 0: unknown";
+pin out si32 tooth_step_limit_#[8] "which limit has made it: 0 chip, 1 power or torque";
 
-param rw float units_per_mm = 1.0 "machine units per mm: 1 or 1/25.4";
-param rw float mrr_window = 0.02 "s, at most 1023 periods";
-param rw float acceleration = 0.0 "acceleration the planner really uses, machine units/s2; 0: unknown, look 20 mm ahead";
-param rw float max_jerk = 0.0 "jerk limit of the planner ([TRAJ]PLANNER_TYPE = 1), machine units/s3; 0: not limited";
-param rw bit read_path = 1 "read the path ahead from the motion planner; FALSE: always predict it";
-param rw float acceleration_x = 0.0 "acceleration of the X axis, for the braking of traverses, machine units/s2; 0: unknown, use acceleration";
-param rw float acceleration_y = 0.0 "the same of the Y axis";
-param rw float acceleration_z = 0.0 "the same of the Z axis";
-param rw float monitor_timeout = 0.0 "time without a heartbeat until fault 16, s; 0: not watched";
-param rw float air_clearance = 0.0 "height above the stock's box from which feeds meet nothing, machine units; 0: none";
-param rw s32 feed_output = -1 "number of the analog output of motion that carries F (programmed-vel); -1: unknown";
-param r s32 shm_key "key of the shared memory with the map";
+param rw real units_per_mm = 1.0 "machine units per mm: 1 or 1/25.4";
+param rw real mrr_window = 0.02 "s, at most 1023 periods";
+param rw real acceleration = 0.0 "acceleration the planner really uses, machine units/s2; 0: unknown, look 20 mm ahead";
+param rw real max_jerk = 0.0 "jerk limit of the planner ([TRAJ]PLANNER_TYPE = 1), machine units/s3; 0: not limited";
+param rw bool read_path = 1 "read the path ahead from the motion planner; FALSE: always predict it";
+param rw real acceleration_x = 0.0 "acceleration of the X axis, for the braking of traverses, machine units/s2; 0: unknown, use acceleration";
+param rw real acceleration_y = 0.0 "the same of the Y axis";
+param rw real acceleration_z = 0.0 "the same of the Z axis";
+param rw real monitor_timeout = 0.0 "time without a heartbeat until fault 16, s; 0: not watched";
+param rw real air_clearance = 0.0 "height above the stock's box from which feeds meet nothing, machine units; 0: none";
+param rw si32 feed_output = -1 "number of the analog output of motion that carries F (programmed-vel); -1: unknown";
+param r si32 shm_key "key of the shared memory with the map";
 
 variable chip_tracker_t state;
 variable chip_planner_t planner;
@@ -122,16 +122,17 @@ variable void *done;
 variable int map_id;
 
 option extra_setup yes;
+option post_export yes;
 option extra_cleanup yes;
-function _ fp;
+function _;
 license "GPL";
 author "chipwise";
 see_also "volumetric_feed(9), chipwise_command(9)";
 include "core/stock_tracker_core.h";
 ;;
 
-#include <errno.h>
 #include <rtapi_string.h>
+#include "map_block.h"
 
 /* Module parameters: HAL has no float parameters, so lengths come as text. */
 static char *cell = "0.25";
@@ -142,26 +143,6 @@ static char *size_x = "300";
 RTAPI_MP_STRING(size_x, "largest stock in X, mm");
 static char *size_y = "200";
 RTAPI_MP_STRING(size_y, "largest stock in Y, mm");
-
-/* Removes the map a killed LinuxCNC has left under the key: it may be too small. A program that still has it attached
- * keeps it; the key is free. Returns 0, or -1 if the map belongs to another user or program. */
-static int remove_stale(int key)
-{
-    struct shmid_ds about;
-    int old = shmget(key, 0, 0);
-    if (old < 0) return errno == ENOENT ? 0 : -1;
-    if (shmctl(old, IPC_STAT, &about) < 0 || !chip_planner_ours(&about)) return -1;
-    return shmctl(old, IPC_RMID, 0);
-}
-
-/* Whether this process has just made the block under the key, and nobody else has it attached. */
-static int freshly_made(int key, uint64_t bytes)
-{
-    struct shmid_ds about;
-    int id = shmget(key, 0, 0);
-    return id >= 0 && shmctl(id, IPC_STAT, &about) == 0 && chip_planner_ours(&about) && about.shm_segsz == bytes
-        && about.shm_nattch == 1 && about.shm_cpid == getpid();
-}
 
 static int refuse_external(int key)
 {
@@ -184,6 +165,7 @@ static int refuse_shared(int key)
  * zero here; halcompile sets initial values only after this, so map_id has none. */
 EXTRA_SETUP() {
     double side = chip_decimal(cell), finest = *finest_cell ? chip_decimal(finest_cell) : side, x = chip_decimal(size_x), y = chip_decimal(size_y);
+    int key = CHIP_STOCK_MAGIC + extra_arg;
     uint32_t cells = chip_stock_cells(side, x, y);
     uint64_t bytes = chip_stock_bytes(cells) + sizeof(struct chip_path_done);
 
@@ -200,12 +182,11 @@ EXTRA_SETUP() {
             "leave it out\n", finest_cell, cell);
         return -22;
     }
-    shm_key = CHIP_STOCK_MAGIC + extra_arg;
-    if (remove_stale(shm_key) < 0) return refuse_external(shm_key);
-    map_id = rtapi_shmem_new(shm_key, comp_id, bytes);
-    if (map_id >= 0 && !freshly_made(shm_key, bytes)) {
+    if (remove_stale(key) < 0) return refuse_external(key);
+    map_id = rtapi_shmem_new(key, comp_id, bytes);
+    if (map_id >= 0 && !freshly_made(key, bytes)) {
         rtapi_shmem_delete(map_id, comp_id);
-        return refuse_shared(shm_key);
+        return refuse_shared(key);
     }
     if (map_id < 0 || rtapi_shmem_getptr(map_id, &map) < 0) {
         if (map_id >= 0) rtapi_shmem_delete(map_id, comp_id);
@@ -221,6 +202,12 @@ EXTRA_SETUP() {
     chip_tracker_init(&state);
     chip_tracker_own_map(&state, map);
     chip_planner_attach(&planner);
+    return 0;
+}
+
+/* The parameter exists from here on. */
+POST_EXPORT() {
+    shm_key_set(CHIP_STOCK_MAGIC + extra_arg);
     return 0;
 }
 
@@ -302,27 +289,27 @@ static void write_pins(struct __comp_state *__comp_inst, const struct chip_track
     double scale = units_per_mm >= CHIP_MIN_MU_PER_MM && units_per_mm <= CHIP_MAX_MU_PER_MM ? units_per_mm : 0.0;
     int i;
 
-    stock_defined = out->has_stock; certain = out->is_certain; ready = out->is_ready;
-    fault = out->has_fault; fault_code = out->fault_number;
-    removed_volume = out->removed_volume_mm3; mrr = out->mrr_mm3_min;
-    section_area = out->section_area_mm2; depth = out->depth_mm * scale;
-    direction_z = out->dir_z;
-    descent_distance = out->descent_mm < 0.0 ? -1.0 : out->descent_mm * scale; descent_accel = out->descent_accel_mm_s2 * scale;
-    pace_distance = out->pace.distance < 0.0 ? out->pace.distance : out->pace.distance * scale;
-    pace_vel = out->pace.vel * scale; pace_accel = out->pace.accel * scale;
-    flute_excess = out->has_flute_excess; rapid_contact = out->has_rapid_contact;
-    path_known = state.lookahead.on_path; held = out->is_held;
-    rapid_distance = out->rapid_distance_mm * scale;
+    stock_defined_set(out->has_stock); certain_set(out->is_certain); ready_set(out->is_ready);
+    fault_set(out->has_fault); fault_code_set(out->fault_number);
+    removed_volume_set(out->removed_volume_mm3); mrr_set(out->mrr_mm3_min);
+    section_area_set(out->section_area_mm2); depth_set(out->depth_mm * scale);
+    direction_z_set(out->dir_z);
+    descent_distance_set(out->descent_mm < 0.0 ? -1.0 : out->descent_mm * scale); descent_accel_set(out->descent_accel_mm_s2 * scale);
+    pace_distance_set(out->pace.distance < 0.0 ? out->pace.distance : out->pace.distance * scale);
+    pace_vel_set(out->pace.vel * scale); pace_accel_set(out->pace.accel * scale);
+    flute_excess_set(out->has_flute_excess); rapid_contact_set(out->has_rapid_contact);
+    path_known_set(state.lookahead.on_path); held_set(out->is_held);
+    rapid_distance_set(out->rapid_distance_mm * scale);
     for (i = 0; i < CHIP_LOAD_STEPS; i++) {
-        load_step_distance(i) = i < out->load.steps ? out->load.step[i].distance * scale : 0.0;
-        load_step_area(i) = i < out->load.steps ? out->load.step[i].area : 0.0;
-        load_step_accel(i) = i < out->load.steps ? out->load.step[i].accel * scale : 0.0;
-        tooth_step_distance(i) = i < out->load.tooth_steps ? out->load.tooth_step[i].distance * scale : 0.0;
-        tooth_step_load(i) = i < out->load.tooth_steps ? out->load.tooth_step[i].area : 0.0;
-        tooth_step_accel(i) = i < out->load.tooth_steps ? out->load.tooth_step[i].accel * scale : 0.0;
-        tooth_step_limit(i) = i < out->load.tooth_steps ? out->load.tooth_step[i].limit : 0;
+        load_step_distance_set(i, i < out->load.steps ? out->load.step[i].distance * scale : 0.0);
+        load_step_area_set(i, i < out->load.steps ? out->load.step[i].area : 0.0);
+        load_step_accel_set(i, i < out->load.steps ? out->load.step[i].accel * scale : 0.0);
+        tooth_step_distance_set(i, i < out->load.tooth_steps ? out->load.tooth_step[i].distance * scale : 0.0);
+        tooth_step_load_set(i, i < out->load.tooth_steps ? out->load.tooth_step[i].area : 0.0);
+        tooth_step_accel_set(i, i < out->load.tooth_steps ? out->load.tooth_step[i].accel * scale : 0.0);
+        tooth_step_limit_set(i, i < out->load.tooth_steps ? out->load.tooth_step[i].limit : 0);
     }
-    chip_share = out->load.chip; power_root = out->load.power;
+    chip_share_set(out->load.chip); power_root_set(out->load.power);
 }
 
 FUNCTION(_) {
@@ -331,20 +318,20 @@ FUNCTION(_) {
     struct chip_tracker_out out;
 
     if (!stock) return;
-    aborted = chip_planner_aborted(&planner);
+    aborted_set(chip_planner_aborted(&planner));
     read_pins(__comp_inst, period, &in);
     if (chip_tracker_offset_changed(&state, &in)) chip_path_reset(&state.path);
     if (read_path)
         chip_planner_follow(&planner, &in, chip_tracker_horizon(&state, stock, &in), &state.path);
     else
         chip_planner_unread(&planner, &state.path);
-    blend_vel = planner.blend_vel_mu_s;
-    braking_accel = planner.braking_mu_s2;
+    blend_vel_set(planner.blend_vel_mu_s);
+    braking_accel_set(planner.braking_mu_s2);
     chip_tracker_step(&state, stock, &in, &out);
     if (state.tip_known) chip_path_done_step(&thinner, done, state.tip);
     else chip_path_done_lose(&thinner);
     write_pins(__comp_inst, &out);
     if (feed_decided) path_state.unknown_s = 0.0; /* counts from there on */
-    path_refused = chip_path_watch_step(&path_state, read_path ? planner.refusal : 0, enable && section_area > 0.0, fperiod);
-    load_lost = watch_load(__comp_inst, &in);
+    path_refused_set(chip_path_watch_step(&path_state, read_path ? planner.refusal : 0, enable && section_area > 0.0, fperiod));
+    load_lost_set(watch_load(__comp_inst, &in));
 }

@@ -33,90 +33,90 @@ are the packet of this period for tracer_slave(9).
 All lengths on pins are in machine units. Add the function to the servo thread after that of motion or of the joints.
 """;
 
-pin in bit enable "rising edge: begin; FALSE: stop, pos-cmd follows pos";
-pin in bit retract "leave the model and end";
-pin in s32 mode = 2 "1 lines from one side, 2 lines to and fro, 3 contour, 4 partial contour";
-pin in s32 scan_axis "axis of the lines: 0 X, 1 Y";
-pin in s32 direction = 1 "first line towards + (1) or - (-1); contour: model on the right (1) or on the left (-1) of the travel";
-pin in float feed "along the surface, machine units/s";
-pin in float feed_override = 1.0 "share of every velocity, 0..1";
-pin in float pick_feed "from line to line, machine units; its sign is its direction; 0: one line";
-pin in float deflection_target = 0.3 "deflection to hold, machine units; must be below range";
-pin in float deflection_x "of the stylus, from the head's rest position, machine units";
-pin in float deflection_y "";
-pin in float deflection_z "";
-pin in float pos_x "position of the head, machine units";
-pin in float pos_y "";
-pin in float pos_z "";
-pin in float window_min_x "lines end here, machine units";
-pin in float window_min_y "";
-pin in float window_min_z "";
-pin in float window_max_x "lines end here, machine units";
-pin in float window_max_y "";
-pin in float window_max_z "";
+pin in bool enable "rising edge: begin; FALSE: stop, pos-cmd follows pos";
+pin in bool retract "leave the model and end";
+pin in si32 mode = 2 "1 lines from one side, 2 lines to and fro, 3 contour, 4 partial contour";
+pin in si32 scan_axis "axis of the lines: 0 X, 1 Y";
+pin in si32 direction = 1 "first line towards + (1) or - (-1); contour: model on the right (1) or on the left (-1) of the travel";
+pin in real feed "along the surface, machine units/s";
+pin in real feed_override = 1.0 "share of every velocity, 0..1";
+pin in real pick_feed "from line to line, machine units; its sign is its direction; 0: one line";
+pin in real deflection_target = 0.3 "deflection to hold, machine units; must be below range";
+pin in real deflection_x "of the stylus, from the head's rest position, machine units";
+pin in real deflection_y "";
+pin in real deflection_z "";
+pin in real pos_x "position of the head, machine units";
+pin in real pos_y "";
+pin in real pos_z "";
+pin in real window_min_x "lines end here, machine units";
+pin in real window_min_y "";
+pin in real window_min_z "";
+pin in real window_max_x "lines end here, machine units";
+pin in real window_max_y "";
+pin in real window_max_z "";
 
-pin out float pos_cmd_x "commanded position, machine units";
-pin out float pos_cmd_y "";
-pin out float pos_cmd_z "";
-pin out float vel_x "commanded velocity, machine units/s";
-pin out float vel_y "";
-pin out float vel_z "";
-pin out s32 state "0 idle, 1 approach, 2 trace, 3 pick feed, 4 retract, 5 return, 6 lost, 7 over-range, 8 fault, 9 done";
-pin out s32 fault_code "0 none, 1 settings, 2 not finite, 3 sensor jump, 4 position jump, 5 no contact, 6 soft limit, 7 collision, 8 over-range, 9 below the model, 10 frozen sensor, 11 deflection contradicts the movement";
-pin out s32 last_fault "fault-code of the last fault, kept until enable is TRUE again";
-pin out bit fault "the trace has ended with a fault";
-pin out bit done "the trace has ended";
-pin out bit in_contact "the deflection is above half of its target in states 2 and 3";
-pin out s32 limited_by "0 nothing, 1 range, 2 max-vel, 3 bend, 4 deflection, 5 window, 6 gain";
-pin out s32 lines "lines or laps completed";
-pin out float deflection "length of the deflection, machine units";
-pin out float deflection_error "deflection - deflection-target, machine units";
-pin out float normal_vel "asked for along the normal, machine units/s";
-pin out float tangential_vel "asked for along the surface, machine units/s";
-pin out float vel_limit "largest velocity in force, machine units/s";
-pin out float gain_in_force "1/s";
-pin out float friction_estimate "sine of the friction angle";
-pin out float normal_x "unit normal of the surface, friction removed";
-pin out float normal_y "";
-pin out float normal_z "";
-pin out float ball_x "centre of the stylus' ball: position and deflection of the same moment, machine units";
-pin out float ball_y "";
-pin out float ball_z "";
-pin out u32 sequence "packet for the slave: its number";
-pin out u32 sequence_check "the same number; a transport writes it before the packet, and sequence after it";
-pin out u32 count_low_#[3] "packet: position in counts, lower 32 bits";
-pin out s32 count_high_#[3] "packet: position in counts, upper 32 bits";
-pin out s32 step_#[3] "packet: counts since the packet before";
+pin out real pos_cmd_x "commanded position, machine units";
+pin out real pos_cmd_y "";
+pin out real pos_cmd_z "";
+pin out real vel_x "commanded velocity, machine units/s";
+pin out real vel_y "";
+pin out real vel_z "";
+pin out si32 state "0 idle, 1 approach, 2 trace, 3 pick feed, 4 retract, 5 return, 6 lost, 7 over-range, 8 fault, 9 done";
+pin out si32 fault_code "0 none, 1 settings, 2 not finite, 3 sensor jump, 4 position jump, 5 no contact, 6 soft limit, 7 collision, 8 over-range, 9 below the model, 10 frozen sensor, 11 deflection contradicts the movement";
+pin out si32 last_fault "fault-code of the last fault, kept until enable is TRUE again";
+pin out bool fault "the trace has ended with a fault";
+pin out bool done "the trace has ended";
+pin out bool in_contact "the deflection is above half of its target in states 2 and 3";
+pin out si32 limited_by "0 nothing, 1 range, 2 max-vel, 3 bend, 4 deflection, 5 window, 6 gain";
+pin out si32 lines "lines or laps completed";
+pin out real deflection "length of the deflection, machine units";
+pin out real deflection_error "deflection - deflection-target, machine units";
+pin out real normal_vel "asked for along the normal, machine units/s";
+pin out real tangential_vel "asked for along the surface, machine units/s";
+pin out real vel_limit "largest velocity in force, machine units/s";
+pin out real gain_in_force "1/s";
+pin out real friction_estimate "sine of the friction angle";
+pin out real normal_x "unit normal of the surface, friction removed";
+pin out real normal_y "";
+pin out real normal_z "";
+pin out real ball_x "centre of the stylus' ball: position and deflection of the same moment, machine units";
+pin out real ball_y "";
+pin out real ball_z "";
+pin out ui32 sequence "packet for the slave: its number";
+pin out ui32 sequence_check "the same number; a transport writes it before the packet, and sequence after it";
+pin out ui32 count_low_#[3] "packet: position in counts, lower 32 bits";
+pin out si32 count_high_#[3] "packet: position in counts, upper 32 bits";
+pin out si32 step_#[3] "packet: counts since the packet before";
 
-param rw float units_per_mm = 1.0 "machine units per mm: 1 or 1/25.4";
-param rw float gain = 100.0 "normal velocity per deflection error, 1/s";
-param rw float range = 1.0 "the head's range: the deflection stays below it, machine units";
-param rw float acceleration = 500.0 "of the head in any direction, machine units/s2";
-param rw float max_vel = 50.0 "of the head in any direction, machine units/s";
-param rw float approach_vel = 5.0 "approach, and back to the model when contact is lost, machine units/s";
-param rw float return_vel = 20.0 "retract and return, machine units/s";
-param rw float dead_time = 0.0 "from velocity to measured deflection, without the period itself, s";
-param rw float drive_time = 0.0 "part of dead-time from velocity to pos-x -y -z, of drives or LinuxCNC; the rest is the sensor's, s";
-param rw float max_jump = 0.5 "a larger change of deflection or position in a period is a fault, machine units; so is a fall of the deflection that is faster than the head";
-param rw float friction = 0.0 "sine of the friction angle to begin with, 0..0.6";
-param rw float retract_distance = 5.0 "clearance of retract and return, machine units";
-param rw float search_distance = 50.0 "longest approach, machine units";
-param rw float lost_distance = 10.0 "longest travel back to the model when contact is lost, machine units";
-param rw float approach_dir_x = 0.0 "direction of the approach";
-param rw float approach_dir_y = 0.0 "";
-param rw float approach_dir_z = -1.0 "";
-param rw float soft_min_x = -1000.0 "the axis stops before it, machine units";
-param rw float soft_min_y = -1000.0 "";
-param rw float soft_min_z = -1000.0 "";
-param rw float soft_max_x = 1000.0 "the axis stops before it, machine units";
-param rw float soft_max_y = 1000.0 "";
-param rw float soft_max_z = 1000.0 "";
-param rw float counts_per_unit = 1000.0 "counts of the packet per machine unit";
+param rw real units_per_mm = 1.0 "machine units per mm: 1 or 1/25.4";
+param rw real gain = 100.0 "normal velocity per deflection error, 1/s";
+param rw real range = 1.0 "the head's range: the deflection stays below it, machine units";
+param rw real acceleration = 500.0 "of the head in any direction, machine units/s2";
+param rw real max_vel = 50.0 "of the head in any direction, machine units/s";
+param rw real approach_vel = 5.0 "approach, and back to the model when contact is lost, machine units/s";
+param rw real return_vel = 20.0 "retract and return, machine units/s";
+param rw real dead_time = 0.0 "from velocity to measured deflection, without the period itself, s";
+param rw real drive_time = 0.0 "part of dead-time from velocity to pos-x -y -z, of drives or LinuxCNC; the rest is the sensor's, s";
+param rw real max_jump = 0.5 "a larger change of deflection or position in a period is a fault, machine units; so is a fall of the deflection that is faster than the head";
+param rw real friction = 0.0 "sine of the friction angle to begin with, 0..0.6";
+param rw real retract_distance = 5.0 "clearance of retract and return, machine units";
+param rw real search_distance = 50.0 "longest approach, machine units";
+param rw real lost_distance = 10.0 "longest travel back to the model when contact is lost, machine units";
+param rw real approach_dir_x = 0.0 "direction of the approach";
+param rw real approach_dir_y = 0.0 "";
+param rw real approach_dir_z = -1.0 "";
+param rw real soft_min_x = -1000.0 "the axis stops before it, machine units";
+param rw real soft_min_y = -1000.0 "";
+param rw real soft_min_z = -1000.0 "";
+param rw real soft_max_x = 1000.0 "the axis stops before it, machine units";
+param rw real soft_max_y = 1000.0 "";
+param rw real soft_max_z = 1000.0 "";
+param rw real counts_per_unit = 1000.0 "counts of the packet per machine unit";
 
 variable chip_tracer_t control;
 variable chip_master_t sender;
 
-function _ fp;
+function _;
 license "GPL";
 author "chipwise";
 see_also "tracer_slave(9), tracer_model(9)";
@@ -159,28 +159,28 @@ static void three(double to[3], double x, double y, double z, double per_mm)
 static void show(struct __comp_state *__comp_inst, const struct chip_tracer_out *out)
 {
     double per_mm = chip_units(units_per_mm);
-    state = out->state_number;
-    fault_code = out->fault_number;
-    fault = out->fault_number != CHIP_TRACER_NO_FAULT;
-    if (fault || enable) last_fault = out->fault_number;
-    done = out->state_number == CHIP_TRACER_DONE;
-    in_contact = (out->state_number == CHIP_TRACER_TRACE || out->state_number == CHIP_TRACER_PICK)
-        && out->deflection_mm * per_mm > 0.5 * deflection_target;
-    limited_by = out->limit_number;
-    lines = out->line_count;
-    deflection = out->deflection_mm * per_mm;
-    deflection_error = out->error_mm * per_mm;
-    normal_vel = out->normal_vel_mm_s * per_mm;
-    tangential_vel = out->tangential_vel_mm_s * per_mm;
-    vel_limit = out->velocity_limit_mm_s * per_mm;
-    gain_in_force = out->gain_hz;
-    friction_estimate = out->friction_share;
-    normal_x = out->normal[0];
-    normal_y = out->normal[1];
-    normal_z = out->normal[2];
-    ball_x = out->ball_mm[0] * per_mm;
-    ball_y = out->ball_mm[1] * per_mm;
-    ball_z = out->ball_mm[2] * per_mm;
+    state_set(out->state_number);
+    fault_code_set(out->fault_number);
+    fault_set(out->fault_number != CHIP_TRACER_NO_FAULT);
+    if (fault || enable) last_fault_set(out->fault_number);
+    done_set(out->state_number == CHIP_TRACER_DONE);
+    in_contact_set((out->state_number == CHIP_TRACER_TRACE || out->state_number == CHIP_TRACER_PICK)
+        && out->deflection_mm * per_mm > 0.5 * deflection_target);
+    limited_by_set(out->limit_number);
+    lines_set(out->line_count);
+    deflection_set(out->deflection_mm * per_mm);
+    deflection_error_set(out->error_mm * per_mm);
+    normal_vel_set(out->normal_vel_mm_s * per_mm);
+    tangential_vel_set(out->tangential_vel_mm_s * per_mm);
+    vel_limit_set(out->velocity_limit_mm_s * per_mm);
+    gain_in_force_set(out->gain_hz);
+    friction_estimate_set(out->friction_share);
+    normal_x_set(out->normal[0]);
+    normal_y_set(out->normal[1]);
+    normal_z_set(out->normal[2]);
+    ball_x_set(out->ball_mm[0] * per_mm);
+    ball_y_set(out->ball_mm[1] * per_mm);
+    ball_z_set(out->ball_mm[2] * per_mm);
 }
 
 /* The commanded position; at rest without enable it is where the head is. */
@@ -188,20 +188,20 @@ static void move(struct __comp_state *__comp_inst, const struct chip_tracer_out 
 {
     double per_mm = chip_units(units_per_mm);
     int moves = out->velocity_mm_s[0] != 0.0 || out->velocity_mm_s[1] != 0.0 || out->velocity_mm_s[2] != 0.0;
-    vel_x = out->velocity_mm_s[0] * per_mm;
-    vel_y = out->velocity_mm_s[1] * per_mm;
-    vel_z = out->velocity_mm_s[2] * per_mm;
+    vel_x_set(out->velocity_mm_s[0] * per_mm);
+    vel_y_set(out->velocity_mm_s[1] * per_mm);
+    vel_z_set(out->velocity_mm_s[2] * per_mm);
     if (out->state_number == CHIP_TRACER_IDLE && !moves) {
         if (chip_finite(pos_x) && chip_finite(pos_y) && chip_finite(pos_z)) {
-            pos_cmd_x = pos_x;
-            pos_cmd_y = pos_y;
-            pos_cmd_z = pos_z;
+            pos_cmd_x_set(pos_x);
+            pos_cmd_y_set(pos_y);
+            pos_cmd_z_set(pos_z);
         }
         return;
     }
-    pos_cmd_x += vel_x * period_s;
-    pos_cmd_y += vel_y * period_s;
-    pos_cmd_z += vel_z * period_s;
+    pos_cmd_x_set(vel_x * period_s + pos_cmd_x);
+    pos_cmd_y_set(vel_y * period_s + pos_cmd_y);
+    pos_cmd_z_set(vel_z * period_s + pos_cmd_z);
 }
 
 /* The packet of this period. */
@@ -212,13 +212,13 @@ static void send(struct __comp_state *__comp_inst)
     three(at, pos_cmd_x, pos_cmd_y, pos_cmd_z, 1.0);
     per_unit[0] = per_unit[1] = per_unit[2] = counts_per_unit;
     chip_master_step(&sender, at, per_unit);
-    sequence_check = sender.packet.sequence_number;
+    sequence_check_set(sender.packet.sequence_number);
     for (i = 0; i < 3; i++) {
-        count_low(i) = (uint32_t)sender.packet.position_counts[i];
-        count_high(i) = (int32_t)(sender.packet.position_counts[i] >> 32);
-        step(i) = sender.packet.step_counts[i];
+        count_low_set(i, (uint32_t)sender.packet.position_counts[i]);
+        count_high_set(i, (int32_t)(sender.packet.position_counts[i] >> 32));
+        step_set(i, sender.packet.step_counts[i]);
     }
-    sequence = sender.packet.sequence_number;
+    sequence_set(sender.packet.sequence_number);
 }
 
 FUNCTION(_) {

@@ -11,33 +11,33 @@ to tracer(9).
 All lengths are in machine units. Add the function to the servo thread before that of tracer.
 """;
 
-pin in float pos_x "position of the head, machine units";
-pin in float pos_y "";
-pin in float pos_z "";
-pin out float deflection_x "as measured: late and with noise, machine units";
-pin out float deflection_y "";
-pin out float deflection_z "";
-pin out float true_deflection "its length as it is, without dead time and noise, machine units";
-pin out bit touches "the stylus touches the model";
+pin in real pos_x "position of the head, machine units";
+pin in real pos_y "";
+pin in real pos_z "";
+pin out real deflection_x "as measured: late and with noise, machine units";
+pin out real deflection_y "";
+pin out real deflection_z "";
+pin out real true_deflection "its length as it is, without dead time and noise, machine units";
+pin out bool touches "the stylus touches the model";
 
-param rw s32 surface = 0 "0 plane, 1 ball, 2 hollow ball, 3 step, 4 inside corner, 5 upright cylinder, 6 upright square";
-param rw float at_x = 0.0 "a point of the plane; centre of 1, 2, 5, 6; edge of 3; corner of 4, machine units";
-param rw float at_y = 0.0 "";
-param rw float at_z = 0.0 "";
-param rw float normal_x = 0.0 "normal of the plane";
-param rw float normal_y = 0.0 "";
-param rw float normal_z = 1.0 "";
-param rw float size = 10.0 "radius, half width, height of the step, machine units";
-param rw float angle = 90.0 "of the wall of the corner to its floor, degrees";
-param rw float ball_radius = 1.0 "of the stylus, machine units";
-param rw float friction = 0.15 "coefficient";
-param rw float noise = 0.0 "standard deviation of each axis, machine units";
-param rw s32 delay = 0 "periods from position to deflection";
-param rw float units_per_mm = 1.0 "machine units per mm: 1 or 1/25.4";
+param rw si32 surface = 0 "0 plane, 1 ball, 2 hollow ball, 3 step, 4 inside corner, 5 upright cylinder, 6 upright square";
+param rw real at_x = 0.0 "a point of the plane; centre of 1, 2, 5, 6; edge of 3; corner of 4, machine units";
+param rw real at_y = 0.0 "";
+param rw real at_z = 0.0 "";
+param rw real normal_x = 0.0 "normal of the plane";
+param rw real normal_y = 0.0 "";
+param rw real normal_z = 1.0 "";
+param rw real size = 10.0 "radius, half width, height of the step, machine units";
+param rw real angle = 90.0 "of the wall of the corner to its floor, degrees";
+param rw real ball_radius = 1.0 "of the stylus, machine units";
+param rw real friction = 0.15 "coefficient";
+param rw real noise = 0.0 "standard deviation of each axis, machine units";
+param rw si32 delay = 0 "periods from position to deflection";
+param rw real units_per_mm = 1.0 "machine units per mm: 1 or 1/25.4";
 
 variable chip_stylus_t stylus;
 
-function _ fp;
+function _;
 license "GPL";
 author "chipwise";
 see_also "tracer(9)";
@@ -89,9 +89,9 @@ FUNCTION(_) {
         if (!chip_finite(measured[i])) measured[i] = 0.0;
         if (!chip_finite(now[i])) now[i] = 0.0;
     }
-    deflection_x = measured[0] * per_mm;
-    deflection_y = measured[1] * per_mm;
-    deflection_z = measured[2] * per_mm;
-    true_deflection = sqrt(now[0] * now[0] + now[1] * now[1] + now[2] * now[2]) * per_mm;
-    touches = sound && stylus.is_touching;
+    deflection_x_set(measured[0] * per_mm);
+    deflection_y_set(measured[1] * per_mm);
+    deflection_z_set(measured[2] * per_mm);
+    true_deflection_set(sqrt(now[0] * now[0] + now[1] * now[1] + now[2] * now[2]) * per_mm);
+    touches_set(sound && stylus.is_touching);
 }

@@ -28,57 +28,57 @@ takes the offset back to 0 while it is TRUE: upwards first, then X and Y, then d
 Add the function to the servo thread after those of motion and of tracer.
 """;
 
-pin in bit request "rising edge: follow the position; FALSE: brake and hold";
-pin in bit permit = 1 "FALSE: brake and hold, until the next rising edge of request; not halui.program.is-idle";
-pin in bit machine_on "motion.motion-enabled";
-pin in bit clear "rising edge: the offset back to 0; FALSE: brake and hold";
-pin in float pos_cmd_x "position to follow, machine units; only its changes count";
-pin in float pos_cmd_y "";
-pin in float pos_cmd_z "";
-pin in float deflection "tracer.N.deflection: a growth by more than contact stops clear, machine units";
-pin in float eoffset_x "axis.x.eoffset";
-pin in float eoffset_y "";
-pin in float eoffset_z "";
-pin in float eoffset_request_x "axis.x.eoffset-request";
-pin in float eoffset_request_y "";
-pin in float eoffset_request_z "";
+pin in bool request "rising edge: follow the position; FALSE: brake and hold";
+pin in bool permit = 1 "FALSE: brake and hold, until the next rising edge of request; not halui.program.is-idle";
+pin in bool machine_on "motion.motion-enabled";
+pin in bool clear "rising edge: the offset back to 0; FALSE: brake and hold";
+pin in real pos_cmd_x "position to follow, machine units; only its changes count";
+pin in real pos_cmd_y "";
+pin in real pos_cmd_z "";
+pin in real deflection "tracer.N.deflection: a growth by more than contact stops clear, machine units";
+pin in real eoffset_x "axis.x.eoffset";
+pin in real eoffset_y "";
+pin in real eoffset_z "";
+pin in real eoffset_request_x "axis.x.eoffset-request";
+pin in real eoffset_request_y "";
+pin in real eoffset_request_z "";
 
-pin out bit enable "to tracer.N.enable: TRUE while the axes follow";
-pin out bit eoffset_enable = 1 "to axis.L.eoffset-enable; always TRUE";
-pin out float eoffset_scale "to axis.L.eoffset-scale: machine units per count";
-pin out s32 counts_x "to axis.x.eoffset-counts";
-pin out s32 counts_y "";
-pin out s32 counts_z "";
-pin out s32 state "0 hold, 1 follow, 2 clear, 3 fault";
-pin out s32 fault_code "0 none, 1 settings, 2 not finite, 3 astray, 4 behind, 5 collision, 6 too far";
-pin out s32 last_fault "fault-code of the last fault, kept until request or clear is TRUE again";
-pin out bit fault "the axes brake and rest, until request and clear are FALSE";
-pin out bit cleared "the offset is 0";
-pin out bit off "to motion.feed-inhibit: the axes are off their place, so that no program may move them";
-pin out bit stranded "the axes are off their place, and neither follow nor go back, while permit is TRUE";
-pin out float behind "what is missing of the position, largest of the axes, machine units";
-pin out float lead "how far the request is ahead, largest of the axes, machine units";
-pin out float astray "LinuxCNC's offset from the one computed a period before, largest of the axes, machine units";
+pin out bool enable "to tracer.N.enable: TRUE while the axes follow";
+pin out bool eoffset_enable = 1 "to axis.L.eoffset-enable; always TRUE";
+pin out real eoffset_scale "to axis.L.eoffset-scale: machine units per count";
+pin out si32 counts_x "to axis.x.eoffset-counts";
+pin out si32 counts_y "";
+pin out si32 counts_z "";
+pin out si32 state "0 hold, 1 follow, 2 clear, 3 fault";
+pin out si32 fault_code "0 none, 1 settings, 2 not finite, 3 astray, 4 behind, 5 collision, 6 too far";
+pin out si32 last_fault "fault-code of the last fault, kept until request or clear is TRUE again";
+pin out bool fault "the axes brake and rest, until request and clear are FALSE";
+pin out bool cleared "the offset is 0";
+pin out bool off "to motion.feed-inhibit: the axes are off their place, so that no program may move them";
+pin out bool stranded "the axes are off their place, and neither follow nor go back, while permit is TRUE";
+pin out real behind "what is missing of the position, largest of the axes, machine units";
+pin out real lead "how far the request is ahead, largest of the axes, machine units";
+pin out real astray "LinuxCNC's offset from the one computed a period before, largest of the axes, machine units";
 
-param rw float units_per_mm = 1.0 "machine units per mm: 1 or 1/25.4";
-param rw float max_acceleration_x = 0.0 "[AXIS_X]MAX_ACCELERATION, machine units/s2";
-param rw float max_acceleration_y = 0.0 "";
-param rw float max_acceleration_z = 0.0 "";
-param rw float max_velocity_x = 0.0 "[AXIS_X]MAX_VELOCITY, machine units/s";
-param rw float max_velocity_y = 0.0 "";
-param rw float max_velocity_z = 0.0 "";
-param rw float av_ratio_x = 0.0 "[AXIS_X]OFFSET_AV_RATIO";
-param rw float av_ratio_y = 0.0 "";
-param rw float av_ratio_z = 0.0 "";
-param rw float count = 0.000001 "one count, machine units; 2e9 of them are the largest offset";
-param rw float clear_vel = 20.0 "of clear, machine units/s";
-param rw float max_astray = 0.0005 "a larger one is a fault, machine units";
-param rw float max_behind = 1.0 "more that is missing is a fault, machine units";
-param rw float contact = 0.1 "growth of the deflection on the return that is a fault, machine units";
+param rw real units_per_mm = 1.0 "machine units per mm: 1 or 1/25.4";
+param rw real max_acceleration_x = 0.0 "[AXIS_X]MAX_ACCELERATION, machine units/s2";
+param rw real max_acceleration_y = 0.0 "";
+param rw real max_acceleration_z = 0.0 "";
+param rw real max_velocity_x = 0.0 "[AXIS_X]MAX_VELOCITY, machine units/s";
+param rw real max_velocity_y = 0.0 "";
+param rw real max_velocity_z = 0.0 "";
+param rw real av_ratio_x = 0.0 "[AXIS_X]OFFSET_AV_RATIO";
+param rw real av_ratio_y = 0.0 "";
+param rw real av_ratio_z = 0.0 "";
+param rw real count = 0.000001 "one count, machine units; 2e9 of them are the largest offset";
+param rw real clear_vel = 20.0 "of clear, machine units/s";
+param rw real max_astray = 0.0005 "a larger one is a fault, machine units";
+param rw real max_behind = 1.0 "more that is missing is a fault, machine units";
+param rw real contact = 0.1 "growth of the deflection on the return that is a fault, machine units";
 
 variable chip_axis_offset_t axes;
 
-function _ fp;
+function _;
 license "GPL";
 author "chipwise";
 see_also "tracer(9), tracer_slave(9)";
@@ -109,16 +109,16 @@ static void read_settings(struct __comp_state *__comp_inst, struct chip_axis_off
 /* What the operator sees. */
 static void show(struct __comp_state *__comp_inst, const struct chip_axis_offset_out *out, double per_mm)
 {
-    state = out->state_number;
-    fault_code = out->fault_number;
-    fault = out->fault_number != CHIP_AXIS_OFFSET_NO_FAULT;
-    if (fault || request || clear) last_fault = out->fault_number;
-    cleared = out->is_cleared;
-    off = out->is_off;
-    stranded = out->is_off && permit && out->state_number == CHIP_AXIS_OFFSET_HOLD;
-    behind = out->behind_mm * per_mm;
-    lead = out->lead_mm * per_mm;
-    astray = out->astray_mm * per_mm;
+    state_set(out->state_number);
+    fault_code_set(out->fault_number);
+    fault_set(out->fault_number != CHIP_AXIS_OFFSET_NO_FAULT);
+    if (fault || request || clear) last_fault_set(out->fault_number);
+    cleared_set(out->is_cleared);
+    off_set(out->is_off);
+    stranded_set(out->is_off && permit && out->state_number == CHIP_AXIS_OFFSET_HOLD);
+    behind_set(out->behind_mm * per_mm);
+    lead_set(out->lead_mm * per_mm);
+    astray_set(out->astray_mm * per_mm);
 }
 
 FUNCTION(_) {
@@ -138,11 +138,11 @@ FUNCTION(_) {
     three(in.requested_mm, eoffset_request_x, eoffset_request_y, eoffset_request_z, per_mm);
     in.deflection_mm = deflection / per_mm;
     chip_axis_offset_step(&axes, &settings, &in, &out);
-    eoffset_enable = 1;
-    if (chip_setting(count) > 0.0) eoffset_scale = count; /* else a fault, and LinuxCNC keeps the one it has */
-    enable = out.is_enabled;
-    counts_x = out.counts[0];
-    counts_y = out.counts[1];
-    counts_z = out.counts[2];
+    eoffset_enable_set(1);
+    if (chip_setting(count) > 0.0) eoffset_scale_set(count); /* else a fault, and LinuxCNC keeps the one it has */
+    enable_set(out.is_enabled);
+    counts_x_set(out.counts[0]);
+    counts_y_set(out.counts[1]);
+    counts_z_set(out.counts[2]);
     show(__comp_inst, &out, per_mm);
 }

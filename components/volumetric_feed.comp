@@ -31,87 +31,87 @@ A limit of 0 is off. All lengths on pins, distances and accelerations included, 
 mm3, areas in mm2. Add the function to the servo thread after that of stock_tracker.
 """;
 
-pin in s32 mode "0 off, 1 limit, 2 constant, 3 window";
-pin in float mrr_target "removal rate to hold, mm3/min";
-pin in float mrr_lower "mode 3: lower end of the window, mm3/min";
-pin in float tool_max_rate "largest removal rate of the tool in the spindle, mm3/min; the smaller of this and mrr-target counts; 0: unknown";
-pin in float programmed_vel "F of the program, machine units/s; 0: the same as requested-vel";
-pin in float requested_vel "motion.requested-vel, machine units/s";
-pin in s32 motion_type "motion.motion-type";
-pin in float acceleration "acceleration the planner really uses, machine units/s2";
-pin in float section_area "stock-tracker.N.section-area, mm2";
-pin in bit ready "stock-tracker.N.ready";
-pin in bit certain = 1 "stock-tracker.N.certain; FALSE: the areas are of a stock that nobody has confirmed, so they are shown and the feed is F";
-pin in bit fault "stock-tracker.N.fault";
-pin in float load_step_distance_#[8] "stock-tracker.N.load-step-distance-M, machine units";
-pin in float load_step_accel_#[8] "stock-tracker.N.load-step-accel-M, machine units/s2; 0: half the acceleration";
-pin in float load_step_area_#[8] "stock-tracker.N.load-step-area-M, mm2";
-pin in float direction_z "stock-tracker.N.direction-z, for plunge-vel";
-pin in bit keep_f_down "moves that go down are at most as fast as F (chipwise-command.N.job-active)";
-pin in float descent_distance = -1.0 "stock-tracker.N.descent-distance, machine units, for keep-f-down";
-pin in float descent_accel "stock-tracker.N.descent-accel, machine units/s2, for keep-f-down";
-pin in bit air "feeds above the stock are as fast as the axes; requested-vel is what these allow (chipwise-command.N.air)";
-pin in float ceiling = 1.0 "times F that other feeds may be fast then (chipwise-monitor.job-ceiling)";
-pin in float pace_distance = -2.0 "stock-tracker.N.pace-distance, machine units, for air";
-pin in float pace_vel "stock-tracker.N.pace-vel, machine units/s, for air";
-pin in float pace_accel "stock-tracker.N.pace-accel, machine units/s2, for air";
-pin in float depth "stock-tracker.N.depth, machine units, for max-chip-thickness";
-pin in float tool_diameter "tool diameter, machine units, for max-chip-thickness";
-pin in float tool_flutes "number of cutting edges, for max-chip-thickness; 0: unknown";
-pin in float spindle_speed "spindle.0.speed-out-rps, 1/s of either sign, for max-chip-thickness";
-pin in float current_vel "motion.current-vel, machine units/s, for override-ignored";
-pin in float blend_vel "stock-tracker.N.blend-vel, machine units/s: the part of current-vel that a parabolic blend adds";
-pin in float braking_accel "stock-tracker.N.braking-accel, machine units/s2; 0: unknown, a quarter of acceleration";
-pin in bit index_enable "spindle.0.index-enable: the move waits for the spindle and then follows it";
-pin in float feed_override = 1.0 "the operator's feed override in effect, 1 = 100 % (chipwise-monitor.feed-override); 0 or negative: 1";
-pin in bit load_lost "the load was known and is not any more (stock-tracker.N.load-lost): neither adaptive-feed nor the velocity rises";
-pin in bit program_running "chipwise-monitor.program-running: the sums begin with a program, and its end leaves them as they are";
-pin in float removed_volume "stock-tracker.N.removed-volume, mm3, for mean-rate";
-pin in bit adaptive_off "LinuxCNC's status says that adaptive feed is disabled (chipwise-monitor.adaptive-off)";
+pin in si32 mode "0 off, 1 limit, 2 constant, 3 window";
+pin in real mrr_target "removal rate to hold, mm3/min";
+pin in real mrr_lower "mode 3: lower end of the window, mm3/min";
+pin in real tool_max_rate "largest removal rate of the tool in the spindle, mm3/min; the smaller of this and mrr-target counts; 0: unknown";
+pin in real programmed_vel "F of the program, machine units/s; 0: the same as requested-vel";
+pin in real requested_vel "motion.requested-vel, machine units/s";
+pin in si32 motion_type "motion.motion-type";
+pin in real acceleration "acceleration the planner really uses, machine units/s2";
+pin in real section_area "stock-tracker.N.section-area, mm2";
+pin in bool ready "stock-tracker.N.ready";
+pin in bool certain = 1 "stock-tracker.N.certain; FALSE: the areas are of a stock that nobody has confirmed, so they are shown and the feed is F";
+pin in bool fault "stock-tracker.N.fault";
+pin in real load_step_distance_#[8] "stock-tracker.N.load-step-distance-M, machine units";
+pin in real load_step_accel_#[8] "stock-tracker.N.load-step-accel-M, machine units/s2; 0: half the acceleration";
+pin in real load_step_area_#[8] "stock-tracker.N.load-step-area-M, mm2";
+pin in real direction_z "stock-tracker.N.direction-z, for plunge-vel";
+pin in bool keep_f_down "moves that go down are at most as fast as F (chipwise-command.N.job-active)";
+pin in real descent_distance = -1.0 "stock-tracker.N.descent-distance, machine units, for keep-f-down";
+pin in real descent_accel "stock-tracker.N.descent-accel, machine units/s2, for keep-f-down";
+pin in bool air "feeds above the stock are as fast as the axes; requested-vel is what these allow (chipwise-command.N.air)";
+pin in real ceiling = 1.0 "times F that other feeds may be fast then (chipwise-monitor.job-ceiling)";
+pin in real pace_distance = -2.0 "stock-tracker.N.pace-distance, machine units, for air";
+pin in real pace_vel "stock-tracker.N.pace-vel, machine units/s, for air";
+pin in real pace_accel "stock-tracker.N.pace-accel, machine units/s2, for air";
+pin in real depth "stock-tracker.N.depth, machine units, for max-chip-thickness";
+pin in real tool_diameter "tool diameter, machine units, for max-chip-thickness";
+pin in real tool_flutes "number of cutting edges, for max-chip-thickness; 0: unknown";
+pin in real spindle_speed "spindle.0.speed-out-rps, 1/s of either sign, for max-chip-thickness";
+pin in real current_vel "motion.current-vel, machine units/s, for override-ignored";
+pin in real blend_vel "stock-tracker.N.blend-vel, machine units/s: the part of current-vel that a parabolic blend adds";
+pin in real braking_accel "stock-tracker.N.braking-accel, machine units/s2; 0: unknown, a quarter of acceleration";
+pin in bool index_enable "spindle.0.index-enable: the move waits for the spindle and then follows it";
+pin in real feed_override = 1.0 "the operator's feed override in effect, 1 = 100 % (chipwise-monitor.feed-override); 0 or negative: 1";
+pin in bool load_lost "the load was known and is not any more (stock-tracker.N.load-lost): neither adaptive-feed nor the velocity rises";
+pin in bool program_running "chipwise-monitor.program-running: the sums begin with a program, and its end leaves them as they are";
+pin in real removed_volume "stock-tracker.N.removed-volume, mm3, for mean-rate";
+pin in bool adaptive_off "LinuxCNC's status says that adaptive feed is disabled (chipwise-monitor.adaptive-off)";
 
-pin in float max_chip "largest chip of an edge, mm (chipwise-monitor.max-chip); needs tool-flutes and spindle-speed; 0: no limit";
-pin in float max_power "largest power at the edges, W (chipwise-monitor.max-power); needs specific-force, tool-flutes and spindle-speed; 0: no limit";
-pin in float max_torque "largest torque at the edges, Nm; needs what max-power needs; 0: no limit";
-pin in float specific_force "Kienzle's kc1.1 of the material, N/mm2 (chipwise-monitor.specific-force); 0: unknown";
-pin in float force_exponent "Kienzle's mc of the material (chipwise-monitor.force-exponent)";
-pin in float chip_share "stock-tracker.N.chip-share";
-pin in float power_root "stock-tracker.N.power-root";
-pin in float tooth_step_distance_#[8] "stock-tracker.N.tooth-step-distance-M, machine units";
-pin in float tooth_step_load_#[8] "stock-tracker.N.tooth-step-load-M, 1/mm";
-pin in float tooth_step_accel_#[8] "stock-tracker.N.tooth-step-accel-M, machine units/s2; 0: half the acceleration";
-pin in s32 tooth_step_limit_#[8] "stock-tracker.N.tooth-step-limit-M";
+pin in real max_chip "largest chip of an edge, mm (chipwise-monitor.max-chip); needs tool-flutes and spindle-speed; 0: no limit";
+pin in real max_power "largest power at the edges, W (chipwise-monitor.max-power); needs specific-force, tool-flutes and spindle-speed; 0: no limit";
+pin in real max_torque "largest torque at the edges, Nm; needs what max-power needs; 0: no limit";
+pin in real specific_force "Kienzle's kc1.1 of the material, N/mm2 (chipwise-monitor.specific-force); 0: unknown";
+pin in real force_exponent "Kienzle's mc of the material (chipwise-monitor.force-exponent)";
+pin in real chip_share "stock-tracker.N.chip-share";
+pin in real power_root "stock-tracker.N.power-root";
+pin in real tooth_step_distance_#[8] "stock-tracker.N.tooth-step-distance-M, machine units";
+pin in real tooth_step_load_#[8] "stock-tracker.N.tooth-step-load-M, 1/mm";
+pin in real tooth_step_accel_#[8] "stock-tracker.N.tooth-step-accel-M, machine units/s2; 0: half the acceleration";
+pin in si32 tooth_step_limit_#[8] "stock-tracker.N.tooth-step-limit-M";
 
-pin out float adaptive_feed = 1.0 "to motion.adaptive-feed, 0..1";
-pin out float override = 1.0 "to motion.adaptive-feed: adaptive-feed, or F over requested-vel in a probing move (motion type 5) and while a ceiling is left over in mode 0";
-pin out s32 limited_by "0 nothing, 1 stock here, 2 stock ahead, 3 floor, 4 ceiling or another limit of the velocity, 5 fallback to the programmed feed, 6 chip, 7 power, 8 torque";
-pin out float mrr_effective "the effective removal rate, mm3/min: the smaller of mrr-target and tool-max-rate; 0 in mode 0";
-pin out bit override_ignored "the machine ignores the override; to chipwise-guard.N.override-ignored";
-pin out float run_time "s since the program began, pauses included; it stays after its end";
-pin out float cut_time "s of it in feed moves that cut: section-area at least 0.01 mm2, and 0.01 mm wide over the depth; thinner if the map loses as much";
-pin out float air_time "s of it in feed moves that do not";
-pin out float fed_time "s of it in feed moves with the volumetric feed on";
-pin out float saved_time "s that the program at its F, with the operator's override, would have taken longer in that time; negative: less";
-pin out float mean_rate "volume the map has lost since the program began over cut-time, mm3/min";
-pin out float peak_rate "largest removal rate since the program began, mean over 10 ms, mm3/min";
+pin out real adaptive_feed = 1.0 "to motion.adaptive-feed, 0..1";
+pin out real override = 1.0 "to motion.adaptive-feed: adaptive-feed, or F over requested-vel in a probing move (motion type 5) and while a ceiling is left over in mode 0";
+pin out si32 limited_by "0 nothing, 1 stock here, 2 stock ahead, 3 floor, 4 ceiling or another limit of the velocity, 5 fallback to the programmed feed, 6 chip, 7 power, 8 torque";
+pin out real mrr_effective "the effective removal rate, mm3/min: the smaller of mrr-target and tool-max-rate; 0 in mode 0";
+pin out bool override_ignored "the machine ignores the override; to chipwise-guard.N.override-ignored";
+pin out real run_time "s since the program began, pauses included; it stays after its end";
+pin out real cut_time "s of it in feed moves that cut: section-area at least 0.01 mm2, and 0.01 mm wide over the depth; thinner if the map loses as much";
+pin out real air_time "s of it in feed moves that do not";
+pin out real fed_time "s of it in feed moves with the volumetric feed on";
+pin out real saved_time "s that the program at its F, with the operator's override, would have taken longer in that time; negative: less";
+pin out real mean_rate "volume the map has lost since the program began over cut-time, mm3/min";
+pin out real peak_rate "largest removal rate since the program began, mean over 10 ms, mm3/min";
 
-pin out float chip_weight "to stock-tracker.N.chip-weight";
-pin out float power_weight "to stock-tracker.N.power-weight";
-pin out float chip "largest chip that is cut now, mm; 0: unknown, or max-chip is 0";
-pin out float power "power at the edges now, mean of a revolution, W; 0: unknown, or neither max-power nor max-torque is given";
-pin out float torque "torque at the edges now, mean of a revolution, Nm; 0: as power";
+pin out real chip_weight "to stock-tracker.N.chip-weight";
+pin out real power_weight "to stock-tracker.N.power-weight";
+pin out real chip "largest chip that is cut now, mm; 0: unknown, or max-chip is 0";
+pin out real power "power at the edges now, mean of a revolution, W; 0: unknown, or neither max-power nor max-torque is given";
+pin out real torque "torque at the edges now, mean of a revolution, Nm; 0: as power";
 
-param rw float units_per_mm = 1.0 "machine units per mm: 1 or 1/25.4";
-param rw float min_vel = 0.0 "machine units/s: the stock never slows the tool below this, nor below F if F is less";
-param rw float max_vel = 0.0 "machine units/s: never faster while cutting";
-param rw float min_scale = 0.0 "min-vel as a share of F";
-param rw float max_scale = 0.0 "max-vel as a share of F";
-param rw float air_vel = 0.0 "velocity outside the stock in modes 2 and 3, machine units/s, up to requested-vel; 0: as the mode says";
-param rw float plunge_vel = 0.0 "largest downward part of the velocity while cutting, machine units/s";
-param rw float max_chip_thickness = 0.0 "largest mean chip thickness, mm; needs depth, tool-diameter, tool-flutes, spindle-speed";
-param rw float recover_accel = 0.0 "acceleration at which the velocity may rise, machine units/s2; 0: at once";
-param rw float deadband = 0.0 "share by which the allowed velocity must exceed the present one before it rises, 0..1";
-param rw float max_jerk = 0.0 "jerk limit of the planner ([TRAJ]PLANNER_TYPE = 1), machine units/s3; 0: not limited";
-param rw float max_override = 1.0 "largest feed override of the operator ([DISPLAY]MAX_FEED_OVERRIDE), for override-ignored";
+param rw real units_per_mm = 1.0 "machine units per mm: 1 or 1/25.4";
+param rw real min_vel = 0.0 "machine units/s: the stock never slows the tool below this, nor below F if F is less";
+param rw real max_vel = 0.0 "machine units/s: never faster while cutting";
+param rw real min_scale = 0.0 "min-vel as a share of F";
+param rw real max_scale = 0.0 "max-vel as a share of F";
+param rw real air_vel = 0.0 "velocity outside the stock in modes 2 and 3, machine units/s, up to requested-vel; 0: as the mode says";
+param rw real plunge_vel = 0.0 "largest downward part of the velocity while cutting, machine units/s";
+param rw real max_chip_thickness = 0.0 "largest mean chip thickness, mm; needs depth, tool-diameter, tool-flutes, spindle-speed";
+param rw real recover_accel = 0.0 "acceleration at which the velocity may rise, machine units/s2; 0: at once";
+param rw real deadband = 0.0 "share by which the allowed velocity must exceed the present one before it rises, 0..1";
+param rw real max_jerk = 0.0 "jerk limit of the planner ([TRAJ]PLANNER_TYPE = 1), machine units/s3; 0: not limited";
+param rw real max_override = 1.0 "largest feed override of the operator ([DISPLAY]MAX_FEED_OVERRIDE), for override-ignored";
 
 variable chip_feed_easing_t easing;
 variable chip_feed_hold_t hold;
@@ -119,7 +119,7 @@ variable chip_run_sums_t sums;
 variable chip_watchdog_t watchdog_state;
 variable double last_vel;
 
-function _ fp;
+function _;
 license "GPL";
 author "chipwise";
 see_also "stock_tracker(9), chipwise_command(9)";
@@ -196,11 +196,11 @@ static void read_limits(struct __comp_state *__comp_inst, struct chip_feed_in *i
 static void show_limits(struct __comp_state *__comp_inst, const struct chip_feed_in *in)
 {
     struct chip_tooth_out out = chip_tooth_law(in);
-    chip_weight = out.chip_weight_per_mm;
-    power_weight = out.power_weight_per_mm;
-    chip = out.chip_mm;
-    power = out.power_w;
-    torque = out.torque_nm;
+    chip_weight_set(out.chip_weight_per_mm);
+    power_weight_set(out.power_weight_per_mm);
+    chip_set(out.chip_mm);
+    power_set(out.power_w);
+    torque_set(out.torque_nm);
 }
 
 /* Whether the machine ignores the override `given` for `in`. */
@@ -231,13 +231,13 @@ static void count_period(struct __comp_state *__comp_inst, const struct chip_fee
     struct chip_feed_in seen = *in;
     seen.is_trusted = ready && !fault;
     chip_run_sums_step(&sums, &seen, program_running, removed_volume);
-    run_time = so_far->run_s;
-    cut_time = so_far->cut_s;
-    air_time = so_far->air_s;
-    fed_time = so_far->fed_s;
-    saved_time = so_far->saved_s;
-    mean_rate = 60.0 * chip_run_mean(so_far);
-    peak_rate = 60.0 * so_far->peak_mm3_s;
+    run_time_set(so_far->run_s);
+    cut_time_set(so_far->cut_s);
+    air_time_set(so_far->air_s);
+    fed_time_set(so_far->fed_s);
+    saved_time_set(so_far->saved_s);
+    mean_rate_set(60.0 * chip_run_mean(so_far));
+    peak_rate_set(60.0 * so_far->peak_mm3_s);
 }
 
 FUNCTION(_) {
@@ -250,11 +250,11 @@ FUNCTION(_) {
     out = chip_feed_ease(&easing, &in, out, recover_accel / units_per_mm, deadband);
     out = chip_feed_hold_step(&hold, &in, load_lost, out);
 
-    adaptive_feed = out.scale;
-    override = chip_feed_override(&in, out.scale);
-    limited_by = out.limit;
+    adaptive_feed_set(out.scale);
+    override_set(chip_feed_override(&in, out.scale));
+    limited_by_set(out.limit);
     show_limits(__comp_inst, &in);
-    mrr_effective = in.feed_mode ? 60.0 * chip_feed_target(&in) : 0.0;
-    override_ignored = watch(__comp_inst, &in, override);
+    mrr_effective_set(in.feed_mode ? 60.0 * chip_feed_target(&in) : 0.0);
+    override_ignored_set(watch(__comp_inst, &in, override));
     count_period(__comp_inst, &in);
 }
