@@ -134,11 +134,12 @@ def test_mdi_keeps_m251_until_a_program_starts(answers):
 
 
 AIR = PLAIN.replace('G1 X40\n', 'G1 X60\nG1 X0\n' * 15)         # long enough to be looked at while it runs at 50 mm/s
+LATE = AIR.replace('F300', 'G4 P0.5\nM66 E0 L0\nF300')           # the first code of ours is read long after chipwise-monitor has seen the run
 OWN_RATE = AIR.replace('G1', 'M251 Q9\nG1', 1)
 
 
 @pytest.mark.scene(MILL, [
-    ['mdi', 'T1 M6'], ['mdi', BOX], ['start', AIR], ['until', SEEN, '>', 0.5], ['abort'], ['until', SEEN, '<', 0.5], *ON,
+    ['mdi', 'T1 M6'], ['mdi', BOX], ['start', LATE], ['until', SEEN, '>', 0.5], ['abort'], ['until', SEEN, '<', 0.5], *ON,
     ['begin'], ['until', 'motion.motion-type', '>', 1.5], ['until', VELOCITY, '>', 45], ['pins', MODE, PROGRAMMED, CARRIED], ['finish'], ['pins', MODE, CARRIED], ['messages'],
     ['begin'], *feeds(), ['abort'], ['until', SEEN, '<', 0.5],
     ['open_text', OWN_RATE], *ON, ['begin'], *feeds(), ['pins', MODE, CARRIED], ['abort']])

@@ -126,7 +126,7 @@ class Monitor(SpindleTool):
         pins['program-loaded'] = program
         pins['program-mark'] = mark_of(path)         # before program-running, with which it counts
         pins['program-running'] = running
-        self.carried_feed.follow(path)
+        self.carried_feed.follow(path, status.motion_line)
 
     def main_program(self):
         """Path of the program that is open."""
