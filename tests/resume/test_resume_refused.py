@@ -7,17 +7,14 @@ import time
 import numpy as np
 import pytest
 
-from chipwise.check.reader import Machine
-from chipwise.resume import run as resume
-from chipwise.resume import stocks, walk
-from chipwise.rewrite.program import read
+from chipwise import cli
+from chipwise.resume import running, stocks
 from chipwise.stock import store
-from chipwise.tools import load_tools
 from support import ROOT
-from support.resume_oracle import Run, apart, make_machine, write_journal
+from support.resume_oracle import apart
 from support.resume_programs import ARCS, DRILL, FINISH, INCREMENTAL, SUBS
+from support.resume_stop import CHIPWISE, Stop
 
-CHIPWISE = str(ROOT / "bin" / "chipwise")
 ARC = """\
 G21 G90 G17 G40 G49 G54 G80 G94
 M250 P0 Q0 R-20 I80 J60 K20
@@ -30,56 +27,6 @@ G1 Y55
 G0 Z5
 M2
 """
-SHARE = 0.6                 # of the program's path, at which it is stopped
-
-
-class Stop:
-    """A program that is stopped."""
-
-    def __init__(self, folder, text=SUBS, share=SHARE):
-        self.ini, self.program = make_machine(folder / "mill"), folder / "part.ngc"
-        self.program.write_text(text)
-        os.utime(self.program, (1e9, 1e9))
-        self.machine, self.geometry = Machine(str(self.ini)), load_tools(str(self.ini.parent / "tools.toml"))
-        self.read = read(str(self.program), self.machine)
-        self.run = Run(self.read, self.geometry)
-        self.journal = self.ini.parent / "stock" / "kept.journal"
-        self.cut_to(int(share * len(self.run.points)))
-        self.keep()
-
-    def cut_to(self, index):
-        """The stock is cut up to a point of the path; keep() saves it."""
-        self.index, self.stock = index, self.run.new_stock()
-        self.removed = self.run.cut(self.stock, 0, index)
-
-    def keep(self, tip=None, program=None):
-        write_journal(self.journal, self.stock, self.removed, self.run.points[self.index] if tip is None else tip,
-                      int(self.read.line[self.run.move[self.index]]), program or self.program, time.time())
-
-    def resume(self, *options, program=None):
-        """(status, stdout, stderr)."""
-        done = subprocess.run([CHIPWISE, "resume", str(program or self.program), "--ini", str(self.ini), *options], text=True, stdin=subprocess.DEVNULL,
-                              capture_output=True, timeout=300, check=False)
-        assert "Traceback" not in done.stdout + done.stderr and "internal error" not in done.stderr
-        return done.returncode, done.stdout, done.stderr
-
-    def made(self, **order):
-        return resume.resumed(str(self.program), resume.Order(**order), self.machine)
-
-    def final(self, data, stock):
-        """The stock that a program leaves of another one."""
-        path = self.ini.parent / "new.ngc"
-        path.write_bytes(data)
-        program = read(str(path), self.machine)
-        cut = stocks.blank(stocks.head_of(stock, 0.0))
-        cut.cells_and_ring[:] = stock.cells_and_ring
-        walk.removed(walk.path_of(program, self.machine, self.geometry, 0), cut, program)
-        return cut
-
-    def whole(self, head):
-        stock = stocks.blank(head)
-        self.run.cut(stock, 0, len(self.run.points) - 1)
-        return stock
 
 
 @pytest.fixture(name="stop")
@@ -322,3 +269,38 @@ def test_the_path_mode_of_a_program_in_inch(tmp_path, said, mm):
     """P of the start of the machine, or of the program, in mm: no corner is rounded more than it was."""
     stop = Stop(tmp_path, INCREMENTAL.replace("T3 M6", f"{said}\nT3 M6" if said else "T3 M6"))
     assert f"\nG64 P{mm:g} Q{mm:g}\n" in stop.made().data.decode()
+
+
+class Linuxcnc:
+    """machine/mdi.py of a LinuxCNC that runs with an INI file."""
+
+    def __init__(self, ini, x):
+        self.path, self.x = str(ini), x
+
+    def read(self):
+        return None
+
+    def ini(self):
+        return self.path
+
+    def scene(self):
+        return {"index": 1, "offset": [self.x, 0.0, 0.0], "g92": [0.0, 0.0, 0.0], "turn": 0.0, "tool": 2, "codes": "G91 G20", "block_delete": True}
+
+
+@pytest.mark.parametrize("own, in_force, in_file, what", [(True, 2.5, 0.0, "work offsets"), (True, 0.0, 2.5, ""), (False, 2.5, 0.0, "")])
+def test_the_work_offset_in_force_counts(stop, tmp_path, monkeypatch, capsys, own, in_force, in_file, what):
+    """Of the LinuxCNC that runs with this INI file: its parameter file does not have yet what was touched off since."""
+    (stop.ini.parent / "mill.var").write_text(f"5220 1\n5221 {in_file}\n5222 0\n5223 0\n")
+    monkeypatch.setattr(running, "mdi", Linuxcnc(stop.ini if own else ROOT / "configs" / "mill.ini", in_force))
+    status = cli.main(["resume", str(stop.program), "--plan", "--ini", str(stop.ini)])
+    said, errors = capsys.readouterr()
+    assert (status, what in errors, bool(said)) == (2 if what else 0, True, not what), (said, errors)
+
+
+def test_a_linuxcnc_that_ends_meanwhile(stop, monkeypatch, tmp_path):
+    """The parameter file counts then."""
+    gone = Linuxcnc(stop.ini, 2.5)
+    monkeypatch.setattr(gone, "scene", lambda: (_ for _ in ()).throw(type("error", (Exception,), {"__module__": "linuxcnc"})("gone")), raising=False)
+    monkeypatch.setattr(running, "mdi", gone)
+    machine = running.machine_here(str(stop.ini), str(tmp_path))
+    assert machine.parameters == str(stop.ini.parent / "mill.var")

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """A Machine with the work offsets and the tool that are in force.  Called by the processes that read the loaded program: panel/ahead_process.py,
-panel/set_up.py, assumed/shadow_process.py, setup/job_process.py and setup/time_process.py."""
+panel/set_up.py, assumed/shadow_process.py, setup/job_process.py and setup/time_process.py; resume/running.py takes the work offsets alone."""
 
 from chipwise.check.reader import Machine
 from chipwise.own_folder import put
@@ -24,13 +24,18 @@ def parameters(text, scene):
 
 def machine_in_force(ini, scene, folder):
     """The check.reader.Machine of an INI file; scene: loaded.scene()."""
-    machine = Machine(ini)
+    machine = with_offsets(Machine(ini), scene, folder)
+    machine.tool, machine.block_delete = scene["tool"], scene["block_delete"]
+    machine.codes = ["G20" if machine.unit_mm > 10 else "G21", scene["codes"]]
+    return machine
+
+
+def with_offsets(machine, scene, folder):
+    """A check.reader.Machine with the work offsets that are in force; else it begins as the INI file says."""
     try:
         with open(machine.parameters, encoding="utf-8", errors="replace") as file:
             text = file.read(1 << 20)
     except OSError:
         text = ""
     machine.parameters = put(folder, "now.var", parameters(text, scene))
-    machine.tool, machine.block_delete = scene["tool"], scene["block_delete"]
-    machine.codes = ["G20" if machine.unit_mm > 10 else "G21", scene["codes"]]
     return machine

@@ -37,23 +37,14 @@ def add_arguments(parser):
 
 def run(options):
     """-> exit status."""
-    from chipwise.check.reader import Machine, Unreadable
-    from chipwise.own_folder import FolderError
-    from chipwise.resume.run import Different, Order, resumed
+    from chipwise.check.reader import Unreadable
+    from chipwise.own_folder import FolderError, OwnFolder
+    from chipwise.resume.run import Different
     check_options(options)
     exit_on_sigterm()
     try:
-        machine = Machine(ini_of(options))
-        if not machine.has_y:
-            return of_lathe(options, machine.ini)
-        found = resumed(options.program, Order(options.line, options.time or 0.0, options.tool_broke), machine, cpu_s=int(options.time_limit))
-        for sentence in found.said:
-            print(printable(sentence))
-        if options.plan:
-            return 0
-        sys.stdout.flush()
-        found.save()
-        write_output(NAME, options.output, found.data)
+        with OwnFolder(NAME) as folder:
+            return of_machine(options, folder)
     except Unreadable as error:
         return failed(options.program, str(error), error.line)
     except Different as error:
@@ -66,6 +57,23 @@ def run(options):
         if os.environ.get('CHIPWISE_TRACEBACK'):
             raise
         return failed(options.program, of_unexpected(error))
+
+
+def of_machine(options, folder):
+    """-> exit status.  Raises Unreadable, Different, FolderError."""
+    from chipwise.resume.run import Order, resumed
+    from chipwise.resume.running import machine_here
+    machine = machine_here(ini_of(options), folder)
+    if not machine.has_y:
+        return of_lathe(options, machine.ini)
+    found = resumed(options.program, Order(options.line, options.time or 0.0, options.tool_broke), machine, cpu_s=int(options.time_limit))
+    for sentence in found.said:
+        print(printable(sentence))
+    if options.plan:
+        return 0
+    sys.stdout.flush()
+    found.save()
+    write_output(NAME, options.output, found.data)
     print(printable(f'{options.output} is written; look at it in the preview before you start it'))
     return 0
 

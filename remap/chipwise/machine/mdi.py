@@ -1,25 +1,32 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Runs one line by MDI in the LinuxCNC that runs here, or says why not.  Called by cli/enter.py.
+"""Runs one line by MDI in the LinuxCNC that runs here, or says why not; opens a program in it.  Called by cli/enter.py, panel/line_process.py, resume/running.py.
 
     state = read()              what the machine is doing; CycleError without a LinuxCNC
     check(state, unit, cuts)    CycleError unless the line may be run now
     send(line)                  switches to MDI and hands the line over
+    open_program(path)          opens a program, and starts nothing
 
 The line is planned before from the state that was read: work position, tool in the spindle, loaded program.  So it has to be
 read again, and be the same, just before the line is handed over (same()).
 """
 
 import math
+import os
+import shutil
+import subprocess
+import time
 from dataclasses import dataclass
 from typing import Optional
 
 from chipwise import loaded
 from chipwise.check.records import Frame
+from chipwise.clock import patience
 from chipwise.errors import CycleError
 from chipwise.processes import named
 
 NEAR_MM = 1e-3              # a tool that has moved less is where it was
 MODE_S, TAKEN_S = 5.0, 2.0  # for the mode; for a line to be refused: what takes longer is under way
+OPEN_S = 20.0               # for a program to be open: a screen draws it first
 TASKS = ("milltask", "linuxcnctask")
 _INCH, _INCREMENTAL = 200, 910      # of stat.gcodes: ten times the code
 _REFUSED = 3                # RCS_ERROR
@@ -65,6 +72,11 @@ def _polled():
 def scene() -> dict:
     """loaded.scene() of the LinuxCNC that read() has found."""
     return loaded.scene(_polled())
+
+
+def ini() -> str:
+    """Path of the INI file of the LinuxCNC that read() has found."""
+    return str(_polled().ini_filename)
 
 
 def tip(frame: Optional[Frame]) -> tuple:
@@ -124,3 +136,24 @@ def send(line: str) -> None:
     command.mdi(line)
     if command.wait_complete(TAKEN_S) == _REFUSED:
         raise CycleError("LinuxCNC has refused the line", "see the message on its screen")
+
+
+def open_program(path: str) -> None:
+    """Open a program; nothing is started.  Raises CycleError if LinuxCNC does not open it."""
+    import linuxcnc
+    if named("axis") and shutil.which("axis-remote"):       # AXIS shows only what it has opened itself
+        try:
+            subprocess.run(["axis-remote", path], timeout=patience(OPEN_S), stdin=subprocess.DEVNULL, capture_output=True, check=False)
+        except (subprocess.TimeoutExpired, OSError):
+            pass
+    else:
+        command = linuxcnc.command()
+        command.mode(linuxcnc.MODE_AUTO)
+        command.wait_complete(MODE_S)
+        command.program_open(path)
+        command.wait_complete(MODE_S)
+    end = time.monotonic() + patience(OPEN_S)
+    while os.path.realpath(_polled().file) != os.path.realpath(path):
+        if time.monotonic() > end:
+            raise CycleError("{path} is written, and LinuxCNC does not open it", "open it on its screen", path=path)
+        time.sleep(0.05)

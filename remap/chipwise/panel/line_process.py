@@ -9,6 +9,7 @@ the answer as JSON on standard output.  Called by lines.py; a plan may compute f
     {"do": "part"}                                      a whole stock in place of an assumed one (monitor/shadow.py); -> {}
     {"do": "tool", "ini", "number", "values", "seen"}   of tool_editor.change(); -> its listed()
     {"do": "measure"}, {"do": "corner"}, {"do": "confirm"}          set_up.py has them
+    {"do": "resume"}, {"do": "go-on"}                   resume.py has them
     any of them -> {"error", "number"}                  number: of the field that is wrong, from 1; 0: not of a field
 
 The rules are those of `chipwise enter --run`: entry/typed.py, entry/planned.py, machine/mdi.py.
@@ -129,7 +130,13 @@ def _set_up(order, machine):
     return {"measure": set_up.measure, "corner": set_up.corner, "confirm": set_up.confirm}[order["do"]](order, machine)
 
 
-_WORK = {"plan": plan, "run": run, "guard": guard, "part": part, "tool": tool, "measure": _set_up, "corner": _set_up, "confirm": _set_up}
+def _resume(order, machine):
+    """The answers to "resume" and "go-on"."""
+    from chipwise.panel import resume           # takes time
+    return (resume.plan if order["do"] == "resume" else resume.go_on)(order, machine)
+
+
+_WORK = {"resume": _resume, "go-on": _resume, "plan": plan, "run": run, "guard": guard, "part": part, "tool": tool, "measure": _set_up, "corner": _set_up, "confirm": _set_up}
 
 
 def answer(order, machine):
@@ -143,7 +150,7 @@ def answer(order, machine):
 def main():
     from chipwise.machine import mdi
     order = json.load(sys.stdin)
-    if order["do"] in ("plan", "measure"):
+    if order["do"] in ("plan", "measure", "resume"):
         os.nice(NICE)
     print(json.dumps(answer(order, mdi)), flush=True)
 

@@ -9,7 +9,8 @@ from chipwise.panel.alarms import StillActive
 from chipwise.panel.line_process import GUARDS
 from chipwise.setup.job import FARTHEST_MM, MAX_TEXT
 
-HARMLESS = "/plan", "/measure", "/corner"        # these change nothing
+HARMLESS = "/plan", "/measure", "/corner", "/resume"        # these change nothing
+MOST_LINE, MOST_S = 10 ** 9, 3600.0         # of a program to resume; s of --time
 
 
 class Refused(Exception):
@@ -29,6 +30,8 @@ class LineRequests:
             self.plan(wanted, query, by_token)
         elif path == "/measure":
             self.measure(wanted.get("stock"), wanted.get("material", ""), by_token)
+        elif path == "/resume":
+            self.resume(wanted.get("line"), wanted.get("seconds", 0), wanted.get("broke", False), by_token)
         else:
             self.corner(wanted.get("measured"))
 
@@ -44,6 +47,8 @@ class LineRequests:
             self.part()
         elif path == "/confirm":
             self.confirm(wanted.get("measured"))
+        elif path == "/go-on":
+            self.go_on(wanted.get("resume"))
         elif path == "/tool":
             self.tool(wanted.get("tool"), wanted.get("values"), wanted.get("checksum"))
         else:
@@ -129,6 +134,22 @@ class LineRequests:
             raise Refused(400, "measured is not a whole number")
         found = self._without_error(self.server.lines.set_ups.confirm, number)
         print(f"chipwise-panel: {found['file']} is confirmed, by the page", flush=True)
+        self.send_json(200, found)
+
+    def resume(self, line, seconds, broke, by_token):
+        """What would go on with the loaded program; by_token: who asks has brought the token."""
+        if line is not None and not (type(line) is int and 1 <= line <= MOST_LINE):
+            raise Refused(400, "line is not a whole number from 1")
+        if type(seconds) not in (int, float) or not 0 <= seconds <= MOST_S or not isinstance(broke, bool):
+            raise Refused(400, f"seconds is not a number from 0 to {MOST_S:g}, or broke is not true or false")
+        self.send_json(200, self.asked(self.server.lines.resumes.plan, line, float(seconds), broke, by_token))
+
+    def go_on(self, number):
+        """Write and open the program that goes on."""
+        if isinstance(number, bool) or not isinstance(number, int):
+            raise Refused(400, "resume is not a whole number")
+        found = self._without_error(self.server.lines.resumes.go_on, number)
+        print(f"chipwise-panel: {found['file']} is written and opened, by the page", flush=True)
         self.send_json(200, found)
 
     def _without_error(self, work, *values):

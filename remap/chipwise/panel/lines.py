@@ -27,6 +27,7 @@ from chipwise.entry import typed
 from chipwise.entry.planned import CHOPPED
 from chipwise.errors import MM_PER_INCH, CycleError, printable, unnamed
 from chipwise.ini import expanded, values_of
+from chipwise.panel.resumes import Resumes
 from chipwise.panel.set_ups import SetUps
 from chipwise.settings import load_settings
 
@@ -67,7 +68,8 @@ class Lines:
         self._plans = {}                # whether the token was there: (number, answer of the plan, code, s on the clock)
         self._count = 0
         self._sent_chop = False         # whether a chop size was sent
-        self.set_ups = SetUps(ini, self._asked, lambda: self._one(self._planning), lambda: self._one(self._acting))
+        rights = lambda: self._one(self._planning), lambda: self._one(self._acting)
+        self.set_ups, self.resumes = SetUps(ini, self._asked, *rights), Resumes(ini, self._asked, *rights)
 
     def _table(self):
         return load_settings(self.ini).path("ENTRY")
@@ -158,7 +160,7 @@ class Lines:
         """The right to plan, or to run and change.  Raises CycleError if another page has it."""
         if not lock.acquire(blocking=False):
             if lock is self._planning:
-                raise CycleError("another line is being planned, or a program measured", "wait until it is done")
+                raise CycleError("another line or resume is being planned, or a program measured", "wait until it is done")
             raise CycleError("another line is being run, or a guard or tool changed", "wait until it is done")
         try:
             yield

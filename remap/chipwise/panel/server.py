@@ -52,6 +52,7 @@ FILES = {               # path: folder, file, type
     "/ahead.js": (FOLDER, "ahead.js", "text/javascript"),
     "/sections.js": (FOLDER, "sections.js", "text/javascript"), "/entry.js": (FOLDER, "entry.js", "text/javascript"), "/log.js": (FOLDER, "log.js", "text/javascript"),
     "/buttons.js": (FOLDER, "buttons.js", "text/javascript"),
+    "/resume.js": (FOLDER, "resume.js", "text/javascript"),
     "/setup.js": (FOLDER, "setup.js", "text/javascript"), "/geometry.js": (FOLDER, "geometry.js", "text/javascript"),
     "/height_shaders.js": (SHARED, "height_shaders.js", "text/javascript"), "/height_view.js": (SHARED, "height_view.js", "text/javascript")}
 HEADERS = (

@@ -17,6 +17,17 @@
         $(id + '-close').addEventListener('click', () => show(''));
     };
 
+    // The answer to an object that is sent, with the token if there is one.
+    window.chipwise.asked = async (what, body) => {
+        const headers = {'Content-Type': 'application/json'};
+        if (window.chipwise.token()) headers['X-Chipwise-Token'] = window.chipwise.token();
+        const answer = await fetch(what, {method: 'POST', body: JSON.stringify(body), headers});
+        if (!answer.ok) throw new Error(await answer.text());
+        const content = await answer.json();
+        if (content.error) throw new Error(content.error);
+        return content;
+    };
+
     // A table's rows, from lists of texts; names: classes of rows.
     window.chipwise.fill = (body, rows, names = []) => {
         const key = JSON.stringify([rows, names]);

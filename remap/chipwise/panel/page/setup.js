@@ -5,7 +5,7 @@
     const AXES = ['X', 'Y', 'Z'], SVG = 'http://www.w3.org/2000/svg', GAP = 0.08;
     const CM3 = 1000, IN = 25.4;
     const $ = (id) => document.getElementById(id);
-    const {t, put, token, section, fill} = window.chipwise;
+    const {t, put, token, section, fill, asked} = window.chipwise;
     let found = null;                   // the last answer of measure
     let own = false;                    // whether the six numbers are a person's
 
@@ -115,16 +115,6 @@
     }
 
     // ---- what is measured and confirmed ------------------------------------------------------------------------
-
-    async function asked(what, body) {
-        const headers = {'Content-Type': 'application/json'};
-        if (token()) headers['X-Chipwise-Token'] = token();
-        const answer = await fetch(what, {method: 'POST', body: JSON.stringify(body), headers});
-        if (!answer.ok) throw new Error(await answer.text());
-        const content = await answer.json();
-        if (content.error) throw new Error(content.error);
-        return content;
-    }
 
     async function measure() {
         const stock = own ? numbers() : null;
