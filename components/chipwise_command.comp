@@ -74,7 +74,7 @@ pin out si32 slot "register 21, as of the last commit: number of the file";
 pin in bool job_air "chipwise-monitor.job-air: feeds above the stock of the set-up may be as fast as the axes";
 pin out bool air "job-air while the set-up is in force; to stock-tracker.N.air and volumetric-feed.N.air";
 pin out real status "to motion.analog-in-N, where the codes check that they took effect: mode + 10 if a certain stock is defined + 100 * fault-code + 10000 * reply + 1000000 * (100 * job-ceiling) + 10000000000 if job-waits + 20000000000 if job-active + 40000000000 if feed-carried + 80000000000 if job-air";
-pin out real mrr_target "register 12, as of the last commit: mm3/min";
+pin out real mrr_target "register 12, as of the last commit: mm3/min; 0: none (volumetric_feed(9))";
 pin out real mrr_lower "register 13, as of the last commit: mm3/min";
 
 variable double box[6];

@@ -32,7 +32,7 @@ mm3, areas in mm2. Add the function to the servo thread after that of stock_trac
 """;
 
 pin in si32 mode "0 off, 1 limit, 2 constant, 3 window";
-pin in real mrr_target "removal rate to hold, mm3/min";
+pin in real mrr_target "removal rate to hold, mm3/min; 0 in modes 2 and 3: none, limits of chip, power and torque alone, and F where none is known";
 pin in real mrr_lower "mode 3: lower end of the window, mm3/min";
 pin in real tool_max_rate "largest removal rate of the tool in the spindle, mm3/min; the smaller of this and mrr-target counts; 0: unknown";
 pin in real programmed_vel "F of the program, machine units/s; 0: the same as requested-vel";
@@ -84,7 +84,7 @@ pin in si32 tooth_step_limit_#[8] "stock-tracker.N.tooth-step-limit-M";
 pin out real adaptive_feed = 1.0 "to motion.adaptive-feed, 0..1";
 pin out real override = 1.0 "to motion.adaptive-feed: adaptive-feed, or F over requested-vel in a probing move (motion type 5) and while a ceiling is left over in mode 0";
 pin out si32 limited_by "0 nothing, 1 stock here, 2 stock ahead, 3 floor, 4 ceiling or another limit of the velocity, 5 fallback to the programmed feed, 6 chip, 7 power, 8 torque";
-pin out real mrr_effective "the effective removal rate, mm3/min: the smaller of mrr-target and tool-max-rate; 0 in mode 0";
+pin out real mrr_effective "the effective removal rate, mm3/min: the smaller of mrr-target and tool-max-rate; 0: none, and in mode 0";
 pin out bool override_ignored "the machine ignores the override; to chipwise-guard.N.override-ignored";
 pin out real run_time "s since the program began, pauses included; it stays after its end";
 pin out real cut_time "s of it in feed moves that cut: section-area at least 0.01 mm2, and 0.01 mm wide over the depth; thinner if the map loses as much";

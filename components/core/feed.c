@@ -4,6 +4,7 @@
 #include "tooth_law.h"
 
 #define CHIP_MIN_AREA 1e-6   /* mm2, below this the tool is in air */
+#define CHIP_SKIM 0.05       /* mm2, a smaller cut may be too thin for a chip of its own (CHIP_MIN_CONTACT) [15] */
 #define CHIP_MIN_SCALE 0.001 /* the stock never stops the machine altogether */
 /* share of the acceleration a blended segment gets [2]; larger, and braking starts too late */
 #define CHIP_BLEND_BRAKING 0.5
@@ -30,10 +31,32 @@ struct delay {
     double gain;   /* mm/s */
 };
 
+/* Whether no rate is asked for and the limits of the tooth alone bound the velocity [15]. */
+static int limits_alone(const struct chip_feed_in *in)
+{
+    CHIP_FAULT(NO_RATE_IS_NONE, return in->mrr_target_mm3_s == 0.0);
+    return in->mrr_target_mm3_s == 0.0 && in->feed_mode != CHIP_FEED_LIMIT && chip_tooth_known(in);
+}
+
 double chip_feed_target(const struct chip_feed_in *in)
 {
     double target = chip_setting(in->mrr_target_mm3_s), tool = chip_setting(in->tool_max_rate_mm3_s);
+    if (!(target > 0.0)) return limits_alone(in) ? tool : 0.0;
     return tool > 0.0 ? chip_min(target, tool) : target;
+}
+
+/* [15] Whether there is nothing but limits of the tooth, and the tracker has not given them for what it meets. */
+static int unread(const struct chip_feed_in *in)
+{
+    double most = in->section_area_mm2, load = 0.0;
+    int i;
+    if (in->mrr_target_mm3_s > 0.0) return 0;
+    for (i = 0; i < CHIP_FEED_LOAD_STEPS; i++) {
+        most = chip_max(most, in->load_area_mm2[i]);
+        load = chip_max(load, in->tooth_load_per_mm[i]);
+    }
+    CHIP_FAULT(UNREAD_IS_AIR, return 0);
+    return most > CHIP_SKIM && !(load > 0.0);
 }
 
 /* Every number the law needs is finite and of the right sign [4]. */
@@ -41,18 +64,19 @@ static int trusted(const struct chip_feed_in *in)
 {
     int i;
     if (!in->is_trusted) return 0;
-    if (!(chip_feed_target(in) > 0.0) || !chip_finite(in->tool_max_rate_mm3_s)) return 0;
+    if (!(chip_setting(in->mrr_target_mm3_s) > 0.0) && !limits_alone(in)) return 0;
+    if (!chip_finite(in->tool_max_rate_mm3_s)) return 0;
     if (!CHIP_FAULTY(ANY_NUMBER) && (!chip_finite(in->section_area_mm2) || in->section_area_mm2 < 0.0)) return 0;
     if (!chip_finite(in->acceleration_mm_s2) || !(in->acceleration_mm_s2 > 0.0)) return 0;
     if (in->feed_mode == CHIP_FEED_WINDOW
         && (!chip_finite(in->mrr_lower_mm3_s) || in->mrr_lower_mm3_s < 0.0
-            || in->mrr_lower_mm3_s > in->mrr_target_mm3_s))
+            || (in->mrr_target_mm3_s > 0.0 && in->mrr_lower_mm3_s > in->mrr_target_mm3_s)))
         return 0;
     for (i = 0; i < CHIP_FEED_LOAD_STEPS; i++)
         if (!chip_finite(in->load_area_mm2[i]) || !chip_finite(in->load_distance_mm[i])
             || !chip_finite(in->load_accel_mm_s2[i]))
             return 0;
-    return !chip_tooth_asked(in) || chip_tooth_trusted(in);
+    return !chip_tooth_asked(in) || (chip_tooth_trusted(in) && !unread(in));
 }
 
 /* F as a velocity, mm/s: never above the requested one. */
@@ -91,11 +115,12 @@ static double cutting_limit(const struct chip_feed_in *in, double programmed)
     return limit;
 }
 
-/* Highest velocity for a cut of this area: rate [1] and chip thickness [6]; mm/s. */
+/* Highest velocity for a cut of this area: rate [1] [15] and chip thickness [6]; mm/s. */
 static double load_limit(const struct chip_feed_in *in, double area)
 {
-    CHIP_FAULT(TOO_FAST, return chip_min(1.05 * chip_feed_target(in) / area, thickness_limit(in, area)));
-    return chip_min(chip_feed_target(in) / area, thickness_limit(in, area));
+    double target = chip_feed_target(in), rate = target > 0.0 ? target / area : CHIP_UNBOUND;
+    CHIP_FAULT(TOO_FAST, rate *= 1.05);
+    return chip_min(rate, thickness_limit(in, area));
 }
 
 /* Acceleration available for braking until a load step, of which the tracker knows `accel`, mm/s2 [2]. */
@@ -247,7 +272,9 @@ static double pace_limit(const struct chip_feed_in *in, const struct delay *dela
 static struct allowed wanted(const struct chip_feed_in *in, double programmed)
 {
     struct allowed want = { programmed, CHIP_LIMIT_NONE };
-    double lower = chip_min(in->mrr_lower_mm3_s, chip_feed_target(in)), air = chip_setting(in->air_vel_mm_s);
+    double target = chip_feed_target(in),
+           lower = target > 0.0 ? chip_min(in->mrr_lower_mm3_s, target) : in->mrr_lower_mm3_s,
+           air = chip_setting(in->air_vel_mm_s);
     if (in->feed_mode == CHIP_FEED_CONSTANT) {
         want.velocity = in->requested_vel_mm_s;
         want.limit = CHIP_LIMIT_CEILING;

@@ -43,6 +43,8 @@
  * 14. A set-up may leave feeds above the stock to the axes: the requested velocity is what they allow. Where the path comes down the
  *     tracker says how fast the tool may be there, its own F if it falls and `ceiling` times that otherwise (path_pace.h): it brakes to it as in 12.
  *     If that is not known it is at most `ceiling` times F, and F down, wherever it is.
+ * 15. In modes 2 and 3 a target of 0 leaves the velocity to the limits of 13, and the tool's own rate if it has one. They have to be
+ *     known, and the tracker has to give a tooth load where it meets stock; otherwise the feed is F.
  */
 #ifndef CHIPWISE_FEED_H
 #define CHIPWISE_FEED_H
@@ -142,7 +144,7 @@ static inline struct chip_feed_out chip_feed_result(double scale, int limit)
 /* Whether the override must hold the machine: the feed is on, or a ceiling is left over from it [11]. */
 int chip_feed_replaces(int feed_mode, double programmed_vel_mm_s, double requested_vel_mm_s);
 
-/* The effective removal rate, mm3/s [1]; 0 if there is none. */
+/* The effective removal rate, mm3/s [1]; 0 if there is none [15]. */
 double chip_feed_target(const struct chip_feed_in *in);
 
 /* The law [1]..[6]. `last_scale`: the scale of the last period. */

@@ -58,6 +58,12 @@ static double torque_factor(const struct chip_feed_in *in)
          / (2.0 * CHIP_PI * CHIP_MM_PER_M);
 }
 
+int chip_tooth_known(const struct chip_feed_in *in)
+{
+    return chip_edges_per_s(in) > 0.0
+        && (chip_setting(in->max_chip_mm) > 0.0 || (torque_factor(in) > 0.0 && largest_torque(in) > 0.0));
+}
+
 struct chip_tooth_out chip_tooth_law(const struct chip_feed_in *in)
 {
     struct chip_tooth_out out = { 0.0, 0.0, 0.0, 0.0, 0.0 };

@@ -29,6 +29,9 @@ static inline __attribute__((always_inline)) int chip_tooth_asked(const struct c
     return in->max_chip_mm > 0.0 || in->max_power_w > 0.0 || in->max_torque_nm > 0.0;
 }
 
+/* Whether at least one limit is known and can be kept [4]. */
+int chip_tooth_known(const struct chip_feed_in *in);
+
 /* Edges a second, n z; 0: unknown [1] [4]. */
 double chip_edges_per_s(const struct chip_feed_in *in);
 

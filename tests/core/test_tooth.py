@@ -205,6 +205,46 @@ def test_weights_that_are_no_numbers():
             assert 0.0 <= chip <= 1.0 and 0.0 <= power < 100.0
 
 
+ALONE = {"mrr_target_mm3_s": 0.0, "section_area_mm2": 12.0, "programmed_vel_mm_s": 5.0}     # M251 without Q
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+def test_limits_alone(mode):
+    """Without a rate the chip is the only bound, up to the ceiling; with one of the tool the smaller of both."""
+    def alone(**more):
+        return core.feed(limited(Limits(chip=0.03), [(0.0, 100.0, 0)], feed_mode=mode, **ALONE | {"mrr_lower_mm3_s": 6000.0} | more), 1.0)
+    out = alone()
+    assert out.scale * 60.0 == pytest.approx(6.0) and out.limit == CHIP
+    out = alone(tool_max_rate_mm3_s=36.0)
+    assert out.scale * 60.0 == pytest.approx(3.0) and out.limit == HERE
+    assert core.feed(limited(Limits(chip=0.03), [], feed_mode=mode, **ALONE | {"section_area_mm2": 0.0, "mrr_lower_mm3_s": 6000.0}), 1.0).scale == 1.0      # air: the ceiling
+
+
+@pytest.mark.parametrize("limits", [Limits(), Limits(chip=0.03, rps=0.0), Limits(chip=0.03, flutes=0), Limits(power=500.0, kc11=0.0), Limits(chip=math.nan), Limits(torque=1.0, mc=0.9)])
+def test_without_a_rate_and_a_limit_the_feed_is_f(limits):
+    for mode in (2, 3):
+        out = core.feed(limited(limits, [(0.0, 100.0, 0)], feed_mode=mode, **ALONE), 1.0)
+        assert out.limit == FALLBACK and out.scale == pytest.approx(5.0 / 60.0)
+
+
+def test_limits_alone_that_are_not_read_yet():
+    """The tracker meets stock and gives no tooth load, as in the first period after a tool change: F, not the ceiling."""
+    out = core.feed(limited(Limits(chip=0.03), [], **ALONE), 1.0)
+    assert out.limit == FALLBACK and out.scale == pytest.approx(5.0 / 60.0)
+    values = limited(Limits(chip=0.03), [], **ALONE | {"section_area_mm2": 0.0})
+    values.load_area_mm2[5] = 12.0
+    assert core.feed(values, 1.0).limit == FALLBACK
+
+
+@pytest.mark.parametrize("rate", [math.nan, math.inf, -1.0])
+def test_a_rate_that_is_no_number_is_not_none(rate):
+    assert core.feed(limited(Limits(chip=0.03), [(0.0, 100.0, 0)], **ALONE | {"mrr_target_mm3_s": rate}), 1.0).limit == FALLBACK
+
+
+def test_mode_1_needs_a_rate():
+    assert core.feed(limited(Limits(chip=0.03), [(0.0, 100.0, 0)], feed_mode=1, **ALONE), 1.0).limit == FALLBACK
+
+
 def test_no_limit_no_code():
     out = core.feed(given(kind=1, area=3.0), 1.0)
     assert out.limit in (HERE, NOTHING)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from chipwise.stock import core
-from support.feed_cases import CHIP, POWER, TORQUE
+from support.feed_cases import CHIP, FALLBACK, POWER, TORQUE
 from support.tooth_oracle import Drive, Limits, Plane, means
 
 Z = -3.0                        # mm, of every pass
@@ -108,3 +108,9 @@ def test_rate_and_chip_together():
         load, seen = driven(*beside(10.0, share, 0.3), target=300.0)
         steady = seen[len(seen) // 3:2 * len(seen) // 3]
         assert load.max() < PEAK and (set(steady[:, 3]) == {by} if by else CHIP not in steady[:, 3])
+
+
+def test_the_chip_alone():
+    """No rate (M251 without Q): from air into the stock and out of it, held by the chip, at the ceiling in air, never at F because nothing is read yet."""
+    load, seen = driven(Plane(), [core.line((-75.0, 64.0, Z), (-48.0, 64.0, Z))], target=0.0)
+    assert load.max() < PEAK and np.median(load[len(load) // 2:]) > REACHED and FALLBACK not in seen[:, 3]

@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The pins of chipwise-monitor for material and spindle."""
+from types import SimpleNamespace
+
 import pytest
 
 from chipwise.errors import CycleError
+from chipwise.monitor import worker
 from chipwise.monitor.limits import NO_MATERIAL, Limits
 from chipwise.monitor.saying import Saying
 from chipwise.monitor.tool_shape import tool_shape
@@ -53,3 +56,20 @@ def test_the_chip_of_a_tool(tmp_path):
     path = tmp_path / "t.toml"
     path.write_text("[tool.3]\nflutes = 2\nchip_load = 0.04\n[tool.4]\nflutes = 2\n")
     assert [tool_shape(number, 0.25, str(path), 1 / 25.4).max_chip for number in (3, 4, 5)] == [0.04, 0.0, 0.0]
+
+
+def test_m251_without_q_where_no_limit_is_known():
+    """Said once; not with a rate, nor for a stock that is not known."""
+    told, pins = [], {"fault": 0, "ready": 1, "certain": 1, "mode": 2, "mrr-target": 6000.0, "tool-number": 3}
+    look = SimpleNamespace(component=pins, falling_back=lambda now: now > 0, said_fault=0, said_tool=None, said_fallback=False, say=told.append, inform=told.append)
+    for now in (0.0, 1.0, 2.0):
+        worker.Monitor.follow_faults(look, now)
+    assert told == []
+    pins["mrr-target"] = 0.0
+    for now in (0.0, 1.0, 2.0):
+        worker.Monitor.follow_faults(look, now)
+    assert told == [worker.NO_LIMIT.format(tool=3)]
+    pins["certain"] = 0
+    for now in (0.0, 1.0, 2.0):
+        worker.Monitor.follow_faults(look, now)
+    assert told[1:] == [worker.NO_STOCK]

@@ -112,6 +112,8 @@ class Timer:
         """mm/s of each move under M251 (docs/user/codes.md)."""
         target, lower = self.target, self.lower
         limit = tool and tool.geometry and tool.geometry.max_removal_rate
+        if not target:                  # limits of chip and power alone, which are not known here: as if F were kept
+            return plain
         if limit:
             target, lower = min(target, limit), min(lower, limit)
         area = np.maximum(windows(length, volume, PLAN_WINDOW_MM, moves)[0], 1e-9)

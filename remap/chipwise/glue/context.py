@@ -65,7 +65,7 @@ def may_be_skipped():
 def stock_is_defined_again(interp):
     """Whether a later line that is skipped, too, defines or restores the stock."""
     try:
-        with open(_main_file(interp), encoding="utf-8", errors="replace") as program:
+        with open(main_file(interp), encoding="utf-8", errors="replace") as program:
             return skipped_lines.stock_is_defined_again(program.read(), _Context.line, _Context.start)
     except OSError:
         return False
@@ -78,7 +78,7 @@ def main_line(interp, line):
 
 def _assigned(interp):
     """Names of our parameters that the running program assigns up to its present line, or in a sub."""
-    names, waiting, seen = set(), [(_main_file(interp), _Context.line)], set()
+    names, waiting, seen = set(), [(main_file(interp), _Context.line)], set()
     folders = None
     while waiting:
         path, line = waiting.pop()
@@ -97,11 +97,12 @@ def _assigned(interp):
 
 def loaded_program(interp):
     """(path, state of the file) of the program that is loaded or runs; None without one."""
-    path = _main_file(interp)
+    path = main_file(interp)
     state = loaded.identity(path) if interp.filename else None
     return state and (path, state)
 
 
-def _main_file(interp):
+def main_file(interp):
+    """Path of the program that is loaded or runs, not of one that it calls."""
     main = interp.sub_context[0].filename if interp.call_level > 1 else interp.filename
     return os.path.abspath(main or interp.filename)

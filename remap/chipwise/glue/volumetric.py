@@ -13,7 +13,7 @@ from chipwise import preview
 from chipwise.clock import patience
 from chipwise.errors import CycleError, printable
 from chipwise.glue import ceiling as feed_ceiling
-from chipwise.glue import context, task
+from chipwise.glue import context, task, tooth_limits
 from chipwise.glue.ceiling import Ceiling, set_canon_feed
 from chipwise.glue.registers import InForce, feed_is_carried, job_now, mode_now, queue, send, status_now
 from chipwise.rates import MAX_RATE, MM3_PER_CM3, MM3_PER_IN3
@@ -79,10 +79,16 @@ def _rate(state, letter, meaning):
     return value * per
 
 
-def _target(state):
-    """mm3/min: Q, or the rate of the nominal cut I, J at the F in force."""
+def _target(state, mode):
+    """mm3/min: Q, or the rate of the nominal cut I, J at the F in force; 0: none of them, and limits of the tool bound the feed alone."""
     if not state.has_any("ij"):
-        return _rate(state, "q", "removal rate")
+        if mode == LIMIT or state.number("q") is not None:
+            return _rate(state, "q", "removal rate")
+        lacking = tooth_limits.lacking(state)
+        if lacking:
+            raise CycleError(f"word Q (removal rate) is missing, and no limit of chip or power is known for tool {state.interp.tool_table[0].toolno}",
+                             f"add Q, or {lacking}")
+        return 0.0
     if state.number("q") is not None:
         raise CycleError("Q and the nominal cut I, J are both given", "give Q, or I and J")
     if state.number("i") is None and state.number("j") is None:
@@ -102,7 +108,7 @@ def _target(state):
 
 
 def _feed_words(state):
-    """(mode, target, lower, ceiling) of M251: mm3/min, mm/min; ceiling None where F stays the upper limit."""
+    """(mode, target, lower, ceiling) of M251: mm3/min, mm/min; target 0: none; ceiling None where F stays the upper limit."""
     state.check_words("qpreij")
     if planner_limits_jerk():
         raise CycleError("LinuxCNC's planner of [TRAJ]PLANNER_TYPE = 1 leaves the path where the feed changes in a blended corner",
@@ -111,9 +117,9 @@ def _feed_words(state):
     mode = LIMIT if mode is None else mode
     if mode not in (LIMIT, CONSTANT, WINDOW):
         raise CycleError(f"mode P{mode:g} is not a valid mode", "use P1 (limit), P2 (constant) or P3 (window)")
-    target = _target(state)
+    target = _target(state, mode)
     lower = _rate(state, "r", "lower removal rate") if mode == WINDOW else 0.0
-    if lower > target:
+    if lower > target > 0:
         if state.number("q") is None:
             raise CycleError(f"lower removal rate R{state.number('r'):g} is above that of the cut I, J", "give R below it")
         raise CycleError(f"lower removal rate R{state.number('r'):g} is above the upper one, Q{state.number('q'):g}",

@@ -29,7 +29,7 @@ def make_component():
         component.newpin(name, hal.HAL_BIT, hal.HAL_OUT)
     for name in ('ready', 'fault', 'load-lost', 'override-ignored', 'held', 'stock-defined', 'certain', 'job-active', 'feed-carried', 'new-part'):
         component.newpin(name, hal.HAL_BIT, hal.HAL_IN)
-    for name in ('guard-distance', 'guard-depth'):
+    for name in ('guard-distance', 'guard-depth', 'mrr-target'):
         component.newpin(name, hal.HAL_FLOAT, hal.HAL_IN)
     for name in ('fault-code', 'limited-by', 'mode', 'request', 'slot', 'guard-reason', 'guard-line', 'tool-in-spindle', 'run-end', 'path-refused'):
         component.newpin(name, hal.HAL_S32, hal.HAL_IN)

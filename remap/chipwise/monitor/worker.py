@@ -47,6 +47,7 @@ RESUMED = 'chipwise-monitor follows the tool again, so M251 goes on'
 NOT_RESUMED = ('another tool or another stock since chipwise-monitor was lost, so M251 does not raise the feed; use M252, give M251 again, or '
                'press Stop')
 NO_STOCK = 'no stock is known, so the feed is F as programmed; define it with M250'
+NO_LIMIT = ('no limit of tool {tool} is known, so the feed is F while M251 has no Q; give the tool flutes and chip_load, start the spindle, or add Q')
 
 
 class Monitor(SpindleTool):
@@ -184,8 +185,11 @@ class Monitor(SpindleTool):
         if code and code != self.said_fault and self.said_tool is None:
             self.say(FAULTS.get(code, f'fault {code} of the stock tracker'))
         self.said_fault = code
-        if falling_back and not code and not (self.component['ready'] and self.component['certain']) and not self.said_fallback:
-            self.say(NO_STOCK)
+        if falling_back and not code and not self.said_fallback:
+            if not (self.component['ready'] and self.component['certain']):
+                self.say(NO_STOCK)
+            elif self.component['mode'] and not self.component['mrr-target'] > 0:
+                self.inform(NO_LIMIT.format(tool=self.component['tool-number']))
         self.said_fallback = falling_back
 
     def adaptive_feed_is_off(self):

@@ -115,7 +115,7 @@ class Use:
 
     def figures(self):
         """The figures that tools and operations have in common."""
-        return {"tool": self.tool, "diameter_mm": round(self.diameter, 4), "reference_cm3_min": round(self.reference / MM3_PER_CM3, 4),
+        return {"tool": self.tool, "diameter_mm": round(self.diameter, 4), "reference_cm3_min": round(self.reference / MM3_PER_CM3, 4) or "",
                 "mean_cm3_min": round(mean([self]) / MM3_PER_CM3, 4), "peak_cm3_min": round(self.peak / MM3_PER_CM3, 4),
                 "cutting_s": round(self.cut_s, 1), "removed_cm3": round(self.volume / MM3_PER_CM3, 4),
                 "over_s": round(self.over_s, 1), "limited_by": self.limited_by, "stops": self.stops}

@@ -157,7 +157,7 @@ def _path_mode(state):
 
 def _volume(values):
     mode, target, lower, ceiling = values
-    return (f"M251 P{int(mode)} Q{plain(target / 1000, 6)}" + (f" R{plain(lower / 1000, 6)}" if lower else "")
+    return (f"M251 P{int(mode)}" + (f" Q{plain(target / 1000, 6)}" if target else "") + (f" R{plain(lower / 1000, 6)}" if lower else "")
             + (f" E{plain(ceiling, 4)}" if ceiling else ""))
 
 

@@ -1,0 +1,29 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Whether the feed of the tool in the spindle has limits of its own, so that M251 may do without a rate.  Called by volumetric.py.
+
+The monitor gives the same figures to the realtime side (monitor/limits.py, tool_shape.py), which has the last word: while none of them is known there,
+the spindle standing included, the feed is F (core/feed.h, 15).
+"""
+
+from chipwise.glue import context
+from chipwise.monitor.loaded_program import read_program
+from chipwise.materials import material_of
+from chipwise.tools import tool_geometry
+
+
+def lacking(state):
+    """"" if the chip or the power of the tool in the spindle is limited, else what to add.  Raises CycleError for a material that cannot be."""
+    number = state.interp.tool_table[0].toolno
+    geometry = tool_geometry(state.settings.path("TOOL_GEOMETRY"), number)
+    if geometry is None or not geometry.flutes:
+        return f"flutes and chip_load of tool {number} to [CHIPWISE]TOOL_GEOMETRY"
+    if geometry.chip_load:
+        return ""
+    if not state.settings["SPINDLE_POWER"]:
+        return f"chip_load of tool {number} to [CHIPWISE]TOOL_GEOMETRY"
+    path = context.main_file(state.interp)
+    text = read_program(path) if path else b""
+    text = text.decode("utf-8", "replace") if b"MATERIAL" in text.upper() else ""
+    if material_of(text, state.settings["MATERIAL"], state.settings.path("MATERIALS")):
+        return ""
+    return f"chip_load of tool {number} to [CHIPWISE]TOOL_GEOMETRY, or (MATERIAL,NAME=..) to the program"

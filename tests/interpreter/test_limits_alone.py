@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""M251 P2 and P3 without Q: taken where chip or power of the tool in the spindle is limited, refused where nothing is."""
+import re
+
+import pytest
+
+from chipwise.resume import text
+from support.canon import run_preview, run_rs274, write_ini
+
+BEGIN = "G21\nT1 M6\nM250 P0 Q0 R-10 I60 J40 K10\nF400\n"
+TOOL = {1: 6.0}
+CHIP, FLUTES = "[tool.1]\nflutes = 2\nchip_load = 0.04\n", "[tool.1]\nflutes = 2\n"
+NONE = "chipwise: M251: word Q (removal rate) is missing, and no limit of chip or power is known for tool 1; add Q, or "
+TO_FILE = " of tool 1 to [CHIPWISE]TOOL_GEOMETRY"
+
+
+def test_resume_keeps_it():
+    """The line that resume writes."""
+    assert text._volume((2.0, 0.0, 0.0, 3000.0)) == "M251 P2 E3000" and text._volume((3.0, 0.0, 2000.0, 0.0)) == "M251 P3 R2"
+    assert text._volume((2.0, 6000.0, 0.0, 3000.0)) == "M251 P2 Q6 E3000"
+
+
+def ini_of(folder, tools, power="", material=""):
+    (folder / "tools.toml").write_text(tools)
+    ini = write_ini(folder, TOOL_GEOMETRY=str(folder / "tools.toml"))
+    ini.write_text(re.sub(r"(?m)^(\[CHIPWISE\])$", rf"\1\nSPINDLE_POWER = {power}\nMATERIAL = {material}" if power else r"\1", ini.read_text(), count=1))
+    return ini
+
+
+@pytest.mark.parametrize("line", ["M251 P2 E3000", "M251 P3 R2 E900", "M251 P3 R2", "M251 P2 E3000 Q6"])
+def test_taken_by_the_chip(tmp_path, line):
+    ini = ini_of(tmp_path, CHIP)
+    assert run_preview(BEGIN + line + "\nM2\n", tools=TOOL, ini=ini).error == ""
+    assert run_rs274(BEGIN + line + "\nM2\n", tools=TOOL, ini=ini).error == ""
+
+
+def test_taken_by_the_power(tmp_path):
+    assert run_preview("(MATERIAL,NAME=6061)\n" + BEGIN + "M251 P2 E3000\nM2\n", tools=TOOL, ini=ini_of(tmp_path, FLUTES, "800")).error == ""
+    assert run_preview(BEGIN + "M251 P2 E3000\nM2\n", tools=TOOL, ini=ini_of(tmp_path, FLUTES, "800", "C45")).error == ""
+
+
+@pytest.mark.parametrize("tools, power, remedy", [
+    ("", "", "flutes and chip_load" + TO_FILE), ("[tool.1]\nchip_load = 0.04\n", "800", "flutes and chip_load" + TO_FILE), (FLUTES, "", "chip_load" + TO_FILE),
+    (FLUTES, "800", "chip_load" + TO_FILE + ", or (MATERIAL,NAME=..) to the program"), (CHIP.replace("1", "2"), "", "flutes and chip_load" + TO_FILE)])
+def test_refused(tmp_path, tools, power, remedy):
+    ini = ini_of(tmp_path, tools, power)
+    for line in ("M251 P2 E3000", "M251 P3 R2"):
+        assert run_preview(BEGIN + line + "\nM2\n", tools=TOOL, ini=ini).error == NONE + remedy
+
+
+@pytest.mark.parametrize("line, message", [
+    ("M251", "word Q (removal rate, cm3/min) is missing; add Q"), ("M251 P1", "word Q (removal rate, cm3/min) is missing; add Q"),
+    ("M251 P2", "word E (ceiling of the feed) is missing; mode P2 replaces F; add E"), ("M251 P3 E900", "word R (lower removal rate, cm3/min) is missing; add R"),
+    ("M251 P2 Q0 E900", "removal rate Q0 cm3/min is not above 0; give Q above 0")])
+def test_what_is_needed_all_the_same(tmp_path, line, message):
+    assert run_preview(BEGIN + line + "\nM2\n", tools=TOOL, ini=ini_of(tmp_path, CHIP)).error == "chipwise: M251: " + message
