@@ -11,16 +11,18 @@ Called by monitor/ and by whoever judges a load.  Source: O. Kienzle, Die Bestim
 
 import os
 import re
+import sys
 import tomllib
 from dataclasses import dataclass
 from typing import Any, NoReturn, Optional
 
 from chipwise import comments
 from chipwise.errors import CycleError, braceless
-from chipwise.files import read_bytes
+from chipwise.files import open_regular, read_bytes
 
 TABLE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "materials.toml")
 MAX_BYTES = 1 << 18             # of a file: some thousand materials
+READ_BYTES = 4_000_000          # of a program: it names its material near its head
 MAX_SHOWN = 40                  # characters of a wrong value in a message
 GROUPS = "PMKNSH"               # ISO 513
 KEYS = ("names", "group", "kc11", "mc", "source")
@@ -131,3 +133,14 @@ def material_of(text: str, setting: str = "", own: str = "") -> Optional[Materia
     """The Material of a program's text and the INI file's keys MATERIAL and MATERIALS [2]; None: not known.  Raises CycleError."""
     name = named_in(text) or setting
     return find_material(name, own) if name else None
+
+
+def material_of_file(path: str, setting: str = "", own: str = "") -> Optional[Material]:
+    """material_of() of a program's file; one that cannot be read names none.  Raises CycleError."""
+    text = b""
+    try:
+        with open_regular(path, sys.maxsize) as program:
+            text = program.read(READ_BYTES)
+    except (OSError, ValueError):
+        pass
+    return material_of(text.decode("utf-8", "replace") if b"MATERIAL" in text.upper() else "", setting, own)

@@ -13,7 +13,8 @@ from chipwise.rates import MM3_PER_CM3
 
 FLUTE, RAPID, HOLDER, RATE, TOOL, FLUTES_UNKNOWN = "flute", "rapid", "holder", "rate", "tool", "flute-unknown"
 CLEARANCE, GOUGE, MACHINE, LIMIT, CLAMP = "clearance", "gouge", "machine", "limit", "clamp"
-OF_STOCK = (FLUTE, RAPID, HOLDER, RATE, CLEARANCE, GOUGE)          # rules that a stock decides
+CHIP, POWER = "chip", "power"
+OF_STOCK = (FLUTE, RAPID, HOLDER, RATE, CHIP, POWER, CLEARANCE, GOUGE)          # rules that a stock decides
 
 RULES = {
     FLUTE: "stock is cut by the flutes only",
@@ -23,6 +24,8 @@ RULES = {
     CLAMP: "tool, shank and holder keep CLAMP_CLEARANCE from clamps",
     GOUGE: "the tool does not cut into the part of --part",
     RATE: "the removal rate stays below the tool's max_rate",
+    CHIP: "the largest chip stays below the tool's chip_load",
+    POWER: "the power at the edges stays below SPINDLE_POWER",
     MACHINE: "the machine has the tools and axes that the program names",
     LIMIT: "the axes stay within their limits",
     TOOL: "the tool is described in [CHIPWISE]TOOL_GEOMETRY",
@@ -84,6 +87,10 @@ class Finding:
         elif self.rule == RATE:
             said = (f"removes {self.value / MM3_PER_CM3:.4g} cm3/min{at}, the tool's max_rate is {self.limit / MM3_PER_CM3:.4g}; "
                     "lower F, or use M251")
+        elif self.rule == CHIP:
+            said = f"cuts chips of {length(self.value)}{at}, the tool's chip_load is {length(self.limit)}; lower F, or use M251"
+        elif self.rule == POWER:
+            said = f"needs {self.value:.3g} W at the edges{at}, SPINDLE_POWER is {self.limit:.3g} W at this speed; lower F, or use M251"
         elif self.rule == GOUGE:
             said = f"the part is gouged by {length(self.value)}{at}; correct the program, or the place of the part"
         elif self.rule == MACHINE and self.axis:

@@ -4,7 +4,7 @@
 Called by reader_runner.py, line by line, for a program that is judged.  Read in LinuxCNC 2.9: emctaskmain.cc, emcTaskCheckPreconditions.
 """
 
-from chipwise.check.records import DWELL, EXACT_PATH, EXACT_STOP, PATH
+from chipwise.check.records import DWELL, EXACT_PATH, EXACT_STOP, PATH, SPINDLE
 from chipwise.interpreter_process import INCH
 
 _CODES = {610: EXACT_PATH, 611: EXACT_STOP}     # by the interpreter's active G-code
@@ -27,7 +27,7 @@ class MotionModes:
     """What was in force after the line before."""
 
     def __init__(self, axis_mask):
-        self._path = self._waited_for = self._moves = None
+        self._path = self._waited_for = self._moves = self._turns = None
         self._relative = False                  # G91 is in force in the program itself, not in a cycle
         self.unnamed = axis_mask & _XYZ         # a mask: where these axes are is known on the machine only
 
@@ -66,6 +66,10 @@ class MotionModes:
         if self._waited_for not in (None, waits_for):
             yield DWELL, 0.0
         self._waited_for = waits_for
+        turns = interpreter.speed[0] if interpreter else state.speed        # next_line() is left as it was by a line with an F that is remapped
+        if turns != self._turns:
+            self._turns = turns
+            yield SPINDLE, turns
         moved, self._moves = moves != self._moves, moves
         path = _CODES.get(state.path_mode)
         if path is None and interpreter and not (moved and self._path is not None and self._path >= 0.0):       # P of G64 is slow to read

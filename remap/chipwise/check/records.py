@@ -14,13 +14,14 @@ mm, mm/min, machine coordinates of the tool's tip:
     PATH                tolerance (mm, 0: any; EXACT_PATH, EXACT_STOP) of G64, G61, G61.1 for the moves that follow; of a program that is judged and not rewritten
     LENGTH              x y z (mm) of the tool length offset for the moves that follow; of a program that is judged and not rewritten
     CLAMP               shape, turn (degrees), low x y z, high x y z      of a clamp that counts from here on; asked for
+    SPINDLE             S (1/min) for the moves that follow; of a program that is judged and not rewritten
     MARK                file, what, item, modes, side of compensation, motion mode, feed      of a marked program (trace.py)
 """
 
 import math
 from dataclasses import dataclass
 
-RAPID, FEED, ARC, TOOL, STOCK, VOLUME, DWELL, FRAME, CIRCLE, MARK, TARGET, PATH, LENGTH, CLAMP = range(14)
+RAPID, FEED, ARC, TOOL, STOCK, VOLUME, DWELL, FRAME, CIRCLE, MARK, TARGET, PATH, LENGTH, CLAMP, SPINDLE = range(15)
 WIDTH = 10
 UNNAMED = 7                 # of a move: the value of its mask
 EXACT_PATH, EXACT_STOP = -1.0, -2.0

@@ -35,7 +35,7 @@ def parts(block, last=False):
     kinds, start = block[:, 0].astype(int), 0
     for event in (*np.flatnonzero(kinds > records.ARC).tolist(), len(block)):
         if event > start:
-            yield block[start:event], kinds[event] != records.PATH if event < len(block) else last
+            yield block[start:event], kinds[event] not in (records.PATH, records.SPINDLE) if event < len(block) else last
         if event < len(block):
             yield None, int(kinds[event]), int(block[event, 1]), block[event, 2:].tolist()
         start = event + 1

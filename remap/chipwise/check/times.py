@@ -30,6 +30,7 @@ class Timer:
         self.volumetric = False                         # whether M251 was ever on
         self.load, self.load_volumetric = Load(), Load()
         self._speed, self._speed_volumetric = [0.0], [0.0]
+        self.allowed = None                             # (n,) mm/s by chip and power, of the moves of the next spend(); None: no limits
         self.seconds = None                             # (n,) of the moves of the last spend(), at F and under M251
         self._last = None                               # (kind, direction) of the last segment
         self.path = CORNER_MM                           # of a PATH record
@@ -112,12 +113,15 @@ class Timer:
         """mm/s of each move under M251 (docs/user/codes.md)."""
         target, lower = self.target, self.lower
         limit = tool and tool.geometry and tool.geometry.max_removal_rate
-        if not target:                  # limits of chip and power alone, which are not known here: as if F were kept
-            return plain
         if limit:
-            target, lower = min(target, limit), min(lower, limit)
+            target, lower = min(target or limit, limit), min(lower, limit)
         area = np.maximum(windows(length, volume, PLAN_WINDOW_MM, moves)[0], 1e-9)
-        held, ceiling = target / 60.0 / area, self.ceiling / 60.0 or np.inf
+        held = target / 60.0 / area if target else np.full(len(area), np.inf)
+        if self.allowed is not None:
+            held = np.minimum(held, self.allowed)
+        elif not self.target:                   # M251 without Q, and the limits are not known
+            return plain
+        ceiling = self.ceiling / 60.0 or np.inf
         if self.mode == LIMIT:
             return np.minimum(plain, held)
         if self.mode == CONSTANT:

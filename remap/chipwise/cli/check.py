@@ -187,6 +187,10 @@ def tool_line(tool, unit):
     time = f'{seconds(tool.planned_s)}'
     if abs(tool.volumetric_planned_s - tool.planned_s) > 0.05:
         time += f', {seconds(tool.volumetric_planned_s)} with M251'
+    if tool.peak_chip:
+        depth += f', largest chip {format_length(round(tool.peak_chip, 3), unit)}'
+    if tool.peak_power:
+        depth += f', {tool.peak_power:.3g} W'
     return (f'{what}: {time}, {tool.volume:.0f} mm3, mean {tool.mean_rate / MM3_PER_CM3:.4g} and peak {tool.peak_rate / MM3_PER_CM3:.4g} cm3/min at F, {depth}')
 
 

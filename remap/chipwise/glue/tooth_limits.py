@@ -6,8 +6,7 @@ the spindle standing included, the feed is F (core/feed.h, 15).
 """
 
 from chipwise.glue import context
-from chipwise.monitor.loaded_program import read_program
-from chipwise.materials import material_of
+from chipwise.materials import material_of_file
 from chipwise.tools import tool_geometry
 
 
@@ -21,9 +20,6 @@ def lacking(state):
         return ""
     if not state.settings["SPINDLE_POWER"]:
         return f"chip_load of tool {number} to [CHIPWISE]TOOL_GEOMETRY"
-    path = context.main_file(state.interp)
-    text = read_program(path) if path else b""
-    text = text.decode("utf-8", "replace") if b"MATERIAL" in text.upper() else ""
-    if material_of(text, state.settings["MATERIAL"], state.settings.path("MATERIALS")):
+    if material_of_file(context.main_file(state.interp), state.settings["MATERIAL"], state.settings.path("MATERIALS")):
         return ""
     return f"chip_load of tool {number} to [CHIPWISE]TOOL_GEOMETRY, or (MATERIAL,NAME=..) to the program"

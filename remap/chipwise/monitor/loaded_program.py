@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Warns of G93 and M73 in a program as soon as it is opened, and gives limits.py its text.  Called by worker.py, and by glue/tooth_limits.py for the text.
+"""Warns of G93 and M73 in a program as soon as it is opened, and gives limits.py its text.  Called by worker.py.
 
 While F is remapped (read in LinuxCNC 2.9.0~pre1, docs/user/volumetric_feed.md):
  1. LinuxCNC loses a level of remapping with every F under G93, and the tenth ends the program with "maximum nesting of
@@ -26,7 +26,7 @@ def _code(letter, tens, ones):
 _RULES = (("G93", b"93", _code(b"g", b"9", b"3")), ("M73", b"73", _code(b"m", b"7", b"3")))
 
 
-def read_program(path):
+def _read(path):
     """The beginning of a program, b"" if it cannot be read."""
     try:
         handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
@@ -38,7 +38,7 @@ def read_program(path):
 
 def lines_of(path):
     """{"G93": line, "M73": line}: the first line with each code in a program, without those that it has not."""
-    return _lines_in(read_program(path))
+    return _lines_in(_read(path))
 
 
 def _lines_in(text):
@@ -72,7 +72,7 @@ class LoadedProgram:
         if found == self.seen:
             return
         self.seen = found
-        text = read_program(path) if found else b""
+        text = _read(path) if found else b""
         if self.limits:
             self.limits.program(text)
         lines = _lines_in(text) if self.feed_is_remapped else {}

@@ -16,7 +16,7 @@ from chipwise.check import blends, records
 from chipwise.check.drawn_path import Path, Thinner
 from chipwise.check.program_file import MAX_BYTES
 from chipwise.check.answer import check
-from chipwise.check.simulate import Simulation
+from chipwise.check.simulate import TOOTH_SLACK, Simulation
 from chipwise.check.times import CONSTANT, OFF, Timer
 from chipwise.files import open_regular
 from chipwise.setup.chip_ceiling import ceilings
@@ -34,7 +34,8 @@ PROGRAM, OPTION = "program", "option"       # where a stock comes from, besides 
 class Proposal:
     """One tool.  time_s with traverses; air_s: feeds that meet no stock; rate: the largest mean over 1 s sideways, mean: of all cutting; target: None:
     F stays; ceiling: times the F of a move; time_air_s: time_with_s with feeds above the stock as fast as the axes; limited: whether the tool geometry's
-    rate is the target; of_chip: whether its chip is the ceiling; longer: seconds that the rate would take, if it keeps F because that is longer."""
+    rate is the target; of_chip: whether its chip is the ceiling; longer: seconds that the rate would take, if it keeps F because that is longer;
+    chip, power: the largest at F, mm and W, None: not known; chip_limit, power_limit: of the tool and the spindle, None: no limit."""
 
     number: int
     name: str
@@ -51,12 +52,22 @@ class Proposal:
     limited: bool = False
     of_chip: bool = False
     longer: Optional[float] = None
+    chip: Optional[float] = None
+    power: Optional[float] = None
+    chip_limit: Optional[float] = None
+    power_limit: Optional[float] = None
+
+    @property
+    def slowed_by(self):
+        """The limits that are exceeded at F, so that M251 and the set-up go below F there."""
+        return [name for name, most, limit in (("chip", self.chip, self.chip_limit), ("power", self.power, self.power_limit)) if most and limit and most > TOOTH_SLACK * limit]
 
     def json(self):
         """As in --json."""
         return {"number": self.number, "name": self.name, "diameter": self.diameter, "flutes": self.flutes, "time_s": self.time_s,
                 "air_s": self.air_s, "rate_mean_mm3_min": self.mean, "rate_1s_mm3_min": self.rate, "target_mm3_min": self.target,
-                "ceiling": self.ceiling, "time_with_s": self.time_with_s, "time_air_s": self.time_air_s}
+                "ceiling": self.ceiling, "time_with_s": self.time_with_s, "time_air_s": self.time_air_s,
+                "chip_mm": self.chip, "power_w": self.power, "chip_limit_mm": self.chip_limit, "power_limit_w": self.power_limit, "slowed_by": self.slowed_by}
 
 
 class SetupTimer(Timer):
@@ -93,7 +104,8 @@ class SetupTimer(Timer):
         self._air = self._planned(moves, path[3], path[4], asked, accel, self._speed_air, stops)
 
     def _volumetric(self, moves, length, volume, plain, tool):
-        return np.where(self._down, plain, self.ceiling_of(tool.number if tool else 0) * plain)
+        raised = np.where(self._down, plain, self.ceiling_of(tool.number if tool else 0) * plain)
+        return raised if self.allowed is None else np.minimum(raised, self.allowed)         # as the machine will
 
     def ceiling_of(self, number):
         """Times F, of a tool."""
@@ -144,7 +156,15 @@ class SetupSimulation(Simulation):
         ceiling = self.timer.ceiling_of(figures.number) if target else 1.0
         saved = load.air_saved_s if target else load.air_saved_at_f_s
         return Proposal(figures.number, name, figures.diameter, g.flutes if g else None, figures.planned_s, load.air_s, rate, figures.mean_rate, target,
-                        ceiling, time_with, time_with - max(0.0, saved), limited, bool(target and figures.number in self.timer.of_chip), longer)
+                        ceiling, time_with, time_with - max(0.0, saved), limited, bool(target and figures.number in self.timer.of_chip), longer,
+                        figures.peak_chip, figures.peak_power, *self._tooth_limits(figures))
+
+    def _tooth_limits(self, figures):
+        """(mm, W) of a tool, None where there is none."""
+        tooth = self.tooth.get(figures.number)
+        if tooth is None:
+            return None, None
+        return tooth.chip if figures.peak_chip is not None else None, figures.power_limit
 
 
 @dataclass

@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The largest chip and the power of each move, as a check can tell them: from the section and the depth that a move meets.
+
+Called by simulate.py.  Source: M. E. Martellotti, Trans. ASME 63 (1941): h = fz sin phi; O. Kienzle, VDI-Z 94 (1952): F = kc11 b h^(1 - mc).
+
+ 1. The share e = section / (largest section at that depth) is read as one arc from one side: cos phi = 1 - 2 e.  The chip is fz sin phi, and fz from half the
+    diameter on.  Where stock is met in two arcs or in stairs this is up to 40 % off; the machine reads the arcs themselves (components/core/tooth.h).
+ 2. Power is kc11 z n fz^(1 - mc) A_mc with A_mc, the integral of sin^(1 - mc) over the arc and the depth.
+ 3. On the way down the end cuts: its chip is fz times the fall.
+ 4. Sections are means over WINDOW_MM of path, since the cells give the volume of short moves in lumps.
+"""
+
+import math
+
+import numpy as np
+
+from chipwise.errors import CycleError, unnamed
+from chipwise.materials import material_of_file
+from chipwise.settings import power_at
+
+WINDOW_MM = 4.0
+LEAST_AREA = 1e-3           # mm2: less is air
+STEPS = 256                 # of the tables
+NOT_JUDGED = "chip and power of tool {number} are not judged: {what} not known"
+
+
+def half_width(diameter, geometry, height):
+    """(n,) mm: the tool's radius at heights (n,) above its tip."""
+    radius, g = diameter / 2.0, geometry
+    corner = radius if g.shape == "ball" else min(g.corner_radius or 0.0, radius)
+    flat = max(radius - corner, 0.0)
+    if g.shape in ("vee", "tapered-ball") and g.tip_angle:
+        slope = math.tan(math.radians(g.tip_angle) / 2.0)
+        half = math.radians(g.tip_angle) / 2.0
+        begin = corner * (1.0 - math.sin(half))             # of the cone above a ball
+        cone = corner * math.cos(half) + (height - begin) * slope
+        low = np.sqrt(np.clip(corner ** 2 - (corner - height) ** 2, 0.0, None))
+        return np.minimum(np.where(height < begin, low, cone), radius)
+    low = np.sqrt(np.clip(corner ** 2 - (corner - np.minimum(height, corner)) ** 2, 0.0, None))
+    return flat + low
+
+
+class Profile:
+    """A tool's largest section and steepest edge up to a depth, in tables."""
+
+    def __init__(self, diameter, geometry):
+        self.radius = diameter / 2.0
+        self.top = 2.0 * diameter
+        self.height = np.linspace(0.0, self.top, 4 * STEPS)
+        width = half_width(diameter, geometry, self.height)
+        step = self.height[1]
+        self.area = np.concatenate(([0.0], np.cumsum((width[1:] + width[:-1]) * step)))
+        slope = np.diff(width, append=width[-1]) / step
+        self.lean = np.maximum.accumulate(1.0 / np.sqrt(1.0 + slope ** 2))          # n . d of a wall, over that of its heading
+        self.lean[-1] = 1.0
+
+    def section(self, depth):
+        """mm2 of a full slot."""
+        return np.interp(depth, self.height, self.area) + np.maximum(depth - self.top, 0.0) * 2.0 * self.radius
+
+
+class Loads:
+    """Of n moves.  chip: over the feed per tooth; power_area: A_mc, mm2; sound: whether the window is long enough to be judged."""
+
+    def __init__(self, chip, power_area, sound):
+        self.chip, self.power_area, self.sound = chip, power_area, sound
+
+
+class ToothLoad:
+    """The limits of one tool in one program.  chip: mm; power: points of SPINDLE_POWER; material: materials.Material; each None where not known."""
+
+    def __init__(self, diameter, geometry, material, power):
+        self.profile, self.flutes, self.chip = Profile(diameter, geometry), geometry.flutes, geometry.chip_load
+        self.material, self.power = material, power if material else ()
+        exponent = 1.0 - (material.mc if material else 0.0)
+        phi = (np.arange(8 * STEPS) + 0.5) * math.pi / (8 * STEPS)
+        total = np.concatenate(([0.0], np.cumsum(np.sin(phi) ** exponent) * math.pi / (8 * STEPS)))
+        share = np.linspace(0.0, 1.0, STEPS)
+        self._share, self._sums, self.exponent = share, np.interp(np.arccos(1.0 - 2.0 * share), np.linspace(0.0, math.pi, 8 * STEPS + 1), total), exponent
+
+    def loads(self, steps, length, volume, depth, cuts):
+        """Loads of moves: steps (n, 3), length, depth mm, volume mm3, cuts (n,): feeds that are judged."""
+        number = np.floor(np.cumsum(length) / WINDOW_MM).astype(int)
+        first = np.flatnonzero(np.diff(number, prepend=-1))
+        number = np.cumsum(np.diff(number, prepend=-1) > 0) - 1
+        distance = np.add.reduceat(np.where(cuts, length, 0.0), first)[number]
+        area = np.add.reduceat(np.where(cuts, volume, 0.0), first)[number] / np.maximum(distance, 1e-9)
+        deepest = np.maximum.reduceat(np.where(cuts, depth, 0.0), first)[number]
+        fall = np.clip(-steps[:, 2] / np.maximum(length, 1e-12), 0.0, 1.0)
+        level = np.sqrt(np.clip(1.0 - fall ** 2, 0.0, 1.0))
+        end = np.minimum(fall * math.pi * self.profile.radius ** 2, area)
+        share = np.clip((area - end) / np.maximum(level * self.profile.section(deepest), 1e-9), 0.0, 1.0)
+        lean = np.interp(deepest, self.profile.height, self.profile.lean)
+        chip = level * lean * np.where(share < 0.5, 2.0 * np.sqrt(share * (1.0 - share)), 1.0)
+        walls = 0.5 * level * self.profile.section(deepest) * np.interp(share, self._share, self._sums)
+        power_area = walls + end * np.maximum(fall, 1e-6) ** (self.exponent - 1.0)
+        met = cuts & (area > LEAST_AREA)
+        return Loads(np.where(met, np.maximum(chip, np.where(end > 0.0, fall, 0.0)), 0.0), np.where(met, power_area, 0.0), met & (distance > WINDOW_MM / 2))
+
+    def chips(self, loads, speed, turns):
+        """(n,) mm at speeds (n,) mm/s and `turns` 1/min."""
+        return loads.chip * speed * 60.0 / (self.flutes * turns)
+
+    def powers(self, loads, speed, turns):
+        """(n,) W; 0 without a material."""
+        if not self.material:
+            return np.zeros(len(speed))
+        edges = self.flutes * turns / 60.0
+        return self.material.kc11 * edges * (speed / edges) ** self.exponent * loads.power_area / 1000.0
+
+    def allowed(self, loads, turns):
+        """(n,) mm/s: the largest speeds within the limits; inf where nothing limits."""
+        edges, most = self.flutes * turns / 60.0, np.full(len(loads.chip), np.inf)
+        with np.errstate(divide="ignore", over="ignore"):
+            if self.chip:
+                most = self.chip * edges / loads.chip
+            limit = power_at(self.power, turns)
+            if limit:
+                most = np.minimum(most, edges * (limit * 1000.0 / (self.material.kc11 * edges * loads.power_area)) ** (1.0 / self.exponent))
+        return most
+
+
+class Limits:
+    """The limits of the tools of a program."""
+
+    def __init__(self, program, settings):
+        self.settings, self.notes, self.material = settings, [], None
+        try:
+            self.material = material_of_file(program, settings["MATERIAL"], settings.path("MATERIALS"))
+        except CycleError as error:
+            self.notes.append([0, unnamed(error)])
+        if settings["SPINDLE_POWER"] and not self.material and not self.notes:
+            self.notes.append([0, "the power is not judged: no material is known; add (MATERIAL,NAME=6061), or set [CHIPWISE]MATERIAL"])
+
+    def of_tool(self, diameter, geometry):
+        """A ToothLoad, or None where nothing limits the tool."""
+        if not geometry or not geometry.flutes or not (geometry.chip_load or self.material and self.settings["SPINDLE_POWER"]):
+            return None
+        return ToothLoad(diameter, geometry, self.material, self.settings["SPINDLE_POWER"])
+
+    def unknown(self, number, line, geometry, turns):
+        """Note once what a limit of a tool lacks."""
+        if not geometry or not geometry.chip_load or geometry.flutes and turns > 0:
+            return
+        note = [line, NOT_JUDGED.format(number=number, what="the spindle speed is" if geometry.flutes else "its flutes are")]
+        if all(note[1] != text for _line, text in self.notes):
+            self.notes.append(note)

@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""bin/chipwise check and setup: chip and power of the edges against closed forms, findings, and the time with M251 under them."""
+import math
+import re
+
+import numpy as np
+import pytest
+
+from chipwise.check.tooth_load import Profile, ToothLoad
+from chipwise.materials import find_material
+from chipwise.tools import ToolGeometry
+from support.check_runs import HEAD, STOCK, chipwise_check, mill_with_tools
+from support.setup_runs import chipwise_setup
+
+D, TURNS, FLUTES = 6.0, 8000.0, 2
+FULL = "T1 M6\nS8000 M3\nG0 X-10 Y30 Z5\nG0 Z-4\n{on}G1 X110 F{feed}\n{off}G0 Z5\nM2\n"
+
+
+def machine_of(tmp_path, keys="", power="", material=""):
+    machine = mill_with_tools(tmp_path)
+    tools = machine.with_name("tools.toml")
+    tools.write_text(tools.read_text().replace("[tool.1]", "[tool.1]\n" + keys, 1))
+    machine.write_text(re.sub(r"(?m)^(\[CHIPWISE\])$", rf"\1\nSPINDLE_POWER = {power}\nMATERIAL = {material}", machine.read_text(), count=1) if power else machine.read_text())
+    return machine
+
+
+def text_of(feed, on="", off="", y=30.0):
+    return HEAD + STOCK + FULL.format(feed=feed, on=on, off=off).replace("Y30", f"Y{y:g}")
+
+
+@pytest.mark.parametrize("width", [0.3, 1.0, 3.0, 6.0])
+def test_chip_and_power_at_f(tmp_path, width):
+    """A side cut beside the edge of the stock, a slot: both at F within some per cent of the closed form."""
+    feed, depth = 600.0, 4.0
+    y = -D / 2 + width if width < D else 30.0
+    _status, out, _err, report = chipwise_check(tmp_path, {"a.ngc": "(MATERIAL,NAME=6061)\n" + text_of(feed, y=y)}, machine=machine_of(tmp_path, "flutes = 2\nchip_load = 0.2\n", "900"))
+    assert report["programs"][0]["findings"] == [], out
+    tool, = report["programs"][0]["tools"]
+    per_tooth, angle = feed / (TURNS * FLUTES), math.acos(1 - 2 * width / D)
+    assert tool["peak_chip_mm"] == pytest.approx(per_tooth * (math.sin(angle) if width < D / 2 else 1.0), rel=0.12 if width < 1 else 0.05)
+    phi = (np.arange(10000) + 0.5) / 10000 * angle
+    force = 800.0 * FLUTES * TURNS / 60 * per_tooth ** 0.75 * depth * D / 2 * float(np.sum(np.sin(phi) ** 0.75)) * angle / 10000 / 1000
+    assert tool["peak_power_w"] == pytest.approx(force, rel=0.15 if width < 1 else 0.05)
+
+
+@pytest.mark.parametrize("keys, power, feed, rule, value, limit", [
+    ("flutes = 2\nchip_load = 0.03\n", "", 800, "chip", 0.05, 0.03), ("flutes = 2\n", "400", 800, "power", 588.0, 400.0), ("flutes = 2\nchip_load = 0.03\n", "", 500, None, 0, 0)])
+def test_findings(tmp_path, keys, power, feed, rule, value, limit):
+    machine = machine_of(tmp_path, keys, power, "6061")
+    status, out, _err, report = chipwise_check(tmp_path, {"a.ngc": text_of(feed)}, machine=machine)
+    found = report["programs"][0]["findings"]
+    if rule is None:
+        assert status == 0 and not found, out
+        return
+    assert [(one["rule"], one["line"]) for one in found] == [(rule, 7)] and status == 1, out
+    assert found[0]["value"] == pytest.approx(value, rel=0.04) and found[0]["limit"] == limit and found[0]["text"] in out
+    under = chipwise_check(tmp_path, {"a.ngc": text_of(feed, on="M251 Q900\n", off="M252\n")}, machine=machine)
+    assert under[0] == 0, under[1]                      # M251 keeps the limit
+
+
+def test_what_is_not_known_is_not_judged_and_said(tmp_path):
+    _status, out, _err, report = chipwise_check(tmp_path, {"a.ngc": text_of(9000).replace("S8000 M3\n", "")}, machine=machine_of(tmp_path, "flutes = 2\nchip_load = 0.03\n"))
+    assert not report["programs"][0]["findings"] and out.count("chip and power of tool 1 are not judged: the spindle speed is not known") == 1
+    assert report["programs"][0]["tools"][0]["peak_chip_mm"] is None
+
+
+def test_the_time_of_m251_without_q(tmp_path):
+    """A slot of 100 mm in which the chip allows F480, at F240 and a ceiling of F3000."""
+    machine = machine_of(tmp_path, "flutes = 2\nchip_load = 0.03\n")
+    times = []
+    for line in ("", "M251 P2 E3000\n", "M251 P2 E3000 Q900\n"):
+        _status, out, _err, report = chipwise_check(tmp_path, {"a.ngc": text_of(240, on=line, off="M252\n" if line else "")}, machine=machine)
+        assert not report["programs"][0]["error"], out
+        times.append(report["programs"][0]["tools"][0]["volumetric_planned_s"])
+    assert times[1] == pytest.approx(times[2]) and 100 / 480 * 60 - 1 < times[1] < 100 / 480 * 60 + 3 and times[0] > 29
+
+
+def test_set_up_names_the_limit(tmp_path):
+    """The chip at F is above the limit: said, and its time counts."""
+    stock, text = ["--stock", "0", "0", "-20", "100", "60", "0"], text_of(800).replace(STOCK, "")
+    machine = machine_of(tmp_path, "flutes = 2\nchip_load = 0.03\n")
+    _status, out, _err, report = chipwise_setup(tmp_path, text, *stock, machine=machine)
+    tool, = report["tools"]
+    assert tool["slowed_by"] == ["chip"] and tool["chip_mm"] == pytest.approx(0.05, rel=0.03) and tool["chip_limit_mm"] == 0.03
+    assert "at F its largest chip is 0.05 mm, the limit 0.03 mm: M251 and a set-up go below F there" in out
+
+
+@pytest.mark.parametrize("geometry, depth, width, lean", [
+    (ToolGeometry(), 2.0, 6.0, 1.0), (ToolGeometry(shape="ball"), 1.0, 2 * math.sqrt(5.0), math.sqrt(5.0) / 3), (ToolGeometry(shape="ball"), 5.0, 6.0, 1.0),
+    (ToolGeometry(shape="vee", tip_angle=90.0), 2.0, 4.0, math.sqrt(0.5)), (ToolGeometry(shape="bull", corner_radius=1.0), 3.0, 6.0, 1.0)])
+def test_profiles(geometry, depth, width, lean):
+    profile = Profile(D, geometry)
+    assert np.interp(depth, profile.height, profile.lean) == pytest.approx(lean, abs=0.02)
+    step = 1e-3
+    assert (profile.section(depth) - profile.section(depth - step)) / step == pytest.approx(width, rel=0.02)
+
+
+def test_a_plunge():
+    """Straight down: the chip is the feed per tooth, the power that of the end."""
+    load = ToothLoad(D, ToolGeometry(flutes=2, chip_load=0.03), find_material("6061"), ((0.0, 800.0),))
+    steps = np.array([[0.0, 0.0, -5.0]])
+    loads = load.loads(steps, np.array([5.0]), np.array([math.pi * 9 * 5]), np.array([5.0]), np.array([True]))
+    assert load.chips(loads, np.array([4.0]), TURNS)[0] == pytest.approx(4.0 * 60 / 16000)
+    assert loads.power_area[0] == pytest.approx(math.pi * 9, rel=1e-3) and load.allowed(loads, TURNS)[0] == pytest.approx(0.03 * 16000 / 60)
