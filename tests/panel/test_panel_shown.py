@@ -65,6 +65,18 @@ def reached(driver, name, words):
     panel_browser.wait(driver, f"document.getElementById('{name}').textContent.includes('{words}')", words)
 
 
+def test_the_nearest_limit_is_shown(driver, rig):
+    """The gauge has the share of it, the figures those of all; without a limit of the tooth the rate as ever."""
+    opened(driver, rig)
+    reached(driver, "share", "-")
+    rate = driver.execute_script("return document.getElementById('gauge').toDataURL()")
+    rig.machine.values.update(target=6000.0, mrr=4500.0, chip=0.024, max_chip=0.03)
+    rig.looks()
+    reached(driver, "share", "largest chip 80 %, Removal rate 75 %")
+    assert driver.execute_script("return gaugeOf(chipwise.state, (v) => v, (n) => n)") == [80, {"target": 100, "lower": 0}, {}, "% chip"]
+    assert driver.execute_script("return document.getElementById('gauge').toDataURL()") != rate
+
+
 @pytest.mark.parametrize("cell, high", [(0.25, (60.0, 40.0, 0.0)), (0.1, (60.0, 40.0, 0.0))], ids=["every cell", "thinned"])
 def test_the_wall_of_a_slanted_slot_is_straight(driver, cell, high):
     """Along the upper edge of the slot's far wall: one pixel for the rounding, one for the cell; never above the stock.  It was a row of teeth of 10 pixels."""
@@ -113,7 +125,7 @@ def test_an_assumed_stock_is_marked(driver, rig, language, words, part):
     rig.machine.tasks["running"] = True
     reached(driver, "air", "31 %")
     assert driver.execute_script(shown) == [True, True] and text(driver, "assumed").startswith(words) and text(driver, "new-part") == part
-    assert driver.execute_script(star) == ["rate", "area", "ahead", "depth", "tool", "peak", "mean", "air", "removed"]
+    assert driver.execute_script(star) == ["rate", "share", "area", "ahead", "depth", "tool", "peak", "mean", "air", "removed"]
     inside, needed = driver.execute_script("const e = document.getElementById('load'); return [e.clientWidth, e.scrollWidth]")
     assert needed <= inside
     driver.find_element("id", "new-part").click()

@@ -247,3 +247,17 @@ def test_the_history_has_an_end():
     for k in range(2 * HISTORY):
         alarms.step(pins(override_ignored=float(k % 2)), False, float(k))
     assert len(alarms.entries) == HISTORY
+
+
+def test_the_share_of_each_limit(seen):
+    """Only if a limit of the tooth has a bound; one below 0 does not count. A page that is opened later has the nearest one too."""
+    found, watching, look = seen
+    found.values.update(mrr=4500.0, target=6000.0)
+    look()
+    assert json.loads(watching.text)["loads"] == {} and watching.recent()[-1][4] == 0.0
+    found.values.update(chip=0.024, max_chip=0.03, power=300.0, max_power=600.0, torque=0.4, max_torque=0.0)
+    look()
+    assert json.loads(watching.text)["loads"] == {"chip": 0.8, "power": 0.5, "rate": 0.75} and watching.recent()[-1][4] == 0.8
+    found.values.update(target=0.0, max_power=-1.0)
+    look()
+    assert json.loads(watching.text)["loads"] == {"chip": 0.8}

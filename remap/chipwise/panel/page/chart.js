@@ -29,8 +29,20 @@ function topOf(value) {
     return value > 1e-3 ? roundUp(value) : 1;
 }
 
+// The loads {name: share of its bound} of a state, the largest first: [[name, share], ..].
+function byShare(loads) {
+    return Object.entries(loads || {}).sort((a, b) => b[1] - a[1]);
+}
+
+// What the gauge shows: the rate, or, where chip, power or torque have bounds, the limit that is nearest in per cent. named: the words of a name.
+function gaugeOf(state, unit, named) {
+    const most = byShare(state.loads)[0];
+    return most ? [100 * most[1], {target: 100, lower: 0}, (value) => value, `% ${named(most[0])}`] : [state.mrr, state, unit, ''];
+}
+
 // Half a ring: the rate, and marks at the limits {target, lower}.
-function drawGauge(canvas, rate, limits, unit, colour) {
+// name: what it is the share of.
+function drawGauge(canvas, rate, limits, unit, name, colour) {
     const [context, width, height] = sheet(canvas);
     const most = topOf(Math.max(unit(limits.target) * 1.25, unit(rate)));
     const radius = Math.min(width / 2 - 26, height - 34), x = width / 2, y = height - 18;
@@ -53,12 +65,14 @@ function drawGauge(canvas, rate, limits, unit, colour) {
     context.font = 'bold 26px sans-serif';
     context.fillText(unit(rate).toPrecision(3), x, y - 8);
     context.font = CHART_FONT;
+    context.fillText(name, x, y + 16);
     context.fillText('0', x - radius, y + 16);
     context.fillText(String(Number(most.toPrecision(3))), x + radius, y + 16);
 }
 
 // The last CHART_S: rows of [time s, rate, target, override]; the target as a dashed line, the override from 0 to the largest, 100 % at least.
-// names: {rate, limit, override} in the operator's language.
+// A fifth number is the share of the nearest limit, drawn as the override is.
+// names: {rate, limit, override, share} in the operator's language.
 function drawChart(canvas, rows, unit, colour, names) {
     const [context, width, height] = sheet(canvas), left = 46, low = height - 20, up = 26;      // above it what the colours mean
     const now = rows.length ? rows[rows.length - 1][0] : 0;
@@ -77,7 +91,8 @@ function drawChart(canvas, rows, unit, colour, names) {
     }
     context.textAlign = 'center';
     for (let s = 0; s <= CHART_S; s += 15) context.fillText(`${-s} s`, Math.min(width - 20, x(now - s)), height - 5);
-    const full = Math.max(1, ...rows.map((row) => row[3]));
+    const shared = rows.some((row) => row[4] > 0);
+    const full = Math.max(1, ...rows.map((row) => Math.max(row[3], row[4] || 0)));
     const curve = (height, ink, thick, dashes, shown) => {
         context.beginPath();
         context.strokeStyle = ink;
@@ -92,9 +107,11 @@ function drawChart(canvas, rows, unit, colour, names) {
         context.setLineDash([]);
     };
     curve((row) => low - (low - up) * row[3] / full, colour('override'), 1.5, [2, 2], () => true);
+    if (shared) curve((row) => low - (low - up) * row[4] / full, colour('ink'), 1.5, [], (row) => row[4] > 0);
     curve((row) => y(unit(row[1])), colour('rate'), 2, [], () => true);
     curve((row) => y(unit(row[2])), colour('limit'), 2, [6, 4], (row) => row[2] > 0);
-    drawNames(context, left, 14, [['rate', names.rate], ['limit', names.limit], ['override', `${names.override}, ${Math.round(100 * full)} %`]], colour);
+    drawNames(context, left, 14, [['rate', names.rate], ['limit', names.limit], ['override', `${names.override}, ${Math.round(100 * full)} %`],
+                                 ...(shared ? [['ink', names.share]] : [])], colour);
 }
 
 // What the colours mean, one beside the other: [[colour, words], ..].

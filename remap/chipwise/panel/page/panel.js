@@ -43,6 +43,8 @@
                     fallback: 'no stock known: F as programmed', chip: 'largest chip',
                     power: 'spindle power', torque: 'spindle torque'};
 
+    const LOADS = {rate: 'Removal rate', chip: LIMITS.chip, power: LIMITS.power, torque: LIMITS.torque};
+
     // ---- what is shown -------------------------------------------------------------------------------------------
 
     const put = (id, text) => { if ($(id).textContent !== text) $(id).textContent = text; };
@@ -54,9 +56,9 @@
 
     function draw() {
         view.draw();
-        drawChart($('chart'), rows, toRate, colour, {rate: t('Removal rate'), limit: t('Target'), override: t('Override')});
+        drawChart($('chart'), rows, toRate, colour, {rate: t('Removal rate'), limit: t('Target'), override: t('Override'), share: t('Share of the limit')});
         if (!state) return;
-        drawGauge($('gauge'), state.mrr, state, toRate, colour);
+        drawGauge($('gauge'), ...gaugeOf(state, toRate, (name) => t(LOADS[name])), colour);
         figures();
         if (window.chipwise.fill) tools();          // sections.js
         alarms();
@@ -82,6 +84,7 @@
         put('target', s.target > 0 ? rateText(s.target) : '-');
         put('mode', t(MODES[s.mode]));
         put('limit', t(LIMITS[s.limited_by]));
+        put('share', byShare(s.loads).map(([name, share]) => `${t(LOADS[name])} ${Math.round(100 * share)} %`).join(', ') || '-');
         put('feed', speed(s.current_vel));
         put('tooth', s.feed_per_tooth > 0 ? fine(s.feed_per_tooth) : '-');
         put('programmed', s.programmed_vel > 0 || s.requested_vel > 0 ? speed(s.programmed_vel || s.requested_vel) : '-');
