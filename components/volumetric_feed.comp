@@ -70,6 +70,7 @@ pin in real removed_volume "stock-tracker.N.removed-volume, mm3, for mean-rate";
 pin in bool adaptive_off "LinuxCNC's status says that adaptive feed is disabled (chipwise-monitor.adaptive-off)";
 
 pin in real max_chip "largest chip of an edge, mm (chipwise-monitor.max-chip); needs tool-flutes and spindle-speed; 0: no limit";
+pin in real min_chip "smallest chip that is cut and not rubbed, mm (chipwise-monitor.min-chip), for rub-time; 0: unknown";
 pin in real max_power "largest power at the edges, W (chipwise-monitor.max-power); needs specific-force, tool-flutes and spindle-speed; 0: no limit";
 pin in real max_torque "largest torque at the edges, Nm; needs what max-power needs; 0: no limit";
 pin in real specific_force "Kienzle's kc1.1 of the material, N/mm2 (chipwise-monitor.specific-force); 0: unknown";
@@ -92,6 +93,7 @@ pin out real air_time "s of it in feed moves that do not";
 pin out real fed_time "s of it in feed moves with the volumetric feed on";
 pin out real saved_time "s that the program at its F, with the operator's override, would have taken longer in that time; negative: less";
 pin out real mean_rate "volume the map has lost since the program began over cut-time, mm3/min";
+pin out real rub_time "s that the tool has cut since the program began with a largest chip below min-chip; needs max-chip, too";
 pin out real peak_rate "largest removal rate since the program began, mean over 10 ms, mm3/min";
 
 pin out real chip_weight "to stock-tracker.N.chip-weight";
@@ -184,6 +186,7 @@ static void read_law(struct __comp_state *__comp_inst, long period, struct chip_
 static void read_limits(struct __comp_state *__comp_inst, struct chip_feed_in *in)
 {
     in->max_chip_mm = max_chip;
+    in->min_chip_mm = min_chip;
     in->max_power_w = max_power;
     in->max_torque_nm = max_torque;
     in->specific_force_n_mm2 = specific_force;
@@ -235,6 +238,7 @@ static void count_period(struct __comp_state *__comp_inst, const struct chip_fee
     cut_time_set(so_far->cut_s);
     air_time_set(so_far->air_s);
     fed_time_set(so_far->fed_s);
+    rub_time_set(so_far->rub_s);
     saved_time_set(so_far->saved_s);
     mean_rate_set(60.0 * chip_run_mean(so_far));
     peak_rate_set(60.0 * so_far->peak_mm3_s);

@@ -2,6 +2,7 @@
 /* run_sums.c - see run_sums.h; the numbers in brackets are those of its principle. */
 #include "chip_math.h"
 #include "run_sums.h"
+#include "tooth_law.h"
 
 /* A number that may be added: 0 unless it is finite and above 0. */
 static double sound(double value) { return chip_min(chip_setting(value), CHIP_SUMS_LARGEST); }
@@ -12,7 +13,7 @@ static void add(double *sum, double value) { *sum = chip_clamp(*sum + value, -CH
 static void clear_totals(struct chip_run_totals *totals)
 {
     totals->run_s = totals->cut_s = totals->air_s = totals->fed_s = totals->saved_s = 0.0;
-    totals->volume_mm3 = totals->peak_mm3_s = 0.0;
+    totals->volume_mm3 = totals->peak_mm3_s = totals->rub_s = 0.0;
 }
 
 /* Mean rate of the window that ends now, mm3/s; 0 unless all of it was in feed moves [5]. */
@@ -85,6 +86,17 @@ static int wait_in_plunge(struct chip_run_sums *sums, struct chip_run_totals *to
     return 1;
 }
 
+/* [7] Whether the largest chip is below the smallest one of the tool. */
+static int rubs(const struct chip_feed_in *in)
+{
+    double least = sound(in->min_chip_mm), edges, chip;
+    if (!(least > 0.0)) return 0;
+    edges = chip_edges_per_s(in);
+    chip = edges > 0.0 ? sound(in->current_vel_mm_s) / edges * sound(in->chip_share_now) : 0.0;
+    CHIP_FAULT(RUBS_UNKNOWN, return chip < least);
+    return chip > 0.0 && chip < least;
+}
+
 /* [3] Adds a period of a feed move (feeds), or of anything else, to the time that cuts or to that in air. */
 static void divide_time(struct chip_run_sums *sums, struct chip_run_totals *totals, const struct chip_feed_in *in,
                         int feeds, double area, double read_mm3, double lost_mm3, double period_s)
@@ -104,6 +116,7 @@ static void divide_time(struct chip_run_sums *sums, struct chip_run_totals *tota
     }
     if (thin->time_s > 0.0 && (!is_thin || thin->time_s > CHIP_SUMS_WAIT_S))
         end_waiting(thin, is_lost_as_read(thin) ? thin->time_s : 0.0, totals);
+    if (cuts && rubs(in)) add(&totals->rub_s, period_s);
     if (waits || is_thin || !feeds) return;
     add(cuts ? &totals->cut_s : &totals->air_s, period_s);
 }

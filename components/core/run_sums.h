@@ -21,6 +21,7 @@
  *  5. Peak: the largest section area times velocity, in the mean of CHIP_SUMS_WINDOW_S wholly in feed moves.
  *  6. Time saved: a moment dt at the velocity v takes v dt / F at the programmed F with the operator's override. It counts
  *     while the volumetric feed is on; negative if that was slower than F.
+ *  7. An edge rubs while it cuts and its largest chip is below the smallest one of the tool. Chip and tool have to be known.
  */
 #ifndef CHIPWISE_RUN_SUMS_H
 #define CHIPWISE_RUN_SUMS_H
@@ -45,6 +46,7 @@ struct chip_run_totals {
     double saved_s;             /* [6] */
     double volume_mm3;          /* [4] */
     double peak_mm3_s;          /* [5] */
+    double rub_s;               /* [7] */
 };
 
 /* Periods that wait for the map [3]. */

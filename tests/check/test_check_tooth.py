@@ -102,3 +102,13 @@ def test_a_plunge():
     loads = load.loads(steps, np.array([5.0]), np.array([math.pi * 9 * 5]), np.array([5.0]), np.array([True]))
     assert load.chips(loads, np.array([4.0]), TURNS)[0] == pytest.approx(4.0 * 60 / 16000)
     assert loads.power_area[0] == pytest.approx(math.pi * 9, rel=1e-3) and load.allowed(loads, TURNS)[0] == pytest.approx(0.03 * 16000 / 60)
+
+
+def test_a_tool_that_rubs(tmp_path):
+    """A pass of 0.3 mm at F240: chips of 0.0065 mm, for the 100 mm that are cut; not in a slot."""
+    machine = machine_of(tmp_path, "flutes = 2\nchip_load = 0.03\nchip_least = 0.01\n")
+    _status, out, _err, report = chipwise_check(tmp_path, {"a.ngc": text_of(240, y=-D / 2 + 0.3)}, machine=machine)
+    tool, = report["programs"][0]["tools"]
+    assert tool["rub_s"] == pytest.approx(100 / 4, rel=0.05) and f"tool 1 rubs for {tool['rub_s']:.1f} s, its largest chip is below chip_least 0.01 mm" in out
+    _status, out, _err, report = chipwise_check(tmp_path, {"a.ngc": text_of(240)}, machine=machine)
+    assert report["programs"][0]["tools"][0]["rub_s"] < 0.5 and "tool 1 rubs" not in out

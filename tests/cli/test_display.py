@@ -9,7 +9,7 @@ from chipwise import report
 from chipwise.panel import display
 
 PINS = {'target': 30000.0, 'mode': 2, 'motion-type': 2, 'run-time': 10.0, 'fed-time': 8.0, 'saved-time': 10.0, 'mean-rate': 27000.0,
-        'peak-rate': 30000.0, 'cut-time': 6.0, 'air-time': 2.0, 'stock-defined': True, 'certain': True}
+        'peak-rate': 30000.0, 'cut-time': 6.0, 'air-time': 2.0, 'rub-time': 0.0, 'stock-defined': True, 'certain': True}
 TIMES = {'at-f-time': 0.0, 'set-up-time': 0.0}
 
 
@@ -98,3 +98,8 @@ def test_cycles_report_to_a_display_that_runs(home):
     assert (home / '.chipwise-display.jsonl').stat().st_size < report.LARGEST + 200      # nobody reads: it stays small
     report.end()
     assert report.path() is None and not list(home.iterdir())
+
+
+def test_a_tool_that_rubs_is_said():
+    assert '; rubs for 3.1 s: take wider cuts' in run_of(**{'rub-time': 3.1}).line('a.ngc', [], False)
+    assert 'rubs' not in run_of(**{'rub-time': 0.4}).line('a.ngc', [], False)

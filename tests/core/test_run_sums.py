@@ -142,3 +142,21 @@ def test_hostile(spoilt):
             value = getattr(found, name)
             assert math.isfinite(value) and abs(value) <= 1e15 and (value >= 0 or name == "saved_s"), name
         assert math.isfinite(core.run_mean(sums))
+
+
+def test_the_time_that_a_tool_rubs():
+    """2 edges at 100 1/s and 10 mm/s: 0.05 mm a tooth; while it cuts, and only if chip and smallest chip are known."""
+    known = {"flutes": 2.0, "spindle_speed_rps": 100.0, "max_chip_mm": 0.1, "min_chip_mm": 0.01}
+    program = Program()
+    program.step(1.0, chip_share_now=0.1, **known)                  # air
+    program.step(1.0, 6.0, chip_share_now=0.5, **known)             # 0.025 mm
+    program.step(1.0, 6.0, chip_share_now=0.0, **known)             # not known
+    assert program.sums.program.rub_s == 0.0
+    program.step(0.5, 6.0, chip_share_now=0.1, **known)             # 0.005 mm
+    program.step(0.2, 6.0, velocity=1.5, chip_share_now=1.0, **known)
+    assert program.sums.program.rub_s == pytest.approx(0.7)
+    for less in ({"min_chip_mm": 0.0}, {"flutes": 0.0}, {"spindle_speed_rps": 0.0}, {"min_chip_mm": math.nan}, {"chip_share_now": math.nan}, {"min_chip_mm": -1.0}):
+        program.step(0.3, 6.0, **known | {"chip_share_now": 0.1} | less)
+    assert program.sums.program.rub_s == pytest.approx(0.7)
+    program.rest(0.2, False)
+    assert program.step(0.1, 6.0, chip_share_now=0.1, **known).rub_s == pytest.approx(0.1)

@@ -51,6 +51,7 @@ FAULTS = {
     "OVERRIDE_RAISES_CHIP": ("the override raises the chip", "test_tooth.py::test_the_override_raises_no_chip"),
     "NO_RATE_IS_NONE": ("M251 without Q at the ceiling where no limit is known", "test_tooth.py::test_without_a_rate_and_a_limit_the_feed_is_f[limits0]"),
     "UNREAD_IS_AIR": ("at the ceiling until the tooth load is read", "test_tooth.py::test_limits_alone_that_are_not_read_yet"),
+    "RUBS_UNKNOWN": ("a chip that is not known rubs", "test_run_sums.py::test_the_time_that_a_tool_rubs"),
     "RISES_AT_ONCE": ("rises at once", "test_feed_easing.py::test_drops_pass_at_once_and_rises_climb"),
     "FEED_NOT_HELD": ("F while the load is lost", "test_load_lost.py::test_held_in_the_stock"),
     "LOSS_NOT_SEEN": ("a lost load not seen", "test_load_lost.py::test_lost_and_found"),

@@ -17,14 +17,13 @@ import numpy as np
 from chipwise.check import doubts, records, rules
 from chipwise.check.clamps import Clamps
 from chipwise.check.drawing import Draughtsman
-from chipwise.check.findings import CHIP, CLEARANCE, FLUTE, FLUTES_UNKNOWN, HOLDER, POWER, RAPID, RATE, TOOL, Finding
+from chipwise.check.findings import CLEARANCE, FLUTE, FLUTES_UNKNOWN, HOLDER, RAPID, RATE, TOOL, Finding
 from chipwise.check.program_file import Missing
 from chipwise.check.result import Result, ToolFigures
 from chipwise.check.sweep import Shape
 from chipwise.check.times import OFF, Timer
-from chipwise.check.tooth_load import Limits
+from chipwise.check.tooth_rules import ToothRules
 from chipwise.check.travel import Extents, Travel
-from chipwise.settings import power_at
 from chipwise.tools import ToolGeometry
 
 MIN_DEPTH_MM = 0.005        # smaller depths and contacts are ignored
@@ -33,14 +32,13 @@ STILL_MM = 1e-6             # across the axis: straight down
 GAP = 5                     # segments within the rule that do not divide a finding
 PART = 65536                # segments simulated at once
 RATE_SLACK = 1.05           # the cells give the rate over a window to some per cent
-TOOTH_SLACK = 1.1           # and the arc of a cut to somewhat more (tooth_load.py)
 
 
 class TooCoarse(Exception):
     """The cells are too large for a tool: line, tool number, diameter (mm)."""
 
 
-class Simulation:
+class Simulation(ToothRules):
     """A program under way: take() each block of records, then finish().  needles: {number of the stock: places (n, 2)} besides;
     assumption: of assumed/, None: everything is the program's own."""
 
@@ -53,7 +51,7 @@ class Simulation:
         self.unplaced = rules.Unplaced()
         self.map = self.draughtsman = None
         self.tool, self.shape = None, None
-        self.limits, self.tooth, self.turns = Limits(program, settings), {}, 0.0        # tooth: {tool number: ToothLoad or None}
+        self.begin_tooth(program, settings)
         self.been = math.inf                            # mm, lowest Z of this tool since it is at its place across the axis
         self.frame = records.Frame()
         self.apart = 0                                  # traverses to the first place that are still to come
@@ -216,39 +214,6 @@ class Simulation:
         self.position = positions[-1].copy()
         self.segments += len(block)
 
-    def _tooth_loads(self, kinds, lines, steps, length, volume, met, moving):
-        """tooth_load.Loads of moves, None where nothing limits; the timer gets what they allow."""
-        self.timer.allowed = None
-        if met is None or self.tool is None:
-            return None
-        cuts, tooth = kinds != records.RAPID, self.tooth.get(self.tool.number)
-        if cuts.any() and volume.any():
-            self.limits.unknown(self.tool.number, int(lines[cuts][0]), self.tool.geometry, self.turns)
-        if tooth is None or not self.turns > 0:
-            return None
-        loads = tooth.loads(steps, length, volume, met["depth"][moving].astype(np.float64), cuts)
-        self.timer.allowed = tooth.allowed(loads, self.turns)
-        return loads
-
-    def _check_tooth(self, loads, length, block):
-        """Largest chip and power at F, and findings where they are above the limits."""
-        if loads is None or not loads.sound.any():
-            return
-        tool, tooth = self.tool, self.tooth[self.tool.number]
-        speed = np.where(loads.sound, np.minimum(block[:, 5] / 60.0, length / np.maximum(self.timer.seconds[0], 1e-12)), 0.0)
-        chips, powers = tooth.chips(loads, speed, self.turns), tooth.powers(loads, speed, self.turns)
-        tool.peak_chip = max(tool.peak_chip or 0.0, float(chips.max()))
-        limit = power_at(tooth.power, self.turns) or None
-        if tooth.material and (tool.peak_power is None or powers.max() > tool.peak_power):
-            tool.peak_power, tool.power_limit = float(powers.max()), limit
-        if self.timer.mode != OFF:
-            return
-        met = np.zeros(len(chips), [("at", "<f4")])
-        met["at"] = 1.0
-        for rule, values, most in ((CHIP, chips, tooth.chip), (POWER, powers, limit)):
-            if most:
-                self._find(rule, values > TOOTH_SLACK * most, values, most, block[:, 2:5], block[:, 1].astype(int), met)
-
     def _check_rates(self, rate, block):
         """Peak of the removal rate, and findings for rates too high for the tool."""
         self.tool.peak_rate = max(self.tool.peak_rate, float(rate.max()))
@@ -342,7 +307,7 @@ class Simulation:
         result = self.result
         if self.map is None:
             raise Missing("no stock is defined", "add M250, or name the stock with --stock X0 Y0 Z0 X1 Y1 Z1")
-        result.messages, result.notes = messages, [*result.notes, *notes, *self.unplaced.notes(), *self.limits.notes]
+        result.messages, result.notes = messages, [*result.notes, *notes, *self.unplaced.notes(), *self.tooth_notes()]
         if self.travel:
             self.travel.finish(result.findings, result.notes, result.unit)
         result.findings.kept.sort(key=lambda finding: finding.at)

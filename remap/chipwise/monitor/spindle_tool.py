@@ -66,7 +66,7 @@ class SpindleTool:
         pins['tool-corner-radius'] = shape.corner_radius
         pins['tool-tip-angle'] = shape.tip_angle
         pins['tool-flute-length'] = shape.flute_length
-        pins['tool-flutes'], pins['max-chip'] = shape.flutes, shape.max_chip
+        pins['tool-flutes'], pins['max-chip'], pins['min-chip'] = shape.flutes, shape.max_chip, shape.min_chip
         pins['tool-max-rate'] = shape.max_rate
         pins['tool-diameter'] = shape.diameter
 

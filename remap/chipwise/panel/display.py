@@ -25,8 +25,9 @@ _LIMIT_WORDS = {LimitedBy.NONE: 'nothing', LimitedBy.STOCK_HERE: 'stock', Limite
                 LimitedBy.CHIP: 'chip', LimitedBy.POWER: 'power', LimitedBy.TORQUE: 'torque'}
 LIMITS = tuple(_LIMIT_WORDS[limit] for limit in LimitedBy)
 SHOWN = LIMITS[:LimitedBy.CHIP]         # on the tab, which has room for six; a limit of the tooth is a ceiling there
-SUMS = ('run-time', 'fed-time', 'saved-time', 'mean-rate', 'peak-rate', 'cut-time', 'air-time')       # of volumetric-feed.0
+SUMS = ('run-time', 'fed-time', 'saved-time', 'mean-rate', 'peak-rate', 'cut-time', 'air-time', 'rub-time')       # of volumetric-feed.0
 TIMES = ('at-f-time', 'set-up-time')       # of chipwise-monitor (monitor/set_up_time.py)
+LEAST_RUB_S = 0.5       # below chip_least: what a tool rubs as it enters and leaves is not spoken of
 WORTH = 0.99            # of the time at F: a set-up that takes more is not spoken of
 STOCK = ('stock-defined', 'certain')
 STOCK_WORDS = ('none', 'defined', 'assumed')
@@ -39,13 +40,13 @@ class Run:
     def __init__(self):
         self.seconds = self.fed_s = self.saved_s = 0.0      # all of it; with the volumetric feed on; saved against F
         self.peak = self.mean = self.target = 0.0           # mm3/min
-        self.cut_s = self.air_s = 0.0                       # of feed moves, in the stock and outside
+        self.cut_s = self.air_s = self.rub_s = 0.0                       # of feed moves, in the stock and outside
         self.at_f_s = self.set_up_s = 0.0                   # of the whole program by simulation; 0: not known
         self.assumed = False                                # nobody has confirmed the stock
 
     def look(self, pins):
         """The sums so far (components/core/run_sums.h), by the names of SUMS; the target; by the names of STOCK whether the stock is assumed."""
-        self.seconds, self.fed_s, self.saved_s, self.mean, self.peak, self.cut_s, self.air_s = (shown(pins[name]) for name in SUMS)
+        self.seconds, self.fed_s, self.saved_s, self.mean, self.peak, self.cut_s, self.air_s, self.rub_s = (shown(pins[name]) for name in SUMS)
         self.assumed = is_assumed(*(pins[name] for name in STOCK))
         if pins['motion-type'] in FEED_MOTION and pins['mode'] and 0 < pins['target'] < LARGEST:
             self.target = pins['target']
@@ -76,6 +77,8 @@ class Run:
                 parts.append(f'peak {self.peak / per:.3g}' + (f', target {self.target / per:.3g} {unit}' if self.target else f' {unit}'))
         else:
             parts += self._at_f(per, unit)
+        if self.rub_s >= LEAST_RUB_S:
+            parts.append(f'rubs for {duration(self.rub_s)}: take wider cuts')
         pieces = [entry for entry in done if entry.get('chopped')]
         largest = max((entry.get('largest_piece_mm') or 0.0 for entry in done), default=0.0)
         if pieces:

@@ -26,7 +26,7 @@ NUMBERS = {             # name here: pin
     "stock_defined": TRACKER + "stock-defined", "certain": TRACKER + "certain", "motion_type": TRACKER + "motion-type",
     "target": FEED + "mrr-effective", "lower": FEED + "mrr-lower", "mode": FEED + "mode", "limited_by": FEED + "limited-by",
     "run_time": FEED + "run-time", "fed_time": FEED + "fed-time", "saved_time": FEED + "saved-time", "mean_rate": FEED + "mean-rate",
-    "peak_rate": FEED + "peak-rate", "cut_time": FEED + "cut-time", "air_time": FEED + "air-time", "override": FEED + "override", "override_ignored": FEED + "override-ignored",
+    "peak_rate": FEED + "peak-rate", "cut_time": FEED + "cut-time", "air_time": FEED + "air-time", "rub_time": FEED + "rub-time", "override": FEED + "override", "override_ignored": FEED + "override-ignored",
     "chip": FEED + "chip", "power": FEED + "power", "torque": FEED + "torque",
     "max_chip": FEED + "max-chip", "max_power": FEED + "max-power", "max_torque": FEED + "max-torque",
     "guard_reason": GUARD + "reason", "guard_line": GUARD + "line", "guard_rapid": GUARD + "guard-rapid",

@@ -16,8 +16,9 @@ from chipwise.check import blends, records
 from chipwise.check.drawn_path import Path, Thinner
 from chipwise.check.program_file import MAX_BYTES
 from chipwise.check.answer import check
-from chipwise.check.simulate import TOOTH_SLACK, Simulation
+from chipwise.check.simulate import Simulation
 from chipwise.check.times import CONSTANT, OFF, Timer
+from chipwise.check.tooth_rules import TOOTH_SLACK
 from chipwise.files import open_regular
 from chipwise.setup.chip_ceiling import ceilings
 from chipwise.setup.rates import ToolLoad

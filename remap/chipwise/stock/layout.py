@@ -453,6 +453,7 @@ class FeedIn(C.Structure):
         ("max_torque_nm", C.c_double),
         ("specific_force_n_mm2", C.c_double),
         ("force_exponent_mc", C.c_double),
+        ("min_chip_mm", C.c_double),
     ]
 
 
@@ -527,6 +528,7 @@ class RunTotals(C.Structure):
         ("saved_s", C.c_double),
         ("volume_mm3", C.c_double),
         ("peak_mm3_s", C.c_double),
+        ("rub_s", C.c_double),
     ]
 
 
