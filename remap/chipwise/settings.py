@@ -122,6 +122,7 @@ SETTINGS = {
     "MAX_CHIP": Setting(0.0, "mm", _number, lambda v: v >= 0, "a thickness of 0 mm (none) or more"),
     "MATERIAL": Setting("", "", str, lambda v: True, "the name of a material, or nothing"),
     "MATERIALS": Setting("", "path", str, lambda v: True, "the path of a TOML file, or nothing"),
+    "DEFAULT_CHIP": Setting(True, "", _switch, lambda v: True, "yes or no"),
     "SPINDLE_POWER": Setting((), "W", _powers, lambda v: True, "a power above 0, or up to 8 points 1/min:W with rising speeds"),
     "RECOVERY": Setting(0.0, "mm/s2", _number, lambda v: v >= 0, "an acceleration of 0 mm/s2 (at once) or more"),
     "DEADBAND": Setting(0.0, "", _number, lambda v: 0 <= v <= 1, "a share from 0 to 1"),

@@ -112,3 +112,12 @@ def test_a_tool_that_rubs(tmp_path):
     assert tool["rub_s"] == pytest.approx(100 / 4, rel=0.05) and f"tool 1 rubs for {tool['rub_s']:.1f} s, its largest chip is below chip_least 0.01 mm" in out
     _status, out, _err, report = chipwise_check(tmp_path, {"a.ngc": text_of(240)}, machine=machine)
     assert report["programs"][0]["tools"][0]["rub_s"] < 0.5 and "tool 1 rubs" not in out
+
+
+def test_the_default_chip_counts_in_the_time_and_is_no_finding(tmp_path):
+    """A tool with flutes alone in a named material: M251 goes at the feed of 0.05 mm, F stays as it is."""
+    machine, text = machine_of(tmp_path, "flutes = 2\n"), "(MATERIAL,NAME=6061)\n" + text_of(1600, on="M251 P2 E3000\n", off="M252\n")
+    _status, out, _err, report = chipwise_check(tmp_path, {"a.ngc": text}, machine=machine)
+    tool, = report["programs"][0]["tools"]
+    assert not report["programs"][0]["findings"] and tool["peak_chip_mm"] == pytest.approx(0.1, rel=0.03), out
+    assert 100 / 800 * 60 - 1 < tool["volumetric_planned_s"] < 100 / 800 * 60 + 2 and tool["planned_s"] < 6

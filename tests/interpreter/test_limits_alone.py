@@ -39,8 +39,16 @@ def test_taken_by_the_power(tmp_path):
     assert run_preview(BEGIN + "M251 P2 E3000\nM2\n", tools=TOOL, ini=ini_of(tmp_path, FLUTES, "800", "C45")).error == ""
 
 
+def test_taken_by_the_default_chip(tmp_path):
+    """With a material and DEFAULT_CHIP, and not without."""
+    ini, text = ini_of(tmp_path, FLUTES), "(MATERIAL,NAME=6061)\n" + BEGIN + "M251 P2 E3000\nM2\n"
+    assert run_preview(text, tools=TOOL, ini=ini).error == ""
+    ini.write_text(ini.read_text().replace("[CHIPWISE]\n", "[CHIPWISE]\nDEFAULT_CHIP = no\n", 1))
+    assert run_preview(text, tools=TOOL, ini=ini).error == NONE + "chip_load" + TO_FILE
+
+
 @pytest.mark.parametrize("tools, power, remedy", [
-    ("", "", "flutes and chip_load" + TO_FILE), ("[tool.1]\nchip_load = 0.04\n", "800", "flutes and chip_load" + TO_FILE), (FLUTES, "", "chip_load" + TO_FILE),
+    ("", "", "flutes and chip_load" + TO_FILE), ("[tool.1]\nchip_load = 0.04\n", "800", "flutes and chip_load" + TO_FILE), (FLUTES, "", "chip_load" + TO_FILE + ", or (MATERIAL,NAME=..) to the program"),
     (FLUTES, "800", "chip_load" + TO_FILE + ", or (MATERIAL,NAME=..) to the program"), (CHIP.replace("1", "2"), "", "flutes and chip_load" + TO_FILE)])
 def test_refused(tmp_path, tools, power, remedy):
     ini = ini_of(tmp_path, tools, power)

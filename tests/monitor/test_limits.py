@@ -1,15 +1,19 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The pins of chipwise-monitor for material and spindle."""
+import math
 from types import SimpleNamespace
 
 import pytest
 
+from chipwise.chip_loads import chip_limit, default_chip
 from chipwise.errors import CycleError
+from chipwise.materials import Material, find_material
 from chipwise.monitor import worker
-from chipwise.monitor.limits import NO_MATERIAL, Limits
+from chipwise.monitor.limits import DEFAULT, NO_MATERIAL, Limits
 from chipwise.monitor.saying import Saying
-from chipwise.monitor.tool_shape import tool_shape
+from chipwise.monitor.tool_shape import Tool, tool_shape
 from chipwise.settings import parse_settings, power_at
+from chipwise.tools import ToolGeometry
 
 
 def limits(**keys):
@@ -73,3 +77,30 @@ def test_m251_without_q_where_no_limit_is_known():
     for now in (0.0, 1.0, 2.0):
         worker.Monitor.follow_faults(look, now)
     assert told[1:] == [worker.NO_STOCK]
+
+
+def test_the_default_chip_of_a_tool():
+    """By diameter and material, said once for each program; none without flutes, material or with DEFAULT_CHIP = no."""
+    watch, _pins, said = limits()
+    tool = Tool(6.0, flutes=2)
+    watch.program(b"G0 X0")
+    assert watch.default_chip(3, tool, 1.0) == 0.0 and not said
+    watch.program(b"(MATERIAL,NAME=6061)")
+    assert [watch.default_chip(3, one, units) for one, units in ((tool, 1.0), (tool, 1.0), (Tool(6.0), 1.0), (Tool(), 1.0), (Tool(6.0 / 25.4, flutes=2), 1 / 25.4))] == [0.05, 0.05, 0.0, 0.0, 0.05]
+    assert watch.saying.texts == [DEFAULT.format(tool=3, chip=0.05, material="6061")]
+    watch, _pins, said = limits(MATERIAL="6061", DEFAULT_CHIP="no")
+    watch.program(b"G0 X0")
+    assert watch.default_chip(3, tool, 1.0) == 0.0 and not said
+
+
+@pytest.mark.parametrize("name, diameter, chip", [("6061", 3.0, 0.025), ("6061", 12.0, 0.1), ("C45", 6.0, 0.025), ("GG20", 6.0, 0.025), ("1.4301", 10.0, 0.0333), ("TiAl6V4", 10.0, 0.025), ("6061", 50.0, 0.1)])
+def test_default_chips(name, diameter, chip):
+    assert default_chip(diameter, 2, find_material(name)) == chip
+    assert default_chip(diameter, 2, Material("own", "", 300.0, 0.2)) == 0.0 and default_chip(math.nan, 2, find_material(name)) == 0.0
+
+
+def test_chip_load_goes_before_the_default(tmp_path):
+    settings = parse_settings({})
+    assert chip_limit(6.0, ToolGeometry(flutes=2, chip_load=0.2), find_material("6061"), settings) == 0.2
+    assert chip_limit(6.0, ToolGeometry(flutes=2), find_material("6061"), settings) == 0.05 and chip_limit(6.0, None, find_material("6061"), settings) == 0.0
+    assert chip_limit(6.0, ToolGeometry(flutes=2), find_material("6061"), parse_settings({"DEFAULT_CHIP": "no"})) == 0.0

@@ -14,6 +14,7 @@ import math
 
 import numpy as np
 
+from chipwise.chip_loads import chip_limit
 from chipwise.errors import CycleError, unnamed
 from chipwise.materials import material_of_file
 from chipwise.settings import power_at
@@ -67,10 +68,11 @@ class Loads:
 
 
 class ToothLoad:
-    """The limits of one tool in one program.  chip: mm; power: points of SPINDLE_POWER; material: materials.Material; each None where not known."""
+    """The limits of one tool in one program.  chip: mm, chip_load of the tool or the default; own_chip: chip_load; power: points of SPINDLE_POWER; material: materials.Material; each None where not known."""
 
-    def __init__(self, diameter, geometry, material, power):
-        self.profile, self.flutes, self.chip = Profile(diameter, geometry), geometry.flutes, geometry.chip_load
+    def __init__(self, diameter, geometry, material, power, chip=None):
+        self.profile, self.flutes, self.own_chip = Profile(diameter, geometry), geometry.flutes, geometry.chip_load
+        self.chip = self.own_chip or chip
         self.material, self.power = material, power if material else ()
         exponent = 1.0 - (material.mc if material else 0.0)
         phi = (np.arange(8 * STEPS) + 0.5) * math.pi / (8 * STEPS)
@@ -134,9 +136,10 @@ class Limits:
 
     def of_tool(self, diameter, geometry):
         """A ToothLoad, or None where nothing limits the tool."""
-        if not geometry or not geometry.flutes or not (geometry.chip_load or self.material and self.settings["SPINDLE_POWER"]):
+        chip = chip_limit(diameter, geometry, self.material, self.settings)
+        if not geometry or not geometry.flutes or not (chip or self.material and self.settings["SPINDLE_POWER"]):
             return None
-        return ToothLoad(diameter, geometry, self.material, self.settings["SPINDLE_POWER"])
+        return ToothLoad(diameter, geometry, self.material, self.settings["SPINDLE_POWER"], chip)
 
     def unknown(self, number, line, geometry, turns):
         """Note once what a limit of a tool lacks."""

@@ -58,7 +58,7 @@ class ToothRules:
             return
         met = np.zeros(len(chips), [("at", "<f4")])
         met["at"] = 1.0
-        for rule, values, most in ((CHIP, chips, tooth.chip), (POWER, powers, limit)):
+        for rule, values, most in ((CHIP, chips, tooth.own_chip), (POWER, powers, limit)):
             if most:
                 self._find(rule, values > TOOTH_SLACK * most, values, most, block[:, 2:5], block[:, 1].astype(int), met)
 

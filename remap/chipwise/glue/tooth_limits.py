@@ -5,6 +5,7 @@ The monitor gives the same figures to the realtime side (monitor/limits.py, tool
 the spindle standing included, the feed is F (core/feed.h, 15).
 """
 
+from chipwise.chip_loads import chip_limit
 from chipwise.glue import context
 from chipwise.materials import material_of_file
 from chipwise.tools import tool_geometry
@@ -18,8 +19,10 @@ def lacking(state):
         return f"flutes and chip_load of tool {number} to [CHIPWISE]TOOL_GEOMETRY"
     if geometry.chip_load:
         return ""
-    if not state.settings["SPINDLE_POWER"]:
-        return f"chip_load of tool {number} to [CHIPWISE]TOOL_GEOMETRY"
-    if material_of_file(context.main_file(state.interp), state.settings["MATERIAL"], state.settings.path("MATERIALS")):
+    settings = state.settings
+    material = material_of_file(context.main_file(state.interp), settings["MATERIAL"], settings.path("MATERIALS"))
+    if material and (settings["SPINDLE_POWER"] or chip_limit(state.tool_diameter(), geometry, material, settings)):
         return ""
+    if not (settings["SPINDLE_POWER"] or settings["DEFAULT_CHIP"]):
+        return f"chip_load of tool {number} to [CHIPWISE]TOOL_GEOMETRY"
     return f"chip_load of tool {number} to [CHIPWISE]TOOL_GEOMETRY, or (MATERIAL,NAME=..) to the program"

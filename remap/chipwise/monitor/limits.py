@@ -5,11 +5,14 @@ Called by worker.py and loaded_program.py.  The material is that of the program'
 [CHIPWISE]SPINDLE_POWER.  What is not known limits nothing, and is said once for each program.
 """
 
+from chipwise.chip_loads import default_chip
 from chipwise.errors import CycleError, unnamed
 from chipwise.materials import material_of
 from chipwise.settings import power_at
 
 NO_MATERIAL = 'the power is not limited: no material is known; add (MATERIAL,NAME=6061) to the program, or set [CHIPWISE]MATERIAL'
+DEFAULT = ('tool {tool} has no chip_load, so its chips are at most {chip:.3f} mm in {material} under M251; add chip_load to its tool geometry, or set '
+           '[CHIPWISE]DEFAULT_CHIP = no')
 
 
 class Limits:
@@ -18,6 +21,7 @@ class Limits:
     def __init__(self, component, settings, saying):
         """saying: Saying of what lacks."""
         self.component, self.settings, self.saying = component, settings, saying
+        self.material, self.told = None, set()      # told: (tool, mm, material) of default chips
 
     def program(self, text):
         """Another program, as bytes: its material."""
@@ -29,12 +33,21 @@ class Limits:
             problem = unnamed(error)
         if not found and not problem and self.settings['SPINDLE_POWER']:
             problem = NO_MATERIAL
+        self.material, self.told = found, set()
         self.component['specific-force'] = found.kc11 if found else 0.0
         self.component['force-exponent'] = found.mc if found else 0.0
         if problem:
             self.saying.tell(problem)
         else:
             self.saying.forget()
+
+    def default_chip(self, number, shape, units):
+        """The largest chip (mm) of a tool without chip_load, said once; 0: none.  shape: Tool in machine units, `units` a mm."""
+        chip = default_chip(shape.diameter / units, shape.flutes, self.material) if self.settings['DEFAULT_CHIP'] else 0.0
+        if chip and (number, chip, self.material.name) not in self.told:
+            self.told.add((number, chip, self.material.name))
+            self.saying.tell(DEFAULT.format(tool=number, chip=chip, material=self.material.name))
+        return chip
 
     def speed(self, revolutions):
         """The commanded speed of the spindle, 1/min."""

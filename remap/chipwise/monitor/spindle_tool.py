@@ -66,9 +66,13 @@ class SpindleTool:
         pins['tool-corner-radius'] = shape.corner_radius
         pins['tool-tip-angle'] = shape.tip_angle
         pins['tool-flute-length'] = shape.flute_length
-        pins['tool-flutes'], pins['max-chip'], pins['min-chip'] = shape.flutes, shape.max_chip, shape.min_chip
+        pins['tool-flutes'], pins['max-chip'], pins['min-chip'] = shape.flutes, shape.max_chip or self.default_chip(number, shape), shape.min_chip
         pins['tool-max-rate'] = shape.max_rate
         pins['tool-diameter'] = shape.diameter
+
+    def default_chip(self, _number, _shape):
+        """mm of a tool without chip_load; 0: none."""
+        return 0.0
 
     def note_unknown_tool(self, number, path):
         """A tool that is not in the geometry file is treated as a flat end mill: reported once per tool change."""

@@ -79,7 +79,8 @@ class Monitor(SpindleTool):
         self.shadow = Shadow(component, settings, self.stock_files, ini, self.inform, self.working, is_remapped)
         self.set_up = SetUp(component, settings, self.stock_files, ini, self.inform, self.working, is_remapped)
         self.saying = Saying(self.inform)
-        self.loaded = LoadedProgram(self.inform, is_remapped, Limits(component, settings, self.saying))
+        self.limits = Limits(component, settings, self.saying)
+        self.loaded = LoadedProgram(self.inform, is_remapped, self.limits)
         self.carried_feed = CarriedFeed(component, self.inform, is_remapped)
         self.hints = Hints(component, self.say, self.inform, linuxcnc)
         self.start_line, self.quiet = StartLine(settings, self.inform, first), None
@@ -142,6 +143,9 @@ class Monitor(SpindleTool):
     def inform(self, text):
         """An information on the operator's screen."""
         self.command.text_msg(f'chipwise: {text}'[:250])
+
+    def default_chip(self, number, shape):
+        return self.limits.default_chip(number, shape, self.units)
 
     def beat(self):
         """The first beat in place of another monitor sets the count back (core/tool_watch.h, 3), once the tool is described."""
