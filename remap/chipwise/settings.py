@@ -81,6 +81,13 @@ def power_at(points: tuple, speed: float) -> float:
     return points[-1][1]
 
 
+def spindle_limit(settings: "Settings", speed: float) -> float:
+    """W at a speed, 1/min: what SPINDLE_POWER and SPINDLE_TORQUE leave; 0: no limit."""
+    torque = settings["SPINDLE_TORQUE"] * 2.0 * math.pi * speed / 60.0 if speed > 0.0 else 0.0
+    limits = [one for one in (power_at(settings["SPINDLE_POWER"], speed), torque) if one > 0.0]
+    return min(limits, default=0.0)
+
+
 def _address(text: str) -> str:
     """The text of an IP address -> its usual form."""
     return str(ipaddress.ip_address(text))
@@ -124,6 +131,7 @@ SETTINGS = {
     "MATERIALS": Setting("", "path", str, lambda v: True, "the path of a TOML file, or nothing"),
     "DEFAULT_CHIP": Setting(True, "", _switch, lambda v: True, "yes or no"),
     "SPINDLE_POWER": Setting((), "W", _powers, lambda v: True, "a power above 0, or up to 8 points 1/min:W with rising speeds"),
+    "SPINDLE_TORQUE": Setting(0.0, "Nm", _number, lambda v: 0 <= v <= 1e4, "a torque from 0 (none) to 10000 Nm"),
     "RECOVERY": Setting(0.0, "mm/s2", _number, lambda v: v >= 0, "an acceleration of 0 mm/s2 (at once) or more"),
     "DEADBAND": Setting(0.0, "", _number, lambda v: 0 <= v <= 1, "a share from 0 to 1"),
     "APPROACH_ANGLE": Setting(30.0, "deg", _number, lambda v: MIN_ANGLE <= v <= 90, _ANGLE_RULE),

@@ -8,6 +8,7 @@ import pytest
 
 from chipwise.check.tooth_load import Profile, ToothLoad
 from chipwise.materials import find_material
+from chipwise.settings import parse_settings, spindle_limit
 from chipwise.tools import ToolGeometry
 from support.check_runs import HEAD, STOCK, chipwise_check, mill_with_tools
 from support.setup_runs import chipwise_setup
@@ -97,7 +98,7 @@ def test_profiles(geometry, depth, width, lean):
 
 def test_a_plunge():
     """Straight down: the chip is the feed per tooth, the power that of the end."""
-    load = ToothLoad(D, ToolGeometry(flutes=2, chip_load=0.03), find_material("6061"), ((0.0, 800.0),))
+    load = ToothLoad(D, ToolGeometry(flutes=2, chip_load=0.03), find_material("6061"), parse_settings({"SPINDLE_POWER": "800"}))
     steps = np.array([[0.0, 0.0, -5.0]])
     loads = load.loads(steps, np.array([5.0]), np.array([math.pi * 9 * 5]), np.array([5.0]), np.array([True]))
     assert load.chips(loads, np.array([4.0]), TURNS)[0] == pytest.approx(4.0 * 60 / 16000)
@@ -121,3 +122,15 @@ def test_the_default_chip_counts_in_the_time_and_is_no_finding(tmp_path):
     tool, = report["programs"][0]["tools"]
     assert not report["programs"][0]["findings"] and tool["peak_chip_mm"] == pytest.approx(0.1, rel=0.03), out
     assert 100 / 800 * 60 - 1 < tool["volumetric_planned_s"] < 100 / 800 * 60 + 2 and tool["planned_s"] < 6
+
+
+@pytest.mark.parametrize("keys, speed, watts", [
+    ({"SPINDLE_TORQUE": "0.4"}, 6000.0, 251.33), ({"SPINDLE_TORQUE": "0.4", "SPINDLE_POWER": "200"}, 6000.0, 200.0), ({"SPINDLE_POWER": "200"}, 6000.0, 200.0),
+    ({"SPINDLE_TORQUE": "0.4", "SPINDLE_POWER": "800"}, 6000.0, 251.33), ({}, 6000.0, 0.0), ({"SPINDLE_TORQUE": "0.4"}, 0.0, 0.0)])
+def test_what_the_spindle_gives(keys, speed, watts):
+    settings = parse_settings(keys)
+    assert spindle_limit(settings, speed) == pytest.approx(watts, abs=0.01)
+    load = ToothLoad(D, ToolGeometry(flutes=2), find_material("6061"), settings)
+    loads = load.loads(np.array([[5.0, 0.0, 0.0]]), np.array([5.0]), np.array([5.0 * 24]), np.array([4.0]), np.array([True]))
+    allowed = load.allowed(loads, speed or 6000.0)
+    assert load.powers(loads, allowed, 6000.0)[0] == pytest.approx(watts, abs=0.01) if watts else speed == 0.0 or np.isinf(allowed[0])

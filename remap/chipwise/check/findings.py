@@ -25,7 +25,7 @@ RULES = {
     GOUGE: "the tool does not cut into the part of --part",
     RATE: "the removal rate stays below the tool's max_rate",
     CHIP: "the largest chip stays below the tool's chip_load",
-    POWER: "the power at the edges stays below SPINDLE_POWER",
+    POWER: "the power at the edges stays below SPINDLE_POWER and SPINDLE_TORQUE",
     MACHINE: "the machine has the tools and axes that the program names",
     LIMIT: "the axes stay within their limits",
     TOOL: "the tool is described in [CHIPWISE]TOOL_GEOMETRY",
@@ -90,7 +90,7 @@ class Finding:
         elif self.rule == CHIP:
             said = f"cuts chips of {length(self.value)}{at}, the tool's chip_load is {length(self.limit)}; lower F, or use M251"
         elif self.rule == POWER:
-            said = f"needs {self.value:.3g} W at the edges{at}, SPINDLE_POWER is {self.limit:.3g} W at this speed; lower F, or use M251"
+            said = f"needs {self.value:.3g} W at the edges{at}, the spindle has {self.limit:.3g} W at this speed (SPINDLE_POWER, SPINDLE_TORQUE); lower F, or use M251"
         elif self.rule == GOUGE:
             said = f"the part is gouged by {length(self.value)}{at}; correct the program, or the place of the part"
         elif self.rule == MACHINE and self.axis:

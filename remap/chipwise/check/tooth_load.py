@@ -17,7 +17,7 @@ import numpy as np
 from chipwise.chip_loads import chip_limit
 from chipwise.errors import CycleError, unnamed
 from chipwise.materials import material_of_file
-from chipwise.settings import power_at
+from chipwise.settings import spindle_limit
 
 WINDOW_MM = 4.0
 LEAST_AREA = 1e-3           # mm2: less is air
@@ -68,12 +68,12 @@ class Loads:
 
 
 class ToothLoad:
-    """The limits of one tool in one program.  chip: mm, chip_load of the tool or the default; own_chip: chip_load; power: points of SPINDLE_POWER; material: materials.Material; each None where not known."""
+    """The limits of one tool in one program.  chip: mm, chip_load of the tool or the default; own_chip: chip_load; settings: for what the spindle gives; material: materials.Material; each None where not known."""
 
-    def __init__(self, diameter, geometry, material, power, chip=None):
+    def __init__(self, diameter, geometry, material, settings, chip=None):
         self.profile, self.flutes, self.own_chip = Profile(diameter, geometry), geometry.flutes, geometry.chip_load
         self.chip = self.own_chip or chip
-        self.material, self.power = material, power if material else ()
+        self.material, self.settings = material, settings
         exponent = 1.0 - (material.mc if material else 0.0)
         phi = (np.arange(8 * STEPS) + 0.5) * math.pi / (8 * STEPS)
         total = np.concatenate(([0.0], np.cumsum(np.sin(phi) ** exponent) * math.pi / (8 * STEPS)))
@@ -110,13 +110,17 @@ class ToothLoad:
         edges = self.flutes * turns / 60.0
         return self.material.kc11 * edges * (speed / edges) ** self.exponent * loads.power_area / 1000.0
 
+    def power_limit(self, turns):
+        """W that the spindle gives at a speed, 1/min; 0: no limit, or no material."""
+        return spindle_limit(self.settings, turns) if self.material else 0.0
+
     def allowed(self, loads, turns):
         """(n,) mm/s: the largest speeds within the limits; inf where nothing limits."""
         edges, most = self.flutes * turns / 60.0, np.full(len(loads.chip), np.inf)
         with np.errstate(divide="ignore", over="ignore"):
             if self.chip:
                 most = self.chip * edges / loads.chip
-            limit = power_at(self.power, turns)
+            limit = self.power_limit(turns)
             if limit:
                 most = np.minimum(most, edges * (limit * 1000.0 / (self.material.kc11 * edges * loads.power_area)) ** (1.0 / self.exponent))
         return most
@@ -131,15 +135,15 @@ class Limits:
             self.material = material_of_file(program, settings["MATERIAL"], settings.path("MATERIALS"))
         except CycleError as error:
             self.notes.append([0, unnamed(error)])
-        if settings["SPINDLE_POWER"] and not self.material and not self.notes:
+        if (settings["SPINDLE_POWER"] or settings["SPINDLE_TORQUE"]) and not self.material and not self.notes:
             self.notes.append([0, "the power is not judged: no material is known; add (MATERIAL,NAME=6061), or set [CHIPWISE]MATERIAL"])
 
     def of_tool(self, diameter, geometry):
         """A ToothLoad, or None where nothing limits the tool."""
         chip = chip_limit(diameter, geometry, self.material, self.settings)
-        if not geometry or not geometry.flutes or not (chip or self.material and self.settings["SPINDLE_POWER"]):
+        if not geometry or not geometry.flutes or not (chip or self.material and (self.settings["SPINDLE_POWER"] or self.settings["SPINDLE_TORQUE"])):
             return None
-        return ToothLoad(diameter, geometry, self.material, self.settings["SPINDLE_POWER"], chip)
+        return ToothLoad(diameter, geometry, self.material, self.settings, chip)
 
     def unknown(self, number, line, geometry, turns):
         """Note once what a limit of a tool lacks."""

@@ -8,7 +8,6 @@ from chipwise.check.findings import CHIP, POWER
 from chipwise.check.times import OFF
 from chipwise.check.tooth_load import Limits
 from chipwise.errors import format_length
-from chipwise.settings import power_at
 
 TOOTH_SLACK = 1.1           # the arc of a cut is known to some per cent (tooth_load.py)
 LEAST_RUB_S = 0.5           # what a tool rubs as it enters and leaves is not spoken of
@@ -50,7 +49,7 @@ class ToothRules:
         speed = np.where(loads.sound, np.minimum(block[:, 5] / 60.0, length / np.maximum(self.timer.seconds[0], 1e-12)), 0.0)
         chips, powers = tooth.chips(loads, speed, self.turns), tooth.powers(loads, speed, self.turns)
         tool.peak_chip = max(tool.peak_chip or 0.0, float(chips.max()))
-        limit = power_at(tooth.power, self.turns) or None
+        limit = tooth.power_limit(self.turns) or None
         if tooth.material and (tool.peak_power is None or powers.max() > tool.peak_power):
             tool.peak_power, tool.power_limit = float(powers.max()), limit
         self._rub(loads, length, block[:, 1])

@@ -143,6 +143,7 @@ def feed_parameters(ini, settings, units, acceleration):
         'air-vel': settings['AIR_FEED'] / 60 * units,
         'plunge-vel': settings['PLUNGE_FEED'] / 60 * units,
         'max-chip-thickness': settings['MAX_CHIP'],
+        'max-torque': settings['SPINDLE_TORQUE'],
         'recover-accel': settings['RECOVERY'] * units,
         'deadband': settings['DEADBAND'],
         'max-jerk': planner_jerk(ini),

@@ -21,8 +21,9 @@ def lacking(state):
         return ""
     settings = state.settings
     material = material_of_file(context.main_file(state.interp), settings["MATERIAL"], settings.path("MATERIALS"))
-    if material and (settings["SPINDLE_POWER"] or chip_limit(state.tool_diameter(), geometry, material, settings)):
+    spindle = settings["SPINDLE_POWER"] or settings["SPINDLE_TORQUE"]
+    if material and (spindle or chip_limit(state.tool_diameter(), geometry, material, settings)):
         return ""
-    if not (settings["SPINDLE_POWER"] or settings["DEFAULT_CHIP"]):
+    if not (spindle or settings["DEFAULT_CHIP"]):
         return f"chip_load of tool {number} to [CHIPWISE]TOOL_GEOMETRY"
     return f"chip_load of tool {number} to [CHIPWISE]TOOL_GEOMETRY, or (MATERIAL,NAME=..) to the program"

@@ -31,7 +31,7 @@ class Limits:
             found = material_of(text, self.settings['MATERIAL'], self.settings.path('MATERIALS'))
         except CycleError as error:
             problem = unnamed(error)
-        if not found and not problem and self.settings['SPINDLE_POWER']:
+        if not found and not problem and (self.settings['SPINDLE_POWER'] or self.settings['SPINDLE_TORQUE']):
             problem = NO_MATERIAL
         self.material, self.told = found, set()
         self.component['specific-force'] = found.kc11 if found else 0.0
