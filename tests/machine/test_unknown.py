@@ -25,6 +25,7 @@ SLOT = BEGIN + 'G0 X-10 Y20 Z5\nG0 Z-2\nG1 X70\nG0 Z5\nM252\nM2\n'
 FEED, BY, VELOCITY, VOLUME, TYPE = ('volumetric-feed.0.adaptive-feed', 'volumetric-feed.0.limited-by',
                                     'motion.current-vel', 'stock-tracker.0.removed-volume', 'motion.motion-type')
 OVERRIDE_IGNORED = 'volumetric-feed.0.override-ignored'
+X = 'axis.x.pos-cmd'
 MILL = Shared('unknown')
 STEPS = Shared('unknown steps')      # of its own: after the last step LinuxCNC 2.9 may pause the first move that comes, also one of MDI
 
@@ -61,6 +62,25 @@ def test_single_steps(answers):
     assert steps is not None and steps >= 3
     assert errors == []
     assert values(last) == [pytest.approx(WHOLE, rel=0.003), 0.0, 1.0]
+
+
+# Without Q: two edges, 3000 1/min and the default chip of 0.05 mm of a tool of 6 mm in aluminium; then the spindle stands
+CHIP_VEL, ALONE_F = 2 * 50 * 0.05, 10.0     # mm/s
+ALONE = ('(MATERIAL,NAME=6061)\n' + BEGIN.replace('Q6 ', '').replace('F300\nS10000', 'F600\nS3000') +
+         'G0 X-10 Y20 Z5\nG0 Z-2\nG1 X40\nM5\nG1 X70\nG0 Z5\nM252\nM2\n')
+TARGETS = 'volumetric-feed.0.mode', 'volumetric-feed.0.mrr-target', 'volumetric-feed.0.mrr-effective'
+
+
+@pytest.mark.scene(MILL, [
+    ['start', ALONE], ['until', VOLUME, '>', 200], ['until', BY, '>', 5.5], ['over', 0.5, VELOCITY, BY], ['pins', *TARGETS],
+    ['until', X, '>', 45], ['until', VELOCITY, '>', 0.99 * ALONE_F], ['over', 0.5, VELOCITY, BY], ['finish'], ['pins', VOLUME]])
+def test_without_a_rate(answers):
+    """M251 P2 without Q: the chip is kept, and beside it the tool's own rate counts; F as soon as the spindle stands."""
+    _start, _met, by, (velocity, limit), pins, _on, _fast, (standing, fallback), errors, last = answers
+    assert by == 6 and limit == [6, 6] and velocity == [pytest.approx(CHIP_VEL, rel=0.02)] * 2
+    assert values(pins) == [2.0, 0.0, 12000.0]
+    assert fallback == [5, 5] and standing == [pytest.approx(ALONE_F, rel=0.001)] * 2
+    assert not errors and values(last) == [pytest.approx(WHOLE, rel=0.003)]
 
 
 @pytest.mark.scene(MILL, [
