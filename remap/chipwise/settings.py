@@ -141,7 +141,7 @@ SETTINGS = {
     "STOCK_DIR": Setting("stock", "path", str, lambda v: v != "", "the path of a folder"),
     "STATIONS": Setting("stations.toml", "path", str, lambda v: v != "", "the path of a TOML file"),
     "KEEP_STOCK": Setting(False, "", _switch, lambda v: True, "yes or no"),
-    "SHADOW": Setting(False, "", _switch, lambda v: True, "yes or no"),
+    "SHADOW": Setting(True, "", _switch, lambda v: True, "yes or no"),
     "PATTERNS": Setting("patterns", "path", str, lambda v: v != "", "one or more paths of folders"),
     "ENTRY": Setting("", "path", str, lambda v: True, "the path of a TOML file"),
     "COLOURS": Setting("", "path", str, lambda v: True, "the path of a TOML file"),

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from support.operate import BOX, Shared, operate
+from support.operate import BOX, NO_SHADOW, Shared, operate
 
 pytestmark = pytest.mark.machine
 
@@ -278,7 +278,7 @@ def test_run_from_line_asks(tmp_path):
     """No stock, or that of something else: nothing moves."""
     scenes = [[['mdi', 'T1 M6'], *before, ['position'], *run_from(SLOTS.replace(BOX, line), SECOND), ['position'],
                ['pins', 'stock-tracker.0.stock-defined', MODE]] for line, before, _said in ASKS]
-    found = operate(tmp_path, sum(scenes, []))
+    found = operate(tmp_path, sum(scenes, []), edit=NO_SHADOW)
     for (line, before, said), scene in zip(ASKS, scenes):
         answers, found = found[:len(scene)], found[len(scene):]
         end, position, pins = answers[-3:]

@@ -9,7 +9,7 @@ import subprocess
 import pytest
 
 from chipwise.headless import runner
-from support.operate import BOX, SCRIPTED, operate
+from support.operate import BOX, NO_SHADOW, SCRIPTED, operate
 
 pytestmark = pytest.mark.machine
 
@@ -204,6 +204,6 @@ def test_a_program_with_g93_is_named_when_it_is_opened(tmp_path):
     """With F remapped LinuxCNC ends it at the tenth F, with a message about nesting that says nothing to an operator."""
     program = tmp_path / 'inverse.ngc'
     program.write_text('G21\n(G93)\nG93 G1 X1 F60\nM2\n')
-    *_, errors, said = operate(tmp_path, [['open', str(program)], ['messages', 'G93'], ['errors'], ['messages']])
+    *_, errors, said = operate(tmp_path, [['open', str(program)], ['messages', 'G93'], ['errors'], ['messages']], edit=NO_SHADOW)
     assert [message for message in said if 'inverse.ngc uses G93 (line 3)' in message and 'REMAP = F' in message] == said != []
     assert errors == []

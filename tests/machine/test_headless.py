@@ -17,7 +17,7 @@ pytestmark = pytest.mark.machine
 
 SPEED = 4           # LinuxCNC drops a command that motion does not answer within COMM_TIMEOUT, 30 s of this clock
 KEYS = {'program', 'finished', 'cycle_s', 'volume_mm3', 'rate_target', 'rate_mean',
-        'rate_peak', 'over_target_share', 'holes_chopped', 'largest_piece_mm', 'errors'}
+        'rate_peak', 'over_target_share', 'holes_chopped', 'largest_piece_mm', 'stock', 'errors'}
 SQUARE = 'G21 G90 G17 G40\nG0 X10 Y10 Z20\nF1200\nG1 X60\nG2 X60 Y30 I0 J10\nG1 X10\nM2\n'
 
 
@@ -37,7 +37,7 @@ def test_program_runs_to_its_end(tmp_path):
     assert set(summary) == KEYS | {'exit_status'}
     assert summary['program'] == 'program.ngc'
     assert summary['finished'] is True
-    assert summary['errors'] == []
+    assert summary['errors'] == [] and summary['stock'] is None
     feed_s = (50 + np.pi * 10 + 50) / 20
     rapid_s = 70 / 100 + 100 / 500          # Z from 90 to 20 at 100 mm/s, 500 mm/s2
     data = np.load(log)
@@ -178,11 +178,29 @@ def test_figures_of_a_known_cut(tmp_path, machine):
     log = str(tmp_path / 'log.npz')
     summary = run(tmp_path, SLOTS, ini=ini, log=log)
     assert (summary['exit_status'], summary['errors']) == (0, []), summary['errors']
-    assert summary['volume_mm3'] == pytest.approx((6 + 4) * 40 * 3, rel=0.005)
+    assert summary['volume_mm3'] == pytest.approx((6 + 4) * 40 * 3, rel=0.005) and summary['stock'] == 'program'
     assert summary['rate_target'] == pytest.approx(3600)
     assert summary['rate_mean'] == pytest.approx(3600, rel=0.03)
     assert summary['over_target_share'] < 0.05
     assert np.load(log)['units_per_mm'] == pytest.approx(1 if machine == 'mill' else 1 / 25.4)
+
+
+UNKNOWN = 'G21 G90 G64 P0.01\nT1 M6\nG0 X-40 Y20 Z5\nG1 Z-3 F600\nX30\nG0 Z5\nM2\n'       # without M250
+
+
+def test_a_program_as_it_is_and_set_up(tmp_path):
+    """It is started when the monitor has read it: on the stock that is assumed, and with the set-up beside it, which raises the feed above F."""
+    assumed = run(tmp_path, UNKNOWN)
+    assert (assumed['exit_status'], assumed['errors'], assumed['stock']) == (0, [], 'assumed')
+    assert assumed['volume_mm3'] == pytest.approx(70 * 6 * 3 + np.pi * 9 * 3, rel=0.02)
+    done = subprocess.run([os.path.join(runner.ROOT, 'bin', 'chipwise'), 'setup', str(tmp_path / 'program.ngc'), '--ini', runner.HEADLESS, '--yes',
+                           '--stock', '-10', '0', '-10', '40', '40', '0'], text=True, capture_output=True, stdin=subprocess.DEVNULL)
+    assert done.returncode == 0, done.stderr
+    job = run(tmp_path, UNKNOWN, log=str(tmp_path / 'log.npz'))
+    assert (job['exit_status'], job['errors'], job['stock']) == (0, [], 'job')
+    assert 0.9 * 6 * 3 * 600 < job['rate_peak'] < 1.02 * 6 * 3 * 600
+    log = np.load(tmp_path / 'log.npz')
+    assert log['velocity'][(log['motion_type'] == 2) & (log['x'] < -20)].max() == pytest.approx(20.0, rel=0.01)      # twice F, in air
 
 
 GUARDED = {

@@ -9,7 +9,7 @@ import pytest
 
 from chipwise.setup.job import Job, JobTool, text_of
 from support.headless_rig import WITH_LOG, motion_rows
-from support.operate import operate
+from support.operate import NO_SHADOW, operate
 
 pytestmark = pytest.mark.machine
 
@@ -33,6 +33,7 @@ PINS = ['stock-tracker.0.certain', 'stock-tracker.0.removed-volume', 'chipwise-c
 VELOCITY, RATE, MODE, REMOVED = 'motion.current-vel', 'volumetric-feed.0.peak-rate', 'volumetric-feed.0.mode', 'stock-tracker.0.removed-volume'
 SET_UP = 'set up as confirmed'
 FRESH = ['TRUE', '0', 'FALSE', '0', 'TRUE']
+LOG_ALONE = WITH_LOG + '\n' + NO_SHADOW             # or another program has an assumed stock
 
 
 def with_job(path, text=PROGRAM, low=(-5.0, 0.0, -10.0), high=(35.0, 30.0, 0.0), tools=None, source='option', air=False):
@@ -54,11 +55,11 @@ def test_it_is_a_limit_and_ends_with_its_program(tmp_path):
     part, other = with_job(tmp_path / 'part.ngc'), tmp_path / 'other.ngc'
     other.write_text(PROGRAM.replace('G64 P0.01', 'G61'))         # without blends, which depend on when the task sends a move
     home, ran, fresh = ['mdi', 'G0 X0 Y0 Z20'], ['log', str(other)], [['sleep', 2.0], ['pins', *PINS]]
-    alone = operate(tmp_path, [home, ran], edit=WITH_LOG, speed=1, timeout=100)
+    alone = operate(tmp_path, [home, ran], edit=LOG_ALONE, speed=1, timeout=100)
     answers = operate(tmp_path, [
         *opened(part), ['pins', *PINS], ['log', part], ['pins', *PINS, RATE], *fresh, ['log', part], ['pins', *PINS, RATE], *fresh,
         ['begin'], ['sleep', 0.5], ['estop'], ['pins', *PINS], ['on'], *fresh,
-        ['open', str(other)], *fresh, home, ran, ['pins', *PINS]], edit=WITH_LOG, speed=1, timeout=120)
+        ['open', str(other)], *fresh, home, ran, ['pins', *PINS]], edit=LOG_ALONE, speed=1, timeout=120)
     assert answers[3] == FRESH
     for errors, log in (answers[4], answers[8]):
         velocity = np.linalg.norm(np.diff(motion_rows(log), axis=0), axis=1) / np.load(log)['period']

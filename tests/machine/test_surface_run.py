@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from support import drop_oracle, surface_cases
 from support.demo_runs import GROUP, demo_run
-from support.operate import operate
+from support.operate import NO_SHADOW, operate
 
 from chipwise.check.sweep import Shape
 from chipwise.headless import runner
@@ -71,6 +71,6 @@ def test_cuts_of_an_ended_program_are_not_known(tmp_path):
     again = [['start', rest], low, ['abort'], ['errors']]
     steps = [['start', levels], in_level, ['abort'], *again, ['start', levels], in_level, ['pause'], ['abort'], *again,
              ['start', levels], in_level, ['estop'], ['home'], *again, ['start', rest], low, up, ['finish'], *again, ['messages']]
-    answers = operate(tmp_path, steps)
+    answers = operate(tmp_path, steps, edit=NO_SHADOW)
     said = [text for (name, *_), answer in zip(steps, answers) if name in ('errors', 'messages') for text in answer]
     assert not any('chipwise' in text or 'nothing is cut' in text for text in said), said

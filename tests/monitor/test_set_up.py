@@ -246,3 +246,31 @@ def test_the_only_tool_of_another_set_up(scene, tmp_path):
     status.file = ""
     look(scene)
     assert set_up.tool(0, Tool(), 1.0).diameter == 0 and pins["job-target"] == 0.0 and not pins["job"]
+
+
+def test_the_program_is_read_when_nothing_more_is_to_come(scene, part, tmp_path):
+    """For a display that waits before it starts the program: not before the job file has been read and its set-up is in force, nor for another program."""
+    set_up, _pins, status, *_ = scene
+    path = str(part)
+    assert not set_up.has_read(path)
+    look(scene)
+    assert not set_up.has_read(path)
+    set_up.reading.answer = dict(ANSWER)
+    look(scene, 4)
+    assert set_up.has_read(path) and not set_up.has_read(str(tmp_path / "other.ngc"))
+    status.file = str(tmp_path / "other.ngc")
+    (tmp_path / "other.ngc").write_text(SLOT)
+    assert not look(scene) and set_up.has_read(status.file) and not set_up.has_read(path)
+
+
+def test_a_set_up_that_is_refused_or_waits_for_another_mode_has_been_read(scene, part):
+    set_up, _pins, status, *_ = scene
+    look(scene)
+    set_up.reading.answer = {"why": "it is not TOML"}
+    look(scene)
+    assert set_up.has_read(str(part))
+    part.write_text(SLOT + "G4 P1\n")
+    look(scene)
+    status.task_mode, set_up.reading.answer = LINUXCNC.MODE_AUTO, dict(ANSWER)
+    look(scene, 4)
+    assert set_up.has_read(str(part)) and set_up.said_mode

@@ -14,6 +14,8 @@ BOX = 'M250 P0 Q0 R-10 I60 J40 K10'                    # the stock of most tests
 SPEED = 4       # of the machine's time; what the task does between moves takes that much more of it
 
 
+NO_SHADOW = r's/^KEEP_STOCK = .*/&\nSHADOW = no/'       # a sed command: no stock is assumed, and nothing is said of one
+
 CELL_MM = 0.133333333  # side of the cells of a small stock with the sample INI files: 90 across their flat tool of 12 mm
 TIMEOUT_S = 300     # real time, for one start and its steps
 

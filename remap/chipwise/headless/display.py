@@ -29,15 +29,19 @@ import tempfile
 import time
 
 from chipwise import ROOT, report, version
+from chipwise.clock import patience
 from chipwise.errors import CycleError, unnamed
 from chipwise.halcmd import getp
 from chipwise.headless import log as runlog
 from chipwise.headless import sampling, session
 from chipwise.ini import Ini
+from chipwise.monitor import known
 
 DEFAULT_TIMEOUT_S = 3600.0
+READ_S = 150.0          # for a program that is read; the monitor gives up before
+MONITOR = 'chipwise-monitor.'
 KEYS = ('program', 'finished', 'cycle_s', 'volume_mm3', 'rate_target', 'rate_mean',
-        'rate_peak', 'over_target_share', 'holes_chopped', 'largest_piece_mm', 'errors')
+        'rate_peak', 'over_target_share', 'holes_chopped', 'largest_piece_mm', 'stock', 'errors')
 # The figures that need a column the machine may not have.
 NEEDS = {'volume_mm3': 'removed_volume', 'rate_mean': 'removed_volume',
          'rate_peak': 'removed_volume', 'rate_target': 'rate_target',
@@ -68,6 +72,7 @@ def run(summary, ini, deadline, folder):
         machine.switch_on()
         machine.home()
         machine.open(program)
+        wait_for_monitor(machine, deadline)
         clear_report()
         sampled = sampler.start()
         started, idle_s = time.monotonic(), 0.0
@@ -76,6 +81,7 @@ def run(summary, ini, deadline, folder):
             summary['finished'] = not machine.failure
         finally:
             summary['cycle_s'] = round(time.monotonic() - started - idle_s, 3)
+            summary['stock'] = known.SOURCES[machine.guard.value(MONITOR + known.STOCK_SOURCE) or 0]
             sampler.stop()
             if sampled:
                 add_figures(summary, sampler, Ini(ini).servo_period_s(), idle_s, machine)
@@ -84,6 +90,15 @@ def run(summary, ini, deadline, folder):
         summary['errors'] += machine.errors
         if machine.failure and not summary['errors']:
             summary['errors'].append('chipwise-headless: %s' % machine.failure)
+
+
+def wait_for_monitor(machine, deadline):
+    """Until chipwise-monitor has read the open program: its set-up, or the stock that is assumed for it, counts from the first move on.  A machine need
+    not have a monitor."""
+    wanted, end = known.checksum(machine.status.file), min(deadline, time.monotonic() + patience(READ_S))
+    while machine.guard.value(MONITOR + known.PROGRAM_READ) not in (wanted, None) and time.monotonic() < end:
+        machine.poll()
+        time.sleep(session.POLL_S)
 
 
 def add_figures(summary, sampler, period, idle_s, machine):

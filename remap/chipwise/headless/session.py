@@ -39,13 +39,17 @@ class Guard:
         self.since = None           # time.monotonic() when it was first seen to stop the machine
 
     def pin(self, name):
-        """Value of a pin, None if there is none."""
+        """Value of one of its pins, None if there is none."""
+        return self.value('chipwise-guard.0.' + name)
+
+    def value(self, name):
+        """Value of any pin, None if there is none."""
         import hal
         if self.component is None:
             self.component = hal.component('chipwise-headless-%d' % os.getpid())
             self.component.ready()
         try:
-            return hal.get_value('chipwise-guard.0.' + name)
+            return hal.get_value(name)
         except RuntimeError:
             return None
 

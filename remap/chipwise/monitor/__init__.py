@@ -16,6 +16,7 @@
     set_up.py           a program that a person has set up
     tool_place.py       where the tool is, from the servo thread's pins
     set_up_time.py      how long a program would take set up
+    known.py            whether the loaded program has been read, and whose the stock is, for a display
     answering.py        a process that reads the loaded program for these two
     saying.py           what these two and limits.py have for the operator, when it is quiet
 """

@@ -8,7 +8,7 @@ import zlib
 
 from chipwise import loaded
 from chipwise.files import printable
-from chipwise.monitor.stock_files import LARGEST_S32
+from chipwise.monitor.known import LARGEST_S32
 
 
 def mark_of(program):

@@ -2,7 +2,7 @@
 """The HAL pins of chipwise-monitor.  Called by cli/monitor.py."""
 
 from chipwise.halcmd import halcmd, signal_of
-from chipwise.monitor import set_up_time, takeover
+from chipwise.monitor import known, set_up_time, takeover
 
 COMPONENT = 'chipwise-monitor'
 
@@ -14,7 +14,7 @@ def make_component():
     component = hal.component(name)
     for name in ('tool-diameter', 'tool-corner-radius', 'tool-tip-angle', 'tool-flute-length'):
         component.newpin(name, hal.HAL_FLOAT, hal.HAL_OUT)
-    for name in ('tool-number', 'tool-followed', 'heartbeat', 'program-loaded', 'program-mark', 'job-stock'):
+    for name in ('tool-number', 'tool-followed', 'heartbeat', 'program-loaded', 'program-mark', 'job-stock', *known.PINS):
         component.newpin(name, hal.HAL_S32, hal.HAL_OUT)
     for name in ('tool-max-rate', 'tool-flutes', 'max-chip', 'min-chip', 'max-power', 'specific-force', 'force-exponent'):
         component.newpin(name, hal.HAL_FLOAT, hal.HAL_OUT)

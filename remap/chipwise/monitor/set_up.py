@@ -125,6 +125,10 @@ class SetUp:
         with contextlib.suppress(Exception):
             self._give_up_stock()
 
+    def has_read(self, program):
+        """Whether nothing more is to come for the loaded program: it has no set-up, or its set-up is in force, or waits for another mode."""
+        return not self.ini or bool(self.loaded and self.loaded[0] == program and (not self.claims or self.in_force or self.said_mode))
+
     # ---- what is said ----------------------------------------------------------------------------------------------
 
     def _name(self):
@@ -181,18 +185,18 @@ class SetUp:
             return
         self.ran = self.said_late = self.said_mode = False
         self.asked = 0, 0.0
-        if self.pins["run-end"] == RunEnd.WHOLE and self._has_stock() and self.answer:
+        if self.pins["run-end"] == RunEnd.WHOLE and self.has_stock() and self.answer:
             self.stock_is_due = True
 
     # ---- the stock -------------------------------------------------------------------------------------------------
 
-    def _has_stock(self):
+    def has_stock(self):
         """Whether the stock in the map is that of the set-up."""
         return 0 != self.pins["job-stock"] == self.files.count()
 
     def _give_up_stock(self):
         """Of a set-up that has ended: no other program has it."""
-        if self._has_stock():
+        if self.has_stock():
             self.files.empty()
         self.pins["job-stock"] = 0
 

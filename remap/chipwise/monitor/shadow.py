@@ -98,7 +98,7 @@ class Shadow:
             answer = self.reading.take()
             if answer:
                 self._take(answer)
-        if self.wanted is not None and not (self.pins["stock-defined"] and self.pins["certain"]) and not self.pins["request"]:
+        if self.wanted is not None and not self._is_certain() and not self.pins["request"]:
             answer, self.wanted = self.wanted, None
             with self.working():
                 self._write(answer, place, lambda: status.poll() or is_idle(linuxcnc, status))
@@ -110,6 +110,15 @@ class Shadow:
         self.loaded = self.answer = self.wanted = self.written = self.owner = self.asks_tool = None
         self.tools = {}
         self.saying.forget()
+
+    def has_read(self, program):
+        """Whether nothing more is to come for the loaded program."""
+        waits = self.reading.child is not None or self.wanted is not None and not self._is_certain()
+        return not self.is_on or bool(self.loaded and self.loaded[0] == program and not waits)
+
+    def _is_certain(self):
+        """Whether there is a stock that a program or a person has confirmed."""
+        return bool(self.pins["stock-defined"] and self.pins["certain"])
 
     def _tool_state(self, scene):
         """What the answer for a program with an unknown tool depends on."""
@@ -128,7 +137,7 @@ class Shadow:
     def _take(self, answer):
         if answer.get("asks_tool"):
             self.asks_tool = self._tool_state(self.scene)
-        if answer["why"]:
+        if answer["why"] and not self._is_certain():
             self.saying.tell(f"{os.path.basename(self.loaded[0])}: no stock is assumed: {answer['why']}; {answer.get('remedy') or NO_STOCK}")
         if answer.get("low"):
             self.answer = self.wanted = answer

@@ -18,18 +18,17 @@ from dataclasses import replace
 
 from chipwise.clock import patience
 from chipwise.files import JOURNAL, printable, read_bytes, remove_durable, write_durable
+from chipwise.monitor.known import LARGEST_S32
 from chipwise.monitor.live_stock import LiveStock
 from chipwise.stock import journal, reasons
 from chipwise.stock.layout import FileRequest
 
 HELD_TIMEOUT_S = 10.0       # for the tracker's answer, which comes in its next period: a busy computer may hold up either for seconds
 
-
 NOT_ENDED = ('the stock of the last run is not known ([CHIPWISE]KEEP_STOCK): LinuxCNC or chipwise-monitor did not end in order (power loss, crash); '
              'define it with M250, or restore it with M254')
 OPEN_TEXT = b"A run of LinuxCNC with [CHIPWISE]KEEP_STOCK has a stock. If none runs, it did not end in order, and the stock as saved last is in kept.journal.\n"
 MOST_OPEN = 4096
-LARGEST_S32 = 0x7fffffff
 
 
 def words_of(note, now):

@@ -12,12 +12,12 @@ import os
 import signal
 import threading
 import time
-import zlib
 from contextlib import contextmanager
 
 from chipwise.clock import patience
 from chipwise.files import printable
 from chipwise.loaded import MainProgram
+from chipwise.monitor import known
 from chipwise.monitor.carried_feed import CarriedFeed, mark_of
 from chipwise.monitor.hints import Hints
 from chipwise.monitor.limits import Limits
@@ -28,7 +28,7 @@ from chipwise.monitor.set_up import SetUp
 from chipwise.monitor.shadow import Shadow
 from chipwise.monitor.spindle_tool import SpindleTool
 from chipwise.monitor.start_line import Quiet, StartLine
-from chipwise.monitor.stock_files import LARGEST_S32, StockFiles
+from chipwise.monitor.stock_files import StockFiles
 from chipwise.monitor.tool_place import ToolPlace
 from chipwise.settings import feed_is_remapped
 from chipwise.stock.layout import MOTION_ARC, MOTION_FEED, Fault, GuardReason, LimitedBy
@@ -119,7 +119,7 @@ class Monitor(SpindleTool):
         running = status.task_mode == self.linuxcnc.MODE_AUTO and status.interp_state != self.linuxcnc.INTERP_IDLE
         self.stock_files.was_on |= status.task_state == self.linuxcnc.STATE_ON
         path = self.main_program()
-        program = zlib.crc32(path.encode('utf-8', 'replace')) & LARGEST_S32
+        program = known.checksum(path)
         if running and pins['program-running'] and pins['program-loaded'] != program:
             running = False
             if pins['mode']:
@@ -275,6 +275,7 @@ class Monitor(SpindleTool):
             self.shadow.leave()
         else:
             self.shadow.follow(self.linuxcnc, self.status)
+        known.show(self.component, self.main_program(), self.shadow, self.set_up)
 
     def step(self):
         self.machine_tool = self.component['tool-in-spindle']       # before the status, which follows it

@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Whether the loaded program has been read, and whose the stock is (monitor/known.py), and what of it an assumed stock says (monitor/shadow.py)."""
+
+import types
+
+import pytest
+
+from chipwise.monitor import known, saying
+from chipwise.monitor import shadow as module
+from chipwise.settings import parse_settings
+
+PART = "/a/part.ngc"
+LINUXCNC = types.SimpleNamespace(INTERP_IDLE=1, error=OSError, stat=None)
+
+
+def shown(shadow=True, set_up=True, claims=False, has_stock=False, path=PART, **pins):
+    """The two pins."""
+    pins = dict.fromkeys(("stock-defined", "certain"), False) | {name.replace("_", "-"): value for name, value in pins.items()}
+    known.show(pins, path, types.SimpleNamespace(has_read=lambda _path: shadow), types.SimpleNamespace(has_read=lambda _path: set_up, claims=claims, has_stock=lambda: has_stock))
+    return pins[known.PROGRAM_READ], known.SOURCES[pins[known.STOCK_SOURCE]]
+
+
+def test_both_have_read_it():
+    assert shown()[0] == known.checksum(PART) > 0
+    assert shown(shadow=False)[0] == shown(set_up=False)[0] == shown(path="")[0] == 0
+    assert shown(shadow=False, claims=True)[0] == known.checksum(PART)          # a set-up: nothing is assumed
+
+
+def test_whose_the_stock_is():
+    assert [shown(has_stock=job, stock_defined=defined, certain=certain)[1] for defined, certain, job in
+            ((False, False, False), (False, True, True), (True, False, False), (True, True, False), (True, True, True))] == [None, None, "assumed", "program", "job"]
+
+
+class Reading:
+    """In place of the process."""
+
+    child = answer = None
+
+    def ask(self, order):
+        self.child = order
+
+    def take(self):
+        found, self.answer = self.answer, None
+        self.child = None if found else self.child
+        return found
+
+    def end(self):
+        self.child = None
+
+
+@pytest.fixture(name="scene")
+def make_scene(tmp_path, monkeypatch):
+    """(Shadow, its pins, look(), what was said); the loaded program is part.ngc."""
+    part = tmp_path / "part.ngc"
+    part.write_text("G1 X1 F100\nM2\n")
+    status = types.SimpleNamespace(file=str(part), interp_state=1, queue=0, inpos=True, poll=lambda: None)
+    monkeypatch.setattr(saying, "Quiet", lambda *_: lambda: True)
+    monkeypatch.setattr(module.loaded, "scene", lambda _status: {"tool": 1})
+    monkeypatch.setattr(module.loaded, "place", lambda _scene: (1,))
+    pins, said = dict.fromkeys(("stock-defined", "certain", "request", "new-part", "parts"), 0), []
+    shadow = module.Shadow(pins, parse_settings({}), None, str(tmp_path / "mill.ini"), said.append)
+    shadow.reading, shadow.written_to = Reading(), []
+    monkeypatch.setattr(shadow, "_write", lambda *arguments: shadow.written_to.append(arguments))
+
+    def look(times=1):
+        for _ in range(times):
+            shadow.follow(LINUXCNC, status)
+    return shadow, pins, look, said
+
+
+BOX = {"why": "", "low": [0, 0, -1], "high": [1, 1, 0]}
+NONE = {"why": "the program feeds at one height only", "low": None}
+
+
+def test_it_is_on_unless_the_ini_file_says_no(tmp_path):
+    assert parse_settings({})["SHADOW"] and not parse_settings({"SHADOW": "no"})["SHADOW"]
+    pins = {"new-part": 0}
+    assert module.Shadow(pins, parse_settings({"SHADOW": "no"}), None, "mill.ini", None).has_read(PART)
+
+
+@pytest.mark.parametrize("answer, times", [(BOX, 1), (NONE, 0)])
+def test_it_is_read_when_the_stock_is_there_or_none_is_to_come(scene, answer, times):
+    shadow, _pins, look, _said = scene
+    look(2)
+    program = shadow.loaded[0]
+    assert not shadow.has_read(program)
+    shadow.reading.answer = dict(answer)
+    look()
+    assert shadow.has_read(program) and not shadow.has_read(PART) and len(shadow.written_to) == times
+
+
+@pytest.mark.parametrize("certain", [True, False])
+def test_where_a_stock_is_known_nothing_is_said_of_none(scene, certain):
+    """M250 by MDI, then a program without one: nobody needs to hear what lacks for another stock."""
+    shadow, pins, look, said = scene
+    pins["stock-defined"] = pins["certain"] = certain
+    look()
+    shadow.reading.answer = dict(NONE)
+    look(3)
+    assert bool(said) is not certain
+
+
+def test_a_stock_that_is_known_keeps_nobody_waiting(scene):
+    shadow, pins, look, _said = scene
+    pins["stock-defined"] = pins["certain"] = True
+    look()
+    shadow.reading.answer = dict(BOX)
+    look()
+    assert shadow.has_read(shadow.loaded[0]) and not shadow.written_to
