@@ -152,7 +152,7 @@ def test_a_late_look_ends_m251_for_another_program_only(watched, monkeypatch):
     fake = types.SimpleNamespace(MODE_AUTO=2, INTERP_IDLE=1, STATE_ON=4)
     watched.linuxcnc, pins, said = fake, watched.component, []
     watched.inform = said.append
-    watched.status = types.SimpleNamespace(task_mode=2, interp_state=3, task_state=4, file='one.ngc', echo_serial_number=1)
+    watched.status = types.SimpleNamespace(task_mode=2, interp_state=3, task_state=4, file='one.ngc', echo_serial_number=1, motion_line=0)
     pins.update({'mode': 2, 'program-running': False, 'program-loaded': 0, 'feed-carried': False})
     watched.follow_run(0.0)
     watched.status.echo_serial_number = 9           # commands of the operator, seen seconds later
