@@ -1,21 +1,23 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""How hard each strategy of G79 works the tool: exact engagement, length, time, planning; nine shapes.
+"""G79 P4 against its targets: engagement, length, time, planning; nine shapes and random pockets.
 
-    /usr/bin/python3 bench/bench_engagement.py [--strategy 0]
+    /usr/bin/python3 bench/bench_engagement.py [--count 40] [--first 0] [--strategy 4]
 
-Engagement by tests/support/engagement_judge.py.  Tool 6 mm, D 2.4 mm,
+Engagement by tests/support/engagement_judge.py (exact), everything else by tests/support/pocket_oracle.py.  Tool 6 mm, D 2.4 mm,
 F1500, one level.  LB: area the tool reaches / D.  Length: at the feed at the level, without the helix.  Time: 500 mm/s2, rapids of
 6000 mm/min from and to standstill, bends as slow as the acceleration asks; without the descents.  Degrees are above nominal.
 """
 import argparse
 import math
 import time
+from dataclasses import replace
 
 import numpy as np
 
 from roots import ROOT
 from support import engagement_judge, hole_oracle
 from support.engagement_shapes import SHAPES
+from support.pocket_judge import random_request, verdict
 from chipwise.cycles import pocket
 from chipwise.errors import CycleError
 from chipwise.geometry.base import elements
@@ -24,9 +26,10 @@ from chipwise.geometry.base.contour import make_contour
 
 RADIUS, STEP, FEED, ACCEL, RAPID = 3.0, 2.4, 25.0, 500.0, 100.0
 SHARP = 0.1         # rad: a corner at which the path stops
+NEAR = 0.1          # mm over the level that a feed still belongs to it
 
 
-def request(loops, strategy=0, **fields):
+def request(loops, strategy=4, **fields):
     return pocket.PocketRequest(loops=loops, bottom=-3.0, clearance=1.0, tool_radius=RADIUS, step=STEP, feed=60 * FEED, plunge_feed=300.0,
                                 start=(0.0, 0.0, 10.0), strategy=strategy, **fields)
 
@@ -43,19 +46,28 @@ def least_length(loops):
 
 def seconds(moves, level):
     """Estimated time of what runs at and near a level, helix left out."""
-    total, run = 0.0, []
+    total, run, across = 0.0, [], []
     for e in moves:
-        flat = abs(e.a[2] - e.b[2]) < 1e-9 and abs(e.b[2] - level) < 1e-4
-        if e.kind != "rapid" and flat:
+        if e.kind != "rapid" and max(e.a[2], e.b[2]) < level + NEAR:
+            total, across = total + rapid_seconds(across), []
             run.append(e)
             continue
         total, run = total + feed_seconds(run), []
         if e.kind == "rapid" and min(e.a[2], e.b[2]) < 0.5:
-            total += rapid_seconds(math.dist(e.a, e.b))
-    return total + feed_seconds(run)
+            if across and not straight(across[-1], e):
+                total, across = total + rapid_seconds(across), []
+            across.append(e)
+    return total + feed_seconds(run) + rapid_seconds(across)
 
 
-def rapid_seconds(length):
+def straight(a, b):
+    """Whether a rapid goes on from the one before without a stop."""
+    u, v = np.subtract(a.b, a.a), np.subtract(b.b, b.a)
+    return u @ v > math.cos(SHARP) * np.linalg.norm(u) * np.linalg.norm(v)
+
+
+def rapid_seconds(run):
+    length = sum(math.dist(e.a, e.b) for e in run)
     return 2 * math.sqrt(length / ACCEL) if length < RAPID ** 2 / ACCEL else length / RAPID + RAPID / ACCEL
 
 
@@ -96,14 +108,17 @@ def measured(loops, strategy):
     found = engagement_judge.engagement(moves, asked.bottom, RADIUS)
     nominal, least = math.acos(1 - STEP / RADIUS), least_length(loops)
     limit = nominal + math.radians(10)
-    return dict(length=found.length() / least, time=seconds(moves, asked.bottom) / (least / FEED), p99=math.degrees(found.percentile(0.99) - nominal),
+    sloped = sum(math.dist(e.a, e.b) for e in moves if e.kind != "rapid" and 1e-6 < e.a[2] - asked.bottom < NEAR)
+    return dict(length=(found.length() + sloped) / least, time=seconds(moves, asked.bottom) / (least / FEED), p99=math.degrees(found.percentile(0.99) - nominal),
                 most=math.degrees(found.most - nominal), over=found.length(limit), full=found.length(engagement_judge.FULL), air=1 - found.length(engagement_judge.AIR) / found.length(),
                 lifts=sum(m.kind == "rapid" and m.b[2] > 0.5 for m in moves), moves=len(plan.moves), planning=planning)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--strategy", type=int, default=0)
+    parser.add_argument("--count", type=int, default=0, help="random pockets")
+    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--strategy", type=int, default=4)
     args = parser.parse_args()
     print(f"{ROOT.name}: shape, length/LB, time/LB, p99 and most above nominal (degrees), mm over 10 degrees, full slot mm, air %, rapids to R, moves, planning s")
     rows = []
@@ -115,6 +130,17 @@ def main():
         except CycleError as error:
             print(f"{name:20s} {error}")
     print(f"{'median':20s} {np.median([r['length'] for r in rows]):.2f} {np.median([r['time'] for r in rows]):.2f} {np.median([r['p99'] for r in rows]):6.1f}")
+    refused = cleared = 0
+    for seed in range(args.first, args.first + args.count):
+        asked = random_request(seed, args.strategy)
+        asked = replace(asked, step=min(asked.step, 0.8 * asked.tool_radius))
+        faults, plan = verdict(asked, seed, 2500)
+        refused += bool(faults) and faults[0].startswith("refused")
+        cleared += plan is not None and not faults
+        if faults or plan is None:
+            print(f"seed {seed}: {faults or 'fits nowhere'}", flush=True)
+    if args.count:
+        print(f"random pockets from {args.first}: {args.count}, cleared without a fault {cleared}, refused {refused}")
 
 
 if __name__ == "__main__":

@@ -27,6 +27,7 @@
 #include "offline/depth_proof.h"
 #include "offline/tracer_loop.h"
 #include "offline/chain_fit.h"
+#include "offline/engage.h"
 
 struct chip_layout_entry { const char *name; long value; };
 
@@ -1616,6 +1617,19 @@ const struct chip_layout_entry chip_layout_table[] = {
     { "chip_tracer_row.limited_by size", sizeof(((struct chip_tracer_row *)0)->limited_by) },
     { "chip_tracer_row.lines", offsetof(struct chip_tracer_row, lines) },
     { "chip_tracer_row.lines size", sizeof(((struct chip_tracer_row *)0)->lines) },
+    { "chip_engage_rule", sizeof(struct chip_engage_rule) },
+    { "chip_engage_rule.angle", offsetof(struct chip_engage_rule, angle) },
+    { "chip_engage_rule.angle size", sizeof(((struct chip_engage_rule *)0)->angle) },
+    { "chip_engage_rule.escape", offsetof(struct chip_engage_rule, escape) },
+    { "chip_engage_rule.escape size", sizeof(((struct chip_engage_rule *)0)->escape) },
+    { "chip_engage_rule.rho", offsetof(struct chip_engage_rule, rho) },
+    { "chip_engage_rule.rho size", sizeof(((struct chip_engage_rule *)0)->rho) },
+    { "chip_engage_rule.inset", offsetof(struct chip_engage_rule, inset) },
+    { "chip_engage_rule.inset size", sizeof(((struct chip_engage_rule *)0)->inset) },
+    { "chip_engage_rule.step", offsetof(struct chip_engage_rule, step) },
+    { "chip_engage_rule.step size", sizeof(((struct chip_engage_rule *)0)->step) },
+    { "chip_engage_rule.air", offsetof(struct chip_engage_rule, air) },
+    { "chip_engage_rule.air size", sizeof(((struct chip_engage_rule *)0)->air) },
     { 0, 0 }
 };
 

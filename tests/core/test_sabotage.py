@@ -117,6 +117,11 @@ FAULTS = {
     "MOVES_STAY": ("moves stay that were taken back", "rewrite/test_rewrite_sought.py::test_in_parts_as_in_one"),
     "SETTLED_UNSPREAD": ("cells settled that another move meets",
                          "rewrite/test_rewrite_depths.py::test_never_less_than_the_needles_and_never_more_than_there_is"),
+    "ENGAGEMENT_LESS": ("engagement read a fifth too small", "geometry/test_pocket_engage.py::test_engagement_as_the_judge_reads_it"),
+    "TURN_UNLOOKED": ("no room kept to turn away from a wall", "geometry/test_pocket_engage.py::test_a_trace_can_turn_away_from_every_wall[rectangle-1.25]"),
+    "DIPS_UNLOOKED": ("steps that dip into a wall between their ends", "geometry/test_pocket_engage.py::test_a_trace_does_not_dip_into_a_wall_between_its_steps[star-0.1]"),
+    "FIT_WIDE": ("arcs far from the poses they go through", "geometry/test_pocket_engage.py::test_fitted_arcs_stay_by_the_poses"),
+    "SWEEP_UNLOOKED": ("links over cleared ground not looked at", "geometry/test_pocket_engage.py::test_a_rib_thinner_than_the_tool_is_seen_under_it"),
     "CORNERS_CUT": ("corners of the path done cut off", "test_path_done.py::test_random_paths"),
     "ANY_NUMBER": ("no number comes through", "test_feed.py::test_fallback_is_the_programmed_feed"),
 }

@@ -204,7 +204,8 @@ def test_the_same_request_gives_the_same_moves():
     (dict(step=0.01), "step-over D0.01 mm needs more than 1000 paths side by side; use a larger D"),
     (dict(side_allowance=-1.0), "side allowance I-1 mm is negative; use I of 0 or more"),
     (dict(floor_allowance=-1.0), "floor allowance K-1 mm is negative; use K of 0 or more"),
-    (dict(strategy=4), "strategy P4 is not known; use P0, P1, P2 or P3"),
+    (dict(strategy=5), "strategy P5 is not known; use P0, P1, P2, P3 or P4"),
+    (dict(strategy=4, step=3.1), "step-over D3.1 mm is above half the tool diameter (6 mm), which is the most of P4; use a smaller D, or P0"),
     (dict(bottom=1.0), "final depth Z1 mm with the floor allowance K0 mm is not below the clearance plane R1 mm; use a deeper Z, "
                        "a smaller K or a higher R"),
     (dict(floor_allowance=5.0), "final depth Z-4 mm with the floor allowance K5 mm is not below the clearance plane R1 mm; use a "

@@ -70,11 +70,11 @@ def test_base_is_what_the_pure_cycle_says(base):
     same_path(base, walk(cycle.pocket_plan(REQUEST).moves, REQUEST.start), 2e-6)
 
 
-@pytest.mark.parametrize("strategy", [0, 1, 2, 3])
-def test_every_strategy_keeps_every_promise(strategy):
-    trace = run_preview(program(f"{LINE} P{strategy} L30 D3.3"), TOOLS)
+@pytest.mark.parametrize("strategy, step", [(0, 3.3), (1, 3.3), (2, 3.3), (3, 3.3), (4, 2.7)])
+def test_every_strategy_keeps_every_promise(strategy, step):
+    trace = run_preview(program(f"{LINE} P{strategy} L30 D{step}"), TOOLS)
     assert trace.error == ""
-    assert judge(dataclasses.replace(REQUEST, strategy=strategy, direction=30.0, step=3.3), trace.between("begin", "end")) == []
+    assert judge(dataclasses.replace(REQUEST, strategy=strategy, direction=30.0, step=step), trace.between("begin", "end")) == []
 
 
 @pytest.mark.parametrize("machine", ["mm", "in"])
@@ -103,6 +103,19 @@ def test_g91(base):
     assert trace.error == ""
     same_path(trace.between("begin", "end"), base, 1e-5)
     assert trace.elements[-1].b[0] == pytest.approx(trace.elements[-2].b[0] + 1)     # still G91
+
+
+def test_p4_in_inch_with_g91_in_turned_coordinates():
+    """A square of 1 inch by a tool of 0.25."""
+    sub = "o100 sub\nG1 X1\nY1\nX-1\nY-1\no100 endsub\n"
+    trace = run_preview(program("G91 G79 Q100 Z-.25 R-.5 P4 D.1 F20", sub, before="G10 L2 P2 X1 Y2 R30\nG55 G20", unit="G20 (no)", start="G0 X0 Y0 Z1"), {1: 6.35})
+    assert trace.error == ""
+    square = ((0.0, 0.0), (25.4, 0.0), (25.4, 25.4), (0.0, 25.4), (0.0, 0.0))
+    asked = cycle.PocketRequest(
+        loops=(tuple(LineElement(a, b, 3) for a, b in zip(square, square[1:])),), bottom=6.35, clearance=12.7, tool_radius=3.175, step=2.54, feed=508.0,
+        plunge_feed=254.0, start=(0.0, 0.0, 25.4), strategy=4)
+    wanted = walk(cycle.pocket_plan(asked).moves, asked.start)
+    same_path(trace.between("begin", "end"), [turned(e, 30, 1.0, 2.0, 0.0) for e in wanted], 1e-4)
 
 
 @pytest.mark.parametrize("before, angle, shift", [
@@ -189,8 +202,11 @@ REFUSED = [
     ("G79 Q100 Z-6 R2", "no feed is set; give F on this line or before"),
     ("G79 Z-6 R2 F600", "word Q (number of the sub) is missing; add Q"),
     ("G79 Q100 R2 F600", "word Z (final depth) is missing; add Z"),
-    ("G79 Q100 Z-6 R2 F600 P4", "strategy P4 is not known; use P0, P1, P2 or P3"),
-    ("G79 Q100 Z-6 R2 F600 P.5", "strategy P0.5 is not known; use P0, P1, P2 or P3"),
+    ("G79 Q100 Z-6 R2 F600 P5", "strategy P5 is not known; use P0, P1, P2, P3 or P4"),
+    ("G79 Q100 Z-6 R2 F600 P4 D3.1", "step-over D3.1 mm is above half the tool diameter (6 mm), which is the most of P4; use D up to 3 mm, or P0"),
+    ("G20\nG79 Q100 Z-6 R2 F600 P4 D.005", "step-over D0.005 in is below a fortieth of the tool diameter (0.23622 in), which is the least of P4; "
+                                           "use D of 0.00591 in or more, or P0"),
+    ("G79 Q100 Z-6 R2 F600 P.5", "strategy P0.5 is not known; use P0, P1, P2, P3 or P4"),
     ("G79 Q100 Z6 R2 F600", "final depth Z6 mm with the floor allowance K0 mm is not below the clearance plane R2 mm; use a deeper Z, "
                             "a smaller K or a higher R"),
     ("G79 Q100 Z-6 R2 F600 I-1", "side allowance I-1 mm is negative; use I of 0 or more"),

@@ -14,6 +14,7 @@ GROUPS = {
     "tracer": ["tests/core/test_tracer.py", "tests/core/test_tracer_sensor.py", "tests/core/test_stylus.py",
                "tests/core/test_axis_offset.py", "tests/core/test_master_slave.py"],
     "surfaces": ["tests/surface/test_arcs.py", "tests/surface/test_drop_cutter.py", "tests/surface/test_needed.py"],
+    "pockets": ["tests/geometry/test_pocket_engage.py"],
     "programs": ["tests/check/test_check_sweep.py", "tests/rewrite/test_rewrite_depths.py", "tests/rewrite/test_rewrite_sought.py"],
 }
 

@@ -11,17 +11,18 @@ Rapids, and why none meets stock, nor has any at its side.  Above R everything i
 or straight down to GAP_MM above the level before, which is cleared all over the machinable region, if the place is
 the traverse clearance within that region.  Everything else is a feed: also the rest down to where the tool has been at
 this level, as that may be beside stock.  No rapid runs across below R, although the level before is cleared: so nothing has
-to be known about the stock above R.  A Track that does not start on an earlier path of its level is entered by a helix,
+to be known about the stock above R; pocket_engage.py has what P4 does instead.  A Track that does not start on an earlier path of its level is entered by a helix,
 a ramp or a plunge.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from typing import Optional
 
 import numpy as np
 
+from chipwise.cycles import pocket_engage
 from chipwise.cycles.chop_lines import depth_levels
 from chipwise.cycles.mover import Mover
 from chipwise.cycles.plan import CyclePlan, Note, Report
@@ -33,7 +34,7 @@ from chipwise.geometry.base.clearance import gouge_depths
 from chipwise.geometry.offset.kernel import make_pocket
 from chipwise.geometry.base import chains
 from chipwise.geometry.pocket import entries, machinable, nesting, rest_material
-from chipwise.geometry.pocket.strategies import NAMES, STRATEGIES
+from chipwise.geometry.pocket.strategies import ENGAGE, NAMES, STRATEGIES
 from chipwise.geometry.pocket.inaccessible import inaccessible
 from chipwise.geometry.base.tolerances import CONNECT_MM
 
@@ -59,7 +60,7 @@ class PocketRequest:
     step             D: step-over
     side_allowance   I: left on the walls
     floor_allowance  K: left on the floor
-    strategy         P: 0 to 3
+    strategy         P: 0 to 4
     direction        L: degrees, of strategies 1 and 2
     climb            the stock right of travel: climb milling with M3
     depth_step       J, or the flute length: deepest pass; None: one pass
@@ -117,8 +118,10 @@ def check(request):
         raise CycleError("side allowance I{i} is negative", "use I of 0 or more", i=r.side_allowance)
     if r.floor_allowance < 0:
         raise CycleError("floor allowance K{k} is negative", "use K of 0 or more", k=r.floor_allowance)
-    if r.strategy not in NAMES:
-        raise CycleError(f"strategy P{r.strategy:g} is not known", "use P0, P1, P2 or P3")
+    if r.strategy not in (*NAMES, ENGAGE):
+        raise CycleError(f"strategy P{r.strategy:g} is not known", "use P0, P1, P2, P3 or P4")
+    if r.strategy == ENGAGE:
+        pocket_engage.check(r)
     if r.bottom + r.floor_allowance >= r.clearance - EQUAL:
         raise CycleError("final depth Z{z} with the floor allowance K{k} is not below the clearance plane R{r}",
                          "use a deeper Z, a smaller K or a higher R", z=r.bottom, k=r.floor_allowance, r=r.clearance)
@@ -136,6 +139,10 @@ def pocket_plan(request):
     check(request)
     r = request
     drawn, pockets = _pockets(r.loops, r.close_gap)
+    mirrored = r.strategy == ENGAGE and not r.climb
+    contours = [contour for pocket in pockets for contour in pocket.contours]
+    if mirrored:
+        pockets = _pockets(pocket_engage.mirrored_loops(r.loops), r.close_gap)[1]
     distance = r.tool_radius + r.side_allowance
     within = [machinable.machinable_regions(pocket, distance) for pocket in pockets]
     found = [region for regions in within for region in regions]
@@ -147,15 +154,30 @@ def pocket_plan(request):
                              d=2 * r.tool_radius, i=r.side_allowance)
         raise CycleError("the tool ({d}) fits nowhere in the pocket", "use a smaller tool", d=2 * r.tool_radius)
     driver = _Driver(r)
-    waiting = [(region, region_tracks(region, r)) for region in found]
-    while waiting:
-        gaps = [math.dist(driver.mover.xy, tracks[0].start) for _, tracks in waiting]
-        driver.clear(*waiting.pop(chains.least(gaps)))
+    if r.strategy == ENGAGE:
+        more = _engaged(driver, found)
+        missed = tuple(replace(area, x=-area.x) for area in missed) if mirrored else missed
+    else:
+        more = ()
+        waiting = [(region, region_tracks(region, r)) for region in found]
+        while waiting:
+            gaps = [math.dist(driver.mover.xy, tracks[0].start) for _, tracks in waiting]
+            driver.clear(*waiting.pop(chains.least(gaps)))
     driver.mover.up()
     plunges = tuple(driver.plunges)
-    notes = gap_notes([contour for pocket in pockets for contour in pocket.contours]) + nesting_notes(drawn) + _notes(missed, plunges)
+    notes = gap_notes(contours) + nesting_notes(drawn) + _notes(missed, plunges) + more
     report = partial(_report, len(found), missed, plunges)
     return PocketPlan(tuple(driver.mover.moves), notes, report, missed, plunges, len(found))
+
+
+def _engaged(driver, found):
+    """P4: clears the regions in their order; notes on the engagement."""
+    over = []
+    for region in found:
+        segments, more = pocket_engage.region_segments(region, driver.request)
+        pocket_engage.clear(driver, region, segments)
+        over += more
+    return pocket_engage.notes(over, driver.request.climb, driver.request.tool_radius)
 
 
 def _report(regions, missed, plunges):
@@ -245,7 +267,7 @@ class _Driver:
         check_moves(len(mover.moves) + len(levels) * per_level, r, "use a larger J or D")
         for z in levels:
             for track, is_known, is_free in zip(tracks, known, is_open):
-                self._over(track, above, z if is_known else above, is_free)
+                self.over(track.start.tolist(), above, z if is_known else above, is_free)
                 if is_known:
                     mover.plunge(z)
                 else:
@@ -253,11 +275,11 @@ class _Driver:
                 mover.follow(track.elements)
             above = z
 
-    def _over(self, track, above, free, is_open):
-        """To just above `free`, the depth that is cleared at the start of a Track: by rapids to over the level before (`above`) if that is open
+    def over(self, start, above, free, is_open):
+        """To just above `free`, the depth that is cleared at a start (x, y): by rapids to over the level before (`above`) if that is open
         there, else to the clearance plane.  None: nothing is cleared below R."""
         clearance = self.request.clearance
-        self.mover.over(track.start.tolist(), min(above + GAP_MM, clearance) if is_open and above is not None else clearance)
+        self.mover.over(start, min(above + GAP_MM, clearance) if is_open and above is not None else clearance)
         if free is not None:
             self.mover.down(free + GAP_MM)
 

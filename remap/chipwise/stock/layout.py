@@ -12,6 +12,11 @@ CHAIN_LINE = -1e+30
 CORE_VERSION = 1
 DROP_FULL = 32767
 DROP_NOTHING = -1e+30
+ENGAGE_AIR = 1
+ENGAGE_COLUMNS = 7
+ENGAGE_LOADED = 4
+ENGAGE_NO_ROOM = 8
+ENGAGE_STUCK = 2
 FEED_LOAD_STEPS = 8
 FEED_OF_JOB = 2
 FEED_REGISTERS = 4
@@ -1746,6 +1751,20 @@ class TracerRow(C.Structure):
     ]
 
 
+class EngageRule(C.Structure):
+    """struct chip_engage_rule"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("angle", C.c_double),
+        ("escape", C.c_double),
+        ("rho", C.c_double),
+        ("inset", C.c_double),
+        ("step", C.c_double),
+        ("air", C.c_double),
+    ]
+
+
 STRUCTURES = {
     "chip_feed_in": FeedIn,
     "chip_feed_out": FeedOut,
@@ -1821,4 +1840,5 @@ STRUCTURES = {
     "chip_proof_path": ProofPath,
     "chip_proof_found": ProofFound,
     "chip_tracer_row": TracerRow,
+    "chip_engage_rule": EngageRule,
 }

@@ -125,6 +125,16 @@ _FUNCTIONS = (      # name, result, arguments
     ("chip_proof_expect", C.c_int, [C.c_void_p, C.POINTER(layout.ProofPath)]),
     ("chip_proof_mark", C.c_int, [C.c_void_p]), ("chip_proof_back", None, [C.c_void_p]),
     ("chip_chain_fit", C.c_long, [C.c_long] + [C.c_void_p] * 7),
+    ("chip_engage_open", C.c_void_p, [C.c_long, C.c_void_p, C.c_void_p, C.c_double, C.c_double]), ("chip_engage_close", None, [C.c_void_p]),
+    ("chip_engage_failed", C.c_int, [C.c_void_p]), ("chip_engage_depth", None, [C.c_void_p, C.c_long, C.c_void_p, C.c_void_p]),
+    ("chip_engage_clear", None, [C.c_void_p, C.c_long, C.c_void_p]),
+    ("chip_engage_rim", None, [C.c_void_p, C.c_long, C.c_void_p, C.c_double, C.c_void_p]),
+    ("chip_engage_swept", C.c_int, [C.c_void_p, C.c_long, C.c_void_p, C.c_double, C.c_double]),
+    ("chip_engage_left", C.c_double, [C.c_void_p, C.c_double, C.c_double * 2]),
+    ("chip_engage_along", C.c_long, [C.c_void_p, C.c_long, C.c_void_p, C.c_double, C.c_void_p, C.c_long]),
+    ("chip_engage_at", None, [C.c_void_p, C.c_long, C.c_void_p, C.c_void_p]),
+    ("chip_engage_trace", C.c_long, [C.c_void_p, _VEC, C.POINTER(layout.EngageRule), C.c_int, C.c_void_p, C.c_long, C.POINTER(C.c_int)]),
+    ("chip_engage_fit", C.c_long, [C.c_long, C.c_void_p, C.c_double, C.c_void_p]),
     ("chip_disc_roll", None, [C.c_long, C.c_void_p, C.c_void_p, C.c_double, C.c_double, C.c_void_p]),
     ("chip_png_unfilter", C.c_int, [C.c_void_p, C.c_long, C.c_long, C.c_int]))
 

@@ -1,0 +1,73 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* engage_state.h - what the files of engage.h share. */
+#ifndef CHIPWISE_ENGAGE_STATE_H
+#define CHIPWISE_ENGAGE_STATE_H
+
+#include "core/chip_math.h"
+#include "core/fault.h"
+#include "engage.h"
+
+#define CHIP_ENGAGE_WHOLE 0.70711 /* half a diagonal, in squares */
+
+/* A line or an arc, ready to be asked for distances. */
+struct chip_engage_segment {
+    double ax, ay, bx, by;
+    double cx, cy, radius; /* of an arc; radius 0: a line */
+    double mx, my, open;   /* unit vector to the middle of the arc, cosine of half its sweep */
+    double turn;           /* sweep, with its sign */
+};
+
+/* Numbers of segments of a square; count -1: all of it is cleared, or nothing is known yet (walls). */
+struct chip_engage_square {
+    int32_t *segment;
+    int32_t count, room;
+};
+
+/* A grid of squares over segments. */
+struct chip_engage_grid {
+    double x0, y0, size;
+    long columns, rows;
+    struct chip_engage_square *square;
+    struct chip_engage_segment *segment;
+    long count, room;
+};
+
+struct chip_engage {
+    double radius;
+    struct chip_engage_grid ground, wall;
+    int64_t *next; /* of the walls */
+    int failed;
+};
+
+struct chip_engage_pose {
+    double x, y, heading;
+};
+
+/* The nearest of the region's border. */
+struct chip_engage_foot {
+    double depth;  /* positive within */
+    double nx, ny; /* unit vector into the region, from the border to the point */
+};
+
+struct chip_engage_segment chip_engage_segment_of(const double element[CHIP_ENGAGE_COLUMNS]);
+struct chip_engage_segment chip_engage_segment_between(struct chip_engage_pose a, struct chip_engage_pose b);
+double chip_engage_gap2(const struct chip_engage_segment *p, double x, double y);
+
+int chip_engage_grid_make(struct chip_engage_grid *g, const double box[4], double size);
+void chip_engage_grid_free(struct chip_engage_grid *g);
+struct chip_engage_square *chip_engage_square_at(const struct chip_engage_grid *g, double x, double y);
+int chip_engage_list(struct chip_engage_square *s, long number);
+
+void chip_engage_near(const struct chip_engage_grid *g, const struct chip_engage_segment *p, double reach,
+                      long near[4]);
+
+struct chip_engage_foot chip_engage_wall_foot(struct chip_engage *e, double x, double y);
+
+void chip_engage_put(struct chip_engage *e, const struct chip_engage_segment *p);
+int chip_engage_uncut(const struct chip_engage *e, double x, double y, double within2);
+double chip_engage_front(const struct chip_engage *e, struct chip_engage_pose p);
+int chip_engage_leftmost(const struct chip_engage *e, struct chip_engage_pose p, double *toward);
+
+#define CHIP_ENGAGE_SLACK 0.0005 /* share of the radius that cleared ground is asked smaller by */
+
+#endif

@@ -1,0 +1,322 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""P4: a path through one level of a machinable region on which the tool's engagement stays at that of the step-over.
+
+Called by cycles/pocket_engage.py.  Pure; lengths mm, angles rad.  components/offline/engage.h has the equation that is followed.
+
+1. A helix where the region is widest; then stages, each with less room kept to the border and narrower bends: the open area,
+   the band along the walls, the corners.
+2. In each stage a path is traced from where, along the border, cleared ground ends.  A closed front so becomes a spiral, an open
+   one a row of paths that all climb.
+3. The parts of the walls that no path has followed are followed last, exactly.
+4. What a region behind a neck leaves gets an entry of its own.
+The stock is on the RIGHT of travel; for the other link round the pocket is mirrored.
+"""
+import math
+from dataclasses import dataclass
+from typing import Optional
+
+import numpy as np
+
+from chipwise.engage_ground import Ground, fitted, rule
+from chipwise.geometry.base import chains, elements
+from chipwise.geometry.base.elements import Elements, make_lines
+from chipwise.geometry.pocket import engage_links as links
+from chipwise.geometry.pocket.engage_starts import BACK, Grid, border_poses
+from chipwise.geometry.pocket.engage_walls import VISITED_MM, Wall, beginning, nearest, sound
+
+# (kept to the border, in step-overs; least radius of the path, in tool radii)
+STAGES = ((0.9, 0.42), (0.0, 0.133), (0.0, 0.033))
+
+# Step of the trace, in tool radii and in least radii of the path.
+STEP, STEP_BEND = 0.05, 0.5
+
+# Length in air after which a path ends, in tool radii; the first one of a stage goes on for longer.
+AIR, FIRST_AIR = 0.8, 2.0
+
+# A path that would cut less is left to the next stage: tool radii along which it cuts and share of a whole step; and, in the last
+# ones, the engagement: rad, and share of that which is kept to.
+FEWEST, SHARE, LEAST_ANGLE, LEAST_SHARE = 1.0, 0.3, 0.5, 0.6
+
+# Of the fitted arcs from the traced path.
+FIT_MM = 0.0003
+
+# A patch of a region gets an entry of its own if it is this far from its border and this large, in tool radii and tool areas.
+PATCH_WIDE, PATCH_LARGE = 0.13, 0.05
+
+# A link at the feed is as bad as a quicker one by rapids whose time is larger by this.
+FEED_WORSE = 1.4
+
+# Corners this near are finished before the tool goes away, in tool radii; the wall there, if no more than this is left before it.
+NEAR, FILLET = 2.5, 0.1
+
+# More engagement than that of the step-over, where the path keeps to it; the most of P4 is 3 degrees more. rad
+MORE = math.radians(1.8)
+
+# To a wall that begins in stock the tool goes straight from so near, and else down a ramp of this length; in tool radii.
+STRAIGHT, RAMP = 1.0, 2.0
+
+# Helix, and the least, in tool radii.
+HELIX, NARROWEST = 0.9, 0.05
+
+# A path begins so long before it cuts and goes on for so long after it, in tool radii.
+BEFORE, AHEAD = 0.05, 0.1
+
+# Steps in which that place is looked for, and engagement that is a cut. rad
+FIRST_STEPS, LIGHT = 40, 0.06
+
+MOST_PATHS, MOST_ENTRIES = 4000, 40
+
+
+@dataclass(frozen=True, eq=False)
+class Segment:
+    """kind: "entry" (a full circle at the level, after a helix on it), "ramp" (down along it, to and fro), "cut", "feed" (over cleared ground),
+    "rapid" (lines, lifted), "over" (up, across and down to where the next one starts).  share: of the feed, for each element; None: 1."""
+
+    kind: str
+    elements: Elements
+    share: Optional[np.ndarray] = None
+
+
+class Planner:
+    """Segments of one region."""
+
+    def __init__(self, region, radius, step, feed_mm_s, clearance):
+        self.region, self.radius, self.step = region, radius, step
+        self.feed_mm_s, self.clearance = feed_mm_s, clearance
+        self.angle = math.acos(1.0 - step / radius) + MORE
+        self.ground = Ground(region.contours, radius)
+        self.track = Ground(region.contours, VISITED_MM, size=radius / 2)         # knows which walls were followed
+        self.walls = [Wall(contour, radius) for contour in region.contours]
+        self.corners, self.tried = [], {}                                           # of the last stage
+        self.grid = Grid(region, self.ground)
+        self.segments: list[Segment] = []
+        self.pose: Optional[tuple] = None
+        self.paths = 0
+
+    def plan(self):
+        """All segments."""
+        waiting = self.grid.patches(0.0)
+        for _ in range(MOST_ENTRIES):
+            if not waiting:
+                break
+            if not self._enter(max(waiting, key=lambda patch: self.grid.depth[tuple(patch.T)].max(initial=-1.0))):
+                break
+            self._stages()
+            self.grid.refresh()
+            waiting = [p for p in self.grid.patches(PATCH_WIDE * self.radius)
+                       if len(p) * self.grid.size ** 2 > PATCH_LARGE * self.radius ** 2]
+        if self.pose is None:           # too narrow for a helix: only its border
+            self.pose = (*self.region.boundary.start[0].tolist(), 0.0)
+        self._walls()
+        return tuple(self.segments)
+
+    # ---- parts of the path ---------------------------------------------------------------------------------------
+
+    def _enter(self, patch):
+        """By a helix at the deepest place of a patch; whether it has room for one."""
+        centre, depth = self.grid.deepest(patch)
+        if depth < NARROWEST * self.radius and not self.segments:
+            return False
+        radius = min(HELIX * self.radius, depth)
+        start = centre + (radius, 0.0)
+        circle = elements.make_arcs(start[None], start[None], centre[None], np.array([radius]), np.array([2.0 * math.pi]))
+        if self.segments:
+            self.segments.append(Segment("over", make_lines(np.array([self.pose[:2]]), start[None])))
+        self._add("entry", circle)
+        self.ground.clear(circle)
+        self.pose = (*start.tolist(), 0.5 * math.pi)
+        return True
+
+    def _add(self, kind, chain):
+        chain = sound(chain) if kind == "cut" else chain
+        if len(chain):
+            self.segments.append(Segment(kind, chain))
+            if kind in ("cut", "entry"):
+                self.track.clear(chain)
+
+    def _rule(self, inset, rho, air):
+        rho = rho * self.radius
+        return rule(self.angle, rho, inset, min(STEP * self.radius, STEP_BEND * rho), air * self.radius, 0.06)
+
+    def _go(self, pose):
+        """To a pose over cleared ground."""
+        at = self.pose
+        if math.dist(at[:2], pose[:2]) < 1e-6:
+            return
+        link, lifted = links.direct(self.ground, at, pose), None
+        least = links.rapid_seconds(math.dist(at[:2], pose[:2])) + links.STOP_S
+        feed = math.inf if link is None else float(elements.lengths(link).sum()) / self.feed_mm_s * FEED_WORSE
+        if feed > least:
+            self.grid.refresh()
+            lifted = links.lifted(self.ground, self.grid, at, pose, self.clearance)
+        if lifted is not None and links.seconds(lifted, self.feed_mm_s) < feed:
+            self._lifted(*lifted)
+            return
+        link = links.along(self.ground, self.grid, at[:2], pose[:2]) if link is None else link
+        if link is not None:
+            self._add("feed", link)
+        else:
+            self.segments.append(Segment("over", make_lines(np.array([at[:2]]), np.array([pose[:2]]))))
+
+    def _lifted(self, off, points, onto):
+        """Off the path, across by rapids and onto the next one."""
+        points = np.array(points)
+        points = points[np.concatenate(([True], np.hypot(*np.diff(points, axis=0).T) > 1e-6))]
+        self._add("feed", off)
+        if len(points) > 1:
+            self._add("rapid", make_lines(points[:-1], points[1:]))
+        self._add("feed", onto)
+
+    def _path(self, pose, keep):
+        """A path of constant engagement from a pose; nothing if it would cut nothing."""
+        known = len(self.segments)
+        pose = self._trimmed(pose, keep)
+        self._go(pose)                  # before the path is cleared: the link there has to be so already
+        found, _ = self.ground.trace(pose, keep, True)
+        cut = np.flatnonzero(found[:, 3] > 0.0)
+        if not len(cut):
+            del self.segments[known:]
+            return
+        last = min(len(found) - 1, cut[-1] + int(AHEAD * self.radius / keep.step))
+        poses = np.vstack([[pose], found[:last + 1, :3]])
+        self._add("cut", fitted(poses, FIT_MM))
+        self.pose = tuple(poses[-1])
+        self.paths += 1
+
+    def _trimmed(self, pose, keep):
+        """The pose shortly before a path from a pose cuts."""
+        found, _ = self.ground.trace(pose, keep, False, FIRST_STEPS)
+        cut = np.flatnonzero(found[:, 3] > 0.0)
+        first = (int(cut[0]) if len(cut) else 0) - math.ceil(BEFORE * self.radius / keep.step)
+        return tuple(found[first, :3].tolist()) if first >= 0 else pose
+
+    # ---- stages ----------------------------------------------------------------------------------------------------
+
+    def _stages(self):
+        first, last_inset = True, None
+        *stages, (last, bend) = STAGES
+        self.corners = self.corners or border_poses(self.region, last * self.step, bend * self.radius, self.radius)
+        for share, rho in stages:
+            inset = share * self.step
+            if float(self.ground.depth(np.array([self.pose[:2]]))[0]) < inset - 1e-3:
+                continue
+            poses = border_poses(self.region, inset, rho * self.radius, self.radius)
+            if inset and not poses:
+                continue
+            if inset != last_inset:
+                self._path(self.pose, self._rule(inset, rho, FIRST_AIR if first else AIR))
+                first = False
+            last_inset = inset
+            self._stage(self._rule(inset, rho, AIR), poses, {}, inset == last * self.step)
+        self._stage(self._rule(last * self.step, bend, AIR), self.corners, self.tried, False)
+
+    def _stage(self, keep, poses, tried, corners):
+        """Paths from all starts; corners: the last stage is done meanwhile where no start is near."""
+        while self.paths < MOST_PATHS:
+            starts = self._starts(poses, tried)
+            if not starts:
+                starts = [s for s in self._patch_starts(keep.inset) if not tried.get(s[1])]
+            if not starts:
+                break
+            start = min(starts, key=lambda s: math.dist(s[0][:2], self.pose[:2]))
+            if not (corners and math.dist(start[0][:2], self.pose[:2]) > NEAR * self.radius and self._corner()):
+                self._try(start, keep, tried)
+
+    def _starts(self, poses, tried):
+        for p in poses:
+            p.refresh(self.ground)
+        return [s for p in poses for s in p.starts(BACK * self.radius) if tried.get(s[1], 0) < 2]
+
+    def _try(self, start, keep, tried):
+        """A path from a start, if it is worth it; whether it was."""
+        pose, key = start
+        tried[key] = tried.get(key, 0) + 1
+        if self._worth(pose, keep):
+            self._path(pose, keep)
+            return True
+        tried[key] = 9
+        return False
+
+    def _corner(self):
+        """One path of the last stage near the tool, or else along what is left of the wall there; whether there was any."""
+        keep, near = self._rule(STAGES[-1][0] * self.step, STAGES[-1][1], AIR), NEAR * self.radius
+        starts = [s for s in self._starts(self.corners, self.tried) if math.dist(s[0][:2], self.pose[:2]) < near]
+        for start in sorted(starts, key=lambda s: math.dist(s[0][:2], self.pose[:2])):
+            if self._try(start, keep, self.tried):
+                return True
+        for chain in [chain for wall in self.walls for chain in wall.chains(self.ground, self.track)]:
+            if math.dist(chain.start[0], self.pose[:2]) < near and elements.lengths(chain).sum() < near \
+                    and self.ground.swept(chain, -FILLET * self.radius, links.FINE_MM):
+                self._along_wall(chain)
+                return True
+        return False
+
+    def _worth(self, pose, keep):
+        """Whether a path from a pose would cut enough for this stage."""
+        found, _ = self.ground.trace(pose, keep, False, 500)
+        angle = found[:, 3][found[:, 3] > 0.06]
+        if not len(angle):
+            return False
+        if keep.inset <= 0.0:
+            return bool(angle.max() >= min(LEAST_ANGLE, LEAST_SHARE * keep.angle))
+        area, length = float((1.0 - np.cos(angle)).sum()) * self.radius * keep.step, len(angle) * keep.step
+        return area >= FEWEST * self.radius * self.step and area >= SHARE * length * self.step
+
+    def _patch_starts(self, inset):
+        """Poses beside what is not cleared and touches no border, across from it."""
+        self.grid.refresh()
+        found = []
+        for patch in self.grid.patches(inset + 0.02 * self.radius):
+            if len(patch) * self.grid.size ** 2 < (FEWEST * self.radius * self.step if inset else PATCH_LARGE * self.radius ** 2):
+                continue
+            near = self.grid.beside(patch)
+            if not len(near):
+                continue
+            point = self.grid.point[tuple(near.T)]
+            k = int(np.argmin(np.hypot(*(point - self.pose[:2]).T)))
+            over = self.grid.point[tuple(patch.T)]
+            toward = over[int(np.argmin(np.hypot(*(over - point[k]).T)))] - point[k]
+            found.append(((*point[k].tolist(), math.atan2(toward[1], toward[0]) + 0.5 * math.pi), ("patch", *np.round(point[k], 1).tolist())))
+        return found
+
+    def _walls(self):
+        """Exactly along all parts of the walls that no path has followed."""
+        left = [chain for wall in self.walls for chain in wall.chains(self.ground, self.track)]
+        while left:
+            self._along_wall(left.pop(int(np.argmin([math.dist(chain.start[0], self.pose[:2]) for chain in left]))))
+
+    def _along_wall(self, chain):
+        start = chain.start[0]
+        if not self._cleared(start) and np.array_equal(start, chain.end[-1]):
+            chain = chains.rotated(chain, *nearest(chain, self.pose[:2]))
+            start = chain.start[0]
+        first, last = (elements.tangent_at(chain, np.array([i]), np.array([t]))[0] for i, t in ((0, 0.0), (len(chain) - 1, 1.0)))
+        if self._cleared(start):
+            self._go((*start.tolist(), math.atan2(first[1], first[0])))
+        else:
+            self._into(chain)
+        self._add("cut", chain)
+        self.ground.clear(chain)
+        self.pose = (*chain.end[-1].tolist(), math.atan2(last[1], last[0]))
+
+    def _cleared(self, place):
+        return self.ground.swept(make_lines(place[None], place[None]), -links.RIM_MM, links.FINE_MM)
+
+    def _into(self, chain):
+        """To the start of a chain in stock: straight there if that is near, else down a ramp on it."""
+        at, start = np.array([self.pose[:2]]), chain.start[:1]
+        straight = make_lines(at, start)
+        if self.segments and math.dist(at[0], start[0]) < STRAIGHT * self.radius and links.inside(self.ground, straight):
+            self._add("cut", straight)
+            self.ground.clear(straight)
+            return
+        down = sound(beginning(chain, RAMP * self.radius))
+        self.segments.append(Segment("over", make_lines(at, start)))
+        self._add("ramp", down)
+        self.ground.clear(down)
+
+
+def planned(region, radius, step, feed_mm_s, clearance):
+    """Segments of one level of a region, climbing with the stock on the right."""
+    return Planner(region, radius, step, feed_mm_s, clearance).plan()
+

@@ -1,0 +1,237 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Links over cleared ground from one path of constant engagement to the next.
+
+Called by engage.py.  Lengths mm, angles rad.
+
+Either a curve tangent to both paths, at the feed; or off the stock at the feed, across by rapids with a clearance at the tool's
+side, and onto the next path at the feed.  Every link is asked for the whole area that the tool sweeps on it.
+"""
+import heapq
+import math
+
+import numpy as np
+
+from chipwise.engage_ground import fitted
+from chipwise.geometry.base import elements
+from chipwise.geometry.base.elements import make_lines
+from chipwise.geometry.pocket.machinable import SLACK_MM
+
+# Width of stock that a link may not see, and what a feed over cleared ground may be short of its rim. mm
+FINE_MM, RIM_MM = 0.01, 0.004
+
+# Places of a link are asked for so near to one another beside a wall. mm
+STRIDE_MM = 0.01
+
+# Radii and turns of the arcs off and onto a path, in tool radii and rad.
+LEADS = (0.12, 0.25, 0.5)
+TURNS = np.radians((15, 30, 40, 50, 57, 65, 75, 90, 110, 130, 150, 180))
+
+# So many further ends of such arcs are tried for one straight rapid instead of several, and so many places of a longer link.
+FURTHER, PLACES = 4, 12
+
+# A link that goes round something is looked for with so much more room at first, in tool radii: along its edge it would bend often.
+WIDER = (0.3, 0.12, 0.0)
+
+# So many places of the grid are looked at to begin one.
+NEAREST = 8
+
+# A place with the clearance is not looked for further away, in tool radii.
+OUT = 3.0
+
+# Times of a rapid against those of a feed are only to choose between two links: the machine's own are not known here.
+RAPID_MM_S, RAPID_MM_S2, STOP_S = 100.0, 500.0, 0.1
+
+
+def rapid_seconds(length):
+    """From standstill to standstill."""
+    ramp = RAPID_MM_S ** 2 / RAPID_MM_S2
+    return 2.0 * math.sqrt(length / RAPID_MM_S2) if length < ramp else ramp / RAPID_MM_S * 2.0 + (length - ramp) / RAPID_MM_S
+
+
+def direct(ground, a, b):
+    """Elements of a curve at the feed from pose a to pose b over cleared ground; None."""
+    if math.dist(a[:2], b[:2]) < 1e-6:
+        return None
+    link = fitted(np.array((a, b)), 1.0)
+    if elements.lengths(link).sum() > 2.5 * math.dist(a[:2], b[:2]) or (np.abs(link.sweep) > 2.5).any():
+        return None
+    return link if inside(ground, link) and ground.swept(link, -RIM_MM, FINE_MM) else None
+
+
+def inside(ground, link):
+    """Whether a chain stays in the region."""
+    length = elements.lengths(link)
+    for k in range(len(link)):
+        t, last = 0.0, length[k]
+        while True:
+            depth = float(ground.depth(elements.point_at(link, np.array([k]), np.array([min(t / max(last, 1e-12), 1.0)])))[0])
+            if depth < -SLACK_MM:
+                return False
+            if t >= last:
+                break
+            t += max(depth, STRIDE_MM)
+    return True
+
+
+def leads(ground, pose, clearance, backwards):
+    """[elements] off a path to the left at its end, or onto it at its start (backwards), whose far end has the clearance; the shortest
+    first.  An empty chain: the pose itself has it."""
+    if _straight(ground, pose[:2], pose[:2], clearance):
+        return [make_lines(np.empty((0, 2)), np.empty((0, 2)))]
+    for share in LEADS:
+        radius, found = share * ground.radius, []
+        centre = np.array((pose[0] - radius * math.sin(pose[2]), pose[1] + radius * math.cos(pose[2])))
+        angle = pose[2] - 0.5 * math.pi + (-TURNS if backwards else TURNS)
+        far = centre + radius * np.column_stack((np.cos(angle), np.sin(angle)))
+        for k in np.flatnonzero(ground.rim(far, -clearance)):
+            start, end = (far[k], np.array(pose[:2])) if backwards else (np.array(pose[:2]), far[k])
+            link = elements.make_arcs(start[None], end[None], centre[None], np.array([radius]), np.array([float(TURNS[k])]))
+            if not (inside(ground, link) and ground.swept(link, -RIM_MM, FINE_MM)):
+                break
+            if _straight(ground, far[k], far[k], clearance):
+                found.append(link)
+        if found:
+            return found
+    return []
+
+
+def lifted(ground, grid, at, pose, clearance):
+    """(elements off a path, points of rapids, elements onto the next) from one pose to another, the quickest that is found; None."""
+    off, onto = (leads(ground, p, clearance, p is pose) for p in (at, pose))
+    if not off:
+        off = [link for link in (link_out(ground, grid, at, clearance),) if link is not None]
+    if off and not onto:
+        onto = [elements.reverse(link) for link in (link_out(ground, grid, pose, clearance),) if link is not None]
+    if not off or not onto:
+        return None
+    pairs = [(a, b) for a in off[:FURTHER] for b in onto[:FURTHER]]
+    pairs.sort(key=lambda pair: sum(float(elements.lengths(link).sum()) for link in pair))
+    for a, b in pairs:
+        ends = _end_of(a, at), _start_of(b, pose)
+        if _straight(ground, *ends, clearance):
+            return a, list(ends), b
+    points = across(ground, grid, _end_of(off[0], at), _start_of(onto[0], pose), clearance)
+    return None if points is None else (off[0], points, onto[0])
+
+
+def _end_of(link, pose):
+    return tuple(link.end[-1].tolist()) if len(link) else tuple(pose[:2])
+
+
+def _start_of(link, pose):
+    return tuple(link.start[0].tolist()) if len(link) else tuple(pose[:2])
+
+
+def seconds(link, feed_mm_s):
+    """Of what lifted() returns."""
+    off, points, onto = link
+    feeds = sum(float(elements.lengths(part).sum()) for part in (off, onto)) / feed_mm_s
+    return feeds + total_seconds(points) + STOP_S
+
+
+def across(ground, grid, a, b, clearance):
+    """Points of straight rapids from a to b with the clearance at the tool's side; None."""
+    if _straight(ground, a, b, clearance):
+        return [a, b]
+    grid.refresh()
+    for more in WIDER:
+        link = _searched(grid, ground, a, b, clearance, more * ground.radius)
+        found = None if link is None else _by_one_or_two(ground, link, clearance)
+        if found is not None:
+            return found
+    return None if link is None else _pulled(ground, link, clearance)
+
+
+def _by_one_or_two(ground, link, clearance):
+    """The quickest of the links by one or two of the places of a longer one; None."""
+    a, b, by = link[0], link[-1], link[1:-1][::max(1, (len(link) - 2) // PLACES)]
+    first, last = ([p for p in by if _straight(ground, end, p, clearance)] for end in (a, b))
+    found = [[a, p, b] for p in first if p in last]
+    if not found:
+        pairs = sorted(((p, q) for p in first for q in last if p != q), key=lambda pair: total_seconds([a, *pair, b]))
+        found = next(([[a, *pair, b]] for pair in pairs if _straight(ground, *pair, clearance)), [])
+    return min(found, key=total_seconds, default=None)
+
+
+def total_seconds(points):
+    """Of rapids along lines, with a stop at each of their ends."""
+    return sum(rapid_seconds(math.dist(a, b)) for a, b in zip(points, points[1:]))
+
+
+def along(ground, grid, a, b):
+    """Elements of lines at the feed from a to b over cleared ground; None."""
+    points = across(ground, grid, a, b, -RIM_MM)
+    if points is None:
+        return None
+    points = np.array(points)
+    link = make_lines(points[:-1], points[1:])
+    return link if inside(ground, link) else None
+
+
+def link_out(ground, grid, pose, clearance):
+    """Elements of lines at the feed from a place to the nearest of the grid that has the clearance; None."""
+    near = grid.point[(grid.depth >= clearance) & grid.cleared]
+    gap = np.hypot(*(near - pose[:2]).T)
+    for k in np.argsort(gap, kind="stable"):
+        if gap[k] > OUT * ground.radius:
+            break
+        if ground.rim(near[k][None], -clearance)[0]:
+            return along(ground, grid, tuple(pose[:2]), tuple(near[k]))
+    return None
+
+
+def _straight(ground, a, b, clearance):
+    a, b = np.asarray(a, float), np.asarray(b, float)
+    return ground.swept(make_lines(a[None], b[None]), clearance, FINE_MM)
+
+
+def _searched(grid, ground, a, b, clearance, more):
+    """Places of the grid from near a to near b, the shortest link that has so much more than the clearance, between both; None."""
+    free = np.zeros(grid.cleared.shape, bool)
+    asked = np.nonzero(grid.cleared & (grid.depth >= clearance + more))
+    if not len(asked[0]):
+        return None
+    free[asked] = ground.rim(grid.point[asked], -clearance - more)
+    known, place = np.argwhere(free), grid.point[free]
+    first, last = (next((tuple(known[k]) for k in np.argsort(np.hypot(*(place - p).T), kind="stable")[:NEAREST]
+                         if _straight(ground, p, place[k], clearance)), None) for p in (a, b))
+    if first is None or last is None:
+        return None
+    cost, before, heap, done = {first: 0.0}, {}, [(0.0, first)], set()
+    while heap:
+        _, at = heapq.heappop(heap)
+        if at in done:
+            continue
+        done.add(at)
+        if at == last:
+            break
+        for di, dj in ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)):
+            near = (at[0] + di, at[1] + dj)
+            if min(near) < 0 or near[0] >= free.shape[0] or near[1] >= free.shape[1] or not free[near] or near in done:
+                continue
+            more = cost[at] + math.hypot(di, dj)
+            if more < cost.get(near, math.inf):
+                cost[near], before[near] = more, at
+                heapq.heappush(heap, (more + math.dist(near, last), near))
+    if last not in done:
+        return None
+    link = [last]
+    while link[-1] != first:
+        link.append(before[link[-1]])
+    return [tuple(a)] + [tuple(grid.point[at]) for at in reversed(link)] + [tuple(b)]
+
+
+def _pulled(ground, link, clearance):
+    """A link with as few points as see one another; None if even neighbours do not."""
+    if link is None:
+        return None
+    found, i = [link[0]], 0
+    while i < len(link) - 1:
+        j = len(link) - 1
+        while j > i + 1 and not _straight(ground, link[i], link[j], clearance):
+            j = i + max(1, (j - i) // 2)
+        if j == i + 1 and not _straight(ground, link[i], link[j], clearance):
+            return None
+        found.append(link[j])
+        i = j
+    return found

@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Where paths of constant engagement may start: poses along the border of a region, and a grid of places within it.
+
+Called by engage.py.  Lengths mm, angles rad.
+"""
+import math
+
+import numpy as np
+
+from chipwise.engage_ground import slack
+from chipwise.geometry.base import elements
+from chipwise.geometry.pocket.machinable import machinable_regions
+
+# Spacing of poses and of the grid, in tool radii.
+POSES, GRID = 0.08, 0.17
+
+# A start is this far before the stock, in tool radii, unless the border turns by more.
+BACK, BACK_TURN = 0.2, 0.35
+
+# Joints that turn by more than this get poses of their own, so far apart. rad
+FAN = 0.05
+
+
+# The deepest place is found to this, in tool radii, by steps in so many directions.
+CLOSE = 0.005
+AROUND = np.array([(math.cos(k * math.pi / 4), math.sin(k * math.pi / 4)) for k in range(8)])
+
+
+class Poses:
+    """Poses (n, 3) along one contour of a region, tool beside its border, and which of them are cleared so far."""
+
+    def __init__(self, pose):
+        self.pose, self.cleared = pose, np.zeros(len(pose), bool)
+        self.gap = np.hypot(*(np.roll(pose[:, :2], -1, axis=0) - pose[:, :2]).T)
+
+    def refresh(self, ground):
+        """Ask again for those that are not cleared."""
+        waiting = np.flatnonzero(~self.cleared)
+        self.cleared[waiting] = ground.rim(self.pose[waiting, :2], slack(ground.radius))
+
+    def starts(self, back):
+        """[(pose, key)] of places where cleared ground ends, backed off."""
+        found = []
+        for i in np.flatnonzero(self.cleared & ~np.roll(self.cleared, -1)):
+            j, gone, n = int(i), 0.0, len(self.pose)
+            while gone < back:
+                before = (j - 1) % n
+                if not self.cleared[before] or abs(math.remainder(self.pose[before, 2] - self.pose[j, 2], 2 * math.pi)) > BACK_TURN:
+                    break
+                gone, j = gone + self.gap[before], before
+            found.append((tuple(self.pose[j]), tuple(np.round(self.pose[i, :2], 2))))
+        return found
+
+
+def along_contour(contour, aside, spacing):
+    """Poses (n, 3) along a closed chain, moved `aside` to its right, with a fan at corners to the left."""
+    length, found = elements.lengths(contour), []
+    for k in range(len(contour)):
+        if length[k] <= 0.0:
+            continue
+        t = np.arange(max(1, math.ceil(length[k] / spacing))) / max(1, math.ceil(length[k] / spacing))
+        index = np.full(len(t), k)
+        point, along = elements.point_at(contour, index, t), elements.tangent_at(contour, index, t)
+        found.append(_aside(point, np.arctan2(along[:, 1], along[:, 0]), aside))
+        last = elements.tangent_at(contour, np.array([k]), np.array([1.0]))[0]
+        first = elements.tangent_at(contour, np.array([(k + 1) % len(contour)]), np.array([0.0]))[0]
+        turn = math.atan2(last[0] * first[1] - last[1] * first[0], last @ first)
+        if aside > 0.0 and turn > FAN:
+            n = math.ceil(aside * turn / spacing) + 1
+            heading = math.atan2(last[1], last[0]) + turn * np.arange(n) / n
+            found.append(_aside(np.broadcast_to(contour.end[k], (n, 2)), heading, aside))
+    return np.concatenate(found) if found else np.empty((0, 3))
+
+
+def _aside(point, heading, aside):
+    return np.column_stack((point[:, 0] + aside * np.sin(heading), point[:, 1] - aside * np.cos(heading), heading))
+
+
+def border_poses(region, inset, rho, radius):
+    """Poses along the border of what remains of a region `inset` within it, with its corners rounded by rho."""
+    found = []
+    for part in machinable_regions(region.pocket, region.distance + inset + rho):
+        found += [Poses(pose) for contour in part.contours if len(pose := along_contour(contour, rho, POSES * radius))]
+    return found
+
+
+class Grid:
+    """Places within a region a share of the tool radius apart, and which are cleared."""
+
+    def __init__(self, region, ground):
+        low, high = (f(part, axis=0) for f, part in zip((np.min, np.max), elements.boxes(region.boundary)))
+        self.size = GRID * ground.radius
+        self.ground, self.low = ground, low
+        columns, rows = (np.ceil((high - low) / self.size).astype(int) + 1).tolist()
+        i, j = np.meshgrid(np.arange(columns), np.arange(rows), indexing="ij")
+        self.point = low + self.size * np.stack((i, j), axis=2)
+        self.depth = ground.depth(self.point.reshape(-1, 2)).reshape(columns, rows)
+        self.cleared = np.zeros((columns, rows), bool)
+
+    def refresh(self):
+        """Ask again for places that are not cleared."""
+        waiting = np.nonzero(~self.cleared & (self.depth >= 0.0))
+        if len(waiting[0]):
+            self.cleared[waiting] = self.ground.rim(self.point[waiting], slack(self.ground.radius))
+
+    def patches(self, least):
+        """[(indices (n, 2))] of connected places, deeper than `least`, that are not cleared."""
+        left = {(int(i), int(j)) for i, j in zip(*np.nonzero(~self.cleared & (self.depth >= least)))}
+        found = []
+        while left:
+            first = left.pop()
+            patch, edge = [first], [first]
+            while edge:
+                i, j = edge.pop()
+                for near in ((i + 1, j), (i - 1, j), (i, j + 1), (i, j - 1), (i + 1, j + 1), (i - 1, j - 1), (i + 1, j - 1), (i - 1, j + 1)):
+                    if near in left:
+                        left.remove(near)
+                        patch.append(near)
+                        edge.append(near)
+            found.append(np.array(sorted(patch)))
+        return found
+
+    def deepest(self, patch):
+        """(place (2,), its depth): the deepest of a patch, in the middle of several; nearer to it than the grid is."""
+        depth = self.depth[tuple(patch.T)]
+        best = patch[depth >= depth.max() - 0.01 * self.ground.radius]
+        place = self.point[tuple(best[int(np.argmin(np.hypot(*(best - patch.mean(axis=0)).T)))])]
+        most, size = float(self.ground.depth(place[None])[0]), self.size
+        while most < self.ground.radius and size > CLOSE * self.ground.radius:
+            near = place + size * AROUND
+            found = self.ground.depth(near)
+            if found.max() > most + 1e-9:
+                place, most = near[int(found.argmax())], float(found.max())
+            else:
+                size *= 0.5
+        return place, most
+
+    def beside(self, patch):
+        """Indices (n, 2) of cleared places beside a patch."""
+        near = (patch[:, None, :] + np.array([(1, 0), (-1, 0), (0, 1), (0, -1)])).reshape(-1, 2)
+        near = near[(near >= 0).all(axis=1) & (near < self.cleared.shape).all(axis=1)]
+        near = np.unique(near, axis=0)
+        return near[self.cleared[near[:, 0], near[:, 1]]]

@@ -1,0 +1,204 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Paths of constant engagement: the C functions against closed forms and brute force, the path by the exact judge of support."""
+import math
+
+import numpy as np
+import pytest
+from support import engagement_judge
+from support.engagement_shapes import SHAPES
+
+from chipwise.engage_ground import Ground, fitted, rows_of, rule
+from chipwise.geometry.base import elements
+from chipwise.geometry.base.contour import make_contour
+from chipwise.geometry.base.elements import make_arcs, make_lines
+from chipwise.geometry.pocket import engage, engage_proof
+from chipwise.geometry.pocket.machinable import split
+
+RADIUS, STEP = 3.0, 2.4
+STUCK = 2                       # CHIP_ENGAGE_STUCK
+NOMINAL = math.acos(1.0 - STEP / RADIUS)
+STEEP = 0.5                     # sine of the angle to a wall
+
+
+def region(name):
+    contours = [make_contour(parts) for parts in SHAPES[name]]
+    found, = split(contours[0], contours[1:], RADIUS)
+    return found
+
+
+def planned(name):
+    return engage.planned(region(name), RADIUS, STEP, 25.0, 0.2)
+
+
+def judged(segments):
+    """Engagement along the feeds but the entry, by the judge."""
+    feeds = [segment for segment in segments if segment.kind in ("entry", "cut", "feed")]
+    rows = np.concatenate([rows_of(segment.elements) for segment in feeds])
+    asked = np.concatenate([np.full(len(segment.elements), segment.kind != "entry") for segment in feeds])
+    return engagement_judge.Engagement(engagement_judge.exact(rows, asked, RADIUS, 0.3))
+
+
+def line(*points):
+    points = np.array(points, float)
+    return make_lines(points[:-1], points[1:])
+
+
+# ---- the judge ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("width", [0.5, 1.5, 2.4, 3.0, 4.5])
+def test_the_judge_knows_the_angle_of_a_side_cut(width):
+    slot = rows_of(line((0, 0), (40, 0)))
+    beside = rows_of(line((0, -width), (40, -width)))
+    found = engagement_judge.exact(np.concatenate((slot, beside)), [False, True], RADIUS)
+    middle = found[(found[:, 1] > 10) & (found[:, 1] < 30)]
+    assert middle[:, 4] == pytest.approx(math.acos(1 - width / RADIUS), abs=1e-6)
+
+
+def test_the_judge_reads_half_a_turn_in_solid_stock():
+    arc = make_arcs(np.array([[10.0, 0.0]]), np.array([[0.0, 10.0]]), np.zeros((1, 2)), np.array([10.0]), np.array([math.pi / 2]))
+    found = engagement_judge.exact(rows_of(arc), [True], RADIUS)
+    assert found[20:, 4] == pytest.approx(math.pi, abs=1e-6)
+
+
+# ---- ground ------------------------------------------------------------------------------------------------------------
+
+
+def test_engagement_as_the_judge_reads_it():
+    found, rng = region("island"), np.random.default_rng(1)
+    ground = Ground(found.contours, RADIUS)
+    inner = rng.uniform(8.0, 52.0, (8, 2))
+    chain = line(*inner)
+    ground.clear(chain)
+    pose = np.column_stack((rng.uniform(8.0, 52.0, (40, 2)), rng.uniform(0.0, 6.28, 40)))
+    ahead = make_lines(pose[:, :2] - 1e-6 * np.column_stack((np.cos(pose[:, 2]), np.sin(pose[:, 2]))), pose[:, :2])
+    for k in range(len(pose)):
+        told = engagement_judge.exact(np.concatenate((rows_of(chain), rows_of(elements.take(ahead, [k])))), [False] * len(chain) + [True], RADIUS)[-1, 4]
+        fresh = Ground(found.contours, RADIUS)
+        fresh.clear(chain)
+        assert fresh.along(elements.take(ahead, [k]), 1.0)[0, 3] == pytest.approx(told, abs=0.12)       # its slack at both ends
+
+
+def test_depth_in_the_region():
+    found = region("island")
+    ground, point = Ground(found.contours, RADIUS), np.random.default_rng(2).uniform(-2.9, 62.9, (4000, 2))
+    x, y = point.T
+    inside = np.min([x - 3, 57 - x, y - 3, 57 - y], axis=0)
+    outside = -np.hypot(np.maximum(0, np.maximum(3 - x, x - 57)), np.maximum(0, np.maximum(3 - y, y - 57)))
+    box = np.where(inside >= 0, inside, outside)
+    assert ground.depth(point) == pytest.approx(np.minimum(box, np.hypot(x - 30, y - 30) - 7.0), abs=1e-9)
+
+
+def test_a_rib_thinner_than_the_tool_is_seen_under_it():
+    ground = Ground(region("rectangle").contours, RADIUS)
+    for y in (10.0, 16.05):                             # a rib of 0.05 mm between two slots
+        ground.clear(line((5, y), (50, y)))
+    across = line((20, 10), (20, 16.05))
+    assert not ground.swept(across, -0.004, 0.01)
+    assert ground.swept(line((20, 10), (30, 10)), -0.004, 0.01) and not ground.swept(line((20, 10), (30, 10)), 0.2, 0.01)
+    ground.clear(line((5, 13), (50, 13)))
+    assert ground.swept(across, 0.0, 0.01)
+
+
+def test_what_is_left_is_found():
+    found = region("slot")
+    ground = Ground(found.contours, RADIUS)
+    ground.clear(elements.join(found.contours))
+    assert ground.left(0.02)[0] == 0.0
+    fresh = Ground(found.contours, RADIUS)
+    fresh.clear(elements.take(found.contours[0], np.arange(len(found.contours[0]) - 1)))
+    area, place = fresh.left(0.02)
+    assert area > 0.3 and Ground(found.contours, RADIUS).depth(place[None])[0] > -RADIUS
+
+
+def test_fitted_arcs_stay_by_the_poses():
+    angle = np.linspace(0.0, 9.0, 400)
+    radius = 4.0 + 0.7 * angle
+    point = np.column_stack((radius * np.cos(angle), radius * np.sin(angle)))
+    heading = angle + np.arctan2(radius, 0.7)
+    chain = fitted(np.column_stack((point, heading)), 3e-4)
+    assert len(chain) < 100 and np.hypot(*(chain.end[:-1] - chain.start[1:]).T).max() < 1e-12
+    gap = np.min([elements.distances(chain, np.full(len(point), k), point) for k in range(len(chain))], axis=0)
+    assert gap.max() <= 3e-4 + 1e-9
+    out, onto = (elements.tangent_at(chain, np.arange(len(chain)), np.full(len(chain), t)) for t in (1.0, 0.0))
+    assert (out[:-1] * onto[1:]).sum(axis=1).min() > 1.0 - 1e-6
+
+
+# ---- the path ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("rho", [1.25, 0.4])
+def test_a_trace_keeps_its_angle_and_leaves_room(rho):
+    """From cleared ground towards a wall, under many angles: it turns onto the wall, and is nowhere over it, between its steps either."""
+    stuck = deepest = over = 0
+    for angle in np.linspace(-1.3, 0.4, 6):
+        ground = Ground(region("rectangle").contours, RADIUS)
+        along, left = np.array(((math.cos(angle), math.sin(angle)), (-math.sin(angle), math.cos(angle))))
+        start = np.array((30.0, 6.5)) - along
+        for aside in range(0, 13, 2):
+            ground.clear(line(start + aside * left - 14.0 * along, start + aside * left + along))
+        steps, why = ground.trace((*start, angle), rule(NOMINAL, rho, 0.0, 0.15, 2.4), True, 160)
+        over = max(over, steps[:, 3].max() - NOMINAL)
+        chain = fitted(np.vstack([[(*start, angle)], steps[:, :3]]), 1e-5)
+        index = np.repeat(np.arange(len(chain)), 9)
+        deepest = max(deepest, -ground.depth(elements.point_at(chain, index, np.tile(np.linspace(0, 1, 9), len(chain)))).min())
+        stuck += bool(why & STUCK)
+    assert stuck == 0 and deepest < 6e-4 and over < 0.17
+
+
+def into_walls(name, rho, count=20):
+    """(mm of the deepest dip into a wall, paths whose cut ended steeply in front of one) of traces from places with room, stock on their right."""
+    found, rng = region(name), np.random.default_rng(1)
+    low, high = (f(part, axis=0) for f, part in zip((np.min, np.max), elements.boxes(found.boundary)))
+    point = rng.uniform(low, high, (400, 2))
+    deepest = stuck = 0
+    for place in point[Ground(found.contours, RADIUS).depth(point) > 3.0 * rho][:count]:
+        ground, angle = Ground(found.contours, RADIUS), rng.uniform(0.0, 2.0 * math.pi)
+        along, left = np.array(((math.cos(angle), math.sin(angle)), (-math.sin(angle), math.cos(angle))))
+        for aside in STEP * np.arange(1, 16):
+            ground.clear(line(place + aside * left - 4.0 * along, place + aside * left + 40.0 * along))
+        steps, why = ground.trace((*place, angle), rule(NOMINAL, rho, 0.0, min(0.15, 0.5 * rho), 2.4), True, 400)
+        chain = fitted(np.vstack([[(*place, angle)], steps[:, :3]]), 1e-6)
+        index = np.repeat(np.arange(len(chain)), 17)
+        deepest = max(deepest, -ground.depth(elements.point_at(chain, index, np.tile(np.linspace(0.0, 1.0, 17), len(chain)))).min())
+        (x, y), heading = steps[-1, :2], steps[-1, 2]
+        before, at = ground.depth(np.array([(x - 0.01 * math.cos(heading), y - 0.01 * math.sin(heading)), (x, y)]))
+        stuck += bool(why & STUCK) and before - at > 0.01 * STEEP and steps[-1, 3] > 0.0
+    return deepest, stuck
+
+
+@pytest.mark.parametrize("name, rho", [("rectangle", 1.25), ("island", 0.4)])
+def test_a_trace_can_turn_away_from_every_wall(name, rho):
+    deepest, stuck = into_walls(name, rho)
+    assert stuck == 0 and deepest < 6e-4
+
+
+@pytest.mark.parametrize("name, rho", [("L", 0.4), ("star", 0.1)])
+def test_a_trace_does_not_dip_into_a_wall_between_its_steps(name, rho):
+    assert into_walls(name, rho)[0] < 6e-4          # three times what it may touch
+
+
+@pytest.mark.parametrize("name", ["rectangle", "slot", "circle"])
+def test_engagement_of_a_whole_pocket(name):
+    segments = planned(name)
+    found, proof = judged(segments), engage_proof.prove(region(name), segments, RADIUS, NOMINAL)
+    assert found.percentile(0.99) < NOMINAL + math.radians(3) and found.most < NOMINAL + math.radians(10)
+    assert found.length(engagement_judge.FULL) == 0.0
+    assert proof.left_mm2 == 0.0 and proof.gouge < 1e-3 and proof.rapid_at is None and proof.plunge_at is None
+    assert not proof.over or found.most > NOMINAL + engage_proof.OVER - 0.1
+
+
+def test_the_certificate_names_a_slot():
+    """The ring along a wall in solid stock is a full slot, and the middle is left."""
+    found = region("rectangle")
+    proof = engage_proof.prove(found, [engage.Segment("cut", found.boundary)], RADIUS, NOMINAL)
+    assert proof.longest[3] > engage_proof.FULL and proof.longest[2] > 40.0 and proof.left_mm2 > 500.0
+
+
+def test_the_certificate_names_a_rapid_and_a_descent_in_stock():
+    found = region("rectangle")
+    first, away = line((10, 10), (20, 10)), line((20, 10), (40, 30))
+    segments = [engage.Segment("cut", first), engage.Segment("rapid", away), engage.Segment("cut", line((40, 30), (45, 30)))]
+    assert engage_proof.prove(found, segments, RADIUS, NOMINAL).rapid_at == (20.0, 10.0)
+    segments[1] = engage.Segment("over", away)
+    assert engage_proof.prove(found, segments, RADIUS, NOMINAL).plunge_at == (40.0, 30.0)
