@@ -205,7 +205,7 @@ def test_the_same_request_gives_the_same_moves():
     (dict(side_allowance=-1.0), "side allowance I-1 mm is negative; use I of 0 or more"),
     (dict(floor_allowance=-1.0), "floor allowance K-1 mm is negative; use K of 0 or more"),
     (dict(strategy=5), "strategy P5 is not known; use P0, P1, P2, P3 or P4"),
-    (dict(strategy=4, step=3.1), "step-over D3.1 mm is above half the tool diameter (6 mm), which is the most of P4; use a smaller D, or P0"),
+    (dict(strategy=4, step=3.1), "step-over D3.1 mm is above half the tool diameter (6 mm), which is the most of P4; use D up to 3 mm, or P0"),
     (dict(bottom=1.0), "final depth Z1 mm with the floor allowance K0 mm is not below the clearance plane R1 mm; use a deeper Z, "
                        "a smaller K or a higher R"),
     (dict(floor_allowance=5.0), "final depth Z-4 mm with the floor allowance K5 mm is not below the clearance plane R1 mm; use a "

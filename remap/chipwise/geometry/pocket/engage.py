@@ -319,4 +319,3 @@ class Planner:
 def planned(region, radius, step, feed_mm_s, clearance):
     """Segments of one level of a region, climbing with the stock on the right."""
     return Planner(region, radius, step, feed_mm_s, clearance).plan()
-

@@ -117,5 +117,3 @@ def _places(rows, limit, spacing):
         if len(group):
             found.append((*rows[group[0], :2].tolist(), len(group) * spacing, float(rows[group, 3].max())))
     return found
-
-
