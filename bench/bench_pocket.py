@@ -97,8 +97,8 @@ def lengths(moves, start):
 
 def reached_area(request):
     """mm2 that the tool can reach."""
-    pocket = cycle._pocket(request.loops, request.close_gap)
-    found = machinable.machinable_regions(pocket, request.tool_radius)
+    _, pockets = cycle._pockets(request.loops, request.close_gap)
+    found = [region for pocket in pockets for region in machinable.machinable_regions(pocket, request.tool_radius)]
     areas = [polygons.area_region(chains.flat(f.boundary, 0.01), [chains.flat(h, 0.01) for h in f.holes])
              for f in found if f.area > 0.0]
     return polygons.area_of(polygons.grown(polygons.joined(areas), request.tool_radius, 0.01)) if areas else 0.0
@@ -188,7 +188,7 @@ def plan_rows(rounds=5):
             took = []
             for _ in range(rounds):
                 cycle.pocket_plan.cache_clear()
-                cycle._pocket.cache_clear()
+                cycle._pockets.cache_clear()
                 begun = time.process_time()
                 moves = cycle.pocket_plan(request).moves
                 took.append(1000 * (time.process_time() - begun))

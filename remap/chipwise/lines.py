@@ -4,9 +4,9 @@
 Called by plans.py; glue/emit.py executes the lines, in G90, G91.1 and G8: absolute XYZ, incremental I J K; it begins and ends in G17.
 """
 
+import math
 from typing import Iterable, Iterator, Optional, Sequence, Union
 
-from chipwise.errors import CycleError
 from chipwise.moves import CALLERS_PATH, PATH, Arc, Blend, Code, Copy, Line, Move, PlaneArc, Rapid, Thread
 
 DECIMALS = 6  # of a mm or an inch: arcs then close far inside LinuxCNC's 0.0283 mm and 0.1 %
@@ -18,8 +18,12 @@ _CENTRE = {"G17": ((0, "I"), (1, "J")), "G18": ((0, "I"), (2, "K")), "G19": ((1,
 # serves nobody meanwhile.
 CHUNK_MOVES = 2000
 
-# The most moves without a place to rest: a third of a second.
-MOST_MOVES = 20_000
+# After so many moves without a place to rest, a third of a second, the tool rests on the path: at the first corner, where it slows down in any
+# case, after CORNER_MOVES fewer.
+MOST_MOVES, CORNER_MOVES = 20_000, 5_000
+
+# A turn of the path, rad, from which it is a corner.
+CORNER = 0.5
 
 
 def path_text(code: float, tolerance: Optional[float], naive: Optional[float], unit_mm: float) -> str:
@@ -172,6 +176,27 @@ def _may_rest(move: Move) -> bool:
     return isinstance(move, Rapid) or isinstance(move, Line) and move.x is None and move.y is None
 
 
+class _Corners:
+    """The turns of a path in XY.  Those of a Copy are the turns of the moves it is made of."""
+
+    def __init__(self, start: tuple) -> None:
+        self._at = start[:2]
+        self._heading: Optional[tuple] = None
+
+    def turn(self, move: Union[Rapid, Line, Thread, Arc, PlaneArc]) -> float:
+        """rad from the moves so far into this one; 0 where either has no direction in XY.  Called for each move."""
+        (x, y), before, turn = self._at, self._heading, 0.0
+        end = (x if move.x is None else move.x, y if move.y is None else move.y)
+        first = last = (end[0] - x, end[1] - y)
+        if isinstance(move, Arc):
+            side = 1.0 if move.ccw else -1.0
+            first, last = ((side * (move.cy - b), side * (a - move.cx)) for a, b in (self._at, end))
+        if before is not None and any(first):
+            turn = abs(math.atan2(before[0] * first[1] - before[1] * first[0], before[0] * first[0] + before[1] * first[1]))
+        self._at, self._heading = end, last if any(last) else before
+        return turn
+
+
 def chunks(moves: Sequence[Union[Move, Copy]], start: tuple, unit_mm: float, decimals: int = DECIMALS, axes: str = AXES) -> tuple:
     """Tuple of chunks, each a tuple of rows: (feed in program units or None: as it is, lines joined by "\\n"), and the line of the
     program if it is not the cycle's.  Each chunk sets the path mode and the plane that its moves have: between two of them the caller's path mode
@@ -180,13 +205,15 @@ def chunks(moves: Sequence[Union[Move, Copy]], start: tuple, unit_mm: float, dec
     start    (x, y, z) mm before the first move
     unit_mm  mm of a program unit
     axes     letters of the machine's axes
-    Raises CycleError for more than MOST_MOVES moves without a place where the tool may rest.
+    After MOST_MOVES moves without a place where the tool may rest it rests on the path, if it can at a corner shortly before.
     """
     found: list[tuple] = []
-    rows = _Rows()
+    rows, corners = _Rows(), _Corners(start)
     count, path, plane = 0, "", "G17"
     for move, text, feed in _lines(moves, start, unit_mm, decimals, axes):
-        if count >= CHUNK_MOVES and _may_rest(move):
+        turn = 0.0 if isinstance(move, (Code, Blend)) else corners.turn(move)
+        long = isinstance(move, (Line, Arc, PlaneArc)) and count >= MOST_MOVES - (CORNER_MOVES if turn > CORNER else 0)
+        if count >= CHUNK_MOVES and (long or _may_rest(move)):
             found.append(rows.taken())
             count = 0
             for mode in filter(None, (path, plane if plane != "G17" else "")):
@@ -196,9 +223,6 @@ def chunks(moves: Sequence[Union[Move, Copy]], start: tuple, unit_mm: float, dec
         plane = text[:3] if text[:3] in _CENTRE else plane
         rows.add(text, feed, move.line)
         count += 1
-        if count > MOST_MOVES:
-            raise CycleError(f"more than {MOST_MOVES} moves follow one another without a traverse or a plunge",
-                             "use a contour of fewer elements, or a larger step")
     last = rows.taken()
     return (*found, last) if last else tuple(found)
 

@@ -17,7 +17,7 @@ import pytest
 
 from chipwise import lines, planner, plans, processes
 from chipwise.errors import CycleError
-from chipwise.moves import Arc, Line, Rapid
+from chipwise.moves import Arc, Line, Rapid, Thread
 from chipwise.contour_sub.job import Job
 from chipwise.order import Outcome, Packed
 from chipwise.turning.blocks import Block, Run, Turning
@@ -280,9 +280,27 @@ def test_chunks_end_where_the_tool_may_rest():
     assert all(feed in (100.0, 300.0, 200.0) for feed, code in feeds if code != "G0")
 
 
-def test_too_many_moves_without_rest():
-    """One pass that would keep the task for more than a third of a second is refused."""
-    moves = [Line(x=float(k % 2), y=k * 0.01, feed=300.0) for k in range(lines.MOST_MOVES + 2)]
-    with pytest.raises(CycleError, match="without a traverse or a plunge"):
-        lines.chunks(moves, (0.0, 0.0, 5.0), 1.0)
-    assert len(lines.chunks(moves[:lines.MOST_MOVES], (0.0, 0.0, 5.0), 1.0)) == 1
+def test_a_rest_where_the_path_is_long():
+    """One pass that would keep the task for more than a third of a second is parted: on a curve after MOST_MOVES moves, at a corner before."""
+    def on_circle(k):
+        return Line(x=100.0 * math.cos(1e-4 * k), y=100.0 * math.sin(1e-4 * k), feed=300.0)
+    moves = [on_circle(k) for k in range(2 * lines.MOST_MOVES + 5)]
+    start = (100.0, -1.0, 5.0)
+    found = lines.chunks(moves, start, 1.0)
+    assert [sum(text.count("\n") + 1 for _, text in chunk) for chunk in found] == [lines.MOST_MOVES, lines.MOST_MOVES, 5]
+    corner = lines.MOST_MOVES - lines.CORNER_MOVES + 100
+    half = [0.5 * value for value in (on_circle(corner - 1).x, on_circle(corner - 1).y)]
+    for turned, smooth in ((Line(x=0.0, y=0.0, feed=300.0), 0), (Arc(x=0.0, y=0.0, cx=half[0], cy=half[1], ccw=True, feed=300.0), 1)):
+        path = moves[:corner] + [turned] + moves[corner:]
+        found = lines.chunks(path, start, 1.0)
+        assert found[0][0][1].count("\n") + 1 == corner + smooth
+        assert [line for chunk in found for _, text in chunk for line in text.split("\n")] == [text for _, text, _ in lines._lines(path, start, 1.0)]
+    arc = Arc(x=moves[corner].x, y=moves[corner].y, cx=0.0, cy=0.0, ccw=True, feed=300.0)
+    assert lines.chunks(moves[:corner] + [arc] + moves[corner + 1:], start, 1.0)[0][0][1].count("\n") + 1 == lines.MOST_MOVES
+    assert len(lines.chunks(moves[:lines.MOST_MOVES], start, 1.0)) == 1
+
+
+def test_threads_are_not_parted():
+    """Passes in step with the spindle stay together, however many."""
+    moves = [Thread(x=0.0, y=0.0, z=-0.01 * k, pitch=1.0) for k in range(lines.MOST_MOVES + 5)]
+    assert len(lines.chunks(moves, (0.0, 0.0, 5.0), 1.0)) == 1

@@ -5,6 +5,7 @@ Called by kernel.py, slices.py and sharp.py.  This is what the patent lacks, whi
 element only with itself, and LinuxCNC's compensation, which looks at the next moves.
 """
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -38,14 +39,9 @@ def make_clearance_check(contours):
 def gouge_depths(clearance_check, point, radius):
     """Depth (m,) mm by which a tool of `radius` at point (m, 2) overlaps the contour line;
     0 where it stays clear."""
-    who, leaf = search.near_points(clearance_check.tree, point, np.full(len(point), radius))
-    result = np.zeros(len(point))
-    if len(who):
-        gap = elements.distances(clearance_check.finish, leaf, point[who])
-        first = np.flatnonzero(np.concatenate(([True], who[1:] != who[:-1])))
-        nearest = np.minimum.reduceat(gap, first)
-        result[who[first]] = np.maximum(radius - nearest, 0.0)
-    return result
+    gap = search.near_gaps(clearance_check.tree, partial(elements.distances, clearance_check.finish), point,
+                           np.full(len(point), radius))
+    return np.maximum(radius - gap, 0.0)
 
 
 def gouge_depths_beside(clearance_check, point, index, radius):

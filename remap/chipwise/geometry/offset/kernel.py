@@ -24,6 +24,7 @@ from chipwise.geometry.offset.raw import Chain, make_chain, raw_offset
 from chipwise.geometry.offset.rough import rough_shapes
 from chipwise.geometry.offset.sharp import sharpen
 from chipwise.geometry.offset.stitch import stitch
+from chipwise.geometry.offset.sunk import Sunk, afloat
 from chipwise.geometry.base.tolerances import DEPTH_MM, NODE_MM, POINT_CONTACT_MM
 from chipwise.geometry.offset.touch import make_finish, make_touch
 from chipwise.geometry.offset.inaccessible import inaccessible
@@ -102,6 +103,7 @@ class Pocket:
     chain: Chain
     meeting: bool
     known: dict = field(default_factory=dict, repr=False)
+    sunk: Sunk = field(default_factory=Sunk, repr=False)
 
 
 def make_pocket(boundary, islands):
@@ -179,6 +181,8 @@ def _offset(contours, side, radius, pocket=None):
     clearance_check = pocket.clearance_check if pocket else make_clearance_check(contours)
     chain = pocket.chain if pocket else make_chain(contours)
     raw = raw_offset(chain, side, radius)
+    if pocket:
+        raw = afloat(pocket.sunk, clearance_check, chain, raw, radius)
     if not len(raw.elements):
         return OffsetResult(contours, side, radius,
                             _point_contacts(contours, clearance_check, raw.point_contacts, side, radius), 0)

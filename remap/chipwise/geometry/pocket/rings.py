@@ -17,6 +17,7 @@ shorter than a ramp through the whole depth; the tool lifts only where none does
 about different islands.
 """
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -39,6 +40,9 @@ TRAVEL = 12.0
 # Longest slot, in tool radii, from a ring already cut to the next deepest ring, instead of another
 # ramp through the whole depth.
 SLOT = 10.0
+
+# Slots compared at once: bounds the memory, a matter of speed only.
+AT_ONCE = 200_000
 
 # Positions on an element that a link may start from, and how many are tried for a clear one.
 SAMPLES, TRIES, SLOT_TRIES = (0.0, 0.25, 0.5, 0.75), 8, 40
@@ -211,35 +215,58 @@ def _slot(toolpath, left, reach):
         index = np.repeat(np.arange(len(other)), 2)
         t = np.tile(SAMPLES[::2], len(other))
         ends = elements.point_at(other, index, t)
+        tree = search.build(*elements.boxes(other))
         for loop, owner in toolpath.cut:
             positions = elements.point_at(loop, np.arange(len(loop)), np.zeros(len(loop)))
-            gap = np.hypot(*(positions[:, None] - ends).transpose(2, 0, 1))
-            cost = np.where(gap <= reach, gap + 0.5 * np.hypot(*(positions - toolpath.here).T)[:, None], np.inf)
-            order = chains.rising(cost.ravel())[:SLOT_TRIES]
-            order = order[cost.ravel()[order] < best[0] - chains.SNAP_MM]
-            if not len(order):
+            cost, m, n = _shortest(positions, ends, toolpath.here, reach, partial(_gaps, other, tree))
+            wanted = cost < best[0] - chains.SNAP_MM
+            cost, m, n = cost[wanted], m[wanted], n[wanted]
+            if not len(cost):
                 continue
-            m, n = np.unravel_index(order, cost.shape)
             ok = np.flatnonzero(clear_segments(toolpath.root, positions[m], ends[n]))
             if len(ok):
                 first = ok[0]
-                best = (cost[m[first], n[first]], k, (int(index[n[first]]), float(t[n[first]])),
-                        positions[m[first]], owner)
+                best = (cost[first], k, (int(index[n[first]]), float(t[n[first]])), positions[m[first]], owner)
     return best[1:] or None
+
+
+def _shortest(positions, ends, here, reach, gaps):
+    """The SLOT_TRIES cheapest slots from positions (a, 2) to ends (b, 2), not longer than `reach` (mm): cost (k,) mm, rising;
+    indices (k,), (k,).  gaps(positions, reach) gives the least length (a,) mm that a slot from each can have."""
+    half_gap = 0.5 * np.hypot(*(positions - here).T)
+    least, order = half_gap, np.arange(len(positions))
+    if len(positions) * len(ends) > AT_ONCE:
+        least = half_gap + gaps(positions, np.full(len(positions), reach + chains.SNAP_MM))
+        order = np.argsort(least, kind="stable")
+        order = order[np.isfinite(least[order])]
+    size = max(1, AT_ONCE // len(ends))
+    cost, flat = np.zeros(0), np.zeros(0, int)
+    for first in range(0, len(order), size):
+        if len(cost) == SLOT_TRIES and least[order[first]] > cost[-1] + 2.0 * chains.SNAP_MM:
+            break
+        rows = np.sort(order[first:first + size])
+        gap = np.hypot(*(positions[rows, None] - ends).transpose(2, 0, 1))
+        more = np.where(gap <= reach, gap + half_gap[rows, None], np.inf).ravel()
+        near = np.flatnonzero(np.isfinite(more))
+        cost = np.concatenate((cost, more[near]))
+        flat = np.concatenate((flat, rows[near // len(ends)] * len(ends) + near % len(ends)))
+        order_of = np.lexsort((flat, np.round(cost / chains.SNAP_MM)))[:SLOT_TRIES]
+        cost, flat = cost[order_of], flat[order_of]
+    return cost, flat // len(ends), flat % len(ends)
+
+
+def _gaps(loop, tree, positions, reach):
+    """Distance (m,) mm from positions (m, 2) to a loop with its tree; inf beyond reach (m,) mm."""
+    return search.near_gaps(tree, partial(elements.distances, loop), positions, reach)
 
 
 def _near(loop, other, tree, reach):
     """Positions (m, 2) on a loop that lie within reach (mm) of another loop, and how far (m,)."""
     index = np.repeat(np.arange(len(loop)), len(SAMPLES))
     positions = elements.point_at(loop, index, np.tile(SAMPLES, len(loop)))
-    who, leaf = search.near_points(tree, positions, np.full(len(positions), reach))
-    if not len(who):
-        return positions[:0], np.zeros(0)
-    gap = elements.distances(other, leaf, positions[who])
-    first = np.flatnonzero(np.concatenate(([True], who[1:] != who[:-1])))
-    least = np.minimum.reduceat(gap, first)
-    ok = least <= reach
-    return positions[who[first[ok]]], least[ok]
+    gap = _gaps(other, tree, positions, np.full(len(positions), reach))
+    ok = gap <= reach
+    return positions[ok], gap[ok]
 
 
 def _met(here, region, loop, step):
