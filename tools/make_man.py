@@ -71,7 +71,7 @@ def chipwise():
              '.B chipwise \\-\\-version',
              '.SH DESCRIPTION',
              'chipwise is an add\\-on for LinuxCNC mills that knows the stock. The G\\-codes it adds (G12, G13, G24, G75, G77 to G79, '
-             'M250 to M255) and its HAL components run inside LinuxCNC; this command does what is done from a shell.',
+             'M250 to M256) and its HAL components run inside LinuxCNC; this command does what is done from a shell.',
              '.SH COMMANDS']
     names = [name for name in choices if name not in INTERNAL] + [name for name in choices if name in INTERNAL]
     for name in names:

@@ -6,9 +6,9 @@ LinuxCNC looks the functions up in the machine's module `remap`. chipwise's own 
 does that of a machine with codes of its own: `from chipwise.codes import *`.
 """
 
-from chipwise.glue import barriers, contour, hole, pattern, pocket, session, stations, stock_codes, surface, turning, volumetric
+from chipwise.glue import barriers, clamps, contour, hole, pattern, pocket, session, stations, stock_codes, surface, turning, volumetric
 
-__all__ = ("g12", "g13", "g22", "g23", "g24", "g26", "g27", "g75", "g77", "g78", "g79", "m250", "m251", "m252", "m253", "m254", "m255", "feed")
+__all__ = ("g12", "g13", "g22", "g23", "g24", "g26", "g27", "g75", "g77", "g78", "g79", "m250", "m251", "m252", "m253", "m254", "m255", "m256", "feed")
 
 
 def g12(self, **words):
@@ -94,6 +94,11 @@ def m254(self, **words):
 def m255(self, **words):
     """M255: teach a point of a station."""
     yield from session.run_steps(self, "M255", words, stations.teach)
+
+
+def m256(self, **words):
+    """M256: a set-up of clamps is in force."""
+    yield from session.run_steps(self, "M256", words, clamps.put_on)
 
 
 def feed(self, **words):

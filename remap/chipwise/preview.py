@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Tells a reader of whole programs what the codes of the preview would have done in step with motion.
 
-Called by glue/stock_codes.py and glue/volumetric.py where there is no machine, and by glue/session.py for contours; listened to by
+Called by glue/stock_codes.py, glue/volumetric.py and glue/clamps.py where there is no machine, and by glue/session.py for contours; listened to by
 check/reader_runner.py.  In LinuxCNC's own preview nobody listens.
 """
 
-listener = None     # an object with the methods stock(), restored(), volume() and target(), and wants_targets, whether it wants the last
+listener = None     # an object with the methods stock(), restored(), volume(), clamp_set_up() and target(), and wants_targets, whether it wants the last
 
 
 def stock(line, low, high, shape, turn):
@@ -24,6 +24,12 @@ def volume(line, mode, target=0.0, lower=0.0, ceiling=None):
     """M251 and M252: mode, mm3/min, mm/min."""
     if listener is not None:
         listener.volume(line, mode, target, lower, ceiling)
+
+
+def clamps(line, number):
+    """M256: number of the set-up of clamps, 0: none."""
+    if listener is not None:
+        listener.clamp_set_up(line, number)
 
 
 def wants_targets():

@@ -140,6 +140,7 @@ SETTINGS = {
     "SURFACE_TOLERANCE": Setting(0.01, "mm", _number, lambda v: 0.001 <= v <= 1, "a length from 0.001 to 1 mm"),
     "STOCK_DIR": Setting("stock", "path", str, lambda v: v != "", "the path of a folder"),
     "STATIONS": Setting("stations.toml", "path", str, lambda v: v != "", "the path of a TOML file"),
+    "CLAMPS": Setting("clamps.toml", "path", str, lambda v: v != "", "the path of a TOML file"),
     "KEEP_STOCK": Setting(False, "", _switch, lambda v: True, "yes or no"),
     "SHADOW": Setting(True, "", _switch, lambda v: True, "yes or no"),
     "PATTERNS": Setting("patterns", "path", str, lambda v: v != "", "one or more paths of folders"),

@@ -229,3 +229,34 @@ def test_a_remark_of_a_person_is_no_clamp():
     text = b"(CLAMP, HERE) ; remark\n; (CLAMP,BOX,XMIN=1) ; twice\nG1 (x (CLAMP,BOX,A=1) ; more\n"
     assert clamp_comment.lost(text) is None
     assert clamp_comment.lost(text + b"n10 O<a> sub (CLAMP,BOX,A=1)")[0] == 4
+
+
+SET_UP = "[set_up.2.clamp.jaw]\nbox = [40, -12, -20, 60, -2, 8]\n[set_up.3]\nname = 'bare table'\n"
+M256 = {                    # lines before the moves, lines of findings and their clamps, or the error
+    "M256 P2": [("line 11 to 12", "clamp jaw of set-up 2")],
+    "M256 P3": [],
+    "M256 P2\nM256 P0": [],
+    LEFT + "M256 P2": [("line 12 to 13", "clamp jaw of set-up 2")],               # it takes the place of the comment, which no move has followed
+    "M256 P2\n" + LEFT: [("line 12 to 13", "clamp jaw of set-up 2"), ("line 12 to 13", "the clamp of line 9")],
+    "M256 P4": "M256: there is no set-up P4 of clamps; there are 2, 3; add it with `chipwise clamps add`, or use P0 for none (line 8)",
+    "M256": "M256: word P (set-up of clamps) is missing; add P, or P0 for none (line 8)",
+    "M256 P1000": "M256: set-up P1000 is not from 0 to 999; use P0 for none (line 8)",
+    "M256 P0.5": "M256: set-up P0.5 is not from 0 to 999; use P0 for none (line 8)",
+}
+
+
+def test_the_set_up_of_m256(tmp_path, mill):
+    """A set-up has machine coordinates: the work offset of the program does not move it."""
+    (mill.parent / "clamps.toml").write_text(SET_UP)
+    head = HEAD + STOCK + "T1 M6\nS8000 M3\nF400\nG10 L2 P1 X5 Y0 Z0\nG0 X-10 Y30 Z40\n"
+    moves = "G0 X50 Z5\nG0 Y-5\nG0 Z40\nM2\n"
+    programs = {f"{number}.ngc": head + text.rstrip("\n") + "\nG0 X0\n" + moves for number, text in enumerate(M256)}
+    _, _, _, report = chipwise_check(tmp_path, programs, machine=mill)
+    for (text, expected), one in zip(M256.items(), report["programs"]):
+        if isinstance(expected, str):
+            assert one["error"] == expected
+            continue
+        found = [f["text"] for f in one["findings"] if f["rule"] == "clamp"]
+        assert one["error"] is None and len(found) == len(expected), (text, found, one["error"])
+        for words, (lines, clamp) in zip(sorted(found), expected):
+            assert words.startswith(lines) and f"meets {clamp} at" in words, (text, words)

@@ -167,7 +167,7 @@ def test_a_line_that_the_code_refuses(program, line, letter, words):
 
 
 BASES = {"G12": "I20 Z-3 R1", "G24": "D6 Z-10 R20", "G75": "Q200", "G77": "Q200 P42 Z-3 R1 L2 D2", "G78": "Q200 P42 Z-3 R1", "G79": "Q100 Z-3 R1",
-         "M250": "P0 Q0 R-5 I10 J10 K5", "M251": "Q30 P3 R10 E500", "M253": "P3", "M255": "P3 Q1"}
+         "M250": "P0 Q0 R-5 I10 J10 K5", "M251": "Q30 P3 R10 E500", "M253": "P3", "M255": "P3 Q1", "M256": "P0"}
 
 
 def outside(field):

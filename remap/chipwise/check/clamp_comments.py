@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""CLAMP comments of a program that is read, as CLAMP records.  Called by reader_runner.py, whose Canon has job, machine coordinates and _event().
+"""CLAMP comments of a program that is read, as CLAMP records, and M256.  Called by reader_runner.py, whose Canon has job, machine coordinates and _event().
 
 A comment counts from the first move behind it on, in the units and work coordinates of that move: comments at the head of a program stand before its
 G20 and G54.
@@ -7,7 +7,7 @@ G20 and G54.
 
 import math
 
-from chipwise.check.records import CLAMP
+from chipwise.check.records import CLAMP, CLAMP_SET_UP
 from chipwise.clamps import comment as comments
 from chipwise.errors import CycleError, unnamed
 from chipwise.interpreter_process import INCH
@@ -42,6 +42,12 @@ class ClampComments:
             if self.clamps + len(self.pending) >= comments.MOST:
                 self.refuse(f"the program has more than {comments.MOST} clamps", "leave some out")
             self.pending.append((self.line, inside))
+
+    def clamp_set_up(self, line, number):
+        """M256 (preview.py)."""
+        if self.job["clamps"]:
+            self.line, self.pending = line, []
+            self._event(CLAMP_SET_UP, number)
 
     def place_clamps(self):
         """Those that are pending, before a move."""

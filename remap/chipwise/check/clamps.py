@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Moves of a program against clamps: which come nearer to one than CLAMP_CLEARANCE.  Called by simulate.py.  mm, machine coordinates of the tip.
+"""Moves of a program against clamps: which come nearer to one than CLAMP_CLEARANCE.  Those of CLAMP comments, and of the set-up of M256.  Called by simulate.py.  mm, machine coordinates of the tip.
 
 The machine may stand anywhere before X, Y and Z are named: moves up to there are not judged, the one that comes to the first place at its end only, or,
 if it goes straight down, from above.
@@ -10,6 +10,7 @@ import numpy as np
 from chipwise.check import records
 from chipwise.check.findings import CLAMP, Finding
 from chipwise.check.sweep import Shape
+from chipwise.clamps import set_ups
 from chipwise.clamps.clamp import Clamp
 from chipwise.clamps.distance import bodies, near
 
@@ -18,14 +19,18 @@ NO_TOOL = Shape(0.0)        # of which only the axis is known
 
 
 class Clamps:
-    """Those in force, of a program under way.  clearance: mm."""
+    """Those in force, of a program under way."""
 
-    def __init__(self, clearance):
-        self._clearance, self._clamps, self._open = clearance, [], {}
+    def __init__(self, settings):
+        self._clearance, self._file = settings["CLAMP_CLEARANCE"], settings.path("CLAMPS")
+        self._clamps, self._open = [], {}
         self._place, self._length, self._moves = None, np.zeros(3), 0
 
-    def add(self, line, values):
-        """One of a CLAMP record."""
+    def take_event(self, kind, line, values):
+        """A CLAMP or CLAMP_SET_UP record.  Raises CycleError for a set-up that the file does not have."""
+        if kind == records.CLAMP_SET_UP:
+            self._clamps = list(set_ups.clamps_of(self._file, int(values[0]))) if values[0] else []
+            return
         shape, turn, *corners = values[:8]
         self._clamps.append(Clamp(int(shape), turn, tuple(corners[:3]), tuple(corners[3:]), f"the clamp of line {line}"))
 

@@ -13,6 +13,7 @@ mm, mm/min, machine coordinates of the tool's tip:
     TARGET              x y z first         a point of a loop of a contour sub, first: 1 on a loop's first; asked for
     PATH                tolerance (mm, 0: any; EXACT_PATH, EXACT_STOP) of G64, G61, G61.1 for the moves that follow; of a program that is judged and not rewritten
     LENGTH              x y z (mm) of the tool length offset for the moves that follow; of a program that is judged and not rewritten
+    CLAMP_SET_UP        number of a set-up of clamps, 0: none, which takes the place of all clamps before; asked for
     CLAMP               shape, turn (degrees), low x y z, high x y z      of a clamp that counts from here on; asked for
     SPINDLE             S (1/min) for the moves that follow; of a program that is judged and not rewritten
     MARK                file, what, item, modes, side of compensation, motion mode, feed      of a marked program (trace.py)
@@ -21,7 +22,7 @@ mm, mm/min, machine coordinates of the tool's tip:
 import math
 from dataclasses import dataclass
 
-RAPID, FEED, ARC, TOOL, STOCK, VOLUME, DWELL, FRAME, CIRCLE, MARK, TARGET, PATH, LENGTH, CLAMP, SPINDLE = range(15)
+RAPID, FEED, ARC, TOOL, STOCK, VOLUME, DWELL, FRAME, CIRCLE, MARK, TARGET, PATH, LENGTH, CLAMP, SPINDLE, CLAMP_SET_UP = range(16)
 WIDTH = 10
 UNNAMED = 7                 # of a move: the value of its mask
 EXACT_PATH, EXACT_STOP = -1.0, -2.0

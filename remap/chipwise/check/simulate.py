@@ -61,7 +61,7 @@ class Simulation(ToothRules):
         self.doubts = {}                                # {number of the stock: [(radius, rows of doubts.doubtful())]}
         self.extents = Extents()
         self.travel = Travel(machine.limits) if machine.limits else None
-        self.clamps = Clamps(settings["CLAMP_CLEARANCE"])
+        self.clamps = Clamps(settings)
         self.assumption = assumption
         if assumption:
             self.result.assume(assumption)
@@ -88,8 +88,8 @@ class Simulation(ToothRules):
             self.timer.path = values[0]
         elif kind == records.LENGTH:
             self._set_length(np.array(values[:3]))
-        elif kind == records.CLAMP:
-            self.clamps.add(line, values)
+        elif kind in (records.CLAMP, records.CLAMP_SET_UP):
+            self.clamps.take_event(kind, line, values)
         elif kind == records.SPINDLE:
             self.turns = abs(values[0])
         elif kind == records.DWELL:

@@ -22,7 +22,7 @@ import sys
 from chipwise import ROOT, version
 from chipwise.errors import NAME, of_unexpected, printable
 
-COMMANDS = {name: name for name in ('check', 'contour', 'demo', 'digitise', 'display', 'enter', 'filter', 'link', 'load', 'monitor',
+COMMANDS = {name: name for name in ('check', 'clamps', 'contour', 'demo', 'digitise', 'display', 'enter', 'filter', 'link', 'load', 'monitor',
                                    'panel', 'patterns', 'resume', 'rewrite', 'setup', 'stations', 'surface', 'turn')} | {'new-config': 'new_config', 'try': 'try_program', 'import': 'import_drawing'}
 FULL = errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO
 INTERNAL = ('display', 'link', 'load', 'monitor')      # LinuxCNC calls them
@@ -72,7 +72,7 @@ def machine_lines():
     if not os.path.isfile(os.path.join(ROOT, 'Makefile')):          # not the repository
         folder, first = '~/linuxcnc/configs/chipwise', ['Simulated machines, in a folder of your own:', '  chipwise new-config']
     return [*first,
-            'The codes work inside LinuxCNC: G12, G13, G24, G75, G77 to G79 and M250 to M255 on the simulated mill,',
+            'The codes work inside LinuxCNC: G12, G13, G24, G75, G77 to G79 and M250 to M256 on the simulated mill,',
             f'  linuxcnc {os.path.join(folder, "mill.ini")}',
             'G22, G23, G26 and G27 on the simulated lathe,',
             f'  linuxcnc {os.path.join(folder, "lathe.ini")}']

@@ -15,7 +15,7 @@ from interpreter import INTERP_ERROR, INTERP_EXECUTE_FINISH, INTERP_OK
 
 from chipwise import planner, preview, report
 from chipwise.errors import CycleError, clip, printable
-from chipwise.glue import barriers, context, emit, known_cuts, known_stock, named, path_mode, task, volumetric
+from chipwise.glue import barriers, clamps, context, emit, known_cuts, known_stock, named, path_mode, task, volumetric
 from chipwise.glue.ceiling import restore_programmed
 from chipwise.glue.state import State
 from chipwise.glue.turn import Turn, hand_over
@@ -27,6 +27,7 @@ def begin(interp, words):
     if another:
         known_stock.forget(interp)
         barriers.forget(interp)
+        clamps.forget(interp)
         known_cuts.forget(interp)
         path_mode.renew(interp)
     volumetric.begin(interp, another)

@@ -28,7 +28,7 @@ from chipwise.settings import SECTION, parse_settings
 PATIENCE_S = 60.0
 PROBE = "G21\nT1 M6\nG43\nM2\n"                 # prints the length of a tool of 1 machine unit in mm
 LENGTHS = re.compile(r"(?<![A-Za-z])([DXYZUVW])\s*([-+]?(?:\d+(?:\.\d*)?|\.\d+))", re.IGNORECASE)
-PATH_KEYS = ("TOOL_GEOMETRY", "MATERIALS", "STOCK_DIR", "STATIONS", "TURNING_STEPS")
+PATH_KEYS = ("TOOL_GEOMETRY", "MATERIALS", "STOCK_DIR", "STATIONS", "CLAMPS", "TURNING_STEPS")
 TABLE = re.compile(r"(?m)^(\s*TOOL_TABLE\s*=\s*)([^\s#;].*?)(?=\s*$| #)")
 
 

@@ -197,6 +197,9 @@ class Canon(interpreter_process.Canon):
     def volume(self, *_):
         self._no_stock("M251 or M252")
 
+    def clamp_set_up(self, *_):
+        self._no_stock("M256")
+
     def _no_stock(self, code):
         self.refuse(f"{code} is not allowed in a pattern", "program it before or after G75")
 

@@ -8,36 +8,22 @@
 Called by glue/stations.py and cli/stations.py.
 """
 
-import contextlib
 import os
-import tomllib
 from typing import Any, NoReturn
 
+from chipwise import toml_file
 from chipwise.errors import CycleError, braceless
-from chipwise.files import locked, read_bytes, write_durable
+from chipwise.toml_file import REMEDY
 
-MAX_BYTES = 1 << 20
 MAX_COORDINATE = 1e6        # mm
 MAX_STATION, MAX_POINT = 999, 99
 DECIMALS = 9                    # of a mm
-UNFINISHED = ".unfinished"
-REMEDY = "correct the file"
 _HEAD = "# Stations of chipwise (M255): points in mm, machine coordinates of the tool's tip.\n"
 
 
 def load(path: str) -> dict:
     """{station: {point: (x, y, z)}} of a file, {} without one.  Raises CycleError that names station, point and rule."""
-    try:
-        text = read_bytes(path, MAX_BYTES).decode("utf-8")
-    except FileNotFoundError:
-        return {}
-    except (OSError, UnicodeDecodeError) as error:
-        _fail(path, None, f"it cannot be read: {getattr(error, 'strerror', None) or 'it is not UTF-8'}", REMEDY)
-    try:
-        document = tomllib.loads(text)
-    except (ValueError, RecursionError) as error:
-        _fail(path, None, f"is not TOML: {error}", REMEDY)
-    tables = document.get("station", {})
+    tables = toml_file.document(path).get("station", {})
     if not isinstance(tables, dict):
         _fail(path, None, "station is not a table", REMEDY)
     return {_number(path, None, name, MAX_STATION, "station"): _points(path, name, table) for name, table in tables.items()}
@@ -90,22 +76,7 @@ def remove(path: str, station: int) -> None:
         document.get("station", {}).pop(str(station), None)
 
 
-@contextlib.contextmanager
 def _changing(path):
-    """The file as a document that keeps comments and layout; written at the end if it can be read again."""
-    try:
-        import tomlkit
-    except ImportError:
-        raise CycleError("stations need the Python package tomlkit, which is not installed", "apt-get install python3-tomlkit") from None
+    """The file as a document: toml_file.changing."""
     load(path)                  # a file that is wrong stays as it is
-    folder = os.path.dirname(os.path.abspath(path))
-    try:
-        os.makedirs(folder, exist_ok=True)
-        with locked(folder):
-            text = read_bytes(path, MAX_BYTES).decode("utf-8") if os.path.exists(path) else _HEAD
-            document: Any = tomlkit.parse(text)
-            yield document
-            write_durable(path, tomlkit.dumps(document).encode("utf-8"), UNFINISHED)
-    except (OSError, ValueError, TypeError) as error:
-        raise CycleError(braceless(f"{os.path.basename(path)}: it cannot be written: {getattr(error, 'strerror', None) or error}"),
-                         "correct the file, its folder or [CHIPWISE]STATIONS") from error
+    return toml_file.changing(path, _HEAD, "STATIONS", "stations")
