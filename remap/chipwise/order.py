@@ -21,6 +21,7 @@ class Order:
     memory_mb   how much memory the plan may take
     report      whether somebody wants the report
     targets     whether somebody wants the contour
+    clamps      clamps.obstacles.Obstacles in force, None without
     axes        letters of the machine's axes, of X Y Z A B C
     """
 
@@ -34,6 +35,7 @@ class Order:
     job: Any = None
     report: bool = False
     targets: bool = False
+    clamps: Any = None
     axes: str = AXES
 
 

@@ -36,6 +36,8 @@ def make(order: Order) -> Outcome:
     if order.cycle == "turning":
         return outcome.make(order)
     plan = _CYCLES[order.cycle](order)
+    if order.clamps:
+        order.clamps.refuse(plan.moves, order.start, order.unit)
     messages = tuple(CycleError(text, code=order.code, **lengths).text(order.unit) for text, lengths in plan.notes)
     report = plan.report() if order.report and plan.report else None
     return Outcome(chunks(plan.moves, order.start, order.unit_mm, _DECIMALS.get(order.cycle, DECIMALS), order.axes), messages, report,

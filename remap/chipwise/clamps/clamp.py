@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A clamp: a box, turned about Z, or a cylinder along Z.  Machine coordinates, mm, degrees.  Called by comment.py, distance.py and check/clamps.py."""
+"""A clamp: a box, turned about Z, or a cylinder along Z.  Machine coordinates, mm, degrees.  Called by set_ups.py, distance.py, glue/clamps.py and check/clamps.py."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -36,6 +36,15 @@ class Clamp:
         """mm from the middle to its farthest point, seen from above."""
         wide, deep = self.high[0] - self.low[0], self.high[1] - self.low[1]
         return wide / 2 if self.shape == CYLINDER else math.hypot(wide, deep) / 2
+
+    def seen_from(self, origin, turn):
+        """The Clamp in coordinates whose origin (3,) and turn about Z (degrees) are those in the coordinates of this one."""
+        c, s = math.cos(math.radians(turn)), math.sin(math.radians(turn))
+        x, y = self.middle[0] - origin[0], self.middle[1] - origin[1]
+        x, y = x * c + y * s, y * c - x * s
+        half = (self.high[0] - self.low[0]) / 2, (self.high[1] - self.low[1]) / 2
+        return replace(self, turn=self.turn - turn, low=(x - half[0], y - half[1], self.low[2] - origin[2]),
+                       high=(x + half[0], y + half[1], self.high[2] - origin[2]))
 
     def across(self, x, y):
         """Distances (mm) of places x, y (arrays) from it, seen from above; negative inside, where it is that of a line of its outline.  A convex

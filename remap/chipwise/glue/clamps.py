@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """M256: the set-up of clamps that is in force, as far as a run and its preview both know it.  It ends with the program.
 
-Called by codes.py through session.run_steps, and by session.begin.
+Called by codes.py through session.run_steps, by session.begin and by state.py.  What needs numpy is imported when a set-up is used: LinuxCNC's task must not
+load it for every machine.
 """
 
 from chipwise import preview
-from chipwise.clamps import set_ups
 from chipwise.errors import CycleError
+from chipwise.tools import ToolGeometry, tool_geometry
 
+MOST = 999
 SET_UP = "_chipwise>clamps"     # no program can write it: to LinuxCNC's parser a name ends at ">"
 
 
@@ -17,14 +19,28 @@ def put_on(state):
     number = state.number("p")
     if number is None:
         raise CycleError("word P (set-up of clamps) is missing", "add P, or P0 for none")
-    if number not in range(set_ups.MAX_SET_UP + 1):
-        raise CycleError(f"set-up P{number:g} is not from 0 to {set_ups.MAX_SET_UP}", "use P0 for none")
+    if number not in range(MOST + 1):
+        raise CycleError(f"set-up P{number:g} is not from 0 to {MOST}", "use P0 for none")
     if number:
+        from chipwise.clamps import set_ups
         set_ups.clamps_of(state.settings.path("CLAMPS"), int(number))
     state.interp.params[SET_UP] = number
     if not state.interp.task:
         preview.clamps(state.line_number, int(number))
     yield from ()
+
+
+def obstacles(state):
+    """The Obstacles for a cycle, in work coordinates; None without any."""
+    number = int(state.interp.params[SET_UP]) if SET_UP in state.interp.params.globals() else 0
+    if not number:
+        return None
+    from chipwise.check.sweep import Shape
+    from chipwise.clamps import obstacles as planned, set_ups
+    origin, turn = state.machine_point((0.0, 0.0, 0.0)), state.interp.rotation_xy
+    clamps = tuple(clamp.seen_from(origin, turn) for clamp in set_ups.clamps_of(state.settings.path("CLAMPS"), number))
+    geometry = tool_geometry(state.settings.path("TOOL_GEOMETRY"), state.interp.tool_table[0].toolno) or ToolGeometry()
+    return planned.Obstacles(clamps, state.settings["CLAMP_CLEARANCE"], Shape.of_tool(state.tool_diameter(), geometry))
 
 
 def forget(interp):

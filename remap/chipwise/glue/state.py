@@ -11,7 +11,7 @@ import emccanon
 
 from chipwise import ini, preview, report
 from chipwise.errors import MM_PER_INCH, CycleError
-from chipwise.glue import known_stock, named
+from chipwise.glue import clamps, known_stock, named
 from chipwise.machine import limits
 from chipwise.order import Order
 from chipwise.settings import MIN_ANGLE, load_settings
@@ -55,7 +55,7 @@ class State:
         return Order(cycle=cycle, code=self.code, fields=dict(fields, most_moves=self.settings["PLAN_MOVES"]), job=job,
                      unit=self.unit, unit_mm=self.unit_mm, start=self.position(),
                      memory_mb=self.settings["PLAN_MEMORY"], report=bool(self.interp.task and report.path()),
-                     targets=preview.wants_targets())
+                     targets=preview.wants_targets(), clamps=None if cycle == "turning" else clamps.obstacles(self))
 
     # ---- modes ----------------------------------------------------------------------------------------------
 
