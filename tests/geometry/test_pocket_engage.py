@@ -178,6 +178,17 @@ def test_a_trace_does_not_dip_into_a_wall_between_its_steps(name, rho):
     assert into_walls(name, rho)[0] < 6e-4          # three times what it may touch
 
 
+def test_the_tool_does_not_go_down_onto_a_rib():
+    """No link leads to a place with a rib of 0.05 mm under the tool: it cannot be gone to from above either."""
+    planner = engage.Planner(region("rectangle"), RADIUS, STEP, 25.0, 0.2)
+    for y in (10.0, 16.05):
+        planner.ground.clear(line((5, y), (50, y)))
+    planner.pose = (10.0, 10.0, 0.0)
+    assert not planner._go((20.0, 13.0, 0.0)) and planner.segments == []
+    planner.ground.clear(line((19, 13), (21, 13)))
+    assert planner._go((20.0, 13.0, 0.0)) and planner.segments
+
+
 @pytest.mark.parametrize("name", ["rectangle", "slot", "circle"])
 def test_engagement_of_a_whole_pocket(name):
     segments = planned(name)

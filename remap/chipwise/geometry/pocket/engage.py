@@ -139,10 +139,10 @@ class Planner:
         return rule(self.angle, rho, inset, min(STEP * self.radius, STEP_BEND * rho), air * self.radius, 0.06)
 
     def _go(self, pose):
-        """To a pose over cleared ground."""
+        """To a pose over cleared ground; whether the tool may be there: a rib under it may be left."""
         at = self.pose
         if math.dist(at[:2], pose[:2]) < 1e-6:
-            return
+            return True
         link, lifted = links.direct(self.ground, at, pose), None
         least = links.rapid_seconds(math.dist(at[:2], pose[:2])) + links.STOP_S
         feed = math.inf if link is None else float(elements.lengths(link).sum()) / self.feed_mm_s * FEED_WORSE
@@ -151,12 +151,15 @@ class Planner:
             lifted = links.lifted(self.ground, self.grid, at, pose, self.clearance)
         if lifted is not None and links.seconds(lifted, self.feed_mm_s) < feed:
             self._lifted(*lifted)
-            return
+            return True
         link = links.along(self.ground, self.grid, at[:2], pose[:2]) if link is None else link
         if link is not None:
             self._add("feed", link)
-        else:
-            self.segments.append(Segment("over", make_lines(np.array([at[:2]]), np.array([pose[:2]]))))
+            return True
+        if not self._cleared(np.array(pose[:2])):
+            return False
+        self.segments.append(Segment("over", make_lines(np.array([at[:2]]), np.array([pose[:2]]))))
+        return True
 
     def _lifted(self, off, points, onto):
         """Off the path, across by rapids and onto the next one."""
@@ -171,7 +174,8 @@ class Planner:
         """A path of constant engagement from a pose; nothing if it would cut nothing."""
         known = len(self.segments)
         pose = self._trimmed(pose, keep)
-        self._go(pose)                  # before the path is cleared: the link there has to be so already
+        if not self._go(pose):          # before the path is cleared: the link there has to be so already
+            return
         found, _ = self.ground.trace(pose, keep, True)
         cut = np.flatnonzero(found[:, 3] > 0.0)
         if not len(cut):
