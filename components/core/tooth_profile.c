@@ -96,6 +96,7 @@ struct chip_tooth_load chip_tooth_between(const struct chip_lookahead *lookahead
     struct chip_tooth_load most;
     int k, best = i, least = i - (lookahead->read_clear[sample_slot(lookahead, i)] ? CHIP_CLEAR_BACK : 1),
            last = lookahead->first + lookahead->count - 1;
+    CHIP_FAULT(TOOTH_NOT_AHEAD, end = sample_s(lookahead, i));
     for (k = i; k < last && lookahead->s[slot_of(k)] < end && !lookahead->corner[slot_of(k + 1)]; k++)
         if (lookahead->tooth[slot_of(k + 1)].load > lookahead->tooth[slot_of(best)].load) best = k + 1;
     for (k = i - 1; k >= lookahead->first && !lookahead->corner[slot_of(k + 1)]; k--) {

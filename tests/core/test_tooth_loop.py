@@ -7,7 +7,7 @@ import pytest
 
 from chipwise.stock import core
 from support.feed_cases import CHIP, FALLBACK, POWER, TORQUE
-from support.tooth_oracle import Drive, Limits, Plane, means
+from support.tooth_oracle import ACCEL, PERIOD, Drive, Limits, Plane, chip_and_torque, means
 
 Z = -3.0                        # mm, of every pass
 PEAK = 1.02                     # largest mean over 10 ms, share of the limit: slots, side cuts, arcs
@@ -65,6 +65,37 @@ def test_entry(kind, side):
     """Into the stock at the ceiling: the chip is there at first contact. side: mm, of the path; the stock ends at 60."""
     load, _seen = driven(Plane(), [core.line((-72.0, side, Z), (-48.0, side, Z))], kind=kind)
     assert load.max() < PEAK, load.max()
+
+
+@pytest.mark.parametrize("diameter, cell", [(3.0, 0.125), (6.0, 0.25), (6.0, 0.5), (10.0, 0.25)])
+@pytest.mark.parametrize("angle, skew", [(0.0, 0.0), (0.3, 0.2), (0.7, 1.0)])
+def test_the_chip_is_known_before_contact(diameter, cell, angle, skew):
+    """A step of 10 um at a time to a wall: the chip limits from two cells before the exact contact on, never below what is really met, and not much
+    sooner.  angle: of the path; skew: of the wall, rad."""
+    along, wall = np.array([math.cos(angle), math.sin(angle)]), np.array([-math.sin(angle + skew), math.cos(angle + skew)])
+    plane = Plane()
+    plane.cut([-80.0 * wall, 80.0 * wall], 8.0, -4.0)
+    contact, begin = (8.0 - 0.5 * diameter) / math.cos(skew), 5.0 * cell
+    drive, segment = Drive(plane, diameter, Z, Limits(chip=1.0), cell), core.line((*(0.0 * along), Z), (*((contact + 3.0) * along), Z))
+    segment.accel = ACCEL
+    look, at, known = core.Lookahead(drive.stock, drive.tool), (0.0, 0.0, Z), []
+    cutter = core.Cutter(drive.stock, drive.tool, at)
+    for s in np.arange(contact - 2.0 * begin, contact + 1.0, 0.01):
+        look.path.follow(1, segment.length, s)
+        if look.path.c.count == 0:
+            look.path.append(1, segment)
+        tip, _heading, _curvature = look.path.at(look.path.c.s)
+        look.limit(1.0, 0.0, 0.25)
+        look.step(at, tip, PERIOD, 20.0)
+        cutter.to(tip)
+        profile, at = look.profile(20.0), tip
+        chip = max((step.area for step in profile.tooth_step[:profile.tooth_steps] if step.distance <= 0.0), default=0.0)
+        known.append((s - contact, chip, chip_and_torque(plane.met(tip, angle, 0.5 * diameter, Z), 0.5 * diameter, 1.0, 1, 1.0, 0.0)[0]))
+    place, chip, true = np.array(known).T
+    first = place[np.flatnonzero((chip == 0.0) & (place < 0.0))[-1] + 1]           # it limits all the way from there
+    assert true[place > 0.02].min() > 0.9 * math.cos(skew) and true[place < -0.02].max() == 0.0       # the contact is where it is said to be
+    assert -begin < first <= -2.0 * cell, first / cell
+    assert (chip[place > 0.0] >= 0.98 * true[place > 0.0]).all()
 
 
 @pytest.mark.parametrize("kind, turn, share", [("power", 1.5, 1.0), ("power", -1.5, 0.2), ("chip", 1.5, 0.2), ("power", 1.5, 0.2)])
