@@ -3,17 +3,23 @@
 import math
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from chipwise.chip_loads import chip_limit, default_chip
+from chipwise.cli.load import feed_parameters
 from chipwise.errors import CycleError
+from chipwise.ini import Ini
 from chipwise.materials import Material, find_material
 from chipwise.monitor import worker
 from chipwise.monitor.limits import DEFAULT, NO_MATERIAL, Limits
 from chipwise.monitor.saying import Saying
 from chipwise.monitor.tool_shape import Tool, tool_shape
 from chipwise.settings import parse_settings, power_at
+from chipwise.stock import core, layout
 from chipwise.tools import ToolGeometry
+from support.feed_cases import POWER, TORQUE, given
+from support.tooth_oracle import ANGLES, chip_and_torque
 
 
 def limits(**keys):
@@ -48,6 +54,44 @@ def test_the_power_of_the_spindle():
         watch.speed(speed)
         assert pins["max-power"] == pytest.approx(power)
     assert power_at((), 5000.0) == 0.0 and power_at(((0.0, 800.0),), 5000.0) == 800.0
+
+
+@pytest.mark.parametrize("turns", [500, 4000, 7600, 7700, 15000, -24000])
+def test_the_spindle_below_and_above_its_base_speed(monkeypatch, tmp_path, turns):
+    """From the INI to the feed in a slot of D10: 1 Nm up to 800 W / (2 pi 1 Nm) = 7639 1/min and 800 W above, at the edges one by one."""
+    torque, power, depth, flutes = 1.0, 800.0, 3.0, 3
+    (tmp_path / "mill.ini").write_text("[TRAJ]\nLINEAR_UNITS = mm\n")
+    monkeypatch.setenv("INI_FILE_NAME", str(tmp_path / "mill.ini"))
+    keys = {"SPINDLE_POWER": f"{power:g}", "SPINDLE_TORQUE": f"{torque:g}", "MATERIAL": "6061"}
+    watch, pins, _said = limits(**keys)
+    watch.program(b"")
+    watch.speed(turns)
+    values = given(kind=2, requested=500.0, programmed=500.0, target=1e9, area=30.0, teeth=flutes, turns=turns / 60.0)
+    values.max_power_w, values.specific_force_n_mm2, values.force_exponent_mc = pins["max-power"], pins["specific-force"], pins["force-exponent"]
+    values.max_torque_nm = feed_parameters(Ini(), parse_settings(keys), 1.0, 500.0)["max-torque"]
+    stock = core.Stock((-16.0, -16.0, -10.0), (16.0, 16.0, 0.0), 0.25)
+    mc = pins["force-exponent"]
+    _chip, root = stock.tooth(core.Tool(10.0).limit(exponent=mc), (0.1, 0.2, -depth), (1.0, 0.0, 0.0), core.UNCUT)
+    values.tooth_load_per_mm[0] = core.tooth_law(values).power_weight_per_mm * root ** (1.0 / (1.0 - mc))
+    values.tooth_limit[0] = layout.ToothLimit.POWER
+    out = core.feed(values, 1.0)
+    per_tooth = out.scale * 500.0 / (flutes * abs(turns) / 60.0)
+    met = chip_and_torque(np.full(len(ANGLES), depth), 5.0, per_tooth, flutes, pins["specific-force"], mc)[1]
+    base = power / (2.0 * math.pi * torque) * 60.0
+    assert met == pytest.approx(min(torque, torque * base / abs(turns)), rel=0.01)
+    assert out.limit == (TORQUE if abs(turns) < base else POWER)
+
+
+@pytest.mark.parametrize("text", ["-1", "x", "nan", "10001"])
+def test_torques_that_are_none(text):
+    with pytest.raises(CycleError, match=r"SPINDLE_TORQUE = .* is not a torque from 0"):
+        parse_settings({"SPINDLE_TORQUE": text})
+
+
+def test_a_torque_without_a_material_is_said():
+    watch, _pins, said = limits(SPINDLE_TORQUE="1.2")
+    watch.program(b"G0 X0")
+    assert said == [NO_MATERIAL]
 
 
 @pytest.mark.parametrize("text", ["0", "-5", "x", "6000:", "6000:400 6000:500", "9000:1 6000:2", "nan", "6000:0", " ".join(f"{k}000:100" for k in range(1, 10))])
