@@ -6,7 +6,7 @@
 #   make test-long  the same with all random cases, five times as many, and a new seed, which it prints
 #   make test-quick the tests that need no machine and little time: a minute
 #   make test-shipped  those of the installed form: an ordinary user, the package's setuid rtapi_app; part of test-all
-#   make sanitized  the C core and its test programs under ASan and UBSan, in build/sanitized; test-all runs them
+#   make sanitized  the C core and its test programs under ASan and UBSan, in build/sanitized; test-all makes and runs them after a change
 #   make coverage   lines and branches of the C core and components/offline that the tests run, in build/coverage: two minutes
 #   make lint       ruff, mypy and clang-format over the tree; changes nothing
 #   make bench      the benchmarks; writes build/bench.json
@@ -103,7 +103,7 @@ test test-all test-long: deps
 	-@tools/deps valgrind
 	-@tools/deps python3-pyqt5 python3-pyqt5.qtsvg python3-pyqt5.qtopengl python3-pyqt5.qsci python3-pyqt5.qtwebengine \
 		python3-dbus.mainloop.pyqt5 pyqt5-dev-tools
-	@$(MAKE) --no-print-directory build $(if $(filter-out test,$@),sanitized)
+	@$(MAKE) --no-print-directory build
 	@tools/test $(patsubst test-%,--%,$(filter-out test,$@))
 
 test-shipped: deps

@@ -6,6 +6,7 @@
   @pytest.mark.slow       the test is in tests/slow.txt (tools/long_tests.py), or one of SANDBOXED; not in tools/test --quick
   tests/components, tests/machine    refused where bin/chipwise-sandbox has no private namespaces
   tests/shipped           needs namespaces as well, of its own, and is skipped without
+  @pytest.mark.inputs     the test is left out while its inputs are as they were when it passed (support/unchanged.py)
   tests/core/*.c          collected as one test per program
 """
 
@@ -16,7 +17,7 @@ import pytest
 
 pytest.register_assert_rewrite('support')       # a judge's assert says as much as a test's
 
-from support import ROOT                        # noqa: E402
+from support import ROOT, unchanged             # noqa: E402
 from support.scheduling import machine_units, scheduler   # noqa: E402
 
 CORE_TIMEOUT_S = 300
@@ -46,6 +47,7 @@ def pytest_configure(config):
     config.addinivalue_line('markers', 'long: is in tests/long.txt; not part of `make test`')
     config.addinivalue_line('markers', 'slow: is in tests/slow.txt, or needs a sandbox; not part of tools/test --quick')
     config.addinivalue_line('markers', 'scene(shared, steps): steps in a LinuxCNC that several tests share (support/operate.py)')
+    config.addinivalue_line('markers', 'inputs(function): left out of `make test` and test-all while these are as they were when it passed')
     config.addinivalue_line('markers', 'together(name): machine tests that judge the same run (support/demo_runs.py)')
     config.addinivalue_line('markers', 'xdist_group(name): tests of one name run in one process')
     if not hasattr(config, 'workerinput') and not config.option.collectonly:
@@ -65,6 +67,19 @@ def refuse_without_namespaces(arguments):
                         if path.is_dir() and str(path.relative_to(ROOT)) not in (*IN_NAMESPACES, 'tests/support', 'tests/__pycache__'))
         raise pytest.UsageError('%s; %s need that. The other tests run without: tools/test %s' % (
             done.stderr.strip(), ', '.join(IN_NAMESPACES), ' '.join(others)))
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup(item):
+    if item.get_closest_marker('inputs') and unchanged.in_force() and unchanged.has_passed(item):
+        pytest.skip('nothing it depends on has changed since it passed; `make test-long` runs it')
+
+
+@pytest.hookimpl(hookwrapper=True)
+def pytest_runtest_makereport(item, call):
+    outcome = yield
+    if call.when == 'call' and item.get_closest_marker('inputs') and outcome.get_result().passed and unchanged.in_force():
+        unchanged.keep(item)
 
 
 def is_sandboxed(path):

@@ -7,10 +7,14 @@ import subprocess
 
 import pytest
 
-from support import closed_loop, random_cases
+from support import ROOT, closed_loop, random_cases, unchanged
 
 PEAK = 1.02 + 0.003     # in 10 ms; the grain of the needles
 VOLUME = 0.003          # of the volume
+
+
+def inputs():
+    return [*unchanged.c_files(), *ROOT.glob("tests/support/*.[ch]")]
 
 
 def high(scenes):
@@ -24,6 +28,7 @@ def test_no_peak(tmp_path):
     assert max(scene.peak for scene in scenes) > 0.9        # not all of it was air
 
 
+@pytest.mark.inputs(lambda **_of_a_test: inputs())
 def test_loads_out_of_date_are_seen(tmp_path):
     """The checker of closed_loop.c that compares what the look-ahead keeps with what it would compute."""
     with pytest.raises(subprocess.CalledProcessError) as found:
@@ -31,6 +36,7 @@ def test_loads_out_of_date_are_seen(tmp_path):
     assert "is out of date" in found.value.stderr
 
 
+@pytest.mark.inputs(lambda **_of_a_test: inputs())
 @pytest.mark.parametrize("fault", ["TOO_FAST", "SAMPLES_LATE", "LOOKAHEAD_OFF"])
 def test_a_fault_is_seen(fault, tmp_path):
     assert high(closed_loop.run(closed_loop.build(tmp_path, fault), 1, 2)), fault

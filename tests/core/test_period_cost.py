@@ -13,6 +13,7 @@ import sys
 import pytest
 
 from chipwise.headless import runner
+from support import unchanged
 
 PERIODS = 3000
 # mean instructions of a period, 3 % above what gcc 12 makes of it (Debian 12, amd64)
@@ -33,6 +34,7 @@ def other_compiler():
 
 @pytest.mark.skipif(not shutil.which('valgrind'), reason='no valgrind')
 @pytest.mark.skipif(other_compiler(), reason='the limits are those of gcc 12 on amd64')
+@pytest.mark.inputs(lambda name: [*unchanged.c_files(), 'bench/bench_cost.py', 'bench/lib/cost.c'])
 @pytest.mark.parametrize('name', LIMITS)
 def test_instructions_of_a_period(name):
     assert 0.8 * LIMITS[name] < measured(name) < LIMITS[name]

@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from support import ROOT
+from support import ROOT, unchanged
 
 CORE = ROOT / "components" / "core"
 C_TESTS = [ROOT / "tests" / "core" / name for name in ("test_core.c", "test_core_load.c")]
@@ -169,6 +169,13 @@ def outcome(library, test):
     return done.returncode, done.stdout
 
 
+def inputs_of(test):
+    """What an outcome depends on."""
+    name = test.partition("::")[0]
+    programs = unchanged.package() if name.startswith(("check/", "rewrite/")) else ()
+    return [*unchanged.c_files(), *ROOT.glob("tests/core/*.h"), f"tests/{name}" if "/" in name else f"tests/core/{name}", *programs]
+
+
 def test_every_fault_is_tried():
     """No fault of the core or the offline files without a test, no test of a fault that is not there."""
     sources = [*CORE.glob("*.[ch]"), *CORE.parent.glob("offline/*.[ch]")]
@@ -176,6 +183,7 @@ def test_every_fault_is_tried():
     assert sorted(re.findall(r"CHIP_FAULT(?:Y?)\((\w+)", text)) == sorted(FAULTS)
 
 
+@pytest.mark.inputs(lambda what: inputs_of(FAULTS[FAULT_OF[what]][1]))
 @pytest.mark.parametrize("what", FAULT_OF)
 def test_fault_is_seen(what, tmp_path):
     fault = FAULT_OF[what]
@@ -183,12 +191,14 @@ def test_fault_is_seen(what, tmp_path):
     assert status == 1, text            # 1: tests ran and some failed
 
 
+@pytest.mark.inputs(lambda: inputs_of("test_feed.py"))
 def test_without_fault(tmp_path):
     """The same way of building and running, with no fault, is green."""
     status, text = outcome(build(tmp_path), "test_feed.py")
     assert status == 0, text
 
 
+@pytest.mark.inputs(lambda: [path for source in C_TESTS for path in unchanged.c_program(source.stem)])
 def test_c_program(tmp_path):
     """The bound on the frame is for the realtime core, not for the test programs."""
     flags = ["-fno-fast-math", "-Wframe-larger-than=2560"]

@@ -7,14 +7,15 @@ from support import ROOT
 TESTS, BENCH = ROOT / "tests", ROOT / "bench"
 # Files that name a root of imports, and why.
 OWN_PATH = {
-    "roots.py",                                                                 # of the benchmarks
+    "roots.py", "fork_server.py",                                               # of the benchmarks; a program that runs bin/chipwise
     "scripted_display.py", "sample_driver.py", "read_map.py", "fuzz_pins.py", "panel_slow_looks.py",   # LinuxCNC or HAL starts them
     "shipped_machine.py", "panel_lan.py",                                       # root starts it in namespaces
     "panel_tab_host.py",                                                        # on an X display of its own
     "second_oracles.py",                                                        # where pip has put the libraries
     "test_foreign_memory.py", "test_monitor.py", "test_panel_tab.py", "test_planner.py", "test_headless.py", "test_sandbox.py",
     "test_layout.py", "bench_pocket.py", "filter_rig.py", "test_load_components.py", "test_program_out.py",     # in the text of another process's program
-    "test_docs.py", "test_filter.py", "test_words.py", "pocket_engagement.py", "test_debian.py", "test_on_linuxcnc.py"}  # programs of tools/
+    "test_docs.py", "test_filter.py", "test_words.py", "pocket_engagement.py", "test_debian.py", "test_on_linuxcnc.py",
+    "test_forked.py"}  # programs of tools/
 IMPORT = re.compile(r"^\s*(?:from|import)\s+([\w.]+)(?:\s+import\s+([\w, ]+))?", re.M)
 
 
