@@ -3,11 +3,9 @@
 
 import json
 import os
-import subprocess
 
-from support import ROOT
-
-CHIPWISE = os.path.join(ROOT, "bin", "chipwise")
+from support import ROOT, forked
+from support.forked import CHIPWISE
 
 HEAD = "G21 G90 G17 G40 G49 G80 G94\n"
 STOCK = "M250 P0 Q0 R-20 I100 J60 K20\n"
@@ -25,9 +23,8 @@ def chipwise_check(tmp_path, programs, *options, machine=None, environment=None)
         path.write_bytes(text if isinstance(text, bytes) else text.encode())
         paths.append(str(path))
     ini = ["--ini", str(machine)] if machine else []
-    done = subprocess.run([CHIPWISE, "check", *paths, "--json", str(tmp_path / "out.json"), *ini, *options], text=True,
-                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, timeout=300, check=False,
-                          env={**os.environ, **(environment or {})})
+    done = forked.run([CHIPWISE, "check", *paths, "--json", str(tmp_path / "out.json"), *ini, *options], timeout=300,
+                      env={**os.environ, **(environment or {})})
     assert "Traceback" not in done.stdout + done.stderr
     found = tmp_path / "out.json"
     return done.returncode, done.stdout, done.stderr, json.loads(found.read_text()) if found.exists() else None

@@ -6,15 +6,14 @@ height map nor how a path was shifted.
 """
 import math
 import random
-import subprocess
 from types import SimpleNamespace
 
 import numpy as np
 
-from support import ROOT
+from support import ROOT, forked
 from support.check_oracle import Needles
+from support.forked import CHIPWISE
 
-CHIPWISE = str(ROOT / "bin" / "chipwise")
 HEAD = "G21 G90 G17 G40 G49 G80 G94\n"
 FLUTES = {1: 12.0, 2: 8.0, 3: 100.0, 4: 10.0}
 TOOLS = ("[tool.1]\nshape = 'flat'\nflute_length = 12\n[tool.2]\nshape = 'ball'\nflute_length = 8\n"
@@ -42,8 +41,7 @@ def make_machine(folder, tools=TOOLS, table=TABLE, unit="mm"):
 
 def rewrite(program, out, ini, *options, timeout=600):
     """Run the command; -> status, text on stdout and stderr."""
-    done = subprocess.run([CHIPWISE, "rewrite", str(program), "-o", str(out), "--ini", str(ini), *options], text=True,
-                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, timeout=timeout, check=False)
+    done = forked.run([CHIPWISE, "rewrite", str(program), "-o", str(out), "--ini", str(ini), *options], timeout=timeout)
     errors = "\n".join(line for line in done.stderr.splitlines() if not line.startswith("FILTER_PROGRESS="))
     assert "Traceback" not in done.stdout + done.stderr and "internal error" not in errors
     return SimpleNamespace(status=done.returncode, said=done.stdout.strip(), errors=errors)
@@ -51,8 +49,7 @@ def rewrite(program, out, ini, *options, timeout=600):
 
 def check_status(program, ini):
     """(exit status, output) of `chipwise check`."""
-    done = subprocess.run([CHIPWISE, "check", str(program), "--ini", str(ini)], text=True, stdin=subprocess.DEVNULL,
-                          stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, timeout=600, check=False)
+    done = forked.run([CHIPWISE, "check", str(program), "--ini", str(ini)], timeout=600)
     return done.returncode, done.stdout
 
 

@@ -3,9 +3,9 @@
 
 import json
 import os
-import subprocess
 
-from support.check_runs import CHIPWISE
+from support import forked
+from support.forked import CHIPWISE
 
 
 def chipwise_setup(folder, text, *options, machine=None, name="part.ngc", environment=None):
@@ -14,7 +14,7 @@ def chipwise_setup(folder, text, *options, machine=None, name="part.ngc", enviro
     if text is not None:
         path.write_text(text)
     result.unlink(missing_ok=True)
-    done = subprocess.run([CHIPWISE, "setup", str(path), "--json", str(result), *(["--ini", str(machine)] if machine else []), *options], text=True,
-                          stdin=subprocess.DEVNULL, capture_output=True, timeout=300, check=False, env={**os.environ, **(environment or {})})
+    done = forked.run([CHIPWISE, "setup", str(path), "--json", str(result), *(["--ini", str(machine)] if machine else []), *options], timeout=300,
+                      env={**os.environ, **(environment or {})})
     assert "Traceback" not in done.stdout + done.stderr
     return done.returncode, done.stdout, done.stderr, json.loads(result.read_text()) if result.exists() else None

@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""A forked bin/chipwise (support/forked.py) is one that an interpreter was started for: the same output, status, surroundings and end."""
+import json
+import os
+import signal
+import subprocess
+import threading
+import time
+
+import pytest
+
+from support import forked
+
+SLOT = "G21 G90 G17 G40 G49 G80 G94\nM250 P0 Q0 R-20 I100 J60 K20\nT1 M6\nS8000 M3\nG0 X-10 Y30 Z5\nG0 Z-4\nG1 X110 F400\nG0 Z5\nM2\n"
+# In place of bin/chipwise: what a program sees of itself.
+LOOK = """
+import json, os, resource, signal, sys, threading
+print(json.dumps({
+    "argv": sys.argv[1:], "name": __name__, "path": sys.path[:2], "cwd": os.getcwd(), "environment": dict(os.environ),
+    "signals": [str(signal.getsignal(number)) for number in range(1, 32) if number not in (9, 19)],
+    "masked": [int(number) for number in signal.pthread_sigmask(signal.SIG_BLOCK, [])],
+    "handles": [name for name in os.listdir("/proc/self/fd") if os.path.exists(f"/proc/self/fd/{name}")], "input": sys.stdin.read(),
+    "streams": [(stream.encoding, stream.errors, stream.line_buffering, stream.write_through, type(stream.buffer).__name__, stream.fileno()) for stream in (sys.stdin, sys.stdout, sys.stderr)],
+    "limits": [resource.getrlimit(number) for number in range(16)], "threads": threading.active_count(), "session": os.getsid(0),
+    "group": os.getpgid(0), "nice": os.nice(0), "umask": os.umask(0), "children": open("/proc/self/task/%d/children" % os.getpid()).read()}))
+print("to stderr", file=sys.stderr)
+"""
+
+
+def both(folder, *arguments, env=None, program=None):
+    """What a forked process and a started one give: status, output, errors."""
+    command = [forked.CHIPWISE if program is None else str(program), *arguments]
+    done = [forked.run(command, timeout=300, cwd=folder, env=env),
+            subprocess.run(command, text=True, stdin=subprocess.DEVNULL, capture_output=True, timeout=300, cwd=folder, env=env)]
+    return [(one.returncode, one.stdout, one.stderr) for one in done]
+
+
+@pytest.fixture
+def another(tmp_path, monkeypatch):
+    """Path of a program that is run in place of bin/chipwise; text(program)."""
+    def text(program):
+        path = tmp_path / "bin" / "chipwise"
+        path.parent.mkdir()
+        path.write_text(f"#!/usr/bin/python3\n{program}")
+        path.chmod(0o755)
+        monkeypatch.setattr(forked, "CHIPWISE", str(path))
+        return path
+    return text
+
+
+@pytest.mark.parametrize("name, text", [("slot.ngc", SLOT), ("bad.ngc", "G1 X1\nM2\n"), ("none.ngc", None)])
+def test_the_same_answer(name, text, tmp_path):
+    if text is not None:
+        (tmp_path / name).write_text(text)
+    ours, theirs = both(tmp_path, "check", name)
+    assert ours == theirs
+
+
+def test_usage_is_refused_the_same(tmp_path):
+    ours, theirs = both(tmp_path, "check", "--depth")
+    assert ours == theirs and ours[0] == 2
+
+
+def test_the_same_surroundings(another, tmp_path):
+    program = another(LOOK)
+    (tmp_path / "work").mkdir()
+    (ours, out, errors), (theirs, expected, expected_errors) = both(
+        tmp_path / "work", "a", "--b", env={**os.environ, "OWN": "ä\udcff", "HOME": str(tmp_path)}, program=program)
+    out, expected = json.loads(out), json.loads(expected)
+    for found in (out, expected):
+        assert found["handles"][:3] == ["0", "1", "2"]
+        found["handles"] = len(found["handles"])
+        found["path"] = found["path"][0]
+    assert (ours, errors) == (theirs, expected_errors)
+    assert not {name: (out[name], expected[name]) for name in expected if out[name] != expected[name]}
+
+
+def test_nothing_of_a_call_is_left_for_the_next(another, tmp_path):
+    program = another("import json, os, sys\nprint(os.getcwd(), os.environ.pop('LEFT', ''), getattr(json, 'left', ''))\n"
+                      "json.left = os.environ['LEFT'] = 'left'\nos.chdir('/')\nos.umask(0o777)\nprint(os.umask(0))\n")
+    first, _ = both(tmp_path, program=program)
+    second, started = both(tmp_path, program=program)
+    assert second == started and second[1].split("\n")[0] == first[1].split("\n")[0] == f"{tmp_path}  "
+
+
+@pytest.mark.parametrize("end, status", [("sys.exit(3)", 3), ("sys.exit('why')", 1), ("sys.exit()", 0), ("raise KeyError('key')", 1),
+                                         ("os.kill(os.getpid(), 9)", -9), ("os.abort()", -6), ("os._exit(7)", 7),
+                                         ("signal.raise_signal(signal.SIGINT)", -signal.SIGINT),
+                                         ("import atexit; atexit.register(print, 'at the end')", 0)])
+def test_the_same_end(end, status, another, tmp_path):
+    program = another(f"import os, signal, sys\nprint('begun', flush=True)\n{end}\n")
+    ours, theirs = both(tmp_path, program=program)
+    assert ours[:2] == theirs[:2] and ours[0] == status
+    assert ours[2].splitlines()[-1:] == theirs[2].splitlines()[-1:] and ("Traceback" in ours[2]) == ("Traceback" in theirs[2])
+
+
+def test_one_that_does_not_end_is_killed(another, tmp_path):
+    program = another("import os, time\nopen('pid', 'w').write(str(os.getpid()))\ntime.sleep(600)\n")
+    with pytest.raises(subprocess.TimeoutExpired):
+        forked.run([str(program)], timeout=2, cwd=tmp_path)
+    pid = int((tmp_path / "pid").read_text())
+    while os.path.exists(f"/proc/{pid}"):
+        time.sleep(0.05)
+    program.write_text("#!/usr/bin/python3\nprint('next')\n")
+    assert forked.run([str(program)], timeout=60, cwd=tmp_path).stdout == "next\n"
+
+
+def test_two_at_once(another, tmp_path):
+    """Each waits for the other: neither server nor caller does one after the other."""
+    program = another("import os, sys, time\nopen(sys.argv[1], 'w').close()\nwhile not os.path.exists(sys.argv[2]): time.sleep(0.01)\nprint(sys.argv[1])\n")
+    found = []
+    threads = [threading.Thread(target=lambda names=names: found.append(forked.run([str(program), *names], timeout=60, cwd=tmp_path).stdout))
+               for names in (("a", "b"), ("b", "a"))]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert sorted(found) == ["a\n", "b\n"]
+
+
+def test_another_library_or_language_starts_an_interpreter(another, tmp_path):
+    program = another("import sys\nprint('chipwise.check' in sys.modules)\n")
+    for env, expected in ((os.environ, "True\n"), ({**os.environ, "CHIPWISE_CORE": "other.so"}, "False\n"), ({**os.environ, "LC_ALL": "C"}, "False\n")):
+        assert forked.run([str(program)], timeout=60, cwd=tmp_path, env=env).stdout == expected
