@@ -7,6 +7,7 @@ Called by hand: `/usr/bin/python3 bench/bench_any_program.py [--seed N] [--every
  2. Each is answered with figures, or refused with a sentence, or it fails: a traceback, an internal error, no answer.
  3. tests/support/ordinary_oracle.py, written apart, cuts the stock that check has named.  A finding is false if no line of it is as it says, with 3 % of a rate and
     0.02 mm of a depth for the cells; one is missing if a line is clearly beyond a limit (15 %, 0.3 mm) and no finding has it.
+ 4. --answers: a program that rewrite has written leaves the same part, its traverses go no deeper into stock, and it keeps the rate, or the flutes, by the same oracle.
 """
 import argparse
 import json
@@ -16,6 +17,7 @@ import tomllib
 from collections import Counter
 from pathlib import Path
 
+import numpy as np
 from roots import ROOT
 
 from support import ordinary_oracle, ordinary_programs
@@ -23,6 +25,7 @@ from support import ordinary_oracle, ordinary_programs
 CHIPWISE = Path(ROOT) / "bin" / "chipwise"
 DEPTH, RATE = 0.02, 0.97                # what the cells of the model may be off
 MISSED_DEPTH, MISSED_RATE = 0.3, 1.15
+FEED = 12               # cm3/min, of rewrite --feed
 
 
 def tools():
@@ -89,7 +92,7 @@ def check_all(texts, folder):
             wrong.append(f"{name}: {len(program['tools'])} tools, stock {program['stock']}")
             continue
         text = texts[name][0].decode()
-        truth = ordinary_oracle.truth(text, program["stock"]["min"], program["stock"]["max"], program["tools"][0]["diameter_mm"])
+        truth = truth_of(text, program)
         false = [one for one in program["findings"] if not is_true(one, truth, described)]
         lost = missing(program, truth, described)
         count["findings"] += len(program["findings"])
@@ -103,16 +106,49 @@ def check_all(texts, folder):
     return count, wrong
 
 
+def wrongs(kind, before, after, tool):
+    """[what is wrong] with a rewritten program: Truth of the old and of the new one, and the section of its tool."""
+    found = []
+    change = float(np.abs(before.heights - after.heights).max())
+    if change > DEPTH:
+        found.append(f"the part differs by {change:.3f} mm")
+    into = max(after.rapid.values(), default=0.0), max(before.rapid.values(), default=0.0)
+    if into[0] > into[1] + DEPTH:
+        found.append(f"traverses go {into[0]:.3f} mm into stock, {into[1]:.3f} before")
+    rate = max(after.inner.values(), default=0.0), max(before.inner.values(), default=0.0)
+    if kind == "--feed" and rate[0] > FEED * (2.0 - RATE):
+        found.append(f"{rate[0]:.2f} cm3/min, {rate[1]:.2f} before")
+    deepest = max(after.depth.values(), default=0.0)
+    if kind == "--flute" and deepest > tool.get("flute_length", deepest) + DEPTH:
+        found.append(f"{deepest:.3f} mm deep, flutes {tool['flute_length']} mm")
+    return found
+
+
 def answers(texts, folder):
-    """Counter of what rewrite and the filter do with each."""
-    count = Counter()
-    for name in texts:
-        for kind, words in (("--feed", ["--feed", "12", "--ceiling", "3000"]), ("--flute", ["--flute"])):
+    """(Counter of what rewrite and the filter do with each, [lines about what is wrong]); a program that is written is judged on the stock that check names for the old one."""
+    count, wrong, described = Counter(), [], tools()
+    known = {Path(program["program"]).name: program for program in judged([folder / name for name in texts]) if program["status"] < 2}
+    for name, (data, _clothes) in texts.items():
+        before = known.get(name) and truth_of(data.decode(), known[name])
+        for kind, words in (("--feed", ["--feed", str(FEED), "--ceiling", "3000"]), ("--flute", ["--flute"])):
             done = subprocess.run([CHIPWISE, "rewrite", folder / name, "-o", folder / "out.ngc", *words], text=True, capture_output=True, stdin=subprocess.DEVNULL, check=False)
             count[f"rewrite {kind}: " + ("written" if done.returncode == 0 else outcome(done.stderr or done.stdout))] += 1
+            if done.returncode == 0:
+                text = (folder / "out.ngc").read_text()
+                said = wrongs(kind, before, truth_of(text, known[name]), described.get(known[name]["tools"][0]["tool"], {})) if before else ["check refuses it"]
+                count[f"rewrite {kind}: changed"] += text != data.decode()
+                count[f"rewrite {kind}: wrong"] += bool(said)
+                wrong += [f"{name} {kind}: {one}" for one in said]
         done = subprocess.run([CHIPWISE, "filter", folder / name], capture_output=True, stdin=subprocess.DEVNULL, check=False)
-        count["filter: " + ("opened" if done.returncode == 0 and done.stdout else outcome(done.stderr.decode("utf-8", "replace")))] += 1
-    return count
+        opened = done.returncode == 0 and done.stdout
+        count["filter: " + ("opened" if opened else outcome(done.stderr.decode("utf-8", "replace")))] += 1
+        count["filter: opened with another text"] += bool(opened) and done.stdout != data
+    return count, wrong
+
+
+def truth_of(text, program):
+    """Truth of a text on stock and tool of check's answer."""
+    return ordinary_oracle.truth(text, program["stock"]["min"], program["stock"]["max"], program["tools"][0]["diameter_mm"])
 
 
 def main():
@@ -128,7 +164,8 @@ def main():
         for name, (data, _clothes) in texts.items():
             (folder / name).write_bytes(data)
         if options.answers:
-            print("\n".join(f"{key} {value}" for key, value in sorted(answers(texts, folder).items())))
+            count, wrong = answers(texts, folder)
+            print("\n".join([f"{key} {value}" for key, value in sorted(count.items())] + ["  " + text for text in wrong]))
         else:
             count, wrong = check_all(texts, folder)
             print(f"check, {len(texts)} ordinary programs, seed {options.seed}: " + ", ".join(f"{key} {value}" for key, value in count.items()))

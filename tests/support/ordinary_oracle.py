@@ -7,6 +7,7 @@ Called by bench/bench_any_program.py and tests/check/test_check_ordinary.py; kno
 import math
 import re
 from dataclasses import dataclass, field
+from typing import Optional
 
 import numpy as np
 
@@ -166,6 +167,7 @@ class Truth:
     beside: set
     volume: float = 0.0
     inner: dict = field(default_factory=dict)           # rates of windows that lie in one line, where F is reached
+    heights: Optional[np.ndarray] = None                # of the needles at the end
 
 
 class _Window:
@@ -212,4 +214,5 @@ def truth(text, low, high, diameter):
                 window.add(move.line, length / count, volume, move.feed, near < k * length / count - WINDOW < length - near - WINDOW)
         if move.rapid:
             window = _Window(found)
+    found.heights = stock.z
     return found

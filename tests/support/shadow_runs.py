@@ -12,7 +12,7 @@ from support import ROOT
 from support.headless_rig import WITH_LOG, own_ini
 from support.operate import operate
 
-MACHINES = {"metric": "mill.ini", "inch": "mill_inch.ini"}
+MACHINES = {"metric": "mill.ini", "inch": "mill_inch.ini", "gmoccapy": "mill_gmoccapy.ini"}
 SPEED = 4.0
 SWITCH = WITH_LOG + "\ns/^KEEP_STOCK = .*/KEEP_STOCK = no\\nSHADOW = {}/"
 PINS = ["pins", "stock-tracker.0.stock-defined", "stock-tracker.0.certain", "stock-tracker.0.removed-volume"]
