@@ -18,7 +18,7 @@ pytestmark = pytest.mark.machine
 
 # What needs no private namespaces.
 OTHERS = ' '.join('tests/' + name for name in (
-    'assumed batch check cli common configs contour_sub core cycles digitise docs entry filter geometry glue headless importing install interpreter link monitor oracles panel planner resume rewrite setup stations stock surface turning').split())
+    'assumed batch blank check cli common configs contour_sub core cycles digitise docs entry filter geometry glue headless importing install interpreter link monitor oracles panel planner resume rewrite setup stations stock surface turning').split())
 
 
 def sandbox(*arguments, env=None, **options):

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What `chipwise resume` refuses, --line, --time, --tool-broke, and the command."""
+import errno
 import os
 import subprocess
 import time
@@ -8,6 +9,8 @@ import numpy as np
 import pytest
 
 from chipwise import cli
+from chipwise.cli import output
+from chipwise.resume import run as resume
 from chipwise.resume import running, stocks
 from chipwise.stock import store
 from support import ROOT
@@ -304,3 +307,21 @@ def test_a_linuxcnc_that_ends_meanwhile(stop, monkeypatch, tmp_path):
     monkeypatch.setattr(running, "mdi", gone)
     machine = running.machine_here(str(stop.ini), str(tmp_path))
     assert machine.parameters == str(stop.ini.parent / "mill.var")
+
+
+@pytest.mark.parametrize("full", ["the stock", "the slot's number", "the program"])
+def test_a_full_disk(stop, monkeypatch, capsys, full):
+    """A sentence, no program and no half of a file, whichever file has no room; with room it goes on."""
+    def no_room(*_values, **_names):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    where = {"the stock": (store, "write_durable"), "the slot's number": (resume, "write_durable"), "the program": (output, "write_whole")}[full]
+    out = stop.ini.parent / "out.ngc"
+    arguments = ["resume", str(stop.program), "-o", str(out), "--ini", str(stop.ini)]
+    with monkeypatch.context() as context:
+        context.setattr(*where, no_room)
+        assert cli.main(arguments) == 2
+    errors = capsys.readouterr().err
+    assert "No space left on device" in errors and "room" in errors and errors.count("\n") == 1 and not out.exists(), errors
+    slots = list(stop.journal.parent.glob("slot*"))
+    assert bool(slots) == (full == "the program") and not list(stop.ini.parent.rglob("*.new")) and not list(stop.ini.parent.glob(".chipwise-*"))
+    assert cli.main(arguments) == 0 and out.exists() and [path.name for path in stop.journal.parent.glob("slot*")] == ["slot9.stock"]

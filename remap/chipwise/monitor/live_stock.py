@@ -195,8 +195,9 @@ class LiveStock:
                 return None
             seen[first:first + part.size] = part
         note = self._noted(raw.removed)
-        for first in range(0, flat.size, journal.BAND_CELLS):
-            writer.band(first, seen[first:first + journal.BAND_CELLS], note)
+        step = max(1, journal.BAND_CELLS // cells.shape[1]) * min(cells.shape[1], journal.BAND_CELLS)         # whole rows
+        for first in range(0, flat.size, step):
+            writer.band(first, seen[first:first + step], note)
         self.written = note
         if self.stock.definitions != raw.definitions:
             return None

@@ -99,6 +99,7 @@ class Writer:
         os.makedirs(os.path.dirname(os.path.abspath(path)), exist_ok=True)
         self._file = os.open(self._fresh, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC, 0o644)
         self._sum, self.size, self._complete = bytes(SUM), 0, 0
+        self._band: tuple[np.ndarray, bytes] | None = None           # cells of the last band and what they are compressed
         try:
             self._write(MARK)
             self._record(b"H" + json.dumps({"version": 1, "number": uuid.uuid4().hex, "head": asdict(head)}).encode())
@@ -124,8 +125,11 @@ class Writer:
         self._sum = chained
 
     def band(self, first: int, cells: np.ndarray, note: Note) -> None:
-        """Cells from an index on, uint64, of a file that is not complete."""
-        self._record(b"C" + json.dumps({**asdict(note), "first": first}).encode() + b"\n" + zlib.compress(cells.tobytes(), 1))
+        """Cells from an index on, uint64, of a file that is not complete; they may not change before publish().  Equal bands are compressed once: those of a new
+        stock are, row by row."""
+        if self._band is None or not np.array_equal(self._band[0], cells):
+            self._band = cells, zlib.compress(np.ascontiguousarray(cells).data, 1)
+        self._record(b"C" + json.dumps({**asdict(note), "first": first}).encode() + b"\n" + self._band[1])
 
     def changes(self, indices: np.ndarray, cells: np.ndarray, note: Note) -> None:
         """At most BAND_CELLS cells: where, and the uint64 they are now; of one that is there more than once the last counts."""
@@ -134,6 +138,7 @@ class Writer:
 
     def publish(self) -> None:
         """The file is complete and takes its place."""
+        self._band = None
         self._record(b"B")
         os.fsync(self._file)
         os.replace(self._fresh, self.path)
