@@ -42,7 +42,7 @@ COMPONENTS = $(sort $(wildcard components/*.comp))
 CORE       = $(sort $(wildcard components/core/*.c))
 OFFLINE    = $(sort $(wildcard components/offline/*.c))
 HEADERS    = $(sort $(wildcard components/*.h components/core/*.h components/offline/*.h))
-LAYOUT     = remap/chipwise/stock/layout.py components/offline/layout_table.c
+LAYOUT     = remap/chipwise/clib/layout.py components/offline/layout_table.c
 CORE_TESTS = $(sort $(wildcard tests/core/*.c))
 BENCHES    = $(sort $(wildcard bench/*.c))
 
@@ -75,7 +75,7 @@ export LINUXCNC_SOURCE        # through the environment: any character is allowe
 HARDENING ?=
 LDFLAGS ?=
 export LDFLAGS                # halcompile links with them
-# What each module is stamped with; remap/chipwise/fit.py compares it before a module is loaded.
+# What each module is stamped with; remap/chipwise/host/fit.py compares it before a module is loaded.
 STAMP = $(BUILD)/stamp.h
 NOW_STAMPED := $(shell tools/build_stamp 2>/dev/null)
 IS_STAMPED := $(shell sed -n 's/^static.* = "\(.*\)";$$/\1/p' $(STAMP) 2>/dev/null)

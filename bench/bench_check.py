@@ -23,7 +23,7 @@ import time
 from roots import ROOT
 from rows import row
 
-from chipwise import processes
+from chipwise.host import processes
 
 CHIPWISE = os.path.join(ROOT, "bin", "chipwise")
 MEGA = 1 << 20

@@ -16,7 +16,8 @@ import numpy as np
 
 import roots  # noqa: F401  sys.path
 from chipwise.headless import runner
-from chipwise.stock import core, store
+from chipwise.clib import core
+from chipwise.stock import store
 from chipwise.stock.shared import SharedStock
 
 REPEATS = 5

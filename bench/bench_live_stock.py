@@ -19,10 +19,11 @@ import types
 from roots import ROOT
 from rows import row
 
-from chipwise.files import JOURNAL
+from chipwise.host.files import JOURNAL
 from chipwise.monitor import live_stock
-from chipwise.stock import core, journal
-from chipwise.stock.library import library
+from chipwise.clib import core
+from chipwise.stock import journal
+from chipwise.clib.library import library
 from chipwise.stock.shared import SharedStock
 
 assert ROOT

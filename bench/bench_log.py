@@ -14,7 +14,7 @@ from pathlib import Path
 from roots import ROOT
 from rows import row
 
-from chipwise import tool_editor
+from chipwise.tool_data import editor
 from chipwise.panel import load_log, log_file, operations
 from support.panel_rig import Machine
 
@@ -62,8 +62,8 @@ def main():
         show("log, cycles of the longest program", 1000 * spent(lambda: operations.cycle_lines(str(program))), "ms", "1 MB, once when it begins", target=200)
         tools = Path(folder, "tools.toml")
         tools.write_text("# tools\n" + "".join(f"\n[tool.{k}]\nshape = \"flat\"   # tool {k}\nflute_length = {k}\nflutes = 2\n" for k in range(1, 4000))[:250_000].rpartition("\n[")[0])
-        seen = tool_editor.checksum(tools.read_bytes())
-        show("tool editor, a change in a file of 250 kB", spent(lambda: tool_editor.change(str(tools), seen, 7, {"flutes": 3})), "s",
+        seen = editor.checksum(tools.read_bytes())
+        show("tool editor, a change in a file of 250 kB", spent(lambda: editor.change(str(tools), seen, 7, {"flutes": 3})), "s",
              "some 3,700 tools; in a process of its own")
 
 

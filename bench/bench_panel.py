@@ -20,7 +20,7 @@ from pathlib import Path
 from roots import ROOT
 from rows import row
 
-from chipwise import processes
+from chipwise.host import processes
 from support import panel_browser, panel_client
 from support.operate import operate
 

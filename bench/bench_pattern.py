@@ -21,7 +21,7 @@ import time
 import numpy as np
 
 import roots  # noqa: F401  sys.path
-from chipwise import plans
+from chipwise.planner import plans
 from chipwise.contour_sub.job import Job
 from chipwise.order import Order
 from chipwise.pattern.job import PatternJob

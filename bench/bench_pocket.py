@@ -40,7 +40,7 @@ from chipwise.geometry.base import chains
 from chipwise.geometry.pocket import machinable
 from chipwise.geometry.pocket.strategies import NAMES
 from chipwise.moves import Rapid
-from chipwise.stock import core
+from chipwise.clib import core
 from support.pocket_judge import random_request, shrunk_names, verdict
 from support.pocket_random import circle
 from rows import row

@@ -24,7 +24,7 @@ from pathlib import Path
 from roots import ROOT
 from rows import row
 
-from chipwise.check.records import RAPID
+from chipwise.program.records import RAPID
 from chipwise.errors import CycleError
 from chipwise.resume import run as resume
 from chipwise.resume import stocks

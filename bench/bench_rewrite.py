@@ -19,10 +19,10 @@ from pathlib import Path
 import numpy as np
 
 import roots                                                # noqa: F401
-from chipwise.check.reader import Machine
+from chipwise.program.reader import Machine
 from chipwise.rewrite import cutting, shift
 from chipwise.rewrite.program import read
-from chipwise.tools import load_tools
+from chipwise.tool_data.geometry import load_tools
 from rows import row
 from support.rewrite_rig import HEAD, check_status, deep_program, judged, make_machine, neighbours, rewrite
 

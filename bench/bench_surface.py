@@ -29,10 +29,10 @@ import time
 import numpy as np
 
 import roots  # noqa: F401  sys.path
-from chipwise.check.sweep import Shape
+from chipwise.clib.height_map import Shape
 from chipwise.cycles.surface import SurfaceRequest, surface_plan
 from chipwise.moves import PlaneArc
-from chipwise.surface import drop
+from chipwise.clib import drop_cutter
 from chipwise.surface.model import Placing, read_model
 from rows import row
 from roots import ROOT
@@ -55,7 +55,7 @@ def points(count):
     for name, shape in SHAPES.items():
         xy = rng.uniform(0, 100, (count, 2))
         began = cpu_s()
-        found = drop.Mesh(model, 3.0).heights(drop.drop_tool(shape), xy, FLOOR)
+        found = drop_cutter.Mesh(model, 3.0).heights(drop_cutter.drop_tool(shape), xy, FLOOR)
         rate = count / (cpu_s() - began)
         yield row(f"surface: {name}, points a CPU second", rate, "1/s", f"{'meets' if rate >= 20_000 else 'MISSES'} 20000; "
                   f"{len(model.triangles)} triangles, {count} points, bins included")
@@ -87,10 +87,10 @@ def peak_bytes():
 
 def measure(path):
     """Growth of this process in bytes a triangle."""
-    drop.Mesh(surface_cases.model_of(surface_cases.waves(12)), 3.0)
+    drop_cutter.Mesh(surface_cases.model_of(surface_cases.waves(12)), 3.0)
     before = peak_bytes()
     model = read_model(path, Placing())
-    drop.Mesh(model, 3.0)
+    drop_cutter.Mesh(model, 3.0)
     print((peak_bytes() - before) / len(model.triangles))
 
 
@@ -129,7 +129,7 @@ def path():
                          start=START, stock_is_model=True)
             plans = [surface_plan(SurfaceRequest(link=link, **known)) for link in (0, 1, 2)]
             model = read_model(file, Placing())
-        probe = drop.Probe(drop.Mesh(model, 3.0), shape, floor=float(model.low[2]))
+        probe = drop_cutter.Probe(drop_cutter.Mesh(model, 3.0), shape, floor=float(model.low[2]))
         points = np.concatenate([p[1:] if isinstance(move, PlaneArc) else p[-1:]
                                  for move, (_kind, p) in zip(plans[1].moves, surface_judge.positions(plans[1].moves, START))])
         yield row(f"surface: {name}, deepest gouge along every move", float(probe.excess(points[2:-1], points[3:], 0.0)[0].max()), "mm", "", 1e-3)

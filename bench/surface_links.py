@@ -8,7 +8,7 @@ import tempfile
 import numpy as np
 
 import roots  # noqa: F401  sys.path
-from chipwise.check.sweep import Shape
+from chipwise.clib.height_map import Shape
 from chipwise.cycles.surface import SurfaceRequest, surface_plan
 from chipwise.errors import CycleError
 from chipwise.surface.model import Placing
@@ -66,7 +66,7 @@ LEAP = 0.25             # mm in a servo period, twice what the mill does: sample
 def machine_seconds(plan, folder):
     """(seconds of the links of a plan on the simulated mill, gaps in the log): lines with G0, the line after them, and a lift before."""
     from chipwise.headless import runner
-    from chipwise.lines import texts
+    from chipwise.gcode_lines import texts
     lines = ["G21 G17 G40 G49 G54 G80 G90 G94 G91.1", EXACT, f"G0 Z{plan.clearance:.4f}", "G0 X{:.4f} Y{:.4f}".format(*plan.first)]
     lines += [*texts(plan.moves, (*plan.first, plan.clearance), 1.0, 4, EXACT), "M2", ""]
     with open(f"{folder}/links.ngc", "w") as file:

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /* registers.h - the numbers with which the interpreter talks to chipwise_command, and the monitor with its pins.
  *
- * Who uses it: chipwise_command.comp, chipwise_guard.comp; Python through remap/chipwise/stock/layout.py, which
+ * Who uses it: chipwise_command.comp, chipwise_guard.comp; Python through remap/chipwise/clib/layout.py, which
  * tools/make_layout.py makes of this file.
  */
 #ifndef CHIPWISE_REGISTERS_H

@@ -3,7 +3,7 @@
 """Make Python's copy of the C core's structures and constants, and the table with which the library confirms it.
 
 Called by `make build`, which writes
-    remap/chipwise/stock/layout.py            ctypes structures, enums and constants
+    remap/chipwise/clib/layout.py             ctypes structures, enums and constants
     components/offline/layout_table.c         size of each structure, offset and size of each member, as compiled
 and by a test with --check: exit status 1 if one of them is stale.
 
@@ -27,7 +27,7 @@ HEADERS = ("registers.h", "core/version.h", "core/feed.h", "core/tooth_law.h", "
            "core/tracer.h", "core/stylus.h", "core/slave.h", "core/axis_offset.h",
            "offline/height_sweep.h", "offline/drop_cutter.h", "offline/stock_need.h", "offline/depth_proof.h",
            "offline/tracer_loop.h", "offline/chain_fit.h", "offline/engage.h")
-PYTHON = ROOT / "remap" / "chipwise" / "stock" / "layout.py"
+PYTHON = ROOT / "remap" / "chipwise" / "clib" / "layout.py"
 TABLE = ROOT / "components" / "offline" / "layout_table.c"
 WHOLE_NUMBERS = {"int8_t": "c_int8", "uint8_t": "c_uint8", "int16_t": "c_int16", "uint16_t": "c_uint16",
                  "int32_t": "c_int32", "uint32_t": "c_uint32", "int64_t": "c_int64", "uint64_t": "c_uint64"}
@@ -158,7 +158,7 @@ def table_text(structs):
     lines = ["/* SPDX-License-Identifier: GPL-2.0-or-later */",
              "/* layout_table.c - size of each structure, offset and size of each member, as this library was compiled.",
              " *",
-             " * Who reads it: remap/chipwise/stock/library.py, when it opens the library. Made by tools/make_layout.py.",
+             " * Who reads it: remap/chipwise/clib/library.py, when it opens the library. Made by tools/make_layout.py.",
              " */", "#include <stddef.h>", ""]
     lines += [f'#include "{name}"' for name in HEADERS]
     lines += ["", "struct chip_layout_entry { const char *name; long value; };", "",

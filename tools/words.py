@@ -67,7 +67,7 @@ RULES = (
     Rule('leftovers', r'(?i)\bleftovers?\b', 'rest material'),
     Rule('unreached, unreachable', r'(?i)unreach(?:ed|able)', 'inaccessible'),
     Rule('mixed', r'mixed', 'meeting', GEOMETRY, names=True),
-    Rule('judge (product)', r'judges?', 'clearance check', r'remap/chipwise/(?!check/)', names=True),
+    Rule('judge (product)', r'judges?', 'clearance check', r'remap/chipwise/(?!(check|program)/)', names=True),
     Rule('deep, depths', r'deep|depths', 'gouge_depth, depth_levels', GEOMETRY, names=True),
     Rule('gate', r'\b[Gg]ates?\b', 'lead-in, lead-out'),
     Rule('gate (name)', r'gates?', 'lead-in, lead-out', CODE, names=True),

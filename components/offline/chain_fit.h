@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /* chain_fit.h - as few lines and arcs as fit into a band of heights over the stations of a cut.
  *
- * Who calls it: remap/chipwise/chain_fit.py, through the shared library. Never in realtime.
+ * Who calls it: remap/chipwise/clib/chain_fit.py, through the shared library. Never in realtime.
  * Source: the funnel of greedy polyline simplification (A. Melkman, J. O'Rourke, "On polygonal chain approximation", 1988), and
  * for arcs the inscribed angle (Euclid III.21).
  *

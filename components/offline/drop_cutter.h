@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /* drop_cutter.h - the lowest tip of a tool that does not enter a model of triangles: at points, and along segments.
  *
- * Who calls it: remap/chipwise/surface/drop.py, through the shared library. Never in realtime.
+ * Who calls it: remap/chipwise/clib/drop_cutter.py, through the shared library. Never in realtime.
  * Source: the drop-cutter problem (K. Chuang, C. Chen, Z. Yan, Int. J. Adv. Manuf. Technol. 20, 2002: cutter location from
  * facet, edge and vertex contact); the pick-feed abstract needs its Pe and Ps.
  *

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /* height_clearance.h - how near a traverse comes to stock at its side, in a height map.
  *
- * Who calls it: height_sweep.c for a program that is judged, remap/chipwise/check/sweep.py for one that is written. Never in realtime.
+ * Who calls it: height_sweep.c for a program that is judged, remap/chipwise/clib/height_map.py for one that is written. Never in realtime.
  *
  * Principle:
  *  1. The tool is made wider by the clearance (swept.h). A needle that reaches above its profile by more than CHIP_CLEAR_LEVEL is

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /* height_sweep.h - a whole program's cuts in a height map, offline: thousands of moves a call.
  *
- * Who calls it: remap/chipwise/check/sweep.py, through the shared library. Never in realtime: sweep.c is what the
+ * Who calls it: remap/chipwise/clib/height_map.py, through the shared library. Never in realtime: sweep.c is what the
  * stock tracker runs.
  * Source: CN105492980 [0045] (the material's shape as the path leaves it); JP3131045 [0007].
  *

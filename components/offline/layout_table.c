@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /* layout_table.c - size of each structure, offset and size of each member, as this library was compiled.
  *
- * Who reads it: remap/chipwise/stock/library.py, when it opens the library. Made by tools/make_layout.py.
+ * Who reads it: remap/chipwise/clib/library.py, when it opens the library. Made by tools/make_layout.py.
  */
 #include <stddef.h>
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /* stock_need.h - which parts of a path a stock needs: those that lower it, and no others.
  *
- * Who calls it: remap/chipwise/check/sweep.py, through the shared library. Never in realtime.
+ * Who calls it: remap/chipwise/clib/height_map.py, through the shared library. Never in realtime.
  * Source: CN105492980 [0045] (the material's shape as the path leaves it decides where a pass is wanted).
  *
  * Principle:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Moves (mm) -> plain G0 G1 G2 G3 lines in program units, in chunks.  Pure.
 
-Called by plans.py; glue/emit.py executes the lines, in G90, G91.1 and G8: absolute XYZ, incremental I J K; it begins and ends in G17.
+Called by planner/plans.py; glue/emit.py executes the lines, in G90, G91.1 and G8: absolute XYZ, incremental I J K; it begins and ends in G17.
 """
 
 import math

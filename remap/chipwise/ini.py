@@ -12,7 +12,7 @@ import os
 from typing import Iterable, Iterator, Optional, Sequence
 
 from chipwise.errors import MM_PER_INCH, CycleError, braceless
-from chipwise.files import read_bytes
+from chipwise.host.files import read_bytes
 
 MAX_BYTES = 1 << 22             # of an INI file
 UNITS_MM = {"mm": 1.0, "metric": 1.0, "in": MM_PER_INCH, "inch": MM_PER_INCH, "imperial": MM_PER_INCH}     # [TRAJ]LINEAR_UNITS

@@ -5,14 +5,14 @@ import pickle
 from dataclasses import dataclass
 from typing import Any, Iterable, Iterator, Optional, Union
 
-from chipwise.lines import AXES
+from chipwise.gcode_lines import AXES
 
 
 @dataclass(frozen=True)
 class Order:
     """A cycle to be planned.
 
-    cycle       "hole", "contour" or "pocket": a function of plans.py
+    cycle       "hole", "contour" or "pocket": a function of planner/plans.py
     code        "G13", for messages
     fields      fields of the cycle's request, mm; without its shape
     job         contour_sub.job.Job of the contour sub, None where the cycle has none
@@ -21,7 +21,7 @@ class Order:
     memory_mb   how much memory the plan may take
     report      whether somebody wants the report
     targets     whether somebody wants the contour
-    clamps      clamps.obstacles.Obstacles in force, None without
+    clamps      cycles.obstacles.Obstacles in force, None without
     axes        letters of the machine's axes, of X Y Z A B C
     """
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Units and bounds of removal rates: cm3/min (in3/min in inch programs) where a person types one, mm3/min on pins and inside.
 
-Called by everything that reads or shows a rate: tools.py, settings.py, glue/volumetric.py, rewrite/run.py, check/, panel/.
+Called by everything that reads or shows a rate: tool_data/geometry.py, settings.py, glue/volumetric.py, rewrite/run.py, check/, panel/.
 """
 
 from chipwise.errors import MM_PER_INCH

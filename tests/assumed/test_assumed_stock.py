@@ -5,7 +5,7 @@ import random
 
 import pytest
 
-from chipwise.assumed.assume import halves
+from chipwise.check.assume import halves
 from support.check_runs import chipwise_check, mill_with_tools
 from support.random_cases import random_count
 from support.survey_oracle import stock_of

@@ -7,8 +7,8 @@ import random
 import numpy as np
 import pytest
 
-from chipwise.assumed.joined import around, join, turned
-from chipwise.stock import core, layout
+from chipwise.monitor.joined_stock import around, join, turned
+from chipwise.clib import core, layout
 from chipwise.stock.shared import SharedStock, mean_heights
 from support.random_cases import random_count
 

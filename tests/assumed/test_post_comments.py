@@ -5,8 +5,8 @@ import random
 
 import pytest
 
-from chipwise.assumed import post_comments
-from chipwise.assumed.post_comments import SaidTool
+from chipwise.program import post_comments
+from chipwise.program.post_comments import SaidTool
 from support.random_cases import random_seed
 
 

@@ -6,8 +6,8 @@ import subprocess
 
 import pytest
 
-from chipwise.check.reader import Machine, Reader
-from chipwise.check.records import ARC
+from chipwise.program.reader import Machine, Reader
+from chipwise.program.records import ARC
 from support import ROOT
 from support.check_runs import CHIPWISE, HEAD, STOCK, chipwise_check, mill_with_tools
 from support.filter_runs import mill_ini, run as run_filter

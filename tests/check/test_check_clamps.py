@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from chipwise.check.answer import check
-from chipwise.check.reader import Machine
+from chipwise.program.reader import Machine
 from chipwise.clamps import comment as clamp_comment
 from support import clamp_oracle
 from support.check_runs import HEAD, STOCK, chipwise_check, mill_with_tools

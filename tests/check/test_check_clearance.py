@@ -5,8 +5,9 @@ import re
 import numpy as np
 import pytest
 
-from chipwise.check import records, rules
-from chipwise.check.sweep import HeightMap, Shape
+from chipwise.check import rules
+from chipwise.program import records
+from chipwise.clib.height_map import HeightMap, Shape
 from support.check_runs import HEAD, STOCK, TABLE, chipwise_check, mill_with_tools
 
 START = HEAD + STOCK + "T1 M6\nS8000 M3\nF400\n"            # 100 x 60 x 20 mm, 6 mm flat

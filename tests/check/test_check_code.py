@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from chipwise import program_code
+from chipwise.program import program_code
 from chipwise.contour_sub.job import Job
 from chipwise.contour_sub.read import read_shape
 from chipwise.errors import CycleError
@@ -96,8 +96,8 @@ def test_a_file_called_by_a_file(folder, machine):
 def test_what_the_text_hides_is_seen_when_it_runs(folder, machine, monkeypatch):
     """The second defence alone: without the search of the text."""
     code = "import sys\n" \
-           "from chipwise import program_code; program_code.first_code = lambda *_: None\n" \
-           "from chipwise.check.reader import Machine, Reader, Unreadable\n" \
+           "from chipwise.program import program_code; program_code.first_code = lambda *_: None\n" \
+           "from chipwise.program.reader import Machine, Reader, Unreadable\n" \
            "try:\n" \
            "    with Reader(sys.argv[1], Machine(sys.argv[2])) as reader:\n" \
            "        for block in reader: pass\n" \

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from chipwise.check import answer, doubts
-from chipwise.check.reader import Machine
-from chipwise.check.sweep import HeightMap
-from chipwise.stock import layout
+from chipwise.program.reader import Machine
+from chipwise.clib.height_map import HeightMap
+from chipwise.clib import layout
 from support import canon, check_oracle
 from support.random_cases import random_count, random_seed, write_replay
 

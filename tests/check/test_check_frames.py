@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from chipwise.check.reader import Machine, Reader
-from chipwise.check.records import ARC, CIRCLE
+from chipwise.program.reader import Machine, Reader
+from chipwise.program.records import ARC, CIRCLE
 from support.rewrite_rig import make_machine
 
 HEAD = "G21 G90 G17 G40 G49 G80 G94\nG10 L2 P2 X5 Y-3 Z1 R30\nT1 M6\nF100\nG0 X10 Y2 Z3\n"

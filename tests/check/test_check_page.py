@@ -17,7 +17,7 @@ from chipwise.check import page, page_stock
 from chipwise.check.drawing import Drawing
 from chipwise.check.findings import FLUTE, Finding, Findings
 from chipwise.check.result import Result, ToolFigures
-from chipwise.tools import ToolGeometry
+from chipwise.tool_data.geometry import ToolGeometry
 
 
 class Parser(html.parser.HTMLParser):

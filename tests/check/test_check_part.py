@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from chipwise.check.part import compared
-from chipwise.check.records import Frame
-from chipwise.check.sweep import HeightMap, Shape
+from chipwise.program.records import Frame
+from chipwise.clib.height_map import HeightMap, Shape
 from support.check_runs import HEAD, chipwise_check, mill_with_tools
 from support.part_oracle import GRID_MM, deviations, triangles
 from support.random_cases import random_count, random_seed, write_replay

@@ -12,7 +12,7 @@ import pytest
 from support.check_oracle import Needles
 from support.random_cases import random_count
 
-from chipwise.check.sweep import CYLINDER, HeightMap, Shape, times
+from chipwise.clib.height_map import CYLINDER, HeightMap, Shape, times
 
 CELL = 0.25
 COUNT = random_count(6)

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from chipwise.check.tooth_load import Profile, ToothLoad
-from chipwise.materials import find_material
+from chipwise.tool_data.materials import find_material
 from chipwise.settings import parse_settings, spindle_limit
-from chipwise.tools import ToolGeometry
+from chipwise.tool_data.geometry import ToolGeometry
 from support.check_runs import HEAD, STOCK, chipwise_check, mill_with_tools
 from support.setup_runs import chipwise_setup
 

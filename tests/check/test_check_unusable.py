@@ -96,7 +96,7 @@ def test_a_killed_worker_is_named_and_the_rest_goes_on(tmp_path):
     original = run.check
     run.check = lambda program, **_: os.kill(os.getpid(), signal.SIGKILL) if "bad" in program else original(program, **_)
     try:
-        from chipwise.check.reader import Machine
+        from chipwise.program.reader import Machine
         for name in ("a.ngc", "bad.ngc", "z.ngc"):
             (tmp_path / name).write_text(SLOT)
         machine = Machine(os.path.join(ROOT, "configs", "mill.ini"))
@@ -139,7 +139,7 @@ def _is_about(pid, text):
 
 def test_the_time_of_children_counts():
     """A program whose cycle is being planned in another process is not stuck."""
-    from chipwise.processes import cpu_s, tree_cpu_s
+    from chipwise.host.processes import cpu_s, tree_cpu_s
     process = subprocess.Popen(["/bin/sh", "-c", "sh -c 'while :; do :; done' & wait"], start_new_session=True)
     try:
         end = time.monotonic() + 60
@@ -153,7 +153,7 @@ def test_the_time_of_children_counts():
 
 def test_a_program_that_waits_for_a_file_is_given_up(tmp_path, monkeypatch):
     """A sub that is a FIFO nobody writes to."""
-    from chipwise.check import reader
+    from chipwise.program import reader
     from chipwise.check.answer import check
     monkeypatch.setattr(reader, "STUCK_S", 2.0)
     subs = tmp_path / "subs"

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from support.check_runs import HEAD, STOCK, chipwise_check
-from chipwise.check import records
+from chipwise.program import records
 from chipwise.check.times import Timer
 
 ACCEL, SPEED = 500.0, 100.0         # mm/s2, mm/s

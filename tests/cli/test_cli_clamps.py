@@ -7,7 +7,8 @@ import tomllib
 
 import pytest
 
-from chipwise.cli import UsageError, run
+from chipwise.options.machine import UsageError
+from chipwise.cli import run
 from chipwise.clamps import set_ups
 from chipwise.errors import CycleError
 from support import ROOT

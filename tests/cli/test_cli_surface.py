@@ -12,7 +12,7 @@ import pytest
 from support import ROOT, surface_cases, surface_judge
 from support.canon import run_rs274
 
-from chipwise.check.sweep import Shape
+from chipwise.clib.height_map import Shape
 from chipwise.moves import Line, Rapid
 
 OLD = "an older program\n"

@@ -11,7 +11,7 @@ from chipwise.cli import load, python_section, start_window
 from chipwise.errors import CycleError
 from chipwise.ini import Ini
 from chipwise.settings import parse_settings
-from chipwise.tools import ToolGeometry
+from chipwise.tool_data.geometry import ToolGeometry
 
 
 @pytest.fixture

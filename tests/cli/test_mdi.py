@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""machine/mdi.py: what a line is not run for, from the status of LinuxCNC.  tests/machine/test_enter_run.py has a real one."""
+"""entry/mdi.py: what a line is not run for, from the status of LinuxCNC.  tests/machine/test_enter_run.py has a real one."""
 
 import types
 from dataclasses import replace
@@ -8,7 +8,7 @@ import pytest
 
 from chipwise.cli import enter
 from chipwise.errors import CycleError
-from chipwise.machine import mdi
+from chipwise.entry import mdi
 
 READY = mdi.State(tool=3, position=(1.0, 2.0, 3.0), program="/a.ngc")
 NAMES = types.SimpleNamespace(STATE_ON=4, INTERP_IDLE=1)

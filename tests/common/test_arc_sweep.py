@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""arc_sweep.py, and each reader of arcs: almost straight arcs are short, as LinuxCNC's motion runs them."""
+"""geometry/base/arc_sweep.py, and each reader of arcs: almost straight arcs are short, as LinuxCNC's motion runs them."""
 
 import math
 import random
@@ -7,14 +7,14 @@ import random
 import numpy as np
 import pytest
 
-from chipwise.arc_sweep import FUZZ, arc_sweep, chord_angle
+from chipwise.geometry.base.arc_sweep import FUZZ, arc_sweep, chord_angle
 from chipwise.geometry.base.contour import ArcElement as Arc, LineElement as Line, make_contour
 from chipwise.geometry.base.elements import lengths
 from chipwise.pattern.isometry import arc_points
 from chipwise.rewrite.along import chords
 from chipwise.rewrite.edits import Move
 from chipwise.rewrite.program import Circle
-from chipwise.check.records import ARC
+from chipwise.program.records import ARC
 
 CHORD_MM = 3.413        # of the long arcs
 

@@ -4,7 +4,7 @@ import tracemalloc
 
 import pytest
 
-from chipwise import comments
+from chipwise.program import comments
 from chipwise.turning import profile, request
 
 

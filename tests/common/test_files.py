@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""remap/chipwise/files.py, and what reads with it, tried on FIFOs, devices, folders, endless and odd files."""
+"""remap/chipwise/host/files.py, and what reads with it, tried on FIFOs, devices, folders, endless and odd files."""
 import faulthandler
 import os
 import random
@@ -9,9 +9,10 @@ import sys
 import pytest
 from support.random_cases import random_count, random_seed
 
-from chipwise import settings, tools
+from chipwise import settings
+from chipwise.tool_data import geometry
 from chipwise.errors import CycleError
-from chipwise.files import printable, read_bytes
+from chipwise.host.files import printable, read_bytes
 from chipwise.stock import reasons, store
 
 LONGEST_S = 20.0        # of a test: what waits for a FIFO waits for ever
@@ -76,7 +77,7 @@ def test_a_stock_file_that_is_none(odd):
 def test_a_tool_file_that_is_none(odd):
     for _ in range(2):                  # the second time from the cache
         with pytest.raises(CycleError, match='cannot be read'):
-            tools.load_tools(odd)
+            geometry.load_tools(odd)
 
 
 def test_an_ini_file_that_is_none(odd):
@@ -93,7 +94,7 @@ def test_just_as_large_as_allowed(tmp_path):
 
 
 def test_a_zero_in_the_name():
-    for read in (lambda name: read_bytes(name, 10), tools.load_tools, store.read):
+    for read in (lambda name: read_bytes(name, 10), geometry.load_tools, store.read):
         with pytest.raises((OSError, CycleError, store.StoreError)):
             read('a\0b')
 
@@ -116,7 +117,7 @@ BROKEN = [
 @pytest.mark.parametrize('text', BROKEN, ids=lambda text: repr(text[:24]))
 def test_a_broken_tool_file(text):
     with pytest.raises(CycleError) as caught:
-        tools.parse_tools(text, 'tools.toml')
+        geometry.parse_tools(text, 'tools.toml')
     assert str(caught.value).startswith('chipwise: tools.toml') and len(str(caught.value)) < 400
     assert 'Traceback' not in str(caught.value)
 
@@ -126,7 +127,7 @@ def test_a_tool_file_in_another_code(tmp_path, data):
     path = tmp_path / 'tools.toml'
     path.write_bytes(data)
     with pytest.raises(CycleError):
-        tools.load_tools(str(path))
+        geometry.load_tools(str(path))
 
 
 def test_a_broken_tool_file_is_read_once(tmp_path, monkeypatch):
@@ -134,13 +135,13 @@ def test_a_broken_tool_file_is_read_once(tmp_path, monkeypatch):
     path = tmp_path / 'tools.toml'
     path.write_text('[tool.1]\nflutes = 0\n')
     read = []
-    monkeypatch.setattr(tools, 'parse_tools', lambda *arguments, parse=tools.parse_tools: read.append(1) or parse(*arguments))
+    monkeypatch.setattr(geometry, 'parse_tools', lambda *arguments, parse=geometry.parse_tools: read.append(1) or parse(*arguments))
     for _ in range(50):
         with pytest.raises(CycleError, match='flutes = 0'):
-            tools.load_tools(str(path))
+            geometry.load_tools(str(path))
     assert len(read) == 1
     path.write_text('[tool.1]\nflutes = 12\n')
-    assert tools.load_tools(str(path))[1].flutes == 12
+    assert geometry.load_tools(str(path))[1].flutes == 12
 
 
 PIECES = ['[', ']', '[tool.', 'tool', '.', '1', '=', '\n', '"', "'", '{', '}', ',', 'shape', 'bull', 'flat', 'flutes', 'tip_angle', '9' * 30, 'nan', 'inf', '-',
@@ -157,12 +158,12 @@ def test_random_tool_files(tmp_path):
             at = chance.randrange(len(text) + 1)
             text = text[:at] + chance.choice(PIECES) * chance.choice((1, 1, 1, 5, 300)) + text[at + chance.randrange(3):]
         try:
-            found = tools.parse_tools(text, 'tools.toml')
+            found = geometry.parse_tools(text, 'tools.toml')
         except CycleError:
             continue
         except Exception as error:
             raise AssertionError(f'CHIPWISE_SEED={seed}, case {case}: {type(error).__name__}: {error}: {text!r}') from error
-        assert all(isinstance(tool, tools.ToolGeometry) for tool in found.values())
+        assert all(isinstance(tool, geometry.ToolGeometry) for tool in found.values())
 
 
 def test_there_is_a_limit_of_digits_here():

@@ -5,7 +5,8 @@ import re
 import tomllib
 
 import pytest
-from chipwise import materials, settings, tools
+from chipwise import settings
+from chipwise.tool_data import geometry, materials
 from chipwise.errors import CycleError
 
 GOOD = "[A1]\nkc11 = 500\nmc = 0.2\n"
@@ -101,9 +102,9 @@ def test_settings():
 
 def test_what_a_tool_may_take():
     text = "[tool.3]\nchip_load = 0.04\nchip_least = 0.005\ndeflection = 0.02\nstick_out = 25\nmaterial = 'hss'"
-    found = tools.parse_tools(text)[3]
+    found = geometry.parse_tools(text)[3]
     assert (found.chip_load, found.chip_least, found.deflection, found.stick_out, found.material) == (0.04, 0.005, 0.02, 25, "hss")
-    assert tools.parse_tools("[tool.3]")[3] == tools.ToolGeometry()
+    assert geometry.parse_tools("[tool.3]")[3] == geometry.ToolGeometry()
 
 
 @pytest.mark.parametrize("text, message", [
@@ -113,5 +114,5 @@ def test_what_a_tool_may_take():
     ("material = 'wood'", "material = 'wood' is unknown; use one of carbide, hss"), ("material = ['hss']", "material = ['hss'] is unknown")])
 def test_what_no_tool_may_take(text, message):
     with pytest.raises(CycleError) as caught:
-        tools.parse_tools("[tool.3]\n" + text, "/configs/t.toml")
+        geometry.parse_tools("[tool.3]\n" + text, "/configs/t.toml")
     assert str(caught.value).startswith(f"chipwise: t.toml: tool 3: {message}")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""remap/chipwise/own_folder.py: folders of processes that live, that were killed, and that are nobody's."""
+"""remap/chipwise/host/temp_folder.py: folders of processes that live, that were killed, and that are nobody's."""
 import os
 import subprocess
 import sys
@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from chipwise import own_folder
-from chipwise.own_folder import LOCK, NAME, OwnFolder
+from chipwise.host import temp_folder
+from chipwise.host.temp_folder import LOCK, NAME, OwnFolder
 
-HOLDS = ("import os, sys\nfrom chipwise.own_folder import OwnFolder\nwith OwnFolder('test') as folder:\n    open(folder + '/big', 'w').close()\n"
+HOLDS = ("import os, sys\nfrom chipwise.host.temp_folder import OwnFolder\nwith OwnFolder('test') as folder:\n    open(folder + '/big', 'w').close()\n"
          "    print(folder, flush=True)\n    sys.stdin.read()\n")
 
 
@@ -19,7 +19,7 @@ def make_scratch(tmp_path, monkeypatch):
     """$TMPDIR."""
     folder = tmp_path / "a [folder]"
     folder.mkdir()
-    monkeypatch.setattr(own_folder.tempfile, "tempdir", str(folder))
+    monkeypatch.setattr(temp_folder.tempfile, "tempdir", str(folder))
     monkeypatch.setenv("TMPDIR", str(folder))
     return folder
 
@@ -27,7 +27,7 @@ def make_scratch(tmp_path, monkeypatch):
 @pytest.fixture(name="holder")
 def start_holder():
     """A process that holds a folder: its first line is the folder's path."""
-    package = str(Path(own_folder.__file__).parents[1])
+    package = str(Path(temp_folder.__file__).parents[2])
     with subprocess.Popen([sys.executable, "-c", HOLDS], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
                           env={**os.environ, "PYTHONPATH": package}) as process:
         yield process
@@ -66,7 +66,7 @@ def test_what_is_nobodys_stays(scratch, tmp_path):
     (scratch / "chipwise-folder" / LOCK).mkdir()
     (scratch / "chipwise-link").symlink_to(elsewhere)
     before = sorted(scratch.iterdir())
-    own_folder.remove_left_behind()
+    temp_folder.remove_left_behind()
     assert sorted(scratch.iterdir()) == before and (elsewhere / LOCK).exists()
 
 
@@ -76,9 +76,9 @@ def test_what_is_another_users_stays(scratch, monkeypatch):
     Path(folder).mkdir()
     (Path(folder) / LOCK).touch()
     own = os.geteuid()
-    monkeypatch.setattr(own_folder.os, "geteuid", lambda: own + 1)
-    own_folder.remove_left_behind()
+    monkeypatch.setattr(temp_folder.os, "geteuid", lambda: own + 1)
+    temp_folder.remove_left_behind()
     assert Path(folder).exists()
-    monkeypatch.setattr(own_folder.os, "geteuid", lambda: own)
-    own_folder.remove_left_behind()
+    monkeypatch.setattr(temp_folder.os, "geteuid", lambda: own)
+    temp_folder.remove_left_behind()
     assert not list(scratch.iterdir())

@@ -6,9 +6,9 @@ import signal
 import subprocess
 import sys
 
-from chipwise import processes
+from chipwise.host import processes
 
-FOLDER = os.path.dirname(os.path.dirname(processes.__file__))
+FOLDER = os.path.dirname(os.path.dirname(os.path.dirname(processes.__file__)))
 MEGABYTES = 100
 MUCH_MEMORY = f"memory = bytearray({MEGABYTES} << 20)\nfor at in range(0, len(memory), 4096): memory[at] = 1\nprint(flush=True)\ninput()\n"
 
@@ -31,7 +31,7 @@ def test_freed_arrays_are_returned_to_the_kernel():
     freed = ("def rss():\n    return int(open('/proc/self/statm').read().split()[1]) * 4096 >> 20\n"
              "large = bytearray(30 << 20)\ndel large\nkept = [bytearray(b'1') * (2 << 20) for _ in range(40)]\nfull = rss()\n"
              "for k in range(0, 40, 2):\n    kept[k] = None\nprint(full - rss())\n")
-    begin = "from chipwise.processes import return_freed_arrays\nreturn_freed_arrays()\n"
+    begin = "from chipwise.host.processes import return_freed_arrays\nreturn_freed_arrays()\n"
     room = [int(subprocess.run([sys.executable, "-c", text], env={**os.environ, "PYTHONPATH": FOLDER}, capture_output=True, check=True).stdout)
             for text in (freed, begin + freed)]
     assert room[0] < 10 and room[1] >= 38

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""settings.py and tools.py: defaults, broken values, messages."""
+"""settings.py and tool_data/geometry.py: defaults, broken values, messages."""
 
 import pytest
 
-from chipwise import settings, tools
+from chipwise import settings
+from chipwise.tool_data import geometry
 from chipwise.errors import CycleError, format_length
 from chipwise.ini import section_of
 
@@ -68,10 +69,10 @@ def test_every_key_is_documented(root):
 
 
 def test_shipped_tools(root):
-    found = tools.load_tools(str(root / "configs" / "tools.toml"))
-    assert found[5] == tools.ToolGeometry("bull", 0.5, None, 20, 2, 12000)
-    assert tools.tool_geometry(str(root / "configs" / "tools.toml"), 99) is None
-    assert tools.load_tools("") == {}
+    found = geometry.load_tools(str(root / "configs" / "tools.toml"))
+    assert found[5] == geometry.ToolGeometry("bull", 0.5, None, 20, 2, 12000)
+    assert geometry.tool_geometry(str(root / "configs" / "tools.toml"), 99) is None
+    assert geometry.load_tools("") == {}
 
 
 @pytest.mark.parametrize("text, message", [
@@ -96,7 +97,7 @@ def test_shipped_tools(root):
 ])
 def test_broken_tools(text, message):
     with pytest.raises(CycleError) as caught:
-        tools.parse_tools(text, "/configs/t.toml")
+        geometry.parse_tools(text, "/configs/t.toml")
     assert str(caught.value).startswith("chipwise: " + message)
 
 
@@ -112,8 +113,8 @@ def test_rates_are_cm3_per_minute(tmp_path, text, rate, note):
     """The old key is read, and named with what to write."""
     path = tmp_path / "t.toml"
     path.write_text(f"[tool.3]\n{text}\n")
-    assert tools.tool_geometry(str(path), 3).max_removal_rate == (pytest.approx(rate, rel=1e-12) if rate else None)
-    assert tools.old_rates(str(path)) == ([f"t.toml: tool 3: {note}"] if note else [])
+    assert geometry.tool_geometry(str(path), 3).max_removal_rate == (pytest.approx(rate, rel=1e-12) if rate else None)
+    assert geometry.old_rates(str(path)) == ([f"t.toml: tool 3: {note}"] if note else [])
 
 
 @pytest.mark.parametrize("text", ["10001", "-1", "nan", "inf", "30000"])

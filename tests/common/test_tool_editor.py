@@ -10,15 +10,15 @@ import tomllib
 
 import pytest
 
-from chipwise import tool_editor
+from chipwise.tool_data import editor
 from chipwise.errors import CycleError
-from chipwise.tools import KEYS, MATERIALS, OLD_RATE, SHAPES, load_tools, parse_tools
+from chipwise.tool_data.geometry import KEYS, MATERIALS, OLD_RATE, SHAPES, load_tools, parse_tools
 from support.random_cases import random_count, random_seed, write_replay
 from support.tool_files import FILE, written
 
 
 def change(path, number, values, seen=None):
-    tool_editor.change(str(path), seen or tool_editor.checksum(path.read_bytes()), number, values)
+    editor.change(str(path), seen or editor.checksum(path.read_bytes()), number, values)
     return path.read_bytes().decode()
 
 
@@ -47,7 +47,7 @@ OLD = "[tool.1]\nflutes = 3\nmax_removal_rate = 12_000  # mm3/min; steel\n\n# ne
 def test_the_old_key_of_the_rate(tmp_path, values, new):
     """A tool that is changed has its rate in cm3/min, in the line of the old key; the other tools keep theirs."""
     path = written(tmp_path, OLD)
-    assert tool_editor.listed(str(path))["tools"] == {"1": {"flutes": 3, "max_rate": 12}, "2": {"max_rate": 0.5}}
+    assert editor.listed(str(path))["tools"] == {"1": {"flutes": 3, "max_rate": 12}, "2": {"max_rate": 0.5}}
     assert change(path, 1, values) == OLD.replace(OLD[9:OLD.index("\n# next")], new)
     with pytest.raises(CycleError, match="max_removal_rate is not a key of a tool"):
         change(path, 1, {"max_removal_rate": 5})
@@ -57,7 +57,7 @@ def test_the_old_key_of_the_rate(tmp_path, values, new):
                                                (90, {"max_rate": None}, ""), (90, {"max_rate": 90}, "max_rate = 90 # a\n")])
 def test_both_keys_of_the_rate(tmp_path, rate, values, new):
     path = written(tmp_path, f"[tool.1]\nmax_removal_rate = 12000\nmax_rate = {rate} # a\nflutes = 3\n")
-    assert tool_editor.listed(str(path))["tools"]["1"]["max_rate"] == min(rate, 12)
+    assert editor.listed(str(path))["tools"]["1"]["max_rate"] == min(rate, 12)
     assert change(path, 1, values) == f"[tool.1]\n{new}flutes = 3\n"
 
 
@@ -103,7 +103,7 @@ def test_wrong_values(tmp_path, number, values, message):
 
 def test_a_file_that_somebody_has_changed(tmp_path):
     path = written(tmp_path)
-    seen = tool_editor.listed(str(path))["checksum"]
+    seen = editor.listed(str(path))["checksum"]
     path.write_text(FILE + "# mine\n")
     with pytest.raises(CycleError, match="tools.toml has changed since this page has read it; look at it, and change it again"):
         change(path, 1, {"flutes": 3}, seen)
@@ -133,7 +133,7 @@ def test_a_link_stays_one(tmp_path):
 def test_a_file_that_is_wrong_already(tmp_path, content, words):
     path = tmp_path / "tools.toml"
     path.write_bytes(content)
-    for work in (lambda: tool_editor.listed(str(path)), lambda: change(path, 1, {"flutes": 3})):
+    for work in (lambda: editor.listed(str(path)), lambda: change(path, 1, {"flutes": 3})):
         with pytest.raises(CycleError, match=words):
             work()
     assert path.read_bytes() == content
@@ -152,7 +152,7 @@ def test_a_full_disk(tmp_path, monkeypatch):
     def full(*_values):
         raise OSError(28, "No space left on device")
     path = written(tmp_path)
-    monkeypatch.setattr(tool_editor, "write_durable", full)
+    monkeypatch.setattr(editor, "write_durable", full)
     with pytest.raises(CycleError, match="tools.toml cannot be written: No space left on device; correct the file, its folder"):
         change(path, 1, {"flutes": 3})
     assert path.read_text() == FILE
@@ -161,7 +161,7 @@ def test_a_full_disk(tmp_path, monkeypatch):
 def test_many_at_once(tmp_path):
     """Of those who have seen the same file one changes it."""
     path, done = written(tmp_path), []
-    seen = tool_editor.listed(str(path))["checksum"]
+    seen = editor.listed(str(path))["checksum"]
 
     def one(number):
         try:
@@ -234,7 +234,7 @@ def fault_of(text, number, values):
     wanted.update(values)
     document["tool"][name] = {key: value for key, value in wanted.items() if value is not None}
     try:
-        found = tool_editor.changed(text, "tools.toml", number, dict(values))
+        found = editor.changed(text, "tools.toml", number, dict(values))
     except CycleError as error:
         return f"{error}" if "in a form" in str(error) or "is not TOML" in str(error) else None
     if tomllib.loads(found) != document:
@@ -275,11 +275,11 @@ def test_random_changes():
 
 
 @pytest.mark.parametrize("name, other", [
-    ("_table", lambda lines, number, table=tool_editor._table: (table(lines, number)[0], len(lines))),
-    ("_KEY", re.compile(tool_editor._KEY.pattern.replace("(?P<after>", "(?P<after>)(?:").replace("$", "") + ".*$")),
+    ("_table", lambda lines, number, table=editor._table: (table(lines, number)[0], len(lines))),
+    ("_KEY", re.compile(editor._KEY.pattern.replace("(?P<after>", "(?P<after>)(?:").replace("$", "") + ".*$")),
     ("_HEADER", re.compile(r"[ \t]*\[[ \t]*tool[ \t]*\.[ \t]*(\d)")),
     ("_ended", lambda lines, line_end: lines),
     ("_change_lines", lambda lines, first, end, values: first)])
 def test_the_checker_sees_a_fault(monkeypatch, name, other):
-    monkeypatch.setattr(tool_editor, name, other)
+    monkeypatch.setattr(editor, name, other)
     assert run(600, 5)[0]

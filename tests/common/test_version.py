@@ -9,7 +9,7 @@ import pytest
 from support import ROOT
 
 from chipwise import version
-from chipwise.stock.library import library
+from chipwise.clib.library import library
 
 VERSION = (ROOT / "VERSION").read_text().strip()
 

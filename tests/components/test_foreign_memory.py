@@ -111,7 +111,7 @@ def test_an_old_map_that_is_still_attached(tmp_path):
 SCRIBBLE = """
 import ctypes, sys
 sys.path.insert(0, {remap!r})
-from chipwise.stock.layout import Stock
+from chipwise.clib.layout import Stock
 libc = ctypes.CDLL(None)
 libc.shmat.restype = ctypes.c_void_p
 block = libc.shmat(libc.shmget({key}, 0, 0o600), None, 0)

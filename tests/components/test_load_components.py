@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from chipwise.stock import layout
+from chipwise.clib import layout
 from support import halrig
 
 PYTHON = "/usr/bin/python3"
@@ -278,7 +278,7 @@ getp stock-tracker.0.ready
 HALCMDS = """import sys
 sys.path.insert(0, sys.argv[1])
 from chipwise.errors import CycleError
-from chipwise.halcmd import getp, halcmds
+from chipwise.host.halcmd import getp, halcmds
 halcmds(("loadrt", "and2"), ("setp", "and2.0.in0", "1"), ("setp", "and2.0.in1", "1"), ("net", "both", "and2.0.out"))
 for commands in ([("setp", "and2.0.in0", "0"), ("setp", "and2.0.none", "1"), ("setp", "and2.0.in1", "0")], [("loadrt", "no_such")]):
     try:
@@ -290,7 +290,7 @@ print("pins", getp("and2.0.in0"), getp("and2.0.in1"))
 
 
 def test_several_commands_end_at_the_one_that_fails(tmp_path, root):
-    """chipwise.halcmd.halcmds: what is before it is done, what is behind it is not, and the message names it."""
+    """chipwise.host.halcmd.halcmds: what is before it is done, what is behind it is not, and the message names it."""
     (tmp_path / "several.py").write_text(HALCMDS)
     _status, out = hal(tmp_path, f"loadrt or2\nloadusr -w {PYTHON} several.py {root}/remap\n")      # rtapi_app runs, as in LinuxCNC
     refused = [line for line in out.splitlines() if line.startswith("refused")]

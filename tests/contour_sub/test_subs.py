@@ -10,7 +10,7 @@ import time
 
 import pytest
 
-from chipwise import sub_process
+from chipwise.program import sub_process
 from chipwise.contour_sub import run
 from chipwise.errors import CycleError
 from chipwise.geometry.base.contour import ArcElement, LineElement

@@ -2,7 +2,7 @@
 """The load profile where LinuxCNC blends two segments by a parabola (lookahead.h, 8)."""
 import pytest
 
-from chipwise.stock import core, layout
+from chipwise.clib import core, layout
 
 PERIOD, CELL = 0.001, 0.25
 

@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from chipwise.stock import core
+from chipwise.clib import core
 from support.feed_cases import CEILING, CONSTANT, HERE, law
 from support.path_cases import chain
 

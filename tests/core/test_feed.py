@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from chipwise.stock import core
+from chipwise.clib import core
 from support.feed_cases import OFF, LIMIT, CONSTANT, WINDOW, NOTHING, HERE, AHEAD, FLOOR, CEILING, FALLBACK, given, law, hostile
 from support.random_cases import random_count, random_seed, write_replay
 

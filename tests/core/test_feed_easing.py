@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from chipwise.stock import core
+from chipwise.clib import core
 from support.feed_cases import OFF, NOTHING, HERE, CEILING, FALLBACK, ODD, given, hostile
 from support.random_cases import random_count, random_seed, write_replay
 

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from chipwise.stock import core
+from chipwise.clib import core
 from support.random_cases import random_count, random_seed, write_replay
 
 CELL, STEP, PERIOD = 0.25, 0.02, 0.001

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from chipwise.stock import core, layout
+from chipwise.clib import core, layout
 from support.random_cases import random_count, random_seed
 
 STATE, FAULT = layout.SlaveState, layout.SlaveFault

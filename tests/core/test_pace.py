@@ -6,7 +6,7 @@ import random
 
 import pytest
 
-from chipwise.stock import core
+from chipwise.clib import core
 from support.feed_cases import CEILING, CONSTANT, law
 from support.path_cases import ACCEL, chain
 

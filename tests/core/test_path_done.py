@@ -7,7 +7,7 @@ import random
 import numpy as np
 import pytest
 
-from chipwise.stock import layout
+from chipwise.clib import layout
 from chipwise.stock.path_done import PathDone
 from support.panel_circle import circle, off_circle
 from support.panel_rig import Kept

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from chipwise.stock import core
+from chipwise.clib import core
 from support import stock_profiles as profiles
 
 CASES = {case.name: case for case in profiles.cases()}

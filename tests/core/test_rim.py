@@ -6,7 +6,8 @@ import math
 import numpy as np
 import pytest
 
-from chipwise.stock import core, shared
+from chipwise.clib import core
+from chipwise.stock import shared
 
 HIGH = 0.0
 SIZES = [(20.13, 15.07), (20.01, 15.24), (20.24, 15.01), (20.125, 15.0)]

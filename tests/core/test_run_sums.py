@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from chipwise.stock import core
+from chipwise.clib import core
 from support.feed_cases import given, hostile
 from support.random_cases import random_seed
 

@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from chipwise.stock import core, reference
+from chipwise.clib import core
+from chipwise.stock import reference
 from support import stock_cases
 
 CASES = {case.name: case for case in stock_cases.cases()}

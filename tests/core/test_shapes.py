@@ -4,7 +4,8 @@
 import numpy as np
 import pytest
 
-from chipwise.stock import core, shared
+from chipwise.clib import core
+from chipwise.stock import shared
 
 
 def heights(stock):

@@ -7,7 +7,8 @@ import os
 import numpy as np
 import pytest
 
-from chipwise.stock import core, reference, shared
+from chipwise.clib import core
+from chipwise.stock import reference, shared
 from support.random_cases import random_count, random_seed, write_replay
 from support import cuts
 

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from chipwise.stock import core, layout
+from chipwise.clib import core, layout
 from support.random_cases import random_count, random_seed
 from support.tracer_rig import MODEL, SURFACE, filled
 

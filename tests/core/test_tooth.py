@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from chipwise.stock import core, layout
+from chipwise.clib import core, layout
 from support.feed_cases import CHIP, FALLBACK, HERE, NOTHING, ODD, POWER, TORQUE, given
 from support.tooth_oracle import Limits
 

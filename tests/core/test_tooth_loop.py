@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from chipwise.stock import core
+from chipwise.clib import core
 from support.feed_cases import CHIP, FALLBACK, POWER, TORQUE
 from support.tooth_oracle import ACCEL, PERIOD, Drive, Limits, Plane, chip_and_torque, means
 

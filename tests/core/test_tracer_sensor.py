@@ -7,7 +7,7 @@ import ctypes as C
 import numpy as np
 import pytest
 
-from chipwise.stock import core, layout
+from chipwise.clib import core, layout
 from support.random_cases import random_seed
 from support.tracer_rig import FAR, FAULT, PERIOD_S, SETTINGS, STATE, SURFACE, Rig
 

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from chipwise.stock import core
+from chipwise.clib import core
 
 DIAMETER, DEPTH, CELL = 8.0, 7.53, 0.25     # mm
 MEAN = 0.01                                 # of the truth;

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from chipwise.stock import core
+from chipwise.clib import core
 from support.random_cases import random_seed
 
 DT, ACCEL, CEILING, F = 0.001, 500.0, 50.0, 10.0

@@ -5,8 +5,9 @@ import random
 import numpy as np
 import pytest
 
-from chipwise.check import records, rules
-from chipwise.check.sweep import HeightMap, Shape
+from chipwise.check import rules
+from chipwise.program import records
+from chipwise.clib.height_map import HeightMap, Shape
 from chipwise.cycles import contour, hole, pocket
 from chipwise.errors import CycleError
 from chipwise.geometry.pocket.strategies import NAMES

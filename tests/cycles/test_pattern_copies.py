@@ -9,7 +9,7 @@ import re
 import numpy as np
 import pytest
 
-from chipwise import lines
+from chipwise import gcode_lines
 from chipwise.cycles.pattern import PatternRequest, pattern_plan
 from chipwise.errors import CycleError
 from chipwise.moves import Copy
@@ -82,7 +82,7 @@ def both_ways(seed):
         copies += copier.moves(recorded, points, start, isometry)
         single += moved(recorded, points, start, isometry, CHORD)
     start = (1.0, 0.0, 2.0)
-    return (list(lines._lines(copies, start, unit_mm, decimals, axes)), list(lines._lines(single, start, unit_mm, decimals, axes)),
+    return (list(gcode_lines._lines(copies, start, unit_mm, decimals, axes)), list(gcode_lines._lines(single, start, unit_mm, decimals, axes)),
             sum(isinstance(move, Copy) for move in copies), decimals)
 
 
@@ -123,9 +123,9 @@ def test_a_copy_fills_more_than_a_chunk():
     recorded, copier = Recorded(tuple(steps), (), (0.0, 0.0, 9.0), path=True), Copier(CHORD)
     moves = [move for k in range(3) for move in copier.moves(recorded, recorded.points, (0.0, 0.0, 9.0), placed(0, 0.0, (0.0, 5.0 * k, 0.0)))]
     assert [isinstance(move, Copy) for move in moves[-2:]] == [True, True]
-    chunks = lines.chunks(moves, (0.0, 0.0, 9.0), 1.0)
+    chunks = gcode_lines.chunks(moves, (0.0, 0.0, 9.0), 1.0)
     sizes = [sum(text.count("\n") + 1 for _feed, text, *_ in chunk) for chunk in chunks]
-    assert len(chunks) >= 4 and max(sizes) <= lines.CHUNK_MOVES + 3
+    assert len(chunks) >= 4 and max(sizes) <= gcode_lines.CHUNK_MOVES + 3
     assert all(chunk[0][1].startswith("G64 P0.01") for chunk in chunks)
 
 
@@ -148,6 +148,6 @@ def test_a_place_that_is_not_finite_stays_visible():
     recorded = Recorded((Step(RAPID, 0, (0.0, 0.0, 1.0)), Step(FEED, 0, (math.nan, 0.0, 1.0), 100.0)), (), (0.0, 0.0, 9.0))
     copier = Copier(CHORD)
     moves = [move for _ in range(2) for move in copier.moves(recorded, recorded.points, (0.0, 0.0, 9.0), placed(0, 0.0, (0.0, 0.0, 0.0)))]
-    texts = [text for _move, text, _feed in lines._lines(moves, (0.0, 0.0, 9.0), 1.0)]
+    texts = [text for _move, text, _feed in gcode_lines._lines(moves, (0.0, 0.0, 9.0), 1.0)]
     assert sum("nan" in text for text in texts) == 2, json.dumps(texts)
     assert np.isnan(recorded.points).any()

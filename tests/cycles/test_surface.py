@@ -8,7 +8,7 @@ import pytest
 from support import link_judge, surface_cases, surface_judge
 from support.random_cases import random_count, random_seed
 
-from chipwise.check.sweep import Shape
+from chipwise.clib.height_map import Shape
 from chipwise.cycles.surface import SurfaceRequest, surface_plan
 from chipwise.errors import CycleError
 from chipwise.moves import Line, Rapid
@@ -138,7 +138,7 @@ def test_holder_raises_the_tool_and_is_named(files):
 
 def test_long_zigzag_has_places_to_rest(files, monkeypatch):
     from chipwise.cycles import surface_moves
-    from chipwise.lines import chunks
+    from chipwise.gcode_lines import chunks
     monkeypatch.setattr(surface_moves, "REST_MOVES", 100)
     plan = surface_plan(dataclasses.replace(request(files["waves"], "ball", link=2), most_moves=499_999))
     lifts = [k for k, move in enumerate(plan.moves) if isinstance(move, Line) and move.x is None and move.z > (plan.moves[k - 1].z or 0)]

@@ -7,7 +7,7 @@ import pytest
 from support import surface_cases, surface_judge
 from support.random_cases import random_count, random_seed
 
-from chipwise.check.sweep import Shape
+from chipwise.clib.height_map import Shape
 from chipwise.cycles.surface import SurfaceRequest, surface_plan
 from chipwise.errors import CycleError
 from chipwise.surface.links import Obstacles

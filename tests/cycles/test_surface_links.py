@@ -9,9 +9,9 @@ import pytest
 from support import drop_oracle, link_judge, surface_cases, surface_judge
 from support.random_cases import random_count, random_seed
 
-from chipwise.check.sweep import HeightMap, Shape
+from chipwise.clib.height_map import HeightMap, Shape
 from chipwise.cycles.surface import SurfaceRequest, surface_plan
-from chipwise.lines import chunks, texts
+from chipwise.gcode_lines import chunks, texts
 from chipwise.moves import CALLERS_PATH, Blend, Line, Rapid
 from chipwise.surface.links import Obstacles
 from chipwise.surface.model import Placing, read_model

@@ -7,8 +7,9 @@ import dataclasses
 
 import numpy as np
 
-from chipwise.check import records, rules
-from chipwise.check.sweep import HeightMap, Shape
+from chipwise.check import rules
+from chipwise.program import records
+from chipwise.clib.height_map import HeightMap, Shape
 from chipwise.cycles.surface import SurfaceRequest, surface_plan
 from chipwise.surface.model import Placing
 from support import surface_cases, surface_judge

@@ -9,7 +9,8 @@ import pytest
 
 from chipwise.digitise import height_map, mesh, program, record
 from chipwise.errors import CycleError
-from chipwise.stock import core, store
+from chipwise.clib import core
+from chipwise.stock import store
 from chipwise.surface.model import Placing, read_model
 from support import ROOT
 from support.digitising import digitise

@@ -41,13 +41,13 @@ def test_the_check_sees_a_message_without_an_entry(monkeypatch):
     """A message that the catalogue misses, one reworded, and an entry without a message."""
     real = messages.messages()
     fact, remedy = next(pair for pair in real if pair[1])
-    moon = {('the moon is not full', 'wait'): ['remap/chipwise/lines.py']}
+    moon = {('the moon is not full', 'wait'): ['remap/chipwise/gcode_lines.py']}
     monkeypatch.setattr(messages, 'messages', lambda: {**real, **moon})
     assert messages.check() == ['not in docs/user/messages.md: the moon is not full']
     less = {pair: paths for pair, paths in real.items() if pair[0] != fact}
     monkeypatch.setattr(messages, 'messages', lambda: less)
     assert messages.check() == ['explained but not in the source: ' + fact.replace('`', "'")]
-    other = {**real, (fact, 'do something else'): ['remap/chipwise/lines.py']}
+    other = {**real, (fact, 'do something else'): ['remap/chipwise/gcode_lines.py']}
     monkeypatch.setattr(messages, 'messages', lambda: other)
     assert len(messages.check()) == 1
 
@@ -212,7 +212,7 @@ def test_settings_parameters_and_commands_are_explained():
     for name in modules:
         assert f'`chipwise {name}`' in commands, name
     tool_keys = re.search(r'(?ms)^## Tool geometry.*?(?=^## )', page)[0]
-    from chipwise.tools import KEYS
+    from chipwise.tool_data.geometry import KEYS
     for key in KEYS:
         assert key in tool_keys, key
 

@@ -8,7 +8,8 @@ import pytest
 from support import ROOT, entry_oracle
 from support.random_cases import random_count, random_seed, write_replay
 
-from chipwise import entry, language
+from chipwise import entry
+from chipwise.host import language
 from chipwise.entry import typed
 from chipwise.errors import CycleError
 

@@ -11,7 +11,8 @@ from support import ROOT
 from support.canon import run_rs274, write_ini
 from support.random_cases import random_count, random_seed, write_replay
 
-from chipwise import entry, language
+from chipwise import entry
+from chipwise.host import language
 from chipwise.drawing import entered
 from chipwise.entry import planned
 from chipwise.errors import CycleError

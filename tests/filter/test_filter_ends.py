@@ -12,7 +12,7 @@ import pytest
 from chipwise.filter import work
 from chipwise.filter.loops import may_loop
 from chipwise.filter.process import Work
-from chipwise.processes import descendants, lives
+from chipwise.host.processes import descendants, lives
 from chipwise.settings import parse_settings
 from support.filter_rig import CLEAN, ENDLESS, HEAD, RAPID
 from support.filter_runs import COMMAND, PATIENCE_S, mill_ini, start, run, put

@@ -67,9 +67,9 @@ def test_more_than_the_time(ini, tmp_path):
 
 def test_the_tool_in_the_spindle(tmp_path, ini, monkeypatch):
     """Without a job file: a cut with the tool that LinuxCNC has, named in the message."""
-    from chipwise.check.reader import Machine
+    from chipwise.program.reader import Machine
     from chipwise.filter import model, work
-    from chipwise.tool_table import diameter_of
+    from chipwise.tool_data.table import diameter_of
     monkeypatch.setattr(work, 'spindle_tool', lambda: 4)
     (tmp_path / 'part.stl').write_bytes(WAVES)
     (tmp_path / 'out').mkdir()

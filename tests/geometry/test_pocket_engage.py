@@ -7,7 +7,7 @@ import pytest
 from support import engagement_judge
 from support.engagement_shapes import SHAPES
 
-from chipwise.engage_ground import Ground, fitted, rows_of, rule
+from chipwise.geometry.pocket.engage_ground import Ground, fitted, rows_of, rule
 from chipwise.geometry.base import elements
 from chipwise.geometry.base.contour import make_contour
 from chipwise.geometry.base.elements import make_arcs, make_lines

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """chipwise-command.0.status: no part of it reaches into the next one, and a double has all of its digits."""
-from chipwise.stock import layout
+from chipwise.clib import layout
 from chipwise.stock.reasons import REASONS
 
 # (largest value, weight) from the lowest on; a ceiling has hundredths of F

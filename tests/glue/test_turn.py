@@ -7,7 +7,7 @@ import types
 
 import pytest
 
-from chipwise import lines
+from chipwise import gcode_lines
 from chipwise.moves import Line, Rapid
 
 
@@ -37,7 +37,7 @@ def emitted(module, cycles, task=1):
         moves = [move for level in range(levels) for move in
                  [Rapid(z=5.0), Line(z=-1.0 - level, feed=100.0), *(Line(x=float(k), feed=300.0) for k in range(1, size))]]
         turn = module.Turn(interp(task))
-        for chunk in lines.chunks(moves, (0.0, 0.0, 5.0), 1.0):
+        for chunk in gcode_lines.chunks(moves, (0.0, 0.0, 5.0), 1.0):
             if turn.is_over(chunk):
                 assert [3] == list(turn.wait())
                 counts.append(since)
@@ -51,7 +51,7 @@ def emitted(module, cycles, task=1):
                                     [(200, 1)] * 40])
 def test_moves_between_turns(turn, cycles):
     """At most TURN_MOVES, but for one chunk that is longer."""
-    longest = max(size for _, size in cycles) + 2 + lines.CHUNK_MOVES
+    longest = max(size for _, size in cycles) + 2 + gcode_lines.CHUNK_MOVES
     counts = emitted(turn, cycles)
     assert max(counts) <= max(turn.TURN_MOVES, longest)
     assert sum(counts) == sum(levels * (size + 1) - 1 for levels, size in cycles)   # the first traverse goes nowhere

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Components, programs and LinuxCNC of different versions do not run together: remap/chipwise/fit.py, stock/library.py."""
+"""Components, programs and LinuxCNC of different versions do not run together: remap/chipwise/host/fit.py, clib/library.py."""
 import ctypes
 import shutil
 import subprocess
@@ -8,10 +8,11 @@ import sys
 import pytest
 from support import ROOT
 
-from chipwise import fit, version
+from chipwise import version
+from chipwise.host import fit
 from chipwise.errors import CycleError, LibraryError
-from chipwise.fit import MARK, MODULES, Stamp, check_fit, check_stamp, fingerprint, stamp_of
-from chipwise.stock import library
+from chipwise.host.fit import MARK, MODULES, Stamp, check_fit, check_stamp, fingerprint, stamp_of
+from chipwise.clib import library
 
 MADE = ROOT / "build/modules"
 WANTED = Stamp("0.5.0", "2.9.4", "aa")
@@ -113,7 +114,7 @@ def test_a_library_of_another_version_is_refused(tmp_path):
 
 def test_make_builds_again_for_another_linuxcnc(tmp_path):
     """The stamp is compared at each make, whatever the dates of the files are."""
-    program = "from chipwise.fit import Stamp; print(Stamp('1', '2', '3').text())"
+    program = "from chipwise.host.fit import Stamp; print(Stamp('1', '2', '3').text())"
     printed = subprocess.run([sys.executable, "-c", program], cwd=ROOT / "remap", text=True, check=True, capture_output=True).stdout
     assert printed == "chipwise-stamp 1 2 3\n"
     asked = subprocess.run(["make", "-n", "build/modules/tracer.so"], cwd=ROOT, text=True, check=True, stdout=subprocess.PIPE,

@@ -12,7 +12,7 @@ import time
 
 import pytest
 
-from chipwise import processes
+from chipwise.host import processes
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 TOOL = os.path.join(ROOT, 'tools', 'on-debian')

@@ -5,9 +5,9 @@ import random
 
 import pytest
 
-from chipwise.check.sweep import Shape
+from chipwise.clib.height_map import Shape
 from chipwise.clamps.clamp import Clamp
-from chipwise.clamps.obstacles import Obstacles
+from chipwise.cycles.obstacles import Obstacles
 from chipwise.errors import CycleError
 from chipwise.moves import Arc, Line, Rapid
 from support import canon, clamp_oracle

@@ -7,7 +7,7 @@ import pytest
 from support import surface_cases
 from support.canon import ends_of, run_preview, run_rs274
 
-from chipwise.check.sweep import Shape
+from chipwise.clib.height_map import Shape
 from chipwise.cycles.surface import SurfaceRequest, surface_plan
 from chipwise.moves import Rapid
 from chipwise.surface.model import Placing

@@ -7,7 +7,7 @@ The paths differ where a cycle keeps climb milling (it is planned with the other
 import numpy as np
 import pytest
 
-from chipwise.stock.core import Cutter, Stock, Tool
+from chipwise.clib.core import Cutter, Stock, Tool
 from support import pattern_oracle
 from support.pattern_oracle import moves_of, random_sub
 from support.random_cases import random_count, random_seed

@@ -3,7 +3,7 @@
 
 from support import canon
 
-HEAVY = ("numpy", "shapely", "chipwise.plans", "chipwise.geometry.base.contour", "chipwise.surface")
+HEAVY = ("numpy", "shapely", "chipwise.planner.plans", "chipwise.geometry.base.contour", "chipwise.surface")
 
 
 def loaded(*lines):

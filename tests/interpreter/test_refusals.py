@@ -6,7 +6,7 @@ import subprocess
 
 import pytest
 
-from chipwise.machine.rs274 import tool_table_unit
+from chipwise.program.rs274 import tool_table_unit
 from support.canon import ROOT, run_rs274, split_line, write_ini, write_tools
 
 SUB = "o100 sub\nG0 X0 Y0\nG1 X50\nY20\nX0\nY0\no100 endsub\n"

@@ -14,7 +14,7 @@ import subprocess
 import pytest
 
 from chipwise.ini import section_of, unit_mm
-from chipwise.machine import rs274
+from chipwise.program import rs274
 from chipwise.machine.sample_folder import sample_files
 from support import ROOT
 

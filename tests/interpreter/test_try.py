@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from chipwise.machine import rs274
+from chipwise.program import rs274
 from support.canon import parse_rs274, run_preview, same_path
 
 ROOT = Path(__file__).resolve().parents[2]

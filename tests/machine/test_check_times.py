@@ -9,7 +9,7 @@ import pytest
 
 from support import ROOT, claims, foreign_styles
 from chipwise.check import answer
-from chipwise.check.reader import Machine
+from chipwise.program.reader import Machine
 from chipwise.headless import runner
 
 pytestmark = pytest.mark.machine

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from chipwise.stock import core
+from chipwise.clib import core
 from support.headless_rig import WITH_LOG, motion_rows
 from support.operate import BOX, operate
 

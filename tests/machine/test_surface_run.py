@@ -9,9 +9,9 @@ from support import drop_oracle, surface_cases
 from support.demo_runs import GROUP, demo_run
 from support.operate import NO_SHADOW, operate
 
-from chipwise.check.sweep import Shape
+from chipwise.clib.height_map import Shape
 from chipwise.headless import runner
-from chipwise.surface import drop
+from chipwise.clib import drop_cutter
 from chipwise.surface.model import Placing, read_model
 
 pytestmark = pytest.mark.machine
@@ -35,7 +35,7 @@ def test_demo_relief():
     for x, y, z in tip[rng.integers(0, len(tip), 60)]:
         assert z >= drop_oracle.lowest(triangles, BALL, x, y, -3.0) - BLEND - 1e-3
     height, _radius = drop_oracle.profile(BALL)
-    probe = drop.Probe(drop.Mesh(model, 3.0), BALL, floor=-3.0)
+    probe = drop_cutter.Probe(drop_cutter.Mesh(model, 3.0), BALL, floor=-3.0)
     x_axis, y_axis = np.meshgrid(np.arange(20, 60, 0.02), 20 + STEP * np.arange(51))
     axis = np.stack([x_axis, y_axis], axis=2).reshape(-1, 2)
     lowest = probe.heights(axis)

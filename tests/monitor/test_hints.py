@@ -4,7 +4,7 @@ import pytest
 
 from chipwise.monitor import hints
 from chipwise.monitor.messages import PATH_REFUSALS
-from chipwise.stock.layout import PathRefusal
+from chipwise.clib.layout import PathRefusal
 
 
 @pytest.fixture

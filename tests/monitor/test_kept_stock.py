@@ -6,13 +6,14 @@ import os
 import numpy as np
 import pytest
 
-from chipwise.files import JOURNAL
+from chipwise.host.files import JOURNAL
 from chipwise.monitor.live_stock import LiveStock
 from chipwise.monitor.stock_files import StockFiles
 from chipwise.resume import stocks
 from chipwise.settings import parse_settings
-from chipwise.stock import core, journal, store
-from chipwise.stock.library import library
+from chipwise.clib import core
+from chipwise.stock import journal, store
+from chipwise.clib.library import library
 from chipwise.stock.shared import SharedStock
 
 

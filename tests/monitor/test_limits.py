@@ -6,18 +6,18 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from chipwise.chip_loads import chip_limit, default_chip
+from chipwise.tool_data.chip_loads import chip_limit, default_chip
 from chipwise.cli.load import feed_parameters
 from chipwise.errors import CycleError
 from chipwise.ini import Ini
-from chipwise.materials import Material, find_material
+from chipwise.tool_data.materials import Material, find_material
 from chipwise.monitor import worker
 from chipwise.monitor.limits import DEFAULT, NO_MATERIAL, Limits
 from chipwise.monitor.saying import Saying
 from chipwise.monitor.tool_shape import Tool, tool_shape
 from chipwise.settings import parse_settings, power_at
-from chipwise.stock import core, layout
-from chipwise.tools import ToolGeometry
+from chipwise.clib import core, layout
+from chipwise.tool_data.geometry import ToolGeometry
 from support.feed_cases import POWER, TORQUE, given
 from support.tooth_oracle import ANGLES, chip_and_torque
 

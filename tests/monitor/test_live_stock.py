@@ -13,11 +13,12 @@ import types
 import numpy as np
 import pytest
 
-from chipwise.files import JOURNAL
+from chipwise.host.files import JOURNAL
 from chipwise.monitor import live_stock
 from chipwise.monitor.live_stock import LiveStock
-from chipwise.stock import core, journal, layout, store
-from chipwise.stock.library import library
+from chipwise.clib import core, layout
+from chipwise.stock import journal, store
+from chipwise.clib.library import library
 from chipwise.stock.shared import SharedStock, mean_heights
 
 LOW, HIGH = (ctypes.c_double * 3)(0.0, 0.0, -10.0), (ctypes.c_double * 3)(20.0, 15.0, 0.0)

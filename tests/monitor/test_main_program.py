@@ -2,7 +2,7 @@
 """The program that is open, while LinuxCNC's status has the file of a sub (loaded.MainProgram)."""
 import types
 
-from chipwise.loaded import MainProgram
+from chipwise.program.loaded import MainProgram
 
 
 def test_a_sub_in_a_file_of_its_own_is_not_another_program():

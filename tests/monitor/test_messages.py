@@ -3,7 +3,7 @@
 import pytest
 
 from chipwise.monitor.messages import guard_text
-from chipwise.stock.layout import GuardReason
+from chipwise.clib.layout import GuardReason
 
 
 @pytest.mark.parametrize("distance, unit, said", [

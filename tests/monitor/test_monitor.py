@@ -10,7 +10,7 @@ import types
 
 import pytest
 
-from chipwise import processes
+from chipwise.host import processes
 from chipwise.monitor import saying, spindle_tool
 from chipwise.monitor import worker as module
 from chipwise.settings import parse_settings

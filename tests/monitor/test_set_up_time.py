@@ -6,7 +6,7 @@ import json
 import pytest
 
 from chipwise.monitor.set_up_time import PINS, SetUpTime
-from chipwise.own_folder import OwnFolder
+from chipwise.host.temp_folder import OwnFolder
 from chipwise.setup import time_process
 from support.check_runs import mill_with_tools
 from support.setup_runs import chipwise_setup

@@ -73,7 +73,7 @@ def copied(tmp_path):
 def test_each_input_counts(copied):
     inputs, digest = copied
     names = {str(path.relative_to(ROOT)) for path in inputs}
-    assert {"components/core/fault.h", "components/offline/chain_fit.c", "components/registers.h", ITS_TEST, "remap/chipwise/chain_fit.py",
+    assert {"components/core/fault.h", "components/offline/chain_fit.c", "components/registers.h", ITS_TEST, "remap/chipwise/clib/chain_fit.py",
             "tests/support/guarded.py"} <= names
     found = [digest(path) for path in inputs]
     assert len({digest(), digest(tools="gcc 13"), *found}) == len(inputs) + 2

@@ -10,7 +10,7 @@ import pytest
 
 from chipwise import entry
 from chipwise.errors import CycleError
-from chipwise.machine import mdi
+from chipwise.entry import mdi
 from chipwise.panel import line_process, lines, server
 from support import ROOT
 from support.panel_client import request
@@ -22,7 +22,7 @@ HOLE = "30,20,8,-3,1,,,,,600"
 
 
 class Mdi:
-    """As machine/mdi.py, of a machine that the test sets by hand."""
+    """As entry/mdi.py, of a machine that the test sets by hand."""
 
     State, check, same = mdi.State, staticmethod(mdi.check), staticmethod(mdi.same)
 

@@ -3,7 +3,7 @@
 
 import pytest
 
-from chipwise.cli.surface_job import read_job
+from chipwise.options.surface_job import read_job
 from chipwise.errors import CycleError
 from chipwise.panel.log_file import append, safe
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from chipwise.panel import watch
-from chipwise.stock import layout
+from chipwise.clib import layout
 from support import panel_browser
 from support.panel_circle import PERIOD_S, circle, off_circle
 from support.panel_rig import Machine, serving

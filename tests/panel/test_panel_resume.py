@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from chipwise.errors import CycleError
-from chipwise.machine import mdi
+from chipwise.entry import mdi
 from chipwise.panel import line_process, lines
 from chipwise.stock import store
 from support import panel_browser
@@ -20,7 +20,7 @@ OPTIONS = {"line": None, "seconds": 0, "broke": False}
 
 
 class Mdi:
-    """machine/mdi.py of a machine that the test sets by hand."""
+    """entry/mdi.py of a machine that the test sets by hand."""
 
     def __init__(self, program):
         self.state, self.offsets, self.opened = mdi.State(program=str(program)), SCENE, []

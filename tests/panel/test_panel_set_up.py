@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from chipwise.check.records import Frame
-from chipwise.machine import mdi
+from chipwise.program.records import Frame
+from chipwise.entry import mdi
 from chipwise.panel import line_process, lines
 from chipwise.setup import job as jobs
 from support import panel_browser
@@ -23,7 +23,7 @@ AT = (12.0, 34.0, 5.6)          # the tip, machine coordinates
 
 
 class Mdi:
-    """machine/mdi.py of a machine that the test sets by hand."""
+    """entry/mdi.py of a machine that the test sets by hand."""
 
     def __init__(self, program):
         self.state = mdi.State(program=str(program))

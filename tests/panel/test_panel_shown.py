@@ -7,7 +7,7 @@ import pytest
 
 from chipwise.panel import lines, visitors
 from chipwise.panel.tool_log import Use
-from chipwise.stock.layout import GuardReason
+from chipwise.clib.layout import GuardReason
 from support import ROOT, panel_browser
 from support.panel_rig import TOKEN, serving
 

@@ -8,17 +8,17 @@ from dataclasses import replace
 
 import pytest
 
-from chipwise import tool_editor
-from chipwise.machine import mdi
+from chipwise.tool_data import editor
+from chipwise.entry import mdi
 from chipwise.panel import line_process, lines, server
-from chipwise.tools import KEYS, load_tools
+from chipwise.tool_data.geometry import KEYS, load_tools
 from support.panel_client import request
 from support.panel_rig import TOKEN, serving
 from support.tool_files import FILE, written
 
 
 class Mdi:
-    """machine/mdi.py of a machine that the test sets by hand."""
+    """entry/mdi.py of a machine that the test sets by hand."""
 
     def __init__(self):
         self.state = mdi.State(tool=1)
@@ -43,7 +43,7 @@ def post(rig, body, token=TOKEN, origin="own"):
 
 
 def wanted(path, **values):
-    return {"tool": 1, "values": values or {"flutes": 3}, "checksum": tool_editor.checksum(path.read_bytes())}
+    return {"tool": 1, "values": values or {"flutes": 3}, "checksum": editor.checksum(path.read_bytes())}
 
 
 def test_the_page_changes_a_tool(shop):
@@ -68,7 +68,7 @@ def test_a_rate_of_before_is_shown_and_written_in_the_new_unit(shop):
 
 
 def test_the_page_has_the_keys_of_the_file(root):
-    """What geometry.js shows and writes is what tools.py reads."""
+    """What geometry.js shows and writes is what tool_data/geometry.py reads."""
     text = (root / "remap" / "chipwise" / "panel" / "page" / "geometry.js").read_text()
     assert re.findall(r"'(\w+)'", re.search(r"KEYS = \[(.*?)\]", text)[1]) == list(KEYS)
 

@@ -9,7 +9,7 @@ import pytest
 
 from chipwise.panel import machine, watch
 from chipwise.panel.alarms import HISTORY, Alarms, StillActive
-from chipwise.stock.layout import Fault, GuardReason
+from chipwise.clib.layout import Fault, GuardReason
 from support.panel_rig import Machine
 
 

@@ -9,7 +9,7 @@ import subprocess
 
 import pytest
 
-from chipwise import language
+from chipwise.host import language
 from chipwise.panel import colours, page_colours, server
 from support import ROOT, colour_vision
 from support.panel_client import request

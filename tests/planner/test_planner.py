@@ -15,7 +15,9 @@ import time
 
 import pytest
 
-from chipwise import lines, planner, plans, processes
+from chipwise import gcode_lines
+from chipwise.host import processes
+from chipwise.planner import client, plans
 from chipwise.errors import CycleError
 from chipwise.moves import Arc, Line, Rapid, Thread
 from chipwise.contour_sub.job import Job
@@ -28,7 +30,7 @@ from support.planner_orders import CUT, HOLE, LARGE, LONG, SECONDS, SQUARE, orde
 def _ended():
     """No process is left by a test."""
     yield
-    planner.end()
+    client.end()
 
 
 @pytest.fixture
@@ -49,7 +51,7 @@ def wait(plan, seconds=600.0):
 
 def runner():
     """Pid of the planner."""
-    return planner.start().pid
+    return client.start().pid
 
 
 def spent_until_gone(pid, seconds=600.0):
@@ -74,7 +76,7 @@ def test_same_as_in_process(job):
               order("pocket", dict(bottom=-5.0, clearance=0.0, tool_radius=3.0, step=2.4, feed=300.0, plunge_feed=150.0,
                                    start=(0.0, 0.0, 5.0)), job)]
     for one in orders + orders[::-1]:
-        outcome = wait(planner.ask(one, 10))
+        outcome = wait(client.ask(one, 10))
         assert outcome == plans.make(one)
         assert outcome.chunks
 
@@ -82,20 +84,20 @@ def test_same_as_in_process(job):
 def test_refusals_come_back(job):
     """A CycleError of the plan is raised with its values; one of the sub names its line."""
     with pytest.raises(CycleError) as caught:
-        wait(planner.ask(order(fields=dict(HOLE, radius=2.0)), 10))
+        wait(client.ask(order(fields=dict(HOLE, radius=2.0)), 10))
     assert caught.value.text("in") == ("chipwise: radius I0.07874 in is not larger than the tool radius 0.11811 in; use I above "
                                        "0.11811 in or a smaller tool")
     with pytest.raises(CycleError, match="there is no sub O7 in square.ngc"):
-        wait(planner.ask(order("contour", CUT, Job(program=job.program, sub=7)), 10))
-    assert wait(planner.ask(order(), 10)).chunks
+        wait(client.ask(order("contour", CUT, Job(program=job.program, sub=7)), 10))
+    assert wait(client.ask(order(), 10)).chunks
 
 
 def test_a_fault_of_the_plan_is_no_traceback():
     """An exception nobody has thought of is one line; the process goes on."""
     with pytest.raises(CycleError, match="internal error: TypeError: "):
-        wait(planner.ask(order(fields=dict(HOLE, colour="red {x}")), 10))
+        wait(client.ask(order(fields=dict(HOLE, colour="red {x}")), 10))
     first = runner()
-    assert wait(planner.ask(order(), 10)).chunks and runner() == first
+    assert wait(client.ask(order(), 10)).chunks and runner() == first
 
 
 # ---- budgets ----------------------------------------------------------------------------------------------------------
@@ -103,7 +105,7 @@ def test_a_fault_of_the_plan_is_no_traceback():
 
 def test_computing_time():
     """A plan ends with the remedy when its computing time is over, and took no more than that; the next one is planned."""
-    plan = planner.ask(order(fields=LONG), 3)
+    plan = client.ask(order(fields=LONG), 3)
     pid = runner()
     with pytest.raises(CycleError) as caught:
         while not plan.ready(0.05):
@@ -111,13 +113,13 @@ def test_computing_time():
         plan.outcome()
     assert str(caught.value) == ("chipwise: planning takes more than 3 s of computing time; use a larger step, fewer passes or "
                                  "a simpler contour, or raise [CHIPWISE]PLAN_TIME")
-    assert wait(planner.ask(order(), 10)).chunks
+    assert wait(client.ask(order(), 10)).chunks
 
 
 def test_a_busy_machine_takes_nothing_from_the_budget(job):
     """A process that gets no processor for longer than its budget still plans to the end."""
-    wait(planner.ask(order(), 10))
-    plan = planner.ask(order("contour", dict(CUT, passes=10, step=0.3, depth_step=0.1), job), 3)
+    wait(client.ask(order(), 10))
+    plan = client.ask(order("contour", dict(CUT, passes=10, step=0.3, depth_step=0.1), job), 3)
     os.kill(runner(), signal.SIGSTOP)
     end = time.monotonic() + 5
     while time.monotonic() < end:
@@ -129,19 +131,19 @@ def test_a_busy_machine_takes_nothing_from_the_budget(job):
 def test_memory():
     """A plan ends with the remedy when it takes too much; the task's own memory does not grow with it."""
     with pytest.raises(CycleError) as caught:
-        wait(planner.ask(order(fields=LARGE, memory_mb=64), 60))
+        wait(client.ask(order(fields=LARGE, memory_mb=64), 60))
     text = str(caught.value)
     crashed = sys.version_info >= (3, 13) and "ended by signal 11; try again; if it happens again, raise [CHIPWISE]PLAN_MEMORY" in text
     assert crashed or text == ("chipwise: planning takes more than 64 MB of memory; use a larger step, fewer passes or a simpler "
                                "contour, or raise [CHIPWISE]PLAN_MEMORY")     # Python 3.13 itself may crash when memory is used up
-    assert wait(planner.ask(order(), 10)).chunks
+    assert wait(client.ask(order(), 10)).chunks
 
 
 def test_memory_of_earlier_plans_does_not_count():
     """A plan that fits alone fits after many others: what they have left is given back."""
     rings = dict(HOLE, radius=6.0, finished=60.0, step=0.2, depth_step=0.1)     # 55,000 moves, some 12 MB kept
     for more in range(12):
-        assert wait(planner.ask(order(fields=dict(rings, x=float(more)), memory_mb=100), 60)).chunks
+        assert wait(client.ask(order(fields=dict(rings, x=float(more)), memory_mb=100), 60)).chunks
 
 
 # ---- the task is not kept ---------------------------------------------------------------------------------------------
@@ -153,13 +155,13 @@ def test_a_long_answer_comes_in_parts(monkeypatch):
     """Each question without patience takes a part or two of the answer, and the task can serve Stop between them.
 
     The parts are small here: how much of 3 MB the system has ready between two questions is by chance."""
-    monkeypatch.setattr(planner, "_PART", 1 << 16)
-    plan = planner.ask(order(fields=MANY), 60)
+    monkeypatch.setattr(client, "_PART", 1 << 16)
+    plan = client.ask(order(fields=MANY), 60)
     counts = [0]
     while not plan.ready(0.0):
-        counts.append(planner.start()._count)
+        counts.append(client.start()._count)
     steps = [after - before for before, after in zip(counts, counts[1:]) if after != before]
-    assert len(steps) > 3 and max(steps) <= 2 * planner._PART
+    assert len(steps) > 3 and max(steps) <= 2 * client._PART
     assert plan.outcome().chunks == plans.make(order(fields=MANY)).chunks
 
 
@@ -190,16 +192,16 @@ def test_a_turned_part_comes_chunk_by_chunk():
 
 def test_a_killed_process_is_replaced():
     """Killed while idle, and killed at work: the plan comes all the same; killed whenever it is asked: a message."""
-    wait(planner.ask(order(), 10))
+    wait(client.ask(order(), 10))
     os.kill(runner(), signal.SIGKILL)
-    assert wait(planner.ask(order(), 10)).chunks
+    assert wait(client.ask(order(), 10)).chunks
 
-    plan = planner.ask(order(fields=dict(HOLE, depth_step=0.01)), 10)
+    plan = client.ask(order(fields=dict(HOLE, depth_step=0.01)), 10)
     os.kill(runner(), signal.SIGKILL)
     assert wait(plan).chunks
 
     with pytest.raises(CycleError, match="the planning process was ended by signal 9; try again"):
-        plan = planner.ask(order(fields=dict(HOLE, depth_step=0.011)), 10)
+        plan = client.ask(order(fields=dict(HOLE, depth_step=0.011)), 10)
         while not plan.ready(0.0):
             os.kill(runner(), signal.SIGKILL)
         plan.outcome()
@@ -207,18 +209,18 @@ def test_a_killed_process_is_replaced():
 
 def test_a_plan_nobody_asks_for_ends():
     """After an abort nobody asks: the process ends after its lease; asked for later, the plan begins again."""
-    plan = planner.ask(order(fields=SECONDS), 100)
+    plan = client.ask(order(fields=SECONDS), 100)
     spent = spent_until_gone(runner())
-    assert spent <= planner.LEASE_S + 1.5
+    assert spent <= client.LEASE_S + 1.5
     assert wait(plan).chunks
 
 
 def test_the_next_order_ends_the_one_before():
     """A new program after an abort does not wait for the old plan."""
-    wait(planner.ask(order(), 10))
-    planner.ask(order(fields=LONG), 100)
+    wait(client.ask(order(), 10))
+    client.ask(order(fields=LONG), 100)
     before = runner()
-    assert wait(planner.ask(order(), 10), 120).chunks
+    assert wait(client.ask(order(), 10), 120).chunks
     assert runner() != before and processes.cpu_s(before) == float("inf")
 
 
@@ -231,7 +233,7 @@ def test_nothing_is_left_when_the_parent_is_killed(tmp_path, busy):
     parent = subprocess.Popen([sys.executable, "-c", f"""
 import sys, time
 sys.path[:0] = {sys.path!r}
-from chipwise import planner
+from chipwise.planner import client as planner
 from chipwise.contour_sub.job import Job
 from support.planner_orders import order
 plan = planner.ask(order({cycle!r}, {fields!r}, Job(program={str(program)!r}, sub=100)), 100)
@@ -268,14 +270,14 @@ def test_chunks_end_where_the_tool_may_rest():
         moves += [Rapid(z=5.0), Rapid(x=0.0, y=0.0), Line(z=-level - 1.0, feed=100.0)]
         moves += [Line(x=float(k % 7) + 1, y=float(k), feed=300.0) for k in range(30)]
         moves += [Arc(x=1.0, y=31.0, cx=1.0, cy=30.0, ccw=True, feed=200.0)]
-    found = lines.chunks(moves, (0.0, 0.0, 5.0), 1.0)
+    found = gcode_lines.chunks(moves, (0.0, 0.0, 5.0), 1.0)
     assert len(found) > 3
     every = [line for chunk in found for _, text in chunk for line in text.split("\n")]
-    assert every == [line for line, in ((text,) for _, text, _ in lines._lines(moves, (0.0, 0.0, 5.0), 1.0))]
+    assert every == [line for line, in ((text,) for _, text, _ in gcode_lines._lines(moves, (0.0, 0.0, 5.0), 1.0))]
     for chunk in found[1:]:
         first = chunk[0][1].split("\n")[0]
         assert first.startswith("G0") or " Z-" in first
-    assert all(sum(text.count("\n") + 1 for _, text in chunk) < lines.CHUNK_MOVES + 40 for chunk in found)
+    assert all(sum(text.count("\n") + 1 for _, text in chunk) < gcode_lines.CHUNK_MOVES + 40 for chunk in found)
     feeds = [(feed, line[:2]) for chunk in found for feed, text in chunk for line in text.split("\n")]
     assert all(feed in (100.0, 300.0, 200.0) for feed, code in feeds if code != "G0")
 
@@ -284,23 +286,23 @@ def test_a_rest_where_the_path_is_long():
     """One pass that would keep the task for more than a third of a second is parted: on a curve after MOST_MOVES moves, at a corner before."""
     def on_circle(k):
         return Line(x=100.0 * math.cos(1e-4 * k), y=100.0 * math.sin(1e-4 * k), feed=300.0)
-    moves = [on_circle(k) for k in range(2 * lines.MOST_MOVES + 5)]
+    moves = [on_circle(k) for k in range(2 * gcode_lines.MOST_MOVES + 5)]
     start = (100.0, -1.0, 5.0)
-    found = lines.chunks(moves, start, 1.0)
-    assert [sum(text.count("\n") + 1 for _, text in chunk) for chunk in found] == [lines.MOST_MOVES, lines.MOST_MOVES, 5]
-    corner = lines.MOST_MOVES - lines.CORNER_MOVES + 100
+    found = gcode_lines.chunks(moves, start, 1.0)
+    assert [sum(text.count("\n") + 1 for _, text in chunk) for chunk in found] == [gcode_lines.MOST_MOVES, gcode_lines.MOST_MOVES, 5]
+    corner = gcode_lines.MOST_MOVES - gcode_lines.CORNER_MOVES + 100
     half = [0.5 * value for value in (on_circle(corner - 1).x, on_circle(corner - 1).y)]
     for turned, smooth in ((Line(x=0.0, y=0.0, feed=300.0), 0), (Arc(x=0.0, y=0.0, cx=half[0], cy=half[1], ccw=True, feed=300.0), 1)):
         path = moves[:corner] + [turned] + moves[corner:]
-        found = lines.chunks(path, start, 1.0)
+        found = gcode_lines.chunks(path, start, 1.0)
         assert found[0][0][1].count("\n") + 1 == corner + smooth
-        assert [line for chunk in found for _, text in chunk for line in text.split("\n")] == [text for _, text, _ in lines._lines(path, start, 1.0)]
+        assert [line for chunk in found for _, text in chunk for line in text.split("\n")] == [text for _, text, _ in gcode_lines._lines(path, start, 1.0)]
     arc = Arc(x=moves[corner].x, y=moves[corner].y, cx=0.0, cy=0.0, ccw=True, feed=300.0)
-    assert lines.chunks(moves[:corner] + [arc] + moves[corner + 1:], start, 1.0)[0][0][1].count("\n") + 1 == lines.MOST_MOVES
-    assert len(lines.chunks(moves[:lines.MOST_MOVES], start, 1.0)) == 1
+    assert gcode_lines.chunks(moves[:corner] + [arc] + moves[corner + 1:], start, 1.0)[0][0][1].count("\n") + 1 == gcode_lines.MOST_MOVES
+    assert len(gcode_lines.chunks(moves[:gcode_lines.MOST_MOVES], start, 1.0)) == 1
 
 
 def test_threads_are_not_parted():
     """Passes in step with the spindle stay together, however many."""
-    moves = [Thread(x=0.0, y=0.0, z=-0.01 * k, pitch=1.0) for k in range(lines.MOST_MOVES + 5)]
-    assert len(lines.chunks(moves, (0.0, 0.0, 5.0), 1.0)) == 1
+    moves = [Thread(x=0.0, y=0.0, z=-0.01 * k, pitch=1.0) for k in range(gcode_lines.MOST_MOVES + 5)]
+    assert len(gcode_lines.chunks(moves, (0.0, 0.0, 5.0), 1.0)) == 1

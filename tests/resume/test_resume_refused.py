@@ -275,7 +275,7 @@ def test_the_path_mode_of_a_program_in_inch(tmp_path, said, mm):
 
 
 class Linuxcnc:
-    """machine/mdi.py of a LinuxCNC that runs with an INI file."""
+    """entry/mdi.py of a LinuxCNC that runs with an INI file."""
 
     def __init__(self, ini, x):
         self.path, self.x = str(ini), x

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from chipwise.check.sweep import HeightMap, Shape
+from chipwise.clib.height_map import HeightMap, Shape
 from chipwise.rewrite import again, cutting
 from support.random_cases import random_count, random_seed
 

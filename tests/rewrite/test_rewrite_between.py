@@ -2,10 +2,10 @@
 """bin/chipwise rewrite --flute where a contact lies between the needles of the stock's model; judged by needles written apart."""
 import pytest
 
-from chipwise.check.reader import Machine, Unreadable
+from chipwise.program.reader import Machine, Unreadable
 from chipwise.rewrite import cutting, depths, proof, run
 from chipwise.rewrite.program import read
-from chipwise.tools import load_tools
+from chipwise.tool_data.geometry import load_tools
 from support.rewrite_rig import HEAD, deep_program, judged, make_machine, rewrite, verdict
 
 POKE = HEAD + "M250 P0 Q0 R-40 I100 J60 K40\nT1 M6\nS8000 M3\nG0 X40.3 Y-10 Z5\nG0 Z-30\nG1 Y-2.97 F400\nY-10\nG0 Z5\nM2\n"

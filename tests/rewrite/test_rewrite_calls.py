@@ -4,7 +4,7 @@ import random
 
 import pytest
 
-from chipwise.check.reader import Machine
+from chipwise.program.reader import Machine
 from chipwise.rewrite import calls, proof
 from chipwise.rewrite.blocks import blocks_of
 from chipwise.rewrite.marks import watched

@@ -5,12 +5,12 @@ import ctypes as C
 import numpy as np
 import pytest
 
-from chipwise.check.reader import Unreadable
-from chipwise.check.records import FEED, RAPID
-from chipwise.check.sweep import HeightMap, Shape
+from chipwise.program.reader import Unreadable
+from chipwise.program.records import FEED, RAPID
+from chipwise.clib.height_map import HeightMap, Shape
 from chipwise.rewrite import depths
-from chipwise.stock import layout
-from chipwise.stock.library import library
+from chipwise.clib import layout
+from chipwise.clib.library import library
 from support.check_oracle import profile
 from support.depth_cases import HIGH, LOW, left_at, random_case, witnesses
 from support.random_cases import random_count, random_seed

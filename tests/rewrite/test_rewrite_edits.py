@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from chipwise.check.records import ARC, FEED, RAPID
+from chipwise.program.records import ARC, FEED, RAPID
 from chipwise.rewrite import along
 from chipwise.rewrite.edits import BATCH, ByStep, Edits, Move, Table
 from chipwise.rewrite.program import Circle

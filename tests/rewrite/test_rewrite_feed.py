@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from chipwise.check.reader import Machine
+from chipwise.program.reader import Machine
 from chipwise.rewrite import feed, proof
 from chipwise.rewrite.program import read
 from support.rewrite_rig import HEAD, make_machine, rewrite

@@ -5,8 +5,8 @@ import random
 import numpy as np
 import pytest
 
-from chipwise.check.reader import Machine
-from chipwise.check.sweep import Shape
+from chipwise.program.reader import Machine
+from chipwise.clib.height_map import Shape
 from chipwise.rewrite import along, fewer, run
 from chipwise.rewrite.program import read
 from chipwise.rewrite.run import Order

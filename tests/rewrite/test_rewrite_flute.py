@@ -5,10 +5,10 @@ import re
 import numpy as np
 import pytest
 
-from chipwise.check.reader import Machine
+from chipwise.program.reader import Machine
 from chipwise.rewrite.program import read
 from chipwise.rewrite.proof import Different, same_stock
-from chipwise.tools import load_tools
+from chipwise.tool_data.geometry import load_tools
 from support.random_cases import random_count, random_seed
 from support.rewrite_rig import FLUTES, HEAD, check_status, deep_program, make_machine, rewrite, verdict
 

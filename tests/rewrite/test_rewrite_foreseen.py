@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from chipwise.check.reader import Machine
-from chipwise.check.records import ARC, FEED
+from chipwise.program.reader import Machine
+from chipwise.program.records import ARC, FEED
 from chipwise.rewrite import flute, foreseen, proof
 from chipwise.rewrite.edits import Edits, Move, original
 from chipwise.rewrite.program import read
 from chipwise.rewrite.run import read_back, written
-from chipwise.tools import load_tools
+from chipwise.tool_data.geometry import load_tools
 from support.random_cases import random_count, random_seed
 from support.rewrite_rig import deep_program, make_machine
 

@@ -8,11 +8,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from chipwise.check.reader import Machine, Unreadable
-from chipwise.check.records import FEED, RAPID, STOCK, TOOL
+from chipwise.program.reader import Machine, Unreadable
+from chipwise.program.records import FEED, RAPID, STOCK, TOOL
 from chipwise.rewrite import depths, flute, proof, run
 from chipwise.rewrite.source import Lines
-from chipwise.tools import ToolGeometry
+from chipwise.tool_data.geometry import ToolGeometry
 from support.random_cases import random_seed
 from support.rewrite_rig import HEAD, deep_program, make_machine, verdict
 

@@ -4,7 +4,7 @@ import random
 
 import pytest
 
-from chipwise.check.reader import Machine
+from chipwise.program.reader import Machine
 from chipwise.rewrite import feed, run
 from support.random_cases import random_count, random_seed
 from support.rewrite_rig import HEAD, make_machine

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from support.rewrite_rig import HEAD, deep_program, make_machine
 
-from chipwise.check.reader import Machine
+from chipwise.program.reader import Machine
 from chipwise.rewrite import proof, run
 from chipwise.rewrite.program import read
-from chipwise.tools import load_tools
+from chipwise.tool_data.geometry import load_tools
 
 CELL = 0.25
 BESIDE = "M250 P0 Q0 R-20 I20 J30 K20\nT{} M6\nS8000 M3\nG0 X17.004 Y-5 Z5\nG0 Z-12\nG1 Y35 F400\nG0 Z5\nM2\n"       # 0.004 mm of the tool pass the edge

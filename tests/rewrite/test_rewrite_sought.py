@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from chipwise.check.reader import Machine
-from chipwise.check.sweep import HeightMap
+from chipwise.program.reader import Machine
+from chipwise.clib.height_map import HeightMap
 from chipwise.rewrite import cutting, depths, flute, run, sought
 from chipwise.rewrite.program import read
 from chipwise.rewrite.run import Order
-from chipwise.tools import load_tools
+from chipwise.tool_data.geometry import load_tools
 from support.depth_cases import HIGH, LOW, geometry_of, left_at, random_path, witnesses
 from support.random_cases import random_count, random_seed
 from support.rewrite_rig import HEAD, make_machine

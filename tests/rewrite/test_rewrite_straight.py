@@ -7,8 +7,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from chipwise.check.reader import Machine
-from chipwise.check.records import ARC, FEED, RAPID
+from chipwise.program.reader import Machine
+from chipwise.program.records import ARC, FEED, RAPID
 from chipwise.rewrite import straight_text, text
 from chipwise.rewrite.edits import Edits, Move, Table
 from chipwise.rewrite.move_text import MoveText

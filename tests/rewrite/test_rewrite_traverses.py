@@ -6,9 +6,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from chipwise.check.reader import Machine
-from chipwise.check.records import FEED, RAPID
-from chipwise.check.sweep import HeightMap, Shape
+from chipwise.program.reader import Machine
+from chipwise.program.records import FEED, RAPID
+from chipwise.clib.height_map import HeightMap, Shape
 from chipwise.rewrite import depths
 from chipwise.rewrite.edits import Edits
 from chipwise.rewrite.fed import feed_traverses

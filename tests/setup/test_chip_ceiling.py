@@ -3,7 +3,7 @@
 import pytest
 
 from chipwise.setup.chip_ceiling import ceilings
-from chipwise.tools import ToolGeometry
+from chipwise.tool_data.geometry import ToolGeometry
 from support.check_runs import mill_with_tools
 from support.setup_runs import chipwise_setup
 

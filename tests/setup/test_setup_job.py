@@ -190,7 +190,7 @@ def test_a_folder_that_cannot_be_written(tmp_path, monkeypatch):
     """As root every folder can be written: the system's answer is made."""
     def refused(*_arguments, **_words):
         raise PermissionError(13, "Permission denied", str(tmp_path))
-    monkeypatch.setattr("chipwise.files.tempfile.mkstemp", refused)
+    monkeypatch.setattr("chipwise.host.files.tempfile.mkstemp", refused)
     with pytest.raises(CycleError, match="part.job.toml cannot be written: Permission denied; use a folder that you may write, or set .CHIPWISE.JOBS"):
         jobs.write(str(tmp_path / "part.job.toml"), JOB)
 
@@ -202,7 +202,7 @@ def test_a_write_that_is_cut_off_leaves_the_old_file(tmp_path, monkeypatch):
 
     def full(*_arguments):
         raise OSError(28, "No space left on device")
-    monkeypatch.setattr("chipwise.files.os.fsync", full)
+    monkeypatch.setattr("chipwise.host.files.os.fsync", full)
     with pytest.raises(CycleError, match="No space left"):
         jobs.write(str(path), JOB)
     assert path.read_bytes() == old and [p.name for p in tmp_path.iterdir()] == ["part.job.toml"]

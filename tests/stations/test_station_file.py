@@ -5,7 +5,7 @@ import os
 
 import pytest
 
-from chipwise import files
+from chipwise.host import files
 from chipwise.errors import CycleError
 from chipwise.stations import store
 

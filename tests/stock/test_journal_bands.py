@@ -3,7 +3,8 @@
 import numpy as np
 
 from chipwise.resume import stocks
-from chipwise.stock import core, journal
+from chipwise.clib import core
+from chipwise.stock import journal
 
 
 def test_equal_bands(tmp_path):

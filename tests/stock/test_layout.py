@@ -7,7 +7,7 @@ import subprocess
 
 import pytest
 
-from chipwise.stock import library
+from chipwise.clib import library
 from support import ROOT
 
 PYTHON = "/usr/bin/python3"
@@ -15,7 +15,7 @@ PROBE = """
 import sys
 sys.path.insert(0, sys.argv[1])
 from chipwise.errors import LibraryError
-from chipwise.stock import library
+from chipwise.clib import library
 try:
     library.library()
 except LibraryError as error:
@@ -26,7 +26,7 @@ except LibraryError as error:
 def copy(folder):
     """The generator with all that it reads and writes, in a folder of its own."""
     shutil.copytree(ROOT / "components", folder / "components")
-    for name in ("tools/make_layout.py", "remap/chipwise/stock/layout.py", "VERSION"):
+    for name in ("tools/make_layout.py", "remap/chipwise/clib/layout.py", "VERSION"):
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(ROOT / name, folder / name)
     return folder

@@ -6,10 +6,10 @@ import math
 import numpy as np
 import pytest
 
-from chipwise.check.sweep import HeightMap, Shape
+from chipwise.clib.height_map import HeightMap, Shape
 from chipwise.rewrite.depths import FOUND, TOOL
-from chipwise.stock import layout
-from chipwise.stock.library import library
+from chipwise.clib import layout
+from chipwise.clib.library import library
 
 BOX = layout.ProofStock(7.0, 6.0, 7.0, 6.0, 1.0, 0.0, -12.0, 0.0, 0, 0)
 PLACES = np.array([(-5, 6, -8), (20, 6, -8), (20, 9, -8), (-5, 9, -8)], float)

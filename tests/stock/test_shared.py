@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from chipwise.stock import core, layout
+from chipwise.clib import core, layout
 from chipwise.stock.shared import SharedStock, SharedStockError
 
 LOW, HIGH, CELL = (-5.0, 10.0, -12.0), (25.0, 30.0, -2.0), 0.5

@@ -14,7 +14,8 @@ import pytest
 import chipwise
 from support.random_cases import random_count, random_seed
 
-from chipwise.stock import core, reasons, store
+from chipwise.clib import core
+from chipwise.stock import reasons, store
 from chipwise.stock.shared import SharedStock
 
 LOW, HIGH, CELL = (-5.0, 10.0, -12.0), (25.0, 30.0, -2.0), 0.5

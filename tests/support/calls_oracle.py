@@ -7,7 +7,7 @@ the machine would get, spindle, coolant, outputs and messages among them.
 import math
 import re
 
-from chipwise.machine import rs274
+from chipwise.program import rs274
 
 _CALL = re.compile(r"^\s*\d+\s+N\S*\s+(\w+)\((.*)\)\s*$")
 _NUMBER = re.compile(r"-?\d+\.\d+")

@@ -3,7 +3,7 @@
 
 Two ways, each with a HOME of its own per run (rs274 empties ~/.tool.mmap, and parallel runs share it):
   run_rs274    the program rs274, as a user would call it.  4 decimals; the unit of its tool table differs between
-               versions of LinuxCNC (chipwise.machine.rs274), so tools are given in mm and written as it takes them.
+               versions of LinuxCNC (chipwise.program.rs274), so tools are given in mm and written as it takes them.
   run_preview  the interpreter of AXIS's preview (preview_probe.py): any machine unit, full doubles, modes, line numbers.
 Both give a Trace in machine coordinates (offsets, rotation and G92 applied), mm.
 """
@@ -19,7 +19,7 @@ import tempfile
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from chipwise.machine import rs274
+from chipwise.program import rs274
 from chipwise.ini import section_of
 from support import ROOT
 from support.hole_oracle import Element

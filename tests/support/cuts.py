@@ -12,7 +12,8 @@ import math
 
 import numpy as np
 
-from chipwise.stock import core, reference
+from chipwise.clib import core
+from chipwise.stock import reference
 
 LOW, HIGH = (-14.03, -13.02, -6.0), (13.98, 14.01, 0.0)
 PI = math.pi

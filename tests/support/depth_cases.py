@@ -4,9 +4,9 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from chipwise.check.records import FEED, STOCK, TOOL
+from chipwise.program.records import FEED, STOCK, TOOL
 from chipwise.rewrite import depths
-from chipwise.tools import ToolGeometry
+from chipwise.tool_data.geometry import ToolGeometry
 from support.check_oracle import Needles, profile
 from support.random_cases import random_seed
 

@@ -11,7 +11,7 @@ import time
 import hal
 import linuxcnc
 
-from chipwise import halcmd, processes
+from chipwise.host import halcmd, processes
 from chipwise.headless import session
 from chipwise.monitor import buffers
 
@@ -65,7 +65,7 @@ class ProcessSteps:
 
     @staticmethod
     def planners():
-        return sum(any(b'planner_runner.py' in word for word in processes.command_line(pid)) for pid in processes.pids())
+        return sum(any(b'planner/server.py' in word for word in processes.command_line(pid)) for pid in processes.pids())
 
     @staticmethod
     def kill(name):

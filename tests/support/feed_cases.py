@@ -3,7 +3,7 @@
 
 import math
 
-from chipwise.stock import core, layout
+from chipwise.clib import core, layout
 
 OFF, LIMIT, CONSTANT, WINDOW = layout.FeedMode
 NOTHING, HERE, AHEAD, FLOOR, CEILING, FALLBACK, CHIP, POWER, TORQUE = layout.LimitedBy

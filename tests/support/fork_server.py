@@ -5,7 +5,7 @@
 
 A message is JSON (argv, cwd, env) with four handles: standard input, output and error of the process that is forked, and one to which its
 number is written, and its exit status when it has ended. The server ends when the socket does. A forked process leaves serve() and
-executes argv[0] as the interpreter would, so its end is that of an interpreter. It starts LinuxCNC's interpreter (chipwise.check.reader)
+executes argv[0] as the interpreter would, so its end is that of an interpreter. It starts LinuxCNC's interpreter (chipwise.program.reader)
 by a fork as well.
 """
 import contextlib
@@ -30,8 +30,10 @@ ORDER_BYTES = 1 << 18
 def load():
     """What a call imports."""
     import gcode                        # noqa: F401
-    from chipwise import cli, program_code     # noqa: F401
-    from chipwise.check import motion_modes, records, run, tool_calls      # noqa: F401
+    from chipwise import cli
+    from chipwise.program import program_code     # noqa: F401
+    from chipwise.check import run      # noqa: F401
+    from chipwise.program import motion_modes, records, tool_calls      # noqa: F401
     cli.build_parser(COMMANDS)
     gc.collect()
     gc.freeze()
@@ -69,7 +71,7 @@ class Forked(subprocess.Popen):
 
     def _execute_child(self, args, executable, preexec_fn, close_fds, pass_fds, cwd, env, startupinfo, creationflags, shell,
                        p2cread, p2cwrite, c2pread, c2pwrite, errread, errwrite, *others):
-        from chipwise.check import reader
+        from chipwise.program import reader
         if args[1:3] != ['-s', reader.RUNNER]:
             super()._execute_child(args, executable, preexec_fn, close_fds, pass_fds, cwd, env, startupinfo, creationflags, shell,
                                    p2cread, p2cwrite, c2pread, c2pwrite, errread, errwrite, *others)
@@ -136,7 +138,7 @@ def main():
     argv = serve(server)
     if argv is not None:
         server.detach()
-        from chipwise.check import reader
+        from chipwise.program import reader
         reader.subprocess = type(sys)('subprocess')
         reader.subprocess.__dict__.update(vars(subprocess), Popen=Forked)
         runpy.run_path(argv[0], run_name='__main__')

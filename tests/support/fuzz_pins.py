@@ -15,7 +15,7 @@ import hal
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "remap"))
 
-from chipwise.halcmd import halcmd       # noqa: E402
+from chipwise.host.halcmd import halcmd       # noqa: E402
 
 SETTLE = 4                  # servo periods until an input has been read and answered
 FILL_S = 20.0               # until the map is filled again

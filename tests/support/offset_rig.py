@@ -4,7 +4,7 @@ import ctypes as C
 
 import numpy as np
 
-from chipwise.stock import core, layout
+from chipwise.clib import core, layout
 from support.offset_planner import PERIOD_S, Planner
 from support.tracer_rig import filled
 

@@ -6,8 +6,8 @@ import threading
 import time
 
 from chipwise.panel import machine, server, watch
-from chipwise.stock import core, layout
-from chipwise.stock.library import library
+from chipwise.clib import core, layout
+from chipwise.clib.library import library
 from chipwise.stock.path_done import PathDone
 from chipwise.stock.shared import SharedStock
 

@@ -3,7 +3,7 @@
 
 from itertools import repeat
 
-from chipwise.stock import core, layout
+from chipwise.clib import core, layout
 
 ACCEL = 500.0           # mm/s2, of a move that is given none
 

@@ -2,13 +2,13 @@
 """A program, the machine it runs on, and the stock that is kept of it at a stop.  Used by tests/resume/ and bench/bench_resume.py."""
 import time
 
-from chipwise.check.reader import Machine
-from chipwise.check.records import RAPID
+from chipwise.program.reader import Machine
+from chipwise.program.records import RAPID
 from chipwise.resume import run as resume
 from chipwise.resume import stocks, walk
 from chipwise.rewrite.program import read
 from chipwise.settings import load_settings
-from chipwise.tools import load_tools
+from chipwise.tool_data.geometry import load_tools
 from support.resume_oracle import Run, make_machine, moments, write_journal
 
 SAME_MM = 0.06              # of heights outside of a cell and its neighbours

@@ -9,13 +9,13 @@ import shutil
 
 import numpy as np
 
-from chipwise.arc_sweep import arc_sweep
-from chipwise.check import records
-from chipwise.check.sweep import Shape
+from chipwise.geometry.base.arc_sweep import arc_sweep
+from chipwise.program import records
+from chipwise.clib.height_map import Shape
 from chipwise.resume import stocks
 from chipwise.stock import journal
-from chipwise.stock.core import Cutter, Tool
-from chipwise.tools import ToolGeometry
+from chipwise.clib.core import Cutter, Tool
+from chipwise.tool_data.geometry import ToolGeometry
 from support import ROOT
 
 PERIOD_S = 0.004            # four servo periods

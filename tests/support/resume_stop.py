@@ -4,11 +4,11 @@ import os
 import subprocess
 import time
 
-from chipwise.check.reader import Machine
+from chipwise.program.reader import Machine
 from chipwise.resume import run as resume
 from chipwise.resume import stocks, walk
 from chipwise.rewrite.program import read
-from chipwise.tools import load_tools
+from chipwise.tool_data.geometry import load_tools
 from support import ROOT
 from support.resume_oracle import Run, make_machine, write_journal
 from support.resume_programs import SUBS

@@ -101,9 +101,9 @@ def verdict(before, after, ini):
 
     The stock that is left is compared but for single needles on a wall: they are on the edge of the tool's own path.
     """
-    from chipwise.check.reader import Machine
+    from chipwise.program.reader import Machine
     from chipwise.rewrite.program import read
-    from chipwise.tools import load_tools
+    from chipwise.tool_data.geometry import load_tools
     machine, geometry = Machine(str(ini)), load_tools(str(ini.parent / "tools.toml"))
     one, _, _ = judged(read(str(before), machine), geometry)
     two, excess, rapid = judged(read(str(after), machine), geometry)

@@ -20,7 +20,7 @@ import linuxcnc
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..', 'remap'))
 
-from chipwise.halcmd import attempt                             # noqa: E402
+from chipwise.host.halcmd import attempt                             # noqa: E402
 from chipwise.headless import session                           # noqa: E402
 
 START_S, HOME_S, RUN_S = 150.0, 150.0, 150.0        # real time; a machine under load is slow

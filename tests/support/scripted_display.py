@@ -83,7 +83,8 @@ sys.path[:0] = [os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', f
 import hal                                                      # noqa: E402
 import linuxcnc                                                 # noqa: E402
 
-from chipwise import halcmd, version                            # noqa: E402
+from chipwise import version
+from chipwise.host import halcmd                            # noqa: E402
 from chipwise.headless import log as runlog                     # noqa: E402
 from chipwise.headless import sampling, session                 # noqa: E402
 

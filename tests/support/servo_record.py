@@ -12,7 +12,7 @@ import time
 
 import hal
 
-from chipwise import halcmd
+from chipwise.host import halcmd
 
 DEPTH = 60000               # rows the sampler keeps until halsampler has read them: a minute of servo periods
 KEPT = 20000                # rows before the mark

@@ -13,7 +13,7 @@ import signal
 import subprocess
 import time
 
-from chipwise import processes
+from chipwise.host import processes
 
 from support.shipped_machine import LOGS, TREE
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from chipwise.stock import core
+from chipwise.clib import core
 from chipwise.stock.reference import ReferenceTool
 
 STEP = 0.05                     # mm, of a servo period at 50 mm/s

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from chipwise.stock import core
+from chipwise.clib import core
 from chipwise.stock.reference import ReferenceTool
 
 LOW, HIGH = (-45.03, -45.07, -26.0), (45.06, 45.02, 0.0)

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from chipwise.stock import core
+from chipwise.clib import core
 
 from support import judge
 

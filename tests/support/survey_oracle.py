@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The stock that a path alone makes likely, by walking it in small steps.  Called by tests/assumed; knows nothing of assumed/survey.py."""
+"""The stock that a path alone makes likely, by walking it in small steps.  Called by tests/assumed; knows nothing of check/survey.py."""
 
 import math
 

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from chipwise.stock import core, layout
+from chipwise.clib import core, layout
 
 PERIOD, ACCEL = 0.001, 500.0        # s, mm/s2
 ANGLES = np.radians(np.arange(-90.0, 90.01, 0.5))

@@ -7,7 +7,7 @@ import ctypes as C
 
 import numpy as np
 
-from chipwise.stock import core, layout
+from chipwise.clib import core, layout
 
 PERIOD_S = 0.001
 ROW = np.dtype(layout.TracerRow)

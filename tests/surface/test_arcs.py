@@ -14,12 +14,12 @@ from support import surface_cases, surface_judge
 from support.canon import run_rs274
 from support.random_cases import random_count, random_seed
 
-from chipwise.chain_fit import fitted
-from chipwise.check.sweep import Shape
+from chipwise.clib.chain_fit import fitted
+from chipwise.clib.height_map import Shape
 from chipwise.cycles.surface import SurfaceRequest, surface_plan
-from chipwise.lines import chunks, texts
+from chipwise.gcode_lines import chunks, texts
 from chipwise.moves import Line, PlaneArc, Rapid
-from chipwise.stock import layout
+from chipwise.clib import layout
 from chipwise.surface import curve, needed
 from chipwise.surface.model import Placing, read_model
 
@@ -97,7 +97,7 @@ NOTHING_BEHIND = """
 import sys
 import numpy as np
 from support.guarded import guarded
-from chipwise.chain_fit import fitted
+from chipwise.clib.chain_fit import fitted
 rng = np.random.default_rng(int(sys.argv[1]))
 for case in range(int(sys.argv[2])):
     n = int(rng.integers(1, 40))

@@ -9,10 +9,12 @@ import numpy as np
 import pytest
 from support import surface_cases
 
-from chipwise.check.sweep import Shape
+from chipwise.clib.height_map import Shape
 from chipwise.errors import CycleError
-from chipwise.stock import core, layout, store
-from chipwise.surface import drop, png, stl
+from chipwise.clib import core, layout
+from chipwise.stock import store
+from chipwise.clib import drop_cutter
+from chipwise.surface import png, stl
 from chipwise.surface.model import Placing, read_model
 
 WAVES = surface_cases.waves(12)
@@ -147,9 +149,9 @@ def test_a_stock_file_is_a_model(tmp_path):
     stock_file(tmp_path / "slot1.stock")
     model, _seconds = answer(tmp_path / "slot1.stock", shift=(1, 2, 0.5))
     assert model.low == pytest.approx([6.25, -0.75, -2.0], abs=1e-5) and model.high == pytest.approx([25.75, 10.75, 0.5], abs=1e-5)
-    probe = drop.Mesh(model, 1.0)
+    probe = drop_cutter.Mesh(model, 1.0)
     x = np.array([8.0, 11.6, 12.5, 14.4, 20.0])
-    found = probe.heights(drop.drop_tool(Shape(0.01)), np.column_stack([x, np.full(5, 4.0)]), -50.0)
+    found = probe.heights(drop_cutter.drop_tool(Shape(0.01)), np.column_stack([x, np.full(5, 4.0)]), -50.0)
     assert found == pytest.approx([0.5, -2.0, -2.0, -2.0, 0.5], abs=1e-3)
 
 

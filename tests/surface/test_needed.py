@@ -5,10 +5,10 @@ import pytest
 from support import drop_oracle
 from support.random_cases import random_count, random_seed
 
-from chipwise.check.sweep import HeightMap, Shape
+from chipwise.clib.height_map import HeightMap, Shape
 from chipwise.surface import needed
 from chipwise.surface.curve import Curve
-from chipwise.surface.drop import drop_tool
+from chipwise.clib.drop_cutter import drop_tool
 
 SHAPES = {"flat": Shape(4), "ball": Shape(4, 2), "bull": Shape(4, 0.5), "vee": Shape(4, 0, 60), "tapered": Shape(4, 0.5, 20)}
 CELL = 0.3

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from support import drop_oracle, surface_cases, surface_judge
 
-from chipwise.check.sweep import Shape
+from chipwise.clib.height_map import Shape
 from chipwise.cycles.surface import SurfaceRequest, surface_plan
 from chipwise.errors import CycleError
 from chipwise.surface import scallop

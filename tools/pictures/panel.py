@@ -16,7 +16,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent.parent
 sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "remap")]
 
-from chipwise.machine import mdi  # noqa: E402
+from chipwise.entry import mdi  # noqa: E402
 from chipwise.panel import line_process, lines  # noqa: E402
 from chipwise.panel.ahead import Ahead  # noqa: E402
 from chipwise.panel.watch import LOOK_S  # noqa: E402
@@ -83,7 +83,7 @@ def goes_on(rig, look, end):
 
 
 class Mdi:
-    """machine/mdi.py of a machine at rest, with the program that has the pocket."""
+    """entry/mdi.py of a machine at rest, with the program that has the pocket."""
 
     State, check = mdi.State, staticmethod(mdi.check)
 

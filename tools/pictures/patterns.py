@@ -15,8 +15,8 @@ sys.path.insert(0, str(ROOT / "remap"))
 
 import numpy as np  # noqa: E402
 
-from chipwise.check import records  # noqa: E402
-from chipwise.check.reader import Machine, Reader  # noqa: E402
+from chipwise.program import records  # noqa: E402
+from chipwise.program.reader import Machine, Reader  # noqa: E402
 
 PROGRAM = ROOT / "nc_files/pattern.ngc"
 STOCK, EDGE = (0.0, 0.0, 120.0, 80.0), 8.0      # mm

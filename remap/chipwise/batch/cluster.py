@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Works many programs on the workers of a Dask cluster.  Called by cli/check.py and cli/rewrite_folder.py.
 
-What a worker does is the standard library's subprocess.run of cluster_runner.py, a process of its own for each program:
+What a worker does is the standard library's subprocess.run of cli/cluster_runner.py, a process of its own for each program:
  1. the Python of a worker needs nothing of chipwise, only the files under the same paths (a shared folder);
  2. a crash, or a program that takes all memory, ends this process and not the worker;
  3. the process ends with its worker.
@@ -25,7 +25,7 @@ from chipwise import version
 from chipwise.errors import printable
 
 PYTHON = "/usr/bin/python3"
-RUNNER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "cluster_runner.py")
+RUNNER = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "cli", "cluster_runner.py")
 CONNECT_S = 10.0            # for the first connection
 OVERTIME_S = 2.0            # by which it may be late
 PING_S = 5.0                # between two questions to the scheduler
@@ -168,7 +168,7 @@ class Cluster:
             raise ClusterError(f"the Dask scheduler {self.address} {trouble}")
 
     def _result(self, future, program):
-        """What cluster_runner.py has sent."""
+        """What cli/cluster_runner.py has sent."""
         again = self._tries_left(future)
         try:
             done = future.result(timeout=FETCH_S)

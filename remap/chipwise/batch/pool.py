@@ -12,7 +12,7 @@ import os
 import signal
 import sys
 
-from chipwise.processes import die_with_parent
+from chipwise.host.processes import die_with_parent
 
 PATIENCE_S = 2.0            # for a process that is to end
 PROGRESS_STEPS = 100

@@ -8,17 +8,17 @@ import contextlib
 import copy
 import time
 
-from chipwise.assumed import post_comments
-from chipwise.assumed.assume import Assumption, Unknown, assume, compare, halves, surveyed
+from chipwise.program import post_comments
+from chipwise.check.assume import Assumption, Unknown, assume, compare, halves, surveyed
 from chipwise.check import doubts, rules
 from chipwise.check.findings import MACHINE, Finding
-from chipwise.check.program_file import TOOL, UNCHECKED, Lacking, Missing, Unfinished, Unreadable
-from chipwise.check.reader import CPU_S, LENGTHS, Reader
+from chipwise.program.program_file import TOOL, UNCHECKED, Lacking, Missing, Unfinished, Unreadable
+from chipwise.program.reader import CPU_S, LENGTHS, Reader
 from chipwise.check.result import Result
 from chipwise.check.simulate import Simulation, TooCoarse
 from chipwise.errors import CycleError, unnamed
 from chipwise.settings import load_settings
-from chipwise.tools import load_tools
+from chipwise.tool_data.geometry import load_tools
 
 MOST_LACKING = 50           # tools and axes that a machine lacks
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Both ends of a process that reads the loaded program: an order as JSON on its standard input, the answer on its standard output.
 
-Called by monitor/answering.py and panel/ahead.py (start, end), and by the processes assumed/shadow_process.py, setup/job_process.py,
+Called by monitor/answering.py and panel/ahead.py (start, end), and by the processes monitor/shadow_process.py, setup/job_process.py,
 setup/time_process.py and panel/ahead_process.py (take_order).
 """
 
@@ -12,7 +12,7 @@ import signal
 import subprocess
 import sys
 
-from chipwise.processes import die_with_parent, limit_memory
+from chipwise.host.processes import die_with_parent, limit_memory
 
 REMAP = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The stock and the tools that a program without M250 or without tool changes is taken to be for.
 
-Called by check/answer.py.  In this order: what the user names, the comments of the CAM system (post_comments.py), the program's own path
+Called by check/answer.py.  In this order: what the user names, the comments of the CAM system (program/post_comments.py), the program's own path
 (survey.py).  A tool is never made up: where neither tool table nor comments have its diameter, Unknown says what to name.
 
 The stock of a path alone: in X and Y as far as the tools reach in feed moves below the top, down to the lowest tip of a feed move.  Its top is Z0 if
@@ -12,12 +12,12 @@ in truth is cut deeper at the sides only where tools lead in.
 from dataclasses import dataclass, field
 from typing import Optional
 
-from chipwise import tool_table
-from chipwise.assumed import post_comments
-from chipwise.assumed.survey import Box, Survey
-from chipwise.check.program_file import Unreadable
+from chipwise.tool_data import table
+from chipwise.program import post_comments
+from chipwise.check.survey import Box, Survey
+from chipwise.program.program_file import Unreadable
 from chipwise.errors import format_length, format_place
-from chipwise.tools import ToolGeometry
+from chipwise.tool_data.geometry import ToolGeometry
 
 COMMENT, PATH = "comment", "assumed"                # where a stock comes from
 TOOL, STOCK = "tool", "stock"   # what may be lacking
@@ -73,7 +73,7 @@ class Unknown(Unreadable):
 
 
 def surveyed(reader, machine, progress=None):
-    """Survey of a program that `reader` (check/reader.py) reads.  progress: called with the number of the line."""
+    """Survey of a program that `reader` (program/reader.py) reads.  progress: called with the number of the line."""
     survey = Survey(machine)
     with reader:
         for block in reader:
@@ -122,7 +122,7 @@ class _Tools:
     def __init__(self, said, machine, found):
         self.said, self.found = said, found
         self.unit = machine.unit
-        self.table = {number: diameter * machine.unit_mm for number, diameter in tool_table.diameters(machine.table)} if machine.table else {}
+        self.table = {number: diameter * machine.unit_mm for number, diameter in table.diameters(machine.table)} if machine.table else {}
         self.added = machine.added
 
     def assume(self, survey, tool, diameter):

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from chipwise.check import records
+from chipwise.program import records
 
 PERIOD_S = 0.001            # servo period
 SLIGHT = 0.1                # share of the acceleration that a corner may take which is passed as if it were tangent: tp.c, ratio of tangents

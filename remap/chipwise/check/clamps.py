@@ -7,9 +7,9 @@ if it goes straight down, from above.
 
 import numpy as np
 
-from chipwise.check import records
+from chipwise.program import records
 from chipwise.check.findings import CLAMP, Finding
-from chipwise.check.sweep import Shape
+from chipwise.clib.height_map import Shape
 from chipwise.clamps import set_ups
 from chipwise.clamps.clamp import Clamp
 from chipwise.clamps.distance import bodies, near

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from chipwise.check.simulate import Simulation
-from chipwise.check.sweep import BOX
+from chipwise.clib.height_map import BOX
 
 CELL_MM, AROUND_MM = 0.1, 0.2       # of the map, and how far it goes around the needle
 SAME_MM = 2e-3              # of a height

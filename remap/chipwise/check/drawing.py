@@ -10,7 +10,7 @@ from typing import Optional
 
 import numpy as np
 
-from chipwise.check import records
+from chipwise.program import records
 from chipwise.check.drawn_path import Path, Thinner
 
 PICTURE = 400               # cells of a picture along its longer side

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """A Machine with the work offsets and the tool that are in force.  Called by the processes that read the loaded program: panel/ahead_process.py,
-panel/set_up.py, assumed/shadow_process.py, setup/job_process.py and setup/time_process.py; resume/running.py takes the work offsets alone."""
+panel/set_up.py, monitor/shadow_process.py, setup/job_process.py and setup/time_process.py; resume/running.py takes the work offsets alone."""
 
-from chipwise.check.reader import Machine
-from chipwise.own_folder import put
+from chipwise.program.reader import Machine
+from chipwise.host.temp_folder import put
 
 G92, SYSTEM, OFFSETS, TURN, EACH = 5210, 5220, 5221, 9, 20      # parameters of LinuxCNC, numbers of LinuxCNC's manual
 

@@ -5,7 +5,7 @@ Called by part_simulation.py when the program has been cut.  mm, machine coordin
 
  1. The part is what is below the highest surface of the model seen from above: a tool from above cannot do more.  Beside the model there is no
     part, and neither is judged.
- 2. The stock is judged at its needles (sweep.py).  A needle below the model is a gouge if its top is at least the tolerance inside of the part, a needle
+ 2. The stock is judged at its needles (clib/height_map.py).  A needle below the model is a gouge if its top is at least the tolerance inside of the part, a needle
     above it is a rest if its top is at least the tolerance away from the part; both by the distance to the nearest surface in any direction, so a needle
     that a wall passes by a micrometre is neither.
  3. A point is farther from the part than r if a ball of radius r about it does not touch the model, which the drop cutter says
@@ -20,8 +20,8 @@ from typing import Optional
 import numpy as np
 
 from chipwise.errors import CycleError
-from chipwise.stock import layout
-from chipwise.surface.drop import NOTHING, Mesh
+from chipwise.clib import layout
+from chipwise.clib.drop_cutter import NOTHING, Mesh
 from chipwise.surface.model import Model
 
 NEEDLE = layout.DropTool(1e-4, 0.0, 0.0)        # as good as a point

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from chipwise.check.culprit import Culprit
 from chipwise.check.findings import GOUGE, Finding
 from chipwise.check.part import compared
-from chipwise.check.records import Frame
+from chipwise.program.records import Frame
 from chipwise.check.result import PartFigures
 from chipwise.check.simulate import Simulation
 from chipwise.errors import CycleError, format_length

@@ -13,7 +13,7 @@ import numpy as np
 from chipwise.check.drawing import Drawing
 from chipwise.check.findings import OF_STOCK, Findings
 from chipwise.errors import format_area, format_length, printable
-from chipwise.tools import ToolGeometry
+from chipwise.tool_data.geometry import ToolGeometry
 
 
 @dataclass
@@ -117,7 +117,7 @@ class Result:
         return 2 if self.error else 1 if self.findings.count else 0
 
     def assume(self, assumption):
-        """What was assumed (assumed/assume.py)."""
+        """What was assumed (check/assume.py)."""
         if assumption.low:
             self.stock = assumption.low, assumption.high, assumption.source
         self.notes, self.guessed = [[0, text] for text in assumption.notes], assumption.guessed
@@ -127,7 +127,7 @@ class Result:
         return self.guessed and finding.rule in OF_STOCK
 
     def survey(self, survey):
-        """What is known of a program that is not judged (assumed/survey.py)."""
+        """What is known of a program that is not judged (check/survey.py)."""
         self.tools = {number: path.figures for number, path in survey.tools.items()}
         self.dwell_s, self.tool_changes, box = survey.dwell_s, survey.tool_changes, survey.extents()
         if box:

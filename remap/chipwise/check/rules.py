@@ -8,10 +8,10 @@ import math
 
 import numpy as np
 
-from chipwise.check import records
-from chipwise.check.program_file import Missing
-from chipwise.check.reader import Unreadable
-from chipwise.check.sweep import HeightMap, least_cell
+from chipwise.program import records
+from chipwise.program.program_file import Missing
+from chipwise.program.reader import Unreadable
+from chipwise.clib.height_map import HeightMap, least_cell
 
 MIN_CELLS = 4               # least number of cells across a tool
 FINE_CELLS = 8              # cells across a tool that the cell is chosen for

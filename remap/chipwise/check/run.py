@@ -4,11 +4,11 @@
 import os
 
 from chipwise.batch.pool import on_processes
-from chipwise.check.program_file import UNFINISHED
+from chipwise.program.program_file import UNFINISHED
 from chipwise.check.result import Result
 from chipwise.check.answer import check
 from chipwise.errors import of_unexpected, unnamed
-from chipwise.own_folder import FolderError
+from chipwise.host.temp_folder import FolderError
 
 SUFFIXES = (".ngc", ".nc", ".tap")
 

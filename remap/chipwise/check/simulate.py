@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Simulates one program: records of reader.py -> Result.
+"""Simulates one program: records of program/reader.py -> Result.
 
 Called by answer.py.  Source: CN105492980 [0043]..[0048]: from the path, the stock's shape and the length of the flutes it is
 decided whether the flutes are long enough everywhere; JP3131045 [0006]..[0009]: the removal rate of every move.
@@ -14,17 +14,18 @@ import math
 
 import numpy as np
 
-from chipwise.check import doubts, records, rules
+from chipwise.check import doubts, rules
+from chipwise.program import records
 from chipwise.check.clamps import Clamps
 from chipwise.check.drawing import Draughtsman
 from chipwise.check.findings import CLEARANCE, FLUTE, FLUTES_UNKNOWN, HOLDER, RAPID, RATE, TOOL, Finding
-from chipwise.check.program_file import Missing
+from chipwise.program.program_file import Missing
 from chipwise.check.result import Result, ToolFigures
-from chipwise.check.sweep import Shape
+from chipwise.clib.height_map import Shape
 from chipwise.check.times import OFF, Timer
 from chipwise.check.tooth_rules import ToothRules
 from chipwise.check.travel import Extents, Travel
-from chipwise.tools import ToolGeometry
+from chipwise.tool_data.geometry import ToolGeometry
 
 MIN_DEPTH_MM = 0.005        # smaller depths and contacts are ignored
 SEGMENT_MM = 1.0            # moves with feeds are divided into segments of this length

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Where a program goes, without a stock: extents of its feed moves by tool, its times.
 
-Called by assume.py with the records of check/reader.py, block by block.  mm; extents are in the work coordinates that are in force at the first
+Called by assume.py with the records of program/reader.py, block by block.  mm; extents are in the work coordinates that are in force at the first
 feed move: a post may go to machine zero before it chooses them.  Times are those of check/times.py.
 
 The place of the machine before the first move is not known, and no move from there is counted.
@@ -9,7 +9,8 @@ The place of the machine before the first move is not known, and no move from th
 
 import numpy as np
 
-from chipwise.check import records, rules
+from chipwise.check import rules
+from chipwise.program import records
 from chipwise.check.result import ToolFigures
 from chipwise.check.times import Timer
 

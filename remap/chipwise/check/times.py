@@ -7,11 +7,12 @@ is that of a planner that looks ahead: height_sweep.c, chip_height_times.
 
 import numpy as np
 
-from chipwise.check import blends, records
+from chipwise.check import blends
+from chipwise.program import records
 from chipwise.check.load import Load
-from chipwise.check.reader import Unreadable
-from chipwise.check.sweep import times
-from chipwise.stock.layout import FeedMode
+from chipwise.program.reader import Unreadable
+from chipwise.clib.height_map import times
+from chipwise.clib.layout import FeedMode
 
 RATE_WINDOW_MM = 2.0        # a rate is measured over at least this much path
 CORNER_MM = 0.01            # how far a corner may be rounded where the path mode is not known

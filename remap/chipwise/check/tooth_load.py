@@ -14,9 +14,9 @@ import math
 
 import numpy as np
 
-from chipwise.chip_loads import chip_limit
+from chipwise.tool_data.chip_loads import chip_limit
 from chipwise.errors import CycleError, unnamed
-from chipwise.materials import material_of_file
+from chipwise.tool_data.materials import material_of_file
 from chipwise.settings import spindle_limit
 
 WINDOW_MM = 4.0

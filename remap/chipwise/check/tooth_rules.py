@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from chipwise.check import records
+from chipwise.program import records
 from chipwise.check.findings import CHIP, POWER
 from chipwise.check.times import OFF
 from chipwise.check.tooth_load import Limits

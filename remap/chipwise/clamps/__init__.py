@@ -4,6 +4,6 @@
     clamp.py        a clamp, and how far places are from it
     comment.py      CLAMP comments of a program -> clamps
     set_ups.py      clamps of the machine, in a file
-    obstacles.py    moves of a planned cycle against clamps
+    cycles/obstacles.py    moves of a planned cycle against clamps
     distance.py     how near moves of a tool come to clamps
 """

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from chipwise.shape_comment import CYLINDER
+from chipwise.stock.shape_comment import CYLINDER
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""CLAMP comments of a program.  Called by check/clamp_comments.py.
+"""CLAMP comments of a program.  Called by program/clamp_comments.py.
 
     (CLAMP,BOX,XMIN=..,YMIN=..,ZMIN=..,XMAX=..,YMAX=..,ZMAX=..)
     (CLAMP,CYLINDER,X=..,Y=..,ZMIN=..,ZMAX=..,DIAMETER=..)
@@ -11,9 +11,9 @@ are refused.
 
 import re
 
-from chipwise import shape_comment
+from chipwise.stock import shape_comment
 from chipwise.errors import CycleError
-from chipwise.stock.layout import MAX_COORDINATE
+from chipwise.clib.layout import MAX_COORDINATE
 
 NAME = "CLAMP"
 MOST = 100

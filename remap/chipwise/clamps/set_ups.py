@@ -16,12 +16,12 @@ import re
 from dataclasses import dataclass
 from typing import Any, NoReturn
 
-from chipwise import toml_file
+from chipwise.host import toml_file
 from chipwise.clamps.clamp import Clamp
 from chipwise.errors import CycleError, braceless
-from chipwise.shape_comment import BOX, BOX_KEYS, CYLINDER, CYLINDER_KEYS
-from chipwise.stock.layout import MAX_COORDINATE
-from chipwise.toml_file import REMEDY
+from chipwise.stock.shape_comment import BOX, BOX_KEYS, CYLINDER, CYLINDER_KEYS
+from chipwise.clib.layout import MAX_COORDINATE
+from chipwise.host.toml_file import REMEDY
 
 MAX_SET_UP, MAX_CLAMPS, MAX_NAME = 999, 100, 60
 CLAMP_NAME = re.compile(r"[A-Za-z0-9_-]{1,40}")

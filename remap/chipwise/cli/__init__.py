@@ -21,24 +21,13 @@ import sys
 
 from chipwise import ROOT, version
 from chipwise.errors import NAME, of_unexpected, printable
+from chipwise.options.machine import CommandError
 
 COMMANDS = {name: name for name in ('check', 'clamps', 'contour', 'demo', 'digitise', 'display', 'enter', 'filter', 'link', 'load', 'monitor',
                                    'panel', 'patterns', 'resume', 'rewrite', 'setup', 'stations', 'surface', 'turn')} | {'new-config': 'new_config', 'try': 'try_program', 'import': 'import_drawing'}
 FULL = errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO
 INTERNAL = ('display', 'link', 'load', 'monitor')      # LinuxCNC calls them
 STARTERS = ('link', 'load', 'monitor')                  # and does not start if one fails
-
-
-class CommandError(Exception):
-    """Printed as `chipwise: TEXT`: problem, value with unit, rule, remedy."""
-
-    status = 1          # of the process
-
-
-class UsageError(CommandError):
-    """The command line cannot be carried out."""
-
-    status = 2
 
 
 def build_parser(names=tuple(COMMANDS)):

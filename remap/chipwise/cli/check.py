@@ -12,10 +12,10 @@ import json
 import os
 import sys
 
-from chipwise.cli.machine_options import Progress, add_machine_options, ini_of, machine_of, refuser, tool_of
+from chipwise.options.machine import Progress, add_machine_options, ini_of, machine_of, refuser, tool_of
 from chipwise.cli.output import check_outputs, write_output
 from chipwise.errors import format_length, printable, with_line
-from chipwise.processes import exit_on_sigterm
+from chipwise.host.processes import exit_on_sigterm
 from chipwise.rates import MM3_PER_CM3
 
 NAME = 'check'
@@ -109,7 +109,7 @@ def results_of(options, programs, progress, arguments):
         yield from check_all(programs, options.jobs or os.cpu_count() or 1, progress, **arguments)
         return
     from chipwise.batch.cluster import ClusterError, on_cluster
-    from chipwise.cli import UsageError
+    from chipwise.options.machine import UsageError
     try:
         yield from on_cluster(options.scheduler, 'check', programs, arguments, failed, progress)
     except ClusterError as error:

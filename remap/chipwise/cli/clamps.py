@@ -10,11 +10,11 @@ import json
 import os
 
 from chipwise.clamps import set_ups
-from chipwise.cli.machine_options import refuser
+from chipwise.options.machine import refuser
 from chipwise.cli.output import check_outputs, write_output
 from chipwise.errors import CycleError, unnamed
 from chipwise.settings import load_settings
-from chipwise.shape_comment import CYLINDER
+from chipwise.stock.shape_comment import CYLINDER
 
 NAME = 'clamps'
 HELP = 'list, show, add and remove the clamps of M256'

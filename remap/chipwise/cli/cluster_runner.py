@@ -3,7 +3,7 @@
 
     /usr/bin/python3 -s cluster_runner.py  < pickle of the order  > pickle of the result
 
-Started by a worker of Dask through cluster.py; it ends with that worker.
+Started by a worker of Dask through batch/cluster.py; it ends with that worker.
 
 Order:   (version, name of a task, path of the program, arguments of the task)
 Result:  (version, result of the task); nothing if the versions differ
@@ -17,7 +17,7 @@ import sys
 sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))))
 
 from chipwise import version                       # noqa: E402
-from chipwise.processes import die_with_parent     # noqa: E402
+from chipwise.host.processes import die_with_parent     # noqa: E402
 
 
 def check(program, arguments):

@@ -14,14 +14,14 @@ import re
 import numpy as np
 
 from chipwise.contour_sub import read
-from chipwise.contour_sub.find import MAX_BYTES, program_unit
+from chipwise.program.find_sub import MAX_BYTES, program_unit
 from chipwise.contour_sub.job import Job
 from chipwise.contour_sub.parameters import OWN, check, hint_set
-from chipwise.cli import UsageError
+from chipwise.options.machine import UsageError
 from chipwise.cli.output import check_outputs
 from chipwise.cli.picture import check_output, write_picture
 from chipwise.errors import MM_PER_INCH, CycleError, format_length, printable, unnamed
-from chipwise.files import read_bytes
+from chipwise.host.files import read_bytes
 from chipwise.drawing.data import Drawing, middle, offset, wrong
 from chipwise.geometry.base import elements
 from chipwise.geometry.offset.inaccessible import InaccessibleRegion

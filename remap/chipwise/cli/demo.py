@@ -57,7 +57,7 @@ def constant_feed(text, feed):
 
 
 def run_once(path, options, log=None):
-    from chipwise.cli import CommandError
+    from chipwise.options.machine import CommandError
     try:
         return runner.run_headless(path, speed=options.speed, timeout=options.timeout,
                                    log=log)
@@ -66,7 +66,7 @@ def run_once(path, options, log=None):
 
 
 def run(options):
-    from chipwise.cli import CommandError
+    from chipwise.options.machine import CommandError
     if not os.path.isfile(options.program):
         raise CommandError('program %s does not exist' % options.program)
     if options.speed is None:
@@ -114,6 +114,6 @@ def constant_feed_rate(summary, log_path):
         log = {name: stored[name] for name in stored.files}
     section = runlog.largest_section(log, float(log['period']), float(log['units_per_mm']))
     if not (summary['rate_peak'] and section > 0):
-        from chipwise.cli import CommandError
+        from chipwise.options.machine import CommandError
         raise CommandError('the program cut nothing, so there is no constant feed to compare with')
     return summary['rate_peak'] / section

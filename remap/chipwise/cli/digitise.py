@@ -17,7 +17,7 @@ import os
 
 import numpy as np
 
-from chipwise.cli.machine_options import refuser
+from chipwise.options.machine import refuser
 from chipwise.cli.output import check_outputs, write_output
 from chipwise.digitise import height_map, mesh, probed, program, record
 from chipwise.errors import MM_PER_INCH, CycleError, unnamed

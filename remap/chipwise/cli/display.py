@@ -10,7 +10,7 @@ import time
 
 from chipwise import report
 from chipwise.errors import CycleError, unnamed
-from chipwise.halcmd import pins
+from chipwise.host.halcmd import pins
 from chipwise.panel.display import COMPONENT, POLL_S, Display, make_component
 
 NAME = 'display'
@@ -28,7 +28,7 @@ def leave(_number, _frame):
 def run(options):
     """Runs until LinuxCNC ends it."""
     del options
-    from chipwise.cli import CommandError
+    from chipwise.options.machine import CommandError
     signal.signal(signal.SIGTERM, leave)
     try:
         if not pins('stock-tracker.0.'):

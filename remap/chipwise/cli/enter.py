@@ -19,9 +19,10 @@ import os
 import sys
 from dataclasses import replace
 
-from chipwise import entry, language
+from chipwise import entry
+from chipwise.host import language
 from chipwise.cli.contour import parameters
-from chipwise.cli.machine_options import add_ini, ini_of, refuser
+from chipwise.options.machine import add_ini, ini_of, refuser
 from chipwise.cli.output import check_outputs
 from chipwise.cli.picture import check_output, write_picture
 from chipwise.errors import MM_PER_INCH, CycleError, printable, unnamed
@@ -135,7 +136,7 @@ def made(options, text):
 
 def machine_state(options):
     """What the machine is doing, if the line may be run."""
-    from chipwise.machine import mdi
+    from chipwise.entry import mdi
     state = mdi.read()
     mdi.check(state, options.unit, options.code.startswith('G'))
     return state
@@ -143,7 +144,7 @@ def machine_state(options):
 
 def run_line(options, line, before):
     """Run a line that was planned, in a terminal after a question.  Raises CycleError if it is not run."""
-    from chipwise.machine import mdi
+    from chipwise.entry import mdi
     translate = language.translator()
     if sys.stdin.isatty():
         print(f'{translate("run now?")} {line}  [y/N] ', end='', file=sys.stderr, flush=True)

@@ -18,10 +18,10 @@ import signal
 import sys
 import time
 
-from chipwise.cli.machine_options import add_ini, ini_of, refuser
+from chipwise.options.machine import add_ini, ini_of, refuser
 from chipwise.errors import CycleError
-from chipwise.own_folder import OwnFolder
-from chipwise.processes import PR_SET_PDEATHSIG
+from chipwise.host.temp_folder import OwnFolder
+from chipwise.host.processes import PR_SET_PDEATHSIG
 from chipwise.settings import load_settings, parse_settings
 
 NAME = 'filter'

@@ -11,8 +11,8 @@ import json
 import math
 import os
 
-from chipwise.cli import UsageError
-from chipwise.cli.machine_options import refuser
+from chipwise.options.machine import UsageError
+from chipwise.options.machine import refuser
 from chipwise.cli.output import check_outputs, write_output
 from chipwise.cli.picture import check_output, write_picture
 from chipwise.errors import CycleError, printable, unnamed

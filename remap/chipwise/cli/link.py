@@ -32,7 +32,7 @@ def add_arguments(parser):
 
 def address_of(text):
     """HOST:PORT -> (host, port)."""
-    from chipwise.cli import UsageError
+    from chipwise.options.machine import UsageError
     host, _colon, port = text.rpartition(':')
     if not host or not port.isascii() or not port.isdigit() or not 0 < int(port) < 65536:
         raise UsageError(f'link: {text} is not HOST:PORT with a port from 1 to 65535')
@@ -45,7 +45,7 @@ def address_of(text):
 
 def secret_of(options, address):
     """(key, the master's host or None); without a key the address has to be the loopback."""
-    from chipwise.cli import UsageError
+    from chipwise.options.machine import UsageError
     try:
         found, master = key.key_of(options.ini), key.master_of(options.ini)
     except CycleError as error:
@@ -59,7 +59,7 @@ def attach(component, options):
     """The stream of the sampler or streamer."""
     import hal
 
-    from chipwise.cli import CommandError
+    from chipwise.options.machine import CommandError
     name, key = ('sampler', SAMPLER_KEY) if options.direction == 'send' else ('streamer', STREAMER_KEY)
     try:
         return hal.stream(component, key + options.channel, packets.TYPES)
@@ -73,7 +73,7 @@ def leave(_number, _frame):
 
 def run(options):
     """Runs until LinuxCNC ends it."""
-    from chipwise.cli import CommandError, UsageError
+    from chipwise.options.machine import CommandError, UsageError
     address = address_of(options.address)
     secret, master = secret_of(options, address)
     codec = packets.Codec(secret)

@@ -19,17 +19,17 @@ import sys
 from chipwise import ROOT, version
 from chipwise.cli.python_section import check_codes, check_includes
 from chipwise.cli.start_window import open_window
-from chipwise.clock import patience
+from chipwise.host.clock import patience
 from chipwise.errors import NAME as NAMED, CycleError, braceless, printable, unnamed
-from chipwise.fit import check_fit, linuxcnc_version
-from chipwise.halcmd import halcmd, halcmds, pins, signal_of, thread_functions
+from chipwise.host.fit import check_fit, linuxcnc_version
+from chipwise.host.halcmd import halcmd, halcmds, pins, signal_of, thread_functions
 from chipwise.ini import Ini, file_name, limits_jerk
-from chipwise.processes import is_ours, shared_memory
+from chipwise.host.processes import is_ours, shared_memory
 from chipwise.monitor.start_line import forgetful
 from chipwise.settings import load_settings
-from chipwise.stock.layout import STOCK_MAGIC, Cell
-from chipwise.tool_table import diameters
-from chipwise.tools import ToolGeometry, load_tools
+from chipwise.clib.layout import STOCK_MAGIC, Cell
+from chipwise.tool_data.table import diameters
+from chipwise.tool_data.geometry import ToolGeometry, load_tools
 
 NAME = 'load'
 HELP = 'load the HAL components (called by chipwise.hal)'
@@ -217,7 +217,7 @@ def watch_the_tool():
 
 def run(options):
     """-> exit status; everything the components need that depends on a setting."""
-    from chipwise.cli import CommandError
+    from chipwise.options.machine import CommandError
     try:
         check_folder(file_name())
         if options.folder:

@@ -6,7 +6,7 @@ a message says that chipwise-monitor does not answer: it takes over the pins of 
 """
 
 from chipwise.errors import CycleError, unnamed
-from chipwise.halcmd import pins
+from chipwise.host.halcmd import pins
 from chipwise.monitor import takeover, worker
 from chipwise.monitor.component import make_component
 from chipwise.monitor.supervisor import Supervisor
@@ -23,7 +23,7 @@ def add_arguments(parser):
 def run(options):
     """Runs until LinuxCNC ends it."""
     del options
-    from chipwise.cli import CommandError
+    from chipwise.options.machine import CommandError
     import linuxcnc
     try:
         settings = load_settings(takeover.ini_file(linuxcnc))

@@ -13,7 +13,7 @@ import os
 import subprocess
 
 from chipwise import ROOT
-from chipwise.cli.machine_options import refuser
+from chipwise.options.machine import refuser
 from chipwise.machine.sample_folder import sample_files
 
 NAME = 'new-config'

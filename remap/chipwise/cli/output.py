@@ -7,7 +7,7 @@ Called by the commands that write files.
 import os
 import tempfile
 
-from chipwise.cli import UsageError
+from chipwise.options.machine import UsageError
 from chipwise.errors import printable
 
 PREFIX = '.chipwise-'       # of files that are not complete yet

@@ -10,7 +10,7 @@ import signal
 import threading
 import time
 
-from chipwise.clock import patience
+from chipwise.host.clock import patience
 from chipwise.errors import MESSAGE_BYTES, CycleError, unnamed
 from chipwise.errors import NAME as NAMED
 from chipwise.settings import load_settings
@@ -30,7 +30,7 @@ def leave(_number, _frame):
 
 def make_server(settings, watch, *parts):
     """The server, with its colours (colours.load()) and lines (lines.Lines), at [CHIPWISE]PANEL_ADDRESS.  Raises CommandError if it cannot be there."""
-    from chipwise.cli import CommandError
+    from chipwise.options.machine import CommandError
     from chipwise.panel.server import Server
     address, port = settings['PANEL_ADDRESS'], settings['PANEL_PORT']
     try:
@@ -43,10 +43,10 @@ def make_server(settings, watch, *parts):
 
 def run(options):
     """Runs until LinuxCNC ends, with --tab until the screen does."""
-    from chipwise.cli import CommandError
+    from chipwise.options.machine import CommandError
     if options.tab is not None:
         return show_tab(options.tab)
-    from chipwise.halcmd import pins
+    from chipwise.host.halcmd import pins
     from chipwise.panel import colours
     try:
         import linuxcnc
@@ -66,7 +66,7 @@ def run(options):
 
 def show_tab(text):
     """The page as a tab."""
-    from chipwise.cli import CommandError, UsageError
+    from chipwise.options.machine import CommandError, UsageError
     from chipwise.panel import tab
     from chipwise.panel.server import as_url
     try:
@@ -91,7 +91,7 @@ def show_tab(text):
 def serve(settings, ini, *parts):
     """The looks in this thread, the server in another one."""
     import linuxcnc
-    from chipwise.cli import CommandError
+    from chipwise.options.machine import CommandError
     from chipwise.monitor.start_line import Quiet, running
     from chipwise.panel.ahead import Ahead
     from chipwise.panel.machine import Machine, wait_for_task

@@ -12,7 +12,7 @@ import json
 import os
 
 from chipwise.cli import contour
-from chipwise.cli.machine_options import add_ini, ini_of, refuser
+from chipwise.options.machine import add_ini, ini_of, refuser
 from chipwise.cli.output import check_outputs, write_output
 from chipwise.cli.picture import check_output, write_picture
 from chipwise.errors import MM_PER_INCH, CycleError, format_length, printable, unnamed

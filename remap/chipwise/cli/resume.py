@@ -11,10 +11,10 @@ Exit status: 0 done, 2 it cannot go on; nothing is written then.
 import os
 import sys
 
-from chipwise.cli.machine_options import add_ini, ini_of, refuser
+from chipwise.options.machine import add_ini, ini_of, refuser
 from chipwise.cli.output import check_outputs, write_output
 from chipwise.errors import of_unexpected, printable, unnamed
-from chipwise.processes import exit_on_sigterm
+from chipwise.host.processes import exit_on_sigterm
 
 NAME = 'resume'
 HELP = 'go on with a program that was interrupted, from the stock that is kept'
@@ -37,8 +37,8 @@ def add_arguments(parser):
 
 def run(options):
     """-> exit status."""
-    from chipwise.check.reader import Unreadable
-    from chipwise.own_folder import FolderError, OwnFolder
+    from chipwise.program.reader import Unreadable
+    from chipwise.host.temp_folder import FolderError, OwnFolder
     from chipwise.resume.run import Different
     check_options(options)
     exit_on_sigterm()
@@ -80,7 +80,7 @@ def of_machine(options, folder):
 
 def of_lathe(options, ini):
     """Say what G26 does; -> exit status.  Raises Unreadable."""
-    from chipwise.check.reader import Unreadable
+    from chipwise.program.reader import Unreadable
     from chipwise.resume.lathe import sentences
     if options.line is not None or options.time is not None or options.tool_broke:
         raise Unreadable('--line, --time and --tool-broke are for mills', 'leave them out: G26 knows which cuts the machine has done')

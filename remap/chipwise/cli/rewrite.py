@@ -14,9 +14,9 @@ import os
 import sys
 
 from chipwise.cli import rewrite_folder
-from chipwise.cli.machine_options import Progress, add_machine_options, ini_of, machine_of, refuser, tool_of
+from chipwise.options.machine import Progress, add_machine_options, ini_of, machine_of, refuser, tool_of
 from chipwise.cli.output import check_outputs
-from chipwise.processes import exit_on_sigterm
+from chipwise.host.processes import exit_on_sigterm
 
 NAME = 'rewrite'
 HELP = 'rewrite a program for its flutes, or for a constant removal rate'

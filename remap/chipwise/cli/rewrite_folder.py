@@ -4,8 +4,8 @@
 import os
 import sys
 
-from chipwise.cli import UsageError
-from chipwise.cli.machine_options import Progress
+from chipwise.options.machine import UsageError
+from chipwise.options.machine import Progress
 from chipwise.cli.output import write_whole
 from chipwise.errors import printable, with_line
 

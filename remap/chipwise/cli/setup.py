@@ -11,12 +11,12 @@ Exit status: 0 done, 2 the program cannot be set up, or the job file cannot be w
 import json
 import sys
 
-from chipwise.cli import UsageError
+from chipwise.options.machine import UsageError
 from chipwise.cli.check import add_tool_options, surveyed
-from chipwise.cli.machine_options import Progress, add_machine_options, ini_of, machine_of, refuser, tool_of
+from chipwise.options.machine import Progress, add_machine_options, ini_of, machine_of, refuser, tool_of
 from chipwise.cli.output import check_outputs, write_output
 from chipwise.errors import CycleError, format_length, format_minutes, format_place, printable, unnamed, with_line
-from chipwise.processes import exit_on_sigterm
+from chipwise.host.processes import exit_on_sigterm
 from chipwise.rates import MM3_PER_CM3
 
 NAME = 'setup'

@@ -11,7 +11,7 @@ import json
 import math
 import os
 
-from chipwise.cli.machine_options import refuser
+from chipwise.options.machine import refuser
 from chipwise.cli.output import check_outputs, write_output
 from chipwise.errors import CycleError, format_length, unnamed
 from chipwise.settings import load_settings

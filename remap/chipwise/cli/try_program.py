@@ -10,7 +10,7 @@ import sys
 
 from chipwise.errors import CycleError, unnamed
 from chipwise.headless import runner
-from chipwise.machine import rs274
+from chipwise.program import rs274
 
 NAME = 'try'
 HELP = 'print the motion of a program without a machine'
@@ -23,7 +23,7 @@ def add_arguments(parser):
 
 
 def run(options):
-    from chipwise.cli import UsageError
+    from chipwise.options.machine import UsageError
     for path, what in ((options.program, 'program'), (options.ini, 'INI file')):
         if not os.path.isfile(path):
             raise UsageError('%s %s does not exist' % (what, path))

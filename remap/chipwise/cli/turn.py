@@ -14,11 +14,11 @@ import sys
 from dataclasses import replace
 
 from chipwise import ROOT
-from chipwise.cli import UsageError
-from chipwise.cli.machine_options import refuser
+from chipwise.options.machine import UsageError
+from chipwise.options.machine import refuser
 from chipwise.cli.output import check_outputs, write_output
 from chipwise.errors import CycleError, braceless, unnamed
-from chipwise.files import read_bytes
+from chipwise.host.files import read_bytes
 from chipwise.ini import Ini
 from chipwise.settings import load_settings
 

@@ -9,7 +9,7 @@ from typing import Optional
 
 import numpy as np
 
-from chipwise.stock.library import library
+from chipwise.clib.library import library
 
 
 def fitted(s: np.ndarray, low: np.ndarray, high: np.ndarray, arc_low: Optional[np.ndarray] = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -14,8 +14,8 @@ import math
 
 import numpy as np
 
-from chipwise.stock import layout
-from chipwise.stock.library import library
+from chipwise.clib import layout
+from chipwise.clib.library import library
 
 FeedIn = layout.FeedIn
 FeedOut = layout.FeedOut

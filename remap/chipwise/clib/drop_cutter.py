@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The lowest tip of a tool over a model: components/offline/drop_cutter.c from Python.
 
-Called by raster.py and links.py.  All lengths mm, in the model's coordinates.
+Called by surface/raster.py and surface/links.py.  All lengths mm, in the model's coordinates.
 """
 
 import ctypes as C
@@ -9,8 +9,8 @@ import math
 
 import numpy as np
 
-from chipwise.stock import layout
-from chipwise.stock.library import library
+from chipwise.clib import layout
+from chipwise.clib.library import library
 
 NOTHING = layout.DROP_NOTHING
 MAX_BINS = 4_000_000

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The stock of a whole program, offline: components/offline/height_sweep.c from Python.
 
-Called by simulate.py and times.py.  All lengths mm, machine coordinates of the tool's tip; areas mm2, volumes mm3.
+Called by check/simulate.py and check/times.py.  All lengths mm, machine coordinates of the tool's tip; areas mm2, volumes mm3.
 """
 
 import ctypes as C
@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from chipwise.stock import layout
-from chipwise.stock.library import library
+from chipwise.clib import layout
+from chipwise.clib.library import library
 
 MAX_CELLS = 12_000_000         # 48 MB of heights
 MIN_CELL = 0.01               # mm

@@ -12,8 +12,8 @@ from pathlib import Path
 
 from chipwise import version
 from chipwise.errors import LibraryError
-from chipwise.fit import remedy
-from chipwise.stock import layout
+from chipwise.host.fit import remedy
+from chipwise.clib import layout
 
 
 def library_path() -> Path:

@@ -4,7 +4,7 @@
 import math
 import re
 
-from chipwise.contour_sub.find import fault, plain_text
+from chipwise.program.find_sub import fault, plain_text
 
 LINE_LENGTH = 255       # linuxcnc.h: LINELEN; a longer line is an error in LinuxCNC, too
 MAX_LINES = 100_000     # lines of one sub, as many as it may make moves

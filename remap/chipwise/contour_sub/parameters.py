@@ -7,7 +7,7 @@ part without a word.
 
 import re
 
-from chipwise.contour_sub.find import fault, find_sub, o_word, plain_text
+from chipwise.program.find_sub import fault, find_sub, o_word, plain_text
 
 ARGUMENTS = 30          # #1 .. #30 are a sub's own: contour_sub/check.py
 OWN = 5000              # LinuxCNC sets the parameters from this number on itself, such as the position

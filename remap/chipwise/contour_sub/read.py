@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Reads a contour sub: from an O-sub number to loops of lines and arcs, and to contours.
 
-Called by plans.py (G77, G78, G79) and by bin/chipwise contour.
+Called by planner/plans.py (G77, G78, G79) and by bin/chipwise contour.
 
     shape = read_shape(Job(program="part.ngc", sub=100, ini="mill.ini"))
     shape.loops             ((LineElement | ArcElement, ..), ..): mm, absolute work coordinates, source lines
@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 from chipwise.contour_sub.check import check_text
-from chipwise.contour_sub.find import fault, find_sub, plain_text, quoted
+from chipwise.program.find_sub import fault, find_sub, plain_text, quoted
 from chipwise.contour_sub.job import Job
 from chipwise.contour_sub.run import called_files, relevant, run
 from chipwise.errors import CycleError

@@ -15,10 +15,10 @@ import time
 from dataclasses import replace
 
 from chipwise.contour_sub.check import check_text
-from chipwise.contour_sub.find import Found, fault, plain_text, read_file, sub_folders
+from chipwise.program.find_sub import Found, fault, plain_text, read_file, sub_folders
 from chipwise.contour_sub.job import Job
-from chipwise.program_code import PYTHON_REMEDY, RUNS_PYTHON
-from chipwise.sub_process import call_of, decimal, run_sub
+from chipwise.program.program_code import PYTHON_REMEDY, RUNS_PYTHON
+from chipwise.program.sub_process import call_of, decimal, run_sub
 
 RUNNER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "runner.py")
 

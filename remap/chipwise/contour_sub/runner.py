@@ -8,7 +8,7 @@ and never to the task or the preview.  It ends with its parent.
 
 Job:     program, parameters (paths), units_per_mm, tool (number, diameter in machine units), codes (run first), begin, end
          (comments that stand around the call), mark (a comment "mark N" stands before source line N), max_moves, cpu_s
-         own_code (interpreter_process.py); lathe: the contour lies in ZX, and z, x, y are given for x, y, z
+         own_code (program/canon.py); lathe: the contour lies in ZX, and z, x, y are given for x, y, z
 Result:  moves: [kind, line, x, y, z (, cx, cy, turns)] in mm, kind "rapid", "feed", "arc"; stop: null or [line, text] of
          what does not belong in a contour; error: null or [line, text] of the interpreter; ended: bool; line: where it was last
 
@@ -25,9 +25,9 @@ sys.path[0] = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__
 
 import gcode                                                    # noqa: E402
 
-from chipwise import interpreter_process                        # noqa: E402
-from chipwise.interpreter_process import Stop, mm, tool_entry             # noqa: E402
-from chipwise.processes import die_with_parent                  # noqa: E402
+from chipwise.program import canon as interpreter_process                        # noqa: E402
+from chipwise.program.canon import Stop, mm, tool_entry             # noqa: E402
+from chipwise.host.processes import die_with_parent                  # noqa: E402
 
 MOTIONS = (0, 10, 20, 30)       # G0 G1 G2 G3 as the active motion mode, times ten
 

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The moves of a planned cycle against the clamps in force: a cycle that comes too near to one is refused before it moves.
 
-Made by glue/clamps.py, called by plans.py.  mm, work coordinates.
+Made by glue/clamps.py, called by planner/plans.py.  mm, work coordinates.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from chipwise.check.sweep import Shape
+from chipwise.clib.height_map import Shape
 from chipwise.clamps.distance import bodies, near
 from chipwise.errors import CycleError, format_place
 from chipwise.moves import Arc, Blend, Code, Copy, PlaneArc, Rapid

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What every cycle returns: its moves, notes for the operator and figures for the report.
 
-Made by hole.py, contour.py and pocket.py; read by plans.py, which turns the notes into messages.
+Made by hole.py, contour.py and pocket.py; read by planner/plans.py, which turns the notes into messages.
 """
 
 from dataclasses import dataclass, field

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """G24 and `chipwise surface`: a curved surface is cut in one direction, with pick feeds between the cuts.
 
-Called by plans.py and cli/surface.py.  Pure but for the model's file; mm.  surface_moves.py has the moves.
+Called by planner/plans.py and cli/surface.py.  Pure but for the model's file; mm.  surface_moves.py has the moves.
     all cuts        over the whole model, in one level
     depth           in levels: each cut goes no lower than its level, and only where the stock needs it
     least           only where the stock reaches more than that above what the tool leaves of it: the rest that a larger tool has left
@@ -14,13 +14,13 @@ from functools import lru_cache, partial
 
 import numpy as np
 
-from chipwise.check.sweep import HeightMap, Shape, least_cell
+from chipwise.clib.height_map import HeightMap, Shape, least_cell
 from chipwise.cycles.plan import CyclePlan, Note, Report
 from chipwise.cycles.surface_moves import LOWEST, PICK_FEED, ZIGZAG, Driver
 from chipwise.cycles.word_checks import EQUAL, MAX_PASSES, MOST_MOVES, check_feeds, check_moves, check_step
 from chipwise.errors import CycleError
 from chipwise.surface import needed, raster, scallop
-from chipwise.surface.drop import Mesh, Probe
+from chipwise.clib.drop_cutter import Mesh, Probe
 from chipwise.surface.links import Obstacles
 from chipwise.surface.model import Placing, check_size, read_model
 

@@ -18,7 +18,8 @@ import numpy as np
 
 from chipwise.digitise import rim
 from chipwise.errors import CycleError
-from chipwise.stock import core, layout, store
+from chipwise.clib import core, layout
+from chipwise.stock import store
 
 MOST_CELLS = 20_000_000
 MOST_WORK = 2e10        # points x cells under a ball: a few minutes

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from chipwise.errors import CycleError
-from chipwise.files import read_bytes
+from chipwise.host.files import read_bytes
 
 MOST_BYTES = 1 << 30
 MOST_MM = 1e6

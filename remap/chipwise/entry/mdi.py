@@ -18,11 +18,11 @@ import time
 from dataclasses import dataclass
 from typing import Optional
 
-from chipwise import loaded
-from chipwise.check.records import Frame
-from chipwise.clock import patience
+from chipwise.program import loaded
+from chipwise.program.records import Frame
+from chipwise.host.clock import patience
 from chipwise.errors import CycleError
-from chipwise.processes import named
+from chipwise.host.processes import named
 
 NEAR_MM = 1e-3              # a tool that has moved less is where it was
 MODE_S, TAKEN_S = 5.0, 2.0  # for the mode; for a line to be refused: what takes longer is under way

@@ -4,7 +4,7 @@
 Called by cli/enter.py and the panel; drawing/entered.py draws it.
 
 A program is written around the line (units, tool, position, then the line) and read by LinuxCNC's own interpreter with the remaps of the
-INI file (check/reader.py): the cycle itself plans, nothing of it is repeated here.  A program of the user's gives the subs and the
+INI file (program/reader.py): the cycle itself plans, nothing of it is repeated here.  A program of the user's gives the subs and the
 WORKPIECE and SURFACE comments; its other lines are blank in the copy, so that messages have its line numbers.  Chop lines are the cuts
 that are not there with H0.
 """
@@ -16,20 +16,20 @@ from typing import Optional
 
 import numpy as np
 
-from chipwise.check.program_file import Unreadable
-from chipwise.check.reader import Machine, Reader
-from chipwise.check.records import ARC, FEED, FRAME, RAPID, STOCK, TOOL, Frame
+from chipwise.program.program_file import Unreadable
+from chipwise.program.reader import Machine, Reader
+from chipwise.program.records import ARC, FEED, FRAME, RAPID, STOCK, TOOL, Frame
 from chipwise.contour_sub import read
-from chipwise.contour_sub.find import o_word, plain_text
+from chipwise.program.find_sub import o_word, plain_text
 from chipwise.contour_sub.job import Job
 from chipwise.entry.table import EntryField, fields
 from chipwise.errors import MM_PER_INCH, CycleError, braceless
-from chipwise.files import read_bytes
+from chipwise.host.files import read_bytes
 from chipwise.ini import values_of
-from chipwise.own_folder import OwnFolder, put
+from chipwise.host.temp_folder import OwnFolder, put
 from chipwise.settings import load_settings
-from chipwise.sub_process import decimal
-from chipwise.tool_table import numbers
+from chipwise.program.sub_process import decimal
+from chipwise.tool_data.table import numbers
 
 MAX_BYTES = 1 << 26         # of the program with the subs
 MAX_MOVES = 200_000         # of one line

@@ -3,8 +3,8 @@
 
 import re
 
-from chipwise.check.program_file import MAX_BYTES
-from chipwise.files import open_regular
+from chipwise.program.program_file import MAX_BYTES
+from chipwise.host.files import open_regular
 
 _PART = 1 << 20
 

@@ -3,7 +3,7 @@
 
 Called by process.py, in a process of its own.
 
- 1. part.toml is a job file (cli/surface_job.py).
+ 1. part.toml is a job file (options/surface_job.py).
  2. part.stl with a part.toml beside it is that job.
  3. part.stl alone is one cut with the tool in the spindle: a step-over of STEP_SHARE of its diameter, lowest safe links, the defaults of
     `chipwise surface` for all else.  A message says with what.
@@ -14,7 +14,7 @@ import argparse
 import os
 
 from chipwise.filter import verdict as verdicts
-from chipwise.own_folder import FolderError, put
+from chipwise.host.temp_folder import FolderError, put
 
 DRAWINGS = (".dxf", ".svg")
 ENDINGS = (".stl", ".toml", *DRAWINGS)
@@ -34,11 +34,11 @@ def made(path, ini, folder, progress):
     """
     if path.lower().endswith(DRAWINGS):
         return _drawing(path, folder)
-    from chipwise.cli import UsageError
-    from chipwise.cli.machine_options import refuser
-    from chipwise.cli.surface import NAME, check_options
-    from chipwise.cli.surface_job import message_of
-    from chipwise.cli.surface_program import planned, program_text, unit_of
+    from chipwise.options.machine import UsageError
+    from chipwise.options.machine import refuser
+    from chipwise.options.surface_job import NAME, check_options
+    from chipwise.options.surface_job import message_of
+    from chipwise.options.surface_program import planned, program_text, unit_of
     from chipwise.errors import CycleError, unnamed
     unit = unit_of(argparse.Namespace(ini=ini))
     try:
@@ -83,8 +83,8 @@ def _drawing(path, folder):
 
 def _cuts(path, ini):
     """(options of each cut, what the operator should know of them)."""
-    from chipwise.cli.surface import job_defaults
-    from chipwise.cli.surface_job import ENDING, is_job, read_job
+    from chipwise.options.surface_job import job_defaults
+    from chipwise.options.surface_job import ENDING, is_job, read_job
     stem = os.path.splitext(path)[0]
     job = path if is_job(path) else stem + ENDING
     if is_job(path) or os.path.exists(job):
@@ -100,10 +100,10 @@ def _cuts(path, ini):
 
 def _tool_in_spindle(ini, job):
     """(number, diameter in machine units).  Raises CycleError."""
-    from chipwise.check.reader import Machine, Unreadable
+    from chipwise.program.reader import Machine, Unreadable
     from chipwise.errors import CycleError, braceless
     from chipwise.filter.work import spindle_tool
-    from chipwise.tool_table import diameter_of
+    from chipwise.tool_data.table import diameter_of
     try:
         machine = Machine(ini)
     except Unreadable as error:

@@ -16,12 +16,12 @@ import sys
 import tempfile
 import time
 
-from chipwise.check.program_file import Unreadable, check_file
+from chipwise.program.program_file import Unreadable, check_file
 from chipwise.errors import of_unexpected
 from chipwise.filter import verdict as verdicts
 from chipwise.filter.model import is_model, made
 from chipwise.filter.loops import may_loop
-from chipwise.processes import descendants, die_with_parent, limit_memory, lives
+from chipwise.host.processes import descendants, die_with_parent, limit_memory, lives
 
 GONE_S = 1.0            # for killed processes to end
 QUIET_S = 10            # computing time without a block of moves

@@ -14,7 +14,7 @@ import os
 import subprocess
 
 from chipwise import ini as ini_file
-from chipwise.cli.machine_options import Progress
+from chipwise.options.machine import Progress
 from chipwise.errors import clip, printable
 
 PYTHON = "/usr/bin/python3"

@@ -2,7 +2,7 @@
 """Checks and rewrites one program for the GUI -> its Verdict.  Called by process.py, in a process of its own.
 
  1. A file that LinuxCNC cannot use (binary, too large, an error in a line, an endless loop) is not opened.
-    So is one that makes the interpreter run Python or a shell: the GUI's preview would do it (program_code.py).
+    So is one that makes the interpreter run Python or a shell: the GUI's preview would do it (program/program_code.py).
  2. A program that cannot be judged (an unknown tool, M254, ..) is opened as it is, if it has an end: LinuxCNC's preview
     runs it, too, and a GUI whose preview does not end cannot be used any more.
  3. A program with findings is opened with a warning; [CHIPWISE]FILTER_REFUSE is stricter.  That a tool's flutes are unknown is
@@ -15,13 +15,13 @@
 import os
 
 from chipwise.check.findings import FLUTE, FLUTES_UNKNOWN, OF_STOCK, RATE, TOOL, grouped, grouped_notes
-from chipwise import program_code
-from chipwise.check.program_file import UNFINISHED, UNSAFE, UNUSABLE, Unreadable
-from chipwise.check.reader import Machine, Reader
+from chipwise.program import program_code
+from chipwise.program.program_file import UNFINISHED, UNSAFE, UNUSABLE, Unreadable
+from chipwise.program.reader import Machine, Reader
 from chipwise.check.run import checked, lines_of
 from chipwise.errors import CycleError, unnamed, with_line
 from chipwise.filter import verdict as verdicts
-from chipwise.own_folder import FolderError, put
+from chipwise.host.temp_folder import FolderError, put
 from chipwise.rates import MM3_PER_CM3
 from chipwise.settings import load_settings
 

@@ -3,7 +3,7 @@
 
 Called by codes.py through session.run_steps, by session.begin, and by glue/turning.py.  A barrier is where the machine is, not where
 the work coordinates are: it is kept in machine coordinates of the tool's tip, so an offset that changes later leaves it in place.
-As with the top of the stock (known_stock.py), the interpreter keeps it, and it ends with the program.
+As with the top of the stock (program/known_stock.py), the interpreter keeps it, and it ends with the program.
 """
 
 import math

@@ -5,9 +5,9 @@ Called by codes.py through session.run_steps, by session.begin and by state.py. 
 load it for every machine.
 """
 
-from chipwise import preview
+from chipwise.program import preview
 from chipwise.errors import CycleError
-from chipwise.tools import ToolGeometry, tool_geometry
+from chipwise.tool_data.geometry import ToolGeometry, tool_geometry
 
 MOST = 999
 SET_UP = "_chipwise>clamps"     # no program can write it: to LinuxCNC's parser a name ends at ">"
@@ -35,8 +35,9 @@ def obstacles(state):
     number = int(state.interp.params[SET_UP]) if SET_UP in state.interp.params.globals() else 0
     if not number:
         return None
-    from chipwise.check.sweep import Shape
-    from chipwise.clamps import obstacles as planned, set_ups
+    from chipwise.clib.height_map import Shape
+    from chipwise.clamps import set_ups
+    from chipwise.cycles import obstacles as planned
     origin, turn = state.machine_point((0.0, 0.0, 0.0)), state.interp.rotation_xy
     clamps = tuple(clamp.seen_from(origin, turn) for clamp in set_ups.clamps_of(state.settings.path("CLAMPS"), number))
     geometry = tool_geometry(state.settings.path("TOOL_GEOMETRY"), state.interp.tool_table[0].toolno) or ToolGeometry()

@@ -12,9 +12,10 @@ skipped() is True for the lines that run from line only reads over.
 
 import os
 
-from chipwise.contour_sub.find import sub_folders
+from chipwise.program.find_sub import sub_folders
 from chipwise.glue import named, skipped_lines, task
-from chipwise import ini, loaded
+from chipwise import ini
+from chipwise.program import loaded
 
 MDI, PROGRAM = "MDI", "program"
 

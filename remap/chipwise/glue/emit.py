@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Lines for the interpreter: executes what lines.py made of a cycle's moves, with every mode put back.
+"""Lines for the interpreter: executes what gcode_lines.py made of a cycle's moves, with every mode put back.
 
 Only built-in codes are executed.  A remapped code, or a word that is remapped (the package remaps F), would make the
 interpreter run the rest of the main program inside the cycle: Interp::_execute() enters its call loop, which ends only
@@ -17,7 +17,7 @@ import emccanon
 
 from chipwise.glue.ceiling import set_canon_feed
 from chipwise.glue.path_mode import PathMode
-from chipwise.lines import path_text
+from chipwise.gcode_lines import path_text
 from chipwise.pattern import hand
 
 _ABSOLUTE = 0  # interp_internal.hh: DISTANCE_MODE

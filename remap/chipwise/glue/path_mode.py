@@ -11,7 +11,7 @@ again.  renew() sends that once more, before the first move of another program t
 import emccanon
 
 from chipwise.errors import MM_PER_INCH
-from chipwise.lines import path_text
+from chipwise.gcode_lines import path_text
 from chipwise.moves import CALLERS_PATH, PATH
 from chipwise.pattern import hand
 

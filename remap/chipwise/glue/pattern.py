@@ -7,7 +7,8 @@ from dataclasses import replace
 import emccanon
 
 from chipwise.errors import CycleError
-from chipwise.glue import known_stock, robot, shape, stations, travel
+from chipwise.glue import robot, shape, stations, travel
+from chipwise.program import known_stock
 from chipwise.pattern import hand
 from chipwise.pattern.job import DEPTH, PatternJob
 

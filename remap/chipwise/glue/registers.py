@@ -10,7 +10,7 @@ What is queued are canonical calls, not lines: execute(line, number) after a `yi
 
 import emccanon
 
-from chipwise.stock import layout
+from chipwise.clib import layout
 
 class InForce:
     """What M250 and M251 have left in force, as far as the interpreter knows.

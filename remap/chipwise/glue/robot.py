@@ -9,7 +9,7 @@ import os
 import subprocess
 
 from chipwise import ini
-from chipwise.clock import patience
+from chipwise.host.clock import patience
 from chipwise.errors import CycleError, braceless
 from chipwise.glue.travel import tool_offset
 from chipwise.machine import limits

@@ -13,9 +13,12 @@ import os
 import emccanon
 from interpreter import INTERP_ERROR, INTERP_EXECUTE_FINISH, INTERP_OK
 
-from chipwise import planner, preview, report
+from chipwise import report
+from chipwise.planner import client
+from chipwise.program import preview
 from chipwise.errors import CycleError, clip, printable
-from chipwise.glue import barriers, clamps, context, emit, known_cuts, known_stock, named, path_mode, task, volumetric
+from chipwise.glue import barriers, clamps, context, emit, known_cuts, named, path_mode, task, volumetric
+from chipwise.program import known_stock
 from chipwise.glue.ceiling import restore_programmed
 from chipwise.glue.state import State
 from chipwise.glue.turn import Turn, hand_over
@@ -93,7 +96,7 @@ def run_cycle(interp, code, kwargs, order_of, check=State.check_modes, do=carry_
             return
         state = State(interp, code, kwargs)
         check(state)
-        plan = planner.ask(order_of(state), turn.budget(state.settings["PLAN_TIME"]))
+        plan = client.ask(order_of(state), turn.budget(state.settings["PLAN_TIME"]))
         while not plan.ready(turn.patience()):
             yield from turn.wait()
         outcome = plan.outcome()
@@ -176,6 +179,6 @@ def place(interp, kwargs):
 
 try:
     if task.is_here():
-        planner.start()     # it takes half a second to come up; LinuxCNC is starting, too.  A preview may need none
+        client.start()     # it takes half a second to come up; LinuxCNC is starting, too.  A preview may need none
 except OSError:
     pass                # the first cycle says so

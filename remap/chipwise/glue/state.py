@@ -9,13 +9,15 @@ import math
 
 import emccanon
 
-from chipwise import ini, preview, report
+from chipwise import ini, report
+from chipwise.program import preview
 from chipwise.errors import MM_PER_INCH, CycleError
-from chipwise.glue import clamps, known_stock, named
+from chipwise.glue import clamps, named
+from chipwise.program import known_stock
 from chipwise.machine import limits
 from chipwise.order import Order
 from chipwise.settings import MIN_ANGLE, load_settings
-from chipwise.tools import tool_geometry
+from chipwise.tool_data.geometry import tool_geometry
 
 # Words any line may carry besides those of the cycle: LinuxCNC deals with them before or after it.
 COMMON_WORDS = "fst"
@@ -51,7 +53,7 @@ class State:
         self.settings = load_settings()
 
     def order(self, cycle, fields, job=None):
-        """The Order of this cycle: a function of plans.py, the fields of its request, the Job of its sub."""
+        """The Order of this cycle: a function of planner/plans.py, the fields of its request, the Job of its sub."""
         return Order(cycle=cycle, code=self.code, fields=dict(fields, most_moves=self.settings["PLAN_MOVES"]), job=job,
                      unit=self.unit, unit_mm=self.unit_mm, start=self.position(),
                      memory_mb=self.settings["PLAN_MEMORY"], report=bool(self.interp.task and report.path()),

@@ -10,14 +10,17 @@ import os
 
 import emccanon
 
-from chipwise import files, preview
-from chipwise.clock import patience
+from chipwise.host import files
+from chipwise.program import preview
+from chipwise.host.clock import patience
 from chipwise.errors import CycleError
-from chipwise.glue import context, known_cuts, known_stock
+from chipwise.glue import context, known_cuts
+from chipwise.program import known_stock
 from chipwise.glue.registers import InForce, send, status_now, status_value
 from chipwise.glue.workpiece import check_extent, check_fits, stock_of
-from chipwise.stock import layout, reasons
-from chipwise.stock.layout import Fault, Register
+from chipwise.clib import layout
+from chipwise.stock import reasons
+from chipwise.clib.layout import Fault, Register
 
 FILL_TRIES, FILL_WAIT_S = 100, 0.05     # the map is filled a part per servo period:
 FILL_CELLS = 100_000                    # so many in a try at least (tracker.h: 12000 a period, stock.c: a quarter of turned ones)

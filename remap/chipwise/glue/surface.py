@@ -8,12 +8,13 @@ Comment as in docs/user/surfaces.md:
 import math
 import os
 
-from chipwise import comments
+from chipwise.program import comments
 from chipwise.errors import CycleError
-from chipwise.glue import known_cuts, known_stock
+from chipwise.glue import known_cuts
+from chipwise.program import known_stock
 from chipwise.ini import Ini, file_name
 from chipwise.pattern import hand
-from chipwise.tools import ToolGeometry, tool_geometry
+from chipwise.tool_data.geometry import ToolGeometry, tool_geometry
 
 WORDS = "dlzrikep"
 KEYS = ("X", "Y", "Z", "SCALE", "PIXEL", "DEPTH")
@@ -33,7 +34,7 @@ def order(state):
 
 def _words(state):
     """Words of the line -> fields of a SurfaceRequest (mm), all but the model."""
-    from chipwise.check.sweep import Shape      # here, so that only G24 loads numpy into the interpreter
+    from chipwise.clib.height_map import Shape      # here, so that only G24 loads numpy into the interpreter
     clearance, bottom = state.heights()
     relief, top = state.length("k"), known_stock.top(state.interp)
     diameter = state.tool_diameter()

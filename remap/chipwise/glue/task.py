@@ -19,7 +19,7 @@ import math
 import struct
 from functools import lru_cache
 
-from chipwise.processes import mappings
+from chipwise.host.processes import mappings
 
 _SEEN = 2
 STILL = 1e-6                # machine units

@@ -5,10 +5,10 @@ The monitor gives the same figures to the realtime side (monitor/limits.py, tool
 the spindle standing included, the feed is F (core/feed.h, 15).
 """
 
-from chipwise.chip_loads import chip_limit
+from chipwise.tool_data.chip_loads import chip_limit
 from chipwise.glue import context
-from chipwise.materials import material_of_file
-from chipwise.tools import tool_geometry
+from chipwise.tool_data.materials import material_of_file
+from chipwise.tool_data.geometry import tool_geometry
 
 
 def lacking(state):

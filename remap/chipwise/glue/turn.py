@@ -6,7 +6,7 @@ turn when a remap yields INTERP_EXECUTE_FINISH.  It then lets the machine do all
 so a cycle yields only
  - before its first move, when its plan is not there after WAIT_S: planning goes on in its own process meanwhile, so
    what is lost is the blend of the last move before the cycle with the first one of it;
- - between chunks of lines (lines.py), where the tool may rest, before they are more than TURN_MOVES moves.
+ - between chunks of lines (gcode_lines.py), where the tool may rest, before they are more than TURN_MOVES moves.
 Both are counted over all cycles since the last turn, because LinuxCNC reads up to 1000 lines before it looks for commands
 (emctaskmain.cc, readahead_reading(), 2.9.0~pre1).
 

@@ -9,8 +9,8 @@ import os
 
 import emccanon
 
-from chipwise import preview
-from chipwise.clock import patience
+from chipwise.program import preview
+from chipwise.host.clock import patience
 from chipwise.errors import CycleError, printable
 from chipwise.glue import ceiling as feed_ceiling
 from chipwise.glue import context, task, tooth_limits
@@ -18,8 +18,8 @@ from chipwise.glue.ceiling import Ceiling, set_canon_feed
 from chipwise.glue.registers import InForce, feed_is_carried, job_now, mode_now, queue, send, status_now
 from chipwise.rates import MAX_RATE, MM3_PER_CM3, MM3_PER_IN3
 from chipwise.settings import feed_is_remapped, load_settings, planner_limits_jerk
-from chipwise.stock import layout
-from chipwise.stock.layout import Fault, Register
+from chipwise.clib import layout
+from chipwise.clib.layout import Fault, Register
 
 OFF, LIMIT, CONSTANT, WINDOW = map(int, layout.FeedMode)
 

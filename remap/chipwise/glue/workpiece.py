@@ -9,10 +9,11 @@ Called by stock_codes.py.  Comments as in docs/user/codes.md:
 import itertools
 import math
 
-from chipwise import comments, shape_comment
+from chipwise.program import comments
+from chipwise.stock import shape_comment
 from chipwise.errors import CycleError
-from chipwise.shape_comment import BOX, CYLINDER
-from chipwise.stock.layout import MAX_COORDINATE, MIN_SIZE
+from chipwise.stock.shape_comment import BOX, CYLINDER
+from chipwise.clib.layout import MAX_COORDINATE, MIN_SIZE
 
 CORNER_WORDS, SIZE_WORDS = "pqr", "ijk"
 

@@ -29,9 +29,9 @@ import tempfile
 import time
 
 from chipwise import ROOT, report, version
-from chipwise.clock import patience
+from chipwise.host.clock import patience
 from chipwise.errors import CycleError, unnamed
-from chipwise.halcmd import getp
+from chipwise.host.halcmd import getp
 from chipwise.headless import log as runlog
 from chipwise.headless import sampling, session
 from chipwise.ini import Ini

@@ -11,7 +11,7 @@ is mm3/min.
 
 import numpy as np
 
-from chipwise.stock.layout import MOTION_ARC, MOTION_FEED
+from chipwise.clib.layout import MOTION_ARC, MOTION_FEED
 
 # (name in the log, HAL pin, type); the types in this order are the sampler's
 # cfg string in hal/headless.hal.

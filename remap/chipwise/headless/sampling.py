@@ -10,8 +10,8 @@ import os
 import subprocess
 import time
 
-from chipwise.clock import patience
-from chipwise.halcmd import attempt, getp, pins
+from chipwise.host.clock import patience
+from chipwise.host.halcmd import attempt, getp, pins
 from chipwise.headless import log as runlog
 
 SAMPLER = 'sampler.0'

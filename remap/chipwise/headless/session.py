@@ -14,7 +14,7 @@ import time
 
 import linuxcnc
 
-from chipwise import processes
+from chipwise.host import processes
 
 POLL_S = 0.010
 ALIVE_S = 0.5               # between two looks whether the task still runs: /proc is read for that

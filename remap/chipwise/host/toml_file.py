@@ -7,7 +7,7 @@ import tomllib
 from typing import Any, Iterator
 
 from chipwise.errors import CycleError, braceless
-from chipwise.files import locked, read_bytes, write_durable
+from chipwise.host.files import locked, read_bytes, write_durable
 
 MAX_BYTES = 1 << 20
 UNFINISHED = ".unfinished"

@@ -8,7 +8,7 @@ import os
 from dataclasses import dataclass, field
 
 from chipwise.errors import braceless
-from chipwise.files import open_regular
+from chipwise.host.files import open_regular
 from chipwise.geometry.base import elements
 from chipwise.geometry.base import loops as chain_loops
 from chipwise.geometry.base.contour import ContourError, backwards, make_contour

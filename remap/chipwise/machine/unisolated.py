@@ -12,7 +12,7 @@ import socket
 import sys
 import time
 
-from chipwise import processes
+from chipwise.host import processes
 from chipwise.machine.command import environment, run_and_reap, start_xvfb
 from chipwise.machine.covers import copy_directory, own_script
 from chipwise.machine.namespaces import die_with_parent, libc, user_to_become

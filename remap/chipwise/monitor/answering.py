@@ -9,7 +9,7 @@ import json
 import time
 
 from chipwise.check import asked
-from chipwise.clock import patience
+from chipwise.host.clock import patience
 
 READ_S = 120.0          # until a process that reads is ended
 NO_ANSWER = {"why": "it could not be read within the time and memory for it"}

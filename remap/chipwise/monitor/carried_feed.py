@@ -6,8 +6,8 @@ worker.py; chipwise_command decides with the mark, at the start of a program.
 import os
 import zlib
 
-from chipwise import loaded
-from chipwise.files import printable
+from chipwise.program import loaded
+from chipwise.host.files import printable
 from chipwise.monitor.known import LARGEST_S32
 
 

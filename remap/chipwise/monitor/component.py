@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The HAL pins of chipwise-monitor.  Called by cli/monitor.py."""
 
-from chipwise.halcmd import halcmd, signal_of
+from chipwise.host.halcmd import halcmd, signal_of
 from chipwise.monitor import known, set_up_time, takeover
 
 COMPONENT = 'chipwise-monitor'

@@ -12,11 +12,11 @@ import os
 import statistics
 from collections import deque
 
-from chipwise.clock import speed
+from chipwise.host.clock import speed
 from chipwise.ini import Ini
 from chipwise.monitor.messages import PATH_REFUSALS, slow_text
 from chipwise.monitor.start_line import Quiet
-from chipwise.stock.layout import PathRefusal
+from chipwise.clib.layout import PathRefusal
 
 AT_START = range(PathRefusal.NO_BLOCK, PathRefusal.HEARTBEAT)
 SLOW_SHARE = 0.5        # of the period: the rest of the thread and the screen need the other half

@@ -15,8 +15,8 @@ import math
 
 import numpy as np
 
-from chipwise.stock import layout
-from chipwise.stock.core import Stock
+from chipwise.clib import layout
+from chipwise.clib.core import Stock
 
 LEVEL_MM = 1e-3             # heights that are the same; a map has single precision
 SLIVER = 1e-3               # of a cell that is within the box: none of it

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The limits of edges and spindle for the pins: the material of the loaded program, and what the spindle gives at its speed.
 
-Called by worker.py and loaded_program.py.  The material is that of the program's MATERIAL comment, else of [CHIPWISE]MATERIAL (materials.py); the power that of
+Called by worker.py and loaded_program.py.  The material is that of the program's MATERIAL comment, else of [CHIPWISE]MATERIAL (tool_data/materials.py); the power that of
 [CHIPWISE]SPINDLE_POWER.  What is not known limits nothing, and is said once for each program.
 """
 
-from chipwise.chip_loads import default_chip
+from chipwise.tool_data.chip_loads import default_chip
 from chipwise.errors import CycleError, unnamed
-from chipwise.materials import material_of
+from chipwise.tool_data.materials import material_of
 from chipwise.settings import power_at
 
 NO_MATERIAL = 'the power is not limited: no material is known; add (MATERIAL,NAME=6061) to the program, or set [CHIPWISE]MATERIAL'

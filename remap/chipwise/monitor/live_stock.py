@@ -20,8 +20,8 @@ from collections import deque
 
 import numpy as np
 
-from chipwise.clock import patience
-from chipwise.files import printable, remove_durable
+from chipwise.host.clock import patience
+from chipwise.host.files import printable, remove_durable
 from chipwise.stock import journal
 
 LOOK_S = 0.7                # between two looks: with the time of a write a change is at most 1 s old

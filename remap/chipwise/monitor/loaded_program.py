@@ -13,7 +13,7 @@ import os
 import re
 import stat
 
-from chipwise.comments import REMARK
+from chipwise.program.comments import REMARK
 
 READ_BYTES = 4_000_000      # a program sets its modes near its head; the monitor must not spend time on the rest
 

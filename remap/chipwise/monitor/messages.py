@@ -4,7 +4,7 @@
 Called by worker.py and hints.py, and by panel/alarms.py.
 """
 
-from chipwise.stock.layout import Fault, GuardReason, PathRefusal
+from chipwise.clib.layout import Fault, GuardReason, PathRefusal
 
 FAULTS = {              # stock-tracker.0.fault-code (man stock_tracker)
     Fault.BOX_NOT_FINITE: 'the stock box has a corner that is not a number, or 1000000 mm from machine zero; define it again with M250',

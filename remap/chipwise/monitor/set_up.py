@@ -18,8 +18,8 @@ import contextlib
 import os
 import time
 
-from chipwise import loaded
-from chipwise.clock import patience
+from chipwise.program import loaded
+from chipwise.host.clock import patience
 from chipwise.monitor.answering import Answering
 from chipwise.monitor.saying import Saying
 from chipwise.monitor.shadow import is_idle, to_machine
@@ -28,8 +28,8 @@ from chipwise.monitor.tool_shape import tool_shape
 from chipwise.rates import MAX_RATE
 from chipwise.setup.job import path_of
 from chipwise.stock import reasons
-from chipwise.stock.core import CoreError, Stock
-from chipwise.stock.layout import RunEnd
+from chipwise.clib.core import CoreError, Stock
+from chipwise.clib.layout import RunEnd
 from chipwise.stock.store import head_of
 
 CALM_S = 0.3            # without a command: a screen that opens a program and runs it sends several

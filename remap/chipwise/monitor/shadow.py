@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Assumes a stock for a loaded program that defines none ([CHIPWISE]SHADOW).  Called by worker.py.
 
- 1. The program is read in a process of its own (assumed/shadow_process.py) when it is loaded, and again when the file or the work offset changes.
+ 1. The program is read in a process of its own (monitor/shadow_process.py) when it is loaded, and again when the file or the work offset changes.
  2. The stock is written while no program runs and nothing moves, and never over a certain one: the tracker refuses that
     (components/core/tracker.h, 2).  One that comes too late, because the program has begun, is not written for that run.
  3. A program at the same work offset goes on in the stock of the one before: one file a tool is the habit.  If its own stock is larger, the one before grows
-    (assumed/joined.py).  The pin new-part, or the button of the page, begins with a whole stock.  A program without a stock at another offset ends it.
+    (monitor/joined_stock.py).  The pin new-part, or the button of the page, begins with a whole stock.  A program without a stock at another offset ends it.
  4. A tool that only comments describe counts in an assumed stock only.  Where neither they nor the tool table have it, the program is read again as soon as
     another tool is in the spindle or the tool table has changed.
  5. The operator reads once what is assumed, or why nothing is, when no command is under way (start_line.py: Quiet).
@@ -16,9 +16,9 @@ import math
 import os
 import time
 
-from chipwise import loaded
-from chipwise.assumed.joined import around, join
-from chipwise.clock import patience
+from chipwise.program import loaded
+from chipwise.monitor.joined_stock import around, join
+from chipwise.host.clock import patience
 from chipwise.errors import CycleError
 from chipwise.ini import Ini
 from chipwise.monitor.answering import Answering
@@ -26,7 +26,7 @@ from chipwise.monitor.saying import Saying
 from chipwise.monitor.set_up_time import SetUpTime
 from chipwise.monitor.tool_shape import Tool
 from chipwise.stock import reasons
-from chipwise.stock.core import CoreError, Stock
+from chipwise.clib.core import CoreError, Stock
 from chipwise.stock.store import head_of
 
 HELD_S = 1.0            # for the tracker's answer
@@ -57,7 +57,7 @@ class Shadow:
     def __init__(self, component, settings, stock_files, ini, inform, working=contextlib.nullcontext, feed_is_remapped=False):
         """inform: function of a text for the operator; working: context of long work; feed_is_remapped: whether the INI file has REMAP = F."""
         self.pins, self.settings, self.files, self.ini, self.working = component, settings, stock_files, ini, working
-        self.saying, self.reading = Saying(inform), Answering("chipwise.assumed.shadow_process")
+        self.saying, self.reading = Saying(inform), Answering("chipwise.monitor.shadow_process")
         self.is_on = settings["SHADOW"] and bool(ini)
         self.time = SetUpTime(component, self.is_on and feed_is_remapped)
         self.table = _tool_table(ini) if self.is_on else ""

@@ -12,13 +12,13 @@ Computing time and memory are limited, and LinuxCNC comes first.
 
 import json
 
-from chipwise.assumed.assume import COMMENT, STOCK, TOOL, Unknown, assume, surveyed
+from chipwise.check.assume import COMMENT, STOCK, TOOL, Unknown, assume, surveyed
 from chipwise.check.asked import take_order
 from chipwise.check.in_force import machine_in_force
-from chipwise.check.program_file import Unreadable
-from chipwise.check.reader import Reader
+from chipwise.program.program_file import Unreadable
+from chipwise.program.reader import Reader
 from chipwise.errors import CycleError, format_place, unnamed
-from chipwise.own_folder import OwnFolder
+from chipwise.host.temp_folder import OwnFolder
 
 NICE = 10
 CPU_S = 60

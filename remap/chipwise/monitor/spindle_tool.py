@@ -6,10 +6,10 @@ Its number comes from LinuxCNC's status, its shape from the file [CHIPWISE]TOOL_
 
 import os
 
-from chipwise.clock import patience
+from chipwise.host.clock import patience
 from chipwise.errors import CycleError, unnamed
 from chipwise.monitor.tool_shape import Tool, tool_shape
-from chipwise.tools import tool_geometry
+from chipwise.tool_data.geometry import tool_geometry
 
 DIFFER_S = 1.0          # tool numbers of HAL and status that differ for longer are a property of the machine
 

@@ -9,7 +9,7 @@ import os
 import time
 
 from chipwise import ROOT, version
-from chipwise.clock import patience
+from chipwise.host.clock import patience
 
 SETTLED_S = 10.0        # after the task's first answer: the screen has started
 QUIET_S = 3.0           # without a command and at rest: nobody is about to start a program

@@ -16,12 +16,12 @@ import time
 from contextlib import nullcontext
 from dataclasses import replace
 
-from chipwise.clock import patience
-from chipwise.files import JOURNAL, printable, read_bytes, remove_durable, write_durable
+from chipwise.host.clock import patience
+from chipwise.host.files import JOURNAL, printable, read_bytes, remove_durable, write_durable
 from chipwise.monitor.known import LARGEST_S32
 from chipwise.monitor.live_stock import LiveStock
 from chipwise.stock import journal, reasons
-from chipwise.stock.layout import FileRequest
+from chipwise.clib.layout import FileRequest
 
 HELD_TIMEOUT_S = 10.0       # for the tracker's answer, which comes in its next period: a busy computer may hold up either for seconds
 

@@ -10,9 +10,9 @@ import os
 import signal
 import time
 
-from chipwise.clock import patience
+from chipwise.host.clock import patience
 from chipwise.monitor import buffers
-from chipwise.processes import die_with_parent
+from chipwise.host.processes import die_with_parent
 
 LOOK_S = 1.0            # between two looks at the heartbeat
 GLANCE_S = 0.02         # between two looks at the signals

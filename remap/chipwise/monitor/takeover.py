@@ -11,8 +11,8 @@ import os
 import re
 
 from chipwise.errors import CycleError
-from chipwise.halcmd import components, halcmds, pins
-from chipwise.processes import lives
+from chipwise.host.halcmd import components, halcmds, pins
+from chipwise.host.processes import lives
 
 OUTWARD = '==>'         # of a pin that writes its signal
 KEPT = ('program-loaded', 'job-stock')      # pins on no signal that are read by the next monitor

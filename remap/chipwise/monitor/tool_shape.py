@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The tool in the spindle as the pins describe it.  Called by worker.py."""
 
-from chipwise.tools import tool_geometry
+from chipwise.tool_data.geometry import tool_geometry
 
 
 class Tool:

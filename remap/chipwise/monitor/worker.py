@@ -14,9 +14,9 @@ import threading
 import time
 from contextlib import contextmanager
 
-from chipwise.clock import patience
-from chipwise.files import printable
-from chipwise.loaded import MainProgram
+from chipwise.host.clock import patience
+from chipwise.host.files import printable
+from chipwise.program.loaded import MainProgram
 from chipwise.monitor import known
 from chipwise.monitor.carried_feed import CarriedFeed, mark_of
 from chipwise.monitor.hints import Hints
@@ -31,7 +31,7 @@ from chipwise.monitor.start_line import Quiet, StartLine
 from chipwise.monitor.stock_files import StockFiles
 from chipwise.monitor.tool_place import ToolPlace
 from chipwise.settings import feed_is_remapped
-from chipwise.stock.layout import MOTION_ARC, MOTION_FEED, Fault, GuardReason, LimitedBy
+from chipwise.clib.layout import MOTION_ARC, MOTION_FEED, Fault, GuardReason, LimitedBy
 
 POLL_S = 0.02
 SETTLE_S = 0.1          # a fallback shorter than this is not worth a message

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What check, rewrite and filter have in common: the machine, the stock and the limits a program is read with; progress.
 
-Called by check.py, rewrite.py and filter.py.
+Called by cli/check.py, cli/rewrite.py and cli/filter.py.
 """
 
 import os
@@ -9,12 +9,23 @@ import shutil
 import sys
 
 from chipwise import ROOT
-from chipwise.cli import UsageError
 from chipwise.errors import CycleError, printable
 
 BAR = 30                # characters
 CELLS_MM = 0.01, 10.0
 LIMITS_S = 1, 1e6
+
+
+class CommandError(Exception):
+    """Printed as `chipwise: TEXT`: problem, value with unit, rule, remedy."""
+
+    status = 1          # of the process
+
+
+class UsageError(CommandError):
+    """The command line cannot be carried out."""
+
+    status = 2
 
 
 def refuser(name):
@@ -46,7 +57,7 @@ def ini_of(options):
 
 def machine_of(options, refuse):
     """Arguments of answer.check and rewrite.run from the options: machine, stock, cell, cpu_s."""
-    from chipwise.check.reader import Machine, Unreadable
+    from chipwise.program.reader import Machine, Unreadable
     low, high = CELLS_MM
     if options.cell is not None and not low <= options.cell <= high:
         refuse(f'--cell {options.cell:g} is not a length from 0.01 to 10 mm')
@@ -65,7 +76,7 @@ def machine_of(options, refuse):
 def say_old_rates(machine):
     """Name the tools whose rate is in the old unit, on standard error."""
     from chipwise.settings import load_settings
-    from chipwise.tools import old_rates
+    from chipwise.tool_data.geometry import old_rates
     try:
         notes = old_rates(load_settings(machine.ini).path('TOOL_GEOMETRY'))
     except CycleError:                  # whoever needs the settings says why
@@ -87,8 +98,8 @@ def stock_of(corners, unit_mm, refuse):
 
 def tool_of(number, diameter, machine, refuse, name='--diameter'):
     """--tool, --diameter (its name) -> arguments of answer.check and run.rewritten."""
-    from chipwise.assumed.post_comments import SIZES_MM
-    from chipwise.tools import MAX_DIGITS
+    from chipwise.program.post_comments import SIZES_MM
+    from chipwise.tool_data.geometry import MAX_DIGITS
     if number is not None and not 1 <= number < 10 ** MAX_DIGITS:
         refuse(f'--tool {number} is not a tool number')
     across = diameter and diameter * machine.unit_mm

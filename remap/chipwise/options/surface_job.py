@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """A job file of surfaces: a model and the cuts over it, one after the other -> the options of each cut.
 
-Called by surface.py and filter/model.py.  TOML; the keys are the options of `chipwise surface`, with _ for -:
+Called by cli/surface.py and filter/model.py.  TOML; the keys are the options of `chipwise surface`, with _ for -:
 
     model = "part.stl"          # in the folder of the job file
     at = [20, 20, 0]
@@ -21,9 +21,17 @@ import math
 import os
 import tomllib
 
-from chipwise.cli import UsageError
 from chipwise.errors import CycleError, braceless, unnamed
-from chipwise.files import read_bytes
+from chipwise.host.files import read_bytes
+from chipwise.options.machine import UsageError, add_ini, refuser
+from chipwise.options.surface_program import LENGTHS
+
+NAME = 'surface'
+
+refuse = refuser(NAME)
+
+LARGEST = 1e5               # of any length option, machine units
+MOST = 1e6                  # of feeds, speed and scale
 
 ENDING = ".toml"
 MAX_BYTES, MAX_CUTS, MAX_SHOWN = 1 << 18, 50, 40
@@ -92,3 +100,68 @@ def message_of(error, unit):
     if isinstance(error, UsageError):
         return str(error).removeprefix("surface: ").partition("; see chipwise")[0]
     return unnamed(error.text(unit))
+
+
+def add_arguments(parser):
+    parser.add_argument('model', metavar='MODEL', help='STL file, PNG picture with 8 or 16 bit, or job file .toml')
+    parser.add_argument('-o', '--output', metavar='OUT.ngc', required=True, help='the program')
+    parser.add_argument('--tool', type=int, metavar='N', help='number of the tool in the tool table')
+    for name, (metavar, _default, _least, _closed, text) in LENGTHS.items():
+        parser.add_argument(f'--{name}', type=float, metavar=metavar, help=text)
+    parser.add_argument('--direction', type=int, metavar='DEG', default=0, help='of the cuts, whole degrees to X (default: 0)')
+    parser.add_argument('--link', type=int, metavar='0|1|2', default=0,
+                        help='0 over the clearance plane (default), 1 the lowest safe link, 2 zigzag')
+    parser.add_argument('--conventional', action='store_true', help='one-way cuts are conventional, not climb, with M3')
+    parser.add_argument('--at', nargs=3, type=float, metavar=('X', 'Y', 'Z'), default=(0.0, 0.0, 0.0), help="where the file's origin goes")
+    parser.add_argument('--scale', type=float, metavar='S', help="factor of the file's lengths (default: 1)")
+    parser.add_argument('--feed', type=float, metavar='F', help='cutting feed, machine units/min (default: 600 mm/min)')
+    parser.add_argument('--plunge-feed', type=float, metavar='E', help='plunge feed (default: half of --feed)')
+    parser.add_argument('--speed', type=float, metavar='S', default=10000.0, help='spindle speed (default: 10000)')
+    parser.add_argument('--json', metavar='FILE', help='the figures, for programs')
+    add_ini(parser)
+    parser.error = refuse
+
+
+def cuts_of(options):
+    """The options of each cut: those of the command, or of the job file it names."""
+    if not is_job(options.model):
+        for name in ('tool', 'step'):
+            if getattr(options, name) is None and (name == 'tool' or options.scallop is None):
+                refuse(f'--{name} is missing')
+        return [options]
+    given = [f'--{name.replace("_", "-")}' for name, value in job_defaults().items()
+             if name != 'model' and getattr(options, name) != value]
+    if given:
+        refuse(f'{given[0]} is given beside a job file: write it into the file')
+    cuts = read_job(options.model, job_defaults())
+    for cut in cuts:
+        cut.output, cut.json, cut.ini, cut.job = options.output, options.json, options.ini, options.model
+    return cuts
+
+
+def job_defaults():
+    """{option: default} of what a job file may give."""
+    parser = argparse.ArgumentParser()
+    add_arguments(parser)
+    known = {action.dest: action.default for action in parser._actions if action.dest != 'help'}
+    return {name: value for name, value in known.items() if name not in ('output', 'json', 'ini')}
+
+
+def check_options(options):
+    """UsageError for what cannot be meant."""
+    for name, (_metavar, _default, least, closed, _text) in LENGTHS.items():
+        value = getattr(options, name.replace('-', '_'))
+        if value is None:
+            continue
+        low = -LARGEST if least is None else least
+        if not (low < value <= LARGEST or closed and value == low):
+            kind = f'a length from {-LARGEST:.0f}' if least is None else 'a length of 0 or more' if closed else 'a length above 0'
+            refuse(f'--{name} {value:g} is not {kind}, up to {LARGEST:.0f}')
+    for name in ('feed', 'plunge_feed', 'speed', 'scale'):
+        value = getattr(options, name)
+        if value is not None and not 0 < value <= MOST:
+            refuse(f'--{name.replace("_", "-")} {value:g} is not a number above 0, up to {MOST:.0f}')
+    if not all(abs(value) <= LARGEST for value in options.at):
+        refuse('--at needs three lengths')
+    if options.tool < 1:
+        refuse(f'--tool {options.tool} is not the number of a tool')

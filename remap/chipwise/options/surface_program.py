@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Options of `chipwise surface` -> requests, and plans -> the program and its figures.  Called by surface.py and filter/model.py."""
+"""Options of `chipwise surface` -> requests, and plans -> the program and its figures.  Called by cli/surface.py and filter/model.py."""
 
 import math
 import os
 from dataclasses import dataclass, replace
 
-from chipwise.cli.machine_options import ini_of
+from chipwise.options.machine import ini_of
 from chipwise.errors import MM_PER_INCH, CycleError
 
 MOST_MOVES = 20_000_000
@@ -62,13 +62,13 @@ def unit_of(options):
 
 def request_of(options, refuse):
     """(SurfaceRequest, mm of a machine unit)"""
-    from chipwise.check.reader import Machine, Unreadable
-    from chipwise.check.sweep import Shape
+    from chipwise.program.reader import Machine, Unreadable
+    from chipwise.clib.height_map import Shape
     from chipwise.cycles.surface import SurfaceRequest
     from chipwise.settings import load_settings
     from chipwise.surface.model import Placing
-    from chipwise.tool_table import diameter_of
-    from chipwise.tools import ToolGeometry, tool_geometry
+    from chipwise.tool_data.table import diameter_of
+    from chipwise.tool_data.geometry import ToolGeometry, tool_geometry
     try:
         machine = Machine(ini_of(options))
     except Unreadable as error:
@@ -100,7 +100,7 @@ def _step(lengths, diameter):
 
 def program_text(parts):
     """The program: one tool after the other."""
-    from chipwise.lines import texts
+    from chipwise.gcode_lines import texts
     first, unit_mm = parts[0], parts[0].unit_mm
     inch = unit_mm > 10
     size = ' '.join(f'{axis}{low / unit_mm:.3f}..{high / unit_mm:.3f}' for axis, low, high in zip('XYZ', first.plan.low, first.plan.high))

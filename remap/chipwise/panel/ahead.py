@@ -23,8 +23,8 @@ import numpy as np
 
 from chipwise.check import asked
 from chipwise.check.drawn_path import Path, lengths
-from chipwise.clock import patience
-from chipwise.loaded import identity, place
+from chipwise.host.clock import patience
+from chipwise.program.loaded import identity, place
 from chipwise.panel.path_ahead import anywhere, follow
 
 WINDOW = 10_000             # points

@@ -6,7 +6,7 @@ contours of G77, G78 and G79 on standard output.  Called by ahead.py.
     -> a line of JSON {"note", "line", "relative", "loops", "points", "step"}, then the arrays of drawn_path.Path, in their order
 
 note: why the path ends at this line, "" for a program that was read to its end.  Computing time, memory and the number of moves are limited.
-It is LinuxCNC's own interpreter with the remaps of the machine (check/reader.py), so the cycles plan as they do when the program runs.
+It is LinuxCNC's own interpreter with the remaps of the machine (program/reader.py), so the cycles plan as they do when the program runs.
 """
 
 import json
@@ -19,11 +19,11 @@ import numpy as np
 from chipwise.check.asked import take_order
 from chipwise.check.drawn_path import Thinner
 from chipwise.check.in_force import machine_in_force
-from chipwise.check.program_file import Unfinished, Unreadable
-from chipwise.check.reader import Reader
-from chipwise.check.records import ARC, RAPID, TARGET
+from chipwise.program.program_file import Unfinished, Unreadable
+from chipwise.program.reader import Reader
+from chipwise.program.records import ARC, RAPID, TARGET
 from chipwise.errors import unnamed
-from chipwise.own_folder import FolderError, OwnFolder
+from chipwise.host.temp_folder import FolderError, OwnFolder
 
 NICE = 5                # LinuxCNC comes first; with 10 a busy computer showed no path for minutes
 CPU_S = 120

@@ -6,7 +6,7 @@ there; after that it stays on the page until the operator clears it, and in the 
 """
 
 from chipwise.monitor.messages import FAULTS, guard_text, override_text
-from chipwise.stock.layout import Fault, GuardReason
+from chipwise.clib.layout import Fault, GuardReason
 
 HISTORY = 200           # alarms that are kept
 MM_PER_INCH = 25.4

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 from typing import Any, NoReturn, Optional
 
 from chipwise.errors import CycleError, braceless
-from chipwise.files import read_bytes
+from chipwise.host.files import read_bytes
 from chipwise.settings import load_settings
 
 BUILT_IN = os.path.join(os.path.dirname(os.path.abspath(__file__)), "colours.toml")

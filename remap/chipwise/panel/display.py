@@ -11,9 +11,9 @@ import time
 
 from chipwise import report
 from chipwise.errors import MM_PER_INCH, format_minutes
-from chipwise.loaded import MainProgram
+from chipwise.program.loaded import MainProgram
 from chipwise.rates import MM3_PER_CM3, MM3_PER_IN3
-from chipwise.stock.layout import MOTION_ARC, MOTION_FEED, FeedMode, LimitedBy
+from chipwise.clib.layout import MOTION_ARC, MOTION_FEED, FeedMode, LimitedBy
 
 COMPONENT = 'chipwise-display'
 POLL_S = 0.02           # of the pins

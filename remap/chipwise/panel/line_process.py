@@ -12,7 +12,7 @@ the answer as JSON on standard output.  Called by lines.py; a plan may compute f
     {"do": "resume"}, {"do": "go-on"}                   resume.py has them
     any of them -> {"error", "number"}                  number: of the field that is wrong, from 1; 0: not of a field
 
-The rules are those of `chipwise enter --run`: entry/typed.py, entry/planned.py, machine/mdi.py.
+The rules are those of `chipwise enter --run`: entry/typed.py, entry/planned.py, entry/mdi.py.
 """
 
 import json
@@ -21,13 +21,15 @@ import sys
 import time
 from dataclasses import asdict
 
-from chipwise import entry, language, tool_editor
-from chipwise.clock import patience
+from chipwise import entry
+from chipwise.host import language
+from chipwise.tool_data import editor
+from chipwise.host.clock import patience
 from chipwise.errors import CycleError, printable, unnamed
-from chipwise.halcmd import halcmd
+from chipwise.host.halcmd import halcmd
 from chipwise.ini import Ini
 from chipwise.settings import load_settings
-from chipwise.tool_table import diameter_of
+from chipwise.tool_data.table import diameter_of
 
 GUARDS = ("rapid", "flute")     # chipwise-guard.0.guard-NAME
 MONITOR = "chipwise-monitor."
@@ -45,7 +47,7 @@ def refusal(machine, state, unit, code):
 
 
 def plan(order, machine):
-    """The answer to "plan"; machine: machine/mdi.py, or what a test has in its place."""
+    """The answer to "plan"; machine: entry/mdi.py, or what a test has in its place."""
     from chipwise.drawing.entered import figures, svg
     from chipwise.entry.planned import DRAWN, Scene
     from chipwise.entry.planned import plan as planned
@@ -115,13 +117,13 @@ def check_corner(ini, number, radius):
 def tool(order, machine):
     """The answer to "tool"; only at rest, because the stock tracker has the new tool at once."""
     path = load_settings(order["ini"]).path("TOOL_GEOMETRY")
-    found = tool_editor.listed(path)["tools"].get(str(order["number"]), {})
+    found = editor.listed(path)["tools"].get(str(order["number"]), {})
     check_corner(order["ini"], order["number"], {**found, **order["values"]}.get("corner_radius"))
     state = machine.read()
     if not (state.idle and state.at_rest):
         raise CycleError("the tool is not changed: a program or a command is under way, or the machine moves", "wait for its end, or press Stop")
-    tool_editor.change(path, order["seen"], order["number"], order["values"])
-    return tool_editor.listed(path)
+    editor.change(path, order["seen"], order["number"], order["values"])
+    return editor.listed(path)
 
 
 def _set_up(order, machine):
@@ -148,7 +150,7 @@ def answer(order, machine):
 
 
 def main():
-    from chipwise.machine import mdi
+    from chipwise.entry import mdi
     order = json.load(sys.stdin)
     if order["do"] in ("plan", "measure", "resume"):
         os.nice(NICE)

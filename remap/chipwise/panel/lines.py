@@ -21,8 +21,10 @@ import sys
 import threading
 import time
 
-from chipwise import entry, language, tool_editor
-from chipwise.clock import patience
+from chipwise import entry
+from chipwise.host import language
+from chipwise.tool_data import editor
+from chipwise.host.clock import patience
 from chipwise.entry import typed
 from chipwise.entry.planned import CHOPPED
 from chipwise.errors import MM_PER_INCH, CycleError, printable, unnamed
@@ -148,7 +150,7 @@ class Lines:
 
     def tools(self):
         """The file of tool geometry, as tool_editor.listed().  Raises CycleError."""
-        return tool_editor.listed(load_settings(self.ini).path("TOOL_GEOMETRY"))
+        return editor.listed(load_settings(self.ini).path("TOOL_GEOMETRY"))
 
     def tool(self, number, values, seen):
         """Change a tool (tool_editor.change()): the file as it is then, or {"error"} with why it is not changed.  Raises CycleError."""

@@ -17,7 +17,7 @@ import os
 import re
 import stat
 
-from chipwise.files import NoRegularFile, read_bytes, write_durable
+from chipwise.host.files import NoRegularFile, read_bytes, write_durable
 
 MOST_BYTES = 5_000_000
 MOST_RUNNING = 1 << 20      # bytes of NAME.running

@@ -9,8 +9,9 @@ import math
 import os
 import time
 
-from chipwise import loaded, processes
-from chipwise.clock import patience
+from chipwise.host import processes
+from chipwise.program import loaded
+from chipwise.host.clock import patience
 from chipwise.stock.shared import attach
 
 START_S = 0.2           # between two looks whether LinuxCNC has started

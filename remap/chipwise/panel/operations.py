@@ -17,7 +17,7 @@ are not told apart there, rules 1 and 2 are kept.
 import re
 from collections import deque
 
-from chipwise.files import read_bytes
+from chipwise.host.files import read_bytes
 from chipwise.panel.display import LIMITS, MODES
 from chipwise.panel.tool_log import Use
 

@@ -12,10 +12,10 @@ It is what `chipwise resume` does: resume/running.py, resume/run.py.  Nothing is
 
 import os
 
-from chipwise.check.program_file import Unreadable
-from chipwise.check.reader import Machine
+from chipwise.program.program_file import Unreadable
+from chipwise.program.reader import Machine
 from chipwise.errors import CycleError, printable, with_line
-from chipwise.own_folder import OwnFolder
+from chipwise.host.temp_folder import OwnFolder
 from chipwise.resume import running
 from chipwise.resume.lathe import sentences
 from chipwise.resume.run import Order
@@ -49,7 +49,7 @@ def _made(order, machine, program):
 
 
 def plan(order, machine):
-    """The answer to "resume"; machine: machine/mdi.py, or what a test has in its place."""
+    """The answer to "resume"; machine: entry/mdi.py, or what a test has in its place."""
     program = running.first_program(_at_rest(machine).program)
     found = {"program": printable(os.path.basename(program)), "path_of_program": program, "file": "", "digest": ""}
     if not _asked(Machine, order["ini"]).has_y:

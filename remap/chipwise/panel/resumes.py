@@ -7,7 +7,7 @@ with it, and no path of a request gets to the machine.
 
 import time
 
-from chipwise.clock import patience
+from chipwise.host.clock import patience
 from chipwise.errors import CycleError
 
 VALID_S = 600.0

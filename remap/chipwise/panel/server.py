@@ -29,8 +29,9 @@ import threading
 import time
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
-from chipwise import language, version
-from chipwise.clock import patience
+from chipwise import version
+from chipwise.host import language
+from chipwise.host.clock import patience
 from chipwise.panel import colours
 from chipwise.panel.line_requests import HARMLESS, LineRequests, Refused
 from chipwise.panel.lines import Lines

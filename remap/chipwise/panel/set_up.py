@@ -15,10 +15,10 @@ import os
 
 from chipwise.check.findings import grouped_notes
 from chipwise.check.in_force import machine_in_force
-from chipwise.check.program_file import Unreadable
-from chipwise.check.records import Frame
+from chipwise.program.program_file import Unreadable
+from chipwise.program.records import Frame
 from chipwise.errors import CycleError, printable, with_line
-from chipwise.own_folder import OwnFolder
+from chipwise.host.temp_folder import OwnFolder
 from chipwise.settings import load_settings
 from chipwise.setup import confirmed
 from chipwise.setup import job as jobs
@@ -28,7 +28,7 @@ CPU_S = 100
 
 
 def measure(order, machine):
-    """The answer to "measure"; machine: machine/mdi.py, or what a test has in its place."""
+    """The answer to "measure"; machine: entry/mdi.py, or what a test has in its place."""
     program, scene = machine.read().program, machine.scene()
     if not program:
         raise CycleError("no program is loaded", "open one on LinuxCNC's screen")

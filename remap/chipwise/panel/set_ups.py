@@ -8,7 +8,7 @@
 
 import time
 
-from chipwise.clock import patience
+from chipwise.host.clock import patience
 from chipwise.errors import CycleError
 
 VALID_S = 3600.0

@@ -20,7 +20,7 @@ import threading
 
 import numpy as np
 
-from chipwise.stock.core import CELL_DTYPE
+from chipwise.clib.core import CELL_DTYPE
 from chipwise.stock.shared import mean_heights
 
 TILE = 64                   # cells along the sides of a tile

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from chipwise.panel.display import FEED_MOTION, LIMITS
 from chipwise.rates import MM3_PER_CM3
-from chipwise.stock.layout import LimitedBy
+from chipwise.clib.layout import LimitedBy
 
 COLUMNS = ("start", "program", "tool", "diameter_mm", "reference_cm3_min", "mean_cm3_min", "peak_cm3_min", "cutting_s", "removed_cm3",
            "slowed_s", "over_s", "limited_by", "stops", "complete")

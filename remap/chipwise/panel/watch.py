@@ -17,7 +17,7 @@ import threading
 import time
 from collections import deque
 
-from chipwise.clock import patience
+from chipwise.host.clock import patience
 from chipwise.errors import unnamed
 from chipwise.panel.ahead import Ahead
 from chipwise.panel.alarms import Alarms

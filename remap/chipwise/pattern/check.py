@@ -8,7 +8,7 @@ where the machine is, has no place in it.
 import math
 import re
 
-from chipwise.contour_sub.find import fault, plain_text
+from chipwise.program.find_sub import fault, plain_text
 from chipwise.errors import CycleError
 
 PATH_CODES = {61, 61.1, 64}

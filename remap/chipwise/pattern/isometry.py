@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from chipwise import moves
-from chipwise.arc_sweep import arc_sweep, chord_angle
+from chipwise.geometry.base.arc_sweep import arc_sweep, chord_angle
 from chipwise.moves import Arc, Line, Move, PlaneArc, Rapid, Thread
 from chipwise.pattern.recorded import ARC, FEED, PLANE_OF_AXIS, RAPID, THREAD, Code, Recorded
 

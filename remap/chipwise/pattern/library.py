@@ -12,11 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from chipwise.contour_sub import find
+from chipwise.program import find_sub
 from chipwise.contour_sub.job import Job
 from chipwise.contour_sub.parameters import OWN, check, hint_set
 from chipwise.errors import CycleError, unnamed
-from chipwise.files import printable, read_bytes
+from chipwise.host.files import printable, read_bytes
 from chipwise.pattern.isometry import arc_points
 from chipwise.pattern.job import PatternJob
 from chipwise.pattern.recorded import ARC, RAPID, Recorded
@@ -100,9 +100,9 @@ def read_entry(path, ini, unit_mm, tool_mm, parameters=((), ())):
 
 def found_by_g75(number, ini_folder, ini):
     """The file in which G75 finds a sub that is not in the program; None without one."""
-    for folder in find.sub_folders(ini):
+    for folder in find_sub.sub_folders(ini):
         path = os.path.join(ini_folder, folder, f"{number}{SUFFIX}")
-        if any(word == (str(number), "sub") for word in (find.read_file(path) or ((), {}))[1].values()):
+        if any(word == (str(number), "sub") for word in (find_sub.read_file(path) or ((), {}))[1].values()):
             return path
     return None
 
@@ -125,5 +125,5 @@ def _number(name):
 def _job(path, number, ini, unit_mm, tool_mm, text, parameters):
     """The sub as G75 would run it from Z10 above its origin."""
     numbered, named = parameters
-    return PatternJob(Job(program=path, sub=number, ini=ini, unit=find.program_unit(text, unit_mm), machine_unit=unit_mm, position=(0.0, 0.0, START_Z),
+    return PatternJob(Job(program=path, sub=number, ini=ini, unit=find_sub.program_unit(text, unit_mm), machine_unit=unit_mm, position=(0.0, 0.0, START_Z),
                           tool=(1, tool_mm / unit_mm), numbered=numbered, named=named), spindle=(3, 1000.0))

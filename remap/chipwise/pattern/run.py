@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Reads the sub of a pattern: from a PatternJob to what the sub does, a Recorded.  Called by plans.py.
+"""Reads the sub of a pattern: from a PatternJob to what the sub does, a Recorded.  Called by planner/plans.py.
 
 The file that holds the sub, with everything outside of sub definitions blanked so that line numbers stay, then the subs of the calling
 programs that it does not have, the caller's parameters and modes, and the call go to a child process (runner.py) with LinuxCNC's own
@@ -12,17 +12,17 @@ Departs from the call of a sub: what it assigns to parameters is gone afterwards
 import os
 import re
 
-from chipwise.contour_sub.find import fault, find_sub, plain_text, read_file
+from chipwise.program.find_sub import fault, find_sub, plain_text, read_file
 from chipwise.contour_sub.run import called_files
 from chipwise.errors import MM_PER_INCH, CycleError, braceless, unnamed
 from chipwise.ini import expanded, section_of
-from chipwise.lines import AXES, path_text
-from chipwise.machine import rs274
+from chipwise.gcode_lines import AXES, path_text
+from chipwise.program import rs274
 from chipwise.moves import CALLERS_PATH
 from chipwise.pattern.check import check_text, refuse_odd
 from chipwise.pattern.job import DEPTH
 from chipwise.pattern.recorded import ARC, AXIS_OF_PLANE, SAME_DEGREES, THREAD, Code, Recorded, Step
-from chipwise.sub_process import call_of, decimal, run_sub
+from chipwise.program.sub_process import call_of, decimal, run_sub
 
 RUNNER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "runner.py")
 CPU_S = 5.0             # computing time of LinuxCNC's interpreter for one run of the sub; cycles in it have their own budget

@@ -8,7 +8,7 @@ plan the other hand (pattern/hand.py), so that the mirrored cut is climb milling
 
 Job:     program, parameters, table (paths), random (tool changer), units_per_mm, tool (number, diameter in machine units, orientation),
          codes (run first), begin, end (comments around the call), max_moves, cpu_s, mirrored, axis_mask, per_rev, stock_top (mm or null),
-         unit_mm (mm of the caller's unit), own_code (interpreter_process.py)
+         unit_mm (mm of the caller's unit), own_code (program/canon.py)
 Result:  rows: [kind, line, own, feed, x, y, z, a, b, c (, plane, cx, cy, cz, turns)] in mm, mm/min (set_feed_rate()) and degrees, kind "rapid", "feed",
          "arc" or, with the pitch in place of the feed, "thread", own: the line of a cut that no cycle makes, else 0; ["code", line, text];
          ["path", line, code, p, q]: a path mode, code 0: the caller's; messages; stop: null or [line, text, remedy]; error: null or [line, text] of the interpreter; ended: bool; line: the last
@@ -31,14 +31,14 @@ sys.path[0] = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__
 
 import gcode                                                    # noqa: E402
 
-from chipwise import interpreter_process, preview               # noqa: E402
-from chipwise.interpreter_process import ARC_AXES, INCH, PLANES, Stop, fails_alike, mm, tool_entry       # noqa: E402
+from chipwise.program import canon as interpreter_process, preview               # noqa: E402
+from chipwise.program.canon import ARC_AXES, INCH, PLANES, Stop, fails_alike, mm, tool_entry       # noqa: E402
 from chipwise.errors import CycleError                          # noqa: E402
-from chipwise.glue import known_stock                           # noqa: E402
+from chipwise.program import known_stock                           # noqa: E402
 from chipwise.pattern import hand                               # noqa: E402
 from chipwise.pattern.check import check_code                   # noqa: E402
-from chipwise.program_code import PYTHON_REMEDY             # noqa: E402
-from chipwise.processes import die_with_parent                  # noqa: E402
+from chipwise.program.program_code import PYTHON_REMEDY             # noqa: E402
+from chipwise.host.processes import die_with_parent                  # noqa: E402
 
 COOLANT = {"mist": "M7", "flood": "M8"}
 MAX_MESSAGES = 20

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Plans cycles in a process of its own, so that nothing a program asks for can hold up the task or the preview.
 
-Called by glue/session.py.  The process is planner_runner.py; one belongs to each interpreter and stays for its life.
+Called by glue/session.py.  The process is planner/server.py; one belongs to each interpreter and stays for its life.
 
-    plan = ask(order)                   an Order of plans.py; the process begins at once
+    plan = ask(order)                   an Order of planner/plans.py; the process begins at once
     while not plan.ready(0.1): ..       wait so long at most; what is queued goes on moving, the task serves Stop
     outcome = plan.outcome()            an Outcome, or the CycleError that it ended with
 
@@ -29,12 +29,12 @@ import struct
 import subprocess
 import time
 
-from chipwise.clock import patience
+from chipwise.host.clock import patience
 from chipwise.errors import CycleError
-from chipwise.processes import cpu_s
+from chipwise.host.processes import cpu_s
 
 PYTHON = "/usr/bin/python3"     # the interpreter LinuxCNC is built for
-RUNNER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "planner_runner.py")
+RUNNER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "server.py")
 
 LEASE_S = 2             # computing time without a question; RLIMIT_CPU counts whole seconds
 STUCK_S = 60.0          # a process that computes nothing for so long waits for something that never comes
@@ -147,7 +147,7 @@ def end():
 
 
 def ask(order, budget_s):
-    """The Plan of an Order (plans.py) that may take budget_s of computing time."""
+    """The Plan of an Order (planner/plans.py) that may take budget_s of computing time."""
     global _busy
     if _busy is not None:
         end()

@@ -1,18 +1,19 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """From an Order to its Outcome: the part of a cycle's work that takes time.  Pure; mm.
 
-Called by planner_runner.py, a process apart from the interpreter: all that a plan may depend on is in the Order.
+Called by planner/server.py, a process apart from the interpreter: all that a plan may depend on is in the Order.
 """
 
 from dataclasses import replace
 
-from chipwise.contour_sub import find, read
+from chipwise.contour_sub import read
+from chipwise.program import find_sub
 from chipwise.cycles import contour, contour_chop, hole, pattern, pocket, surface
 from chipwise.cycles.plan import CyclePlan
 from chipwise.errors import CycleError
 from chipwise.geometry.base.chains import flat
 from chipwise.geometry.base.contour import ContourError, backwards
-from chipwise.lines import DECIMALS, chunks
+from chipwise.gcode_lines import DECIMALS, chunks
 from chipwise.order import Order, Outcome, Packed
 from chipwise.pattern import run as pattern_run
 from chipwise.pattern.recorded import Recorded
@@ -20,7 +21,7 @@ from chipwise.turning import outcome, reach
 
 _DECIMALS = {"pattern": 9}       # what a sub has computed goes on exactly
 TARGET_SAG_MM = 0.01            # of the chords of a contour that is shown
-_CACHING = (hole, contour, contour_chop, pocket, surface, find, read, reach)
+_CACHING = (hole, contour, contour_chop, pocket, surface, find_sub, read, reach)
 
 
 def forget() -> None:

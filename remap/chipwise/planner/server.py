@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Plans cycles for its parent until that ends.  A program, not a module: planner.py starts it.
+"""Plans cycles for its parent until that ends.  A program, not a module: planner/client.py starts it.
 
-    /usr/bin/python3 -s planner_runner.py PARENT_PID
+    /usr/bin/python3 -s planner/server.py PARENT_PID
 
-Orders (plans.py) come on stdin, outcomes or CycleErrors go to stdout, pickled, each after its length.  The parent limits
+Orders (planner/plans.py) come on stdin, outcomes or CycleErrors go to stdout, pickled, each after its length.  The parent limits
 the computing time, this program its own memory.
 """
 
@@ -12,12 +12,12 @@ import pickle
 import resource
 import sys
 
-sys.path[0] = os.path.dirname(sys.path[0])      # the modules are those of the package, not those beside this file
+sys.path[0] = os.path.dirname(os.path.dirname(sys.path[0]))      # the modules are those of the package, not those beside this file
 
-from chipwise import plans                      # noqa: E402
+from chipwise.planner import plans                      # noqa: E402
 from chipwise.errors import CycleError, LibraryError, braceless, unnamed     # noqa: E402
-from chipwise.planner import HEAD               # noqa: E402
-from chipwise.processes import die_with_parent, limit_memory     # noqa: E402
+from chipwise.planner.client import HEAD               # noqa: E402
+from chipwise.host.processes import die_with_parent, limit_memory     # noqa: E402
 
 TRIES = 2               # the second one without what earlier plans have left
 

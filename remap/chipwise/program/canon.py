@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What the programs that run LinuxCNC's interpreter (module gcode) in a process of their own have in common.
 
-Called by contour_sub/runner.py, pattern/runner.py and check/reader_runner.py.  It is the interpreter of AXIS's preview: full doubles, line
+Called by contour_sub/runner.py, pattern/runner.py and program/reader_runner.py.  It is the interpreter of AXIS's preview: full doubles, line
 numbers, no HAL, no machine.  Read in LinuxCNC 2.9: gcodemodule.cc, rs274/interpret.py.
 """
 
@@ -15,7 +15,7 @@ import sys
 import gcode
 
 from chipwise.ini import section_of
-from chipwise.program_code import RUNS_PYTHON
+from chipwise.program.program_code import RUNS_PYTHON
 
 INCH = 25.4         # mm of the unit the interpreter gives coordinates in
 DECIMALS = 9        # of a mm: a program's decimals come out as they went in
@@ -31,7 +31,7 @@ class Stop(Exception):
 class Canon:
     """Answers to what the interpreter asks; job: dict with units_per_mm, parameters, own_code (parse()) and, unless XYZ, axis_mask."""
 
-    wants_targets = False       # chipwise.preview
+    wants_targets = False       # chipwise.program.preview
 
     def __init__(self, job):
         self.job = job
@@ -95,7 +95,7 @@ def parse(canon, program) -> tuple:
     """gcode.parse() of a program after the job's codes.  Python that the program itself executes is refused unless job["own_code"] is None; else it
     has the paths of the machine's own files, in which it is executed.
 
-    Most of it is found in the text (program_code.py); this sees the rest, as in the file of a sub whose number is an expression.  The interpreter
+    Most of it is found in the text (program/program_code.py); this sees the rest, as in the file of a sub whose number is an expression.  The interpreter
     executes text and files straight from here, without a frame of Python between; remaps are called.  Before it opens a file, it executes what
     the INI file names."""
     frame, own = sys._getframe(), canon.job["own_code"]
@@ -144,7 +144,7 @@ def limit_computing(seconds: float) -> None:
 
 
 def limit_run(seconds: float) -> None:
-    """limit_computing(), for a process that the planner has started: it inherits the computing time that the planner is lent (planner.py), which may
+    """limit_computing(), for a process that the planner has started: it inherits the computing time that the planner is lent (planner/client.py), which may
     be less, and would end without a reason."""
     _soft, hard = resource.getrlimit(resource.RLIMIT_CPU)
     resource.setrlimit(resource.RLIMIT_CPU, (hard, hard))

@@ -7,10 +7,10 @@ G20 and G54.
 
 import math
 
-from chipwise.check.records import CLAMP, CLAMP_SET_UP
+from chipwise.program.records import CLAMP, CLAMP_SET_UP
 from chipwise.clamps import comment as comments
 from chipwise.errors import CycleError, unnamed
-from chipwise.interpreter_process import INCH
+from chipwise.program.canon import INCH
 
 _INCH_UNITS, _G20 = 1, 200  # of the interpreter's length_units, and of its state behind a line
 
@@ -44,7 +44,7 @@ class ClampComments:
             self.pending.append((self.line, inside))
 
     def clamp_set_up(self, line, number):
-        """M256 (preview.py)."""
+        """M256 (program/preview.py)."""
         if self.job["clamps"]:
             self.line, self.pending = line, []
             self._event(CLAMP_SET_UP, number)

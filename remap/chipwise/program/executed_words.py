@@ -8,7 +8,7 @@ interp_python.cc, pyinterp1.cc); its modes there are those in force at that mome
 
 import functools
 
-from chipwise.check.records import MARK
+from chipwise.program.records import MARK
 
 PREFIX = "chipwise-at "
 PLAIN, WORDS, COMMENT, BEGIN, END, STATE = "p", "w", "c", "b", "e", "s"

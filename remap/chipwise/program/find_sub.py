@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Where a contour sub is: in the program, in its callers, or in a file of its own.
 
-Called by read.py, and by glue/context.py for the folders.
+Called by contour_sub/read.py, and by glue/context.py for the folders.
 """
 
 import os
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from chipwise.errors import MM_PER_INCH, CycleError, braceless
-from chipwise.files import NoRegularFile, TooLong, read_bytes
+from chipwise.host.files import NoRegularFile, TooLong, read_bytes
 from chipwise.ini import section_of
 
 MAX_BYTES = 1 << 28     # of a program or a file of subs

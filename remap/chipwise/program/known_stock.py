@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The top of the stock, as far as a run and its preview both know it.
 
-M250 (stock_codes.py) sets it, M254 and the beginning of another context (session.begin) end it, and the cycles without J ask
+M250 (glue/stock_codes.py) sets it, M254 and the beginning of another context (session.begin) end it, and the cycles without J ask
 for it (state.depth_step).  Only the program's own M250 counts: the preview knows neither a stock of MDI nor the map as it has
 been cut, and a run does what its preview shows.  Cutting only lowers the stock, so the box's top is never too low.
 

@@ -4,8 +4,8 @@
 Called by reader_runner.py, line by line, for a program that is judged.  Read in LinuxCNC 2.9: emctaskmain.cc, emcTaskCheckPreconditions.
 """
 
-from chipwise.check.records import DWELL, EXACT_PATH, EXACT_STOP, PATH, SPINDLE
-from chipwise.interpreter_process import INCH
+from chipwise.program.records import DWELL, EXACT_PATH, EXACT_STOP, PATH, SPINDLE
+from chipwise.program.canon import INCH
 
 _CODES = {610: EXACT_PATH, 611: EXACT_STOP}     # by the interpreter's active G-code
 _G64 = 640

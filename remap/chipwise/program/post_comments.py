@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Tools and stock that the comments of CAM systems' programs name.
 
-Called by assume.py.  The forms are those that the posts write; the interpreter does not see all of them (LinuxCNC passes no comments behind a
+Called by check/assume.py.  The forms are those that the posts write; the interpreter does not see all of them (LinuxCNC passes no comments behind a
 semicolon on), so the text of the file is read.  Lengths of the result are mm; those of a comment are in the program's unit unless the form has
 its own.
 
@@ -20,7 +20,7 @@ import re
 from dataclasses import dataclass, field
 from typing import Optional
 
-from chipwise.files import open_regular
+from chipwise.host.files import open_regular
 
 INCH_MM = 25.4
 MAX_BYTES = 100_000_000         # of a program

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Lines of programs that make LinuxCNC's interpreter run Python or a shell, found in the text, before an interpreter starts.
 
-Called by check/reader.py, sub_process.py, machine/rs274.py and filter/work.py.  Read in LinuxCNC 2.9 and 2.10:
+Called by program/reader.py, program/sub_process.py, program/rs274.py and filter/work.py.  Read in LinuxCNC 2.9 and 2.10:
 
 1. A comment (py,..), (pyrun,..) or (pyreload), in any case and with blanks before it, runs Python: convert_comment() in interp_convert.cc.
    So does a line that begins with ;py, (read_semicolon() in interp_read.cc).
@@ -23,10 +23,10 @@ from functools import lru_cache
 from typing import Iterable, Iterator, Optional, Sequence
 
 from chipwise.errors import printable
-from chipwise.files import read_bytes
+from chipwise.host.files import read_bytes
 from chipwise.ini import section_of, values_of
 
-MAX_BYTES = 1 << 28         # of a program or a file of subs, as in contour_sub/find.py
+MAX_BYTES = 1 << 28         # of a program or a file of subs, as in program/find_sub.py
 PYTHON, SHELL, NUL = "python", "shell", "nul"       # kinds
 SHOWN = 60                  # characters of a line in a message
 RUNS_PYTHON = "runs Python"

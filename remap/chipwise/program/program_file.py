@@ -9,8 +9,8 @@ import os
 import re
 
 from chipwise.errors import printable
-from chipwise.files import NoRegularFile, TooLong, open_regular
-from chipwise.own_folder import writing
+from chipwise.host.files import NoRegularFile, TooLong, open_regular
+from chipwise.host.temp_folder import writing
 
 MAX_BYTES = 100_000_000        # of a program; 4 million moves
 LOOKED_AT = 1 << 16             # bytes of a program; a NUL among them means that it is not text
@@ -60,7 +60,7 @@ class Unfinished(Unreadable):
 
 
 class Unsafe(Unreadable):
-    """LinuxCNC's interpreter would run Python or a shell (program_code.py)."""
+    """LinuxCNC's interpreter would run Python or a shell (program/program_code.py)."""
 
     state = UNSAFE
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Reads a whole program with LinuxCNC's own interpreter: blocks of records, as they come.
 
-Called by simulate.py.  The interpreter runs in a process of its own (reader_runner.py has the records), on the machine of an
+Called by check/simulate.py.  The interpreter runs in a process of its own (reader_runner.py has the records), on the machine of an
 INI file: remaps, tool table, work offsets of the parameter file, SUBROUTINE_PATH.  Nothing of the machine is written.
 
     with Reader(program, ini) as reader:
@@ -23,15 +23,15 @@ import time
 
 import numpy as np
 
-from chipwise import program_code
-from chipwise.check.program_file import MAX_BYTES, Unfinished, Unreadable, Unsafe, Unusable, check_file, lacking, only_sub, readable
-from chipwise.check.records import WIDTH
-from chipwise.clock import patience
+from chipwise.program import program_code
+from chipwise.program.program_file import MAX_BYTES, Unfinished, Unreadable, Unsafe, Unusable, check_file, lacking, only_sub, readable
+from chipwise.program.records import WIDTH
+from chipwise.host.clock import patience
 from chipwise.errors import CycleError, unnamed
 from chipwise.ini import expanded, section_of
-from chipwise.machine import rs274
-from chipwise.own_folder import OwnFolder, check_room, put, writing
-from chipwise.processes import tree_cpu_s
+from chipwise.program import rs274
+from chipwise.host.temp_folder import OwnFolder, check_room, put, writing
+from chipwise.host.processes import tree_cpu_s
 from chipwise.settings import load_settings
 
 PYTHON = "/usr/bin/python3"
@@ -49,7 +49,7 @@ class Machine:
     """The machine of an INI file.  Raises Unreadable if it cannot be used.  tool: number of the tool in the spindle at the
     beginning, 0: none; codes: the two lines that are executed before the program; block_delete: whether lines with / are left out; diameters: {number:
     mm} of tools that the tool table has none of; spindle: number of the one that is taken to be in the spindle, or None (assumed/); added: numbers of
-    tools that are read as if the tool table had them, without a diameter (answer.py); limits: machine.limits.axis_limits() if they are to be judged."""
+    tools that are read as if the tool table had them, without a diameter (check/answer.py); limits: machine.limits.axis_limits() if they are to be judged."""
 
     tool = 0
     diameters: dict = {}
@@ -129,7 +129,7 @@ def runs_python(ini):
 
 class Reader:
     """One program under way.  judged=False: codes that cannot be judged are read over, to see whether the program has an end; watched:
-    of a marked program (trace.py), whose items are in `trace` at the end; targets: with the contours of G77, G78 and G79; most_bytes: of the
+    of a marked program (executed_words.py), whose items are in `trace` at the end; targets: with the contours of G77, G78 and G79; most_bytes: of the
     file; needs_end: whether one without M2 is refused, else it is read and noted; clamps: with its CLAMP comments."""
 
     def __init__(self, program, machine, stock=None, quiet_s=QUIET_S, cpu_s=CPU_S, most_moves=MAX_MOVES,

@@ -11,7 +11,7 @@ Job:     program, parameters, table (paths), random (tool changer), units_per_mm
          quiet_s (computing time without a block of moves), cpu_s (in all), chord_mm, stock (null or low, high: mm, work
          coordinates at the first move), written (whether CIRCLE records are wanted, for rewriting), judged (whether what cannot be judged ends it),
          memory_mb (of this process; null: no limit), tool (number of the one in the spindle; 0: none), watched (null, or the parameters
-         of a marked program: trace.py), targets (whether TARGET records are wanted), block_delete (whether lines with / are left out), own_code (interpreter_process.py),
+         of a marked program: executed_words.py), targets (whether TARGET records are wanted), block_delete (whether lines with / are left out), own_code (program/canon.py),
          diameters, spindle (of reader.Machine), clamps (whether CLAMP records are wanted)
 Blocks:  b"R", uint32 number of bytes, records of WIDTH doubles; b"E", uint32 number of bytes, JSON of the end
 
@@ -32,15 +32,15 @@ sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspa
 
 import gcode                                                    # noqa: E402
 
-from chipwise.check.clamp_comments import ClampComments       # noqa: E402
-from chipwise.check.motion_modes import MotionModes           # noqa: E402
-from chipwise.check.records import ARC, CIRCLE, DWELL, FEED, FRAME, RAPID, STOCK, TARGET, VOLUME, WIDTH      # noqa: E402
-from chipwise import interpreter_process                       # noqa: E402
-from chipwise.arc_sweep import arc_sweep, chord_angle           # noqa: E402
-from chipwise.interpreter_process import ARC_AXES, INCH, Stop, ToolTable, fails_alike, limit_computing, own_output, parse, sender      # noqa: E402
-from chipwise.check.tool_calls import ToolCalls         # noqa: E402
-from chipwise.program_code import PYTHON_REMEDY           # noqa: E402
-from chipwise.processes import die_with_parent, limit_memory                  # noqa: E402
+from chipwise.program.clamp_comments import ClampComments       # noqa: E402
+from chipwise.program.motion_modes import MotionModes           # noqa: E402
+from chipwise.program.records import ARC, CIRCLE, DWELL, FEED, FRAME, RAPID, STOCK, TARGET, VOLUME, WIDTH      # noqa: E402
+from chipwise.program import canon as interpreter_process                       # noqa: E402
+from chipwise.geometry.base.arc_sweep import arc_sweep, chord_angle           # noqa: E402
+from chipwise.program.canon import ARC_AXES, INCH, Stop, ToolTable, fails_alike, limit_computing, own_output, parse, sender      # noqa: E402
+from chipwise.program.tool_calls import ToolCalls         # noqa: E402
+from chipwise.program.program_code import PYTHON_REMEDY           # noqa: E402
+from chipwise.host.processes import die_with_parent, limit_memory                  # noqa: E402
 
 BLOCK = 4096 * WIDTH
 MAX_POSITION_MM = 1e6
@@ -248,7 +248,7 @@ class Canon(ToolCalls, ClampComments, interpreter_process.Canon):
         self._event(DWELL, seconds)
 
     def stock(self, line, low, high, shape, turn):
-        """M250 (preview.py)."""
+        """M250 (program/preview.py)."""
         self.line = line
         self._program_has("M250")
         self._event(STOCK, shape, turn, *low, *high)
@@ -262,18 +262,18 @@ class Canon(ToolCalls, ClampComments, interpreter_process.Canon):
             self.__dict__.pop("_put", None)
 
     def restored(self, line):
-        """M254 (preview.py)."""
+        """M254 (program/preview.py)."""
         self.line = line
         self._program_has("M254")
         self._event(STOCK, -1.0)
 
     def volume(self, line, mode, target, lower, ceiling):
-        """M251, M252 (preview.py)."""
+        """M251, M252 (program/preview.py)."""
         self.line = line
         self._event(VOLUME, mode, target, lower, ceiling or 0.0)
 
     def target(self, line, loops):
-        """A contour (preview.py)."""
+        """A contour (program/preview.py)."""
         self.line = line
         for loop in loops:
             for number, point in enumerate(loop):
@@ -294,7 +294,7 @@ class Canon(ToolCalls, ClampComments, interpreter_process.Canon):
         self.clamp_comment(text)
 
     def mark(self, kind, *values):
-        """Of a marked program (trace.py)."""
+        """Of a marked program (executed_words.py)."""
         self._event(kind, *values)
 
 
@@ -322,10 +322,10 @@ def main():
     if job["memory_mb"]:
         limit_memory(job["memory_mb"])
     canon = Canon(job, send, ToolTable(job["table"], job["random"]))
-    from chipwise import preview
+    from chipwise.program import preview
     preview.listener = canon
     if job["watched"] is not None:
-        from chipwise.check.trace import Trace
+        from chipwise.program.executed_words import Trace
         canon.trace = Trace(canon, job["watched"])
     error, line = None, 0
     try:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What reader_runner.py writes and simulate.py reads: one record of WIDTH doubles is kind, line and its values.
+"""What reader_runner.py writes and check/simulate.py reads: one record of WIDTH doubles is kind, line and its values.
 
 mm, mm/min, machine coordinates of the tool's tip:
     RAPID, FEED, ARC    x y z feed first unnamed      ARC: a chord of one, first: 1 on the first chord; unnamed: mask of the axes, X 1, Y 2, Z 4, that the program
@@ -16,7 +16,7 @@ mm, mm/min, machine coordinates of the tool's tip:
     CLAMP_SET_UP        number of a set-up of clamps, 0: none, which takes the place of all clamps before; asked for
     CLAMP               shape, turn (degrees), low x y z, high x y z      of a clamp that counts from here on; asked for
     SPINDLE             S (1/min) for the moves that follow; of a program that is judged and not rewritten
-    MARK                file, what, item, modes, side of compensation, motion mode, feed      of a marked program (trace.py)
+    MARK                file, what, item, modes, side of compensation, motion mode, feed      of a marked program (executed_words.py)
 """
 
 import math

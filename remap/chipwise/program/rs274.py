@@ -19,10 +19,10 @@ import shutil
 import subprocess
 from pathlib import Path
 
-from chipwise import program_code
+from chipwise.program import program_code
 from chipwise.errors import with_line
 from chipwise.ini import expanded, section_of, unit_mm
-from chipwise.own_folder import OwnFolder, check_room, put
+from chipwise.host.temp_folder import OwnFolder, check_room, put
 from chipwise.settings import SECTION, parse_settings
 
 PATIENCE_S = 60.0

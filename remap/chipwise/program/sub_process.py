@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Runs a sub in an interpreter of its own, for contour subs and for patterns.
 
-Called by contour_sub/run.py and pattern/run.py; the other side is interpreter_process.py.
+Called by contour_sub/run.py and pattern/run.py; the other side is program/canon.py.
 """
 
 import json
@@ -11,12 +11,12 @@ import signal
 import subprocess
 import time
 
-from chipwise import program_code
-from chipwise.clock import patience
-from chipwise.contour_sub.find import fault, o_word, sub_name
+from chipwise.program import program_code
+from chipwise.host.clock import patience
+from chipwise.program.find_sub import fault, o_word, sub_name
 from chipwise.errors import MM_PER_INCH
-from chipwise.own_folder import OwnFolder, check_room, put, writing
-from chipwise.processes import tree_cpu_s
+from chipwise.host.temp_folder import OwnFolder, check_room, put, writing
+from chipwise.host.processes import tree_cpu_s
 from chipwise.settings import load_settings
 
 PYTHON = "/usr/bin/python3"     # the interpreter LinuxCNC is built for
@@ -53,9 +53,9 @@ def call_of(found, job, before, behind=(), axes="XYZ", turned=()) -> list:
 
 
 def own_code(found, job, ini):
-    """As check/reader.py: Machine.own_code(), for a sub: only what itself executes counts; the machine executes the rest of the program.
+    """As program/reader.py: Machine.own_code(), for a sub: only what itself executes counts; the machine executes the rest of the program.
 
-    ini: text.  Python in subs that it calls in the same files is seen while it runs (interpreter_process.py)."""
+    ini: text.  Python in subs that it calls in the same files is seen while it runs (program/canon.py)."""
     allowed, programs = load_settings(job.ini)["PROGRAM_PYTHON"] if job.ini else False, [found.path, *job.programs]
     places = program_code.Places.of(ini.splitlines(), os.getcwd())
     body = [(number, text.encode("utf-8", "surrogateescape")) for number, text in found.body]

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What LinuxCNC's interpreter calls about tools, as TOOL and LENGTH records.  Called by reader_runner.py, whose Canon has the job, the tool table and _event()."""
 
-from chipwise.check.records import LENGTH, TOOL
-from chipwise.interpreter_process import INCH, NO_TOOL
+from chipwise.program.records import LENGTH, TOOL
+from chipwise.program.canon import INCH, NO_TOOL
 
 
 class ToolCalls:

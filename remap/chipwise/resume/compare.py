@@ -9,16 +9,16 @@ import os
 
 import numpy as np
 
-from chipwise.check import records
-from chipwise.check.reader import Unreadable
-from chipwise.check.trace import STATES
-from chipwise.own_folder import OwnFolder, put
+from chipwise.program import records
+from chipwise.program.reader import Unreadable
+from chipwise.program.executed_words import STATES
+from chipwise.host.temp_folder import OwnFolder, put
 from chipwise.resume.state import Checks
 from chipwise.rewrite.program import read
 from chipwise.rewrite.proof import Different, real_steps
 from chipwise.rewrite.traced import FEED, ITEM, LINE_NUMBER, WHAT, Followed
 from chipwise.resume import walk
-from chipwise.stock.core import Cutter, Tool
+from chipwise.clib.core import Cutter, Tool
 
 SAME_MM = 1e-4
 FEED_SHARE = 1e-4

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from chipwise.check.records import ARC, RAPID
-from chipwise.check.reader import Unreadable
+from chipwise.program.records import ARC, RAPID
+from chipwise.program.reader import Unreadable
 from chipwise.resume.place import Place
-from chipwise.stock.core import Cutter, Tool
+from chipwise.clib.core import Cutter, Tool
 
 BACK_MM = (1.5, 0.75, 0.0, 3.0, 6.0, 12.0, 24.0, 48.0)      # before the stop, in the order they are tried
 GAP_MM = 1.0                # above stock, where a traverse down ends

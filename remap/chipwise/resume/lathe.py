@@ -8,7 +8,7 @@ G26 compares.
 import os
 import time
 
-from chipwise.check.reader import Unreadable
+from chipwise.program.reader import Unreadable
 from chipwise.errors import CycleError, unnamed
 from chipwise.ini import Ini
 from chipwise.settings import load_settings

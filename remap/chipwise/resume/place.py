@@ -13,8 +13,8 @@ from typing import Optional
 
 import numpy as np
 
-from chipwise.check.reader import Unreadable
-from chipwise.check.records import RAPID
+from chipwise.program.reader import Unreadable
+from chipwise.program.records import RAPID
 from chipwise.resume import stocks, walk
 
 OFF_MM = 0.1                # of the stop from the path

@@ -13,11 +13,11 @@ from typing import Optional
 
 import numpy as np
 
-from chipwise.check import records
-from chipwise.check.program_file import MAX_BYTES
-from chipwise.check.reader import Unreadable
+from chipwise.program import records
+from chipwise.program.program_file import MAX_BYTES
+from chipwise.program.reader import Unreadable
 from chipwise.errors import CycleError, unnamed
-from chipwise.files import open_regular, read_bytes, remove_durable, write_durable
+from chipwise.host.files import open_regular, read_bytes, remove_durable, write_durable
 from chipwise.ini import section_of
 from chipwise.resume import compare, descent, place as places, split, state, stocks, text, walk
 from chipwise.rewrite.program import read
@@ -27,7 +27,7 @@ from chipwise.rewrite.traced import Followed
 from chipwise.settings import load_settings
 from chipwise.stock import store
 from chipwise.stock.reasons import SLOTS
-from chipwise.tools import load_tools
+from chipwise.tool_data.geometry import load_tools
 
 _FILE = re.compile(rb"(\([ \t]*SURFACE[ \t]*,[^()\n]*?FILE[ \t]*=)([^,()\n]+)", re.I)
 _OURS = "(chipwise resume: goes on with "         # the first line of a program of ours, before the name

@@ -10,11 +10,11 @@ import hashlib
 import os
 
 from chipwise.check.in_force import with_offsets
-from chipwise.check.program_file import Unreadable
-from chipwise.check.reader import Machine
+from chipwise.program.program_file import Unreadable
+from chipwise.program.reader import Machine
 from chipwise.errors import CycleError, printable
-from chipwise.files import write_durable
-from chipwise.machine import mdi
+from chipwise.host.files import write_durable
+from chipwise.entry import mdi
 from chipwise.resume.run import goes_on_with, resumed
 from chipwise.stock import store
 

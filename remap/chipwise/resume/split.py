@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from chipwise.arc_sweep import arc_sweep
-from chipwise.check.reader import Unreadable
-from chipwise.check.records import ARC
+from chipwise.geometry.base.arc_sweep import arc_sweep
+from chipwise.program.reader import Unreadable
+from chipwise.program.records import ARC
 from chipwise.resume import descent, walk
 from chipwise.resume.place import Place
 from chipwise.rewrite import calls, proof

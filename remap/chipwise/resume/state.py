@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What is in force in a program before one of its lines: modes, offsets, tool, spindle, coolant, parameters.  Called by run.py.
 
-Read by LinuxCNC's own interpreter with a mark behind the line before (rewrite/marks.py, check/trace.py).
+Read by LinuxCNC's own interpreter with a mark behind the line before (rewrite/marks.py, program/executed_words.py).
 """
 
 from dataclasses import dataclass, field
@@ -9,9 +9,9 @@ from typing import Optional
 
 import numpy as np
 
-from chipwise.check import records
-from chipwise.check.reader import Unreadable
-from chipwise.check.trace import LINE, STATES
+from chipwise.program import records
+from chipwise.program.reader import Unreadable
+from chipwise.program.executed_words import LINE, STATES
 from chipwise.rewrite.traced import FEED, ITEM, LINE_NUMBER, MOTION, WHAT, Followed
 
 _REFUSED = {92: "G92", 92.3: "G92.3", 52: "G52", 5.1: "G5.1", 43.1: "G43.1", 43.2: "G43.2", 96: "G96"}

@@ -11,11 +11,12 @@ from typing import Optional
 
 import numpy as np
 
-from chipwise.check import records
-from chipwise.check.reader import Unreadable
-from chipwise.files import JOURNAL
-from chipwise.stock import journal, layout, store
-from chipwise.stock.core import CoreError, Stock
+from chipwise.program import records
+from chipwise.program.reader import Unreadable
+from chipwise.host.files import JOURNAL
+from chipwise.clib import layout
+from chipwise.stock import journal, store
+from chipwise.clib.core import CoreError, Stock
 from chipwise.stock.shared import mean_heights
 
 SAME_MM = 0.01              # of the corners of a blank

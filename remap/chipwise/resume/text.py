@@ -13,7 +13,7 @@ import re
 
 import numpy as np
 
-from chipwise.check.reader import Unreadable
+from chipwise.program.reader import Unreadable
 from chipwise.resume.split import steps_of
 from chipwise.rewrite.edits import Edits, original
 from chipwise.rewrite.move_text import Numbers, plain

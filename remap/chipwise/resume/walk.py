@@ -15,13 +15,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from chipwise.check import records
-from chipwise.check.reader import Unreadable
-from chipwise.check.sweep import Shape
+from chipwise.program import records
+from chipwise.program.reader import Unreadable
+from chipwise.clib.height_map import Shape
 from chipwise.check.times import DEFAULT_SPEED
 from chipwise.resume import stocks
-from chipwise.stock.core import CoreError, Cutter, Tool
-from chipwise.tools import ToolGeometry
+from chipwise.clib.core import CoreError, Cutter, Tool
+from chipwise.tool_data.geometry import ToolGeometry
 
 SEGMENT_MM = 0.5
 

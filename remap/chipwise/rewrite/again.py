@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from chipwise.rewrite import cutting
-from chipwise.stock import layout
+from chipwise.clib import layout
 
 PART_POINTS = 512           # points of the first path in a part
 FROM_CALL = 2               # before, nothing is kept, most paths need no more

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from chipwise.arc_sweep import arc_sweep, chord_angle
-from chipwise.check.records import ARC, FEED
-from chipwise.check.reader import CHORD_MM
+from chipwise.geometry.base.arc_sweep import arc_sweep, chord_angle
+from chipwise.program.records import ARC, FEED
+from chipwise.program.reader import CHORD_MM
 from chipwise.rewrite import shift
 from chipwise.rewrite.edits import Move, Table
 from chipwise.rewrite.program import Circle
@@ -148,7 +148,7 @@ def arcs_through(circle, points, amount, feed):
 
 
 def polyline(start, moves):
-    """(points (n, 3), owner (n - 1,)): a Table of moves from a place as check/reader.py gives them, arcs in chords."""
+    """(points (n, 3), owner (n - 1,)): a Table of moves from a place as program/reader.py gives them, arcs in chords."""
     begin, count, parts, last = np.concatenate((np.array(start, float)[None], moves.end)), np.ones(len(moves), int), [], 0
     for number, circle in sorted(moves.circles.items()):
         made = chords(tuple(begin[number].tolist()), Move(ARC, tuple(moves.end[number].tolist()), None, circle))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Rewriting a program that names no stock or no tool: on what check/ assumes, too (assumed/assume.py), as far as that is safe.
+"""Rewriting a program that names no stock or no tool: on what check/ assumes, too (check/assume.py), as far as that is safe.
 
 Called by run.py.  The true stock may be larger than an assumed one, and the true tool another than that of a comment.  So
 
@@ -11,8 +11,8 @@ What the user names is not assumed.
 
 import copy
 
-from chipwise.assumed.assume import assume, surveyed
-from chipwise.check.reader import Reader, Unreadable
+from chipwise.check.assume import assume, surveyed
+from chipwise.program.reader import Reader, Unreadable
 from chipwise.errors import format_length
 from chipwise.rewrite import depths, proof
 

@@ -15,9 +15,9 @@ import os
 
 import numpy as np
 
-from chipwise.check.reader import Unreadable
-from chipwise.check.trace import ENDS, LINE, STATES
-from chipwise.own_folder import OwnFolder, put
+from chipwise.program.reader import Unreadable
+from chipwise.program.executed_words import ENDS, LINE, STATES
+from chipwise.host.temp_folder import OwnFolder, put
 from chipwise.rewrite import kept_codes, proof
 from chipwise.rewrite.traced import AT, ITEM, LINE_NUMBER, WHAT, Followed, modes_of
 from chipwise.rewrite.unroll import Unroller

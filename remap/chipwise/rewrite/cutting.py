@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """A program's moves in the stock, section by section: moves with the same tool.
 
-Called by flute.py, feed.py and proof.py.  The model is check/sweep.py's.
+Called by flute.py, feed.py and proof.py.  The model is clib/height_map.py's.
 """
 
 import math
@@ -9,10 +9,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from chipwise.check import records, rules
-from chipwise.check.sweep import Shape
-from chipwise.stock import layout
-from chipwise.tools import ToolGeometry
+from chipwise.check import rules
+from chipwise.program import records
+from chipwise.clib.height_map import Shape
+from chipwise.clib import layout
+from chipwise.tool_data.geometry import ToolGeometry
 
 CELLS_ACROSS = 16           # of the smallest tool, where memory allows
 CELLS_FOR_VOLUME = 48       # the same where the volume of a short move counts

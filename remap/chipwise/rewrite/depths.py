@@ -11,12 +11,12 @@ from typing import Optional
 
 import numpy as np
 
-from chipwise.check import records
-from chipwise.check.reader import Unreadable
-from chipwise.check.sweep import CYLINDER
+from chipwise.program import records
+from chipwise.program.reader import Unreadable
+from chipwise.clib.height_map import CYLINDER
 from chipwise.rewrite import cutting
-from chipwise.stock import layout
-from chipwise.stock.library import library
+from chipwise.clib import layout
+from chipwise.clib.library import library
 
 ROOM = 2_000_000            # witnesses of one stock that are found: a long program has one in every few moves before it is repeated
 MOST = 200_000              # those of them that count: the deepest

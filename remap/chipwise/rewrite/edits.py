@@ -10,7 +10,7 @@ from typing import NamedTuple, Optional
 
 import numpy as np
 
-from chipwise.check.records import ARC, RAPID
+from chipwise.program.records import ARC, RAPID
 from chipwise.rewrite.program import Circle
 
 BATCH = 1024                # Moves made at a time

@@ -6,8 +6,8 @@ Called by run.py, after its last repeat.  Lengths mm, machine coordinates of the
 
 import numpy as np
 
-from chipwise.check.reader import Unreadable
-from chipwise.check.records import FEED, RAPID
+from chipwise.program.reader import Unreadable
+from chipwise.program.records import FEED, RAPID
 from chipwise.rewrite.depths import SAME_MM
 from chipwise.rewrite.edits import Move
 

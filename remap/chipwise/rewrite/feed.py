@@ -21,7 +21,7 @@ from typing import Optional
 
 import numpy as np
 
-from chipwise.check.records import ARC, FEED, RAPID
+from chipwise.program.records import ARC, FEED, RAPID
 from chipwise.rewrite import cutting
 from chipwise.rewrite.along import arcs_through
 from chipwise.rewrite.edits import Edits, Move, Table, original

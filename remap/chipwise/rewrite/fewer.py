@@ -11,7 +11,7 @@ Points that are where the first path is stay, all of them.  Lengths mm, machine 
 
 import numpy as np
 
-from chipwise.chain_fit import fitted
+from chipwise.clib.chain_fit import fitted
 from chipwise.rewrite import shift
 
 HIGHER_MM = 0.01            # than the shifted path: a sixth of the flutes' reserve (trials.py)

@@ -23,10 +23,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from chipwise.check.records import ARC, FEED, RAPID
-from chipwise.check.reader import Unreadable
+from chipwise.program.records import ARC, FEED, RAPID
+from chipwise.program.reader import Unreadable
 from chipwise.check.simulate import SEGMENT_MM
-from chipwise.check.sweep import MET
+from chipwise.clib.height_map import MET
 from chipwise.rewrite import along, cutting, depths, proof, shift
 from chipwise.rewrite.edits import Edits, Move, Table
 from chipwise.rewrite.links import ACROSS_MM, OVER_MM, Links

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from chipwise.check import records
+from chipwise.program import records
 from chipwise.rewrite import along
 from chipwise.rewrite.edits import Move
 from chipwise.rewrite.growing import Growing

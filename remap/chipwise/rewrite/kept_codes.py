@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What stays of an executed line when its moves are written out: the words that do something else, with their values.
 
-Called by unroll.py with the items of check/trace.py.  G codes as numbers (61.1), M codes as whole numbers.
+Called by unroll.py with the items of program/executed_words.py.  G codes as numbers (61.1), M codes as whole numbers.
 """
 
-from chipwise.check.reader import Unreadable
+from chipwise.program.reader import Unreadable
 
 _MOVES = {0, 1, 2, 3, 5, 5.1, 5.2, 5.3, 73, 80, 81, 82, 83, 85, 86, 89, 12, 13, 77, 78, 79}     # written out as moves
 MOTIONS = {0, 1, 2, 3, 5, 33, 38, 70, 71, 72, 73, 74, 76, *range(80, 90)}

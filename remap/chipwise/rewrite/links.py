@@ -8,7 +8,7 @@ it.  If it cannot, it goes above the stock, and the rest of the way down is fed.
 
 import math
 
-from chipwise.check.records import FEED, RAPID
+from chipwise.program.records import FEED, RAPID
 from chipwise.rewrite import cutting
 from chipwise.rewrite.edits import Move
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A program with a comment on each of its lines that says which line is executed (check/trace.py).  Called by traced.py.
+"""A program with a comment on each of its lines that says which line is executed (program/executed_words.py).  Called by traced.py.
 
  1. Each line of code gets the mark `chipwise-at FILE LINE WHAT` in the place of its comments: the last comment of a line counts.  A
     comment that does something comes before it, on a line of its own.  Lines with O-words and remarks stay as they are.
@@ -12,11 +12,11 @@ import os
 import re
 from dataclasses import dataclass
 
-from chipwise.check.program_file import MAX_BYTES
-from chipwise.check.reader import Unreadable
-from chipwise.check.trace import BEGIN, COMMENT, END, PLAIN, PREFIX, STATE, WORDS
-from chipwise.contour_sub.find import sub_folders
-from chipwise.files import read_bytes
+from chipwise.program.program_file import MAX_BYTES
+from chipwise.program.reader import Unreadable
+from chipwise.program.executed_words import BEGIN, COMMENT, END, PLAIN, PREFIX, STATE, WORDS
+from chipwise.program.find_sub import sub_folders
+from chipwise.host.files import read_bytes
 from chipwise.rewrite.blocks import blocks_of, o_word
 from chipwise.rewrite.words import active_comments, code, plain_move
 

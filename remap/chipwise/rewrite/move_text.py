@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 
-from chipwise.check.records import ARC, FEED, RAPID
+from chipwise.program.records import ARC, FEED, RAPID
 
 INCH = 25.4
 _ARC_LETTERS = {1: ((0, "I"), (1, "J")), 2: ((1, "J"), (2, "K")), 3: ((0, "I"), (2, "K"))}

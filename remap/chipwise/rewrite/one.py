@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """One of many programs, rewritten: run.py with its errors as a result.
 
-Called by cli/rewrite_folder.py in a process of its own, and by batch/cluster_runner.py.
+Called by cli/rewrite_folder.py in a process of its own, and by cli/cluster_runner.py.
 """
 
 import os
 from dataclasses import dataclass
 from typing import Optional
 
-from chipwise.check.reader import Unreadable
+from chipwise.program.reader import Unreadable
 from chipwise.errors import of_unexpected, unnamed
-from chipwise.own_folder import FolderError
+from chipwise.host.temp_folder import FolderError
 from chipwise.rewrite.proof import Different
 from chipwise.rewrite.run import rewritten
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """A program as it is rewritten: its canonical moves in arrays, and what each was written with.
 
-Called by run.py, flute.py, feed.py and proof.py.  LinuxCNC's own interpreter reads the program (check/reader.py).
+Called by run.py, flute.py, feed.py and proof.py.  LinuxCNC's own interpreter reads the program (program/reader.py).
 
 A *move* is one chord: a traverse, a straight feed or a chord of an arc.  A *step* is what one word of G-code makes: a
 traverse, a straight feed or a whole arc.  All lengths mm, machine coordinates of the tool's tip; feeds mm/min.
@@ -15,9 +15,10 @@ from typing import NamedTuple, Optional
 
 import numpy as np
 
-from chipwise.check import records, rules
-from chipwise.check.reader import Reader, Unreadable
-from chipwise.check.trace import BEGINS
+from chipwise.check import rules
+from chipwise.program import records
+from chipwise.program.reader import Reader, Unreadable
+from chipwise.program.executed_words import BEGINS
 from chipwise.rewrite.blocks import Blocks, blocks_of
 from chipwise.rewrite.growing import Growing
 from chipwise.rewrite.source import Lines

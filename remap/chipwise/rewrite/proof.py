@@ -16,10 +16,10 @@ from typing import Callable
 
 import numpy as np
 
-from chipwise.check.records import RAPID
+from chipwise.program.records import RAPID
 from chipwise.check.simulate import SEGMENT_MM
 from chipwise.rewrite import cutting
-from chipwise.stock import layout
+from chipwise.clib import layout
 
 PATH_MM = 0.001
 OVER_MM = 0.006             # OVER_MM of links.py, and the rounding of the text

@@ -10,11 +10,11 @@ import os
 from dataclasses import dataclass, replace
 from typing import Callable, Optional
 
-from chipwise.check.program_file import Missing
-from chipwise.check.reader import Machine, Unreadable
+from chipwise.program.program_file import Missing
+from chipwise.program.reader import Machine, Unreadable
 from chipwise.errors import CycleError, format_length, unnamed
-from chipwise.own_folder import OwnFolder, writing
-from chipwise.processes import return_freed_arrays, return_heap
+from chipwise.host.temp_folder import OwnFolder, writing
+from chipwise.host.processes import return_freed_arrays, return_heap
 from chipwise.rates import MM3_PER_CM3, MM3_PER_IN3
 from chipwise.rewrite import assumed, calls, cutting, depths, feed, flute, foreseen, proof
 from chipwise.rewrite.fed import feed_traverses
@@ -23,7 +23,7 @@ from chipwise.rewrite.text import Writer
 from chipwise.rewrite.trials import RESERVE_MM
 from chipwise.rewrite.words import plain_move, words_of
 from chipwise.settings import load_settings
-from chipwise.tools import load_tools
+from chipwise.tool_data.geometry import load_tools
 
 REPEATS = 8                     # of rewriting, with needles where the new program has been too deep, or a traverse too near; RESERVE_MM more if too deep
 MOST_FED = 3                    # repeats more, in which the traverses that are still too near become feed moves

@@ -17,7 +17,7 @@ lies below the shifted path, and has no bend tighter than the disc at a point of
 
 import numpy as np
 
-from chipwise.stock.library import library
+from chipwise.clib.library import library
 
 AXIS = (0.0, 0.0, 1.0)
 

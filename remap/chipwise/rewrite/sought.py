@@ -11,8 +11,8 @@ import weakref
 import numpy as np
 
 from chipwise.rewrite import cutting, depths
-from chipwise.stock import layout
-from chipwise.stock.library import library
+from chipwise.clib import layout
+from chipwise.clib.library import library
 
 ROOM = 100_000              # witnesses of one path
 SQUARES = 20_000_000        # looked at for one path: seconds; beyond, nothing is sought in this stock any more

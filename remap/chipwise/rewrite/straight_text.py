@@ -6,7 +6,7 @@ Called by text.py, which writes the others one by one.
 
 import numpy as np
 
-from chipwise.check.records import ARC, RAPID
+from chipwise.program.records import ARC, RAPID
 from chipwise.rewrite.move_text import G, Numbers, changed_words
 
 BATCH = 4096                # steps whose moves are made lists at once

@@ -17,8 +17,8 @@ import re
 
 import numpy as np
 
-from chipwise.check.records import ARC, RAPID
-from chipwise.check.reader import Unreadable
+from chipwise.program.records import ARC, RAPID
+from chipwise.program.reader import Unreadable
 from chipwise.rewrite.edits import Table, original
 from chipwise.rewrite.move_text import PLANE, G, MoveText, Numbers, g_code
 from chipwise.rewrite.straight_text import StraightLines, long_lines

@@ -10,9 +10,9 @@ import os
 
 import numpy as np
 
-from chipwise.check.reader import Reader, Unreadable
-from chipwise.check.trace import BEGINS, ENDS, LINE
-from chipwise.own_folder import OwnFolder, put
+from chipwise.program.reader import Reader, Unreadable
+from chipwise.program.executed_words import BEGINS, ENDS, LINE
+from chipwise.host.temp_folder import OwnFolder, put
 from chipwise.rewrite.marks import marked, sub_files, watched
 from chipwise.rewrite.program import Collector, Modes, after_line, first_modes
 

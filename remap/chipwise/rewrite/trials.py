@@ -7,7 +7,7 @@ Lengths mm, machine coordinates of the tool's tip.
 
 import numpy as np
 
-from chipwise.check.reader import Unreadable
+from chipwise.program.reader import Unreadable
 from chipwise.check.simulate import SEGMENT_MM
 from chipwise.rewrite import along, cutting, shift
 from chipwise.rewrite.again import PART_POINTS, Recut

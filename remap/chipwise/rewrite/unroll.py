@@ -15,9 +15,9 @@ import re
 
 import numpy as np
 
-from chipwise.check.reader import Unreadable
-from chipwise.check.records import ARC, RAPID
-from chipwise.check.trace import BEGINS, ENDS
+from chipwise.program.reader import Unreadable
+from chipwise.program.records import ARC, RAPID
+from chipwise.program.executed_words import BEGINS, ENDS
 from chipwise.rewrite import kept_codes
 from chipwise.rewrite.edits import original
 from chipwise.rewrite.marks import not_the_users

@@ -8,9 +8,9 @@ because it computes them, calls subs, or feeds per turn or in inverse time, give
 import io
 import re
 
-from chipwise.comments import bare
+from chipwise.program.comments import bare
 from chipwise.errors import MM_PER_INCH
-from chipwise.files import open_regular
+from chipwise.host.files import open_regular
 
 LEAST, MOST = 1.0, 10.0     # of SETUP_CEILING
 _UNSAID = re.compile(rb"[SF][-+\[#]|M0*98(?![0-9.])|^/?(?:N[0-9.]+)?O[^\n]*CALL|G0*9[35](?![0-9.])", re.MULTILINE)

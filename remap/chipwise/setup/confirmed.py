@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What a person confirms: the Job of a measured program, and its file.  Called by cli/setup.py and panel/set_up.py; this is the one way to a job file."""
 
-from chipwise.assumed import post_comments
+from chipwise.program import post_comments
 from chipwise.errors import CycleError
 from chipwise.setup import job as jobs
 from chipwise.setup.measure import digest_of
-from chipwise.tool_table import remarks
+from chipwise.tool_data.table import remarks
 
 
 def names(program, machine):

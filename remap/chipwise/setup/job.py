@@ -15,10 +15,10 @@ from dataclasses import dataclass
 from typing import Any, NoReturn, Optional
 
 from chipwise.errors import CycleError, braceless
-from chipwise.files import printable, read_bytes, write_durable
+from chipwise.host.files import printable, read_bytes, write_durable
 from chipwise.rates import MAX_RATE, MM3_PER_CM3
 from chipwise.settings import SETTINGS
-from chipwise.tools import MAX_DIGITS
+from chipwise.tool_data.geometry import MAX_DIGITS
 
 FORMAT = 1
 ENDING, UNFINISHED = ".job.toml", ".unfinished"

@@ -12,13 +12,13 @@ The program is read up to its first move only.  Computing time and memory are li
 
 import json
 
-from chipwise.assumed.survey import Survey
+from chipwise.check.survey import Survey
 from chipwise.check.asked import take_order
 from chipwise.check.in_force import machine_in_force
-from chipwise.check.program_file import MAX_BYTES, Unreadable
-from chipwise.check.reader import Reader
+from chipwise.program.program_file import MAX_BYTES, Unreadable
+from chipwise.program.reader import Reader
 from chipwise.errors import CycleError, format_place, unnamed
-from chipwise.own_folder import OwnFolder
+from chipwise.host.temp_folder import OwnFolder
 from chipwise.settings import planner_limits_jerk
 from chipwise.setup import keeps_feed
 from chipwise.setup.job import state_of

@@ -10,10 +10,10 @@ import os
 import re
 
 from chipwise import ini as ini_files
-from chipwise.comments import bare
-from chipwise.contour_sub.find import sub_folders
+from chipwise.program.comments import bare
+from chipwise.program.find_sub import sub_folders
 from chipwise.errors import printable
-from chipwise.files import open_regular
+from chipwise.host.files import open_regular
 
 MOST_FILES = 200
 _KEEPS_F = re.compile(rb"G0*(?:74|84)(?![0-9.])|M0*52(?![0-9.])")

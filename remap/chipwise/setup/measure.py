@@ -12,14 +12,15 @@ from typing import Optional
 
 import numpy as np
 
-from chipwise.check import blends, records
+from chipwise.check import blends
+from chipwise.program import records
 from chipwise.check.drawn_path import Path, Thinner
-from chipwise.check.program_file import MAX_BYTES
+from chipwise.program.program_file import MAX_BYTES
 from chipwise.check.answer import check
 from chipwise.check.simulate import Simulation
 from chipwise.check.times import CONSTANT, OFF, Timer
 from chipwise.check.tooth_rules import TOOTH_SLACK
-from chipwise.files import open_regular
+from chipwise.host.files import open_regular
 from chipwise.setup.chip_ceiling import ceilings
 from chipwise.setup.rates import ToolLoad
 
@@ -28,7 +29,7 @@ UPRIGHT = 0.999999          # of a move's length: what rises by more goes straig
 FALL = 1e-4                 # of a move's length: what falls more goes down
 LEAST_GAIN = 0.02           # of a tool's time at F; the estimate is not better than that
 DRAWN_POINTS = 4000         # of a path in a picture
-PROGRAM, OPTION = "program", "option"       # where a stock comes from, besides those of assumed/assume.py
+PROGRAM, OPTION = "program", "option"       # where a stock comes from, besides those of check/assume.py
 
 
 @dataclass(frozen=True)

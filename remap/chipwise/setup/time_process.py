@@ -12,9 +12,9 @@ import json
 
 from chipwise.check.asked import take_order
 from chipwise.check.in_force import machine_in_force
-from chipwise.check.program_file import MAX_BYTES
+from chipwise.program.program_file import MAX_BYTES
 from chipwise.errors import CycleError
-from chipwise.own_folder import OwnFolder
+from chipwise.host.temp_folder import OwnFolder
 from chipwise.settings import load_settings, planner_limits_jerk
 from chipwise.setup import keeps_feed
 from chipwise.setup.measure import measure

@@ -11,9 +11,9 @@ Called by glue/stations.py and cli/stations.py.
 import os
 from typing import Any, NoReturn
 
-from chipwise import toml_file
+from chipwise.host import toml_file
 from chipwise.errors import CycleError, braceless
-from chipwise.toml_file import REMEDY
+from chipwise.host.toml_file import REMEDY
 
 MAX_COORDINATE = 1e6        # mm
 MAX_STATION, MAX_POINT = 999, 99

@@ -29,9 +29,10 @@ from typing import BinaryIO, Iterator
 
 import numpy as np
 
-from chipwise.files import open_regular, read_bytes, sync_folder, write_durable
-from chipwise.stock import layout, store
-from chipwise.stock.core import CELL_DTYPE
+from chipwise.host.files import open_regular, read_bytes, sync_folder, write_durable
+from chipwise.clib import layout
+from chipwise.stock import store
+from chipwise.clib.core import CELL_DTYPE
 from chipwise.stock.reasons import BROKEN, DISK, NO_FILE, TOO_LARGE
 
 MARK = b"chipwise kept 1\n"

@@ -4,7 +4,7 @@
 import ctypes as C
 import os
 
-from chipwise.processes import is_ours, shared_memory
+from chipwise.host.processes import is_ours, shared_memory
 
 SHM_RDONLY = 0o10000                # of shmat: sys/shm.h
 

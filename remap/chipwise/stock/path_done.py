@@ -8,7 +8,7 @@ is not a finite number of mm.
 
 import numpy as np
 
-from chipwise.stock import layout
+from chipwise.clib import layout
 
 MOST_MM = layout.MAX_COORDINATE
 

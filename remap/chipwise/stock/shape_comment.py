@@ -8,7 +8,7 @@
 import math
 
 from chipwise.errors import CycleError
-from chipwise.stock.layout import StockShape
+from chipwise.clib.layout import StockShape
 
 BOX, CYLINDER = map(int, StockShape)
 BOX_KEYS = ("XMIN", "YMIN", "ZMIN", "XMAX", "YMAX", "ZMAX")

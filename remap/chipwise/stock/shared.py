@@ -2,7 +2,7 @@
 """The stock map of a running stock_tracker, read from another process.
 
 Who calls it: bin/chipwise, the monitor, tests.  The map lies in shared memory under the key the tracker shows as
-stock-tracker.N.shm-key (components/core/stock.h, layout.py).
+stock-tracker.N.shm-key (components/core/stock.h, clib/layout.py).
 The tracker writes while we read.  It makes `generation` odd before it writes and even after: a
 copy made between two equal even generations is one state of the map (a sequence lock).  A map too
 large to be copied between two periods in which the tool cuts is read in bands of rows, each of which is
@@ -27,9 +27,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from chipwise.clock import patience
-from chipwise.stock import layout
-from chipwise.stock.core import CELL_DTYPE
+from chipwise.host.clock import patience
+from chipwise.clib import layout
+from chipwise.clib.core import CELL_DTYPE
 from chipwise.stock.mapped import Mapped, SharedStockError
 from chipwise.stock.path_done import PathDone
 from chipwise.stock.store import head_of

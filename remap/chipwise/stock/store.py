@@ -31,9 +31,9 @@ from typing import Any, NoReturn
 import numpy as np
 
 import chipwise
-from chipwise.files import TooLong, read_bytes, write_durable
-from chipwise.stock import layout
-from chipwise.stock.core import CELL_DTYPE
+from chipwise.host.files import TooLong, read_bytes, write_durable
+from chipwise.clib import layout
+from chipwise.clib.core import CELL_DTYPE
 from chipwise.stock.reasons import BROKEN, DISK, NO_FILE, OTHER_VERSION, TOO_LARGE
 
 MARK, VERSION = b"chipwise stock\r\n", 2

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from chipwise.moves import Line, PlaneArc
-from chipwise.stock import layout
+from chipwise.clib import layout
 
 LEAST_ARC = 0.1             # mm: what is left of an arc by a shorter chord becomes lines
 AXIS_EXACT = 1e-9           # of a unit vector along an axis

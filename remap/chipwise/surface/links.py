@@ -9,9 +9,9 @@ import math
 
 import numpy as np
 
-from chipwise.stock import layout
+from chipwise.clib import layout
 from chipwise.surface.curve import Curve
-from chipwise.surface.drop import drop_tool
+from chipwise.clib.drop_cutter import drop_tool
 from chipwise.surface.needed import points_at, steps
 from chipwise.surface.raster import GOUGE, MOST_SAG
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from chipwise.errors import CycleError, braceless
-from chipwise.files import TooLong, open_regular
+from chipwise.host.files import TooLong, open_regular
 from chipwise.stock import store
 from chipwise.surface import height_map_file, png, stl, stock_model
 

@@ -13,7 +13,7 @@ from typing import BinaryIO, Iterator
 import numpy as np
 
 from chipwise.errors import CycleError
-from chipwise.stock.library import library
+from chipwise.clib.library import library
 
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
 MAX_PIXELS = 2_500_000

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from chipwise.chain_fit import fitted
+from chipwise.clib.chain_fit import fitted
 from chipwise.errors import CycleError
 from chipwise.surface import curve
 

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from chipwise.stock import layout
-from chipwise.stock.library import library
+from chipwise.clib import layout
+from chipwise.clib.library import library
 
 SPEED, ACCEL = 100.0, 500.0     # mm/s, mm/s2 of an axis: they decide between routes that are all safe
 SAME = 1e-6                     # mm

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Changes one tool in the file of tool geometry (tools.py), without losing comments, order, blanks and line ends.  Called by panel/line_process.py.
+"""Changes one tool in the file of tool geometry (tool_data/geometry.py), without losing comments, order, blanks and line ends.  Called by panel/line_process.py.
 
  1. A line is the unit of change: a value is replaced in its line, a key is added behind the last one of its table, or its line taken out; a
     tool that is new comes to the end of the file.
@@ -22,8 +22,8 @@ import tomllib
 from typing import Any
 
 from chipwise.errors import CycleError
-from chipwise.files import locked, read_bytes, write_durable
-from chipwise.tools import KEYS, MAX_BYTES, MAX_DIGITS, OLD_RATE, load_tools, parse_tools, rate_of
+from chipwise.host.files import locked, read_bytes, write_durable
+from chipwise.tool_data.geometry import KEYS, MAX_BYTES, MAX_DIGITS, OLD_RATE, load_tools, parse_tools, rate_of
 
 UNFINISHED = ".unfinished"
 _HEADER = re.compile(r"[ \t]*\[[ \t]*tool[ \t]*\.[ \t]*(\d+)[ \t]*\][ \t]*(#.*)?$")

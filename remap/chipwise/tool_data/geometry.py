@@ -27,7 +27,7 @@ from dataclasses import dataclass
 from typing import Any, NoReturn, Optional
 
 from chipwise.errors import CycleError, braceless
-from chipwise.files import read_bytes
+from chipwise.host.files import read_bytes
 from chipwise.rates import MAX_RATE, MM3_PER_CM3
 
 MATERIALS = ("carbide", "hss")

@@ -2,7 +2,7 @@
 """The material of the workpiece: the force that a chip of it needs.
 
 Called by monitor/ and by whoever judges a load.  Source: O. Kienzle, Die Bestimmung von Kräften und Leistungen an spanenden Werkzeugen, VDI-Z 94
-(1952): F = kc11 b h^(1 - mc), of an edge that cuts b mm wide and h mm thick.  materials.toml has the figures, and where they are from.
+(1952): F = kc11 b h^(1 - mc), of an edge that cuts b mm wide and h mm thick.  tool_data/materials.toml has the figures, and where they are from.
 
  1. [CHIPWISE]MATERIALS names a file of the same form; what it has goes before the table of chipwise.
  2. A program names its material in a comment, (MATERIAL,NAME=6061); else [CHIPWISE]MATERIAL does.  None of both: the material is not known.
@@ -16,9 +16,9 @@ import tomllib
 from dataclasses import dataclass
 from typing import Any, NoReturn, Optional
 
-from chipwise import comments
+from chipwise.program import comments
 from chipwise.errors import CycleError, braceless
-from chipwise.files import open_regular, read_bytes
+from chipwise.host.files import open_regular, read_bytes
 
 TABLE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "materials.toml")
 MAX_BYTES = 1 << 18             # of a file: some thousand materials

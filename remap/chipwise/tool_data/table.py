@@ -4,7 +4,7 @@
 import re
 
 from chipwise.errors import CycleError, braceless
-from chipwise.files import read_bytes
+from chipwise.host.files import read_bytes
 
 MAX_BYTES = 1 << 20
 _LINE = re.compile(r"^\s*(?:[A-Z][-+.\dE]+\s+)*?T(\d+)\b", re.IGNORECASE)

@@ -23,7 +23,7 @@ import secrets
 from typing import NamedTuple
 
 from chipwise.errors import CycleError, braceless
-from chipwise.files import read_bytes, write_durable
+from chipwise.host.files import read_bytes, write_durable
 from chipwise.turning.graph import Piece
 from chipwise.turning.thread_comment import Thread
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """G26 and G27 in the planner's process: from an Order of glue/turning.py to what glue/turning.py executes and says.
 
-Called by plans.py.  The plan is that of `chipwise turn` for the same program.
+Called by planner/plans.py.  The plan is that of `chipwise turn` for the same program.
 """
 
 import os
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from chipwise.errors import CycleError
 from chipwise.ini import Ini
-from chipwise.lines import CHUNK_MOVES
+from chipwise.gcode_lines import CHUNK_MOVES
 from chipwise.order import Outcome
 from chipwise.settings import load_settings
 from chipwise.turning import kept, rest, text, travel

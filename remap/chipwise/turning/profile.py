@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from chipwise import comments
-from chipwise.contour_sub.find import quoted
+from chipwise.program import comments
+from chipwise.program.find_sub import quoted
 from chipwise.errors import Across, CycleError
 from chipwise.geometry.base import elements
 from chipwise.turning.graph import Piece, above, closed, flat, highest, negative, segment, value

@@ -5,11 +5,11 @@ import math
 import tomllib
 from dataclasses import replace
 
-from chipwise.contour_sub.find import find_sub
+from chipwise.program.find_sub import find_sub
 from chipwise.contour_sub.job import Job
 from chipwise.contour_sub.read import UnknownStart, one_contour, read_shape
 from chipwise.errors import MM_PER_INCH, Across, CycleError, braceless
-from chipwise.files import read_bytes
+from chipwise.host.files import read_bytes
 from chipwise.machine.limits import trivial_joints
 from chipwise.turning.profile import blank_of_comment, make_profile
 from chipwise.turning.request import rpm

@@ -9,9 +9,9 @@ import math
 import re
 from dataclasses import dataclass, field
 
-from chipwise import comments
+from chipwise.program import comments
 from chipwise.errors import MM_PER_INCH, CycleError, braceless
-from chipwise.files import read_bytes
+from chipwise.host.files import read_bytes
 from chipwise.turning.tool import ROLES
 
 MAX_BYTES = 1 << 26    # of a program

@@ -12,7 +12,7 @@ import tomllib
 from dataclasses import dataclass, replace
 
 from chipwise.errors import CycleError, braceless
-from chipwise.files import read_bytes
+from chipwise.host.files import read_bytes
 
 ROLES = ("rough", "finish", "groove", "undercut", "thread", "drill", "partoff")
 CENTRE = {1: (1, -1), 2: (1, 1), 3: (-1, 1), 4: (-1, -1), 5: (0, -1), 6: (1, 0), 7: (0, 1), 8: (-1, 0), 9: (0, 0)}

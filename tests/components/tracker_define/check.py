@@ -2,7 +2,7 @@
 """Ready, fault code and volume through every definition."""
 import numpy as np
 
-from chipwise.stock.layout import CELLS_PER_PERIOD
+from chipwise.clib.layout import CELLS_PER_PERIOD
 from support.halrig import PERIOD_S, SCENES, always, load_module, near, within
 
 scene = load_module(SCENES / "tracker_define/stimulus.py")

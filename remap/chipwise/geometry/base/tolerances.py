@@ -36,7 +36,7 @@ ARC_RADII_MM = 2 * 0.01 * math.sqrt(2)
 # ... or by this share of the radius (SPIRAL_RELATIVE_TOLERANCE); same rule here.
 ARC_RADII_SHARE = 0.001
 
-# An arc whose end is this near to its start is a full circle, as in LinuxCNC (arc_sweep.py).
+# An arc whose end is this near to its start is a full circle, as in LinuxCNC (geometry/base/arc_sweep.py).
 FULL_CIRCLE_MM = 1e-8
 
 # A contour that crosses itself and comes back within this length of contour is a

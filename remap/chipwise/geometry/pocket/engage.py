@@ -17,7 +17,7 @@ from typing import Optional
 
 import numpy as np
 
-from chipwise.engage_ground import Ground, fitted, rule
+from chipwise.geometry.pocket.engage_ground import Ground, fitted, rule
 from chipwise.geometry.base import chains, elements
 from chipwise.geometry.base.elements import Elements, make_lines
 from chipwise.geometry.pocket import engage_links as links

@@ -12,8 +12,8 @@ import numpy as np
 
 from chipwise.geometry.base import elements
 from chipwise.geometry.base.elements import Elements
-from chipwise.stock import layout
-from chipwise.stock.library import library
+from chipwise.clib import layout
+from chipwise.clib.library import library
 
 # Size of the squares of the grid, in tool radii.
 SQUARE = 0.25

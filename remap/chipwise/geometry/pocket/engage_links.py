@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from chipwise.engage_ground import fitted
+from chipwise.geometry.pocket.engage_ground import fitted
 from chipwise.geometry.base import elements
 from chipwise.geometry.base.elements import make_lines
 from chipwise.geometry.pocket.machinable import SLACK_MM

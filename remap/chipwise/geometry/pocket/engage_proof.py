@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from chipwise.engage_ground import Ground
+from chipwise.geometry.pocket.engage_ground import Ground
 from chipwise.geometry.base import chains, elements
 from chipwise.geometry.base.elements import make_lines
 from chipwise.geometry.pocket.engage_links import RIM_MM

@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from chipwise.engage_ground import slack
+from chipwise.geometry.pocket.engage_ground import slack
 from chipwise.geometry.base import elements
 from chipwise.geometry.pocket.machinable import machinable_regions
 
